@@ -1,0 +1,144 @@
+//! What a sampler leaves behind: draws, statistics of every transition, and how it was tuned.
+
+use std::collections::BTreeMap;
+
+use crate::density::Place;
+
+/// Statistics of one transition.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DrawStats {
+    /// Log density at the draw, in unconstrained space (Jacobian included).
+    pub log_density: f64,
+    /// Hamiltonian at the draw, `−log p + ½ pᵀM⁻¹p`; for Metropolis `−log p`.
+    pub energy: f64,
+    /// Mean of `min(1, e^(H₀−H))` over all leapfrogs; for Metropolis the acceptance probability.
+    pub acceptance: f64,
+    /// Leapfrog step; for Metropolis the scale of the proposal.
+    pub step_size: f64,
+    /// Completed doublings of the trajectory (0 for Metropolis).
+    pub depth: u32,
+    /// Evaluations of the density in the transition, discarded subtrees included.
+    pub leapfrogs: u32,
+    /// The energy error passed 1000, or a point was rejected; positions are in [`Chain::divergences`].
+    pub divergent: bool,
+    /// The transition belongs to the warmup.
+    pub tuning: bool,
+}
+
+/// Where a trajectory of a kept draw diverged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Divergence {
+    /// Index of the draw in its chain.
+    pub draw: usize,
+    /// Last point (unconstrained) before the step that diverged.
+    pub position: Vec<f64>,
+    /// Energy error `H − H₀` of that step; infinite for a rejected point.
+    pub energy_error: f64,
+}
+
+/// The frozen mass matrix of a chain, as an estimate of the posterior covariance.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Covariance {
+    /// Variances, length `dim`.
+    Diagonal(Vec<f64>),
+    /// Full matrix, row-major `dim × dim`.
+    Dense(Vec<f64>),
+}
+
+/// All that the warmup decided; nothing of it changes afterwards.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WarmupReport {
+    /// First point of the chain, unconstrained.
+    pub start: Vec<f64>,
+    /// Statistics of the warmup transitions.
+    pub stats: Vec<DrawStats>,
+    /// Warmup transitions (0-based) after which the covariance was replaced.
+    pub windows: Vec<usize>,
+    /// Step size of the kept draws.
+    pub step_size: f64,
+    /// Acceptance the step size was tuned to; above the setting if late divergences raised it.
+    pub target_acceptance: f64,
+    /// Inverse mass matrix (NUTS) or covariance of the proposal before scaling (Metropolis).
+    pub covariance: Covariance,
+    /// Rejected points by their place in the model, initialisation included.
+    pub rejections: BTreeMap<Place, u64>,
+}
+
+/// One chain.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chain {
+    /// Kept draws, row-major `n × dim`, unconstrained.
+    pub draws: Vec<f64>,
+    /// Statistics of the kept draws, length `n`.
+    pub stats: Vec<DrawStats>,
+    /// Divergences among the kept draws.
+    pub divergences: Vec<Divergence>,
+    /// The tuning.
+    pub warmup: WarmupReport,
+    /// Points rejected after the warmup, by their place in the model.
+    pub rejections: BTreeMap<Place, u64>,
+    /// Why the chain ended early; `None` if it finished.
+    pub stopped: Option<String>,
+}
+
+impl Chain {
+    /// Number of kept draws.
+    pub fn len(&self) -> usize {
+        self.stats.len()
+    }
+
+    /// No draw was kept.
+    pub fn is_empty(&self) -> bool {
+        self.stats.is_empty()
+    }
+}
+
+/// The chains of one run.
+///
+/// An interrupted run has chains of unequal length; [`Chains::len`] is the common length.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chains {
+    /// Number of unconstrained coordinates.
+    pub dim: usize,
+    /// The chains in the order of their random streams.
+    pub chains: Vec<Chain>,
+    /// Bound on the doublings of a trajectory; `None` for Metropolis.
+    pub max_depth: Option<u32>,
+}
+
+impl Chains {
+    /// Number of draws that every chain has.
+    pub fn len(&self) -> usize {
+        self.chains.iter().map(Chain::len).min().unwrap_or(0)
+    }
+
+    /// There is no draw that every chain has.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Coordinate `index` of draw `draw` of chain `chain`.
+    ///
+    /// # Panics
+    /// If an index is out of range, as slices do.
+    pub fn value(&self, chain: usize, draw: usize, index: usize) -> f64 {
+        assert!(index < self.dim, "coordinate {index} of {}", self.dim);
+        self.chains[chain].draws[draw * self.dim + index]
+    }
+
+    /// The trace of one coordinate in every chain, for the diagnostics: `chains × len`.
+    ///
+    /// # Panics
+    /// If `index` is out of range, as slices do.
+    pub fn traces(&self, index: usize) -> Vec<Vec<f64>> {
+        let n = self.len();
+        (0..self.chains.len())
+            .map(|c| (0..n).map(|i| self.value(c, i, index)).collect())
+            .collect()
+    }
+
+    /// Divergent transitions among the kept draws of all chains.
+    pub fn divergences(&self) -> usize {
+        self.chains.iter().map(|c| c.divergences.len()).sum()
+    }
+}
