@@ -1,1 +1,44 @@
-//! Probabilistic programming.
+//! Probabilistic programming in Rust.
+
+extern crate self as ppl;
+
+mod bound;
+mod density;
+mod differentiable;
+mod distribution;
+mod dual;
+mod model;
+mod reading;
+mod real;
+mod record;
+mod scalar;
+pub mod tape;
+mod trace;
+pub mod transform;
+
+pub use bound::{Bound, Layout, ModelError, Workspace};
+pub use density::{DomainError, LogDensity, Place, Rejection};
+pub use differentiable::{Differentiable, Forward, Generic};
+pub use distribution::*;
+pub use dual::Dual;
+pub use model::{Context, Failure, Model, Site};
+pub use ppl_macros::model;
+pub use rand;
+pub use real::Real;
+pub use record::{Datum, Record as Recordable};
+pub use scalar::{Arithmetic, Scalar};
+pub use trace::{Entry, Record, Role, Variable};
+
+/// The language of models: distributions, their variations, and what expressions need.
+pub mod prelude {
+    pub use crate::differentiable::Differentiable;
+    pub use crate::distribution::*;
+    pub use crate::scalar::Scalar;
+    pub use crate::{LogDensity, model};
+}
+
+/// What generated code calls. Not public interface.
+#[doc(hidden)]
+pub mod __private {
+    pub use crate::distribution::{constrain, ln_density};
+}

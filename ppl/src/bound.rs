@@ -1,0 +1,226 @@
+//! A model with its data, ready to be evaluated.
+
+use rand::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use crate::density::{LogDensity, Rejection};
+use crate::dual::Dual;
+use crate::model::Model;
+use crate::reading::{Density, Roots, Sum};
+use crate::tape::Tape;
+use crate::trace::{Record, Role, Source, Trace, Variable};
+
+/// A model that cannot be evaluated at all.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum ModelError {
+    /// Not one prior draw went through.
+    #[error("the model rejects its own prior draws ({tries} tries), last with: {last}")]
+    NoPriorDraw {
+        /// Number of tries.
+        tries: usize,
+        /// Why the last failed.
+        last: Rejection,
+    },
+    /// A mistake in the model itself.
+    #[error("{0}")]
+    Invalid(Rejection),
+}
+
+/// The named quantities of a model, in the order of their statements.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// Number of unconstrained coordinates.
+    pub dim: usize,
+    /// All names with shapes and roles.
+    pub variables: Vec<Variable>,
+}
+
+impl Layout {
+    /// The variables with this role.
+    pub fn with_role(&self, role: Role) -> impl Iterator<Item = &Variable> {
+        self.variables.iter().filter(move |v| v.role == role)
+    }
+}
+
+/// A model bound to its data: what a function declared by `model!` returns.
+///
+/// Names, shapes and the number of unknowns are found once, by a run on a prior draw; what goes
+/// wrong there is reported by [`layout`](Bound::layout) and by every sampler.
+#[derive(Clone, Debug)]
+pub struct Bound<M> {
+    model: M,
+    layout: Result<Layout, ModelError>,
+}
+
+/// Memory for evaluations of a [`Bound`] model.
+#[derive(Debug, Default)]
+pub struct Workspace {
+    tape: Tape,
+}
+
+impl<M: Model> Bound<M> {
+    /// Binds a model to the data that it holds.
+    pub fn new(model: M) -> Self {
+        let mut bound = Self {
+            model,
+            layout: Ok(Layout {
+                dim: 0,
+                variables: Vec::new(),
+            }),
+        };
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
+        bound.layout = bound.draw_prior(&mut rng).map(|record| Layout {
+            dim: record.unconstrained.len(),
+            variables: record
+                .entries
+                .into_iter()
+                .map(|entry| entry.variable)
+                .collect(),
+        });
+        bound
+    }
+
+    /// The model itself.
+    pub fn model(&self) -> &M {
+        &self.model
+    }
+
+    /// Names, shapes, roles and the number of unknowns.
+    ///
+    /// # Errors
+    /// What is wrong with the model or its data, with the statement.
+    pub fn layout(&self) -> Result<&Layout, ModelError> {
+        self.layout.as_ref().map_err(Clone::clone)
+    }
+
+    /// One draw from the prior, with tracked quantities, predictions, and a replicate of every
+    /// observed quantity.
+    ///
+    /// # Errors
+    /// [`ModelError`] if the model rejects its own prior draws.
+    pub fn draw_prior<G: Rng>(&self, rng: &mut G) -> Result<Record, ModelError> {
+        const TRIES: usize = 100;
+        let mut last = None;
+        for _ in 0..TRIES {
+            let mut trace = Trace::new(Source::Prior, &mut *rng);
+            match self.model.run(&mut trace) {
+                Ok(()) => return Ok(trace.record),
+                Err(fatal @ Rejection::Fatal { .. }) => return Err(ModelError::Invalid(fatal)),
+                Err(rejection) => last = Some(rejection),
+            }
+        }
+        let last = last.unwrap_or(Rejection::Fatal {
+            message: "no tries".to_owned(),
+        });
+        Err(ModelError::NoPriorDraw { tries: TRIES, last })
+    }
+
+    /// Everything that the model names, at the unconstrained point `y`; predictions and
+    /// replicates are drawn with `rng`.
+    ///
+    /// # Errors
+    /// [`Rejection`] if a statement rejects the point.
+    pub fn constrain<G: Rng>(&self, y: &[f64], rng: &mut G) -> Result<Record, Rejection> {
+        let mut trace = Trace::new(Source::Point(y.iter()), rng);
+        self.model.run(&mut trace)?;
+        Ok(trace.record)
+    }
+
+    /// Log density over constrained values at the unconstrained point `y`: without
+    /// log-Jacobians.
+    ///
+    /// # Errors
+    /// [`Rejection`] where it is zero or not defined.
+    pub fn log_density_without_jacobian(
+        &self,
+        y: &[f64],
+        _: &mut Workspace,
+    ) -> Result<f64, Rejection> {
+        self.value(y, false)
+    }
+
+    /// [`log_density_without_jacobian`](Bound::log_density_without_jacobian) with its gradient
+    /// in the unconstrained coordinates.
+    ///
+    /// # Errors
+    /// [`Rejection`] where it is zero or not defined.
+    pub fn gradient_without_jacobian(
+        &self,
+        y: &[f64],
+        gradient: &mut [f64],
+        workspace: &mut Workspace,
+    ) -> Result<f64, Rejection> {
+        self.reverse(y, gradient, workspace, false)
+    }
+
+    /// The gradient by forward mode, one coordinate at a time: slow, and independent of the
+    /// tape.
+    ///
+    /// # Errors
+    /// [`Rejection`] where the density is zero or not defined.
+    pub fn forward_gradient(&self, y: &[f64], gradient: &mut [f64]) -> Result<f64, Rejection> {
+        let mut value = 0.0;
+        for (i, g) in gradient.iter_mut().enumerate() {
+            let point: Vec<Dual<1>> = y
+                .iter()
+                .enumerate()
+                .map(|(j, &y)| Dual::new(y, [if i == j { 1.0 } else { 0.0 }]))
+                .collect();
+            let mut density = Density {
+                ledger: Sum::new(&point),
+                jacobian: true,
+            };
+            self.model.run(&mut density)?;
+            value = crate::Scalar::value(density.ledger.total);
+            *g = density.ledger.total.gradient()[0];
+        }
+        Ok(value)
+    }
+
+    fn value(&self, y: &[f64], jacobian: bool) -> Result<f64, Rejection> {
+        let mut density = Density {
+            ledger: Sum::new(y),
+            jacobian,
+        };
+        self.model.run(&mut density)?;
+        Ok(density.ledger.total)
+    }
+
+    fn reverse(
+        &self,
+        y: &[f64],
+        gradient: &mut [f64],
+        workspace: &mut Workspace,
+        jacobian: bool,
+    ) -> Result<f64, Rejection> {
+        let tape = &workspace.tape;
+        tape.clear();
+        let ledger = Roots::new(tape, y);
+        let mut density = Density { ledger, jacobian };
+        self.model.run(&mut density)?;
+        let total = density.ledger.total;
+        tape.sweep(gradient);
+        Ok(total)
+    }
+}
+
+impl<M: Model> LogDensity for Bound<M> {
+    type Workspace = Workspace;
+
+    fn dim(&self) -> usize {
+        self.layout.as_ref().map_or(0, |layout| layout.dim)
+    }
+
+    fn log_density(&self, y: &[f64], _: &mut Workspace) -> Result<f64, Rejection> {
+        self.value(y, true)
+    }
+
+    fn gradient(
+        &self,
+        y: &[f64],
+        gradient: &mut [f64],
+        workspace: &mut Workspace,
+    ) -> Result<f64, Rejection> {
+        self.reverse(y, gradient, workspace, true)
+    }
+}

@@ -1,0 +1,147 @@
+//! What a sampler sees of a model: a log density, its gradient, and why a point was rejected.
+
+use std::fmt;
+
+/// A log density on unconstrained space ℝᵈ.
+///
+/// [`Bound`](crate::Bound) implements it for every model; write it by hand for a density that
+/// is not a model.
+pub trait LogDensity: Sync {
+    /// Memory that evaluations use again and again; one a thread.
+    type Workspace: Default + Send;
+
+    /// d.
+    fn dim(&self) -> usize;
+
+    /// Log density at `y` (length d), log-Jacobians included.
+    ///
+    /// # Errors
+    /// [`Rejection`] where the density is zero or not defined.
+    fn log_density(&self, y: &[f64], workspace: &mut Self::Workspace) -> Result<f64, Rejection>;
+
+    /// Log density at `y`, with its gradient written to `gradient` (length d).
+    ///
+    /// # Errors
+    /// [`Rejection`] where the density is zero or not defined.
+    fn gradient(
+        &self,
+        y: &[f64],
+        gradient: &mut [f64],
+        workspace: &mut Self::Workspace,
+    ) -> Result<f64, Rejection>;
+}
+
+/// A statement of a model: where it stands and how it reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Place {
+    /// The statement as written, shortened.
+    pub statement: &'static str,
+    /// Source file.
+    pub file: &'static str,
+    /// Line in it.
+    pub line: u32,
+}
+
+impl Place {
+    /// For densities that are not made of statements.
+    pub const fn unknown() -> Self {
+        Self {
+            statement: "log density",
+            file: "",
+            line: 0,
+        }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.file.is_empty() {
+            write!(f, "`{}`", self.statement)
+        } else {
+            write!(f, "`{}` ({}:{})", self.statement, self.file, self.line)
+        }
+    }
+}
+
+/// Why a point has no density.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum Rejection {
+    /// A term is NaN or infinite.
+    #[error("log density is {value} at {place}")]
+    NotFinite {
+        /// The statement whose term it is.
+        place: Place,
+        /// The term.
+        value: f64,
+    },
+    /// A function or a distribution is not defined there.
+    #[error("{error} at {place}")]
+    Domain {
+        /// The statement that called it.
+        place: Place,
+        /// What it said.
+        error: DomainError,
+    },
+    /// The model said `reject!`.
+    #[error("rejected at {place}: {message}")]
+    Reject {
+        /// The statement.
+        place: Place,
+        /// The model's words.
+        message: String,
+    },
+    /// Nothing can be evaluated any more: the run stops and keeps its draws.
+    #[error("{message}")]
+    Fatal {
+        /// What happened.
+        message: String,
+    },
+}
+
+impl Rejection {
+    /// The statement that rejected, if the run can go on.
+    pub fn place(&self) -> Option<Place> {
+        match self {
+            Self::NotFinite { place, .. }
+            | Self::Domain { place, .. }
+            | Self::Reject { place, .. } => Some(*place),
+            Self::Fatal { .. } => None,
+        }
+    }
+}
+
+/// An argument outside the domain of a function or a distribution.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct DomainError {
+    message: String,
+}
+
+impl DomainError {
+    /// With a message that names the argument, its value and what is required.
+    pub fn new(message: impl Into<String>) -> Self {
+        Self {
+            message: message.into(),
+        }
+    }
+
+    /// Demands that `holds`: "Normal: scale must be positive, got −1".
+    ///
+    /// # Errors
+    /// The demand, if it does not hold.
+    pub fn require(
+        holds: bool,
+        distribution: &str,
+        parameter: &str,
+        requirement: &str,
+        got: impl fmt::Display,
+    ) -> Result<(), Self> {
+        if holds {
+            Ok(())
+        } else {
+            Err(Self::new(format!(
+                "{distribution}: {parameter} must be {requirement}, got {got}"
+            )))
+        }
+    }
+}

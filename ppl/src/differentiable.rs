@@ -1,0 +1,114 @@
+//! User functions that bring their own derivatives.
+
+use crate::density::DomainError;
+use crate::scalar::Scalar;
+
+/// A function ℝᴰ → ℝᴹ with an exact Jacobian, usable inside `model!` as one operation.
+///
+/// # Example
+/// ```
+/// use ppl::{Differentiable, DomainError};
+///
+/// /// Spring force and stored energy at stiffness k and stretch s.
+/// struct Spring;
+/// impl Differentiable<2, 2> for Spring {
+///     fn value_and_jacobian(
+///         &self,
+///         &[k, s]: &[f64; 2],
+///     ) -> Result<([f64; 2], [[f64; 2]; 2]), DomainError> {
+///         if s < 0.0 {
+///             return Err(DomainError::new(format!("stretch must be ≥ 0, got {s}")));
+///         }
+///         Ok(([k * s, 0.5 * k * s * s], [[s, k], [0.5 * s * s, k * s]]))
+///     }
+/// }
+/// assert_eq!(Spring.at([2.0, 3.0]), [6.0, 9.0]);
+/// assert!(Spring.at([2.0, -3.0])[0].is_nan());
+/// ```
+pub trait Differentiable<const D: usize, const M: usize>: Sync {
+    /// Value and Jacobian `jacobian[m][d]` = ∂fₘ/∂x_d.
+    ///
+    /// # Errors
+    /// [`DomainError`] where the function is not defined.
+    fn value_and_jacobian(&self, x: &[f64; D]) -> Result<([f64; M], [[f64; D]; M]), DomainError>;
+
+    /// The value alone; override it where it is cheaper than value and Jacobian together.
+    ///
+    /// # Errors
+    /// [`DomainError`] where the function is not defined.
+    fn value(&self, x: &[f64; D]) -> Result<[f64; M], DomainError> {
+        self.value_and_jacobian(x).map(|(value, _)| value)
+    }
+
+    /// The function on any [`Scalar`].
+    ///
+    /// # Errors
+    /// [`DomainError`] where the function is not defined; inside `model!`, `f.try_at(x)?` makes
+    /// that a rejected point with this message.
+    fn try_at<S: Scalar>(&self, x: [S; D]) -> Result<[S; M], DomainError>
+    where
+        Self: Sized,
+    {
+        let point = x.map(Scalar::value);
+        if !S::DIFFERENTIABLE {
+            return Ok(self.value(&point)?.map(S::from));
+        }
+        let (value, jacobian) = self.value_and_jacobian(&point)?;
+        Ok(std::array::from_fn(|m| S::fuse(value[m], x, jacobian[m])))
+    }
+
+    /// [`try_at`](Differentiable::try_at) with NaN outside the domain: a model that uses the
+    /// value there rejects the point.
+    fn at<S: Scalar>(&self, x: [S; D]) -> [S; M]
+    where
+        Self: Sized,
+    {
+        self.try_at(x).unwrap_or([S::from(f64::NAN); M])
+    }
+}
+
+impl<F: Differentiable<D, M>, const D: usize, const M: usize> Differentiable<D, M> for &F {
+    fn value_and_jacobian(&self, x: &[f64; D]) -> Result<([f64; M], [[f64; D]; M]), DomainError> {
+        (**self).value_and_jacobian(x)
+    }
+
+    fn value(&self, x: &[f64; D]) -> Result<[f64; M], DomainError> {
+        (**self).value(x)
+    }
+}
+
+/// A generic Rust function as a [`Differentiable`], by forward mode.
+///
+/// # Example
+/// ```
+/// use ppl::{Differentiable, Forward, Scalar};
+///
+/// struct Decay;
+/// impl ppl::Generic<2, 1> for Decay {
+///     fn eval<S: Scalar>(&self, [rate, time]: [S; 2]) -> [S; 1] {
+///         [(-rate * time).exp()]
+///     }
+/// }
+/// let (value, jacobian) = Forward(Decay).value_and_jacobian(&[0.5, 2.0]).unwrap();
+/// assert_eq!(value, [(-1.0f64).exp()]);
+/// assert_eq!(jacobian, [[-2.0 * value[0], -0.5 * value[0]]]);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Forward<F>(pub F);
+
+/// A function written once over any [`Scalar`]; see [`Forward`].
+pub trait Generic<const D: usize, const M: usize>: Sync {
+    /// The function.
+    fn eval<S: Scalar>(&self, x: [S; D]) -> [S; M];
+}
+
+impl<F: Generic<D, M>, const D: usize, const M: usize> Differentiable<D, M> for Forward<F> {
+    fn value_and_jacobian(&self, x: &[f64; D]) -> Result<([f64; M], [[f64; D]; M]), DomainError> {
+        let result = self.0.eval(crate::dual::Dual::variables(*x));
+        Ok((result.map(Scalar::value), result.map(|y| y.gradient())))
+    }
+
+    fn value(&self, x: &[f64; D]) -> Result<[f64; M], DomainError> {
+        Ok(self.0.eval(*x))
+    }
+}

@@ -1,0 +1,53 @@
+//! A fixed number of independent values.
+
+use rand::Rng;
+
+use super::{Distribution, Family, Unknown};
+use crate::density::DomainError;
+use crate::scalar::Scalar;
+
+/// `N` independent values of one distribution; made by [`Family::array`].
+#[derive(Clone, Copy, Debug)]
+pub struct Array<D, const N: usize> {
+    pub(super) inner: D,
+}
+
+impl<D: Family, const N: usize> Family for Array<D, N> {}
+
+impl<R: Scalar, D: Distribution<R>, const N: usize> Distribution<R> for Array<D, N> {
+    type Value = [D::Value; N];
+
+    #[inline]
+    fn ln_density(&self, x: &Self::Value) -> R {
+        x.iter().map(|x| self.inner.ln_density(x)).sum()
+    }
+
+    fn validate(&self) -> Result<(), DomainError> {
+        self.inner.validate()
+    }
+
+    fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Self::Value {
+        std::array::from_fn(|_| self.inner.draw(rng))
+    }
+}
+
+impl<R: Scalar, D: Unknown<R>, const N: usize> Unknown<R> for Array<D, N> {
+    fn dim(&self) -> usize {
+        N * self.inner.dim()
+    }
+
+    #[inline]
+    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (Self::Value, R) {
+        let mut total = R::from(0.0);
+        let value = std::array::from_fn(|_| {
+            let (x, term) = self.inner.constrain(next, jacobian);
+            total += term;
+            x
+        });
+        (value, total)
+    }
+
+    fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>) {
+        x.iter().for_each(|x| self.inner.unconstrain(x, out));
+    }
+}

@@ -1,0 +1,61 @@
+//! A number of independent values that is known at run time.
+
+use rand::Rng;
+
+use super::{Distribution, Family, Unknown};
+use crate::density::DomainError;
+use crate::scalar::Scalar;
+
+/// `n` independent values of one distribution; made by [`Family::iid`].
+///
+/// Observed data of another length have density zero.
+#[derive(Clone, Copy, Debug)]
+pub struct Iid<D> {
+    pub(super) inner: D,
+    pub(super) n: usize,
+}
+
+impl<D: Family> Family for Iid<D> {}
+
+impl<R: Scalar, D: Distribution<R>> Distribution<R> for Iid<D> {
+    type Value = Vec<D::Value>;
+
+    #[inline]
+    fn ln_density(&self, x: &Self::Value) -> R {
+        if x.len() != self.n {
+            return R::from(f64::NEG_INFINITY);
+        }
+        x.iter().map(|x| self.inner.ln_density(x)).sum()
+    }
+
+    fn validate(&self) -> Result<(), DomainError> {
+        self.inner.validate()
+    }
+
+    fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Self::Value {
+        (0..self.n).map(|_| self.inner.draw(rng)).collect()
+    }
+}
+
+impl<R: Scalar, D: Unknown<R>> Unknown<R> for Iid<D> {
+    fn dim(&self) -> usize {
+        self.n * self.inner.dim()
+    }
+
+    #[inline]
+    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (Self::Value, R) {
+        let mut total = R::from(0.0);
+        let value = (0..self.n)
+            .map(|_| {
+                let (x, term) = self.inner.constrain(next, jacobian);
+                total += term;
+                x
+            })
+            .collect();
+        (value, total)
+    }
+
+    fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>) {
+        x.iter().for_each(|x| self.inner.unconstrain(x, out));
+    }
+}

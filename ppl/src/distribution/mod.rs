@@ -1,0 +1,252 @@
+//! Distributions: density with exact partials, draws, support, moments.
+//!
+//! One family a file. Parameters are public fields (`Normal(mean, sd)`), each a number, a
+//! reference to one, or an unknown of the model. Variations are methods of [`Family`]:
+//! `.truncate(a..b)`, `.iid(n)`, `.array::<N>()`.
+
+mod array;
+mod iid;
+mod normal;
+mod truncated;
+mod uniform;
+
+use std::ops::{Bound, RangeBounds};
+
+use rand::Rng;
+
+use crate::density::DomainError;
+use crate::record::{Datum, Record};
+use crate::scalar::Scalar;
+use crate::transform::Support;
+
+pub use array::Array;
+pub use iid::Iid;
+pub use normal::Normal;
+pub use truncated::Truncated;
+pub use uniform::Uniform;
+
+/// A parameter of a distribution, seen as a plain number: `f64`, `&f64` or any [`Scalar`].
+pub trait Parameter: Copy {
+    /// Its value.
+    fn number(self) -> f64;
+}
+
+impl<S: Scalar> Parameter for S {
+    #[inline]
+    fn number(self) -> f64 {
+        self.value()
+    }
+}
+
+impl Parameter for &f64 {
+    #[inline]
+    fn number(self) -> f64 {
+        *self
+    }
+}
+
+/// The variations that every distribution has.
+pub trait Family: Sized + Clone {
+    /// The distribution conditioned on an interval: `Normal(0.0, 1.0).truncate(0.0..)`.
+    ///
+    /// The bounds are data. Both ends may be open, and count as measure zero anyway.
+    fn truncate(self, range: impl RangeBounds<f64>) -> Truncated<Self> {
+        let end = |bound: Bound<&f64>, open: f64| match bound {
+            Bound::Included(&x) | Bound::Excluded(&x) => x,
+            Bound::Unbounded => open,
+        };
+        Truncated {
+            inner: self,
+            lower: end(range.start_bound(), f64::NEG_INFINITY),
+            upper: end(range.end_bound(), f64::INFINITY),
+        }
+    }
+
+    /// `n` independent values, a `Vec`: for lengths known at run time.
+    fn iid(self, n: usize) -> Iid<Self> {
+        Iid { inner: self, n }
+    }
+
+    /// `N` independent values, an array: for lengths known at compile time.
+    fn array<const N: usize>(self) -> Array<Self, N> {
+        Array { inner: self }
+    }
+}
+
+/// What every distribution offers to a model: density and draws over values of type `Value`.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a distribution",
+    label = "the right-hand side of `~` must be a distribution such as `Normal(0.0, 1.0)`"
+)]
+pub trait Distribution<R: Scalar>: Family {
+    /// A number, a count, a flag, an array, a vector or a Cholesky factor.
+    type Value: Clone + Record;
+
+    /// Log density (log mass for counts) at `x`; −∞ outside the support, NaN for parameters
+    /// outside their domain.
+    fn ln_density(&self, x: &Self::Value) -> R;
+
+    /// Whether the parameters lie in their domain.
+    ///
+    /// # Errors
+    /// [`DomainError`] naming distribution, parameter, requirement and value.
+    fn validate(&self) -> Result<(), DomainError>;
+
+    /// An exact draw, as constants of `R`.
+    fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Self::Value;
+}
+
+/// A distribution whose values can be unknowns: it maps unconstrained coordinates to them.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` cannot be the distribution of an unknown",
+    label = "has no smooth map from unconstrained space",
+    note = "a discrete distribution can only be observed: write `place ~ D` without `let`",
+    note = "a discrete unknown must be summed out by hand, with `factor`"
+)]
+pub trait Unknown<R: Scalar>: Distribution<R> {
+    /// Number of unconstrained coordinates.
+    fn dim(&self) -> usize;
+
+    /// The value at the next coordinates, and its log density; `jacobian` adds the
+    /// log-Jacobian of the map, in a form that cancels what can be cancelled.
+    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (Self::Value, R);
+
+    /// Appends the coordinates of `x`: the inverse of [`constrain`](Unknown::constrain).
+    fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>);
+}
+
+/// A distribution of one real number: what needs the values of its parameters only.
+pub trait Univariate: Family {
+    /// Whether the parameters lie in their domain.
+    ///
+    /// # Errors
+    /// [`DomainError`] naming distribution, parameter, requirement and value.
+    fn validate(&self) -> Result<(), DomainError>;
+
+    /// An exact draw.
+    fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64;
+
+    /// Expectation; NaN or infinite where it does not exist.
+    fn mean(&self) -> f64;
+
+    /// Variance; NaN or infinite where it does not exist.
+    fn variance(&self) -> f64;
+
+    /// P(X ≤ x), accurate in the lower tail.
+    fn cdf(&self, x: f64) -> f64;
+
+    /// P(X > x), accurate in the upper tail.
+    fn sf(&self, x: f64) -> f64;
+
+    /// The x with P(X ≤ x) = p.
+    fn quantile(&self, p: f64) -> f64;
+
+    /// The x with P(X > x) = q, accurate for small q.
+    fn upper_quantile(&self, q: f64) -> f64 {
+        self.quantile(1.0 - q)
+    }
+}
+
+/// The density of a [`Univariate`] distribution over any [`Scalar`].
+///
+/// Implementing it (and [`univariate!`](crate::univariate)) makes a distribution usable in
+/// models, in all variations.
+pub trait UnivariateDensity<R: Scalar>: Univariate {
+    /// Where the density is positive.
+    fn support(&self) -> Support<R>;
+
+    /// Log density at `x` inside the support, as one fused operation with exact partials.
+    fn ln_pdf(&self, x: R) -> R;
+
+    /// The value at the unconstrained coordinate `y`, with log density plus log-Jacobian.
+    /// Override it where the two cancel.
+    #[inline]
+    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+        let (x, log_jacobian) = self.support().constrain(y);
+        (x, self.ln_pdf(x) + log_jacobian)
+    }
+
+    /// ln P(lower < X < upper), with its derivatives in the parameters.
+    fn ln_mass(&self, lower: f64, upper: f64) -> R {
+        truncated::ln_mass_by_quadrature(self, lower, upper)
+    }
+}
+
+/// Makes a [`UnivariateDensity`] a [`Distribution`] and an [`Unknown`]:
+/// `ppl::univariate!([M: Parameter, S: Parameter] Normal<M, S>);`.
+#[macro_export]
+macro_rules! univariate {
+    ([$($P:ident: $Bound:path),*] $Name:ty) => {
+        impl<$($P: $Bound),*> $crate::Family for $Name {}
+
+        impl<R: $crate::Scalar, $($P: $Bound),*> $crate::Distribution<R> for $Name
+        where
+            Self: $crate::UnivariateDensity<R>,
+        {
+            type Value = R;
+
+            #[inline]
+            fn ln_density(&self, x: &R) -> R {
+                $crate::__private::ln_density(self, *x)
+            }
+
+            fn validate(&self) -> Result<(), $crate::DomainError> {
+                $crate::Univariate::validate(self)
+            }
+
+            fn draw<G: $crate::rand::Rng + ?Sized>(&self, rng: &mut G) -> R {
+                R::from($crate::Univariate::sample(self, rng))
+            }
+        }
+
+        impl<R: $crate::Scalar, $($P: $Bound),*> $crate::Unknown<R> for $Name
+        where
+            Self: $crate::UnivariateDensity<R>,
+        {
+            #[inline]
+            fn dim(&self) -> usize {
+                1
+            }
+
+            #[inline]
+            fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (R, R) {
+                $crate::__private::constrain(self, next(), jacobian)
+            }
+
+            fn unconstrain(&self, x: &R, out: &mut Vec<f64>) {
+                out.push($crate::UnivariateDensity::<R>::support(self).unconstrain(x.value()));
+            }
+        }
+    };
+}
+
+/// −∞ outside the support, the density inside.
+#[inline]
+pub fn ln_density<R: Scalar, D: UnivariateDensity<R>>(distribution: &D, x: R) -> R {
+    if distribution.support().contains(x.value()) || x.value().is_nan() {
+        distribution.ln_pdf(x)
+    } else {
+        R::from(f64::NEG_INFINITY)
+    }
+}
+
+/// One coordinate to one value.
+#[inline]
+pub fn constrain<R: Scalar, D: UnivariateDensity<R>>(
+    distribution: &D,
+    y: R,
+    jacobian: bool,
+) -> (R, R) {
+    if jacobian {
+        distribution.ln_pdf_unconstrained(y)
+    } else {
+        let (x, _) = distribution.support().constrain(y);
+        (x, distribution.ln_pdf(x))
+    }
+}
+
+/// A parameter as a number of the model's kind.
+#[inline]
+pub(crate) fn lift<R>(parameter: impl Datum<R>) -> R {
+    parameter.lift()
+}

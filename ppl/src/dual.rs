@@ -1,0 +1,70 @@
+//! Forward mode: a value with its gradient in `N` directions.
+
+use crate::scalar::{Scalar, impl_arithmetic};
+
+/// A number with the derivatives along `N` directions, carried forward.
+///
+/// The choice for functions of few inputs and the oracle that tests the tape.
+#[derive(Clone, Copy, Debug)]
+pub struct Dual<const N: usize> {
+    value: f64,
+    gradient: [f64; N],
+}
+
+impl<const N: usize> Dual<N> {
+    /// A number with a given gradient.
+    pub const fn new(value: f64, gradient: [f64; N]) -> Self {
+        Self { value, gradient }
+    }
+
+    /// The `N` independent variables at `x`: unit gradients.
+    pub fn variables(x: [f64; N]) -> [Self; N] {
+        std::array::from_fn(|i| {
+            let mut gradient = [0.0; N];
+            gradient[i] = 1.0;
+            Self::new(x[i], gradient)
+        })
+    }
+
+    /// Derivatives along the `N` directions.
+    pub const fn gradient(&self) -> [f64; N] {
+        self.gradient
+    }
+}
+
+impl<const N: usize> From<f64> for Dual<N> {
+    #[inline]
+    fn from(value: f64) -> Self {
+        Self::new(value, [0.0; N])
+    }
+}
+
+impl_arithmetic!([const N: usize] Dual<N>);
+
+impl<const N: usize> Scalar for Dual<N> {
+    const DIFFERENTIABLE: bool = true;
+
+    #[inline]
+    fn value(self) -> f64 {
+        self.value
+    }
+
+    #[inline]
+    fn is_constant(self) -> bool {
+        self.gradient.iter().all(|&g| g == 0.0)
+    }
+
+    #[inline]
+    fn fuse_iter(value: f64, arguments: impl IntoIterator<Item = (Self, f64)>) -> Self {
+        let mut gradient = [0.0; N];
+        for (argument, partial) in arguments {
+            for (total, g) in gradient.iter_mut().zip(argument.gradient) {
+                // a direction that the argument does not move along stays out of it: 0 · ∞
+                if g != 0.0 {
+                    *total += partial * g;
+                }
+            }
+        }
+        Self::new(value, gradient)
+    }
+}

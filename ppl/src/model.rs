@@ -1,0 +1,177 @@
+//! What `model!` expands to: one body, many readings.
+//!
+//! A [`Model`] runs its statements against a [`Context`]. The context decides what a statement
+//! means: read an unknown from unconstrained coordinates and add its density
+//! ([`density`](crate::Bound)), draw it from the prior, record it under its name, predict.
+
+use crate::density::{DomainError, Place, Rejection};
+use crate::distribution::{Distribution, Unknown};
+use crate::real::Real;
+use crate::record::Record;
+use crate::scalar::Scalar;
+
+/// A statement of a model: the name that it declares or observes, and where it stands.
+#[derive(Clone, Copy, Debug)]
+pub struct Site {
+    /// Name in posteriors and reports.
+    pub name: &'static str,
+    /// Source.
+    pub place: Place,
+    /// Whether it stands in a loop: its values are stacked then.
+    pub repeated: bool,
+}
+
+impl Site {
+    /// A statement outside loops; for models written by hand.
+    pub const fn new(name: &'static str) -> Self {
+        Self {
+            name,
+            place: Place {
+                statement: name,
+                file: "",
+                line: 0,
+            },
+            repeated: false,
+        }
+    }
+
+    /// Attaches this place to what a user function returned by `?`.
+    pub fn rejection(&self, error: impl Into<Failure>) -> Rejection {
+        match error.into() {
+            Failure::Domain(error) => Rejection::Domain {
+                place: self.place,
+                error,
+            },
+            Failure::Rejection(rejection) => rejection,
+        }
+    }
+}
+
+/// What `?` may carry inside a model.
+#[derive(Clone, Debug)]
+pub enum Failure {
+    /// A function that is not defined there.
+    Domain(DomainError),
+    /// A statement that has rejected already.
+    Rejection(Rejection),
+}
+
+impl From<DomainError> for Failure {
+    fn from(error: DomainError) -> Self {
+        Self::Domain(error)
+    }
+}
+
+impl From<Rejection> for Failure {
+    fn from(rejection: Rejection) -> Self {
+        Self::Rejection(rejection)
+    }
+}
+
+impl From<DomainError> for Rejection {
+    fn from(error: DomainError) -> Self {
+        Self::Domain {
+            place: Place::unknown(),
+            error,
+        }
+    }
+}
+
+/// A probabilistic model: data and the statements about them.
+///
+/// `model!` writes this; by hand it reads the same.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+/// use ppl::{Bound, Context, Model, Rejection, Site};
+///
+/// struct Coin<'a> {
+///     heads: &'a [bool],
+/// }
+///
+/// impl Model for Coin<'_> {
+///     fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
+///         static P: Site = Site::new("p");
+///         static FLIP: Site = Site::new("flip");
+///         let p = cx.unknown(&P, Uniform(0.0, 1.0))?;
+///         for flip in self.heads {
+///             cx.observe(&FLIP, *flip, Bernoulli(p))?;
+///         }
+///         Ok(())
+///     }
+/// }
+///
+/// let model = Bound::new(Coin { heads: &[true, true, false] });
+/// assert_eq!(model.layout()?.dim, 1);
+/// # Ok::<(), ppl::ModelError>(())
+/// ```
+pub trait Model: Sync {
+    /// Runs every statement in order against `cx`.
+    ///
+    /// # Errors
+    /// [`Rejection`] as soon as a statement rejects the point.
+    fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection>;
+}
+
+/// A reading of a model.
+pub trait Context {
+    /// What the reading computes with.
+    type Number: Scalar;
+
+    /// Whether `#[predict]` statements run.
+    fn predicts(&self) -> bool {
+        false
+    }
+
+    /// `let x ~ D`: declares an unknown.
+    ///
+    /// # Errors
+    /// A rejection if the density is not finite.
+    fn unknown<D: Unknown<Real<Self::Number>>>(
+        &mut self,
+        site: &'static Site,
+        distribution: D,
+    ) -> Result<D::Value, Rejection>;
+
+    /// `place ~ D`: conditions on something in scope, lifted to the distribution's values by
+    /// [`Datum`](crate::Datum).
+    ///
+    /// # Errors
+    /// A rejection if the density is not finite.
+    fn observe<D: Distribution<Real<Self::Number>>>(
+        &mut self,
+        site: &'static Site,
+        datum: D::Value,
+        distribution: D,
+    ) -> Result<(), Rejection>;
+
+    /// `factor(w)`: adds w to the log density.
+    ///
+    /// # Errors
+    /// A rejection if w is not finite.
+    fn factor(&mut self, site: &'static Site, weight: Real<Self::Number>) -> Result<(), Rejection>;
+
+    /// `#[track] let x = …`: records a deterministic quantity.
+    ///
+    /// # Errors
+    /// A fatal one if the name is taken.
+    fn track<T: Record + ?Sized>(
+        &mut self,
+        site: &'static Site,
+        value: &T,
+    ) -> Result<(), Rejection> {
+        let _ = (site, value);
+        Ok(())
+    }
+
+    /// `#[predict] let x ~ D`: a new draw, on finished draws only.
+    ///
+    /// # Errors
+    /// A rejection if the parameters of `distribution` lie outside their domain.
+    fn predict<D: Distribution<Real<Self::Number>>>(
+        &mut self,
+        site: &'static Site,
+        distribution: D,
+    ) -> Result<D::Value, Rejection>;
+}

@@ -1,0 +1,168 @@
+//! The reading of a model as a log density, over any kind of number.
+
+use crate::density::Rejection;
+use crate::distribution::{Distribution, Unknown};
+use crate::model::{Context, Site};
+use crate::real::Real;
+use crate::scalar::Scalar;
+use crate::tape::{Tape, Var};
+
+/// Where unknowns come from and where density terms go.
+pub(crate) trait Ledger {
+    type Number: Scalar;
+
+    /// The next unconstrained coordinate, `None` past the last.
+    fn next(&mut self) -> Option<Self::Number>;
+
+    fn add(&mut self, term: Self::Number);
+}
+
+/// Values or duals: terms add up as they come.
+pub(crate) struct Sum<'y, R> {
+    pub(crate) coordinates: std::slice::Iter<'y, R>,
+    pub(crate) total: R,
+}
+
+impl<'y, R: Scalar> Sum<'y, R> {
+    pub(crate) fn new(y: &'y [R]) -> Self {
+        Self {
+            coordinates: y.iter(),
+            total: R::from(0.0),
+        }
+    }
+}
+
+impl<R: Scalar> Ledger for Sum<'_, R> {
+    type Number = R;
+
+    #[inline]
+    fn next(&mut self) -> Option<R> {
+        self.coordinates.next().copied()
+    }
+
+    #[inline]
+    fn add(&mut self, term: R) {
+        self.total += term;
+    }
+}
+
+/// A tape: every term is a root of the backward sweep.
+pub(crate) struct Roots<'t, 'y> {
+    coordinates: std::iter::Enumerate<std::slice::Iter<'y, f64>>,
+    tape: &'t Tape,
+    pub(crate) total: f64,
+}
+
+impl<'t, 'y> Roots<'t, 'y> {
+    /// Puts all coordinates on the cleared tape, so that they come first there.
+    pub(crate) fn new(tape: &'t Tape, y: &'y [f64]) -> Self {
+        tape.inputs(y.len());
+        Self {
+            coordinates: y.iter().enumerate(),
+            tape,
+            total: 0.0,
+        }
+    }
+}
+
+impl<'t> Ledger for Roots<'t, '_> {
+    type Number = Var<'t>;
+
+    #[inline]
+    fn next(&mut self) -> Option<Var<'t>> {
+        self.coordinates
+            .next()
+            .map(|(index, &value)| self.tape.at(index as u32, value))
+    }
+
+    #[inline]
+    fn add(&mut self, term: Var<'t>) {
+        self.total += term.value();
+        self.tape.seed(term);
+    }
+}
+
+/// The log density reading. Without `jacobian` it is the density over constrained values.
+pub(crate) struct Density<L> {
+    pub(crate) ledger: L,
+    pub(crate) jacobian: bool,
+}
+
+impl<L: Ledger> Density<L> {
+    #[inline]
+    fn add(&mut self, site: &Site, term: L::Number) -> Result<(), Rejection> {
+        let value = term.value();
+        if !value.is_finite() {
+            return Err(Rejection::NotFinite {
+                place: site.place,
+                value,
+            });
+        }
+        self.ledger.add(term);
+        Ok(())
+    }
+}
+
+impl<L: Ledger> Context for Density<L> {
+    type Number = L::Number;
+
+    #[inline]
+    fn unknown<D: Unknown<Real<L::Number>>>(
+        &mut self,
+        site: &'static Site,
+        distribution: D,
+    ) -> Result<D::Value, Rejection> {
+        let mut missing = false;
+        let ledger = &mut self.ledger;
+        let mut next = || {
+            Real(ledger.next().unwrap_or_else(|| {
+                missing = true;
+                L::Number::from(f64::NAN)
+            }))
+        };
+        let (value, term) = distribution.constrain(&mut next, self.jacobian);
+        if missing {
+            return Err(varying_dimension(site));
+        }
+        self.add(site, term.0)?;
+        Ok(value)
+    }
+
+    #[inline]
+    fn observe<D: Distribution<Real<L::Number>>>(
+        &mut self,
+        site: &'static Site,
+        datum: D::Value,
+        distribution: D,
+    ) -> Result<(), Rejection> {
+        self.add(site, distribution.ln_density(&datum).0)
+    }
+
+    #[inline]
+    fn factor(&mut self, site: &'static Site, weight: Real<L::Number>) -> Result<(), Rejection> {
+        self.add(site, weight.0)
+    }
+
+    fn predict<D: Distribution<Real<L::Number>>>(
+        &mut self,
+        site: &'static Site,
+        _: D,
+    ) -> Result<D::Value, Rejection> {
+        Err(Rejection::Fatal {
+            message: format!(
+                "{}: predictions need `if cx.predicts()` around them",
+                site.place
+            ),
+        })
+    }
+}
+
+pub(crate) fn varying_dimension(site: &Site) -> Rejection {
+    Rejection::Fatal {
+        message: format!(
+            "the number of unknowns depends on the values of unknowns: {} asks for more than the \
+             model had when it was bound; make the size of the model a matter of data",
+            site.place
+        ),
+    }
+}

@@ -1,0 +1,145 @@
+//! Values in and out of a model: what can be observed, what can be written down.
+
+/// Something that a statement `place ~ D` can condition on, seen as the value type of `D`.
+///
+/// Data (`f64`, counts, flags), unknowns and arrays, slices and vectors of them.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` cannot be observed from this distribution",
+    label = "the distribution is over `{V}`"
+)]
+pub trait Datum<V> {
+    /// The value that the density is evaluated at.
+    fn lift(&self) -> V;
+}
+
+impl<S: crate::Scalar> Datum<S> for f64 {
+    #[inline]
+    fn lift(&self) -> S {
+        S::from(*self)
+    }
+}
+
+macro_rules! impl_count_datum {
+    ($($Count:ty),*) => {$(
+        impl Datum<u64> for $Count {
+            #[inline]
+            fn lift(&self) -> u64 {
+                u64::from(*self)
+            }
+        }
+    )*};
+}
+impl_count_datum!(u8, u16, u32, u64);
+
+impl Datum<u64> for usize {
+    #[inline]
+    fn lift(&self) -> u64 {
+        *self as u64
+    }
+}
+
+impl Datum<bool> for bool {
+    #[inline]
+    fn lift(&self) -> bool {
+        *self
+    }
+}
+
+impl<V, T: Datum<V> + ?Sized> Datum<V> for &T {
+    #[inline]
+    fn lift(&self) -> V {
+        (**self).lift()
+    }
+}
+
+impl<V, T: Datum<V>, const N: usize> Datum<[V; N]> for [T; N] {
+    #[inline]
+    fn lift(&self) -> [V; N] {
+        std::array::from_fn(|i| self[i].lift())
+    }
+}
+
+impl<V, T: Datum<V>> Datum<Vec<V>> for [T] {
+    fn lift(&self) -> Vec<V> {
+        self.iter().map(Datum::lift).collect()
+    }
+}
+
+impl<V, T: Datum<V>> Datum<Vec<V>> for Vec<T> {
+    fn lift(&self) -> Vec<V> {
+        self.as_slice().lift()
+    }
+}
+
+/// A value with a shape that can be written down as plain numbers.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` cannot be recorded",
+    note = "numbers, arrays, vectors and Cholesky factors can be"
+)]
+pub trait Record {
+    /// Dimensions, empty for a number.
+    fn shape(&self) -> Vec<usize>;
+
+    /// Appends the elements, last dimension fastest.
+    fn flatten(&self, out: &mut Vec<f64>);
+}
+
+macro_rules! impl_number_record {
+    ($([$($generics:tt)*] $Number:ty: $self:ident => $value:expr;)*) => {$(
+        impl<$($generics)*> Record for $Number {
+            fn shape(&self) -> Vec<usize> {
+                Vec::new()
+            }
+            fn flatten(&$self, out: &mut Vec<f64>) {
+                out.push($value);
+            }
+        }
+    )*};
+}
+impl_number_record! {
+    [] f64: self => *self;
+    [] u64: self => *self as f64;
+    [] bool: self => f64::from(u8::from(*self));
+    ['t] crate::tape::Var<'t>: self => crate::Scalar::value(*self);
+    [const N: usize] crate::Dual<N>: self => crate::Scalar::value(*self);
+}
+
+impl<T: Record + ?Sized> Record for &T {
+    fn shape(&self) -> Vec<usize> {
+        (**self).shape()
+    }
+    fn flatten(&self, out: &mut Vec<f64>) {
+        (**self).flatten(out);
+    }
+}
+
+impl<T: Record> Record for [T] {
+    fn shape(&self) -> Vec<usize> {
+        let mut shape = vec![self.len()];
+        if let Some(first) = self.first() {
+            shape.extend(first.shape());
+        }
+        shape
+    }
+    fn flatten(&self, out: &mut Vec<f64>) {
+        self.iter().for_each(|x| x.flatten(out));
+    }
+}
+
+impl<T: Record, const N: usize> Record for [T; N] {
+    fn shape(&self) -> Vec<usize> {
+        self.as_slice().shape()
+    }
+    fn flatten(&self, out: &mut Vec<f64>) {
+        self.as_slice().flatten(out);
+    }
+}
+
+impl<T: Record> Record for Vec<T> {
+    fn shape(&self) -> Vec<usize> {
+        self.as_slice().shape()
+    }
+    fn flatten(&self, out: &mut Vec<f64>) {
+        self.as_slice().flatten(out);
+    }
+}

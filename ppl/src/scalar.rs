@@ -1,0 +1,403 @@
+//! Numbers that carry derivatives.
+
+use std::fmt::Debug;
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use crate::record::{Datum, Record};
+
+/// Arithmetic of a [`Scalar`] with itself, with `f64` and with `&f64` on the right.
+pub trait Arithmetic<Rhs = Self>:
+    Sized
+    + Add<Rhs, Output = Self>
+    + Sub<Rhs, Output = Self>
+    + Mul<Rhs, Output = Self>
+    + Div<Rhs, Output = Self>
+{
+}
+
+impl<S, Rhs> Arithmetic<Rhs> for S where
+    S: Add<Rhs, Output = S> + Sub<Rhs, Output = S> + Mul<Rhs, Output = S> + Div<Rhs, Output = S>
+{
+}
+
+/// A real number that a model computes with: `f64` (values only), [`Var`](crate::tape::Var)
+/// (reverse mode) or [`Dual`](crate::Dual) (forward mode).
+///
+/// Everything is built on [`fuse`](Scalar::fuse): a function whose value and partial
+/// derivatives are known enters as *one* operation, whatever it computes inside.
+///
+/// # Example
+/// ```
+/// use ppl::{Dual, Scalar};
+///
+/// fn rosenbrock<S: Scalar>(x: S, y: S) -> S {
+///     (y - x * x).square() * 100.0 + (x - 1.0).square()
+/// }
+/// let [x, y] = Dual::variables([0.5, 2.0]);
+/// assert_eq!(rosenbrock(0.5, 2.0), 306.5);
+/// assert_eq!(rosenbrock(x, y).gradient(), [-351.0, 350.0]);
+/// ```
+pub trait Scalar:
+    Copy
+    + Debug
+    + From<f64>
+    + Arithmetic
+    + Arithmetic<f64>
+    + for<'a> Arithmetic<&'a f64>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + DivAssign
+    + AddAssign<f64>
+    + SubAssign<f64>
+    + MulAssign<f64>
+    + DivAssign<f64>
+    + Sum
+    + PartialEq
+    + PartialOrd
+    + PartialEq<f64>
+    + PartialOrd<f64>
+    + Datum<Self>
+    + Record
+{
+    /// Whether derivatives are carried at all: expensive partials are skipped where not.
+    const DIFFERENTIABLE: bool;
+
+    /// The number itself.
+    fn value(self) -> f64;
+
+    /// Whether no derivative flows into this number (data, literals).
+    fn is_constant(self) -> bool;
+
+    /// The result `value` of a function of `arguments` with these partial derivatives.
+    fn fuse_iter(value: f64, arguments: impl IntoIterator<Item = (Self, f64)>) -> Self;
+
+    /// [`fuse_iter`](Scalar::fuse_iter) for a fixed number of arguments.
+    #[inline]
+    fn fuse<const K: usize>(value: f64, arguments: [Self; K], partials: [f64; K]) -> Self {
+        Self::fuse_iter(value, arguments.into_iter().zip(partials))
+    }
+
+    /// A function of this number alone.
+    #[inline]
+    fn unary(self, value: f64, derivative: f64) -> Self {
+        Self::fuse(value, [self], [derivative])
+    }
+
+    /// eˣ.
+    #[inline]
+    fn exp(self) -> Self {
+        let v = self.value().exp();
+        self.unary(v, v)
+    }
+
+    /// eˣ − 1, accurate near 0.
+    #[inline]
+    fn exp_m1(self) -> Self {
+        let v = self.value().exp_m1();
+        self.unary(v, v + 1.0)
+    }
+
+    /// Natural logarithm.
+    #[inline]
+    fn ln(self) -> Self {
+        let x = self.value();
+        self.unary(x.ln(), x.recip())
+    }
+
+    /// ln(1 + x), accurate near 0.
+    #[inline]
+    fn ln_1p(self) -> Self {
+        let x = self.value();
+        self.unary(x.ln_1p(), (1.0 + x).recip())
+    }
+
+    /// Square root.
+    #[inline]
+    fn sqrt(self) -> Self {
+        let v = self.value().sqrt();
+        self.unary(v, 0.5 / v)
+    }
+
+    /// x².
+    #[inline]
+    fn square(self) -> Self {
+        let x = self.value();
+        self.unary(x * x, 2.0 * x)
+    }
+
+    /// 1/x.
+    #[inline]
+    fn recip(self) -> Self {
+        let v = self.value().recip();
+        self.unary(v, -v * v)
+    }
+
+    /// xⁿ for an integer n.
+    #[inline]
+    fn powi(self, n: i32) -> Self {
+        let x = self.value();
+        let derivative = if n == 0 {
+            0.0
+        } else {
+            f64::from(n) * x.powi(n - 1)
+        };
+        self.unary(x.powi(n), derivative)
+    }
+
+    /// xᵖ for a constant p.
+    #[inline]
+    fn powf(self, p: f64) -> Self {
+        let x = self.value();
+        let derivative = if p == 0.0 { 0.0 } else { p * x.powf(p - 1.0) };
+        self.unary(x.powf(p), derivative)
+    }
+
+    /// xᵖ where both may be unknown; x > 0.
+    #[inline]
+    fn pow(self, p: Self) -> Self {
+        let (x, e) = (self.value(), p.value());
+        let v = x.powf(e);
+        Self::fuse(v, [self, p], [e * x.powf(e - 1.0), v * x.ln()])
+    }
+
+    /// sin x.
+    #[inline]
+    fn sin(self) -> Self {
+        let (s, c) = self.value().sin_cos();
+        self.unary(s, c)
+    }
+
+    /// cos x.
+    #[inline]
+    fn cos(self) -> Self {
+        let (s, c) = self.value().sin_cos();
+        self.unary(c, -s)
+    }
+
+    /// tanh x.
+    #[inline]
+    fn tanh(self) -> Self {
+        let v = self.value().tanh();
+        let sech = self.value().cosh().recip();
+        self.unary(v, sech * sech)
+    }
+
+    /// |x|, with derivative 0 at 0.
+    #[inline]
+    fn abs(self) -> Self {
+        let x = self.value();
+        let sign = if x == 0.0 { 0.0 } else { x.signum() };
+        self.unary(x.abs(), sign)
+    }
+
+    /// Logistic function 1/(1 + e⁻ˣ).
+    #[inline]
+    fn logistic(self) -> Self {
+        let (p, q) = logistic(self.value());
+        self.unary(p, p * q)
+    }
+
+    /// ln(1 + eˣ) without overflow or cancellation.
+    #[inline]
+    fn softplus(self) -> Self {
+        let x = self.value();
+        self.unary(softplus(x), logistic(x).0)
+    }
+}
+
+/// σ(x) and σ(−x) = 1 − σ(x), each to full relative accuracy.
+#[inline]
+pub(crate) fn logistic(x: f64) -> (f64, f64) {
+    let e = (-x.abs()).exp();
+    let (large, small) = (1.0 / (1.0 + e), e / (1.0 + e));
+    if x >= 0.0 {
+        (large, small)
+    } else {
+        (small, large)
+    }
+}
+
+/// ln(1 + eˣ) = max(x, 0) + log1p(e^{−|x|}).
+#[inline]
+pub(crate) fn softplus(x: f64) -> f64 {
+    x.max(0.0) + (-x.abs()).exp().ln_1p()
+}
+
+impl Scalar for f64 {
+    const DIFFERENTIABLE: bool = false;
+
+    #[inline]
+    fn value(self) -> f64 {
+        self
+    }
+
+    #[inline]
+    fn is_constant(self) -> bool {
+        true
+    }
+
+    #[inline]
+    fn fuse_iter(value: f64, _: impl IntoIterator<Item = (Self, f64)>) -> Self {
+        value
+    }
+}
+
+/// Operators of a derivative-carrying number, all from `fuse`, with `f64` and `&f64` on either
+/// side that makes sense.
+macro_rules! impl_arithmetic {
+    ([$($generics:tt)*] $Number:ty) => {
+        impl_arithmetic!(@op [$($generics)*] $Number, Add, add, AddAssign, add_assign,
+            |a, b| (a + b, 1.0, 1.0));
+        impl_arithmetic!(@op [$($generics)*] $Number, Sub, sub, SubAssign, sub_assign,
+            |a, b| (a - b, 1.0, -1.0));
+        impl_arithmetic!(@op [$($generics)*] $Number, Mul, mul, MulAssign, mul_assign,
+            |a, b| (a * b, b, a));
+        impl_arithmetic!(@op [$($generics)*] $Number, Div, div, DivAssign, div_assign,
+            |a, b| (a / b, 1.0 / b, -a / (b * b)));
+
+        impl<$($generics)*> std::ops::Neg for $Number {
+            type Output = Self;
+            #[inline]
+            fn neg(self) -> Self {
+                self.unary(-self.value(), -1.0)
+            }
+        }
+        impl<$($generics)*> std::iter::Sum for $Number {
+            fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
+                terms.fold(Self::from(0.0), |total, term| total + term)
+            }
+        }
+        impl<$($generics)*> PartialEq for $Number {
+            #[inline]
+            fn eq(&self, other: &Self) -> bool {
+                self.value() == other.value()
+            }
+        }
+        impl<$($generics)*> PartialOrd for $Number {
+            #[inline]
+            fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+                self.value().partial_cmp(&other.value())
+            }
+        }
+        impl<$($generics)*> PartialEq<f64> for $Number {
+            #[inline]
+            fn eq(&self, other: &f64) -> bool {
+                self.value() == *other
+            }
+        }
+        impl<$($generics)*> PartialOrd<f64> for $Number {
+            #[inline]
+            fn partial_cmp(&self, other: &f64) -> Option<std::cmp::Ordering> {
+                self.value().partial_cmp(other)
+            }
+        }
+        impl<$($generics)*> $crate::record::Datum<$Number> for $Number {
+            #[inline]
+            fn lift(&self) -> $Number {
+                *self
+            }
+        }
+    };
+    (@op [$($generics:tt)*] $Number:ty, $Op:ident, $op:ident, $Assign:ident, $assign:ident,
+     |$a:ident, $b:ident| $rule:expr) => {
+        impl<$($generics)*> std::ops::$Op for $Number {
+            type Output = Self;
+            #[inline]
+            fn $op(self, other: Self) -> Self {
+                let ($a, $b) = (self.value(), other.value());
+                let (value, da, db) = $rule;
+                Self::fuse(value, [self, other], [da, db])
+            }
+        }
+        impl<$($generics)*> std::ops::$Op<f64> for $Number {
+            type Output = Self;
+            #[inline]
+            fn $op(self, other: f64) -> Self {
+                let ($a, $b) = (self.value(), other);
+                let (value, da, _) = $rule;
+                self.unary(value, da)
+            }
+        }
+        impl<$($generics)*> std::ops::$Op<&f64> for $Number {
+            type Output = Self;
+            #[inline]
+            fn $op(self, other: &f64) -> Self {
+                std::ops::$Op::$op(self, *other)
+            }
+        }
+        impl<$($generics)*> std::ops::$Op<$Number> for f64 {
+            type Output = $Number;
+            #[inline]
+            fn $op(self, other: $Number) -> $Number {
+                let ($a, $b) = (self, other.value());
+                let (value, _, db) = $rule;
+                other.unary(value, db)
+            }
+        }
+        impl<$($generics)*> std::ops::$Assign for $Number {
+            #[inline]
+            fn $assign(&mut self, other: Self) {
+                *self = std::ops::$Op::$op(*self, other);
+            }
+        }
+        impl<$($generics)*> std::ops::$Assign<f64> for $Number {
+            #[inline]
+            fn $assign(&mut self, other: f64) {
+                *self = std::ops::$Op::$op(*self, other);
+            }
+        }
+    };
+}
+pub(crate) use impl_arithmetic;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dual::Dual;
+
+    /// Every elementary function against a central difference.
+    #[test]
+    fn elementary_derivatives() {
+        type F = (fn(Dual<1>) -> Dual<1>, fn(f64) -> f64, f64);
+        let cases: [F; 15] = [
+            (Scalar::exp, f64::exp, 0.7),
+            (Scalar::exp_m1, f64::exp_m1, 0.7),
+            (Scalar::ln, f64::ln, 0.7),
+            (Scalar::ln_1p, f64::ln_1p, 0.7),
+            (Scalar::sqrt, f64::sqrt, 0.7),
+            (Scalar::square, |x| x * x, 0.7),
+            (Scalar::recip, f64::recip, 0.7),
+            (|x| x.powi(3), |x| x.powi(3), 0.7),
+            (|x| x.powf(2.5), |x| x.powf(2.5), 0.7),
+            (Scalar::sin, f64::sin, 0.7),
+            (Scalar::cos, f64::cos, 0.7),
+            (Scalar::tanh, f64::tanh, 0.7),
+            (Scalar::abs, f64::abs, -0.7),
+            (Scalar::logistic, |x| 1.0 / (1.0 + (-x).exp()), -0.7),
+            (Scalar::softplus, |x| x.exp().ln_1p(), -0.7),
+        ];
+        for (number, (dual, plain, x)) in cases.into_iter().enumerate() {
+            let h = 1e-5;
+            let difference = (plain(x + h) - plain(x - h)) / (2.0 * h);
+            let [v] = Dual::variables([x]);
+            let got = dual(v);
+            approx::assert_relative_eq!(got.value(), plain(x), max_relative = 1e-14);
+            assert!(
+                (got.gradient()[0] - difference).abs() < 1e-9,
+                "function {number}: {} against {difference}",
+                got.gradient()[0]
+            );
+        }
+    }
+
+    #[test]
+    fn logistic_keeps_digits_in_both_tails() {
+        assert_eq!(logistic(-800.0), (0.0, 1.0));
+        approx::assert_relative_eq!(logistic(40.0).1, (-40.0f64).exp(), max_relative = 1e-15);
+        assert_eq!(softplus(1000.0), 1000.0);
+        approx::assert_relative_eq!(softplus(-40.0), (-40.0f64).exp(), max_relative = 1e-15);
+    }
+}

@@ -1,0 +1,174 @@
+//! Intervals of the real line.
+
+use crate::scalar::{Scalar, logistic, softplus};
+
+/// Where a univariate density is positive, and the smooth map of ℝ onto it.
+///
+/// | support | x(y) | log dx/dy |
+/// |---|---|---|
+/// | `Real` | y | 0 |
+/// | `Above(a)` | a + eʸ | y |
+/// | `Below(b)` | b − eʸ | y |
+/// | `Between(a, b)` | a + (b − a) σ(y) | ln(b − a) − softplus(y) − softplus(−y) |
+///
+/// # References
+/// Stan Reference Manual, "Constraint Transforms".
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Support<R> {
+    /// ℝ.
+    Real,
+    /// (a, ∞).
+    Above(R),
+    /// (−∞, b).
+    Below(R),
+    /// (a, b).
+    Between(R, R),
+}
+
+impl<R: Scalar> Support<R> {
+    /// The point at the unconstrained coordinate `y`, and the log-Jacobian there.
+    #[inline]
+    pub fn constrain(&self, y: R) -> (R, R) {
+        match *self {
+            Self::Real => (y, R::from(0.0)),
+            Self::Above(a) => (a + y.exp(), y),
+            Self::Below(b) => (b - y.exp(), y),
+            Self::Between(a, b) => {
+                let (p, q) = logistic(y.value());
+                let width = b - a;
+                // measured from the nearer end, so that both tails keep their digits
+                let x = if y.value() < 0.0 {
+                    a + width * y.unary(p, p * q)
+                } else {
+                    b - width * y.unary(q, -p * q)
+                };
+                (x, width.ln() + log_logistic_density(y))
+            }
+        }
+    }
+
+    /// The coordinate of the value `x`; infinite at an end of the support.
+    pub fn unconstrain(&self, x: f64) -> f64 {
+        match self {
+            Self::Real => x,
+            Self::Above(a) => (x - a.value()).ln(),
+            Self::Below(b) => (b.value() - x).ln(),
+            Self::Between(a, b) => ((x - a.value()) / (b.value() - x)).ln(),
+        }
+    }
+
+    /// Lower and upper end, infinite where open.
+    pub fn bounds(&self) -> (f64, f64) {
+        match self {
+            Self::Real => (f64::NEG_INFINITY, f64::INFINITY),
+            Self::Above(a) => (a.value(), f64::INFINITY),
+            Self::Below(b) => (f64::NEG_INFINITY, b.value()),
+            Self::Between(a, b) => (a.value(), b.value()),
+        }
+    }
+
+    /// Whether `x` lies in the closed support.
+    #[inline]
+    pub fn contains(&self, x: f64) -> bool {
+        let (a, b) = self.bounds();
+        (a..=b).contains(&x)
+    }
+
+    /// The part of the support within `lower..upper`.
+    pub fn within(&self, lower: f64, upper: f64) -> Self {
+        let (a, b) = match *self {
+            Self::Real => (None, None),
+            Self::Above(a) => (Some(a), None),
+            Self::Below(b) => (None, Some(b)),
+            Self::Between(a, b) => (Some(a), Some(b)),
+        };
+        let tighter = |own: Option<R>, other: f64, other_is_tighter: fn(f64, f64) -> bool| match own
+        {
+            Some(own) if !other_is_tighter(other, own.value()) => Some(own),
+            _ => other.is_finite().then(|| R::from(other)),
+        };
+        match (
+            tighter(a, lower, |o, a| o > a),
+            tighter(b, upper, |o, b| o < b),
+        ) {
+            (None, None) => Self::Real,
+            (Some(a), None) => Self::Above(a),
+            (None, Some(b)) => Self::Below(b),
+            (Some(a), Some(b)) => Self::Between(a, b),
+        }
+    }
+}
+
+/// ln σ(y) + ln σ(−y): the log density of the logistic distribution.
+#[inline]
+pub(crate) fn log_logistic_density<R: Scalar>(y: R) -> R {
+    let v = y.value();
+    let (p, q) = logistic(v);
+    y.unary(-softplus(v) - softplus(-v), q - p)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dual::Dual;
+
+    fn cases() -> [Support<f64>; 4] {
+        [
+            Support::Real,
+            Support::Above(-1.5),
+            Support::Below(2.0),
+            Support::Between(-1.0, 3.0),
+        ]
+    }
+
+    #[test]
+    fn jacobian_is_the_derivative_and_the_inverse_inverts() {
+        for support in cases() {
+            for y in [-30.0, -2.0, 0.0, 0.3, 5.0, 30.0] {
+                let [v] = Dual::variables([y]);
+                let lifted = match support {
+                    Support::Real => Support::Real,
+                    Support::Above(a) => Support::Above(Dual::from(a)),
+                    Support::Below(b) => Support::Below(Dual::from(b)),
+                    Support::Between(a, b) => Support::Between(Dual::from(a), Dual::from(b)),
+                };
+                let (x, log_jacobian) = lifted.constrain(v);
+                approx::assert_relative_eq!(
+                    x.gradient()[0].abs().ln(),
+                    log_jacobian.value(),
+                    max_relative = 1e-13,
+                    epsilon = 1e-13
+                );
+                if y.abs() < 10.0 {
+                    approx::assert_relative_eq!(
+                        support.unconstrain(x.value()),
+                        y,
+                        max_relative = 1e-12,
+                        epsilon = 1e-12
+                    );
+                }
+                assert!(support.contains(x.value()));
+            }
+        }
+    }
+
+    #[test]
+    fn truncation_keeps_the_tighter_end() {
+        assert_eq!(
+            Support::Real.within(0.0, f64::INFINITY),
+            Support::Above(0.0)
+        );
+        assert_eq!(
+            Support::Above(1.0).within(0.0, 5.0),
+            Support::Between(1.0, 5.0)
+        );
+        assert_eq!(
+            Support::Between(0.0, 1.0).within(0.5, 9.0),
+            Support::Between(0.5, 1.0)
+        );
+        assert_eq!(
+            Support::<f64>::Real.within(f64::NEG_INFINITY, f64::INFINITY),
+            Support::Real
+        );
+    }
+}
