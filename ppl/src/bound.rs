@@ -61,21 +61,11 @@ pub struct Workspace {
 impl<M: Model> Bound<M> {
     /// Binds a model to the data that it holds.
     pub fn new(model: M) -> Self {
-        let mut bound = Self {
-            model,
-            layout: Ok(Layout {
-                dim: 0,
-                variables: Vec::new(),
-            }),
-        };
+        let mut bound = Self { model, layout: Ok(Layout { dim: 0, variables: Vec::new() }) };
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
         bound.layout = bound.draw_prior(&mut rng).map(|record| Layout {
             dim: record.unconstrained.len(),
-            variables: record
-                .entries
-                .into_iter()
-                .map(|entry| entry.variable)
-                .collect(),
+            variables: record.entries.into_iter().map(|entry| entry.variable).collect(),
         });
         bound
     }
@@ -109,9 +99,7 @@ impl<M: Model> Bound<M> {
                 Err(rejection) => last = Some(rejection),
             }
         }
-        let last = last.unwrap_or(Rejection::Fatal {
-            message: "no tries".to_owned(),
-        });
+        let last = last.unwrap_or(Rejection::Fatal { message: "no tries".to_owned() });
         Err(ModelError::NoPriorDraw { tries: TRIES, last })
     }
 
@@ -166,10 +154,7 @@ impl<M: Model> Bound<M> {
                 .enumerate()
                 .map(|(j, &y)| Dual::new(y, [if i == j { 1.0 } else { 0.0 }]))
                 .collect();
-            let mut density = Density {
-                ledger: Sum::new(&point),
-                jacobian: true,
-            };
+            let mut density = Density { ledger: Sum::new(&point), jacobian: true };
             self.model.run(&mut density)?;
             value = crate::Scalar::value(density.ledger.total);
             *g = density.ledger.total.gradient()[0];
@@ -178,10 +163,7 @@ impl<M: Model> Bound<M> {
     }
 
     fn value(&self, y: &[f64], jacobian: bool) -> Result<f64, Rejection> {
-        let mut density = Density {
-            ledger: Sum::new(y),
-            jacobian,
-        };
+        let mut density = Density { ledger: Sum::new(y), jacobian };
         self.model.run(&mut density)?;
         Ok(density.ledger.total)
     }

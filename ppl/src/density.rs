@@ -45,11 +45,7 @@ pub struct Place {
 impl Place {
     /// For densities that are not made of statements.
     pub const fn unknown() -> Self {
-        Self {
-            statement: "log density",
-            file: "",
-            line: 0,
-        }
+        Self { statement: "log density", file: "", line: 0 }
     }
 }
 
@@ -120,9 +116,7 @@ pub struct DomainError {
 impl DomainError {
     /// With a message that names the argument, its value and what is required.
     pub fn new(message: impl Into<String>) -> Self {
-        Self {
-            message: message.into(),
-        }
+        Self { message: message.into() }
     }
 
     /// Demands that `holds`: "Normal: scale must be positive, got −1".
@@ -139,9 +133,7 @@ impl DomainError {
         if holds {
             Ok(())
         } else {
-            Err(Self::new(format!(
-                "{distribution}: {parameter} must be {requirement}, got {got}"
-            )))
+            Err(Self::new(format!("{distribution}: {parameter} must be {requirement}, got {got}")))
         }
     }
 }

@@ -24,24 +24,13 @@ pub struct Site {
 impl Site {
     /// A statement outside loops; for models written by hand.
     pub const fn new(name: &'static str) -> Self {
-        Self {
-            name,
-            place: Place {
-                statement: name,
-                file: "",
-                line: 0,
-            },
-            repeated: false,
-        }
+        Self { name, place: Place { statement: name, file: "", line: 0 }, repeated: false }
     }
 
     /// Attaches this place to what a user function returned by `?`.
     pub fn rejection(&self, error: impl Into<Failure>) -> Rejection {
         match error.into() {
-            Failure::Domain(error) => Rejection::Domain {
-                place: self.place,
-                error,
-            },
+            Failure::Domain(error) => Rejection::Domain { place: self.place, error },
             Failure::Rejection(rejection) => rejection,
         }
     }
@@ -70,10 +59,7 @@ impl From<Rejection> for Failure {
 
 impl From<DomainError> for Rejection {
     fn from(error: DomainError) -> Self {
-        Self::Domain {
-            place: Place::unknown(),
-            error,
-        }
+        Self::Domain { place: Place::unknown(), error }
     }
 }
 

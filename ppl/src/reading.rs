@@ -25,10 +25,7 @@ pub(crate) struct Sum<'y, R> {
 
 impl<'y, R: Scalar> Sum<'y, R> {
     pub(crate) fn new(y: &'y [R]) -> Self {
-        Self {
-            coordinates: y.iter(),
-            total: R::from(0.0),
-        }
+        Self { coordinates: y.iter(), total: R::from(0.0) }
     }
 }
 
@@ -57,11 +54,7 @@ impl<'t, 'y> Roots<'t, 'y> {
     /// Puts all coordinates on the cleared tape, so that they come first there.
     pub(crate) fn new(tape: &'t Tape, y: &'y [f64]) -> Self {
         tape.inputs(y.len());
-        Self {
-            coordinates: y.iter().enumerate(),
-            tape,
-            total: 0.0,
-        }
+        Self { coordinates: y.iter().enumerate(), tape, total: 0.0 }
     }
 }
 
@@ -70,9 +63,7 @@ impl<'t> Ledger for Roots<'t, '_> {
 
     #[inline]
     fn next(&mut self) -> Option<Var<'t>> {
-        self.coordinates
-            .next()
-            .map(|(index, &value)| self.tape.at(index as u32, value))
+        self.coordinates.next().map(|(index, &value)| self.tape.at(index as u32, value))
     }
 
     #[inline]
@@ -93,10 +84,7 @@ impl<L: Ledger> Density<L> {
     fn add(&mut self, site: &Site, term: L::Number) -> Result<(), Rejection> {
         let value = term.value();
         if !value.is_finite() {
-            return Err(Rejection::NotFinite {
-                place: site.place,
-                value,
-            });
+            return Err(Rejection::NotFinite { place: site.place, value });
         }
         self.ledger.add(term);
         Ok(())
@@ -149,10 +137,7 @@ impl<L: Ledger> Context for Density<L> {
         _: D,
     ) -> Result<D::Value, Rejection> {
         Err(Rejection::Fatal {
-            message: format!(
-                "{}: predictions need `if cx.predicts()` around them",
-                site.place
-            ),
+            message: format!("{}: predictions need `if cx.predicts()` around them", site.place),
         })
     }
 }

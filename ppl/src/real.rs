@@ -35,10 +35,7 @@ impl<S: Scalar> Scalar for Real<S> {
 
     #[inline]
     fn fuse_iter(value: f64, arguments: impl IntoIterator<Item = (Self, f64)>) -> Self {
-        Self(S::fuse_iter(
-            value,
-            arguments.into_iter().map(|(x, partial)| (x.0, partial)),
-        ))
+        Self(S::fuse_iter(value, arguments.into_iter().map(|(x, partial)| (x.0, partial))))
     }
 
     #[inline]

@@ -139,11 +139,7 @@ pub trait Scalar:
     #[inline]
     fn powi(self, n: i32) -> Self {
         let x = self.value();
-        let derivative = if n == 0 {
-            0.0
-        } else {
-            f64::from(n) * x.powi(n - 1)
-        };
+        let derivative = if n == 0 { 0.0 } else { f64::from(n) * x.powi(n - 1) };
         self.unary(x.powi(n), derivative)
     }
 
@@ -213,11 +209,7 @@ pub trait Scalar:
 pub(crate) fn logistic(x: f64) -> (f64, f64) {
     let e = (-x.abs()).exp();
     let (large, small) = (1.0 / (1.0 + e), e / (1.0 + e));
-    if x >= 0.0 {
-        (large, small)
-    } else {
-        (small, large)
-    }
+    if x >= 0.0 { (large, small) } else { (small, large) }
 }
 
 /// ln(1 + eˣ) = max(x, 0) + log1p(e^{−|x|}).

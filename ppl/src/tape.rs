@@ -56,10 +56,7 @@ impl Tape {
 
     /// The number at a node that exists.
     pub(crate) fn at(&self, index: u32, value: f64) -> Var<'_> {
-        Var {
-            value,
-            node: Some((self, index)),
-        }
+        Var { value, node: Some((self, index)) }
     }
 
     /// Adds `term` to the sum that [`sweep`](Tape::sweep) differentiates.
@@ -84,9 +81,8 @@ impl Tape {
             }
             let start = if i == 0 { 0 } else { nodes.ends[i - 1] };
             let range = start as usize..nodes.ends[i] as usize;
-            for (&parent, &partial) in nodes.parents[range.clone()]
-                .iter()
-                .zip(&nodes.partials[range])
+            for (&parent, &partial) in
+                nodes.parents[range.clone()].iter().zip(&nodes.partials[range])
             {
                 nodes.adjoints[parent as usize] += adjoint * partial;
             }
@@ -102,10 +98,7 @@ impl Tape {
         }
         let index = nodes.ends.len() as u32;
         nodes.ends.push(nodes.parents.len() as u32);
-        Var {
-            value,
-            node: Some((self, index)),
-        }
+        Var { value, node: Some((self, index)) }
     }
 }
 
@@ -124,10 +117,7 @@ impl Var<'_> {
 
 impl std::fmt::Debug for Var<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Var")
-            .field("value", &self.value)
-            .field("index", &self.index())
-            .finish()
+        f.debug_struct("Var").field("value", &self.value).field("index", &self.index()).finish()
     }
 }
 

@@ -58,9 +58,7 @@ pub struct Record {
 impl Record {
     /// The entry of this name.
     pub fn get(&self, name: &str) -> Option<&Entry> {
-        self.entries
-            .iter()
-            .find(|entry| entry.variable.name == name)
+        self.entries.iter().find(|entry| entry.variable.name == name)
     }
 
     /// The values of this name.
@@ -74,20 +72,13 @@ impl Record {
         role: Role,
         shape: &[usize],
     ) -> Result<&mut Entry, Rejection> {
-        let found = self
-            .entries
-            .iter()
-            .position(|e| e.variable.name == site.name);
+        let found = self.entries.iter().position(|e| e.variable.name == site.name);
         let Some(index) = found else {
             let mut full = shape.to_vec();
             if site.repeated {
                 full.insert(0, 1);
             }
-            let variable = Variable {
-                name: site.name.to_owned(),
-                shape: full,
-                role,
-            };
+            let variable = Variable { name: site.name.to_owned(), shape: full, role };
             self.entries.push(Entry {
                 variable,
                 values: Vec::new(),
@@ -134,11 +125,7 @@ pub(crate) struct Trace<'y, G> {
 
 impl<'y, G: Rng> Trace<'y, G> {
     pub(crate) fn new(source: Source<'y>, rng: G) -> Self {
-        Self {
-            source,
-            rng,
-            record: Record::default(),
-        }
+        Self { source, rng, record: Record::default() }
     }
 
     fn write(
@@ -165,9 +152,7 @@ impl<G: Rng> Context for Trace<'_, G> {
         site: &'static Site,
         distribution: D,
     ) -> Result<D::Value, Rejection> {
-        distribution
-            .validate()
-            .map_err(|error| site.rejection(error))?;
+        distribution.validate().map_err(|error| site.rejection(error))?;
         let value = match &mut self.source {
             Source::Prior => distribution.draw(&mut self.rng),
             Source::Point(coordinates) => {
@@ -196,9 +181,7 @@ impl<G: Rng> Context for Trace<'_, G> {
         datum: D::Value,
         distribution: D,
     ) -> Result<(), Rejection> {
-        distribution
-            .validate()
-            .map_err(|error| site.rejection(error))?;
+        distribution.validate().map_err(|error| site.rejection(error))?;
         let replicate = distribution.draw(&mut self.rng);
         let log_likelihood = distribution.ln_density(&datum);
         let entry = self.write(site, Role::Observed, &datum)?;
@@ -225,9 +208,7 @@ impl<G: Rng> Context for Trace<'_, G> {
         site: &'static Site,
         distribution: D,
     ) -> Result<D::Value, Rejection> {
-        distribution
-            .validate()
-            .map_err(|error| site.rejection(error))?;
+        distribution.validate().map_err(|error| site.rejection(error))?;
         let value = distribution.draw(&mut self.rng);
         self.write(site, Role::Predicted, &value)?;
         Ok(value)

@@ -13,10 +13,7 @@ impl Model for Line<'_> {
         static SLOPE: Site = Site::new("slope");
         static SD: Site = Site::new("sd");
         static TWICE: Site = Site::new("twice");
-        static Y: Site = Site {
-            repeated: true,
-            ..Site::new("y")
-        };
+        static Y: Site = Site { repeated: true, ..Site::new("y") };
         let slope = cx.unknown(&SLOPE, Normal(0.0, 1.0).array::<2>())?;
         let sd = cx.unknown(&SD, Normal(0.15, 0.25).truncate(0.0..))?;
         let twice = 2.0 * slope[1] + 1.0 - 0.5 * slope[0] / sd;
@@ -36,20 +33,9 @@ fn readings_agree() {
     let model = Bound::new(Line { x: &x, y: &y });
     let layout = model.layout().unwrap();
     assert_eq!(layout.dim, 3);
-    let names: Vec<_> = layout
-        .variables
-        .iter()
-        .map(|v| (v.name.as_str(), v.shape.clone()))
-        .collect();
-    assert_eq!(
-        names,
-        [
-            ("slope", vec![2]),
-            ("sd", vec![]),
-            ("twice", vec![]),
-            ("y", vec![3])
-        ]
-    );
+    let names: Vec<_> =
+        layout.variables.iter().map(|v| (v.name.as_str(), v.shape.clone())).collect();
+    assert_eq!(names, [("slope", vec![2]), ("sd", vec![]), ("twice", vec![]), ("y", vec![3])]);
     assert_eq!(layout.with_role(Role::Observed).count(), 1);
 
     let point = [0.3, -0.2, -1.0];

@@ -42,13 +42,7 @@ impl<M: Parameter, S: Parameter> Univariate for Normal<M, S> {
     fn validate(&self) -> Result<(), DomainError> {
         let (mean, sd) = (self.0.number(), self.1.number());
         DomainError::require(mean.is_finite(), "Normal", "mean", "finite", mean)?;
-        DomainError::require(
-            sd > 0.0 && sd.is_finite(),
-            "Normal",
-            "sd",
-            "positive and finite",
-            sd,
-        )
+        DomainError::require(sd > 0.0 && sd.is_finite(), "Normal", "sd", "positive and finite", sd)
     }
 
     fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {

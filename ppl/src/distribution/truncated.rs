@@ -49,10 +49,7 @@ impl<D: Univariate> Truncated<D> {
     where
         D: UnivariateDensity<f64>,
     {
-        nodes(&self.inner, self.lower, self.upper)
-            .into_iter()
-            .map(|(x, w)| w * f(x))
-            .sum()
+        nodes(&self.inner, self.lower, self.upper).into_iter().map(|(x, w)| w * f(x)).sum()
     }
 }
 
@@ -84,29 +81,15 @@ impl<D: Univariate + UnivariateDensity<f64>> Univariate for Truncated<D> {
     }
 
     fn cdf(&self, x: f64) -> f64 {
-        let part = Truncated {
-            inner: self.inner.clone(),
-            lower: self.lower,
-            upper: x.min(self.upper),
-        };
-        if x <= self.lower {
-            0.0
-        } else {
-            part.masses().1 / self.masses().1
-        }
+        let part =
+            Truncated { inner: self.inner.clone(), lower: self.lower, upper: x.min(self.upper) };
+        if x <= self.lower { 0.0 } else { part.masses().1 / self.masses().1 }
     }
 
     fn sf(&self, x: f64) -> f64 {
-        let part = Truncated {
-            inner: self.inner.clone(),
-            lower: x.max(self.lower),
-            upper: self.upper,
-        };
-        if x >= self.upper {
-            0.0
-        } else {
-            part.masses().1 / self.masses().1
-        }
+        let part =
+            Truncated { inner: self.inner.clone(), lower: x.max(self.lower), upper: self.upper };
+        if x >= self.upper { 0.0 } else { part.masses().1 / self.masses().1 }
     }
 
     fn quantile(&self, p: f64) -> f64 {
@@ -136,11 +119,7 @@ pub(super) fn ln_mass_by_quadrature<R: Scalar, D: UnivariateDensity<R>>(
     lower: f64,
     upper: f64,
 ) -> R {
-    let interval = Truncated {
-        inner: distribution.clone(),
-        lower,
-        upper,
-    };
+    let interval = Truncated { inner: distribution.clone(), lower, upper };
     let value = interval.masses().1.ln();
     if !R::DIFFERENTIABLE {
         return R::from(value);
@@ -161,11 +140,7 @@ fn nodes<R: Scalar, D: UnivariateDensity<R>>(
 ) -> Vec<(f64, f64)> {
     const STEP: f64 = 1.0 / 12.0;
     const REACH: i32 = 54;
-    let interval = Truncated {
-        inner: distribution.clone(),
-        lower,
-        upper,
-    };
+    let interval = Truncated { inner: distribution.clone(), lower, upper };
     let (a, b) = distribution.support().within(lower, upper).bounds();
     let support = Support::Real.within(a, b);
     let [first, centre, third] =

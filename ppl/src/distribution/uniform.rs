@@ -34,13 +34,7 @@ impl<A: Parameter, B: Parameter> Univariate for Uniform<A, B> {
         let (a, b) = (self.0.number(), self.1.number());
         DomainError::require(a.is_finite(), "Uniform", "lower end", "finite", a)?;
         DomainError::require(b.is_finite(), "Uniform", "upper end", "finite", b)?;
-        DomainError::require(
-            a < b,
-            "Uniform",
-            "lower end",
-            &format!("below the upper end {b}"),
-            a,
-        )
+        DomainError::require(a < b, "Uniform", "lower end", &format!("below the upper end {b}"), a)
     }
 
     fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {
@@ -87,11 +81,7 @@ where
     #[inline]
     fn ln_pdf(&self, _: R) -> R {
         let width = self.width();
-        R::fuse(
-            -width.ln(),
-            [lift(self.0), lift(self.1)],
-            [width.recip(), -width.recip()],
-        )
+        R::fuse(-width.ln(), [lift(self.0), lift(self.1)], [width.recip(), -width.recip()])
     }
 
     #[inline]

@@ -87,10 +87,7 @@ impl<R: Scalar> Support<R> {
             Some(own) if !other_is_tighter(other, own.value()) => Some(own),
             _ => other.is_finite().then(|| R::from(other)),
         };
-        match (
-            tighter(a, lower, |o, a| o > a),
-            tighter(b, upper, |o, b| o < b),
-        ) {
+        match (tighter(a, lower, |o, a| o > a), tighter(b, upper, |o, b| o < b)) {
             (None, None) => Self::Real,
             (Some(a), None) => Self::Above(a),
             (None, Some(b)) => Self::Below(b),
@@ -113,12 +110,7 @@ mod tests {
     use crate::dual::Dual;
 
     fn cases() -> [Support<f64>; 4] {
-        [
-            Support::Real,
-            Support::Above(-1.5),
-            Support::Below(2.0),
-            Support::Between(-1.0, 3.0),
-        ]
+        [Support::Real, Support::Above(-1.5), Support::Below(2.0), Support::Between(-1.0, 3.0)]
     }
 
     #[test]
@@ -154,21 +146,9 @@ mod tests {
 
     #[test]
     fn truncation_keeps_the_tighter_end() {
-        assert_eq!(
-            Support::Real.within(0.0, f64::INFINITY),
-            Support::Above(0.0)
-        );
-        assert_eq!(
-            Support::Above(1.0).within(0.0, 5.0),
-            Support::Between(1.0, 5.0)
-        );
-        assert_eq!(
-            Support::Between(0.0, 1.0).within(0.5, 9.0),
-            Support::Between(0.5, 1.0)
-        );
-        assert_eq!(
-            Support::<f64>::Real.within(f64::NEG_INFINITY, f64::INFINITY),
-            Support::Real
-        );
+        assert_eq!(Support::Real.within(0.0, f64::INFINITY), Support::Above(0.0));
+        assert_eq!(Support::Above(1.0).within(0.0, 5.0), Support::Between(1.0, 5.0));
+        assert_eq!(Support::Between(0.0, 1.0).within(0.5, 9.0), Support::Between(0.5, 1.0));
+        assert_eq!(Support::<f64>::Real.within(f64::NEG_INFINITY, f64::INFINITY), Support::Real);
     }
 }

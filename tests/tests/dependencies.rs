@@ -1,0 +1,42 @@
+//! The dependency tree: permissive licences, and one version of what stands in signatures.
+
+use std::process::Command;
+
+use serde_json::Value;
+
+fn packages() -> Vec<Value> {
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--format-version", "1", "--locked", "--offline"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("cargo runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let metadata: Value = serde_json::from_slice(&output.stdout).expect("cargo metadata is JSON");
+    metadata["packages"].as_array().expect("packages").clone()
+}
+
+#[test]
+fn one_version_of_what_stands_in_signatures() {
+    let packages = packages();
+    for name in ["nalgebra", "faer", "rand", "statrs"] {
+        let versions: Vec<_> =
+            packages.iter().filter(|p| p["name"] == name).map(|p| &p["version"]).collect();
+        assert_eq!(versions.len(), 1, "{name} is in the tree as {versions:?}");
+    }
+}
+
+#[test]
+fn licences_are_permissive() {
+    // an expression passes if one of its alternatives does
+    let permissive =
+        ["MIT", "Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "Zlib", "Unlicense", "0BSD"];
+    for package in packages() {
+        let licence = package["license"].as_str().unwrap_or_default().replace('/', " OR ");
+        let allowed = licence
+            .split(" OR ")
+            .map(|alternative| alternative.trim().trim_matches(['(', ')']))
+            .any(|alternative| permissive.contains(&alternative));
+        let both = licence == "(MIT OR Apache-2.0) AND Unicode-3.0";
+        assert!(allowed || both, "{} has the licence {licence:?}", package["name"]);
+    }
+}
