@@ -4,6 +4,7 @@ extern crate self as ppl;
 
 mod bound;
 mod density;
+pub mod diagnostics;
 mod differentiable;
 mod distribution;
 mod dual;

@@ -1,0 +1,37 @@
+//! Does the momentum resampling of Hamiltonian Monte Carlo reach the tails?
+
+/// Energy Bayesian fraction of missing information of one chain,
+/// E-BFMI = Σ_t (E_t − E_{t−1})² / Σ_t (E_t − Ē)².
+///
+/// Below 0.3 the energy changes too slowly from draw to draw: heavy tails or a funnel, and the
+/// posterior's extremes are underexplored. NaN for fewer than two draws or a constant energy.
+///
+/// ```
+/// assert_eq!(ppl::diagnostics::e_bfmi(&[1.0, 2.0, 3.0]), 1.0);
+/// ```
+///
+/// Reference: Betancourt (2016), equation 8, arXiv:1604.00695.
+pub fn e_bfmi(energy: &[f64]) -> f64 {
+    let centre = super::mean(energy.iter().copied());
+    let steps: f64 = energy.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum();
+    let spread: f64 = energy.iter().map(|e| (e - centre).powi(2)).sum();
+    steps / spread
+}
+
+#[cfg(test)]
+mod tests {
+    use super::e_bfmi;
+
+    #[test]
+    fn degenerate_energies_are_nan() {
+        assert!(e_bfmi(&[]).is_nan());
+        assert!(e_bfmi(&[1.0]).is_nan());
+        assert!(e_bfmi(&[2.0; 10]).is_nan());
+    }
+
+    #[test]
+    fn small_example_by_hand() {
+        // mean 3.5; steps 1 + 4 + 9; spread 6.25 + 2.25 + 0.25 + 12.25
+        assert!((e_bfmi(&[1.0, 2.0, 4.0, 7.0]) - 14.0 / 21.0).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,143 @@
+//! Which model predicts better, and by how much more than chance?
+
+use std::fmt;
+
+use super::{Loo, LooError, mean_and_variance};
+
+/// One model in a comparison.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LooRow {
+    /// The model's name.
+    pub name: String,
+    /// Expected log predictive density.
+    pub elpd: f64,
+    /// Its standard error.
+    pub se: f64,
+    /// Effective number of parameters.
+    pub p_loo: f64,
+    /// elpd less that of the best model, ≤ 0.
+    pub difference: f64,
+    /// Standard error of the difference, from the paired pointwise differences.
+    pub difference_se: f64,
+    /// Observations whose Pareto k is too large.
+    pub unreliable: usize,
+}
+
+/// Models from the best to the worst; [`fmt::Display`] is the table with a verdict in words.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LooComparison {
+    /// One row a model, best first.
+    pub rows: Vec<LooRow>,
+}
+
+/// Compares models that were fitted to the same observations.
+///
+/// The difference Σ (elpd_i − elpd_i of the best) has the standard error √(n·var) of its paired
+/// terms, which is smaller than those of the two sums: hard observations are hard for both.
+///
+/// # Errors
+/// [`LooError::NoObservations`] without a model, [`LooError::DifferentData`] if the numbers of
+/// observations differ.
+///
+/// Reference: Vehtari, Gelman & Gabry (2017), equation 24, doi:10.1007/s11222-016-9696-4.
+pub fn loo_compare(models: &[(&str, &Loo)]) -> Result<LooComparison, LooError> {
+    let best = models
+        .iter()
+        .max_by(|a, b| a.1.elpd.total_cmp(&b.1.elpd))
+        .ok_or(LooError::NoObservations)?;
+    let mut rows = Vec::with_capacity(models.len());
+    for (name, loo) in models {
+        if loo.points.len() != best.1.points.len() {
+            return Err(LooError::DifferentData {
+                first: best.0.to_string(),
+                other: (*name).to_string(),
+                expected: best.1.points.len(),
+                got: loo.points.len(),
+            });
+        }
+        let paired = loo.points.iter().zip(&best.1.points).map(|(a, b)| a.elpd - b.elpd);
+        let n = loo.points.len() as f64;
+        let (mean, variance) = mean_and_variance(paired);
+        rows.push(LooRow {
+            name: (*name).to_string(),
+            elpd: loo.elpd,
+            se: loo.se,
+            p_loo: loo.p_loo,
+            difference: n * mean,
+            difference_se: (n * variance).sqrt(),
+            unreliable: loo.unreliable().len(),
+        });
+    }
+    rows.sort_by(|a, b| b.elpd.total_cmp(&a.elpd));
+    Ok(LooComparison { rows })
+}
+
+impl fmt::Display for LooComparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let width = self.rows.iter().map(|r| r.name.chars().count()).max().unwrap_or(0).max(5);
+        writeln!(
+            f,
+            "{:<width$} {:>9} {:>7} {:>7} {:>9} {:>7} {:>6}",
+            "model", "elpd", "se", "p_loo", "elpd diff", "se diff", "bad k"
+        )?;
+        for r in &self.rows {
+            writeln!(
+                f,
+                "{:<width$} {:>9.2} {:>7.2} {:>7.2} {:>9.2} {:>7.2} {:>6}",
+                r.name, r.elpd, r.se, r.p_loo, r.difference, r.difference_se, r.unreliable
+            )?;
+        }
+        let Some((best, others)) = self.rows.split_first() else {
+            return Ok(());
+        };
+        for r in others {
+            let words = if r.difference > -4.0 {
+                "predict about equally well; prefer the simpler one"
+            } else if r.difference.abs() > 2.0 * r.difference_se {
+                "differ: the first predicts better"
+            } else {
+                "cannot be told apart by these data: the difference is within two standard errors"
+            };
+            writeln!(f, "{} and {} {words}.", best.name, r.name)?;
+        }
+        if self.rows.iter().any(|r| r.unreliable > 0) {
+            writeln!(f, "Some Pareto k are too large: the comparison is optimistic there.")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnostics::LooPoint;
+
+    fn loo(elpds: &[f64]) -> Loo {
+        let points: Vec<LooPoint> =
+            elpds.iter().map(|&elpd| LooPoint { elpd, p_loo: 0.1, pareto_k: 0.2 }).collect();
+        Loo { elpd: elpds.iter().sum(), se: 1.0, p_loo: 1.0, threshold: 0.7, points }
+    }
+
+    #[test]
+    fn difference_and_its_error_by_hand() {
+        let a = loo(&[-1.0, -2.0, -3.0]);
+        let b = loo(&[-2.0, -4.0, -9.0]);
+        let table = loo_compare(&[("b", &b), ("a", &a)]).expect("same data");
+        assert_eq!(table.rows[0].name, "a");
+        assert_eq!((table.rows[0].difference, table.rows[0].difference_se), (0.0, 0.0));
+        // differences −1, −2, −6: sum −9, variance 7
+        assert!((table.rows[1].difference + 9.0).abs() < 1e-12);
+        assert!((table.rows[1].difference_se - 21_f64.sqrt()).abs() < 1e-12);
+        assert!(table.to_string().contains("within two standard errors"), "{table}");
+    }
+
+    #[test]
+    fn different_data_cannot_be_compared() {
+        let (a, b) = (loo(&[-1.0, -2.0]), loo(&[-1.0]));
+        assert!(matches!(
+            loo_compare(&[("a", &a), ("b", &b)]),
+            Err(LooError::DifferentData { .. })
+        ));
+        assert_eq!(loo_compare(&[]), Err(LooError::NoObservations));
+    }
+}

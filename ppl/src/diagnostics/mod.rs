@@ -1,0 +1,74 @@
+//! Has the sampler converged, how far can its numbers be trusted, and what did the data say?
+//!
+//! Every function takes plain slices, one per chain, and can be used without a model. All follow
+//! Vehtari, Gelman, Simpson, Carpenter & Bürkner (2021), doi:10.1214/20-BA1221, and agree with
+//! ArviZ to rounding (see the golden tests), with one deliberate difference: a quantity that never
+//! moved, or that is not finite, gives NaN and not a flattering number.
+
+mod autocovariance;
+mod energy;
+mod ess;
+mod identifiability;
+mod loo;
+mod loo_compare;
+mod mcse;
+mod order;
+mod rhat;
+
+pub use energy::e_bfmi;
+pub use ess::{ess_bulk, ess_mean, ess_quantile, ess_sd, ess_tail};
+pub use identifiability::{
+    FisherDirections, Identifiability, IdentifiabilityError, Identification, Marginal,
+    boundary_mass,
+};
+pub use loo::{Loo, LooError, LooPoint, pareto_smooth};
+pub use loo_compare::{LooComparison, LooRow, loo_compare};
+pub use mcse::{mcse_mean, mcse_quantile, mcse_sd};
+pub use order::quantile;
+pub use rhat::rhat;
+
+/// Mean of the values; NaN when there are none.
+pub(crate) fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (n, sum) = values.fold((0.0, 0.0), |(n, sum), x| (n + 1.0, sum + x));
+    sum / n
+}
+
+/// Mean and sample variance (divided by n − 1) in two passes.
+pub(crate) fn mean_and_variance<I>(values: I) -> (f64, f64)
+where
+    I: Iterator<Item = f64> + Clone,
+{
+    let centre = mean(values.clone());
+    let (n, squares) = values.fold((0.0, 0.0), |(n, sum), x| (n + 1.0, sum + (x - centre).powi(2)));
+    (centre, squares / (n - 1.0))
+}
+
+/// The chains cut to their common length, or `None` if a diagnostic would mean nothing: fewer than
+/// four draws, a value that is not finite, or no movement at all.
+fn usable<'a>(chains: &[&'a [f64]]) -> Option<Vec<&'a [f64]>> {
+    let draws = chains.iter().map(|chain| chain.len()).min()?;
+    let cut: Vec<&[f64]> = chains.iter().map(|chain| &chain[..draws]).collect();
+    let first = *cut[0].first()?;
+    let finite = cut.iter().all(|chain| chain.iter().all(|x| x.is_finite()));
+    let moves = cut.iter().any(|chain| chain.iter().any(|&x| x != first));
+    (draws >= 4 && finite && moves).then_some(cut)
+}
+
+/// Each chain's first and last half; the middle draw of an odd chain belongs to neither.
+fn split<'a>(chains: &[&'a [f64]]) -> Vec<&'a [f64]> {
+    chains
+        .iter()
+        .flat_map(|chain| {
+            let half = chain.len() / 2;
+            [&chain[..half], &chain[chain.len() - half..]]
+        })
+        .collect()
+}
+
+/// Borrows every chain of an owned set.
+fn borrow(chains: &[Vec<f64>]) -> Vec<&[f64]> {
+    chains.iter().map(Vec::as_slice).collect()
+}
+
+#[cfg(test)]
+mod golden;

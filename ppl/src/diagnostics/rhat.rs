@@ -1,0 +1,69 @@
+//! The potential scale reduction R̂.
+
+use super::{borrow, mean, mean_and_variance, order, split, usable};
+
+/// Rank-normalised split R̂: the larger of the bulk and the folded version.
+///
+/// Chains are split in half and ranks over all draws become normal scores z. With W the mean of
+/// the variances within the halves and B/n the variance between their means,
+/// R̂ = √((B/W + n − 1)/n). The folded version applies the same to |x − median|, so that chains
+/// which differ in spread are seen too. Above 1.01 the chains do not agree yet.
+///
+/// One slice per chain; chains are cut to the shortest. NaN for fewer than four draws, for values
+/// that are not finite, and for a quantity that never moved.
+///
+/// ```
+/// let here: Vec<f64> = (0..100).map(|i| (i as f64).sin()).collect();
+/// let there: Vec<f64> = here.iter().map(|x| x + 5.0).collect();
+/// assert!(ppl::diagnostics::rhat(&[&here, &there]) > 1.5);
+/// ```
+///
+/// Reference: Vehtari et al. (2021), equations 1–4 and 14, doi:10.1214/20-BA1221.
+pub fn rhat(chains: &[&[f64]]) -> f64 {
+    let Some(chains) = usable(chains) else {
+        return f64::NAN;
+    };
+    let halves = split(&chains);
+    let bulk = basic(&borrow(&order::normal_scores(&halves)));
+    let all: Vec<f64> = halves.concat();
+    let median = order::quantile(&all, 0.5);
+    let folded: Vec<Vec<f64>> =
+        halves.iter().map(|half| half.iter().map(|x| (x - median).abs()).collect()).collect();
+    let folded = basic(&borrow(&order::normal_scores(&borrow(&folded))));
+    bulk.max(folded) // a folded constant (±1 only) is NaN and gives way
+}
+
+fn basic(chains: &[&[f64]]) -> f64 {
+    let n = chains[0].len() as f64;
+    let moments: Vec<(f64, f64)> =
+        chains.iter().map(|chain| mean_and_variance(chain.iter().copied())).collect();
+    let within = mean(moments.iter().map(|m| m.1));
+    let between = n * mean_and_variance(moments.iter().map(|m| m.0)).1;
+    ((between / within + n - 1.0) / n).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_to_say_is_nan() {
+        assert!(rhat(&[]).is_nan());
+        assert!(rhat(&[&[1.0, 2.0, 3.0]]).is_nan(), "too short");
+        assert!(rhat(&[&[2.0; 50], &[2.0; 50]]).is_nan(), "never moved");
+        assert!(rhat(&[&[1.0, 2.0, f64::NAN, 3.0, 4.0]]).is_nan());
+    }
+
+    #[test]
+    fn chains_stuck_at_different_places_are_far_apart() {
+        assert!(rhat(&[&[1.0; 50], &[2.0; 50]]) > 1e6);
+    }
+
+    #[test]
+    fn a_difference_in_spread_alone_is_seen() {
+        let narrow: Vec<f64> = (0..200).map(|i| (i as f64 * 0.7).sin()).collect();
+        let wide: Vec<f64> = narrow.iter().map(|x| 10.0 * x).collect();
+        assert!(rhat(&[&narrow, &narrow]) < 1.01);
+        assert!(rhat(&[&narrow, &wide]) > 1.2);
+    }
+}
