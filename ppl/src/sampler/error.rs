@@ -1,0 +1,58 @@
+//! Why a run could not start.
+
+use std::collections::BTreeMap;
+
+use thiserror::Error;
+
+use crate::density::{Place, Rejection};
+
+/// A run that could not start. Trouble after the start ends a chain and keeps its draws, see
+/// [`Chain::stopped`](super::Chain::stopped).
+#[derive(Debug, Error)]
+pub enum SampleError {
+    /// A setting out of its range.
+    #[error("setting `{setting}` = {value}: {mend}")]
+    Setting {
+        /// Name of the builder method.
+        setting: &'static str,
+        /// The value given.
+        value: String,
+        /// What is accepted.
+        mend: &'static str,
+    },
+    /// No starting point was accepted by the density.
+    #[error(
+        "chain {chain} cannot start: all {tries} initial points were rejected ({}); the last: {last}. \
+         Check the statement named, or give starting points with `init_points`",
+        tally(.rejections)
+    )]
+    Initialisation {
+        /// Number of the chain.
+        chain: usize,
+        /// Points tried.
+        tries: u32,
+        /// How often each place of the model rejected.
+        rejections: BTreeMap<Place, u64>,
+        /// The last rejection.
+        last: Box<Rejection>,
+    },
+    /// The model reported a fatal error before the first transition.
+    #[error("chain {chain} cannot start: {message}")]
+    Fatal {
+        /// Number of the chain.
+        chain: usize,
+        /// The model's message.
+        message: String,
+    },
+    /// The threads could not be started.
+    #[error("cannot start the sampling threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+}
+
+fn tally(rejections: &BTreeMap<Place, u64>) -> String {
+    let counts: Vec<String> = rejections
+        .iter()
+        .map(|(place, n)| format!("{n} × {place}"))
+        .collect();
+    counts.join(", ")
+}

@@ -1,0 +1,140 @@
+//! Hamiltonian motion on the negative log density.
+
+use rand::Rng;
+
+use super::{metric::DiagonalMetric, rejections::{Rejections, Stop}};
+use crate::density::{LogDensity, Rejection};
+
+/// A position with its log density and score.
+#[derive(Clone, Debug)]
+pub(super) struct Point {
+    pub(super) y: Vec<f64>,
+    pub(super) gradient: Vec<f64>,
+    pub(super) log_density: f64,
+}
+
+impl Point {
+    pub(super) fn new(dim: usize) -> Self {
+        Self { y: vec![0.0; dim], gradient: vec![0.0; dim], log_density: f64::NEG_INFINITY }
+    }
+
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        self.y.copy_from_slice(&other.y);
+        self.gradient.copy_from_slice(&other.gradient);
+        self.log_density = other.log_density;
+    }
+}
+
+/// A point in phase space: position, momentum `p` and velocity `M⁻¹p`.
+#[derive(Clone, Debug)]
+pub(super) struct Phase {
+    pub(super) point: Point,
+    pub(super) p: Vec<f64>,
+    pub(super) velocity: Vec<f64>,
+}
+
+impl Phase {
+    pub(super) fn new(dim: usize) -> Self {
+        Self { point: Point::new(dim), p: vec![0.0; dim], velocity: vec![0.0; dim] }
+    }
+
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        self.point.copy_from(&other.point);
+        self.p.copy_from_slice(&other.p);
+        self.velocity.copy_from_slice(&other.velocity);
+    }
+
+    /// `H = −ln p(y) + ½ pᵀM⁻¹p`.
+    pub(super) fn energy(&self) -> f64 {
+        0.5 * dot(&self.p, &self.velocity) - self.point.log_density
+    }
+}
+
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The density with its workspace, the mass matrix, and the count of rejected points.
+pub(super) struct Hamiltonian<'a, D: LogDensity> {
+    density: &'a D,
+    workspace: D::Workspace,
+    pub(super) metric: DiagonalMetric,
+    pub(super) rejections: Rejections,
+}
+
+impl<'a, D: LogDensity> Hamiltonian<'a, D> {
+    pub(super) fn new(density: &'a D) -> Self {
+        Self {
+            density,
+            workspace: D::Workspace::default(),
+            metric: DiagonalMetric::identity(density.dim()),
+            rejections: Rejections::default(),
+        }
+    }
+
+    /// Evaluates log density and score at `point.y`.
+    pub(super) fn evaluate(&mut self, point: &mut Point) -> Result<(), Rejection> {
+        point.log_density =
+            self.density.gradient(&point.y, &mut point.gradient, &mut self.workspace)?;
+        Ok(())
+    }
+
+    /// Draws a new momentum.
+    pub(super) fn refresh<R: Rng + ?Sized>(&self, phase: &mut Phase, rng: &mut R) {
+        self.metric.draw_momentum(rng, &mut phase.p);
+        self.metric.velocity(&phase.p, &mut phase.velocity);
+    }
+
+    /// One leapfrog step of size `step` (negative: backwards in time); returns the energy after
+    /// it, infinite where the density rejects the point.
+    pub(super) fn leapfrog(&mut self, phase: &mut Phase, step: f64) -> Result<f64, Stop> {
+        kick(phase, 0.5 * step);
+        self.metric.velocity(&phase.p, &mut phase.velocity);
+        for (y, v) in phase.point.y.iter_mut().zip(&phase.velocity) {
+            *y += step * v;
+        }
+        if let Err(rejection) = self.evaluate(&mut phase.point) {
+            self.rejections.count(&rejection)?;
+            return Ok(f64::INFINITY);
+        }
+        kick(phase, 0.5 * step);
+        self.metric.velocity(&phase.p, &mut phase.velocity);
+        let energy = phase.energy();
+        Ok(if energy.is_nan() { f64::INFINITY } else { energy })
+    }
+
+    /// Doubles or halves `step` until the energy error of one leapfrog step from `start` crosses
+    /// ln 0.8 (Hoffman & Gelman 2014, algorithm 4, with Stan's threshold); `phase` is scratch.
+    pub(super) fn search_step<R: Rng + ?Sized>(
+        &mut self,
+        start: &Point,
+        phase: &mut Phase,
+        mut step: f64,
+        rng: &mut R,
+    ) -> Result<f64, Stop> {
+        let mut growing = None;
+        // without unknowns, or on a flat density, every step is accepted
+        for _ in 0..SEARCHES {
+            phase.point.copy_from(start);
+            self.refresh(phase, rng);
+            let before = phase.energy();
+            let accepted = before - self.leapfrog(phase, step)? > 0.8_f64.ln();
+            let grow = *growing.get_or_insert(accepted);
+            if accepted != grow {
+                break;
+            }
+            step *= if grow { 2.0 } else { 0.5 };
+        }
+        Ok(step)
+    }
+}
+
+/// Bound on the step search: factors of two from 10⁻¹⁵ to 10¹⁵.
+const SEARCHES: usize = 50;
+
+/// `p += step ∇ ln p(y)`.
+fn kick(phase: &mut Phase, step: f64) {
+    for (p, g) in phase.p.iter_mut().zip(&phase.point.gradient) {
+        *p += step * g;
+    }
+}

@@ -1,0 +1,246 @@
+//! Adaptive random-walk Metropolis.
+
+use std::sync::atomic::AtomicBool;
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+use rand::Rng;
+use rand_distr::StandardNormal;
+
+use super::{
+    chains::{Chains, Covariance, DrawStats, WarmupReport},
+    error::SampleError,
+    progress::Progress,
+    rejections::{Rejections, Stop},
+    run::{Kernel, Stream},
+    settings::{Init, Run, shared_settings},
+    step_size::DualAveraging,
+    warmup::{Moment, Rule, Schedule},
+};
+use crate::density::{LogDensity, Rejection};
+
+/// Random-walk Metropolis that learns its proposal `Normal(y, s² Σ)` in the warmup.
+///
+/// Needs no gradient. Σ is the covariance of the draws of the last window (doubling windows as in
+/// [`Nuts::stan_compatible`](super::Nuts::stan_compatible)), its correlations shrunk by n/(n+5)
+/// so that it is positive definite from any number n of draws; the scale s starts at
+/// 2.38/√d and follows the acceptance towards `0.234 + 0.206/d` by dual averaging. After the
+/// warmup nothing is adapted, so that the kept draws are an ordinary Markov chain. The cost per
+/// effective draw grows with d; prefer [`Nuts`](super::Nuts) where there are gradients.
+///
+/// Statistics of a draw: `leapfrogs` is 1, `depth` 0, `step_size` s, `energy` −ln p.
+///
+/// # Errors
+/// [`SampleError`] if a setting is out of range or a chain finds no starting point.
+///
+/// # Example
+/// ```
+/// # struct Normal;
+/// # impl ppl::LogDensity for Normal {
+/// #     type Workspace = ();
+/// #     fn dim(&self) -> usize { 1 }
+/// #     fn log_density(&self, y: &[f64], _: &mut ()) -> Result<f64, ppl::Rejection> { Ok(-0.5 * y[0] * y[0]) }
+/// #     fn gradient(&self, y: &[f64], g: &mut [f64], w: &mut ()) -> Result<f64, ppl::Rejection> { g[0] = -y[0]; self.log_density(y, w) }
+/// # }
+/// let run = ppl::Metropolis::default().chains(2).draws(2000).thin(5).seed(7).run(&Normal)?;
+/// assert_eq!(run.len(), 2000);
+/// # Ok::<(), ppl::SampleError>(())
+/// ```
+///
+/// # References
+/// Haario, Saksman & Tamminen, Bernoulli 7 (2001) 223; Gelman, Roberts & Gilks, *Bayesian
+/// Statistics 5* (1996) 599 for scale and acceptance.
+#[derive(Clone)]
+pub struct Metropolis<'a> {
+    run: Run<'a>,
+}
+
+impl Default for Metropolis<'_> {
+    fn default() -> Self {
+        Self { run: Run::new(5000, 10_000) }
+    }
+}
+
+impl<'a> Metropolis<'a> {
+    shared_settings!();
+
+    /// Samples any log density; its gradient is not asked for.
+    ///
+    /// # Errors
+    /// See [`Metropolis`].
+    pub fn run<D: LogDensity>(&self, density: &D) -> Result<Chains, SampleError> {
+        let dim = density.dim();
+        let chains =
+            self.run.execute(dim, || MetropolisChain::new(density, self.run.warmup))?;
+        Ok(Chains { dim, chains, max_depth: None })
+    }
+}
+
+struct MetropolisChain<'a, D: LogDensity> {
+    density: &'a D,
+    workspace: D::Workspace,
+    y: Vec<f64>,
+    log_density: f64,
+    proposal: Vec<f64>,
+    noise: DVector<f64>,
+    jump: DVector<f64>,
+    /// Cholesky factor of Σ.
+    factor: DMatrix<f64>,
+    scale: f64,
+    adaptation: DualAveraging,
+    schedule: Schedule,
+    window: Scatter,
+    rejections: Rejections,
+}
+
+impl<'a, D: LogDensity> MetropolisChain<'a, D> {
+    fn new(density: &'a D, warmup: usize) -> Self {
+        let dim = density.dim();
+        let d = dim.max(1) as f64;
+        let scale = 2.38 / d.sqrt();
+        Self {
+            density,
+            workspace: D::Workspace::default(),
+            y: vec![0.0; dim],
+            log_density: f64::NEG_INFINITY,
+            proposal: vec![0.0; dim],
+            noise: DVector::zeros(dim),
+            jump: DVector::zeros(dim),
+            factor: DMatrix::identity(dim, dim),
+            scale,
+            adaptation: DualAveraging::new(0.234 + 0.206 / d, scale),
+            schedule: Schedule::new(Rule::Stan, warmup),
+            window: Scatter::new(dim),
+            rejections: Rejections::default(),
+        }
+    }
+}
+
+impl<D: LogDensity> Kernel for MetropolisChain<'_, D> {
+    fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
+        self.y.copy_from_slice(y);
+        self.log_density = self.density.log_density(y, &mut self.workspace)?;
+        Ok(())
+    }
+
+    fn prepare(&mut self, _: &mut Stream) -> Result<(), Stop> {
+        Ok(())
+    }
+
+    fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, Stop> {
+        self.noise.iter_mut().for_each(|z| *z = rng.sample(StandardNormal));
+        self.jump.gemv(self.scale, &self.factor, &self.noise, 0.0);
+        for ((new, old), jump) in self.proposal.iter_mut().zip(&self.y).zip(&self.jump) {
+            *new = old + jump;
+        }
+        let proposed = match self.density.log_density(&self.proposal, &mut self.workspace) {
+            Ok(value) => value,
+            Err(rejection) => {
+                self.rejections.count(&rejection)?;
+                f64::NEG_INFINITY
+            }
+        };
+        let acceptance = (proposed - self.log_density).exp().min(1.0);
+        if rng.random::<f64>() < acceptance {
+            std::mem::swap(&mut self.y, &mut self.proposal);
+            self.log_density = proposed;
+        }
+        Ok(DrawStats {
+            log_density: self.log_density,
+            energy: -self.log_density,
+            acceptance,
+            step_size: self.scale,
+            depth: 0,
+            leapfrogs: 1,
+            divergent: false,
+            tuning: false,
+        })
+    }
+
+    fn adapt(&mut self, stats: &DrawStats, _: &mut Stream) -> Result<(), Stop> {
+        self.adaptation.learn(stats.acceptance);
+        let moment = self.schedule.pass();
+        if matches!(moment, Moment::Inside | Moment::Last { .. }) {
+            self.window.add(&self.y);
+        }
+        if matches!(moment, Moment::Last { .. }) {
+            // a window in which a coordinate never moved has no covariance: keep the old one
+            if let Some(factor) = Cholesky::new(self.window.covariance()) {
+                self.factor = factor.unpack();
+                self.adaptation.restart(2.38 / (self.y.len() as f64).sqrt());
+            }
+            self.window = Scatter::new(self.y.len());
+        }
+        self.scale = self.adaptation.current();
+        Ok(())
+    }
+
+    fn freeze(&mut self, report: &mut WarmupReport) {
+        self.scale = self.adaptation.average();
+        report.step_size = self.scale;
+        report.target_acceptance = self.adaptation.target;
+        report.windows = self.schedule.passed.clone();
+        let covariance = &self.factor * self.factor.transpose();
+        report.covariance = Covariance::Dense(covariance.as_slice().to_vec());
+    }
+
+    fn position(&self) -> &[f64] {
+        &self.y
+    }
+
+    fn divergence(&self) -> (&[f64], f64) {
+        (&self.y, 0.0)
+    }
+
+    fn rejections(&mut self) -> &mut Rejections {
+        &mut self.rejections
+    }
+}
+
+/// Mean and scatter matrix of vectors seen one by one.
+struct Scatter {
+    count: f64,
+    mean: DVector<f64>,
+    scatter: DMatrix<f64>,
+}
+
+impl Scatter {
+    fn new(dim: usize) -> Self {
+        Self { count: 0.0, mean: DVector::zeros(dim), scatter: DMatrix::zeros(dim, dim) }
+    }
+
+    fn add(&mut self, y: &[f64]) {
+        self.count += 1.0;
+        let delta = DVector::from_column_slice(y) - &self.mean;
+        self.mean.axpy(1.0 / self.count, &delta, 1.0);
+        self.scatter.ger(1.0 - 1.0 / self.count, &delta, &delta, 1.0);
+    }
+
+    /// Covariance with correlations shrunk by n/(n+5).
+    fn covariance(&self) -> DMatrix<f64> {
+        let n = self.count;
+        let unshrunk = &self.scatter / (n - 1.0);
+        let mut covariance = &unshrunk * (n / (n + 5.0));
+        covariance.set_diagonal(&unshrunk.diagonal());
+        covariance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+
+    /// Against the two-pass formula on three points.
+    #[test]
+    fn scatter_by_hand() {
+        let mut scatter = Scatter::new(2);
+        for y in [[1.0, 2.0], [3.0, -1.0], [5.0, 5.0]] {
+            scatter.add(&y);
+        }
+        let covariance = scatter.covariance();
+        assert_relative_eq!(covariance[(0, 0)], 4.0, max_relative = 1e-14);
+        assert_relative_eq!(covariance[(1, 1)], 9.0, max_relative = 1e-14);
+        assert_relative_eq!(covariance[(0, 1)], 3.0 * 3.0 / 8.0, max_relative = 1e-14);
+    }
+}

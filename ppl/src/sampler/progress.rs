@@ -1,0 +1,93 @@
+//! News from running chains.
+
+use std::time::{Duration, Instant};
+
+use super::chains::DrawStats;
+
+/// Receives news from running chains, from their threads.
+///
+/// # Example
+/// ```
+/// struct Print;
+/// impl ppl::Progress for Print {
+///     fn update(&self, s: &ppl::ChainStatus) {
+///         println!("chain {}: {}/{}, {:.0} draws/s", s.chain, s.done, s.total, s.draws_per_second);
+///     }
+/// }
+/// ```
+pub trait Progress: Sync {
+    /// Called at most ten times a second by each chain, and once at its end.
+    fn update(&self, status: &ChainStatus);
+}
+
+/// The state of one running chain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChainStatus {
+    /// Number of the chain.
+    pub chain: usize,
+    /// The chain is still in its warmup.
+    pub tuning: bool,
+    /// Transitions done, warmup included.
+    pub done: usize,
+    /// Transitions asked for, warmup included.
+    pub total: usize,
+    /// Transitions per second since the chain began.
+    pub draws_per_second: f64,
+    /// Divergent transitions after the warmup.
+    pub divergences: u64,
+    /// Step size of the last transition.
+    pub step_size: f64,
+    /// No further transition will follow.
+    pub finished: bool,
+}
+
+const INTERVAL: Duration = Duration::from_millis(100);
+
+/// Calls [`Progress::update`] at a bounded rate.
+pub(super) struct Meter<'a> {
+    listener: Option<&'a dyn Progress>,
+    status: ChainStatus,
+    began: Instant,
+    told: Instant,
+}
+
+impl<'a> Meter<'a> {
+    pub(super) fn new(listener: Option<&'a dyn Progress>, chain: usize, total: usize) -> Self {
+        let now = Instant::now();
+        let status = ChainStatus {
+            chain,
+            tuning: true,
+            done: 0,
+            total,
+            draws_per_second: 0.0,
+            divergences: 0,
+            step_size: 0.0,
+            finished: false,
+        };
+        Self { listener, status, began: now, told: now }
+    }
+
+    pub(super) fn transition(&mut self, stats: &DrawStats) {
+        self.status.done += 1;
+        self.status.tuning = stats.tuning;
+        self.status.divergences += u64::from(stats.divergent && !stats.tuning);
+        self.status.step_size = stats.step_size;
+        if self.listener.is_some() && self.told.elapsed() >= INTERVAL {
+            self.tell();
+        }
+    }
+
+    pub(super) fn finish(mut self) {
+        self.status.finished = true;
+        self.tell();
+    }
+
+    fn tell(&mut self) {
+        if let Some(listener) = self.listener {
+            let seconds = self.began.elapsed().as_secs_f64().max(f64::MIN_POSITIVE);
+            self.status.draws_per_second = self.status.done as f64 / seconds;
+            listener.update(&self.status);
+            self.told = Instant::now();
+        }
+    }
+}

@@ -1,0 +1,32 @@
+//! Rejected points, counted by their place in the model.
+
+use std::collections::BTreeMap;
+
+use crate::density::{Place, Rejection};
+
+/// Why a chain ends before its last draw.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Stop(pub(super) String);
+
+/// How often each place of the model rejected a point.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Rejections(BTreeMap<Place, u64>);
+
+impl Rejections {
+    /// Counts a rejection; a fatal error is passed on instead.
+    pub(super) fn count(&mut self, rejection: &Rejection) -> Result<(), Stop> {
+        let place = match rejection {
+            Rejection::NotFinite { place }
+            | Rejection::Domain { place, .. }
+            | Rejection::Reject { place, .. } => *place,
+            Rejection::Fatal { message } => return Err(Stop(message.clone())),
+        };
+        *self.0.entry(place).or_insert(0) += 1;
+        Ok(())
+    }
+
+    /// Hands over the counts so far and begins anew.
+    pub(super) fn take(&mut self) -> BTreeMap<Place, u64> {
+        std::mem::take(&mut self.0)
+    }
+}

@@ -1,0 +1,209 @@
+//! The loop over chains and draws.
+
+use std::{
+    collections::BTreeMap,
+    sync::atomic::{AtomicBool, Ordering},
+};
+
+use rand::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
+
+use super::{
+    chains::{Chain, Covariance, Divergence, DrawStats, WarmupReport},
+    error::SampleError,
+    progress::Meter,
+    rejections::{Rejections, Stop},
+    settings::{Init, Run},
+};
+use crate::density::Rejection;
+
+/// Random stream of a chain: the seed's generator after one jump of 2¹²⁸ per chain before it.
+pub(super) type Stream = Xoshiro256PlusPlus;
+
+/// Random starts tried.
+const TRIES: u32 = 100;
+
+/// A Markov chain in progress.
+pub(super) trait Kernel {
+    /// Takes `y` as the starting point, if the density accepts it.
+    fn begin(&mut self, y: &[f64]) -> Result<(), Rejection>;
+    /// Finds a first step size.
+    fn prepare(&mut self, rng: &mut Stream) -> Result<(), Stop>;
+    /// One transition.
+    fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, Stop>;
+    /// Learns from a warmup transition.
+    fn adapt(&mut self, stats: &DrawStats, rng: &mut Stream) -> Result<(), Stop>;
+    /// Ends the warmup, after which nothing is adapted, and records the tuning.
+    fn freeze(&mut self, report: &mut WarmupReport);
+    /// The current position.
+    fn position(&self) -> &[f64];
+    /// Last position before the last divergence, and its energy error.
+    fn divergence(&self) -> (&[f64], f64);
+    /// The points rejected.
+    fn rejections(&mut self) -> &mut Rejections;
+}
+
+impl Run<'_> {
+    /// Runs all chains over a density of `dim` coordinates; `make` builds the kernel of one.
+    pub(super) fn execute<K: Kernel>(
+        &self,
+        dim: usize,
+        make: impl Fn() -> K + Sync,
+    ) -> Result<Vec<Chain>, SampleError> {
+        self.validate(dim)?;
+        let mut stream = Stream::seed_from_u64(self.seed);
+        let streams: Vec<Stream> = (0..self.chains)
+            .map(|_| {
+                let own = stream.clone();
+                stream.jump();
+                own
+            })
+            .collect();
+        let abort = AtomicBool::new(false);
+        let all = || -> Vec<Result<Chain, SampleError>> {
+            let numbered = streams.into_par_iter().enumerate();
+            numbered.map(|(chain, mut rng)| self.chain(chain, dim, make(), &mut rng, &abort)).collect()
+        };
+        let results = match self.threads {
+            Some(n) => rayon::ThreadPoolBuilder::new().num_threads(n).build()?.install(all),
+            None => all(),
+        };
+        results.into_iter().collect()
+    }
+
+    fn chain<K: Kernel>(
+        &self,
+        number: usize,
+        dim: usize,
+        mut kernel: K,
+        rng: &mut Stream,
+        abort: &AtomicBool,
+    ) -> Result<Chain, SampleError> {
+        self.start(number, dim, &mut kernel, rng)
+            .inspect_err(|_| abort.store(true, Ordering::Relaxed))?;
+        // without unknowns there is nothing to tune
+        let warmup = if dim == 0 { 0 } else { self.warmup };
+        let mut chain = Chain {
+            draws: Vec::with_capacity(self.draws * dim),
+            stats: Vec::with_capacity(self.draws),
+            divergences: Vec::new(),
+            warmup: WarmupReport {
+                start: kernel.position().to_vec(),
+                stats: Vec::with_capacity(warmup),
+                windows: Vec::new(),
+                step_size: 0.0,
+                target_acceptance: 0.0,
+                covariance: Covariance::Diagonal(Vec::new()),
+                rejections: BTreeMap::new(),
+            },
+            rejections: BTreeMap::new(),
+            stopped: None,
+        };
+        let mut meter = Meter::new(self.progress, number, warmup + self.draws * self.thin);
+
+        // without unknowns there is no step to find either
+        let mut ended = if dim == 0 { Ok(()) } else { kernel.prepare(rng) };
+        ended = ended.and_then(|()| {
+            (0..warmup).try_for_each(|_| {
+                self.check(abort)?;
+                let stats = DrawStats { tuning: true, ..kernel.transition(rng)? };
+                kernel.adapt(&stats, rng)?;
+                meter.transition(&stats);
+                chain.warmup.stats.push(stats);
+                Ok(())
+            })
+        });
+        kernel.freeze(&mut chain.warmup);
+        chain.warmup.rejections = kernel.rejections().take();
+
+        ended = ended.and_then(|()| {
+            (0..self.draws).try_for_each(|draw| {
+                let stats = self.draw(&mut kernel, rng, &mut meter, abort)?;
+                if stats.divergent {
+                    let (position, energy_error) = kernel.divergence();
+                    let position = position.to_vec();
+                    chain.divergences.push(Divergence { draw, position, energy_error });
+                }
+                chain.draws.extend_from_slice(kernel.position());
+                chain.stats.push(stats);
+                Ok(())
+            })
+        });
+        chain.rejections = kernel.rejections().take();
+        meter.finish();
+
+        if let Err(Stop(reason)) = ended {
+            abort.store(true, Ordering::Relaxed);
+            chain.stopped = Some(reason);
+        }
+        Ok(chain)
+    }
+
+    /// Finds the starting point.
+    fn start<K: Kernel>(
+        &self,
+        chain: usize,
+        dim: usize,
+        kernel: &mut K,
+        rng: &mut Stream,
+    ) -> Result<(), SampleError> {
+        let mut y = vec![0.0; dim];
+        let mut tries = 0;
+        loop {
+            match &self.init {
+                Init::Uniform(radius) => y.fill_with(|| radius * (2.0 * rng.random::<f64>() - 1.0)),
+                Init::Points(points) => y.copy_from_slice(&points[chain]),
+            }
+            let Err(rejection) = kernel.begin(&y) else { return Ok(()) };
+            if let Err(Stop(message)) = kernel.rejections().count(&rejection) {
+                return Err(SampleError::Fatal { chain, message });
+            }
+            tries += 1;
+            if tries == TRIES || matches!(self.init, Init::Points(_)) {
+                return Err(SampleError::Initialisation {
+                    chain,
+                    tries,
+                    rejections: kernel.rejections().take(),
+                    last: Box::new(rejection),
+                });
+            }
+        }
+    }
+
+    /// The transitions up to the next kept draw, and their joint statistics.
+    fn draw<K: Kernel>(
+        &self,
+        kernel: &mut K,
+        rng: &mut Stream,
+        meter: &mut Meter<'_>,
+        abort: &AtomicBool,
+    ) -> Result<DrawStats, Stop> {
+        let mut next = || {
+            self.check(abort)?;
+            kernel.transition(rng).inspect(|stats| meter.transition(stats))
+        };
+        let mut joint = next()?;
+        for _ in 1..self.thin {
+            let stats = next()?;
+            joint = DrawStats {
+                acceptance: joint.acceptance + stats.acceptance,
+                leapfrogs: joint.leapfrogs + stats.leapfrogs,
+                divergent: joint.divergent || stats.divergent,
+                ..stats
+            };
+        }
+        joint.acceptance /= self.thin as f64;
+        Ok(joint)
+    }
+
+    fn check(&self, abort: &AtomicBool) -> Result<(), Stop> {
+        if self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
+            Err(Stop("interrupted".into()))
+        } else if abort.load(Ordering::Relaxed) {
+            Err(Stop("stopped because another chain failed".into()))
+        } else {
+            Ok(())
+        }
+    }
+}

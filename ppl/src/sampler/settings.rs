@@ -1,0 +1,167 @@
+//! Settings that every sampler shares.
+
+use std::sync::atomic::AtomicBool;
+
+use super::{error::SampleError, progress::Progress};
+
+/// Where chains start, in unconstrained space.
+#[derive(Clone, Debug)]
+pub(super) enum Init {
+    /// Independent uniform coordinates on (−r, r).
+    Uniform(f64),
+    /// One point a chain.
+    Points(Vec<Vec<f64>>),
+}
+
+/// Most numbers that one chain may keep, 32 GiB: a slip of the keyboard should not exhaust memory.
+const MOST_NUMBERS: usize = 1 << 32;
+/// Numbers kept with every draw beside its coordinates.
+const STATISTICS: usize = 7;
+
+/// Settings that every sampler shares.
+#[derive(Clone)]
+pub(super) struct Run<'a> {
+    pub(super) chains: usize,
+    pub(super) warmup: usize,
+    pub(super) draws: usize,
+    pub(super) thin: usize,
+    pub(super) seed: u64,
+    pub(super) threads: Option<usize>,
+    pub(super) init: Init,
+    pub(super) progress: Option<&'a dyn Progress>,
+    pub(super) interrupt: Option<&'a AtomicBool>,
+}
+
+impl Run<'_> {
+    pub(super) fn new(warmup: usize, draws: usize) -> Self {
+        Self {
+            chains: 4,
+            warmup,
+            draws,
+            thin: 1,
+            seed: 0,
+            threads: None,
+            init: Init::Uniform(2.0),
+            progress: None,
+            interrupt: None,
+        }
+    }
+}
+
+/// The builder methods of the shared settings, for a sampler with a field `run: Run<'a>`.
+macro_rules! shared_settings {
+    () => {
+        /// Number of chains.
+        pub fn chains(mut self, chains: usize) -> Self {
+            self.run.chains = chains;
+            self
+        }
+
+        /// Warmup transitions of each chain; they are not kept.
+        pub fn warmup(mut self, warmup: usize) -> Self {
+            self.run.warmup = warmup;
+            self
+        }
+
+        /// Kept draws of each chain.
+        pub fn draws(mut self, draws: usize) -> Self {
+            self.run.draws = draws;
+            self
+        }
+
+        /// Keeps every `thin`-th transition after the warmup. Statistics of a kept draw then
+        /// cover the transitions since the draw before: leapfrogs are added up, acceptance is
+        /// averaged, and it is divergent if any of them was.
+        pub fn thin(mut self, thin: usize) -> Self {
+            self.run.thin = thin;
+            self
+        }
+
+        /// Seed of the random streams; the same seed gives the same draws on any number of threads.
+        pub fn seed(mut self, seed: u64) -> Self {
+            self.run.seed = seed;
+            self
+        }
+
+        /// Threads of this run; by default rayon's pool is shared.
+        pub fn threads(mut self, threads: usize) -> Self {
+            self.run.threads = Some(threads);
+            self
+        }
+
+        /// Random starts are uniform on (−`radius`, `radius`) in every unconstrained coordinate.
+        pub fn init_radius(mut self, radius: f64) -> Self {
+            self.run.init = Init::Uniform(radius);
+            self
+        }
+
+        /// Starting points in unconstrained space, one for each chain.
+        pub fn init_points(mut self, points: Vec<Vec<f64>>) -> Self {
+            self.run.init = Init::Points(points);
+            self
+        }
+
+        /// Who hears of the chains while they run.
+        pub fn progress(mut self, progress: &'a dyn Progress) -> Self {
+            self.run.progress = Some(progress);
+            self
+        }
+
+        /// When the flag becomes true, every chain ends after its transition and keeps its draws.
+        pub fn interrupt(mut self, interrupt: &'a AtomicBool) -> Self {
+            self.run.interrupt = Some(interrupt);
+            self
+        }
+    };
+}
+pub(super) use shared_settings;
+
+impl Run<'_> {
+    /// Refuses settings that make no sense for `dim` coordinates.
+    pub(super) fn validate(&self, dim: usize) -> Result<(), SampleError> {
+        let refuse = |setting, value: String, mend| {
+            Err(SampleError::Setting { setting, value, mend })
+        };
+        let positive = [
+            ("chains", self.chains),
+            ("draws", self.draws),
+            ("thin", self.thin),
+            ("threads", self.threads.unwrap_or(1)),
+        ];
+        for (setting, value) in positive {
+            if value == 0 {
+                return refuse(setting, "0".into(), "give at least 1");
+            }
+        }
+        let kept = self.draws.saturating_mul(dim.saturating_add(STATISTICS));
+        if kept > MOST_NUMBERS || self.draws.checked_mul(self.thin).is_none() {
+            return refuse(
+                "draws",
+                self.draws.to_string(),
+                "a chain keeps draws × (unknowns + 7) numbers, at most 2^32; draw less, or thin",
+            );
+        }
+        if self.warmup > MOST_NUMBERS / STATISTICS {
+            return refuse("warmup", self.warmup.to_string(), "give at most 2^32 / 7");
+        }
+        match &self.init {
+            Init::Uniform(radius) if !(radius.is_finite() && *radius >= 0.0) => {
+                refuse("init_radius", radius.to_string(), "give a finite number ≥ 0")
+            }
+            Init::Points(points) if points.len() != self.chains => refuse(
+                "init_points",
+                format!("{} points", points.len()),
+                "give one starting point for each chain",
+            ),
+            Init::Points(points) => match points.iter().position(|p| p.len() != dim) {
+                Some(chain) => refuse(
+                    "init_points",
+                    format!("a point with {} coordinates for chain {chain}", points[chain].len()),
+                    "give as many as the density has unconstrained coordinates",
+                ),
+                None => Ok(()),
+            },
+            Init::Uniform(_) => Ok(()),
+        }
+    }
+}

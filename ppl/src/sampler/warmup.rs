@@ -1,0 +1,282 @@
+//! When the warmup learns the mass matrix, and from which draws.
+
+use super::{
+    chains::DrawStats,
+    hamiltonian::Point,
+    metric::{DiagonalMetric, Estimator},
+    step_size::DualAveraging,
+};
+
+/// Rule by which a run adapts its diagonal mass matrix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Rule {
+    /// Variance of the draws in doubling windows, as Stan does.
+    Stan,
+    /// Fisher-divergence map from draws and scores, replaced early and often.
+    Fisher,
+}
+
+/// Draws `start..end` of the warmup from which one mass matrix is estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Window {
+    start: usize,
+    end: usize,
+    /// The step search and dual averaging begin anew with the new mass matrix.
+    restart: bool,
+}
+
+/// Below this length only the step size is adapted.
+const SHORTEST: usize = 20;
+/// Length and growth of the windows of the default schedule.
+const EARLY_WINDOW: usize = 10;
+const FIRST_WINDOW: usize = 80;
+const WINDOW_GROWTH: f64 = 1.5;
+/// The target of a run whose late warmup diverged.
+const RAISED_TARGET: f64 = 0.9;
+/// Transitions after a restart whose steps are still wild, so that a divergence tells nothing.
+const SETTLING: f64 = 20.0;
+
+impl Rule {
+    fn windows(self, warmup: usize) -> Vec<Window> {
+        if warmup < SHORTEST {
+            return Vec::new();
+        }
+        match self {
+            Self::Stan => stan_windows(warmup),
+            Self::Fisher => fisher_windows(warmup),
+        }
+    }
+}
+
+/// 75 draws without, doubling windows from 25, 50 draws without; below 150 draws 15 / 75 / 10 %.
+fn stan_windows(warmup: usize) -> Vec<Window> {
+    let (first, length, last) = if warmup >= 150 {
+        (75, 25, warmup - 50)
+    } else {
+        let (first, rest) = (warmup * 15 / 100, warmup / 10);
+        (first, warmup - first - rest, warmup - rest)
+    };
+    growing(first, last, length, 2.0)
+}
+
+/// Windows of 10 in the first 30 %, then 80 · 1.5ⁿ, the last 15 % without.
+fn fisher_windows(warmup: usize) -> Vec<Window> {
+    let early = warmup * 3 / 10 / EARLY_WINDOW;
+    let mut windows: Vec<Window> = (0..early)
+        .map(|k| Window {
+            start: k * EARLY_WINDOW,
+            end: (k + 1) * EARLY_WINDOW,
+            // the first map from draws may change the scale by orders; later early ones hardly
+            restart: k == 0,
+        })
+        .collect();
+    let last = warmup - (warmup * 15).div_ceil(100);
+    windows.extend(growing(early * EARLY_WINDOW, last, FIRST_WINDOW, WINDOW_GROWTH));
+    windows
+}
+
+/// Adjoining windows that grow by `growth`; one is stretched to `last` if the next would not fit.
+fn growing(first: usize, last: usize, length: usize, growth: f64) -> Vec<Window> {
+    let (mut windows, mut start, mut length) = (Vec::new(), first, length as f64);
+    while start < last {
+        let end = start + length as usize;
+        length *= growth;
+        let end = if end + length as usize > last { last } else { end };
+        windows.push(Window { start, end, restart: true });
+        start = end;
+    }
+    windows
+}
+
+/// What a warmup transition means for the estimate of the mass matrix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Moment {
+    /// Before the first window.
+    Before,
+    /// Inside a window: the draw belongs to the estimate.
+    Inside,
+    /// Last draw of a window: replace the mass matrix, and search the step anew if `restart`.
+    Last {
+        /// The step search and dual averaging begin anew.
+        restart: bool,
+    },
+    /// Only the step size is adapted any more.
+    After,
+}
+
+/// The windows of one warmup, passed one by one.
+#[derive(Clone, Debug)]
+pub(super) struct Schedule {
+    windows: Vec<Window>,
+    /// Last draws of the windows passed.
+    pub(super) passed: Vec<usize>,
+    draw: usize,
+}
+
+impl Schedule {
+    pub(super) fn new(rule: Rule, warmup: usize) -> Self {
+        let windows = rule.windows(warmup);
+        Self { passed: Vec::with_capacity(windows.len()), windows, draw: 0 }
+    }
+
+    /// Passes one transition.
+    pub(super) fn pass(&mut self) -> Moment {
+        let draw = self.draw;
+        self.draw += 1;
+        match self.windows.get(self.passed.len()) {
+            None => Moment::After,
+            Some(window) if draw < window.start => Moment::Before,
+            Some(window) if draw + 1 < window.end => Moment::Inside,
+            Some(window) => {
+                self.passed.push(draw);
+                Moment::Last { restart: window.restart }
+            }
+        }
+    }
+}
+
+/// What the warmup asks of the sampler after a transition.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Advice {
+    /// Go on with the current step.
+    GoOn,
+    /// The mass matrix has changed: search a new step.
+    SearchStep,
+}
+
+/// The adaptation of a Hamiltonian chain during its warmup.
+#[derive(Clone, Debug)]
+pub(super) struct Warmup {
+    pub(super) step: DualAveraging,
+    pub(super) schedule: Schedule,
+    rule: Rule,
+    estimator: Estimator,
+    raised: bool,
+}
+
+impl Warmup {
+    pub(super) fn new(rule: Rule, dim: usize, warmup: usize, target: f64) -> Self {
+        Self {
+            step: DualAveraging::new(target, 1.0),
+            schedule: Schedule::new(rule, warmup),
+            rule,
+            estimator: Estimator::new(dim),
+            raised: false,
+        }
+    }
+
+    /// The mass matrix before any draw: with unit scale assumed for the draws, the Fisher rule
+    /// reads `σ² = 1/|∂ ln p|` from the first score.
+    pub(super) fn first_metric(&self, metric: &mut DiagonalMetric, point: &Point) {
+        if self.rule == Rule::Fisher {
+            metric.replace(|i| 1.0 / point.gradient[i].abs());
+        }
+    }
+
+    pub(super) fn learn(
+        &mut self,
+        stats: &DrawStats,
+        point: &Point,
+        metric: &mut DiagonalMetric,
+    ) -> Advice {
+        self.step.learn(stats.acceptance);
+        match self.schedule.pass() {
+            Moment::Before => Advice::GoOn,
+            Moment::Inside => {
+                self.estimator.add(&point.y, &point.gradient);
+                Advice::GoOn
+            }
+            Moment::Last { restart } => {
+                self.estimator.add(&point.y, &point.gradient);
+                match self.rule {
+                    Rule::Stan => metric.replace(|i| self.estimator.shrunk_variance(i)),
+                    Rule::Fisher => metric.replace(|i| self.estimator.fisher_variance(i)),
+                }
+                self.estimator.clear();
+                if restart { Advice::SearchStep } else { Advice::GoOn }
+            }
+            Moment::After => {
+                let settled = self.step.count() > SETTLING;
+                if self.rule == Rule::Fisher && stats.divergent && settled && !self.raised {
+                    self.raised = true;
+                    self.step.target = self.step.target.max(RAISED_TARGET);
+                }
+                Advice::GoOn
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn last_draws(rule: Rule, warmup: usize) -> Vec<usize> {
+        rule.windows(warmup).iter().map(|w| w.end - 1).collect()
+    }
+
+    /// Window ends of Stan's manual and of its program for these lengths.
+    #[test]
+    fn stan_window_ends() {
+        assert_eq!(last_draws(Rule::Stan, 1000), [99, 149, 249, 449, 949]);
+        assert_eq!(last_draws(Rule::Stan, 500), [99, 149, 249, 449]);
+        assert_eq!(last_draws(Rule::Stan, 150), [99]);
+        assert_eq!(last_draws(Rule::Stan, 149), [134]);
+        assert_eq!(last_draws(Rule::Stan, 100), [89]);
+        assert_eq!(last_draws(Rule::Stan, 20), [17]);
+        assert_eq!(last_draws(Rule::Stan, 19), []);
+        assert_eq!(last_draws(Rule::Stan, 0), []);
+    }
+
+    #[test]
+    fn default_window_ends() {
+        let mut expected: Vec<usize> = (0..30).map(|k| 10 * k + 9).collect();
+        expected.extend([379, 499, 849]);
+        assert_eq!(last_draws(Rule::Fisher, 1000), expected);
+        let mut expected: Vec<usize> = (0..12).map(|k| 10 * k + 9).collect();
+        expected.extend([199, 339]);
+        assert_eq!(last_draws(Rule::Fisher, 400), expected);
+        assert_eq!(last_draws(Rule::Fisher, 20), [16]);
+        assert_eq!(last_draws(Rule::Fisher, 19), []);
+    }
+
+    #[test]
+    fn windows_adjoin_and_leave_room_for_the_step() {
+        for rule in [Rule::Stan, Rule::Fisher] {
+            for warmup in SHORTEST..1200 {
+                let windows = rule.windows(warmup);
+                assert!(!windows.is_empty());
+                assert!(windows.windows(2).all(|w| w[0].end == w[1].start));
+                assert!(windows.iter().all(|w| w.start + 2 <= w.end));
+                assert!(windows.last().is_some_and(|w| w.end < warmup));
+            }
+        }
+    }
+
+    #[test]
+    fn only_a_late_divergence_raises_the_target_and_only_once() {
+        let mut warmup = Warmup::new(Rule::Fisher, 1, 200, 0.8);
+        let mut metric = DiagonalMetric::identity(1);
+        let point = Point { y: vec![0.0], gradient: vec![0.0], log_density: 0.0 };
+        let stats = |divergent| DrawStats {
+            log_density: 0.0,
+            energy: 0.0,
+            acceptance: 0.8,
+            step_size: 1.0,
+            depth: 1,
+            leapfrogs: 1,
+            divergent,
+            tuning: true,
+        };
+        for _ in 0..170 {
+            warmup.learn(&stats(true), &point, &mut metric);
+            warmup.step.restart(1.0);
+        }
+        assert_eq!(warmup.step.target, 0.8);
+        for _ in 0..25 {
+            warmup.learn(&stats(false), &point, &mut metric);
+        }
+        warmup.learn(&stats(true), &point, &mut metric);
+        assert_eq!(warmup.step.target, 0.9);
+    }
+}
