@@ -12,6 +12,7 @@ mod model;
 mod reading;
 mod real;
 mod record;
+mod sampler;
 mod scalar;
 pub mod tape;
 mod trace;
@@ -27,6 +28,10 @@ pub use ppl_macros::model;
 pub use rand;
 pub use real::Real;
 pub use record::{Datum, Record as Recordable};
+pub use sampler::{
+    Chain, ChainStatus, Chains, Covariance, Divergence, DrawStats, Metropolis, Nuts, Progress,
+    SampleError, WarmupReport,
+};
 pub use scalar::{Arithmetic, Scalar};
 pub use trace::{Entry, Record, Role, Variable};
 
@@ -34,6 +39,7 @@ pub use trace::{Entry, Record, Role, Variable};
 pub mod prelude {
     pub use crate::differentiable::Differentiable;
     pub use crate::distribution::*;
+    pub use crate::sampler::{Metropolis, Nuts};
     pub use crate::scalar::Scalar;
     pub use crate::{LogDensity, model};
 }

@@ -132,9 +132,7 @@ impl Chains {
     /// If `index` is out of range, as slices do.
     pub fn traces(&self, index: usize) -> Vec<Vec<f64>> {
         let n = self.len();
-        (0..self.chains.len())
-            .map(|c| (0..n).map(|i| self.value(c, i, index)).collect())
-            .collect()
+        (0..self.chains.len()).map(|c| (0..n).map(|i| self.value(c, i, index)).collect()).collect()
     }
 
     /// Divergent transitions among the kept draws of all chains.

@@ -50,9 +50,7 @@ pub enum SampleError {
 }
 
 fn tally(rejections: &BTreeMap<Place, u64>) -> String {
-    let counts: Vec<String> = rejections
-        .iter()
-        .map(|(place, n)| format!("{n} × {place}"))
-        .collect();
+    let counts: Vec<String> =
+        rejections.iter().map(|(place, n)| format!("{n} × {place}")).collect();
     counts.join(", ")
 }

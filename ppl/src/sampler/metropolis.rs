@@ -69,8 +69,7 @@ impl<'a> Metropolis<'a> {
     /// See [`Metropolis`].
     pub fn run<D: LogDensity>(&self, density: &D) -> Result<Chains, SampleError> {
         let dim = density.dim();
-        let chains =
-            self.run.execute(dim, || MetropolisChain::new(density, self.run.warmup))?;
+        let chains = self.run.execute(dim, || MetropolisChain::new(density, self.run.warmup))?;
         Ok(Chains { dim, chains, max_depth: None })
     }
 }

@@ -98,8 +98,7 @@ impl<'a> Nuts<'a> {
     /// # Errors
     /// See [`Nuts`].
     pub fn run<D: LogDensity>(&self, density: &D) -> Result<Chains, SampleError> {
-        let refuse =
-            |setting, value, mend| Err(SampleError::Setting { setting, value, mend });
+        let refuse = |setting, value, mend| Err(SampleError::Setting { setting, value, mend });
         if !(self.target_accept > 0.0 && self.target_accept < 1.0) {
             let value = self.target_accept.to_string();
             return refuse("target_accept", value, "give a number between 0 and 1, as 0.8");
@@ -118,6 +117,9 @@ impl<'a> Nuts<'a> {
         Ok(Chains { dim, chains, max_depth: Some(self.max_depth) })
     }
 }
+
+/// Where a starting point with a finite density but no finite gradient is rejected.
+const GRADIENT: Place = Place { statement: "gradient of the log density", file: "", line: 0 };
 
 struct NutsChain<'a, D: LogDensity> {
     hamiltonian: Hamiltonian<'a, D>,
@@ -141,10 +143,9 @@ impl<D: LogDensity> Kernel for NutsChain<'_, D> {
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
         self.current.y.copy_from_slice(y);
         self.hamiltonian.evaluate(&mut self.current)?;
-        if self.current.gradient.iter().all(|g| g.is_finite()) {
-            Ok(())
-        } else {
-            Err(Rejection::NotFinite { place: Place::unknown() })
+        match self.current.gradient.iter().find(|g| !g.is_finite()) {
+            Some(&value) => Err(Rejection::NotFinite { place: GRADIENT, value }),
+            None => Ok(()),
         }
     }
 

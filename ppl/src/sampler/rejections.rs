@@ -15,11 +15,8 @@ pub(super) struct Rejections(BTreeMap<Place, u64>);
 impl Rejections {
     /// Counts a rejection; a fatal error is passed on instead.
     pub(super) fn count(&mut self, rejection: &Rejection) -> Result<(), Stop> {
-        let place = match rejection {
-            Rejection::NotFinite { place }
-            | Rejection::Domain { place, .. }
-            | Rejection::Reject { place, .. } => *place,
-            Rejection::Fatal { message } => return Err(Stop(message.clone())),
+        let Some(place) = rejection.place() else {
+            return Err(Stop(rejection.to_string()));
         };
         *self.0.entry(place).or_insert(0) += 1;
         Ok(())

@@ -63,7 +63,9 @@ impl Run<'_> {
         let abort = AtomicBool::new(false);
         let all = || -> Vec<Result<Chain, SampleError>> {
             let numbered = streams.into_par_iter().enumerate();
-            numbered.map(|(chain, mut rng)| self.chain(chain, dim, make(), &mut rng, &abort)).collect()
+            numbered
+                .map(|(chain, mut rng)| self.chain(chain, dim, make(), &mut rng, &abort))
+                .collect()
         };
         let results = match self.threads {
             Some(n) => rayon::ThreadPoolBuilder::new().num_threads(n).build()?.install(all),

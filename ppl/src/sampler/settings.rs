@@ -119,9 +119,8 @@ pub(super) use shared_settings;
 impl Run<'_> {
     /// Refuses settings that make no sense for `dim` coordinates.
     pub(super) fn validate(&self, dim: usize) -> Result<(), SampleError> {
-        let refuse = |setting, value: String, mend| {
-            Err(SampleError::Setting { setting, value, mend })
-        };
+        let refuse =
+            |setting, value: String, mend| Err(SampleError::Setting { setting, value, mend });
         let positive = [
             ("chains", self.chains),
             ("draws", self.draws),
