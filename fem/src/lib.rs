@@ -1,1 +1,16 @@
-//! Probabilistic programming.
+//! Compression of grain composites: meshes, specimens, materials, solvers and campaigns of runs.
+//!
+//! `fem` takes a description of a cylindrical specimen (stiff grains in a soft matrix), meshes
+//! it with tetrahedra, compresses it, and gives back the force–displacement curve. It knows
+//! nothing of probability: the crates `surrogate` and `models` turn its curves into a
+//! calibration.
+//!
+//! Units everywhere: mm, N, MPa, MPa s, N/mm, s. The cylinder's axis is z and its bottom is at
+//! z = 0.
+//!
+mod mesh;
+
+pub use mesh::Quality;
+pub use mesh::gmsh;
+pub use mesh::{CylinderLattice, LatticeError};
+pub use mesh::{MeshError, TetMesh};

@@ -1,0 +1,160 @@
+//! Gmsh's MSH files: versions 2.2 and 4.1 are read, ASCII and binary; 4.1 ASCII is written.
+//!
+//! Gmsh is an external program; nothing of it is linked. Second-order meshes are read by their
+//! corner nodes, since a simulation raises the order itself.
+//!
+//! # Reference
+//! C. Geuzaine and J.-F. Remacle, Gmsh reference manual, "MSH file format" and "MSH file format
+//! version 2 (Legacy)".
+
+mod elements;
+mod source;
+mod v2;
+mod v4;
+mod write;
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::{MeshError, TetMesh};
+use elements::Contents;
+use source::Source;
+pub use write::write;
+
+/// A physical group of the file, by its number or by its name.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum PhysicalGroup {
+    /// The group's number.
+    Number(i32),
+    /// The group's name.
+    Name(String),
+}
+
+impl From<i32> for PhysicalGroup {
+    fn from(number: i32) -> Self {
+        PhysicalGroup::Number(number)
+    }
+}
+
+impl From<&str> for PhysicalGroup {
+    fn from(name: &str) -> Self {
+        PhysicalGroup::Name(name.into())
+    }
+}
+
+impl fmt::Display for PhysicalGroup {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            PhysicalGroup::Number(number) => write!(f, "{number}"),
+            PhysicalGroup::Name(name) => write!(f, "\"{name}\""),
+        }
+    }
+}
+
+/// Which physical groups of the file are which regions and surfaces of the mesh.
+///
+/// An empty map takes all groups of that dimension, under the names that the file gives them (or
+/// their numbers, where it gives none).
+///
+/// # Example
+/// ```
+/// use fem::gmsh::GmshNames;
+///
+/// let names = GmshNames::new([("matrix", 1), ("grain", 2)], [("bottom", 11), ("top", 12)]);
+/// assert_eq!(names.surfaces["top"], 12.into());
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GmshNames {
+    /// Region names, with physical volumes.
+    pub regions: BTreeMap<String, PhysicalGroup>,
+    /// Surface names, with physical surfaces.
+    pub surfaces: BTreeMap<String, PhysicalGroup>,
+}
+
+impl GmshNames {
+    /// Names with their groups, given by number (`1`) or by name (`"binder"`).
+    pub fn new<N: Into<String>, G: Into<PhysicalGroup>>(
+        regions: impl IntoIterator<Item = (N, G)>,
+        surfaces: impl IntoIterator<Item = (N, G)>,
+    ) -> GmshNames {
+        let map = |(name, group): (N, G)| (name.into(), group.into());
+        GmshNames {
+            regions: regions.into_iter().map(map).collect(),
+            surfaces: surfaces.into_iter().map(map).collect(),
+        }
+    }
+}
+
+/// Reads a MSH file and checks the mesh.
+///
+/// Tetrahedra of order 1 and 2 (types 4 and 11) in the physical volumes that `names` gives, and
+/// triangles (types 2 and 9) in its physical surfaces; `regions` come in the order of their names.
+/// Nodes keep the file's order; those that no tetrahedron uses are dropped. Orientations are
+/// mended: positive volumes, outward triangles.
+///
+/// # Errors
+/// [`MeshError::Io`] if the file cannot be read, [`MeshError::File`] with line (ASCII) or section
+/// and byte (binary) if its content is wrong, and whatever [`TetMesh::validate`] finds.
+///
+/// # Example
+/// ```no_run
+/// use fem::gmsh::{self, GmshNames};
+///
+/// let names = GmshNames::new([("matrix", 1), ("grain", 2)], [("bottom", 11), ("top", 12)]);
+/// let mesh = gmsh::read("cylinder.msh", &names)?;
+/// println!("{} tetrahedra", mesh.tets.len());
+/// # Ok::<(), fem::MeshError>(())
+/// ```
+pub fn read(path: impl AsRef<Path>, names: &GmshNames) -> Result<TetMesh, MeshError> {
+    let path = path.as_ref();
+    let bytes = std::fs::read(path).map_err(|error| MeshError::Io {
+        action: "read",
+        path: path.into(),
+        message: error.to_string(),
+    })?;
+    let contents = read_contents(&mut Source::new(&bytes)).map_err(|fault| MeshError::File {
+        path: path.into(),
+        place: fault.place,
+        message: fault.message,
+    })?;
+    let mesh = contents
+        .into_mesh(names)
+        .map_err(|message| MeshError::File {
+            path: path.into(),
+            place: "physical groups".into(),
+            message,
+        })?;
+    mesh.validate()?;
+    Ok(mesh)
+}
+
+fn read_contents(source: &mut Source) -> Result<Contents, source::Fault> {
+    let version = source.format()?;
+    let mut contents = Contents::default();
+    while let Some(section) = source.section()? {
+        match (section.as_str(), version) {
+            ("PhysicalNames", _) => elements::physical_names(source, &mut contents)?,
+            ("Nodes", source::Version::V2) => v2::nodes(source, &mut contents)?,
+            ("Elements", source::Version::V2) => v2::elements(source, &mut contents)?,
+            ("Entities", source::Version::V4) => v4::entities(source, &mut contents)?,
+            ("Nodes", source::Version::V4) => v4::nodes(source, &mut contents)?,
+            ("Elements", source::Version::V4) => v4::elements(source, &mut contents)?,
+            ("PartitionedEntities", _) => {
+                return Err(source.fault(
+                    "the mesh is partitioned, which is not read; save it unpartitioned".into(),
+                ));
+            }
+            _ => {
+                source.skip_section()?;
+                continue;
+            }
+        }
+        source.end_section()?;
+    }
+    Ok(contents)
+}

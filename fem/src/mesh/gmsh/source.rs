@@ -1,0 +1,264 @@
+//! A cursor over the bytes of a MSH file that reads ASCII and binary numbers alike.
+
+/// Something wrong at a place of the file.
+pub(super) struct Fault {
+    pub(super) place: String,
+    pub(super) message: String,
+}
+
+/// The two generations of the format that are read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Version {
+    V2,
+    V4,
+}
+
+pub(super) struct Source<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    section: String,
+    pub(super) binary: bool,
+    big_endian: bool,
+}
+
+impl<'a> Source<'a> {
+    pub(super) fn new(bytes: &'a [u8]) -> Source<'a> {
+        Source {
+            bytes,
+            at: 0,
+            section: String::new(),
+            binary: false,
+            big_endian: false,
+        }
+    }
+
+    /// A fault at the present place: a line in ASCII, section and byte in binary files.
+    pub(super) fn fault(&self, message: String) -> Fault {
+        let place = if self.binary {
+            format!("section ${}, byte {}", self.section, self.at)
+        } else {
+            let line = 1 + self.bytes[..self.at]
+                .iter()
+                .filter(|&&b| b == b'\n')
+                .count();
+            match self.section.as_str() {
+                "" => format!("line {line}"),
+                section => format!("line {line} (section ${section})"),
+            }
+        };
+        Fault { place, message }
+    }
+
+    /// Reads the `$MeshFormat` section, which must come first.
+    pub(super) fn format(&mut self) -> Result<Version, Fault> {
+        if self.section()?.as_deref() != Some("MeshFormat") {
+            return Err(self.fault("this is no MSH file: it must begin with $MeshFormat".into()));
+        }
+        let version_text = self.word()?.to_string();
+        let version = match version_text.as_str() {
+            "2" | "2.1" | "2.2" => Version::V2,
+            "4.1" => Version::V4,
+            other => {
+                return Err(self.fault(format!(
+                    "MSH version {other} is not read; save as 2.2 or 4.1 (gmsh -format msh41)"
+                )));
+            }
+        };
+        let binary = match self.word()? {
+            "0" => false,
+            "1" => true,
+            other => {
+                let other = other.to_string();
+                return Err(self.fault(format!("file type {other} is neither 0 (ASCII) nor 1")));
+            }
+        };
+        let size = self.word()?.to_string();
+        if size != "8" {
+            return Err(self.fault(format!("data size {size} is not read; save with 8 bytes")));
+        }
+        if binary {
+            self.line_end()?;
+            self.binary = true;
+            let one: [u8; 4] = self.take()?;
+            self.big_endian = match (i32::from_le_bytes(one), i32::from_be_bytes(one)) {
+                (1, _) => false,
+                (_, 1) => true,
+                (other, _) => {
+                    return Err(self.fault(format!("the byte-order mark is {other}, not 1")));
+                }
+            };
+        }
+        self.end_section()?;
+        Ok(version)
+    }
+
+    /// The name of the next section, or nothing at the end of the file.
+    pub(super) fn section(&mut self) -> Result<Option<String>, Fault> {
+        self.section.clear();
+        while let Some(line) = self.line() {
+            match line.trim_ascii() {
+                [] => {}
+                [b'$', name @ ..] => {
+                    self.section = String::from_utf8_lossy(name).into_owned();
+                    return Ok(Some(self.section.clone()));
+                }
+                other => {
+                    let text = String::from_utf8_lossy(&other[..other.len().min(40)]).into_owned();
+                    return Err(
+                        self.fault(format!("`{text}` stands where a $Section should begin"))
+                    );
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// Reads the `$End…` line of the present section.
+    pub(super) fn end_section(&mut self) -> Result<(), Fault> {
+        self.skip_blanks();
+        let expected = format!("$End{}", self.section);
+        if !self.bytes[self.at..].starts_with(expected.as_bytes()) {
+            return Err(self.fault(format!(
+                "more follows where {expected} should stand; a count of the section is too small"
+            )));
+        }
+        self.at += expected.len();
+        self.line();
+        Ok(())
+    }
+
+    /// Passes over a section that is not needed.
+    pub(super) fn skip_section(&mut self) -> Result<(), Fault> {
+        let end = format!("$End{}", self.section);
+        let rest = &self.bytes[self.at..];
+        match rest
+            .windows(end.len())
+            .position(|window| window == end.as_bytes())
+        {
+            Some(offset) => {
+                self.at += offset + end.len();
+                self.line();
+                Ok(())
+            }
+            None => Err(self.fault(format!("{end} is missing; the file is cut short"))),
+        }
+    }
+
+    /// The rest of the line, without its end.
+    fn line(&mut self) -> Option<&'a [u8]> {
+        let rest = &self.bytes[self.at..];
+        if rest.is_empty() {
+            return None;
+        }
+        let length = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+        self.at += (length + 1).min(rest.len());
+        Some(&rest[..length])
+    }
+
+    /// The rest of the line as text.
+    pub(super) fn text_line(&mut self) -> Result<String, Fault> {
+        match self.line() {
+            Some(line) => Ok(String::from_utf8_lossy(line).trim().to_string()),
+            None => Err(self.cut_short()),
+        }
+    }
+
+    /// Passes the end of a line, after which binary data begin.
+    pub(super) fn line_end(&mut self) -> Result<(), Fault> {
+        match self.line() {
+            Some(rest) if rest.trim_ascii().is_empty() => Ok(()),
+            _ => Err(self.fault("a line should end here".into())),
+        }
+    }
+
+    fn skip_blanks(&mut self) {
+        while self.bytes.get(self.at).is_some_and(u8::is_ascii_whitespace) {
+            self.at += 1;
+        }
+    }
+
+    fn cut_short(&self) -> Fault {
+        self.fault("the file ends too early; save it again".into())
+    }
+
+    /// The next word of text.
+    pub(super) fn word(&mut self) -> Result<&'a str, Fault> {
+        self.skip_blanks();
+        let rest = &self.bytes[self.at..];
+        let length = rest
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(rest.len());
+        if length == 0 {
+            return Err(self.cut_short());
+        }
+        let word = std::str::from_utf8(&rest[..length])
+            .map_err(|_| self.fault("bytes that are no text; is the file binary?".into()))?;
+        self.at += length;
+        Ok(word)
+    }
+
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
+        let bytes = self
+            .bytes
+            .get(self.at..self.at + N)
+            .and_then(|b| b.try_into().ok());
+        let bytes = bytes.ok_or_else(|| self.cut_short())?;
+        self.at += N;
+        Ok(bytes)
+    }
+
+    /// A number that is text in both kinds of files.
+    pub(super) fn text<T: std::str::FromStr>(&mut self, what: &str) -> Result<T, Fault> {
+        let word = self.word()?;
+        word.parse().map_err(|_| {
+            // the cursor has passed the word, which ends on the line to be named
+            self.fault(format!("`{word}` is not {what}"))
+        })
+    }
+
+    /// A signed 32-bit number.
+    pub(super) fn int(&mut self, what: &str) -> Result<i32, Fault> {
+        if !self.binary {
+            return self.text(what);
+        }
+        let bytes = self.take()?;
+        Ok(if self.big_endian {
+            i32::from_be_bytes(bytes)
+        } else {
+            i32::from_le_bytes(bytes)
+        })
+    }
+
+    /// An unsigned 64-bit number (the format's `size_t`).
+    pub(super) fn size(&mut self, what: &str) -> Result<u64, Fault> {
+        if !self.binary {
+            return self.text(what);
+        }
+        let bytes = self.take()?;
+        Ok(if self.big_endian {
+            u64::from_be_bytes(bytes)
+        } else {
+            u64::from_le_bytes(bytes)
+        })
+    }
+
+    /// A floating-point number.
+    pub(super) fn real(&mut self, what: &str) -> Result<f64, Fault> {
+        if !self.binary {
+            return self.text(what);
+        }
+        let bytes = self.take()?;
+        Ok(if self.big_endian {
+            f64::from_be_bytes(bytes)
+        } else {
+            f64::from_le_bytes(bytes)
+        })
+    }
+
+    /// Three coordinates.
+    pub(super) fn point(&mut self) -> Result<[f64; 3], Fault> {
+        let what = "a coordinate";
+        Ok([self.real(what)?, self.real(what)?, self.real(what)?])
+    }
+}

@@ -1,0 +1,79 @@
+//! Sections of MSH 2.2: every element carries its physical group itself.
+
+use super::elements::{Contents, shape};
+use super::source::{Fault, Source};
+
+pub(super) fn nodes(source: &mut Source, contents: &mut Contents) -> Result<(), Fault> {
+    let count: u64 = source.text("the number of nodes")?;
+    if source.binary {
+        source.line_end()?;
+    }
+    for _ in 0..count {
+        let tag = tag(source, "a node's number")?;
+        let point = source.point()?;
+        contents.node(source, tag, point)?;
+    }
+    Ok(())
+}
+
+pub(super) fn elements(source: &mut Source, contents: &mut Contents) -> Result<(), Fault> {
+    let count: u64 = source.text("the number of elements")?;
+    if source.binary {
+        source.line_end()?;
+    }
+    let mut read = 0;
+    while read < count {
+        // binary files give type and number of tags once for a block of elements
+        let header = if source.binary {
+            Some(block_header(source)?)
+        } else {
+            None
+        };
+        let block = header.map_or(1, |(_, block, _)| block);
+        for _ in 0..block {
+            source.int("an element's number")?;
+            let (kind, tags) = match header {
+                Some((kind, _, tags)) => (kind, tags),
+                None => (
+                    source.int("an element type")?,
+                    source.int("an element's number of tags")?,
+                ),
+            };
+            let mut groups = Vec::with_capacity(1);
+            for k in 0..tags {
+                let value = source.int("an element's tag")?;
+                // the first tag is the physical group, 0 for none
+                if k == 0 && value != 0 {
+                    groups.push(value);
+                }
+            }
+            contents.element(source, kind, &groups, |source| {
+                tag(source, "a node's number")
+            })?;
+        }
+        read += block as u64;
+    }
+    if read > count {
+        return Err(source.fault(format!(
+            "{read} elements follow where {count} were announced"
+        )));
+    }
+    Ok(())
+}
+
+fn block_header(source: &mut Source) -> Result<(i32, i32, i32), Fault> {
+    let kind = source.int("an element type")?;
+    let block = source.int("a block's number of elements")?;
+    let tags = source.int("a block's number of tags")?;
+    if shape(kind).is_none() || block < 1 || tags < 0 {
+        return Err(source.fault(format!(
+            "a block of {block} elements of type {kind} with {tags} tags cannot be; save again"
+        )));
+    }
+    Ok((kind, block, tags))
+}
+
+fn tag(source: &mut Source, what: &str) -> Result<u64, Fault> {
+    let value = source.int(what)?;
+    u64::try_from(value).map_err(|_| source.fault(format!("{what} is negative: {value}")))
+}

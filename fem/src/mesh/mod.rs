@@ -1,0 +1,13 @@
+//! Tetrahedral meshes: where they come from, whether they are sound, and where they go.
+
+mod error;
+pub mod gmsh;
+mod lattice;
+mod quality;
+mod tet_mesh;
+pub(crate) mod vector;
+
+pub use error::MeshError;
+pub use lattice::{CylinderLattice, LatticeError};
+pub use quality::Quality;
+pub use tet_mesh::TetMesh;
