@@ -3,17 +3,24 @@
 extern crate self as ppl;
 
 mod bound;
+pub mod check;
+mod collect;
 mod density;
 pub mod diagnostics;
 mod differentiable;
 mod distribution;
 mod dual;
+mod export;
+mod findings;
+mod group;
 mod model;
+mod posterior;
 mod reading;
 mod real;
 mod record;
 mod sampler;
 mod scalar;
+mod summary;
 pub mod tape;
 mod trace;
 pub mod transform;
@@ -23,7 +30,10 @@ pub use density::{DomainError, LogDensity, Place, Rejection};
 pub use differentiable::{Differentiable, Forward, Generic};
 pub use distribution::*;
 pub use dual::Dual;
+pub use findings::{Finding, FindingKind};
+pub use group::{Group, Values};
 pub use model::{Context, Failure, Model, Site};
+pub use posterior::{DivergentPoint, Posterior, PosteriorError};
 pub use ppl_macros::model;
 pub use rand;
 pub use real::Real;
@@ -33,6 +43,7 @@ pub use sampler::{
     SampleError, WarmupReport,
 };
 pub use scalar::{Arithmetic, Scalar};
+pub use summary::{Summary, SummaryRow};
 pub use trace::{Entry, Record, Role, Variable};
 
 /// The language of models: distributions, their variations, and what expressions need.

@@ -40,6 +40,8 @@ pub struct Entry {
     pub variable: Variable,
     /// Elements, last dimension fastest. For observed quantities: the data.
     pub values: Vec<f64>,
+    /// For parameters: the ends of the prior's support, if it has two finite ones.
+    pub bounds: Option<(f64, f64)>,
     /// For observed quantities: a new draw from the same distribution, element by element.
     pub replicate: Vec<f64>,
     /// For observed quantities: the log density of each statement executed.
@@ -66,6 +68,11 @@ impl Record {
         self.get(name).map(|entry| entry.values.as_slice())
     }
 
+    /// The replicate of the observed quantity of this name: data simulated from this point.
+    pub fn replicate(&self, name: &str) -> Option<&[f64]> {
+        self.get(name).map(|entry| entry.replicate.as_slice())
+    }
+
     fn entry(
         &mut self,
         site: &'static Site,
@@ -82,6 +89,7 @@ impl Record {
             self.entries.push(Entry {
                 variable,
                 values: Vec::new(),
+                bounds: None,
                 replicate: Vec::new(),
                 log_likelihood: Vec::new(),
             });
@@ -171,7 +179,7 @@ impl<G: Rng> Context for Trace<'_, G> {
             }
         };
         distribution.unconstrain(&value, &mut self.record.unconstrained);
-        self.write(site, Role::Parameter, &value)?;
+        self.write(site, Role::Parameter, &value)?.bounds = distribution.bounds();
         Ok(value)
     }
 

@@ -11,7 +11,7 @@ use super::{borrow, mean, mean_and_variance, order, split, usable};
 ///
 /// Reference: Vehtari et al. (2021), section 4.1, doi:10.1214/20-BA1221.
 pub fn ess_bulk(chains: &[&[f64]]) -> f64 {
-    of_transformed(chains, |halves| order::normal_scores(halves))
+    of_transformed(chains, order::normal_scores)
 }
 
 /// Tail effective sample size: the smaller of those of the 5 % and the 95 % quantile.

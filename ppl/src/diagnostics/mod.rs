@@ -27,6 +27,8 @@ pub use mcse::{mcse_mean, mcse_quantile, mcse_sd};
 pub use order::quantile;
 pub use rhat::rhat;
 
+pub(crate) use order::quantile_of_sorted;
+
 /// Mean of the values; NaN when there are none.
 pub(crate) fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (n, sum) = values.fold((0.0, 0.0), |(n, sum), x| (n + 1.0, sum + x));

@@ -50,4 +50,8 @@ impl<R: Scalar, D: Unknown<R>, const N: usize> Unknown<R> for Array<D, N> {
     fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>) {
         x.iter().for_each(|x| self.inner.unconstrain(x, out));
     }
+
+    fn bounds(&self) -> Option<(f64, f64)> {
+        self.inner.bounds()
+    }
 }

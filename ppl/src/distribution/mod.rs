@@ -113,6 +113,11 @@ pub trait Unknown<R: Scalar>: Distribution<R> {
 
     /// Appends the coordinates of `x`: the inverse of [`constrain`](Unknown::constrain).
     fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>);
+
+    /// The ends of the support, if each element has the same two finite ones.
+    fn bounds(&self) -> Option<(f64, f64)> {
+        None
+    }
 }
 
 /// A distribution of one real number: what needs the values of its parameters only.
@@ -215,6 +220,11 @@ macro_rules! univariate {
 
             fn unconstrain(&self, x: &R, out: &mut Vec<f64>) {
                 out.push($crate::UnivariateDensity::<R>::support(self).unconstrain(x.value()));
+            }
+
+            fn bounds(&self) -> Option<(f64, f64)> {
+                let (lower, upper) = $crate::UnivariateDensity::<R>::support(self).bounds();
+                (lower.is_finite() && upper.is_finite()).then_some((lower, upper))
             }
         }
     };

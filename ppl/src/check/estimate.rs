@@ -1,0 +1,206 @@
+//! An estimate against a known value, in units of its Monte Carlo standard error.
+
+use crate::diagnostics as diag;
+use crate::posterior::Posterior;
+
+/// An estimate that lies too far from what was expected.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "{what}: got {got:.6}, expected {expected:.6}; the difference is {sigmas:.1} standard errors \
+     (MCSE {mcse:.2e}, error of the reference {reference_error:.2e}), allowed are {allowed}"
+)]
+pub struct CheckFailure {
+    /// The quantity, as "mean of mu".
+    pub what: String,
+    /// Estimate from the draws.
+    pub got: f64,
+    /// Reference value.
+    pub expected: f64,
+    /// Monte Carlo standard error of the estimate.
+    pub mcse: f64,
+    /// Standard error of the reference value.
+    pub reference_error: f64,
+    /// Difference over the joint standard error; NaN where it is not defined.
+    pub sigmas: f64,
+    /// Largest number of standard errors allowed.
+    pub allowed: f64,
+}
+
+/// An estimate, its Monte Carlo standard error and the value expected.
+#[derive(Clone, Debug, PartialEq)]
+#[must_use = "call within_mcse to assert"]
+pub struct Estimate {
+    what: String,
+    got: f64,
+    mcse: f64,
+    expected: f64,
+    reference_error: f64,
+}
+
+impl Estimate {
+    /// Of the mean of one trace a chain, for draws that do not belong to a [`Posterior`].
+    pub fn of_mean(name: &str, chains: &[&[f64]], expected: f64) -> Self {
+        let got = diag::mean(chains.iter().copied().flatten().copied());
+        Self::new(format!("mean of {name}"), got, diag::mcse_mean(chains), expected)
+    }
+
+    /// Of the standard deviation of one trace a chain.
+    pub fn of_sd(name: &str, chains: &[&[f64]], expected: f64) -> Self {
+        let (_, variance) = diag::mean_and_variance(chains.iter().copied().flatten().copied());
+        Self::new(format!("sd of {name}"), variance.sqrt(), diag::mcse_sd(chains), expected)
+    }
+
+    /// Of a quantile of one trace a chain; `probability` in (0, 1).
+    pub fn of_quantile(name: &str, chains: &[&[f64]], probability: f64, expected: f64) -> Self {
+        let got = diag::quantile(&chains.concat(), probability);
+        let mcse = diag::mcse_quantile(chains, probability);
+        Self::new(format!("{} % quantile of {name}", 100.0 * probability), got, mcse, expected)
+    }
+
+    fn new(what: String, got: f64, mcse: f64, expected: f64) -> Self {
+        Self { what, got, mcse, expected, reference_error: 0.0 }
+    }
+
+    /// The reference has a standard error itself, as one that comes from another long run.
+    pub fn reference_error(mut self, standard_error: f64) -> Self {
+        self.reference_error = standard_error;
+        self
+    }
+
+    /// Difference in joint standard errors, √(MCSE² + reference error²).
+    pub fn sigmas(&self) -> f64 {
+        (self.got - self.expected).abs() / self.mcse.hypot(self.reference_error)
+    }
+
+    /// Whether the difference is at most `allowed` standard errors. An estimate that has no
+    /// standard error, because the quantity never moved, has to be exact.
+    ///
+    /// # Errors
+    /// [`CheckFailure`] with all numbers.
+    pub fn check(&self, allowed: f64) -> Result<(), CheckFailure> {
+        let sigmas = self.sigmas();
+        if sigmas <= allowed || self.got == self.expected {
+            return Ok(());
+        }
+        Err(CheckFailure {
+            what: self.what.clone(),
+            got: self.got,
+            expected: self.expected,
+            mcse: self.mcse,
+            reference_error: self.reference_error,
+            sigmas,
+            allowed,
+        })
+    }
+
+    /// Asserts that the difference is at most `allowed` standard errors.
+    ///
+    /// # Panics
+    /// If it is larger, with the numbers of [`CheckFailure`].
+    #[track_caller]
+    pub fn within_mcse(&self, allowed: f64) {
+        if let Err(failure) = self.check(allowed) {
+            panic!("{failure}");
+        }
+    }
+}
+
+/// The posterior mean of one number, as `mu` or `sd[0]`, against a known value:
+/// `check::mean(&posterior, "mu", 4.37).within_mcse(4.0)`.
+///
+/// # Panics
+/// If the posterior has no such quantity.
+#[track_caller]
+pub fn mean(posterior: &Posterior, name: &str, expected: f64) -> Estimate {
+    with_trace(posterior, name, |chains| Estimate::of_mean(name, chains, expected))
+}
+
+/// The posterior standard deviation of one number against a known value.
+///
+/// # Panics
+/// If the posterior has no such quantity.
+#[track_caller]
+pub fn sd(posterior: &Posterior, name: &str, expected: f64) -> Estimate {
+    with_trace(posterior, name, |chains| Estimate::of_sd(name, chains, expected))
+}
+
+/// A posterior quantile of one number against a known value; `probability` in (0, 1).
+///
+/// # Panics
+/// If the posterior has no such quantity.
+#[track_caller]
+pub fn quantile(posterior: &Posterior, name: &str, probability: f64, expected: f64) -> Estimate {
+    with_trace(posterior, name, |c| Estimate::of_quantile(name, c, probability, expected))
+}
+
+#[track_caller]
+fn with_trace(
+    posterior: &Posterior,
+    name: &str,
+    estimate: impl FnOnce(&[&[f64]]) -> Estimate,
+) -> Estimate {
+    let Some(trace) = posterior.trace(name) else {
+        let known: Vec<String> =
+            posterior.posterior.variables.iter().flat_map(|v| v.elements()).collect();
+        panic!("the posterior has no `{name}`; it has {}", known.join(", "));
+    };
+    estimate(&trace.iter().map(Vec::as_slice).collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{Rng, SeedableRng};
+    use rand_distr::StandardNormal;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    fn normal_chains(seed: u64) -> Vec<Vec<f64>> {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        (0..4).map(|_| (0..250).map(|_| rng.sample(StandardNormal)).collect()).collect()
+    }
+
+    /// The stated rate of false alarms at two standard errors, 2 Φ(−2) = 4.55 %, over 600 means,
+    /// sds and medians; four binomial standard errors are allowed.
+    #[test]
+    fn false_alarms_come_at_the_stated_rate() {
+        let repetitions = 600;
+        let mut alarms = [0; 3];
+        for seed in 0..repetitions {
+            let owned = normal_chains(seed);
+            let chains: Vec<&[f64]> = owned.iter().map(Vec::as_slice).collect();
+            let estimates = [
+                Estimate::of_mean("x", &chains, 0.0),
+                Estimate::of_sd("x", &chains, 1.0),
+                Estimate::of_quantile("x", &chains, 0.5, 0.0),
+            ];
+            for (count, estimate) in alarms.iter_mut().zip(&estimates) {
+                *count += u64::from(estimate.check(2.0).is_err());
+            }
+        }
+        let expected = 0.0455 * repetitions as f64;
+        let tolerance = 4.0 * (expected * (1.0 - 0.0455)).sqrt();
+        for count in alarms {
+            assert!((count as f64 - expected).abs() < tolerance, "{alarms:?}, about {expected}");
+        }
+    }
+
+    #[test]
+    fn failures_tell_all_numbers() {
+        let owned = normal_chains(1);
+        let chains: Vec<&[f64]> = owned.iter().map(Vec::as_slice).collect();
+        let failure = Estimate::of_mean("mu", &chains, 0.5).check(4.0).expect_err("far off");
+        let words = failure.to_string();
+        for part in ["mean of mu", "expected 0.5", "MCSE", "standard errors", "allowed are 4"] {
+            assert!(words.contains(part), "{words}");
+        }
+        // a reference known to ± 1 is no contradiction
+        Estimate::of_mean("mu", &chains, 0.5).reference_error(1.0).within_mcse(4.0);
+    }
+
+    #[test]
+    fn a_constant_has_to_be_exact() {
+        let constant = [2.0; 100];
+        assert!(Estimate::of_mean("c", &[&constant], 2.0).check(4.0).is_ok());
+        assert!(Estimate::of_mean("c", &[&constant], 2.1).check(4.0).is_err());
+    }
+}

@@ -1,0 +1,226 @@
+//! A gradient against an independent derivative.
+
+use rand::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use crate::density::{LogDensity, Rejection};
+
+/// Relative difference allowed, against max(1, |∂|).
+const TOLERANCE: f64 = 1e-8;
+const POINTS: usize = 10;
+
+/// A gradient that is not the derivative of its density.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GradientMismatch {
+    /// A component differs.
+    #[error(
+        "∂/∂y[{coordinate}] is {got:.12e}, but differences of the log density give {expected:.12e} \
+         (± {uncertainty:.1e}) at y = {point:?}"
+    )]
+    Component {
+        /// Index of the unconstrained coordinate.
+        coordinate: usize,
+        /// The gradient's component.
+        got: f64,
+        /// Extrapolated central difference.
+        expected: f64,
+        /// Its own error, estimated.
+        uncertainty: f64,
+        /// The point.
+        point: Vec<f64>,
+    },
+    /// Value and gradient come from different functions.
+    #[error(
+        "the gradient's log density is {got:.15e}, but the density alone gives {expected:.15e} at y = {point:?}"
+    )]
+    Value {
+        /// Returned with the gradient.
+        got: f64,
+        /// Returned alone.
+        expected: f64,
+        /// The point.
+        point: Vec<f64>,
+    },
+    /// Differences do not settle, so that nothing can be said.
+    #[error(
+        "differences of the log density along y[{coordinate}] do not settle (± {uncertainty:.1e} at \
+         {estimate:.6e}): it is not smooth near y = {point:?}"
+    )]
+    NotSmooth {
+        /// Index of the unconstrained coordinate.
+        coordinate: usize,
+        /// Best difference.
+        estimate: f64,
+        /// Its error, estimated.
+        uncertainty: f64,
+        /// The point.
+        point: Vec<f64>,
+    },
+    /// No point to test at.
+    #[error("all {tries} random points were rejected, the last with: {last}")]
+    NoPoint {
+        /// Points tried.
+        tries: usize,
+        /// Why the last was rejected.
+        last: String,
+    },
+}
+
+/// Asserts that the gradient of `density` is the derivative of its value, to 1e-8 of max(1, |∂|),
+/// at ten points uniform on (−2, 2)ᵈ.
+///
+/// The derivative is a central difference of [`LogDensity::log_density`], extrapolated to step 0
+/// (Ridders 1982, doi:10.1016/S0141-1195(82)80057-0), so it shares nothing with the code under
+/// test. Points that the density rejects are replaced by others.
+///
+/// # Panics
+/// With the words of [`GradientMismatch`].
+///
+/// ```
+/// use ppl::{LogDensity, Rejection, check};
+///
+/// struct Normal;
+/// impl LogDensity for Normal {
+///     type Workspace = ();
+///     fn dim(&self) -> usize { 1 }
+///     fn log_density(&self, y: &[f64], _: &mut ()) -> Result<f64, Rejection> {
+///         Ok(-0.5 * y[0] * y[0])
+///     }
+///     fn gradient(&self, y: &[f64], g: &mut [f64], w: &mut ()) -> Result<f64, Rejection> {
+///         g[0] = -y[0];
+///         self.log_density(y, w)
+///     }
+/// }
+///
+/// check::gradient(&Normal, 7);
+/// ```
+#[track_caller]
+pub fn gradient<D: LogDensity>(density: &D, seed: u64) {
+    if let Err(mismatch) = at_random_points(density, seed) {
+        panic!("{mismatch}");
+    }
+}
+
+fn at_random_points<D: LogDensity>(density: &D, seed: u64) -> Result<(), GradientMismatch> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let mut workspace = D::Workspace::default();
+    let mut rejected = 0;
+    for _ in 0..POINTS {
+        let point = loop {
+            let point: Vec<f64> = (0..density.dim()).map(|_| rng.random_range(-2.0..2.0)).collect();
+            match density.log_density(&point, &mut workspace) {
+                Ok(_) => break point,
+                Err(last) if rejected == 100 => {
+                    return Err(GradientMismatch::NoPoint { tries: 101, last: last.to_string() });
+                }
+                Err(_) => rejected += 1,
+            }
+        };
+        gradient_at(density, &point)?;
+    }
+    Ok(())
+}
+
+/// The check of [`gradient`] at one point.
+///
+/// # Errors
+/// [`GradientMismatch`] with the component and both derivatives.
+pub fn gradient_at<D: LogDensity>(density: &D, point: &[f64]) -> Result<(), GradientMismatch> {
+    let mut workspace = D::Workspace::default();
+    let rejected =
+        |rejection: Rejection| GradientMismatch::NoPoint { tries: 1, last: rejection.to_string() };
+    let mut computed = vec![0.0; point.len()];
+    let with = density.gradient(point, &mut computed, &mut workspace).map_err(rejected)?;
+    let alone = density.log_density(point, &mut workspace).map_err(rejected)?;
+    if (with - alone).abs() > 1e-12 * alone.abs().max(1.0) || with.is_nan() {
+        return Err(GradientMismatch::Value { got: with, expected: alone, point: point.to_vec() });
+    }
+    for (coordinate, &got) in computed.iter().enumerate() {
+        let mut moved = point.to_vec();
+        let along = |step: f64| {
+            moved[coordinate] = point[coordinate] + step;
+            density.log_density(&moved, &mut workspace).unwrap_or(f64::NAN)
+        };
+        let (expected, uncertainty) = derivative(along);
+        let allowed = TOLERANCE * expected.abs().max(1.0);
+        if (got - expected).abs() <= allowed {
+            continue;
+        }
+        let point = point.to_vec();
+        return Err(if uncertainty > allowed || uncertainty.is_nan() {
+            GradientMismatch::NotSmooth { coordinate, estimate: expected, uncertainty, point }
+        } else {
+            GradientMismatch::Component { coordinate, got, expected, uncertainty, point }
+        });
+    }
+    Ok(())
+}
+
+/// Ridders' method: central differences with shrinking steps, extrapolated as polynomials in the
+/// squared step; the entry of the table that agrees best with its neighbours wins.
+fn derivative(mut f: impl FnMut(f64) -> f64) -> (f64, f64) {
+    const SHRINK: f64 = 1.6;
+    const ROWS: usize = 16;
+    let mut step = 0.2;
+    let mut best = (f64::NAN, f64::INFINITY);
+    let mut previous: Vec<f64> = Vec::new();
+    for _ in 0..ROWS {
+        let mut row = vec![(f(step) - f(-step)) / (2.0 * step)];
+        let mut factor = 1.0;
+        for (k, before) in previous.iter().enumerate() {
+            factor *= SHRINK * SHRINK;
+            let better = (factor * row[k] - before) / (factor - 1.0);
+            let error = (better - row[k]).abs().max((better - before).abs());
+            if error < best.1 {
+                best = (better, error);
+            }
+            row.push(better);
+        }
+        previous = row;
+        step /= SHRINK;
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn extrapolated_differences_reach_ten_digits() {
+        let (d, error) = derivative(|h| (1.3 + h).exp() * (1.3 + h).sin());
+        let exact = 1.3_f64.exp() * (1.3_f64.sin() + 1.3_f64.cos());
+        assert!((d / exact - 1.0).abs() < 1e-11 && error < 1e-9, "{d} ± {error}, {exact}");
+        // a steep one, and one whose far points do not exist
+        let (d, _) = derivative(|h| (200.0 * h).sin());
+        assert!((d / 200.0 - 1.0).abs() < 1e-9, "{d}");
+        let (d, _) = derivative(|h| (0.01 + h).ln());
+        assert!((d / 100.0 - 1.0).abs() < 1e-9, "{d}");
+    }
+
+    /// y ↦ −y₀⁴/4 − y₁²/2 with a gradient that may be wrong by `slip` in the second component.
+    struct Slipped(f64);
+
+    impl LogDensity for Slipped {
+        type Workspace = ();
+        fn dim(&self) -> usize {
+            2
+        }
+        fn log_density(&self, y: &[f64], _: &mut ()) -> Result<f64, Rejection> {
+            Ok(-y[0].powi(4) / 4.0 - y[1] * y[1] / 2.0)
+        }
+        fn gradient(&self, y: &[f64], g: &mut [f64], w: &mut ()) -> Result<f64, Rejection> {
+            g[0] = -y[0].powi(3);
+            g[1] = -y[1] + self.0;
+            self.log_density(y, w)
+        }
+    }
+
+    #[test]
+    fn a_slip_of_1e7_is_found_and_named() {
+        assert_eq!(at_random_points(&Slipped(0.0), 3), Ok(()));
+        let mismatch = at_random_points(&Slipped(1e-7), 3).expect_err("a slip");
+        assert!(matches!(mismatch, GradientMismatch::Component { coordinate: 1, .. }));
+        assert!(mismatch.to_string().contains("∂/∂y[1]"), "{mismatch}");
+    }
+}

@@ -1,0 +1,352 @@
+//! Simulation-based calibration.
+
+use std::fmt;
+
+use rand::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
+use statrs::function::gamma::gamma_ur;
+
+use crate::density::{LogDensity, Rejection};
+use crate::group::element_names;
+use crate::sampler::{Nuts, SampleError};
+use crate::{Bound, Entry, Model, ModelError, Record, Role};
+
+/// A trial that could not be carried out.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckError {
+    /// The model is at fault.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The sampler could not start.
+    #[error(transparent)]
+    Sample(#[from] SampleError),
+    /// A posterior draw was rejected by the model.
+    #[error(transparent)]
+    Rejected(#[from] Rejection),
+    /// The sampler stopped early.
+    #[error("a chain ended early: {0}")]
+    Stopped(String),
+    /// A true value was given for something that the model does not have.
+    #[error("the model has no `{name}`")]
+    UnknownQuantity {
+        /// The name.
+        name: String,
+    },
+    /// A setting makes no sense.
+    #[error("{setting} = {value}: give at least {least}")]
+    Setting {
+        /// The setting.
+        setting: &'static str,
+        /// Its value.
+        value: usize,
+        /// The least that is accepted.
+        least: usize,
+    },
+}
+
+/// Simulation-based calibration: do posteriors of simulated data contain the truth as often as
+/// they say?
+///
+/// A truth is drawn from the prior, data are simulated from it, and the rank of the truth among
+/// the posterior's draws is noted. Over many trials the ranks are uniform if model, gradient and
+/// sampler are right.
+///
+/// ```
+/// use ppl::prelude::*;
+/// use ppl::{Bound, Context, Datum, Model, Rejection, Site, check};
+///
+/// struct Mean<'a> {
+///     y: &'a [f64],
+/// }
+///
+/// impl Model for Mean<'_> {
+///     fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
+///         static MU: Site = Site::new("mu");
+///         static Y: Site = Site { repeated: true, ..Site::new("y") };
+///         let mu = cx.unknown(&MU, Normal(0.0, 1.0))?;
+///         for y in self.y {
+///             cx.observe(&Y, y.lift(), Normal(mu, 2.0))?;
+///         }
+///         Ok(())
+///     }
+/// }
+///
+/// let report = check::sbc(7).replications(50).run(|trial| {
+///     let truth = Bound::new(Mean { y: &[0.0; 10] }).draw_prior(&mut trial.rng)?;
+///     let data = truth.replicate("y").unwrap_or_default();
+///     trial.rank(&Bound::new(Mean { y: data }), &truth)
+/// })?;
+/// report.assert_uniform(1e-4);
+/// # Ok::<(), check::CheckError>(())
+/// ```
+///
+/// References: Talts et al. (2018), arXiv:1804.06788; Modrák et al. (2023), doi:10.1214/23-BA1404.
+#[derive(Clone)]
+pub struct Sbc<'a> {
+    seed: u64,
+    replications: usize,
+    ranked: usize,
+    sampler: Nuts<'a>,
+}
+
+/// Simulation-based calibration with 200 trials, 99 ranked draws of one chain each; see [`Sbc`].
+pub fn sbc<'a>(seed: u64) -> Sbc<'a> {
+    let sampler = Nuts::default().chains(1).warmup(500).draws(990);
+    Sbc { seed, replications: 200, ranked: 99, sampler }
+}
+
+impl<'a> Sbc<'a> {
+    /// Number of trials, at least 20. The smallest miscalibration that can be seen shrinks as
+    /// 1/√trials.
+    pub fn replications(mut self, replications: usize) -> Self {
+        self.replications = replications;
+        self
+    }
+
+    /// Draws that the truth is ranked among, equally spaced over the run. Keep them so few that
+    /// they are nearly independent: correlated draws make ranks look miscalibrated.
+    pub fn ranked_draws(mut self, draws: usize) -> Self {
+        self.ranked = draws;
+        self
+    }
+
+    /// The sampler; its seed is set anew for every trial.
+    pub fn sampler(mut self, sampler: Nuts<'a>) -> Self {
+        self.sampler = sampler;
+        self
+    }
+
+    /// Runs `trial` once a replication, in parallel; the result does not depend on the number of
+    /// threads.
+    ///
+    /// # Errors
+    /// The first [`CheckError`] of a trial, or fewer than 20 trials.
+    pub fn run(
+        &self,
+        trial: impl Fn(&mut Trial<'a>) -> Result<(), CheckError> + Sync,
+    ) -> Result<SbcReport, CheckError>
+    where
+        Nuts<'a>: Sync,
+    {
+        let settings = [("replications", self.replications, 20), ("ranked_draws", self.ranked, 9)];
+        for (setting, value, least) in settings {
+            if value < least {
+                return Err(CheckError::Setting { setting, value, least });
+            }
+        }
+        let mut stream = Xoshiro256PlusPlus::seed_from_u64(self.seed);
+        let streams: Vec<Xoshiro256PlusPlus> = (0..self.replications)
+            .map(|_| {
+                stream.jump();
+                stream.clone()
+            })
+            .collect();
+        let trials: Vec<Trial<'a>> = streams
+            .into_par_iter()
+            .map(|rng| {
+                let ranks = Vec::new();
+                let mut one = Trial {
+                    rng,
+                    sampler: self.sampler.clone(),
+                    ranked: self.ranked,
+                    divergences: 0,
+                    ranks,
+                };
+                trial(&mut one)?;
+                Ok(one)
+            })
+            .collect::<Result<_, CheckError>>()?;
+
+        let mut quantities: Vec<SbcQuantity> = Vec::new();
+        for (name, rank) in trials.iter().flat_map(|t| &t.ranks) {
+            match quantities.iter_mut().find(|q| q.name == *name) {
+                Some(quantity) => quantity.ranks.push(*rank),
+                None => quantities.push(SbcQuantity { name: name.clone(), ranks: vec![*rank] }),
+            }
+        }
+        let divergences = trials.iter().map(|t| t.divergences).sum();
+        Ok(SbcReport { quantities, divergences })
+    }
+}
+
+/// One replication: draw a truth, simulate, and rank it.
+pub struct Trial<'a> {
+    /// Random numbers of this trial, for truth and data.
+    pub rng: Xoshiro256PlusPlus,
+    sampler: Nuts<'a>,
+    ranked: usize,
+    divergences: usize,
+    ranks: Vec<(String, f64)>,
+}
+
+impl Trial<'_> {
+    /// Samples `model` and ranks all parameters of `truth`, a prior draw of the same model.
+    ///
+    /// # Errors
+    /// [`CheckError`] if the sampler or the model fails.
+    pub fn rank<M: Model>(&mut self, model: &Bound<M>, truth: &Record) -> Result<(), CheckError> {
+        let parameters = truth.entries.iter().filter(|e| e.variable.role == Role::Parameter);
+        let truth: Vec<(String, f64)> = parameters.flat_map(elements).collect();
+        self.rank_numbers(model, &truth)
+    }
+
+    /// Samples `model` and ranks the given true values of parameters or tracked quantities, as
+    /// `("mu", 1.3)`, `("sd[0]", 0.2)`.
+    ///
+    /// # Errors
+    /// [`CheckError`] if the sampler or the model fails, or a name is unknown.
+    pub fn rank_values<M: Model>(
+        &mut self,
+        model: &Bound<M>,
+        truth: &[(&str, f64)],
+    ) -> Result<(), CheckError> {
+        let truth: Vec<(String, f64)> = truth.iter().map(|&(n, v)| (n.to_owned(), v)).collect();
+        self.rank_numbers(model, &truth)
+    }
+
+    fn rank_numbers<M: Model>(
+        &mut self,
+        model: &Bound<M>,
+        truth: &[(String, f64)],
+    ) -> Result<(), CheckError> {
+        model.layout()?;
+        let run = self.sampler.clone().seed(self.rng.random()).run(model)?;
+        if let Some(reason) = run.chains.iter().find_map(|chain| chain.stopped.clone()) {
+            return Err(CheckError::Stopped(reason));
+        }
+        self.divergences += run.divergences();
+
+        let dim = model.dim();
+        let kept: Vec<&[f64]> =
+            run.chains.iter().flat_map(|c| c.draws.chunks_exact(dim.max(1))).collect();
+        let mut below = vec![0; truth.len()];
+        let mut equal = vec![0; truth.len()];
+        for k in 0..self.ranked {
+            let record = model.constrain(kept[k * kept.len() / self.ranked], &mut self.rng)?;
+            let values: Vec<(String, f64)> = record.entries.iter().flat_map(elements).collect();
+            for (i, (name, true_value)) in truth.iter().enumerate() {
+                let (_, value) = values
+                    .iter()
+                    .find(|(n, _)| n == name)
+                    .ok_or_else(|| CheckError::UnknownQuantity { name: name.clone() })?;
+                below[i] += usize::from(value < true_value);
+                equal[i] += usize::from(value == true_value);
+            }
+        }
+        for (i, (name, _)) in truth.iter().enumerate() {
+            if equal[i] < self.ranked {
+                // a rank in 0 … L, spread over its cell: exactly uniform on (0, 1); ties likewise
+                let spread = self.rng.random::<f64>() * (equal[i] + 1) as f64;
+                let rank = (below[i] as f64 + spread) / (self.ranked + 1) as f64;
+                self.ranks.push((name.clone(), rank));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn elements(entry: &Entry) -> impl Iterator<Item = (String, f64)> {
+    let names = element_names(&entry.variable.name, &entry.variable.shape);
+    names.into_iter().zip(entry.values.iter().copied())
+}
+
+/// Normalised ranks of one number over all trials.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SbcQuantity {
+    /// Name with indices.
+    pub name: String,
+    /// Ranks on (0, 1), one a trial.
+    pub ranks: Vec<f64>,
+}
+
+impl SbcQuantity {
+    /// Counts in `bins` equal bins.
+    pub fn histogram(&self, bins: usize) -> Vec<usize> {
+        let mut counts = vec![0; bins];
+        for rank in &self.ranks {
+            counts[((rank * bins as f64) as usize).min(bins - 1)] += 1;
+        }
+        counts
+    }
+
+    /// p-value of Pearson's χ² test for uniform ranks, with about ten trials a bin (5 to 20 bins):
+    /// sees ∪ and ∩ shapes.
+    pub fn chi_square_p(&self) -> f64 {
+        let bins = (self.ranks.len() / 10).clamp(5, 20);
+        let expected = self.ranks.len() as f64 / bins as f64;
+        let counts = self.histogram(bins);
+        let statistic: f64 = counts.iter().map(|&n| (n as f64 - expected).powi(2) / expected).sum();
+        if statistic == 0.0 { 1.0 } else { gamma_ur((bins as f64 - 1.0) / 2.0, statistic / 2.0) }
+    }
+
+    /// Bound on the p-value of the largest distance D between the ranks' distribution function and
+    /// the diagonal, 2 exp(−2 n D²) (Massart 1990, doi:10.1214/aop/1176990746): sees shifts.
+    pub fn ecdf_p(&self) -> f64 {
+        let mut sorted = self.ranks.clone();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let n = sorted.len() as f64;
+        let distance = sorted
+            .iter()
+            .enumerate()
+            .fold(0.0_f64, |d, (i, u)| d.max(u - i as f64 / n).max((i as f64 + 1.0) / n - u));
+        (2.0 * (-2.0 * n * distance * distance).exp()).min(1.0)
+    }
+}
+
+/// Ranks of all quantities.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SbcReport {
+    /// One entry a number.
+    pub quantities: Vec<SbcQuantity>,
+    /// Divergent transitions over all trials.
+    pub divergences: usize,
+}
+
+impl SbcReport {
+    /// The smallest p-value over all quantities and both tests, corrected for their number
+    /// (Bonferroni): below p with a chance of at most p if everything is right.
+    pub fn p_value(&self) -> f64 {
+        let tests = 2.0 * self.quantities.len() as f64;
+        let all = self.quantities.iter().flat_map(|q| [q.chi_square_p(), q.ecdf_p()]);
+        (tests * all.fold(f64::INFINITY, f64::min)).min(1.0)
+    }
+
+    /// Asserts that all ranks are uniform; fails by chance at most with the rate `false_alarms`,
+    /// as 1e-4.
+    ///
+    /// # Panics
+    /// With the histograms if the p-value is smaller, and if nothing was ranked.
+    #[track_caller]
+    pub fn assert_uniform(&self, false_alarms: f64) {
+        assert!(!self.quantities.is_empty(), "no quantity was ranked: call Trial::rank");
+        assert!(self.p_value() >= false_alarms, "ranks are not uniform\n{self}");
+    }
+}
+
+impl fmt::Display for SbcReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for q in &self.quantities {
+            writeln!(
+                f,
+                "{}: {} trials, p = {:.2e} (χ²), {:.2e} (distribution function); ranks {:?}",
+                q.name,
+                q.ranks.len(),
+                q.chi_square_p(),
+                q.ecdf_p(),
+                q.histogram(10)
+            )?;
+        }
+        writeln!(
+            f,
+            "p = {:.2e} over all; {} divergent transitions",
+            self.p_value(),
+            self.divergences
+        )?;
+        write!(
+            f,
+            "many low and high ranks: posteriors too narrow; many in the middle: too wide; \
+             a slope: biased (mostly low ranks: estimates too high)"
+        )
+    }
+}

@@ -1,0 +1,161 @@
+//! Posteriors on disk: a Zarr store that ArviZ opens, and CSV.
+
+mod zarr;
+
+use std::io;
+use std::path::Path;
+
+use crate::group::{Group, Values};
+use crate::posterior::Posterior;
+use zarr::{Array, Store};
+
+impl Posterior {
+    /// Writes a Zarr v3 store that current ArviZ opens without conversion:
+    /// `arviz.from_zarr("posterior.zarr")`.
+    ///
+    /// Groups: `posterior` (parameters and tracked quantities), `unconstrained_posterior`,
+    /// `sample_stats`, `posterior_predictive`, `log_likelihood`, `observed_data`, `prior`,
+    /// `prior_predictive`. Dimensions are `chain`, `draw` and `<name>_dim_0`, …, with the labels of
+    /// [`Posterior::label`] as coordinates where given. An older store at `path` is replaced.
+    ///
+    /// # Errors
+    /// An error of the file system with the path in its words; also if `path` exists and is not
+    /// a Zarr store.
+    pub fn write_zarr(&self, path: impl AsRef<Path>) -> io::Result<()> {
+        let path = path.as_ref();
+        zarr::replace(path, |temporary| self.write_store(temporary))
+            .map_err(|e| io::Error::new(e.kind(), format!("cannot write {}: {e}", path.display())))
+    }
+
+    fn write_store(&self, path: &Path) -> io::Result<()> {
+        let mut store = Store::create(path)?;
+        self.write_group(&mut store, "posterior", &self.posterior)?;
+        self.write_unconstrained(&mut store)?;
+        self.write_statistics(&mut store)?;
+        let optional = [
+            ("posterior_predictive", Some(&self.predictive)),
+            ("log_likelihood", Some(&self.log_likelihood)),
+            ("prior", self.prior.as_ref()),
+            ("prior_predictive", self.prior_predictive.as_ref()),
+        ];
+        for (name, group) in optional {
+            if let Some(group) = group.filter(|group| !group.variables.is_empty()) {
+                self.write_group(&mut store, name, group)?;
+            }
+        }
+        if !self.observed.variables.is_empty() {
+            store.group("observed_data")?;
+            for values in &self.observed.variables {
+                self.write_values(&mut store, "observed_data", values, &[])?;
+            }
+        }
+        store.finish()
+    }
+
+    fn write_group(&self, store: &mut Store, name: &str, group: &Group) -> io::Result<()> {
+        store.group(name)?;
+        write_chain_and_draw(store, name, group.chains, group.draws)?;
+        for values in &group.variables {
+            let leading = [("chain", group.chains), ("draw", group.draws)];
+            self.write_values(store, name, values, &leading)?;
+        }
+        Ok(())
+    }
+
+    /// One quantity with a coordinate for each of its own dimensions.
+    fn write_values(
+        &self,
+        store: &mut Store,
+        group: &str,
+        values: &Values,
+        leading: &[(&str, usize)],
+    ) -> io::Result<()> {
+        let mut dimensions: Vec<(String, usize)> =
+            leading.iter().map(|&(name, size)| (name.to_owned(), size)).collect();
+        for (k, &size) in values.shape.iter().enumerate() {
+            let dimension = format!("{}_dim_{k}", values.name);
+            let labels = self.labels.get(&(values.name.clone(), k));
+            let coordinate = match labels.filter(|labels| labels.len() == size) {
+                Some(labels) => Array::Text(labels.clone()),
+                None => Array::Integer((0..size as i64).collect()),
+            };
+            store.array(group, &dimension, &[(dimension.clone(), size)], coordinate)?;
+            dimensions.push((dimension, size));
+        }
+        store.array(group, &values.name, &dimensions, Array::Real(values.data.clone()))
+    }
+
+    fn write_unconstrained(&self, store: &mut Store) -> io::Result<()> {
+        const GROUP: &str = "unconstrained_posterior";
+        let chains = &self.chains;
+        let (count, draws) = (chains.chains.len(), chains.len());
+        store.group(GROUP)?;
+        write_chain_and_draw(store, GROUP, count, draws)?;
+        let data = chains.chains.iter().flat_map(|c| &c.draws[..draws * chains.dim]).copied();
+        let values = Values { name: "y".into(), shape: vec![chains.dim], data: data.collect() };
+        self.write_values(store, GROUP, &values, &[("chain", count), ("draw", draws)])
+    }
+
+    fn write_statistics(&self, store: &mut Store) -> io::Result<()> {
+        const GROUP: &str = "sample_stats";
+        let (count, draws) = (self.chains.chains.len(), self.chains.len());
+        store.group(GROUP)?;
+        write_chain_and_draw(store, GROUP, count, draws)?;
+        let stats = || self.chains.chains.iter().flat_map(|chain| &chain.stats[..draws]);
+        // the names of ArviZ's schema
+        let columns = [
+            ("lp", Array::Real(stats().map(|s| s.log_density).collect())),
+            ("energy", Array::Real(stats().map(|s| s.energy).collect())),
+            ("acceptance_rate", Array::Real(stats().map(|s| s.acceptance).collect())),
+            ("step_size", Array::Real(stats().map(|s| s.step_size).collect())),
+            ("tree_depth", Array::Integer(stats().map(|s| i64::from(s.depth)).collect())),
+            ("n_steps", Array::Integer(stats().map(|s| i64::from(s.leapfrogs)).collect())),
+            ("diverging", Array::Flag(stats().map(|s| s.divergent).collect())),
+        ];
+        let dimensions = [("chain".to_owned(), count), ("draw".to_owned(), draws)];
+        for (name, column) in columns {
+            store.array(GROUP, name, &dimensions, column)?;
+        }
+        Ok(())
+    }
+
+    /// Writes one row a draw: `chain`, `draw`, then every parameter and tracked quantity, one
+    /// column a number, as `young`, `sd[0]`.
+    ///
+    /// # Errors
+    /// An error of the file system with the path in its words.
+    pub fn write_csv(&self, path: impl AsRef<Path>) -> io::Result<()> {
+        let path = path.as_ref();
+        let named = |error: csv::Error| {
+            io::Error::other(format!("cannot write {}: {error}", path.display()))
+        };
+        let group = &self.posterior;
+        let mut writer = csv::Writer::from_path(path).map_err(named)?;
+        let names = group.variables.iter().flat_map(Values::elements);
+        writer
+            .write_record(["chain".into(), "draw".into()].into_iter().chain(names))
+            .map_err(named)?;
+        for row in 0..group.chains * group.draws {
+            let place = [row / group.draws, row % group.draws].map(|i| i.to_string());
+            let values = group.variables.iter().flat_map(|v| {
+                let size = v.size();
+                v.data[row * size..(row + 1) * size].iter().map(f64::to_string)
+            });
+            writer.write_record(place.into_iter().chain(values)).map_err(named)?;
+        }
+        writer.flush()
+    }
+}
+
+fn write_chain_and_draw(
+    store: &mut Store,
+    group: &str,
+    chains: usize,
+    draws: usize,
+) -> io::Result<()> {
+    for (name, size) in [("chain", chains), ("draw", draws)] {
+        let count = Array::Integer((0..size as i64).collect());
+        store.array(group, name, &[(name.to_owned(), size)], count)?;
+    }
+    Ok(())
+}

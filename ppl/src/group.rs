@@ -1,0 +1,112 @@
+//! Draws by name and shape.
+
+/// Draws of one named quantity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Values {
+    /// Name in the model.
+    pub name: String,
+    /// Dimensions of one draw, empty for a number.
+    pub shape: Vec<usize>,
+    /// `[chain][draw][element]` row-major, the last dimension of an element fastest.
+    pub data: Vec<f64>,
+}
+
+impl Values {
+    /// Numbers in one draw.
+    pub fn size(&self) -> usize {
+        self.shape.iter().product()
+    }
+
+    /// The names of these numbers: `young`, or `sd[0]`, `sd[1]`, …, or `chol[0,0]`, `chol[0,1]`, …
+    pub fn elements(&self) -> Vec<String> {
+        element_names(&self.name, &self.shape)
+    }
+}
+
+/// Draws of several quantities from the same chains.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Group {
+    /// Number of chains.
+    pub chains: usize,
+    /// Draws per chain.
+    pub draws: usize,
+    /// One entry a name, in the order of the model's statements.
+    pub variables: Vec<Values>,
+}
+
+impl Group {
+    /// The draws of this name.
+    pub fn get(&self, name: &str) -> Option<&Values> {
+        self.variables.iter().find(|v| v.name == name)
+    }
+
+    /// One vector a chain for the number called `element`, as `young` or `sd[0]`.
+    pub fn trace(&self, element: &str) -> Option<Vec<Vec<f64>>> {
+        let name = element.split('[').next().unwrap_or(element);
+        let values = self.get(name)?;
+        let index = values.elements().iter().position(|e| e == element)?;
+        Some(self.trace_of(values, index))
+    }
+
+    /// All numbers with their names and one vector a chain.
+    pub fn traces(&self) -> impl Iterator<Item = (String, Vec<Vec<f64>>)> {
+        self.variables.iter().flat_map(move |values| {
+            let names = values.elements().into_iter().enumerate();
+            names.map(move |(index, name)| (name, self.trace_of(values, index)))
+        })
+    }
+
+    fn trace_of(&self, values: &Values, index: usize) -> Vec<Vec<f64>> {
+        let size = values.size();
+        let at =
+            |chain: usize, draw: usize| values.data[(chain * self.draws + draw) * size + index];
+        (0..self.chains).map(|c| (0..self.draws).map(|d| at(c, d)).collect()).collect()
+    }
+}
+
+pub(crate) fn element_names(name: &str, shape: &[usize]) -> Vec<String> {
+    if shape.is_empty() {
+        return vec![name.to_owned()];
+    }
+    let size = shape.iter().product();
+    (0..size)
+        .map(|flat: usize| {
+            let mut rest = flat;
+            let mut index: Vec<String> = shape
+                .iter()
+                .rev()
+                .map(|&n| {
+                    let i = rest % n;
+                    rest /= n;
+                    i.to_string()
+                })
+                .collect();
+            index.reverse();
+            format!("{name}[{}]", index.join(","))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn elements_are_named_last_dimension_fastest() {
+        assert_eq!(element_names("mu", &[]), ["mu"]);
+        assert_eq!(element_names("sd", &[2]), ["sd[0]", "sd[1]"]);
+        assert_eq!(element_names("m", &[2, 2]), ["m[0,0]", "m[0,1]", "m[1,0]", "m[1,1]"]);
+        assert!(element_names("empty", &[0]).is_empty());
+    }
+
+    #[test]
+    fn traces_pick_one_element_of_every_draw() {
+        let sd =
+            Values { name: "sd".into(), shape: vec![2], data: (0..12).map(f64::from).collect() };
+        let group = Group { chains: 2, draws: 3, variables: vec![sd] };
+        assert_eq!(group.trace("sd[1]"), Some(vec![vec![1.0, 3.0, 5.0], vec![7.0, 9.0, 11.0]]));
+        assert_eq!(group.trace("sd[2]"), None);
+        assert_eq!(group.trace("mu"), None);
+        assert_eq!(group.traces().count(), 2);
+    }
+}

@@ -1,0 +1,313 @@
+//! A finished run: draws by name, predictions, and everything needed to judge them.
+
+use std::collections::BTreeMap;
+
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
+
+use crate::collect::{Collected, Plan};
+use crate::density::{Place, Rejection};
+use crate::diagnostics::{Identifiability, Loo, LooError, Marginal};
+use crate::group::{Group, Values, element_names};
+use crate::sampler::Chains;
+use crate::{Bound, Layout, Model, ModelError, Role};
+
+/// Prior draws taken beside every posterior: enough for a prior variance to about 3 %.
+const PRIOR_DRAWS: usize = 2000;
+
+/// Chains that do not make a posterior.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum PosteriorError {
+    /// The model itself is at fault.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The chains are those of another density.
+    #[error("the chains have {got} coordinates but the model has {expected}: they are not its own")]
+    Dimension {
+        /// Coordinates of the model.
+        expected: usize,
+        /// Coordinates of the chains.
+        got: usize,
+    },
+    /// At least one chain has no draw.
+    #[error("chain {chain} has no draw: {reason}")]
+    NoDraws {
+        /// The empty chain.
+        chain: usize,
+        /// Why it stopped.
+        reason: String,
+    },
+    /// Names or shapes depend on the values of unknowns.
+    #[error(
+        "`{name}` is not there with the same shape at every draw: record it outside `if` on unknowns"
+    )]
+    ChangingShape {
+        /// The quantity.
+        name: String,
+    },
+    /// The model stopped while its quantities were computed at a draw.
+    #[error("the model stopped at a draw of chain {chain}: {source}")]
+    Stopped {
+        /// Chain of the draw.
+        chain: usize,
+        /// What it said.
+        source: Rejection,
+    },
+}
+
+/// Where a trajectory diverged, in the model's own quantities.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DivergentPoint {
+    /// Chain.
+    pub chain: usize,
+    /// Draw in the chain whose trajectory diverged.
+    pub draw: usize,
+    /// Parameters there by element name; empty if the model rejects the point.
+    pub values: Vec<(String, f64)>,
+}
+
+/// Draws from a posterior, by name and shape, with predictions and sampler statistics.
+///
+/// Tracked quantities, predictions, replicates of the data and pointwise log-likelihoods are
+/// computed once, when the posterior is made, so that it does not hold on to the model. Chains
+/// that stopped early are cut to the shortest. Everything is reproducible from the seed of the
+/// run, whatever the number of threads.
+#[derive(Clone, Debug)]
+pub struct Posterior {
+    /// Names, shapes and roles.
+    pub layout: Layout,
+    /// Parameters and tracked quantities on their own scale.
+    pub posterior: Group,
+    /// `#[predict]` quantities, and under the name of each observed quantity a replicate of it.
+    pub predictive: Group,
+    /// Log density of every observation statement executed.
+    pub log_likelihood: Group,
+    /// The data: one chain with one draw.
+    pub observed: Group,
+    /// Prior draws of parameters and tracked quantities; `None` if the model rejected one for good.
+    pub prior: Option<Group>,
+    /// Prior predictions and replicates.
+    pub prior_predictive: Option<Group>,
+    /// Unconstrained draws and the sampler's statistics.
+    pub chains: Chains,
+    /// Where trajectories diverged.
+    pub divergences: Vec<DivergentPoint>,
+    /// Draws at which the model could not be evaluated again, by place: their predictions are NaN.
+    pub unpredicted: BTreeMap<Place, u64>,
+    pub(crate) bounds: BTreeMap<String, (f64, f64)>,
+    pub(crate) labels: BTreeMap<(String, usize), Vec<String>>,
+}
+
+impl Posterior {
+    /// Computes everything that the model names at every draw of `chains`.
+    ///
+    /// `seed` drives predictions, replicates and prior draws; they are independent of the sampler's
+    /// stream with the same seed.
+    ///
+    /// # Errors
+    /// [`PosteriorError`] if the chains are not the model's, one is empty, or the model itself is
+    /// at fault. A draw at which a statement rejects is no error: its row is NaN and counted.
+    pub fn from_chains<M: Model>(
+        model: &Bound<M>,
+        chains: Chains,
+        seed: u64,
+    ) -> Result<Self, PosteriorError> {
+        let layout = model.layout()?.clone();
+        if chains.dim != layout.dim {
+            return Err(PosteriorError::Dimension { expected: layout.dim, got: chains.dim });
+        }
+        for (index, chain) in chains.chains.iter().enumerate() {
+            if chain.is_empty() {
+                let reason = chain.stopped.clone().unwrap_or_else(|| "none was asked for".into());
+                return Err(PosteriorError::NoDraws { chain: index, reason });
+            }
+        }
+
+        // long jumps keep these streams apart from the sampler's, which are short jumps apart
+        let mut prior_rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        prior_rng.long_jump();
+        let mut streams = prior_rng.clone();
+        streams.long_jump();
+        let template = model.draw_prior(&mut prior_rng)?;
+        let plan = Plan::new(&template);
+
+        let streams: Vec<_> = chains
+            .chains
+            .iter()
+            .map(|_| {
+                streams.jump();
+                streams.clone()
+            })
+            .collect();
+        let draws = chains.len();
+        let parts: Vec<Collected> = streams
+            .into_par_iter()
+            .enumerate()
+            .map(|(index, mut rng)| {
+                let mut out = Collected::new(&plan);
+                for draw in 0..draws {
+                    let start = draw * chains.dim;
+                    let point = &chains.chains[index].draws[start..start + chains.dim];
+                    let record = model.constrain(point, &mut rng);
+                    out.add(&plan, record, index)?;
+                }
+                Ok(out)
+            })
+            .collect::<Result<_, PosteriorError>>()?;
+        let mut unpredicted = BTreeMap::new();
+        for (place, count) in parts.iter().flat_map(|part| &part.rejected) {
+            *unpredicted.entry(*place).or_insert(0) += count;
+        }
+        let [posterior, predictive, log_likelihood] = plan.groups(parts, draws);
+
+        let (prior, prior_predictive) = match prior_draws(model, &plan, &mut prior_rng)? {
+            Some([prior, predictive, _]) => (Some(prior), Some(predictive)),
+            None => (None, None),
+        };
+        let divergences = divergent_points(model, &chains, &mut prior_rng);
+        let observed = template.entries.iter().filter(|e| e.variable.role == Role::Observed);
+        let observed = observed.map(|e| Values {
+            name: e.variable.name.clone(),
+            shape: e.variable.shape.clone(),
+            data: e.values.clone(),
+        });
+        let bounds =
+            template.entries.iter().filter_map(|e| Some((e.variable.name.clone(), e.bounds?)));
+        Ok(Self {
+            layout,
+            posterior,
+            predictive,
+            log_likelihood,
+            observed: Group { chains: 1, draws: 1, variables: observed.collect() },
+            prior,
+            prior_predictive,
+            divergences,
+            unpredicted,
+            bounds: bounds.collect(),
+            labels: BTreeMap::new(),
+            chains,
+        })
+    }
+
+    /// Draws of a parameter, tracked quantity or prediction.
+    ///
+    /// ```text
+    /// let young = posterior.values("young").expect("a parameter of the model");
+    /// let mean = young.data.iter().sum::<f64>() / young.data.len() as f64;
+    /// ```
+    pub fn values(&self, name: &str) -> Option<&Values> {
+        self.posterior.get(name).or_else(|| self.predictive.get(name))
+    }
+
+    /// One vector a chain for one number, as `young` or `sd[0]`.
+    pub fn trace(&self, element: &str) -> Option<Vec<Vec<f64>>> {
+        self.posterior.trace(element).or_else(|| self.predictive.trace(element))
+    }
+
+    /// Names the entries along one dimension of a quantity, for exports:
+    /// `posterior.label("mean", 0, &["slope", "peak force", "displacement at peak"])`.
+    ///
+    /// Does nothing for a name or dimension that does not exist, or a wrong number of labels.
+    pub fn label(&mut self, name: &str, dimension: usize, labels: &[&str]) {
+        let known = self.layout.variables.iter().find(|v| v.name == name);
+        if known.and_then(|v| v.shape.get(dimension)) == Some(&labels.len()) {
+            let labels = labels.iter().map(|&l| l.to_owned()).collect();
+            self.labels.insert((name.to_owned(), dimension), labels);
+        }
+    }
+
+    /// Leave-one-out cross-validation over all observation statements.
+    ///
+    /// # Errors
+    /// [`LooError`] if the model observes nothing or a log-likelihood is not finite.
+    pub fn loo(&self) -> Result<Loo, LooError> {
+        let group = &self.log_likelihood;
+        let per_draw: usize = group.variables.iter().map(Values::size).sum();
+        let mut rows = Vec::with_capacity(group.chains * group.draws * per_draw);
+        for draw in 0..group.chains * group.draws {
+            for values in &group.variables {
+                let size = values.size();
+                rows.extend_from_slice(&values.data[draw * size..(draw + 1) * size]);
+            }
+        }
+        Loo::new(group.chains, group.draws, per_draw, &rows)
+    }
+
+    /// What the data did to every parameter; empty without prior draws.
+    pub fn identifiability(&self) -> Vec<Identifiability> {
+        let Some(prior) = &self.prior else {
+            return Vec::new();
+        };
+        let mut rows = Vec::new();
+        for variable in self.layout.with_role(Role::Parameter) {
+            for element in element_names(&variable.name, &variable.shape) {
+                let (Some(before), Some(after)) =
+                    (prior.trace(&element), self.posterior.trace(&element))
+                else {
+                    continue;
+                };
+                let marginal = Marginal::of(&before.concat());
+                if marginal.sd > 0.0 {
+                    // structural constants, as the zeros of a Cholesky factor, are not parameters
+                    let bounds = self.bounds.get(&variable.name).copied();
+                    rows.push(Identifiability::new(element, marginal, &after.concat(), bounds));
+                }
+            }
+        }
+        rows
+    }
+
+    /// Points rejected by statement: (warmup, sampling).
+    pub fn rejections(&self) -> BTreeMap<Place, (u64, u64)> {
+        let mut counts: BTreeMap<Place, (u64, u64)> = BTreeMap::new();
+        for chain in &self.chains.chains {
+            for (place, count) in &chain.warmup.rejections {
+                counts.entry(*place).or_default().0 += count;
+            }
+            for (place, count) in &chain.rejections {
+                counts.entry(*place).or_default().1 += count;
+            }
+        }
+        counts
+    }
+}
+
+fn prior_draws<M: Model>(
+    model: &Bound<M>,
+    plan: &Plan,
+    rng: &mut Xoshiro256PlusPlus,
+) -> Result<Option<[Group; 3]>, PosteriorError> {
+    let mut out = Collected::new(plan);
+    for _ in 0..PRIOR_DRAWS {
+        match model.draw_prior(rng) {
+            Ok(record) => out.add(plan, Ok(record), 0)?,
+            Err(_) => return Ok(None),
+        }
+    }
+    Ok(Some(plan.groups(vec![out], PRIOR_DRAWS)))
+}
+
+fn divergent_points<M: Model>(
+    model: &Bound<M>,
+    chains: &Chains,
+    rng: &mut Xoshiro256PlusPlus,
+) -> Vec<DivergentPoint> {
+    let mut points = Vec::new();
+    for (chain, found) in chains.chains.iter().enumerate() {
+        for divergence in &found.divergences {
+            let record = model.constrain(&divergence.position, rng);
+            let entries = record.iter().flat_map(|record| &record.entries);
+            let values = entries
+                .filter(|e| e.variable.role == Role::Parameter)
+                .flat_map(|e| {
+                    element_names(&e.variable.name, &e.variable.shape)
+                        .into_iter()
+                        .zip(e.values.iter().copied())
+                })
+                .collect();
+            points.push(DivergentPoint { chain, draw: divergence.draw, values });
+        }
+    }
+    points
+}

@@ -1,0 +1,271 @@
+//! From chains to a posterior, its summary, its warnings and its files.
+
+use std::fs;
+
+use ppl::prelude::*;
+use ppl::{
+    Bound, Context, Datum, FindingKind, Model, Posterior, PosteriorError, Real, Rejection, Role,
+    Site, check,
+};
+
+/// y_i ~ Normal(mu, 1) with mu ~ Normal(0, 10), sd known; `idle` is asked for and never used.
+struct Means<'a> {
+    y: &'a [f64],
+}
+
+impl Model for Means<'_> {
+    fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
+        static MU: Site = Site::new("mu");
+        static IDLE: Site = Site::new("idle");
+        static EDGE: Site = Site::new("edge");
+        static TWICE: Site = Site::new("twice");
+        static Y: Site = Site { repeated: true, ..Site::new("y") };
+        static Z: Site = Site::new("z");
+        static NEXT: Site = Site::new("next");
+        let mu = cx.unknown(&MU, Normal(0.0, 10.0).array::<2>())?;
+        let _idle = cx.unknown(&IDLE, Uniform(-1.0, 1.0))?;
+        let edge = cx.unknown(&EDGE, Uniform(0.0, 1.0))?;
+        cx.track(&TWICE, &[mu[0] * 2.0, mu[1] * 2.0])?;
+        for y in self.y {
+            cx.observe(&Y, y.lift(), Normal(mu[0], 1.0))?;
+        }
+        // pulls `edge` beyond its upper bound
+        cx.observe(&Z, Real::from(1.5), Normal(edge, 0.02))?;
+        cx.observe(&Z2, Real::from(3.0), Normal(mu[1], 0.5))?;
+        if cx.predicts() {
+            cx.predict(&NEXT, Normal(mu[0], 1.0))?;
+        }
+        Ok(())
+    }
+}
+
+static Z2: Site = Site::new("z2");
+const Y: [f64; 5] = [1.0, 2.0, 3.0, 4.0, 5.0];
+
+fn posterior() -> Posterior {
+    let data = Means { y: &Y };
+    let model = Bound::new(data);
+    let chains =
+        Nuts::default().chains(4).warmup(500).draws(600).seed(7).run(&model).expect("runs");
+    Posterior::from_chains(&model, chains, 7).expect("the model's own chains")
+}
+
+#[test]
+fn names_shapes_and_moments_of_a_conjugate_model() {
+    let posterior = posterior();
+    let names: Vec<&str> = posterior.posterior.variables.iter().map(|v| v.name.as_str()).collect();
+    assert_eq!(names, ["mu", "idle", "edge", "twice"]);
+    assert_eq!(posterior.values("mu").map(|v| v.shape.clone()), Some(vec![2]));
+    assert_eq!(posterior.predictive.get("y").map(|v| v.shape.clone()), Some(vec![5]));
+    assert_eq!(posterior.log_likelihood.get("y").map(|v| v.shape.clone()), Some(vec![5]));
+    assert_eq!(posterior.log_likelihood.get("z").map(|v| v.shape.clone()), Some(vec![]));
+    assert_eq!(posterior.observed.get("y").map(|v| v.data.clone()), Some(Y.to_vec()));
+    assert_eq!(posterior.layout.with_role(Role::Predicted).count(), 1);
+
+    // precision n/σ² + 1/τ² = 5.01, mean Σy / 5.01
+    let sd = 5.01_f64.powf(-0.5);
+    check::mean(&posterior, "mu[0]", 15.0 / 5.01).within_mcse(4.0);
+    check::sd(&posterior, "mu[0]", sd).within_mcse(4.0);
+    check::quantile(&posterior, "mu[0]", 0.95, 15.0 / 5.01 + 1.6448536 * sd).within_mcse(4.0);
+    check::mean(&posterior, "twice[0]", 30.0 / 5.01).within_mcse(4.0);
+    check::mean(&posterior, "next", 15.0 / 5.01).within_mcse(4.0);
+    check::sd(&posterior, "next", (1.0 + sd * sd).sqrt()).within_mcse(4.0);
+
+    // the log-likelihood of every draw, again
+    let mu = posterior.trace("mu[0]").expect("a parameter").concat();
+    let stored = posterior.log_likelihood.trace("y[3]").expect("an observation").concat();
+    for (mu, stored) in mu.iter().zip(stored) {
+        let exact = -0.5 * (4.0 - mu).powi(2) - 0.5 * (2.0 * std::f64::consts::PI).ln();
+        assert!((stored - exact).abs() < 1e-12);
+    }
+    let loo = posterior.loo().expect("finite likelihoods");
+    assert_eq!(loo.points.len(), 7);
+}
+
+#[test]
+fn the_summary_says_what_the_data_did_not_inform() {
+    let summary = posterior().summary();
+    let contraction = |name: &str| summary.row(name).and_then(|r| r.contraction);
+    assert!(contraction("mu[0]").expect("a parameter") > 0.99);
+    assert!(contraction("idle").expect("a parameter").abs() < 0.1);
+    assert_eq!(contraction("twice[0]"), None, "tracked quantities have no prior of their own");
+
+    let find = |kind| summary.findings.iter().find(|f| f.kind == kind);
+    let uninformed = find(FindingKind::Uninformed).expect("idle is not informed");
+    assert!(uninformed.what.contains("idle") && !uninformed.what.contains("mu"), "{uninformed}");
+    let boundary = find(FindingKind::Boundary).expect("edge is cut");
+    assert!(boundary.what.contains("edge") && !boundary.what.contains("idle"), "{boundary}");
+    assert_eq!(find(FindingKind::Disagreement), None);
+    assert_eq!(find(FindingKind::FewEffectiveDraws), None);
+
+    let printed = summary.to_string();
+    for part in ["mean", "ess_tail", "mu[1]", "4 chains of 600 draws", "idle"] {
+        assert!(printed.contains(part), "{printed}");
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_predictions() {
+    let (a, b) = (posterior(), posterior());
+    assert_eq!(a.predictive, b.predictive);
+    assert_eq!(a.prior, b.prior);
+    assert_eq!(a.posterior, b.posterior);
+}
+
+#[test]
+fn a_stopped_chain_cuts_all_and_is_reported() {
+    let model = Bound::new(Means { y: &Y });
+    let run = Nuts::default().chains(2).warmup(200).draws(200).seed(1).run(&model).expect("runs");
+    let mut cut = run.clone();
+    cut.chains[1].stats.truncate(50);
+    cut.chains[1].draws.truncate(50 * cut.dim);
+    cut.chains[1].stopped = Some("interrupted".into());
+    let posterior = Posterior::from_chains(&model, cut.clone(), 1).expect("50 draws are left");
+    assert_eq!(posterior.posterior.draws, 50);
+    let summary = posterior.summary();
+    assert!(summary.findings.iter().any(|f| f.kind == FindingKind::Stopped));
+    assert!(summary.findings.iter().any(|f| f.kind == FindingKind::FewEffectiveDraws));
+
+    cut.chains[1].stats.clear();
+    let error = Posterior::from_chains(&model, cut, 1).expect_err("no draw");
+    assert!(matches!(error, PosteriorError::NoDraws { chain: 1, .. }), "{error}");
+
+    let mut other = run;
+    other.dim = 3;
+    let error = Posterior::from_chains(&model, other, 1).expect_err("not its chains");
+    assert!(error.to_string().contains("3 coordinates but the model has 4"), "{error}");
+}
+
+/// log v enters the likelihood; the chains of two modes never meet.
+struct TwoModes;
+
+impl Model for TwoModes {
+    fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
+        static X: Site = Site::new("x");
+        static SQUARE: Site = Site::new("square");
+        let x = cx.unknown(&X, Normal(0.0, 10.0))?;
+        cx.observe(&SQUARE, Real::from(100.0), Normal(x * x, 1.0))
+    }
+}
+
+#[test]
+fn chains_in_two_modes_are_found_out() {
+    let model = Bound::new(TwoModes);
+    let starts = vec![vec![10.0], vec![-10.0], vec![10.0], vec![-10.0]];
+    let run = Nuts::default().chains(4).warmup(300).draws(300).init_points(starts).run(&model);
+    let posterior = Posterior::from_chains(&model, run.expect("runs"), 0).expect("its chains");
+    let summary = posterior.summary();
+    let found = summary.findings.iter().find(|f| f.kind == FindingKind::Disagreement);
+    assert!(found.is_some_and(|f| f.what.contains("x (")), "{summary}");
+}
+
+/// Neal's funnel, whose neck makes trajectories diverge.
+struct Funnel;
+
+impl Model for Funnel {
+    fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
+        static V: Site = Site::new("v");
+        static X: Site = Site::new("x");
+        let v = cx.unknown(&V, Normal(0.0, 3.0))?;
+        cx.unknown(&X, Normal(0.0, (v * 0.5).exp()).array::<9>())?;
+        Ok(())
+    }
+}
+
+#[test]
+fn divergences_are_located_in_the_neck_of_a_funnel() {
+    let model = Bound::new(Funnel);
+    let run = Nuts::default().chains(4).warmup(300).draws(500).seed(3).run(&model).expect("runs");
+    let posterior = Posterior::from_chains(&model, run, 3).expect("its chains");
+    assert!(!posterior.divergences.is_empty());
+    let summary = posterior.summary();
+    let found = summary.findings.iter().find(|f| f.kind == FindingKind::Divergences);
+    assert!(found.is_some_and(|f| f.what.contains("v ≈ -")), "{summary}");
+}
+
+#[test]
+fn files_hold_the_draws() {
+    let mut posterior = posterior();
+    posterior.label("mu", 0, &["first", "second"]);
+    posterior.label("mu", 0, &["one label for two"]); // ignored
+    let folder = tempfile::tempdir().expect("a folder");
+
+    let csv = folder.path().join("draws.csv");
+    posterior.write_csv(&csv).expect("written");
+    let text = fs::read_to_string(&csv).expect("readable");
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("chain,draw,mu[0],mu[1],idle,edge,twice[0],twice[1]"));
+    let row: Vec<f64> = lines
+        .nth(601)
+        .expect("chain 1, draw 1")
+        .split(',')
+        .map(|cell| cell.parse().expect("a number"))
+        .collect();
+    assert_eq!(row[..2], [1.0, 1.0]);
+    assert_eq!(row[2], posterior.trace("mu[0]").expect("a parameter")[1][1], "to the last bit");
+
+    let table = folder.path().join("summary.csv");
+    posterior.summary().write_csv(&table).expect("written");
+    let text = fs::read_to_string(&table).expect("readable");
+    assert!(text.starts_with(
+        "parameter,mean,sd,q05,q50,q95,rhat,ess_bulk,ess_tail,contraction,mcse_mean\nmu[0],"
+    ));
+
+    let store = folder.path().join("posterior.zarr");
+    posterior.write_zarr(&store).expect("written");
+    posterior.write_zarr(&store).expect("an older store is replaced");
+    let chunk = fs::read(store.join("posterior/mu/c/0/0/0")).expect("one chunk");
+    assert_eq!(chunk.len(), 4 * 600 * 2 * 8);
+    let root: serde_json::Value =
+        serde_json::from_slice(&fs::read(store.join("zarr.json")).expect("a root")).expect("JSON");
+    let mu = &root["consolidated_metadata"]["metadata"]["posterior/mu"];
+    assert_eq!(mu["dimension_names"], serde_json::json!(["chain", "draw", "mu_dim_0"]));
+    assert_eq!(mu["shape"], serde_json::json!([4, 600, 2]));
+    assert!(!folder.path().join("posterior.zarr.partial").exists());
+
+    let taken = folder.path().join("taken");
+    fs::create_dir(&taken).expect("a folder");
+    let error = posterior.write_zarr(&taken).expect_err("not a store");
+    assert!(error.to_string().contains("not a Zarr store"), "{error}");
+}
+
+#[test]
+fn the_gradient_of_a_model_is_checked() {
+    check::gradient(&Bound::new(Means { y: &Y }), 5);
+    check::gradient(&Bound::new(Funnel), 5);
+}
+
+/// Simulates with the model and fits with `claimed` as the noise: right only for 1.
+fn calibrate(claimed: f64) -> check::SbcReport {
+    struct Noisy<'a> {
+        y: &'a [f64],
+        sd: f64,
+    }
+    impl Model for Noisy<'_> {
+        fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
+            static MU: Site = Site::new("mu");
+            static Y: Site = Site { repeated: true, ..Site::new("y") };
+            let mu = cx.unknown(&MU, Normal(0.0, 1.0))?;
+            for y in self.y {
+                cx.observe(&Y, y.lift(), Normal(mu, self.sd))?;
+            }
+            Ok(())
+        }
+    }
+    let sampler = Nuts::default().chains(1).warmup(200).draws(396);
+    let report = check::sbc(11).replications(200).sampler(sampler).run(|trial| {
+        let truth = Bound::new(Noisy { y: &[0.0; 5], sd: 1.0 }).draw_prior(&mut trial.rng)?;
+        let data = truth.replicate("y").unwrap_or_default();
+        trial.rank(&Bound::new(Noisy { y: data, sd: claimed }), &truth)
+    });
+    report.expect("the sampler runs")
+}
+
+#[test]
+fn calibration_passes_a_right_model_and_fails_a_wrong_one() {
+    let report = calibrate(1.0);
+    assert_eq!(report.quantities[0].ranks.len(), 200);
+    report.assert_uniform(1e-4);
+    let wrong = calibrate(0.4);
+    assert!(wrong.p_value() < 1e-6, "{wrong}");
+}
