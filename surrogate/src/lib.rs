@@ -1,1 +1,57 @@
-//! Probabilistic programming.
+//! Polynomial chaos surrogates of expensive computer models, with exact gradients.
+//!
+//! A computer model that takes hours cannot be sampled. A [`Design`] says where to run it, a
+//! [`Dataset`] keeps what it returned, [`Pce::fit`] replaces it by a polynomial whose order is
+//! chosen by held-out error, and the [`Pce`] answers in nanoseconds: value and Jacobian
+//! together, moments, Sobol indices, and an error for points outside the box it was trained on.
+//! It does not know where the data came from.
+//!
+//! ```
+//! use surrogate::{Dataset, Design, FitOptions, Input, Pce};
+//!
+//! // where to run the model
+//! let inputs = vec![Input::new("young_mpa", 250.0, 300.0)?, Input::new("poisson", 0.2, 0.3)?];
+//! let points = Design::Sobol.sample(&inputs, 64, 1)?;
+//!
+//! // what it returned, in one file that other tools read
+//! let mut runs = Dataset::new(inputs, vec!["bulk_mpa".into()], "K = E / (3 (1 - 2 nu))")?;
+//! for x in points {
+//!     runs.push(&x, &[x[0] / (3.0 * (1.0 - 2.0 * x[1]))])?;
+//! }
+//!
+//! // what replaces it
+//! let fit = Pce::<2, 1>::fit(&runs, &FitOptions::default())?;
+//! println!("{}", fit.report);
+//! let (bulk, slope) = fit.pce.value_and_jacobian(&[275.0, 0.25])?;
+//! assert!((bulk[0] - 275.0 / 1.5).abs() < 1e-3);
+//! assert!((slope[0][0] - 1.0 / 1.5).abs() < 1e-4);
+//! assert!(fit.pce.sobol().total[0][1] > 0.8);
+//! # Ok::<(), surrogate::SurrogateError>(())
+//! ```
+//!
+//! Scope: uniform inputs on a box, dense expansions by least squares up to order 16.
+
+mod dataset;
+mod dataset_csv;
+mod design;
+mod error;
+mod fit;
+mod kernel;
+mod legendre;
+mod multi_index;
+mod pce;
+mod pce_file;
+mod regression;
+mod select;
+mod sobol;
+mod sobol_sequence;
+
+pub use dataset::{Dataset, Input};
+pub use design::Design;
+pub use error::SurrogateError;
+pub use fit::{Fit, FitOptions};
+pub use legendre::MAX_ORDER;
+pub use multi_index::Truncation;
+pub use pce::{BoxPosition, Pce};
+pub use select::{FitReport, LooError, OrderReport, OrderRule, Split, SplitError};
+pub use sobol::SobolIndices;

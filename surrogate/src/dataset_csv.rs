@@ -1,0 +1,215 @@
+//! A dataset as one CSV file: declarations in leading `#` lines, then header and rows.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use crate::dataset::{Dataset, Input};
+use crate::error::SurrogateError;
+
+impl Dataset {
+    /// Writes the dataset as CSV.
+    ///
+    /// Names, bounds and provenance stand in `#` lines above the header, so one file holds all:
+    /// ```text
+    /// # provenance: breccia ensemble, mesh 3k
+    /// # input,young_mpa,250.0,300.0
+    /// # output,force_n
+    /// young_mpa,force_n
+    /// 275.0,147.1
+    /// ```
+    /// Other tools read it with their comment option (`comment="#"` in pandas). Numbers are the
+    /// shortest text that parses to the same 64 bits.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_csv(&self, path: impl AsRef<Path>) -> Result<(), SurrogateError> {
+        let path = path.as_ref();
+        std::fs::write(path, self.to_csv()).map_err(|source| SurrogateError::Io {
+            path: path.to_owned(),
+            source,
+        })
+    }
+
+    fn to_csv(&self) -> String {
+        let mut text = String::new();
+        for line in self.provenance().split('\n') {
+            text += &format!("# provenance: {line}\n");
+        }
+        for Input { name, lower, upper } in self.inputs() {
+            text += &format!("# input,{},{lower:?},{upper:?}\n", quoted(name));
+        }
+        for output in self.outputs() {
+            text += &format!("# output,{}\n", quoted(output));
+        }
+        let names = self.inputs().iter().map(|i| &i.name).chain(self.outputs());
+        text += &names.map(|n| quoted(n)).collect::<Vec<_>>().join(",");
+        for (x, y) in self.rows() {
+            for (i, value) in x.iter().chain(y).enumerate() {
+                let separator = if i == 0 { '\n' } else { ',' };
+                write!(text, "{separator}{value:?}").expect("writing to a String cannot fail");
+            }
+        }
+        text.push('\n');
+        text
+    }
+
+    /// Reads what [`Dataset::write_csv`] writes.
+    ///
+    /// Columns are found by name, in any order; columns that no `#` line declares are ignored.
+    ///
+    /// # Errors
+    /// The file cannot be read; a declaration is malformed or missing; a declared column is
+    /// missing or occurs twice; a cell is no finite number or lies outside its bounds. Each
+    /// names file, line, column and value.
+    pub fn read_csv(path: impl AsRef<Path>) -> Result<Self, SurrogateError> {
+        let path = path.as_ref();
+        let text = std::fs::read_to_string(path).map_err(|source| SurrogateError::Io {
+            path: path.to_owned(),
+            source,
+        })?;
+        parse(&text).map_err(|(line, source)| SurrogateError::InFile {
+            path: path.to_owned(),
+            line,
+            source: Box::new(source),
+        })
+    }
+}
+
+/// A failure and the line on which it showed.
+type Located<T> = Result<T, (u64, SurrogateError)>;
+
+fn parse(text: &str) -> Located<Dataset> {
+    let mut dataset = declarations(text)?;
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let header = reader.headers().map_err(syntax)?.clone();
+    let header_line = header.position().map_or(1, csv::Position::line);
+    let mut columns = Vec::new();
+    for name in dataset
+        .inputs()
+        .iter()
+        .map(|i| &i.name)
+        .chain(dataset.outputs())
+    {
+        let mut places = header
+            .iter()
+            .enumerate()
+            .filter(|(_, h)| h == name)
+            .map(|(i, _)| i);
+        let place = places.next().ok_or_else(|| {
+            let found = header.iter().collect::<Vec<_>>().join(", ");
+            (
+                header_line,
+                SurrogateError::MissingColumn {
+                    column: name.clone(),
+                    found,
+                },
+            )
+        })?;
+        if places.next().is_some() {
+            return Err((
+                header_line,
+                SurrogateError::DuplicateName { name: name.clone() },
+            ));
+        }
+        columns.push((name.clone(), place));
+    }
+    let inputs = dataset.inputs().len();
+    for record in reader.records() {
+        let record = record.map_err(syntax)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let cells: Vec<f64> = columns
+            .iter()
+            .map(|(name, place)| number(name, &record[*place]))
+            .collect::<Result<_, _>>()
+            .map_err(|e| (line, e))?;
+        dataset
+            .push(&cells[..inputs], &cells[inputs..])
+            .map_err(|e| (line, e))?;
+    }
+    Ok(dataset)
+}
+
+/// The leading `#` lines: an empty dataset.
+fn declarations(text: &str) -> Located<Dataset> {
+    let (mut inputs, mut outputs, mut provenance) = (Vec::new(), Vec::new(), Vec::new());
+    let mut line = 0;
+    for content in text.lines().map_while(|l| l.strip_prefix('#')) {
+        line += 1;
+        let content = content.strip_prefix(' ').unwrap_or(content);
+        if let Some(text) = content.strip_prefix("provenance:") {
+            provenance.push(text.strip_prefix(' ').unwrap_or(text));
+            continue;
+        }
+        let fields = fields(content).map_err(|(_, e)| (line, e))?;
+        match fields.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+            ["input", name, lower, upper] => {
+                let input = number(name, lower)
+                    .and_then(|l| Input::new(name, l, number(name, upper)?))
+                    .map_err(|e| (line, e))?;
+                inputs.push(input);
+            }
+            ["output", name] => outputs.push(name.to_owned()),
+            ["input" | "output", ..] => {
+                let problem = format!("`# {content}` is no declaration");
+                let mend = "write `# input,NAME,LOWER,UPPER` or `# output,NAME`";
+                return Err((line, SurrogateError::Syntax { problem, mend }));
+            }
+            _ => {}
+        }
+    }
+    if inputs.is_empty() || outputs.is_empty() {
+        let problem = "the inputs or the outputs are not declared".to_owned();
+        let mend = "begin the file with a line `# input,NAME,LOWER,UPPER` for each input and `# output,NAME` for each output";
+        return Err((1, SurrogateError::Syntax { problem, mend }));
+    }
+    Dataset::new(inputs, outputs, provenance.join("\n")).map_err(|e| (line, e))
+}
+
+/// One line as a CSV record.
+fn fields(line: &str) -> Located<Vec<String>> {
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .trim(csv::Trim::All)
+        .from_reader(line.as_bytes());
+    match reader.records().next() {
+        Some(record) => Ok(record.map_err(syntax)?.iter().map(str::to_owned).collect()),
+        None => Ok(Vec::new()),
+    }
+}
+
+fn number(column: &str, text: &str) -> Result<f64, SurrogateError> {
+    text.parse().map_err(|_| SurrogateError::NotANumber {
+        column: column.to_owned(),
+        text: text.to_owned(),
+    })
+}
+
+fn quoted(name: &str) -> String {
+    if name.contains([',', '"']) {
+        format!("\"{}\"", name.replace('"', "\"\""))
+    } else {
+        name.to_owned()
+    }
+}
+
+fn syntax(error: csv::Error) -> (u64, SurrogateError) {
+    let line = error.position().map_or(1, csv::Position::line);
+    let problem = match error.kind() {
+        csv::ErrorKind::UnequalLengths {
+            expected_len, len, ..
+        } => {
+            format!("{len} cells where the header has {expected_len}")
+        }
+        _ => error.to_string(),
+    };
+    (
+        line,
+        SurrogateError::Syntax {
+            problem,
+            mend: "write one cell for each column, separated by commas",
+        },
+    )
+}

@@ -1,0 +1,308 @@
+//! From a dataset to an expansion: all orders out of one factorisation, one of them chosen.
+
+use faer::Mat;
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use serde::{Deserialize, Serialize};
+
+use crate::dataset::{Dataset, Input, check_count};
+use crate::error::SurrogateError;
+use crate::legendre::{MAX_ORDER, basis_row};
+use crate::multi_index::Truncation;
+use crate::pce::Pce;
+use crate::regression::NestedLeastSquares;
+use crate::select::{
+    FitReport, LooError, OrderReport, OrderRule, Split, SplitError, by_loo, by_split, covariance,
+    relative_squares,
+};
+
+/// Most inputs for which the 2^d corners of the box are visited.
+const MAX_CORNER_INPUTS: usize = 10;
+
+/// What [`Pce::fit`] may do.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FitOptions {
+    /// Highest order looked at, up to [`MAX_ORDER`].
+    pub max_order: usize,
+    /// The terms that an order stands for.
+    pub truncation: Truncation,
+    /// How the order is chosen.
+    pub rule: OrderRule,
+    /// The split into training and validation rows, reported whatever the rule.
+    pub split: Split,
+}
+
+impl Default for FitOptions {
+    /// Orders 0 to 8, total degree, corrected leave-one-out.
+    fn default() -> Self {
+        Self {
+            max_order: 8,
+            truncation: Truncation::TotalDegree,
+            rule: OrderRule::CorrectedLoo,
+            split: Split::default(),
+        }
+    }
+}
+
+/// A fitted surrogate with its error.
+#[derive(Clone, Debug)]
+pub struct Fit<const D: usize, const M: usize> {
+    /// The expansion, fitted to all rows.
+    pub pce: Pce<D, M>,
+    /// How its order was chosen and how good it is.
+    pub report: FitReport,
+    columns: Vec<[u8; D]>,
+    r_inverse: Mat<f64>,
+}
+
+impl<const D: usize, const M: usize> Pce<D, M> {
+    /// Fits an expansion to a dataset by least squares and chooses its order.
+    ///
+    /// Both order rules are worked out, the one in the options decides, and the chosen order is
+    /// fitted to all rows. An order needs more rows than terms; the others are reported as not
+    /// estimable.
+    ///
+    /// # Errors
+    /// A dataset with other than `D` inputs and `M` outputs, fewer than two rows or a constant
+    /// output; an option out of range; a fixed order that the rows do not determine.
+    ///
+    /// ```
+    /// use surrogate::{Dataset, Design, FitOptions, Input, Pce};
+    /// let inputs = vec![Input::new("a", 0.0, 1.0)?, Input::new("b", -1.0, 1.0)?];
+    /// let mut runs = Dataset::new(inputs.clone(), vec!["f".into()], "closed form")?;
+    /// for x in Design::Sobol.sample(&inputs, 64, 1)? {
+    ///     runs.push(&x, &[x[0] * x[1] * x[1]])?;
+    /// }
+    /// let fit = Pce::<2, 1>::fit(&runs, &FitOptions::default())?;
+    /// assert_eq!(fit.report.order, 3);
+    /// assert!((fit.pce.mean()[0] - 1.0 / 6.0).abs() < 1e-12);
+    /// # Ok::<(), surrogate::SurrogateError>(())
+    /// ```
+    pub fn fit(data: &Dataset, options: &FitOptions) -> Result<Fit<D, M>, SurrogateError> {
+        let (inputs, outputs, variance) = check(data, options)?;
+        let n = data.len();
+        let points: Vec<[f64; D]> = data
+            .rows()
+            .map(|(x, _)| std::array::from_fn(|d| inputs[d].to_unit(x[d])))
+            .collect();
+        let y = Mat::from_fn(n, M, |i, m| data.row(i).1[m]);
+        let counts: Vec<usize> = (0..=options.max_order)
+            .map(|p| options.truncation.count::<D>(p))
+            .collect();
+        // leaving one row out must leave at least as many rows as terms
+        let estimable = counts.iter().take_while(|&&terms| terms < n).count();
+        let columns = options.truncation.nested::<D>(estimable - 1);
+        let rows: Vec<Vec<f64>> = points.iter().map(|t| basis_row(&columns, t)).collect();
+
+        let all: Vec<usize> = (0..n).collect();
+        let fit = NestedLeastSquares::new(select(&rows, &all), y.clone());
+        let sizes: Vec<usize> = counts
+            .iter()
+            .copied()
+            .filter(|&terms| terms < n && terms <= fit.rank())
+            .collect();
+        let prefixes = fit.sweep(&sizes);
+        let (train, splits) = split_errors(&rows, &y, &counts, &variance, &options.split);
+        let orders: Vec<OrderReport> = counts
+            .iter()
+            .enumerate()
+            .map(|(order, &terms)| OrderReport {
+                order,
+                terms,
+                loo: prefixes
+                    .get(order)
+                    .and_then(|p| LooError::new(p, &variance)),
+                split: splits.get(order).cloned(),
+            })
+            .collect();
+
+        let not_estimable = |order: usize| SurrogateError::NotEstimable {
+            order,
+            terms: options.truncation.count::<D>(order),
+            rows: n,
+        };
+        let order_by_loo = by_loo(&orders).ok_or_else(|| not_estimable(0))?;
+        let order_by_split =
+            by_split(&orders, options.split.tolerance).ok_or_else(|| not_estimable(0))?;
+        let order = match options.rule {
+            OrderRule::CorrectedLoo => order_by_loo,
+            OrderRule::Split => order_by_split,
+            OrderRule::Fixed(order) => order,
+        };
+        let prefix = prefixes.get(order).ok_or_else(|| not_estimable(order))?;
+        let loo_residuals = prefix.loo_residuals().ok_or_else(|| not_estimable(order))?;
+
+        let terms = prefix.terms;
+        let coefficients = fit.coefficients(terms);
+        let pce = Pce::from_terms(
+            inputs,
+            outputs.clone(),
+            (0..terms).map(|j| (columns[j], std::array::from_fn(|m| coefficients[(j, m)]))),
+        )?;
+        let report = FitReport {
+            rows: n,
+            train_rows: train,
+            outputs: outputs.to_vec(),
+            orders,
+            rule: options.rule,
+            order,
+            order_by_loo,
+            order_by_split,
+            loo_covariance: covariance(&loo_residuals),
+            largest_leverage: prefix.leverages.iter().copied().fold(0.0, f64::max),
+            largest_corner_leverage: None,
+        };
+        let r_inverse = fit.r_inverse(terms);
+        let mut fit = Fit {
+            pce,
+            report,
+            columns: columns[..terms].to_vec(),
+            r_inverse,
+        };
+        fit.report.largest_corner_leverage = fit.largest_corner_leverage();
+        Ok(fit)
+    }
+}
+
+impl<const D: usize, const M: usize> Fit<D, M> {
+    /// The leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x): the variance of the fit at `x` per variance of a row's error.
+    ///
+    /// Above [`FitReport::largest_leverage`] the fit extrapolates from its rows, even inside the box.
+    ///
+    /// # Errors
+    /// A point outside the box by more than the tolerance, or NaN.
+    pub fn leverage(&self, x: &[f64; D]) -> Result<f64, SurrogateError> {
+        self.pce.position(x)?;
+        Ok(self.unit_leverage(&std::array::from_fn(|d| self.pce.inputs()[d].to_unit(x[d]))))
+    }
+
+    fn unit_leverage(&self, t: &[f64; D]) -> f64 {
+        let psi = basis_row(&self.columns, t);
+        let column = |j: usize| {
+            (0..=j)
+                .map(|i| self.r_inverse[(i, j)] * psi[i])
+                .sum::<f64>()
+        };
+        (0..psi.len()).map(|j| column(j).powi(2)).sum()
+    }
+
+    fn largest_corner_leverage(&self) -> Option<f64> {
+        let corner =
+            |bits: usize| std::array::from_fn(|d| if bits >> d & 1 == 1 { 1.0 } else { -1.0 });
+        (D <= MAX_CORNER_INPUTS).then(|| {
+            (0..1 << D)
+                .map(|bits| self.unit_leverage(&corner(bits)))
+                .fold(0.0, f64::max)
+        })
+    }
+}
+
+/// Inputs, outputs and the outputs' variances, once all is in order.
+#[allow(clippy::type_complexity)]
+fn check<const D: usize, const M: usize>(
+    data: &Dataset,
+    options: &FitOptions,
+) -> Result<([Input; D], [String; M], Vec<f64>), SurrogateError> {
+    let refuse = |option, value: String, allowed: String| {
+        Err(SurrogateError::Option {
+            option,
+            value,
+            allowed,
+        })
+    };
+    if options.max_order > MAX_ORDER {
+        return refuse(
+            "max_order",
+            options.max_order.to_string(),
+            format!("at most {MAX_ORDER}"),
+        );
+    }
+    if let OrderRule::Fixed(order) = options.rule
+        && order > options.max_order
+    {
+        return refuse(
+            "order",
+            order.to_string(),
+            format!("at most max_order = {}", options.max_order),
+        );
+    }
+    if let Truncation::Hyperbolic { q } = options.truncation
+        && !(q > 0.0 && q <= 1.0)
+    {
+        return refuse(
+            "q of the hyperbolic truncation",
+            q.to_string(),
+            "above 0, at most 1".to_owned(),
+        );
+    }
+    options.split.check()?;
+    check_count("inputs in the dataset", D, data.inputs().len())?;
+    check_count("outputs in the dataset", M, data.outputs().len())?;
+    if data.len() < 2 {
+        return Err(SurrogateError::Count {
+            what: "rows, at least",
+            expected: 2,
+            found: data.len(),
+        });
+    }
+    let n = data.len() as f64;
+    let mut variance = Vec::new();
+    for (m, name) in data.outputs().iter().enumerate() {
+        let first = data.row(0).1[m];
+        if data.rows().all(|(_, y)| y[m] == first) {
+            return Err(SurrogateError::ConstantOutput {
+                output: name.clone(),
+                value: first,
+            });
+        }
+        let mean = data.rows().map(|(_, y)| y[m]).sum::<f64>() / n;
+        variance.push(data.rows().map(|(_, y)| (y[m] - mean).powi(2)).sum::<f64>() / n);
+    }
+    let inputs = std::array::from_fn(|d| data.inputs()[d].clone());
+    let outputs = std::array::from_fn(|m| data.outputs()[m].clone());
+    Ok((inputs, outputs, variance))
+}
+
+/// The number of training rows and the errors of the orders that they determine.
+fn split_errors(
+    rows: &[Vec<f64>],
+    y: &Mat<f64>,
+    counts: &[usize],
+    variance: &[f64],
+    split: &Split,
+) -> (usize, Vec<SplitError>) {
+    let n = rows.len();
+    let mut order: Vec<usize> = (0..n).collect();
+    order.shuffle(&mut Xoshiro256PlusPlus::seed_from_u64(split.seed));
+    let (train, validation) =
+        order.split_at(((split.train_share * n as f64).round() as usize).clamp(1, n - 1));
+    let part = |chosen: &[usize]| Mat::from_fn(chosen.len(), y.ncols(), |i, m| y[(chosen[i], m)]);
+
+    let mut psi = select(rows, train);
+    let usable = psi.ncols().min(train.len());
+    psi.truncate(train.len(), usable);
+    let fit = NestedLeastSquares::new(psi, part(train));
+    let sizes: Vec<usize> = counts
+        .iter()
+        .copied()
+        .filter(|&terms| terms <= fit.rank())
+        .collect();
+    let errors = fit.sweep(&sizes).into_iter().map(|prefix| {
+        let c = fit.coefficients(prefix.terms);
+        let residuals = Mat::from_fn(validation.len(), y.ncols(), |i, m| {
+            let row = &rows[validation[i]];
+            y[(validation[i], m)] - (0..prefix.terms).map(|j| row[j] * c[(j, m)]).sum::<f64>()
+        });
+        SplitError {
+            train: relative_squares(&prefix.residuals, variance),
+            validation: relative_squares(&residuals, variance),
+        }
+    });
+    (train.len(), errors.collect())
+}
+
+/// The design matrix of the chosen rows.
+fn select(rows: &[Vec<f64>], chosen: &[usize]) -> Mat<f64> {
+    Mat::from_fn(chosen.len(), rows[0].len(), |i, j| rows[chosen[i]][j])
+}

@@ -1,0 +1,136 @@
+//! Evaluation of an expansion with its gradient, on the stack.
+
+use crate::legendre::{MAX_ORDER, legendre, norm};
+
+/// Terms arranged for evaluation, in coordinates t ∈ [−1, 1]^D and plain Legendre polynomials.
+///
+/// Terms that differ only in the last input stand together in a row, whose sum over the last
+/// input is taken first: the products over the other inputs are then needed once a row, not
+/// once a term.
+#[derive(Clone, Debug)]
+pub(crate) struct Kernel<const D: usize, const M: usize> {
+    rows: Vec<Row<D>>,
+    /// Coefficients of degrees 0, 1, … of the last input, row after row.
+    coefficients: Vec<[f64; M]>,
+    degree: usize,
+}
+
+#[derive(Clone, Debug)]
+struct Row<const D: usize> {
+    /// Degrees of the inputs but the last, whose place holds 0.
+    degrees: [u8; D],
+    /// End of the row's coefficients.
+    end: usize,
+}
+
+impl<const D: usize, const M: usize> Kernel<D, M> {
+    /// From orthonormal coefficients; no degree may exceed [`MAX_ORDER`].
+    pub(crate) fn new<'a>(terms: impl Iterator<Item = (&'a [u8; D], &'a [f64; M])>) -> Self {
+        let mut terms: Vec<_> = terms.collect();
+        terms.sort_by_key(|(index, _)| **index);
+        let (mut rows, mut coefficients) = (Vec::<Row<D>>::new(), Vec::new());
+        let (mut degree, mut start) = (0, 0);
+        for (index, c) in terms {
+            let mut degrees = *index;
+            let last = usize::from(std::mem::take(&mut degrees[D - 1]));
+            if rows.last().is_none_or(|row| row.degrees != degrees) {
+                start = coefficients.len();
+                rows.push(Row {
+                    degrees,
+                    end: start,
+                });
+            }
+            // a sparse expansion may skip degrees within a row
+            coefficients.resize(start + last, [0.0; M]);
+            let scale: f64 = index.iter().map(|&a| norm(a.into())).product();
+            coefficients.push(c.map(|c| c * scale));
+            if let Some(row) = rows.last_mut() {
+                row.end = coefficients.len();
+            }
+            degree = degree.max(index.iter().map(|&a| usize::from(a)).max().unwrap_or(0));
+        }
+        Self {
+            rows,
+            coefficients,
+            degree,
+        }
+    }
+
+    pub(crate) fn value(&self, t: &[f64; D]) -> [f64; M] {
+        // few polynomials need few instructions: the sizes in common use have code of their own
+        match self.degree {
+            0..=3 => self.sum::<4>(t),
+            4..=8 => self.sum::<9>(t),
+            _ => self.sum::<{ MAX_ORDER + 1 }>(t),
+        }
+    }
+
+    /// Values and the derivatives [output][input] with respect to t.
+    #[inline]
+    pub(crate) fn value_and_jacobian(&self, t: &[f64; D]) -> ([f64; M], [[f64; D]; M]) {
+        match self.degree {
+            0..=3 => self.sum_and_jacobian::<4>(t),
+            4..=8 => self.sum_and_jacobian::<9>(t),
+            _ => self.sum_and_jacobian::<{ MAX_ORDER + 1 }>(t),
+        }
+    }
+
+    fn sum<const K: usize>(&self, t: &[f64; D]) -> [f64; M] {
+        let basis: [[[f64; 2]; K]; D] = t.map(legendre::<K>);
+        let mut value = [0.0; M];
+        let mut start = 0;
+        for row in &self.rows {
+            let mut inner = [0.0; M];
+            for (c, p) in self.coefficients[start..row.end].iter().zip(&basis[D - 1]) {
+                for m in 0..M {
+                    inner[m] += c[m] * p[0];
+                }
+            }
+            start = row.end;
+            let weight: f64 = (0..D - 1)
+                .map(|d| basis[d][usize::from(row.degrees[d])][0])
+                .product();
+            for m in 0..M {
+                value[m] += weight * inner[m];
+            }
+        }
+        value
+    }
+
+    #[inline]
+    fn sum_and_jacobian<const K: usize>(&self, t: &[f64; D]) -> ([f64; M], [[f64; D]; M]) {
+        let basis: [[[f64; 2]; K]; D] = t.map(legendre::<K>);
+        let mut value = [0.0; M];
+        let mut jacobian = [[0.0; D]; M];
+        let mut start = 0;
+        for row in &self.rows {
+            // value and derivative of the sum over the last input
+            let mut inner = [[0.0; 2]; M];
+            for (c, p) in self.coefficients[start..row.end].iter().zip(&basis[D - 1]) {
+                for m in 0..M {
+                    inner[m][0] += c[m] * p[0];
+                    inner[m][1] += c[m] * p[1];
+                }
+            }
+            start = row.end;
+            // weight of the row and its derivatives by the other inputs
+            let mut weight = 1.0;
+            let mut slopes = [1.0; D];
+            for d in 0..D - 1 {
+                let [p, dp] = basis[d][usize::from(row.degrees[d])];
+                for e in 0..D - 1 {
+                    slopes[e] *= if d == e { dp } else { p };
+                }
+                weight *= p;
+            }
+            for m in 0..M {
+                value[m] += weight * inner[m][0];
+                for d in 0..D - 1 {
+                    jacobian[m][d] += slopes[d] * inner[m][0];
+                }
+                jacobian[m][D - 1] += weight * inner[m][1];
+            }
+        }
+        (value, jacobian)
+    }
+}

@@ -1,0 +1,144 @@
+//! Which products of one-dimensional polynomials an expansion has.
+
+use std::cmp::Reverse;
+
+use serde::{Deserialize, Serialize};
+
+/// The set of multi-indices a that an order p stands for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Truncation {
+    /// Σ a_j ≤ p, which has C(p + d, d) terms.
+    #[default]
+    TotalDegree,
+    /// (Σ a_j^q)^(1/q) ≤ p with 0 < q < 1: fewer interactions.
+    Hyperbolic {
+        /// The exponent; the smaller, the fewer interactions.
+        q: f64,
+    },
+}
+
+impl Truncation {
+    /// The multi-indices of an order, graded by total degree and lexicographically decreasing within one.
+    pub(crate) fn indices<const D: usize>(self, order: usize) -> Vec<[u8; D]> {
+        let mut indices = Vec::new();
+        self.visit(order, &mut |index| indices.push(index));
+        indices.sort_by_key(graded);
+        indices
+    }
+
+    /// The number of terms of an order, without making them.
+    pub(crate) fn count<const D: usize>(self, order: usize) -> usize {
+        match self {
+            Self::TotalDegree => {
+                // C(d + p, p), an integer after every step
+                let count = (1..=order).fold(1u128, |c, j| c.saturating_mul((D + j) as u128) / j as u128);
+                count.try_into().unwrap_or(usize::MAX)
+            }
+            Self::Hyperbolic { .. } => {
+                let mut count = 0;
+                self.visit::<D>(order, &mut |_| count += 1);
+                count
+            }
+        }
+    }
+
+    /// The indices of all orders up to `order` such that those of each lower order are a prefix.
+    pub(crate) fn nested<const D: usize>(self, order: usize) -> Vec<[u8; D]> {
+        let mut indices = self.indices(order);
+        indices.sort_by_key(|index| self.first_order(index));
+        indices
+    }
+
+    /// The least order whose set contains the index.
+    fn first_order<const D: usize>(self, index: &[u8; D]) -> usize {
+        match self {
+            Self::TotalDegree => index.iter().map(|&a| usize::from(a)).sum(),
+            Self::Hyperbolic { q } => {
+                let sum: f64 = index.iter().map(|&a| f64::from(a).powf(q)).sum();
+                // the slack of the definition absorbs the rounding of the root
+                (sum.powf(1.0 / q) - 1e-10).ceil().max(0.0) as usize
+            }
+        }
+    }
+
+    fn visit<const D: usize>(self, order: usize, found: &mut impl FnMut([u8; D])) {
+        self.descend([0; D], 0, order, found);
+    }
+
+    /// Depth first over the inputs; the sets are closed downwards, so a branch ends where it leaves.
+    fn descend<const D: usize>(
+        self,
+        mut index: [u8; D],
+        input: usize,
+        order: usize,
+        found: &mut impl FnMut([u8; D]),
+    ) {
+        if input == D {
+            return found(index);
+        }
+        while self.first_order(&index) <= order {
+            self.descend(index, input + 1, order, found);
+            index[input] += 1;
+        }
+    }
+}
+
+/// The frozen order of terms: total degree first, then lexicographically decreasing.
+pub(crate) fn graded<const D: usize>(index: &[u8; D]) -> (usize, Reverse<[u8; D]>) {
+    (index.iter().map(|&a| usize::from(a)).sum(), Reverse(*index))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_order_of_terms_is_the_frozen_one() {
+        let expected =
+            "000 100 010 001 200 110 101 020 011 002 300 210 201 120 111 102 030 021 012 003";
+        let found: Vec<String> = Truncation::TotalDegree
+            .indices::<3>(3)
+            .iter()
+            .map(|a| a.iter().map(u8::to_string).collect())
+            .collect();
+        assert_eq!(found.join(" "), expected);
+    }
+
+    #[test]
+    fn the_counts_are_binomial() {
+        assert_eq!(Truncation::TotalDegree.indices::<3>(8).len(), 165);
+        assert_eq!(Truncation::TotalDegree.indices::<8>(3).len(), 165);
+        for order in 0..=8 {
+            let t = Truncation::TotalDegree;
+            assert_eq!(t.count::<4>(order), t.indices::<4>(order).len());
+        }
+        assert_eq!(
+            Truncation::TotalDegree.count::<100>(16),
+            usize::try_from(binomial(116, 16)).unwrap()
+        );
+    }
+
+    fn binomial(n: u128, k: u128) -> u128 {
+        (1..=k).fold(1, |c, j| c * (n - k + j) / j)
+    }
+
+    #[test]
+    fn hyperbolic_sets_drop_interactions_and_nest() {
+        let half = Truncation::Hyperbolic { q: 0.5 };
+        // (√1 + √1)² = 4: the first interaction enters at order 4
+        assert_eq!(half.indices::<2>(3).len(), 7);
+        assert!(half.indices::<2>(4).contains(&[1, 1]));
+        assert_eq!(half.count::<2>(4), 10);
+        let all = half.nested::<3>(7);
+        for order in 0..=7 {
+            let mut prefix = all[..half.count::<3>(order)].to_vec();
+            prefix.sort_by_key(graded);
+            assert_eq!(prefix, half.indices::<3>(order));
+        }
+        assert_eq!(
+            Truncation::Hyperbolic { q: 1.0 }.nested::<3>(6),
+            Truncation::TotalDegree.nested::<3>(6)
+        );
+    }
+}

@@ -1,0 +1,239 @@
+//! Least squares for nested sets of columns out of one QR factorisation.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::{householder, qr::no_pivoting::factor, triangular_inverse};
+use faer::{Conj, Mat, Par};
+
+/// Ψ = Q R with thin Q, for all outputs at once.
+///
+/// The first k columns of Q and the leading block of R are the factorisation of the first k
+/// columns of Ψ. Coefficients, leverages and errors of every prefix follow without another one.
+pub(crate) struct NestedLeastSquares {
+    q: Mat<f64>,
+    r_inverse: Mat<f64>,
+    /// Qᵀ Y
+    projections: Mat<f64>,
+    y: Mat<f64>,
+}
+
+/// The fit of the first columns.
+pub(crate) struct Prefix {
+    pub(crate) terms: usize,
+    /// y − f, rows × outputs
+    pub(crate) residuals: Mat<f64>,
+    /// h_i = |Q_i|²
+    pub(crate) leverages: Vec<f64>,
+    /// tr (ΨᵀΨ)⁻¹ = |R⁻¹|²_F
+    pub(crate) trace: f64,
+}
+
+impl NestedLeastSquares {
+    /// Factorises Ψ (rows × terms), which must not have more columns than rows.
+    ///
+    /// Columns that depend on earlier ones to working precision end the factorisation:
+    /// [`Self::rank`] is the length of the prefix that can be used.
+    pub(crate) fn new(psi: Mat<f64>, y: Mat<f64>) -> Self {
+        let (q, r) = thin_qr(psi);
+        let largest = (0..r.ncols()).map(|j| r[(j, j)].abs()).fold(0.0, f64::max);
+        let floor = largest * f64::EPSILON * q.nrows() as f64;
+        let rank = (0..r.ncols())
+            .find(|&j| r[(j, j)].abs() <= floor)
+            .unwrap_or(r.ncols());
+        let mut r_inverse = Mat::zeros(rank, rank);
+        triangular_inverse::invert_upper_triangular(
+            r_inverse.as_mut(),
+            r.get(..rank, ..rank),
+            Par::Seq,
+        );
+        let projections = Mat::from_fn(rank, y.ncols(), |j, m| {
+            (0..q.nrows()).map(|i| q[(i, j)] * y[(i, m)]).sum()
+        });
+        Self {
+            q,
+            r_inverse,
+            projections,
+            y,
+        }
+    }
+
+    pub(crate) fn rank(&self) -> usize {
+        self.r_inverse.ncols()
+    }
+
+    /// The fits with the first `sizes[0]`, `sizes[1]`, … columns; sizes increase up to the rank.
+    pub(crate) fn sweep(&self, sizes: &[usize]) -> Vec<Prefix> {
+        let n = self.q.nrows();
+        let (mut residuals, mut leverages, mut trace) = (self.y.clone(), vec![0.0; n], 0.0);
+        let mut done = 0;
+        let mut prefixes = Vec::new();
+        for &terms in sizes {
+            for j in done..terms {
+                for i in 0..n {
+                    leverages[i] += self.q[(i, j)].powi(2);
+                    for m in 0..residuals.ncols() {
+                        residuals[(i, m)] -= self.q[(i, j)] * self.projections[(j, m)];
+                    }
+                }
+                trace += (0..=j).map(|i| self.r_inverse[(i, j)].powi(2)).sum::<f64>();
+            }
+            done = terms;
+            let (residuals, leverages) = (residuals.clone(), leverages.clone());
+            prefixes.push(Prefix {
+                terms,
+                residuals,
+                leverages,
+                trace,
+            });
+        }
+        prefixes
+    }
+
+    /// The coefficients (terms × outputs) of the fit with the first `terms` columns.
+    pub(crate) fn coefficients(&self, terms: usize) -> Mat<f64> {
+        Mat::from_fn(terms, self.projections.ncols(), |i, m| {
+            (i..terms)
+                .map(|j| self.r_inverse[(i, j)] * self.projections[(j, m)])
+                .sum()
+        })
+    }
+
+    /// The leading block of R⁻¹.
+    pub(crate) fn r_inverse(&self, terms: usize) -> Mat<f64> {
+        self.r_inverse.get(..terms, ..terms).to_owned()
+    }
+}
+
+impl Prefix {
+    /// The residuals (rows × outputs) at each row of the fit to all the other rows:
+    /// (y_i − f_i)/(1 − h_i). None if some row alone determines a coefficient.
+    pub(crate) fn loo_residuals(&self) -> Option<Mat<f64>> {
+        // below, 1 − h is mostly rounding and the row's removal leaves the others short of rank
+        let determined = |h: &f64| 1.0 - h > 1e-10;
+        self.leverages.iter().all(determined).then(|| {
+            Mat::from_fn(self.residuals.nrows(), self.residuals.ncols(), |i, m| {
+                self.residuals[(i, m)] / (1.0 - self.leverages[i])
+            })
+        })
+    }
+
+    /// N/(N−P) · (1 + tr (ΨᵀΨ)⁻¹): Chapelle's correction of the leave-one-out error.
+    pub(crate) fn correction(&self) -> f64 {
+        let n = self.residuals.nrows() as f64;
+        n / (n - self.terms as f64) * (1.0 + self.trace)
+    }
+}
+
+/// Sequential, since its result must not depend on the number of threads.
+fn thin_qr(mut a: Mat<f64>) -> (Mat<f64>, Mat<f64>) {
+    let (n, p) = a.shape();
+    let block = factor::recommended_block_size::<f64>(n, p);
+    let mut coefficients = Mat::zeros(block, p);
+    let scratch = factor::qr_in_place_scratch::<f64>(n, p, block, Par::Seq, Default::default());
+    factor::qr_in_place(
+        a.as_mut(),
+        coefficients.as_mut(),
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+        Default::default(),
+    );
+    let r = Mat::from_fn(p, p, |i, j| if i <= j { a[(i, j)] } else { 0.0 });
+    let mut q = Mat::identity(n, p);
+    let scratch = householder::apply_block_householder_sequence_on_the_left_in_place_scratch::<f64>(
+        n, block, p,
+    );
+    householder::apply_block_householder_sequence_on_the_left_in_place_with_conj(
+        a.as_ref(),
+        coefficients.as_ref(),
+        Conj::No,
+        q.as_mut(),
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+    );
+    (q, r)
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+
+    /// A deterministic full-rank matrix and right-hand sides.
+    fn example(n: usize, p: usize) -> (Mat<f64>, Mat<f64>) {
+        let psi = Mat::from_fn(n, p, |i, j| {
+            ((i * i + 3) as f64 * 0.37 + j as f64 * 1.7).sin()
+        });
+        let y = Mat::from_fn(n, 2, |i, m| ((i + 5 * m) as f64 * 0.61).cos());
+        (psi, y)
+    }
+
+    #[test]
+    fn every_prefix_solves_its_own_normal_equations() {
+        let (psi, y) = example(30, 12);
+        let fit = NestedLeastSquares::new(psi.clone(), y.clone());
+        assert_eq!(fit.rank(), 2, "sin(a + j b) spans two dimensions");
+        let psi = Mat::from_fn(30, 12, |i, j| {
+            ((i * i + 3 * j) as f64 * 0.37).sin() + f64::from(i == j)
+        });
+        let fit = NestedLeastSquares::new(psi.clone(), y.clone());
+        assert_eq!(fit.rank(), 12);
+        for prefix in fit.sweep(&[1, 4, 12]) {
+            let a = psi.get(.., ..prefix.terms);
+            let c = fit.coefficients(prefix.terms);
+            let residuals = &y - a * &c;
+            let gradient = a.transpose() * &residuals;
+            assert!(gradient.norm_max() < 1e-12);
+            assert!((residuals - &prefix.residuals).norm_max() < 1e-12);
+            assert_relative_eq!(
+                prefix.leverages.iter().sum::<f64>(),
+                prefix.terms as f64,
+                max_relative = 1e-12
+            );
+            let r_inverse = fit.r_inverse(prefix.terms);
+            let gram = a.transpose() * a;
+            let identity = gram * &r_inverse * r_inverse.transpose();
+            assert!(
+                (identity - Mat::<f64>::identity(prefix.terms, prefix.terms)).norm_max() < 1e-9
+            );
+        }
+    }
+
+    #[test]
+    fn fast_leave_one_out_is_brute_force() {
+        let (n, p) = (25, 6);
+        let psi = Mat::from_fn(n, p, |i, j| {
+            ((i * i + 3 * j) as f64 * 0.37).sin() + f64::from(i == j)
+        });
+        let (_, y) = example(n, p);
+        let fast = NestedLeastSquares::new(psi.clone(), y.clone()).sweep(&[p])[0]
+            .loo_residuals()
+            .unwrap();
+        for left_out in 0..n {
+            let kept = |i: usize| if i < left_out { i } else { i + 1 };
+            let fit = NestedLeastSquares::new(
+                Mat::from_fn(n - 1, p, |i, j| psi[(kept(i), j)]),
+                Mat::from_fn(n - 1, 2, |i, m| y[(kept(i), m)]),
+            );
+            let c = fit.coefficients(p);
+            for m in 0..2 {
+                let f: f64 = (0..p).map(|j| psi[(left_out, j)] * c[(j, m)]).sum();
+                assert_relative_eq!(
+                    fast[(left_out, m)],
+                    y[(left_out, m)] - f,
+                    epsilon = 1e-13,
+                    max_relative = 1e-12
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_row_that_alone_determines_a_coefficient_has_no_leave_one_out() {
+        let psi = Mat::from_fn(10, 2, |i, j| if j == 0 { 1.0 } else { f64::from(i == 3) });
+        let y = Mat::from_fn(10, 1, |i, _| i as f64);
+        let fit = NestedLeastSquares::new(psi, y);
+        let prefixes = fit.sweep(&[1, 2]);
+        assert!(prefixes[0].loo_residuals().is_some());
+        assert!(prefixes[1].loo_residuals().is_none());
+    }
+}
