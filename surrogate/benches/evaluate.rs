@@ -11,28 +11,20 @@ fn main() {
 }
 
 fn runs(n: usize) -> Dataset {
-    let inputs: Vec<Input> = ["a", "b", "c"]
-        .map(|name| Input::new(name, 1.0, 2.0).expect("valid"))
-        .into();
+    let inputs: Vec<Input> =
+        ["a", "b", "c"].map(|name| Input::new(name, 1.0, 2.0).expect("valid")).into();
     let points = Design::Sobol.sample(&inputs, n, 1).expect("three inputs");
     let outputs = ["f", "g", "h"].map(str::to_owned).into();
     let mut data = Dataset::new(inputs, outputs, "closed form").expect("distinct names");
     for x in points {
-        let y = [
-            (x[0] * x[1]).sqrt(),
-            x[2].ln() * x[0],
-            1.0 / (x[0] + x[1] * x[2]),
-        ];
+        let y = [(x[0] * x[1]).sqrt(), x[2].ln() * x[0], 1.0 / (x[0] + x[1] * x[2])];
         data.push(&x, &y).expect("inside the box");
     }
     data
 }
 
 fn pce(order: usize) -> Pce<3, 3> {
-    let options = FitOptions {
-        rule: OrderRule::Fixed(order),
-        ..FitOptions::default()
-    };
+    let options = FitOptions { rule: OrderRule::Fixed(order), ..FitOptions::default() };
     Pce::fit(&runs(400), &options).expect("enough rows").pce
 }
 

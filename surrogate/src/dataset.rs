@@ -31,11 +31,7 @@ impl Input {
     /// # Ok::<(), surrogate::SurrogateError>(())
     /// ```
     pub fn new(name: impl Into<String>, lower: f64, upper: f64) -> Result<Self, SurrogateError> {
-        let input = Self {
-            name: name.into(),
-            lower,
-            upper,
-        };
+        let input = Self { name: name.into(), lower, upper };
         input.check()?;
         Ok(input)
     }
@@ -107,16 +103,11 @@ impl Dataset {
         outputs: Vec<String>,
         provenance: impl Into<String>,
     ) -> Result<Self, SurrogateError> {
-        for (what, found) in [
-            ("inputs, at least", inputs.len()),
-            ("outputs, at least", outputs.len()),
-        ] {
+        for (what, found) in
+            [("inputs, at least", inputs.len()), ("outputs, at least", outputs.len())]
+        {
             if found == 0 {
-                return Err(SurrogateError::Count {
-                    what,
-                    expected: 1,
-                    found,
-                });
+                return Err(SurrogateError::Count { what, expected: 1, found });
             }
         }
         for input in &inputs {
@@ -128,13 +119,7 @@ impl Dataset {
         check_distinct(inputs.iter().map(|i| &i.name).chain(&outputs))?;
         // one kind of line break, so that the text survives the file
         let provenance: String = provenance.into().replace("\r\n", "\n").replace('\r', "\n");
-        Ok(Self {
-            inputs,
-            outputs,
-            provenance,
-            x: Vec::new(),
-            y: Vec::new(),
-        })
+        Ok(Self { inputs, outputs, provenance, x: Vec::new(), y: Vec::new() })
     }
 
     /// Adds a row: `x` in the order of the inputs, `y` in that of the outputs.
@@ -147,10 +132,7 @@ impl Dataset {
         let names = self.inputs.iter().map(|i| &i.name).chain(&self.outputs);
         for (column, &value) in names.zip(x.iter().chain(y)) {
             if !value.is_finite() {
-                return Err(SurrogateError::NotFinite {
-                    column: column.clone(),
-                    value,
-                });
+                return Err(SurrogateError::NotFinite { column: column.clone(), value });
             }
         }
         for (input, &value) in self.inputs.iter().zip(x) {
@@ -213,15 +195,7 @@ pub(crate) fn check_count(
     expected: usize,
     found: usize,
 ) -> Result<(), SurrogateError> {
-    if expected == found {
-        Ok(())
-    } else {
-        Err(SurrogateError::Count {
-            what,
-            expected,
-            found,
-        })
-    }
+    if expected == found { Ok(()) } else { Err(SurrogateError::Count { what, expected, found }) }
 }
 
 /// Names head CSV columns: `#` would turn the header into a comment, and cells are trimmed.
@@ -230,13 +204,7 @@ pub(crate) fn check_name(name: &str) -> Result<(), SurrogateError> {
         || name.trim() != name
         || name.starts_with('#')
         || name.chars().any(char::is_control);
-    if bad {
-        Err(SurrogateError::Name {
-            name: name.to_owned(),
-        })
-    } else {
-        Ok(())
-    }
+    if bad { Err(SurrogateError::Name { name: name.to_owned() }) } else { Ok(()) }
 }
 
 pub(crate) fn check_distinct<'a>(

@@ -24,10 +24,8 @@ impl Dataset {
     /// The file cannot be written.
     pub fn write_csv(&self, path: impl AsRef<Path>) -> Result<(), SurrogateError> {
         let path = path.as_ref();
-        std::fs::write(path, self.to_csv()).map_err(|source| SurrogateError::Io {
-            path: path.to_owned(),
-            source,
-        })
+        std::fs::write(path, self.to_csv())
+            .map_err(|source| SurrogateError::Io { path: path.to_owned(), source })
     }
 
     fn to_csv(&self) -> String {
@@ -63,10 +61,8 @@ impl Dataset {
     /// names file, line, column and value.
     pub fn read_csv(path: impl AsRef<Path>) -> Result<Self, SurrogateError> {
         let path = path.as_ref();
-        let text = std::fs::read_to_string(path).map_err(|source| SurrogateError::Io {
-            path: path.to_owned(),
-            source,
-        })?;
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| SurrogateError::Io { path: path.to_owned(), source })?;
         parse(&text).map_err(|(line, source)| SurrogateError::InFile {
             path: path.to_owned(),
             line,
@@ -84,50 +80,30 @@ fn parse(text: &str) -> Located<Dataset> {
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
         .from_reader(text.as_bytes());
-    let header = reader.headers().map_err(syntax)?.clone();
-    let header_line = header.position().map_or(1, csv::Position::line);
+    let header = reader.headers().map_err(|e| syntax(text, &e))?.clone();
+    let header_line = line_at(text, header.position());
     let mut columns = Vec::new();
-    for name in dataset
-        .inputs()
-        .iter()
-        .map(|i| &i.name)
-        .chain(dataset.outputs())
-    {
-        let mut places = header
-            .iter()
-            .enumerate()
-            .filter(|(_, h)| h == name)
-            .map(|(i, _)| i);
+    for name in dataset.inputs().iter().map(|i| &i.name).chain(dataset.outputs()) {
+        let mut places = header.iter().enumerate().filter(|(_, h)| h == name).map(|(i, _)| i);
         let place = places.next().ok_or_else(|| {
             let found = header.iter().collect::<Vec<_>>().join(", ");
-            (
-                header_line,
-                SurrogateError::MissingColumn {
-                    column: name.clone(),
-                    found,
-                },
-            )
+            (header_line, SurrogateError::MissingColumn { column: name.clone(), found })
         })?;
         if places.next().is_some() {
-            return Err((
-                header_line,
-                SurrogateError::DuplicateName { name: name.clone() },
-            ));
+            return Err((header_line, SurrogateError::DuplicateName { name: name.clone() }));
         }
         columns.push((name.clone(), place));
     }
     let inputs = dataset.inputs().len();
     for record in reader.records() {
-        let record = record.map_err(syntax)?;
-        let line = record.position().map_or(0, csv::Position::line);
+        let record = record.map_err(|e| syntax(text, &e))?;
+        let here = |e| (line_at(text, record.position()), e);
         let cells: Vec<f64> = columns
             .iter()
             .map(|(name, place)| number(name, &record[*place]))
             .collect::<Result<_, _>>()
-            .map_err(|e| (line, e))?;
-        dataset
-            .push(&cells[..inputs], &cells[inputs..])
-            .map_err(|e| (line, e))?;
+            .map_err(here)?;
+        dataset.push(&cells[..inputs], &cells[inputs..]).map_err(here)?;
     }
     Ok(dataset)
 }
@@ -175,7 +151,9 @@ fn fields(line: &str) -> Located<Vec<String>> {
         .trim(csv::Trim::All)
         .from_reader(line.as_bytes());
     match reader.records().next() {
-        Some(record) => Ok(record.map_err(syntax)?.iter().map(str::to_owned).collect()),
+        Some(record) => {
+            Ok(record.map_err(|e| syntax(line, &e))?.iter().map(str::to_owned).collect())
+        }
         None => Ok(Vec::new()),
     }
 }
@@ -195,21 +173,21 @@ fn quoted(name: &str) -> String {
     }
 }
 
-fn syntax(error: csv::Error) -> (u64, SurrogateError) {
-    let line = error.position().map_or(1, csv::Position::line);
+/// The line of a record, which `csv` places before the comments and empty lines above it.
+fn line_at(text: &str, position: Option<&csv::Position>) -> u64 {
+    let Some(position) = position else { return 1 };
+    let rest = usize::try_from(position.byte()).ok().and_then(|byte| text.get(byte..));
+    let skipped = rest.unwrap_or("").lines().take_while(|l| l.is_empty() || l.starts_with('#'));
+    position.line() + skipped.count() as u64
+}
+
+fn syntax(text: &str, error: &csv::Error) -> (u64, SurrogateError) {
     let problem = match error.kind() {
-        csv::ErrorKind::UnequalLengths {
-            expected_len, len, ..
-        } => {
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
             format!("{len} cells where the header has {expected_len}")
         }
         _ => error.to_string(),
     };
-    (
-        line,
-        SurrogateError::Syntax {
-            problem,
-            mend: "write one cell for each column, separated by commas",
-        },
-    )
+    let mend = "write one cell for each column, separated by commas";
+    (line_at(text, error.position()), SurrogateError::Syntax { problem, mend })
 }

@@ -72,9 +72,9 @@ impl Design {
         rng: &mut R,
     ) -> Result<Vec<Vec<f64>>, SurrogateError> {
         match self {
-            Self::MonteCarlo => Ok((0..n)
-                .map(|_| (0..dimension).map(|_| rng.random()).collect())
-                .collect()),
+            Self::MonteCarlo => {
+                Ok((0..n).map(|_| (0..dimension).map(|_| rng.random()).collect()).collect())
+            }
             Self::LatinHypercube => Ok(latin_hypercube(dimension, n, rng)),
             Self::Sobol if dimension > MAX_DIMENSION => Err(SurrogateError::Option {
                 option: "inputs of a Sobol design",
@@ -103,9 +103,7 @@ mod tests {
     use super::*;
 
     fn unit(design: Design, dimension: usize, n: usize, seed: u64) -> Vec<Vec<f64>> {
-        design
-            .sample_unit(dimension, n, &mut Xoshiro256PlusPlus::seed_from_u64(seed))
-            .unwrap()
+        design.sample_unit(dimension, n, &mut Xoshiro256PlusPlus::seed_from_u64(seed)).unwrap()
     }
 
     const ALL: [Design; 3] = [Design::MonteCarlo, Design::LatinHypercube, Design::Sobol];
@@ -144,10 +142,7 @@ mod tests {
                 let distance = (0..n)
                     .map(|i| (x[i] - i as f64 / n as f64).max((i + 1) as f64 / n as f64 - x[i]))
                     .fold(0.0, f64::max);
-                assert!(
-                    distance * (n as f64).sqrt() < 1.95,
-                    "{design:?} {d} {distance}"
-                );
+                assert!(distance * (n as f64).sqrt() < 1.95, "{design:?} {d} {distance}");
             }
         }
     }
@@ -156,19 +151,12 @@ mod tests {
     fn discrepancy(points: &[Vec<f64>]) -> f64 {
         let n = points.len() as f64;
         let dimension = points[0].len() as i32;
-        let single: f64 = points
-            .iter()
-            .map(|p| p.iter().map(|x| (1.0 - x * x) / 2.0).product::<f64>())
-            .sum();
+        let single: f64 =
+            points.iter().map(|p| p.iter().map(|x| (1.0 - x * x) / 2.0).product::<f64>()).sum();
         let double: f64 = points
             .iter()
             .flat_map(|p| points.iter().map(move |q| (p, q)))
-            .map(|(p, q)| {
-                p.iter()
-                    .zip(q)
-                    .map(|(a, b)| 1.0 - a.max(*b))
-                    .product::<f64>()
-            })
+            .map(|(p, q)| p.iter().zip(q).map(|(a, b)| 1.0 - a.max(*b)).product::<f64>())
             .sum();
         3f64.powi(-dimension) - 2.0 / n * single + double / (n * n)
     }
@@ -185,11 +173,8 @@ mod tests {
         };
         let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
         let random = samples(Design::MonteCarlo);
-        let variance = random
-            .iter()
-            .map(|x| (x - mean(&random)).powi(2))
-            .sum::<f64>()
-            / (repeats - 1) as f64;
+        let variance =
+            random.iter().map(|x| (x - mean(&random)).powi(2)).sum::<f64>() / (repeats - 1) as f64;
         assert!((mean(&random) - 1.0).abs() < 4.0 * (variance / repeats as f64).sqrt());
         assert!(mean(&samples(Design::LatinHypercube)) < 1.0);
         assert!(mean(&samples(Design::Sobol)) < 0.05);
@@ -202,46 +187,32 @@ mod tests {
         let means: Vec<f64> = (0..repeats)
             .map(|seed| {
                 let points = unit(Design::Sobol, d, n, seed);
-                points
-                    .iter()
-                    .map(|p| p.iter().map(|u| 0.5 + u).product::<f64>())
-                    .sum::<f64>()
+                points.iter().map(|p| p.iter().map(|u| 0.5 + u).product::<f64>()).sum::<f64>()
                     / n as f64
             })
             .collect();
         let mean = means.iter().sum::<f64>() / repeats as f64;
         let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (repeats - 1) as f64;
         let random = ((13.0f64 / 12.0).powi(d as i32) - 1.0) / n as f64;
-        assert!(
-            (mean - 1.0).abs() < 4.0 * (variance / repeats as f64).sqrt(),
-            "{mean} {variance}"
-        );
+        assert!((mean - 1.0).abs() < 4.0 * (variance / repeats as f64).sqrt(), "{mean} {variance}");
         assert!(variance < random / 100.0, "{variance} {random}");
     }
 
     #[test]
     fn points_stay_in_the_box_and_bad_boxes_are_refused() {
-        let inputs = [
-            Input::new("a", -3.0, -2.9).unwrap(),
-            Input::new("b", 1e-5, 5e-3).unwrap(),
-        ];
+        let inputs = [Input::new("a", -3.0, -2.9).unwrap(), Input::new("b", 1e-5, 5e-3).unwrap()];
         for design in ALL {
             for p in design.sample(&inputs, 200, 1).unwrap() {
                 assert!(inputs[0].contains(p[0]) && inputs[1].contains(p[1]));
             }
         }
-        let reversed = [Input {
-            name: "a".into(),
-            lower: 1.0,
-            upper: 0.0,
-        }];
+        let reversed = [Input { name: "a".into(), lower: 1.0, upper: 0.0 }];
         assert!(matches!(
             Design::Sobol.sample(&reversed, 2, 1),
             Err(SurrogateError::Bounds { .. })
         ));
-        let many: Vec<Input> = (0..22)
-            .map(|i| Input::new(format!("x{i}"), 0.0, 1.0).unwrap())
-            .collect();
+        let many: Vec<Input> =
+            (0..22).map(|i| Input::new(format!("x{i}"), 0.0, 1.0).unwrap()).collect();
         assert!(Design::Sobol.sample(&many, 2, 1).is_err());
         assert!(Design::LatinHypercube.sample(&many, 2, 1).is_ok());
     }

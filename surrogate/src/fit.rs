@@ -82,14 +82,11 @@ impl<const D: usize, const M: usize> Pce<D, M> {
     pub fn fit(data: &Dataset, options: &FitOptions) -> Result<Fit<D, M>, SurrogateError> {
         let (inputs, outputs, variance) = check(data, options)?;
         let n = data.len();
-        let points: Vec<[f64; D]> = data
-            .rows()
-            .map(|(x, _)| std::array::from_fn(|d| inputs[d].to_unit(x[d])))
-            .collect();
+        let points: Vec<[f64; D]> =
+            data.rows().map(|(x, _)| std::array::from_fn(|d| inputs[d].to_unit(x[d]))).collect();
         let y = Mat::from_fn(n, M, |i, m| data.row(i).1[m]);
-        let counts: Vec<usize> = (0..=options.max_order)
-            .map(|p| options.truncation.count::<D>(p))
-            .collect();
+        let counts: Vec<usize> =
+            (0..=options.max_order).map(|p| options.truncation.count::<D>(p)).collect();
         // leaving one row out must leave at least as many rows as terms
         let estimable = counts.iter().take_while(|&&terms| terms < n).count();
         let columns = options.truncation.nested::<D>(estimable - 1);
@@ -97,11 +94,8 @@ impl<const D: usize, const M: usize> Pce<D, M> {
 
         let all: Vec<usize> = (0..n).collect();
         let fit = NestedLeastSquares::new(select(&rows, &all), y.clone());
-        let sizes: Vec<usize> = counts
-            .iter()
-            .copied()
-            .filter(|&terms| terms < n && terms <= fit.rank())
-            .collect();
+        let sizes: Vec<usize> =
+            counts.iter().copied().filter(|&terms| terms < n && terms <= fit.rank()).collect();
         let prefixes = fit.sweep(&sizes);
         let (train, splits) = split_errors(&rows, &y, &counts, &variance, &options.split);
         let orders: Vec<OrderReport> = counts
@@ -110,9 +104,7 @@ impl<const D: usize, const M: usize> Pce<D, M> {
             .map(|(order, &terms)| OrderReport {
                 order,
                 terms,
-                loo: prefixes
-                    .get(order)
-                    .and_then(|p| LooError::new(p, &variance)),
+                loo: prefixes.get(order).and_then(|p| LooError::new(p, &variance)),
                 split: splits.get(order).cloned(),
             })
             .collect();
@@ -154,12 +146,7 @@ impl<const D: usize, const M: usize> Pce<D, M> {
             largest_corner_leverage: None,
         };
         let r_inverse = fit.r_inverse(terms);
-        let mut fit = Fit {
-            pce,
-            report,
-            columns: columns[..terms].to_vec(),
-            r_inverse,
-        };
+        let mut fit = Fit { pce, report, columns: columns[..terms].to_vec(), r_inverse };
         fit.report.largest_corner_leverage = fit.largest_corner_leverage();
         Ok(fit)
     }
@@ -179,22 +166,15 @@ impl<const D: usize, const M: usize> Fit<D, M> {
 
     fn unit_leverage(&self, t: &[f64; D]) -> f64 {
         let psi = basis_row(&self.columns, t);
-        let column = |j: usize| {
-            (0..=j)
-                .map(|i| self.r_inverse[(i, j)] * psi[i])
-                .sum::<f64>()
-        };
+        let column = |j: usize| (0..=j).map(|i| self.r_inverse[(i, j)] * psi[i]).sum::<f64>();
         (0..psi.len()).map(|j| column(j).powi(2)).sum()
     }
 
     fn largest_corner_leverage(&self) -> Option<f64> {
         let corner =
             |bits: usize| std::array::from_fn(|d| if bits >> d & 1 == 1 { 1.0 } else { -1.0 });
-        (D <= MAX_CORNER_INPUTS).then(|| {
-            (0..1 << D)
-                .map(|bits| self.unit_leverage(&corner(bits)))
-                .fold(0.0, f64::max)
-        })
+        (D <= MAX_CORNER_INPUTS)
+            .then(|| (0..1 << D).map(|bits| self.unit_leverage(&corner(bits))).fold(0.0, f64::max))
     }
 }
 
@@ -205,18 +185,10 @@ fn check<const D: usize, const M: usize>(
     options: &FitOptions,
 ) -> Result<([Input; D], [String; M], Vec<f64>), SurrogateError> {
     let refuse = |option, value: String, allowed: String| {
-        Err(SurrogateError::Option {
-            option,
-            value,
-            allowed,
-        })
+        Err(SurrogateError::Option { option, value, allowed })
     };
     if options.max_order > MAX_ORDER {
-        return refuse(
-            "max_order",
-            options.max_order.to_string(),
-            format!("at most {MAX_ORDER}"),
-        );
+        return refuse("max_order", options.max_order.to_string(), format!("at most {MAX_ORDER}"));
     }
     if let OrderRule::Fixed(order) = options.rule
         && order > options.max_order
@@ -251,10 +223,7 @@ fn check<const D: usize, const M: usize>(
     for (m, name) in data.outputs().iter().enumerate() {
         let first = data.row(0).1[m];
         if data.rows().all(|(_, y)| y[m] == first) {
-            return Err(SurrogateError::ConstantOutput {
-                output: name.clone(),
-                value: first,
-            });
+            return Err(SurrogateError::ConstantOutput { output: name.clone(), value: first });
         }
         let mean = data.rows().map(|(_, y)| y[m]).sum::<f64>() / n;
         variance.push(data.rows().map(|(_, y)| (y[m] - mean).powi(2)).sum::<f64>() / n);
@@ -283,11 +252,7 @@ fn split_errors(
     let usable = psi.ncols().min(train.len());
     psi.truncate(train.len(), usable);
     let fit = NestedLeastSquares::new(psi, part(train));
-    let sizes: Vec<usize> = counts
-        .iter()
-        .copied()
-        .filter(|&terms| terms <= fit.rank())
-        .collect();
+    let sizes: Vec<usize> = counts.iter().copied().filter(|&terms| terms <= fit.rank()).collect();
     let errors = fit.sweep(&sizes).into_iter().map(|prefix| {
         let c = fit.coefficients(prefix.terms);
         let residuals = Mat::from_fn(validation.len(), y.ncols(), |i, m| {

@@ -35,10 +35,7 @@ impl<const D: usize, const M: usize> Kernel<D, M> {
             let last = usize::from(std::mem::take(&mut degrees[D - 1]));
             if rows.last().is_none_or(|row| row.degrees != degrees) {
                 start = coefficients.len();
-                rows.push(Row {
-                    degrees,
-                    end: start,
-                });
+                rows.push(Row { degrees, end: start });
             }
             // a sparse expansion may skip degrees within a row
             coefficients.resize(start + last, [0.0; M]);
@@ -49,11 +46,7 @@ impl<const D: usize, const M: usize> Kernel<D, M> {
             }
             degree = degree.max(index.iter().map(|&a| usize::from(a)).max().unwrap_or(0));
         }
-        Self {
-            rows,
-            coefficients,
-            degree,
-        }
+        Self { rows, coefficients, degree }
     }
 
     pub(crate) fn value(&self, t: &[f64; D]) -> [f64; M] {
@@ -87,9 +80,8 @@ impl<const D: usize, const M: usize> Kernel<D, M> {
                 }
             }
             start = row.end;
-            let weight: f64 = (0..D - 1)
-                .map(|d| basis[d][usize::from(row.degrees[d])][0])
-                .product();
+            let weight: f64 =
+                (0..D - 1).map(|d| basis[d][usize::from(row.degrees[d])][0]).product();
             for m in 0..M {
                 value[m] += weight * inner[m];
             }

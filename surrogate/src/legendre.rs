@@ -30,10 +30,7 @@ pub(crate) fn norm(k: usize) -> f64 {
 pub(crate) fn basis_row<const D: usize>(indices: &[[u8; D]], t: &[f64; D]) -> Vec<f64> {
     let one = t.map(legendre::<{ MAX_ORDER + 1 }>);
     let psi = |d: usize, k: u8| norm(k.into()) * one[d][usize::from(k)][0];
-    indices
-        .iter()
-        .map(|a| a.iter().enumerate().map(|(d, &k)| psi(d, k)).product())
-        .collect()
+    indices.iter().map(|a| a.iter().enumerate().map(|(d, &k)| psi(d, k)).product()).collect()
 }
 
 #[cfg(test)]

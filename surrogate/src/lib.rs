@@ -34,6 +34,7 @@
 mod dataset;
 mod dataset_csv;
 mod design;
+mod differentiable;
 mod error;
 mod fit;
 mod kernel;

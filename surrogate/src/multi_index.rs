@@ -32,7 +32,8 @@ impl Truncation {
         match self {
             Self::TotalDegree => {
                 // C(d + p, p), an integer after every step
-                let count = (1..=order).fold(1u128, |c, j| c.saturating_mul((D + j) as u128) / j as u128);
+                let count =
+                    (1..=order).fold(1u128, |c, j| c.saturating_mul((D + j) as u128) / j as u128);
                 count.try_into().unwrap_or(usize::MAX)
             }
             Self::Hyperbolic { .. } => {

@@ -74,10 +74,7 @@ impl<const D: usize, const M: usize> Pce<D, M> {
         let mut terms: Vec<_> = terms.into_iter().collect();
         terms.sort_by_key(|(index, _)| graded(index));
         let wrong = |index: &[u8], problem: &str| {
-            Err(SurrogateError::Term {
-                index: index.to_vec(),
-                problem: problem.to_owned(),
-            })
+            Err(SurrogateError::Term { index: index.to_vec(), problem: problem.to_owned() })
         };
         if terms.is_empty() {
             return wrong(&[], "there is none; give at least the constant one");
@@ -87,23 +84,14 @@ impl<const D: usize, const M: usize> Pce<D, M> {
                 return wrong(index, "occurs twice; keep one");
             }
             if index.iter().any(|&a| usize::from(a) > MAX_ORDER) {
-                return wrong(
-                    index,
-                    &format!("its degree exceeds {MAX_ORDER}; leave it out"),
-                );
+                return wrong(index, &format!("its degree exceeds {MAX_ORDER}; leave it out"));
             }
             if c.iter().any(|c| !c.is_finite()) {
                 return wrong(index, "a coefficient is not finite; correct it");
             }
         }
         let kernel = Kernel::new(terms.iter().map(|(index, c)| (index, c)));
-        Ok(Self {
-            inputs,
-            outputs,
-            terms,
-            tolerance: 0.01,
-            kernel,
-        })
+        Ok(Self { inputs, outputs, terms, tolerance: 0.01, kernel })
     }
 
     /// Sets how far outside the box, as a share of each input's width, evaluation is still allowed.
@@ -148,12 +136,7 @@ impl<const D: usize, const M: usize> Pce<D, M> {
     /// A point farther outside, or NaN.
     #[inline]
     pub fn position(&self, x: &[f64; D]) -> Result<BoxPosition, SurrogateError> {
-        if self
-            .inputs
-            .iter()
-            .zip(x)
-            .all(|(input, &x)| input.contains(x))
-        {
+        if self.inputs.iter().zip(x).all(|(input, &x)| input.contains(x)) {
             Ok(BoxPosition::Inside)
         } else {
             self.near(x)

@@ -52,9 +52,7 @@ impl<const D: usize, const M: usize> Serialize for Pce<D, M> {
 
 impl<'de, const D: usize, const M: usize> Deserialize<'de> for Pce<D, M> {
     fn deserialize<S: Deserializer<'de>>(deserializer: S) -> Result<Self, S::Error> {
-        PceFile::deserialize(deserializer)?
-            .try_into()
-            .map_err(serde::de::Error::custom)
+        PceFile::deserialize(deserializer)?.try_into().map_err(serde::de::Error::custom)
     }
 }
 
@@ -62,6 +60,7 @@ impl<const D: usize, const M: usize> TryFrom<PceFile> for Pce<D, M> {
     type Error = SurrogateError;
 
     fn try_from(file: PceFile) -> Result<Self, SurrogateError> {
+        let (inputs, outputs) = (array("inputs", file.inputs)?, array("outputs", file.outputs)?);
         let mut terms = Vec::with_capacity(file.terms.len());
         for term in file.terms {
             terms.push((
@@ -69,21 +68,14 @@ impl<const D: usize, const M: usize> TryFrom<PceFile> for Pce<D, M> {
                 array("coefficients in a term", term.coefficients)?,
             ));
         }
-        Pce::from_terms(
-            array("inputs", file.inputs)?,
-            array("outputs", file.outputs)?,
-            terms,
-        )?
-        .with_tolerance(file.tolerance)
+        Pce::from_terms(inputs, outputs, terms)?.with_tolerance(file.tolerance)
     }
 }
 
 fn array<T, const N: usize>(what: &'static str, items: Vec<T>) -> Result<[T; N], SurrogateError> {
     check_count(what, N, items.len())?;
     let mut items = items.into_iter();
-    Ok(std::array::from_fn(|_| {
-        items.next().expect("the number of items was checked")
-    }))
+    Ok(std::array::from_fn(|_| items.next().expect("the number of items was checked")))
 }
 
 impl<const D: usize, const M: usize> Pce<D, M> {
@@ -93,14 +85,10 @@ impl<const D: usize, const M: usize> Pce<D, M> {
     /// The file cannot be written.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), SurrogateError> {
         let path = path.as_ref();
-        let text = serde_json::to_string_pretty(self).map_err(|source| SurrogateError::Json {
-            path: path.to_owned(),
-            source,
-        })?;
-        std::fs::write(path, text).map_err(|source| SurrogateError::Io {
-            path: path.to_owned(),
-            source,
-        })
+        let text = serde_json::to_string_pretty(self)
+            .map_err(|source| SurrogateError::Json { path: path.to_owned(), source })?;
+        std::fs::write(path, text)
+            .map_err(|source| SurrogateError::Io { path: path.to_owned(), source })
     }
 
     /// Reads what [`Pce::write`] writes; the terms may stand in any order.
@@ -109,13 +97,9 @@ impl<const D: usize, const M: usize> Pce<D, M> {
     /// The file cannot be read, is no such JSON, or has other than `D` inputs and `M` outputs.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, SurrogateError> {
         let path = path.as_ref();
-        let text = std::fs::read_to_string(path).map_err(|source| SurrogateError::Io {
-            path: path.to_owned(),
-            source,
-        })?;
-        serde_json::from_str(&text).map_err(|source| SurrogateError::Json {
-            path: path.to_owned(),
-            source,
-        })
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| SurrogateError::Io { path: path.to_owned(), source })?;
+        serde_json::from_str(&text)
+            .map_err(|source| SurrogateError::Json { path: path.to_owned(), source })
     }
 }

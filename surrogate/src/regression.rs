@@ -36,9 +36,7 @@ impl NestedLeastSquares {
         let (q, r) = thin_qr(psi);
         let largest = (0..r.ncols()).map(|j| r[(j, j)].abs()).fold(0.0, f64::max);
         let floor = largest * f64::EPSILON * q.nrows() as f64;
-        let rank = (0..r.ncols())
-            .find(|&j| r[(j, j)].abs() <= floor)
-            .unwrap_or(r.ncols());
+        let rank = (0..r.ncols()).find(|&j| r[(j, j)].abs() <= floor).unwrap_or(r.ncols());
         let mut r_inverse = Mat::zeros(rank, rank);
         triangular_inverse::invert_upper_triangular(
             r_inverse.as_mut(),
@@ -48,12 +46,7 @@ impl NestedLeastSquares {
         let projections = Mat::from_fn(rank, y.ncols(), |j, m| {
             (0..q.nrows()).map(|i| q[(i, j)] * y[(i, m)]).sum()
         });
-        Self {
-            q,
-            r_inverse,
-            projections,
-            y,
-        }
+        Self { q, r_inverse, projections, y }
     }
 
     pub(crate) fn rank(&self) -> usize {
@@ -78,12 +71,7 @@ impl NestedLeastSquares {
             }
             done = terms;
             let (residuals, leverages) = (residuals.clone(), leverages.clone());
-            prefixes.push(Prefix {
-                terms,
-                residuals,
-                leverages,
-                trace,
-            });
+            prefixes.push(Prefix { terms, residuals, leverages, trace });
         }
         prefixes
     }
@@ -91,9 +79,7 @@ impl NestedLeastSquares {
     /// The coefficients (terms × outputs) of the fit with the first `terms` columns.
     pub(crate) fn coefficients(&self, terms: usize) -> Mat<f64> {
         Mat::from_fn(terms, self.projections.ncols(), |i, m| {
-            (i..terms)
-                .map(|j| self.r_inverse[(i, j)] * self.projections[(j, m)])
-                .sum()
+            (i..terms).map(|j| self.r_inverse[(i, j)] * self.projections[(j, m)]).sum()
         })
     }
 
@@ -160,9 +146,7 @@ mod tests {
 
     /// A deterministic full-rank matrix and right-hand sides.
     fn example(n: usize, p: usize) -> (Mat<f64>, Mat<f64>) {
-        let psi = Mat::from_fn(n, p, |i, j| {
-            ((i * i + 3) as f64 * 0.37 + j as f64 * 1.7).sin()
-        });
+        let psi = Mat::from_fn(n, p, |i, j| ((i * i + 3) as f64 * 0.37 + j as f64 * 1.7).sin());
         let y = Mat::from_fn(n, 2, |i, m| ((i + 5 * m) as f64 * 0.61).cos());
         (psi, y)
     }
@@ -172,9 +156,8 @@ mod tests {
         let (psi, y) = example(30, 12);
         let fit = NestedLeastSquares::new(psi.clone(), y.clone());
         assert_eq!(fit.rank(), 2, "sin(a + j b) spans two dimensions");
-        let psi = Mat::from_fn(30, 12, |i, j| {
-            ((i * i + 3 * j) as f64 * 0.37).sin() + f64::from(i == j)
-        });
+        let psi =
+            Mat::from_fn(30, 12, |i, j| ((i * i + 3 * j) as f64 * 0.37).sin() + f64::from(i == j));
         let fit = NestedLeastSquares::new(psi.clone(), y.clone());
         assert_eq!(fit.rank(), 12);
         for prefix in fit.sweep(&[1, 4, 12]) {
@@ -201,13 +184,11 @@ mod tests {
     #[test]
     fn fast_leave_one_out_is_brute_force() {
         let (n, p) = (25, 6);
-        let psi = Mat::from_fn(n, p, |i, j| {
-            ((i * i + 3 * j) as f64 * 0.37).sin() + f64::from(i == j)
-        });
+        let psi =
+            Mat::from_fn(n, p, |i, j| ((i * i + 3 * j) as f64 * 0.37).sin() + f64::from(i == j));
         let (_, y) = example(n, p);
-        let fast = NestedLeastSquares::new(psi.clone(), y.clone()).sweep(&[p])[0]
-            .loo_residuals()
-            .unwrap();
+        let fast =
+            NestedLeastSquares::new(psi.clone(), y.clone()).sweep(&[p])[0].loo_residuals().unwrap();
         for left_out in 0..n {
             let kept = |i: usize| if i < left_out { i } else { i + 1 };
             let fit = NestedLeastSquares::new(

@@ -35,11 +35,7 @@ pub struct Split {
 impl Default for Split {
     /// 70 % for training, 5 % tolerance, seed 0.
     fn default() -> Self {
-        Self {
-            train_share: 0.7,
-            tolerance: 0.05,
-            seed: 0,
-        }
+        Self { train_share: 0.7, tolerance: 0.05, seed: 0 }
     }
 }
 
@@ -141,28 +137,17 @@ impl FitReport {
 impl fmt::Display for FitReport {
     /// A table of the orders, errors averaged over the outputs.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "order  terms        LOO  corrected      train  validation"
-        )?;
+        writeln!(f, "order  terms        LOO  corrected      train  validation")?;
         for o in &self.orders {
             write!(f, "{:5}  {:5}", o.order, o.terms)?;
             match &o.loo {
-                Some(loo) => write!(
-                    f,
-                    "  {:9.3e}  {:9.3e}",
-                    mean(&loo.plain),
-                    mean(&loo.corrected)
-                )?,
+                Some(loo) => {
+                    write!(f, "  {:9.3e}  {:9.3e}", mean(&loo.plain), mean(&loo.corrected))?
+                }
                 None => write!(f, "  not estimable with {} rows", self.rows)?,
             }
             match &o.split {
-                Some(s) => writeln!(
-                    f,
-                    "  {:9.3e}   {:9.3e}",
-                    mean(&s.train),
-                    mean(&s.validation)
-                )?,
+                Some(s) => writeln!(f, "  {:9.3e}   {:9.3e}", mean(&s.train), mean(&s.validation))?,
                 None if o.loo.is_some() => {
                     writeln!(f, "  not estimable with {} training rows", self.train_rows)?;
                 }
@@ -184,9 +169,7 @@ impl fmt::Display for FitReport {
 
 /// The least corrected leave-one-out error.
 pub(crate) fn by_loo(orders: &[OrderReport]) -> Option<usize> {
-    let errors = orders
-        .iter()
-        .filter_map(|o| Some((o.order, error(&o.loo.as_ref()?.corrected))));
+    let errors = orders.iter().filter_map(|o| Some((o.order, error(&o.loo.as_ref()?.corrected))));
     Some(errors.min_by(|a, b| a.1.total_cmp(&b.1))?.0)
 }
 
@@ -198,10 +181,7 @@ pub(crate) fn by_split(orders: &[OrderReport], tolerance: f64) -> Option<usize> 
         .filter_map(|o| Some((o.order, error(&o.split.as_ref()?.validation))))
         .collect();
     let least = errors.iter().map(|e| e.1).min_by(f64::total_cmp)?;
-    errors
-        .iter()
-        .find(|e| e.1 <= (1.0 + tolerance) * least)
-        .map(|e| e.0)
+    errors.iter().find(|e| e.1 <= (1.0 + tolerance) * least).map(|e| e.0)
 }
 
 /// The mean over the outputs; below the floor an error is rounding, and orders tie.
@@ -226,16 +206,10 @@ pub(crate) fn relative_squares(residuals: &Mat<f64>, variance: &[f64]) -> Vec<f6
 /// The covariance of the rows, with divisor n − 1.
 pub(crate) fn covariance(rows: &Mat<f64>) -> Vec<Vec<f64>> {
     let (n, m) = rows.shape();
-    let means: Vec<f64> = (0..m)
-        .map(|j| rows.col(j).iter().sum::<f64>() / n as f64)
-        .collect();
+    let means: Vec<f64> = (0..m).map(|j| rows.col(j).iter().sum::<f64>() / n as f64).collect();
     let entry = |j: usize, k: usize| {
-        (0..n)
-            .map(|i| (rows[(i, j)] - means[j]) * (rows[(i, k)] - means[k]))
-            .sum::<f64>()
+        (0..n).map(|i| (rows[(i, j)] - means[j]) * (rows[(i, k)] - means[k])).sum::<f64>()
             / (n - 1) as f64
     };
-    (0..m)
-        .map(|j| (0..m).map(|k| entry(j, k)).collect())
-        .collect()
+    (0..m).map(|j| (0..m).map(|k| entry(j, k)).collect()).collect()
 }

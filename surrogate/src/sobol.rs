@@ -21,10 +21,7 @@ pub struct SobolIndices<const D: usize, const M: usize> {
 impl<const D: usize, const M: usize> Pce<D, M> {
     /// The mean of each output over the box: c_0.
     pub fn mean(&self) -> [f64; M] {
-        self.terms()
-            .iter()
-            .find(|(a, _)| *a == [0; D])
-            .map_or([0.0; M], |(_, c)| *c)
+        self.terms().iter().find(|(a, _)| *a == [0; D]).map_or([0.0; M], |(_, c)| *c)
     }
 
     /// The variance of each output over the box: Σ_(a≠0) c_a².
@@ -49,11 +46,8 @@ impl<const D: usize, const M: usize> Pce<D, M> {
 
     /// First-order, total and second-order Sobol indices of each output.
     pub fn sobol(&self) -> SobolIndices<D, M> {
-        let mut indices = SobolIndices {
-            first: [[0.0; D]; M],
-            total: [[0.0; D]; M],
-            second: [[[0.0; D]; D]; M],
-        };
+        let mut indices =
+            SobolIndices { first: [[0.0; D]; M], total: [[0.0; D]; M], second: [[[0.0; D]; D]; M] };
         for (a, c) in self.terms() {
             let active: Vec<usize> = (0..D).filter(|&d| a[d] > 0).collect();
             for m in 0..M {
@@ -73,11 +67,7 @@ impl<const D: usize, const M: usize> Pce<D, M> {
         }
         for (m, variance) in self.variance().into_iter().enumerate() {
             let pairs = indices.second[m].iter_mut().flatten();
-            for share in indices.first[m]
-                .iter_mut()
-                .chain(&mut indices.total[m])
-                .chain(pairs)
-            {
+            for share in indices.first[m].iter_mut().chain(&mut indices.total[m]).chain(pairs) {
                 *share /= variance;
             }
         }

@@ -79,17 +79,12 @@ impl ScrambledSobol {
                 (rng.random::<u64>() & above) | digit
             });
             columns.push(direction_numbers(d).map(|v| {
-                rows.iter().fold(0, |digits, row| {
-                    digits << 1 | u64::from((row & v).count_ones() & 1)
-                })
+                rows.iter()
+                    .fold(0, |digits, row| digits << 1 | u64::from((row & v).count_ones() & 1))
             }));
             state.push(rng.random::<u64>() >> (64 - BITS));
         }
-        Self {
-            columns,
-            state,
-            index: 0,
-        }
+        Self { columns, state, index: 0 }
     }
 }
 
@@ -97,11 +92,7 @@ impl Iterator for ScrambledSobol {
     type Item = Vec<f64>;
 
     fn next(&mut self) -> Option<Vec<f64>> {
-        let point = self
-            .state
-            .iter()
-            .map(|&s| s as f64 / (1u64 << BITS) as f64)
-            .collect();
+        let point = self.state.iter().map(|&s| s as f64 / (1u64 << BITS) as f64).collect();
         self.index += 1;
         // in Gray-code order consecutive points differ by one column
         let changed = self.index.trailing_zeros() as usize;
@@ -134,12 +125,10 @@ mod tests {
         }
         (0..=total)
             .flat_map(|first| {
-                splits(total - first, parts - 1)
-                    .into_iter()
-                    .map(move |mut rest| {
-                        rest.insert(0, first);
-                        rest
-                    })
+                splits(total - first, parts - 1).into_iter().map(move |mut rest| {
+                    rest.insert(0, first);
+                    rest
+                })
             })
             .collect()
     }
@@ -169,10 +158,8 @@ mod tests {
         let m = 10;
         let points = points(MAX_DIMENSION, 1 << m, 2);
         for d in 0..MAX_DIMENSION {
-            let cells: HashSet<usize> = points
-                .iter()
-                .map(|p| (p[d] * f64::from(1 << m)) as usize)
-                .collect();
+            let cells: HashSet<usize> =
+                points.iter().map(|p| (p[d] * f64::from(1 << m)) as usize).collect();
             assert_eq!(cells.len(), 1 << m, "dimension {d}");
         }
     }
@@ -183,10 +170,7 @@ mod tests {
         for dimension in [2, 5, 10, 16, 18] {
             let orthants: HashSet<usize> = points(dimension, 1 << dimension, 23)
                 .iter()
-                .map(|p| {
-                    p.iter()
-                        .fold(0, |bits, x| bits << 1 | usize::from(*x >= 0.5))
-                })
+                .map(|p| p.iter().fold(0, |bits, x| bits << 1 | usize::from(*x >= 0.5)))
                 .collect();
             assert_eq!(orthants.len(), 1 << dimension, "{dimension} dimensions");
         }

@@ -11,12 +11,7 @@ fn example() -> Dataset {
         Input::new("toughness_n_per_mm", 1e-5, 5e-3).unwrap(),
     ];
     let outputs = vec!["force_n".to_owned(), "slope".to_owned()];
-    Dataset::new(
-        inputs,
-        outputs,
-        "ensemble of 2 runs\r\nmesh: 3k tets, # seed 1",
-    )
-    .unwrap()
+    Dataset::new(inputs, outputs, "ensemble of 2 runs\r\nmesh: 3k tets, # seed 1").unwrap()
 }
 
 fn round_trip(data: &Dataset) -> Dataset {
@@ -30,19 +25,12 @@ fn round_trip(data: &Dataset) -> Dataset {
 fn a_file_keeps_names_bounds_provenance_and_every_bit() {
     let mut data = example();
     assert_eq!(round_trip(&data), data);
-    data.push(
-        &[275.0, 0.1 + 0.2e-3 - 0.1],
-        &[-0.0, f64::MIN_POSITIVE / 3.0],
-    )
-    .unwrap();
+    data.push(&[275.0, 0.1 + 0.2e-3 - 0.1], &[-0.0, f64::MIN_POSITIVE / 3.0]).unwrap();
     data.push(&[300.0, 1e-5], &[1.0 / 3.0, -f64::MAX]).unwrap();
     let back = round_trip(&data);
     assert_eq!(back, data);
     assert!(back.row(0).1[0].is_sign_negative());
-    assert_eq!(
-        back.provenance(),
-        "ensemble of 2 runs\nmesh: 3k tets, # seed 1"
-    );
+    assert_eq!(back.provenance(), "ensemble of 2 runs\nmesh: 3k tets, # seed 1");
 }
 
 proptest! {
@@ -66,12 +54,7 @@ fn refusal(lines: &[&str]) -> String {
     message
 }
 
-const HEAD: [&str; 4] = [
-    "# provenance: by hand",
-    "# input,a,0,1",
-    "# output,f",
-    "a,f",
-];
+const HEAD: [&str; 4] = ["# provenance: by hand", "# input,a,0,1", "# output,f", "a,f"];
 
 fn refused_row(row: &str) -> String {
     refusal(&[&HEAD[..], &["0.5,1", row]].concat())
@@ -80,15 +63,14 @@ fn refused_row(row: &str) -> String {
 #[test]
 fn a_bad_row_is_named_by_line_column_and_value() {
     for (row, words) in [
-        (
-            "1.5,1",
-            "line 6: column `a` = 1.5 lies outside its bounds [0, 1]",
-        ),
+        ("1.5,1", "line 6: column `a` = 1.5 lies outside its bounds [0, 1]"),
         ("0.5,NaN", "line 6: column `f` = NaN is not finite"),
         ("0.5,inf", "line 6: column `f` = inf is not finite"),
         ("0.5,two", "line 6: column `f`: `two` is not a number"),
         ("0.5,", "line 6: column `f`: `` is not a number"),
         ("0.5", "line 6: 1 cells where the header has 2"),
+        ("# remark\n\n0.5", "line 8: 1 cells"),
+        ("# remark\n\n-1,0", "line 8: column `a` = -1"),
     ] {
         let message = refused_row(row);
         assert!(message.contains(words), "{message}");
@@ -103,31 +85,13 @@ fn a_bad_header_is_named_too() {
             &["# input,a,0,1", "# output,f", "a,g"][..],
             "line 3: column `f` is missing; the header has: a, g",
         ),
-        (
-            &["# input,a,0,1", "# output,f", "a,f,f"],
-            "line 3: the name `f` occurs twice",
-        ),
-        (
-            &["# input,a,0,1", "# output,a", "a,f"],
-            "the name `a` occurs twice",
-        ),
-        (
-            &["# input,a,0,1", "a,f"],
-            "line 1: the inputs or the outputs are not declared",
-        ),
+        (&["# input,a,0,1", "# output,f", "a,f,f"], "line 3: the name `f` occurs twice"),
+        (&["# input,a,0,1", "# output,a", "a,f"], "the name `a` occurs twice"),
+        (&["# input,a,0,1", "a,f"], "line 1: the inputs or the outputs are not declared"),
         (&["a,f", "1,2"], "write"),
-        (
-            &["# input,a,0", "# output,f", "a,f"],
-            "line 1: `# input,a,0` is no declaration",
-        ),
-        (
-            &["# output,f", "# input,a,0,one", "a,f"],
-            "line 2: column `a`: `one` is not a number",
-        ),
-        (
-            &["# output,f", "# input,a,2,1", "a,f"],
-            "line 2: input `a` has the bounds [2, 1]",
-        ),
+        (&["# input,a,0", "# output,f", "a,f"], "line 1: `# input,a,0` is no declaration"),
+        (&["# output,f", "# input,a,0,one", "a,f"], "line 2: column `a`: `one` is not a number"),
+        (&["# output,f", "# input,a,2,1", "a,f"], "line 2: input `a` has the bounds [2, 1]"),
     ] {
         let message = refusal(lines);
         assert!(
@@ -156,21 +120,11 @@ fn columns_are_found_by_name_and_others_ignored() {
 fn declarations_and_rows_are_checked_in_memory() {
     let a = || Input::new("a", 0.0, 1.0).unwrap();
     for name in ["", " a", "#a", "a\nb"] {
-        assert!(
-            matches!(Input::new(name, 0.0, 1.0), Err(SurrogateError::Name { .. })),
-            "{name:?}"
-        );
+        assert!(matches!(Input::new(name, 0.0, 1.0), Err(SurrogateError::Name { .. })), "{name:?}");
     }
-    for (lower, upper) in [
-        (1.0, 1.0),
-        (f64::NAN, 1.0),
-        (0.0, f64::INFINITY),
-        (-f64::MAX, f64::MAX),
-    ] {
-        assert!(matches!(
-            Input::new("a", lower, upper),
-            Err(SurrogateError::Bounds { .. })
-        ));
+    for (lower, upper) in [(1.0, 1.0), (f64::NAN, 1.0), (0.0, f64::INFINITY), (-f64::MAX, f64::MAX)]
+    {
+        assert!(matches!(Input::new("a", lower, upper), Err(SurrogateError::Bounds { .. })));
     }
     assert!(matches!(
         Dataset::new(vec![], vec!["f".into()], ""),
@@ -181,13 +135,7 @@ fn declarations_and_rows_are_checked_in_memory() {
         Err(SurrogateError::DuplicateName { .. })
     ));
     let mut data = Dataset::new(vec![a()], vec!["f".into()], "").unwrap();
-    assert!(matches!(
-        data.push(&[0.5, 0.5], &[1.0]),
-        Err(SurrogateError::Count { .. })
-    ));
-    assert!(matches!(
-        data.push(&[f64::NAN], &[1.0]),
-        Err(SurrogateError::NotFinite { .. })
-    ));
+    assert!(matches!(data.push(&[0.5, 0.5], &[1.0]), Err(SurrogateError::Count { .. })));
+    assert!(matches!(data.push(&[f64::NAN], &[1.0]), Err(SurrogateError::NotFinite { .. })));
     assert!(data.is_empty());
 }

@@ -30,23 +30,15 @@ fn dataset(points: impl IntoIterator<Item = Vec<f64>>) -> Dataset {
 fn fixture() -> Dataset {
     let g = 1.2207440846057596f64;
     dataset((1..=200).map(|i| {
-        (1..=3)
-            .map(|j| PI * (2.0 * (0.5 + f64::from(i) * g.powi(-j)).fract() - 1.0))
-            .collect()
+        (1..=3).map(|j| PI * (2.0 * (0.5 + f64::from(i) * g.powi(-j)).fract() - 1.0)).collect()
     }))
 }
 
 #[test]
 fn the_fixture_has_its_leave_one_out_errors_and_orders() {
-    let plain = [
-        1.0101, 0.83387, 0.86224, 0.64222, 0.39178, 0.32530, 0.067367, 0.082245, 0.015806,
-    ];
-    let corrected = [
-        1.0202, 0.86797, 0.95440, 0.79149, 0.57711, 0.65255, 0.25290, 1.3801, 8.3664,
-    ];
-    let report = Pce::<3, 1>::fit(&fixture(), &FitOptions::default())
-        .unwrap()
-        .report;
+    let plain = [1.0101, 0.83387, 0.86224, 0.64222, 0.39178, 0.32530, 0.067367, 0.082245, 0.015806];
+    let corrected = [1.0202, 0.86797, 0.95440, 0.79149, 0.57711, 0.65255, 0.25290, 1.3801, 8.3664];
+    let report = Pce::<3, 1>::fit(&fixture(), &FitOptions::default()).unwrap().report;
     for ((o, plain), corrected) in report.orders.iter().zip(plain).zip(corrected) {
         let loo = o.loo.as_ref().unwrap();
         assert_relative_eq!(loo.plain[0], plain, max_relative = 6e-5);
@@ -61,21 +53,14 @@ fn the_fixture_has_its_leave_one_out_errors_and_orders() {
     // 140 training rows do not determine the 165 terms of order 8
     assert_eq!(report.train_rows, 140);
     assert!(report.orders[7].split.is_some() && report.orders[8].split.is_none());
-    assert!(
-        report
-            .to_string()
-            .contains("not estimable with 140 training rows")
-    );
+    assert!(report.to_string().contains("not estimable with 140 training rows"));
 }
 
 /// An independent Legendre polynomial, orthonormal for the density ½.
 fn psi(k: usize, t: f64) -> f64 {
     let (mut before, mut now) = (0.0, 1.0);
     for i in 0..k {
-        (before, now) = (
-            now,
-            ((2 * i + 1) as f64 * t * now - i as f64 * before) / (i + 1) as f64,
-        );
+        (before, now) = (now, ((2 * i + 1) as f64 * t * now - i as f64 * before) / (i + 1) as f64);
     }
     now * ((2 * k + 1) as f64).sqrt()
 }
@@ -96,11 +81,8 @@ fn project(f: impl Fn(f64) -> f64, k: usize, from: f64) -> f64 {
 
 /// The exact projection of Ishigami on the polynomials of a total degree.
 fn projection(degree: usize) -> Pce<3, 1> {
-    let list = |f: &dyn Fn(f64) -> f64| {
-        (0..=degree)
-            .map(|k| project(f, k, -1.0))
-            .collect::<Vec<_>>()
-    };
+    let list =
+        |f: &dyn Fn(f64) -> f64| (0..=degree).map(|k| project(f, k, -1.0)).collect::<Vec<_>>();
     let sine = list(&|t| (PI * t).sin());
     let square = list(&|t| 7.0 * (PI * t).sin().powi(2));
     let quartic = list(&|t| 1.0 + 0.1 * (PI * t).powi(4));
@@ -121,14 +103,9 @@ fn projection(degree: usize) -> Pce<3, 1> {
 
 #[test]
 fn ishigami_moments_and_indices_converge_to_the_closed_form() {
-    for (degree, least) in [
-        (3, 0.527),
-        (5, 0.151),
-        (7, 8.66e-3),
-        (9, 1.54e-4),
-        (11, 1.14e-6),
-        (13, 4.09e-9),
-    ] {
+    for (degree, least) in
+        [(3, 0.527), (5, 0.151), (7, 8.66e-3), (9, 1.54e-4), (11, 1.14e-6), (13, 4.09e-9)]
+    {
         let share = 1.0 - projection(degree).variance()[0] / VARIANCE;
         assert_relative_eq!(share, least, max_relative = 6e-3);
     }
@@ -147,16 +124,13 @@ fn ishigami_moments_and_indices_converge_to_the_closed_form() {
 
 #[test]
 fn a_fit_comes_close_to_the_best_polynomial_of_its_degree() {
-    let data = dataset(Design::Sobol.sample(&angles(), 1024, 3).unwrap());
+    let data = dataset(Design::Sobol.sample(&angles(), 4096, 3).unwrap());
     for (order, least) in [(7, 8.66e-3), (11, 1.14e-6)] {
-        let options = FitOptions {
-            max_order: 11,
-            rule: OrderRule::Fixed(order),
-            ..FitOptions::default()
-        };
+        let options =
+            FitOptions { max_order: 11, rule: OrderRule::Fixed(order), ..FitOptions::default() };
         let fit = Pce::<3, 1>::fit(&data, &options).unwrap();
         let loo = fit.report.chosen().unwrap().loo.as_ref().unwrap().plain[0];
-        assert!(loo > least && loo < 4.0 * least, "{order} {loo}");
+        assert!(loo > least && loo < 3.0 * least, "{order} {loo}");
         let sobol = fit.pce.sobol();
         assert_relative_eq!(fit.pce.mean()[0], 3.5, epsilon = 10.0 * least.sqrt());
         assert_relative_eq!(sobol.first[0][1], FIRST[1], epsilon = least.sqrt());
@@ -169,30 +143,11 @@ fn a_fit_comes_close_to_the_best_polynomial_of_its_degree() {
 fn sobol_g_indices_converge_to_the_closed_form() {
     let a = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 500.0];
     let variance = 0.1380266621063697;
-    let first = [
-        0.603748088,
-        0.268332484,
-        0.067083121,
-        0.019958615,
-        0.005476173,
-    ];
-    let total = [
-        0.634229004,
-        0.294463466,
-        0.075641991,
-        0.022651036,
-        0.006227324,
-    ];
+    let first = [0.603748088, 0.268332484, 0.067083121, 0.019958615, 0.005476173];
+    let total = [0.634229004, 0.294463466, 0.075641991, 0.022651036, 0.006227324];
     // |4u − 2| = 2|t|, even in t
-    let ridge: Vec<f64> = (0..=12)
-        .map(|k| {
-            if k % 2 == 0 {
-                project(|t| 2.0 * t, k, 0.0)
-            } else {
-                0.0
-            }
-        })
-        .collect();
+    let ridge: Vec<f64> =
+        (0..=12).map(|k| if k % 2 == 0 { project(|t| 2.0 * t, k, 0.0) } else { 0.0 }).collect();
     let inputs: [Input; 8] =
         std::array::from_fn(|j| Input::new(format!("u{j}"), 0.0, 1.0).unwrap());
     let mut error = f64::INFINITY;
@@ -207,14 +162,7 @@ fn sobol_g_indices_converge_to_the_closed_form() {
                 })
                 .map(|(mut index, c, k)| {
                     index[j] = k as u8;
-                    (
-                        index,
-                        if k == 0 {
-                            c
-                        } else {
-                            c * ridge[k] / (1.0 + a[j])
-                        },
-                    )
+                    (index, if k == 0 { c } else { c * ridge[k] / (1.0 + a[j]) })
                 })
                 .collect();
         }
@@ -223,11 +171,7 @@ fn sobol_g_indices_converge_to_the_closed_form() {
         assert_relative_eq!(pce.mean()[0], 1.0);
         let sobol = pce.sobol();
         let now = (0..5)
-            .map(|j| {
-                (sobol.first[0][j] - first[j])
-                    .abs()
-                    .max((sobol.total[0][j] - total[j]).abs())
-            })
+            .map(|j| (sobol.first[0][j] - first[j]).abs().max((sobol.total[0][j] - total[j]).abs()))
             .fold(1.0 - pce.variance()[0] / variance, f64::max);
         assert!(now > 0.0 && now < 0.6 * error, "{degree}: {now}");
         error = now;

@@ -1,0 +1,36 @@
+//! An expansion inside a probabilistic model.
+
+use ppl::{Differentiable, DomainError};
+
+use crate::error::SurrogateError;
+use crate::pce::Pce;
+
+impl From<SurrogateError> for DomainError {
+    fn from(error: SurrogateError) -> Self {
+        DomainError::new(error.to_string())
+    }
+}
+
+/// In a model a point too far outside the training box is a rejected point that carries the
+/// message of [`SurrogateError::OutsideBox`].
+///
+/// ```
+/// use ppl::Differentiable;
+/// use surrogate::{Input, Pce};
+/// let x = Input::new("x", 0.0, 10.0)?;
+/// let pce = Pce::from_terms([x], ["f".into()], [([0], [2.0]), ([1], [1.0])])?;
+/// assert_eq!(pce.at([7.5]), pce.value(&[7.5])?);
+/// assert!(pce.at([70.0])[0].is_nan());
+/// # Ok::<(), surrogate::SurrogateError>(())
+/// ```
+impl<const D: usize, const M: usize> Differentiable<D, M> for Pce<D, M> {
+    #[inline]
+    fn value_and_jacobian(&self, x: &[f64; D]) -> Result<([f64; M], [[f64; D]; M]), DomainError> {
+        Ok(Pce::value_and_jacobian(self, x)?)
+    }
+
+    #[inline]
+    fn value(&self, x: &[f64; D]) -> Result<[f64; M], DomainError> {
+        Ok(Pce::value(self, x)?)
+    }
+}
