@@ -1,0 +1,107 @@
+//! What a test yields.
+
+use std::ops::ControlFlow;
+
+use crate::error::FemError;
+use crate::solve::Effort;
+
+/// One converged load step; compression is positive.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CurvePoint {
+    /// Time, s.
+    pub time_s: f64,
+    /// How far the upper platen has come down, mm.
+    pub displacement_mm: f64,
+    /// Force on the upper platen, N: the sum of the residual over its nodes.
+    pub force_n: f64,
+    /// Elastic energy ∫ g ψ⁺ + ψ⁻ dV, N mm.
+    pub elastic_n_mm: f64,
+    /// Crack energy ∫ Gc/(c₀ ℓ₀) (α + ℓ₀² |∇φ|²) dV, N mm.
+    pub fracture_n_mm: f64,
+    /// Energy dissipated by the viscosity so far, ∫∫ ξ φ̇² dV dt, N mm.
+    pub viscous_n_mm: f64,
+    /// Work of the platens so far, ∫ F du by the trapezoid rule, N mm.
+    pub work_n_mm: f64,
+    /// Mean damage over the volume of the regions that have a toughness.
+    pub phi_mean: f64,
+    /// Largest nodal damage.
+    pub phi_max: f64,
+    /// Newton iterations of the step.
+    pub newton: u32,
+}
+
+impl CurvePoint {
+    /// Work less stored and dissipated energy, N mm.
+    ///
+    /// Zero for the exact solution; O(Δt) and of one sign with the backward Euler rule.
+    pub fn balance_n_mm(&self) -> f64 {
+        self.work_n_mm - self.elastic_n_mm - self.fracture_n_mm - self.viscous_n_mm
+    }
+}
+
+/// Displacement (mm) and damage at the nodes of the space: the mesh's nodes come first, then, with
+/// quadratic elements, the midpoints of its edges.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Fields {
+    /// Displacement vectors, mm.
+    pub displacement: Vec<[f64; 3]>,
+    /// Damage φ; zero where a node touches elastic regions only.
+    pub damage: Vec<f64>,
+}
+
+impl Fields {
+    pub(crate) fn zero(nodes: usize) -> Self {
+        Self { displacement: vec![[0.0; 3]; nodes], damage: vec![0.0; nodes] }
+    }
+
+    pub(crate) fn copy_from(&mut self, other: &Fields) {
+        self.displacement.copy_from_slice(&other.displacement);
+        self.damage.copy_from_slice(&other.damage);
+    }
+}
+
+/// Why a test ended.
+#[derive(Clone, Debug)]
+pub enum End {
+    /// The full displacement was reached.
+    Displacement,
+    /// The force fell as far below its peak as asked.
+    BelowPeak,
+    /// The observer asked to stop.
+    Interrupted,
+    /// No equilibrium was found; the curve holds what came before.
+    Failed(FemError),
+}
+
+/// The result of a test.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// One point a load step; the unloaded start is not among them.
+    pub curve: Vec<CurvePoint>,
+    /// Why it ended.
+    pub end: End,
+    /// The fields at the last point.
+    pub fields: Fields,
+    /// Work done by the solver.
+    pub effort: Effort,
+}
+
+/// Follows a running test.
+///
+/// `()` is an observer that does nothing; so is every closure of the right type an observer.
+pub trait Observer {
+    /// Called after each load step; `Break` ends the test with [`End::Interrupted`].
+    fn step(&mut self, point: &CurvePoint, fields: &Fields) -> ControlFlow<()>;
+}
+
+impl Observer for () {
+    fn step(&mut self, _: &CurvePoint, _: &Fields) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+impl<F: FnMut(&CurvePoint, &Fields) -> ControlFlow<()>> Observer for F {
+    fn step(&mut self, point: &CurvePoint, fields: &Fields) -> ControlFlow<()> {
+        self(point, fields)
+    }
+}

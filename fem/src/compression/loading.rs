@@ -1,0 +1,64 @@
+//! How the specimen is loaded, and when the test ends.
+
+use crate::error::FemError;
+
+/// Load steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stepping {
+    /// So many equal steps; one that finds no equilibrium is done in parts, and the curve keeps the
+    /// points asked for.
+    Fixed(u32),
+    /// Steps that grow while they converge and are cut where they do not, as shares of the full
+    /// displacement.
+    Adaptive {
+        /// First step.
+        first: f64,
+        /// Largest step: it bounds the error in time.
+        largest: f64,
+    },
+}
+
+/// The motion of the upper platen: constant speed up to `displacement_mm` at `duration_s`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Loading {
+    /// Full displacement, mm, downwards.
+    pub displacement_mm: f64,
+    /// Its time, s.
+    pub duration_s: f64,
+    /// Load steps.
+    pub stepping: Stepping,
+    /// Stop once the force is this share below its peak: 0.1 for 10 %.
+    pub stop_below_peak: Option<f64>,
+}
+
+impl Stepping {
+    /// Adaptive steps between a hundredth and a fortieth of the displacement.
+    pub fn adaptive() -> Self {
+        Stepping::Adaptive { first: 0.01, largest: 0.025 }
+    }
+}
+
+impl Loading {
+    pub(crate) fn validate(&self, height_mm: f64) -> Result<(), FemError> {
+        let check = |holds: bool, field: &'static str, value: f64, requirement: &'static str| {
+            if holds { Ok(()) } else { Err(FemError::parameter("test", field, value, requirement)) }
+        };
+        check(
+            self.displacement_mm > 0.0 && self.displacement_mm < height_mm,
+            "displacement_mm",
+            self.displacement_mm,
+            "positive (downwards) and less than the specimen's height",
+        )?;
+        check(self.duration_s > 0.0 && self.duration_s.is_finite(), "duration_s", self.duration_s, "a positive time in s")?;
+        if let Some(share) = self.stop_below_peak {
+            check(share > 0.0 && share < 1.0, "stop_below_peak", share, "between 0 and 1, as 0.1 for 10 %")?;
+        }
+        match self.stepping {
+            Stepping::Fixed(steps) => check(steps > 0, "steps", f64::from(steps), "at least 1; leave it out for adaptive steps"),
+            Stepping::Adaptive { first, largest } => {
+                check(first > 0.0 && first <= 1.0, "first", first, "a share of the displacement, in (0, 1]")?;
+                check(largest >= first && largest <= 1.0, "largest", largest, "a share of the displacement, not below the first step")
+            }
+        }
+    }
+}

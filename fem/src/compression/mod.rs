@@ -1,0 +1,13 @@
+//! The unconfined compression test: mesh and parameters in, curve and fields out.
+
+mod curve;
+mod curve_file;
+mod discretisation;
+mod loading;
+mod march;
+mod test;
+
+pub use curve::{CurvePoint, End, Fields, Observer, Outcome};
+pub use curve_file::{read_curve, write_curve};
+pub use loading::{Loading, Stepping};
+pub use test::CompressionTest;

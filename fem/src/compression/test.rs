@@ -1,0 +1,154 @@
+//! A compression test, ready to run.
+
+use std::sync::Arc;
+
+use super::curve::{Observer, Outcome};
+use super::discretisation::Discretisation;
+use super::loading::Loading;
+use super::march::March;
+use crate::element::Order;
+use crate::error::FemError;
+use crate::material::{Material, PhaseField};
+use crate::mesh::TetMesh;
+use crate::solve::SolverOptions;
+
+/// The unconfined compression of a specimen between rigid, frictionless platens.
+///
+/// The lower end (surface `bottom`) keeps its height, the upper one (`top`) moves down at constant
+/// speed; both slide freely in their plane. Displacement and damage solve
+/// ∫ τ : (∇v F⁻¹) dV = 0 and
+/// ∫ g′(φ) ψ⁺ q + (Gc/(c₀ ℓ₀)) (α′(φ) q + 2 ℓ₀² ∇φ·∇q) + (ξ/Δt)(φ − φ_n) q dV = 0.
+///
+/// # Example
+/// ```
+/// use fem::{CompressionTest, ElasticLaw, Loading, Material, Order, SolverOptions, Stepping, TetMesh};
+///
+/// // a single tetrahedron standing on its base, pressed at a small upper face
+/// let mesh = fem_example_mesh();
+/// # fn fem_example_mesh() -> TetMesh {
+/// #     let nodes = (0..8).map(|i| [f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)]).collect();
+/// #     let tets = vec![[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]];
+/// #     TetMesh {
+/// #         nodes,
+/// #         region_of: vec![0; tets.len()],
+/// #         tets,
+/// #         regions: vec!["matrix".into()],
+/// #         grain_of: None,
+/// #         surfaces: [("bottom".into(), vec![[0, 3, 1], [0, 2, 3]]), ("top".into(), vec![[4, 5, 7], [4, 7, 6]])].into(),
+/// #     }
+/// # }
+/// let loading = Loading { displacement_mm: 0.05, duration_s: 1.0, stepping: Stepping::Fixed(1), stop_below_peak: None };
+/// let material = Material::elastic(ElasticLaw::Hencky, 275.0, 0.25);
+/// let test = CompressionTest::new(mesh, Order::Linear, vec![material], None, loading, SolverOptions::default())?;
+/// let outcome = test.run(&mut ());
+/// let stretch: f64 = 0.95;
+/// let exact = -275.0 * stretch.ln() / stretch; // unit area
+/// assert!((outcome.curve[0].force_n - exact).abs() < 1e-6 * exact);
+/// # Ok::<(), fem::FemError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct CompressionTest {
+    mesh: Arc<TetMesh>,
+    order: Order,
+    materials: Vec<Material>,
+    phase_field: Option<PhaseField>,
+    loading: Loading,
+    options: SolverOptions,
+    discretisation: Arc<Discretisation>,
+}
+
+impl CompressionTest {
+    /// Checks the input and prepares the unknowns and the structure of the factor.
+    ///
+    /// `materials` holds one entry for each of `mesh.regions`. Without a phase field the specimen is
+    /// elastic and toughnesses are not used; with one, regions without toughness are elastic.
+    ///
+    /// # Errors
+    /// A [`FemError`] that names what is wrong and the mend, before any step is taken.
+    pub fn new(
+        mesh: TetMesh,
+        order: Order,
+        materials: Vec<Material>,
+        phase_field: Option<PhaseField>,
+        loading: Loading,
+        options: SolverOptions,
+    ) -> Result<Self, FemError> {
+        check_materials(&mesh, &materials, phase_field.as_ref())?;
+        if let Some(field) = &phase_field {
+            field.validate()?;
+        }
+        options.validate()?;
+        let damaged = damaged_regions(&materials, phase_field.as_ref());
+        let discretisation = Arc::new(Discretisation::new(&mesh, order, phase_field.as_ref(), damaged)?);
+        loading.validate(discretisation.height)?;
+        Ok(Self { mesh: Arc::new(mesh), order, materials, phase_field, loading, options, discretisation })
+    }
+
+    /// The same test with other materials; mesh, unknowns and the structure of the factor are shared
+    /// unless a region gains or loses its toughness.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_materials(&self, materials: Vec<Material>) -> Result<Self, FemError> {
+        let field = self.phase_field.as_ref();
+        check_materials(&self.mesh, &materials, field)?;
+        let damaged = damaged_regions(&materials, field);
+        let discretisation = if damaged == self.discretisation.damaged {
+            Arc::clone(&self.discretisation)
+        } else {
+            Arc::new(Discretisation::new(&self.mesh, self.order, field, damaged)?)
+        };
+        Ok(Self { materials, discretisation, ..self.clone() })
+    }
+
+    /// Runs the test on the calling thread.
+    pub fn run(&self, observer: &mut dyn Observer) -> Outcome {
+        let points: Vec<_> = self.materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect();
+        March::new(&self.discretisation, &points, self.loading, self.options, observer).run()
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> &TetMesh {
+        &self.mesh
+    }
+
+    /// The materials, by region.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// The loading.
+    pub fn loading(&self) -> &Loading {
+        &self.loading
+    }
+
+    /// Reference positions of the nodes that [`Fields`](crate::Fields) refer to, mm.
+    pub fn nodes(&self) -> &[[f64; 3]] {
+        &self.discretisation.nodes
+    }
+
+    /// Number of equations.
+    pub fn unknowns(&self) -> usize {
+        self.discretisation.unknowns.count
+    }
+
+    /// Entries of the sparse factor.
+    pub fn factor_entries(&self) -> usize {
+        self.discretisation.symbolic.fill()
+    }
+}
+
+fn damaged_regions(materials: &[Material], phase_field: Option<&PhaseField>) -> Vec<bool> {
+    materials.iter().map(|m| phase_field.is_some() && m.toughness_n_per_mm.is_some()).collect()
+}
+
+fn check_materials(mesh: &TetMesh, materials: &[Material], phase_field: Option<&PhaseField>) -> Result<(), FemError> {
+    if materials.len() != mesh.regions.len() {
+        return Err(FemError::MaterialCount {
+            materials: materials.len(),
+            regions: mesh.regions.len(),
+            names: mesh.regions.join(", "),
+        });
+    }
+    mesh.regions.iter().zip(materials).try_for_each(|(region, material)| material.validate(region, phase_field))
+}

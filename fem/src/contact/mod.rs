@@ -1,0 +1,5 @@
+//! Rigid platens.
+
+mod sliding;
+
+pub(crate) use sliding::SlidingPlatens;

@@ -1,0 +1,12 @@
+//! Linear and quadratic tetrahedra: shape functions, integration rules, and the space on a mesh.
+
+mod quadrature;
+mod rule;
+mod space;
+mod tetrahedron;
+
+pub use tetrahedron::Order;
+
+pub(crate) use rule::{DamageRule, Rule, mean_values};
+pub(crate) use space::Space;
+pub(crate) use tetrahedron::{Linear, Quadratic, Tetrahedron};

@@ -1,0 +1,97 @@
+//! A finite-element space on a mesh: nodes, connectivity, shape gradients.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::rule::Rule;
+use super::tetrahedron::Tetrahedron;
+use crate::error::FemError;
+use crate::mesh::TetMesh;
+
+/// Equal-order Lagrange space for displacement and damage; `N` nodes an element.
+#[derive(Clone, Debug)]
+pub(crate) struct Space<const N: usize> {
+    /// Reference positions, mm: the mesh's nodes, then the midpoints of its edges (P2).
+    pub(crate) nodes: Vec<[f64; 3]>,
+    pub(crate) tets: Vec<[u32; N]>,
+    pub(crate) region: Vec<u16>,
+    /// mm³.
+    pub(crate) volume: Vec<f64>,
+    /// ∇N_a at each elastic point, element after element, 1/mm.
+    pub(crate) gradients: Vec<[[f64; 3]; N]>,
+    pub(crate) rule: Rule<N>,
+    midpoints: BTreeMap<[u32; 2], u32>,
+}
+
+impl<const N: usize> Space<N> {
+    /// Raises a mesh to element type `T`.
+    ///
+    /// # Errors
+    /// [`FemError::InvertedElement`] for a tetrahedron without positive volume.
+    pub(crate) fn new<T: Tetrahedron<N>>(mesh: &TetMesh, rule: Rule<N>) -> Result<Self, FemError> {
+        let mut nodes = mesh.nodes.clone();
+        let mut midpoints = BTreeMap::new();
+        let mut tets = Vec::with_capacity(mesh.tets.len());
+        for vertices in &mesh.tets {
+            tets.push(std::array::from_fn(|a| match a.checked_sub(4) {
+                None => vertices[a],
+                Some(edge) => {
+                    let [i, j] = T::EDGES[edge].map(|v| vertices[v]);
+                    *midpoints.entry(edge_key(i, j)).or_insert_with(|| {
+                        let (p, q) = (mesh.nodes[i as usize], mesh.nodes[j as usize]);
+                        nodes.push(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));
+                        (nodes.len() - 1) as u32
+                    })
+                }
+            }));
+        }
+        let slopes: Vec<_> = rule.points.iter().map(|q| T::slopes(q.at)).collect();
+        let mut volume = Vec::with_capacity(tets.len());
+        let mut gradients = Vec::with_capacity(tets.len() * slopes.len());
+        for (tet, vertices) in mesh.tets.iter().enumerate() {
+            let (measure, barycentric) = barycentric_gradients(vertices.map(|v| mesh.nodes[v as usize]));
+            if measure <= 0.0 || !measure.is_finite() {
+                let region = mesh.regions.get(usize::from(mesh.region_of[tet])).cloned().unwrap_or_default();
+                return Err(FemError::InvertedElement { tet, region, volume_mm3: measure });
+            }
+            volume.push(measure);
+            for slope in &slopes {
+                gradients.push(std::array::from_fn(|a| {
+                    std::array::from_fn(|x| (0..4).map(|k| slope[a][k] * barycentric[k][x]).sum())
+                }));
+            }
+        }
+        Ok(Self { nodes, tets, region: mesh.region_of.clone(), volume, gradients, rule, midpoints })
+    }
+
+    /// The nodes on a set of triangles, in increasing order.
+    pub(crate) fn nodes_on(&self, triangles: &[[u32; 3]]) -> Vec<u32> {
+        let mut on = BTreeSet::new();
+        for &[a, b, c] in triangles {
+            on.extend([a, b, c]);
+            for (i, j) in [(a, b), (b, c), (c, a)] {
+                on.extend(self.midpoints.get(&edge_key(i, j)));
+            }
+        }
+        on.into_iter().collect()
+    }
+
+    /// The shape gradients of one element, by elastic point.
+    pub(crate) fn gradients_of(&self, tet: usize) -> &[[[f64; 3]; N]] {
+        let points = self.rule.points.len();
+        &self.gradients[tet * points..(tet + 1) * points]
+    }
+}
+
+fn edge_key(i: u32, j: u32) -> [u32; 2] {
+    [i.min(j), i.max(j)]
+}
+
+/// Signed volume and ∇λ_k of a tetrahedron.
+fn barycentric_gradients(x: [[f64; 3]; 4]) -> (f64, [[f64; 3]; 4]) {
+    let edge = |k: usize| nalgebra::Vector3::from(x[k]) - nalgebra::Vector3::from(x[0]);
+    let (a, b, c) = (edge(1), edge(2), edge(3));
+    let six_volumes = a.dot(&b.cross(&c));
+    let rows = [b.cross(&c), c.cross(&a), a.cross(&b)].map(|r| r / six_volumes);
+    let first = -(rows[0] + rows[1] + rows[2]);
+    (six_volumes / 6.0, [first.into(), rows[0].into(), rows[1].into(), rows[2].into()])
+}

@@ -1,0 +1,107 @@
+//! Lagrange shape functions on a tetrahedron, in barycentric coordinates λ₀ … λ₃.
+
+/// Polynomial order of displacement and damage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// P1: four nodes.
+    Linear,
+    /// P2: ten nodes, the midpoints of the edges 01, 12, 20, 03, 13, 23 after the vertices.
+    Quadratic,
+}
+
+/// A Lagrange tetrahedron with `N` nodes: the vertices, then the midpoints of [`EDGES`](Self::EDGES).
+pub(crate) trait Tetrahedron<const N: usize> {
+    /// The edges that carry a node, as pairs of vertices.
+    const EDGES: &'static [[usize; 2]];
+
+    /// N_a(λ).
+    fn values(l: [f64; 4]) -> [f64; N];
+
+    /// ∂N_a/∂λ_k.
+    fn slopes(l: [f64; 4]) -> [[f64; 4]; N];
+}
+
+/// P1.
+pub(crate) struct Linear;
+
+/// P2.
+pub(crate) struct Quadratic;
+
+impl Tetrahedron<4> for Linear {
+    const EDGES: &'static [[usize; 2]] = &[];
+
+    fn values(l: [f64; 4]) -> [f64; 4] {
+        l
+    }
+
+    fn slopes(_: [f64; 4]) -> [[f64; 4]; 4] {
+        std::array::from_fn(|a| std::array::from_fn(|k| f64::from(a == k)))
+    }
+}
+
+impl Tetrahedron<10> for Quadratic {
+    const EDGES: &'static [[usize; 2]] = &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
+
+    fn values(l: [f64; 4]) -> [f64; 10] {
+        std::array::from_fn(|a| match a.checked_sub(4) {
+            None => l[a] * (2.0 * l[a] - 1.0),
+            Some(edge) => {
+                let [i, j] = Self::EDGES[edge];
+                4.0 * l[i] * l[j]
+            }
+        })
+    }
+
+    fn slopes(l: [f64; 4]) -> [[f64; 4]; 10] {
+        std::array::from_fn(|a| {
+            let mut slope = [0.0; 4];
+            match a.checked_sub(4) {
+                None => slope[a] = 4.0 * l[a] - 1.0,
+                Some(edge) => {
+                    let [i, j] = Self::EDGES[edge];
+                    slope[i] = 4.0 * l[j];
+                    slope[j] = 4.0 * l[i];
+                }
+            }
+            slope
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check<const N: usize, T: Tetrahedron<N>>() {
+        let l = [0.17, 0.23, 0.41, 0.19];
+        let step = 1e-6;
+        let slopes = T::slopes(l);
+        for k in 0..4 {
+            let (mut forward, mut backward) = (l, l);
+            forward[k] += step;
+            backward[k] -= step;
+            let (forward, backward) = (T::values(forward), T::values(backward));
+            for a in 0..N {
+                let difference = (forward[a] - backward[a]) / (2.0 * step);
+                assert!((difference - slopes[a][k]).abs() < 1e-9, "node {a}, λ{k}");
+            }
+        }
+        assert!((T::values(l).iter().sum::<f64>() - 1.0).abs() < 1e-15);
+        for b in 0..N {
+            let mut node = [0.0; 4];
+            match b.checked_sub(4) {
+                None => node[b] = 1.0,
+                Some(edge) => T::EDGES[edge].iter().for_each(|&v| node[v] = 0.5),
+            }
+            for (a, value) in T::values(node).into_iter().enumerate() {
+                assert_eq!(value, f64::from(a == b), "shape {a} at node {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn shape_functions_are_nodal_and_their_slopes_are_derivatives() {
+        check::<4, Linear>();
+        check::<10, Quadratic>();
+    }
+}

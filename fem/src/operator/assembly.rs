@@ -1,0 +1,84 @@
+//! Residual and tangent of a whole mesh.
+
+use super::element::Element;
+use super::pattern::Pattern;
+use super::residual::{Increment, Residual};
+use crate::element::{Space, Tetrahedron, mean_values};
+use crate::material::Inverted;
+
+/// Whether the tangent keeps the terms between displacement and damage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Coupling {
+    /// The consistent tangent.
+    Full,
+    /// Block diagonal: each field with the other held, for alternate minimisation.
+    Separate,
+}
+
+/// What a solver needs from the equations, whatever the element.
+pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
+    /// Residual and energies; fails where an element is turned inside out.
+    fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted>;
+
+    /// The lower triangle of the tangent in the places of `pattern`.
+    fn tangent(&self, increment: &Increment, coupling: Coupling, pattern: &Pattern, values: &mut [f64]) -> Result<(), Inverted>;
+
+    /// Volume-weighted mean of a nodal field over the elements whose region is marked.
+    fn mean(&self, field: &[f64], regions: &[bool]) -> f64;
+}
+
+/// The operator on a space of `N`-node elements.
+#[derive(Debug)]
+pub(crate) struct Assembly<const N: usize> {
+    pub(crate) space: Space<N>,
+    /// ∫ N_a dV / V of an element.
+    node_share: [f64; N],
+}
+
+impl<const N: usize> Assembly<N> {
+    pub(crate) fn new<T: Tetrahedron<N>>(space: Space<N>) -> Self {
+        Self { space, node_share: mean_values::<N, T>() }
+    }
+}
+
+impl<const N: usize> Operator for Assembly<N> {
+    fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted> {
+        out.clear();
+        for (tet, nodes) in self.space.tets.iter().enumerate() {
+            let element = Element::gather(&self.space, tet, increment).residual()?;
+            out.elastic += element.elastic;
+            out.fracture += element.fracture;
+            out.viscous += element.viscous;
+            for (a, &node) in nodes.iter().enumerate() {
+                let nodal = &mut out.nodal[node as usize];
+                for k in 0..4 {
+                    nodal[k] += element.nodal[a][k];
+                }
+                out.drive[node as usize] += element.drive[a];
+            }
+        }
+        Ok(())
+    }
+
+    fn tangent(&self, increment: &Increment, coupling: Coupling, pattern: &Pattern, values: &mut [f64]) -> Result<(), Inverted> {
+        values.fill(0.0);
+        let mut blocks = [[[[0.0; 4]; 4]; N]; N];
+        for tet in 0..self.space.tets.len() {
+            Element::gather(&self.space, tet, increment).tangent(coupling == Coupling::Full, &mut blocks)?;
+            pattern.add(tet, &blocks, values);
+        }
+        Ok(())
+    }
+
+    fn mean(&self, field: &[f64], regions: &[bool]) -> f64 {
+        let (mut integral, mut volume) = (0.0, 0.0);
+        for (tet, nodes) in self.space.tets.iter().enumerate() {
+            if regions[usize::from(self.space.region[tet])] {
+                let mean: f64 = nodes.iter().zip(self.node_share).map(|(&n, share)| share * field[n as usize]).sum();
+                integral += self.space.volume[tet] * mean;
+                volume += self.space.volume[tet];
+            }
+        }
+        if volume > 0.0 { integral / volume } else { 0.0 }
+    }
+}

@@ -1,0 +1,14 @@
+//! The equations on a mesh: residual, consistent tangent, and the unknowns that they act on.
+
+mod assembly;
+mod element;
+mod pattern;
+mod residual;
+#[cfg(test)]
+mod tests;
+mod unknowns;
+
+pub(crate) use assembly::{Assembly, Coupling, Operator};
+pub(crate) use pattern::{Pattern, neighbours};
+pub(crate) use residual::{Increment, Residual};
+pub(crate) use unknowns::{NONE, Unknowns};

@@ -1,0 +1,50 @@
+//! The residual of an increment, and the energies that come with it.
+
+use crate::compression::Fields;
+use crate::material::PointMaterial;
+
+/// One time increment: where it starts, where it stands.
+#[derive(Clone, Copy)]
+pub(crate) struct Increment<'a> {
+    /// By region.
+    pub(crate) materials: &'a [PointMaterial],
+    /// The current fields.
+    pub(crate) fields: &'a Fields,
+    /// φ at the start of the increment.
+    pub(crate) damage_before: &'a [f64],
+    /// Δt, s.
+    pub(crate) duration: f64,
+}
+
+/// Residual and energies at the current fields.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Residual {
+    /// R_u (N) and R_φ (N mm) of every node, prescribed values included.
+    pub(crate) nodal: Vec<[f64; 4]>,
+    /// ∫ g′ ψ⁺ N_a dV alone, N mm: the scale of R_φ.
+    pub(crate) drive: Vec<f64>,
+    /// ∫ g ψ⁺ + ψ⁻ dV, N mm.
+    pub(crate) elastic: f64,
+    /// ∫ Gc/(c₀ ℓ₀) [α + ℓ₀² |∇φ|²] dV, N mm.
+    pub(crate) fracture: f64,
+    /// ∫ ξ (φ − φ_n)²/Δt dV, N mm: dissipated in this increment.
+    pub(crate) viscous: f64,
+}
+
+impl Residual {
+    pub(crate) fn new(nodes: usize) -> Self {
+        Self { nodal: vec![[0.0; 4]; nodes], drive: vec![0.0; nodes], ..Self::default() }
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.nodal.fill([0.0; 4]);
+        self.drive.fill(0.0);
+        (self.elastic, self.fracture, self.viscous) = (0.0, 0.0, 0.0);
+    }
+
+    /// What the incremental problem makes stationary: E_el + E_frac + ½ ∫ ξ (φ − φ_n)²/Δt dV.
+    #[cfg(test)]
+    pub(crate) fn potential(&self) -> f64 {
+        self.elastic + self.fracture + 0.5 * self.viscous
+    }
+}

@@ -1,0 +1,45 @@
+//! Which nodal values are unknowns, and their numbers.
+
+/// Marks a nodal value that is prescribed or absent.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// Equation numbers of the nodal values u_x, u_y, u_z, φ.
+#[derive(Clone, Debug)]
+pub(crate) struct Unknowns {
+    pub(crate) equation: Vec<[u32; 4]>,
+    pub(crate) count: usize,
+}
+
+impl Unknowns {
+    /// Numbers the free values node by node in the given order.
+    ///
+    /// `damaged[n]` says whether node n carries damage; `held` are prescribed displacements.
+    pub(crate) fn new(order: &[usize], damaged: &[bool], held: impl Iterator<Item = (u32, usize)>) -> Self {
+        let mut free: Vec<[bool; 4]> = damaged.iter().map(|&d| [true, true, true, d]).collect();
+        for (node, axis) in held {
+            free[node as usize][axis] = false;
+        }
+        let mut equation = vec![[NONE; 4]; damaged.len()];
+        let mut count = 0;
+        for &node in order {
+            for k in 0..4 {
+                if free[node][k] {
+                    equation[node][k] = count as u32;
+                    count += 1;
+                }
+            }
+        }
+        Self { equation, count }
+    }
+
+    /// The part of a nodal vector that belongs to unknowns.
+    pub(crate) fn gather(&self, nodal: &[[f64; 4]], out: &mut [f64]) {
+        for (equations, values) in self.equation.iter().zip(nodal) {
+            for k in 0..4 {
+                if equations[k] != NONE {
+                    out[equations[k] as usize] = values[k];
+                }
+            }
+        }
+    }
+}

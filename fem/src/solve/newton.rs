@@ -1,0 +1,267 @@
+//! Newton's method with line search, for both fields together or for one of them.
+//!
+//! A factor is kept, across increments too, as long as the residual at least halves with it: a
+//! solve costs a small part of a factorisation.
+
+use super::direct::Direct;
+use super::options::{Scheme, SolverOptions};
+use crate::compression::Fields;
+use crate::material::{Inverted, PointMaterial};
+use crate::operator::{Coupling, Increment, NONE, Operator, Residual, Unknowns};
+
+/// Why an increment found no equilibrium.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum StepFailure {
+    #[error("the start of the increment turns an element inside out")]
+    Inverted,
+    #[error("the line search found no smaller residual")]
+    Stalled,
+    #[error("too many iterations")]
+    TooMany,
+    #[error("the tangent is singular")]
+    Singular,
+}
+
+impl From<Inverted> for StepFailure {
+    fn from(_: Inverted) -> Self {
+        StepFailure::Inverted
+    }
+}
+
+/// Work done by the solver in a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Effort {
+    /// Newton iterations (linear solves).
+    pub iterations: u32,
+    /// Matrix factorisations.
+    pub factorisations: u32,
+    /// Increments that alternate minimisation had to solve.
+    pub rescues: u32,
+    /// Load steps that were cut.
+    pub cuts: u32,
+}
+
+/// Which equations an iteration acts on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Field {
+    Both,
+    Displacement,
+    Damage,
+}
+
+impl Field {
+    fn holds(self, component: usize) -> bool {
+        match self {
+            Field::Both => true,
+            Field::Displacement => component < 3,
+            Field::Damage => component == 3,
+        }
+    }
+}
+
+/// Residual norms: of the unknowns, and the scales to compare them with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Norms {
+    force: f64,
+    reaction: f64,
+    damage: f64,
+    drive: f64,
+}
+
+impl Norms {
+    fn of(residual: &Residual, unknowns: &Unknowns) -> Self {
+        let [mut force, mut reaction, mut damage, mut drive] = [0.0; 4];
+        for ((nodal, equation), d) in residual.nodal.iter().zip(&unknowns.equation).zip(&residual.drive) {
+            for k in 0..3 {
+                let square = nodal[k] * nodal[k];
+                if equation[k] == NONE { reaction += square } else { force += square }
+            }
+            if equation[3] != NONE {
+                damage += nodal[3] * nodal[3];
+                drive += d * d;
+            }
+        }
+        Self { force: force.sqrt(), reaction: reaction.sqrt(), damage: damage.sqrt(), drive: drive.sqrt() }
+    }
+
+    pub(super) fn converged(&self, field: Field, tolerance: f64) -> bool {
+        let force = self.force <= tolerance * self.reaction;
+        let damage = self.damage <= tolerance * self.drive;
+        match field {
+            Field::Both => force && damage,
+            Field::Displacement => force,
+            Field::Damage => damage,
+        }
+    }
+
+    /// The scaled residual, in the scales of `reference` so that iterates can be compared.
+    fn merit(&self, field: Field, reference: &Norms) -> f64 {
+        let tiny = f64::MIN_POSITIVE;
+        let force = self.force / reference.reaction.max(tiny);
+        let damage = self.damage / reference.drive.max(tiny);
+        match field {
+            Field::Both => force.hypot(damage),
+            Field::Displacement => force,
+            Field::Damage => damage,
+        }
+    }
+}
+
+/// What the factor at hand belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Factor {
+    Absent,
+    Kept,
+    Fresh,
+}
+
+/// The solver of one run.
+pub(crate) struct Solver<'a> {
+    pub(super) operator: &'a dyn Operator,
+    pub(super) unknowns: &'a Unknowns,
+    pub(super) materials: &'a [PointMaterial],
+    pub(super) options: SolverOptions,
+    pub(crate) effort: Effort,
+    /// Residual and energies at the last fields that were accepted.
+    pub(crate) residual: Residual,
+    direct: Direct,
+    factor: Factor,
+    coupling: Coupling,
+    step: Vec<f64>,
+    trial: Fields,
+}
+
+/// A factor is kept while each solve with it leaves at most this share of the residual.
+const KEEP: f64 = 0.4;
+const BACKTRACKS: u32 = 8;
+
+impl<'a> Solver<'a> {
+    pub(crate) fn new(operator: &'a dyn Operator, unknowns: &'a Unknowns, materials: &'a [PointMaterial], options: SolverOptions, direct: Direct) -> Self {
+        let nodes = unknowns.equation.len();
+        Self {
+            operator,
+            unknowns,
+            materials,
+            options,
+            effort: Effort::default(),
+            residual: Residual::new(nodes),
+            direct,
+            factor: Factor::Absent,
+            coupling: Coupling::Full,
+            step: vec![0.0; unknowns.count],
+            trial: Fields::zero(nodes),
+        }
+    }
+
+    /// Solves one increment from the guess in `fields`; returns the iterations it took.
+    ///
+    /// After a failure `fields` is not in equilibrium.
+    pub(crate) fn solve(&mut self, fields: &mut Fields, damage_before: &[f64], duration: f64) -> Result<u32, StepFailure> {
+        let start = self.effort.iterations;
+        match self.options.scheme {
+            Scheme::Monolithic => {
+                let guess = fields.clone();
+                if self.newton(Field::Both, fields, damage_before, duration, self.options.tolerance).is_err() {
+                    self.effort.rescues += 1;
+                    *fields = guess;
+                    self.alternate(fields, damage_before, duration)?;
+                }
+            }
+            Scheme::Alternate => self.alternate(fields, damage_before, duration)?,
+        }
+        Ok(self.effort.iterations - start)
+    }
+
+    pub(super) fn evaluate(&mut self, fields: &Fields, damage_before: &[f64], duration: f64) -> Result<Norms, StepFailure> {
+        let increment = Increment { materials: self.materials, fields, damage_before, duration };
+        self.operator.residual(&increment, &mut self.residual)?;
+        Ok(Norms::of(&self.residual, self.unknowns))
+    }
+
+    /// Newton on one field or on both, down to `tolerance`.
+    pub(super) fn newton(&mut self, field: Field, fields: &mut Fields, damage_before: &[f64], duration: f64, tolerance: f64) -> Result<(), StepFailure> {
+        let coupling = if field == Field::Both { Coupling::Full } else { Coupling::Separate };
+        if coupling != self.coupling {
+            self.factor = Factor::Absent;
+            self.coupling = coupling;
+        }
+        let mut norms = self.evaluate(fields, damage_before, duration)?;
+        for _ in 0..self.options.iterations {
+            if norms.converged(field, tolerance) {
+                return Ok(());
+            }
+            if self.factor == Factor::Absent {
+                self.factorise(fields, damage_before, duration)?;
+            }
+            self.effort.iterations += 1;
+            self.unknowns.gather(&self.residual.nodal, &mut self.step);
+            let mut step = std::mem::take(&mut self.step);
+            let solved = self.direct.solve(&mut step);
+            self.step = step;
+            solved.map_err(|_| StepFailure::Singular)?;
+            norms = match self.line_search(field, fields, damage_before, duration, &norms) {
+                Ok((next, ratio)) => {
+                    self.factor = if ratio <= KEEP { Factor::Kept } else { Factor::Absent };
+                    next
+                }
+                Err(failure) if self.factor == Factor::Fresh => {
+                    self.factor = Factor::Kept;
+                    let close = norms.converged(field, self.options.tolerance);
+                    return if close { Ok(()) } else { Err(failure) };
+                }
+                Err(_) => {
+                    // an old factor gave no descent: the same iterate with a fresh one
+                    self.factor = Factor::Absent;
+                    self.evaluate(fields, damage_before, duration)?
+                }
+            };
+        }
+        if norms.converged(field, tolerance) { Ok(()) } else { Err(StepFailure::TooMany) }
+    }
+
+    fn factorise(&mut self, fields: &Fields, damage_before: &[f64], duration: f64) -> Result<(), StepFailure> {
+        let increment = Increment { materials: self.materials, fields, damage_before, duration };
+        let mut values = std::mem::take(&mut self.direct.values);
+        let assembled = self.operator.tangent(&increment, self.coupling, &self.direct.symbolic().pattern, &mut values);
+        self.direct.values = values;
+        assembled?;
+        self.direct.factorise();
+        self.effort.factorisations += 1;
+        self.factor = Factor::Fresh;
+        Ok(())
+    }
+
+    /// Takes the step x − α d with the first α of 1, ½, ¼ … that lowers the scaled residual.
+    fn line_search(&mut self, field: Field, fields: &mut Fields, damage_before: &[f64], duration: f64, norms: &Norms) -> Result<(Norms, f64), StepFailure> {
+        let before = norms.merit(field, norms);
+        let tries = if self.factor == Factor::Fresh { BACKTRACKS } else { 1 };
+        let mut share = 1.0;
+        for _ in 0..tries {
+            let mut trial = std::mem::take(&mut self.trial);
+            self.move_by(field, fields, share, &mut trial);
+            let reached = self.evaluate(&trial, damage_before, duration);
+            self.trial = trial;
+            if let Ok(next) = reached {
+                let ratio = next.merit(field, norms) / before;
+                if ratio <= 1.0 - 1e-4 * share || next.converged(field, self.options.tolerance) {
+                    std::mem::swap(fields, &mut self.trial);
+                    return Ok((next, ratio));
+                }
+            }
+            share *= 0.5;
+        }
+        Err(StepFailure::Stalled)
+    }
+
+    fn move_by(&self, field: Field, from: &Fields, share: f64, to: &mut Fields) {
+        to.copy_from(from);
+        for (node, equation) in self.unknowns.equation.iter().enumerate() {
+            for k in 0..4 {
+                if equation[k] != NONE && field.holds(k) {
+                    let change = share * self.step[equation[k] as usize];
+                    if k < 3 { to.displacement[node][k] -= change } else { to.damage[node] -= change }
+                }
+            }
+        }
+    }
+}

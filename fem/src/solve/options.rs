@@ -1,0 +1,46 @@
+//! How an increment is solved.
+
+use crate::error::FemError;
+
+/// The order in which the two fields are solved for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scheme {
+    /// Displacement and damage together by Newton; alternate minimisation where that fails.
+    Monolithic,
+    /// Displacement and damage in turn until both are in equilibrium: slow but sturdy.
+    Alternate,
+}
+
+/// Settings of the solver; the default is meant to be left alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolverOptions {
+    /// Which fields are solved together.
+    pub scheme: Scheme,
+    /// Largest residual of a converged increment, relative to the reactions (displacement) and to
+    /// the driving force (damage).
+    pub tolerance: f64,
+    /// Most Newton iterations of an increment.
+    pub iterations: u32,
+    /// Most alternations of an increment.
+    pub alternations: u32,
+}
+
+impl Default for SolverOptions {
+    fn default() -> Self {
+        Self { scheme: Scheme::Monolithic, tolerance: 1e-8, iterations: 30, alternations: 400 }
+    }
+}
+
+impl SolverOptions {
+    pub(crate) fn validate(&self) -> Result<(), FemError> {
+        if !(1e-14..=1e-2).contains(&self.tolerance) {
+            return Err(FemError::parameter("solver", "tolerance", self.tolerance, "between 1e-14 and 1e-2, usually 1e-8"));
+        }
+        for (field, value) in [("iterations", self.iterations), ("alternations", self.alternations)] {
+            if value == 0 {
+                return Err(FemError::parameter("solver", field, 0.0, "at least 1"));
+            }
+        }
+        Ok(())
+    }
+}
