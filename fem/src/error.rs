@@ -1,31 +1,30 @@
 //! What can be wrong with a test, and how to mend it.
 
+use crate::mesh::MeshError;
+
 /// Why a compression test cannot be set up, or stopped before its end.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum FemError {
-    /// The mesh is not usable.
-    #[error("mesh: {0}")]
-    Mesh(String),
+    /// The mesh is not sound.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// The platens cannot be placed.
+    #[error("{0}: check the surface names")]
+    Platens(&'static str),
     /// A surface that carries a platen is absent or empty.
-    #[error("the mesh has no triangles on surface '{name}', where a platen acts; it has {present}: name the surfaces 'bottom' and 'top' when the mesh is made or read")]
+    #[error(
+        "the mesh has no triangles on surface '{name}', where a platen acts; it has {present}: name the surfaces 'bottom' and 'top' when the mesh is made or read"
+    )]
     MissingSurface {
         /// The surface that is needed.
         name: &'static str,
         /// The surfaces that there are.
         present: String,
     },
-    /// A tetrahedron without positive volume.
-    #[error("tetrahedron {tet} (region '{region}') has volume {volume_mm3} mm³: its nodes are in the wrong order or in a plane; swap two of them or mend the mesh")]
-    InvertedElement {
-        /// Its number, from zero.
-        tet: usize,
-        /// The region that it belongs to.
-        region: String,
-        /// Its signed volume.
-        volume_mm3: f64,
-    },
     /// As many materials as regions are needed.
-    #[error("{materials} materials for {regions} regions ({names}): give one material to each region, in this order")]
+    #[error(
+        "{materials} materials for {regions} regions ({names}): give one material to each region, in this order"
+    )]
     MaterialCount {
         /// Materials given.
         materials: usize,
@@ -57,7 +56,9 @@ pub enum FemError {
         mend: String,
     },
     /// No equilibrium was found, although the load step was cut to its least size.
-    #[error("no equilibrium at {displacement_mm} mm with steps down to {step_mm} mm ({reason}); refine the mesh, raise the viscosity, or allow smaller steps")]
+    #[error(
+        "no equilibrium at {displacement_mm} mm with steps down to {step_mm} mm ({reason}); refine the mesh, raise the viscosity, or allow smaller steps"
+    )]
     NotConverged {
         /// The last displacement with equilibrium.
         displacement_mm: f64,
@@ -67,7 +68,9 @@ pub enum FemError {
         reason: String,
     },
     /// The matrix could not be factorised in its own memory.
-    #[error("the sparse factorisation of {unknowns} unknowns failed: {reason}; use a coarser mesh or more memory")]
+    #[error(
+        "the sparse factorisation of {unknowns} unknowns failed: {reason}; use a coarser mesh or more memory"
+    )]
     Factorisation {
         /// Number of equations.
         unknowns: usize,
@@ -85,7 +88,12 @@ pub enum FemError {
 }
 
 impl FemError {
-    pub(crate) fn parameter(entity: &str, field: &'static str, value: f64, requirement: &'static str) -> Self {
+    pub(crate) fn parameter(
+        entity: &str,
+        field: &'static str,
+        value: f64,
+        requirement: &'static str,
+    ) -> Self {
         FemError::Parameter { entity: entity.into(), field, value, requirement }
     }
 }

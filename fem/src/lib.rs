@@ -8,7 +8,23 @@
 //! Units everywhere: mm, N, MPa, MPa s, N/mm, s. The cylinder's axis is z and its bottom is at
 //! z = 0.
 //!
+mod compression;
+mod contact;
+mod element;
+mod error;
+mod material;
 mod mesh;
+mod operator;
+mod solve;
+
+pub use compression::{
+    CompressionTest, CurvePoint, End, Fields, Loading, Observer, Outcome, PartTimes, Stepping, read_curve,
+    write_curve,
+};
+pub use element::Order;
+pub use error::FemError;
+pub use material::{CrackDensity, DamageQuadrature, ElasticLaw, Material, PhaseField, Split};
+pub use solve::{Effort, Scheme, SolverOptions};
 
 pub use mesh::Quality;
 pub use mesh::gmsh;

@@ -68,11 +68,19 @@ pub fn write_curve(path: impl AsRef<Path>, curve: &[CurvePoint]) -> Result<(), F
 pub fn read_curve(path: impl AsRef<Path>) -> Result<Vec<CurvePoint>, FemError> {
     let path = path.as_ref();
     let wrong = |e: csv::Error| file_error(path, format!("cannot be read: {e}"));
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(wrong)?;
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(wrong)?;
     let header = reader.headers().map_err(wrong)?.clone();
     let place = COLUMNS.map(|name| header.iter().position(|h| h == name));
     if let Some(missing) = (0..REQUIRED).find(|&k| place[k].is_none()) {
-        return Err(file_error(path, format!("has no column '{}': the header must hold {}", COLUMNS[missing], COLUMNS[..REQUIRED].join(","))));
+        return Err(file_error(
+            path,
+            format!(
+                "has no column '{}': the header must hold {}",
+                COLUMNS[missing],
+                COLUMNS[..REQUIRED].join(",")
+            ),
+        ));
     }
     let mut curve = Vec::new();
     for record in reader.records() {
@@ -81,11 +89,26 @@ pub fn read_curve(path: impl AsRef<Path>) -> Result<Vec<CurvePoint>, FemError> {
         let mut values = [0.0; COLUMNS.len()];
         for (k, value) in values.iter_mut().enumerate() {
             let Some(text) = place[k].and_then(|at| record.get(at)) else { continue };
-            *value = text
-                .parse()
-                .map_err(|_| file_error(path, format!("line {line}, column '{}': '{text}' is not a number", COLUMNS[k])))?;
+            *value = text.parse().map_err(|_| {
+                file_error(
+                    path,
+                    format!("line {line}, column '{}': '{text}' is not a number", COLUMNS[k]),
+                )
+            })?;
         }
-        let [time_s, displacement_mm, force_n, elastic_n_mm, fracture_n_mm, viscous_n_mm, phi_mean, phi_max, newton, work_n_mm, _] = values;
+        let [
+            time_s,
+            displacement_mm,
+            force_n,
+            elastic_n_mm,
+            fracture_n_mm,
+            viscous_n_mm,
+            phi_mean,
+            phi_max,
+            newton,
+            work_n_mm,
+            _,
+        ] = values;
         curve.push(CurvePoint {
             time_s,
             displacement_mm,
@@ -116,11 +139,17 @@ mod tests {
         let path = dir.path().join("curve.csv");
         std::fs::write(&path, "time_s,displacement_mm\n0,0\n").unwrap();
         let message = read_curve(&path).unwrap_err().to_string();
-        assert!(message.contains("no column 'force_N'") && message.contains("curve.csv"), "{message}");
+        assert!(
+            message.contains("no column 'force_N'") && message.contains("curve.csv"),
+            "{message}"
+        );
         let header = COLUMNS[..REQUIRED].join(",");
         std::fs::write(&path, format!("{header}\n0,0,0,0,0,0,0,0\n1,0,high,0,0,0,0,0\n")).unwrap();
         let message = read_curve(&path).unwrap_err().to_string();
-        assert!(message.contains("line 3") && message.contains("'force_N'") && message.contains("high"), "{message}");
+        assert!(
+            message.contains("line 3") && message.contains("'force_N'") && message.contains("high"),
+            "{message}"
+        );
         assert!(read_curve(dir.path().join("absent.csv")).is_err());
     }
 }

@@ -25,7 +25,13 @@ pub(crate) struct Discretisation {
 
 impl Discretisation {
     /// Builds the space of the given order; `damaged` marks the regions that have a toughness.
-    pub(crate) fn new(mesh: &TetMesh, order: Order, phase_field: Option<&PhaseField>, damaged: Vec<bool>) -> Result<Self, FemError> {
+    pub(crate) fn new(
+        mesh: &TetMesh,
+        order: Order,
+        phase_field: Option<&PhaseField>,
+        damaged: Vec<bool>,
+    ) -> Result<Self, FemError> {
+        mesh.validate()?;
         let rule = match phase_field {
             Some(field) if damaged.contains(&true) => damage_rule(field, order, mesh),
             _ => DamageRule::Absent,
@@ -36,13 +42,21 @@ impl Discretisation {
         }
     }
 
-    fn with<const N: usize, T: Tetrahedron<N>>(mesh: &TetMesh, rule: DamageRule, damaged: Vec<bool>) -> Result<Self, FemError> {
-        let space = Space::new::<T>(mesh, Rule::new::<T>(rule))?;
+    fn with<const N: usize, T: Tetrahedron<N>>(
+        mesh: &TetMesh,
+        rule: DamageRule,
+        damaged: Vec<bool>,
+    ) -> Result<Self, FemError> {
+        let space = Space::new::<T>(mesh, Rule::new::<T>(rule));
         let (bottom, top) = (end(&space, mesh, "bottom")?, end(&space, mesh, "top")?);
-        let level = |nodes: &[u32]| nodes.iter().map(|&n| space.nodes[n as usize][2]).sum::<f64>() / nodes.len() as f64;
+        let level = |nodes: &[u32]| {
+            nodes.iter().map(|&n| space.nodes[n as usize][2]).sum::<f64>() / nodes.len() as f64
+        };
         let height = level(&top) - level(&bottom);
         if height <= 0.0 {
-            return Err(FemError::Mesh("surface 'top' does not lie above 'bottom' (the axis is z): check the surface names".into()));
+            return Err(FemError::Platens(
+                "surface 'top' does not lie above 'bottom' (the axis is z)",
+            ));
         }
         let platens = SlidingPlatens::new(&space.nodes, bottom, top)?;
         let mut carries_damage = vec![false; space.nodes.len()];
@@ -57,16 +71,33 @@ impl Discretisation {
         let unknowns = Unknowns::new(&order, &carries_damage, platens.held());
         let symbolic = Arc::new(Symbolic::new(Pattern::new(&space.tets, &unknowns))?);
         let nodes = space.nodes.clone();
-        Ok(Self { operator: Box::new(Assembly::new::<T>(space)), unknowns, symbolic, platens, nodes, damaged, height })
+        Ok(Self {
+            operator: Box::new(Assembly::new::<T>(space)),
+            unknowns,
+            symbolic,
+            platens,
+            nodes,
+            damaged,
+            height,
+        })
     }
 }
 
 /// The nodes of a loaded end.
-fn end<const N: usize>(space: &Space<N>, mesh: &TetMesh, name: &'static str) -> Result<Vec<u32>, FemError> {
+fn end<const N: usize>(
+    space: &Space<N>,
+    mesh: &TetMesh,
+    name: &'static str,
+) -> Result<Vec<u32>, FemError> {
     match mesh.surfaces.get(name) {
         Some(triangles) if !triangles.is_empty() => Ok(space.nodes_on(triangles)),
         _ => {
-            let names: Vec<_> = mesh.surfaces.iter().filter(|(_, t)| !t.is_empty()).map(|(n, _)| format!("'{n}'")).collect();
+            let names: Vec<_> = mesh
+                .surfaces
+                .iter()
+                .filter(|(_, t)| !t.is_empty())
+                .map(|(n, _)| format!("'{n}'"))
+                .collect();
             let present = if names.is_empty() { "none".into() } else { names.join(", ") };
             Err(FemError::MissingSurface { name, present })
         }
@@ -77,19 +108,11 @@ fn damage_rule(field: &PhaseField, order: Order, mesh: &TetMesh) -> DamageRule {
     match field.quadrature {
         DamageQuadrature::Vertex => DamageRule::Vertex,
         DamageQuadrature::Consistent => DamageRule::Consistent,
-        DamageQuadrature::Auto if order == Order::Linear && field.length_mm < 2.0 * mean_edge(mesh) => DamageRule::Vertex,
+        DamageQuadrature::Auto
+            if order == Order::Linear && field.length_mm < 2.0 * mesh.mean_edge() =>
+        {
+            DamageRule::Vertex
+        }
         DamageQuadrature::Auto => DamageRule::Consistent,
     }
-}
-
-/// Mean over the six edges of every tetrahedron, mm.
-fn mean_edge(mesh: &TetMesh) -> f64 {
-    let mut sum = 0.0;
-    for tet in &mesh.tets {
-        for [i, j] in Quadratic::EDGES {
-            let (p, q) = (mesh.nodes[tet[*i] as usize], mesh.nodes[tet[*j] as usize]);
-            sum += (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt();
-        }
-    }
-    sum / (6 * mesh.tets.len().max(1)) as f64
 }

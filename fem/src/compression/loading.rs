@@ -49,15 +49,40 @@ impl Loading {
             self.displacement_mm,
             "positive (downwards) and less than the specimen's height",
         )?;
-        check(self.duration_s > 0.0 && self.duration_s.is_finite(), "duration_s", self.duration_s, "a positive time in s")?;
+        check(
+            self.duration_s > 0.0 && self.duration_s.is_finite(),
+            "duration_s",
+            self.duration_s,
+            "a positive time in s",
+        )?;
         if let Some(share) = self.stop_below_peak {
-            check(share > 0.0 && share < 1.0, "stop_below_peak", share, "between 0 and 1, as 0.1 for 10 %")?;
+            check(
+                share > 0.0 && share < 1.0,
+                "stop_below_peak",
+                share,
+                "between 0 and 1, as 0.1 for 10 %",
+            )?;
         }
         match self.stepping {
-            Stepping::Fixed(steps) => check(steps > 0, "steps", f64::from(steps), "at least 1; leave it out for adaptive steps"),
+            Stepping::Fixed(steps) => check(
+                steps > 0,
+                "steps",
+                f64::from(steps),
+                "at least 1; leave it out for adaptive steps",
+            ),
             Stepping::Adaptive { first, largest } => {
-                check(first > 0.0 && first <= 1.0, "first", first, "a share of the displacement, in (0, 1]")?;
-                check(largest >= first && largest <= 1.0, "largest", largest, "a share of the displacement, not below the first step")
+                check(
+                    first > 0.0 && first <= 1.0,
+                    "first",
+                    first,
+                    "a share of the displacement, in (0, 1]",
+                )?;
+                check(
+                    largest >= first && largest <= 1.0,
+                    "largest",
+                    largest,
+                    "a share of the displacement, not below the first step",
+                )
             }
         }
     }

@@ -57,7 +57,13 @@ impl<'a> March<'a> {
     pub(super) fn run(mut self) -> Outcome {
         let domain = self.domain;
         let mut solver = match Direct::new(Arc::clone(&domain.symbolic)) {
-            Ok(direct) => Solver::new(domain.operator.as_ref(), &domain.unknowns, self.materials, self.options, direct),
+            Ok(direct) => Solver::new(
+                domain.operator.as_ref(),
+                &domain.unknowns,
+                self.materials,
+                self.options,
+                direct,
+            ),
             Err(error) => return self.finish(End::Failed(error), Default::default()),
         };
         let end = self.steps(&mut solver);
@@ -102,7 +108,11 @@ impl<'a> March<'a> {
                 return End::Interrupted;
             }
             peak = peak.max(self.state.force_n);
-            if self.loading.stop_below_peak.is_some_and(|share| self.state.force_n < (1.0 - share) * peak) {
+            if self
+                .loading
+                .stop_below_peak
+                .is_some_and(|share| self.state.force_n < (1.0 - share) * peak)
+            {
                 return End::BelowPeak;
             }
             if self.clock >= 1.0 {
@@ -127,7 +137,13 @@ impl<'a> March<'a> {
         let mut fields = self.guess(target);
         let duration = step * self.loading.duration_s;
         self.state.newton += solver.solve(&mut fields, &self.fields.damage, duration)?;
-        let force = -self.domain.platens.top.iter().map(|&n| solver.residual.nodal[n as usize][2]).sum::<f64>();
+        let force = -self
+            .domain
+            .platens
+            .top
+            .iter()
+            .map(|&n| solver.residual.nodal[n as usize][2])
+            .sum::<f64>();
         let down = target * self.loading.displacement_mm;
         let damaged = &self.domain.damaged;
         self.state = CurvePoint {
@@ -137,7 +153,8 @@ impl<'a> March<'a> {
             elastic_n_mm: solver.residual.elastic,
             fracture_n_mm: solver.residual.fracture,
             viscous_n_mm: self.state.viscous_n_mm + solver.residual.viscous,
-            work_n_mm: self.state.work_n_mm + 0.5 * (force + self.state.force_n) * (down - self.state.displacement_mm),
+            work_n_mm: self.state.work_n_mm
+                + 0.5 * (force + self.state.force_n) * (down - self.state.displacement_mm),
             phi_mean: self.domain.operator.mean(&fields.damage, damaged),
             phi_max: fields.damage.iter().copied().fold(0.0, f64::max),
             newton: self.state.newton,

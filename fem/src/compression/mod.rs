@@ -6,8 +6,10 @@ mod discretisation;
 mod loading;
 mod march;
 mod test;
+mod timing;
 
 pub use curve::{CurvePoint, End, Fields, Observer, Outcome};
 pub use curve_file::{read_curve, write_curve};
 pub use loading::{Loading, Stepping};
 pub use test::CompressionTest;
+pub use timing::PartTimes;

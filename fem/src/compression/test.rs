@@ -21,40 +21,28 @@ use crate::solve::SolverOptions;
 ///
 /// # Example
 /// ```
-/// use fem::{CompressionTest, ElasticLaw, Loading, Material, Order, SolverOptions, Stepping, TetMesh};
+/// use fem::{CompressionTest, CylinderLattice, ElasticLaw, Loading, Material, Order, SolverOptions, Stepping};
 ///
-/// // a single tetrahedron standing on its base, pressed at a small upper face
-/// let mesh = fem_example_mesh();
-/// # fn fem_example_mesh() -> TetMesh {
-/// #     let nodes = (0..8).map(|i| [f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)]).collect();
-/// #     let tets = vec![[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]];
-/// #     TetMesh {
-/// #         nodes,
-/// #         region_of: vec![0; tets.len()],
-/// #         tets,
-/// #         regions: vec!["matrix".into()],
-/// #         grain_of: None,
-/// #         surfaces: [("bottom".into(), vec![[0, 3, 1], [0, 2, 3]]), ("top".into(), vec![[4, 5, 7], [4, 7, 6]])].into(),
-/// #     }
-/// # }
-/// let loading = Loading { displacement_mm: 0.05, duration_s: 1.0, stepping: Stepping::Fixed(1), stop_below_peak: None };
-/// let material = Material::elastic(ElasticLaw::Hencky, 275.0, 0.25);
-/// let test = CompressionTest::new(mesh, Order::Linear, vec![material], None, loading, SolverOptions::default())?;
+/// let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
+/// let area = mesh.volume() / 4.4;
+/// let loading = Loading { displacement_mm: 0.22, duration_s: 1.0, stepping: Stepping::Fixed(1), stop_below_peak: None };
+/// let rubber = Material::elastic(ElasticLaw::Hencky, 275.0, 0.25);
+/// let test = CompressionTest::new(mesh, Order::Linear, vec![rubber], None, loading, SolverOptions::default())?;
 /// let outcome = test.run(&mut ());
 /// let stretch: f64 = 0.95;
-/// let exact = -275.0 * stretch.ln() / stretch; // unit area
+/// let exact = -area * 275.0 * stretch.ln() / stretch;
 /// assert!((outcome.curve[0].force_n - exact).abs() < 1e-6 * exact);
-/// # Ok::<(), fem::FemError>(())
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct CompressionTest {
     mesh: Arc<TetMesh>,
     order: Order,
-    materials: Vec<Material>,
-    phase_field: Option<PhaseField>,
+    pub(super) materials: Vec<Material>,
+    pub(super) phase_field: Option<PhaseField>,
     loading: Loading,
     options: SolverOptions,
-    discretisation: Arc<Discretisation>,
+    pub(super) discretisation: Arc<Discretisation>,
 }
 
 impl CompressionTest {
@@ -79,9 +67,18 @@ impl CompressionTest {
         }
         options.validate()?;
         let damaged = damaged_regions(&materials, phase_field.as_ref());
-        let discretisation = Arc::new(Discretisation::new(&mesh, order, phase_field.as_ref(), damaged)?);
+        let discretisation =
+            Arc::new(Discretisation::new(&mesh, order, phase_field.as_ref(), damaged)?);
         loading.validate(discretisation.height)?;
-        Ok(Self { mesh: Arc::new(mesh), order, materials, phase_field, loading, options, discretisation })
+        Ok(Self {
+            mesh: Arc::new(mesh),
+            order,
+            materials,
+            phase_field,
+            loading,
+            options,
+            discretisation,
+        })
     }
 
     /// The same test with other materials; mesh, unknowns and the structure of the factor are shared
@@ -103,7 +100,8 @@ impl CompressionTest {
 
     /// Runs the test on the calling thread.
     pub fn run(&self, observer: &mut dyn Observer) -> Outcome {
-        let points: Vec<_> = self.materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect();
+        let points: Vec<_> =
+            self.materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect();
         March::new(&self.discretisation, &points, self.loading, self.options, observer).run()
     }
 
@@ -142,7 +140,11 @@ fn damaged_regions(materials: &[Material], phase_field: Option<&PhaseField>) -> 
     materials.iter().map(|m| phase_field.is_some() && m.toughness_n_per_mm.is_some()).collect()
 }
 
-fn check_materials(mesh: &TetMesh, materials: &[Material], phase_field: Option<&PhaseField>) -> Result<(), FemError> {
+fn check_materials(
+    mesh: &TetMesh,
+    materials: &[Material],
+    phase_field: Option<&PhaseField>,
+) -> Result<(), FemError> {
     if materials.len() != mesh.regions.len() {
         return Err(FemError::MaterialCount {
             materials: materials.len(),
@@ -150,5 +152,8 @@ fn check_materials(mesh: &TetMesh, materials: &[Material], phase_field: Option<&
             names: mesh.regions.join(", "),
         });
     }
-    mesh.regions.iter().zip(materials).try_for_each(|(region, material)| material.validate(region, phase_field))
+    mesh.regions
+        .iter()
+        .zip(materials)
+        .try_for_each(|(region, material)| material.validate(region, phase_field))
 }

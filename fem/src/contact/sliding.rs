@@ -21,19 +21,28 @@ impl SlidingPlatens {
     ///
     /// # Errors
     /// When the lower end has no two nodes apart in x.
-    pub(crate) fn new(nodes: &[[f64; 3]], bottom: Vec<u32>, top: Vec<u32>) -> Result<Self, FemError> {
+    pub(crate) fn new(
+        nodes: &[[f64; 3]],
+        bottom: Vec<u32>,
+        top: Vec<u32>,
+    ) -> Result<Self, FemError> {
         let at = |n: u32| nodes[n as usize];
         let count = bottom.len().max(1) as f64;
-        let centre: [f64; 2] = std::array::from_fn(|k| bottom.iter().map(|&n| at(n)[k]).sum::<f64>() / count);
+        let centre: [f64; 2] =
+            std::array::from_fn(|k| bottom.iter().map(|&n| at(n)[k]).sum::<f64>() / count);
         let from_centre = |n: u32| (at(n)[0] - centre[0]).hypot(at(n)[1] - centre[1]);
         let reach = |pivot: u32, n: u32| (at(n)[0] - at(pivot)[0]).abs();
-        let held = bottom.iter().copied().min_by(|&a, &b| from_centre(a).total_cmp(&from_centre(b)));
+        let held =
+            bottom.iter().copied().min_by(|&a, &b| from_centre(a).total_cmp(&from_centre(b)));
         let apart = held.and_then(|pivot| {
-            let stop = bottom.iter().copied().max_by(|&a, &b| reach(pivot, a).total_cmp(&reach(pivot, b)))?;
+            let stop = bottom
+                .iter()
+                .copied()
+                .max_by(|&a, &b| reach(pivot, a).total_cmp(&reach(pivot, b)))?;
             (reach(pivot, stop) > 0.0).then_some((pivot, stop))
         });
         let Some((pivot, stop)) = apart else {
-            return Err(FemError::Mesh("surface 'bottom' is a line, not an area: check the surface names".into()));
+            return Err(FemError::Platens("surface 'bottom' is a line, not an area"));
         };
         Ok(Self { bottom, top, pivot, stop })
     }

@@ -53,7 +53,8 @@ mod tests {
     /// ∫ λ₀^a λ₁^b λ₂^c λ₃^d dV / V = 3! a! b! c! d! / (a + b + c + d + 3)!
     fn exact(powers: [u32; 4]) -> f64 {
         let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();
-        6.0 * powers.iter().map(|&p| factorial(p)).product::<f64>() / factorial(powers.iter().sum::<u32>() + 3)
+        6.0 * powers.iter().map(|&p| factorial(p)).product::<f64>()
+            / factorial(powers.iter().sum::<u32>() + 3)
     }
 
     #[test]
@@ -66,9 +67,18 @@ mod tests {
                             let powers = [a, b, c, d];
                             let value: f64 = rule
                                 .iter()
-                                .map(|q| q.weight * (0..4).map(|k| q.at[k].powi(powers[k] as i32)).product::<f64>())
+                                .map(|q| {
+                                    q.weight
+                                        * (0..4)
+                                            .map(|k| q.at[k].powi(powers[k] as i32))
+                                            .product::<f64>()
+                                })
                                 .sum();
-                            assert!((value - exact(powers)).abs() < 2e-15, "{} points, {powers:?}", rule.len());
+                            assert!(
+                                (value - exact(powers)).abs() < 2e-15,
+                                "{} points, {powers:?}",
+                                rule.len()
+                            );
                         }
                     }
                 }

@@ -48,16 +48,16 @@ impl<const N: usize> Rule<N> {
                 let mixing = vec![Vec::new(); elastic.len()];
                 Self { points: elastic, damage: Vec::new(), mixing }
             }
-            (DamageRule::Vertex, false) => Self {
-                points: elastic,
-                damage: nodal(|_| 0.25),
-                mixing: vec![vec![0.25; N]],
-            },
+            (DamageRule::Vertex, false) => {
+                Self { points: elastic, damage: nodal(|_| 0.25), mixing: vec![vec![0.25; N]] }
+            }
             (DamageRule::Vertex, true) => Self {
                 points: elastic,
                 // sub-tetrahedra: 4 corners and an octahedron cut along a diagonal (mean of the three)
                 damage: nodal(|a| if a < 4 { 1.0 / 32.0 } else { 7.0 / 48.0 }),
-                mixing: (0..4).map(|q| (0..N).map(|a| corner_mean::<N, T>(q, a)).collect()).collect(),
+                mixing: (0..4)
+                    .map(|q| (0..N).map(|a| corner_mean::<N, T>(q, a)).collect())
+                    .collect(),
             },
             (DamageRule::Consistent, false) => {
                 let damage = at_points::<N, T>(&four());
@@ -88,7 +88,10 @@ pub(crate) fn mean_values<const N: usize, T: Tetrahedron<N>>() -> [f64; N] {
 
 fn nodal<const N: usize>(weight: impl Fn(usize) -> f64) -> Vec<DamagePoint<N>> {
     (0..N)
-        .map(|a| DamagePoint { shape: std::array::from_fn(|b| f64::from(a == b)), weight: weight(a) })
+        .map(|a| DamagePoint {
+            shape: std::array::from_fn(|b| f64::from(a == b)),
+            weight: weight(a),
+        })
         .collect()
 }
 
@@ -117,7 +120,8 @@ mod tests {
             assert!(row.iter().all(|&c| c >= 0.0));
         }
         for (p, point) in rule.damage.iter().enumerate() {
-            let seen: f64 = rule.points.iter().zip(&rule.mixing).map(|(q, row)| q.weight * row[p]).sum();
+            let seen: f64 =
+                rule.points.iter().zip(&rule.mixing).map(|(q, row)| q.weight * row[p]).sum();
             assert!((seen - point.weight).abs() < 1e-15, "{kind:?} point {p}");
         }
         assert!((rule.damage.iter().map(|p| p.weight).sum::<f64>() - 1.0).abs() < 1e-14);

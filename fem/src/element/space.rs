@@ -4,7 +4,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::rule::Rule;
 use super::tetrahedron::Tetrahedron;
-use crate::error::FemError;
 use crate::mesh::TetMesh;
 
 /// Equal-order Lagrange space for displacement and damage; `N` nodes an element.
@@ -23,11 +22,8 @@ pub(crate) struct Space<const N: usize> {
 }
 
 impl<const N: usize> Space<N> {
-    /// Raises a mesh to element type `T`.
-    ///
-    /// # Errors
-    /// [`FemError::InvertedElement`] for a tetrahedron without positive volume.
-    pub(crate) fn new<T: Tetrahedron<N>>(mesh: &TetMesh, rule: Rule<N>) -> Result<Self, FemError> {
+    /// Raises a sound mesh to element type `T`.
+    pub(crate) fn new<T: Tetrahedron<N>>(mesh: &TetMesh, rule: Rule<N>) -> Self {
         let mut nodes = mesh.nodes.clone();
         let mut midpoints = BTreeMap::new();
         let mut tets = Vec::with_capacity(mesh.tets.len());
@@ -47,12 +43,9 @@ impl<const N: usize> Space<N> {
         let slopes: Vec<_> = rule.points.iter().map(|q| T::slopes(q.at)).collect();
         let mut volume = Vec::with_capacity(tets.len());
         let mut gradients = Vec::with_capacity(tets.len() * slopes.len());
-        for (tet, vertices) in mesh.tets.iter().enumerate() {
-            let (measure, barycentric) = barycentric_gradients(vertices.map(|v| mesh.nodes[v as usize]));
-            if measure <= 0.0 || !measure.is_finite() {
-                let region = mesh.regions.get(usize::from(mesh.region_of[tet])).cloned().unwrap_or_default();
-                return Err(FemError::InvertedElement { tet, region, volume_mm3: measure });
-            }
+        for vertices in &mesh.tets {
+            let (measure, barycentric) =
+                barycentric_gradients(vertices.map(|v| mesh.nodes[v as usize]));
             volume.push(measure);
             for slope in &slopes {
                 gradients.push(std::array::from_fn(|a| {
@@ -60,7 +53,7 @@ impl<const N: usize> Space<N> {
                 }));
             }
         }
-        Ok(Self { nodes, tets, region: mesh.region_of.clone(), volume, gradients, rule, midpoints })
+        Self { nodes, tets, region: mesh.region_of.clone(), volume, gradients, rule, midpoints }
     }
 
     /// The nodes on a set of triangles, in increasing order.

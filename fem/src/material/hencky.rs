@@ -3,21 +3,8 @@
 //! τ = K tr ε I + 2μ dev ε. Because τ_i − τ_j = 2μ (ε_i − ε_j), the shear term of the tangent,
 //! ½ (τ_i − τ_j) coth(ε_i − ε_j) = μ x coth x, is smooth through equal stretches.
 
-use num_dual::DualNum;
-
 use super::Split;
 use super::law::{Moduli, Part, Parts};
-
-pub(super) fn energy<T: DualNum<f64> + Copy>(split: Split, m: &Moduli, e: [T; 3]) -> (T, T) {
-    let trace = e[0] + e[1] + e[2];
-    let mean = trace / 3.0;
-    let deviatoric = e.iter().fold(T::zero(), |sum, &x| sum + (x - mean) * (x - mean)) * m.shear;
-    let volumetric = trace * trace * (0.5 * m.bulk);
-    match split {
-        Split::VolumetricDeviatoric if trace.re() < 0.0 => (deviatoric, volumetric),
-        Split::None | Split::VolumetricDeviatoric => (deviatoric + volumetric, T::zero()),
-    }
-}
 
 pub(super) fn respond(split: Split, m: &Moduli, e: [f64; 3]) -> Parts {
     let trace = e[0] + e[1] + e[2];

@@ -59,7 +59,10 @@ fn symmetric_eigen(mut m: Matrix3<f64>) -> ([f64; 3], Matrix3<f64>) {
 
 /// One Jacobi rotation that makes m[P][Q] zero; R is the third index.
 #[inline(always)]
-fn rotate<const P: usize, const Q: usize, const R: usize>(m: &mut Matrix3<f64>, q: &mut Matrix3<f64>) {
+fn rotate<const P: usize, const Q: usize, const R: usize>(
+    m: &mut Matrix3<f64>,
+    q: &mut Matrix3<f64>,
+) {
     let off = m[(P, Q)];
     if off == 0.0 {
         return;

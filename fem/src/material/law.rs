@@ -1,7 +1,5 @@
 //! The elastic laws, as functions of the principal logarithmic strains.
 
-use num_dual::DualNum;
-
 use super::{Split, hencky, neo_hookean};
 
 /// An isotropic hyperelastic law.
@@ -58,19 +56,13 @@ pub(crate) struct Parts {
 }
 
 impl ElasticLaw {
-    /// ψ⁺ and ψ⁻ over any scalar: the definition of the law, and the oracle of its fused kernel.
-    pub(crate) fn energy<T: DualNum<f64> + Copy>(self, split: Split, m: &Moduli, strain: [T; 3]) -> (T, T) {
-        match self {
-            ElasticLaw::Hencky => hencky::energy(split, m, strain),
-            ElasticLaw::NeoHookean => (neo_hookean::energy(m, strain), T::zero()),
-        }
-    }
-
     /// Energy, stress and tangent in one pass.
     pub(crate) fn respond(self, split: Split, m: &Moduli, strain: [f64; 3]) -> Parts {
         match self {
             ElasticLaw::Hencky => hencky::respond(split, m, strain),
-            ElasticLaw::NeoHookean => Parts { plus: neo_hookean::respond(m, strain), minus: Part::default() },
+            ElasticLaw::NeoHookean => {
+                Parts { plus: neo_hookean::respond(m, strain), minus: Part::default() }
+            }
         }
     }
 }

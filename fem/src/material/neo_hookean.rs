@@ -3,15 +3,7 @@
 //! In principal logarithmic strains I₁ = Σ e^{2ε_i}, so τ_i = μ (e^{2ε_i} − 1) + λ tr ε and
 //! ½ (τ_i − τ_j) coth(ε_i − ε_j) = μ/2 (e^{2ε_i} + e^{2ε_j}): smooth without any series.
 
-use num_dual::DualNum;
-
 use super::law::{Moduli, Part};
-
-pub(super) fn energy<T: DualNum<f64> + Copy>(m: &Moduli, e: [T; 3]) -> T {
-    let trace = e[0] + e[1] + e[2];
-    let stretch = e.iter().fold(T::zero(), |sum, &x| sum + (x * 2.0).exp_m1());
-    (stretch - trace * 2.0) * (0.5 * m.shear) + trace * trace * (0.5 * m.lame)
-}
 
 pub(super) fn respond(m: &Moduli, e: [f64; 3]) -> Part {
     let trace = e[0] + e[1] + e[2];

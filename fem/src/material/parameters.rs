@@ -51,10 +51,18 @@ impl Material {
         }
     }
 
-    pub(crate) fn validate(&self, region: &str, phase_field: Option<&PhaseField>) -> Result<(), FemError> {
+    pub(crate) fn validate(
+        &self,
+        region: &str,
+        phase_field: Option<&PhaseField>,
+    ) -> Result<(), FemError> {
         let entity = format!("material.{region}");
         let check = |holds: bool, field: &'static str, value: f64, requirement: &'static str| {
-            if holds { Ok(()) } else { Err(FemError::parameter(&entity, field, value, requirement)) }
+            if holds {
+                Ok(())
+            } else {
+                Err(FemError::parameter(&entity, field, value, requirement))
+            }
         };
         check(positive(self.young_mpa), "young_mpa", self.young_mpa, "a positive modulus in MPa")?;
         check(

@@ -45,6 +45,11 @@ impl PhaseField {
         if self.length_mm > 0.0 && self.length_mm.is_finite() {
             return Ok(());
         }
-        Err(FemError::parameter("phase_field", "length_mm", self.length_mm, "a positive length, such as the mean edge of the mesh"))
+        Err(FemError::parameter(
+            "phase_field",
+            "length_mm",
+            self.length_mm,
+            "a positive length, such as the mean edge of the mesh",
+        ))
     }
 }

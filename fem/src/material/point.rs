@@ -103,7 +103,9 @@ impl PointResponse {
             g * plus.shear[k] + minus.shear[k] - 0.5 * (tau[i] + tau[j])
         });
         let diagonal = std::array::from_fn(|i| {
-            std::array::from_fn(|l| if i == l { normal[i][i] - tau[i] } else { shear[3 - i - l] + tau[l] })
+            std::array::from_fn(|l| {
+                if i == l { normal[i][i] - tau[i] } else { shear[3 - i - l] + tau[l] }
+            })
         });
         Tangent { basis: self.principal.basis, diagonal, normal, shear }
     }
@@ -119,7 +121,9 @@ impl Tangent {
     pub(crate) fn block(&self, a: &[f64; 3], b: &[f64; 3]) -> Matrix3<f64> {
         let local = Matrix3::from_fn(|i, j| {
             if i == j {
-                self.diagonal[i][0] * a[0] * b[0] + self.diagonal[i][1] * a[1] * b[1] + self.diagonal[i][2] * a[2] * b[2]
+                self.diagonal[i][0] * a[0] * b[0]
+                    + self.diagonal[i][1] * a[1] * b[1]
+                    + self.diagonal[i][2] * a[2] * b[2]
             } else {
                 self.normal[i][j] * a[i] * b[j] + self.shear[3 - i - j] * a[j] * b[i]
             }

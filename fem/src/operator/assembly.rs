@@ -21,7 +21,13 @@ pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
     fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted>;
 
     /// The lower triangle of the tangent in the places of `pattern`.
-    fn tangent(&self, increment: &Increment, coupling: Coupling, pattern: &Pattern, values: &mut [f64]) -> Result<(), Inverted>;
+    fn tangent(
+        &self,
+        increment: &Increment,
+        coupling: Coupling,
+        pattern: &Pattern,
+        values: &mut [f64],
+    ) -> Result<(), Inverted>;
 
     /// Volume-weighted mean of a nodal field over the elements whose region is marked.
     fn mean(&self, field: &[f64], regions: &[bool]) -> f64;
@@ -60,11 +66,18 @@ impl<const N: usize> Operator for Assembly<N> {
         Ok(())
     }
 
-    fn tangent(&self, increment: &Increment, coupling: Coupling, pattern: &Pattern, values: &mut [f64]) -> Result<(), Inverted> {
+    fn tangent(
+        &self,
+        increment: &Increment,
+        coupling: Coupling,
+        pattern: &Pattern,
+        values: &mut [f64],
+    ) -> Result<(), Inverted> {
         values.fill(0.0);
         let mut blocks = [[[[0.0; 4]; 4]; N]; N];
         for tet in 0..self.space.tets.len() {
-            Element::gather(&self.space, tet, increment).tangent(coupling == Coupling::Full, &mut blocks)?;
+            Element::gather(&self.space, tet, increment)
+                .tangent(coupling == Coupling::Full, &mut blocks)?;
             pattern.add(tet, &blocks, values);
         }
         Ok(())
@@ -74,7 +87,11 @@ impl<const N: usize> Operator for Assembly<N> {
         let (mut integral, mut volume) = (0.0, 0.0);
         for (tet, nodes) in self.space.tets.iter().enumerate() {
             if regions[usize::from(self.space.region[tet])] {
-                let mean: f64 = nodes.iter().zip(self.node_share).map(|(&n, share)| share * field[n as usize]).sum();
+                let mean: f64 = nodes
+                    .iter()
+                    .zip(self.node_share)
+                    .map(|(&n, share)| share * field[n as usize])
+                    .sum();
                 integral += self.space.volume[tet] * mean;
                 volume += self.space.volume[tet];
             }

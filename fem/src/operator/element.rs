@@ -88,7 +88,13 @@ impl<'a, const N: usize> Element<'a, N> {
 
     /// R_u and R_φ of the element's nodes, and its energies.
     pub(crate) fn residual(&self) -> Result<ElementResidual<N>, Inverted> {
-        let mut out = ElementResidual { nodal: [[0.0; 4]; N], drive: [0.0; N], elastic: 0.0, fracture: 0.0, viscous: 0.0 };
+        let mut out = ElementResidual {
+            nodal: [[0.0; 4]; N],
+            drive: [0.0; N],
+            elastic: 0.0,
+            fracture: 0.0,
+            viscous: 0.0,
+        };
         let phi = self.damage_at_points();
         let mut driving = [0.0; MOST_POINTS];
         for (q, (point, shape)) in self.space.rule.points.iter().zip(self.gradients).enumerate() {
@@ -121,7 +127,13 @@ impl<'a, const N: usize> Element<'a, N> {
         Ok(out)
     }
 
-    fn add_local_damage(&self, damage: &Damage, phi: &[f64; MOST_POINTS], driving: &[f64; MOST_POINTS], out: &mut ElementResidual<N>) {
+    fn add_local_damage(
+        &self,
+        damage: &Damage,
+        phi: &[f64; MOST_POINTS],
+        driving: &[f64; MOST_POINTS],
+        out: &mut ElementResidual<N>,
+    ) {
         for (p, point) in self.space.rule.damage.iter().enumerate() {
             let weight = self.volume * point.weight;
             let [alpha, slope, _] = damage.density.local(phi[p]);
@@ -139,7 +151,11 @@ impl<'a, const N: usize> Element<'a, N> {
     }
 
     /// The blocks (a, b ≤ a) of the tangent; `coupled` keeps the terms between u and φ.
-    pub(crate) fn tangent(&self, coupled: bool, blocks: &mut [[Block; N]; N]) -> Result<(), Inverted> {
+    pub(crate) fn tangent(
+        &self,
+        coupled: bool,
+        blocks: &mut [[Block; N]; N],
+    ) -> Result<(), Inverted> {
         for a in 0..N {
             blocks[a][..=a].fill([[0.0; 4]; 4]);
         }
@@ -168,12 +184,14 @@ impl<'a, const N: usize> Element<'a, N> {
             }
             for a in 0..N {
                 for b in 0..=a {
-                    blocks[a][b][3][3] += 2.0 * weight * damage.gradient * dot(&shape[a], &shape[b]);
+                    blocks[a][b][3][3] +=
+                        2.0 * weight * damage.gradient * dot(&shape[a], &shape[b]);
                 }
             }
             if coupled {
                 let stress = response.piola_plus() * weight;
-                let forces: [Vector3<f64>; N] = std::array::from_fn(|a| stress * Vector3::from(shape[a]));
+                let forces: [Vector3<f64>; N] =
+                    std::array::from_fn(|a| stress * Vector3::from(shape[a]));
                 let mut softening = [0.0; N];
                 for ((point, c), &x) in self.space.rule.damage.iter().zip(row).zip(&phi) {
                     let slope = c * damage.degradation.slope(x);
@@ -195,7 +213,9 @@ impl<'a, const N: usize> Element<'a, N> {
         for (p, point) in self.space.rule.damage.iter().enumerate() {
             let [.., curvature] = damage.density.local(phi[p]);
             let local = damage.degradation.curvature() * driving[p]
-                + self.volume * point.weight * (damage.local * curvature + damage.viscosity / self.duration);
+                + self.volume
+                    * point.weight
+                    * (damage.local * curvature + damage.viscosity / self.duration);
             for a in 0..N {
                 for b in 0..=a {
                     blocks[a][b][3][3] += point.shape[a] * point.shape[b] * local;

@@ -24,10 +24,16 @@ impl Pattern {
         let neighbours = neighbours(tets, unknowns.equation.len());
         let mut rows_of: Vec<Vec<usize>> = vec![Vec::new(); unknowns.count];
         for (node, near) in neighbours.iter().enumerate() {
-            let mut rows: Vec<usize> =
-                near.iter().flat_map(|&m| unknowns.equation[m]).filter(|&e| e != NONE).map(|e| e as usize).collect();
+            let mut rows: Vec<usize> = near
+                .iter()
+                .flat_map(|&m| unknowns.equation[m])
+                .filter(|&e| e != NONE)
+                .map(|e| e as usize)
+                .collect();
             rows.sort_unstable();
-            for column in unknowns.equation[node].into_iter().filter(|&e| e != NONE).map(|e| e as usize) {
+            for column in
+                unknowns.equation[node].into_iter().filter(|&e| e != NONE).map(|e| e as usize)
+            {
                 rows_of[column] = rows[rows.partition_point(|&r| r < column)..].to_vec();
             }
         }
@@ -63,7 +69,12 @@ impl Pattern {
     }
 
     /// Adds the lower triangle of one element to `values`, which has [`len`](Self::len) + 1 places.
-    pub(crate) fn add<const N: usize>(&self, tet: usize, blocks: &[[Block; N]; N], values: &mut [f64]) {
+    pub(crate) fn add<const N: usize>(
+        &self,
+        tet: usize,
+        blocks: &[[Block; N]; N],
+        values: &mut [f64],
+    ) {
         let places = &self.place[tet * self.entries..(tet + 1) * self.entries];
         for (&place, (i, j)) in places.iter().zip(lower_triangle::<N>()) {
             values[place as usize] += blocks[i / 4][j / 4][i % 4][j % 4];

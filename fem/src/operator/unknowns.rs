@@ -14,7 +14,11 @@ impl Unknowns {
     /// Numbers the free values node by node in the given order.
     ///
     /// `damaged[n]` says whether node n carries damage; `held` are prescribed displacements.
-    pub(crate) fn new(order: &[usize], damaged: &[bool], held: impl Iterator<Item = (u32, usize)>) -> Self {
+    pub(crate) fn new(
+        order: &[usize],
+        damaged: &[bool],
+        held: impl Iterator<Item = (u32, usize)>,
+    ) -> Self {
         let mut free: Vec<[bool; 4]> = damaged.iter().map(|&d| [true, true, true, d]).collect();
         for (node, axis) in held {
             free[node as usize][axis] = false;

@@ -13,7 +13,12 @@ const BETWEEN_FINISHES: u32 = 8;
 const MARGIN: f64 = 0.1;
 
 impl Solver<'_> {
-    pub(super) fn alternate(&mut self, fields: &mut Fields, damage_before: &[f64], duration: f64) -> Result<(), StepFailure> {
+    pub(super) fn alternate(
+        &mut self,
+        fields: &mut Fields,
+        damage_before: &[f64],
+        duration: f64,
+    ) -> Result<(), StepFailure> {
         let tolerance = self.options.tolerance;
         for pass in 1..=self.options.alternations {
             self.newton(Field::Displacement, fields, damage_before, duration, MARGIN * tolerance)?;
@@ -23,7 +28,8 @@ impl Solver<'_> {
             }
             if self.options.scheme == Scheme::Monolithic && pass % BETWEEN_FINISHES == 0 {
                 let mut finish = fields.clone();
-                if self.newton(Field::Both, &mut finish, damage_before, duration, tolerance).is_ok() {
+                if self.newton(Field::Both, &mut finish, damage_before, duration, tolerance).is_ok()
+                {
                     *fields = finish;
                     return Ok(());
                 }

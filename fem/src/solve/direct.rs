@@ -9,7 +9,8 @@ use std::sync::Arc;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::perm::PermRef;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, IntranodeLbltRef, LdltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+    CholeskySymbolicParams, IntranodeLbltRef, LdltRef, SymbolicCholesky, SymmetricOrdering,
+    factorize_symbolic_cholesky,
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
@@ -30,8 +31,13 @@ impl Symbolic {
         let n = pattern.size;
         let upper = SymbolicSparseColMatRef::new_checked(n, n, &start, None, &row);
         // the unknowns are numbered in a fill-reducing order already
-        let factor = factorize_symbolic_cholesky(upper, Side::Upper, SymmetricOrdering::Identity, CholeskySymbolicParams::default())
-            .map_err(|e| FemError::Factorisation { unknowns: n, reason: e.to_string() })?;
+        let factor = factorize_symbolic_cholesky(
+            upper,
+            Side::Upper,
+            SymmetricOrdering::Identity,
+            CholeskySymbolicParams::default(),
+        )
+        .map_err(|e| FemError::Factorisation { unknowns: n, reason: e.to_string() })?;
         Ok(Self { pattern, factor })
     }
 
@@ -128,7 +134,10 @@ impl Direct {
 
     /// Factorises the matrix that is in `values`.
     pub(crate) fn factorise(&mut self) {
-        let matrix = SparseColMatRef::new(self.symbolic.lower(), &self.values[..self.symbolic.pattern.len()]);
+        let matrix = SparseColMatRef::new(
+            self.symbolic.lower(),
+            &self.values[..self.symbolic.pattern.len()],
+        );
         let stack = MemStack::new(&mut self.memory);
         let plain = self.symbolic.factor.factorize_numeric_ldlt(
             &mut self.factor,
@@ -146,7 +155,10 @@ impl Direct {
     }
 
     fn factorise_with_pivots(&mut self) {
-        let matrix = SparseColMatRef::new(self.symbolic.lower(), &self.values[..self.symbolic.pattern.len()]);
+        let matrix = SparseColMatRef::new(
+            self.symbolic.lower(),
+            &self.values[..self.symbolic.pattern.len()],
+        );
         self.symbolic.factor.factorize_numeric_intranode_lblt(
             &mut self.factor,
             &mut self.subdiagonal,
@@ -206,7 +218,12 @@ impl Direct {
         let stack = MemStack::new(&mut self.memory);
         let factor = &self.symbolic.factor;
         match self.pivoting {
-            Pivoting::None => LdltRef::new(factor, &self.factor).solve_in_place_with_conj(Conj::No, right, Par::Seq, stack),
+            Pivoting::None => LdltRef::new(factor, &self.factor).solve_in_place_with_conj(
+                Conj::No,
+                right,
+                Par::Seq,
+                stack,
+            ),
             Pivoting::BunchKaufman => {
                 let pivots = PermRef::new_checked(&self.forward, &self.inverse, n);
                 IntranodeLbltRef::new(factor, &self.factor, &self.subdiagonal, pivots)

@@ -71,7 +71,9 @@ pub(super) struct Norms {
 impl Norms {
     fn of(residual: &Residual, unknowns: &Unknowns) -> Self {
         let [mut force, mut reaction, mut damage, mut drive] = [0.0; 4];
-        for ((nodal, equation), d) in residual.nodal.iter().zip(&unknowns.equation).zip(&residual.drive) {
+        for ((nodal, equation), d) in
+            residual.nodal.iter().zip(&unknowns.equation).zip(&residual.drive)
+        {
             for k in 0..3 {
                 let square = nodal[k] * nodal[k];
                 if equation[k] == NONE { reaction += square } else { force += square }
@@ -81,7 +83,12 @@ impl Norms {
                 drive += d * d;
             }
         }
-        Self { force: force.sqrt(), reaction: reaction.sqrt(), damage: damage.sqrt(), drive: drive.sqrt() }
+        Self {
+            force: force.sqrt(),
+            reaction: reaction.sqrt(),
+            damage: damage.sqrt(),
+            drive: drive.sqrt(),
+        }
     }
 
     pub(super) fn converged(&self, field: Field, tolerance: f64) -> bool {
@@ -136,7 +143,13 @@ const KEEP: f64 = 0.4;
 const BACKTRACKS: u32 = 8;
 
 impl<'a> Solver<'a> {
-    pub(crate) fn new(operator: &'a dyn Operator, unknowns: &'a Unknowns, materials: &'a [PointMaterial], options: SolverOptions, direct: Direct) -> Self {
+    pub(crate) fn new(
+        operator: &'a dyn Operator,
+        unknowns: &'a Unknowns,
+        materials: &'a [PointMaterial],
+        options: SolverOptions,
+        direct: Direct,
+    ) -> Self {
         let nodes = unknowns.equation.len();
         Self {
             operator,
@@ -156,12 +169,20 @@ impl<'a> Solver<'a> {
     /// Solves one increment from the guess in `fields`; returns the iterations it took.
     ///
     /// After a failure `fields` is not in equilibrium.
-    pub(crate) fn solve(&mut self, fields: &mut Fields, damage_before: &[f64], duration: f64) -> Result<u32, StepFailure> {
+    pub(crate) fn solve(
+        &mut self,
+        fields: &mut Fields,
+        damage_before: &[f64],
+        duration: f64,
+    ) -> Result<u32, StepFailure> {
         let start = self.effort.iterations;
         match self.options.scheme {
             Scheme::Monolithic => {
                 let guess = fields.clone();
-                if self.newton(Field::Both, fields, damage_before, duration, self.options.tolerance).is_err() {
+                if self
+                    .newton(Field::Both, fields, damage_before, duration, self.options.tolerance)
+                    .is_err()
+                {
                     self.effort.rescues += 1;
                     *fields = guess;
                     self.alternate(fields, damage_before, duration)?;
@@ -172,14 +193,26 @@ impl<'a> Solver<'a> {
         Ok(self.effort.iterations - start)
     }
 
-    pub(super) fn evaluate(&mut self, fields: &Fields, damage_before: &[f64], duration: f64) -> Result<Norms, StepFailure> {
+    pub(super) fn evaluate(
+        &mut self,
+        fields: &Fields,
+        damage_before: &[f64],
+        duration: f64,
+    ) -> Result<Norms, StepFailure> {
         let increment = Increment { materials: self.materials, fields, damage_before, duration };
         self.operator.residual(&increment, &mut self.residual)?;
         Ok(Norms::of(&self.residual, self.unknowns))
     }
 
     /// Newton on one field or on both, down to `tolerance`.
-    pub(super) fn newton(&mut self, field: Field, fields: &mut Fields, damage_before: &[f64], duration: f64, tolerance: f64) -> Result<(), StepFailure> {
+    pub(super) fn newton(
+        &mut self,
+        field: Field,
+        fields: &mut Fields,
+        damage_before: &[f64],
+        duration: f64,
+        tolerance: f64,
+    ) -> Result<(), StepFailure> {
         let coupling = if field == Field::Both { Coupling::Full } else { Coupling::Separate };
         if coupling != self.coupling {
             self.factor = Factor::Absent;
@@ -219,10 +252,20 @@ impl<'a> Solver<'a> {
         if norms.converged(field, tolerance) { Ok(()) } else { Err(StepFailure::TooMany) }
     }
 
-    fn factorise(&mut self, fields: &Fields, damage_before: &[f64], duration: f64) -> Result<(), StepFailure> {
+    fn factorise(
+        &mut self,
+        fields: &Fields,
+        damage_before: &[f64],
+        duration: f64,
+    ) -> Result<(), StepFailure> {
         let increment = Increment { materials: self.materials, fields, damage_before, duration };
         let mut values = std::mem::take(&mut self.direct.values);
-        let assembled = self.operator.tangent(&increment, self.coupling, &self.direct.symbolic().pattern, &mut values);
+        let assembled = self.operator.tangent(
+            &increment,
+            self.coupling,
+            &self.direct.symbolic().pattern,
+            &mut values,
+        );
         self.direct.values = values;
         assembled?;
         self.direct.factorise();
@@ -232,7 +275,14 @@ impl<'a> Solver<'a> {
     }
 
     /// Takes the step x − α d with the first α of 1, ½, ¼ … that lowers the scaled residual.
-    fn line_search(&mut self, field: Field, fields: &mut Fields, damage_before: &[f64], duration: f64, norms: &Norms) -> Result<(Norms, f64), StepFailure> {
+    fn line_search(
+        &mut self,
+        field: Field,
+        fields: &mut Fields,
+        damage_before: &[f64],
+        duration: f64,
+        norms: &Norms,
+    ) -> Result<(Norms, f64), StepFailure> {
         let before = norms.merit(field, norms);
         let tries = if self.factor == Factor::Fresh { BACKTRACKS } else { 1 };
         let mut share = 1.0;
@@ -259,7 +309,11 @@ impl<'a> Solver<'a> {
             for k in 0..4 {
                 if equation[k] != NONE && field.holds(k) {
                     let change = share * self.step[equation[k] as usize];
-                    if k < 3 { to.displacement[node][k] -= change } else { to.damage[node] -= change }
+                    if k < 3 {
+                        to.displacement[node][k] -= change
+                    } else {
+                        to.damage[node] -= change
+                    }
                 }
             }
         }

@@ -34,9 +34,15 @@ impl Default for SolverOptions {
 impl SolverOptions {
     pub(crate) fn validate(&self) -> Result<(), FemError> {
         if !(1e-14..=1e-2).contains(&self.tolerance) {
-            return Err(FemError::parameter("solver", "tolerance", self.tolerance, "between 1e-14 and 1e-2, usually 1e-8"));
+            return Err(FemError::parameter(
+                "solver",
+                "tolerance",
+                self.tolerance,
+                "between 1e-14 and 1e-2, usually 1e-8",
+            ));
         }
-        for (field, value) in [("iterations", self.iterations), ("alternations", self.alternations)] {
+        for (field, value) in [("iterations", self.iterations), ("alternations", self.alternations)]
+        {
             if value == 0 {
                 return Err(FemError::parameter("solver", field, 0.0, "at least 1"));
             }

@@ -12,7 +12,10 @@ use crate::operator::neighbours;
 ///
 /// Reference: Amestoy, Davis & Duff, SIAM J. Matrix Anal. Appl. 17 (1996) 886,
 /// doi:10.1137/S0895479894278952.
-pub(crate) fn fill_reducing<const N: usize>(tets: &[[u32; N]], nodes: usize) -> Result<Vec<usize>, FemError> {
+pub(crate) fn fill_reducing<const N: usize>(
+    tets: &[[u32; N]],
+    nodes: usize,
+) -> Result<Vec<usize>, FemError> {
     let mut start = vec![0usize];
     let mut row = Vec::new();
     for near in neighbours(tets, nodes) {
@@ -25,7 +28,13 @@ pub(crate) fn fill_reducing<const N: usize>(tets: &[[u32; N]], nodes: usize) -> 
     let mut position = vec![0usize; nodes];
     let scratch = amd::order_scratch::<usize>(nodes, row.len());
     let mut memory = MemBuffer::try_new(scratch).map_err(|_| failed("out of memory".into()))?;
-    amd::order(&mut order, &mut position, graph, amd::Control::default(), MemStack::new(&mut memory))
-        .map_err(|e| failed(e.to_string()))?;
+    amd::order(
+        &mut order,
+        &mut position,
+        graph,
+        amd::Control::default(),
+        MemStack::new(&mut memory),
+    )
+    .map_err(|e| failed(e.to_string()))?;
     Ok(order)
 }
