@@ -9,15 +9,23 @@ use fem::{CylinderLattice, MeshError, TetMesh};
 
 /// A lattice with two regions, for round trips.
 fn specimen() -> TetMesh {
-    let mut mesh =
-        CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.6 }.build().unwrap();
+    let mut mesh = CylinderLattice {
+        radius_mm: 2.5,
+        height_mm: 4.4,
+        spacing_mm: 1.6,
+    }
+    .build()
+    .unwrap();
     mesh.regions.push("grain".into());
     mesh.region_of[10..40].fill(1);
     mesh
 }
 
 fn names() -> GmshNames {
-    GmshNames::new([("matrix", 1), ("grain", 2)], [("bottom", 11), ("top", 12), ("side", 13)])
+    GmshNames::new(
+        [("matrix", 1), ("grain", 2)],
+        [("bottom", 11), ("top", 12), ("side", 13)],
+    )
 }
 
 fn file(name: &str, bytes: impl AsRef<[u8]>) -> (tempfile::TempDir, PathBuf) {
@@ -32,8 +40,12 @@ fn assert_same(read: &TetMesh, mesh: &TetMesh) {
     type Named<'a, const N: usize> = Vec<(&'a str, [u32; N])>;
     fn tets(mesh: &TetMesh) -> Named<'_, 4> {
         let region = |tet: usize| mesh.regions[mesh.region_of[tet] as usize].as_str();
-        let mut all: Named<4> =
-            mesh.tets.iter().enumerate().map(|(tet, &nodes)| (region(tet), nodes)).collect();
+        let mut all: Named<4> = mesh
+            .tets
+            .iter()
+            .enumerate()
+            .map(|(tet, &nodes)| (region(tet), nodes))
+            .collect();
         all.sort_unstable();
         all
     }
@@ -48,7 +60,10 @@ fn assert_same(read: &TetMesh, mesh: &TetMesh) {
             faces.sort_unstable();
             faces
         };
-        mesh.surfaces.iter().map(|(name, faces)| (name.clone(), sort(faces))).collect()
+        mesh.surfaces
+            .iter()
+            .map(|(name, faces)| (name.clone(), sort(faces)))
+            .collect()
     };
     assert_eq!(sorted(read), sorted(mesh));
 }
@@ -62,7 +77,10 @@ fn what_is_written_comes_back_the_same() {
     assert_same(&gmsh::read(&path, &numbers).unwrap(), &mesh);
 
     // by the names in the file, and by asking for everything
-    let by_name = GmshNames::new([("grain", "grain"), ("soft", "matrix")], [("base", "bottom")]);
+    let by_name = GmshNames::new(
+        [("grain", "grain"), ("soft", "matrix")],
+        [("base", "bottom")],
+    );
     let read = gmsh::read(&path, &by_name).unwrap();
     assert_eq!(read.regions, ["grain", "soft"]);
     assert_eq!(read.surfaces["base"].len(), mesh.surfaces["bottom"].len());
@@ -74,18 +92,33 @@ fn elements(mesh: &TetMesh, quadratic: bool) -> Vec<(i32, i32, i32, Vec<u64>)> {
     // mid-edge nodes are all the tag 900000: only corners may be read
     let tags = |nodes: &[u32], extra: usize| -> Vec<u64> {
         let corners = nodes.iter().map(|&node| tag(node));
-        corners.chain(std::iter::repeat_n(900_000, if quadratic { extra } else { 0 })).collect()
+        corners
+            .chain(std::iter::repeat_n(
+                900_000,
+                if quadratic { extra } else { 0 },
+            ))
+            .collect()
     };
     let mut all = Vec::new();
     for (name, group) in [("bottom", 11), ("top", 12), ("side", 13)] {
         // turned inward, to be mended by the reader
         for &[a, b, c] in &mesh.surfaces[name] {
-            all.push((if quadratic { 9 } else { 2 }, group, 30 + group, tags(&[b, a, c], 3)));
+            all.push((
+                if quadratic { 9 } else { 2 },
+                group,
+                30 + group,
+                tags(&[b, a, c], 3),
+            ));
         }
     }
     for (&[a, b, c, d], &region) in mesh.tets.iter().zip(&mesh.region_of) {
         let group = region as i32 + 1;
-        all.push((if quadratic { 11 } else { 4 }, group, 50 + group, tags(&[a, b, c, d], 6)));
+        all.push((
+            if quadratic { 11 } else { 4 },
+            group,
+            50 + group,
+            tags(&[a, b, c, d], 6),
+        ));
     }
     all
 }
@@ -120,7 +153,9 @@ fn v2(mesh: &TetMesh, binary: bool) -> Vec<u8> {
         for (k, (kind, group, entity, nodes)) in run.iter().enumerate() {
             if binary {
                 [k as i32 + 1, *group, *entity].map(|x| out.extend(x.to_le_bytes()));
-                nodes.iter().for_each(|&n| out.extend((n as i32).to_le_bytes()));
+                nodes
+                    .iter()
+                    .for_each(|&n| out.extend((n as i32).to_le_bytes()));
             } else {
                 let nodes: Vec<String> = nodes.iter().map(u64::to_string).collect();
                 let nodes = nodes.join(" ");
@@ -166,8 +201,13 @@ impl V4 {
 }
 
 fn v4(mesh: &TetMesh, binary: bool, big_endian: bool, quadratic: bool) -> Vec<u8> {
-    let mut w = V4 { out: Vec::new(), binary, big_endian };
-    w.out.extend(format!("$MeshFormat\n4.1 {} 8\n", binary as i32).bytes());
+    let mut w = V4 {
+        out: Vec::new(),
+        binary,
+        big_endian,
+    };
+    w.out
+        .extend(format!("$MeshFormat\n4.1 {} 8\n", binary as i32).bytes());
     if binary {
         w.int(1);
     }
@@ -186,7 +226,11 @@ fn v4(mesh: &TetMesh, binary: bool, big_endian: bool, quadratic: bool) -> Vec<u8
         w.int(entity);
         [0.0; 6].map(|x| w.real(x));
         w.size(1);
-        w.int(if entity < 50 { -(entity - 30) } else { entity - 50 });
+        w.int(if entity < 50 {
+            -(entity - 30)
+        } else {
+            entity - 50
+        });
         w.size(1);
         w.int(1);
     }
@@ -215,7 +259,13 @@ fn v4(mesh: &TetMesh, binary: bool, big_endian: bool, quadratic: bool) -> Vec<u8
     w.line("$EndNodes\n$Elements");
     let elements = elements(mesh, quadratic);
     let blocks: Vec<_> = elements.chunk_by(|a, b| a.2 == b.2).collect();
-    [blocks.len() as u64, elements.len() as u64, 1, elements.len() as u64].map(|n| w.size(n));
+    [
+        blocks.len() as u64,
+        elements.len() as u64,
+        1,
+        elements.len() as u64,
+    ]
+    .map(|n| w.size(n));
     for block in blocks {
         let (kind, _, entity, _) = block[0];
         [if entity < 50 { 2 } else { 3 }, entity, kind].map(|n| w.int(n));
@@ -250,7 +300,10 @@ fn all_variants_give_the_same_mesh() {
 fn fault(bytes: impl AsRef<[u8]>, names: &GmshNames) -> String {
     let (_dir, path) = file("bad.msh", bytes);
     let message = gmsh::read(&path, names).unwrap_err().to_string();
-    assert!(message.contains("bad.msh"), "the file is not named: {message}");
+    assert!(
+        message.contains("bad.msh"),
+        "the file is not named: {message}"
+    );
     message
 }
 
@@ -275,7 +328,11 @@ fn faults_name_place_value_and_mend() {
     let line = 1 + text.lines().position(|line| line.contains("2.5 ")).unwrap();
     assert_contains(
         &fault(&spoilt, &names),
-        &[&format!("line {line} (section $Nodes)"), "2,5", "coordinate"],
+        &[
+            &format!("line {line} (section $Nodes)"),
+            "2,5",
+            "coordinate",
+        ],
     );
     assert_contains(&fault(&text[..text.len() / 2], &names), &["line"]);
     assert_contains(
@@ -291,12 +348,21 @@ fn faults_name_place_value_and_mend() {
     // a missing group lists those that are there
     let mut wrong = names.clone();
     wrong.regions.insert("grain".into(), 5.into());
-    assert_contains(&fault(&text, &wrong), &["region `grain`", "group 5", "has 1, 2"]);
+    assert_contains(
+        &fault(&text, &wrong),
+        &["region `grain`", "group 5", "has 1, 2"],
+    );
     let mut wrong = names.clone();
     wrong.surfaces.insert("top".into(), "lid".into());
-    assert_contains(&fault(&text, &wrong), &["surface `top`", "\"lid\"", "11, 12, 13"]);
+    assert_contains(
+        &fault(&text, &wrong),
+        &["surface `top`", "\"lid\"", "11, 12, 13"],
+    );
     let only_matrix = GmshNames::new([("matrix", 1)], [("bottom", 11)]);
-    assert_contains(&fault(&text, &only_matrix), &["physical volume(s) [2]", "no named region"]);
+    assert_contains(
+        &fault(&text, &only_matrix),
+        &["physical volume(s) [2]", "no named region"],
+    );
 
     // a hexahedron, and a node that is not there
     let mut hexahedron = text.clone();
@@ -331,13 +397,19 @@ fn shared() -> PathBuf {
 fn reference_cylinder() {
     let path = shared().join("data/fem/cyl_a.msh");
     if !path.exists() {
-        eprintln!("SKIPPED: {} is absent; set BRECCIA_SHARED to check it", path.display());
+        eprintln!(
+            "SKIPPED: {} is absent; set BRECCIA_SHARED to check it",
+            path.display()
+        );
         return;
     }
     let mesh = gmsh::read(&path, &names()).unwrap();
     assert_eq!((mesh.nodes.len(), mesh.tets.len()), (3950, 19443));
     let close = |value: f64, expected: f64| {
-        assert!((value / expected - 1.0).abs() < 1e-9, "{value} against {expected}");
+        assert!(
+            (value / expected - 1.0).abs() < 1e-9,
+            "{value} against {expected}"
+        );
     };
     close(mesh.volume(), 86.24230777795543);
     close(mesh.region_volume("grain").unwrap(), 8.523221291952499);
