@@ -1,0 +1,63 @@
+//! The real ArviZ opens our posteriors without conversion and agrees with our summary.
+//!
+//! Needs Python with ArviZ 1 or later: `python3`, or the interpreter named by BRECCIA_PYTHON.
+//! Without it the test says that it was skipped.
+
+use std::env;
+use std::io::Write;
+use std::path::Path;
+use std::process::Command;
+
+use ppl::prelude::*;
+use ppl::{Bound, Context, Datum, Model, Posterior, Rejection, Site};
+
+/// Pairs with one mean and scale; a second scale is known only from the prior.
+struct Pairs<'a> {
+    y: &'a [[f64; 2]],
+}
+
+impl Model for Pairs<'_> {
+    fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
+        static MU: Site = Site::new("mu");
+        static SD: Site = Site::new("sd");
+        static Y: Site = Site { repeated: true, ..Site::new("y") };
+        let mu = cx.unknown(&MU, Normal(0.0, 5.0))?;
+        let sd = cx.unknown(&SD, Uniform(0.1, 3.0).array::<2>())?;
+        for y in self.y {
+            cx.observe(&Y, y.lift(), Normal(mu, sd[0]).array::<2>())?;
+        }
+        Ok(())
+    }
+}
+
+fn python() -> Option<String> {
+    let interpreter = env::var("BRECCIA_PYTHON").unwrap_or_else(|_| "python3".into());
+    let probe = "import arviz, zarr; assert int(arviz.__version__.split('.')[0]) >= 1";
+    let found = Command::new(&interpreter).args(["-c", probe]).output();
+    found.is_ok_and(|output| output.status.success()).then_some(interpreter)
+}
+
+#[test]
+fn arviz_opens_a_posterior_and_agrees_with_the_summary() {
+    let Some(python) = python() else {
+        // past the test harness, which hides what a passing test prints
+        let note = "SKIPPED: no Python with ArviZ 1 (set BRECCIA_PYTHON to one that has it)";
+        writeln!(std::io::stderr(), "{note}").expect("stderr is open");
+        return;
+    };
+    let model = Bound::new(Pairs { y: &[[0.3, 0.9], [1.6, -0.2], [0.8, 1.1]] });
+    let run = Nuts::default().chains(4).warmup(400).draws(501).seed(7).run(&model).expect("runs");
+    let mut posterior = Posterior::from_chains(&model, run, 7).expect("its own chains");
+    posterior.label("sd", 0, &["slope", "peak force"]);
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let store = folder.path().join("posterior.zarr");
+    let table = folder.path().join("summary.csv");
+    posterior.write_zarr(&store).expect("written");
+    posterior.summary().write_csv(&table).expect("written");
+
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("python/arviz_roundtrip.py");
+    let output = Command::new(python).arg(script).arg(store).arg(table).output().expect("starts");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+}
