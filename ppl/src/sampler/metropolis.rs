@@ -13,19 +13,19 @@ use super::{
     rejections::{Rejections, Stop},
     run::{Kernel, Stream},
     settings::{Init, Run, shared_settings},
-    step_size::DualAveraging,
     warmup::{Moment, Rule, Schedule},
 };
 use crate::density::{LogDensity, Rejection};
 
 /// Random-walk Metropolis that learns its proposal `Normal(y, s² Σ)` in the warmup.
 ///
-/// Needs no gradient. Σ is the covariance of the draws of the last window (doubling windows as in
-/// [`Nuts::stan_compatible`](super::Nuts::stan_compatible)), its correlations shrunk by n/(n+5)
-/// so that it is positive definite from any number n of draws; the scale s starts at
-/// 2.38/√d and follows the acceptance towards `0.234 + 0.206/d` by dual averaging. After the
-/// warmup nothing is adapted, so that the kept draws are an ordinary Markov chain. The cost per
-/// effective draw grows with d; prefer [`Nuts`](super::Nuts) where there are gradients.
+/// Needs no gradient. Σ is the covariance of the draws of the last of several windows, which
+/// double from 100 draws between the first 10 % and the last 25 % of the warmup; its correlations
+/// are shrunk by n/(n+5), so that it is positive definite from any number n of draws. The scale s
+/// begins at 2.38/√d with every window, and `ln s ← ln s + k^−0.6 (a − a*)` leads the acceptance
+/// a to `a* = 0.234 + 0.206/d` (Robbins & Monro). After the warmup nothing is adapted, so that the
+/// kept draws are an ordinary Markov chain. The cost of an effective draw grows with d; prefer
+/// [`Nuts`](super::Nuts) where there are gradients.
 ///
 /// Statistics of a draw: `leapfrogs` is 1, `depth` 0, `step_size` s, `energy` −ln p.
 ///
@@ -47,8 +47,9 @@ use crate::density::{LogDensity, Rejection};
 /// ```
 ///
 /// # References
-/// Haario, Saksman & Tamminen, Bernoulli 7 (2001) 223; Gelman, Roberts & Gilks, *Bayesian
-/// Statistics 5* (1996) 599 for scale and acceptance.
+/// Haario, Saksman & Tamminen, Bernoulli 7 (2001) 223; Andrieu & Thoms, Statistics and Computing
+/// 18 (2008) 343, algorithm 4; Gelman, Roberts & Gilks, *Bayesian Statistics 5* (1996) 599 for
+/// scale and acceptance.
 #[derive(Clone)]
 pub struct Metropolis<'a> {
     run: Run<'a>,
@@ -85,7 +86,8 @@ struct MetropolisChain<'a, D: LogDensity> {
     /// Cholesky factor of Σ.
     factor: DMatrix<f64>,
     scale: f64,
-    adaptation: DualAveraging,
+    /// Warmup transitions since the scale began anew.
+    steps: f64,
     schedule: Schedule,
     window: Scatter,
     rejections: Rejections,
@@ -94,8 +96,6 @@ struct MetropolisChain<'a, D: LogDensity> {
 impl<'a, D: LogDensity> MetropolisChain<'a, D> {
     fn new(density: &'a D, warmup: usize) -> Self {
         let dim = density.dim();
-        let d = dim.max(1) as f64;
-        let scale = 2.38 / d.sqrt();
         Self {
             density,
             workspace: D::Workspace::default(),
@@ -105,13 +105,23 @@ impl<'a, D: LogDensity> MetropolisChain<'a, D> {
             noise: DVector::zeros(dim),
             jump: DVector::zeros(dim),
             factor: DMatrix::identity(dim, dim),
-            scale,
-            adaptation: DualAveraging::new(0.234 + 0.206 / d, scale),
-            schedule: Schedule::new(Rule::Stan, warmup),
+            scale: first_scale(dim),
+            steps: 0.0,
+            schedule: Schedule::new(Rule::Walk, warmup),
             window: Scatter::new(dim),
             rejections: Rejections::default(),
         }
     }
+}
+
+/// Best scale for a normal target whose covariance is known.
+fn first_scale(dim: usize) -> f64 {
+    2.38 / (dim.max(1) as f64).sqrt()
+}
+
+/// Best acceptance: 0.44 for one coordinate, 0.234 for many.
+fn target_acceptance(dim: usize) -> f64 {
+    0.234 + 0.206 / dim.max(1) as f64
 }
 
 impl<D: LogDensity> Kernel for MetropolisChain<'_, D> {
@@ -156,7 +166,9 @@ impl<D: LogDensity> Kernel for MetropolisChain<'_, D> {
     }
 
     fn adapt(&mut self, stats: &DrawStats, _: &mut Stream) -> Result<(), Stop> {
-        self.adaptation.learn(stats.acceptance);
+        let dim = self.y.len();
+        self.steps += 1.0;
+        self.scale *= (self.steps.powf(-0.6) * (stats.acceptance - target_acceptance(dim))).exp();
         let moment = self.schedule.pass();
         if matches!(moment, Moment::Inside | Moment::Last { .. }) {
             self.window.add(&self.y);
@@ -165,18 +177,17 @@ impl<D: LogDensity> Kernel for MetropolisChain<'_, D> {
             // a window in which a coordinate never moved has no covariance: keep the old one
             if let Some(factor) = Cholesky::new(self.window.covariance()) {
                 self.factor = factor.unpack();
-                self.adaptation.restart(2.38 / (self.y.len() as f64).sqrt());
+                self.scale = first_scale(dim);
+                self.steps = 0.0;
             }
-            self.window = Scatter::new(self.y.len());
+            self.window = Scatter::new(dim);
         }
-        self.scale = self.adaptation.current();
         Ok(())
     }
 
     fn freeze(&mut self, report: &mut WarmupReport) {
-        self.scale = self.adaptation.average();
         report.step_size = self.scale;
-        report.target_acceptance = self.adaptation.target;
+        report.target_acceptance = target_acceptance(self.y.len());
         report.windows = self.schedule.passed.clone();
         let covariance = &self.factor * self.factor.transpose();
         report.covariance = Covariance::Dense(covariance.as_slice().to_vec());

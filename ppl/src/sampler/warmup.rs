@@ -7,13 +7,15 @@ use super::{
     step_size::DualAveraging,
 };
 
-/// Rule by which a run adapts its diagonal mass matrix.
+/// Rule by which a run adapts the shape of its moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rule {
     /// Variance of the draws in doubling windows, as Stan does.
     Stan,
     /// Fisher-divergence map from draws and scores, replaced early and often.
     Fisher,
+    /// Covariance of the draws in doubling windows, with much time for the scale: Metropolis.
+    Walk,
 }
 
 /// Draws `start..end` of the warmup from which one mass matrix is estimated.
@@ -31,6 +33,8 @@ const SHORTEST: usize = 20;
 const EARLY_WINDOW: usize = 10;
 const FIRST_WINDOW: usize = 80;
 const WINDOW_GROWTH: f64 = 1.5;
+/// First window of Metropolis, whose draws tell less each.
+const FIRST_WALK: usize = 100;
 /// The target of a run whose late warmup diverged.
 const RAISED_TARGET: f64 = 0.9;
 /// Transitions after a restart whose steps are still wild, so that a divergence tells nothing.
@@ -44,6 +48,7 @@ impl Rule {
         match self {
             Self::Stan => stan_windows(warmup),
             Self::Fisher => fisher_windows(warmup),
+            Self::Walk => growing(warmup / 10, warmup - warmup / 4, FIRST_WALK, 2.0),
         }
     }
 }
@@ -189,8 +194,10 @@ impl Warmup {
             Moment::Last { restart } => {
                 self.estimator.add(&point.y, &point.gradient);
                 match self.rule {
-                    Rule::Stan => metric.replace(|i| self.estimator.shrunk_variance(i)),
                     Rule::Fisher => metric.replace(|i| self.estimator.fisher_variance(i)),
+                    Rule::Stan | Rule::Walk => {
+                        metric.replace(|i| self.estimator.shrunk_variance(i));
+                    }
                 }
                 self.estimator.clear();
                 if restart { Advice::SearchStep } else { Advice::GoOn }
@@ -238,11 +245,12 @@ mod tests {
         assert_eq!(last_draws(Rule::Fisher, 400), expected);
         assert_eq!(last_draws(Rule::Fisher, 20), [16]);
         assert!(last_draws(Rule::Fisher, 19).is_empty());
+        assert_eq!(last_draws(Rule::Walk, 5000), [599, 799, 1199, 1999, 3749]);
     }
 
     #[test]
     fn windows_adjoin_and_leave_room_for_the_step() {
-        for rule in [Rule::Stan, Rule::Fisher] {
+        for rule in [Rule::Stan, Rule::Fisher, Rule::Walk] {
             for warmup in SHORTEST..1200 {
                 let windows = rule.windows(warmup);
                 assert!(!windows.is_empty());

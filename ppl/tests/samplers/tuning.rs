@@ -1,0 +1,116 @@
+//! What the warmup finds.
+
+use ppl::{Covariance, DrawStats, Metropolis, Nuts};
+
+use crate::targets::Gaussian;
+
+fn variances(covariance: &Covariance) -> &[f64] {
+    match covariance {
+        Covariance::Diagonal(variances) => variances,
+        Covariance::Dense(_) => panic!("NUTS has a diagonal mass matrix"),
+    }
+}
+
+fn acceptance(stats: &[DrawStats]) -> f64 {
+    stats.iter().map(|s| s.acceptance).sum::<f64>() / stats.len() as f64
+}
+
+/// Draws and scores of independent normals determine the scales to rounding.
+#[test]
+fn the_default_map_is_exact_for_independent_normals() {
+    let target = Gaussian::autoregressive(5, 0.0, 1e-3, 1e3);
+    let chains = Nuts::default().warmup(200).draws(10).seed(1).run(&target).expect("runs");
+    for chain in &chains.chains {
+        for (i, variance) in variances(&chain.warmup.covariance).iter().enumerate() {
+            approx::assert_relative_eq!(*variance, target.covariance[(i, i)], max_relative = 1e-9);
+        }
+    }
+}
+
+/// Stan's estimate comes from the 500 draws of its last window: relative error √(2/500) per
+/// chain for independent draws; NUTS on normals does no worse than half of that.
+#[test]
+fn the_stan_map_is_the_sample_variance() {
+    let target = Gaussian::autoregressive(5, 0.0, 0.1, 10.0);
+    let chains = Nuts::stan_compatible().draws(10).seed(1).run(&target).expect("runs");
+    for chain in &chains.chains {
+        assert_eq!(chain.warmup.windows, [99, 149, 249, 449, 949]);
+        for (i, variance) in variances(&chain.warmup.covariance).iter().enumerate() {
+            let ratio = variance / target.covariance[(i, i)];
+            assert!((ratio - 1.0).abs() < 4.0 * (2.0 / 250.0_f64).sqrt(), "{i}: {ratio}");
+        }
+    }
+}
+
+/// Dual averaging steers the mean acceptance since its restart to the target, but for
+/// γ (μ − ln ε)/√t, below 0.02 in the last window of either schedule. The frozen step, an average
+/// of ln ε, accepts more than that, since acceptance falls ever steeper with ln ε; how much more
+/// depends on how far ln ε still swung.
+#[test]
+fn the_step_hits_its_target() {
+    let target = Gaussian::autoregressive(10, 0.5, 0.1, 10.0);
+    for wanted in [0.7, 0.8, 0.9] {
+        for nuts in [Nuts::default(), Nuts::stan_compatible()] {
+            let nuts = nuts.target_accept(wanted).chains(8).draws(300).seed(5);
+            for chain in nuts.run(&target).expect("runs").chains {
+                let [.., before, last] = chain.warmup.windows[..] else { panic!("two windows") };
+                let steered = acceptance(&chain.warmup.stats[before + 1..=last]);
+                assert!((steered - wanted).abs() < 0.02, "{steered}, not {wanted}");
+                let frozen = acceptance(&chain.stats);
+                assert!(frozen > wanted - 0.05 && frozen < 0.98, "{frozen}, not {wanted}");
+            }
+        }
+    }
+}
+
+#[test]
+fn nothing_is_adapted_after_the_warmup() {
+    let target = Gaussian::autoregressive(3, 0.5, 0.1, 10.0);
+    let chains = Nuts::default().seed(9).draws(50).run(&target).expect("runs");
+    for chain in &chains.chains {
+        assert_eq!(chain.warmup.stats.len(), 1000);
+        assert!(chain.warmup.stats.iter().all(|s| s.tuning));
+        assert!(chain.stats.iter().all(|s| !s.tuning && s.step_size == chain.warmup.step_size));
+    }
+}
+
+/// The Metropolis proposal learns the shape of the target, and accepts as often as it should.
+#[test]
+fn metropolis_learns_its_proposal() {
+    let target = Gaussian::autoregressive(4, 0.9, 0.1, 10.0);
+    let metropolis = Metropolis::default().warmup(20_000).draws(5000).chains(8).seed(6);
+    let chains = metropolis.run(&target).expect("runs").chains;
+    let mut means = Vec::new();
+    for chain in &chains {
+        let Covariance::Dense(covariance) = &chain.warmup.covariance else {
+            panic!("Metropolis has a full covariance")
+        };
+        for i in 0..4 {
+            for j in 0..4 {
+                let scale = (target.covariance[(i, i)] * target.covariance[(j, j)]).sqrt();
+                let error = (covariance[4 * i + j] - target.covariance[(i, j)]) / scale;
+                // the last window, some 8 000 draws, has an effective size of several hundred
+                assert!(error.abs() < 4.0 * (2.0 / 300.0_f64).sqrt(), "{i} {j}: {error}");
+            }
+        }
+        means.push(acceptance(&chain.stats));
+    }
+    let mean = means.iter().sum::<f64>() / means.len() as f64;
+    let wanted = chains[0].warmup.target_acceptance;
+    approx::assert_relative_eq!(wanted, 0.234 + 0.206 / 4.0, max_relative = 1e-15);
+    assert!((mean - wanted).abs() < 0.03, "{mean}, not {wanted}");
+}
+
+/// Few divergences in the last 15 % of the warmup raise the target of the default schedule.
+#[test]
+fn late_divergences_raise_the_target() {
+    use crate::targets::half_normal;
+    let start = vec![vec![1.0]; 4];
+    let nuts = Nuts::default().init_points(start).draws(10).seed(4);
+    let chains = nuts.run(&half_normal()).expect("runs").chains;
+    for chain in &chains {
+        let late = chain.warmup.stats[870..].iter().any(|s| s.divergent);
+        assert_eq!(chain.warmup.target_acceptance, if late { 0.9 } else { 0.8 });
+    }
+    assert!(chains.iter().any(|c| c.warmup.target_acceptance == 0.9));
+}
