@@ -4,7 +4,11 @@ use std::collections::BTreeMap;
 
 use thiserror::Error;
 
-use crate::density::{Place, Rejection};
+use crate::{
+    bound::ModelError,
+    density::{Place, Rejection},
+    posterior::PosteriorError,
+};
 
 /// A run that could not start. Trouble after the start ends a chain and keeps its draws, see
 /// [`Chain::stopped`](super::Chain::stopped).
@@ -44,6 +48,12 @@ pub enum SampleError {
         /// The model's message.
         message: String,
     },
+    /// The model cannot be evaluated at all.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The draws make no posterior, as when an interrupt came before the first.
+    #[error(transparent)]
+    Posterior(#[from] PosteriorError),
     /// The threads could not be started.
     #[error("cannot start the sampling threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),

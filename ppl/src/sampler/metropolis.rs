@@ -15,7 +15,12 @@ use super::{
     settings::{Init, Run, shared_settings},
     warmup::{Moment, Rule, Schedule},
 };
-use crate::density::{LogDensity, Rejection};
+use crate::{
+    bound::Bound,
+    density::{LogDensity, Rejection},
+    model::Model,
+    posterior::Posterior,
+};
 
 /// Random-walk Metropolis that learns its proposal `Normal(y, s² Σ)` in the warmup.
 ///
@@ -72,6 +77,16 @@ impl<'a> Metropolis<'a> {
         let dim = density.dim();
         let chains = self.run.execute(dim, || MetropolisChain::new(density, self.run.warmup))?;
         Ok(Chains { dim, chains, max_depth: None })
+    }
+
+    /// Samples a model: the draws with everything the model names.
+    ///
+    /// # Errors
+    /// See [`Metropolis`]; also if the model cannot be evaluated, or a chain was stopped before its first
+    /// draw.
+    pub fn sample<M: Model>(&self, model: &Bound<M>) -> Result<Posterior, SampleError> {
+        model.layout()?;
+        Ok(Posterior::from_chains(model, self.run(model)?, self.run.seed)?)
     }
 }
 

@@ -13,7 +13,12 @@ use super::{
     trajectory::Trajectory,
     warmup::{Advice, Rule, Warmup},
 };
-use crate::density::{LogDensity, Place, Rejection};
+use crate::{
+    bound::Bound,
+    density::{LogDensity, Place, Rejection},
+    model::Model,
+    posterior::Posterior,
+};
 
 /// The no-U-turn sampler: Hamiltonian trajectories whose length finds itself.
 ///
@@ -115,6 +120,16 @@ impl<'a> Nuts<'a> {
             step: 1.0,
         })?;
         Ok(Chains { dim, chains, max_depth: Some(self.max_depth) })
+    }
+
+    /// Samples a model: the draws with everything the model names.
+    ///
+    /// # Errors
+    /// See [`Nuts`]; also if the model cannot be evaluated, or a chain was stopped before its first
+    /// draw.
+    pub fn sample<M: Model>(&self, model: &Bound<M>) -> Result<Posterior, SampleError> {
+        model.layout()?;
+        Ok(Posterior::from_chains(model, self.run(model)?, self.run.seed)?)
     }
 }
 

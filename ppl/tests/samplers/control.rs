@@ -5,7 +5,10 @@ use std::sync::{
     atomic::{AtomicBool, Ordering},
 };
 
-use ppl::{ChainStatus, Metropolis, Nuts, Progress, Rejection, SampleError};
+use ppl::{
+    Bound, ChainStatus, Context, Metropolis, Model, Nuts, Progress, Rejection, SampleError, Scalar,
+    Site, Uniform, diagnostics::mcse_mean,
+};
 
 use crate::targets::{Function, Gaussian, WALL, normal_until};
 
@@ -184,4 +187,32 @@ fn every_chain_reports_its_end_once() {
         assert_eq!((ends[0].done, ends[0].total, ends[0].tuning), (150, 150, false));
         assert!(ends[0].draws_per_second > 0.0 && ends[0].step_size > 0.0);
     }
+}
+
+/// p ~ Uniform(0, 1) and 7 successes in 10: the posterior is Beta(8, 4).
+struct Coin;
+
+impl Model for Coin {
+    fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
+        static P: Site = Site::new("p");
+        static FLIPS: Site = Site::new("flips");
+        let p = cx.unknown(&P, Uniform(0.0, 1.0))?;
+        cx.factor(&FLIPS, p.ln() * 7.0 + (-p).ln_1p() * 3.0)
+    }
+}
+
+#[test]
+fn a_model_is_sampled_by_name() {
+    let coin = Bound::new(Coin);
+    let nuts = Nuts::default().seed(1).sample(&coin).expect("samples");
+    let metropolis = Metropolis::default().thin(5).draws(2000).sample(&coin).expect("samples");
+    for posterior in [nuts, metropolis] {
+        let p = posterior.values("p").expect("by name");
+        let chains: Vec<&[f64]> = p.data.chunks_exact(p.data.len() / 4).collect();
+        let mean = p.data.iter().sum::<f64>() / p.data.len() as f64;
+        assert!((mean - 8.0 / 12.0).abs() < 4.0 * mcse_mean(&chains), "{mean}");
+    }
+    let flag = AtomicBool::new(true);
+    let stopped = Nuts::default().interrupt(&flag).sample(&coin);
+    assert!(matches!(stopped, Err(SampleError::Posterior(_))));
 }

@@ -1,0 +1,352 @@
+//! Maximum a posteriori by L-BFGS from several starts.
+
+use std::cell::RefCell;
+
+use argmin::{
+    core::{CostFunction, Error, Executor, Gradient, State},
+    solver::quasinewton::LBFGS,
+};
+use rand::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use thiserror::Error;
+
+use super::{curvature::negative_hessian, line_search::WeakWolfe};
+use crate::{
+    bound::{Bound, ModelError, Workspace},
+    density::{LogDensity, Rejection},
+    model::Model,
+};
+
+/// Pairs of steps and gradient differences that L-BFGS remembers.
+const MEMORY: usize = 10;
+/// Starting points tried for each start.
+const TRIES: u32 = 100;
+/// Starts agree if they end within this of the best log density: no posterior could tell them apart.
+const AGREEMENT: f64 = 0.01;
+/// A mode is found if a Newton step would gain less log density than this.
+const GAIN: f64 = 1e-6;
+
+/// Finds the mode of a posterior.
+///
+/// [`Map::find`] gives the joint mode over the constrained values (no Jacobian), which is the
+/// maximum a posteriori estimate and does not depend on the transforms; [`Map::run`] that of any
+/// log density as it stands. The search runs in unconstrained coordinates, by L-BFGS
+/// from starts uniform on (−2, 2): it never leaves the support. A mode on the border of the
+/// support lies at infinity there; the search then ends where going on would gain nothing, and
+/// [`Mode::at_bound`] names the coordinates.
+///
+/// # Example
+/// ```
+/// use ppl::{LogDensity, Map, Rejection};
+///
+/// struct Parabola;
+/// impl LogDensity for Parabola {
+///     type Workspace = ();
+///     fn dim(&self) -> usize { 1 }
+///     fn log_density(&self, y: &[f64], _: &mut ()) -> Result<f64, Rejection> {
+///         Ok(-(y[0] - 3.0).powi(2))
+///     }
+///     fn gradient(&self, y: &[f64], g: &mut [f64], w: &mut ()) -> Result<f64, Rejection> {
+///         g[0] = -2.0 * (y[0] - 3.0);
+///         self.log_density(y, w)
+///     }
+/// }
+///
+/// let mode = Map::default().run(&Parabola)?;
+/// assert!((mode.point[0] - 3.0).abs() < 1e-6 && mode.converged);
+/// # Ok::<(), ppl::OptimizeError>(())
+/// ```
+///
+/// Reference: Nocedal & Wright, *Numerical Optimization* (2006), algorithm 7.5.
+#[derive(Clone, Debug)]
+pub struct Map {
+    starts: usize,
+    seed: u64,
+    iterations: u64,
+}
+
+impl Default for Map {
+    fn default() -> Self {
+        Self { starts: 10, seed: 0, iterations: 1000 }
+    }
+}
+
+/// What a search for the mode found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mode {
+    /// The mode in unconstrained coordinates.
+    pub point: Vec<f64>,
+    /// Log density there; without Jacobian if it comes from [`Map::find`].
+    pub log_density: f64,
+    /// Searches made.
+    pub starts: usize,
+    /// Searches that ended within 0.01 of the best log density. Few of many: other modes, or a
+    /// surface too hard for the method.
+    pub agreeing: usize,
+    /// Log density that a further Newton step would gain.
+    pub gain: f64,
+    /// The gain is below 10⁻⁶ and the density falls in every direction.
+    pub converged: bool,
+    /// Coordinates of `point` that ran towards infinity: the mode lies on the border of the
+    /// support, as at a prior bound.
+    pub at_bound: Vec<usize>,
+}
+
+/// A search that could not be made.
+#[derive(Debug, Error)]
+pub enum OptimizeError {
+    /// A setting out of its range.
+    #[error("setting `{setting}` = {value}: {mend}")]
+    Setting {
+        /// Name of the builder method.
+        setting: &'static str,
+        /// The value given.
+        value: String,
+        /// What is accepted.
+        mend: &'static str,
+    },
+    /// The model cannot be evaluated at all.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// No starting point was accepted by the density.
+    #[error("no start: all {tries} points were rejected, the last: {last}")]
+    Start {
+        /// Points tried.
+        tries: u32,
+        /// The last rejection.
+        last: Box<Rejection>,
+    },
+    /// The density rejects points next to the mode, or reports a fatal error.
+    #[error("the search failed: {0}")]
+    Density(#[from] Box<Rejection>),
+    /// The optimiser failed.
+    #[error("the search failed: {0}")]
+    Optimiser(String),
+    /// The log density is not concave at the mode, so that no normal distribution fits there.
+    #[error(
+        "no normal approximation: the log density is flat or rises from the mode (coordinates at a \
+         bound: {at_bound:?}); sample the posterior instead"
+    )]
+    NotConcave {
+        /// See [`Mode::at_bound`].
+        at_bound: Vec<usize>,
+    },
+}
+
+impl Map {
+    /// Number of searches, each from its own random start.
+    pub fn starts(mut self, starts: usize) -> Self {
+        self.starts = starts;
+        self
+    }
+
+    /// Seed of the random starts.
+    pub fn seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+
+    /// Most iterations of each search.
+    pub fn iterations(mut self, iterations: u64) -> Self {
+        self.iterations = iterations;
+        self
+    }
+
+    /// The joint mode of a model over its constrained values.
+    ///
+    /// # Errors
+    /// [`OptimizeError`] if the model is wrong, no start is accepted, or it fails fatally.
+    pub fn find<M: Model>(&self, model: &Bound<M>) -> Result<Mode, OptimizeError> {
+        model.layout()?;
+        self.run(&WithoutJacobian(model))
+    }
+
+    /// The mode of any log density.
+    ///
+    /// # Errors
+    /// [`OptimizeError`] if no start is accepted, or the density fails fatally.
+    pub fn run<D: LogDensity>(&self, density: &D) -> Result<Mode, OptimizeError> {
+        if self.starts == 0 || self.iterations == 0 {
+            let setting = if self.starts == 0 { "starts" } else { "iterations" };
+            let value = "0".to_owned();
+            return Err(OptimizeError::Setting { setting, value, mend: "give at least 1" });
+        }
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(self.seed);
+        let mut ends = Vec::with_capacity(self.starts);
+        for _ in 0..self.starts {
+            let start = start(density, &mut rng)?;
+            ends.push(self.climb(density, start)?);
+        }
+        let best = ends.iter().map(|(_, value)| *value).fold(f64::NEG_INFINITY, f64::max);
+        let agreeing = ends.iter().filter(|(_, value)| best - value < AGREEMENT).count();
+        let (point, log_density) = ends
+            .into_iter()
+            .find(|(_, value)| *value == best)
+            .ok_or_else(|| OptimizeError::Optimiser("no finite log density".into()))?;
+
+        let mut workspace = D::Workspace::default();
+        let (gain, concave) = newton_gain(density, &point, &mut workspace)?;
+        let mut at_bound = Vec::new();
+        for i in 0..point.len() {
+            if runs_away(density, &point, i, &mut workspace)? {
+                at_bound.push(i);
+            }
+        }
+        let converged = gain < GAIN && concave;
+        Ok(Mode { point, log_density, starts: self.starts, agreeing, gain, converged, at_bound })
+    }
+
+    /// One search.
+    fn climb<D: LogDensity>(
+        &self,
+        density: &D,
+        start: Vec<f64>,
+    ) -> Result<(Vec<f64>, f64), OptimizeError> {
+        let problem = Descent { density, workspace: RefCell::default(), fatal: RefCell::default() };
+        let solver: LBFGS<_, Vec<f64>, Vec<f64>, f64> = LBFGS::new(WeakWolfe::new(), MEMORY);
+        let result = Executor::new(problem, solver)
+            .configure(|state| state.param(start).max_iters(self.iterations))
+            .run()
+            .map_err(|error| OptimizeError::Optimiser(error.to_string()))?;
+        if let Some(fatal) = result.problem.problem.and_then(|p| p.fatal.into_inner()) {
+            return Err(OptimizeError::Density(Box::new(fatal)));
+        }
+        let state = result.state;
+        match state.get_best_param() {
+            Some(point) => Ok((point.clone(), -state.get_best_cost())),
+            None => Err(OptimizeError::Optimiser("no finite log density".into())),
+        }
+    }
+}
+
+/// A random point that the density accepts.
+fn start<D: LogDensity, R: Rng>(density: &D, rng: &mut R) -> Result<Vec<f64>, OptimizeError> {
+    let mut workspace = D::Workspace::default();
+    let mut tries = 0;
+    loop {
+        let y: Vec<f64> = (0..density.dim()).map(|_| 4.0 * rng.random::<f64>() - 2.0).collect();
+        tries += 1;
+        match density.log_density(&y, &mut workspace) {
+            Ok(_) => return Ok(y),
+            Err(fatal @ Rejection::Fatal { .. }) => return Err(Box::new(fatal).into()),
+            Err(last) if tries == TRIES => {
+                return Err(OptimizeError::Start { tries, last: Box::new(last) });
+            }
+            Err(_) => {}
+        }
+    }
+}
+
+/// `½ gᵀ|H|⁻¹g` with the Hessian H of −ln p, and whether H has no negative eigenvalue.
+fn newton_gain<D: LogDensity>(
+    density: &D,
+    y: &[f64],
+    workspace: &mut D::Workspace,
+) -> Result<(f64, bool), OptimizeError> {
+    let mut gradient = nalgebra::DVector::zeros(y.len());
+    density.gradient(y, gradient.as_mut_slice(), workspace).map_err(Box::new)?;
+    let eigen = negative_hessian(density, y, workspace).map_err(Box::new)?.symmetric_eigen();
+    let largest = eigen.eigenvalues.amax();
+    let along = eigen.eigenvectors.transpose() * gradient;
+    // directions flatter than differences can resolve count with the least curvature they can
+    let floor = 1e-8 * largest;
+    let terms = along.iter().zip(&eigen.eigenvalues);
+    let gain = terms.map(|(g, h)| 0.5 * g * g / h.abs().max(floor).max(f64::MIN_POSITIVE)).sum();
+    Ok((gain, eigen.eigenvalues.iter().all(|&h| h >= -floor)))
+}
+
+/// Whether coordinate `i` runs to infinity. Approaching a bound, constrained values and with them
+/// the density change as e^(−k|y|), k ≥ 1: the slope points outwards on both sides and shrinks by
+/// at least e a unit. Round an interior mode it changes sign.
+fn runs_away<D: LogDensity>(
+    density: &D,
+    y: &[f64],
+    i: usize,
+    workspace: &mut D::Workspace,
+) -> Result<bool, OptimizeError> {
+    let outwards = y[i].signum();
+    let mut gradient = vec![0.0; y.len()];
+    let mut slope = |offset: f64| {
+        let mut point = y.to_vec();
+        point[i] += outwards * offset;
+        match density.gradient(&point, &mut gradient, workspace) {
+            Ok(_) => Ok(outwards * gradient[i]),
+            Err(fatal @ Rejection::Fatal { .. }) => Err(Box::new(fatal)),
+            Err(_) => Ok(f64::NAN),
+        }
+    };
+    let (inner, near, outer) = (slope(-2.0)?, slope(-1.0)?, slope(1.0)?);
+    Ok(near > 0.0 && inner > 2.0 * near && outer.abs() < 0.5 * near)
+}
+
+/// The negative log density for argmin; rejected points cost +∞.
+struct Descent<'a, D: LogDensity> {
+    density: &'a D,
+    workspace: RefCell<D::Workspace>,
+    /// A fatal rejection, kept until argmin returns.
+    fatal: RefCell<Option<Rejection>>,
+}
+
+impl<D: LogDensity> Descent<'_, D> {
+    fn note(&self, rejection: Rejection) {
+        if let Rejection::Fatal { .. } = rejection {
+            self.fatal.replace(Some(rejection));
+        }
+    }
+}
+
+impl<D: LogDensity> CostFunction for Descent<'_, D> {
+    type Param = Vec<f64>;
+    type Output = f64;
+
+    fn cost(&self, y: &Vec<f64>) -> Result<f64, Error> {
+        match self.density.log_density(y, &mut self.workspace.borrow_mut()) {
+            Ok(value) => Ok(-value),
+            Err(rejection) => {
+                self.note(rejection);
+                Ok(f64::INFINITY)
+            }
+        }
+    }
+}
+
+impl<D: LogDensity> Gradient for Descent<'_, D> {
+    type Param = Vec<f64>;
+    type Gradient = Vec<f64>;
+
+    fn gradient(&self, y: &Vec<f64>) -> Result<Vec<f64>, Error> {
+        let mut gradient = vec![0.0; y.len()];
+        match self.density.gradient(y, &mut gradient, &mut self.workspace.borrow_mut()) {
+            Ok(_) => gradient.iter_mut().for_each(|g| *g = -*g),
+            Err(rejection) => {
+                self.note(rejection);
+                gradient.fill(f64::NAN);
+            }
+        }
+        Ok(gradient)
+    }
+}
+
+/// A model's density over its constrained values.
+struct WithoutJacobian<'a, M>(&'a Bound<M>);
+
+impl<M: Model> LogDensity for WithoutJacobian<'_, M> {
+    type Workspace = Workspace;
+
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+
+    fn log_density(&self, y: &[f64], workspace: &mut Workspace) -> Result<f64, Rejection> {
+        self.0.log_density_without_jacobian(y, workspace)
+    }
+
+    fn gradient(
+        &self,
+        y: &[f64],
+        gradient: &mut [f64],
+        workspace: &mut Workspace,
+    ) -> Result<f64, Rejection> {
+        self.0.gradient_without_jacobian(y, gradient, workspace)
+    }
+}
