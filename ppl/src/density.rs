@@ -136,4 +136,21 @@ impl DomainError {
             Err(Self::new(format!("{distribution}: {parameter} must be {requirement}, got {got}")))
         }
     }
+
+    /// Demands a finite number.
+    ///
+    /// # Errors
+    /// The demand, if it does not hold.
+    pub fn require_finite(distribution: &str, parameter: &str, got: f64) -> Result<(), Self> {
+        Self::require(got.is_finite(), distribution, parameter, "finite", got)
+    }
+
+    /// Demands a positive, finite number.
+    ///
+    /// # Errors
+    /// The demand, if it does not hold.
+    pub fn require_positive(distribution: &str, parameter: &str, got: f64) -> Result<(), Self> {
+        let holds = got > 0.0 && got.is_finite();
+        Self::require(holds, distribution, parameter, "positive and finite", got)
+    }
 }

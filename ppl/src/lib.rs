@@ -21,6 +21,7 @@ mod real;
 mod record;
 mod sampler;
 mod scalar;
+pub mod special;
 mod summary;
 pub mod tape;
 mod trace;

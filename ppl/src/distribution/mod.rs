@@ -5,8 +5,20 @@
 //! `.truncate(a..b)`, `.iid(n)`, `.array::<N>()`.
 
 mod array;
+mod bernoulli;
+mod beta;
+mod cholesky_factor;
+mod exponential;
+mod gamma;
+mod half_cauchy;
+mod half_normal;
 mod iid;
+mod lkj_cholesky;
+mod log_normal;
+mod mv_normal_cholesky;
 mod normal;
+mod poisson;
+mod student_t;
 mod truncated;
 mod uniform;
 
@@ -20,8 +32,20 @@ use crate::scalar::Scalar;
 use crate::transform::Support;
 
 pub use array::Array;
+pub use bernoulli::Bernoulli;
+pub use beta::Beta;
+pub use cholesky_factor::CholeskyFactor;
+pub use exponential::Exponential;
+pub use gamma::Gamma;
+pub use half_cauchy::HalfCauchy;
+pub use half_normal::HalfNormal;
 pub use iid::Iid;
+pub use lkj_cholesky::LkjCholesky;
+pub use log_normal::LogNormal;
+pub use mv_normal_cholesky::MvNormalCholesky;
 pub use normal::Normal;
+pub use poisson::Poisson;
+pub use student_t::StudentT;
 pub use truncated::Truncated;
 pub use uniform::Uniform;
 

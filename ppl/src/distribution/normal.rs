@@ -2,12 +2,12 @@
 
 use rand::Rng;
 use rand_distr::StandardNormal;
-use statrs::function::erf;
 
 use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
+use crate::special::{HALF_LN_2PI, NormalInterval, normal_cdf, normal_upper_quantile};
 use crate::transform::Support;
 
 /// Normal distribution with mean μ and standard deviation σ.
@@ -27,9 +27,6 @@ use crate::transform::Support;
 #[derive(Clone, Copy, Debug)]
 pub struct Normal<M, S>(pub M, pub S);
 
-/// ½ ln 2π.
-pub(crate) const HALF_LN_2PI: f64 = 0.918_938_533_204_672_7;
-
 crate::univariate!([M: Parameter, S: Parameter] Normal<M, S>);
 
 impl<M: Parameter, S: Parameter> Normal<M, S> {
@@ -40,9 +37,8 @@ impl<M: Parameter, S: Parameter> Normal<M, S> {
 
 impl<M: Parameter, S: Parameter> Univariate for Normal<M, S> {
     fn validate(&self) -> Result<(), DomainError> {
-        let (mean, sd) = (self.0.number(), self.1.number());
-        DomainError::require(mean.is_finite(), "Normal", "mean", "finite", mean)?;
-        DomainError::require(sd > 0.0 && sd.is_finite(), "Normal", "sd", "positive and finite", sd)
+        DomainError::require_finite("Normal", "mean", self.0.number())?;
+        DomainError::require_positive("Normal", "sd", self.1.number())
     }
 
     fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {
@@ -59,19 +55,19 @@ impl<M: Parameter, S: Parameter> Univariate for Normal<M, S> {
     }
 
     fn cdf(&self, x: f64) -> f64 {
-        0.5 * erf::erfc(-self.standardise(x) * std::f64::consts::FRAC_1_SQRT_2)
+        normal_cdf(self.standardise(x))
     }
 
     fn sf(&self, x: f64) -> f64 {
-        0.5 * erf::erfc(self.standardise(x) * std::f64::consts::FRAC_1_SQRT_2)
+        normal_cdf(-self.standardise(x))
     }
 
     fn quantile(&self, p: f64) -> f64 {
-        self.0.number() - self.1.number() * std::f64::consts::SQRT_2 * erf::erfc_inv(2.0 * p)
+        self.0.number() - self.1.number() * normal_upper_quantile(p)
     }
 
     fn upper_quantile(&self, q: f64) -> f64 {
-        self.0.number() + self.1.number() * std::f64::consts::SQRT_2 * erf::erfc_inv(2.0 * q)
+        self.0.number() + self.1.number() * normal_upper_quantile(q)
     }
 }
 
@@ -94,6 +90,16 @@ where
             -0.5 * z * z - sd.ln() - HALF_LN_2PI,
             [x, lift(self.0), lift(self.1)],
             [-z / sd, z / sd, (z * z - 1.0) / sd],
+        )
+    }
+
+    fn ln_mass(&self, lower: f64, upper: f64) -> R {
+        let sd = self.1.number();
+        let inside = NormalInterval::new(self.standardise(lower), self.standardise(upper));
+        R::fuse(
+            inside.ln_mass,
+            [lift(self.0), lift(self.1)],
+            [inside.first / sd, inside.second / sd],
         )
     }
 }

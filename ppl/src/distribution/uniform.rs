@@ -16,6 +16,16 @@ use crate::transform::log_logistic_density;
 /// As an unknown it has the logistic distribution in its unconstrained coordinate: the width
 /// drops out of density and Jacobian together.
 ///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// let young = Uniform(250.0, 300.0);
+/// assert_eq!(young.mean(), 275.0);
+/// assert_eq!(young.ln_density(&260.0), -(50f64.ln()));
+/// assert_eq!(young.ln_density(&310.0), f64::NEG_INFINITY);
+/// ```
+///
 /// # References
 /// Johnson, Kotz & Balakrishnan (1995), *Continuous Univariate Distributions*, vol. 2, ch. 26.
 #[derive(Clone, Copy, Debug)]
@@ -32,8 +42,8 @@ impl<A: Parameter, B: Parameter> Uniform<A, B> {
 impl<A: Parameter, B: Parameter> Univariate for Uniform<A, B> {
     fn validate(&self) -> Result<(), DomainError> {
         let (a, b) = (self.0.number(), self.1.number());
-        DomainError::require(a.is_finite(), "Uniform", "lower end", "finite", a)?;
-        DomainError::require(b.is_finite(), "Uniform", "upper end", "finite", b)?;
+        DomainError::require_finite("Uniform", "lower end", a)?;
+        DomainError::require_finite("Uniform", "upper end", b)?;
         DomainError::require(a < b, "Uniform", "lower end", &format!("below the upper end {b}"), a)
     }
 
@@ -88,5 +98,18 @@ where
     fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
         let support: Support<R> = self.support();
         (support.constrain(y).0, log_logistic_density(y))
+    }
+
+    /// The interval inside moves with those ends that it does not cut off.
+    fn ln_mass(&self, lower: f64, upper: f64) -> R {
+        let (a, b, width) = (self.0.number(), self.1.number(), self.width());
+        let (low, high) = (a.max(lower), b.min(upper));
+        let inside = (high - low).recip();
+        let (own_low, own_high) = (f64::from(a > lower), f64::from(b < upper));
+        R::fuse(
+            ((high - low) / width).ln(),
+            [lift(self.0), lift(self.1)],
+            [width.recip() - own_low * inside, own_high * inside - width.recip()],
+        )
     }
 }

@@ -1,0 +1,143 @@
+//! The beta distribution.
+
+use rand::Rng;
+
+use super::{Parameter, Univariate, UnivariateDensity, lift};
+use crate::density::DomainError;
+use crate::record::Datum;
+use crate::scalar::{Scalar, logistic};
+use crate::special::{
+    Tail, beta_logit_quantile, ln_beta_power, ln_minus_digamma, regularised_beta,
+};
+use crate::transform::Support;
+
+/// Beta distribution on (0, 1).
+///
+/// ln p(x) = (α − 1) ln x + (β − 1) ln(1 − x) − ln B(α, β), for α, β > 0.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// let share = Beta(2.0, 6.0);
+/// assert_eq!(share.mean(), 0.25);
+/// assert!((Beta(1.0, 1.0).ln_density(&0.3) as f64).abs() < 1e-14);
+/// ```
+///
+/// # References
+/// Johnson, Kotz & Balakrishnan (1995), *Continuous Univariate Distributions*, vol. 2, ch. 25.
+#[derive(Clone, Copy, Debug)]
+pub struct Beta<A, B>(pub A, pub B);
+
+crate::univariate!([A: Parameter, B: Parameter] Beta<A, B>);
+
+impl<A: Parameter, B: Parameter> Beta<A, B> {
+    fn parameters(&self) -> (f64, f64) {
+        (self.0.number(), self.1.number())
+    }
+
+    /// Derivatives of ln p in α and β, at x and 1 − x.
+    fn in_parameters(&self, x: f64, complement: f64) -> [f64; 2] {
+        let (a, b) = self.parameters();
+        let n = a + b;
+        let both = ln_minus_digamma(n);
+        [(a, x), (b, complement)].map(|(a, x)| (n * x).ln() - a.ln() + ln_minus_digamma(a) - both)
+    }
+}
+
+impl<A: Parameter, B: Parameter> Univariate for Beta<A, B> {
+    fn validate(&self) -> Result<(), DomainError> {
+        DomainError::require_positive("Beta", "first shape", self.0.number())?;
+        DomainError::require_positive("Beta", "second shape", self.1.number())
+    }
+
+    fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {
+        let (a, b) = self.parameters();
+        rand_distr::Beta::new(a, b).map_or(f64::NAN, |beta| rng.sample(beta))
+    }
+
+    fn mean(&self) -> f64 {
+        let (a, b) = self.parameters();
+        a / (a + b)
+    }
+
+    fn variance(&self) -> f64 {
+        let (a, b) = self.parameters();
+        let n = a + b;
+        (a / n) * (b / n) / (n + 1.0)
+    }
+
+    fn cdf(&self, x: f64) -> f64 {
+        let (a, b) = self.parameters();
+        regularised_beta(a, b, x, 1.0 - x).0
+    }
+
+    fn sf(&self, x: f64) -> f64 {
+        let (a, b) = self.parameters();
+        regularised_beta(a, b, x, 1.0 - x).1
+    }
+
+    fn quantile(&self, p: f64) -> f64 {
+        let (a, b) = self.parameters();
+        if p > 0.5 {
+            self.upper_quantile(1.0 - p)
+        } else {
+            logistic(beta_logit_quantile(a, b, p, Tail::Lower)).0
+        }
+    }
+
+    fn upper_quantile(&self, q: f64) -> f64 {
+        let (a, b) = self.parameters();
+        if q > 0.5 {
+            self.quantile(1.0 - q)
+        } else {
+            logistic(beta_logit_quantile(a, b, q, Tail::Upper)).0
+        }
+    }
+}
+
+impl<R, A, B> UnivariateDensity<R> for Beta<A, B>
+where
+    R: Scalar,
+    A: Parameter + Datum<R>,
+    B: Parameter + Datum<R>,
+{
+    #[inline]
+    fn support(&self) -> Support<R> {
+        Support::Between(R::from(0.0), R::from(1.0))
+    }
+
+    #[inline]
+    fn ln_pdf(&self, x: R) -> R {
+        let (a, b) = self.parameters();
+        let (v, complement) = (x.value(), 1.0 - x.value());
+        // at an end the density is 0, ∞ or, for a unit shape, the other factor alone
+        let value = match (v == 0.0, complement == 0.0) {
+            (true, _) if a == 1.0 => b.ln(),
+            (_, true) if b == 1.0 => a.ln(),
+            (true, _) => (1.0 - a) * f64::INFINITY,
+            (_, true) => (1.0 - b) * f64::INFINITY,
+            _ => ln_beta_power(a, b, v, complement) - v.ln() - complement.ln(),
+        };
+        let [in_a, in_b] = self.in_parameters(v, complement);
+        R::fuse(
+            value,
+            [x, lift(self.0), lift(self.1)],
+            [(a - 1.0) / v - (b - 1.0) / complement, in_a, in_b],
+        )
+    }
+
+    /// The Jacobian x (1 − x) cancels, and 1 − x keeps its digits near 1.
+    #[inline]
+    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+        let (a, b) = self.parameters();
+        let (p, q) = logistic(y.value());
+        let [in_a, in_b] = self.in_parameters(p, q);
+        let ln_pdf = R::fuse(
+            ln_beta_power(a, b, p, q),
+            [y, lift(self.0), lift(self.1)],
+            [a * q - b * p, in_a, in_b],
+        );
+        (y.unary(p, p * q), ln_pdf)
+    }
+}

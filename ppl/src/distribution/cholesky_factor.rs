@@ -1,0 +1,168 @@
+//! Cholesky factors of correlation and covariance matrices.
+
+use crate::density::DomainError;
+use crate::record::{Datum, Record};
+use crate::scalar::Scalar;
+
+/// A lower triangular K×K matrix L with positive diagonal, the factor of L Lᵀ.
+///
+/// The value type of [`LkjCholesky`](super::LkjCholesky) and the scale of
+/// [`MvNormalCholesky`](super::MvNormalCholesky). A correlation factor (rows of length 1) becomes
+/// a covariance factor by [`scale_rows`](Self::scale_rows) with standard deviations.
+///
+/// # Example
+/// ```
+/// use ppl::CholeskyFactor;
+///
+/// let factor = CholeskyFactor::new([[1.0, 0.0], [0.6, 0.8]])?.scale_rows([2.0, 5.0]);
+/// assert_eq!(factor.covariance(), [[4.0, 6.0], [6.0, 25.0]]);
+/// assert_eq!(factor.solve_lower([2.0, 7.0]), [1.0, 1.0]);
+/// # Ok::<(), ppl::DomainError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CholeskyFactor<R, const K: usize> {
+    rows: [[R; K]; K],
+}
+
+impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
+    /// From rows; what stands above the diagonal must be zero.
+    ///
+    /// # Errors
+    /// [`DomainError`] for a nonzero entry above the diagonal, or a diagonal that is not
+    /// positive and finite.
+    pub fn new(rows: [[R; K]; K]) -> Result<Self, DomainError> {
+        for (i, row) in rows.iter().enumerate() {
+            for (j, entry) in row.iter().enumerate().skip(i + 1) {
+                let name = format!("entry ({i}, {j}) above the diagonal");
+                let v = entry.value();
+                DomainError::require(v == 0.0, "CholeskyFactor", &name, "zero", v)?;
+            }
+        }
+        let factor = Self { rows };
+        factor.validate("CholeskyFactor")?;
+        Ok(factor)
+    }
+
+    pub(super) fn validate(&self, distribution: &str) -> Result<(), DomainError> {
+        for (i, row) in self.rows.iter().enumerate() {
+            let name = format!("diagonal entry {i} of the Cholesky factor");
+            DomainError::require_positive(distribution, &name, row[i].value())?;
+            for (j, entry) in row.iter().enumerate().take(i) {
+                let name = format!("entry ({i}, {j}) of the Cholesky factor");
+                DomainError::require_finite(distribution, &name, entry.value())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Entry (i, j), zero above the diagonal.
+    ///
+    /// # Panics
+    /// If `i` or `j` is not below K.
+    #[inline]
+    pub fn get(&self, i: usize, j: usize) -> R {
+        self.rows[i][j]
+    }
+
+    /// Rows, with zeros above the diagonal.
+    #[inline]
+    pub fn rows(&self) -> &[[R; K]; K] {
+        &self.rows
+    }
+
+    /// diag(scale) · L.
+    #[inline]
+    pub fn scale_rows(&self, scale: impl Datum<[R; K]>) -> Self {
+        let mut scaled = *self;
+        for ((i, row), s) in scaled.rows.iter_mut().enumerate().zip(scale.lift()) {
+            row[..=i].iter_mut().for_each(|entry| *entry *= s);
+        }
+        scaled
+    }
+
+    /// The covariance matrix L Lᵀ.
+    pub fn covariance(&self) -> [[R; K]; K] {
+        let entry = |i: usize, j: usize| {
+            let pairs = || (0..=i.min(j)).map(|k| (self.rows[i][k], self.rows[j][k]));
+            let value = pairs().map(|(a, b)| a.value() * b.value()).sum();
+            let partials = pairs().flat_map(|(a, b)| [(a, b.value()), (b, a.value())]);
+            R::fuse_iter(value, partials)
+        };
+        let mut matrix = [[R::from(0.0); K]; K];
+        for i in 0..K {
+            for j in 0..=i {
+                matrix[i][j] = entry(i, j);
+                matrix[j][i] = matrix[i][j];
+            }
+        }
+        matrix
+    }
+
+    /// The correlation matrix: L Lᵀ scaled to a unit diagonal.
+    pub fn correlation(&self) -> [[R; K]; K] {
+        let mut unit = *self;
+        for (i, row) in unit.rows.iter_mut().enumerate() {
+            let square: R = row[..=i].iter().map(|entry| entry.square()).sum();
+            let length = square.sqrt();
+            row[..=i].iter_mut().for_each(|entry| *entry /= length);
+        }
+        let mut matrix = unit.covariance();
+        (0..K).for_each(|i| matrix[i][i] = R::from(1.0));
+        matrix
+    }
+
+    /// The x with L x = b.
+    pub fn solve_lower(&self, b: impl Datum<[R; K]>) -> [R; K] {
+        let mut x = b.lift();
+        for i in 0..K {
+            let row = &self.rows[i];
+            let known = &x[..i];
+            let inner: f64 = known.iter().zip(row).map(|(x, l)| x.value() * l.value()).sum();
+            let inverse = row[i].value().recip();
+            let value = (x[i].value() - inner) * inverse;
+            let terms = known
+                .iter()
+                .zip(row)
+                .flat_map(|(&x, &l)| [(l, -x.value() * inverse), (x, -l.value() * inverse)]);
+            let own = [(x[i], inverse), (row[i], -value * inverse)];
+            x[i] = R::fuse_iter(value, own.into_iter().chain(terms));
+        }
+        x
+    }
+
+    /// L x.
+    pub fn times(&self, x: impl Datum<[R; K]>) -> [R; K] {
+        let x = x.lift();
+        std::array::from_fn(|i| {
+            let pairs = || self.rows[i][..=i].iter().zip(&x);
+            let value = pairs().map(|(l, x)| l.value() * x.value()).sum();
+            R::fuse_iter(value, pairs().flat_map(|(&l, &x)| [(l, x.value()), (x, l.value())]))
+        })
+    }
+
+    /// From entries on and below the diagonal that are right by construction.
+    #[inline]
+    pub(super) fn from_fn(mut entry: impl FnMut(usize, usize) -> R) -> Self {
+        let mut rows = [[R::from(0.0); K]; K];
+        for (i, row) in rows.iter_mut().enumerate() {
+            row[..=i].iter_mut().enumerate().for_each(|(j, x)| *x = entry(i, j));
+        }
+        Self { rows }
+    }
+}
+
+impl<R, T: Datum<R>, const K: usize> Datum<CholeskyFactor<R, K>> for CholeskyFactor<T, K> {
+    fn lift(&self) -> CholeskyFactor<R, K> {
+        CholeskyFactor { rows: self.rows.lift() }
+    }
+}
+
+impl<R: Record, const K: usize> Record for CholeskyFactor<R, K> {
+    fn shape(&self) -> Vec<usize> {
+        vec![K, K]
+    }
+
+    fn flatten(&self, out: &mut Vec<f64>) {
+        self.rows.flatten(out);
+    }
+}
