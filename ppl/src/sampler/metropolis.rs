@@ -13,7 +13,7 @@ use super::{
     rejections::{Rejections, Stop},
     run::{Kernel, Stream},
     settings::{Init, Run, shared_settings},
-    warmup::{Moment, Rule, Schedule},
+    warmup::{Moment, Schedule, walk_windows},
 };
 use crate::{
     bound::Bound,
@@ -122,7 +122,7 @@ impl<'a, D: LogDensity> MetropolisChain<'a, D> {
             factor: DMatrix::identity(dim, dim),
             scale: first_scale(dim),
             steps: 0.0,
-            schedule: Schedule::new(Rule::Walk, warmup),
+            schedule: Schedule::new(warmup, walk_windows),
             window: Scatter::new(dim),
             rejections: Rejections::default(),
         }

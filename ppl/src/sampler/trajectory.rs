@@ -82,29 +82,35 @@ impl Subtree {
     /// The generalised U-turn checks for `self` followed by `next`: over both, over `self` with the
     /// first state of `next`, and over the last state of `self` with `next`.
     fn turns_into(&self, next: &Self) -> bool {
+        let n = self.rho.len();
+        let (rho, next_rho) = (&self.rho[..n], &next.rho[..n]);
+        let (start, end) = (&self.first.velocity[..n], &next.last.velocity[..n]);
+        // the two states that meet
+        let (left, left_velocity) = (&self.last.p[..n], &self.last.velocity[..n]);
+        let (right, right_velocity) = (&next.first.p[..n], &next.first.velocity[..n]);
         let mut checks = [0.0; 6];
-        for i in 0..self.rho.len() {
-            let (rho, start, end) =
-                (self.rho[i] + next.rho[i], self.first.velocity[i], next.last.velocity[i]);
-            checks[0] += start * rho;
-            checks[1] += end * rho;
-            let rho = self.rho[i] + next.first.p[i];
-            checks[2] += start * rho;
-            checks[3] += next.first.velocity[i] * rho;
-            let rho = self.last.p[i] + next.rho[i];
-            checks[4] += self.last.velocity[i] * rho;
-            checks[5] += end * rho;
+        for i in 0..n {
+            let both = rho[i] + next_rho[i];
+            checks[0] += start[i] * both;
+            checks[1] += end[i] * both;
+            let with_right = rho[i] + right[i];
+            checks[2] += start[i] * with_right;
+            checks[3] += right_velocity[i] * with_right;
+            let with_left = left[i] + next_rho[i];
+            checks[4] += left_velocity[i] * with_left;
+            checks[5] += end[i] * with_left;
         }
         !checks.iter().all(|&c| c > 0.0)
     }
 
-    /// Appends `next`, with its proposal if `take`.
-    fn append(&mut self, next: &mut Self, take: bool) {
+    /// Appends `next`, whose weights joined with these are `log_weight`; takes over its proposal if
+    /// `take`.
+    fn append(&mut self, next: &mut Self, log_weight: f64, take: bool) {
         mem::swap(&mut self.last, &mut next.last);
         for (rho, other) in self.rho.iter_mut().zip(&next.rho) {
             *rho += other;
         }
-        self.log_weight = log_add(self.log_weight, next.log_weight);
+        self.log_weight = log_weight;
         if take {
             mem::swap(&mut self.proposal, &mut next.proposal);
             self.energy = next.energy;
@@ -117,10 +123,11 @@ impl Subtree {
     }
 }
 
-/// ln(eᵃ + eᵇ).
-fn log_add(a: f64, b: f64) -> f64 {
-    let (low, high) = if a < b { (a, b) } else { (b, a) };
-    if high == f64::NEG_INFINITY { high } else { high + (low - high).exp().ln_1p() }
+/// `ln(eᵃ + eᵇ)` and the share of `eᵇ` in the sum.
+fn join_weights(a: f64, b: f64) -> (f64, f64) {
+    let ratio = (-(a - b).abs()).exp();
+    let share = if b < a { ratio } else { 1.0 } / (1.0 + ratio);
+    (a.max(b) + ratio.ln_1p(), share)
 }
 
 /// The trajectory of one transition and the memory it grows in.
@@ -195,9 +202,10 @@ impl Trajectory {
                 self.whole.reverse();
             }
             let turning = self.whole.turns_into(new);
-            // biased towards the new half, so that the draw moves far
-            let take = growth.rng.random::<f64>() < (new.log_weight - self.whole.log_weight).exp();
-            self.whole.append(new, take);
+            let (log_weight, share) = join_weights(self.whole.log_weight, new.log_weight);
+            // accepted with w_new / w_old, not with its share: the draw moves far
+            let take = growth.rng.random::<f64>() * (1.0 - share) < share;
+            self.whole.append(new, log_weight, take);
             if !growth.forward {
                 self.whole.reverse();
             }
@@ -246,9 +254,9 @@ impl<D: LogDensity, R: Rng + ?Sized> Growth<'_, '_, D, R> {
         let (below, above) = self.levels.split_at_mut(level);
         let [first, second] = &mut below[level - 1];
         let turning = first.turns_into(second);
+        let (log_weight, share) = join_weights(first.log_weight, second.log_weight);
         // uniform over the states of a new subtree
-        let share = (second.log_weight - log_add(first.log_weight, second.log_weight)).exp();
-        first.append(second, self.rng.random::<f64>() < share);
+        first.append(second, log_weight, self.rng.random::<f64>() < share);
         mem::swap(&mut above[0][place], first);
         if turning { ControlFlow::Break(Discard::Turning) } else { ControlFlow::Continue(()) }
     }

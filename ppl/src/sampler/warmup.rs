@@ -7,20 +7,18 @@ use super::{
     step_size::DualAveraging,
 };
 
-/// Rule by which a run adapts the shape of its moves.
+/// Rule by which a run adapts its diagonal mass matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rule {
     /// Variance of the draws in doubling windows, as Stan does.
     Stan,
     /// Fisher-divergence map from draws and scores, replaced early and often.
     Fisher,
-    /// Covariance of the draws in doubling windows, with much time for the scale: Metropolis.
-    Walk,
 }
 
 /// Draws `start..end` of the warmup from which one mass matrix is estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Window {
+pub(super) struct Window {
     start: usize,
     end: usize,
     /// The step search and dual averaging begin anew with the new mass matrix.
@@ -40,21 +38,8 @@ const RAISED_TARGET: f64 = 0.9;
 /// Transitions after a restart whose steps are still wild, so that a divergence tells nothing.
 const SETTLING: f64 = 20.0;
 
-impl Rule {
-    fn windows(self, warmup: usize) -> Vec<Window> {
-        if warmup < SHORTEST {
-            return Vec::new();
-        }
-        match self {
-            Self::Stan => stan_windows(warmup),
-            Self::Fisher => fisher_windows(warmup),
-            Self::Walk => growing(warmup / 10, warmup - warmup / 4, FIRST_WALK, 2.0),
-        }
-    }
-}
-
 /// 75 draws without, doubling windows from 25, 50 draws without; below 150 draws 15 / 75 / 10 %.
-fn stan_windows(warmup: usize) -> Vec<Window> {
+pub(super) fn stan_windows(warmup: usize) -> Vec<Window> {
     let (first, length, last) = if warmup >= 150 {
         (75, 25, warmup - 50)
     } else {
@@ -65,7 +50,7 @@ fn stan_windows(warmup: usize) -> Vec<Window> {
 }
 
 /// Windows of 10 in the first 30 %, then 80 · 1.5ⁿ, the last 15 % without.
-fn fisher_windows(warmup: usize) -> Vec<Window> {
+pub(super) fn fisher_windows(warmup: usize) -> Vec<Window> {
     let early = warmup * 3 / 10 / EARLY_WINDOW;
     let mut windows: Vec<Window> = (0..early)
         .map(|k| Window {
@@ -78,6 +63,11 @@ fn fisher_windows(warmup: usize) -> Vec<Window> {
     let last = warmup - (warmup * 15).div_ceil(100);
     windows.extend(growing(early * EARLY_WINDOW, last, FIRST_WINDOW, WINDOW_GROWTH));
     windows
+}
+
+/// For Metropolis: doubling windows, with much time for the scale.
+pub(super) fn walk_windows(warmup: usize) -> Vec<Window> {
+    growing(warmup / 10, warmup - warmup / 4, FIRST_WALK, 2.0)
 }
 
 /// Adjoining windows that grow by `growth`; one is stretched to `last` if the next would not fit.
@@ -119,8 +109,8 @@ pub(super) struct Schedule {
 }
 
 impl Schedule {
-    pub(super) fn new(rule: Rule, warmup: usize) -> Self {
-        let windows = rule.windows(warmup);
+    pub(super) fn new(warmup: usize, windows: fn(usize) -> Vec<Window>) -> Self {
+        let windows = if warmup < SHORTEST { Vec::new() } else { windows(warmup) };
         Self { passed: Vec::with_capacity(windows.len()), windows, draw: 0 }
     }
 
@@ -161,9 +151,13 @@ pub(super) struct Warmup {
 
 impl Warmup {
     pub(super) fn new(rule: Rule, dim: usize, warmup: usize, target: f64) -> Self {
+        let windows = match rule {
+            Rule::Stan => stan_windows,
+            Rule::Fisher => fisher_windows,
+        };
         Self {
             step: DualAveraging::new(target, 1.0),
-            schedule: Schedule::new(rule, warmup),
+            schedule: Schedule::new(warmup, windows),
             rule,
             estimator: Estimator::new(dim),
             raised: false,
@@ -195,9 +189,7 @@ impl Warmup {
                 self.estimator.add(&point.y, &point.gradient);
                 match self.rule {
                     Rule::Fisher => metric.replace(|i| self.estimator.fisher_variance(i)),
-                    Rule::Stan | Rule::Walk => {
-                        metric.replace(|i| self.estimator.shrunk_variance(i));
-                    }
+                    Rule::Stan => metric.replace(|i| self.estimator.shrunk_variance(i)),
                 }
                 self.estimator.clear();
                 if restart { Advice::SearchStep } else { Advice::GoOn }
@@ -218,41 +210,45 @@ impl Warmup {
 mod tests {
     use super::*;
 
-    fn last_draws(rule: Rule, warmup: usize) -> Vec<usize> {
-        rule.windows(warmup).iter().map(|w| w.end - 1).collect()
+    fn last_draws(windows: fn(usize) -> Vec<Window>, warmup: usize) -> Vec<usize> {
+        Schedule::new(warmup, windows).windows.iter().map(|w| w.end - 1).collect()
     }
 
     /// Window ends of Stan's manual and of its program for these lengths.
     #[test]
     fn stan_window_ends() {
-        assert_eq!(last_draws(Rule::Stan, 1000), [99, 149, 249, 449, 949]);
-        assert_eq!(last_draws(Rule::Stan, 500), [99, 149, 249, 449]);
-        assert_eq!(last_draws(Rule::Stan, 150), [99]);
-        assert_eq!(last_draws(Rule::Stan, 149), [134]);
-        assert_eq!(last_draws(Rule::Stan, 100), [89]);
-        assert_eq!(last_draws(Rule::Stan, 20), [17]);
-        assert!(last_draws(Rule::Stan, 19).is_empty());
-        assert!(last_draws(Rule::Stan, 0).is_empty());
+        assert_eq!(last_draws(stan_windows, 1000), [99, 149, 249, 449, 949]);
+        assert_eq!(last_draws(stan_windows, 500), [99, 149, 249, 449]);
+        assert_eq!(last_draws(stan_windows, 150), [99]);
+        assert_eq!(last_draws(stan_windows, 149), [134]);
+        assert_eq!(last_draws(stan_windows, 100), [89]);
+        assert_eq!(last_draws(stan_windows, 20), [17]);
+        assert!(last_draws(stan_windows, 19).is_empty());
+        assert!(last_draws(stan_windows, 0).is_empty());
+    }
+
+    #[test]
+    fn metropolis_window_ends() {
+        assert_eq!(last_draws(walk_windows, 5000), [599, 799, 1199, 1999, 3749]);
     }
 
     #[test]
     fn default_window_ends() {
         let mut expected: Vec<usize> = (0..30).map(|k| 10 * k + 9).collect();
         expected.extend([379, 499, 849]);
-        assert_eq!(last_draws(Rule::Fisher, 1000), expected);
+        assert_eq!(last_draws(fisher_windows, 1000), expected);
         let mut expected: Vec<usize> = (0..12).map(|k| 10 * k + 9).collect();
         expected.extend([199, 339]);
-        assert_eq!(last_draws(Rule::Fisher, 400), expected);
-        assert_eq!(last_draws(Rule::Fisher, 20), [16]);
-        assert!(last_draws(Rule::Fisher, 19).is_empty());
-        assert_eq!(last_draws(Rule::Walk, 5000), [599, 799, 1199, 1999, 3749]);
+        assert_eq!(last_draws(fisher_windows, 400), expected);
+        assert_eq!(last_draws(fisher_windows, 20), [16]);
+        assert!(last_draws(fisher_windows, 19).is_empty());
     }
 
     #[test]
     fn windows_adjoin_and_leave_room_for_the_step() {
-        for rule in [Rule::Stan, Rule::Fisher, Rule::Walk] {
+        for windows in [stan_windows, fisher_windows, walk_windows] {
             for warmup in SHORTEST..1200 {
-                let windows = rule.windows(warmup);
+                let windows = Schedule::new(warmup, windows).windows;
                 assert!(!windows.is_empty());
                 assert!(windows.windows(2).all(|w| w[0].end == w[1].start));
                 assert!(windows.iter().all(|w| w.start + 2 <= w.end));

@@ -37,6 +37,27 @@ fn another_seed_gives_other_draws_and_more_chains_keep_the_first() {
     assert_eq!(three.chains[..2], two.chains);
 }
 
+/// The draws of a seed are part of the interface: a change is deliberate, and goes into the
+/// changelog.
+#[test]
+fn the_stream_of_a_seed_is_fixed() {
+    let target = Gaussian::autoregressive(2, 0.6, 0.5, 2.0);
+    let last = |chains: ppl::Chains| chains.chains[1].draws[18..].to_vec();
+    let nuts = Nuts::default().warmup(20).draws(10).seed(7).run(&target).expect("runs");
+    let stan = Nuts::stan_compatible().warmup(20).draws(10).seed(7).run(&target).expect("runs");
+    let walk = Metropolis::default().warmup(20).draws(10).seed(7).run(&target).expect("runs");
+    let golden = [
+        [0.09710851226576928, 1.7794019776533823],
+        [-2.154970112070809, 0.5502191390768443],
+        [-1.9061906097588985, -1.6364976365250428],
+    ];
+    for (chains, golden) in [nuts, stan, walk].into_iter().zip(golden) {
+        for (value, golden) in last(chains).into_iter().zip(golden) {
+            approx::assert_relative_eq!(value, golden, max_relative = 1e-8);
+        }
+    }
+}
+
 #[test]
 fn thinning_keeps_every_third_transition() {
     let target = Gaussian::autoregressive(2, 0.6, 0.5, 2.0);
