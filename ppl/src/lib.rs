@@ -56,7 +56,7 @@ pub mod prelude {
     pub use crate::optimize::Map;
     pub use crate::sampler::{Metropolis, Nuts};
     pub use crate::scalar::Scalar;
-    pub use crate::{LogDensity, model};
+    pub use crate::{LogDensity, Real, model};
 }
 
 /// What generated code calls. Not public interface.

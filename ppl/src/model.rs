@@ -27,6 +27,46 @@ impl Site {
         Self { name, place: Place { statement: name, file: "", line: 0 }, repeated: false }
     }
 
+    /// A statement in a source file; what `model!` writes.
+    pub const fn at(
+        name: &'static str,
+        statement: &'static str,
+        file: &'static str,
+        line: u32,
+    ) -> Self {
+        Self {
+            name,
+            place: Place {
+                statement,
+                file,
+                line,
+            },
+            repeated: false,
+        }
+    }
+
+    /// The same in a loop.
+    pub const fn in_loop(mut self) -> Self {
+        self.repeated = true;
+        self
+    }
+
+    /// A result with this place in its error: `expr?` inside a model.
+    ///
+    /// # Errors
+    /// [`rejection`](Site::rejection) of what `result` holds.
+    pub fn locate<T>(&self, result: Result<T, impl Into<Failure>>) -> Result<T, Rejection> {
+        result.map_err(|error| self.rejection(error))
+    }
+
+    /// The point rejected here for a reason of the model's own: `reject!`.
+    pub fn reject(&self, message: String) -> Rejection {
+        Rejection::Reject {
+            place: self.place,
+            message,
+        }
+    }
+
     /// Attaches this place to what a user function returned by `?`.
     pub fn rejection(&self, error: impl Into<Failure>) -> Rejection {
         match error.into() {
@@ -143,6 +183,19 @@ pub trait Context {
     /// # Errors
     /// A fatal one if the name is taken.
     fn track<T: Record + ?Sized>(
+        &mut self,
+        site: &'static Site,
+        value: &T,
+    ) -> Result<(), Rejection> {
+        let _ = (site, value);
+        Ok(())
+    }
+
+    /// `#[predict] let x = …`: records a deterministic quantity with the predictions.
+    ///
+    /// # Errors
+    /// A fatal one if the name is taken.
+    fn track_prediction<T: Record + ?Sized>(
         &mut self,
         site: &'static Site,
         value: &T,

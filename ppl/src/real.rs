@@ -18,6 +18,12 @@ impl<S: Scalar> From<f64> for Real<S> {
     }
 }
 
+impl<S: Scalar> std::fmt::Display for Real<S> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.value().fmt(f)
+    }
+}
+
 impl_arithmetic!([S: Scalar] Real<S>);
 
 impl<S: Scalar> Scalar for Real<S> {

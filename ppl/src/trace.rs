@@ -16,7 +16,7 @@ pub enum Role {
     Parameter,
     /// Deterministic and recorded: `#[track] let x = …`.
     Tracked,
-    /// Drawn on finished draws: `#[predict] let x ~ D`.
+    /// Drawn or computed on finished draws: `#[predict] let x ~ D`, `#[predict] let x = …`.
     Predicted,
     /// Conditioned on: `place ~ D`.
     Observed,
@@ -208,6 +208,15 @@ impl<G: Rng> Context for Trace<'_, G> {
         value: &T,
     ) -> Result<(), Rejection> {
         self.write(site, Role::Tracked, value)?;
+        Ok(())
+    }
+
+    fn track_prediction<T: Recordable + ?Sized>(
+        &mut self,
+        site: &'static Site,
+        value: &T,
+    ) -> Result<(), Rejection> {
+        self.write(site, Role::Predicted, value)?;
         Ok(())
     }
 

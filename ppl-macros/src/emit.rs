@@ -1,0 +1,395 @@
+//! The implementation of `ppl::Model`, written so that `cargo expand` reads well.
+//!
+//! Names of the macro's own have mixed-site spans: variables of a user called `cx` are others.
+//! Tokens of the user are handed on as they are.
+
+use std::collections::HashSet;
+
+use proc_macro2::{Literal, Span, TokenStream};
+use quote::{ToTokens, format_ident, quote, quote_spanned};
+use syn::ext::IdentExt;
+use syn::spanned::Spanned;
+use syn::visit_mut::{self, VisitMut};
+use syn::{Generics, Ident, Lifetime, Type, TypeFnPtr, parse_quote, parse_quote_spanned};
+
+use crate::lower::Site;
+use crate::parse::{Arm, ArmBody, Block, Flow, Init, Kind, Mark, Statement};
+use crate::signature::{Argument, Model, Refused};
+
+/// A function that binds its data to a model.
+pub(crate) fn model(model: &Model, sites: &[Site]) -> TokenStream {
+    let span = Span::mixed_site();
+    let Model {
+        attrs,
+        vis,
+        fn_token,
+        name,
+        generics,
+        arguments,
+        body,
+        errors,
+    } = model;
+    let parameters = arguments.iter().map(|argument| {
+        let Argument {
+            attrs,
+            name,
+            colon,
+            ty,
+        } = argument;
+        quote!(#(#attrs)* #name #colon #ty)
+    });
+    let names: Vec<_> = arguments.iter().map(|argument| &argument.name).collect();
+    let (owned, types) = owned(generics, arguments);
+    let (introduced, applied, bounds) = owned.split_for_impl();
+    let data = format_ident!(
+        "__{}",
+        camel_case(&name.unraw().to_string()),
+        span = name.span()
+    );
+    let bindings = arguments.iter().map(binding);
+    let sites = (!sites.is_empty()).then(|| table(sites));
+    let cx = cx();
+    let statements = statements(body, false);
+    let errors = errors.iter().map(syn::Error::to_compile_error);
+    let mut shown = generics.clone();
+    let shown_bounds = with_sync(&mut shown).where_clause.take();
+    let this = Ident::new("self", span);
+    quote_spanned! {span=>
+        #(#errors)*
+        #(#attrs)*
+        #[allow(clippy::too_many_arguments)]
+        #vis #fn_token #name #shown(#(#parameters),*) -> ::ppl::Bound<impl ::ppl::Model>
+        #shown_bounds
+        {
+            struct #data #introduced #bounds {
+                #(#names: #types,)*
+            }
+            impl #introduced ::ppl::Model for #data #applied #bounds {
+                fn run<__C: ::ppl::Context>(
+                    &#this,
+                    #cx: &mut __C,
+                ) -> ::core::result::Result<(), ::ppl::Rejection> {
+                    #sites
+                    #(#bindings)*
+                    #statements
+                    ::core::result::Result::Ok(())
+                }
+            }
+            ::ppl::Bound::new(#data { #(#names),* })
+        }
+    }
+}
+
+/// A model that cannot be declared: its name stands for an error, so that calls add no other.
+pub(crate) fn refused(refused: &Refused) -> TokenStream {
+    let Refused { vis, name, error } = refused;
+    let error = error.to_compile_error();
+    match name {
+        Some(name) => quote! {
+            #[allow(non_upper_case_globals, missing_docs)]
+            #vis const #name: #error = ();
+        },
+        None => error,
+    }
+}
+
+/// The generics of the data: elided lifetimes get names, and everything can be shared by chains.
+fn owned(generics: &Generics, arguments: &[Argument]) -> (Generics, Vec<Type>) {
+    let mut named = Named {
+        taken: generics
+            .lifetimes()
+            .map(|parameter| parameter.lifetime.ident.to_string())
+            .collect(),
+        argument: String::new(),
+        new: Vec::new(),
+    };
+    let types = arguments.iter().map(|argument| {
+        let mut ty = argument.ty.clone();
+        named.argument = argument.name.unraw().to_string();
+        named.visit_type_mut(&mut ty);
+        ty
+    });
+    let types = types.collect();
+    let mut generics = generics.clone();
+    with_sync(&mut generics);
+    for lifetime in named.new.iter().rev() {
+        generics.params.insert(0, parse_quote!(#lifetime));
+    }
+    (generics, types)
+}
+
+fn with_sync(generics: &mut Generics) -> &mut Generics {
+    let names: Vec<_> = generics.type_params().map(|p| p.ident.clone()).collect();
+    for name in names {
+        let bound = parse_quote_spanned!(name.span()=> #name: ::core::marker::Sync);
+        generics.make_where_clause().predicates.push(bound);
+    }
+    generics
+}
+
+/// Names elided lifetimes after the argument that they stand in.
+struct Named {
+    taken: HashSet<String>,
+    argument: String,
+    new: Vec<Lifetime>,
+}
+
+impl Named {
+    fn next(&mut self, span: Span) -> Lifetime {
+        let mut name = self.argument.clone();
+        while !self.taken.insert(name.clone()) {
+            name.push('_');
+        }
+        let lifetime = Lifetime::new(&format!("'{name}"), span);
+        self.new.push(lifetime.clone());
+        lifetime
+    }
+}
+
+impl VisitMut for Named {
+    fn visit_type_reference_mut(&mut self, ty: &mut syn::TypeReference) {
+        if ty.lifetime.is_none() {
+            ty.lifetime = Some(self.next(ty.and_token.span()));
+        }
+        visit_mut::visit_type_reference_mut(self, ty);
+    }
+
+    fn visit_lifetime_mut(&mut self, lifetime: &mut Lifetime) {
+        if lifetime.ident == "_" {
+            *lifetime = self.next(lifetime.span());
+        }
+    }
+
+    // lifetimes in there are bound there
+    fn visit_type_fn_ptr_mut(&mut self, _: &mut TypeFnPtr) {}
+    fn visit_parenthesized_generic_arguments_mut(
+        &mut self,
+        _: &mut syn::ParenthesizedGenericArguments,
+    ) {
+    }
+}
+
+/// Data in the body: references and numbers as they are, everything else behind `&`.
+fn binding(argument: &Argument) -> TokenStream {
+    const NUMBERS: [&str; 16] = [
+        "f64", "f32", "usize", "u8", "u16", "u32", "u64", "u128", "isize", "i8", "i16", "i32",
+        "i64", "i128", "bool", "char",
+    ];
+    let span = Span::mixed_site();
+    let (name, this) = (&argument.name, Ident::new("self", span));
+    let copied = match &argument.ty {
+        Type::Reference(_) => true,
+        Type::Path(path) => NUMBERS.iter().any(|number| path.path.is_ident(number)),
+        _ => false,
+    };
+    if copied {
+        quote_spanned!(span=> let #name = #this.#name;)
+    } else {
+        quote_spanned!(span=> let #name = &#this.#name;)
+    }
+}
+
+fn table(sites: &[Site]) -> TokenStream {
+    let span = Span::mixed_site();
+    let count = Literal::usize_unsuffixed(sites.len());
+    let entries = sites.iter().map(|site| {
+        let (name, text) = (&site.name, &site.text);
+        let line = Literal::usize_unsuffixed(site.span.unwrap().line());
+        let in_loop = site.repeated.then(|| quote!(.in_loop()));
+        quote_spanned!(span=> ::ppl::Site::at(#name, #text, ::core::file!(), #line)#in_loop)
+    });
+    quote_spanned! {span=>
+        static __SITES: [::ppl::Site; #count] = [#(#entries),*];
+    }
+}
+
+/// The place of a statement.
+pub(crate) fn site(number: usize) -> TokenStream {
+    let number = Literal::usize_unsuffixed(number);
+    quote_spanned!(Span::mixed_site()=> __SITES[#number])
+}
+
+fn cx() -> Ident {
+    Ident::new("cx", Span::mixed_site())
+}
+
+fn block(block: &Block, predicted: bool) -> TokenStream {
+    let mut tokens = TokenStream::new();
+    block.brace.surround(&mut tokens, |tokens| {
+        tokens.extend(statements(block, predicted));
+    });
+    tokens
+}
+
+/// Statements in order; in a block that is not itself predicted, `#[predict]` opens the part that
+/// runs on finished draws only.
+fn statements(block: &Block, predicted: bool) -> TokenStream {
+    let is_first = |s: &Statement| !predicted && s.mark == Mark::Predict;
+    let split = block.statements.iter().position(is_first);
+    let (always, late) = block
+        .statements
+        .split_at(split.unwrap_or(block.statements.len()));
+    let mut tokens: TokenStream = always.iter().map(statement).collect();
+    if !late.is_empty() {
+        let (cx, late) = (cx(), late.iter().map(statement));
+        tokens.extend(quote_spanned!(Span::mixed_site()=> if #cx.predicts() { #(#late)* }));
+    }
+    tokens
+}
+
+fn statement(statement: &Statement) -> TokenStream {
+    let attrs = &statement.attrs;
+    let (cx, span) = (cx(), Span::mixed_site());
+    let site = site(statement.site.unwrap_or_default());
+    let tokens = match &statement.kind {
+        Kind::Unknown {
+            let_token,
+            name,
+            tilde,
+            distribution,
+        } => {
+            let span = span.located_at(tilde.span());
+            let method = if statement.predicted {
+                Ident::new("predict", span)
+            } else {
+                Ident::new("unknown", span)
+            };
+            // it counts as used: it is in the results
+            quote_spanned! {span=>
+                #[allow(unused_variables)]
+                #let_token #name = #cx.#method(&#site, #distribution)?;
+            }
+        }
+        Kind::Observe {
+            place,
+            tilde,
+            distribution,
+        } => {
+            let span = span.located_at(tilde.span());
+            let reference = quote_spanned!(place.span()=> &);
+            quote_spanned! {span=>
+                #cx.observe(&#site, ::ppl::Datum::lift(#reference #place), #distribution)?;
+            }
+        }
+        Kind::Let {
+            let_token,
+            pat,
+            init,
+        } => {
+            let init = init.as_ref().map(|init| match init {
+                Init::Value { eq, value, diverge } => {
+                    let diverge = diverge.as_ref().map(|(els, value)| quote!(#els #value));
+                    quote!(#eq #value #diverge)
+                }
+                Init::Flow(eq, inner) => {
+                    let inner = flow(inner, statement.predicted);
+                    quote!(#eq #inner)
+                }
+            });
+            let record = (statement.mark != Mark::None).then(|| record(statement, pat));
+            quote!(#let_token #pat #init; #record)
+        }
+        Kind::Factor { name, weight } => {
+            let method = Ident::new("factor", span.located_at(name.span()));
+            quote_spanned!(span=> #cx.#method(&#site, ::ppl::Datum::lift(&(#weight)))?;)
+        }
+        Kind::Flow(inner) => {
+            let inner = flow(inner, statement.predicted);
+            quote!(#inner)
+        }
+        Kind::Rust(stmt) => stmt.to_token_stream(),
+        Kind::Broken { names, error } => {
+            let error = error.to_compile_error();
+            match names.as_slice() {
+                [] => quote!(#error),
+                [first, rest @ ..] => {
+                    quote!(let #first = #error; #(#[allow(unused_variables)] let #rest = #first;)*)
+                }
+            }
+        }
+    };
+    quote!(#(#attrs)* #tokens)
+}
+
+fn record(statement: &Statement, pat: &syn::Pat) -> TokenStream {
+    let (cx, span) = (cx(), Span::mixed_site());
+    let site = site(statement.site.unwrap_or_default());
+    let name = match pat {
+        syn::Pat::Type(typed) => &*typed.pat,
+        other => other,
+    };
+    if statement.predicted {
+        quote_spanned!(span=> #cx.track_prediction(&#site, &#name)?;)
+    } else {
+        quote_spanned!(span=> #cx.track(&#site, &#name)?;)
+    }
+}
+
+fn flow(inner: &Flow, predicted: bool) -> TokenStream {
+    match inner {
+        Flow::For {
+            label,
+            for_token,
+            pat,
+            in_token,
+            iter,
+            body,
+        } => {
+            let body = block(body, predicted);
+            quote!(#label #for_token #pat #in_token #iter #body)
+        }
+        Flow::If {
+            if_token,
+            condition,
+            then,
+            otherwise,
+        } => {
+            let then = block(then, predicted);
+            let otherwise = otherwise.as_ref().map(|(else_token, other)| {
+                let other = flow(other, predicted);
+                quote!(#else_token #other)
+            });
+            quote!(#if_token #condition #then #otherwise)
+        }
+        Flow::Match {
+            match_token,
+            scrutinee,
+            brace,
+            arms,
+        } => {
+            let mut tokens = quote!(#match_token #scrutinee);
+            brace.surround(&mut tokens, |tokens| {
+                tokens.extend(arms.iter().map(|inner| arm(inner, predicted)));
+            });
+            tokens
+        }
+        Flow::Block(inner) => block(inner, predicted),
+    }
+}
+
+fn arm(arm: &Arm, predicted: bool) -> TokenStream {
+    let Arm {
+        pat,
+        guard,
+        arrow,
+        body,
+    } = arm;
+    let guard = guard
+        .as_ref()
+        .map(|(if_token, guard)| quote!(#if_token #guard));
+    let body = match body {
+        ArmBody::Block(inner) => block(inner, predicted),
+        ArmBody::Value(value) => quote!(#value,),
+    };
+    quote!(#pat #guard #arrow #body)
+}
+
+fn camel_case(name: &str) -> String {
+    let words = name.split('_').filter(|word| !word.is_empty());
+    let capital = |word: &str| {
+        let mut letters = word.chars();
+        let first = letters.next().into_iter().flat_map(char::to_uppercase);
+        first.chain(letters).collect::<String>()
+    };
+    words.map(capital).collect()
+}

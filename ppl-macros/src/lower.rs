@@ -1,0 +1,378 @@
+//! From statements as written to statements that can run: names are checked, `?` gets its place,
+//! and every statement that can reject a point gets a number.
+
+use std::collections::{HashMap, HashSet};
+
+use proc_macro2::Span;
+use syn::ext::IdentExt;
+use syn::visit_mut::VisitMut;
+use syn::{Error, Expr, Ident, Member, Pat, Result, Stmt, UnOp};
+
+use crate::errors::{self, at};
+use crate::parse::{ArmBody, Block, Flow, Init, Kind, Mark, Statement};
+use crate::rewrite::{Rewrite, is_assignment};
+use crate::scan;
+use crate::signature::Model;
+
+/// A place of the model, as `ppl::Site` will hold it.
+pub(crate) struct Site {
+    pub(crate) name: String,
+    pub(crate) text: String,
+    pub(crate) span: Span,
+    pub(crate) repeated: bool,
+}
+
+/// Checks and prepares the body in place.
+pub(crate) fn lower(model: &mut Model) -> Vec<Site> {
+    let mut lower = Lower {
+        sites: Vec::new(),
+        scope: HashMap::new(),
+        recorded: HashSet::new(),
+        loops: 0,
+        predicted: false,
+    };
+    lower.bind(model.arguments.iter().map(|data| data.name.clone()));
+    if let Some(last) = model.body.statements.last_mut()
+        && let Kind::Rust(Stmt::Expr(value, None)) = &last.kind
+        && is_value(value)
+    {
+        let (names, error) = (Vec::new(), at(value, errors::VALUE_AT_END));
+        last.kind = Kind::Broken { names, error };
+    }
+    lower.block(&mut model.body);
+    lower.sites
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Binding {
+    /// Data or a deterministic value.
+    Known,
+    Unknown,
+}
+
+struct Lower {
+    sites: Vec<Site>,
+    scope: HashMap<Ident, Binding>,
+    /// Names in the results so far, on the way to here.
+    recorded: HashSet<String>,
+    /// How many plates deep.
+    loops: usize,
+    /// Inside `#[predict] for`.
+    predicted: bool,
+}
+
+impl Lower {
+    fn block(&mut self, block: &mut Block) {
+        let scope = self.scope.clone();
+        let mut ending = false;
+        for statement in &mut block.statements {
+            ending |= statement.mark == Mark::Predict;
+            let late = ending && statement.mark != Mark::Predict && !self.predicted;
+            let declared = declared(&statement.kind);
+            let result = match &statement.kind {
+                Kind::Broken { .. } => {
+                    self.bind(declared);
+                    continue;
+                }
+                _ if late => Err(Error::new(statement.span, errors::PREDICT_LAST)),
+                _ => self.statement(statement),
+            };
+            if let Err(error) = result {
+                self.bind(declared.iter().cloned());
+                let names = declared;
+                statement.kind = Kind::Broken { names, error };
+            }
+        }
+        self.scope = scope;
+    }
+
+    fn statement(&mut self, statement: &mut Statement) -> Result<()> {
+        let Statement {
+            mark,
+            kind,
+            text,
+            span,
+            site,
+            predicted,
+            ..
+        } = statement;
+        check_mark(*mark, kind, *span)?;
+        *predicted = self.predicted || *mark == Mark::Predict;
+        let number = self.sites.len();
+        let mut new = |name: String, lower: &mut Self| {
+            *site = Some(number);
+            lower.sites.push(Site {
+                name,
+                text: std::mem::take(text),
+                span: *span,
+                repeated: lower.loops > 0,
+            });
+        };
+        match kind {
+            Kind::Unknown {
+                name, distribution, ..
+            } => {
+                let plain = name.unraw().to_string();
+                if self.recorded.contains(&plain) {
+                    return Err(at(name, errors::declared_twice(&plain)));
+                }
+                if self.scope.contains_key(name) {
+                    return Err(at(name, errors::declared_data(&plain)));
+                }
+                self.rewrite(distribution, number);
+                self.scope.insert(name.clone(), Binding::Unknown);
+                self.recorded.insert(plain.clone());
+                new(plain, self);
+            }
+            Kind::Observe {
+                place: left,
+                tilde,
+                distribution,
+            } => {
+                if *predicted {
+                    return Err(at(tilde, errors::OBSERVE_IN_PREDICTION));
+                }
+                let place = place(left)?;
+                if self.is_unknown(&place.root) {
+                    return Err(at(left, errors::observed_unknown(&place.name)));
+                }
+                if self.recorded.contains(&place.name) {
+                    return Err(at(left, errors::observed_twice(&place.name)));
+                }
+                self.rewrite(left, number);
+                self.rewrite(distribution, number);
+                self.recorded.insert(place.name.clone());
+                new(place.name, self);
+            }
+            Kind::Let { pat, init, .. } => {
+                let mut name = None;
+                if *mark != Mark::None {
+                    let plain = recorded_name(pat, init.is_some())?.unraw().to_string();
+                    if !self.recorded.insert(plain.clone()) {
+                        return Err(at(pat, errors::declared_twice(&plain)));
+                    }
+                    name = Some(plain);
+                }
+                let used = match init {
+                    Some(Init::Value { value, diverge, .. }) => {
+                        let used = self.rewrite(value, number);
+                        let diverge = diverge.as_mut();
+                        diverge.is_some_and(|(_, value)| self.rewrite(value, number)) || used
+                    }
+                    Some(Init::Flow(_, flow)) => self.header(flow, number),
+                    None => false,
+                };
+                if used || name.is_some() {
+                    let first = scan::bound_names(pat).first().map(Ident::to_string);
+                    new(name.or(first).unwrap_or_default(), self);
+                }
+                if let Some(Init::Flow(_, flow)) = init {
+                    self.inside(flow, *predicted);
+                }
+                self.bind(scan::bound_names(pat));
+            }
+            Kind::Factor { name, weight } => {
+                if *predicted {
+                    return Err(at(name, errors::OBSERVE_IN_PREDICTION));
+                }
+                self.rewrite(weight, number);
+                new("factor".to_owned(), self);
+            }
+            Kind::Flow(flow) => {
+                // the header comes before the statements inside
+                if self.header(flow, number) {
+                    new(String::new(), self);
+                }
+                self.inside(flow, *predicted);
+            }
+            Kind::Rust(stmt) => {
+                let mut rewrite = Rewrite::new(number, &self.scope);
+                rewrite.visit_stmt_mut(stmt);
+                if rewrite.used {
+                    new(String::new(), self);
+                }
+            }
+            Kind::Broken { .. } => {}
+        }
+        Ok(())
+    }
+
+    /// Rewrites what is evaluated on the way into control flow; whether that needs a place.
+    fn header(&mut self, flow: &mut Flow, site: usize) -> bool {
+        match flow {
+            Flow::For { iter, .. } => self.rewrite(iter, site),
+            Flow::If {
+                condition,
+                otherwise,
+                ..
+            } => {
+                let used = self.rewrite(condition, site);
+                let other = otherwise.as_mut();
+                other.is_some_and(|(_, flow)| self.header(flow, site)) || used
+            }
+            Flow::Match {
+                scrutinee, arms, ..
+            } => {
+                let mut used = self.rewrite(scrutinee, site);
+                for arm in arms {
+                    if let Some((_, guard)) = &mut arm.guard {
+                        used |= self.rewrite(guard, site);
+                    }
+                    if let ArmBody::Value(value) = &mut arm.body {
+                        used |= self.rewrite(value, site);
+                    }
+                }
+                used
+            }
+            Flow::Block(_) => false,
+        }
+    }
+
+    fn inside(&mut self, flow: &mut Flow, predicted: bool) {
+        let outer = std::mem::replace(&mut self.predicted, predicted);
+        self.flow(flow);
+        self.predicted = outer;
+    }
+
+    /// The statements inside control flow. Of several arms one runs: each may use a name.
+    fn flow(&mut self, flow: &mut Flow) {
+        let scope = self.scope.clone();
+        match flow {
+            Flow::For { pat, body, .. } => {
+                self.bind(scan::bound_names(pat));
+                self.loops += 1;
+                self.block(body);
+                self.loops -= 1;
+            }
+            Flow::If {
+                condition,
+                then,
+                otherwise,
+                ..
+            } => {
+                let before = self.recorded.clone();
+                self.bind(scan::bound_by_condition(condition));
+                self.block(then);
+                self.scope.clone_from(&scope);
+                if let Some((_, flow)) = otherwise {
+                    let then = std::mem::replace(&mut self.recorded, before);
+                    self.flow(flow);
+                    self.recorded.extend(then);
+                }
+            }
+            Flow::Match { arms, .. } => {
+                let before = self.recorded.clone();
+                let mut after = before.clone();
+                for arm in arms {
+                    self.bind(scan::bound_names(&arm.pat));
+                    if let ArmBody::Block(block) = &mut arm.body {
+                        self.block(block);
+                    }
+                    self.scope.clone_from(&scope);
+                    after.extend(std::mem::replace(&mut self.recorded, before.clone()));
+                }
+                self.recorded = after;
+            }
+            Flow::Block(block) => self.block(block),
+        }
+        self.scope = scope;
+    }
+
+    fn bind(&mut self, names: impl IntoIterator<Item = Ident>) {
+        let known = names.into_iter().map(|name| (name, Binding::Known));
+        self.scope.extend(known);
+    }
+
+    fn is_unknown(&self, name: &Ident) -> bool {
+        self.scope.get(name) == Some(&Binding::Unknown)
+    }
+
+    fn rewrite(&self, expr: &mut Expr, site: usize) -> bool {
+        let mut rewrite = Rewrite::new(site, &self.scope);
+        rewrite.visit_expr_mut(expr);
+        rewrite.used
+    }
+}
+
+fn check_mark(mark: Mark, kind: &Kind, span: Span) -> Result<()> {
+    let message = match (mark, kind) {
+        (Mark::Track, Kind::Unknown { .. }) => errors::TRACK_UNKNOWN,
+        (Mark::None, _) | (_, Kind::Let { .. } | Kind::Unknown { .. }) => return Ok(()),
+        (Mark::Predict, Kind::Flow(Flow::For { .. })) => return Ok(()),
+        (Mark::Predict, Kind::Observe { .. }) => errors::PREDICT_PLACE,
+        (Mark::Predict, _) => errors::PREDICT_WHAT,
+        (Mark::Track, _) => errors::TRACK_WHAT,
+    };
+    Err(Error::new(span, message))
+}
+
+/// The names that a statement puts into scope.
+fn declared(kind: &Kind) -> Vec<Ident> {
+    match kind {
+        Kind::Unknown { name, .. } => vec![name.clone()],
+        Kind::Let { pat, .. } => scan::bound_names(pat),
+        Kind::Broken { names, .. } => names.clone(),
+        _ => Vec::new(),
+    }
+}
+
+fn recorded_name(pat: &Pat, has_value: bool) -> Result<&Ident> {
+    let plain = match pat {
+        Pat::Type(typed) => &*typed.pat,
+        other => other,
+    };
+    match plain {
+        _ if !has_value => Err(at(pat, errors::RECORDED_NOTHING)),
+        Pat::Ident(name)
+            if name.mutability.is_none() && name.by_ref.is_none() && name.subpat.is_none() =>
+        {
+            Ok(&name.ident)
+        }
+        _ => Err(at(pat, errors::RECORDED_PATTERN)),
+    }
+}
+
+/// Something that can stand on the left of `~`.
+pub(crate) struct Place {
+    /// The variable that it belongs to.
+    pub(crate) root: Ident,
+    /// In results: with its fields, without indices.
+    name: String,
+}
+
+pub(crate) fn place(expr: &Expr) -> Result<Place> {
+    match expr {
+        Expr::Path(path) if path.qself.is_none() => {
+            let root = path.path.segments.last().map(|segment| &segment.ident);
+            let root = root.ok_or_else(|| at(expr, errors::NOT_A_PLACE))?;
+            Ok(Place {
+                root: root.clone(),
+                name: root.unraw().to_string(),
+            })
+        }
+        Expr::Field(field) => {
+            let mut place = place(&field.base)?;
+            place.name.push('.');
+            match &field.member {
+                Member::Named(name) => place.name.push_str(&name.unraw().to_string()),
+                Member::Unnamed(index) => place.name.push_str(&index.index.to_string()),
+            }
+            Ok(place)
+        }
+        Expr::Index(index) => place(&index.expr),
+        Expr::Unary(unary) if matches!(unary.op, UnOp::Deref(_)) => place(&unary.expr),
+        Expr::Paren(paren) => place(&paren.expr),
+        Expr::Group(group) => place(&group.expr),
+        _ => Err(at(expr, errors::NOT_A_PLACE)),
+    }
+}
+
+/// Whether an expression at the end of the model is certainly not a statement.
+fn is_value(expr: &Expr) -> bool {
+    match expr {
+        Expr::Binary(binary) => !is_assignment(&binary.op),
+        Expr::Path(_) | Expr::Lit(_) | Expr::Tuple(_) | Expr::Array(_) | Expr::Unary(_) => true,
+        Expr::Field(_) | Expr::Index(_) => true,
+        _ => false,
+    }
+}

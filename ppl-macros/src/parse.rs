@@ -1,0 +1,428 @@
+//! Statements as written, read one by one. What cannot be read becomes a [`Kind::Broken`]
+//! statement, and reading goes on behind it.
+
+use proc_macro2::Span;
+use quote::ToTokens;
+use syn::parse::ParseStream;
+use syn::parse::discouraged::Speculative;
+use syn::{
+    Attribute, Error, Expr, ExprCall, Ident, Label, Meta, Pat, PatType, Result, Stmt, Token,
+    braced, token,
+};
+
+use crate::errors::{self, at};
+use crate::scan;
+
+pub(crate) struct Block {
+    pub(crate) brace: token::Brace,
+    pub(crate) statements: Vec<Statement>,
+}
+
+pub(crate) struct Statement {
+    /// Lint attributes, handed on.
+    pub(crate) attrs: Vec<Attribute>,
+    pub(crate) mark: Mark,
+    pub(crate) kind: Kind,
+    /// As written, for reports.
+    pub(crate) text: String,
+    /// Where it begins.
+    pub(crate) span: Span,
+    /// Its number among the places of the model, once it is known to need one.
+    pub(crate) site: Option<usize>,
+    /// Whether it runs on finished draws only.
+    pub(crate) predicted: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Mark {
+    None,
+    Track,
+    Predict,
+}
+
+pub(crate) enum Kind {
+    /// `let name ~ distribution;`
+    Unknown {
+        let_token: Token![let],
+        name: Ident,
+        tilde: Token![~],
+        distribution: Expr,
+    },
+    /// `place ~ distribution;`
+    Observe {
+        place: Expr,
+        tilde: Token![~],
+        distribution: Expr,
+    },
+    /// `let pat = …;`
+    Let {
+        let_token: Token![let],
+        pat: Pat,
+        init: Option<Init>,
+    },
+    /// `factor(weight);`
+    Factor { name: Ident, weight: Expr },
+    /// Control flow with statements inside.
+    Flow(Flow),
+    /// Any other Rust.
+    Rust(Stmt),
+    /// What could not be read or was refused, with the names that it would have declared.
+    Broken { names: Vec<Ident>, error: Error },
+}
+
+pub(crate) enum Init {
+    Value {
+        eq: Token![=],
+        value: Expr,
+        diverge: Option<(Token![else], Expr)>,
+    },
+    Flow(Token![=], Flow),
+}
+
+pub(crate) enum Flow {
+    For {
+        label: Option<Label>,
+        for_token: Token![for],
+        pat: Pat,
+        in_token: Token![in],
+        iter: Expr,
+        body: Block,
+    },
+    If {
+        if_token: Token![if],
+        condition: Expr,
+        then: Block,
+        otherwise: Option<(Token![else], Box<Flow>)>,
+    },
+    Match {
+        match_token: Token![match],
+        scrutinee: Expr,
+        brace: token::Brace,
+        arms: Vec<Arm>,
+    },
+    Block(Block),
+}
+
+pub(crate) struct Arm {
+    /// With its guard.
+    pub(crate) pat: Pat,
+    pub(crate) guard: Option<(Token![if], Expr)>,
+    pub(crate) arrow: Token![=>],
+    pub(crate) body: ArmBody,
+}
+
+pub(crate) enum ArmBody {
+    Block(Block),
+    Value(Expr),
+}
+
+/// The statements between braces; an error only if there are no braces.
+pub(crate) fn block(input: ParseStream) -> Result<Block> {
+    let content;
+    let brace = braced!(content in input);
+    let mut statements = Vec::new();
+    while !content.is_empty() {
+        if content.parse::<Option<Token![;]>>()?.is_none() {
+            next(&content, &mut statements);
+        }
+    }
+    Ok(Block { brace, statements })
+}
+
+fn next(input: ParseStream, statements: &mut Vec<Statement>) {
+    let (begin, span) = (input.cursor(), input.span());
+    let ahead = input.fork();
+    let mut names = Vec::new();
+    let result = statement(&ahead, &mut names);
+    match &result {
+        Ok(_) => input.advance_to(&ahead),
+        Err(_) => scan::resynchronise(input),
+    }
+    let text = scan::source(begin, input.cursor());
+    let mut push = |attrs, mark, kind| {
+        statements.push(Statement {
+            attrs,
+            mark,
+            kind,
+            text: text.clone(),
+            span,
+            site: None,
+            predicted: false,
+        });
+    };
+    match result {
+        Ok((attrs, mark, kind, ended)) => {
+            push(attrs, mark, kind);
+            if !ended {
+                let error = Error::new(
+                    scan::last_span(begin, input.cursor()),
+                    errors::MISSING_SEMICOLON,
+                );
+                let names = Vec::new();
+                push(Vec::new(), Mark::None, Kind::Broken { names, error });
+            }
+        }
+        Err(error) => push(Vec::new(), Mark::None, Kind::Broken { names, error }),
+    }
+}
+
+/// One statement, and whether it ended as it should. The names that it declares are written to
+/// `names` as soon as they are known.
+fn statement(
+    input: ParseStream,
+    names: &mut Vec<Ident>,
+) -> Result<(Vec<Attribute>, Mark, Kind, bool)> {
+    let marks = marks(input.call(Attribute::parse_outer)?);
+    let (kind, ended) = if input.peek(Token![let]) {
+        declaration(input, names)?
+    } else if starts_flow(input) {
+        (Kind::Flow(flow(input)?), true)
+    } else if scan::starts_item(input) {
+        (Kind::Rust(input.parse()?), true)
+    } else {
+        expression_statement(input)?
+    };
+    let (attrs, mark) = marks?;
+    Ok((attrs, mark, kind, ended))
+}
+
+/// Lint attributes and the mark.
+fn marks(attrs: Vec<Attribute>) -> Result<(Vec<Attribute>, Mark)> {
+    let (mut kept, mut mark) = (Vec::new(), Mark::None);
+    for attr in attrs {
+        let name = attr.path().to_token_stream().to_string().replace(' ', "");
+        let bare = matches!(attr.meta, Meta::Path(_));
+        let new = match name.as_str() {
+            "track" if bare => Mark::Track,
+            "predict" if bare => Mark::Predict,
+            "allow" | "expect" | "warn" | "deny" | "forbid" => {
+                kept.push(attr);
+                continue;
+            }
+            // comments that would document nothing for rustdoc
+            "doc" => continue,
+            _ => return Err(at(&attr, errors::attribute(&name))),
+        };
+        if mark != Mark::None {
+            return Err(at(&attr, errors::TWO_MARKS));
+        }
+        mark = new;
+    }
+    Ok((kept, mark))
+}
+
+fn declaration(input: ParseStream, names: &mut Vec<Ident>) -> Result<(Kind, bool)> {
+    let let_token: Token![let] = input.parse()?;
+    if input.peek(Token![~]) || input.peek(Token![=]) {
+        return Err(input.error(errors::NO_NAME));
+    }
+    let mut pat = Pat::parse_single(input)?;
+    names.extend(scan::bound_names(&pat));
+    if input.peek(Token![:]) {
+        pat = Pat::Type(PatType {
+            attrs: Vec::new(),
+            pat: Box::new(pat),
+            colon_token: input.parse()?,
+            ty: input.parse()?,
+        });
+    }
+    if input.peek(Token![~]) {
+        let tilde = input.parse()?;
+        let distribution = distribution(input, tilde)?;
+        let kind = Kind::Unknown {
+            let_token,
+            name: unknown_name(pat)?,
+            tilde,
+            distribution,
+        };
+        return Ok((kind, end(input)));
+    }
+    let init = if input.peek(Token![=]) {
+        Some(init(input)?)
+    } else {
+        None
+    };
+    let kind = Kind::Let {
+        let_token,
+        pat,
+        init,
+    };
+    Ok((kind, end(input)))
+}
+
+fn unknown_name(pat: Pat) -> Result<Ident> {
+    match pat {
+        Pat::Ident(pat) if pat.by_ref.is_none() && pat.subpat.is_none() => match pat.mutability {
+            Some(mutability) => Err(at(mutability, errors::UNKNOWN_MUT)),
+            None => Ok(pat.ident),
+        },
+        Pat::Type(pat) => Err(at(pat.ty, errors::UNKNOWN_TYPE)),
+        other => Err(at(other, errors::UNKNOWN_PATTERN)),
+    }
+}
+
+fn distribution(input: ParseStream, tilde: Token![~]) -> Result<Expr> {
+    if input.peek(Token![=]) {
+        return Err(at(tilde, errors::TILDE_EQUALS));
+    }
+    if input.is_empty() || input.peek(Token![;]) || scan::starts_statement(input) {
+        return Err(at(tilde, errors::NO_DISTRIBUTION));
+    }
+    let distribution = scan::expression(input, Expr::parse_with_earlier_boundary_rule)?;
+    if input.peek(Token![~]) {
+        return Err(input.error(errors::TWO_TILDES));
+    }
+    Ok(distribution)
+}
+
+fn init(input: ParseStream) -> Result<Init> {
+    let eq: Token![=] = input.parse()?;
+    if input.peek(Token![~]) {
+        return Err(input.error(errors::TILDE_EQUALS));
+    }
+    if starts_flow(input) && !input.peek(Token![for]) && scan::tilde_in_braces(input) {
+        return Ok(Init::Flow(eq, flow(input)?));
+    }
+    let value = scan::expression(input, |input| input.parse())?;
+    let diverge = if input.peek(Token![else]) {
+        Some((input.parse()?, scan::expression(input, |i| i.parse())?))
+    } else {
+        None
+    };
+    Ok(Init::Value { eq, value, diverge })
+}
+
+fn expression_statement(input: ParseStream) -> Result<(Kind, bool)> {
+    let value = scan::expression(input, Expr::parse_with_earlier_boundary_rule)?;
+    if input.peek(Token![~]) {
+        let tilde = input.parse()?;
+        let distribution = distribution(input, tilde)?;
+        let kind = Kind::Observe {
+            place: value,
+            tilde,
+            distribution,
+        };
+        return Ok((kind, end(input)));
+    }
+    if let Expr::Call(call) = &value
+        && let Some(name) = factor(call)
+    {
+        let mut weights = call.args.iter();
+        let (Some(weight), None) = (weights.next(), weights.next()) else {
+            return Err(at(call, errors::FACTOR_ARGUMENT));
+        };
+        let weight = weight.clone();
+        return Ok((Kind::Factor { name, weight }, end(input)));
+    }
+    let semi: Option<Token![;]> = input.parse()?;
+    let braced = matches!(
+        value,
+        Expr::While(_) | Expr::Loop(_) | Expr::Unsafe(_) | Expr::Macro(_) | Expr::Block(_)
+    );
+    let ended = semi.is_some() || braced || input.is_empty();
+    Ok((Kind::Rust(Stmt::Expr(value, semi)), ended))
+}
+
+/// The name `factor`, if that is what is called.
+pub(crate) fn factor(call: &ExprCall) -> Option<Ident> {
+    match &*call.func {
+        Expr::Path(path) => path
+            .path
+            .get_ident()
+            .filter(|name| *name == "factor")
+            .cloned(),
+        _ => None,
+    }
+}
+
+/// Takes the `;` and says whether it was there.
+fn end(input: ParseStream) -> bool {
+    matches!(input.parse::<Option<Token![;]>>(), Ok(Some(_)))
+}
+
+fn starts_flow(input: ParseStream) -> bool {
+    input.peek(Token![for]) && !input.peek2(Token![<])
+        || input.peek(Token![if])
+        || input.peek(Token![match])
+        || input.peek(token::Brace)
+        || input.peek(syn::Lifetime) && input.peek3(Token![for])
+}
+
+fn flow(input: ParseStream) -> Result<Flow> {
+    if input.peek(Token![if]) {
+        let if_token = input.parse()?;
+        let condition = Expr::parse_without_eager_brace(input)?;
+        let then = block(input)?;
+        let otherwise = if input.peek(Token![else]) {
+            let else_token = input.parse()?;
+            if !input.peek(Token![if]) && !input.peek(token::Brace) {
+                return Err(input.error("expected `if` or a block after `else`"));
+            }
+            Some((else_token, Box::new(flow(input)?)))
+        } else {
+            None
+        };
+        return Ok(Flow::If {
+            if_token,
+            condition,
+            then,
+            otherwise,
+        });
+    }
+    if input.peek(Token![match]) {
+        let match_token = input.parse()?;
+        let scrutinee = Expr::parse_without_eager_brace(input)?;
+        let content;
+        let brace = braced!(content in input);
+        let mut arms = Vec::new();
+        while !content.is_empty() {
+            arms.push(arm(&content)?);
+        }
+        return Ok(Flow::Match {
+            match_token,
+            scrutinee,
+            brace,
+            arms,
+        });
+    }
+    if input.peek(token::Brace) {
+        return Ok(Flow::Block(block(input)?));
+    }
+    Ok(Flow::For {
+        label: input.parse()?,
+        for_token: input.parse()?,
+        pat: Pat::parse_multi_with_leading_vert(input)?,
+        in_token: input.parse()?,
+        iter: Expr::parse_without_eager_brace(input)?,
+        body: block(input)?,
+    })
+}
+
+fn arm(input: ParseStream) -> Result<Arm> {
+    let pat = Pat::parse_multi_with_leading_vert(input)?;
+    let guard = if input.peek(Token![if]) {
+        Some((input.parse()?, input.parse()?))
+    } else {
+        None
+    };
+    let arrow = input.parse()?;
+    let body = if input.peek(token::Brace) {
+        ArmBody::Block(block(input)?)
+    } else {
+        let value = scan::expression(input, Expr::parse_with_earlier_boundary_rule)?;
+        if input.peek(Token![~]) || matches!(&value, Expr::Call(call) if factor(call).is_some()) {
+            return Err(at(value, errors::TILDE_IN_ARM));
+        }
+        ArmBody::Value(value)
+    };
+    let comma: Option<Token![,]> = input.parse()?;
+    if comma.is_none() && matches!(body, ArmBody::Value(_)) && !input.is_empty() {
+        return Err(input.error("expected `,` between the arms of `match`"));
+    }
+    Ok(Arm {
+        pat,
+        guard,
+        arrow,
+        body,
+    })
+}
