@@ -34,15 +34,7 @@ impl Site {
         file: &'static str,
         line: u32,
     ) -> Self {
-        Self {
-            name,
-            place: Place {
-                statement,
-                file,
-                line,
-            },
-            repeated: false,
-        }
+        Self { name, place: Place { statement, file, line }, repeated: false }
     }
 
     /// The same in a loop.
@@ -61,10 +53,7 @@ impl Site {
 
     /// The point rejected here for a reason of the model's own: `reject!`.
     pub fn reject(&self, message: String) -> Rejection {
-        Rejection::Reject {
-            place: self.place,
-            message,
-        }
+        Rejection::Reject { place: self.place, message }
     }
 
     /// Attaches this place to what a user function returned by `?`.
