@@ -80,7 +80,9 @@ impl<const D: usize, const M: usize> Pce<D, M> {
     /// # Ok::<(), surrogate::SurrogateError>(())
     /// ```
     pub fn fit(data: &Dataset, options: &FitOptions) -> Result<Fit<D, M>, SurrogateError> {
-        let (inputs, outputs, variance) = check(data, options)?;
+        let variance = check::<D, M>(data, options)?;
+        let inputs: [Input; D] = std::array::from_fn(|d| data.inputs()[d].clone());
+        let outputs: [String; M] = std::array::from_fn(|m| data.outputs()[m].clone());
         let n = data.len();
         let points: Vec<[f64; D]> =
             data.rows().map(|(x, _)| std::array::from_fn(|d| inputs[d].to_unit(x[d]))).collect();
@@ -178,12 +180,11 @@ impl<const D: usize, const M: usize> Fit<D, M> {
     }
 }
 
-/// Inputs, outputs and the outputs' variances, once all is in order.
-#[allow(clippy::type_complexity)]
+/// The outputs' variances, once all is in order.
 fn check<const D: usize, const M: usize>(
     data: &Dataset,
     options: &FitOptions,
-) -> Result<([Input; D], [String; M], Vec<f64>), SurrogateError> {
+) -> Result<Vec<f64>, SurrogateError> {
     let refuse = |option, value: String, allowed: String| {
         Err(SurrogateError::Option { option, value, allowed })
     };
@@ -228,9 +229,7 @@ fn check<const D: usize, const M: usize>(
         let mean = data.rows().map(|(_, y)| y[m]).sum::<f64>() / n;
         variance.push(data.rows().map(|(_, y)| (y[m] - mean).powi(2)).sum::<f64>() / n);
     }
-    let inputs = std::array::from_fn(|d| data.inputs()[d].clone());
-    let outputs = std::array::from_fn(|m| data.outputs()[m].clone());
-    Ok((inputs, outputs, variance))
+    Ok(variance)
 }
 
 /// The number of training rows and the errors of the orders that they determine.

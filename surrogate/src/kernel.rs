@@ -73,10 +73,11 @@ impl<const D: usize, const M: usize> Kernel<D, M> {
         let mut value = [0.0; M];
         let mut start = 0;
         for row in &self.rows {
-            let mut inner = [0.0; M];
-            for (c, p) in self.coefficients[start..row.end].iter().zip(&basis[D - 1]) {
+            let c = &self.coefficients[start..row.end];
+            let mut inner = c[0];
+            for k in 1..c.len().min(K) {
                 for m in 0..M {
-                    inner[m] += c[m] * p[0];
+                    inner[m] += c[k][m] * basis[D - 1][k][0];
                 }
             }
             start = row.end;
@@ -96,12 +97,14 @@ impl<const D: usize, const M: usize> Kernel<D, M> {
         let mut jacobian = [[0.0; D]; M];
         let mut start = 0;
         for row in &self.rows {
-            // value and derivative of the sum over the last input
-            let mut inner = [[0.0; 2]; M];
-            for (c, p) in self.coefficients[start..row.end].iter().zip(&basis[D - 1]) {
+            // value and derivative of the sum over the last input; P_0 = 1 needs no product
+            let c = &self.coefficients[start..row.end];
+            let mut inner = c[0].map(|c| [c, 0.0]);
+            for k in 1..c.len().min(K) {
+                let [p, dp] = basis[D - 1][k];
                 for m in 0..M {
-                    inner[m][0] += c[m] * p[0];
-                    inner[m][1] += c[m] * p[1];
+                    inner[m][0] += c[k][m] * p;
+                    inner[m][1] += c[k][m] * dp;
                 }
             }
             start = row.end;

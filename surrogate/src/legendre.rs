@@ -1,6 +1,6 @@
 //! Legendre polynomials on [−1, 1] with their derivatives.
 
-/// Highest degree of an input in an expansion: the arrays of [`legendre`] live on the stack.
+/// Highest degree of an input in an expansion: evaluation keeps all polynomials on the stack.
 pub const MAX_ORDER: usize = 16;
 
 /// The pairs (P_k(t), P_k'(t)) for k = 0 … K − 1.

@@ -54,5 +54,6 @@ pub use fit::{Fit, FitOptions};
 pub use legendre::MAX_ORDER;
 pub use multi_index::Truncation;
 pub use pce::{BoxPosition, Pce};
+pub use rand;
 pub use select::{FitReport, LooError, OrderReport, OrderRule, Split, SplitError};
 pub use sobol::SobolIndices;

@@ -118,6 +118,26 @@ mod tests {
             .collect()
     }
 
+    /// The ten points that the authors of the table print for three dimensions.
+    #[test]
+    fn without_scramble_the_points_are_the_published_ones() {
+        let published = [
+            [0.0, 0.0, 0.0],
+            [0.5, 0.5, 0.5],
+            [0.75, 0.25, 0.25],
+            [0.25, 0.75, 0.75],
+            [0.375, 0.375, 0.625],
+            [0.875, 0.875, 0.125],
+            [0.625, 0.125, 0.875],
+            [0.125, 0.625, 0.375],
+            [0.1875, 0.3125, 0.9375],
+            [0.6875, 0.8125, 0.4375],
+        ];
+        let columns = (0..3).map(direction_numbers).collect();
+        let plain = ScrambledSobol { columns, state: vec![0; 3], index: 0 };
+        assert_eq!(plain.take(10).collect::<Vec<_>>(), published);
+    }
+
     /// All ways to split `total` digits among `parts` coordinates.
     fn splits(total: u32, parts: usize) -> Vec<Vec<u32>> {
         if parts == 1 {
