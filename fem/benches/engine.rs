@@ -6,8 +6,8 @@
 use std::time::Instant;
 
 use fem::{
-    CompressionTest, CrackDensity, CylinderLattice, DamageQuadrature, ElasticLaw, Loading, Material, Order, PhaseField,
-    SolverOptions, Split, Stepping,
+    CompressionTest, CrackDensity, CylinderLattice, DamageQuadrature, ElasticLaw, Loading,
+    Material, Order, PhaseField, SolverOptions, Split, Stepping,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -36,7 +36,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("quantity,value,unit");
     println!("tetrahedra,{tets},1");
     let begin = Instant::now();
-    let test = CompressionTest::new(mesh, Order::Linear, vec![matrix], Some(field), loading, SolverOptions::default())?;
+    let test = CompressionTest::new(
+        mesh,
+        Order::Linear,
+        vec![matrix],
+        Some(field),
+        loading,
+        SolverOptions::default(),
+    )?;
     println!("setup,{:.1},ms", 1e3 * begin.elapsed().as_secs_f64());
     println!("unknowns,{},1", test.unknowns());
     println!("factor_entries,{},1", test.factor_entries());

@@ -9,23 +9,15 @@ use fem::{CylinderLattice, MeshError, TetMesh};
 
 /// A lattice with two regions, for round trips.
 fn specimen() -> TetMesh {
-    let mut mesh = CylinderLattice {
-        radius_mm: 2.5,
-        height_mm: 4.4,
-        spacing_mm: 1.6,
-    }
-    .build()
-    .unwrap();
+    let mut mesh =
+        CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.6 }.build().unwrap();
     mesh.regions.push("grain".into());
     mesh.region_of[10..40].fill(1);
     mesh
 }
 
 fn names() -> GmshNames {
-    GmshNames::new(
-        [("matrix", 1), ("grain", 2)],
-        [("bottom", 11), ("top", 12), ("side", 13)],
-    )
+    GmshNames::new([("matrix", 1), ("grain", 2)], [("bottom", 11), ("top", 12), ("side", 13)])
 }
 
 fn file(name: &str, bytes: impl AsRef<[u8]>) -> (tempfile::TempDir, PathBuf) {
@@ -40,12 +32,8 @@ fn assert_same(read: &TetMesh, mesh: &TetMesh) {
     type Named<'a, const N: usize> = Vec<(&'a str, [u32; N])>;
     fn tets(mesh: &TetMesh) -> Named<'_, 4> {
         let region = |tet: usize| mesh.regions[mesh.region_of[tet] as usize].as_str();
-        let mut all: Named<4> = mesh
-            .tets
-            .iter()
-            .enumerate()
-            .map(|(tet, &nodes)| (region(tet), nodes))
-            .collect();
+        let mut all: Named<4> =
+            mesh.tets.iter().enumerate().map(|(tet, &nodes)| (region(tet), nodes)).collect();
         all.sort_unstable();
         all
     }
@@ -60,10 +48,7 @@ fn assert_same(read: &TetMesh, mesh: &TetMesh) {
             faces.sort_unstable();
             faces
         };
-        mesh.surfaces
-            .iter()
-            .map(|(name, faces)| (name.clone(), sort(faces)))
-            .collect()
+        mesh.surfaces.iter().map(|(name, faces)| (name.clone(), sort(faces))).collect()
     };
     assert_eq!(sorted(read), sorted(mesh));
 }
@@ -77,10 +62,7 @@ fn what_is_written_comes_back_the_same() {
     assert_same(&gmsh::read(&path, &numbers).unwrap(), &mesh);
 
     // by the names in the file, and by asking for everything
-    let by_name = GmshNames::new(
-        [("grain", "grain"), ("soft", "matrix")],
-        [("base", "bottom")],
-    );
+    let by_name = GmshNames::new([("grain", "grain"), ("soft", "matrix")], [("base", "bottom")]);
     let read = gmsh::read(&path, &by_name).unwrap();
     assert_eq!(read.regions, ["grain", "soft"]);
     assert_eq!(read.surfaces["base"].len(), mesh.surfaces["bottom"].len());
@@ -92,33 +74,18 @@ fn elements(mesh: &TetMesh, quadratic: bool) -> Vec<(i32, i32, i32, Vec<u64>)> {
     // mid-edge nodes are all the tag 900000: only corners may be read
     let tags = |nodes: &[u32], extra: usize| -> Vec<u64> {
         let corners = nodes.iter().map(|&node| tag(node));
-        corners
-            .chain(std::iter::repeat_n(
-                900_000,
-                if quadratic { extra } else { 0 },
-            ))
-            .collect()
+        corners.chain(std::iter::repeat_n(900_000, if quadratic { extra } else { 0 })).collect()
     };
     let mut all = Vec::new();
     for (name, group) in [("bottom", 11), ("top", 12), ("side", 13)] {
         // turned inward, to be mended by the reader
         for &[a, b, c] in &mesh.surfaces[name] {
-            all.push((
-                if quadratic { 9 } else { 2 },
-                group,
-                30 + group,
-                tags(&[b, a, c], 3),
-            ));
+            all.push((if quadratic { 9 } else { 2 }, group, 30 + group, tags(&[b, a, c], 3)));
         }
     }
     for (&[a, b, c, d], &region) in mesh.tets.iter().zip(&mesh.region_of) {
         let group = region as i32 + 1;
-        all.push((
-            if quadratic { 11 } else { 4 },
-            group,
-            50 + group,
-            tags(&[a, b, c, d], 6),
-        ));
+        all.push((if quadratic { 11 } else { 4 }, group, 50 + group, tags(&[a, b, c, d], 6)));
     }
     all
 }
@@ -148,14 +115,12 @@ fn v2(mesh: &TetMesh, binary: bool) -> Vec<u8> {
     out.extend(format!("\n$EndNodes\n$Elements\n{}\n", elements.len()).bytes());
     for run in elements.chunk_by(|a, b| a.0 == b.0) {
         if binary {
-            [run[0].0, run.len() as i32, 2].map(|x| out.extend(x.to_le_bytes()));
+            [run[0].0, run.len() as i32, 2].iter().for_each(|x| out.extend(x.to_le_bytes()));
         }
         for (k, (kind, group, entity, nodes)) in run.iter().enumerate() {
             if binary {
-                [k as i32 + 1, *group, *entity].map(|x| out.extend(x.to_le_bytes()));
-                nodes
-                    .iter()
-                    .for_each(|&n| out.extend((n as i32).to_le_bytes()));
+                [k as i32 + 1, *group, *entity].iter().for_each(|x| out.extend(x.to_le_bytes()));
+                nodes.iter().for_each(|&n| out.extend((n as i32).to_le_bytes()));
             } else {
                 let nodes: Vec<String> = nodes.iter().map(u64::to_string).collect();
                 let nodes = nodes.join(" ");
@@ -195,53 +160,53 @@ impl V4 {
     fn real(&mut self, x: f64) {
         self.put(format!("{x:?}"), x.to_le_bytes());
     }
+    fn ints(&mut self, all: &[i32]) {
+        all.iter().for_each(|&x| self.int(x));
+    }
+    fn sizes(&mut self, all: &[u64]) {
+        all.iter().for_each(|&x| self.size(x));
+    }
+    fn reals(&mut self, all: &[f64]) {
+        all.iter().for_each(|&x| self.real(x));
+    }
     fn line(&mut self, text: &str) {
         self.out.extend(format!("\n{text}\n").bytes());
     }
 }
 
 fn v4(mesh: &TetMesh, binary: bool, big_endian: bool, quadratic: bool) -> Vec<u8> {
-    let mut w = V4 {
-        out: Vec::new(),
-        binary,
-        big_endian,
-    };
-    w.out
-        .extend(format!("$MeshFormat\n4.1 {} 8\n", binary as i32).bytes());
+    let mut w = V4 { out: Vec::new(), binary, big_endian };
+    w.out.extend(format!("$MeshFormat\n4.1 {} 8\n", binary as i32).bytes());
     if binary {
         w.int(1);
     }
     w.line("$EndMeshFormat\n$Entities");
     // one point and one curve without group, which must be passed over
-    [1, 1, 3, 2].map(|n| w.size(n));
+    w.sizes(&[1, 1, 3, 2]);
     w.int(1);
-    [0.0; 3].map(|x| w.real(x));
+    w.reals(&[0.0; 3]);
     w.size(0);
     w.int(1);
-    [0.0; 6].map(|x| w.real(x));
+    w.reals(&[0.0; 6]);
     w.size(0);
     w.size(2);
-    [1, -1].map(|t| w.int(t));
+    w.ints(&[1, -1]);
     for entity in [41, 42, 43, 51, 52] {
         w.int(entity);
-        [0.0; 6].map(|x| w.real(x));
+        w.reals(&[0.0; 6]);
         w.size(1);
-        w.int(if entity < 50 {
-            -(entity - 30)
-        } else {
-            entity - 50
-        });
+        w.int(if entity < 50 { -(entity - 30) } else { entity - 50 });
         w.size(1);
         w.int(1);
     }
     w.line("$EndEntities\n$Nodes");
     // two blocks, the second with parametric coordinates
     let count = mesh.nodes.len() + quadratic as usize;
-    [2, count as u64, 1, 900_000].map(|n| w.size(n));
+    w.sizes(&[2, count as u64, 1, 900_000]);
     for (block, part) in [(0, &mesh.nodes[..20]), (20, &mesh.nodes[20..])] {
         let parametric = block > 0;
         let extra = quadratic && parametric;
-        [if parametric { 2 } else { 3 }, 51, parametric as i32].map(|n| w.int(n));
+        w.ints(&[if parametric { 2 } else { 3 }, 51, parametric as i32]);
         w.size((part.len() + extra as usize) as u64);
         for k in 0..part.len() as u32 {
             w.size(tag(block + k));
@@ -250,25 +215,19 @@ fn v4(mesh: &TetMesh, binary: bool, big_endian: bool, quadratic: bool) -> Vec<u8
             w.size(900_000);
         }
         for p in part.iter().chain(extra.then_some(&[9.0; 3])) {
-            p.map(|x| w.real(x));
+            w.reals(p);
             if parametric {
-                [0.25, 0.5].map(|x| w.real(x));
+                w.reals(&[0.25, 0.5]);
             }
         }
     }
     w.line("$EndNodes\n$Elements");
     let elements = elements(mesh, quadratic);
     let blocks: Vec<_> = elements.chunk_by(|a, b| a.2 == b.2).collect();
-    [
-        blocks.len() as u64,
-        elements.len() as u64,
-        1,
-        elements.len() as u64,
-    ]
-    .map(|n| w.size(n));
+    [blocks.len() as u64, elements.len() as u64, 1, elements.len() as u64].map(|n| w.size(n));
     for block in blocks {
         let (kind, _, entity, _) = block[0];
-        [if entity < 50 { 2 } else { 3 }, entity, kind].map(|n| w.int(n));
+        w.ints(&[if entity < 50 { 2 } else { 3 }, entity, kind]);
         w.size(block.len() as u64);
         for (k, (.., nodes)) in block.iter().enumerate() {
             w.size(k as u64 + 1);
@@ -300,10 +259,7 @@ fn all_variants_give_the_same_mesh() {
 fn fault(bytes: impl AsRef<[u8]>, names: &GmshNames) -> String {
     let (_dir, path) = file("bad.msh", bytes);
     let message = gmsh::read(&path, names).unwrap_err().to_string();
-    assert!(
-        message.contains("bad.msh"),
-        "the file is not named: {message}"
-    );
+    assert!(message.contains("bad.msh"), "the file is not named: {message}");
     message
 }
 
@@ -319,7 +275,7 @@ fn faults_name_place_value_and_mend() {
     let text = String::from_utf8(v2(&mesh, false)).unwrap();
     let names = names();
 
-    assert_contains(&fault("solid stl\n", &names), &["line 2", "solid stl"]);
+    assert_contains(&fault("solid stl\n", &names), &["line 1", "solid stl"]);
     assert_contains(
         &fault("$MeshFormat\n4.0 0 8\n$EndMeshFormat\n", &names),
         &["line 2", "4.0", "2.2 or 4.1"],
@@ -328,15 +284,11 @@ fn faults_name_place_value_and_mend() {
     let line = 1 + text.lines().position(|line| line.contains("2.5 ")).unwrap();
     assert_contains(
         &fault(&spoilt, &names),
-        &[
-            &format!("line {line} (section $Nodes)"),
-            "2,5",
-            "coordinate",
-        ],
+        &[&format!("line {line} (section $Nodes)"), "2,5", "coordinate"],
     );
     assert_contains(&fault(&text[..text.len() / 2], &names), &["line"]);
     assert_contains(
-        &fault(text.replacen("$Nodes\n", "$Nodes\n1", 1), &names),
+        &fault(text.replacen("\n$Nodes\n", "\n$Nodes\n1", 1), &names),
         &["$Nodes", "$EndNodes"],
     );
     let binary = v4(&mesh, true, false, false);
@@ -348,21 +300,12 @@ fn faults_name_place_value_and_mend() {
     // a missing group lists those that are there
     let mut wrong = names.clone();
     wrong.regions.insert("grain".into(), 5.into());
-    assert_contains(
-        &fault(&text, &wrong),
-        &["region `grain`", "group 5", "has 1, 2"],
-    );
+    assert_contains(&fault(&text, &wrong), &["region `grain`", "group 5", "has 1, 2"]);
     let mut wrong = names.clone();
     wrong.surfaces.insert("top".into(), "lid".into());
-    assert_contains(
-        &fault(&text, &wrong),
-        &["surface `top`", "\"lid\"", "11, 12, 13"],
-    );
+    assert_contains(&fault(&text, &wrong), &["surface `top`", "\"lid\"", "11, 12, 13"]);
     let only_matrix = GmshNames::new([("matrix", 1)], [("bottom", 11)]);
-    assert_contains(
-        &fault(&text, &only_matrix),
-        &["physical volume(s) [2]", "no named region"],
-    );
+    assert_contains(&fault(&text, &only_matrix), &["physical volume(s) [2]", "no named region"]);
 
     // a hexahedron, and a node that is not there
     let mut hexahedron = text.clone();
@@ -397,19 +340,13 @@ fn shared() -> PathBuf {
 fn reference_cylinder() {
     let path = shared().join("data/fem/cyl_a.msh");
     if !path.exists() {
-        eprintln!(
-            "SKIPPED: {} is absent; set BRECCIA_SHARED to check it",
-            path.display()
-        );
+        eprintln!("SKIPPED: {} is absent; set BRECCIA_SHARED to check it", path.display());
         return;
     }
     let mesh = gmsh::read(&path, &names()).unwrap();
     assert_eq!((mesh.nodes.len(), mesh.tets.len()), (3950, 19443));
     let close = |value: f64, expected: f64| {
-        assert!(
-            (value / expected - 1.0).abs() < 1e-9,
-            "{value} against {expected}"
-        );
+        assert!((value / expected - 1.0).abs() < 1e-9, "{value} against {expected}");
     };
     close(mesh.volume(), 86.24230777795543);
     close(mesh.region_volume("grain").unwrap(), 8.523221291952499);

@@ -6,13 +6,7 @@ use std::f64::consts::PI;
 use fem::{CylinderLattice, LatticeError, MeshError, Quality, TetMesh};
 
 fn lattice(spacing_mm: f64) -> TetMesh {
-    CylinderLattice {
-        radius_mm: 2.5,
-        height_mm: 4.4,
-        spacing_mm,
-    }
-    .build()
-    .unwrap()
+    CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm }.build().unwrap()
 }
 
 /// Corners of the polygon that the wall nodes make.
@@ -33,14 +27,8 @@ fn lattices_are_sound_and_well_shaped_at_every_spacing() {
         let mesh = lattice(spacing);
         mesh.validate().unwrap();
         let quality = Quality::of(&mesh);
-        assert!(
-            quality.min_dihedral_deg > 30.0,
-            "spacing {spacing}: {quality}"
-        );
-        assert!(
-            quality.max_dihedral_deg < 135.0,
-            "spacing {spacing}: {quality}"
-        );
+        assert!(quality.min_dihedral_deg > 30.0, "spacing {spacing}: {quality}");
+        assert!(quality.max_dihedral_deg < 135.0, "spacing {spacing}: {quality}");
     }
 }
 
@@ -51,10 +39,7 @@ fn volume_is_that_of_the_prism() {
         let corners = wall_nodes(&mesh) as f64;
         let polygon = 0.5 * corners * 2.5_f64.powi(2) * (2.0 * PI / corners).sin();
         let volume = mesh.volume();
-        assert!(
-            (volume / (4.4 * polygon) - 1.0).abs() < 1e-13,
-            "{volume} against {polygon}"
-        );
+        assert!((volume / (4.4 * polygon) - 1.0).abs() < 1e-13, "{volume} against {polygon}");
         assert_eq!(mesh.region_volume("matrix"), Ok(volume));
     }
     // and that of the cylinder in the limit, with the square of the spacing
@@ -72,10 +57,7 @@ fn every_height_has_the_same_polygon() {
             let a = area(&mesh, triangle);
             (0..3).for_each(|k| total[k] += a[k]);
         }
-        assert!(
-            (total[2] - sign * mesh.volume() / 4.4).abs() < 1e-12,
-            "{name}: {total:?}"
-        );
+        assert!((total[2] - sign * mesh.volume() / 4.4).abs() < 1e-12, "{name}: {total:?}");
     }
     // the wall is vertical everywhere
     for &triangle in &mesh.surfaces["side"] {
@@ -108,32 +90,17 @@ fn element_count_follows_the_spacing() {
 #[test]
 fn impossible_lattices_say_what_to_do() {
     let build = |radius_mm, height_mm, spacing_mm| {
-        CylinderLattice {
-            radius_mm,
-            height_mm,
-            spacing_mm,
-        }
-        .build()
-        .unwrap_err()
+        CylinderLattice { radius_mm, height_mm, spacing_mm }.build().unwrap_err()
     };
-    assert_eq!(
-        build(2.5, f64::NAN, 0.7).to_string(),
-        "height_mm = NaN mm; give a positive length"
-    );
+    assert_eq!(build(2.5, f64::NAN, 0.7).to_string(), "height_mm = NaN mm; give a positive length");
     assert_eq!(
         build(-1.0, 4.4, 0.7),
-        LatticeError::NotPositive {
-            field: "radius_mm",
-            value: -1.0
-        }
+        LatticeError::NotPositive { field: "radius_mm", value: -1.0 }
     );
     assert!(
         matches!(build(2.5, 4.4, 3.0), LatticeError::TooCoarse { most_mm, .. } if most_mm == 2.5)
     );
-    assert!(matches!(
-        build(2.5, 4.4, 1e-4),
-        LatticeError::TooFine { .. }
-    ));
+    assert!(matches!(build(2.5, 4.4, 1e-4), LatticeError::TooFine { .. }));
 }
 
 /// Two tetrahedra that share a face.
@@ -165,59 +132,21 @@ fn each_fault_is_named_with_its_entity() {
     use MeshError as E;
 
     assert_eq!(fault(&|m| m.tets.clear()), E::Empty);
-    assert!(matches!(
-        fault(&|m| m.nodes[3][1] = f64::NAN),
-        E::NotFinite { node: 3, .. }
-    ));
-    assert!(matches!(
-        fault(&|m| m.tets[1][3] = 9),
-        E::MissingNode {
-            node: 9,
-            nodes: 5,
-            ..
-        }
-    ));
-    assert_eq!(
-        fault(&|m| m.nodes.push([2.0; 3])),
-        E::UnusedNode { node: 5 }
-    );
-    assert!(matches!(
-        fault(&|m| m.tets[1].swap(0, 1)),
-        E::Inverted { tet: 1, .. }
-    ));
-    assert!(matches!(
-        fault(&|m| m.nodes[4] = [0.5, 0.25, 0.25]),
-        E::Degenerate { tet: 1, .. }
-    ));
+    assert!(matches!(fault(&|m| m.nodes[3][1] = f64::NAN), E::NotFinite { node: 3, .. }));
+    assert!(matches!(fault(&|m| m.tets[1][3] = 9), E::MissingNode { node: 9, nodes: 5, .. }));
+    assert_eq!(fault(&|m| m.nodes.push([2.0; 3])), E::UnusedNode { node: 5 });
+    assert!(matches!(fault(&|m| m.tets[1].swap(0, 1)), E::Inverted { tet: 1, .. }));
+    assert!(matches!(fault(&|m| m.nodes[4] = [0.5, 0.25, 0.25]), E::Degenerate { tet: 1, .. }));
     assert!(matches!(
         fault(&|m| m.region_of.truncate(1)),
-        E::Unlabelled {
-            array: "region_of",
-            length: 1,
-            tets: 2
-        }
+        E::Unlabelled { array: "region_of", length: 1, tets: 2 }
     ));
     assert!(matches!(
         fault(&|m| m.grain_of = Some(vec![])),
-        E::Unlabelled {
-            array: "grain_of",
-            ..
-        }
+        E::Unlabelled { array: "grain_of", .. }
     ));
-    assert!(matches!(
-        fault(&|m| m.region_of[1] = 7),
-        E::UnknownRegion {
-            tet: 1,
-            region: 7,
-            ..
-        }
-    ));
-    assert_eq!(
-        fault(&|m| m.region_of[1] = 0),
-        E::MissingRegion {
-            name: "grain".into()
-        }
-    );
+    assert!(matches!(fault(&|m| m.region_of[1] = 7), E::UnknownRegion { tet: 1, region: 7, .. }));
+    assert_eq!(fault(&|m| m.region_of[1] = 0), E::MissingRegion { name: "grain".into() });
     // a third tetrahedron on the common face
     assert!(matches!(
         fault(&|m| {
@@ -226,11 +155,7 @@ fn each_fault_is_named_with_its_entity() {
             m.region_of.push(0);
             m.grain_of = None;
         }),
-        E::NonManifoldFace {
-            face: [1, 2, 3],
-            count: 3,
-            ..
-        }
+        E::NonManifoldFace { face: [1, 2, 3], count: 3, .. }
     ));
     // both on the same side of it
     assert_eq!(
@@ -238,10 +163,7 @@ fn each_fault_is_named_with_its_entity() {
             m.nodes[4] = [-1.0, -1.0, -1.0];
             m.tets[1] = [1, 3, 2, 4];
         }),
-        E::Overlap {
-            first: 0,
-            second: 1
-        }
+        E::Overlap { first: 0, second: 1 }
     );
     assert_eq!(
         fault(&|m| {
@@ -257,11 +179,7 @@ fn each_fault_is_named_with_its_entity() {
     );
     assert!(matches!(
         fault(&|m| m.surfaces.get_mut("bottom").unwrap().push([1, 2, 3])),
-        E::NotOnBoundary {
-            triangle: 1,
-            nodes: [1, 2, 3],
-            ..
-        }
+        E::NotOnBoundary { triangle: 1, nodes: [1, 2, 3], .. }
     ));
     assert!(matches!(
         fault(&|m| m.surfaces.get_mut("bottom").unwrap()[0].swap(0, 1)),
@@ -275,8 +193,5 @@ fn each_fault_is_named_with_its_entity() {
         fault(&|m| drop(m.surfaces.insert("top".into(), vec![]))),
         E::EmptySurface { name: "top".into() }
     );
-    assert!(matches!(
-        pair().region_volume("void"),
-        Err(E::NoSuchRegion { .. })
-    ));
+    assert!(matches!(pair().region_volume("void"), Err(E::NoSuchRegion { .. })));
 }

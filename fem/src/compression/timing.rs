@@ -35,18 +35,24 @@ impl CompressionTest {
     /// If the unloaded mesh cannot be factorised.
     pub fn time_parts(&self, repetitions: u32) -> PartTimes {
         let domain = &self.discretisation;
-        let materials: Vec<_> = self.materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect();
+        let materials: Vec<_> =
+            self.materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect();
         let mut fields = Fields::zero(domain.nodes.len());
         for (u, x) in fields.displacement.iter_mut().zip(&domain.nodes) {
             *u = [1e-3 * x[0], 1e-3 * x[1], -4e-3 * x[2]];
         }
-        let increment =
-            Increment { materials: &materials, fields: &fields, damage_before: &fields.damage, duration: 0.01 };
+        let increment = Increment {
+            materials: &materials,
+            fields: &fields,
+            damage_before: &fields.damage,
+            duration: 0.01,
+        };
         let mut direct = Direct::new(Arc::clone(&domain.symbolic)).expect("memory for a factor");
         let mut residual = Residual::new(domain.nodes.len());
         let mut values = std::mem::take(&mut direct.values);
         let pattern = &domain.symbolic.pattern;
-        let residual_s = least(repetitions, || domain.operator.residual(&increment, &mut residual).is_ok());
+        let residual_s =
+            least(repetitions, || domain.operator.residual(&increment, &mut residual).is_ok());
         let tangent_s = least(repetitions, || {
             domain.operator.tangent(&increment, Coupling::Full, pattern, &mut values).is_ok()
         });

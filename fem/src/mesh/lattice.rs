@@ -20,14 +20,8 @@ const BULGE: f64 = 0.6;
 const MAX_CELLS: f64 = 2.0e7;
 
 /// The faces of a hexahedron, counter-clockwise seen from outside: bottom, top, four sides.
-const HEX_FACES: [[usize; 4]; 6] = [
-    [0, 3, 2, 1],
-    [4, 5, 6, 7],
-    [0, 1, 5, 4],
-    [1, 2, 6, 5],
-    [2, 3, 7, 6],
-    [3, 0, 4, 7],
-];
+const HEX_FACES: [[usize; 4]; 6] =
+    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 
 /// A right cylinder standing on z = 0 with its axis on z, meshed with one parameter.
 ///
@@ -103,28 +97,17 @@ impl CylinderLattice {
     /// # Errors
     /// [`LatticeError`] if a length is not positive or the spacing does not suit the cylinder.
     pub fn build(&self) -> Result<TetMesh, LatticeError> {
-        let &CylinderLattice {
-            radius_mm,
-            height_mm,
-            spacing_mm,
-        } = self;
-        for (field, value) in [
-            ("radius_mm", radius_mm),
-            ("height_mm", height_mm),
-            ("spacing_mm", spacing_mm),
-        ] {
+        let &CylinderLattice { radius_mm, height_mm, spacing_mm } = self;
+        for (field, value) in
+            [("radius_mm", radius_mm), ("height_mm", height_mm), ("spacing_mm", spacing_mm)]
+        {
             if !(value.is_finite() && value > 0.0) {
                 return Err(LatticeError::NotPositive { field, value });
             }
         }
         let most_mm = radius_mm.min(height_mm);
         if spacing_mm > most_mm {
-            return Err(LatticeError::TooCoarse {
-                spacing_mm,
-                radius_mm,
-                height_mm,
-                most_mm,
-            });
+            return Err(LatticeError::TooCoarse { spacing_mm, radius_mm, height_mm, most_mm });
         }
         let cells = PI * radius_mm.powi(2) * height_mm / spacing_mm.powi(3);
         if cells > MAX_CELLS {
@@ -146,7 +129,7 @@ struct Section {
 
 impl Section {
     fn new(radius: f64, spacing: f64) -> Section {
-        let n = ((BLOCK * radius / spacing).round() as usize).max(2);
+        let n = ((BLOCK * radius / spacing).round() as usize).max(3);
         let rings = ((RINGS * radius / spacing).round() as usize).max(1);
         let half_width = radius * WIDTH / (1.0 + 2.0 * rings as f64 / n as f64);
 
@@ -166,12 +149,7 @@ impl Section {
         }
         for j in 0..n {
             for i in 0..n {
-                quads.push([
-                    block(i, j),
-                    block(i + 1, j),
-                    block(i + 1, j + 1),
-                    block(i, j + 1),
-                ]);
+                quads.push([block(i, j), block(i + 1, j), block(i + 1, j + 1), block(i, j + 1)]);
             }
         }
 
@@ -233,12 +211,7 @@ fn split(section: &Section, height: f64, layers: usize) -> TetMesh {
     let mut tets = Vec::new();
     let mut surfaces: BTreeMap<String, Vec<[u32; 3]>> = BTreeMap::new();
     for shared in faces.chunk_by(|a, b| a.key == b.key) {
-        let HexFace {
-            outward,
-            centre,
-            side,
-            ..
-        } = shared[0];
+        let HexFace { outward, centre, side, .. } = shared[0];
         let apex = match shared.get(1) {
             Some(other) => other.centre,
             None => {
@@ -251,10 +224,7 @@ fn split(section: &Section, height: f64, layers: usize) -> TetMesh {
             tets.push([centre, edge[0], edge[1], apex]);
             if shared.len() == 1 {
                 let name = ["bottom", "top", "side"][side.min(2)];
-                surfaces
-                    .entry(name.into())
-                    .or_default()
-                    .push([edge[0], edge[1], apex]);
+                surfaces.entry(name.into()).or_default().push([edge[0], edge[1], apex]);
             }
         }
     }
@@ -280,11 +250,6 @@ impl HexFace {
     fn new(outward: [u32; 4], centre: u32, side: usize) -> HexFace {
         let mut key = outward;
         key.sort_unstable();
-        HexFace {
-            key,
-            outward,
-            centre,
-            side,
-        }
+        HexFace { key, outward, centre, side }
     }
 }

@@ -86,14 +86,9 @@ impl TetMesh {
     /// # Errors
     /// [`MeshError::NoSuchRegion`] if the mesh has no region of that name.
     pub fn region_volume(&self, name: &str) -> Result<f64, MeshError> {
-        let region =
-            self.regions
-                .iter()
-                .position(|r| r == name)
-                .ok_or_else(|| MeshError::NoSuchRegion {
-                    name: name.into(),
-                    regions: self.regions.clone(),
-                })?;
+        let region = self.regions.iter().position(|r| r == name).ok_or_else(|| {
+            MeshError::NoSuchRegion { name: name.into(), regions: self.regions.clone() }
+        })?;
         Ok((0..self.tets.len())
             .filter(|&tet| self.region_of[tet] as usize == region)
             .map(|tet| self.tet_volume(tet))
@@ -105,10 +100,7 @@ impl TetMesh {
         let total: f64 = (0..self.tets.len())
             .map(|tet| {
                 let p = self.corners(tet);
-                EDGES
-                    .iter()
-                    .map(|&[a, b]| norm(sub(p[a], p[b])))
-                    .sum::<f64>()
+                EDGES.iter().map(|&[a, b]| norm(sub(p[a], p[b]))).sum::<f64>()
             })
             .sum();
         total / (6 * self.tets.len().max(1)) as f64
@@ -139,11 +131,7 @@ impl TetMesh {
         for (tet, nodes) in self.tets.iter().enumerate() {
             for local in FACES {
                 let outward = local.map(|l| nodes[l]);
-                faces.push(Face {
-                    key: sorted(outward),
-                    outward,
-                    tet: tet as u32,
-                });
+                faces.push(Face { key: sorted(outward), outward, tet: tet as u32 });
             }
         }
         faces.sort_unstable_by_key(|face| (face.key, face.tet));
@@ -169,22 +157,11 @@ impl TetMesh {
     }
 
     fn validate_nodes(&self) -> Result<(), MeshError> {
-        if let Some(node) = self
-            .nodes
-            .iter()
-            .position(|p| p.iter().any(|x| !x.is_finite()))
-        {
-            return Err(MeshError::NotFinite {
-                node,
-                point: self.nodes[node],
-            });
+        if let Some(node) = self.nodes.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
+            return Err(MeshError::NotFinite { node, point: self.nodes[node] });
         }
         let nodes = self.nodes.len();
-        let missing = |entity: String, node: u32| MeshError::MissingNode {
-            entity,
-            node,
-            nodes,
-        };
+        let missing = |entity: String, node: u32| MeshError::MissingNode { entity, node, nodes };
         let mut used = vec![false; nodes];
         for (tet, corners) in self.tets.iter().enumerate() {
             for &node in corners {
@@ -210,16 +187,10 @@ impl TetMesh {
         for tet in 0..self.tets.len() {
             let p = self.corners(tet);
             let volume_mm3 = tet_volume(p);
-            let longest_edge_mm = EDGES
-                .iter()
-                .map(|&[a, b]| norm(sub(p[a], p[b])))
-                .fold(0.0, f64::max);
+            let longest_edge_mm =
+                EDGES.iter().map(|&[a, b]| norm(sub(p[a], p[b]))).fold(0.0, f64::max);
             if volume_mm3.abs() <= DEGENERATE * longest_edge_mm.powi(3) {
-                return Err(MeshError::Degenerate {
-                    tet,
-                    volume_mm3,
-                    longest_edge_mm,
-                });
+                return Err(MeshError::Degenerate { tet, volume_mm3, longest_edge_mm });
             }
             if volume_mm3 < 0.0 {
                 return Err(MeshError::Inverted { tet, volume_mm3 });
@@ -231,15 +202,7 @@ impl TetMesh {
     fn validate_regions(&self) -> Result<(), MeshError> {
         let tets = self.tets.len();
         let labelled = |array, length: usize| {
-            if length == tets {
-                Ok(())
-            } else {
-                Err(MeshError::Unlabelled {
-                    array,
-                    length,
-                    tets,
-                })
-            }
+            if length == tets { Ok(()) } else { Err(MeshError::Unlabelled { array, length, tets }) }
         };
         labelled("region_of", self.region_of.len())?;
         if let Some(grains) = &self.grain_of {
@@ -247,18 +210,14 @@ impl TetMesh {
         }
         let mut used = vec![false; self.regions.len()];
         for (tet, &region) in self.region_of.iter().enumerate() {
-            *used
-                .get_mut(region as usize)
-                .ok_or_else(|| MeshError::UnknownRegion {
-                    tet,
-                    region,
-                    regions: self.regions.clone(),
-                })? = true;
+            *used.get_mut(region as usize).ok_or_else(|| MeshError::UnknownRegion {
+                tet,
+                region,
+                regions: self.regions.clone(),
+            })? = true;
         }
         match used.iter().position(|used| !used) {
-            Some(k) => Err(MeshError::MissingRegion {
-                name: self.regions[k].clone(),
-            }),
+            Some(k) => Err(MeshError::MissingRegion { name: self.regions[k].clone() }),
             None => Ok(()),
         }
     }
@@ -275,10 +234,7 @@ impl TetMesh {
             if let [a, b] = shared
                 && is_even_turn(a.outward, b.outward)
             {
-                return Err(MeshError::Overlap {
-                    first: a.tet,
-                    second: b.tet,
-                });
+                return Err(MeshError::Overlap { first: a.tet, second: b.tet });
             }
         }
         Ok(())
@@ -299,11 +255,8 @@ impl TetMesh {
     }
 
     fn validate_surfaces(&self) -> Result<(), MeshError> {
-        let boundary: BTreeMap<[u32; 3], [u32; 3]> = self
-            .boundary_faces()
-            .into_iter()
-            .map(|face| (sorted(face), face))
-            .collect();
+        let boundary: BTreeMap<[u32; 3], [u32; 3]> =
+            self.boundary_faces().into_iter().map(|face| (sorted(face), face)).collect();
         let mut listed: BTreeMap<[u32; 3], &str> = BTreeMap::new();
         for (name, triangles) in &self.surfaces {
             if triangles.is_empty() {
@@ -312,25 +265,14 @@ impl TetMesh {
             for (triangle, &nodes) in triangles.iter().enumerate() {
                 let surface = || name.clone();
                 let Some(&outward) = boundary.get(&sorted(nodes)) else {
-                    return Err(MeshError::NotOnBoundary {
-                        surface: surface(),
-                        triangle,
-                        nodes,
-                    });
+                    return Err(MeshError::NotOnBoundary { surface: surface(), triangle, nodes });
                 };
                 if !is_even_turn(outward, nodes) {
-                    return Err(MeshError::Inward {
-                        surface: surface(),
-                        triangle,
-                    });
+                    return Err(MeshError::Inward { surface: surface(), triangle });
                 }
                 if let Some(first) = listed.insert(sorted(nodes), name) {
                     let first = first.to_string();
-                    return Err(MeshError::DuplicateTriangle {
-                        nodes,
-                        first,
-                        second: surface(),
-                    });
+                    return Err(MeshError::DuplicateTriangle { nodes, first, second: surface() });
                 }
             }
         }

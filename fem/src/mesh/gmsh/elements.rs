@@ -91,9 +91,7 @@ impl Contents {
             let tag = tag(source)?;
             if is_simplex && k <= dimension as usize {
                 corners[k] = *self.position.get(&tag).ok_or_else(|| {
-                    source.fault(format!(
-                        "an element refers to node {tag}, which is not there"
-                    ))
+                    source.fault(format!("an element refers to node {tag}, which is not there"))
                 })?;
             }
         }
@@ -103,10 +101,7 @@ impl Contents {
                 let nodes = [corners[0], corners[1], corners[2]];
                 self.triangles.push(Element { nodes, groups });
             }
-            (3, true) => self.tets.push(Element {
-                nodes: corners,
-                groups,
-            }),
+            (3, true) => self.tets.push(Element { nodes: corners, groups }),
             (3, false) => {
                 return Err(source.fault(format!(
                     "element type {kind} is no tetrahedron; mesh with tetrahedra only"
@@ -125,9 +120,8 @@ impl Contents {
         let mut region_of = Vec::with_capacity(self.tets.len());
         let mut tets = Vec::with_capacity(self.tets.len());
         for tet in &self.tets {
-            let mut found = (0..)
-                .zip(&regions)
-                .filter(|(_, (_, group))| tet.groups.contains(group));
+            let mut found =
+                (0..).zip(&regions).filter(|(_, (_, group))| tet.groups.contains(group));
             let Some((region, _)) = found.next() else {
                 return Err(format!(
                     "a tetrahedron of physical volume(s) {:?} belongs to no named region; name that \
@@ -144,11 +138,7 @@ impl Contents {
             region_of.push(region);
             let [a, b, c, d] = tet.nodes;
             let volume = tet_volume(tet.nodes.map(|node| self.points[node as usize]));
-            tets.push(if volume < 0.0 {
-                [b, a, c, d]
-            } else {
-                [a, b, c, d]
-            });
+            tets.push(if volume < 0.0 { [b, a, c, d] } else { [a, b, c, d] });
         }
 
         let mut mesh = TetMesh {
@@ -159,11 +149,8 @@ impl Contents {
             grain_of: None,
             surfaces: BTreeMap::new(),
         };
-        let outward: HashMap<[u32; 3], [u32; 3]> = mesh
-            .boundary_faces()
-            .into_iter()
-            .map(|face| (sorted(face), face))
-            .collect();
+        let outward: HashMap<[u32; 3], [u32; 3]> =
+            mesh.boundary_faces().into_iter().map(|face| (sorted(face), face)).collect();
         for (name, group) in surfaces {
             let triangles = self
                 .triangles
@@ -187,17 +174,12 @@ impl Contents {
         wanted: &BTreeMap<String, PhysicalGroup>,
         elements: &[Element<N>],
     ) -> Result<Vec<(String, i32)>, String> {
-        let present: BTreeSet<i32> = elements
-            .iter()
-            .flat_map(|element| element.groups.iter().copied())
-            .collect();
+        let present: BTreeSet<i32> =
+            elements.iter().flat_map(|element| element.groups.iter().copied()).collect();
         let label = |number: i32| self.names.get(&(dimension, number));
         if wanted.is_empty() {
             let name = |number| label(number).cloned().unwrap_or_else(|| number.to_string());
-            return Ok(present
-                .into_iter()
-                .map(|number| (name(number), number))
-                .collect());
+            return Ok(present.into_iter().map(|number| (name(number), number)).collect());
         }
         let mut resolved = Vec::with_capacity(wanted.len());
         for (name, group) in wanted {
@@ -216,11 +198,7 @@ impl Contents {
                 return Err(format!(
                     "{what} `{name}` should be physical group {group} of dimension {dimension}, \
                      but the file has {}; correct the number or name",
-                    if there.is_empty() {
-                        "none".into()
-                    } else {
-                        there.join(", ")
-                    }
+                    if there.is_empty() { "none".into() } else { there.join(", ") }
                 ));
             };
             resolved.push((name.clone(), number));

@@ -122,13 +122,11 @@ pub fn read(path: impl AsRef<Path>, names: &GmshNames) -> Result<TetMesh, MeshEr
         place: fault.place,
         message: fault.message,
     })?;
-    let mesh = contents
-        .into_mesh(names)
-        .map_err(|message| MeshError::File {
-            path: path.into(),
-            place: "physical groups".into(),
-            message,
-        })?;
+    let mesh = contents.into_mesh(names).map_err(|message| MeshError::File {
+        path: path.into(),
+        place: "physical groups".into(),
+        message,
+    })?;
     mesh.validate()?;
     Ok(mesh)
 }

@@ -23,13 +23,7 @@ pub(super) struct Source<'a> {
 
 impl<'a> Source<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Source<'a> {
-        Source {
-            bytes,
-            at: 0,
-            section: String::new(),
-            binary: false,
-            big_endian: false,
-        }
+        Source { bytes, at: 0, section: String::new(), binary: false, big_endian: false }
     }
 
     /// A fault at the present place: a line in ASCII, section and byte in binary files.
@@ -37,10 +31,7 @@ impl<'a> Source<'a> {
         let place = if self.binary {
             format!("section ${}, byte {}", self.section, self.at)
         } else {
-            let line = 1 + self.bytes[..self.at]
-                .iter()
-                .filter(|&&b| b == b'\n')
-                .count();
+            let line = 1 + self.bytes[..self.at].iter().filter(|&&b| b == b'\n').count();
             match self.section.as_str() {
                 "" => format!("line {line}"),
                 section => format!("line {line} (section ${section})"),
@@ -95,7 +86,9 @@ impl<'a> Source<'a> {
     /// The name of the next section, or nothing at the end of the file.
     pub(super) fn section(&mut self) -> Result<Option<String>, Fault> {
         self.section.clear();
-        while let Some(line) = self.line() {
+        loop {
+            let start = self.at;
+            let Some(line) = self.line() else { return Ok(None) };
             match line.trim_ascii() {
                 [] => {}
                 [b'$', name @ ..] => {
@@ -103,6 +96,7 @@ impl<'a> Source<'a> {
                     return Ok(Some(self.section.clone()));
                 }
                 other => {
+                    self.at = start;
                     let text = String::from_utf8_lossy(&other[..other.len().min(40)]).into_owned();
                     return Err(
                         self.fault(format!("`{text}` stands where a $Section should begin"))
@@ -110,7 +104,6 @@ impl<'a> Source<'a> {
                 }
             }
         }
-        Ok(None)
     }
 
     /// Reads the `$End…` line of the present section.
@@ -131,10 +124,7 @@ impl<'a> Source<'a> {
     pub(super) fn skip_section(&mut self) -> Result<(), Fault> {
         let end = format!("$End{}", self.section);
         let rest = &self.bytes[self.at..];
-        match rest
-            .windows(end.len())
-            .position(|window| window == end.as_bytes())
-        {
+        match rest.windows(end.len()).position(|window| window == end.as_bytes()) {
             Some(offset) => {
                 self.at += offset + end.len();
                 self.line();
@@ -185,10 +175,7 @@ impl<'a> Source<'a> {
     pub(super) fn word(&mut self) -> Result<&'a str, Fault> {
         self.skip_blanks();
         let rest = &self.bytes[self.at..];
-        let length = rest
-            .iter()
-            .position(u8::is_ascii_whitespace)
-            .unwrap_or(rest.len());
+        let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
         if length == 0 {
             return Err(self.cut_short());
         }
@@ -199,10 +186,7 @@ impl<'a> Source<'a> {
     }
 
     fn take<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
-        let bytes = self
-            .bytes
-            .get(self.at..self.at + N)
-            .and_then(|b| b.try_into().ok());
+        let bytes = self.bytes.get(self.at..self.at + N).and_then(|b| b.try_into().ok());
         let bytes = bytes.ok_or_else(|| self.cut_short())?;
         self.at += N;
         Ok(bytes)
@@ -223,11 +207,7 @@ impl<'a> Source<'a> {
             return self.text(what);
         }
         let bytes = self.take()?;
-        Ok(if self.big_endian {
-            i32::from_be_bytes(bytes)
-        } else {
-            i32::from_le_bytes(bytes)
-        })
+        Ok(if self.big_endian { i32::from_be_bytes(bytes) } else { i32::from_le_bytes(bytes) })
     }
 
     /// An unsigned 64-bit number (the format's `size_t`).
@@ -236,11 +216,7 @@ impl<'a> Source<'a> {
             return self.text(what);
         }
         let bytes = self.take()?;
-        Ok(if self.big_endian {
-            u64::from_be_bytes(bytes)
-        } else {
-            u64::from_le_bytes(bytes)
-        })
+        Ok(if self.big_endian { u64::from_be_bytes(bytes) } else { u64::from_le_bytes(bytes) })
     }
 
     /// A floating-point number.
@@ -249,11 +225,7 @@ impl<'a> Source<'a> {
             return self.text(what);
         }
         let bytes = self.take()?;
-        Ok(if self.big_endian {
-            f64::from_be_bytes(bytes)
-        } else {
-            f64::from_le_bytes(bytes)
-        })
+        Ok(if self.big_endian { f64::from_be_bytes(bytes) } else { f64::from_le_bytes(bytes) })
     }
 
     /// Three coordinates.

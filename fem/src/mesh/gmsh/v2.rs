@@ -24,20 +24,15 @@ pub(super) fn elements(source: &mut Source, contents: &mut Contents) -> Result<(
     let mut read = 0;
     while read < count {
         // binary files give type and number of tags once for a block of elements
-        let header = if source.binary {
-            Some(block_header(source)?)
-        } else {
-            None
-        };
+        let header = if source.binary { Some(block_header(source)?) } else { None };
         let block = header.map_or(1, |(_, block, _)| block);
         for _ in 0..block {
             source.int("an element's number")?;
             let (kind, tags) = match header {
                 Some((kind, _, tags)) => (kind, tags),
-                None => (
-                    source.int("an element type")?,
-                    source.int("an element's number of tags")?,
-                ),
+                None => {
+                    (source.int("an element type")?, source.int("an element's number of tags")?)
+                }
             };
             let mut groups = Vec::with_capacity(1);
             for k in 0..tags {
@@ -47,16 +42,12 @@ pub(super) fn elements(source: &mut Source, contents: &mut Contents) -> Result<(
                     groups.push(value);
                 }
             }
-            contents.element(source, kind, &groups, |source| {
-                tag(source, "a node's number")
-            })?;
+            contents.element(source, kind, &groups, |source| tag(source, "a node's number"))?;
         }
         read += block as u64;
     }
     if read > count {
-        return Err(source.fault(format!(
-            "{read} elements follow where {count} were announced"
-        )));
+        return Err(source.fault(format!("{read} elements follow where {count} were announced")));
     }
     Ok(())
 }

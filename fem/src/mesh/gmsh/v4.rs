@@ -34,11 +34,7 @@ pub(super) fn entities(source: &mut Source, contents: &mut Contents) -> Result<(
 
 pub(super) fn nodes(source: &mut Source, contents: &mut Contents) -> Result<(), Fault> {
     let blocks = source.size("the number of node blocks")?;
-    for what in [
-        "the number of nodes",
-        "the smallest node tag",
-        "the largest node tag",
-    ] {
+    for what in ["the number of nodes", "the smallest node tag", "the largest node tag"] {
         source.size(what)?;
     }
     for _ in 0..blocks {
@@ -46,9 +42,8 @@ pub(super) fn nodes(source: &mut Source, contents: &mut Contents) -> Result<(), 
         source.int("an entity's tag")?;
         let parametric = source.int("the parametric mark (0 or 1)")?;
         let count = source.size("a block's number of nodes")?;
-        let tags = (0..count)
-            .map(|_| source.size("a node's tag"))
-            .collect::<Result<Vec<u64>, Fault>>()?;
+        let tags =
+            (0..count).map(|_| source.size("a node's tag")).collect::<Result<Vec<u64>, Fault>>()?;
         for tag in tags {
             let point = source.point()?;
             if parametric != 0 {
@@ -64,11 +59,7 @@ pub(super) fn nodes(source: &mut Source, contents: &mut Contents) -> Result<(), 
 
 pub(super) fn elements(source: &mut Source, contents: &mut Contents) -> Result<(), Fault> {
     let blocks = source.size("the number of element blocks")?;
-    for what in [
-        "the number of elements",
-        "the smallest element tag",
-        "the largest element tag",
-    ] {
+    for what in ["the number of elements", "the smallest element tag", "the largest element tag"] {
         source.size(what)?;
     }
     for _ in 0..blocks {

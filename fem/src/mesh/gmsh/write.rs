@@ -41,32 +41,18 @@ pub fn write(path: impl AsRef<Path>, mesh: &TetMesh) -> Result<GmshNames, MeshEr
         message: error.to_string(),
     })?;
     let numbered = |first: i32, names: Vec<&str>| {
-        (first..)
-            .zip(names)
-            .map(|(k, name)| (name.into(), PhysicalGroup::Number(k)))
-            .collect()
+        (first..).zip(names).map(|(k, name)| (name.into(), PhysicalGroup::Number(k))).collect()
     };
     Ok(GmshNames {
         regions: numbered(1, mesh.regions.iter().map(String::as_str).collect()),
-        surfaces: numbered(
-            FIRST_SURFACE,
-            surfaces.iter().map(|&(name, _)| name).collect(),
-        ),
+        surfaces: numbered(FIRST_SURFACE, surfaces.iter().map(|&(name, _)| name).collect()),
     })
 }
 
 fn ordered_surfaces(mesh: &TetMesh) -> Vec<(&str, &[[u32; 3]])> {
-    let rank = |name: &str| {
-        ["bottom", "top", "side"]
-            .iter()
-            .position(|&n| n == name)
-            .unwrap_or(3)
-    };
-    let mut surfaces: Vec<_> = mesh
-        .surfaces
-        .iter()
-        .map(|(name, faces)| (name.as_str(), faces.as_slice()))
-        .collect();
+    let rank = |name: &str| ["bottom", "top", "side"].iter().position(|&n| n == name).unwrap_or(3);
+    let mut surfaces: Vec<_> =
+        mesh.surfaces.iter().map(|(name, faces)| (name.as_str(), faces.as_slice())).collect();
     // stable: others keep the order of their names
     surfaces.sort_by_key(|&(name, _)| rank(name));
     surfaces
@@ -87,17 +73,11 @@ fn text(mesh: &TetMesh, surfaces: &[(&str, &[[u32; 3]])]) -> Result<String, std:
 
     writeln!(out, "$Entities\n0 0 {faces} {volumes}")?;
     for (number, (_, triangles)) in (FIRST_SURFACE..).zip(surfaces) {
-        entity(
-            &mut out,
-            number,
-            bounding_box(mesh, triangles.iter().flatten()),
-        )?;
+        entity(&mut out, number, bounding_box(mesh, triangles.iter().flatten()))?;
     }
     for number in 1..=volumes {
         let nodes = mesh.tets.iter().zip(&mesh.region_of);
-        let nodes = nodes
-            .filter(|&(_, &r)| r as usize + 1 == number)
-            .flat_map(|(tet, _)| tet);
+        let nodes = nodes.filter(|&(_, &r)| r as usize + 1 == number).flat_map(|(tet, _)| tet);
         entity(&mut out, number as i32, bounding_box(mesh, nodes))?;
     }
     out.push_str("$EndEntities\n");
@@ -114,11 +94,7 @@ fn text(mesh: &TetMesh, surfaces: &[(&str, &[[u32; 3]])]) -> Result<String, std:
     out.push_str("$EndNodes\n");
 
     let elements = mesh.tets.len() + surfaces.iter().map(|(_, faces)| faces.len()).sum::<usize>();
-    writeln!(
-        out,
-        "$Elements\n{} {elements} 1 {elements}",
-        blocks(mesh) + faces
-    )?;
+    writeln!(out, "$Elements\n{} {elements} 1 {elements}", blocks(mesh) + faces)?;
     let mut tag = 0;
     for (number, (_, triangles)) in (FIRST_SURFACE..).zip(surfaces) {
         writeln!(out, "2 {number} 2 {}", triangles.len())?;
@@ -131,9 +107,8 @@ fn text(mesh: &TetMesh, surfaces: &[(&str, &[[u32; 3]])]) -> Result<String, std:
     let mut first = 0;
     for run in mesh.region_of.chunk_by(|a, b| a == b) {
         writeln!(out, "3 {} 4 {}", run[0] + 1, run.len())?;
-        for [a, b, c, d] in mesh.tets[first..first + run.len()]
-            .iter()
-            .map(|nodes| nodes.map(|node| node + 1))
+        for [a, b, c, d] in
+            mesh.tets[first..first + run.len()].iter().map(|nodes| nodes.map(|node| node + 1))
         {
             tag += 1;
             writeln!(out, "{tag} {a} {b} {c} {d}")?;
@@ -150,10 +125,7 @@ fn blocks(mesh: &TetMesh) -> usize {
 
 fn entity(out: &mut String, number: i32, [low, high]: [Point; 2]) -> std::fmt::Result {
     let [[a, b, c], [d, e, f]] = [low, high];
-    writeln!(
-        out,
-        "{number} {a:?} {b:?} {c:?} {d:?} {e:?} {f:?} 1 {number} 0"
-    )
+    writeln!(out, "{number} {a:?} {b:?} {c:?} {d:?} {e:?} {f:?} 1 {number} 0")
 }
 
 fn bounding_box<'a>(mesh: &TetMesh, nodes: impl Iterator<Item = &'a u32>) -> [Point; 2] {

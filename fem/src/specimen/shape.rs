@@ -1,0 +1,122 @@
+//! Grains as convex polyhedra: random facets, cut by the radical planes to the neighbours.
+
+use std::f64::consts::PI;
+
+use rand::Rng;
+use rand_distr::{Distribution, UnitSphere};
+
+use super::relax::Spheres;
+use super::{ConvexPolyhedron, Grain, GrainShape};
+use crate::mesh::vector::{Point, add, dot, norm, scale, sub};
+
+/// Each facet is the one of so many random directions that is farthest from those before it.
+const CANDIDATES: usize = 8;
+/// Distances of the facets from the centre, relative to the sphere's radius.
+const FACET: std::ops::Range<f64> = 0.8..1.0;
+/// Sides of the prism, inscribed in the cylinder, that polyhedra are kept in.
+const WALL: usize = 64;
+/// Facets are moved out by at most this factor to reach the wanted volume.
+const MOST_GROWTH: f64 = 4.0;
+
+/// Facets of one grain: unit normal and distance from the centre.
+type Facets = Vec<(Point, f64)>;
+
+/// Draws the facets of every sphere.
+pub(super) fn draw_facets<R: Rng>(radii: &[f64], facets: usize, rng: &mut R) -> Vec<Facets> {
+    radii
+        .iter()
+        .map(|radius| {
+            let mut drawn: Facets = Vec::with_capacity(facets);
+            for _ in 0..facets {
+                let nearest = |u: Point| drawn.iter().map(|&(n, _)| dot(n, u)).fold(-1.0, f64::max);
+                let mut best: Point = UnitSphere.sample(rng);
+                for _ in 1..CANDIDATES {
+                    let other: Point = UnitSphere.sample(rng);
+                    if nearest(other) < nearest(best) {
+                        best = other;
+                    }
+                }
+                drawn.push((best, radius * rng.random_range(FACET)));
+            }
+            drawn
+        })
+        .collect()
+}
+
+/// Moves all facets out or in by one factor until the polyhedra have the wanted volume together.
+///
+/// Neighbours stay on their sides of their radical plane, each half a gap away from it, so
+/// nothing can overlap. The error is the largest volume that can be reached.
+pub(super) fn grow(spheres: &Spheres, facets: &[Facets], volume: f64) -> Result<Vec<Grain>, f64> {
+    let total = |grains: &[Grain]| grains.iter().map(Grain::volume_mm3).sum::<f64>();
+    let (mut low, mut high) = (0.0, MOST_GROWTH);
+    let mut grains = polyhedra(spheres, facets, high);
+    let most = total(&grains);
+    if most < volume {
+        return Err(most);
+    }
+    while high - low > 1e-9 {
+        let middle = 0.5 * (low + high);
+        grains = polyhedra(spheres, facets, middle);
+        if total(&grains) < volume {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Ok(grains)
+}
+
+fn polyhedra(spheres: &Spheres, facets: &[Facets], growth: f64) -> Vec<Grain> {
+    let half = 0.5 * spheres.gap;
+    facets
+        .iter()
+        .enumerate()
+        .map(|(i, facets)| {
+            let (centre, radius) = (spheres.centres[i], spheres.radii[i]);
+            let mut body = ConvexPolyhedron::cube(centre, 1.5 * radius * growth);
+            for &(normal, distance) in facets {
+                body.cut(normal, dot(normal, centre) + growth * distance);
+            }
+            body.cut([0.0, 0.0, -1.0], -half);
+            body.cut([0.0, 0.0, 1.0], spheres.cylinder_height - half);
+            cut_wall(&mut body, centre, spheres.cylinder_radius - half);
+            cut_neighbours(&mut body, spheres, i);
+            Grain { centre, shape: GrainShape::Polyhedron(body) }
+        })
+        .collect()
+}
+
+/// Cuts by the sides of a prism inscribed in the cylinder.
+fn cut_wall(body: &mut ConvexPolyhedron, centre: Point, radius: f64) {
+    if centre[0].hypot(centre[1]) + body.reach(centre) < radius * (PI / WALL as f64).cos() {
+        return;
+    }
+    for k in 0..WALL {
+        let angle = 2.0 * PI * k as f64 / WALL as f64;
+        body.cut([angle.cos(), angle.sin(), 0.0], radius * (PI / WALL as f64).cos());
+    }
+}
+
+/// Cuts by the radical planes, where the powers to both spheres are equal, pulled back by half
+/// the gap.
+fn cut_neighbours(body: &mut ConvexPolyhedron, spheres: &Spheres, i: usize) {
+    let (centre, radius) = (spheres.centres[i], spheres.radii[i]);
+    let mut reach = body.reach(centre);
+    for (j, (&other, &other_radius)) in spheres.centres.iter().zip(&spheres.radii).enumerate() {
+        let apart = sub(other, centre);
+        let distance = norm(apart);
+        if j == i {
+            continue;
+        }
+        let plane = (distance * distance + radius * radius - other_radius * other_radius)
+            / (2.0 * distance)
+            - 0.5 * spheres.gap;
+        if plane < reach {
+            let normal = scale(apart, 1.0 / distance);
+            if body.cut(normal, dot(normal, add(centre, scale(normal, plane)))) {
+                reach = body.reach(centre);
+            }
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Files for ParaView, read back by another program where one is at hand.
+
+use std::process::Command;
+
+use fem::vtu::{self, Field};
+use fem::{CylinderLattice, MeshError, TetMesh};
+
+fn mesh() -> TetMesh {
+    let mut mesh =
+        CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.6 }.build().unwrap();
+    mesh.grain_of = Some((0..mesh.tets.len() as u32).map(|tet| tet % 3).collect());
+    mesh
+}
+
+/// The mesh's points and those in the middle of the edges 01, 12, 20, 03, 13, 23 of each
+/// tetrahedron (not shared: a file may hold that too).
+fn quadratic(mesh: &TetMesh) -> (Vec<[f64; 3]>, Vec<[u32; 10]>) {
+    let mut points = mesh.nodes.clone();
+    let tets = mesh.tets.iter().map(|tet| {
+        let mut ten = [0; 10];
+        ten[..4].copy_from_slice(tet);
+        for (k, [a, b]) in [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]].iter().enumerate() {
+            let [p, q] = [tet[*a], tet[*b]].map(|node| mesh.nodes[node as usize]);
+            ten[4 + k] = points.len() as u32;
+            points.push(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));
+        }
+        ten
+    });
+    let tets = tets.collect();
+    (points, tets)
+}
+
+/// Bytes of the array of that name.
+fn array(text: &str, name: &str) -> Vec<u8> {
+    let start = text.find(&format!("Name=\"{name}\"")).unwrap();
+    let code = text[start..].split('>').nth(1).unwrap().split('<').next().unwrap().trim();
+    let digit = |c: u8| match c {
+        b'A'..=b'Z' => c - b'A',
+        b'a'..=b'z' => c - b'a' + 26,
+        b'0'..=b'9' => c - b'0' + 52,
+        b'+' => 62,
+        _ => 63,
+    };
+    let mut bytes = vec![];
+    for four in code.as_bytes().chunks(4) {
+        let bits = four.iter().fold(0_u32, |bits, &c| (bits << 6) | digit(c) as u32);
+        let padding = four.iter().filter(|&&c| c == b'=').count();
+        bytes.extend(&bits.to_be_bytes()[1..4 - padding]);
+    }
+    let (length, data) = bytes.split_at(8);
+    assert_eq!(u64::from_le_bytes(length.try_into().unwrap()), data.len() as u64);
+    data.to_vec()
+}
+
+#[test]
+fn arrays_hold_the_mesh_and_the_fields() {
+    let (dir, mesh) = (tempfile::tempdir().unwrap(), mesh());
+    let path = dir.path().join("a.vtu");
+    let height: Vec<f64> = mesh.nodes.iter().map(|p| p[2]).collect();
+    vtu::write(&path, &mesh, &[Field::scalar("height <mm>", &height)], &[]).unwrap();
+    let text = std::fs::read_to_string(path).unwrap();
+
+    let reals = |name: &str| -> Vec<f64> {
+        array(&text, name).chunks(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect()
+    };
+    assert_eq!(reals("points_mm"), mesh.nodes.concat());
+    assert_eq!(reals("height &lt;mm&gt;"), height);
+    let nodes: Vec<u32> = array(&text, "connectivity")
+        .chunks(8)
+        .map(|b| i64::from_le_bytes(b.try_into().unwrap()) as u32)
+        .collect();
+    assert_eq!(nodes, mesh.tets.concat());
+    assert_eq!(array(&text, "types"), vec![10; mesh.tets.len()]);
+}
+
+#[test]
+fn fields_of_the_wrong_length_are_refused() {
+    let (dir, mesh) = (tempfile::tempdir().unwrap(), mesh());
+    let path = dir.path().join("a.vtu");
+    let error = vtu::write(&path, &mesh, &[], &[Field::scalar("damage", &[0.0])]).unwrap_err();
+    assert!(error.to_string().contains("cell field `damage`: 1 values for"), "{error}");
+    assert!(!path.exists());
+    let nowhere = dir.path().join("none/a.vtu");
+    assert!(matches!(vtu::write(nowhere, &mesh, &[], &[]), Err(MeshError::Io { .. })));
+}
+
+#[test]
+fn meshio_reads_the_files() {
+    let python = std::env::var("BRECCIA_PYTHON").unwrap_or_else(|_| "python3".into());
+    let has = |module: &str| {
+        let import = format!("import {module}");
+        Command::new(&python).args(["-c", &import]).output().is_ok_and(|o| o.status.success())
+    };
+    if !has("meshio") {
+        eprintln!("SKIPPED: {python} has no meshio; set BRECCIA_PYTHON to one that has");
+        return;
+    }
+    let (dir, mesh) = (tempfile::tempdir().unwrap(), mesh());
+    let (points, tets) = quadratic(&mesh);
+    let volume: Vec<f64> = (0..mesh.tets.len()).map(|tet| mesh.tet_volume(tet)).collect();
+    let cells = [Field::scalar("volume_mm3", &volume)];
+    vtu::write(dir.path().join("p1.vtu"), &mesh, &[Field::vector("x", &mesh.nodes)], &cells)
+        .unwrap();
+    let path = dir.path().join("p2.vtu");
+    vtu::write_quadratic(path, &mesh, &points, &tets, &[Field::vector("x", &points)], &cells)
+        .unwrap();
+    vtu::write_pvd(dir.path().join("run.pvd"), &[(0.0, "p1.vtu"), (0.5, "p2.vtu")]).unwrap();
+
+    let check = r#"
+import sys, meshio, numpy as np, xml.etree.ElementTree as et
+for entry in et.parse("run.pvd").getroot().iter("DataSet"):
+    mesh = meshio.read(entry.get("file"))
+    (block,) = mesh.cells
+    corners = mesh.points[block.data[:, :4]]
+    edges = corners[:, 1:] - corners[:, :1]
+    volume = np.linalg.det(edges) / 6
+    assert np.abs(volume - mesh.cell_data["volume_mm3"][0]).max() < 1e-14
+    assert (mesh.point_data["x"] == mesh.points).all()
+    assert (mesh.cell_data["grain"][0] == np.arange(len(volume)) % 3).all()
+    if block.type == "tetra10":
+        pairs = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
+        for k, (a, b) in enumerate(pairs):
+            middle = (corners[:, a] + corners[:, b]) / 2
+            assert (mesh.points[block.data[:, 4 + k]] == middle).all()
+    print(block.type, len(volume), volume.sum())
+"#;
+    let output =
+        Command::new(&python).args(["-c", check]).current_dir(dir.path()).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(text.contains("tetra ") && text.contains("tetra10 "), "{text}");
+}
