@@ -10,7 +10,7 @@ use fem::{CylinderLattice, MeshError, TetMesh};
 /// A lattice with two regions, for round trips.
 fn specimen() -> TetMesh {
     let mut mesh =
-        CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.6 }.build().unwrap();
+        CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build().unwrap();
     mesh.regions.push("grain".into());
     mesh.region_of[10..40].fill(1);
     mesh
@@ -224,7 +224,7 @@ fn v4(mesh: &TetMesh, binary: bool, big_endian: bool, quadratic: bool) -> Vec<u8
     w.line("$EndNodes\n$Elements");
     let elements = elements(mesh, quadratic);
     let blocks: Vec<_> = elements.chunk_by(|a, b| a.2 == b.2).collect();
-    [blocks.len() as u64, elements.len() as u64, 1, elements.len() as u64].map(|n| w.size(n));
+    w.sizes(&[blocks.len() as u64, elements.len() as u64, 1, elements.len() as u64]);
     for block in blocks {
         let (kind, _, entity, _) = block[0];
         w.ints(&[if entity < 50 { 2 } else { 3 }, entity, kind]);
@@ -280,11 +280,11 @@ fn faults_name_place_value_and_mend() {
         &fault("$MeshFormat\n4.0 0 8\n$EndMeshFormat\n", &names),
         &["line 2", "4.0", "2.2 or 4.1"],
     );
-    let spoilt = text.replacen("2.5 ", "2,5 ", 1);
-    let line = 1 + text.lines().position(|line| line.contains("2.5 ")).unwrap();
+    let spoilt = text.replacen("4.4\n", "4,4\n", 1);
+    let line = 1 + text.lines().position(|line| line.ends_with(" 4.4")).unwrap();
     assert_contains(
         &fault(&spoilt, &names),
-        &[&format!("line {line} (section $Nodes)"), "2,5", "coordinate"],
+        &[&format!("line {line} (section $Nodes)"), "4,4", "coordinate"],
     );
     assert_contains(&fault(&text[..text.len() / 2], &names), &["line"]);
     assert_contains(

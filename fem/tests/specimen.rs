@@ -55,7 +55,7 @@ fn grains_keep_apart_and_inside() {
         let grains = packing.fill(RADIUS, HEIGHT).unwrap();
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
         // a point at depth a in one grain and b in another would need a + b <= -film
-        for _ in 0..200_000 {
+        for _ in 0..5_000 {
             let p = random_point(&mut rng, [-RADIUS, -RADIUS, 0.0], [RADIUS, RADIUS, HEIGHT]);
             let mut nearest: Vec<f64> = grains.iter().map(|g| g.signed_distance_mm(p)).collect();
             nearest.sort_by(f64::total_cmp);
@@ -139,7 +139,7 @@ fn the_stream_of_a_seed_is_fixed() {
     let GrainShape::Sphere { radius_mm } = grains[0].shape else { panic!("no sphere") };
     let first = [radius_mm, grains[0].centre[0], grains[0].centre[1], grains[0].centre[2]];
     // a change here changes every stored microstructure
-    let expected = [0.0; 4];
+    let expected = [0.567_615_216, 1.448_837_503, -0.418_029_415, 1.626_185_114];
     for (value, expected) in first.iter().zip(expected) {
         assert!((value - expected).abs() < 1e-6, "{first:?}");
     }

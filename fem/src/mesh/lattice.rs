@@ -14,9 +14,11 @@ const RINGS: f64 = 0.354;
 /// Width of the block relative to the width at which its cells are as wide as the rings.
 const WIDTH: f64 = 0.95;
 /// How far the block's sides bulge: 0 a square, 1 a circle. Together with [`WIDTH`] it keeps the
-/// smallest dihedral angle above 30° (45° would be reached by cubes).
+/// smallest dihedral angle above 30°, or 29° at the coarsest spacings (cubes would have 45°).
 const BULGE: f64 = 0.6;
-/// More nodes than this are taken for a mistake in the units.
+/// Coarsest spacing over the radius; beyond it a block of three cells is too fine for it.
+const COARSEST: f64 = 0.6;
+/// More cells than this are taken for a mistake in the units.
 const MAX_CELLS: f64 = 2.0e7;
 
 /// The faces of a hexahedron, counter-clockwise seen from outside: bottom, top, four sides.
@@ -66,7 +68,7 @@ pub enum LatticeError {
         /// Its value (mm).
         value: f64,
     },
-    /// A spacing that leaves fewer than two cells across.
+    /// A spacing too coarse to resolve the circle.
     #[error(
         "spacing_mm = {spacing_mm} is too coarse for a radius of {radius_mm} mm and a height of \
          {height_mm} mm; use at most {most_mm:.4} mm"
@@ -105,7 +107,7 @@ impl CylinderLattice {
                 return Err(LatticeError::NotPositive { field, value });
             }
         }
-        let most_mm = radius_mm.min(height_mm);
+        let most_mm = (COARSEST * radius_mm).min(height_mm);
         if spacing_mm > most_mm {
             return Err(LatticeError::TooCoarse { spacing_mm, radius_mm, height_mm, most_mm });
         }
