@@ -1,7 +1,7 @@
 //! The beta function and its relatives.
 
 use super::gamma::stirling_error;
-use super::root::increasing_root;
+use super::root::tail_quantile;
 use super::{HALF_LN_2PI, Tail, deviance};
 use crate::scalar::logistic;
 
@@ -79,14 +79,9 @@ fn continued_fraction(a: f64, b: f64, x: f64) -> f64 {
 /// ln(x/(1 − x)) for the x where the given tail of the beta distribution holds the probability
 /// `p`.
 pub fn beta_logit_quantile(a: f64, b: f64, p: f64, tail: Tail) -> f64 {
-    let target = p.ln();
-    increasing_root((a / b).ln(), |logit| {
+    tail_quantile((a / b).ln(), p, tail, |logit| {
         let (x, y) = logistic(logit);
         let (lower, upper) = regularised_beta(a, b, x, y);
-        let density = ln_beta_power(a, b, x, y).exp();
-        match tail {
-            Tail::Lower => (lower.ln() - target, density / lower),
-            Tail::Upper => (target - upper.ln(), density / upper),
-        }
+        (lower, upper, ln_beta_power(a, b, x, y).exp())
     })
 }

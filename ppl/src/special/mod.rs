@@ -9,6 +9,7 @@
 mod beta;
 mod gamma;
 mod normal;
+mod quadrature;
 mod root;
 
 pub use beta::{beta_logit_quantile, ln_beta, ln_beta_power, regularised_beta};
@@ -19,6 +20,7 @@ pub use normal::{
     NormalInterval, half_normal_quantile, mills_ratio, normal_cdf, normal_from_zero,
     normal_upper_quantile,
 };
+pub(crate) use quadrature::integral_from_zero;
 
 /// ½ ln 2π.
 pub const HALF_LN_2PI: f64 = 0.918_938_533_204_672_7;

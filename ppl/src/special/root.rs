@@ -1,11 +1,40 @@
 //! Inversion of tail probabilities.
 
+use super::Tail;
+
+/// The coordinate y where a tail of a distribution over ℝ holds the probability `p`.
+///
+/// `at(y)` gives the lower tail, the upper tail and the density there.
+pub(super) fn tail_quantile(
+    start: f64,
+    p: f64,
+    tail: Tail,
+    at: impl Fn(f64) -> (f64, f64, f64),
+) -> f64 {
+    if !(0.0..=1.0).contains(&p) {
+        return f64::NAN;
+    }
+    let target = p.ln();
+    match tail {
+        Tail::Lower if p == 0.0 => f64::NEG_INFINITY,
+        Tail::Upper if p == 0.0 => f64::INFINITY,
+        Tail::Lower => increasing_root(start, |y| {
+            let (lower, _, density) = at(y);
+            (lower.ln() - target, density / lower)
+        }),
+        Tail::Upper => increasing_root(start, |y| {
+            let (_, upper, density) = at(y);
+            (target - upper.ln(), density / upper)
+        }),
+    }
+}
+
 /// The root of an increasing function given as (value, slope): Newton's method inside a bracket
 /// that grows from `start`.
 ///
 /// Meant for ln P(tail) − ln p over an unconstrained coordinate, which is close to straight in
 /// the tails. Values may be infinite: only the bracket moves then.
-pub(super) fn increasing_root(start: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
+fn increasing_root(start: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
     let (mut low, mut high) = (start, start);
     let mut step = 1.0;
     while f(low).0 > 0.0 && low.is_finite() {

@@ -1,0 +1,26 @@
+//! Double exponential quadrature (Takahasi & Mori 1974, Publ. RIMS 9).
+
+use std::f64::consts::FRAC_PI_2;
+
+/// ∫ f(distance) from 0 to `length`, for f smooth inside; an infinite length needs the
+/// `scale` on which f decays.
+///
+/// Relative accuracy about 1e-12 for integrands of one sign with algebraic ends or faster decay.
+pub(crate) fn integral_from_zero(f: impl Fn(f64) -> f64, length: f64, scale: f64) -> f64 {
+    const STEP: f64 = 1.0 / 32.0;
+    let terms = (-144..=144).map(|i| {
+        let t = f64::from(i) * STEP;
+        let (sinh, cosh) = ((FRAC_PI_2 * t.sinh()), FRAC_PI_2 * t.cosh());
+        let (distance, derivative) = if length.is_finite() {
+            let share = 1.0 / (1.0 + (-2.0 * sinh).exp());
+            let rest = 1.0 / (1.0 + (2.0 * sinh).exp());
+            (length * share, 2.0 * length * share * rest * cosh)
+        } else {
+            let distance = scale * sinh.exp();
+            (distance, distance * cosh)
+        };
+        let weight = STEP * derivative;
+        if weight > 0.0 && weight.is_finite() { weight * f(distance) } else { 0.0 }
+    });
+    terms.sum()
+}

@@ -1,0 +1,13 @@
+//! Every distribution against what does not share its code: differences, quadrature, draws
+//! against distribution functions, and values computed with 50 digits.
+
+mod conformance;
+mod discrete;
+mod lkj;
+mod multivariate;
+mod numerics;
+mod reference;
+mod stability;
+mod univariate;
+mod validation;
+mod variations;

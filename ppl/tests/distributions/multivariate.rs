@@ -1,0 +1,221 @@
+//! The multivariate normal and the Cholesky factor.
+
+use ppl::prelude::*;
+use ppl::{Dual, Recordable};
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use crate::numerics::{
+    KOLMOGOROV_SMIRNOV_LIMIT, assert_close, derivative, integral, kolmogorov_smirnov,
+};
+
+const MEAN: [f64; 3] = [0.4, -1.0, 2.0];
+const ROWS: [[f64; 3]; 3] = [[1.5, 0.0, 0.0], [-0.4, 0.7, 0.0], [0.3, 1.1, 2.0]];
+const POINT: [f64; 3] = [1.0, -2.0, 4.5];
+
+fn lower<R: Scalar>(entries: [R; 6]) -> CholeskyFactor<R, 3> {
+    let zero = R::from(0.0);
+    let [a, b, c, d, e, f] = entries;
+    CholeskyFactor::new([[a, zero, zero], [b, c, zero], [d, e, f]]).unwrap()
+}
+
+fn entries() -> [f64; 6] {
+    [ROWS[0][0], ROWS[1][0], ROWS[1][1], ROWS[2][0], ROWS[2][1], ROWS[2][2]]
+}
+
+/// By the covariance matrix, its inverse and its determinant.
+#[test]
+fn density_equals_the_textbook_form() {
+    let factor = nalgebra::Matrix3::from_fn(|i, j| ROWS[i][j]);
+    let covariance = factor * factor.transpose();
+    let residual = nalgebra::Vector3::from_fn(|i, _| POINT[i] - MEAN[i]);
+    let square = residual.dot(&(covariance.try_inverse().unwrap() * residual));
+    let determinant = (2.0 * std::f64::consts::PI).powi(3) * covariance.determinant();
+    let expected = -0.5 * (square + determinant.ln());
+    let got: f64 = MvNormalCholesky(MEAN, lower(entries())).ln_density(&POINT);
+    assert_close(got, expected, 1e-13, 0.0, "ln p");
+}
+
+/// ∫∫ p = 1 in two dimensions.
+#[test]
+fn density_integrates_to_one() {
+    let factor = CholeskyFactor::new([[1.5, 0.0], [-0.4, 0.7]]).unwrap();
+    let joint = MvNormalCholesky([0.4, -1.0], factor);
+    let over = |x: f64| {
+        let p = |y: f64| -> f64 { joint.ln_density(&[x, y]).exp() };
+        if (x - 0.4).abs() > 20.0 { 0.0 } else { integral(p, -1.0, 1.0) }
+    };
+    assert_close(integral(over, 0.4, 1.0), 1.0, 1e-11, 0.0, "∫∫p");
+}
+
+/// Twelve partials against differences, and mixed arguments against all-unknown ones.
+#[test]
+fn partials() {
+    let arguments: [f64; 12] = std::array::from_fn(|i| match i {
+        0..3 => POINT[i],
+        3..6 => MEAN[i - 3],
+        _ => entries()[i - 6],
+    });
+    fn ln_density<R: Scalar>(a: [R; 12]) -> R {
+        let mean = [a[3], a[4], a[5]];
+        let factor = lower([a[6], a[7], a[8], a[9], a[10], a[11]]);
+        MvNormalCholesky(mean, factor).ln_density(&[a[0], a[1], a[2]])
+    }
+    let got = ln_density(Dual::variables(arguments));
+    assert_close(got.value(), ln_density(arguments), 1e-15, 0.0, "value");
+    for i in 0..12 {
+        let moved = |v: f64| {
+            let mut a = arguments;
+            a[i] = v;
+            ln_density(a)
+        };
+        let numerical = derivative(moved, arguments[i], 0.05);
+        assert_close(got.gradient()[i], numerical, 1e-8, 1e-8, &format!("partial {i}"));
+    }
+    // data as mean and factor: only x moves
+    let x: [Dual<3>; 3] = Dual::variables(POINT);
+    let by_x: Dual<3> = MvNormalCholesky(MEAN, lower(entries())).ln_density(&x);
+    assert_eq!(by_x.gradient(), std::array::from_fn(|i| got.gradient()[i]));
+    let by_reference: f64 = MvNormalCholesky(&MEAN, lower(entries())).ln_density(&POINT);
+    assert_eq!(by_reference, ln_density(arguments));
+}
+
+#[test]
+fn as_unknown_it_is_its_own_coordinate() {
+    let joint = MvNormalCholesky(MEAN, lower(entries()));
+    let mut y = Vec::new();
+    Unknown::<f64>::unconstrain(&joint, &POINT, &mut y);
+    assert_eq!(y, POINT);
+    let mut next = y.into_iter();
+    let (x, ln_density) = joint.constrain(&mut || next.next().unwrap(), true);
+    assert_eq!(x, POINT);
+    assert_eq!(ln_density, joint.ln_density(&POINT));
+    assert_eq!(Unknown::<f64>::dim(&joint), 3);
+}
+
+/// z = L⁻¹(x − μ) of draws is standard normal, entry by entry and in its cross moments.
+#[test]
+fn draws() {
+    const N: usize = 20_000;
+    let factor = lower(entries());
+    let joint = MvNormalCholesky(MEAN, factor);
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(8);
+    let whitened: Vec<[f64; 3]> = (0..N)
+        .map(|_| {
+            let x: [f64; 3] = joint.draw(&mut rng);
+            factor.solve_lower(std::array::from_fn(|i| x[i] - MEAN[i]))
+        })
+        .collect();
+    for i in 0..3 {
+        let column: Vec<f64> = whitened.iter().map(|z| z[i]).collect();
+        let standard = Normal(0.0, 1.0);
+        let statistic = kolmogorov_smirnov(&column, |z| ppl::Univariate::cdf(&standard, z));
+        assert!(statistic < KOLMOGOROV_SMIRNOV_LIMIT, "z[{i}]: {statistic}");
+        for j in 0..i {
+            let correlation = whitened.iter().map(|z| z[i] * z[j]).sum::<f64>() / N as f64;
+            assert!(correlation.abs() < 4.0 / (N as f64).sqrt(), "z[{i}] z[{j}]: {correlation}");
+        }
+    }
+}
+
+#[test]
+fn factor_operations() {
+    let factor = lower(entries());
+    let covariance = factor.covariance();
+    let dense = nalgebra::Matrix3::from_fn(|i, j| ROWS[i][j]);
+    let expected = dense * dense.transpose();
+    let correlation = factor.correlation();
+    for i in 0..3 {
+        for j in 0..3 {
+            assert_close(covariance[i][j], expected[(i, j)], 1e-15, 1e-15, "L Lᵀ");
+            let scaled = expected[(i, j)] / (expected[(i, i)] * expected[(j, j)]).sqrt();
+            assert_close(correlation[i][j], scaled, 1e-15, 1e-15, "correlation");
+        }
+    }
+    let x = factor.solve_lower(POINT);
+    for (back, expected) in factor.times(x).iter().zip(POINT) {
+        assert_close(*back, expected, 1e-14, 0.0, "L L⁻¹ b");
+    }
+    let scaled = factor.scale_rows([2.0, 3.0, 4.0]);
+    assert_eq!((scaled.get(2, 1), scaled.get(1, 2)), (4.0 * 1.1, 0.0));
+    assert_eq!(factor.shape(), [3, 3]);
+    let mut flat = Vec::new();
+    factor.flatten(&mut flat);
+    assert_eq!(flat, ROWS.concat());
+}
+
+/// Derivatives through solve, product, covariance and correlation.
+#[test]
+fn factor_derivatives() {
+    fn mixed<R: Scalar>(a: [R; 9]) -> R {
+        let factor = lower([a[0], a[1], a[2], a[3], a[4], a[5]]);
+        let x = factor.solve_lower([a[6], a[7], a[8]]);
+        let product = factor.times([x[2], x[0], x[1]]);
+        let scaled = factor.scale_rows([a[8], a[6], a[7]]);
+        product[2] * x[1]
+            + scaled.covariance()[2][1] * product[1]
+            + factor.correlation()[2][0] * x[2]
+    }
+    let arguments: [f64; 9] =
+        std::array::from_fn(|i| if i < 6 { entries()[i] } else { POINT[i - 6] });
+    let got = mixed(Dual::variables(arguments));
+    for i in 0..9 {
+        let moved = |v: f64| {
+            let mut a = arguments;
+            a[i] = v;
+            mixed(a)
+        };
+        let numerical = derivative(moved, arguments[i], 0.05);
+        assert_close(got.gradient()[i], numerical, 1e-8, 1e-8, &format!("partial {i}"));
+    }
+}
+
+/// The calibration instance of the project's method paper: the likelihood of eight experiments
+/// at three points, factor of the correlations and standard deviations given.
+#[test]
+fn golden_likelihoods() {
+    const EXPERIMENTS: [[f64; 3]; 8] = [
+        [1.050_972, 1.014_755, 1.081_852],
+        [1.363_639, 0.992_115, 0.966_638],
+        [1.064_838, 1.209_352, 1.045_033],
+        [1.26906, 1.198_739, 0.98926],
+        [1.02392, 1.287_301, 1.400_661],
+        [1.182_857, 1.153_241, 1.223_388],
+        [0.996_402, 0.916_886, 1.099_366],
+        [0.931_291, 1.118_321, 1.119_951],
+    ];
+    type Point = ([f64; 3], [f64; 3], [[f64; 3]; 3], f64);
+    let points: [Point; 3] = [
+        (
+            [1.100_569_933_625_000_6, 1.110_925_257_250_000_1, 1.007_565_954_187_5],
+            [0.15, 0.13, 0.17],
+            [
+                [1.0, 0.0, 0.0],
+                [0.35, 0.936_749_699_759_759_7, 0.0],
+                [-0.2, 0.394_982_779_385_881_6, 0.896_654_116_138_772_9],
+            ],
+            13.440_829_802_644_817,
+        ),
+        (
+            [1.018_166_5, 1.038_749_5, 1.016_579_000_000_000_1],
+            [0.2, 0.2, 0.2],
+            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            9.192_107_371_443_765,
+        ),
+        (
+            [0.802_062_175_312_5, 1.033_333_040_187_5, 1.227_189_049_812_5],
+            [0.31, 0.08, 0.4],
+            [
+                [1.0, 0.0, 0.0],
+                [-0.5, 0.866_025_403_784_438_6, 0.0],
+                [0.1, 0.346_410_161_513_775_5, 0.932_737_905_308_881_5],
+            ],
+            -17.203_871_087_740_847,
+        ),
+    ];
+    for (mean, sd, rows, expected) in points {
+        let factor = CholeskyFactor::new(rows).unwrap().scale_rows(sd);
+        let got: f64 = MvNormalCholesky(mean, factor).iid(8).ln_density(&EXPERIMENTS.to_vec());
+        assert_close(got, expected, 1e-13, 0.0, "loglik");
+    }
+}

@@ -1,0 +1,85 @@
+//! Independent numerics of the tests.
+
+/// The derivative of `f` at `x` by central differences with steps h, h/2, h/4, …, extrapolated
+/// to zero (Ridders 1982): the entry of the tableau whose neighbours agree best.
+pub(crate) fn derivative(f: impl Fn(f64) -> f64, x: f64, h: f64) -> f64 {
+    const LEVELS: usize = 7;
+    let mut tableau = [[0.0f64; LEVELS]; LEVELS];
+    let (mut best, mut error) = (f64::NAN, f64::INFINITY);
+    for i in 0..LEVELS {
+        let h = h / f64::from(1 << i);
+        let (above, below) = (x + h, x - h);
+        tableau[i][0] = (f(above) - f(below)) / (above - below);
+        for j in 1..=i {
+            let factor = f64::from(4u32.pow(j as u32));
+            let (this, coarser) = (tableau[i][j - 1], tableau[i - 1][j - 1]);
+            tableau[i][j] = (factor * this - coarser) / (factor - 1.0);
+            let spread = (tableau[i][j] - this).abs().max((tableau[i][j] - coarser).abs());
+            if spread < error {
+                (best, error) = (tableau[i][j], spread);
+            }
+        }
+    }
+    best
+}
+
+/// ∫ f over ℝ, by the trapezoid rule after y = centre + scale · sinh t.
+pub(crate) fn integral(f: impl Fn(f64) -> f64, centre: f64, scale: f64) -> f64 {
+    const STEP: f64 = 0.01;
+    (-3500..=3500)
+        .map(|i| {
+            let t = f64::from(i) * STEP;
+            let weight = scale * t.cosh() * STEP;
+            let value = f(centre + scale * t.sinh());
+            if value == 0.0 { 0.0 } else { weight * value }
+        })
+        .sum()
+}
+
+/// ∫ f from `end` to −∞ (`direction` −1) or ∞ (1), by double exponential quadrature.
+pub(crate) fn half_integral(f: impl Fn(f64) -> f64, end: f64, direction: f64, scale: f64) -> f64 {
+    const STEP: f64 = 0.01;
+    let half_pi = std::f64::consts::FRAC_PI_2;
+    (-450..=450)
+        .map(|i| {
+            let t = f64::from(i) * STEP;
+            let distance = scale * (half_pi * t.sinh()).exp();
+            let weight = distance * half_pi * t.cosh() * STEP;
+            let value = f(end + direction * distance);
+            if value == 0.0 { 0.0 } else { weight * value }
+        })
+        .sum()
+}
+
+/// √n sup |Fₙ − F|.
+pub(crate) fn kolmogorov_smirnov(draws: &[f64], cdf: impl Fn(f64) -> f64) -> f64 {
+    let mut sorted = draws.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let n = sorted.len() as f64;
+    let distance = sorted.iter().enumerate().fold(0.0f64, |d, (i, &x)| {
+        let p = cdf(x);
+        d.max(p - i as f64 / n).max((i + 1) as f64 / n - p)
+    });
+    n.sqrt() * distance
+}
+
+/// √n sup |Fₙ − F| exceeds this with probability α = 10⁻⁴: √(½ ln(2/α)).
+pub(crate) const KOLMOGOROV_SMIRNOV_LIMIT: f64 = 2.225;
+
+/// Sample mean and variance.
+pub(crate) fn moments(draws: &[f64]) -> (f64, f64) {
+    let n = draws.len() as f64;
+    let mean = draws.iter().sum::<f64>() / n;
+    let variance = draws.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (mean, variance)
+}
+
+/// Panics unless the two agree to `relative`, or to `absolute`.
+#[track_caller]
+pub(crate) fn assert_close(got: f64, expected: f64, relative: f64, absolute: f64, what: &str) {
+    let error = (got - expected).abs();
+    assert!(
+        error <= relative * expected.abs() + absolute,
+        "{what}: {got:e} against {expected:e}, error {error:.1e}"
+    );
+}
