@@ -125,10 +125,7 @@ impl<'a> Sbc<'a> {
     pub fn run(
         &self,
         trial: impl Fn(&mut Trial<'a>) -> Result<(), CheckError> + Sync,
-    ) -> Result<SbcReport, CheckError>
-    where
-        Nuts<'a>: Sync,
-    {
+    ) -> Result<SbcReport, CheckError> {
         let settings = [("replications", self.replications, 20), ("ranked_draws", self.ranked, 9)];
         for (setting, value, least) in settings {
             if value < least {
