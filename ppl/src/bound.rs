@@ -109,9 +109,15 @@ impl<M: Model> Bound<M> {
     /// # Errors
     /// [`Rejection`] if a statement rejects the point.
     pub fn constrain<G: Rng>(&self, y: &[f64], rng: &mut G) -> Result<Record, Rejection> {
+        let (record, outcome) = self.read(y, rng);
+        outcome.map(|()| record)
+    }
+
+    /// As [`constrain`](Bound::constrain), with what was recorded before a rejection.
+    pub(crate) fn read<G: Rng>(&self, y: &[f64], rng: &mut G) -> (Record, Result<(), Rejection>) {
         let mut trace = Trace::new(Source::Point(y.iter()), rng);
-        self.model.run(&mut trace)?;
-        Ok(trace.record)
+        let outcome = self.model.run(&mut trace);
+        (trace.record, outcome)
     }
 
     /// Log density over constrained values at the unconstrained point `y`: without

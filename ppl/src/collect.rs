@@ -108,31 +108,26 @@ impl Collected {
         Self { columns: plan.columns().map(|_| Vec::new()).collect(), rejected: BTreeMap::new() }
     }
 
+    /// Adds a draw of chain `chain`. What stands behind a statement that rejected is NaN.
     pub(crate) fn add(
         &mut self,
         plan: &Plan,
-        record: Result<Record, Rejection>,
+        (record, outcome): (Record, Result<(), Rejection>),
         chain: usize,
     ) -> Result<(), PosteriorError> {
-        let record = match record {
-            Ok(record) => Some(record),
-            Err(rejection) => {
-                let Some(place) = rejection.place() else {
-                    return Err(PosteriorError::Stopped { chain, source: rejection });
-                };
-                *self.rejected.entry(place).or_insert(0) += 1;
-                None
-            }
-        };
+        if let Err(rejection) = &outcome {
+            let Some(place) = rejection.place() else {
+                return Err(PosteriorError::Stopped { chain, source: rejection.clone() });
+            };
+            *self.rejected.entry(place).or_insert(0) += 1;
+        }
         for (column, data) in plan.columns().zip(&mut self.columns) {
-            match &record {
-                None => data.resize(data.len() + column.len, f64::NAN),
-                Some(record) => {
-                    let values = record.get(&column.name).map(|entry| column.pick(entry));
-                    let values = values.filter(|values| values.len() == column.len);
-                    data.extend_from_slice(values.ok_or_else(|| {
-                        PosteriorError::ChangingShape { name: column.name.clone() }
-                    })?);
+            let values = record.get(&column.name).map(|entry| column.pick(entry));
+            match values.filter(|values| values.len() == column.len) {
+                Some(values) => data.extend_from_slice(values),
+                None if outcome.is_err() => data.resize(data.len() + column.len, f64::NAN),
+                None => {
+                    return Err(PosteriorError::ChangingShape { name: column.name.clone() });
                 }
             }
         }

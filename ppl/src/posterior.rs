@@ -107,7 +107,8 @@ impl Posterior {
     ///
     /// # Errors
     /// [`PosteriorError`] if the chains are not the model's, one is empty, or the model itself is
-    /// at fault. A draw at which a statement rejects is no error: its row is NaN and counted.
+    /// at fault. A draw at which a prediction rejects is no error: what follows the statement is
+    /// NaN, and counted.
     pub fn from_chains<M: Model>(
         model: &Bound<M>,
         chains: Chains,
@@ -149,8 +150,7 @@ impl Posterior {
                 for draw in 0..draws {
                     let start = draw * chains.dim;
                     let point = &chains.chains[index].draws[start..start + chains.dim];
-                    let record = model.constrain(point, &mut rng);
-                    out.add(&plan, record, index)?;
+                    out.add(&plan, model.read(point, &mut rng), index)?;
                 }
                 Ok(out)
             })
@@ -281,7 +281,7 @@ fn prior_draws<M: Model>(
     let mut out = Collected::new(plan);
     for _ in 0..PRIOR_DRAWS {
         match model.draw_prior(rng) {
-            Ok(record) => out.add(plan, Ok(record), 0)?,
+            Ok(record) => out.add(plan, (record, Ok(())), 0)?,
             Err(_) => return Ok(None),
         }
     }

@@ -5,7 +5,7 @@ use std::fs;
 use ppl::prelude::*;
 use ppl::{
     Bound, Context, Datum, FindingKind, Model, Posterior, PosteriorError, Real, Rejection, Role,
-    Site, check,
+    Scalar, Site, check,
 };
 
 /// y_i ~ Normal(mu, 1) with mu ~ Normal(0, 10), sd known; `idle` is asked for and never used.
@@ -181,6 +181,50 @@ fn divergences_are_located_in_the_neck_of_a_funnel() {
     let summary = posterior.summary();
     let found = summary.findings.iter().find(|f| f.kind == FindingKind::Divergences);
     assert!(found.is_some_and(|f| f.what.contains("v ≈ -")), "{summary}");
+}
+
+/// x ~ Normal(0, 1) cut off at 1 by a statement that has no density there; `late` needs x > −1.
+struct Edgy;
+
+impl Model for Edgy {
+    fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
+        static X: Site = Site::new("x");
+        static CUT: Site = Site::new("cut");
+        static EARLY: Site = Site::new("early");
+        static LATE: Site = Site::new("late");
+        let x = cx.unknown(&X, Normal(0.0, 1.0))?;
+        cx.factor(&CUT, if x.value() > 1.0 { Real::from(f64::NAN) } else { Real::from(0.0) })?;
+        if cx.predicts() {
+            cx.predict(&EARLY, Normal(x, 1.0))?;
+            cx.predict(&LATE, Normal(0.0, x + 1.0))?;
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn rejected_points_and_predictions_are_counted_with_their_statement() {
+    let posterior = Nuts::default().chains(4).seed(2).sample(&Bound::new(Edgy)).expect("runs");
+    let summary = posterior.summary();
+    let find = |kind| summary.findings.iter().find(|f| f.kind == kind);
+    assert!(find(FindingKind::Rejections).is_some_and(|f| f.what.contains("`cut`")), "{summary}");
+    assert!(find(FindingKind::Unpredicted).is_some_and(|f| f.what.contains("`late`")), "{summary}");
+
+    let x = posterior.trace("x").expect("a parameter").concat();
+    let early = posterior.trace("early").expect("a prediction").concat();
+    let late = posterior.trace("late").expect("a prediction").concat();
+    assert!(x.iter().chain(&early).all(|v| v.is_finite()), "what precedes is kept");
+    assert!(x.iter().zip(&late).all(|(x, late)| late.is_nan() == (*x <= -1.0)));
+    let missing = late.iter().filter(|v| v.is_nan()).count() as u64;
+    assert_eq!(posterior.unpredicted.values().sum::<u64>(), missing);
+}
+
+#[test]
+fn short_trees_are_reported() {
+    let sampler = Nuts::default().chains(2).warmup(200).draws(200).max_depth(2);
+    let posterior = sampler.sample(&Bound::new(Funnel)).expect("runs");
+    let summary = posterior.summary();
+    assert!(summary.findings.iter().any(|f| f.kind == FindingKind::TreeDepth), "{summary}");
 }
 
 #[test]
