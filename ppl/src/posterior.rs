@@ -69,6 +69,28 @@ pub struct DivergentPoint {
 
 /// Draws from a posterior, by name and shape, with predictions and sampler statistics.
 ///
+/// ```
+/// use ppl::prelude::*;
+///
+/// ppl::model! {
+///     fn strength(measured: &[f64]) {
+///         let mean ~ Uniform(100.0, 200.0); // N
+///         let sd ~ HalfNormal(20.0);
+///         for measured in measured {
+///             measured ~ Normal(mean, sd);
+///         }
+///         #[predict] let next ~ Normal(mean, sd);
+///     }
+/// }
+///
+/// let forces = [147.0, 139.5, 151.2, 144.8];
+/// let posterior = Nuts::default().seed(7).sample(&strength(&forces))?;
+/// println!("{}", posterior.summary());
+/// let next = posterior.trace("next").expect("a prediction of the model").concat();
+/// println!("95 % of specimens bear {:.0} N", ppl::diagnostics::quantile(&next, 0.05));
+/// # Ok::<(), ppl::SampleError>(())
+/// ```
+///
 /// Tracked quantities, predictions, replicates of the data and pointwise log-likelihoods are
 /// computed once, when the posterior is made, so that it does not hold on to the model. Chains
 /// that stopped early are cut to the shortest. Everything is reproducible from the seed of the
@@ -191,11 +213,6 @@ impl Posterior {
     }
 
     /// Draws of a parameter, tracked quantity or prediction.
-    ///
-    /// ```text
-    /// let young = posterior.values("young").expect("a parameter of the model");
-    /// let mean = young.data.iter().sum::<f64>() / young.data.len() as f64;
-    /// ```
     pub fn values(&self, name: &str) -> Option<&Values> {
         self.posterior.get(name).or_else(|| self.predictive.get(name))
     }

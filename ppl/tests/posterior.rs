@@ -3,62 +3,77 @@
 use std::fs;
 
 use ppl::prelude::*;
-use ppl::{
-    Bound, Context, Datum, FindingKind, Model, Posterior, PosteriorError, Real, Rejection, Role,
-    Scalar, Site, check,
-};
+use ppl::{FindingKind, Posterior, PosteriorError, Role, check};
 
-/// y_i ~ Normal(mu, 1) with mu ~ Normal(0, 10), sd known; `idle` is asked for and never used.
-struct Means<'a> {
-    y: &'a [f64],
-}
-
-impl Model for Means<'_> {
-    fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
-        static MU: Site = Site::new("mu");
-        static IDLE: Site = Site::new("idle");
-        static EDGE: Site = Site::new("edge");
-        static TWICE: Site = Site::new("twice");
-        static Y: Site = Site { repeated: true, ..Site::new("y") };
-        static Z: Site = Site::new("z");
-        static NEXT: Site = Site::new("next");
-        let mu = cx.unknown(&MU, Normal(0.0, 10.0).array::<2>())?;
-        let _idle = cx.unknown(&IDLE, Uniform(-1.0, 1.0))?;
-        let edge = cx.unknown(&EDGE, Uniform(0.0, 1.0))?;
-        cx.track(&TWICE, &[mu[0] * 2.0, mu[1] * 2.0])?;
-        for y in self.y {
-            cx.observe(&Y, y.lift(), Normal(mu[0], 1.0))?;
+ppl::model! {
+    /// A mean that is known in closed form, a parameter that no datum sees, and one that the data
+    /// pull beyond its upper bound.
+    fn means(y: &[f64], beyond: f64, other: f64) {
+        let mu ~ Normal(0.0, 10.0).array::<2>();
+        let idle ~ Uniform(-1.0, 1.0);
+        let edge ~ Uniform(0.0, 1.0);
+        #[track] let twice = [2.0 * mu[0], 2.0 * mu[1]];
+        #[track] let still = idle;
+        for y in y {
+            y ~ Normal(mu[0], 1.0);
         }
-        // pulls `edge` beyond its upper bound
-        cx.observe(&Z, Real::from(1.5), Normal(edge, 0.02))?;
-        cx.observe(&Z2, Real::from(3.0), Normal(mu[1], 0.5))?;
-        if cx.predicts() {
-            cx.predict(&NEXT, Normal(mu[0], 1.0))?;
-        }
-        Ok(())
+        beyond ~ Normal(edge, 0.02);
+        other ~ Normal(mu[1], 0.5);
+        #[predict] let next ~ Normal(mu[0], 1.0);
     }
 }
 
-static Z2: Site = Site::new("z2");
+ppl::model! {
+    /// Two modes, at ±10.
+    fn two_modes(square: f64) {
+        let x ~ Normal(0.0, 10.0);
+        square ~ Normal(x * x, 1.0);
+    }
+}
+
+ppl::model! {
+    /// Neal's funnel, whose neck makes trajectories diverge.
+    fn funnel() {
+        let v ~ Normal(0.0, 3.0);
+        let x ~ Normal(0.0, (0.5 * v).exp()).array::<9>();
+    }
+}
+
+ppl::model! {
+    /// A statement that has no density for x > 1, and a prediction that needs x > −1.
+    fn edgy() {
+        let x ~ Normal(0.0, 1.0);
+        factor(0.0 * (1.0 - x).ln());
+        #[predict] let early ~ Normal(x, 1.0);
+        #[predict] let late ~ Normal(0.0, x + 1.0);
+    }
+}
+
+ppl::model! {
+    fn noisy(y: &[f64], sd: f64) {
+        let mu ~ Normal(0.0, 1.0);
+        for y in y {
+            y ~ Normal(mu, sd);
+        }
+    }
+}
+
 const Y: [f64; 5] = [1.0, 2.0, 3.0, 4.0, 5.0];
 
 fn posterior() -> Posterior {
-    let data = Means { y: &Y };
-    let model = Bound::new(data);
-    let chains =
-        Nuts::default().chains(4).warmup(500).draws(600).seed(7).run(&model).expect("runs");
-    Posterior::from_chains(&model, chains, 7).expect("the model's own chains")
+    let sampler = Nuts::default().chains(4).warmup(500).draws(600).seed(7);
+    sampler.sample(&means(&Y, 1.5, 3.0)).expect("runs")
 }
 
 #[test]
 fn names_shapes_and_moments_of_a_conjugate_model() {
     let posterior = posterior();
     let names: Vec<&str> = posterior.posterior.variables.iter().map(|v| v.name.as_str()).collect();
-    assert_eq!(names, ["mu", "idle", "edge", "twice"]);
+    assert_eq!(names, ["mu", "idle", "edge", "twice", "still"]);
     assert_eq!(posterior.values("mu").map(|v| v.shape.clone()), Some(vec![2]));
     assert_eq!(posterior.predictive.get("y").map(|v| v.shape.clone()), Some(vec![5]));
     assert_eq!(posterior.log_likelihood.get("y").map(|v| v.shape.clone()), Some(vec![5]));
-    assert_eq!(posterior.log_likelihood.get("z").map(|v| v.shape.clone()), Some(vec![]));
+    assert_eq!(posterior.log_likelihood.get("other").map(|v| v.shape.clone()), Some(vec![]));
     assert_eq!(posterior.observed.get("y").map(|v| v.data.clone()), Some(Y.to_vec()));
     assert_eq!(posterior.layout.with_role(Role::Predicted).count(), 1);
 
@@ -114,7 +129,7 @@ fn the_same_seed_gives_the_same_predictions() {
 
 #[test]
 fn a_stopped_chain_cuts_all_and_is_reported() {
-    let model = Bound::new(Means { y: &Y });
+    let model = means(&Y, 1.5, 3.0);
     let run = Nuts::default().chains(2).warmup(200).draws(200).seed(1).run(&model).expect("runs");
     let mut cut = run.clone();
     cut.chains[1].stats.truncate(50);
@@ -136,21 +151,9 @@ fn a_stopped_chain_cuts_all_and_is_reported() {
     assert!(error.to_string().contains("3 coordinates but the model has 4"), "{error}");
 }
 
-/// log v enters the likelihood; the chains of two modes never meet.
-struct TwoModes;
-
-impl Model for TwoModes {
-    fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
-        static X: Site = Site::new("x");
-        static SQUARE: Site = Site::new("square");
-        let x = cx.unknown(&X, Normal(0.0, 10.0))?;
-        cx.observe(&SQUARE, Real::from(100.0), Normal(x * x, 1.0))
-    }
-}
-
 #[test]
 fn chains_in_two_modes_are_found_out() {
-    let model = Bound::new(TwoModes);
+    let model = two_modes(100.0);
     let starts = vec![vec![10.0], vec![-10.0], vec![10.0], vec![-10.0]];
     let run = Nuts::default().chains(4).warmup(300).draws(300).init_points(starts).run(&model);
     let posterior = Posterior::from_chains(&model, run.expect("runs"), 0).expect("its chains");
@@ -159,22 +162,9 @@ fn chains_in_two_modes_are_found_out() {
     assert!(found.is_some_and(|f| f.what.contains("x (")), "{summary}");
 }
 
-/// Neal's funnel, whose neck makes trajectories diverge.
-struct Funnel;
-
-impl Model for Funnel {
-    fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
-        static V: Site = Site::new("v");
-        static X: Site = Site::new("x");
-        let v = cx.unknown(&V, Normal(0.0, 3.0))?;
-        cx.unknown(&X, Normal(0.0, (v * 0.5).exp()).array::<9>())?;
-        Ok(())
-    }
-}
-
 #[test]
 fn divergences_are_located_in_the_neck_of_a_funnel() {
-    let model = Bound::new(Funnel);
+    let model = funnel();
     let run = Nuts::default().chains(4).warmup(300).draws(500).seed(3).run(&model).expect("runs");
     let posterior = Posterior::from_chains(&model, run, 3).expect("its chains");
     assert!(!posterior.divergences.is_empty());
@@ -183,32 +173,19 @@ fn divergences_are_located_in_the_neck_of_a_funnel() {
     assert!(found.is_some_and(|f| f.what.contains("v ≈ -")), "{summary}");
 }
 
-/// x ~ Normal(0, 1) cut off at 1 by a statement that has no density there; `late` needs x > −1.
-struct Edgy;
-
-impl Model for Edgy {
-    fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
-        static X: Site = Site::new("x");
-        static CUT: Site = Site::new("cut");
-        static EARLY: Site = Site::new("early");
-        static LATE: Site = Site::new("late");
-        let x = cx.unknown(&X, Normal(0.0, 1.0))?;
-        cx.factor(&CUT, if x.value() > 1.0 { Real::from(f64::NAN) } else { Real::from(0.0) })?;
-        if cx.predicts() {
-            cx.predict(&EARLY, Normal(x, 1.0))?;
-            cx.predict(&LATE, Normal(0.0, x + 1.0))?;
-        }
-        Ok(())
-    }
-}
-
 #[test]
 fn rejected_points_and_predictions_are_counted_with_their_statement() {
-    let posterior = Nuts::default().chains(4).seed(2).sample(&Bound::new(Edgy)).expect("runs");
+    let posterior = Nuts::default().chains(4).seed(2).sample(&edgy()).expect("runs");
     let summary = posterior.summary();
     let find = |kind| summary.findings.iter().find(|f| f.kind == kind);
-    assert!(find(FindingKind::Rejections).is_some_and(|f| f.what.contains("`cut`")), "{summary}");
-    assert!(find(FindingKind::Unpredicted).is_some_and(|f| f.what.contains("`late`")), "{summary}");
+    assert!(
+        find(FindingKind::Rejections).is_some_and(|f| f.what.contains("`factor(")),
+        "{summary}"
+    );
+    assert!(
+        find(FindingKind::Unpredicted).is_some_and(|f| f.what.contains("`let late")),
+        "{summary}"
+    );
 
     let x = posterior.trace("x").expect("a parameter").concat();
     let early = posterior.trace("early").expect("a prediction").concat();
@@ -222,7 +199,7 @@ fn rejected_points_and_predictions_are_counted_with_their_statement() {
 #[test]
 fn short_trees_are_reported() {
     let sampler = Nuts::default().chains(2).warmup(200).draws(200).max_depth(2);
-    let posterior = sampler.sample(&Bound::new(Funnel)).expect("runs");
+    let posterior = sampler.sample(&funnel()).expect("runs");
     let summary = posterior.summary();
     assert!(summary.findings.iter().any(|f| f.kind == FindingKind::TreeDepth), "{summary}");
 }
@@ -238,7 +215,7 @@ fn files_hold_the_draws() {
     posterior.write_csv(&csv).expect("written");
     let text = fs::read_to_string(&csv).expect("readable");
     let mut lines = text.lines();
-    assert_eq!(lines.next(), Some("chain,draw,mu[0],mu[1],idle,edge,twice[0],twice[1]"));
+    assert_eq!(lines.next(), Some("chain,draw,mu[0],mu[1],idle,edge,twice[0],twice[1],still"));
     let row: Vec<f64> = lines
         .nth(601)
         .expect("chain 1, draw 1")
@@ -275,32 +252,17 @@ fn files_hold_the_draws() {
 
 #[test]
 fn the_gradient_of_a_model_is_checked() {
-    check::gradient(&Bound::new(Means { y: &Y }), 5);
-    check::gradient(&Bound::new(Funnel), 5);
+    check::gradient(&means(&Y, 1.5, 3.0), 5);
+    check::gradient(&funnel(), 5);
 }
 
 /// Simulates with the model and fits with `claimed` as the noise: right only for 1.
 fn calibrate(claimed: f64) -> check::SbcReport {
-    struct Noisy<'a> {
-        y: &'a [f64],
-        sd: f64,
-    }
-    impl Model for Noisy<'_> {
-        fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
-            static MU: Site = Site::new("mu");
-            static Y: Site = Site { repeated: true, ..Site::new("y") };
-            let mu = cx.unknown(&MU, Normal(0.0, 1.0))?;
-            for y in self.y {
-                cx.observe(&Y, y.lift(), Normal(mu, self.sd))?;
-            }
-            Ok(())
-        }
-    }
     let sampler = Nuts::default().chains(1).warmup(200).draws(396);
     let report = check::sbc(11).replications(200).sampler(sampler).run(|trial| {
-        let truth = Bound::new(Noisy { y: &[0.0; 5], sd: 1.0 }).draw_prior(&mut trial.rng)?;
+        let truth = noisy(&[0.0; 5], 1.0).draw_prior(&mut trial.rng)?;
         let data = truth.replicate("y").unwrap_or_default();
-        trial.rank(&Bound::new(Noisy { y: data, sd: claimed }), &truth)
+        trial.rank(&noisy(data, claimed), &truth)
     });
     report.expect("the sampler runs")
 }

@@ -9,24 +9,15 @@ use std::path::Path;
 use std::process::Command;
 
 use ppl::prelude::*;
-use ppl::{Bound, Context, Datum, Model, Posterior, Rejection, Site};
 
-/// Pairs with one mean and scale; a second scale is known only from the prior.
-struct Pairs<'a> {
-    y: &'a [[f64; 2]],
-}
-
-impl Model for Pairs<'_> {
-    fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
-        static MU: Site = Site::new("mu");
-        static SD: Site = Site::new("sd");
-        static Y: Site = Site { repeated: true, ..Site::new("y") };
-        let mu = cx.unknown(&MU, Normal(0.0, 5.0))?;
-        let sd = cx.unknown(&SD, Uniform(0.1, 3.0).array::<2>())?;
-        for y in self.y {
-            cx.observe(&Y, y.lift(), Normal(mu, sd[0]).array::<2>())?;
+ppl::model! {
+    /// Pairs with one mean and scale; a second scale is known only from the prior.
+    fn pairs(y: &[[f64; 2]]) {
+        let mu ~ Normal(0.0, 5.0);
+        let sd ~ Uniform(0.1, 3.0).array::<2>();
+        for y in y {
+            y ~ Normal(mu, sd[0]).array::<2>();
         }
-        Ok(())
     }
 }
 
@@ -45,9 +36,9 @@ fn arviz_opens_a_posterior_and_agrees_with_the_summary() {
         writeln!(std::io::stderr(), "{note}").expect("stderr is open");
         return;
     };
-    let model = Bound::new(Pairs { y: &[[0.3, 0.9], [1.6, -0.2], [0.8, 1.1]] });
-    let run = Nuts::default().chains(4).warmup(400).draws(501).seed(7).run(&model).expect("runs");
-    let mut posterior = Posterior::from_chains(&model, run, 7).expect("its own chains");
+    let sampler = Nuts::default().chains(4).warmup(400).draws(501).seed(7);
+    let mut posterior =
+        sampler.sample(&pairs(&[[0.3, 0.9], [1.6, -0.2], [0.8, 1.1]])).expect("runs");
     posterior.label("sd", 0, &["slope", "peak force"]);
 
     let folder = tempfile::tempdir().expect("a folder");

@@ -5,11 +5,11 @@ use std::fmt;
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
-use statrs::function::gamma::gamma_ur;
 
 use crate::density::{LogDensity, Rejection};
 use crate::group::element_names;
 use crate::sampler::{Nuts, SampleError};
+use crate::special::regularised_gamma;
 use crate::{Bound, Entry, Model, ModelError, Record, Role};
 
 /// A trial that could not be carried out.
@@ -53,29 +53,22 @@ pub enum CheckError {
 /// sampler are right.
 ///
 /// ```
+/// use ppl::check;
 /// use ppl::prelude::*;
-/// use ppl::{Bound, Context, Datum, Model, Rejection, Site, check};
 ///
-/// struct Mean<'a> {
-///     y: &'a [f64],
-/// }
-///
-/// impl Model for Mean<'_> {
-///     fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
-///         static MU: Site = Site::new("mu");
-///         static Y: Site = Site { repeated: true, ..Site::new("y") };
-///         let mu = cx.unknown(&MU, Normal(0.0, 1.0))?;
-///         for y in self.y {
-///             cx.observe(&Y, y.lift(), Normal(mu, 2.0))?;
+/// ppl::model! {
+///     fn mean(y: &[f64]) {
+///         let mu ~ Normal(0.0, 1.0);
+///         for y in y {
+///             y ~ Normal(mu, 2.0);
 ///         }
-///         Ok(())
 ///     }
 /// }
 ///
 /// let report = check::sbc(7).replications(50).run(|trial| {
-///     let truth = Bound::new(Mean { y: &[0.0; 10] }).draw_prior(&mut trial.rng)?;
+///     let truth = mean(&[0.0; 10]).draw_prior(&mut trial.rng)?; // the data give only the shape
 ///     let data = truth.replicate("y").unwrap_or_default();
-///     trial.rank(&Bound::new(Mean { y: data }), &truth)
+///     trial.rank(&mean(data), &truth)
 /// })?;
 /// report.assert_uniform(1e-4);
 /// # Ok::<(), check::CheckError>(())
@@ -274,7 +267,7 @@ impl SbcQuantity {
         let expected = self.ranks.len() as f64 / bins as f64;
         let counts = self.histogram(bins);
         let statistic: f64 = counts.iter().map(|&n| (n as f64 - expected).powi(2) / expected).sum();
-        if statistic == 0.0 { 1.0 } else { gamma_ur((bins as f64 - 1.0) / 2.0, statistic / 2.0) }
+        regularised_gamma((bins as f64 - 1.0) / 2.0, statistic / 2.0).1
     }
 
     /// Bound on the p-value of the largest distance D between the ranks' distribution function and

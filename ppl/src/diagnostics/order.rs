@@ -1,6 +1,6 @@
 //! Order statistics: quantiles, ranks and normal scores.
 
-use statrs::function::erf::erfc_inv;
+use crate::special::normal_upper_quantile;
 
 /// Quantile by linear interpolation between order statistics (type 7 of Hyndman & Fan 1996).
 ///
@@ -48,8 +48,8 @@ pub(super) fn normal_scores(chains: &[&[f64]]) -> Vec<Vec<f64>> {
     for ties in order.chunk_by(|a, b| a.0 == b.0) {
         let count = ties.len() as f64;
         let rank = rank_before + (count + 1.0) / 2.0;
-        let probability = (rank - 0.375) / (total + 0.25);
-        let score = -std::f64::consts::SQRT_2 * erfc_inv(2.0 * probability);
+        let above = (total - rank + 0.625) / (total + 0.25);
+        let score = normal_upper_quantile(above);
         for &(_, c, t) in ties {
             scores[c][t] = score;
         }
