@@ -4,7 +4,7 @@ use std::fmt;
 
 use rayon::prelude::*;
 
-use crate::diagnostics::{Identification, e_bfmi, mean_and_variance};
+use crate::diagnostics::{Identifiability, Identification, e_bfmi, mean_and_variance};
 use crate::posterior::Posterior;
 use crate::summary::SummaryRow;
 
@@ -62,7 +62,11 @@ fn list(items: impl IntoIterator<Item = String>) -> String {
     }
 }
 
-pub(crate) fn find(posterior: &Posterior, rows: &[SummaryRow]) -> Vec<Finding> {
+pub(crate) fn find(
+    posterior: &Posterior,
+    rows: &[SummaryRow],
+    identifiability: &[Identifiability],
+) -> Vec<Finding> {
     let mut found = Vec::new();
     let mut say = |kind, what, advice| found.push(Finding { kind, what, advice });
     let runs = &posterior.chains.chains;
@@ -120,7 +124,6 @@ pub(crate) fn find(posterior: &Posterior, rows: &[SummaryRow]) -> Vec<Finding> {
         hamiltonian(posterior, total, &mut say);
     }
 
-    let identifiability = posterior.identifiability();
     for (label, words) in [
         (Identification::Not, "The data did not inform (contraction below 0.1)"),
         (Identification::Weakly, "The data informed only weakly (contraction below 0.5)"),

@@ -50,10 +50,16 @@ impl Group {
 
     /// All numbers with their names and one vector a chain.
     pub fn traces(&self) -> impl Iterator<Item = (String, Vec<Vec<f64>>)> {
-        self.variables.iter().flat_map(move |values| {
-            let names = values.elements().into_iter().enumerate();
-            names.map(move |(index, name)| (name, self.trace_of(values, index)))
-        })
+        self.variables.iter().flat_map(move |values| self.traces_in(values))
+    }
+
+    /// The numbers of one of the group's quantities.
+    pub(crate) fn traces_in<'g>(
+        &'g self,
+        values: &'g Values,
+    ) -> impl Iterator<Item = (String, Vec<Vec<f64>>)> + 'g {
+        let names = values.elements().into_iter().enumerate();
+        names.map(move |(index, name)| (name, self.trace_of(values, index)))
     }
 
     fn trace_of(&self, values: &Values, index: usize) -> Vec<Vec<f64>> {

@@ -257,17 +257,17 @@ impl Posterior {
             return Vec::new();
         };
         let mut rows = Vec::new();
-        for variable in self.layout.with_role(Role::Parameter) {
-            for element in element_names(&variable.name, &variable.shape) {
-                let (Some(before), Some(after)) =
-                    (prior.trace(&element), self.posterior.trace(&element))
-                else {
-                    continue;
-                };
+        let parameters = self.layout.with_role(Role::Parameter).map(|v| v.name.as_str());
+        for name in parameters {
+            let (Some(before), Some(after)) = (prior.get(name), self.posterior.get(name)) else {
+                continue;
+            };
+            let bounds = self.bounds.get(name).copied();
+            let pairs = prior.traces_in(before).zip(self.posterior.traces_in(after));
+            for ((element, before), (_, after)) in pairs {
                 let marginal = Marginal::of(&before.concat());
                 if marginal.sd > 0.0 {
                     // structural constants, as the zeros of a Cholesky factor, are not parameters
-                    let bounds = self.bounds.get(&variable.name).copied();
                     rows.push(Identifiability::new(element, marginal, &after.concat(), bounds));
                 }
             }

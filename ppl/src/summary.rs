@@ -1,5 +1,6 @@
 //! The table that a person reads.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::io;
 use std::path::Path;
@@ -61,8 +62,9 @@ pub struct Summary {
 impl Posterior {
     /// The table of moments, quantiles and diagnostics, with warnings in words.
     pub fn summary(&self) -> Summary {
-        let contraction: Vec<(String, f64)> =
-            self.identifiability().into_iter().map(|i| (i.name.clone(), i.contraction())).collect();
+        let identifiability = self.identifiability();
+        let contraction: BTreeMap<&str, f64> =
+            identifiability.iter().map(|i| (i.name.as_str(), i.contraction())).collect();
         let traces: Vec<(String, Vec<Vec<f64>>)> = self.posterior.traces().collect();
         let rows: Vec<SummaryRow> = traces
             .into_par_iter()
@@ -80,13 +82,13 @@ impl Posterior {
                     rhat: rhat(&chains),
                     ess_bulk: ess_bulk(&chains),
                     ess_tail: ess_tail(&chains),
-                    contraction: contraction.iter().find(|(n, _)| *n == name).map(|(_, c)| *c),
+                    contraction: contraction.get(name.as_str()).copied(),
                     mcse_mean: mcse_mean(&chains),
                     name,
                 }
             })
             .collect();
-        let findings = find(self, &rows);
+        let findings = find(self, &rows, &identifiability);
         Summary { rows, findings, chains: self.posterior.chains, draws: self.posterior.draws }
     }
 }

@@ -16,7 +16,8 @@ pub fn ess_bulk(chains: &[&[f64]]) -> f64 {
 
 /// Tail effective sample size: the smaller of those of the 5 % and the 95 % quantile.
 ///
-/// Same conventions as [`ess_bulk`]. Reference: Vehtari et al. (2021), section 4.3.
+/// Same conventions as [`ess_bulk`]. (ArviZ 1 takes other quantiles unless told
+/// `prob=(0.05, 0.95)`.) Reference: Vehtari et al. (2021), section 4.3.
 pub fn ess_tail(chains: &[&[f64]]) -> f64 {
     ess_quantile(chains, 0.05).min(ess_quantile(chains, 0.95))
 }

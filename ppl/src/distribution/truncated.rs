@@ -8,7 +8,7 @@ use crate::scalar::Scalar;
 use crate::special::integral_from_zero;
 use crate::transform::Support;
 
-/// A univariate distribution conditioned on (lower, upper); made by [`Family::truncate`].
+/// A univariate distribution conditioned on (lower, upper); made by [`Family::truncate`](super::Family::truncate).
 ///
 /// ln p(x) = ln p₀(x) − ln P₀(lower < X < upper): the normaliser, and its derivatives in the
 /// parameters, count in the density just as in the draws.
