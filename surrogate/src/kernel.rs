@@ -69,7 +69,7 @@ impl<const D: usize, const M: usize> Kernel<D, M> {
     }
 
     fn sum<const K: usize>(&self, t: &[f64; D]) -> [f64; M] {
-        let basis: [[[f64; 2]; K]; D] = t.map(legendre::<K>);
+        let basis = polynomials::<D, K>(t);
         let mut value = [0.0; M];
         let mut start = 0;
         for row in &self.rows {
@@ -92,7 +92,7 @@ impl<const D: usize, const M: usize> Kernel<D, M> {
 
     #[inline]
     fn sum_and_jacobian<const K: usize>(&self, t: &[f64; D]) -> ([f64; M], [[f64; D]; M]) {
-        let basis: [[[f64; 2]; K]; D] = t.map(legendre::<K>);
+        let basis = polynomials::<D, K>(t);
         let mut value = [0.0; M];
         let mut jacobian = [[0.0; D]; M];
         let mut start = 0;
@@ -128,4 +128,14 @@ impl<const D: usize, const M: usize> Kernel<D, M> {
         }
         (value, jacobian)
     }
+}
+
+/// [`legendre`] of every input, filled in place: mapping the array would copy it.
+#[inline]
+fn polynomials<const D: usize, const K: usize>(t: &[f64; D]) -> [[[f64; 2]; K]; D] {
+    let mut basis = [[[0.0; 2]; K]; D];
+    for d in 0..D {
+        basis[d] = legendre(t[d]);
+    }
+    basis
 }
