@@ -27,6 +27,7 @@
 mod compression;
 mod contact;
 mod element;
+mod ensemble;
 mod error;
 mod material;
 mod mesh;
@@ -43,6 +44,9 @@ pub use error::FemError;
 pub use material::{CrackDensity, DamageQuadrature, ElasticLaw, Material, PhaseField, Split};
 pub use solve::{Effort, Scheme, SolverOptions};
 
+pub use ensemble::{
+    Campaign, CampaignError, CampaignProgress, RunEnd, RunInput, RunRecord, RunStatus,
+};
 pub use mesh::gmsh;
 pub use mesh::vtu;
 pub use mesh::{CylinderLattice, LatticeError};

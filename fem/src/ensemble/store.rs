@@ -1,0 +1,154 @@
+//! A campaign's directory: its manifest, one file a run, locks that die with their process.
+
+use std::fs::{self, File, TryLockError};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::{CampaignError, RunRecord};
+
+const MANIFEST: &str = "campaign.json";
+/// Raised when the files change so that older ones cannot be read.
+const FORMAT: u32 = 1;
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Manifest {
+    format: u32,
+    fingerprint: String,
+}
+
+#[derive(Debug)]
+pub(super) struct Store {
+    directory: PathBuf,
+}
+
+/// What is stored of a run.
+pub(super) enum Stored {
+    Nothing,
+    Record(RunRecord),
+    /// A file that cannot be read, and why.
+    Damaged(String),
+}
+
+impl Store {
+    /// Opens the directory, or makes it with the fingerprint.
+    pub(super) fn open(directory: &Path, fingerprint: &str) -> Result<Store, CampaignError> {
+        fs::create_dir_all(directory).map_err(|e| CampaignError::io("create", directory, &e))?;
+        let store = Store { directory: directory.into() };
+        let path = directory.join(MANIFEST);
+
+        // of several processes that start at once, one writes the manifest
+        let lock_path = directory.join(".campaign.lock");
+        let lock =
+            File::create(&lock_path).map_err(|e| CampaignError::io("open", &lock_path, &e))?;
+        lock.lock().map_err(|e| CampaignError::io("lock", &lock_path, &e))?;
+        if !path.exists() {
+            let manifest = Manifest { format: FORMAT, fingerprint: fingerprint.into() };
+            return store.write_json(MANIFEST, &manifest).map(|()| store);
+        }
+
+        let bytes = fs::read(&path).map_err(|e| CampaignError::io("read", &path, &e))?;
+        let wrong = |message: String| CampaignError::Manifest { path: path.clone(), message };
+        let manifest: Manifest =
+            serde_json::from_slice(&bytes).map_err(|e| wrong(e.to_string()))?;
+        if manifest.format != FORMAT {
+            return Err(wrong(format!("format {} is not {FORMAT}", manifest.format)));
+        }
+        if manifest.fingerprint != fingerprint {
+            return Err(CampaignError::Foreign {
+                directory: directory.into(),
+                difference: difference(&manifest.fingerprint, fingerprint),
+            });
+        }
+        Ok(store)
+    }
+
+    pub(super) fn path(&self, id: usize) -> PathBuf {
+        self.directory.join(file_name(id))
+    }
+
+    pub(super) fn read(&self, id: usize) -> Result<Stored, CampaignError> {
+        let path = self.path(id);
+        let bytes = match fs::read(&path) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                return Ok(Stored::Nothing);
+            }
+            Err(error) => return Err(CampaignError::io("read", &path, &error)),
+        };
+        Ok(match serde_json::from_slice::<RunRecord>(&bytes) {
+            Ok(record) if record.id == id => Stored::Record(record),
+            Ok(record) => Stored::Damaged(format!("it holds run {}", record.id)),
+            Err(error) => Stored::Damaged(error.to_string()),
+        })
+    }
+
+    /// Writes a record so that at every moment there is the whole file or none. The caller must
+    /// hold the run's lock.
+    pub(super) fn write(&self, record: &RunRecord) -> Result<(), CampaignError> {
+        self.write_json(&file_name(record.id), record)
+    }
+
+    fn write_json(&self, name: &str, value: &impl Serialize) -> Result<(), CampaignError> {
+        let path = self.directory.join(name);
+        let temporary = self.directory.join(format!(".{name}.tmp"));
+        let write = || -> std::io::Result<()> {
+            let mut bytes = serde_json::to_vec_pretty(value)?;
+            bytes.push(b'\n');
+            let mut file = File::create(&temporary)?;
+            file.write_all(&bytes)?;
+            // the content must be on the disk before its name is
+            file.sync_all()?;
+            fs::rename(&temporary, &path)?;
+            // where directories can be opened, make the name durable too
+            match File::open(&self.directory) {
+                Ok(directory) => directory.sync_all(),
+                Err(_) => Ok(()),
+            }
+        };
+        write().map_err(|error| CampaignError::io("write", &path, &error))
+    }
+
+    /// Locks a run for this process, or nothing if another one has it. The system drops the lock
+    /// when the file is closed or the process dies, however it dies.
+    pub(super) fn lock(&self, id: usize) -> Result<Option<File>, CampaignError> {
+        let path = self.lock_path(id);
+        let file = File::create(&path).map_err(|e| CampaignError::io("open", &path, &e))?;
+        match file.try_lock() {
+            Ok(()) => Ok(Some(file)),
+            Err(TryLockError::WouldBlock) => Ok(None),
+            Err(TryLockError::Error(error)) => Err(CampaignError::io("lock", &path, &error)),
+        }
+    }
+
+    /// Removes the lock file of a run whose record is on the disk. Only then: a process that
+    /// locks the removed file will look for the record and find it.
+    pub(super) fn remove_lock(&self, id: usize) {
+        // a lock file that stays behind does no harm
+        let _ = fs::remove_file(self.lock_path(id));
+    }
+
+    fn lock_path(&self, id: usize) -> PathBuf {
+        self.directory.join(format!(".{}.lock", file_name(id)))
+    }
+}
+
+fn file_name(id: usize) -> String {
+    format!("run-{id:06}.json")
+}
+
+/// The lines that only one of two fingerprints has.
+fn difference(stored: &str, asked: &str) -> String {
+    let only_in = |a: &str, b: &str| -> String {
+        let lines: Vec<String> = a
+            .lines()
+            .filter(|line| !b.lines().any(|other| other == *line))
+            .take(5)
+            .map(|line| format!("`{}`", line.trim()))
+            .collect();
+        if lines.is_empty() { "nothing else".into() } else { lines.join(", ") }
+    };
+    format!("there {}, here {}", only_in(stored, asked), only_in(asked, stored))
+}
