@@ -1,1 +1,173 @@
+//! Residual and tangent of a whole mesh, and the patch test.
 
+use std::sync::Arc;
+
+use rand::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use super::*;
+use crate::compression::Fields;
+use crate::element::{DamageRule, Linear, Quadratic, Rule, Space, Tetrahedron};
+use crate::material::{CrackDensity, DamageQuadrature, ElasticLaw, Material, PhaseField, PointMaterial, Split};
+use crate::mesh::TetMesh;
+use crate::solve::{Direct, Solver, SolverOptions, Symbolic, fill_reducing};
+
+/// A unit cube of n³ cells, six tetrahedra each, its inner nodes moved at random; two regions.
+fn cube(n: usize, rng: &mut impl Rng) -> TetMesh {
+    let at = |i: usize, j: usize, k: usize| (i + (n + 1) * (j + (n + 1) * k)) as u32;
+    let mut mesh = TetMesh { regions: vec!["soft".into(), "stiff".into()], ..TetMesh::default() };
+    for k in 0..=n {
+        for j in 0..=n {
+            for i in 0..=n {
+                let inner = [i, j, k].iter().all(|&x| x > 0 && x < n);
+                let shift = if inner { 0.25 / n as f64 } else { 0.0 };
+                mesh.nodes.push([i, j, k].map(|x| x as f64 / n as f64 + shift * rng.random_range(-1.0..1.0)));
+            }
+        }
+    }
+    for (i, j, k) in (0..n * n * n).map(|c| (c % n, c / n % n, c / n / n)) {
+        let corner = |c: usize| at(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
+        for [a, b] in [[1, 3], [3, 2], [2, 6], [6, 4], [4, 5], [5, 1]] {
+            mesh.tets.push([corner(0), corner(a), corner(b), corner(7)]);
+            mesh.region_of.push(u16::from((i + j + k) % 2 == 0));
+        }
+    }
+    mesh.validate().expect("a sound mesh");
+    mesh
+}
+
+fn materials(law: ElasticLaw, split: Split, stiff_damages: bool) -> Vec<PointMaterial> {
+    let field =
+        PhaseField { model: CrackDensity::At2, split, length_mm: 0.3, quadrature: DamageQuadrature::Auto };
+    let soft = Material {
+        law,
+        young_mpa: 275.0,
+        poisson: 0.25,
+        toughness_n_per_mm: Some(2.0),
+        viscosity_mpa_s: 0.3,
+        residual_stiffness: 0.01,
+    };
+    let stiff = Material { young_mpa: 2000.0, toughness_n_per_mm: stiff_damages.then_some(9.0), ..soft };
+    [soft, stiff].iter().map(|m| m.at_point(Some(&field))).collect()
+}
+
+/// Taylor test of the potential whose derivatives residual and tangent are.
+fn assert_taylor<const N: usize, T: Tetrahedron<N>>(rule: DamageRule, split: Split, stiff_damages: bool) {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+    let mesh = cube(2, &mut rng);
+    let assembly = Assembly::new::<T>(Space::new::<T>(&mesh, Rule::new::<T>(rule)));
+    let nodes = assembly.space.nodes.len();
+    let materials = materials(ElasticLaw::Hencky, split, stiff_damages);
+    let order: Vec<usize> = (0..nodes).collect();
+    let unknowns = Unknowns::new(&order, &vec![true; nodes], std::iter::empty());
+    let pattern = Pattern::new(&assembly.space.tets, &unknowns);
+
+    // a compressed state, so that the split is on one side of its kink
+    let mut random_fields = |size: f64, damage: std::ops::Range<f64>| Fields {
+        displacement: assembly.space.nodes.iter().map(|x| {
+            std::array::from_fn(|k| -0.1 * size * x[k] + 0.03 * size * rng.random_range(-1.0..1.0))
+        }).collect(),
+        damage: (0..nodes).map(|_| rng.random_range(damage.clone())).collect(),
+    };
+    let fields = random_fields(1.0, 0.2..0.8);
+    let direction = random_fields(1.0, -1.0..1.0);
+    let before: Vec<f64> = fields.damage.iter().map(|phi| 0.9 * phi).collect();
+    let moved = |t: f64| {
+        let mut at = fields.clone();
+        for (u, d) in at.displacement.iter_mut().zip(&direction.displacement) {
+            (0..3).for_each(|k| u[k] += t * d[k]);
+        }
+        at.damage.iter_mut().zip(&direction.damage).for_each(|(phi, d)| *phi += t * d);
+        at
+    };
+    let evaluate = |at: &Fields| {
+        let mut residual = Residual::new(nodes);
+        let increment = Increment { materials: &materials, fields: at, damage_before: &before, duration: 0.1 };
+        assembly.residual(&increment, &mut residual).expect("no element is inverted");
+        residual
+    };
+    let mut values = vec![0.0; pattern.len() + 1];
+    let increment = Increment { materials: &materials, fields: &fields, damage_before: &before, duration: 0.1 };
+    assembly.tangent(&increment, Coupling::Full, &pattern, &mut values).expect("no element is inverted");
+
+    let d: Vec<f64> = direction.displacement.iter().zip(&direction.damage).flat_map(|(u, phi)| [u[0], u[1], u[2], *phi]).collect();
+    let start = evaluate(&fields);
+    let slope: f64 = start.nodal.iter().flatten().zip(&d).map(|(r, d)| r * d).sum();
+    let curvature: f64 = (0..pattern.size)
+        .flat_map(|column| (pattern.column_start[column]..pattern.column_start[column + 1]).map(move |place| (column, place)))
+        .map(|(column, place)| {
+            let row = pattern.row[place];
+            let twice = if row == column { 1.0 } else { 2.0 };
+            twice * values[place] * d[row] * d[column]
+        })
+        .sum();
+    let remainders = |t: f64| {
+        let first = evaluate(&moved(t)).potential() - start.potential() - t * slope;
+        [first.abs(), (first - 0.5 * t * t * curvature).abs()]
+    };
+    let (coarse, fine) = (remainders(4e-3), remainders(1e-3));
+    for (k, least) in [1.9, 2.9].into_iter().enumerate() {
+        let order = (coarse[k] / fine[k]).log2() / 2.0;
+        assert!(order > least, "{rule:?} {split:?}: remainder {} falls with slope {order}", k + 1);
+    }
+}
+
+#[test]
+fn residual_and_tangent_are_derivatives_of_the_energy() {
+    for split in [Split::None, Split::VolumetricDeviatoric] {
+        for stiff_damages in [true, false] {
+            for rule in [DamageRule::Vertex, DamageRule::Consistent] {
+                assert_taylor::<4, Linear>(rule, split, stiff_damages);
+                assert_taylor::<10, Quadratic>(rule, split, stiff_damages);
+            }
+        }
+    }
+}
+
+/// With the boundary moved affinely, the inner nodes of an unstructured mesh must follow.
+fn assert_patch<const N: usize, T: Tetrahedron<N>>(law: ElasticLaw) {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(8);
+    let mesh = cube(3, &mut rng);
+    let space = Space::new::<T>(&mesh, Rule::new::<T>(DamageRule::Absent));
+    let boundary = space.nodes_on(&mesh.boundary_faces());
+    let nodes = space.nodes.clone();
+    let affine = |x: &[f64; 3]| {
+        let h = [[-0.08, 0.05, 0.02], [0.1, 0.07, -0.03], [-0.04, 0.06, -0.12]];
+        std::array::from_fn::<f64, 3, _>(|i| 0.01 + (0..3).map(|j| h[i][j] * x[j]).sum::<f64>())
+    };
+    // one material: a patch of two would not stay affine
+    let materials = vec![materials(law, Split::None, false)[1]; 2];
+    let order = fill_reducing(&space.tets, nodes.len()).expect("an ordering");
+    let held = boundary.iter().flat_map(|&n| (0..3).map(move |k| (n, k)));
+    let unknowns = Unknowns::new(&order, &vec![false; nodes.len()], held);
+    let symbolic = Symbolic::new(Pattern::new(&space.tets, &unknowns)).expect("a factor");
+    let assembly = Assembly::new::<T>(space);
+    let options = SolverOptions { tolerance: 1e-13, ..SolverOptions::default() };
+    let direct = Direct::new(Arc::new(symbolic)).expect("memory");
+    let mut solver = Solver::new(&assembly, &unknowns, &materials, options, direct);
+    let mut fields = Fields::zero(nodes.len());
+    for &n in &boundary {
+        fields.displacement[n as usize] = affine(&nodes[n as usize]);
+    }
+    let before = fields.damage.clone();
+    // the inner nodes start at rest, which may invert elements: go there in parts
+    for part in [0.25, 0.5, 0.75, 1.0] {
+        for &n in &boundary {
+            fields.displacement[n as usize] = affine(&nodes[n as usize]).map(|u| part * u);
+        }
+        solver.solve(&mut fields, &before, 1.0).expect("equilibrium");
+    }
+    for (u, x) in fields.displacement.iter().zip(&nodes) {
+        for (u, exact) in u.iter().zip(affine(x)) {
+            assert!((u - exact).abs() < 1e-10, "{u} instead of {exact} at {x:?}");
+        }
+    }
+}
+
+#[test]
+fn patch_test() {
+    for law in [ElasticLaw::Hencky, ElasticLaw::NeoHookean] {
+        assert_patch::<4, Linear>(law);
+        assert_patch::<10, Quadratic>(law);
+    }
+}

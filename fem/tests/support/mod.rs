@@ -1,0 +1,112 @@
+//! Materials, meshes and files that several tests share.
+#![allow(dead_code)] // each test binary uses its part
+
+use std::path::PathBuf;
+
+use fem::gmsh::GmshNames;
+use fem::{
+    CompressionTest, CrackDensity, DamageQuadrature, ElasticLaw, Loading, Material, Order, Outcome, PhaseField,
+    SolverOptions, Split, Stepping, TetMesh, gmsh,
+};
+
+pub const RADIUS: f64 = 2.5;
+pub const HEIGHT: f64 = 4.4;
+
+/// The baseline matrix.
+pub fn matrix() -> Material {
+    Material {
+        law: ElasticLaw::Hencky,
+        young_mpa: 275.0,
+        poisson: 0.25,
+        toughness_n_per_mm: Some(0.0025),
+        viscosity_mpa_s: 0.3,
+        residual_stiffness: 0.01,
+    }
+}
+
+/// The baseline grains.
+pub fn grain() -> Material {
+    Material { young_mpa: 22_000.0, toughness_n_per_mm: Some(1.83), viscosity_mpa_s: 0.1, ..matrix() }
+}
+
+pub fn phase_field(split: Split) -> PhaseField {
+    PhaseField { model: CrackDensity::At2, split, length_mm: 0.06, quadrature: DamageQuadrature::Auto }
+}
+
+pub fn loading(displacement_mm: f64, duration_s: f64, steps: u32) -> Loading {
+    Loading { displacement_mm, duration_s, stepping: Stepping::Fixed(steps), stop_below_peak: None }
+}
+
+/// A prism with the height of the specimen and the cross-section of the full circle, of n³ cells;
+/// its inner nodes are moved, so that it is unstructured. Every third cell is a grain if asked.
+pub fn prism(n: usize, grains: bool) -> TetMesh {
+    let side = RADIUS * std::f64::consts::PI.sqrt();
+    let at = |i: usize, j: usize, k: usize| (i + (n + 1) * (j + (n + 1) * k)) as u32;
+    let mut mesh = TetMesh::default();
+    mesh.regions.push("matrix".into());
+    for k in 0..=n {
+        for j in 0..=n {
+            for i in 0..=n {
+                let inner = [i, j, k].iter().all(|&x| x > 0 && x < n);
+                // irrational multiples: a fixed, irregular shift
+                let shift = |seed: f64| if inner { 0.4 * ((at(i, j, k) as f64 * seed).fract() - 0.5) } else { 0.0 };
+                let place = |x: usize, seed: f64| (x as f64 + shift(seed)) / n as f64;
+                mesh.nodes.push([side * place(i, 0.754_877), side * place(j, 0.569_840), HEIGHT * place(k, 0.430_159)]);
+            }
+        }
+    }
+    let (mut bottom, mut top) = (Vec::new(), Vec::new());
+    for (i, j, k) in (0..n * n * n).map(|c| (c % n, c / n % n, c / n / n)) {
+        let corner = |c: usize| at(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
+        for [a, b] in [[1, 3], [3, 2], [2, 6], [6, 4], [4, 5], [5, 1]] {
+            mesh.tets.push([corner(0), corner(a), corner(b), corner(7)]);
+            mesh.region_of.push(u16::from(grains && (i + 2 * j + k) % 3 == 1));
+        }
+        if k == 0 {
+            bottom.extend([[corner(0), corner(3), corner(1)], [corner(0), corner(2), corner(3)]]);
+        }
+        if k + 1 == n {
+            top.extend([[corner(4), corner(5), corner(7)], [corner(4), corner(7), corner(6)]]);
+        }
+    }
+    if grains {
+        mesh.regions.push("grain".into());
+    }
+    mesh.surfaces.insert("bottom".into(), bottom);
+    mesh.surfaces.insert("top".into(), top);
+    mesh
+}
+
+pub fn test(mesh: TetMesh, order: Order, materials: Vec<Material>, field: Option<PhaseField>, loading: Loading, tolerance: f64) -> CompressionTest {
+    let options = SolverOptions { tolerance, ..SolverOptions::default() };
+    CompressionTest::new(mesh, order, materials, field, loading, options).expect("valid input")
+}
+
+/// The largest force, by a parabola through the three points around it: (displacement, force).
+pub fn peak(outcome: &Outcome) -> (f64, f64) {
+    let curve = &outcome.curve;
+    let top = (0..curve.len()).max_by(|&a, &b| curve[a].force_n.total_cmp(&curve[b].force_n)).expect("a curve");
+    assert!(top > 0 && top + 1 < curve.len(), "the peak is at an end of the curve");
+    let [a, b, c] = [top - 1, top, top + 1].map(|k| (curve[k].displacement_mm, curve[k].force_n));
+    let h = b.0 - a.0;
+    let (slope, bend) = ((c.1 - a.1) / (2.0 * h), (c.1 - 2.0 * b.1 + a.1) / (h * h));
+    (b.0 - slope / bend, b.1 - 0.5 * slope * slope / bend)
+}
+
+/// The reference cylinder, or `None` with a note where the shared data are not at hand.
+pub fn reference_cylinder() -> Option<TetMesh> {
+    let root = std::env::var_os("BRECCIA_SHARED")
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
+    let path = root.join("data/fem/cyl_a.msh");
+    if !path.exists() {
+        eprintln!("SKIPPED: no reference mesh at {}; set BRECCIA_SHARED to the folder that holds data/", path.display());
+        return None;
+    }
+    let names = GmshNames::new([("matrix", 1), ("grain", 2)], [("bottom", 11), ("top", 12), ("side", 13)]);
+    Some(gmsh::read(path, &names).expect("a readable reference mesh"))
+}
+
+/// Materials in the order of the mesh's regions.
+pub fn by_region(mesh: &TetMesh, matrix: Material, grain: Material) -> Vec<Material> {
+    mesh.regions.iter().map(|name| if name == "matrix" { matrix } else { grain }).collect()
+}
