@@ -5,13 +5,21 @@ mod support;
 use std::ops::ControlFlow;
 
 use fem::{
-    CompressionTest, CurvePoint, DamageQuadrature, ElasticLaw, End, Fields, Loading, Material, Order, Outcome,
-    PhaseField, Scheme, SolverOptions, Split, Stepping, TetMesh,
+    CompressionTest, CurvePoint, DamageQuadrature, ElasticLaw, End, Fields, Loading, Material,
+    Order, Outcome, PhaseField, Scheme, SolverOptions, Split, Stepping, TetMesh,
 };
 use support::{grain, loading, matrix, peak, phase_field, prism, test};
 
 fn composite(steps: u32, materials: Vec<Material>) -> Outcome {
-    test(prism(3, true), Order::Linear, materials, Some(phase_field(Split::None)), loading(0.2, 1.0, steps), 1e-9).run(&mut ())
+    test(
+        prism(3, true),
+        Order::Linear,
+        materials,
+        Some(phase_field(Split::None)),
+        loading(0.2, 1.0, steps),
+        1e-9,
+    )
+    .run(&mut ())
 }
 
 #[test]
@@ -44,7 +52,12 @@ fn forces_scale_with_the_parameters() {
     let scaled = composite(20, vec![scale(matrix()), scale(grain())]);
     assert_eq!(base.curve.len(), 20);
     for (a, b) in base.curve.iter().zip(&scaled.curve) {
-        assert!((s * a.force_n - b.force_n).abs() < 1e-10 * b.force_n, "{} and {}", s * a.force_n, b.force_n);
+        assert!(
+            (s * a.force_n - b.force_n).abs() < 1e-10 * b.force_n,
+            "{} and {}",
+            s * a.force_n,
+            b.force_n
+        );
         assert!((a.phi_mean - b.phi_mean).abs() < 1e-10);
     }
 }
@@ -53,13 +66,20 @@ fn forces_scale_with_the_parameters() {
 fn quadratic_elements_are_softer_than_linear_ones_and_agree_with_a_finer_mesh() {
     // a richer space has less energy; P1 on 6³ cells has the nodes of P2 on 3³
     let force = |n: usize, order: Order| {
-        let outcome = test(prism(n, false), order, vec![matrix()], None, loading(0.2, 1.0, 1), 1e-10).run(&mut ());
+        let outcome =
+            test(prism(n, false), order, vec![matrix()], None, loading(0.2, 1.0, 1), 1e-10)
+                .run(&mut ());
         outcome.curve[0].force_n
     };
     let exact = force(1, Order::Linear);
-    assert!((force(3, Order::Quadratic) - exact).abs() < 1e-8 * exact, "a uniform state needs no refinement");
+    assert!(
+        (force(3, Order::Quadratic) - exact).abs() < 1e-8 * exact,
+        "a uniform state needs no refinement"
+    );
     let composite = |order: Order| {
-        test(prism(3, true), order, vec![matrix(), grain()], None, loading(0.2, 1.0, 1), 1e-10).run(&mut ()).curve[0]
+        test(prism(3, true), order, vec![matrix(), grain()], None, loading(0.2, 1.0, 1), 1e-10)
+            .run(&mut ())
+            .curve[0]
     };
     let (linear, quadratic) = (composite(Order::Linear), composite(Order::Quadratic));
     assert!(quadratic.elastic_n_mm < 0.98 * linear.elastic_n_mm, "{quadratic:?} {linear:?}");
@@ -73,10 +93,19 @@ fn a_region_without_toughness_carries_no_damage() {
     let field = phase_field(Split::None);
     let run = |order, quadrature| {
         let field = PhaseField { quadrature, length_mm: 0.5, ..field };
-        let test = test(mesh.clone(), order, vec![matrix(), hard], Some(field), loading(0.1, 1.0, 5), 1e-8);
+        let test = test(
+            mesh.clone(),
+            order,
+            vec![matrix(), hard],
+            Some(field),
+            loading(0.1, 1.0, 5),
+            1e-8,
+        );
         (test.run(&mut ()), test)
     };
-    for (order, quadrature) in [(Order::Linear, DamageQuadrature::Auto), (Order::Quadratic, DamageQuadrature::Vertex)] {
+    for (order, quadrature) in
+        [(Order::Linear, DamageQuadrature::Auto), (Order::Quadratic, DamageQuadrature::Vertex)]
+    {
         let (outcome, test) = run(order, quadrature);
         assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
         let mut near_matrix = vec![false; mesh.nodes.len()];
@@ -99,9 +128,16 @@ fn alternate_minimisation_reaches_the_same_equilibrium() {
         let options = SolverOptions { scheme, iterations, ..SolverOptions::default() };
         let field = phase_field(Split::None);
         let materials = vec![matrix(), grain()];
-        CompressionTest::new(mesh.clone(), Order::Linear, materials, Some(field), loading(0.2, 1.0, 20), options)
-            .expect("valid input")
-            .run(&mut ())
+        CompressionTest::new(
+            mesh.clone(),
+            Order::Linear,
+            materials,
+            Some(field),
+            loading(0.2, 1.0, 20),
+            options,
+        )
+        .expect("valid input")
+        .run(&mut ())
     };
     let newton = run(Scheme::Monolithic, 30);
     let alternate = run(Scheme::Alternate, 30);
@@ -114,7 +150,11 @@ fn alternate_minimisation_reaches_the_same_equilibrium() {
         for (a, b) in newton.curve.iter().zip(&outcome.curve) {
             // where steps were cut, the time rule differs a little
             let tolerance = if outcome.effort.cuts > 0 { 2e-2 } else { 1e-6 };
-            assert!((a.force_n - b.force_n).abs() < tolerance * a.force_n, "{a:?}\n{b:?}\n{:?}", outcome.effort);
+            assert!(
+                (a.force_n - b.force_n).abs() < tolerance * a.force_n,
+                "{a:?}\n{b:?}\n{:?}",
+                outcome.effort
+            );
         }
     }
 }
@@ -140,14 +180,34 @@ fn steps_that_fail_are_cut_and_land_on_the_points_asked_for() {
 
 #[test]
 fn adaptive_steps_find_the_peak_and_stop_below_it() {
-    let adaptive = Loading { stepping: Stepping::adaptive(), stop_below_peak: Some(0.1), ..loading(0.3, 1.5, 1) };
-    let make = |loading| test(prism(2, true), Order::Linear, vec![matrix(), grain()], Some(phase_field(Split::None)), loading, 1e-8);
+    let adaptive = Loading {
+        stepping: Stepping::adaptive(),
+        stop_below_peak: Some(0.1),
+        ..loading(0.3, 1.5, 1)
+    };
+    let make = |loading| {
+        test(
+            prism(2, true),
+            Order::Linear,
+            vec![matrix(), grain()],
+            Some(phase_field(Split::None)),
+            loading,
+            1e-8,
+        )
+    };
     let outcome = make(adaptive).run(&mut ());
     assert!(matches!(outcome.end, End::BelowPeak), "{:?}", outcome.end);
     let last = outcome.curve.last().expect("points");
     let highest = outcome.curve.iter().map(|p| p.force_n).fold(0.0, f64::max);
-    assert!(last.force_n < 0.9 * highest && outcome.curve[outcome.curve.len() - 2].force_n >= 0.9 * highest);
-    assert!(outcome.curve[1].displacement_mm - outcome.curve[0].displacement_mm > outcome.curve[0].displacement_mm, "steps grow");
+    assert!(
+        last.force_n < 0.9 * highest
+            && outcome.curve[outcome.curve.len() - 2].force_n >= 0.9 * highest
+    );
+    assert!(
+        outcome.curve[1].displacement_mm - outcome.curve[0].displacement_mm
+            > outcome.curve[0].displacement_mm,
+        "steps grow"
+    );
     let fixed = make(loading(0.3, 1.5, 400)).run(&mut ());
     let (fine, coarse) = (peak(&fixed), highest);
     assert!((coarse - fine.1).abs() < 0.02 * fine.1, "{coarse} and {fine:?}");
@@ -155,7 +215,12 @@ fn adaptive_steps_find_the_peak_and_stop_below_it() {
 
 #[test]
 fn a_run_that_cannot_go_on_keeps_its_curve_and_says_why() {
-    let options = SolverOptions { iterations: 1, alternations: 1, tolerance: 1e-13, ..SolverOptions::default() };
+    let options = SolverOptions {
+        iterations: 1,
+        alternations: 1,
+        tolerance: 1e-13,
+        ..SolverOptions::default()
+    };
     let test = CompressionTest::new(
         prism(2, true),
         Order::Linear,
@@ -173,7 +238,8 @@ fn a_run_that_cannot_go_on_keeps_its_curve_and_says_why() {
 
 #[test]
 fn an_observer_sees_every_point_and_can_interrupt() {
-    let test = test(prism(1, false), Order::Linear, vec![matrix()], None, loading(0.2, 1.0, 10), 1e-8);
+    let test =
+        test(prism(1, false), Order::Linear, vec![matrix()], None, loading(0.2, 1.0, 10), 1e-8);
     let mut seen = Vec::new();
     let outcome = test.run(&mut |point: &CurvePoint, fields: &Fields| {
         assert_eq!(fields.displacement.len(), 8);
@@ -186,10 +252,24 @@ fn an_observer_sees_every_point_and_can_interrupt() {
 
 #[test]
 fn other_materials_share_the_discretisation_and_threads_change_nothing() {
-    let base = test(prism(2, true), Order::Linear, vec![matrix(), grain()], Some(phase_field(Split::None)), loading(0.2, 1.0, 10), 1e-8);
+    let base = test(
+        prism(2, true),
+        Order::Linear,
+        vec![matrix(), grain()],
+        Some(phase_field(Split::None)),
+        loading(0.2, 1.0, 10),
+        1e-8,
+    );
     let stiffer = Material { young_mpa: 290.0, ..matrix() };
     let other = base.with_materials(vec![stiffer, grain()]).expect("valid materials");
-    let fresh = test(prism(2, true), Order::Linear, vec![stiffer, grain()], Some(phase_field(Split::None)), loading(0.2, 1.0, 10), 1e-8);
+    let fresh = test(
+        prism(2, true),
+        Order::Linear,
+        vec![stiffer, grain()],
+        Some(phase_field(Split::None)),
+        loading(0.2, 1.0, 10),
+        1e-8,
+    );
     let [a, b, c] = std::thread::scope(|scope| {
         let runs = [&other, &other, &fresh].map(|test| scope.spawn(|| test.run(&mut ())));
         runs.map(|run| run.join().expect("a run"))
@@ -197,15 +277,34 @@ fn other_materials_share_the_discretisation_and_threads_change_nothing() {
     assert_eq!(a.curve, b.curve);
     assert_eq!(a.curve, c.curve);
     assert_eq!(a.fields, c.fields);
-    let elastic = base.with_materials(vec![matrix(), Material { toughness_n_per_mm: None, ..grain() }]).expect("valid materials");
+    let elastic = base
+        .with_materials(vec![matrix(), Material { toughness_n_per_mm: None, ..grain() }])
+        .expect("valid materials");
     assert!(elastic.unknowns() < base.unknowns(), "the grains' inner nodes lose their damage");
 }
 
-fn refusal(change: impl FnOnce(&mut TetMesh, &mut Vec<Material>, &mut PhaseField, &mut Loading, &mut SolverOptions)) -> String {
-    let (mut mesh, mut materials, mut field) = (prism(2, true), vec![matrix(), grain()], phase_field(Split::None));
-    let (mut loading, mut options) = (loading(0.2, 1.0, 10), SolverOptions::default());
-    change(&mut mesh, &mut materials, &mut field, &mut loading, &mut options);
-    CompressionTest::new(mesh, Order::Linear, materials, Some(field), loading, options).expect_err("refused").to_string()
+/// What a test is made of, to be spoilt.
+struct Input {
+    mesh: TetMesh,
+    materials: Vec<Material>,
+    field: PhaseField,
+    loading: Loading,
+    options: SolverOptions,
+}
+
+fn refusal(spoil: impl FnOnce(&mut Input)) -> String {
+    let mut input = Input {
+        mesh: prism(2, true),
+        materials: vec![matrix(), grain()],
+        field: phase_field(Split::None),
+        loading: loading(0.2, 1.0, 10),
+        options: SolverOptions::default(),
+    };
+    spoil(&mut input);
+    let Input { mesh, materials, field, loading, options } = input;
+    CompressionTest::new(mesh, Order::Linear, materials, Some(field), loading, options)
+        .expect_err("refused")
+        .to_string()
 }
 
 #[test]
@@ -215,32 +314,45 @@ fn bad_input_is_refused_with_the_entity_and_the_mend() {
             assert!(message.contains(part), "'{part}' is not in: {message}");
         }
     };
-    check(refusal(|m, ..| m.tets[5].swap(0, 1)), &["tetrahedron 5", "swap"]);
-    check(refusal(|m, ..| drop(m.surfaces.remove("top"))), &["'top'", "it has 'bottom'"]);
-    check(refusal(|m, ..| {
-        let (top, bottom) = (m.surfaces["top"].clone(), m.surfaces["bottom"].clone());
-        m.surfaces.insert("top".into(), bottom);
-        m.surfaces.insert("bottom".into(), top);
-    }), &["'top' does not lie above 'bottom'"]);
-    check(refusal(|_, m, ..| drop(m.pop())), &["1 materials for 2 regions", "matrix, grain"]);
-    check(refusal(|_, m, ..| m[0].young_mpa = -275.0), &["material.matrix", "young_mpa = -275", "positive"]);
-    check(refusal(|_, m, ..| m[1].poisson = 0.5), &["material.grain", "poisson = 0.5", "0.49"]);
-    check(refusal(|_, m, ..| m[1].toughness_n_per_mm = Some(0.0)), &["toughness_n_per_mm = 0", "leave it out"]);
-    check(refusal(|_, m, ..| m[0].viscosity_mpa_s = f64::NAN), &["viscosity_mpa_s = NaN"]);
-    check(refusal(|_, m, ..| m[0].residual_stiffness = 1.0), &["residual_stiffness = 1", "[0, 1)"]);
+    check(refusal(|i| i.mesh.tets[5].swap(0, 1)), &["tetrahedron 5", "swap"]);
+    check(refusal(|i| drop(i.mesh.surfaces.remove("top"))), &["'top'", "it has 'bottom'"]);
+    let upside_down = |i: &mut Input| {
+        let (top, bottom) = (i.mesh.surfaces["top"].clone(), i.mesh.surfaces["bottom"].clone());
+        i.mesh.surfaces = [("top".into(), bottom), ("bottom".into(), top)].into();
+    };
+    check(refusal(upside_down), &["'top' does not lie above 'bottom'"]);
+    check(refusal(|i| i.materials.truncate(1)), &["1 materials for 2 regions", "matrix, grain"]);
     check(
-        refusal(|_, m, f, ..| {
-            m[0].law = ElasticLaw::NeoHookean;
-            f.split = Split::VolumetricDeviatoric;
-        }),
-        &["material.matrix", "no volumetric-deviatoric split", "hencky"],
+        refusal(|i| i.materials[0].young_mpa = -275.0),
+        &["material.matrix", "young_mpa = -275", "positive"],
     );
-    check(refusal(|_, _, f, ..| f.length_mm = 0.0), &["phase_field", "length_mm = 0"]);
-    check(refusal(|_, _, _, l, _| l.displacement_mm = -0.2), &["test: displacement_mm = -0.2", "positive"]);
-    check(refusal(|_, _, _, l, _| l.displacement_mm = 5.0), &["displacement_mm = 5", "height"]);
-    check(refusal(|_, _, _, l, _| l.duration_s = 0.0), &["duration_s = 0"]);
-    check(refusal(|_, _, _, l, _| l.stepping = Stepping::Fixed(0)), &["steps = 0", "adaptive"]);
-    check(refusal(|_, _, _, l, _| l.stop_below_peak = Some(1.0)), &["stop_below_peak = 1", "0.1 for 10 %"]);
-    check(refusal(|.., o| o.tolerance = 0.0), &["solver: tolerance = 0"]);
-    check(refusal(|.., o| o.iterations = 0), &["solver: iterations = 0"]);
+    check(refusal(|i| i.materials[1].poisson = 0.5), &["material.grain", "poisson = 0.5", "0.49"]);
+    check(
+        refusal(|i| i.materials[1].toughness_n_per_mm = Some(0.0)),
+        &["toughness_n_per_mm = 0", "leave it out"],
+    );
+    check(refusal(|i| i.materials[0].viscosity_mpa_s = f64::NAN), &["viscosity_mpa_s = NaN"]);
+    check(
+        refusal(|i| i.materials[0].residual_stiffness = 1.0),
+        &["residual_stiffness = 1", "[0, 1)"],
+    );
+    let unsplittable = |i: &mut Input| {
+        i.materials[0].law = ElasticLaw::NeoHookean;
+        i.field.split = Split::VolumetricDeviatoric;
+    };
+    check(refusal(unsplittable), &["material.matrix", "no volumetric-deviatoric split", "hencky"]);
+    check(refusal(|i| i.field.length_mm = 0.0), &["phase_field", "length_mm = 0"]);
+    check(
+        refusal(|i| i.loading.displacement_mm = -0.2),
+        &["test: displacement_mm = -0.2", "positive"],
+    );
+    check(refusal(|i| i.loading.displacement_mm = 5.0), &["displacement_mm = 5", "height"]);
+    check(refusal(|i| i.loading.duration_s = 0.0), &["duration_s = 0"]);
+    check(refusal(|i| i.loading.stepping = Stepping::Fixed(0)), &["steps = 0", "adaptive"]);
+    check(
+        refusal(|i| i.loading.stop_below_peak = Some(1.0)),
+        &["stop_below_peak = 1", "0.1 for 10 %"],
+    );
+    check(refusal(|i| i.options.tolerance = 0.0), &["solver: tolerance = 0"]);
+    check(refusal(|i| i.options.iterations = 0), &["solver: iterations = 0"]);
 }

@@ -34,7 +34,8 @@ impl Oracle {
 
     /// (axial Kirchhoff stress, ψ⁺) with the lateral stress zero.
     fn state(&self, e: f64, phi: f64) -> (f64, f64) {
-        let (young, nu, g) = (self.material.young_mpa, self.material.poisson, self.degradation(phi));
+        let (young, nu, g) =
+            (self.material.young_mpa, self.material.poisson, self.degradation(phi));
         match self.split {
             Split::None => (g * young * e, 0.5 * young * e * e),
             Split::VolumetricDeviatoric => {
@@ -68,8 +69,9 @@ impl Oracle {
             .map(|k| {
                 let u = total * f64::from(k) / f64::from(steps);
                 let old = phi;
-                let balance =
-                    |phi: f64| self.damage_force(u, phi) - self.material.viscosity_mpa_s * (phi - old) / dt;
+                let balance = |phi: f64| {
+                    self.damage_force(u, phi) - self.material.viscosity_mpa_s * (phi - old) / dt
+                };
                 let (mut low, mut high) = (0.0, 1.0);
                 for _ in 0..100 {
                     phi = 0.5 * (low + high);
@@ -84,7 +86,9 @@ impl Oracle {
     fn exact_peak(&self, total: f64, duration: f64) -> [f64; 3] {
         let steps = 20_000;
         let h = duration / f64::from(steps);
-        let rate = |t: f64, phi: f64| self.damage_force(total * t / duration, phi) / self.material.viscosity_mpa_s;
+        let rate = |t: f64, phi: f64| {
+            self.damage_force(total * t / duration, phi) / self.material.viscosity_mpa_s
+        };
         let (mut phi, mut best) = (0.0, [0.0; 3]);
         for k in 0..steps {
             let t = h * f64::from(k);
@@ -109,7 +113,9 @@ fn elastic_force_is_exact_for_both_elements_and_laws() {
     let hencky = area() * 275.0 * e / stretch;
     assert!((hencky - 291.5410).abs() < 5e-5, "the oracle itself: {hencky}");
     for order in [Order::Linear, Order::Quadratic] {
-        let outcome = test(prism(3, false), order, vec![matrix()], None, loading(0.22, 1.0, 2), 1e-11).run(&mut ());
+        let outcome =
+            test(prism(3, false), order, vec![matrix()], None, loading(0.22, 1.0, 2), 1e-11)
+                .run(&mut ());
         let last = outcome.curve.last().expect("two points");
         assert!((last.force_n - hencky).abs() < 1e-9 * hencky, "{order:?}: {}", last.force_n);
         let energy = area() * HEIGHT * 0.5 * 275.0 * e * e;
@@ -126,7 +132,8 @@ fn elastic_force_is_exact_for_both_elements_and_laws() {
     let axial = mu * (stretch * stretch - 1.0) + lame * (low * low * stretch).ln();
     let exact = -area() * axial / stretch;
     for order in [Order::Linear, Order::Quadratic] {
-        let outcome = test(prism(2, false), order, vec![soft], None, loading(0.22, 1.0, 2), 1e-11).run(&mut ());
+        let outcome = test(prism(2, false), order, vec![soft], None, loading(0.22, 1.0, 2), 1e-11)
+            .run(&mut ());
         let force = outcome.curve[1].force_n;
         assert!((force - exact).abs() < 1e-9 * exact, "{order:?}: {force} instead of {exact}");
     }
@@ -136,12 +143,18 @@ fn elastic_force_is_exact_for_both_elements_and_laws() {
 fn assert_steps(split: Split, order: Order, quadrature: DamageQuadrature) {
     let field = PhaseField { quadrature, ..phase_field(split) };
     let oracle = Oracle { material: matrix(), split };
-    let outcome = test(prism(2, false), order, vec![matrix()], Some(field), loading(0.22, 1.0, 11), 1e-11).run(&mut ());
+    let outcome =
+        test(prism(2, false), order, vec![matrix()], Some(field), loading(0.22, 1.0, 11), 1e-11)
+            .run(&mut ());
     let exact = oracle.backward_euler(0.22, 1.0, 11);
     assert_eq!(outcome.curve.len(), exact.len(), "{:?}", outcome.end);
     for (point, [u, force, phi]) in outcome.curve.iter().zip(exact) {
         assert!((point.displacement_mm - u).abs() < 1e-14);
-        assert!((point.force_n - force).abs() < 1e-8 * force, "{split:?} {order:?} {quadrature:?} at {u}: {} for {force}", point.force_n);
+        assert!(
+            (point.force_n - force).abs() < 1e-8 * force,
+            "{split:?} {order:?} {quadrature:?} at {u}: {} for {force}",
+            point.force_n
+        );
         assert!((point.phi_mean - phi).abs() < 1e-8 && (point.phi_max - phi).abs() < 1e-8);
     }
 }
@@ -158,7 +171,14 @@ fn damage_steps_are_exact_for_every_element_rule_and_split() {
 }
 
 /// The published peaks: the oracle reaches them, and the finite elements converge to it at O(Δt).
-fn assert_peak(split: Split, total: f64, duration: f64, published: [f64; 3], digits: [f64; 3], steps: u32) {
+fn assert_peak(
+    split: Split,
+    total: f64,
+    duration: f64,
+    published: [f64; 3],
+    digits: [f64; 3],
+    steps: u32,
+) {
     let oracle = Oracle { material: matrix(), split };
     let exact = oracle.exact_peak(total, duration);
     for k in 0..3 {
@@ -166,8 +186,15 @@ fn assert_peak(split: Split, total: f64, duration: f64, published: [f64; 3], dig
     }
     let error = |steps: u32| {
         let field = phase_field(split);
-        let outcome =
-            test(prism(1, false), Order::Linear, vec![matrix()], Some(field), loading(total, duration, steps), 1e-9).run(&mut ());
+        let outcome = test(
+            prism(1, false),
+            Order::Linear,
+            vec![matrix()],
+            Some(field),
+            loading(total, duration, steps),
+            1e-9,
+        )
+        .run(&mut ());
         peak(&outcome).1 - exact[1]
     };
     let errors = [error(steps), error(2 * steps), error(4 * steps)];
@@ -190,7 +217,14 @@ fn viscous_peak_at_the_experimental_rate() {
 
 #[test]
 fn viscous_peak_with_the_volumetric_deviatoric_split() {
-    assert_peak(Split::VolumetricDeviatoric, 0.22, 1.0, [0.1452, 135.32, 0.1747], [5e-5, 5e-3, 5e-5], 44);
+    assert_peak(
+        Split::VolumetricDeviatoric,
+        0.22,
+        1.0,
+        [0.1452, 135.32, 0.1747],
+        [5e-5, 5e-3, 5e-5],
+        44,
+    );
 }
 
 #[test]
@@ -203,9 +237,15 @@ fn rate_independent_damage_follows_its_closed_form() {
     assert!((critical - 7.1067e-3).abs() < 5e-8 && (strength - 1.09932).abs() < 5e-6);
     // the peak lies at step 20 of 25
     let total = HEIGHT * (1.0 - (-1.25 * critical).exp());
-    let outcome =
-        test(prism(2, false), Order::Linear, vec![brittle], Some(phase_field(Split::None)), loading(total, 1.0, 25), 1e-12)
-            .run(&mut ());
+    let outcome = test(
+        prism(2, false),
+        Order::Linear,
+        vec![brittle],
+        Some(phase_field(Split::None)),
+        loading(total, 1.0, 25),
+        1e-12,
+    )
+    .run(&mut ());
     assert_eq!(outcome.curve.len(), 25, "{:?}", outcome.end);
     for point in &outcome.curve {
         let (e, stretch) = strain(point.displacement_mm);
@@ -220,9 +260,15 @@ fn rate_independent_damage_follows_its_closed_form() {
 #[test]
 fn rate_independent_peak_with_residual_stiffness() {
     let slow = Material { viscosity_mpa_s: 0.0, ..matrix() };
-    let outcome =
-        test(prism(1, false), Order::Linear, vec![slow], Some(phase_field(Split::None)), loading(0.04, 1.0, 80), 1e-10)
-            .run(&mut ());
+    let outcome = test(
+        prism(1, false),
+        Order::Linear,
+        vec![slow],
+        Some(phase_field(Split::None)),
+        loading(0.04, 1.0, 80),
+        1e-10,
+    )
+    .run(&mut ());
     let (displacement, force) = peak(&outcome);
     assert!((force - 22.024).abs() < 5e-4, "{force} N");
     assert!((displacement - 0.03185).abs() < 2e-5, "{displacement} mm");

@@ -13,23 +13,33 @@ fn assert_forces(law: ElasticLaw, forces: [f64; 5], energy: Option<f64>) {
     let test = test(mesh, Order::Linear, materials, None, loading(0.22, 1.0, 5), 1e-11);
     let outcome = test.run(&mut ());
     for (point, force) in outcome.curve.iter().zip(forces) {
-        assert!((point.force_n - force).abs() < 1e-11 * force, "{} instead of {force} N", point.force_n);
+        assert!(
+            (point.force_n - force).abs() < 1e-11 * force,
+            "{} instead of {force} N",
+            point.force_n
+        );
     }
     let last = outcome.curve[4];
     if let Some(energy) = energy {
-        assert!((last.elastic_n_mm - energy).abs() < 1e-11 * energy, "{} instead of {energy} N mm", last.elastic_n_mm);
+        assert!(
+            (last.elastic_n_mm - energy).abs() < 1e-11 * energy,
+            "{} instead of {energy} N mm",
+            last.elastic_n_mm
+        );
     }
 }
 
 #[test]
 fn neo_hookean() {
-    let forces = [72.90205370783, 147.07712390952, 222.58280456466, 299.48021910134, 377.83428775246];
+    let forces =
+        [72.90205370783, 147.07712390952, 222.58280456466, 299.48021910134, 377.83428775246];
     assert_forces(ElasticLaw::NeoHookean, forces, Some(40.93720149822));
 }
 
 #[test]
 fn hencky() {
-    let forces = [73.63773884568, 150.06481498444, 229.40869464056, 311.80372273412, 397.39149074164];
+    let forces =
+        [73.63773884568, 150.06481498444, 229.40869464056, 311.80372273412, 397.39149074164];
     assert_forces(ElasticLaw::Hencky, forces, Some(42.34405955084912));
 }
 
@@ -37,12 +47,20 @@ fn hencky() {
 fn hencky_with_viscous_damage() {
     let Some(mesh) = reference_cylinder() else { return };
     let materials = by_region(&mesh, matrix(), grain());
-    let field = fem::PhaseField { quadrature: DamageQuadrature::Vertex, ..phase_field(Split::None) };
+    let field =
+        fem::PhaseField { quadrature: DamageQuadrature::Vertex, ..phase_field(Split::None) };
     // up to 0.15 mm in the record's steps of 0.005 mm
-    let loading = Loading { displacement_mm: 0.15, duration_s: 0.15 / 0.22, stepping: Stepping::Fixed(30), stop_below_peak: None };
+    let loading = Loading {
+        displacement_mm: 0.15,
+        duration_s: 0.15 / 0.22,
+        stepping: Stepping::Fixed(30),
+        stop_below_peak: None,
+    };
     let outcome = test(mesh, Order::Linear, materials, Some(field), loading, 1e-8).run(&mut ());
     assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
-    let close = |value: f64, expected: f64| assert!((value - expected).abs() < 1e-5 * expected, "{value} instead of {expected}");
+    let close = |value: f64, expected: f64| {
+        assert!((value - expected).abs() < 1e-5 * expected, "{value} instead of {expected}")
+    };
     let at = |step: usize| outcome.curve[step - 1];
     close(at(10).force_n, 81.4881526332741);
     close(at(20).force_n, 139.70195541347152);

@@ -21,11 +21,14 @@ fn printed_energy<T: DualNum<f64> + Copy>(law: ElasticLaw, split: Split, e: [T; 
     let deviatoric = (squares - trace * trace / 3.0) * shear;
     let volumetric = trace * trace * (bulk / 2.0);
     match (law, split) {
-        (ElasticLaw::Hencky, Split::VolumetricDeviatoric) if trace.re() < 0.0 => [deviatoric, volumetric],
+        (ElasticLaw::Hencky, Split::VolumetricDeviatoric) if trace.re() < 0.0 => {
+            [deviatoric, volumetric]
+        }
         (ElasticLaw::Hencky, _) => [deviatoric + volumetric, T::zero()],
         (ElasticLaw::NeoHookean, _) => {
             let first_invariant = e.iter().fold(T::zero(), |sum, &x| sum + (x * 2.0).exp());
-            let plus = (first_invariant - 3.0 - trace * 2.0) * (shear / 2.0) + trace * trace * (lame / 2.0);
+            let plus = (first_invariant - 3.0 - trace * 2.0) * (shear / 2.0)
+                + trace * trace * (lame / 2.0);
             [plus, T::zero()]
         }
     }
@@ -40,8 +43,12 @@ fn point_material(law: ElasticLaw, split: Split) -> PointMaterial {
         viscosity_mpa_s: 0.0,
         residual_stiffness: 0.0,
     };
-    let field =
-        PhaseField { model: CrackDensity::At2, split, length_mm: 1.0, quadrature: DamageQuadrature::Auto };
+    let field = PhaseField {
+        model: CrackDensity::At2,
+        split,
+        length_mm: 1.0,
+        quadrature: DamageQuadrature::Auto,
+    };
     material.at_point(Some(&field))
 }
 
@@ -53,7 +60,9 @@ fn random(rng: &mut impl Rng) -> Matrix3<f64> {
 /// tension, with two and with three equal stretches, at the origin and next to it.
 fn states(rng: &mut impl Rng) -> Vec<(Matrix3<f64>, Matrix3<f64>)> {
     let spin = nalgebra::Rotation3::from_euler_angles(0.3, -0.5, 0.8).into_inner();
-    let stretch = |a: f64, b: f64, c: f64| spin * Matrix3::from_diagonal(&[a, b, c].into()) * spin.transpose();
+    let stretch = |a: f64, b: f64, c: f64| {
+        spin * Matrix3::from_diagonal(&[a, b, c].into()) * spin.transpose()
+    };
     let contraction = |m: Matrix3<f64>| m - Matrix3::identity() * (1.0 + m.trace() / 3.0);
     let tilt = contraction(random(rng));
     vec![
@@ -93,7 +102,10 @@ fn assert_derivatives(law: ElasticLaw, split: Split, strain: [f64; 3]) {
         for i in 0..3 {
             assert!((part.stress[i] - gradient[i]).abs() < 1e-12 * YOUNG, "τ_{i} at {strain:?}");
             for j in 0..3 {
-                assert!((part.tangent[i][j] - second[(i, j)]).abs() < 1e-12 * YOUNG, "D_{i}{j} at {strain:?}");
+                assert!(
+                    (part.tangent[i][j] - second[(i, j)]).abs() < 1e-12 * YOUNG,
+                    "D_{i}{j} at {strain:?}"
+                );
             }
             let (a, b) = ((i + 1) % 3, (i + 2) % 3);
             let shear = 0.5 * (gradient[a] - gradient[b]) / (strain[a] - strain[b]).tanh();
@@ -114,9 +126,8 @@ fn energy(material: &PointMaterial, state: &Matrix3<f64>, g: f64) -> f64 {
 fn moduli(material: &PointMaterial, state: &Matrix3<f64>, g: f64) -> SMatrix<f64, 9, 9> {
     let response = material.respond(state).expect("det F > 0");
     let tangent = response.tangent(g);
-    let axes: [[f64; 3]; 3] = std::array::from_fn(|j| {
-        response.spatial(&std::array::from_fn(|k| f64::from(j == k)))
-    });
+    let axes: [[f64; 3]; 3] =
+        std::array::from_fn(|j| response.spatial(&std::array::from_fn(|k| f64::from(j == k))));
     SMatrix::from_fn(|p, q| tangent.block(&axes[p % 3], &axes[q % 3])[(p / 3, q / 3)])
 }
 
@@ -168,16 +179,24 @@ fn spectral_stress_equals_the_series_logarithm() {
     for (state, _) in states(&mut rng) {
         let f = Matrix3::identity() + state;
         let excess = state + state.transpose() + state * state.transpose();
-        let z = excess * (excess + 2.0 * Matrix3::identity()).try_inverse().expect("b + I is positive definite");
+        let z = excess
+            * (excess + 2.0 * Matrix3::identity())
+                .try_inverse()
+                .expect("b + I is positive definite");
         let (mut power, mut strain) = (z, Matrix3::zeros());
         for k in 0..400 {
             strain += power / f64::from(2 * k + 1);
             power *= z * z;
         }
         let trace = strain.trace();
-        let series = 2.0 * m.shear * strain + (m.bulk - 2.0 / 3.0 * m.shear) * trace * Matrix3::identity();
+        let series =
+            2.0 * m.shear * strain + (m.bulk - 2.0 / 3.0 * m.shear) * trace * Matrix3::identity();
         let spectral = material.respond(&state).expect("det F > 0").piola(1.0) * f.transpose();
-        assert!((spectral - series).norm() < 1e-13 * series.norm(), "{} at {state}", (spectral - series).norm());
+        assert!(
+            (spectral - series).norm() < 1e-13 * series.norm(),
+            "{} at {state}",
+            (spectral - series).norm()
+        );
     }
 }
 

@@ -1,5 +1,6 @@
 //! Residual and tangent of a whole mesh, and the patch test.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rand::{Rng, SeedableRng};
@@ -8,20 +9,31 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::*;
 use crate::compression::Fields;
 use crate::element::{DamageRule, Linear, Quadratic, Rule, Space, Tetrahedron};
-use crate::material::{CrackDensity, DamageQuadrature, ElasticLaw, Material, PhaseField, PointMaterial, Split};
+use crate::material::{
+    CrackDensity, DamageQuadrature, ElasticLaw, Material, PhaseField, PointMaterial, Split,
+};
 use crate::mesh::TetMesh;
 use crate::solve::{Direct, Solver, SolverOptions, Symbolic, fill_reducing};
 
 /// A unit cube of n³ cells, six tetrahedra each, its inner nodes moved at random; two regions.
 fn cube(n: usize, rng: &mut impl Rng) -> TetMesh {
     let at = |i: usize, j: usize, k: usize| (i + (n + 1) * (j + (n + 1) * k)) as u32;
-    let mut mesh = TetMesh { regions: vec!["soft".into(), "stiff".into()], ..TetMesh::default() };
+    let mut mesh = TetMesh {
+        nodes: Vec::new(),
+        tets: Vec::new(),
+        region_of: Vec::new(),
+        regions: vec!["soft".into(), "stiff".into()],
+        grain_of: None,
+        surfaces: BTreeMap::new(),
+    };
     for k in 0..=n {
         for j in 0..=n {
             for i in 0..=n {
                 let inner = [i, j, k].iter().all(|&x| x > 0 && x < n);
                 let shift = if inner { 0.25 / n as f64 } else { 0.0 };
-                mesh.nodes.push([i, j, k].map(|x| x as f64 / n as f64 + shift * rng.random_range(-1.0..1.0)));
+                mesh.nodes.push(
+                    [i, j, k].map(|x| x as f64 / n as f64 + shift * rng.random_range(-1.0..1.0)),
+                );
             }
         }
     }
@@ -37,8 +49,12 @@ fn cube(n: usize, rng: &mut impl Rng) -> TetMesh {
 }
 
 fn materials(law: ElasticLaw, split: Split, stiff_damages: bool) -> Vec<PointMaterial> {
-    let field =
-        PhaseField { model: CrackDensity::At2, split, length_mm: 0.3, quadrature: DamageQuadrature::Auto };
+    let field = PhaseField {
+        model: CrackDensity::At2,
+        split,
+        length_mm: 0.3,
+        quadrature: DamageQuadrature::Auto,
+    };
     let soft = Material {
         law,
         young_mpa: 275.0,
@@ -47,12 +63,17 @@ fn materials(law: ElasticLaw, split: Split, stiff_damages: bool) -> Vec<PointMat
         viscosity_mpa_s: 0.3,
         residual_stiffness: 0.01,
     };
-    let stiff = Material { young_mpa: 2000.0, toughness_n_per_mm: stiff_damages.then_some(9.0), ..soft };
+    let stiff =
+        Material { young_mpa: 2000.0, toughness_n_per_mm: stiff_damages.then_some(9.0), ..soft };
     [soft, stiff].iter().map(|m| m.at_point(Some(&field))).collect()
 }
 
 /// Taylor test of the potential whose derivatives residual and tangent are.
-fn assert_taylor<const N: usize, T: Tetrahedron<N>>(rule: DamageRule, split: Split, stiff_damages: bool) {
+fn assert_taylor<const N: usize, T: Tetrahedron<N>>(
+    rule: DamageRule,
+    split: Split,
+    stiff_damages: bool,
+) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
     let mesh = cube(2, &mut rng);
     let assembly = Assembly::new::<T>(Space::new::<T>(&mesh, Rule::new::<T>(rule)));
@@ -64,9 +85,16 @@ fn assert_taylor<const N: usize, T: Tetrahedron<N>>(rule: DamageRule, split: Spl
 
     // a compressed state, so that the split is on one side of its kink
     let mut random_fields = |size: f64, damage: std::ops::Range<f64>| Fields {
-        displacement: assembly.space.nodes.iter().map(|x| {
-            std::array::from_fn(|k| -0.1 * size * x[k] + 0.03 * size * rng.random_range(-1.0..1.0))
-        }).collect(),
+        displacement: assembly
+            .space
+            .nodes
+            .iter()
+            .map(|x| {
+                std::array::from_fn(|k| {
+                    -0.1 * size * x[k] + 0.03 * size * rng.random_range(-1.0..1.0)
+                })
+            })
+            .collect(),
         damage: (0..nodes).map(|_| rng.random_range(damage.clone())).collect(),
     };
     let fields = random_fields(1.0, 0.2..0.8);
@@ -82,19 +110,31 @@ fn assert_taylor<const N: usize, T: Tetrahedron<N>>(rule: DamageRule, split: Spl
     };
     let evaluate = |at: &Fields| {
         let mut residual = Residual::new(nodes);
-        let increment = Increment { materials: &materials, fields: at, damage_before: &before, duration: 0.1 };
+        let increment =
+            Increment { materials: &materials, fields: at, damage_before: &before, duration: 0.1 };
         assembly.residual(&increment, &mut residual).expect("no element is inverted");
         residual
     };
     let mut values = vec![0.0; pattern.len() + 1];
-    let increment = Increment { materials: &materials, fields: &fields, damage_before: &before, duration: 0.1 };
-    assembly.tangent(&increment, Coupling::Full, &pattern, &mut values).expect("no element is inverted");
+    let increment =
+        Increment { materials: &materials, fields: &fields, damage_before: &before, duration: 0.1 };
+    assembly
+        .tangent(&increment, Coupling::Full, &pattern, &mut values)
+        .expect("no element is inverted");
 
-    let d: Vec<f64> = direction.displacement.iter().zip(&direction.damage).flat_map(|(u, phi)| [u[0], u[1], u[2], *phi]).collect();
+    let d: Vec<f64> = direction
+        .displacement
+        .iter()
+        .zip(&direction.damage)
+        .flat_map(|(u, phi)| [u[0], u[1], u[2], *phi])
+        .collect();
     let start = evaluate(&fields);
     let slope: f64 = start.nodal.iter().flatten().zip(&d).map(|(r, d)| r * d).sum();
     let curvature: f64 = (0..pattern.size)
-        .flat_map(|column| (pattern.column_start[column]..pattern.column_start[column + 1]).map(move |place| (column, place)))
+        .flat_map(|column| {
+            (pattern.column_start[column]..pattern.column_start[column + 1])
+                .map(move |place| (column, place))
+        })
         .map(|(column, place)| {
             let row = pattern.row[place];
             let twice = if row == column { 1.0 } else { 2.0 };

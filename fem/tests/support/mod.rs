@@ -1,19 +1,20 @@
 //! Materials, meshes and files that several tests share.
 #![allow(dead_code)] // each test binary uses its part
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use fem::gmsh::GmshNames;
 use fem::{
-    CompressionTest, CrackDensity, DamageQuadrature, ElasticLaw, Loading, Material, Order, Outcome, PhaseField,
-    SolverOptions, Split, Stepping, TetMesh, gmsh,
+    CompressionTest, CrackDensity, DamageQuadrature, ElasticLaw, Loading, Material, Order, Outcome,
+    PhaseField, SolverOptions, Split, Stepping, TetMesh, gmsh,
 };
 
-pub const RADIUS: f64 = 2.5;
-pub const HEIGHT: f64 = 4.4;
+pub(crate) const RADIUS: f64 = 2.5;
+pub(crate) const HEIGHT: f64 = 4.4;
 
 /// The baseline matrix.
-pub fn matrix() -> Material {
+pub(crate) fn matrix() -> Material {
     Material {
         law: ElasticLaw::Hencky,
         young_mpa: 275.0,
@@ -25,33 +26,55 @@ pub fn matrix() -> Material {
 }
 
 /// The baseline grains.
-pub fn grain() -> Material {
-    Material { young_mpa: 22_000.0, toughness_n_per_mm: Some(1.83), viscosity_mpa_s: 0.1, ..matrix() }
+pub(crate) fn grain() -> Material {
+    Material {
+        young_mpa: 22_000.0,
+        toughness_n_per_mm: Some(1.83),
+        viscosity_mpa_s: 0.1,
+        ..matrix()
+    }
 }
 
-pub fn phase_field(split: Split) -> PhaseField {
-    PhaseField { model: CrackDensity::At2, split, length_mm: 0.06, quadrature: DamageQuadrature::Auto }
+pub(crate) fn phase_field(split: Split) -> PhaseField {
+    PhaseField {
+        model: CrackDensity::At2,
+        split,
+        length_mm: 0.06,
+        quadrature: DamageQuadrature::Auto,
+    }
 }
 
-pub fn loading(displacement_mm: f64, duration_s: f64, steps: u32) -> Loading {
+pub(crate) fn loading(displacement_mm: f64, duration_s: f64, steps: u32) -> Loading {
     Loading { displacement_mm, duration_s, stepping: Stepping::Fixed(steps), stop_below_peak: None }
 }
 
 /// A prism with the height of the specimen and the cross-section of the full circle, of n³ cells;
 /// its inner nodes are moved, so that it is unstructured. Every third cell is a grain if asked.
-pub fn prism(n: usize, grains: bool) -> TetMesh {
+pub(crate) fn prism(n: usize, grains: bool) -> TetMesh {
     let side = RADIUS * std::f64::consts::PI.sqrt();
     let at = |i: usize, j: usize, k: usize| (i + (n + 1) * (j + (n + 1) * k)) as u32;
-    let mut mesh = TetMesh::default();
-    mesh.regions.push("matrix".into());
+    let mut mesh = TetMesh {
+        nodes: Vec::new(),
+        tets: Vec::new(),
+        region_of: Vec::new(),
+        regions: vec!["matrix".into()],
+        grain_of: None,
+        surfaces: BTreeMap::new(),
+    };
     for k in 0..=n {
         for j in 0..=n {
             for i in 0..=n {
                 let inner = [i, j, k].iter().all(|&x| x > 0 && x < n);
                 // irrational multiples: a fixed, irregular shift
-                let shift = |seed: f64| if inner { 0.4 * ((at(i, j, k) as f64 * seed).fract() - 0.5) } else { 0.0 };
+                let shift = |seed: f64| {
+                    if inner { 0.4 * ((at(i, j, k) as f64 * seed).fract() - 0.5) } else { 0.0 }
+                };
                 let place = |x: usize, seed: f64| (x as f64 + shift(seed)) / n as f64;
-                mesh.nodes.push([side * place(i, 0.754_877), side * place(j, 0.569_840), HEIGHT * place(k, 0.430_159)]);
+                mesh.nodes.push([
+                    side * place(i, 0.754_877),
+                    side * place(j, 0.569_840),
+                    HEIGHT * place(k, 0.430_159),
+                ]);
             }
         }
     }
@@ -77,15 +100,24 @@ pub fn prism(n: usize, grains: bool) -> TetMesh {
     mesh
 }
 
-pub fn test(mesh: TetMesh, order: Order, materials: Vec<Material>, field: Option<PhaseField>, loading: Loading, tolerance: f64) -> CompressionTest {
+pub(crate) fn test(
+    mesh: TetMesh,
+    order: Order,
+    materials: Vec<Material>,
+    field: Option<PhaseField>,
+    loading: Loading,
+    tolerance: f64,
+) -> CompressionTest {
     let options = SolverOptions { tolerance, ..SolverOptions::default() };
     CompressionTest::new(mesh, order, materials, field, loading, options).expect("valid input")
 }
 
 /// The largest force, by a parabola through the three points around it: (displacement, force).
-pub fn peak(outcome: &Outcome) -> (f64, f64) {
+pub(crate) fn peak(outcome: &Outcome) -> (f64, f64) {
     let curve = &outcome.curve;
-    let top = (0..curve.len()).max_by(|&a, &b| curve[a].force_n.total_cmp(&curve[b].force_n)).expect("a curve");
+    let top = (0..curve.len())
+        .max_by(|&a, &b| curve[a].force_n.total_cmp(&curve[b].force_n))
+        .expect("a curve");
     assert!(top > 0 && top + 1 < curve.len(), "the peak is at an end of the curve");
     let [a, b, c] = [top - 1, top, top + 1].map(|k| (curve[k].displacement_mm, curve[k].force_n));
     let h = b.0 - a.0;
@@ -94,19 +126,25 @@ pub fn peak(outcome: &Outcome) -> (f64, f64) {
 }
 
 /// The reference cylinder, or `None` with a note where the shared data are not at hand.
-pub fn reference_cylinder() -> Option<TetMesh> {
-    let root = std::env::var_os("BRECCIA_SHARED")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
+pub(crate) fn reference_cylinder() -> Option<TetMesh> {
+    let root = std::env::var_os("BRECCIA_SHARED").map_or_else(
+        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared"),
+        PathBuf::from,
+    );
     let path = root.join("data/fem/cyl_a.msh");
     if !path.exists() {
-        eprintln!("SKIPPED: no reference mesh at {}; set BRECCIA_SHARED to the folder that holds data/", path.display());
+        eprintln!(
+            "SKIPPED: no reference mesh at {}; set BRECCIA_SHARED to the folder that holds data/",
+            path.display()
+        );
         return None;
     }
-    let names = GmshNames::new([("matrix", 1), ("grain", 2)], [("bottom", 11), ("top", 12), ("side", 13)]);
+    let names =
+        GmshNames::new([("matrix", 1), ("grain", 2)], [("bottom", 11), ("top", 12), ("side", 13)]);
     Some(gmsh::read(path, &names).expect("a readable reference mesh"))
 }
 
 /// Materials in the order of the mesh's regions.
-pub fn by_region(mesh: &TetMesh, matrix: Material, grain: Material) -> Vec<Material> {
+pub(crate) fn by_region(mesh: &TetMesh, matrix: Material, grain: Material) -> Vec<Material> {
     mesh.regions.iter().map(|name| if name == "matrix" { matrix } else { grain }).collect()
 }
