@@ -170,20 +170,19 @@ fn damage_steps_are_exact_for_every_element_rule_and_split() {
     }
 }
 
-/// The published peaks: the oracle reaches them, and the finite elements converge to it at O(Δt).
-fn assert_peak(
-    split: Split,
-    total: f64,
-    duration: f64,
-    published: [f64; 3],
-    digits: [f64; 3],
-    steps: u32,
-) {
+/// The published peaks (displacement, force, φ) are those of 20 000 backward Euler steps to 0.22 mm:
+/// the oracle reproduces them to the printed digits; the finite elements converge at O(Δt) to the
+/// limit of vanishing steps, by Runge–Kutta.
+fn assert_peak(split: Split, duration: f64, total: f64, published: [f64; 3], digits: [f64; 3]) {
     let oracle = Oracle { material: matrix(), split };
-    let exact = oracle.exact_peak(total, duration);
+    let march = oracle.backward_euler(0.22, duration, 20_000);
+    let top = march.iter().max_by(|a, b| a[1].total_cmp(&b[1])).expect("steps");
     for k in 0..3 {
-        assert!((exact[k] - published[k]).abs() < digits[k], "{exact:?} instead of {published:?}");
+        assert!((top[k] - published[k]).abs() < digits[k], "{top:?} instead of {published:?}");
     }
+    // up to `total` at the same rate: the tail does not matter here
+    let duration = duration * total / 0.22;
+    let exact = oracle.exact_peak(total, duration);
     let error = |steps: u32| {
         let field = phase_field(split);
         let outcome = test(
@@ -197,7 +196,7 @@ fn assert_peak(
         .run(&mut ());
         peak(&outcome).1 - exact[1]
     };
-    let errors = [error(steps), error(2 * steps), error(4 * steps)];
+    let errors = [44, 88, 176].map(error);
     for pair in errors.windows(2) {
         let ratio = pair[0] / pair[1];
         assert!((1.85..2.15).contains(&ratio), "errors {errors:?} N do not halve");
@@ -207,24 +206,18 @@ fn assert_peak(
 
 #[test]
 fn viscous_peak_at_one_second() {
-    assert_peak(Split::None, 0.22, 1.0, [0.13559, 122.855, 0.1624], [1e-5, 5e-4, 5e-5], 44);
+    assert_peak(Split::None, 1.0, 0.22, [0.13559, 122.855, 0.1624], [5e-6, 5e-4, 5e-5]);
 }
 
 #[test]
 fn viscous_peak_at_the_experimental_rate() {
-    assert_peak(Split::None, 0.11, 14.7, [0.04794, 41.393, 0.1699], [1e-5, 5e-4, 5e-5], 44);
+    assert_peak(Split::None, 29.4, 0.11, [0.04794, 41.393, 0.16991], [5e-6, 5e-4, 5e-6]);
 }
 
 #[test]
 fn viscous_peak_with_the_volumetric_deviatoric_split() {
-    assert_peak(
-        Split::VolumetricDeviatoric,
-        0.22,
-        1.0,
-        [0.1452, 135.32, 0.1747],
-        [5e-5, 5e-3, 5e-5],
-        44,
-    );
+    let published = [0.1452, 135.32, 0.1747];
+    assert_peak(Split::VolumetricDeviatoric, 1.0, 0.22, published, [5e-5, 5e-3, 5e-5]);
 }
 
 #[test]

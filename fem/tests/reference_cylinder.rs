@@ -46,6 +46,7 @@ fn hencky() {
 #[test]
 fn hencky_with_viscous_damage() {
     let Some(mesh) = reference_cylinder() else { return };
+    let coarse_mesh = mesh.clone();
     let materials = by_region(&mesh, matrix(), grain());
     let field =
         fem::PhaseField { quadrature: DamageQuadrature::Vertex, ..phase_field(Split::None) };
@@ -56,7 +57,8 @@ fn hencky_with_viscous_damage() {
         stepping: Stepping::Fixed(30),
         stop_below_peak: None,
     };
-    let outcome = test(mesh, Order::Linear, materials, Some(field), loading, 1e-8).run(&mut ());
+    let outcome =
+        test(mesh, Order::Linear, materials.clone(), Some(field), loading, 1e-8).run(&mut ());
     assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
     let close = |value: f64, expected: f64| {
         assert!((value - expected).abs() < 1e-5 * expected, "{value} instead of {expected}")
@@ -76,4 +78,16 @@ fn hencky_with_viscous_damage() {
     let effort = outcome.effort;
     assert_eq!((effort.rescues, effort.cuts), (0, 0), "{effort:?}");
     assert!(effort.factorisations <= 12 && effort.iterations <= 350, "{effort:?}");
+    // twice the step, twice the defect of the energy balance
+    let coarse = Loading {
+        displacement_mm: 0.12,
+        duration_s: 0.12 / 0.22,
+        stepping: Stepping::Fixed(12),
+        stop_below_peak: None,
+    };
+    let coarse =
+        test(coarse_mesh, Order::Linear, materials, Some(field), coarse, 1e-8).run(&mut ());
+    let defects = [coarse.curve[11].balance_n_mm(), at(24).balance_n_mm()];
+    let ratio = defects[0] / defects[1];
+    assert!((1.8..2.2).contains(&ratio), "defects {defects:?} N mm");
 }

@@ -180,7 +180,7 @@ fn spectral_stress_equals_the_series_logarithm() {
         let f = Matrix3::identity() + state;
         let excess = state + state.transpose() + state * state.transpose();
         let z = excess
-            * (excess + 2.0 * Matrix3::identity())
+            * (excess + 2.0 * Matrix3::<f64>::identity())
                 .try_inverse()
                 .expect("b + I is positive definite");
         let (mut power, mut strain) = (z, Matrix3::zeros());
