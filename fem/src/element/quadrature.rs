@@ -21,9 +21,9 @@ pub(crate) fn four() -> Vec<QuadraturePoint> {
 /// Fourteen points with positive weights: exact to degree 5 (Walkington, Quadrature on simplices
 /// of arbitrary dimension, Carnegie Mellon 2000).
 pub(crate) fn fourteen() -> Vec<QuadraturePoint> {
-    let mut points = corners(0.310_885_919_263_300_61, 0.112_687_925_718_015_85);
-    points.extend(corners(0.092_735_250_310_891_226, 0.073_493_043_116_361_949));
-    let near = 0.045_503_704_125_649_649;
+    let mut points = corners(0.310_885_919_263_300_6, 0.112_687_925_718_015_85);
+    points.extend(corners(0.092_735_250_310_891_22, 0.073_493_043_116_361_96));
+    let near = 0.045_503_704_125_649_65;
     for i in 0..4 {
         for j in i + 1..4 {
             let mut at = [near; 4];
