@@ -7,6 +7,15 @@ use crate::density::DomainError;
 use crate::scalar::Scalar;
 
 /// `N` independent values of one distribution; made by [`Family::array`].
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// let pair: f64 = Normal(0.0, 1.0).array::<2>().ln_density(&[0.5, -1.0]);
+/// let [a, b]: [f64; 2] = [0.5, -1.0].map(|x| Normal(0.0, 1.0).ln_density(&x));
+/// assert_eq!(pair, a + b);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Array<D, const N: usize> {
     pub(super) inner: D,

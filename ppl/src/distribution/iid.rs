@@ -9,6 +9,14 @@ use crate::scalar::Scalar;
 /// `n` independent values of one distribution; made by [`Family::iid`].
 ///
 /// Observed data of another length have density zero.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// let heads: f64 = Bernoulli(0.5).iid(3).ln_density(&vec![true, false, true]);
+/// assert_eq!(heads, 3.0 * 0.5f64.ln());
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Iid<D> {
     pub(super) inner: D,

@@ -180,6 +180,56 @@ pub trait Univariate: Family {
 ///
 /// Implementing it (and [`univariate!`](crate::univariate)) makes a distribution usable in
 /// models, in all variations.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+/// use ppl::{Datum, DomainError, Univariate, UnivariateDensity, transform::Support};
+///
+/// /// The standard logistic distribution, moved by its one parameter.
+/// #[derive(Clone, Copy)]
+/// struct Logistic<M>(M);
+///
+/// ppl::univariate!([M: Parameter] Logistic<M>);
+///
+/// impl<M: Parameter> Univariate for Logistic<M> {
+///     fn validate(&self) -> Result<(), DomainError> {
+///         DomainError::require_finite("Logistic", "mean", self.0.number())
+///     }
+///     fn sample<G: ppl::rand::Rng + ?Sized>(&self, rng: &mut G) -> f64 {
+///         self.quantile(rng.random())
+///     }
+///     fn mean(&self) -> f64 {
+///         self.0.number()
+///     }
+///     fn variance(&self) -> f64 {
+///         std::f64::consts::PI.powi(2) / 3.0
+///     }
+///     fn cdf(&self, x: f64) -> f64 {
+///         (x - self.0.number()).logistic()
+///     }
+///     fn sf(&self, x: f64) -> f64 {
+///         (self.0.number() - x).logistic()
+///     }
+///     fn quantile(&self, p: f64) -> f64 {
+///         self.0.number() + (p / (1.0 - p)).ln()
+///     }
+/// }
+///
+/// impl<R: Scalar, M: Parameter + Datum<R>> UnivariateDensity<R> for Logistic<M> {
+///     fn support(&self) -> Support<R> {
+///         Support::Real
+///     }
+///     fn ln_pdf(&self, x: R) -> R {
+///         let z = x.value() - self.0.number();
+///         let slope = 1.0 - 2.0 * z.logistic();
+///         R::fuse(-z.softplus() - (-z).softplus(), [x, self.0.lift()], [slope, -slope])
+///     }
+/// }
+///
+/// let positive = Logistic(1.0).truncate(0.0..);
+/// assert!((positive.cdf(positive.quantile(0.3)) - 0.3).abs() < 1e-12);
+/// ```
 pub trait UnivariateDensity<R: Scalar>: Univariate {
     /// Where the density is positive.
     fn support(&self) -> Support<R>;

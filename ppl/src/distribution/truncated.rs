@@ -8,10 +8,20 @@ use crate::scalar::Scalar;
 use crate::special::integral_from_zero;
 use crate::transform::Support;
 
-/// A univariate distribution conditioned on (lower, upper); made by [`Family::truncate`](super::Family::truncate).
+/// A univariate distribution conditioned on (lower, upper); made by
+/// [`Family::truncate`](super::Family::truncate).
 ///
 /// ln p(x) = ln p₀(x) − ln P₀(lower < X < upper): the normaliser, and its derivatives in the
 /// parameters, count in the density just as in the draws.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// let sd = Normal(0.15, 0.25).truncate(0.0..);
+/// assert!((sd.mean() - 0.2648).abs() < 1e-4);
+/// assert_eq!(sd.ln_density(&-0.1), f64::NEG_INFINITY);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Truncated<D> {
     pub(super) inner: D,

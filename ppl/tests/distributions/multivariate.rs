@@ -1,7 +1,7 @@
 //! The multivariate normal and the Cholesky factor.
 
 use ppl::prelude::*;
-use ppl::{Dual, Recordable};
+use ppl::{Bound, Context, Dual, LogDensity, Model, Recordable, Rejection, Site, Workspace};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -217,5 +217,50 @@ fn golden_likelihoods() {
         let factor = CholeskyFactor::new(rows).unwrap().scale_rows(sd);
         let got: f64 = MvNormalCholesky(mean, factor).iid(8).ln_density(&EXPERIMENTS.to_vec());
         assert_close(got, expected, 1e-13, 0.0, "loglik");
+    }
+}
+
+/// Correlated unknowns: mean, scales, correlations and a vector that depends on them.
+struct Hierarchy;
+
+impl Model for Hierarchy {
+    fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
+        static SD: Site = Site::new("sd");
+        static CORR: Site = Site::new("corr");
+        static EFFECT: Site = Site::new("effect");
+        static COUNT: Site = Site::new("count");
+        let sd = cx.unknown(&SD, HalfNormal(1.0).array::<3>())?;
+        let corr = cx.unknown(&CORR, LkjCholesky::<3>(2.0))?;
+        let effect = cx.unknown(&EFFECT, MvNormalCholesky([0.0; 3], corr.scale_rows(sd)))?;
+        let matrix = corr.correlation();
+        cx.observe(&COUNT, 4, Poisson((effect[0] + effect[2] * matrix[2][0]).exp()))
+    }
+}
+
+/// Value, reverse and forward mode of a model agree, with differences and with a record.
+#[test]
+fn a_model_of_correlated_unknowns() {
+    let model = Bound::new(Hierarchy);
+    let layout = model.layout().unwrap();
+    assert_eq!((layout.dim, layout.variables[1].shape.clone()), (9, vec![3, 3]));
+    let y = [0.1, -0.4, 0.3, 0.8, -0.5, 0.2, 0.7, -0.3, 0.4];
+    let mut w = Workspace::default();
+    let (mut reverse, mut forward) = ([0.0; 9], [0.0; 9]);
+    let value = model.gradient(&y, &mut reverse, &mut w).unwrap();
+    assert_close(model.log_density(&y, &mut w).unwrap(), value, 1e-14, 0.0, "value");
+    model.forward_gradient(&y, &mut forward).unwrap();
+    for i in 0..9 {
+        assert_close(reverse[i], forward[i], 1e-12, 1e-12, "forward mode");
+        let moved = |v: f64| {
+            let mut y = y;
+            y[i] = v;
+            model.log_density(&y, &mut Workspace::default()).unwrap()
+        };
+        assert_close(reverse[i], derivative(moved, y[i], 0.05), 1e-8, 1e-8, "difference");
+    }
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+    let record = model.constrain(&y, &mut rng).unwrap();
+    for (back, y) in record.unconstrained.iter().zip(y) {
+        assert_close(*back, y, 1e-12, 1e-12, "coordinates");
     }
 }
