@@ -138,7 +138,7 @@ fn golden_values() {
     }
 }
 
-/// With and without Jacobian the densities differ by the log-Jacobian of `definitions.md` 1.1.
+/// With and without Jacobian the densities differ by the log-Jacobian of the map, in its textbook form.
 #[test]
 fn the_two_modes_differ_by_the_jacobian() {
     const K: usize = 5;
