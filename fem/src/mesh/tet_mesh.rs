@@ -90,8 +90,9 @@ impl TetMesh {
             MeshError::NoSuchRegion { name: name.into(), regions: self.regions.clone() }
         })?;
         Ok((0..self.tets.len())
-            .filter(|&tet| self.region_of[tet] as usize == region)
-            .map(|tet| self.tet_volume(tet))
+            .zip(&self.region_of)
+            .filter(|&(_, &of)| of as usize == region)
+            .map(|(tet, _)| self.tet_volume(tet))
             .sum())
     }
 

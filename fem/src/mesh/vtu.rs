@@ -77,14 +77,14 @@ pub fn write(
     write_grid(path.as_ref(), mesh, &mesh.nodes, TETRA, &mesh.tets, point_fields, cell_fields)
 }
 
-/// As [`write`], with quadratic tetrahedra on their own points.
+/// As [`write()`], with quadratic tetrahedra on their own points.
 ///
 /// `points` has a row for every node of the quadratic space (mm), `tets` ten rows of it for every
 /// tetrahedron of the mesh: the four corners, then the middles of the edges 01, 12, 20, 03, 13,
 /// 23.
 ///
 /// # Errors
-/// As [`write`]; point fields have one value per row of `points`.
+/// As [`write()`]; point fields have one value per row of `points`.
 pub fn write_quadratic(
     path: impl AsRef<Path>,
     mesh: &TetMesh,
