@@ -19,33 +19,15 @@ use crate::signature::{Argument, Model, Refused};
 /// A function that binds its data to a model.
 pub(crate) fn model(model: &Model, sites: &[Site]) -> TokenStream {
     let span = Span::mixed_site();
-    let Model {
-        attrs,
-        vis,
-        fn_token,
-        name,
-        generics,
-        arguments,
-        body,
-        errors,
-    } = model;
+    let Model { attrs, vis, fn_token, name, generics, arguments, body, errors } = model;
     let parameters = arguments.iter().map(|argument| {
-        let Argument {
-            attrs,
-            name,
-            colon,
-            ty,
-        } = argument;
+        let Argument { attrs, name, colon, ty } = argument;
         quote!(#(#attrs)* #name #colon #ty)
     });
     let names: Vec<_> = arguments.iter().map(|argument| &argument.name).collect();
     let (owned, types) = owned(generics, arguments);
     let (introduced, applied, bounds) = owned.split_for_impl();
-    let data = format_ident!(
-        "__{}",
-        camel_case(&name.unraw().to_string()),
-        span = name.span()
-    );
+    let data = format_ident!("__{}", camel_case(&name.unraw().to_string()), span = name.span());
     let bindings = arguments.iter().map(binding);
     let sites = (!sites.is_empty()).then(|| table(sites));
     let cx = cx();
@@ -81,13 +63,14 @@ pub(crate) fn model(model: &Model, sites: &[Site]) -> TokenStream {
 }
 
 /// A model that cannot be declared: its name stands for an error, so that calls add no other.
+/// (rustc says the same thing in the same place once.)
 pub(crate) fn refused(refused: &Refused) -> TokenStream {
     let Refused { vis, name, error } = refused;
     let error = error.to_compile_error();
     match name {
         Some(name) => quote! {
             #[allow(non_upper_case_globals, missing_docs)]
-            #vis const #name: #error = ();
+            #vis const #name: #error = #error;
         },
         None => error,
     }
@@ -96,10 +79,7 @@ pub(crate) fn refused(refused: &Refused) -> TokenStream {
 /// The generics of the data: elided lifetimes get names, and everything can be shared by chains.
 fn owned(generics: &Generics, arguments: &[Argument]) -> (Generics, Vec<Type>) {
     let mut named = Named {
-        taken: generics
-            .lifetimes()
-            .map(|parameter| parameter.lifetime.ident.to_string())
-            .collect(),
+        taken: generics.lifetimes().map(|parameter| parameter.lifetime.ident.to_string()).collect(),
         argument: String::new(),
         new: Vec::new(),
     };
@@ -226,9 +206,7 @@ fn block(block: &Block, predicted: bool) -> TokenStream {
 fn statements(block: &Block, predicted: bool) -> TokenStream {
     let is_first = |s: &Statement| !predicted && s.mark == Mark::Predict;
     let split = block.statements.iter().position(is_first);
-    let (always, late) = block
-        .statements
-        .split_at(split.unwrap_or(block.statements.len()));
+    let (always, late) = block.statements.split_at(split.unwrap_or(block.statements.len()));
     let mut tokens: TokenStream = always.iter().map(statement).collect();
     if !late.is_empty() {
         let (cx, late) = (cx(), late.iter().map(statement));
@@ -242,12 +220,7 @@ fn statement(statement: &Statement) -> TokenStream {
     let (cx, span) = (cx(), Span::mixed_site());
     let site = site(statement.site.unwrap_or_default());
     let tokens = match &statement.kind {
-        Kind::Unknown {
-            let_token,
-            name,
-            tilde,
-            distribution,
-        } => {
+        Kind::Unknown { let_token, name, tilde, distribution } => {
             let span = span.located_at(tilde.span());
             let method = if statement.predicted {
                 Ident::new("predict", span)
@@ -260,22 +233,12 @@ fn statement(statement: &Statement) -> TokenStream {
                 #let_token #name = #cx.#method(&#site, #distribution)?;
             }
         }
-        Kind::Observe {
-            place,
-            tilde,
-            distribution,
-        } => {
+        Kind::Observe { place, tilde, distribution } => {
             let span = span.located_at(tilde.span());
-            let reference = quote_spanned!(place.span()=> &);
-            quote_spanned! {span=>
-                #cx.observe(&#site, ::ppl::Datum::lift(#reference #place), #distribution)?;
-            }
+            let datum = quote_spanned!(place.span()=> &#place);
+            quote_spanned!(span=> #cx.condition(&#site, #datum, #distribution)?;)
         }
-        Kind::Let {
-            let_token,
-            pat,
-            init,
-        } => {
+        Kind::Let { let_token, pat, init } => {
             let init = init.as_ref().map(|init| match init {
                 Init::Value { eq, value, diverge } => {
                     let diverge = diverge.as_ref().map(|(els, value)| quote!(#els #value));
@@ -291,7 +254,8 @@ fn statement(statement: &Statement) -> TokenStream {
         }
         Kind::Factor { name, weight } => {
             let method = Ident::new("factor", span.located_at(name.span()));
-            quote_spanned!(span=> #cx.#method(&#site, ::ppl::Datum::lift(&(#weight)))?;)
+            let weight = quote_spanned!(weight.span()=> &(#weight));
+            quote_spanned!(span=> #cx.#method(&#site, ::ppl::Datum::lift(#weight))?;)
         }
         Kind::Flow(inner) => {
             let inner = flow(inner, statement.predicted);
@@ -318,32 +282,21 @@ fn record(statement: &Statement, pat: &syn::Pat) -> TokenStream {
         syn::Pat::Type(typed) => &*typed.pat,
         other => other,
     };
+    let value = quote_spanned!(name.span()=> &#name);
     if statement.predicted {
-        quote_spanned!(span=> #cx.track_prediction(&#site, &#name)?;)
+        quote_spanned!(span=> #cx.track_prediction(&#site, #value)?;)
     } else {
-        quote_spanned!(span=> #cx.track(&#site, &#name)?;)
+        quote_spanned!(span=> #cx.track(&#site, #value)?;)
     }
 }
 
 fn flow(inner: &Flow, predicted: bool) -> TokenStream {
     match inner {
-        Flow::For {
-            label,
-            for_token,
-            pat,
-            in_token,
-            iter,
-            body,
-        } => {
+        Flow::For { label, for_token, pat, in_token, iter, body } => {
             let body = block(body, predicted);
             quote!(#label #for_token #pat #in_token #iter #body)
         }
-        Flow::If {
-            if_token,
-            condition,
-            then,
-            otherwise,
-        } => {
+        Flow::If { if_token, condition, then, otherwise } => {
             let then = block(then, predicted);
             let otherwise = otherwise.as_ref().map(|(else_token, other)| {
                 let other = flow(other, predicted);
@@ -351,12 +304,7 @@ fn flow(inner: &Flow, predicted: bool) -> TokenStream {
             });
             quote!(#if_token #condition #then #otherwise)
         }
-        Flow::Match {
-            match_token,
-            scrutinee,
-            brace,
-            arms,
-        } => {
+        Flow::Match { match_token, scrutinee, brace, arms } => {
             let mut tokens = quote!(#match_token #scrutinee);
             brace.surround(&mut tokens, |tokens| {
                 tokens.extend(arms.iter().map(|inner| arm(inner, predicted)));
@@ -368,15 +316,8 @@ fn flow(inner: &Flow, predicted: bool) -> TokenStream {
 }
 
 fn arm(arm: &Arm, predicted: bool) -> TokenStream {
-    let Arm {
-        pat,
-        guard,
-        arrow,
-        body,
-    } = arm;
-    let guard = guard
-        .as_ref()
-        .map(|(if_token, guard)| quote!(#if_token #guard));
+    let Arm { pat, guard, arrow, body } = arm;
+    let guard = guard.as_ref().map(|(if_token, guard)| quote!(#if_token #guard));
     let body = match body {
         ArmBody::Block(inner) => block(inner, predicted),
         ArmBody::Value(value) => quote!(#value,),

@@ -84,6 +84,10 @@ pub(crate) fn attribute(name: &str) -> String {
     format!("unknown attribute `{name}`: a statement takes `#[track]` or `#[predict]`")
 }
 
+pub(crate) fn bare(name: &str) -> String {
+    format!("`#[{name}]` takes no arguments: write `#[{name}]`")
+}
+
 pub(crate) fn assigned(name: &str) -> String {
     format!("the unknown `{name}` does not change: give the new value a new name, `let y = …;`")
 }

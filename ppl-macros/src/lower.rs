@@ -87,15 +87,7 @@ impl Lower {
     }
 
     fn statement(&mut self, statement: &mut Statement) -> Result<()> {
-        let Statement {
-            mark,
-            kind,
-            text,
-            span,
-            site,
-            predicted,
-            ..
-        } = statement;
+        let Statement { mark, kind, text, span, site, predicted, .. } = statement;
         check_mark(*mark, kind, *span)?;
         *predicted = self.predicted || *mark == Mark::Predict;
         let number = self.sites.len();
@@ -109,9 +101,7 @@ impl Lower {
             });
         };
         match kind {
-            Kind::Unknown {
-                name, distribution, ..
-            } => {
+            Kind::Unknown { name, distribution, .. } => {
                 let plain = name.unraw().to_string();
                 if self.recorded.contains(&plain) {
                     return Err(at(name, errors::declared_twice(&plain)));
@@ -124,11 +114,7 @@ impl Lower {
                 self.recorded.insert(plain.clone());
                 new(plain, self);
             }
-            Kind::Observe {
-                place: left,
-                tilde,
-                distribution,
-            } => {
+            Kind::Observe { place: left, tilde, distribution } => {
                 if *predicted {
                     return Err(at(tilde, errors::OBSERVE_IN_PREDICTION));
                 }
@@ -201,18 +187,12 @@ impl Lower {
     fn header(&mut self, flow: &mut Flow, site: usize) -> bool {
         match flow {
             Flow::For { iter, .. } => self.rewrite(iter, site),
-            Flow::If {
-                condition,
-                otherwise,
-                ..
-            } => {
+            Flow::If { condition, otherwise, .. } => {
                 let used = self.rewrite(condition, site);
                 let other = otherwise.as_mut();
                 other.is_some_and(|(_, flow)| self.header(flow, site)) || used
             }
-            Flow::Match {
-                scrutinee, arms, ..
-            } => {
+            Flow::Match { scrutinee, arms, .. } => {
                 let mut used = self.rewrite(scrutinee, site);
                 for arm in arms {
                     if let Some((_, guard)) = &mut arm.guard {
@@ -244,12 +224,7 @@ impl Lower {
                 self.block(body);
                 self.loops -= 1;
             }
-            Flow::If {
-                condition,
-                then,
-                otherwise,
-                ..
-            } => {
+            Flow::If { condition, then, otherwise, .. } => {
                 let before = self.recorded.clone();
                 self.bind(scan::bound_by_condition(condition));
                 self.block(then);
@@ -345,10 +320,7 @@ pub(crate) fn place(expr: &Expr) -> Result<Place> {
         Expr::Path(path) if path.qself.is_none() => {
             let root = path.path.segments.last().map(|segment| &segment.ident);
             let root = root.ok_or_else(|| at(expr, errors::NOT_A_PLACE))?;
-            Ok(Place {
-                root: root.clone(),
-                name: root.unraw().to_string(),
-            })
+            Ok(Place { root: root.clone(), name: root.unraw().to_string() })
         }
         Expr::Field(field) => {
             let mut place = place(&field.base)?;

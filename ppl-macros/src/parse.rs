@@ -42,24 +42,11 @@ pub(crate) enum Mark {
 
 pub(crate) enum Kind {
     /// `let name ~ distribution;`
-    Unknown {
-        let_token: Token![let],
-        name: Ident,
-        tilde: Token![~],
-        distribution: Expr,
-    },
+    Unknown { let_token: Token![let], name: Ident, tilde: Token![~], distribution: Expr },
     /// `place ~ distribution;`
-    Observe {
-        place: Expr,
-        tilde: Token![~],
-        distribution: Expr,
-    },
+    Observe { place: Expr, tilde: Token![~], distribution: Expr },
     /// `let pat = …;`
-    Let {
-        let_token: Token![let],
-        pat: Pat,
-        init: Option<Init>,
-    },
+    Let { let_token: Token![let], pat: Pat, init: Option<Init> },
     /// `factor(weight);`
     Factor { name: Ident, weight: Expr },
     /// Control flow with statements inside.
@@ -71,11 +58,7 @@ pub(crate) enum Kind {
 }
 
 pub(crate) enum Init {
-    Value {
-        eq: Token![=],
-        value: Expr,
-        diverge: Option<(Token![else], Expr)>,
-    },
+    Value { eq: Token![=], value: Expr, diverge: Option<(Token![else], Expr)> },
     Flow(Token![=], Flow),
 }
 
@@ -154,10 +137,8 @@ fn next(input: ParseStream, statements: &mut Vec<Statement>) {
         Ok((attrs, mark, kind, ended)) => {
             push(attrs, mark, kind);
             if !ended {
-                let error = Error::new(
-                    scan::last_span(begin, input.cursor()),
-                    errors::MISSING_SEMICOLON,
-                );
+                let error =
+                    Error::new(scan::last_span(begin, input.cursor()), errors::MISSING_SEMICOLON);
                 let names = Vec::new();
                 push(Vec::new(), Mark::None, Kind::Broken { names, error });
             }
@@ -201,6 +182,7 @@ fn marks(attrs: Vec<Attribute>) -> Result<(Vec<Attribute>, Mark)> {
             }
             // comments that would document nothing for rustdoc
             "doc" => continue,
+            "track" | "predict" => return Err(at(&attr, errors::bare(&name))),
             _ => return Err(at(&attr, errors::attribute(&name))),
         };
         if mark != Mark::None {
@@ -229,24 +211,11 @@ fn declaration(input: ParseStream, names: &mut Vec<Ident>) -> Result<(Kind, bool
     if input.peek(Token![~]) {
         let tilde = input.parse()?;
         let distribution = distribution(input, tilde)?;
-        let kind = Kind::Unknown {
-            let_token,
-            name: unknown_name(pat)?,
-            tilde,
-            distribution,
-        };
+        let kind = Kind::Unknown { let_token, name: unknown_name(pat)?, tilde, distribution };
         return Ok((kind, end(input)));
     }
-    let init = if input.peek(Token![=]) {
-        Some(init(input)?)
-    } else {
-        None
-    };
-    let kind = Kind::Let {
-        let_token,
-        pat,
-        init,
-    };
+    let init = if input.peek(Token![=]) { Some(init(input)?) } else { None };
+    let kind = Kind::Let { let_token, pat, init };
     Ok((kind, end(input)))
 }
 
@@ -297,11 +266,7 @@ fn expression_statement(input: ParseStream) -> Result<(Kind, bool)> {
     if input.peek(Token![~]) {
         let tilde = input.parse()?;
         let distribution = distribution(input, tilde)?;
-        let kind = Kind::Observe {
-            place: value,
-            tilde,
-            distribution,
-        };
+        let kind = Kind::Observe { place: value, tilde, distribution };
         return Ok((kind, end(input)));
     }
     if let Expr::Call(call) = &value
@@ -326,11 +291,7 @@ fn expression_statement(input: ParseStream) -> Result<(Kind, bool)> {
 /// The name `factor`, if that is what is called.
 pub(crate) fn factor(call: &ExprCall) -> Option<Ident> {
     match &*call.func {
-        Expr::Path(path) => path
-            .path
-            .get_ident()
-            .filter(|name| *name == "factor")
-            .cloned(),
+        Expr::Path(path) => path.path.get_ident().filter(|name| *name == "factor").cloned(),
         _ => None,
     }
 }
@@ -362,12 +323,7 @@ fn flow(input: ParseStream) -> Result<Flow> {
         } else {
             None
         };
-        return Ok(Flow::If {
-            if_token,
-            condition,
-            then,
-            otherwise,
-        });
+        return Ok(Flow::If { if_token, condition, then, otherwise });
     }
     if input.peek(Token![match]) {
         let match_token = input.parse()?;
@@ -378,12 +334,7 @@ fn flow(input: ParseStream) -> Result<Flow> {
         while !content.is_empty() {
             arms.push(arm(&content)?);
         }
-        return Ok(Flow::Match {
-            match_token,
-            scrutinee,
-            brace,
-            arms,
-        });
+        return Ok(Flow::Match { match_token, scrutinee, brace, arms });
     }
     if input.peek(token::Brace) {
         return Ok(Flow::Block(block(input)?));
@@ -400,11 +351,7 @@ fn flow(input: ParseStream) -> Result<Flow> {
 
 fn arm(input: ParseStream) -> Result<Arm> {
     let pat = Pat::parse_multi_with_leading_vert(input)?;
-    let guard = if input.peek(Token![if]) {
-        Some((input.parse()?, input.parse()?))
-    } else {
-        None
-    };
+    let guard = if input.peek(Token![if]) { Some((input.parse()?, input.parse()?)) } else { None };
     let arrow = input.parse()?;
     let body = if input.peek(token::Brace) {
         ArmBody::Block(block(input)?)
@@ -419,10 +366,5 @@ fn arm(input: ParseStream) -> Result<Arm> {
     if comma.is_none() && matches!(body, ArmBody::Value(_)) && !input.is_empty() {
         return Err(input.error("expected `,` between the arms of `match`"));
     }
-    Ok(Arm {
-        pat,
-        guard,
-        arrow,
-        body,
-    })
+    Ok(Arm { pat, guard, arrow, body })
 }

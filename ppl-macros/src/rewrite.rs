@@ -27,12 +27,7 @@ pub(crate) struct Rewrite<'a> {
 
 impl<'a> Rewrite<'a> {
     pub(crate) fn new(site: usize, scope: &'a HashMap<Ident, Binding>) -> Self {
-        Self {
-            site,
-            used: false,
-            scope,
-            closures: 0,
-        }
+        Self { site, used: false, scope, closures: 0 }
     }
 
     /// The unknown that an assignment would change.
@@ -123,9 +118,5 @@ impl VisitMut for Rewrite<'_> {
 /// `+=` and its kind.
 pub(crate) fn is_assignment(op: &BinOp) -> bool {
     let text = op.to_token_stream().to_string();
-    text.ends_with('=')
-        && !matches!(
-            op,
-            BinOp::Eq(_) | BinOp::Ne(_) | BinOp::Le(_) | BinOp::Ge(_)
-        )
+    text.ends_with('=') && !matches!(op, BinOp::Eq(_) | BinOp::Ne(_) | BinOp::Le(_) | BinOp::Ge(_))
 }

@@ -22,17 +22,11 @@ pub(crate) fn expression(
         Err(_) => rest_of_statement(begin),
     };
     if let Some(tilde) = trees.iter().find_map(nested_tilde) {
-        let message = if in_loop {
-            errors::TILDE_IN_LOOP
-        } else {
-            errors::TILDE_INSIDE
-        };
+        let message = if in_loop { errors::TILDE_IN_LOOP } else { errors::TILDE_INSIDE };
         return Err(Error::new(tilde, message));
     }
     if result.is_err()
-        && let Some(pair) = trees
-            .windows(2)
-            .find(|pair| is(&pair[0], '=') && is(&pair[1], '~'))
+        && let Some(pair) = trees.windows(2).find(|pair| is(&pair[0], '=') && is(&pair[1], '~'))
     {
         return Err(Error::new(pair[1].span(), errors::TILDE_EQUALS));
     }
@@ -41,9 +35,7 @@ pub(crate) fn expression(
 
 /// Whether the control flow that begins here has statements of the model inside.
 pub(crate) fn tilde_in_braces(input: ParseStream) -> bool {
-    rest_of_statement(input.cursor())
-        .iter()
-        .any(|tree| nested_tilde(tree).is_some())
+    rest_of_statement(input.cursor()).iter().any(|tree| nested_tilde(tree).is_some())
 }
 
 fn nested_tilde(tree: &TokenTree) -> Option<Span> {

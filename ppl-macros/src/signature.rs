@@ -1,6 +1,6 @@
 //! The function that declares a model: name, generics, data.
 
-use proc_macro2::{Delimiter, TokenStream, TokenTree};
+use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
 use syn::ext::IdentExt;
 use syn::parse::discouraged::Speculative;
 use syn::parse::{ParseStream, Parser};
@@ -43,11 +43,7 @@ pub(crate) struct Refused {
 
 impl Refused {
     fn nameless(error: Error) -> Self {
-        Self {
-            vis: Visibility::Inherited,
-            name: None,
-            error,
-        }
+        Self { vis: Visibility::Inherited, name: None, error }
     }
 }
 
@@ -56,7 +52,7 @@ pub(crate) fn models(input: TokenStream) -> Vec<std::result::Result<Model, Refus
     let parser = |input: ParseStream| {
         let mut models = Vec::new();
         if input.is_empty() {
-            models.push(Err(Refused::nameless(input.error(errors::EMPTY))));
+            models.push(Err(Refused::nameless(Error::new(Span::call_site(), errors::EMPTY))));
         }
         while !input.is_empty() {
             let ahead = input.fork();
@@ -70,9 +66,7 @@ pub(crate) fn models(input: TokenStream) -> Vec<std::result::Result<Model, Refus
         }
         Ok(models)
     };
-    parser
-        .parse2(input)
-        .unwrap_or_else(|error| vec![Err(Refused::nameless(error))])
+    parser.parse2(input).unwrap_or_else(|error| vec![Err(Refused::nameless(error))])
 }
 
 fn model(input: ParseStream, vis: &mut Visibility, name: &mut Option<Ident>) -> Result<Model> {
@@ -150,12 +144,7 @@ fn argument(input: ParseStream, errors: &mut Vec<Error>) -> Result<Argument> {
     if !input.peek(Token![:]) {
         return Err(at(&name, errors::argument_type(&name.to_string())));
     }
-    let argument = Argument {
-        attrs,
-        name,
-        colon: input.parse()?,
-        ty: input.parse()?,
-    };
+    let argument = Argument { attrs, name, colon: input.parse()?, ty: input.parse()? };
     let mut refused = RefusedTypes(None);
     refused.visit_type(&argument.ty);
     match refused.0 {

@@ -7,7 +7,7 @@
 use crate::density::{DomainError, Place, Rejection};
 use crate::distribution::{Distribution, Unknown};
 use crate::real::Real;
-use crate::record::Record;
+use crate::record::{Datum, Record};
 use crate::scalar::Scalar;
 
 /// A statement of a model: the name that it declares or observes, and where it stands.
@@ -160,6 +160,20 @@ pub trait Context {
         datum: D::Value,
         distribution: D,
     ) -> Result<(), Rejection>;
+
+    /// [`observe`](Context::observe) of data as they are.
+    ///
+    /// # Errors
+    /// A rejection if the density is not finite.
+    #[inline]
+    fn condition<D: Distribution<Real<Self::Number>>, T: Datum<D::Value> + ?Sized>(
+        &mut self,
+        site: &'static Site,
+        datum: &T,
+        distribution: D,
+    ) -> Result<(), Rejection> {
+        self.observe(site, datum.lift(), distribution)
+    }
 
     /// `factor(w)`: adds w to the log density.
     ///

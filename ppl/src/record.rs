@@ -4,8 +4,10 @@
 ///
 /// Data (`f64`, counts, flags), unknowns and arrays, slices and vectors of them.
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` cannot be observed from this distribution",
-    label = "the distribution is over `{V}`"
+    message = "`{Self}` fits neither the values nor the parameters of this distribution",
+    label = "needed: something that can be read as `{V}`",
+    note = "numbers are `f64` (write `1.0`, not `1`), counts are `u64`, flags are `bool`; arrays, \
+            slices and vectors hold them"
 )]
 pub trait Datum<V> {
     /// The value that the density is evaluated at.

@@ -38,6 +38,11 @@ impl<S, Rhs> Arithmetic<Rhs> for S where
 /// assert_eq!(rosenbrock(0.5, 2.0), 306.5);
 /// assert_eq!(rosenbrock(x, y).gradient(), [-351.0, 350.0]);
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a number of a model",
+    label = "needed: an `f64` or an unknown",
+    note = "write `1.0`, not `1`, and convert counts by `n as f64`"
+)]
 pub trait Scalar:
     Copy
     + Debug

@@ -1,0 +1,69 @@
+//! Models that compile without a warning.
+#![deny(warnings)]
+use ppl::prelude::*;
+
+ppl::model! {
+    /// Nothing at all.
+    fn empty() {}
+
+    /// Names that the macro uses itself.
+    fn hygiene(cx: f64, site: f64, data: &[f64]) {
+        let this ~ Normal(cx, 1.0);
+        let lp ~ Normal(site, 1.0);
+        for self_ in data {
+            self_ ~ Normal(this, lp.exp());
+        }
+    }
+
+    /// Unknowns that nothing uses.
+    fn prior() {
+        let a ~ Normal(0.0, 1.0);
+        let b ~ Beta(2.0, 2.0).array::<3>();
+    }
+
+    /// A raw identifier.
+    fn raw(r#type: f64) {
+        let r#match ~ Normal(0.0, 1.0);
+        r#type ~ Normal(r#match, 1.0);
+    }
+
+    /// Data that are not used, and a lint that is asked for.
+    fn unused(_weights: &[f64], y: f64) {
+        #[allow(unused_variables)]
+        let spare = 2.0;
+        y ~ Normal(0.0, 1.0);
+    }
+
+    /// Items, loops and labels of plain Rust.
+    fn plain(ys: &[f64]) {
+        const HALF: f64 = 0.5;
+        fn twice<S: Scalar>(x: S) -> S {
+            x * 2.0
+        }
+        let mean ~ Normal(0.0, 1.0);
+        let mut total = Real::from(0.0);
+        let mut i = 0;
+        while i < 3 {
+            total += twice(mean) * HALF;
+            i += 1;
+        }
+        'data: for y in ys {
+            for limit in [1.0, 2.0] {
+                if *y > limit {
+                    continue 'data;
+                }
+            }
+            y ~ Normal(total, 1.0);
+        }
+    }
+}
+
+fn main() {
+    let data = [1.0, 2.0];
+    assert!(empty().layout().is_ok());
+    assert!(hygiene(0.0, 0.0, &data).layout().is_ok());
+    assert!(prior().layout().is_ok());
+    assert!(raw(1.0).layout().is_ok());
+    assert!(unused(&data, 1.0).layout().is_ok());
+    assert!(plain(&data).layout().is_ok());
+}
