@@ -14,7 +14,7 @@ use syn::{Generics, Ident, Lifetime, Type, TypeFnPtr, parse_quote, parse_quote_s
 
 use crate::lower::Site;
 use crate::parse::{Arm, ArmBody, Block, Flow, Init, Kind, Mark, Statement};
-use crate::signature::{Argument, Model, Refused};
+use crate::signature::{Argument, Model};
 
 /// A function that binds its data to a model.
 pub(crate) fn model(model: &Model, sites: &[Site]) -> TokenStream {
@@ -59,20 +59,6 @@ pub(crate) fn model(model: &Model, sites: &[Site]) -> TokenStream {
             }
             ::ppl::Bound::new(#data { #(#names),* })
         }
-    }
-}
-
-/// A model that cannot be declared: its name stands for an error, so that calls add no other.
-/// (rustc says the same thing in the same place once.)
-pub(crate) fn refused(refused: &Refused) -> TokenStream {
-    let Refused { vis, name, error } = refused;
-    let error = error.to_compile_error();
-    match name {
-        Some(name) => quote! {
-            #[allow(non_upper_case_globals, missing_docs)]
-            #vis const #name: #error = #error;
-        },
-        None => error,
     }
 }
 
@@ -236,7 +222,7 @@ fn statement(statement: &Statement) -> TokenStream {
         Kind::Observe { place, tilde, distribution } => {
             let span = span.located_at(tilde.span());
             let datum = quote_spanned!(place.span()=> &#place);
-            quote_spanned!(span=> #cx.condition(&#site, #datum, #distribution)?;)
+            quote_spanned!(span=> #cx.condition(&#site, #distribution, #datum)?;)
         }
         Kind::Let { let_token, pat, init } => {
             let init = init.as_ref().map(|init| match init {
@@ -253,9 +239,9 @@ fn statement(statement: &Statement) -> TokenStream {
             quote!(#let_token #pat #init; #record)
         }
         Kind::Factor { name, weight } => {
-            let method = Ident::new("factor", span.located_at(name.span()));
+            let span = span.located_at(name.span());
             let weight = quote_spanned!(weight.span()=> &(#weight));
-            quote_spanned!(span=> #cx.#method(&#site, ::ppl::Datum::lift(#weight))?;)
+            quote_spanned!(span=> #cx.factor(&#site, ::ppl::Datum::lift(#weight))?;)
         }
         Kind::Flow(inner) => {
             let inner = flow(inner, statement.predicted);
@@ -282,6 +268,7 @@ fn record(statement: &Statement, pat: &syn::Pat) -> TokenStream {
         syn::Pat::Type(typed) => &*typed.pat,
         other => other,
     };
+    let span = span.located_at(name.span());
     let value = quote_spanned!(name.span()=> &#name);
     if statement.predicted {
         quote_spanned!(span=> #cx.track_prediction(&#site, #value)?;)

@@ -27,7 +27,7 @@ pub fn model(input: TokenStream) -> TokenStream {
                 let sites = lower::lower(&mut model);
                 emit::model(&model, &sites)
             }
-            Err(refused) => emit::refused(&refused),
+            Err(error) => error.to_compile_error(),
         })
         .collect::<proc_macro2::TokenStream>()
         .into()

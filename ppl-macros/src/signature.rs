@@ -1,13 +1,14 @@
 //! The function that declares a model: name, generics, data.
 
 use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
+use quote::format_ident;
 use syn::ext::IdentExt;
 use syn::parse::discouraged::Speculative;
 use syn::parse::{ParseStream, Parser};
 use syn::visit::Visit;
 use syn::{
     Attribute, Error, Generics, Ident, LitStr, Pat, Receiver, Result, ReturnType, Token, Type,
-    Visibility, parenthesized, token,
+    Visibility, parenthesized, parse_quote, token,
 };
 
 use crate::errors::{self, at};
@@ -34,39 +35,55 @@ pub(crate) struct Argument {
     pub(crate) ty: Type,
 }
 
-/// A model whose signature cannot be used.
-pub(crate) struct Refused {
-    pub(crate) vis: Visibility,
-    pub(crate) name: Option<Ident>,
-    pub(crate) error: Error,
-}
-
-impl Refused {
-    fn nameless(error: Error) -> Self {
-        Self { vis: Visibility::Inherited, name: None, error }
-    }
-}
-
 /// All models of one invocation.
-pub(crate) fn models(input: TokenStream) -> Vec<std::result::Result<Model, Refused>> {
+pub(crate) fn models(input: TokenStream) -> Vec<Result<Model>> {
     let parser = |input: ParseStream| {
         let mut models = Vec::new();
         if input.is_empty() {
-            models.push(Err(Refused::nameless(Error::new(Span::call_site(), errors::EMPTY))));
+            models.push(Err(Error::new(Span::call_site(), errors::EMPTY)));
         }
         while !input.is_empty() {
             let ahead = input.fork();
             let (mut vis, mut name) = (Visibility::Inherited, None);
             let model = model(&ahead, &mut vis, &mut name);
-            match model {
-                Ok(_) => input.advance_to(&ahead),
-                Err(_) => skip(input),
-            }
-            models.push(model.map_err(|error| Refused { vis, name, error }));
+            let model = match (model, name) {
+                (Ok(model), _) => {
+                    input.advance_to(&ahead);
+                    Ok(model)
+                }
+                (Err(error), Some(name)) => Ok(stand_in(vis, name, skip(input), error)),
+                (Err(error), None) => {
+                    skip(input);
+                    Err(error)
+                }
+            };
+            models.push(model);
         }
         Ok(models)
     };
-    parser.parse2(input).unwrap_or_else(|error| vec![Err(Refused::nameless(error))])
+    parser.parse2(input).unwrap_or_else(|error| vec![Err(error)])
+}
+
+/// A model without statements, for one whose signature cannot be used: calls of it compile, and
+/// add no other error.
+fn stand_in(vis: Visibility, name: Ident, arity: usize, error: Error) -> Model {
+    let types: Vec<_> = (0..arity).map(|i| format_ident!("__T{i}")).collect();
+    let arguments = types.iter().enumerate().map(|(i, ty)| Argument {
+        attrs: Vec::new(),
+        name: format_ident!("_{i}"),
+        colon: Default::default(),
+        ty: parse_quote!(#ty),
+    });
+    Model {
+        attrs: Vec::new(),
+        vis,
+        fn_token: Default::default(),
+        name,
+        generics: parse_quote!(<#(#types),*>),
+        arguments: arguments.collect(),
+        body: Block { brace: Default::default(), statements: Vec::new() },
+        errors: vec![error],
+    }
 }
 
 fn model(input: ParseStream, vis: &mut Visibility, name: &mut Option<Ident>) -> Result<Model> {
@@ -174,13 +191,39 @@ impl<'a> Visit<'a> for RefusedTypes {
     }
 }
 
-/// Goes past a model that could not be read.
-fn skip(input: ParseStream) {
+/// Goes past a model that could not be read, and counts its arguments.
+fn skip(input: ParseStream) -> usize {
+    let mut arguments = None;
     while let Ok(tree) = input.parse::<TokenTree>() {
         match tree {
-            TokenTree::Group(group) if group.delimiter() == Delimiter::Brace => return,
-            TokenTree::Punct(punct) if punct.as_char() == ';' => return,
+            TokenTree::Group(group) if group.delimiter() == Delimiter::Brace => break,
+            TokenTree::Group(group) if group.delimiter() == Delimiter::Parenthesis => {
+                arguments.get_or_insert_with(|| count(group.stream()));
+            }
+            TokenTree::Punct(punct) if punct.as_char() == ';' => break,
             _ => {}
         }
     }
+    arguments.unwrap_or_default()
+}
+
+/// The number of pieces between commas that are not inside `<…>`.
+fn count(arguments: TokenStream) -> usize {
+    let (mut count, mut depth, mut empty, mut last) = (0, 0, true, ' ');
+    for tree in arguments {
+        let character = match &tree {
+            TokenTree::Punct(punct) => punct.as_char(),
+            _ => ' ',
+        };
+        match character {
+            '<' => depth += 1,
+            '>' if last != '-' => depth -= 1,
+            _ => {}
+        }
+        let separates = character == ',' && depth == 0;
+        count += usize::from(empty && !separates);
+        empty = separates;
+        last = character;
+    }
+    count
 }

@@ -1,4 +1,44 @@
-//! Probabilistic programming in Rust.
+//! Probabilistic programming in Rust: write a model, condition it on data, sample its unknowns.
+//!
+//! A model is a function of its data, declared with [`model!`]. One rule makes the language:
+//! **`let x ~ D` declares an unknown; `place ~ D` without `let` conditions on something in
+//! scope.** The page of [`model!`] has the rest.
+//!
+//! ```
+//! use ppl::prelude::*;
+//!
+//! ppl::model! {
+//!     /// A spring: force proportional to stretch, measured with an error of unknown size.
+//!     pub fn spring(stretch_mm: &[f64], force_n: &[f64]) {
+//!         let stiffness ~ LogNormal(0.0, 1.0); // N/mm
+//!         let sd ~ HalfNormal(0.5); // N
+//!         for (x, f) in stretch_mm.iter().zip(force_n) {
+//!             f ~ Normal(stiffness * x, sd);
+//!         }
+//!         #[predict] let force_at_5_mm ~ Normal(stiffness * 5.0, sd);
+//!     }
+//! }
+//!
+//! let model = spring(&[1.0, 2.0, 3.0, 4.0], &[2.1, 3.9, 6.2, 7.9]);
+//! let posterior = Nuts::default().chains(2).warmup(300).draws(300).seed(7).sample(&model)?;
+//! println!("{}", posterior.summary());
+//!
+//! let stiffness = posterior.values("stiffness").expect("named in the model");
+//! let mean = stiffness.data.iter().sum::<f64>() / stiffness.data.len() as f64;
+//! assert!((mean - 2.0).abs() < 0.1);
+//! # Ok::<(), ppl::SampleError>(())
+//! ```
+//!
+//! # What is here
+//! - **Models**: [`model!`], or the trait [`Model`] by hand; [`Bound`] is a model with its data.
+//! - **Distributions**, one type each, with the variations of [`Family`]: `.iid(n)`,
+//!   `.array::<N>()`, `.truncate(a..b)`. An own one implements [`Distribution`].
+//! - **Derivatives**: exact, by reverse mode; own functions enter as [`Differentiable`].
+//! - **Samplers**: [`Nuts`] and [`Metropolis`], for models and for every [`LogDensity`]; chains
+//!   run in parallel, with the same draws for any number of threads. [`Map`] finds joint modes.
+//! - **Results**: [`Posterior`] holds draws by name and shape, with summary, diagnostics in
+//!   words, predictions, and export for ArviZ.
+//! - **[`check`]**: statistical assertions for `cargo test`.
 
 extern crate self as ppl;
 
@@ -37,6 +77,8 @@ pub use group::{Group, Values};
 pub use model::{Context, Failure, Model, Site};
 pub use optimize::{Laplace, Map, Mode, OptimizeError};
 pub use posterior::{DivergentPoint, Posterior, PosteriorError};
+#[doc(inline)]
+#[doc = include_str!("language.md")]
 pub use ppl_macros::model;
 pub use rand;
 pub use real::Real;

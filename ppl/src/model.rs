@@ -169,8 +169,8 @@ pub trait Context {
     fn condition<D: Distribution<Real<Self::Number>>, T: Datum<D::Value> + ?Sized>(
         &mut self,
         site: &'static Site,
-        datum: &T,
         distribution: D,
+        datum: &T,
     ) -> Result<(), Rejection> {
         self.observe(site, datum.lift(), distribution)
     }

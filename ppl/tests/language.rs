@@ -291,7 +291,7 @@ impl Model for SchoolsByHand {
         let theta = z.map(|z| mu + tau * z);
         cx.track(&THETA, &theta)?;
         for j in 0..8 {
-            cx.condition(&Y, &EFFECTS[j], Normal(theta[j], ERRORS[j]))?;
+            cx.condition(&Y, Normal(theta[j], ERRORS[j]), &EFFECTS[j])?;
         }
         Ok(())
     }
