@@ -66,7 +66,7 @@ pub(crate) enum Flow {
     For {
         label: Option<Label>,
         for_token: Token![for],
-        pat: Pat,
+        pat: Box<Pat>,
         in_token: Token![in],
         iter: Expr,
         body: Block,
@@ -342,7 +342,7 @@ fn flow(input: ParseStream) -> Result<Flow> {
     Ok(Flow::For {
         label: input.parse()?,
         for_token: input.parse()?,
-        pat: Pat::parse_multi_with_leading_vert(input)?,
+        pat: Box::new(Pat::parse_multi_with_leading_vert(input)?),
         in_token: input.parse()?,
         iter: Expr::parse_without_eager_brace(input)?,
         body: block(input)?,

@@ -111,7 +111,8 @@ pub(crate) fn starts_item(input: ParseStream) -> bool {
 pub(crate) fn resynchronise(input: ParseStream) {
     let skip = || input.parse::<TokenTree>().ok();
     while input.peek(Token![#]) {
-        (skip(), skip());
+        skip();
+        skip();
     }
     let flow = input.peek(Token![for])
         || input.peek(Token![if])

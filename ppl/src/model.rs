@@ -108,7 +108,7 @@ impl From<DomainError> for Rejection {
 /// impl Model for Coin<'_> {
 ///     fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
 ///         static P: Site = Site::new("p");
-///         static FLIP: Site = Site { repeated: true, ..Site::new("flip") };
+///         static FLIP: Site = Site::new("flip").in_loop();
 ///         let p = cx.unknown(&P, Uniform(0.0, 1.0))?;
 ///         for flip in self.heads {
 ///             cx.observe(&FLIP, *flip, Bernoulli(p))?;
