@@ -10,7 +10,9 @@ use quote::{ToTokens, format_ident, quote, quote_spanned};
 use syn::ext::IdentExt;
 use syn::spanned::Spanned;
 use syn::visit_mut::{self, VisitMut};
-use syn::{Generics, Ident, Lifetime, Type, TypeFnPtr, parse_quote, parse_quote_spanned};
+use syn::{
+    Generics, Ident, Lifetime, Type, TypeFnPtr, WherePredicate, parse_quote, parse_quote_spanned,
+};
 
 use crate::lower::Site;
 use crate::parse::{Arm, ArmBody, Block, Flow, Init, Kind, Mark, Statement};
@@ -84,12 +86,24 @@ fn owned(generics: &Generics, arguments: &[Argument]) -> (Generics, Vec<Type>) {
     (generics, types)
 }
 
+/// Type parameters can be shared; the bound goes where the user has put others.
 fn with_sync(generics: &mut Generics) -> &mut Generics {
-    let names: Vec<_> = generics.type_params().map(|p| p.ident.clone()).collect();
-    for name in names {
-        let bound = parse_quote_spanned!(name.span()=> #name: ::core::marker::Sync);
-        generics.make_where_clause().predicates.push(bound);
+    let mut elsewhere = generics.where_clause.take();
+    for parameter in generics.type_params_mut() {
+        let name = &parameter.ident;
+        let bounds =
+            elsewhere.iter_mut().flat_map(|clause| &mut clause.predicates).find_map(|predicate| {
+                match predicate {
+                    WherePredicate::Type(bound) if bound.bounded_ty == parse_quote!(#name) => {
+                        Some(&mut bound.bounds)
+                    }
+                    _ => None,
+                }
+            });
+        let sync = parse_quote_spanned!(name.span()=> ::core::marker::Sync);
+        bounds.unwrap_or(&mut parameter.bounds).push(sync);
     }
+    generics.where_clause = elsewhere;
     generics
 }
 

@@ -213,9 +213,9 @@ ppl::model! {
         *flag ~ Bernoulli(p);
     }
 
-    fn generic<'a, F: Differentiable<3, 3>>(f: &'a F, y: [f64; 3])
+    fn generic<'a, F>(f: &'a F, y: [f64; 3])
     where
-        F: 'a,
+        F: Differentiable<3, 3> + 'a,
     {
         let x ~ Uniform(1.5, 2.5).array::<3>();
         let value = f.try_at(x)?;

@@ -34,6 +34,18 @@ ppl::model! {
         y ~ Normal(0.0, 1.0);
     }
 
+    /// Bounds in both places; an own function.
+    fn generic<F: Fn(f64) -> f64, G>(f: F, g: &G, ys: &[f64])
+    where
+        G: Fn(&f64) -> f64,
+    {
+        let mean ~ Normal(f(1.0), 1.0);
+        for y in ys {
+            let z = g(y);
+            z ~ Normal(mean, 1.0);
+        }
+    }
+
     /// Items, loops and labels of plain Rust.
     fn plain(ys: &[f64]) {
         const HALF: f64 = 0.5;
@@ -65,5 +77,6 @@ fn main() {
     assert!(prior().layout().is_ok());
     assert!(raw(1.0).layout().is_ok());
     assert!(unused(&data, 1.0).layout().is_ok());
+    assert!(generic(|x| x + 1.0, &|y: &f64| y.ln(), &data).layout().is_ok());
     assert!(plain(&data).layout().is_ok());
 }
