@@ -23,6 +23,43 @@
 //! ```
 //!
 //! A mesh can also come from Gmsh ([`gmsh::read`]), and goes to ParaView by [`vtu::write`].
+//!
+//! # Crushing it
+//!
+//! ```
+//! use fem::{
+//!     CompressionTest, CrackDensity, CylinderLattice, DamageQuadrature, ElasticLaw, Loading,
+//!     Material, Order, PhaseField, SolverOptions, Split, Stepping,
+//! };
+//!
+//! let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
+//! let matrix = Material {
+//!     law: ElasticLaw::Hencky,
+//!     young_mpa: 275.0,
+//!     poisson: 0.25,
+//!     toughness_n_per_mm: Some(0.0025),
+//!     viscosity_mpa_s: 0.3,
+//!     residual_stiffness: 0.01,
+//! };
+//! let damage = PhaseField {
+//!     model: CrackDensity::At2,
+//!     split: Split::None,
+//!     length_mm: 0.06,
+//!     quadrature: DamageQuadrature::Auto,
+//! };
+//! let loading = Loading {
+//!     displacement_mm: 0.22,
+//!     duration_s: 1.0,
+//!     stepping: Stepping::adaptive(),
+//!     stop_below_peak: Some(0.1),
+//! };
+//! let options = SolverOptions::default();
+//! let test = CompressionTest::new(mesh, Order::Linear, vec![matrix], Some(damage), loading, options)?;
+//! let outcome = test.run(&mut ());
+//! let peak = outcome.curve.iter().map(|point| point.force_n).fold(0.0, f64::max);
+//! assert!((100.0..125.0).contains(&peak), "{peak} N");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod compression;
 mod contact;

@@ -295,6 +295,22 @@ struct Input {
     options: SolverOptions,
 }
 
+#[test]
+fn fields_go_to_paraview_for_both_orders() {
+    let dir = tempfile::tempdir().expect("a directory");
+    for (order, cells) in [(Order::Linear, "damage"), (Order::Quadratic, "displacement_mm")] {
+        let test = test(prism(1, false), order, vec![matrix()], None, loading(0.2, 1.0, 1), 1e-8);
+        let path = dir.path().join("fields.vtu");
+        let outcome = test.run(&mut ());
+        test.write_vtu(&path, &outcome.fields).expect("written");
+        let text = std::fs::read_to_string(&path).expect("a file");
+        assert!(text.contains(&format!("NumberOfPoints=\"{}\"", test.nodes().len())), "{order:?}");
+        assert!(text.contains(cells));
+        let alien = Fields { displacement: vec![[0.0; 3]], damage: vec![0.0] };
+        assert!(test.write_vtu(&path, &alien).is_err());
+    }
+}
+
 fn refusal(spoil: impl FnOnce(&mut Input)) -> String {
     let mut input = Input {
         mesh: prism(2, true),

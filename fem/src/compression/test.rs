@@ -1,15 +1,16 @@
 //! A compression test, ready to run.
 
+use std::path::Path;
 use std::sync::Arc;
 
-use super::curve::{Observer, Outcome};
+use super::curve::{Fields, Observer, Outcome};
 use super::discretisation::Discretisation;
 use super::loading::Loading;
 use super::march::March;
 use crate::element::Order;
 use crate::error::FemError;
 use crate::material::{Material, PhaseField};
-use crate::mesh::TetMesh;
+use crate::mesh::{TetMesh, vtu};
 use crate::solve::SolverOptions;
 
 /// The unconfined compression of a specimen between rigid, frictionless platens.
@@ -120,9 +121,33 @@ impl CompressionTest {
         &self.loading
     }
 
-    /// Reference positions of the nodes that [`Fields`](crate::Fields) refer to, mm.
+    /// Reference positions of the nodes that [`Fields`] refer to, mm.
     pub fn nodes(&self) -> &[[f64; 3]] {
         &self.discretisation.nodes
+    }
+
+    /// Writes the mesh with `displacement_mm`, `damage` and its regions for ParaView (`.vtu`);
+    /// quadratic elements are written as such.
+    ///
+    /// # Errors
+    /// [`FemError::Mesh`] if the fields are those of another test or the file cannot be written.
+    pub fn write_vtu(&self, path: impl AsRef<Path>, fields: &Fields) -> Result<(), FemError> {
+        let points = [
+            vtu::Field::vector("displacement_mm", &fields.displacement),
+            vtu::Field::scalar("damage", &fields.damage),
+        ];
+        match self.order {
+            Order::Linear => vtu::write(path, &self.mesh, &points, &[])?,
+            Order::Quadratic => {
+                let nodes_of = |tet| {
+                    let nodes = self.discretisation.operator.nodes_of(tet);
+                    nodes.try_into().expect("a quadratic tetrahedron has ten nodes")
+                };
+                let tets: Vec<[u32; 10]> = (0..self.mesh.tets.len()).map(nodes_of).collect();
+                vtu::write_quadratic(path, &self.mesh, self.nodes(), &tets, &points, &[])?;
+            }
+        }
+        Ok(())
     }
 
     /// Number of equations.

@@ -29,6 +29,9 @@ pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
         values: &mut [f64],
     ) -> Result<(), Inverted>;
 
+    /// The nodes of one element: its vertices, then the midpoints of its edges.
+    fn nodes_of(&self, tet: usize) -> &[u32];
+
     /// Volume-weighted mean of a nodal field over the elements whose region is marked.
     fn mean(&self, field: &[f64], regions: &[bool]) -> f64;
 }
@@ -81,6 +84,10 @@ impl<const N: usize> Operator for Assembly<N> {
             pattern.add(tet, &blocks, values);
         }
         Ok(())
+    }
+
+    fn nodes_of(&self, tet: usize) -> &[u32] {
+        &self.space.tets[tet]
     }
 
     fn mean(&self, field: &[f64], regions: &[bool]) -> f64 {

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::perm::PermRef;
+use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, IntranodeLbltRef, LdltRef, SymbolicCholesky, SymmetricOrdering,
     factorize_symbolic_cholesky,
@@ -30,14 +31,15 @@ impl Symbolic {
         let (start, row) = upper_triangle(&pattern);
         let n = pattern.size;
         let upper = SymbolicSparseColMatRef::new_checked(n, n, &start, None, &row);
-        // the unknowns are numbered in a fill-reducing order already
-        let factor = factorize_symbolic_cholesky(
-            upper,
-            Side::Upper,
-            SymmetricOrdering::Identity,
-            CholeskySymbolicParams::default(),
-        )
-        .map_err(|e| FemError::Factorisation { unknowns: n, reason: e.to_string() })?;
+        // the unknowns are numbered in a fill-reducing order already; supernodes even where they
+        // do not pay, since only they can be factorised with pivots
+        let params = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+            ..Default::default()
+        };
+        let factor =
+            factorize_symbolic_cholesky(upper, Side::Upper, SymmetricOrdering::Identity, params)
+                .map_err(|e| FemError::Factorisation { unknowns: n, reason: e.to_string() })?;
         Ok(Self { pattern, factor })
     }
 
@@ -249,5 +251,63 @@ fn subtract_product(pattern: &Pattern, values: &[f64], x: &[f64], y: &mut [f64])
             }
         }
         y[column] -= sum;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+    use crate::operator::Unknowns;
+
+    /// The dense matrix of two tetrahedra that share a face, with random entries.
+    fn random_matrix(zero_diagonal: bool) -> (Direct, Vec<Vec<f64>>) {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
+        let tets = [[0, 1, 2, 3], [1, 2, 3, 4]];
+        let unknowns = Unknowns::new(&[0, 1, 2, 3, 4], &[true; 5], std::iter::empty());
+        let symbolic = Symbolic::new(Pattern::new(&tets, &unknowns)).expect("a structure");
+        let mut direct = Direct::new(Arc::new(symbolic)).expect("memory");
+        let n = unknowns.count;
+        let mut dense = vec![vec![0.0; n]; n];
+        for column in 0..n {
+            let pattern = &direct.symbolic.pattern;
+            for place in pattern.column_start[column]..pattern.column_start[column + 1] {
+                let row = pattern.row[place];
+                let entry = rng.random_range(-1.0..1.0);
+                let entry = if row == column && zero_diagonal { 0.0 } else { entry };
+                direct.values[place] = entry;
+                dense[row][column] = entry;
+                dense[column][row] = entry;
+            }
+        }
+        (direct, dense)
+    }
+
+    #[test]
+    fn indefinite_systems_are_solved_with_pivots_where_they_are_needed() {
+        for zero_diagonal in [false, true] {
+            let (mut direct, dense) = random_matrix(zero_diagonal);
+            let n = dense.len();
+            let exact: Vec<f64> = (0..n).map(|i| (i as f64 * 0.7).sin() + 0.2).collect();
+            let mut x: Vec<f64> =
+                dense.iter().map(|row| row.iter().zip(&exact).map(|(a, b)| a * b).sum()).collect();
+            direct.factorise();
+            direct.solve(&mut x).expect("a regular matrix");
+            let error = x.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(error < 1e-7, "{error}");
+            let pivots = direct.pivoting == Pivoting::BunchKaufman;
+            assert!(pivots || !zero_diagonal, "a zero diagonal needs pivots");
+        }
+    }
+
+    #[test]
+    fn a_singular_matrix_is_reported() {
+        let (mut direct, _) = random_matrix(false);
+        direct.values.fill(0.0);
+        direct.factorise();
+        let mut x = vec![1.0; direct.right.len()];
+        assert!(direct.solve(&mut x).is_err());
     }
 }

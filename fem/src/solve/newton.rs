@@ -139,7 +139,7 @@ pub(crate) struct Solver<'a> {
 }
 
 /// A factor is kept while each solve with it leaves at most this share of the residual.
-const KEEP: f64 = 0.4;
+const KEEP: f64 = 0.25;
 const BACKTRACKS: u32 = 8;
 
 impl<'a> Solver<'a> {
