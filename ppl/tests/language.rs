@@ -315,9 +315,6 @@ fn density_in_closed_form() {
     let (x, y) = ([[1.0], [2.0]], [0.5, 1.5]);
     let model = regression(&x, &y);
     let [a, b, sd]: [f64; 3] = [0.2, 0.4, 0.8];
-    let ln_normal = |x: f64, m: f64, s: f64| {
-        -0.5 * ((x - m) / s).powi(2) - s.ln() - 0.5 * std::f64::consts::TAU.ln()
-    };
     // Student t with 4 degrees of freedom: density 3/8 (1 + z²/4)^(-5/2)
     let z = b / 2.5;
     let mut expected = ln_normal(a, 0.0, 10.0) - sd;
@@ -331,6 +328,47 @@ fn density_in_closed_form() {
     approx::assert_relative_eq!(found, expected, max_relative = 1e-13);
     let found = model.log_density(&point, &mut w).unwrap();
     approx::assert_relative_eq!(found, expected + sd.ln(), max_relative = 1e-13);
+}
+
+fn ln_normal(x: f64, mean: f64, sd: f64) -> f64 {
+    -0.5 * ((x - mean) / sd).powi(2) - sd.ln() - 0.5 * std::f64::consts::TAU.ln()
+}
+
+/// `factor` adds, with data and with unknowns; the sum over components is a mixture.
+#[test]
+fn factors_in_closed_form() {
+    let ys = [-1.0, 0.5, 2.0];
+    let [share, a, b]: [f64; 3] = [0.25, -0.4, 0.9];
+    let mut expected = (6.0 * share * (1.0 - share)).ln() + ln_normal(a, 0.0, 1.0);
+    expected += ln_normal(b, 0.0, 1.0) - 0.7 - 0.5 * (a + b).powi(2);
+    for y in ys {
+        let first = share * ln_normal(y, a, 1.0).exp();
+        expected += (first + (1.0 - share) * ln_normal(y, b, 2.0).exp()).ln();
+    }
+    let point = [(share / (1.0 - share)).ln(), a, b];
+    let model = mixture(&ys, -0.7);
+    let found = model.log_density_without_jacobian(&point, &mut Workspace::default()).unwrap();
+    approx::assert_relative_eq!(found, expected, max_relative = 1e-12);
+}
+
+/// The arm that runs counts, the others do not; `continue` leaves an iteration out.
+#[test]
+fn branches_in_closed_form() {
+    let ys = [0.3, f64::NAN, -1.0];
+    // kind 0 without a prior for the scale: one unknown, plain normal observations
+    let plain = branches(false, None, 0, &ys);
+    let found = plain.log_density(&[0.4], &mut Workspace::default()).unwrap();
+    let observed = ln_normal(0.3, 0.4, 1.0) + ln_normal(-1.0, 0.4, 1.0);
+    approx::assert_relative_eq!(found, ln_normal(0.4, 0.0, 2.0) + observed, max_relative = 1e-13);
+    // kind 5 with a prior: a scale of 0.5, and a shift
+    let [mean, sd, light]: [f64; 3] = [0.4, 0.5, 0.2];
+    let full = branches(false, Some(2.0), 5, &ys);
+    let mut w = Workspace::default();
+    let found = full.log_density_without_jacobian(&[mean, sd.ln(), light], &mut w).unwrap();
+    let mut expected = ln_normal(mean, 0.0, 2.0) + ln_normal(sd, 0.0, 2.0) + 2.0f64.ln();
+    expected += ln_normal(light, 0.0, 1.0);
+    expected += ln_normal(0.3, mean + light, sd) + ln_normal(-1.0, mean + light, sd);
+    approx::assert_relative_eq!(found, expected, max_relative = 1e-13);
 }
 
 #[test]
