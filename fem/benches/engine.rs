@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("setup,{:.1},ms", 1e3 * begin.elapsed().as_secs_f64());
     println!("unknowns,{},1", test.unknowns());
     println!("factor_entries,{},1", test.factor_entries());
-    let parts = test.time_parts(5);
+    let parts = test.time_parts(5)?;
     println!("residual,{:.3},us/tet", 1e6 * parts.residual_s / tets as f64);
     println!("tangent,{:.3},us/tet", 1e6 * parts.tangent_s / tets as f64);
     println!("factorisation,{:.2},ms", 1e3 * parts.factorisation_s);

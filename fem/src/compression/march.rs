@@ -7,6 +7,7 @@ use super::discretisation::Discretisation;
 use super::loading::{Loading, Stepping};
 use crate::error::FemError;
 use crate::material::PointMaterial;
+use crate::operator::Span;
 use crate::solve::{Direct, Solver, SolverOptions, StepFailure};
 
 /// A step that converges lets the next one grow by this factor.
@@ -135,8 +136,9 @@ impl<'a> March<'a> {
     fn advance(&mut self, solver: &mut Solver, target: f64) -> Result<(), StepFailure> {
         let step = target - self.clock;
         let mut fields = self.guess(target);
-        let duration = step * self.loading.duration_s;
-        self.state.newton += solver.solve(&mut fields, &self.fields.damage, duration)?;
+        let span =
+            Span { damage_before: &self.fields.damage, duration: step * self.loading.duration_s };
+        self.state.newton += solver.solve(&mut fields, span)?;
         let force = -self
             .domain
             .platens

@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use super::curve::Fields;
 use super::test::CompressionTest;
-use crate::operator::{Coupling, Increment, Residual};
+use crate::error::FemError;
+use crate::operator::{Coupling, Increment, Residual, Span};
 use crate::solve::Direct;
 
 /// Seconds for each part of a Newton iteration, the least of several repetitions.
@@ -31,9 +32,9 @@ impl PartTimes {
 impl CompressionTest {
     /// Times the parts of a Newton iteration at a uniform small compression, for benches.
     ///
-    /// # Panics
-    /// If the unloaded mesh cannot be factorised.
-    pub fn time_parts(&self, repetitions: u32) -> PartTimes {
+    /// # Errors
+    /// [`FemError::Factorisation`] if memory is short or the tangent is singular.
+    pub fn time_parts(&self, repetitions: u32) -> Result<PartTimes, FemError> {
         let domain = &self.discretisation;
         let materials: Vec<_> =
             self.materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect();
@@ -44,10 +45,9 @@ impl CompressionTest {
         let increment = Increment {
             materials: &materials,
             fields: &fields,
-            damage_before: &fields.damage,
-            duration: 0.01,
+            span: Span { damage_before: &fields.damage, duration: 0.01 },
         };
-        let mut direct = Direct::new(Arc::clone(&domain.symbolic)).expect("memory for a factor");
+        let mut direct = Direct::new(Arc::clone(&domain.symbolic))?;
         let mut residual = Residual::new(domain.nodes.len());
         let mut values = std::mem::take(&mut direct.values);
         let pattern = &domain.symbolic.pattern;
@@ -59,11 +59,16 @@ impl CompressionTest {
         direct.values = values;
         let factorisation_s = least(repetitions, || direct.factorise());
         let mut step = vec![0.0; domain.unknowns.count];
+        let mut solved = Ok(());
         let solve_s = least(repetitions, || {
             domain.unknowns.gather(&residual.nodal, &mut step);
-            direct.solve(&mut step).expect("a regular tangent")
+            solved = direct.solve(&mut step);
         });
-        PartTimes { residual_s, tangent_s, factorisation_s, solve_s }
+        solved.map_err(|_| FemError::Factorisation {
+            unknowns: domain.unknowns.count,
+            reason: "the tangent is singular".into(),
+        })?;
+        Ok(PartTimes { residual_s, tangent_s, factorisation_s, solve_s })
     }
 }
 

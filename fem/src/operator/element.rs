@@ -44,8 +44,8 @@ impl<'a, const N: usize> Element<'a, N> {
             gradients: space.gradients_of(tet),
             displacement: std::array::from_fn(|a| increment.fields.displacement[nodes[a] as usize]),
             damage: std::array::from_fn(|a| value(&increment.fields.damage, a)),
-            before: std::array::from_fn(|a| value(increment.damage_before, a)),
-            duration: increment.duration,
+            before: std::array::from_fn(|a| value(increment.span.damage_before, a)),
+            duration: increment.span.duration,
         }
     }
 

@@ -10,5 +10,5 @@ mod unknowns;
 
 pub(crate) use assembly::{Assembly, Coupling, Operator};
 pub(crate) use pattern::{Pattern, neighbours};
-pub(crate) use residual::{Increment, Residual};
+pub(crate) use residual::{Increment, Residual, Span};
 pub(crate) use unknowns::{NONE, Unknowns};

@@ -10,7 +10,14 @@ pub(crate) struct Increment<'a> {
     pub(crate) materials: &'a [PointMaterial],
     /// The current fields.
     pub(crate) fields: &'a Fields,
-    /// φ at the start of the increment.
+    /// What it started from.
+    pub(crate) span: Span<'a>,
+}
+
+/// The start and the length of a time increment.
+#[derive(Clone, Copy)]
+pub(crate) struct Span<'a> {
+    /// φ at the start.
     pub(crate) damage_before: &'a [f64],
     /// Δt, s.
     pub(crate) duration: f64,

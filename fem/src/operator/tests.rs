@@ -100,6 +100,7 @@ fn assert_taylor<const N: usize, T: Tetrahedron<N>>(
     let fields = random_fields(1.0, 0.2..0.8);
     let direction = random_fields(1.0, -1.0..1.0);
     let before: Vec<f64> = fields.damage.iter().map(|phi| 0.9 * phi).collect();
+    let span = Span { damage_before: &before, duration: 0.1 };
     let moved = |t: f64| {
         let mut at = fields.clone();
         for (u, d) in at.displacement.iter_mut().zip(&direction.displacement) {
@@ -110,14 +111,12 @@ fn assert_taylor<const N: usize, T: Tetrahedron<N>>(
     };
     let evaluate = |at: &Fields| {
         let mut residual = Residual::new(nodes);
-        let increment =
-            Increment { materials: &materials, fields: at, damage_before: &before, duration: 0.1 };
+        let increment = Increment { materials: &materials, fields: at, span };
         assembly.residual(&increment, &mut residual).expect("no element is inverted");
         residual
     };
     let mut values = vec![0.0; pattern.len() + 1];
-    let increment =
-        Increment { materials: &materials, fields: &fields, damage_before: &before, duration: 0.1 };
+    let increment = Increment { materials: &materials, fields: &fields, span };
     assembly
         .tangent(&increment, Coupling::Full, &pattern, &mut values)
         .expect("no element is inverted");
@@ -195,7 +194,9 @@ fn assert_patch<const N: usize, T: Tetrahedron<N>>(law: ElasticLaw) {
         for &n in &boundary {
             fields.displacement[n as usize] = affine(&nodes[n as usize]).map(|u| part * u);
         }
-        solver.solve(&mut fields, &before, 1.0).expect("equilibrium");
+        solver
+            .solve(&mut fields, Span { damage_before: &before, duration: 1.0 })
+            .expect("equilibrium");
     }
     for (u, x) in fields.displacement.iter().zip(&nodes) {
         for (u, exact) in u.iter().zip(affine(x)) {

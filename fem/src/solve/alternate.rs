@@ -6,6 +6,7 @@
 use super::newton::{Field, Solver, StepFailure};
 use super::options::Scheme;
 use crate::compression::Fields;
+use crate::operator::Span;
 
 /// Alternations between two tries to finish with Newton.
 const BETWEEN_FINISHES: u32 = 8;
@@ -13,23 +14,17 @@ const BETWEEN_FINISHES: u32 = 8;
 const MARGIN: f64 = 0.1;
 
 impl Solver<'_> {
-    pub(super) fn alternate(
-        &mut self,
-        fields: &mut Fields,
-        damage_before: &[f64],
-        duration: f64,
-    ) -> Result<(), StepFailure> {
+    pub(super) fn alternate(&mut self, fields: &mut Fields, span: Span) -> Result<(), StepFailure> {
         let tolerance = self.options.tolerance;
         for pass in 1..=self.options.alternations {
-            self.newton(Field::Displacement, fields, damage_before, duration, MARGIN * tolerance)?;
-            self.newton(Field::Damage, fields, damage_before, duration, MARGIN * tolerance)?;
-            if self.evaluate(fields, damage_before, duration)?.converged(Field::Both, tolerance) {
+            self.newton(Field::Displacement, fields, span, MARGIN * tolerance)?;
+            self.newton(Field::Damage, fields, span, MARGIN * tolerance)?;
+            if self.evaluate(fields, span)?.converged(Field::Both, tolerance) {
                 return Ok(());
             }
             if self.options.scheme == Scheme::Monolithic && pass % BETWEEN_FINISHES == 0 {
                 let mut finish = fields.clone();
-                if self.newton(Field::Both, &mut finish, damage_before, duration, tolerance).is_ok()
-                {
+                if self.newton(Field::Both, &mut finish, span, tolerance).is_ok() {
                     *fields = finish;
                     return Ok(());
                 }

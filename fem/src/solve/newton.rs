@@ -7,7 +7,7 @@ use super::direct::Direct;
 use super::options::{Scheme, SolverOptions};
 use crate::compression::Fields;
 use crate::material::{Inverted, PointMaterial};
-use crate::operator::{Coupling, Increment, NONE, Operator, Residual, Unknowns};
+use crate::operator::{Coupling, Increment, NONE, Operator, Residual, Span, Unknowns};
 
 /// Why an increment found no equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -169,37 +169,24 @@ impl<'a> Solver<'a> {
     /// Solves one increment from the guess in `fields`; returns the iterations it took.
     ///
     /// After a failure `fields` is not in equilibrium.
-    pub(crate) fn solve(
-        &mut self,
-        fields: &mut Fields,
-        damage_before: &[f64],
-        duration: f64,
-    ) -> Result<u32, StepFailure> {
+    pub(crate) fn solve(&mut self, fields: &mut Fields, span: Span) -> Result<u32, StepFailure> {
         let start = self.effort.iterations;
         match self.options.scheme {
             Scheme::Monolithic => {
                 let guess = fields.clone();
-                if self
-                    .newton(Field::Both, fields, damage_before, duration, self.options.tolerance)
-                    .is_err()
-                {
+                if self.newton(Field::Both, fields, span, self.options.tolerance).is_err() {
                     self.effort.rescues += 1;
                     *fields = guess;
-                    self.alternate(fields, damage_before, duration)?;
+                    self.alternate(fields, span)?;
                 }
             }
-            Scheme::Alternate => self.alternate(fields, damage_before, duration)?,
+            Scheme::Alternate => self.alternate(fields, span)?,
         }
         Ok(self.effort.iterations - start)
     }
 
-    pub(super) fn evaluate(
-        &mut self,
-        fields: &Fields,
-        damage_before: &[f64],
-        duration: f64,
-    ) -> Result<Norms, StepFailure> {
-        let increment = Increment { materials: self.materials, fields, damage_before, duration };
+    pub(super) fn evaluate(&mut self, fields: &Fields, span: Span) -> Result<Norms, StepFailure> {
+        let increment = Increment { materials: self.materials, fields, span };
         self.operator.residual(&increment, &mut self.residual)?;
         Ok(Norms::of(&self.residual, self.unknowns))
     }
@@ -209,8 +196,7 @@ impl<'a> Solver<'a> {
         &mut self,
         field: Field,
         fields: &mut Fields,
-        damage_before: &[f64],
-        duration: f64,
+        span: Span,
         tolerance: f64,
     ) -> Result<(), StepFailure> {
         let coupling = if field == Field::Both { Coupling::Full } else { Coupling::Separate };
@@ -218,13 +204,13 @@ impl<'a> Solver<'a> {
             self.factor = Factor::Absent;
             self.coupling = coupling;
         }
-        let mut norms = self.evaluate(fields, damage_before, duration)?;
+        let mut norms = self.evaluate(fields, span)?;
         for _ in 0..self.options.iterations {
             if norms.converged(field, tolerance) {
                 return Ok(());
             }
             if self.factor == Factor::Absent {
-                self.factorise(fields, damage_before, duration)?;
+                self.factorise(fields, span)?;
             }
             self.effort.iterations += 1;
             self.unknowns.gather(&self.residual.nodal, &mut self.step);
@@ -232,7 +218,7 @@ impl<'a> Solver<'a> {
             let solved = self.direct.solve(&mut step);
             self.step = step;
             solved.map_err(|_| StepFailure::Singular)?;
-            norms = match self.line_search(field, fields, damage_before, duration, &norms) {
+            norms = match self.line_search(field, fields, span, &norms) {
                 Ok((next, ratio)) => {
                     self.factor = if ratio <= KEEP { Factor::Kept } else { Factor::Absent };
                     next
@@ -245,20 +231,15 @@ impl<'a> Solver<'a> {
                 Err(_) => {
                     // an old factor gave no descent: the same iterate with a fresh one
                     self.factor = Factor::Absent;
-                    self.evaluate(fields, damage_before, duration)?
+                    self.evaluate(fields, span)?
                 }
             };
         }
         if norms.converged(field, tolerance) { Ok(()) } else { Err(StepFailure::TooMany) }
     }
 
-    fn factorise(
-        &mut self,
-        fields: &Fields,
-        damage_before: &[f64],
-        duration: f64,
-    ) -> Result<(), StepFailure> {
-        let increment = Increment { materials: self.materials, fields, damage_before, duration };
+    fn factorise(&mut self, fields: &Fields, span: Span) -> Result<(), StepFailure> {
+        let increment = Increment { materials: self.materials, fields, span };
         let mut values = std::mem::take(&mut self.direct.values);
         let assembled = self.operator.tangent(
             &increment,
@@ -279,8 +260,7 @@ impl<'a> Solver<'a> {
         &mut self,
         field: Field,
         fields: &mut Fields,
-        damage_before: &[f64],
-        duration: f64,
+        span: Span,
         norms: &Norms,
     ) -> Result<(Norms, f64), StepFailure> {
         let before = norms.merit(field, norms);
@@ -289,7 +269,7 @@ impl<'a> Solver<'a> {
         for _ in 0..tries {
             let mut trial = std::mem::take(&mut self.trial);
             self.move_by(field, fields, share, &mut trial);
-            let reached = self.evaluate(&trial, damage_before, duration);
+            let reached = self.evaluate(&trial, span);
             self.trial = trial;
             if let Ok(next) = reached {
                 let ratio = next.merit(field, norms) / before;
