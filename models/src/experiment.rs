@@ -1,0 +1,327 @@
+//! What a laboratory delivers: a table of specimens and one curve a specimen.
+//!
+//! `specimens.csv` has the columns `id,height_mm,radius_mm,group` and, if a curve is to have its
+//! slope taken elsewhere than the others, `slope_fraction` (empty: the case's value).
+//! `curves/<id>.csv` beside it has `displacement_mm,force_N`, compression positive.
+//! Lines that start with `#` are comments; columns may come in any order; further ones are ignored.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use crate::csv_table::CsvTable;
+use crate::error::InputError;
+
+/// A force–displacement record, compression positive.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Curve {
+    /// Displacement of the platen in mm.
+    pub displacement_mm: Vec<f64>,
+    /// Force on the platen in N, one for each displacement.
+    pub force_n: Vec<f64>,
+}
+
+impl Curve {
+    /// The curve with every displacement multiplied by `factor`.
+    ///
+    /// A specimen of height H compares with a mesh of height H′ at equal nominal strain,
+    /// that is with its displacement times H′/H.
+    pub fn scale_displacement(&self, factor: f64) -> Self {
+        Self {
+            displacement_mm: self.displacement_mm.iter().map(|u| factor * u).collect(),
+            force_n: self.force_n.clone(),
+        }
+    }
+
+    /// Reads `displacement_mm,force_N`.
+    ///
+    /// # Errors
+    /// Names file, line, column, value and mend: a missing column, a value that is no finite
+    /// number, fewer than five points, no positive force.
+    pub fn read(file: &Path) -> Result<Self, InputError> {
+        let table = CsvTable::read(file, &["displacement_mm", "force_N"])?;
+        let mut curve = Self::default();
+        for row in table.rows() {
+            curve.displacement_mm.push(row.number("displacement_mm")?);
+            curve.force_n.push(row.number("force_N")?);
+        }
+        if curve.force_n.len() < 5 {
+            return Err(InputError::new(
+                file,
+                "",
+                "",
+                format!("has {} points", curve.force_n.len()),
+                "A curve needs at least five, and some past the peak.",
+            ));
+        }
+        if curve.force_n.iter().all(|&force| force <= 0.0) {
+            return Err(InputError::new(
+                file,
+                "column force_N",
+                "",
+                "has no positive value",
+                "Compression is positive: change the sign of force and displacement.",
+            ));
+        }
+        Ok(curve)
+    }
+
+    /// The text of the file that [`Curve::read`] reads.
+    pub fn to_csv(&self) -> String {
+        let mut text = String::from("displacement_mm,force_N\n");
+        for (u, force) in self.displacement_mm.iter().zip(&self.force_n) {
+            // writing to a String cannot fail
+            let _ = writeln!(text, "{u},{force}");
+        }
+        text
+    }
+}
+
+/// One tested specimen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Specimen {
+    /// Name, also of its curve's file.
+    pub id: String,
+    /// Height in mm.
+    pub height_mm: f64,
+    /// Radius in mm.
+    pub radius_mm: f64,
+    /// What specimens of one make have in common, for example a pressing temperature `50C`.
+    pub group: String,
+    /// Where the initial slope is taken, as a fraction of the displacement at peak, if not where the case says.
+    pub slope_fraction: Option<f64>,
+    /// What the test recorded.
+    pub curve: Curve,
+}
+
+/// The specimens of a campaign with their curves.
+///
+/// # Example
+/// ```no_run
+/// let table = models::SpecimenTable::read("specimens.csv".as_ref())?;
+/// println!("{} specimens", table.specimens.len());
+/// # Ok::<(), models::InputError>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SpecimenTable {
+    /// In the order of the table.
+    pub specimens: Vec<Specimen>,
+}
+
+impl SpecimenTable {
+    /// Reads a table and, from `curves/` beside it, the curve of each specimen.
+    ///
+    /// # Errors
+    /// Names file, line, column, value and mend.
+    pub fn read(file: &Path) -> Result<Self, InputError> {
+        let table = CsvTable::read(file, &["id", "height_mm", "radius_mm", "group"])?;
+        let mut specimens: Vec<Specimen> = Vec::new();
+        for row in table.rows() {
+            let id = row.text("id").to_owned();
+            if id.is_empty() || id.contains(['/', '\\']) || id.starts_with('.') {
+                return Err(row.error(
+                    "id",
+                    "is no plain name",
+                    "It names the file curves/<id>.csv: use letters, digits, - and _.",
+                ));
+            }
+            if specimens.iter().any(|other| other.id == id) {
+                return Err(row.error("id", "occurs twice", "Give each specimen its own id."));
+            }
+            let (height_mm, radius_mm) = (row.positive("height_mm")?, row.positive("radius_mm")?);
+            let slope_fraction = match row.text("slope_fraction") {
+                "" => None,
+                _ => Some(row.number("slope_fraction")?),
+            };
+            if slope_fraction.is_some_and(|f| !(0.1..=0.9).contains(&f)) {
+                return Err(row.error(
+                    "slope_fraction",
+                    "must lie between 0.1 and 0.9",
+                    "It is a fraction of the displacement at peak; the paper takes 0.3 or 0.55.",
+                ));
+            }
+            let curve = Curve::read(&curve_file(file, &id))?;
+            specimens.push(Specimen {
+                id,
+                height_mm,
+                radius_mm,
+                group: row.text("group").to_owned(),
+                slope_fraction,
+                curve,
+            });
+        }
+        if specimens.is_empty() {
+            return Err(InputError::new(
+                file,
+                "",
+                "",
+                "lists no specimen",
+                "Write one line a specimen under the header.",
+            ));
+        }
+        Ok(Self { specimens })
+    }
+
+    /// The table's files as pairs of a path relative to the table's folder and a text.
+    pub fn to_files(&self) -> Vec<(PathBuf, String)> {
+        let fractions = self.specimens.iter().any(|s| s.slope_fraction.is_some());
+        let mut table = String::from("id,height_mm,radius_mm,group");
+        table.push_str(if fractions { ",slope_fraction\n" } else { "\n" });
+        for s in &self.specimens {
+            let Specimen { id, height_mm, radius_mm, group, .. } = s;
+            let _ = write!(table, "{id},{height_mm},{radius_mm},{group}");
+            if fractions {
+                let fraction = s.slope_fraction.map(|f| f.to_string()).unwrap_or_default();
+                let _ = write!(table, ",{fraction}");
+            }
+            table.push('\n');
+        }
+        std::iter::once((PathBuf::from("specimens.csv"), table))
+            .chain(
+                self.specimens
+                    .iter()
+                    .map(|s| (curve_file(Path::new("specimens.csv"), &s.id), s.curve.to_csv())),
+            )
+            .collect()
+    }
+
+    /// Only the specimens of one group.
+    ///
+    /// # Errors
+    /// When none belongs to it; `file` is named in the error.
+    pub fn in_group(mut self, group: &str, file: &Path) -> Result<Self, InputError> {
+        let mut groups: Vec<&str> = self.specimens.iter().map(|s| s.group.as_str()).collect();
+        groups.sort_unstable();
+        groups.dedup();
+        if !groups.contains(&group) {
+            return Err(InputError::new(
+                file,
+                "experiments.group",
+                format!("{group:?}"),
+                "no specimen belongs to this group",
+                format!("The table's groups are: {}.", groups.join(", ")),
+            ));
+        }
+        self.specimens.retain(|s| s.group == group);
+        Ok(self)
+    }
+}
+
+fn curve_file(table: &Path, id: &str) -> PathBuf {
+    table.with_file_name("curves").join(format!("{id}.csv"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CURVE: &str = "displacement_mm,force_N\n0,0\n0.05,80\n0.1,140\n0.12,147\n0.15,129\n";
+
+    fn laboratory(table: &str, curve: &str) -> (tempfile::TempDir, PathBuf) {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("specimens.csv");
+        std::fs::create_dir(dir.path().join("curves")).unwrap();
+        std::fs::write(&file, table).unwrap();
+        std::fs::write(dir.path().join("curves/S-1.csv"), curve).unwrap();
+        (dir, file)
+    }
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        let curve = Curve {
+            displacement_mm: vec![0.0, 0.1, 1.0 / 3.0, 0.4, 0.5],
+            force_n: vec![0.0, 1e-17, 147.103_2, 3.0, 2.0],
+        };
+        let specimen = |id: &str, slope_fraction| Specimen {
+            id: id.into(),
+            height_mm: 4.95,
+            radius_mm: 2.5,
+            group: "50C".into(),
+            slope_fraction,
+            curve: curve.clone(),
+        };
+        for fraction in [None, Some(0.55)] {
+            let table =
+                SpecimenTable { specimens: vec![specimen("S-1", fraction), specimen("S-2", None)] };
+            let dir = tempfile::tempdir().unwrap();
+            std::fs::create_dir(dir.path().join("curves")).unwrap();
+            for (path, text) in table.to_files() {
+                std::fs::write(dir.path().join(path), text).unwrap();
+            }
+            let again = SpecimenTable::read(&dir.path().join("specimens.csv")).unwrap();
+            assert_eq!(again, table);
+        }
+    }
+
+    #[test]
+    fn columns_in_any_order_with_comments_blanks_and_a_byte_order_mark() {
+        let (_dir, file) = laboratory(
+            "\u{feff}# pressed in May\ngroup, id ,radius_mm,height_mm,note\n50C,S-1,2.5,4.4,fine\n",
+            CURVE,
+        );
+        let specimen = SpecimenTable::read(&file).unwrap().specimens.remove(0);
+        assert_eq!((specimen.height_mm, specimen.radius_mm), (4.4, 2.5));
+        assert_eq!(specimen.curve.force_n[3], 147.0);
+    }
+
+    #[test]
+    fn every_mistake_names_place_value_and_mend() {
+        let header = "id,height_mm,radius_mm,group\n";
+        let line = "S-1,4.4,2.5,50C\n";
+        let good = format!("{header}{line}");
+        let cases: Vec<(String, String, &[&str])> = vec![
+            (
+                format!("{header}S-1,four,2.5,50C\n"),
+                CURVE.into(),
+                &["specimens.csv", "line 2, column height_mm = four", "number"],
+            ),
+            (
+                format!("{header}S-1,-4.4,2.5,50C\n"),
+                CURVE.into(),
+                &["height_mm = -4.4", "positive"],
+            ),
+            (format!("{good}{line}"), CURVE.into(), &["line 3, column id = S-1", "twice"]),
+            (format!("{header}../S-1,4.4,2.5,50C\n"), CURVE.into(), &["column id", "plain name"]),
+            (
+                "id,hight_mm,radius_mm,group\nS-1,4.4,2.5,50C\n".into(),
+                CURVE.into(),
+                &["height_mm", "missing", "hight_mm"],
+            ),
+            (good.replace(',', ";"), CURVE.into(), &["comma"]),
+            (format!("{header}S-1,4,4,2.5,50C\n"), CURVE.into(), &["line 2", "decimal point"]),
+            (header.into(), CURVE.into(), &["no specimen"]),
+            (format!("{header}S-9,4.4,2.5,50C\n"), CURVE.into(), &["S-9.csv", "cannot be read"]),
+            (
+                good.clone(),
+                "displacement_mm,force_N\n0,0\n0.1,nan\n".into(),
+                &["S-1.csv", "line 3, column force_N = nan"],
+            ),
+            (good.clone(), "displacement_mm,force_N\n0,0\n0.1,10\n".into(), &["2 points", "five"]),
+            (
+                good.clone(),
+                CURVE.replace(",1", ",-1").replace(",80", ",-80"),
+                &["Compression is positive"],
+            ),
+            (
+                good.replace("group\n", "group,slope_fraction\n").replace("50C\n", "50C,3\n"),
+                CURVE.into(),
+                &["slope_fraction = 3", "0.1"],
+            ),
+        ];
+        for (table, curve, parts) in cases {
+            let (_dir, file) = laboratory(&table, &curve);
+            let message = SpecimenTable::read(&file).unwrap_err().to_string();
+            for part in parts {
+                assert!(message.contains(part), "{part:?} is not in {message:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_group_is_chosen_or_the_groups_are_named() {
+        let (_dir, file) = laboratory("id,height_mm,radius_mm,group\nS-1,4.4,2.5,50C\n", CURVE);
+        let table = SpecimenTable::read(&file).unwrap();
+        assert_eq!(table.clone().in_group("50C", &file).unwrap(), table);
+        let error = table.in_group("90C", &file).unwrap_err();
+        assert!(error.mend.contains("50C"), "{error}");
+    }
+}

@@ -1,0 +1,304 @@
+//! Quantities of interest of a force–displacement curve: initial slope, peak force, displacement at peak.
+
+use crate::experiment::Curve;
+
+/// Points at least this share of the highest force make the parabola that locates the peak.
+const TOP: f64 = 0.97;
+/// Half width of the slope's window in units of the displacement at peak.
+const SLOPE_WINDOW: f64 = 0.1;
+
+/// The three numbers of a curve that the calibration compares.
+///
+/// - peak (F, d_F): the vertex of the least-squares parabola through the points next to the
+///   highest one whose force is at least 97 % of its force (always its two neighbours), so that
+///   neither the load step nor one noisy reading decides it;
+/// - slope m: least-squares line through the points with |d − f·d_F| ≤ 0.1 d_F.
+///
+/// # Example
+/// ```
+/// use models::{Curve, Qois};
+/// let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
+/// let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
+/// let qois = Qois::of(&Curve { displacement_mm, force_n }, 0.3)?;
+/// assert!((qois.peak_force_n - 100.0).abs() < 1e-9);
+/// assert!((qois.displacement_at_peak_mm - 0.1).abs() < 1e-9);
+/// assert!((qois.slope_n_per_mm - 1400.0).abs() < 1e-6);      // derivative at 0.03 mm
+/// # Ok::<(), models::QoiError>(())
+/// ```
+///
+/// # References
+/// Paper, section "Quantities of Interest": slope at 0.3 d_F for simulations and five tests, at
+/// 0.55 d_F for seven; there the peak is the highest recorded point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Qois {
+    /// Slope of the rising branch in N/mm.
+    pub slope_n_per_mm: f64,
+    /// Peak force in N.
+    pub peak_force_n: f64,
+    /// Displacement at the peak force in mm.
+    pub displacement_at_peak_mm: f64,
+}
+
+/// Why a curve has no quantities of interest.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum QoiError {
+    /// Too short, or not one force for each displacement.
+    #[error("the curve has {points} points: at least 5 are needed")]
+    TooShort {
+        /// Points of the curve.
+        points: usize,
+    },
+    /// The highest point is the first or the last.
+    #[error(
+        "no peak: the force is highest at the {end} of the curve ({displacement_mm} mm); \
+         a test must go on until the force falls"
+    )]
+    NoPeak {
+        /// `start` or `end`.
+        end: &'static str,
+        /// Displacement of the highest point in mm.
+        displacement_mm: f64,
+    },
+    /// The points around the highest one do not form a maximum.
+    #[error(
+        "the peak near {displacement_mm} mm is not resolved: its points form no downward parabola"
+    )]
+    Unresolved {
+        /// Displacement of the highest point in mm.
+        displacement_mm: f64,
+    },
+    /// Too few points to take a slope from.
+    #[error(
+        "only {points} points between {from_mm} and {to_mm} mm: the slope needs at least 2; \
+         record more points or choose another slope fraction"
+    )]
+    NoSlope {
+        /// Points in the window.
+        points: usize,
+        /// Start of the window in mm.
+        from_mm: f64,
+        /// End of the window in mm.
+        to_mm: f64,
+    },
+}
+
+impl Qois {
+    /// Names with units, in the order of [`Qois::to_array`]: the columns of every table.
+    pub const NAMES: [&str; 3] = ["slope_N_per_mm", "peak_force_N", "displacement_at_peak_mm"];
+
+    /// The quantities of a curve whose slope is taken around `slope_fraction` · d_F.
+    ///
+    /// # Errors
+    /// A curve too short, without a peak, or with fewer than two points where the slope is taken.
+    pub fn of(curve: &Curve, slope_fraction: f64) -> Result<Self, QoiError> {
+        let (u, force) = (&curve.displacement_mm, &curve.force_n);
+        if u.len() < 5 || u.len() != force.len() {
+            return Err(QoiError::TooShort { points: u.len().min(force.len()) });
+        }
+        let (displacement_at_peak_mm, peak_force_n) = peak(u, force)?;
+        let centre = slope_fraction * displacement_at_peak_mm;
+        let half = SLOPE_WINDOW * displacement_at_peak_mm;
+        let inside: Vec<(f64, f64)> = u
+            .iter()
+            .zip(force)
+            .map(|(&x, &y)| (x - centre, y))
+            // a point on the border belongs to the window whatever the rounding
+            .filter(|(x, _)| x.abs() <= half * (1.0 + 1e-9))
+            .collect();
+        let slope_n_per_mm = line_slope(&inside).ok_or(QoiError::NoSlope {
+            points: inside.len(),
+            from_mm: centre - half,
+            to_mm: centre + half,
+        })?;
+        Ok(Self { slope_n_per_mm, peak_force_n, displacement_at_peak_mm })
+    }
+
+    /// As an array in the order of [`Qois::NAMES`].
+    pub fn to_array(self) -> [f64; 3] {
+        [self.slope_n_per_mm, self.peak_force_n, self.displacement_at_peak_mm]
+    }
+}
+
+impl From<[f64; 3]> for Qois {
+    fn from([slope_n_per_mm, peak_force_n, displacement_at_peak_mm]: [f64; 3]) -> Self {
+        Self { slope_n_per_mm, peak_force_n, displacement_at_peak_mm }
+    }
+}
+
+/// Mean of each quantity over the specimens; NaN without specimens.
+pub fn mean_qois(qois: &[Qois]) -> Qois {
+    let mut mean = [0.0; 3];
+    for q in qois {
+        for (m, value) in mean.iter_mut().zip(q.to_array()) {
+            *m += value / qois.len() as f64;
+        }
+    }
+    if qois.is_empty() { Qois::from([f64::NAN; 3]) } else { Qois::from(mean) }
+}
+
+/// Location and value of the maximum.
+fn peak(u: &[f64], force: &[f64]) -> Result<(f64, f64), QoiError> {
+    let last = force.len() - 1;
+    let top = (0..=last).max_by(|&i, &j| force[i].total_cmp(&force[j])).unwrap_or(0);
+    if top == 0 || top == last {
+        let end = if top == 0 { "start" } else { "end" };
+        return Err(QoiError::NoPeak { end, displacement_mm: u[top] });
+    }
+    let high = |i: usize| force[i] >= TOP * force[top];
+    let first = (0..top).rev().take_while(|&i| high(i)).last().unwrap_or(top - 1);
+    let end = (top + 1..=last).take_while(|&i| high(i)).last().unwrap_or(top + 1);
+    let points: Vec<(f64, f64)> = (first..=end).map(|i| (u[i] - u[top], force[i])).collect();
+    // the vertex must lie among the points it was fitted to
+    match parabola_vertex(&points) {
+        Some((x, y)) if points[0].0 <= x && x <= points[points.len() - 1].0 => Ok((u[top] + x, y)),
+        _ => Err(QoiError::Unresolved { displacement_mm: u[top] }),
+    }
+}
+
+fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let n = values.len() as f64;
+    values.sum::<f64>() / n
+}
+
+/// Slope of the least-squares line, unless all points have one abscissa.
+fn line_slope(points: &[(f64, f64)]) -> Option<f64> {
+    let centre = mean(points.iter().map(|p| p.0));
+    let (sxy, sxx) = points.iter().fold((0.0, 0.0), |(sxy, sxx), (x, y)| {
+        (sxy + (x - centre) * y, sxx + (x - centre).powi(2))
+    });
+    (sxx > 0.0).then_some(sxy / sxx)
+}
+
+/// Vertex of the least-squares parabola, if it opens downwards.
+///
+/// Written in the polynomials 1, x − a, (x − a)(x − b) − s that are orthogonal over the points, so
+/// that each coefficient is one projection.
+fn parabola_vertex(points: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let a = mean(points.iter().map(|p| p.0));
+    let norm1: f64 = points.iter().map(|(x, _)| (x - a).powi(2)).sum();
+    let b = points.iter().map(|(x, _)| x * (x - a).powi(2)).sum::<f64>() / norm1;
+    let s = norm1 / points.len() as f64;
+    let second = |x: f64| (x - a) * (x - b) - s;
+    let norm2: f64 = points.iter().map(|(x, _)| second(*x).powi(2)).sum();
+    let c0 = mean(points.iter().map(|p| p.1));
+    let c1 = points.iter().map(|(x, y)| y * (x - a)).sum::<f64>() / norm1;
+    let c2 = points.iter().map(|(x, y)| y * second(*x)).sum::<f64>() / norm2;
+    let x = 0.5 * (a + b) - 0.5 * c1 / c2;
+    (c2 < 0.0).then(|| (x, c0 + c1 * (x - a) + c2 * second(x)))
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+
+    fn curve(step_mm: f64, n: usize, force: impl Fn(f64) -> f64) -> Curve {
+        let displacement_mm: Vec<f64> = (0..=n).map(|i| step_mm * i as f64).collect();
+        let force_n = displacement_mm.iter().map(|&u| force(u)).collect();
+        Curve { displacement_mm, force_n }
+    }
+
+    /// F = A E ε exp(−(ε/ε_pk)³/3): the viscous limit of definitions 3.3, peak at ε_pk.
+    fn viscous(u: f64) -> f64 {
+        let (area, young, height, peak) = (19.6, 275.0, 4.4, 0.03);
+        let strain = u / height;
+        area * young * strain * (-(strain / peak).powi(3) / 3.0).exp()
+    }
+
+    #[test]
+    fn a_parabola_is_recovered_wherever_its_points_lie() {
+        for step in [0.013, 0.0057, 0.00031] {
+            let n = (0.2 / step) as usize;
+            let qois = Qois::of(&curve(step, n, |u| 147.0 - 2e4 * (u - 0.1217_f64).powi(2)), 0.3);
+            let qois = qois.unwrap();
+            assert_relative_eq!(qois.peak_force_n, 147.0, max_relative = 1e-11);
+            assert_relative_eq!(qois.displacement_at_peak_mm, 0.1217, max_relative = 1e-9);
+        }
+    }
+
+    #[test]
+    fn the_peak_of_the_viscous_limit_is_located_far_below_the_load_step() {
+        let exact = (0.132, viscous(0.132));
+        for (step, n) in [(0.005, 36), (0.0047, 40), (0.001, 180)] {
+            let qois = Qois::of(&curve(step, n, viscous), 0.3).unwrap();
+            assert_relative_eq!(qois.displacement_at_peak_mm, exact.0, max_relative = 5e-3);
+            assert_relative_eq!(qois.peak_force_n, exact.1, max_relative = 2e-3);
+        }
+    }
+
+    #[test]
+    fn the_slope_is_the_mean_derivative_at_the_chosen_fraction() {
+        let curve = curve(0.0001, 2000, viscous);
+        for fraction in [0.3, 0.55] {
+            let qois = Qois::of(&curve, fraction).unwrap();
+            let (d, h) = (qois.displacement_at_peak_mm, 1e-5);
+            // a least-squares line over [c − w, c + w] has the slope 3/(2w³) ∫ (x − c) F dx
+            let (c, w) = (fraction * d, 0.1 * d);
+            let n = 20_000;
+            let integral: f64 = (0..n)
+                .map(|i| {
+                    let x = -w + (i as f64 + 0.5) * 2.0 * w / n as f64;
+                    x * viscous(c + x) * 2.0 * w / n as f64
+                })
+                .sum();
+            assert_relative_eq!(
+                qois.slope_n_per_mm,
+                1.5 * integral / w.powi(3),
+                max_relative = 1e-3
+            );
+            let derivative = (viscous(c + h) - viscous(c - h)) / (2.0 * h);
+            assert_relative_eq!(qois.slope_n_per_mm, derivative, max_relative = 2e-2);
+        }
+    }
+
+    #[test]
+    fn quantities_follow_the_units_of_the_curve() {
+        let base = curve(0.005, 36, viscous);
+        let [slope, force, place] = Qois::of(&base, 0.3).unwrap().to_array();
+        let scaled = Qois::of(&base.scale_displacement(1.1), 0.3).unwrap().to_array();
+        for (value, expected) in scaled.iter().zip([slope / 1.1, force, place * 1.1]) {
+            assert_relative_eq!(*value, expected, max_relative = 1e-12);
+        }
+    }
+
+    #[test]
+    fn measurement_noise_moves_the_peak_by_less_than_one_reading_would() {
+        use rand::SeedableRng;
+        use rand_distr::{Distribution, Normal};
+        let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(3);
+        let noise = Normal::new(0.0, 0.5).unwrap();
+        let clean = Qois::of(&curve(0.005, 36, viscous), 0.3).unwrap();
+        let mut squares = [0.0; 2];
+        for _ in 0..400 {
+            let mut noisy = curve(0.005, 36, viscous);
+            noisy.force_n.iter_mut().for_each(|f| *f += noise.sample(&mut rng));
+            let qois = Qois::of(&noisy, 0.3).unwrap();
+            squares[0] += (qois.peak_force_n - clean.peak_force_n).powi(2) / 400.0;
+            squares[1] +=
+                (qois.displacement_at_peak_mm - clean.displacement_at_peak_mm).powi(2) / 400.0;
+        }
+        // the highest reading itself scatters by 0.5 N and by more than the load step of 0.005 mm
+        assert!(squares[0].sqrt() < 0.5, "{squares:?}");
+        assert!(squares[1].sqrt() < 0.003, "{squares:?}");
+    }
+
+    #[test]
+    fn curves_without_quantities_say_why() {
+        let rising = Qois::of(&curve(0.005, 20, |u| 100.0 * u), 0.3).unwrap_err();
+        assert!(matches!(rising, QoiError::NoPeak { end: "end", .. }), "{rising}");
+        let falling = Qois::of(&curve(0.005, 20, |u| -100.0 * u), 0.3).unwrap_err();
+        assert!(matches!(falling, QoiError::NoPeak { end: "start", .. }), "{falling}");
+        let short = Qois::of(&curve(0.1, 2, viscous), 0.3).unwrap_err();
+        assert_eq!(short, QoiError::TooShort { points: 3 });
+        let coarse = Qois::of(&curve(0.044, 4, viscous), 0.45).unwrap_err();
+        assert!(matches!(coarse, QoiError::NoSlope { points: 0 | 1, .. }), "{coarse}");
+    }
+
+    #[test]
+    fn the_mean_is_taken_quantity_by_quantity() {
+        let mean = mean_qois(&[Qois::from([1.0, 2.0, 3.0]), Qois::from([3.0, 6.0, 5.0])]);
+        assert_eq!(mean.to_array(), [2.0, 4.0, 4.0]);
+        assert!(mean_qois(&[]).slope_n_per_mm.is_nan());
+    }
+}
