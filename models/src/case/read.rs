@@ -1,0 +1,218 @@
+//! Reading and writing case files, with errors that name key, value and mend.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use super::Case;
+use crate::error::{InputError, closest};
+
+/// A case together with the file that it came from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CaseFile {
+    /// The file; what a case names is sought beside it.
+    pub path: PathBuf,
+    /// What it says.
+    pub case: Case,
+}
+
+impl CaseFile {
+    /// Reads and validates a case.
+    ///
+    /// # Errors
+    /// Names file, key, value and mend: a file that cannot be read, an unknown or missing key, a
+    /// wrong type, a value outside its range, a file that the case names and that does not exist.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        let text = std::fs::read_to_string(path).map_err(|e| {
+            let mend = "Check its name, or write a first case with: breccia init";
+            InputError::unreadable(path, &e, mend)
+        })?;
+        Self::parse(&text, path)
+    }
+
+    /// Like [`CaseFile::read`] for a text that is already at hand.
+    ///
+    /// # Errors
+    /// As [`CaseFile::read`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self, InputError> {
+        let case: Case = toml::from_str(text).map_err(|e| explain(&e, text, path))?;
+        let file = Self { path: path.to_owned(), case };
+        file.validate()?;
+        Ok(file)
+    }
+
+    /// The shipped default case.
+    pub fn default_case() -> Self {
+        Self::parse(Case::TEMPLATE, Path::new("default.toml"))
+            .expect("the shipped case is valid: a test reads it")
+    }
+
+    /// A file that the case names, relative to the case's own place.
+    pub fn beside(&self, path: &Path) -> PathBuf {
+        self.path.with_file_name("").join(path)
+    }
+
+    /// An error about a key of this case.
+    pub(crate) fn error(
+        &self,
+        key: &str,
+        value: impl Into<String>,
+        problem: impl Into<String>,
+        mend: impl Into<String>,
+    ) -> InputError {
+        InputError::new(&self.path, key, value, problem, mend)
+    }
+}
+
+impl Case {
+    /// The case as TOML, every default written out.
+    pub fn to_toml(&self) -> String {
+        toml::to_string_pretty(self).expect("a case holds nothing that TOML cannot say")
+    }
+}
+
+/// Turns the parser's error into one that names key, value and mend.
+fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
+    let (place, value) = error.span().map_or_else(Default::default, |span| locate(text, span));
+    let message = error.message();
+    let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    let (problem, mend) = match names.split_first() {
+        Some((key, known)) if message.starts_with("unknown field") => (
+            format!("unknown key {key:?}"),
+            format!("{}Keys here: {}.", did_you_mean(key, known), known.join(", ")),
+        ),
+        Some((word, known)) if message.starts_with("unknown variant") => (
+            format!("unknown name {word:?}"),
+            format!("{}Choose one of: {}.", did_you_mean(word, known), known.join(", ")),
+        ),
+        Some((key, _)) if message.starts_with("missing field") => (
+            format!("the key {key} is missing"),
+            "Add it; breccia init writes a case that explains every key.".to_owned(),
+        ),
+        _ => (
+            message.trim_end_matches('.').replace('\n', "; "),
+            "breccia init writes a case that explains every key.".to_owned(),
+        ),
+    };
+    InputError::new(path, place, value, problem, mend)
+}
+
+fn did_you_mean(word: &str, known: &[&str]) -> String {
+    closest(word, known.iter().copied())
+        .map(|best| format!("Did you mean {best:?}? "))
+        .unwrap_or_default()
+}
+
+/// Line, table and key, and the text right of the equals sign, at a place of the file.
+fn locate(text: &str, span: Range<usize>) -> (String, String) {
+    let start = span.start.min(text.len());
+    let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
+    let line = text[line_start..].lines().next().unwrap_or("");
+    let number = text[..line_start].matches('\n').count() + 1;
+    let is_header = |line: &str| line.trim_start().starts_with('[');
+    let table = text[..line_start + line.len()]
+        .lines()
+        .rev()
+        .find(|line| is_header(line))
+        .and_then(|line| line.trim().strip_prefix('[')?.split(']').next())
+        .unwrap_or("");
+    match line.split_once('=') {
+        Some((key, value)) if !is_header(line) => {
+            let dot = if table.is_empty() { "" } else { "." };
+            let value = value.split(" #").next().unwrap_or(value);
+            (format!("line {number}, {table}{dot}{}", key.trim()), value.trim().to_owned())
+        }
+        _ => (format!("line {number}, [{table}]"), String::new()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(text: &str) -> String {
+        CaseFile::parse(text, Path::new("case.toml")).unwrap_err().to_string()
+    }
+
+    /// The default case with the first `from` replaced.
+    fn with(from: &str, to: &str) -> String {
+        assert!(Case::TEMPLATE.contains(from), "the default case has no {from:?}");
+        Case::TEMPLATE.replacen(from, to, 1)
+    }
+
+    #[test]
+    fn the_effective_case_reads_as_the_case_itself() {
+        let file = CaseFile::default_case();
+        let again = CaseFile::parse(&file.case.to_toml(), &file.path).unwrap();
+        assert_eq!(again, file);
+    }
+
+    #[test]
+    fn the_default_case_explains_every_key() {
+        let mut full = CaseFile::default_case().case;
+        full.specimen.mesh = Some("cylinder.msh".into());
+        full.specimen.regions.insert("matrix".into(), 1.into());
+        full.specimen.surfaces.insert("top".into(), 1.into());
+        full.test.steps = Some(44);
+        full.test.stop_below_peak = Some(0.1);
+        let experiments = full.experiments.as_mut().unwrap();
+        experiments.table = Some("specimens.csv".into());
+        experiments.group = Some("50C".into());
+        experiments.laboratory.as_mut().unwrap().spacing_mm = Some(0.5);
+        fn visit(table: &toml::Table) {
+            for (key, value) in table {
+                assert!(Case::TEMPLATE.contains(key), "{key} is not explained");
+                if let toml::Value::Table(inner) = value {
+                    visit(inner);
+                }
+            }
+        }
+        visit(&full.to_toml().parse().unwrap());
+    }
+
+    #[test]
+    fn a_case_of_the_least_size_has_the_documented_defaults() {
+        let text = "[specimen]\nradius_mm = 2.5\nheight_mm = 4\nspacing_mm = 0.7\n\
+                    [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n";
+        let case = CaseFile::parse(text, Path::new("case.toml")).unwrap().case;
+        assert_eq!((case.specimen.order, case.test.duration_s), (1, 1.0));
+        assert_eq!(case.material["matrix"].residual_stiffness, 0.01);
+        assert_eq!((case.design.runs, case.qoi.slope_fraction), (100, 0.3));
+    }
+
+    #[test]
+    fn misspelt_keys_and_names_are_recognised() {
+        let slip = message(&with("radius_mm", "radus_mm"));
+        for part in [
+            "case.toml: line ",
+            "specimen.radus_mm = 2.5",
+            "unknown key \"radus_mm\"",
+            "mean \"radius_mm\"?",
+        ] {
+            assert!(slip.contains(part), "{part:?} is not in {slip:?}");
+        }
+        let slip = message(&with("law = \"hencky\"", "law = \"henky\""));
+        for part in ["material.matrix.law = \"henky\"", "mean \"hencky\"?", "neo-hookean"] {
+            assert!(slip.contains(part), "{part:?} is not in {slip:?}");
+        }
+        let inline = message(&with("fraction = ", "fration = "));
+        assert!(
+            inline.contains("specimen.grains") && inline.contains("mean \"fraction\"?"),
+            "{inline}"
+        );
+        let table = message(&with("[phase_field]", "[phasefield]"));
+        assert!(table.contains("mean \"phase_field\"?"), "{table}");
+    }
+
+    #[test]
+    fn missing_keys_wrong_types_and_broken_syntax_are_placed() {
+        let missing = message(&with("displacement_mm = 0.22", ""));
+        assert!(
+            missing.contains("[test]") && missing.contains("displacement_mm is missing"),
+            "{missing}"
+        );
+        let text = message(&with("radius_mm = 2.5", "radius_mm = \"2.5 mm\""));
+        assert!(text.contains("specimen.radius_mm = \"2.5 mm\"") && text.contains("f64"), "{text}");
+        let broken = message(&with("radius_mm = 2.5", "radius_mm = 2,5"));
+        assert!(broken.contains("specimen.radius_mm"), "{broken}");
+    }
+}

@@ -1,0 +1,100 @@
+//! Bad values and bad combinations, each named with its key and a mend.
+
+use std::path::Path;
+
+use super::{Case, CaseFile, Shape};
+
+/// Changes of the default case, each with parts of the error that must follow.
+#[test]
+fn every_bad_value_is_named_with_its_key_and_a_mend() {
+    let changes: &[(&str, &str, &[&str])] = &[
+        ("radius_mm = 2.5", "radius_mm = -2.5", &["specimen.radius_mm = -2.5", "mm"]),
+        ("radius_mm = 2.5", "radius_mm = nan", &["specimen.radius_mm = NaN"]),
+        ("radius_mm = 2.5", "", &["specimen.radius_mm", "missing", "or a mesh"]),
+        (
+            "spacing_mm = 0.7",
+            "spacing_mm = 0.001",
+            &["specimen.spacing_mm = 0.001", "tetrahedra", "coarser"],
+        ),
+        ("order = 1", "order = 3", &["specimen.order = 3", "order = 2"]),
+        (
+            "fraction = 0.1,",
+            "fraction = 20,",
+            &["specimen.grains.fraction = 20", "volume fraction"],
+        ),
+        (
+            "young_mpa = 275.0",
+            "young_mpa = 275e6",
+            &["material.matrix.young_mpa = 275000000", "MPa"],
+        ),
+        ("poisson = 0.25", "poisson = 0.5", &["material.matrix.poisson = 0.5"]),
+        (
+            "toughness_n_per_mm = 0.0025",
+            "toughness_n_per_mm = 2500.0",
+            &["material.matrix.toughness_n_per_mm", "pJ/µm²"],
+        ),
+        (
+            "viscosity_mpa_s = 0.3",
+            "viscosity_mpa_s = -0.3",
+            &["material.matrix.viscosity_mpa_s = -0.3", "MPa s"],
+        ),
+        (
+            "residual_stiffness = 0.01",
+            "residual_stiffness = 1.0",
+            &["material.matrix.residual_stiffness = 1"],
+        ),
+        ("[material.grain]", "[material.grian]", &["material.grain", "material.grian", "meant"]),
+        ("length_mm = 0.06", "length_mm = 0.0", &["phase_field.length_mm = 0"]),
+        (
+            "displacement_mm = 0.22",
+            "displacement_mm = 4.0",
+            &["test.displacement_mm = 4", "half the height"],
+        ),
+        ("duration_s = 1.0", "duration_s = 0.0", &["test.duration_s = 0"]),
+        ("steps = 44", "steps = 0", &["test.steps = 0", "steps = 44"]),
+        ("stop_below_peak = 0.1", "stop_below_peak = 10", &["test.stop_below_peak = 10", "10 %"]),
+        (
+            "young_mpa = [250.0, 300.0]",
+            "young_mpa = [300.0, 250.0]",
+            &["prior.young_mpa = [300, 250]", "[lower, upper]"],
+        ),
+        ("young_mpa = [250.0, 300.0]", "young_mpa = [0.0, 300.0]", &["prior.young_mpa", "unit"]),
+        ("region = \"matrix\"", "region = \"binder\"", &["prior.region", "grain, matrix"]),
+        ("runs = 100", "runs = 2", &["design.runs = 2"]),
+        ("chains = 4", "chains = 0", &["calibration.chains = 0"]),
+        ("specimens = 8", "specimens = 1", &["experiments.virtual.specimens = 1"]),
+        ("young = 0.03", "young = 3.0", &["experiments.virtual.scatter.young = 3", "relative"]),
+    ];
+    for (from, to, parts) in changes {
+        assert!(Case::TEMPLATE.contains(from), "the default case has no {from:?}");
+        let text = Case::TEMPLATE.replacen(from, to, 1);
+        let message = CaseFile::parse(&text, Path::new("case.toml")).unwrap_err().to_string();
+        for part in [&"case.toml"].into_iter().chain(*parts) {
+            assert!(message.contains(part), "{part:?} is not in {message:?}");
+        }
+    }
+}
+
+#[test]
+fn a_mesh_replaces_lattice_and_packing() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("case.toml");
+    std::fs::write(dir.path().join("cylinder.msh"), "").unwrap();
+    let rest =
+        "[material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n";
+    let parse = |specimen: &str| CaseFile::parse(&format!("[specimen]\n{specimen}\n{rest}"), &path);
+    let good =
+        "mesh = \"cylinder.msh\"\nregions = { matrix = 1 }\nsurfaces = { bottom = 11, top = 12 }";
+    let shape = parse(good).unwrap().shape().unwrap();
+    assert!(matches!(shape, Shape::Mesh { file, .. } if file == dir.path().join("cylinder.msh")));
+    for (specimen, part) in [
+        (good.replace("cylinder", "missing"), "there is no such file"),
+        (format!("{good}\nradius_mm = 2.5"), "stands beside specimen.mesh"),
+        (good.replace("regions = { matrix = 1 }", ""), "specimen.regions"),
+        (good.replace(", top = 12", ""), "the surface top is missing"),
+        (good.replace("{ matrix = 1 }", "{ matrix = 1, void = 3 }"), "material.void"),
+    ] {
+        let message = parse(&specimen).unwrap_err().to_string();
+        assert!(message.contains(part), "{part:?} is not in {message:?}");
+    }
+}
