@@ -1,0 +1,159 @@
+//! Do the intervals hold what they promise? Virtual laboratories drawn anew on the surrogate.
+
+use rand::{Rng, SeedableRng};
+use rand_distr::StandardNormal;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use surrogate::Pce;
+
+use crate::case::{PriorCase, ScatterCase};
+use crate::fracture::{CalibrationError, calibrate};
+use crate::qoi::Qois;
+
+/// A study of how often the calibration's 90 % intervals cover the truth.
+///
+/// Each laboratory draws a truth uniformly from the middle of the prior box, specimens with
+/// lognormal scatter around it, their QoIs from the surrogate with relative noise, and calibrates.
+#[derive(Clone)]
+pub struct CoverageStudy {
+    /// Laboratories.
+    pub laboratories: usize,
+    /// Specimens of each.
+    pub specimens: usize,
+    /// Share of each side of the prior box, around its middle, that truths are drawn from.
+    pub inner: f64,
+    /// Scatter of the parameters between specimens.
+    pub scatter: ScatterCase,
+    /// Relative standard deviation of each QoI beside that: microstructure and measurement.
+    pub noise: f64,
+    /// Sampler of every calibration; its seed is replaced.
+    pub sampler: ppl::Nuts<'static>,
+    /// Seed of everything.
+    pub seed: u64,
+}
+
+impl Default for CoverageStudy {
+    fn default() -> Self {
+        Self {
+            laboratories: 40,
+            specimens: 8,
+            inner: 0.8,
+            scatter: ScatterCase::default(),
+            noise: 0.01,
+            sampler: ppl::Nuts::default().chains(2).warmup(400).draws(1000).threads(2),
+            seed: 1,
+        }
+    }
+}
+
+/// What a study found, parameter by parameter in the order of [`PriorCase::NAMES`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coverage {
+    /// Share of the laboratories whose 90 % interval holds the truth.
+    pub covered: [f64; 3],
+    /// Mean contraction 1 − var(posterior)/var(prior).
+    pub contraction: [f64; 3],
+    /// Laboratories.
+    pub laboratories: usize,
+}
+
+impl Coverage {
+    /// 90 % less two binomial standard errors: what honest intervals reach in 97 or 98 of 100 studies.
+    pub fn least(&self) -> f64 {
+        0.9 - 2.0 * (0.9 * 0.1 / self.laboratories as f64).sqrt()
+    }
+}
+
+impl CoverageStudy {
+    /// Runs the study; `told` is called after each laboratory with the number done.
+    ///
+    /// # Errors
+    /// What stops a calibration.
+    pub fn run(
+        &self,
+        pce: &Pce<3, 3>,
+        prior: &PriorCase,
+        mut told: impl FnMut(usize),
+    ) -> Result<Coverage, CalibrationError> {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(self.seed);
+        let n = self.laboratories as f64;
+        let mut found =
+            Coverage { covered: [0.0; 3], contraction: [0.0; 3], laboratories: self.laboratories };
+        for laboratory in 0..self.laboratories {
+            let truth = prior.bounds().map(|[lower, upper]| {
+                let place = 0.5 + self.inner * (rng.random::<f64>() - 0.5);
+                lower + place * (upper - lower)
+            });
+            let specimens: Vec<Qois> =
+                (0..self.specimens).map(|_| self.specimen(pce, truth, &mut rng)).collect();
+            let seed = self.seed.wrapping_add(laboratory as u64);
+            let sampler = self.sampler.clone().seed(seed);
+            let result = calibrate(pce, &specimens, prior, &sampler, seed)?;
+            let summary = result.posterior.summary();
+            for (i, name) in PriorCase::NAMES.into_iter().enumerate() {
+                let Some(row) = summary.row(name) else { continue };
+                let held = (row.q05..=row.q95).contains(&truth[i]);
+                found.covered[i] += f64::from(u8::from(held)) / n;
+                found.contraction[i] += row.contraction.unwrap_or(f64::NAN) / n;
+            }
+            told(laboratory + 1);
+        }
+        Ok(found)
+    }
+
+    /// QoIs of one specimen; parameters that scatter out of the surrogate's box are drawn again.
+    fn specimen<R: Rng>(&self, pce: &Pce<3, 3>, truth: [f64; 3], rng: &mut R) -> Qois {
+        let scatter = [self.scatter.young, self.scatter.toughness, self.scatter.viscosity];
+        let mut normal = || rng.sample::<f64, _>(StandardNormal);
+        let mut value = [f64::NAN; 3];
+        for _ in 0..1000 {
+            let parameters = std::array::from_fn(|i| truth[i] * (scatter[i] * normal()).exp());
+            if let Ok(inside) = pce.value(&parameters) {
+                value = inside;
+                break;
+            }
+        }
+        Qois::from(value.map(|q| q * (1.0 + self.noise * normal())))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use surrogate::{Dataset, Design, FitOptions, Input};
+
+    use super::*;
+    use crate::case::CaseFile;
+
+    /// The viscous limit of definitions 3.3: m ~ E, F ~ E^(2/3) ξ^(1/3), d ~ (ξ/E)^(1/3), no Gc.
+    fn viscous_limit(prior: &PriorCase) -> Pce<3, 3> {
+        let inputs: Vec<Input> = PriorCase::NAMES
+            .into_iter()
+            .zip(prior.bounds())
+            .map(|(name, [lower, upper])| Input::new(name, lower, upper).unwrap())
+            .collect();
+        let points = Design::Sobol.sample(&inputs, 128, 1).unwrap();
+        let outputs = Qois::NAMES.map(str::to_owned).to_vec();
+        let mut data = Dataset::new(inputs, outputs, "closed form").unwrap();
+        for x in points {
+            let (young, viscosity) = (x[0], x[2]);
+            let place = (viscosity / young).cbrt();
+            data.push(&x, &[5.0 * young, 4.0 * young * place, place]).unwrap();
+        }
+        Pce::fit(&data, &FitOptions::default()).unwrap().pce
+    }
+
+    #[test]
+    fn ninety_per_cent_intervals_cover_the_truth_and_only_stiffness_and_viscosity_are_learnt() {
+        let prior = CaseFile::default_case().case.prior.unwrap();
+        let study = CoverageStudy {
+            laboratories: 24,
+            sampler: ppl::Nuts::default().chains(2).warmup(200).draws(300).threads(2),
+            ..CoverageStudy::default()
+        };
+        let found = study.run(&viscous_limit(&prior), &prior, |_| ()).unwrap();
+        for i in [0, 2] {
+            assert!(found.covered[i] >= found.least(), "{found:?}");
+            assert!(found.contraction[i] > 0.5, "{found:?}");
+        }
+        assert!(found.contraction[1].abs() < 0.1, "nothing depends on Gc here: {found:?}");
+    }
+}
