@@ -1,1 +1,40 @@
-//! Probabilistic programming.
+//! Experiments, quantities of interest, calibration models, cases and the workflow of Breccia.
+//!
+//! This crate joins the others: simulations (`fem`) become a dataset, the dataset a surrogate, and the
+//! surrogate with the laboratory's curves a posterior (`ppl`). The program `breccia` is its front end.
+//!
+//! ```
+//! use models::{CaseFile, Curve, Qois};
+//!
+//! let file = CaseFile::default_case();                      // what `breccia init` writes
+//! let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
+//! let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
+//! let curve = Curve { displacement_mm, force_n };
+//! let qois = Qois::of(&curve, file.case.qoi.slope_fraction)?;
+//! assert!((qois.peak_force_n - 100.0).abs() < 1e-9);
+//! # Ok::<(), models::QoiError>(())
+//! ```
+
+mod case;
+mod coverage;
+mod csv_table;
+mod error;
+mod experiment;
+mod fracture;
+mod progress;
+mod qoi;
+mod virtual_lab;
+mod workflow;
+
+pub use case::{
+    CalibrationCase, Case, CaseFile, ConfirmCase, CrackName, DesignCase, ExperimentsCase, LawName,
+    MaterialCase, NoiseCase, PhaseFieldCase, PriorCase, QoiCase, QuadratureName, ScatterCase,
+    Shape, SpecimenCase, SplitName, SurrogateCase, TestCase, TruthCase, VirtualCase,
+};
+pub use coverage::{Coverage, CoverageStudy};
+pub use error::InputError;
+pub use experiment::{Curve, Specimen, SpecimenTable};
+pub use fracture::{Calibration, CalibrationError, Relative, calibrate, calibration};
+pub use qoi::{QoiError, Qois, mean_qois};
+pub use virtual_lab::VirtualSpecimen;
+pub use workflow::{Stage, Workflow, WorkflowError, simulate};

@@ -1,2 +1,9 @@
-//! The breccia program.
-fn main() {}
+//! The `breccia` program.
+
+mod cli;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    cli::main()
+}

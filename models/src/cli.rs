@@ -1,0 +1,182 @@
+//! The command line: what can be asked for, and what is printed at the end.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::{Args, Parser, Subcommand};
+use models::{Case, CaseFile, InputError, Stage, Workflow, WorkflowError};
+
+/// Calibrates the fracture of bonded granular materials, with uncertainty.
+///
+/// From the compression curves of specimens and a finite-element model of their microstructure to
+/// the posterior of stiffness, toughness and viscosity of the matrix. Without arguments the shipped
+/// default case runs: virtual specimens, 100 simulations, surrogate, posterior, confirmation.
+#[derive(Parser)]
+#[command(name = "breccia", version, after_help = EXAMPLES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+
+    /// Simulations at the same time; results do not depend on it [default: all cores]
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  breccia                                   the default case, results in breccia-out/
+  breccia init my.toml                      write a case that explains every key
+  breccia simulate my.toml --out try        one simulation: try/curve.csv
+  breccia run my.toml --out results         everything; interrupt it and run it again to go on
+  breccia calibrate --out results           one stage again, after results/case.toml was edited
+
+Stages, in order: mesh, laboratory, ensemble, surrogate, calibrate, confirm.
+`breccia help STAGE` says what each reads and writes.";
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run all stages of a case that are not finished yet
+    #[command(after_help = "Example:\n  breccia run my.toml --out results --threads 2")]
+    Run(Target),
+    /// Write the default case, every key explained
+    #[command(after_help = "Example:\n  breccia init my.toml")]
+    Init {
+        /// The file to write; an existing one is never replaced
+        #[arg(default_value = "case.toml")]
+        file: PathBuf,
+    },
+    /// Build the mesh: mesh.vtu (for ParaView), mesh.msh (Gmsh), mesh.csv
+    #[command(after_help = "Example:\n  breccia mesh my.toml --out results")]
+    Mesh(Target),
+    /// Run one compression test with the case's own parameters: curve.csv
+    #[command(after_help = "Example:\n  breccia simulate my.toml --out try")]
+    Simulate(Target),
+    /// Take the quantities of interest of the specimens, or make virtual ones: experiments.csv
+    #[command(
+        after_help = "Reads mesh.msh and laboratory/.\nExample:\n  breccia laboratory my.toml --out results"
+    )]
+    Laboratory(Target),
+    /// Run the simulations of the design, resuming what is finished: runs.csv, curves/
+    #[command(
+        after_help = "Reads mesh.msh.\nExample:\n  breccia ensemble my.toml --out results --threads 8"
+    )]
+    Ensemble(Target),
+    /// Fit the polynomial chaos surrogate: surrogate.json
+    #[command(after_help = "Reads runs.csv.\nExample:\n  breccia surrogate my.toml --out results")]
+    Surrogate(Target),
+    /// Sample the posterior and find its mode: posterior.zarr, summary.csv, map.csv
+    #[command(
+        after_help = "Reads surrogate.json and experiments.csv.\nExample:\n  breccia calibrate my.toml --out results"
+    )]
+    Calibrate(Target),
+    /// Simulate at the mode and at posterior draws: confirm.csv
+    #[command(
+        after_help = "Reads map.csv, posterior.csv and mesh.msh.\nExample:\n  breccia confirm my.toml --out results"
+    )]
+    Confirm(Target),
+}
+
+#[derive(Args)]
+struct Target {
+    /// The case; without it DIR/case.toml if there is one, else the shipped default case
+    case: Option<PathBuf>,
+
+    /// Where results are written, and found again
+    #[arg(long, value_name = "DIR", default_value = "breccia-out")]
+    out: PathBuf,
+}
+
+impl Target {
+    fn case_file(&self) -> Result<CaseFile, InputError> {
+        let own = self.out.join("case.toml");
+        match &self.case {
+            Some(path) => CaseFile::read(path),
+            None if own.is_file() => CaseFile::read(&own),
+            None => Ok(CaseFile::default_case()),
+        }
+    }
+}
+
+/// Raised by Ctrl-C; a second one ends the program at once.
+static INTERRUPT: AtomicBool = AtomicBool::new(false);
+
+/// Runs the program: exit code 0 when all is done, 1 after an error, 2 for a wrong command line,
+/// 130 after Ctrl-C.
+pub(crate) fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let handler = ctrlc::set_handler(|| {
+        if INTERRUPT.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        eprintln!("\nstopping after the current load steps; press Ctrl-C again to stop at once");
+    });
+    if let Err(error) = handler {
+        eprintln!("note: Ctrl-C will not end cleanly ({error})");
+    }
+    let threads = cli
+        .threads
+        .map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
+    match run(cli.command, threads) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(WorkflowError::Interrupted) => {
+            eprintln!("{}", WorkflowError::Interrupted);
+            ExitCode::from(130)
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(command: Option<Command>, threads: usize) -> Result<(), WorkflowError> {
+    let stage = |target: Target, stage: Stage| {
+        Workflow::open(&target.case_file()?, &target.out, threads, &INTERRUPT)?.run(stage)
+    };
+    match command {
+        None => {
+            // no command, no surprises: the default case, not whatever lies in the folder
+            run_all(&CaseFile::default_case(), Path::new("breccia-out"), threads)
+        }
+        Some(Command::Run(target)) => run_all(&target.case_file()?, &target.out, threads),
+        Some(Command::Init { file }) => init(&file),
+        Some(Command::Simulate(target)) => {
+            let path = models::simulate(&target.case_file()?, &target.out, &INTERRUPT)?;
+            println!("{}", path.display());
+            Ok(())
+        }
+        Some(Command::Mesh(target)) => stage(target, Stage::Mesh),
+        Some(Command::Laboratory(target)) => stage(target, Stage::Laboratory),
+        Some(Command::Ensemble(target)) => stage(target, Stage::Ensemble),
+        Some(Command::Surrogate(target)) => stage(target, Stage::Surrogate),
+        Some(Command::Calibrate(target)) => stage(target, Stage::Calibrate),
+        Some(Command::Confirm(target)) => stage(target, Stage::Confirm),
+    }
+}
+
+fn run_all(file: &CaseFile, out: &Path, threads: usize) -> Result<(), WorkflowError> {
+    let workflow = Workflow::open(file, out, threads, &INTERRUPT)?;
+    workflow.run_all()?;
+    for name in ["summary.txt", "map.csv", "confirm.csv"] {
+        let path = out.join(name);
+        let text = std::fs::read_to_string(&path)
+            .map_err(|e| WorkflowError::File { path: path.clone(), message: e.to_string() })?;
+        println!("{}:\n{text}", path.display());
+    }
+    println!("results: {}", out.display());
+    Ok(())
+}
+
+fn init(file: &Path) -> Result<(), WorkflowError> {
+    let created = std::fs::OpenOptions::new().write(true).create_new(true).open(file);
+    created.and_then(|mut f| f.write_all(Case::TEMPLATE.as_bytes())).map_err(|e| {
+        WorkflowError::File {
+            path: file.to_owned(),
+            message: format!("{e}; name a file that does not exist yet, in a folder that does"),
+        }
+    })?;
+    println!("wrote {}; next: breccia run {} --out results", file.display(), file.display());
+    Ok(())
+}

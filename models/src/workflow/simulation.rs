@@ -1,0 +1,191 @@
+//! From a case to a compression test.
+
+use fem::{
+    CompressionTest, CrackDensity, CurvePoint, CylinderLattice, DamageQuadrature, ElasticLaw, End,
+    FemError, Loading, Material, Order, Outcome, Packing, PhaseField, SolverOptions, Split,
+    Stepping, TetMesh, gmsh, label,
+};
+
+use super::WorkflowError;
+use crate::case::{
+    Case, CaseFile, CrackName, LawName, MaterialCase, PhaseFieldCase, QuadratureName, Shape,
+    SplitName, TestCase,
+};
+use crate::experiment::Curve;
+use crate::qoi::{QoiError, Qois};
+
+/// The mesh of a case: its lattice with its packing, or its mesh file.
+pub(crate) fn build_mesh(file: &CaseFile) -> Result<TetMesh, WorkflowError> {
+    match file.shape()? {
+        Shape::Lattice { radius_mm, height_mm, spacing_mm, grains } => {
+            lattice_mesh(file, [radius_mm, height_mm, spacing_mm], grains.as_ref())
+        }
+        Shape::Mesh { file, regions, surfaces } => {
+            Ok(gmsh::read(&file, &gmsh::GmshNames { regions, surfaces })?)
+        }
+    }
+}
+
+/// A cylinder [radius, height, spacing] in mm with a packing of grains.
+pub(crate) fn lattice_mesh(
+    file: &CaseFile,
+    [radius_mm, height_mm, spacing_mm]: [f64; 3],
+    grains: Option<&Packing>,
+) -> Result<TetMesh, WorkflowError> {
+    let lattice = CylinderLattice { radius_mm, height_mm, spacing_mm };
+    let path = || file.path.clone();
+    let mut mesh =
+        lattice.build().map_err(|source| WorkflowError::Lattice { file: path(), source })?;
+    if let Some(packing) = grains.filter(|packing| packing.fraction > 0.0) {
+        let grains = packing
+            .fill(radius_mm, height_mm)
+            .map_err(|source| WorkflowError::Packing { file: path(), source })?;
+        label(&mut mesh, &grains);
+    }
+    Ok(mesh)
+}
+
+/// The height of a mesh in mm.
+pub(crate) fn height_mm(mesh: &TetMesh) -> f64 {
+    let z = || mesh.nodes.iter().map(|x| x[2]);
+    z().fold(f64::NEG_INFINITY, f64::max) - z().fold(f64::INFINITY, f64::min)
+}
+
+/// A compression test whose calibrated region takes other parameters at every run.
+#[derive(Clone, Debug)]
+pub(crate) struct Simulator {
+    test: CompressionTest,
+    materials: Vec<Material>,
+    calibrated: Option<usize>,
+}
+
+impl Simulator {
+    /// Prepares the test of a case on a mesh.
+    pub(crate) fn new(file: &CaseFile, mesh: TetMesh) -> Result<Self, WorkflowError> {
+        let case = &file.case;
+        let materials: Vec<Material> = mesh
+            .regions
+            .iter()
+            .map(|region| {
+                case.material.get(region).map(material).ok_or_else(|| {
+                    let message = format!(
+                        "the mesh's region {region:?} has no [material.{region}] in the case"
+                    );
+                    WorkflowError::Unusable(message)
+                })
+            })
+            .collect::<Result<_, _>>()?;
+        let region = case.prior.as_ref().map(|prior| prior.region.as_str());
+        let calibrated = mesh.regions.iter().position(|r| Some(r.as_str()) == region);
+        let order = if case.specimen.order == 2 { Order::Quadratic } else { Order::Linear };
+        let field = case.phase_field.as_ref().map(phase_field);
+        let test = CompressionTest::new(
+            mesh,
+            order,
+            materials.clone(),
+            field,
+            loading(&case.test),
+            SolverOptions::default(),
+        )
+        .map_err(|source| WorkflowError::Test { file: file.path.clone(), source })?;
+        Ok(Self { test, materials, calibrated })
+    }
+
+    /// Runs with the case's own materials.
+    pub(crate) fn run_case(&self, observer: &mut dyn fem::Observer) -> Outcome {
+        self.test.run(observer)
+    }
+
+    /// Runs with other parameters of the calibrated region, in the order of
+    /// [`PriorCase::NAMES`](crate::PriorCase::NAMES).
+    pub(crate) fn run(
+        &self,
+        parameters: &[f64],
+        observer: &mut dyn fem::Observer,
+    ) -> Result<Outcome, FemError> {
+        let mut materials = self.materials.clone();
+        if let Some(region) = self.calibrated {
+            materials[region] = Material {
+                young_mpa: parameters[0],
+                toughness_n_per_mm: Some(parameters[1]),
+                viscosity_mpa_s: parameters[2],
+                ..materials[region]
+            };
+        }
+        Ok(self.test.with_materials(materials)?.run(observer))
+    }
+
+    /// The test with the case's own materials.
+    pub(crate) fn test(&self) -> &CompressionTest {
+        &self.test
+    }
+}
+
+/// A simulated curve as a laboratory would record it, from the unloaded start on.
+pub(crate) fn recorded(points: &[CurvePoint]) -> Curve {
+    let mut curve = Curve { displacement_mm: vec![0.0], force_n: vec![0.0] };
+    for point in points {
+        curve.displacement_mm.push(point.displacement_mm);
+        curve.force_n.push(point.force_n);
+    }
+    curve
+}
+
+/// Quantities of interest of a simulated curve.
+pub(crate) fn simulated_qois(points: &[CurvePoint], case: &Case) -> Result<Qois, QoiError> {
+    Qois::of(&recorded(points), case.qoi.slope_fraction)
+}
+
+/// The share of a test that is done, for a progress bar.
+pub(crate) fn share_done(point: &CurvePoint, case: &Case) -> f64 {
+    point.displacement_mm / case.test.displacement_mm
+}
+
+/// The error of a run that did not reach its end.
+pub(crate) fn failure(end: &End) -> Option<FemError> {
+    match end {
+        End::Failed(error) => Some(error.clone()),
+        End::Displacement | End::BelowPeak | End::Interrupted => None,
+    }
+}
+
+fn material(m: &MaterialCase) -> Material {
+    Material {
+        law: match m.law {
+            LawName::Hencky => ElasticLaw::Hencky,
+            LawName::NeoHookean => ElasticLaw::NeoHookean,
+        },
+        young_mpa: m.young_mpa,
+        poisson: m.poisson,
+        toughness_n_per_mm: m.toughness_n_per_mm,
+        viscosity_mpa_s: m.viscosity_mpa_s,
+        residual_stiffness: m.residual_stiffness,
+    }
+}
+
+fn phase_field(field: &PhaseFieldCase) -> PhaseField {
+    PhaseField {
+        model: match field.model {
+            CrackName::At2 => CrackDensity::At2,
+        },
+        split: match field.split {
+            SplitName::None => Split::None,
+            SplitName::VolumetricDeviatoric => Split::VolumetricDeviatoric,
+        },
+        length_mm: field.length_mm,
+        quadrature: match field.quadrature {
+            QuadratureName::Auto => DamageQuadrature::Auto,
+            QuadratureName::Vertex => DamageQuadrature::Vertex,
+            QuadratureName::Consistent => DamageQuadrature::Consistent,
+        },
+    }
+}
+
+fn loading(test: &TestCase) -> Loading {
+    Loading {
+        displacement_mm: test.displacement_mm,
+        duration_s: test.duration_s,
+        stepping: test.steps.map_or_else(Stepping::adaptive, Stepping::Fixed),
+        stop_below_peak: test.stop_below_peak,
+    }
+}

@@ -1,0 +1,189 @@
+//! The `breccia` program as a person meets it: help, first case, mistakes, one simulation.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Two regions, a few dozen tetrahedra, an elastic test of one step: fast.
+const SMALL: &str = r#"
+[specimen]
+radius_mm = 2.5
+height_mm = 4.4
+spacing_mm = 1.5
+[material.matrix]
+young_mpa = 275.0
+poisson = 0.25
+toughness_n_per_mm = 0.0025
+viscosity_mpa_s = 0.3
+[phase_field]
+length_mm = 0.06
+[test]
+displacement_mm = 0.2
+steps = 4
+[prior]
+young_mpa = [250.0, 300.0]
+toughness_n_per_mm = [0.00001, 0.005]
+viscosity_mpa_s = [0.05, 0.55]
+[experiments]
+virtual = { seed = 3, truth = { young_mpa = 275.0, toughness_n_per_mm = 0.0025, viscosity_mpa_s = 0.3 } }
+"#;
+
+fn breccia(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_breccia"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .expect("cargo has built the program")
+}
+
+/// Exit code, stdout and stderr.
+fn said(output: &Output) -> (Option<i32>, String, String) {
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
+
+#[test]
+fn help_teaches_with_an_example_for_every_command() {
+    let dir = tempfile::tempdir().unwrap();
+    let (code, help, _) = said(&breccia(dir.path(), &["--help"]));
+    assert_eq!(code, Some(0));
+    let commands = [
+        "run",
+        "init",
+        "mesh",
+        "simulate",
+        "laboratory",
+        "ensemble",
+        "surrogate",
+        "calibrate",
+        "confirm",
+    ];
+    for command in commands {
+        assert!(help.contains(&format!("\n  {command} ")), "{command} is not in {help}");
+        let (code, own, _) = said(&breccia(dir.path(), &[command, "--help"]));
+        assert_eq!(code, Some(0));
+        assert!(own.contains(&format!("Example:\n  breccia {command}")), "{own}");
+    }
+    assert!(help.contains("Examples:") && help.contains("--threads"), "{help}");
+}
+
+#[test]
+fn init_writes_a_case_that_is_valid_and_never_replaces_a_file() {
+    let dir = tempfile::tempdir().unwrap();
+    let (code, out, _) = said(&breccia(dir.path(), &["init", "my.toml"]));
+    assert!(code == Some(0) && out.contains("breccia run my.toml"), "{out}");
+    let text = std::fs::read_to_string(dir.path().join("my.toml")).unwrap();
+    assert_eq!(text, models::Case::TEMPLATE);
+    let (code, _, err) = said(&breccia(dir.path(), &["init", "my.toml"]));
+    assert!(code == Some(1) && err.contains("my.toml"), "{err}");
+    assert_eq!(std::fs::read_to_string(dir.path().join("my.toml")).unwrap(), text);
+}
+
+#[test]
+fn mistakes_name_file_key_value_and_mend_and_fail() {
+    let dir = tempfile::tempdir().unwrap();
+    let cylinder = fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 };
+    fem::gmsh::write(dir.path().join("cylinder.msh"), &cylinder.build().unwrap()).unwrap();
+    let lattice = "radius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 1.5\n";
+    let mesh = "mesh = \"cylinder.msh\"\nregions = { matrix = \"matrix\", grain = \"grain\" }\n\
+                surfaces = { bottom = \"bottom\", top = \"top\" }\n";
+    let changes: &[(&str, String, &[&str])] = &[
+        (
+            "spacing_mm",
+            "spacing".into(),
+            &["specimen.spacing = 1.5", "unknown key", "\"spacing_mm\""],
+        ),
+        ("radius_mm = 2.5", "radius_mm = -2.5".into(), &["specimen.radius_mm = -2.5", "mm"]),
+        ("young_mpa = 275.0", "young_mpa = 275e6".into(), &["material.matrix.young_mpa", "MPa"]),
+        (
+            "young_mpa = 275.0",
+            "young_mpa = \"stiff\"".into(),
+            &["material.matrix.young_mpa = \"stiff\""],
+        ),
+        ("poisson = 0.25", String::new(), &["[material.matrix]", "poisson is missing"]),
+        ("[material.matrix]", "[material.matrx]".into(), &["material.matrix", "matrx meant"]),
+        ("[test]", "[tset]".into(), &["unknown key \"tset\"", "mean \"test\""]),
+        ("steps = 4", "steps = -4".into(), &["test.steps = -4"]),
+        (
+            "[250.0, 300.0]",
+            "[300.0, 250.0]".into(),
+            &["prior.young_mpa = [300, 250]", "[lower, upper]"],
+        ),
+        (
+            lattice,
+            "mesh = \"gone.msh\"\nregions = { matrix = 1 }\n".into(),
+            &["specimen.mesh = gone.msh", "no such file"],
+        ),
+        (
+            lattice,
+            format!("{mesh}[material.grain]\nyoung_mpa = 22000.0\npoisson = 0.25\n"),
+            &["cylinder.msh", "grain"],
+        ),
+    ];
+    for (from, to, parts) in changes {
+        assert!(SMALL.contains(from), "{from}");
+        let mut case = SMALL.replacen(from, to, 1);
+        if to.contains("mesh") {
+            // measured specimens would do as well; a mesh has no virtual ones
+            case.truncate(case.find("[experiments]").unwrap());
+        }
+        std::fs::write(dir.path().join("case.toml"), case).unwrap();
+        let (code, _, err) = said(&breccia(dir.path(), &["simulate", "case.toml", "--out", "out"]));
+        assert_eq!(code, Some(1), "{from} -> {to}: {err}");
+        for part in *parts {
+            assert!(err.contains(part), "{part:?} is not in {err:?}");
+        }
+        assert!(err.contains("case.toml") || err.contains("cylinder.msh"), "{err}");
+    }
+}
+
+#[test]
+fn a_wrong_command_line_and_a_missing_case_fail() {
+    let dir = tempfile::tempdir().unwrap();
+    let (code, _, err) = said(&breccia(dir.path(), &["simulte"]));
+    assert!(code == Some(2) && err.contains("simulate"), "{err}");
+    let (code, _, err) = said(&breccia(dir.path(), &["run", "gone.toml"]));
+    assert!(code == Some(1) && err.contains("gone.toml") && err.contains("breccia init"), "{err}");
+    let (code, _, _) = said(&breccia(dir.path(), &["run", "--threads", "0"]));
+    assert_eq!(code, Some(2));
+}
+
+#[test]
+fn a_stage_out_of_order_says_which_comes_first() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("case.toml"), SMALL).unwrap();
+    for (stage, first) in
+        [("ensemble", "mesh"), ("surrogate", "ensemble"), ("calibrate", "surrogate")]
+    {
+        let (code, _, err) = said(&breccia(dir.path(), &[stage, "case.toml", "--out", "out"]));
+        assert!(
+            code == Some(1) && err.contains(&format!("`breccia {first}` first")),
+            "{stage}: {err}"
+        );
+    }
+}
+
+#[test]
+fn simulate_writes_a_curve_in_the_documented_columns() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("case.toml"), SMALL).unwrap();
+    let (code, out, err) = said(&breccia(dir.path(), &["simulate", "case.toml", "--out", "try"]));
+    assert_eq!(code, Some(0), "{err}");
+    assert_eq!(Path::new(out.trim()), Path::new("try").join("curve.csv"));
+    let text = std::fs::read_to_string(dir.path().join("try/curve.csv")).unwrap();
+    let header =
+        "time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,phi_max";
+    assert!(text.starts_with(header), "{text}");
+    let rows: Vec<Vec<f64>> = text
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect())
+        .collect();
+    assert_eq!(rows.len(), 4);
+    for (i, row) in rows.iter().enumerate() {
+        let part = (i + 1) as f64 / 4.0;
+        approx::assert_relative_eq!(row[0], part, max_relative = 1e-12);
+        approx::assert_relative_eq!(row[1], 0.2 * part, max_relative = 1e-12);
+        assert!(row[2] > 0.0, "compression is positive");
+        assert!((0.0..1.0).contains(&row[6]) && (0.0..1.0).contains(&row[7]));
+    }
+}

@@ -1,0 +1,276 @@
+//! The whole workflow on a tiny case: every documented file, skipping, kill and resume.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Some hundred tetrahedra, 12 runs, three virtual specimens, two short chains.
+const TINY: &str = r#"
+[specimen]
+radius_mm = 2.5
+height_mm = 4.4
+spacing_mm = 1.5
+grains = { fraction = 0.05, seed = 1, film_mm = 0.5 }
+[material.matrix]
+young_mpa = 275.0
+poisson = 0.25
+toughness_n_per_mm = 0.0025
+viscosity_mpa_s = 0.3
+[material.grain]
+young_mpa = 22000.0
+poisson = 0.25
+toughness_n_per_mm = 1.83
+viscosity_mpa_s = 0.1
+[phase_field]
+length_mm = 0.06
+[test]
+displacement_mm = 0.22
+steps = 44
+stop_below_peak = 0.1
+[prior]
+young_mpa = [250.0, 300.0]
+toughness_n_per_mm = [0.00001, 0.005]
+viscosity_mpa_s = [0.05, 0.55]
+[design]
+runs = 12
+[surrogate]
+max_order = 2
+[experiments.virtual]
+specimens = 3
+seed = 11
+spacing_mm = 1.25
+truth = { young_mpa = 275.0, toughness_n_per_mm = 0.0025, viscosity_mpa_s = 0.3 }
+[calibration]
+chains = 2
+warmup = 150
+draws = 150
+[confirm]
+draws = 1
+"#;
+
+fn start(folder: &Path, arguments: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_breccia"))
+        .args(arguments)
+        .current_dir(folder)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("cargo has built the program")
+}
+
+/// Runs to the end and returns exit code, stdout and stderr.
+fn breccia(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let output = start(folder, arguments).wait_with_output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
+
+fn case_folder() -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("tiny.toml"), TINY).unwrap();
+    dir
+}
+
+/// Cells by column name, one map a row.
+fn table(path: &Path) -> Vec<BTreeMap<String, String>> {
+    let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    lines
+        .map(|line| {
+            header.iter().map(|h| h.to_string()).zip(line.split(',').map(str::to_owned)).collect()
+        })
+        .collect()
+}
+
+fn number(row: &BTreeMap<String, String>, column: &str) -> f64 {
+    row[column].parse().unwrap_or_else(|_| panic!("{column} = {:?}", row[column]))
+}
+
+/// A table without the column of run times.
+fn without_seconds(path: &Path) -> Vec<BTreeMap<String, String>> {
+    let mut rows = table(path);
+    rows.iter_mut().for_each(|row| drop(row.remove("seconds")));
+    rows
+}
+
+#[test]
+fn from_an_empty_directory_to_every_documented_file() {
+    let dir = case_folder();
+    let (code, out, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "results"]);
+    assert_eq!(code, Some(0), "{err}");
+    let results = dir.path().join("results");
+
+    let headers = [
+        (
+            "runs.csv",
+            "run,young_mpa,toughness_n_per_mm,viscosity_mpa_s,slope_N_per_mm,peak_force_N,displacement_at_peak_mm,status,seconds",
+        ),
+        (
+            "experiments.csv",
+            "id,group,height_mm,radius_mm,displacement_factor,slope_fraction,slope_N_per_mm,peak_force_N,displacement_at_peak_mm",
+        ),
+        ("laboratory/specimens.csv", "id,height_mm,radius_mm,group"),
+        ("laboratory/curves/V-01.csv", "displacement_mm,force_N"),
+        ("laboratory/bias.csv", "quantity,surrogate_mesh,laboratory_mesh,percent_bias"),
+        ("summary.csv", "parameter,mean,sd,q05,q50,q95,rhat,ess_bulk,ess_tail,contraction"),
+        ("map.csv", "parameter,map,truth"),
+        ("confirm.csv", "qoi,experiment_mean,map_simulation,percent_error"),
+        (
+            "curves/run-001.csv",
+            "time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,phi_max",
+        ),
+        ("curves/map.csv", "time_s,displacement_mm,force_N"),
+    ];
+    for (name, header) in headers {
+        let text =
+            std::fs::read_to_string(results.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!(text.starts_with(header), "{name}: {}", text.lines().next().unwrap_or(""));
+    }
+    for name in [
+        "case.toml",
+        "mesh.vtu",
+        "mesh.msh",
+        "surrogate.json",
+        "posterior.zarr/zarr.json",
+        "posterior.csv",
+    ] {
+        assert!(results.join(name).is_file(), "{name}");
+    }
+    for part in ["young_mpa", "parameter,map,truth", "percent_error"] {
+        assert!(out.contains(part), "{part} is not printed: {out}");
+    }
+
+    // every run has a place inside the prior and finished with quantities of its own
+    let runs = table(&results.join("runs.csv"));
+    assert_eq!(runs.len(), 12);
+    for run in &runs {
+        assert_eq!(run["status"], "finished");
+        assert!((250.0..=300.0).contains(&number(run, "young_mpa")));
+        assert!(number(run, "seconds") >= 0.0);
+    }
+    // definitions 3.3: slope follows E, the displacement at peak follows (ξ/E)^(1/3)
+    let correlation = |x: &dyn Fn(&BTreeMap<String, String>) -> f64, y: &str| {
+        let pairs: Vec<(f64, f64)> = runs.iter().map(|r| (x(r), number(r, y))).collect();
+        let n = pairs.len() as f64;
+        let mean = pairs.iter().fold((0.0, 0.0), |m, p| (m.0 + p.0 / n, m.1 + p.1 / n));
+        let sum = |f: &dyn Fn(f64, f64) -> f64| {
+            pairs.iter().map(|p| f(p.0 - mean.0, p.1 - mean.1)).sum::<f64>()
+        };
+        sum(&|a, b| a * b) / (sum(&|a, _| a * a) * sum(&|_, b| b * b)).sqrt()
+    };
+    assert!(correlation(&|r| number(r, "young_mpa"), "slope_N_per_mm") > 0.8);
+    let law = |r: &BTreeMap<String, String>| {
+        (number(r, "viscosity_mpa_s") / number(r, "young_mpa")).cbrt()
+    };
+    assert!(correlation(&law, "displacement_at_peak_mm") > 0.9);
+
+    // the mode is inside the prior, its truth is the case's, its simulation near the experiments
+    let map = table(&results.join("map.csv"));
+    let names: Vec<&str> = map.iter().map(|row| row["parameter"].as_str()).collect();
+    assert_eq!(names, ["young_mpa", "toughness_n_per_mm", "viscosity_mpa_s"]);
+    assert!((250.0..=300.0).contains(&number(&map[0], "map")));
+    assert_eq!(number(&map[2], "truth"), 0.3);
+    for row in table(&results.join("confirm.csv")) {
+        let error =
+            100.0 * (number(&row, "map_simulation") / number(&row, "experiment_mean") - 1.0).abs();
+        assert!((error - number(&row, "percent_error")).abs() < 1e-9);
+        assert!(error < 10.0, "{row:?}");
+    }
+
+    // the same command again does nothing
+    let stamp = |name: &str| std::fs::metadata(results.join(name)).unwrap().modified().unwrap();
+    let names = ["runs.csv", "surrogate.json", "map.csv", "confirm.csv"];
+    let before = names.map(stamp);
+    let (code, _, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "results"]);
+    assert_eq!(code, Some(0), "{err}");
+    assert_eq!(names.map(stamp), before);
+
+    // the directory is a case of its own; a change of the sampler leaves the simulations alone
+    let case = results.join("case.toml");
+    let text = std::fs::read_to_string(&case).unwrap();
+    assert!(text.contains("draws = 150"), "{text}");
+    std::fs::write(&case, text.replace("draws = 150", "draws = 160")).unwrap();
+    let (code, _, err) = breccia(dir.path(), &["run", "--out", "results"]);
+    assert_eq!(code, Some(0), "{err}");
+    assert_eq!([stamp("runs.csv"), stamp("surrogate.json")], before[..2]);
+    assert_ne!(stamp("map.csv"), before[2]);
+    assert_eq!(table(&results.join("posterior.csv")).len(), 2 * 160);
+}
+
+/// Files of finished runs with their time stamps; every campaign has a folder of its own.
+fn finished(runs: &Path) -> BTreeMap<std::path::PathBuf, std::time::SystemTime> {
+    let entries = |path: &Path| std::fs::read_dir(path).into_iter().flatten().flatten();
+    entries(runs)
+        .flat_map(|campaign| entries(&campaign.path()).collect::<Vec<_>>())
+        .filter(|e| e.file_name().to_string_lossy().starts_with("run-"))
+        .filter(|e| e.path().extension().is_some_and(|x| x == "json"))
+        .map(|e| (e.path(), e.metadata().unwrap().modified().unwrap()))
+        .collect()
+}
+
+#[test]
+fn killed_at_any_moment_it_goes_on_and_ends_at_the_same_numbers() {
+    let dir = case_folder();
+    let runs = dir.path().join("killed/runs");
+    let mut seen = BTreeMap::new();
+    // two kills, each once more runs have been finished
+    for wanted in [2, 6] {
+        let mut child =
+            start(dir.path(), &["run", "tiny.toml", "--out", "killed", "--threads", "1"]);
+        let deadline = Instant::now() + Duration::from_secs(300);
+        while finished(&runs).len() < wanted && child.try_wait().unwrap().is_none() {
+            assert!(Instant::now() < deadline, "no run is ever finished");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let now = finished(&runs);
+        assert!(
+            seen.iter().all(|(path, time)| now.get(path) == Some(time)),
+            "a finished run was run again"
+        );
+        seen = now;
+    }
+    assert!(seen.len() < 12, "killed too late to test anything");
+    let (code, _, err) =
+        breccia(dir.path(), &["run", "tiny.toml", "--out", "killed", "--threads", "2"]);
+    assert_eq!(code, Some(0), "{err}");
+    let now = finished(&runs);
+    assert!(
+        seen.iter().all(|(path, time)| now.get(path) == Some(time)),
+        "a finished run was run again"
+    );
+
+    let (code, _, err) =
+        breccia(dir.path(), &["run", "tiny.toml", "--out", "whole", "--threads", "1"]);
+    assert_eq!(code, Some(0), "{err}");
+    let [killed, whole] = ["killed", "whole"].map(|name| dir.path().join(name));
+    assert_eq!(without_seconds(&killed.join("runs.csv")), without_seconds(&whole.join("runs.csv")));
+    for name in ["experiments.csv", "surrogate.json", "posterior.csv", "map.csv", "confirm.csv"] {
+        let [a, b] = [&killed, &whole].map(|dir| std::fs::read(dir.join(name)).unwrap());
+        assert!(a == b, "{name} differs after a kill, or with the number of threads");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_cleanly_and_says_how_to_go_on() {
+    let dir = case_folder();
+    let runs = dir.path().join("out/runs");
+    let child = start(dir.path(), &["run", "tiny.toml", "--out", "out", "--threads", "1"]);
+    let deadline = Instant::now() + Duration::from_secs(300);
+    while finished(&runs).is_empty() {
+        assert!(Instant::now() < deadline, "no run is ever finished");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let status = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(status.success());
+    let output = child.wait_with_output().unwrap();
+    let err = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{err}");
+    assert!(err.contains("the same command goes on"), "{err}");
+    let kept = finished(&runs).len();
+    assert!((1..12).contains(&kept), "{kept} runs");
+}
