@@ -39,7 +39,12 @@ impl Default for CoverageStudy {
             inner: 0.8,
             scatter: ScatterCase::default(),
             noise: 0.01,
-            sampler: ppl::Nuts::default().chains(2).warmup(400).draws(1000).threads(2),
+            sampler: ppl::Nuts::default()
+                .chains(2)
+                .warmup(400)
+                .draws(1000)
+                .target_accept(0.95)
+                .threads(2),
             seed: 1,
         }
     }

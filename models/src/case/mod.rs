@@ -328,6 +328,8 @@ pub struct CalibrationCase {
     pub warmup: usize,
     /// Kept draws a chain.
     pub draws: usize,
+    /// Mean acceptance that the step size is tuned to.
+    pub target_accept: f64,
     /// Seed of the chains.
     pub seed: u64,
 }
@@ -387,7 +389,7 @@ impl Default for NoiseCase {
 
 impl Default for CalibrationCase {
     fn default() -> Self {
-        Self { chains: 4, warmup: 1000, draws: 2000, seed: 7 }
+        Self { chains: 4, warmup: 1000, draws: 2000, target_accept: 0.95, seed: 7 }
     }
 }
 

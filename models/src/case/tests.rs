@@ -51,7 +51,7 @@ fn every_bad_value_is_named_with_its_key_and_a_mend() {
             &["test.displacement_mm = 4", "half the height"],
         ),
         ("duration_s = 1.0", "duration_s = 0.0", &["test.duration_s = 0"]),
-        ("steps = 44", "steps = 0", &["test.steps = 0", "steps = 44"]),
+        ("steps = 88", "steps = 0", &["test.steps = 0", "steps = 44"]),
         ("stop_below_peak = 0.1", "stop_below_peak = 10", &["test.stop_below_peak = 10", "10 %"]),
         (
             "young_mpa = [250.0, 300.0]",

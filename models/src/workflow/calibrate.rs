@@ -34,6 +34,7 @@ pub(super) fn run(w: &Workflow) -> Result<String, WorkflowError> {
         .chains(settings.chains)
         .warmup(settings.warmup)
         .draws(settings.draws)
+        .target_accept(settings.target_accept)
         .seed(settings.seed)
         .threads(w.threads)
         .progress(&bar)
