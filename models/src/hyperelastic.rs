@@ -1,0 +1,231 @@
+//! Rubber elasticity: the pattern for calibrating a material law on test curves.
+//!
+//! A law is its energy derivatives in the principal stretches ([`StretchLaw`], some five lines);
+//! a calibration is its priors and one line a test point (`model!`, some ten lines). The
+//! reference data are Treloar's three deformation modes of vulcanised rubber, and PSIS-LOO says
+//! which law predicts them best:
+//!
+//! ```no_run
+//! use models::hyperelastic::{mooney_rivlin, neo_hookean, ogden, treloar_1944};
+//! use ppl::prelude::*;
+//!
+//! let tests = treloar_1944();
+//! let posterior = Nuts::default().seed(1).sample(&mooney_rivlin(&tests))?;
+//! println!("{}", posterior.summary());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Run `cargo run --release --example rubber` for the whole comparison.
+
+use ppl::prelude::*;
+
+/// A mode of deformation of an incompressible sheet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// Pulled along one direction.
+    Uniaxial,
+    /// Pulled equally along two.
+    Equibiaxial,
+    /// Pulled along one, held in width (planar tension).
+    PureShear,
+}
+
+/// One measured point.
+#[derive(Clone, Copy, Debug)]
+pub struct Point {
+    /// How the sheet was pulled.
+    pub mode: Mode,
+    /// λ₁.
+    pub stretch: f64,
+    /// First Piola–Kirchhoff stress P₁₁ in MPa.
+    pub stress_mpa: f64,
+}
+
+impl Mode {
+    /// Principal stretches (λ₁, λ₂, λ₃) at the pulled stretch: λ₁ λ₂ λ₃ = 1, 3 the free face.
+    pub fn stretches(self, stretch: f64) -> [f64; 3] {
+        match self {
+            Self::Uniaxial => [stretch, stretch.sqrt().recip(), stretch.sqrt().recip()],
+            Self::Equibiaxial => [stretch, stretch, stretch.powi(-2)],
+            Self::PureShear => [stretch, 1.0, stretch.recip()],
+        }
+    }
+}
+
+/// An incompressible isotropic law, by ∂W/∂λ of its energy per principal stretch.
+pub trait StretchLaw<S: Scalar> {
+    /// ∂W/∂λᵢ at λᵢ = `stretch`, in MPa; any common pressure drops out.
+    fn slope(&self, stretch: f64) -> S;
+
+    /// Nominal stress P₁₁ = ∂W/∂λ₁ − (λ₃/λ₁) ∂W/∂λ₃ in MPa: the pressure follows from the free
+    /// face 3 (Ogden 1997, *Non-linear Elastic Deformations*, §7.2).
+    fn nominal_stress(&self, mode: Mode, stretch: f64) -> S {
+        let [first, _, third] = mode.stretches(stretch);
+        self.slope(first) - self.slope(third) * (third / first)
+    }
+}
+
+/// W = (μ/2) (Σ λᵢ² − 3).
+#[derive(Clone, Copy, Debug)]
+pub struct NeoHookean<S> {
+    /// Shear modulus μ in MPa.
+    pub shear_mpa: S,
+}
+
+impl<S: Scalar> StretchLaw<S> for NeoHookean<S> {
+    fn slope(&self, stretch: f64) -> S {
+        self.shear_mpa * stretch
+    }
+}
+
+/// W = C₁ (Σ λᵢ² − 3) + C₂ (Σ λᵢ⁻² − 3).
+#[derive(Clone, Copy, Debug)]
+pub struct MooneyRivlin<S> {
+    /// C₁ and C₂ in MPa; μ = 2 (C₁ + C₂).
+    pub c_mpa: [S; 2],
+}
+
+impl<S: Scalar> StretchLaw<S> for MooneyRivlin<S> {
+    fn slope(&self, stretch: f64) -> S {
+        (self.c_mpa[0] * stretch - self.c_mpa[1] * stretch.powi(-3)) * 2.0
+    }
+}
+
+/// W = Σₖ (2 mₖ/αₖ²) (Σ λᵢ^αₖ − 3): each term brings mₖ > 0 to the shear modulus.
+///
+/// In the usual notation μₖ = 2 mₖ/αₖ (Ogden 1972, Proc. R. Soc. A 326, 565).
+#[derive(Clone, Copy, Debug)]
+pub struct Ogden<S, const K: usize> {
+    /// Contributions mₖ to the shear modulus in MPa.
+    pub shear_mpa: [S; K],
+    /// Exponents αₖ ≠ 0.
+    pub exponent: [S; K],
+}
+
+impl<S: Scalar, const K: usize> StretchLaw<S> for Ogden<S, K> {
+    fn slope(&self, stretch: f64) -> S {
+        let ln = stretch.ln();
+        (0..K)
+            .map(|k| {
+                let alpha = self.exponent[k];
+                self.shear_mpa[k] * 2.0 / alpha * ((alpha - 1.0) * ln).exp()
+            })
+            .sum()
+    }
+}
+
+ppl::model! {
+    /// One modulus; relative scatter `sd` about the law.
+    pub fn neo_hookean(tests: &[Point]) {
+        let shear_mpa ~ LogNormal(-1.0, 1.0);
+        let sd ~ HalfNormal(0.3);
+        let law = NeoHookean { shear_mpa };
+        for test in tests {
+            let stress = law.nominal_stress(test.mode, test.stretch);
+            test.stress_mpa ~ LogNormal(stress.ln(), sd);
+        }
+    }
+
+    /// Two moduli.
+    pub fn mooney_rivlin(tests: &[Point]) {
+        let c_mpa ~ LogNormal(-2.0, 1.0).array::<2>();
+        let sd ~ HalfNormal(0.3);
+        let law = MooneyRivlin { c_mpa };
+        for test in tests {
+            let stress = law.nominal_stress(test.mode, test.stretch);
+            test.stress_mpa ~ LogNormal(stress.ln(), sd);
+        }
+    }
+
+    /// Three terms: a soft one, a stiffening one and a compressive one (α < 0).
+    pub fn ogden(tests: &[Point]) {
+        let shear_mpa ~ LogNormal(-2.0, 1.5).array::<3>();
+        let soft ~ Normal(1.5, 0.5).truncate(0.5..2.5);
+        let stiff ~ Normal(5.0, 2.0).truncate(2.5..12.0);
+        let compressive ~ Normal(-2.0, 1.0).truncate(-6.0..-0.5);
+        let sd ~ HalfNormal(0.3);
+        let law = Ogden { shear_mpa, exponent: [soft, stiff, compressive] };
+        for test in tests {
+            let stress = law.nominal_stress(test.mode, test.stretch);
+            test.stress_mpa ~ LogNormal(stress.ln(), sd);
+        }
+    }
+}
+
+/// Treloar's measurements on 8 % sulphur rubber: uniaxial, equibiaxial and pure shear.
+///
+/// L. R. G. Treloar (1944), Trans. Faraday Soc. 40, 59–70.
+pub fn treloar_1944() -> Vec<Point> {
+    include_str!("../data/treloar_1944.csv").lines().filter_map(parse).collect()
+}
+
+fn parse(line: &str) -> Option<Point> {
+    let mut fields = line.split(',');
+    let mode = match fields.next()? {
+        "UT" => Mode::Uniaxial,
+        "ET" => Mode::Equibiaxial,
+        "PS" => Mode::PureShear,
+        _ => return None,
+    };
+    let stretch = fields.next()?.parse().ok()?;
+    let stress_mpa = fields.next()?.parse().ok()?;
+    Some(Point { mode, stretch, stress_mpa })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_points_are_read() {
+        let points = treloar_1944();
+        let count = |mode| points.iter().filter(|p| p.mode == mode).count();
+        assert_eq!(count(Mode::Uniaxial), 24);
+        assert_eq!(count(Mode::Equibiaxial), 16);
+        assert_eq!(count(Mode::PureShear), points.len() - 40);
+        assert_eq!(points[0].stress_mpa, 0.0255);
+    }
+
+    /// Textbook stresses: neo-Hookean μ(λ − λ⁻²), μ(λ − λ⁻⁵), μ(λ − λ⁻³); the other laws
+    /// contain it, and every law has the small-strain slopes 3μ, 6μ and 4μ.
+    #[test]
+    fn laws_against_closed_forms() {
+        let modes = [Mode::Uniaxial, Mode::Equibiaxial, Mode::PureShear];
+        for (mode, power, slope) in [
+            (modes[0], -2, 3.0),
+            (modes[1], -5, 6.0),
+            (modes[2], -3, 4.0),
+        ] {
+            let neo = NeoHookean { shear_mpa: 0.4 };
+            for stretch in [0.7f64, 1.0, 1.8, 6.0] {
+                let expected = 0.4 * (stretch - stretch.powi(power));
+                let by_law: f64 = neo.nominal_stress(mode, stretch);
+                approx::assert_relative_eq!(by_law, expected, epsilon = 1e-14, max_relative = 1e-13);
+                let mooney: f64 =
+                    MooneyRivlin { c_mpa: [0.2, 0.0] }.nominal_stress(mode, stretch);
+                approx::assert_relative_eq!(mooney, expected, epsilon = 1e-14, max_relative = 1e-13);
+                let ogden: f64 = Ogden { shear_mpa: [0.4], exponent: [2.0] }
+                    .nominal_stress(mode, stretch);
+                approx::assert_relative_eq!(ogden, expected, epsilon = 1e-14, max_relative = 1e-13);
+            }
+            let h = 1e-6;
+            let ogden = Ogden { shear_mpa: [0.3, 0.05, 0.05], exponent: [1.3, 5.0, -2.0] };
+            let mooney = MooneyRivlin { c_mpa: [0.15, 0.05] };
+            let by_ogden: f64 = ogden.nominal_stress(mode, 1.0 + h);
+            let by_mooney: f64 = mooney.nominal_stress(mode, 1.0 + h);
+            approx::assert_relative_eq!(by_ogden / h, slope * 0.4, max_relative = 1e-5);
+            approx::assert_relative_eq!(by_mooney / h, slope * 0.4, max_relative = 1e-5);
+        }
+    }
+
+    /// Mooney–Rivlin in simple tension: P = 2 (λ − λ⁻²)(C₁ + C₂/λ).
+    #[test]
+    fn mooney_plot_is_a_line() {
+        let law = MooneyRivlin { c_mpa: [0.17, 0.06] };
+        for stretch in [1.2f64, 2.0, 4.0] {
+            let stress: f64 = law.nominal_stress(Mode::Uniaxial, stretch);
+            let reduced = stress / (2.0 * (stretch - stretch.powi(-2)));
+            approx::assert_relative_eq!(reduced, 0.17 + 0.06 / stretch, max_relative = 1e-13);
+        }
+    }
+}
