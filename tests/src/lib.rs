@@ -1,5 +1,8 @@
 //! What the tests across crates share.
 
+pub mod eight_schools;
+
+use models::PriorCase;
 use ppl::Posterior;
 use ppl::check::Estimate;
 use serde_json::Value;
@@ -57,6 +60,16 @@ impl Instance {
         let rows = json["Y"].as_array().expect("experiments");
         let qois = rows.iter().map(numbers::<3>).collect();
         Self { json, pce, qois }
+    }
+
+    /// The prior box of the instance.
+    pub fn prior() -> PriorCase {
+        PriorCase {
+            region: "matrix".to_owned(),
+            young_mpa: [-1.0, 1.0],
+            toughness_n_per_mm: [-1.0, 1.0],
+            viscosity_mpa_s: [-1.0, 1.0],
+        }
     }
 }
 

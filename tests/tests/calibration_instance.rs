@@ -7,16 +7,6 @@ use ppl::prelude::*;
 use ppl::{Bound, Model, Nuts, Workspace};
 use serde_json::Value;
 
-/// The prior box of the instance.
-fn unit_box() -> models::PriorCase {
-    models::PriorCase {
-        region: "matrix".to_owned(),
-        young_mpa: [-1.0, 1.0],
-        toughness_n_per_mm: [-1.0, 1.0],
-        viscosity_mpa_s: [-1.0, 1.0],
-    }
-}
-
 /// Unconstrained coordinates of a point given by x, sd and the Cholesky factor.
 fn unconstrained(x: [f64; 3], sd: [f64; 3], partial: [f64; 3]) -> Vec<f64> {
     // y = x/√(2 b_j) with b_j = η + (K − 2 − j)/2 for η = K = 3 (definitions of the LKJ map)
@@ -39,7 +29,7 @@ fn density<M: Model>(model: &Bound<M>, y: &[f64]) -> f64 {
 #[test]
 fn golden_log_densities() {
     let instance = Instance::load();
-    let prior = unit_box();
+    let prior = Instance::prior();
     let model = calibration(&instance.pce, &instance.qois, &prior);
     for golden in instance.json["golden_log_density"].as_array().unwrap() {
         let x = numbers::<3>(&golden["x"]);
@@ -56,7 +46,7 @@ fn golden_log_densities() {
 #[test]
 fn golden_gradient() {
     let instance = Instance::load();
-    let prior = unit_box();
+    let prior = Instance::prior();
     let model = calibration(&instance.pce, &instance.qois, &prior);
     let golden = &instance.json["golden_gradient_stan_coordinates"];
     let u = numbers::<9>(&golden["u"]);
@@ -88,7 +78,7 @@ fn posterior_of_two_independent_programs() {
     let instance = Instance::load();
     let reference: Value =
         serde_json::from_str(include_str!("../fixtures/calibration_reference.json")).unwrap();
-    let prior = unit_box();
+    let prior = Instance::prior();
     let model = calibration(&instance.pce, &instance.qois, &prior);
     let posterior = Nuts::default().chains(4).draws(5000).seed(11).sample(&model).unwrap();
     assert_eq!(posterior.summary().rows.iter().filter(|row| row.rhat >= 1.01).count(), 0);

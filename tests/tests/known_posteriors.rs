@@ -1,6 +1,7 @@
 //! Posteriors with known moments: closed forms, or one-dimensional quadrature where none exists.
 
 use breccia_tests::assert_moments;
+use breccia_tests::eight_schools::{EFFECT, ERROR, centred, moments_by_quadrature, non_centred};
 use ppl::prelude::*;
 use ppl::{CholeskyFactor, Metropolis, Nuts, Posterior};
 
@@ -45,25 +46,6 @@ ppl::model! {
     fn lkj_prior() {
         let chol ~ LkjCholesky::<4>(2.0);
         #[track] let corr = chol.correlation();
-    }
-
-    fn eight_schools_centred(y: &[f64; 8], se: &[f64; 8]) {
-        let mu ~ Normal(0.0, 5.0);
-        let tau ~ HalfCauchy(5.0);
-        let theta ~ Normal(mu, tau).array::<8>();
-        for j in 0..8 {
-            y[j] ~ Normal(theta[j], se[j]);
-        }
-    }
-
-    fn eight_schools(y: &[f64; 8], se: &[f64; 8]) {
-        let mu ~ Normal(0.0, 5.0);
-        let tau ~ HalfCauchy(5.0);
-        let z ~ Normal(0.0, 1.0).array::<8>();
-        #[track] let theta = z.map(|z| mu + tau * z);
-        for j in 0..8 {
-            y[j] ~ Normal(theta[j], se[j]);
-        }
     }
 }
 
@@ -144,50 +126,8 @@ fn lkj_prior_has_its_marginals() {
     }
 }
 
-const EFFECT: [f64; 8] = [28.0, 8.0, -3.0, 7.0, -1.0, 1.0, 18.0, 12.0];
-const ERROR: [f64; 8] = [15.0, 10.0, 16.0, 11.0, 9.0, 11.0, 10.0, 18.0];
-
-/// Moments of mu, tau and theta[0] for eight schools: mu and theta are normal given tau, so one
-/// integral over tau remains (Gelman et al., *Bayesian Data Analysis*, §5.4).
-fn eight_schools_by_quadrature() -> [(f64, f64); 3] {
-    let mut mass = 0.0;
-    let mut first = [0.0; 3];
-    let mut second = [0.0; 3];
-    let steps = 200_000;
-    for i in 0..steps {
-        // tau = 5 tan(π u / 2): the prior is uniform in u
-        let u = (f64::from(i) + 0.5) / f64::from(steps);
-        let tau = 5.0 * (std::f64::consts::FRAC_PI_2 * u).tan();
-        let (mut precision, mut weighted, mut log_marginal) = (1.0 / 25.0, 0.0, 0.0);
-        for (y, se) in EFFECT.iter().zip(&ERROR) {
-            let v = se * se + tau * tau;
-            precision += 1.0 / v;
-            weighted += y / v;
-            log_marginal -= 0.5 * (v.ln() + y * y / v);
-        }
-        let (mean, variance) = (weighted / precision, 1.0 / precision);
-        log_marginal += 0.5 * (weighted * mean - precision.ln());
-        let w = log_marginal.exp();
-        // theta given mu is normal with shrinkage b: theta = b y + (1 − b) mu + noise
-        let b = tau * tau / (tau * tau + ERROR[0] * ERROR[0]);
-        let theta = b * EFFECT[0] + (1.0 - b) * mean;
-        let theta_variance = b * ERROR[0] * ERROR[0] + (1.0 - b) * (1.0 - b) * variance;
-        mass += w;
-        for (k, (m, v)) in
-            [(mean, variance), (tau, 0.0), (theta, theta_variance)].into_iter().enumerate()
-        {
-            first[k] += w * m;
-            second[k] += w * (v + m * m);
-        }
-    }
-    std::array::from_fn(|k| {
-        let m = first[k] / mass;
-        (m, (second[k] / mass - m * m).sqrt())
-    })
-}
-
 fn assert_eight_schools(posterior: &Posterior) {
-    let reference = eight_schools_by_quadrature();
+    let reference = moments_by_quadrature();
     for (name, (mean, sd)) in ["mu", "tau", "theta[0]"].into_iter().zip(reference) {
         assert_moments(posterior, name, mean, sd);
     }
@@ -195,14 +135,14 @@ fn assert_eight_schools(posterior: &Posterior) {
 
 #[test]
 fn eight_schools_non_centred() {
-    let posterior = nuts(7).draws(4000).target_accept(0.95).sample(&eight_schools(&EFFECT, &ERROR)).unwrap();
+    let posterior = nuts(7).draws(4000).target_accept(0.95).sample(&non_centred(&EFFECT, &ERROR)).unwrap();
     assert_eight_schools(&posterior);
 }
 
 /// The centred form has a funnel: it needs small steps, and many draws.
 #[test]
 fn eight_schools_centred_with_small_steps() {
-    let model = eight_schools_centred(&EFFECT, &ERROR);
+    let model = centred(&EFFECT, &ERROR);
     let posterior = nuts(8).warmup(2000).draws(20_000).target_accept(0.995).sample(&model).unwrap();
     assert_eight_schools(&posterior);
 }
@@ -210,7 +150,7 @@ fn eight_schools_centred_with_small_steps() {
 /// The two samplers share nothing but the density.
 #[test]
 fn metropolis_and_nuts_agree() {
-    let model = eight_schools(&EFFECT, &ERROR);
+    let model = non_centred(&EFFECT, &ERROR);
     let by_nuts = nuts(9).draws(4000).target_accept(0.95).sample(&model).unwrap();
     let by_metropolis =
         Metropolis::default().chains(4).warmup(20_000).draws(100_000).thin(5).seed(9).sample(&model).unwrap();
