@@ -7,15 +7,15 @@ use fem::TetMesh;
 
 /// Where the viewer stands: azimuth and elevation in degrees.
 const VIEW: (f64, f64) = (-52.0, 24.0);
-/// Tets whose centre lies in this sector about the axis are taken away, in degrees of azimuth.
+/// Matrix whose centre lies in this sector about the axis is taken away, in degrees of azimuth.
 const CUT: (f64, f64) = (-100.0, -4.0);
 
-/// The mesh with a sector cut out, so that the grains inside show: faces of the remaining tets
-/// that are seen, far ones first.
+/// The mesh with a sector of the matrix cut out, so that the grains show: faces of the remaining
+/// tets that are seen, far ones first.
 pub fn mesh_picture(mesh: &TetMesh) -> String {
-    let kept: Vec<usize> = (0..mesh.tets.len()).filter(|&t| !is_cut(centroid(mesh, t))).collect();
+    let kept = (0..mesh.tets.len()).filter(|&t| grain(mesh, t) != 0 || !is_cut(centroid(mesh, t)));
     let mut faces: HashMap<[u32; 3], ([u32; 3], usize)> = HashMap::new();
-    for &t in &kept {
+    for t in kept {
         let [a, b, c, d] = mesh.tets[t];
         for face in [[a, c, b], [a, b, d], [b, c, d], [a, d, c]] {
             let mut key = face;
@@ -99,11 +99,15 @@ fn base_colour(mesh: &TetMesh, tet: usize) -> [f64; 3] {
         [214.0, 110.0, 80.0],
         [140.0, 130.0, 200.0],
     ];
-    let grain = mesh.grain_of.as_ref().map_or(u32::from(mesh.region_of[tet]), |g| g[tet]);
-    match grain {
+    match grain(mesh, tet) {
         0 => [226.0, 222.0, 214.0],
         g => GRAINS[g as usize % GRAINS.len()],
     }
+}
+
+/// 0 in the matrix; without grain numbers the region stands for the grain.
+fn grain(mesh: &TetMesh, tet: usize) -> u32 {
+    mesh.grain_of.as_ref().map_or(u32::from(mesh.region_of[tet]), |g| g[tet])
 }
 
 fn frame(mesh: &TetMesh, camera: &Camera, seen: &[(f64, String)]) -> String {
