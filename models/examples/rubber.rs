@@ -18,7 +18,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("Ogden, 3 terms", calibrate("Ogden, 3 terms", &ogden(&tests))?),
     ];
     println!("Expected log predictive density of a new point, best law first\n");
-    println!("{}", loo_compare(&[(loos[0].0, &loos[0].1), (loos[1].0, &loos[1].1), (loos[2].0, &loos[2].1)])?);
+    println!(
+        "{}",
+        loo_compare(&[(loos[0].0, &loos[0].1), (loos[1].0, &loos[1].1), (loos[2].0, &loos[2].1)])?
+    );
     Ok(())
 }
 

@@ -28,8 +28,9 @@ fn report<M: Model>(name: &str, model: &Bound<M>, quick: bool) {
     let line = |quantity: &str, value: f64, unit: &str| {
         println!("{name},{dim},{quantity},{value:.4},{unit}");
     };
-    let points: Vec<Vec<f64>> =
-        (0..16).map(|k| (0..dim).map(|i| 0.3 * f64::from((7 * i as i32 + 5 * k) % 11 - 5) / 5.0).collect()).collect();
+    let points: Vec<Vec<f64>> = (0..16)
+        .map(|k| (0..dim).map(|i| 0.3 * f64::from((7 * i as i32 + 5 * k) % 11 - 5) / 5.0).collect())
+        .collect();
     let (batches, repeats) = if quick { (1, 2) } else { (41, 2000) };
     let mut workspace = Workspace::default();
     let value = median_ns(batches, repeats, |k| {
@@ -48,8 +49,7 @@ fn report<M: Model>(name: &str, model: &Bound<M>, quick: bool) {
     let chains = sampler.run(model).expect("the model samples");
     let seconds = start.elapsed().as_secs_f64();
     let chain = &chains.chains[0];
-    let leapfrogs: u32 =
-        chain.stats.iter().chain(&chain.warmup.stats).map(|s| s.leapfrogs).sum();
+    let leapfrogs: u32 = chain.stats.iter().chain(&chain.warmup.stats).map(|s| s.leapfrogs).sum();
     let each = seconds * 1e9 / f64::from(leapfrogs);
     line("leapfrog", each / 1000.0, "us");
     line("overhead_per_leapfrog", (each - full) / 1000.0, "us");

@@ -44,8 +44,9 @@ impl Instance {
     /// # Panics
     /// If the fixture is damaged.
     pub fn load() -> Self {
-        let json: Value = serde_json::from_str(include_str!("../fixtures/calibration_instance.json"))
-            .expect("the fixture is JSON");
+        let json: Value =
+            serde_json::from_str(include_str!("../fixtures/calibration_instance.json"))
+                .expect("the fixture is JSON");
         let input = |name: &str| Input::new(name, -1.0, 1.0).expect("a proper interval");
         let indices = json["multi_indices"].as_array().expect("multi-indices");
         let terms = indices.iter().enumerate().map(|(j, index)| {

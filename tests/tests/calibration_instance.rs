@@ -97,11 +97,7 @@ fn posterior_of_two_independent_programs() {
     let l = |i: usize, j: usize| posterior.trace(&format!("corr[{i},{j}]")).unwrap();
     let (l10, l11, l20, l21) = (l(1, 0), l(1, 1), l(2, 0), l(2, 1));
     let r21: Vec<Vec<f64>> = (0..l10.len())
-        .map(|c| {
-            (0..l10[c].len())
-                .map(|d| l20[c][d] * l10[c][d] + l21[c][d] * l11[c][d])
-                .collect()
-        })
+        .map(|c| (0..l10[c].len()).map(|d| l20[c][d] * l10[c][d] + l21[c][d] * l11[c][d]).collect())
         .collect();
     for (name, trace) in [("corr[1]", &l10), ("corr[2]", &l20), ("corr[3]", &r21)] {
         compare(trace, name, &reference["params"][name]);

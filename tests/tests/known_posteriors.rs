@@ -91,7 +91,8 @@ fn gamma_poisson_is_conjugate() {
 fn linear_regression_has_its_closed_form() {
     let x: Vec<[f64; 3]> =
         (0..25).map(|i| [1.0, f64::from(i) / 10.0, (f64::from(i) * 1.7).sin()]).collect();
-    let y: Vec<f64> = x.iter().map(|r| 0.5 + 1.5 * r[1] - 2.0 * r[2] + (40.0 * r[1]).cos()).collect();
+    let y: Vec<f64> =
+        x.iter().map(|r| 0.5 + 1.5 * r[1] - 2.0 * r[2] + (40.0 * r[1]).cos()).collect();
     let sd: f64 = 0.8;
     let mut precision = nalgebra::Matrix3::identity() / 100.0;
     let mut right = nalgebra::Vector3::zeros();
@@ -135,7 +136,8 @@ fn assert_eight_schools(posterior: &Posterior) {
 
 #[test]
 fn eight_schools_non_centred() {
-    let posterior = nuts(7).draws(4000).target_accept(0.95).sample(&non_centred(&EFFECT, &ERROR)).unwrap();
+    let posterior =
+        nuts(7).draws(4000).target_accept(0.95).sample(&non_centred(&EFFECT, &ERROR)).unwrap();
     assert_eight_schools(&posterior);
 }
 
@@ -152,8 +154,14 @@ fn eight_schools_centred_with_small_steps() {
 fn metropolis_and_nuts_agree() {
     let model = non_centred(&EFFECT, &ERROR);
     let by_nuts = nuts(9).draws(4000).target_accept(0.95).sample(&model).unwrap();
-    let by_metropolis =
-        Metropolis::default().chains(4).warmup(20_000).draws(100_000).thin(5).seed(9).sample(&model).unwrap();
+    let by_metropolis = Metropolis::default()
+        .chains(4)
+        .warmup(20_000)
+        .draws(100_000)
+        .thin(5)
+        .seed(9)
+        .sample(&model)
+        .unwrap();
     let (a, b) = (by_nuts.summary(), by_metropolis.summary());
     for name in ["mu", "tau", "theta[0]", "theta[7]"] {
         let (n, m) = (a.row(name).unwrap(), b.row(name).unwrap());

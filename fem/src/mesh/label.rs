@@ -72,11 +72,16 @@ pub struct Labelling {
     pub target: FractionTarget,
     /// Islands of fewer tetrahedra than this are dropped.
     pub smallest_island: usize,
+    /// Whether grains that touch on the mesh are parted: no node belongs to two grains.
+    ///
+    /// A film of matrix thinner than a tetrahedron is lost otherwise, and grains that share nodes
+    /// are welded together: on a coarse mesh they soon form a skeleton that carries the load.
+    pub separate: bool,
 }
 
 impl Default for Labelling {
     fn default() -> Self {
-        Labelling { target: FractionTarget::default(), smallest_island: 3 }
+        Labelling { target: FractionTarget::default(), smallest_island: 3, separate: true }
     }
 }
 
@@ -171,7 +176,11 @@ impl Labelling {
 
         let labels_at = |offset: f64| {
             let mut labels: Vec<u32> = near.iter().map(|near| majority(near, offset)).collect();
-            let changed = self.drop_islands(&mut labels, &neighbours);
+            let mut changed = self.drop_islands(&mut labels, &neighbours);
+            if self.separate {
+                changed += part_grains(&mut labels, mesh);
+                changed += self.drop_islands(&mut labels, &neighbours);
+            }
             let grain = labels.iter().zip(&volumes).filter(|&(&label, _)| label > 0);
             let fraction = grain.map(|(_, volume)| volume).sum::<f64>() / total;
             (fraction, offset, labels, changed)
@@ -266,6 +275,33 @@ impl Labelling {
         }
         changed
     }
+}
+
+/// Gives every node to the grain that most of its tetrahedra belong to, and takes from the grains
+/// all tetrahedra with a node that another grain has.
+fn part_grains(labels: &mut [u32], mesh: &TetMesh) -> usize {
+    let mut claims: Vec<Vec<(u32, u32)>> = vec![Vec::new(); mesh.nodes.len()];
+    for (tet, &label) in mesh.tets.iter().zip(labels.iter()).filter(|&(_, &label)| label > 0) {
+        for &node in tet {
+            let claims = &mut claims[node as usize];
+            match claims.iter_mut().find(|(grain, _)| *grain == label) {
+                Some((_, count)) => *count += 1,
+                None => claims.push((label, 1)),
+            }
+        }
+    }
+    // of equal claims that of the first grain
+    let owner =
+        |claims: &Vec<(u32, u32)>| claims.iter().max_by_key(|c| (c.1, u32::MAX - c.0)).map(|c| c.0);
+    let owners: Vec<Option<u32>> = claims.iter().map(owner).collect();
+    let mut changed = 0;
+    for (tet, label) in mesh.tets.iter().zip(labels).filter(|(_, label)| **label > 0) {
+        if tet.iter().any(|&node| owners[node as usize] != Some(*label)) {
+            *label = 0;
+            changed += 1;
+        }
+    }
+    changed
 }
 
 /// The grain of a tetrahedron, or 0.
