@@ -38,6 +38,17 @@ impl<'a> CsvTable<'a> {
         Ok(Self { file, columns, rows })
     }
 
+    pub(crate) fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    /// The first row with this `text` under `column`.
+    pub(crate) fn named(&self, column: &str, text: &str) -> Result<Row<'_>, InputError> {
+        self.rows().find(|row| row.text(column) == text).ok_or_else(|| {
+            InputError::new(self.file, text, "", "has no line", "Run the stages again.")
+        })
+    }
+
     pub(crate) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
         (0..self.rows.len()).map(move |index| Row { table: self, index })
     }
@@ -51,6 +62,11 @@ pub(crate) struct Row<'a> {
 }
 
 impl<'a> Row<'a> {
+    /// All cells in order.
+    pub(crate) fn cells(&self) -> &'a [String] {
+        &self.table.rows[self.index].1
+    }
+
     /// The cell under `column`; empty where the table has no such column.
     pub(crate) fn text(&self, column: &str) -> &'a str {
         let place = self.table.columns.iter().position(|c| c == column);

@@ -21,8 +21,10 @@ mod csv_table;
 mod error;
 mod experiment;
 mod fracture;
+pub mod hyperelastic;
 mod progress;
 mod qoi;
+pub mod report;
 mod virtual_lab;
 mod workflow;
 

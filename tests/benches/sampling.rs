@@ -8,7 +8,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use breccia_tests::{Instance, eight_schools};
-use models::fracture::calibration;
+use models::calibration;
 use ppl::prelude::*;
 use ppl::{Bound, Model, Nuts, Workspace};
 

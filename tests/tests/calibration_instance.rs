@@ -2,7 +2,7 @@
 //! and the posterior of two long independent runs (Stan and nutpie) within 4 standard errors.
 
 use breccia_tests::{Instance, assert_moments_of, number, numbers};
-use models::fracture::calibration;
+use models::calibration;
 use ppl::prelude::*;
 use ppl::{Bound, Model, Nuts, Workspace};
 use serde_json::Value;

@@ -11,7 +11,7 @@ fn nuts(seed: u64) -> Nuts<'static> {
 
 ppl::model! {
     fn correlated_gaussian(mean: [f64; 3], chol: CholeskyFactor<f64, 3>) {
-        let x ~ MvNormalCholesky(mean, chol);
+        let x ~ MvNormalCholesky(mean, *chol);
     }
 
     fn normal_mean(y: &[f64], sd: f64) {

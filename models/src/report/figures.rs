@@ -2,7 +2,7 @@
 
 use kuva::prelude::*;
 
-use super::results::{Parameter, Results};
+use super::results::{Order, Parameter, Results};
 use super::style::{
     ENSEMBLE, MEASURED, POSTERIOR, PRIOR, SERIES, TRUTH, framed, grid, panel, single,
 };
@@ -71,9 +71,12 @@ pub(super) fn qois(results: &Results) -> String {
     grid(1, results.qois.len(), panels, (330.0, 290.0))
 }
 
+/// One of the errors of an order.
+type Error = fn(&Order) -> Option<f64>;
+
 /// Errors of the expansion by order, on a logarithmic scale.
 pub(super) fn orders(results: &Results) -> String {
-    let series: [(&str, fn(&super::results::Order) -> Option<f64>); 4] = [
+    let series: [(&str, Error); 4] = [
         ("corrected LOO", |o| o.corrected),
         ("LOO", |o| o.loo),
         ("validation (30 %)", |o| o.validation),

@@ -6,6 +6,7 @@ use super::files::{csv_text, write};
 use super::fingerprint::Fingerprint;
 use super::simulation::{Simulator, build_mesh, height_mm};
 use super::{Stage, Workflow, WorkflowError};
+use crate::report::mesh_picture;
 
 pub(super) fn inputs(w: &Workflow) -> Result<Fingerprint, WorkflowError> {
     let mut inputs = Fingerprint::new().part(&w.case().specimen);
@@ -19,6 +20,7 @@ pub(super) fn run(w: &Workflow) -> Result<String, WorkflowError> {
     let mesh = build_mesh(&w.file)?;
     gmsh::write(w.path("mesh.msh"), &mesh)?;
     vtu::write(w.path("mesh.vtu"), &mesh, &[], &[])?;
+    write(&w.path("mesh.svg"), &mesh_picture(&mesh))?;
 
     let mut rows = vec![
         ("nodes".to_owned(), mesh.nodes.len() as f64),

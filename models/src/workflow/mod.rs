@@ -3,12 +3,13 @@
 //! | stage | reads | writes |
 //! |---|---|---|
 //! | (opening) | the case and what it names | `case.toml` (every default written out), `specimen.msh` or `laboratory/` (copies) |
-//! | mesh | `case.toml` | `mesh.vtu` (regions, grains), `mesh.msh` (Gmsh 4.1), `mesh.csv` (`quantity,value`) |
+//! | mesh | `case.toml` | `mesh.vtu` (regions, grains), `mesh.msh` (Gmsh 4.1), `mesh.csv` (`quantity,value`), `mesh.svg` (picture) |
 //! | laboratory | `mesh.msh`, `laboratory/` | virtual: `laboratory/{specimens,truth,bias}.csv`, `laboratory/curves/`; `experiments.csv` |
 //! | ensemble | `mesh.msh` | `runs/` (one file a run, for resuming), `runs.csv`, `curves/run-*.csv` |
 //! | surrogate | `runs.csv` | `surrogate.json`, `surrogate_orders.csv`, `surrogate_error.json` |
 //! | calibrate | `surrogate.json`, `experiments.csv` | `posterior.zarr`, `posterior.csv`, `sampling.csv`, `summary.csv`, `summary.txt`, `warnings.txt`, `map.csv` |
 //! | confirm | `map.csv`, `posterior.csv`, `mesh.msh` | `confirm.csv`, `confirm_runs.csv`, `curves/map.csv`, `curves/draw-*.csv` |
+//! | report | all of these | `report.html` |
 //!
 //! `stages.toml` remembers what each finished stage was made from. A stage is done again when that
 //! has changed, so the same command after an interruption goes on where it stopped.
@@ -22,6 +23,7 @@ mod files;
 mod fingerprint;
 mod laboratory;
 mod mesh;
+mod report;
 mod simulate;
 mod simulation;
 mod surrogate;
@@ -55,17 +57,20 @@ pub enum Stage {
     Calibrate,
     /// Simulations at the MAP and at posterior draws.
     Confirm,
+    /// Figures and tables on one page.
+    Report,
 }
 
 impl Stage {
     /// All stages in order.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Mesh,
         Self::Laboratory,
         Self::Ensemble,
         Self::Surrogate,
         Self::Calibrate,
         Self::Confirm,
+        Self::Report,
     ];
 
     /// Its subcommand.
@@ -77,6 +82,7 @@ impl Stage {
             Self::Surrogate => "surrogate",
             Self::Calibrate => "calibrate",
             Self::Confirm => "confirm",
+            Self::Report => "report",
         }
     }
 
@@ -89,6 +95,7 @@ impl Stage {
             Self::Surrogate => "surrogate.json",
             Self::Calibrate => "map.csv",
             Self::Confirm => "confirm.csv",
+            Self::Report => "report.html",
         }
     }
 }
@@ -172,6 +179,7 @@ impl<'a> Workflow<'a> {
             Stage::Surrogate => surrogate::inputs(self),
             Stage::Calibrate => calibrate::inputs(self),
             Stage::Confirm => confirm::inputs(self),
+            Stage::Report => report::inputs(self),
         }?;
         let record = self.path("stages.toml");
         let mut finished: BTreeMap<String, String> = std::fs::read_to_string(&record)
@@ -192,6 +200,7 @@ impl<'a> Workflow<'a> {
             Stage::Surrogate => surrogate::run(self),
             Stage::Calibrate => calibrate::run(self),
             Stage::Confirm => confirm::run(self),
+            Stage::Report => report::run(self),
         }?;
         say(stage.name(), &format!("{result} ({:.1} s)", start.elapsed().as_secs_f64()));
         finished.insert(stage.name().to_owned(), current);
