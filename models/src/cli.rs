@@ -12,7 +12,7 @@ use models::{Case, CaseFile, InputError, Stage, Workflow, WorkflowError};
 ///
 /// From the compression curves of specimens and a finite-element model of their microstructure to
 /// the posterior of stiffness, toughness and viscosity of the matrix. Without arguments the shipped
-/// default case runs: virtual specimens, 100 simulations, surrogate, posterior, confirmation.
+/// default case runs: virtual specimens, 100 simulations, surrogate, posterior, confirmation, report.
 #[derive(Parser)]
 #[command(name = "breccia", version, after_help = EXAMPLES)]
 struct Cli {
@@ -32,7 +32,7 @@ Examples:
   breccia run my.toml --out results         everything; interrupt it and run it again to go on
   breccia calibrate --out results           one stage again, after results/case.toml was edited
 
-Stages, in order: mesh, laboratory, ensemble, surrogate, calibrate, confirm.
+Stages, in order: mesh, laboratory, ensemble, surrogate, calibrate, confirm, report.
 `breccia help STAGE` says what each reads and writes.";
 
 #[derive(Subcommand)]
@@ -76,6 +76,11 @@ enum Command {
         after_help = "Reads map.csv, posterior.csv and mesh.msh.\nExample:\n  breccia confirm my.toml --out results"
     )]
     Confirm(Target),
+    /// Put figures and tables of all stages on one page: report.html
+    #[command(
+        after_help = "Reads what the other stages wrote.\nExample:\n  breccia report my.toml --out results"
+    )]
+    Report(Target),
 }
 
 #[derive(Args)]
@@ -153,6 +158,7 @@ fn run(command: Option<Command>, threads: usize) -> Result<(), WorkflowError> {
         Some(Command::Surrogate(target)) => stage(target, Stage::Surrogate),
         Some(Command::Calibrate(target)) => stage(target, Stage::Calibrate),
         Some(Command::Confirm(target)) => stage(target, Stage::Confirm),
+        Some(Command::Report(target)) => stage(target, Stage::Report),
     }
 }
 
@@ -165,7 +171,7 @@ fn run_all(file: &CaseFile, out: &Path, threads: usize) -> Result<(), WorkflowEr
             .map_err(|e| WorkflowError::File { path: path.clone(), message: e.to_string() })?;
         println!("{}:\n{text}", path.display());
     }
-    println!("results: {}", out.display());
+    println!("report: {}", out.join("report.html").display());
     Ok(())
 }
 

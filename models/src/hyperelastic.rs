@@ -191,21 +191,27 @@ mod tests {
     #[test]
     fn laws_against_closed_forms() {
         let modes = [Mode::Uniaxial, Mode::Equibiaxial, Mode::PureShear];
-        for (mode, power, slope) in [
-            (modes[0], -2, 3.0),
-            (modes[1], -5, 6.0),
-            (modes[2], -3, 4.0),
-        ] {
+        for (mode, power, slope) in [(modes[0], -2, 3.0), (modes[1], -5, 6.0), (modes[2], -3, 4.0)]
+        {
             let neo = NeoHookean { shear_mpa: 0.4 };
             for stretch in [0.7f64, 1.0, 1.8, 6.0] {
                 let expected = 0.4 * (stretch - stretch.powi(power));
                 let by_law: f64 = neo.nominal_stress(mode, stretch);
-                approx::assert_relative_eq!(by_law, expected, epsilon = 1e-14, max_relative = 1e-13);
-                let mooney: f64 =
-                    MooneyRivlin { c_mpa: [0.2, 0.0] }.nominal_stress(mode, stretch);
-                approx::assert_relative_eq!(mooney, expected, epsilon = 1e-14, max_relative = 1e-13);
-                let ogden: f64 = Ogden { shear_mpa: [0.4], exponent: [2.0] }
-                    .nominal_stress(mode, stretch);
+                approx::assert_relative_eq!(
+                    by_law,
+                    expected,
+                    epsilon = 1e-14,
+                    max_relative = 1e-13
+                );
+                let mooney: f64 = MooneyRivlin { c_mpa: [0.2, 0.0] }.nominal_stress(mode, stretch);
+                approx::assert_relative_eq!(
+                    mooney,
+                    expected,
+                    epsilon = 1e-14,
+                    max_relative = 1e-13
+                );
+                let ogden: f64 =
+                    Ogden { shear_mpa: [0.4], exponent: [2.0] }.nominal_stress(mode, stretch);
                 approx::assert_relative_eq!(ogden, expected, epsilon = 1e-14, max_relative = 1e-13);
             }
             let h = 1e-6;

@@ -56,6 +56,7 @@ fn help_teaches_with_an_example_for_every_command() {
         "surrogate",
         "calibrate",
         "confirm",
+        "report",
     ];
     for command in commands {
         assert!(help.contains(&format!("\n  {command} ")), "{command} is not in {help}");

@@ -135,10 +135,11 @@ fn from_an_empty_directory_to_every_documented_file() {
         "surrogate.json",
         "posterior.zarr/zarr.json",
         "posterior.csv",
+        "report.html",
     ] {
         assert!(results.join(name).is_file(), "{name}");
     }
-    for part in ["young_mpa", "parameter,map,truth", "percent_error"] {
+    for part in ["young_mpa", "parameter,map,truth", "percent_error", "report.html"] {
         assert!(out.contains(part), "{part} is not printed: {out}");
     }
 

@@ -38,9 +38,7 @@ pub(super) fn confirmation(results: &Results) -> String {
         let plot = line(curve.iter().copied(), "#e3a8a6", 1.2);
         plots.push(if i == 0 { plot.with_legend("posterior draws").into() } else { plot.into() });
     }
-    plots.push(
-        line(results.map_curve.iter().copied(), POSTERIOR, 2.6).with_legend("MAP").into(),
-    );
+    plots.push(line(results.map_curve.iter().copied(), POSTERIOR, 2.6).with_legend("MAP").into());
     let layout = panel(&plots, "displacement (mm)", "force (N)")
         .with_legend_position(LegendPosition::InsideBottomRight);
     single(plots, layout, 760.0, 430.0)
@@ -109,13 +107,11 @@ pub(super) fn pairs(parameters: &[Parameter]) -> String {
     for row in 0..n {
         for column in 0..n {
             let (x, y) = (&parameters[column], &parameters[row]);
-            let label = |shown: bool, p: &Parameter| if shown { p.label.clone() } else { String::new() };
+            let label =
+                |shown: bool, p: &Parameter| if shown { p.label.clone() } else { String::new() };
             let x_label = label(row == n - 1, x);
-            let (plots, range) = if row == column {
-                marginal(x)
-            } else {
-                (joint(x, y, row > column), y.prior)
-            };
+            let (plots, range) =
+                if row == column { marginal(x) } else { (joint(x, y, row > column), y.prior) };
             let y_label = match (row == column, column == 0) {
                 (true, _) => "density".to_owned(),
                 (false, shown) => label(shown, y),
@@ -236,7 +232,8 @@ fn round_range(values: impl Iterator<Item = f64>) -> (f64, f64) {
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
     let rough = ((b - a) / 8.0).max(1e-9 * b.abs()).max(f64::MIN_POSITIVE);
     let power = 10f64.powf(rough.log10().floor());
-    let step = power * [1.0, 2.0, 5.0, 10.0].into_iter().find(|m| m * power >= rough).unwrap_or(10.0);
+    let step =
+        power * [1.0, 2.0, 5.0, 10.0].into_iter().find(|m| m * power >= rough).unwrap_or(10.0);
     ((a / step).floor() * step, (b / step).ceil() * step)
 }
 

@@ -87,7 +87,12 @@ fn text(path: &Path) -> Result<String, WorkflowError> {
 }
 
 fn curve(path: &Path) -> Result<Curve, WorkflowError> {
-    Ok(read_curve(path)?.iter().map(|p| (p.displacement_mm, p.force_n)).collect())
+    let points = read_curve(path)?;
+    // a recorded curve starts with its first step
+    Ok([(0.0, 0.0)]
+        .into_iter()
+        .chain(points.iter().map(|p| (p.displacement_mm, p.force_n)))
+        .collect())
 }
 
 /// All cells of a table, header first; numbers shortened.
@@ -118,7 +123,6 @@ fn orders(fit: &FitReport) -> Vec<Order> {
         .iter()
         .map(|o| Order {
             order: o.order,
-            terms: o.terms,
             loo: o.loo.as_ref().map(|e| mean(&e.plain)),
             corrected: o.loo.as_ref().map(|e| mean(&e.corrected)),
             training: o.split.as_ref().map(|e| mean(&e.train)),
@@ -263,6 +267,9 @@ fn settings(file: &CaseFile) -> Vec<(String, String)> {
         ),
         row("likelihood", "multivariate normal QoIs, LKJ(3), scales Normal(0.15, 0.25) > 0".into()),
         row("program", format!("breccia {}", env!("CARGO_PKG_VERSION"))),
-        row("method", "Schmid et al., phase-field calibration with uncertainty quantification".into()),
+        row(
+            "method",
+            "Schmid et al., phase-field calibration with uncertainty quantification".into(),
+        ),
     ]
 }

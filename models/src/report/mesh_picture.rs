@@ -27,10 +27,8 @@ pub fn mesh_picture(mesh: &TetMesh) -> String {
         }
     }
     let camera = Camera::new();
-    let mut seen: Vec<(f64, String)> = faces
-        .into_values()
-        .filter_map(|(face, tet)| triangle(mesh, &camera, face, tet))
-        .collect();
+    let mut seen: Vec<(f64, String)> =
+        faces.into_values().filter_map(|(face, tet)| triangle(mesh, &camera, face, tet)).collect();
     // ties broken by the text, so that the picture does not depend on the hash map's order
     seen.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(&b.1)));
     frame(mesh, &camera, &seen)
@@ -45,11 +43,8 @@ struct Camera {
 impl Camera {
     fn new() -> Self {
         let (azimuth, elevation) = (VIEW.0.to_radians(), VIEW.1.to_radians());
-        let towards = [
-            elevation.cos() * azimuth.cos(),
-            elevation.cos() * azimuth.sin(),
-            elevation.sin(),
-        ];
+        let towards =
+            [elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin()];
         let right = [-azimuth.sin(), azimuth.cos(), 0.0];
         Self { right, up: cross(towards, right), towards }
     }
@@ -59,12 +54,7 @@ impl Camera {
     }
 }
 
-fn triangle(
-    mesh: &TetMesh,
-    camera: &Camera,
-    face: [u32; 3],
-    tet: usize,
-) -> Option<(f64, String)> {
+fn triangle(mesh: &TetMesh, camera: &Camera, face: [u32; 3], tet: usize) -> Option<(f64, String)> {
     let corners = face.map(|n| mesh.nodes[n as usize]);
     let [p, q, r] = corners;
     let normal = cross(sub(q, p), sub(r, p));

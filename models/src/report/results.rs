@@ -1,108 +1,106 @@
 //! What a report tells, as plain numbers.
 
 /// A curve of displacement in mm and force in N.
-pub type Curve = Vec<(f64, f64)>;
+pub(super) type Curve = Vec<(f64, f64)>;
 
 /// Everything that the report shows.
 #[derive(Clone, Debug, Default)]
-pub struct Results {
+pub(super) struct Results {
     /// What was calibrated, for the headline.
-    pub title: String,
+    pub(super) title: String,
     /// The effective case, as text.
-    pub case_toml: String,
+    pub(super) case_toml: String,
     /// The picture of the mesh, as SVG.
-    pub mesh_svg: String,
+    pub(super) mesh_svg: String,
     /// Facts about the mesh: name and value.
-    pub mesh_facts: Vec<(String, String)>,
+    pub(super) mesh_facts: Vec<(String, String)>,
     /// Measured curves by specimen.
-    pub experiments: Vec<(String, Curve)>,
+    pub(super) experiments: Vec<(String, Curve)>,
     /// Simulated curves of the ensemble.
-    pub ensemble: Vec<Curve>,
+    pub(super) ensemble: Vec<Curve>,
     /// Runs of the ensemble that failed, with their reasons.
-    pub failures: Vec<(usize, String)>,
+    pub(super) failures: Vec<(usize, String)>,
     /// Seconds of processor time of the runs, in all.
-    pub ensemble_seconds: f64,
+    pub(super) ensemble_seconds: f64,
     /// The simulation at the MAP.
-    pub map_curve: Curve,
+    pub(super) map_curve: Curve,
     /// Simulations at posterior draws.
-    pub posterior_curves: Vec<Curve>,
+    pub(super) posterior_curves: Vec<Curve>,
     /// The quantities of interest.
-    pub qois: Vec<Qoi>,
+    pub(super) qois: Vec<Qoi>,
     /// The surrogate, order by order.
-    pub orders: Vec<Order>,
+    pub(super) orders: Vec<Order>,
     /// The order that was chosen, and the rule.
-    pub chosen_order: usize,
+    pub(super) chosen_order: usize,
     /// In words, how it was chosen.
-    pub order_rule: String,
+    pub(super) order_rule: String,
     /// The calibrated parameters.
-    pub parameters: Vec<Parameter>,
+    pub(super) parameters: Vec<Parameter>,
     /// The summary table, header first.
-    pub summary: Vec<Vec<String>>,
+    pub(super) summary: Vec<Vec<String>>,
     /// Warnings in words; empty if nothing is to be said.
-    pub warnings: Vec<String>,
+    pub(super) warnings: Vec<String>,
     /// Notes that belong to the reading: scaled displacements, mesh bias and the like.
-    pub notes: Vec<String>,
+    pub(super) notes: Vec<String>,
     /// Settings of the run: name and value.
-    pub settings: Vec<(String, String)>,
+    pub(super) settings: Vec<(String, String)>,
 }
 
 /// One quantity of interest.
 #[derive(Clone, Debug, Default)]
-pub struct Qoi {
+pub(super) struct Qoi {
     /// Name with unit.
-    pub label: String,
+    pub(super) label: String,
     /// One value a specimen.
-    pub experiments: Vec<f64>,
+    pub(super) experiments: Vec<f64>,
     /// One value a run of the ensemble.
-    pub ensemble: Vec<f64>,
+    pub(super) ensemble: Vec<f64>,
     /// The simulation at the MAP.
-    pub map: f64,
+    pub(super) map: f64,
     /// Relative difference of that to the experimental mean, in per cent.
-    pub percent_error: f64,
+    pub(super) percent_error: f64,
     /// Total Sobol index for every parameter.
-    pub sobol_total: Vec<f64>,
+    pub(super) sobol_total: Vec<f64>,
 }
 
 /// The surrogate at one order.
 #[derive(Clone, Debug, Default)]
-pub struct Order {
+pub(super) struct Order {
     /// Polynomial order.
-    pub order: usize,
-    /// Terms of the expansion.
-    pub terms: usize,
+    pub(super) order: usize,
     /// Relative leave-one-out error, averaged over the outputs; `None`: not estimable.
-    pub loo: Option<f64>,
+    pub(super) loo: Option<f64>,
     /// The same, corrected for the sample size.
-    pub corrected: Option<f64>,
+    pub(super) corrected: Option<f64>,
     /// Relative training error of the 70/30 split.
-    pub training: Option<f64>,
+    pub(super) training: Option<f64>,
     /// Relative validation error of the 70/30 split.
-    pub validation: Option<f64>,
+    pub(super) validation: Option<f64>,
 }
 
 /// One calibrated parameter.
 #[derive(Clone, Debug, Default)]
-pub struct Parameter {
+pub(super) struct Parameter {
     /// Label with unit.
-    pub label: String,
+    pub(super) label: String,
     /// Ends of the prior box.
-    pub prior: (f64, f64),
+    pub(super) prior: (f64, f64),
     /// Draws by chain.
-    pub chains: Vec<Vec<f64>>,
+    pub(super) chains: Vec<Vec<f64>>,
     /// Mean, sd, 5 % and 95 % quantiles.
-    pub mean: f64,
+    pub(super) mean: f64,
     /// Standard deviation.
-    pub sd: f64,
+    pub(super) sd: f64,
     /// 5 % quantile.
-    pub q05: f64,
+    pub(super) q05: f64,
     /// 95 % quantile.
-    pub q95: f64,
+    pub(super) q95: f64,
     /// Joint mode.
-    pub map: f64,
+    pub(super) map: f64,
     /// 1 − posterior variance / prior variance.
-    pub contraction: f64,
+    pub(super) contraction: f64,
     /// The truth, in a virtual laboratory.
-    pub truth: Option<f64>,
+    pub(super) truth: Option<f64>,
 }
 
 impl Parameter {

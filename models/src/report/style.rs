@@ -42,11 +42,7 @@ pub(super) fn panel(plots: &[Plot], x: &str, y: &str) -> Layout {
 
 /// The same panel over fixed ranges.
 pub(super) fn framed(layout: Layout, x: (f64, f64), y: (f64, f64)) -> Layout {
-    layout
-        .with_x_axis_min(x.0)
-        .with_x_axis_max(x.1)
-        .with_y_axis_min(y.0)
-        .with_y_axis_max(y.1)
+    layout.with_x_axis_min(x.0).with_x_axis_max(x.1).with_y_axis_min(y.0).with_y_axis_max(y.1)
 }
 
 /// One panel as SVG.
