@@ -128,7 +128,8 @@ pub(crate) fn find(
         (Identification::Not, "The data did not inform (contraction below 0.1)"),
         (Identification::Weakly, "The data informed only weakly (contraction below 0.5)"),
     ] {
-        let rows = identifiability.iter().filter(|row| row.label() == label);
+        // entries of a matrix, as a Cholesky factor, say little one by one
+        let rows = identifiability.iter().filter(|r| r.label() == label && !r.name.contains(','));
         let names = list(rows.map(|row| format!("{} ({:.2})", row.name, row.contraction())));
         if !names.is_empty() {
             say(

@@ -91,8 +91,11 @@ fn row(record: &RunRecord, qois: Option<Qois>, status: String) -> Vec<String> {
         .collect()
 }
 
+/// Parameters and quantities of one run.
+type Sample = ([f64; 3], [f64; 3]);
+
 /// Parameters and quantities of the usable runs of a `runs.csv`.
-pub(super) fn read_runs(path: &Path) -> Result<Vec<([f64; 3], [f64; 3])>, InputError> {
+pub(super) fn read_runs(path: &Path) -> Result<Vec<Sample>, InputError> {
     let columns: Vec<&str> =
         PriorCase::NAMES.into_iter().chain(Qois::NAMES).chain(["status"]).collect();
     let table = CsvTable::read(path, &columns)?;
