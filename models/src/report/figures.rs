@@ -22,9 +22,7 @@ pub(super) fn curves(results: &Results) -> String {
         let plot = line(thin(curve, 240), MEASURED, 1.4).with_dashed();
         plots.push(if i == 0 { plot.with_legend("experiments").into() } else { plot.into() });
     }
-    let layout = panel(&plots, "displacement (mm)", "force (N)")
-        .with_legend_position(LegendPosition::InsideBottomRight);
-    single(plots, layout, 760.0, 430.0)
+    force_displacement(plots)
 }
 
 /// Experiments with the simulations at the MAP and at posterior draws.
@@ -39,7 +37,14 @@ pub(super) fn confirmation(results: &Results) -> String {
         plots.push(if i == 0 { plot.with_legend("posterior draws").into() } else { plot.into() });
     }
     plots.push(line(results.map_curve.iter().copied(), POSTERIOR, 2.6).with_legend("MAP").into());
+    force_displacement(plots)
+}
+
+/// Curves from the origin: readings below it are noise.
+fn force_displacement(plots: Vec<Plot>) -> String {
     let layout = panel(&plots, "displacement (mm)", "force (N)")
+        .with_x_axis_min(0.0)
+        .with_y_axis_min(0.0)
         .with_legend_position(LegendPosition::InsideBottomRight);
     single(plots, layout, 760.0, 430.0)
 }
@@ -191,8 +196,9 @@ pub(super) fn traces(parameters: &[Parameter]) -> String {
                 })
                 .collect();
             let length = p.chains.iter().map(Vec::len).max().unwrap_or(1);
-            let layout = framed(panel(&plots, "draw", &p.label), (0.0, length as f64), p.prior);
-            (plots, layout)
+            let range = round_range(p.draws());
+            let layout = framed(panel(&plots, "draw", &p.label), (0.0, length as f64), range);
+            (plots, layout.with_ticks(3))
         })
         .collect();
     grid(parameters.len(), 1, panels, (900.0, 190.0))

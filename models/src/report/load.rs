@@ -42,7 +42,7 @@ pub(super) fn load(dir: &Path) -> Result<Results, WorkflowError> {
         summary: cells(&dir.join("summary.csv"))?,
         warnings: text(&dir.join("warnings.txt"))?.lines().map(str::to_owned).collect(),
         settings: settings(&file),
-        notes: bias(&dir.join("laboratory/bias.csv"))?,
+        notes: notes(dir, &file)?,
         qois: qois(dir)?,
         ..Results::default()
     };
@@ -230,6 +230,25 @@ fn experiments(dir: &Path, file: &CaseFile, results: &mut Results) -> Result<(),
         results.experiments.push((specimen.id, points.filter(|p| p.0 <= 1.05 * end).collect()));
     }
     Ok(())
+}
+
+/// What belongs to the reading of a virtual laboratory's results.
+fn notes(dir: &Path, file: &CaseFile) -> Result<Vec<String>, WorkflowError> {
+    let experiments = file.case.experiments.as_ref();
+    if experiments.is_none_or(|e| e.laboratory.is_none()) {
+        return Ok(Vec::new());
+    }
+    let mut notes = bias(&dir.join("laboratory/bias.csv"))?;
+    if file.case.specimen.grains.is_some() {
+        notes.push(
+            "Every virtual specimen has a packing of its own, the surrogate has one. By how much \
+             that one differs from their mean, in slope and peak, the calibrated parameters take \
+             up (the viscosity with the third power of the displacement at peak), and no interval \
+             includes it: calibrate on several packings to see it."
+                .to_owned(),
+        );
+    }
+    Ok(notes)
 }
 
 /// What the coarse mesh of the surrogate does, where the virtual laboratory had a finer one.

@@ -45,7 +45,7 @@ fn answer(results: &Results) -> Markup {
                 thead {
                     tr {
                         th { "parameter" } th { "MAP" } th { "mean ± sd" } th { "90 % interval" }
-                        th { "prior" } th { "contraction" } th { "what the data say" }
+                        th { "prior" } th { "contraction" } th { "from the data" }
                         @if with_truth { th { "truth" } }
                     }
                 }
