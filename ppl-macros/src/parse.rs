@@ -317,7 +317,7 @@ fn flow(input: ParseStream) -> Result<Flow> {
         let otherwise = if input.peek(Token![else]) {
             let else_token = input.parse()?;
             if !input.peek(Token![if]) && !input.peek(token::Brace) {
-                return Err(input.error("expected `if` or a block after `else`"));
+                return Err(input.error(errors::ELSE));
             }
             Some((else_token, Box::new(flow(input)?)))
         } else {
@@ -364,7 +364,7 @@ fn arm(input: ParseStream) -> Result<Arm> {
     };
     let comma: Option<Token![,]> = input.parse()?;
     if comma.is_none() && matches!(body, ArmBody::Value(_)) && !input.is_empty() {
-        return Err(input.error("expected `,` between the arms of `match`"));
+        return Err(input.error(errors::ARM_COMMA));
     }
     Ok(Arm { pat, guard, arrow, body })
 }

@@ -46,6 +46,38 @@ impl Layout {
 ///
 /// Names, shapes and the number of unknowns are found once, by a run on a prior draw; what goes
 /// wrong there is reported by [`layout`](Bound::layout) and by every sampler.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+/// use ppl::rand::SeedableRng;
+///
+/// ppl::model! {
+///     fn spring(stretch_mm: f64, force_n: &[f64]) {
+///         let stiffness ~ LogNormal(0.0, 1.0); // N/mm
+///         #[track] let expected = stiffness * stretch_mm;
+///         for f in force_n {
+///             f ~ Normal(expected, 0.5);
+///         }
+///     }
+/// }
+///
+/// let model = spring(2.0, &[3.9, 4.2]);
+/// assert_eq!(model.layout()?.dim, 1);
+///
+/// // prior prediction: unknowns, what follows from them, and data that would look like that
+/// let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(7);
+/// let prior = model.draw_prior(&mut rng)?;
+/// let stiffness = prior.values("stiffness").expect("an unknown")[0];
+/// assert_eq!(prior.values("expected").expect("tracked"), [2.0 * stiffness]);
+/// assert_eq!(prior.replicate("f").expect("observed").len(), 2);
+///
+/// // density and gradient at a point of unconstrained space: here the coordinate is ln stiffness
+/// let (mut gradient, mut workspace) = ([0.0], ppl::Workspace::default());
+/// let value = model.gradient(&[0.7], &mut gradient, &mut workspace)?;
+/// assert_eq!(value, model.log_density(&[0.7], &mut workspace)?);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Bound<M> {
     model: M,
@@ -161,7 +193,7 @@ impl<M: Model> Bound<M> {
                 .map(|(j, &y)| Dual::new(y, [if i == j { 1.0 } else { 0.0 }]))
                 .collect();
             let mut density = Density { ledger: Sum::new(&point), jacobian: true };
-            self.model.run(&mut density)?;
+            density.read(&self.model)?;
             value = crate::Scalar::value(density.ledger.total);
             *g = density.ledger.total.gradient()[0];
         }
@@ -170,7 +202,7 @@ impl<M: Model> Bound<M> {
 
     fn value(&self, y: &[f64], jacobian: bool) -> Result<f64, Rejection> {
         let mut density = Density { ledger: Sum::new(y), jacobian };
-        self.model.run(&mut density)?;
+        density.read(&self.model)?;
         Ok(density.ledger.total)
     }
 
@@ -185,7 +217,7 @@ impl<M: Model> Bound<M> {
         tape.clear();
         let ledger = Roots::new(tape, y);
         let mut density = Density { ledger, jacobian };
-        self.model.run(&mut density)?;
+        density.read(&self.model)?;
         let total = density.ledger.total;
         tape.sweep(gradient);
         Ok(total)

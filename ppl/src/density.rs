@@ -6,6 +6,31 @@ use std::fmt;
 ///
 /// [`Bound`](crate::Bound) implements it for every model; write it by hand for a density that
 /// is not a model.
+///
+/// # Example
+/// ```
+/// use ppl::{LogDensity, Nuts, Rejection};
+///
+/// struct Normal;
+/// impl LogDensity for Normal {
+///     type Workspace = ();
+///     fn dim(&self) -> usize {
+///         1
+///     }
+///     fn log_density(&self, y: &[f64], _: &mut ()) -> Result<f64, Rejection> {
+///         Ok(-0.5 * y[0] * y[0])
+///     }
+///     fn gradient(&self, y: &[f64], g: &mut [f64], w: &mut ()) -> Result<f64, Rejection> {
+///         g[0] = -y[0];
+///         self.log_density(y, w)
+///     }
+/// }
+///
+/// ppl::check::gradient(&Normal, 7);
+/// let run = Nuts::default().chains(2).warmup(300).draws(500).seed(7).run(&Normal)?;
+/// assert_eq!(run.len(), 500);
+/// # Ok::<(), ppl::SampleError>(())
+/// ```
 pub trait LogDensity: Sync {
     /// Memory that evaluations use again and again; one a thread.
     type Workspace: Default + Send;

@@ -2,7 +2,7 @@
 
 use crate::density::Rejection;
 use crate::distribution::{Distribution, Unknown};
-use crate::model::{Context, Site};
+use crate::model::{Context, Model, Site};
 use crate::real::Real;
 use crate::scalar::Scalar;
 use crate::tape::{Tape, Var};
@@ -80,6 +80,16 @@ pub(crate) struct Density<L> {
 }
 
 impl<L: Ledger> Density<L> {
+    /// Runs the model over all coordinates: one that it left unread would have a flat density.
+    #[inline]
+    pub(crate) fn read(&mut self, model: &impl Model) -> Result<(), Rejection> {
+        model.run(self)?;
+        if self.ledger.next().is_some() {
+            return Err(varying_dimension("the model stops asking before the last coordinate"));
+        }
+        Ok(())
+    }
+
     #[inline]
     fn add(&mut self, site: &Site, term: L::Number) -> Result<(), Rejection> {
         let value = term.value();
@@ -110,7 +120,7 @@ impl<L: Ledger> Context for Density<L> {
         };
         let (value, term) = distribution.constrain(&mut next, self.jacobian);
         if missing {
-            return Err(varying_dimension(site));
+            return Err(too_few_coordinates(site));
         }
         self.add(site, term.0)?;
         Ok(value)
@@ -142,12 +152,15 @@ impl<L: Ledger> Context for Density<L> {
     }
 }
 
-pub(crate) fn varying_dimension(site: &Site) -> Rejection {
+pub(crate) fn too_few_coordinates(site: &Site) -> Rejection {
+    varying_dimension(&format!("{} asks for more than the point has", site.place))
+}
+
+pub(crate) fn varying_dimension(found: &str) -> Rejection {
     Rejection::Fatal {
         message: format!(
-            "the number of unknowns depends on the values of unknowns: {} asks for more than the \
-             model had when it was bound; make the size of the model a matter of data",
-            site.place
+            "the number of unknowns depends on the values of unknowns, or the point has another \
+             length than `dim()`: {found}; make the size of the model a matter of data"
         ),
     }
 }

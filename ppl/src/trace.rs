@@ -5,7 +5,7 @@ use rand::Rng;
 use crate::density::Rejection;
 use crate::distribution::{Distribution, Unknown};
 use crate::model::{Context, Site};
-use crate::reading::varying_dimension;
+use crate::reading::too_few_coordinates;
 use crate::real::Real;
 use crate::record::Record as Recordable;
 
@@ -173,7 +173,7 @@ impl<G: Rng> Context for Trace<'_, G> {
                 };
                 let (value, _) = distribution.constrain(&mut next, false);
                 if missing {
-                    return Err(varying_dimension(site));
+                    return Err(too_few_coordinates(site));
                 }
                 value
             }

@@ -505,6 +505,33 @@ fn rejections_know_their_place() {
     assert_eq!(line.trim(), format!("{};", place.statement));
 }
 
+/// A coordinate that nothing reads would have a flat density: the run stops instead.
+#[test]
+fn the_number_of_unknowns_is_fixed() {
+    ppl::model! {
+        fn changing(limit: f64) {
+            let x ~ Normal(0.0, 1.0);
+            if x > limit {
+                let extra ~ Normal(x, 1.0);
+                factor(-extra.square());
+            }
+        }
+    }
+    let model = changing(-10.0);
+    assert_eq!(model.dim(), 2);
+    let (mut w, mut gradient) = (Workspace::default(), [0.0; 2]);
+    assert!(model.log_density(&[0.3, 0.1], &mut w).is_ok());
+    let outcomes = [
+        model.log_density(&[-11.0, 0.1], &mut w),
+        model.gradient(&[-11.0, 0.1], &mut gradient, &mut w),
+        model.forward_gradient(&[-11.0, 0.1], &mut gradient),
+        model.log_density(&[0.3], &mut w),
+    ];
+    for outcome in outcomes {
+        assert!(matches!(outcome, Err(Rejection::Fatal { .. })), "{outcome:?}");
+    }
+}
+
 /// `#[predict]` does not run while a density is evaluated.
 #[test]
 fn predictions_wait_for_finished_draws() {

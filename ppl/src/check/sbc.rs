@@ -210,6 +210,10 @@ impl Trial<'_> {
         let dim = model.dim();
         let kept: Vec<&[f64]> =
             run.chains.iter().flat_map(|c| c.draws.chunks_exact(dim.max(1))).collect();
+        if kept.len() < self.ranked {
+            let (value, least) = (kept.len(), self.ranked);
+            return Err(CheckError::Setting { setting: "draws of the sampler", value, least });
+        }
         let mut below = vec![0; truth.len()];
         let mut equal = vec![0; truth.len()];
         for k in 0..self.ranked {

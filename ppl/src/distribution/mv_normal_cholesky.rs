@@ -13,9 +13,9 @@ use crate::special::HALF_LN_2PI;
 ///
 /// ln p(x) = −½ |L⁻¹(x − μ)|² − Σᵢ ln Lᵢᵢ − (K/2) ln 2π, for Lᵢᵢ > 0.
 ///
-/// The mean is an array of numbers or unknowns, the factor a [`CholeskyFactor`] of either. An
-/// evaluation is one fused operation, with z = L⁻¹(x − μ), w = L⁻ᵀ z and partials −w in x, w in
-/// μ and wᵢ zⱼ − δᵢⱼ/Lᵢᵢ in Lᵢⱼ.
+/// The mean is an array of numbers or unknowns, the factor a [`CholeskyFactor`] of either, or a
+/// reference to one. An evaluation is one fused operation, with z = L⁻¹(x − μ), w = L⁻ᵀ z and
+/// partials −w in x, w in μ and wᵢ zⱼ − δᵢⱼ/Lᵢᵢ in Lᵢⱼ.
 ///
 /// # Example
 /// ```
@@ -122,5 +122,55 @@ where
 
     fn unconstrain(&self, x: &[R; K], out: &mut Vec<f64>) {
         out.extend(x.iter().map(|x| x.value()));
+    }
+}
+
+/// A factor that is data of a model is seen behind a reference there.
+impl<M: Clone, T: Copy, const K: usize> MvNormalCholesky<M, &CholeskyFactor<T, K>> {
+    #[inline]
+    fn owned(&self) -> MvNormalCholesky<M, CholeskyFactor<T, K>> {
+        MvNormalCholesky(self.0.clone(), *self.1)
+    }
+}
+
+impl<R, M, T, const K: usize> Distribution<R> for MvNormalCholesky<M, &CholeskyFactor<T, K>>
+where
+    R: Scalar,
+    M: Datum<[R; K]> + Clone,
+    T: Datum<R> + Copy,
+{
+    type Value = [R; K];
+
+    #[inline]
+    fn ln_density(&self, x: &[R; K]) -> R {
+        self.owned().ln_density(x)
+    }
+
+    fn validate(&self) -> Result<(), DomainError> {
+        Distribution::<R>::validate(&self.owned())
+    }
+
+    fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> [R; K] {
+        self.owned().draw(rng)
+    }
+}
+
+impl<R, M, T, const K: usize> Unknown<R> for MvNormalCholesky<M, &CholeskyFactor<T, K>>
+where
+    R: Scalar,
+    M: Datum<[R; K]> + Clone,
+    T: Datum<R> + Copy,
+{
+    fn dim(&self) -> usize {
+        K
+    }
+
+    #[inline]
+    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> ([R; K], R) {
+        self.owned().constrain(next, jacobian)
+    }
+
+    fn unconstrain(&self, x: &[R; K], out: &mut Vec<f64>) {
+        self.owned().unconstrain(x, out);
     }
 }

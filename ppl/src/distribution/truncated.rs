@@ -55,7 +55,8 @@ impl<D: Univariate> Truncated<D> {
         } else {
             self.inner.upper_quantile(outside_above + above * inside)
         };
-        x.clamp(self.lower, self.upper)
+        // bounds out of order hold no value, and `clamp` would panic
+        if self.lower <= self.upper { x.clamp(self.lower, self.upper) } else { f64::NAN }
     }
 
     /// n ∫ d^{n−1} P(|X − c| > d, one side) dd on both sides of the median c, upper and lower:

@@ -37,24 +37,28 @@ const GAIN: f64 = 1e-6;
 ///
 /// # Example
 /// ```
-/// use ppl::{LogDensity, Map, Rejection};
+/// use ppl::prelude::*;
+/// use ppl::rand::SeedableRng;
 ///
-/// struct Parabola;
-/// impl LogDensity for Parabola {
-///     type Workspace = ();
-///     fn dim(&self) -> usize { 1 }
-///     fn log_density(&self, y: &[f64], _: &mut ()) -> Result<f64, Rejection> {
-///         Ok(-(y[0] - 3.0).powi(2))
-///     }
-///     fn gradient(&self, y: &[f64], g: &mut [f64], w: &mut ()) -> Result<f64, Rejection> {
-///         g[0] = -2.0 * (y[0] - 3.0);
-///         self.log_density(y, w)
+/// ppl::model! {
+///     fn coin(flips: &[bool]) {
+///         let heads ~ Beta(2.0, 2.0);
+///         for flip in flips {
+///             flip ~ Bernoulli(heads);
+///         }
 ///     }
 /// }
 ///
-/// let mode = Map::default().run(&Parabola)?;
-/// assert!((mode.point[0] - 3.0).abs() < 1e-6 && mode.converged);
-/// # Ok::<(), ppl::OptimizeError>(())
+/// let model = coin(&[true, true, false, true]);
+/// let mode = Map::default().starts(5).seed(7).find(&model)?;
+/// assert!(mode.converged && mode.agreeing == 5);
+///
+/// // `mode.point` is unconstrained; the model gives it names (the generator draws predictions)
+/// let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(0);
+/// let values = model.constrain(&mode.point, &mut rng)?;
+/// let heads = values.values("heads").expect("an unknown of the model")[0];
+/// assert!((heads - 4.0 / 6.0).abs() < 1e-5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// Reference: Nocedal & Wright, *Numerical Optimization* (2006), algorithm 7.5.

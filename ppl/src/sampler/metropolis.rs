@@ -39,15 +39,21 @@ use crate::{
 ///
 /// # Example
 /// ```
-/// # struct Normal;
-/// # impl ppl::LogDensity for Normal {
-/// #     type Workspace = ();
-/// #     fn dim(&self) -> usize { 1 }
-/// #     fn log_density(&self, y: &[f64], _: &mut ()) -> Result<f64, ppl::Rejection> { Ok(-0.5 * y[0] * y[0]) }
-/// #     fn gradient(&self, y: &[f64], g: &mut [f64], w: &mut ()) -> Result<f64, ppl::Rejection> { g[0] = -y[0]; self.log_density(y, w) }
-/// # }
-/// let run = ppl::Metropolis::default().chains(2).draws(2000).thin(5).seed(7).run(&Normal)?;
-/// assert_eq!(run.len(), 2000);
+/// use ppl::prelude::*;
+///
+/// ppl::model! {
+///     fn counts(counts: &[u64]) {
+///         let rate ~ Gamma(2.0, 0.5);
+///         for count in counts {
+///             count ~ Poisson(rate);
+///         }
+///     }
+/// }
+///
+/// let sampler = Metropolis::default().chains(2).draws(2000).thin(5).seed(7);
+/// let posterior = sampler.sample(&counts(&[4, 7, 2, 5]))?;
+/// // conjugate: Gamma(2 + 18, 0.5 + 4)
+/// ppl::check::mean(&posterior, "rate", 20.0 / 4.5).within_mcse(4.0);
 /// # Ok::<(), ppl::SampleError>(())
 /// ```
 ///

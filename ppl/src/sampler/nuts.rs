@@ -38,25 +38,24 @@ use crate::{
 ///
 /// # Example
 /// ```
-/// use ppl::{LogDensity, Nuts, Rejection};
+/// use ppl::prelude::*;
 ///
-/// struct Normal;
-/// impl LogDensity for Normal {
-///     type Workspace = ();
-///     fn dim(&self) -> usize { 1 }
-///     fn log_density(&self, y: &[f64], _: &mut ()) -> Result<f64, Rejection> {
-///         Ok(-0.5 * y[0] * y[0])
-///     }
-///     fn gradient(&self, y: &[f64], g: &mut [f64], w: &mut ()) -> Result<f64, Rejection> {
-///         g[0] = -y[0];
-///         self.log_density(y, w)
+/// ppl::model! {
+///     fn level(measured: &[f64]) {
+///         let level ~ Normal(0.0, 10.0);
+///         for measured in measured {
+///             measured ~ Normal(level, 0.5);
+///         }
 ///     }
 /// }
 ///
-/// let run = Nuts::default().chains(2).warmup(300).draws(500).seed(7).run(&Normal)?;
-/// assert_eq!(run.len(), 500);
+/// let sampler = Nuts::default().chains(2).warmup(300).draws(500).seed(7);
+/// let posterior = sampler.sample(&level(&[3.1, 2.4, 2.9]))?;
+/// // conjugate: precision 1/10² + 3/0.5²
+/// ppl::check::mean(&posterior, "level", (8.4 / 0.25) / (0.01 + 12.0)).within_mcse(4.0);
 /// # Ok::<(), ppl::SampleError>(())
 /// ```
+/// [`LogDensity`] shows a density that is not a model.
 ///
 /// # References
 /// Hoffman & Gelman, JMLR 15 (2014) 1593; Betancourt, arXiv 1701.02434; Seyboldt, Carlson &

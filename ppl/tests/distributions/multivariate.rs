@@ -76,7 +76,7 @@ fn partials() {
     let x: [Dual<3>; 3] = Dual::variables(POINT);
     let by_x: Dual<3> = MvNormalCholesky(MEAN, lower(entries())).ln_density(&x);
     assert_eq!(by_x.gradient(), std::array::from_fn(|i| got.gradient()[i]));
-    let by_reference: f64 = MvNormalCholesky(&MEAN, lower(entries())).ln_density(&POINT);
+    let by_reference: f64 = MvNormalCholesky(&MEAN, &lower(entries())).ln_density(&POINT);
     assert_eq!(by_reference, ln_density(arguments));
 }
 

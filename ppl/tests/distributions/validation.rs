@@ -63,6 +63,9 @@ fn messages() {
         Univariate::validate(&Normal(0.0, 1.0).truncate(2.0..1.0)),
         "truncate: lower end must be below the upper end 1, got 2",
     );
+    let reversed = Normal(0.0, 1.0).truncate(2.0..1.0);
+    assert!(reversed.quantile(0.5).is_nan() && reversed.mean().is_nan());
+    assert!(Normal(0.0, 1.0).truncate(f64::NAN..).quantile(0.5).is_nan());
     assert_message(
         Univariate::validate(&Uniform(0.0, 1.0).truncate(2.0..)),
         "truncate: mass inside must be positive, got 0",

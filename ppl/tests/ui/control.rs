@@ -37,6 +37,15 @@ ppl::model! {
             y ~ Normal(0.0, 1.0);
         } else y ~ Normal(0.0, 2.0); //~
     }
+
+    fn broken_arms(y: f64, kind: u8) {
+        match kind {
+            0 => ()
+            _ => { //~
+                y ~ Normal(0.0, 1.0);
+            }
+        }
+    }
 }
 
 fn main() {}
