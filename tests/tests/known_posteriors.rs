@@ -10,8 +10,8 @@ fn nuts(seed: u64) -> Nuts<'static> {
 }
 
 ppl::model! {
-    fn correlated_gaussian(mean: [f64; 3], chol: CholeskyFactor<f64, 3>) {
-        let x ~ MvNormalCholesky(mean, *chol);
+    fn correlated_gaussian(mean: [f64; 3], chol: &CholeskyFactor<f64, 3>) {
+        let x ~ MvNormalCholesky(mean, chol);
     }
 
     fn normal_mean(y: &[f64], sd: f64) {
@@ -54,7 +54,7 @@ fn correlated_gaussian_has_its_moments() {
     let sd = [0.01, 1.0, 100.0];
     let corr = [[1.0, 0.0, 0.0], [0.9, 0.19f64.sqrt(), 0.0], [-0.5, 0.3, 0.66f64.sqrt()]];
     let chol = CholeskyFactor::new(corr).unwrap().scale_rows(sd);
-    let posterior = nuts(1).sample(&correlated_gaussian([1.0, -2.0, 3.0], chol)).unwrap();
+    let posterior = nuts(1).sample(&correlated_gaussian([1.0, -2.0, 3.0], &chol)).unwrap();
     for (i, mean) in [1.0, -2.0, 3.0].into_iter().enumerate() {
         assert_moments(&posterior, &format!("x[{i}]"), mean, sd[i]);
     }
