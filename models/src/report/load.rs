@@ -39,7 +39,7 @@ pub(super) fn load(dir: &Path) -> Result<Results, WorkflowError> {
         chosen_order: fit.order,
         order_rule: rule_in_words(file.case.surrogate.rule),
         parameters: parameters(dir, &file)?,
-        summary: cells(&dir.join("summary.csv"))?,
+        summary: summary(&dir.join("summary.csv"))?,
         warnings: text(&dir.join("warnings.txt"))?.lines().map(str::to_owned).collect(),
         settings: settings(&file),
         notes: notes(dir, &file)?,
@@ -95,13 +95,14 @@ fn curve(path: &Path) -> Result<Curve, WorkflowError> {
         .collect())
 }
 
-/// All cells of a table, header first; numbers shortened.
-fn cells(path: &Path) -> Result<Vec<Vec<String>>, WorkflowError> {
-    let short = |cell: &str| cell.parse().map_or_else(|_| cell.to_owned(), super::page::number);
-    let mut lines = Vec::new();
-    let table = CsvTable::read(path, &[])?;
-    lines.push(table.columns().to_vec());
-    lines.extend(table.rows().map(|row| row.cells().iter().map(|c| short(c)).collect()));
+/// The summary table, header first, numbers shortened; constants as the zeros of a Cholesky
+/// factor, which have no R-hat, are left out.
+fn summary(path: &Path) -> Result<Vec<Vec<String>>, WorkflowError> {
+    let short = |cell: &String| cell.parse().map_or_else(|_| cell.clone(), super::page::number);
+    let table = CsvTable::read(path, &["rhat"])?;
+    let sampled = table.rows().filter(|row| row.text("rhat") != "NaN");
+    let mut lines = vec![table.columns().to_vec()];
+    lines.extend(sampled.map(|row| row.cells().iter().map(short).collect()));
     Ok(lines)
 }
 
