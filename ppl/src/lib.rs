@@ -81,6 +81,7 @@ pub use posterior::{DivergentPoint, Posterior, PosteriorError};
 #[doc = include_str!("language.md")]
 pub use ppl_macros::model;
 pub use rand;
+pub use rand_xoshiro;
 pub use real::Real;
 pub use record::{Datum, Record as Recordable};
 pub use sampler::{

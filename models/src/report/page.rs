@@ -1,6 +1,7 @@
 //! The page: one self-contained HTML file.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use ppl::diagnostics::Identification;
 
 use super::figures;
 use super::results::{Parameter, Results};
@@ -75,7 +76,8 @@ fn answer(results: &Results) -> Markup {
 }
 
 fn verdict(p: &Parameter) -> Markup {
-    let class = if p.contraction < 0.5 { "verdict weak" } else { "verdict good" };
+    let identified = p.verdict() == Identification::Identified;
+    let class = if identified { "verdict good" } else { "verdict weak" };
     html! { span class=(class) { (p.verdict()) } }
 }
 

@@ -1,5 +1,7 @@
 //! What a report tells, as plain numbers.
 
+use ppl::diagnostics::Identification;
+
 /// A curve of displacement in mm and force in N.
 pub(super) type Curve = Vec<(f64, f64)>;
 
@@ -109,12 +111,8 @@ impl Parameter {
         self.chains.iter().flatten().copied()
     }
 
-    /// What the data said, in words.
-    pub(super) fn verdict(&self) -> &'static str {
-        match self.contraction {
-            c if c < 0.1 => "not identified",
-            c if c < 0.5 => "weakly identified",
-            _ => "identified",
-        }
+    /// What the data said.
+    pub(super) fn verdict(&self) -> Identification {
+        Identification::of(self.contraction)
     }
 }

@@ -34,6 +34,17 @@ pub enum Identification {
     Identified,
 }
 
+impl Identification {
+    /// The label of a contraction; one that is not a number counts as nothing learned.
+    pub fn of(contraction: f64) -> Self {
+        match contraction {
+            c if c >= 0.5 => Self::Identified,
+            c if c >= 0.1 => Self::Weakly,
+            _ => Self::Not,
+        }
+    }
+}
+
 impl fmt::Display for Identification {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
@@ -98,13 +109,9 @@ impl Identifiability {
         self.truth.map(|truth| (self.posterior.mean - truth).abs() / self.posterior.sd)
     }
 
-    /// The contraction in words; a contraction that is not a number counts as nothing learned.
+    /// The contraction in words.
     pub fn label(&self) -> Identification {
-        match self.contraction() {
-            c if c >= 0.5 => Identification::Identified,
-            c if c >= 0.1 => Identification::Weakly,
-            _ => Identification::Not,
-        }
+        Identification::of(self.contraction())
     }
 
     /// More than 5 % of the draws lie within 1 % of a prior bound: the prior cuts the posterior.
