@@ -125,6 +125,23 @@ fn a_region_without_toughness_carries_no_damage() {
 }
 
 #[test]
+fn short_lengths_take_the_vertex_rule_of_either_order() {
+    let mesh = prism(3, false);
+    let edge = mesh.mean_edge();
+    let last = |order, quadrature, length_mm| {
+        let field = PhaseField { quadrature, length_mm, ..phase_field(Split::None) };
+        let soft = vec![matrix(); mesh.regions.len()];
+        let test = test(mesh.clone(), order, soft, Some(field), loading(0.1, 1.0, 2), 1e-8);
+        test.run(&mut ()).fields.damage
+    };
+    use DamageQuadrature::{Auto, Consistent, Vertex};
+    for (order, limit) in [(Order::Linear, 2.0 * edge), (Order::Quadratic, edge)] {
+        assert_eq!(last(order, Auto, 0.9 * limit), last(order, Vertex, 0.9 * limit));
+        assert_eq!(last(order, Auto, 1.1 * limit), last(order, Consistent, 1.1 * limit));
+    }
+}
+
+#[test]
 fn alternate_minimisation_reaches_the_same_equilibrium() {
     let mesh = prism(2, true);
     let run = |scheme: Scheme, iterations: u32| {
@@ -340,6 +357,17 @@ fn bad_input_is_refused_with_the_entity_and_the_mend() {
         i.mesh.surfaces = [("top".into(), bottom), ("bottom".into(), top)].into();
     };
     check(refusal(upside_down), &["'top' does not lie above 'bottom'"]);
+    let overlapping = |i: &mut Input| {
+        let bottom = &i.mesh.surfaces["bottom"];
+        let foot: Vec<u32> = bottom.iter().flatten().copied().collect();
+        let mut side = i.mesh.boundary_faces();
+        side.retain(|face| {
+            let on_foot = face.iter().filter(|&n| foot.contains(n)).count();
+            (1..3).contains(&on_foot)
+        });
+        i.mesh.surfaces.insert("top".into(), side);
+    };
+    check(refusal(overlapping), &["'bottom' and 'top' have nodes in common", "surface names"]);
     check(refusal(|i| i.materials.truncate(1)), &["1 materials for 2 regions", "matrix, grain"]);
     check(
         refusal(|i| i.materials[0].young_mpa = -275.0),

@@ -163,6 +163,8 @@ fn run(command: Option<Command>, threads: usize) -> Result<(), WorkflowError> {
 }
 
 fn run_all(file: &CaseFile, out: &Path, threads: usize) -> Result<(), WorkflowError> {
+    // before anything is made, and in the user's own file
+    file.table()?;
     let workflow = Workflow::open(file, out, threads, &INTERRUPT)?;
     workflow.run_all()?;
     for name in ["summary.txt", "map.csv", "confirm.csv"] {

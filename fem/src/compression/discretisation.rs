@@ -58,6 +58,13 @@ impl Discretisation {
                 "surface 'top' does not lie above 'bottom' (the axis is z)",
             ));
         }
+        let mut at_bottom = vec![false; space.nodes.len()];
+        bottom.iter().for_each(|&n| at_bottom[n as usize] = true);
+        if top.iter().any(|&n| at_bottom[n as usize]) {
+            return Err(FemError::Platens(
+                "surfaces 'bottom' and 'top' have nodes in common, which cannot stand still and move",
+            ));
+        }
         let platens = SlidingPlatens::new(&space.nodes, bottom, top)?;
         let mut carries_damage = vec![false; space.nodes.len()];
         if rule != DamageRule::Absent {
@@ -108,11 +115,17 @@ fn damage_rule(field: &PhaseField, order: Order, mesh: &TetMesh) -> DamageRule {
     match field.quadrature {
         DamageQuadrature::Vertex => DamageRule::Vertex,
         DamageQuadrature::Consistent => DamageRule::Consistent,
-        DamageQuadrature::Auto
-            if order == Order::Linear && field.length_mm < 2.0 * mesh.mean_edge() =>
-        {
-            DamageRule::Vertex
+        DamageQuadrature::Auto => {
+            // quadratic elements have a node in the middle of each edge
+            let between_nodes = match order {
+                Order::Linear => mesh.mean_edge(),
+                Order::Quadratic => 0.5 * mesh.mean_edge(),
+            };
+            if field.length_mm < 2.0 * between_nodes {
+                DamageRule::Vertex
+            } else {
+                DamageRule::Consistent
+            }
         }
-        DamageQuadrature::Auto => DamageRule::Consistent,
     }
 }

@@ -18,7 +18,8 @@ pub enum Split {
 /// Where the damage terms are integrated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DamageQuadrature {
-    /// `Vertex` for linear elements with ℓ₀ below twice the mean edge, `Consistent` otherwise.
+    /// `Vertex` with ℓ₀ below twice the mean distance of nodes on an edge (linear elements: the
+    /// edge, quadratic ones: half of it), `Consistent` otherwise.
     Auto,
     /// At the nodes (quadratic elements: at the vertices of their eight sub-tetrahedra). Keeps
     /// 0 ≤ φ < 1 where ℓ₀ is below the element size; an element then sees the mean of g.

@@ -2,6 +2,7 @@
 //!
 //! `breccia init` writes [`Case::TEMPLATE`], the shipped default case with every key explained.
 
+mod experiments;
 mod read;
 mod shape;
 #[cfg(test)]
@@ -16,6 +17,7 @@ use fem::Packing;
 use fem::gmsh::PhysicalGroup;
 use serde::{Deserialize, Serialize};
 
+pub use experiments::{ExperimentsCase, NoiseCase, ScatterCase, TruthCase, VirtualCase};
 pub use read::CaseFile;
 pub use shape::Shape;
 
@@ -208,10 +210,13 @@ pub struct PriorCase {
     #[serde(default = "matrix")]
     pub region: String,
     /// Lower and upper bound of Young's modulus in MPa.
+    #[serde(deserialize_with = "read::two_numbers")]
     pub young_mpa: [f64; 2],
     /// Bounds of the critical energy release rate in N/mm.
+    #[serde(deserialize_with = "read::two_numbers")]
     pub toughness_n_per_mm: [f64; 2],
     /// Bounds of the viscosity in MPa s.
+    #[serde(deserialize_with = "read::two_numbers")]
     pub viscosity_mpa_s: [f64; 2],
 }
 
@@ -235,87 +240,6 @@ pub struct SurrogateCase {
     pub max_order: usize,
     /// Rule that chooses the order.
     pub rule: OrderRule,
-}
-
-/// `[experiments]`: a laboratory's table, or a virtual laboratory.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ExperimentsCase {
-    /// The specimen table; curves lie in `curves/` beside it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub table: Option<PathBuf>,
-    /// Calibrate against this group of specimens only.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub group: Option<String>,
-    /// Simulated specimens with a known truth.
-    #[serde(rename = "virtual", skip_serializing_if = "Option::is_none")]
-    pub laboratory: Option<VirtualCase>,
-}
-
-/// `experiments.virtual`: specimens that are simulated with a known truth.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct VirtualCase {
-    /// Number of specimens.
-    #[serde(default = "eight")]
-    pub specimens: usize,
-    /// Seed of microstructures, scatter and noise.
-    pub seed: u64,
-    /// Group written to the specimen table.
-    #[serde(default = "fifty_degrees")]
-    pub group: String,
-    /// Lattice spacing in mm of the virtual specimens, if finer than the case's.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub spacing_mm: Option<f64>,
-    /// Median parameters of the specimens.
-    pub truth: TruthCase,
-    /// Specimen-to-specimen scatter.
-    #[serde(default)]
-    pub scatter: ScatterCase,
-    /// Measurement noise.
-    #[serde(default)]
-    pub noise: NoiseCase,
-}
-
-/// `experiments.virtual.truth`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TruthCase {
-    /// Young's modulus in MPa.
-    pub young_mpa: f64,
-    /// Critical energy release rate in N/mm.
-    pub toughness_n_per_mm: f64,
-    /// Viscosity in MPa s.
-    pub viscosity_mpa_s: f64,
-}
-
-impl TruthCase {
-    /// In the order of [`PriorCase::NAMES`].
-    pub fn to_array(&self) -> [f64; 3] {
-        [self.young_mpa, self.toughness_n_per_mm, self.viscosity_mpa_s]
-    }
-}
-
-/// `experiments.virtual.scatter`: standard deviation of the logarithm of each parameter.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ScatterCase {
-    /// Of Young's modulus.
-    pub young: f64,
-    /// Of the critical energy release rate.
-    pub toughness: f64,
-    /// Of the viscosity.
-    pub viscosity: f64,
-}
-
-/// `experiments.virtual.noise`: standard deviation of each reading.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct NoiseCase {
-    /// Of the force in N.
-    pub force_n: f64,
-    /// Of the displacement in mm.
-    pub displacement_mm: f64,
 }
 
 /// `[calibration]`.
@@ -375,18 +299,6 @@ impl Default for SurrogateCase {
     }
 }
 
-impl Default for ScatterCase {
-    fn default() -> Self {
-        Self { young: 0.03, toughness: 0.1, viscosity: 0.05 }
-    }
-}
-
-impl Default for NoiseCase {
-    fn default() -> Self {
-        Self { force_n: 0.3, displacement_mm: 0.0002 }
-    }
-}
-
 impl Default for CalibrationCase {
     fn default() -> Self {
         Self { chains: 4, warmup: 1000, draws: 2000, target_accept: 0.95, seed: 7 }
@@ -413,12 +325,4 @@ fn residual_stiffness() -> f64 {
 
 fn matrix() -> String {
     "matrix".into()
-}
-
-fn eight() -> usize {
-    8
-}
-
-fn fifty_degrees() -> String {
-    "50C".into()
 }

@@ -1,7 +1,10 @@
 //! Reading and writing case files, with errors that name key, value and mend.
 
+use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Deserializer};
 
 use super::Case;
 use crate::error::{InputError, closest};
@@ -20,10 +23,13 @@ impl CaseFile {
     ///
     /// # Errors
     /// Names file, key, value and mend: a file that cannot be read, an unknown or missing key, a
-    /// wrong type, a value outside its range, a file that the case names and that does not exist.
+    /// wrong type, a value outside its range, a mesh that does not exist.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let text = std::fs::read_to_string(path).map_err(|e| {
-            let mend = "Check its name, or write a first case with: breccia init";
+            let mend = match e.kind() {
+                ErrorKind::InvalidData => "Save it as plain text, UTF-8.",
+                _ => "Check its name, or write a first case with: breccia init",
+            };
             InputError::unreadable(path, &e, mend)
         })?;
         Self::parse(&text, path)
@@ -49,6 +55,27 @@ impl CaseFile {
     /// A file that the case names, relative to the case's own place.
     pub fn beside(&self, path: &Path) -> PathBuf {
         self.path.with_file_name("").join(path)
+    }
+
+    /// The specimen table that the case names, if it names one.
+    ///
+    /// # Errors
+    /// When there is no such file. A single simulation does not need it, so [`CaseFile::read`]
+    /// does not ask for it.
+    pub fn table(&self) -> Result<Option<PathBuf>, InputError> {
+        let Some(table) = self.case.experiments.as_ref().and_then(|e| e.table.as_ref()) else {
+            return Ok(None);
+        };
+        let file = self.beside(table);
+        if file.is_file() {
+            return Ok(Some(file));
+        }
+        Err(self.error(
+            "experiments.table",
+            table.display().to_string(),
+            "there is no such file",
+            format!("It is sought at {}.", file.display()),
+        ))
     }
 
     /// An error about a key of this case.
@@ -89,11 +116,34 @@ fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
             "Add it; breccia init writes a case that explains every key.".to_owned(),
         ),
         _ => (
-            message.trim_end_matches('.').replace('\n', "; "),
+            in_plain_words(message.trim_end_matches('.')),
             "breccia init writes a case that explains every key.".to_owned(),
         ),
     };
     InputError::new(path, place, value, problem, mend)
+}
+
+/// The parser's message with TOML's words for Rust's types, on one line.
+fn in_plain_words(message: &str) -> String {
+    let Some((found, expected)) = message.rsplit_once("expected ") else {
+        return message.replace('\n', "; ");
+    };
+    let expected = match expected {
+        "f64" => "a number",
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number, not below 0",
+        "i32" | "i64" => "a whole number",
+        other => other,
+    };
+    format!("{found}expected {expected}").replace('\n', "; ")
+}
+
+/// Exactly two numbers: a plain array would pass over what follows them.
+pub(super) fn two_numbers<'de, D: Deserializer<'de>>(source: D) -> Result<[f64; 2], D::Error> {
+    let numbers = Vec::<f64>::deserialize(source)?;
+    let count = numbers.len();
+    numbers.try_into().map_err(|_| {
+        serde::de::Error::custom(format!("{count} numbers, expected two: [lower, upper]"))
+    })
 }
 
 fn did_you_mean(word: &str, known: &[&str]) -> String {
@@ -121,6 +171,7 @@ fn locate(text: &str, span: Range<usize>) -> (String, String) {
             let value = value.split(" #").next().unwrap_or(value);
             (format!("line {number}, {table}{dot}{}", key.trim()), value.trim().to_owned())
         }
+        _ if table.is_empty() => (format!("line {number}"), String::new()),
         _ => (format!("line {number}, [{table}]"), String::new()),
     }
 }
@@ -211,7 +262,13 @@ mod tests {
             "{missing}"
         );
         let text = message(&with("radius_mm = 2.5", "radius_mm = \"2.5 mm\""));
-        assert!(text.contains("specimen.radius_mm = \"2.5 mm\"") && text.contains("f64"), "{text}");
+        assert!(text.contains("specimen.radius_mm = \"2.5 mm\""), "{text}");
+        assert!(text.contains("expected a number"), "{text}");
+        let part = message(&with("steps = 88", "steps = 8.5"));
+        assert!(part.contains("expected a whole number"), "{part}");
+        let three = message(&with("[250.0, 300.0]", "[250.0, 300.0, 1.0]"));
+        assert!(three.contains("young_mpa") && three.contains("[lower, upper]"), "{three}");
+        assert!(message("").starts_with("case.toml: line 1: "), "{}", message(""));
         let broken = message(&with("radius_mm = 2.5", "radius_mm = 2,5"));
         assert!(broken.contains("specimen.radius_mm"), "{broken}");
     }

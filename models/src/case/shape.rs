@@ -81,6 +81,16 @@ impl CaseFile {
                     ));
                 }
             }
+            for (key, groups) in [("regions", &s.regions), ("surfaces", &s.surfaces)] {
+                if let Some((first, second, group)) = named_twice(groups) {
+                    return Err(self.error(
+                        &format!("specimen.{key}"),
+                        "",
+                        format!("{first} and {second} both are the physical group {group}"),
+                        "Give each its own group of the mesh file.",
+                    ));
+                }
+            }
             return Ok(Shape::Mesh {
                 file,
                 regions: s.regions.clone(),
@@ -100,4 +110,14 @@ impl CaseFile {
         let [radius_mm, height_mm, spacing_mm] = lattice_keys.map(|(_, v)| v.unwrap_or(f64::NAN));
         Ok(Shape::Lattice { radius_mm, height_mm, spacing_mm, grains: s.grains.clone() })
     }
+}
+
+/// Two names of one physical group, and the group.
+fn named_twice(
+    groups: &BTreeMap<String, PhysicalGroup>,
+) -> Option<(&String, &String, &PhysicalGroup)> {
+    groups.iter().enumerate().find_map(|(i, (first, group))| {
+        let (second, _) = groups.iter().skip(i + 1).find(|(_, other)| *other == group)?;
+        Some((first, second, group))
+    })
 }

@@ -56,7 +56,7 @@ fn every_bad_value_is_named_with_its_key_and_a_mend() {
         (
             "young_mpa = [250.0, 300.0]",
             "young_mpa = [300.0, 250.0]",
-            &["prior.young_mpa = [300, 250]", "[lower, upper]"],
+            &["prior.young_mpa = [300.0, 250.0]", "[lower, upper]"],
         ),
         ("young_mpa = [250.0, 300.0]", "young_mpa = [0.0, 300.0]", &["prior.young_mpa", "unit"]),
         ("region = \"matrix\"", "region = \"binder\"", &["prior.region", "grain, matrix"]),
@@ -93,8 +93,27 @@ fn a_mesh_replaces_lattice_and_packing() {
         (good.replace("regions = { matrix = 1 }", ""), "specimen.regions"),
         (good.replace(", top = 12", ""), "the surface top is missing"),
         (good.replace("{ matrix = 1 }", "{ matrix = 1, void = 3 }"), "material.void"),
+        (good.replace("{ matrix = 1 }", "{ matrix = 1, grain = 1 }"), "matrix and grain both"),
+        (good.replace("top = 12", "top = 11"), "bottom and top both"),
     ] {
         let message = parse(&specimen).unwrap_err().to_string();
         assert!(message.contains(part), "{part:?} is not in {message:?}");
     }
+}
+
+#[test]
+fn a_single_simulation_does_not_need_the_specimen_table() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("case.toml");
+    let text = "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 0.7\n\
+                [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n\
+                [experiments]\ntable = \"specimens.csv\"\n";
+    let file = CaseFile::parse(text, &path).unwrap();
+    let message = file.table().unwrap_err().to_string();
+    for part in ["case.toml", "experiments.table = specimens.csv", "no such file", "sought at"] {
+        assert!(message.contains(part), "{part:?} is not in {message:?}");
+    }
+    let table = dir.path().join("specimens.csv");
+    std::fs::write(&table, "").unwrap();
+    assert_eq!(file.table().unwrap(), Some(table));
 }

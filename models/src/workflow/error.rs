@@ -81,4 +81,10 @@ impl WorkflowError {
     pub(crate) fn io(path: &Path, error: &std::io::Error) -> Self {
         Self::File { path: path.to_owned(), message: error.to_string() }
     }
+
+    /// The folder of the results cannot be made.
+    pub(crate) fn results(path: &Path, error: &std::io::Error) -> Self {
+        let message = format!("cannot be made ({error}); name another folder with --out");
+        Self::File { path: path.to_owned(), message }
+    }
 }

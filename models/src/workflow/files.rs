@@ -11,7 +11,8 @@ pub(super) fn write(path: &Path, text: &str) -> Result<(), WorkflowError> {
         std::fs::create_dir_all(folder).map_err(io)?;
     }
     let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(".partial");
+    // another process may be writing the same file
+    name.push(format!(".{}.partial", std::process::id()));
     let partial = path.with_file_name(name);
     std::fs::write(&partial, text).map_err(io)?;
     std::fs::rename(&partial, path).map_err(io)

@@ -20,6 +20,7 @@ const TABLE: &str = "laboratory/specimens.csv";
 
 pub(super) fn inputs(w: &Workflow) -> Result<Fingerprint, WorkflowError> {
     let case = w.case();
+    w.file.table()?;
     let inputs = w.simulation_inputs()?.part(&case.experiments).part(&case.qoi);
     match virtual_case(w)? {
         Some(_) => Ok(inputs.part(&case.specimen)),
@@ -72,6 +73,16 @@ fn experiment_row(
     let factor = mesh_height / specimen.height_mm;
     let differs = (factor - 1.0).abs() > 1e-9;
     let factor = if differs { factor } else { 1.0 };
+    if !(0.1..=10.0).contains(&factor) {
+        return Err(InputError::new(
+            &w.path(TABLE),
+            format!("specimen {}, column height_mm", specimen.id),
+            specimen.height_mm.to_string(),
+            format!("is far from the mesh's height of {mesh_height:.4} mm"),
+            "Write heights in mm.",
+        )
+        .into());
+    }
     if differs {
         let (id, height) = (&specimen.id, specimen.height_mm);
         say(

@@ -11,8 +11,9 @@
 //! | confirm | `map.csv`, `posterior.csv`, `mesh.msh` | `confirm.csv`, `confirm_runs.csv`, `curves/map.csv`, `curves/draw-*.csv` |
 //! | report | all of these | `report.html` |
 //!
-//! `stages.toml` remembers what each finished stage was made from. A stage is done again when that
-//! has changed, so the same command after an interruption goes on where it stopped.
+//! `stages.toml` remembers what each finished stage was made from and what came out. A stage is done
+//! again when one of them has changed, so the same command after an interruption goes on where it
+//! stopped, and mends a damaged result.
 
 mod calibrate;
 mod campaign;
@@ -98,6 +99,16 @@ impl Stage {
             Self::Report => "report.html",
         }
     }
+
+    /// What it writes beside its product for later stages to read.
+    fn read_later(self) -> &'static [&'static str] {
+        match self {
+            Self::Mesh => &["mesh.msh"],
+            Self::Surrogate => &["surrogate_error.json"],
+            Self::Calibrate => &["posterior.csv"],
+            Self::Laboratory | Self::Ensemble | Self::Confirm | Self::Report => &[],
+        }
+    }
 }
 
 /// A case being worked on in a directory.
@@ -136,7 +147,7 @@ impl<'a> Workflow<'a> {
         interrupt: &'a AtomicBool,
     ) -> Result<Self, WorkflowError> {
         let curves = dir.join("curves");
-        std::fs::create_dir_all(&curves).map_err(|e| WorkflowError::io(&curves, &e))?;
+        std::fs::create_dir_all(&curves).map_err(|e| WorkflowError::results(&curves, &e))?;
         let mut file = CaseFile { path: dir.join("case.toml"), case: source.case.clone() };
         if let Some(mesh) = &mut file.case.specimen.mesh {
             let (from, to) = (source.beside(mesh), dir.join("specimen.msh"));
@@ -147,13 +158,18 @@ impl<'a> Workflow<'a> {
         }
         if let Some(table) = file.case.experiments.as_mut().and_then(|e| e.table.as_mut()) {
             let (from, to) = (source.beside(table), dir.join("laboratory/specimens.csv"));
-            let specimens = SpecimenTable::read(&from)?;
-            if !same_file(&from, &to) {
-                for (path, text) in specimens.to_files() {
-                    write(&dir.join("laboratory").join(path), &text)?;
+            if from.is_file() {
+                let specimens = SpecimenTable::read(&from)?;
+                if !same_file(&from, &to) {
+                    for (path, text) in specimens.to_files() {
+                        write(&dir.join("laboratory").join(path), &text)?;
+                    }
                 }
+                *table = "laboratory/specimens.csv".into();
+            } else {
+                // a mesh can be made before the specimens are tested; the laboratory stage asks again
+                *table = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, &e))?;
             }
-            *table = "laboratory/specimens.csv".into();
         }
         write(&file.path, &file.case.to_toml())?;
         Ok(Self { file, dir: dir.to_owned(), threads, interrupt })
@@ -164,10 +180,11 @@ impl<'a> Workflow<'a> {
     /// # Errors
     /// What ended a stage.
     pub fn run_all(&self) -> Result<(), WorkflowError> {
+        self.file.table()?;
         Stage::ALL.into_iter().try_for_each(|stage| self.run(stage))
     }
 
-    /// Runs one stage, unless it is finished and what it was made from is unchanged.
+    /// Runs one stage, unless it is finished and what it was made from and what it made are unchanged.
     ///
     /// # Errors
     /// What ended the stage; a stage before it that has not been run.
@@ -186,9 +203,11 @@ impl<'a> Workflow<'a> {
             .ok()
             .and_then(|text| toml::from_str(&text).ok())
             .unwrap_or_default();
-        let current = inputs.to_string();
-        let unchanged = finished.get(stage.name()) == Some(&current);
-        if unchanged && self.path(stage.product()).is_file() {
+        let state = |made: Fingerprint| format!("{inputs} {made}");
+        let unchanged = self
+            .made(stage)
+            .is_ok_and(|made| finished.get(stage.name()).is_some_and(|s| *s == state(made)));
+        if unchanged {
             say(stage.name(), "finished before, unchanged");
             return Ok(());
         }
@@ -203,9 +222,18 @@ impl<'a> Workflow<'a> {
             Stage::Report => report::run(self),
         }?;
         say(stage.name(), &format!("{result} ({:.1} s)", start.elapsed().as_secs_f64()));
-        finished.insert(stage.name().to_owned(), current);
+        finished.insert(stage.name().to_owned(), state(self.made(stage)?));
         let text = toml::to_string(&finished).expect("names and fingerprints are plain text");
         write(&record, &text)
+    }
+
+    /// The content of a stage's results that later stages read.
+    fn made(&self, stage: Stage) -> Result<Fingerprint, WorkflowError> {
+        stage
+            .read_later()
+            .iter()
+            .chain([&stage.product()])
+            .try_fold(Fingerprint::new(), |made, name| made.file(&self.path(name)))
     }
 
     /// The directory of the results.
@@ -264,4 +292,50 @@ impl<'a> Workflow<'a> {
 
 fn same_file(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CASE: &str = "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 1.4\n\
+        [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n\
+        [experiments]\ntable = \"specimens.csv\"\n";
+
+    #[test]
+    fn a_damaged_result_is_made_again() {
+        let dir = tempfile::tempdir().unwrap();
+        let (source, out) = (dir.path().join("case.toml"), dir.path().join("out"));
+        let interrupt = AtomicBool::new(false);
+        let case = CaseFile::parse(CASE, &source).unwrap();
+        let workflow = Workflow::open(&case, &out, 1, &interrupt).unwrap();
+        workflow.run(Stage::Mesh).unwrap();
+        let whole = std::fs::read(out.join("mesh.msh")).unwrap();
+        std::fs::write(out.join("mesh.msh"), &whole[..whole.len() / 2]).unwrap();
+        workflow.run(Stage::Mesh).unwrap();
+        assert_eq!(std::fs::read(out.join("mesh.msh")).unwrap(), whole);
+    }
+
+    #[test]
+    fn the_specimen_table_is_needed_from_the_laboratory_on_and_heights_are_in_mm() {
+        let dir = tempfile::tempdir().unwrap();
+        let (source, out) = (dir.path().join("case.toml"), dir.path().join("out"));
+        let interrupt = AtomicBool::new(false);
+        let case = CaseFile::parse(CASE, &source).unwrap();
+        let workflow = Workflow::open(&case, &out, 1, &interrupt).unwrap();
+        workflow.run(Stage::Mesh).unwrap();
+        let missing = workflow.run(Stage::Laboratory).unwrap_err().to_string();
+        assert!(missing.contains("experiments.table") && missing.contains("no such"), "{missing}");
+
+        std::fs::create_dir(dir.path().join("curves")).unwrap();
+        let table = "id,height_mm,radius_mm,group\nS-1,4400,2.5,50C\n";
+        std::fs::write(dir.path().join("specimens.csv"), table).unwrap();
+        let curve = "displacement_mm,force_N\n0,0\n0.05,80\n0.1,140\n0.12,147\n0.14,140\n";
+        std::fs::write(dir.path().join("curves/S-1.csv"), curve).unwrap();
+        let workflow = Workflow::open(&case, &out, 1, &interrupt).unwrap();
+        let slip = workflow.run(Stage::Laboratory).unwrap_err().to_string();
+        for part in ["specimens.csv", "S-1", "height_mm = 4400", "4.4000 mm", "in mm"] {
+            assert!(slip.contains(part), "{part:?} is not in {slip:?}");
+        }
+    }
 }

@@ -21,7 +21,7 @@ pub fn simulate(
     dir: &Path,
     interrupt: &AtomicBool,
 ) -> Result<PathBuf, WorkflowError> {
-    std::fs::create_dir_all(dir).map_err(|e| WorkflowError::io(dir, &e))?;
+    std::fs::create_dir_all(dir).map_err(|e| WorkflowError::results(dir, &e))?;
     let simulator = Simulator::new(file, build_mesh(file)?)?;
     let bar = Bar::new("simulate");
     let outcome = simulator.run_case(&mut |point: &CurvePoint, _: &Fields| {

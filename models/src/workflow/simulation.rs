@@ -2,8 +2,8 @@
 
 use fem::{
     CompressionTest, CrackDensity, CurvePoint, CylinderLattice, DamageQuadrature, ElasticLaw, End,
-    FemError, Loading, Material, Order, Outcome, Packing, PhaseField, SolverOptions, Split,
-    Stepping, TetMesh, gmsh, label,
+    FemError, Loading, Material, MeshError, Order, Outcome, Packing, PhaseField, SolverOptions,
+    Split, Stepping, TetMesh, gmsh, label,
 };
 
 use super::WorkflowError;
@@ -20,8 +20,12 @@ pub(crate) fn build_mesh(file: &CaseFile) -> Result<TetMesh, WorkflowError> {
         Shape::Lattice { radius_mm, height_mm, spacing_mm, grains } => {
             lattice_mesh(file, [radius_mm, height_mm, spacing_mm], grains.as_ref())
         }
-        Shape::Mesh { file, regions, surfaces } => {
-            Ok(gmsh::read(&file, &gmsh::GmshNames { regions, surfaces })?)
+        Shape::Mesh { file: path, regions, surfaces } => {
+            gmsh::read(&path, &gmsh::GmshNames { regions, surfaces }).map_err(|e| match e {
+                MeshError::File { .. } | MeshError::Io { .. } => e.into(),
+                // what the mesh's own check finds does not know of the file
+                unsound => WorkflowError::File { path, message: unsound.to_string() },
+            })
         }
     }
 }
