@@ -126,17 +126,24 @@ fn a_region_without_toughness_carries_no_damage() {
 
 #[test]
 fn short_lengths_take_the_vertex_rule_of_either_order() {
-    let mesh = prism(3, false);
+    let mesh = prism(2, true);
     let edge = mesh.mean_edge();
     let last = |order, quadrature, length_mm| {
         let field = PhaseField { quadrature, length_mm, ..phase_field(Split::None) };
-        let soft = vec![matrix(); mesh.regions.len()];
-        let test = test(mesh.clone(), order, soft, Some(field), loading(0.1, 1.0, 2), 1e-8);
+        let test = test(
+            mesh.clone(),
+            order,
+            vec![matrix(), grain()],
+            Some(field),
+            loading(0.1, 1.0, 2),
+            1e-8,
+        );
         test.run(&mut ()).fields.damage
     };
     use DamageQuadrature::{Auto, Consistent, Vertex};
     for (order, limit) in [(Order::Linear, 2.0 * edge), (Order::Quadratic, edge)] {
         assert_eq!(last(order, Auto, 0.9 * limit), last(order, Vertex, 0.9 * limit));
+        assert_ne!(last(order, Vertex, 0.9 * limit), last(order, Consistent, 0.9 * limit));
         assert_eq!(last(order, Auto, 1.1 * limit), last(order, Consistent, 1.1 * limit));
     }
 }

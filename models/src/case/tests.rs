@@ -93,7 +93,7 @@ fn a_mesh_replaces_lattice_and_packing() {
         (good.replace("regions = { matrix = 1 }", ""), "specimen.regions"),
         (good.replace(", top = 12", ""), "the surface top is missing"),
         (good.replace("{ matrix = 1 }", "{ matrix = 1, void = 3 }"), "material.void"),
-        (good.replace("{ matrix = 1 }", "{ matrix = 1, grain = 1 }"), "matrix and grain both"),
+        (good.replace("{ matrix = 1 }", "{ matrix = 1, grain = 1 }"), "grain and matrix both"),
         (good.replace("top = 12", "top = 11"), "bottom and top both"),
     ] {
         let message = parse(&specimen).unwrap_err().to_string();
