@@ -212,7 +212,7 @@ fn hamiltonian(
             FindingKind::Divergences,
             format!("{divergences} of {total} trajectories diverged{place}"),
             "The posterior is too curved there for the step size, and draws are missing: raise \
-             the target acceptance to 0.95, or reparametrise",
+             the target acceptance (to 0.95, then 0.99), or reparametrise",
         );
     }
 

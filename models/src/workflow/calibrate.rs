@@ -5,6 +5,7 @@ use std::sync::Mutex;
 use ppl::diagnostics::e_bfmi;
 use ppl::{ChainStatus, Nuts, Posterior, Progress, Summary};
 
+use super::ensemble::read_runs;
 use super::files::{csv_text, write};
 use super::fingerprint::Fingerprint;
 use super::laboratory::{read_experiments, truth};
@@ -20,6 +21,7 @@ pub(super) fn inputs(w: &Workflow) -> Result<Fingerprint, WorkflowError> {
         .file(&w.needed("surrogate.json", Stage::Surrogate)?)?
         .file(&w.needed("surrogate_error.json", Stage::Surrogate)?)?
         .file(&w.needed("experiments.csv", Stage::Laboratory)?)?
+        .file(&w.needed("runs.csv", Stage::Ensemble)?)?
         .part(&w.case().prior)
         .part(&w.case().experiments)
         .part(&w.case().calibration))
@@ -62,6 +64,7 @@ pub(super) fn run(w: &Workflow) -> Result<String, WorkflowError> {
     write(&w.path("summary.txt"), &format!("{summary}\n"))?;
     let mut warnings: Vec<String> = summary.findings.iter().map(|f| f.to_string()).collect();
     warnings.extend(surrogate_warning(w, &summary, &specimens)?);
+    warnings.extend(range_warnings(w, &specimens)?);
     write(
         &w.path("warnings.txt"),
         &warnings.iter().map(|line| format!("{line}\n")).collect::<String>(),
@@ -101,6 +104,27 @@ fn surrogate_warning(
              for {name}. Intervals may be too narrow: add runs to the design."
         )
     }))
+}
+
+/// Experimental means that no simulation of the ensemble reaches: the prior box does not hold the
+/// material, and the posterior will lean on its walls.
+fn range_warnings(w: &Workflow, specimens: &[Qois]) -> Result<Vec<String>, WorkflowError> {
+    let runs = read_runs(&w.needed("runs.csv", Stage::Ensemble)?)?;
+    let mean = mean_qois(specimens).to_array();
+    let outside = (0..3).filter_map(|m| {
+        let values = runs.iter().map(|(_, qois)| qois[m]);
+        let (low, high) =
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), q| (a.min(q), b.max(q)));
+        (!(low..=high).contains(&mean[m])).then(|| {
+            format!(
+                "The experimental mean of {} is {:.4}, outside what the ensemble reaches ({low:.4} \
+                 to {high:.4}): widen the prior, or look for what the model leaves out.",
+                Qois::NAMES[m],
+                mean[m]
+            )
+        })
+    });
+    Ok(outside.collect())
 }
 
 /// How the sampler did, chain by chain.
