@@ -122,14 +122,15 @@ pub struct Calibration {
 ///
 /// # Example
 /// ```no_run
-/// use models::{CaseFile, Qois, calibrate};
+/// use models::{CalibrationError, PriorCase, Qois, calibrate};
 /// use ppl::Nuts;
-/// # fn pce() -> surrogate::Pce<3, 3> { unimplemented!() }
-/// # fn specimens() -> Vec<Qois> { unimplemented!() }
-/// let prior = CaseFile::default_case().case.prior.expect("the default case calibrates");
-/// let result = calibrate(&pce(), &specimens(), &prior, &Nuts::default().seed(7), 7)?;
-/// println!("{}\nE = {} MPa", result.posterior.summary(), result.map[0]);
-/// # Ok::<(), models::CalibrationError>(())
+/// use surrogate::Pce;
+///
+/// fn young(pce: &Pce<3, 3>, specimens: &[Qois], prior: &PriorCase) -> Result<f64, CalibrationError> {
+///     let result = calibrate(pce, specimens, prior, &Nuts::default().seed(7), 7)?;
+///     println!("{}", result.posterior.summary());
+///     Ok(result.map[0])
+/// }
 /// ```
 pub fn calibrate<F: Differentiable<3, 3>>(
     forward: &F,

@@ -30,7 +30,7 @@ ppl::model! {
     }
 }
 
-/// Mean and sd of mu, tau and theta[0]: mu and theta are normal given tau, so one integral over
+/// Mean and sd of mu, tau and the first theta: mu and theta are normal given tau, so one integral over
 /// tau remains (Gelman et al., *Bayesian Data Analysis*, §5.4).
 pub fn moments_by_quadrature() -> [(f64, f64); 3] {
     let mut mass = 0.0;

@@ -57,7 +57,7 @@ pub struct TruthCase {
 }
 
 impl TruthCase {
-    /// In the order of [`PriorCase::NAMES`].
+    /// In the order of [`PriorCase::NAMES`](super::PriorCase::NAMES).
     pub fn to_array(&self) -> [f64; 3] {
         [self.young_mpa, self.toughness_n_per_mm, self.viscosity_mpa_s]
     }
