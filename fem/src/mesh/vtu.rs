@@ -216,11 +216,12 @@ fn array<const B: usize>(
     let mut bytes = (data.len() as u64).to_le_bytes().to_vec();
     bytes.extend(data);
     let name = escape(name);
-    writeln!(
-        out,
-        "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" \
-         format=\"binary\">"
-    )?;
+    write!(out, "<DataArray type=\"{kind}\" Name=\"{name}\"")?;
+    // one is the default, and some readers make a column of it where it is written out
+    if components > 1 {
+        write!(out, " NumberOfComponents=\"{components}\"")?;
+    }
+    writeln!(out, " format=\"binary\">")?;
     base64(out, &bytes);
     out.push_str("\n</DataArray>\n");
     Ok(())
