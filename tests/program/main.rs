@@ -107,7 +107,7 @@ fn mistakes_name_file_key_value_and_mend_and_fail() {
         (
             "[250.0, 300.0]",
             "[300.0, 250.0]".into(),
-            &["prior.young_mpa = [300, 250]", "[lower, upper]"],
+            &["prior.young_mpa = [300.0, 250.0]", "[lower, upper]"],
         ),
         (
             lattice,
