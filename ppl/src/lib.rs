@@ -34,8 +34,10 @@
 //! - **Distributions**, one type each, with the variations of [`Family`]: `.iid(n)`,
 //!   `.array::<N>()`, `.truncate(a..b)`. An own one implements [`Distribution`].
 //! - **Derivatives**: exact, by reverse mode; own functions enter as [`Differentiable`].
-//! - **Samplers**: [`Nuts`] and [`Metropolis`], for models and for every [`LogDensity`]; chains
-//!   run in parallel, with the same draws for any number of threads. [`Map`] finds joint modes.
+//! - **Samplers**: [`Nuts`]; without gradients [`Metropolis`], [`ComponentwiseMetropolis`] and
+//!   [`DifferentialEvolution`]; [`DelayedAcceptance`], which a cheap density screens; [`Smc`] for
+//!   several modes and the evidence. They take models and bare densities; chains run in parallel,
+//!   with the same draws for any number of threads. [`Map`] finds joint modes.
 //! - **Results**: [`Posterior`] holds draws by name and shape, with summary, diagnostics in
 //!   words, predictions, and export for ArviZ.
 //! - **[`check`]**: statistical assertions for `cargo test`.
@@ -64,6 +66,7 @@ mod scalar;
 pub mod special;
 mod summary;
 pub mod tape;
+mod tempered;
 mod trace;
 pub mod transform;
 
@@ -85,11 +88,13 @@ pub use rand_xoshiro;
 pub use real::Real;
 pub use record::{Datum, Record as Recordable};
 pub use sampler::{
-    Chain, ChainStatus, Chains, Covariance, Divergence, DrawStats, Metropolis, Nuts, Progress,
-    SampleError, WarmupReport,
+    Chain, ChainStatus, Chains, ComponentwiseMetropolis, Covariance, DelayedAcceptance,
+    DifferentialEvolution, Divergence, DrawStats, Evidence, Metropolis, Nuts, Progress,
+    SampleError, Smc, Stage, TemperedDraws, WarmupReport,
 };
 pub use scalar::{Arithmetic, Scalar};
 pub use summary::{Summary, SummaryRow};
+pub use tempered::{Parts, Tempered};
 pub use trace::{Entry, Record, Role, Variable};
 
 /// The language of models: distributions, their variations, and what expressions need.
@@ -97,7 +102,9 @@ pub mod prelude {
     pub use crate::differentiable::Differentiable;
     pub use crate::distribution::*;
     pub use crate::optimize::Map;
-    pub use crate::sampler::{Metropolis, Nuts};
+    pub use crate::sampler::{
+        ComponentwiseMetropolis, DelayedAcceptance, DifferentialEvolution, Metropolis, Nuts, Smc,
+    };
     pub use crate::scalar::Scalar;
     pub use crate::{LogDensity, Real, model};
 }

@@ -25,6 +25,22 @@ pub struct DrawStats {
     pub tuning: bool,
 }
 
+impl DrawStats {
+    /// Of a transition without trajectory.
+    pub(super) fn walk(log_density: f64, acceptance: f64, scale: f64, evaluations: u32) -> Self {
+        Self {
+            log_density,
+            energy: -log_density,
+            acceptance,
+            step_size: scale,
+            depth: 0,
+            leapfrogs: evaluations,
+            divergent: false,
+            tuning: false,
+        }
+    }
+}
+
 /// Where a trajectory of a kept draw diverged.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Divergence {
@@ -115,6 +131,13 @@ impl Chains {
     /// There is no draw that every chain has.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Evaluations of the density in all chains, warmup included; of the expensive one for
+    /// [`DelayedAcceptance`](crate::DelayedAcceptance).
+    pub fn evaluations(&self) -> u64 {
+        let of = |stats: &[DrawStats]| stats.iter().map(|s| u64::from(s.leapfrogs)).sum::<u64>();
+        self.chains.iter().map(|c| of(&c.warmup.stats) + of(&c.stats)).sum()
     }
 
     /// Coordinate `index` of draw `draw` of chain `chain`.

@@ -48,6 +48,28 @@ pub enum SampleError {
         /// The model's message.
         message: String,
     },
+    /// The density that screens is not one of the same unknowns as the one that decides.
+    #[error(
+        "the screening density has {screening}, the deciding one {deciding}: both need the same unknowns"
+    )]
+    Screening {
+        /// Unknowns of the cheap density.
+        screening: String,
+        /// Unknowns of the expensive density.
+        deciding: String,
+    },
+    /// A tempered run ended before its particles reached the posterior.
+    #[error(
+        "run {run} stopped at inverse temperature {temperature:.3e}, before the posterior: {reason}"
+    )]
+    Tempering {
+        /// Number of the run.
+        run: usize,
+        /// Power of the likelihood reached.
+        temperature: f64,
+        /// Why it stopped.
+        reason: String,
+    },
     /// The model cannot be evaluated at all.
     #[error(transparent)]
     Model(#[from] ModelError),

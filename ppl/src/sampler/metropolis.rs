@@ -2,18 +2,16 @@
 
 use std::sync::atomic::AtomicBool;
 
-use nalgebra::{Cholesky, DMatrix, DVector};
 use rand::Rng;
-use rand_distr::StandardNormal;
 
 use super::{
-    chains::{Chains, Covariance, DrawStats, WarmupReport},
+    chains::{Chains, DrawStats, WarmupReport},
     error::SampleError,
     progress::Progress,
-    rejections::{Rejections, Stop},
+    random_walk::RandomWalk,
+    rejections::{Rejections, Stop, finite},
     run::{Kernel, Stream},
     settings::{Init, Run, shared_settings},
-    warmup::{Moment, Schedule, walk_windows},
 };
 use crate::{
     bound::Bound,
@@ -102,15 +100,7 @@ struct MetropolisChain<'a, D: LogDensity> {
     y: Vec<f64>,
     log_density: f64,
     proposal: Vec<f64>,
-    noise: DVector<f64>,
-    jump: DVector<f64>,
-    /// Cholesky factor of Σ.
-    factor: DMatrix<f64>,
-    scale: f64,
-    /// Warmup transitions since the scale began anew.
-    steps: f64,
-    schedule: Schedule,
-    window: Scatter,
+    walk: RandomWalk,
     rejections: Rejections,
 }
 
@@ -123,32 +113,16 @@ impl<'a, D: LogDensity> MetropolisChain<'a, D> {
             y: vec![0.0; dim],
             log_density: f64::NEG_INFINITY,
             proposal: vec![0.0; dim],
-            noise: DVector::zeros(dim),
-            jump: DVector::zeros(dim),
-            factor: DMatrix::identity(dim, dim),
-            scale: first_scale(dim),
-            steps: 0.0,
-            schedule: Schedule::new(warmup, walk_windows),
-            window: Scatter::new(dim),
+            walk: RandomWalk::new(dim, warmup),
             rejections: Rejections::default(),
         }
     }
 }
 
-/// Best scale for a normal target whose covariance is known.
-fn first_scale(dim: usize) -> f64 {
-    2.38 / (dim.max(1) as f64).sqrt()
-}
-
-/// Best acceptance: 0.44 for one coordinate, 0.234 for many.
-fn target_acceptance(dim: usize) -> f64 {
-    0.234 + 0.206 / dim.max(1) as f64
-}
-
 impl<D: LogDensity> Kernel for MetropolisChain<'_, D> {
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
         self.y.copy_from_slice(y);
-        self.log_density = self.density.log_density(y, &mut self.workspace)?;
+        self.log_density = finite(self.density, y, &mut self.workspace)?;
         Ok(())
     }
 
@@ -157,61 +131,23 @@ impl<D: LogDensity> Kernel for MetropolisChain<'_, D> {
     }
 
     fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, Stop> {
-        self.noise.iter_mut().for_each(|z| *z = rng.sample(StandardNormal));
-        self.jump.gemv(self.scale, &self.factor, &self.noise, 0.0);
-        for ((new, old), jump) in self.proposal.iter_mut().zip(&self.y).zip(&self.jump) {
-            *new = old + jump;
-        }
-        let proposed = match self.density.log_density(&self.proposal, &mut self.workspace) {
-            Ok(value) => value,
-            Err(rejection) => {
-                self.rejections.count(&rejection)?;
-                f64::NEG_INFINITY
-            }
-        };
+        self.walk.propose(&self.y, &mut self.proposal, rng);
+        let proposed = self.rejections.value(self.density, &self.proposal, &mut self.workspace)?;
         let acceptance = (proposed - self.log_density).exp().min(1.0);
         if rng.random::<f64>() < acceptance {
             std::mem::swap(&mut self.y, &mut self.proposal);
             self.log_density = proposed;
         }
-        Ok(DrawStats {
-            log_density: self.log_density,
-            energy: -self.log_density,
-            acceptance,
-            step_size: self.scale,
-            depth: 0,
-            leapfrogs: 1,
-            divergent: false,
-            tuning: false,
-        })
+        Ok(DrawStats::walk(self.log_density, acceptance, self.walk.scale, 1))
     }
 
     fn adapt(&mut self, stats: &DrawStats, _: &mut Stream) -> Result<(), Stop> {
-        let dim = self.y.len();
-        self.steps += 1.0;
-        self.scale *= (self.steps.powf(-0.6) * (stats.acceptance - target_acceptance(dim))).exp();
-        let moment = self.schedule.pass();
-        if matches!(moment, Moment::Inside | Moment::Last { .. }) {
-            self.window.add(&self.y);
-        }
-        if matches!(moment, Moment::Last { .. }) {
-            // a window in which a coordinate never moved has no covariance: keep the old one
-            if let Some(factor) = Cholesky::new(self.window.covariance()) {
-                self.factor = factor.unpack();
-                self.scale = first_scale(dim);
-                self.steps = 0.0;
-            }
-            self.window = Scatter::new(dim);
-        }
+        self.walk.learn(stats.acceptance, &self.y);
         Ok(())
     }
 
     fn freeze(&mut self, report: &mut WarmupReport) {
-        report.step_size = self.scale;
-        report.target_acceptance = target_acceptance(self.y.len());
-        report.windows = self.schedule.passed.clone();
-        let covariance = &self.factor * self.factor.transpose();
-        report.covariance = Covariance::Dense(covariance.as_slice().to_vec());
+        self.walk.report(report);
     }
 
     fn position(&self) -> &[f64] {
@@ -224,54 +160,5 @@ impl<D: LogDensity> Kernel for MetropolisChain<'_, D> {
 
     fn rejections(&mut self) -> &mut Rejections {
         &mut self.rejections
-    }
-}
-
-/// Mean and scatter matrix of vectors seen one by one.
-struct Scatter {
-    count: f64,
-    mean: DVector<f64>,
-    scatter: DMatrix<f64>,
-}
-
-impl Scatter {
-    fn new(dim: usize) -> Self {
-        Self { count: 0.0, mean: DVector::zeros(dim), scatter: DMatrix::zeros(dim, dim) }
-    }
-
-    fn add(&mut self, y: &[f64]) {
-        self.count += 1.0;
-        let delta = DVector::from_column_slice(y) - &self.mean;
-        self.mean.axpy(1.0 / self.count, &delta, 1.0);
-        self.scatter.ger(1.0 - 1.0 / self.count, &delta, &delta, 1.0);
-    }
-
-    /// Covariance with correlations shrunk by n/(n+5).
-    fn covariance(&self) -> DMatrix<f64> {
-        let n = self.count;
-        let unshrunk = &self.scatter / (n - 1.0);
-        let mut covariance = &unshrunk * (n / (n + 5.0));
-        covariance.set_diagonal(&unshrunk.diagonal());
-        covariance
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use approx::assert_relative_eq;
-
-    use super::*;
-
-    /// Against the two-pass formula on three points.
-    #[test]
-    fn scatter_by_hand() {
-        let mut scatter = Scatter::new(2);
-        for y in [[1.0, 2.0], [3.0, -1.0], [5.0, 5.0]] {
-            scatter.add(&y);
-        }
-        let covariance = scatter.covariance();
-        assert_relative_eq!(covariance[(0, 0)], 4.0, max_relative = 1e-14);
-        assert_relative_eq!(covariance[(1, 1)], 9.0, max_relative = 1e-14);
-        assert_relative_eq!(covariance[(0, 1)], 3.0 * 3.0 / 8.0, max_relative = 1e-14);
     }
 }

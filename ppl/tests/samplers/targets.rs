@@ -15,7 +15,7 @@ pub(crate) struct Gaussian {
 impl Gaussian {
     /// Correlation ρ^|i−j| (an autoregression), standard deviations from `least` to `largest`.
     pub(crate) fn autoregressive(dim: usize, rho: f64, least: f64, largest: f64) -> Self {
-        let sd = |i: usize| least * (largest / least).powf(i as f64 / (dim - 1) as f64);
+        let sd = |i: usize| least * (largest / least).powf(i as f64 / (dim - 1).max(1) as f64);
         let covariance =
             DMatrix::from_fn(dim, dim, |i, j| rho.powi(i.abs_diff(j) as i32) * sd(i) * sd(j));
         let precision = covariance.clone().try_inverse().expect("positive definite");
@@ -124,4 +124,32 @@ pub(crate) fn assert_mean(
 ) {
     let (mean, error) = mean_and_error(chains, statistic);
     assert!((mean - truth).abs() < 4.0 * error, "{name}: {mean} ± {error}, exactly {truth}");
+}
+
+/// Asserts all means and second moments of a Gaussian.
+#[track_caller]
+pub(crate) fn assert_gaussian_moments(target: &Gaussian, chains: &Chains) {
+    for i in 0..chains.dim {
+        assert_mean(&format!("mean {i}"), chains, target.mean[i], |y| y[i]);
+        for j in 0..=i {
+            let (a, b) = (target.mean[i], target.mean[j]);
+            let name = format!("covariance {i} {j}");
+            assert_mean(&name, chains, target.covariance[(i, j)], |y| (y[i] - a) * (y[j] - b));
+        }
+    }
+}
+
+/// Standard normals about ± (`at`, …, `at`), the one at +`at` with `weight`.
+pub(crate) fn two_modes(dim: usize, at: f64, weight: f64) -> impl LogDensity {
+    let function = move |y: &[f64], g: &mut [f64]| {
+        let (mut plus, mut minus) = (weight.ln(), (1.0 - weight).ln());
+        for y in y {
+            plus -= 0.5 * (y - at).powi(2);
+            minus -= 0.5 * (y + at).powi(2);
+        }
+        let share = 1.0 / (1.0 + (minus - plus).exp());
+        y.iter().zip(g).for_each(|(y, g)| *g = at * (2.0 * share - 1.0) - y);
+        Ok(plus.max(minus) + (-(plus - minus).abs()).exp().ln_1p())
+    };
+    Function { dim, function }
 }

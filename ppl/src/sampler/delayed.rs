@@ -1,0 +1,258 @@
+//! Delayed-acceptance Metropolis.
+
+use std::sync::atomic::AtomicBool;
+
+use rand::Rng;
+
+use super::{
+    chains::{Chains, DrawStats, WarmupReport},
+    error::SampleError,
+    progress::Progress,
+    random_walk::RandomWalk,
+    rejections::{Rejections, Stop, finite},
+    run::{Kernel, Stream},
+    settings::{Init, Run, shared_settings},
+};
+use crate::{
+    Role,
+    bound::{Bound, Layout},
+    density::{LogDensity, Rejection},
+    model::Model,
+    posterior::Posterior,
+};
+
+/// Metropolis where a cheap density screens proposals and an expensive one decides.
+///
+/// From y, `screening_steps` n random-walk Metropolis steps on the cheap density q lead to y′;
+/// only if they moved, the expensive density p is evaluated at y′, which is accepted with
+/// probability `min(1, p(y′) q(y) / (p(y) q(y′)))`. The draws are those of **p, whatever q is**,
+/// as long as q is not zero where p is not; a poor q costs acceptance, not truth. With n = 1 this is
+/// delayed acceptance, with more the surrogate-transition method: draws are less correlated and a
+/// good q is used up, a poor one is rejected more often. The proposal is that of
+/// [`Metropolis`](super::Metropolis), tuned in the warmup to the acceptance under q; afterwards
+/// nothing is adapted.
+///
+/// Statistics of a draw: `leapfrogs` counts the evaluations of the *expensive* density (0 or 1 a
+/// transition; [`Chains::evaluations`] adds them up), `acceptance` is its acceptance probability, 0
+/// where the screening did not move; `step_size`, `depth`, `energy` as for Metropolis, with p.
+///
+/// # Errors
+/// [`SampleError`] if a setting is out of range, the two densities do not have the same unknowns,
+/// or a chain finds no starting point that both accept.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// /// Stiffness from a force; `factor` stands for what the cheap model gets wrong.
+/// # ppl::model! {
+/// fn spring(factor: f64, force_n: &[f64]) {
+///     let stiffness ~ Uniform(0.0, 10.0); // N/mm
+///     for force in force_n {
+///         force ~ Normal(factor * stiffness, 0.5);
+///     }
+/// }
+/// # }
+///
+/// let force_n = [4.1, 5.2, 4.6];
+/// let (cheap, expensive) = (spring(0.95, &force_n), spring(1.0, &force_n));
+/// let sampler = DelayedAcceptance::default().screening_steps(4).seed(7);
+/// let posterior = sampler.sample(&cheap, &expensive)?;
+/// ppl::check::mean(&posterior, "stiffness", 13.9 / 3.0).within_mcse(4.0);
+/// println!("{} expensive evaluations", posterior.chains.evaluations());
+/// # Ok::<(), ppl::SampleError>(())
+/// ```
+///
+/// # References
+/// Christen & Fox, J. Comput. Graph. Stat. 14 (2005) 795, doi:10.1198/106186005X76983; Liu, *Monte
+/// Carlo Strategies in Scientific Computing* (2001), doi:10.1007/978-0-387-76371-2, section 9.4.3.
+#[derive(Clone)]
+pub struct DelayedAcceptance<'a> {
+    run: Run<'a>,
+    screening_steps: u32,
+}
+
+impl Default for DelayedAcceptance<'_> {
+    fn default() -> Self {
+        Self { run: Run::new(2000, 5000), screening_steps: 1 }
+    }
+}
+
+impl<'a> DelayedAcceptance<'a> {
+    shared_settings!();
+
+    /// Steps on the cheap density for each decision of the expensive one, at least 1.
+    pub fn screening_steps(mut self, steps: u32) -> Self {
+        self.screening_steps = steps;
+        self
+    }
+
+    /// Samples `expensive`, screened by `cheap`: any log densities of the same coordinates. Their
+    /// gradients are not asked for, and `cheap` need not be normalised alike.
+    ///
+    /// # Errors
+    /// See [`DelayedAcceptance`].
+    pub fn run<C: LogDensity, D: LogDensity>(
+        &self,
+        cheap: &C,
+        expensive: &D,
+    ) -> Result<Chains, SampleError> {
+        if self.screening_steps == 0 {
+            let (setting, value) = ("screening_steps", "0".into());
+            return Err(SampleError::Setting { setting, value, mend: "give at least 1" });
+        }
+        let dim = expensive.dim();
+        if cheap.dim() != dim {
+            let unknowns = |dim: usize| format!("{dim} unconstrained coordinates");
+            return Err(SampleError::Screening {
+                screening: unknowns(cheap.dim()),
+                deciding: unknowns(dim),
+            });
+        }
+        let chains = self.run.execute(dim, || Delayed {
+            cheap: Level::new(cheap, dim),
+            expensive: Level::new(expensive, dim),
+            next: vec![0.0; dim],
+            walk: RandomWalk::new(dim, self.run.warmup),
+            steps: self.screening_steps,
+            screened: 0.0,
+            rejections: Rejections::default(),
+        })?;
+        Ok(Chains { dim, chains, max_depth: None })
+    }
+
+    /// Samples the model `expensive`, screened by the model `cheap`: the draws with everything
+    /// that `expensive` names. Both must declare the same unknowns in the same order, and with
+    /// the same supports, so that their unconstrained coordinates mean the same.
+    ///
+    /// # Errors
+    /// See [`DelayedAcceptance`]; also if a model cannot be evaluated, or a chain was stopped
+    /// before its first draw.
+    pub fn sample<C: Model, M: Model>(
+        &self,
+        cheap: &Bound<C>,
+        expensive: &Bound<M>,
+    ) -> Result<Posterior, SampleError> {
+        let (screening, deciding) = (unknowns(cheap.layout()?), unknowns(expensive.layout()?));
+        if screening != deciding {
+            return Err(SampleError::Screening { screening, deciding });
+        }
+        let chains = self.run(cheap, expensive)?;
+        Ok(Posterior::from_chains(expensive, chains, self.run.seed)?)
+    }
+}
+
+/// The unknowns of a model with their shapes, as `mu, sd[3]`.
+fn unknowns(layout: &Layout) -> String {
+    let named = layout.with_role(Role::Parameter).map(|v| match v.shape.as_slice() {
+        [] => v.name.clone(),
+        shape => format!("{}{shape:?}", v.name),
+    });
+    named.collect::<Vec<_>>().join(", ")
+}
+
+/// A density with its current point.
+struct Level<'a, D: LogDensity> {
+    density: &'a D,
+    workspace: D::Workspace,
+    y: Vec<f64>,
+    log_density: f64,
+}
+
+impl<'a, D: LogDensity> Level<'a, D> {
+    fn new(density: &'a D, dim: usize) -> Self {
+        let workspace = D::Workspace::default();
+        Self { density, workspace, y: vec![0.0; dim], log_density: f64::NEG_INFINITY }
+    }
+
+    fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
+        self.y.copy_from_slice(y);
+        self.log_density = finite(self.density, y, &mut self.workspace)?;
+        Ok(())
+    }
+}
+
+struct Delayed<'a, C: LogDensity, D: LogDensity> {
+    cheap: Level<'a, C>,
+    expensive: Level<'a, D>,
+    next: Vec<f64>,
+    walk: RandomWalk,
+    steps: u32,
+    /// Mean acceptance probability of the last screening.
+    screened: f64,
+    rejections: Rejections,
+}
+
+impl<C: LogDensity, D: LogDensity> Delayed<'_, C, D> {
+    /// The steps on the cheap density; whether they moved.
+    fn screen(&mut self, rng: &mut Stream) -> Result<bool, Stop> {
+        let (mut moved, mut sum) = (false, 0.0);
+        for _ in 0..self.steps {
+            let level = &mut self.cheap;
+            self.walk.propose(&level.y, &mut self.next, rng);
+            let value = self.rejections.value(level.density, &self.next, &mut level.workspace)?;
+            let acceptance = (value - level.log_density).exp().min(1.0);
+            sum += acceptance;
+            if rng.random::<f64>() < acceptance {
+                std::mem::swap(&mut level.y, &mut self.next);
+                level.log_density = value;
+                moved = true;
+            }
+        }
+        self.screened = sum / f64::from(self.steps);
+        Ok(moved)
+    }
+}
+
+impl<C: LogDensity, D: LogDensity> Kernel for Delayed<'_, C, D> {
+    fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
+        self.cheap.begin(y)?;
+        self.expensive.begin(y)
+    }
+
+    fn prepare(&mut self, _: &mut Stream) -> Result<(), Stop> {
+        Ok(())
+    }
+
+    fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, Stop> {
+        let before = self.cheap.log_density;
+        let moved = self.screen(rng)?;
+        let mut acceptance = 0.0;
+        if moved {
+            let (cheap, level) = (&mut self.cheap, &mut self.expensive);
+            let value = self.rejections.value(level.density, &cheap.y, &mut level.workspace)?;
+            let correction = before - cheap.log_density;
+            acceptance = (value - level.log_density + correction).exp().min(1.0);
+            if rng.random::<f64>() < acceptance {
+                level.y.copy_from_slice(&cheap.y);
+                level.log_density = value;
+            } else {
+                cheap.y.copy_from_slice(&level.y);
+                cheap.log_density = before;
+            }
+        }
+        let (log_density, scale) = (self.expensive.log_density, self.walk.scale);
+        Ok(DrawStats::walk(log_density, acceptance, scale, u32::from(moved)))
+    }
+
+    fn adapt(&mut self, _: &DrawStats, _: &mut Stream) -> Result<(), Stop> {
+        self.walk.learn(self.screened, &self.expensive.y);
+        Ok(())
+    }
+
+    fn freeze(&mut self, report: &mut WarmupReport) {
+        self.walk.report(report);
+    }
+
+    fn position(&self) -> &[f64] {
+        &self.expensive.y
+    }
+
+    fn divergence(&self) -> (&[f64], f64) {
+        (&self.expensive.y, 0.0)
+    }
+
+    fn rejections(&mut self) -> &mut Rejections {
+        &mut self.rejections
+    }
+}

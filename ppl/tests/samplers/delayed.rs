@@ -1,0 +1,144 @@
+//! Delayed acceptance: the draws are those of the expensive density, whatever screens.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use ppl::prelude::*;
+use ppl::{Chains, SampleError};
+
+use crate::targets::{Function, Gaussian, assert_gaussian_moments, assert_mean, half_normal};
+
+/// A normal about the wrong place, of the wrong width, with the wrong correlation.
+fn biased() -> Gaussian {
+    let mut cheap = Gaussian::autoregressive(2, -0.3, 2.0, 2.5);
+    cheap.mean.add_scalar_mut(1.5);
+    cheap
+}
+
+#[test]
+fn a_biased_screen_leaves_the_posterior_alone() {
+    let target = Gaussian::autoregressive(2, 0.7, 1.0, 2.0);
+    let flat = Function { dim: 2, function: |_: &[f64], _: &mut [f64]| Ok(7.0) };
+    for steps in [1, 5] {
+        let sampler = DelayedAcceptance::default().screening_steps(steps).draws(5000).thin(10);
+        let chains = sampler.clone().seed(1).run(&biased(), &target).expect("runs");
+        assert_gaussian_moments(&target, &chains);
+        // the posterior of the screen is elsewhere, as a test of this test
+        let alone = Metropolis::default().seed(1).run(&biased()).expect("runs");
+        let mean = |chains: &Chains| chains.traces(0).concat().iter().sum::<f64>();
+        assert!((mean(&alone) / 40_000.0 - mean(&chains) / 20_000.0).abs() > 1.0);
+        if steps == 1 {
+            let chains = sampler.seed(2).run(&flat, &target).expect("runs");
+            assert_gaussian_moments(&target, &chains);
+        }
+    }
+}
+
+/// What the expensive density rejects is counted and never kept.
+#[test]
+fn a_screen_that_ignores_a_wall() {
+    let screen = Gaussian::autoregressive(1, 0.0, 1.2, 1.2);
+    let sampler = DelayedAcceptance::default().screening_steps(2).draws(5000).thin(5).seed(5);
+    let chains = sampler.run(&screen, &half_normal()).expect("runs");
+    assert_mean("mean", &chains, (2.0 / std::f64::consts::PI).sqrt(), |y| y[0]);
+    assert_mean("square", &chains, 1.0, |y| y[0] * y[0]);
+    assert!(chains.chains.iter().all(|chain| !chain.rejections.is_empty()));
+}
+
+/// A perfect screen leaves nothing to decide, and its rejections cost no expensive evaluation.
+#[test]
+fn expensive_evaluations_are_counted() {
+    let calls = AtomicU64::new(0);
+    let expensive = Function {
+        dim: 3,
+        function: |y: &[f64], _: &mut [f64]| {
+            calls.fetch_add(1, Ordering::Relaxed);
+            Ok(-0.5 * y.iter().map(|y| y * y).sum::<f64>())
+        },
+    };
+    let cheap = Function {
+        dim: 3,
+        function: |y: &[f64], _: &mut [f64]| Ok(3.0 - 0.5 * y.iter().map(|y| y * y).sum::<f64>()),
+    };
+    let sampler = DelayedAcceptance::default().warmup(1000).draws(1000).thin(2).seed(2);
+    let chains = sampler.run(&cheap, &expensive).expect("runs");
+    // and one for each chain's starting point
+    assert_eq!(chains.evaluations() + 4, calls.load(Ordering::Relaxed));
+    let share = chains.evaluations() as f64 / (4.0 * 3000.0);
+    assert!((share - 0.3).abs() < 0.05, "{share}: the acceptance of the screen, 0.234 + 0.206/3");
+    for chain in &chains.chains {
+        let decided = chain.warmup.stats.iter().filter(|s| s.leapfrogs == 1);
+        assert!(decided.into_iter().all(|s| s.acceptance > 1.0 - 1e-12));
+    }
+}
+
+/// More steps on the screen for each decision give less correlated draws for it.
+#[test]
+fn a_good_screen_saves_expensive_evaluations() {
+    let target = Gaussian::autoregressive(3, 0.8, 1.0, 3.0);
+    let mut cheap = Gaussian::autoregressive(3, 0.75, 1.1, 3.2);
+    cheap.mean.add_scalar_mut(0.1);
+    let cost = |steps| {
+        let sampler = DelayedAcceptance::default().screening_steps(steps).seed(1);
+        let chains = sampler.run(&cheap, &target).expect("runs");
+        let traces = chains.traces(1);
+        let slices: Vec<&[f64]> = traces.iter().map(Vec::as_slice).collect();
+        chains.evaluations() as f64 / ppl::diagnostics::ess_bulk(&slices)
+    };
+    let (one, many) = (cost(1), cost(20));
+    assert!(many < 0.6 * one, "{many} and {one} expensive evaluations per effective draw");
+}
+
+ppl::model! {
+    fn expensive(y: &[f64]) {
+        let mu ~ Normal(0.0, 2.0);
+        let sd ~ HalfNormal(2.0);
+        for y in y {
+            y ~ Normal(mu, sd);
+        }
+    }
+}
+
+ppl::model! {
+    /// The same unknowns with another likelihood.
+    fn cheap(centre: f64, error: f64) {
+        let mu ~ Normal(0.0, 2.0);
+        let sd ~ HalfNormal(2.0);
+        centre ~ Normal(mu, error);
+    }
+}
+
+ppl::model! {
+    fn other() {
+        let mu ~ Normal(0.0, 2.0).array::<2>();
+    }
+}
+
+#[test]
+fn models_are_screened_by_models_of_the_same_unknowns() {
+    let data = [0.4, 1.9, -0.3, 1.1, 0.8];
+    let model = expensive(&data);
+    let sampler = DelayedAcceptance::default().screening_steps(3).draws(3000).thin(5).seed(3);
+    let screened = sampler.sample(&cheap(1.5, 1.5), &model).expect("samples");
+    let reference = Nuts::default().draws(4000).seed(3).sample(&model).expect("samples");
+    for name in ["mu", "sd"] {
+        let row = reference.summary().row(name).expect("named").clone();
+        let estimate = ppl::check::mean(&screened, name, row.mean);
+        estimate.reference_error(row.mcse_mean).within_mcse(4.0);
+    }
+    assert!(screened.log_likelihood.get("y").is_some(), "everything of the expensive model");
+
+    let error = sampler.sample(&other(), &model).expect_err("other unknowns").to_string();
+    assert!(error.contains("has mu[2], the deciding one mu, sd"), "{error}");
+    let error = sampler.run(&biased(), &half_normal()).expect_err("other dimensions");
+    assert!(matches!(error, SampleError::Screening { .. }), "{error}");
+    let error = sampler.screening_steps(0).run(&biased(), &biased()).expect_err("no steps");
+    assert!(matches!(error, SampleError::Setting { setting: "screening_steps", .. }));
+}
+
+#[test]
+fn draws_do_not_depend_on_the_number_of_threads() {
+    let target = Gaussian::autoregressive(2, 0.7, 1.0, 2.0);
+    let sampler = DelayedAcceptance::default().chains(5).warmup(100).draws(50).screening_steps(2);
+    let one = sampler.clone().threads(1).run(&biased(), &target).expect("runs");
+    assert_eq!(sampler.threads(3).run(&biased(), &target).expect("runs"), one);
+}
