@@ -96,6 +96,9 @@ pub enum CalibrationError {
     /// The mode could not be found.
     #[error(transparent)]
     Mode(#[from] OptimizeError),
+    /// Labels that are not those of the quantities of interest.
+    #[error(transparent)]
+    Label(#[from] ppl::LabelError),
     /// The model rejects its own mode.
     #[error("at the mode: {0}")]
     Rejection(#[from] Rejection),
@@ -155,7 +158,7 @@ pub fn calibrate<F: Differentiable<3, 3>>(
     let chains = sampler.run(&model)?;
     let mut posterior = Posterior::from_chains(&model, chains, seed)?;
     for name in ["sd", "mean", "new_specimen"] {
-        posterior.label(name, 0, &Qois::NAMES);
+        posterior.label(name, 0, &Qois::NAMES)?;
     }
     let mode = Map::default().seed(seed).find(&model)?;
     let record = model.constrain(&mode.point, &mut Xoshiro256PlusPlus::seed_from_u64(seed))?;

@@ -15,23 +15,24 @@ use syn::{
 };
 
 use crate::lower::Site;
-use crate::parse::{Arm, ArmBody, Block, Flow, Init, Kind, Mark, Statement};
+use crate::parse::{Arm, ArmBody, Block, Flow, Init, Kind, Mark, Statement, plain_name};
+use crate::scan;
 use crate::signature::{Argument, Model};
 
 /// A function that binds its data to a model.
 pub(crate) fn model(model: &Model, sites: &[Site]) -> TokenStream {
     let span = Span::mixed_site();
-    let Model { attrs, vis, fn_token, name, generics, arguments, body, errors } = model;
+    let Model { attrs, vis, fn_token, name, generics, arguments, body, errors, .. } = model;
     let parameters = arguments.iter().map(|argument| {
         let Argument { attrs, name, colon, ty } = argument;
         quote!(#(#attrs)* #name #colon #ty)
     });
     let names: Vec<_> = arguments.iter().map(|argument| &argument.name).collect();
-    let (owned, types) = owned(generics, arguments);
-    let (introduced, applied, bounds) = owned.split_for_impl();
-    let data = format_ident!("__{}", camel_case(&name.unraw().to_string()), span = name.span());
+    let (mut owned, types) = owned(generics, arguments);
+    let (introduced, applied, bounds) = with_sync(&mut owned).split_for_impl();
+    let data = data_name(name);
     let bindings = arguments.iter().map(binding);
-    let sites = (!sites.is_empty()).then(|| table(sites));
+    let sites = table(sites);
     let cx = cx();
     let statements = statements(body, false);
     let errors = errors.iter().map(syn::Error::to_compile_error);
@@ -64,8 +65,8 @@ pub(crate) fn model(model: &Model, sites: &[Site]) -> TokenStream {
     }
 }
 
-/// The generics of the data: elided lifetimes get names, and everything can be shared by chains.
-fn owned(generics: &Generics, arguments: &[Argument]) -> (Generics, Vec<Type>) {
+/// The generics and types of the data: elided lifetimes get names.
+pub(crate) fn owned(generics: &Generics, arguments: &[Argument]) -> (Generics, Vec<Type>) {
     let mut named = Named {
         taken: generics.lifetimes().map(|parameter| parameter.lifetime.ident.to_string()).collect(),
         argument: String::new(),
@@ -79,7 +80,6 @@ fn owned(generics: &Generics, arguments: &[Argument]) -> (Generics, Vec<Type>) {
     });
     let types = types.collect();
     let mut generics = generics.clone();
-    with_sync(&mut generics);
     for lifetime in named.new.iter().rev() {
         generics.params.insert(0, parse_quote!(#lifetime));
     }
@@ -150,7 +150,7 @@ impl VisitMut for Named {
 }
 
 /// Data in the body: references and numbers as they are, everything else behind `&`.
-fn binding(argument: &Argument) -> TokenStream {
+pub(crate) fn binding(argument: &Argument) -> TokenStream {
     const NUMBERS: [&str; 16] = [
         "f64", "f32", "usize", "u8", "u16", "u32", "u64", "u128", "isize", "i8", "i16", "i32",
         "i64", "i128", "bool", "char",
@@ -169,14 +169,28 @@ fn binding(argument: &Argument) -> TokenStream {
     }
 }
 
-fn table(sites: &[Site]) -> TokenStream {
+/// The name of the type that holds the data.
+pub(crate) fn data_name(function: &Ident) -> Ident {
+    format_ident!("__{}", camel_case(&function.unraw().to_string()), span = function.span())
+}
+
+/// The places of a model.
+pub(crate) fn table(sites: &[Site]) -> TokenStream {
     let span = Span::mixed_site();
+    if sites.is_empty() {
+        return TokenStream::new();
+    }
     let count = Literal::usize_unsuffixed(sites.len());
     let entries = sites.iter().map(|site| {
         let (name, text) = (&site.name, &site.text);
-        let line = Literal::usize_unsuffixed(site.span.unwrap().line());
-        let in_loop = site.repeated.then(|| quote!(.in_loop()));
-        quote_spanned!(span=> ::ppl::Site::at(#name, #text, ::core::file!(), #line)#in_loop)
+        let line = Literal::usize_unsuffixed(scan::position(site.span).0);
+        let in_loop = match &site.plate {
+            Some(dimension) => Some(quote!(.along(#dimension))),
+            None => site.repeated.then(|| quote!(.in_loop())),
+        };
+        let names = &site.dims;
+        let dims = (!names.is_empty()).then(|| quote!(.dims(&[#(#names),*])));
+        quote_spanned!(span=> ::ppl::Site::at(#name, #text, ::core::file!(), #line)#in_loop #dims)
     });
     quote_spanned! {span=>
         static __SITES: [::ppl::Site; #count] = [#(#entries),*];
@@ -189,7 +203,7 @@ pub(crate) fn site(number: usize) -> TokenStream {
     quote_spanned!(Span::mixed_site()=> __SITES[#number])
 }
 
-fn cx() -> Ident {
+pub(crate) fn cx() -> Ident {
     Ident::new("cx", Span::mixed_site())
 }
 
@@ -203,15 +217,19 @@ fn block(block: &Block, predicted: bool) -> TokenStream {
 
 /// Statements in order; in a block that is not itself predicted, `#[predict]` opens the part that
 /// runs on finished draws only.
-fn statements(block: &Block, predicted: bool) -> TokenStream {
+pub(crate) fn statements(block: &Block, predicted: bool) -> TokenStream {
     let is_first = |s: &Statement| !predicted && s.mark == Mark::Predict;
     let split = block.statements.iter().position(is_first);
-    let (always, late) = block.statements.split_at(split.unwrap_or(block.statements.len()));
+    let is_end = |s: &&Statement| matches!(s.kind, Kind::End(_));
+    let end = block.statements.last().filter(is_end);
+    let (rest, _) = block.statements.split_at(block.statements.len() - end.iter().len());
+    let (always, late) = rest.split_at(split.unwrap_or(rest.len()));
     let mut tokens: TokenStream = always.iter().map(statement).collect();
     if !late.is_empty() {
         let (cx, late) = (cx(), late.iter().map(statement));
         tokens.extend(quote_spanned!(Span::mixed_site()=> if #cx.predicts() { #(#late)* }));
     }
+    tokens.extend(end.map(statement));
     tokens
 }
 
@@ -238,18 +256,34 @@ fn statement(statement: &Statement) -> TokenStream {
             let datum = quote_spanned!(place.span()=> &#place);
             quote_spanned!(span=> #cx.condition(&#site, #distribution, #datum)?;)
         }
+        Kind::Part { let_token, name, tilde, part } => {
+            let span = span.located_at(tilde.span());
+            let method = if statement.predicted {
+                quote_spanned!(span=> ::ppl::Prediction::predict)
+            } else {
+                quote_spanned!(span=> ::ppl::Declaration::declare)
+            };
+            let value = quote_spanned!(span=> #method(#part, &#site, #cx)?);
+            let record = (statement.mark == Mark::Track).then(|| record(statement, name));
+            quote_spanned! {span=>
+                #[allow(unused_variables)]
+                #let_token #name = #value; #record
+            }
+        }
+        Kind::Impute { place, tilde, distribution } => {
+            let span = span.located_at(tilde.span());
+            let datum = quote_spanned!(place.span()=> &#place);
+            // afterwards the name stands for what is complete
+            let name = plain_name(place).map(|name| quote!(#[allow(unused_variables)] let #name =));
+            quote_spanned!(span=> #name #cx.complete(&#site, #distribution, #datum)?;)
+        }
         Kind::Let { let_token, pat, init } => {
-            let init = init.as_ref().map(|init| match init {
-                Init::Value { eq, value, diverge } => {
-                    let diverge = diverge.as_ref().map(|(els, value)| quote!(#els #value));
-                    quote!(#eq #value #diverge)
-                }
-                Init::Flow(eq, inner) => {
-                    let inner = flow(inner, statement.predicted);
-                    quote!(#eq #inner)
-                }
-            });
-            let record = (statement.mark != Mark::None).then(|| record(statement, pat));
+            let init = init.as_ref().map(|init| initialiser(init, statement.predicted));
+            let name = match pat {
+                syn::Pat::Type(typed) => &*typed.pat,
+                other => other,
+            };
+            let record = (statement.mark != Mark::None).then(|| record(statement, name));
             quote!(#let_token #pat #init; #record)
         }
         Kind::Factor { name, weight } => {
@@ -257,9 +291,10 @@ fn statement(statement: &Statement) -> TokenStream {
             let weight = quote_spanned!(weight.span()=> &(#weight));
             quote_spanned!(span=> #cx.factor(&#site, ::ppl::Datum::lift(#weight))?;)
         }
-        Kind::Flow(inner) => {
-            let inner = flow(inner, statement.predicted);
-            quote!(#inner)
+        Kind::Flow(inner) => flow(inner, statement.predicted),
+        Kind::End(value) => {
+            let (name, value) = (end(), initialiser(value, false));
+            quote_spanned!(span=> let #name #value;)
         }
         Kind::Rust(stmt) => stmt.to_token_stream(),
         Kind::Broken { names, error } => {
@@ -272,16 +307,35 @@ fn statement(statement: &Statement) -> TokenStream {
             }
         }
     };
-    quote!(#(#attrs)* #tokens)
+    let labels = statement.dims.iter().filter_map(|dim| {
+        let (name, labels) = (dim.name.unraw().to_string(), dim.labels.as_ref()?);
+        let span = span.located_at(dim.name.span());
+        Some(quote_spanned!(span=> #cx.coordinates(#name, || #labels);))
+    });
+    quote!(#(#labels)* #(#attrs)* #tokens)
 }
 
-fn record(statement: &Statement, pat: &syn::Pat) -> TokenStream {
+/// The variable that holds the value of a submodel.
+pub(crate) fn end() -> Ident {
+    Ident::new("value", Span::mixed_site())
+}
+
+fn initialiser(init: &Init, predicted: bool) -> TokenStream {
+    match init {
+        Init::Value { eq, value, diverge } => {
+            let diverge = diverge.as_ref().map(|(els, value)| quote!(#els #value));
+            quote!(#eq #value #diverge)
+        }
+        Init::Flow(eq, inner) => {
+            let inner = flow(inner, predicted);
+            quote!(#eq #inner)
+        }
+    }
+}
+
+fn record(statement: &Statement, name: impl ToTokens + Spanned) -> TokenStream {
     let (cx, span) = (cx(), Span::mixed_site());
     let site = site(statement.site.unwrap_or_default());
-    let name = match pat {
-        syn::Pat::Type(typed) => &*typed.pat,
-        other => other,
-    };
     let span = span.located_at(name.span());
     let value = quote_spanned!(name.span()=> &#name);
     if statement.predicted {

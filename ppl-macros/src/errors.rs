@@ -14,8 +14,12 @@ pub(crate) const SELF_ARGUMENT: &str =
     "a model is a free function: give its data as arguments instead of `self`";
 pub(crate) const SELF_VALUE: &str =
     "there is no `self` in a model: its data are the arguments of the function";
-pub(crate) const RETURN_TYPE: &str = "a model returns no value of its own: remove the return \
-     type; the function returns a `Bound` model, and `#[track]` records what you want out of it";
+pub(crate) const NO_VALUE: &str = "a function with a return type is a submodel, and ends with its \
+     value: write it as the last line, without `;`";
+pub(crate) const VALUE_REFERENCE: &str =
+    "a submodel returns what it made, not a reference: write the type without `&`";
+pub(crate) const REAL_DATA: &str = "data of a model are plain numbers: write `f64` (`Real` belongs \
+     in a submodel, a function with a return type)";
 pub(crate) const IMPL_TRAIT: &str = "name the type of this argument: \
      `fn name<F: Trait>(f: F)` instead of `f: impl Trait`";
 pub(crate) const MUT_REFERENCE: &str =
@@ -80,10 +84,31 @@ pub(crate) const RETURN: &str = "a model runs to its end: use `if`, or `reject!(
      the point";
 pub(crate) const AWAIT: &str =
     "a model cannot wait: compute this before, and pass the result as an argument";
-pub(crate) const VALUE_AT_END: &str = "a model has no value: record this as `#[track] let x = …;`";
+pub(crate) const VALUE_AT_END: &str = "a model has no value: record this as \
+     `#[track] let x = …;`, or give the function a return type, which makes it a submodel";
+pub(crate) const LET_PLACE: &str = "`let` declares a name: for something in scope write \
+     `place ~ D;`, or `place.impute() ~ D;` if values are missing, without `let`";
+pub(crate) const IMPUTE_ARGUMENTS: &str = "`.impute()` takes no arguments: what is missing is \
+     drawn from the distribution on the right of `~`";
+pub(crate) const DIMS_NAMES: &str =
+    "name the dimensions: `#[dims(school)]`, or with labels `#[dims(school = names)]`";
+pub(crate) const DIMS_TAKEN: &str =
+    "`chain` and `draw` are dimensions of every result: choose another name";
+pub(crate) const TWO_DIMS: &str = "one `#[dims(…)]` is enough: `#[dims(row, column)]`";
+pub(crate) const DIMS_WHAT: &str = "`#[dims(…)]` goes with what is recorded (`let x ~ D;`, \
+     `place ~ D;`, `#[track] let x = …;`), or with the `for` that stacks it";
+pub(crate) const DIMS_PLATE: &str = "a plate stacks along one dimension: give one name";
+pub(crate) const DIMS_PART: &str = "a submodel has several quantities: put `#[dims(…)]` on the \
+     statements in it, or on the `for` around this one";
+
+pub(crate) fn dims_twice(name: &str) -> String {
+    format!("the dimension `{name}` is named twice: each has a name of its own")
+}
 
 pub(crate) fn attribute(name: &str) -> String {
-    format!("unknown attribute `{name}`: a statement takes `#[track]` or `#[predict]`")
+    format!(
+        "unknown attribute `{name}`: a statement takes `#[track]`, `#[predict]` or `#[dims(…)]`"
+    )
 }
 
 pub(crate) fn bare(name: &str) -> String {

@@ -8,27 +8,34 @@
 
 mod emit;
 mod errors;
+#[cfg(test)]
+mod fuzz;
 mod lower;
 mod parse;
 mod rewrite;
 mod scan;
 mod signature;
+mod submodel;
 
-use proc_macro::TokenStream;
+use proc_macro2::TokenStream;
 
 // Documented where it is re-exported, in `ppl`, which its examples need.
 #[allow(missing_docs)]
 #[proc_macro]
-pub fn model(input: TokenStream) -> TokenStream {
-    signature::models(input.into())
-        .into_iter()
-        .map(|model| match model {
-            Ok(mut model) => {
-                let sites = lower::lower(&mut model);
-                emit::model(&model, &sites)
+pub fn model(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
+    expand(input.into()).into()
+}
+
+fn expand(input: TokenStream) -> TokenStream {
+    let models = signature::models(input).into_iter().map(|model| match model {
+        Ok(mut model) => {
+            let sites = lower::lower(&mut model);
+            match &model.value {
+                None => emit::model(&model, &sites),
+                Some(value) => submodel::submodel(&model, value, &sites),
             }
-            Err(error) => error.to_compile_error(),
-        })
-        .collect::<proc_macro2::TokenStream>()
-        .into()
+        }
+        Err(error) => error.to_compile_error(),
+    });
+    models.collect()
 }

@@ -6,10 +6,10 @@ use std::collections::{HashMap, HashSet};
 use proc_macro2::Span;
 use syn::ext::IdentExt;
 use syn::visit_mut::VisitMut;
-use syn::{Error, Expr, Ident, Member, Pat, Result, Stmt, UnOp};
+use syn::{Error, Expr, Ident, Member, Pat, Result, Stmt, Type, UnOp};
 
 use crate::errors::{self, at};
-use crate::parse::{ArmBody, Block, Flow, Init, Kind, Mark, Statement};
+use crate::parse::{ArmBody, Block, Dim, Flow, Init, Kind, Mark, Statement, plain_name};
 use crate::rewrite::{Rewrite, is_assignment};
 use crate::scan;
 use crate::signature::Model;
@@ -20,6 +20,10 @@ pub(crate) struct Site {
     pub(crate) text: String,
     pub(crate) span: Span,
     pub(crate) repeated: bool,
+    /// Name of the dimension along which the innermost plate stacks.
+    pub(crate) plate: Option<String>,
+    /// Names of the value's own dimensions.
+    pub(crate) dims: Vec<String>,
 }
 
 /// Checks and prepares the body in place.
@@ -29,18 +33,55 @@ pub(crate) fn lower(model: &mut Model) -> Vec<Site> {
         scope: HashMap::new(),
         recorded: HashSet::new(),
         loops: 0,
+        plate: None,
         predicted: false,
     };
     lower.bind(model.arguments.iter().map(|data| data.name.clone()));
-    if let Some(last) = model.body.statements.last_mut()
-        && let Kind::Rust(Stmt::Expr(value, None)) = &last.kind
-        && is_value(value)
-    {
-        let (names, error) = (Vec::new(), at(value, errors::VALUE_AT_END));
-        last.kind = Kind::Broken { names, error };
+    match &model.value {
+        Some(ty) => {
+            if let Err(error) = end(&mut model.body, ty) {
+                model.errors.push(error);
+            }
+        }
+        None => {
+            if let Some(last) = model.body.statements.last_mut()
+                && let Kind::Rust(Stmt::Expr(value, None)) = &last.kind
+                && is_value(value)
+            {
+                let (names, error) = (Vec::new(), at(value, errors::VALUE_AT_END));
+                last.kind = Kind::Broken { names, error };
+            }
+        }
     }
     lower.block(&mut model.body);
     lower.sites
+}
+
+/// Makes the last statement of a submodel its value.
+fn end(body: &mut Block, ty: &Type) -> Result<()> {
+    let is_unit = matches!(ty, Type::Tuple(tuple) if tuple.elems.is_empty());
+    let Some(last) = body.statements.last_mut() else {
+        return if is_unit { Ok(()) } else { Err(at(ty, errors::NO_VALUE)) };
+    };
+    let kind = std::mem::replace(&mut last.kind, Kind::Flow(Flow::Block(Block::empty())));
+    let is_unmarked = last.mark == Mark::None && last.dims.is_empty();
+    last.kind = match kind {
+        Kind::Flow(
+            flow @ (Flow::Match { .. } | Flow::Block(_) | Flow::If { otherwise: Some(_), .. }),
+        ) if is_unmarked && !is_unit => Kind::End(Init::Flow(Default::default(), flow)),
+        Kind::Rust(Stmt::Expr(value, None))
+            if is_unmarked && !matches!(value, Expr::While(_) | Expr::Loop(_)) =>
+        {
+            Kind::End(Init::Value { eq: Default::default(), value, diverge: None })
+        }
+        other => {
+            // what is broken may have been the value
+            let is_broken = matches!(other, Kind::Broken { .. });
+            last.kind = other;
+            return if is_unit || is_broken { Ok(()) } else { Err(at(ty, errors::NO_VALUE)) };
+        }
+    };
+    Ok(())
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -57,6 +98,8 @@ struct Lower {
     recorded: HashSet<String>,
     /// How many plates deep.
     loops: usize,
+    /// Name of the dimension along which the innermost plate stacks.
+    plate: Option<String>,
     /// Inside `#[predict] for`.
     predicted: bool,
 }
@@ -67,7 +110,8 @@ impl Lower {
         let mut ending = false;
         for statement in &mut block.statements {
             ending |= statement.mark == Mark::Predict;
-            let late = ending && statement.mark != Mark::Predict && !self.predicted;
+            let is_late = !matches!(statement.kind, Kind::End(_));
+            let late = is_late && ending && statement.mark != Mark::Predict && !self.predicted;
             let declared = declared(&statement.kind);
             let result = match &statement.kind {
                 Kind::Broken { .. } => {
@@ -87,10 +131,18 @@ impl Lower {
     }
 
     fn statement(&mut self, statement: &mut Statement) -> Result<()> {
-        let Statement { mark, kind, text, span, site, predicted, .. } = statement;
+        let is_imputed = matches!(statement.kind, Kind::Impute { .. });
+        let Statement { mark, dims, kind, text, span, site, predicted, .. } = statement;
         check_mark(*mark, kind, *span)?;
+        check_dims(dims, *mark, kind)?;
         *predicted = self.predicted || *mark == Mark::Predict;
         let number = self.sites.len();
+        for labels in dims.iter_mut().filter_map(|dim| dim.labels.as_mut()) {
+            // labels are needed in one reading only, and may not leave it
+            let mut rewrite = Rewrite::new(number, &self.scope).inside_closure();
+            rewrite.visit_expr_mut(labels);
+        }
+        let names: Vec<_> = dims.iter().map(|dim| dim.name.unraw().to_string()).collect();
         let mut new = |name: String, lower: &mut Self| {
             *site = Some(number);
             lower.sites.push(Site {
@@ -98,10 +150,13 @@ impl Lower {
                 text: std::mem::take(text),
                 span: *span,
                 repeated: lower.loops > 0,
+                plate: lower.plate.clone(),
+                dims: names.clone(),
             });
         };
         match kind {
-            Kind::Unknown { name, distribution, .. } => {
+            Kind::Unknown { name, distribution, .. }
+            | Kind::Part { name, part: distribution, .. } => {
                 let plain = name.unraw().to_string();
                 if self.recorded.contains(&plain) {
                     return Err(at(name, errors::declared_twice(&plain)));
@@ -114,7 +169,8 @@ impl Lower {
                 self.recorded.insert(plain.clone());
                 new(plain, self);
             }
-            Kind::Observe { place: left, tilde, distribution } => {
+            Kind::Observe { place: left, tilde, distribution }
+            | Kind::Impute { place: left, tilde, distribution } => {
                 if *predicted {
                     return Err(at(tilde, errors::OBSERVE_IN_PREDICTION));
                 }
@@ -125,10 +181,14 @@ impl Lower {
                 if self.recorded.contains(&place.name) {
                     return Err(at(left, errors::observed_twice(&place.name)));
                 }
+                let completed = is_imputed.then(|| plain_name(left).cloned()).flatten();
                 self.rewrite(left, number);
                 self.rewrite(distribution, number);
                 self.recorded.insert(place.name.clone());
                 new(place.name, self);
+                if let Some(name) = completed {
+                    self.scope.insert(name, Binding::Unknown);
+                }
             }
             Kind::Let { pat, init, .. } => {
                 let mut name = None;
@@ -169,7 +229,24 @@ impl Lower {
                 if self.header(flow, number) {
                     new(String::new(), self);
                 }
+                let outer = self.plate.clone();
+                if let Flow::For { .. } = flow {
+                    self.plate = names.first().cloned();
+                }
                 self.inside(flow, *predicted);
+                self.plate = outer;
+            }
+            Kind::End(init) => {
+                let used = match init {
+                    Init::Value { value, .. } => self.rewrite(value, number),
+                    Init::Flow(_, flow) => self.header(flow, number),
+                };
+                if used {
+                    new(String::new(), self);
+                }
+                if let Init::Flow(_, flow) = init {
+                    self.inside(flow, *predicted);
+                }
             }
             Kind::Rust(stmt) => {
                 let mut rewrite = Rewrite::new(number, &self.scope);
@@ -272,19 +349,37 @@ impl Lower {
 fn check_mark(mark: Mark, kind: &Kind, span: Span) -> Result<()> {
     let message = match (mark, kind) {
         (Mark::Track, Kind::Unknown { .. }) => errors::TRACK_UNKNOWN,
-        (Mark::None, _) | (_, Kind::Let { .. } | Kind::Unknown { .. }) => return Ok(()),
+        (Mark::None, _) | (_, Kind::Let { .. } | Kind::Unknown { .. } | Kind::Part { .. }) => {
+            return Ok(());
+        }
         (Mark::Predict, Kind::Flow(Flow::For { .. })) => return Ok(()),
-        (Mark::Predict, Kind::Observe { .. }) => errors::PREDICT_PLACE,
+        (Mark::Predict, Kind::Observe { .. } | Kind::Impute { .. }) => errors::PREDICT_PLACE,
         (Mark::Predict, _) => errors::PREDICT_WHAT,
         (Mark::Track, _) => errors::TRACK_WHAT,
     };
     Err(Error::new(span, message))
 }
 
+fn check_dims(dims: &[Dim], mark: Mark, kind: &Kind) -> Result<()> {
+    let Some(first) = dims.first() else {
+        return Ok(());
+    };
+    let message = match kind {
+        Kind::Flow(Flow::For { .. }) if dims.len() > 1 => errors::DIMS_PLATE,
+        Kind::Flow(Flow::For { .. }) | Kind::Unknown { .. } => return Ok(()),
+        Kind::Observe { .. } | Kind::Impute { .. } => return Ok(()),
+        Kind::Let { .. } if mark != Mark::None => return Ok(()),
+        Kind::Part { .. } => errors::DIMS_PART,
+        _ => errors::DIMS_WHAT,
+    };
+    Err(at(&first.name, message))
+}
+
 /// The names that a statement puts into scope.
 fn declared(kind: &Kind) -> Vec<Ident> {
     match kind {
-        Kind::Unknown { name, .. } => vec![name.clone()],
+        Kind::Unknown { name, .. } | Kind::Part { name, .. } => vec![name.clone()],
+        Kind::Impute { place, .. } => plain_name(place).cloned().into_iter().collect(),
         Kind::Let { pat, .. } => scan::bound_names(pat),
         Kind::Broken { names, .. } => names.clone(),
         _ => Vec::new(),

@@ -3,6 +3,7 @@
 
 use proc_macro2::Span;
 use quote::ToTokens;
+use syn::ext::IdentExt;
 use syn::parse::ParseStream;
 use syn::parse::discouraged::Speculative;
 use syn::{
@@ -18,10 +19,18 @@ pub(crate) struct Block {
     pub(crate) statements: Vec<Statement>,
 }
 
+impl Block {
+    pub(crate) fn empty() -> Self {
+        Self { brace: Default::default(), statements: Vec::new() }
+    }
+}
+
 pub(crate) struct Statement {
     /// Lint attributes, handed on.
     pub(crate) attrs: Vec<Attribute>,
     pub(crate) mark: Mark,
+    /// `#[dims(…)]`.
+    pub(crate) dims: Vec<Dim>,
     pub(crate) kind: Kind,
     /// As written, for reports.
     pub(crate) text: String,
@@ -33,16 +42,27 @@ pub(crate) struct Statement {
     pub(crate) predicted: bool,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) enum Mark {
+    #[default]
     None,
     Track,
     Predict,
 }
 
+/// The name of a dimension, and what to call the entries along it: `name`, `name = labels`.
+pub(crate) struct Dim {
+    pub(crate) name: Ident,
+    pub(crate) labels: Option<Expr>,
+}
+
 pub(crate) enum Kind {
     /// `let name ~ distribution;`
     Unknown { let_token: Token![let], name: Ident, tilde: Token![~], distribution: Expr },
+    /// `let name ~ function(…);`, which may return a submodel or a distribution.
+    Part { let_token: Token![let], name: Ident, tilde: Token![~], part: Expr },
+    /// `place.impute() ~ distribution;`
+    Impute { place: Expr, tilde: Token![~], distribution: Expr },
     /// `place ~ distribution;`
     Observe { place: Expr, tilde: Token![~], distribution: Expr },
     /// `let pat = …;`
@@ -51,6 +71,8 @@ pub(crate) enum Kind {
     Factor { name: Ident, weight: Expr },
     /// Control flow with statements inside.
     Flow(Flow),
+    /// The value that a submodel ends with.
+    End(Init),
     /// Any other Rust.
     Rust(Stmt),
     /// What could not be read or was refused, with the names that it would have declared.
@@ -122,10 +144,11 @@ fn next(input: ParseStream, statements: &mut Vec<Statement>) {
         Err(_) => scan::resynchronise(input),
     }
     let text = scan::source(begin, input.cursor());
-    let mut push = |attrs, mark, kind| {
+    let mut push = |head: Head, kind| {
         statements.push(Statement {
-            attrs,
-            mark,
+            attrs: head.attrs,
+            mark: head.mark,
+            dims: head.dims,
             kind,
             text: text.clone(),
             span,
@@ -134,26 +157,34 @@ fn next(input: ParseStream, statements: &mut Vec<Statement>) {
         });
     };
     match result {
-        Ok((attrs, mark, kind, ended)) => {
-            push(attrs, mark, kind);
+        Ok((head, mut kind, ended)) => {
+            if let (Kind::Rust(Stmt::Expr(_, semi)), false) = (&mut kind, ended) {
+                semi.get_or_insert_default();
+            }
+            push(head, kind);
             if !ended {
                 let error =
                     Error::new(scan::last_span(begin, input.cursor()), errors::MISSING_SEMICOLON);
-                let names = Vec::new();
-                push(Vec::new(), Mark::None, Kind::Broken { names, error });
+                push(Head::default(), Kind::Broken { names: Vec::new(), error });
             }
         }
-        Err(error) => push(Vec::new(), Mark::None, Kind::Broken { names, error }),
+        Err(error) => push(Head::default(), Kind::Broken { names, error }),
     }
+}
+
+/// The attributes of a statement.
+#[derive(Default)]
+struct Head {
+    /// About lints.
+    attrs: Vec<Attribute>,
+    mark: Mark,
+    dims: Vec<Dim>,
 }
 
 /// One statement, and whether it ended as it should. The names that it declares are written to
 /// `names` as soon as they are known.
-fn statement(
-    input: ParseStream,
-    names: &mut Vec<Ident>,
-) -> Result<(Vec<Attribute>, Mark, Kind, bool)> {
-    let marks = marks(input.call(Attribute::parse_outer)?);
+fn statement(input: ParseStream, names: &mut Vec<Ident>) -> Result<(Head, Kind, bool)> {
+    let head = head(input.call(Attribute::parse_outer)?);
     let (kind, ended) = if input.peek(Token![let]) {
         declaration(input, names)?
     } else if starts_flow(input) {
@@ -161,36 +192,71 @@ fn statement(
     } else if scan::starts_item(input) {
         (Kind::Rust(input.parse()?), true)
     } else {
-        expression_statement(input)?
+        expression_statement(input, names)?
     };
-    let (attrs, mark) = marks?;
-    Ok((attrs, mark, kind, ended))
+    Ok((head?, kind, ended))
 }
 
-/// Lint attributes and the mark.
-fn marks(attrs: Vec<Attribute>) -> Result<(Vec<Attribute>, Mark)> {
-    let (mut kept, mut mark) = (Vec::new(), Mark::None);
+fn head(attrs: Vec<Attribute>) -> Result<Head> {
+    let mut head = Head::default();
     for attr in attrs {
         let name = attr.path().to_token_stream().to_string().replace(' ', "");
         let bare = matches!(attr.meta, Meta::Path(_));
         let new = match name.as_str() {
             "track" if bare => Mark::Track,
             "predict" if bare => Mark::Predict,
+            "dims" if head.dims.is_empty() => {
+                head.dims = dims(&attr)?;
+                continue;
+            }
             "allow" | "expect" | "warn" | "deny" | "forbid" => {
-                kept.push(attr);
+                head.attrs.push(attr);
                 continue;
             }
             // comments that would document nothing for rustdoc
             "doc" => continue,
+            "dims" => return Err(at(&attr, errors::TWO_DIMS)),
             "track" | "predict" => return Err(at(&attr, errors::bare(&name))),
             _ => return Err(at(&attr, errors::attribute(&name))),
         };
-        if mark != Mark::None {
+        if head.mark != Mark::None {
             return Err(at(&attr, errors::TWO_MARKS));
         }
-        mark = new;
+        head.mark = new;
     }
-    Ok((kept, mark))
+    Ok(head)
+}
+
+/// `#[dims(year, school = names)]`.
+fn dims(attr: &Attribute) -> Result<Vec<Dim>> {
+    let dim = |input: ParseStream| {
+        let name: Ident = input.parse()?;
+        let labels = match input.parse::<Option<Token![=]>>()? {
+            Some(_) => Some(input.parse()?),
+            None => None,
+        };
+        Ok(Dim { name, labels })
+    };
+    let Meta::List(list) = &attr.meta else {
+        return Err(at(attr, errors::DIMS_NAMES));
+    };
+    let dims = list.parse_args_with(|input: ParseStream| {
+        syn::punctuated::Punctuated::<_, Token![,]>::parse_terminated_with(input, dim)
+    });
+    let dims: Vec<Dim> = dims.map_err(|_| at(attr, errors::DIMS_NAMES))?.into_iter().collect();
+    if dims.is_empty() {
+        return Err(at(attr, errors::DIMS_NAMES));
+    }
+    for (k, dim) in dims.iter().enumerate() {
+        let name = dim.name.unraw().to_string();
+        if name == "chain" || name == "draw" {
+            return Err(at(&dim.name, errors::DIMS_TAKEN));
+        }
+        if dims[..k].iter().any(|other| other.name == dim.name) {
+            return Err(at(&dim.name, errors::dims_twice(&name)));
+        }
+    }
+    Ok(dims)
 }
 
 fn declaration(input: ParseStream, names: &mut Vec<Ident>) -> Result<(Kind, bool)> {
@@ -211,12 +277,28 @@ fn declaration(input: ParseStream, names: &mut Vec<Ident>) -> Result<(Kind, bool
     if input.peek(Token![~]) {
         let tilde = input.parse()?;
         let distribution = distribution(input, tilde)?;
-        let kind = Kind::Unknown { let_token, name: unknown_name(pat)?, tilde, distribution };
+        let name = unknown_name(pat)?;
+        let kind = if calls_function(&distribution) {
+            Kind::Part { let_token, name, tilde, part: distribution }
+        } else {
+            Kind::Unknown { let_token, name, tilde, distribution }
+        };
         return Ok((kind, end(input)));
+    }
+    if input.peek(Token![.]) || input.peek(token::Bracket) {
+        return Err(Error::new(let_token.span, errors::LET_PLACE));
     }
     let init = if input.peek(Token![=]) { Some(init(input)?) } else { None };
     let kind = Kind::Let { let_token, pat, init };
     Ok((kind, end(input)))
+}
+
+/// Whether a function is called, by its Rust name: constructors of distributions are types.
+fn calls_function(expr: &Expr) -> bool {
+    let Expr::Call(call) = expr else { return false };
+    let Expr::Path(path) = &*call.func else { return false };
+    let last = path.path.segments.last().map(|segment| segment.ident.unraw().to_string());
+    last.is_some_and(|name| name.starts_with(|c: char| c.is_lowercase() || c == '_'))
 }
 
 fn unknown_name(pat: Pat) -> Result<Ident> {
@@ -254,19 +336,28 @@ fn init(input: ParseStream) -> Result<Init> {
     }
     let value = scan::expression(input, |input| input.parse())?;
     let diverge = if input.peek(Token![else]) {
-        Some((input.parse()?, scan::expression(input, |i| i.parse())?))
+        let else_token = input.parse()?;
+        if !input.peek(token::Brace) {
+            return Err(input.error(errors::ELSE));
+        }
+        Some((else_token, scan::expression(input, Expr::parse_with_earlier_boundary_rule)?))
     } else {
         None
     };
     Ok(Init::Value { eq, value, diverge })
 }
 
-fn expression_statement(input: ParseStream) -> Result<(Kind, bool)> {
+fn expression_statement(input: ParseStream, names: &mut Vec<Ident>) -> Result<(Kind, bool)> {
     let value = scan::expression(input, Expr::parse_with_earlier_boundary_rule)?;
     if input.peek(Token![~]) {
         let tilde = input.parse()?;
+        let incomplete = imputed(&value)?;
+        names.extend(incomplete.as_ref().and_then(plain_name).cloned());
         let distribution = distribution(input, tilde)?;
-        let kind = Kind::Observe { place: value, tilde, distribution };
+        let kind = match incomplete {
+            Some(place) => Kind::Impute { place, tilde, distribution },
+            None => Kind::Observe { place: value, tilde, distribution },
+        };
         return Ok((kind, end(input)));
     }
     if let Expr::Call(call) = &value
@@ -286,6 +377,27 @@ fn expression_statement(input: ParseStream) -> Result<(Kind, bool)> {
     );
     let ended = semi.is_some() || braced || input.is_empty();
     Ok((Kind::Rust(Stmt::Expr(value, semi)), ended))
+}
+
+/// The place in `place.impute()`.
+fn imputed(left: &Expr) -> Result<Option<Expr>> {
+    match left {
+        Expr::MethodCall(call) if call.method == "impute" => {
+            if !call.args.is_empty() || call.turbofish.is_some() {
+                return Err(at(call, errors::IMPUTE_ARGUMENTS));
+            }
+            Ok(Some((*call.receiver).clone()))
+        }
+        _ => Ok(None),
+    }
+}
+
+/// The variable, if that is all of the place.
+pub(crate) fn plain_name(place: &Expr) -> Option<&Ident> {
+    match place {
+        Expr::Path(path) => path.path.get_ident(),
+        _ => None,
+    }
 }
 
 /// The name `factor`, if that is what is called.

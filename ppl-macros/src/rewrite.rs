@@ -30,6 +30,12 @@ impl<'a> Rewrite<'a> {
         Self { site, used: false, scope, closures: 0 }
     }
 
+    /// For what is evaluated in a closure that the macro writes.
+    pub(crate) fn inside_closure(mut self) -> Self {
+        self.closures = 1;
+        self
+    }
+
     /// The unknown that an assignment would change.
     fn assigned(&self, left: &Expr) -> Option<String> {
         let place = place(left).ok()?;

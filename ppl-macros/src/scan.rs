@@ -210,15 +210,21 @@ fn write(trees: impl IntoIterator<Item = TokenTree>, text: &mut String, last: &m
 
 /// Appends a token, with a space where there was room in the source.
 fn piece(token: &str, span: Span, text: &mut String, last: &mut Option<Span>) {
-    if let Some(last) = last
-        && position(last.unwrap().end()) != position(span.unwrap().start())
-    {
+    let is_apart = |last: &Span| {
+        proc_macro::is_available() && point(last.unwrap().end()) != point(span.unwrap().start())
+    };
+    if last.as_ref().is_some_and(is_apart) {
         text.push(' ');
     }
     text.push_str(token);
     *last = Some(span);
 }
 
-fn position(span: proc_macro::Span) -> (usize, usize) {
+fn point(span: proc_macro::Span) -> (usize, usize) {
     (span.line(), span.column())
+}
+
+/// Line and column where a span begins; there are none outside the compiler.
+pub(crate) fn position(span: Span) -> (usize, usize) {
+    if proc_macro::is_available() { point(span.unwrap()) } else { (0, 0) }
 }

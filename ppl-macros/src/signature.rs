@@ -6,6 +6,7 @@ use syn::ext::IdentExt;
 use syn::parse::discouraged::Speculative;
 use syn::parse::{ParseStream, Parser};
 use syn::visit::Visit;
+use syn::visit_mut::{self, VisitMut};
 use syn::{
     Attribute, Error, Generics, Ident, LitStr, Pat, Receiver, Result, ReturnType, Token, Type,
     Visibility, parenthesized, parse_quote, token,
@@ -22,6 +23,8 @@ pub(crate) struct Model {
     pub(crate) name: Ident,
     pub(crate) generics: Generics,
     pub(crate) arguments: Vec<Argument>,
+    /// The type of the value that it ends with, if it is a submodel.
+    pub(crate) value: Option<Type>,
     pub(crate) body: Block,
     /// What is wrong with the signature, where the model can still be declared.
     pub(crate) errors: Vec<Error>,
@@ -81,7 +84,8 @@ fn stand_in(vis: Visibility, name: Ident, arity: usize, error: Error) -> Model {
         name,
         generics: parse_quote!(<#(#types),*>),
         arguments: arguments.collect(),
-        body: Block { brace: Default::default(), statements: Vec::new() },
+        value: None,
+        body: Block::empty(),
         errors: vec![error],
     }
 }
@@ -106,10 +110,25 @@ fn model(input: ParseStream, vis: &mut Visibility, name: &mut Option<Ident>) -> 
     let ident: Ident = input.parse()?;
     *name = Some(ident.clone());
     let mut generics: Generics = input.parse()?;
-    let arguments = arguments(input, &mut errors)?;
-    let output: ReturnType = input.parse()?;
-    if let ReturnType::Type(..) = &output {
-        errors.push(at(&output, errors::RETURN_TYPE));
+    let mut arguments = arguments(input, &mut errors)?;
+    let mut value = match input.parse()? {
+        ReturnType::Type(_, ty) => Some(*ty),
+        ReturnType::Default => None,
+    };
+    match &mut value {
+        Some(ty) => {
+            if let Some(reference) = elided(ty) {
+                return Err(at(reference, errors::VALUE_REFERENCE));
+            }
+            let types = arguments.iter_mut().map(|argument| &mut argument.ty);
+            types.chain([ty]).for_each(|ty| NumberType.visit_type_mut(ty));
+        }
+        None => {
+            let mut types = arguments.iter().map(|argument| &argument.ty);
+            if let Some(real) = types.find_map(|ty| real(ty)) {
+                return Err(at(real, errors::REAL_DATA));
+            }
+        }
     }
     generics.where_clause = input.parse()?;
     if !input.peek(token::Brace) {
@@ -122,6 +141,7 @@ fn model(input: ParseStream, vis: &mut Visibility, name: &mut Option<Ident>) -> 
         name: ident,
         generics,
         arguments,
+        value,
         body: parse::block(input)?,
         errors,
     })
@@ -189,6 +209,53 @@ impl<'a> Visit<'a> for RefusedTypes {
     fn visit_type_fn_ptr(&mut self, _: &'a syn::TypeFnPtr) {}
     fn visit_parenthesized_generic_arguments(&mut self, _: &'a syn::ParenthesizedGenericArguments) {
     }
+}
+
+/// Makes `Real` the number of the reading that a submodel runs in.
+struct NumberType;
+
+impl VisitMut for NumberType {
+    fn visit_type_mut(&mut self, ty: &mut Type) {
+        match ty {
+            Type::Path(path) if path.qself.is_none() && path.path.is_ident("Real") => {
+                let real = &path.path;
+                *ty = parse_quote!(::ppl::#real<__S>);
+            }
+            _ => visit_mut::visit_type_mut(self, ty),
+        }
+    }
+}
+
+/// `Real` inside a type.
+fn real(ty: &Type) -> Option<Type> {
+    struct Find(Option<Type>);
+    impl<'a> Visit<'a> for Find {
+        fn visit_type(&mut self, ty: &'a Type) {
+            match ty {
+                Type::Path(path) if path.path.is_ident("Real") => self.0 = Some(ty.clone()),
+                _ => syn::visit::visit_type(self, ty),
+            }
+        }
+    }
+    let mut find = Find(None);
+    find.visit_type(ty);
+    find.0
+}
+
+/// A reference without a lifetime inside a type.
+fn elided(ty: &Type) -> Option<syn::TypeReference> {
+    struct Find(Option<syn::TypeReference>);
+    impl<'a> Visit<'a> for Find {
+        fn visit_type_reference(&mut self, ty: &'a syn::TypeReference) {
+            if ty.lifetime.is_none() {
+                self.0 = Some(ty.clone());
+            }
+        }
+        fn visit_type_fn_ptr(&mut self, _: &'a syn::TypeFnPtr) {}
+    }
+    let mut find = Find(None);
+    find.visit_type(ty);
+    find.0
 }
 
 /// Goes past a model that could not be read, and counts its arguments.

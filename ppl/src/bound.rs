@@ -1,5 +1,7 @@
 //! A model with its data, ready to be evaluated.
 
+use std::collections::BTreeMap;
+
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -27,12 +29,14 @@ pub enum ModelError {
 }
 
 /// The named quantities of a model, in the order of their statements.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Layout {
     /// Number of unconstrained coordinates.
     pub dim: usize,
-    /// All names with shapes and roles.
+    /// All names with shapes, dimensions and roles.
     pub variables: Vec<Variable>,
+    /// Labels of the entries along dimensions, by the name of the dimension.
+    pub coordinates: BTreeMap<String, Vec<String>>,
 }
 
 impl Layout {
@@ -93,11 +97,12 @@ pub struct Workspace {
 impl<M: Model> Bound<M> {
     /// Binds a model to the data that it holds.
     pub fn new(model: M) -> Self {
-        let mut bound = Self { model, layout: Ok(Layout { dim: 0, variables: Vec::new() }) };
+        let mut bound = Self { model, layout: Ok(Layout::default()) };
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
         bound.layout = bound.draw_prior(&mut rng).map(|record| Layout {
             dim: record.unconstrained.len(),
             variables: record.entries.into_iter().map(|entry| entry.variable).collect(),
+            coordinates: record.coordinates,
         });
         bound
     }
@@ -125,8 +130,8 @@ impl<M: Model> Bound<M> {
         let mut last = None;
         for _ in 0..TRIES {
             let mut trace = Trace::new(Source::Prior, &mut *rng);
-            match self.model.run(&mut trace) {
-                Ok(()) => return Ok(trace.record),
+            match self.model.run(&mut trace).and_then(|()| trace.finish()) {
+                Ok(record) => return Ok(record),
                 Err(fatal @ Rejection::Fatal { .. }) => return Err(ModelError::Invalid(fatal)),
                 Err(rejection) => last = Some(rejection),
             }

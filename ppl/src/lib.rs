@@ -50,6 +50,7 @@ mod collect;
 mod density;
 pub mod diagnostics;
 mod differentiable;
+mod dimensions;
 mod distribution;
 mod dual;
 mod export;
@@ -64,6 +65,7 @@ mod record;
 mod sampler;
 mod scalar;
 pub mod special;
+mod submodel;
 mod summary;
 pub mod tape;
 mod tempered;
@@ -73,6 +75,7 @@ pub mod transform;
 pub use bound::{Bound, Layout, ModelError, Workspace};
 pub use density::{DomainError, LogDensity, Place, Rejection};
 pub use differentiable::{Differentiable, Forward, Generic};
+pub use dimensions::LabelError;
 pub use distribution::*;
 pub use dual::Dual;
 pub use findings::{Finding, FindingKind};
@@ -86,13 +89,14 @@ pub use ppl_macros::model;
 pub use rand;
 pub use rand_xoshiro;
 pub use real::Real;
-pub use record::{Datum, Record as Recordable};
+pub use record::{Datum, Incomplete, Record as Recordable};
 pub use sampler::{
     Chain, ChainStatus, Chains, ComponentwiseMetropolis, Covariance, DelayedAcceptance,
     DifferentialEvolution, Divergence, DrawStats, Evidence, Metropolis, Nuts, Progress,
     SampleError, Smc, Stage, TemperedDraws, WarmupReport,
 };
 pub use scalar::{Arithmetic, Scalar};
+pub use submodel::{Declaration, Part, Prediction, Submodel};
 pub use summary::{Summary, SummaryRow};
 pub use tempered::{Parts, Tempered};
 pub use trace::{Entry, Record, Role, Variable};

@@ -7,7 +7,7 @@
 use crate::density::{DomainError, Place, Rejection};
 use crate::distribution::{Distribution, Unknown};
 use crate::real::Real;
-use crate::record::{Datum, Record};
+use crate::record::{Datum, Incomplete, Record};
 use crate::scalar::Scalar;
 
 /// A statement of a model: the name that it declares or observes, and where it stands.
@@ -19,12 +19,16 @@ pub struct Site {
     pub place: Place,
     /// Whether it stands in a loop: its values are stacked then.
     pub repeated: bool,
+    /// The name of the dimension along which a loop stacks.
+    pub plate: Option<&'static str>,
+    /// Names of the value's own dimensions; empty for unnamed ones.
+    pub dims: &'static [&'static str],
 }
 
 impl Site {
     /// A statement outside loops; for models written by hand.
     pub const fn new(name: &'static str) -> Self {
-        Self { name, place: Place { statement: name, file: "", line: 0 }, repeated: false }
+        Self::at(name, name, "", 0)
     }
 
     /// A statement in a source file; what `model!` writes.
@@ -34,12 +38,25 @@ impl Site {
         file: &'static str,
         line: u32,
     ) -> Self {
-        Self { name, place: Place { statement, file, line }, repeated: false }
+        let place = Place { statement, file, line };
+        Self { name, place, repeated: false, plate: None, dims: &[] }
     }
 
     /// The same in a loop.
     pub const fn in_loop(mut self) -> Self {
         self.repeated = true;
+        self
+    }
+
+    /// The same in a loop over the entries of `dimension`.
+    pub const fn along(mut self, dimension: &'static str) -> Self {
+        self.plate = Some(dimension);
+        self.in_loop()
+    }
+
+    /// The same with names for the dimensions of its value.
+    pub const fn dims(mut self, names: &'static [&'static str]) -> Self {
+        self.dims = names;
         self
     }
 
@@ -175,6 +192,41 @@ pub trait Context {
         self.observe(site, datum.lift(), distribution)
     }
 
+    /// `place.impute() ~ D`: conditions on `datum` where there is one, declares an unknown where it
+    /// is missing, and returns the one or the other.
+    ///
+    /// # Errors
+    /// A rejection if the density is not finite.
+    #[inline]
+    fn impute<D: Unknown<Real<Self::Number>>>(
+        &mut self,
+        site: &'static Site,
+        datum: Option<D::Value>,
+        distribution: D,
+    ) -> Result<D::Value, Rejection> {
+        match datum {
+            Some(x) => {
+                self.observe(site, x.clone(), distribution)?;
+                Ok(x)
+            }
+            None => self.unknown(site, distribution),
+        }
+    }
+
+    /// [`impute`](Context::impute) of data as they are.
+    ///
+    /// # Errors
+    /// A rejection if the density is not finite.
+    #[inline]
+    fn complete<D: Unknown<Real<Self::Number>>, T: Incomplete<D::Value> + ?Sized>(
+        &mut self,
+        site: &'static Site,
+        distribution: D,
+        datum: &T,
+    ) -> Result<D::Value, Rejection> {
+        self.impute(site, datum.known(), distribution)
+    }
+
     /// `factor(w)`: adds w to the log density.
     ///
     /// # Errors
@@ -216,4 +268,24 @@ pub trait Context {
         site: &'static Site,
         distribution: D,
     ) -> Result<D::Value, Rejection>;
+
+    /// `#[dims(name = labels)]`: labels of the entries along a dimension, for exports.
+    #[inline]
+    fn coordinates<L: IntoIterator<Item: ToString>>(
+        &mut self,
+        dimension: &'static str,
+        labels: impl FnOnce() -> L,
+    ) {
+        let _ = (dimension, labels);
+    }
+
+    /// Statements of a submodel follow: their names get that of `site` and a point in front.
+    #[inline]
+    fn enter(&mut self, site: &'static Site) {
+        let _ = site;
+    }
+
+    /// The submodel entered last has ended.
+    #[inline]
+    fn leave(&mut self) {}
 }

@@ -97,7 +97,7 @@ pub struct DivergentPoint {
 /// run, whatever the number of threads.
 #[derive(Clone, Debug)]
 pub struct Posterior {
-    /// Names, shapes and roles.
+    /// Names, shapes, dimensions and roles.
     pub layout: Layout,
     /// Parameters and tracked quantities on their own scale.
     pub posterior: Group,
@@ -118,7 +118,6 @@ pub struct Posterior {
     /// Draws at which the model could not be evaluated again, by place: their predictions are NaN.
     pub unpredicted: BTreeMap<Place, u64>,
     pub(crate) bounds: BTreeMap<String, (f64, f64)>,
-    pub(crate) labels: BTreeMap<(String, usize), Vec<String>>,
 }
 
 impl Posterior {
@@ -207,7 +206,6 @@ impl Posterior {
             divergences,
             unpredicted,
             bounds: bounds.collect(),
-            labels: BTreeMap::new(),
             chains,
         })
     }
@@ -220,18 +218,6 @@ impl Posterior {
     /// One vector a chain for one number, as `young` or `sd[0]`.
     pub fn trace(&self, element: &str) -> Option<Vec<Vec<f64>>> {
         self.posterior.trace(element).or_else(|| self.predictive.trace(element))
-    }
-
-    /// Names the entries along one dimension of a quantity, for exports:
-    /// `posterior.label("mean", 0, &["slope", "peak force", "displacement at peak"])`.
-    ///
-    /// Does nothing for a name or dimension that does not exist, or a wrong number of labels.
-    pub fn label(&mut self, name: &str, dimension: usize, labels: &[&str]) {
-        let known = self.layout.variables.iter().find(|v| v.name == name);
-        if known.and_then(|v| v.shape.get(dimension)) == Some(&labels.len()) {
-            let labels = labels.iter().map(|&l| l.to_owned()).collect();
-            self.labels.insert((name.to_owned(), dimension), labels);
-        }
     }
 
     /// Leave-one-out cross-validation over all observation statements.

@@ -73,6 +73,31 @@ impl<V, T: Datum<V>> Datum<Vec<V>> for Vec<T> {
     }
 }
 
+/// Something that `place.impute() ~ D` can complete: a datum that may be missing.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is never missing, or does not fit the values of this distribution",
+    label = "needed: an `Option` of something that can be read as `{V}`",
+    note = "complete data are observed without `.impute()`"
+)]
+pub trait Incomplete<V> {
+    /// The value that the density is evaluated at, if there is one.
+    fn known(&self) -> Option<V>;
+}
+
+impl<V, T: Datum<V>> Incomplete<V> for Option<T> {
+    #[inline]
+    fn known(&self) -> Option<V> {
+        self.as_ref().map(Datum::lift)
+    }
+}
+
+impl<V, T: Incomplete<V> + ?Sized> Incomplete<V> for &T {
+    #[inline]
+    fn known(&self) -> Option<V> {
+        (**self).known()
+    }
+}
+
 /// A value with a shape that can be written down as plain numbers.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot be recorded",

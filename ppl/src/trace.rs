@@ -1,8 +1,11 @@
 //! The reading of a model that writes everything down by name.
 
+use std::borrow::Cow;
+
 use rand::Rng;
 
 use crate::density::Rejection;
+use crate::dimensions::{self, Coordinates};
 use crate::distribution::{Distribution, Unknown};
 use crate::model::{Context, Site};
 use crate::reading::too_few_coordinates;
@@ -29,6 +32,8 @@ pub struct Variable {
     pub name: String,
     /// Dimensions, empty for a number; statements in loops stack along the first.
     pub shape: Vec<usize>,
+    /// Names of the dimensions: those of `#[dims(…)]`, or `<name>_dim_0`, ….
+    pub dims: Vec<String>,
     /// What it is.
     pub role: Role,
 }
@@ -55,6 +60,8 @@ pub struct Record {
     pub entries: Vec<Entry>,
     /// The point in unconstrained coordinates.
     pub unconstrained: Vec<f64>,
+    /// Labels of the entries along dimensions, by the name of the dimension.
+    pub coordinates: Coordinates,
 }
 
 impl Record {
@@ -73,19 +80,32 @@ impl Record {
         self.get(name).map(|entry| entry.replicate.as_slice())
     }
 
-    fn entry(
-        &mut self,
-        site: &'static Site,
-        role: Role,
-        shape: &[usize],
-    ) -> Result<&mut Entry, Rejection> {
-        let found = self.entries.iter().position(|e| e.variable.name == site.name);
+    fn entry(&mut self, at: &Label, role: Role, shape: &[usize]) -> Result<&mut Entry, Rejection> {
+        let refused = |problem: String| {
+            let message = format!("{}: the name `{}` {problem}", at.site.place, at.name);
+            Rejection::Fatal { message }
+        };
+        let found = self.entries.iter().position(|e| e.variable.name == at.name);
         let Some(index) = found else {
-            let mut full = shape.to_vec();
-            if site.repeated {
-                full.insert(0, 1);
+            let own = at.site.dims;
+            if !own.is_empty() && own.len() != shape.len() {
+                return Err(refused(format!(
+                    "has {} named dimension(s), but its value has the shape {shape:?}",
+                    own.len()
+                )));
             }
-            let variable = Variable { name: site.name.to_owned(), shape: full, role };
+            let mut full = shape.to_vec();
+            let mut names: Vec<Option<&str>> = own.iter().copied().map(Some).collect();
+            names.resize(shape.len(), None);
+            if at.stacked {
+                full.insert(0, 1);
+                names.insert(0, at.plate);
+            }
+            let dims = names.iter().enumerate().map(|(k, name)| {
+                name.map_or_else(|| format!("{}_dim_{k}", at.name), str::to_owned)
+            });
+            let variable =
+                Variable { name: at.name.to_string(), shape: full, dims: dims.collect(), role };
             self.entries.push(Entry {
                 variable,
                 values: Vec::new(),
@@ -97,23 +117,28 @@ impl Record {
             return Ok(&mut self.entries[last]);
         };
         let entry = &mut self.entries[index];
-        let problem = if entry.variable.role != role || !site.repeated {
-            Some("stands for two statements: rename one".to_owned())
-        } else if entry.variable.shape[1..] != *shape {
-            Some(format!(
+        if entry.variable.role != role || !at.stacked {
+            return Err(refused("stands for two statements: rename one".to_owned()));
+        }
+        if entry.variable.shape[1..] != *shape {
+            return Err(refused(format!(
                 "changes its shape from {:?} to {shape:?} between iterations",
                 &entry.variable.shape[1..]
-            ))
-        } else {
-            None
-        };
-        if let Some(problem) = problem {
-            let message = format!("{}: the name `{}` {problem}", site.place, site.name);
-            return Err(Rejection::Fatal { message });
+            )));
         }
         entry.variable.shape[0] += 1;
         Ok(entry)
     }
+}
+
+/// A statement as it stands in the results.
+struct Label {
+    site: &'static Site,
+    /// With those of the submodels around it in front.
+    name: Cow<'static, str>,
+    /// Whether it, or a submodel around it, stands in a loop.
+    stacked: bool,
+    plate: Option<&'static str>,
 }
 
 /// Where a trace takes its unknowns from.
@@ -126,25 +151,93 @@ pub(crate) enum Source<'y> {
 
 /// Records every statement; predictions and replicates are drawn with `rng`.
 pub(crate) struct Trace<'y, G> {
-    pub(crate) source: Source<'y>,
-    pub(crate) rng: G,
+    source: Source<'y>,
+    rng: G,
     pub(crate) record: Record,
+    /// Places of the submodels around the current statement.
+    around: Vec<&'static Site>,
 }
 
 impl<'y, G: Rng> Trace<'y, G> {
     pub(crate) fn new(source: Source<'y>, rng: G) -> Self {
-        Self { source, rng, record: Record::default() }
+        Self { source, rng, record: Record::default(), around: Vec::new() }
+    }
+
+    /// What was recorded, if its dimensions fit together.
+    pub(crate) fn finish(self) -> Result<Record, Rejection> {
+        dimensions::check(&self.record.entries, &self.record.coordinates)
+            .map_err(|message| Rejection::Fatal { message })?;
+        Ok(self.record)
+    }
+
+    fn label(&self, site: &'static Site) -> Label {
+        let mut label = Label {
+            site,
+            name: Cow::Borrowed(site.name),
+            stacked: site.repeated,
+            plate: site.plate,
+        };
+        for part in self.around.iter().rev() {
+            label.name = format!("{}.{}", part.name, label.name).into();
+            if !label.stacked {
+                (label.stacked, label.plate) = (part.repeated, part.plate);
+            }
+        }
+        label
     }
 
     fn write(
         &mut self,
-        site: &'static Site,
+        at: &Label,
         role: Role,
         value: &(impl Recordable + ?Sized),
     ) -> Result<&mut Entry, Rejection> {
-        let entry = self.record.entry(site, role, &value.shape())?;
+        let entry = self.record.entry(at, role, &value.shape())?;
         value.flatten(&mut entry.values);
         Ok(entry)
+    }
+
+    fn declared<D: Unknown<Real<f64>>>(
+        &mut self,
+        at: &Label,
+        distribution: D,
+    ) -> Result<D::Value, Rejection> {
+        distribution.validate().map_err(|error| at.site.rejection(error))?;
+        let value = match &mut self.source {
+            Source::Prior => distribution.draw(&mut self.rng),
+            Source::Point(coordinates) => {
+                let mut missing = false;
+                let mut next = || {
+                    Real(coordinates.next().copied().unwrap_or_else(|| {
+                        missing = true;
+                        f64::NAN
+                    }))
+                };
+                let (value, _) = distribution.constrain(&mut next, false);
+                if missing {
+                    return Err(too_few_coordinates(at.site));
+                }
+                value
+            }
+        };
+        distribution.unconstrain(&value, &mut self.record.unconstrained);
+        self.write(at, Role::Parameter, &value)?.bounds = distribution.bounds();
+        Ok(value)
+    }
+
+    fn observed<D: Distribution<Real<f64>>>(
+        &mut self,
+        at: &Label,
+        datum: &D::Value,
+        distribution: D,
+    ) -> Result<(), Rejection> {
+        distribution.validate().map_err(|error| at.site.rejection(error))?;
+        let replicate = distribution.draw(&mut self.rng);
+        let log_likelihood = distribution.ln_density(datum);
+        let entry = self.write(at, Role::Observed, datum)?;
+        replicate.flatten(&mut entry.replicate);
+        entry.log_likelihood.push(log_likelihood.0);
+        Ok(())
     }
 }
 
@@ -160,27 +253,7 @@ impl<G: Rng> Context for Trace<'_, G> {
         site: &'static Site,
         distribution: D,
     ) -> Result<D::Value, Rejection> {
-        distribution.validate().map_err(|error| site.rejection(error))?;
-        let value = match &mut self.source {
-            Source::Prior => distribution.draw(&mut self.rng),
-            Source::Point(coordinates) => {
-                let mut missing = false;
-                let mut next = || {
-                    Real(coordinates.next().copied().unwrap_or_else(|| {
-                        missing = true;
-                        f64::NAN
-                    }))
-                };
-                let (value, _) = distribution.constrain(&mut next, false);
-                if missing {
-                    return Err(too_few_coordinates(site));
-                }
-                value
-            }
-        };
-        distribution.unconstrain(&value, &mut self.record.unconstrained);
-        self.write(site, Role::Parameter, &value)?.bounds = distribution.bounds();
-        Ok(value)
+        self.declared(&self.label(site), distribution)
     }
 
     fn observe<D: Distribution<Real<f64>>>(
@@ -189,13 +262,38 @@ impl<G: Rng> Context for Trace<'_, G> {
         datum: D::Value,
         distribution: D,
     ) -> Result<(), Rejection> {
-        distribution.validate().map_err(|error| site.rejection(error))?;
-        let replicate = distribution.draw(&mut self.rng);
-        let log_likelihood = distribution.ln_density(&datum);
-        let entry = self.write(site, Role::Observed, &datum)?;
-        replicate.flatten(&mut entry.replicate);
-        entry.log_likelihood.push(log_likelihood.0);
-        Ok(())
+        self.observed(&self.label(site), &datum, distribution)
+    }
+
+    /// Missing values are `y.missing`, the others `y`; both know which entries they are.
+    fn impute<D: Unknown<Real<f64>>>(
+        &mut self,
+        site: &'static Site,
+        datum: Option<D::Value>,
+        distribution: D,
+    ) -> Result<D::Value, Rejection> {
+        let mut at = self.label(site);
+        let missing = format!("{}.missing", at.name);
+        if at.stacked {
+            // neither has an entry for all that the plate stacks
+            let plate = at.plate.take();
+            let entries = &self.record.entries;
+            let stacked = |e: &&Entry| e.variable.name == at.name || e.variable.name == missing;
+            let index: usize = entries.iter().filter(stacked).map(|e| e.variable.shape[0]).sum();
+            let coordinates = &mut self.record.coordinates;
+            let labels = plate.and_then(|plate| coordinates.get(plate));
+            let own = labels.and_then(|labels| labels.get(index).cloned());
+            let name = if datum.is_some() { &at.name } else { missing.as_str() };
+            let labels = coordinates.entry(format!("{name}_dim_0")).or_default();
+            labels.push(own.unwrap_or_else(|| index.to_string()));
+        }
+        match datum {
+            Some(x) => self.observed(&at, &x, distribution).map(|()| x),
+            None => {
+                at.name = missing.into();
+                self.declared(&at, distribution)
+            }
+        }
     }
 
     fn factor(&mut self, _: &'static Site, _: Real<f64>) -> Result<(), Rejection> {
@@ -207,7 +305,7 @@ impl<G: Rng> Context for Trace<'_, G> {
         site: &'static Site,
         value: &T,
     ) -> Result<(), Rejection> {
-        self.write(site, Role::Tracked, value)?;
+        self.write(&self.label(site), Role::Tracked, value)?;
         Ok(())
     }
 
@@ -216,7 +314,7 @@ impl<G: Rng> Context for Trace<'_, G> {
         site: &'static Site,
         value: &T,
     ) -> Result<(), Rejection> {
-        self.write(site, Role::Predicted, value)?;
+        self.write(&self.label(site), Role::Predicted, value)?;
         Ok(())
     }
 
@@ -227,7 +325,24 @@ impl<G: Rng> Context for Trace<'_, G> {
     ) -> Result<D::Value, Rejection> {
         distribution.validate().map_err(|error| site.rejection(error))?;
         let value = distribution.draw(&mut self.rng);
-        self.write(site, Role::Predicted, &value)?;
+        self.write(&self.label(site), Role::Predicted, &value)?;
         Ok(value)
+    }
+
+    fn coordinates<L: IntoIterator<Item: ToString>>(
+        &mut self,
+        dimension: &'static str,
+        labels: impl FnOnce() -> L,
+    ) {
+        let labels = labels().into_iter().map(|label| label.to_string()).collect();
+        self.record.coordinates.insert(dimension.to_owned(), labels);
+    }
+
+    fn enter(&mut self, site: &'static Site) {
+        self.around.push(site);
+    }
+
+    fn leave(&mut self) {
+        self.around.pop();
     }
 }

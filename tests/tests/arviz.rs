@@ -39,7 +39,7 @@ fn arviz_opens_a_posterior_and_agrees_with_the_summary() {
     let sampler = Nuts::default().chains(4).warmup(400).draws(501).seed(7);
     let mut posterior =
         sampler.sample(&pairs(&[[0.3, 0.9], [1.6, -0.2], [0.8, 1.1]])).expect("runs");
-    posterior.label("sd", 0, &["slope", "peak force"]);
+    posterior.label("sd", 0, &["slope", "peak force"]).expect("two entries");
 
     let folder = tempfile::tempdir().expect("a folder");
     let store = folder.path().join("posterior.zarr");

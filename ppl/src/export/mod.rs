@@ -15,8 +15,9 @@ impl Posterior {
     ///
     /// Groups: `posterior` (parameters and tracked quantities), `unconstrained_posterior`,
     /// `sample_stats`, `posterior_predictive`, `log_likelihood`, `observed_data`, `prior`,
-    /// `prior_predictive`. Dimensions are `chain`, `draw` and `<name>_dim_0`, …, with the labels of
-    /// [`Posterior::label`] as coordinates where given. An older store at `path` is replaced.
+    /// `prior_predictive`. Dimensions are `chain`, `draw` and those of `#[dims(…)]`, or
+    /// `<name>_dim_0`, …, with labels as coordinates where the model or [`Posterior::label`] gave
+    /// some. An older store at `path` is replaced.
     ///
     /// # Errors
     /// An error of the file system with the path in its words; also if `path` exists and is not
@@ -72,15 +73,16 @@ impl Posterior {
     ) -> io::Result<()> {
         let mut dimensions: Vec<(String, usize)> =
             leading.iter().map(|&(name, size)| (name.to_owned(), size)).collect();
-        for (k, &size) in values.shape.iter().enumerate() {
-            let dimension = format!("{}_dim_{k}", values.name);
-            let labels = self.labels.get(&(values.name.clone(), k));
+        let variable = self.layout.variables.iter().find(|v| v.name == values.name);
+        let names = variable.map_or(&[][..], |v| &v.dims);
+        for (name, &size) in names.iter().zip(&values.shape) {
+            let labels = self.layout.coordinates.get(name);
             let coordinate = match labels.filter(|labels| labels.len() == size) {
-                Some(labels) => Array::Text(labels.clone()),
+                Some(labels) => labelled(labels),
                 None => Array::Integer((0..size as i64).collect()),
             };
-            store.array(group, &dimension, &[(dimension.clone(), size)], coordinate)?;
-            dimensions.push((dimension, size));
+            store.array(group, name, &[(name.clone(), size)], coordinate)?;
+            dimensions.push((name.clone(), size));
         }
         store.array(group, &values.name, &dimensions, Array::Real(values.data.clone()))
     }
@@ -145,6 +147,12 @@ impl Posterior {
         }
         writer.flush()
     }
+}
+
+/// Labels as numbers if all are.
+fn labelled(labels: &[String]) -> Array {
+    let numbers: Result<_, _> = labels.iter().map(|label| label.parse()).collect();
+    numbers.map_or_else(|_| Array::Text(labels.to_vec()), Array::Integer)
 }
 
 fn write_chain_and_draw(

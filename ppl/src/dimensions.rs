@@ -1,0 +1,119 @@
+//! Named dimensions of quantities, and labels of the entries along them.
+
+use std::collections::BTreeMap;
+
+use crate::posterior::Posterior;
+use crate::trace::{Entry, Variable};
+
+/// Labels that fit no dimension.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LabelError {
+    /// No quantity of this name.
+    #[error("the model has no quantity `{name}`; it has {known}")]
+    NoQuantity {
+        /// The name asked for.
+        name: String,
+        /// The names that there are.
+        known: String,
+    },
+    /// Fewer dimensions.
+    #[error(
+        "`{name}` has {dimensions} dimension(s), counted from 0: there is no dimension {dimension}"
+    )]
+    NoDimension {
+        /// The quantity.
+        name: String,
+        /// The dimension asked for.
+        dimension: usize,
+        /// How many there are.
+        dimensions: usize,
+    },
+    /// Another number of labels.
+    #[error("dimension `{dimension}` has {entries} entries in `{name}` but {labels} labels")]
+    Length {
+        /// The dimension's name.
+        dimension: String,
+        /// The quantity.
+        name: String,
+        /// Entries along it.
+        entries: usize,
+        /// Labels given.
+        labels: usize,
+    },
+}
+
+/// Labels of the entries along dimensions, by the name of the dimension.
+pub(crate) type Coordinates = BTreeMap<String, Vec<String>>;
+
+impl Posterior {
+    /// Labels the entries along one dimension of a quantity, for exports:
+    /// `posterior.label("mean", 0, &["slope", "peak force", "displacement at peak"])?`.
+    ///
+    /// A dimension that was named in the model, by `#[dims(…)]`, gets the labels wherever it
+    /// stands.
+    ///
+    /// # Errors
+    /// [`LabelError`] for a name or dimension that does not exist, or a wrong number of labels.
+    pub fn label(
+        &mut self,
+        name: &str,
+        dimension: usize,
+        labels: &[&str],
+    ) -> Result<(), LabelError> {
+        let variables = &self.layout.variables;
+        let Some(variable) = variables.iter().find(|v| v.name == name) else {
+            let known = variables.iter().map(|v| v.name.as_str()).collect::<Vec<_>>().join(", ");
+            return Err(LabelError::NoQuantity { name: name.to_owned(), known });
+        };
+        let Some(&entries) = variable.shape.get(dimension) else {
+            let (name, dimensions) = (name.to_owned(), variable.shape.len());
+            return Err(LabelError::NoDimension { name, dimension, dimensions });
+        };
+        let named = variable.dims[dimension].clone();
+        check_length(&named, variable, entries, labels.len())?;
+        let labels = labels.iter().map(|&label| label.to_owned()).collect();
+        self.layout.coordinates.insert(named, labels);
+        Ok(())
+    }
+}
+
+fn check_length(
+    dimension: &str,
+    variable: &Variable,
+    entries: usize,
+    labels: usize,
+) -> Result<(), LabelError> {
+    if labels == entries {
+        return Ok(());
+    }
+    let (dimension, name) = (dimension.to_owned(), variable.name.clone());
+    Err(LabelError::Length { dimension, name, entries, labels })
+}
+
+/// Whether dimensions have one length each, as many labels as entries, and names of their own.
+pub(crate) fn check(entries: &[Entry], coordinates: &Coordinates) -> Result<(), String> {
+    let mut lengths: BTreeMap<&str, (&str, usize)> = BTreeMap::new();
+    for variable in entries.iter().map(|entry| &entry.variable) {
+        for (dimension, &length) in variable.dims.iter().zip(&variable.shape) {
+            if let Some(labels) = coordinates.get(dimension) {
+                check_length(dimension, variable, length, labels.len())
+                    .map_err(|error| error.to_string())?;
+            }
+            let (first, other) = *lengths.entry(dimension).or_insert((&variable.name, length));
+            if other != length {
+                return Err(format!(
+                    "dimension `{dimension}` has {other} entries in `{first}` and {length} in \
+                     `{}`: give one of them another name",
+                    variable.name
+                ));
+            }
+        }
+    }
+    match entries.iter().find(|entry| lengths.contains_key(entry.variable.name.as_str())) {
+        None => Ok(()),
+        Some(entry) => Err(format!(
+            "`{}` is the name of a quantity and of a dimension: rename one",
+            entry.variable.name
+        )),
+    }
+}

@@ -1,0 +1,202 @@
+//! Blocks of statements that several models share.
+
+use crate::density::Rejection;
+use crate::distribution::{Distribution, Unknown};
+use crate::model::{Context, Site};
+use crate::real::Real;
+use crate::record::Record;
+use crate::scalar::Scalar;
+
+/// Statements that end with a value, to be run by a model: what a function with a return type
+/// expands to in `model!`.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// ppl::model! {
+///     /// Offsets of groups around a level, with a spread of their own.
+///     fn offsets(level: Real, groups: usize) -> Vec<Real> {
+///         let spread ~ HalfNormal(1.0);
+///         let z ~ Normal(0.0, 1.0).iid(groups);
+///         z.iter().map(|z| level + spread * *z).collect()
+///     }
+///
+///     fn yields(field: &[usize], year: &[usize], y: &[f64]) {
+///         let level ~ Normal(0.0, 5.0);
+///         let by_field ~ offsets(level, 2);
+///         let by_year ~ offsets(0.0, 3);
+///         for ((f, t), y) in field.iter().zip(year).zip(y) {
+///             y ~ Normal(by_field[*f] + by_year[*t], 1.0);
+///         }
+///     }
+/// }
+///
+/// let model = yields(&[0, 1, 1], &[0, 1, 2], &[1.2, 0.4, 0.9]);
+/// let names: Vec<_> = model.layout()?.variables.iter().map(|v| v.name.as_str()).collect();
+/// assert_eq!(names, ["level", "by_field.spread", "by_field.z", "by_year.spread", "by_year.z", "y"]);
+/// # Ok::<(), ppl::ModelError>(())
+/// ```
+#[diagnostic::on_unimplemented(message = "`{Self}` is not a submodel")]
+pub trait Submodel<S: Scalar> {
+    /// What it ends with.
+    type Value;
+
+    /// Runs every statement in order against `cx`.
+    ///
+    /// # Errors
+    /// [`Rejection`] as soon as a statement rejects the point.
+    fn run<C: Context<Number = S>>(&self, cx: &mut C) -> Result<Self::Value, Rejection>;
+}
+
+/// A submodel with its arguments: what stands on the right of `let name ~`.
+#[derive(Clone, Copy, Debug)]
+pub struct Part<M>(pub M);
+
+/// What `let name ~` can declare in the reading `C`: a distribution, or a [`Part`] whose names get
+/// the prefix `name.`.
+pub trait Declaration<C: Context> {
+    /// What the name stands for.
+    type Value;
+
+    /// Runs it.
+    ///
+    /// # Errors
+    /// [`Rejection`] if a statement rejects the point.
+    fn declare(self, site: &'static Site, cx: &mut C) -> Result<Self::Value, Rejection>;
+}
+
+impl<C: Context, D: Unknown<Real<C::Number>>> Declaration<C> for D {
+    type Value = D::Value;
+
+    #[inline]
+    fn declare(self, site: &'static Site, cx: &mut C) -> Result<D::Value, Rejection> {
+        cx.unknown(site, self)
+    }
+}
+
+impl<C: Context, M: Submodel<C::Number>> Declaration<C> for Part<M> {
+    type Value = M::Value;
+
+    #[inline]
+    fn declare(self, site: &'static Site, cx: &mut C) -> Result<M::Value, Rejection> {
+        cx.enter(site);
+        let value = self.0.run(cx)?;
+        cx.leave();
+        Ok(value)
+    }
+}
+
+/// What `#[predict] let name ~` can draw in the reading `C`: as [`Declaration`], but counts and
+/// flags too.
+pub trait Prediction<C: Context> {
+    /// What the name stands for.
+    type Value;
+
+    /// Draws it.
+    ///
+    /// # Errors
+    /// [`Rejection`] if parameters lie outside their domain.
+    fn predict(self, site: &'static Site, cx: &mut C) -> Result<Self::Value, Rejection>;
+}
+
+impl<C: Context, D: Distribution<Real<C::Number>>> Prediction<C> for D {
+    type Value = D::Value;
+
+    fn predict(self, site: &'static Site, cx: &mut C) -> Result<D::Value, Rejection> {
+        cx.predict(site, self)
+    }
+}
+
+impl<C: Context, M: Submodel<C::Number>> Prediction<C> for Part<M> {
+    type Value = M::Value;
+
+    fn predict(self, site: &'static Site, cx: &mut C) -> Result<M::Value, Rejection> {
+        cx.enter(site);
+        let value = self.0.run(&mut Predicting(&mut *cx))?;
+        cx.leave();
+        Ok(value)
+    }
+}
+
+/// A submodel run forward: its unknowns, and what it would observe, are drawn anew.
+struct Predicting<'c, C>(&'c mut C);
+
+impl<C: Context> Context for Predicting<'_, C> {
+    type Number = C::Number;
+
+    fn predicts(&self) -> bool {
+        true
+    }
+
+    fn unknown<D: Unknown<Real<C::Number>>>(
+        &mut self,
+        site: &'static Site,
+        distribution: D,
+    ) -> Result<D::Value, Rejection> {
+        self.0.predict(site, distribution)
+    }
+
+    fn observe<D: Distribution<Real<C::Number>>>(
+        &mut self,
+        site: &'static Site,
+        _: D::Value,
+        distribution: D,
+    ) -> Result<(), Rejection> {
+        self.0.predict(site, distribution).map(|_| ())
+    }
+
+    fn impute<D: Unknown<Real<C::Number>>>(
+        &mut self,
+        site: &'static Site,
+        _: Option<D::Value>,
+        distribution: D,
+    ) -> Result<D::Value, Rejection> {
+        self.0.predict(site, distribution)
+    }
+
+    // weights move a density, which draws do not see; prior draws treat them the same
+    fn factor(&mut self, _: &'static Site, _: Real<C::Number>) -> Result<(), Rejection> {
+        Ok(())
+    }
+
+    fn track<T: Record + ?Sized>(
+        &mut self,
+        site: &'static Site,
+        value: &T,
+    ) -> Result<(), Rejection> {
+        self.0.track_prediction(site, value)
+    }
+
+    fn track_prediction<T: Record + ?Sized>(
+        &mut self,
+        site: &'static Site,
+        value: &T,
+    ) -> Result<(), Rejection> {
+        self.0.track_prediction(site, value)
+    }
+
+    fn predict<D: Distribution<Real<C::Number>>>(
+        &mut self,
+        site: &'static Site,
+        distribution: D,
+    ) -> Result<D::Value, Rejection> {
+        self.0.predict(site, distribution)
+    }
+
+    fn coordinates<L: IntoIterator<Item: ToString>>(
+        &mut self,
+        dimension: &'static str,
+        labels: impl FnOnce() -> L,
+    ) {
+        self.0.coordinates(dimension, labels);
+    }
+
+    fn enter(&mut self, site: &'static Site) {
+        self.0.enter(site);
+    }
+
+    fn leave(&mut self) {
+        self.0.leave();
+    }
+}
