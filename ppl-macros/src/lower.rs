@@ -53,6 +53,12 @@ pub(crate) fn lower(model: &mut Model) -> Vec<Site> {
             }
         }
     }
+    // `Ok(())` follows what is not the value
+    if let Some(Statement { kind: Kind::Rust(Stmt::Expr(_, semi)), .. }) =
+        model.body.statements.last_mut()
+    {
+        semi.get_or_insert_default();
+    }
     lower.block(&mut model.body);
     lower.sites
 }
