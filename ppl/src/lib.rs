@@ -91,9 +91,9 @@ pub use rand_xoshiro;
 pub use real::Real;
 pub use record::{Datum, Incomplete, Record as Recordable};
 pub use sampler::{
-    Chain, ChainStatus, Chains, ComponentwiseMetropolis, Covariance, DelayedAcceptance,
-    DifferentialEvolution, Divergence, DrawStats, Evidence, Metropolis, Nuts, Progress,
-    SampleError, Smc, Stage, TemperedDraws, WarmupReport,
+    Chain, ChainStatus, Chains, ChainsFileError, ComponentwiseMetropolis, Covariance,
+    DelayedAcceptance, DifferentialEvolution, Divergence, DrawStats, Evidence, MapKind, MapSwitch,
+    Metropolis, Nuts, Progress, SampleError, Smc, Stage, TemperedDraws, WarmupReport,
 };
 pub use scalar::{Arithmetic, Scalar};
 pub use submodel::{Declaration, Part, Prediction, Submodel};

@@ -7,6 +7,7 @@ use thiserror::Error;
 use crate::{
     bound::ModelError,
     density::{Place, Rejection},
+    optimize::OptimizeError,
     posterior::PosteriorError,
 };
 
@@ -70,6 +71,17 @@ pub enum SampleError {
         /// Why it stopped.
         reason: String,
     },
+    /// The earlier chains cannot be taken up.
+    #[error("cannot go on with earlier chains: {reason}; {mend}")]
+    Earlier {
+        /// What does not fit.
+        reason: String,
+        /// What to do.
+        mend: &'static str,
+    },
+    /// No starting points by Pathfinder.
+    #[error("no starting points: {0}")]
+    Pathfinder(#[from] OptimizeError),
     /// The model cannot be evaluated at all.
     #[error(transparent)]
     Model(#[from] ModelError),

@@ -3,7 +3,7 @@
 use rand::Rng;
 
 use super::{
-    metric::DiagonalMetric,
+    metric::Metric,
     rejections::{Rejections, Stop},
 };
 use crate::density::{LogDensity, Rejection};
@@ -28,23 +28,31 @@ impl Point {
     }
 }
 
-/// A point in phase space: position, momentum `p` and velocity `M⁻¹p`.
+/// A point in phase space: position, momentum `p`, velocity `M⁻¹p` and acceleration `M⁻¹∇ln p`.
 #[derive(Clone, Debug)]
 pub(super) struct Phase {
     pub(super) point: Point,
     pub(super) p: Vec<f64>,
     pub(super) velocity: Vec<f64>,
+    acceleration: Vec<f64>,
 }
 
 impl Phase {
     pub(super) fn new(dim: usize) -> Self {
-        Self { point: Point::new(dim), p: vec![0.0; dim], velocity: vec![0.0; dim] }
+        let zeros = vec![0.0; dim];
+        Self {
+            point: Point::new(dim),
+            p: zeros.clone(),
+            velocity: zeros.clone(),
+            acceleration: zeros,
+        }
     }
 
     pub(super) fn copy_from(&mut self, other: &Self) {
         self.point.copy_from(&other.point);
         self.p.copy_from_slice(&other.p);
         self.velocity.copy_from_slice(&other.velocity);
+        self.acceleration.copy_from_slice(&other.acceleration);
     }
 
     /// `H = −ln p(y) + ½ pᵀM⁻¹p`.
@@ -61,7 +69,7 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
 pub(super) struct Hamiltonian<'a, D: LogDensity> {
     density: &'a D,
     workspace: D::Workspace,
-    pub(super) metric: DiagonalMetric,
+    pub(super) metric: Metric,
     pub(super) rejections: Rejections,
 }
 
@@ -70,7 +78,7 @@ impl<'a, D: LogDensity> Hamiltonian<'a, D> {
         Self {
             density,
             workspace: D::Workspace::default(),
-            metric: DiagonalMetric::identity(density.dim()),
+            metric: Metric::identity(density.dim()),
             rejections: Rejections::default(),
         }
     }
@@ -85,23 +93,37 @@ impl<'a, D: LogDensity> Hamiltonian<'a, D> {
     /// Draws a new momentum.
     pub(super) fn refresh<R: Rng + ?Sized>(&self, phase: &mut Phase, rng: &mut R) {
         self.metric.draw_momentum(rng, &mut phase.p);
-        self.metric.velocity(&phase.p, &mut phase.velocity);
+        self.metric.apply(&phase.p, &mut phase.velocity);
+        self.metric.apply(&phase.point.gradient, &mut phase.acceleration);
     }
 
     /// One leapfrog step of size `step` (negative: backwards in time); returns the energy after
     /// it, infinite where the density rejects the point.
+    ///
+    /// Velocities are kicked along with the momenta, so that the mass matrix is applied once a
+    /// step and not twice; within one trajectory they cannot drift apart by more than rounding.
     pub(super) fn leapfrog(&mut self, phase: &mut Phase, step: f64) -> Result<f64, Stop> {
-        kick(phase, 0.5 * step);
-        self.metric.velocity(&phase.p, &mut phase.velocity);
-        for (y, v) in phase.point.y.iter_mut().zip(&phase.velocity) {
-            *y += step * v;
+        let n = phase.p.len();
+        let (p, v) = (&mut phase.p[..n], &mut phase.velocity[..n]);
+        let (y, g) = (&mut phase.point.y[..n], &phase.point.gradient[..n]);
+        let a = &phase.acceleration[..n];
+        let half = 0.5 * step;
+        for i in 0..n {
+            p[i] += half * g[i];
+            v[i] += half * a[i];
+            y[i] += step * v[i];
         }
         if let Err(rejection) = self.evaluate(&mut phase.point) {
             self.rejections.count(&rejection)?;
             return Ok(f64::INFINITY);
         }
-        kick(phase, 0.5 * step);
-        self.metric.velocity(&phase.p, &mut phase.velocity);
+        self.metric.apply(&phase.point.gradient, &mut phase.acceleration);
+        let (p, v) = (&mut phase.p[..n], &mut phase.velocity[..n]);
+        let (g, a) = (&phase.point.gradient[..n], &phase.acceleration[..n]);
+        for i in 0..n {
+            p[i] += half * g[i];
+            v[i] += half * a[i];
+        }
         let energy = phase.energy();
         Ok(if energy.is_nan() { f64::INFINITY } else { energy })
     }
@@ -135,19 +157,12 @@ impl<'a, D: LogDensity> Hamiltonian<'a, D> {
 /// Bound on the step search: factors of two from 10⁻¹⁵ to 10¹⁵.
 const SEARCHES: usize = 50;
 
-/// `p += step ∇ ln p(y)`.
-fn kick(phase: &mut Phase, step: f64) {
-    for (p, g) in phase.p.iter_mut().zip(&phase.point.gradient) {
-        *p += step * g;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use rand::SeedableRng;
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    use super::*;
+    use super::{super::metric::Diagonal, *};
 
     /// ln p = −Σ yᵢ⁴/4 − y₀y₁/3: anharmonic and coupled.
     struct Quartic;
@@ -171,7 +186,7 @@ mod tests {
     }
 
     fn start(hamiltonian: &mut Hamiltonian<'_, Quartic>) -> Phase {
-        hamiltonian.metric.replace(|i| [0.5, 2.0][i]);
+        hamiltonian.metric = Metric::Diagonal(Diagonal::new(vec![0.5, 2.0]));
         let mut phase = Phase::new(2);
         phase.point.y.copy_from_slice(&[0.8, -1.1]);
         hamiltonian.evaluate(&mut phase.point).expect("finite everywhere");

@@ -5,6 +5,7 @@ mod chains;
 mod componentwise;
 mod delayed;
 mod differential;
+mod earlier;
 mod error;
 mod hamiltonian;
 mod metric;
@@ -17,10 +18,13 @@ mod run;
 mod settings;
 mod smc;
 mod step_size;
+mod store;
 mod trajectory;
 mod warmup;
 
-pub use chains::{Chain, Chains, Covariance, Divergence, DrawStats, WarmupReport};
+pub use chains::{
+    Chain, Chains, Covariance, Divergence, DrawStats, MapKind, MapSwitch, WarmupReport,
+};
 pub use componentwise::ComponentwiseMetropolis;
 pub use delayed::DelayedAcceptance;
 pub use differential::DifferentialEvolution;
@@ -29,3 +33,4 @@ pub use metropolis::Metropolis;
 pub use nuts::Nuts;
 pub use progress::{ChainStatus, Progress};
 pub use smc::{Evidence, Smc, Stage, TemperedDraws};
+pub use store::ChainsFileError;

@@ -6,6 +6,7 @@ use super::{
     chains::{Chains, Covariance, DrawStats, WarmupReport},
     error::SampleError,
     hamiltonian::{Hamiltonian, Point},
+    metric::Metric,
     progress::Progress,
     rejections::{Rejections, Stop},
     run::{Kernel, Stream},
@@ -23,12 +24,20 @@ use crate::{
 /// The no-U-turn sampler: Hamiltonian trajectories whose length finds itself.
 ///
 /// Multinomial NUTS with the generalised criterion (Betancourt 2017), target acceptance 0.8, at
-/// most 10 doublings, starts uniform on (−2, 2). The default warmup fits a diagonal mass matrix
-/// `M⁻¹ = diag √(var y / var ∇ln p)` to draws and scores: it is replaced every 10 draws in the
-/// first 30 % of the warmup, then in windows of 80 · 1.5ⁿ draws; the last 15 % tune the step
-/// alone. If these diverge, the target is raised to 0.9 once. [`Nuts::stan_compatible`] takes Stan's
-/// warmup. After the warmup nothing is adapted; what was decided is in
-/// [`WarmupReport`].
+/// most 10 doublings, starts uniform on (−2, 2).
+///
+/// The default warmup fits the inverse mass matrix M⁻¹ to draws y and scores ∇ln p, by the least
+/// Fisher divergence. It does so every 10 draws in the first 30 % of the warmup, from the later
+/// half of the draws so far, and then in windows of 80 · 1.5ⁿ draws; the last 15 % tune the step
+/// alone. Each time it chooses between
+/// - a diagonal, `√(var y / var ∇ln p)`, and
+/// - up to 50 dimensions the dense geometric mean of `cov y` and `(cov ∇ln p)⁻¹`, above that the
+///   same in up to 32 directions beside the diagonal,
+///
+/// by the divergence on the last third of the draws, when fitted to those before; from the second
+/// window on, the map in use competes too. If the last 15 % diverge, the target is raised to 0.9
+/// once. [`Nuts::stan_compatible`] takes Stan's warmup. After the warmup nothing is adapted; what
+/// was decided, and when, is in [`WarmupReport`].
 ///
 /// A point that the density rejects ends its trajectory as a divergence and is counted by its
 /// place in the model. A fatal error or the interrupt flag ends the run and keeps its draws.
@@ -62,15 +71,23 @@ use crate::{
 /// Carpenter 2026, arXiv 2603.18845.
 #[derive(Clone)]
 pub struct Nuts<'a> {
-    run: Run<'a>,
+    pub(super) run: Run<'a>,
     rule: Rule,
     target_accept: f64,
     max_depth: u32,
+    /// Mass matrix and step of each chain, from an earlier run.
+    pub(super) warm: Option<Vec<(Covariance, f64)>>,
 }
 
 impl Default for Nuts<'_> {
     fn default() -> Self {
-        Self { run: Run::new(1000, 1000), rule: Rule::Fisher, target_accept: 0.8, max_depth: 10 }
+        Self {
+            run: Run::new(1000, 1000),
+            rule: Rule::Fisher,
+            target_accept: 0.8,
+            max_depth: 10,
+            warm: None,
+        }
     }
 }
 
@@ -111,12 +128,13 @@ impl<'a> Nuts<'a> {
             return refuse("max_depth", self.max_depth.to_string(), "give 1 to 20, as 10");
         }
         let dim = density.dim();
-        let chains = self.run.execute(dim, || NutsChain {
-            hamiltonian: Hamiltonian::new(density),
-            trajectory: Trajectory::new(dim, self.max_depth),
-            current: Point::new(dim),
-            warmup: Warmup::new(self.rule, dim, self.run.warmup, self.target_accept),
-            step: 1.0,
+        self.run.validate(dim)?;
+        let tuned = self.tuned_maps(dim)?;
+        let chains = self.run.execute_each(dim, |number| {
+            let tuned = tuned.as_ref().map(|tuned| tuned[number].clone());
+            let (warmup, target, warm) = (self.run.warmup, self.target_accept, tuned.is_some());
+            let warmup = Warmup::new(self.rule, dim, warmup, target, warm);
+            NutsChain::new(density, self.max_depth, warmup, tuned)
         })?;
         Ok(Chains { dim, chains, max_depth: Some(self.max_depth) })
     }
@@ -135,15 +153,36 @@ impl<'a> Nuts<'a> {
 /// Where a starting point with a finite density but no finite gradient is rejected.
 const GRADIENT: Place = Place { statement: "gradient of the log density", file: "", line: 0 };
 
-struct NutsChain<'a, D: LogDensity> {
+pub(super) struct NutsChain<'a, D: LogDensity> {
     hamiltonian: Hamiltonian<'a, D>,
     trajectory: Trajectory,
-    current: Point,
+    pub(super) current: Point,
     warmup: Warmup,
     step: f64,
+    /// Mass matrix and step come from an earlier run.
+    warm: bool,
 }
 
-impl<D: LogDensity> NutsChain<'_, D> {
+impl<'a, D: LogDensity> NutsChain<'a, D> {
+    /// `tuned`: mass matrix and step of an earlier run.
+    pub(super) fn new(
+        density: &'a D,
+        max_depth: u32,
+        warmup: Warmup,
+        tuned: Option<(Metric, f64)>,
+    ) -> Self {
+        let dim = density.dim();
+        let mut hamiltonian = Hamiltonian::new(density);
+        let warm = tuned.is_some();
+        let mut step = 1.0;
+        if let Some((metric, tuned_step)) = tuned {
+            hamiltonian.metric = metric;
+            step = tuned_step;
+        }
+        let trajectory = Trajectory::new(dim, max_depth);
+        Self { hamiltonian, trajectory, current: Point::new(dim), warmup, step, warm }
+    }
+
     /// Searches the step anew, and restarts its adaptation there.
     fn search_step(&mut self, rng: &mut Stream) -> Result<(), Stop> {
         let scratch = self.trajectory.scratch();
@@ -164,6 +203,10 @@ impl<D: LogDensity> Kernel for NutsChain<'_, D> {
     }
 
     fn prepare(&mut self, rng: &mut Stream) -> Result<(), Stop> {
+        if self.warm {
+            self.warmup.step.restart(self.step);
+            return Ok(());
+        }
         self.warmup.first_metric(&mut self.hamiltonian.metric, &self.current);
         self.search_step(rng)
     }
@@ -185,9 +228,8 @@ impl<D: LogDensity> Kernel for NutsChain<'_, D> {
     fn freeze(&mut self, report: &mut WarmupReport) {
         self.step = self.warmup.step.average();
         report.step_size = self.step;
-        report.target_acceptance = self.warmup.step.target;
-        report.windows = self.warmup.schedule.passed.clone();
-        report.covariance = Covariance::Diagonal(self.hamiltonian.metric.variances().to_vec());
+        report.covariance = self.hamiltonian.metric.covariance();
+        self.warmup.report(report);
     }
 
     fn position(&self) -> &[f64] {

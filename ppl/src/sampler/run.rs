@@ -51,6 +51,15 @@ impl Run<'_> {
         dim: usize,
         make: impl Fn() -> K + Sync,
     ) -> Result<Vec<Chain>, SampleError> {
+        self.execute_each(dim, |_| make())
+    }
+
+    /// As [`execute`](Self::execute), where kernels differ by the number of their chain.
+    pub(super) fn execute_each<K: Kernel>(
+        &self,
+        dim: usize,
+        make: impl Fn(usize) -> K + Sync,
+    ) -> Result<Vec<Chain>, SampleError> {
         self.validate(dim)?;
         let mut stream = Stream::seed_from_u64(self.seed);
         let streams: Vec<Stream> = (0..self.chains)
@@ -61,11 +70,36 @@ impl Run<'_> {
             })
             .collect();
         let abort = AtomicBool::new(false);
+        self.in_parallel(streams, |number, mut rng| {
+            self.chain(number, dim, make(number), &mut rng, &abort)
+        })
+    }
+
+    /// Goes on with `earlier` until every chain has all the draws; `make` builds the tuned kernel
+    /// of one, with its random stream.
+    pub(super) fn go_on<K: Kernel>(
+        &self,
+        earlier: Vec<Chain>,
+        make: impl Fn(&Chain) -> Result<(K, Stream), SampleError> + Sync,
+    ) -> Result<Vec<Chain>, SampleError> {
+        let abort = AtomicBool::new(false);
+        self.in_parallel(earlier, |number, mut chain| {
+            let (mut kernel, mut rng) = make(&chain)?;
+            let meter = Meter::new(self.progress, number, self.draws * self.thin);
+            chain.stopped = None;
+            self.sample(&mut chain, &mut kernel, &mut rng, meter, &abort, Ok(()));
+            Ok(chain)
+        })
+    }
+
+    /// One job a chain, on the threads asked for.
+    fn in_parallel<T: Send>(
+        &self,
+        jobs: Vec<T>,
+        work: impl Fn(usize, T) -> Result<Chain, SampleError> + Sync,
+    ) -> Result<Vec<Chain>, SampleError> {
         let all = || -> Vec<Result<Chain, SampleError>> {
-            let numbered = streams.into_par_iter().enumerate();
-            numbered
-                .map(|(chain, mut rng)| self.chain(chain, dim, make(), &mut rng, &abort))
-                .collect()
+            jobs.into_par_iter().enumerate().map(|(number, job)| work(number, job)).collect()
         };
         let results = match self.threads {
             Some(n) => rayon::ThreadPoolBuilder::new().num_threads(n).build()?.install(all),
@@ -94,13 +128,16 @@ impl Run<'_> {
                 start: kernel.position().to_vec(),
                 stats: Vec::with_capacity(warmup),
                 windows: Vec::new(),
+                switches: Vec::new(),
                 step_size: 0.0,
                 target_acceptance: 0.0,
+                target_raised: None,
                 covariance: Covariance::Diagonal(Vec::new()),
                 rejections: BTreeMap::new(),
             },
             rejections: BTreeMap::new(),
             stopped: None,
+            stream: None,
         };
         let mut meter = Meter::new(self.progress, number, warmup + self.draws * self.thin);
 
@@ -119,9 +156,23 @@ impl Run<'_> {
         kernel.freeze(&mut chain.warmup);
         chain.warmup.rejections = kernel.rejections().take();
 
-        ended = ended.and_then(|()| {
-            (0..self.draws).try_for_each(|draw| {
-                let stats = self.draw(&mut kernel, rng, &mut meter, abort)?;
+        self.sample(&mut chain, &mut kernel, rng, meter, abort, ended);
+        Ok(chain)
+    }
+
+    /// Draws until `chain` is complete, unless it has `ended` already.
+    fn sample<K: Kernel>(
+        &self,
+        chain: &mut Chain,
+        kernel: &mut K,
+        rng: &mut Stream,
+        mut meter: Meter<'_>,
+        abort: &AtomicBool,
+        ended: Result<(), Stop>,
+    ) {
+        let ended = ended.and_then(|()| {
+            (chain.len()..self.draws).try_for_each(|draw| {
+                let stats = self.draw(kernel, rng, &mut meter, abort)?;
                 if stats.divergent {
                     let (position, energy_error) = kernel.divergence();
                     let position = position.to_vec();
@@ -129,17 +180,19 @@ impl Run<'_> {
                 }
                 chain.draws.extend_from_slice(kernel.position());
                 chain.stats.push(stats);
+                chain.stream = Some(rng.clone());
                 Ok(())
             })
         });
-        chain.rejections = kernel.rejections().take();
+        for (place, count) in kernel.rejections().take() {
+            *chain.rejections.entry(place).or_insert(0) += count;
+        }
         meter.finish();
 
         if let Err(Stop(reason)) = ended {
             abort.store(true, Ordering::Relaxed);
             chain.stopped = Some(reason);
         }
-        Ok(chain)
     }
 
     /// Finds the starting point.

@@ -289,7 +289,10 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
     use statrs::distribution::{ContinuousCDF, Normal};
 
-    use super::*;
+    use super::{
+        super::metric::{Diagonal, Metric},
+        *,
+    };
     use crate::density::Rejection;
 
     /// u ~ Normal(0, 1), v | u ~ Normal(0, eᵘ): curved, and drawn exactly.
@@ -334,7 +337,7 @@ mod tests {
         for (max_depth, step) in [(1, 0.9), (3, 0.7), (10, 0.3), (10, 1.1)] {
             let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
             let mut hamiltonian = Hamiltonian::new(&Funnel);
-            hamiltonian.metric.replace(|i| [0.7, 1.8][i]);
+            hamiltonian.metric = Metric::Diagonal(Diagonal::new(vec![0.7, 1.8]));
             let mut trajectory = Trajectory::new(2, max_depth);
             let mut point = Point::new(2);
             let (mut us, mut vs) = (Vec::new(), Vec::new());

@@ -1,18 +1,20 @@
 //! When the warmup learns the mass matrix, and from which draws.
 
+use std::mem::discriminant;
+
 use super::{
-    chains::DrawStats,
+    chains::{DrawStats, MapSwitch, WarmupReport},
     hamiltonian::Point,
-    metric::{DiagonalMetric, Estimator},
+    metric::{Choice, Diagonal, Metric, Sample, choose},
     step_size::DualAveraging,
 };
 
-/// Rule by which a run adapts its diagonal mass matrix.
+/// Rule by which a run adapts its mass matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rule {
     /// Variance of the draws in doubling windows, as Stan does.
     Stan,
-    /// Fisher-divergence map from draws and scores, replaced early and often.
+    /// Maps of least Fisher divergence from draws and scores, replaced early and often.
     Fisher,
 }
 
@@ -49,20 +51,28 @@ pub(super) fn stan_windows(warmup: usize) -> Vec<Window> {
     growing(first, last, length, 2.0)
 }
 
-/// Windows of 10 in the first 30 %, then 80 · 1.5ⁿ, the last 15 % without.
+/// Every 10 draws in the first 30 %, from the later half of the draws so far; then windows of
+/// 80 · 1.5ⁿ draws, the last 15 % without.
 pub(super) fn fisher_windows(warmup: usize) -> Vec<Window> {
     let early = warmup * 3 / 10 / EARLY_WINDOW;
     let mut windows: Vec<Window> = (0..early)
-        .map(|k| Window {
-            start: k * EARLY_WINDOW,
-            end: (k + 1) * EARLY_WINDOW,
+        .map(|k| {
+            let end = (k + 1) * EARLY_WINDOW;
             // the first map from draws may change the scale by orders; later early ones hardly
-            restart: k == 0,
+            Window { start: if k == 0 { 0 } else { end / 2 }, end, restart: k == 0 }
         })
         .collect();
-    let last = warmup - (warmup * 15).div_ceil(100);
-    windows.extend(growing(early * EARLY_WINDOW, last, FIRST_WINDOW, WINDOW_GROWTH));
+    windows.extend(late_fisher_windows(early * EARLY_WINDOW, warmup));
     windows
+}
+
+/// For a warm start, whose map is worth more than a few draws: no early windows.
+pub(super) fn warm_windows(warmup: usize) -> Vec<Window> {
+    late_fisher_windows(0, warmup)
+}
+
+fn late_fisher_windows(first: usize, warmup: usize) -> Vec<Window> {
+    growing(first, warmup - (warmup * 15).div_ceil(100), FIRST_WINDOW, WINDOW_GROWTH)
 }
 
 /// For Metropolis: doubling windows, with much time for the scale.
@@ -114,6 +124,11 @@ impl Schedule {
         Self { passed: Vec::with_capacity(windows.len()), windows, draw: 0 }
     }
 
+    /// First draw of the window that comes next, or is not over.
+    fn next_start(&self) -> Option<usize> {
+        self.windows.get(self.passed.len()).map(|window| window.start)
+    }
+
     /// Passes one transition.
     pub(super) fn pass(&mut self) -> Moment {
         let draw = self.draw;
@@ -145,30 +160,38 @@ pub(super) struct Warmup {
     pub(super) step: DualAveraging,
     pub(super) schedule: Schedule,
     rule: Rule,
-    estimator: Estimator,
-    raised: bool,
+    /// The mass matrix comes from draws.
+    learnt: bool,
+    sample: Sample,
+    switches: Vec<MapSwitch>,
+    raised: Option<usize>,
 }
 
 impl Warmup {
-    pub(super) fn new(rule: Rule, dim: usize, warmup: usize, target: f64) -> Self {
+    /// `warm`: the chain has a map from an earlier run.
+    pub(super) fn new(rule: Rule, dim: usize, warmup: usize, target: f64, warm: bool) -> Self {
         let windows = match rule {
             Rule::Stan => stan_windows,
+            Rule::Fisher if warm => warm_windows,
             Rule::Fisher => fisher_windows,
         };
         Self {
             step: DualAveraging::new(target, 1.0),
             schedule: Schedule::new(warmup, windows),
             rule,
-            estimator: Estimator::new(dim),
-            raised: false,
+            learnt: warm,
+            sample: Sample::new(dim),
+            switches: Vec::new(),
+            raised: None,
         }
     }
 
     /// The mass matrix before any draw: with unit scale assumed for the draws, the Fisher rule
     /// reads `σ² = 1/|∂ ln p|` from the first score.
-    pub(super) fn first_metric(&self, metric: &mut DiagonalMetric, point: &Point) {
+    pub(super) fn first_metric(&self, metric: &mut Metric, point: &Point) {
         if self.rule == Rule::Fisher {
-            metric.replace(|i| 1.0 / point.gradient[i].abs());
+            let variance = |i: usize| 1.0 / point.gradient[i].abs();
+            *metric = Metric::Diagonal(Diagonal::renewed(metric.variances(), variance));
         }
     }
 
@@ -176,33 +199,66 @@ impl Warmup {
         &mut self,
         stats: &DrawStats,
         point: &Point,
-        metric: &mut DiagonalMetric,
+        metric: &mut Metric,
     ) -> Advice {
         self.step.learn(stats.acceptance);
         match self.schedule.pass() {
             Moment::Before => Advice::GoOn,
             Moment::Inside => {
-                self.estimator.add(&point.y, &point.gradient);
+                self.sample.add(&point.y, &point.gradient);
                 Advice::GoOn
             }
             Moment::Last { restart } => {
-                self.estimator.add(&point.y, &point.gradient);
-                match self.rule {
-                    Rule::Fisher => metric.replace(|i| self.estimator.fisher_variance(i)),
-                    Rule::Stan => metric.replace(|i| self.estimator.shrunk_variance(i)),
-                }
-                self.estimator.clear();
-                if restart { Advice::SearchStep } else { Advice::GoOn }
+                self.sample.add(&point.y, &point.gradient);
+                self.switch(metric, restart)
             }
             Moment::After => {
                 let settled = self.step.count() > SETTLING;
-                if self.rule == Rule::Fisher && stats.divergent && settled && !self.raised {
-                    self.raised = true;
+                if self.rule == Rule::Fisher && stats.divergent && settled && self.raised.is_none()
+                {
+                    self.raised = Some(self.schedule.draw - 1);
                     self.step.target = self.step.target.max(RAISED_TARGET);
                 }
                 Advice::GoOn
             }
         }
+    }
+
+    /// Replaces the mass matrix at the end of a window.
+    fn switch(&mut self, metric: &mut Metric, restart: bool) -> Advice {
+        let draw = self.schedule.draw - 1;
+        let choice = match self.rule {
+            // a map from draws or an earlier run competes where the window is new to it
+            Rule::Fisher => choose(&self.sample, metric, restart && self.learnt),
+            Rule::Stan => {
+                let window = self.sample.all();
+                let variance = |i: usize| window.shrunk_variance(i);
+                let renewed = Diagonal::renewed(metric.variances(), variance);
+                Choice { metric: Some(Metric::Diagonal(renewed)), divergences: Vec::new() }
+            }
+        };
+        let before = metric.kind();
+        let kept = choice.metric.is_none();
+        if let Some(new) = choice.metric {
+            *metric = new;
+        }
+        self.learnt = true;
+        let map = metric.kind();
+        // the first correlations change the scale as much as the first variances
+        let restarted = !kept && (restart || discriminant(&map) != discriminant(&before));
+        let divergences = choice.divergences;
+        self.switches.push(MapSwitch { draw, map, kept, restarted, divergences });
+        let next = self.schedule.next_start().unwrap_or(draw + 1);
+        self.sample.keep_last((draw + 1).saturating_sub(next));
+        if restarted { Advice::SearchStep } else { Advice::GoOn }
+    }
+
+    /// Writes down what was decided.
+    pub(super) fn report(&mut self, report: &mut WarmupReport) {
+        report.target_acceptance = self.step.target;
+        report.target_raised = self.raised;
+        report.windows = std::mem::take(&mut self.schedule.passed);
+        report.switches = std::mem::take(&mut self.switches);
     }
 }
 
@@ -245,12 +301,14 @@ mod tests {
     }
 
     #[test]
-    fn windows_adjoin_and_leave_room_for_the_step() {
-        for windows in [stan_windows, fisher_windows, walk_windows] {
+    fn windows_leave_no_gap_and_room_for_the_step() {
+        for windows in [stan_windows, fisher_windows, warm_windows, walk_windows] {
             for warmup in SHORTEST..1200 {
                 let windows = Schedule::new(warmup, windows).windows;
                 assert!(!windows.is_empty());
-                assert!(windows.windows(2).all(|w| w[0].end == w[1].start));
+                assert!(windows.windows(2).all(|w| w[1].start <= w[0].end && w[0].end < w[1].end));
+                // only the early windows, which do not restart, overlap
+                assert!(windows.windows(2).all(|w| !w[1].restart || w[0].end == w[1].start));
                 assert!(windows.iter().all(|w| w.start + 2 <= w.end));
                 assert!(windows.last().is_some_and(|w| w.end < warmup));
             }
@@ -259,8 +317,8 @@ mod tests {
 
     #[test]
     fn only_a_late_divergence_raises_the_target_and_only_once() {
-        let mut warmup = Warmup::new(Rule::Fisher, 1, 200, 0.8);
-        let mut metric = DiagonalMetric::identity(1);
+        let mut warmup = Warmup::new(Rule::Fisher, 1, 200, 0.8, false);
+        let mut metric = Metric::identity(1);
         let point = Point { y: vec![0.0], gradient: vec![0.0], log_density: 0.0 };
         let stats = |divergent| DrawStats {
             log_density: 0.0,
@@ -281,6 +339,8 @@ mod tests {
             warmup.learn(&stats(false), &point, &mut metric);
         }
         warmup.learn(&stats(true), &point, &mut metric);
-        assert_eq!(warmup.step.target, 0.9);
+        assert_eq!((warmup.step.target, warmup.raised), (0.9, Some(195)));
+        warmup.learn(&stats(true), &point, &mut metric);
+        assert_eq!((warmup.step.target, warmup.raised), (0.9, Some(195)));
     }
 }

@@ -2,7 +2,10 @@
 
 mod control;
 mod delayed;
+#[allow(dead_code)] // the bench `warmup` uses all of them
+mod kinds;
 mod moments;
+mod resume;
 mod smc;
 mod targets;
 mod tuning;

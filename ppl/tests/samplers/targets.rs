@@ -15,9 +15,22 @@ pub(crate) struct Gaussian {
 impl Gaussian {
     /// Correlation ρ^|i−j| (an autoregression), standard deviations from `least` to `largest`.
     pub(crate) fn autoregressive(dim: usize, rho: f64, least: f64, largest: f64) -> Self {
+        Self::with_correlations(dim, |i, j| rho.powi(i.abs_diff(j) as i32), least, largest)
+    }
+
+    /// All correlations ρ, standard deviations from `least` to `largest`.
+    pub(crate) fn equicorrelated(dim: usize, rho: f64, least: f64, largest: f64) -> Self {
+        Self::with_correlations(dim, |i, j| if i == j { 1.0 } else { rho }, least, largest)
+    }
+
+    fn with_correlations(
+        dim: usize,
+        correlation: impl Fn(usize, usize) -> f64,
+        least: f64,
+        largest: f64,
+    ) -> Self {
         let sd = |i: usize| least * (largest / least).powf(i as f64 / (dim - 1).max(1) as f64);
-        let covariance =
-            DMatrix::from_fn(dim, dim, |i, j| rho.powi(i.abs_diff(j) as i32) * sd(i) * sd(j));
+        let covariance = DMatrix::from_fn(dim, dim, |i, j| correlation(i, j) * sd(i) * sd(j));
         let precision = covariance.clone().try_inverse().expect("positive definite");
         Self { mean: DVector::from_fn(dim, |i, _| i as f64 - 1.0), covariance, precision }
     }

@@ -1,13 +1,13 @@
 //! What the warmup finds.
 
-use ppl::{Covariance, DrawStats, Metropolis, Nuts};
+use ppl::{Covariance, DrawStats, MapKind, MapSwitch, Metropolis, Nuts};
 
 use crate::targets::Gaussian;
 
 fn variances(covariance: &Covariance) -> &[f64] {
     match covariance {
         Covariance::Diagonal(variances) => variances,
-        Covariance::Dense(_) => panic!("NUTS has a diagonal mass matrix"),
+        other => panic!("not diagonal: {other:?}"),
     }
 }
 
@@ -113,4 +113,94 @@ fn late_divergences_raise_the_target() {
         assert_eq!(chain.warmup.target_acceptance, if late { 0.9 } else { 0.8 });
     }
     assert!(chains.iter().any(|c| c.warmup.target_acceptance == 0.9));
+}
+
+/// What the warmup decided: (draw, kind of map or `=` where the one before stayed, restarted) of
+/// every switch.
+fn decisions(nuts: Nuts<'_>, target: &Gaussian) -> Vec<(usize, char, bool)> {
+    let chains = nuts.chains(1).draws(1).seed(3).run(target).expect("runs").chains;
+    let report = &chains[0].warmup;
+    assert_eq!(report.windows, report.switches.iter().map(|s| s.draw).collect::<Vec<_>>());
+    let letter = |switch: &MapSwitch| match switch.map {
+        _ if switch.kept => '=',
+        MapKind::Diagonal => 'd',
+        MapKind::Dense => 'D',
+        MapKind::LowRank { .. } => 'L',
+    };
+    report.switches.iter().map(|s| (s.draw, letter(s), s.restarted)).collect()
+}
+
+/// The schedule of the default preset, of warmups short and long, on a correlated target: the ends
+/// of the windows, the kinds of map and the restarts. A change is deliberate.
+#[test]
+fn golden_decisions_of_the_default_preset() {
+    let target = Gaussian::autoregressive(5, 0.9, 0.1, 10.0);
+    let of = |warmup| decisions(Nuts::default().warmup(warmup), &target);
+    assert_eq!(of(19), []);
+    assert_eq!(of(20), [(16, 'D', true)]);
+    assert_eq!(of(100), [(9, 'D', true), (19, 'D', false), (29, 'D', false), (84, 'D', true)]);
+    let early = [(9, 'D', true), (19, 'D', false), (29, 'D', false), (39, 'D', false)];
+    assert_eq!(of(149), [&early[..], &[(125, 'D', true)]].concat());
+    assert_eq!(of(150), [&early[..], &[(126, 'D', true)]].concat());
+    let mut long: Vec<_> = (0..30).map(|k| (10 * k + 9, 'D', k == 0)).collect();
+    long.extend([(379, '=', false), (499, '=', false), (849, 'D', true)]);
+    assert_eq!(of(1000), long);
+}
+
+#[test]
+fn golden_decisions_of_the_stan_preset() {
+    let target = Gaussian::autoregressive(5, 0.9, 0.1, 10.0);
+    let of = |warmup| decisions(Nuts::stan_compatible().warmup(warmup), &target);
+    let all = |ends: &[usize]| ends.iter().map(|&end| (end, 'd', true)).collect::<Vec<_>>();
+    assert_eq!(of(19), []);
+    assert_eq!(of(20), all(&[17]));
+    assert_eq!(of(100), all(&[89]));
+    assert_eq!(of(149), all(&[134]));
+    assert_eq!(of(150), all(&[99]));
+    assert_eq!(of(1000), all(&[99, 149, 249, 449, 949]));
+}
+
+/// With as many coordinates the map has few correlated directions; the report says how they fared.
+#[test]
+fn many_coordinates_get_a_low_rank_map() {
+    let target = Gaussian::equicorrelated(80, 0.9, 0.1, 10.0);
+    let nuts = Nuts::default().chains(1).warmup(300).draws(200).seed(1);
+    let chains = nuts.run(&target).expect("runs");
+    let last = chains.chains[0].warmup.switches.last().expect("switches").clone();
+    assert!(matches!(last.map, MapKind::LowRank { rank: 1.. }), "{last:?}");
+    let [(MapKind::Diagonal, plain), (MapKind::LowRank { .. }, correlated)] = last.divergences[..]
+    else {
+        panic!("{last:?}")
+    };
+    assert!(10.0 * correlated < plain, "{last:?}");
+    // a diagonal map has a condition number of 720 to cope with
+    let cost = |nuts: Nuts<'_>| {
+        let chains = nuts.chains(2).draws(300).seed(1).run(&target).expect("runs");
+        crate::kinds::gradients_per_effective_draw(&chains)[0]
+    };
+    let (ours, stan) = (cost(Nuts::default().warmup(300)), cost(Nuts::stan_compatible()));
+    assert!(4.0 * ours < stan, "{ours:.1} against {stan:.1}");
+}
+
+/// The bar of the default preset against Stan's, warmup counted: at most a quarter of the gradients
+/// per effective draw on a correlated target; the bench `warmup` has the whole table.
+#[test]
+fn correlations_cost_a_quarter_of_what_they_cost_stan() {
+    let (strain, stress) = crate::kinds::hardening_data();
+    let hardening = crate::kinds::hardening(&strain, &stress);
+    let cost = |nuts: Nuts<'_>| {
+        crate::kinds::gradients_per_effective_draw(&nuts.seed(2).run(&hardening).expect("runs"))[1]
+    };
+    let (ours, stan) = (cost(Nuts::default()), cost(Nuts::stan_compatible()));
+    assert!(ours < 0.25 * stan, "{ours:.1} against {stan:.1}");
+}
+
+#[test]
+fn without_correlations_nothing_is_lost() {
+    let schools = crate::kinds::eight_schools(&crate::kinds::EFFECTS, &crate::kinds::ERRORS);
+    let cost = |nuts: Nuts<'_>| {
+        crate::kinds::gradients_per_effective_draw(&nuts.seed(2).run(&schools).expect("runs"))[1]
+    };
+    let (ours, stan) = (cost(Nuts::default()), cost(Nuts::stan_compatible()));
+    assert!(ours < 1.1 * stan, "{ours:.1} against {stan:.1}");
 }

@@ -231,13 +231,16 @@ impl<'a, D: Tempered> Particles<'a, D> {
                 start: self.start,
                 stats: Vec::new(),
                 windows: Vec::new(),
+                switches: Vec::new(),
                 step_size: self.scale,
                 target_acceptance: target_acceptance(self.factor.nrows()),
+                target_raised: None,
                 covariance: Covariance::Dense(covariance.as_slice().to_vec()),
                 rejections: self.rejected_draws,
             },
             rejections: self.rejections.take(),
             stopped: None,
+            stream: None,
         }
     }
 }

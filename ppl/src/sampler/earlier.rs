@@ -1,0 +1,119 @@
+//! Runs that begin where earlier ones ended.
+
+use super::{
+    chains::{Chain, Chains},
+    error::SampleError,
+    metric::Metric,
+    nuts::{Nuts, NutsChain},
+    run::{Kernel, Stream},
+    settings::{Init, Run},
+    warmup::{Rule, Warmup},
+};
+use crate::density::LogDensity;
+
+/// Log densities of one point that differ by more than this, relative to themselves or to 1, are
+/// not of the same density: far above what another compiler or processor changes.
+const SAME_DENSITY: f64 = 1e-6;
+
+impl Nuts<'_> {
+    /// Starts every chain from the last draw, the mass matrix and the step of the same chain of an
+    /// earlier run, as of a similar model. The warmup then leaves out its early windows and may be
+    /// short; with `warmup(0)` nothing is tuned any more.
+    ///
+    /// A run whose chains do not fit these is refused with [`SampleError::Earlier`] or a
+    /// [`SampleError::Setting`] of `init_points`.
+    pub fn warm_start(mut self, earlier: &Chains) -> Self {
+        let last = |chain: &Chain| last_draw(chain, earlier.dim).to_vec();
+        self.run.init = Init::Points(earlier.chains.iter().map(last).collect());
+        let tuning = |chain: &Chain| (chain.warmup.covariance.clone(), chain.warmup.step_size);
+        self.warm = Some(earlier.chains.iter().map(tuning).collect());
+        self
+    }
+
+    /// Goes on with the chains of an earlier run until each has as many draws as this sampler is
+    /// set to keep. They are those that one longer run would have drawn, bit for bit, on the same
+    /// density with the same `thin`. It finishes an interrupted run, and lengthens a finished one;
+    /// [`Posterior::from_chains`](crate::Posterior::from_chains) gives the draws their names.
+    ///
+    /// Mass matrices, steps, the bound on doublings and the random streams are those of the earlier
+    /// chains; [`Chains::save`] keeps them all.
+    ///
+    /// # Errors
+    /// [`SampleError::Earlier`] if the chains are not of this sampler or this density, or one
+    /// was stopped before its first draw; else see [`Nuts`].
+    pub fn resume<D: LogDensity>(
+        &self,
+        density: &D,
+        earlier: Chains,
+    ) -> Result<Chains, SampleError> {
+        let dim = density.dim();
+        let Some(max_depth) = earlier.max_depth else {
+            return Err(misfit("they are of another sampler", "give chains of NUTS"));
+        };
+        if earlier.dim != dim {
+            let reason = format!("they have {} coordinates, the density {dim}", earlier.dim);
+            return Err(misfit(reason, "give the density they were drawn from"));
+        }
+        if earlier.chains.len() != self.run.chains {
+            let (got, set) = (earlier.chains.len(), self.run.chains);
+            let reason = format!("there are {got} of them, but {set} are to be run");
+            return Err(misfit(reason, "set `chains` to their number"));
+        }
+        if let Some(number) = earlier.chains.iter().position(Chain::is_empty) {
+            let reason = format!("chain {number} ended before its first draw");
+            return Err(misfit(reason, "begin anew with `run`"));
+        }
+        Run { init: Init::Uniform(0.0), ..self.run.clone() }.validate(dim)?;
+        let chains = self.run.go_on(earlier.chains, |chain| take_up(density, max_depth, chain))?;
+        Ok(Chains { dim, chains, max_depth: Some(max_depth) })
+    }
+
+    /// Mass matrix and step of every chain of a warm start.
+    pub(super) fn tuned_maps(&self, dim: usize) -> Result<Option<Vec<(Metric, f64)>>, SampleError> {
+        let Some(warm) = &self.warm else { return Ok(None) };
+        let tuned = warm.iter().map(|(covariance, step)| {
+            let metric = Metric::from_covariance(covariance, dim)?;
+            (step.is_finite() && *step > 0.0).then_some((metric, *step))
+        });
+        let misfit = || {
+            misfit(
+                "a mass matrix or step does not fit the density",
+                "give chains of NUTS with as many coordinates",
+            )
+        };
+        tuned.collect::<Option<Vec<_>>>().ok_or_else(misfit).map(Some)
+    }
+}
+
+/// The kernel of a chain, and its random stream, as they were after its last draw.
+fn take_up<'a, D: LogDensity>(
+    density: &'a D,
+    max_depth: u32,
+    chain: &Chain,
+) -> Result<(NutsChain<'a, D>, Stream), SampleError> {
+    let dim = density.dim();
+    let stream = (chain.stream.clone())
+        .ok_or_else(|| misfit("a chain has no random stream", "give chains of NUTS"))?;
+    let step = chain.warmup.step_size;
+    let metric = Metric::from_covariance(&chain.warmup.covariance, dim)
+        .filter(|_| step.is_finite() && step > 0.0)
+        .ok_or_else(|| misfit("a mass matrix or step is not positive", "begin anew with `run`"))?;
+    let frozen = Warmup::new(Rule::Fisher, dim, 0, 0.8, true);
+    let mut kernel = NutsChain::new(density, max_depth, frozen, Some((metric, step)));
+    let begun = kernel.begin(last_draw(chain, dim));
+    let (now, then) = (kernel.current.log_density, chain.stats[chain.len() - 1].log_density);
+    if begun.is_err() || (now - then).abs() > SAME_DENSITY * then.abs().max(1.0) {
+        let reason = format!("the log density at a last draw was {then} and is {now}");
+        return Err(misfit(reason, "give the model and the data that they were drawn with"));
+    }
+    Ok((kernel, stream))
+}
+
+/// Empty for a chain without draws.
+fn last_draw(chain: &Chain, dim: usize) -> &[f64] {
+    &chain.draws[chain.draws.len().saturating_sub(dim)..]
+}
+
+fn misfit(reason: impl Into<String>, mend: &'static str) -> SampleError {
+    SampleError::Earlier { reason: reason.into(), mend }
+}

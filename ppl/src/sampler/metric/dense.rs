@@ -1,0 +1,116 @@
+//! Dense mass matrices.
+
+use nalgebra::{Cholesky, DMatrix, Dyn};
+
+use super::{Diagonal, sample::Centred};
+
+/// `M⁻¹ = Σ`, a full covariance.
+#[derive(Clone, Debug)]
+pub(in crate::sampler) struct Dense {
+    /// Σ; symmetric, so that rows and columns are the same.
+    matrix: Vec<f64>,
+    cholesky: Cholesky<f64, Dyn>,
+}
+
+/// Weight, in draws, of the diagonal in the correlations: they are multiplied by n/(n + this).
+const SHRINKAGE: f64 = 1.0;
+
+impl Dense {
+    /// `None` if `matrix` is not positive definite.
+    pub(super) fn new(matrix: Vec<f64>, dim: usize) -> Option<Self> {
+        let cholesky = Cholesky::new(DMatrix::from_column_slice(dim, dim, &matrix))?;
+        let finite = cholesky.l_dirty().diagonal().iter().all(|l| l.is_finite());
+        finite.then_some(Self { matrix, cholesky })
+    }
+
+    /// Minimiser of the Fisher divergence among dense maps: the geometric mean of cov(x) and
+    /// cov(g)⁻¹, both in units of `diagonal`, where their correlations are shrunk.
+    ///
+    /// `None` if a coordinate did not move.
+    pub(super) fn fitted(sample: &Centred, diagonal: &Diagonal) -> Option<Self> {
+        let scaled = sample.scaled(diagonal.sd());
+        let n = sample.len() as f64;
+        let covariance = |x: &DMatrix<f64>| {
+            let full = x * x.transpose() / sample.freedom();
+            let mut shrunk = &full * (n / (n + SHRINKAGE));
+            shrunk.set_diagonal(&full.diagonal());
+            shrunk
+        };
+        let mut mean = geometric_mean(&covariance(&scaled.draws), covariance(&scaled.scores))?;
+        let sd = diagonal.sd();
+        for i in 0..sample.dim() {
+            for j in 0..=i {
+                // exactly symmetric, whatever the rounding before
+                let value = 0.5 * (mean[(i, j)] + mean[(j, i)]) * sd[i] * sd[j];
+                (mean[(i, j)], mean[(j, i)]) = (value, value);
+            }
+        }
+        Self::new(mean.as_slice().to_vec(), sample.dim())
+    }
+
+    /// Row-major.
+    pub(super) fn matrix(&self) -> &[f64] {
+        &self.matrix
+    }
+
+    pub(super) fn variances(&self) -> Vec<f64> {
+        let dim = self.cholesky.l_dirty().nrows();
+        self.matrix.iter().step_by(dim + 1).copied().collect()
+    }
+
+    /// Sums of columns, two at a time: no order of summation stands in the way of wide registers.
+    #[inline]
+    pub(super) fn apply(&self, p: &[f64], v: &mut [f64]) {
+        let dim = p.len();
+        v.fill(0.0);
+        let mut columns = self.matrix.chunks_exact(2 * dim);
+        let mut pairs = p.chunks_exact(2);
+        for (columns, p) in (&mut columns).zip(&mut pairs) {
+            let (first, second) = columns.split_at(dim);
+            for ((v, a), b) in v.iter_mut().zip(first).zip(second) {
+                *v += a * p[0] + b * p[1];
+            }
+        }
+        for p in pairs.remainder() {
+            v.iter_mut().zip(columns.remainder()).for_each(|(v, a)| *v += a * p);
+        }
+    }
+
+    /// From standard normals to momenta: `p = L⁻ᵀ z`.
+    pub(super) fn colour(&self, p: &mut [f64]) {
+        let l = self.cholesky.l_dirty();
+        for i in (0..p.len()).rev() {
+            let below: f64 = (i + 1..p.len()).map(|k| l[(k, i)] * p[k]).sum();
+            p[i] = (p[i] - below) / l[(i, i)];
+        }
+    }
+
+    /// `Lᵀg + L⁻¹x`.
+    pub(super) fn residual(&self, sample: &Centred) -> DMatrix<f64> {
+        let l = self.cholesky.l();
+        let mut residual = sample.draws.clone();
+        // the factor's diagonal is positive, so that the solve cannot fail
+        l.solve_lower_triangular_unchecked_mut(&mut residual);
+        residual.gemm_tr(1.0, &l, &sample.scores, 1.0);
+        residual
+    }
+}
+
+/// The symmetric Σ with `Σ B Σ = A`: geometric mean of A and B⁻¹. With `B = L Lᵀ` it is
+/// `L⁻ᵀ (Lᵀ A L)^½ L⁻¹`.
+///
+/// `None` if B is not positive definite or A not positive semidefinite.
+pub(super) fn geometric_mean(a: &DMatrix<f64>, b: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    if a.iter().chain(b.iter()).any(|x| !x.is_finite()) {
+        return None;
+    }
+    let l = Cholesky::new(b)?.l();
+    let inner = (l.transpose() * a * &l).symmetric_eigen();
+    // square roots of square roots, so that the result is a product R Rᵀ
+    let roots = inner.eigenvalues.map(|e| e.max(0.0).sqrt().sqrt());
+    let mut factor = inner.eigenvectors;
+    for (mut column, root) in factor.column_iter_mut().zip(&roots) {
+        column *= *root;
+    }
+    l.tr_solve_lower_triangular_mut(&mut factor).then(|| &factor * factor.transpose())
+}

@@ -1,0 +1,64 @@
+//! Diagonal mass matrices.
+
+use nalgebra::DMatrix;
+
+use super::sample::Centred;
+
+/// `M⁻¹ = diag(σ²)`.
+#[derive(Clone, Debug)]
+pub(in crate::sampler) struct Diagonal {
+    variance: Vec<f64>,
+    sd: Vec<f64>,
+}
+
+impl Diagonal {
+    pub(super) fn identity(dim: usize) -> Self {
+        Self::new(vec![1.0; dim])
+    }
+
+    pub(in crate::sampler) fn new(variance: Vec<f64>) -> Self {
+        let sd = variance.iter().map(|v| v.sqrt()).collect();
+        Self { variance, sd }
+    }
+
+    /// `before` with new variances; an entry that is no positive finite number keeps its old value,
+    /// because a window in which a coordinate never moved teaches nothing about its scale.
+    pub(in crate::sampler) fn renewed(
+        mut before: Vec<f64>,
+        variance: impl Fn(usize) -> f64,
+    ) -> Self {
+        for (i, old) in before.iter_mut().enumerate() {
+            let new = variance(i);
+            if new.is_finite() && new > 0.0 {
+                *old = new.clamp(1e-20, 1e20);
+            }
+        }
+        Self::new(before)
+    }
+
+    pub(super) fn variances(&self) -> &[f64] {
+        &self.variance
+    }
+
+    pub(super) fn sd(&self) -> &[f64] {
+        &self.sd
+    }
+
+    #[inline]
+    pub(super) fn apply(&self, p: &[f64], v: &mut [f64]) {
+        for ((v, p), s2) in v.iter_mut().zip(p).zip(&self.variance) {
+            *v = s2 * p;
+        }
+    }
+
+    /// From standard normals to momenta.
+    pub(super) fn colour(&self, p: &mut [f64]) {
+        p.iter_mut().zip(&self.sd).for_each(|(p, sd)| *p /= sd);
+    }
+
+    /// `Fᵀg + F⁻¹x` with `F = diag(σ)`.
+    pub(super) fn residual(&self, sample: &Centred) -> DMatrix<f64> {
+        let scaled = sample.scaled(&self.sd);
+        scaled.draws + scaled.scores
+    }
+}

@@ -1,0 +1,151 @@
+//! Mass matrices with a few correlated directions beside a diagonal, for many coordinates.
+
+use nalgebra::DMatrix;
+use rand::{Rng, SeedableRng};
+use rand_distr::StandardNormal;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use super::{Diagonal, dense::geometric_mean, sample::Centred};
+use crate::sampler::chains::Covariance;
+
+/// `M⁻¹ = D (I + U (Λ − I) Uᵀ) D` with D = diag(σ) and orthonormal columns of U.
+#[derive(Clone, Debug)]
+pub(in crate::sampler) struct LowRank {
+    diagonal: Diagonal,
+    /// Columns of U, one after the other.
+    vectors: Vec<f64>,
+    /// Λ.
+    values: Vec<f64>,
+}
+
+/// Directions looked for, of the draws and of the scores each.
+const DIRECTIONS: usize = 16;
+/// Rounds of subspace iteration.
+const ROUNDS: usize = 3;
+/// Weight, in draws, of the identity in the covariances.
+const SHRINKAGE: f64 = 1.0;
+/// Directions whose variance is changed by less than this factor are left out.
+const NEGLIGIBLE: f64 = 1.5;
+
+impl LowRank {
+    pub(super) fn new(diagonal: Diagonal, vectors: Vec<f64>, values: Vec<f64>) -> Self {
+        Self { diagonal, vectors, values }
+    }
+
+    /// Minimiser of the Fisher divergence in the span of the directions in which, in units of a
+    /// diagonal, draws vary most (the wide ones) and scores vary most (the narrow ones). The
+    /// diagonal is first `diagonal`, then the minimiser for what those directions leave over.
+    ///
+    /// `None` if a matrix is not finite.
+    pub(super) fn fitted(sample: &Centred, diagonal: &Diagonal) -> Option<Self> {
+        let scaled = sample.scaled(diagonal.sd());
+        let basis = directions(&scaled)?;
+        let rest = scaled.without(&basis);
+        let variances = diagonal.variances();
+        let corrected = |i: usize| variances[i] * rest.fisher_variance(i);
+        let diagonal = Diagonal::renewed(variances.to_vec(), corrected);
+
+        let scaled = sample.scaled(diagonal.sd());
+        let basis = directions(&scaled)?;
+        let n = sample.len() as f64;
+        let covariance = |x: &DMatrix<f64>| {
+            let inside = basis.tr_mul(x);
+            let full = &inside * inside.transpose() / sample.freedom();
+            (full * n + DMatrix::identity(basis.ncols(), basis.ncols()) * SHRINKAGE)
+                / (n + SHRINKAGE)
+        };
+        let mean = geometric_mean(&covariance(&scaled.draws), covariance(&scaled.scores))?;
+        let eigen = mean.symmetric_eigen();
+        let (mut vectors, mut values) = (Vec::new(), Vec::new());
+        for (k, &value) in eigen.eigenvalues.iter().enumerate() {
+            if value > NEGLIGIBLE || value > 0.0 && value < 1.0 / NEGLIGIBLE {
+                let direction = &basis * eigen.eigenvectors.column(k);
+                vectors.extend_from_slice(direction.as_slice());
+                values.push(value);
+            }
+        }
+        Some(Self::new(diagonal, vectors, values))
+    }
+
+    pub(super) fn rank(&self) -> usize {
+        self.values.len()
+    }
+
+    pub(super) fn covariance(&self) -> Covariance {
+        Covariance::LowRank {
+            variances: self.diagonal.variances().to_vec(),
+            vectors: self.vectors.clone(),
+            values: self.values.clone(),
+        }
+    }
+
+    pub(super) fn variances(&self) -> Vec<f64> {
+        let dim = self.diagonal.variances().len();
+        let mut factor = vec![1.0; dim];
+        for (vector, value) in self.vectors.chunks_exact(dim).zip(&self.values) {
+            factor.iter_mut().zip(vector).for_each(|(f, u)| *f += (value - 1.0) * u * u);
+        }
+        factor.iter().zip(self.diagonal.variances()).map(|(f, s2)| f * s2).collect()
+    }
+
+    /// `x ← (I + U (f(Λ) − I) Uᵀ) x`; one direction after the other, since they are orthogonal.
+    #[inline]
+    fn stretch(&self, x: &mut [f64], f: impl Fn(f64) -> f64) {
+        for (vector, value) in self.vectors.chunks_exact(x.len()).zip(&self.values) {
+            let along: f64 = x.iter().zip(vector).map(|(x, u)| x * u).sum();
+            let change = (f(*value) - 1.0) * along;
+            x.iter_mut().zip(vector).for_each(|(x, u)| *x += change * u);
+        }
+    }
+
+    #[inline]
+    pub(super) fn apply(&self, p: &[f64], v: &mut [f64]) {
+        let sd = self.diagonal.sd();
+        v.iter_mut().zip(p).zip(sd).for_each(|((v, p), sd)| *v = sd * p);
+        self.stretch(v, |value| value);
+        v.iter_mut().zip(sd).for_each(|(v, sd)| *v *= sd);
+    }
+
+    /// From standard normals to momenta.
+    pub(super) fn colour(&self, p: &mut [f64]) {
+        self.stretch(p, |value| value.sqrt().recip());
+        self.diagonal.colour(p);
+    }
+
+    /// `Fᵀg + F⁻¹x` with `F = D (I + U (Λ^½ − I) Uᵀ)`.
+    pub(super) fn residual(&self, sample: &Centred) -> DMatrix<f64> {
+        let mut scaled = sample.scaled(self.diagonal.sd());
+        let columns = |x: &mut DMatrix<f64>, f: fn(f64) -> f64| {
+            x.as_mut_slice().chunks_exact_mut(sample.dim()).for_each(|x| self.stretch(x, f));
+        };
+        columns(&mut scaled.draws, |value| value.sqrt().recip());
+        columns(&mut scaled.scores, f64::sqrt);
+        scaled.draws + scaled.scores
+    }
+}
+
+/// Orthonormal basis of the leading directions of draws and scores.
+fn directions(sample: &Centred) -> Option<DMatrix<f64>> {
+    let wide = leading_directions(&sample.draws)?;
+    let narrow = leading_directions(&sample.scores)?;
+    let mut both = DMatrix::zeros(sample.dim(), wide.ncols() + narrow.ncols());
+    both.columns_mut(0, wide.ncols()).copy_from(&wide);
+    both.columns_mut(wide.ncols(), narrow.ncols()).copy_from(&narrow);
+    Some(both.qr().q())
+}
+
+/// Orthonormal directions in which the columns of `x` vary most, by subspace iteration from a
+/// fixed random start (Halko, Martinsson & Tropp, SIAM Review 53 (2011) 217, algorithm 4.4).
+fn leading_directions(x: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    if x.iter().any(|x| !x.is_finite()) {
+        return None;
+    }
+    let count = DIRECTIONS.min(x.nrows()).min(x.ncols());
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
+    let start = DMatrix::from_fn(x.ncols(), count, |_, _| rng.sample(StandardNormal));
+    let mut basis = (x * start).qr().q();
+    for _ in 0..ROUNDS {
+        basis = (x * x.tr_mul(&basis)).qr().q();
+    }
+    Some(basis)
+}

@@ -1,0 +1,115 @@
+//! Mass matrices: diagonal, dense, and low rank beside a diagonal.
+//!
+//! Each is a linear map F from a standard normal to the posterior's scales, `M⁻¹ = F Fᵀ`. Which
+//! fits best is judged by the Fisher divergence `E|Fᵀ(g − ḡ) + F⁻¹(x − x̄)|²` of draws x with scores
+//! g: it vanishes if the density is normal with covariance `F Fᵀ`, and needs no normaliser.
+//!
+//! Reference: Seyboldt, Carlson & Carpenter 2026, arXiv 2603.18845.
+
+mod choice;
+mod dense;
+mod diagonal;
+mod low_rank;
+mod sample;
+
+use rand::Rng;
+
+pub(super) use choice::{Choice, choose};
+pub(super) use dense::Dense;
+pub(super) use diagonal::Diagonal;
+pub(super) use low_rank::LowRank;
+pub(super) use sample::{Centred, Sample};
+
+use super::chains::{Covariance, MapKind};
+
+/// An inverse mass matrix `M⁻¹`, that is an estimate of the posterior covariance.
+#[derive(Clone, Debug)]
+pub(super) enum Metric {
+    Diagonal(Diagonal),
+    Dense(Dense),
+    LowRank(LowRank),
+}
+
+impl Metric {
+    pub(super) fn identity(dim: usize) -> Self {
+        Self::Diagonal(Diagonal::identity(dim))
+    }
+
+    /// `None` if the covariance is not positive definite or not of `dim` coordinates.
+    pub(super) fn from_covariance(covariance: &Covariance, dim: usize) -> Option<Self> {
+        let positive = |v: &[f64]| v.iter().all(|v| v.is_finite() && *v > 0.0);
+        match covariance {
+            Covariance::Diagonal(variances) => (variances.len() == dim && positive(variances))
+                .then(|| Self::Diagonal(Diagonal::new(variances.clone()))),
+            Covariance::Dense(matrix) if matrix.len() == dim * dim => {
+                Dense::new(matrix.clone(), dim).map(Self::Dense)
+            }
+            Covariance::Dense(_) => None,
+            Covariance::LowRank { variances, vectors, values } => {
+                let fits = variances.len() == dim && vectors.len() == dim * values.len();
+                (fits && positive(variances) && positive(values)).then(|| {
+                    let diagonal = Diagonal::new(variances.clone());
+                    Self::LowRank(LowRank::new(diagonal, vectors.clone(), values.clone()))
+                })
+            }
+        }
+    }
+
+    pub(super) fn covariance(&self) -> Covariance {
+        match self {
+            Self::Diagonal(m) => Covariance::Diagonal(m.variances().to_vec()),
+            Self::Dense(m) => Covariance::Dense(m.matrix().to_vec()),
+            Self::LowRank(m) => m.covariance(),
+        }
+    }
+
+    pub(super) fn kind(&self) -> MapKind {
+        match self {
+            Self::Diagonal(_) => MapKind::Diagonal,
+            Self::Dense(_) => MapKind::Dense,
+            Self::LowRank(m) => MapKind::LowRank { rank: m.rank() },
+        }
+    }
+
+    /// Diagonal of `M⁻¹`.
+    pub(super) fn variances(&self) -> Vec<f64> {
+        match self {
+            Self::Diagonal(m) => m.variances().to_vec(),
+            Self::Dense(m) => m.variances(),
+            Self::LowRank(m) => m.variances(),
+        }
+    }
+
+    /// `v = M⁻¹ p`, of momenta or scores alike.
+    #[inline]
+    pub(super) fn apply(&self, p: &[f64], v: &mut [f64]) {
+        match self {
+            Self::Diagonal(m) => m.apply(p, v),
+            Self::Dense(m) => m.apply(p, v),
+            Self::LowRank(m) => m.apply(p, v),
+        }
+    }
+
+    /// `p ~ Normal(0, M)`.
+    pub(super) fn draw_momentum<R: Rng + ?Sized>(&self, rng: &mut R, p: &mut [f64]) {
+        p.iter_mut().for_each(|p| *p = rng.sample(rand_distr::StandardNormal));
+        match self {
+            Self::Diagonal(m) => m.colour(p),
+            Self::Dense(m) => m.colour(p),
+            Self::LowRank(m) => m.colour(p),
+        }
+    }
+
+    /// Fisher divergence per coordinate on centred draws and scores.
+    pub(super) fn divergence(&self, sample: &Centred) -> f64 {
+        let residual = match self {
+            Self::Diagonal(m) => m.residual(sample),
+            Self::Dense(m) => m.residual(sample),
+            Self::LowRank(m) => m.residual(sample),
+        };
+        residual.norm_squared() / (sample.freedom() * sample.dim() as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,97 @@
+//! Draws and scores of a stretch of the warmup.
+
+use std::ops::Range;
+
+use nalgebra::DMatrix;
+
+/// Draws and scores (gradients of the log density), in the order of the chain.
+#[derive(Clone, Debug)]
+pub(in crate::sampler) struct Sample {
+    dim: usize,
+    draws: Vec<f64>,
+    scores: Vec<f64>,
+}
+
+impl Sample {
+    pub(in crate::sampler) fn new(dim: usize) -> Self {
+        Self { dim, draws: Vec::new(), scores: Vec::new() }
+    }
+
+    pub(in crate::sampler) fn add(&mut self, draw: &[f64], score: &[f64]) {
+        self.draws.extend_from_slice(draw);
+        self.scores.extend_from_slice(score);
+    }
+
+    /// Forgets the oldest draws but `keep`.
+    pub(in crate::sampler) fn keep_last(&mut self, keep: usize) {
+        let old = self.len().saturating_sub(keep) * self.dim;
+        self.draws.drain(..old);
+        self.scores.drain(..old);
+    }
+
+    pub(in crate::sampler) fn len(&self) -> usize {
+        self.draws.len().checked_div(self.dim).unwrap_or(0)
+    }
+
+    /// A stretch, with its means taken off.
+    pub(super) fn centred(&self, range: Range<usize>) -> Centred {
+        let stretch = |numbers: &[f64]| {
+            let numbers = &numbers[range.start * self.dim..range.end * self.dim];
+            let mut columns = DMatrix::from_column_slice(self.dim, range.len(), numbers);
+            let mean = columns.column_mean();
+            columns.column_iter_mut().for_each(|mut column| column -= &mean);
+            columns
+        };
+        Centred { draws: stretch(&self.draws), scores: stretch(&self.scores) }
+    }
+
+    pub(in crate::sampler) fn all(&self) -> Centred {
+        self.centred(0..self.len())
+    }
+}
+
+/// Draws and scores, one a column, without their means.
+pub(in crate::sampler) struct Centred {
+    pub(super) draws: DMatrix<f64>,
+    pub(super) scores: DMatrix<f64>,
+}
+
+impl Centred {
+    pub(super) fn dim(&self) -> usize {
+        self.draws.nrows()
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.draws.ncols()
+    }
+
+    /// Degrees of freedom left of the variances.
+    pub(super) fn freedom(&self) -> f64 {
+        self.len() as f64 - 1.0
+    }
+
+    /// Stan's variance of the draws, shrunk towards 10⁻³: `n/(n+5) var + 10⁻³ · 5/(n+5)`.
+    pub(in crate::sampler) fn shrunk_variance(&self, i: usize) -> f64 {
+        let n = self.len() as f64;
+        (n * self.draws.row(i).norm_squared() / self.freedom() + 5e-3) / (n + 5.0)
+    }
+
+    /// Minimiser of the Fisher divergence among diagonal maps, `σ² = √(var x / var ∇ln p)`.
+    pub(in crate::sampler) fn fisher_variance(&self, i: usize) -> f64 {
+        (self.draws.row(i).norm_squared() / self.scores.row(i).norm_squared()).sqrt()
+    }
+
+    /// In units of `sd`: draws divided by it, scores multiplied.
+    pub(super) fn scaled(&self, sd: &[f64]) -> Self {
+        let scale = |columns: &DMatrix<f64>, factor: fn(f64) -> f64| {
+            DMatrix::from_fn(self.dim(), self.len(), |i, k| columns[(i, k)] * factor(sd[i]))
+        };
+        Self { draws: scale(&self.draws, f64::recip), scores: scale(&self.scores, |sd| sd) }
+    }
+
+    /// Without their parts in the span of the orthonormal columns of `basis`.
+    pub(super) fn without(&self, basis: &DMatrix<f64>) -> Self {
+        let rest = |columns: &DMatrix<f64>| columns - basis * basis.tr_mul(columns);
+        Self { draws: rest(&self.draws), scores: rest(&self.scores) }
+    }
+}

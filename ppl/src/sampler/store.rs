@@ -1,0 +1,210 @@
+//! Chains on disk.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs, io,
+    path::{Path, PathBuf},
+    sync::{Mutex, PoisonError},
+};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::chains::Chains;
+use crate::density::Place;
+
+/// What a file of chains begins with.
+const FORMAT: &str = "ppl chains 1";
+
+#[derive(Deserialize)]
+struct Header {
+    format: String,
+}
+
+#[derive(Serialize)]
+struct Written<'a> {
+    format: &'a str,
+    chains: &'a Chains,
+}
+
+#[derive(Deserialize)]
+struct Read {
+    chains: Chains,
+}
+
+/// Chains that could not be written or read.
+#[derive(Debug, Error)]
+pub enum ChainsFileError {
+    /// The file system refused.
+    #[error("cannot {action} the chains {}: {source}", path.display())]
+    File {
+        /// "read" or "write".
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The file is no chains of this version of the format.
+    #[error(
+        "{} is not a file of chains in the format `{FORMAT}` (it begins with {found}): give a file \
+         written by `Chains::save` of this version, or run the sampler anew",
+        path.display()
+    )]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// What stands in the place of the format.
+        found: String,
+    },
+    /// The contents are damaged.
+    #[error("the chains in {} are damaged ({message}): run the sampler anew", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, and where.
+        message: String,
+    },
+}
+
+impl Chains {
+    /// Writes everything, the state of the random streams included, as JSON with exact numbers, for
+    /// [`Nuts::resume`](super::Nuts::resume) and [`Nuts::warm_start`](super::Nuts::warm_start). The
+    /// file appears whole or not at all.
+    ///
+    /// # Errors
+    /// [`ChainsFileError`] with the path.
+    ///
+    /// # Example
+    /// ```
+    /// # struct Normal;
+    /// # impl ppl::LogDensity for Normal {
+    /// #     type Workspace = ();
+    /// #     fn dim(&self) -> usize { 1 }
+    /// #     fn log_density(&self, y: &[f64], _: &mut ()) -> Result<f64, ppl::Rejection> { Ok(-0.5 * y[0] * y[0]) }
+    /// #     fn gradient(&self, y: &[f64], g: &mut [f64], w: &mut ()) -> Result<f64, ppl::Rejection> { g[0] = -y[0]; self.log_density(y, w) }
+    /// # }
+    /// use ppl::{Chains, Nuts};
+    ///
+    /// # let directory = tempfile::tempdir()?;
+    /// # let path = directory.path().join("chains.json");
+    /// let nuts = Nuts::default().warmup(100).seed(7);
+    /// nuts.clone().draws(300).run(&Normal)?.save(&path)?;
+    /// // another day: as if all 500 had been drawn at once
+    /// let chains = nuts.clone().draws(500).resume(&Normal, Chains::load(&path)?)?;
+    /// assert_eq!(chains, nuts.draws(500).run(&Normal)?);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), ChainsFileError> {
+        let path = path.as_ref();
+        let mut partial = path.as_os_str().to_owned();
+        partial.push(".partial");
+        let write = || {
+            let file = fs::File::create(&partial)?;
+            let mut writer = io::BufWriter::new(file);
+            serde_json::to_writer(&mut writer, &Written { format: FORMAT, chains: self })?;
+            writer.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()?;
+            fs::rename(&partial, path)
+        };
+        write().map_err(|source| {
+            // what is left of a failed attempt helps nobody; the first error is the one to tell
+            let _ = fs::remove_file(&partial);
+            ChainsFileError::File { action: "write", path: path.to_owned(), source }
+        })
+    }
+
+    /// Reads what [`Chains::save`] wrote.
+    ///
+    /// # Errors
+    /// [`ChainsFileError`] with the path and what is wrong with the file.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, ChainsFileError> {
+        let path = path.as_ref().to_owned();
+        let text = match fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(source) => return Err(ChainsFileError::File { action: "read", path, source }),
+        };
+        match serde_json::from_str::<Header>(&text) {
+            Ok(Header { format }) if format == FORMAT => {}
+            Ok(Header { format }) => {
+                return Err(ChainsFileError::Format { path, found: format!("`{format}`") });
+            }
+            Err(error) if error.is_data() => {
+                return Err(ChainsFileError::Format { path, found: "no format".into() });
+            }
+            Err(error) => {
+                return Err(ChainsFileError::Damaged { path, message: error.to_string() });
+            }
+        }
+        let read = serde_json::from_str::<Read>(&text).map_err(|error| error.to_string());
+        let checked = read.and_then(|Read { chains }| chains.check().map(|()| chains));
+        checked.map_err(|message| ChainsFileError::Damaged { path, message })
+    }
+
+    /// Whether lengths agree, so that indices into the draws are safe.
+    fn check(&self) -> Result<(), String> {
+        for (number, chain) in self.chains.iter().enumerate() {
+            let (got, expected) = (chain.draws.len(), chain.stats.len() * self.dim);
+            if got != expected {
+                return Err(format!("chain {number} has {got} numbers, not {expected}"));
+            }
+            if chain.divergences.iter().any(|d| d.position.len() != self.dim) {
+                return Err(format!("a divergence of chain {number} has not {} numbers", self.dim));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A number that may be +∞, which JSON has not: null.
+pub(super) mod infinite {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(in crate::sampler) fn serialize<S: Serializer>(x: &f64, s: S) -> Result<S::Ok, S::Error> {
+        (*x != f64::INFINITY).then_some(*x).serialize(s)
+    }
+
+    pub(in crate::sampler) fn deserialize<'de, D: Deserializer<'de>>(
+        d: D,
+    ) -> Result<f64, D::Error> {
+        Ok(Option::deserialize(d)?.unwrap_or(f64::INFINITY))
+    }
+}
+
+/// Counts by place, as a list: keys of JSON are strings.
+pub(super) mod places {
+    use serde::{Deserializer, Serializer};
+
+    use super::*;
+
+    pub(in crate::sampler) fn serialize<S: Serializer>(
+        counts: &BTreeMap<Place, u64>,
+        s: S,
+    ) -> Result<S::Ok, S::Error> {
+        s.collect_seq(counts.iter().map(|(p, n)| (p.statement, p.file, p.line, n)))
+    }
+
+    pub(in crate::sampler) fn deserialize<'de, D: Deserializer<'de>>(
+        d: D,
+    ) -> Result<BTreeMap<Place, u64>, D::Error> {
+        let list: Vec<(String, String, u32, u64)> = Vec::deserialize(d)?;
+        let entry = |(statement, file, line, n)| {
+            (Place { statement: intern(statement), file: intern(file), line }, n)
+        };
+        Ok(list.into_iter().map(entry).collect())
+    }
+}
+
+/// The text for the rest of the program; each text once, so that loading again costs nothing.
+fn intern(text: String) -> &'static str {
+    static TEXTS: Mutex<BTreeSet<&str>> = Mutex::new(BTreeSet::new());
+    // a set is whole between two statements, whoever panicked
+    let mut texts = TEXTS.lock().unwrap_or_else(PoisonError::into_inner);
+    match texts.get(text.as_str()) {
+        Some(known) => known,
+        None => {
+            let new: &'static str = text.leak();
+            texts.insert(new);
+            new
+        }
+    }
+}

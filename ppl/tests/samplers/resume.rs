@@ -1,0 +1,158 @@
+//! Runs that go on where others ended.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use ppl::{Chains, ChainsFileError, Covariance, Metropolis, Nuts, Place, SampleError};
+
+use crate::targets::{Gaussian, assert_mean, half_normal, normal_until};
+
+fn nuts() -> Nuts<'static> {
+    Nuts::default().chains(3).warmup(120).seed(5)
+}
+
+fn saved_and_loaded(chains: &Chains) -> Chains {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("chains.json");
+    chains.save(&path).expect("written");
+    Chains::load(&path).expect("read")
+}
+
+/// N + M draws equal N, save, load, M: with all three kinds of map, thinned or not, on any number
+/// of threads.
+#[test]
+fn a_resumed_run_is_the_longer_run_bit_for_bit() {
+    let independent = Gaussian::autoregressive(3, 0.0, 0.1, 10.0);
+    let correlated = Gaussian::autoregressive(5, 0.9, 0.1, 10.0);
+    let many = Gaussian::equicorrelated(60, 0.9, 0.1, 10.0);
+    for (target, thin) in [(independent, 1), (correlated, 3), (many, 1)] {
+        let nuts = nuts().thin(thin);
+        let long = nuts.clone().draws(70).run(&target).expect("runs");
+        let short = nuts.clone().draws(40).run(&target).expect("runs");
+        let loaded = saved_and_loaded(&short);
+        assert_eq!(loaded, short);
+        let resumed = nuts.clone().draws(70).threads(2).resume(&target, loaded).expect("resumes");
+        assert_eq!(resumed, long);
+        // nothing is left to draw
+        assert_eq!(nuts.draws(50).resume(&target, long.clone()).expect("resumes"), long);
+    }
+}
+
+/// Rejections are counted on, divergences keep their index, infinite energy errors survive.
+#[test]
+fn counts_go_on_too() {
+    let start = vec![vec![1.0]; 3];
+    let nuts = nuts().init_points(start);
+    let long = nuts.clone().draws(400).run(&half_normal()).expect("runs");
+    let short = nuts.clone().draws(150).run(&half_normal()).expect("runs");
+    assert!(short.divergences() > 0 && short.chains.iter().all(|c| !c.rejections.is_empty()));
+    let places: Vec<&Place> = short.chains.iter().flat_map(|c| c.rejections.keys()).collect();
+    let loaded = saved_and_loaded(&short);
+    let again: Vec<&Place> = loaded.chains.iter().flat_map(|c| c.rejections.keys()).collect();
+    assert_eq!(places, again);
+    assert_eq!(nuts.draws(400).resume(&half_normal(), loaded).expect("resumes"), long);
+}
+
+/// An interrupted run is finished by the same sampler.
+#[test]
+fn an_interrupted_run_is_finished() {
+    let flag = AtomicBool::new(false);
+    let raise = || {
+        flag.store(true, Ordering::Relaxed);
+        Ok(())
+    };
+    let nuts = Nuts::default().chains(2).threads(1).warmup(100).draws(2000).seed(3);
+    let cut = nuts.clone().interrupt(&flag).run(&normal_until(3, 16_000, raise)).expect("runs");
+    assert!(cut.chains.iter().any(|c| c.stopped.is_some() && c.len() < 2000));
+    let target = normal_until(3, usize::MAX, || Ok(()));
+    match cut.chains.iter().position(|c| c.is_empty()) {
+        None => {
+            let whole = nuts.run(&target).expect("runs");
+            assert_eq!(nuts.resume(&target, saved_and_loaded(&cut)).expect("resumes"), whole);
+        }
+        Some(empty) => panic!("chain {empty} was stopped too soon for this test"),
+    }
+}
+
+/// With no warmup at all, a warm start samples with the earlier tuning; a short one keeps what is
+/// better than it can learn.
+#[test]
+fn a_warm_start_takes_positions_maps_and_steps() {
+    let target = Gaussian::autoregressive(6, 0.9, 0.1, 10.0);
+    let nuts = Nuts::default().seed(1);
+    let earlier = nuts.clone().draws(100).run(&target).expect("runs");
+    let warm = nuts.clone().warm_start(&earlier).warmup(0).draws(1000).seed(2);
+    let chains = warm.run(&target).expect("runs");
+    for (new, old) in chains.chains.iter().zip(&earlier.chains) {
+        assert_eq!(new.warmup.start, old.draws[99 * 6..]);
+        assert_eq!(new.warmup.covariance, old.warmup.covariance);
+        approx::assert_relative_eq!(
+            new.warmup.step_size,
+            old.warmup.step_size,
+            max_relative = 1e-12
+        );
+    }
+    for i in 0..6 {
+        assert_mean("mean", &chains, target.mean[i], |y| y[i]);
+    }
+
+    let short = nuts.warm_start(&earlier).warmup(40).draws(10).seed(2).run(&target).expect("runs");
+    for chain in &short.chains {
+        assert_eq!(chain.warmup.windows, [33]);
+        assert!(matches!(chain.warmup.covariance, Covariance::Dense(_)));
+    }
+}
+
+#[test]
+fn chains_that_do_not_fit_are_refused_by_reason() {
+    let target = Gaussian::autoregressive(2, 0.6, 0.5, 2.0);
+    let other = Gaussian::autoregressive(2, 0.6, 0.5, 3.0);
+    let wide = Gaussian::autoregressive(3, 0.6, 0.5, 2.0);
+    let nuts = nuts().draws(20);
+    let chains = nuts.run(&target).expect("runs");
+    let walk = Metropolis::default().chains(3).draws(20).run(&target).expect("runs");
+    let stop = AtomicBool::new(true);
+    let empty = nuts.clone().interrupt(&stop).run(&target).expect("runs");
+    let mut broken = chains.clone();
+    broken.chains[1].warmup.covariance = Covariance::Dense(vec![1.0, 2.0, 2.0, 1.0]);
+    let cases = [
+        (nuts.resume(&other, chains.clone()), "log density"),
+        (nuts.resume(&wide, chains.clone()), "2 coordinates, the density 3"),
+        (nuts.clone().chains(2).resume(&target, chains.clone()), "there are 3"),
+        (nuts.resume(&target, walk), "another sampler"),
+        (nuts.resume(&target, empty), "chain 0 ended before its first draw"),
+        (nuts.resume(&target, broken.clone()), "not positive"),
+        (nuts.clone().warm_start(&broken).run(&target), "mass matrix"),
+    ];
+    for (result, words) in cases {
+        let error = result.expect_err(words);
+        assert!(matches!(&error, SampleError::Earlier { .. }), "{error}");
+        assert!(error.to_string().contains(words), "{error}");
+    }
+    let fewer = nuts.warm_start(&chains).chains(2).run(&target).expect_err("three starts");
+    assert!(matches!(fewer, SampleError::Setting { setting: "init_points", .. }));
+}
+
+#[test]
+fn damaged_files_are_named() {
+    let target = Gaussian::autoregressive(2, 0.6, 0.5, 2.0);
+    let chains = nuts().draws(20).run(&target).expect("runs");
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("chains.json");
+    let load = |text: &str| {
+        std::fs::write(&path, text).expect("written");
+        let error = Chains::load(&path).expect_err("refused");
+        assert!(error.to_string().contains("chains.json"), "{error}");
+        error
+    };
+    assert!(matches!(load("{\"format\": \"ppl chains 0\"}"), ChainsFileError::Format { .. }));
+    assert!(matches!(load("{\"draws\": 3}"), ChainsFileError::Format { .. }));
+    chains.save(&path).expect("written");
+    let text = std::fs::read_to_string(&path).expect("read");
+    let half = &text[..text.len() / 2];
+    assert!(matches!(load(half), ChainsFileError::Damaged { .. }));
+    let fewer = text.replacen("\"dim\":2", "\"dim\":3", 1);
+    assert!(matches!(load(&fewer), ChainsFileError::Damaged { .. }));
+    let nowhere = directory.path().join("no directory").join("chains.json");
+    assert!(matches!(chains.save(&nowhere), Err(ChainsFileError::File { action: "write", .. })));
+    assert!(matches!(Chains::load(&nowhere), Err(ChainsFileError::File { action: "read", .. })));
+}
