@@ -1,0 +1,138 @@
+//! Cholesky factors of correlation and covariance matrices.
+
+use crate::distribution::CholeskyFactor;
+use crate::scalar::Scalar;
+use crate::special::ln_cosh;
+
+/// Cholesky factors of K×K correlation matrices, from K(K − 1)/2 coordinates, row by row.
+///
+/// For row i > column j: zᵢⱼ = tanh yᵢⱼ is a partial correlation, Lᵢⱼ = zᵢⱼ Πₖ﹤ⱼ sech yᵢₖ and
+/// Lᵢᵢ = Πₖ﹤ᵢ sech yᵢₖ. In terms of the entries below the diagonal,
+/// log|J| = −Σ (i − j + 1) ln cosh yᵢⱼ: nothing like 1 − Σ L² is formed.
+///
+/// # Example
+/// ```
+/// use ppl::{CholeskyFactor, transform::Correlation};
+///
+/// let mut next = [0.5f64, -0.2, 1.0].into_iter();
+/// let (factor, _): (CholeskyFactor<f64, 3>, f64) =
+///     Correlation.constrain(&mut || next.next().unwrap());
+/// assert!((factor.covariance()[2][2] - 1.0).abs() < 1e-15);
+/// assert_eq!(factor.get(1, 0), 0.5f64.tanh());
+/// ```
+///
+/// # References
+/// Lewandowski, Kurowicka & Joe (2009), doi:10.1016/j.jmva.2009.04.008.
+#[derive(Clone, Copy, Debug)]
+pub struct Correlation;
+
+impl Correlation {
+    /// The factor at the next coordinates, and the log-Jacobian.
+    pub fn constrain<R: Scalar, const K: usize>(
+        &self,
+        next: &mut impl FnMut() -> R,
+    ) -> (CholeskyFactor<R, K>, R) {
+        let mut log_jacobian = R::from(0.0);
+        let mut row = CorrelationRow::new();
+        let factor = CholeskyFactor::from_fn(|i, j| {
+            if j == 0 {
+                row = CorrelationRow::new();
+            }
+            if i == j {
+                return row.rest;
+            }
+            let y = next();
+            let weight = (i - j + 1) as f64;
+            log_jacobian -= y.unary(weight * ln_cosh(y.value()), weight * y.value().tanh());
+            row.entry(y.value(), [(y, 1.0)])
+        });
+        (factor, log_jacobian)
+    }
+
+    /// The coordinates of `factor`: sinh yᵢⱼ = Lᵢⱼ/|(Lᵢ,ⱼ₊₁ … Lᵢᵢ)|.
+    pub fn unconstrain<R: Scalar, const K: usize>(
+        &self,
+        factor: &CholeskyFactor<R, K>,
+        out: &mut Vec<f64>,
+    ) {
+        for (i, row) in factor.rows().iter().enumerate() {
+            for j in 0..i {
+                let rest: f64 = row[j + 1..=i].iter().map(|x| x.value().powi(2)).sum();
+                out.push((row[j].value() / rest.sqrt()).asinh());
+            }
+        }
+    }
+}
+
+/// One row of a correlation factor, from left to right.
+pub(crate) struct CorrelationRow<R> {
+    /// Π sech y of the entries so far; the diagonal entry in the end.
+    pub(crate) rest: R,
+}
+
+impl<R: Scalar> CorrelationRow<R> {
+    pub(crate) fn new() -> Self {
+        Self { rest: R::from(1.0) }
+    }
+
+    /// The next entry, where y is a function of `arguments` with these derivatives.
+    #[inline]
+    pub(crate) fn entry<const A: usize>(&mut self, y: f64, arguments: [(R, f64); A]) -> R {
+        let (tanh, sech) = (y.tanh(), y.cosh().recip());
+        let (before, rest) = (self.rest, self.rest.value());
+        let chain = |slope: f64| arguments.into_iter().map(move |(x, dy)| (x, slope * dy));
+        let in_entry = std::iter::once((before, tanh)).chain(chain(rest * sech * sech));
+        let in_rest = std::iter::once((before, sech)).chain(chain(-rest * sech * tanh));
+        self.rest = R::fuse_iter(rest * sech, in_rest);
+        R::fuse_iter(rest * tanh, in_entry)
+    }
+}
+
+/// Cholesky factors of K×K covariance matrices, from K(K + 1)/2 coordinates, row by row.
+///
+/// Lᵢᵢ = exp yᵢᵢ, Lᵢⱼ = yᵢⱼ below the diagonal; log|J| = Σ yᵢᵢ.
+///
+/// # Example
+/// ```
+/// use ppl::{CholeskyFactor, transform::Covariance};
+///
+/// let mut next = [0.0f64, -0.2, 0.0].into_iter();
+/// let (factor, log_jacobian): (CholeskyFactor<f64, 2>, f64) =
+///     Covariance.constrain(&mut || next.next().unwrap());
+/// assert_eq!((factor, log_jacobian), (CholeskyFactor::new([[1.0, 0.0], [-0.2, 1.0]])?, 0.0));
+/// # Ok::<(), ppl::DomainError>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Covariance;
+
+impl Covariance {
+    /// The factor at the next coordinates, and the log-Jacobian.
+    pub fn constrain<R: Scalar, const K: usize>(
+        &self,
+        next: &mut impl FnMut() -> R,
+    ) -> (CholeskyFactor<R, K>, R) {
+        let mut log_jacobian = R::from(0.0);
+        let factor = CholeskyFactor::from_fn(|i, j| {
+            let y = next();
+            if i == j {
+                log_jacobian += y;
+                y.exp()
+            } else {
+                y
+            }
+        });
+        (factor, log_jacobian)
+    }
+
+    /// The coordinates of `factor`.
+    pub fn unconstrain<R: Scalar, const K: usize>(
+        &self,
+        factor: &CholeskyFactor<R, K>,
+        out: &mut Vec<f64>,
+    ) {
+        for (i, row) in factor.rows().iter().enumerate() {
+            out.extend(row[..i].iter().map(|x| x.value()));
+            out.push(row[i].value().ln());
+        }
+    }
+}
