@@ -140,9 +140,24 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
         })
     }
 
+    /// A B of two factors, again one.
+    pub(super) fn product(&self, other: &Self) -> Self {
+        Self::from_fn(|i, j| {
+            let pairs = || (j..=i).map(|k| (self.rows[i][k], other.rows[k][j]));
+            let value = pairs().map(|(a, b)| a.value() * b.value()).sum();
+            R::fuse_iter(value, pairs().flat_map(|(a, b)| [(a, b.value()), (b, a.value())]))
+        })
+    }
+
+    /// Plain numbers.
+    #[inline]
+    pub(super) fn values(&self) -> [[f64; K]; K] {
+        self.rows.map(|row| row.map(Scalar::value))
+    }
+
     /// From entries on and below the diagonal that are right by construction.
     #[inline]
-    pub(super) fn from_fn(mut entry: impl FnMut(usize, usize) -> R) -> Self {
+    pub(crate) fn from_fn(mut entry: impl FnMut(usize, usize) -> R) -> Self {
         let mut rows = [[R::from(0.0); K]; K];
         for (i, row) in rows.iter_mut().enumerate() {
             row[..=i].iter_mut().enumerate().for_each(|(j, x)| *x = entry(i, j));
@@ -166,3 +181,74 @@ impl<R: Record, const K: usize> Record for CholeskyFactor<R, K> {
         self.rows.flatten(out);
     }
 }
+
+/// A distribution over arrays or factors, for a factor that is seen behind a reference, as data
+/// of a model are: `by_reference!(Name<parameters before the factor>(their fields), its field)`.
+macro_rules! by_reference {
+    ($Name:ident<$($P:ident),*>($($field:tt),*), $factor:tt) => {
+        impl<$($P: Clone,)* T: Copy, const K: usize>
+            $Name<$($P,)* &$crate::distribution::CholeskyFactor<T, K>>
+        {
+            #[inline]
+            fn owned(&self) -> $Name<$($P,)* $crate::distribution::CholeskyFactor<T, K>> {
+                $Name($(self.$field.clone(),)* *self.$factor)
+            }
+        }
+
+        impl<R, $($P,)* T, const K: usize> $crate::distribution::Distribution<R>
+            for $Name<$($P,)* &$crate::distribution::CholeskyFactor<T, K>>
+        where
+            R: $crate::Scalar,
+            T: Copy,
+            $($P: Clone,)*
+            Self: $crate::distribution::Family,
+            $Name<$($P,)* $crate::distribution::CholeskyFactor<T, K>>:
+                $crate::distribution::Distribution<R>,
+        {
+            type Value = <$Name<$($P,)* $crate::distribution::CholeskyFactor<T, K>> as
+                $crate::distribution::Distribution<R>>::Value;
+
+            #[inline]
+            fn ln_density(&self, x: &Self::Value) -> R {
+                self.owned().ln_density(x)
+            }
+
+            fn validate(&self) -> Result<(), $crate::DomainError> {
+                $crate::distribution::Distribution::<R>::validate(&self.owned())
+            }
+
+            fn draw<G: rand::Rng + ?Sized>(&self, rng: &mut G) -> Self::Value {
+                self.owned().draw(rng)
+            }
+        }
+
+        impl<R, $($P,)* T, const K: usize> $crate::distribution::Unknown<R>
+            for $Name<$($P,)* &$crate::distribution::CholeskyFactor<T, K>>
+        where
+            R: $crate::Scalar,
+            T: Copy,
+            $($P: Clone,)*
+            Self: $crate::distribution::Family,
+            $Name<$($P,)* $crate::distribution::CholeskyFactor<T, K>>:
+                $crate::distribution::Unknown<R>,
+        {
+            fn dim(&self) -> usize {
+                $crate::distribution::Unknown::<R>::dim(&self.owned())
+            }
+
+            #[inline]
+            fn constrain(
+                &self,
+                next: &mut impl FnMut() -> R,
+                jacobian: bool,
+            ) -> (Self::Value, R) {
+                self.owned().constrain(next, jacobian)
+            }
+
+            fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>) {
+                self.owned().unconstrain(x, out);
+            }
+        }
+    };
+}
+pub(crate) use by_reference;

@@ -1,13 +1,17 @@
 //! The LKJ distribution of correlation matrices, over their Cholesky factors.
 
+use std::cell::Cell;
 use std::f64::consts::PI;
 
 use rand::Rng;
 
-use super::{CholeskyFactor, Distribution, Family, Unknown};
+use super::dirichlet::ln_gamma_draw;
+use super::{CholeskyFactor, Distribution, Family, Parameter, Unknown, lift};
 use crate::density::DomainError;
+use crate::record::Datum;
 use crate::scalar::Scalar;
-use crate::special::{ln_beta, ln_cosh, ln_gamma};
+use crate::special::{digamma, ln_beta, ln_cosh, ln_gamma};
+use crate::transform::{Correlation, CorrelationRow};
 
 /// Cholesky factor L of a K×K correlation matrix R = L Lᵀ with p(R) ∝ det(R)^(η − 1).
 ///
@@ -15,6 +19,8 @@ use crate::special::{ln_beta, ln_cosh, ln_gamma};
 /// ln c_K = (K−1) ln Γ(η + (K−1)/2) − Σₖ [(k/2) ln π + ln Γ(η + (K−1−k)/2)], k = 1 … K−1.
 /// Each correlation has a beta distribution on (−1, 1) with both shapes η − 1 + K/2; η = 1 is
 /// uniform over correlation matrices.
+///
+/// η is a number, `LkjCholesky::<3>(2.0)`, or an unknown: `LkjCholesky::<3, _>(eta)`.
 ///
 /// # Coordinates
 /// Row i > column j from 0: y = x/√(2 bⱼ) with bⱼ = η + (K − 2 − j)/2, zᵢⱼ = tanh yᵢⱼ a partial
@@ -35,31 +41,78 @@ use crate::special::{ln_beta, ln_cosh, ln_gamma};
 /// # References
 /// Lewandowski, Kurowicka & Joe (2009), doi:10.1016/j.jmva.2009.04.008.
 #[derive(Clone, Copy, Debug)]
-pub struct LkjCholesky<const K: usize>(pub f64);
+pub struct LkjCholesky<const K: usize, E = f64>(pub E);
 
-impl<const K: usize> Family for LkjCholesky<K> {}
+impl<const K: usize, E: Parameter> Family for LkjCholesky<K, E> {}
 
-impl<const K: usize> LkjCholesky<K> {
+thread_local! {
+    /// The last constant, with what it belongs to: η is usually data, the same at every point.
+    static LAST: Cell<(Key, f64)> = const { Cell::new(((0, false, 0), 0.0)) };
+}
+
+/// K, whether over coordinates, and the bits of η.
+type Key = (usize, bool, u64);
+
+/// `compute()`, unless `key` is that of the last call of this thread.
+fn remembered(key: Key, compute: impl FnOnce() -> f64) -> f64 {
+    let (last, value) = LAST.get();
+    if last == key {
+        return value;
+    }
+    let value = compute();
+    LAST.set((key, value));
+    value
+}
+
+impl<const K: usize, E: Parameter> LkjCholesky<K, E> {
     /// ln c_K.
     fn ln_normaliser(&self) -> f64 {
-        let (eta, last) = (self.0, K as f64 - 1.0);
+        let (eta, last) = (self.0.number(), K as f64 - 1.0);
         let gamma = |k: f64| ln_gamma(eta + 0.5 * (last - k));
-        (1..K).fold(0.0, |sum, k| {
-            let k = k as f64;
-            sum + gamma(0.0) - 0.5 * k * PI.ln() - gamma(k)
+        remembered((K, false, eta.to_bits()), || {
+            (1..K).fold(0.0, |sum, k| {
+                let k = k as f64;
+                sum + gamma(0.0) - 0.5 * k * PI.ln() - gamma(k)
+            })
         })
+    }
+
+    /// ∂ ln c_K/∂η.
+    fn normaliser_slope(&self) -> f64 {
+        let (eta, last) = (self.0.number(), K as f64 - 1.0);
+        let psi = |k: f64| digamma(eta + 0.5 * (last - k));
+        (1..K).map(|k| psi(0.0) - psi(k as f64)).sum()
+    }
+
+    /// The constant of the density over coordinates: −Σ [ln B(½, bⱼ) + ½ ln 2bⱼ].
+    fn ln_coordinate_normaliser(&self) -> f64 {
+        remembered((K, true, self.0.number().to_bits()), || {
+            let term = |j| ln_beta(0.5, self.shape(j)) + self.scale(j).ln();
+            -Self::columns().map(|(j, entries)| entries * term(j)).sum::<f64>()
+        })
+    }
+
+    /// Its derivative in η.
+    fn coordinate_normaliser_slope(&self) -> f64 {
+        let term = |b: f64| digamma(b) - digamma(b + 0.5) + 0.5 / b;
+        -Self::columns().map(|(j, entries)| entries * term(self.shape(j))).sum::<f64>()
+    }
+
+    /// The columns that hold coordinates, with the number of these.
+    fn columns() -> impl Iterator<Item = (usize, f64)> {
+        (1..K).map(|j| (j - 1, (K - j) as f64))
     }
 
     /// Power of Lᵢᵢ in the density over factors (i from 0).
     #[inline]
     fn power(&self, i: usize) -> f64 {
-        (K - 1 - i) as f64 + 2.0 * (self.0 - 1.0)
+        (K - 1 - i) as f64 + 2.0 * (self.0.number() - 1.0)
     }
 
     /// The shape bⱼ of the partial correlations of column j.
     #[inline]
     fn shape(&self, j: usize) -> f64 {
-        self.0 + 0.5 * (K as f64 - 2.0 - j as f64)
+        self.0.number() + 0.5 * (K as f64 - 2.0 - j as f64)
     }
 
     /// Scale of the coordinates of column j: x = √(2 bⱼ) y.
@@ -72,7 +125,11 @@ impl<const K: usize> LkjCholesky<K> {
 /// Rows of a correlation factor must have length 1 to this tolerance when they are data.
 const UNIT_TOLERANCE: f64 = 1e-8;
 
-impl<R: Scalar, const K: usize> Distribution<R> for LkjCholesky<K> {
+impl<R, const K: usize, E> Distribution<R> for LkjCholesky<K, E>
+where
+    R: Scalar,
+    E: Parameter + Datum<R>,
+{
     type Value = CholeskyFactor<R, K>;
 
     fn ln_density(&self, factor: &CholeskyFactor<R, K>) -> R {
@@ -86,11 +143,17 @@ impl<R: Scalar, const K: usize> Distribution<R> for LkjCholesky<K> {
         let diagonal = || (1..K).map(|i| (factor.get(i, i), self.power(i)));
         let value = diagonal()
             .fold(self.ln_normaliser(), |sum, (entry, power)| sum + power * entry.value().ln());
-        R::fuse_iter(value, diagonal().map(|(entry, power)| (entry, power / entry.value())))
+        let partials = diagonal().map(|(entry, power)| (entry, power / entry.value()));
+        let eta = lift(self.0);
+        if eta.is_constant() {
+            return R::fuse_iter(value, partials);
+        }
+        let ln_determinant: f64 = diagonal().map(|(entry, _)| 2.0 * entry.value().ln()).sum();
+        R::fuse_iter(value, partials.chain([(eta, ln_determinant + self.normaliser_slope())]))
     }
 
     fn validate(&self) -> Result<(), DomainError> {
-        DomainError::require_positive("LkjCholesky", "eta", self.0)
+        DomainError::require_positive("LkjCholesky", "eta", self.0.number())
     }
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> CholeskyFactor<R, K> {
@@ -111,70 +174,56 @@ impl<R: Scalar, const K: usize> Distribution<R> for LkjCholesky<K> {
     }
 }
 
-/// The logarithm of a draw from the gamma distribution with this shape and unit rate, as
-/// ln G(b + 1) + (ln U)/b: no underflow for small shapes.
-fn ln_gamma_draw<G: Rng + ?Sized>(shape: f64, rng: &mut G) -> f64 {
-    let ln_larger = rand_distr::Gamma::new(shape + 1.0, 1.0)
-        .map_or(f64::NAN, |gamma| rng.sample::<f64, _>(gamma).ln());
-    let exponential: f64 = rng.sample(rand_distr::Exp1);
-    ln_larger - exponential / shape
-}
-
-impl<R: Scalar, const K: usize> Unknown<R> for LkjCholesky<K> {
+impl<R, const K: usize, E> Unknown<R> for LkjCholesky<K, E>
+where
+    R: Scalar,
+    E: Parameter + Datum<R>,
+{
     fn dim(&self) -> usize {
         K * K.saturating_sub(1) / 2
     }
 
     fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (CholeskyFactor<R, K>, R) {
         let scales: [f64; K] = std::array::from_fn(|j| self.scale(j));
-        // ln p = constant − Σ weight ln cosh y
-        let constant = if jacobian {
-            (0..K).fold(0.0, |sum, j| {
-                let term = ln_beta(0.5, self.shape(j)) + scales[j].ln();
-                // the last column holds no coordinate, and no shape
-                if j + 1 < K { sum - (K - 1 - j) as f64 * term } else { sum }
-            })
-        } else {
-            self.ln_normaliser()
+        let eta: R = lift(self.0);
+        let varies = !eta.is_constant();
+        // ln p = constant − Σ weight ln cosh y, where weight and y = x/√(2 bⱼ) move with η
+        let (mut value, mut in_eta) = match (jacobian, varies) {
+            (true, false) => (self.ln_coordinate_normaliser(), 0.0),
+            (true, true) => (self.ln_coordinate_normaliser(), self.coordinate_normaliser_slope()),
+            (false, false) => (self.ln_normaliser(), 0.0),
+            (false, true) => (self.ln_normaliser(), self.normaliser_slope()),
         };
         let weight = |i: usize, j: usize| {
             if jacobian { scales[j] * scales[j] } else { self.power(i) }
         };
-        let mut value = constant;
         // ∂ ln p/∂x, kept in the place of the entry below the diagonal
         let mut slopes = [[(R::from(0.0), 0.0); K]; K];
-        let mut remainder = R::from(1.0);
+        let mut row = CorrelationRow::new();
         let factor = CholeskyFactor::from_fn(|i, j| {
             if j == 0 {
-                remainder = R::from(1.0);
+                row = CorrelationRow::new();
             }
             if i == j {
-                return remainder;
+                return row.rest;
             }
             let x = next();
             let y = x.value() / scales[j];
-            let (tanh, sech) = (y.tanh(), y.cosh().recip());
-            value -= weight(i, j) * ln_cosh(y);
-            slopes[i][j] = (x, -weight(i, j) * tanh / scales[j]);
-            let rest = remainder.value();
-            let entry =
-                R::fuse(rest * tanh, [remainder, x], [tanh, rest * sech * sech / scales[j]]);
-            remainder =
-                R::fuse(rest * sech, [remainder, x], [sech, -rest * sech * tanh / scales[j]]);
-            entry
+            let (ln_cosh, slope) = (ln_cosh(y), -weight(i, j) * y.tanh());
+            let y_in_eta = -y / (scales[j] * scales[j]);
+            value -= weight(i, j) * ln_cosh;
+            in_eta += slope * y_in_eta - 2.0 * ln_cosh;
+            slopes[i][j] = (x, slope / scales[j]);
+            row.entry(y, [(x, scales[j].recip()), (eta, y_in_eta)])
         });
         let partials = slopes.into_iter().enumerate().flat_map(|(i, row)| row.into_iter().take(i));
-        (factor, R::fuse_iter(value, partials))
+        (factor, R::fuse_iter(value, partials.chain([(eta, in_eta)])))
     }
 
     fn unconstrain(&self, factor: &CholeskyFactor<R, K>, out: &mut Vec<f64>) {
-        for (i, row) in factor.rows().iter().enumerate() {
-            for j in 0..i {
-                // sinh y = Lᵢⱼ/|(Lᵢ,ⱼ₊₁ … Lᵢᵢ)|
-                let rest: f64 = row[j + 1..=i].iter().map(|x| x.value().powi(2)).sum();
-                let y = (row[j].value() / rest.sqrt()).asinh();
-                out.push(y * self.scale(j));
-            }
-        }
+        let start = out.len();
+        Correlation.unconstrain(factor, out);
+        let columns = (0..K).flat_map(|i| 0..i);
+        out[start..].iter_mut().zip(columns).for_each(|(y, j)| *y *= self.scale(j));
     }
 }

@@ -2,25 +2,39 @@
 //!
 //! One family a file. Parameters are public fields (`Normal(mean, sd)`), each a number, a
 //! reference to one, or an unknown of the model. Variations are methods of [`Family`]:
-//! `.truncate(a..b)`, `.iid(n)`, `.array::<N>()`.
+//! `.truncate(a..b)`, `.iid(n)`, `.array::<N>()`, `.array::<N>().ordered()`,
+//! `.array::<N>().sum_to_zero()`.
 
 mod array;
 mod bernoulli;
 mod beta;
+mod categorical;
 mod cholesky_factor;
+mod dirichlet;
 mod exponential;
 mod gamma;
+mod gaussian_process;
 mod half_cauchy;
 mod half_normal;
 mod iid;
+mod inverse_wishart_cholesky;
 mod lkj_cholesky;
 mod log_normal;
+mod multinomial;
 mod mv_normal_cholesky;
+mod mv_student_t_cholesky;
 mod normal;
+mod ordered;
+mod ordered_logistic;
 mod poisson;
 mod student_t;
+mod sum_to_zero;
+mod triangular;
 mod truncated;
 mod uniform;
+mod unit_vector;
+mod vector;
+mod wishart_cholesky;
 
 use std::ops::{Bound, RangeBounds};
 
@@ -34,20 +48,35 @@ use crate::transform::Support;
 pub use array::Array;
 pub use bernoulli::Bernoulli;
 pub use beta::Beta;
+pub use categorical::{Categorical, CategoricalLogit};
 pub use cholesky_factor::CholeskyFactor;
+pub use dirichlet::Dirichlet;
 pub use exponential::Exponential;
 pub use gamma::Gamma;
+pub use gaussian_process::{
+    GaussianProcess, Kernel, Lengths, Matern32, Matern52, Mean, Point, Prediction,
+    SquaredExponential,
+};
 pub use half_cauchy::HalfCauchy;
 pub use half_normal::HalfNormal;
 pub use iid::Iid;
+pub use inverse_wishart_cholesky::InverseWishartCholesky;
 pub use lkj_cholesky::LkjCholesky;
 pub use log_normal::LogNormal;
+pub use multinomial::Multinomial;
 pub use mv_normal_cholesky::MvNormalCholesky;
+pub use mv_student_t_cholesky::MvStudentTCholesky;
 pub use normal::Normal;
+pub use ordered::Ordered;
+pub use ordered_logistic::OrderedLogistic;
 pub use poisson::Poisson;
 pub use student_t::StudentT;
+pub use sum_to_zero::SumToZero;
 pub use truncated::Truncated;
 pub use uniform::Uniform;
+pub use unit_vector::UnitVector;
+pub use vector::{Repeated, Vector};
+pub use wishart_cholesky::WishartCholesky;
 
 /// A parameter of a distribution, seen as a plain number: `f64`, `&f64` or any [`Scalar`].
 pub trait Parameter: Copy {
@@ -94,6 +123,17 @@ pub trait Family: Sized + Clone {
     /// `N` independent values, an array: for lengths known at compile time.
     fn array<const N: usize>(self) -> Array<Self, N> {
         Array { inner: self }
+    }
+
+    /// Independent values in ascending order: `Normal(0.0, 5.0).array::<4>().ordered()`.
+    fn ordered(self) -> Ordered<Self> {
+        Ordered { inner: self }
+    }
+
+    /// Independent normal values that sum to zero:
+    /// `Normal(0.0, sd).array::<4>().sum_to_zero()`.
+    fn sum_to_zero(self) -> SumToZero<Self> {
+        SumToZero { inner: self }
     }
 }
 

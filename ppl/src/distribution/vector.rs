@@ -1,0 +1,152 @@
+//! Lengths in the type, or in a number.
+
+use super::{Array, Family, Iid};
+use crate::record::{Datum, Record};
+use crate::scalar::Scalar;
+
+/// A vector of parameters: an array (length known at compile time) or a `Vec` or slice (at run
+/// time), by value or by reference.
+///
+/// Values of the distribution come in the same container: arrays for arrays, a `Vec` otherwise.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a vector of parameters",
+    label = "needed: an array, a slice or a `Vec` of numbers or unknowns"
+)]
+pub trait Vector<R> {
+    /// The same container for elements of type `T`.
+    type Of<T: Clone + Record>: Clone + Record + AsRef<[T]> + AsMut<[T]>;
+
+    /// Number of elements.
+    fn size(&self) -> usize;
+
+    /// Element `i`.
+    fn at(&self, i: usize) -> R;
+
+    /// Copies of `value` in the same container.
+    fn filled<T: Copy + Record>(&self, value: T) -> Self::Of<T>;
+}
+
+impl<R, V: Datum<R>, const N: usize> Vector<R> for [V; N] {
+    type Of<T: Clone + Record> = [T; N];
+
+    fn size(&self) -> usize {
+        N
+    }
+
+    #[inline]
+    fn at(&self, i: usize) -> R {
+        self[i].lift()
+    }
+
+    fn filled<T: Copy + Record>(&self, value: T) -> [T; N] {
+        [value; N]
+    }
+}
+
+impl<R, V: Datum<R>> Vector<R> for [V] {
+    type Of<T: Clone + Record> = Vec<T>;
+
+    fn size(&self) -> usize {
+        self.len()
+    }
+
+    #[inline]
+    fn at(&self, i: usize) -> R {
+        self[i].lift()
+    }
+
+    fn filled<T: Copy + Record>(&self, value: T) -> Vec<T> {
+        vec![value; self.len()]
+    }
+}
+
+impl<R, V: Datum<R>> Vector<R> for Vec<V> {
+    type Of<T: Clone + Record> = Vec<T>;
+
+    fn size(&self) -> usize {
+        self.len()
+    }
+
+    #[inline]
+    fn at(&self, i: usize) -> R {
+        self[i].lift()
+    }
+
+    fn filled<T: Copy + Record>(&self, value: T) -> Vec<T> {
+        vec![value; self.len()]
+    }
+}
+
+impl<R, V: Vector<R> + ?Sized> Vector<R> for &V {
+    type Of<T: Clone + Record> = V::Of<T>;
+
+    fn size(&self) -> usize {
+        (**self).size()
+    }
+
+    #[inline]
+    fn at(&self, i: usize) -> R {
+        (**self).at(i)
+    }
+
+    fn filled<T: Copy + Record>(&self, value: T) -> V::Of<T> {
+        (**self).filled(value)
+    }
+}
+
+/// Independent values of one distribution, `.array::<N>()` or `.iid(n)`: what
+/// [`ordered`](Family::ordered) and [`sum_to_zero`](Family::sum_to_zero) act on.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a number of independent values",
+    label = "write `.array::<N>()` or `.iid(n)` first: `Normal(0.0, 1.0).array::<3>().ordered()`"
+)]
+pub trait Repeated<R: Scalar>: Family {
+    /// The distribution of each.
+    type Element;
+
+    /// An array or a `Vec`.
+    type Values: Clone + Record + AsRef<[R]> + AsMut<[R]>;
+
+    /// The distribution of each.
+    fn element(&self) -> &Self::Element;
+
+    /// How many.
+    fn size(&self) -> usize;
+
+    /// As many zeros.
+    fn zeros(&self) -> Self::Values;
+}
+
+impl<R: Scalar, D: Family, const N: usize> Repeated<R> for Array<D, N> {
+    type Element = D;
+    type Values = [R; N];
+
+    fn element(&self) -> &D {
+        &self.inner
+    }
+
+    fn size(&self) -> usize {
+        N
+    }
+
+    fn zeros(&self) -> [R; N] {
+        [R::from(0.0); N]
+    }
+}
+
+impl<R: Scalar, D: Family> Repeated<R> for Iid<D> {
+    type Element = D;
+    type Values = Vec<R>;
+
+    fn element(&self) -> &D {
+        &self.inner
+    }
+
+    fn size(&self) -> usize {
+        self.n
+    }
+
+    fn zeros(&self) -> Vec<R> {
+        vec![R::from(0.0); self.n]
+    }
+}
