@@ -57,6 +57,7 @@ mod export;
 mod findings;
 mod group;
 mod model;
+mod ode;
 mod optimize;
 mod posterior;
 mod reading;
@@ -81,6 +82,7 @@ pub use dual::Dual;
 pub use findings::{Finding, FindingKind};
 pub use group::{Group, Values};
 pub use model::{Context, Failure, Model, Site};
+pub use ode::{Ode, Solution};
 pub use optimize::{Laplace, Map, Mode, OptimizeError};
 pub use posterior::{DivergentPoint, Posterior, PosteriorError};
 #[doc(inline)]

@@ -1,0 +1,309 @@
+//! Solutions of ordinary differential equations, with their sensitivities.
+
+use crate::density::DomainError;
+use crate::differentiable::Differentiable;
+use crate::dual::Dual;
+use crate::scalar::Scalar;
+
+/// An initial value problem dy/dt = f(t, y, θ), y(t₀) = y₀(θ), with N states and D parameters,
+/// written once over any [`Scalar`].
+pub trait Ode<const N: usize, const D: usize>: Sync {
+    /// y₀(θ).
+    fn initial<S: Scalar>(&self, theta: &[S; D]) -> [S; N];
+
+    /// f(t, y, θ).
+    fn rate<S: Scalar>(&self, t: f64, y: &[S; N], theta: &[S; D]) -> [S; N];
+}
+
+/// The solution of an [`Ode`] at given times, as a function of its D parameters.
+///
+/// Dormand and Prince's explicit method of order 5 with an embedded error estimate of order 4
+/// chooses steps for errors below `absolute + relative · |y|` a step, and lands on every output
+/// time. Derivatives in θ are carried forward through the same steps (steps are chosen by the
+/// values alone, so that a value does not depend on whether derivatives come with it): their
+/// error is of the order of the tolerance too. For non-stiff problems.
+///
+/// In a model, [`states`](Self::states) gives one array of states a time. As [`Differentiable`]
+/// the M = N · (number of times) outputs are those states one after the other.
+///
+/// # Errors
+/// [`DomainError`], a rejected point in a model, where a step fails however small, where more
+/// steps are needed than allowed, or where a state is not a number.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+/// use ppl::{Ode, Solution};
+///
+/// /// Cooling towards the temperature of a room, K.
+/// struct Cooling {
+///     room: f64,
+/// }
+/// impl Ode<1, 2> for Cooling {
+///     fn initial<S: Scalar>(&self, &[start, _]: &[S; 2]) -> [S; 1] {
+///         [start]
+///     }
+///     fn rate<S: Scalar>(&self, _: f64, &[y]: &[S; 1], &[_, rate]: &[S; 2]) -> [S; 1] {
+///         [-rate * (y - self.room)]
+///     }
+/// }
+///
+/// ppl::model! {
+///     fn cooling(solution: &Solution<Cooling, 1>, measured: &[f64]) {
+///         let start ~ Normal(350.0, 10.0); // K
+///         let rate ~ LogNormal(-3.0, 1.0); // 1/s
+///         let states = solution.states([start, rate])?;
+///         for ([temperature], y) in states.into_iter().zip(measured) {
+///             y ~ Normal(temperature, 0.5);
+///         }
+///     }
+/// }
+/// let solution = Solution::new(Cooling { room: 293.0 }, 0.0, &[10.0, 20.0])?;
+/// let model = cooling(&solution, &[330.0, 318.0]);
+/// assert_eq!(model.layout()?.dim, 2);
+///
+/// let [state] = solution.states([353.0, 0.05])?[0];
+/// assert!((state - (293.0 + 60.0 * (-0.5f64).exp())).abs() < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # References
+/// Dormand & Prince (1980), *A Family of Embedded Runge–Kutta Formulae*,
+/// doi:10.1016/0771-050X(80)90013-3; Hairer, Nørsett & Wanner (1993), *Solving Ordinary
+/// Differential Equations I*, II.4 (step size control).
+#[derive(Clone, Debug)]
+pub struct Solution<F, const N: usize> {
+    system: F,
+    start: f64,
+    times: Vec<f64>,
+    relative: f64,
+    absolute: f64,
+    max_steps: usize,
+}
+
+impl<F, const N: usize> Solution<F, N> {
+    /// At `times`, which ascend from `start` on; tolerances 10⁻⁸, at most 100 000 steps.
+    ///
+    /// # Errors
+    /// [`DomainError`] for times that do not ascend or are not finite.
+    pub fn new(system: F, start: f64, times: &[f64]) -> Result<Self, DomainError> {
+        DomainError::require_finite("Solution", "start", start)?;
+        let mut before = start;
+        for (i, &time) in times.iter().enumerate() {
+            let name = format!("time[{i}]");
+            DomainError::require_finite("Solution", &name, time)?;
+            let requirement = format!("at or after {before}");
+            DomainError::require(time >= before, "Solution", &name, &requirement, time)?;
+            before = time;
+        }
+        let times = times.to_vec();
+        Ok(Self { system, start, times, relative: 1e-8, absolute: 1e-8, max_steps: 100_000 })
+    }
+
+    /// With other tolerances, relative and absolute (in the unit of the states).
+    ///
+    /// # Errors
+    /// [`DomainError`] unless both are positive.
+    pub fn tolerances(self, relative: f64, absolute: f64) -> Result<Self, DomainError> {
+        DomainError::require_positive("Solution", "relative tolerance", relative)?;
+        DomainError::require_positive("Solution", "absolute tolerance", absolute)?;
+        Ok(Self { relative, absolute, ..self })
+    }
+
+    /// With another limit of the number of steps.
+    pub fn max_steps(self, max_steps: usize) -> Self {
+        Self { max_steps, ..self }
+    }
+
+    /// The output times.
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// The states at every output time, as numbers of the model: each state is one operation.
+    ///
+    /// # Errors
+    /// [`DomainError`] where the problem cannot be solved.
+    pub fn states<S: Scalar, const D: usize>(
+        &self,
+        theta: [S; D],
+    ) -> Result<Vec<[S; N]>, DomainError>
+    where
+        F: Ode<N, D>,
+    {
+        let point = theta.map(Scalar::value);
+        let mut states = Vec::with_capacity(self.times.len());
+        if S::DIFFERENTIABLE {
+            self.integrate(Dual::variables(point), |y: &[Dual<D>; N]| {
+                states.push(y.map(|y| S::fuse(y.value(), theta, y.gradient())));
+            })?;
+        } else {
+            self.integrate(point, |y: &[f64; N]| states.push(y.map(S::from)))?;
+        }
+        Ok(states)
+    }
+
+    /// Calls `output` with the states at every output time.
+    fn integrate<S: Scalar, const D: usize>(
+        &self,
+        theta: [S; D],
+        mut output: impl FnMut(&[S; N]),
+    ) -> Result<(), DomainError>
+    where
+        F: Ode<N, D>,
+    {
+        let rate = |t: f64, y: &[S; N]| self.system.rate(t, y, &theta);
+        let mut t = self.start;
+        let mut y = self.system.initial(&theta);
+        let mut first = rate(t, &y);
+        let mut step = self.first_step(&y, &first, |y| rate(t, y));
+        let mut steps = 0;
+        for &time in &self.times {
+            while t < time {
+                if steps == self.max_steps {
+                    return Err(failure(&format!("needs more than {steps} steps"), t));
+                }
+                steps += 1;
+                // a step that would leave a sliver before the output time is taken whole
+                let lands = t + step * (1.0 + 1e-10) >= time;
+                let length = if lands { time - t } else { step };
+                let (next, last, error) = self.attempt(&rate, t, length, &y, &first);
+                // a state that is not a number counts as an error too large for any step
+                let accepted = error <= 1.0;
+                if accepted {
+                    t = if lands { time } else { t + length };
+                    (y, first) = (next, last);
+                }
+                let factor = if error.is_nan() { 0.2 } else { 0.9 * error.powf(-0.2) };
+                let proposed = length * factor.clamp(0.2, if accepted { 5.0 } else { 1.0 });
+                // a step cut short to land says nothing against the longer one
+                step = if accepted && lands { proposed.max(step) } else { proposed };
+                if t + step * 1e-3 <= t && t < time {
+                    return Err(failure("fails even for the smallest step", t));
+                }
+            }
+            output(&y);
+        }
+        Ok(())
+    }
+
+    /// |y| in units of the tolerance, root mean square.
+    fn norm<S: Scalar>(&self, error: &[f64; N], y: &[S; N], other: &[S; N]) -> f64 {
+        let scaled = |i: usize| {
+            let size = y[i].value().abs().max(other[i].value().abs());
+            (error[i] / (self.absolute + self.relative * size)).powi(2)
+        };
+        ((0..N).map(scaled).sum::<f64>() / N as f64).sqrt()
+    }
+
+    /// One step whose explicit Euler error would be a hundredth of the states (Hairer et al.).
+    fn first_step<S: Scalar>(
+        &self,
+        y: &[S; N],
+        first: &[S; N],
+        rate: impl Fn(&[S; N]) -> [S; N],
+    ) -> f64 {
+        let values = |y: &[S; N]| y.map(Scalar::value);
+        let (size, slope) = (self.norm(&values(y), y, y), self.norm(&values(first), y, y));
+        let trial = if size < 1e-5 || slope < 1e-5 { 1e-6 } else { 0.01 * size / slope };
+        let moved = std::array::from_fn(|i| y[i] + first[i] * trial);
+        let (before, after) = (values(first), values(&rate(&moved)));
+        let bend: [f64; N] = std::array::from_fn(|i| after[i] - before[i]);
+        let bend = self.norm(&bend, y, y) / trial;
+        let largest = slope.max(bend);
+        let step =
+            if largest <= 1e-15 { (trial * 1e-3).max(1e-6) } else { (0.01 / largest).powf(0.2) };
+        step.min(100.0 * trial)
+    }
+
+    /// The states after a step, the rate there, and the error in units of the tolerance.
+    fn attempt<S: Scalar>(
+        &self,
+        rate: &impl Fn(f64, &[S; N]) -> [S; N],
+        t: f64,
+        h: f64,
+        y: &[S; N],
+        first: &[S; N],
+    ) -> ([S; N], [S; N], f64) {
+        let mut rates = [*first; 7];
+        let mut end = *y;
+        for (stage, weights) in STAGES.iter().enumerate() {
+            let used = &rates[..=stage];
+            end = std::array::from_fn(|i| {
+                let terms = || used.iter().zip(weights).map(|(k, w)| (k[i], h * w));
+                let value = y[i].value() + terms().map(|(k, w)| k.value() * w).sum::<f64>();
+                S::fuse_iter(value, terms().chain([(y[i], 1.0)]))
+            });
+            rates[stage + 1] = rate(t + h * TIMES[stage], &end);
+        }
+        let error = std::array::from_fn(|i| {
+            h * rates.iter().zip(ERROR).map(|(k, w)| k[i].value() * w).sum::<f64>()
+        });
+        (end, rates[6], self.norm(&error, y, &end))
+    }
+}
+
+fn failure(what: &str, t: f64) -> DomainError {
+    DomainError::new(format!(
+        "Solution: the differential equation {what} at t = {t}; it may be stiff or singular there"
+    ))
+}
+
+/// Times of the stages after the first, as shares of the step.
+const TIMES: [f64; 6] = [1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
+
+/// What each stage adds of the rates before it; the last one is the solution of order 5.
+const STAGES: [[f64; 6]; 6] = [
+    [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0],
+    [44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0, 0.0, 0.0, 0.0],
+    [19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0, 0.0, 0.0],
+    [9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0, 0.0],
+    [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
+];
+
+/// Weights of the difference between the solutions of order 5 and 4.
+const ERROR: [f64; 7] = [
+    71.0 / 57600.0,
+    0.0,
+    -71.0 / 16695.0,
+    71.0 / 1920.0,
+    -17253.0 / 339_200.0,
+    22.0 / 525.0,
+    -1.0 / 40.0,
+];
+
+impl<F: Ode<N, D>, const N: usize, const D: usize, const M: usize> Differentiable<D, M>
+    for Solution<F, N>
+{
+    fn value_and_jacobian(&self, x: &[f64; D]) -> Result<([f64; M], [[f64; D]; M]), DomainError> {
+        let states = self.flat::<Dual<D>, D, M>(Dual::variables(*x))?;
+        Ok((states.map(Scalar::value), states.map(|y| y.gradient())))
+    }
+
+    fn value(&self, x: &[f64; D]) -> Result<[f64; M], DomainError> {
+        self.flat(*x)
+    }
+}
+
+impl<F, const N: usize> Solution<F, N> {
+    fn flat<S: Scalar, const D: usize, const M: usize>(
+        &self,
+        theta: [S; D],
+    ) -> Result<[S; M], DomainError>
+    where
+        F: Ode<N, D>,
+    {
+        let outputs = N * self.times.len();
+        let requirement = format!("states × times = {outputs}");
+        DomainError::require(M == outputs, "Solution", "number of outputs", &requirement, M)?;
+        let mut flat = [S::from(0.0); M];
+        let mut chunks = flat.chunks_exact_mut(N.max(1));
+        self.integrate(theta, |y| {
+            if let Some(chunk) = chunks.next() {
+                chunk.copy_from_slice(y);
+            }
+        })?;
+        Ok(flat)
+    }
+}
