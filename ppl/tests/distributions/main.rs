@@ -1,8 +1,10 @@
 //! Every distribution against what does not share its code: differences, quadrature, draws
 //! against distribution functions, and values computed with 50 digits.
 
+mod categories;
 mod conformance;
 mod discrete;
+mod gaussian_process;
 mod lkj;
 mod multivariate;
 mod numerics;
@@ -11,3 +13,6 @@ mod stability;
 mod univariate;
 mod validation;
 mod variations;
+mod vector_conformance;
+mod vector_models;
+mod vectors;
