@@ -4,6 +4,7 @@ use ppl::prelude::*;
 use ppl::{Ode, Solution, Workspace, check};
 
 /// Lotka & Volterra: prey and predators.
+#[derive(Clone)]
 struct Predation;
 
 impl Ode<2, 4> for Predation {
@@ -26,11 +27,12 @@ ppl::model! {
             grade ~ OrderedLogistic(effect[0] + step[1] + within[0], cut);
         }
         let share ~ Dirichlet(alpha);
-        let weights ~ Dirichlet([step[0] + 0.5, 1.0, 2.0]);
+        let weights ~ Dirichlet([step[0] + 0.5, step[1], effect[0].exp()]);
         for count in counts {
             count ~ Multinomial(6, weights);
-            count[0] ~ CategoricalLogit(&share);
-            count[1] ~ Categorical(&share);
+            let (kind, colour) = (count[0], count[1]);
+            kind ~ CategoricalLogit(&share);
+            colour ~ Categorical(&share);
         }
         let direction ~ UnitVector::<3>;
         factor(direction[0] * 2.0);
@@ -40,7 +42,8 @@ ppl::model! {
         let chol ~ WishartCholesky(5.0, scale);
         let other ~ InverseWishartCholesky(eta + 4.0, chol);
         let heavy ~ MvStudentTCholesky(eta + 1.0, [step[0], step[1]], other);
-        [0.5, -0.2] ~ MvNormalCholesky(heavy, corr.scale_rows([1.0, 2.0]));
+        let seen = [0.5, -0.2];
+        seen ~ MvNormalCholesky(heavy, corr.scale_rows([1.0, 2.0]));
         #[predict] let new ~ Dirichlet(weights);
     }
 }
@@ -136,7 +139,8 @@ ppl::model! {
         let states = solution.states([start[0], start[1], growth, death])?;
         for (state, y) in states.iter().zip(observed) {
             y[0] ~ LogNormal(state[0].ln(), 0.1);
-            y[1] ~ LogNormal(state[1].ln(), 0.1);
+            let predators = y[1];
+            predators ~ LogNormal(state[1].ln(), 0.1);
         }
     }
 }
@@ -189,6 +193,7 @@ fn predation_is_solved() {
 }
 
 /// y' = −k y and y' = y²: closed forms, and an explosion at t = 1/y₀.
+#[derive(Clone, Debug)]
 struct Power(i32);
 
 impl Ode<1, 2> for Power {
@@ -210,9 +215,16 @@ fn closed_forms_and_failures() {
     let close =
         |got: f64, expected: f64| assert!((got - expected).abs() < 1e-9, "{got} {expected}");
     let e = |t: f64| (-0.7 * t).exp();
-    (close(a, 2.0 * e(0.5)), close(b, 2.0 * e(3.0)));
-    (close(da[0], e(0.5)), close(da[1], e(0.5)));
-    (close(db[0], e(3.0)), close(db[1], 6.0 * e(3.0)));
+    for (got, expected) in [
+        (a, 2.0 * e(0.5)),
+        (b, 2.0 * e(3.0)),
+        (da[0], e(0.5)),
+        (da[1], e(0.5)),
+        (db[0], e(3.0)),
+        (db[1], 6.0 * e(3.0)),
+    ] {
+        assert!((got - expected).abs() < 1e-9, "{got} against {expected}");
+    }
 
     let explosive = Solution::new(Power(2), 0.0, &[0.5, 2.0]).unwrap();
     let error = explosive.states([1.0, 1.0]).unwrap_err().to_string();
@@ -223,7 +235,7 @@ fn closed_forms_and_failures() {
         Differentiable::<2, 3>::value_and_jacobian(&decay, &[2.0, -0.7]);
     let expected = "Solution: number of outputs must be states × times = 2, got 3";
     assert_eq!(wrong.unwrap_err().to_string(), expected);
-    let backwards = Solution::new(Power(1), 0.0, &[1.0, 0.5]).unwrap_err().to_string();
+    let backwards = Solution::<_, 1>::new(Power(1), 0.0, &[1.0, 0.5]).unwrap_err().to_string();
     assert_eq!(backwards, "Solution: time[1] must be at or after 1, got 0.5");
     assert!(decay.tolerances(0.0, 1.0).is_err());
 }
