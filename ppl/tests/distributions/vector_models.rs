@@ -112,7 +112,9 @@ ppl::model! {
 
 #[test]
 fn models_of_processes() {
-    let x: Vec<f64> = (0..11).map(|i| f64::from(i) - 5.0).collect();
+    // so far apart that the smooth kernel stays well conditioned for length scales up to e²:
+    // differences of an ill-conditioned factor say nothing
+    let x: Vec<f64> = (0..11).map(|i| 4.0 * (f64::from(i) - 5.0)).collect();
     let k = [40, 37, 29, 12, 4, 3, 9, 19, 77, 82, 33];
     let model = poisson_process(&x, &k, &[0.5]);
     assert_eq!(model.layout().unwrap().dim, 13);
@@ -134,8 +136,8 @@ fn models_of_processes() {
 ppl::model! {
     fn predation(solution: &Solution<Predation, 2>, observed: &[[f64; 2]]) {
         let start ~ LogNormal(0.0, 0.2).array::<2>();
-        let growth ~ Normal(1.0, 0.1);
-        let death ~ Normal(1.0, 0.1);
+        let growth ~ LogNormal(0.0, 0.1);
+        let death ~ LogNormal(0.0, 0.1);
         let states = solution.states([start[0], start[1], growth, death])?;
         for (state, y) in states.iter().zip(observed) {
             y[0] ~ LogNormal(state[0].ln(), 0.1);
@@ -147,7 +149,7 @@ ppl::model! {
 
 #[test]
 fn a_model_of_a_differential_equation() {
-    let solution = Solution::new(Predation, 0.0, &[0.5, 1.0, 2.5]).unwrap();
+    let solution = Solution::new(Predation, 0.0, &[0.2, 0.5, 1.0]).unwrap();
     let solution = solution.tolerances(1e-12, 1e-12).unwrap();
     assert_model(&predation(&solution, &[[1.2, 0.9], [1.3, 1.1], [0.8, 1.2]]));
 }
