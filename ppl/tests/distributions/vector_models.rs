@@ -214,8 +214,6 @@ fn closed_forms_and_failures() {
         Solution::new(Power(1), 0.0, &[0.5, 3.0]).unwrap().tolerances(1e-11, 1e-11).unwrap();
     let ([a, b], [da, db]): ([f64; 2], [[f64; 2]; 2]) =
         decay.value_and_jacobian(&[2.0, -0.7]).unwrap();
-    let close =
-        |got: f64, expected: f64| assert!((got - expected).abs() < 1e-9, "{got} {expected}");
     let e = |t: f64| (-0.7 * t).exp();
     for (got, expected) in [
         (a, 2.0 * e(0.5)),
