@@ -4,9 +4,10 @@ use std::fmt;
 
 use rayon::prelude::*;
 
-use crate::diagnostics::{Identifiability, Identification, e_bfmi, mean_and_variance};
+use crate::Role;
+use crate::diagnostics::{Identifiability, Identification, Modes, e_bfmi, mean_and_variance};
 use crate::posterior::Posterior;
-use crate::summary::SummaryRow;
+use crate::summary::{SummaryRow, cell};
 
 /// The kind of a [`Finding`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -17,6 +18,8 @@ pub enum FindingKind {
     NotFinite,
     /// R̂ above 1.01.
     Disagreement,
+    /// Separate modes between which the chains hardly change.
+    Modes,
     /// Effective sample size below 100 per chain.
     FewEffectiveDraws,
     /// E-BFMI below 0.3.
@@ -106,6 +109,17 @@ pub(crate) fn find(
         );
     }
 
+    let apart = list(separate_modes(posterior));
+    if !apart.is_empty() {
+        say(
+            FindingKind::Modes,
+            format!("The posterior seems to have several modes: {apart}"),
+            "The share of draws in a mode is where the chains began, not its probability: use Smc, \
+             which weighs modes; or take the modes apart by a stronger prior, or by an order if \
+             they only exchange labels",
+        );
+    }
+
     let enough = 100.0 * runs.len() as f64;
     let mut few: Vec<&SummaryRow> =
         rows.iter().filter(|r| r.ess_bulk.min(r.ess_tail) < enough).collect();
@@ -181,6 +195,37 @@ pub(crate) fn find(
         );
     }
     found
+}
+
+/// The parameters with separate modes that are not mixed, with the chains in each.
+fn separate_modes(posterior: &Posterior) -> Vec<String> {
+    let parameters: Vec<_> = posterior
+        .layout
+        .with_role(Role::Parameter)
+        .filter_map(|variable| posterior.posterior.get(&variable.name))
+        .flat_map(|values| posterior.posterior.traces_in(values))
+        .collect();
+    let words = |(name, trace): &(String, Vec<Vec<f64>>)| {
+        let chains: Vec<&[f64]> = trace.iter().map(Vec::as_slice).collect();
+        let modes = Modes::find(&chains).filter(|modes| !modes.mixed())?;
+        let places = modes.centres.iter().enumerate().map(|(mode, centre)| {
+            let sitting = modes.sitting_in(mode);
+            let centre = cell(*centre);
+            match sitting.as_slice() {
+                [] => format!("{centre} (no chain stays)"),
+                [one] => format!("{centre} (chain {one})"),
+                all => {
+                    let all: Vec<String> = all.iter().map(usize::to_string).collect();
+                    format!("{centre} (chains {})", all.join(", "))
+                }
+            }
+        });
+        let places = places.collect::<Vec<_>>().join(" and ");
+        let changes: usize = modes.changes.iter().sum();
+        let count = modes.centres.len();
+        Some(format!("{name} has {count}, near {places}, with {changes} changes between them"))
+    };
+    parameters.par_iter().filter_map(words).collect()
 }
 
 /// What only a run of Hamiltonian Monte Carlo can show.

@@ -118,7 +118,7 @@ impl Summary {
 }
 
 /// Four or five significant digits, and `–` where there is nothing to show.
-fn cell(x: f64) -> String {
+pub(crate) fn cell(x: f64) -> String {
     match x.abs() {
         size if size.is_nan() => "–".into(),
         0.0 => "0".into(),

@@ -6,51 +6,21 @@ use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
-use crate::density::{LogDensity, Rejection};
+use super::{CheckError, Sampler};
+use crate::density::LogDensity;
 use crate::group::element_names;
-use crate::sampler::{Nuts, SampleError};
+use crate::sampler::Nuts;
 use crate::special::regularised_gamma;
-use crate::{Bound, Entry, Model, ModelError, Record, Role};
-
-/// A trial that could not be carried out.
-#[derive(Debug, thiserror::Error)]
-pub enum CheckError {
-    /// The model is at fault.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// The sampler could not start.
-    #[error(transparent)]
-    Sample(#[from] SampleError),
-    /// A posterior draw was rejected by the model.
-    #[error(transparent)]
-    Rejected(#[from] Rejection),
-    /// The sampler stopped early.
-    #[error("a chain ended early: {0}")]
-    Stopped(String),
-    /// A true value was given for something that the model does not have.
-    #[error("the model has no `{name}`")]
-    UnknownQuantity {
-        /// The name.
-        name: String,
-    },
-    /// A setting makes no sense.
-    #[error("{setting} = {value}: give at least {least}")]
-    Setting {
-        /// The setting.
-        setting: &'static str,
-        /// Its value.
-        value: usize,
-        /// The least that is accepted.
-        least: usize,
-    },
-}
+use crate::tempered::Tempered;
+use crate::{Bound, Entry, Model, Record, Role};
 
 /// Simulation-based calibration: do posteriors of simulated data contain the truth as often as
 /// they say?
 ///
 /// A truth is drawn from the prior, data are simulated from it, and the rank of the truth among
 /// the posterior's draws is noted. Over many trials the ranks are uniform if model, gradient and
-/// sampler are right.
+/// sampler are right. The parameters alone cannot tell a posterior from the prior, whose draws
+/// are calibrated too; so the log likelihood of the data is ranked with them.
 ///
 /// ```
 /// use ppl::check;
@@ -76,20 +46,20 @@ pub enum CheckError {
 ///
 /// References: Talts et al. (2018), arXiv:1804.06788; Modrák et al. (2023), doi:10.1214/23-BA1404.
 #[derive(Clone)]
-pub struct Sbc<'a> {
+pub struct Sbc<S> {
     seed: u64,
     replications: usize,
     ranked: usize,
-    sampler: Nuts<'a>,
+    sampler: S,
 }
 
 /// Simulation-based calibration with 200 trials, 99 ranked draws of one chain each; see [`Sbc`].
-pub fn sbc<'a>(seed: u64) -> Sbc<'a> {
+pub fn sbc<'a>(seed: u64) -> Sbc<Nuts<'a>> {
     let sampler = Nuts::default().chains(1).warmup(500).draws(990);
     Sbc { seed, replications: 200, ranked: 99, sampler }
 }
 
-impl<'a> Sbc<'a> {
+impl<S: Sampler> Sbc<S> {
     /// Number of trials, at least 20. The smallest miscalibration that can be seen shrinks as
     /// 1/√trials.
     pub fn replications(mut self, replications: usize) -> Self {
@@ -104,10 +74,11 @@ impl<'a> Sbc<'a> {
         self
     }
 
-    /// The sampler; its seed is set anew for every trial.
-    pub fn sampler(mut self, sampler: Nuts<'a>) -> Self {
-        self.sampler = sampler;
-        self
+    /// The sampler, by default [`Nuts`] with one chain of 500 + 990 draws; its seed is set anew
+    /// for every trial.
+    pub fn sampler<T: Sampler>(self, sampler: T) -> Sbc<T> {
+        let Self { seed, replications, ranked, .. } = self;
+        Sbc { seed, replications, ranked, sampler }
     }
 
     /// Runs `trial` once a replication, in parallel; the result does not depend on the number of
@@ -117,7 +88,7 @@ impl<'a> Sbc<'a> {
     /// The first [`CheckError`] of a trial, or fewer than 20 trials.
     pub fn run(
         &self,
-        trial: impl Fn(&mut Trial<'a>) -> Result<(), CheckError> + Sync,
+        trial: impl Fn(&mut Trial<'_, S>) -> Result<(), CheckError> + Sync,
     ) -> Result<SbcReport, CheckError> {
         let settings = [("replications", self.replications, 20), ("ranked_draws", self.ranked, 9)];
         for (setting, value, least) in settings {
@@ -132,13 +103,13 @@ impl<'a> Sbc<'a> {
                 stream.clone()
             })
             .collect();
-        let trials: Vec<Trial<'a>> = streams
+        let trials: Vec<Trial<'_, S>> = streams
             .into_par_iter()
             .map(|rng| {
                 let ranks = Vec::new();
                 let mut one = Trial {
                     rng,
-                    sampler: self.sampler.clone(),
+                    sampler: &self.sampler,
                     ranked: self.ranked,
                     divergences: 0,
                     ranks,
@@ -161,24 +132,48 @@ impl<'a> Sbc<'a> {
 }
 
 /// One replication: draw a truth, simulate, and rank it.
-pub struct Trial<'a> {
+pub struct Trial<'a, S> {
     /// Random numbers of this trial, for truth and data.
     pub rng: Xoshiro256PlusPlus,
-    sampler: Nuts<'a>,
+    sampler: &'a S,
     ranked: usize,
     divergences: usize,
     ranks: Vec<(String, f64)>,
 }
 
-impl Trial<'_> {
-    /// Samples `model` and ranks all parameters of `truth`, a prior draw of the same model.
+/// Numbers by name.
+type Named = Vec<(String, f64)>;
+
+impl<S: Sampler> Trial<'_, S> {
+    /// Samples `model` and ranks all parameters of `truth`, a prior draw of the same model, and
+    /// the log likelihood.
     ///
     /// # Errors
     /// [`CheckError`] if the sampler or the model fails.
     pub fn rank<M: Model>(&mut self, model: &Bound<M>, truth: &Record) -> Result<(), CheckError> {
-        let parameters = truth.entries.iter().filter(|e| e.variable.role == Role::Parameter);
-        let truth: Vec<(String, f64)> = parameters.flat_map(elements).collect();
-        self.rank_numbers(model, &truth)
+        self.rank_with(model, truth, |_| Vec::new())
+    }
+
+    /// As [`rank`](Trial::rank), with further quantities, which may depend on the data:
+    /// `|at| vec![("residual".to_owned(), at.values("mu").unwrap_or_default()[0] - mean_of_data)]`.
+    ///
+    /// # Errors
+    /// [`CheckError`] if the sampler or the model fails.
+    pub fn rank_with<M: Model>(
+        &mut self,
+        model: &Bound<M>,
+        truth: &Record,
+        further: impl Fn(&Record) -> Named,
+    ) -> Result<(), CheckError> {
+        let quantities = |y: &[f64], at: &Record| -> Result<Named, CheckError> {
+            let parameters = at.entries.iter().filter(|e| e.variable.role == Role::Parameter);
+            let mut all: Named = parameters.flat_map(elements).collect();
+            all.push(("log likelihood".to_owned(), model.parts(y)?.ln_likelihood));
+            all.extend(further(at));
+            Ok(all)
+        };
+        let truth = quantities(&truth.unconstrained, truth)?;
+        self.rank_numbers(model, &truth, quantities)
     }
 
     /// Samples `model` and ranks the given true values of parameters or tracked quantities, as
@@ -191,25 +186,22 @@ impl Trial<'_> {
         model: &Bound<M>,
         truth: &[(&str, f64)],
     ) -> Result<(), CheckError> {
-        let truth: Vec<(String, f64)> = truth.iter().map(|&(n, v)| (n.to_owned(), v)).collect();
-        self.rank_numbers(model, &truth)
+        let truth: Named = truth.iter().map(|&(n, v)| (n.to_owned(), v)).collect();
+        let all = |_: &[f64], at: &Record| Ok(at.entries.iter().flat_map(elements).collect());
+        self.rank_numbers(model, &truth, all)
     }
 
     fn rank_numbers<M: Model>(
         &mut self,
         model: &Bound<M>,
         truth: &[(String, f64)],
+        quantities: impl Fn(&[f64], &Record) -> Result<Named, CheckError>,
     ) -> Result<(), CheckError> {
         model.layout()?;
-        let run = self.sampler.clone().seed(self.rng.random()).run(model)?;
-        if let Some(reason) = run.chains.iter().find_map(|chain| chain.stopped.clone()) {
-            return Err(CheckError::Stopped(reason));
-        }
-        self.divergences += run.divergences();
+        let draws = self.sampler.draws(model, self.rng.random())?;
+        self.divergences += draws.divergences;
 
-        let dim = model.dim();
-        let kept: Vec<&[f64]> =
-            run.chains.iter().flat_map(|c| c.draws.chunks_exact(dim.max(1))).collect();
+        let kept: Vec<&[f64]> = draws.points.chunks_exact(model.dim().max(1)).collect();
         if kept.len() < self.ranked {
             let (value, least) = (kept.len(), self.ranked);
             return Err(CheckError::Setting { setting: "draws of the sampler", value, least });
@@ -217,8 +209,9 @@ impl Trial<'_> {
         let mut below = vec![0; truth.len()];
         let mut equal = vec![0; truth.len()];
         for k in 0..self.ranked {
-            let record = model.constrain(kept[k * kept.len() / self.ranked], &mut self.rng)?;
-            let values: Vec<(String, f64)> = record.entries.iter().flat_map(elements).collect();
+            let point = kept[k * kept.len() / self.ranked];
+            let record = model.constrain(point, &mut self.rng)?;
+            let values = quantities(point, &record)?;
             for (i, (name, true_value)) in truth.iter().enumerate() {
                 let (_, value) = values
                     .iter()
@@ -240,7 +233,7 @@ impl Trial<'_> {
     }
 }
 
-fn elements(entry: &Entry) -> impl Iterator<Item = (String, f64)> {
+pub(super) fn elements(entry: &Entry) -> impl Iterator<Item = (String, f64)> {
     let names = element_names(&entry.variable.name, &entry.variable.shape);
     names.into_iter().zip(entry.values.iter().copied())
 }

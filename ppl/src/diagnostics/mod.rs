@@ -12,6 +12,7 @@ mod identifiability;
 mod loo;
 mod loo_compare;
 mod mcse;
+mod modes;
 mod order;
 mod rhat;
 
@@ -24,6 +25,7 @@ pub use identifiability::{
 pub use loo::{Loo, LooError, LooPoint, pareto_smooth};
 pub use loo_compare::{LooComparison, LooRow, loo_compare};
 pub use mcse::{mcse_mean, mcse_quantile, mcse_sd};
+pub use modes::Modes;
 pub use order::quantile;
 pub use rhat::rhat;
 

@@ -1,5 +1,6 @@
 //! The samplers against targets that are known exactly.
 
+mod calibration;
 mod control;
 mod delayed;
 #[allow(dead_code)] // the bench `warmup` uses all of them

@@ -1,0 +1,38 @@
+//! Why a check could not be carried out.
+
+use crate::ModelError;
+use crate::density::Rejection;
+use crate::sampler::SampleError;
+
+/// A trial that could not be carried out.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckError {
+    /// The model is at fault.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The sampler could not start.
+    #[error(transparent)]
+    Sample(#[from] SampleError),
+    /// A posterior draw was rejected by the model.
+    #[error(transparent)]
+    Rejected(#[from] Rejection),
+    /// The sampler stopped early.
+    #[error("a chain ended early: {0}")]
+    Stopped(String),
+    /// A true value was given for something that the model does not have.
+    #[error("the model has no `{name}`")]
+    UnknownQuantity {
+        /// The name.
+        name: String,
+    },
+    /// A setting makes no sense.
+    #[error("{setting} = {value}: give at least {least}")]
+    Setting {
+        /// The setting.
+        setting: &'static str,
+        /// Its value.
+        value: usize,
+        /// The least that is accepted.
+        least: usize,
+    },
+}

@@ -1,0 +1,252 @@
+//! Separate modes of one number, and which chains sit in which.
+
+use super::mean_and_variance;
+
+/// Cells of the density estimate between the outer quantiles.
+const CELLS: usize = 512;
+/// The density between two modes is below this fraction of the lower one.
+const VALLEY: f64 = 0.2;
+/// Each mode holds at least this share of all draws.
+const LEAST_SHARE: f64 = 0.03;
+
+/// Modes of a number that are separated by a deep valley of its density.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Modes {
+    /// Mean of the draws in each mode, ascending.
+    pub centres: Vec<f64>,
+    /// Where one mode ends and the next begins.
+    pub valleys: Vec<f64>,
+    /// Share of each chain's draws in each mode: `chain × mode`.
+    pub shares: Vec<Vec<f64>>,
+    /// How often each chain went from one mode to another.
+    pub changes: Vec<usize>,
+}
+
+impl Modes {
+    /// The modes of a number, given as one trace a chain; `None` if there is only one.
+    ///
+    /// The draws of all chains are smoothed with the width that suits the narrowest chain, and cut
+    /// where the density falls below a fifth of the lower peak beside, with at least 3 % of the
+    /// draws on either side. R-hat sees that chains differ, but not how, and it is near 1 where
+    /// each chain has changed between modes only a few times.
+    ///
+    /// ```
+    /// use ppl::diagnostics::Modes;
+    ///
+    /// let wave = |centre: f64| (0..200).map(|t| centre + (t as f64).sin()).collect::<Vec<_>>();
+    /// let (low, high, other) = (wave(-5.0), wave(5.0), wave(-5.0));
+    /// let modes = Modes::find(&[&low, &high, &other]).expect("two of them");
+    /// assert_eq!(modes.centres.len(), 2);
+    /// assert_eq!(modes.sitting_in(0), [0, 2]);
+    /// assert!(!modes.mixed());
+    /// ```
+    pub fn find(chains: &[&[f64]]) -> Option<Self> {
+        let mut sorted = chains.concat();
+        if sorted.len() < 100 || sorted.iter().any(|x| !x.is_finite()) {
+            return None;
+        }
+        sorted.sort_unstable_by(f64::total_cmp);
+        let density = Smoothed::new(chains, &sorted)?;
+        let mut valleys = Vec::new();
+        density.cut(0, CELLS, &mut valleys);
+        if valleys.is_empty() {
+            return None;
+        }
+        valleys.sort_unstable_by(f64::total_cmp);
+
+        let mode_of = |x: f64| valleys.partition_point(|&valley| valley <= x);
+        let modes = valleys.len() + 1;
+        let (mut sums, mut counts) = (vec![0.0; modes], vec![0.0; modes]);
+        for &x in &sorted {
+            sums[mode_of(x)] += x;
+            counts[mode_of(x)] += 1.0;
+        }
+        let share = |chain: &[f64], mode: usize| {
+            let inside = chain.iter().filter(|&&x| mode_of(x) == mode).count();
+            inside as f64 / chain.len() as f64
+        };
+        let shares = chains.iter().map(|chain| (0..modes).map(|mode| share(chain, mode)).collect());
+        let changes = chains.iter().map(|chain| {
+            chain.windows(2).filter(|pair| mode_of(pair[0]) != mode_of(pair[1])).count()
+        });
+        Some(Self {
+            centres: sums.iter().zip(&counts).map(|(sum, count)| sum / count).collect(),
+            shares: shares.collect(),
+            changes: changes.collect(),
+            valleys,
+        })
+    }
+
+    /// The chains that spent at least 99 % of their draws in this mode.
+    pub fn sitting_in(&self, mode: usize) -> Vec<usize> {
+        (0..self.shares.len()).filter(|&chain| self.shares[chain][mode] >= 0.99).collect()
+    }
+
+    /// Whether the draws know the weights of the modes: every chain changed between them at least
+    /// ten times, or twice with at least half of the average share in every mode.
+    pub fn mixed(&self) -> bool {
+        let average = |mode: usize| {
+            self.shares.iter().map(|shares| shares[mode]).sum::<f64>() / self.shares.len() as f64
+        };
+        self.shares.iter().zip(&self.changes).all(|(shares, &changes)| {
+            let even = (0..shares.len()).all(|mode| shares[mode] >= 0.5 * average(mode));
+            changes >= 10 || changes >= 2 && even
+        })
+    }
+}
+
+/// A density estimate on cells between the outer quantiles.
+struct Smoothed {
+    first: f64,
+    width: f64,
+    density: Vec<f64>,
+    /// Draws in the cells before each, of all draws.
+    before: Vec<f64>,
+}
+
+impl Smoothed {
+    /// Gaussian smoothing of a histogram, by Silverman's rule for the narrowest chain.
+    fn new(chains: &[&[f64]], sorted: &[f64]) -> Option<Self> {
+        let total = sorted.len();
+        let (first, last) = (sorted[total / 200], sorted[total - 1 - total / 200]);
+        let width = (last - first) / CELLS as f64;
+        let sds = chains.iter().map(|c| mean_and_variance(c.iter().copied()).1.sqrt());
+        let narrowest = sds.filter(|sd| *sd > 0.0).fold(f64::INFINITY, f64::min);
+        if !(width > 0.0 && narrowest.is_finite()) {
+            return None;
+        }
+        let length = chains.iter().map(|chain| chain.len()).min().unwrap_or(0) as f64;
+        let bandwidth = (0.9 * narrowest * length.powf(-0.2) / width).max(1.0);
+
+        let mut counts = vec![0.0; CELLS];
+        for x in sorted {
+            let cell = ((x - first) / width).clamp(0.0, CELLS as f64 - 1.0);
+            counts[cell as usize] += 1.0 / total as f64;
+        }
+        let mut before = vec![0.0];
+        before.extend(counts.iter().scan(0.0, |sum, count| {
+            *sum += count;
+            Some(*sum)
+        }));
+        let reach = (4.0 * bandwidth).ceil() as usize;
+        let kernel: Vec<f64> =
+            (0..=reach).map(|k| (-0.5 * (k as f64 / bandwidth).powi(2)).exp()).collect();
+        let density = (0..CELLS).map(|i| {
+            let near = i.saturating_sub(reach)..(i + reach + 1).min(CELLS);
+            near.map(|j| counts[j] * kernel[i.abs_diff(j)]).sum()
+        });
+        Some(Self { first, width, density: density.collect(), before })
+    }
+
+    /// Cuts the cells `from..to` at their deepest valley, and both parts again.
+    fn cut(&self, from: usize, to: usize, valleys: &mut Vec<f64>) {
+        let part = &self.density[from..to];
+        let highest = |best: &mut f64, x: &f64| {
+            *best = x.max(*best);
+            Some(*best)
+        };
+        let left: Vec<f64> = part.iter().scan(0.0, highest).collect();
+        let mut right: Vec<f64> = part.iter().rev().scan(0.0, highest).collect();
+        right.reverse();
+        let depth = |i: usize| part[i] / left[i].min(right[i]);
+        let enough = |i: usize| {
+            let here = self.before[from + i];
+            here - self.before[from] >= LEAST_SHARE && self.before[to] - here >= LEAST_SHARE
+        };
+        let valley = (1..part.len())
+            .filter(|&i| enough(i) && depth(i) < VALLEY)
+            .min_by(|&i, &j| depth(i).total_cmp(&depth(j)));
+        if let Some(i) = valley {
+            // the middle of an empty stretch
+            let flat = part[i..].iter().take_while(|&&x| x <= part[i]).count();
+            let at = from + i + flat / 2;
+            valleys.push(self.first + self.width * (at as f64 + 0.5));
+            self.cut(from, at, valleys);
+            self.cut(at, to, valleys);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_distr::{Cauchy, Exp1, StandardNormal};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+
+    fn normals(seed: u64, centre: f64, sd: f64, count: usize) -> Vec<f64> {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        (0..count).map(|_| centre + sd * rng.sample::<f64, _>(StandardNormal)).collect()
+    }
+
+    fn borrow(chains: &[Vec<f64>]) -> Vec<&[f64]> {
+        chains.iter().map(Vec::as_slice).collect()
+    }
+
+    /// Skewed, heavy-tailed, flat and strongly autocorrelated draws have one mode; so have normals
+    /// a little apart.
+    #[test]
+    fn one_mode_is_not_cut() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+        let heavy = Cauchy::new(0.0, 1.0).expect("positive scale");
+        for seed in 0..20 {
+            let normal: Vec<Vec<f64>> =
+                (0..4).map(|c| normals(4 * seed + c, 0.0, 1.0, 300)).collect();
+            let draw = |f: &mut dyn FnMut() -> f64| -> Vec<Vec<f64>> {
+                (0..4).map(|_| (0..300).map(|_| f()).collect()).collect()
+            };
+            let cauchy = draw(&mut || rng.sample(heavy));
+            let skewed = draw(&mut || rng.sample(Exp1));
+            let flat = draw(&mut || rng.random());
+            let mut x = 0.0;
+            let slow = draw(&mut || {
+                x = 0.9 * x + rng.sample::<f64, _>(StandardNormal);
+                x
+            });
+            let apart: Vec<Vec<f64>> =
+                (0..4).map(|c| normals(seed, 0.5 * c as f64, 1.0, 300)).collect();
+            for (i, chains) in [normal, cauchy, skewed, flat, slow, apart].iter().enumerate() {
+                assert_eq!(Modes::find(&borrow(chains)), None, "case {i}, seed {seed}");
+            }
+        }
+        assert_eq!(Modes::find(&[&[2.0; 200]]), None, "a constant");
+        assert_eq!(Modes::find(&[&[f64::NAN; 200]]), None);
+    }
+
+    /// Three narrow modes far apart, of different widths.
+    #[test]
+    fn three_modes_and_their_chains() {
+        let centres = [100.0, -30.0, 0.0, 100.0];
+        let chains: Vec<Vec<f64>> =
+            (0..4).map(|c| normals(c as u64, centres[c], [1.0, 3.0, 0.5, 1.0][c], 500)).collect();
+        let modes = Modes::find(&borrow(&chains)).expect("three");
+        for (centre, exact) in modes.centres.iter().zip([-30.0, 0.0, 100.0]) {
+            assert!((centre - exact).abs() < 0.6, "{centre}, {exact}");
+        }
+        assert_eq!(
+            (0..3).map(|m| modes.sitting_in(m)).collect::<Vec<_>>(),
+            [vec![1], vec![2], vec![0, 3]]
+        );
+        assert_eq!(modes.changes, [0; 4]);
+    }
+
+    /// A chain that visits both modes often is mixed; one that changed once is not.
+    #[test]
+    fn changes_are_counted() {
+        let signs = |period: usize, seed| -> Vec<f64> {
+            let noise = normals(seed, 0.0, 1.0, 600);
+            let sign = |t: usize| if (t / period) % 2 == 0 { 6.0 } else { -6.0 };
+            noise.iter().enumerate().map(|(t, x)| x + sign(t)).collect()
+        };
+        let fast: Vec<Vec<f64>> = (0..4).map(|seed| signs(10, seed)).collect();
+        let modes = Modes::find(&borrow(&fast)).expect("two");
+        assert_eq!(modes.changes, [59; 4]);
+        assert!(modes.mixed() && modes.sitting_in(0).is_empty());
+        let slow: Vec<Vec<f64>> = (0..4).map(|seed| signs(300, seed)).collect();
+        let modes = Modes::find(&borrow(&slow)).expect("two");
+        assert_eq!(modes.changes, [1; 4]);
+        assert!(!modes.mixed());
+        assert!(modes.shares.iter().flatten().all(|share| (share - 0.5).abs() < 1e-9));
+    }
+}
