@@ -44,15 +44,15 @@ use crate::{
 /// ```
 /// use ppl::prelude::*;
 ///
-/// /// Stiffness from a force; `factor` stands for what the cheap model gets wrong.
-/// # ppl::model! {
-/// fn spring(factor: f64, force_n: &[f64]) {
-///     let stiffness ~ Uniform(0.0, 10.0); // N/mm
-///     for force in force_n {
-///         force ~ Normal(factor * stiffness, 0.5);
+/// ppl::model! {
+///     /// Stiffness from forces; `factor` stands for what the cheap model gets wrong.
+///     fn spring(factor: f64, force_n: &[f64]) {
+///         let stiffness ~ Uniform(0.0, 10.0); // N/mm
+///         for force in force_n {
+///             force ~ Normal(factor * stiffness, 0.5);
+///         }
 ///     }
 /// }
-/// # }
 ///
 /// let force_n = [4.1, 5.2, 4.6];
 /// let (cheap, expensive) = (spring(0.95, &force_n), spring(1.0, &force_n));

@@ -44,7 +44,8 @@ impl Evidence {
     /// let (one, two) = (smc.sample(&fair(6))?.evidence, smc.sample(&unknown(6))?.evidence);
     /// let (ln_bayes_factor, standard_error) = one.ln_bayes_factor(&two);
     /// // a geometric number of heads: 0.2/1.2 · 1.2⁻⁶
-    /// let exact = Poisson(5.0).ln_density(&6) - ((0.2f64 / 1.2).ln() - 6.0 * 1.2f64.ln());
+    /// let ln_fair: f64 = Poisson(5.0).ln_density(&6);
+    /// let exact = ln_fair - ((0.2f64 / 1.2).ln() - 6.0 * 1.2f64.ln());
     /// assert!((ln_bayes_factor - exact).abs() < 4.0 * standard_error);
     /// # Ok::<(), ppl::SampleError>(())
     /// ```
