@@ -61,18 +61,21 @@ impl Run<'_> {
         make: impl Fn(usize) -> K + Sync,
     ) -> Result<Vec<Chain>, SampleError> {
         self.validate(dim)?;
-        let mut stream = Stream::seed_from_u64(self.seed);
-        let streams: Vec<Stream> = (0..self.chains)
-            .map(|_| {
-                let own = stream.clone();
-                stream.jump();
-                own
-            })
-            .collect();
         let abort = AtomicBool::new(false);
-        self.in_parallel(streams, |number, mut rng| {
+        self.in_parallel(self.streams(), |number, mut rng| {
             self.chain(number, dim, make(number), &mut rng, &abort)
         })
+    }
+
+    /// The random streams of all chains.
+    pub(super) fn streams(&self) -> Vec<Stream> {
+        let mut stream = Stream::seed_from_u64(self.seed);
+        let next = |_| {
+            let own = stream.clone();
+            stream.jump();
+            own
+        };
+        (0..self.chains).map(next).collect()
     }
 
     /// Goes on with `earlier` until every chain has all the draws; `make` builds the tuned kernel
@@ -93,12 +96,12 @@ impl Run<'_> {
     }
 
     /// One job a chain, on the threads asked for.
-    fn in_parallel<T: Send>(
+    pub(super) fn in_parallel<T: Send, R: Send>(
         &self,
         jobs: Vec<T>,
-        work: impl Fn(usize, T) -> Result<Chain, SampleError> + Sync,
-    ) -> Result<Vec<Chain>, SampleError> {
-        let all = || -> Vec<Result<Chain, SampleError>> {
+        work: impl Fn(usize, T) -> Result<R, SampleError> + Sync,
+    ) -> Result<Vec<R>, SampleError> {
+        let all = || -> Vec<Result<R, SampleError>> {
             jobs.into_par_iter().enumerate().map(|(number, job)| work(number, job)).collect()
         };
         let results = match self.threads {
@@ -252,7 +255,7 @@ impl Run<'_> {
         Ok(joint)
     }
 
-    fn check(&self, abort: &AtomicBool) -> Result<(), Stop> {
+    pub(super) fn check(&self, abort: &AtomicBool) -> Result<(), Stop> {
         if self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
             Err(Stop("interrupted".into()))
         } else if abort.load(Ordering::Relaxed) {

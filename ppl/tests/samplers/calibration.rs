@@ -54,6 +54,11 @@ fn typical() -> Vec<f64> {
 #[test]
 fn nuts() {
     calibrate(Nuts::default().chains(1).warmup(300).draws(156)).assert_uniform(FALSE_ALARMS);
+
+    let data = typical();
+    let nuts = Nuts::default().chains(1).warmup(300);
+    let pilot = nuts.clone().draws(1).run(&measured(&data)).expect("runs");
+    joint(7, nuts.warm_start(&pilot)).assert_equal(FALSE_ALARMS);
 }
 
 #[test]

@@ -3,10 +3,7 @@
 mod evidence;
 mod particles;
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
-use rand::SeedableRng;
-use rayon::prelude::*;
+use std::sync::atomic::AtomicBool;
 
 pub use evidence::Evidence;
 use particles::Particles;
@@ -16,6 +13,7 @@ use super::{
     error::SampleError,
     progress::{Meter, Progress},
     run::Stream,
+    settings::Run,
 };
 use crate::{bound::Bound, model::Model, posterior::Posterior, tempered::Tempered};
 
@@ -92,28 +90,16 @@ use crate::{bound::Bound, model::Model, posterior::Posterior, tempered::Tempered
 /// Dai, Heng, Jacob & Whiteley, JASA 117 (2022) 1587, doi:10.1080/01621459.2022.2087659.
 #[derive(Clone)]
 pub struct Smc<'a> {
-    runs: usize,
-    particles: usize,
+    /// Chains are the runs, draws the particles.
+    run: Run<'a>,
     ess_fraction: f64,
     jumps: Option<usize>,
-    seed: u64,
-    threads: Option<usize>,
-    progress: Option<&'a dyn Progress>,
-    interrupt: Option<&'a AtomicBool>,
 }
 
 impl Default for Smc<'_> {
     fn default() -> Self {
-        Self {
-            runs: 8,
-            particles: 1000,
-            ess_fraction: 0.5,
-            jumps: None,
-            seed: 0,
-            threads: None,
-            progress: None,
-            interrupt: None,
-        }
+        let run = Run { chains: 8, ..Run::new(0, 1000) };
+        Self { run, ess_fraction: 0.5, jumps: None }
     }
 }
 
@@ -148,14 +134,14 @@ impl<'a> Smc<'a> {
     /// Independent runs, at least 2: with R of them the standard error of the evidence is itself
     /// known to 1/√(2R − 2).
     pub fn runs(mut self, runs: usize) -> Self {
-        self.runs = runs;
+        self.run.chains = runs;
         self
     }
 
     /// Particles of each run, at least 50; they must be so many that every mode holds some of
     /// the prior draws that the first temperatures keep.
     pub fn particles(mut self, particles: usize) -> Self {
-        self.particles = particles;
+        self.run.draws = particles;
         self
     }
 
@@ -174,25 +160,25 @@ impl<'a> Smc<'a> {
 
     /// Seed of the random streams; the same seed gives the same draws on any number of threads.
     pub fn seed(mut self, seed: u64) -> Self {
-        self.seed = seed;
+        self.run.seed = seed;
         self
     }
 
     /// Threads of this run; by default rayon's pool is shared.
     pub fn threads(mut self, threads: usize) -> Self {
-        self.threads = Some(threads);
+        self.run.threads = Some(threads);
         self
     }
 
     /// Who hears of the runs while they go on.
     pub fn progress(mut self, progress: &'a dyn Progress) -> Self {
-        self.progress = Some(progress);
+        self.run.progress = Some(progress);
         self
     }
 
     /// When the flag becomes true, every run ends after its sweep with an error.
     pub fn interrupt(mut self, interrupt: &'a AtomicBool) -> Self {
-        self.interrupt = Some(interrupt);
+        self.run.interrupt = Some(interrupt);
         self
     }
 
@@ -203,30 +189,11 @@ impl<'a> Smc<'a> {
     pub fn run<D: Tempered>(&self, density: &D) -> Result<TemperedDraws<Chains>, SampleError> {
         let dim = density.unknowns();
         self.validate(dim)?;
-        let mut stream = Stream::seed_from_u64(self.seed);
-        let streams: Vec<Stream> = (0..self.runs)
-            .map(|_| {
-                stream.jump();
-                stream.clone()
-            })
-            .collect();
-        let abort = AtomicBool::new(false);
-        let all = || -> Vec<Result<_, SampleError>> {
-            let numbered = streams.into_par_iter().enumerate();
-            numbered
-                .map(|(run, rng)| {
-                    self.one(density, run, rng, &abort)
-                        .inspect_err(|_| abort.store(true, Ordering::Relaxed))
-                })
-                .collect()
-        };
-        let results = match self.threads {
-            Some(n) => rayon::ThreadPoolBuilder::new().num_threads(n).build()?.install(all),
-            None => all(),
-        };
+        let finished = self
+            .run
+            .in_parallel(self.run.streams(), |number, rng| self.one(density, number, rng))?;
         let (mut chains, mut stages, mut evidence) = (Vec::new(), Vec::new(), Vec::new());
-        for finished in results {
-            let (chain, way, ln) = finished?;
+        for (chain, way, ln) in finished {
             chains.push(chain);
             stages.push(way);
             evidence.push(ln);
@@ -245,18 +212,18 @@ impl<'a> Smc<'a> {
     ) -> Result<TemperedDraws<Posterior>, SampleError> {
         model.layout()?;
         let TemperedDraws { draws, evidence, stages } = self.run(model)?;
-        let draws = Posterior::from_chains(model, draws, self.seed)?;
+        let draws = Posterior::from_chains(model, draws, self.run.seed)?;
         Ok(TemperedDraws { draws, evidence, stages })
     }
 
     fn validate(&self, dim: usize) -> Result<(), SampleError> {
         let refuse = |setting, value, mend| Err(SampleError::Setting { setting, value, mend });
-        if !(2..=10_000).contains(&self.runs) {
-            return refuse("runs", self.runs.to_string(), "give 2 to 10 000, as 8");
+        if !(2..=10_000).contains(&self.run.chains) {
+            return refuse("runs", self.run.chains.to_string(), "give 2 to 10 000, as 8");
         }
-        if self.particles < 50 || self.particles.saturating_mul(dim + 8) > 1 << 32 {
+        if self.run.draws < 50 || self.run.draws.saturating_mul(dim + 8) > 1 << 32 {
             let mend = "give at least 50, and at most 2^32 / (unknowns + 8)";
-            return refuse("particles", self.particles.to_string(), mend);
+            return refuse("particles", self.run.draws.to_string(), mend);
         }
         if !(self.ess_fraction > 0.0 && self.ess_fraction < 1.0) {
             let mend = "give a number between 0 and 1, as 0.5";
@@ -265,7 +232,7 @@ impl<'a> Smc<'a> {
         if self.jumps == Some(0) {
             return refuse("jumps", "0".into(), "give at least 1");
         }
-        if self.threads == Some(0) {
+        if self.run.threads == Some(0) {
             return refuse("threads", "0".into(), "give at least 1");
         }
         Ok(())
@@ -277,10 +244,9 @@ impl<'a> Smc<'a> {
         density: &D,
         run: usize,
         rng: Stream,
-        abort: &AtomicBool,
     ) -> Result<(Chain, Vec<Stage>, f64), SampleError> {
-        let mut meter = Meter::new(self.progress, run, 1000);
-        let (mut particles, mut ln_evidence) = Particles::draw(density, self.particles, run, rng)?;
+        let mut meter = Meter::new(self.run.progress, run, 1000);
+        let (mut particles, mut ln_evidence) = Particles::draw(density, self.run.draws, run, rng)?;
         let jumps = self.jumps.unwrap_or(3 + density.unknowns() / 2);
         let mut stages = Vec::new();
         while particles.temperature < 1.0 {
@@ -291,7 +257,9 @@ impl<'a> Smc<'a> {
             let stage = particles
                 .wander(jumps, |scale| {
                     meter.stage((1000.0 * before) as usize, scale);
-                    self.check(abort)
+                    // a run that fails does not stop the others, so that the error is the same
+                    // whatever their order
+                    self.run.check(&AtomicBool::new(false))
                 })
                 .map_err(|s| stopped(s.0))?;
             stages.push(Stage { ess, ..stage });
@@ -300,15 +268,5 @@ impl<'a> Smc<'a> {
         meter.finish();
         let evaluations = 1 + stages.iter().map(|stage| stage.sweeps).sum::<usize>();
         Ok((particles.into_chain(evaluations, stages.last()), stages, ln_evidence))
-    }
-
-    fn check(&self, abort: &AtomicBool) -> Result<(), String> {
-        if self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
-            Err("interrupted".into())
-        } else if abort.load(Ordering::Relaxed) {
-            Err("stopped because another run failed".into())
-        } else {
-            Ok(())
-        }
     }
 }

@@ -161,7 +161,7 @@ impl<'a, D: Tempered> Particles<'a, D> {
     pub(super) fn wander(
         &mut self,
         jumps: usize,
-        mut after: impl FnMut(f64) -> Result<(), String>,
+        mut after: impl FnMut(f64) -> Result<(), Stop>,
     ) -> Result<Stage, Stop> {
         let (count, dim) = (self.parts.len(), self.density.unknowns());
         let mut scatter = Scatter::new(dim);
@@ -177,7 +177,7 @@ impl<'a, D: Tempered> Particles<'a, D> {
             sweeps += 1;
             let acceptance = now as f64 / count as f64;
             self.scale *= (GAIN * (acceptance - target_acceptance(dim))).exp();
-            after(self.scale).map_err(Stop)?;
+            after(self.scale)?;
         }
         Ok(Stage {
             temperature: self.temperature,
