@@ -6,7 +6,7 @@ use crate::scalar::Scalar;
 
 /// Vectors of n positive numbers with sum 1, from n − 1 coordinates.
 ///
-/// The inverse isometric log-ratio map: x = softmax z with z = Q y the [`ZeroSum`] vector of the
+/// The inverse isometric log-ratio map: x = softmax z with z = Q y the [`ZeroSum`](super::ZeroSum) vector of the
 /// coordinates, so that no entry is treated unlike the others and y = 0 is the centre. In terms
 /// of n − 1 of the entries, log|J| = Σ ln xᵢ + ½ ln n.
 ///

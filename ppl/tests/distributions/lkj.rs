@@ -269,3 +269,20 @@ fn what_is_no_correlation_factor_has_no_density() {
     let ln_density: f64 = LkjCholesky::<2>(1.0).ln_density(&covariance);
     assert_eq!(ln_density, f64::NEG_INFINITY);
 }
+
+/// The constant that is kept from one call to the next is never that of another η or size.
+#[test]
+fn constants_are_not_mixed_up() {
+    let at = |eta: f64, jacobian: bool| constrain::<f64, 3>(eta, &[0.0; 3], jacobian).1;
+    let smaller = |eta: f64| constrain::<f64, 2>(eta, &[0.0], true).1;
+    let fresh = [at(1.0, true), at(2.0, true), at(1.0, false), smaller(1.0), smaller(2.0)];
+    // ½ per coordinate at y = 0: −ln B(½, b) − ½ ln 2b with b = η + ½ and η
+    let term = |b: f64| -ppl::special::ln_beta(0.5, b) - 0.5 * (2.0 * b).ln();
+    for (got, eta) in [(fresh[0], 1.0), (fresh[1], 2.0)] {
+        assert_close(got, 2.0 * term(eta + 0.5) + term(eta), 1e-13, 0.0, "K = 3");
+    }
+    assert_close(fresh[3], term(1.0), 1e-13, 0.0, "K = 2");
+    assert_close(fresh[4], term(2.0), 1e-13, 0.0, "K = 2");
+    assert_eq!([at(1.0, true), at(1.0, true), at(1.0, false)], [fresh[0], fresh[0], fresh[2]]);
+    assert_eq!(at(1.0, false), fresh[2]);
+}

@@ -254,3 +254,42 @@ fn order_of_convergence() {
     let decades = ratio.log10();
     assert!((2.5..5.5).contains(&decades), "{decades} decades for four of the tolerance");
 }
+
+ppl::model! {
+    fn conjugate(counts: &[[u64; 3]], rows: &[[f64; 2]], scale: CholeskyFactor<f64, 2>) {
+        let share ~ Dirichlet([1.0, 2.0, 0.5]);
+        for count in counts {
+            count ~ Multinomial(10, share);
+        }
+        let chol ~ InverseWishartCholesky(5.0, scale);
+        for row in rows {
+            row ~ MvNormalCholesky([1.0, -1.0], chol);
+        }
+        #[track] let covariance = chol.covariance();
+    }
+}
+
+/// Dirichlet–multinomial and inverse Wishart–normal have posteriors of their own families.
+#[test]
+fn conjugate_posteriors() {
+    let counts = [[3, 6, 1], [4, 4, 2]];
+    let rows = [[1.5, -0.2], [0.3, -1.9], [2.2, 0.4], [0.1, -1.2], [1.4, -2.0], [0.2, -0.8]];
+    let scale = CholeskyFactor::new([[1.2, 0.0], [0.4, 0.8]]).unwrap();
+    let model = conjugate(&counts, &rows, scale);
+    let nuts = Nuts::default().chains(4).warmup(500).draws(1000).seed(12);
+    let posterior = nuts.sample(&model).unwrap();
+    let sum = 1.0 + 2.0 + 0.5 + 20.0;
+    for (i, alpha) in [8.0, 12.0, 3.5].into_iter().enumerate() {
+        check::mean(&posterior, &format!("share[{i}]"), alpha / sum).within_mcse(4.0);
+    }
+    // (S Sᵀ + Σ (x − μ)(x − μ)ᵀ)/(ν + n − K − 1)
+    let mut expected = scale.covariance();
+    for row in rows {
+        let d = [row[0] - 1.0, row[1] + 1.0];
+        (0..2).for_each(|i| (0..2).for_each(|j| expected[i][j] += d[i] * d[j]));
+    }
+    for (i, j) in [(0, 0), (1, 0), (1, 1)] {
+        let name = format!("covariance[{i},{j}]");
+        check::mean(&posterior, &name, expected[i][j] / 8.0).within_mcse(4.0);
+    }
+}
