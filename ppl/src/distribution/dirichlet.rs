@@ -15,7 +15,8 @@ use crate::transform::{Simplex, VectorMap, ln_simplex};
 ///
 /// The concentrations are an array, and so are the shares then, or a slice or `Vec`. The
 /// coordinates are those of [`Simplex`]; density times Jacobian has the powers αᵢ, so that small
-/// concentrations are no trouble.
+/// concentrations are no trouble. The log gamma functions leave an error of about
+/// ε Σ αᵢ ln Σ αᵢ.
 ///
 /// # Example
 /// ```

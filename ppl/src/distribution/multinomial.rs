@@ -13,7 +13,8 @@ use crate::special::ln_gamma;
 ///
 /// ln P(k) = ln n! − Σ ln kᵢ! + Σ kᵢ ln pᵢ.
 ///
-/// The probabilities are an array, and so are the counts then, or a slice or `Vec`.
+/// The probabilities are an array, and so are the counts then, or a slice or `Vec`. The log
+/// factorials leave an error of about ε n ln n.
 ///
 /// # Example
 /// ```
