@@ -217,8 +217,8 @@ fn short_trees_are_reported() {
 #[test]
 fn files_hold_the_draws() {
     let mut posterior = posterior();
-    posterior.label("mu", 0, &["first", "second"]);
-    posterior.label("mu", 0, &["one label for two"]); // ignored
+    posterior.label("mu", 0, &["first", "second"]).expect("two labels for two");
+    assert!(posterior.label("mu", 0, &["one label for two"]).is_err());
     let folder = tempfile::tempdir().expect("a folder");
 
     let csv = folder.path().join("draws.csv");

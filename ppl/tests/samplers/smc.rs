@@ -2,11 +2,15 @@
 //! forms, within its own standard error.
 
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use ppl::prelude::*;
+use ppl::rand::Rng;
+use ppl::rand_xoshiro::Xoshiro256PlusPlus;
 use ppl::special::ln_beta;
-use ppl::{ChainStatus, Evidence, Progress, SampleError, check};
+use ppl::{ChainStatus, Evidence, Parts, Place, Progress, Rejection, SampleError, Tempered, check};
+
+use crate::targets::assert_mean;
 
 ppl::model! {
     /// Conjugate: mean and evidence are known.
@@ -215,4 +219,62 @@ fn every_run_reports_its_end_once() {
         assert_eq!(ends.len(), 1);
         assert_eq!((ends[0].done, ends[0].total, ends[0].tuning), (1000, 1000, false));
     }
+}
+
+/// A prior uniform on (−10, 10)⁵ and any likelihood.
+struct InABox<F>(F);
+
+impl<F: Fn(&[f64]) -> Result<f64, Rejection> + Sync> Tempered for InABox<F> {
+    fn unknowns(&self) -> usize {
+        5
+    }
+
+    fn draw(&self, rng: &mut Xoshiro256PlusPlus) -> Result<Vec<f64>, Rejection> {
+        Ok((0..5).map(|_| rng.random_range(-10.0..10.0)).collect())
+    }
+
+    fn parts(&self, y: &[f64]) -> Result<Parts, Rejection> {
+        let inside = y.iter().all(|y| y.abs() < 10.0);
+        let ln_prior = if inside { -5.0 * 20f64.ln() } else { f64::NEG_INFINITY };
+        Ok(Parts { ln_prior, ln_likelihood: self.0(y)? })
+    }
+}
+
+/// Ten standard deviations apart and of different widths, so that the narrow mode, with a quarter of
+/// the mass, holds few of the early particles.
+#[test]
+fn modes_of_different_widths() {
+    let normal =
+        |y: &[f64], at: f64, sd: f64| y.iter().map(|y| Normal(at, sd).ln_density(y)).sum::<f64>();
+    let target = InABox(|y: &[f64]| {
+        let (wide, narrow) =
+            (normal(y, 4.0, 0.8) + 0.75f64.ln(), normal(y, -4.0, 0.4) + 0.25f64.ln());
+        Ok(wide.max(narrow) + (-(wide - narrow).abs()).exp().ln_1p())
+    });
+    let result = Smc::default().particles(2000).seed(6).run(&target).expect("runs");
+    let z = (result.evidence.ln + 5.0 * 20f64.ln()) / result.evidence.standard_error;
+    assert!(z.abs() < 5.5, "{:?}", result.evidence);
+    assert_mean("share", &result.draws, 0.25, |y| f64::from(u8::from(y[0] < 0.0)));
+    assert_mean("mean", &result.draws, 2.0, |y| y[4]);
+    let wide = |y: &[f64]| if y[0] > 0.0 { (y[3] - 4.0).powi(2) } else { 0.64 };
+    assert_mean("variance of the wide mode", &result.draws, 0.64, wide);
+}
+
+#[test]
+fn failures_say_where_and_why() {
+    let calls = AtomicU64::new(0);
+    let failing = InABox(|_: &[f64]| match calls.fetch_add(1, Ordering::Relaxed) {
+        0..5_000 => Ok(0.0),
+        _ => Err(Rejection::Fatal { message: "the licence server is gone".into() }),
+    });
+    // the first run fails while its particles move, the others before they start
+    let error = Smc::default().threads(1).run(&failing).expect_err("stops");
+    assert!(matches!(error, SampleError::Tempering { run: 0, .. }), "{error}");
+    assert!(error.to_string().contains("licence server"), "{error}");
+
+    let place = Place { statement: "y > 0", file: "smc.rs", line: 1 };
+    let nowhere = InABox(|_: &[f64]| Err(Rejection::NotFinite { place, value: f64::NAN }));
+    let error = Smc::default().run(&nowhere).expect_err("no start");
+    assert!(matches!(error, SampleError::Initialisation { tries: 10_000, .. }), "{error}");
+    assert!(error.to_string().contains("`y > 0` (smc.rs:1)"), "{error}");
 }
