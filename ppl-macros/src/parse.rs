@@ -371,10 +371,11 @@ fn expression_statement(input: ParseStream, names: &mut Vec<Ident>) -> Result<(K
         return Ok((Kind::Factor { name, weight }, end(input)));
     }
     let semi: Option<Token![;]> = input.parse()?;
-    let braced = matches!(
-        value,
-        Expr::While(_) | Expr::Loop(_) | Expr::Unsafe(_) | Expr::Macro(_) | Expr::Block(_)
-    );
+    let braced = match &value {
+        Expr::While(_) | Expr::Loop(_) | Expr::Unsafe(_) | Expr::Block(_) => true,
+        Expr::Macro(mac) => matches!(mac.mac.delimiter, syn::MacroDelimiter::Brace(_)),
+        _ => false,
+    };
     let ended = semi.is_some() || braced || input.is_empty();
     Ok((Kind::Rust(Stmt::Expr(value, semi)), ended))
 }

@@ -5,11 +5,12 @@ use quote::format_ident;
 use syn::ext::IdentExt;
 use syn::parse::discouraged::Speculative;
 use syn::parse::{ParseStream, Parser};
+use syn::spanned::Spanned;
 use syn::visit::Visit;
 use syn::visit_mut::{self, VisitMut};
 use syn::{
     Attribute, Error, Generics, Ident, LitStr, Pat, Receiver, Result, ReturnType, Token, Type,
-    Visibility, parenthesized, parse_quote, token,
+    Visibility, parenthesized, parse_quote, parse_quote_spanned, token,
 };
 
 use crate::errors::{self, at};
@@ -219,7 +220,7 @@ impl VisitMut for NumberType {
         match ty {
             Type::Path(path) if path.qself.is_none() && path.path.is_ident("Real") => {
                 let real = &path.path;
-                *ty = parse_quote!(::ppl::#real<__S>);
+                *ty = parse_quote_spanned!(path.span()=> ::ppl::#real<__S>);
             }
             _ => visit_mut::visit_type_mut(self, ty),
         }

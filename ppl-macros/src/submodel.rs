@@ -49,9 +49,12 @@ pub(crate) fn submodel(model: &Model, value: &Type, sites: &[Site]) -> TokenStre
     let sites = emit::table(sites);
     let (cx, statements) = (emit::cx(), emit::statements(body, false));
     let is_unit = matches!(value, Type::Tuple(tuple) if tuple.elems.is_empty());
-    let end = match body.statements.last().map(|last| &last.kind) {
-        Some(Kind::End(_)) => {
-            let end = emit::end();
+    let end = match body.statements.last() {
+        Some(last) if matches!(last.kind, Kind::End(_)) => {
+            // where a wrong type is reported
+            let span = span.located_at(last.span);
+            let mut end = emit::end();
+            end.set_span(span);
             quote_spanned!(span=> ::core::result::Result::Ok(#end))
         }
         _ if is_unit => quote_spanned!(span=> ::core::result::Result::Ok(())),

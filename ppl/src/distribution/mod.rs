@@ -23,6 +23,7 @@ mod log_normal;
 mod multinomial;
 mod mv_normal_cholesky;
 mod mv_student_t_cholesky;
+mod non_centered;
 mod normal;
 mod ordered;
 mod ordered_logistic;
@@ -66,6 +67,7 @@ pub use log_normal::LogNormal;
 pub use multinomial::Multinomial;
 pub use mv_normal_cholesky::MvNormalCholesky;
 pub use mv_student_t_cholesky::MvStudentTCholesky;
+pub use non_centered::{LocationScale, NonCentered};
 pub use normal::Normal;
 pub use ordered::Ordered;
 pub use ordered_logistic::OrderedLogistic;
@@ -113,6 +115,12 @@ pub trait Family: Sized + Clone {
             lower: end(range.start_bound(), f64::NEG_INFINITY),
             upper: end(range.end_bound(), f64::INFINITY),
         }
+    }
+
+    /// The same distribution over the coordinates of its standard form, for unknowns whose location
+    /// or scale is unknown: `Normal(mu, tau).non_centered()`; see [`NonCentered`].
+    fn non_centered(self) -> NonCentered<Self> {
+        NonCentered { inner: self }
     }
 
     /// `n` independent values, a `Vec`: for lengths known at run time.

@@ -33,6 +33,10 @@ ppl::model! {
         y ~ Normal(0.0, 1.0);
     }
 
+    fn real_data(mu: Real) { //~
+        let x ~ Normal(mu, 1.0);
+    }
+
     async fn waiting(y: f64) { //~
         y ~ Normal(0.0, 1.0);
     }
@@ -50,7 +54,6 @@ fn main() {
     mutable(1.0);
     mutable_reference(&mut [1.0]);
     method(1.0);
-    returning(1.0);
     waiting(1.0);
     no_body(1.0);
 }

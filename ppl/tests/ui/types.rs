@@ -1,9 +1,18 @@
 //! Types that do not fit. Every model has one mistake, marked by `//~`.
 use ppl::prelude::*;
 
+fn counts() -> Poisson<f64> {
+    Poisson(3.0)
+}
+
 ppl::model! {
     fn discrete_unknown(y: f64) {
         let k ~ Poisson(3.0); //~
+        y ~ Normal(0.0, 1.0);
+    }
+
+    fn discrete_from_a_function(y: f64) {
+        let k ~ counts(); //~
         y ~ Normal(0.0, 1.0);
     }
 

@@ -24,6 +24,21 @@ ppl::model! {
         height ~ Normal(mean, 1.0);
     }
 
+    fn submodel_name(height: f64) {
+        let mean ~ everyone(); //~
+        height ~ Normal(mean, 1.0);
+    }
+
+    fn label_name(height: f64, sides: &[&str]) {
+        #[dims(side = sidse)] let mean ~ Normal(0.0, 1.0).array::<2>(); //~
+        height ~ Normal(mean[0], 1.0);
+    }
+
+    fn imputed_name(height: Option<f64>) {
+        let mean ~ Normal(0.0, 1.0);
+        hieght.impute() ~ Normal(mean, 1.0); //~
+    }
+
     fn type_name(height: Hieght) { //~
         let mean ~ Normal(0.0, 1.0);
         height ~ Normal(mean, 1.0);

@@ -21,6 +21,19 @@ ppl::model! {
         let b ~ Beta(2.0, 2.0).array::<3>();
     }
 
+    /// A submodel, named dimensions, and data that may be missing, with names that nothing uses.
+    fn part(level: Real, _unused: f64) -> Real {
+        let x ~ Normal(level, 1.0);
+        x
+    }
+
+    fn whole(labels: &[&str], y: Option<f64>) {
+        let p ~ part(0.0, 1.0);
+        #[dims(side = labels)] let q ~ Normal(0.0, 1.0).non_centered().array::<2>();
+        y.impute() ~ Normal(0.0, 1.0);
+        #[predict] let r ~ part(0.0, 1.0);
+    }
+
     /// A raw identifier.
     fn raw(r#type: f64) {
         let r#match ~ Normal(0.0, 1.0);
@@ -70,11 +83,13 @@ ppl::model! {
     }
 }
 
-fn main() {
+#[test]
+fn models_compile_without_warnings() {
     let data = [1.0, 2.0];
     assert!(empty().layout().is_ok());
     assert!(hygiene(0.0, 0.0, &data).layout().is_ok());
     assert!(prior().layout().is_ok());
+    assert!(whole(&["left", "right"], None).layout().is_ok());
     assert!(raw(1.0).layout().is_ok());
     assert!(unused(&data, 1.0).layout().is_ok());
     assert!(generic(|x| x + 1.0, &|y: &f64| y.ln(), &data).layout().is_ok());
