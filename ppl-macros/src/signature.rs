@@ -126,8 +126,8 @@ fn model(input: ParseStream, vis: &mut Visibility, name: &mut Option<Ident>) -> 
         }
         None => {
             let mut types = arguments.iter().map(|argument| &argument.ty);
-            if let Some(real) = types.find_map(|ty| real(ty)) {
-                return Err(at(real, errors::REAL_DATA));
+            if let Some(found) = types.find_map(real) {
+                return Err(at(found, errors::REAL_DATA));
             }
         }
     }

@@ -15,7 +15,7 @@ ppl::model! {
         let size ~ HalfNormal(tau);
         let wide ~ HalfCauchy(tau);
         let wait ~ Exponential(tau);
-        let pair ~ MvNormalCholesky([mu, 1.0 * tau], stretch(tau));
+        let pair ~ MvNormalCholesky([mu, 1.0 * tau], spread(tau));
         for j in 0..3 {
             ys[j] ~ Normal(theta[j] + heavy[0] * pair[1], 1.0 + size + wait);
         }
@@ -30,7 +30,7 @@ ppl::model! {
         let size ~ HalfNormal(tau).non_centered();
         let wide ~ HalfCauchy(tau).non_centered();
         let wait ~ Exponential(tau).non_centered();
-        let pair ~ MvNormalCholesky([mu, 1.0 * tau], stretch(tau)).non_centered();
+        let pair ~ MvNormalCholesky([mu, 1.0 * tau], spread(tau)).non_centered();
         for j in 0..3 {
             ys[j] ~ Normal(theta[j] + heavy[0] * pair[1], 1.0 + size + wait);
         }
@@ -53,7 +53,7 @@ ppl::model! {
     }
 }
 
-fn stretch<R: Scalar>(tau: R) -> CholeskyFactor<R, 2> {
+fn spread<R: Scalar>(tau: R) -> CholeskyFactor<R, 2> {
     let zero = R::from(0.0);
     CholeskyFactor::new([[tau, zero], [tau * 0.3, R::from(2.0)]]).expect("a positive diagonal")
 }
@@ -123,7 +123,7 @@ fn far_locations_keep_the_digits_of_the_coordinates() {
     let far = Normal(1e12, 1e-6).non_centered();
     let (_, term) = far.constrain(&mut || 0.7, true);
     assert_eq!(term, Normal(0.0, 1.0).ln_density(&0.7));
-    let x: f64 = Normal(3.0, 2.0).from_standard(&0.5);
+    let x: f64 = Normal(3.0, 2.0).stretch(&0.5);
     assert_eq!(x, 4.0);
 }
 

@@ -66,8 +66,8 @@ fn compile(source: &Path) -> Said {
     Said { lines: errors.into_iter().map(|(line, _, _)| line).collect(), text }
 }
 
-/// Message, labels and advice of one error; not the lists of types that implement a trait, which
-/// grow with the library.
+/// Message, labels and advice of one error; not what rustc adds about the library's inside, such
+/// as lists of types that implement a trait, which grow with it.
 fn shown(error: &Value) -> (u64, u64, String) {
     let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
     let spans = error["spans"].as_array().unwrap();
@@ -85,11 +85,12 @@ fn shown(error: &Value) -> (u64, u64, String) {
     }
     for child in error["children"].as_array().unwrap() {
         let message = text(&child["message"]);
-        let is_list = message.contains("following other types implement")
+        let is_noise = message.contains("following other types implement")
+            || message.starts_with("required ")
             || message.contains("originates in the macro")
             || message.contains("the full name for the type")
             || message.contains("consider using `--verbose`");
-        if !is_list && !message.is_empty() {
+        if !is_noise && !message.is_empty() {
             let message = message.replace('\n', " ");
             writeln!(shown, "    {}: {message}", text(&child["level"])).unwrap();
         }

@@ -33,10 +33,10 @@ pub trait LocationScale<R: Scalar>: Unknown<R> {
     fn standard(&self) -> Self::Standard;
 
     /// x = T(z).
-    fn from_standard(&self, z: &Self::Value) -> Self::Value;
+    fn stretch(&self, z: &Self::Value) -> Self::Value;
 
     /// z = T⁻¹(x).
-    fn to_standard(&self, x: &Self::Value) -> Self::Value;
+    fn standardised(&self, x: &Self::Value) -> Self::Value;
 }
 
 /// A distribution in non-centred form; made by [`Family::non_centered`].
@@ -100,14 +100,14 @@ impl<R: Scalar, D: LocationScale<R>> Unknown<R> for NonCentered<D> {
     #[inline]
     fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (D::Value, R) {
         let (z, term) = self.inner.standard().constrain(next, jacobian);
-        let x = self.inner.from_standard(&z);
+        let x = self.inner.stretch(&z);
         // without Jacobians the density is over x, not over z
         let term = if jacobian { term } else { self.inner.ln_density(&x) };
         (x, term)
     }
 
     fn unconstrain(&self, x: &D::Value, out: &mut Vec<f64>) {
-        self.inner.standard().unconstrain(&self.inner.to_standard(x), out);
+        self.inner.standard().unconstrain(&self.inner.standardised(x), out);
     }
 }
 
@@ -130,12 +130,12 @@ macro_rules! impl_location_scale {
             }
 
             #[inline]
-            fn from_standard(&self, z: &R) -> R {
+            fn stretch(&self, z: &R) -> R {
                 let ($d, $z) = (self, *z);
                 $x
             }
 
-            fn to_standard(&self, x: &R) -> R {
+            fn standardised(&self, x: &R) -> R {
                 let ($d, $v) = (self, *x);
                 $back
             }
@@ -184,13 +184,13 @@ where
     }
 
     #[inline]
-    fn from_standard(&self, z: &[R; K]) -> [R; K] {
+    fn stretch(&self, z: &[R; K]) -> [R; K] {
         let factor: CholeskyFactor<R, K> = self.1.lift();
         let (mean, step) = (self.0.lift(), factor.times(*z));
         std::array::from_fn(|k| mean[k] + step[k])
     }
 
-    fn to_standard(&self, x: &[R; K]) -> [R; K] {
+    fn standardised(&self, x: &[R; K]) -> [R; K] {
         let factor: CholeskyFactor<R, K> = self.1.lift();
         let mean = self.0.lift();
         factor.solve_lower(std::array::from_fn::<R, K, _>(|k| x[k] - mean[k]))
