@@ -13,6 +13,7 @@ enum Part {
     Values,
     Replicate,
     LogLikelihood,
+    LogPrior,
 }
 
 struct Column {
@@ -36,6 +37,9 @@ impl Column {
             let plate = column.shape.first() == Some(&column.len);
             column.shape.truncate(usize::from(plate));
         }
+        if let Part::LogPrior = part {
+            column.shape.clear();
+        }
         column
     }
 
@@ -44,12 +48,13 @@ impl Column {
             Part::Values => &entry.values,
             Part::Replicate => &entry.replicate,
             Part::LogLikelihood => &entry.log_likelihood,
+            Part::LogPrior => std::slice::from_ref(&entry.log_prior),
         }
     }
 }
 
-/// The columns of posterior, predictive and log-likelihood.
-pub(crate) struct Plan([Vec<Column>; 3]);
+/// The columns of posterior, predictive, log-likelihood and log-prior.
+pub(crate) struct Plan([Vec<Column>; 4]);
 
 impl Plan {
     pub(crate) fn new(template: &Record) -> Self {
@@ -68,6 +73,7 @@ impl Plan {
                 _ => None,
             }),
             columns(|role| (role == Role::Observed).then_some(Part::LogLikelihood)),
+            columns(|role| (role == Role::Parameter).then_some(Part::LogPrior)),
         ])
     }
 
@@ -76,7 +82,7 @@ impl Plan {
     }
 
     /// Joins what was collected, one part a chain.
-    pub(crate) fn groups(&self, parts: Vec<Collected>, draws: usize) -> [Group; 3] {
+    pub(crate) fn groups(&self, parts: Vec<Collected>, draws: usize) -> [Group; 4] {
         let mut data = parts.iter().fold(Vec::new(), |mut data: Vec<Vec<f64>>, part| {
             data.resize(part.columns.len(), Vec::new());
             for (all, own) in data.iter_mut().zip(&part.columns) {

@@ -32,6 +32,10 @@ pub enum FindingKind {
     Uninformed,
     /// Posterior mass piled up at a prior bound.
     Boundary,
+    /// Prior and data pull in different directions; see [`PowerScaling`](crate::PowerScaling).
+    PriorDataConflict,
+    /// The prior decides more than the data; see [`PowerScaling`](crate::PowerScaling).
+    StrongPrior,
     /// Points that a statement rejected.
     Rejections,
     /// Draws at which predictions could not be computed.
@@ -56,7 +60,7 @@ impl fmt::Display for Finding {
 }
 
 /// At most four of the items, and how many were left out.
-fn list(items: impl IntoIterator<Item = String>) -> String {
+pub(crate) fn list(items: impl IntoIterator<Item = String>) -> String {
     let items: Vec<String> = items.into_iter().collect();
     let shown = items.iter().take(4).map(String::as_str).collect::<Vec<_>>().join(", ");
     match items.len() {

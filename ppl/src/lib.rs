@@ -29,6 +29,8 @@
 //! # Ok::<(), ppl::SampleError>(())
 //! ```
 //!
+//! New here? [`guide`] teaches the language in ten short pages.
+//!
 //! # What is here
 //! - **Models**: [`model!`], or the trait [`Model`] by hand; [`Bound`] is a model with its data.
 //! - **Distributions**, one type each, with the variations of [`Family`]: `.iid(n)`,
@@ -40,7 +42,7 @@
 //!   several modes and the evidence. They take models and bare densities; chains run in parallel,
 //!   with the same draws for any number of threads. [`Map`] finds joint modes.
 //! - **Results**: [`Posterior`] holds draws by name and shape, with summary, diagnostics in
-//!   words, predictions, and export for ArviZ.
+//!   words, predictive checks, cross-validation, prior sensitivity, and export for ArviZ.
 //! - **[`check`]**: statistical assertions for `cargo test`.
 
 extern crate self as ppl;
@@ -57,10 +59,13 @@ mod dual;
 mod export;
 mod findings;
 mod group;
+pub mod guide;
 mod model;
 mod ode;
 mod optimize;
 mod posterior;
+mod power_scaling;
+mod predictive;
 mod reading;
 mod real;
 mod record;
@@ -86,9 +91,11 @@ pub use model::{Context, Failure, Model, Site};
 pub use ode::{Ode, Solution};
 pub use optimize::{Laplace, Map, Mode, OptimizeError};
 pub use posterior::{DivergentPoint, Posterior, PosteriorError};
+pub use power_scaling::{PowerScaling, PowerScalingError, Sensitivity, SensitivityRow};
 #[doc(inline)]
 #[doc = include_str!("language.md")]
 pub use ppl_macros::model;
+pub use predictive::{PredictiveCheck, PredictiveError, PredictiveTable};
 pub use rand;
 pub use rand_xoshiro;
 pub use real::Real;

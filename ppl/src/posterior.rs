@@ -105,6 +105,8 @@ pub struct Posterior {
     pub predictive: Group,
     /// Log density of every observation statement executed.
     pub log_likelihood: Group,
+    /// Log prior density of every parameter at every draw, one number a name.
+    pub log_prior: Group,
     /// The data: one chain with one draw.
     pub observed: Group,
     /// Prior draws of parameters and tracked quantities; `None` if the model rejected one for good.
@@ -180,10 +182,10 @@ impl Posterior {
         for (place, count) in parts.iter().flat_map(|part| &part.rejected) {
             *unpredicted.entry(*place).or_insert(0) += count;
         }
-        let [posterior, predictive, log_likelihood] = plan.groups(parts, draws);
+        let [posterior, predictive, log_likelihood, log_prior] = plan.groups(parts, draws);
 
         let (prior, prior_predictive) = match prior_draws(model, &plan, &mut prior_rng)? {
-            Some([prior, predictive, _]) => (Some(prior), Some(predictive)),
+            Some([prior, predictive, ..]) => (Some(prior), Some(predictive)),
             None => (None, None),
         };
         let divergences = divergent_points(model, &chains, &mut prior_rng);
@@ -200,6 +202,7 @@ impl Posterior {
             posterior,
             predictive,
             log_likelihood,
+            log_prior,
             observed: Group { chains: 1, draws: 1, variables: observed.collect() },
             prior,
             prior_predictive,
@@ -280,7 +283,7 @@ fn prior_draws<M: Model>(
     model: &Bound<M>,
     plan: &Plan,
     rng: &mut Xoshiro256PlusPlus,
-) -> Result<Option<[Group; 3]>, PosteriorError> {
+) -> Result<Option<[Group; 4]>, PosteriorError> {
     let mut out = Collected::new(plan);
     for _ in 0..PRIOR_DRAWS {
         match model.draw_prior(rng) {

@@ -47,6 +47,8 @@ pub struct Entry {
     pub values: Vec<f64>,
     /// For parameters: the ends of the prior's support, if it has two finite ones.
     pub bounds: Option<(f64, f64)>,
+    /// For parameters: the log density of their distribution, summed over the statements executed.
+    pub log_prior: f64,
     /// For observed quantities: a new draw from the same distribution, element by element.
     pub replicate: Vec<f64>,
     /// For observed quantities: the log density of each statement executed.
@@ -110,6 +112,7 @@ impl Record {
                 variable,
                 values: Vec::new(),
                 bounds: None,
+                log_prior: 0.0,
                 replicate: Vec::new(),
                 log_likelihood: Vec::new(),
             });
@@ -221,7 +224,10 @@ impl<'y, G: Rng> Trace<'y, G> {
             }
         };
         distribution.unconstrain(&value, &mut self.record.unconstrained);
-        self.write(at, Role::Parameter, &value)?.bounds = distribution.bounds();
+        let log_prior = distribution.ln_density(&value);
+        let entry = self.write(at, Role::Parameter, &value)?;
+        entry.bounds = distribution.bounds();
+        entry.log_prior += log_prior.0;
         Ok(value)
     }
 

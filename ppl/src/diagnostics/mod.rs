@@ -14,6 +14,7 @@ mod loo_compare;
 mod mcse;
 mod modes;
 mod order;
+mod power_scaling;
 mod rhat;
 
 pub use energy::e_bfmi;
@@ -27,6 +28,7 @@ pub use loo_compare::{LooComparison, LooRow, loo_compare};
 pub use mcse::{mcse_mean, mcse_quantile, mcse_sd};
 pub use modes::Modes;
 pub use order::quantile;
+pub use power_scaling::{PowerScaled, cjs_distance, power_scaled};
 pub use rhat::rhat;
 
 pub(crate) use order::quantile_of_sorted;

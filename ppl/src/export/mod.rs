@@ -14,8 +14,8 @@ impl Posterior {
     /// `arviz.from_zarr("posterior.zarr")`.
     ///
     /// Groups: `posterior` (parameters and tracked quantities), `unconstrained_posterior`,
-    /// `sample_stats`, `posterior_predictive`, `log_likelihood`, `observed_data`, `prior`,
-    /// `prior_predictive`. Dimensions are `chain`, `draw` and those of `#[dims(…)]`, or
+    /// `sample_stats`, `posterior_predictive`, `log_likelihood`, `log_prior`, `observed_data`,
+    /// `prior`, `prior_predictive`. Dimensions are `chain`, `draw` and those of `#[dims(…)]`, or
     /// `<name>_dim_0`, …, with labels as coordinates where the model or [`Posterior::label`] gave
     /// some. An older store at `path` is replaced.
     ///
@@ -36,6 +36,7 @@ impl Posterior {
         let optional = [
             ("posterior_predictive", Some(&self.predictive)),
             ("log_likelihood", Some(&self.log_likelihood)),
+            ("log_prior", Some(&self.log_prior)),
             ("prior", self.prior.as_ref()),
             ("prior_predictive", self.prior_predictive.as_ref()),
         ];

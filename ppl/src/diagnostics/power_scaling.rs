@@ -1,0 +1,172 @@
+//! How far a quantity moves when a part of the posterior is raised to a power.
+
+use super::{ess_mean, pareto_smooth};
+
+/// Relative change of the power on either side of 1.
+const STEP: f64 = 0.01;
+
+/// Response of one quantity to scaling one part of the density.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PowerScaled {
+    /// Change of the distribution per doubling of the power, in cumulative Jensen–Shannon distance.
+    pub sensitivity: f64,
+    /// Larger Pareto shape k of the two sets of importance ratios.
+    pub pareto_k: f64,
+}
+
+/// Sensitivity of quantities to the part of the log density whose values at the draws are
+/// `log_part`, as prior or likelihood; one result for each of `quantities`.
+///
+/// The posterior with that part to the power α has importance ratios part^(α − 1). With α = 1.01
+/// and 1/1.01, smoothed by PSIS, the sensitivity is (d(α) + d(1/α)) / (2 log₂ α), d the
+/// [`cjs_distance`] between the plain and the weighted draws.
+///
+/// `log_part` has one slice a chain, every quantity all draws chain after chain.
+///
+/// # Example
+/// ```
+/// use ppl::diagnostics::power_scaled;
+///
+/// // a posterior N(0, 1) made of a prior N(0, √2) and a likelihood of the same width
+/// let normal = ppl::special::normal_upper_quantile;
+/// let x: Vec<f64> = (1..1000).map(|i| normal(f64::from(i) / 1000.0)).collect();
+/// let log_prior: Vec<f64> = x.iter().map(|x| -0.25 * x * x).collect();
+/// let [scaled] = power_scaled(&[&log_prior], &[&x])[..] else { unreachable!() };
+/// assert!(scaled.sensitivity > 0.05 && scaled.pareto_k < 0.5);
+/// ```
+///
+/// # References
+/// Kallioinen, Paananen, Bürkner & Vehtari (2024), *Statistics and Computing* 34, 57,
+/// doi:10.1007/s11222-023-10366-5.
+pub fn power_scaled(log_part: &[&[f64]], quantities: &[&[f64]]) -> Vec<PowerScaled> {
+    let weights = [1.0 + STEP, 1.0 / (1.0 + STEP)].map(|alpha| weights(log_part, alpha));
+    let pareto_k = weights[0].1.max(weights[1].1);
+    quantities
+        .iter()
+        .map(|x| {
+            let moved: f64 = weights.iter().map(|(w, _)| cjs_distance(x, w)).sum();
+            PowerScaled { sensitivity: moved / (2.0 * (1.0 + STEP).log2()), pareto_k }
+        })
+        .collect()
+}
+
+/// Smoothed, normalised weights of the posterior with the part to the power `alpha`, and their k.
+fn weights(log_part: &[&[f64]], alpha: f64) -> (Vec<f64>, f64) {
+    let mut log_weights: Vec<f64> =
+        log_part.iter().copied().flatten().map(|l| (alpha - 1.0) * l).collect();
+    let top = log_weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let ratios: Vec<Vec<f64>> = log_part
+        .iter()
+        .map(|chain| chain.iter().map(|l| ((alpha - 1.0) * l - top).exp()).collect())
+        .collect();
+    let chains: Vec<&[f64]> = ratios.iter().map(Vec::as_slice).collect();
+    let relative = ess_mean(&chains) / log_weights.len() as f64;
+    let k = pareto_smooth(&mut log_weights, if relative.is_nan() { 1.0 } else { relative });
+    (log_weights.into_iter().map(f64::exp).collect(), k)
+}
+
+/// Cumulative Jensen–Shannon distance between draws with equal weights and the same draws with
+/// the given ones: 0 for equal distributions, at most 1.
+///
+/// For the distribution functions P and Q, CJS(P‖Q) = ∫ P log₂(2P/(P + Q)) dx +
+/// (∫ Q dx − ∫ P dx)/(2 ln 2); the sum of both directions over ∫ P dx + ∫ Q dx, and its root. It
+/// depends on the sign of x, so the larger of x and −x counts. NaN for draws that are not finite.
+///
+/// # References
+/// Nguyen & Vreeken (2015), doi:10.1007/978-3-319-23525-7_11; Kallioinen et al. (2024), section 2.3.
+pub fn cjs_distance(draws: &[f64], weights: &[f64]) -> f64 {
+    if draws.iter().any(|x| !x.is_finite()) {
+        return f64::NAN;
+    }
+    let mut order: Vec<usize> = (0..draws.len()).collect();
+    order.sort_unstable_by(|&a, &b| draws[a].total_cmp(&draws[b]));
+    let total: f64 = weights.iter().sum();
+    let n = draws.len() as f64;
+    let [mut below_p, mut below_q] = [0.0, 0.0];
+    let mut sums = [Integrals::default(), Integrals::default()];
+    for pair in order.windows(2) {
+        below_p += 1.0 / n;
+        below_q += weights[pair[0]] / total;
+        let width = draws[pair[1]] - draws[pair[0]];
+        sums[0].add(below_p, below_q, width);
+        // the distribution function of −x on the same interval
+        sums[1].add(1.0 - below_p, (1.0 - below_q).max(0.0), width);
+    }
+    let [upward, downward] = sums.map(|s| s.distance());
+    upward.max(downward)
+}
+
+/// The integrals of the cumulative divergence, in both directions together: there the linear
+/// terms cancel.
+#[derive(Clone, Copy, Default)]
+struct Integrals {
+    divergence: f64,
+    bound: f64,
+}
+
+impl Integrals {
+    fn add(&mut self, p: f64, q: f64, width: f64) {
+        let middle = 0.5 * (p + q);
+        let term = |p: f64| if p > 0.0 { p * (p / middle).log2() } else { 0.0 };
+        self.divergence += width * (term(p) + term(q));
+        self.bound += width * (p + q);
+    }
+
+    fn distance(self) -> f64 {
+        if self.bound > 0.0 { (self.divergence.max(0.0) / self.bound).sqrt() } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::special::{normal_cdf, normal_upper_quantile};
+
+    /// N(0, 1) to the power α in one of two normal factors is normal again; the distance of the
+    /// two in closed form by a fine midpoint rule over the range of the draws.
+    #[test]
+    fn a_normal_part_gives_the_closed_form() {
+        let draws = 20_000;
+        let x: Vec<f64> = (0..draws)
+            .map(|i| -normal_upper_quantile((f64::from(i) + 0.5) / f64::from(draws)))
+            .collect();
+        // posterior precision 1 = 0.3 (prior about 2) + 0.7
+        let log_prior: Vec<f64> = x.iter().map(|x| -0.15 * (x - 2.0).powi(2)).collect();
+        let found = power_scaled(&[&log_prior], &[&x])[0];
+        assert!(found.pareto_k < 0.5);
+
+        let range = normal_upper_quantile(0.5 / f64::from(draws));
+        let exact = |alpha: f64| {
+            let precision = 0.7 + 0.3 * alpha;
+            let mean = (0.3 * alpha * 2.0 - 0.6) / precision;
+            let steps = 200_000;
+            let width = 2.0 * range / f64::from(steps);
+            let mut sums = [Integrals::default(), Integrals::default()];
+            for i in 0..steps {
+                let t = (f64::from(i) + 0.5) * width - range;
+                let (p, q) = (normal_cdf(t), normal_cdf((t - mean) * precision.sqrt()));
+                sums[0].add(p, q, width);
+                sums[1].add(1.0 - p, 1.0 - q, width);
+            }
+            let [a, b] = sums.map(|s| s.distance());
+            a.max(b)
+        };
+        let expected = (exact(1.01) + exact(1.0 / 1.01)) / (2.0 * 1.01f64.log2());
+        // draws at the quantiles: what remains is the discreteness, of order 1/draws
+        assert!((found.sensitivity / expected - 1.0).abs() < 0.01, "{found:?}, {expected}");
+    }
+
+    #[test]
+    fn equal_weights_are_no_distance_and_separate_ones_the_whole() {
+        let x: Vec<f64> = (0..100).map(f64::from).collect();
+        assert!(cjs_distance(&x, &[0.01; 100]) < 1e-8);
+        // all weight on the first draw: Q is 1 throughout
+        let mut first = vec![0.0; 100];
+        first[0] = 1.0;
+        let mut last = vec![0.0; 100];
+        last[99] = 1.0;
+        let (a, b) = (cjs_distance(&x, &first), cjs_distance(&x, &last));
+        assert!((a - b).abs() < 1e-12 && a > 0.3 && a < 1.0, "{a} {b}");
+        assert!(cjs_distance(&[1.0, f64::NAN], &[0.5, 0.5]).is_nan());
+    }
+}

@@ -1,0 +1,256 @@
+//! Prior sensitivity of a posterior, from its own draws.
+
+use std::fmt;
+
+use rayon::prelude::*;
+
+use crate::diagnostics::power_scaled;
+use crate::findings::{Finding, FindingKind, list};
+use crate::group::{Group, Values};
+use crate::posterior::Posterior;
+
+/// From here on a change of prior or likelihood is worth a look.
+const THRESHOLD: f64 = 0.05;
+/// Importance weights with a larger Pareto k cannot be relied on.
+const LARGEST_K: f64 = 0.7;
+
+/// What went wrong with a power scaling.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PowerScalingError {
+    /// No such parameter.
+    #[error("no parameter `{name}` to scale the prior of; there are: {known}")]
+    UnknownParameter {
+        /// Name asked for.
+        name: String,
+        /// Names that exist.
+        known: String,
+    },
+    /// The model observes nothing.
+    #[error("the model observes nothing with a `place ~ D` statement: there is no likelihood")]
+    NoObservations,
+    /// A density is not finite at a draw.
+    #[error("the log density of `{name}` is not finite at a draw")]
+    NotFinite {
+        /// Parameter or observed quantity.
+        name: String,
+    },
+}
+
+/// What prior and data do to one quantity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sensitivity {
+    /// The prior matters little.
+    None,
+    /// Prior and likelihood both matter: they pull in different directions.
+    PriorDataConflict,
+    /// The prior matters and the likelihood does not.
+    StrongPrior,
+}
+
+/// Sensitivity of one number of the posterior.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensitivityRow {
+    /// Name with indices, as `sd[0]`.
+    pub name: String,
+    /// To the prior: change in distribution per doubling of its weight.
+    pub prior: f64,
+    /// To the likelihood.
+    pub likelihood: f64,
+}
+
+impl SensitivityRow {
+    /// The reading of the two numbers, with the published threshold of 0.05.
+    pub fn sensitivity(&self) -> Sensitivity {
+        match (self.prior >= THRESHOLD, self.likelihood >= THRESHOLD) {
+            (true, true) => Sensitivity::PriorDataConflict,
+            (true, false) => Sensitivity::StrongPrior,
+            _ => Sensitivity::None,
+        }
+    }
+}
+
+/// Sensitivity of every parameter and tracked quantity to the weight of prior and likelihood.
+///
+/// See [`Posterior::power_scaling`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct PowerScaling {
+    /// One row a number that moves, in the order of the model.
+    pub rows: Vec<SensitivityRow>,
+    /// Largest Pareto k of the prior's and the likelihood's importance weights; above 0.7 the
+    /// numbers cannot be relied on.
+    pub pareto_k: [f64; 2],
+}
+
+impl Posterior {
+    /// How the posterior answers to a prior, or a likelihood, raised to a power near 1: no new
+    /// sampling, by importance weights.
+    ///
+    /// All `let x ~ D` statements are the prior, all `place ~ D` statements the likelihood;
+    /// `factor` belongs to neither and stays as it is. In a hierarchy the distribution of the
+    /// groups is part of the model: scale the priors of its parameters only, with
+    /// [`power_scaling_of`](Self::power_scaling_of).
+    ///
+    /// # Errors
+    /// [`PowerScalingError`] if the model observes nothing or a density is not finite.
+    ///
+    /// # Example
+    /// ```
+    /// use ppl::prelude::*;
+    ///
+    /// ppl::model! {
+    ///     fn weight(measured_kg: &[f64]) {
+    ///         let mean ~ Normal(70.0, 0.5); // too sure of itself
+    ///         for x in measured_kg {
+    ///             x ~ Normal(mean, 2.0);
+    ///         }
+    ///     }
+    /// }
+    ///
+    /// let model = weight(&[75.1, 77.3, 74.0, 76.2]);
+    /// let posterior = Nuts::default().seed(1).sample(&model)?;
+    /// let scaling = posterior.power_scaling().expect("the model has data");
+    /// assert_eq!(scaling.rows[0].sensitivity(), ppl::Sensitivity::PriorDataConflict);
+    /// println!("{scaling}");
+    /// # Ok::<(), ppl::SampleError>(())
+    /// ```
+    ///
+    /// # References
+    /// Kallioinen, Paananen, Bürkner & Vehtari (2024), *Statistics and Computing* 34, 57,
+    /// doi:10.1007/s11222-023-10366-5.
+    pub fn power_scaling(&self) -> Result<PowerScaling, PowerScalingError> {
+        let all: Vec<&Values> = self.log_prior.variables.iter().collect();
+        self.scale(&all)
+    }
+
+    /// [`power_scaling`](Self::power_scaling) with the priors of these parameters only.
+    ///
+    /// # Errors
+    /// As there; also if there is no such parameter.
+    pub fn power_scaling_of(&self, parameters: &[&str]) -> Result<PowerScaling, PowerScalingError> {
+        let chosen: Vec<&Values> = parameters
+            .iter()
+            .map(|&name| {
+                self.log_prior.get(name).ok_or_else(|| {
+                    let known = self.log_prior.variables.iter().map(|v| v.name.as_str());
+                    PowerScalingError::UnknownParameter {
+                        name: name.to_owned(),
+                        known: known.collect::<Vec<_>>().join(", "),
+                    }
+                })
+            })
+            .collect::<Result<_, _>>()?;
+        self.scale(&chosen)
+    }
+
+    fn scale(&self, priors: &[&Values]) -> Result<PowerScaling, PowerScalingError> {
+        if self.log_likelihood.variables.is_empty() {
+            return Err(PowerScalingError::NoObservations);
+        }
+        let likelihoods: Vec<&Values> = self.log_likelihood.variables.iter().collect();
+        let prior = sum_by_draw(&self.log_prior, priors)?;
+        let likelihood = sum_by_draw(&self.log_likelihood, &likelihoods)?;
+        let draws = self.posterior.draws;
+        let named: Vec<(String, Vec<f64>)> = self
+            .posterior
+            .traces()
+            .map(|(name, trace)| (name, trace.concat()))
+            .filter(|(_, x)| x.iter().any(|&v| v != x[0]))
+            .collect();
+        let quantities: Vec<&[f64]> = named.iter().map(|(_, x)| x.as_slice()).collect();
+        let [by_prior, by_likelihood] = [prior, likelihood].map(|part| {
+            let chains: Vec<&[f64]> = part.chunks(draws).collect();
+            let blocks: Vec<_> =
+                quantities.par_chunks(64).map(|block| power_scaled(&chains, block)).collect();
+            blocks.concat()
+        });
+        let largest = |rows: &[crate::diagnostics::PowerScaled]| {
+            rows.iter().map(|r| r.pareto_k).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let pareto_k = [largest(&by_prior), largest(&by_likelihood)];
+        let rows = named.iter().zip(by_prior.iter().zip(&by_likelihood));
+        let rows = rows.map(|((name, _), (prior, likelihood))| SensitivityRow {
+            name: name.clone(),
+            prior: prior.sensitivity,
+            likelihood: likelihood.sensitivity,
+        });
+        Ok(PowerScaling { rows: rows.collect(), pareto_k })
+    }
+}
+
+/// The sum over all numbers of a draw, chain after chain.
+fn sum_by_draw(group: &Group, parts: &[&Values]) -> Result<Vec<f64>, PowerScalingError> {
+    let mut sums = vec![0.0; group.chains * group.draws];
+    for values in parts {
+        for (draw, sum) in sums.iter_mut().enumerate() {
+            let size = values.size();
+            let term: f64 = values.data[draw * size..(draw + 1) * size].iter().sum();
+            if !term.is_finite() {
+                return Err(PowerScalingError::NotFinite { name: values.name.clone() });
+            }
+            *sum += term;
+        }
+    }
+    Ok(sums)
+}
+
+impl PowerScaling {
+    /// The row of this name, as `mu` or `sd[0]`.
+    pub fn row(&self, name: &str) -> Option<&SensitivityRow> {
+        self.rows.iter().find(|row| row.name == name)
+    }
+
+    /// What the numbers say, in words.
+    pub fn findings(&self) -> Vec<Finding> {
+        let of = |kind: Sensitivity| {
+            let rows = self.rows.iter().filter(|row| row.sensitivity() == kind);
+            list(rows.map(|r| format!("{} ({:.2}, {:.2})", r.name, r.prior, r.likelihood)))
+        };
+        let [conflict, strong] = [Sensitivity::PriorDataConflict, Sensitivity::StrongPrior].map(of);
+        let mut found = Vec::new();
+        if !conflict.is_empty() {
+            found.push(Finding {
+                kind: FindingKind::PriorDataConflict,
+                what: format!(
+                    "Prior and data disagree (sensitivity to prior, to likelihood): {conflict}"
+                ),
+                advice: "The posterior is a compromise that neither supports: check the prior \
+                         against what was known, and the data against the model",
+            });
+        }
+        if !strong.is_empty() {
+            found.push(Finding {
+                kind: FindingKind::StrongPrior,
+                what: format!(
+                    "The prior decides and the data say little (sensitivity to prior, to \
+                     likelihood): {strong}"
+                ),
+                advice: "Report the prior with the result, or measure something that informs \
+                         these",
+            });
+        }
+        found
+    }
+}
+
+impl fmt::Display for PowerScaling {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let width = self.rows.iter().map(|r| r.name.chars().count()).max().unwrap_or(0);
+        writeln!(f, "{:width$}   prior  likelihood", "")?;
+        for row in &self.rows {
+            let words = match row.sensitivity() {
+                Sensitivity::None => "",
+                Sensitivity::PriorDataConflict => "  prior-data conflict",
+                Sensitivity::StrongPrior => "  strong prior or weak likelihood",
+            };
+            let (prior, likelihood) = (row.prior, row.likelihood);
+            writeln!(f, "{:width$}  {prior:6.3}  {likelihood:10.3}{words}", row.name)?;
+        }
+        let k = self.pareto_k[0].max(self.pareto_k[1]);
+        if k > LARGEST_K {
+            write!(f, "Pareto k is {k:.2}, above {LARGEST_K}: these numbers cannot be relied on")?;
+        } else {
+            write!(f, "Pareto k is {k:.2}: the importance weights are reliable")?;
+        }
+        Ok(())
+    }
+}
