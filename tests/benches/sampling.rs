@@ -1,16 +1,22 @@
 //! `cargo bench -p breccia-tests --bench sampling`: processor time of the paper's model (9
-//! parameters, 8 experiments) and of eight schools, as CSV `model,dim,quantity,value,unit`.
+//! parameters, 8 experiments), eight schools, kidscore (434 children), radon (919 houses) and
+//! garch11 (200 values), as CSV `model,dim,quantity,value,unit`.
 //!
 //! Value and gradient are medians over batches at points near the mode; the overhead is the time
-//! of a sampling run less its gradients, by leapfrog.
+//! of a sampling run less its gradients, by leapfrog. Effective draws are those of the worst
+//! coordinate of 4 × 2000 draws, over the processor time of the run with its 1000 warmup draws.
 
 use std::hint::black_box;
 use std::time::Instant;
 
+use breccia_tests::posteriors::hierarchy::{houses, radon_hierarchical};
+use breccia_tests::posteriors::regression::{Kidiq, kidscore};
+use breccia_tests::posteriors::series::{garch_data, garch11};
 use breccia_tests::{Instance, eight_schools};
 use models::calibration;
+use ppl::diagnostics::ess_bulk;
 use ppl::prelude::*;
-use ppl::{Bound, Model, Nuts, Workspace};
+use ppl::{Bound, Model, Workspace};
 
 fn main() {
     // `cargo test --benches` only wants to know that it runs
@@ -21,6 +27,11 @@ fn main() {
     report("paper_calibration", &calibration(&instance.pce, &instance.qois, &prior), quick);
     let (y, se) = (eight_schools::EFFECT, eight_schools::ERROR);
     report("eight_schools_non_centred", &eight_schools::non_centred(&y, &se), quick);
+    let kids = Kidiq::load();
+    let rows = kids.interaction((0.0, 1.0), (0.0, 1.0));
+    report("kidscore_interaction", &kidscore(&rows, &kids.score), quick);
+    report("radon_hierarchical", &radon_hierarchical(&houses(), 85), quick);
+    report("garch11", &garch11(&garch_data(), 0.5), quick);
 }
 
 fn report<M: Model>(name: &str, model: &Bound<M>, quick: bool) {
@@ -31,41 +42,46 @@ fn report<M: Model>(name: &str, model: &Bound<M>, quick: bool) {
     let points: Vec<Vec<f64>> = (0..16)
         .map(|k| (0..dim).map(|i| 0.3 * f64::from((7 * i as i32 + 5 * k) % 11 - 5) / 5.0).collect())
         .collect();
-    let (batches, repeats) = if quick { (1, 2) } else { (41, 2000) };
+    let batches = if quick { 1 } else { 41 };
     let mut workspace = Workspace::default();
-    let value = median_ns(batches, repeats, |k| {
+    let value = median_ns(batches, |k| {
         black_box(model.log_density(&points[k % 16], &mut workspace)).is_ok()
     });
     line("value", value, "ns");
     let mut gradient = vec![0.0; dim];
-    let full = median_ns(batches, repeats, |k| {
+    let full = median_ns(batches, |k| {
         black_box(model.gradient(&points[k % 16], &mut gradient, &mut workspace)).is_ok()
     });
     line("gradient", full, "ns");
 
-    let draws = if quick { 20 } else { 20_000 };
-    let sampler = Nuts::default().chains(1).threads(1).warmup(500).draws(draws).seed(1);
+    let (warmup, draws) = if quick { (40, 20) } else { (1000, 2000) };
+    let sampler = Nuts::default().chains(4).threads(1).warmup(warmup).draws(draws).seed(1);
     let start = Instant::now();
     let chains = sampler.run(model).expect("the model samples");
     let seconds = start.elapsed().as_secs_f64();
-    let chain = &chains.chains[0];
-    let leapfrogs: u32 = chain.stats.iter().chain(&chain.warmup.stats).map(|s| s.leapfrogs).sum();
-    let each = seconds * 1e9 / f64::from(leapfrogs);
+    let stats = chains.chains.iter().flat_map(|c| c.stats.iter().chain(&c.warmup.stats));
+    let leapfrogs: u64 = stats.map(|s| u64::from(s.leapfrogs)).sum();
+    let each = seconds * 1e9 / leapfrogs as f64;
     line("leapfrog", each / 1000.0, "us");
     line("overhead_per_leapfrog", (each - full) / 1000.0, "us");
+    let effective = (0..dim).map(|i| {
+        let traces = chains.traces(i);
+        ess_bulk(&traces.iter().map(Vec::as_slice).collect::<Vec<_>>())
+    });
+    line("min_ess_bulk_per_second", effective.fold(f64::INFINITY, f64::min) / seconds, "1/s");
 }
 
-/// Median over batches of the mean time of one call, in ns.
-fn median_ns(batches: usize, repeats: usize, mut call: impl FnMut(usize) -> bool) -> f64 {
-    let mut times: Vec<f64> = (0..batches)
-        .map(|_| {
-            let start = Instant::now();
-            for k in 0..repeats {
-                assert!(call(k));
-            }
-            start.elapsed().as_secs_f64() * 1e9 / repeats as f64
-        })
-        .collect();
+/// Median over batches of a few milliseconds of the mean time of one call, in ns.
+fn median_ns(batches: usize, mut call: impl FnMut(usize) -> bool) -> f64 {
+    let mut time = |repeats: usize| {
+        let start = Instant::now();
+        for k in 0..repeats {
+            assert!(call(k));
+        }
+        start.elapsed().as_secs_f64() * 1e9 / repeats as f64
+    };
+    let repeats = if batches == 1 { 2 } else { (3e6 / time(20)).ceil() as usize };
+    let mut times: Vec<f64> = (0..batches).map(|_| time(repeats)).collect();
     times.sort_by(f64::total_cmp);
     times[batches / 2]
 }

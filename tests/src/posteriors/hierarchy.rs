@@ -1,0 +1,168 @@
+//! Rates and groups that share a distribution.
+
+use ppl::prelude::*;
+
+use super::Data;
+
+ppl::model! {
+    /// Two rates, ten trials each (Lee & Wagenmakers 2014, ch. 3).
+    pub fn two_rates(first: &[bool], second: &[bool]) {
+        let theta ~ Beta(1.0, 1.0).array::<2>();
+        for i in 0..10 {
+            first[i] ~ Bernoulli(theta[0]);
+            second[i] ~ Bernoulli(theta[1]);
+        }
+    }
+
+    /// One rate for both.
+    pub fn common_rate(flags: &[bool]) {
+        let theta ~ Beta(1.0, 1.0);
+        for flag in flags {
+            flag ~ Bernoulli(theta);
+        }
+    }
+
+    /// Failures of pumps: gamma-distributed rates.
+    pub fn pumps(failures: &[u64], time: &[f64]) {
+        let alpha ~ Exponential(1.0);
+        let beta ~ Gamma(0.1, 1.0);
+        let theta ~ Gamma(alpha, beta).array::<10>();
+        for i in 0..10 {
+            failures[i] ~ Poisson(theta[i] * time[i]);
+        }
+    }
+
+    /// Growth curves of rats, centred on day 22.
+    pub fn rats(day: &[f64], weight: &[[f64; 5]]) {
+        let alpha_c ~ Normal(0.0, 1000.0);
+        let beta_c ~ Normal(0.0, 1000.0);
+        let tau_alpha ~ Gamma(0.001, 0.001);
+        let tau_beta ~ Gamma(0.001, 0.001);
+        let tau ~ Gamma(0.001, 0.001);
+        #[track] let sigma = tau.sqrt().recip();
+        #[track] let alpha0 = alpha_c - 22.0 * beta_c;
+        let alpha ~ Normal(alpha_c, tau_alpha.sqrt().recip()).iid(weight.len());
+        let beta ~ Normal(beta_c, tau_beta.sqrt().recip()).iid(weight.len());
+        for (rat, weights) in weight.iter().enumerate() {
+            for (day, y) in day.iter().zip(weights) {
+                y ~ Normal(alpha[rat] + beta[rat] * (day - 22.0), sigma);
+            }
+        }
+    }
+
+    /// Mortality in hospitals: logits that share a normal distribution. The binomial is written on
+    /// the logit scale, without its constant.
+    pub fn surgical(deaths: &[f64], operations: &[f64]) {
+        let mu ~ Normal(0.0, 1000.0);
+        let tau ~ Gamma(0.001, 0.001);
+        #[track] let sigma = tau.sqrt().recip();
+        #[track] let pop_mean = mu.logistic();
+        let b ~ Normal(mu, sigma).array::<12>();
+        #[track] let p = b.map(|b| b.logistic());
+        for i in 0..12 {
+            factor(deaths[i] * b[i] - operations[i] * b[i].softplus());
+        }
+    }
+
+    /// Germination of seeds on 21 plates: logits with an effect of the plate.
+    pub fn seeds(plates: &[Plate]) {
+        let alpha0 ~ Normal(0.0, 1000.0);
+        let alpha1 ~ Normal(0.0, 1000.0);
+        let alpha2 ~ Normal(0.0, 1000.0);
+        let alpha12 ~ Normal(0.0, 1000.0);
+        let tau ~ Gamma(0.001, 0.001);
+        #[track] let sigma = tau.sqrt().recip();
+        let z ~ Normal(0.0, 1.0).array::<21>();
+        for (plate, z) in plates.iter().zip(z) {
+            let [x1, x2] = plate.factors;
+            let logit = alpha0 + alpha1 * x1 + alpha2 * x2 + alpha12 * (x1 * x2) + sigma * z;
+            factor(plate.germinated * logit - plate.seeds * logit.softplus());
+        }
+    }
+
+    /// Log radon: an intercept a county about a line in the uranium of its soil (Gelman & Hill
+    /// 2007, ch. 12; posteriordb radon_hierarchical_intercept_noncentered).
+    pub fn radon_hierarchical(houses: &[House], counties: usize) {
+        let mu_alpha ~ Normal(0.0, 10.0);
+        let sigma_alpha ~ HalfNormal(1.0);
+        let sigma ~ HalfNormal(1.0);
+        let beta ~ Normal(0.0, 10.0).array::<2>();
+        let z ~ Normal(0.0, 1.0).iid(counties);
+        for house in houses {
+            let alpha = mu_alpha + sigma_alpha * z[house.county];
+            let mean = alpha + beta[0] * house.log_uranium + beta[1] * house.floor;
+            house.log_radon ~ Normal(mean, sigma);
+        }
+    }
+}
+
+/// Seeds of one plate.
+pub struct Plate {
+    /// How many germinated.
+    pub germinated: f64,
+    /// Of how many.
+    pub seeds: f64,
+    /// Seed and root extract, 0 or 1.
+    pub factors: [f64; 2],
+}
+
+/// Measurement in one house.
+pub struct House {
+    /// Index of the county.
+    pub county: usize,
+    /// ln(activity + 0.1), activity in pCi/L.
+    pub log_radon: f64,
+    /// ln of the county's uranium, in ppm.
+    pub log_uranium: f64,
+    /// 0 in the basement, 1 on the ground floor.
+    pub floor: f64,
+}
+
+/// `successes` of `trials` as flags.
+pub fn flags(successes: usize, trials: usize) -> Vec<bool> {
+    (0..trials).map(|i| i < successes).collect()
+}
+
+/// Data of [`pumps`]: failures and time in 1000 h.
+pub fn pump_data() -> (Vec<u64>, Vec<f64>) {
+    let data = Data::parse(include_str!("../../fixtures/posteriors/pumps.json"));
+    (data.counts("failures"), data.column("time"))
+}
+
+/// Data of [`rats`]: days, and weights in g.
+///
+/// # Panics
+/// If the fixture is damaged.
+pub fn rat_data() -> (Vec<f64>, Vec<[f64; 5]>) {
+    let data = Data::parse(include_str!("../../fixtures/posteriors/rats.json"));
+    (data.column("day"), data.list("weight").iter().map(crate::numbers::<5>).collect())
+}
+
+/// Data of [`surgical`]: deaths and operations.
+pub fn surgical_data() -> (Vec<f64>, Vec<f64>) {
+    let data = Data::parse(include_str!("../../fixtures/posteriors/surgical.json"));
+    (data.column("deaths"), data.column("operations"))
+}
+
+/// Data of [`seeds`].
+pub fn seed_plates() -> Vec<Plate> {
+    let data = Data::parse(include_str!("../../fixtures/posteriors/seeds.json"));
+    let [germinated, seeds, x1, x2] =
+        ["germinated", "seeds", "aegyptiaca", "cucumber"].map(|name| data.column(name));
+    let plate =
+        |i: usize| Plate { germinated: germinated[i], seeds: seeds[i], factors: [x1[i], x2[i]] };
+    (0..germinated.len()).map(plate).collect()
+}
+
+/// The 919 houses of Minnesota.
+pub fn houses() -> Vec<House> {
+    let data = Data::parse(include_str!("../../fixtures/posteriors/radon.json"));
+    let (activity, floor) = (data.column("activity"), data.column("floor"));
+    let (county, uranium) = (data.counts("county"), data.column("uranium_ppm"));
+    let house = |i: usize| {
+        let county = county[i] as usize;
+        let log_radon = (activity[i] + 0.1).ln();
+        House { county, log_radon, log_uranium: uranium[county].ln(), floor: floor[i] }
+    };
+    (0..activity.len()).map(house).collect()
+}

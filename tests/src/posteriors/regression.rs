@@ -1,0 +1,154 @@
+//! Linear and logistic regressions.
+
+use ppl::prelude::*;
+
+use super::{Data, rows};
+
+ppl::model! {
+    /// Linear regression with half-Cauchy scale and flat coefficients (posteriordb kidscore_*).
+    pub fn kidscore<const D: usize>(x: &[[f64; D]], score: &[f64]) {
+        let beta ~ Normal(0.0, 1e5).array::<D>();
+        let sigma ~ HalfCauchy(2.5);
+        for i in 0..score.len() {
+            let mut mean = beta[0] * x[i][0];
+            for d in 1..D {
+                mean += beta[d] * x[i][d];
+            }
+            score[i] ~ Normal(mean, sigma);
+        }
+    }
+
+    /// Linear regression, all flat (posteriordb mesquite-* and kidscore_interaction_c, c2, z).
+    pub fn flat_regression<const D: usize>(x: &[[f64; D]], y: &[f64]) {
+        let beta ~ Normal(0.0, 1e5).array::<D>();
+        let sigma ~ HalfNormal(1e5);
+        for i in 0..y.len() {
+            let mut mean = beta[0] * x[i][0];
+            for d in 1..D {
+                mean += beta[d] * x[i][d];
+            }
+            y[i] ~ Normal(mean, sigma);
+        }
+    }
+
+    /// Log radon on the floor of measurement, one line for all counties.
+    pub fn radon_pooled(floor: &[f64], log_radon: &[f64]) {
+        let alpha ~ Normal(0.0, 10.0);
+        let beta ~ Normal(0.0, 10.0);
+        let sigma ~ HalfNormal(1.0);
+        for (floor, y) in floor.iter().zip(log_radon) {
+            y ~ Normal(alpha + beta * floor, sigma);
+        }
+    }
+
+    /// Learning of dogs: the chance of a shock on the logit scale, linear in what happened before.
+    pub fn dogs(trials: &[Trial]) {
+        let beta ~ Normal(0.0, 100.0).array::<3>();
+        for t in trials {
+            let logit = beta[0] + beta[1] * t.avoided + beta[2] * t.shocks;
+            t.shock ~ Bernoulli(logit.logistic());
+        }
+    }
+
+    /// The same without intercept, the signs known.
+    pub fn dogs_log(trials: &[Trial]) {
+        let avoided ~ Uniform(-100.0, 0.0);
+        let shocks ~ Uniform(0.0, 100.0);
+        #[track] let beta = [avoided, shocks];
+        for t in trials {
+            let logit = avoided * t.avoided + shocks * t.shocks;
+            t.shock ~ Bernoulli(logit.logistic());
+        }
+    }
+}
+
+/// One trial of one dog.
+pub struct Trial {
+    /// Shocks avoided before.
+    pub avoided: f64,
+    /// Shocks received before.
+    pub shocks: f64,
+    /// Whether this trial gave one.
+    pub shock: bool,
+}
+
+/// The trials of all 30 dogs.
+///
+/// # Panics
+/// If the fixture is damaged.
+pub fn dog_trials() -> Vec<Trial> {
+    let data = Data::parse(include_str!("../../fixtures/posteriors/dogs.json"));
+    let mut trials = Vec::new();
+    for dog in data.list("trials") {
+        let (mut avoided, mut shocks) = (0.0, 0.0);
+        for outcome in dog.as_str().expect("a row of digits").bytes() {
+            let shock = outcome == b'1';
+            trials.push(Trial { avoided, shocks, shock });
+            if shock { shocks += 1.0 } else { avoided += 1.0 }
+        }
+    }
+    trials
+}
+
+/// Children's test scores with their mother's schooling and IQ.
+pub struct Kidiq {
+    /// Score of the child.
+    pub score: Vec<f64>,
+    /// 1 if the mother finished high school.
+    pub school: Vec<f64>,
+    /// IQ of the mother.
+    pub iq: Vec<f64>,
+}
+
+impl Kidiq {
+    /// Reads the fixture.
+    pub fn load() -> Self {
+        let data = Data::parse(include_str!("../../fixtures/posteriors/kidiq.json"));
+        let [score, school, iq] = ["kid_score", "mom_hs", "mom_iq"].map(|c| data.column(c));
+        Self { score, school, iq }
+    }
+
+    /// Rows 1, school, IQ, school × IQ, after both were moved and scaled.
+    pub fn interaction(&self, school: (f64, f64), iq: (f64, f64)) -> Vec<[f64; 4]> {
+        let row = |(s, q): (&f64, &f64)| {
+            let (s, q) = ((s - school.0) / school.1, (q - iq.0) / iq.1);
+            [1.0, s, q, s * q]
+        };
+        self.school.iter().zip(&self.iq).map(row).collect()
+    }
+}
+
+/// Mesquite bushes: leaf weight with the columns of the original.
+pub struct Mesquite(Data);
+
+impl Mesquite {
+    /// Reads the fixture.
+    pub fn load() -> Self {
+        Self(Data::parse(include_str!("../../fixtures/posteriors/mesquite.json")))
+    }
+
+    /// A column as it was measured.
+    pub fn column(&self, name: &str) -> Vec<f64> {
+        self.0.column(name)
+    }
+
+    /// The logarithm of a column.
+    pub fn log(&self, name: &str) -> Vec<f64> {
+        self.column(name).into_iter().map(f64::ln).collect()
+    }
+
+    /// Rows 1, then the five measures through `of`, then the group.
+    pub fn design(&self, of: impl Fn(&str) -> Vec<f64>) -> Vec<[f64; 7]> {
+        let one = vec![1.0; 46];
+        let [a, b, c, d, e] =
+            ["diam1", "diam2", "canopy_height", "total_height", "density"].map(of);
+        rows([&one, &a, &b, &c, &d, &e, &self.column("group")])
+    }
+
+    /// Logarithms of canopy volume and canopy area.
+    pub fn canopy(&self) -> (Vec<f64>, Vec<f64>) {
+        let [a, b, c] = ["diam1", "diam2", "canopy_height"].map(|name| self.log(name));
+        let area: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a + b).collect();
+        (area.iter().zip(&c).map(|(area, c)| area + c).collect(), area)
+    }
+}
