@@ -1,5 +1,5 @@
-//! Every diagnostic against ArviZ: the numbers and the program that made them, with its versions,
-//! are in `tests/golden/diagnostics.{json,py}`.
+//! Every diagnostic against ArviZ and the R package posterior: the numbers and the programs that made
+//! them, with versions, are in `tests/golden/diagnostics.{json,py}` and `posterior.{json,R}`.
 
 use serde_json::Value;
 
@@ -49,7 +49,7 @@ fn chains(case: &Value) -> Vec<Vec<f64>> {
 fn assert_close(what: &str, got: f64, expected: f64, tolerance: f64) {
     assert!(
         (got - expected).abs() <= tolerance * expected.abs().max(1e-3),
-        "{what}: {got}, ArviZ {expected}"
+        "{what}: {got}, expected {expected}"
     );
 }
 
@@ -77,6 +77,38 @@ fn chain_diagnostics_agree_with_arviz() {
         }
         for (chain, expected) in chains.iter().zip(case["bfmi"].as_array().expect("a list")) {
             assert_close("bfmi", e_bfmi(chain), expected.as_f64().expect("a number"), 1e-12);
+        }
+    }
+}
+
+#[test]
+fn chain_diagnostics_agree_with_the_package_posterior() {
+    let golden: Value = serde_json::from_str(include_str!("../../tests/golden/posterior.json"))
+        .expect("valid JSON");
+    for case in golden["chains"].as_array().expect("a list") {
+        let owned = chains(&case["case"]);
+        let chains = borrow(&owned);
+        // its ESS for the sd is that of |x − x̄|; ours and ArviZ's is that of the square, which the
+        // standard error of the sd needs
+        let centre = mean(owned.concat().into_iter());
+        let distances: Vec<Vec<f64>> =
+            owned.iter().map(|c| c.iter().map(|x| (x - centre).abs()).collect()).collect();
+        let computed = [
+            ("rhat", rhat(&chains)),
+            ("rhat_basic", rhat_basic(&chains)),
+            ("ess_bulk", ess_bulk(&chains)),
+            ("ess_tail", ess_tail(&chains)),
+            ("ess_mean", ess_mean(&chains)),
+            ("ess_sd", ess_mean(&borrow(&distances))),
+            ("ess_median", ess_quantile(&chains, 0.5)),
+            ("mcse_mean", mcse_mean(&chains)),
+            ("mcse_sd", mcse_sd(&chains)),
+            ("mcse_q05", mcse_quantile(&chains, 0.05)),
+            ("mcse_median", mcse_quantile(&chains, 0.5)),
+        ];
+        for (key, got) in computed {
+            let expected = case[key].as_f64().expect("a number");
+            assert_close(&format!("{key} of {}", case["case"]), got, expected, 1e-9);
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Every function takes plain slices, one per chain, and can be used without a model. All follow
 //! Vehtari, Gelman, Simpson, Carpenter & Bürkner (2021), doi:10.1214/20-BA1221, and agree with
-//! ArviZ to rounding (see the golden tests), with one deliberate difference: a quantity that never
+//! ArviZ and the R package posterior to rounding (see the golden tests), with one deliberate difference: a quantity that never
 //! moved, or that is not finite, gives NaN and not a flattering number.
 
 mod autocovariance;
@@ -29,7 +29,7 @@ pub use mcse::{mcse_mean, mcse_quantile, mcse_sd};
 pub use modes::Modes;
 pub use order::quantile;
 pub use power_scaling::{PowerScaled, cjs_distance, power_scaled};
-pub use rhat::rhat;
+pub use rhat::{rhat, rhat_basic};
 
 pub(crate) use order::quantile_of_sorted;
 

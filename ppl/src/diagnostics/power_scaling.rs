@@ -27,10 +27,10 @@ pub struct PowerScaled {
 /// ```
 /// use ppl::diagnostics::power_scaled;
 ///
-/// // a posterior N(0, 1) made of a prior N(0, √2) and a likelihood of the same width
+/// // a posterior N(0, 1) made of a prior N(3, √2) and a likelihood N(−3, √2): a conflict
 /// let normal = ppl::special::normal_upper_quantile;
 /// let x: Vec<f64> = (1..1000).map(|i| normal(f64::from(i) / 1000.0)).collect();
-/// let log_prior: Vec<f64> = x.iter().map(|x| -0.25 * x * x).collect();
+/// let log_prior: Vec<f64> = x.iter().map(|x| -0.25 * (x - 3.0).powi(2)).collect();
 /// let [scaled] = power_scaled(&[&log_prior], &[&x])[..] else { unreachable!() };
 /// assert!(scaled.sensitivity > 0.05 && scaled.pareto_k < 0.5);
 /// ```

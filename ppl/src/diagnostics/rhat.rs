@@ -33,6 +33,16 @@ pub fn rhat(chains: &[&[f64]]) -> f64 {
     bulk.max(folded) // a folded constant (±1 only) is NaN and gives way
 }
 
+/// Split R̂ of Gelman and Rubin on the draws themselves: no ranks, no folding.
+///
+/// What older programs report; it needs a finite variance and does not see chains that differ in
+/// spread. Prefer [`rhat`].
+///
+/// Reference: Gelman et al. (2013), *Bayesian Data Analysis*, section 11.4.
+pub fn rhat_basic(chains: &[&[f64]]) -> f64 {
+    usable(chains).map_or(f64::NAN, |chains| basic(&split(&chains)))
+}
+
 fn basic(chains: &[&[f64]]) -> f64 {
     let n = chains[0].len() as f64;
     let moments: Vec<(f64, f64)> =
