@@ -1,0 +1,158 @@
+#!/usr/bin/env python3
+"""Seeds defects into ppl, one at a time, and sees whether a test catches each.
+
+    tests/mutations/run.py            all defects of defects.toml
+    tests/mutations/run.py NAME …     these
+    tests/mutations/run.py --check    only whether every defect still fits its source
+
+A defect is a wrong expression in place of a right one. All of them are compiled at once, into a
+copy of the workspace, each behind a switch that an environment variable turns on: one build, then
+one short run of the named test a defect. Without a defect every named test has to pass. It needs
+Python 3.11 and takes some minutes; it is no part of CI.
+"""
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tomllib
+
+HERE = pathlib.Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+SWITCH = "PPL_SEEDED_DEFECT"
+# the switch as it is added to the copy of ppl/src/lib.rs
+CODE = """
+/// Whether the seeded defect with this number is on.
+#[doc(hidden)]
+pub fn seeded_defect(number: u32) -> bool {
+    static ON: std::sync::LazyLock<u32> = std::sync::LazyLock::new(|| {
+        std::env::var("%s").ok().and_then(|n| n.parse().ok()).unwrap_or(u32::MAX)
+    });
+    *ON == number
+}
+""" % SWITCH
+
+
+def seed(text, number, defect):
+    """The source with the defect behind its switch; None if it does not fit any more."""
+    within = defect.get("within", defect["right"])
+    if text.count(within) != 1 or within.count(defect["right"]) != 1:
+        return None
+    switched = "(if crate::seeded_defect(%d) { %s } else { %s })" % (
+        number,
+        defect["wrong"],
+        defect["right"],
+    )
+    return text.replace(within, within.replace(defect["right"], switched))
+
+
+def copy_workspace(target):
+    files = subprocess.run(
+        ["git", "ls-files"], cwd=ROOT, check=True, capture_output=True, text=True
+    ).stdout.split("\n")
+    for name in filter(None, files):
+        source = ROOT / name
+        if source.is_file():
+            (target / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(source, target / name)
+
+
+def build(workspace, tests):
+    """Compiles the test programs; their paths by name."""
+    arguments = ["cargo", "test", "-p", "ppl", "--no-run", "--message-format=json"]
+    for name in sorted(tests):
+        arguments += ["--lib"] if name == "lib" else ["--test", name]
+    environment = dict(os.environ, CARGO_PROFILE_DEV_OPT_LEVEL="1")
+    result = subprocess.run(
+        arguments, cwd=workspace, env=environment, stdout=subprocess.PIPE, text=True
+    )
+    if result.returncode != 0:
+        sys.exit("the seeded copy does not compile: is every `wrong` of the type of its `right`?")
+    programs = {}
+    for line in result.stdout.splitlines():
+        message = json.loads(line)
+        if message.get("reason") == "compiler-artifact" and message.get("executable"):
+            kind = message["target"]["kind"]
+            programs["lib" if "lib" in kind else message["target"]["name"]] = message["executable"]
+    return programs
+
+
+def passes(program, filters, number, workspace):
+    """Whether the tests pass; None if the filters name none."""
+    environment = dict(os.environ, **({} if number is None else {SWITCH: str(number)}))
+    try:
+        result = subprocess.run(
+            [program, *filters],
+            cwd=workspace / "ppl",
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=300,
+        )
+    except subprocess.TimeoutExpired:
+        return False
+    if "running 0 tests" in result.stdout:
+        return None
+    return result.returncode == 0
+
+
+def main():
+    asked = [a for a in sys.argv[1:] if not a.startswith("--")]
+    defects = tomllib.loads((HERE / "defects.toml").read_text())["defect"]
+    unknown = set(asked) - {d["name"] for d in defects}
+    if unknown:
+        sys.exit(f"no such defect: {', '.join(sorted(unknown))}")
+
+    sources, stale = {}, []
+    for number, defect in enumerate(defects):
+        path = defect["file"]
+        text = sources.get(path) or (ROOT / path).read_text()
+        seeded = seed(text, number, defect)
+        if seeded is None:
+            stale.append(defect["name"])
+        sources[path] = seeded or text
+    for name in stale:
+        print(f"{name}: no longer fits its source; write it anew")
+    if "--check" in sys.argv:
+        print(f"{len(defects) - len(stale)} of {len(defects)} defects fit")
+        sys.exit(bool(stale))
+
+    chosen = [
+        (number, d)
+        for number, d in enumerate(defects)
+        if d["name"] not in stale and (not asked or d["name"] in asked)
+    ]
+    # beside the other build outputs, so that compiled dependencies serve again
+    cache = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
+    os.environ["CARGO_TARGET_DIR"] = str(cache)
+    workspace = cache / "mutations"
+    shutil.rmtree(workspace, ignore_errors=True)
+    copy_workspace(workspace)
+    for path, text in sources.items():
+        (workspace / path).write_text(text)
+    with (workspace / "ppl/src/lib.rs").open("a") as lib:
+        lib.write(CODE)
+    programs = build(workspace, {d["test"] for _, d in chosen})
+
+    clean, missed = {}, []
+    for number, defect in chosen:
+        program, filters = programs[defect["test"]], defect["filter"]
+        key = (program, *filters)
+        if key not in clean:
+            clean[key] = passes(program, filters, None, workspace)
+        if not clean[key]:
+            why = "names no test" if clean[key] is None else "fails without any defect"
+            verdict = f"its test {why}: {defect['test']} {filters}"
+        else:
+            caught = passes(program, filters, number, workspace) is False
+            verdict = "caught" if caught else "MISSED"
+        print(f"{defect['name']}: {verdict}", flush=True)
+        if verdict != "caught":
+            missed.append(defect["name"])
+    print(f"{len(chosen) - len(missed)} of {len(chosen)} caught")
+    sys.exit(bool(missed or stale))
+
+
+main()
