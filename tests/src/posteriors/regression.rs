@@ -42,11 +42,12 @@ ppl::model! {
     }
 
     /// Learning of dogs: the chance of a shock on the logit scale, linear in what happened before.
+    /// The Bernoulli mass is written on that scale, where it has no 1 − p to lose digits.
     pub fn dogs(trials: &[Trial]) {
         let beta ~ Normal(0.0, 100.0).array::<3>();
         for t in trials {
             let logit = beta[0] + beta[1] * t.avoided + beta[2] * t.shocks;
-            t.shock ~ Bernoulli(logit.logistic());
+            factor(t.shock * logit - logit.softplus());
         }
     }
 
@@ -57,7 +58,7 @@ ppl::model! {
         #[track] let beta = [avoided, shocks];
         for t in trials {
             let logit = avoided * t.avoided + shocks * t.shocks;
-            t.shock ~ Bernoulli(logit.logistic());
+            factor(t.shock * logit - logit.softplus());
         }
     }
 }
@@ -68,8 +69,8 @@ pub struct Trial {
     pub avoided: f64,
     /// Shocks received before.
     pub shocks: f64,
-    /// Whether this trial gave one.
-    pub shock: bool,
+    /// 1 if this trial gave one.
+    pub shock: f64,
 }
 
 /// The trials of all 30 dogs.
@@ -82,9 +83,10 @@ pub fn dog_trials() -> Vec<Trial> {
     for dog in data.list("trials") {
         let (mut avoided, mut shocks) = (0.0, 0.0);
         for outcome in dog.as_str().expect("a row of digits").bytes() {
-            let shock = outcome == b'1';
+            let shock = f64::from(outcome - b'0');
             trials.push(Trial { avoided, shocks, shock });
-            if shock { shocks += 1.0 } else { avoided += 1.0 }
+            shocks += shock;
+            avoided += 1.0 - shock;
         }
     }
     trials
