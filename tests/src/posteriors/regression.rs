@@ -50,17 +50,6 @@ ppl::model! {
             factor(t.shock * logit - logit.softplus());
         }
     }
-
-    /// The same without intercept, the signs known.
-    pub fn dogs_log(trials: &[Trial]) {
-        let avoided ~ Uniform(-100.0, 0.0);
-        let shocks ~ Uniform(0.0, 100.0);
-        #[track] let beta = [avoided, shocks];
-        for t in trials {
-            let logit = avoided * t.avoided + shocks * t.shocks;
-            factor(t.shock * logit - logit.softplus());
-        }
-    }
 }
 
 /// One trial of one dog.
