@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::Role;
 use crate::diagnostics::{Identifiability, Identification, Modes, e_bfmi, mean_and_variance};
 use crate::posterior::Posterior;
+use crate::sampler::Chain;
 use crate::summary::{SummaryRow, cell};
 
 /// The kind of a [`Finding`].
@@ -270,11 +271,26 @@ fn hamiltonian(
     if cut * 100 > total {
         say(
             FindingKind::TreeDepth,
-            format!("{cut} of {total} trajectories were cut at the largest tree depth"),
-            "Sampling is slow but not wrong: longer warmup, a dense metric or a \
-             reparametrisation shortens the trajectories",
+            format!(
+                "{cut} of {total} trajectories were cut at the largest tree depth (mass matrix: {})",
+                maps(runs)
+            ),
+            "Sampling is slow but not wrong: a longer warmup or a reparametrisation shortens the \
+             trajectories",
         );
     }
+}
+
+/// The kinds of mass matrix of the chains, each once.
+fn maps(runs: &[Chain]) -> String {
+    let mut kinds: Vec<String> = Vec::new();
+    for run in runs {
+        let kind = run.warmup.switches.last().map_or("untuned".into(), |last| last.map.to_string());
+        if !kinds.contains(&kind) {
+            kinds.push(kind);
+        }
+    }
+    kinds.join(" or ")
 }
 
 /// The parameters whose divergences lie farthest from the centre of the posterior, in units of its

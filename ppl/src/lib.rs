@@ -89,7 +89,7 @@ pub use findings::{Finding, FindingKind};
 pub use group::{Group, Values};
 pub use model::{Context, Failure, Model, Site};
 pub use ode::{Ode, Solution};
-pub use optimize::{Laplace, Map, Mode, OptimizeError};
+pub use optimize::{Laplace, Map, Mode, OptimizeError, Pathfinder, PathfinderFit, PathfinderPath};
 pub use posterior::{DivergentPoint, Posterior, PosteriorError};
 pub use power_scaling::{PowerScaling, PowerScalingError, Sensitivity, SensitivityRow};
 #[doc(inline)]

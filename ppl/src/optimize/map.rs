@@ -18,7 +18,7 @@ use crate::{
 };
 
 /// Pairs of steps and gradient differences that L-BFGS remembers.
-const MEMORY: usize = 10;
+pub(super) const MEMORY: usize = 10;
 /// Starting points tried for each start.
 const TRIES: u32 = 100;
 /// Starts agree if they end within this of the best log density: no posterior could tell them apart.
@@ -126,6 +126,18 @@ pub enum OptimizeError {
     /// The optimiser failed.
     #[error("the search failed: {0}")]
     Optimiser(String),
+    /// There is nothing to find.
+    #[error("the density has no unknowns, so that there is nothing to approximate")]
+    NoUnknowns,
+    /// Pathfinder found no normal distribution near the density.
+    #[error(
+        "none of {paths} paths met a point with a normal approximation inside the support: the \
+         density may have no mode; sample it instead"
+    )]
+    NoApproximation {
+        /// Paths tried.
+        paths: usize,
+    },
     /// The log density is not concave at the mode, so that no normal distribution fits there.
     #[error(
         "no normal approximation: the log density is flat or rises from the mode (coordinates at a \
@@ -206,13 +218,12 @@ impl Map {
         density: &D,
         start: Vec<f64>,
     ) -> Result<(Vec<f64>, f64), OptimizeError> {
-        let problem = Descent { density, workspace: RefCell::default(), fatal: RefCell::default() };
         let solver: LBFGS<_, Vec<f64>, Vec<f64>, f64> = LBFGS::new(WeakWolfe::new(), MEMORY);
-        let result = Executor::new(problem, solver)
+        let result = Executor::new(Descent::new(density), solver)
             .configure(|state| state.param(start).max_iters(self.iterations))
             .run()
             .map_err(|error| OptimizeError::Optimiser(error.to_string()))?;
-        if let Some(fatal) = result.problem.problem.and_then(|p| p.fatal.into_inner()) {
+        if let Some(fatal) = result.problem.problem.and_then(Descent::into_fatal) {
             return Err(OptimizeError::Density(Box::new(fatal)));
         }
         let state = result.state;
@@ -224,7 +235,10 @@ impl Map {
 }
 
 /// A random point that the density accepts.
-fn start<D: LogDensity, R: Rng>(density: &D, rng: &mut R) -> Result<Vec<f64>, OptimizeError> {
+pub(super) fn start<D: LogDensity, R: Rng>(
+    density: &D,
+    rng: &mut R,
+) -> Result<Vec<f64>, OptimizeError> {
     let mut workspace = D::Workspace::default();
     let mut tries = 0;
     loop {
@@ -284,14 +298,22 @@ fn runs_away<D: LogDensity>(
 }
 
 /// The negative log density for argmin; rejected points cost +∞.
-struct Descent<'a, D: LogDensity> {
+pub(super) struct Descent<'a, D: LogDensity> {
     density: &'a D,
     workspace: RefCell<D::Workspace>,
     /// A fatal rejection, kept until argmin returns.
     fatal: RefCell<Option<Rejection>>,
 }
 
-impl<D: LogDensity> Descent<'_, D> {
+impl<'a, D: LogDensity> Descent<'a, D> {
+    pub(super) fn new(density: &'a D) -> Self {
+        Self { density, workspace: RefCell::default(), fatal: RefCell::default() }
+    }
+
+    pub(super) fn into_fatal(self) -> Option<Rejection> {
+        self.fatal.into_inner()
+    }
+
     fn note(&self, rejection: Rejection) {
         if let Rejection::Fatal { .. } = rejection {
             self.fatal.replace(Some(rejection));

@@ -1,9 +1,11 @@
-//! Modes and their neighbourhood: [`Map`] and [`Laplace`].
+//! Modes and what lies round them: [`Map`], [`Laplace`] and [`Pathfinder`].
 
 mod curvature;
 mod laplace;
 mod line_search;
 mod map;
+mod pathfinder;
 
 pub use laplace::Laplace;
 pub use map::{Map, Mode, OptimizeError};
+pub use pathfinder::{Pathfinder, PathfinderFit, PathfinderPath};

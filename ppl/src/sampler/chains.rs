@@ -31,7 +31,7 @@ pub struct DrawStats {
 
 impl DrawStats {
     /// Of a transition without trajectory.
-    pub(super) fn walk(log_density: f64, acceptance: f64, scale: f64, evaluations: u32) -> Self {
+    pub(crate) fn walk(log_density: f64, acceptance: f64, scale: f64, evaluations: u32) -> Self {
         Self {
             log_density,
             energy: -log_density,

@@ -18,6 +18,7 @@ use crate::{
     bound::Bound,
     density::{LogDensity, Place, Rejection},
     model::Model,
+    optimize::Pathfinder,
     posterior::Posterior,
 };
 
@@ -77,6 +78,7 @@ pub struct Nuts<'a> {
     max_depth: u32,
     /// Mass matrix and step of each chain, from an earlier run.
     pub(super) warm: Option<Vec<(Covariance, f64)>>,
+    pathfinder: bool,
 }
 
 impl Default for Nuts<'_> {
@@ -87,6 +89,7 @@ impl Default for Nuts<'_> {
             target_accept: 0.8,
             max_depth: 10,
             warm: None,
+            pathfinder: false,
         }
     }
 }
@@ -114,6 +117,13 @@ impl<'a> Nuts<'a> {
         self
     }
 
+    /// Starts every chain from a draw of a [`Pathfinder`] path of its own instead of a random point:
+    /// the warmup need not find the way to the posterior. Starts given otherwise are ignored.
+    pub fn init_pathfinder(mut self) -> Self {
+        self.pathfinder = true;
+        self
+    }
+
     /// Samples any log density.
     ///
     /// # Errors
@@ -130,7 +140,13 @@ impl<'a> Nuts<'a> {
         let dim = density.dim();
         self.run.validate(dim)?;
         let tuned = self.tuned_maps(dim)?;
-        let chains = self.run.execute_each(dim, |number| {
+        let mut run = self.run.clone();
+        if self.pathfinder && dim > 0 {
+            // one draw a path would do; a few more are at hand should the first be rejected
+            let search = Pathfinder::default().paths(run.chains).draws(25).seed(run.seed);
+            run.init = Init::Points(search.run(density)?.starts(run.chains));
+        }
+        let chains = run.execute_each(dim, |number| {
             let tuned = tuned.as_ref().map(|tuned| tuned[number].clone());
             let (warmup, target, warm) = (self.run.warmup, self.target_accept, tuned.is_some());
             let warmup = Warmup::new(self.rule, dim, warmup, target, warm);

@@ -6,7 +6,7 @@ use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::{Diagonal, dense::geometric_mean, sample::Centred};
-use crate::sampler::chains::Covariance;
+use crate::sampler::{chains::Covariance, hamiltonian::dot};
 
 /// `M⁻¹ = D (I + U (Λ − I) Uᵀ) D` with D = diag(σ) and orthonormal columns of U.
 #[derive(Clone, Debug)]
@@ -92,7 +92,7 @@ impl LowRank {
     #[inline]
     fn stretch(&self, x: &mut [f64], f: impl Fn(f64) -> f64) {
         for (vector, value) in self.vectors.chunks_exact(x.len()).zip(&self.values) {
-            let along: f64 = x.iter().zip(vector).map(|(x, u)| x * u).sum();
+            let along = dot(x, vector);
             let change = (f(*value) - 1.0) * along;
             x.iter_mut().zip(vector).for_each(|(x, u)| *x += change * u);
         }
