@@ -14,8 +14,9 @@ use syn::{
     Generics, Ident, Lifetime, Type, TypeFnPtr, WherePredicate, parse_quote, parse_quote_spanned,
 };
 
+use crate::attributes::Mark;
 use crate::lower::Site;
-use crate::parse::{Arm, ArmBody, Block, Flow, Init, Kind, Mark, Statement, plain_name};
+use crate::parse::{Arm, ArmBody, Block, Flow, Init, Kind, Statement, plain_name};
 use crate::scan;
 use crate::signature::{Argument, Model};
 

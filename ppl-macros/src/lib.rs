@@ -6,6 +6,8 @@
 //! place of the value, so that one mistake stays one error and everything else is still there
 //! for completion.
 
+mod attributes;
+mod check;
 mod emit;
 mod errors;
 #[cfg(test)]

@@ -6,10 +6,12 @@ use std::collections::{HashMap, HashSet};
 use proc_macro2::Span;
 use syn::ext::IdentExt;
 use syn::visit_mut::VisitMut;
-use syn::{Error, Expr, Ident, Member, Pat, Result, Stmt, Type, UnOp};
+use syn::{Error, Expr, Ident, Member, Result, Stmt, Type, UnOp};
 
+use crate::attributes::Mark;
+use crate::check::{check_dims, check_mark, declared, recorded_name};
 use crate::errors::{self, at};
-use crate::parse::{ArmBody, Block, Dim, Flow, Init, Kind, Mark, Statement, plain_name};
+use crate::parse::{ArmBody, Block, Flow, Init, Kind, Statement, plain_name};
 use crate::rewrite::{Rewrite, is_assignment};
 use crate::scan;
 use crate::signature::Model;
@@ -349,62 +351,6 @@ impl Lower {
         let mut rewrite = Rewrite::new(site, &self.scope);
         rewrite.visit_expr_mut(expr);
         rewrite.used
-    }
-}
-
-fn check_mark(mark: Mark, kind: &Kind, span: Span) -> Result<()> {
-    let message = match (mark, kind) {
-        (Mark::Track, Kind::Unknown { .. }) => errors::TRACK_UNKNOWN,
-        (Mark::None, _) | (_, Kind::Let { .. } | Kind::Unknown { .. } | Kind::Part { .. }) => {
-            return Ok(());
-        }
-        (Mark::Predict, Kind::Flow(Flow::For { .. })) => return Ok(()),
-        (Mark::Predict, Kind::Observe { .. } | Kind::Impute { .. }) => errors::PREDICT_PLACE,
-        (Mark::Predict, _) => errors::PREDICT_WHAT,
-        (Mark::Track, _) => errors::TRACK_WHAT,
-    };
-    Err(Error::new(span, message))
-}
-
-fn check_dims(dims: &[Dim], mark: Mark, kind: &Kind) -> Result<()> {
-    let Some(first) = dims.first() else {
-        return Ok(());
-    };
-    let message = match kind {
-        Kind::Flow(Flow::For { .. }) if dims.len() > 1 => errors::DIMS_PLATE,
-        Kind::Flow(Flow::For { .. }) | Kind::Unknown { .. } => return Ok(()),
-        Kind::Observe { .. } | Kind::Impute { .. } => return Ok(()),
-        Kind::Let { .. } if mark != Mark::None => return Ok(()),
-        Kind::Part { .. } => errors::DIMS_PART,
-        _ => errors::DIMS_WHAT,
-    };
-    Err(at(&first.name, message))
-}
-
-/// The names that a statement puts into scope.
-fn declared(kind: &Kind) -> Vec<Ident> {
-    match kind {
-        Kind::Unknown { name, .. } | Kind::Part { name, .. } => vec![name.clone()],
-        Kind::Impute { place, .. } => plain_name(place).cloned().into_iter().collect(),
-        Kind::Let { pat, .. } => scan::bound_names(pat),
-        Kind::Broken { names, .. } => names.clone(),
-        _ => Vec::new(),
-    }
-}
-
-fn recorded_name(pat: &Pat, has_value: bool) -> Result<&Ident> {
-    let plain = match pat {
-        Pat::Type(typed) => &*typed.pat,
-        other => other,
-    };
-    match plain {
-        _ if !has_value => Err(at(pat, errors::RECORDED_NOTHING)),
-        Pat::Ident(name)
-            if name.mutability.is_none() && name.by_ref.is_none() && name.subpat.is_none() =>
-        {
-            Ok(&name.ident)
-        }
-        _ => Err(at(pat, errors::RECORDED_PATTERN)),
     }
 }
 
