@@ -21,7 +21,7 @@ use crate::scan;
 use crate::signature::{Argument, Model};
 
 /// A function that binds its data to a model.
-pub(crate) fn model(model: &Model, sites: &[Site]) -> TokenStream {
+pub(crate) fn model(model: &Model, sites: &[Site], is_static: bool) -> TokenStream {
     let span = Span::mixed_site();
     let Model { attrs, vis, fn_token, name, generics, arguments, body, errors, .. } = model;
     let parameters = arguments.iter().map(|argument| {
@@ -51,10 +51,14 @@ pub(crate) fn model(model: &Model, sites: &[Site]) -> TokenStream {
                 #(#names: #types,)*
             }
             impl #introduced ::ppl::Model for #data #applied #bounds {
+                const STATIC: bool = #is_static;
+
                 fn run<__C: ::ppl::Context>(
                     &#this,
                     #cx: &mut __C,
                 ) -> ::core::result::Result<(), ::ppl::Rejection> {
+                    #[allow(unused_imports)]
+                    use ::ppl::__private::{Number as _, Other as _};
                     #sites
                     #(#bindings)*
                     #statements
@@ -348,8 +352,16 @@ fn record(statement: &Statement, name: impl ToTokens + Spanned) -> TokenStream {
 
 fn flow(inner: &Flow, predicted: bool) -> TokenStream {
     match inner {
-        Flow::For { label, for_token, pat, in_token, iter, body } => {
-            let body = block(body, predicted);
+        Flow::For { label, for_token, pat, in_token, iter, body, unwinds } => {
+            let mut body = block(body, predicted);
+            if *unwinds {
+                let cx = cx();
+                body = quote_spanned!(Span::mixed_site()=> {
+                    let mark = #cx.mark();
+                    #body
+                    #cx.unwind(mark);
+                });
+            }
             quote!(#label #for_token #pat #in_token #iter #body)
         }
         Flow::If { if_token, condition, then, otherwise } => {

@@ -1,15 +1,16 @@
 //! The `model!` macro of `ppl`. The language is described at `ppl::model!`.
 //!
 //! `signature` and `parse` read what was written, statement by statement, and keep going after
-//! an error; `lower` checks it and numbers the statements; `emit` writes the implementation of
-//! `ppl::Model`. An error stays in the statement where it happened, as a `compile_error!` in
-//! place of the value, so that one mistake stays one error and everything else is still there
-//! for completion.
+//! an error; `lower` checks it and numbers the statements; `formula` joins arithmetic to what is
+//! differentiated as a whole; `emit` writes the implementation of `ppl::Model`. An error stays in
+//! the statement where it happened, as a `compile_error!` in place of the value, so that one
+//! mistake stays one error and everything else is still there for completion.
 
 mod attributes;
 mod check;
 mod emit;
 mod errors;
+mod formula;
 #[cfg(test)]
 mod fuzz;
 mod lower;
@@ -33,7 +34,10 @@ fn expand(input: TokenStream) -> TokenStream {
         Ok(mut model) => {
             let sites = lower::lower(&mut model);
             match &model.value {
-                None => emit::model(&model, &sites),
+                None => {
+                    let is_static = formula::formulas(&mut model.body);
+                    emit::model(&model, &sites, is_static)
+                }
                 Some(value) => submodel::submodel(&model, value, &sites),
             }
         }

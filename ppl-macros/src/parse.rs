@@ -78,6 +78,8 @@ pub(crate) enum Flow {
         in_token: Token![in],
         iter: Expr,
         body: Block,
+        /// Whether nothing that an iteration computes outlives it.
+        unwinds: bool,
     },
     If {
         if_token: Token![if],
@@ -374,6 +376,7 @@ fn flow(input: ParseStream) -> Result<Flow> {
         in_token: input.parse()?,
         iter: Expr::parse_without_eager_brace(input)?,
         body: block(input)?,
+        unwinds: false,
     })
 }
 

@@ -6,7 +6,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use ppl::prelude::*;
-use ppl::{Bound, Model, Workspace};
+use ppl::{Bound, DomainError, Model, Workspace};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -18,13 +18,22 @@ ppl::model! {
         let mu ~ Normal(0.0, 5.0);
         let tau ~ HalfCauchy(5.0);
         let z ~ Normal(0.0, 1.0).array::<8>();
-        #[track] let theta = z.map(|z| mu + tau * z);
         for j in 0..8 {
-            effects[j] ~ Normal(theta[j], errors[j]);
+            #[track] let theta = mu + tau * z[j];
+            effects[j] ~ Normal(theta, errors[j]);
         }
     }
 
     fn regression<const D: usize>(x: &[[f64; D]], y: &[f64]) {
+        let slope ~ Normal(0.0, 2.5).array::<D>();
+        let sd ~ HalfNormal(1.0);
+        for (row, y) in x.iter().zip(y) {
+            y ~ Normal(dot(row, &slope), sd);
+        }
+    }
+
+    /// The same predictor, summed by hand.
+    fn regression_loop<const D: usize>(x: &[[f64; D]], y: &[f64]) {
         let slope ~ Normal(0.0, 2.5).array::<D>();
         let sd ~ HalfNormal(1.0);
         for (row, y) in x.iter().zip(y) {
@@ -34,6 +43,104 @@ ppl::model! {
             }
             y ~ Normal(mean, sd);
         }
+    }
+
+    /// Groups with levels of their own, 5 observations each.
+    fn hierarchy(groups: usize, group: &[usize], y: &[f64]) {
+        let mu ~ Normal(0.0, 5.0);
+        let tau ~ HalfNormal(2.0);
+        let sd ~ HalfNormal(2.0);
+        let level ~ Normal(mu, tau).iid(groups);
+        for (g, y) in group.iter().zip(y) {
+            y ~ Normal(level[*g], sd);
+        }
+    }
+
+    /// The paper's calibration: nine parameters, eight experiments.
+    fn calibration(forward: &Cubic, qois: &[[f64; 3]]) {
+        let young ~ Uniform(-1.0, 1.0);
+        let toughness ~ Uniform(-1.0, 1.0);
+        let viscosity ~ Uniform(-1.0, 1.0);
+        let sd ~ Normal(0.15, 0.25).truncate(0.0..).array::<3>();
+        let corr ~ LkjCholesky::<3>(3.0);
+        let chol = corr.scale_rows(sd);
+        #[track] let mean = forward.at([young, toughness, viscosity]);
+        for y in qois {
+            y ~ MvNormalCholesky(mean, chol);
+        }
+    }
+
+    fn garch11(ys: &[f64], first_sd: f64) {
+        let mu ~ Normal(0.0, 10.0);
+        let constant ~ LogNormal(0.0, 2.0);
+        let arch ~ Uniform(0.0, 1.0);
+        let share ~ Uniform(0.0, 1.0);
+        let garch = (1.0 - arch) * share;
+        let mut sd = Real::from(first_sd);
+        for (i, y) in ys.iter().enumerate() {
+            if i > 0 {
+                sd = (constant + arch * (ys[i - 1] - mu).square() + garch * sd.square()).sqrt();
+            }
+            y ~ Normal(mu, sd);
+        }
+    }
+}
+
+/// A polynomial surrogate of total degree 3 in 3 variables: the shape and the cost of the
+/// paper's.
+struct Cubic([[f64; 20]; 3]);
+
+impl Cubic {
+    fn new() -> Self {
+        let entry = |m: usize, j: usize| 0.3 * (1.0 + 2.3 * m as f64 + 0.7 * j as f64).sin();
+        Self(std::array::from_fn(|m| std::array::from_fn(|j| entry(m, j))))
+    }
+}
+
+impl Differentiable<3, 3> for Cubic {
+    fn value_and_jacobian(&self, x: &[f64; 3]) -> Result<([f64; 3], [[f64; 3]; 3]), DomainError> {
+        // Legendre polynomials and their derivatives
+        let p = x.map(|x| [1.0, x, 1.5 * x * x - 0.5, (2.5 * x * x - 1.5) * x]);
+        let d = x.map(|x| [0.0, 1.0, 3.0 * x, 7.5 * x * x - 1.5]);
+        let (mut value, mut jacobian) = ([0.0; 3], [[0.0; 3]; 3]);
+        let mut j = 0;
+        for a in 0..4 {
+            for b in 0..4 - a {
+                for c in 0..4 - a - b {
+                    let term = p[0][a] * p[1][b] * p[2][c];
+                    let slope = [
+                        d[0][a] * p[1][b] * p[2][c],
+                        p[0][a] * d[1][b] * p[2][c],
+                        p[0][a] * p[1][b] * d[2][c],
+                    ];
+                    for m in 0..3 {
+                        value[m] += self.0[m][j] * term;
+                        for k in 0..3 {
+                            jacobian[m][k] += self.0[m][j] * slope[k];
+                        }
+                    }
+                    j += 1;
+                }
+            }
+        }
+        Ok((value, jacobian))
+    }
+
+    fn value(&self, x: &[f64; 3]) -> Result<[f64; 3], DomainError> {
+        let p = x.map(|x| [1.0, x, 1.5 * x * x - 0.5, (2.5 * x * x - 1.5) * x]);
+        let (mut value, mut j) = ([0.0; 3], 0);
+        for a in 0..4 {
+            for b in 0..4 - a {
+                for c in 0..4 - a - b {
+                    let term = p[0][a] * p[1][b] * p[2][c];
+                    for m in 0..3 {
+                        value[m] += self.0[m][j] * term;
+                    }
+                    j += 1;
+                }
+            }
+        }
+        Ok(value)
     }
 }
 
@@ -72,10 +179,21 @@ fn main() {
     let quick = !std::env::args().any(|argument| argument == "--bench");
     println!("model,dim,value_ns,gradient_ns");
     report("eight_schools_non_centred", quick, &eight_schools(&EFFECTS, &ERRORS));
+    let qois: Vec<[f64; 3]> =
+        (0..8).map(|i| [1.0, 0.9, 1.1].map(|m| m + 0.1 * f64::from(i).sin())).collect();
+    report("paper_calibration", quick, &calibration(&Cubic::new(), &qois));
     for n in [20, 200, 2000] {
         let wave = |i: usize, d: usize| (1.0 + i as f64 * (0.7 + d as f64)).sin();
         let x: Vec<[f64; 5]> = (0..n).map(|i| std::array::from_fn(|d| wave(i, d))).collect();
         let y: Vec<f64> = x.iter().map(|row| row.iter().sum::<f64>() + 0.1 * row[0]).collect();
         report(&format!("linear_regression_n{n}"), quick, &regression(&x, &y));
+        report(&format!("linear_regression_loop_n{n}"), quick, &regression_loop(&x, &y));
     }
+    for groups in [8, 100, 1000] {
+        let group: Vec<usize> = (0..5 * groups).map(|i| i / 5).collect();
+        let y: Vec<f64> = (0..5 * groups).map(|i| (1.7 * i as f64).sin()).collect();
+        report(&format!("hierarchical_d{}", groups + 3), quick, &hierarchy(groups, &group, &y));
+    }
+    let returns: Vec<f64> = (0..200).map(|i| 2.0 * (1.3 * f64::from(i)).sin()).collect();
+    report("garch11", quick, &garch11(&returns, 0.5));
 }

@@ -8,7 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::density::{LogDensity, Rejection};
 use crate::dual::Dual;
 use crate::model::Model;
-use crate::reading::{Density, Roots, Sum};
+use crate::reading::{Density, Ledger, Roots, Sum, WithoutConstants};
 use crate::tape::Tape;
 use crate::trace::{Record, Role, Source, Trace, Variable};
 
@@ -86,6 +86,8 @@ impl Layout {
 pub struct Bound<M> {
     model: M,
     layout: Result<Layout, ModelError>,
+    /// What the data alone add to the log density, if that is the same at every point.
+    constant: Option<f64>,
 }
 
 /// Memory for evaluations of a [`Bound`] model.
@@ -97,14 +99,43 @@ pub struct Workspace {
 impl<M: Model> Bound<M> {
     /// Binds a model to the data that it holds.
     pub fn new(model: M) -> Self {
-        let mut bound = Self { model, layout: Ok(Layout::default()) };
+        let layout = Ok(Layout::default());
+        let mut bound = Self { model, layout, constant: None };
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
         bound.layout = bound.draw_prior(&mut rng).map(|record| Layout {
             dim: record.unconstrained.len(),
             variables: record.entries.into_iter().map(|entry| entry.variable).collect(),
             coordinates: record.coordinates,
         });
+        bound.constant = bound.find_constant(&mut rng);
         bound
+    }
+
+    /// The difference between the full and the lean density, if it is the same at several draws
+    /// from the prior; from the draw where least is lost to rounding.
+    fn find_constant<G: Rng>(&self, rng: &mut G) -> Option<f64> {
+        const DRAWS: usize = 20;
+        if !M::STATIC || self.layout.is_err() {
+            return None;
+        }
+        let mut best = (f64::INFINITY, f64::NAN);
+        let mut found = Vec::new();
+        for _ in 0..DRAWS {
+            let y = self.draw_prior(rng).ok()?.unconstrained;
+            let full = self.value(Sum::new(&y), true);
+            let lean = self.value(WithoutConstants(Sum::new(&y)), true);
+            // far out in the prior there may be no density
+            let (Ok(full), Ok(lean)) = (full, lean) else { continue };
+            let size = full.abs() + lean.abs();
+            found.push((size, full - lean));
+            if size < best.0 {
+                best = (size, full - lean);
+            }
+        }
+        let same = |(size, difference): &(f64, f64)| {
+            (difference - best.1).abs() <= 1e-12 * (size + best.0 + 1.0)
+        };
+        found.iter().all(same).then_some(best.1).filter(|constant| constant.is_finite())
     }
 
     /// The model itself.
@@ -167,7 +198,7 @@ impl<M: Model> Bound<M> {
         y: &[f64],
         _: &mut Workspace,
     ) -> Result<f64, Rejection> {
-        self.value(y, false)
+        self.value(Sum::new(y), false)
     }
 
     /// [`log_density_without_jacobian`](Bound::log_density_without_jacobian) with its gradient
@@ -205,12 +236,15 @@ impl<M: Model> Bound<M> {
         Ok(value)
     }
 
-    fn value(&self, y: &[f64], jacobian: bool) -> Result<f64, Rejection> {
-        let mut density = Density { ledger: Sum::new(y), jacobian };
+    /// The sum of all terms.
+    #[inline]
+    fn value<L: Ledger>(&self, ledger: L, jacobian: bool) -> Result<f64, Rejection> {
+        let mut density = Density { ledger, jacobian };
         density.read(&self.model)?;
-        Ok(density.ledger.total)
+        Ok(density.ledger.total())
     }
 
+    /// The sum of all terms, with its gradient; once more if the tape was too short.
     fn reverse(
         &self,
         y: &[f64],
@@ -218,14 +252,21 @@ impl<M: Model> Bound<M> {
         workspace: &mut Workspace,
         jacobian: bool,
     ) -> Result<f64, Rejection> {
-        let tape = &workspace.tape;
-        tape.clear();
-        let ledger = Roots::new(tape, y);
-        let mut density = Density { ledger, jacobian };
-        density.read(&self.model)?;
-        let total = density.ledger.total;
-        tape.sweep(gradient);
-        Ok(total)
+        loop {
+            workspace.tape.clear();
+            let tape = &workspace.tape;
+            let roots = Roots::new(tape, y);
+            let total = match self.constant {
+                Some(constant) if jacobian && M::STATIC => {
+                    constant + self.value(WithoutConstants(roots), true)?
+                }
+                _ => self.value(roots, jacobian)?,
+            };
+            if !tape.is_full() {
+                tape.sweep(gradient);
+                return Ok(total);
+            }
+        }
     }
 }
 
@@ -237,7 +278,12 @@ impl<M: Model> LogDensity for Bound<M> {
     }
 
     fn log_density(&self, y: &[f64], _: &mut Workspace) -> Result<f64, Rejection> {
-        self.value(y, true)
+        match self.constant {
+            Some(constant) if M::STATIC => {
+                Ok(constant + self.value(WithoutConstants(Sum::new(y)), true)?)
+            }
+            _ => self.value(Sum::new(y), true),
+        }
     }
 
     fn gradient(

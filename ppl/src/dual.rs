@@ -1,6 +1,6 @@
 //! Forward mode: a value with its gradient in `N` directions.
 
-use crate::scalar::{Scalar, impl_arithmetic};
+use crate::scalar::{Partials, Scalar, impl_arithmetic};
 
 /// A number with the derivatives along `N` directions, carried forward.
 ///
@@ -55,16 +55,16 @@ impl<const N: usize> Scalar for Dual<N> {
     }
 
     #[inline]
-    fn fuse_iter(value: f64, arguments: impl IntoIterator<Item = (Self, f64)>) -> Self {
+    fn gather(value: f64, partials: impl Partials<Self>) -> Self {
         let mut gradient = [0.0; N];
-        for (argument, partial) in arguments {
+        partials.spread(&mut |argument, partial| {
             for (total, g) in gradient.iter_mut().zip(argument.gradient) {
                 // a direction that the argument does not move along stays out of it: 0 · ∞
                 if g != 0.0 {
                     *total += partial * g;
                 }
             }
-        }
+        });
         Self::new(value, gradient)
     }
 }

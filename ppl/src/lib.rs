@@ -47,6 +47,7 @@
 
 extern crate self as ppl;
 
+mod arithmetic;
 mod bound;
 pub mod check;
 mod collect;
@@ -57,9 +58,11 @@ mod dimensions;
 mod distribution;
 mod dual;
 mod export;
+mod expression;
 mod findings;
 mod group;
 pub mod guide;
+mod lean;
 mod model;
 mod ode;
 mod optimize;
@@ -85,6 +88,7 @@ pub use differentiable::{Differentiable, Forward, Generic};
 pub use dimensions::LabelError;
 pub use distribution::*;
 pub use dual::Dual;
+pub use expression::{Expression, dot};
 pub use findings::{Finding, FindingKind};
 pub use group::{Group, Values};
 pub use model::{Context, Failure, Model, Site};
@@ -105,7 +109,7 @@ pub use sampler::{
     DelayedAcceptance, DifferentialEvolution, Divergence, DrawStats, Evidence, MapKind, MapSwitch,
     Metropolis, Nuts, Progress, SampleError, Smc, Stage, TemperedDraws, WarmupReport,
 };
-pub use scalar::{Arithmetic, Scalar};
+pub use scalar::{Arithmetic, Partials, Scalar};
 pub use submodel::{Declaration, Part, Prediction, Submodel};
 pub use summary::{Summary, SummaryRow};
 pub use tempered::{Parts, Tempered};
@@ -115,6 +119,7 @@ pub use trace::{Entry, Record, Role, Variable};
 pub mod prelude {
     pub use crate::differentiable::Differentiable;
     pub use crate::distribution::*;
+    pub use crate::expression::dot;
     pub use crate::optimize::Map;
     pub use crate::sampler::{
         ComponentwiseMetropolis, DelayedAcceptance, DifferentialEvolution, Metropolis, Nuts, Smc,
@@ -127,4 +132,5 @@ pub mod prelude {
 #[doc(hidden)]
 pub mod __private {
     pub use crate::distribution::{constrain, ln_density};
+    pub use crate::expression::{Number, Of, Other};
 }

@@ -139,6 +139,11 @@ impl From<DomainError> for Rejection {
 /// # Ok::<(), ppl::ModelError>(())
 /// ```
 pub trait Model: Sync {
+    /// Whether every point runs the same statements, and none takes data from a point: what the
+    /// density has of data alone is one constant then. `model!` knows.
+    #[doc(hidden)]
+    const STATIC: bool = false;
+
     /// Runs every statement in order against `cx`.
     ///
     /// # Errors
@@ -182,7 +187,7 @@ pub trait Context {
     ///
     /// # Errors
     /// A rejection if the density is not finite.
-    #[inline]
+    #[inline(always)]
     fn condition<D: Distribution<Real<Self::Number>>, T: Datum<D::Value> + ?Sized>(
         &mut self,
         site: &'static Site,
@@ -257,6 +262,20 @@ pub trait Context {
     ) -> Result<(), Rejection> {
         let _ = (site, value);
         Ok(())
+    }
+
+    /// A position for [`unwind`](Context::unwind).
+    #[doc(hidden)]
+    #[inline(always)]
+    fn mark(&self) -> usize {
+        0
+    }
+
+    /// Nothing that was computed since `mark` is needed any more: the end of an iteration.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn unwind(&mut self, mark: usize) {
+        let _ = mark;
     }
 
     /// `#[predict] let x ~ D`: a new draw, on finished draws only.

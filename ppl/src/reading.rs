@@ -2,6 +2,7 @@
 
 use crate::density::Rejection;
 use crate::distribution::{Distribution, Unknown};
+use crate::lean::Lean;
 use crate::model::{Context, Model, Site};
 use crate::real::Real;
 use crate::scalar::Scalar;
@@ -15,6 +16,63 @@ pub(crate) trait Ledger {
     fn next(&mut self) -> Option<Self::Number>;
 
     fn add(&mut self, term: Self::Number);
+
+    /// The value of the sum so far.
+    fn total(&self) -> f64;
+
+    /// Whether the terms from now on are summands of the total.
+    #[inline(always)]
+    fn take_terms(&self, take: bool) {
+        let _ = take;
+    }
+
+    /// A position to go back to once nothing that came after it is needed.
+    #[inline(always)]
+    fn mark(&self) -> usize {
+        0
+    }
+
+    #[inline(always)]
+    fn unwind(&self, mark: usize) {
+        let _ = mark;
+    }
+}
+
+/// A ledger of lean numbers over one of full ones.
+pub(crate) struct WithoutConstants<L>(pub(crate) L);
+
+impl<L: Ledger> Ledger for WithoutConstants<L> {
+    type Number = Lean<L::Number>;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Lean<L::Number>> {
+        self.0.next().map(Lean)
+    }
+
+    #[inline(always)]
+    fn add(&mut self, term: Lean<L::Number>) {
+        self.0.add(term.0);
+    }
+
+    #[inline(always)]
+    fn total(&self) -> f64 {
+        self.0.total()
+    }
+
+    #[inline(always)]
+    fn take_terms(&self, take: bool) {
+        self.0.take_terms(take);
+    }
+
+    #[inline(always)]
+    fn mark(&self) -> usize {
+        self.0.mark()
+    }
+
+    #[inline(always)]
+    fn unwind(&self, mark: usize) {
+        self.0.unwind(mark);
+    }
 }
 
 /// Values or duals: terms add up as they come.
@@ -32,14 +90,19 @@ impl<'y, R: Scalar> Sum<'y, R> {
 impl<R: Scalar> Ledger for Sum<'_, R> {
     type Number = R;
 
-    #[inline]
+    #[inline(always)]
     fn next(&mut self) -> Option<R> {
         self.coordinates.next().copied()
     }
 
-    #[inline]
+    #[inline(always)]
     fn add(&mut self, term: R) {
         self.total += term;
+    }
+
+    #[inline(always)]
+    fn total(&self) -> f64 {
+        self.total.value()
     }
 }
 
@@ -47,7 +110,7 @@ impl<R: Scalar> Ledger for Sum<'_, R> {
 pub(crate) struct Roots<'t, 'y> {
     coordinates: std::iter::Enumerate<std::slice::Iter<'y, f64>>,
     tape: &'t Tape,
-    pub(crate) total: f64,
+    total: f64,
 }
 
 impl<'t, 'y> Roots<'t, 'y> {
@@ -61,15 +124,35 @@ impl<'t, 'y> Roots<'t, 'y> {
 impl<'t> Ledger for Roots<'t, '_> {
     type Number = Var<'t>;
 
-    #[inline]
+    #[inline(always)]
     fn next(&mut self) -> Option<Var<'t>> {
-        self.coordinates.next().map(|(index, &value)| self.tape.at(index as u32, value))
+        self.coordinates.next().map(|(index, &value)| self.tape.at(index, value))
     }
 
-    #[inline]
+    #[inline(always)]
     fn add(&mut self, term: Var<'t>) {
         self.total += term.value();
         self.tape.seed(term);
+    }
+
+    #[inline(always)]
+    fn total(&self) -> f64 {
+        self.total
+    }
+
+    #[inline(always)]
+    fn take_terms(&self, take: bool) {
+        self.tape.take_terms(take);
+    }
+
+    #[inline(always)]
+    fn mark(&self) -> usize {
+        self.tape.mark()
+    }
+
+    #[inline(always)]
+    fn unwind(&self, mark: usize) {
+        self.tape.unwind(mark);
     }
 }
 
@@ -81,7 +164,7 @@ pub(crate) struct Density<L> {
 
 impl<L: Ledger> Density<L> {
     /// Runs the model over all coordinates: one that it left unread would have a flat density.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn read(&mut self, model: &impl Model) -> Result<(), Rejection> {
         model.run(self)?;
         if self.ledger.next().is_some() {
@@ -90,11 +173,11 @@ impl<L: Ledger> Density<L> {
         Ok(())
     }
 
-    #[inline]
+    #[inline(always)]
     fn add(&mut self, site: &Site, term: L::Number) -> Result<(), Rejection> {
         let value = term.value();
         if !value.is_finite() {
-            return Err(Rejection::NotFinite { place: site.place, value });
+            return Err(not_finite(site, value));
         }
         self.ledger.add(term);
         Ok(())
@@ -104,13 +187,14 @@ impl<L: Ledger> Density<L> {
 impl<L: Ledger> Context for Density<L> {
     type Number = L::Number;
 
-    #[inline]
+    #[inline(always)]
     fn unknown<D: Unknown<Real<L::Number>>>(
         &mut self,
         site: &'static Site,
         distribution: D,
     ) -> Result<D::Value, Rejection> {
         let mut missing = false;
+        self.ledger.take_terms(D::SUMMANDS);
         let ledger = &mut self.ledger;
         let mut next = || {
             Real(ledger.next().unwrap_or_else(|| {
@@ -119,6 +203,7 @@ impl<L: Ledger> Context for Density<L> {
             }))
         };
         let (value, term) = distribution.constrain(&mut next, self.jacobian);
+        self.ledger.take_terms(false);
         if missing {
             return Err(too_few_coordinates(site));
         }
@@ -126,19 +211,32 @@ impl<L: Ledger> Context for Density<L> {
         Ok(value)
     }
 
-    #[inline]
+    #[inline(always)]
     fn observe<D: Distribution<Real<L::Number>>>(
         &mut self,
         site: &'static Site,
         datum: D::Value,
         distribution: D,
     ) -> Result<(), Rejection> {
-        self.add(site, distribution.ln_density(&datum).0)
+        self.ledger.take_terms(D::SUMMANDS);
+        let term = distribution.ln_density(&datum);
+        self.ledger.take_terms(false);
+        self.add(site, term.0)
     }
 
-    #[inline]
+    #[inline(always)]
     fn factor(&mut self, site: &'static Site, weight: Real<L::Number>) -> Result<(), Rejection> {
         self.add(site, weight.0)
+    }
+
+    #[inline(always)]
+    fn mark(&self) -> usize {
+        self.ledger.mark()
+    }
+
+    #[inline(always)]
+    fn unwind(&mut self, mark: usize) {
+        self.ledger.unwind(mark);
     }
 
     fn predict<D: Distribution<Real<L::Number>>>(
@@ -152,6 +250,12 @@ impl<L: Ledger> Context for Density<L> {
     }
 }
 
+#[cold]
+fn not_finite(site: &Site, value: f64) -> Rejection {
+    Rejection::NotFinite { place: site.place, value }
+}
+
+#[cold]
 pub(crate) fn too_few_coordinates(site: &Site) -> Rejection {
     varying_dimension(&format!("{} asks for more than the point has", site.place))
 }

@@ -1,7 +1,7 @@
 //! The numbers in the body of a model.
 
 use crate::record::Record;
-use crate::scalar::{Scalar, impl_arithmetic};
+use crate::scalar::{Partials, Scalar, impl_arithmetic};
 
 /// A number in the body of a model, over whatever kind of number the reading needs.
 ///
@@ -12,7 +12,7 @@ use crate::scalar::{Scalar, impl_arithmetic};
 pub struct Real<S>(pub(crate) S);
 
 impl<S: Scalar> From<f64> for Real<S> {
-    #[inline]
+    #[inline(always)]
     fn from(value: f64) -> Self {
         Self(S::from(value))
     }
@@ -28,25 +28,46 @@ impl_arithmetic!([S: Scalar] Real<S>);
 
 impl<S: Scalar> Scalar for Real<S> {
     const DIFFERENTIABLE: bool = S::DIFFERENTIABLE;
+    const LEAN: bool = S::LEAN;
 
-    #[inline]
+    #[inline(always)]
     fn value(self) -> f64 {
         self.0.value()
     }
 
-    #[inline]
+    #[inline(always)]
     fn is_constant(self) -> bool {
         self.0.is_constant()
     }
 
-    #[inline]
-    fn fuse_iter(value: f64, arguments: impl IntoIterator<Item = (Self, f64)>) -> Self {
-        Self(S::fuse_iter(value, arguments.into_iter().map(|(x, partial)| (x.0, partial))))
+    #[inline(always)]
+    fn gather(value: f64, partials: impl Partials<Self>) -> Self {
+        Self(S::gather(value, Bare(partials)))
     }
 
-    #[inline]
+    #[inline(always)]
+    fn term(value: f64, partials: impl Partials<Self>) -> Self {
+        Self(S::term(value, Bare(partials)))
+    }
+
+    #[inline(always)]
     fn unary(self, value: f64, derivative: f64) -> Self {
         Self(self.0.unary(value, derivative))
+    }
+}
+
+/// Partials of wrapped numbers, as those of the numbers inside.
+struct Bare<P>(P);
+
+impl<S: Scalar, P: Partials<Real<S>>> Partials<S> for Bare<P> {
+    #[inline(always)]
+    fn spread(self, f: &mut impl FnMut(S, f64)) {
+        self.0.spread(&mut |argument, partial| f(argument.0, partial));
+    }
+
+    #[inline(always)]
+    fn any(&self) -> Option<S> {
+        self.0.any().map(|argument| argument.0)
     }
 }
 

@@ -10,12 +10,44 @@
             slices and vectors hold them"
 )]
 pub trait Datum<V> {
+    /// Whether no unknown is behind it.
+    #[doc(hidden)]
+    const CONSTANT: bool = false;
+
     /// The value that the density is evaluated at.
     fn lift(&self) -> V;
+
+    /// Calls `f` with the numbers that this one is made of, each with `weight` times the
+    /// derivative in it; not at all for a constant.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn spread(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
+        f(self.lift(), weight);
+    }
+
+    /// One of those numbers.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn any(&self) -> Option<V>
+    where
+        V: crate::Scalar,
+    {
+        Some(self.lift()).filter(|number| !number.is_constant())
+    }
 }
 
 impl<S: crate::Scalar> Datum<S> for f64 {
-    #[inline]
+    const CONSTANT: bool = true;
+
+    #[inline(always)]
+    fn spread(&self, _: f64, _: &mut impl FnMut(S, f64)) {}
+
+    #[inline(always)]
+    fn any(&self) -> Option<S> {
+        None
+    }
+
+    #[inline(always)]
     fn lift(&self) -> S {
         S::from(*self)
     }
@@ -38,7 +70,7 @@ impl_count_parameter!(i32, i64, u8, u16, u32, u64, usize);
 macro_rules! impl_count_datum {
     ($($Count:ty),*) => {$(
         impl Datum<u64> for $Count {
-            #[inline]
+            #[inline(always)]
             fn lift(&self) -> u64 {
                 u64::from(*self)
             }
@@ -48,28 +80,43 @@ macro_rules! impl_count_datum {
 impl_count_datum!(u8, u16, u32, u64);
 
 impl Datum<u64> for usize {
-    #[inline]
+    #[inline(always)]
     fn lift(&self) -> u64 {
         *self as u64
     }
 }
 
 impl Datum<bool> for bool {
-    #[inline]
+    #[inline(always)]
     fn lift(&self) -> bool {
         *self
     }
 }
 
 impl<V, T: Datum<V> + ?Sized> Datum<V> for &T {
-    #[inline]
+    const CONSTANT: bool = T::CONSTANT;
+
+    #[inline(always)]
+    fn spread(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
+        (**self).spread(weight, f);
+    }
+
+    #[inline(always)]
+    fn any(&self) -> Option<V>
+    where
+        V: crate::Scalar,
+    {
+        (**self).any()
+    }
+
+    #[inline(always)]
     fn lift(&self) -> V {
         (**self).lift()
     }
 }
 
 impl<V, T: Datum<V>, const N: usize> Datum<[V; N]> for [T; N] {
-    #[inline]
+    #[inline(always)]
     fn lift(&self) -> [V; N] {
         std::array::from_fn(|i| self[i].lift())
     }

@@ -4,6 +4,7 @@ use std::fmt::Debug;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
+pub(crate) use crate::arithmetic::impl_arithmetic;
 use crate::record::{Datum, Record};
 
 /// Arithmetic of a [`Scalar`] with itself, with `f64` and with `&f64` on the right.
@@ -76,19 +77,38 @@ pub trait Scalar:
     /// Whether no derivative flows into this number (data, literals).
     fn is_constant(self) -> bool;
 
-    /// The result `value` of a function of `arguments` with these partial derivatives.
-    fn fuse_iter(value: f64, arguments: impl IntoIterator<Item = (Self, f64)>) -> Self;
+    /// Whether terms that are the same at every point may be left out of a density.
+    #[doc(hidden)]
+    const LEAN: bool = false;
 
-    /// [`fuse_iter`](Scalar::fuse_iter) for a fixed number of arguments.
-    #[inline]
+    /// The result `value` of a function of arguments with these partial derivatives.
+    fn gather(value: f64, partials: impl Partials<Self>) -> Self;
+
+    /// As [`gather`](Scalar::gather), for a summand of a log density: a context that only adds
+    /// it up may take its partials at once. What is computed further from the value of a term
+    /// would be lost then; see [`UnivariateDensity::SUMMANDS`](crate::UnivariateDensity::SUMMANDS).
+    #[doc(hidden)]
+    #[inline(always)]
+    fn term(value: f64, partials: impl Partials<Self>) -> Self {
+        Self::gather(value, partials)
+    }
+
+    /// [`gather`](Scalar::gather) for any number of arguments.
+    #[inline(always)]
+    fn fuse_iter(value: f64, arguments: impl IntoIterator<Item = (Self, f64)>) -> Self {
+        Self::gather(value, Each(arguments))
+    }
+
+    /// [`gather`](Scalar::gather) for a fixed number of arguments.
+    #[inline(always)]
     fn fuse<const K: usize>(value: f64, arguments: [Self; K], partials: [f64; K]) -> Self {
-        Self::fuse_iter(value, arguments.into_iter().zip(partials))
+        Self::gather(value, Zipped(arguments, partials))
     }
 
     /// A function of this number alone.
-    #[inline]
+    #[inline(always)]
     fn unary(self, value: f64, derivative: f64) -> Self {
-        Self::fuse(value, [self], [derivative])
+        Self::gather(value, ((self, derivative),))
     }
 
     /// eˣ.
@@ -161,7 +181,7 @@ pub trait Scalar:
     fn pow(self, p: Self) -> Self {
         let (x, e) = (self.value(), p.value());
         let v = x.powf(e);
-        Self::fuse(v, [self, p], [e * x.powf(e - 1.0), v * x.ln()])
+        Self::gather(v, ((self, e * x.powf(e - 1.0)), (p, v * x.ln())))
     }
 
     /// sin x.
@@ -209,6 +229,65 @@ pub trait Scalar:
     }
 }
 
+/// Arguments of an operation with their partial derivatives.
+///
+/// Tuples of pairs (argument, partial), where an argument is anything that can be read as an
+/// `R`: data among them cost nothing.
+pub trait Partials<R> {
+    /// Calls `f` with every argument that is no constant, and its partial.
+    fn spread(self, f: &mut impl FnMut(R, f64));
+
+    /// An argument that is no constant, where that is known before they are spread.
+    fn any(&self) -> Option<R> {
+        None
+    }
+}
+
+/// Pairs from an iterator.
+struct Each<I>(I);
+
+impl<R, I: IntoIterator<Item = (R, f64)>> Partials<R> for Each<I> {
+    #[inline(always)]
+    fn spread(self, f: &mut impl FnMut(R, f64)) {
+        for (argument, partial) in self.0 {
+            f(argument, partial);
+        }
+    }
+}
+
+/// Arguments and partials side by side.
+struct Zipped<R, const K: usize>([R; K], [f64; K]);
+
+impl<R: Copy, const K: usize> Partials<R> for Zipped<R, K> {
+    #[inline(always)]
+    fn spread(self, f: &mut impl FnMut(R, f64)) {
+        for k in 0..K {
+            f(self.0[k], self.1[k]);
+        }
+    }
+}
+
+macro_rules! impl_partials {
+    ($($A:ident $i:tt),*) => {
+        impl<R: Scalar, $($A: Datum<R>),*> Partials<R> for ($(($A, f64),)*) {
+            #[inline(always)]
+            fn spread(self, f: &mut impl FnMut(R, f64)) {
+                $(self.$i.0.spread(self.$i.1, f);)*
+            }
+
+            #[inline(always)]
+            fn any(&self) -> Option<R> {
+                None$(.or_else(|| self.$i.0.any()))*
+            }
+        }
+    };
+}
+impl_partials!(A 0);
+impl_partials!(A 0, B 1);
+impl_partials!(A 0, B 1, C 2);
+impl_partials!(A 0, B 1, C 2, D 3);
+impl_partials!(A 0, B 1, C 2, D 3, E 4);
+
 /// σ(x) and σ(−x) = 1 − σ(x), each to full relative accuracy.
 #[inline]
 pub(crate) fn logistic(x: f64) -> (f64, f64) {
@@ -237,118 +316,10 @@ impl Scalar for f64 {
     }
 
     #[inline]
-    fn fuse_iter(value: f64, _: impl IntoIterator<Item = (Self, f64)>) -> Self {
+    fn gather(value: f64, _: impl Partials<Self>) -> Self {
         value
     }
 }
-
-/// Operators of a derivative-carrying number, all from `fuse`, with `f64` and `&f64` on either
-/// side that makes sense.
-macro_rules! impl_arithmetic {
-    ([$($generics:tt)*] $Number:ty) => {
-        impl_arithmetic!(@op [$($generics)*] $Number, Add, add, AddAssign, add_assign,
-            |a, b| (a + b, 1.0, 1.0));
-        impl_arithmetic!(@op [$($generics)*] $Number, Sub, sub, SubAssign, sub_assign,
-            |a, b| (a - b, 1.0, -1.0));
-        impl_arithmetic!(@op [$($generics)*] $Number, Mul, mul, MulAssign, mul_assign,
-            |a, b| (a * b, b, a));
-        impl_arithmetic!(@op [$($generics)*] $Number, Div, div, DivAssign, div_assign,
-            |a, b| (a / b, 1.0 / b, -a / (b * b)));
-
-        impl<$($generics)*> std::ops::Neg for $Number {
-            type Output = Self;
-            #[inline]
-            fn neg(self) -> Self {
-                self.unary(-self.value(), -1.0)
-            }
-        }
-        impl<$($generics)*> std::iter::Sum for $Number {
-            fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
-                terms.fold(Self::from(0.0), |total, term| total + term)
-            }
-        }
-        impl<$($generics)*> PartialEq for $Number {
-            #[inline]
-            fn eq(&self, other: &Self) -> bool {
-                self.value() == other.value()
-            }
-        }
-        impl<$($generics)*> PartialOrd for $Number {
-            #[inline]
-            fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-                self.value().partial_cmp(&other.value())
-            }
-        }
-        impl<$($generics)*> PartialEq<f64> for $Number {
-            #[inline]
-            fn eq(&self, other: &f64) -> bool {
-                self.value() == *other
-            }
-        }
-        impl<$($generics)*> PartialOrd<f64> for $Number {
-            #[inline]
-            fn partial_cmp(&self, other: &f64) -> Option<std::cmp::Ordering> {
-                self.value().partial_cmp(other)
-            }
-        }
-        impl<$($generics)*> $crate::record::Datum<$Number> for $Number {
-            #[inline]
-            fn lift(&self) -> $Number {
-                *self
-            }
-        }
-    };
-    (@op [$($generics:tt)*] $Number:ty, $Op:ident, $op:ident, $Assign:ident, $assign:ident,
-     |$a:ident, $b:ident| $rule:expr) => {
-        impl<$($generics)*> std::ops::$Op for $Number {
-            type Output = Self;
-            #[inline]
-            fn $op(self, other: Self) -> Self {
-                let ($a, $b) = (self.value(), other.value());
-                let (value, da, db) = $rule;
-                Self::fuse(value, [self, other], [da, db])
-            }
-        }
-        impl<$($generics)*> std::ops::$Op<f64> for $Number {
-            type Output = Self;
-            #[inline]
-            fn $op(self, other: f64) -> Self {
-                let ($a, $b) = (self.value(), other);
-                let (value, da, _) = $rule;
-                self.unary(value, da)
-            }
-        }
-        impl<$($generics)*> std::ops::$Op<&f64> for $Number {
-            type Output = Self;
-            #[inline]
-            fn $op(self, other: &f64) -> Self {
-                std::ops::$Op::$op(self, *other)
-            }
-        }
-        impl<$($generics)*> std::ops::$Op<$Number> for f64 {
-            type Output = $Number;
-            #[inline]
-            fn $op(self, other: $Number) -> $Number {
-                let ($a, $b) = (self, other.value());
-                let (value, _, db) = $rule;
-                other.unary(value, db)
-            }
-        }
-        impl<$($generics)*> std::ops::$Assign for $Number {
-            #[inline]
-            fn $assign(&mut self, other: Self) {
-                *self = std::ops::$Op::$op(*self, other);
-            }
-        }
-        impl<$($generics)*> std::ops::$Assign<f64> for $Number {
-            #[inline]
-            fn $assign(&mut self, other: f64) {
-                *self = std::ops::$Op::$op(*self, other);
-            }
-        }
-    };
-}
-pub(crate) use impl_arithmetic;
 
 #[cfg(test)]
 mod tests {

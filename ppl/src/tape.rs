@@ -1,8 +1,14 @@
 //! Reverse mode: an arena of operations, swept backwards once.
+//!
+//! An operation costs one node: an adjoint and a run of (parent, partial) pairs. A density term
+//! costs none while the tape [takes terms](Tape::take_terms): it is a summand of the result, so
+//! its adjoint is known to be 1 and its partials go to their parents at once. Nodes that nothing
+//! refers to any more, those of one iteration of a plate, are swept early by
+//! [`unwind`](Tape::unwind), so that the tape of a plate is as long as one iteration.
 
-use std::cell::RefCell;
+use std::cell::Cell;
 
-use crate::scalar::{Scalar, impl_arithmetic};
+use crate::scalar::{Partials, Scalar, impl_arithmetic};
 
 /// The operations of one evaluation, in order; cleared and used again for the next.
 ///
@@ -19,86 +25,154 @@ use crate::scalar::{Scalar, impl_arithmetic};
 /// tape.sweep(&mut gradient);
 /// assert_eq!(gradient, [0.5f64.exp(), 3.0 * 0.5f64.exp()]);
 /// ```
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Tape {
-    nodes: RefCell<Nodes>,
+    /// One a node.
+    adjoints: Box<[Cell<f64>]>,
+    /// Node `i` has the pairs from the end of node `i − 1` to its own.
+    ends: Box<[Cell<usize>]>,
+    pairs: Box<[Cell<(u32, f64)>]>,
+    /// Number of nodes, and of pairs, in use.
+    length: Cell<usize>,
+    filled: Cell<usize>,
+    full: Cell<bool>,
+    takes_terms: Cell<bool>,
 }
 
-/// Compressed rows: node `i` has parents `parents[ends[i-1]..ends[i]]`.
-#[derive(Debug, Default)]
-struct Nodes {
-    ends: Vec<u32>,
-    parents: Vec<u32>,
-    partials: Vec<f64>,
-    roots: Vec<u32>,
-    adjoints: Vec<f64>,
+impl Default for Tape {
+    fn default() -> Self {
+        Self::with_capacity(1 << 10)
+    }
 }
 
 impl Tape {
-    /// Forgets all operations, keeping the memory.
-    pub fn clear(&self) {
-        let mut nodes = self.nodes.borrow_mut();
-        nodes.ends.clear();
-        nodes.parents.clear();
-        nodes.partials.clear();
-        nodes.roots.clear();
+    /// Room for `nodes` operations of four arguments on average.
+    pub fn with_capacity(nodes: usize) -> Self {
+        Self {
+            adjoints: vec![Cell::default(); nodes].into(),
+            ends: vec![Cell::default(); nodes].into(),
+            pairs: vec![Cell::default(); 4 * nodes].into(),
+            length: Cell::new(0),
+            filled: Cell::new(0),
+            full: Cell::new(false),
+            takes_terms: Cell::new(false),
+        }
+    }
+
+    /// Forgets all operations, keeping the memory; a tape that was full becomes twice as large.
+    pub fn clear(&mut self) {
+        if self.full.get() {
+            *self = Self::with_capacity(2 * self.adjoints.len().max(1));
+        }
+        self.length.set(0);
+        self.filled.set(0);
+        self.takes_terms.set(false);
+    }
+
+    /// Whether operations are missing for want of room: clear the tape and evaluate again.
+    pub fn is_full(&self) -> bool {
+        self.full.get()
     }
 
     /// A new independent variable. Inputs come first: their order is that of the gradient.
     pub fn input(&self, value: f64) -> Var<'_> {
-        self.push(value, std::iter::empty())
+        self.push(value, self.filled.get())
     }
 
     /// `n` independent variables at once, at the start of a cleared tape.
     pub(crate) fn inputs(&self, n: usize) {
-        self.nodes.borrow_mut().ends.resize(n, 0);
+        let Some(adjoints) = self.adjoints.get(..n) else {
+            self.full.set(true);
+            return;
+        };
+        adjoints.iter().for_each(|adjoint| adjoint.set(0.0));
+        self.ends[..n].iter().for_each(|end| end.set(0));
+        self.length.set(n);
     }
 
     /// The number at a node that exists.
-    pub(crate) fn at(&self, index: u32, value: f64) -> Var<'_> {
-        Var { value, node: Some((self, index)) }
+    #[inline(always)]
+    pub(crate) fn at(&self, index: usize, value: f64) -> Var<'_> {
+        Var { value, node: self.adjoints.get(index).map(|adjoint| Node { tape: self, adjoint }) }
+    }
+
+    /// From now on, or no more, a [`term`](Scalar::term) is a summand of the result.
+    #[inline(always)]
+    pub(crate) fn take_terms(&self, take: bool) {
+        self.takes_terms.set(take);
+    }
+
+    /// The present length, for [`unwind`](Tape::unwind).
+    #[inline(always)]
+    pub(crate) fn mark(&self) -> usize {
+        self.length.get()
     }
 
     /// Adds `term` to the sum that [`sweep`](Tape::sweep) differentiates.
+    #[inline(always)]
     pub fn seed(&self, term: Var<'_>) {
-        if let Some(index) = term.index() {
-            self.nodes.borrow_mut().roots.push(index);
+        if let Some(node) = term.node {
+            node.add(1.0);
         }
     }
 
     /// The gradient of the sum of all seeded terms with respect to the first inputs.
+    ///
+    /// # Panics
+    /// If the tape [is full](Tape::is_full).
     pub fn sweep(&self, gradient: &mut [f64]) {
-        let nodes = &mut *self.nodes.borrow_mut();
-        nodes.adjoints.clear();
-        nodes.adjoints.resize(nodes.ends.len(), 0.0);
-        for &root in &nodes.roots {
-            nodes.adjoints[root as usize] += 1.0;
+        assert!(!self.is_full(), "operations are missing: clear the tape and evaluate again");
+        self.unwind(gradient.len());
+        for (g, adjoint) in gradient.iter_mut().zip(&self.adjoints) {
+            *g = adjoint.get();
         }
-        for i in (gradient.len()..nodes.ends.len()).rev() {
-            let adjoint = nodes.adjoints[i];
-            if adjoint == 0.0 {
-                continue;
-            }
-            let start = if i == 0 { 0 } else { nodes.ends[i - 1] };
-            let range = start as usize..nodes.ends[i] as usize;
-            for (&parent, &partial) in
-                nodes.parents[range.clone()].iter().zip(&nodes.partials[range])
-            {
-                nodes.adjoints[parent as usize] += adjoint * partial;
-            }
-        }
-        gradient.copy_from_slice(&nodes.adjoints[..gradient.len()]);
     }
 
-    fn push(&self, value: f64, arguments: impl Iterator<Item = (u32, f64)>) -> Var<'_> {
-        let nodes = &mut *self.nodes.borrow_mut();
-        for (parent, partial) in arguments {
-            nodes.parents.push(parent);
-            nodes.partials.push(partial);
+    /// Sweeps back over the nodes past `mark` and forgets them.
+    #[inline(always)]
+    pub(crate) fn unwind(&self, mark: usize) {
+        if self.length.get() > mark {
+            self.sweep_back(mark);
         }
-        let index = nodes.ends.len() as u32;
-        nodes.ends.push(nodes.parents.len() as u32);
-        Var { value, node: Some((self, index)) }
+    }
+
+    fn sweep_back(&self, mark: usize) {
+        let length = self.length.get();
+        let begin = if mark == 0 { 0 } else { self.ends[mark - 1].get() };
+        let adjoints = &*self.adjoints;
+        let mut end = self.filled.get();
+        // what is missing cannot be swept: the evaluation will be repeated
+        let swept = if self.full.get() { mark } else { length };
+        for i in (mark..swept).rev() {
+            let start = if i == mark { begin } else { self.ends[i - 1].get() };
+            let adjoint = adjoints[i].get();
+            if adjoint != 0.0 {
+                for pair in &self.pairs[start..end] {
+                    let (parent, partial) = pair.get();
+                    let parent = &adjoints[parent as usize];
+                    parent.set(parent.get() + adjoint * partial);
+                }
+            }
+            end = start;
+        }
+        self.filled.set(begin);
+        self.length.set(mark);
+    }
+
+    /// A node whose pairs are those up to `end`.
+    #[inline(always)]
+    fn push(&self, value: f64, end: usize) -> Var<'_> {
+        let index = self.length.get();
+        let (Some(adjoint), Some(own_end)) = (self.adjoints.get(index), self.ends.get(index))
+        else {
+            self.full.set(true);
+            return Var { value, node: None };
+        };
+        adjoint.set(0.0);
+        own_end.set(end);
+        self.filled.set(end);
+        self.length.set(index + 1);
+        Var { value, node: Some(Node { tape: self, adjoint }) }
     }
 }
 
@@ -106,23 +180,61 @@ impl Tape {
 #[derive(Clone, Copy)]
 pub struct Var<'t> {
     value: f64,
-    node: Option<(&'t Tape, u32)>,
+    node: Option<Node<'t>>,
 }
 
-impl Var<'_> {
-    fn index(self) -> Option<u32> {
-        self.node.map(|(_, index)| index)
+#[derive(Clone, Copy)]
+struct Node<'t> {
+    tape: &'t Tape,
+    adjoint: &'t Cell<f64>,
+}
+
+impl Node<'_> {
+    #[inline(always)]
+    fn add(self, weight: f64) {
+        self.adjoint.set(self.adjoint.get() + weight);
+    }
+
+    /// Its number on the tape, from where its adjoint lies.
+    #[inline(always)]
+    fn index(self) -> u32 {
+        let address = |adjoint: *const Cell<f64>| adjoint as usize;
+        let bytes = address(self.adjoint) - address(self.tape.adjoints.as_ptr());
+        (bytes / size_of::<Cell<f64>>()) as u32
+    }
+}
+
+/// Takes the arguments of one operation.
+struct Writer<'t> {
+    tape: Option<&'t Tape>,
+    end: usize,
+}
+
+impl<'t> Writer<'t> {
+    #[inline(always)]
+    fn add(&mut self, argument: Var<'t>, partial: f64) {
+        let Some(node) = argument.node else { return };
+        if self.tape.is_none() {
+            self.tape = Some(node.tape);
+            self.end = node.tape.filled.get();
+        }
+        match node.tape.pairs.get(self.end) {
+            Some(pair) => pair.set((node.index(), partial)),
+            None => node.tape.full.set(true),
+        }
+        self.end += 1;
     }
 }
 
 impl std::fmt::Debug for Var<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Var").field("value", &self.value).field("index", &self.index()).finish()
+        let index = self.node.map(Node::index);
+        f.debug_struct("Var").field("value", &self.value).field("index", &index).finish()
     }
 }
 
 impl From<f64> for Var<'_> {
-    #[inline]
+    #[inline(always)]
     fn from(value: f64) -> Self {
         Self { value, node: None }
     }
@@ -133,35 +245,38 @@ impl_arithmetic!(['t] Var<'t>);
 impl<'t> Scalar for Var<'t> {
     const DIFFERENTIABLE: bool = true;
 
-    #[inline]
+    #[inline(always)]
     fn value(self) -> f64 {
         self.value
     }
 
-    #[inline]
+    #[inline(always)]
     fn is_constant(self) -> bool {
         self.node.is_none()
     }
 
-    #[inline]
-    fn fuse_iter(value: f64, arguments: impl IntoIterator<Item = (Self, f64)>) -> Self {
-        let mut arguments = arguments
-            .into_iter()
-            .filter_map(|(argument, partial)| argument.node.map(|node| (node, partial)));
-        let Some(((tape, first), partial)) = arguments.next() else {
-            return Self::from(value);
-        };
-        let rest = arguments.map(|((_, index), partial)| (index, partial));
-        tape.push(value, std::iter::once((first, partial)).chain(rest))
-    }
-
-    // the two commonest shapes without the iterator's bookkeeping
-    #[inline]
-    fn unary(self, value: f64, derivative: f64) -> Self {
-        match self.node {
-            Some((tape, index)) => tape.push(value, std::iter::once((index, derivative))),
+    #[inline(always)]
+    fn gather(value: f64, partials: impl Partials<Self>) -> Self {
+        let mut writer = Writer { tape: None, end: 0 };
+        partials.spread(&mut |argument, partial| writer.add(argument, partial));
+        match writer.tape {
+            Some(tape) => tape.push(value, writer.end),
             None => Self::from(value),
         }
+    }
+
+    #[inline(always)]
+    fn term(value: f64, partials: impl Partials<Self>) -> Self {
+        let node = partials.any().and_then(|argument| argument.node);
+        if !node.is_some_and(|node| node.tape.takes_terms.get()) {
+            return Self::gather(value, partials);
+        }
+        partials.spread(&mut |argument: Self, partial| {
+            if let Some(node) = argument.node {
+                node.add(partial);
+            }
+        });
+        Self::from(value)
     }
 }
 
@@ -178,22 +293,38 @@ mod tests {
         total.ln() + x.pow(z) - (y * z).tanh()
     }
 
+    fn gradient(tape: &mut Tape, point: [f64; 3]) -> Option<(f64, [f64; 3])> {
+        tape.clear();
+        let f = expression(point.map(|x| tape.input(x)));
+        tape.seed(f);
+        let mut gradient = [0.0; 3];
+        if tape.is_full() {
+            return None;
+        }
+        tape.sweep(&mut gradient);
+        Some((f.value(), gradient))
+    }
+
     #[test]
     fn tape_equals_dual() {
         let point = [0.8, 1.7, -0.4];
-        let tape = Tape::default();
-        let mut gradient = [0.0; 3];
+        let mut tape = Tape::default();
         for _ in 0..2 {
-            tape.clear();
-            let f = expression(point.map(|x| tape.input(x)));
-            tape.seed(f);
-            tape.sweep(&mut gradient);
+            let (value, gradient) = gradient(&mut tape, point).expect("room");
             let dual = expression(Dual::variables(point));
-            assert_eq!(f.value(), dual.value());
+            assert_eq!(value, dual.value());
             for (t, d) in gradient.iter().zip(dual.gradient()) {
                 approx::assert_relative_eq!(*t, d, max_relative = 1e-13);
             }
         }
+    }
+
+    #[test]
+    fn a_full_tape_says_so_and_grows() {
+        let point = [0.8, 1.7, -0.4];
+        let mut tape = Tape::with_capacity(4);
+        let found = (0..10).find_map(|_| gradient(&mut tape, point)).expect("grows");
+        assert_eq!(found, gradient(&mut Tape::default(), point).expect("room"));
     }
 
     #[test]
@@ -207,5 +338,39 @@ mod tests {
         let mut gradient = [0.0];
         tape.sweep(&mut gradient);
         assert_eq!(gradient, [7.0]);
+    }
+
+    /// Σₖ ln p(xₖ | x y): one node an iteration, swept at its end, and terms without nodes.
+    #[test]
+    fn terms_and_unwinding_leave_the_gradient_as_it_is() {
+        let data = [0.3, -1.0, 2.5];
+        fn term<'t>(datum: f64, mean: Var<'t>) -> Var<'t> {
+            let z = datum - mean;
+            Scalar::term(-0.5 * z.value() * z.value(), ((z, -z.value()),))
+        }
+        let run = |fast: bool| {
+            let tape = Tape::default();
+            let (x, y) = (tape.input(0.7), tape.input(-0.2));
+            for datum in data {
+                let mark = tape.mark();
+                let mean = x * y;
+                tape.take_terms(fast);
+                tape.seed(term(datum, mean));
+                tape.take_terms(false);
+                if fast {
+                    tape.unwind(mark);
+                }
+            }
+            assert_eq!(tape.mark() == 2, fast);
+            let mut gradient = [0.0; 2];
+            tape.sweep(&mut gradient);
+            gradient
+        };
+        let slope: f64 = data.iter().map(|d| d + 0.14).sum();
+        for fast in [false, true] {
+            let [a, b] = run(fast);
+            approx::assert_relative_eq!(a, -0.2 * slope, max_relative = 1e-14);
+            approx::assert_relative_eq!(b, 0.7 * slope, max_relative = 1e-14);
+        }
     }
 }

@@ -25,8 +25,9 @@ impl<D: Family, const N: usize> Family for Array<D, N> {}
 
 impl<R: Scalar, D: Distribution<R>, const N: usize> Distribution<R> for Array<D, N> {
     type Value = [D::Value; N];
+    const SUMMANDS: bool = D::SUMMANDS;
 
-    #[inline]
+    #[inline(always)]
     fn ln_density(&self, x: &Self::Value) -> R {
         x.iter().map(|x| self.inner.ln_density(x)).sum()
     }
@@ -45,7 +46,7 @@ impl<R: Scalar, D: Unknown<R>, const N: usize> Unknown<R> for Array<D, N> {
         N * self.inner.dim()
     }
 
-    #[inline]
+    #[inline(always)]
     fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (Self::Value, R) {
         let mut total = R::from(0.0);
         let value = std::array::from_fn(|_| {

@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use super::{Distribution, Family, Parameter, lift};
+use super::{Distribution, Family, Parameter};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
@@ -46,8 +46,9 @@ where
     P: Parameter + Datum<R>,
 {
     type Value = bool;
+    const SUMMANDS: bool = true;
 
-    #[inline]
+    #[inline(always)]
     fn ln_density(&self, flag: &bool) -> R {
         let p = self.0.number();
         let (value, derivative) = if !(0.0..=1.0).contains(&p) {
@@ -57,7 +58,7 @@ where
         } else {
             ((-p).ln_1p(), -(1.0 - p).recip())
         };
-        R::fuse(value, [lift(self.0)], [derivative])
+        R::term(value, ((self.0, derivative),))
     }
 
     fn validate(&self) -> Result<(), DomainError> {

@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use super::{Parameter, Univariate, UnivariateDensity, lift};
+use super::{Parameter, Univariate, UnivariateDensity};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, logistic};
@@ -102,6 +102,9 @@ where
     A: Parameter + Datum<R>,
     B: Parameter + Datum<R>,
 {
+    const SUMMANDS: bool = true;
+    const CONSTANT: bool = A::CONSTANT && B::CONSTANT;
+
     #[inline]
     fn support(&self) -> Support<R> {
         Support::Between(R::from(0.0), R::from(1.0))
@@ -120,10 +123,9 @@ where
             _ => ln_beta_power(a, b, v, complement) - v.ln() - complement.ln(),
         };
         let [in_a, in_b] = self.in_parameters(v, complement);
-        R::fuse(
+        R::term(
             value,
-            [x, lift(self.0), lift(self.1)],
-            [(a - 1.0) / v - (b - 1.0) / complement, in_a, in_b],
+            ((x, (a - 1.0) / v - (b - 1.0) / complement), (self.0, in_a), (self.1, in_b)),
         )
     }
 
@@ -133,10 +135,9 @@ where
         let (a, b) = self.parameters();
         let (p, q) = logistic(y.value());
         let [in_a, in_b] = self.in_parameters(p, q);
-        let ln_pdf = R::fuse(
+        let ln_pdf = R::term(
             ln_beta_power(a, b, p, q),
-            [y, lift(self.0), lift(self.1)],
-            [a * q - b * p, in_a, in_b],
+            ((y, a * q - b * p), (self.0, in_a), (self.1, in_b)),
         );
         (y.unary(p, p * q), ln_pdf)
     }

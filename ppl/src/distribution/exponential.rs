@@ -3,7 +3,7 @@
 use rand::Rng;
 use rand_distr::Exp1;
 
-use super::{Parameter, Univariate, UnivariateDensity, lift};
+use super::{Parameter, Univariate, UnivariateDensity, normaliser};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
@@ -70,25 +70,30 @@ where
     R: Scalar,
     L: Parameter + Datum<R>,
 {
-    #[inline]
+    const SUMMANDS: bool = true;
+    const CONSTANT: bool = L::CONSTANT;
+
+    #[inline(always)]
     fn support(&self) -> Support<R> {
         Support::Above(R::from(0.0))
     }
 
-    #[inline]
+    #[inline(always)]
     fn ln_pdf(&self, x: R) -> R {
         let rate = self.0.number();
-        R::fuse(rate.ln() - rate * x.value(), [x, lift(self.0)], [-rate, rate.recip() - x.value()])
+        R::term(
+            normaliser::<R, L>(self.0, f64::ln) - rate * x.value(),
+            ((x, -rate), (self.0, rate.recip() - x.value())),
+        )
     }
 
-    #[inline]
+    #[inline(always)]
     fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
         let x = y.exp();
         let (rate, v) = (self.0.number(), x.value());
-        let ln_pdf = R::fuse(
-            rate.ln() - rate * v + y.value(),
-            [y, lift(self.0)],
-            [1.0 - rate * v, rate.recip() - v],
+        let ln_pdf = R::term(
+            normaliser::<R, L>(self.0, f64::ln) - rate * v + y.value(),
+            ((y, 1.0 - rate * v), (self.0, rate.recip() - v)),
         );
         (x, ln_pdf)
     }
@@ -99,6 +104,6 @@ where
         let lower = lower.max(0.0);
         let width = upper - lower;
         let from_width = if width.is_finite() { width / (rate * width).exp_m1() } else { 0.0 };
-        R::fuse(ln_one_minus_exp(rate * width) - rate * lower, [lift(self.0)], [from_width - lower])
+        R::gather(ln_one_minus_exp(rate * width) - rate * lower, ((self.0, from_width - lower),))
     }
 }

@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use super::{Parameter, Univariate, UnivariateDensity, lift};
+use super::{Parameter, Univariate, UnivariateDensity};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
@@ -90,6 +90,9 @@ where
     A: Parameter + Datum<R>,
     B: Parameter + Datum<R>,
 {
+    const SUMMANDS: bool = true;
+    const CONSTANT: bool = A::CONSTANT && B::CONSTANT;
+
     #[inline]
     fn support(&self) -> Support<R> {
         Support::Above(R::from(0.0))
@@ -104,10 +107,9 @@ where
             return R::from(limit);
         }
         let (value, in_shape) = self.ln_power(rate * v);
-        R::fuse(
+        R::term(
             value - v.ln(),
-            [x, lift(self.0), lift(self.1)],
-            [(shape - 1.0) / v - rate, in_shape, shape / rate - v],
+            ((x, (shape - 1.0) / v - rate), (self.0, in_shape), (self.1, shape / rate - v)),
         )
     }
 
@@ -117,11 +119,8 @@ where
         let x = y.exp();
         let (shape, rate, v) = (self.0.number(), self.1.number(), x.value());
         let (value, in_shape) = self.ln_power(rate * v);
-        let ln_pdf = R::fuse(
-            value,
-            [y, lift(self.0), lift(self.1)],
-            [shape - rate * v, in_shape, shape / rate - v],
-        );
+        let ln_pdf =
+            R::term(value, ((y, shape - rate * v), (self.0, in_shape), (self.1, shape / rate - v)));
         (x, ln_pdf)
     }
 }

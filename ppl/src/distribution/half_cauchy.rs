@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
 use rand::Rng;
 
-use super::{Parameter, Univariate, UnivariateDensity, lift};
+use super::{Parameter, Univariate, UnivariateDensity};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, softplus};
@@ -82,6 +82,9 @@ where
     R: Scalar,
     S: Parameter + Datum<R>,
 {
+    const SUMMANDS: bool = true;
+    const CONSTANT: bool = S::CONSTANT;
+
     #[inline]
     fn support(&self) -> Support<R> {
         Support::Above(R::from(0.0))
@@ -95,10 +98,9 @@ where
         let share = 2.0 / (1.0 + z.powi(-2));
         let square = if z.abs() > 1e8 { 2.0 * z.abs().ln() } else { (z * z).ln_1p() };
         let slope = if z.abs() < 1.0 { 2.0 * z / (1.0 + z * z) } else { 2.0 / (z + z.recip()) };
-        R::fuse(
+        R::term(
             LN_2_OVER_PI - scale.ln() - square,
-            [x, lift(self.0)],
-            [-slope / scale, (share - 1.0) / scale],
+            ((x, -slope / scale), (self.0, (share - 1.0) / scale)),
         )
     }
 
@@ -106,10 +108,9 @@ where
     fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
         let scale = self.0.number();
         let (square, share) = ln_one_plus_square(y.value() - scale.ln());
-        let ln_pdf = R::fuse(
+        let ln_pdf = R::term(
             LN_2_OVER_PI - scale.ln() - square + y.value(),
-            [y, lift(self.0)],
-            [1.0 - share, (share - 1.0) / scale],
+            ((y, 1.0 - share), (self.0, (share - 1.0) / scale)),
         );
         (y.exp(), ln_pdf)
     }
@@ -124,6 +125,6 @@ where
         } else {
             (1f64.atan2(a), a / (1.0 + a * a))
         };
-        R::fuse(LN_2_OVER_PI + angle.ln(), [lift(self.0)], [slope / (angle * scale)])
+        R::gather(LN_2_OVER_PI + angle.ln(), ((self.0, slope / (angle * scale)),))
     }
 }

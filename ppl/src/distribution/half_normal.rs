@@ -5,7 +5,7 @@ use std::f64::consts::{LN_2, PI};
 use rand::Rng;
 use rand_distr::StandardNormal;
 
-use super::{Parameter, Univariate, UnivariateDensity, lift};
+use super::{Parameter, Univariate, UnivariateDensity, normaliser};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
@@ -74,36 +74,42 @@ impl<S: Parameter> Univariate for HalfNormal<S> {
     }
 }
 
+/// −ln p(0).
+fn ln_mode_inverse(sd: f64) -> f64 {
+    sd.ln() + HALF_LN_2PI - LN_2
+}
+
 impl<R, S> UnivariateDensity<R> for HalfNormal<S>
 where
     R: Scalar,
     S: Parameter + Datum<R>,
 {
-    #[inline]
+    const SUMMANDS: bool = true;
+    const CONSTANT: bool = S::CONSTANT;
+
+    #[inline(always)]
     fn support(&self) -> Support<R> {
         Support::Above(R::from(0.0))
     }
 
-    #[inline]
+    #[inline(always)]
     fn ln_pdf(&self, x: R) -> R {
         let sd = self.0.number();
         let z = x.value() / sd;
-        R::fuse(
-            LN_2 - HALF_LN_2PI - 0.5 * z * z - sd.ln(),
-            [x, lift(self.0)],
-            [-z / sd, (z * z - 1.0) / sd],
+        R::term(
+            -0.5 * z * z - normaliser::<R, S>(self.0, ln_mode_inverse),
+            ((x, -z / sd), (self.0, (z * z - 1.0) / sd)),
         )
     }
 
-    #[inline]
+    #[inline(always)]
     fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
         let x = y.exp();
         let sd = self.0.number();
         let z = x.value() / sd;
-        let ln_pdf = R::fuse(
-            LN_2 - HALF_LN_2PI - 0.5 * z * z - sd.ln() + y.value(),
-            [y, lift(self.0)],
-            [1.0 - z * z, (z * z - 1.0) / sd],
+        let ln_pdf = R::term(
+            -0.5 * z * z - normaliser::<R, S>(self.0, ln_mode_inverse) + y.value(),
+            ((y, 1.0 - z * z), (self.0, (z * z - 1.0) / sd)),
         );
         (x, ln_pdf)
     }
@@ -111,6 +117,6 @@ where
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let sd = self.0.number();
         let inside = NormalInterval::new(lower.max(0.0) / sd, upper / sd);
-        R::fuse(LN_2 + inside.ln_mass, [lift(self.0)], [inside.second / sd])
+        R::gather(LN_2 + inside.ln_mass, ((self.0, inside.second / sd),))
     }
 }

@@ -27,8 +27,9 @@ impl<D: Family> Family for Iid<D> {}
 
 impl<R: Scalar, D: Distribution<R>> Distribution<R> for Iid<D> {
     type Value = Vec<D::Value>;
+    const SUMMANDS: bool = D::SUMMANDS;
 
-    #[inline]
+    #[inline(always)]
     fn ln_density(&self, x: &Self::Value) -> R {
         if x.len() != self.n {
             return R::from(f64::NEG_INFINITY);
@@ -50,7 +51,7 @@ impl<R: Scalar, D: Unknown<R>> Unknown<R> for Iid<D> {
         self.n * self.inner.dim()
     }
 
-    #[inline]
+    #[inline(always)]
     fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (Self::Value, R) {
         let mut total = R::from(0.0);
         let value = (0..self.n)

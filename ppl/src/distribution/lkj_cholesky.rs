@@ -1,6 +1,5 @@
 //! The LKJ distribution of correlation matrices, over their Cholesky factors.
 
-use std::cell::Cell;
 use std::f64::consts::PI;
 
 use rand::Rng;
@@ -45,35 +44,14 @@ pub struct LkjCholesky<const K: usize, E = f64>(pub E);
 
 impl<const K: usize, E: Parameter> Family for LkjCholesky<K, E> {}
 
-thread_local! {
-    /// The last constant, with what it belongs to: η is usually data, the same at every point.
-    static LAST: Cell<(Key, f64)> = const { Cell::new(((0, false, 0), 0.0)) };
-}
-
-/// K, whether over coordinates, and the bits of η.
-type Key = (usize, bool, u64);
-
-/// `compute()`, unless `key` is that of the last call of this thread.
-fn remembered(key: Key, compute: impl FnOnce() -> f64) -> f64 {
-    let (last, value) = LAST.get();
-    if last == key {
-        return value;
-    }
-    let value = compute();
-    LAST.set((key, value));
-    value
-}
-
 impl<const K: usize, E: Parameter> LkjCholesky<K, E> {
     /// ln c_K.
     fn ln_normaliser(&self) -> f64 {
         let (eta, last) = (self.0.number(), K as f64 - 1.0);
         let gamma = |k: f64| ln_gamma(eta + 0.5 * (last - k));
-        remembered((K, false, eta.to_bits()), || {
-            (1..K).fold(0.0, |sum, k| {
-                let k = k as f64;
-                sum + gamma(0.0) - 0.5 * k * PI.ln() - gamma(k)
-            })
+        (1..K).fold(0.0, |sum, k| {
+            let k = k as f64;
+            sum + gamma(0.0) - 0.5 * k * PI.ln() - gamma(k)
         })
     }
 
@@ -86,10 +64,8 @@ impl<const K: usize, E: Parameter> LkjCholesky<K, E> {
 
     /// The constant of the density over coordinates: −Σ [ln B(½, bⱼ) + ½ ln 2bⱼ].
     fn ln_coordinate_normaliser(&self) -> f64 {
-        remembered((K, true, self.0.number().to_bits()), || {
-            let term = |j| ln_beta(0.5, self.shape(j)) + self.scale(j).ln();
-            -Self::columns().map(|(j, entries)| entries * term(j)).sum::<f64>()
-        })
+        let term = |j| ln_beta(0.5, self.shape(j)) + self.scale(j).ln();
+        -Self::columns().map(|(j, entries)| entries * term(j)).sum::<f64>()
     }
 
     /// Its derivative in η.
@@ -189,6 +165,8 @@ where
         let varies = !eta.is_constant();
         // ln p = constant − Σ weight ln cosh y, where weight and y = x/√(2 bⱼ) move with η
         let (mut value, mut in_eta) = match (jacobian, varies) {
+            // the same at every point
+            (_, false) if R::LEAN => (0.0, 0.0),
             (true, false) => (self.ln_coordinate_normaliser(), 0.0),
             (true, true) => (self.ln_coordinate_normaliser(), self.coordinate_normaliser_slope()),
             (false, false) => (self.ln_normaliser(), 0.0),

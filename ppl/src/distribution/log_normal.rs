@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use super::{Normal, Parameter, Univariate, UnivariateDensity, lift};
+use super::{Normal, Parameter, Univariate, UnivariateDensity, normaliser};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
@@ -75,12 +75,15 @@ where
     M: Parameter + Datum<R>,
     S: Parameter + Datum<R>,
 {
-    #[inline]
+    const SUMMANDS: bool = true;
+    const CONSTANT: bool = M::CONSTANT && S::CONSTANT;
+
+    #[inline(always)]
     fn support(&self) -> Support<R> {
         Support::Above(R::from(0.0))
     }
 
-    #[inline]
+    #[inline(always)]
     fn ln_pdf(&self, x: R) -> R {
         let v = x.value();
         if v == 0.0 {
@@ -88,15 +91,14 @@ where
         }
         let sd = self.1.number();
         let z = (v.ln() - self.0.number()) / sd;
-        R::fuse(
-            -0.5 * z * z - v.ln() - sd.ln() - HALF_LN_2PI,
-            [x, lift(self.0), lift(self.1)],
-            [-(1.0 + z / sd) / v, z / sd, (z * z - 1.0) / sd],
+        R::term(
+            -0.5 * z * z - v.ln() - normaliser::<R, S>(self.1, |sd| sd.ln() + HALF_LN_2PI),
+            ((x, -(1.0 + z / sd) / v), (self.0, z / sd), (self.1, (z * z - 1.0) / sd)),
         )
     }
 
     /// The Jacobian cancels 1/x: in its coordinate the variable is normal.
-    #[inline]
+    #[inline(always)]
     fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
         (y.exp(), self.logarithm().ln_pdf(y))
     }

@@ -154,6 +154,10 @@ pub trait Distribution<R: Scalar>: Family {
     /// A number, a count, a flag, an array, a vector or a Cholesky factor.
     type Value: Clone + Record;
 
+    /// See [`UnivariateDensity::SUMMANDS`].
+    #[doc(hidden)]
+    const SUMMANDS: bool = false;
+
     /// Log density (log mass for counts) at `x`; −∞ outside the support, NaN for parameters
     /// outside their domain.
     fn ln_density(&self, x: &Self::Value) -> R;
@@ -279,6 +283,15 @@ pub trait Univariate: Family {
 /// assert!((positive.cdf(positive.quantile(0.3)) - 0.3).abs() < 1e-12);
 /// ```
 pub trait UnivariateDensity<R: Scalar>: Univariate {
+    /// Whether the log density is a sum of [terms](Scalar::term), from whose values nothing
+    /// further is computed: their partials may be taken one by one then.
+    #[doc(hidden)]
+    const SUMMANDS: bool = false;
+
+    /// Whether all parameters are data, as far as known.
+    #[doc(hidden)]
+    const CONSTANT: bool = false;
+
     /// Where the density is positive.
     fn support(&self) -> Support<R>;
 
@@ -287,10 +300,10 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
 
     /// The value at the unconstrained coordinate `y`, with log density plus log-Jacobian.
     /// Override it where the two cancel.
-    #[inline]
+    #[inline(always)]
     fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
         let (x, log_jacobian) = self.support().constrain(y);
-        (x, self.ln_pdf(x) + log_jacobian)
+        (x, self.ln_pdf(x) + R::term(log_jacobian.value(), ((log_jacobian, 1.0),)))
     }
 
     /// ln P(lower < X < upper), with its derivatives in the parameters.
@@ -311,8 +324,9 @@ macro_rules! univariate {
             Self: $crate::UnivariateDensity<R>,
         {
             type Value = R;
+            const SUMMANDS: bool = <Self as $crate::UnivariateDensity<R>>::SUMMANDS;
 
-            #[inline]
+            #[inline(always)]
             fn ln_density(&self, x: &R) -> R {
                 $crate::__private::ln_density(self, *x)
             }
@@ -330,12 +344,12 @@ macro_rules! univariate {
         where
             Self: $crate::UnivariateDensity<R>,
         {
-            #[inline]
+            #[inline(always)]
             fn dim(&self) -> usize {
                 1
             }
 
-            #[inline]
+            #[inline(always)]
             fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (R, R) {
                 $crate::__private::constrain(self, next(), jacobian)
             }
@@ -353,7 +367,7 @@ macro_rules! univariate {
 }
 
 /// −∞ outside the support, the density inside.
-#[inline]
+#[inline(always)]
 pub fn ln_density<R: Scalar, D: UnivariateDensity<R>>(distribution: &D, x: R) -> R {
     if distribution.support().contains(x.value()) || x.value().is_nan() {
         distribution.ln_pdf(x)
@@ -363,7 +377,7 @@ pub fn ln_density<R: Scalar, D: UnivariateDensity<R>>(distribution: &D, x: R) ->
 }
 
 /// One coordinate to one value.
-#[inline]
+#[inline(always)]
 pub fn constrain<R: Scalar, D: UnivariateDensity<R>>(
     distribution: &D,
     y: R,
@@ -378,7 +392,16 @@ pub fn constrain<R: Scalar, D: UnivariateDensity<R>>(
 }
 
 /// A parameter as a number of the model's kind.
-#[inline]
+#[inline(always)]
 pub(crate) fn lift<R>(parameter: impl Datum<R>) -> R {
     parameter.lift()
+}
+
+/// A part of a log density that depends on `parameter` alone: left out where that may be.
+#[inline(always)]
+pub(crate) fn normaliser<R: Scalar, P: Parameter + Datum<R>>(
+    parameter: P,
+    part: impl FnOnce(f64) -> f64,
+) -> f64 {
+    if R::LEAN && P::CONSTANT { 0.0 } else { part(parameter.number()) }
 }

@@ -6,7 +6,7 @@ use rand_distr::StandardNormal;
 use super::{CholeskyFactor, Distribution, Family, Unknown};
 use crate::density::DomainError;
 use crate::record::Datum;
-use crate::scalar::Scalar;
+use crate::scalar::{Partials, Scalar};
 use crate::special::HALF_LN_2PI;
 
 /// Multivariate normal distribution with mean μ ∈ ℝᴷ and covariance L Lᵀ.
@@ -47,6 +47,38 @@ impl<M, L> MvNormalCholesky<M, L> {
     }
 }
 
+/// The partials of one density.
+struct Gradient<R, const K: usize> {
+    x: [R; K],
+    mean: [R; K],
+    factor: CholeskyFactor<R, K>,
+    z: [f64; K],
+    w: [f64; K],
+}
+
+impl<R: Scalar, const K: usize> Partials<R> for Gradient<R, K> {
+    #[inline(always)]
+    fn spread(self, f: &mut impl FnMut(R, f64)) {
+        for i in 0..K {
+            f(self.x[i], -self.w[i]);
+            f(self.mean[i], self.w[i]);
+            for j in 0..i {
+                f(self.factor.get(i, j), self.w[i] * self.z[j]);
+            }
+            let diagonal = self.factor.get(i, i);
+            f(diagonal, self.w[i] * self.z[i] - diagonal.value().recip());
+        }
+    }
+
+    #[inline(always)]
+    fn any(&self) -> Option<R> {
+        let factor = (0..K).flat_map(|i| (0..=i).map(move |j| (i, j)));
+        let numbers = self.mean.iter().chain(&self.x).copied();
+        let mut all = numbers.chain(factor.map(|(i, j)| self.factor.get(i, j)));
+        all.find(|number| !number.is_constant())
+    }
+}
+
 impl<R, M, T, const K: usize> Distribution<R> for MvNormalCholesky<M, CholeskyFactor<T, K>>
 where
     R: Scalar,
@@ -54,6 +86,7 @@ where
     T: Datum<R> + Clone,
 {
     type Value = [R; K];
+    const SUMMANDS: bool = true;
 
     #[inline]
     fn ln_density(&self, x: &[R; K]) -> R {
@@ -74,15 +107,7 @@ where
             let inner: f64 = (i + 1..K).map(|k| l(k, i) * w[k]).sum();
             w[i] = (w[i] - inner) / l(i, i);
         }
-        let in_x = (0..K).map(|i| (x[i], -w[i]));
-        let in_mean = (0..K).map(|i| (mean[i], w[i]));
-        let in_factor = (0..K).flat_map(|i| {
-            (0..=i).map(move |j| {
-                let diagonal = if i == j { l(i, i).recip() } else { 0.0 };
-                (factor.get(i, j), w[i] * z[j] - diagonal)
-            })
-        });
-        R::fuse_iter(value, in_x.chain(in_mean).chain(in_factor))
+        R::term(value, Gradient { x: *x, mean, factor, z, w })
     }
 
     fn validate(&self) -> Result<(), DomainError> {

@@ -3,7 +3,7 @@
 use rand::Rng;
 use rand_distr::StandardNormal;
 
-use super::{Parameter, Univariate, UnivariateDensity, lift};
+use super::{Parameter, Univariate, UnivariateDensity, normaliser};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
@@ -77,29 +77,28 @@ where
     M: Parameter + Datum<R>,
     S: Parameter + Datum<R>,
 {
-    #[inline]
+    const SUMMANDS: bool = true;
+    const CONSTANT: bool = M::CONSTANT && S::CONSTANT;
+
+    #[inline(always)]
     fn support(&self) -> Support<R> {
         Support::Real
     }
 
-    #[inline]
+    #[inline(always)]
     fn ln_pdf(&self, x: R) -> R {
-        let sd = self.1.number();
-        let z = self.standardise(x.value());
-        R::fuse(
-            -0.5 * z * z - sd.ln() - HALF_LN_2PI,
-            [x, lift(self.0), lift(self.1)],
-            [-z / sd, z / sd, (z * z - 1.0) / sd],
+        let precise = self.1.number().recip();
+        let z = (x.value() - self.0.number()) * precise;
+        let slope = z * precise;
+        R::term(
+            -0.5 * z * z - normaliser::<R, S>(self.1, |sd| sd.ln() + HALF_LN_2PI),
+            ((x, -slope), (self.0, slope), (self.1, z * slope - precise)),
         )
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let sd = self.1.number();
         let inside = NormalInterval::new(self.standardise(lower), self.standardise(upper));
-        R::fuse(
-            inside.ln_mass,
-            [lift(self.0), lift(self.1)],
-            [inside.first / sd, inside.second / sd],
-        )
+        R::gather(inside.ln_mass, ((self.0, inside.first / sd), (self.1, inside.second / sd)))
     }
 }

@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use super::{Distribution, Family, Parameter, lift};
+use super::{Distribution, Family, Parameter};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
@@ -55,6 +55,7 @@ where
     L: Parameter + Datum<R>,
 {
     type Value = u64;
+    const SUMMANDS: bool = true;
 
     #[inline]
     fn ln_density(&self, k: &u64) -> R {
@@ -63,10 +64,13 @@ where
             f64::NAN
         } else if k == 0.0 {
             -rate
+        } else if R::LEAN {
+            // without ln k!, which is the same at every point
+            k * rate.ln() - rate
         } else {
             -stirling_error(k) - deviance(k, rate) - 0.5 * k.ln() - HALF_LN_2PI
         };
-        R::fuse(value, [lift(self.0)], [k / rate - 1.0])
+        R::term(value, ((self.0, k / rate - 1.0),))
     }
 
     fn validate(&self) -> Result<(), DomainError> {

@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use super::{Parameter, Univariate, UnivariateDensity, lift};
+use super::{Parameter, Univariate, UnivariateDensity, normaliser};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
@@ -113,6 +113,12 @@ impl<N: Parameter, M: Parameter, S: Parameter> Univariate for StudentT<N, M, S> 
     }
 }
 
+/// ln Γ(ν/2 + ½) − ln Γ(ν/2) − ½ ln(ν/2), which vanishes as ν grows, less ½ ln 2π.
+fn ln_shape(nu: f64) -> f64 {
+    let half = 0.5 * nu;
+    half * ln_1p_minus(0.5 / half) + stirling_error(half + 0.5) - stirling_error(half) - HALF_LN_2PI
+}
+
 impl<R, N, M, S> UnivariateDensity<R> for StudentT<N, M, S>
 where
     R: Scalar,
@@ -120,6 +126,9 @@ where
     M: Parameter + Datum<R>,
     S: Parameter + Datum<R>,
 {
+    const SUMMANDS: bool = true;
+    const CONSTANT: bool = N::CONSTANT && M::CONSTANT && S::CONSTANT;
+
     #[inline]
     fn support(&self) -> Support<R> {
         Support::Real
@@ -133,18 +142,20 @@ where
         let u = z / nu.sqrt();
         // ln(1 + u²) without overflow
         let ln_square = if u.abs() > 1e8 { 2.0 * u.abs().ln() } else { (u * u).ln_1p() };
-        // ln Γ(ν/2 + ½) − ln Γ(ν/2) − ½ ln(ν/2), which vanishes as ν grows
-        let normaliser =
-            half * ln_1p_minus(0.5 / half) + stirling_error(half + 0.5) - stirling_error(half);
         // u²/(1 + u²)
         let share = 1.0 / (1.0 + u.powi(-2));
         let in_x = if z == 0.0 { 0.0 } else { -(nu + 1.0) * share / z };
         let digammas = (0.5 / half).ln_1p() + ln_minus_digamma(half) - ln_minus_digamma(half + 0.5);
         let in_nu = 0.5 * (digammas - nu.recip() - ln_square + share * (1.0 + nu.recip()));
-        R::fuse(
-            normaliser - HALF_LN_2PI - scale.ln() - (half + 0.5) * ln_square,
-            [x, lift(self.0), lift(self.1), lift(self.2)],
-            [in_x / scale, in_nu, -in_x / scale, ((nu + 1.0) * share - 1.0) / scale],
+        let constant = normaliser::<R, N>(self.0, ln_shape) - normaliser::<R, S>(self.2, f64::ln);
+        R::term(
+            constant - (half + 0.5) * ln_square,
+            (
+                (x, in_x / scale),
+                (self.0, in_nu),
+                (self.1, -in_x / scale),
+                (self.2, ((nu + 1.0) * share - 1.0) / scale),
+            ),
         )
     }
 }

@@ -140,13 +140,21 @@ where
     R: Scalar,
     D: UnivariateDensity<R>,
 {
+    const SUMMANDS: bool = D::SUMMANDS;
+    const CONSTANT: bool = D::CONSTANT;
+
+    #[inline]
     fn support(&self) -> Support<R> {
         self.inner.support().within(self.lower, self.upper)
     }
 
-    #[inline]
+    #[inline(always)]
     fn ln_pdf(&self, x: R) -> R {
-        self.inner.ln_pdf(x) - self.inner.ln_mass(self.lower, self.upper)
+        let inner = self.inner.ln_pdf(x);
+        if R::LEAN && D::CONSTANT {
+            return inner;
+        }
+        inner - self.inner.ln_mass(self.lower, self.upper)
     }
 }
 

@@ -83,18 +83,21 @@ where
     A: Parameter + Datum<R>,
     B: Parameter + Datum<R>,
 {
-    #[inline]
+    const SUMMANDS: bool = true;
+    const CONSTANT: bool = A::CONSTANT && B::CONSTANT;
+
+    #[inline(always)]
     fn support(&self) -> Support<R> {
         Support::Between(lift(self.0), lift(self.1))
     }
 
-    #[inline]
+    #[inline(always)]
     fn ln_pdf(&self, _: R) -> R {
         let width = self.width();
-        R::fuse(-width.ln(), [lift(self.0), lift(self.1)], [width.recip(), -width.recip()])
+        R::term(-width.ln(), ((self.0, width.recip()), (self.1, -width.recip())))
     }
 
-    #[inline]
+    #[inline(always)]
     fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
         let support: Support<R> = self.support();
         (support.constrain(y).0, log_logistic_density(y))
@@ -106,10 +109,12 @@ where
         let (low, high) = (a.max(lower), b.min(upper));
         let inside = (high - low).recip();
         let (own_low, own_high) = (f64::from(a > lower), f64::from(b < upper));
-        R::fuse(
+        R::gather(
             ((high - low) / width).ln(),
-            [lift(self.0), lift(self.1)],
-            [width.recip() - own_low * inside, own_high * inside - width.recip()],
+            (
+                (self.0, width.recip() - own_low * inside),
+                (self.1, own_high * inside - width.recip()),
+            ),
         )
     }
 }

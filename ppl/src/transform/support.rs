@@ -27,7 +27,7 @@ pub enum Support<R> {
 
 impl<R: Scalar> Support<R> {
     /// The point at the unconstrained coordinate `y`, and the log-Jacobian there.
-    #[inline]
+    #[inline(always)]
     pub fn constrain(&self, y: R) -> (R, R) {
         match *self {
             Self::Real => (y, R::from(0.0)),
@@ -68,7 +68,7 @@ impl<R: Scalar> Support<R> {
     }
 
     /// Whether `x` lies in the closed support.
-    #[inline]
+    #[inline(always)]
     pub fn contains(&self, x: f64) -> bool {
         let (a, b) = self.bounds();
         (a..=b).contains(&x)
@@ -97,7 +97,7 @@ impl<R: Scalar> Support<R> {
 }
 
 /// ln σ(y) + ln σ(−y): the log density of the logistic distribution.
-#[inline]
+#[inline(always)]
 pub(crate) fn log_logistic_density<R: Scalar>(y: R) -> R {
     let v = y.value();
     let (p, q) = logistic(v);

@@ -1,0 +1,465 @@
+//! Arithmetic that is differentiated as a whole.
+//!
+//! `model!` reads `a + b * x` in a statement as one expression: its type is the shape of the
+//! formula, its value and the derivative of every step are known when it is built, and closing
+//! it makes one operation of the numbers in it. As the argument of a distribution it is not even
+//! closed: the partials of the density go straight through it.
+
+use std::fmt::Debug;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::distribution::Parameter;
+use crate::dual::Dual;
+use crate::real::Real;
+use crate::record::{Datum, Record};
+use crate::scalar::{Partials, Scalar};
+
+/// A formula over the numbers of a model.
+///
+/// It can stand wherever a distribution takes a parameter; [`close`](Expression::close) makes it
+/// a number.
+#[derive(Clone, Copy, Debug)]
+pub struct Expression<E>(E);
+
+/// A formula or a part of one.
+pub trait Node: Copy + Debug {
+    /// What it is made of.
+    type Number: Scalar;
+
+    /// Its value.
+    fn result(self) -> f64;
+
+    /// Calls `f` with each number in it and `weight` times the derivative in that number.
+    fn spread(self, weight: f64, f: &mut impl FnMut(Self::Number, f64));
+
+    /// A number in it that is no constant.
+    fn any(self) -> Option<Self::Number>;
+}
+
+impl<S: Scalar> Node for Real<S> {
+    type Number = Self;
+
+    #[inline(always)]
+    fn result(self) -> f64 {
+        self.value()
+    }
+
+    #[inline(always)]
+    fn spread(self, weight: f64, f: &mut impl FnMut(Self, f64)) {
+        f(self, weight);
+    }
+
+    #[inline(always)]
+    fn any(self) -> Option<Self> {
+        Some(self).filter(|number| !number.is_constant())
+    }
+}
+
+/// A function of one part.
+#[derive(Clone, Copy, Debug)]
+pub struct Unary<A> {
+    value: f64,
+    slope: f64,
+    argument: A,
+}
+
+impl<A: Node> Node for Unary<A> {
+    type Number = A::Number;
+
+    #[inline(always)]
+    fn result(self) -> f64 {
+        self.value
+    }
+
+    #[inline(always)]
+    fn spread(self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
+        self.argument.spread(weight * self.slope, f);
+    }
+
+    #[inline(always)]
+    fn any(self) -> Option<A::Number> {
+        self.argument.any()
+    }
+}
+
+/// A function of two parts.
+#[derive(Clone, Copy, Debug)]
+pub struct Binary<A, B> {
+    value: f64,
+    slopes: (f64, f64),
+    arguments: (A, B),
+}
+
+impl<A: Node, B: Node<Number = A::Number>> Node for Binary<A, B> {
+    type Number = A::Number;
+
+    #[inline(always)]
+    fn result(self) -> f64 {
+        self.value
+    }
+
+    #[inline(always)]
+    fn spread(self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
+        self.arguments.0.spread(weight * self.slopes.0, f);
+        self.arguments.1.spread(weight * self.slopes.1, f);
+    }
+
+    #[inline(always)]
+    fn any(self) -> Option<A::Number> {
+        self.arguments.0.any().or_else(|| self.arguments.1.any())
+    }
+}
+
+/// Σ dᵢ xᵢ over data dᵢ and numbers xᵢ; see [`dot`].
+#[derive(Clone, Copy, Debug)]
+pub struct Dot<'a, S> {
+    value: f64,
+    data: &'a [f64],
+    numbers: &'a [Real<S>],
+}
+
+impl<S: Scalar> Node for Dot<'_, S> {
+    type Number = Real<S>;
+
+    #[inline(always)]
+    fn result(self) -> f64 {
+        self.value
+    }
+
+    #[inline(always)]
+    fn spread(self, weight: f64, f: &mut impl FnMut(Real<S>, f64)) {
+        for (d, x) in self.data.iter().zip(self.numbers) {
+            f(*x, weight * d);
+        }
+    }
+
+    #[inline(always)]
+    fn any(self) -> Option<Real<S>> {
+        self.numbers.iter().copied().find_map(Node::any)
+    }
+}
+
+/// The linear predictor Σ dᵢ xᵢ of data dᵢ and unknowns xᵢ, as one operation; NaN if their
+/// numbers differ.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// ppl::model! {
+///     fn regression(rows: &[[f64; 3]], y: &[f64]) {
+///         let intercept ~ Normal(0.0, 10.0);
+///         let slope ~ Normal(0.0, 2.5).array::<3>();
+///         let sd ~ HalfNormal(1.0);
+///         for (row, y) in rows.iter().zip(y) {
+///             y ~ Normal(intercept + dot(row, &slope), sd);
+///         }
+///     }
+/// }
+/// assert_eq!(regression(&[[1.0, 0.5, -1.0]], &[0.3]).layout()?.dim, 5);
+/// # Ok::<(), ppl::ModelError>(())
+/// ```
+#[inline(always)]
+pub fn dot<'a, S: Scalar>(data: &'a [f64], numbers: &'a [Real<S>]) -> Expression<Dot<'a, S>> {
+    let value = if data.len() == numbers.len() {
+        data.iter().zip(numbers).map(|(d, x)| d * x.value()).sum()
+    } else {
+        f64::NAN
+    };
+    Expression(Dot { value, data, numbers })
+}
+
+impl<A: Node> Expression<A> {
+    /// Its value.
+    #[inline(always)]
+    pub fn value(self) -> f64 {
+        self.0.result()
+    }
+
+    /// The formula as one number.
+    #[inline(always)]
+    pub fn close(self) -> A::Number {
+        A::Number::gather(self.value(), self)
+    }
+
+    #[inline(always)]
+    fn unary(self, value: f64, slope: f64) -> Expression<Unary<A>> {
+        Expression(Unary { value, slope, argument: self.0 })
+    }
+
+    /// A function of [`Scalar`], with the derivative that it has there.
+    #[inline(always)]
+    fn apply(self, f: impl FnOnce(Dual<1>) -> Dual<1>) -> Expression<Unary<A>> {
+        let y = f(Dual::new(self.value(), [1.0]));
+        self.unary(y.value(), y.gradient()[0])
+    }
+
+    /// As [`Scalar::powi`].
+    #[inline(always)]
+    pub fn powi(self, n: i32) -> Expression<Unary<A>> {
+        self.apply(|x| x.powi(n))
+    }
+
+    /// As [`Scalar::powf`].
+    #[inline(always)]
+    pub fn powf(self, p: f64) -> Expression<Unary<A>> {
+        self.apply(|x| x.powf(p))
+    }
+
+    /// As [`Scalar::pow`].
+    #[inline(always)]
+    pub fn pow<B: Node<Number = A::Number>>(self, p: Expression<B>) -> Expression<Binary<A, B>> {
+        let [x, e] = Dual::variables([self.value(), p.value()]);
+        let y = x.pow(e);
+        let [in_x, in_p] = y.gradient();
+        Expression(Binary { value: y.value(), slopes: (in_x, in_p), arguments: (self.0, p.0) })
+    }
+}
+
+macro_rules! elementary {
+    ($($name:ident),*) => {
+        impl<A: Node> Expression<A> {
+            $(
+                #[doc = concat!("As [`Scalar::", stringify!($name), "`].")]
+                #[inline(always)]
+                pub fn $name(self) -> Expression<Unary<A>> {
+                    self.apply(Scalar::$name)
+                }
+            )*
+        }
+    };
+}
+elementary!(exp, exp_m1, ln, ln_1p, sqrt, square, recip, sin, cos, tanh, abs, logistic, softplus);
+
+impl<A: Node> Partials<A::Number> for Expression<A> {
+    #[inline(always)]
+    fn spread(self, f: &mut impl FnMut(A::Number, f64)) {
+        self.0.spread(1.0, f);
+    }
+
+    #[inline(always)]
+    fn any(&self) -> Option<A::Number> {
+        self.0.any()
+    }
+}
+
+impl<A: Node> Parameter for Expression<A> {
+    #[inline(always)]
+    fn number(self) -> f64 {
+        self.value()
+    }
+}
+
+impl<S: Scalar, A: Node<Number = Real<S>>> Datum<Real<S>> for Expression<A> {
+    #[inline(always)]
+    fn lift(&self) -> Real<S> {
+        self.close()
+    }
+
+    #[inline(always)]
+    fn spread(&self, weight: f64, f: &mut impl FnMut(Real<S>, f64)) {
+        self.0.spread(weight, f);
+    }
+
+    #[inline(always)]
+    fn any(&self) -> Option<Real<S>> {
+        self.0.any()
+    }
+}
+
+impl<A: Node> Record for Expression<A> {
+    fn shape(&self) -> Vec<usize> {
+        Vec::new()
+    }
+
+    fn flatten(&self, out: &mut Vec<f64>) {
+        out.push(self.value());
+    }
+}
+
+impl<A: Node> Neg for Expression<A> {
+    type Output = Expression<Unary<A>>;
+
+    #[inline(always)]
+    fn neg(self) -> Self::Output {
+        self.unary(-self.value(), -1.0)
+    }
+}
+
+macro_rules! arithmetic {
+    ($Op:ident, $op:ident, |$a:ident, $b:ident| $rule:expr) => {
+        impl<A: Node, B: Node<Number = A::Number>> $Op<Expression<B>> for Expression<A> {
+            type Output = Expression<Binary<A, B>>;
+            #[inline(always)]
+            fn $op(self, other: Expression<B>) -> Self::Output {
+                let ($a, $b) = (self.value(), other.value());
+                let (value, da, db) = $rule;
+                Expression(Binary { value, slopes: (da, db), arguments: (self.0, other.0) })
+            }
+        }
+        impl<S: Scalar, A: Node<Number = Real<S>>> $Op<Real<S>> for Expression<A> {
+            type Output = Expression<Binary<A, Real<S>>>;
+            #[inline(always)]
+            fn $op(self, other: Real<S>) -> Self::Output {
+                $Op::$op(self, Expression(other))
+            }
+        }
+        impl<S: Scalar, A: Node<Number = Real<S>>> $Op<Expression<A>> for Real<S> {
+            type Output = Expression<Binary<Real<S>, A>>;
+            #[inline(always)]
+            fn $op(self, other: Expression<A>) -> Self::Output {
+                $Op::$op(Expression(self), other)
+            }
+        }
+        impl<A: Node> $Op<f64> for Expression<A> {
+            type Output = Expression<Unary<A>>;
+            #[inline(always)]
+            fn $op(self, other: f64) -> Self::Output {
+                let ($a, $b) = (self.value(), other);
+                let (value, da, _) = $rule;
+                self.unary(value, da)
+            }
+        }
+        impl<A: Node> $Op<&f64> for Expression<A> {
+            type Output = Expression<Unary<A>>;
+            #[inline(always)]
+            fn $op(self, other: &f64) -> Self::Output {
+                $Op::$op(self, *other)
+            }
+        }
+        impl<A: Node> $Op<Expression<A>> for f64 {
+            type Output = Expression<Unary<A>>;
+            #[inline(always)]
+            fn $op(self, other: Expression<A>) -> Self::Output {
+                let ($a, $b) = (self, other.value());
+                let (value, _, db) = $rule;
+                other.unary(value, db)
+            }
+        }
+    };
+}
+arithmetic!(Add, add, |a, b| (a + b, 1.0, 1.0));
+arithmetic!(Sub, sub, |a, b| (a - b, 1.0, -1.0));
+arithmetic!(Mul, mul, |a, b| (a * b, b, a));
+arithmetic!(Div, div, |a, b| (a / b, 1.0 / b, -a / (b * b)));
+
+/// What generated code asks of an operand or of the result of arithmetic, whose type the macro
+/// does not know: numbers of the model become formulas and back, everything else stays as it is.
+/// `(&Of(&x)).operand()` finds [`Number`] before [`Other`], since that takes one reference less.
+#[derive(Debug)]
+pub struct Of<'a, T: ?Sized>(pub &'a T);
+
+/// A number of the model.
+pub trait Number {
+    /// As the operand of a formula.
+    type Operand;
+    /// As a value.
+    type Value;
+
+    /// The number or formula as an operand.
+    fn operand(&self) -> Self::Operand;
+
+    /// The formula as a number.
+    fn closed(&self) -> Self::Value;
+}
+
+impl<S: Scalar> Number for Of<'_, Real<S>> {
+    type Operand = Expression<Real<S>>;
+    type Value = Real<S>;
+
+    #[inline(always)]
+    fn operand(&self) -> Expression<Real<S>> {
+        Expression(*self.0)
+    }
+
+    #[inline(always)]
+    fn closed(&self) -> Real<S> {
+        *self.0
+    }
+}
+
+impl<A: Node> Number for Of<'_, Expression<A>> {
+    type Operand = Expression<A>;
+    type Value = A::Number;
+
+    #[inline(always)]
+    fn operand(&self) -> Expression<A> {
+        *self.0
+    }
+
+    #[inline(always)]
+    fn closed(&self) -> A::Number {
+        self.0.close()
+    }
+}
+
+/// Anything else.
+pub trait Other {
+    /// Its type.
+    type Same;
+
+    /// As it is.
+    fn operand(&self) -> Self::Same;
+
+    /// As it is.
+    fn closed(&self) -> Self::Same;
+}
+
+impl<T: Clone> Other for &Of<'_, T> {
+    type Same = T;
+
+    #[inline(always)]
+    fn operand(&self) -> T {
+        self.0.clone()
+    }
+
+    #[inline(always)]
+    fn closed(&self) -> T {
+        self.0.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A formula of every operation against the same over duals.
+    #[test]
+    fn formulas_are_differentiated_exactly() {
+        type R = Real<Dual<3>>;
+        fn plain([x, y, z]: [R; 3]) -> R {
+            (x * 2.0 - 1.0 / y + z * &0.5).exp() / (3.0 + y.pow(x)) - (-z).powi(3).logistic()
+                + (x + y) * (y - z).sqrt()
+        }
+        fn formula([a, b, c]: [R; 3]) -> R {
+            let [x, y, z] = [a, b, c].map(Expression);
+            let f = (x * 2.0 - 1.0 / y + z * &0.5).exp() / (3.0 + y.pow(x))
+                - (-z).powi(3).logistic()
+                + (x + y) * (b - z).sqrt();
+            f.close()
+        }
+        let point = Dual::variables([0.7, 1.9, -0.4]).map(Real);
+        let (expected, found) = (plain(point), formula(point));
+        approx::assert_relative_eq!(found.value(), expected.value(), max_relative = 1e-15);
+        for (e, f) in expected.0.gradient().iter().zip(found.0.gradient()) {
+            approx::assert_relative_eq!(*e, f, max_relative = 1e-13);
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_stays_as_it_is() {
+        let x = Real(2.0);
+        let formula = (&Of(&x)).operand() * 3.0;
+        assert_eq!((&Of(&formula)).closed().value(), 6.0);
+        assert_eq!((&Of(&7usize)).operand() - 1, 6);
+        assert_eq!((&Of(&2.5)).closed(), 2.5);
+    }
+
+    #[test]
+    fn dot_has_its_gradient_and_refuses_lengths() {
+        let x = Dual::variables([0.7, 1.9]).map(Real);
+        let product = dot(&[2.0, -1.0], &x);
+        assert_eq!(product.close().0.gradient(), [2.0, -1.0]);
+        assert!(dot(&[1.0], &x).value().is_nan());
+    }
+}
