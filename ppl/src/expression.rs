@@ -427,13 +427,14 @@ mod tests {
     #[test]
     fn formulas_are_differentiated_exactly() {
         type R = Real<Dual<3>>;
+        const HALF: &f64 = &0.5;
         fn plain([x, y, z]: [R; 3]) -> R {
-            (x * 2.0 - 1.0 / y + z * &0.5).exp() / (3.0 + y.pow(x)) - (-z).powi(3).logistic()
+            (x * 2.0 - 1.0 / y + z * HALF).exp() / (3.0 + y.pow(x)) - (-z).powi(3).logistic()
                 + (x + y) * (y - z).sqrt()
         }
         fn formula([a, b, c]: [R; 3]) -> R {
             let [x, y, z] = [a, b, c].map(Expression);
-            let f = (x * 2.0 - 1.0 / y + z * &0.5).exp() / (3.0 + y.pow(x))
+            let f = (x * 2.0 - 1.0 / y + z * HALF).exp() / (3.0 + y.pow(x))
                 - (-z).powi(3).logistic()
                 + (x + y) * (b - z).sqrt();
             f.close()
@@ -446,6 +447,8 @@ mod tests {
         }
     }
 
+    // written as the macro writes it, whether or not the borrow is needed
+    #[allow(clippy::needless_borrow)]
     #[test]
     fn what_is_no_number_stays_as_it_is() {
         let x = Real(2.0);

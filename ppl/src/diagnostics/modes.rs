@@ -236,7 +236,7 @@ mod tests {
     fn changes_are_counted() {
         let signs = |period: usize, seed| -> Vec<f64> {
             let noise = normals(seed, 0.0, 1.0, 600);
-            let sign = |t: usize| if (t / period) % 2 == 0 { 6.0 } else { -6.0 };
+            let sign = |t: usize| if (t / period).is_multiple_of(2) { 6.0 } else { -6.0 };
             noise.iter().enumerate().map(|(t, x)| x + sign(t)).collect()
         };
         let fast: Vec<Vec<f64>> = (0..4).map(|seed| signs(10, seed)).collect();

@@ -60,10 +60,10 @@ pub fn covariance_factor<S: Scalar, const N: usize>(
         for j in 0..=i {
             let mut entry = alpha.square() * (-(width.recip() * (x[i] - x[j]).powi(2))).exp();
             if i == j {
-                entry = entry + noise;
+                entry += noise;
             }
             for k in 0..j {
-                entry = entry - l[i][k] * l[j][k];
+                entry -= l[i][k] * l[j][k];
             }
             l[i][j] = if i == j { entry.sqrt() } else { entry / l[j][j] };
         }
