@@ -8,7 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::density::{LogDensity, Rejection};
 use crate::dual::Dual;
 use crate::model::Model;
-use crate::reading::{Density, Ledger, Roots, Sum, WithoutConstants};
+use crate::reading::{Density, Ledger, Plain, Roots, Sum, WithoutConstants};
 use crate::tape::Tape;
 use crate::trace::{Record, Role, Source, Trace, Variable};
 
@@ -234,6 +234,28 @@ impl<M: Model> Bound<M> {
             *g = density.ledger.total.gradient()[0];
         }
         Ok(value)
+    }
+
+    /// The gradient with every operation kept on the tape to the end: slow, and independent of
+    /// what [`gradient`](LogDensity::gradient) leaves out or takes early.
+    ///
+    /// # Errors
+    /// [`Rejection`] where the density is zero or not defined.
+    pub fn tape_gradient(
+        &self,
+        y: &[f64],
+        gradient: &mut [f64],
+        workspace: &mut Workspace,
+    ) -> Result<f64, Rejection> {
+        loop {
+            workspace.tape.clear();
+            let tape = &workspace.tape;
+            let total = self.value(Plain(Roots::new(tape, y)), true)?;
+            if !tape.is_full() {
+                tape.sweep(gradient);
+                return Ok(total);
+            }
+        }
     }
 
     /// The sum of all terms.

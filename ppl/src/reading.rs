@@ -156,6 +156,25 @@ impl<'t> Ledger for Roots<'t, '_> {
     }
 }
 
+/// A tape that keeps every operation to the end, whatever the model says about them.
+pub(crate) struct Plain<'t, 'y>(pub(crate) Roots<'t, 'y>);
+
+impl<'t> Ledger for Plain<'t, '_> {
+    type Number = Var<'t>;
+
+    fn next(&mut self) -> Option<Var<'t>> {
+        self.0.next()
+    }
+
+    fn add(&mut self, term: Var<'t>) {
+        self.0.add(term);
+    }
+
+    fn total(&self) -> f64 {
+        self.0.total()
+    }
+}
+
 /// The log density reading. Without `jacobian` it is the density over constrained values.
 pub(crate) struct Density<L> {
     pub(crate) ledger: L,
