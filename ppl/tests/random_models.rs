@@ -107,14 +107,18 @@ impl Writer {
 
     fn scale(&mut self) -> String {
         let formula = self.number(1);
-        self.pick(&["0.7", "(X).softplus() + 0.3", "(X).tanh().exp()"]).replace('X', &formula)
+        self.pick(&["0.7", "(#x).softplus() + 0.3", "(#x).tanh().exp()"]).replace("#x", &formula)
     }
 
     fn family(&mut self) -> String {
         let (mean, scale) = (self.number(1), self.scale());
-        self.pick(&["Normal(M, S)", "StudentT(4.0, M, S)", "Normal(M, S).truncate(-50.0..50.0)"])
-            .replace('M', &mean)
-            .replace('S', &scale)
+        self.pick(&[
+            "Normal(#m, #s)",
+            "StudentT(4.0, #m, #s)",
+            "Normal(#m, #s).truncate(-50.0..50.0)",
+        ])
+        .replace("#m", &mean)
+        .replace("#s", &scale)
     }
 
     fn unknown(&mut self, indent: &str) -> String {
@@ -158,18 +162,18 @@ impl Writer {
             5 | 6 => self.plate(text)?,
             7 => {
                 let (name, start, step) = (self.name(), self.number(1), self.number(1));
-                let (other, scale) = (self.number(1), self.scale());
+                let (y, other, scale) = (self.name(), self.number(1), self.scale());
                 writeln!(text, "    let mut {name} = {start};")?;
-                writeln!(text, "    for y in ys {{")?;
-                writeln!(text, "        {name} = ({name} * 0.4 + {step} * y).tanh();")?;
+                writeln!(text, "    for {y} in ys {{")?;
+                writeln!(text, "        {name} = ({name} * 0.4 + {step} * {y}).tanh();")?;
                 writeln!(text, "        {name} += {other} * 0.1;")?;
-                writeln!(text, "        y ~ Normal({name}, {scale});")?;
+                writeln!(text, "        {y} ~ Normal({name}, {scale});")?;
                 writeln!(text, "    }}")?;
                 self.numbers.push(name);
             }
             8 => {
                 let (a, b, condition) = (self.number(1), self.number(1), self.number(0));
-                let test = self.pick(&["flag", "!flag", "C > 0.3"]).replace('C', &condition);
+                let test = self.pick(&["flag", "!flag", "#c > 0.3"]).replace("#c", &condition);
                 let name = self.name();
                 writeln!(text, "    let {name} = if {test} {{ {a} }} else {{ {b} }};")?;
                 self.numbers.push(name);
@@ -184,7 +188,8 @@ impl Writer {
 
     fn plate(&mut self, text: &mut String) -> std::fmt::Result {
         let scope = self.numbers.len();
-        writeln!(text, "    for ((x, row), y) in xs.iter().zip(rows).zip(ys) {{")?;
+        let y = self.name();
+        writeln!(text, "    for ((x, row), {y}) in xs.iter().zip(rows).zip(ys) {{")?;
         if self.rng.random() {
             text.push_str(&self.unknown("        "));
         }
@@ -198,9 +203,10 @@ impl Writer {
             None => "row[0]".to_owned(),
         };
         let (mean, scale) = (self.number(1), self.scale());
-        let family = self.pick(&["Normal(M, S)", "StudentT(5.0, M, S)"]);
+        let family = self.pick(&["Normal(#m, #s)", "StudentT(5.0, #m, #s)"]);
         let mean = format!("{mean} + {product}");
-        writeln!(text, "        y ~ {};", family.replace('M', &mean).replace('S', &scale))?;
+        let family = family.replace("#m", &mean).replace("#s", &scale);
+        writeln!(text, "        {y} ~ {family};")?;
         writeln!(text, "    }}")?;
         self.numbers.truncate(scope);
         Ok(())
