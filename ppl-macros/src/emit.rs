@@ -352,7 +352,21 @@ fn record(statement: &Statement, name: impl ToTokens + Spanned) -> TokenStream {
 
 fn flow(inner: &Flow, predicted: bool) -> TokenStream {
     match inner {
-        Flow::For { label, for_token, pat, in_token, iter, body, unwinds } => {
+        Flow::For { iter, body, pools: true, .. } => {
+            let statements = body.statements.iter().filter_map(|s| match &s.kind {
+                Kind::Observe { tilde, distribution, .. } => Some((s, tilde, distribution)),
+                _ => None,
+            });
+            let cx = cx();
+            let calls = statements.map(|(statement, tilde, distribution)| {
+                let attrs = &statement.attrs;
+                let site = site(statement.site.unwrap_or_default());
+                let span = Span::mixed_site().located_at(tilde.span());
+                quote_spanned!(span=> #(#attrs)* #cx.condition_all(&#site, #distribution, #iter)?;)
+            });
+            quote!(#(#calls)*)
+        }
+        Flow::For { label, for_token, pat, in_token, iter, body, unwinds, .. } => {
             let mut body = block(body, predicted);
             if *unwinds {
                 let cx = cx();

@@ -113,14 +113,16 @@ impl Formulas {
 
     fn flow(&mut self, flow: &mut Flow) {
         match flow {
-            Flow::For { pat, iter, body, unwinds, .. } => {
-                if self.mentions(iter) {
+            Flow::For { pat, iter, body, unwinds, pools, .. } => {
+                let derived = self.mentions(iter);
+                if derived {
                     self.is_static &= keeps_its_length(iter);
                     self.bind(scan::bound_names(pat));
                 }
                 self.visit_expr_mut(iter);
                 self.block(body);
-                *unwinds = !writes_outside(pat, body);
+                *pools = !derived && is_pooled(pat, body);
+                *unwinds = !*pools && !writes_outside(pat, body);
             }
             Flow::If { condition, then, otherwise, .. } => {
                 self.branch(condition, &scan::bound_by_condition(condition));
@@ -269,6 +271,21 @@ impl VisitMut for Formulas {
 
     // functions inside a model are functions of their own
     fn visit_item_mut(&mut self, _: &mut Item) {}
+}
+
+/// Whether the body is `y ~ D` alone, with `y` the loop's own and not in `D`.
+fn is_pooled(pat: &Pat, body: &Block) -> bool {
+    let Pat::Ident(pat) = pat else { return false };
+    let [statement] = body.statements.as_slice() else { return false };
+    let Kind::Observe { place: Expr::Path(place), distribution, .. } = &statement.kind else {
+        return false;
+    };
+    let asked = |found: &str| pat.ident == found;
+    let tokens = distribution.to_token_stream();
+    // a distribution that can leave the model has to be asked for every datum
+    place.path.is_ident(&pat.ident)
+        && !mentions(tokens.clone(), &asked)
+        && !tokens.to_string().contains('?')
 }
 
 /// Whether all that follows in the block is observations, of which one uses the name once.

@@ -80,6 +80,8 @@ pub(crate) enum Flow {
         body: Block,
         /// Whether nothing that an iteration computes outlives it.
         unwinds: bool,
+        /// Whether it only says `y ~ D` of its own `y`, with one `D` for all.
+        pools: bool,
     },
     If {
         if_token: Token![if],
@@ -377,6 +379,7 @@ fn flow(input: ParseStream) -> Result<Flow> {
         iter: Expr::parse_without_eager_brace(input)?,
         body: block(input)?,
         unwinds: false,
+        pools: false,
     })
 }
 

@@ -161,11 +161,10 @@ impl<S: Scalar> Node for Dot<'_, S> {
 /// ```
 #[inline(always)]
 pub fn dot<'a, S: Scalar>(data: &'a [f64], numbers: &'a [Real<S>]) -> Expression<Dot<'a, S>> {
-    let value = if data.len() == numbers.len() {
-        data.iter().zip(numbers).map(|(d, x)| d * x.value()).sum()
-    } else {
-        f64::NAN
-    };
+    let mut value = if data.len() == numbers.len() { 0.0 } else { f64::NAN };
+    for (d, x) in data.iter().zip(numbers) {
+        value += d * x.value();
+    }
     Expression(Dot { value, data, numbers })
 }
 

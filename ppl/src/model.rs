@@ -232,6 +232,37 @@ pub trait Context {
         self.impute(site, datum.known(), distribution)
     }
 
+    /// `for y in data { y ~ D }` with one `D` for all.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn condition_all<D: Distribution<Real<Self::Number>>, T: Datum<D::Value>>(
+        &mut self,
+        site: &'static Site,
+        distribution: D,
+        data: impl IntoIterator<Item = T>,
+    ) -> Result<(), Rejection> {
+        self.observe_all(site, data.into_iter().map(|datum| datum.lift()), distribution)
+    }
+
+    /// [`observe`](Context::observe) of many data.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn observe_all<D, I>(
+        &mut self,
+        site: &'static Site,
+        data: I,
+        distribution: D,
+    ) -> Result<(), Rejection>
+    where
+        D: Distribution<Real<Self::Number>, Value = I::Item>,
+        I: Iterator,
+    {
+        for datum in data {
+            self.observe(site, datum, distribution.clone())?;
+        }
+        Ok(())
+    }
+
     /// `factor(w)`: adds w to the log density.
     ///
     /// # Errors

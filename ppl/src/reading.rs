@@ -244,6 +244,23 @@ impl<L: Ledger> Context for Density<L> {
     }
 
     #[inline(always)]
+    fn observe_all<D, I>(
+        &mut self,
+        site: &'static Site,
+        data: I,
+        distribution: D,
+    ) -> Result<(), Rejection>
+    where
+        D: Distribution<Real<L::Number>, Value = I::Item>,
+        I: Iterator,
+    {
+        self.ledger.take_terms(D::SUMMANDS);
+        let term = distribution.ln_densities(data);
+        self.ledger.take_terms(false);
+        self.add(site, term.0)
+    }
+
+    #[inline(always)]
     fn factor(&mut self, site: &'static Site, weight: Real<L::Number>) -> Result<(), Rejection> {
         self.add(site, weight.0)
     }

@@ -29,7 +29,11 @@ impl<R: Scalar, D: Distribution<R>, const N: usize> Distribution<R> for Array<D,
 
     #[inline(always)]
     fn ln_density(&self, x: &Self::Value) -> R {
-        x.iter().map(|x| self.inner.ln_density(x)).sum()
+        let mut total = R::from(0.0);
+        for x in x {
+            total += self.inner.ln_density(x);
+        }
+        total
     }
 
     fn validate(&self) -> Result<(), DomainError> {
@@ -49,11 +53,20 @@ impl<R: Scalar, D: Unknown<R>, const N: usize> Unknown<R> for Array<D, N> {
     #[inline(always)]
     fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (Self::Value, R) {
         let mut total = R::from(0.0);
-        let value = std::array::from_fn(|_| {
+        let mut element = || {
             let (x, term) = self.inner.constrain(next, jacobian);
             total += term;
             x
-        });
+        };
+        if N == 0 {
+            return (std::array::from_fn(|_| element()), total);
+        }
+        // a loop is inlined, a long closure of `from_fn` is not
+        let first = element();
+        let mut value: Self::Value = std::array::from_fn(|_| first.clone());
+        for x in &mut value[1..] {
+            *x = element();
+        }
         (value, total)
     }
 

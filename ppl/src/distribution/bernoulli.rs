@@ -33,6 +33,19 @@ impl<P: Parameter> Bernoulli<P> {
         self.0.number()
     }
 
+    /// ln p or ln(1 − p), and its derivative.
+    #[inline(always)]
+    fn ln_mass(&self, flag: bool) -> (f64, f64) {
+        let p = self.0.number();
+        if !(0.0..=1.0).contains(&p) {
+            (f64::NAN, f64::NAN)
+        } else if flag {
+            (p.ln(), p.recip())
+        } else {
+            ((-p).ln_1p(), -(1.0 - p).recip())
+        }
+    }
+
     /// Variance p (1 − p).
     pub fn variance(&self) -> f64 {
         let p = self.0.number();
@@ -50,15 +63,25 @@ where
 
     #[inline(always)]
     fn ln_density(&self, flag: &bool) -> R {
-        let p = self.0.number();
-        let (value, derivative) = if !(0.0..=1.0).contains(&p) {
-            (f64::NAN, f64::NAN)
-        } else if *flag {
-            (p.ln(), p.recip())
-        } else {
-            ((-p).ln_1p(), -(1.0 - p).recip())
-        };
+        let (value, derivative) = self.ln_mass(*flag);
         R::term(value, ((self.0, derivative),))
+    }
+
+    /// The numbers of both outcomes suffice.
+    #[inline(always)]
+    fn ln_densities(&self, data: impl Iterator<Item = bool>) -> R {
+        let mut counts = [0.0; 2];
+        for flag in data {
+            counts[usize::from(flag)] += 1.0;
+        }
+        let mut total = R::from(0.0);
+        for (flag, count) in [false, true].into_iter().zip(counts) {
+            if count > 0.0 {
+                let (value, derivative) = self.ln_mass(flag);
+                total += R::term(count * value, ((self.0, count * derivative),));
+            }
+        }
+        total
     }
 
     fn validate(&self) -> Result<(), DomainError> {

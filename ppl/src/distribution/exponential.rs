@@ -98,6 +98,24 @@ where
         (x, ln_pdf)
     }
 
+    /// n and Σ x suffice.
+    #[inline(always)]
+    fn ln_pdfs(&self, data: impl Iterator<Item = R>) -> R {
+        let (mut n, mut sum) = (0.0, 0.0);
+        for x in data {
+            if x.value() < 0.0 {
+                return R::from(f64::NEG_INFINITY);
+            }
+            n += 1.0;
+            sum += x.value();
+        }
+        let rate = self.0.number();
+        R::term(
+            n * normaliser::<R, L>(self.0, f64::ln) - rate * sum,
+            ((self.0, n * rate.recip() - sum),),
+        )
+    }
+
     /// ln(e^{−λa} − e^{−λb}) = −λa + ln(1 − e^{−λ(b − a)}).
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let rate = self.0.number();

@@ -34,7 +34,11 @@ impl<R: Scalar, D: Distribution<R>> Distribution<R> for Iid<D> {
         if x.len() != self.n {
             return R::from(f64::NEG_INFINITY);
         }
-        x.iter().map(|x| self.inner.ln_density(x)).sum()
+        let mut total = R::from(0.0);
+        for x in x {
+            total += self.inner.ln_density(x);
+        }
+        total
     }
 
     fn validate(&self) -> Result<(), DomainError> {
@@ -54,13 +58,12 @@ impl<R: Scalar, D: Unknown<R>> Unknown<R> for Iid<D> {
     #[inline(always)]
     fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (Self::Value, R) {
         let mut total = R::from(0.0);
-        let value = (0..self.n)
-            .map(|_| {
-                let (x, term) = self.inner.constrain(next, jacobian);
-                total += term;
-                x
-            })
-            .collect();
+        let mut value = Vec::with_capacity(self.n);
+        for _ in 0..self.n {
+            let (x, term) = self.inner.constrain(next, jacobian);
+            total += term;
+            value.push(x);
+        }
         (value, total)
     }
 

@@ -162,6 +162,18 @@ pub trait Distribution<R: Scalar>: Family {
     /// outside their domain.
     fn ln_density(&self, x: &Self::Value) -> R;
 
+    /// The sum of the log densities at many data. Where the parameters are the same for all, a
+    /// few sums over the data suffice.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn ln_densities(&self, data: impl Iterator<Item = Self::Value>) -> R {
+        let mut total = R::from(0.0);
+        for x in data {
+            total += self.ln_density(&x);
+        }
+        total
+    }
+
     /// Whether the parameters lie in their domain.
     ///
     /// # Errors
@@ -298,6 +310,20 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     /// Log density at `x` inside the support, as one fused operation with exact partials.
     fn ln_pdf(&self, x: R) -> R;
 
+    /// The sum of the log densities at many data; see [`Distribution::ln_densities`].
+    #[doc(hidden)]
+    #[inline(always)]
+    fn ln_pdfs(&self, data: impl Iterator<Item = R>) -> R
+    where
+        Self: Distribution<R>,
+    {
+        let mut total = R::from(0.0);
+        for x in data {
+            total += ln_density(self, x);
+        }
+        total
+    }
+
     /// The value at the unconstrained coordinate `y`, with log density plus log-Jacobian.
     /// Override it where the two cancel.
     #[inline(always)]
@@ -329,6 +355,11 @@ macro_rules! univariate {
             #[inline(always)]
             fn ln_density(&self, x: &R) -> R {
                 $crate::__private::ln_density(self, *x)
+            }
+
+            #[inline(always)]
+            fn ln_densities(&self, data: impl Iterator<Item = R>) -> R {
+                $crate::UnivariateDensity::ln_pdfs(self, data)
             }
 
             fn validate(&self) -> Result<(), $crate::DomainError> {

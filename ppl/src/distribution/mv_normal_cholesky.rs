@@ -72,10 +72,64 @@ impl<R: Scalar, const K: usize> Partials<R> for Gradient<R, K> {
 
     #[inline(always)]
     fn any(&self) -> Option<R> {
-        let factor = (0..K).flat_map(|i| (0..=i).map(move |j| (i, j)));
-        let numbers = self.mean.iter().chain(&self.x).copied();
-        let mut all = numbers.chain(factor.map(|(i, j)| self.factor.get(i, j)));
-        all.find(|number| !number.is_constant())
+        first_unknown(&[&self.mean, &self.x], &self.factor)
+    }
+}
+
+/// The partials of many densities together.
+struct Pooled<R, const K: usize> {
+    mean: [R; K],
+    factor: CholeskyFactor<R, K>,
+    in_mean: [f64; K],
+    in_factor: [[f64; K]; K],
+}
+
+impl<R: Scalar, const K: usize> Partials<R> for Pooled<R, K> {
+    #[inline(always)]
+    fn spread(self, f: &mut impl FnMut(R, f64)) {
+        for i in 0..K {
+            f(self.mean[i], self.in_mean[i]);
+            for j in 0..=i {
+                f(self.factor.get(i, j), self.in_factor[i][j]);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn any(&self) -> Option<R> {
+        first_unknown(&[&self.mean], &self.factor)
+    }
+}
+
+/// A number that is no constant.
+#[inline(always)]
+fn first_unknown<R: Scalar, const K: usize>(
+    vectors: &[&[R; K]],
+    factor: &CholeskyFactor<R, K>,
+) -> Option<R> {
+    let vectors = vectors.iter().flat_map(|vector| vector.iter());
+    vectors.chain(factor.rows().iter().flatten()).copied().find(|number| !number.is_constant())
+}
+
+/// b ← L⁻¹ b, with the reciprocals of the diagonal.
+#[inline(always)]
+fn solve_lower<const K: usize>(l: &[[f64; K]; K], inverse: &[f64; K], b: &mut [f64; K]) {
+    for i in 0..K {
+        for j in 0..i {
+            b[i] -= l[i][j] * b[j];
+        }
+        b[i] *= inverse[i];
+    }
+}
+
+/// b ← L⁻ᵀ b.
+#[inline(always)]
+fn solve_upper<const K: usize>(l: &[[f64; K]; K], inverse: &[f64; K], b: &mut [f64; K]) {
+    for i in (0..K).rev() {
+        for k in i + 1..K {
+            b[i] -= l[k][i] * b[k];
+        }
+        b[i] *= inverse[i];
     }
 }
 
@@ -95,8 +149,11 @@ where
         let mut z = [0.0; K];
         let mut value = -HALF_LN_2PI * K as f64;
         for i in 0..K {
-            let inner: f64 = (0..i).map(|j| l(i, j) * z[j]).sum();
-            z[i] = (x[i].value() - mean[i].value() - inner) / l(i, i);
+            let mut rest = x[i].value() - mean[i].value();
+            for j in 0..i {
+                rest -= l(i, j) * z[j];
+            }
+            z[i] = rest / l(i, i);
             value -= 0.5 * z[i] * z[i] + l(i, i).ln();
         }
         if !R::DIFFERENTIABLE {
@@ -104,10 +161,64 @@ where
         }
         let mut w = z;
         for i in (0..K).rev() {
-            let inner: f64 = (i + 1..K).map(|k| l(k, i) * w[k]).sum();
-            w[i] = (w[i] - inner) / l(i, i);
+            for k in i + 1..K {
+                w[i] -= l(k, i) * w[k];
+            }
+            w[i] /= l(i, i);
         }
         R::term(value, Gradient { x: *x, mean, factor, z, w })
+    }
+
+    /// n, x̄ and the scatter matrix Σ (x − x̄)(x − x̄)ᵀ suffice.
+    fn ln_densities(&self, mut data: impl Iterator<Item = [R; K]>) -> R {
+        let Some(first) = data.next() else { return R::from(0.0) };
+        // sums of differences from one datum keep their digits
+        let origin = first.map(Scalar::value);
+        let (mut n, mut sum, mut scatter) = (1.0, [0.0; K], [[0.0; K]; K]);
+        for x in data {
+            n += 1.0;
+            let d: [f64; K] = std::array::from_fn(|i| x[i].value() - origin[i]);
+            for i in 0..K {
+                sum[i] += d[i];
+                for j in 0..=i {
+                    scatter[i][j] += d[i] * d[j];
+                }
+            }
+        }
+        let (mean, factor) = self.lift::<R, K>();
+        let l: [[f64; K]; K] = factor.rows().map(|row| row.map(Scalar::value));
+        let mut z: [f64; K] = std::array::from_fn(|i| origin[i] - mean[i].value() + sum[i] / n);
+        for i in 0..K {
+            for j in 0..=i {
+                scatter[i][j] -= sum[i] * sum[j] / n;
+                scatter[j][i] = scatter[i][j];
+            }
+        }
+        let inverse: [f64; K] = std::array::from_fn(|i| l[i][i].recip());
+        solve_lower(&l, &inverse, &mut z);
+        // A = L⁻¹ S L⁻ᵀ, by rows of the symmetric S and then of what is left
+        let mut a = scatter;
+        a.iter_mut().for_each(|row| solve_lower(&l, &inverse, row));
+        let mut a: [[f64; K]; K] = std::array::from_fn(|i| std::array::from_fn(|j| a[j][i]));
+        a.iter_mut().for_each(|row| solve_lower(&l, &inverse, row));
+        let mut value = -HALF_LN_2PI * K as f64 * n;
+        for i in 0..K {
+            value -= 0.5 * (n * z[i] * z[i] + a[i][i]) + n * l[i][i].ln();
+        }
+        if !R::DIFFERENTIABLE {
+            return R::from(value);
+        }
+        // G = L⁻ᵀ (n z zᵀ + A), of which the lower triangle less n/Lᵢᵢ is the partial in L
+        let mut g: [[f64; K]; K] =
+            std::array::from_fn(|j| std::array::from_fn(|i| n * z[i] * z[j] + a[i][j]));
+        g.iter_mut().for_each(|column| solve_upper(&l, &inverse, column));
+        let mut w = z;
+        solve_upper(&l, &inverse, &mut w);
+        let in_mean = w.map(|w| n * w);
+        let in_factor: [[f64; K]; K] = std::array::from_fn(|i| {
+            std::array::from_fn(|j| g[j][i] - if i == j { n * inverse[i] } else { 0.0 })
+        });
+        R::term(value, Pooled { mean, factor, in_mean, in_factor })
     }
 
     fn validate(&self) -> Result<(), DomainError> {

@@ -96,6 +96,29 @@ where
         )
     }
 
+    /// n, x̄ and Σ (x − x̄)² suffice.
+    #[inline(always)]
+    fn ln_pdfs(&self, mut data: impl Iterator<Item = R>) -> R {
+        let Some(first) = data.next() else { return R::from(0.0) };
+        // sums of differences from one datum keep their digits
+        let origin = first.value();
+        let (mut n, mut sum, mut squares) = (1.0, 0.0, 0.0);
+        for x in data {
+            let d = x.value() - origin;
+            n += 1.0;
+            sum += d;
+            squares += d * d;
+        }
+        let precise = self.1.number().recip();
+        let away = origin - self.0.number() + sum / n;
+        let all = (squares - sum * sum / n) + n * away * away;
+        let quadratic = all * precise * precise;
+        R::term(
+            -0.5 * quadratic - n * normaliser::<R, S>(self.1, |sd| sd.ln() + HALF_LN_2PI),
+            ((self.0, n * away * precise * precise), (self.1, (quadratic - n) * precise)),
+        )
+    }
+
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let sd = self.1.number();
         let inside = NormalInterval::new(self.standardise(lower), self.standardise(upper));

@@ -73,6 +73,26 @@ where
         R::term(value, ((self.0, k / rate - 1.0),))
     }
 
+    /// n and Σ k suffice, where Σ ln k! may be left out.
+    #[inline(always)]
+    fn ln_densities(&self, data: impl Iterator<Item = u64>) -> R {
+        let mut total = R::from(0.0);
+        if !R::LEAN {
+            for k in data {
+                total += self.ln_density(&k);
+            }
+            return total;
+        }
+        let (mut n, mut sum) = (0.0, 0.0);
+        for k in data {
+            n += 1.0;
+            sum += k as f64;
+        }
+        let rate = self.0.number();
+        let value = if rate > 0.0 { sum * rate.ln() - n * rate } else { f64::NAN };
+        R::term(value, ((self.0, sum / rate - n),))
+    }
+
     fn validate(&self) -> Result<(), DomainError> {
         DomainError::require_positive("Poisson", "rate", self.0.number())
     }

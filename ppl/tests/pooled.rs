@@ -1,0 +1,131 @@
+//! Observations that share their parameters are summed up before the density is evaluated: the
+//! same model with a place for every datum must say the same.
+
+use ppl::prelude::*;
+use ppl::{Bound, CholeskyFactor, Model, Workspace};
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+ppl::model! {
+    fn pooled(y: &[f64], waits: &[f64], counts: &[u64], flags: &[bool], pairs: &[[f64; 2]]) {
+        let mean ~ Normal(0.0, 3.0).array::<2>();
+        let sd ~ HalfNormal(2.0).array::<2>();
+        let corr ~ LkjCholesky::<2>(2.0);
+        let rate ~ Gamma(2.0, 1.0);
+        let share ~ Beta(2.0, 2.0);
+        for y in y {
+            y ~ Normal(mean[0] + 1.0, sd[0]);
+        }
+        for wait in waits.iter() {
+            wait ~ Exponential(rate * 2.0);
+        }
+        for count in counts {
+            count ~ Poisson(rate);
+        }
+        for flag in flags {
+            flag ~ Bernoulli(share);
+        }
+        let chol = corr.scale_rows(sd);
+        for pair in pairs {
+            pair ~ MvNormalCholesky(mean, chol);
+        }
+    }
+
+    fn one_by_one(y: &[f64], waits: &[f64], counts: &[u64], flags: &[bool], pairs: &[[f64; 2]]) {
+        let mean ~ Normal(0.0, 3.0).array::<2>();
+        let sd ~ HalfNormal(2.0).array::<2>();
+        let corr ~ LkjCholesky::<2>(2.0);
+        let rate ~ Gamma(2.0, 1.0);
+        let share ~ Beta(2.0, 2.0);
+        for i in 0..y.len() {
+            y[i] ~ Normal(mean[0] + 1.0, sd[0]);
+        }
+        for i in 0..waits.len() {
+            waits[i] ~ Exponential(rate * 2.0);
+        }
+        for i in 0..counts.len() {
+            counts[i] ~ Poisson(rate);
+        }
+        for i in 0..flags.len() {
+            flags[i] ~ Bernoulli(share);
+        }
+        let chol = corr.scale_rows(sd);
+        for i in 0..pairs.len() {
+            pairs[i] ~ MvNormalCholesky(mean, chol);
+        }
+    }
+
+    fn known_factor(chol: &CholeskyFactor<f64, 2>, pairs: &[[f64; 2]]) {
+        let mean ~ Normal(0.0, 3.0).array::<2>();
+        for pair in pairs {
+            pair ~ MvNormalCholesky(mean, chol);
+        }
+    }
+
+    fn known_factor_one_by_one(chol: &CholeskyFactor<f64, 2>, pairs: &[[f64; 2]]) {
+        let mean ~ Normal(0.0, 3.0).array::<2>();
+        for i in 0..pairs.len() {
+            pairs[i] ~ MvNormalCholesky(mean, chol);
+        }
+    }
+}
+
+fn assert_same(a: &Bound<impl Model>, b: &Bound<impl Model>) {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(9);
+    let dim = a.layout().unwrap().dim;
+    let mut w = Workspace::default();
+    let [mut ours, mut theirs] = [vec![0.0; dim], vec![0.0; dim]];
+    for _ in 0..20 {
+        let y = a.draw_prior(&mut rng).unwrap().unconstrained;
+        let value = a.gradient(&y, &mut ours, &mut w).unwrap();
+        let expected = b.gradient(&y, &mut theirs, &mut w).unwrap();
+        approx::assert_relative_eq!(value, expected, max_relative = 1e-12);
+        approx::assert_relative_eq!(
+            a.log_density(&y, &mut w).unwrap(),
+            value,
+            max_relative = 1e-13
+        );
+        let size = theirs.iter().fold(1.0f64, |size, g| size.max(g.abs()));
+        for (a, b) in ours.iter().zip(&theirs) {
+            assert!((a - b).abs() < 1e-12 * size, "{a} and {b}");
+        }
+        // the full density, constants of the data included
+        let value = a.log_density_without_jacobian(&y, &mut w).unwrap();
+        let expected = b.log_density_without_jacobian(&y, &mut w).unwrap();
+        approx::assert_relative_eq!(value, expected, max_relative = 1e-12);
+    }
+}
+
+#[test]
+fn sums_suffice() {
+    let y = [1.3, -0.4, 2.2, 0.9];
+    let (waits, counts, flags) = ([0.3, 1.7, 0.2], [0, 4, 2, 11], [true, false, true]);
+    let pairs = [[0.2, 1.4], [-0.7, 0.9], [1.1, 2.0]];
+    assert_same(
+        &pooled(&y, &waits, &counts, &flags, &pairs),
+        &one_by_one(&y, &waits, &counts, &flags, &pairs),
+    );
+    assert_same(&pooled(&[], &[], &[], &[], &[]), &one_by_one(&[], &[], &[], &[], &[]));
+    let chol = CholeskyFactor::new([[1.2, 0.0], [-0.4, 0.7]]).unwrap();
+    assert_same(&known_factor(&chol, &pairs), &known_factor_one_by_one(&chol, &pairs));
+}
+
+/// Every datum keeps its own log-likelihood and its own replicate.
+#[test]
+fn records_are_not_pooled() {
+    let y = [1.3, -0.4];
+    let model = pooled(&y, &[], &[], &[], &[]);
+    let record = model.draw_prior(&mut Xoshiro256PlusPlus::seed_from_u64(2)).unwrap();
+    assert_eq!(record.get("y").unwrap().log_likelihood.len(), 2);
+    assert_eq!(record.replicate("y").unwrap().len(), 2);
+}
+
+/// Data outside the support have no density, pooled or not.
+#[test]
+fn what_is_impossible_is_rejected() {
+    let model = pooled(&[], &[-1.0, 2.0], &[], &[], &[]);
+    let dim = model.layout().map_or(0, |layout| layout.dim);
+    let mut w = Workspace::default();
+    let rejection = model.log_density(&vec![0.1; dim], &mut w).unwrap_err();
+    assert!(rejection.to_string().contains("wait ~ Exponential"), "{rejection}");
+}
