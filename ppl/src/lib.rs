@@ -131,6 +131,6 @@ pub mod prelude {
 /// What generated code calls. Not public interface.
 #[doc(hidden)]
 pub mod __private {
-    pub use crate::distribution::{constrain, ln_density};
+    pub use crate::distribution::{constrain, ln_density, ln_probability};
     pub use crate::expression::{Number, Of, Other};
 }

@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use super::{Parameter, Univariate, UnivariateDensity};
+use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, logistic};
@@ -36,8 +36,16 @@ impl<A: Parameter, B: Parameter> Beta<A, B> {
         (self.0.number(), self.1.number())
     }
 
-    /// Derivatives of ln p in α and β, at x and 1 − x.
-    fn in_parameters(&self, x: f64, complement: f64) -> [f64; 2] {
+    /// Derivatives of ln p in α and β, at x and 1 − x, where they are unknown.
+    #[inline]
+    fn in_parameters<R: Scalar>(&self, x: f64, complement: f64) -> [f64; 2]
+    where
+        A: Datum<R>,
+        B: Datum<R>,
+    {
+        if lift::<R>(self.0).is_constant() && lift::<R>(self.1).is_constant() {
+            return [0.0; 2];
+        }
         let (a, b) = self.parameters();
         let n = a + b;
         let both = ln_minus_digamma(n);
@@ -122,7 +130,7 @@ where
             (_, true) => (1.0 - b) * f64::INFINITY,
             _ => ln_beta_power(a, b, v, complement) - v.ln() - complement.ln(),
         };
-        let [in_a, in_b] = self.in_parameters(v, complement);
+        let [in_a, in_b] = self.in_parameters::<R>(v, complement);
         R::term(
             value,
             ((x, (a - 1.0) / v - (b - 1.0) / complement), (self.0, in_a), (self.1, in_b)),
@@ -134,7 +142,7 @@ where
     fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
         let (a, b) = self.parameters();
         let (p, q) = logistic(y.value());
-        let [in_a, in_b] = self.in_parameters(p, q);
+        let [in_a, in_b] = self.in_parameters::<R>(p, q);
         let ln_pdf = R::term(
             ln_beta_power(a, b, p, q),
             ((y, a * q - b * p), (self.0, in_a), (self.1, in_b)),

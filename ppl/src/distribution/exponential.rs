@@ -3,7 +3,7 @@
 use rand::Rng;
 use rand_distr::Exp1;
 
-use super::{Parameter, Univariate, UnivariateDensity, normaliser};
+use super::{Parameter, Univariate, UnivariateDensity, left_out, normaliser};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
@@ -114,6 +114,10 @@ where
             n * normaliser::<R, L>(self.0, f64::ln) - rate * sum,
             ((self.0, n * rate.recip() - sum),),
         )
+    }
+
+    fn left_out(&self) -> f64 {
+        left_out::<R, L>(self.0, f64::ln)
     }
 
     /// ln(e^{−λa} − e^{−λb}) = −λa + ln(1 − e^{−λ(b − a)}).

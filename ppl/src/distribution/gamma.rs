@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use super::{Parameter, Univariate, UnivariateDensity};
+use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
@@ -31,13 +31,16 @@ pub struct Gamma<A, B>(pub A, pub B);
 
 crate::univariate!([A: Parameter, B: Parameter] Gamma<A, B>);
 
-impl<A: Parameter, B: Parameter> Gamma<A, B> {
-    /// ln(x p(x)) at the rate-scaled value t = β x, and its derivative in α.
-    fn ln_power(&self, t: f64) -> (f64, f64) {
-        let shape = self.0.number();
-        let value = 0.5 * shape.ln() - HALF_LN_2PI - stirling_error(shape) - deviance(shape, t);
-        (value, t.ln() - shape.ln() + ln_minus_digamma(shape))
-    }
+/// ln(x p(x)) at the rate-scaled value t = β x, and its derivative in the shape where that is
+/// unknown.
+#[inline]
+pub(super) fn ln_power<R: Scalar>(unknown_shape: R, t: f64) -> (f64, f64) {
+    let shape = unknown_shape.value();
+    let ln_shape = shape.ln();
+    let value = 0.5 * ln_shape - HALF_LN_2PI - stirling_error(shape) - deviance(shape, t);
+    let in_shape =
+        if unknown_shape.is_constant() { 0.0 } else { t.ln() - ln_shape + ln_minus_digamma(shape) };
+    (value, in_shape)
 }
 
 impl<A: Parameter, B: Parameter> Univariate for Gamma<A, B> {
@@ -106,7 +109,8 @@ where
             let limit = if shape == 1.0 { rate.ln() } else { (1.0 - shape) * f64::INFINITY };
             return R::from(limit);
         }
-        let (value, in_shape) = self.ln_power(rate * v);
+        let unknown_shape = lift::<R>(self.0);
+        let (value, in_shape) = ln_power(unknown_shape, rate * v);
         R::term(
             value - v.ln(),
             ((x, (shape - 1.0) / v - rate), (self.0, in_shape), (self.1, shape / rate - v)),
@@ -118,7 +122,8 @@ where
     fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
         let x = y.exp();
         let (shape, rate, v) = (self.0.number(), self.1.number(), x.value());
-        let (value, in_shape) = self.ln_power(rate * v);
+        let unknown_shape = lift::<R>(self.0);
+        let (value, in_shape) = ln_power(unknown_shape, rate * v);
         let ln_pdf =
             R::term(value, ((y, shape - rate * v), (self.0, in_shape), (self.1, shape / rate - v)));
         (x, ln_pdf)

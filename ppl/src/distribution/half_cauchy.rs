@@ -8,6 +8,7 @@ use super::{Parameter, Univariate, UnivariateDensity};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, softplus};
+use crate::special::ln_1p_square;
 use crate::transform::Support;
 
 /// Half-Cauchy distribution with scale (and median) σ; it has no mean.
@@ -93,23 +94,21 @@ where
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
         let scale = self.0.number();
-        let z = x.value() / scale;
-        // 2 z²/(1 + z²) in a form that survives z² = ∞
-        let share = 2.0 / (1.0 + z.powi(-2));
-        let square = if z.abs() > 1e8 { 2.0 * z.abs().ln() } else { (z * z).ln_1p() };
-        let slope = if z.abs() < 1.0 { 2.0 * z / (1.0 + z * z) } else { 2.0 / (z + z.recip()) };
+        let inverse = scale.recip();
+        let (square, slope, share) = ln_1p_square(x.value() * inverse);
         R::term(
             LN_2_OVER_PI - scale.ln() - square,
-            ((x, -slope / scale), (self.0, (share - 1.0) / scale)),
+            ((x, -2.0 * slope * inverse), (self.0, (2.0 * share - 1.0) * inverse)),
         )
     }
 
     #[inline]
     fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
         let scale = self.0.number();
-        let (square, share) = ln_one_plus_square(y.value() - scale.ln());
+        let ln_scale = scale.ln();
+        let (square, share) = ln_one_plus_square(y.value() - ln_scale);
         let ln_pdf = R::term(
-            LN_2_OVER_PI - scale.ln() - square + y.value(),
+            LN_2_OVER_PI - ln_scale - square + y.value(),
             ((y, 1.0 - share), (self.0, (share - 1.0) / scale)),
         );
         (y.exp(), ln_pdf)

@@ -5,7 +5,7 @@ use std::f64::consts::{LN_2, PI};
 use rand::Rng;
 use rand_distr::StandardNormal;
 
-use super::{Parameter, Univariate, UnivariateDensity, normaliser};
+use super::{Parameter, Univariate, UnivariateDensity, left_out, normaliser};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
@@ -112,6 +112,10 @@ where
             ((y, 1.0 - z * z), (self.0, (z * z - 1.0) / sd)),
         );
         (x, ln_pdf)
+    }
+
+    fn left_out(&self) -> f64 {
+        -left_out::<R, S>(self.0, ln_mode_inverse)
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

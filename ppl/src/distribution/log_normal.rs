@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use super::{Normal, Parameter, Univariate, UnivariateDensity, normaliser};
+use super::{Normal, Parameter, Univariate, UnivariateDensity, left_out, normaliser};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
@@ -101,6 +101,10 @@ where
     #[inline(always)]
     fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
         (y.exp(), self.logarithm().ln_pdf(y))
+    }
+
+    fn left_out(&self) -> f64 {
+        -left_out::<R, S>(self.1, |sd| sd.ln() + HALF_LN_2PI)
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

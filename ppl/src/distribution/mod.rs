@@ -2,83 +2,157 @@
 //!
 //! One family a file. Parameters are public fields (`Normal(mean, sd)`), each a number, a
 //! reference to one, or an unknown of the model. Variations are methods of [`Family`]:
-//! `.truncate(a..b)`, `.iid(n)`, `.array::<N>()`, `.array::<N>().ordered()`,
+//! `.truncate(a..b)`, `.censor(a..b)`, `.iid(n)`, `.array::<N>()`, `.array::<N>().ordered()`,
 //! `.array::<N>().sum_to_zero()`.
 
 mod array;
 mod bernoulli;
+mod bernoulli_logit;
 mod beta;
+mod beta_binomial;
+mod binomial;
 mod categorical;
+mod cauchy;
+mod censored;
+mod chi_squared;
 mod cholesky_factor;
+mod count;
 mod dirichlet;
+mod discrete_uniform;
+mod either;
+mod ex_gaussian;
 mod exponential;
+mod frechet;
 mod gamma;
 mod gaussian_process;
+mod geometric;
+mod gumbel;
 mod half_cauchy;
 mod half_normal;
+mod half_student_t;
 mod iid;
+mod interval;
+mod interval_mass;
+mod inverse_gamma;
+mod inverse_gaussian;
 mod inverse_wishart_cholesky;
+mod kumaraswamy;
+mod laplace;
 mod lkj_cholesky;
+mod log_logistic;
 mod log_normal;
+mod logistic;
+mod logit_normal;
+mod lomax;
+mod mixture;
 mod multinomial;
 mod mv_normal_cholesky;
 mod mv_student_t_cholesky;
+mod negative_binomial;
 mod non_centered;
 mod normal;
+mod numeric;
 mod ordered;
 mod ordered_logistic;
+mod pareto;
 mod poisson;
+mod poisson_log;
+mod rayleigh;
+mod skew_normal;
 mod student_t;
 mod sum_to_zero;
+mod triangle;
 mod triangular;
 mod truncated;
 mod uniform;
 mod unit_vector;
+mod univariate;
 mod vector;
+mod von_mises;
+mod weibull;
 mod wishart_cholesky;
+mod zero_inflated;
 
-use std::ops::{Bound, RangeBounds};
+use std::ops::RangeBounds;
 
 use rand::Rng;
 
 use crate::density::DomainError;
 use crate::record::{Datum, Record};
 use crate::scalar::Scalar;
-use crate::transform::Support;
 
 pub use array::Array;
 pub use bernoulli::Bernoulli;
+pub use bernoulli_logit::BernoulliLogit;
 pub use beta::Beta;
+pub use beta_binomial::BetaBinomial;
+pub use binomial::{Binomial, BinomialLogit};
 pub use categorical::{Categorical, CategoricalLogit};
+pub use cauchy::Cauchy;
+pub use censored::Censored;
+pub use chi_squared::ChiSquared;
 pub use cholesky_factor::CholeskyFactor;
+pub use count::{Count, CountMass, CountParameter};
 pub use dirichlet::Dirichlet;
+pub use discrete_uniform::DiscreteUniform;
+pub use either::Either;
+pub use ex_gaussian::ExGaussian;
 pub use exponential::Exponential;
+pub use frechet::Frechet;
 pub use gamma::Gamma;
 pub use gaussian_process::{
     GaussianProcess, Kernel, Lengths, Matern32, Matern52, Mean, Point, Prediction,
     SquaredExponential,
 };
+pub use geometric::Geometric;
+pub use gumbel::Gumbel;
 pub use half_cauchy::HalfCauchy;
 pub use half_normal::HalfNormal;
+pub use half_student_t::HalfStudentT;
 pub use iid::Iid;
+pub use interval::Interval;
+#[doc(hidden)]
+pub use interval_mass::ln_probability;
+pub use inverse_gamma::InverseGamma;
+pub use inverse_gaussian::InverseGaussian;
 pub use inverse_wishart_cholesky::InverseWishartCholesky;
+pub use kumaraswamy::Kumaraswamy;
+pub use laplace::Laplace;
 pub use lkj_cholesky::LkjCholesky;
+pub use log_logistic::LogLogistic;
 pub use log_normal::LogNormal;
+pub use logistic::Logistic;
+pub use logit_normal::LogitNormal;
+pub use lomax::Lomax;
+pub use mixture::{Components, Mixture, Weights};
 pub use multinomial::Multinomial;
 pub use mv_normal_cholesky::MvNormalCholesky;
 pub use mv_student_t_cholesky::MvStudentTCholesky;
+pub use negative_binomial::NegativeBinomial;
 pub use non_centered::{LocationScale, NonCentered};
 pub use normal::Normal;
+pub use numeric::Numeric;
 pub use ordered::Ordered;
 pub use ordered_logistic::OrderedLogistic;
+pub use pareto::Pareto;
 pub use poisson::Poisson;
+pub use poisson_log::PoissonLog;
+pub use rayleigh::Rayleigh;
+pub use skew_normal::SkewNormal;
 pub use student_t::StudentT;
 pub use sum_to_zero::SumToZero;
+pub use triangle::Triangular;
 pub use truncated::Truncated;
 pub use uniform::Uniform;
 pub use unit_vector::UnitVector;
+pub use univariate::{Univariate, UnivariateDensity};
+#[doc(hidden)]
+pub use univariate::{constrain, ln_density};
 pub use vector::{Repeated, Vector};
+pub use von_mises::VonMises;
+pub use weibull::Weibull;
 pub use wishart_cholesky::WishartCholesky;
+pub use zero_inflated::ZeroInflated;
 
 /// A parameter of a distribution, seen as a plain number: `f64`, `&f64` or any [`Scalar`].
 pub trait Parameter: Copy {
@@ -104,17 +178,18 @@ impl Parameter for &f64 {
 pub trait Family: Sized + Clone {
     /// The distribution conditioned on an interval: `Normal(0.0, 1.0).truncate(0.0..)`.
     ///
-    /// The bounds are data. Both ends may be open, and count as measure zero anyway.
+    /// The bounds are data. Either may be left out; whether it belongs to the interval matters
+    /// for counts only.
     fn truncate(self, range: impl RangeBounds<f64>) -> Truncated<Self> {
-        let end = |bound: Bound<&f64>, open: f64| match bound {
-            Bound::Included(&x) | Bound::Excluded(&x) => x,
-            Bound::Unbounded => open,
-        };
-        Truncated {
-            inner: self,
-            lower: end(range.start_bound(), f64::NEG_INFINITY),
-            upper: end(range.end_bound(), f64::INFINITY),
-        }
+        Truncated { inner: self, interval: Interval::new(range) }
+    }
+
+    /// The distribution seen through an instrument that ends: `Weibull(2.0, 50.0).censor(..100.0)`
+    /// takes data at or beyond 100 as "at least 100".
+    ///
+    /// The bounds are data.
+    fn censor(self, range: impl RangeBounds<f64>) -> Censored<Self> {
+        Censored { inner: self, interval: Interval::new(range) }
     }
 
     /// The same distribution over the coordinates of its standard form, for unknowns whose location
@@ -174,6 +249,14 @@ pub trait Distribution<R: Scalar>: Family {
         total
     }
 
+    /// What a reading that leaves out what is the same at every point leaves out of
+    /// [`ln_density`](Distribution::ln_density): for those who compute further with its value.
+    #[doc(hidden)]
+    fn left_out(&self, x: &Self::Value) -> f64 {
+        let _ = x;
+        0.0
+    }
+
     /// Whether the parameters lie in their domain.
     ///
     /// # Errors
@@ -208,220 +291,6 @@ pub trait Unknown<R: Scalar>: Distribution<R> {
     }
 }
 
-/// A distribution of one real number: what needs the values of its parameters only.
-pub trait Univariate: Family {
-    /// Whether the parameters lie in their domain.
-    ///
-    /// # Errors
-    /// [`DomainError`] naming distribution, parameter, requirement and value.
-    fn validate(&self) -> Result<(), DomainError>;
-
-    /// An exact draw.
-    fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64;
-
-    /// Expectation; NaN or infinite where it does not exist.
-    fn mean(&self) -> f64;
-
-    /// Variance; NaN or infinite where it does not exist.
-    fn variance(&self) -> f64;
-
-    /// P(X ≤ x), accurate in the lower tail.
-    fn cdf(&self, x: f64) -> f64;
-
-    /// P(X > x), accurate in the upper tail.
-    fn sf(&self, x: f64) -> f64;
-
-    /// The x with P(X ≤ x) = p.
-    fn quantile(&self, p: f64) -> f64;
-
-    /// The x with P(X > x) = q, accurate for small q.
-    fn upper_quantile(&self, q: f64) -> f64 {
-        self.quantile(1.0 - q)
-    }
-}
-
-/// The density of a [`Univariate`] distribution over any [`Scalar`].
-///
-/// Implementing it (and [`univariate!`](crate::univariate)) makes a distribution usable in
-/// models, in all variations.
-///
-/// # Example
-/// ```
-/// use ppl::prelude::*;
-/// use ppl::{Datum, DomainError, Univariate, UnivariateDensity, transform::Support};
-///
-/// /// The standard logistic distribution, moved by its one parameter.
-/// #[derive(Clone, Copy)]
-/// struct Logistic<M>(M);
-///
-/// ppl::univariate!([M: Parameter] Logistic<M>);
-///
-/// impl<M: Parameter> Univariate for Logistic<M> {
-///     fn validate(&self) -> Result<(), DomainError> {
-///         DomainError::require_finite("Logistic", "mean", self.0.number())
-///     }
-///     fn sample<G: ppl::rand::Rng + ?Sized>(&self, rng: &mut G) -> f64 {
-///         self.quantile(rng.random())
-///     }
-///     fn mean(&self) -> f64 {
-///         self.0.number()
-///     }
-///     fn variance(&self) -> f64 {
-///         std::f64::consts::PI.powi(2) / 3.0
-///     }
-///     fn cdf(&self, x: f64) -> f64 {
-///         (x - self.0.number()).logistic()
-///     }
-///     fn sf(&self, x: f64) -> f64 {
-///         (self.0.number() - x).logistic()
-///     }
-///     fn quantile(&self, p: f64) -> f64 {
-///         self.0.number() + (p / (1.0 - p)).ln()
-///     }
-/// }
-///
-/// impl<R: Scalar, M: Parameter + Datum<R>> UnivariateDensity<R> for Logistic<M> {
-///     fn support(&self) -> Support<R> {
-///         Support::Real
-///     }
-///     fn ln_pdf(&self, x: R) -> R {
-///         let z = x.value() - self.0.number();
-///         let slope = 1.0 - 2.0 * z.logistic();
-///         R::fuse(-z.softplus() - (-z).softplus(), [x, self.0.lift()], [slope, -slope])
-///     }
-/// }
-///
-/// let positive = Logistic(1.0).truncate(0.0..);
-/// assert!((positive.cdf(positive.quantile(0.3)) - 0.3).abs() < 1e-12);
-/// ```
-pub trait UnivariateDensity<R: Scalar>: Univariate {
-    /// Whether the log density is a sum of [terms](Scalar::term), from whose values nothing
-    /// further is computed: their partials may be taken one by one then.
-    #[doc(hidden)]
-    const SUMMANDS: bool = false;
-
-    /// Whether all parameters are data, as far as known.
-    #[doc(hidden)]
-    const CONSTANT: bool = false;
-
-    /// Where the density is positive.
-    fn support(&self) -> Support<R>;
-
-    /// Log density at `x` inside the support, as one fused operation with exact partials.
-    fn ln_pdf(&self, x: R) -> R;
-
-    /// The sum of the log densities at many data; see [`Distribution::ln_densities`].
-    #[doc(hidden)]
-    #[inline(always)]
-    fn ln_pdfs(&self, data: impl Iterator<Item = R>) -> R
-    where
-        Self: Distribution<R>,
-    {
-        let mut total = R::from(0.0);
-        for x in data {
-            total += ln_density(self, x);
-        }
-        total
-    }
-
-    /// The value at the unconstrained coordinate `y`, with log density plus log-Jacobian.
-    /// Override it where the two cancel.
-    #[inline(always)]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
-        let (x, log_jacobian) = self.support().constrain(y);
-        (x, self.ln_pdf(x) + R::term(log_jacobian.value(), ((log_jacobian, 1.0),)))
-    }
-
-    /// ln P(lower < X < upper), with its derivatives in the parameters.
-    fn ln_mass(&self, lower: f64, upper: f64) -> R {
-        truncated::ln_mass_by_quadrature(self, lower, upper)
-    }
-}
-
-/// Makes a [`UnivariateDensity`] a [`Distribution`] and an [`Unknown`]:
-/// `ppl::univariate!([M: Parameter, S: Parameter] Normal<M, S>);`.
-#[macro_export]
-macro_rules! univariate {
-    ([$($P:ident: $Bound:path),*] $Name:ty) => {
-        impl<$($P: $Bound),*> $crate::Family for $Name {}
-
-        impl<R: $crate::Scalar, $($P: $Bound),*> $crate::Distribution<R> for $Name
-        where
-            Self: $crate::UnivariateDensity<R>,
-        {
-            type Value = R;
-            const SUMMANDS: bool = <Self as $crate::UnivariateDensity<R>>::SUMMANDS;
-
-            #[inline(always)]
-            fn ln_density(&self, x: &R) -> R {
-                $crate::__private::ln_density(self, *x)
-            }
-
-            #[inline(always)]
-            fn ln_densities(&self, data: impl Iterator<Item = R>) -> R {
-                $crate::UnivariateDensity::ln_pdfs(self, data)
-            }
-
-            fn validate(&self) -> Result<(), $crate::DomainError> {
-                $crate::Univariate::validate(self)
-            }
-
-            fn draw<G: $crate::rand::Rng + ?Sized>(&self, rng: &mut G) -> R {
-                R::from($crate::Univariate::sample(self, rng))
-            }
-        }
-
-        impl<R: $crate::Scalar, $($P: $Bound),*> $crate::Unknown<R> for $Name
-        where
-            Self: $crate::UnivariateDensity<R>,
-        {
-            #[inline(always)]
-            fn dim(&self) -> usize {
-                1
-            }
-
-            #[inline(always)]
-            fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (R, R) {
-                $crate::__private::constrain(self, next(), jacobian)
-            }
-
-            fn unconstrain(&self, x: &R, out: &mut Vec<f64>) {
-                out.push($crate::UnivariateDensity::<R>::support(self).unconstrain(x.value()));
-            }
-
-            fn bounds(&self) -> Option<(f64, f64)> {
-                let (lower, upper) = $crate::UnivariateDensity::<R>::support(self).bounds();
-                (lower.is_finite() && upper.is_finite()).then_some((lower, upper))
-            }
-        }
-    };
-}
-
-/// −∞ outside the support, the density inside.
-#[inline(always)]
-pub fn ln_density<R: Scalar, D: UnivariateDensity<R>>(distribution: &D, x: R) -> R {
-    if distribution.support().contains(x.value()) || x.value().is_nan() {
-        distribution.ln_pdf(x)
-    } else {
-        R::from(f64::NEG_INFINITY)
-    }
-}
-
-/// One coordinate to one value.
-#[inline(always)]
-pub fn constrain<R: Scalar, D: UnivariateDensity<R>>(
-    distribution: &D,
-    y: R,
-    jacobian: bool,
-) -> (R, R) {
-    if jacobian {
-        distribution.ln_pdf_unconstrained(y)
-    } else {
-        let (x, _) = distribution.support().constrain(y);
-        (x, distribution.ln_pdf(x))
-    }
-}
-
 /// A parameter as a number of the model's kind.
 #[inline(always)]
 pub(crate) fn lift<R>(parameter: impl Datum<R>) -> R {
@@ -435,4 +304,13 @@ pub(crate) fn normaliser<R: Scalar, P: Parameter + Datum<R>>(
     part: impl FnOnce(f64) -> f64,
 ) -> f64 {
     if R::LEAN && P::CONSTANT { 0.0 } else { part(parameter.number()) }
+}
+
+/// What [`normaliser`] left out.
+#[inline(always)]
+pub(crate) fn left_out<R: Scalar, P: Parameter + Datum<R>>(
+    parameter: P,
+    part: impl FnOnce(f64) -> f64,
+) -> f64 {
+    if R::LEAN && P::CONSTANT { part(parameter.number()) } else { 0.0 }
 }

@@ -3,7 +3,7 @@
 use rand::Rng;
 use rand_distr::StandardNormal;
 
-use super::{Parameter, Univariate, UnivariateDensity, normaliser};
+use super::{Parameter, Univariate, UnivariateDensity, left_out, normaliser};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
@@ -117,6 +117,10 @@ where
             -0.5 * quadratic - n * normaliser::<R, S>(self.1, |sd| sd.ln() + HALF_LN_2PI),
             ((self.0, n * away * precise * precise), (self.1, (quadratic - n) * precise)),
         )
+    }
+
+    fn left_out(&self) -> f64 {
+        -left_out::<R, S>(self.1, |sd| sd.ln() + HALF_LN_2PI)
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

@@ -2,11 +2,12 @@
 
 use rand::Rng;
 
-use super::{Distribution, Family, Parameter};
+use super::count::{ln_inside, ln_mass_by_sum};
+use super::{Count, CountMass, Parameter, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
-use crate::special::{HALF_LN_2PI, deviance, regularised_gamma, stirling_error};
+use crate::special::{HALF_LN_2PI, deviance, ln_gamma, regularised_gamma, stirling_error};
 
 /// Poisson distribution of a count with rate λ; it can be observed, not declared.
 ///
@@ -25,61 +26,84 @@ use crate::special::{HALF_LN_2PI, deviance, regularised_gamma, stirling_error};
 #[derive(Clone, Copy, Debug)]
 pub struct Poisson<L>(pub L);
 
-impl<L: Parameter> Family for Poisson<L> {}
+crate::count!([L: Parameter] Poisson<L>);
+
+/// ln P(k) of a positive rate.
+#[inline]
+fn ln_pmf(k: f64, rate: f64) -> f64 {
+    if rate.is_nan() || rate <= 0.0 {
+        f64::NAN
+    } else if k == 0.0 {
+        -rate
+    } else {
+        -stirling_error(k) - deviance(k, rate) - 0.5 * k.ln() - HALF_LN_2PI
+    }
+}
 
 impl<L: Parameter> Poisson<L> {
-    /// Expectation.
-    pub fn mean(&self) -> f64 {
+    /// ln P(first ≤ K ≤ last) and its derivative in the rate, (p(first − 1) − p(last))/P; unless
+    /// it underflows.
+    pub(super) fn interval(&self, first: u64, last: u64) -> Option<(f64, f64)> {
+        let value = ln_inside(self, first, last)?;
+        let at = |k: u64| (ln_pmf(k as f64, self.0.number()) - value).exp();
+        let lower = first.checked_sub(1).map_or(0.0, at);
+        Some((value, lower - if last == u64::MAX { 0.0 } else { at(last) }))
+    }
+}
+
+impl<L: Parameter> Count for Poisson<L> {
+    fn validate(&self) -> Result<(), DomainError> {
+        DomainError::require_positive("Poisson", "rate", self.0.number())
+    }
+
+    fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> u64 {
+        // counts below 2⁵³ are exact as f64, and `as` saturates beyond
+        rand_distr::Poisson::new(self.0.number()).map_or(0, |poisson| rng.sample(poisson) as u64)
+    }
+
+    fn mean(&self) -> f64 {
         self.0.number()
     }
 
-    /// Variance.
-    pub fn variance(&self) -> f64 {
+    fn variance(&self) -> f64 {
         self.0.number()
     }
 
-    /// P(K ≤ k), accurate in the lower tail.
-    pub fn cdf(&self, k: u64) -> f64 {
+    fn cdf(&self, k: u64) -> f64 {
         regularised_gamma(k as f64 + 1.0, self.0.number()).1
     }
 
-    /// P(K > k), accurate in the upper tail.
-    pub fn sf(&self, k: u64) -> f64 {
+    fn sf(&self, k: u64) -> f64 {
         regularised_gamma(k as f64 + 1.0, self.0.number()).0
     }
 }
 
-impl<R, L> Distribution<R> for Poisson<L>
+impl<R, L> CountMass<R> for Poisson<L>
 where
     R: Scalar,
     L: Parameter + Datum<R>,
 {
-    type Value = u64;
     const SUMMANDS: bool = true;
 
     #[inline]
-    fn ln_density(&self, k: &u64) -> R {
-        let (k, rate) = (*k as f64, self.0.number());
-        let value = if rate.is_nan() || rate <= 0.0 {
-            f64::NAN
-        } else if k == 0.0 {
-            -rate
-        } else if R::LEAN {
+    fn ln_pmf(&self, k: u64) -> R {
+        let (k, rate) = (k as f64, self.0.number());
+        let value = if R::LEAN && k > 0.0 {
             // without ln k!, which is the same at every point
             k * rate.ln() - rate
         } else {
-            -stirling_error(k) - deviance(k, rate) - 0.5 * k.ln() - HALF_LN_2PI
+            ln_pmf(k, rate)
         };
         R::term(value, ((self.0, k / rate - 1.0),))
     }
 
     /// n and Σ k suffice, where Σ ln k! may be left out.
     #[inline(always)]
-    fn ln_densities(&self, data: impl Iterator<Item = u64>) -> R {
+    fn ln_pmfs(&self, data: impl Iterator<Item = u64>) -> R {
         let mut total = R::from(0.0);
         if !R::LEAN {
             for k in data {
-                total += self.ln_density(&k);
+                total += self.ln_pmf(k);
             }
             return total;
         }
@@ -93,13 +117,14 @@ where
         R::term(value, ((self.0, sum / rate - n),))
     }
 
-    fn validate(&self) -> Result<(), DomainError> {
-        DomainError::require_positive("Poisson", "rate", self.0.number())
+    fn left_out(&self, k: u64) -> f64 {
+        if R::LEAN { -ln_gamma(k as f64 + 1.0) } else { 0.0 }
     }
 
-    /// An exact draw; 0 for a rate outside its domain.
-    fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> u64 {
-        // counts below 2⁵³ are exact as f64, and `as` saturates beyond
-        rand_distr::Poisson::new(self.0.number()).map_or(0, |poisson| rng.sample(poisson) as u64)
+    fn ln_mass(&self, first: u64, last: u64) -> R {
+        match self.interval(first, last) {
+            Some((value, in_rate)) => R::fuse(value, [lift(self.0)], [in_rate]),
+            None => ln_mass_by_sum(self, first, last),
+        }
     }
 }

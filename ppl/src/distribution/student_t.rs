@@ -2,13 +2,13 @@
 
 use rand::Rng;
 
-use super::{Parameter, Univariate, UnivariateDensity, normaliser};
+use super::{Parameter, Univariate, UnivariateDensity, left_out, lift, normaliser};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{
-    HALF_LN_2PI, Tail, beta_logit_quantile, ln_1p_minus, ln_minus_digamma, regularised_beta,
-    stirling_error,
+    HALF_LN_2PI, Tail, beta_logit_quantile, ln_1p_minus, ln_1p_square, ln_minus_digamma,
+    regularised_beta, stirling_error,
 };
 use crate::transform::Support;
 
@@ -44,6 +44,14 @@ impl<N: Parameter, M: Parameter, S: Parameter> StudentT<N, M, S> {
         let square = t * t / nu;
         let (x, y) = (1.0 / (1.0 + square), 1.0 / (1.0 + square.recip()));
         0.5 * regularised_beta(0.5 * nu, 0.5, x, y).0
+    }
+
+    /// P(|T| ≤ t) for t ≥ 0, accurate near 0.
+    pub(super) fn inside(&self, t: f64) -> f64 {
+        let nu = self.0.number();
+        let square = t * t / nu;
+        let (x, y) = (1.0 / (1.0 + square), 1.0 / (1.0 + square.recip()));
+        regularised_beta(0.5 * nu, 0.5, x, y).1
     }
 
     /// The t > 0 with P(T > t) = q, for q ≤ ½.
@@ -114,9 +122,9 @@ impl<N: Parameter, M: Parameter, S: Parameter> Univariate for StudentT<N, M, S> 
 }
 
 /// ln Γ(ν/2 + ½) − ln Γ(ν/2) − ½ ln(ν/2), which vanishes as ν grows, less ½ ln 2π.
-fn ln_shape(nu: f64) -> f64 {
+pub(super) fn ln_shape(nu: f64) -> f64 {
     let half = 0.5 * nu;
-    half * ln_1p_minus(0.5 / half) + stirling_error(half + 0.5) - stirling_error(half) - HALF_LN_2PI
+    half * ln_1p_minus(nu.recip()) + stirling_error(half + 0.5) - stirling_error(half) - HALF_LN_2PI
 }
 
 impl<R, N, M, S> UnivariateDensity<R> for StudentT<N, M, S>
@@ -136,26 +144,41 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
-        let (nu, scale) = (self.0.number(), self.2.number());
-        let half = 0.5 * nu;
-        let z = self.standardise(x.value());
-        let u = z / nu.sqrt();
-        // ln(1 + u²) without overflow
-        let ln_square = if u.abs() > 1e8 { 2.0 * u.abs().ln() } else { (u * u).ln_1p() };
-        // u²/(1 + u²)
-        let share = 1.0 / (1.0 + u.powi(-2));
-        let in_x = if z == 0.0 { 0.0 } else { -(nu + 1.0) * share / z };
-        let digammas = (0.5 / half).ln_1p() + ln_minus_digamma(half) - ln_minus_digamma(half + 0.5);
-        let in_nu = 0.5 * (digammas - nu.recip() - ln_square + share * (1.0 + nu.recip()));
+        let scale = self.2.number();
+        let inverse = scale.recip();
+        let nu = lift::<R>(self.0);
+        let z = (x.value() - self.1.number()) * inverse;
+        let (value, [in_z, in_nu, share]) = standard(z, nu);
         let constant = normaliser::<R, N>(self.0, ln_shape) - normaliser::<R, S>(self.2, f64::ln);
         R::term(
-            constant - (half + 0.5) * ln_square,
+            constant + value,
             (
-                (x, in_x / scale),
+                (x, in_z * inverse),
                 (self.0, in_nu),
-                (self.1, -in_x / scale),
-                (self.2, ((nu + 1.0) * share - 1.0) / scale),
+                (self.1, -in_z * inverse),
+                (self.2, (share - 1.0) * inverse),
             ),
         )
     }
+
+    fn left_out(&self) -> f64 {
+        left_out::<R, N>(self.0, ln_shape) - left_out::<R, S>(self.2, f64::ln)
+    }
+}
+
+/// −½ (ν + 1) ln(1 + z²/ν), the derivatives of ln p in z and ν, and (ν + 1) z²/(ν + z²).
+#[inline]
+pub(super) fn standard<R: Scalar>(z: f64, unknown_nu: R) -> (f64, [f64; 3]) {
+    let nu = unknown_nu.value();
+    let half = 0.5 * nu;
+    let root = nu.sqrt();
+    let (ln_square, slope, share) = ln_1p_square(z / root);
+    let in_nu = if unknown_nu.is_constant() {
+        0.0
+    } else {
+        let inverse = nu.recip();
+        let digammas = inverse.ln_1p() + ln_minus_digamma(half) - ln_minus_digamma(half + 0.5);
+        0.5 * (digammas - inverse - ln_square + share * (1.0 + inverse))
+    };
+    (-(half + 0.5) * ln_square, [-(nu + 1.0) * slope / root, in_nu, (nu + 1.0) * share])
 }

@@ -2,17 +2,19 @@
 
 use rand::Rng;
 
-use super::{Univariate, UnivariateDensity};
+use super::interval_mass::ln_probability;
+use super::{Distribution, Family, Interval, Numeric, Univariate, UnivariateDensity, Unknown};
 use crate::density::DomainError;
 use crate::scalar::Scalar;
 use crate::special::integral_from_zero;
 use crate::transform::Support;
 
-/// A univariate distribution conditioned on (lower, upper); made by
-/// [`Family::truncate`](super::Family::truncate).
+/// A distribution of one number, real or count, conditioned on an interval; made by
+/// [`Family::truncate`].
 ///
-/// ln p(x) = ln p₀(x) − ln P₀(lower < X < upper): the normaliser, and its derivatives in the
-/// parameters, count in the density just as in the draws.
+/// ln p(x) = ln p₀(x) − ln P₀(X ∈ interval): the normaliser, and its derivatives in the
+/// parameters, count in the density just as in the draws. Counts respect whether an end belongs
+/// to the interval: `Poisson(2.0).truncate(1.0..)` has no zeros.
 ///
 /// # Example
 /// ```
@@ -25,20 +27,110 @@ use crate::transform::Support;
 #[derive(Clone, Copy, Debug)]
 pub struct Truncated<D> {
     pub(super) inner: D,
-    pub(super) lower: f64,
-    pub(super) upper: f64,
+    pub(super) interval: Interval,
 }
 
-crate::univariate!([D: Univariate] Truncated<D>);
+impl<D: Family> Family for Truncated<D> {}
+
+impl<R: Scalar, D: Numeric<R>> Distribution<R> for Truncated<D> {
+    type Value = D::Value;
+    // the mass of unknown parameters may be computed from densities
+    const SUMMANDS: bool = D::SUMMANDS && D::CONSTANT;
+
+    #[inline]
+    fn ln_density(&self, x: &D::Value) -> R {
+        if !D::is_within(x, &self.interval) && !D::number(x).is_nan() {
+            return R::from(f64::NEG_INFINITY);
+        }
+        let inner = self.inner.ln_density(x);
+        if R::LEAN && D::CONSTANT {
+            return inner;
+        }
+        inner - self.inner.ln_probability(self.interval)
+    }
+
+    fn left_out(&self, x: &D::Value) -> f64 {
+        let inner = self.inner.left_out(x);
+        if R::LEAN && D::CONSTANT {
+            return inner - self.inner.ln_probability(self.interval).value();
+        }
+        inner
+    }
+
+    fn validate(&self) -> Result<(), DomainError> {
+        self.inner.validate()?;
+        self.interval.validate("truncate")?;
+        let inside = self.inner.ln_probability(self.interval).value().exp();
+        DomainError::require(inside > 0.0, "truncate", "mass inside", "positive", inside)
+    }
+
+    fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> D::Value {
+        self.inner.draw_within(self.interval, rng)
+    }
+}
+
+impl<R: Scalar, D: Numeric<R>> Numeric<R> for Truncated<D> {
+    const CONSTANT: bool = D::CONSTANT;
+
+    fn ln_probability(&self, interval: Interval) -> R {
+        self.inner.ln_probability(self.interval.and(&interval))
+            - self.inner.ln_probability(self.interval)
+    }
+
+    fn draw_within<G: Rng + ?Sized>(&self, interval: Interval, rng: &mut G) -> D::Value {
+        self.inner.draw_within(self.interval.and(&interval), rng)
+    }
+
+    fn number(x: &D::Value) -> f64 {
+        D::number(x)
+    }
+
+    fn is_within(x: &D::Value, interval: &Interval) -> bool {
+        D::is_within(x, interval)
+    }
+
+    fn clamp(x: D::Value, interval: &Interval) -> D::Value {
+        D::clamp(x, interval)
+    }
+}
+
+impl<R: Scalar, D> Unknown<R> for Truncated<D>
+where
+    D: UnivariateDensity<R> + Numeric<R, Value = R>,
+{
+    #[inline]
+    fn dim(&self) -> usize {
+        1
+    }
+
+    #[inline]
+    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (R, R) {
+        super::constrain(self, next(), jacobian)
+    }
+
+    fn unconstrain(&self, x: &R, out: &mut Vec<f64>) {
+        out.push(UnivariateDensity::<R>::support(self).unconstrain(x.value()));
+    }
+
+    fn bounds(&self) -> Option<(f64, f64)> {
+        let (lower, upper) = UnivariateDensity::<R>::support(self).bounds();
+        (lower.is_finite() && upper.is_finite()).then_some((lower, upper))
+    }
+}
 
 impl<D: Univariate> Truncated<D> {
+    fn within(&self, interval: Interval) -> Self {
+        Self { inner: self.inner.clone(), interval: self.interval.and(&interval) }
+    }
+
     /// P₀(X ≤ lower), P₀(lower < X < upper) and P₀(X ≥ upper).
-    fn masses(&self) -> (f64, f64, f64) {
-        let (below, above) = (self.inner.cdf(self.lower), self.inner.sf(self.upper));
+    pub(super) fn masses(&self) -> (f64, f64, f64) {
+        let (lower, upper) = (self.interval.lower(), self.interval.upper());
+        let (below, above) = (self.inner.cdf(lower), self.inner.sf(upper));
         let inside = if below > 0.5 {
-            self.inner.sf(self.lower) - above
+            self.inner.sf(lower) - above
         } else if above > 0.5 {
-            self.inner.cdf(self.upper) - below
+            self.inner.cdf(upper) - below
         } else {
             1.0 - below - above
         };
@@ -55,8 +147,9 @@ impl<D: Univariate> Truncated<D> {
         } else {
             self.inner.upper_quantile(outside_above + above * inside)
         };
+        let (lower, upper) = (self.interval.lower(), self.interval.upper());
         // bounds out of order hold no value, and `clamp` would panic
-        if self.lower <= self.upper { x.clamp(self.lower, self.upper) } else { f64::NAN }
+        if lower <= upper { x.clamp(lower, upper) } else { f64::NAN }
     }
 
     /// n ∫ d^{n−1} P(|X − c| > d, one side) dd on both sides of the median c, upper and lower:
@@ -81,13 +174,7 @@ impl<D: Univariate> Truncated<D> {
 impl<D: Univariate> Univariate for Truncated<D> {
     fn validate(&self) -> Result<(), DomainError> {
         self.inner.validate()?;
-        DomainError::require(
-            self.lower < self.upper,
-            "truncate",
-            "lower end",
-            &format!("below the upper end {}", self.upper),
-            self.lower,
-        )?;
+        self.interval.validate("truncate")?;
         let inside = self.masses().1;
         DomainError::require(inside > 0.0, "truncate", "mass inside", "positive", inside)
     }
@@ -115,15 +202,13 @@ impl<D: Univariate> Univariate for Truncated<D> {
     }
 
     fn cdf(&self, x: f64) -> f64 {
-        let part =
-            Truncated { inner: self.inner.clone(), lower: self.lower, upper: x.min(self.upper) };
-        if x <= self.lower { 0.0 } else { part.masses().1 / self.masses().1 }
+        let part = self.within(Interval::new(..x));
+        if x <= self.interval.lower() { 0.0 } else { part.masses().1 / self.masses().1 }
     }
 
     fn sf(&self, x: f64) -> f64 {
-        let part =
-            Truncated { inner: self.inner.clone(), lower: x.max(self.lower), upper: self.upper };
-        if x >= self.upper { 0.0 } else { part.masses().1 / self.masses().1 }
+        let part = self.within(Interval::new(x..));
+        if x >= self.interval.upper() { 0.0 } else { part.masses().1 / self.masses().1 }
     }
 
     fn quantile(&self, p: f64) -> f64 {
@@ -140,12 +225,13 @@ where
     R: Scalar,
     D: UnivariateDensity<R>,
 {
-    const SUMMANDS: bool = D::SUMMANDS;
+    // the mass of unknown parameters may be computed from densities
+    const SUMMANDS: bool = D::SUMMANDS && D::CONSTANT;
     const CONSTANT: bool = D::CONSTANT;
 
     #[inline]
     fn support(&self) -> Support<R> {
-        self.inner.support().within(self.lower, self.upper)
+        self.inner.support().within(self.interval.lower(), self.interval.upper())
     }
 
     #[inline(always)]
@@ -154,57 +240,19 @@ where
         if R::LEAN && D::CONSTANT {
             return inner;
         }
-        inner - self.inner.ln_mass(self.lower, self.upper)
+        inner - ln_probability(&self.inner, self.interval)
     }
-}
 
-/// ln P(lower < X < upper) for any density whose support does not move with its parameters:
-/// its derivative in a parameter is the expectation of ∂ ln p over the interval.
-pub(super) fn ln_mass_by_quadrature<R: Scalar, D: UnivariateDensity<R>>(
-    distribution: &D,
-    lower: f64,
-    upper: f64,
-) -> R {
-    let interval = Truncated { inner: distribution.clone(), lower, upper };
-    let value = interval.masses().1.ln();
-    if !R::DIFFERENTIABLE {
-        return R::from(value);
+    fn left_out(&self) -> f64 {
+        let inner = self.inner.left_out();
+        if R::LEAN && D::CONSTANT {
+            return inner - ln_probability(&self.inner, self.interval).value();
+        }
+        inner
     }
-    let (a, b) = interval.support().bounds();
-    let support = Support::Real.within(a, b);
-    let ln_pdf = |y: f64| {
-        let (x, log_jacobian) = support.constrain(y);
-        (distribution.ln_pdf(R::from(x)), log_jacobian)
-    };
-    // parameters that are data leave nothing to integrate; a partial may vanish at one point,
-    // not at three
-    if [-0.9, 0.1, 1.3].into_iter().all(|y| ln_pdf(y).0.is_constant()) {
-        return R::from(value);
-    }
-    let quartiles = [0.25, 0.5, 0.75].map(|u| support.unconstrain(interval.quantile(u)));
-    R::fuse_iter(value, expectation(ln_pdf, quartiles))
-}
 
-/// Terms and normalised weights whose sum is the expectation of a term given as (ln p, log
-/// Jacobian) over an unconstrained coordinate y: the trapezoid rule in t with
-/// y = median + spread · sinh t (double exponential quadrature; Takahasi & Mori 1974, Publ.
-/// RIMS 9).
-fn expectation<R: Scalar>(
-    ln_pdf: impl Fn(f64) -> (R, f64),
-    [first, median, third]: [f64; 3],
-) -> Vec<(R, f64)> {
-    const STEP: f64 = 1.0 / 12.0;
-    const REACH: i32 = 54;
-    let spread = (third - first).abs().max(f64::MIN_POSITIVE);
-    let mut terms: Vec<(R, f64)> = (-REACH..=REACH)
-        .filter_map(|i| {
-            let t = f64::from(i) * STEP;
-            let (term, log_jacobian) = ln_pdf(median + spread * t.sinh());
-            let weight = (term.value() + log_jacobian).exp() * t.cosh();
-            (weight > 0.0 && weight.is_finite()).then_some((term, weight))
-        })
-        .collect();
-    let total: f64 = terms.iter().map(|(_, w)| w).sum();
-    terms.iter_mut().for_each(|(_, w)| *w /= total);
-    terms
+    fn ln_mass(&self, lower: f64, upper: f64) -> R {
+        let part = self.interval.and(&Interval::new(lower..upper));
+        ln_probability(&self.inner, part) - ln_probability(&self.inner, self.interval)
+    }
 }

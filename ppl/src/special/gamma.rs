@@ -54,13 +54,55 @@ pub fn ln_gamma(x: f64) -> f64 {
     stirling + stirling_series(shifted) - product.ln()
 }
 
+/// Chebyshev coefficients of x δ(x) in t = (2/x − 1.1)/0.9 on 1 ≤ x ≤ 10, to 1e-18; computed
+/// with 40 digits at 60 nodes.
+const STIRLING_ERROR: [f64; 23] = [
+    0.08236871611232488,
+    -0.0011390618574924174,
+    -0.00018507986332646337,
+    1.7183921566411688e-05,
+    -1.202316616754498e-07,
+    -2.0367515281442694e-07,
+    3.495347346923829e-08,
+    -2.3170535795593197e-09,
+    -3.7834882851543424e-10,
+    1.5689358051623625e-10,
+    -2.8461932420155582e-11,
+    2.3276456876789723e-12,
+    4.2092236452340574e-13,
+    -2.3118082432217265e-13,
+    5.753824918673992e-14,
+    -8.795826794937491e-15,
+    2.4116512449886464e-16,
+    3.8103181371067165e-16,
+    -1.6077569087913599e-16,
+    4.17291300628739e-17,
+    -7.299420091022253e-18,
+    4.317562296529449e-19,
+    2.91159204793291e-19,
+];
+
 /// The Stirling error δ(x) = ln Γ(x) − (x − ½) ln x + x − ½ ln 2π, for x > 0.
 pub fn stirling_error(x: f64) -> f64 {
     if x >= ASYMPTOTIC {
-        stirling_series(x)
-    } else {
-        ln_gamma(x) - ((x - 0.5) * x.ln() - x + HALF_LN_2PI)
+        return stirling_series(x);
     }
+    if x.is_nan() || x <= 0.0 {
+        return f64::NAN;
+    }
+    if x < 1.0 {
+        // δ(x) − δ(x + 1)
+        let step = (x + 0.5) * (x.ln_1p() - x.ln()) - 1.0;
+        return step + stirling_error(x + 1.0);
+    }
+    let inverse = x.recip();
+    let t = (2.0 * inverse - 1.1) / 0.9;
+    // Clenshaw's recurrence
+    let (mut this, mut last) = (0.0, 0.0);
+    for c in STIRLING_ERROR[1..].iter().rev() {
+        (this, last) = (2.0 * t * this - last + c, this);
+    }
+    inverse * (t * this - last + STIRLING_ERROR[0])
 }
 
 /// ln x − ψ(x) > 0, for x > 0: what is left of the digamma function in derivatives of
@@ -83,6 +125,14 @@ pub fn ln_minus_digamma(x: f64) -> f64 {
 /// The digamma function ψ(x) = d ln Γ/dx, for x > 0.
 pub fn digamma(x: f64) -> f64 {
     x.ln() - ln_minus_digamma(x)
+}
+
+/// ψ(x + k) − ψ(x) for x > 0 and k ≥ 0, without the cancellation of large terms.
+pub fn digamma_rise(x: f64, k: f64) -> f64 {
+    if k == 0.0 {
+        return 0.0;
+    }
+    (k / x).ln_1p() + ln_minus_digamma(x) - ln_minus_digamma(x + k)
 }
 
 /// ln [xᵃ e⁻ˣ/Γ(a + 1)].

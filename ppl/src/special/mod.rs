@@ -18,21 +18,25 @@
 //! assert!((q - (-2.0f64).exp()).abs() < 1e-15 && (p + q - 1.0).abs() < 1e-15);
 //! ```
 
+mod bessel;
 mod beta;
 mod gamma;
 mod normal;
 mod quadrature;
 mod root;
 
+pub use bessel::{ln_bessel_i0_scaled, one_minus_bessel_ratio};
 pub use beta::{beta_logit_quantile, ln_beta, ln_beta_power, regularised_beta};
 pub use gamma::{
-    digamma, gamma_ln_quantile, ln_gamma, ln_minus_digamma, regularised_gamma, stirling_error,
+    digamma, digamma_rise, gamma_ln_quantile, ln_gamma, ln_minus_digamma, regularised_gamma,
+    stirling_error,
 };
 pub use normal::{
-    NormalInterval, half_normal_quantile, mills_ratio, normal_cdf, normal_from_zero,
+    NormalInterval, half_normal_quantile, ln_normal_cdf, mills_ratio, normal_cdf, normal_from_zero,
     normal_upper_quantile,
 };
-pub(crate) use quadrature::integral_from_zero;
+pub(crate) use quadrature::{integral_from_zero, nodes_from_zero};
+pub(crate) use root::tail_quantile;
 
 /// ½ ln 2π.
 pub const HALF_LN_2PI: f64 = 0.918_938_533_204_672_7;
@@ -68,6 +72,25 @@ pub fn deviance(a: f64, m: f64) -> f64 {
     }
     let d = (m - a) / a;
     if d.abs() < 0.4 { -a * ln_1p_minus(d) } else { a * (a.ln() - m.ln()) + (m - a) }
+}
+
+/// ln(eᵃ + eᵇ), where either may be −∞.
+#[inline]
+pub fn ln_add_exp(a: f64, b: f64) -> f64 {
+    let (high, low) = if a > b { (a, b) } else { (b, a) };
+    // −∞ − (−∞) is no number; NaN stays one
+    if low == f64::NEG_INFINITY { high } else { high + (low - high).exp().ln_1p() }
+}
+
+/// ln(1 + z²), z/(1 + z²) and z²/(1 + z²), where z² may overflow.
+#[inline]
+pub fn ln_1p_square(z: f64) -> (f64, f64, f64) {
+    if z.abs() > 1e8 {
+        return (2.0 * z.abs().ln(), z.recip(), 1.0);
+    }
+    let square = z * z;
+    let inverse = (1.0 + square).recip();
+    (square.ln_1p(), z * inverse, square * inverse)
 }
 
 /// ln cosh y = |y| + ln(1 + e^{−2|y|}) − ln 2.

@@ -69,6 +69,17 @@ pub fn normal_cdf(z: f64) -> f64 {
     }
 }
 
+/// ln Φ(z) and its derivative φ(z)/Φ(z), however far out.
+pub fn ln_normal_cdf(z: f64) -> (f64, f64) {
+    if z < 0.0 {
+        let ratio = mills_ratio(-z);
+        (ratio.ln() - 0.5 * z * z - HALF_LN_2PI, ratio.recip())
+    } else {
+        let above = normal_cdf(-z);
+        ((-above).ln_1p(), density(z) / (1.0 - above))
+    }
+}
+
 /// P(0 < Z < z), odd in z, accurate near 0.
 pub fn normal_from_zero(z: f64) -> f64 {
     if z.abs() > 1.0 {

@@ -7,8 +7,13 @@ use std::f64::consts::FRAC_PI_2;
 ///
 /// Relative accuracy about 1e-12 for integrands of one sign with algebraic ends or faster decay.
 pub(crate) fn integral_from_zero(f: impl Fn(f64) -> f64, length: f64, scale: f64) -> f64 {
+    nodes_from_zero(length, scale).map(|(distance, weight)| weight * f(distance)).sum()
+}
+
+/// The nodes and the positive weights of [`integral_from_zero`].
+pub(crate) fn nodes_from_zero(length: f64, scale: f64) -> impl Iterator<Item = (f64, f64)> {
     const STEP: f64 = 1.0 / 32.0;
-    let terms = (-144..=144).map(|i| {
+    let nodes = (-144..=144).map(move |i| {
         let t = f64::from(i) * STEP;
         let (sinh, cosh) = ((FRAC_PI_2 * t.sinh()), FRAC_PI_2 * t.cosh());
         let (distance, derivative) = if length.is_finite() {
@@ -19,8 +24,7 @@ pub(crate) fn integral_from_zero(f: impl Fn(f64) -> f64, length: f64, scale: f64
             let distance = scale * sinh.exp();
             (distance, distance * cosh)
         };
-        let weight = STEP * derivative;
-        if weight > 0.0 && weight.is_finite() { weight * f(distance) } else { 0.0 }
+        (distance, STEP * derivative)
     });
-    terms.sum()
+    nodes.filter(|(_, weight)| *weight > 0.0 && weight.is_finite())
 }

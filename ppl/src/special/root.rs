@@ -5,7 +5,7 @@ use super::Tail;
 /// The coordinate y where a tail of a distribution over ℝ holds the probability `p`.
 ///
 /// `at(y)` gives the lower tail, the upper tail and the density there.
-pub(super) fn tail_quantile(
+pub(crate) fn tail_quantile(
     start: f64,
     p: f64,
     tail: Tail,

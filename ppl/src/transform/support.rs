@@ -74,6 +74,25 @@ impl<R: Scalar> Support<R> {
         (a..=b).contains(&x)
     }
 
+    /// The smallest support that holds both.
+    pub fn hull(self, other: Self) -> Self {
+        let ends = |support: Self| match support {
+            Self::Real => (None, None),
+            Self::Above(a) => (Some(a), None),
+            Self::Below(b) => (None, Some(b)),
+            Self::Between(a, b) => (Some(a), Some(b)),
+        };
+        let ((a, b), (c, d)) = (ends(self), ends(other));
+        let lower = a.zip(c).map(|(a, c)| if c < a { c } else { a });
+        let upper = b.zip(d).map(|(b, d)| if d > b { d } else { b });
+        match (lower, upper) {
+            (None, None) => Self::Real,
+            (Some(a), None) => Self::Above(a),
+            (None, Some(b)) => Self::Below(b),
+            (Some(a), Some(b)) => Self::Between(a, b),
+        }
+    }
+
     /// The part of the support within `lower..upper`.
     pub fn within(&self, lower: f64, upper: f64) -> Self {
         let (a, b) = match *self {
@@ -142,6 +161,13 @@ mod tests {
                 assert!(support.contains(x.value()));
             }
         }
+    }
+
+    #[test]
+    fn the_hull_takes_the_wider_ends() {
+        assert_eq!(Support::Between(0.0, 1.0).hull(Support::Above(-1.0)), Support::Above(-1.0));
+        assert_eq!(Support::Between(0.0, 1.0).hull(Support::Below(0.5)), Support::Below(1.0));
+        assert_eq!(Support::Above(0.0).hull(Support::Below(0.0)), Support::<f64>::Real);
     }
 
     #[test]

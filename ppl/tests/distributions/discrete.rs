@@ -5,57 +5,107 @@ use ppl::prelude::*;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
+use crate::counts::assert_counts;
 use crate::numerics::{assert_close, derivative};
 
 const DRAWS: usize = 20_000;
 
 #[test]
 fn poisson() {
-    for rate in [0.3, 7.5, 400.0] {
-        let poisson = Poisson(rate);
-        let last = (rate + 40.0 * (rate + 1.0).sqrt()) as u64;
-        let mass = |k: u64| -> f64 { poisson.ln_density(&k) };
-        let masses: Vec<f64> = (0..=last).map(|k| mass(k).exp()).collect();
-        let sum = |g: &dyn Fn(f64) -> f64| -> f64 {
-            masses.iter().enumerate().map(|(k, p)| p * g(k as f64)).sum()
-        };
-        assert_close(sum(&|_| 1.0), 1.0, 1e-13, 0.0, "sum");
-        assert_close(sum(&|k| k), poisson.mean(), 1e-12, 0.0, "mean");
-        let variance = sum(&|k| (k - rate).powi(2));
-        assert_close(variance, poisson.variance(), 1e-12, 0.0, "variance");
+    assert_counts!([l] Poisson(l), [0.3], 40);
+    assert_counts!([l] Poisson(l), [7.5], 100);
+    assert_counts!([l] Poisson(l), [400.0], 1200);
+    assert_counts!([e] PoissonLog(e), [1.7], 90);
+}
 
-        for k in [0, 1, 5, rate as u64 * 2 + 3] {
-            let name = format!("Poisson({rate}) at {k}");
-            let [lifted] = Dual::variables([rate]);
-            let got: Dual<1> = Poisson(lifted).ln_density(&k);
-            let numerical = derivative(|r| Poisson(r).ln_density(&k), rate, 0.1 * rate);
-            assert_close(got.gradient()[0], numerical, 1e-8, 1e-8, &name);
-            let k = k as usize;
-            let below: f64 = masses[..=k].iter().sum();
-            let above: f64 = masses[k + 1..].iter().rev().sum();
-            assert_close(poisson.cdf(k as u64), below, 1e-12, 0.0, &name);
-            assert_close(poisson.sf(k as u64), above, 1e-12, 0.0, &name);
-        }
+#[test]
+fn binomial() {
+    assert_counts!([p] Binomial(12u64, p), [0.3], 12);
+    assert_counts!([p] Binomial(500u64, p), [0.98], 500);
+    assert_counts!([x] BinomialLogit(12u64, x), [-0.8], 12);
+    assert_counts!([x] BinomialLogit(60u64, x), [3.0], 60);
+    assert_counts!([a, b] BetaBinomial(12u64, a, b), [2.5, 1.5], 12);
+    assert_counts!([a, b] BetaBinomial(20u64, a, b), [0.6, 0.4], 20);
+}
 
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
-        let draws: Vec<u64> =
-            (0..DRAWS).map(|_| Distribution::<f64>::draw(&poisson, &mut rng)).collect();
-        // χ² over the counts expected at least 20 times, the rest in one cell
-        let n = DRAWS as f64;
-        let (mut statistic, mut cells, mut rest) = (0.0, 0, (n, n));
-        for (k, p) in masses.iter().enumerate().filter(|(_, p)| *p * n >= 20.0) {
-            let seen = draws.iter().filter(|&&d| d == k as u64).count() as f64;
-            statistic += (seen - n * p).powi(2) / (n * p);
-            rest = (rest.0 - seen, rest.1 - n * p);
-            cells += 1;
+#[test]
+fn waiting() {
+    assert_counts!([p] Geometric(p), [0.3], 200);
+    assert_counts!([m, f] NegativeBinomial(m, f), [6.0, 2.5], 400);
+    assert_counts!([m, f] NegativeBinomial(m, f), [6.0, 0.4], 1500);
+    assert_counts!([m, f] NegativeBinomial(m, f), [40.0, 300.0], 250);
+    assert_counts!([r, p] NegativeBinomial::with_probability(r, p), [2.5, 0.4], 200);
+    assert_counts!([a, b] NegativeBinomial::with_rate(a, b), [2.5, 0.4], 300);
+}
+
+#[test]
+fn equally_likely() {
+    assert_counts!([_unused] DiscreteUniform(3u64, 9u64), [1.0], 9);
+}
+
+#[test]
+fn additional_zeros() {
+    assert_counts!([w, l] ZeroInflated(w, Poisson(l)), [0.3, 4.5], 70);
+    assert_counts!([w, m, f] ZeroInflated(w, NegativeBinomial(m, f)), [0.2, 6.0, 2.5], 400);
+    // the hurdle model
+    assert_counts!([w, l] ZeroInflated(w, Poisson(l).truncate(1.0..)), [0.3, 2.5], 60);
+}
+
+#[test]
+fn truncated() {
+    assert_counts!([l] Poisson(l).truncate(2.0..=9.0), [4.5], 9);
+    assert_counts!([m, f] NegativeBinomial(m, f).truncate(1.0..), [6.0, 2.5], 400);
+    assert_counts!([l] Poisson(l).truncate(1.0..).truncate(..8.0), [4.5], 7);
+}
+
+#[test]
+fn mixtures() {
+    assert_counts!(
+        [w, a, b] Mixture([w, 1.0 - w], [Poisson(a), Poisson(b)]), [0.3, 1.5, 9.0], 90);
+    assert_counts!(
+        [w, l, m, f] Mixture([w, 1.0 - w], (Poisson(l), NegativeBinomial(m, f))),
+        [0.4, 2.0, 12.0, 3.0],
+        600
+    );
+}
+
+/// ln(1 − p) and 1/(1 − p) at the ends of the probability.
+#[test]
+fn certain_trials() {
+    let certain: [f64; 6] = [
+        Binomial(5u64, 0.0).ln_density(&0),
+        Binomial(5u64, 1.0).ln_density(&5),
+        Binomial(0u64, 0.3).ln_density(&0),
+        Binomial(5u64, 0.0).ln_density(&1),
+        Binomial(5u64, 0.3).ln_density(&6),
+        Geometric(1.0).ln_density(&0),
+    ];
+    let nothing = f64::NEG_INFINITY;
+    assert_eq!(certain, [0.0, 0.0, 0.0, nothing, nothing, 0.0]);
+    let [p] = Dual::variables([0.0]);
+    let slope: Dual<1> = Binomial(5u64, p).ln_density(&0);
+    assert_eq!(slope.gradient(), [-5.0]);
+}
+
+#[test]
+fn bernoulli_logit() {
+    for x in [-40.0, -1.2, 0.0, 3.0, 800.0] {
+        for flag in [true, false] {
+            let [lifted] = Dual::variables([x]);
+            let got: Dual<1> = BernoulliLogit(lifted).ln_density(&flag);
+            let sign = if flag { 1.0 } else { -1.0f64 };
+            let expected = if sign * x > -700.0 { -(-sign * x).exp().ln_1p() } else { sign * x };
+            assert_close(got.value(), expected, 1e-15, 0.0, "value");
+            let numerical = derivative(|x| BernoulliLogit(x).ln_density(&flag), x, 0.1);
+            assert_close(got.gradient()[0], numerical, 1e-8, 1e-12, "∂x");
         }
-        statistic += (rest.0 - rest.1).powi(2) / rest.1;
-        // the 1 − 10⁻⁴ quantile of χ² with that many degrees of freedom (Wilson–Hilferty)
-        let degrees = f64::from(cells);
-        let ninth = 2.0 / (9.0 * degrees);
-        let limit = degrees * (1.0 - ninth + 3.719 * ninth.sqrt()).powi(3);
-        assert!(statistic < limit, "Poisson({rate}): {statistic} against {limit}");
     }
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(6);
+    let flag = BernoulliLogit(0.4);
+    let heads = (0..DRAWS).filter(|_| Distribution::<f64>::draw(&flag, &mut rng)).count() as f64;
+    let n = DRAWS as f64;
+    let error = (flag.variance() / n).sqrt();
+    assert_close(heads / n, flag.mean(), 0.0, 4.0 * error, "share of heads");
 }
 
 #[test]

@@ -3,12 +3,14 @@
 
 mod categories;
 mod conformance;
+mod counts;
 mod discrete;
 mod gaussian_process;
 mod lkj;
 mod multivariate;
 mod numerics;
 mod reference;
+mod scalar_models;
 mod stability;
 mod univariate;
 mod validation;
@@ -16,3 +18,4 @@ mod variations;
 mod vector_conformance;
 mod vector_models;
 mod vectors;
+mod wrappers;

@@ -3,6 +3,11 @@
 /// The derivative of `f` at `x` by central differences with steps h, h/2, h/4, …, extrapolated
 /// to zero (Ridders 1982): the entry of the tableau whose neighbours agree best.
 pub(crate) fn derivative(f: impl Fn(f64) -> f64, x: f64, h: f64) -> f64 {
+    extrapolated(&f, x, h)
+}
+
+// this and the quadratures below sit behind a pointer, so that they are compiled once
+fn extrapolated(f: &dyn Fn(f64) -> f64, x: f64, h: f64) -> f64 {
     const LEVELS: usize = 7;
     let mut tableau = [[0.0f64; LEVELS]; LEVELS];
     let (mut best, mut error) = (f64::NAN, f64::INFINITY);
@@ -25,6 +30,10 @@ pub(crate) fn derivative(f: impl Fn(f64) -> f64, x: f64, h: f64) -> f64 {
 
 /// ∫ f over ℝ, by the trapezoid rule after y = centre + scale · sinh t.
 pub(crate) fn integral(f: impl Fn(f64) -> f64, centre: f64, scale: f64) -> f64 {
+    trapezoid(&f, centre, scale)
+}
+
+fn trapezoid(f: &dyn Fn(f64) -> f64, centre: f64, scale: f64) -> f64 {
     const STEP: f64 = 0.01;
     (-3500..=3500)
         .map(|i| {
@@ -38,6 +47,10 @@ pub(crate) fn integral(f: impl Fn(f64) -> f64, centre: f64, scale: f64) -> f64 {
 
 /// ∫ f from `end` to −∞ (`direction` −1) or ∞ (1), by double exponential quadrature.
 pub(crate) fn half_integral(f: impl Fn(f64) -> f64, end: f64, direction: f64, scale: f64) -> f64 {
+    double_exponential(&f, end, direction, scale)
+}
+
+fn double_exponential(f: &dyn Fn(f64) -> f64, end: f64, direction: f64, scale: f64) -> f64 {
     const STEP: f64 = 0.01;
     let half_pi = std::f64::consts::FRAC_PI_2;
     (-450..=450)
@@ -82,4 +95,31 @@ pub(crate) fn assert_close(got: f64, expected: f64, relative: f64, absolute: f64
         error <= relative * expected.abs() + absolute,
         "{what}: {got:e} against {expected:e}, error {error:.1e}"
     );
+}
+
+/// Panics if the draws do not have these masses: χ² over the counts expected at least 20 times,
+/// the rest in one cell, at α = 10⁻⁴.
+pub(crate) fn assert_chi_squared(draws: &[u64], masses: &[f64], what: &str) {
+    let n = draws.len() as f64;
+    let mut seen = vec![0.0; masses.len()];
+    for &k in draws {
+        let k = usize::try_from(k).unwrap();
+        assert!(k < masses.len() && masses[k] > 0.0, "{what}: impossible draw {k}");
+        seen[k] += 1.0;
+    }
+    let (mut statistic, mut cells, mut rest) = (0.0, 0, (n, n));
+    for (seen, p) in seen.iter().zip(masses).filter(|(_, p)| *p * n >= 20.0) {
+        statistic += (seen - n * p).powi(2) / (n * p);
+        rest = (rest.0 - seen, rest.1 - n * p);
+        cells += 1;
+    }
+    if rest.1 > 1.0 {
+        statistic += (rest.0 - rest.1).powi(2) / rest.1;
+        cells += 1;
+    }
+    // the 1 − 10⁻⁴ quantile of χ² with one degree of freedom less than cells (Wilson–Hilferty)
+    let degrees = f64::from(cells - 1);
+    let ninth = 2.0 / (9.0 * degrees.max(1.0));
+    let limit = degrees * (1.0 - ninth + 3.719 * ninth.sqrt()).powi(3);
+    assert!(cells > 1 && statistic < limit, "{what}: {statistic} against {limit}");
 }

@@ -12,39 +12,87 @@ mp.dps = 60
 HERE = pathlib.Path(__file__).parent
 
 # --- log densities -------------------------------------------------------------------------
+# Every family is the list of the terms of its formula, as written in its documentation: the
+# largest of them, and the largest of their derivatives, are what an error is measured against.
 upper_normal = lambda z: erfc(z / sqrt(2)) / 2
+half = mpf(1) / 2
+ln_root = log(2 * pi) / 2
+ln_beta = lambda a, b: [loggamma(a), loggamma(b), -loggamma(a + b)]
+minus = lambda terms: [-t for t in terms]
+ln_choose = lambda n, k: [loggamma(n + 1), -loggamma(k + 1), -loggamma(n - k + 1)]
 FAMILIES = {
-    "Normal": lambda x, m, s: -((x - m) / s) ** 2 / 2 - log(s) - log(2 * pi) / 2,
-    "Uniform": lambda x, a, b: -log(b - a),
-    "HalfNormal": lambda x, s: log(2 / pi) / 2 - log(s) - (x / s) ** 2 / 2,
-    "LogNormal": lambda x, m, s: -((log(x) - m) / s) ** 2 / 2 - log(x * s) - log(2 * pi) / 2,
-    "Exponential": lambda x, l: log(l) - l * x,
-    "Gamma": lambda x, a, b: a * log(b) - loggamma(a) + (a - 1) * log(x) - b * x,
-    "Beta": lambda x, a, b: (a - 1) * log(x)
-    + (b - 1) * log1p(-x)
-    + loggamma(a + b)
-    - loggamma(a)
-    - loggamma(b),
-    "StudentT": lambda x, n, m, s: loggamma((n + 1) / 2)
-    - loggamma(n / 2)
-    - log(n * pi) / 2
-    - log(s)
-    - (n + 1) / 2 * log1p(((x - m) / s) ** 2 / n),
-    "HalfCauchy": lambda x, s: log(2 / pi) - log(s) - log1p((x / s) ** 2),
-    "Poisson": lambda k, l: k * log(l) - l - loggamma(k + 1),
+    "Normal": lambda x, m, s: [-((x - m) / s) ** 2 / 2, -log(s), -ln_root],
+    "Uniform": lambda x, a, b: [-log(b - a)],
+    "HalfNormal": lambda x, s: [log(2 / pi) / 2, -log(s), -((x / s) ** 2) / 2],
+    "LogNormal": lambda x, m, s: [-((log(x) - m) / s) ** 2 / 2, -log(x), -log(s), -ln_root],
+    "Exponential": lambda x, l: [log(l), -l * x],
+    "Gamma": lambda x, a, b: [a * log(b), -loggamma(a), (a - 1) * log(x), -b * x],
+    "Beta": lambda x, a, b: [(a - 1) * log(x), (b - 1) * log1p(-x), *minus(ln_beta(a, b))],
+    "StudentT": lambda x, n, m, s: [loggamma((n + 1) / 2), -loggamma(n / 2), -log(n * pi) / 2,
+                                    -log(s), -(n + 1) / 2 * log1p(((x - m) / s) ** 2 / n)],
+    "HalfCauchy": lambda x, s: [log(2 / pi), -log(s), -log1p((x / s) ** 2)],
+    "Poisson": lambda k, l: [k * log(l), -l, -loggamma(k + 1)],
+    "Cauchy": lambda x, m, s: [-log(pi), -log(s), -log1p(((x - m) / s) ** 2)],
+    "Laplace": lambda x, m, s: [-abs(x - m) / s, -log(2 * s)],
+    "Logistic": lambda x, m, s: [-(x - m) / s, -log(s), -2 * log1p(exp(-(x - m) / s))],
+    "Gumbel": lambda x, m, s: [-(x - m) / s, -exp(-(x - m) / s), -log(s)],
+    "Weibull": lambda x, a, s: [log(a), -log(s), (a - 1) * log(x / s), -((x / s) ** a)],
+    "Rayleigh": lambda x, s: [log(x), -2 * log(s), -((x / s) ** 2) / 2],
+    "Frechet": lambda x, a, s: [log(a), -log(s), -(a + 1) * log(x / s), -((x / s) ** -a)],
+    "LogLogistic": lambda x, a, b: [log(b), -log(x), b * log(x / a),
+                                    -2 * log1p((x / a) ** b)],
+    "InverseGamma": lambda x, a, b: [a * log(b), -loggamma(a), -(a + 1) * log(x), -b / x],
+    "ChiSquared": lambda x, n: [(n / 2 - 1) * log(x), -x / 2, -n / 2 * log(2), -loggamma(n / 2)],
+    "Pareto": lambda x, m, a: [log(a), a * log(m), -(a + 1) * log(x)],
+    "Lomax": lambda x, l, a: [log(a), -log(l), -(a + 1) * log1p(x / l)],
+    "HalfStudentT": lambda x, n, s: [log(2), loggamma((n + 1) / 2), -loggamma(n / 2),
+                                     -log(n * pi) / 2, -log(s),
+                                     -(n + 1) / 2 * log1p((x / s) ** 2 / n)],
+    "InverseGaussian": lambda x, m, l: [log(l) / 2, -ln_root, -3 * log(x) / 2,
+                                        -l * (x - m) ** 2 / (2 * m**2 * x)],
+    "Kumaraswamy": lambda x, a, b: [log(a), log(b), (a - 1) * log(x), (b - 1) * log1p(-(x**a))],
+    "LogitNormal": lambda x, m, s: [-((log(x / (1 - x)) - m) / s) ** 2 / 2, -log(x), -log1p(-x),
+                                    -log(s), -ln_root],
+    "Triangular": lambda x, a, c, b: [log(2), -log(b - a),
+                                      log((x - a) / (c - a) if x < c else (b - x) / (b - c))],
+    "SkewNormal": lambda x, m, s, a: [log(2), -((x - m) / s) ** 2 / 2, -ln_root, -log(s),
+                                      log(upper_normal(-a * (x - m) / s))],
+    "ExGaussian": lambda x, m, s, l: [log(l), -l * (x - m), (l * s) ** 2 / 2,
+                                      log(upper_normal(l * s - (x - m) / s))],
+    "VonMises": lambda x, m, k: [k * cos(x - m), -log(2 * pi), -log(besseli(0, k))],
+    "Binomial": lambda k, n, p: [*ln_choose(n, k), k * log(p), (n - k) * log1p(-p)],
+    "BinomialLogit": lambda k, n, x: [*ln_choose(n, k), -k * log1p(exp(-x)),
+                                      -(n - k) * log1p(exp(x))],
+    "BetaBinomial": lambda k, n, a, b: [*ln_choose(n, k), *ln_beta(k + a, n - k + b),
+                                        *minus(ln_beta(a, b))],
+    "NegativeBinomial": lambda k, m, f: [loggamma(k + f), -loggamma(f), -loggamma(k + 1),
+                                         -f * log1p(m / f), -k * log1p(f / m)],
+    "Geometric": lambda k, p: [log(p), k * log1p(-p)],
+    "PoissonLog": lambda k, e: [k * e, -exp(e), -loggamma(k + 1)],
+    "ZeroInflatedPoisson": lambda k, w, l: [log(w + (1 - w) * exp(-l))] if k == 0 else
+                                           [log1p(-w), k * log(l), -l, -loggamma(k + 1)],
+    "MixtureOfNormals": lambda x, w, m, s: [log(
+        w * exp(fsum(FAMILIES["Normal"](x, 0, s))) + (1 - w) * exp(fsum(FAMILIES["Normal"](x, m, s)))
+    )],
 }
-FAMILIES["NormalAbove"] = lambda x, m, s, a: FAMILIES["Normal"](x, m, s) - log(
-    upper_normal((a - m) / s)
-)
-FAMILIES["NormalBelow"] = lambda x, m, s, b: FAMILIES["Normal"](x, m, s) - log(
-    upper_normal((m - b) / s)
-)
-FAMILIES["GammaAbove"] = lambda x, a, b, c: FAMILIES["Gamma"](x, a, b) - log(
-    gammainc(a, b * c, inf, regularized=True)
-)
-FAMILIES["BetaAbove"] = lambda x, a, b, c: FAMILIES["Beta"](x, a, b) - log(
-    quad(lambda t: exp(FAMILIES["Beta"](t, a, b)), linspace(c, 1, 9))
-)
+# truncated and censored at c, as far out as it takes
+FAMILIES["NormalAbove"] = lambda x, m, s, a: [*FAMILIES["Normal"](x, m, s),
+                                              -log(upper_normal((a - m) / s))]
+FAMILIES["NormalBelow"] = lambda x, m, s, b: [*FAMILIES["Normal"](x, m, s),
+                                              -log(upper_normal((m - b) / s))]
+FAMILIES["GammaAbove"] = lambda x, a, b, c: [*FAMILIES["Gamma"](x, a, b), -log(
+    gammainc(a, b * c, inf, regularized=True))]
+FAMILIES["BetaAbove"] = lambda x, a, b, c: [*FAMILIES["Beta"](x, a, b), -log(
+    quad(lambda t: exp(fsum(FAMILIES["Beta"](t, a, b))), linspace(c, 1, 9)))]
+FAMILIES["NormalTail"] = lambda x, m, s: [log(upper_normal((x - m) / s))]
+FAMILIES["GammaTail"] = lambda x, a, b: [log(gammainc(a, b * x, inf, regularized=True))]
+FAMILIES["StudentTTail"] = lambda x, n, m, s: [log(betainc(
+    n / 2, half, 0, n / (n + ((x - m) / s) ** 2), regularized=True) / 2)]
+FAMILIES["LogisticTail"] = lambda x, m, s: [-log1p(exp((x - m) / s))]
+FAMILIES["WeibullTail"] = lambda x, a, s: [-((x / s) ** a)]
+FAMILIES["GumbelTail"] = lambda x, m, s: [log(-expm1(-exp(-(x - m) / s)))]
+FAMILIES["CauchyTail"] = lambda x, m, s: [log(atan2(s, x - m) / pi)]
+FAMILIES["PoissonTail"] = lambda k, l: [log(gammainc(k, 0, l, regularized=True))]
 POINTS = {
     "Normal": [(0.1, 0.0, 1.0), (1e3, -5.0, 1e-3), (1e-9, 0.0, 1e9), (7.5, 7.5, 1e-300),
                (40.0, 0.0, 1.0), (1e200, 0.0, 1e190), (-3.25, 2.5, 0.7)],
@@ -66,26 +114,110 @@ POINTS = {
     "HalfCauchy": [(0.0, 2.0), (1e200, 1.0), (1e-200, 1.0), (3.0, 2.5), (1e9, 1.0), (1e-3, 1e8)],
     "Poisson": [(0, 1e-300), (0, 700.0), (1, 1e-12), (3, 2.5), (9, 10.0), (10, 10.0), (150, 3.0),
                 (1000000, 1e6), (1002000, 1e6), (1000000000000, 1e12), (5, 1e4)],
+    "Cauchy": [(0.0, 0.0, 1.0), (1e200, 1.0, 1e-3), (-1e9, 0.0, 1.0), (2.5, 1.0, 0.7),
+               (1e-200, 0.0, 1.0)],
+    "Laplace": [(0.1, 0.0, 1.0), (1e8, -5.0, 1e-3), (-3.25, 2.5, 0.7), (1e-300, 0.0, 1e300)],
+    "Logistic": [(0.1, 0.0, 1.0), (900.0, 0.0, 1.0), (-1e6, 1.0, 2.0), (2.5, 2.5, 1e-9),
+                 (1e-9, 0.0, 1.0)],
+    "Gumbel": [(0.1, 0.0, 1.0), (900.0, 0.0, 1.0), (-6.0, 0.0, 1.0), (-600.0, 0.0, 1.0),
+               (3.0, 2.5, 0.125)],
+    "Weibull": [(0.1, 1.5, 1.0), (1e-200, 0.5, 1.0), (9.0, 3.5, 2.0), (340.0, 12.0, 340.0),
+                (1.0625, 200.0, 1.0), (1e10, 0.25, 1e-5)],
+    "Rayleigh": [(0.1, 1.0), (1e-300, 1.0), (40.0, 1.0), (3.0, 700.0)],
+    "Frechet": [(0.1, 1.5, 1.0), (1e200, 0.5, 1.0), (0.5, 3.5, 2.0), (0.9375, 200.0, 1.0)],
+    "LogLogistic": [(0.1, 1.0, 1.5), (1e-200, 1.0, 0.5), (1e200, 2.0, 3.0), (3.0, 3.0, 50.0)],
+    "InverseGamma": [(0.5, 3.0, 2.0), (1e300, 0.01, 1.0), (1e-3, 3.0, 2.0), (1.0, 1e6, 1e6),
+                     (2e-6, 0.5, 1e-5)],
+    "ChiSquared": [(0.5, 3.0), (1e-300, 0.02), (1e6, 1e6), (900.0, 1.0), (2.0, 2.0)],
+    "Pareto": [(2.0, 1.0, 3.0), (1e200, 1.0, 0.5), (1.0625, 1.0, 1e4), (7.0, 0.5, 2.5)],
+    "Lomax": [(2.0, 1.0, 3.0), (1e200, 1.0, 0.5), (1e-10, 1.0, 1e4), (0.0, 0.5, 2.5)],
+    "HalfStudentT": [(0.0, 1.0, 1.0), (1e150, 3.0, 1e-3), (2.0, 1e10, 1.0), (5.0, 0.01, 1.0),
+                     (3.0, 7.5, 2.5)],
+    "InverseGaussian": [(2.0, 1.0, 3.0), (1e-3, 1.0, 2.0), (1e4, 1.0, 0.5), (1.25, 1.0, 1e8)],
+    "Kumaraswamy": [(0.5, 2.0, 3.0), (1e-300, 0.02, 3.0), (0.999999, 2.0, 0.25),
+                    (0.5, 40.0, 9.0), (0.125, 1.0, 1.0)],
+    "LogitNormal": [(0.5, 0.25, 1.0), (1e-300, 0.0, 20.0), (0.999999, 3.0, 2.0),
+                    (0.0625, -3.0, 0.01)],
+    "Triangular": [(0.5, 0.0, 1.0, 4.0), (2.0, 0.0, 1.0, 4.0), (1e-300, 0.0, 1.0, 4.0),
+                   (260.0, 250.0, 251.0, 300.0)],
+    "SkewNormal": [(0.5, 0.0, 1.0, 3.0), (-9.0, 0.0, 1.0, 4.0), (12.0, 0.0, 1.0, 50.0),
+                   (1.0, 2.5, 0.5, -0.75), (0.0, 0.0, 1.0, 1e6)],
+    "ExGaussian": [(0.5, 0.0, 1.0, 0.5), (-9.0, 0.0, 1.0, 2.0), (300.0, 0.0, 1.0, 2.0),
+                   (0.35, 0.3, 0.05, 10.0), (1.0, 0.0, 1.0, 1e3), (0.5, 0.0, 1e-3, 2.0)],
+    "VonMises": [(0.5, 0.25, 2.0), (-3.0, 0.5, 24.99), (-3.0, 0.5, 25.01), (0.5, 0.5, 1e8),
+                 (2.0, 0.0, 1e-9), (1.0, 0.75, 700.0)],
+    "Binomial": [(3, 10, 0.25), (0, 10, 1e-300), (1000, 1000, 0.999), (500000, 1000000, 0.5),
+                 (501000, 1000000, 0.5), (5, 1000000000, 1e-9), (9, 20, 0.4375)],
+    "BinomialLogit": [(3, 10, -1.0), (0, 10, -600.0), (1000, 1000, 9.0), (500000, 1000000, 0.0),
+                      (1, 10, -600.0)],
+    "BetaBinomial": [(3, 10, 2.0, 3.0), (0, 10, 1e-3, 1e-3), (400, 1000, 40.0, 60.0),
+                     (5, 20, 1e6, 3e6), (20, 20, 0.5, 80.0)],
+    "NegativeBinomial": [(3, 4.0, 2.0), (0, 4.0, 1e-3), (1000, 1000.0, 50.0), (3, 4.0, 1e8),
+                         (500, 1.0, 0.5), (7, 1e-6, 3.0)],
+    "Geometric": [(3, 0.25), (0, 1e-300), (1000000, 1e-6), (700, 0.75)],
+    "PoissonLog": [(3, 1.0), (0, -600.0), (1000000, 13.8125), (5, 9.0)],
+    "ZeroInflatedPoisson": [(0, 0.25, 3.0), (0, 1e-300, 700.0), (0, 0.25, 1e-9), (4, 0.25, 3.0)],
+    "MixtureOfNormals": [(0.5, 0.25, 4.0, 1.0), (30.0, 0.5, 4.0, 0.75), (-30.0, 1e-9, 4.0, 1.0)],
     "NormalAbove": [(0.2, 0.15, 0.25, 0.0), (8.5, 0.0, 1.0, 8.0), (37.1, 0.0, 1.0, 37.0),
                     (101.0, 0.0, 1.0, 100.0), (0.5, 0.0, 1.0, -20.0), (3.0, 1.0, 0.5, 2.0)],
     "NormalBelow": [(-8.5, 0.0, 1.0, -8.0), (-101.0, 0.0, 1.0, -100.0), (0.5, 1.0, 2.0, 0.75),
                     (0.5, -9.0, 1.0, 12.0)],
     "GammaAbove": [(0.75, 2.5, 1.5, 0.5), (40.0, 0.75, 2.0, 30.0), (2.0, 20.0, 3.0, 1e-3)],
     "BetaAbove": [(0.75, 2.5, 1.5, 0.5), (0.96875, 3.0, 9.0, 0.9375)],
+    "NormalTail": [(1.0, 0.0, 1.0), (-3.0, 0.0, 1.0), (50.0, 0.0, 1.0), (9.0, 1.0, 0.01)],
+    "GammaTail": [(1.0, 2.5, 1.5), (40.0, 0.75, 2.0), (2000.0, 2.5, 1.5), (0.01, 2.5, 1.5)],
+    "StudentTTail": [(1.0, 4.0, 0.0, 1.0), (1e6, 3.0, 0.0, 1.0), (3.0, 7.5, 1.0, 0.5)],
+    "LogisticTail": [(1.0, 0.0, 1.0), (2000.0, 0.0, 1.0), (-40.0, 1.0, 0.5)],
+    "WeibullTail": [(1.0, 2.5, 1.5), (1e4, 0.75, 2.0), (1e-9, 2.5, 1.5)],
+    "GumbelTail": [(1.0, 0.0, 1.0), (900.0, 0.0, 1.0), (-3.0, 0.0, 1.0)],
+    "CauchyTail": [(1.0, 0.0, 1.0), (1e200, 0.0, 1.0), (-1e9, 0.0, 1.0)],
+    "PoissonTail": [(3, 2.5), (400, 2.5), (5, 100.0)],
 }
+# a count has no derivative
+COUNTS = {"Poisson", "Binomial", "BinomialLogit", "BetaBinomial", "NegativeBinomial", "Geometric",
+          "PoissonLog", "ZeroInflatedPoisson", "PoissonTail"}
 
 
 def field(x):
     return repr(float(x))
 
 
+def partial(f, point, i):
+    """The derivative of `f` in its argument `i`, by a difference whose error is 40 digits down."""
+    # x − μ − step needs all digits between the largest argument and the step
+    with workdps(320 if max(map(abs, point)) > 1e100 else 140):
+        step = mpf(10) ** -60 * (abs(point[i]) if point[i] else mpf(10) ** -20)
+        moved = lambda sign: f(*[v + sign * step if k == i else v for k, v in enumerate(point)])
+        return [(a - b) / (2 * step) for a, b in zip(moved(1), moved(-1))]
+
+
 with open(HERE / "ln_density.csv", "w") as out:
-    print("family,x,a,b,c,ln_density", file=out)
+    print("family,x,a,b,c,ln_density,largest," + ",".join(
+        f"d{v},largest_d{v}" for v in "xabc"), file=out)
     for family, points in POINTS.items():
+        f = FAMILIES[family]
         for point in points:
-            value = FAMILIES[family](*[mpf(v) for v in point])
+            point = [mpf(v) for v in point]
             blanks = [""] * (4 - len(point))
-            print(",".join([family, *map(field, point), *blanks, nstr(value, 22)]), file=out)
+            with workdps(120):
+                terms = f(*point)
+                row = [family, *map(field, point), *blanks, nstr(fsum(terms), 22),
+                       nstr(max(map(abs, terms)), 6)]
+            for i in range(4):
+                whole = (i == 0 and family in COUNTS) or (
+                    i == 1 and family in {"Binomial", "BinomialLogit", "BetaBinomial"})
+                # bounds are data
+                bound = (family.endswith(("Above", "Below")) and i == 3) or (
+                    family.endswith("Tail") and i == 0)
+                # at an end of the support there is no derivative
+                end = point[0] == 0 and i == 0 and family in {
+                    "HalfNormal", "Exponential", "HalfCauchy", "Lomax", "HalfStudentT"}
+                if i >= len(point) or whole or bound or end:
+                    row += ["", ""]
+                else:
+                    terms = partial(f, point, i)
+                    row += [nstr(fsum(terms), 20), nstr(max(map(abs, terms)), 6)]
+            print(",".join(row), file=out)
 
 # --- special functions ---------------------------------------------------------------------
 rows = []

@@ -63,6 +63,39 @@ fn messages() {
         Univariate::validate(&Normal(0.0, 1.0).truncate(2.0..1.0)),
         "truncate: lower end must be below the upper end 1, got 2",
     );
+    assert_message(
+        Distribution::<f64>::validate(&Normal(0.0, 1.0).censor(2.0..1.0)),
+        "censor: lower end must be below the upper end 1, got 2",
+    );
+    assert_message(
+        Univariate::validate(&Triangular(0.0, 5.0, 4.0)),
+        "Triangular: mode must be within 0 and 4, got 5",
+    );
+    assert_message(
+        Univariate::validate(&Weibull(1.0, 0.0)),
+        &format!("Weibull: scale {positive} 0"),
+    );
+    assert_message(
+        Distribution::<f64>::validate(&Binomial(3u64, -0.5)),
+        "Binomial: probability must be within 0 and 1, got -0.5",
+    );
+    assert_message(
+        Distribution::<f64>::validate(&Poisson(2.0).truncate(0.2..0.8)),
+        "truncate: mass inside must be positive, got 0",
+    );
+    assert_message(
+        Distribution::<f64>::validate(&ZeroInflated(1.5, Poisson(2.0))),
+        "ZeroInflated: weight of zero must be within 0 and 1, got 1.5",
+    );
+    let pair = [Normal(0.0, 1.0), Normal(1.0, 1.0)];
+    assert_message(
+        Univariate::validate(&Mixture([0.5, 0.6], pair)),
+        "Mixture: sum of the weights must be 1, got 1.1",
+    );
+    assert_message(
+        Univariate::validate(&Mixture(vec![1.0], pair)),
+        "Mixture: number of weights must be that of the components, 2, got 1",
+    );
     let reversed = Normal(0.0, 1.0).truncate(2.0..1.0);
     assert!(reversed.quantile(0.5).is_nan() && reversed.mean().is_nan());
     assert!(Normal(0.0, 1.0).truncate(f64::NAN..).quantile(0.5).is_nan());

@@ -1,0 +1,399 @@
+//! Mixtures with the component summed out.
+
+use rand::Rng;
+
+use super::{Count, CountMass, Distribution, Either, Family, Interval, Numeric, Parameter};
+use super::{Univariate, UnivariateDensity, Unknown, interval_mass::ln_probability, lift};
+use crate::density::DomainError;
+use crate::record::Datum;
+use crate::scalar::Scalar;
+use crate::special::ln_add_exp;
+use crate::transform::Support;
+
+/// A value from one of several distributions, chosen with the given weights; which one is summed
+/// out.
+///
+/// ln p(x) = ln Σᵢ wᵢ pᵢ(x), for wᵢ ≥ 0 with Σ wᵢ = 1. The weights are an array, slice or vector;
+/// so are the components, if of one family, and a pair of two families otherwise. Components may
+/// be real numbers, counts, or anything else with a density; of real numbers the mixture can be an
+/// unknown, and of real numbers and counts it can be truncated and censored.
+///
+/// The density is one fused operation a component: ∂/∂wᵢ = pᵢ/p.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// let measurement = Mixture([0.9, 0.1], [Normal(0.0, 1.0), Normal(0.0, 10.0)]);
+/// assert!((measurement.variance() - 10.9).abs() < 1e-14);
+///
+/// let robust = Mixture([0.9, 0.1], (Normal(0.0, 1.0), Cauchy(0.0, 1.0)));
+/// let ln_density: f64 = robust.ln_density(&0.0);
+/// let expected = 0.9 / (2.0 * std::f64::consts::PI).sqrt() + 0.1 / std::f64::consts::PI;
+/// assert!((ln_density - expected.ln()).abs() < 1e-15);
+/// ```
+///
+/// # References
+/// McLachlan & Peel (2000), *Finite Mixture Models*, ch. 1.
+#[derive(Clone, Copy, Debug)]
+pub struct Mixture<W, C>(pub W, pub C);
+
+/// The weights of a [`Mixture`]: an array, slice or vector of parameters.
+pub trait Weights: Clone {
+    /// One weight.
+    type Weight: Parameter;
+
+    /// All of them.
+    fn weights(&self) -> &[Self::Weight];
+}
+
+/// The components of a [`Mixture`]: an array, slice or vector of one family, or a pair of two.
+pub trait Components: Clone {
+    /// One component.
+    type Component: Family;
+
+    /// How many there are.
+    fn number(&self) -> usize;
+
+    /// The `i`-th, counted from 0.
+    fn component(&self, i: usize) -> Self::Component;
+}
+
+macro_rules! impl_sequences {
+    ($([$($generics:tt)*] $Sequence:ty),*) => {$(
+        impl<$($generics)*> Weights for $Sequence
+        where
+            T: Parameter,
+        {
+            type Weight = T;
+
+            #[inline]
+            fn weights(&self) -> &[T] {
+                &self[..]
+            }
+        }
+
+        impl<$($generics)*> Components for $Sequence
+        where
+            T: Family,
+        {
+            type Component = T;
+
+            #[inline]
+            fn number(&self) -> usize {
+                self.len()
+            }
+
+            #[inline]
+            fn component(&self, i: usize) -> T {
+                self[i].clone()
+            }
+        }
+    )*};
+}
+impl_sequences!(
+    [T, const N: usize] [T; N],
+    [T, const N: usize] &[T; N],
+    [T] &[T],
+    [T] Vec<T>,
+    [T] &Vec<T>
+);
+
+impl<A: Family, B: Family> Components for (A, B) {
+    type Component = Either<A, B>;
+
+    #[inline]
+    fn number(&self) -> usize {
+        2
+    }
+
+    #[inline]
+    fn component(&self, i: usize) -> Either<A, B> {
+        if i == 0 { Either::First(self.0.clone()) } else { Either::Second(self.1.clone()) }
+    }
+}
+
+impl<W: Weights, C: Components> Mixture<W, C> {
+    /// Weights with their components.
+    fn pairs(&self) -> impl Iterator<Item = (W::Weight, C::Component)> {
+        let weights = self.0.weights().iter().copied().enumerate();
+        weights.map(|(i, weight)| (weight, self.1.component(i)))
+    }
+
+    fn components(&self) -> impl Iterator<Item = C::Component> {
+        (0..self.1.number()).map(|i| self.1.component(i))
+    }
+
+    /// Σ wᵢ g(component i).
+    fn average(&self, g: impl Fn(&C::Component) -> f64) -> f64 {
+        self.pairs().map(|(weight, component)| weight.number() * g(&component)).sum()
+    }
+
+    /// ln Σ wᵢ e^{termᵢ}, where a term comes with what a lean reading leaves out of it.
+    #[inline]
+    fn ln_average<R: Scalar>(&self, term: impl Fn(&C::Component) -> (R, f64)) -> R
+    where
+        W::Weight: Datum<R>,
+    {
+        if self.0.weights().len() != self.1.number() {
+            return R::from(f64::NAN);
+        }
+        let mut total = R::from(f64::NEG_INFINITY);
+        for (weight, component) in self.pairs() {
+            let (term, left_out) = term(&component);
+            let ln_component = term.value() + left_out;
+            let own = weight.number().ln() + ln_component;
+            let value = ln_add_exp(total.value(), own);
+            // a component without density here changes nothing
+            if ln_component == f64::NEG_INFINITY || value == f64::NEG_INFINITY {
+                continue;
+            }
+            let partials = [total.value(), own, ln_component].map(|part| (part - value).exp());
+            total = R::fuse(value, [total, term, lift(weight)], partials);
+        }
+        total
+    }
+
+    fn require_weights(&self) -> Result<(), DomainError> {
+        let weights = self.0.weights();
+        DomainError::require(
+            weights.len() == self.1.number() && !weights.is_empty(),
+            "Mixture",
+            "number of weights",
+            &format!("that of the components, {}", self.1.number()),
+            weights.len(),
+        )?;
+        for (i, weight) in weights.iter().enumerate() {
+            let weight = weight.number();
+            let name = format!("weight {i}");
+            DomainError::require(weight >= 0.0, "Mixture", &name, "at least 0", weight)?;
+        }
+        let sum: f64 = weights.iter().map(|w| w.number()).sum();
+        DomainError::require((sum - 1.0).abs() < 1e-8, "Mixture", "sum of the weights", "1", sum)
+    }
+
+    /// A component chosen with probabilities in proportion to wᵢ · factor.
+    fn choose<G: Rng + ?Sized>(
+        &self,
+        rng: &mut G,
+        factor: impl Fn(&C::Component) -> f64,
+    ) -> C::Component {
+        let mut left = rng.random::<f64>() * self.average(&factor);
+        let mut chosen = self.1.component(0);
+        for (weight, component) in self.pairs() {
+            let share = weight.number() * factor(&component);
+            if share > 0.0 {
+                chosen = component;
+                left -= share;
+                if left < 0.0 {
+                    break;
+                }
+            }
+        }
+        chosen
+    }
+}
+
+impl<W: Weights, C: Components> Family for Mixture<W, C> {}
+
+impl<R, W, C> Distribution<R> for Mixture<W, C>
+where
+    R: Scalar,
+    W: Weights<Weight: Datum<R>>,
+    C: Components<Component: Distribution<R>>,
+{
+    type Value = <C::Component as Distribution<R>>::Value;
+
+    #[inline]
+    fn ln_density(&self, x: &Self::Value) -> R {
+        self.ln_average(|component| (component.ln_density(x), component.left_out(x)))
+    }
+
+    fn validate(&self) -> Result<(), DomainError> {
+        self.require_weights()?;
+        self.components().try_for_each(|component| component.validate())
+    }
+
+    fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Self::Value {
+        self.choose(rng, |_| 1.0).draw(rng)
+    }
+}
+
+impl<R, W, C> Numeric<R> for Mixture<W, C>
+where
+    R: Scalar,
+    W: Weights<Weight: Datum<R>>,
+    C: Components<Component: Numeric<R>>,
+{
+    fn ln_probability(&self, interval: Interval) -> R {
+        self.ln_average(|component| (component.ln_probability(interval), 0.0))
+    }
+
+    fn draw_within<G: Rng + ?Sized>(&self, interval: Interval, rng: &mut G) -> Self::Value {
+        let mass = |component: &C::Component| component.ln_probability(interval).value().exp();
+        self.choose(rng, mass).draw_within(interval, rng)
+    }
+
+    fn number(x: &Self::Value) -> f64 {
+        C::Component::number(x)
+    }
+
+    fn is_within(x: &Self::Value, interval: &Interval) -> bool {
+        C::Component::is_within(x, interval)
+    }
+
+    fn clamp(x: Self::Value, interval: &Interval) -> Self::Value {
+        C::Component::clamp(x, interval)
+    }
+}
+
+impl<R, W, C> Unknown<R> for Mixture<W, C>
+where
+    R: Scalar,
+    W: Weights<Weight: Datum<R>>,
+    C: Components<Component: UnivariateDensity<R> + Distribution<R, Value = R>>,
+{
+    fn dim(&self) -> usize {
+        1
+    }
+
+    #[inline]
+    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (R, R) {
+        super::constrain(self, next(), jacobian)
+    }
+
+    fn unconstrain(&self, x: &R, out: &mut Vec<f64>) {
+        out.push(UnivariateDensity::<R>::support(self).unconstrain(x.value()));
+    }
+
+    fn bounds(&self) -> Option<(f64, f64)> {
+        let (lower, upper) = UnivariateDensity::<R>::support(self).bounds();
+        (lower.is_finite() && upper.is_finite()).then_some((lower, upper))
+    }
+}
+
+impl<W: Weights, C: Components<Component: Univariate>> Mixture<W, C> {
+    /// The x where an increasing function of it crosses zero, by bisection to the last digit.
+    fn bisect(&self, quantile: impl Fn(&C::Component) -> f64, f: impl Fn(f64) -> f64) -> f64 {
+        let ends = self.pairs().filter(|(weight, _)| weight.number() > 0.0);
+        let (mut low, mut high) = ends
+            .map(|(_, component)| quantile(&component))
+            .fold((f64::NAN, f64::NAN), |ends, x| (ends.0.min(x), ends.1.max(x)));
+        while low < high && low.is_finite() && high.is_finite() {
+            let middle = low + 0.5 * (high - low);
+            if middle <= low || middle >= high {
+                break;
+            }
+            if f(middle) < 0.0 {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        // an infinite end is where a quantile of probability 0 or 1 lies
+        if low.is_finite() { high } else { low }
+    }
+}
+
+impl<W: Weights, C: Components<Component: Univariate>> Univariate for Mixture<W, C> {
+    fn validate(&self) -> Result<(), DomainError> {
+        self.require_weights()?;
+        self.components().try_for_each(|component| component.validate())
+    }
+
+    fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {
+        self.choose(rng, |_| 1.0).sample(rng)
+    }
+
+    fn mean(&self) -> f64 {
+        self.average(Univariate::mean)
+    }
+
+    fn variance(&self) -> f64 {
+        let mean = self.mean();
+        self.average(|component| component.variance() + (component.mean() - mean).powi(2))
+    }
+
+    fn cdf(&self, x: f64) -> f64 {
+        self.average(|component| component.cdf(x))
+    }
+
+    fn sf(&self, x: f64) -> f64 {
+        self.average(|component| component.sf(x))
+    }
+
+    fn quantile(&self, p: f64) -> f64 {
+        self.bisect(|component| component.quantile(p), |x| self.cdf(x) - p)
+    }
+
+    fn upper_quantile(&self, q: f64) -> f64 {
+        self.bisect(|component| component.upper_quantile(q), |x| q - self.sf(x))
+    }
+}
+
+impl<R, W, C> UnivariateDensity<R> for Mixture<W, C>
+where
+    R: Scalar,
+    W: Weights<Weight: Datum<R>>,
+    C: Components<Component: UnivariateDensity<R>>,
+{
+    /// The smallest interval that holds the supports of all components.
+    fn support(&self) -> Support<R> {
+        let supports = self.components().map(|component| component.support());
+        supports.reduce(|hull, own| hull.hull(own)).unwrap_or(Support::Real)
+    }
+
+    #[inline]
+    fn ln_pdf(&self, x: R) -> R {
+        self.ln_average(|component| (super::ln_density(component, x), component.left_out()))
+    }
+
+    fn ln_mass(&self, lower: f64, upper: f64) -> R {
+        let interval = Interval::new(lower..upper);
+        self.ln_average(|component| (ln_probability(component, interval), 0.0))
+    }
+}
+
+impl<W: Weights, C: Components<Component: Count>> Count for Mixture<W, C> {
+    fn validate(&self) -> Result<(), DomainError> {
+        self.require_weights()?;
+        self.components().try_for_each(|component| component.validate())
+    }
+
+    fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> u64 {
+        self.choose(rng, |_| 1.0).sample(rng)
+    }
+
+    fn mean(&self) -> f64 {
+        self.average(Count::mean)
+    }
+
+    fn variance(&self) -> f64 {
+        let mean = self.mean();
+        self.average(|component| component.variance() + (component.mean() - mean).powi(2))
+    }
+
+    fn cdf(&self, k: u64) -> f64 {
+        self.average(|component| component.cdf(k))
+    }
+
+    fn sf(&self, k: u64) -> f64 {
+        self.average(|component| component.sf(k))
+    }
+}
+
+impl<R, W, C> CountMass<R> for Mixture<W, C>
+where
+    R: Scalar,
+    W: Weights<Weight: Datum<R>>,
+    C: Components<Component: CountMass<R>>,
+{
+    #[inline]
+    fn ln_pmf(&self, k: u64) -> R {
+        self.ln_average(|component| (component.ln_pmf(k), component.left_out(k)))
+    }
+
+    fn ln_mass(&self, first: u64, last: u64) -> R {
+        self.ln_average(|component| (component.ln_mass(first, last), 0.0))
+    }
+}

@@ -1,0 +1,119 @@
+//! The negative binomial distribution.
+
+use rand::Rng;
+
+use super::binomial::ln_binomial;
+use super::{Count, CountMass, Gamma, Parameter, Poisson, Univariate, lift};
+use crate::density::DomainError;
+use crate::record::Datum;
+use crate::scalar::Scalar;
+use crate::special::{digamma_rise, regularised_beta};
+
+/// Negative binomial distribution of a count with mean μ and dispersion φ: a Poisson count whose
+/// rate is Gamma(φ, φ/μ). It can be observed, not declared.
+///
+/// ln P(k) = ln Γ(k + φ) − ln Γ(φ) − ln k! + φ ln(φ/(μ + φ)) + k ln(μ/(μ + φ)), for k = 0, 1, 2, …
+/// and μ, φ > 0. The variance is μ + μ²/φ. These arguments are those of Stan's `neg_binomial_2`
+/// and PyMC's `NegativeBinomial(mu, alpha)`; [`with_rate`](NegativeBinomial::with_rate) and
+/// [`with_probability`](NegativeBinomial::with_probability) take the other usual ones.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// // one success: the geometric distribution
+/// let ln_mass: f64 = NegativeBinomial::with_probability(1.0, 0.25).ln_density(&3);
+/// let geometric: f64 = Geometric(0.25).ln_density(&3);
+/// assert!((ln_mass - geometric).abs() < 1e-14);
+/// ```
+///
+/// # References
+/// Johnson, Kemp & Kotz (2005), *Univariate Discrete Distributions*, ch. 5.
+#[derive(Clone, Copy, Debug)]
+pub struct NegativeBinomial<M, F>(pub M, pub F);
+
+crate::count!([M: Parameter, F: Parameter] NegativeBinomial<M, F>);
+
+impl<S: Scalar> NegativeBinomial<S, S> {
+    /// A Poisson count whose rate is Gamma(α, β): Stan's `neg_binomial`.
+    pub fn with_rate(alpha: S, beta: S) -> Self {
+        Self(alpha / beta, alpha)
+    }
+
+    /// The failures before the r-th success, each trial succeeding with probability p.
+    pub fn with_probability(r: S, p: S) -> Self {
+        Self(r * (S::from(1.0) - p) / p, r)
+    }
+}
+
+impl<M: Parameter, F: Parameter> NegativeBinomial<M, F> {
+    /// P(K ≤ k) and P(K > k).
+    fn tails(&self, k: u64) -> (f64, f64) {
+        let (mean, dispersion) = (self.0.number(), self.1.number());
+        let total = mean + dispersion;
+        regularised_beta(dispersion, k as f64 + 1.0, dispersion / total, mean / total)
+    }
+}
+
+impl<M: Parameter, F: Parameter> Count for NegativeBinomial<M, F> {
+    fn validate(&self) -> Result<(), DomainError> {
+        DomainError::require_positive("NegativeBinomial", "mean", self.0.number())?;
+        DomainError::require_positive("NegativeBinomial", "dispersion", self.1.number())
+    }
+
+    fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> u64 {
+        let (mean, dispersion) = (self.0.number(), self.1.number());
+        let rate = Univariate::sample(&Gamma(dispersion, dispersion / mean), rng);
+        Count::sample(&Poisson(rate), rng)
+    }
+
+    fn mean(&self) -> f64 {
+        self.0.number()
+    }
+
+    fn variance(&self) -> f64 {
+        let mean = self.0.number();
+        mean + mean * mean / self.1.number()
+    }
+
+    fn cdf(&self, k: u64) -> f64 {
+        self.tails(k).0
+    }
+
+    fn sf(&self, k: u64) -> f64 {
+        self.tails(k).1
+    }
+}
+
+impl<R, M, F> CountMass<R> for NegativeBinomial<M, F>
+where
+    R: Scalar,
+    M: Parameter + Datum<R>,
+    F: Parameter + Datum<R>,
+{
+    #[inline]
+    fn ln_pmf(&self, k: u64) -> R {
+        let (mean, dispersion, k) = (self.0.number(), self.1.number(), k as f64);
+        if !(mean > 0.0 && dispersion > 0.0) {
+            return R::from(f64::NAN);
+        }
+        let inverse = (mean + dispersion).recip();
+        let ln_ratio = (mean / dispersion).ln_1p();
+        let value = if k == 0.0 {
+            -dispersion * ln_ratio
+        } else {
+            // φ successes among k + φ trials, the last of them a success
+            let n = k + dispersion;
+            let binomial = ln_binomial(dispersion, n, dispersion * inverse, mean * inverse);
+            binomial - (k / dispersion).ln_1p()
+        };
+        let unknown = lift::<R>(self.1);
+        let excess = (k - mean) * inverse;
+        let in_dispersion = if unknown.is_constant() {
+            0.0
+        } else {
+            digamma_rise(dispersion, k) - ln_ratio - excess
+        };
+        R::fuse(value, [lift(self.0), unknown], [excess * dispersion / mean, in_dispersion])
+    }
+}

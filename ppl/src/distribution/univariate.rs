@@ -1,0 +1,269 @@
+//! Distributions of one real number.
+
+use rand::Rng;
+
+use super::{Family, Interval, Truncated, interval_mass};
+use crate::density::DomainError;
+use crate::scalar::Scalar;
+use crate::transform::Support;
+
+/// A distribution of one real number: what needs the values of its parameters only.
+pub trait Univariate: Family {
+    /// Whether the parameters lie in their domain.
+    ///
+    /// # Errors
+    /// [`DomainError`] naming distribution, parameter, requirement and value.
+    fn validate(&self) -> Result<(), DomainError>;
+
+    /// An exact draw.
+    fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64;
+
+    /// Expectation; NaN or infinite where it does not exist.
+    fn mean(&self) -> f64;
+
+    /// Variance; NaN or infinite where it does not exist.
+    fn variance(&self) -> f64;
+
+    /// P(X ≤ x), accurate in the lower tail.
+    fn cdf(&self, x: f64) -> f64;
+
+    /// P(X > x), accurate in the upper tail.
+    fn sf(&self, x: f64) -> f64;
+
+    /// The x with P(X ≤ x) = p.
+    fn quantile(&self, p: f64) -> f64;
+
+    /// The x with P(X > x) = q, accurate for small q.
+    fn upper_quantile(&self, q: f64) -> f64 {
+        self.quantile(1.0 - q)
+    }
+
+    /// An exact draw of X given that it lies in the interval.
+    fn sample_within<G: Rng + ?Sized>(&self, interval: Interval, rng: &mut G) -> f64 {
+        Truncated { inner: self.clone(), interval }.sample(rng)
+    }
+}
+
+/// The density of a [`Univariate`] distribution over any [`Scalar`].
+///
+/// Implementing it (and [`univariate!`](crate::univariate)) makes a distribution usable in
+/// models, in all variations.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+/// use ppl::{Datum, DomainError, Univariate, UnivariateDensity, transform::Support};
+///
+/// /// The hyperbolic secant distribution, moved by its one parameter.
+/// #[derive(Clone, Copy)]
+/// struct Secant<M>(M);
+///
+/// ppl::univariate!([M: Parameter] Secant<M>);
+///
+/// impl<M: Parameter> Univariate for Secant<M> {
+///     fn validate(&self) -> Result<(), DomainError> {
+///         DomainError::require_finite("Secant", "mean", self.0.number())
+///     }
+///     fn sample<G: ppl::rand::Rng + ?Sized>(&self, rng: &mut G) -> f64 {
+///         self.quantile(rng.random())
+///     }
+///     fn mean(&self) -> f64 {
+///         self.0.number()
+///     }
+///     fn variance(&self) -> f64 {
+///         std::f64::consts::FRAC_PI_2.powi(2)
+///     }
+///     fn cdf(&self, x: f64) -> f64 {
+///         std::f64::consts::FRAC_2_PI * (x - self.0.number()).exp().atan()
+///     }
+///     fn sf(&self, x: f64) -> f64 {
+///         std::f64::consts::FRAC_2_PI * (self.0.number() - x).exp().atan()
+///     }
+///     fn quantile(&self, p: f64) -> f64 {
+///         self.0.number() + (std::f64::consts::FRAC_PI_2 * p).tan().ln()
+///     }
+/// }
+///
+/// impl<R: Scalar, M: Parameter + Datum<R>> UnivariateDensity<R> for Secant<M> {
+///     fn support(&self) -> Support<R> {
+///         Support::Real
+///     }
+///     fn ln_pdf(&self, x: R) -> R {
+///         let z = x.value() - self.0.number();
+///         let slope = z.tanh();
+///         let value = -ppl::special::ln_cosh(z) - std::f64::consts::PI.ln();
+///         R::fuse(value, [x, self.0.lift()], [-slope, slope])
+///     }
+/// }
+///
+/// let positive = Secant(1.0).truncate(0.0..);
+/// assert!((positive.cdf(positive.quantile(0.3)) - 0.3).abs() < 1e-12);
+/// ```
+pub trait UnivariateDensity<R: Scalar>: Univariate {
+    /// Whether the log density is a sum of [terms](Scalar::term), from whose values nothing
+    /// further is computed: their partials may be taken one by one then.
+    #[doc(hidden)]
+    const SUMMANDS: bool = false;
+
+    /// Whether all parameters are data, as far as known.
+    #[doc(hidden)]
+    const CONSTANT: bool = false;
+
+    /// See [`Distribution::left_out`](super::Distribution::left_out).
+    #[doc(hidden)]
+    fn left_out(&self) -> f64 {
+        0.0
+    }
+
+    /// Where the density is positive.
+    fn support(&self) -> Support<R>;
+
+    /// Log density at `x` inside the support, as one fused operation with exact partials.
+    fn ln_pdf(&self, x: R) -> R;
+
+    /// The sum of the log densities at many data; see
+    /// [`Distribution::ln_densities`](super::Distribution::ln_densities).
+    #[doc(hidden)]
+    #[inline(always)]
+    fn ln_pdfs(&self, data: impl Iterator<Item = R>) -> R {
+        let mut total = R::from(0.0);
+        for x in data {
+            total += ln_density(self, x);
+        }
+        total
+    }
+
+    /// The value at the unconstrained coordinate `y`, with log density plus log-Jacobian.
+    /// Override it where the two cancel.
+    #[inline(always)]
+    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+        let (x, log_jacobian) = self.support().constrain(y);
+        (x, self.ln_pdf(x) + R::term(log_jacobian.value(), ((log_jacobian, 1.0),)))
+    }
+
+    /// ln P(lower < X < upper), with its derivatives in the parameters.
+    fn ln_mass(&self, lower: f64, upper: f64) -> R {
+        interval_mass::ln_mass_by_quadrature(self, lower, upper)
+    }
+}
+
+/// Makes a [`UnivariateDensity`] a [`Distribution`] and an [`Unknown`]:
+/// `ppl::univariate!([M: Parameter, S: Parameter] Normal<M, S>);`.
+#[macro_export]
+macro_rules! univariate {
+    ([$($P:ident: $Bound:path),*] $Name:ty) => {
+        impl<$($P: $Bound),*> $crate::Family for $Name {}
+
+        impl<R: $crate::Scalar, $($P: $Bound),*> $crate::Distribution<R> for $Name
+        where
+            Self: $crate::UnivariateDensity<R>,
+        {
+            type Value = R;
+            const SUMMANDS: bool = <Self as $crate::UnivariateDensity<R>>::SUMMANDS;
+
+            #[inline(always)]
+            fn ln_density(&self, x: &R) -> R {
+                $crate::__private::ln_density(self, *x)
+            }
+
+            #[inline(always)]
+            fn ln_densities(&self, data: impl Iterator<Item = R>) -> R {
+                $crate::UnivariateDensity::ln_pdfs(self, data)
+            }
+
+            fn left_out(&self, _: &R) -> f64 {
+                $crate::UnivariateDensity::<R>::left_out(self)
+            }
+
+            fn validate(&self) -> Result<(), $crate::DomainError> {
+                $crate::Univariate::validate(self)
+            }
+
+            fn draw<G: $crate::rand::Rng + ?Sized>(&self, rng: &mut G) -> R {
+                R::from($crate::Univariate::sample(self, rng))
+            }
+        }
+
+        impl<R: $crate::Scalar, $($P: $Bound),*> $crate::Numeric<R> for $Name
+        where
+            Self: $crate::UnivariateDensity<R>,
+        {
+            const CONSTANT: bool = <Self as $crate::UnivariateDensity<R>>::CONSTANT;
+
+            #[inline]
+            fn ln_probability(&self, interval: $crate::Interval) -> R {
+                $crate::__private::ln_probability(self, interval)
+            }
+
+            fn draw_within<G>(&self, interval: $crate::Interval, rng: &mut G) -> R
+            where
+                G: $crate::rand::Rng + ?Sized,
+            {
+                R::from($crate::Univariate::sample_within(self, interval, rng))
+            }
+
+            #[inline]
+            fn number(x: &R) -> f64 {
+                x.value()
+            }
+
+            #[inline]
+            fn is_within(x: &R, interval: &$crate::Interval) -> bool {
+                interval.contains(x.value())
+            }
+
+            fn clamp(x: R, interval: &$crate::Interval) -> R {
+                R::from(x.value().max(interval.lower()).min(interval.upper()))
+            }
+        }
+
+        impl<R: $crate::Scalar, $($P: $Bound),*> $crate::Unknown<R> for $Name
+        where
+            Self: $crate::UnivariateDensity<R>,
+        {
+            #[inline(always)]
+            fn dim(&self) -> usize {
+                1
+            }
+
+            #[inline(always)]
+            fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (R, R) {
+                $crate::__private::constrain(self, next(), jacobian)
+            }
+
+            fn unconstrain(&self, x: &R, out: &mut Vec<f64>) {
+                out.push($crate::UnivariateDensity::<R>::support(self).unconstrain(x.value()));
+            }
+
+            fn bounds(&self) -> Option<(f64, f64)> {
+                let (lower, upper) = $crate::UnivariateDensity::<R>::support(self).bounds();
+                (lower.is_finite() && upper.is_finite()).then_some((lower, upper))
+            }
+        }
+    };
+}
+
+/// −∞ outside the support, the density inside.
+#[inline(always)]
+pub fn ln_density<R: Scalar, D: UnivariateDensity<R>>(distribution: &D, x: R) -> R {
+    if distribution.support().contains(x.value()) || x.value().is_nan() {
+        distribution.ln_pdf(x)
+    } else {
+        R::from(f64::NEG_INFINITY)
+    }
+}
+
+/// One coordinate to one value.
+#[inline(always)]
+pub fn constrain<R: Scalar, D: UnivariateDensity<R>>(
+    distribution: &D,
+    y: R,
+    jacobian: bool,
+) -> (R, R) {
+    if jacobian {
+        distribution.ln_pdf_unconstrained(y)
+    } else {
+        let (x, _) = distribution.support().constrain(y);
+        (x, distribution.ln_pdf(x))
+    }
+}
