@@ -1,10 +1,10 @@
 //! Reverse mode: an arena of operations, swept backwards once.
 //!
 //! An operation costs one node: an adjoint and a run of (parent, partial) pairs. A density term
-//! costs none while the tape [takes terms](Tape::take_terms): it is a summand of the result, so
+//! costs none while the tape takes terms (`take_terms`): it is a summand of the result, so
 //! its adjoint is known to be 1 and its partials go to their parents at once. Nodes that nothing
 //! refers to any more, those of one iteration of a plate, are swept early by
-//! [`unwind`](Tape::unwind), so that the tape of a plate is as long as one iteration.
+//! `unwind`, so that the tape of a plate is as long as one iteration.
 
 use std::cell::Cell;
 
@@ -102,7 +102,7 @@ impl Tape {
         self.takes_terms.set(take);
     }
 
-    /// The present length, for [`unwind`](Tape::unwind).
+    /// The present length, for `unwind`.
     #[inline(always)]
     pub(crate) fn mark(&self) -> usize {
         self.length.get()

@@ -147,7 +147,7 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     }
 }
 
-/// Makes a [`UnivariateDensity`] a [`Distribution`] and an [`Unknown`]:
+/// Makes a [`UnivariateDensity`] a [`Distribution`](crate::Distribution) and an [`Unknown`](crate::Unknown):
 /// `ppl::univariate!([M: Parameter, S: Parameter] Normal<M, S>);`.
 #[macro_export]
 macro_rules! univariate {
