@@ -1,21 +1,19 @@
 //! Everything about a test that does not depend on the values of the parameters.
 
-use std::sync::Arc;
-
 use crate::contact::SlidingPlatens;
 use crate::element::{DamageRule, Linear, Order, Quadratic, Rule, Space, Tetrahedron};
 use crate::error::FemError;
 use crate::material::{DamageQuadrature, PhaseField};
 use crate::mesh::TetMesh;
-use crate::operator::{Assembly, Operator, Pattern, Unknowns};
-use crate::solve::{Symbolic, fill_reducing};
+use crate::operator::{Assembly, Operator, Unknowns};
+use crate::solve::LinearPlan;
 
-/// Space, platens, unknowns and the structure of the factor, shared by runs.
+/// Space, platens, unknowns and what the linear solver needs, shared by runs.
 #[derive(Debug)]
 pub(crate) struct Discretisation {
     pub(crate) operator: Box<dyn Operator>,
     pub(crate) unknowns: Unknowns,
-    pub(crate) symbolic: Arc<Symbolic>,
+    pub(crate) linear: LinearPlan,
     pub(crate) platens: SlidingPlatens,
     pub(crate) nodes: Vec<[f64; 3]>,
     /// Regions with damage.
@@ -74,14 +72,13 @@ impl Discretisation {
                 }
             }
         }
-        let order = fill_reducing(&space.tets, space.nodes.len())?;
-        let unknowns = Unknowns::new(&order, &carries_damage, platens.held());
-        let symbolic = Arc::new(Symbolic::new(Pattern::new(&space.tets, &unknowns))?);
+        let (linear, unknowns) =
+            LinearPlan::new(&space.tets, &space.nodes, &carries_damage, platens.held())?;
         let nodes = space.nodes.clone();
         Ok(Self {
             operator: Box::new(Assembly::new::<T>(space)),
             unknowns,
-            symbolic,
+            linear,
             platens,
             nodes,
             damaged,

@@ -1,14 +1,12 @@
 //! The march through the load steps.
 
-use std::sync::Arc;
-
 use super::curve::{CurvePoint, End, Fields, Observer, Outcome};
 use super::discretisation::Discretisation;
 use super::loading::{Loading, Stepping};
 use crate::error::FemError;
 use crate::material::PointMaterial;
 use crate::operator::Span;
-use crate::solve::{Direct, Solver, SolverOptions, StepFailure};
+use crate::solve::{Solver, SolverOptions, StepFailure};
 
 /// A step that converges lets the next one grow by this factor.
 const GROWTH: f64 = 1.5;
@@ -57,16 +55,10 @@ impl<'a> March<'a> {
 
     pub(super) fn run(mut self) -> Outcome {
         let domain = self.domain;
-        let mut solver = match Direct::new(Arc::clone(&domain.symbolic)) {
-            Ok(direct) => Solver::new(
-                domain.operator.as_ref(),
-                &domain.unknowns,
-                self.materials,
-                self.options,
-                direct,
-            ),
-            Err(error) => return self.finish(End::Failed(error), Default::default()),
-        };
+        let operator = domain.operator.as_ref();
+        let linear = domain.linear.solver(operator);
+        let mut solver =
+            Solver::new(operator, &domain.unknowns, self.materials, self.options, linear);
         let end = self.steps(&mut solver);
         self.finish(end, solver.effort)
     }

@@ -1,7 +1,7 @@
 //! Residual and tangent of a whole mesh.
 
 use super::element::Element;
-use super::pattern::Pattern;
+use super::pattern::Tangent;
 use super::residual::{Increment, Residual};
 use crate::element::{Space, Tetrahedron, mean_values};
 use crate::material::Inverted;
@@ -20,13 +20,12 @@ pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
     /// Residual and energies; fails where an element is turned inside out.
     fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted>;
 
-    /// The lower triangle of the tangent in the places of `pattern`.
+    /// The consistent tangent.
     fn tangent(
         &self,
         increment: &Increment,
         coupling: Coupling,
-        pattern: &Pattern,
-        values: &mut [f64],
+        out: &mut Tangent,
     ) -> Result<(), Inverted>;
 
     /// The nodes of one element: its vertices, then the midpoints of its edges.
@@ -73,15 +72,14 @@ impl<const N: usize> Operator for Assembly<N> {
         &self,
         increment: &Increment,
         coupling: Coupling,
-        pattern: &Pattern,
-        values: &mut [f64],
+        out: &mut Tangent,
     ) -> Result<(), Inverted> {
-        values.fill(0.0);
+        out.clear();
         let mut blocks = [[[[0.0; 4]; 4]; N]; N];
         for tet in 0..self.space.tets.len() {
             Element::gather(&self.space, tet, increment)
                 .tangent(coupling == Coupling::Full, &mut blocks)?;
-            pattern.add(tet, &blocks, values);
+            out.add_element(tet, &blocks);
         }
         Ok(())
     }

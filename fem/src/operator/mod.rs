@@ -2,6 +2,7 @@
 
 mod assembly;
 mod element;
+mod graph;
 mod pattern;
 mod residual;
 #[cfg(test)]
@@ -9,6 +10,7 @@ mod tests;
 mod unknowns;
 
 pub(crate) use assembly::{Assembly, Coupling, Operator};
-pub(crate) use pattern::{Pattern, neighbours};
+pub(crate) use graph::Graph;
+pub(crate) use pattern::{Pattern, Tangent};
 pub(crate) use residual::{Increment, Residual, Span};
 pub(crate) use unknowns::{NONE, Unknowns};

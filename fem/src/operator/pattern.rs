@@ -1,99 +1,109 @@
-//! Where the element blocks go in the sparse matrix: found once, used by every assembly.
+//! The assembled tangent: 4 × 4 blocks of nodes, and where the element blocks go.
 
-use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use super::element::Block;
-use super::unknowns::{NONE, Unknowns};
+use super::graph::Graph;
 
-/// The lower triangle of the tangent, column by column, and the place of every element entry.
+/// Which blocks there are, and the place of every element block; found once for a mesh.
 #[derive(Clone, Debug)]
 pub(crate) struct Pattern {
-    pub(crate) size: usize,
-    pub(crate) column_start: Vec<usize>,
-    pub(crate) row: Vec<usize>,
-    /// Element after element, the places of its lower triangle; a prescribed value's place is one
-    /// past the end, so that scattering needs no branch.
+    pub(crate) graph: Graph,
+    /// Element after element, the places of its N × N blocks, row by row.
     place: Vec<u32>,
-    /// Entries of one element's lower triangle.
-    entries: usize,
 }
 
 impl Pattern {
     /// The pattern of a mesh whose elements couple all their nodes.
-    pub(crate) fn new<const N: usize>(tets: &[[u32; N]], unknowns: &Unknowns) -> Self {
-        let neighbours = neighbours(tets, unknowns.equation.len());
-        let mut rows_of: Vec<Vec<usize>> = vec![Vec::new(); unknowns.count];
-        for (node, near) in neighbours.iter().enumerate() {
-            let mut rows: Vec<usize> = near
-                .iter()
-                .flat_map(|&m| unknowns.equation[m])
-                .filter(|&e| e != NONE)
-                .map(|e| e as usize)
-                .collect();
-            rows.sort_unstable();
-            for column in
-                unknowns.equation[node].into_iter().filter(|&e| e != NONE).map(|e| e as usize)
-            {
-                rows_of[column] = rows[rows.partition_point(|&r| r < column)..].to_vec();
-            }
-        }
-        let mut column_start = Vec::with_capacity(unknowns.count + 1);
-        column_start.push(0);
-        let mut row = Vec::new();
-        for rows in rows_of {
-            row.extend(rows);
-            column_start.push(row.len());
-        }
-        let entries = 4 * N * (4 * N + 1) / 2;
-        let mut place = Vec::with_capacity(entries * tets.len());
-        for nodes in tets {
-            let equation = |local: usize| unknowns.equation[nodes[local / 4] as usize][local % 4];
-            for (i, j) in lower_triangle::<N>() {
-                let (e, f) = (equation(i), equation(j));
-                place.push(if e == NONE || f == NONE {
-                    row.len() as u32
-                } else {
-                    let (column, line) = (e.min(f) as usize, e.max(f) as usize);
-                    let start = column_start[column];
-                    let rows = &row[start..column_start[column + 1]];
-                    (start + rows.partition_point(|&r| r < line)) as u32
-                });
-            }
-        }
-        Self { size: unknowns.count, column_start, row, place, entries }
-    }
-
-    /// Entries of the lower triangle.
-    pub(crate) fn len(&self) -> usize {
-        self.row.len()
-    }
-
-    /// Adds the lower triangle of one element to `values`, which has [`len`](Self::len) + 1 places.
-    pub(crate) fn add<const N: usize>(
-        &self,
-        tet: usize,
-        blocks: &[[Block; N]; N],
-        values: &mut [f64],
-    ) {
-        let places = &self.place[tet * self.entries..(tet + 1) * self.entries];
-        for (&place, (i, j)) in places.iter().zip(lower_triangle::<N>()) {
-            values[place as usize] += blocks[i / 4][j / 4][i % 4][j % 4];
-        }
+    pub(crate) fn new<const N: usize>(tets: &[[u32; N]], nodes: usize) -> Self {
+        let graph = Graph::new(tets, nodes);
+        let place = tets
+            .iter()
+            .flat_map(|tet| {
+                let graph = &graph;
+                tet.iter()
+                    .flat_map(move |&a| tet.iter().map(move |&b| graph.place(a as usize, b) as u32))
+            })
+            .collect();
+        Self { graph, place }
     }
 }
 
-/// (row, column) of the lower triangle of a 4N × 4N matrix.
-fn lower_triangle<const N: usize>() -> impl Iterator<Item = (usize, usize)> {
-    (0..4 * N).flat_map(|i| (0..=i).map(move |j| (i, j)))
+/// The tangent, both triangles, a block row for each node.
+///
+/// Prescribed values have their rows and columns too: a solver leaves them out by a mask.
+#[derive(Clone, Debug)]
+pub(crate) struct Tangent {
+    pub(crate) pattern: Arc<Pattern>,
+    pub(crate) blocks: Vec<Block>,
+    /// Whether the blocks (a, b) and (b, a) are each other's transpose; friction breaks it.
+    pub(crate) symmetric: bool,
 }
 
-/// The nodes that share an element with each node, itself included.
-pub(crate) fn neighbours<const N: usize>(tets: &[[u32; N]], nodes: usize) -> Vec<BTreeSet<usize>> {
-    let mut near = vec![BTreeSet::new(); nodes];
-    for tet in tets {
-        for &a in tet {
-            near[a as usize].extend(tet.iter().map(|&b| b as usize));
+impl Tangent {
+    pub(crate) fn new(pattern: Arc<Pattern>) -> Self {
+        let blocks = vec![[[0.0; 4]; 4]; pattern.graph.near.len()];
+        Self { pattern, blocks, symmetric: true }
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.blocks.fill([[0.0; 4]; 4]);
+        self.symmetric = true;
+    }
+
+    /// Adds the symmetric matrix of one element, of which the blocks (a, b ≤ a) are given.
+    #[inline]
+    pub(crate) fn add_element<const N: usize>(&mut self, tet: usize, blocks: &[[Block; N]; N]) {
+        let places = &self.pattern.place[tet * N * N..(tet + 1) * N * N];
+        for a in 0..N {
+            for b in 0..=a {
+                let block = &blocks[a][b];
+                add(&mut self.blocks[places[a * N + b] as usize], block);
+                if a != b {
+                    let transpose = &mut self.blocks[places[b * N + a] as usize];
+                    for i in 0..4 {
+                        for j in 0..4 {
+                            transpose[i][j] += block[j][i];
+                        }
+                    }
+                }
+            }
         }
     }
-    near
+
+    /// y = A x, on nodal values u_x, u_y, u_z, φ.
+    pub(crate) fn multiply(&self, x: &[[f64; 4]], y: &mut [[f64; 4]]) {
+        let graph = &self.pattern.graph;
+        for (row, y) in y.iter_mut().enumerate() {
+            let range = graph.start[row] as usize..graph.start[row + 1] as usize;
+            let mut sum = [0.0; 4];
+            for (block, &column) in self.blocks[range.clone()].iter().zip(&graph.near[range]) {
+                let x = &x[column as usize];
+                for i in 0..4 {
+                    let row = &block[i];
+                    sum[i] += row[0] * x[0] + row[1] * x[1] + row[2] * x[2] + row[3] * x[3];
+                }
+            }
+            *y = sum;
+        }
+    }
+
+    /// The diagonal, by node.
+    pub(crate) fn diagonal(&self) -> Vec<[f64; 4]> {
+        let graph = &self.pattern.graph;
+        (0..graph.nodes())
+            .map(|node| {
+                let block = &self.blocks[graph.place(node, node as u32)];
+                std::array::from_fn(|k| block[k][k])
+            })
+            .collect()
+    }
+}
+
+fn add(to: &mut Block, block: &Block) {
+    for i in 0..4 {
+        for j in 0..4 {
+            to[i][j] += block[i][j];
+        }
+    }
 }

@@ -13,7 +13,7 @@ use crate::material::{
     CrackDensity, DamageQuadrature, ElasticLaw, Material, PhaseField, PointMaterial, Split,
 };
 use crate::mesh::TetMesh;
-use crate::solve::{Direct, Solver, SolverOptions, Symbolic, fill_reducing};
+use crate::solve::{LinearPlan, Solver, SolverOptions};
 
 /// A unit cube of n³ cells, six tetrahedra each, its inner nodes moved at random; two regions.
 fn cube(n: usize, rng: &mut impl Rng) -> TetMesh {
@@ -79,9 +79,7 @@ fn assert_taylor<const N: usize, T: Tetrahedron<N>>(
     let assembly = Assembly::new::<T>(Space::new::<T>(&mesh, Rule::new::<T>(rule)));
     let nodes = assembly.space.nodes.len();
     let materials = materials(ElasticLaw::Hencky, split, stiff_damages);
-    let order: Vec<usize> = (0..nodes).collect();
-    let unknowns = Unknowns::new(&order, &vec![true; nodes], std::iter::empty());
-    let pattern = Pattern::new(&assembly.space.tets, &unknowns);
+    let pattern = Arc::new(Pattern::new(&assembly.space.tets, nodes));
 
     // a compressed state, so that the split is on one side of its kink
     let mut random_fields = |size: f64, damage: std::ops::Range<f64>| Fields {
@@ -115,31 +113,22 @@ fn assert_taylor<const N: usize, T: Tetrahedron<N>>(
         assembly.residual(&increment, &mut residual).expect("no element is inverted");
         residual
     };
-    let mut values = vec![0.0; pattern.len() + 1];
+    let mut tangent = Tangent::new(pattern);
     let increment = Increment { materials: &materials, fields: &fields, span };
-    assembly
-        .tangent(&increment, Coupling::Full, &pattern, &mut values)
-        .expect("no element is inverted");
+    assembly.tangent(&increment, Coupling::Full, &mut tangent).expect("no element is inverted");
 
-    let d: Vec<f64> = direction
+    let d: Vec<[f64; 4]> = direction
         .displacement
         .iter()
         .zip(&direction.damage)
-        .flat_map(|(u, phi)| [u[0], u[1], u[2], *phi])
+        .map(|(u, phi)| [u[0], u[1], u[2], *phi])
         .collect();
     let start = evaluate(&fields);
-    let slope: f64 = start.nodal.iter().flatten().zip(&d).map(|(r, d)| r * d).sum();
-    let curvature: f64 = (0..pattern.size)
-        .flat_map(|column| {
-            (pattern.column_start[column]..pattern.column_start[column + 1])
-                .map(move |place| (column, place))
-        })
-        .map(|(column, place)| {
-            let row = pattern.row[place];
-            let twice = if row == column { 1.0 } else { 2.0 };
-            twice * values[place] * d[row] * d[column]
-        })
-        .sum();
+    let slope: f64 = start.nodal.iter().flatten().zip(d.as_flattened()).map(|(r, d)| r * d).sum();
+    let mut product = vec![[0.0; 4]; nodes];
+    tangent.multiply(&d, &mut product);
+    let curvature: f64 =
+        product.as_flattened().iter().zip(d.as_flattened()).map(|(p, d)| p * d).sum();
     let remainders = |t: f64| {
         let first = evaluate(&moved(t)).potential() - start.potential() - t * slope;
         [first.abs(), (first - 0.5 * t * t * curvature).abs()]
@@ -176,14 +165,13 @@ fn assert_patch<const N: usize, T: Tetrahedron<N>>(law: ElasticLaw) {
     };
     // one material: a patch of two would not stay affine
     let materials = vec![materials(law, Split::None, false)[1]; 2];
-    let order = fill_reducing(&space.tets, nodes.len()).expect("an ordering");
     let held = boundary.iter().flat_map(|&n| (0..3).map(move |k| (n, k)));
-    let unknowns = Unknowns::new(&order, &vec![false; nodes.len()], held);
-    let symbolic = Symbolic::new(Pattern::new(&space.tets, &unknowns)).expect("a factor");
+    let (plan, unknowns) =
+        LinearPlan::new(&space.tets, &nodes, &vec![false; nodes.len()], held).expect("a factor");
     let assembly = Assembly::new::<T>(space);
     let options = SolverOptions { tolerance: 1e-13, ..SolverOptions::default() };
-    let direct = Direct::new(Arc::new(symbolic)).expect("memory");
-    let mut solver = Solver::new(&assembly, &unknowns, &materials, options, direct);
+    let linear = plan.solver(&assembly);
+    let mut solver = Solver::new(&assembly, &unknowns, &materials, options, linear);
     let mut fields = Fields::zero(nodes.len());
     for &n in &boundary {
         fields.displacement[n as usize] = affine(&nodes[n as usize]);

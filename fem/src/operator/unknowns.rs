@@ -15,7 +15,7 @@ impl Unknowns {
     ///
     /// `damaged[n]` says whether node n carries damage; `held` are prescribed displacements.
     pub(crate) fn new(
-        order: &[usize],
+        order: &[u32],
         damaged: &[bool],
         held: impl Iterator<Item = (u32, usize)>,
     ) -> Self {
@@ -27,23 +27,12 @@ impl Unknowns {
         let mut count = 0;
         for &node in order {
             for k in 0..4 {
-                if free[node][k] {
-                    equation[node][k] = count as u32;
+                if free[node as usize][k] {
+                    equation[node as usize][k] = count as u32;
                     count += 1;
                 }
             }
         }
         Self { equation, count }
-    }
-
-    /// The part of a nodal vector that belongs to unknowns.
-    pub(crate) fn gather(&self, nodal: &[[f64; 4]], out: &mut [f64]) {
-        for (equations, values) in self.equation.iter().zip(nodal) {
-            for k in 0..4 {
-                if equations[k] != NONE {
-                    out[equations[k] as usize] = values[k];
-                }
-            }
-        }
     }
 }

@@ -3,7 +3,7 @@
 //! A factor is kept, across increments too, as long as the residual at least halves with it: a
 //! solve costs a small part of a factorisation.
 
-use super::direct::Direct;
+use super::linear::{LinearSolver, Nodal};
 use super::options::{Scheme, SolverOptions};
 use crate::compression::Fields;
 use crate::material::{Inverted, PointMaterial};
@@ -33,7 +33,9 @@ impl From<Inverted> for StepFailure {
 pub struct Effort {
     /// Newton iterations (linear solves).
     pub iterations: u32,
-    /// Matrix factorisations.
+    /// Iterations of the linear solver.
+    pub linear: u32,
+    /// Factorisations, or hierarchies of the iterative solver.
     pub factorisations: u32,
     /// Increments that alternate minimisation had to solve.
     pub rescues: u32,
@@ -131,16 +133,20 @@ pub(crate) struct Solver<'a> {
     pub(crate) effort: Effort,
     /// Residual and energies at the last fields that were accepted.
     pub(crate) residual: Residual,
-    direct: Direct,
+    linear: Box<dyn LinearSolver + 'a>,
+    /// The values that are solved for.
+    free: Vec<[bool; 4]>,
     factor: Factor,
     coupling: Coupling,
-    step: Vec<f64>,
+    step: Vec<Nodal>,
     trial: Fields,
 }
 
 /// A factor is kept while each solve with it leaves at most this share of the residual.
 const KEEP: f64 = 0.25;
 const BACKTRACKS: u32 = 8;
+/// Share of the residual that a linear solution may leave.
+const LINEAR_TOLERANCE: f64 = 1e-3;
 
 impl<'a> Solver<'a> {
     pub(crate) fn new(
@@ -148,7 +154,7 @@ impl<'a> Solver<'a> {
         unknowns: &'a Unknowns,
         materials: &'a [PointMaterial],
         options: SolverOptions,
-        direct: Direct,
+        linear: Box<dyn LinearSolver + 'a>,
     ) -> Self {
         let nodes = unknowns.equation.len();
         Self {
@@ -158,10 +164,11 @@ impl<'a> Solver<'a> {
             options,
             effort: Effort::default(),
             residual: Residual::new(nodes),
-            direct,
+            linear,
+            free: unknowns.equation.iter().map(|e| e.map(|e| e != NONE)).collect(),
             factor: Factor::Absent,
             coupling: Coupling::Full,
-            step: vec![0.0; unknowns.count],
+            step: vec![[0.0; 4]; nodes],
             trial: Fields::zero(nodes),
         }
     }
@@ -213,11 +220,7 @@ impl<'a> Solver<'a> {
                 self.factorise(fields, span)?;
             }
             self.effort.iterations += 1;
-            self.unknowns.gather(&self.residual.nodal, &mut self.step);
-            let mut step = std::mem::take(&mut self.step);
-            let solved = self.direct.solve(&mut step);
-            self.step = step;
-            solved.map_err(|_| StepFailure::Singular)?;
+            self.solve_linear(field)?;
             norms = match self.line_search(field, fields, span, &norms) {
                 Ok((next, ratio)) => {
                     self.factor = if ratio <= KEEP { Factor::Kept } else { Factor::Absent };
@@ -240,18 +243,23 @@ impl<'a> Solver<'a> {
 
     fn factorise(&mut self, fields: &Fields, span: Span) -> Result<(), StepFailure> {
         let increment = Increment { materials: self.materials, fields, span };
-        let mut values = std::mem::take(&mut self.direct.values);
-        let assembled = self.operator.tangent(
-            &increment,
-            self.coupling,
-            &self.direct.symbolic().pattern,
-            &mut values,
-        );
-        self.direct.values = values;
-        assembled?;
-        self.direct.factorise();
-        self.effort.factorisations += 1;
+        self.linear.linearise(&increment, self.coupling, &self.free)?;
         self.factor = Factor::Fresh;
+        Ok(())
+    }
+
+    /// The step of the fields that the iteration acts on.
+    fn solve_linear(&mut self, field: Field) -> Result<(), StepFailure> {
+        let mut right = self.residual.nodal.clone();
+        for value in &mut right {
+            for k in 0..4 {
+                value[k] = if field.holds(k) { value[k] } else { 0.0 };
+            }
+        }
+        let solved = self.linear.solve(&right, &mut self.step, LINEAR_TOLERANCE);
+        let effort = solved.map_err(|_| StepFailure::Singular)?;
+        self.effort.linear += effort.iterations;
+        self.effort.factorisations += effort.renewals;
         Ok(())
     }
 
@@ -288,7 +296,7 @@ impl<'a> Solver<'a> {
         for (node, equation) in self.unknowns.equation.iter().enumerate() {
             for k in 0..4 {
                 if equation[k] != NONE && field.holds(k) {
-                    let change = share * self.step[equation[k] as usize];
+                    let change = share * self.step[node][k];
                     if k < 3 {
                         to.displacement[node][k] -= change
                     } else {

@@ -1,0 +1,55 @@
+//! Linear solvers for the tangent, behind one trait.
+
+mod cover;
+mod direct;
+mod krylov;
+mod ordering;
+mod plan;
+#[cfg(test)]
+mod tests;
+mod vector;
+
+pub(crate) use plan::LinearPlan;
+pub(crate) use vector::Nodal;
+
+use crate::material::Inverted;
+use crate::operator::{Coupling, Increment};
+
+/// Solves A d = r with the consistent tangent A, on nodal values u_x, u_y, u_z, φ.
+///
+/// What is expensive (a factor, a hierarchy) is kept from one tangent to the next and serves as
+/// preconditioner; the solver renews it where it no longer pays.
+pub(crate) trait LinearSolver: Send {
+    /// Takes over the tangent at an increment. `free` marks the values that are solved for; the
+    /// others keep d = 0.
+    fn linearise(
+        &mut self,
+        increment: &Increment,
+        coupling: Coupling,
+        free: &[[bool; 4]],
+    ) -> Result<(), Inverted>;
+
+    /// Solves until the residual is `tolerance` times that of d = 0, in the norm Σ r_i²/|A_ii|.
+    /// Entries of `right` at held values are not read.
+    fn solve(
+        &mut self,
+        right: &[Nodal],
+        step: &mut [Nodal],
+        tolerance: f64,
+    ) -> Result<LinearEffort, Singular>;
+}
+
+/// What a solution took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct LinearEffort {
+    /// Krylov iterations.
+    pub(crate) iterations: u32,
+    /// Factorisations or hierarchies made.
+    pub(crate) renewals: u32,
+    /// Residual reached, relative to that of d = 0.
+    pub(crate) residual: f64,
+}
+
+/// No solver found a solution.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Singular;

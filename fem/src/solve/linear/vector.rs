@@ -1,0 +1,87 @@
+//! Sums and updates of nodal vectors, whose results do not depend on the number of threads.
+
+use rayon::prelude::*;
+
+/// u_x, u_y, u_z, φ of a node.
+pub(crate) type Nodal = [f64; 4];
+
+/// Nodes a task works on: partial sums are taken over these, then added in order.
+pub(super) const CHUNK: usize = 4096;
+
+/// Σ w a b, the inner product with a diagonal weight.
+pub(super) fn weighted_dot(w: &[Nodal], a: &[Nodal], b: &[Nodal]) -> f64 {
+    let part = |((w, a), b): ((&[Nodal], &[Nodal]), &[Nodal])| {
+        let mut sum = [0.0; 4];
+        for ((w, a), b) in w.iter().zip(a).zip(b) {
+            for k in 0..4 {
+                sum[k] += w[k] * a[k] * b[k];
+            }
+        }
+        sum.iter().sum::<f64>()
+    };
+    let parts: Vec<f64> =
+        w.par_chunks(CHUNK).zip(a.par_chunks(CHUNK)).zip(b.par_chunks(CHUNK)).map(part).collect();
+    parts.iter().sum()
+}
+
+/// Σ a b.
+pub(super) fn dot(a: &[Nodal], b: &[Nodal]) -> f64 {
+    let part = |(a, b): (&[Nodal], &[Nodal])| {
+        let mut sum = [0.0; 4];
+        for (a, b) in a.iter().zip(b) {
+            for k in 0..4 {
+                sum[k] += a[k] * b[k];
+            }
+        }
+        sum.iter().sum::<f64>()
+    };
+    let parts: Vec<f64> = a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK)).map(part).collect();
+    parts.iter().sum()
+}
+
+/// y ← y + a x.
+pub(super) fn add_scaled(y: &mut [Nodal], a: f64, x: &[Nodal]) {
+    y.par_chunks_mut(CHUNK).zip(x.par_chunks(CHUNK)).for_each(|(y, x)| {
+        for (y, x) in y.iter_mut().zip(x) {
+            for k in 0..4 {
+                y[k] += a * x[k];
+            }
+        }
+    });
+}
+
+/// y ← x + a y.
+pub(super) fn scale_and_add(y: &mut [Nodal], a: f64, x: &[Nodal]) {
+    y.par_chunks_mut(CHUNK).zip(x.par_chunks(CHUNK)).for_each(|(y, x)| {
+        for (y, x) in y.iter_mut().zip(x) {
+            for k in 0..4 {
+                y[k] = x[k] + a * y[k];
+            }
+        }
+    });
+}
+
+/// Sets the held values to zero.
+pub(super) fn mask(free: &[[bool; 4]], x: &mut [Nodal]) {
+    for (x, free) in x.iter_mut().zip(free) {
+        for k in 0..4 {
+            x[k] = if free[k] { x[k] } else { 0.0 };
+        }
+    }
+}
+
+/// 1/|A_ii| of the free values, zero in the others; vanishing pivots count as small ones.
+pub(super) fn weights(diagonal: &[Nodal], free: &[[bool; 4]]) -> Vec<Nodal> {
+    const LEAST: f64 = 1e-8;
+    let mut most = [0.0f64; 4];
+    for d in diagonal {
+        for k in 0..4 {
+            most[k] = most[k].max(d[k].abs());
+        }
+    }
+    let least = most.map(|m| if m > 0.0 { LEAST * m } else { 1.0 });
+    let weight = |(d, free): (&Nodal, &[bool; 4])| {
+        std::array::from_fn(|k| if free[k] { 1.0 / d[k].abs().max(least[k]) } else { 0.0 })
+    };
+    diagonal.iter().zip(free).map(weight).collect()
+}
