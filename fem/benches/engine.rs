@@ -6,8 +6,8 @@
 use std::time::Instant;
 
 use fem::{
-    CompressionTest, CrackDensity, CylinderLattice, DamageQuadrature, ElasticLaw, Loading,
-    Material, Order, PhaseField, SolverOptions, Split, Stepping,
+    CompressionTest, CylinderLattice, ElasticLaw, Loading, Material, Order, PhaseField,
+    SolverOptions, Stepping,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -21,12 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         viscosity_mpa_s: 0.3,
         residual_stiffness: 0.01,
     };
-    let field = PhaseField {
-        model: CrackDensity::At2,
-        split: Split::None,
-        length_mm: 0.06,
-        quadrature: DamageQuadrature::Auto,
-    };
+    let field = PhaseField::new(0.06);
     let loading = Loading {
         displacement_mm: 0.22,
         duration_s: 1.0,

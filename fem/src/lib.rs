@@ -28,8 +28,8 @@
 //!
 //! ```
 //! use fem::{
-//!     CompressionTest, CrackDensity, CylinderLattice, DamageQuadrature, ElasticLaw, Loading,
-//!     Material, Order, PhaseField, SolverOptions, Split, Stepping,
+//!     CompressionTest, CylinderLattice, ElasticLaw, Loading, Material, Order, PhaseField,
+//!     SolverOptions, Stepping,
 //! };
 //!
 //! let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
@@ -41,12 +41,7 @@
 //!     viscosity_mpa_s: 0.3,
 //!     residual_stiffness: 0.01,
 //! };
-//! let damage = PhaseField {
-//!     model: CrackDensity::At2,
-//!     split: Split::None,
-//!     length_mm: 0.06,
-//!     quadrature: DamageQuadrature::Auto,
-//! };
+//! let damage = PhaseField::new(0.06);
 //! let loading = Loading {
 //!     displacement_mm: 0.22,
 //!     duration_s: 1.0,
@@ -78,7 +73,11 @@ pub use compression::{
 };
 pub use element::Order;
 pub use error::FemError;
-pub use material::{CrackDensity, DamageQuadrature, ElasticLaw, Material, PhaseField, Split};
+pub use material::{
+    CrackDensity, DamageQuadrature, ElasticLaw, HyperelasticLaw, Irreversibility, Material,
+    MooneyRivlin, Ogden, PhaseField, PrincipalStrain, SaintVenantKirchhoff, Split, UserLaw,
+};
+pub use num_dual::DualNum;
 pub use solve::{Effort, Scheme, SolverOptions};
 
 pub use ensemble::{

@@ -99,7 +99,7 @@ fn a_region_without_toughness_carries_no_damage() {
         let test = test(
             mesh.clone(),
             order,
-            vec![matrix(), hard],
+            vec![matrix(), hard.clone()],
             Some(field),
             loading(0.1, 1.0, 5),
             1e-8,
@@ -288,7 +288,7 @@ fn other_materials_share_the_discretisation_and_threads_change_nothing() {
         1e-8,
     );
     let stiffer = Material { young_mpa: 290.0, ..matrix() };
-    let other = base.with_materials(vec![stiffer, grain()]).expect("valid materials");
+    let other = base.with_materials(vec![stiffer.clone(), grain()]).expect("valid materials");
     let fresh = test(
         prism(2, true),
         Order::Linear,

@@ -8,7 +8,7 @@ use support::{by_region, grain, loading, matrix, phase_field, reference_cylinder
 
 fn assert_forces(law: ElasticLaw, forces: [f64; 5], energy: Option<f64>) {
     let Some(mesh) = reference_cylinder() else { return };
-    let [matrix, grain] = [matrix(), grain()].map(|m| Material { law, ..m });
+    let [matrix, grain] = [matrix(), grain()].map(|m| Material { law: law.clone(), ..m });
     let materials = by_region(&mesh, matrix, grain);
     let test = test(mesh, Order::Linear, materials, None, loading(0.22, 1.0, 5), 1e-11);
     let outcome = test.run(&mut ());

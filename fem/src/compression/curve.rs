@@ -22,6 +22,8 @@ pub struct CurvePoint {
     pub fracture_n_mm: f64,
     /// Energy dissipated by the viscosity so far, ∫∫ ξ φ̇² dV dt, N mm.
     pub viscous_n_mm: f64,
+    /// Energy that friction on the platens dissipated so far, N mm.
+    pub friction_n_mm: f64,
     /// Work of the platens so far, ∫ F du by the trapezoid rule, N mm.
     pub work_n_mm: f64,
     /// Mean damage over the volume of the regions that have a toughness.
@@ -30,6 +32,8 @@ pub struct CurvePoint {
     pub phi_max: f64,
     /// Newton iterations of the step.
     pub newton: u32,
+    /// Linear solves of the step, or the iterations of an iterative linear solver.
+    pub linear: u32,
 }
 
 impl CurvePoint {
@@ -37,7 +41,11 @@ impl CurvePoint {
     ///
     /// Zero for the exact solution; O(Δt) and of one sign with the backward Euler rule.
     pub fn balance_n_mm(&self) -> f64 {
-        self.work_n_mm - self.elastic_n_mm - self.fracture_n_mm - self.viscous_n_mm
+        self.work_n_mm
+            - self.elastic_n_mm
+            - self.fracture_n_mm
+            - self.viscous_n_mm
+            - self.friction_n_mm
     }
 }
 

@@ -6,7 +6,7 @@ use super::curve::CurvePoint;
 use crate::error::FemError;
 
 /// The columns that every curve file has, then those that may be absent.
-const COLUMNS: [&str; 11] = [
+const COLUMNS: [&str; 13] = [
     "time_s",
     "displacement_mm",
     "force_N",
@@ -16,13 +16,15 @@ const COLUMNS: [&str; 11] = [
     "phi_mean",
     "phi_max",
     "newton",
+    "linear",
     "work_N_mm",
+    "friction_N_mm",
     "balance_N_mm",
 ];
 const REQUIRED: usize = 8;
 
 /// Writes a curve with the header
-/// `time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,phi_max,newton,work_N_mm,balance_N_mm`.
+/// `time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,phi_max,newton,linear,work_N_mm,friction_N_mm,balance_N_mm`.
 ///
 /// Numbers are written so that [`read_curve`] returns the same bits; the balance is
 /// [`CurvePoint::balance_n_mm`].
@@ -45,7 +47,9 @@ pub fn write_curve(path: impl AsRef<Path>, curve: &[CurvePoint]) -> Result<(), F
             p.phi_mean,
             p.phi_max,
             f64::from(p.newton),
+            f64::from(p.linear),
             p.work_n_mm,
+            p.friction_n_mm,
             p.balance_n_mm(),
         ];
         writer.write_record(values.map(|x| x.to_string())).map_err(wrong)?;
@@ -53,7 +57,7 @@ pub fn write_curve(path: impl AsRef<Path>, curve: &[CurvePoint]) -> Result<(), F
     writer.flush().map_err(|e| file_error(path, format!("cannot be written: {e}")))
 }
 
-/// Reads a curve; columns are found by name, the last three may be absent, others are ignored.
+/// Reads a curve; columns are found by name, the last five may be absent, others are ignored.
 ///
 /// # Errors
 /// [`FemError::CurveFile`] naming the line and the column that is missing or is not a number.
@@ -106,7 +110,9 @@ pub fn read_curve(path: impl AsRef<Path>) -> Result<Vec<CurvePoint>, FemError> {
             phi_mean,
             phi_max,
             newton,
+            linear,
             work_n_mm,
+            friction_n_mm,
             _,
         ] = values;
         curve.push(CurvePoint {
@@ -116,10 +122,12 @@ pub fn read_curve(path: impl AsRef<Path>) -> Result<Vec<CurvePoint>, FemError> {
             elastic_n_mm,
             fracture_n_mm,
             viscous_n_mm,
+            friction_n_mm,
             work_n_mm,
             phi_mean,
             phi_max,
             newton: newton as u32,
+            linear: linear as u32,
         });
     }
     Ok(curve)

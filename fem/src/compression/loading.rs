@@ -16,6 +16,18 @@ pub enum Stepping {
         /// Largest step: it bounds the error in time.
         largest: f64,
     },
+    /// Follows the equilibrium through a snap-back of rate-independent damage: where a step of the
+    /// platen would release too much, the platen moves, back if need be, by what releases so much.
+    ///
+    /// The time follows the displacement and turns back with it. It needs a phase field that makes
+    /// an energy stationary, no viscosity, and `stop_below_peak`, since the platen may never reach
+    /// the full displacement.
+    ArcLength {
+        /// Largest step of the platen, as a share of the full displacement.
+        step: f64,
+        /// Crack energy that a step may add, N mm.
+        release_n_mm: f64,
+    },
 }
 
 /// The motion of the upper platen: constant speed up to `displacement_mm` at `duration_s`.
@@ -70,6 +82,26 @@ impl Loading {
                 f64::from(steps),
                 "at least 1; leave it out for adaptive steps",
             ),
+            Stepping::ArcLength { step, release_n_mm } => {
+                check(
+                    step > 0.0 && step <= 1.0,
+                    "step",
+                    step,
+                    "a share of the displacement, in (0, 1]",
+                )?;
+                check(
+                    release_n_mm > 0.0 && release_n_mm.is_finite(),
+                    "release_n_mm",
+                    release_n_mm,
+                    "a positive energy in N mm, such as a fiftieth of the toughness times the cross-section",
+                )?;
+                check(
+                    self.stop_below_peak.is_some(),
+                    "stop_below_peak",
+                    0.0,
+                    "given with arc-length steps, which may never reach the full displacement",
+                )
+            }
             Stepping::Adaptive { first, largest } => {
                 check(
                     first > 0.0 && first <= 1.0,

@@ -3,10 +3,10 @@
 use super::curve::{CurvePoint, End, Fields, Observer, Outcome};
 use super::discretisation::Discretisation;
 use super::loading::{Loading, Stepping};
+use super::memory::Memory;
 use crate::error::FemError;
-use crate::material::PointMaterial;
-use crate::operator::Span;
-use crate::solve::{Solver, SolverOptions, StepFailure};
+use crate::material::{PhaseField, PointMaterial};
+use crate::solve::{Effort, Solver, SolverOptions, StepFailure};
 
 /// A step that converges lets the next one grow by this factor.
 const GROWTH: f64 = 1.5;
@@ -17,24 +17,30 @@ const LEAST: f64 = 1e-6;
 
 /// A run in progress. The clock is the share of the full displacement.
 pub(super) struct March<'a> {
-    domain: &'a Discretisation,
-    materials: &'a [PointMaterial],
-    loading: Loading,
-    options: SolverOptions,
-    observer: &'a mut dyn Observer,
-    curve: Vec<CurvePoint>,
+    pub(super) domain: &'a Discretisation,
+    pub(super) materials: &'a [PointMaterial],
+    pub(super) loading: Loading,
+    pub(super) options: SolverOptions,
+    pub(super) observer: &'a mut dyn Observer,
+    pub(super) curve: Vec<CurvePoint>,
     /// The last equilibrium.
-    fields: Fields,
+    pub(super) fields: Fields,
     /// Its change over the increment before, and that increment: for the next guess.
-    change: Option<(Fields, f64)>,
-    state: CurvePoint,
-    clock: f64,
+    pub(super) change: Option<(Fields, f64)>,
+    pub(super) memory: Memory,
+    /// What the last step of prescribed release released, N mm.
+    pub(super) released: Option<f64>,
+    pub(super) state: CurvePoint,
+    /// Largest force so far, N.
+    pub(super) peak: f64,
+    pub(super) clock: f64,
 }
 
 impl<'a> March<'a> {
     pub(super) fn new(
         domain: &'a Discretisation,
         materials: &'a [PointMaterial],
+        phase_field: Option<&PhaseField>,
         loading: Loading,
         options: SolverOptions,
         observer: &'a mut dyn Observer,
@@ -48,7 +54,10 @@ impl<'a> March<'a> {
             curve: Vec::new(),
             fields: Fields::zero(domain.nodes.len()),
             change: None,
+            memory: Memory::new(phase_field, domain.operator.as_ref(), domain.nodes.len()),
             state: CurvePoint::default(),
+            peak: 0.0,
+            released: None,
             clock: 0.0,
         }
     }
@@ -63,7 +72,7 @@ impl<'a> March<'a> {
         self.finish(end, solver.effort)
     }
 
-    fn finish(self, end: End, effort: crate::solve::Effort) -> Outcome {
+    fn finish(self, end: End, effort: Effort) -> Outcome {
         Outcome { curve: self.curve, end, fields: self.fields, effort }
     }
 
@@ -72,14 +81,15 @@ impl<'a> March<'a> {
         let (mut step, largest) = match self.loading.stepping {
             Stepping::Fixed(steps) => (1.0 / f64::from(steps), 1.0 / f64::from(steps)),
             Stepping::Adaptive { first, largest } => (first, largest),
+            Stepping::ArcLength { step, release_n_mm } => {
+                return self.follow(solver, step, release_n_mm);
+            }
         };
-        let mut peak = 0.0f64;
-        let mut recorded = 0u32;
         loop {
             // the next point to land on: each of the fixed steps, or the end
             let mark = match self.loading.stepping {
-                Stepping::Fixed(steps) => f64::from(recorded + 1) / f64::from(steps),
-                Stepping::Adaptive { .. } => 1.0,
+                Stepping::Fixed(steps) => (self.curve.len() + 1) as f64 / f64::from(steps),
+                _ => 1.0,
             };
             // no sliver of a step before the mark
             let target = if self.clock + 1.01 * step >= mark { mark } else { self.clock + step };
@@ -95,27 +105,31 @@ impl<'a> March<'a> {
             if matches!(self.loading.stepping, Stepping::Fixed(_)) && target < mark {
                 continue;
             }
-            recorded += 1;
-            self.curve.push(self.state);
-            if self.observer.step(&self.state, &self.fields).is_break() {
-                return End::Interrupted;
+            if let Some(end) = self.observe() {
+                return end;
             }
-            peak = peak.max(self.state.force_n);
-            if self
-                .loading
-                .stop_below_peak
-                .is_some_and(|share| self.state.force_n < (1.0 - share) * peak)
-            {
-                return End::BelowPeak;
-            }
-            if self.clock >= 1.0 {
-                return End::Displacement;
-            }
-            self.state.newton = 0;
         }
     }
 
-    fn failure(&self, step: f64, reason: StepFailure) -> End {
+    /// Puts the state on the curve; the end, if it is one.
+    pub(super) fn observe(&mut self) -> Option<End> {
+        self.curve.push(self.state);
+        if self.observer.step(&self.state, &self.fields).is_break() {
+            return Some(End::Interrupted);
+        }
+        self.peak = self.peak.max(self.state.force_n);
+        let below = |share| self.state.force_n < (1.0 - share) * self.peak;
+        if self.loading.stop_below_peak.is_some_and(below) {
+            return Some(End::BelowPeak);
+        }
+        if self.clock >= 1.0 {
+            return Some(End::Displacement);
+        }
+        (self.state.newton, self.state.linear) = (0, 0);
+        None
+    }
+
+    pub(super) fn failure(&self, step: f64, reason: StepFailure) -> End {
         let full = self.loading.displacement_mm;
         End::Failed(FemError::NotConverged {
             displacement_mm: self.clock * full,
@@ -128,9 +142,22 @@ impl<'a> March<'a> {
     fn advance(&mut self, solver: &mut Solver, target: f64) -> Result<(), StepFailure> {
         let step = target - self.clock;
         let mut fields = self.guess(target);
-        let span =
-            Span { damage_before: &self.fields.damage, duration: step * self.loading.duration_s };
-        self.state.newton += solver.solve(&mut fields, span)?;
+        let span = self.memory.span(&self.fields.damage, step * self.loading.duration_s);
+        let before = solver.effort;
+        solver.solve(&mut fields, span)?;
+        self.accept(solver, before, fields, target)
+    }
+
+    /// Takes the equilibrium that the solver found at `target` as the state.
+    pub(super) fn accept(
+        &mut self,
+        solver: &Solver,
+        before: Effort,
+        fields: Fields,
+        target: f64,
+    ) -> Result<(), StepFailure> {
+        let step = target - self.clock;
+        self.memory.record(self.domain.operator.as_ref(), self.materials, &fields)?;
         let force = -self
             .domain
             .platens
@@ -147,11 +174,13 @@ impl<'a> March<'a> {
             elastic_n_mm: solver.residual.elastic,
             fracture_n_mm: solver.residual.fracture,
             viscous_n_mm: self.state.viscous_n_mm + solver.residual.viscous,
+            friction_n_mm: self.state.friction_n_mm,
             work_n_mm: self.state.work_n_mm
                 + 0.5 * (force + self.state.force_n) * (down - self.state.displacement_mm),
             phi_mean: self.domain.operator.mean(&fields.damage, damaged),
             phi_max: fields.damage.iter().copied().fold(0.0, f64::max),
-            newton: self.state.newton,
+            newton: self.state.newton + solver.effort.iterations - before.iterations,
+            linear: self.state.linear + solver.effort.linear - before.linear,
         };
         let mut change = fields.clone();
         subtract(&mut change, &self.fields);
@@ -163,7 +192,7 @@ impl<'a> March<'a> {
 
     /// Where the next increment is started: the last one continued, or at first a uniform
     /// shortening; the platens are put where they belong.
-    fn guess(&self, target: f64) -> Fields {
+    pub(super) fn guess(&self, target: f64) -> Fields {
         let mut fields = self.fields.clone();
         let bottom = self.domain.nodes[self.domain.platens.pivot as usize][2];
         match &self.change {
@@ -183,13 +212,18 @@ impl<'a> March<'a> {
                 }
             }
         }
+        self.place(&mut fields, target);
+        fields
+    }
+
+    /// Puts the platens where they belong.
+    pub(super) fn place(&self, fields: &mut Fields, target: f64) {
         for &n in &self.domain.platens.top {
             fields.displacement[n as usize][2] = -target * self.loading.displacement_mm;
         }
         for &n in &self.domain.platens.bottom {
             fields.displacement[n as usize][2] = 0.0;
         }
-        fields
     }
 }
 

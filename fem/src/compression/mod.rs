@@ -1,10 +1,12 @@
 //! The unconfined compression test: mesh and parameters in, curve and fields out.
 
+mod arc_length;
 mod curve;
 mod curve_file;
 mod discretisation;
 mod loading;
 mod march;
+mod memory;
 mod test;
 mod timing;
 

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use super::arc_length;
 use super::curve::{Fields, Observer, Outcome};
 use super::discretisation::Discretisation;
 use super::loading::Loading;
@@ -11,7 +12,7 @@ use crate::element::Order;
 use crate::error::FemError;
 use crate::material::{Material, PhaseField};
 use crate::mesh::{TetMesh, vtu};
-use crate::solve::SolverOptions;
+use crate::solve::{Scheme, SolverOptions};
 
 /// The unconfined compression of a specimen between rigid, frictionless platens.
 ///
@@ -67,10 +68,14 @@ impl CompressionTest {
             field.validate()?;
         }
         options.validate()?;
+        let turns = phase_field.as_ref().is_some_and(|field| !field.is_variational());
+        let scheme = if turns { Scheme::Alternate } else { options.scheme };
+        let options = SolverOptions { scheme, ..options };
         let damaged = damaged_regions(&materials, phase_field.as_ref());
         let discretisation =
             Arc::new(Discretisation::new(&mesh, order, phase_field.as_ref(), damaged)?);
         loading.validate(discretisation.height)?;
+        arc_length::check(&loading, &materials, phase_field.as_ref())?;
         Ok(Self {
             mesh: Arc::new(mesh),
             order,
@@ -90,6 +95,7 @@ impl CompressionTest {
     pub fn with_materials(&self, materials: Vec<Material>) -> Result<Self, FemError> {
         let field = self.phase_field.as_ref();
         check_materials(&self.mesh, &materials, field)?;
+        arc_length::check(&self.loading, &materials, field)?;
         let damaged = damaged_regions(&materials, field);
         let discretisation = if damaged == self.discretisation.damaged {
             Arc::clone(&self.discretisation)
@@ -103,7 +109,8 @@ impl CompressionTest {
     pub fn run(&self, observer: &mut dyn Observer) -> Outcome {
         let points: Vec<_> =
             self.materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect();
-        March::new(&self.discretisation, &points, self.loading, self.options, observer).run()
+        let field = self.phase_field.as_ref();
+        March::new(&self.discretisation, &points, field, self.loading, self.options, observer).run()
     }
 
     /// The mesh.

@@ -43,7 +43,7 @@ impl CompressionTest {
         let increment = Increment {
             materials: &materials,
             fields: &fields,
-            span: Span { damage_before: &fields.damage, duration: 0.01 },
+            span: Span::new(&fields.damage, 0.01),
         };
         let operator = domain.operator.as_ref();
         let mut linear = domain.linear.solver(operator);

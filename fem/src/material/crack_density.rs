@@ -8,6 +8,14 @@ pub enum CrackDensity {
     /// Reference: Bourdin, Francfort & Marigo, J. Mech. Phys. Solids 48 (2000) 797,
     /// doi:10.1016/S0022-5096(99)00028-9.
     At2,
+    /// Ambrosio–Tortorelli with α = φ, c₀ = 8/3: elastic up to a threshold, and damage vanishes at
+    /// a finite distance from a crack. α′(0) > 0 would drive φ below zero, so φ is bounded: from
+    /// below by zero, or by its value so far with
+    /// [`Irreversibility::ActiveSet`](super::Irreversibility::ActiveSet), and from above by one.
+    ///
+    /// Reference: Pham, Amor, Marigo & Maurini, Int. J. Damage Mech. 20 (2011) 618,
+    /// doi:10.1177/1056789510386852.
+    At1,
 }
 
 impl CrackDensity {
@@ -15,6 +23,7 @@ impl CrackDensity {
     pub(crate) fn normaliser(self) -> f64 {
         match self {
             CrackDensity::At2 => 2.0,
+            CrackDensity::At1 => 8.0 / 3.0,
         }
     }
 
@@ -22,6 +31,7 @@ impl CrackDensity {
     pub(crate) fn local(self, phi: f64) -> [f64; 3] {
         match self {
             CrackDensity::At2 => [phi * phi, 2.0 * phi, 2.0],
+            CrackDensity::At1 => [phi, 1.0, 0.0],
         }
     }
 }

@@ -1,22 +1,25 @@
 //! The elastic laws, as functions of the principal logarithmic strains.
 
-use super::{Split, hencky, neo_hookean};
+use super::{Split, UserLaw, hencky, neo_hookean};
 
 /// An isotropic hyperelastic law.
 ///
-/// Both are functions of the principal logarithmic strains ε_i (tr ε = ln J):
+/// All are functions of the principal logarithmic strains ε_i (tr ε = ln J):
 /// - Hencky: ψ = K/2 (tr ε)² + μ dev ε : dev ε;
-/// - neo-Hookean: ψ = μ/2 (I₁ − 3 − 2 ln J) + λ/2 (ln J)².
+/// - neo-Hookean: ψ = μ/2 (I₁ − 3 − 2 ln J) + λ/2 (ln J)²;
+/// - a [`HyperelasticLaw`](super::HyperelasticLaw) of the user's own.
 ///
 /// ψ is an energy per reference volume, MPa = N mm/mm³. References: Hencky, Z. Techn. Phys. 9
 /// (1928) 215; Simo & Pister, Comput. Methods Appl. Mech. Engrg. 46 (1984) 201,
 /// doi:10.1016/0045-7825(84)90062-8.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum ElasticLaw {
     /// Quadratic in the logarithmic strain; linear between Kirchhoff stress and Hencky strain.
     Hencky,
     /// Compressible neo-Hookean solid.
     NeoHookean,
+    /// A law given by its energy; [`Material::hyperelastic`](super::Material::hyperelastic) makes it.
+    User(UserLaw),
 }
 
 /// Elastic constants in the forms that the laws use, MPa.
@@ -55,14 +58,31 @@ pub(crate) struct Parts {
     pub(crate) minus: Part,
 }
 
+impl Parts {
+    /// Both parts together, degraded as one.
+    pub(crate) fn merged(self) -> Self {
+        let mut plus = self.plus;
+        plus.energy += self.minus.energy;
+        for i in 0..3 {
+            plus.stress[i] += self.minus.stress[i];
+            plus.shear[i] += self.minus.shear[i];
+            for j in 0..3 {
+                plus.tangent[i][j] += self.minus.tangent[i][j];
+            }
+        }
+        Self { plus, minus: Part::default() }
+    }
+}
+
 impl ElasticLaw {
     /// Energy, stress and tangent in one pass.
-    pub(crate) fn respond(self, split: Split, m: &Moduli, strain: [f64; 3]) -> Parts {
+    pub(crate) fn respond(&self, split: Split, m: &Moduli, strain: [f64; 3]) -> Parts {
         match self {
             ElasticLaw::Hencky => hencky::respond(split, m, strain),
             ElasticLaw::NeoHookean => {
                 Parts { plus: neo_hookean::respond(m, strain), minus: Part::default() }
             }
+            ElasticLaw::User(law) => Parts { plus: law.respond(strain), minus: Part::default() },
         }
     }
 }

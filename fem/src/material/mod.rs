@@ -1,22 +1,34 @@
 //! Elastic laws, degradation and crack density; one law a file, parameters with units.
 
+#[cfg(test)]
+mod closed_forms;
 mod crack_density;
 mod degradation;
 mod hencky;
 mod kinematics;
 mod law;
+mod mooney_rivlin;
 mod neo_hookean;
+mod ogden;
 mod parameters;
 mod phase_field;
 mod point;
+mod saint_venant_kirchhoff;
+mod strain;
 #[cfg(test)]
 mod tests;
+mod user_law;
 
 pub use crack_density::CrackDensity;
 pub use law::ElasticLaw;
+pub use mooney_rivlin::MooneyRivlin;
+pub use ogden::Ogden;
 pub use parameters::Material;
-pub use phase_field::{DamageQuadrature, PhaseField, Split};
+pub use phase_field::{DamageQuadrature, Irreversibility, PhaseField, Split};
+pub use saint_venant_kirchhoff::SaintVenantKirchhoff;
+pub use strain::PrincipalStrain;
+pub use user_law::{HyperelasticLaw, UserLaw};
 
 pub(crate) use degradation::Degradation;
 pub(crate) use kinematics::Inverted;
-pub(crate) use point::{Damage, PointMaterial};
+pub(crate) use point::{Damage, PointMaterial, PointResponse};

@@ -1,7 +1,7 @@
 //! The parameters of one region, with their units.
 
 use super::law::{ElasticLaw, Moduli};
-use super::{Damage, Degradation, PhaseField, PointMaterial, Split};
+use super::{Damage, Degradation, HyperelasticLaw, PhaseField, PointMaterial, Split, UserLaw};
 use crate::error::FemError;
 
 /// The material of one region of the mesh.
@@ -22,7 +22,7 @@ use crate::error::FemError;
 /// assert!(steel.toughness_n_per_mm.is_none());
 /// # let _ = matrix;
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Elastic law.
     pub law: ElasticLaw,
@@ -49,6 +49,17 @@ impl Material {
             viscosity_mpa_s: 0.0,
             residual_stiffness: 0.0,
         }
+    }
+
+    /// An elastic material with a law of one's own; its moduli at small strain are those of the law.
+    ///
+    /// # Errors
+    /// [`FemError::Unsupported`] if the energy is not symmetric in the strains, rest is not a state
+    /// of zero energy and stress, or a modulus is not positive.
+    pub fn hyperelastic(law: impl HyperelasticLaw) -> Result<Self, FemError> {
+        let law = UserLaw::new(law);
+        let [young, poisson] = law.small_strain()?;
+        Ok(Self::elastic(ElasticLaw::User(law), young, poisson))
     }
 
     pub(crate) fn validate(
@@ -91,11 +102,25 @@ impl Material {
             self.residual_stiffness,
             "in [0, 1), usually 0.01",
         )?;
-        let split = phase_field.is_some_and(|p| p.split == Split::VolumetricDeviatoric);
-        if split && self.toughness_n_per_mm.is_some() && self.law == ElasticLaw::NeoHookean {
+        if let ElasticLaw::User(law) = &self.law {
+            let moduli = law.small_strain()?;
+            let of_the_law = "the modulus of its law at small strain: leave it as Material::hyperelastic sets it";
+            let agrees = |a: f64, b: f64| (a - b).abs() <= 1e-6 * b.abs().max(1e-3);
+            check(agrees(self.young_mpa, moduli[0]), "young_mpa", self.young_mpa, of_the_law)?;
+            check(agrees(self.poisson, moduli[1]), "poisson", self.poisson, of_the_law)?;
+        }
+        let split = phase_field.map_or(Split::None, |p| p.split);
+        if split != Split::None
+            && self.toughness_n_per_mm.is_some()
+            && self.law != ElasticLaw::Hencky
+        {
+            let split = match split {
+                Split::Spectral => "spectral",
+                _ => "volumetric-deviatoric",
+            };
             return Err(FemError::Unsupported {
                 entity,
-                message: "the neo-Hookean energy has no volumetric-deviatoric split".into(),
+                message: format!("the energy of this law has no {split} split"),
                 mend: "take law = \"hencky\", split = \"none\", or leave the toughness out".into(),
             });
         }
@@ -108,6 +133,7 @@ impl Material {
             let c0 = field.model.normaliser();
             Damage {
                 split: field.split,
+                hybrid: field.hybrid,
                 density: field.model,
                 degradation: Degradation { residual: self.residual_stiffness },
                 local: toughness / (c0 * field.length_mm),
@@ -115,7 +141,11 @@ impl Material {
                 viscosity: self.viscosity_mpa_s,
             }
         });
-        PointMaterial { law: self.law, moduli: Moduli::new(self.young_mpa, self.poisson), damage }
+        PointMaterial {
+            law: self.law.clone(),
+            moduli: Moduli::new(self.young_mpa, self.poisson),
+            damage,
+        }
     }
 }
 

@@ -13,6 +13,28 @@ pub enum Split {
     /// Reference: Amor, Marigo & Maurini, J. Mech. Phys. Solids 57 (2009) 1209,
     /// doi:10.1016/j.jmps.2009.04.011.
     VolumetricDeviatoric,
+    /// ψ⁺ = λ/2 ⟨tr ε⟩₊² + μ Σ ⟨ε_i⟩₊²: only what is stretched breaks.
+    ///
+    /// Reference: Miehe, Hofacker & Welschinger, Comput. Methods Appl. Mech. Engrg. 199 (2010)
+    /// 2765, doi:10.1016/j.cma.2010.04.011, here in logarithmic strains.
+    Spectral,
+}
+
+/// What keeps a crack from healing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Irreversibility {
+    /// Nothing: damage follows its driving energy down again.
+    None,
+    /// The largest ψ⁺ that a point has seen drives its damage. Damage then has no energy of which
+    /// it is the minimiser, and the two fields are solved for in turn.
+    ///
+    /// Reference: Miehe, Hofacker & Welschinger (2010), as for [`Split::Spectral`].
+    History,
+    /// φ ≥ φ_n at every node, by an active set.
+    ///
+    /// Reference: Heister, Wheeler & Wick, Comput. Methods Appl. Mech. Engrg. 290 (2015) 466,
+    /// doi:10.1016/j.cma.2015.03.009.
+    ActiveSet,
 }
 
 /// Where the damage terms are integrated.
@@ -29,12 +51,34 @@ pub enum DamageQuadrature {
 }
 
 /// The phase-field damage model.
+///
+/// # Example
+/// ```
+/// use fem::{CrackDensity, Irreversibility, PhaseField};
+///
+/// let field = PhaseField {
+///     model: CrackDensity::At1,
+///     irreversibility: Irreversibility::ActiveSet,
+///     ..PhaseField::new(0.06)
+/// };
+/// assert!(!field.hybrid);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhaseField {
     /// Local part of the crack density.
     pub model: CrackDensity,
     /// What damage degrades.
     pub split: Split,
+    /// The split decides what drives damage only, while damage degrades all of the energy. The
+    /// stress is then linear in the strain at fixed damage, but crack faces no longer meet, and no
+    /// energy is minimised: the two fields are solved for in turn, and the balance of energy that
+    /// comes with each point means little.
+    ///
+    /// Reference: Ambati, Gerasimov & De Lorenzis, Comput. Mech. 55 (2015) 383,
+    /// doi:10.1007/s00466-014-1109-y.
+    pub hybrid: bool,
+    /// What keeps a crack from healing.
+    pub irreversibility: Irreversibility,
     /// Regularisation length ℓ₀, mm.
     pub length_mm: f64,
     /// Where the damage terms are integrated.
@@ -42,6 +86,24 @@ pub struct PhaseField {
 }
 
 impl PhaseField {
+    /// AT2 with all of the energy degraded and nothing against healing: the preset of the paper.
+    pub fn new(length_mm: f64) -> Self {
+        Self {
+            model: CrackDensity::At2,
+            split: Split::None,
+            hybrid: false,
+            irreversibility: Irreversibility::None,
+            length_mm,
+            quadrature: DamageQuadrature::Auto,
+        }
+    }
+
+    /// Whether displacement and damage make one energy stationary.
+    pub(crate) fn is_variational(&self) -> bool {
+        self.irreversibility != Irreversibility::History
+            && (!self.hybrid || self.split == Split::None)
+    }
+
     pub(crate) fn validate(&self) -> Result<(), FemError> {
         if self.length_mm > 0.0 && self.length_mm.is_finite() {
             return Ok(());

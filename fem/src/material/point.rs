@@ -7,7 +7,7 @@ use super::law::{ElasticLaw, Moduli, Parts};
 use super::{CrackDensity, Degradation, Split};
 
 /// One region's constants, ready for the integration points.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct PointMaterial {
     pub(crate) law: ElasticLaw,
     pub(crate) moduli: Moduli,
@@ -19,6 +19,8 @@ pub(crate) struct PointMaterial {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Damage {
     pub(crate) split: Split,
+    /// Whether the split concerns the driving energy only.
+    pub(crate) hybrid: bool,
     pub(crate) density: CrackDensity,
     pub(crate) degradation: Degradation,
     /// Gc/(c₀ ℓ₀), MPa.
@@ -34,6 +36,7 @@ pub(crate) struct Damage {
 pub(crate) struct PointResponse {
     principal: Principal,
     parts: Parts,
+    driving: f64,
 }
 
 /// The tangent with g applied, in the principal basis.
@@ -52,15 +55,19 @@ impl PointMaterial {
     pub(crate) fn respond(&self, gradient: &Matrix3<f64>) -> Result<PointResponse, Inverted> {
         let principal = Principal::new(gradient)?;
         let split = self.damage.map_or(Split::None, |d| d.split);
-        let parts = self.law.respond(split, &self.moduli, principal.strain);
-        Ok(PointResponse { principal, parts })
+        let mut parts = self.law.respond(split, &self.moduli, principal.strain);
+        let driving = parts.plus.energy;
+        if self.damage.is_some_and(|d| d.hybrid) {
+            parts = parts.merged();
+        }
+        Ok(PointResponse { principal, parts, driving })
     }
 }
 
 impl PointResponse {
-    /// ψ⁺: degraded, and what drives damage.
+    /// ψ⁺, which drives damage.
     pub(crate) fn driving_energy(&self) -> f64 {
-        self.parts.plus.energy
+        self.driving
     }
 
     /// g ψ⁺ + ψ⁻.

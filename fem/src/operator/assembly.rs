@@ -28,6 +28,12 @@ pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
         out: &mut Tangent,
     ) -> Result<(), Inverted>;
 
+    /// ψ⁺ at each elastic point, element after element, or the largest value so far.
+    fn driving_energies(&self, increment: &Increment, out: &mut [f64]) -> Result<(), Inverted>;
+
+    /// Number of elastic points.
+    fn points(&self) -> usize;
+
     /// The nodes of one element: its vertices, then the midpoints of its edges.
     fn nodes_of(&self, tet: usize) -> &[u32];
 
@@ -82,6 +88,18 @@ impl<const N: usize> Operator for Assembly<N> {
             out.add_element(tet, &blocks);
         }
         Ok(())
+    }
+
+    fn driving_energies(&self, increment: &Increment, out: &mut [f64]) -> Result<(), Inverted> {
+        let points = self.space.rule.points.len();
+        for (tet, values) in out.chunks_mut(points).enumerate() {
+            Element::gather(&self.space, tet, increment).driving_energies(values)?;
+        }
+        Ok(())
+    }
+
+    fn points(&self) -> usize {
+        self.space.tets.len() * self.space.rule.points.len()
     }
 
     fn nodes_of(&self, tet: usize) -> &[u32] {

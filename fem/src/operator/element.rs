@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::residual::Increment;
 use crate::element::Space;
-use crate::material::{Damage, Inverted, PointMaterial};
+use crate::material::{Damage, Inverted, PointMaterial, PointResponse};
 
 /// The 4 × 4 block of nodes a and b: rows u_x, u_y, u_z, φ of a, columns those of b.
 pub(crate) type Block = [[f64; 4]; 4];
@@ -22,6 +22,8 @@ pub(crate) struct Element<'a, const N: usize> {
     damage: [f64; N],
     before: [f64; N],
     duration: f64,
+    /// The largest ψ⁺ so far by elastic point, or nothing.
+    history: &'a [f64],
 }
 
 /// The contributions of one element to the residual.
@@ -46,6 +48,13 @@ impl<'a, const N: usize> Element<'a, N> {
             damage: std::array::from_fn(|a| value(&increment.fields.damage, a)),
             before: std::array::from_fn(|a| value(increment.span.damage_before, a)),
             duration: increment.span.duration,
+            history: match increment.span.history {
+                [] => &[],
+                all => {
+                    let points = space.rule.points.len();
+                    &all[tet * points..(tet + 1) * points]
+                }
+            },
         }
     }
 
@@ -86,6 +95,21 @@ impl<'a, const N: usize> Element<'a, N> {
         std::array::from_fn(|k| self.damage.iter().zip(shape).map(|(x, g)| x * g[k]).sum())
     }
 
+    /// What drives damage at elastic point q: ψ⁺, or the largest value that it has had.
+    fn driving_energy(&self, q: usize, response: &PointResponse) -> f64 {
+        let so_far = self.history.get(q).copied().unwrap_or(0.0);
+        response.driving_energy().max(so_far)
+    }
+
+    /// Writes the driving energy of each elastic point.
+    pub(crate) fn driving_energies(&self, out: &mut [f64]) -> Result<(), Inverted> {
+        for (q, (value, shape)) in out.iter_mut().zip(self.gradients).enumerate() {
+            let response = self.material.respond(&self.displacement_gradient(shape))?;
+            *value = self.driving_energy(q, &response);
+        }
+        Ok(())
+    }
+
     /// R_u and R_φ of the element's nodes, and its energies.
     pub(crate) fn residual(&self) -> Result<ElementResidual<N>, Inverted> {
         let mut out = ElementResidual {
@@ -111,7 +135,7 @@ impl<'a, const N: usize> Element<'a, N> {
             }
             if let Some(damage) = &self.material.damage {
                 for (drive, c) in driving.iter_mut().zip(&self.space.rule.mixing[q]) {
-                    *drive += weight * c * response.driving_energy();
+                    *drive += weight * c * self.driving_energy(q, &response);
                 }
                 let slope = self.damage_gradient(shape);
                 let stiffness = weight * damage.gradient;
@@ -180,7 +204,7 @@ impl<'a, const N: usize> Element<'a, N> {
             let Some(damage) = &self.material.damage else { continue };
             let row = &self.space.rule.mixing[q];
             for (drive, c) in driving.iter_mut().zip(row) {
-                *drive += weight * c * response.driving_energy();
+                *drive += weight * c * self.driving_energy(q, &response);
             }
             for a in 0..N {
                 for b in 0..=a {

@@ -2,6 +2,7 @@
 
 use crate::compression::Fields;
 use crate::material::PointMaterial;
+use crate::solve::Bounds;
 
 /// One time increment: where it starts, where it stands.
 #[derive(Clone, Copy)]
@@ -14,13 +15,25 @@ pub(crate) struct Increment<'a> {
     pub(crate) span: Span<'a>,
 }
 
-/// The start and the length of a time increment.
+/// A time increment: its start, its length, and what it may not cross.
 #[derive(Clone, Copy)]
 pub(crate) struct Span<'a> {
     /// φ at the start.
     pub(crate) damage_before: &'a [f64],
     /// Δt, s.
     pub(crate) duration: f64,
+    /// The largest ψ⁺ so far at each elastic point, element after element; empty: the current one
+    /// drives damage.
+    pub(crate) history: &'a [f64],
+    /// Limits of nodal values; `None`: there are none.
+    pub(crate) bounds: Option<&'a Bounds>,
+}
+
+impl<'a> Span<'a> {
+    /// An increment without history and bounds.
+    pub(crate) fn new(damage_before: &'a [f64], duration: f64) -> Self {
+        Self { damage_before, duration, history: &[], bounds: None }
+    }
 }
 
 /// Residual and energies at the current fields.

@@ -1,6 +1,8 @@
-//! Newton, alternate minimisation, and the sparse direct solver.
+//! Newton, alternate minimisation, arc length, bounds, and linear solvers.
 
 mod alternate;
+mod arc_length;
+mod bounds;
 mod linear;
 mod newton;
 mod options;
@@ -8,5 +10,7 @@ mod options;
 pub use newton::Effort;
 pub use options::{Scheme, SolverOptions};
 
+pub(crate) use arc_length::Control;
+pub(crate) use bounds::Bounds;
 pub(crate) use linear::LinearPlan;
 pub(crate) use newton::{Solver, StepFailure};

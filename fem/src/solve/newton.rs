@@ -71,17 +71,19 @@ pub(super) struct Norms {
 }
 
 impl Norms {
-    fn of(residual: &Residual, unknowns: &Unknowns) -> Self {
+    /// What a bound holds is a reaction: of the `unknown` values it leaves the `free` ones.
+    fn of(residual: &Residual, unknown: &[[bool; 4]], free: &[[bool; 4]]) -> Self {
         let [mut force, mut reaction, mut damage, mut drive] = [0.0; 4];
-        for ((nodal, equation), d) in
-            residual.nodal.iter().zip(&unknowns.equation).zip(&residual.drive)
-        {
+        let values = residual.nodal.iter().zip(&residual.drive);
+        for ((nodal, d), (unknown, free)) in values.zip(unknown.iter().zip(free)) {
             for k in 0..3 {
                 let square = nodal[k] * nodal[k];
-                if equation[k] == NONE { reaction += square } else { force += square }
+                if free[k] { force += square } else { reaction += square }
             }
-            if equation[3] != NONE {
+            if free[3] {
                 damage += nodal[3] * nodal[3];
+            }
+            if unknown[3] {
                 drive += d * d;
             }
         }
@@ -127,15 +129,18 @@ enum Factor {
 /// The solver of one run.
 pub(crate) struct Solver<'a> {
     pub(super) operator: &'a dyn Operator,
-    pub(super) unknowns: &'a Unknowns,
     pub(super) materials: &'a [PointMaterial],
     pub(super) options: SolverOptions,
     pub(crate) effort: Effort,
     /// Residual and energies at the last fields that were accepted.
     pub(crate) residual: Residual,
     linear: Box<dyn LinearSolver + 'a>,
-    /// The values that are solved for.
+    /// The values that are not prescribed.
+    unknown: Vec<[bool; 4]>,
+    /// Those that no bound holds, at the fields evaluated last.
     free: Vec<[bool; 4]>,
+    /// Those that the tangent at hand takes as free.
+    linearised: Vec<[bool; 4]>,
     factor: Factor,
     coupling: Coupling,
     step: Vec<Nodal>,
@@ -151,21 +156,23 @@ const LINEAR_TOLERANCE: f64 = 1e-3;
 impl<'a> Solver<'a> {
     pub(crate) fn new(
         operator: &'a dyn Operator,
-        unknowns: &'a Unknowns,
+        unknowns: &Unknowns,
         materials: &'a [PointMaterial],
         options: SolverOptions,
         linear: Box<dyn LinearSolver + 'a>,
     ) -> Self {
         let nodes = unknowns.equation.len();
+        let unknown: Vec<_> = unknowns.equation.iter().map(|e| e.map(|e| e != NONE)).collect();
         Self {
             operator,
-            unknowns,
             materials,
             options,
             effort: Effort::default(),
             residual: Residual::new(nodes),
             linear,
-            free: unknowns.equation.iter().map(|e| e.map(|e| e != NONE)).collect(),
+            free: unknown.clone(),
+            linearised: unknown.clone(),
+            unknown,
             factor: Factor::Absent,
             coupling: Coupling::Full,
             step: vec![[0.0; 4]; nodes],
@@ -195,7 +202,11 @@ impl<'a> Solver<'a> {
     pub(super) fn evaluate(&mut self, fields: &Fields, span: Span) -> Result<Norms, StepFailure> {
         let increment = Increment { materials: self.materials, fields, span };
         self.operator.residual(&increment, &mut self.residual)?;
-        Ok(Norms::of(&self.residual, self.unknowns))
+        if let Some(bounds) = span.bounds {
+            self.free.copy_from_slice(&self.unknown);
+            bounds.hold(fields, &self.residual, &mut self.free);
+        }
+        Ok(Norms::of(&self.residual, &self.unknown, &self.free))
     }
 
     /// Newton on one field or on both, down to `tolerance`.
@@ -211,12 +222,15 @@ impl<'a> Solver<'a> {
             self.factor = Factor::Absent;
             self.coupling = coupling;
         }
+        if let Some(bounds) = span.bounds {
+            bounds.project(fields);
+        }
         let mut norms = self.evaluate(fields, span)?;
         for _ in 0..self.options.iterations {
             if norms.converged(field, tolerance) {
                 return Ok(());
             }
-            if self.factor == Factor::Absent {
+            if self.factor == Factor::Absent || self.linearised != self.free {
                 self.factorise(fields, span)?;
             }
             self.effort.iterations += 1;
@@ -244,8 +258,43 @@ impl<'a> Solver<'a> {
     fn factorise(&mut self, fields: &Fields, span: Span) -> Result<(), StepFailure> {
         let increment = Increment { materials: self.materials, fields, span };
         self.linear.linearise(&increment, self.coupling, &self.free)?;
+        self.linearised.copy_from_slice(&self.free);
         self.factor = Factor::Fresh;
         Ok(())
+    }
+
+    /// Newton on both fields, without a rescue.
+    pub(crate) fn solve_monolithic(
+        &mut self,
+        fields: &mut Fields,
+        span: Span,
+    ) -> Result<(), StepFailure> {
+        self.newton(Field::Both, fields, span, self.options.tolerance)
+    }
+
+    /// Assembles the tangent of both fields at the fields evaluated last.
+    pub(super) fn linearise_both(
+        &mut self,
+        fields: &Fields,
+        span: Span,
+    ) -> Result<(), StepFailure> {
+        self.coupling = Coupling::Full;
+        self.effort.iterations += 1;
+        self.factorise(fields, span)
+    }
+
+    /// Solves with the tangent at hand.
+    pub(super) fn solve_nodal(
+        &mut self,
+        right: &[Nodal],
+        tolerance: f64,
+    ) -> Result<Vec<Nodal>, StepFailure> {
+        let mut x = vec![[0.0; 4]; right.len()];
+        let effort =
+            self.linear.solve(right, &mut x, tolerance).map_err(|_| StepFailure::Singular)?;
+        self.effort.linear += effort.iterations;
+        self.effort.factorisations += effort.renewals;
+        Ok(x)
     }
 
     /// The step of the fields that the iteration acts on.
@@ -256,10 +305,7 @@ impl<'a> Solver<'a> {
                 value[k] = if field.holds(k) { value[k] } else { 0.0 };
             }
         }
-        let solved = self.linear.solve(&right, &mut self.step, LINEAR_TOLERANCE);
-        let effort = solved.map_err(|_| StepFailure::Singular)?;
-        self.effort.linear += effort.iterations;
-        self.effort.factorisations += effort.renewals;
+        self.step = self.solve_nodal(&right, LINEAR_TOLERANCE)?;
         Ok(())
     }
 
@@ -277,6 +323,9 @@ impl<'a> Solver<'a> {
         for _ in 0..tries {
             let mut trial = std::mem::take(&mut self.trial);
             self.move_by(field, fields, share, &mut trial);
+            if let Some(bounds) = span.bounds {
+                bounds.project(&mut trial);
+            }
             let reached = self.evaluate(&trial, span);
             self.trial = trial;
             if let Ok(next) = reached {
@@ -293,9 +342,9 @@ impl<'a> Solver<'a> {
 
     fn move_by(&self, field: Field, from: &Fields, share: f64, to: &mut Fields) {
         to.copy_from(from);
-        for (node, equation) in self.unknowns.equation.iter().enumerate() {
+        for (node, unknown) in self.unknown.iter().enumerate() {
             for k in 0..4 {
-                if equation[k] != NONE && field.holds(k) {
+                if unknown[k] && field.holds(k) {
                     let change = share * self.step[node][k];
                     if k < 3 {
                         to.displacement[node][k] -= change

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use fem::gmsh::GmshNames;
 use fem::{
-    CompressionTest, CrackDensity, DamageQuadrature, ElasticLaw, Loading, Material, Order, Outcome,
-    PhaseField, SolverOptions, Split, Stepping, TetMesh, gmsh,
+    CompressionTest, ElasticLaw, Loading, Material, Order, Outcome, PhaseField, SolverOptions,
+    Split, Stepping, TetMesh, gmsh,
 };
 
 pub(crate) const RADIUS: f64 = 2.5;
@@ -36,12 +36,7 @@ pub(crate) fn grain() -> Material {
 }
 
 pub(crate) fn phase_field(split: Split) -> PhaseField {
-    PhaseField {
-        model: CrackDensity::At2,
-        split,
-        length_mm: 0.06,
-        quadrature: DamageQuadrature::Auto,
-    }
+    PhaseField { split, ..PhaseField::new(0.06) }
 }
 
 pub(crate) fn loading(displacement_mm: f64, duration_s: f64, steps: u32) -> Loading {
@@ -146,5 +141,8 @@ pub(crate) fn reference_cylinder() -> Option<TetMesh> {
 
 /// Materials in the order of the mesh's regions.
 pub(crate) fn by_region(mesh: &TetMesh, matrix: Material, grain: Material) -> Vec<Material> {
-    mesh.regions.iter().map(|name| if name == "matrix" { matrix } else { grain }).collect()
+    mesh.regions
+        .iter()
+        .map(|name| if name == "matrix" { matrix.clone() } else { grain.clone() })
+        .collect()
 }

@@ -113,7 +113,7 @@ impl Simulator {
                 young_mpa: parameters[0],
                 toughness_n_per_mm: Some(parameters[1]),
                 viscosity_mpa_s: parameters[2],
-                ..materials[region]
+                ..materials[region].clone()
             };
         }
         Ok(self.test.with_materials(materials)?.run(observer))
@@ -176,12 +176,12 @@ fn phase_field(field: &PhaseFieldCase) -> PhaseField {
             SplitName::None => Split::None,
             SplitName::VolumetricDeviatoric => Split::VolumetricDeviatoric,
         },
-        length_mm: field.length_mm,
         quadrature: match field.quadrature {
             QuadratureName::Auto => DamageQuadrature::Auto,
             QuadratureName::Vertex => DamageQuadrature::Vertex,
             QuadratureName::Consistent => DamageQuadrature::Consistent,
         },
+        ..PhaseField::new(field.length_mm)
     }
 }
 

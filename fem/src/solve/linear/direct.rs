@@ -240,8 +240,11 @@ impl<'a> Direct<'a> {
             mask(free, y);
         };
         let mut memory = solve_memory(symbolic, factor);
-        let mut precondition =
-            |x: &[Nodal], y: &mut [Nodal]| apply_factor(symbolic, factor, &mut memory, x, y);
+        // the factor may be that of a tangent with other values held
+        let mut precondition = |x: &[Nodal], y: &mut [Nodal]| {
+            apply_factor(symbolic, factor, &mut memory, x, y);
+            mask(free, y);
+        };
         let mut system = System { apply: &mut apply, precondition: &mut precondition, weight };
         let mut spent = 0;
         if self.definite && tangent.symmetric {

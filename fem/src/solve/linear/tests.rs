@@ -25,6 +25,14 @@ impl Operator for Given {
         Ok(())
     }
 
+    fn driving_energies(&self, _: &Increment, _: &mut [f64]) -> Result<(), Inverted> {
+        Ok(())
+    }
+
+    fn points(&self) -> usize {
+        0
+    }
+
     fn nodes_of(&self, _: usize) -> &[u32] {
         &[]
     }
@@ -67,7 +75,7 @@ fn error_of_direct(tangent: &Tangent, free: &[[bool; 4]]) -> Result<(f64, Linear
     let symbolic = Symbolic::new(&tangent.pattern.graph, &unknowns).expect("a structure");
     let mut direct = Direct::new(&operator, Arc::clone(&tangent.pattern), Arc::new(symbolic));
     let fields = Fields::zero(5);
-    let span = Span { damage_before: &fields.damage, duration: 1.0 };
+    let span = Span::new(&fields.damage, 1.0);
     let increment = Increment { materials: &[], fields: &fields, span };
     direct.linearise(&increment, Coupling::Full, free).expect("never inverted");
     let exact: Vec<Nodal> = (0..5)
@@ -117,7 +125,7 @@ fn a_singular_matrix_is_reported() {
     let symbolic = Symbolic::new(&tangent.pattern.graph, &unknowns).expect("a structure");
     let mut direct = Direct::new(&operator, Arc::clone(&tangent.pattern), Arc::new(symbolic));
     let fields = Fields::zero(5);
-    let span = Span { damage_before: &fields.damage, duration: 1.0 };
+    let span = Span::new(&fields.damage, 1.0);
     let increment = Increment { materials: &[], fields: &fields, span };
     direct.linearise(&increment, Coupling::Full, &[[true; 4]; 5]).expect("never inverted");
     let right: Vec<Nodal> = (0..5).map(|n| [1.0, -2.0, 0.5, n as f64]).collect();

@@ -1,0 +1,45 @@
+//! Ogden's law.
+
+use num_dual::DualNum;
+
+use super::{HyperelasticLaw, PrincipalStrain};
+
+/// Compressible Ogden rubber: ψ = Σ_p μ_p/α_p Σ_i (λ̄_i^α_p − 1) + K/4 (J² − 1 − 2 ln J).
+///
+/// λ̄_i = J^(−1/3) λ_i. The stress is τ_i = Σ_p μ_p (λ̄_i^α_p − ⅓ Σ_j λ̄_j^α_p) + K/2 (J² − 1).
+///
+/// Small strain: λ̄^α − 1 = α ε̄ + ½ α² ε̄² + … and Σ ε̄_i = 0 leave ½ Σ_p μ_p α_p Σ_i ε̄_i², so
+/// the shear modulus is μ = ½ Σ_p μ_p α_p; the bulk modulus is K.
+///
+/// Edge cases: every term with μ_p α_p > 0 makes a stable law; Mooney–Rivlin is α = 2 with
+/// μ₁ = 2 C₁₀ and α = −2 with μ₂ = −2 C₀₁. An exponent of zero is refused as not finite.
+///
+/// Reference: Ogden, Proc. R. Soc. A 326 (1972) 565, doi:10.1098/rspa.1972.0026.
+///
+/// # Example
+/// Ogden's three terms for Treloar's rubber:
+/// ```
+/// use fem::{Material, Ogden};
+///
+/// let terms = vec![(0.63, 1.3), (0.0012, 5.0), (-0.01, -2.0)];
+/// let material = Material::hyperelastic(Ogden { terms, bulk_mpa: 40.0 })?;
+/// let shear = material.young_mpa / (2.0 * (1.0 + material.poisson));
+/// assert!((shear - 0.4225).abs() < 1e-12);
+/// # Ok::<(), fem::FemError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ogden {
+    /// (μ_p in MPa, α_p) of each term.
+    pub terms: Vec<(f64, f64)>,
+    /// Bulk modulus K, MPa.
+    pub bulk_mpa: f64,
+}
+
+impl HyperelasticLaw for Ogden {
+    fn energy<T: DualNum<f64> + Copy>(&self, strain: &PrincipalStrain<T>) -> T {
+        let start = strain.volumetric_energy(self.bulk_mpa);
+        self.terms
+            .iter()
+            .fold(start, |sum, &(mu, alpha)| sum + strain.isochoric_power_sum(alpha) * (mu / alpha))
+    }
+}

@@ -1,0 +1,42 @@
+//! The Saint-Venant–Kirchhoff law.
+
+use num_dual::DualNum;
+
+use super::{HyperelasticLaw, PrincipalStrain};
+
+/// Saint-Venant–Kirchhoff solid: ψ = λ/2 (tr E)² + μ E : E in Green's strain E = ½ (FᵀF − I).
+///
+/// The second Piola–Kirchhoff stress is S = λ tr E I + 2μ E, so τ_i = (1 + 2 E_i)(λ tr E + 2μ E_i).
+///
+/// Small strain: E_i = ε_i + ε_i² + …, so ψ = λ/2 (tr ε)² + μ ε : ε to second order: λ and μ are
+/// the Lamé constants themselves.
+///
+/// Edge cases: ψ stays finite as J → 0, and a bar under uniaxial stress is weakest at the stretch
+/// 1/√3, below which it gives way. It is for large rotations with small strain, not for crushing.
+///
+/// Reference: Ciarlet, Mathematical Elasticity I (1988), section 4.4.
+///
+/// # Example
+/// ```
+/// use fem::{Material, SaintVenantKirchhoff};
+///
+/// let material = Material::hyperelastic(SaintVenantKirchhoff { lame_mpa: 110.0, shear_mpa: 110.0 })?;
+/// assert!((material.young_mpa - 275.0).abs() < 1e-10 && (material.poisson - 0.25).abs() < 1e-12);
+/// # Ok::<(), fem::FemError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SaintVenantKirchhoff {
+    /// λ, MPa.
+    pub lame_mpa: f64,
+    /// μ, MPa.
+    pub shear_mpa: f64,
+}
+
+impl HyperelasticLaw for SaintVenantKirchhoff {
+    fn energy<T: DualNum<f64> + Copy>(&self, strain: &PrincipalStrain<T>) -> T {
+        let green = strain.green();
+        let trace = green[0] + green[1] + green[2];
+        let squares = green[0] * green[0] + green[1] * green[1] + green[2] * green[2];
+        trace * trace * (self.lame_mpa / 2.0) + squares * self.shear_mpa
+    }
+}

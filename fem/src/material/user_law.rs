@@ -1,0 +1,181 @@
+//! A law written as an energy: stress and tangent follow by dual numbers.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use nalgebra::{SMatrix, SVector};
+use num_dual::{DualNum, hessian, second_derivative};
+
+use super::PrincipalStrain;
+use super::hencky::x_coth_x;
+use super::law::Part;
+use crate::error::FemError;
+
+/// An isotropic hyperelastic law, given by its energy alone.
+///
+/// ψ, the energy per reference volume in MPa = N mm/mm³, is written once over a generic scalar and
+/// must be a symmetric function of the principal strains, zero and stress-free at rest. The
+/// Kirchhoff stress τ_i = ∂ψ/∂ε_i and the consistent tangent are its derivatives by dual numbers,
+/// exact at equal stretches too. A deformation with det F ≤ 0 never reaches the law: the solver
+/// cuts the step there.
+///
+/// # Example
+/// Blatz & Ko's foam rubber, ψ = μ/2 (I₂/I₃ + 2 J − 5), in its own words:
+/// ```
+/// use fem::{DualNum, HyperelasticLaw, Material, PrincipalStrain};
+///
+/// #[derive(Debug)]
+/// struct BlatzKo {
+///     shear_mpa: f64,
+/// }
+///
+/// impl HyperelasticLaw for BlatzKo {
+///     fn energy<T: DualNum<f64> + Copy>(&self, strain: &PrincipalStrain<T>) -> T {
+///         // I₂/I₃ − 3 = Σ (λ_i⁻² − 1)
+///         let shape = strain.power_sum(-2.0);
+///         let volume = strain.log_volume().exp_m1() * 2.0;
+///         (shape + volume) * (self.shear_mpa / 2.0)
+///     }
+/// }
+///
+/// let foam = Material::hyperelastic(BlatzKo { shear_mpa: 0.4 })?;
+/// assert!((foam.poisson - 0.25).abs() < 1e-12 && (foam.young_mpa - 1.0).abs() < 1e-12);
+/// # Ok::<(), fem::FemError>(())
+/// ```
+pub trait HyperelasticLaw: Debug + Send + Sync + 'static {
+    /// ψ at the given strain.
+    fn energy<T: DualNum<f64> + Copy>(&self, strain: &PrincipalStrain<T>) -> T;
+}
+
+/// A law of the user's own, as [`ElasticLaw::User`](super::ElasticLaw::User) holds it.
+///
+/// Made by [`Material::hyperelastic`](super::Material::hyperelastic). Clones share the law; two are
+/// equal if they do.
+#[derive(Clone, Debug)]
+pub struct UserLaw(Arc<dyn Derived>);
+
+impl PartialEq for UserLaw {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::addr_eq(Arc::as_ptr(&self.0), Arc::as_ptr(&other.0))
+    }
+}
+
+/// The derivatives of a law, with the generic scalar gone.
+trait Derived: Debug + Send + Sync {
+    fn value(&self, strain: [f64; 3]) -> f64;
+
+    fn derivatives(&self, strain: [f64; 3]) -> (f64, SVector<f64, 3>, SMatrix<f64, 3, 3>);
+
+    /// d²ψ/dδ² at ε_i = m + δ, ε_j = m − δ; `strain` holds m at both.
+    fn spread_curvature(&self, strain: [f64; 3], i: usize, j: usize, delta: f64) -> f64;
+}
+
+impl<L: HyperelasticLaw> Derived for L {
+    fn value(&self, strain: [f64; 3]) -> f64 {
+        self.energy(&PrincipalStrain::new(strain))
+    }
+
+    fn derivatives(&self, strain: [f64; 3]) -> (f64, SVector<f64, 3>, SMatrix<f64, 3, 3>) {
+        hessian(|e| self.energy(&PrincipalStrain::new([e[0], e[1], e[2]])), &SVector::from(strain))
+    }
+
+    fn spread_curvature(&self, strain: [f64; 3], i: usize, j: usize, delta: f64) -> f64 {
+        let along = |d| {
+            let mut e = strain.map(num_dual::Dual2_64::from);
+            e[i] += d;
+            e[j] -= d;
+            self.energy(&PrincipalStrain::new(e))
+        };
+        second_derivative(along, delta).2
+    }
+}
+
+/// Below this difference of strains, τ_i − τ_j is integrated instead of subtracted.
+const NEAR: f64 = 0.1;
+/// The positive half of the six-point Gauss rule: exact to degree 11 for even functions on [−1, 1].
+const GAUSS: [[f64; 2]; 3] = [
+    [0.238_619_186_083_196_9, 0.467_913_934_572_691],
+    [0.661_209_386_466_264_5, 0.360_761_573_048_138_6],
+    [0.932_469_514_203_152_1, 0.171_324_492_379_170_35],
+];
+
+impl UserLaw {
+    /// Wraps a law; [`small_strain`](Self::small_strain) tells whether it is one.
+    pub(super) fn new(law: impl HyperelasticLaw) -> Self {
+        Self(Arc::new(law))
+    }
+
+    /// Energy, stress and tangent.
+    ///
+    /// ½ (τ_i − τ_j) coth x with x = ε_i − ε_j loses its digits for x → 0, and its limit differs
+    /// from it at second order. But τ_i − τ_j is the derivative of ψ(m + δ, m − δ) at δ = x/2, an odd
+    /// function of δ, so that the term is ¼ x coth x times the mean of d²ψ/dδ² over (0, δ).
+    pub(super) fn respond(&self, strain: [f64; 3]) -> Part {
+        let (energy, stress, tangent) = self.0.derivatives(strain);
+        let shear = std::array::from_fn(|k| {
+            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+            let x = strain[i] - strain[j];
+            if x.abs() >= NEAR {
+                return 0.5 * (stress[i] - stress[j]) / x.tanh();
+            }
+            let mut middle = strain;
+            middle[i] = 0.5 * (strain[i] + strain[j]);
+            middle[j] = middle[i];
+            let mean: f64 = GAUSS
+                .iter()
+                .map(|[at, w]| w * self.0.spread_curvature(middle, i, j, 0.5 * x * at))
+                .sum();
+            0.25 * x_coth_x(x) * mean
+        });
+        Part {
+            energy,
+            stress: stress.into(),
+            tangent: std::array::from_fn(|i| std::array::from_fn(|j| tangent[(i, j)])),
+            shear,
+        }
+    }
+
+    /// Young's modulus (MPa) and Poisson's ratio at small strain.
+    ///
+    /// With D_ij = ∂²ψ/∂ε_i∂ε_j at rest: λ = D_12, 2μ = D_11 − D_12.
+    ///
+    /// # Errors
+    /// If the energy is not symmetric in the strains, the rest state is not one of zero energy and
+    /// stress, or a modulus is not positive.
+    pub(super) fn small_strain(&self) -> Result<[f64; 2], FemError> {
+        let (energy, stress, tangent) = self.0.derivatives([0.0; 3]);
+        let (lame, shear) = (tangent[(0, 1)], 0.5 * (tangent[(0, 0)] - tangent[(0, 1)]));
+        let bulk = lame + 2.0 / 3.0 * shear;
+        let refuse = |message: &str, mend: &str| {
+            Err(FemError::Unsupported {
+                entity: format!("law {:?}", self.0),
+                message: message.into(),
+                mend: mend.into(),
+            })
+        };
+        if !(shear > 0.0 && bulk > 0.0 && shear.is_finite() && bulk.is_finite()) {
+            let message = format!(
+                "its moduli at rest, K = {bulk} MPa and μ = {shear} MPa, are not both positive"
+            );
+            return refuse(&message, "check the signs of its parameters");
+        }
+        let round_off = 1e-10 * (bulk + shear);
+        if energy.abs() > round_off || stress.amax() > round_off {
+            return refuse(
+                "its energy or its stress at rest is not zero",
+                "subtract the constant, and the term that makes rest stationary",
+            );
+        }
+        let [a, b, c] = [0.11, -0.23, 0.05];
+        let first = self.0.value([a, b, c]);
+        let turned = [[a, c, b], [b, a, c], [b, c, a], [c, a, b], [c, b, a]];
+        if turned.iter().any(|&e| (self.0.value(e) - first).abs() > round_off) {
+            return refuse(
+                "its energy changes when the principal strains are exchanged",
+                "write an isotropic energy, symmetric in the three strains",
+            );
+        }
+        let young = 9.0 * bulk * shear / (3.0 * bulk + shear);
+        Ok([young, 0.5 * lame / (lame + shear)])
+    }
+}

@@ -1,0 +1,87 @@
+//! Newton on both fields and on the position of the platen, at a prescribed growth of the crack
+//! energy.
+//!
+//! Rate-independent damage can snap back: at a given displacement there is then no equilibrium near
+//! the last one, but at a given crack energy there is. The constraint E_frac(φ) = E is bordered onto
+//! the system, which one factor solves for two right-hand sides.
+//!
+//! Reference: Verhoosel, Remmers & Gutiérrez, Int. J. Numer. Meth. Engng 77 (2009) 1290,
+//! doi:10.1002/nme.2447, with the crack energy itself in place of the dissipation by a secant.
+
+use super::linear::Nodal;
+use super::newton::{Field, Solver, StepFailure};
+use crate::compression::Fields;
+use crate::operator::{Increment, Residual, Span};
+
+/// Share of its residual that a linear solution may leave: the border multiplies what is left.
+const LINEAR_TOLERANCE: f64 = 1e-8;
+
+/// How the constraint moves the boundary.
+pub(crate) struct Control<'a> {
+    /// Puts the prescribed values where they belong at a position.
+    pub(crate) place: &'a dyn Fn(&mut Fields, f64),
+    /// Difference of positions for the derivative of the residual.
+    pub(crate) nudge: f64,
+    /// The crack energy to reach, N mm.
+    pub(crate) fracture: f64,
+    /// How much of it is new, N mm.
+    pub(crate) release: f64,
+}
+
+impl Solver<'_> {
+    /// Solves for the fields and the position from the guess in `fields`; returns the position.
+    ///
+    /// The damage must be rate independent. After a failure `fields` is not in equilibrium.
+    pub(crate) fn solve_release(
+        &mut self,
+        fields: &mut Fields,
+        mut position: f64,
+        control: &Control,
+        span: Span,
+    ) -> Result<f64, StepFailure> {
+        let tolerance = self.options.tolerance;
+        let mut moved = Residual::new(fields.damage.len());
+        for _ in 0..self.options.iterations {
+            if let Some(bounds) = span.bounds {
+                bounds.project(fields);
+            }
+            let norms = self.evaluate(fields, span)?;
+            let gap = control.fracture - self.residual.fracture;
+            if norms.converged(Field::Both, tolerance) && gap.abs() <= tolerance * control.release {
+                return Ok(position);
+            }
+            self.linearise_both(fields, span)?;
+            let nodal = self.residual.nodal.clone();
+            let newton = self.solve_nodal(&nodal, LINEAR_TOLERANCE)?;
+            let mut shifted = fields.clone();
+            (control.place)(&mut shifted, position + control.nudge);
+            let increment = Increment { materials: self.materials, fields: &shifted, span };
+            self.operator.residual(&increment, &mut moved)?;
+            let border: Vec<Nodal> = (moved.nodal.iter().zip(&nodal))
+                .map(|(a, b)| std::array::from_fn(|k| (a[k] - b[k]) / control.nudge))
+                .collect();
+            let response = self.solve_nodal(&border, LINEAR_TOLERANCE)?;
+
+            let (along_newton, along_response) = (self.growth(&newton), self.growth(&response));
+            let shift = -(gap + along_newton) / along_response;
+            if !shift.is_finite() {
+                return Err(StepFailure::Singular);
+            }
+            position += shift;
+            (control.place)(fields, position);
+            for (n, (newton, response)) in newton.iter().zip(&response).enumerate() {
+                for k in 0..3 {
+                    fields.displacement[n][k] -= newton[k] + shift * response[k];
+                }
+                fields.damage[n] -= newton[3] + shift * response[3];
+            }
+        }
+        Err(StepFailure::TooMany)
+    }
+
+    /// ∂E_frac/∂φ · x: without viscosity the residual of the damage less its drive.
+    fn growth(&self, x: &[Nodal]) -> f64 {
+        let slope = self.residual.nodal.iter().zip(&self.residual.drive).map(|(r, d)| r[3] - d);
+        slope.zip(x).map(|(s, x)| s * x[3]).sum()
+    }
+}

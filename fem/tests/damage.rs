@@ -1,0 +1,198 @@
+//! Damage models on uniform specimens, against closed forms, and the snap-back of a bar.
+
+mod support;
+
+use fem::{
+    CrackDensity, CurvePoint, ElasticLaw, End, Irreversibility, Loading, Material, Order, Outcome,
+    PhaseField, SaintVenantKirchhoff, Split, Stepping, TetMesh,
+};
+use support::{HEIGHT, RADIUS, grain, loading, matrix, phase_field, prism, test};
+
+const LENGTH: f64 = 0.06;
+
+fn brittle() -> Material {
+    Material { viscosity_mpa_s: 0.0, residual_stiffness: 0.0, ..matrix() }
+}
+
+fn area() -> f64 {
+    std::f64::consts::PI * RADIUS * RADIUS
+}
+
+#[test]
+fn at1_is_elastic_up_to_its_threshold_and_then_follows_its_closed_form() {
+    // 1 − φ = (ε_c/ε)², σ = E ε (1 − φ)² with ε_c = √(3 Gc/(8 ℓ₀ E))
+    let (young, toughness) = (275.0, 0.0025);
+    let critical = f64::sqrt(3.0 * toughness / (8.0 * LENGTH * young));
+    assert!((critical - 7.5378e-3).abs() < 5e-8 && (young * critical - 2.07289).abs() < 5e-6);
+    for irreversibility in [Irreversibility::None, Irreversibility::ActiveSet] {
+        let field =
+            PhaseField { model: CrackDensity::At1, irreversibility, ..PhaseField::new(LENGTH) };
+        let total = HEIGHT * (1.0 - f64::exp(-1.2 * critical));
+        let outcome = test(
+            prism(1, false),
+            Order::Linear,
+            vec![brittle()],
+            Some(field),
+            loading(total, 1.0, 24),
+            1e-11,
+        )
+        .run(&mut ());
+        assert_eq!(outcome.curve.len(), 24, "{:?}", outcome.end);
+        let (mut sound, mut broken) = (0, 0);
+        for point in &outcome.curve {
+            let stretch = 1.0 - point.displacement_mm / HEIGHT;
+            let strain = -stretch.ln();
+            let intact = if strain > critical { (critical / strain).powi(2) } else { 1.0 };
+            let stress = point.force_n * stretch / area();
+            let exact = young * strain * intact * intact;
+            assert!((stress - exact).abs() < 1e-8 * exact, "{stress} instead of {exact} MPa");
+            if strain < critical {
+                assert_eq!(point.phi_max, 0.0);
+                sound += 1;
+            } else {
+                assert!((point.phi_mean - (1.0 - intact)).abs() < 1e-8);
+                broken += 1;
+            }
+        }
+        assert!(sound > 15 && broken > 2);
+    }
+}
+
+#[test]
+fn nothing_heals_under_a_growing_load_so_that_all_rules_agree() {
+    let run = |irreversibility| {
+        let field = PhaseField { irreversibility, ..phase_field(Split::VolumetricDeviatoric) };
+        test(
+            prism(2, true),
+            Order::Linear,
+            vec![matrix(), grain()],
+            Some(field),
+            loading(0.08, 1.0, 8),
+            1e-9,
+        )
+        .run(&mut ())
+    };
+    let free = run(Irreversibility::None);
+    assert!(free.curve.len() == 8 && free.curve[7].phi_max > 0.05, "{:?}", free.end);
+    for rule in [Irreversibility::History, Irreversibility::ActiveSet] {
+        let kept = run(rule);
+        for (a, b) in free.curve.iter().zip(&kept.curve) {
+            assert!((a.force_n - b.force_n).abs() < 1e-6 * a.force_n, "{rule:?}\n{a:?}\n{b:?}");
+        }
+    }
+}
+
+#[test]
+fn a_law_given_by_its_energy_runs_through_a_whole_test() {
+    // uniaxial Saint-Venant–Kirchhoff: F = A λ E (1 − λ²)/2
+    let law = SaintVenantKirchhoff { lame_mpa: 110.0, shear_mpa: 110.0 };
+    let material = Material::hyperelastic(law).expect("a law");
+    for order in [Order::Linear, Order::Quadratic] {
+        let test =
+            test(prism(2, false), order, vec![material.clone()], None, loading(0.5, 1.0, 2), 1e-11);
+        let outcome = test.run(&mut ());
+        let stretch = 1.0 - 0.5 / HEIGHT;
+        let exact = area() * stretch * 275.0 * 0.5 * (1.0 - stretch * stretch);
+        let force = outcome.curve[1].force_n;
+        assert!((force - exact).abs() < 1e-9 * exact, "{order:?}: {force} instead of {exact} N");
+    }
+}
+
+/// A column of unit cross-section: a weak layer of height 0.5 under an elastic one of height 10.
+fn column() -> TetMesh {
+    let levels = [0.0, 0.5, 5.0, 10.5];
+    let mut mesh = prism(1, false);
+    mesh.nodes.clear();
+    mesh.tets.clear();
+    mesh.region_of.clear();
+    for z in levels {
+        mesh.nodes.extend([[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z], [1.0, 1.0, z]]);
+    }
+    for layer in 0..3u32 {
+        let corner = |c: u32| 4 * layer + c;
+        for [a, b] in [[1, 3], [3, 2], [2, 6], [6, 4], [4, 5], [5, 1]] {
+            mesh.tets.push([corner(0), corner(a), corner(b), corner(7)]);
+            mesh.region_of.push(u16::from(layer > 0));
+        }
+    }
+    mesh.regions = vec!["weak".into(), "elastic".into()];
+    mesh.surfaces.insert("bottom".into(), vec![[0, 3, 1], [0, 2, 3]]);
+    mesh.surfaces.insert("top".into(), vec![[12, 13, 15], [12, 15, 14]]);
+    mesh
+}
+
+fn snap_back(model: CrackDensity) -> Outcome {
+    let weak = Material {
+        toughness_n_per_mm: Some(0.1),
+        ..Material::elastic(ElasticLaw::Hencky, 100.0, 0.0)
+    };
+    let elastic = Material::elastic(ElasticLaw::Hencky, 100.0, 0.0);
+    let field =
+        PhaseField { model, irreversibility: Irreversibility::ActiveSet, ..PhaseField::new(1.0) };
+    let loading = Loading {
+        displacement_mm: 1.0,
+        duration_s: 1.0,
+        stepping: Stepping::ArcLength { step: 0.02, release_n_mm: 1e-3 },
+        stop_below_peak: Some(0.95),
+    };
+    test(column(), Order::Linear, vec![weak, elastic], Some(field), loading, 1e-10).run(&mut ())
+}
+
+/// The column in closed form: strain ε of the weak layer to (displacement, force, crack energy).
+fn column_state(model: CrackDensity, strain: f64) -> [f64; 3] {
+    let (young, resistance) = (100.0, 0.1 / 1.0);
+    let drive = young * strain * strain;
+    let (phi, crack) = match model {
+        CrackDensity::At2 => {
+            let phi = drive / (drive + resistance);
+            (phi, 0.5 * resistance * phi * phi)
+        }
+        CrackDensity::At1 => {
+            let phi = f64::max(0.0, 1.0 - 0.375 * resistance / drive);
+            (phi, 0.375 * resistance * phi)
+        }
+    };
+    // nominal stress E g ε e^ε, the same in both layers
+    let force = young * (1.0 - phi).powi(2) * strain * strain.exp();
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..100 {
+        let middle: f64 = 0.5 * (low + high);
+        if young * middle * middle.exp() < force { low = middle } else { high = middle }
+    }
+    let displacement = 0.5 * (1.0 - (-strain).exp()) + 10.0 * (1.0 - (-low).exp());
+    [displacement, force, 0.5 * crack]
+}
+
+#[test]
+fn the_arc_length_follows_the_snap_back_of_a_bar_with_a_weak_layer() {
+    for model in [CrackDensity::At2, CrackDensity::At1] {
+        let outcome = snap_back(model);
+        assert!(matches!(outcome.end, End::BelowPeak), "{model:?}: {:?}", outcome.end);
+        let furthest =
+            |of: &dyn Fn(&CurvePoint) -> f64| outcome.curve.iter().map(of).fold(0.0, f64::max);
+        let last = *outcome.curve.last().expect("points");
+        let back = last.displacement_mm / furthest(&|p| p.displacement_mm);
+        assert!(back < 0.5, "{model:?}: the platen came back to {back} of its furthest");
+        let mut damaged = 0;
+        for point in outcome.curve.iter().filter(|p| p.phi_max > 1e-3) {
+            // the strain of the weak layer from its crack energy
+            let (mut low, mut high) = (0.0, 1.0);
+            for _ in 0..100 {
+                let middle = 0.5 * (low + high);
+                let crack = column_state(model, middle)[2];
+                if crack < point.fracture_n_mm { low = middle } else { high = middle }
+            }
+            let [displacement, force, _] = column_state(model, low);
+            assert!(
+                (point.displacement_mm - displacement).abs() < 1e-6 * displacement
+                    && (point.force_n - force).abs() < 1e-6 * force,
+                "{model:?}: {point:?} instead of {force} N at {displacement} mm"
+            );
+            damaged += 1;
+        }
+        assert!(damaged > 10, "{damaged} points on the softening branch");
+        // the work not stored is what the cracks took
+        let released = last.work_n_mm - last.elastic_n_mm;
+        assert!((released - last.fracture_n_mm).abs() < 0.02 * last.fracture_n_mm, "{last:?}");
+    }
+}
