@@ -172,7 +172,7 @@ fn the_arc_length_follows_the_snap_back_of_a_bar_with_a_weak_layer() {
             |of: &dyn Fn(&CurvePoint) -> f64| outcome.curve.iter().map(of).fold(0.0, f64::max);
         let last = *outcome.curve.last().expect("points");
         let back = last.displacement_mm / furthest(&|p| p.displacement_mm);
-        assert!(back < 0.5, "{model:?}: the platen came back to {back} of its furthest");
+        assert!(back < 0.7, "{model:?}: the platen came back to {back} of its furthest");
         let mut damaged = 0;
         for point in outcome.curve.iter().filter(|p| p.phi_max > 1e-3) {
             // the strain of the weak layer from its crack energy
