@@ -11,13 +11,15 @@ pub enum FemError {
     /// The platens cannot be placed.
     #[error("{0}: check the surface names")]
     Platens(&'static str),
-    /// A surface that carries a platen is absent or empty.
+    /// A surface that a condition names is absent or empty.
     #[error(
-        "the mesh has no triangles on surface '{name}', where a platen acts; it has {present}: name the surfaces 'bottom' and 'top' when the mesh is made or read"
+        "the mesh has no triangles on surface '{name}', where {role}; it has {present}: name the surfaces when the mesh is made or read (a compression test needs 'bottom' and 'top')"
     )]
     MissingSurface {
         /// The surface that is needed.
-        name: &'static str,
+        name: String,
+        /// What it is needed for.
+        role: &'static str,
         /// The surfaces that there are.
         present: String,
     },
@@ -57,13 +59,15 @@ pub enum FemError {
     },
     /// No equilibrium was found, although the load step was cut to its least size.
     #[error(
-        "no equilibrium at {displacement_mm} mm with steps down to {step_mm} mm ({reason}); refine the mesh, raise the viscosity, or allow smaller steps"
+        "no equilibrium after {displacement_mm} mm ({time_s} s) with steps down to {step_s} s ({reason}); refine the mesh, raise the viscosity, or allow smaller steps"
     )]
     NotConverged {
-        /// The last displacement with equilibrium.
+        /// The last displacement with equilibrium, mm.
         displacement_mm: f64,
-        /// The last increment tried.
-        step_mm: f64,
+        /// Its time, s.
+        time_s: f64,
+        /// The last increment tried, s.
+        step_s: f64,
         /// Why the last try ended.
         reason: String,
     },

@@ -56,6 +56,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod boundary;
 mod compression;
 mod contact;
 mod element;
@@ -67,10 +68,12 @@ mod operator;
 mod solve;
 mod specimen;
 
+pub use boundary::{Axis, Conditions, PointValues, Problem};
 pub use compression::{
-    CompressionTest, CurvePoint, End, Fields, Loading, Observer, Outcome, PartTimes, Stepping,
-    read_curve, write_curve,
+    CompressionTest, CurvePoint, End, Fields, Friction, Loading, Observer, Outcome, PartTimes,
+    Platens, Schedule, Stepping, read_curve, write_curve,
 };
+pub use contact::{ContactPoint, Platen};
 pub use element::Order;
 pub use error::FemError;
 pub use material::{

@@ -10,8 +10,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use fem::{
-    Campaign, CampaignError, CampaignProgress, CurvePoint, Effort, End, FemError, Fields, Outcome,
-    RunEnd, RunInput, RunRecord, RunStatus,
+    Campaign, CampaignError, CampaignProgress, CurvePoint, End, FemError, Outcome, RunEnd,
+    RunInput, RunRecord, RunStatus,
 };
 
 const FINGERPRINT: &str = "mesh = cylinder\nload = 0.22 mm";
@@ -30,12 +30,7 @@ fn outcome(run: &RunInput, end: End) -> Outcome {
         force_n: run.inputs[0] * (k as f64).sin(),
         ..CurvePoint::default()
     };
-    Outcome {
-        curve: (0..20).map(point).collect(),
-        end,
-        fields: Fields::default(),
-        effort: Effort::default(),
-    }
+    Outcome { curve: (0..20).map(point).collect(), end, ..Outcome::default() }
 }
 
 fn simple(run: &RunInput, _: &dyn Fn(f64)) -> Result<Outcome, FemError> {

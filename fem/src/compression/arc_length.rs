@@ -1,8 +1,9 @@
 //! Steps of prescribed crack energy, through a snap-back.
 
 use super::curve::{End, Fields};
-use super::loading::{Loading, Stepping};
+use super::loading::Stepping;
 use super::march::March;
+use crate::boundary::Conditions;
 use crate::error::FemError;
 use crate::material::{Material, PhaseField};
 use crate::solve::{Control, Solver, StepFailure};
@@ -13,7 +14,7 @@ const CUTS: f64 = 64.0;
 const LEAST: f64 = 1e-4;
 const CUT: f64 = 0.5;
 const GROWTH: f64 = 1.5;
-/// Difference of positions, as a share of the full displacement.
+/// Difference of positions, as a share of the duration.
 const NUDGE: f64 = 1e-6;
 
 impl March<'_> {
@@ -32,7 +33,7 @@ impl March<'_> {
                 (Ok(()), true) => step = largest.min(GROWTH * step),
                 (Ok(()), false) => {
                     release = limit.min(GROWTH * release);
-                    let moved = self.change.as_ref().map_or(0.0, |(_, moved)| *moved);
+                    let moved = self.state.change.as_ref().map_or(0.0, |(_, moved)| *moved);
                     // nearly elastic again: the platen leads
                     if moved > largest {
                         (by_platen, step) = (true, largest);
@@ -52,7 +53,10 @@ impl March<'_> {
                     release *= CUT;
                     continue;
                 }
-                (Err(reason), false) => return self.failure(step, reason),
+                (Err(reason), false) => {
+                    self.state.step = step;
+                    return self.failure(reason);
+                }
             }
             if let Some(end) = self.observe() {
                 return end;
@@ -67,11 +71,14 @@ impl March<'_> {
         step: f64,
         limit: f64,
     ) -> Result<(), StepFailure> {
-        let target = (self.clock + step).min(1.0);
+        let target = (self.state.clock + step).min(1.0);
         let mut fields = self.guess(target);
         let before = solver.effort;
-        solver.solve_monolithic(&mut fields, self.memory.span(&self.fields.damage, 1.0))?;
-        if solver.residual.fracture - self.state.fracture_n_mm > limit {
+        solver.solve_monolithic(
+            &mut fields,
+            self.state.memory.span(&self.state.fields.damage, 1.0),
+        )?;
+        if solver.residual.fracture - self.state.point.fracture_n_mm > limit {
             return Err(StepFailure::Stalled);
         }
         self.accept(solver, before, fields, target)
@@ -84,38 +91,39 @@ impl March<'_> {
         step: f64,
         release: f64,
     ) -> Result<(), StepFailure> {
-        let guess = match &self.released {
+        let guess = match &self.state.released {
             Some(last) => {
-                let moved = self.change.as_ref().map_or(0.0, |(_, moved)| *moved);
-                self.clock + release / last * moved
+                let moved = self.state.change.as_ref().map_or(0.0, |(_, moved)| *moved);
+                self.state.clock + release / last * moved
             }
             // past the last elastic state, so that some damage is free to grow
-            None => self.clock + step,
+            None => self.state.clock + step,
         };
         let mut fields = self.guess(guess);
         let before = solver.effort;
-        let start = self.state.fracture_n_mm;
+        let start = self.state.point.fracture_n_mm;
         let control = Control {
             place: &|fields: &mut Fields, position| self.place(fields, position),
             nudge: NUDGE,
             fracture: start + release,
             release,
         };
-        let span = self.memory.span(&self.fields.damage, 1.0);
+        let span = self.state.memory.span(&self.state.fields.damage, 1.0);
         let position = solver.solve_release(&mut fields, guess, &control, span)?;
         self.accept(solver, before, fields, position)?;
-        self.released = Some(release);
+        self.state.released = Some(release);
         Ok(())
     }
 }
 
 /// Refuses what arc-length steps cannot follow.
-pub(super) fn check(
-    loading: &Loading,
+pub(crate) fn check_arc_length(
+    stepping: Stepping,
     materials: &[Material],
     field: Option<&PhaseField>,
+    conditions: &Conditions,
 ) -> Result<(), FemError> {
-    if !matches!(loading.stepping, Stepping::ArcLength { .. }) {
+    if !matches!(stepping, Stepping::ArcLength { .. }) {
         return Ok(());
     }
     let refuse = |message: &str, mend: &str| {
@@ -126,6 +134,12 @@ pub(super) fn check(
         })
     };
     let damaged = || materials.iter().filter(|m| m.toughness_n_per_mm.is_some());
+    if !conditions.only_prescribe() {
+        return refuse(
+            "move prescribed displacements back and forth, which loads and platens do not follow",
+            "prescribe the displacement of the ends, or take adaptive steps",
+        );
+    }
     if field.is_none() || damaged().next().is_none() {
         return refuse("control the crack energy, and nothing can break", "take adaptive steps");
     }

@@ -1,9 +1,11 @@
 //! What a test yields.
 
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 use serde::{Deserialize, Serialize};
 
+use crate::contact::ContactPoint;
 use crate::error::FemError;
 use crate::solve::Effort;
 
@@ -12,9 +14,9 @@ use crate::solve::Effort;
 pub struct CurvePoint {
     /// Time, s.
     pub time_s: f64,
-    /// How far the upper platen has come down, mm.
+    /// Displacement of the surface that is measured, mm: how far the upper platen has come down.
     pub displacement_mm: f64,
-    /// Force on the upper platen, N: the sum of the residual over its nodes.
+    /// Force on that surface, N: the sum of the residual over its nodes.
     pub force_n: f64,
     /// Elastic energy ∫ g ψ⁺ + ψ⁻ dV, N mm.
     pub elastic_n_mm: f64,
@@ -22,9 +24,9 @@ pub struct CurvePoint {
     pub fracture_n_mm: f64,
     /// Energy dissipated by the viscosity so far, ∫∫ ξ φ̇² dV dt, N mm.
     pub viscous_n_mm: f64,
-    /// Energy that friction on the platens dissipated so far, N mm.
+    /// Energy dissipated by friction and drag at the platens so far, N mm.
     pub friction_n_mm: f64,
-    /// Work of the platens so far, ∫ F du by the trapezoid rule, N mm.
+    /// Work of loads and supports so far, ∫ F du by the trapezoid rule, N mm.
     pub work_n_mm: f64,
     /// Mean damage over the volume of the regions that have a toughness.
     pub phi_mean: f64,
@@ -41,11 +43,8 @@ impl CurvePoint {
     ///
     /// Zero for the exact solution; O(Δt) and of one sign with the backward Euler rule.
     pub fn balance_n_mm(&self) -> f64 {
-        self.work_n_mm
-            - self.elastic_n_mm
-            - self.fracture_n_mm
-            - self.viscous_n_mm
-            - self.friction_n_mm
+        let dissipated = self.fracture_n_mm + self.viscous_n_mm + self.friction_n_mm;
+        self.work_n_mm - self.elastic_n_mm - dissipated
     }
 }
 
@@ -71,9 +70,10 @@ impl Fields {
 }
 
 /// Why a test ended.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub enum End {
-    /// The full displacement was reached.
+    /// The full displacement, or the end of the schedule, was reached.
+    #[default]
     Displacement,
     /// The force fell as far below its peak as asked.
     BelowPeak,
@@ -84,7 +84,7 @@ pub enum End {
 }
 
 /// The result of a test.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// One point a load step; the unloaded start is not among them.
     pub curve: Vec<CurvePoint>,
@@ -92,6 +92,11 @@ pub struct Outcome {
     pub end: End,
     /// The fields at the last point.
     pub fields: Fields,
+    /// For each surface that something holds or presses: the force that this exerts on the body, N,
+    /// one a load step.
+    pub reactions: BTreeMap<String, Vec<[f64; 3]>>,
+    /// For each surface that faces a platen it may leave: its nodes at the last point.
+    pub contact: BTreeMap<String, Vec<ContactPoint>>,
     /// Work done by the solver.
     pub effort: Effort,
 }

@@ -1,6 +1,6 @@
-//! Everything about a test that does not depend on the values of the parameters.
+//! Everything about a problem that does not depend on the values of the parameters.
 
-use crate::contact::SlidingPlatens;
+use crate::boundary::{Boundary, Conditions};
 use crate::element::{DamageRule, Linear, Order, Quadratic, Rule, Space, Tetrahedron};
 use crate::error::FemError;
 use crate::material::{DamageQuadrature, PhaseField};
@@ -8,17 +8,16 @@ use crate::mesh::TetMesh;
 use crate::operator::{Assembly, Operator, Unknowns};
 use crate::solve::LinearPlan;
 
-/// Space, platens, unknowns and what the linear solver needs, shared by runs.
+/// Space, boundary conditions, unknowns and what the linear solver needs, shared by runs.
 #[derive(Debug)]
 pub(crate) struct Discretisation {
     pub(crate) operator: Box<dyn Operator>,
     pub(crate) unknowns: Unknowns,
     pub(crate) linear: LinearPlan,
-    pub(crate) platens: SlidingPlatens,
+    pub(crate) boundary: Boundary,
     pub(crate) nodes: Vec<[f64; 3]>,
     /// Regions with damage.
     pub(crate) damaged: Vec<bool>,
-    pub(crate) height: f64,
 }
 
 impl Discretisation {
@@ -28,6 +27,8 @@ impl Discretisation {
         order: Order,
         phase_field: Option<&PhaseField>,
         damaged: Vec<bool>,
+        conditions: &Conditions,
+        duration_s: f64,
     ) -> Result<Self, FemError> {
         mesh.validate()?;
         let rule = match phase_field {
@@ -35,8 +36,10 @@ impl Discretisation {
             _ => DamageRule::Absent,
         };
         match order {
-            Order::Linear => Self::with::<4, Linear>(mesh, rule, damaged),
-            Order::Quadratic => Self::with::<10, Quadratic>(mesh, rule, damaged),
+            Order::Linear => Self::with::<4, Linear>(mesh, rule, damaged, conditions, duration_s),
+            Order::Quadratic => {
+                Self::with::<10, Quadratic>(mesh, rule, damaged, conditions, duration_s)
+            }
         }
     }
 
@@ -44,26 +47,11 @@ impl Discretisation {
         mesh: &TetMesh,
         rule: DamageRule,
         damaged: Vec<bool>,
+        conditions: &Conditions,
+        duration_s: f64,
     ) -> Result<Self, FemError> {
         let space = Space::new::<T>(mesh, Rule::new::<T>(rule));
-        let (bottom, top) = (end(&space, mesh, "bottom")?, end(&space, mesh, "top")?);
-        let level = |nodes: &[u32]| {
-            nodes.iter().map(|&n| space.nodes[n as usize][2]).sum::<f64>() / nodes.len() as f64
-        };
-        let height = level(&top) - level(&bottom);
-        if height <= 0.0 {
-            return Err(FemError::Platens(
-                "surface 'top' does not lie above 'bottom' (the axis is z)",
-            ));
-        }
-        let mut at_bottom = vec![false; space.nodes.len()];
-        bottom.iter().for_each(|&n| at_bottom[n as usize] = true);
-        if top.iter().any(|&n| at_bottom[n as usize]) {
-            return Err(FemError::Platens(
-                "surfaces 'bottom' and 'top' have nodes in common, which cannot stand still and move",
-            ));
-        }
-        let platens = SlidingPlatens::new(&space.nodes, bottom, top)?;
+        let boundary = Boundary::new(&space, mesh, conditions, damaged.clone(), duration_s)?;
         let mut carries_damage = vec![false; space.nodes.len()];
         if rule != DamageRule::Absent {
             for (nodes, &region) in space.tets.iter().zip(&space.region) {
@@ -73,38 +61,16 @@ impl Discretisation {
             }
         }
         let (linear, unknowns) =
-            LinearPlan::new(&space.tets, &space.nodes, &carries_damage, platens.held())?;
+            LinearPlan::new(&space.tets, &space.nodes, &carries_damage, boundary.held())?;
         let nodes = space.nodes.clone();
         Ok(Self {
             operator: Box::new(Assembly::new::<T>(space)),
             unknowns,
             linear,
-            platens,
+            boundary,
             nodes,
             damaged,
-            height,
         })
-    }
-}
-
-/// The nodes of a loaded end.
-fn end<const N: usize>(
-    space: &Space<N>,
-    mesh: &TetMesh,
-    name: &'static str,
-) -> Result<Vec<u32>, FemError> {
-    match mesh.surfaces.get(name) {
-        Some(triangles) if !triangles.is_empty() => Ok(space.nodes_on(triangles)),
-        _ => {
-            let names: Vec<_> = mesh
-                .surfaces
-                .iter()
-                .filter(|(_, t)| !t.is_empty())
-                .map(|(n, _)| format!("'{n}'"))
-                .collect();
-            let present = if names.is_empty() { "none".into() } else { names.join(", ") };
-            Err(FemError::MissingSurface { name, present })
-        }
     }
 }
 

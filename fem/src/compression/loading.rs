@@ -8,8 +8,8 @@ pub enum Stepping {
     /// So many equal steps; one that finds no equilibrium is done in parts, and the curve keeps the
     /// points asked for.
     Fixed(u32),
-    /// Steps that grow while they converge and are cut where they do not, as shares of the full
-    /// displacement.
+    /// Steps that grow while they converge and are cut where they do not, as shares of the whole
+    /// duration.
     Adaptive {
         /// First step.
         first: f64,
@@ -28,6 +28,17 @@ pub enum Stepping {
         /// Crack energy that a step may add, N mm.
         release_n_mm: f64,
     },
+}
+
+/// The time that a problem covers and the steps through it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Schedule {
+    /// Time at the end, s.
+    pub duration_s: f64,
+    /// Load steps.
+    pub stepping: Stepping,
+    /// Stop once the force of the curve is this share below its peak: 0.1 for 10 %.
+    pub stop_below_peak: Option<f64>,
 }
 
 /// The motion of the upper platen: constant speed up to `displacement_mm` at `duration_s`.
@@ -50,17 +61,36 @@ impl Stepping {
     }
 }
 
+fn check(
+    holds: bool,
+    field: &'static str,
+    value: f64,
+    requirement: &'static str,
+) -> Result<(), FemError> {
+    if holds { Ok(()) } else { Err(FemError::parameter("test", field, value, requirement)) }
+}
+
 impl Loading {
     pub(crate) fn validate(&self, height_mm: f64) -> Result<(), FemError> {
-        let check = |holds: bool, field: &'static str, value: f64, requirement: &'static str| {
-            if holds { Ok(()) } else { Err(FemError::parameter("test", field, value, requirement)) }
-        };
         check(
             self.displacement_mm > 0.0 && self.displacement_mm < height_mm,
             "displacement_mm",
             self.displacement_mm,
             "positive (downwards) and less than the specimen's height",
-        )?;
+        )
+    }
+
+    pub(crate) fn schedule(&self) -> Schedule {
+        Schedule {
+            duration_s: self.duration_s,
+            stepping: self.stepping,
+            stop_below_peak: self.stop_below_peak,
+        }
+    }
+}
+
+impl Schedule {
+    pub(crate) fn validate(&self) -> Result<(), FemError> {
         check(
             self.duration_s > 0.0 && self.duration_s.is_finite(),
             "duration_s",

@@ -1,9 +1,12 @@
 //! The march through the load steps.
 
+use std::collections::BTreeMap;
+
 use super::curve::{CurvePoint, End, Fields, Observer, Outcome};
 use super::discretisation::Discretisation;
-use super::loading::{Loading, Stepping};
+use super::loading::{Schedule, Stepping};
 use super::memory::Memory;
+use crate::boundary::Applied;
 use crate::error::FemError;
 use crate::material::{PhaseField, PointMaterial};
 use crate::solve::{Effort, Solver, SolverOptions, StepFailure};
@@ -12,97 +15,117 @@ use crate::solve::{Effort, Solver, SolverOptions, StepFailure};
 const GROWTH: f64 = 1.5;
 /// A step that does not is cut by this one.
 const CUT: f64 = 0.5;
-/// Least step, as a share of the displacement.
+/// Least step, as a share of the duration.
 const LEAST: f64 = 1e-6;
 
-/// A run in progress. The clock is the share of the full displacement.
-pub(super) struct March<'a> {
+/// A run in progress. The clock is the share of the whole duration.
+pub(crate) struct March<'a> {
     pub(super) domain: &'a Discretisation,
     pub(super) materials: &'a [PointMaterial],
-    pub(super) loading: Loading,
+    pub(super) schedule: Schedule,
     pub(super) options: SolverOptions,
     pub(super) observer: &'a mut dyn Observer,
-    pub(super) curve: Vec<CurvePoint>,
+    pub(super) state: State,
+}
+
+/// All that a run carries from step to step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct State {
+    pub(crate) curve: Vec<CurvePoint>,
+    pub(crate) reactions: BTreeMap<String, Vec<[f64; 3]>>,
     /// The last equilibrium.
-    pub(super) fields: Fields,
+    pub(crate) fields: Fields,
     /// Its change over the increment before, and that increment: for the next guess.
-    pub(super) change: Option<(Fields, f64)>,
-    pub(super) memory: Memory,
+    pub(crate) change: Option<(Fields, f64)>,
+    /// Stress forces at its nodes, N: for the work of the next increment.
+    pub(crate) forces: Vec<[f64; 3]>,
+    /// Reactions at it, N.
+    pub(crate) reaction: BTreeMap<String, [f64; 3]>,
+    /// What damage remembers.
+    pub(crate) memory: Memory,
     /// What the last step of prescribed release released, N mm.
-    pub(super) released: Option<f64>,
-    pub(super) state: CurvePoint,
-    /// Largest force so far, N.
-    pub(super) peak: f64,
-    pub(super) clock: f64,
+    pub(crate) released: Option<f64>,
+    /// Contact pressures, platen by platen, MPa; empty before the first increment.
+    pub(crate) pressures: Vec<Vec<f64>>,
+    pub(crate) point: CurvePoint,
+    pub(crate) clock: f64,
+    /// The next increment to try.
+    pub(crate) step: f64,
+    pub(crate) recorded: u32,
+    pub(crate) peak: f64,
 }
 
 impl<'a> March<'a> {
-    pub(super) fn new(
+    pub(crate) fn new(
         domain: &'a Discretisation,
         materials: &'a [PointMaterial],
         phase_field: Option<&PhaseField>,
-        loading: Loading,
+        schedule: Schedule,
         options: SolverOptions,
         observer: &'a mut dyn Observer,
     ) -> Self {
-        Self {
-            domain,
-            materials,
-            loading,
-            options,
-            observer,
-            curve: Vec::new(),
+        let state = State {
             fields: Fields::zero(domain.nodes.len()),
-            change: None,
             memory: Memory::new(phase_field, domain.operator.as_ref(), domain.nodes.len()),
-            state: CurvePoint::default(),
-            peak: 0.0,
-            released: None,
-            clock: 0.0,
-        }
+            forces: vec![[0.0; 3]; domain.nodes.len()],
+            reactions: domain.boundary.surfaces.keys().map(|k| (k.clone(), vec![])).collect(),
+            step: match schedule.stepping {
+                Stepping::Fixed(steps) => 1.0 / f64::from(steps),
+                Stepping::Adaptive { first, .. } => first,
+                Stepping::ArcLength { step, .. } => step,
+            },
+            ..State::default()
+        };
+        Self { domain, materials, schedule, options, observer, state }
     }
 
-    pub(super) fn run(mut self) -> Outcome {
+    pub(crate) fn run(mut self) -> Outcome {
         let domain = self.domain;
         let operator = domain.operator.as_ref();
         let linear = domain.linear.solver(operator);
         let mut solver =
             Solver::new(operator, &domain.unknowns, self.materials, self.options, linear);
         let end = self.steps(&mut solver);
-        self.finish(end, solver.effort)
-    }
-
-    fn finish(self, end: End, effort: Effort) -> Outcome {
-        Outcome { curve: self.curve, end, fields: self.fields, effort }
+        let fields = self.state.fields;
+        let contact = solver.applied.contacts.iter();
+        Outcome {
+            curve: self.state.curve,
+            end,
+            contact: contact.map(|c| (c.surface.clone(), c.points(&fields))).collect(),
+            fields,
+            reactions: self.state.reactions,
+            effort: solver.effort,
+        }
     }
 
     /// Steps until an end is reached.
     fn steps(&mut self, solver: &mut Solver) -> End {
-        let (mut step, largest) = match self.loading.stepping {
-            Stepping::Fixed(steps) => (1.0 / f64::from(steps), 1.0 / f64::from(steps)),
-            Stepping::Adaptive { first, largest } => (first, largest),
+        let largest = match self.schedule.stepping {
+            Stepping::Fixed(steps) => 1.0 / f64::from(steps),
+            Stepping::Adaptive { largest, .. } => largest,
             Stepping::ArcLength { step, release_n_mm } => {
                 return self.follow(solver, step, release_n_mm);
             }
         };
         loop {
             // the next point to land on: each of the fixed steps, or the end
-            let mark = match self.loading.stepping {
-                Stepping::Fixed(steps) => (self.curve.len() + 1) as f64 / f64::from(steps),
+            let mark = match self.schedule.stepping {
+                Stepping::Fixed(steps) => f64::from(self.state.recorded + 1) / f64::from(steps),
                 _ => 1.0,
             };
+            let (clock, step) = (self.state.clock, self.state.step);
             // no sliver of a step before the mark
-            let target = if self.clock + 1.01 * step >= mark { mark } else { self.clock + step };
+            let target = if clock + 1.01 * step >= mark { mark } else { clock + step };
             match self.advance(solver, target) {
                 Err(_) if step > LEAST => {
                     solver.effort.cuts += 1;
-                    step = CUT * (target - self.clock);
+                    self.state.step = CUT * (target - clock);
                     continue;
                 }
-                Err(reason) => return self.failure(step, reason),
-                Ok(()) => step = largest.min(GROWTH * step),
+                Err(reason) => return self.failure(reason),
+                Ok(()) => self.state.step = largest.min(GROWTH * step),
             }
-            if matches!(self.loading.stepping, Stepping::Fixed(_)) && target < mark {
+            if matches!(self.schedule.stepping, Stepping::Fixed(_)) && target < mark {
                 continue;
             }
             if let Some(end) = self.observe() {
@@ -113,38 +136,48 @@ impl<'a> March<'a> {
 
     /// Puts the state on the curve; the end, if it is one.
     pub(super) fn observe(&mut self) -> Option<End> {
-        self.curve.push(self.state);
-        if self.observer.step(&self.state, &self.fields).is_break() {
+        let state = &mut self.state;
+        state.recorded += 1;
+        state.curve.push(state.point);
+        for (surface, &force) in &state.reaction {
+            state.reactions.entry(surface.clone()).or_default().push(force);
+        }
+        state.peak = state.peak.max(state.point.force_n);
+        let below = |share| state.point.force_n < (1.0 - share) * state.peak;
+        let below_peak = self.schedule.stop_below_peak.is_some_and(below);
+        let stop = self.observer.step(&state.point, &state.fields).is_break();
+        (state.point.newton, state.point.linear) = (0, 0);
+        if stop {
             return Some(End::Interrupted);
         }
-        self.peak = self.peak.max(self.state.force_n);
-        let below = |share| self.state.force_n < (1.0 - share) * self.peak;
-        if self.loading.stop_below_peak.is_some_and(below) {
+        if below_peak {
             return Some(End::BelowPeak);
         }
-        if self.clock >= 1.0 {
-            return Some(End::Displacement);
-        }
-        (self.state.newton, self.state.linear) = (0, 0);
-        None
+        (state.clock >= 1.0).then_some(End::Displacement)
     }
 
-    pub(super) fn failure(&self, step: f64, reason: StepFailure) -> End {
-        let full = self.loading.displacement_mm;
+    pub(super) fn failure(&self, reason: StepFailure) -> End {
         End::Failed(FemError::NotConverged {
-            displacement_mm: self.clock * full,
-            step_mm: step * full,
+            displacement_mm: self.state.point.displacement_mm,
+            time_s: self.state.clock * self.schedule.duration_s,
+            step_s: self.state.step * self.schedule.duration_s,
             reason: reason.to_string(),
         })
     }
 
-    /// One increment, to the share `target` of the displacement.
+    /// One increment, to the share `target` of the duration.
     fn advance(&mut self, solver: &mut Solver, target: f64) -> Result<(), StepFailure> {
-        let step = target - self.clock;
+        let (domain, state) = (self.domain, &self.state);
+        let time_s = target * self.schedule.duration_s;
+        let duration = (target - state.clock) * self.schedule.duration_s;
+        let span = state.memory.span(&state.fields.damage, duration);
+        let young = self.materials.iter().map(|m| m.moduli.young()).fold(0.0, f64::max);
+        let (space, pressures) = (domain.operator.domain(), &state.pressures);
+        solver.applied =
+            Applied::new(&domain.boundary, space, time_s, &state.fields, span, pressures, young);
         let mut fields = self.guess(target);
-        let span = self.memory.span(&self.fields.damage, step * self.loading.duration_s);
         let before = solver.effort;
-        solver.solve(&mut fields, span)?;
+        solver.equilibrium(&mut fields, span)?;
         self.accept(solver, before, fields, target)
     }
 
@@ -156,48 +189,58 @@ impl<'a> March<'a> {
         fields: Fields,
         target: f64,
     ) -> Result<(), StepFailure> {
-        let step = target - self.clock;
-        self.memory.record(self.domain.operator.as_ref(), self.materials, &fields)?;
-        let force = -self
-            .domain
-            .platens
-            .top
-            .iter()
-            .map(|&n| solver.residual.nodal[n as usize][2])
-            .sum::<f64>();
-        let down = target * self.loading.displacement_mm;
-        let damaged = &self.domain.damaged;
-        self.state = CurvePoint {
-            time_s: target * self.loading.duration_s,
-            displacement_mm: down,
-            force_n: force,
-            elastic_n_mm: solver.residual.elastic,
-            fracture_n_mm: solver.residual.fracture,
-            viscous_n_mm: self.state.viscous_n_mm + solver.residual.viscous,
-            friction_n_mm: self.state.friction_n_mm,
-            work_n_mm: self.state.work_n_mm
-                + 0.5 * (force + self.state.force_n) * (down - self.state.displacement_mm),
-            phi_mean: self.domain.operator.mean(&fields.damage, damaged),
-            phi_max: fields.damage.iter().copied().fold(0.0, f64::max),
-            newton: self.state.newton + solver.effort.iterations - before.iterations,
-            linear: self.state.linear + solver.effort.linear - before.linear,
-        };
+        let (domain, state) = (self.domain, &mut self.state);
+        let step = target - state.clock;
+        let time_s = target * self.schedule.duration_s;
+        state.memory.record(domain.operator.as_ref(), self.materials, &fields)?;
+        let (applied, residual) = (&solver.applied, &solver.residual);
+        let reactions = applied.reactions(&domain.boundary, &fields, residual);
+        let forces = applied.stress_forces(&fields, residual);
+        let friction = applied.dissipated(&fields);
+        let [displacement_mm, force_n] =
+            domain.boundary.measure(time_s, &fields.displacement, &reactions);
         let mut change = fields.clone();
-        subtract(&mut change, &self.fields);
-        self.change = Some((change, step));
-        self.fields = fields;
-        self.clock = target;
+        subtract(&mut change, &state.fields);
+        // what acts from outside balances the stress forces node by node; what friction takes from
+        // the platens does not reach the body
+        let work: f64 = forces
+            .iter()
+            .zip(&state.forces)
+            .zip(&change.displacement)
+            .map(|((f, g), du)| (0..3).map(|k| 0.5 * (f[k] + g[k]) * du[k]).sum::<f64>())
+            .sum();
+        let last = &state.point;
+        state.point = CurvePoint {
+            time_s,
+            displacement_mm,
+            force_n,
+            elastic_n_mm: residual.elastic,
+            fracture_n_mm: residual.fracture,
+            viscous_n_mm: last.viscous_n_mm + residual.viscous,
+            friction_n_mm: last.friction_n_mm + friction,
+            work_n_mm: last.work_n_mm + work + friction,
+            phi_mean: domain.operator.mean(&fields.damage, &domain.damaged),
+            phi_max: fields.damage.iter().copied().fold(0.0, f64::max),
+            newton: last.newton + solver.effort.iterations - before.iterations,
+            linear: last.linear + solver.effort.linear - before.linear,
+        };
+        state.reaction = reactions;
+        state.pressures = applied.contacts.iter().map(|c| c.pressures()).collect();
+        state.forces = forces;
+        state.change = Some((change, step));
+        state.fields = fields;
+        state.clock = target;
         Ok(())
     }
 
-    /// Where the next increment is started: the last one continued, or at first a uniform
-    /// shortening; the platens are put where they belong.
+    /// Where the next increment is started: the last one continued, with the held values put where
+    /// they belong.
     pub(super) fn guess(&self, target: f64) -> Fields {
-        let mut fields = self.fields.clone();
-        let bottom = self.domain.nodes[self.domain.platens.pivot as usize][2];
-        match &self.change {
+        let (domain, state) = (self.domain, &self.state);
+        let mut fields = state.fields.clone();
+        match &state.change {
             Some((change, step)) => {
-                let ratio = (target - self.clock) / step;
+                let ratio = (target - state.clock) / step;
                 for (u, du) in fields.displacement.iter_mut().zip(&change.displacement) {
                     for k in 0..3 {
                         u[k] += ratio * du[k];
@@ -206,24 +249,18 @@ impl<'a> March<'a> {
                 fields.damage.iter_mut().zip(&change.damage).for_each(|(phi, d)| *phi += ratio * d);
             }
             None => {
-                let shortening = target * self.loading.displacement_mm / self.domain.height;
-                for (u, x) in fields.displacement.iter_mut().zip(&self.domain.nodes) {
-                    u[2] = -shortening * (x[2] - bottom);
-                }
+                let time_s = target * self.schedule.duration_s;
+                domain.boundary.start(&domain.nodes, time_s, &mut fields);
             }
         }
         self.place(&mut fields, target);
         fields
     }
 
-    /// Puts the platens where they belong.
+    /// Puts the held values where they belong.
     pub(super) fn place(&self, fields: &mut Fields, target: f64) {
-        for &n in &self.domain.platens.top {
-            fields.displacement[n as usize][2] = -target * self.loading.displacement_mm;
-        }
-        for &n in &self.domain.platens.bottom {
-            fields.displacement[n as usize][2] = 0.0;
-        }
+        let time_s = target * self.schedule.duration_s;
+        self.domain.boundary.impose(&self.domain.nodes, time_s, fields);
     }
 }
 

@@ -6,7 +6,7 @@ use crate::operator::{Increment, Operator, Span};
 use crate::solve::{Bounds, StepFailure};
 
 /// The state of the irreversibility.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Memory {
     /// Largest ψ⁺ so far at each elastic point; empty where it is not kept.
     history: Vec<f64>,
@@ -33,7 +33,8 @@ impl Memory {
 
     /// An increment that starts from this memory.
     pub(crate) fn span<'a>(&'a self, damage_before: &'a [f64], duration: f64) -> Span<'a> {
-        Span { damage_before, duration, history: &self.history, bounds: self.bounds.as_ref() }
+        let (history, bounds) = (&self.history[..], self.bounds.as_ref());
+        Span { history, bounds, ..Span::new(damage_before, duration) }
     }
 
     /// Takes an equilibrium into memory.

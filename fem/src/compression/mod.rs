@@ -12,6 +12,10 @@ mod timing;
 
 pub use curve::{CurvePoint, End, Fields, Observer, Outcome};
 pub use curve_file::{read_curve, write_curve};
-pub use loading::{Loading, Stepping};
-pub use test::CompressionTest;
+pub use loading::{Loading, Schedule, Stepping};
+pub use test::{CompressionTest, Friction, Platens};
 pub use timing::PartTimes;
+
+pub(crate) use arc_length::check_arc_length;
+pub(crate) use discretisation::Discretisation;
+pub(crate) use march::March;

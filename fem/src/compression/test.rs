@@ -1,23 +1,49 @@
 //! A compression test, ready to run.
 
 use std::path::Path;
-use std::sync::Arc;
 
-use super::arc_length;
 use super::curve::{Fields, Observer, Outcome};
-use super::discretisation::Discretisation;
 use super::loading::Loading;
-use super::march::March;
+use crate::boundary::{Axis, Conditions, Problem};
+use crate::contact::Platen;
 use crate::element::Order;
 use crate::error::FemError;
 use crate::material::{Material, PhaseField};
-use crate::mesh::{TetMesh, vtu};
-use crate::solve::{Scheme, SolverOptions};
+use crate::mesh::TetMesh;
+use crate::solve::SolverOptions;
 
-/// The unconfined compression of a specimen between rigid, frictionless platens.
+/// How the platens of a compression test hold the specimen.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Platens {
+    /// The ends keep to the platens and slide without friction: exact where nothing lifts off.
+    #[default]
+    Sliding,
+    /// The ends may lift off; sliding is resisted as [`Friction`] says.
+    Unilateral(Friction),
+}
+
+/// Resistance to sliding, see [`Platen`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Friction {
+    /// Coulomb's coefficient μ.
+    pub coefficient: f64,
+    /// Velocity ε below which friction fades into creep, mm/s.
+    pub slip_velocity_mm_per_s: f64,
+    /// Viscous drag F_v, MPa s/mm.
+    pub drag_mpa_s_per_mm: f64,
+}
+
+impl Friction {
+    /// None.
+    pub fn none() -> Self {
+        Self { coefficient: 0.0, slip_velocity_mm_per_s: 1.0, drag_mpa_s_per_mm: 0.0 }
+    }
+}
+
+/// The unconfined compression of a specimen between two rigid platens.
 ///
 /// The lower end (surface `bottom`) keeps its height, the upper one (`top`) moves down at constant
-/// speed; both slide freely in their plane. Displacement and damage solve
+/// speed; [`Platens`] says how they hold the specimen. Displacement and damage solve
 /// ∫ τ : (∇v F⁻¹) dV = 0 and
 /// ∫ g′(φ) ψ⁺ q + (Gc/(c₀ ℓ₀)) (α′(φ) q + 2 ℓ₀² ∇φ·∇q) + (ξ/Δt)(φ − φ_n) q dV = 0.
 ///
@@ -38,17 +64,13 @@ use crate::solve::{Scheme, SolverOptions};
 /// ```
 #[derive(Clone, Debug)]
 pub struct CompressionTest {
-    mesh: Arc<TetMesh>,
-    order: Order,
-    pub(super) materials: Vec<Material>,
-    pub(super) phase_field: Option<PhaseField>,
+    pub(super) problem: Problem,
     loading: Loading,
-    options: SolverOptions,
-    pub(super) discretisation: Arc<Discretisation>,
 }
 
 impl CompressionTest {
-    /// Checks the input and prepares the unknowns and the structure of the factor.
+    /// Checks the input and prepares the unknowns and the structure of the factor; the platens are
+    /// [`Platens::Sliding`].
     ///
     /// `materials` holds one entry for each of `mesh.regions`. Without a phase field the specimen is
     /// elastic and toughnesses are not used; with one, regions without toughness are elastic.
@@ -63,28 +85,23 @@ impl CompressionTest {
         loading: Loading,
         options: SolverOptions,
     ) -> Result<Self, FemError> {
-        check_materials(&mesh, &materials, phase_field.as_ref())?;
-        if let Some(field) = &phase_field {
-            field.validate()?;
-        }
-        options.validate()?;
-        let turns = phase_field.as_ref().is_some_and(|field| !field.is_variational());
-        let scheme = if turns { Scheme::Alternate } else { options.scheme };
-        let options = SolverOptions { scheme, ..options };
-        let damaged = damaged_regions(&materials, phase_field.as_ref());
-        let discretisation =
-            Arc::new(Discretisation::new(&mesh, order, phase_field.as_ref(), damaged)?);
-        loading.validate(discretisation.height)?;
-        arc_length::check(&loading, &materials, phase_field.as_ref())?;
-        Ok(Self {
-            mesh: Arc::new(mesh),
-            order,
-            materials,
-            phase_field,
-            loading,
-            options,
-            discretisation,
-        })
+        let [bottom, top] = levels(&mesh)?;
+        let conditions = conditions(Platens::Sliding, loading, [bottom, top]);
+        let schedule = loading.schedule();
+        let problem =
+            Problem::new(mesh, order, materials, phase_field, conditions, schedule, options)?;
+        loading.validate(top - bottom)?;
+        Ok(Self { problem, loading })
+    }
+
+    /// The same test between other platens.
+    ///
+    /// # Errors
+    /// A coefficient out of its range.
+    pub fn with_platens(&self, platens: Platens) -> Result<Self, FemError> {
+        let levels = levels(self.problem.mesh())?;
+        let conditions = conditions(platens, self.loading, levels);
+        Ok(Self { problem: self.problem.with_conditions(conditions)?, loading: self.loading })
     }
 
     /// The same test with other materials; mesh, unknowns and the structure of the factor are shared
@@ -93,34 +110,22 @@ impl CompressionTest {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn with_materials(&self, materials: Vec<Material>) -> Result<Self, FemError> {
-        let field = self.phase_field.as_ref();
-        check_materials(&self.mesh, &materials, field)?;
-        arc_length::check(&self.loading, &materials, field)?;
-        let damaged = damaged_regions(&materials, field);
-        let discretisation = if damaged == self.discretisation.damaged {
-            Arc::clone(&self.discretisation)
-        } else {
-            Arc::new(Discretisation::new(&self.mesh, self.order, field, damaged)?)
-        };
-        Ok(Self { materials, discretisation, ..self.clone() })
+        Ok(Self { problem: self.problem.with_materials(materials)?, loading: self.loading })
     }
 
     /// Runs the test on the calling thread.
     pub fn run(&self, observer: &mut dyn Observer) -> Outcome {
-        let points: Vec<_> =
-            self.materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect();
-        let field = self.phase_field.as_ref();
-        March::new(&self.discretisation, &points, field, self.loading, self.options, observer).run()
+        self.problem.run(observer)
     }
 
     /// The mesh.
     pub fn mesh(&self) -> &TetMesh {
-        &self.mesh
+        self.problem.mesh()
     }
 
     /// The materials, by region.
     pub fn materials(&self) -> &[Material] {
-        &self.materials
+        self.problem.materials()
     }
 
     /// The loading.
@@ -128,64 +133,88 @@ impl CompressionTest {
         &self.loading
     }
 
-    /// Reference positions of the nodes that [`Fields`] refer to, mm.
-    pub fn nodes(&self) -> &[[f64; 3]] {
-        &self.discretisation.nodes
+    /// The boundary-value problem that the test is.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
     }
 
-    /// Writes the mesh with `displacement_mm`, `damage` and its regions for ParaView (`.vtu`);
-    /// quadratic elements are written as such.
+    /// Reference positions of the nodes that [`Fields`] refer to, mm.
+    pub fn nodes(&self) -> &[[f64; 3]] {
+        self.problem.nodes()
+    }
+
+    /// Writes the fields for ParaView, see [`Problem::write_vtu`].
     ///
     /// # Errors
     /// [`FemError::Mesh`] if the fields are those of another test or the file cannot be written.
     pub fn write_vtu(&self, path: impl AsRef<Path>, fields: &Fields) -> Result<(), FemError> {
-        let points = [
-            vtu::Field::vector("displacement_mm", &fields.displacement),
-            vtu::Field::scalar("damage", &fields.damage),
-        ];
-        match self.order {
-            Order::Linear => vtu::write(path, &self.mesh, &points, &[])?,
-            Order::Quadratic => {
-                let nodes_of = |tet| {
-                    let nodes = self.discretisation.operator.nodes_of(tet);
-                    nodes.try_into().expect("a quadratic tetrahedron has ten nodes")
-                };
-                let tets: Vec<[u32; 10]> = (0..self.mesh.tets.len()).map(nodes_of).collect();
-                vtu::write_quadratic(path, &self.mesh, self.nodes(), &tets, &points, &[])?;
-            }
-        }
-        Ok(())
+        self.problem.write_vtu(path, fields)
     }
 
     /// Number of equations.
     pub fn unknowns(&self) -> usize {
-        self.discretisation.unknowns.count
+        self.problem.unknowns()
     }
 
     /// Entries of the sparse factor; zero where the linear solver is iterative.
     pub fn factor_entries(&self) -> usize {
-        self.discretisation.linear.fill()
+        self.problem.factor_entries()
     }
 }
 
-fn damaged_regions(materials: &[Material], phase_field: Option<&PhaseField>) -> Vec<bool> {
-    materials.iter().map(|m| phase_field.is_some() && m.toughness_n_per_mm.is_some()).collect()
+/// The platens as boundary conditions; the first increment starts from a uniform shortening.
+fn conditions(platens: Platens, loading: Loading, [bottom, top]: [f64; 2]) -> Conditions {
+    let speed = loading.displacement_mm / loading.duration_s;
+    let (full, duration) = (loading.displacement_mm, loading.duration_s);
+    // exactly the full displacement at the end
+    let down = move |time_s: f64| time_s / duration * full;
+    let shorten = move |x: [f64; 3], time_s: f64| {
+        [0.0, 0.0, -down(time_s) / (top - bottom) * (x[2] - bottom)]
+    };
+    let conditions = match platens {
+        Platens::Sliding => Conditions::new().fix("bottom", [Axis::Z]).prescribe(
+            "top",
+            [Axis::Z],
+            move |_, time_s| [0.0, 0.0, -down(time_s)],
+        ),
+        Platens::Unilateral(friction) => {
+            let platen = |level, up| {
+                Platen::plane([0.0, 0.0, level], [0.0, 0.0, up])
+                    .friction(friction.coefficient, friction.slip_velocity_mm_per_s)
+                    .drag(friction.drag_mpa_s_per_mm)
+            };
+            let moving = platen(top, -1.0).moving(move |time_s| [0.0, 0.0, -speed * time_s]);
+            Conditions::new().platen("bottom", platen(bottom, 1.0)).platen("top", moving)
+        }
+    };
+    conditions
+        .remove_rigid_motions()
+        .measure_travel("top", [0.0, 0.0, -1.0], down)
+        .first_guess(shorten)
 }
 
-fn check_materials(
-    mesh: &TetMesh,
-    materials: &[Material],
-    phase_field: Option<&PhaseField>,
-) -> Result<(), FemError> {
-    if materials.len() != mesh.regions.len() {
-        return Err(FemError::MaterialCount {
-            materials: materials.len(),
-            regions: mesh.regions.len(),
-            names: mesh.regions.join(", "),
-        });
+/// The heights of the two ends, mm.
+fn levels(mesh: &TetMesh) -> Result<[f64; 2], FemError> {
+    let nodes_of = |name: &str| -> Vec<u32> {
+        let mut nodes: Vec<u32> =
+            mesh.surfaces.get(name).into_iter().flatten().flatten().copied().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    };
+    let level = |nodes: &[u32]| {
+        let height = |&n: &u32| mesh.nodes.get(n as usize).map_or(f64::NAN, |x| x[2]);
+        nodes.iter().map(height).sum::<f64>() / nodes.len() as f64
+    };
+    let [bottom, top] = ["bottom", "top"].map(nodes_of);
+    let levels = [level(&bottom), level(&top)];
+    if levels[1] - levels[0] <= 0.0 {
+        return Err(FemError::Platens("surface 'top' does not lie above 'bottom' (the axis is z)"));
     }
-    mesh.regions
-        .iter()
-        .zip(materials)
-        .try_for_each(|(region, material)| material.validate(region, phase_field))
+    if top.iter().any(|n| bottom.binary_search(n).is_ok()) {
+        return Err(FemError::Platens(
+            "surfaces 'bottom' and 'top' have nodes in common, which cannot stand still and move",
+        ));
+    }
+    Ok(levels)
 }

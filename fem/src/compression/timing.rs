@@ -33,9 +33,11 @@ impl CompressionTest {
     /// # Errors
     /// [`FemError::Factorisation`] if memory is short or the tangent is singular.
     pub fn time_parts(&self, repetitions: u32) -> Result<PartTimes, FemError> {
-        let domain = &self.discretisation;
-        let materials: Vec<_> =
-            self.materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect();
+        let domain = &self.problem.discretisation;
+        let materials: Vec<_> = {
+            let field = self.problem.phase_field.as_ref();
+            self.problem.materials.iter().map(|m| m.at_point(field)).collect()
+        };
         let mut fields = Fields::zero(domain.nodes.len());
         for (u, x) in fields.displacement.iter_mut().zip(&domain.nodes) {
             *u = [1e-3 * x[0], 1e-3 * x[1], -4e-3 * x[2]];

@@ -1,5 +1,10 @@
-//! Rigid platens.
+//! Rigid platens: unilateral contact, Coulomb friction, viscous drag.
 
-mod sliding;
+mod augment;
+mod nodal;
+mod platen;
 
-pub(crate) use sliding::SlidingPlatens;
+pub use nodal::ContactPoint;
+pub use platen::Platen;
+
+pub(crate) use nodal::{Contact, ContactStep};

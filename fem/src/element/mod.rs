@@ -7,6 +7,7 @@ mod tetrahedron;
 
 pub use tetrahedron::Order;
 
+pub(crate) use quadrature::fourteen;
 pub(crate) use rule::{DamageRule, Rule, mean_values};
-pub(crate) use space::Space;
+pub(crate) use space::{Space, barycentric_gradients};
 pub(crate) use tetrahedron::{Linear, Quadratic, Tetrahedron};

@@ -18,6 +18,10 @@ pub(crate) struct Space<const N: usize> {
     /// ∇N_a at each elastic point, element after element, 1/mm.
     pub(crate) gradients: Vec<[[f64; 3]; N]>,
     pub(crate) rule: Rule<N>,
+    /// N_a(λ) of the element type.
+    pub(crate) values: fn([f64; 4]) -> [f64; N],
+    /// ∂N_a/∂λ_k of the element type.
+    pub(crate) slopes: fn([f64; 4]) -> [[f64; 4]; N],
     midpoints: BTreeMap<[u32; 2], u32>,
 }
 
@@ -53,7 +57,17 @@ impl<const N: usize> Space<N> {
                 }));
             }
         }
-        Self { nodes, tets, region: mesh.region_of.clone(), volume, gradients, rule, midpoints }
+        Self {
+            nodes,
+            tets,
+            region: mesh.region_of.clone(),
+            volume,
+            gradients,
+            rule,
+            values: T::values,
+            slopes: T::slopes,
+            midpoints,
+        }
     }
 
     /// The nodes on a set of triangles, in increasing order.
@@ -68,6 +82,11 @@ impl<const N: usize> Space<N> {
         on.into_iter().collect()
     }
 
+    /// The node in the middle of an edge, if the elements have one.
+    pub(crate) fn midpoint(&self, i: u32, j: u32) -> Option<u32> {
+        self.midpoints.get(&edge_key(i, j)).copied()
+    }
+
     /// The shape gradients of one element, by elastic point.
     pub(crate) fn gradients_of(&self, tet: usize) -> &[[[f64; 3]; N]] {
         let points = self.rule.points.len();
@@ -80,7 +99,7 @@ fn edge_key(i: u32, j: u32) -> [u32; 2] {
 }
 
 /// Signed volume and ∇λ_k of a tetrahedron.
-fn barycentric_gradients(x: [[f64; 3]; 4]) -> (f64, [[f64; 3]; 4]) {
+pub(crate) fn barycentric_gradients(x: [[f64; 3]; 4]) -> (f64, [[f64; 3]; 4]) {
     let edge = |k: usize| nalgebra::Vector3::from(x[k]) - nalgebra::Vector3::from(x[0]);
     let (a, b, c) = (edge(1), edge(2), edge(3));
     let six_volumes = a.dot(&b.cross(&c));

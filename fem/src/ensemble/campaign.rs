@@ -28,7 +28,7 @@ type Job<'a> = &'a (dyn Fn(&RunInput, &dyn Fn(f64)) -> Result<Outcome, FemError>
 ///
 /// # Example
 /// ```
-/// use fem::{Campaign, Effort, End, Fields, Outcome, RunInput, RunStatus};
+/// use fem::{Campaign, End, Outcome, RunInput, RunStatus};
 /// use std::sync::atomic::AtomicBool;
 ///
 /// # let directory = std::env::temp_dir().join(format!("fem-doc-campaign-{}", std::process::id()));
@@ -43,8 +43,7 @@ type Job<'a> = &'a (dyn Fn(&RunInput, &dyn Fn(f64)) -> Result<Outcome, FemError>
 ///         Ok(Outcome {
 ///             curve: vec![],
 ///             end: End::Displacement,
-///             fields: Fields::default(),
-///             effort: Effort::default(),
+///             ..Outcome::default()
 ///         })
 ///     },
 ///     &(),

@@ -36,6 +36,11 @@ impl Moduli {
         let shear = young / (2.0 * (1.0 + poisson));
         Self { bulk, shear, lame: bulk - 2.0 / 3.0 * shear }
     }
+
+    /// Young's modulus.
+    pub(crate) fn young(&self) -> f64 {
+        9.0 * self.bulk * self.shear / (3.0 * self.bulk + self.shear)
+    }
 }
 
 /// One part of a law (degraded or not) at a point, in the principal basis.

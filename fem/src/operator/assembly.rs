@@ -3,6 +3,7 @@
 use super::element::Element;
 use super::pattern::Tangent;
 use super::residual::{Increment, Residual};
+use crate::boundary::Domain;
 use crate::element::{Space, Tetrahedron, mean_values};
 use crate::material::Inverted;
 
@@ -33,6 +34,9 @@ pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
 
     /// Number of elastic points.
     fn points(&self) -> usize;
+
+    /// The space, for loads and for integrals of the fields.
+    fn domain(&self) -> &dyn Domain;
 
     /// The nodes of one element: its vertices, then the midpoints of its edges.
     fn nodes_of(&self, tet: usize) -> &[u32];
@@ -87,6 +91,7 @@ impl<const N: usize> Operator for Assembly<N> {
                 .tangent(coupling == Coupling::Full, &mut blocks)?;
             out.add_element(tet, &blocks);
         }
+        increment.span.contact.iter().for_each(|(node, block)| out.add_node(*node, block));
         Ok(())
     }
 
@@ -100,6 +105,10 @@ impl<const N: usize> Operator for Assembly<N> {
 
     fn points(&self) -> usize {
         self.space.tets.len() * self.space.rule.points.len()
+    }
+
+    fn domain(&self) -> &dyn Domain {
+        &self.space
     }
 
     fn nodes_of(&self, tet: usize) -> &[u32] {

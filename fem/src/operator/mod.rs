@@ -12,5 +12,5 @@ mod unknowns;
 pub(crate) use assembly::{Assembly, Coupling, Operator};
 pub(crate) use graph::Graph;
 pub(crate) use pattern::{Pattern, Tangent};
-pub(crate) use residual::{Increment, Residual, Span};
+pub(crate) use residual::{Increment, NodeBlock, Residual, Span};
 pub(crate) use unknowns::{NONE, Unknowns};

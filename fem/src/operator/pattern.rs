@@ -71,6 +71,16 @@ impl Tangent {
         }
     }
 
+    /// Adds to the displacement's part of a node's own block.
+    pub(crate) fn add_node(&mut self, node: u32, block: &[[f64; 3]; 3]) {
+        let place = self.pattern.graph.place(node as usize, node);
+        for i in 0..3 {
+            for j in 0..3 {
+                self.blocks[place][i][j] += block[i][j];
+            }
+        }
+    }
+
     /// y = A x, on nodal values u_x, u_y, u_z, φ.
     pub(crate) fn multiply(&self, x: &[[f64; 4]], y: &mut [[f64; 4]]) {
         let graph = &self.pattern.graph;

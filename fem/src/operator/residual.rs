@@ -15,7 +15,10 @@ pub(crate) struct Increment<'a> {
     pub(crate) span: Span<'a>,
 }
 
-/// A time increment: its start, its length, and what it may not cross.
+/// A node and the block −∂force/∂u of what touches it there, N/mm.
+pub(crate) type NodeBlock = (u32, [[f64; 3]; 3]);
+
+/// A time increment: its start, its length, and what acts and holds meanwhile.
 #[derive(Clone, Copy)]
 pub(crate) struct Span<'a> {
     /// φ at the start.
@@ -27,12 +30,14 @@ pub(crate) struct Span<'a> {
     pub(crate) history: &'a [f64],
     /// Limits of nodal values; `None`: there are none.
     pub(crate) bounds: Option<&'a Bounds>,
+    /// What contact adds to the tangent; the residual does not read it.
+    pub(crate) contact: &'a [NodeBlock],
 }
 
 impl<'a> Span<'a> {
     /// An increment without history and bounds.
     pub(crate) fn new(damage_before: &'a [f64], duration: f64) -> Self {
-        Self { damage_before, duration, history: &[], bounds: None }
+        Self { damage_before, duration, history: &[], bounds: None, contact: &[] }
     }
 }
 
@@ -45,6 +50,8 @@ pub(crate) struct Residual {
     pub(crate) drive: Vec<f64>,
     /// ∫ g ψ⁺ + ψ⁻ dV, N mm.
     pub(crate) elastic: f64,
+    /// Squares of what acts from outside, loads and contact: of forces (N²) and of damage sources.
+    pub(crate) external: [f64; 2],
     /// ∫ Gc/(c₀ ℓ₀) [α + ℓ₀² |∇φ|²] dV, N mm.
     pub(crate) fracture: f64,
     /// ∫ ξ (φ − φ_n)²/Δt dV, N mm: dissipated in this increment.

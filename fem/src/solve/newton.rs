@@ -5,6 +5,7 @@
 
 use super::linear::{LinearSolver, Nodal};
 use super::options::{Scheme, SolverOptions};
+use crate::boundary::Applied;
 use crate::compression::Fields;
 use crate::material::{Inverted, PointMaterial};
 use crate::operator::{Coupling, Increment, NONE, Operator, Residual, Span, Unknowns};
@@ -20,6 +21,8 @@ pub(crate) enum StepFailure {
     TooMany,
     #[error("the tangent is singular")]
     Singular,
+    #[error("the contact pressures did not settle")]
+    Contact,
 }
 
 impl From<Inverted> for StepFailure {
@@ -63,7 +66,7 @@ impl Field {
 
 /// Residual norms: of the unknowns, and the scales to compare them with.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Norms {
+pub(crate) struct Norms {
     force: f64,
     reaction: f64,
     damage: f64,
@@ -73,7 +76,8 @@ pub(super) struct Norms {
 impl Norms {
     /// What a bound holds is a reaction: of the `unknown` values it leaves the `free` ones.
     fn of(residual: &Residual, unknown: &[[bool; 4]], free: &[[bool; 4]]) -> Self {
-        let [mut force, mut reaction, mut damage, mut drive] = [0.0; 4];
+        let [mut force, mut damage] = [0.0; 2];
+        let [mut reaction, mut drive] = residual.external;
         let values = residual.nodal.iter().zip(&residual.drive);
         for ((nodal, d), (unknown, free)) in values.zip(unknown.iter().zip(free)) {
             for k in 0..3 {
@@ -132,6 +136,8 @@ pub(crate) struct Solver<'a> {
     pub(super) materials: &'a [PointMaterial],
     pub(super) options: SolverOptions,
     pub(crate) effort: Effort,
+    /// Loads and contact of the increment at hand.
+    pub(crate) applied: Applied,
     /// Residual and energies at the last fields that were accepted.
     pub(crate) residual: Residual,
     linear: Box<dyn LinearSolver + 'a>,
@@ -168,6 +174,7 @@ impl<'a> Solver<'a> {
             materials,
             options,
             effort: Effort::default(),
+            applied: Applied::default(),
             residual: Residual::new(nodes),
             linear,
             free: unknown.clone(),
@@ -199,9 +206,10 @@ impl<'a> Solver<'a> {
         Ok(self.effort.iterations - start)
     }
 
-    pub(super) fn evaluate(&mut self, fields: &Fields, span: Span) -> Result<Norms, StepFailure> {
+    pub(crate) fn evaluate(&mut self, fields: &Fields, span: Span) -> Result<Norms, StepFailure> {
         let increment = Increment { materials: self.materials, fields, span };
         self.operator.residual(&increment, &mut self.residual)?;
+        self.applied.subtract(fields, &mut self.residual);
         if let Some(bounds) = span.bounds {
             self.free.copy_from_slice(&self.unknown);
             bounds.hold(fields, &self.residual, &mut self.free);
@@ -256,6 +264,8 @@ impl<'a> Solver<'a> {
     }
 
     fn factorise(&mut self, fields: &Fields, span: Span) -> Result<(), StepFailure> {
+        let contact = self.applied.tangent(fields);
+        let span = Span { contact: &contact, ..span };
         let increment = Increment { materials: self.materials, fields, span };
         self.linear.linearise(&increment, self.coupling, &self.free)?;
         self.linearised.copy_from_slice(&self.free);

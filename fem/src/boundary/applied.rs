@@ -1,0 +1,95 @@
+//! What acts on the body in one increment beside its own stress: loads and contact.
+
+use std::collections::BTreeMap;
+
+use super::compiled::Boundary;
+use super::domain::Domain;
+use crate::compression::Fields;
+use crate::contact::ContactStep;
+use crate::operator::{NodeBlock, Residual, Span};
+
+/// Loads and contact at the end of an increment.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Applied {
+    loads: Option<Vec<[f64; 4]>>,
+    pub(crate) contacts: Vec<ContactStep>,
+}
+
+impl Applied {
+    /// What acts at `time_s`, the end of an increment that began at `before`.
+    ///
+    /// `pressures` are the contact pressures at its start and `stiffness` the penalty, MPa/mm.
+    pub(crate) fn new(
+        boundary: &Boundary,
+        domain: &dyn Domain,
+        time_s: f64,
+        before: &Fields,
+        span: Span,
+        pressures: &[Vec<f64>],
+        young_mpa: f64,
+    ) -> Self {
+        let contacts = boundary.contacts.iter().enumerate().map(|(k, contact)| {
+            let pressure = pressures.get(k).cloned();
+            ContactStep::new(contact, time_s, before, span.duration, pressure, young_mpa)
+        });
+        Self { loads: boundary.loads(domain, time_s), contacts: contacts.collect() }
+    }
+
+    /// Turns a residual of stresses alone into that of the body with what acts on it.
+    pub(crate) fn subtract(&self, fields: &Fields, residual: &mut Residual) {
+        residual.external = [0.0; 2];
+        for (node, load) in self.loads.iter().flatten().enumerate() {
+            for k in 0..4 {
+                residual.nodal[node][k] -= load[k];
+                residual.external[k / 3] += load[k] * load[k];
+            }
+        }
+        for (node, force) in self.contacts.iter().flat_map(|c| c.forces(fields)) {
+            for k in 0..3 {
+                residual.nodal[node as usize][k] -= force[k];
+                residual.external[0] += force[k] * force[k];
+            }
+        }
+    }
+
+    /// What contact adds to the tangent.
+    pub(crate) fn tangent(&self, fields: &Fields) -> Vec<NodeBlock> {
+        self.contacts.iter().flat_map(|c| c.blocks(fields)).collect()
+    }
+
+    /// The stress forces of all nodes, N: with equilibrium, all that acts on them from outside.
+    pub(crate) fn stress_forces(&self, fields: &Fields, residual: &Residual) -> Vec<[f64; 3]> {
+        let mut forces: Vec<[f64; 3]> = residual.nodal.iter().map(|r| [r[0], r[1], r[2]]).collect();
+        for (force, load) in forces.iter_mut().zip(self.loads.iter().flatten()) {
+            (0..3).for_each(|k| force[k] += load[k]);
+        }
+        self.add_contact(fields, &mut forces);
+        forces
+    }
+
+    /// The force of what holds or presses each surface, N: the residual without contact's share.
+    pub(crate) fn reactions(
+        &self,
+        boundary: &Boundary,
+        fields: &Fields,
+        residual: &Residual,
+    ) -> BTreeMap<String, [f64; 3]> {
+        let mut forces: Vec<[f64; 3]> = residual.nodal.iter().map(|r| [r[0], r[1], r[2]]).collect();
+        self.add_contact(fields, &mut forces);
+        let sum = |nodes: &[u32]| {
+            std::array::from_fn(|k| nodes.iter().map(|&n| forces[n as usize][k]).sum())
+        };
+        boundary.surfaces.iter().map(|(name, nodes)| (name.clone(), sum(nodes))).collect()
+    }
+
+    fn add_contact(&self, fields: &Fields, forces: &mut [[f64; 3]]) {
+        for (node, force) in self.contacts.iter().flat_map(|c| c.forces(fields)) {
+            (0..3).for_each(|k| forces[node as usize][k] += force[k]);
+        }
+    }
+
+    /// Energy that friction and drag dissipate in the increment, N mm.
+    pub(crate) fn dissipated(&self, fields: &Fields) -> f64 {
+        self.contacts.iter().map(|c| c.dissipated(fields)).sum()
+    }
+}

@@ -1,0 +1,315 @@
+//! Conditions on a space: which nodal values are held at what, and what pushes.
+
+use std::collections::BTreeMap;
+
+use super::conditions::{Axis, Conditions, Function, Gauge, Prescribed, Travel};
+use super::domain::Domain;
+use super::rigid::RigidMotions;
+use crate::compression::Fields;
+use crate::contact::Contact;
+use crate::error::FemError;
+use crate::mesh::TetMesh;
+use nalgebra::Vector3;
+
+/// One held nodal value; component 3 is the damage.
+#[derive(Clone, Debug)]
+struct Held {
+    node: u32,
+    component: usize,
+    value: Value,
+}
+
+#[derive(Clone, Debug)]
+enum Value {
+    Zero,
+    Displacement(Function<[f64; 3]>),
+    Damage(Function<f64>),
+}
+
+impl Held {
+    fn at(&self, position: [f64; 3], time_s: f64) -> f64 {
+        match &self.value {
+            Value::Zero => 0.0,
+            Value::Displacement(f) => f.at(position, time_s)[self.component],
+            Value::Damage(f) => f.at(position, time_s),
+        }
+    }
+}
+
+/// Triangles and the force per area on them, MPa.
+type Traction = (Vec<[u32; 3]>, Function<[f64; 3]>);
+
+/// What acts on a space.
+#[derive(Debug)]
+pub(crate) struct Boundary {
+    held: Vec<Held>,
+    /// The nodes of every surface whose reaction is recorded.
+    pub(crate) surfaces: BTreeMap<String, Vec<u32>>,
+    tractions: Vec<Traction>,
+    body_force: Option<Function<[f64; 3]>>,
+    damage_source: Option<Function<f64>>,
+    damaged: Vec<bool>,
+    pub(crate) contacts: Vec<Contact>,
+    gauge: Option<Gauge>,
+    first_guess: Option<Function<[f64; 3]>>,
+}
+
+impl Boundary {
+    /// Finds the nodes and areas of all conditions and checks that they agree and hold the body.
+    ///
+    /// `damaged` marks the regions with damage; `duration_s` ends the time over which values have
+    /// to agree where surfaces meet.
+    pub(crate) fn new(
+        domain: &dyn Domain,
+        mesh: &TetMesh,
+        conditions: &Conditions,
+        damaged: Vec<bool>,
+        duration_s: f64,
+    ) -> Result<Self, FemError> {
+        let triangles = |name: &str, role| surface(mesh, name, role);
+        let mut surfaces = BTreeMap::new();
+        let mut held = Vec::new();
+        let mut owner: BTreeMap<(u32, usize), (usize, String)> = BTreeMap::new();
+        let mut hold =
+            |name: &str, nodes: &[u32], component: usize, value: Value| -> Result<(), FemError> {
+                for &node in nodes {
+                    let new = Held { node, component, value: value.clone() };
+                    match owner.get(&(node, component)) {
+                        Some((first, other)) => {
+                            agree(&held[*first], other, &new, name, domain.nodes(), duration_s)?;
+                        }
+                        None => {
+                            owner.insert((node, component), (held.len(), name.into()));
+                            held.push(new);
+                        }
+                    }
+                }
+                Ok(())
+            };
+        for Prescribed { surface: name, axes, displacement } in &conditions.prescribed {
+            let nodes = domain.nodes_on(triangles(name, "displacement is prescribed")?);
+            let value = displacement.clone().map_or(Value::Zero, Value::Displacement);
+            for &axis in axes {
+                hold(name, &nodes, axis as usize, value.clone())?;
+            }
+            surfaces.insert(name.clone(), nodes);
+        }
+        for name in &conditions.symmetric {
+            let on = triangles(name, "a plane of symmetry is asked for")?;
+            let nodes = domain.nodes_on(on);
+            hold(name, &nodes, normal_axis(mesh, name, on)? as usize, Value::Zero)?;
+            surfaces.insert(name.clone(), nodes);
+        }
+        for (name, function) in &conditions.damage {
+            let nodes = domain.nodes_on(triangles(name, "damage is prescribed")?);
+            hold(name, &nodes, 3, Value::Damage(function.clone()))?;
+        }
+        let mut contacts = Vec::new();
+        for (name, platen) in &conditions.platens {
+            platen.validate(name)?;
+            let on = triangles(name, "a platen acts")?;
+            contacts.push(Contact::new(name, platen.clone(), domain, on)?);
+            surfaces.insert(name.clone(), domain.nodes_on(on));
+        }
+        if let Some(gauge) = &conditions.gauge {
+            let nodes = domain.nodes_on(triangles(&gauge.surface, "the curve is measured")?);
+            surfaces.insert(gauge.surface.clone(), nodes);
+            if Vector3::from(gauge.direction).norm() == 0.0 {
+                return Err(FemError::Unsupported {
+                    entity: format!("surface '{}'", gauge.surface),
+                    message: "the direction in which it is measured has no length".into(),
+                    mend: "give a direction such as [0, 0, 1]".into(),
+                });
+            }
+        }
+        let tractions = conditions
+            .tractions
+            .iter()
+            .map(|(name, f)| Ok((triangles(name, "a traction acts")?.to_vec(), f.clone())))
+            .collect::<Result<_, FemError>>()?;
+        let supports = supports(domain.nodes(), &held, &contacts, conditions.remove_rigid_motions)?;
+        for (node, component) in supports {
+            held.push(Held { node, component, value: Value::Zero });
+        }
+        Ok(Self {
+            held,
+            surfaces,
+            tractions,
+            body_force: conditions.body_force.clone(),
+            damage_source: conditions.damage_source.clone(),
+            damaged,
+            contacts,
+            gauge: conditions.gauge.clone().map(|gauge| Gauge {
+                direction: Vector3::from(gauge.direction).normalize().into(),
+                ..gauge
+            }),
+            first_guess: conditions.first_guess.clone(),
+        })
+    }
+
+    /// The held values (node, component).
+    pub(crate) fn held(&self) -> impl Iterator<Item = (u32, usize)> + '_ {
+        self.held.iter().map(|h| (h.node, h.component))
+    }
+
+    /// Puts the held values where they belong at a time.
+    pub(crate) fn impose(&self, nodes: &[[f64; 3]], time_s: f64, fields: &mut Fields) {
+        for held in &self.held {
+            let node = held.node as usize;
+            let value = held.at(nodes[node], time_s);
+            match held.component {
+                3 => fields.damage[node] = value,
+                k => fields.displacement[node][k] = value,
+            }
+        }
+    }
+
+    /// Where the first increment starts, if that is given.
+    pub(crate) fn start(&self, nodes: &[[f64; 3]], time_s: f64, fields: &mut Fields) {
+        if let Some(guess) = &self.first_guess {
+            for (u, &x) in fields.displacement.iter_mut().zip(nodes) {
+                *u = guess.at(x, time_s);
+            }
+        }
+    }
+
+    /// Nodal forces (N) and damage sources (N mm) of the loads at a time; `None` without loads.
+    pub(crate) fn loads(&self, domain: &dyn Domain, time_s: f64) -> Option<Vec<[f64; 4]>> {
+        if self.tractions.is_empty() && self.body_force.is_none() && self.damage_source.is_none() {
+            return None;
+        }
+        let mut out = vec![[0.0; 4]; domain.nodes().len()];
+        for (triangles, f) in &self.tractions {
+            domain.surface_load(triangles, &|x| f.at(x, time_s), &mut out);
+        }
+        if let Some(f) = &self.body_force {
+            let density = |x| {
+                let [a, b, c] = f.at(x, time_s);
+                [a, b, c, 0.0]
+            };
+            domain.volume_load(&|_| true, &density, &mut out);
+        }
+        if let Some(f) = &self.damage_source {
+            let acts = |region: usize| self.damaged[region];
+            domain.volume_load(&acts, &|x| [0.0, 0.0, 0.0, f.at(x, time_s)], &mut out);
+        }
+        Some(out)
+    }
+
+    /// Displacement (mm) and force (N) of the surface that is measured, from the reactions.
+    pub(crate) fn measure(
+        &self,
+        time_s: f64,
+        displacement: &[[f64; 3]],
+        reactions: &BTreeMap<String, [f64; 3]>,
+    ) -> [f64; 2] {
+        let Some(gauge) = &self.gauge else { return [0.0; 2] };
+        let along = |v: [f64; 3]| (0..3).map(|k| v[k] * gauge.direction[k]).sum::<f64>();
+        let travel = match &gauge.travel {
+            Travel::Known(f) => f.at([0.0; 3], time_s),
+            Travel::Mean => {
+                let nodes = &self.surfaces[&gauge.surface];
+                let sum: f64 = nodes.iter().map(|&n| along(displacement[n as usize])).sum();
+                sum / nodes.len() as f64
+            }
+        };
+        [travel, along(reactions[&gauge.surface])]
+    }
+}
+
+/// The triangles of a surface.
+fn surface<'a>(
+    mesh: &'a TetMesh,
+    name: &str,
+    role: &'static str,
+) -> Result<&'a [[u32; 3]], FemError> {
+    match mesh.surfaces.get(name) {
+        Some(triangles) if !triangles.is_empty() => Ok(triangles),
+        _ => {
+            let names: Vec<_> = mesh
+                .surfaces
+                .iter()
+                .filter(|(_, t)| !t.is_empty())
+                .map(|(n, _)| format!("'{n}'"))
+                .collect();
+            let present = if names.is_empty() { "none".into() } else { names.join(", ") };
+            Err(FemError::MissingSurface { name: name.into(), role, present })
+        }
+    }
+}
+
+/// Whether two conditions on one nodal value ask for the same.
+fn agree(
+    first: &Held,
+    first_surface: &str,
+    second: &Held,
+    second_surface: &str,
+    nodes: &[[f64; 3]],
+    duration_s: f64,
+) -> Result<(), FemError> {
+    let x = nodes[first.node as usize];
+    for share in [0.5, 1.0] {
+        let [a, b] = [first, second].map(|held| held.at(x, share * duration_s));
+        if (a - b).abs() > 1e-9 * (a.abs() + b.abs()) + 1e-12 {
+            const NAMES: [&str; 4] = ["u_x", "u_y", "u_z", "the damage"];
+            return Err(FemError::Unsupported {
+                entity: format!("surfaces '{first_surface}' and '{second_surface}'"),
+                message: format!(
+                    "at their common node {} (at {x:?} mm) they prescribe {a} and {b} for {}",
+                    first.node, NAMES[first.component]
+                ),
+                mend: "prescribe the same there, or take the component out of one".into(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The axis to which a plane surface is normal.
+fn normal_axis(mesh: &TetMesh, name: &str, triangles: &[[u32; 3]]) -> Result<Axis, FemError> {
+    let normal = |triangle: &[u32; 3]| {
+        let p = triangle.map(|n| Vector3::from(mesh.nodes[n as usize]));
+        (p[1] - p[0]).cross(&(p[2] - p[0])).normalize()
+    };
+    Axis::ALL
+        .into_iter()
+        .find(|&axis| triangles.iter().all(|t| normal(t)[axis as usize].abs() > 1.0 - 1e-8))
+        .ok_or_else(|| FemError::Unsupported {
+            entity: format!("surface '{name}'"),
+            message: "it is no plane normal to one of the axes and cannot be one of symmetry"
+                .into(),
+            mend: "turn the mesh, or split the surface into planes".into(),
+        })
+}
+
+/// Checks that no rigid motion is left free, or finds what stops it.
+fn supports(
+    nodes: &[[f64; 3]],
+    held: &[Held],
+    contacts: &[Contact],
+    remove: bool,
+) -> Result<Vec<(u32, usize)>, FemError> {
+    let mut motions = RigidMotions::new(nodes);
+    for h in held.iter().filter(|h| h.component < 3) {
+        let unit = std::array::from_fn(|k| f64::from(k == h.component));
+        motions.hold(nodes[h.node as usize], unit);
+    }
+    for contact in contacts {
+        contact.directions(&mut |x, direction| motions.hold(x, direction));
+    }
+    if motions.count() == 0 {
+        return Ok(Vec::new());
+    }
+    if remove {
+        return Ok(motions.supports(nodes));
+    }
+    Err(FemError::Unsupported {
+        entity: "boundary conditions".into(),
+        message: format!(
+            "the body can still move {} ({} rigid motions are free)",
+            motions.describe(),
+            motions.count()
+        ),
+        mend: "prescribe more components, or call remove_rigid_motions()".into(),
+    })
+}

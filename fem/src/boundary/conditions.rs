@@ -1,0 +1,234 @@
+//! What acts on a body: a list that names surfaces of the mesh.
+
+use std::fmt;
+use std::sync::Arc;
+
+use crate::contact::Platen;
+
+/// A direction of the global axes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Axis {
+    /// First coordinate.
+    X,
+    /// Second coordinate.
+    Y,
+    /// Third coordinate, the axis of a cylinder.
+    Z,
+}
+
+impl Axis {
+    /// All three.
+    pub const ALL: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
+}
+
+/// A function of reference position (mm) and time (s).
+pub(crate) struct Function<T>(Arc<dyn Fn([f64; 3], f64) -> T + Send + Sync>);
+
+impl<T> Function<T> {
+    pub(crate) fn new(f: impl Fn([f64; 3], f64) -> T + Send + Sync + 'static) -> Self {
+        Self(Arc::new(f))
+    }
+
+    pub(crate) fn at(&self, position: [f64; 3], time_s: f64) -> T {
+        (self.0)(position, time_s)
+    }
+}
+
+impl<T> Clone for Function<T> {
+    fn clone(&self) -> Self {
+        Self(Arc::clone(&self.0))
+    }
+}
+
+impl<T> fmt::Debug for Function<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("function of position and time")
+    }
+}
+
+/// How far the surface that the curve follows has moved.
+#[derive(Clone, Debug)]
+pub(crate) enum Travel {
+    /// The mean displacement of its nodes along the direction.
+    Mean,
+    /// Known beforehand, mm as a function of time.
+    Known(Function<f64>),
+}
+
+/// The surface whose force and displacement make the curve.
+#[derive(Clone, Debug)]
+pub(crate) struct Gauge {
+    pub(crate) surface: String,
+    pub(crate) direction: [f64; 3],
+    pub(crate) travel: Travel,
+}
+
+/// Components of the displacement of a surface; without a function they are zero.
+#[derive(Clone, Debug)]
+pub(super) struct Prescribed {
+    pub(super) surface: String,
+    pub(super) axes: Vec<Axis>,
+    pub(super) displacement: Option<Function<[f64; 3]>>,
+}
+
+/// Boundary conditions and loads of a [`Problem`](crate::Problem).
+///
+/// Every function is given the *reference* position in mm and the time in s. What is not named is
+/// free of traction and, for the damage, of flux. A surface may stand in several conditions; where
+/// surfaces meet, they must prescribe the same value.
+///
+/// # Example
+/// A bar pulled at one end, with two planes of symmetry:
+/// ```
+/// use fem::{Axis, Conditions};
+///
+/// let conditions = Conditions::new()
+///     .symmetry("left")
+///     .symmetry("front")
+///     .fix("bottom", [Axis::Z])
+///     .prescribe("top", [Axis::Z], |_, time_s| [0.0, 0.0, 0.1 * time_s])
+///     .measure("top", [0.0, 0.0, 1.0]);
+/// # let _ = conditions;
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Conditions {
+    pub(super) prescribed: Vec<Prescribed>,
+    pub(super) damage: Vec<(String, Function<f64>)>,
+    pub(super) symmetric: Vec<String>,
+    pub(super) tractions: Vec<(String, Function<[f64; 3]>)>,
+    pub(super) body_force: Option<Function<[f64; 3]>>,
+    pub(super) damage_source: Option<Function<f64>>,
+    pub(super) platens: Vec<(String, Platen)>,
+    pub(super) remove_rigid_motions: bool,
+    pub(super) gauge: Option<Gauge>,
+    pub(super) first_guess: Option<Function<[f64; 3]>>,
+}
+
+impl Conditions {
+    /// No condition at all.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Prescribes components of the displacement, mm, of a surface; the components that `axes` does
+    /// not name stay free, whatever the function returns for them.
+    pub fn prescribe(
+        mut self,
+        surface: &str,
+        axes: impl IntoIterator<Item = Axis>,
+        displacement_mm: impl Fn([f64; 3], f64) -> [f64; 3] + Send + Sync + 'static,
+    ) -> Self {
+        self.prescribed.push(Prescribed {
+            surface: surface.into(),
+            axes: axes.into_iter().collect(),
+            displacement: Some(Function::new(displacement_mm)),
+        });
+        self
+    }
+
+    /// Holds components of the displacement of a surface at zero.
+    pub fn fix(mut self, surface: &str, axes: impl IntoIterator<Item = Axis>) -> Self {
+        self.prescribed.push(Prescribed {
+            surface: surface.into(),
+            axes: axes.into_iter().collect(),
+            displacement: None,
+        });
+        self
+    }
+
+    /// Prescribes the damage of a surface, in [0, 1].
+    pub fn prescribe_damage(
+        mut self,
+        surface: &str,
+        damage: impl Fn([f64; 3], f64) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        self.damage.push((surface.into(), Function::new(damage)));
+        self
+    }
+
+    /// Makes a plane surface, normal to one of the axes, a plane of symmetry: its nodes stay in it.
+    pub fn symmetry(mut self, surface: &str) -> Self {
+        self.symmetric.push(surface.into());
+        self
+    }
+
+    /// A dead load on a surface: force per reference area, MPa.
+    pub fn traction(
+        mut self,
+        surface: &str,
+        traction_mpa: impl Fn([f64; 3], f64) -> [f64; 3] + Send + Sync + 'static,
+    ) -> Self {
+        self.tractions.push((surface.into(), Function::new(traction_mpa)));
+        self
+    }
+
+    /// A body force per reference volume, N/mm³.
+    pub fn body_force(
+        mut self,
+        force_n_per_mm3: impl Fn([f64; 3], f64) -> [f64; 3] + Send + Sync + 'static,
+    ) -> Self {
+        self.body_force = Some(Function::new(force_n_per_mm3));
+        self
+    }
+
+    /// A source on the right-hand side of the damage equation, MPa: what a manufactured solution
+    /// leaves there. It acts in the regions that have a toughness.
+    pub fn damage_source(
+        mut self,
+        source_mpa: impl Fn([f64; 3], f64) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        self.damage_source = Some(Function::new(source_mpa));
+        self
+    }
+
+    /// A rigid platen that a surface may touch and leave.
+    pub fn platen(mut self, surface: &str, platen: Platen) -> Self {
+        self.platens.push((surface.into(), platen));
+        self
+    }
+
+    /// Holds single nodes so that the rigid motions that the other conditions leave are gone.
+    ///
+    /// Loads must be in equilibrium along those motions; the reactions there then vanish.
+    pub fn remove_rigid_motions(mut self) -> Self {
+        self.remove_rigid_motions = true;
+        self
+    }
+
+    /// Whether nothing but prescribed values acts.
+    pub(crate) fn only_prescribe(&self) -> bool {
+        let loaded = self.body_force.is_some() || self.damage_source.is_some();
+        self.tractions.is_empty() && self.platens.is_empty() && !loaded
+    }
+
+    /// Takes force and displacement of the curve from this surface, both along `direction` (any
+    /// length): the force with which what holds or presses the surface pushes along it, and the
+    /// mean displacement of its nodes.
+    pub fn measure(mut self, surface: &str, direction: [f64; 3]) -> Self {
+        self.gauge = Some(Gauge { surface: surface.into(), direction, travel: Travel::Mean });
+        self
+    }
+
+    /// Like [`measure`](Self::measure), with the displacement (mm) of what holds or presses the
+    /// surface given as a function of time.
+    pub fn measure_travel(
+        mut self,
+        surface: &str,
+        direction: [f64; 3],
+        travel_mm: impl Fn(f64) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        let travel = Travel::Known(Function::new(move |_, time_s| travel_mm(time_s)));
+        self.gauge = Some(Gauge { surface: surface.into(), direction, travel });
+        self
+    }
+
+    /// Where the first increment starts its iteration, mm. Without it the body starts at rest with
+    /// the prescribed values moved, which bounds the first step by the size of the elements there.
+    pub fn first_guess(
+        mut self,
+        displacement_mm: impl Fn([f64; 3], f64) -> [f64; 3] + Send + Sync + 'static,
+    ) -> Self {
+        self.first_guess = Some(Function::new(displacement_mm));
+        self
+    }
+}

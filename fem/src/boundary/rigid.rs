@@ -1,0 +1,126 @@
+//! The rigid motions that a set of supports leaves free.
+
+use nalgebra::{Matrix6, Vector3, Vector6};
+
+/// The six infinitesimal rigid motions about the centre of a body, rotations scaled by its size.
+pub(super) struct RigidMotions {
+    centre: Vector3<f64>,
+    size: f64,
+    /// Projects on the motions that are free.
+    free: Matrix6<f64>,
+}
+
+/// A support counts if it stops more than this share of a free motion.
+const SHARE: f64 = 1e-6;
+
+impl RigidMotions {
+    pub(super) fn new(nodes: &[[f64; 3]]) -> Self {
+        let count = nodes.len().max(1) as f64;
+        let centre = nodes.iter().map(|&x| Vector3::from(x)).sum::<Vector3<f64>>() / count;
+        let size = nodes.iter().map(|&x| (Vector3::from(x) - centre).norm()).fold(1e-300, f64::max);
+        Self { centre, size, free: Matrix6::identity() }
+    }
+
+    /// What the point `x` moves along `direction` in each motion.
+    fn row(&self, x: [f64; 3], direction: [f64; 3]) -> Vector6<f64> {
+        let arm = (Vector3::from(x) - self.centre) / self.size;
+        let d = Vector3::from(direction);
+        // (ω × r) · d = ω · (r × d)
+        let turn = arm.cross(&d);
+        Vector6::new(d[0], d[1], d[2], turn[0], turn[1], turn[2])
+    }
+
+    /// How much of the free motions a support at `x` along `direction` stops.
+    fn stopped(&self, x: [f64; 3], direction: [f64; 3]) -> f64 {
+        (self.free * self.row(x, direction)).norm()
+    }
+
+    /// Adds a support.
+    pub(super) fn hold(&mut self, x: [f64; 3], direction: [f64; 3]) {
+        let along = self.free * self.row(x, direction);
+        if along.norm() > SHARE {
+            self.free -= along * along.transpose() / along.norm_squared();
+        }
+    }
+
+    /// The number of free motions.
+    pub(super) fn count(&self) -> usize {
+        self.free.trace().round() as usize
+    }
+
+    /// A free motion in words.
+    pub(super) fn describe(&self) -> &'static str {
+        const WORDS: [&str; 6] = [
+            "along x",
+            "along y",
+            "along z",
+            "about the x axis",
+            "about the y axis",
+            "about the z axis",
+        ];
+        (0..6)
+            .max_by(|&a, &b| self.free[(a, a)].total_cmp(&self.free[(b, b)]))
+            .map_or("", |k| WORDS[k])
+    }
+
+    /// Components (node, axis) that stop what is free, each where it is stopped best.
+    pub(super) fn supports(mut self, nodes: &[[f64; 3]]) -> Vec<(u32, usize)> {
+        let unit = |axis: usize| std::array::from_fn(|k| f64::from(k == axis));
+        let mut supports = Vec::new();
+        while self.count() > 0 {
+            let mut best = (0.0, 0, 0);
+            for (node, &x) in nodes.iter().enumerate() {
+                for axis in 0..3 {
+                    let stopped = self.stopped(x, unit(axis));
+                    // a clear gain only, so that round-off does not choose among equals
+                    if stopped > best.0 * (1.0 + 1e-9) + SHARE {
+                        best = (stopped, node, axis);
+                    }
+                }
+            }
+            if best.0 == 0.0 {
+                break;
+            }
+            self.hold(nodes[best.1], unit(best.2));
+            supports.push((best.1 as u32, best.2));
+        }
+        supports
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CORNERS: [[f64; 3]; 4] =
+        [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 1.0]];
+
+    #[test]
+    fn six_supports_hold_a_free_body_and_none_is_wasted() {
+        let motions = RigidMotions::new(&CORNERS);
+        assert_eq!(motions.count(), 6);
+        let supports = motions.supports(&CORNERS);
+        assert_eq!(supports.len(), 6);
+        let mut held = RigidMotions::new(&CORNERS);
+        for (k, (node, axis)) in supports.into_iter().enumerate() {
+            held.hold(CORNERS[node as usize], std::array::from_fn(|i| f64::from(i == axis)));
+            assert_eq!(held.count(), 5 - k);
+        }
+    }
+
+    #[test]
+    fn an_axis_that_is_held_twice_still_lets_the_body_turn() {
+        let mut motions = RigidMotions::new(&CORNERS);
+        for axis in 0..3 {
+            let unit: [f64; 3] = std::array::from_fn(|k| f64::from(k == axis));
+            motions.hold(CORNERS[0], unit);
+            motions.hold(CORNERS[0], unit);
+        }
+        assert_eq!(motions.count(), 3);
+        // two points held in full: only the turn about their line, x, is left
+        (0..3).for_each(|axis| {
+            motions.hold(CORNERS[1], std::array::from_fn(|k| f64::from(k == axis)))
+        });
+        assert_eq!((motions.count(), motions.describe()), (1, "about the x axis"));
+    }
+}
