@@ -67,19 +67,28 @@ impl Applied {
         forces
     }
 
-    /// The force of what holds or presses each surface, N: the residual without contact's share.
+    /// The force of what holds or presses each surface, N: that of its platen, or the residual of its
+    /// nodes.
     pub(crate) fn reactions(
         &self,
         boundary: &Boundary,
         fields: &Fields,
         residual: &Residual,
     ) -> BTreeMap<String, [f64; 3]> {
-        let mut forces: Vec<[f64; 3]> = residual.nodal.iter().map(|r| [r[0], r[1], r[2]]).collect();
-        self.add_contact(fields, &mut forces);
-        let sum = |nodes: &[u32]| {
-            std::array::from_fn(|k| nodes.iter().map(|&n| forces[n as usize][k]).sum())
+        let held = |nodes: &[u32]| -> [f64; 3] {
+            let force = |n: u32| &residual.nodal[n as usize];
+            std::array::from_fn(|k| nodes.iter().map(|&n| force(n)[k]).sum())
         };
-        boundary.surfaces.iter().map(|(name, nodes)| (name.clone(), sum(nodes))).collect()
+        let mut reactions: BTreeMap<_, _> =
+            boundary.surfaces.iter().map(|(name, nodes)| (name.clone(), held(nodes))).collect();
+        for contact in &self.contacts {
+            let mut force = [0.0; 3];
+            for (_, nodal) in contact.forces(fields) {
+                (0..3).for_each(|k| force[k] += nodal[k]);
+            }
+            reactions.insert(contact.surface.clone(), force);
+        }
+        reactions
     }
 
     fn add_contact(&self, fields: &Fields, forces: &mut [[f64; 3]]) {

@@ -21,6 +21,11 @@ use crate::compression::Fields;
 use crate::error::FemError;
 use crate::operator::NodeBlock;
 
+/// A node nearer than this share of the size of a face touches, though nothing presses yet.
+const TOUCH: f64 = 1e-9;
+/// Stiffness against sliding of nodes that touch before friction has a pressure, as a share of γ: it
+/// keeps the tangent regular and is no part of the residual.
+const HOLD: f64 = 1e-6;
 /// γ is this many Young's moduli over the size of a face.
 const PENALTY: f64 = 20.0;
 
@@ -95,6 +100,8 @@ pub(crate) struct ContactStep {
     duration: f64,
     /// γ, MPa/mm.
     penalty: f64,
+    /// Gap below which a node touches, mm.
+    touch: f64,
     nodes: Vec<Node>,
     /// The pressures p are those of an equilibrium, not yet to be guessed.
     pub(super) warm: bool,
@@ -148,6 +155,7 @@ impl ContactStep {
             travel,
             duration,
             penalty: PENALTY * young_mpa / size,
+            touch: TOUCH * size,
             nodes,
             warm,
         }
@@ -204,7 +212,9 @@ impl ContactStep {
             let proximity = self.proximity(node, fields);
             let pressure = self.pressure(node, &proximity);
             let mut block = Matrix3::zeros();
-            if pressure > 0.0 {
+            // at the kink of ⟨·⟩₊ either slope is a generalised derivative: a node that just touches holds
+            let touches = node.pressure - self.penalty * (proximity.gap - self.touch) > 0.0;
+            if touches {
                 let n = proximity.normal;
                 block += n * n.transpose() * self.penalty - proximity.curvature * pressure;
             }
@@ -214,6 +224,9 @@ impl ContactStep {
                 let n = proximity.normal;
                 let tangential = Matrix3::identity() - n * n.transpose();
                 block += (tangential * secant - slip * slip.transpose() * cubic) / self.duration;
+                if touches && node.pressure == 0.0 {
+                    block += tangential * (HOLD * self.penalty);
+                }
             }
             let block = block * node.area;
             (node.node, std::array::from_fn(|i| std::array::from_fn(|j| block[(i, j)])))
