@@ -1,6 +1,7 @@
 //! Nanoseconds per log density and per gradient, as CSV: `cargo bench -p ppl --bench gradient`.
 //!
-//! Medians of repeated timings; `cargo test --benches` runs everything once.
+//! Medians of repeated timings; a name after `--` asks for the models that have it in theirs, and
+//! `cargo test --benches` runs everything once.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -163,6 +164,11 @@ fn time(quick: bool, mut f: impl FnMut()) -> f64 {
 }
 
 fn report(name: &str, quick: bool, model: &Bound<impl Model>) {
+    let mut asked =
+        std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).peekable();
+    if asked.peek().is_some() && !asked.any(|part| name.contains(&part)) {
+        return;
+    }
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
     let y = model.draw_prior(&mut rng).expect("a proper model").unconstrained;
     let (mut w, mut gradient) = (Workspace::default(), vec![0.0; y.len()]);
