@@ -122,8 +122,8 @@ impl<M: Model> Bound<M> {
         let mut found = Vec::new();
         for _ in 0..DRAWS {
             let y = self.draw_prior(rng).ok()?.unconstrained;
-            let full = self.value(Sum::new(&y), true);
-            let lean = self.value(WithoutConstants(Sum::new(&y)), true);
+            let full = self.value::<true>(Sum::new(&y));
+            let lean = self.value::<true>(WithoutConstants(Sum::new(&y)));
             // far out in the prior there may be no density
             let (Ok(full), Ok(lean)) = (full, lean) else { continue };
             let size = full.abs() + lean.abs();
@@ -198,7 +198,7 @@ impl<M: Model> Bound<M> {
         y: &[f64],
         _: &mut Workspace,
     ) -> Result<f64, Rejection> {
-        self.value(Sum::new(y), false)
+        self.value::<false>(Sum::new(y))
     }
 
     /// [`log_density_without_jacobian`](Bound::log_density_without_jacobian) with its gradient
@@ -212,7 +212,7 @@ impl<M: Model> Bound<M> {
         gradient: &mut [f64],
         workspace: &mut Workspace,
     ) -> Result<f64, Rejection> {
-        self.reverse(y, gradient, workspace, false)
+        self.reverse::<false>(y, gradient, workspace)
     }
 
     /// The gradient by forward mode, one coordinate at a time: slow, and independent of the
@@ -228,7 +228,7 @@ impl<M: Model> Bound<M> {
                 .enumerate()
                 .map(|(j, &y)| Dual::new(y, [if i == j { 1.0 } else { 0.0 }]))
                 .collect();
-            let mut density = Density { ledger: Sum::new(&point), jacobian: true };
+            let mut density = Density::<_, true> { ledger: Sum::new(&point) };
             density.read(&self.model)?;
             value = crate::Scalar::value(density.ledger.total);
             *g = density.ledger.total.gradient()[0];
@@ -250,7 +250,11 @@ impl<M: Model> Bound<M> {
         loop {
             workspace.tape.clear();
             let tape = &workspace.tape;
-            let total = self.value(Plain(Roots::new(tape, y)), true)?;
+            let roots = Roots::new(tape, y);
+            if tape.is_full() {
+                continue;
+            }
+            let total = self.value::<true>(Plain(roots))?;
             if !tape.is_full() {
                 tape.sweep(gradient);
                 return Ok(total);
@@ -260,29 +264,31 @@ impl<M: Model> Bound<M> {
 
     /// The sum of all terms.
     #[inline]
-    fn value<L: Ledger>(&self, ledger: L, jacobian: bool) -> Result<f64, Rejection> {
-        let mut density = Density { ledger, jacobian };
+    fn value<const JACOBIAN: bool>(&self, ledger: impl Ledger) -> Result<f64, Rejection> {
+        let mut density = Density::<_, JACOBIAN> { ledger };
         density.read(&self.model)?;
         Ok(density.ledger.total())
     }
 
     /// The sum of all terms, with its gradient; once more if the tape was too short.
-    fn reverse(
+    fn reverse<const JACOBIAN: bool>(
         &self,
         y: &[f64],
         gradient: &mut [f64],
         workspace: &mut Workspace,
-        jacobian: bool,
     ) -> Result<f64, Rejection> {
         loop {
             workspace.tape.clear();
             let tape = &workspace.tape;
             let roots = Roots::new(tape, y);
+            if tape.is_full() {
+                continue;
+            }
             let total = match self.constant {
-                Some(constant) if jacobian && M::STATIC => {
-                    constant + self.value(WithoutConstants(roots), true)?
+                Some(constant) if JACOBIAN && M::STATIC => {
+                    constant + self.value::<true>(WithoutConstants(roots))?
                 }
-                _ => self.value(roots, jacobian)?,
+                _ => self.value::<JACOBIAN>(roots)?,
             };
             if !tape.is_full() {
                 tape.sweep(gradient);
@@ -302,9 +308,9 @@ impl<M: Model> LogDensity for Bound<M> {
     fn log_density(&self, y: &[f64], _: &mut Workspace) -> Result<f64, Rejection> {
         match self.constant {
             Some(constant) if M::STATIC => {
-                Ok(constant + self.value(WithoutConstants(Sum::new(y)), true)?)
+                Ok(constant + self.value::<true>(WithoutConstants(Sum::new(y)))?)
             }
-            _ => self.value(Sum::new(y), true),
+            _ => self.value::<true>(Sum::new(y)),
         }
     }
 
@@ -314,6 +320,6 @@ impl<M: Model> LogDensity for Bound<M> {
         gradient: &mut [f64],
         workspace: &mut Workspace,
     ) -> Result<f64, Rejection> {
-        self.reverse(y, gradient, workspace, true)
+        self.reverse::<true>(y, gradient, workspace)
     }
 }

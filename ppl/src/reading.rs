@@ -1,5 +1,7 @@
 //! The reading of a model as a log density, over any kind of number.
 
+use std::cell::Cell;
+
 use crate::density::Rejection;
 use crate::distribution::{Distribution, Unknown};
 use crate::lean::Lean;
@@ -14,6 +16,12 @@ pub(crate) trait Ledger {
 
     /// The next unconstrained coordinate, `None` past the last.
     fn next(&mut self) -> Option<Self::Number>;
+
+    /// Instead of a coordinate past the last.
+    #[inline(always)]
+    fn absent(&self) -> Self::Number {
+        Self::Number::from(f64::NAN)
+    }
 
     fn add(&mut self, term: Self::Number);
 
@@ -47,6 +55,11 @@ impl<L: Ledger> Ledger for WithoutConstants<L> {
     #[inline(always)]
     fn next(&mut self) -> Option<Lean<L::Number>> {
         self.0.next().map(Lean)
+    }
+
+    #[inline(always)]
+    fn absent(&self) -> Lean<L::Number> {
+        Lean(self.0.absent())
     }
 
     #[inline(always)]
@@ -108,16 +121,16 @@ impl<R: Scalar> Ledger for Sum<'_, R> {
 
 /// A tape: every term is a root of the backward sweep.
 pub(crate) struct Roots<'t, 'y> {
-    coordinates: std::iter::Enumerate<std::slice::Iter<'y, f64>>,
+    coordinates: std::iter::Zip<std::slice::Iter<'y, f64>, std::slice::Iter<'t, Cell<f64>>>,
     tape: &'t Tape,
     total: f64,
 }
 
 impl<'t, 'y> Roots<'t, 'y> {
-    /// Puts all coordinates on the cleared tape, so that they come first there.
+    /// Puts all coordinates on the cleared tape, so that they come first there; none if the tape
+    /// is too short for them.
     pub(crate) fn new(tape: &'t Tape, y: &'y [f64]) -> Self {
-        tape.inputs(y.len());
-        Self { coordinates: y.iter().enumerate(), tape, total: 0.0 }
+        Self { coordinates: y.iter().zip(tape.inputs(y.len())), tape, total: 0.0 }
     }
 }
 
@@ -126,7 +139,12 @@ impl<'t> Ledger for Roots<'t, '_> {
 
     #[inline(always)]
     fn next(&mut self) -> Option<Var<'t>> {
-        self.coordinates.next().map(|(index, &value)| self.tape.at(index, value))
+        self.coordinates.next().map(|(&value, adjoint)| self.tape.number(value, adjoint))
+    }
+
+    #[inline(always)]
+    fn absent(&self) -> Var<'t> {
+        self.tape.nowhere(f64::NAN)
     }
 
     #[inline(always)]
@@ -175,13 +193,12 @@ impl<'t> Ledger for Plain<'t, '_> {
     }
 }
 
-/// The log density reading. Without `jacobian` it is the density over constrained values.
-pub(crate) struct Density<L> {
+/// The log density reading. Without `JACOBIAN` it is the density over constrained values.
+pub(crate) struct Density<L, const JACOBIAN: bool> {
     pub(crate) ledger: L,
-    pub(crate) jacobian: bool,
 }
 
-impl<L: Ledger> Density<L> {
+impl<L: Ledger, const JACOBIAN: bool> Density<L, JACOBIAN> {
     /// Runs the model over all coordinates: one that it left unread would have a flat density.
     #[inline(always)]
     pub(crate) fn read(&mut self, model: &impl Model) -> Result<(), Rejection> {
@@ -203,7 +220,7 @@ impl<L: Ledger> Density<L> {
     }
 }
 
-impl<L: Ledger> Context for Density<L> {
+impl<L: Ledger, const JACOBIAN: bool> Context for Density<L, JACOBIAN> {
     type Number = L::Number;
 
     #[inline(always)]
@@ -218,10 +235,10 @@ impl<L: Ledger> Context for Density<L> {
         let mut next = || {
             Real(ledger.next().unwrap_or_else(|| {
                 missing = true;
-                L::Number::from(f64::NAN)
+                ledger.absent()
             }))
         };
-        let (value, term) = distribution.constrain(&mut next, self.jacobian);
+        let (value, term) = distribution.constrain(&mut next, JACOBIAN);
         self.ledger.take_terms(false);
         if missing {
             return Err(too_few_coordinates(site));

@@ -37,6 +37,8 @@ pub struct Tape {
     filled: Cell<usize>,
     full: Cell<bool>,
     takes_terms: Cell<bool>,
+    /// The adjoint of numbers for which there was no room.
+    sink: Cell<f64>,
 }
 
 impl Default for Tape {
@@ -56,6 +58,7 @@ impl Tape {
             filled: Cell::new(0),
             full: Cell::new(false),
             takes_terms: Cell::new(false),
+            sink: Cell::new(0.0),
         }
     }
 
@@ -79,21 +82,29 @@ impl Tape {
         self.push(value, self.filled.get())
     }
 
-    /// `n` independent variables at once, at the start of a cleared tape.
-    pub(crate) fn inputs(&self, n: usize) {
+    /// `n` independent variables at once, at the start of a cleared tape: their adjoints, or none
+    /// if there is no room.
+    pub(crate) fn inputs(&self, n: usize) -> &[Cell<f64>] {
         let Some(adjoints) = self.adjoints.get(..n) else {
             self.full.set(true);
-            return;
+            return &[];
         };
         adjoints.iter().for_each(|adjoint| adjoint.set(0.0));
         self.ends[..n].iter().for_each(|end| end.set(0));
         self.length.set(n);
+        adjoints
     }
 
     /// The number at a node that exists.
     #[inline(always)]
-    pub(crate) fn at(&self, index: usize, value: f64) -> Var<'_> {
-        Var { value, node: self.adjoints.get(index).map(|adjoint| Node { tape: self, adjoint }) }
+    pub(crate) fn number<'t>(&'t self, value: f64, adjoint: &'t Cell<f64>) -> Var<'t> {
+        Var { value, node: Some(Node { tape: self, adjoint }) }
+    }
+
+    /// A number that is none of constants and yet on no node.
+    #[inline(always)]
+    pub(crate) fn nowhere(&self, value: f64) -> Var<'_> {
+        self.number(value, &self.sink)
     }
 
     /// From now on, or no more, a [`term`](Scalar::term) is a summand of the result.
@@ -166,13 +177,13 @@ impl Tape {
         let (Some(adjoint), Some(own_end)) = (self.adjoints.get(index), self.ends.get(index))
         else {
             self.full.set(true);
-            return Var { value, node: None };
+            return self.nowhere(value);
         };
         adjoint.set(0.0);
         own_end.set(end);
         self.filled.set(end);
         self.length.set(index + 1);
-        Var { value, node: Some(Node { tape: self, adjoint }) }
+        self.number(value, adjoint)
     }
 }
 
@@ -195,11 +206,11 @@ impl Node<'_> {
         self.adjoint.set(self.adjoint.get() + weight);
     }
 
-    /// Its number on the tape, from where its adjoint lies.
+    /// Its number on the tape, from where its adjoint lies; no sensible one on a full tape.
     #[inline(always)]
     fn index(self) -> u32 {
         let address = |adjoint: *const Cell<f64>| adjoint as usize;
-        let bytes = address(self.adjoint) - address(self.tape.adjoints.as_ptr());
+        let bytes = address(self.adjoint).wrapping_sub(address(self.tape.adjoints.as_ptr()));
         (bytes / size_of::<Cell<f64>>()) as u32
     }
 }
@@ -267,9 +278,11 @@ impl<'t> Scalar for Var<'t> {
 
     #[inline(always)]
     fn term(value: f64, partials: impl Partials<Self>) -> Self {
-        let node = partials.any().and_then(|argument| argument.node);
-        if !node.is_some_and(|node| node.tape.takes_terms.get()) {
-            return Self::gather(value, partials);
+        let Some(node) = partials.any().and_then(|argument| argument.node) else {
+            return Self::from(value);
+        };
+        if !node.tape.takes_terms.get() {
+            return operation(value, partials);
         }
         partials.spread(&mut |argument: Self, partial| {
             if let Some(node) = argument.node {
@@ -278,6 +291,13 @@ impl<'t> Scalar for Var<'t> {
         });
         Self::from(value)
     }
+}
+
+/// [`gather`](Scalar::gather) out of the way of terms that are summands.
+#[cold]
+#[inline(never)]
+fn operation<'t>(value: f64, partials: impl Partials<Var<'t>>) -> Var<'t> {
+    Var::gather(value, partials)
 }
 
 #[cfg(test)]

@@ -61,7 +61,7 @@ ppl::model! {
 const Y: [f64; 5] = [1.0, 2.0, 3.0, 4.0, 5.0];
 
 fn posterior() -> Posterior {
-    let sampler = Nuts::default().chains(4).warmup(500).draws(600).seed(7);
+    let sampler = Nuts::default().chains(4).warmup(500).draws(2000).seed(7);
     sampler.sample(&means(&Y, 1.5, 3.0)).expect("runs")
 }
 
@@ -114,7 +114,7 @@ fn the_summary_says_what_the_data_did_not_inform() {
     assert_eq!(find(FindingKind::FewEffectiveDraws), None);
 
     let printed = summary.to_string();
-    for part in ["mean", "ess_tail", "mu[1]", "4 chains of 600 draws", "idle"] {
+    for part in ["mean", "ess_tail", "mu[1]", "4 chains of 2000 draws", "idle"] {
         assert!(printed.contains(part), "{printed}");
     }
 }
@@ -180,7 +180,13 @@ fn divergences_are_located_in_the_neck_of_a_funnel() {
     assert!(!posterior.divergences.is_empty());
     let summary = posterior.summary();
     let found = summary.findings.iter().find(|f| f.kind == FindingKind::Divergences);
-    assert!(found.is_some_and(|f| f.what.contains("v ≈ -")), "{summary}");
+    assert!(found.is_some_and(|f| f.what.contains("v ≈ ")), "{summary}");
+    let v =
+        posterior.divergences.iter().filter_map(|d| d.values.iter().find(|(name, _)| name == "v"));
+    let v: Vec<f64> = v.map(|(_, value)| *value).collect();
+    let mean = v.iter().sum::<f64>() / v.len() as f64;
+    let everywhere = summary.row("v").expect("a parameter").mean;
+    assert!(mean < everywhere - 0.5, "diverged at {mean}, drawn around {everywhere}");
 }
 
 #[test]
@@ -246,12 +252,12 @@ fn files_hold_the_draws() {
     posterior.write_zarr(&store).expect("written");
     posterior.write_zarr(&store).expect("an older store is replaced");
     let chunk = fs::read(store.join("posterior/mu/c/0/0/0")).expect("one chunk");
-    assert_eq!(chunk.len(), 4 * 600 * 2 * 8);
+    assert_eq!(chunk.len(), 4 * 2000 * 2 * 8);
     let root: serde_json::Value =
         serde_json::from_slice(&fs::read(store.join("zarr.json")).expect("a root")).expect("JSON");
     let mu = &root["consolidated_metadata"]["metadata"]["posterior/mu"];
     assert_eq!(mu["dimension_names"], serde_json::json!(["chain", "draw", "mu_dim_0"]));
-    assert_eq!(mu["shape"], serde_json::json!([4, 600, 2]));
+    assert_eq!(mu["shape"], serde_json::json!([4, 2000, 2]));
     assert!(!folder.path().join("posterior.zarr.partial").exists());
 
     let taken = folder.path().join("taken");

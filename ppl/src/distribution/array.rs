@@ -57,20 +57,11 @@ impl<R: Scalar, D: Unknown<R>, const N: usize> Unknown<R> for Array<D, N> {
     #[inline(always)]
     fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (Self::Value, R) {
         let mut total = R::from(0.0);
-        let mut element = || {
+        let value = std::array::from_fn(|_| {
             let (x, term) = self.inner.constrain(next, jacobian);
             total += term;
             x
-        };
-        if N == 0 {
-            return (std::array::from_fn(|_| element()), total);
-        }
-        // a loop is inlined, a long closure of `from_fn` is not
-        let first = element();
-        let mut value: Self::Value = std::array::from_fn(|_| first.clone());
-        for x in &mut value[1..] {
-            *x = element();
-        }
+        });
         (value, total)
     }
 

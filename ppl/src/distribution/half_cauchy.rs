@@ -105,13 +105,19 @@ where
     #[inline]
     fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
         let scale = self.0.number();
-        let ln_scale = scale.ln();
-        let (square, share) = ln_one_plus_square(y.value() - ln_scale);
+        let (x, ln_scale) = (y.exp(), scale.ln());
+        let square = (x.value() / scale).powi(2);
+        // ln(1 + z²) and 2 z²/(1 + z²), from the logarithm of z where its square over- or underflows
+        let (ln_square, share) = if (1e-300..1e300).contains(&square) {
+            (square.ln_1p(), 2.0 * square / (1.0 + square))
+        } else {
+            ln_one_plus_square(y.value() - ln_scale)
+        };
         let ln_pdf = R::term(
-            LN_2_OVER_PI - ln_scale - square + y.value(),
+            LN_2_OVER_PI - ln_scale - ln_square + y.value(),
             ((y, 1.0 - share), (self.0, (share - 1.0) / scale)),
         );
-        (y.exp(), ln_pdf)
+        (x, ln_pdf)
     }
 
     /// arctan b − arctan a = arctan((b − a)/(1 + a b)) for a, b ≥ 0.

@@ -13,6 +13,8 @@ pub(in crate::sampler) struct Choice {
 
 /// Up to this dimension the map with correlations is dense, above it of low rank.
 const MOST_DENSE: usize = 50;
+/// A diagonal map this good per coordinate is exact but for rounding.
+const EXACT: f64 = 1e-9;
 /// Windows shorter than this have a diagonal map: too few draws to judge by.
 const SHORTEST_COMPARED: usize = 9;
 
@@ -51,7 +53,8 @@ pub(in crate::sampler) fn choose(sample: &Sample, current: &Metric, unseen: bool
         None
     } else {
         let diagonal = diagonal(&whole);
-        let rival = if rival < plain { correlated(&whole, &diagonal) } else { None };
+        let rival =
+            if rival < plain && plain > EXACT { correlated(&whole, &diagonal) } else { None };
         Some(rival.unwrap_or(Metric::Diagonal(diagonal)))
     };
     Choice { metric, divergences: scores.into_iter().flatten().collect() }
