@@ -15,6 +15,7 @@ use syn::{
 };
 
 use crate::attributes::Mark;
+use crate::formula::sum_of;
 use crate::lower::Site;
 use crate::parse::{Arm, ArmBody, Block, Flow, Init, Kind, Statement, plain_name};
 use crate::scan;
@@ -58,7 +59,7 @@ pub(crate) fn model(model: &Model, sites: &[Site], is_static: bool) -> TokenStre
                     #cx: &mut __C,
                 ) -> ::core::result::Result<(), ::ppl::Rejection> {
                     #[allow(unused_imports)]
-                    use ::ppl::__private::{Number as _, Other as _};
+                    use ::ppl::__private::{Apart as _, Number as _, Other as _, Together as _};
                     #sites
                     #(#bindings)*
                     #statements
@@ -366,7 +367,7 @@ fn flow(inner: &Flow, predicted: bool) -> TokenStream {
             });
             quote!(#(#calls)*)
         }
-        Flow::For { label, for_token, pat, in_token, iter, body, unwinds, .. } => {
+        Flow::For { label, for_token, pat, in_token, iter, body, unwinds, summed, .. } => {
             let mut body = block(body, predicted);
             if *unwinds {
                 let cx = cx();
@@ -376,7 +377,19 @@ fn flow(inner: &Flow, predicted: bool) -> TokenStream {
                     #cx.unwind(mark);
                 });
             }
-            quote!(#label #for_token #pat #in_token #iter #body)
+            let plate = quote!(#label #for_token #pat #in_token #iter #body);
+            if summed.is_empty() {
+                return plate;
+            }
+            let sums = summed.iter().map(|name| {
+                let sum = sum_of(name);
+                quote_spanned!(name.span()=> let #sum = (&::ppl::__private::Of(&#name)).sum();)
+            });
+            let deposits = summed.iter().map(|name| {
+                let sum = sum_of(name);
+                quote_spanned!(name.span()=> (&::ppl::__private::Of(&#sum)).deposit();)
+            });
+            quote!({ #(#sums)* #plate #(#deposits)* })
         }
         Flow::If { if_token, condition, then, otherwise } => {
             let then = block(then, predicted);

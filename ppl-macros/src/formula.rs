@@ -6,22 +6,27 @@
 //! that is none. As a parameter of a distribution a formula stays open, everywhere else it is
 //! closed to a number.
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 
-use proc_macro2::{Span, TokenStream, TokenTree};
-use quote::{ToTokens, quote_spanned};
+use proc_macro2::Span;
+use quote::{ToTokens, format_ident, quote_spanned};
+use syn::ext::IdentExt;
 use syn::spanned::Spanned;
 use syn::visit::Visit;
 use syn::visit_mut::{self, VisitMut};
-use syn::{BinOp, Expr, ExprAssign, ExprBinary, ExprMethodCall, Ident, Item, Pat, Stmt, UnOp};
+use syn::{
+    BinOp, Expr, ExprAssign, ExprBinary, ExprCall, ExprMethodCall, Ident, Item, Pat, Stmt, UnOp,
+};
 
+use crate::effects::{bound_inside, writes_outside};
+use crate::inspect::{Branches, is_pooled, keeps_its_length, mentions, used_once};
 use crate::parse::{ArmBody, Block, Flow, Init, Kind, Statement};
 use crate::rewrite::is_assignment;
 use crate::scan;
 
 /// Rewrites the body; whether every point runs the same statements.
 pub(crate) fn formulas(body: &mut Block) -> bool {
-    let mut pass = Formulas { active: HashSet::new(), is_static: true };
+    let mut pass = Formulas { active: HashSet::new(), is_static: true, plate: None };
     pass.block(body);
     pass.is_static
 }
@@ -30,6 +35,15 @@ struct Formulas {
     /// Names that may hold unknowns or what follows from them.
     active: HashSet<String>,
     is_static: bool,
+    /// The plate around, if adjoints of what is outside can be summed up apart.
+    plate: Option<Plate>,
+}
+
+/// Names from outside that a plate does not change.
+struct Plate {
+    outer: HashSet<String>,
+    /// Those that are parameters of densities in it.
+    summed: BTreeSet<Ident>,
 }
 
 /// The functions of `ppl::Scalar` that formulas have.
@@ -37,9 +51,6 @@ const FUNCTIONS: [&str; 16] = [
     "exp", "exp_m1", "ln", "ln_1p", "sqrt", "square", "recip", "powi", "powf", "pow", "sin", "cos",
     "tanh", "abs", "logistic", "softplus",
 ];
-
-/// What a plate may do with unknowns on the way in without its length depending on them.
-const ITERATION: [&str; 7] = ["iter", "into_iter", "zip", "enumerate", "rev", "len", "copied"];
 
 impl Formulas {
     fn block(&mut self, block: &mut Block) {
@@ -113,16 +124,27 @@ impl Formulas {
 
     fn flow(&mut self, flow: &mut Flow) {
         match flow {
-            Flow::For { pat, iter, body, unwinds, pools, .. } => {
+            Flow::For { pat, iter, body, unwinds, pools, summed, .. } => {
                 let derived = self.mentions(iter);
                 if derived {
                     self.is_static &= keeps_its_length(iter);
-                    self.bind(scan::bound_names(pat));
                 }
                 self.visit_expr_mut(iter);
-                self.block(body);
                 *pools = !derived && is_pooled(pat, body);
                 *unwinds = !*pools && !writes_outside(pat, body);
+                let outermost = *unwinds && self.plate.is_none();
+                if outermost {
+                    let bound = bound_inside(pat, body);
+                    let outer = self.active.difference(&bound).cloned().collect();
+                    self.plate = Some(Plate { outer, summed: BTreeSet::new() });
+                }
+                if derived {
+                    self.bind(scan::bound_names(pat));
+                }
+                self.block(body);
+                if outermost {
+                    summed.extend(self.plate.take().into_iter().flat_map(|plate| plate.summed));
+                }
             }
             Flow::If { condition, then, otherwise, .. } => {
                 self.branch(condition, &scan::bound_by_condition(condition));
@@ -172,6 +194,8 @@ impl Formulas {
                     if self.mentions(argument) && operations(argument) > 0 {
                         self.check(argument);
                         self.open(argument);
+                    } else if let Some(sum) = self.summed(argument) {
+                        *argument = operand(&sum);
                     } else {
                         self.visit_expr_mut(argument);
                     }
@@ -206,10 +230,28 @@ impl Formulas {
                 }
             }
             other => {
-                visit_mut::visit_expr_mut(self, other);
+                if let Some(sum) = self.summed(other) {
+                    *other = sum;
+                } else if let Some(numbers) = numbers_of_dot(other)
+                    && let Some(sum) = self.summed(numbers)
+                {
+                    *numbers = sum;
+                } else {
+                    self.visit_expr_mut(other);
+                }
                 *other = operand(other);
             }
         }
+    }
+
+    /// A name from outside the plate, as the sum that its adjoint has there.
+    fn summed(&mut self, expr: &Expr) -> Option<Expr> {
+        let Expr::Path(path) = expr else { return None };
+        let name = path.path.get_ident()?;
+        let plate = self.plate.as_mut().filter(|plate| plate.outer.contains(&name.to_string()))?;
+        plate.summed.insert(name.clone());
+        let sum = sum_of(name);
+        Some(Expr::Verbatim(quote_spanned!(name.span()=> #sum)))
     }
 
     fn mentions(&self, tokens: &impl ToTokens) -> bool {
@@ -230,6 +272,12 @@ impl Formulas {
 
 impl VisitMut for Formulas {
     fn visit_expr_mut(&mut self, expr: &mut Expr) {
+        if binds_names(expr) && self.plate.is_some() {
+            let plate = self.plate.take();
+            self.visit_expr_mut(expr);
+            self.plate = plate;
+            return;
+        }
         self.check(expr);
         if let Expr::Binary(ExprBinary { attrs, left, op, right }) = expr
             && is_assignment(op)
@@ -273,204 +321,6 @@ impl VisitMut for Formulas {
     fn visit_item_mut(&mut self, _: &mut Item) {}
 }
 
-/// Whether the body is `y ~ D` alone, with `y` the loop's own and not in `D`.
-fn is_pooled(pat: &Pat, body: &Block) -> bool {
-    let Pat::Ident(pat) = pat else { return false };
-    let [statement] = body.statements.as_slice() else { return false };
-    let Kind::Observe { place: Expr::Path(place), distribution, .. } = &statement.kind else {
-        return false;
-    };
-    let asked = |found: &str| pat.ident == found;
-    let tokens = distribution.to_token_stream();
-    // a distribution that can leave the model has to be asked for every datum
-    place.path.is_ident(&pat.ident)
-        && !mentions(tokens.clone(), &asked)
-        && !tokens.to_string().contains('?')
-}
-
-/// Whether all that follows in the block is observations, of which one uses the name once.
-fn used_once(name: &Ident, after: &[Statement]) -> bool {
-    let mut uses = 0;
-    for statement in after {
-        let Kind::Observe { place, distribution, .. } = &statement.kind else { return false };
-        if mentions(place.to_token_stream(), &|found| name == found) {
-            return false;
-        }
-        uses += count(distribution.to_token_stream(), name);
-    }
-    uses == 1
-}
-
-fn count(tokens: TokenStream, name: &Ident) -> usize {
-    let of = |tree| match tree {
-        TokenTree::Ident(found) => usize::from(found == *name),
-        TokenTree::Group(group) => count(group.stream(), name),
-        _ => 0,
-    };
-    tokens.into_iter().map(of).sum()
-}
-
-/// Whether a stream has an identifier that is asked for.
-fn mentions(tokens: TokenStream, asked: &impl Fn(&str) -> bool) -> bool {
-    tokens.into_iter().any(|tree| match tree {
-        TokenTree::Ident(name) => asked(&name.to_string()),
-        TokenTree::Group(group) => mentions(group.stream(), asked),
-        _ => false,
-    })
-}
-
-/// Control flow, comparisons and plain values inside expressions.
-struct Branches<'a> {
-    active: &'a HashSet<String>,
-    found: bool,
-}
-
-impl<'a> Visit<'a> for Branches<'_> {
-    fn visit_expr(&mut self, expr: &'a Expr) {
-        let decides = match expr {
-            Expr::If(_) | Expr::Match(_) | Expr::While(_) | Expr::Loop(_) | Expr::ForLoop(_) => {
-                true
-            }
-            Expr::Binary(binary) => is_comparison(&binary.op),
-            Expr::MethodCall(call) => call.method == "value",
-            Expr::Path(path) => path.path.segments.last().is_some_and(|s| s.ident == "value"),
-            _ => false,
-        };
-        self.found |= decides
-            && mentions(expr.to_token_stream(), &|name| {
-                name == "value" || self.active.contains(name)
-            });
-        syn::visit::visit_expr(self, expr);
-    }
-}
-
-/// Whether an iterator over unknowns runs over all of them.
-fn keeps_its_length(iter: &Expr) -> bool {
-    match iter {
-        Expr::Path(_) | Expr::Field(_) | Expr::Lit(_) | Expr::Index(_) => true,
-        Expr::Reference(reference) => keeps_its_length(&reference.expr),
-        Expr::Paren(paren) => keeps_its_length(&paren.expr),
-        Expr::Range(range) => range.start.iter().chain(&range.end).all(|end| keeps_its_length(end)),
-        Expr::MethodCall(call) => {
-            ITERATION.iter().any(|name| call.method == name)
-                && keeps_its_length(&call.receiver)
-                && call.args.iter().all(keeps_its_length)
-        }
-        _ => false,
-    }
-}
-
-/// Whether the body of a loop may change something that outlives an iteration: it assigns, or
-/// borrows for change, a name that it has not declared.
-fn writes_outside(pat: &Pat, body: &Block) -> bool {
-    let mut own: HashSet<Ident> = scan::bound_names(pat).into_iter().collect();
-    block_writes_outside(body, &mut own)
-}
-
-fn block_writes_outside(block: &Block, own: &mut HashSet<Ident>) -> bool {
-    block.statements.iter().any(|statement| match &statement.kind {
-        Kind::Unknown { name, .. } | Kind::Part { name, .. } => {
-            own.insert(name.clone());
-            false
-        }
-        Kind::Let { pat, init, .. } => {
-            let writes = match init {
-                Some(Init::Value { value, diverge, .. }) => {
-                    let other = diverge.iter().any(|(_, value)| expr_writes_outside(value, own));
-                    other || expr_writes_outside(value, own)
-                }
-                Some(Init::Flow(_, flow)) => flow_writes_outside(flow, own),
-                None => false,
-            };
-            own.extend(scan::bound_names(pat));
-            writes
-        }
-        Kind::Rust(stmt) => {
-            let mut writes = Writes { own, found: false };
-            writes.visit_stmt(stmt);
-            writes.found
-        }
-        Kind::Flow(flow) => flow_writes_outside(flow, own),
-        Kind::Observe { .. }
-        | Kind::Impute { .. }
-        | Kind::Factor { .. }
-        | Kind::End(_)
-        | Kind::Broken { .. } => false,
-    })
-}
-
-fn flow_writes_outside(flow: &Flow, own: &HashSet<Ident>) -> bool {
-    let mut inner = own.clone();
-    match flow {
-        Flow::For { pat, iter, body, .. } => {
-            inner.extend(scan::bound_names(pat));
-            expr_writes_outside(iter, own) || block_writes_outside(body, &mut inner)
-        }
-        Flow::If { condition, then, otherwise, .. } => {
-            inner.extend(scan::bound_by_condition(condition));
-            expr_writes_outside(condition, own)
-                || block_writes_outside(then, &mut inner)
-                || otherwise.iter().any(|(_, flow)| flow_writes_outside(flow, own))
-        }
-        Flow::Match { scrutinee, arms, .. } => {
-            expr_writes_outside(scrutinee, own)
-                || arms.iter().any(|arm| {
-                    let mut inner = own.clone();
-                    inner.extend(scan::bound_names(&arm.pat));
-                    match &arm.body {
-                        ArmBody::Block(block) => block_writes_outside(block, &mut inner),
-                        ArmBody::Value(value) => expr_writes_outside(value, &inner),
-                    }
-                })
-        }
-        Flow::Block(block) => block_writes_outside(block, &mut inner),
-    }
-}
-
-fn expr_writes_outside(expr: &Expr, own: &HashSet<Ident>) -> bool {
-    let mut writes = Writes { own, found: false };
-    writes.visit_expr(expr);
-    writes.found
-}
-
-/// Assignments, borrows for change, macros, and methods called as statements, which have no
-/// other purpose.
-struct Writes<'a> {
-    own: &'a HashSet<Ident>,
-    found: bool,
-}
-
-impl Writes<'_> {
-    fn target(&mut self, place: &Expr) {
-        let root = crate::lower::place(place).ok().map(|place| place.root);
-        self.found |= root.is_none_or(|root| !self.own.contains(&root));
-    }
-}
-
-impl<'a> Visit<'a> for Writes<'_> {
-    fn visit_stmt(&mut self, stmt: &'a Stmt) {
-        self.found |= matches!(stmt, Stmt::Macro(_));
-        if let Stmt::Expr(Expr::MethodCall(call), _) = stmt {
-            self.target(&call.receiver);
-        }
-        self.found |= matches!(stmt, Stmt::Expr(Expr::Call(_), _));
-        syn::visit::visit_stmt(self, stmt);
-    }
-
-    fn visit_expr(&mut self, expr: &'a Expr) {
-        match expr {
-            Expr::Assign(assign) => self.target(&assign.left),
-            Expr::Binary(binary) if is_assignment(&binary.op) => self.target(&binary.left),
-            Expr::Reference(reference) if reference.mutability.is_some() => {
-                self.target(&reference.expr);
-            }
-            Expr::Macro(_) => self.found = true,
-            _ => {}
-        }
-        syn::visit::visit_expr(self, expr);
-    }
-}
-
 /// `Normal` is a type, `normal_around` is a function.
 fn is_type(function: &Expr) -> bool {
     matches!(function, Expr::Path(path) if path
@@ -490,8 +340,45 @@ fn operations(expr: &Expr) -> usize {
             1 + operations(&binary.left) + operations(&binary.right)
         }
         Expr::MethodCall(call) if is_function(call) => 1 + operations(&call.receiver),
+        Expr::Call(call) if is_dot(call) => 1,
         _ => 0,
     }
+}
+
+/// Rust in which a name may come to mean something else.
+fn binds_names(expr: &Expr) -> bool {
+    matches!(
+        expr,
+        Expr::Block(_)
+            | Expr::Closure(_)
+            | Expr::ForLoop(_)
+            | Expr::If(_)
+            | Expr::Let(_)
+            | Expr::Loop(_)
+            | Expr::Match(_)
+            | Expr::Unsafe(_)
+            | Expr::While(_)
+    )
+}
+
+/// The numbers in `dot(data, &numbers)`.
+fn numbers_of_dot(expr: &mut Expr) -> Option<&mut Expr> {
+    match expr {
+        Expr::Call(call) if is_dot(call) => match call.args.last_mut() {
+            Some(Expr::Reference(numbers)) => Some(&mut *numbers.expr),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+fn is_dot(call: &ExprCall) -> bool {
+    matches!(&*call.func, Expr::Path(path) if path.path.is_ident("dot"))
+}
+
+/// The variable that sums up the adjoint of `name` in a plate.
+pub(crate) fn sum_of(name: &Ident) -> Ident {
+    format_ident!("__sum_{}", name.unraw(), span = Span::mixed_site().located_at(name.span()))
 }
 
 fn is_function(call: &ExprMethodCall) -> bool {
@@ -500,13 +387,6 @@ fn is_function(call: &ExprMethodCall) -> bool {
 
 fn is_arithmetic(op: &BinOp) -> bool {
     matches!(op, BinOp::Add(_) | BinOp::Sub(_) | BinOp::Mul(_) | BinOp::Div(_))
-}
-
-fn is_comparison(op: &BinOp) -> bool {
-    matches!(
-        op,
-        BinOp::Eq(_) | BinOp::Ne(_) | BinOp::Lt(_) | BinOp::Le(_) | BinOp::Gt(_) | BinOp::Ge(_)
-    )
 }
 
 /// `+` of `+=`.

@@ -8,11 +8,13 @@
 
 mod attributes;
 mod check;
+mod effects;
 mod emit;
 mod errors;
 mod formula;
 #[cfg(test)]
 mod fuzz;
+mod inspect;
 mod lower;
 mod parse;
 mod rewrite;

@@ -82,6 +82,8 @@ pub(crate) enum Flow {
         unwinds: bool,
         /// Whether it only says `y ~ D` of its own `y`, with one `D` for all.
         pools: bool,
+        /// Names from outside whose adjoints the loop sums up apart.
+        summed: Vec<Ident>,
     },
     If {
         if_token: Token![if],
@@ -380,6 +382,7 @@ fn flow(input: ParseStream) -> Result<Flow> {
         body: block(input)?,
         unwinds: false,
         pools: false,
+        summed: Vec::new(),
     })
 }
 

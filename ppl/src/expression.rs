@@ -19,7 +19,7 @@ use crate::scalar::{Partials, Scalar};
 /// It can stand wherever a distribution takes a parameter; [`close`](Expression::close) makes it
 /// a number.
 #[derive(Clone, Copy, Debug)]
-pub struct Expression<E>(E);
+pub struct Expression<E>(pub(crate) E);
 
 /// A formula or a part of one.
 pub trait Node: Copy + Debug {
@@ -31,6 +31,12 @@ pub trait Node: Copy + Debug {
 
     /// Calls `f` with each number in it and `weight` times the derivative in that number.
     fn spread(self, weight: f64, f: &mut impl FnMut(Self::Number, f64));
+
+    /// As [`spread`](Node::spread) for weights that are final.
+    #[inline(always)]
+    fn settle(self, weight: f64, f: &mut impl FnMut(Self::Number, f64)) {
+        self.spread(weight, f);
+    }
 
     /// A number in it that is no constant.
     fn any(self) -> Option<Self::Number>;
@@ -77,6 +83,11 @@ impl<A: Node> Node for Unary<A> {
     }
 
     #[inline(always)]
+    fn settle(self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
+        self.argument.settle(weight * self.slope, f);
+    }
+
+    #[inline(always)]
     fn any(self) -> Option<A::Number> {
         self.argument.any()
     }
@@ -105,67 +116,15 @@ impl<A: Node, B: Node<Number = A::Number>> Node for Binary<A, B> {
     }
 
     #[inline(always)]
+    fn settle(self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
+        self.arguments.0.settle(weight * self.slopes.0, f);
+        self.arguments.1.settle(weight * self.slopes.1, f);
+    }
+
+    #[inline(always)]
     fn any(self) -> Option<A::Number> {
         self.arguments.0.any().or_else(|| self.arguments.1.any())
     }
-}
-
-/// Σ dᵢ xᵢ over data dᵢ and numbers xᵢ; see [`dot`].
-#[derive(Clone, Copy, Debug)]
-pub struct Dot<'a, S> {
-    value: f64,
-    data: &'a [f64],
-    numbers: &'a [Real<S>],
-}
-
-impl<S: Scalar> Node for Dot<'_, S> {
-    type Number = Real<S>;
-
-    #[inline(always)]
-    fn result(self) -> f64 {
-        self.value
-    }
-
-    #[inline(always)]
-    fn spread(self, weight: f64, f: &mut impl FnMut(Real<S>, f64)) {
-        for (d, x) in self.data.iter().zip(self.numbers) {
-            f(*x, weight * d);
-        }
-    }
-
-    #[inline(always)]
-    fn any(self) -> Option<Real<S>> {
-        self.numbers.iter().copied().find_map(Node::any)
-    }
-}
-
-/// The linear predictor Σ dᵢ xᵢ of data dᵢ and unknowns xᵢ, as one operation; NaN if their
-/// numbers differ.
-///
-/// # Example
-/// ```
-/// use ppl::prelude::*;
-///
-/// ppl::model! {
-///     fn regression(rows: &[[f64; 3]], y: &[f64]) {
-///         let intercept ~ Normal(0.0, 10.0);
-///         let slope ~ Normal(0.0, 2.5).array::<3>();
-///         let sd ~ HalfNormal(1.0);
-///         for (row, y) in rows.iter().zip(y) {
-///             y ~ Normal(intercept + dot(row, &slope), sd);
-///         }
-///     }
-/// }
-/// assert_eq!(regression(&[[1.0, 0.5, -1.0]], &[0.3]).layout()?.dim, 5);
-/// # Ok::<(), ppl::ModelError>(())
-/// ```
-#[inline(always)]
-pub fn dot<'a, S: Scalar>(data: &'a [f64], numbers: &'a [Real<S>]) -> Expression<Dot<'a, S>> {
-    let mut value = if data.len() == numbers.len() { 0.0 } else { f64::NAN };
-    for (d, x) in data.iter().zip(numbers) {
-        value += d * x.value();
-    }
-    Expression(Dot { value, data, numbers })
 }
 
 impl<A: Node> Expression<A> {
@@ -237,6 +196,11 @@ impl<A: Node> Partials<A::Number> for Expression<A> {
     }
 
     #[inline(always)]
+    fn settle(self, f: &mut impl FnMut(A::Number, f64)) {
+        self.0.settle(1.0, f);
+    }
+
+    #[inline(always)]
     fn any(&self) -> Option<A::Number> {
         self.0.any()
     }
@@ -258,6 +222,11 @@ impl<S: Scalar, A: Node<Number = Real<S>>> Datum<Real<S>> for Expression<A> {
     #[inline(always)]
     fn spread(&self, weight: f64, f: &mut impl FnMut(Real<S>, f64)) {
         self.0.spread(weight, f);
+    }
+
+    #[inline(always)]
+    fn settle(&self, weight: f64, f: &mut impl FnMut(Real<S>, f64)) {
+        self.0.settle(weight, f);
     }
 
     #[inline(always)]
@@ -342,82 +311,6 @@ arithmetic!(Sub, sub, |a, b| (a - b, 1.0, -1.0));
 arithmetic!(Mul, mul, |a, b| (a * b, b, a));
 arithmetic!(Div, div, |a, b| (a / b, 1.0 / b, -a / (b * b)));
 
-/// What generated code asks of an operand or of the result of arithmetic, whose type the macro
-/// does not know: numbers of the model become formulas and back, everything else stays as it is.
-/// `(&Of(&x)).operand()` finds [`Number`] before [`Other`], since that takes one reference less.
-#[derive(Debug)]
-pub struct Of<'a, T: ?Sized>(pub &'a T);
-
-/// A number of the model.
-pub trait Number {
-    /// As the operand of a formula.
-    type Operand;
-    /// As a value.
-    type Value;
-
-    /// The number or formula as an operand.
-    fn operand(&self) -> Self::Operand;
-
-    /// The formula as a number.
-    fn closed(&self) -> Self::Value;
-}
-
-impl<S: Scalar> Number for Of<'_, Real<S>> {
-    type Operand = Expression<Real<S>>;
-    type Value = Real<S>;
-
-    #[inline(always)]
-    fn operand(&self) -> Expression<Real<S>> {
-        Expression(*self.0)
-    }
-
-    #[inline(always)]
-    fn closed(&self) -> Real<S> {
-        *self.0
-    }
-}
-
-impl<A: Node> Number for Of<'_, Expression<A>> {
-    type Operand = Expression<A>;
-    type Value = A::Number;
-
-    #[inline(always)]
-    fn operand(&self) -> Expression<A> {
-        *self.0
-    }
-
-    #[inline(always)]
-    fn closed(&self) -> A::Number {
-        self.0.close()
-    }
-}
-
-/// Anything else.
-pub trait Other {
-    /// Its type.
-    type Same;
-
-    /// As it is.
-    fn operand(&self) -> Self::Same;
-
-    /// As it is.
-    fn closed(&self) -> Self::Same;
-}
-
-impl<T: Clone> Other for &Of<'_, T> {
-    type Same = T;
-
-    #[inline(always)]
-    fn operand(&self) -> T {
-        self.0.clone()
-    }
-
-    #[inline(always)]
-    fn closed(&self) -> T {
-        self.0.clone()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -444,24 +337,5 @@ mod tests {
         for (e, f) in expected.0.gradient().iter().zip(found.0.gradient()) {
             approx::assert_relative_eq!(*e, f, max_relative = 1e-13);
         }
-    }
-
-    // written as the macro writes it, whether or not the borrow is needed
-    #[allow(clippy::needless_borrow)]
-    #[test]
-    fn what_is_no_number_stays_as_it_is() {
-        let x = Real(2.0);
-        let formula = (&Of(&x)).operand() * 3.0;
-        assert_eq!((&Of(&formula)).closed().value(), 6.0);
-        assert_eq!((&Of(&7usize)).operand() - 1, 6);
-        assert_eq!((&Of(&2.5)).closed(), 2.5);
-    }
-
-    #[test]
-    fn dot_has_its_gradient_and_refuses_lengths() {
-        let x = Dual::variables([0.7, 1.9]).map(Real);
-        let product = dot(&[2.0, -1.0], &x);
-        assert_eq!(product.close().0.gradient(), [2.0, -1.0]);
-        assert!(dot(&[1.0], &x).value().is_nan());
     }
 }

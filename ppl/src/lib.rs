@@ -47,6 +47,7 @@
 
 extern crate self as ppl;
 
+mod accumulator;
 mod arithmetic;
 mod bound;
 pub mod check;
@@ -56,6 +57,7 @@ pub mod diagnostics;
 mod differentiable;
 mod dimensions;
 mod distribution;
+mod dot;
 mod dual;
 mod export;
 mod expression;
@@ -65,6 +67,7 @@ pub mod guide;
 mod lean;
 mod model;
 mod ode;
+mod operand;
 mod optimize;
 mod posterior;
 mod power_scaling;
@@ -87,8 +90,9 @@ pub use density::{DomainError, LogDensity, Place, Rejection};
 pub use differentiable::{Differentiable, Forward, Generic};
 pub use dimensions::LabelError;
 pub use distribution::*;
+pub use dot::dot;
 pub use dual::Dual;
-pub use expression::{Expression, dot};
+pub use expression::Expression;
 pub use findings::{Finding, FindingKind};
 pub use group::{Group, Values};
 pub use model::{Context, Failure, Model, Site};
@@ -119,7 +123,7 @@ pub use trace::{Entry, Record, Role, Variable};
 pub mod prelude {
     pub use crate::differentiable::Differentiable;
     pub use crate::distribution::*;
-    pub use crate::expression::dot;
+    pub use crate::dot::dot;
     pub use crate::optimize::Map;
     pub use crate::sampler::{
         ComponentwiseMetropolis, DelayedAcceptance, DifferentialEvolution, Metropolis, Nuts, Smc,
@@ -132,5 +136,5 @@ pub mod prelude {
 #[doc(hidden)]
 pub mod __private {
     pub use crate::distribution::{constrain, ln_density, ln_probability};
-    pub use crate::expression::{Number, Of, Other};
+    pub use crate::operand::{Apart, Number, Of, Other, Together};
 }

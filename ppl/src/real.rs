@@ -41,6 +41,11 @@ impl<S: Scalar> Scalar for Real<S> {
     }
 
     #[inline(always)]
+    fn deposit(self, adjoint: f64) {
+        self.0.deposit(adjoint);
+    }
+
+    #[inline(always)]
     fn gather(value: f64, partials: impl Partials<Self>) -> Self {
         Self(S::gather(value, Bare(partials)))
     }
@@ -63,6 +68,11 @@ impl<S: Scalar, P: Partials<Real<S>>> Partials<S> for Bare<P> {
     #[inline(always)]
     fn spread(self, f: &mut impl FnMut(S, f64)) {
         self.0.spread(&mut |argument, partial| f(argument.0, partial));
+    }
+
+    #[inline(always)]
+    fn settle(self, f: &mut impl FnMut(S, f64)) {
+        self.0.settle(&mut |argument, partial| f(argument.0, partial));
     }
 
     #[inline(always)]

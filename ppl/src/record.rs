@@ -25,6 +25,14 @@ pub trait Datum<V> {
         f(self.lift(), weight);
     }
 
+    /// As [`spread`](Datum::spread), where the weights are final: what sums up its own adjoint may
+    /// take them without calling `f`.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn settle(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
+        self.spread(weight, f);
+    }
+
     /// One of those numbers.
     #[doc(hidden)]
     #[inline(always)]
@@ -99,6 +107,11 @@ impl<V, T: Datum<V> + ?Sized> Datum<V> for &T {
     #[inline(always)]
     fn spread(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
         (**self).spread(weight, f);
+    }
+
+    #[inline(always)]
+    fn settle(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
+        (**self).settle(weight, f);
     }
 
     #[inline(always)]

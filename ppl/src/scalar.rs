@@ -84,6 +84,13 @@ pub trait Scalar:
     /// The result `value` of a function of arguments with these partial derivatives.
     fn gather(value: f64, partials: impl Partials<Self>) -> Self;
 
+    /// Adds to the adjoint of this number what has been summed up apart.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn deposit(self, adjoint: f64) {
+        let _ = adjoint;
+    }
+
     /// As [`gather`](Scalar::gather), for a summand of a log density: a context that only adds
     /// it up may take its partials at once. What is computed further from the value of a term
     /// would be lost then; see [`UnivariateDensity::SUMMANDS`](crate::UnivariateDensity::SUMMANDS).
@@ -237,6 +244,16 @@ pub trait Partials<R> {
     /// Calls `f` with every argument that is no constant, and its partial.
     fn spread(self, f: &mut impl FnMut(R, f64));
 
+    /// As [`spread`](Partials::spread) for a summand of the result: its partials are final.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn settle(self, f: &mut impl FnMut(R, f64))
+    where
+        Self: Sized,
+    {
+        self.spread(f);
+    }
+
     /// An argument that is no constant, where that is known before they are spread.
     fn any(&self) -> Option<R> {
         None
@@ -273,6 +290,11 @@ macro_rules! impl_partials {
             #[inline(always)]
             fn spread(self, f: &mut impl FnMut(R, f64)) {
                 $(self.$i.0.spread(self.$i.1, f);)*
+            }
+
+            #[inline(always)]
+            fn settle(self, f: &mut impl FnMut(R, f64)) {
+                $(self.$i.0.settle(self.$i.1, f);)*
             }
 
             #[inline(always)]

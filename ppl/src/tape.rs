@@ -267,6 +267,13 @@ impl<'t> Scalar for Var<'t> {
     }
 
     #[inline(always)]
+    fn deposit(self, adjoint: f64) {
+        if let Some(node) = self.node {
+            node.add(adjoint);
+        }
+    }
+
+    #[inline(always)]
     fn gather(value: f64, partials: impl Partials<Self>) -> Self {
         let mut writer = Writer { tape: None, end: 0 };
         partials.spread(&mut |argument, partial| writer.add(argument, partial));
@@ -282,22 +289,15 @@ impl<'t> Scalar for Var<'t> {
             return Self::from(value);
         };
         if !node.tape.takes_terms.get() {
-            return operation(value, partials);
+            return Self::gather(value, partials);
         }
-        partials.spread(&mut |argument: Self, partial| {
+        partials.settle(&mut |argument: Self, partial| {
             if let Some(node) = argument.node {
                 node.add(partial);
             }
         });
         Self::from(value)
     }
-}
-
-/// [`gather`](Scalar::gather) out of the way of terms that are summands.
-#[cold]
-#[inline(never)]
-fn operation<'t>(value: f64, partials: impl Partials<Var<'t>>) -> Var<'t> {
-    Var::gather(value, partials)
 }
 
 #[cfg(test)]

@@ -233,7 +233,7 @@ fn files_hold_the_draws() {
     let mut lines = text.lines();
     assert_eq!(lines.next(), Some("chain,draw,mu[0],mu[1],idle,edge,twice[0],twice[1],still"));
     let row: Vec<f64> = lines
-        .nth(601)
+        .nth(2001)
         .expect("chain 1, draw 1")
         .split(',')
         .map(|cell| cell.parse().expect("a number"))

@@ -1,0 +1,113 @@
+//! Adjoints that a plate sums up apart from the tape.
+//!
+//! Every iteration of a plate adds to the adjoints of the same few numbers. On the tape each of
+//! these additions has to wait for the one before it to reach memory; a sum of its own can stay in
+//! a register until the plate ends.
+
+use std::cell::Cell;
+use std::ops::Deref;
+
+use crate::dot::Numbers;
+use crate::expression::Node;
+use crate::real::Real;
+use crate::scalar::Scalar;
+
+/// A number with the part of its adjoint that comes from a plate.
+#[derive(Debug)]
+pub struct Sum<R> {
+    pub(crate) number: R,
+    adjoint: Cell<f64>,
+}
+
+impl<R: Scalar> Sum<R> {
+    #[inline(always)]
+    pub(crate) fn new(number: R) -> Self {
+        Self { number, adjoint: Cell::new(0.0) }
+    }
+
+    #[inline(always)]
+    pub(crate) fn part(&self) -> Summed<'_, R> {
+        Summed { number: self.number, adjoint: &self.adjoint }
+    }
+
+    #[inline(always)]
+    pub(crate) fn deposit(&self) {
+        self.number.deposit(self.adjoint.get());
+    }
+}
+
+/// A number in a formula that adds to a [`Sum`].
+#[derive(Clone, Copy, Debug)]
+pub struct Summed<'a, R> {
+    number: R,
+    adjoint: &'a Cell<f64>,
+}
+
+impl<S: Scalar> Node for Summed<'_, Real<S>> {
+    type Number = Real<S>;
+
+    #[inline(always)]
+    fn result(self) -> f64 {
+        self.number.value()
+    }
+
+    #[inline(always)]
+    fn spread(self, weight: f64, f: &mut impl FnMut(Real<S>, f64)) {
+        f(self.number, weight);
+    }
+
+    #[inline(always)]
+    fn settle(self, weight: f64, _: &mut impl FnMut(Real<S>, f64)) {
+        self.adjoint.set(self.adjoint.get() + weight);
+    }
+
+    #[inline(always)]
+    fn any(self) -> Option<Real<S>> {
+        self.number.any()
+    }
+}
+
+/// The same for an array.
+#[derive(Debug)]
+pub struct Sums<S, const N: usize> {
+    pub(crate) numbers: [Real<S>; N],
+    adjoints: [Cell<f64>; N],
+}
+
+impl<S: Scalar, const N: usize> Sums<S, N> {
+    #[inline(always)]
+    pub(crate) fn new(numbers: [Real<S>; N]) -> Self {
+        Self { numbers, adjoints: [const { Cell::new(0.0) }; N] }
+    }
+
+    #[inline(always)]
+    pub(crate) fn deposit(&self) {
+        for (number, adjoint) in self.numbers.iter().zip(&self.adjoints) {
+            number.deposit(adjoint.get());
+        }
+    }
+}
+
+impl<S: Scalar, const N: usize> Deref for Sums<S, N> {
+    type Target = [Real<S>];
+
+    fn deref(&self) -> &[Real<S>] {
+        &self.numbers
+    }
+}
+
+impl<S: Scalar, const N: usize> Numbers for Sums<S, N> {
+    type Scalar = S;
+
+    #[inline(always)]
+    fn numbers(&self) -> &[Real<S>] {
+        &self.numbers
+    }
+
+    #[inline(always)]
+    fn settle(&self, data: &[f64], weight: f64, _: &mut impl FnMut(Real<S>, f64)) {
+        for (adjoint, d) in self.adjoints.iter().zip(data) {
+            adjoint.set(adjoint.get() + weight * d);
+        }
+    }
+}
