@@ -1,11 +1,12 @@
 //! How long the parts of a Newton iteration take.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use super::curve::Fields;
 use super::test::CompressionTest;
 use crate::error::FemError;
-use crate::operator::{Coupling, Increment, NONE, Residual, Span};
+use crate::operator::{Coupling, Increment, Layout, MatrixFree, NONE, Residual, Span};
 
 /// Seconds for each part of a Newton iteration, the least of several repetitions.
 #[derive(Clone, Copy, Debug)]
@@ -16,6 +17,10 @@ pub struct PartTimes {
     pub tangent_s: f64,
     /// Factorisation, or the hierarchy of the iterative solver.
     pub factorisation_s: f64,
+    /// Storing the point data of the matrix-free tangent.
+    pub linearise_s: f64,
+    /// Product of the matrix-free tangent and a vector.
+    pub apply_s: f64,
     /// Solution to a residual of 1e-3 with the factor.
     pub solve_s: f64,
 }
@@ -67,7 +72,13 @@ impl CompressionTest {
         let first_s = begin.elapsed().as_secs_f64();
         let solve_s = least(repetitions, || linear.solve(&residual.nodal, &mut step, 1e-3).is_ok());
         let factorisation_s = first_s - solve_s;
-        Ok(PartTimes { residual_s, tangent_s, factorisation_s, solve_s })
+        let layout = Arc::new(Layout::new(operator, &domain.nodes));
+        let mut free_of_matrix = MatrixFree::<f64>::new(layout);
+        let linearise_s = least(repetitions, || {
+            free_of_matrix.linearise(operator, &increment, Coupling::Full).is_ok()
+        });
+        let apply_s = least(repetitions, || free_of_matrix.multiply(&residual.nodal, &mut step));
+        Ok(PartTimes { residual_s, tangent_s, factorisation_s, linearise_s, apply_s, solve_s })
     }
 }
 

@@ -94,6 +94,14 @@ impl<const N: usize> Space<N> {
     }
 }
 
+impl<const N: usize> Space<N> {
+    /// ∇λ_k of an element, 1/mm.
+    pub(crate) fn barycentric(&self, tet: usize) -> [[f64; 3]; 4] {
+        let corner = |k: usize| self.nodes[self.tets[tet][k] as usize];
+        barycentric_gradients([corner(0), corner(1), corner(2), corner(3)]).1
+    }
+}
+
 fn edge_key(i: u32, j: u32) -> [u32; 2] {
     [i.min(j), i.max(j)]
 }

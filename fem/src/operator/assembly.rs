@@ -2,6 +2,7 @@
 
 use super::element::Element;
 use super::pattern::Tangent;
+use super::reduced::ReferenceRule;
 use super::residual::{Increment, Residual};
 use crate::boundary::Domain;
 use crate::element::{Space, Tetrahedron, mean_values};
@@ -37,6 +38,21 @@ pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
 
     /// The space, for loads and for integrals of the fields.
     fn domain(&self) -> &dyn Domain;
+
+    /// The points of the integration rule.
+    fn reference_rule(&self) -> ReferenceRule;
+
+    /// The tangent of one element in its barycentric axes, as [`ReferenceRule::width`] numbers.
+    fn reduced_tangent(
+        &self,
+        increment: &Increment,
+        coupling: Coupling,
+        tet: usize,
+        out: &mut [f64],
+    ) -> Result<(), Inverted>;
+
+    /// Number of elements.
+    fn tets(&self) -> usize;
 
     /// The nodes of one element: its vertices, then the midpoints of its edges.
     fn nodes_of(&self, tet: usize) -> &[u32];
@@ -109,6 +125,25 @@ impl<const N: usize> Operator for Assembly<N> {
 
     fn domain(&self) -> &dyn Domain {
         &self.space
+    }
+
+    fn reference_rule(&self) -> ReferenceRule {
+        ReferenceRule::new(&self.space.rule)
+    }
+
+    fn reduced_tangent(
+        &self,
+        increment: &Increment,
+        coupling: Coupling,
+        tet: usize,
+        out: &mut [f64],
+    ) -> Result<(), Inverted> {
+        Element::gather(&self.space, tet, increment)
+            .reduced_tangent(coupling == Coupling::Full, out)
+    }
+
+    fn tets(&self) -> usize {
+        self.space.tets.len()
     }
 
     fn nodes_of(&self, tet: usize) -> &[u32] {

@@ -10,18 +10,19 @@ use crate::material::{Damage, Inverted, PointMaterial, PointResponse};
 pub(crate) type Block = [[f64; 4]; 4];
 
 /// The most elastic or damage points that a rule has.
-const MOST_POINTS: usize = 14;
+pub(super) const MOST_POINTS: usize = 14;
 
 /// The values of one element.
 pub(crate) struct Element<'a, const N: usize> {
-    space: &'a Space<N>,
-    material: &'a PointMaterial,
-    volume: f64,
-    gradients: &'a [[[f64; 3]; N]],
+    pub(super) tet: usize,
+    pub(super) space: &'a Space<N>,
+    pub(super) material: &'a PointMaterial,
+    pub(super) volume: f64,
+    pub(super) gradients: &'a [[[f64; 3]; N]],
     displacement: [[f64; 3]; N],
     damage: [f64; N],
     before: [f64; N],
-    duration: f64,
+    pub(super) duration: f64,
     /// The largest ψ⁺ so far by elastic point, or nothing.
     history: &'a [f64],
 }
@@ -40,6 +41,7 @@ impl<'a, const N: usize> Element<'a, N> {
         let nodes = &space.tets[tet];
         let value = |field: &[f64], a: usize| field[nodes[a] as usize];
         Self {
+            tet,
             space,
             material: &increment.materials[usize::from(space.region[tet])],
             volume: space.volume[tet],
@@ -59,7 +61,7 @@ impl<'a, const N: usize> Element<'a, N> {
     }
 
     /// H = Σ u_a ⊗ ∇N_a.
-    fn displacement_gradient(&self, shape: &[[f64; 3]; N]) -> Matrix3<f64> {
+    pub(super) fn displacement_gradient(&self, shape: &[[f64; 3]; N]) -> Matrix3<f64> {
         let mut h = Matrix3::zeros();
         for (u, g) in self.displacement.iter().zip(shape) {
             for j in 0..3 {
@@ -76,7 +78,7 @@ impl<'a, const N: usize> Element<'a, N> {
     }
 
     /// φ at the damage points.
-    fn damage_at_points(&self) -> [f64; MOST_POINTS] {
+    pub(super) fn damage_at_points(&self) -> [f64; MOST_POINTS] {
         let mut values = [0.0; MOST_POINTS];
         for (value, point) in values.iter_mut().zip(&self.space.rule.damage) {
             *value = self.at_point(&self.damage, &point.shape);
@@ -85,7 +87,7 @@ impl<'a, const N: usize> Element<'a, N> {
     }
 
     /// g_q = Σ_p C_qp g(φ_p), one in elastic regions.
-    fn stiffness_at(&self, q: usize, phi: &[f64; MOST_POINTS]) -> f64 {
+    pub(super) fn stiffness_at(&self, q: usize, phi: &[f64; MOST_POINTS]) -> f64 {
         let Some(damage) = &self.material.damage else { return 1.0 };
         let row = &self.space.rule.mixing[q];
         row.iter().zip(phi).map(|(c, &x)| c * damage.degradation.value(x)).sum()
@@ -96,7 +98,7 @@ impl<'a, const N: usize> Element<'a, N> {
     }
 
     /// What drives damage at elastic point q: ψ⁺, or the largest value that it has had.
-    fn driving_energy(&self, q: usize, response: &PointResponse) -> f64 {
+    pub(super) fn driving_energy(&self, q: usize, response: &PointResponse) -> f64 {
         let so_far = self.history.get(q).copied().unwrap_or(0.0);
         response.driving_energy().max(so_far)
     }

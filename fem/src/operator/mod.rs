@@ -1,9 +1,14 @@
 //! The equations on a mesh: residual, consistent tangent, and the unknowns that they act on.
 
 mod assembly;
+mod batches;
 mod element;
 mod graph;
+mod lanes;
+mod matrix_free;
 mod pattern;
+mod product;
+mod reduced;
 mod residual;
 #[cfg(test)]
 mod tests;
@@ -11,6 +16,8 @@ mod unknowns;
 
 pub(crate) use assembly::{Assembly, Coupling, Operator};
 pub(crate) use graph::Graph;
+pub(crate) use matrix_free::{Layout, MatrixFree};
 pub(crate) use pattern::{Pattern, Tangent};
+pub(crate) use reduced::ReferenceRule;
 pub(crate) use residual::{Increment, NodeBlock, Residual, Span};
 pub(crate) use unknowns::{NONE, Unknowns};

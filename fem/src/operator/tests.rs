@@ -113,6 +113,7 @@ fn assert_taylor<const N: usize, T: Tetrahedron<N>>(
     let increment = Increment { materials: &materials, fields: &fields, span };
     assembly.tangent(&increment, Coupling::Full, &mut tangent).expect("no element is inverted");
 
+    assert_matrix_free(&assembly, &increment, &tangent);
     let d: Vec<[f64; 4]> = direction
         .displacement
         .iter()
@@ -134,6 +135,48 @@ fn assert_taylor<const N: usize, T: Tetrahedron<N>>(
         let order = (coarse[k] / fine[k]).log2() / 2.0;
         assert!(order > least, "{rule:?} {split:?}: remainder {} falls with slope {order}", k + 1);
     }
+}
+
+/// The matrix-free product and diagonal against the assembled matrix, with any number of threads.
+fn assert_matrix_free<const N: usize>(
+    assembly: &Assembly<N>,
+    increment: &Increment,
+    tangent: &Tangent,
+) {
+    let nodes = &assembly.space.nodes;
+    let layout = Arc::new(Layout::new(assembly, nodes));
+    let x: Vec<[f64; 4]> = nodes
+        .iter()
+        .enumerate()
+        .map(|(n, p)| [(3.0 * p[0]).sin(), p[1] * p[2], 0.3 - p[2], (n as f64).cos()])
+        .collect();
+    let mut expected = vec![[0.0; 4]; nodes.len()];
+    tangent.multiply(&x, &mut expected);
+    let largest = |v: &[[f64; 4]]| v.as_flattened().iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let difference = |a: &[[f64; 4]], b: &[[f64; 4]]| {
+        a.as_flattened().iter().zip(b.as_flattened()).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()))
+    };
+    let product = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| {
+            let mut free = MatrixFree::<f64>::new(Arc::clone(&layout));
+            free.linearise(assembly, increment, Coupling::Full).expect("no element is inverted");
+            let mut y = vec![[0.0; 4]; nodes.len()];
+            free.multiply(&x, &mut y);
+            (y, free.diagonal())
+        })
+    };
+    let (y, diagonal) = product(1);
+    let error = difference(&y, &expected) / largest(&expected);
+    assert!(error < 1e-13, "{N} nodes: {error}");
+    let assembled = tangent.diagonal();
+    assert!(difference(&diagonal, &assembled) < 1e-13 * largest(&assembled));
+    assert_eq!((y, diagonal), product(2), "threads change the result");
+    let mut single = MatrixFree::<f32>::new(layout);
+    single.linearise(assembly, increment, Coupling::Full).expect("no element is inverted");
+    let mut y = vec![[0.0; 4]; nodes.len()];
+    single.multiply(&x, &mut y);
+    assert!(difference(&y, &expected) < 3e-6 * largest(&expected));
 }
 
 #[test]

@@ -50,7 +50,7 @@ impl Dissection<'_> {
         if part.len() <= LEAF {
             return self.minimum_degree(&part);
         }
-        let mut best: Option<(f64, Vec<u32>, Vec<u32>, Vec<u32>)> = None;
+        let mut best: Option<(f64, [Vec<u32>; 3])> = None;
         for axis in 0..3 {
             let mut sorted = part.clone();
             // ties along the axis are broken the same way everywhere, so that cuts are planes
@@ -71,12 +71,12 @@ impl Dissection<'_> {
                         let stays = |n: &u32| self.side[*n as usize] != SEPARATOR;
                         half.iter().copied().filter(stays).collect()
                     };
-                    best = Some((score, keep(&sorted[..at]), keep(&sorted[at..]), separator));
+                    best = Some((score, [keep(&sorted[..at]), keep(&sorted[at..]), separator]));
                 }
             }
         }
         part.iter().for_each(|&n| self.side[n as usize] = OUT);
-        let Some((_, left, right, separator)) = best else { return Ok(()) };
+        let Some((_, [left, right, separator])) = best else { return Ok(()) };
         if left.is_empty() && right.is_empty() {
             self.order.extend(separator);
             return Ok(());

@@ -8,7 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::direct::{Direct, Symbolic};
 use super::*;
 use crate::compression::Fields;
-use crate::operator::{Operator, Pattern, Residual, Span, Tangent, Unknowns};
+use crate::operator::{Operator, Pattern, ReferenceRule, Residual, Span, Tangent, Unknowns};
 
 /// An operator whose tangent is what it was given.
 #[derive(Debug)]
@@ -35,6 +35,24 @@ impl Operator for Given {
 
     fn domain(&self) -> &dyn crate::boundary::Domain {
         unreachable!("a linear solver takes no integrals")
+    }
+
+    fn reference_rule(&self) -> ReferenceRule {
+        unreachable!("a matrix has no elements")
+    }
+
+    fn reduced_tangent(
+        &self,
+        _: &Increment,
+        _: Coupling,
+        _: usize,
+        _: &mut [f64],
+    ) -> Result<(), Inverted> {
+        Ok(())
+    }
+
+    fn tets(&self) -> usize {
+        0
     }
 
     fn nodes_of(&self, _: usize) -> &[u32] {
@@ -133,5 +151,5 @@ fn a_singular_matrix_is_reported() {
     let increment = Increment { materials: &[], fields: &fields, span };
     direct.linearise(&increment, Coupling::Full, &[[true; 4]; 5]).expect("never inverted");
     let right: Vec<Nodal> = (0..5).map(|n| [1.0, -2.0, 0.5, n as f64]).collect();
-    assert!(direct.solve(&right, &mut vec![[0.0; 4]; 5], 1e-8).is_err());
+    assert!(direct.solve(&right, &mut [[0.0; 4]; 5], 1e-8).is_err());
 }

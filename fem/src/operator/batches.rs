@@ -1,0 +1,172 @@
+//! Elements in batches of lanes, and batches in chunks with nodal values of their own.
+//!
+//! A chunk works on copies of its nodes' values; the copies are added in a fixed order afterwards.
+//! So chunks run on any number of threads with the same result, and a chunk's values stay in
+//! the nearest cache.
+
+use rayon::prelude::*;
+
+use super::lanes::LANES;
+
+/// Elements of a mesh, cut into chunks of batches.
+#[derive(Debug)]
+pub(crate) struct Batches {
+    pub(crate) chunks: Vec<Chunk>,
+    /// The copies of each node, as (start, place).
+    copy_start: Vec<u32>,
+    copy: Vec<u32>,
+    /// Copies in all.
+    copies: usize,
+}
+
+/// Elements that are close together.
+#[derive(Debug)]
+pub(crate) struct Chunk {
+    /// Elements, a multiple of [`LANES`]; `u32::MAX` fills the last batch up.
+    pub(crate) tets: Vec<u32>,
+    /// Mesh nodes of the chunk.
+    pub(crate) global: Vec<u32>,
+    /// Chunk nodes of the elements: batch, then node of the element, then lane.
+    pub(crate) local: Vec<[u16; LANES]>,
+}
+
+/// A place in the last batch that no element takes.
+pub(crate) const VACANT: u32 = u32::MAX;
+
+impl Batches {
+    /// `per_chunk` elements a chunk, in the order of a space-filling curve.
+    pub(crate) fn new<'a>(
+        tets: usize,
+        points: &[[f64; 3]],
+        per_chunk: usize,
+        nodes_of: impl Fn(usize) -> &'a [u32],
+    ) -> Self {
+        let curve = Curve::new(points);
+        let mut order: Vec<(u64, u32)> = (0..tets)
+            .map(|tet| {
+                let corners = &nodes_of(tet)[..4];
+                let centre = std::array::from_fn(|k| {
+                    corners.iter().map(|&n| 0.25 * points[n as usize][k]).sum()
+                });
+                (curve.place(centre), tet as u32)
+            })
+            .collect();
+        order.sort_unstable();
+        let nodes = if tets > 0 { nodes_of(0).len() } else { 0 };
+        let mut local_of = vec![u32::MAX; points.len()];
+        let mut chunks = Vec::new();
+        for part in order.chunks(per_chunk) {
+            let mut tets: Vec<u32> = part.iter().map(|p| p.1).collect();
+            tets.resize(part.len().next_multiple_of(LANES), VACANT);
+            let mut global: Vec<u32> =
+                part.iter().flat_map(|p| nodes_of(p.1 as usize)).copied().collect();
+            global.sort_unstable();
+            global.dedup();
+            global.iter().enumerate().for_each(|(i, &n)| local_of[n as usize] = i as u32);
+            let mut local = Vec::with_capacity(tets.len() / LANES * nodes);
+            for batch in tets.chunks(LANES) {
+                for a in 0..nodes {
+                    local.push(std::array::from_fn(|lane| {
+                        // a vacant lane reads the first element's nodes, and adds zeros to them
+                        let tet = if batch[lane] == VACANT { batch[0] } else { batch[lane] };
+                        local_of[nodes_of(tet as usize)[a] as usize] as u16
+                    }));
+                }
+            }
+            chunks.push(Chunk { tets, global, local });
+        }
+        let (copy_start, copy, copies) = copies(&chunks, points.len());
+        Self { chunks, copy_start, copy, copies }
+    }
+
+    /// Nodes of the mesh.
+    pub(crate) fn node_count(&self) -> usize {
+        self.copy_start.len() - 1
+    }
+
+    /// y_n = Σ over the copies of node n of what `work` put there, in the order of the chunks.
+    ///
+    /// `work` gets the number of a chunk and the zeroed values of its nodes.
+    pub(crate) fn gather(
+        &self,
+        copies: &mut Vec<[f64; 4]>,
+        y: &mut [[f64; 4]],
+        work: impl Fn(usize, &mut [[f64; 4]]) + Sync,
+    ) {
+        copies.resize(self.copies, [0.0; 4]);
+        let mut parts = Vec::with_capacity(self.chunks.len());
+        let mut rest = copies.as_mut_slice();
+        for chunk in &self.chunks {
+            let (part, next) = rest.split_at_mut(chunk.global.len());
+            parts.push(part);
+            rest = next;
+        }
+        parts.into_par_iter().enumerate().for_each(|(chunk, part)| {
+            part.fill([0.0; 4]);
+            work(chunk, part);
+        });
+        const NODES: usize = 2048;
+        y.par_chunks_mut(NODES).enumerate().for_each(|(block, y)| {
+            for (i, y) in y.iter_mut().enumerate() {
+                let node = block * NODES + i;
+                let mut sum = [0.0; 4];
+                let range = self.copy_start[node] as usize..self.copy_start[node + 1] as usize;
+                for &place in &self.copy[range] {
+                    for k in 0..4 {
+                        sum[k] += copies[place as usize][k];
+                    }
+                }
+                *y = sum;
+            }
+        });
+    }
+}
+
+/// Where the copies of each node are: (start by node, places, number of copies).
+fn copies(chunks: &[Chunk], nodes: usize) -> (Vec<u32>, Vec<u32>, usize) {
+    let mut start = vec![0u32; nodes + 1];
+    for &n in chunks.iter().flat_map(|c| &c.global) {
+        start[n as usize + 1] += 1;
+    }
+    for n in 0..nodes {
+        start[n + 1] += start[n];
+    }
+    let total = start[nodes] as usize;
+    let mut next = start.clone();
+    let mut copy = vec![0u32; total];
+    for (place, &n) in chunks.iter().flat_map(|c| &c.global).enumerate() {
+        copy[next[n as usize] as usize] = place as u32;
+        next[n as usize] += 1;
+    }
+    (start, copy, total)
+}
+
+/// A curve through a box that keeps neighbours together (Morton, IBM 1966).
+struct Curve {
+    corner: [f64; 3],
+    scale: f64,
+}
+
+impl Curve {
+    /// Cells along the longest side, as a power of two.
+    const BITS: u32 = 20;
+
+    fn new(points: &[[f64; 3]]) -> Self {
+        let bound = |k: usize, pick: fn(f64, f64) -> f64| {
+            points.iter().map(|p| p[k]).reduce(pick).unwrap_or(0.0)
+        };
+        let corner = [0, 1, 2].map(|k| bound(k, f64::min));
+        let size = [0, 1, 2].map(|k| bound(k, f64::max) - corner[k]);
+        let longest = size.into_iter().fold(f64::MIN_POSITIVE, f64::max);
+        Self { corner, scale: f64::from((1 << Self::BITS) - 1) / longest }
+    }
+
+    fn place(&self, point: [f64; 3]) -> u64 {
+        (0..3)
+            .map(|k| {
+                let cell = ((point[k] - self.corner[k]) * self.scale) as u64;
+                (0..Self::BITS).map(|bit| (cell >> bit & 1) << (3 * bit)).sum::<u64>() << k
+            })
+            .sum()
+    }
+}

@@ -1,0 +1,263 @@
+//! The tangent applied element by element from stored point data, without a matrix.
+//!
+//! The data of [`LANES`] elements stand side by side, so that one instruction works on several;
+//! which instructions, the processor decides when the program runs.
+
+use std::sync::Arc;
+
+use faer::traits::pulp;
+use rayon::prelude::*;
+
+use super::assembly::{Coupling, Operator};
+use super::batches::{Batches, Chunk, VACANT};
+use super::element::Block;
+use super::lanes::{LANES, Lane, Real};
+use super::pattern::Tangent;
+use super::product::ChunkProduct;
+use super::reduced::{POINT, ReferenceRule, SLOPES, STIFFNESS, packed};
+use super::residual::Increment;
+use crate::material::Inverted;
+
+/// Elements of a chunk: their nodal values should fit into the second-level cache.
+const PER_CHUNK: [usize; 2] = [2048, 512];
+
+/// The edge between two vertices of a quadratic tetrahedron, as a node; vertices on the diagonal.
+pub(super) const MIDDLE: [[usize; 4]; 4] = [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3]];
+
+/// What does not change with the fields.
+#[derive(Debug)]
+pub(crate) struct Layout {
+    pub(super) batches: Batches,
+    pub(super) rule: ReferenceRule,
+    /// For each elastic point the least λ, and what the vertices have above it.
+    pub(super) excess: Vec<(f64, Vec<(usize, f64)>)>,
+    /// Whether the damage points are the nodes.
+    pub(super) nodal: bool,
+}
+
+impl Layout {
+    pub(crate) fn new(operator: &dyn Operator, points: &[[f64; 3]]) -> Self {
+        let rule = operator.reference_rule();
+        let per_chunk = PER_CHUNK[usize::from(rule.nodes == 10)];
+        let batches =
+            Batches::new(operator.tets(), points, per_chunk, |tet| operator.nodes_of(tet));
+        let excess = rule
+            .at
+            .iter()
+            .map(|l| {
+                let least = l.iter().copied().fold(1.0, f64::min);
+                let above = l.iter().map(|x| x - least).enumerate().filter(|(_, d)| *d > 1e-14);
+                (least, above.collect())
+            })
+            .collect();
+        let nodal = rule.damage.iter().enumerate().all(|(p, shape)| shape[p] == 1.0);
+        Self { batches, rule, excess, nodal }
+    }
+}
+
+/// The tangent at some fields.
+#[derive(Debug)]
+pub(crate) struct MatrixFree<T> {
+    layout: Arc<Layout>,
+    /// Chunk after chunk; batch, then number of the element's tangent, then lane.
+    data: Vec<Vec<Lane<T>>>,
+    copies: Vec<[f64; 4]>,
+}
+
+impl<T: Real> MatrixFree<T> {
+    pub(crate) fn new(layout: Arc<Layout>) -> Self {
+        let width = layout.rule.width();
+        let zeros = |chunk: &Chunk| vec![[T::default(); LANES]; chunk.tets.len() / LANES * width];
+        let data = layout.batches.chunks.iter().map(zeros).collect();
+        Self { layout, data, copies: Vec::new() }
+    }
+
+    /// Takes over the tangent at an increment.
+    pub(crate) fn linearise(
+        &mut self,
+        operator: &dyn Operator,
+        increment: &Increment,
+        coupling: Coupling,
+    ) -> Result<(), Inverted> {
+        let width = self.layout.rule.width();
+        let chunks = &self.layout.batches.chunks;
+        self.data.par_iter_mut().zip(chunks).try_for_each(|(data, chunk)| {
+            let mut reduced = vec![0.0; width];
+            for (data, tets) in data.chunks_exact_mut(width).zip(chunk.tets.chunks(LANES)) {
+                for (lane, &tet) in tets.iter().enumerate() {
+                    if tet == VACANT {
+                        continue;
+                    }
+                    operator.reduced_tangent(increment, coupling, tet as usize, &mut reduced)?;
+                    for (data, &x) in data.iter_mut().zip(&reduced) {
+                        data[lane] = T::of(x);
+                    }
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// y = A x.
+    pub(crate) fn multiply(&mut self, x: &[[f64; 4]], y: &mut [[f64; 4]]) {
+        let Self { layout, data, copies } = self;
+        let arch = pulp::Arch::new();
+        layout.batches.gather(copies, y, |index, part| {
+            let chunk = &layout.batches.chunks[index];
+            let values: Vec<[f64; 4]> = chunk.global.iter().map(|&n| x[n as usize]).collect();
+            let data = &data[index];
+            arch.dispatch(ChunkProduct { layout, chunk, data, x: &values, y: part });
+        });
+    }
+
+    /// The diagonal, by node.
+    pub(crate) fn diagonal(&mut self) -> Vec<[f64; 4]> {
+        let Self { layout, data, copies } = self;
+        let nodes = layout.batches.node_count();
+        let slopes = slopes(&layout.rule);
+        let mut out = vec![[0.0; 4]; nodes];
+        layout.batches.gather(copies, &mut out, |index, part| {
+            let chunk = &layout.batches.chunks[index];
+            for_each_element(&layout.rule, chunk, &data[index], |local, element| {
+                for (a, &node) in local.iter().enumerate() {
+                    let block = node_block(&layout.rule, &slopes, element, a, a, false);
+                    (0..4).for_each(|k| part[node][k] += block[k][k]);
+                }
+            });
+        });
+        out
+    }
+
+    /// Adds the tangent of the linear functions on the same elements, whose nodes are the first
+    /// four of each element: the level below quadratic elements.
+    pub(crate) fn add_linear(&self, out: &mut Tangent) {
+        let rule = &self.layout.rule;
+        let linear = ReferenceRule {
+            nodes: 4,
+            damage: rule.damage.iter().map(|shape| linear_part(shape).to_vec()).collect(),
+            ..rule.clone()
+        };
+        let slopes = slopes(&linear);
+        let mut blocks = [[[[0.0; 4]; 4]; 4]; 4];
+        for (chunk, data) in self.layout.batches.chunks.iter().zip(&self.data) {
+            let mut tets = chunk.tets.iter().filter(|t| **t != VACANT);
+            for_each_element(&linear, chunk, data, |_, element| {
+                for a in 0..4 {
+                    for b in 0..=a {
+                        blocks[a][b] = node_block(&linear, &slopes, element, a, b, true);
+                    }
+                }
+                let tet = tets.next().expect("as many elements as places");
+                out.add_element(*tet as usize, &blocks);
+            });
+        }
+    }
+}
+
+/// λ at a point of which the shape functions are given.
+fn linear_part(shape: &[f64]) -> [f64; 4] {
+    let mut l = [0.0; 4];
+    l.copy_from_slice(&shape[..4]);
+    if shape.len() == 10 {
+        // N_e of an edge is one half at either end of it for the linear functions
+        for i in 0..4 {
+            for j in 0..i {
+                l[i] += 0.5 * shape[MIDDLE[i][j]];
+                l[j] += 0.5 * shape[MIDDLE[i][j]];
+            }
+        }
+    }
+    l
+}
+
+/// ∂U_k/∂u_a at each elastic point.
+fn slopes(rule: &ReferenceRule) -> Vec<Vec<[f64; 3]>> {
+    let by_vertex = |l: &[f64; 4], a: usize| -> [f64; 4] {
+        std::array::from_fn(|k| match (rule.nodes, a) {
+            (4, _) => f64::from(a == k),
+            (_, 0..4) => f64::from(a == k) * (4.0 * l[k] - 1.0),
+            _ => (0..4).filter(|&j| j != k && MIDDLE[k][j] == a).map(|j| 4.0 * l[j]).sum(),
+        })
+    };
+    let at = |l: &[f64; 4]| {
+        (0..rule.nodes)
+            .map(|a| {
+                let d = by_vertex(l, a);
+                [d[1] - d[0], d[2] - d[0], d[3] - d[0]]
+            })
+            .collect()
+    };
+    rule.at.iter().map(at).collect()
+}
+
+/// Calls `work` with the chunk nodes and the data of each element.
+fn for_each_element<T: Real>(
+    rule: &ReferenceRule,
+    chunk: &Chunk,
+    data: &[Lane<T>],
+    mut work: impl FnMut(&[usize], &[f64]),
+) {
+    let width = rule.width();
+    let nodes = chunk.local.len() / (chunk.tets.len() / LANES);
+    let (mut local, mut element) = (vec![0; nodes], vec![0.0; width]);
+    for (batch, data) in data.chunks_exact(width).enumerate() {
+        for lane in 0..LANES {
+            if chunk.tets[batch * LANES + lane] == VACANT {
+                continue;
+            }
+            for (a, local) in local.iter_mut().enumerate() {
+                *local = usize::from(chunk.local[batch * nodes + a][lane]);
+            }
+            element.iter_mut().zip(data).for_each(|(e, d)| *e = d[lane].wide());
+            work(&local, &element);
+        }
+    }
+}
+
+/// The block of nodes a and b of one element; without `coupled` only u–u and φ–φ.
+fn node_block(
+    rule: &ReferenceRule,
+    slopes: &[Vec<[f64; 3]>],
+    element: &[f64],
+    a: usize,
+    b: usize,
+    coupled: bool,
+) -> Block {
+    let mut block = [[0.0; 4]; 4];
+    let (points, rest) = element.split_at(POINT * rule.at.len());
+    let (gradient, damage) = rest.split_at(SLOPES);
+    let (softening, local) = damage.split_at(rule.damage.len());
+    for (q, point) in points.chunks_exact(POINT).enumerate() {
+        let (da, db) = (&slopes[q][a], &slopes[q][b]);
+        for k in 0..3 {
+            for l in 0..3 {
+                for i in 0..3 {
+                    for j in 0..3 {
+                        let (r, s) = (3 * k + i, 3 * l + j);
+                        block[i][j] += da[k] * db[l] * point[packed(r.max(s), r.min(s))];
+                    }
+                }
+                block[3][3] +=
+                    rule.weight[q] * da[k] * db[l] * gradient[packed(k.max(l), k.min(l))];
+            }
+        }
+        if !coupled {
+            continue;
+        }
+        let soft = |node: usize| -> f64 {
+            let terms = rule.mixing[q].iter().zip(softening).zip(&rule.damage);
+            terms.map(|((c, g), shape)| c * g * shape[node]).sum()
+        };
+        let (soft_a, soft_b) = (soft(a), soft(b));
+        for i in 0..3 {
+            let force =
+                |d: &[f64; 3]| -> f64 { (0..3).map(|k| d[k] * point[STIFFNESS + 3 * k + i]).sum() };
+            block[i][3] += force(da) * soft_b;
+            block[3][i] += force(db) * soft_a;
+        }
+    }
+    for (shape, x) in rule.damage.iter().zip(local) {
+        block[3][3] += shape[a] * shape[b] * x;
+    }
+    block
+}
