@@ -18,6 +18,7 @@ pub(crate) use assembly::{Assembly, Coupling, Operator};
 pub(crate) use graph::Graph;
 pub(crate) use matrix_free::{Layout, MatrixFree};
 pub(crate) use pattern::{Pattern, Tangent};
+#[cfg(test)]
 pub(crate) use reduced::ReferenceRule;
 pub(crate) use residual::{Increment, NodeBlock, Residual, Span};
 pub(crate) use unknowns::{NONE, Unknowns};

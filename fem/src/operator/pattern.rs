@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::element::Block;
 use super::graph::Graph;
 
@@ -83,19 +85,23 @@ impl Tangent {
 
     /// y = A x, on nodal values u_x, u_y, u_z, φ.
     pub(crate) fn multiply(&self, x: &[[f64; 4]], y: &mut [[f64; 4]]) {
+        const ROWS: usize = 1024;
         let graph = &self.pattern.graph;
-        for (row, y) in y.iter_mut().enumerate() {
-            let range = graph.start[row] as usize..graph.start[row + 1] as usize;
-            let mut sum = [0.0; 4];
-            for (block, &column) in self.blocks[range.clone()].iter().zip(&graph.near[range]) {
-                let x = &x[column as usize];
-                for i in 0..4 {
-                    let row = &block[i];
-                    sum[i] += row[0] * x[0] + row[1] * x[1] + row[2] * x[2] + row[3] * x[3];
+        y.par_chunks_mut(ROWS).enumerate().for_each(|(chunk, y)| {
+            for (i, y) in y.iter_mut().enumerate() {
+                let row = chunk * ROWS + i;
+                let range = graph.start[row] as usize..graph.start[row + 1] as usize;
+                let mut sum = [0.0; 4];
+                for (block, &column) in self.blocks[range].iter().zip(graph.of(row)) {
+                    let x = &x[column as usize];
+                    for i in 0..4 {
+                        let row = &block[i];
+                        sum[i] += row[0] * x[0] + row[1] * x[1] + row[2] * x[2] + row[3] * x[3];
+                    }
                 }
+                *y = sum;
             }
-            *y = sum;
-        }
+        });
     }
 
     /// The diagonal, by node.

@@ -110,19 +110,19 @@ impl<T: Real, S: Simd> Batch<'_, T, S> {
 
     /// The data behind those of the elastic points: gradient term, g′ and local part.
     #[inline(always)]
-    fn damage_data(&self) -> (&[Lane<T>], &[Lane<T>], &[Lane<T>]) {
+    fn damage_data(&self) -> [&[Lane<T>]; 3] {
         let rule = &self.layout.rule;
         let rest = &self.data[POINT * rule.at.len()..];
         let (gradient, damage) = rest.split_at(SLOPES);
         let (softening, local) = damage.split_at(rule.damage.len());
-        (gradient, softening, local)
+        [gradient, softening, local]
     }
 
     #[inline(always)]
     fn damage_points<const N: usize>(&self, u: &[[Lane<T>; 4]; N]) -> DamagePoints<T::V<S>> {
         let rule = &self.layout.rule;
         let zero = self.constant(0.0);
-        let (_, softening, _) = self.damage_data();
+        let [_, softening, _] = self.damage_data();
         let mut points =
             DamagePoints { phi: [zero; MOST], soft: [zero; MOST], drive: [zero; MOST] };
         for (p, shape) in rule.damage.iter().enumerate() {
@@ -180,7 +180,7 @@ impl<T: Real, S: Simd> Batch<'_, T, S> {
         for (&c, drive) in mixing.iter().zip(&mut points.drive) {
             *drive = self.mul_add(self.constant(c), work, *drive);
         }
-        let (gradient, ..) = self.damage_data();
+        let [gradient, ..] = self.damage_data();
         let weight = self.constant(rule.weight[q]);
         for k in 0..3 {
             let mut sum = zero;
@@ -196,7 +196,7 @@ impl<T: Real, S: Simd> Batch<'_, T, S> {
     /// Adds the rows of φ that need no gradient.
     #[inline(always)]
     fn add_local<const N: usize>(&self, points: &DamagePoints<T::V<S>>, r: &mut [[T::V<S>; 4]; N]) {
-        let (_, softening, local) = self.damage_data();
+        let [_, softening, local] = self.damage_data();
         for (p, shape) in self.layout.rule.damage.iter().enumerate() {
             let drive = T::mul(self.simd, self.load(&softening[p]), points.drive[p]);
             let value = self.mul_add(self.load(&local[p]), points.phi[p], drive);

@@ -91,7 +91,6 @@ pub(super) fn conjugate_gradients(
     ending(Stop::Limit, limit, residual)
 }
 
-#[cfg_attr(not(test), expect(dead_code, reason = "the iterative solver follows"))]
 pub(super) fn minres(
     system: &mut System,
     right: &[Nodal],

@@ -1,10 +1,17 @@
 //! Linear solvers for the tangent, behind one trait.
 
+mod aggregation;
+mod amg;
+mod block_csr;
+mod chebyshev;
 mod cover;
 mod direct;
+mod field_split;
+mod iterative;
 mod krylov;
 mod ordering;
 mod plan;
+mod quadratic;
 #[cfg(test)]
 mod tests;
 mod vector;

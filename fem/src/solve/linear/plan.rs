@@ -1,18 +1,34 @@
-//! The choice of a linear solver, and what all runs on a mesh share of it.
+//! The choice of a linear solver by size, and what all runs on a mesh share of it.
 
 use std::sync::Arc;
 
 use super::LinearSolver;
 use super::direct::{Direct, Symbolic};
+use super::iterative::Iterative;
 use super::ordering::nested_dissection;
+use super::quadratic::Quadratic;
 use crate::error::FemError;
-use crate::operator::{Graph, Operator, Pattern, Unknowns};
+use crate::operator::{Layout, Operator, Pattern, Tangent, Unknowns};
+
+/// Unknowns up to which a factor is faster over a run, and small enough.
+const DIRECT_UP_TO: usize = 70_000;
+/// Vertices at the ends of the edges of a quadratic tetrahedron.
+const ENDS: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 
 /// The linear solver of a discretisation: its structure, found once.
 #[derive(Debug)]
-pub(crate) struct LinearPlan {
-    pattern: Arc<Pattern>,
-    symbolic: Arc<Symbolic>,
+pub(crate) enum LinearPlan {
+    /// A sparse factor.
+    Direct { pattern: Arc<Pattern>, symbolic: Arc<Symbolic> },
+    /// Multigrid; the pattern is that of the linear functions.
+    Multigrid {
+        pattern: Arc<Pattern>,
+        /// All nodes, and the vertices among them.
+        nodes: Arc<Vec<[f64; 3]>>,
+        vertices: Arc<Vec<[f64; 3]>>,
+        /// The ends of the edge of each midpoint; empty for linear elements.
+        parents: Arc<Vec<[u32; 2]>>,
+    },
 }
 
 impl LinearPlan {
@@ -24,21 +40,61 @@ impl LinearPlan {
         damaged: &[bool],
         held: impl Iterator<Item = (u32, usize)>,
     ) -> Result<(Self, Unknowns), FemError> {
+        let damage = damaged.iter().filter(|d| **d).count();
+        if 3 * points.len() + damage > DIRECT_UP_TO {
+            let order: Vec<u32> = (0..points.len() as u32).collect();
+            let unknowns = Unknowns::new(&order, damaged, held);
+            return Ok((Self::multigrid(tets, points), unknowns));
+        }
         let pattern = Arc::new(Pattern::new(tets, points.len()));
-        let graph: &Graph = &pattern.graph;
-        let order = nested_dissection(graph, points)?;
+        let order = nested_dissection(&pattern.graph, points)?;
         let unknowns = Unknowns::new(&order, damaged, held);
-        let symbolic = Arc::new(Symbolic::new(graph, &unknowns)?);
-        Ok((Self { pattern, symbolic }, unknowns))
+        let symbolic = Arc::new(Symbolic::new(&pattern.graph, &unknowns)?);
+        Ok((Self::Direct { pattern, symbolic }, unknowns))
+    }
+
+    /// Multigrid whatever the size.
+    pub(super) fn multigrid<const N: usize>(tets: &[[u32; N]], points: &[[f64; 3]]) -> Self {
+        let corners: Vec<[u32; 4]> = tets.iter().map(|t| std::array::from_fn(|a| t[a])).collect();
+        let vertices = corners.iter().flatten().max().map_or(0, |&n| n as usize + 1);
+        let mut parents = vec![[0; 2]; points.len() - vertices];
+        for tet in tets.iter().filter(|_| N == 10) {
+            for (edge, ends) in ENDS.iter().enumerate() {
+                parents[tet[4 + edge] as usize - vertices] = ends.map(|v| tet[v]);
+            }
+        }
+        let nodes = Arc::new(points.to_vec());
+        let vertices = if parents.is_empty() {
+            Arc::clone(&nodes)
+        } else {
+            Arc::new(points[..vertices].to_vec())
+        };
+        let pattern = Arc::new(Pattern::new(&corners, vertices.len()));
+        Self::Multigrid { pattern, nodes, vertices, parents: Arc::new(parents) }
     }
 
     /// Entries of the factor; zero for an iterative solver.
     pub(crate) fn fill(&self) -> usize {
-        self.symbolic.fill()
+        match self {
+            Self::Direct { symbolic, .. } => symbolic.fill(),
+            Self::Multigrid { .. } => 0,
+        }
     }
 
     /// A solver of its own for a run.
     pub(crate) fn solver<'a>(&self, operator: &'a dyn Operator) -> Box<dyn LinearSolver + 'a> {
-        Box::new(Direct::new(operator, Arc::clone(&self.pattern), Arc::clone(&self.symbolic)))
+        match self {
+            Self::Direct { pattern, symbolic } => {
+                Box::new(Direct::new(operator, Arc::clone(pattern), Arc::clone(symbolic)))
+            }
+            Self::Multigrid { pattern, nodes, vertices, parents } => {
+                let quadratic = (!parents.is_empty()).then(|| {
+                    let layout = Arc::new(Layout::new(operator, nodes));
+                    Quadratic::new(layout, operator.tets(), Arc::clone(parents))
+                });
+                let tangent = Tangent::new(Arc::clone(pattern));
+                Box::new(Iterative::new(operator, Arc::clone(vertices), tangent, quadratic))
+            }
+        }
     }
 }

@@ -8,7 +8,12 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::direct::{Direct, Symbolic};
 use super::*;
 use crate::compression::Fields;
-use crate::operator::{Operator, Pattern, ReferenceRule, Residual, Span, Tangent, Unknowns};
+use crate::element::{DamageRule, Linear, Quadratic, Rule, Space, Tetrahedron};
+use crate::material::{ElasticLaw, Material, PhaseField, PointMaterial};
+use crate::mesh::CylinderLattice;
+use crate::operator::{
+    Assembly, Operator, Pattern, ReferenceRule, Residual, Span, Tangent, Unknowns,
+};
 
 /// An operator whose tangent is what it was given.
 #[derive(Debug)]
@@ -152,4 +157,116 @@ fn a_singular_matrix_is_reported() {
     direct.linearise(&increment, Coupling::Full, &[[true; 4]; 5]).expect("never inverted");
     let right: Vec<Nodal> = (0..5).map(|n| [1.0, -2.0, 0.5, n as f64]).collect();
     assert!(direct.solve(&right, &mut [[0.0; 4]; 5], 1e-8).is_err());
+}
+
+/// A compressed cylinder with stiff patches and some damage, and its equations.
+struct Cylinder<const N: usize> {
+    assembly: Assembly<N>,
+    materials: Vec<PointMaterial>,
+    fields: Fields,
+    free: Vec<[bool; 4]>,
+    held: Vec<(u32, usize)>,
+}
+
+impl<const N: usize> Cylinder<N> {
+    fn new<T: Tetrahedron<N>>(spacing_mm: f64, damage: f64) -> Self {
+        let mut mesh =
+            CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm }.build().expect("a mesh");
+        mesh.regions.push("stiff".into());
+        for tet in 0..mesh.tets.len() {
+            let [x, y, z] = mesh.corners(tet)[0];
+            mesh.region_of[tet] =
+                u16::from((1.9 * x).sin() * (2.1 * y).cos() * (1.7 * z).sin() > 0.4);
+        }
+        let space = Space::new::<T>(&mesh, Rule::new::<T>(DamageRule::Vertex));
+        let field = PhaseField::new(0.06);
+        let soft = Material {
+            toughness_n_per_mm: Some(0.0025),
+            viscosity_mpa_s: 0.3,
+            residual_stiffness: 0.01,
+            ..Material::elastic(ElasticLaw::Hencky, 275.0, 0.25)
+        };
+        let stiff = Material { young_mpa: 22_000.0, ..soft.clone() };
+        let materials = [soft, stiff].iter().map(|m| m.at_point(Some(&field))).collect();
+        let (mut held, mut fields) = (Vec::new(), Fields::zero(space.nodes.len()));
+        for (n, x) in space.nodes.iter().enumerate() {
+            let end = x[2] < 1e-9 || x[2] > 4.4 - 1e-9;
+            held.extend((0..3).filter(|&k| x[2] < 1e-9 || (end && k == 2)).map(|k| (n as u32, k)));
+            fields.displacement[n] = [2e-3 * x[0], 2e-3 * x[1], -8e-3 * x[2]];
+            fields.damage[n] = damage * (0.5 + 0.5 * (2.0 * x[0] + x[2]).sin());
+        }
+        let mut free = vec![[true; 4]; space.nodes.len()];
+        held.iter().for_each(|&(n, k)| free[n as usize][k] = false);
+        Self { assembly: Assembly::new::<T>(space), materials, fields, free, held }
+    }
+
+    fn plan(&self, multigrid: bool) -> LinearPlan {
+        let (tets, nodes) = (&self.assembly.space.tets, &self.assembly.space.nodes);
+        if multigrid {
+            return LinearPlan::multigrid(tets, nodes);
+        }
+        let damaged = vec![true; nodes.len()];
+        LinearPlan::new(tets, nodes, &damaged, self.held.iter().copied()).expect("a plan").0
+    }
+
+    /// The solution for a load that is not smooth.
+    fn solve(&self, multigrid: bool, tolerance: f64) -> (Vec<Nodal>, LinearEffort) {
+        let span = Span::new(&self.fields.damage, 0.02);
+        let increment = Increment { materials: &self.materials, fields: &self.fields, span };
+        let plan = self.plan(multigrid);
+        let mut solver = plan.solver(&self.assembly);
+        solver.linearise(&increment, Coupling::Full, &self.free).expect("no element is inverted");
+        let nodes = self.free.len();
+        let right: Vec<Nodal> = (0..nodes)
+            .map(|n| std::array::from_fn(|k| ((4 * n + k) as f64 * 0.37).sin()))
+            .collect();
+        let mut step = vec![[0.0; 4]; nodes];
+        let effort = solver.solve(&right, &mut step, tolerance).expect("a regular tangent");
+        (step, effort)
+    }
+}
+
+fn largest_difference(a: &[Nodal], b: &[Nodal]) -> f64 {
+    let largest = b.as_flattened().iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let pairs = a.as_flattened().iter().zip(b.as_flattened());
+    pairs.fold(0.0f64, |m, (a, b)| m.max((a - b).abs())) / largest
+}
+
+/// Multigrid against the factor, for definite (little damage) and other tangents; iterations.
+fn assert_multigrid<const N: usize, T: Tetrahedron<N>>(spacings: [f64; 2], damage: f64, most: u32) {
+    let mut iterations = Vec::new();
+    for spacing in spacings {
+        let cylinder = Cylinder::<N>::new::<T>(spacing, damage);
+        let (exact, _) = cylinder.solve(false, 1e-12);
+        let (x, _) = cylinder.solve(true, 1e-9);
+        let error = largest_difference(&x, &exact);
+        assert!(error < 1e-5, "{N} nodes, spacing {spacing}: {error:e}");
+        let (_, effort) = cylinder.solve(true, 1e-3);
+        iterations.push(effort.iterations);
+    }
+    assert!(iterations[1] <= iterations[0] + 6, "mesh dependence: {iterations:?}");
+    assert!(iterations[1] <= most, "{iterations:?}");
+}
+
+#[test]
+fn multigrid_agrees_with_the_factor_and_does_not_depend_on_the_mesh() {
+    assert_multigrid::<4, Linear>([0.9, 0.55], 0.1, 30);
+    assert_multigrid::<10, Quadratic>([1.4, 0.9], 0.1, 30);
+}
+
+#[test]
+fn threads_change_no_bit_of_a_solution() {
+    let cylinder = Cylinder::<4>::new::<Linear>(0.6, 0.2);
+    let quadratic = Cylinder::<10>::new::<Quadratic>(1.2, 0.2);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| {
+            [
+                cylinder.solve(true, 1e-6).0,
+                cylinder.solve(false, 1e-6).0,
+                quadratic.solve(true, 1e-6).0,
+            ]
+        })
+    };
+    assert_eq!(with(1), with(2));
 }

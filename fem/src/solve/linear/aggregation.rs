@@ -1,0 +1,107 @@
+//! Aggregates of nodes and the near null space on them.
+//!
+//! Reference: Vaněk, Mandel & Brezina, Computing 56 (1996) 179, doi:10.1007/BF02238511.
+
+use super::block_csr::BlockCsr;
+
+/// Coarse unknowns of an aggregate: one for each rigid-body mode.
+pub(super) const MODES: usize = 6;
+/// A coupling is strong when ‖A_ij‖² exceeds this squared times ‖A_ii‖ ‖A_jj‖.
+const STRONG: f64 = 0.04;
+const NONE: u32 = u32::MAX;
+
+/// The aggregate of each node, and how many there are.
+pub(super) fn aggregates<const R: usize>(a: &BlockCsr<f64, R, R>) -> (Vec<u32>, usize) {
+    let size = |b: &[[f64; R]; R]| b.iter().flatten().map(|x| x * x).sum::<f64>().sqrt();
+    let n = a.rows();
+    let own: Vec<f64> = (0..n).map(|i| a.diagonal(i).map_or(0.0, size)).collect();
+    let mut start = vec![0u32];
+    let mut strong: Vec<(u32, f64)> = Vec::new();
+    for i in 0..n {
+        for (j, block) in a.row(i).filter(|(j, _)| *j != i) {
+            let coupling = size(block);
+            if coupling * coupling > STRONG * STRONG * own[i] * own[j] {
+                strong.push((j as u32, coupling / own[j].sqrt()));
+            }
+        }
+        start.push(strong.len() as u32);
+    }
+    let near = |i: usize| &strong[start[i] as usize..start[i + 1] as usize];
+    let mut of = vec![NONE; n];
+    let mut count = 0u32;
+    for i in 0..n {
+        if of[i] == NONE && near(i).iter().all(|&(j, _)| of[j as usize] == NONE) {
+            of[i] = count;
+            near(i).iter().for_each(|&(j, _)| of[j as usize] = count);
+            count += 1;
+        }
+    }
+    // what is left joins the aggregate of its strongest neighbour, as they stood before
+    let before = of.clone();
+    for i in (0..n).filter(|&i| before[i] == NONE) {
+        let joined = near(i)
+            .iter()
+            .filter(|(j, _)| before[*j as usize] != NONE)
+            .max_by(|p, q| p.1.total_cmp(&q.1).then(q.0.cmp(&p.0)));
+        if let Some(&(j, _)) = joined {
+            of[i] = before[j as usize];
+        }
+    }
+    for i in 0..n {
+        if of[i] == NONE {
+            of[i] = count;
+            for &(j, _) in near(i) {
+                if of[j as usize] == NONE {
+                    of[j as usize] = count;
+                }
+            }
+            count += 1;
+        }
+    }
+    (of, count as usize)
+}
+
+/// The near null space on the nodes of one level: its value at a node in each mode.
+pub(super) type Modes<const R: usize> = Vec<[[f64; MODES]; R]>;
+
+/// Orthonormal columns on each aggregate that span its near null space, and the coarse modes.
+pub(super) fn tentative<const R: usize>(
+    of: &[u32],
+    count: usize,
+    modes: &Modes<R>,
+) -> (BlockCsr<f64, R, MODES>, Modes<MODES>) {
+    let mut members: Vec<Vec<u32>> = vec![Vec::new(); count];
+    of.iter().enumerate().for_each(|(node, &a)| members[a as usize].push(node as u32));
+    let mut block = modes.clone();
+    let mut coarse = vec![[[0.0; MODES]; MODES]; count];
+    for (nodes, coarse) in members.iter().zip(&mut coarse) {
+        let dot = |block: &Modes<R>, p: usize, q: usize| -> f64 {
+            nodes
+                .iter()
+                .map(|&n| block[n as usize].iter().map(|row| row[p] * row[q]).sum::<f64>())
+                .sum()
+        };
+        for k in 0..MODES {
+            let whole = dot(&block, k, k).sqrt();
+            // twice is enough to lose no digits
+            for _ in 0..2 {
+                for l in 0..k {
+                    let share = dot(&block, l, k);
+                    coarse[l][k] += share;
+                    for &n in nodes {
+                        block[n as usize].iter_mut().for_each(|row| row[k] -= share * row[l]);
+                    }
+                }
+            }
+            let rest = dot(&block, k, k).sqrt();
+            // a mode that the others hold already (few nodes, or all held) gets no unknown
+            let scale = if rest > 1e-6 * whole { 1.0 / rest } else { 0.0 };
+            coarse[k][k] = if scale > 0.0 { rest } else { 0.0 };
+            for &n in nodes {
+                block[n as usize].iter_mut().for_each(|row| row[k] *= scale);
+            }
+        }
+    }
+    let start = (0..=of.len() as u32).collect();
+    (BlockCsr { columns: count, start, column: of.to_vec(), block }, coarse)
+}

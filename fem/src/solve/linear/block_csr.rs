@@ -1,0 +1,235 @@
+//! Sparse matrices of small dense blocks, row by row.
+
+use rayon::prelude::*;
+
+/// A sparse matrix of R × C blocks.
+#[derive(Clone, Debug)]
+pub(super) struct BlockCsr<T, const R: usize, const C: usize> {
+    pub(super) columns: usize,
+    pub(super) start: Vec<u32>,
+    pub(super) column: Vec<u32>,
+    pub(super) block: Vec<[[T; C]; R]>,
+}
+
+/// Block rows that a task works on.
+const ROWS: usize = 512;
+
+impl<T: Copy, const R: usize, const C: usize> BlockCsr<T, R, C> {
+    pub(super) fn rows(&self) -> usize {
+        self.start.len() - 1
+    }
+
+    /// (column, block) of a row.
+    pub(super) fn row(&self, row: usize) -> impl Iterator<Item = (usize, &[[T; C]; R])> {
+        let range = self.start[row] as usize..self.start[row + 1] as usize;
+        self.column[range.clone()].iter().map(|&c| c as usize).zip(&self.block[range])
+    }
+}
+
+impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
+    pub(super) fn transpose(&self) -> BlockCsr<f64, C, R> {
+        let mut start = vec![0u32; self.columns + 1];
+        self.column.iter().for_each(|&c| start[c as usize + 1] += 1);
+        (0..self.columns).for_each(|c| start[c + 1] += start[c]);
+        let mut next = start.clone();
+        let mut column = vec![0u32; self.column.len()];
+        let mut block = vec![[[0.0; R]; C]; self.column.len()];
+        for row in 0..self.rows() {
+            for (c, b) in self.row(row) {
+                let place = next[c] as usize;
+                next[c] += 1;
+                column[place] = row as u32;
+                block[place] = std::array::from_fn(|j| std::array::from_fn(|i| b[i][j]));
+            }
+        }
+        BlockCsr { columns: self.rows(), start, column, block }
+    }
+
+    pub(super) fn multiply<const K: usize>(
+        &self,
+        other: &BlockCsr<f64, C, K>,
+    ) -> BlockCsr<f64, R, K> {
+        let chunks: Vec<usize> = (0..self.rows()).step_by(ROWS).collect();
+        let parts: Vec<_> = chunks
+            .into_par_iter()
+            .map(|first| {
+                let (mut length, mut column, mut block) = (Vec::new(), Vec::new(), Vec::new());
+                let mut place = vec![u32::MAX; other.columns];
+                for row in first..self.rows().min(first + ROWS) {
+                    let begin = column.len();
+                    for (middle, a) in self.row(row) {
+                        for (c, b) in other.row(middle) {
+                            if place[c] == u32::MAX {
+                                place[c] = column.len() as u32;
+                                column.push(c as u32);
+                                block.push([[0.0; K]; R]);
+                            }
+                            let sum: &mut [[f64; K]; R] = &mut block[place[c] as usize];
+                            for i in 0..R {
+                                for j in 0..C {
+                                    for k in 0..K {
+                                        sum[i][k] += a[i][j] * b[j][k];
+                                    }
+                                }
+                            }
+                        }
+                    }
+                    column[begin..].iter().for_each(|&c| place[c as usize] = u32::MAX);
+                    length.push((column.len() - begin) as u32);
+                }
+                (length, column, block)
+            })
+            .collect();
+        let mut product = BlockCsr {
+            columns: other.columns,
+            start: vec![0],
+            column: Vec::new(),
+            block: Vec::new(),
+        };
+        let mut end = 0;
+        for (length, column, block) in parts {
+            for n in length {
+                end += n;
+                product.start.push(end);
+            }
+            product.column.extend(column);
+            product.block.extend(block);
+        }
+        product
+    }
+
+    /// The same in single precision.
+    pub(super) fn narrow(&self) -> BlockCsr<f32, R, C> {
+        BlockCsr {
+            columns: self.columns,
+            start: self.start.clone(),
+            column: self.column.clone(),
+            block: self.block.iter().map(|b| b.map(|row| row.map(|x| x as f32))).collect(),
+        }
+    }
+
+    /// The diagonal block of a row.
+    pub(super) fn diagonal(&self, row: usize) -> Option<&[[f64; C]; R]> {
+        self.row(row).find(|(c, _)| *c == row).map(|(_, b)| b)
+    }
+}
+
+impl<const R: usize, const C: usize> BlockCsr<f32, R, C> {
+    /// y = f(y, A x), row by row.
+    pub(super) fn apply(
+        &self,
+        x: &[[f32; C]],
+        y: &mut [[f32; R]],
+        into: impl Fn(&mut [f32; R], [f32; R]) + Sync,
+    ) {
+        y.par_chunks_mut(ROWS).enumerate().for_each(|(chunk, y)| {
+            for (i, y) in y.iter_mut().enumerate() {
+                let mut sum = [0.0; R];
+                for (column, block) in self.row(chunk * ROWS + i) {
+                    let x = &x[column];
+                    for i in 0..R {
+                        for j in 0..C {
+                            sum[i] += block[i][j] * x[j];
+                        }
+                    }
+                }
+                into(y, sum);
+            }
+        });
+    }
+}
+
+/// The inverse of a small symmetric block by elimination with pivots; a vanishing pivot's row and
+/// column become zero, so that its unknown is left alone.
+pub(super) fn inverse<const R: usize>(block: &[[f64; R]; R]) -> [[f64; R]; R] {
+    let size = block.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
+    let mut a = *block;
+    let mut b: [[f64; R]; R] = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(i == j)));
+    let mut dropped = [false; R];
+    for k in 0..R {
+        // the blocks are definite: diagonal pivots are stable
+        let pivot = a[k][k];
+        if pivot.abs() <= 1e-12 * size || !pivot.is_finite() {
+            dropped[k] = true;
+            continue;
+        }
+        for j in 0..R {
+            a[k][j] /= pivot;
+            b[k][j] /= pivot;
+        }
+        for i in (0..R).filter(|&i| i != k) {
+            let factor = a[i][k];
+            for j in 0..R {
+                a[i][j] -= factor * a[k][j];
+                b[i][j] -= factor * b[k][j];
+            }
+        }
+    }
+    for k in (0..R).filter(|&k| dropped[k]) {
+        b[k] = [0.0; R];
+        b.iter_mut().for_each(|row| row[k] = 0.0);
+    }
+    b
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A matrix whose blocks are known functions of their place.
+    fn sample<const R: usize, const C: usize>(rows: usize, columns: usize) -> BlockCsr<f64, R, C> {
+        let (mut start, mut column, mut block) = (vec![0], vec![], vec![]);
+        for row in 0..rows {
+            for c in (0..columns).filter(|c| (row * 7 + c * 3) % 4 != 0) {
+                column.push(c as u32);
+                block.push(std::array::from_fn(|i| {
+                    std::array::from_fn(|j| ((row + 2 * i) as f64 - 1.3 * (c + j) as f64).sin())
+                }));
+            }
+            start.push(column.len() as u32);
+        }
+        BlockCsr { columns, start, column, block }
+    }
+
+    fn dense<const R: usize, const C: usize>(a: &BlockCsr<f64, R, C>) -> nalgebra::DMatrix<f64> {
+        let mut out = nalgebra::DMatrix::zeros(R * a.rows(), C * a.columns);
+        for row in 0..a.rows() {
+            for (c, b) in a.row(row) {
+                for i in 0..R {
+                    for j in 0..C {
+                        out[(R * row + i, C * c + j)] = b[i][j];
+                    }
+                }
+            }
+        }
+        out
+    }
+
+    #[test]
+    fn products_and_transposes_are_those_of_dense_matrices() {
+        let (a, b) = (sample::<3, 6>(5, 4), sample::<6, 2>(4, 7));
+        assert!((dense(&a.multiply(&b)) - dense(&a) * dense(&b)).amax() < 1e-13);
+        assert_eq!(dense(&a.transpose()), dense(&a).transpose());
+        let x: Vec<[f32; 6]> =
+            (0..4).map(|i| std::array::from_fn(|j| (i * j) as f32 - 2.0)).collect();
+        let mut y = vec![[1.0f32; 3]; 5];
+        a.narrow().apply(&x, &mut y, |y, ax| (0..3).for_each(|i| y[i] -= ax[i]));
+        let flat = nalgebra::DVector::from_iterator(24, x.iter().flatten().map(|&v| f64::from(v)));
+        let expected = dense(&a) * flat;
+        for (y, e) in y.iter().flatten().zip(expected.iter()) {
+            assert!((f64::from(*y) - (1.0 - e)).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn blocks_are_inverted_where_they_can_be() {
+        let block = [[4.0, 1.0, 0.5], [1.0, 3.0, -0.2], [0.5, -0.2, 2.0]];
+        let unit = inverse(&inverse(&block));
+        for i in 0..3 {
+            for j in 0..3 {
+                assert!((unit[i][j] - block[i][j]).abs() < 1e-13);
+            }
+        }
+        assert_eq!(inverse(&[[2.0, 0.0], [0.0, 0.0]]), [[0.5, 0.0], [0.0, 0.0]]);
+    }
+}

@@ -1,0 +1,82 @@
+//! Block preconditioner of the four fields: multigrid for the displacement, Chebyshev steps for
+//! the damage, whose block is mostly mass. Positive definite where both blocks are.
+
+use super::amg::Amg;
+use super::block_csr::BlockCsr;
+use super::chebyshev::Chebyshev;
+use super::vector::Nodal;
+use crate::operator::Tangent;
+
+/// Degree of the polynomial in the damage block.
+const DEGREE: usize = 4;
+
+#[derive(Debug)]
+pub(super) struct FieldSplit {
+    displacement: Amg,
+    damage: Option<Chebyshev<1>>,
+}
+
+impl FieldSplit {
+    pub(super) fn new(tangent: &Tangent, points: &[[f64; 3]], free: &[[bool; 4]]) -> Self {
+        let displacement = Amg::new(&fields::<3>(tangent, free, 0), points, free);
+        let has_damage = free.iter().any(|f| f[3]);
+        let damage = has_damage.then(|| Chebyshev::new(&fields::<1>(tangent, free, 3)));
+        Self { displacement, damage }
+    }
+
+    /// z ≈ A⁻¹ r.
+    pub(super) fn apply(&self, r: &[Nodal], z: &mut [Nodal]) {
+        let (scale, right) = narrow::<3>(r, 0);
+        let mut x = vec![[0.0; 3]; r.len()];
+        self.displacement.cycle(&right, &mut x);
+        for (z, x) in z.iter_mut().zip(&x) {
+            *z = [0, 1, 2, 0].map(|k| scale * f64::from(x[k]));
+            z[3] = 0.0;
+        }
+        if let Some(damage) = &self.damage {
+            let (scale, mut residual) = narrow::<1>(r, 3);
+            let (mut x, mut step) = (vec![[0.0]; r.len()], vec![[0.0]; r.len()]);
+            damage.smooth(DEGREE, &mut residual, &mut x, &mut step);
+            z.iter_mut().zip(&x).for_each(|(z, x)| z[3] = scale * f64::from(x[0]));
+        }
+    }
+}
+
+/// The fields from `first` on in single precision, and their scale.
+fn narrow<const R: usize>(r: &[Nodal], first: usize) -> (f64, Vec<[f32; R]>) {
+    let largest = r.iter().flat_map(|r| &r[first..first + R]).fold(0.0f64, |m, v| m.max(v.abs()));
+    let scale = if largest > 0.0 { largest } else { 1.0 };
+    let part = |r: &Nodal| std::array::from_fn(|k| (r[first + k] / scale) as f32);
+    (scale, r.iter().map(part).collect())
+}
+
+/// The block of the fields from `first` on; held values get a unit row and column.
+fn fields<const R: usize>(
+    tangent: &Tangent,
+    free: &[[bool; 4]],
+    first: usize,
+) -> BlockCsr<f64, R, R> {
+    let graph = &tangent.pattern.graph;
+    let mut block = Vec::with_capacity(tangent.blocks.len());
+    for (row, of_row) in free.iter().enumerate() {
+        for (place, &column) in (graph.start[row] as usize..).zip(graph.of(row)) {
+            let of_column = &free[column as usize];
+            let entries = &tangent.blocks[place];
+            block.push(std::array::from_fn(|i| {
+                std::array::from_fn(|j| {
+                    if of_row[first + i] && of_column[first + j] {
+                        entries[first + i][first + j]
+                    } else {
+                        f64::from(row == column as usize && i == j)
+                    }
+                })
+            }));
+        }
+    }
+    BlockCsr {
+        columns: graph.nodes(),
+        start: graph.start.clone(),
+        column: graph.near.clone(),
+        block,
+    }
+}

@@ -1,0 +1,180 @@
+//! Krylov methods with multigrid, for systems whose factor would be too large.
+//!
+//! Linear elements: the assembled tangent, preconditioned field by field. Quadratic elements: the
+//! matrix-free tangent with the assembled one of the linear functions below it. Conjugate gradients
+//! are tried first; MINRES takes over where the tangent turns out to be indefinite, and GMRES
+//! where the preconditioner does or the tangent is not symmetric.
+
+use std::sync::Arc;
+
+use super::field_split::FieldSplit;
+use super::krylov::{Ending, Stop, System, conjugate_gradients, gmres, minres};
+use super::quadratic::Quadratic;
+use super::vector::{Nodal, mask, weights};
+use super::{LinearEffort, LinearSolver, Singular};
+use crate::material::Inverted;
+use crate::operator::{Coupling, Increment, Operator, Tangent};
+
+const LIMIT: u32 = 300;
+/// A hierarchy is made again when a solution takes this many times the iterations of the first.
+const WORN: f64 = 1.6;
+/// Residual that a solution may have kept when the iterations are used up.
+const USELESS: f64 = 0.1;
+
+pub(crate) struct Iterative<'a> {
+    operator: &'a dyn Operator,
+    /// Vertices of the mesh.
+    points: Arc<Vec<[f64; 3]>>,
+    /// The tangent of the linear functions.
+    tangent: Tangent,
+    quadratic: Option<Quadratic>,
+    split: Option<FieldSplit>,
+    /// Whether the hierarchy is that of the current tangent.
+    fresh: bool,
+    /// Iterations of the first solution with the hierarchy.
+    first: Option<u32>,
+    free: Vec<[bool; 4]>,
+    weight: Vec<Nodal>,
+    coupling: Coupling,
+    definite: bool,
+}
+
+impl<'a> Iterative<'a> {
+    pub(super) fn new(
+        operator: &'a dyn Operator,
+        points: Arc<Vec<[f64; 3]>>,
+        tangent: Tangent,
+        quadratic: Option<Quadratic>,
+    ) -> Self {
+        Self {
+            operator,
+            points,
+            tangent,
+            quadratic,
+            split: None,
+            fresh: false,
+            first: None,
+            free: Vec::new(),
+            weight: Vec::new(),
+            coupling: Coupling::Full,
+            definite: true,
+        }
+    }
+
+    fn renew(&mut self) {
+        // the old hierarchy goes first, so that two never stand side by side
+        self.split = None;
+        if let Some(quadratic) = &mut self.quadratic {
+            quadratic.add_linear(&mut self.tangent);
+            quadratic.renew(&self.weight, &self.free);
+        }
+        let vertices = self.points.len();
+        let split = FieldSplit::new(&self.tangent, &self.points, &self.free[..vertices]);
+        self.split = Some(split);
+        self.fresh = true;
+        self.first = None;
+    }
+
+    fn krylov(&mut self, right: &[Nodal], step: &mut [Nodal], tolerance: f64) -> Ending {
+        let Self { tangent, quadratic, split, free, weight, .. } = self;
+        let split = split.as_ref().expect("the hierarchy is made before it is used");
+        let symmetric = tangent.symmetric;
+        let linear = quadratic.is_none();
+        let quadratic = std::cell::RefCell::new(quadratic.as_mut());
+        let mut apply = |x: &[Nodal], y: &mut [Nodal]| match quadratic.borrow_mut().as_mut() {
+            Some(quadratic) => quadratic.multiply(free, x, y),
+            None => {
+                tangent.multiply(x, y);
+                mask(free, y);
+            }
+        };
+        let mut precondition = |r: &[Nodal], z: &mut [Nodal]| {
+            match quadratic.borrow_mut().as_mut() {
+                Some(quadratic) => quadratic.precondition(free, r, z, |r, z| split.apply(r, z)),
+                None => split.apply(r, z),
+            }
+            mask(free, z);
+        };
+        let mut system = System { apply: &mut apply, precondition: &mut precondition, weight };
+        let mut spent = 0;
+        if symmetric && self.definite {
+            let ending = conjugate_gradients(&mut system, right, step, tolerance, LIMIT);
+            if ending.stop == Stop::Converged || ending.stop == Stop::Limit {
+                return ending;
+            }
+            self.definite = false;
+            spent = ending.iterations;
+        }
+        let mut ending = Ending { stop: Stop::Indefinite, iterations: 0, residual: 1.0 };
+        if symmetric && linear {
+            ending = minres(&mut system, right, step, tolerance, LIMIT);
+            spent += ending.iterations;
+        }
+        if matches!(ending.stop, Stop::Indefinite | Stop::Broken) {
+            ending = gmres(&mut system, right, step, tolerance, LIMIT);
+            spent += ending.iterations;
+        }
+        Ending { iterations: spent, ..ending }
+    }
+}
+
+impl LinearSolver for Iterative<'_> {
+    fn linearise(
+        &mut self,
+        increment: &Increment,
+        coupling: Coupling,
+        free: &[[bool; 4]],
+    ) -> Result<(), Inverted> {
+        let diagonal = match &mut self.quadratic {
+            Some(quadratic) => {
+                quadratic.linearise(self.operator, increment, coupling)?;
+                quadratic.diagonal()
+            }
+            None => {
+                self.operator.tangent(increment, coupling, &mut self.tangent)?;
+                self.tangent.diagonal()
+            }
+        };
+        if coupling != self.coupling || self.free != free {
+            self.split = None;
+        }
+        self.coupling = coupling;
+        self.free = free.to_vec();
+        self.weight = weights(&diagonal, free);
+        self.fresh = false;
+        self.definite = true;
+        Ok(())
+    }
+
+    fn solve(
+        &mut self,
+        right: &[Nodal],
+        step: &mut [Nodal],
+        tolerance: f64,
+    ) -> Result<LinearEffort, Singular> {
+        let mut masked = right.to_vec();
+        mask(&self.free, &mut masked);
+        let mut effort = LinearEffort::default();
+        loop {
+            if self.split.is_none() {
+                self.renew();
+                effort.renewals += 1;
+            }
+            let ending = self.krylov(&masked, step, tolerance);
+            effort.iterations += ending.iterations;
+            effort.residual = ending.residual;
+            if ending.stop == Stop::Converged {
+                let first = *self.first.get_or_insert(ending.iterations);
+                if !self.fresh && f64::from(ending.iterations) > WORN * f64::from(first) + 3.0 {
+                    self.split = None;
+                }
+                return Ok(effort);
+            }
+            if self.fresh {
+                let accepted = ending.residual <= USELESS;
+                return if accepted { Ok(effort) } else { Err(Singular) };
+            }
+            self.split = None;
+        }
+    }
+}
