@@ -76,6 +76,7 @@ impl Tangent {
     /// Adds to the displacement's part of a node's own block.
     pub(crate) fn add_node(&mut self, node: u32, block: &[[f64; 3]; 3]) {
         let place = self.pattern.graph.place(node as usize, node);
+        self.symmetric &= (0..3).all(|i| (0..i).all(|j| block[i][j] == block[j][i]));
         for i in 0..3 {
             for j in 0..3 {
                 self.blocks[place][i][j] += block[i][j];

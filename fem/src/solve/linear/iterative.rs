@@ -78,7 +78,7 @@ impl<'a> Iterative<'a> {
     fn krylov(&mut self, right: &[Nodal], step: &mut [Nodal], tolerance: f64) -> Ending {
         let Self { tangent, quadratic, split, free, weight, .. } = self;
         let split = split.as_ref().expect("the hierarchy is made before it is used");
-        let symmetric = tangent.symmetric;
+        let symmetric = quadratic.as_ref().map_or(tangent.symmetric, Quadratic::symmetric);
         let linear = quadratic.is_none();
         let quadratic = std::cell::RefCell::new(quadratic.as_mut());
         let mut apply = |x: &[Nodal], y: &mut [Nodal]| match quadratic.borrow_mut().as_mut() {

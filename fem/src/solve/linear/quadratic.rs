@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::chebyshev::coefficients;
 use super::vector::{Nodal, add_scaled, dot, mask, scale_and_add};
 use crate::material::Inverted;
-use crate::operator::{Coupling, Increment, Layout, MatrixFree, Operator, Tangent};
+use crate::operator::{Coupling, Increment, Layout, MatrixFree, NodeBlock, Operator, Tangent};
 
 const DEGREE: usize = 3;
 const POWER_STEPS: usize = 10;
@@ -22,6 +22,8 @@ enum Product {
 #[derive(Debug)]
 pub(super) struct Quadratic {
     product: Product,
+    /// What contact adds at nodes.
+    contact: Vec<NodeBlock>,
     /// The vertices that each midpoint stands between; midpoints follow the vertices.
     parents: Arc<Vec<[u32; 2]>>,
     /// 1/|A_ii|, zero in held values.
@@ -39,7 +41,7 @@ impl Quadratic {
         } else {
             Product::Single(MatrixFree::new(layout))
         };
-        Self { product, parents, weight: Vec::new(), largest: 1.0 }
+        Self { product, contact: Vec::new(), parents, weight: Vec::new(), largest: 1.0 }
     }
 
     pub(super) fn linearise(
@@ -48,6 +50,7 @@ impl Quadratic {
         increment: &Increment,
         coupling: Coupling,
     ) -> Result<(), Inverted> {
+        self.contact = increment.span.contact.to_vec();
         match &mut self.product {
             Product::Double(p) => p.linearise(operator, increment, coupling),
             Product::Single(p) => p.linearise(operator, increment, coupling),
@@ -59,14 +62,24 @@ impl Quadratic {
             Product::Double(p) => p.multiply(x, y),
             Product::Single(p) => p.multiply(x, y),
         }
+        for (node, block) in &self.contact {
+            let (x, y) = (&x[*node as usize], &mut y[*node as usize]);
+            for i in 0..3 {
+                y[i] += (0..3).map(|j| block[i][j] * x[j]).sum::<f64>();
+            }
+        }
         mask(free, y);
     }
 
     pub(super) fn diagonal(&mut self) -> Vec<Nodal> {
-        match &mut self.product {
+        let mut diagonal = match &mut self.product {
             Product::Double(p) => p.diagonal(),
             Product::Single(p) => p.diagonal(),
+        };
+        for (node, block) in &self.contact {
+            (0..3).for_each(|k| diagonal[*node as usize][k] += block[k][k]);
         }
+        diagonal
     }
 
     /// The tangent of the level below.
@@ -76,6 +89,31 @@ impl Quadratic {
             Product::Double(p) => p.add_linear(out),
             Product::Single(p) => p.add_linear(out),
         }
+        // a midpoint's values are the mean of its vertices'
+        let vertices = out.pattern.graph.nodes();
+        for (node, block) in &self.contact {
+            let ends = match (*node as usize).checked_sub(vertices) {
+                None => vec![(*node, 1.0)],
+                Some(midpoint) => self.parents[midpoint].map(|p| (p, 0.5)).to_vec(),
+            };
+            for &(a, share) in &ends {
+                for &(b, other) in &ends {
+                    let place = out.pattern.graph.place(a as usize, b);
+                    for i in 0..3 {
+                        for j in 0..3 {
+                            out.blocks[place][i][j] += share * other * block[i][j];
+                        }
+                    }
+                }
+            }
+        }
+        out.symmetric = self.symmetric();
+    }
+
+    /// Whether contact leaves the tangent symmetric.
+    pub(super) fn symmetric(&self) -> bool {
+        let even = |b: &[[f64; 3]; 3]| (0..3).all(|i| (0..i).all(|j| b[i][j] == b[j][i]));
+        self.contact.iter().all(|(_, block)| even(block))
     }
 
     /// Takes over the weights of the current diagonal and measures the largest eigenvalue.
