@@ -3,8 +3,9 @@
 mod support;
 
 use fem::{
-    CrackDensity, CurvePoint, ElasticLaw, End, Irreversibility, Loading, Material, Order, Outcome,
-    PhaseField, SaintVenantKirchhoff, Split, Stepping, TetMesh,
+    Axis, Conditions, CrackDensity, CurvePoint, ElasticLaw, End, Irreversibility, Loading,
+    Material, Order, Outcome, PhaseField, Problem, SaintVenantKirchhoff, Schedule, SolverOptions,
+    Split, Stepping, TetMesh,
 };
 use support::{HEIGHT, RADIUS, grain, loading, matrix, phase_field, prism, test};
 
@@ -194,5 +195,55 @@ fn the_arc_length_follows_the_snap_back_of_a_bar_with_a_weak_layer() {
         // the work not stored is what the cracks took
         let released = last.work_n_mm - last.elastic_n_mm;
         assert!((released - last.fracture_n_mm).abs() < 0.02 * last.fracture_n_mm, "{last:?}");
+    }
+}
+
+/// Loads to a strain, unloads, and loads further; AT2 without viscosity on a uniform specimen.
+#[test]
+fn damage_heals_or_stays_under_unloading_as_its_rule_says() {
+    // φ = E ε²/(E ε² + Gc/ℓ₀) of the strain at hand, or of the largest one so far
+    let critical = f64::sqrt(0.0025 / (3.0 * LENGTH * 275.0));
+    let shortening = move |share: f64| HEIGHT * (1.0 - f64::exp(-share * critical));
+    // thirty equal steps of time: up to 1.2 ε_c, down to 0.2 ε_c, up to 1.4 ε_c
+    let path = move |t: f64| match t {
+        t if t < 10.0 => shortening(0.12 * t),
+        t if t < 20.0 => shortening(1.2 - 0.1 * (t - 10.0)),
+        t => shortening(0.2 + 0.12 * (t - 20.0)),
+    };
+    for rule in [Irreversibility::None, Irreversibility::History, Irreversibility::ActiveSet] {
+        let conditions = Conditions::new()
+            .fix("bottom", [Axis::Z])
+            .prescribe("top", [Axis::Z], move |_, t| [0.0, 0.0, -path(t)])
+            .remove_rigid_motions()
+            .measure("top", [0.0, 0.0, -1.0]);
+        let schedule =
+            Schedule { duration_s: 30.0, stepping: Stepping::Fixed(30), stop_below_peak: None };
+        let field = PhaseField { irreversibility: rule, ..PhaseField::new(LENGTH) };
+        let options = SolverOptions { tolerance: 1e-11, ..SolverOptions::default() };
+        let mesh = prism(1, false);
+        let problem = Problem::new(
+            mesh,
+            Order::Linear,
+            vec![brittle()],
+            Some(field),
+            conditions,
+            schedule,
+            options,
+        )
+        .expect("valid input");
+        let outcome = problem.run(&mut ());
+        assert_eq!(outcome.curve.len(), 30, "{rule:?}: {:?}", outcome.end);
+        let mut largest = 0.0f64;
+        for point in &outcome.curve {
+            let stretch = 1.0 - path(point.time_s) / HEIGHT;
+            let strain = -stretch.ln();
+            largest = largest.max(strain);
+            let drive =
+                if rule == Irreversibility::None { strain } else { largest }.powi(2) * 275.0;
+            let phi = drive / (drive + 0.0025 / LENGTH);
+            let force = area() * (1.0 - phi).powi(2) * 275.0 * strain / stretch;
+            assert!((point.phi_mean - phi).abs() < 1e-8, "{rule:?}: {point:?} with φ = {phi}");
+            assert!((point.force_n - force).abs() < 1e-7 * force, "{rule:?}: {point:?}, {force} N");
+        }
     }
 }

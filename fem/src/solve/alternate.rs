@@ -10,24 +10,30 @@ use crate::operator::Span;
 
 /// Alternations between two tries to finish with Newton.
 const BETWEEN_FINISHES: u32 = 8;
-/// How far below the tolerance each field is solved, so that the other's residual decides.
+/// How far below the tolerance each field is solved at the end, so that the other's residual decides.
 const MARGIN: f64 = 0.1;
+/// How far below the residual of both fields each is solved before: more would be undone by the other.
+const ENOUGH: f64 = 0.05;
 
 impl Solver<'_> {
     pub(super) fn alternate(&mut self, fields: &mut Fields, span: Span) -> Result<(), StepFailure> {
         let tolerance = self.options.tolerance;
+        let mut inner = MARGIN * tolerance;
+        let mut norms = self.begin(fields, span)?;
         for pass in 1..=self.options.alternations {
-            self.newton(Field::Displacement, fields, span, MARGIN * tolerance)?;
-            self.newton(Field::Damage, fields, span, MARGIN * tolerance)?;
-            if self.evaluate(fields, span)?.converged(Field::Both, tolerance) {
+            norms = self.newton(Field::Displacement, fields, span, norms, inner)?;
+            norms = self.newton(Field::Damage, fields, span, norms, inner)?;
+            if norms.converged(Field::Both, tolerance) {
                 return Ok(());
             }
+            inner = (ENOUGH * norms.largest()).max(MARGIN * tolerance);
             if self.options.scheme == Scheme::Monolithic && pass % BETWEEN_FINISHES == 0 {
                 let mut finish = fields.clone();
-                if self.newton(Field::Both, &mut finish, span, tolerance).is_ok() {
+                if self.newton(Field::Both, &mut finish, span, norms, tolerance).is_ok() {
                     *fields = finish;
                     return Ok(());
                 }
+                norms = self.evaluate(fields, span)?;
             }
         }
         Err(StepFailure::TooMany)

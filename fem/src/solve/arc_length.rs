@@ -42,10 +42,7 @@ impl Solver<'_> {
         let tolerance = self.options.tolerance;
         let mut moved = Residual::new(fields.damage.len());
         for _ in 0..self.options.iterations {
-            if let Some(bounds) = span.bounds {
-                bounds.project(fields);
-            }
-            let norms = self.evaluate(fields, span)?;
+            let norms = self.begin(fields, span)?;
             let gap = control.fracture - self.residual.fracture;
             if norms.converged(Field::Both, tolerance) && gap.abs() <= tolerance * control.release {
                 return Ok(position);

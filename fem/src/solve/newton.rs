@@ -109,6 +109,11 @@ impl Norms {
         }
     }
 
+    /// The larger of the two scaled residuals.
+    pub(super) fn largest(&self) -> f64 {
+        self.merit(Field::Displacement, self).max(self.merit(Field::Damage, self))
+    }
+
     /// The scaled residual, in the scales of `reference` so that iterates can be compared.
     fn merit(&self, field: Field, reference: &Norms) -> f64 {
         let tiny = f64::MIN_POSITIVE;
@@ -195,7 +200,7 @@ impl<'a> Solver<'a> {
         match self.options.scheme {
             Scheme::Monolithic => {
                 let guess = fields.clone();
-                if self.newton(Field::Both, fields, span, self.options.tolerance).is_err() {
+                if self.solve_monolithic(fields, span).is_err() {
                     self.effort.rescues += 1;
                     *fields = guess;
                     self.alternate(fields, span)?;
@@ -204,6 +209,14 @@ impl<'a> Solver<'a> {
             Scheme::Alternate => self.alternate(fields, span)?,
         }
         Ok(self.effort.iterations - start)
+    }
+
+    /// Puts a guess within its bounds and evaluates it.
+    pub(super) fn begin(&mut self, fields: &mut Fields, span: Span) -> Result<Norms, StepFailure> {
+        if let Some(bounds) = span.bounds {
+            bounds.project(fields);
+        }
+        self.evaluate(fields, span)
     }
 
     pub(crate) fn evaluate(&mut self, fields: &Fields, span: Span) -> Result<Norms, StepFailure> {
@@ -218,25 +231,25 @@ impl<'a> Solver<'a> {
     }
 
     /// Newton on one field or on both, down to `tolerance`.
+    ///
+    /// `norms` are those at `fields`, from [`begin`](Self::begin) or from the call before; those at
+    /// the end come back.
     pub(super) fn newton(
         &mut self,
         field: Field,
         fields: &mut Fields,
         span: Span,
+        mut norms: Norms,
         tolerance: f64,
-    ) -> Result<(), StepFailure> {
+    ) -> Result<Norms, StepFailure> {
         let coupling = if field == Field::Both { Coupling::Full } else { Coupling::Separate };
         if coupling != self.coupling {
             self.factor = Factor::Absent;
             self.coupling = coupling;
         }
-        if let Some(bounds) = span.bounds {
-            bounds.project(fields);
-        }
-        let mut norms = self.evaluate(fields, span)?;
         for _ in 0..self.options.iterations {
             if norms.converged(field, tolerance) {
-                return Ok(());
+                return Ok(norms);
             }
             if self.factor == Factor::Absent || self.linearised != self.free {
                 self.factorise(fields, span)?;
@@ -251,7 +264,7 @@ impl<'a> Solver<'a> {
                 Err(failure) if self.factor == Factor::Fresh => {
                     self.factor = Factor::Kept;
                     let close = norms.converged(field, self.options.tolerance);
-                    return if close { Ok(()) } else { Err(failure) };
+                    return if close { self.evaluate(fields, span) } else { Err(failure) };
                 }
                 Err(_) => {
                     // an old factor gave no descent: the same iterate with a fresh one
@@ -260,7 +273,7 @@ impl<'a> Solver<'a> {
                 }
             };
         }
-        if norms.converged(field, tolerance) { Ok(()) } else { Err(StepFailure::TooMany) }
+        if norms.converged(field, tolerance) { Ok(norms) } else { Err(StepFailure::TooMany) }
     }
 
     fn factorise(&mut self, fields: &Fields, span: Span) -> Result<(), StepFailure> {
@@ -279,7 +292,8 @@ impl<'a> Solver<'a> {
         fields: &mut Fields,
         span: Span,
     ) -> Result<(), StepFailure> {
-        self.newton(Field::Both, fields, span, self.options.tolerance)
+        let norms = self.begin(fields, span)?;
+        self.newton(Field::Both, fields, span, norms, self.options.tolerance).map(drop)
     }
 
     /// Assembles the tangent of both fields at the fields evaluated last.

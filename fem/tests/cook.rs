@@ -1,0 +1,139 @@
+//! Cook's membrane: a tapered panel clamped on its left side and sheared on its right one.
+
+use std::collections::BTreeMap;
+
+use fem::{
+    Axis, Conditions, ElasticLaw, End, Material, MooneyRivlin, Order, Problem, Schedule,
+    SolverOptions, Stepping, TetMesh,
+};
+
+/// The panel (0, 0), (48, 44), (48, 60), (0, 44) of n × n cells and of the given thickness, all mm.
+fn panel(n: usize, thickness: f64) -> TetMesh {
+    let mut mesh = TetMesh {
+        nodes: Vec::new(),
+        tets: Vec::new(),
+        region_of: Vec::new(),
+        regions: vec!["panel".into()],
+        grain_of: None,
+        surfaces: BTreeMap::new(),
+    };
+    for z in [0.0, thickness] {
+        for j in 0..=n {
+            for i in 0..=n {
+                let (s, t) = (i as f64 / n as f64, j as f64 / n as f64);
+                mesh.nodes.push([48.0 * s, 44.0 * s + t * (44.0 - 28.0 * s), z]);
+            }
+        }
+    }
+    let node = |i: usize, j: usize, k: usize| (i + (n + 1) * (j + (n + 1) * k)) as u32;
+    for (i, j) in (0..n * n).map(|c| (c % n, c / n)) {
+        let corner = |c: usize| node(i + (c & 1), j + (c >> 1 & 1), c >> 2);
+        for [a, b] in [[1, 3], [3, 2], [2, 6], [6, 4], [4, 5], [5, 1]] {
+            mesh.tets.push([corner(0), corner(a), corner(b), corner(7)]);
+            mesh.region_of.push(0);
+        }
+        let mut face = |name: &str, triangles: [[usize; 3]; 2]| {
+            let triangles = triangles.map(|t| t.map(corner));
+            mesh.surfaces.entry(name.into()).or_default().extend(triangles);
+        };
+        face("front", [[0, 3, 1], [0, 2, 3]]);
+        face("back", [[4, 5, 7], [4, 7, 6]]);
+        if i == 0 {
+            face("left", [[0, 6, 2], [0, 4, 6]]);
+        }
+        if i + 1 == n {
+            face("right", [[1, 3, 7], [1, 7, 5]]);
+        }
+    }
+    mesh
+}
+
+/// A test on the panel; its middle plane z = 0 is a plane of symmetry, the face above it is free.
+struct Membrane {
+    material: Material,
+    /// Half the thickness, mm.
+    half_mm: f64,
+    /// What the left side holds.
+    clamped: Vec<Axis>,
+    traction_mpa: f64,
+    steps: u32,
+    /// The height of the point on the right side whose deflection is wanted, mm.
+    height_mm: f64,
+}
+
+impl Membrane {
+    /// The deflection with n × n cells, mm.
+    fn deflection(&self, n: usize, order: Order) -> f64 {
+        let traction = self.traction_mpa;
+        let conditions = Conditions::new()
+            .fix("left", self.clamped.clone())
+            .fix("front", [Axis::Z])
+            .traction("right", move |_, time_s| [0.0, traction * time_s, 0.0]);
+        let stepping = Stepping::Fixed(self.steps);
+        let problem = Problem::new(
+            panel(n, self.half_mm),
+            order,
+            vec![self.material.clone()],
+            None,
+            conditions,
+            Schedule { duration_s: 1.0, stepping, stop_below_peak: None },
+            SolverOptions::default(),
+        )
+        .expect("valid input");
+        let outcome = problem.run(&mut ());
+        assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
+        let target = [48.0, self.height_mm, 0.0];
+        let near = |x: &[f64; 3]| x.iter().zip(target).all(|(a, b)| (a - b).abs() < 1e-9);
+        let tip = problem.nodes().iter().position(near).expect("a node at the point");
+        outcome.fields.displacement[tip][1]
+    }
+}
+
+/// E = 1, ν = 1/3, plane stress, unit load on unit thickness: the middle of the right side goes up by
+/// 23.96 (Cook, Malkus & Plesha 1989, section 6.13), reached from below. The load is small here, so
+/// that the geometry is linear.
+#[test]
+fn the_linear_membrane_converges_to_its_published_deflection() {
+    let load = 1e-6;
+    let membrane = Membrane {
+        material: Material::elastic(ElasticLaw::Hencky, 1.0, 1.0 / 3.0),
+        half_mm: 0.05,
+        clamped: vec![Axis::X, Axis::Y],
+        traction_mpa: load / 16.0,
+        steps: 1,
+        height_mm: 52.0,
+    };
+    let deflections =
+        |cells: [usize; 3], order| cells.map(|n| membrane.deflection(n, order) / load);
+    let quadratic = deflections([4, 8, 16], Order::Quadratic);
+    assert!(quadratic[0] < quadratic[1] && quadratic[1] < quadratic[2], "{quadratic:?}");
+    assert!((quadratic[2] - 23.96).abs() < 0.04, "{quadratic:?}");
+    let linear = deflections([8, 16, 32], Order::Linear);
+    assert!(linear[0] < linear[1] && linear[1] < linear[2], "{linear:?}");
+    assert!((linear[2] - 23.96).abs() < 0.04 * 23.96, "{linear:?}");
+}
+
+/// At finite strain: μ = 0.4225 MPa, ν = 0.3, 1/16 MPa on a panel 1 mm thick, free on its faces. The
+/// published deflection of the upper corner, with 16 × 16 quadratic hexahedra and more, is 14.32 to
+/// 14.33 mm (Pelteret & McBride, deal.II code gallery 2016, doi:10.5281/zenodo.1228964), for the
+/// same energy: a Mooney–Rivlin law with C₀₁ = 0.
+#[test]
+fn the_finite_strain_membrane_converges_to_its_published_deflection() {
+    let (shear, nu) = (0.4225, 0.3);
+    let bulk_mpa = 2.0 * shear * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu));
+    let law = MooneyRivlin { c10_mpa: 0.5 * shear, c01_mpa: 0.0, bulk_mpa };
+    let membrane = Membrane {
+        material: Material::hyperelastic(law).expect("a law"),
+        half_mm: 0.5,
+        clamped: vec![Axis::X, Axis::Y, Axis::Z],
+        traction_mpa: 1.0 / 16.0,
+        steps: 4,
+        height_mm: 60.0,
+    };
+    let quadratic = [4, 8, 16].map(|n| membrane.deflection(n, Order::Quadratic));
+    assert!(quadratic[0] < quadratic[1] && quadratic[1] < quadratic[2], "{quadratic:?}");
+    assert!((quadratic[2] - 14.33).abs() < 0.03, "{quadratic:?}");
+    let linear = [4, 8, 16].map(|n| membrane.deflection(n, Order::Linear));
+    assert!(linear[0] < linear[1] && linear[1] < linear[2], "{linear:?}");
+    assert!((linear[2] - 14.33).abs() < 0.08 * 14.33, "{linear:?}");
+}

@@ -1,0 +1,172 @@
+//! The single-edge notched plate: 1 mm square, slit from the left side to the middle, one element
+//! thick.
+
+use std::collections::BTreeMap;
+
+use fem::{
+    Axis, Conditions, CurvePoint, ElasticLaw, Irreversibility, Material, Order, PhaseField,
+    Problem, Schedule, SolverOptions, Split, Stepping, TetMesh,
+};
+
+/// The plate in tension: its upper side moves up, both sides are held along x, and it is in plane
+/// strain. AT2, split by the signs of the principal strains in the driving force only.
+pub(crate) struct NotchedPlate {
+    /// Elements around the path of the crack, mm.
+    pub(crate) size_mm: f64,
+    /// (Displacement in mm, equal steps up to it), one after the other.
+    pub(crate) steps: Vec<(f64, u32)>,
+}
+
+impl NotchedPlate {
+    pub(crate) fn mesh(&self) -> TetMesh {
+        notched_plate(self.size_mm)
+    }
+
+    pub(crate) fn problem(&self, tolerance: f64) -> Problem {
+        let (lame, shear) = (121_150.0, 80_770.0);
+        let steel = Material {
+            toughness_n_per_mm: Some(2.7),
+            residual_stiffness: 1e-7,
+            ..Material::elastic(
+                ElasticLaw::Hencky,
+                shear * (3.0 * lame + 2.0 * shear) / (lame + shear),
+                0.5 * lame / (lame + shear),
+            )
+        };
+        let field = PhaseField {
+            split: Split::Spectral,
+            hybrid: true,
+            irreversibility: Irreversibility::History,
+            ..PhaseField::new(0.015)
+        };
+        // one unit of time a step
+        let mut at = vec![0.0];
+        for &(to, count) in &self.steps {
+            let from = *at.last().expect("a start");
+            at.extend((1..=count).map(|k| from + (to - from) * f64::from(k) / f64::from(count)));
+        }
+        let steps = at.len() as u32 - 1;
+        let path = move |time_s: f64| {
+            let k = (time_s.floor() as usize).min(at.len() - 2);
+            at[k] + (time_s - k as f64) * (at[k + 1] - at[k])
+        };
+        let conditions = Conditions::new()
+            .fix("front", [Axis::Z])
+            .fix("back", [Axis::Z])
+            .fix("bottom", [Axis::X, Axis::Y])
+            .prescribe("top", [Axis::X, Axis::Y], move |_, time_s| [0.0, path(time_s), 0.0])
+            .measure("top", [0.0, 1.0, 0.0]);
+        let schedule = Schedule {
+            duration_s: f64::from(steps),
+            stepping: Stepping::Fixed(steps),
+            stop_below_peak: Some(0.5),
+        };
+        let options = SolverOptions { tolerance, alternations: 2000, ..SolverOptions::default() };
+        Problem::new(
+            self.mesh(),
+            Order::Linear,
+            vec![steel],
+            Some(field),
+            conditions,
+            schedule,
+            options,
+        )
+        .expect("valid input")
+    }
+}
+
+/// The force on a plate 1 mm thick, kN.
+pub(crate) fn kilonewton(point: &CurvePoint, plate: &NotchedPlate) -> f64 {
+    point.force_n / plate.size_mm / 1000.0
+}
+
+/// The plate with elements of size `h` (mm) around the path of the crack, and of growing size away
+/// from it. The slit is open: nodes on it are doubled. Surfaces: bottom, top, front and back; the
+/// thickness is `h`.
+fn notched_plate(h: f64) -> TetMesh {
+    let across = graded(0.5, 0.04_f64.max(2.0 * h), h);
+    // fine from just before the tip of the slit to the right side
+    let along: Vec<f64> = graded(0.5, 0.03_f64.max(2.0 * h), h)
+        .into_iter()
+        .filter(|&x| x < 0.5 - 0.1 * h)
+        .chain((0..=(0.5 / h).round() as usize).map(|i| 0.5 + i as f64 * h))
+        .collect();
+    let (nx, ny) = (along.len(), across.len());
+    let middle =
+        across.iter().position(|&y| (y - 0.5).abs() < 0.1 * h).expect("a line at the slit");
+    let slit = along.iter().filter(|&&x| x < 0.5 - 0.1 * h).count();
+    let mut mesh = TetMesh {
+        nodes: Vec::new(),
+        tets: Vec::new(),
+        region_of: Vec::new(),
+        regions: vec!["plate".into()],
+        grain_of: None,
+        surfaces: BTreeMap::new(),
+    };
+    for z in [0.0, h] {
+        for &y in &across {
+            mesh.nodes.extend(along.iter().map(|&x| [x, y, z]));
+        }
+        // the upper lip of the slit
+        mesh.nodes.extend(along[..slit].iter().map(|&x| [x, 0.5, z]));
+    }
+    let layer = nx * ny + slit;
+    let node = |i: usize, j: usize, k: usize, above: bool| {
+        let doubled = above && j == middle && i < slit;
+        (k * layer + if doubled { nx * ny + i } else { i + nx * j }) as u32
+    };
+    let mut surface: [Vec<[u32; 3]>; 4] = Default::default();
+    for j in 0..ny - 1 {
+        for i in 0..nx - 1 {
+            let corner = |c: usize| node(i + (c & 1), j + (c >> 1 & 1), c >> 2, j >= middle);
+            for [a, b] in [[1, 3], [3, 2], [2, 6], [6, 4], [4, 5], [5, 1]] {
+                mesh.tets.push([corner(0), corner(a), corner(b), corner(7)]);
+                mesh.region_of.push(0);
+            }
+            let mut face = |name: usize, [a, b, c, d]: [usize; 4]| {
+                let [a, b, c, d] = [a, b, c, d].map(corner);
+                surface[name].extend([[a, b, d], [a, d, c]]);
+            };
+            if j == 0 {
+                face(0, [0, 1, 4, 5]);
+            }
+            if j + 2 == ny {
+                face(1, [2, 6, 3, 7]);
+            }
+            face(2, [0, 2, 1, 3]);
+            face(3, [4, 5, 6, 7]);
+        }
+    }
+    for (name, triangles) in ["bottom", "top", "front", "back"].into_iter().zip(surface) {
+        mesh.surfaces.insert(name.into(), triangles);
+    }
+    mesh
+}
+
+/// Points of (0, 1) with spacing `h` within `fine` of `centre`, growing by 1.3 up to 0.06 beyond.
+fn graded(centre: f64, fine: f64, h: f64) -> Vec<f64> {
+    let half = |room: f64| {
+        let mut at = vec![0.0];
+        let mut step = h;
+        let mut last = 0.0;
+        while last < room - 1e-9 {
+            if last > fine {
+                step = f64::min(1.3 * step, 0.06);
+            }
+            last += step;
+            at.push(last);
+        }
+        // the last point lands on the side: what sticks out is shared by the graded steps
+        let start = at.iter().position(|&x| x > fine).unwrap_or(at.len() - 1);
+        let (from, to) = (at[start], last);
+        for x in &mut at[start..] {
+            *x = from + (*x - from) * (room - from) / (to - from);
+        }
+        at
+    };
+    let below = half(centre);
+    let above = half(1.0 - centre);
+    let mut points: Vec<f64> = below.iter().skip(1).rev().map(|d| centre - d).collect();
+    points.extend(above.iter().map(|d| centre + d));
+    points
+}
