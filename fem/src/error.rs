@@ -81,6 +81,14 @@ pub enum FemError {
         /// What the solver said.
         reason: String,
     },
+    /// The state of a run cannot be saved, or read to go on from.
+    #[error("{path}: {message}")]
+    Checkpoint {
+        /// The file.
+        path: String,
+        /// What is wrong, and how to mend it.
+        message: String,
+    },
     /// A curve file cannot be written or read.
     #[error("{path}: {message}")]
     CurveFile {

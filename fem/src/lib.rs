@@ -70,8 +70,8 @@ mod specimen;
 
 pub use boundary::{Axis, Conditions, PointValues, Problem};
 pub use compression::{
-    CompressionTest, CurvePoint, End, Fields, Friction, Loading, Observer, Outcome, PartTimes,
-    Platens, Schedule, Stepping, read_curve, write_curve,
+    Checkpoint, CompressionTest, CurvePoint, CurveWriter, End, Fields, Friction, Loading, Observer,
+    Outcome, PartTimes, Platens, Schedule, Stepping, read_curve, write_curve,
 };
 pub use contact::{ContactPoint, Platen};
 pub use element::Order;

@@ -29,9 +29,10 @@ mod virtual_lab;
 mod workflow;
 
 pub use case::{
-    CalibrationCase, Case, CaseFile, ConfirmCase, CrackName, DesignCase, ExperimentsCase, LawName,
-    MaterialCase, NoiseCase, PhaseFieldCase, PriorCase, QoiCase, QuadratureName, ScatterCase,
-    Shape, SpecimenCase, SplitName, SurrogateCase, TestCase, TruthCase, VirtualCase,
+    AdaptiveCase, ArcLengthCase, CalibrationCase, Case, CaseFile, ConfirmCase, CrackName,
+    DesignCase, ExperimentsCase, IrreversibilityName, LawName, MaterialCase, NoiseCase, OutputCase,
+    PhaseFieldCase, PlatensName, PriorCase, QoiCase, QuadratureName, ScatterCase, SchemeName,
+    Shape, SolverCase, SpecimenCase, SplitName, SurrogateCase, TestCase, TruthCase, VirtualCase,
 };
 pub use coverage::{Coverage, CoverageStudy};
 pub use error::InputError;

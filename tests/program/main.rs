@@ -171,8 +171,7 @@ fn simulate_writes_a_curve_in_the_documented_columns() {
     assert_eq!(code, Some(0), "{err}");
     assert_eq!(Path::new(out.trim()), Path::new("try").join("curve.csv"));
     let text = std::fs::read_to_string(dir.path().join("try/curve.csv")).unwrap();
-    let header =
-        "time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,phi_max";
+    let header = "time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,phi_max,newton,linear";
     assert!(text.starts_with(header), "{text}");
     let rows: Vec<Vec<f64>> = text
         .lines()
@@ -186,5 +185,14 @@ fn simulate_writes_a_curve_in_the_documented_columns() {
         approx::assert_relative_eq!(row[1], 0.2 * part, max_relative = 1e-12);
         assert!(row[2] > 0.0, "compression is positive");
         assert!((0.0..1.0).contains(&row[6]) && (0.0..1.0).contains(&row[7]));
+        assert!(row[8] >= 1.0 && row[9] >= 1.0, "Newton and linear iterations");
     }
+    let collection = std::fs::read_to_string(dir.path().join("try/fields.pvd")).unwrap();
+    for step in 1..=4 {
+        let name = format!("fields/step-{step:05}.vtu");
+        assert!(collection.contains(&format!("file=\"{name}\"")), "{collection}");
+        let fields = std::fs::read_to_string(dir.path().join("try").join(name)).unwrap();
+        assert!(fields.contains("displacement_mm") && fields.contains("damage"));
+    }
+    assert!(!dir.path().join("try/simulate.state").exists(), "a finished run leaves no state");
 }

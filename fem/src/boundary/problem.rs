@@ -6,11 +6,12 @@ use std::sync::Arc;
 use super::conditions::Conditions;
 use super::domain::PointValues;
 use crate::compression::{
-    Discretisation, Fields, March, Observer, Outcome, Schedule, check_arc_length,
+    Checkpoint, Discretisation, Fields, Fingerprint, March, Observer, Outcome, Schedule, Stepping,
+    check_arc_length,
 };
 use crate::element::Order;
 use crate::error::FemError;
-use crate::material::{Material, PhaseField};
+use crate::material::{Material, PhaseField, PointMaterial};
 use crate::mesh::{TetMesh, vtu};
 use crate::solve::{Scheme, SolverOptions};
 
@@ -149,11 +150,67 @@ impl Problem {
 
     /// Follows the body through time on the calling thread.
     pub fn run(&self, observer: &mut dyn Observer) -> Outcome {
-        let points: Vec<_> =
-            self.materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect();
+        let points = self.points();
+        self.march(&points, observer).run()
+    }
+
+    /// Like [`run`](Self::run), with the state saved every so many load steps; if there is a saved
+    /// state, the run goes on from there, bit by bit as if it had not stopped.
+    ///
+    /// The curve depends on `checkpoint.every` within the solver's tolerance, but not on where the
+    /// run was interrupted. The file stays when the run ends.
+    ///
+    /// # Errors
+    /// [`FemError::Checkpoint`] for a file that is damaged, unreadable, or of another problem (what a
+    /// function of the [`Conditions`] computes is not compared); arc-length steps cannot be saved.
+    pub fn run_resumable(
+        &self,
+        checkpoint: &Checkpoint,
+        observer: &mut dyn Observer,
+    ) -> Result<Outcome, FemError> {
+        checkpoint.validate()?;
+        if matches!(self.schedule.stepping, Stepping::ArcLength { .. }) {
+            return Err(FemError::Unsupported {
+                entity: "checkpoint".into(),
+                message: "arc-length steps cannot be saved".into(),
+                mend: "run without a checkpoint, or take adaptive steps".into(),
+            });
+        }
+        let points = self.points();
+        let march = self.march(&points, observer);
+        Ok(march.with_checkpoint(checkpoint, self.fingerprint())?.run())
+    }
+
+    fn points(&self) -> Vec<PointMaterial> {
+        self.materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect()
+    }
+
+    fn march<'a>(
+        &'a self,
+        points: &'a [PointMaterial],
+        observer: &'a mut dyn Observer,
+    ) -> March<'a> {
         let field = self.phase_field.as_ref();
-        March::new(&self.discretisation, &points, field, self.schedule, self.options, observer)
-            .run()
+        March::new(&self.discretisation, points, field, self.schedule, self.options, observer)
+    }
+
+    /// A number that tells this problem from others.
+    fn fingerprint(&self) -> u64 {
+        let words = format!(
+            "{:?} {:?} {:?} {:?} {:?} {:?}",
+            self.order,
+            self.materials,
+            self.phase_field,
+            self.conditions,
+            self.schedule,
+            self.options
+        );
+        let start = Fingerprint::new().add(words.as_bytes());
+        let nodes = self.mesh.nodes.as_flattened().iter();
+        let placed = nodes.fold(start, |f, x| f.add(&x.to_le_bytes()));
+        let tets = self.mesh.tets.as_flattened().iter();
+        let meshed = tets.fold(placed, |f, n| f.add(&n.to_le_bytes()));
+        self.mesh.region_of.iter().fold(meshed, |f, r| f.add(&r.to_le_bytes())).value()
     }
 
     /// ∫ f dV of a function of the fields at each point, by a rule of degree 5.

@@ -36,6 +36,10 @@ pub struct CurvePoint {
     pub newton: u32,
     /// Linear solves of the step, or the iterations of an iterative linear solver.
     pub linear: u32,
+    /// Residual at the end of the step, of forces relative to the reactions or of damage relative to
+    /// its driving force, whichever is larger.
+    #[serde(default)]
+    pub residual: f64,
 }
 
 impl CurvePoint {
@@ -107,6 +111,9 @@ pub struct Outcome {
 pub trait Observer {
     /// Called after each load step; `Break` ends the test with [`End::Interrupted`].
     fn step(&mut self, point: &CurvePoint, fields: &Fields) -> ControlFlow<()>;
+
+    /// Called once before the first step when a run goes on from a checkpoint, with the curve so far.
+    fn resumed(&mut self, _curve: &[CurvePoint]) {}
 }
 
 impl Observer for () {

@@ -1,12 +1,13 @@
 //! Curves as CSV.
 
-use std::path::Path;
+use std::fs::File;
+use std::path::{Path, PathBuf};
 
 use super::curve::CurvePoint;
 use crate::error::FemError;
 
 /// The columns that every curve file has, then those that may be absent.
-const COLUMNS: [&str; 13] = [
+const COLUMNS: [&str; 14] = [
     "time_s",
     "displacement_mm",
     "force_N",
@@ -20,11 +21,12 @@ const COLUMNS: [&str; 13] = [
     "work_N_mm",
     "friction_N_mm",
     "balance_N_mm",
+    "residual",
 ];
 const REQUIRED: usize = 8;
 
 /// Writes a curve with the header
-/// `time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,phi_max,newton,linear,work_N_mm,friction_N_mm,balance_N_mm`.
+/// `time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,phi_max,newton,linear,work_N_mm,friction_N_mm,balance_N_mm,residual`.
 ///
 /// Numbers are written so that [`read_curve`] returns the same bits; the balance is
 /// [`CurvePoint::balance_n_mm`].
@@ -32,11 +34,39 @@ const REQUIRED: usize = 8;
 /// # Errors
 /// [`FemError::CurveFile`] when the file cannot be written.
 pub fn write_curve(path: impl AsRef<Path>, curve: &[CurvePoint]) -> Result<(), FemError> {
-    let path = path.as_ref();
-    let wrong = |e: csv::Error| file_error(path, format!("cannot be written: {e}"));
-    let mut writer = csv::Writer::from_path(path).map_err(wrong)?;
-    writer.write_record(COLUMNS).map_err(wrong)?;
-    for p in curve {
+    let mut writer = CurveWriter::create(path)?;
+    curve.iter().try_for_each(|point| writer.push(point))
+}
+
+/// Writes a curve as it grows: every point is in the file once [`push`](Self::push) returns.
+///
+/// The columns are those of [`write_curve`].
+#[derive(Debug)]
+pub struct CurveWriter {
+    path: PathBuf,
+    writer: csv::Writer<File>,
+}
+
+impl CurveWriter {
+    /// Starts a file, in place of one that is there.
+    ///
+    /// # Errors
+    /// [`FemError::CurveFile`] when the file cannot be written.
+    pub fn create(path: impl AsRef<Path>) -> Result<Self, FemError> {
+        let path = path.as_ref().to_owned();
+        let wrong = |e: csv::Error| file_error(&path, format!("cannot be written: {e}"));
+        let mut writer = csv::Writer::from_path(&path).map_err(wrong)?;
+        writer.write_record(COLUMNS).map_err(wrong)?;
+        let mut out = Self { path, writer };
+        out.flush()?;
+        Ok(out)
+    }
+
+    /// Adds a point.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create).
+    pub fn push(&mut self, p: &CurvePoint) -> Result<(), FemError> {
         let values = [
             p.time_s,
             p.displacement_mm,
@@ -51,13 +81,20 @@ pub fn write_curve(path: impl AsRef<Path>, curve: &[CurvePoint]) -> Result<(), F
             p.work_n_mm,
             p.friction_n_mm,
             p.balance_n_mm(),
+            p.residual,
         ];
-        writer.write_record(values.map(|x| x.to_string())).map_err(wrong)?;
+        self.writer
+            .write_record(values.map(|x| x.to_string()))
+            .map_err(|e| file_error(&self.path, format!("cannot be written: {e}")))?;
+        self.flush()
     }
-    writer.flush().map_err(|e| file_error(path, format!("cannot be written: {e}")))
+
+    fn flush(&mut self) -> Result<(), FemError> {
+        self.writer.flush().map_err(|e| file_error(&self.path, format!("cannot be written: {e}")))
+    }
 }
 
-/// Reads a curve; columns are found by name, the last five may be absent, others are ignored.
+/// Reads a curve; columns are found by name, the last six may be absent, others are ignored.
 ///
 /// # Errors
 /// [`FemError::CurveFile`] naming the line and the column that is missing or is not a number.
@@ -114,6 +151,7 @@ pub fn read_curve(path: impl AsRef<Path>) -> Result<Vec<CurvePoint>, FemError> {
             work_n_mm,
             friction_n_mm,
             _,
+            residual,
         ] = values;
         curve.push(CurvePoint {
             time_s,
@@ -128,6 +166,7 @@ pub fn read_curve(path: impl AsRef<Path>) -> Result<Vec<CurvePoint>, FemError> {
             phi_max,
             newton: newton as u32,
             linear: linear as u32,
+            residual,
         });
     }
     Ok(curve)

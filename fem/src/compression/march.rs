@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::checkpoint::Checkpoint;
 use super::curve::{CurvePoint, End, Fields, Observer, Outcome};
 use super::discretisation::Discretisation;
 use super::loading::{Schedule, Stepping};
@@ -26,6 +27,7 @@ pub(crate) struct March<'a> {
     pub(super) options: SolverOptions,
     pub(super) observer: &'a mut dyn Observer,
     pub(super) state: State,
+    checkpoint: Option<(&'a Checkpoint, u64)>,
 }
 
 /// All that a run carries from step to step.
@@ -53,6 +55,7 @@ pub(crate) struct State {
     pub(crate) step: f64,
     pub(crate) recorded: u32,
     pub(crate) peak: f64,
+    pub(crate) effort: Effort,
 }
 
 impl<'a> March<'a> {
@@ -76,15 +79,24 @@ impl<'a> March<'a> {
             },
             ..State::default()
         };
-        Self { domain, materials, schedule, options, observer, state }
+        Self { domain, materials, schedule, options, observer, state, checkpoint: None }
+    }
+
+    /// The same run with its state on disk, or continued from there; `fingerprint` is the test's.
+    pub(crate) fn with_checkpoint(
+        mut self,
+        checkpoint: &'a Checkpoint,
+        fingerprint: u64,
+    ) -> Result<Self, FemError> {
+        if checkpoint.load(fingerprint, &mut self.state)? {
+            self.observer.resumed(&self.state.curve);
+        }
+        self.checkpoint = Some((checkpoint, fingerprint));
+        Ok(self)
     }
 
     pub(crate) fn run(mut self) -> Outcome {
-        let domain = self.domain;
-        let operator = domain.operator.as_ref();
-        let linear = domain.linear.solver(operator);
-        let mut solver =
-            Solver::new(operator, &domain.unknowns, self.materials, self.options, linear);
+        let mut solver = self.solver();
         let end = self.steps(&mut solver);
         let fields = self.state.fields;
         let contact = solver.applied.contacts.iter();
@@ -98,8 +110,29 @@ impl<'a> March<'a> {
         }
     }
 
+    /// A solver that remembers nothing but the work done.
+    fn solver(&self) -> Solver<'a> {
+        let (domain, operator) = (self.domain, self.domain.operator.as_ref());
+        let linear = domain.linear.solver(operator);
+        let mut solver =
+            Solver::new(operator, &domain.unknowns, self.materials, self.options, linear);
+        solver.effort = self.state.effort;
+        solver
+    }
+
+    /// Saves the state where one is due.
+    fn save(&mut self, solver: &mut Solver<'a>) -> Result<(), FemError> {
+        let Some((checkpoint, fingerprint)) = self.checkpoint else { return Ok(()) };
+        if self.state.recorded % checkpoint.every == 0 {
+            self.state.effort = solver.effort;
+            checkpoint.save(&self.state, fingerprint)?;
+            *solver = self.solver();
+        }
+        Ok(())
+    }
+
     /// Steps until an end is reached.
-    fn steps(&mut self, solver: &mut Solver) -> End {
+    fn steps(&mut self, solver: &mut Solver<'a>) -> End {
         let largest = match self.schedule.stepping {
             Stepping::Fixed(steps) => 1.0 / f64::from(steps),
             Stepping::Adaptive { largest, .. } => largest,
@@ -130,6 +163,9 @@ impl<'a> March<'a> {
             }
             if let Some(end) = self.observe() {
                 return end;
+            }
+            if let Err(error) = self.save(solver) {
+                return End::Failed(error);
             }
         }
     }
@@ -223,6 +259,7 @@ impl<'a> March<'a> {
             phi_max: fields.damage.iter().copied().fold(0.0, f64::max),
             newton: last.newton + solver.effort.iterations - before.iterations,
             linear: last.linear + solver.effort.linear - before.linear,
+            residual: solver.relative,
         };
         state.reaction = reactions;
         state.pressures = applied.contacts.iter().map(|c| c.pressures()).collect();

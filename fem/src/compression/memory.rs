@@ -31,6 +31,20 @@ impl Memory {
         Self { history: vec![0.0; points], bounds, ratchet }
     }
 
+    /// History and lower bounds of φ, to be saved.
+    pub(crate) fn arrays(&self) -> [Vec<f64>; 2] {
+        let lower = self.bounds.iter().flat_map(|b| b.lower.iter().map(|b| b[3]));
+        [self.history.clone(), lower.collect()]
+    }
+
+    /// Takes back what [`arrays`](Self::arrays) gave.
+    pub(crate) fn restore(&mut self, [history, lower]: [Vec<f64>; 2]) {
+        self.history = history;
+        if let Some(bounds) = &mut self.bounds {
+            bounds.lower.iter_mut().zip(lower).for_each(|(b, phi)| b[3] = phi);
+        }
+    }
+
     /// An increment that starts from this memory.
     pub(crate) fn span<'a>(&'a self, damage_before: &'a [f64], duration: f64) -> Span<'a> {
         let (history, bounds) = (&self.history[..], self.bounds.as_ref());

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::checkpoint::Checkpoint;
 use super::curve::{Fields, Observer, Outcome};
 use super::loading::Loading;
 use crate::boundary::{Axis, Conditions, Problem};
@@ -116,6 +117,18 @@ impl CompressionTest {
     /// Runs the test on the calling thread.
     pub fn run(&self, observer: &mut dyn Observer) -> Outcome {
         self.problem.run(observer)
+    }
+
+    /// Runs the test with its state on disk, see [`Problem::run_resumable`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn run_resumable(
+        &self,
+        checkpoint: &Checkpoint,
+        observer: &mut dyn Observer,
+    ) -> Result<Outcome, FemError> {
+        self.problem.run_resumable(checkpoint, observer)
     }
 
     /// The mesh.

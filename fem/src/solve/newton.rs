@@ -3,6 +3,8 @@
 //! A factor is kept, across increments too, as long as the residual at least halves with it: a
 //! solve costs a small part of a factorisation.
 
+use serde::{Deserialize, Serialize};
+
 use super::linear::{LinearSolver, Nodal};
 use super::options::{Scheme, SolverOptions};
 use crate::boundary::Applied;
@@ -32,7 +34,7 @@ impl From<Inverted> for StepFailure {
 }
 
 /// Work done by the solver in a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Effort {
     /// Newton iterations (linear solves).
     pub iterations: u32,
@@ -141,6 +143,8 @@ pub(crate) struct Solver<'a> {
     pub(super) materials: &'a [PointMaterial],
     pub(super) options: SolverOptions,
     pub(crate) effort: Effort,
+    /// The last relative residual.
+    pub(crate) relative: f64,
     /// Loads and contact of the increment at hand.
     pub(crate) applied: Applied,
     /// Residual and energies at the last fields that were accepted.
@@ -179,6 +183,7 @@ impl<'a> Solver<'a> {
             materials,
             options,
             effort: Effort::default(),
+            relative: 0.0,
             applied: Applied::default(),
             residual: Residual::new(nodes),
             linear,
@@ -227,7 +232,9 @@ impl<'a> Solver<'a> {
             self.free.copy_from_slice(&self.unknown);
             bounds.hold(fields, &self.residual, &mut self.free);
         }
-        Ok(Norms::of(&self.residual, &self.unknown, &self.free))
+        let norms = Norms::of(&self.residual, &self.unknown, &self.free);
+        self.relative = norms.largest();
+        Ok(norms)
     }
 
     /// Newton on one field or on both, down to `tolerance`.

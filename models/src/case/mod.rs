@@ -13,8 +13,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use ::surrogate::{Design, OrderRule};
-use fem::Packing;
 use fem::gmsh::PhysicalGroup;
+use fem::{Packing, SolverOptions};
 use serde::{Deserialize, Serialize};
 
 pub use experiments::{ExperimentsCase, NoiseCase, ScatterCase, TruthCase, VirtualCase};
@@ -41,6 +41,12 @@ pub struct Case {
     pub phase_field: Option<PhaseFieldCase>,
     /// The compression test.
     pub test: TestCase,
+    /// How the equations are solved.
+    #[serde(default)]
+    pub solver: SolverCase,
+    /// What a single simulation leaves behind.
+    #[serde(default)]
+    pub output: OutputCase,
     /// How quantities of interest are taken from a curve.
     #[serde(default)]
     pub qoi: QoiCase,
@@ -137,6 +143,12 @@ pub struct PhaseFieldCase {
     /// Which part of the energy damage degrades.
     #[serde(default)]
     pub split: SplitName,
+    /// The split decides what drives damage only; damage degrades the whole energy.
+    #[serde(default)]
+    pub hybrid: bool,
+    /// What keeps a crack from healing.
+    #[serde(default)]
+    pub irreversibility: IrreversibilityName,
     /// Regularisation length in mm.
     pub length_mm: f64,
     /// Quadrature of the damage terms.
@@ -151,6 +163,21 @@ pub enum CrackName {
     /// α(φ) = φ².
     #[default]
     At2,
+    /// α(φ) = φ: elastic up to a threshold.
+    At1,
+}
+
+/// Irreversibility by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum IrreversibilityName {
+    /// None: the paper's preset.
+    #[default]
+    None,
+    /// The largest driving energy so far drives damage.
+    History,
+    /// Damage never falls, node by node.
+    ActiveSet,
 }
 
 /// Energy splits by name.
@@ -162,6 +189,8 @@ pub enum SplitName {
     None,
     /// Damage spares volumetric compression.
     VolumetricDeviatoric,
+    /// Only what is stretched breaks.
+    Spectral,
 }
 
 /// Quadratures of the damage terms by name.
@@ -189,9 +218,93 @@ pub struct TestCase {
     /// Number of equal load steps; without it they adapt.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps: Option<u32>,
+    /// First and largest adaptive step, as shares of the displacement.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adaptive: Option<AdaptiveCase>,
+    /// Follow a snap-back of rate-independent damage.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arc_length: Option<ArcLengthCase>,
+    /// How the platens hold the specimen.
+    #[serde(default)]
+    pub platens: PlatensName,
+    /// Coulomb's coefficient of unilateral platens.
+    #[serde(default)]
+    pub friction: f64,
+    /// Velocity in mm/s below which friction fades into creep.
+    #[serde(default = "slip_velocity")]
+    pub slip_velocity_mm_per_s: f64,
+    /// Viscous drag of unilateral platens in MPa s/mm.
+    #[serde(default)]
+    pub drag_mpa_s_per_mm: f64,
     /// Stop once the force is this share below its peak.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop_below_peak: Option<f64>,
+}
+
+/// `test.adaptive`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AdaptiveCase {
+    /// First step.
+    pub first: f64,
+    /// Largest step.
+    pub largest: f64,
+}
+
+/// `test.arc_length`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ArcLengthCase {
+    /// Largest step of the platen, as a share of the displacement.
+    pub step: f64,
+    /// Crack energy in N mm that a step may add.
+    pub release_n_mm: f64,
+}
+
+/// Platens by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PlatensName {
+    /// The ends keep to the platens and slide freely.
+    #[default]
+    Sliding,
+    /// The ends may lift off; friction and drag resist sliding.
+    Unilateral,
+}
+
+/// `[solver]`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SolverCase {
+    /// Which fields are solved for together.
+    pub scheme: SchemeName,
+    /// Largest relative residual of a converged step.
+    pub tolerance: f64,
+    /// Most Newton iterations of a step.
+    pub iterations: u32,
+    /// Most alternations of a step.
+    pub alternations: u32,
+}
+
+/// Nonlinear solvers by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SchemeName {
+    /// Displacement and damage together, in turn where that fails.
+    #[default]
+    Monolithic,
+    /// Displacement and damage in turn.
+    Alternate,
+}
+
+/// `[output]`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct OutputCase {
+    /// Load steps from one file of fields to the next; zero writes none.
+    pub fields_every: u32,
+    /// Load steps from one saved state to the next; zero saves none.
+    pub checkpoint_every: u32,
 }
 
 /// `[qoi]`.
@@ -281,6 +394,19 @@ impl PriorCase {
     }
 }
 
+impl Default for SolverCase {
+    fn default() -> Self {
+        let SolverOptions { tolerance, iterations, alternations, .. } = SolverOptions::default();
+        Self { scheme: SchemeName::Monolithic, tolerance, iterations, alternations }
+    }
+}
+
+impl Default for OutputCase {
+    fn default() -> Self {
+        Self { fields_every: 1, checkpoint_every: 10 }
+    }
+}
+
 impl Default for QoiCase {
     fn default() -> Self {
         Self { slope_fraction: 0.3 }
@@ -317,6 +443,10 @@ fn one() -> u8 {
 
 fn one_second() -> f64 {
     1.0
+}
+
+fn slip_velocity() -> f64 {
+    1e-3
 }
 
 fn residual_stiffness() -> f64 {

@@ -179,6 +179,7 @@ fn locate(text: &str, span: Range<usize>) -> (String, String) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::case::{AdaptiveCase, ArcLengthCase};
 
     fn message(text: &str) -> String {
         CaseFile::parse(text, Path::new("case.toml")).unwrap_err().to_string()
@@ -205,6 +206,8 @@ mod tests {
         full.specimen.surfaces.insert("top".into(), 1.into());
         full.test.steps = Some(44);
         full.test.stop_below_peak = Some(0.1);
+        full.test.adaptive = Some(AdaptiveCase { first: 0.01, largest: 0.025 });
+        full.test.arc_length = Some(ArcLengthCase { step: 0.025, release_n_mm: 0.001 });
         let experiments = full.experiments.as_mut().unwrap();
         experiments.table = Some("specimens.csv".into());
         experiments.group = Some("50C".into());

@@ -52,6 +52,19 @@ fn every_bad_value_is_named_with_its_key_and_a_mend() {
         ),
         ("duration_s = 1.0", "duration_s = 0.0", &["test.duration_s = 0"]),
         ("steps = 88", "steps = 0", &["test.steps = 0", "steps = 44"]),
+        ("friction = 0.0", "friction = 0.3", &["test.friction = 0.3", "platens = \"unilateral\""]),
+        (
+            "slip_velocity_mm_per_s = 0.001",
+            "slip_velocity_mm_per_s = 0.0",
+            &["test.slip_velocity_mm_per_s = 0", "mm/s"],
+        ),
+        (
+            "# adaptive = {",
+            "adaptive = {",
+            &["test.adaptive", "stands beside test.steps", "Keep one of"],
+        ),
+        ("platens = \"sliding\"", "platens = \"slidin\"", &["test.platens", "\"sliding\"?"]),
+        ("tolerance = 1e-8", "tolerance = 1.0", &["solver.tolerance = 1", "1e-8"]),
         ("stop_below_peak = 0.1", "stop_below_peak = 10", &["test.stop_below_peak = 10", "10 %"]),
         (
             "young_mpa = [250.0, 300.0]",

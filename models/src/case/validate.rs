@@ -1,6 +1,6 @@
 //! Ranges, units and agreement between the keys of a case.
 
-use super::{CaseFile, MaterialCase, PriorCase, Shape, VirtualCase};
+use super::{CaseFile, MaterialCase, PlatensName, PriorCase, Shape, VirtualCase};
 use crate::error::{InputError, closest};
 
 /// More tetrahedra than this are taken for a slip in the spacing.
@@ -241,7 +241,96 @@ impl CaseFile {
                 "0.1 stops once the force is 10 % below its peak.",
             )?;
         }
+        self.check_stepping()?;
+        self.check_platens()?;
+        let solver = &case.solver;
+        let mend = "1e-8 suits most; a looser one shows in the curve.";
+        self.within("solver.tolerance", solver.tolerance, 1e-14, 1e-2, "", mend)?;
+        for (key, value) in
+            [("solver.iterations", solver.iterations), ("solver.alternations", solver.alternations)]
+        {
+            let mend = "Leave it out for the default.";
+            self.within(key, f64::from(value), 1.0, 1e6, "iterations", mend)?;
+        }
         Ok(())
+    }
+
+    fn check_stepping(&self) -> Result<(), InputError> {
+        let test = &self.case.test;
+        let given = [
+            ("steps", test.steps.is_some()),
+            ("adaptive", test.adaptive.is_some()),
+            ("arc_length", test.arc_length.is_some()),
+        ];
+        let mut given = given.iter().filter(|(_, given)| *given).map(|(key, _)| *key);
+        if let (Some(first), Some(second)) = (given.next(), given.next()) {
+            return Err(self.error(
+                &format!("test.{second}"),
+                "",
+                format!("stands beside test.{first}"),
+                "Keep one of steps, adaptive and arc_length.",
+            ));
+        }
+        let shares =
+            test.adaptive.map(|a| [("adaptive.first", a.first), ("adaptive.largest", a.largest)]);
+        for (key, share) in shares.into_iter().flatten() {
+            let mend = "It is a share of the displacement: 0.01 and 0.025 suit most.";
+            self.within(&format!("test.{key}"), share, 1e-5, 1.0, "of the displacement", mend)?;
+        }
+        if let Some(arc) = test.arc_length {
+            let mend = "It is a share of the displacement, such as 0.025.";
+            self.within("test.arc_length.step", arc.step, 1e-5, 1.0, "of the displacement", mend)?;
+            let mend = "A fiftieth of toughness times cross-section is a start.";
+            self.within(
+                "test.arc_length.release_n_mm",
+                arc.release_n_mm,
+                1e-12,
+                1e6,
+                "N mm",
+                mend,
+            )?;
+            if self.case.output.checkpoint_every > 0 {
+                return Err(self.error(
+                    "output.checkpoint_every",
+                    self.case.output.checkpoint_every.to_string(),
+                    "cannot save the state of arc-length steps",
+                    "Write checkpoint_every = 0.",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_platens(&self) -> Result<(), InputError> {
+        let test = &self.case.test;
+        let resists = [
+            ("test.friction", test.friction, 10.0, "Coulomb's coefficient is about 0.1 to 0.6."),
+            (
+                "test.drag_mpa_s_per_mm",
+                test.drag_mpa_s_per_mm,
+                1e6,
+                "The paper's value is 0.01 MPa s/mm.",
+            ),
+        ];
+        for (key, value, most, mend) in resists {
+            self.within(key, value, 0.0, most, "", mend)?;
+            if value > 0.0 && test.platens == PlatensName::Sliding {
+                return Err(self.error(
+                    key,
+                    value.to_string(),
+                    "is given, but the platens are sliding ones, which resist nothing",
+                    "Write platens = \"unilateral\", or leave it out.",
+                ));
+            }
+        }
+        self.within(
+            "test.slip_velocity_mm_per_s",
+            test.slip_velocity_mm_per_s,
+            1e-9,
+            1e6,
+            "mm/s",
+            "Take a hundredth of the velocity at which the ends slide.",
+        )
     }
 
     fn check_prior(&self, prior: &PriorCase) -> Result<(), InputError> {

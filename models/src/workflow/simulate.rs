@@ -1,21 +1,24 @@
 //! One simulation with the case's own parameters.
 
+use std::io::ErrorKind;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use fem::{CurvePoint, Fields, write_curve};
+use fem::{Checkpoint, CompressionTest, CurvePoint, CurveWriter, FemError, Fields, Observer, vtu};
 
 use super::WorkflowError;
 use super::simulation::{Simulator, build_mesh, failure, share_done};
 use crate::case::CaseFile;
-use crate::progress::Bar;
+use crate::progress::{Bar, say};
 
-/// Runs the case's compression test and writes `curve.csv` to `dir`.
+/// Runs the case's compression test and writes to `dir`, as the run goes on: `curve.csv`, the fields
+/// `fields/step-*.vtu` with their collection `fields.pvd` for ParaView, and `simulate.state`, from
+/// which the same command continues after an interruption, bit by bit; it is removed at the end.
 ///
 /// # Errors
-/// A mesh or a test that cannot be set up. A run that fails on its way is an error too, after its
-/// curve so far is written.
+/// A mesh or a test that cannot be set up; a state of another case. A run that fails on its way is an
+/// error too, after its curve so far and, as `fields/last.vtu`, its last state are written.
 pub fn simulate(
     file: &CaseFile,
     dir: &Path,
@@ -23,22 +26,123 @@ pub fn simulate(
 ) -> Result<PathBuf, WorkflowError> {
     std::fs::create_dir_all(dir).map_err(|e| WorkflowError::results(dir, &e))?;
     let simulator = Simulator::new(file, build_mesh(file)?)?;
-    let bar = Bar::new("simulate");
-    let outcome = simulator.run_case(&mut |point: &CurvePoint, _: &Fields| {
-        let state = format!("{:.4} mm, {:.2} N", point.displacement_mm, point.force_n);
-        bar.set(share_done(point, &file.case), &state);
-        if interrupt.load(Ordering::Relaxed) {
+    let test = simulator.test();
+    let state = dir.join("simulate.state");
+    let mut record = Record::new(file, test, dir, interrupt)?;
+    let outcome = match file.case.output.checkpoint_every {
+        0 => test.run(&mut record),
+        every => {
+            let checkpoint = Checkpoint { path: state.clone(), every };
+            test.run_resumable(&checkpoint, &mut record)?
+        }
+    };
+    let path = record.curve_path.clone();
+    let written = record.finish();
+    if let Some(error) = failure(&outcome.end) {
+        if !outcome.curve.is_empty() {
+            std::fs::create_dir_all(dir.join("fields")).map_err(|e| WorkflowError::io(dir, &e))?;
+            let last = dir.join("fields/last.vtu");
+            test.write_vtu(&last, &outcome.fields)?;
+            say("note", &format!("the last state is in {}", last.display()));
+        }
+        return Err(error.into());
+    }
+    written?;
+    if interrupt.load(Ordering::Relaxed) {
+        return Err(WorkflowError::Interrupted);
+    }
+    match std::fs::remove_file(&state) {
+        Err(e) if e.kind() != ErrorKind::NotFound => Err(WorkflowError::io(&state, &e)),
+        _ => Ok(path),
+    }
+}
+
+/// Writes what a run yields, and shows where it is.
+struct Record<'a> {
+    file: &'a CaseFile,
+    test: &'a CompressionTest,
+    dir: &'a Path,
+    interrupt: &'a AtomicBool,
+    bar: Bar,
+    curve_path: PathBuf,
+    curve: CurveWriter,
+    steps: usize,
+    /// Time (s) and file of each step whose fields are written.
+    fields: Vec<(f64, String)>,
+    /// The first file that could not be written; it ends the run.
+    failed: Option<FemError>,
+}
+
+impl<'a> Record<'a> {
+    fn new(
+        file: &'a CaseFile,
+        test: &'a CompressionTest,
+        dir: &'a Path,
+        interrupt: &'a AtomicBool,
+    ) -> Result<Self, WorkflowError> {
+        let curve_path = dir.join("curve.csv");
+        let curve = CurveWriter::create(&curve_path)?;
+        if file.case.output.fields_every > 0 {
+            let fields = dir.join("fields");
+            std::fs::create_dir_all(&fields).map_err(|e| WorkflowError::results(&fields, &e))?;
+        }
+        let bar = Bar::new("simulate");
+        let (steps, fields, failed) = (0, Vec::new(), None);
+        Ok(Self { file, test, dir, interrupt, bar, curve_path, curve, steps, fields, failed })
+    }
+
+    fn add(&mut self, point: &CurvePoint, fields: Option<&Fields>) -> Result<(), FemError> {
+        self.steps += 1;
+        self.curve.push(point)?;
+        let every = self.file.case.output.fields_every as usize;
+        if every > 0 && self.steps.is_multiple_of(every) {
+            let name = format!("fields/step-{:05}.vtu", self.steps);
+            let path = self.dir.join(&name);
+            if let Some(fields) = fields {
+                self.test.write_vtu(&path, fields)?;
+            }
+            // steps before a continuation are listed as far as their files are there
+            if fields.is_some() || path.is_file() {
+                self.fields.push((point.time_s, name));
+            }
+        }
+        Ok(())
+    }
+
+    fn list(&self) -> Result<(), FemError> {
+        if self.fields.is_empty() {
+            return Ok(());
+        }
+        let steps: Vec<(f64, &str)> = self.fields.iter().map(|(t, f)| (*t, f.as_str())).collect();
+        Ok(vtu::write_pvd(self.dir.join("fields.pvd"), &steps)?)
+    }
+
+    fn finish(self) -> Result<(), FemError> {
+        self.failed.map_or(Ok(()), Err)
+    }
+}
+
+impl Observer for Record<'_> {
+    fn step(&mut self, point: &CurvePoint, fields: &Fields) -> ControlFlow<()> {
+        let written = self.add(point, Some(fields)).and_then(|()| self.list());
+        let state = format!(
+            "step {}, {:.4} mm, {:.2} N, residual {:.1e}",
+            self.steps, point.displacement_mm, point.force_n, point.residual
+        );
+        self.bar.set(share_done(point, &self.file.case), &state);
+        if let Err(error) = written {
+            self.failed = Some(error);
+        }
+        if self.failed.is_some() || self.interrupt.load(Ordering::Relaxed) {
             ControlFlow::Break(())
         } else {
             ControlFlow::Continue(())
         }
-    });
-    drop(bar);
-    let path = dir.join("curve.csv");
-    write_curve(&path, &outcome.curve)?;
-    match failure(&outcome.end) {
-        Some(error) => Err(error.into()),
-        None if interrupt.load(Ordering::Relaxed) => Err(WorkflowError::Interrupted),
-        None => Ok(path),
+    }
+
+    fn resumed(&mut self, curve: &[CurvePoint]) {
+        self.bar.note(&format!("goes on after step {}", curve.len()));
+        let written = curve.iter().try_for_each(|point| self.add(point, None));
+        self.failed = written.err();
     }
 }

@@ -2,13 +2,14 @@
 
 use fem::{
     CompressionTest, CrackDensity, CurvePoint, CylinderLattice, DamageQuadrature, ElasticLaw, End,
-    FemError, Loading, Material, MeshError, Order, Outcome, Packing, PhaseField, SolverOptions,
-    Split, Stepping, TetMesh, gmsh, label,
+    FemError, Friction, Irreversibility, Loading, Material, MeshError, Order, Outcome, Packing,
+    PhaseField, Platens, Scheme, SolverOptions, Split, Stepping, TetMesh, gmsh, label,
 };
 
 use super::WorkflowError;
 use crate::case::{
-    Case, CaseFile, CrackName, LawName, MaterialCase, PhaseFieldCase, QuadratureName, Shape,
+    AdaptiveCase, ArcLengthCase, Case, CaseFile, CrackName, IrreversibilityName, LawName,
+    MaterialCase, PhaseFieldCase, PlatensName, QuadratureName, SchemeName, Shape, SolverCase,
     SplitName, TestCase,
 };
 use crate::experiment::Curve;
@@ -89,15 +90,14 @@ impl Simulator {
             materials.clone(),
             field,
             loading(&case.test),
-            SolverOptions::default(),
+            solver(&case.solver),
         )
+        .and_then(|test| match platens(&case.test) {
+            Platens::Sliding => Ok(test),
+            other => test.with_platens(other),
+        })
         .map_err(|source| WorkflowError::Test { file: file.path.clone(), source })?;
         Ok(Self { test, materials, calibrated })
-    }
-
-    /// Runs with the case's own materials.
-    pub(crate) fn run_case(&self, observer: &mut dyn fem::Observer) -> Outcome {
-        self.test.run(observer)
     }
 
     /// Runs with other parameters of the calibrated region, in the order of
@@ -171,25 +171,64 @@ fn phase_field(field: &PhaseFieldCase) -> PhaseField {
     PhaseField {
         model: match field.model {
             CrackName::At2 => CrackDensity::At2,
+            CrackName::At1 => CrackDensity::At1,
         },
         split: match field.split {
             SplitName::None => Split::None,
             SplitName::VolumetricDeviatoric => Split::VolumetricDeviatoric,
+            SplitName::Spectral => Split::Spectral,
         },
+        hybrid: field.hybrid,
+        irreversibility: match field.irreversibility {
+            IrreversibilityName::None => Irreversibility::None,
+            IrreversibilityName::History => Irreversibility::History,
+            IrreversibilityName::ActiveSet => Irreversibility::ActiveSet,
+        },
+        length_mm: field.length_mm,
         quadrature: match field.quadrature {
             QuadratureName::Auto => DamageQuadrature::Auto,
             QuadratureName::Vertex => DamageQuadrature::Vertex,
             QuadratureName::Consistent => DamageQuadrature::Consistent,
         },
-        ..PhaseField::new(field.length_mm)
     }
 }
 
 fn loading(test: &TestCase) -> Loading {
+    let stepping = match (test.steps, test.adaptive, test.arc_length) {
+        (Some(steps), ..) => Stepping::Fixed(steps),
+        (_, Some(AdaptiveCase { first, largest }), _) => Stepping::Adaptive { first, largest },
+        (.., Some(ArcLengthCase { step, release_n_mm })) => {
+            Stepping::ArcLength { step, release_n_mm }
+        }
+        _ => Stepping::adaptive(),
+    };
     Loading {
         displacement_mm: test.displacement_mm,
         duration_s: test.duration_s,
-        stepping: test.steps.map_or_else(Stepping::adaptive, Stepping::Fixed),
+        stepping,
         stop_below_peak: test.stop_below_peak,
+    }
+}
+
+fn platens(test: &TestCase) -> Platens {
+    match test.platens {
+        PlatensName::Sliding => Platens::Sliding,
+        PlatensName::Unilateral => Platens::Unilateral(Friction {
+            coefficient: test.friction,
+            slip_velocity_mm_per_s: test.slip_velocity_mm_per_s,
+            drag_mpa_s_per_mm: test.drag_mpa_s_per_mm,
+        }),
+    }
+}
+
+fn solver(case: &SolverCase) -> SolverOptions {
+    SolverOptions {
+        scheme: match case.scheme {
+            SchemeName::Monolithic => Scheme::Monolithic,
+            SchemeName::Alternate => Scheme::Alternate,
+        },
+        tolerance: case.tolerance,
+        iterations: case.iterations,
+        alternations: case.alternations,
     }
 }

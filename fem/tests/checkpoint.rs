@@ -1,0 +1,105 @@
+//! A killed run that is continued gives the identical curve.
+
+mod support;
+
+use std::ops::ControlFlow;
+
+use fem::{
+    Checkpoint, CompressionTest, CurvePoint, End, Fields, Friction, Irreversibility, Observer,
+    Order, PhaseField, Platens, Split,
+};
+use support::{grain, loading, matrix, phase_field, prism};
+
+fn test(field: PhaseField) -> CompressionTest {
+    let materials = vec![matrix(), grain()];
+    support::test(
+        prism(3, true),
+        Order::Linear,
+        materials,
+        Some(field),
+        loading(0.2, 1.0, 20),
+        1e-8,
+    )
+}
+
+/// Interrupts after so many steps of its own, and notes what it was told.
+struct Kill {
+    after: usize,
+    steps: usize,
+    resumed: usize,
+}
+
+impl Observer for Kill {
+    fn step(&mut self, _: &CurvePoint, _: &Fields) -> ControlFlow<()> {
+        self.steps += 1;
+        if self.steps == self.after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn resumed(&mut self, curve: &[CurvePoint]) {
+        self.resumed = curve.len();
+    }
+}
+
+#[test]
+fn a_continued_run_is_the_uninterrupted_one_bit_by_bit() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let rough =
+        Friction { coefficient: 0.1, slip_velocity_mm_per_s: 1e-2, drag_mpa_s_per_mm: 0.01 };
+    let ratchet = PhaseField {
+        irreversibility: Irreversibility::ActiveSet,
+        ..phase_field(Split::VolumetricDeviatoric)
+    };
+    let history =
+        PhaseField { irreversibility: Irreversibility::History, ..phase_field(Split::None) };
+    let cases = [
+        test(phase_field(Split::None)),
+        test(ratchet),
+        test(history),
+        test(phase_field(Split::None)).with_platens(Platens::Unilateral(rough)).expect("valid"),
+    ];
+    for (k, test) in cases.iter().enumerate() {
+        let whole = Checkpoint { path: dir.path().join(format!("whole-{k}")), every: 4 };
+        let reference = test.run_resumable(&whole, &mut ()).expect("no file is there");
+        assert!(matches!(reference.end, End::Displacement), "{:?}", reference.end);
+        let parts = Checkpoint { path: dir.path().join(format!("parts-{k}")), every: 4 };
+        let mut told = Vec::new();
+        let outcome = loop {
+            let mut kill = Kill { after: 7, steps: 0, resumed: 0 };
+            let outcome = test.run_resumable(&parts, &mut kill).expect("a sound state");
+            told.push(kill.resumed);
+            if !matches!(outcome.end, End::Interrupted) {
+                break outcome;
+            }
+        };
+        assert_eq!(told, [0, 4, 8, 12, 16], "case {k}");
+        assert_eq!(outcome.curve, reference.curve, "case {k}");
+        assert_eq!(outcome.fields, reference.fields, "case {k}");
+        assert_eq!(outcome.reactions, reference.reactions, "case {k}");
+        assert_eq!(outcome.effort, reference.effort, "case {k}");
+    }
+}
+
+#[test]
+fn a_state_that_does_not_fit_is_refused() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let checkpoint = Checkpoint { path: dir.path().join("run.state"), every: 2 };
+    let kill = || Kill { after: 3, steps: 0, resumed: 0 };
+    let base = test(phase_field(Split::None));
+    base.run_resumable(&checkpoint, &mut kill()).expect("a fresh run");
+    let refused = |test: &CompressionTest, part: &str| {
+        let message = test.run_resumable(&checkpoint, &mut ()).expect_err("refused").to_string();
+        assert!(message.contains("run.state") && message.contains(part), "{message}");
+    };
+    let softer = fem::Material { young_mpa: 274.0, ..matrix() };
+    refused(&base.with_materials(vec![softer, grain()]).expect("valid"), "of another test");
+    let mut bytes = std::fs::read(&checkpoint.path).expect("a state");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    std::fs::write(&checkpoint.path, &bytes).expect("written");
+    refused(&base, "damaged");
+    std::fs::write(&checkpoint.path, "").expect("written");
+    refused(&base, "damaged");
+    let never = Checkpoint { every: 0, ..checkpoint };
+    let message = base.run_resumable(&never, &mut ()).expect_err("refused").to_string();
+    assert!(message.contains("checkpoint: every"), "{message}");
+}
