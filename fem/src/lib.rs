@@ -24,6 +24,8 @@
 //!
 //! A mesh can also come from Gmsh ([`gmsh::read`]), and goes to ParaView by [`vtu::write`].
 //!
+//! The equations, their sources, and how to choose mesh and parameters: [`equations`].
+//!
 //! # Crushing it
 //!
 //! ```
@@ -67,6 +69,9 @@ mod mesh;
 mod operator;
 mod solve;
 mod specimen;
+
+#[doc = include_str!("equations.md")]
+pub mod equations {}
 
 pub use boundary::{Axis, Conditions, PointValues, Problem};
 pub use compression::{
