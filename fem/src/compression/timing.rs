@@ -1,7 +1,6 @@
 //! How long the parts of a Newton iteration take.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use super::curve::Fields;
 use super::test::CompressionTest;
@@ -33,11 +32,16 @@ impl PartTimes {
 }
 
 impl CompressionTest {
-    /// Times the parts of a Newton iteration at a uniform small compression, for benches.
+    /// Times the parts of a Newton iteration at a uniform small compression, for benches, by a clock
+    /// in seconds.
     ///
     /// # Errors
     /// [`FemError::Factorisation`] if memory is short or the tangent is singular.
-    pub fn time_parts(&self, repetitions: u32) -> Result<PartTimes, FemError> {
+    pub fn time_parts(
+        &self,
+        repetitions: u32,
+        clock: &dyn Fn() -> f64,
+    ) -> Result<PartTimes, FemError> {
         let domain = &self.problem.discretisation;
         let materials: Vec<_> = {
             let field = self.problem.phase_field.as_ref();
@@ -56,38 +60,46 @@ impl CompressionTest {
         let mut linear = domain.linear.solver(operator);
         let mut residual = Residual::new(domain.nodes.len());
         let residual_s =
-            least(repetitions, || operator.residual(&increment, &mut residual).is_ok());
+            least(clock, repetitions, || operator.residual(&increment, &mut residual).is_ok());
         let free: Vec<_> = domain.unknowns.equation.iter().map(|e| e.map(|e| e != NONE)).collect();
         let mut step = vec![[0.0; 4]; domain.nodes.len()];
         let failed = |reason: &str| FemError::Factorisation {
             unknowns: domain.unknowns.count,
             reason: reason.into(),
         };
-        let tangent_s =
-            least(repetitions, || linear.linearise(&increment, Coupling::Full, &free).is_ok());
-        let begin = Instant::now();
+        let tangent_s = least(clock, repetitions, || {
+            linear.linearise(&increment, Coupling::Full, &free).is_ok()
+        });
+        let begin = clock();
         linear
             .solve(&residual.nodal, &mut step, 1e-3)
             .map_err(|_| failed("the tangent is singular"))?;
-        let first_s = begin.elapsed().as_secs_f64();
-        let solve_s = least(repetitions, || linear.solve(&residual.nodal, &mut step, 1e-3).is_ok());
+        let first_s = clock() - begin;
+        let solve_s =
+            least(clock, repetitions, || linear.solve(&residual.nodal, &mut step, 1e-3).is_ok());
         let factorisation_s = first_s - solve_s;
         let layout = Arc::new(Layout::new(operator, &domain.nodes));
         let mut free_of_matrix = MatrixFree::<f64>::new(layout);
-        let linearise_s = least(repetitions, || {
+        let linearise_s = least(clock, repetitions, || {
             free_of_matrix.linearise(operator, &increment, Coupling::Full).is_ok()
         });
-        let apply_s = least(repetitions, || free_of_matrix.multiply(&residual.nodal, &mut step));
+        let apply_s =
+            least(clock, repetitions, || free_of_matrix.multiply(&residual.nodal, &mut step));
         Ok(PartTimes { residual_s, tangent_s, factorisation_s, linearise_s, apply_s, solve_s })
     }
 }
 
-fn least<T>(repetitions: u32, mut part: impl FnMut() -> T) -> f64 {
+/// The least mean of `repetitions` series, each long enough for a coarse clock.
+fn least<T>(clock: &dyn Fn() -> f64, repetitions: u32, mut part: impl FnMut() -> T) -> f64 {
+    const SERIES_S: f64 = 0.05;
     let mut best = f64::INFINITY;
     for _ in 0..repetitions.max(1) {
-        let begin = Instant::now();
-        std::hint::black_box(part());
-        best = best.min(begin.elapsed().as_secs_f64());
+        let (begin, mut calls) = (clock(), 0);
+        while clock() - begin < SERIES_S {
+            std::hint::black_box(part());
+            calls += 1;
+        }
+        best = best.min((clock() - begin) / f64::from(calls));
     }
     best
 }

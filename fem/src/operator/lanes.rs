@@ -57,14 +57,23 @@ macro_rules! real {
 
             #[inline(always)]
             fn load<S: Simd>(simd: S, lane: &Lane<Self>, register: usize) -> Self::V<S> {
+                // the number of registers is a power of two: the mask spares a check of bounds
                 let (full, rest) = S::$load(lane);
-                if full.is_empty() { simd.$partial(rest) } else { full[register] }
+                if full.is_empty() {
+                    simd.$partial(rest)
+                } else {
+                    full[register & (full.len() - 1)]
+                }
             }
 
             #[inline(always)]
             fn store<S: Simd>(simd: S, lane: &mut Lane<Self>, register: usize, x: Self::V<S>) {
                 let (full, rest) = S::$store(lane);
-                if full.is_empty() { simd.$partial_store(rest, x) } else { full[register] = x }
+                if full.is_empty() {
+                    simd.$partial_store(rest, x)
+                } else {
+                    full[register & (full.len() - 1)] = x
+                }
             }
 
             #[inline(always)]
