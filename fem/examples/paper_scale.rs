@@ -8,7 +8,12 @@
 //! `SHARE` is the share of the 2.3 million tetrahedra (default 0.125), `STEPS` the load steps to
 //! take (default 2) of the 88 equal ones to 0.22 mm. Printed as CSV `quantity,value,unit`: set-up,
 //! seconds and iterations of every step, memory, and an estimate for the steps to the peak, which
-//! this material reaches at about 0.125 mm. Full size needs about 12 GB.
+//! this material reaches at about 0.125 mm.
+//!
+//! Measured on two shared cores: share 0.125 (314 400 tetrahedra, 1.73 million unknowns, 834 grains)
+//! took 13 processor seconds and 8.3 linear iterations a Newton iteration, and 1.8 GB at most. All
+//! grows in proportion, and point data are halved from 400 000 tetrahedra on: the full size is
+//! estimated, not measured, at 11 GB and 95 processor seconds.
 
 use std::ops::ControlFlow;
 use std::time::Instant;
