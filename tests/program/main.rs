@@ -196,3 +196,33 @@ fn simulate_writes_a_curve_in_the_documented_columns() {
     }
     assert!(!dir.path().join("try/simulate.state").exists(), "a finished run leaves no state");
 }
+
+#[test]
+fn a_killed_simulation_continues_to_the_identical_curve() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = SMALL.replace("steps = 4", "steps = 60");
+    let case = format!("{case}[output]\nfields_every = 20\ncheckpoint_every = 5\n");
+    std::fs::write(dir.path().join("case.toml"), case).unwrap();
+    let (code, _, err) = said(&breccia(dir.path(), &["simulate", "case.toml", "--out", "whole"]));
+    assert_eq!(code, Some(0), "{err}");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_breccia"))
+        .args(["simulate", "case.toml", "--out", "killed"])
+        .current_dir(dir.path())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    // killed as soon as there is something to go on from; a run that was quicker is whole anyway
+    let state = dir.path().join("killed/simulate.state");
+    while !state.exists() && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    child.kill().ok();
+    child.wait().unwrap();
+    let (code, _, err) = said(&breccia(dir.path(), &["simulate", "case.toml", "--out", "killed"]));
+    assert_eq!(code, Some(0), "{err}");
+    for file in ["curve.csv", "fields.pvd", "fields/step-00060.vtu"] {
+        let [whole, killed] =
+            ["whole", "killed"].map(|out| std::fs::read(dir.path().join(out).join(file)).unwrap());
+        assert!(whole == killed, "{file} differs");
+    }
+}
