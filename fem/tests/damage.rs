@@ -2,10 +2,12 @@
 
 mod support;
 
+use std::ops::ControlFlow;
+
 use fem::{
-    Axis, Conditions, CrackDensity, CurvePoint, ElasticLaw, End, Irreversibility, Loading,
-    Material, Order, Outcome, PhaseField, Problem, SaintVenantKirchhoff, Schedule, SolverOptions,
-    Split, Stepping, TetMesh,
+    Axis, CompressionTest, Conditions, CrackDensity, CurvePoint, ElasticLaw, End, Fields,
+    Irreversibility, Loading, Material, Order, Outcome, PhaseField, Problem, SaintVenantKirchhoff,
+    Schedule, Scheme, SolverOptions, Split, Stepping, TetMesh,
 };
 use support::{HEIGHT, RADIUS, grain, loading, matrix, phase_field, prism, test};
 
@@ -99,26 +101,33 @@ fn a_law_given_by_its_energy_runs_through_a_whole_test() {
     }
 }
 
-/// A column of unit cross-section: a weak layer of height 0.5 under an elastic one of height 10.
-fn column() -> TetMesh {
-    let levels = [0.0, 0.5, 5.0, 10.5];
+/// A column of unit cross-section with one cell between two levels (mm).
+fn layers(levels: &[f64]) -> TetMesh {
     let mut mesh = prism(1, false);
     mesh.nodes.clear();
     mesh.tets.clear();
-    mesh.region_of.clear();
-    for z in levels {
+    for &z in levels {
         mesh.nodes.extend([[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z], [1.0, 1.0, z]]);
     }
-    for layer in 0..3u32 {
+    let cells = levels.len() as u32 - 1;
+    for layer in 0..cells {
         let corner = |c: u32| 4 * layer + c;
         for [a, b] in [[1, 3], [3, 2], [2, 6], [6, 4], [4, 5], [5, 1]] {
             mesh.tets.push([corner(0), corner(a), corner(b), corner(7)]);
-            mesh.region_of.push(u16::from(layer > 0));
         }
     }
-    mesh.regions = vec!["weak".into(), "elastic".into()];
+    mesh.region_of = vec![0; mesh.tets.len()];
+    let top = 4 * cells;
     mesh.surfaces.insert("bottom".into(), vec![[0, 3, 1], [0, 2, 3]]);
-    mesh.surfaces.insert("top".into(), vec![[12, 13, 15], [12, 15, 14]]);
+    mesh.surfaces.insert("top".into(), vec![[top, top + 1, top + 3], [top, top + 3, top + 2]]);
+    mesh
+}
+
+/// A weak layer of height 0.5 under an elastic one of height 10.
+fn column() -> TetMesh {
+    let mut mesh = layers(&[0.0, 0.5, 5.0, 10.5]);
+    mesh.region_of.iter_mut().skip(6).for_each(|region| *region = 1);
+    mesh.regions = vec!["weak".into(), "elastic".into()];
     mesh
 }
 
@@ -245,5 +254,112 @@ fn damage_heals_or_stays_under_unloading_as_its_rule_says() {
             assert!((point.phi_mean - phi).abs() < 1e-8, "{rule:?}: {point:?} with φ = {phi}");
             assert!((point.force_n - force).abs() < 1e-7 * force, "{rule:?}: {point:?}, {force} N");
         }
+    }
+}
+
+/// A bar broken at its foot, without load: the damage around the crack and half the crack's energy.
+///
+/// AT1: φ = (1 − z/2ℓ₀)² up to z = 2ℓ₀ and nothing beyond, a free boundary that the active set has
+/// to find; AT2 on a bar of length L: φ = cosh((L − z)/ℓ₀)/cosh(L/ℓ₀), energy Gc/2 tanh(L/ℓ₀).
+#[test]
+fn the_damage_around_a_crack_has_its_closed_form() {
+    let (length, toughness, bar) = (0.5, 0.1, 2.0);
+    let profile = |model, z: f64| match model {
+        CrackDensity::At1 => f64::max(0.0, 1.0 - 0.5 * z / length).powi(2),
+        CrackDensity::At2 => ((bar - z) / length).cosh() / (bar / length).cosh(),
+    };
+    for (model, cells) in [
+        (CrackDensity::At1, 32),
+        (CrackDensity::At1, 64),
+        (CrackDensity::At2, 32),
+        (CrackDensity::At2, 64),
+    ] {
+        let size = bar / f64::from(cells);
+        let levels: Vec<f64> = (0..=cells).map(|k| size * f64::from(k)).collect();
+        let mesh = layers(&levels);
+        let nodes = mesh.nodes.clone();
+        let material = Material {
+            toughness_n_per_mm: Some(toughness),
+            ..Material::elastic(ElasticLaw::Hencky, 100.0, 0.2)
+        };
+        let field = PhaseField { model, ..PhaseField::new(length) };
+        let conditions = Conditions::new()
+            .fix("bottom", [Axis::X, Axis::Y, Axis::Z])
+            .prescribe_damage("bottom", |_, _| 1.0);
+        let schedule =
+            Schedule { duration_s: 1.0, stepping: Stepping::Fixed(1), stop_below_peak: None };
+        let outcome = Problem::new(
+            mesh,
+            Order::Linear,
+            vec![material],
+            Some(field),
+            conditions,
+            schedule,
+            SolverOptions::default(),
+        )
+        .expect("valid input")
+        .run(&mut ());
+        assert!(matches!(outcome.end, End::Displacement), "{model:?} {cells}: {:?}", outcome.end);
+        let share = size / length;
+        for (x, phi) in nodes.iter().zip(&outcome.fields.damage) {
+            let exact = profile(model, x[2]);
+            assert!(
+                (phi - exact).abs() < 0.15 * share * share,
+                "{model:?} at {x:?}: {phi}, {exact}"
+            );
+            if model == CrackDensity::At1 && x[2] > 2.0 * length + size {
+                assert_eq!(*phi, 0.0, "the crack reaches as far as {x:?}");
+            }
+        }
+        let exact = match model {
+            CrackDensity::At1 => 0.5 * toughness,
+            CrackDensity::At2 => 0.5 * toughness * (bar / length).tanh(),
+        };
+        let energy = outcome.curve[0].fracture_n_mm;
+        assert!(
+            energy > exact && energy - exact < 0.2 * share * share * exact,
+            "{energy}, {exact}"
+        );
+    }
+}
+
+/// Bounds on a composite past its peak: nothing heals, nothing passes one, and alternate
+/// minimisation comes to the same force.
+#[test]
+fn bounds_hold_in_a_composite_past_its_peak() {
+    let run = |scheme| {
+        let field = PhaseField {
+            model: CrackDensity::At1,
+            irreversibility: Irreversibility::ActiveSet,
+            ..PhaseField::new(0.5)
+        };
+        let options = SolverOptions { scheme, ..SolverOptions::default() };
+        let mut loading = loading(0.25, 1.0, 25);
+        loading.stop_below_peak = Some(0.3);
+        let test = CompressionTest::new(
+            prism(3, true),
+            Order::Linear,
+            vec![matrix(), grain()],
+            Some(field),
+            loading,
+            options,
+        )
+        .expect("valid input");
+        let mut before: Vec<f64> = Vec::new();
+        let outcome = test.run(&mut |_: &CurvePoint, fields: &Fields| {
+            let healed = fields.damage.iter().zip(&before).any(|(now, then)| now < then);
+            assert!(!healed && fields.damage.iter().all(|phi| (0.0..=1.0).contains(phi)));
+            before.clone_from(&fields.damage);
+            ControlFlow::Continue(())
+        });
+        assert!(!matches!(outcome.end, End::Failed(_)), "{:?}", outcome.end);
+        outcome
+    };
+    let newton = run(Scheme::Monolithic);
+    let alternate = run(Scheme::Alternate);
+    assert_eq!(newton.effort.cuts, 0, "{:?}", newton.effort);
+    assert_eq!(newton.curve.len(), alternate.curve.len());
+    for (a, b) in newton.curve.iter().zip(&alternate.curve) {
+        assert!((a.force_n - b.force_n).abs() < 1e-5 * a.force_n, "{a:?}\n{b:?}");
     }
 }

@@ -87,7 +87,9 @@ impl Norms {
                 if free[k] { force += square } else { reaction += square }
             }
             if free[3] {
-                damage += nodal[3] * nodal[3];
+                damage += nodal[3] * nodal[3]
+            } else {
+                drive += nodal[3] * nodal[3]
             }
             if unknown[3] {
                 drive += d * d;
@@ -165,6 +167,8 @@ pub(crate) struct Solver<'a> {
 /// A factor is kept while each solve with it leaves at most this share of the residual.
 const KEEP: f64 = 0.25;
 const BACKTRACKS: u32 = 8;
+/// Most iterations, beside the others, in which the set of held values is another than before.
+const MOST_CHANGES: u32 = 300;
 /// Share of the residual that a linear solution may leave.
 const LINEAR_TOLERANCE: f64 = 1e-3;
 
@@ -254,11 +258,19 @@ impl<'a> Solver<'a> {
             self.factor = Factor::Absent;
             self.coupling = coupling;
         }
-        for _ in 0..self.options.iterations {
+        let (mut spent, mut changes) = (0, 0);
+        while spent < self.options.iterations && changes < MOST_CHANGES {
             if norms.converged(field, tolerance) {
                 return Ok(norms);
             }
-            if self.factor == Factor::Absent || self.linearised != self.free {
+            // bounds let go of one layer of nodes at a time: progress, if not in the residual
+            let changed = self.linearised != self.free;
+            if changed {
+                changes += 1
+            } else {
+                spent += 1
+            }
+            if self.factor == Factor::Absent || changed {
                 self.factorise(fields, span)?;
             }
             self.effort.iterations += 1;
