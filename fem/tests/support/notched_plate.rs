@@ -85,11 +85,12 @@ pub(crate) fn kilonewton(point: &CurvePoint, plate: &NotchedPlate) -> f64 {
 /// thickness is `h`.
 fn notched_plate(h: f64) -> TetMesh {
     let across = graded(0.5, 0.04_f64.max(2.0 * h), h);
+    let ligament = (0.5 / h).round() as usize;
     // fine from just before the tip of the slit to the right side
     let along: Vec<f64> = graded(0.5, 0.03_f64.max(2.0 * h), h)
         .into_iter()
         .filter(|&x| x < 0.5 - 0.1 * h)
-        .chain((0..=(0.5 / h).round() as usize).map(|i| 0.5 + i as f64 * h))
+        .chain((0..=ligament).map(|i| 0.5 + 0.5 * i as f64 / ligament as f64))
         .collect();
     let (nx, ny) = (along.len(), across.len());
     let middle =
