@@ -123,7 +123,7 @@ impl<'a> March<'a> {
     /// Saves the state where one is due.
     fn save(&mut self, solver: &mut Solver<'a>) -> Result<(), FemError> {
         let Some((checkpoint, fingerprint)) = self.checkpoint else { return Ok(()) };
-        if self.state.recorded % checkpoint.every == 0 {
+        if self.state.recorded.is_multiple_of(checkpoint.every) {
             self.state.effort = solver.effort;
             checkpoint.save(&self.state, fingerprint)?;
             *solver = self.solver();
