@@ -8,7 +8,7 @@ use super::{Parameter, Univariate, UnivariateDensity};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, softplus};
-use crate::special::ln_1p_square;
+use crate::special::{ln_1p_of, ln_1p_square};
 use crate::transform::Support;
 
 /// Half-Cauchy distribution with scale (and median) σ; it has no mean.
@@ -109,7 +109,7 @@ where
         let square = (x.value() / scale).powi(2);
         // ln(1 + z²) and 2 z²/(1 + z²), from the logarithm of z where its square over- or underflows
         let (ln_square, share) = if (1e-300..1e300).contains(&square) {
-            (square.ln_1p(), 2.0 * square / (1.0 + square))
+            (ln_1p_of(square), 2.0 * square / (1.0 + square))
         } else {
             ln_one_plus_square(y.value() - ln_scale)
         };

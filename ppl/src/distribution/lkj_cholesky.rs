@@ -8,8 +8,8 @@ use super::dirichlet::ln_gamma_draw;
 use super::{CholeskyFactor, Distribution, Family, Parameter, Unknown, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
-use crate::scalar::Scalar;
-use crate::special::{digamma, ln_beta, ln_cosh, ln_gamma};
+use crate::scalar::{Partials, Scalar};
+use crate::special::{digamma, hyperbolic, ln_beta, ln_gamma};
 use crate::transform::{Correlation, CorrelationRow};
 
 /// Cholesky factor L of a K×K correlation matrix R = L Lᵀ with p(R) ∝ det(R)^(η − 1).
@@ -98,6 +98,28 @@ impl<const K: usize, E: Parameter> LkjCholesky<K, E> {
     }
 }
 
+/// The partials of the density over coordinates: below the diagonal those in the coordinates.
+struct Slopes<R, const K: usize> {
+    coordinates: [[(R, f64); K]; K],
+    eta: (R, f64),
+}
+
+impl<R: Scalar, const K: usize> Partials<R> for Slopes<R, K> {
+    #[inline(always)]
+    fn spread(self, f: &mut impl FnMut(R, f64)) {
+        for (i, row) in self.coordinates.iter().enumerate() {
+            row[..i].iter().for_each(|(x, slope)| f(*x, *slope));
+        }
+        f(self.eta.0, self.eta.1);
+    }
+
+    #[inline(always)]
+    fn any(&self) -> Option<R> {
+        let coordinates = self.coordinates.iter().skip(1).map(|row| row[0].0);
+        coordinates.chain([self.eta.0]).find(|number| !number.is_constant())
+    }
+}
+
 /// Rows of a correlation factor must have length 1 to this tolerance when they are data.
 const UNIT_TOLERANCE: f64 = 1e-8;
 
@@ -107,6 +129,7 @@ where
     E: Parameter + Datum<R>,
 {
     type Value = CholeskyFactor<R, K>;
+    const SUMMANDS: bool = true;
 
     fn ln_density(&self, factor: &CholeskyFactor<R, K>) -> R {
         let lengths = factor
@@ -159,6 +182,7 @@ where
         K * K.saturating_sub(1) / 2
     }
 
+    #[inline]
     fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (CholeskyFactor<R, K>, R) {
         let scales: [f64; K] = std::array::from_fn(|j| self.scale(j));
         let eta: R = lift(self.0);
@@ -187,15 +211,15 @@ where
             }
             let x = next();
             let y = x.value() / scales[j];
-            let (ln_cosh, slope) = (ln_cosh(y), -weight(i, j) * y.tanh());
+            let (tanh, sech, ln_cosh) = hyperbolic(y);
+            let slope = -weight(i, j) * tanh;
             let y_in_eta = -y / (scales[j] * scales[j]);
             value -= weight(i, j) * ln_cosh;
             in_eta += slope * y_in_eta - 2.0 * ln_cosh;
             slopes[i][j] = (x, slope / scales[j]);
-            row.entry(y, [(x, scales[j].recip()), (eta, y_in_eta)])
+            row.entry([tanh, sech], [(x, scales[j].recip()), (eta, y_in_eta)])
         });
-        let partials = slopes.into_iter().enumerate().flat_map(|(i, row)| row.into_iter().take(i));
-        (factor, R::fuse_iter(value, partials.chain([(eta, in_eta)])))
+        (factor, R::term(value, Slopes { coordinates: slopes, eta: (eta, in_eta) }))
     }
 
     fn unconstrain(&self, factor: &CholeskyFactor<R, K>, out: &mut Vec<f64>) {

@@ -90,7 +90,37 @@ pub fn ln_1p_square(z: f64) -> (f64, f64, f64) {
     }
     let square = z * z;
     let inverse = (1.0 + square).recip();
-    (square.ln_1p(), z * inverse, square * inverse)
+    (ln_1p_of(square), z * inverse, square * inverse)
+}
+
+/// ln(1 + x) for x ≥ 0: the logarithm of the rounded sum, corrected for the rounding.
+///
+/// # References
+/// Kahan; theorem 4 in Goldberg (1991), *What every computer scientist should know about
+/// floating-point arithmetic*, doi:10.1145/103162.103163.
+#[inline]
+pub(crate) fn ln_1p_of(x: f64) -> f64 {
+    let sum = 1.0 + x;
+    if sum == 1.0 { x } else { sum.ln() * (x / (sum - 1.0)) }
+}
+
+/// tanh y, 1/cosh y and ln cosh y.
+#[inline]
+pub(crate) fn hyperbolic(y: f64) -> (f64, f64, f64) {
+    let size = y.abs();
+    let (tanh, sech, ln_cosh) = if size < 0.5 {
+        // cosh y − 1 = 2 sinh²(y/2) keeps the digits
+        let half = (0.5 * size).sinh();
+        let square = half * half;
+        let sech = (1.0 + 2.0 * square).recip();
+        (2.0 * half * (1.0 + square).sqrt() * sech, sech, ln_1p_of(2.0 * square))
+    } else {
+        let e = (-size).exp();
+        let inverse = (1.0 + e * e).recip();
+        let ln_cosh = size + (1.0 + e * e).ln() - std::f64::consts::LN_2;
+        ((1.0 - e * e) * inverse, 2.0 * e * inverse, ln_cosh)
+    };
+    (tanh.copysign(y), sech, ln_cosh)
 }
 
 /// ln cosh y = |y| + ln(1 + e^{−2|y|}) − ln 2.

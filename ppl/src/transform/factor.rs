@@ -2,7 +2,7 @@
 
 use crate::distribution::CholeskyFactor;
 use crate::scalar::Scalar;
-use crate::special::ln_cosh;
+use crate::special::hyperbolic;
 
 /// Cholesky factors of K×K correlation matrices, from K(K − 1)/2 coordinates, row by row.
 ///
@@ -43,8 +43,9 @@ impl Correlation {
             }
             let y = next();
             let weight = (i - j + 1) as f64;
-            log_jacobian -= y.unary(weight * ln_cosh(y.value()), weight * y.value().tanh());
-            row.entry(y.value(), [(y, 1.0)])
+            let (tanh, sech, ln_cosh) = hyperbolic(y.value());
+            log_jacobian -= y.unary(weight * ln_cosh, weight * tanh);
+            row.entry([tanh, sech], [(y, 1.0)])
         });
         (factor, log_jacobian)
     }
@@ -75,10 +76,14 @@ impl<R: Scalar> CorrelationRow<R> {
         Self { rest: R::from(1.0) }
     }
 
-    /// The next entry, where y is a function of `arguments` with these derivatives.
+    /// The next entry, from tanh y and sech y, where y is a function of `arguments` with these
+    /// derivatives.
     #[inline]
-    pub(crate) fn entry<const A: usize>(&mut self, y: f64, arguments: [(R, f64); A]) -> R {
-        let (tanh, sech) = (y.tanh(), y.cosh().recip());
+    pub(crate) fn entry<const A: usize>(
+        &mut self,
+        [tanh, sech]: [f64; 2],
+        arguments: [(R, f64); A],
+    ) -> R {
         let (before, rest) = (self.rest, self.rest.value());
         let chain = |slope: f64| arguments.into_iter().map(move |(x, dy)| (x, slope * dy));
         let in_entry = std::iter::once((before, tanh)).chain(chain(rest * sech * sech));

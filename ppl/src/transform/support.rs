@@ -1,6 +1,6 @@
 //! Intervals of the real line.
 
-use crate::scalar::{Scalar, logistic, softplus};
+use crate::scalar::{Scalar, logistic};
 
 /// Where a univariate density is positive, and the smooth map of ℝ onto it.
 ///
@@ -31,18 +31,21 @@ impl<R: Scalar> Support<R> {
     pub fn constrain(&self, y: R) -> (R, R) {
         match *self {
             Self::Real => (y, R::from(0.0)),
-            Self::Above(a) => (a + y.exp(), y),
-            Self::Below(b) => (b - y.exp(), y),
+            Self::Above(a) => {
+                let e = y.value().exp();
+                (R::gather(a.value() + e, ((a, 1.0), (y, e))), y)
+            }
+            Self::Below(b) => {
+                let e = y.value().exp();
+                (R::gather(b.value() - e, ((b, 1.0), (y, -e))), y)
+            }
             Self::Between(a, b) => {
                 let (p, q) = logistic(y.value());
-                let width = b - a;
+                let width = b.value() - a.value();
                 // measured from the nearer end, so that both tails keep their digits
-                let x = if y.value() < 0.0 {
-                    a + width * y.unary(p, p * q)
-                } else {
-                    b - width * y.unary(q, -p * q)
-                };
-                (x, width.ln() + log_logistic_density(y))
+                let x = if y.value() < 0.0 { a.value() + width * p } else { b.value() - width * q };
+                let x = R::gather(x, ((a, q), (b, p), (y, width * p * q)));
+                (x, (b - a).ln() + log_logistic_density(y))
             }
         }
     }
@@ -115,12 +118,15 @@ impl<R: Scalar> Support<R> {
     }
 }
 
-/// ln σ(y) + ln σ(−y): the log density of the logistic distribution.
+/// ln σ(y) + ln σ(−y) = −|y| − 2 ln(1 + e^{−|y|}): the log density of the logistic distribution, as
+/// a summand.
 #[inline(always)]
 pub(crate) fn log_logistic_density<R: Scalar>(y: R) -> R {
     let v = y.value();
     let (p, q) = logistic(v);
-    y.unary(-softplus(v) - softplus(-v), q - p)
+    // next to |y| or ln 2 the logarithm of the rounded sum is exact enough
+    let value = -v.abs() - 2.0 * (1.0 + (-v.abs()).exp()).ln();
+    R::term(value, ((y, q - p),))
 }
 
 #[cfg(test)]
