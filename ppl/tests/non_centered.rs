@@ -118,8 +118,8 @@ fn densities_differ_by_the_change_of_variables() {
 fn gradients() {
     let model = moved(&YS);
     check::gradient(&model, 3);
-    let (mut w, mut reverse, mut forward) = (Workspace::default(), [0.0; 13], [0.0; 13]);
-    let y: Vec<f64> = (0..13).map(|i| 0.3 * f64::from(i % 5) - 0.5).collect();
+    let (mut w, mut reverse, mut forward) = (Workspace::default(), [0.0; 17], [0.0; 17]);
+    let y: Vec<f64> = (0..17).map(|i| 0.3 * f64::from(i % 5) - 0.5).collect();
     model.gradient(&y, &mut reverse, &mut w).unwrap();
     model.forward_gradient(&y, &mut forward).unwrap();
     for (r, f) in reverse.iter().zip(forward) {

@@ -173,7 +173,7 @@ where
             (share + ln_q, [q - 2.0 * p, -inverse, from_run, inverse - from_run])
         };
         let ln_pdf = R::fuse(value, [y, lift(self.0), lift(self.1), lift(self.2)], partials);
-        (support.constrain(y).0, ln_pdf)
+        (support.point(y), ln_pdf)
     }
 
     /// The ends move only where the interval does not cut them off.

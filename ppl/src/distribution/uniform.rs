@@ -100,7 +100,8 @@ where
     #[inline(always)]
     fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
         let support: Support<R> = self.support();
-        (support.constrain(y).0, log_logistic_density(y))
+        let (value, slope) = log_logistic_density(y.value());
+        (support.point(y), R::term(value, ((y, slope),)))
     }
 
     /// The interval inside moves with those ends that it does not cut off.

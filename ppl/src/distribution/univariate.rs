@@ -263,7 +263,7 @@ pub fn constrain<R: Scalar, D: UnivariateDensity<R>>(
     if jacobian {
         distribution.ln_pdf_unconstrained(y)
     } else {
-        let (x, _) = distribution.support().constrain(y);
+        let x = distribution.support().point(y);
         (x, distribution.ln_pdf(x))
     }
 }

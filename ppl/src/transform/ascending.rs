@@ -70,7 +70,8 @@ impl<R: Scalar> VectorMap<R> for Ascending<R> {
                 let mut taken = R::from(0.0);
                 for (i, x) in x.iter_mut().enumerate() {
                     let y = next() - centre(i, n);
-                    log_jacobian += ln_rest + log_logistic_density(y);
+                    let (value, slope) = log_logistic_density(y.value());
+                    log_jacobian += ln_rest + y.unary(value, slope);
                     taken += rest * y.logistic();
                     rest *= (-y).logistic();
                     ln_rest -= y.softplus();

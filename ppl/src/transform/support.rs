@@ -29,23 +29,36 @@ impl<R: Scalar> Support<R> {
     /// The point at the unconstrained coordinate `y`, and the log-Jacobian there.
     #[inline(always)]
     pub fn constrain(&self, y: R) -> (R, R) {
+        let log_jacobian = match *self {
+            Self::Real => R::from(0.0),
+            Self::Above(_) | Self::Below(_) => y,
+            Self::Between(a, b) => {
+                let (value, slope) = log_logistic_density(y.value());
+                (b - a).ln() + y.unary(value, slope)
+            }
+        };
+        (self.point(y), log_jacobian)
+    }
+
+    /// The point at the unconstrained coordinate `y`.
+    #[inline(always)]
+    pub(crate) fn point(&self, y: R) -> R {
         match *self {
-            Self::Real => (y, R::from(0.0)),
+            Self::Real => y,
             Self::Above(a) => {
                 let e = y.value().exp();
-                (R::gather(a.value() + e, ((a, 1.0), (y, e))), y)
+                R::gather(a.value() + e, ((a, 1.0), (y, e)))
             }
             Self::Below(b) => {
                 let e = y.value().exp();
-                (R::gather(b.value() - e, ((b, 1.0), (y, -e))), y)
+                R::gather(b.value() - e, ((b, 1.0), (y, -e)))
             }
             Self::Between(a, b) => {
                 let (p, q) = logistic(y.value());
                 let width = b.value() - a.value();
                 // measured from the nearer end, so that both tails keep their digits
                 let x = if y.value() < 0.0 { a.value() + width * p } else { b.value() - width * q };
-                let x = R::gather(x, ((a, q), (b, p), (y, width * p * q)));
-                (x, (b - a).ln() + log_logistic_density(y))
+                R::gather(x, ((a, q), (b, p), (y, width * p * q)))
             }
         }
     }
@@ -118,15 +131,13 @@ impl<R: Scalar> Support<R> {
     }
 }
 
-/// ln σ(y) + ln σ(−y) = −|y| − 2 ln(1 + e^{−|y|}): the log density of the logistic distribution, as
-/// a summand.
+/// ln σ(y) + ln σ(−y) = −|y| − 2 ln(1 + e^{−|y|}), the log density of the logistic distribution, and
+/// its derivative.
 #[inline(always)]
-pub(crate) fn log_logistic_density<R: Scalar>(y: R) -> R {
-    let v = y.value();
-    let (p, q) = logistic(v);
+pub(crate) fn log_logistic_density(y: f64) -> (f64, f64) {
+    let (p, q) = logistic(y);
     // next to |y| or ln 2 the logarithm of the rounded sum is exact enough
-    let value = -v.abs() - 2.0 * (1.0 + (-v.abs()).exp()).ln();
-    R::term(value, ((y, q - p),))
+    (-y.abs() - 2.0 * (1.0 + (-y.abs()).exp()).ln(), q - p)
 }
 
 #[cfg(test)]
