@@ -11,13 +11,17 @@ use fem::{
 use support::{grain, loading, matrix, phase_field, prism};
 
 fn test(field: PhaseField) -> CompressionTest {
+    pushed(0.2, field)
+}
+
+fn pushed(displacement_mm: f64, field: PhaseField) -> CompressionTest {
     let materials = vec![matrix(), grain()];
     support::test(
         prism(3, true),
         Order::Linear,
         materials,
         Some(field),
-        loading(0.2, 1.0, 20),
+        loading(displacement_mm, 1.0, 20),
         1e-8,
     )
 }
@@ -92,6 +96,7 @@ fn a_state_that_does_not_fit_is_refused() {
     };
     let softer = fem::Material { young_mpa: 274.0, ..matrix() };
     refused(&base.with_materials(vec![softer, grain()]).expect("valid"), "of another test");
+    refused(&pushed(0.21, phase_field(Split::None)), "of another test");
     let mut bytes = std::fs::read(&checkpoint.path).expect("a state");
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;

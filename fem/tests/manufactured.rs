@@ -13,8 +13,8 @@ use support::manufactured::{errors, order};
 fn check(element: Order, cells: [usize; 4], damaged: bool, expected: [f64; 2]) {
     let found: Vec<_> = cells.iter().map(|&n| errors(n, element, damaged)).collect();
     let ratio = cells[3] as f64 / cells[2] as f64;
-    let fields: &[(&str, fn(&support::manufactured::Errors) -> [f64; 2])] =
-        &[("u", |e| e.displacement), ("φ", |e| e.damage)];
+    type Norms = fn(&support::manufactured::Errors) -> [f64; 2];
+    let fields: [(&str, Norms); 2] = [("u", |e| e.displacement), ("φ", |e| e.damage)];
     for (name, errors) in &fields[..if damaged { 2 } else { 1 }] {
         for (k, norm) in ["L²", "H¹"].iter().enumerate() {
             let series: Vec<f64> = found.iter().map(|e| errors(e)[k]).collect();

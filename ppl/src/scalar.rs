@@ -254,10 +254,8 @@ pub trait Partials<R> {
         self.spread(f);
     }
 
-    /// An argument that is no constant, where that is known before they are spread.
-    fn any(&self) -> Option<R> {
-        None
-    }
+    /// An argument that is no constant, if there is one. A [`term`](Scalar::term) asks for it.
+    fn any(&self) -> Option<R>;
 }
 
 /// Pairs from an iterator.
@@ -270,17 +268,26 @@ impl<R, I: IntoIterator<Item = (R, f64)>> Partials<R> for Each<I> {
             f(argument, partial);
         }
     }
+
+    fn any(&self) -> Option<R> {
+        unreachable!("pairs of an iterator are gathered, never a term")
+    }
 }
 
 /// Arguments and partials side by side.
 struct Zipped<R, const K: usize>([R; K], [f64; K]);
 
-impl<R: Copy, const K: usize> Partials<R> for Zipped<R, K> {
+impl<R: Scalar, const K: usize> Partials<R> for Zipped<R, K> {
     #[inline(always)]
     fn spread(self, f: &mut impl FnMut(R, f64)) {
         for k in 0..K {
             f(self.0[k], self.1[k]);
         }
+    }
+
+    #[inline(always)]
+    fn any(&self) -> Option<R> {
+        self.0.into_iter().find(|argument| !argument.is_constant())
     }
 }
 

@@ -285,8 +285,10 @@ impl<'t> Scalar for Var<'t> {
 
     #[inline(always)]
     fn term(value: f64, partials: impl Partials<Self>) -> Self {
-        let node = partials.any().and_then(|argument| argument.node);
-        if !node.is_some_and(|node| node.tape.takes_terms.get()) {
+        let Some(node) = partials.any().and_then(|argument| argument.node) else {
+            return Self::from(value);
+        };
+        if !node.tape.takes_terms.get() {
             return Self::gather(value, partials);
         }
         partials.settle(&mut |argument: Self, partial| {

@@ -168,6 +168,17 @@ impl Problem {
         checkpoint: &Checkpoint,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, FemError> {
+        self.resume(checkpoint, observer, "")
+    }
+
+    /// [`run_resumable`](Self::run_resumable) of a problem whose conditions compute what `meaning`
+    /// says.
+    pub(crate) fn resume(
+        &self,
+        checkpoint: &Checkpoint,
+        observer: &mut dyn Observer,
+        meaning: &str,
+    ) -> Result<Outcome, FemError> {
         checkpoint.validate()?;
         if matches!(self.schedule.stepping, Stepping::ArcLength { .. }) {
             return Err(FemError::Unsupported {
@@ -178,7 +189,7 @@ impl Problem {
         }
         let points = self.points();
         let march = self.march(&points, observer);
-        Ok(march.with_checkpoint(checkpoint, self.fingerprint())?.run())
+        Ok(march.with_checkpoint(checkpoint, self.fingerprint(meaning))?.run())
     }
 
     fn points(&self) -> Vec<PointMaterial> {
@@ -195,9 +206,9 @@ impl Problem {
     }
 
     /// A number that tells this problem from others.
-    fn fingerprint(&self) -> u64 {
+    fn fingerprint(&self, meaning: &str) -> u64 {
         let words = format!(
-            "{:?} {:?} {:?} {:?} {:?} {:?}",
+            "{meaning} {:?} {:?} {:?} {:?} {:?} {:?}",
             self.order,
             self.materials,
             self.phase_field,

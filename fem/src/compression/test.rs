@@ -128,7 +128,7 @@ impl CompressionTest {
         checkpoint: &Checkpoint,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, FemError> {
-        self.problem.run_resumable(checkpoint, observer)
+        self.problem.resume(checkpoint, observer, &format!("{:?}", self.loading))
     }
 
     /// The mesh.
