@@ -86,7 +86,7 @@ pub use material::{
     MooneyRivlin, Ogden, PhaseField, PrincipalStrain, SaintVenantKirchhoff, Split, UserLaw,
 };
 pub use num_dual::DualNum;
-pub use solve::{Effort, Scheme, SolverOptions};
+pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};
 
 pub use ensemble::{
     Campaign, CampaignError, CampaignProgress, RunEnd, RunInput, RunRecord, RunStatus,

@@ -5,8 +5,8 @@ mod support;
 use std::ops::ControlFlow;
 
 use fem::{
-    CompressionTest, CurvePoint, DamageQuadrature, ElasticLaw, End, Fields, Loading, Material,
-    Order, Outcome, PhaseField, Scheme, SolverOptions, Split, Stepping, TetMesh,
+    CompressionTest, CurvePoint, DamageQuadrature, ElasticLaw, End, Fields, LinearScheme, Loading,
+    Material, Order, Outcome, PhaseField, Scheme, SolverOptions, Split, Stepping, TetMesh,
 };
 use support::{grain, loading, matrix, peak, phase_field, prism, test};
 
@@ -238,6 +238,31 @@ fn adaptive_steps_find_the_peak_and_stop_below_it() {
     let fixed = make(loading(0.3, 1.5, 400)).run(&mut ());
     let (fine, coarse) = (peak(&fixed), highest);
     assert!((coarse - fine.1).abs() < 0.02 * fine.1, "{coarse} and {fine:?}");
+}
+
+#[test]
+fn multigrid_follows_the_factor_past_the_peak() {
+    for order in [Order::Linear, Order::Quadratic] {
+        let [direct, multigrid] = [LinearScheme::Direct, LinearScheme::Multigrid].map(|linear| {
+            let options = SolverOptions { linear, ..SolverOptions::default() };
+            let test = CompressionTest::new(
+                prism(3, true),
+                order,
+                vec![matrix(), grain()],
+                Some(phase_field(Split::None)),
+                loading(0.3, 1.0, 30),
+                options,
+            );
+            let outcome = test.expect("valid input").run(&mut ());
+            assert!(matches!(outcome.end, End::Displacement), "{linear:?}: {:?}", outcome.end);
+            outcome
+        });
+        let (_, highest) = peak(&direct);
+        assert!(direct.curve.last().expect("a point").force_n < 0.8 * highest, "past the peak");
+        for (a, b) in direct.curve.iter().zip(&multigrid.curve) {
+            assert!((a.force_n - b.force_n).abs() < 1e-6 * highest, "{order:?}: {a:?} {b:?}");
+        }
+    }
 }
 
 #[test]

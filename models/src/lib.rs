@@ -30,9 +30,10 @@ mod workflow;
 
 pub use case::{
     AdaptiveCase, ArcLengthCase, CalibrationCase, Case, CaseFile, ConfirmCase, CrackName,
-    DesignCase, ExperimentsCase, IrreversibilityName, LawName, MaterialCase, NoiseCase, OutputCase,
-    PhaseFieldCase, PlatensName, PriorCase, QoiCase, QuadratureName, ScatterCase, SchemeName,
-    Shape, SolverCase, SpecimenCase, SplitName, SurrogateCase, TestCase, TruthCase, VirtualCase,
+    DesignCase, ExperimentsCase, IrreversibilityName, LawCase, LinearName, MaterialCase, NoiseCase,
+    OgdenTermCase, OutputCase, PhaseFieldCase, PlatensName, PriorCase, QoiCase, QuadratureName,
+    ScatterCase, SchemeName, Shape, SolverCase, SpecimenCase, SplitName, SurrogateCase, TestCase,
+    TruthCase, VirtualCase,
 };
 pub use coverage::{Coverage, CoverageStudy};
 pub use error::InputError;

@@ -1,6 +1,6 @@
 """Opens a posterior store with ArviZ, without conversion, and compares it with our own summary.
 
-    python3 arviz_roundtrip.py posterior.zarr summary.csv
+    python3 arviz_roundtrip.py posterior.zarr summary.csv sensitivity.csv
 
 Exits with a message and status 1 at the first difference.
 """
@@ -11,7 +11,7 @@ import sys
 import arviz
 import numpy as np
 
-store, table = sys.argv[1:]
+store, table, sensitivity = sys.argv[1:]
 data = arviz.from_zarr(store)
 
 
@@ -26,6 +26,7 @@ groups = {
     "sample_stats",
     "posterior_predictive",
     "log_likelihood",
+    "log_prior",
     "observed_data",
     "prior",
     "prior_predictive",
@@ -54,6 +55,13 @@ s = sd.values[:, :, None, :1]
 expected = (-0.5 * (x / s) ** 2 - np.log(s) - 0.5 * np.log(2 * np.pi)).sum(axis=-1)
 require(np.allclose(log_likelihood, expected, rtol=1e-12), "log-likelihood differs")
 
+log_prior = data["log_prior"].dataset
+m = posterior["mu"].values
+expected = -0.5 * (m / 5) ** 2 - np.log(5) - 0.5 * np.log(2 * np.pi)
+require(np.allclose(log_prior["mu"], expected, rtol=1e-12), "log-prior of mu differs")
+of_sd = log_prior["sd"].sum(dim=[d for d in log_prior["sd"].dims if d not in ("chain", "draw")])
+require(np.allclose(of_sd, -2 * np.log(2.9), rtol=1e-12), "log-prior of sd differs")
+
 loo = arviz.loo(data)
 require(np.isfinite(loo.elpd), "LOO is not finite")
 
@@ -80,5 +88,15 @@ for name, row in theirs.iterrows():
     for their_key, our_key in pairs.items():
         a, b = float(row[their_key]), float(ours[name][our_key])
         require(abs(a - b) <= 1e-8 * abs(a), f"{our_key} of {name}: {b}, ArviZ {a}")
+
+theirs = arviz.psense_summary(data, var_names=["mu", "sd"], round_to=12)
+theirs.index = [name.replace("slope", "0").replace("peak force", "1") for name in theirs.index]
+with open(sensitivity, newline="", encoding="utf-8") as file:
+    ours = {row["parameter"]: row for row in csv.DictReader(file)}
+for name, row in theirs.iterrows():
+    for group in ("prior", "likelihood"):
+        # theirs takes the powers 0.99 and 1.01, ours 1/1.01 and 1.01
+        a, b = float(row[group]), float(ours[name][group])
+        require(abs(a - b) <= 0.02 * a + 1e-3, f"{group} sensitivity of {name}: {b}, ArviZ {a}")
 
 print(f"ArviZ {arviz.__version__} reads the store and agrees on {len(theirs)} rows")

@@ -4,6 +4,7 @@
 //! Without it the test says that it was skipped.
 
 use std::env;
+use std::fs;
 use std::io::Write;
 use std::path::Path;
 use std::process::Command;
@@ -47,8 +48,18 @@ fn arviz_opens_a_posterior_and_agrees_with_the_summary() {
     posterior.write_zarr(&store).expect("written");
     posterior.summary().write_csv(&table).expect("written");
 
+    let scaling = posterior.power_scaling().expect("prior and likelihood are finite");
+    let sensitivity = folder.path().join("sensitivity.csv");
+    let rows = scaling.rows.iter().map(|r| format!("{},{},{}\n", r.name, r.prior, r.likelihood));
+    let rows = std::iter::once("parameter,prior,likelihood\n".to_owned()).chain(rows);
+    fs::write(&sensitivity, rows.collect::<String>()).expect("written");
+
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("python/arviz_roundtrip.py");
-    let output = Command::new(python).arg(script).arg(store).arg(table).output().expect("starts");
+    let output = Command::new(python)
+        .arg(script)
+        .args([store, table, sensitivity])
+        .output()
+        .expect("starts");
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{errors}");
 }

@@ -30,11 +30,11 @@ use crate::solve::{Scheme, SolverOptions};
 ///     SolverOptions, Stepping,
 /// };
 ///
-/// let mesh = CylinderLattice { radius_mm: 1.0, height_mm: 2.0, spacing_mm: 1.0 }.build()?;
-/// let area = mesh.volume() / 2.0;
+/// let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
+/// let area = mesh.volume() / 4.4;
 /// let conditions = Conditions::new()
 ///     .fix("bottom", [Axis::Z])
-///     .prescribe("top", [Axis::Z], |_, time_s| [0.0, 0.0, 0.02 * time_s])
+///     .prescribe("top", [Axis::Z], |_, time_s| [0.0, 0.0, 0.044 * time_s])
 ///     .remove_rigid_motions()
 ///     .measure("top", [0.0, 0.0, 1.0]);
 /// let schedule = Schedule { duration_s: 1.0, stepping: Stepping::Fixed(1), stop_below_peak: None };
@@ -96,6 +96,7 @@ impl Problem {
             damaged,
             &conditions,
             schedule.duration_s,
+            options.linear,
         )?);
         Ok(Self {
             mesh: Arc::new(mesh),
@@ -122,10 +123,15 @@ impl Problem {
         let discretisation = if damaged == self.discretisation.damaged {
             Arc::clone(&self.discretisation)
         } else {
-            let (conditions, duration) = (&self.conditions, self.schedule.duration_s);
-            let new =
-                Discretisation::new(&self.mesh, self.order, field, damaged, conditions, duration);
-            Arc::new(new?)
+            Arc::new(Discretisation::new(
+                &self.mesh,
+                self.order,
+                field,
+                damaged,
+                &self.conditions,
+                self.schedule.duration_s,
+                self.options.linear,
+            )?)
         };
         Ok(Self { materials, discretisation, ..self.clone() })
     }
@@ -144,6 +150,7 @@ impl Problem {
             self.discretisation.damaged.clone(),
             &conditions,
             self.schedule.duration_s,
+            self.options.linear,
         )?);
         Ok(Self { conditions: Arc::new(conditions), discretisation, ..self.clone() })
     }

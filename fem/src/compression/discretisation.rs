@@ -6,7 +6,7 @@ use crate::error::FemError;
 use crate::material::{DamageQuadrature, PhaseField};
 use crate::mesh::TetMesh;
 use crate::operator::{Assembly, Operator, Unknowns};
-use crate::solve::LinearPlan;
+use crate::solve::{LinearPlan, LinearScheme};
 
 /// Space, boundary conditions, unknowns and what the linear solver needs, shared by runs.
 #[derive(Debug)]
@@ -29,6 +29,7 @@ impl Discretisation {
         damaged: Vec<bool>,
         conditions: &Conditions,
         duration_s: f64,
+        linear: LinearScheme,
     ) -> Result<Self, FemError> {
         mesh.validate()?;
         let rule = match phase_field {
@@ -36,9 +37,11 @@ impl Discretisation {
             _ => DamageRule::Absent,
         };
         match order {
-            Order::Linear => Self::with::<4, Linear>(mesh, rule, damaged, conditions, duration_s),
+            Order::Linear => {
+                Self::with::<4, Linear>(mesh, rule, damaged, conditions, duration_s, linear)
+            }
             Order::Quadratic => {
-                Self::with::<10, Quadratic>(mesh, rule, damaged, conditions, duration_s)
+                Self::with::<10, Quadratic>(mesh, rule, damaged, conditions, duration_s, linear)
             }
         }
     }
@@ -49,6 +52,7 @@ impl Discretisation {
         damaged: Vec<bool>,
         conditions: &Conditions,
         duration_s: f64,
+        linear: LinearScheme,
     ) -> Result<Self, FemError> {
         let space = Space::new::<T>(mesh, Rule::new::<T>(rule));
         let boundary = Boundary::new(&space, mesh, conditions, damaged.clone(), duration_s)?;
@@ -61,7 +65,7 @@ impl Discretisation {
             }
         }
         let (linear, unknowns) =
-            LinearPlan::new(&space.tets, &space.nodes, &carries_damage, boundary.held())?;
+            LinearPlan::new(&space.tets, &space.nodes, &carries_damage, boundary.held(), linear)?;
         let nodes = space.nodes.clone();
         Ok(Self {
             operator: Box::new(Assembly::new::<T>(space)),

@@ -211,7 +211,8 @@ fn assert_patch<const N: usize, T: Tetrahedron<N>>(law: ElasticLaw) {
     let materials = vec![materials(law, PhaseField::new(0.3), false)[1].clone(); 2];
     let held = boundary.iter().flat_map(|&n| (0..3).map(move |k| (n, k)));
     let (plan, unknowns) =
-        LinearPlan::new(&space.tets, &nodes, &vec![false; nodes.len()], held).expect("a factor");
+        LinearPlan::new(&space.tets, &nodes, &vec![false; nodes.len()], held, Default::default())
+            .expect("a factor");
     let assembly = Assembly::new::<T>(space);
     let options = SolverOptions { tolerance: 1e-13, ..SolverOptions::default() };
     let linear = plan.solver(&assembly);

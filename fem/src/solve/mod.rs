@@ -8,7 +8,7 @@ mod newton;
 mod options;
 
 pub use newton::Effort;
-pub use options::{Scheme, SolverOptions};
+pub use options::{LinearScheme, Scheme, SolverOptions};
 
 pub(crate) use arc_length::Control;
 pub(crate) use bounds::Bounds;

@@ -11,11 +11,25 @@ pub enum Scheme {
     Alternate,
 }
 
+/// What solves the linear systems of Newton's iterations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LinearScheme {
+    /// Chosen by the number of unknowns.
+    #[default]
+    Auto,
+    /// A sparse factor, kept as preconditioner while it pays.
+    Direct,
+    /// Krylov iterations, preconditioned by algebraic multigrid: memory grows as the mesh does.
+    Multigrid,
+}
+
 /// Settings of the solver; the default is meant to be left alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverOptions {
     /// Which fields are solved together.
     pub scheme: Scheme,
+    /// What solves the linear systems.
+    pub linear: LinearScheme,
     /// Largest residual of a converged increment, relative to the reactions (displacement) and to
     /// the driving force (damage).
     pub tolerance: f64,
@@ -27,7 +41,13 @@ pub struct SolverOptions {
 
 impl Default for SolverOptions {
     fn default() -> Self {
-        Self { scheme: Scheme::Monolithic, tolerance: 1e-8, iterations: 30, alternations: 400 }
+        Self {
+            scheme: Scheme::Monolithic,
+            linear: LinearScheme::Auto,
+            tolerance: 1e-8,
+            iterations: 30,
+            alternations: 400,
+        }
     }
 }
 

@@ -111,6 +111,16 @@ fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
             format!("unknown name {word:?}"),
             format!("{}Choose one of: {}.", did_you_mean(word, known), known.join(", ")),
         ),
+        // an inline table of a name with constants has words of its own
+        _ if message.starts_with("unexpected keys in table: ") => {
+            let mut words = message.split([':', ',']).map(str::trim).skip(1);
+            let key = words.next().unwrap_or_default().to_owned();
+            let known: Vec<&str> = words.skip_while(|w| *w != "available keys").skip(1).collect();
+            (
+                format!("unknown key {key:?}"),
+                format!("{}Keys here: {}.", did_you_mean(&key, &known), known.join(", ")),
+            )
+        }
         Some((key, _)) if message.starts_with("missing field") => (
             format!("the key {key} is missing"),
             "Add it; breccia init writes a case that explains every key.".to_owned(),

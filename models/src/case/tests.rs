@@ -43,6 +43,17 @@ fn every_bad_value_is_named_with_its_key_and_a_mend() {
             "residual_stiffness = 1.0",
             &["material.matrix.residual_stiffness = 1"],
         ),
+        ("young_mpa = 275.0", "", &["material.matrix.young_mpa", "is missing"]),
+        (
+            "law = \"hencky\" ",
+            "law = { mooney-rivlin = { c10_mpa = 1.0, c01_mpa = 0.1, bulk_mpa = 9.0 } } ",
+            &["material.matrix.young_mpa = 275", "constants of its own"],
+        ),
+        (
+            "law = \"hencky\" ",
+            "law = { mooney-rivlin = { c10_mp = 1.0, c01_mpa = 0.1, bulk_mpa = 9.0 } } ",
+            &["material.matrix.law", "unknown key \"c10_mp\"", "mean \"c10_mpa\"?"],
+        ),
         ("[material.grain]", "[material.grian]", &["material.grain", "material.grian", "meant"]),
         ("length_mm = 0.06", "length_mm = 0.0", &["phase_field.length_mm = 0"]),
         (
@@ -83,6 +94,45 @@ fn every_bad_value_is_named_with_its_key_and_a_mend() {
         let text = Case::TEMPLATE.replacen(from, to, 1);
         let message = CaseFile::parse(&text, Path::new("case.toml")).unwrap_err().to_string();
         for part in [&"case.toml"].into_iter().chain(*parts) {
+            assert!(message.contains(part), "{part:?} is not in {message:?}");
+        }
+    }
+}
+
+#[test]
+fn laws_with_constants_of_their_own_become_materials() {
+    let parse = |law: &str, prior: &str| {
+        let text = format!(
+            "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 0.7\n\
+             [material.matrix]\nlaw = {law}\n[test]\ndisplacement_mm = 0.2\n{prior}"
+        );
+        CaseFile::parse(&text, Path::new("case.toml"))
+    };
+    let shear = |law: &str| {
+        let case = parse(law, "").unwrap().case;
+        let material = case.material["matrix"].in_fem().unwrap();
+        assert_eq!(CaseFile::parse(&case.to_toml(), Path::new("again.toml")).unwrap().case, case);
+        material.young_mpa / (2.0 * (1.0 + material.poisson))
+    };
+    let mooney = "{ mooney-rivlin = { c10_mpa = 0.16, c01_mpa = 0.01, bulk_mpa = 20.0 } }";
+    assert!((shear(mooney) - 2.0 * 0.17).abs() < 1e-12);
+    let ogden = "{ ogden = { terms = [{ mu_mpa = 0.63, alpha = 1.3 }, \
+                 { mu_mpa = -0.01, alpha = -2.0 }], bulk_mpa = 40.0 } }";
+    assert!((shear(ogden) - 0.5 * (0.63 * 1.3 + 0.01 * 2.0)).abs() < 1e-12);
+    let kirchhoff = shear("\"saint-venant-kirchhoff\"\nyoung_mpa = 275\npoisson = 0.25");
+    assert!((kirchhoff - 110.0).abs() < 1e-10);
+    for (law, prior, parts) in [
+        (mooney.replace("0.16", "-0.16"), "", ["material.matrix.law", "not both positive"]),
+        (ogden.replace("-2.0", "0.0"), "", ["material.matrix.law.ogden.terms", "alpha = 0"]),
+        (
+            format!("{mooney}\ntoughness_n_per_mm = 1.0"),
+            "[prior]\nyoung_mpa = [1, 2]\ntoughness_n_per_mm = [1, 2]\nviscosity_mpa_s = [1, 2]\n\
+             [phase_field]\nlength_mm = 0.1\n",
+            ["prior.region", "no Young's modulus"],
+        ),
+    ] {
+        let message = parse(&law, prior).unwrap_err().to_string();
+        for part in parts {
             assert!(message.contains(part), "{part:?} is not in {message:?}");
         }
     }

@@ -1,14 +1,14 @@
 //! From a case to a compression test.
 
 use fem::{
-    CompressionTest, CrackDensity, CurvePoint, CylinderLattice, DamageQuadrature, ElasticLaw, End,
-    FemError, Friction, Irreversibility, Loading, Material, MeshError, Order, Outcome, Packing,
+    CompressionTest, CrackDensity, CurvePoint, CylinderLattice, DamageQuadrature, End, FemError,
+    Friction, Irreversibility, LinearScheme, Loading, MeshError, Order, Outcome, Packing,
     PhaseField, Platens, Scheme, SolverOptions, Split, Stepping, TetMesh, gmsh, label,
 };
 
 use super::WorkflowError;
 use crate::case::{
-    AdaptiveCase, ArcLengthCase, Case, CaseFile, CrackName, IrreversibilityName, LawName,
+    AdaptiveCase, ArcLengthCase, Case, CaseFile, CrackName, IrreversibilityName, LinearName,
     MaterialCase, PhaseFieldCase, PlatensName, QuadratureName, SchemeName, Shape, SolverCase,
     SplitName, TestCase,
 };
@@ -60,7 +60,7 @@ pub(crate) fn height_mm(mesh: &TetMesh) -> f64 {
 #[derive(Clone, Debug)]
 pub(crate) struct Simulator {
     test: CompressionTest,
-    materials: Vec<Material>,
+    materials: Vec<MaterialCase>,
     calibrated: Option<usize>,
 }
 
@@ -68,11 +68,11 @@ impl Simulator {
     /// Prepares the test of a case on a mesh.
     pub(crate) fn new(file: &CaseFile, mesh: TetMesh) -> Result<Self, WorkflowError> {
         let case = &file.case;
-        let materials: Vec<Material> = mesh
+        let materials: Vec<MaterialCase> = mesh
             .regions
             .iter()
             .map(|region| {
-                case.material.get(region).map(material).ok_or_else(|| {
+                case.material.get(region).cloned().ok_or_else(|| {
                     let message = format!(
                         "the mesh's region {region:?} has no [material.{region}] in the case"
                     );
@@ -84,19 +84,16 @@ impl Simulator {
         let calibrated = mesh.regions.iter().position(|r| Some(r.as_str()) == region);
         let order = if case.specimen.order == 2 { Order::Quadratic } else { Order::Linear };
         let field = case.phase_field.as_ref().map(phase_field);
-        let test = CompressionTest::new(
-            mesh,
-            order,
-            materials.clone(),
-            field,
-            loading(&case.test),
-            solver(&case.solver),
-        )
-        .and_then(|test| match platens(&case.test) {
-            Platens::Sliding => Ok(test),
-            other => test.with_platens(other),
-        })
-        .map_err(|source| WorkflowError::Test { file: file.path.clone(), source })?;
+        let test = in_fem(&materials)
+            .and_then(|materials| {
+                let (loading, options) = (loading(&case.test), solver(&case.solver));
+                CompressionTest::new(mesh, order, materials, field, loading, options)
+            })
+            .and_then(|test| match platens(&case.test) {
+                Platens::Sliding => Ok(test),
+                other => test.with_platens(other),
+            })
+            .map_err(|source| WorkflowError::Test { file: file.path.clone(), source })?;
         Ok(Self { test, materials, calibrated })
     }
 
@@ -109,14 +106,12 @@ impl Simulator {
     ) -> Result<Outcome, FemError> {
         let mut materials = self.materials.clone();
         if let Some(region) = self.calibrated {
-            materials[region] = Material {
-                young_mpa: parameters[0],
-                toughness_n_per_mm: Some(parameters[1]),
-                viscosity_mpa_s: parameters[2],
-                ..materials[region].clone()
-            };
+            let material = &mut materials[region];
+            material.young_mpa = Some(parameters[0]);
+            material.toughness_n_per_mm = Some(parameters[1]);
+            material.viscosity_mpa_s = parameters[2];
         }
-        Ok(self.test.with_materials(materials)?.run(observer))
+        Ok(self.test.with_materials(in_fem(&materials)?)?.run(observer))
     }
 
     /// The test with the case's own materials.
@@ -153,18 +148,8 @@ pub(crate) fn failure(end: &End) -> Option<FemError> {
     }
 }
 
-fn material(m: &MaterialCase) -> Material {
-    Material {
-        law: match m.law {
-            LawName::Hencky => ElasticLaw::Hencky,
-            LawName::NeoHookean => ElasticLaw::NeoHookean,
-        },
-        young_mpa: m.young_mpa,
-        poisson: m.poisson,
-        toughness_n_per_mm: m.toughness_n_per_mm,
-        viscosity_mpa_s: m.viscosity_mpa_s,
-        residual_stiffness: m.residual_stiffness,
-    }
+fn in_fem(materials: &[MaterialCase]) -> Result<Vec<fem::Material>, FemError> {
+    materials.iter().map(MaterialCase::in_fem).collect()
 }
 
 fn phase_field(field: &PhaseFieldCase) -> PhaseField {
@@ -226,6 +211,11 @@ fn solver(case: &SolverCase) -> SolverOptions {
         scheme: match case.scheme {
             SchemeName::Monolithic => Scheme::Monolithic,
             SchemeName::Alternate => Scheme::Alternate,
+        },
+        linear: match case.linear {
+            LinearName::Auto => LinearScheme::Auto,
+            LinearName::Direct => LinearScheme::Direct,
+            LinearName::Multigrid => LinearScheme::Multigrid,
         },
         tolerance: case.tolerance,
         iterations: case.iterations,

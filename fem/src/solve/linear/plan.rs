@@ -9,6 +9,7 @@ use super::ordering::nested_dissection;
 use super::quadratic::Quadratic;
 use crate::error::FemError;
 use crate::operator::{Layout, Operator, Pattern, Tangent, Unknowns};
+use crate::solve::LinearScheme;
 
 /// Unknowns up to which a factor is faster over a run, and small enough.
 const DIRECT_UP_TO: usize = 70_000;
@@ -39,9 +40,15 @@ impl LinearPlan {
         points: &[[f64; 3]],
         damaged: &[bool],
         held: impl Iterator<Item = (u32, usize)>,
+        choice: LinearScheme,
     ) -> Result<(Self, Unknowns), FemError> {
         let damage = damaged.iter().filter(|d| **d).count();
-        if 3 * points.len() + damage > DIRECT_UP_TO {
+        let multigrid = match choice {
+            LinearScheme::Auto => 3 * points.len() + damage > DIRECT_UP_TO,
+            LinearScheme::Direct => false,
+            LinearScheme::Multigrid => true,
+        };
+        if multigrid {
             let order: Vec<u32> = (0..points.len() as u32).collect();
             let unknowns = Unknowns::new(&order, damaged, held);
             return Ok((Self::multigrid(tets, points), unknowns));

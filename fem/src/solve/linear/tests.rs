@@ -206,7 +206,15 @@ impl<const N: usize> Cylinder<N> {
             return LinearPlan::multigrid(tets, nodes);
         }
         let damaged = vec![true; nodes.len()];
-        LinearPlan::new(tets, nodes, &damaged, self.held.iter().copied()).expect("a plan").0
+        LinearPlan::new(
+            tets,
+            nodes,
+            &damaged,
+            self.held.iter().copied(),
+            crate::solve::LinearScheme::Direct,
+        )
+        .expect("a plan")
+        .0
     }
 
     /// The solution for a load that is not smooth.

@@ -1,0 +1,61 @@
+//! Ranges, units and agreement between the keys of a case.
+
+mod calibration;
+mod simulation;
+
+use super::{CaseFile, Shape};
+use crate::error::{InputError, closest};
+
+impl CaseFile {
+    /// Names of the regions whose materials the case must give.
+    fn regions(&self, shape: &Shape) -> Vec<String> {
+        match shape {
+            Shape::Mesh { regions, .. } => regions.keys().cloned().collect(),
+            Shape::Lattice { grains: Some(_), .. } => vec!["matrix".into(), "grain".into()],
+            Shape::Lattice { grains: None, .. } => vec!["matrix".into()],
+        }
+    }
+
+    /// Checks every value.
+    pub(super) fn validate(&self) -> Result<(), InputError> {
+        let shape = self.shape()?;
+        self.check_specimen(&shape)?;
+        for region in self.regions(&shape) {
+            if !self.case.material.contains_key(&region) {
+                let given: Vec<&str> = self.case.material.keys().map(String::as_str).collect();
+                let hint = closest(&region, given.iter().copied())
+                    .map(|slip| format!("Is material.{slip} meant? "))
+                    .unwrap_or_default();
+                return Err(self.error(
+                    &format!("material.{region}"),
+                    "",
+                    "is missing: the specimen has this region",
+                    format!("{hint}Add a table [material.{region}]."),
+                ));
+            }
+        }
+        for (region, material) in &self.case.material {
+            self.check_material(region, material)?;
+        }
+        self.check_test()?;
+        self.check_calibration()?;
+        self.check_experiments(&shape)
+    }
+
+    /// Refuses a value outside `lower..=upper`, NaN included.
+    fn within(
+        &self,
+        key: &str,
+        value: f64,
+        lower: f64,
+        upper: f64,
+        unit: &str,
+        mend: &str,
+    ) -> Result<(), InputError> {
+        if (lower..=upper).contains(&value) {
+            return Ok(());
+        }
+        let problem = format!("must lie between {lower} and {upper} {unit}");
+        Err(self.error(key, value.to_string(), problem.trim_end(), mend))
+    }
+}

@@ -1,0 +1,273 @@
+//! Specimen, materials, test and solver.
+
+use super::super::{CaseFile, LawCase, MaterialCase, PlatensName, Shape};
+use crate::error::InputError;
+
+/// More tetrahedra than this are taken for a slip in the spacing.
+const MOST_TETS: f64 = 2e7;
+
+impl CaseFile {
+    pub(super) fn check_specimen(&self, shape: &Shape) -> Result<(), InputError> {
+        let order = self.case.specimen.order;
+        self.within(
+            "specimen.order",
+            f64::from(order),
+            1.0,
+            2.0,
+            "(linear or quadratic)",
+            "Write order = 1 or order = 2.",
+        )?;
+        if let Shape::Lattice { radius_mm, height_mm, spacing_mm, grains } = shape {
+            let mend = "Lengths are in mm; the paper's cylinder is 2.5 by 4.4 mm.";
+            self.within("specimen.radius_mm", *radius_mm, 1e-3, 1e3, "mm", mend)?;
+            self.within("specimen.height_mm", *height_mm, 1e-3, 1e3, "mm", mend)?;
+            self.check_spacing("specimen.spacing_mm", *spacing_mm, *radius_mm, *height_mm)?;
+            if let Some(grains) = grains {
+                let mend = "It is a volume fraction; the paper's meshes have 0.19 to 0.27.";
+                self.within(
+                    "specimen.grains.fraction",
+                    grains.fraction,
+                    0.0,
+                    0.5,
+                    "of the volume",
+                    mend,
+                )?;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn check_spacing(
+        &self,
+        key: &str,
+        spacing_mm: f64,
+        radius_mm: f64,
+        height_mm: f64,
+    ) -> Result<(), InputError> {
+        let coarsest = radius_mm.min(height_mm);
+        self.within(
+            key,
+            spacing_mm,
+            1e-6,
+            coarsest,
+            "mm",
+            "It is the edge of the lattice's cells; 0.7 mm suits a cylinder of 2.5 mm radius.",
+        )?;
+        let tets = 12.0 * std::f64::consts::PI * radius_mm.powi(2) * height_mm / spacing_mm.powi(3);
+        if tets > MOST_TETS {
+            return Err(self.error(
+                key,
+                spacing_mm.to_string(),
+                format!("makes about {tets:.1e} tetrahedra"),
+                "Take a coarser spacing: the number grows with its third power.",
+            ));
+        }
+        Ok(())
+    }
+
+    pub(super) fn check_material(&self, region: &str, m: &MaterialCase) -> Result<(), InputError> {
+        let key = |name: &str| format!("material.{region}.{name}");
+        self.check_law(region, m)?;
+        if let Some(toughness) = m.toughness_n_per_mm {
+            let mend = "It is in N/mm: 1 pJ/µm² = 0.001 N/mm. For an elastic region leave it out.";
+            self.within(&key("toughness_n_per_mm"), toughness, 1e-9, 1e3, "N/mm", mend)?;
+        }
+        self.within(
+            &key("viscosity_mpa_s"),
+            m.viscosity_mpa_s,
+            0.0,
+            1e4,
+            "MPa s",
+            "The paper's matrix has 0.3 MPa s.",
+        )?;
+        self.within(
+            &key("residual_stiffness"),
+            m.residual_stiffness,
+            1e-9,
+            0.5,
+            "of the stiffness",
+            "It keeps full damage solvable; 0.01 is the paper's value.",
+        )
+    }
+
+    /// Young's modulus and Poisson's ratio, or the constants of the law in their place.
+    fn check_law(&self, region: &str, m: &MaterialCase) -> Result<(), InputError> {
+        let key = |name: &str| format!("material.{region}.{name}");
+        let young =
+            "Young's modulus is in MPa: 275.0 for the paper's matrix, 22000.0 for its grains.";
+        let poisson = "Incompressible solids need another element; 0.25 is the paper's value.";
+        for (name, value, [lower, upper], unit, mend) in [
+            ("young_mpa", m.young_mpa, [1e-3, 1e7], "MPa", young),
+            ("poisson", m.poisson, [-0.99, 0.495], "", poisson),
+        ] {
+            match (value, m.law.has_constants()) {
+                (Some(value), false) => self.within(&key(name), value, lower, upper, unit, mend)?,
+                (None, false) => return Err(self.error(&key(name), "", "is missing", mend)),
+                (Some(value), true) => {
+                    return Err(self.error(
+                        &key(name),
+                        value.to_string(),
+                        "is given, but the law has constants of its own",
+                        "Leave it out: the law's constants say how stiff it is.",
+                    ));
+                }
+                (None, true) => {}
+            }
+        }
+        if let LawCase::Ogden { terms, .. } = &m.law
+            && let Some(term) = terms.iter().find(|term| term.alpha == 0.0)
+        {
+            return Err(self.error(
+                &key("law.ogden.terms"),
+                format!("{{ mu_mpa = {}, alpha = 0 }}", term.mu_mpa),
+                "a term with alpha = 0 has no energy",
+                "Leave the term out.",
+            ));
+        }
+        m.in_fem().map(|_| ()).map_err(|e| {
+            self.error(&key("law"), "", e.to_string(), "Check the signs of its constants.")
+        })
+    }
+
+    pub(super) fn check_test(&self) -> Result<(), InputError> {
+        let case = &self.case;
+        if let Some(field) = &case.phase_field {
+            self.within(
+                "phase_field.length_mm",
+                field.length_mm,
+                1e-6,
+                1e3,
+                "mm",
+                "It is the width of a smeared crack; the paper takes 0.06 mm.",
+            )?;
+        }
+        let half_height = case.specimen.height_mm.map_or(1e3, |h| 0.5 * h);
+        let test = &case.test;
+        self.within(
+            "test.displacement_mm",
+            test.displacement_mm,
+            1e-9,
+            half_height,
+            "mm",
+            "It is how far the top platen moves down: at most half the height.",
+        )?;
+        self.within(
+            "test.duration_s",
+            test.duration_s,
+            1e-9,
+            1e9,
+            "s",
+            "Only viscosity over duration matters; 1.0 reproduces the paper.",
+        )?;
+        if let Some(steps) = test.steps {
+            self.within(
+                "test.steps",
+                f64::from(steps),
+                1.0,
+                1e6,
+                "steps",
+                "Write steps = 44, or leave it out for adaptive steps.",
+            )?;
+        }
+        if let Some(share) = test.stop_below_peak {
+            self.within(
+                "test.stop_below_peak",
+                share,
+                0.03,
+                1.0,
+                "of the peak force",
+                "0.1 stops once the force is 10 % below its peak.",
+            )?;
+        }
+        self.check_stepping()?;
+        self.check_platens()?;
+        let solver = &case.solver;
+        let mend = "1e-8 suits most; a looser one shows in the curve.";
+        self.within("solver.tolerance", solver.tolerance, 1e-14, 1e-2, "", mend)?;
+        for (key, value) in
+            [("solver.iterations", solver.iterations), ("solver.alternations", solver.alternations)]
+        {
+            let mend = "Leave it out for the default.";
+            self.within(key, f64::from(value), 1.0, 1e6, "iterations", mend)?;
+        }
+        Ok(())
+    }
+
+    fn check_stepping(&self) -> Result<(), InputError> {
+        let test = &self.case.test;
+        let given = [
+            ("steps", test.steps.is_some()),
+            ("adaptive", test.adaptive.is_some()),
+            ("arc_length", test.arc_length.is_some()),
+        ];
+        let mut given = given.iter().filter(|(_, given)| *given).map(|(key, _)| *key);
+        if let (Some(first), Some(second)) = (given.next(), given.next()) {
+            return Err(self.error(
+                &format!("test.{second}"),
+                "",
+                format!("stands beside test.{first}"),
+                "Keep one of steps, adaptive and arc_length.",
+            ));
+        }
+        let shares =
+            test.adaptive.map(|a| [("adaptive.first", a.first), ("adaptive.largest", a.largest)]);
+        for (key, share) in shares.into_iter().flatten() {
+            let mend = "It is a share of the displacement: 0.01 and 0.025 suit most.";
+            self.within(&format!("test.{key}"), share, 1e-5, 1.0, "of the displacement", mend)?;
+        }
+        if let Some(arc) = test.arc_length {
+            let mend = "It is a share of the displacement, such as 0.025.";
+            self.within("test.arc_length.step", arc.step, 1e-5, 1.0, "of the displacement", mend)?;
+            let mend = "A fiftieth of toughness times cross-section is a start.";
+            self.within(
+                "test.arc_length.release_n_mm",
+                arc.release_n_mm,
+                1e-12,
+                1e6,
+                "N mm",
+                mend,
+            )?;
+            if self.case.output.checkpoint_every > 0 {
+                return Err(self.error(
+                    "output.checkpoint_every",
+                    self.case.output.checkpoint_every.to_string(),
+                    "cannot save the state of arc-length steps",
+                    "Write checkpoint_every = 0.",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_platens(&self) -> Result<(), InputError> {
+        let test = &self.case.test;
+        let resists = [
+            ("test.friction", test.friction, 10.0, "Coulomb's coefficient is about 0.1 to 0.6."),
+            (
+                "test.drag_mpa_s_per_mm",
+                test.drag_mpa_s_per_mm,
+                1e6,
+                "The paper's value is 0.01 MPa s/mm.",
+            ),
+        ];
+        for (key, value, most, mend) in resists {
+            self.within(key, value, 0.0, most, "", mend)?;
+            if value > 0.0 && test.platens == PlatensName::Sliding {
+                return Err(self.error(
+                    key,
+                    value.to_string(),
+                    "is given, but the platens are sliding ones, which resist nothing",
+                    "Write platens = \"unilateral\", or leave it out.",
+                ));
+            }
+        }
+        self.within(
+            "test.slip_velocity_mm_per_s",
+            test.slip_velocity_mm_per_s,
+            1e-9,
+            1e6,
+            "mm/s",
+            "Take a hundredth of the velocity at which the ends slide.",
+        )
+    }
+}
