@@ -59,7 +59,7 @@ pub(crate) fn model(model: &Model, sites: &[Site], is_static: bool) -> TokenStre
                     #cx: &mut __C,
                 ) -> ::core::result::Result<(), ::ppl::Rejection> {
                     #[allow(unused_imports)]
-                    use ::ppl::__private::{Apart as _, Number as _, Other as _, Together as _};
+                    use ::ppl::__private::{Apart as _, At as _, Number as _, Other as _, Together as _};
                     #sites
                     #(#bindings)*
                     #statements
@@ -387,7 +387,7 @@ fn flow(inner: &Flow, predicted: bool) -> TokenStream {
             });
             let deposits = summed.iter().map(|name| {
                 let sum = sum_of(name);
-                quote_spanned!(name.span()=> (&::ppl::__private::Of(&#sum)).deposit();)
+                quote_spanned!(name.span()=> #sum.deposit();)
             });
             quote!({ #(#sums)* #plate #(#deposits)* })
         }

@@ -16,17 +16,25 @@ use syn::visit::Visit;
 use syn::visit_mut::{self, VisitMut};
 use syn::{
     BinOp, Expr, ExprAssign, ExprBinary, ExprCall, ExprMethodCall, Ident, Item, Pat, Stmt, UnOp,
+    parse_quote,
 };
 
 use crate::effects::{bound_inside, writes_outside};
-use crate::inspect::{Branches, is_pooled, keeps_its_length, mentions, used_once};
+use crate::fold;
+use crate::inspect::{Branches, is_pooled, keeps_its_length, mentions, stays_open, used_once};
 use crate::parse::{ArmBody, Block, Flow, Init, Kind, Statement};
 use crate::rewrite::is_assignment;
 use crate::scan;
 
 /// Rewrites the body; whether every point runs the same statements.
 pub(crate) fn formulas(body: &mut Block) -> bool {
-    let mut pass = Formulas { active: HashSet::new(), is_static: true, plate: None };
+    let mut pass = Formulas {
+        active: HashSet::new(),
+        is_static: true,
+        sums: 0,
+        inner: Vec::new(),
+        plate: None,
+    };
     pass.block(body);
     pass.is_static
 }
@@ -35,6 +43,10 @@ struct Formulas {
     /// Names that may hold unknowns or what follows from them.
     active: HashSet<String>,
     is_static: bool,
+    /// Loops that have become sums.
+    sums: usize,
+    /// Variables of such loops around.
+    inner: Vec<Ident>,
     /// The plate around, if adjoints of what is outside can be summed up apart.
     plate: Option<Plate>,
 }
@@ -54,26 +66,108 @@ const FUNCTIONS: [&str; 16] = [
 
 impl Formulas {
     fn block(&mut self, block: &mut Block) {
-        for i in 0..block.statements.len() {
+        let mut i = 0;
+        while i < block.statements.len() {
+            let variables = self.fold(i, &mut block.statements);
+            if variables > 0 {
+                i += variables;
+                continue;
+            }
             let (before, after) = block.statements.split_at_mut(i + 1);
             let kind = &mut before[i].kind;
             if !self.leave_open(kind, after) {
                 self.statement(kind);
             }
+            i += 1;
         }
+    }
+
+    /// Joins the summands that follow `let mut name = …;` at `i` to one formula; how many
+    /// statements that makes, or none if there is nothing to join.
+    fn fold(&mut self, i: usize, statements: &mut Vec<Statement>) -> usize {
+        let Kind::Let { pat: Pat::Ident(pat), init, .. } = &statements[i].kind else { return 0 };
+        let Some(Init::Value { value, diverge: None, .. }) = init else { return 0 };
+        if pat.mutability.is_none() || pat.by_ref.is_some() {
+            return 0;
+        }
+        let (name, span, mut start) = (pat.ident.clone(), value.span(), value.clone());
+        let mut terms = fold::terms(&name, &statements[i + 1..]);
+        let used = terms.len();
+        let derived = |of: &Self| {
+            terms.iter().any(|term| {
+                of.mentions(&term.value) || term.over.iter().any(|(_, iter)| of.mentions(iter))
+            })
+        };
+        if used == 0 || !derived(self) {
+            return 0;
+        }
+        self.operand(&mut start);
+        let (mut sum, mut variables) = (start.into_token_stream(), Vec::new());
+        for term in &mut terms {
+            let added = match &mut term.over {
+                None => {
+                    self.operand(&mut term.value);
+                    term.value.to_token_stream()
+                }
+                Some((pat, iter)) => {
+                    if self.mentions(iter) {
+                        self.bind(scan::bound_names(pat));
+                    }
+                    self.visit_expr_mut(iter);
+                    let outer = self.inner.clone();
+                    self.inner.extend(scan::bound_names(pat));
+                    self.operand(&mut term.value);
+                    self.inner = outer;
+                    self.sums += 1;
+                    let replay = fold::replay(self.sums, pat, iter, &term.value);
+                    variables.extend(replay.variables);
+                    replay.sum
+                }
+            };
+            sum = match term.is_negative {
+                true => quote_spanned!(span=> #sum - (#added)),
+                false => quote_spanned!(span=> #sum + (#added)),
+            };
+        }
+        let after = &statements[i + 1 + used..];
+        let is_open = used_once(&name, after);
+        let sum = Expr::Verbatim(sum);
+        let sum = if is_open { sum } else { closed(&sum, span) };
+        self.bind([name]);
+        let new = variables.len();
+        let declaration = &mut statements[i];
+        if let Kind::Let { pat: Pat::Ident(pat), init: Some(Init::Value { value, .. }), .. } =
+            &mut declaration.kind
+        {
+            *value = sum;
+            if is_open {
+                pat.mutability = None;
+            }
+        }
+        if !is_open {
+            declaration.attrs.push(parse_quote!(#[allow(unused_mut)]));
+        }
+        let predicted = declaration.predicted;
+        statements.drain(i + 1..i + 1 + used);
+        let variables = variables.into_iter().map(|stmt| Statement::rust(stmt, span, predicted));
+        statements.splice(i..i, variables);
+        new + 1
+    }
+
+    /// An operand of a formula, itself a formula where it computes something.
+    fn operand(&mut self, expr: &mut Expr) {
+        self.check(expr);
+        self.open(expr);
+        *expr = operand(expr);
     }
 
     /// A deterministic number that is used once, as a parameter of an observation that follows,
     /// stays a formula: nothing has to be kept for it.
     fn leave_open(&mut self, kind: &mut Kind, after: &[Statement]) -> bool {
-        let Kind::Let { pat: Pat::Ident(pat), init, .. } = kind else { return false };
-        let Some(Init::Value { value, diverge: None, .. }) = init else { return false };
-        let name = pat.ident.clone();
-        if pat.mutability.is_some()
-            || operations(value) == 0
-            || !self.mentions(value)
-            || !used_once(&name, after)
-        {
+        let Some((name, _)) = stays_open(kind, after) else { return false };
+        let name = name.clone();
+        let Kind::Let { init: Some(Init::Value { value, .. }), .. } = kind else { return false };
+        if !self.mentions(value) {
             return false;
         }
         self.check(value);
@@ -230,7 +324,13 @@ impl Formulas {
                 }
             }
             other => {
-                if let Some(sum) = self.summed(other) {
+                if let Expr::Index(index) = other
+                    && self.is_shared(&index.index)
+                    && let Some(sum) = self.summed(&index.expr)
+                {
+                    let at = &index.index;
+                    *other = Expr::Verbatim(quote_spanned!(index.span()=> #sum.__element(#at)));
+                } else if let Some(sum) = self.summed(other) {
                     *other = sum;
                 } else if let Some(numbers) = numbers_of_dot(other)
                     && let Some(sum) = self.summed(numbers)
@@ -241,6 +341,16 @@ impl Formulas {
                 }
                 *other = operand(other);
             }
+        }
+    }
+
+    /// Whether an index finds the same elements in every iteration of the plate: a literal, or the
+    /// variable of a loop inside.
+    fn is_shared(&self, index: &Expr) -> bool {
+        match index {
+            Expr::Lit(_) => true,
+            Expr::Path(path) => path.path.get_ident().is_some_and(|name| self.inner.contains(name)),
+            _ => false,
         }
     }
 
@@ -331,7 +441,7 @@ fn is_type(function: &Expr) -> bool {
 }
 
 /// Number of operations that a formula would join.
-fn operations(expr: &Expr) -> usize {
+pub(crate) fn operations(expr: &Expr) -> usize {
     match expr {
         Expr::Paren(paren) => operations(&paren.expr),
         Expr::Group(group) => operations(&group.expr),
@@ -372,7 +482,7 @@ fn numbers_of_dot(expr: &mut Expr) -> Option<&mut Expr> {
     }
 }
 
-fn is_dot(call: &ExprCall) -> bool {
+pub(crate) fn is_dot(call: &ExprCall) -> bool {
     matches!(&*call.func, Expr::Path(path) if path.path.is_ident("dot"))
 }
 
@@ -381,7 +491,7 @@ pub(crate) fn sum_of(name: &Ident) -> Ident {
     format_ident!("__sum_{}", name.unraw(), span = Span::mixed_site().located_at(name.span()))
 }
 
-fn is_function(call: &ExprMethodCall) -> bool {
+pub(crate) fn is_function(call: &ExprMethodCall) -> bool {
     FUNCTIONS.iter().any(|name| call.method == name)
 }
 

@@ -7,7 +7,8 @@ use quote::ToTokens;
 use syn::visit::Visit;
 use syn::{BinOp, Expr, Ident, Pat};
 
-use crate::parse::{Block, Kind, Statement};
+use crate::formula::{is_function, operations};
+use crate::parse::{Block, Init, Kind, Statement};
 
 /// What a plate may do with unknowns on the way in without its length depending on them.
 const ITERATION: [&str; 7] = ["iter", "into_iter", "zip", "enumerate", "rev", "len", "copied"];
@@ -27,17 +28,52 @@ pub(crate) fn is_pooled(pat: &Pat, body: &Block) -> bool {
         && !tokens.to_string().contains('?')
 }
 
-/// Whether all that follows in the block is observations, of which one uses the name once.
+/// The name of a deterministic number that can stay a formula: `let name = arithmetic;`, used once
+/// by what follows.
+pub(crate) fn stays_open<'a>(kind: &'a Kind, after: &[Statement]) -> Option<(&'a Ident, &'a Expr)> {
+    let Kind::Let { pat: Pat::Ident(pat), init, .. } = kind else { return None };
+    let Some(Init::Value { value, diverge: None, .. }) = init else { return None };
+    let holds = pat.mutability.is_none() && operations(value) > 0 && used_once(&pat.ident, after);
+    holds.then_some((&pat.ident, value))
+}
+
+/// Whether all that follows in the block is observations, of which one uses the name once, and
+/// formulas for them, of which one may be what uses it.
 pub(crate) fn used_once(name: &Ident, after: &[Statement]) -> bool {
     let mut uses = 0;
-    for statement in after {
-        let Kind::Observe { place, distribution, .. } = &statement.kind else { return false };
-        if mentions(place.to_token_stream(), &|found| name == found) {
-            return false;
+    for (i, statement) in after.iter().enumerate() {
+        match &statement.kind {
+            Kind::Observe { place, distribution, .. } => {
+                if count(place.to_token_stream(), name) > 0 {
+                    return false;
+                }
+                uses += count(distribution.to_token_stream(), name);
+            }
+            kind @ Kind::Let { .. } => {
+                let Some((_, value)) = stays_open(kind, &after[i + 1..]) else { return false };
+                let here = count(value.to_token_stream(), name);
+                if here != operands(value, name) {
+                    return false;
+                }
+                uses += here;
+            }
+            _ => return false,
         }
-        uses += count(distribution.to_token_stream(), name);
     }
     uses == 1
+}
+
+/// How often the name is an operand of the arithmetic.
+fn operands(expr: &Expr, name: &Ident) -> usize {
+    match expr {
+        Expr::Path(path) => usize::from(path.path.is_ident(name)),
+        Expr::Paren(paren) => operands(&paren.expr, name),
+        Expr::Group(group) => operands(&group.expr, name),
+        Expr::Unary(unary) => operands(&unary.expr, name),
+        Expr::Binary(binary) => operands(&binary.left, name) + operands(&binary.right, name),
+        Expr::MethodCall(call) if is_function(call) => operands(&call.receiver, name),
+        _ => 0,
+    }
 }
 
 fn count(tokens: TokenStream, name: &Ident) -> usize {

@@ -11,6 +11,7 @@ mod check;
 mod effects;
 mod emit;
 mod errors;
+mod fold;
 mod formula;
 #[cfg(test)]
 mod fuzz;

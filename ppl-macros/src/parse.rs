@@ -42,6 +42,22 @@ pub(crate) struct Statement {
     pub(crate) predicted: bool,
 }
 
+impl Statement {
+    /// A statement of Rust that the macro adds.
+    pub(crate) fn rust(stmt: Stmt, span: Span, predicted: bool) -> Self {
+        Self {
+            attrs: Vec::new(),
+            mark: Mark::None,
+            dims: Vec::new(),
+            kind: Kind::Rust(stmt),
+            text: String::new(),
+            span,
+            site: None,
+            predicted,
+        }
+    }
+}
+
 pub(crate) enum Kind {
     /// `let name ~ distribution;`
     Unknown { let_token: Token![let], name: Ident, tilde: Token![~], distribution: Expr },

@@ -1,7 +1,7 @@
 //! Nanoseconds per log density and per gradient, as CSV: `cargo bench -p ppl --bench gradient`.
 //!
-//! The least of repeated timings, which what else runs disturbs least; a name after `--` asks for the models that have it in theirs, and
-//! `cargo test --benches` runs everything once.
+//! The least of repeated timings, which what else runs disturbs least; a name after `--` asks for
+//! the models that have it in theirs, and `cargo test --benches` runs everything once.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -57,6 +57,20 @@ ppl::model! {
         }
     }
 
+    /// Levels about a line in two covariates, not centred.
+    fn radon(counties: usize, houses: &[House]) {
+        let mu ~ Normal(0.0, 10.0);
+        let tau ~ HalfNormal(1.0);
+        let sd ~ HalfNormal(1.0);
+        let slope ~ Normal(0.0, 10.0).array::<2>();
+        let z ~ Normal(0.0, 1.0).iid(counties);
+        for house in houses {
+            let level = mu + tau * z[house.county];
+            let mean = level + slope[0] * house.uranium + slope[1] * house.floor;
+            house.radon ~ Normal(mean, sd);
+        }
+    }
+
     /// The paper's calibration: nine parameters, eight experiments.
     fn calibration(forward: &Cubic, qois: &[[f64; 3]]) {
         let young ~ Uniform(-1.0, 1.0);
@@ -85,6 +99,13 @@ ppl::model! {
             y ~ Normal(mu, sd);
         }
     }
+}
+
+struct House {
+    county: usize,
+    uranium: f64,
+    floor: f64,
+    radon: f64,
 }
 
 /// A polynomial surrogate of total degree 3 in 3 variables: the shape and the cost of the
@@ -198,6 +219,15 @@ fn main() {
         let y: Vec<f64> = (0..5 * groups).map(|i| (1.7 * i as f64).sin()).collect();
         report(&format!("hierarchical_d{}", groups + 3), quick, &hierarchy(groups, &group, &y));
     }
+    let houses: Vec<House> = (0..919)
+        .map(|i| House {
+            county: i * 85 / 919,
+            uranium: (0.1 * i as f64).sin(),
+            floor: f64::from(u8::from(i % 3 == 0)),
+            radon: (1.7 * i as f64).sin(),
+        })
+        .collect();
+    report("radon_n919", quick, &radon(85, &houses));
     let returns: Vec<f64> = (0..200).map(|i| 2.0 * (1.3 * f64::from(i)).sin()).collect();
     report("garch11", quick, &garch11(&returns, 0.5));
 }

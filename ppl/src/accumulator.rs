@@ -5,10 +5,10 @@
 //! a register until the plate ends.
 
 use std::cell::Cell;
-use std::ops::Deref;
+use std::ops::{Deref, Index};
 
 use crate::dot::Numbers;
-use crate::expression::Node;
+use crate::expression::{Expression, Node};
 use crate::real::Real;
 use crate::scalar::Scalar;
 
@@ -30,8 +30,9 @@ impl<R: Scalar> Sum<R> {
         Summed { number: self.number, adjoint: &self.adjoint }
     }
 
+    /// Adds the sum to the adjoint.
     #[inline(always)]
-    pub(crate) fn deposit(&self) {
+    pub fn deposit(&self) {
         self.number.deposit(self.adjoint.get());
     }
 }
@@ -80,19 +81,18 @@ impl<S: Scalar, const N: usize> Sums<S, N> {
         Self { numbers, adjoints: [const { Cell::new(0.0) }; N] }
     }
 
+    /// One of the numbers in a formula.
     #[inline(always)]
-    pub(crate) fn deposit(&self) {
+    pub fn __element(&self, i: usize) -> Expression<Summed<'_, Real<S>>> {
+        Expression(Summed { number: self.numbers[i], adjoint: &self.adjoints[i] })
+    }
+
+    /// Adds the sums to the adjoints.
+    #[inline(always)]
+    pub fn deposit(&self) {
         for (number, adjoint) in self.numbers.iter().zip(&self.adjoints) {
             number.deposit(adjoint.get());
         }
-    }
-}
-
-impl<S: Scalar, const N: usize> Deref for Sums<S, N> {
-    type Target = [Real<S>];
-
-    fn deref(&self) -> &[Real<S>] {
-        &self.numbers
     }
 }
 
@@ -109,5 +109,56 @@ impl<S: Scalar, const N: usize> Numbers for Sums<S, N> {
         for (adjoint, d) in self.adjoints.iter().zip(data) {
             adjoint.set(adjoint.get() + weight * d);
         }
+    }
+}
+
+/// Anything else from outside a plate, as it is.
+#[derive(Debug)]
+pub struct Kept<'a, T: ?Sized>(pub(crate) &'a T);
+
+impl<T: ?Sized> Kept<'_, T> {
+    /// Nothing: there are no adjoints.
+    #[inline(always)]
+    pub fn deposit(&self) {}
+}
+
+impl<T: ?Sized> Deref for Kept<'_, T> {
+    type Target = T;
+
+    #[inline(always)]
+    fn deref(&self) -> &T {
+        self.0
+    }
+}
+
+/// What stands behind an index, copied.
+pub trait At<I> {
+    /// Its type.
+    type Element;
+
+    /// The element.
+    fn __element(&self, i: I) -> Self::Element;
+}
+
+impl<I, T: Index<I, Output: Copy> + ?Sized> At<I> for T {
+    type Element = T::Output;
+
+    #[inline(always)]
+    fn __element(&self, i: I) -> T::Output {
+        self[i]
+    }
+}
+
+impl<T: Numbers + ?Sized> Numbers for Kept<'_, T> {
+    type Scalar = T::Scalar;
+
+    #[inline(always)]
+    fn numbers(&self) -> &[Real<T::Scalar>] {
+        self.0.numbers()
+    }
+
+    #[inline(always)]
+    fn settle(&self, data: &[f64], weight: f64, f: &mut impl FnMut(Real<T::Scalar>, f64)) {
+        self.0.settle(data, weight, f);
     }
 }

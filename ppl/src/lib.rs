@@ -82,6 +82,7 @@ mod submodel;
 mod summary;
 pub mod tape;
 mod tempered;
+mod total;
 mod trace;
 pub mod transform;
 
@@ -135,6 +136,8 @@ pub mod prelude {
 /// What generated code calls. Not public interface.
 #[doc(hidden)]
 pub mod __private {
+    pub use crate::accumulator::At;
     pub use crate::distribution::{constrain, ln_density, ln_probability};
     pub use crate::operand::{Apart, Number, Of, Other, Together};
+    pub use crate::total::{summand, total};
 }

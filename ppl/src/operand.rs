@@ -1,6 +1,6 @@
 //! What generated code asks of names whose types the macro does not know.
 
-use crate::accumulator::{Sum, Summed, Sums};
+use crate::accumulator::{Kept, Sum, Summed, Sums};
 use crate::expression::{Expression, Node};
 use crate::real::Real;
 use crate::scalar::Scalar;
@@ -52,6 +52,21 @@ impl<A: Node> Number for Of<'_, Expression<A>> {
     #[inline(always)]
     fn closed(&self) -> A::Number {
         self.0.close()
+    }
+}
+
+impl<'a, S: Scalar> Number for Of<'_, &'a Real<S>> {
+    type Operand = Expression<Real<S>>;
+    type Value = &'a Real<S>;
+
+    #[inline(always)]
+    fn operand(&self) -> Expression<Real<S>> {
+        Expression(**self.0)
+    }
+
+    #[inline(always)]
+    fn closed(&self) -> &'a Real<S> {
+        self.0
     }
 }
 
@@ -133,9 +148,6 @@ pub trait Apart {
 
     /// An empty sum.
     fn sum(&self) -> Self::Sum;
-
-    /// Adds the sum to the adjoint.
-    fn deposit(&self);
 }
 
 impl<S: Scalar> Apart for Of<'_, Real<S>> {
@@ -145,9 +157,6 @@ impl<S: Scalar> Apart for Of<'_, Real<S>> {
     fn sum(&self) -> Sum<Real<S>> {
         Sum::new(*self.0)
     }
-
-    #[inline(always)]
-    fn deposit(&self) {}
 }
 
 impl<S: Scalar, const N: usize> Apart for Of<'_, [Real<S>; N]> {
@@ -157,61 +166,39 @@ impl<S: Scalar, const N: usize> Apart for Of<'_, [Real<S>; N]> {
     fn sum(&self) -> Sums<S, N> {
         Sums::new(*self.0)
     }
-
-    #[inline(always)]
-    fn deposit(&self) {}
-}
-
-impl<S: Scalar> Apart for Of<'_, Sum<Real<S>>> {
-    type Sum = Real<S>;
-
-    #[inline(always)]
-    fn sum(&self) -> Real<S> {
-        self.0.number
-    }
-
-    #[inline(always)]
-    fn deposit(&self) {
-        self.0.deposit();
-    }
-}
-
-impl<S: Scalar, const N: usize> Apart for Of<'_, Sums<S, N>> {
-    type Sum = [Real<S>; N];
-
-    #[inline(always)]
-    fn sum(&self) -> [Real<S>; N] {
-        self.0.numbers
-    }
-
-    #[inline(always)]
-    fn deposit(&self) {
-        self.0.deposit();
-    }
 }
 
 /// Anything else.
-pub trait Together {
+pub trait Together<'a> {
     /// Its type.
-    type Same;
+    type Kept: ?Sized;
 
     /// As it is.
-    fn sum(&self) -> Self::Same;
-
-    /// Nothing.
-    fn deposit(&self);
+    fn sum(&self) -> Kept<'a, Self::Kept>;
 }
 
-impl<T: Clone> Together for &Of<'_, T> {
-    type Same = T;
+impl<'a, T: ?Sized> Together<'a> for &Of<'a, T> {
+    type Kept = T;
 
     #[inline(always)]
-    fn sum(&self) -> T {
-        self.0.clone()
+    fn sum(&self) -> Kept<'a, T> {
+        Kept(self.0)
+    }
+}
+
+impl<T: Clone> Number for Of<'_, Kept<'_, T>> {
+    type Operand = T;
+    type Value = T;
+
+    #[inline(always)]
+    fn operand(&self) -> T {
+        self.0.0.clone()
     }
 
     #[inline(always)]
-    fn deposit(&self) {}
+    fn closed(&self) -> T {
+        self.0.0.clone()
+    }
 }
 
 #[cfg(test)]

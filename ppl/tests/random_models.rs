@@ -186,6 +186,27 @@ impl Writer {
         Ok(())
     }
 
+    /// A sum that is written as a loop.
+    fn sum(&mut self, array: &str, text: &mut String) -> Result<String, std::fmt::Error> {
+        let (name, start, factor) = (self.name(), self.number(1), self.number(1));
+        let head = self.pick(&["d in 0..3", "(a, r) in #.iter().zip(row)"]).replace('#', array);
+        let [a, r] = match head.starts_with('d') {
+            true => [format!("{array}[d]"), "row[d]".to_owned()],
+            false => ["a", "r"].map(str::to_owned),
+        };
+        let step = self.pick(&["+= #a * #r", "-= #a * #r * #f", "+= (#a * #f).sin() * #r"]);
+        let step = step.replace("#a", &a).replace("#r", &r).replace("#f", &factor);
+        writeln!(text, "        let mut {name} = {start};")?;
+        writeln!(text, "        for {head} {{\n            {name} {step};\n        }}")?;
+        if self.rng.random() {
+            writeln!(text, "        {name} -= {factor};")?;
+        }
+        if self.rng.random_range(0..4) == 0 {
+            self.numbers.push(name.clone());
+        }
+        Ok(name)
+    }
+
     fn plate(&mut self, text: &mut String) -> std::fmt::Result {
         let scope = self.numbers.len();
         let y = self.name();
@@ -199,6 +220,7 @@ impl Writer {
             self.numbers.push(name);
         }
         let product = match self.arrays.choose(&mut self.rng).cloned() {
+            Some(array) if self.rng.random() => self.sum(&array, text)?,
             Some(array) => format!("dot(row, &{array})"),
             None => "row[0]".to_owned(),
         };

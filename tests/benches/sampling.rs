@@ -5,6 +5,8 @@
 //! Value and gradient are medians over batches at points near the mode; the overhead is the time
 //! of a sampling run less its gradients, by leapfrog. Effective draws are those of the worst
 //! coordinate of 4 × 2000 draws, over the processor time of the run with its 1000 warmup draws.
+//! A name after `--` asks for the models that have it in theirs; `paper_setting` is 4 × 52 000 draws
+//! on two threads, by the clock.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -14,7 +16,7 @@ use breccia_tests::posteriors::regression::{Kidiq, kidscore};
 use breccia_tests::posteriors::series::{garch_data, garch11};
 use breccia_tests::{Instance, eight_schools};
 use models::calibration;
-use ppl::diagnostics::ess_bulk;
+use ppl::diagnostics::{ess_bulk, r_hat};
 use ppl::prelude::*;
 use ppl::{Bound, Model, Workspace};
 
@@ -25,6 +27,7 @@ fn main() {
     let instance = Instance::load();
     let prior = Instance::prior();
     report("paper_calibration", &calibration(&instance.pce, &instance.qois, &prior), quick);
+    paper_setting(&calibration(&instance.pce, &instance.qois, &prior), quick);
     let (y, se) = (eight_schools::EFFECT, eight_schools::ERROR);
     report("eight_schools_non_centred", &eight_schools::non_centred(&y, &se), quick);
     let kids = Kidiq::load();
@@ -34,7 +37,16 @@ fn main() {
     report("garch11", &garch11(&garch_data(), 0.5), quick);
 }
 
+/// Whether the command line asks for a name, or for none.
+fn asked(name: &str) -> bool {
+    let mut parts = std::env::args().skip(1).filter(|part| !part.starts_with("--")).peekable();
+    parts.peek().is_none() || parts.any(|part| name.contains(&part))
+}
+
 fn report<M: Model>(name: &str, model: &Bound<M>, quick: bool) {
+    if !asked(name) {
+        return;
+    }
     let dim = model.dim();
     let line = |quantity: &str, value: f64, unit: &str| {
         println!("{name},{dim},{quantity},{value:.4},{unit}");
@@ -69,6 +81,28 @@ fn report<M: Model>(name: &str, model: &Bound<M>, quick: bool) {
         ess_bulk(&traces.iter().map(Vec::as_slice).collect::<Vec<_>>())
     });
     line("min_ess_bulk_per_second", effective.fold(f64::INFINITY, f64::min) / seconds, "1/s");
+}
+
+/// The paper's own run, and the shortest one to min ESS > 2000 and R-hat < 1.01.
+fn paper_setting<M: Model>(model: &Bound<M>, quick: bool) {
+    if quick || !asked("paper_setting") {
+        return;
+    }
+    for (threads, warmup, draws) in [(2, 2000, 50_000), (1, 300, 1000)] {
+        let sampler =
+            Nuts::default().chains(4).threads(threads).warmup(warmup).draws(draws).seed(1);
+        let start = Instant::now();
+        let chains = sampler.run(model).expect("the model samples");
+        let seconds = start.elapsed().as_secs_f64();
+        let traces: Vec<_> = (0..model.dim()).map(|i| chains.traces(i)).collect();
+        let traces = || traces.iter().map(|t| t.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        let ess = traces().map(|t| ess_bulk(&t)).fold(f64::INFINITY, f64::min);
+        let r_hat = traces().map(|t| r_hat(&t)).fold(0.0, f64::max);
+        let run = format!("paper_setting,{},4x({warmup}+{draws})", model.dim());
+        println!("{run} on {threads},{seconds:.4},s");
+        println!("{run} min_ess_bulk,{ess:.0},1");
+        println!("{run} r_hat,{r_hat:.5},1");
+    }
 }
 
 /// Median over batches of a few milliseconds of the mean time of one call, in ns.

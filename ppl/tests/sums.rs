@@ -1,0 +1,126 @@
+//! Sums that are written as loops are formulas: they say what the same sum by `dot` says, and have
+//! its gradient.
+
+use ppl::prelude::*;
+use ppl::{Bound, Model, Workspace};
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+ppl::model! {
+    fn with_dot(x: &[[f64; 3]], y: &[f64]) {
+        let slope ~ Normal(0.0, 1.0).array::<3>();
+        let level ~ Normal(0.0, 1.0);
+        let sd ~ HalfNormal(1.0);
+        for (row, y) in x.iter().zip(y) {
+            y ~ Normal(level + dot(row, &slope), sd);
+        }
+    }
+
+    fn with_index(x: &[[f64; 3]], y: &[f64]) {
+        let slope ~ Normal(0.0, 1.0).array::<3>();
+        let level ~ Normal(0.0, 1.0);
+        let sd ~ HalfNormal(1.0);
+        for (row, y) in x.iter().zip(y) {
+            let mut mean = level + slope[0] * row[0];
+            for d in 1..3 {
+                mean += slope[d] * row[d];
+            }
+            y ~ Normal(mean, sd);
+        }
+    }
+
+    /// The start is data, the loop runs over unknowns, and one part comes alone.
+    fn with_zip(x: &[[f64; 3]], y: &[f64]) {
+        let slope ~ Normal(0.0, 1.0).array::<3>();
+        let level ~ Normal(0.0, 1.0);
+        let sd ~ HalfNormal(1.0);
+        for (row, y) in x.iter().zip(y) {
+            let mut mean = Real::from(0.0);
+            for (slope, x) in slope.iter().zip(row) {
+                mean -= -(slope * x);
+            }
+            mean += level;
+            let shifted = mean * 1.0;
+            y ~ Normal(shifted, sd);
+        }
+    }
+
+    /// The sum is used again, changed again, and shadows an unknown; whole numbers stay such.
+    fn used_twice(x: &[[f64; 3]], y: &[f64]) {
+        let slope ~ Normal(0.0, 1.0).array::<3>();
+        let level ~ Normal(0.0, 1.0);
+        let sd ~ HalfNormal(1.0);
+        for i in 0..y.len() {
+            let mut mean = level;
+            let mut count = 0;
+            for level in 0..3 {
+                mean += slope[level] * x[i][level];
+            }
+            for slope in 0..3 {
+                count += slope;
+            }
+            if count > 2 {
+                mean += 0.5 * mean - 0.5 * mean;
+            }
+            #[track] let doubled = mean + mean;
+            y[i] ~ Normal(doubled - mean, sd);
+        }
+    }
+
+    /// Outside a plate, in a factor.
+    fn once(x: &[f64; 3]) {
+        let z ~ Normal(0.0, 1.0).array::<3>();
+        let mut sum = 0.3 * z[0].exp();
+        for d in 0..3 {
+            sum += x[d] * z[d].sin();
+        }
+        factor(-sum.square());
+    }
+}
+
+fn gradient(model: &Bound<impl Model>, y: &[f64]) -> (f64, Vec<f64>) {
+    let (mut w, mut compiled, mut dual) =
+        (Workspace::default(), vec![0.0; y.len()], vec![0.0; y.len()]);
+    let value = model.gradient(y, &mut compiled, &mut w).expect("inside");
+    model.forward_gradient(y, &mut dual).expect("inside");
+    for (c, d) in compiled.iter().zip(&dual) {
+        assert!((c - d).abs() <= 1e-12 * (1.0 + d.abs()), "{compiled:?} {dual:?}");
+    }
+    (value, compiled)
+}
+
+#[test]
+fn loops_are_sums() {
+    let x = [[1.0, 0.2, -0.7], [1.0, -0.3, 0.5], [1.0, 1.1, 0.1], [1.0, 0.0, 2.0]];
+    let y = [0.3, -0.8, 1.9, 0.4];
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+    let reference = with_dot(&x, &y);
+    for _ in 0..20 {
+        let at = reference.draw_prior(&mut rng).expect("proper").unconstrained;
+        let (value, expected) = gradient(&reference, &at);
+        for (found, gradient) in [
+            gradient(&with_index(&x, &y), &at),
+            gradient(&with_zip(&x, &y), &at),
+            gradient(&used_twice(&x, &y), &at),
+        ] {
+            assert!((found - value).abs() <= 1e-13 * (1.0 + value.abs()), "{found} {value}");
+            for (g, e) in gradient.iter().zip(&expected) {
+                assert!((g - e).abs() <= 1e-12 * (1.0 + e.abs()), "{gradient:?} {expected:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_sum_outside_a_plate() {
+    let x = [0.5, -1.0, 2.0];
+    let z = [0.2, -0.4, 1.3f64];
+    let (value, found) = gradient(&once(&x), &z);
+    let sum = 0.3 * z[0].exp() + (0..3).map(|d| x[d] * z[d].sin()).sum::<f64>();
+    let normal: f64 = z.iter().map(|z| -0.5 * z * z - 0.5 * std::f64::consts::TAU.ln()).sum();
+    approx::assert_relative_eq!(value, normal - sum * sum, max_relative = 1e-14);
+    for d in 0..3 {
+        let slope = x[d] * z[d].cos() + if d == 0 { 0.3 * z[0].exp() } else { 0.0 };
+        approx::assert_relative_eq!(found[d], -z[d] - 2.0 * sum * slope, max_relative = 1e-13);
+    }
+}
