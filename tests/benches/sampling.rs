@@ -2,7 +2,7 @@
 //! parameters, 8 experiments), eight schools, kidscore (434 children), radon (919 houses) and
 //! garch11 (200 values), as CSV `model,dim,quantity,value,unit`.
 //!
-//! Value and gradient are medians over batches at points near the mode; the overhead is the time
+//! Value and gradient are the least of many batches at points near the mode; the overhead is the time
 //! of a sampling run less its gradients, by leapfrog. Effective draws are those of the worst
 //! coordinate of 4 × 2000 draws, over the processor time of the run with its 1000 warmup draws.
 //! A name after `--` asks for the models that have it in theirs; `paper_setting` is 4 × 52 000 draws
@@ -16,9 +16,9 @@ use breccia_tests::posteriors::regression::{Kidiq, kidscore};
 use breccia_tests::posteriors::series::{garch_data, garch11};
 use breccia_tests::{Instance, eight_schools};
 use models::calibration;
-use ppl::diagnostics::{ess_bulk, r_hat};
+use ppl::diagnostics::{ess_bulk, rhat};
 use ppl::prelude::*;
-use ppl::{Bound, Model, Workspace};
+use ppl::{Bound, Chains, Model, Workspace};
 
 fn main() {
     // `cargo test --benches` only wants to know that it runs
@@ -54,23 +54,21 @@ fn report<M: Model>(name: &str, model: &Bound<M>, quick: bool) {
     let points: Vec<Vec<f64>> = (0..16)
         .map(|k| (0..dim).map(|i| 0.3 * f64::from((7 * i as i32 + 5 * k) % 11 - 5) / 5.0).collect())
         .collect();
-    let batches = if quick { 1 } else { 41 };
+    let batches = if quick { 1 } else { 201 };
     let mut workspace = Workspace::default();
-    let value = median_ns(batches, |k| {
+    let value = least_ns(batches, |k| {
         black_box(model.log_density(&points[k % 16], &mut workspace)).is_ok()
     });
     line("value", value, "ns");
     let mut gradient = vec![0.0; dim];
-    let full = median_ns(batches, |k| {
+    let full = least_ns(batches, |k| {
         black_box(model.gradient(&points[k % 16], &mut gradient, &mut workspace)).is_ok()
     });
     line("gradient", full, "ns");
 
     let (warmup, draws) = if quick { (40, 20) } else { (1000, 2000) };
     let sampler = Nuts::default().chains(4).threads(1).warmup(warmup).draws(draws).seed(1);
-    let start = Instant::now();
-    let chains = sampler.run(model).expect("the model samples");
-    let seconds = start.elapsed().as_secs_f64();
+    let (chains, seconds) = fastest(&sampler, model, if quick { 1 } else { 9 });
     let stats = chains.chains.iter().flat_map(|c| c.stats.iter().chain(&c.warmup.stats));
     let leapfrogs: u64 = stats.map(|s| u64::from(s.leapfrogs)).sum();
     let each = seconds * 1e9 / leapfrogs as f64;
@@ -83,21 +81,33 @@ fn report<M: Model>(name: &str, model: &Bound<M>, quick: bool) {
     line("min_ess_bulk_per_second", effective.fold(f64::INFINITY, f64::min) / seconds, "1/s");
 }
 
+/// The least time of some runs, which what else runs disturbs least; their chains are the same.
+fn fastest<M: Model>(sampler: &Nuts<'_>, model: &Bound<M>, runs: usize) -> (Chains, f64) {
+    let run = || {
+        let start = Instant::now();
+        let chains = sampler.run(model).expect("the model samples");
+        (chains, start.elapsed().as_secs_f64())
+    };
+    let first = run();
+    (1..runs).fold(first, |best, _| {
+        let next = run();
+        if next.1 < best.1 { next } else { best }
+    })
+}
+
 /// The paper's own run, and the shortest one to min ESS > 2000 and R-hat < 1.01.
 fn paper_setting<M: Model>(model: &Bound<M>, quick: bool) {
     if quick || !asked("paper_setting") {
         return;
     }
-    for (threads, warmup, draws) in [(2, 2000, 50_000), (1, 300, 1000)] {
+    for (threads, warmup, draws) in [(2, 2000, 50_000), (1, 250, 1300)] {
         let sampler =
             Nuts::default().chains(4).threads(threads).warmup(warmup).draws(draws).seed(1);
-        let start = Instant::now();
-        let chains = sampler.run(model).expect("the model samples");
-        let seconds = start.elapsed().as_secs_f64();
+        let (chains, seconds) = fastest(&sampler, model, if draws > 10_000 { 3 } else { 21 });
         let traces: Vec<_> = (0..model.dim()).map(|i| chains.traces(i)).collect();
         let traces = || traces.iter().map(|t| t.iter().map(Vec::as_slice).collect::<Vec<_>>());
         let ess = traces().map(|t| ess_bulk(&t)).fold(f64::INFINITY, f64::min);
-        let r_hat = traces().map(|t| r_hat(&t)).fold(0.0, f64::max);
+        let r_hat = traces().map(|t| rhat(&t)).fold(0.0, f64::max);
         let run = format!("paper_setting,{},4x({warmup}+{draws})", model.dim());
         println!("{run} on {threads},{seconds:.4},s");
         println!("{run} min_ess_bulk,{ess:.0},1");
@@ -105,8 +115,8 @@ fn paper_setting<M: Model>(model: &Bound<M>, quick: bool) {
     }
 }
 
-/// Median over batches of a few milliseconds of the mean time of one call, in ns.
-fn median_ns(batches: usize, mut call: impl FnMut(usize) -> bool) -> f64 {
+/// Mean time of one call in the fastest of some short batches, in ns.
+fn least_ns(batches: usize, mut call: impl FnMut(usize) -> bool) -> f64 {
     let mut time = |repeats: usize| {
         let start = Instant::now();
         for k in 0..repeats {
@@ -114,8 +124,6 @@ fn median_ns(batches: usize, mut call: impl FnMut(usize) -> bool) -> f64 {
         }
         start.elapsed().as_secs_f64() * 1e9 / repeats as f64
     };
-    let repeats = if batches == 1 { 2 } else { (3e6 / time(20)).ceil() as usize };
-    let mut times: Vec<f64> = (0..batches).map(|_| time(repeats)).collect();
-    times.sort_by(f64::total_cmp);
-    times[batches / 2]
+    let repeats = if batches == 1 { 2 } else { (3e5 / time(20)).ceil() as usize };
+    (0..batches).map(|_| time(repeats)).fold(f64::INFINITY, f64::min)
 }
