@@ -1,8 +1,8 @@
 //! What the engine costs: CSV lines `quantity,value,unit`, one thread, in processor seconds.
 //!
-//! Run: `cargo bench -p fem --bench engine`, with names as `p1_20k` after `--` for a part of it. The
-//! specimen is a lattice cylinder; the figures are
-//! the least of a few repetitions. `BRECCIA_LARGE=1` adds the sizes up to two million unknowns,
+//! Run: `cargo bench -p fem --bench engine`, with the beginnings of names, as `p1_20k` or `apply`,
+//! after `--` for a part of it. The specimen is a lattice cylinder; the figures are the least of a
+//! few repetitions. `BRECCIA_LARGE=1` adds the sizes up to two million unknowns,
 //! which take minutes and several GB.
 
 use std::ops::ControlFlow;
@@ -24,7 +24,8 @@ fn main() {
 
 fn measure() -> Result<(), Failure> {
     let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
-    let wanted = |name: &str| asked.is_empty() || asked.iter().any(|a| a == name);
+    let wanted =
+        |name: &str| asked.is_empty() || asked.iter().any(|a| name.starts_with(a.as_str()));
     println!("quantity,value,unit");
     line("load_of_the_machine", load(), "1");
     // first, since the peak of the memory is that of the whole process
@@ -41,8 +42,21 @@ fn measure() -> Result<(), Failure> {
         ("p1_displacement_44k", 0.248, linear, false),
         ("p2_displacement_86k", 0.365, quadratic, false),
         ("p2_4_fields", 0.38, quadratic, true),
-        ("p1_apply_large", 0.18, linear, true),
     ];
+    let products = [
+        ("apply_p1", std::env::var("SP").map_or(0.18, |s| s.parse().unwrap()), linear, true),
+        ("apply_p1_displacement", 0.18, linear, false),
+        ("apply_p2", std::env::var("SP").map_or(0.28, |s| s.parse().unwrap()), quadratic, true),
+        ("apply_p2_displacement", 0.28, quadratic, false),
+    ];
+    if products.iter().any(|p| wanted(p.0)) {
+        line("triad", triad(), "GB/s");
+    }
+    for (name, spacing_mm, order, damage) in products {
+        if wanted(name) {
+            product(name, spacing_mm, order, damage)?;
+        }
+    }
     for (name, spacing_mm, order, damage) in sizes {
         if wanted(name) {
             parts(name, spacing_mm, order, damage, 3)?;
@@ -107,12 +121,40 @@ fn parts(
     line(&format!("{name}_tangent"), 1e6 * parts.tangent_s / tets, "us/tet");
     let both = parts.residual_s + parts.tangent_s;
     line(&format!("{name}_residual_and_tangent"), 1e6 * both / tets, "us/tet");
-    line(&format!("{name}_linearise"), 1e6 * parts.linearise_s / tets, "us/tet");
-    line(&format!("{name}_apply"), 1e-6 * unknowns / parts.apply_s, "million unknowns/s");
     line(&format!("{name}_factorisation"), parts.factorisation_s, "s");
     line(&format!("{name}_solve"), parts.solve_s, "s");
     line(&format!("{name}_newton_iteration"), parts.newton_iteration_s(), "s");
     Ok(())
+}
+
+/// The matrix-free tangent, larger than any cache.
+fn product(name: &str, spacing_mm: f64, order: Order, damage: bool) -> Result<(), Failure> {
+    let test = test(spacing_mm, order, damage)?;
+    let (tets, unknowns) = (test.mesh().tets.len() as f64, test.unknowns() as f64);
+    line(&format!("{name}_tetrahedra"), tets, "1");
+    line(&format!("{name}_unknowns"), unknowns, "1");
+    let times =
+        test.time_product(std::env::var("REP").map_or(40, |s| s.parse().unwrap()), &wall_seconds)?;
+    line(&format!("{name}_linearise"), 1e6 * times.linearise_s / tets, "us/tet");
+    line(name, 1e-6 * unknowns / times.apply_s, "million unknowns/s");
+    line(&format!("{name}_data"), 1e-9 * times.bytes as f64 / times.apply_s, "GB/s");
+    Ok(())
+}
+
+/// Bandwidth of a = b + s c as McCalpin's STREAM counts it, three numbers an entry.
+fn triad() -> f64 {
+    const ENTRIES: usize = 8 << 20;
+    let (mut a, b, c) = (vec![0.0; ENTRIES], vec![1.0; ENTRIES], vec![2.0; ENTRIES]);
+    let mut best = f64::INFINITY;
+    for _ in 0..10 {
+        let begin = wall_seconds();
+        for ((a, b), c) in a.iter_mut().zip(&b).zip(&c) {
+            *a = b + 3.0 * c;
+        }
+        std::hint::black_box(&mut a);
+        best = best.min(wall_seconds() - begin);
+    }
+    24e-9 * ENTRIES as f64 / best
 }
 
 /// A fracture run of 44 steps past the peak.
@@ -144,17 +186,21 @@ fn steps(name: &str, spacing_mm: f64, count: usize) -> Result<[f64; 2], Failure>
     Ok([test.unknowns() as f64, each])
 }
 
+/// Time on the wall, for what is short enough to be undisturbed once in a while.
+fn wall_seconds() -> f64 {
+    static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
+    BEGIN.elapsed().as_secs_f64()
+}
+
 /// Processor time of this process, which other work on the machine lengthens less than the time on
 /// the wall; where Linux does not tell it, the latter.
 fn processor_seconds() -> f64 {
-    static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
-    let begin = *BEGIN;
     let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
     let nanoseconds: u64 = tasks
         .filter_map(|task| std::fs::read_to_string(task.path().join("schedstat")).ok())
         .filter_map(|text| text.split(' ').next()?.parse::<u64>().ok())
         .sum();
-    if nanoseconds > 0 { 1e-9 * nanoseconds as f64 } else { begin.elapsed().as_secs_f64() }
+    if nanoseconds > 0 { 1e-9 * nanoseconds as f64 } else { wall_seconds() }
 }
 
 /// Processes that want to run, over the last minute.

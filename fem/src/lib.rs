@@ -76,7 +76,7 @@ pub mod equations {}
 pub use boundary::{Axis, Conditions, PointValues, Problem};
 pub use compression::{
     Checkpoint, CompressionTest, CurvePoint, CurveWriter, End, Fields, Friction, Loading, Observer,
-    Outcome, PartTimes, Platens, Schedule, Stepping, read_curve, write_curve,
+    Outcome, PartTimes, Platens, ProductTimes, Schedule, Stepping, read_curve, write_curve,
 };
 pub use contact::{ContactPoint, Platen};
 pub use element::Order;

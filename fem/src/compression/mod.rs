@@ -16,7 +16,7 @@ pub use curve::{CurvePoint, End, Fields, Observer, Outcome};
 pub use curve_file::{CurveWriter, read_curve, write_curve};
 pub use loading::{Loading, Schedule, Stepping};
 pub use test::{CompressionTest, Friction, Platens};
-pub use timing::PartTimes;
+pub use timing::{PartTimes, ProductTimes};
 
 pub(crate) use arc_length::check_arc_length;
 pub(crate) use checkpoint::Fingerprint;

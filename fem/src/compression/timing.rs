@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::curve::Fields;
 use super::test::CompressionTest;
 use crate::error::FemError;
+use crate::material::PointMaterial;
 use crate::operator::{Coupling, Increment, Layout, MatrixFree, NONE, Residual, Span};
 
 /// Seconds for each part of a Newton iteration, the least of several repetitions.
@@ -16,12 +17,19 @@ pub struct PartTimes {
     pub tangent_s: f64,
     /// Factorisation, or the hierarchy of the iterative solver.
     pub factorisation_s: f64,
-    /// Storing the point data of the matrix-free tangent.
-    pub linearise_s: f64,
-    /// Product of the matrix-free tangent and a vector.
-    pub apply_s: f64,
     /// Solution to a residual of 1e-3 with the factor.
     pub solve_s: f64,
+}
+
+/// What the matrix-free tangent costs, the least of several repetitions.
+#[derive(Clone, Copy, Debug)]
+pub struct ProductTimes {
+    /// Seconds for storing the point data.
+    pub linearise_s: f64,
+    /// Seconds for a product with a vector.
+    pub apply_s: f64,
+    /// Point data, which a product reads once.
+    pub bytes: usize,
 }
 
 impl PartTimes {
@@ -43,14 +51,7 @@ impl CompressionTest {
         clock: &dyn Fn() -> f64,
     ) -> Result<PartTimes, FemError> {
         let domain = &self.problem.discretisation;
-        let materials: Vec<_> = {
-            let field = self.problem.phase_field.as_ref();
-            self.problem.materials.iter().map(|m| m.at_point(field)).collect()
-        };
-        let mut fields = Fields::zero(domain.nodes.len());
-        for (u, x) in fields.displacement.iter_mut().zip(&domain.nodes) {
-            *u = [1e-3 * x[0], 1e-3 * x[1], -4e-3 * x[2]];
-        }
+        let (materials, fields) = self.compressed();
         let increment = Increment {
             materials: &materials,
             fields: &fields,
@@ -78,27 +79,64 @@ impl CompressionTest {
         let solve_s =
             least(clock, repetitions, || linear.solve(&residual.nodal, &mut step, 1e-3).is_ok());
         let factorisation_s = first_s - solve_s;
-        let layout = Arc::new(Layout::new(operator, &domain.nodes));
-        let mut free_of_matrix = MatrixFree::<f64>::new(layout);
-        let linearise_s = least(clock, repetitions, || {
-            free_of_matrix.linearise(operator, &increment, Coupling::Full).is_ok()
+        Ok(PartTimes { residual_s, tangent_s, factorisation_s, solve_s })
+    }
+
+    /// Times the matrix-free tangent at the same compression, by a clock in seconds.
+    ///
+    /// # Errors
+    /// [`FemError::Factorisation`] if an element is turned inside out.
+    pub fn time_product(
+        &self,
+        repetitions: u32,
+        clock: &dyn Fn() -> f64,
+    ) -> Result<ProductTimes, FemError> {
+        let domain = &self.problem.discretisation;
+        let (materials, fields) = self.compressed();
+        let span = Span::new(&fields.damage, 0.01);
+        let increment = Increment { materials: &materials, fields: &fields, span };
+        let operator = domain.operator.as_ref();
+        let mut tangent = MatrixFree::<f64>::new(Arc::new(Layout::new(operator, &domain.nodes)));
+        tangent.linearise(operator, &increment, Coupling::Full).map_err(|_| {
+            FemError::Factorisation {
+                unknowns: domain.unknowns.count,
+                reason: "an element is turned inside out".into(),
+            }
+        })?;
+        let linearise_s = least(clock, repetitions.min(3), || {
+            tangent.linearise(operator, &increment, Coupling::Full).is_ok()
         });
-        let apply_s =
-            least(clock, repetitions, || free_of_matrix.multiply(&residual.nodal, &mut step));
-        Ok(PartTimes { residual_s, tangent_s, factorisation_s, linearise_s, apply_s, solve_s })
+        let x: Vec<_> =
+            domain.nodes.iter().map(|x| [x[0] * x[1], x[1] * x[2], x[2] * x[0], x[2]]).collect();
+        let mut y = vec![[0.0; 4]; domain.nodes.len()];
+        let apply_s = least(clock, repetitions, || tangent.multiply(&x, &mut y));
+        Ok(ProductTimes { linearise_s, apply_s, bytes: tangent.bytes() })
+    }
+
+    /// A uniform small compression.
+    fn compressed(&self) -> (Vec<PointMaterial>, Fields) {
+        let field = self.problem.phase_field.as_ref();
+        let materials = self.problem.materials.iter().map(|m| m.at_point(field)).collect();
+        let nodes = &self.problem.discretisation.nodes;
+        let mut fields = Fields::zero(nodes.len());
+        for (u, x) in fields.displacement.iter_mut().zip(nodes) {
+            *u = [1e-3 * x[0], 1e-3 * x[1], -4e-3 * x[2]];
+        }
+        (materials, fields)
     }
 }
 
-/// The least mean of `repetitions` series, each long enough for a coarse clock.
+/// The least mean of `repetitions` series, each long enough for the clock; they are short, so that
+/// one of them is undisturbed on a machine that has other work.
 fn least<T>(clock: &dyn Fn() -> f64, repetitions: u32, mut part: impl FnMut() -> T) -> f64 {
-    const SERIES_S: f64 = 0.05;
+    const SERIES_S: f64 = 0.02;
+    let begin = clock();
+    std::hint::black_box(part());
+    let calls = (SERIES_S / (clock() - begin).max(1e-6)).ceil().clamp(1.0, 1e4) as u32;
     let mut best = f64::INFINITY;
     for _ in 0..repetitions.max(1) {
-        let (begin, mut calls) = (clock(), 0);
-        while clock() - begin < SERIES_S {
-            std::hint::black_box(part());
-            calls += 1;
-        }
+        let begin = clock();
+        (0..calls).for_each(|_| drop(std::hint::black_box(part())));
         best = best.min((clock() - begin) / f64::from(calls));
     }
     best

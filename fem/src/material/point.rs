@@ -41,13 +41,16 @@ pub(crate) struct PointResponse {
 
 /// The tangent with g applied, in the principal basis.
 pub(crate) struct Tangent {
-    basis: Matrix3<f64>,
+    /// The principal axes, as columns.
+    pub(crate) basis: Matrix3<f64>,
     /// A_il of K_ii = Σ_l A_il g_l g′_l.
     diagonal: [[f64; 3]; 3],
     /// D_ij.
-    normal: [[f64; 3]; 3],
+    pub(crate) normal: [[f64; 3]; 3],
     /// G_ij at the third index.
-    shear: [f64; 3],
+    pub(crate) shear: [f64; 3],
+    /// τ_i.
+    pub(crate) stress: [f64; 3],
 }
 
 impl PointMaterial {
@@ -73,6 +76,11 @@ impl PointResponse {
     /// g ψ⁺ + ψ⁻.
     pub(crate) fn energy(&self, g: f64) -> f64 {
         g * self.parts.plus.energy + self.parts.minus.energy
+    }
+
+    /// τ⁺_i.
+    pub(crate) fn stress_plus(&self) -> [f64; 3] {
+        self.parts.plus.stress
     }
 
     /// τ_i of g τ⁺ + τ⁻.
@@ -114,7 +122,7 @@ impl PointResponse {
                 if i == l { normal[i][i] - tau[i] } else { shear[3 - i - l] + tau[l] }
             })
         });
-        Tangent { basis: self.principal.basis, diagonal, normal, shear }
+        Tangent { basis: self.principal.basis, diagonal, normal, shear, stress: tau }
     }
 }
 

@@ -42,12 +42,13 @@ pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
     /// The points of the integration rule.
     fn reference_rule(&self) -> ReferenceRule;
 
-    /// The tangent of one element in its barycentric axes, as [`ReferenceRule::width`] numbers.
+    /// The tangent of one element in its barycentric axes, in the form of the operator's rule.
     fn reduced_tangent(
         &self,
         increment: &Increment,
         coupling: Coupling,
         tet: usize,
+        form: &ReferenceRule,
         out: &mut [f64],
     ) -> Result<(), Inverted>;
 
@@ -136,10 +137,14 @@ impl<const N: usize> Operator for Assembly<N> {
         increment: &Increment,
         coupling: Coupling,
         tet: usize,
+        form: &ReferenceRule,
         out: &mut [f64],
     ) -> Result<(), Inverted> {
-        Element::gather(&self.space, tet, increment)
-            .reduced_tangent(coupling == Coupling::Full, out)
+        Element::gather(&self.space, tet, increment).reduced_tangent(
+            form,
+            coupling == Coupling::Full,
+            out,
+        )
     }
 
     fn tets(&self) -> usize {

@@ -86,12 +86,12 @@ impl Batches {
 
     /// y_n = Σ over the copies of node n of what `work` put there, in the order of the chunks.
     ///
-    /// `work` gets the number of a chunk and the zeroed values of its nodes.
+    /// `work` gets the number of a chunk, a buffer and the zeroed values of its nodes.
     pub(crate) fn gather(
         &self,
         copies: &mut Vec<[f64; 4]>,
         y: &mut [[f64; 4]],
-        work: impl Fn(usize, &mut [[f64; 4]]) + Sync,
+        work: impl Fn(usize, &mut Vec<[f64; 4]>, &mut [[f64; 4]]) + Sync,
     ) {
         copies.resize(self.copies, [0.0; 4]);
         let mut parts = Vec::with_capacity(self.chunks.len());
@@ -101,9 +101,9 @@ impl Batches {
             parts.push(part);
             rest = next;
         }
-        parts.into_par_iter().enumerate().for_each(|(chunk, part)| {
+        parts.into_par_iter().enumerate().for_each_init(Vec::new, |buffer, (chunk, part)| {
             part.fill([0.0; 4]);
-            work(chunk, part);
+            work(chunk, buffer, part);
         });
         const NODES: usize = 2048;
         y.par_chunks_mut(NODES).enumerate().for_each(|(block, y)| {

@@ -5,16 +5,15 @@
 
 use std::sync::Arc;
 
-use faer::traits::pulp;
 use rayon::prelude::*;
 
 use super::assembly::{Coupling, Operator};
 use super::batches::{Batches, Chunk, VACANT};
 use super::element::Block;
-use super::lanes::{LANES, Lane, Real};
+use super::lanes::{LANES, Real, dispatch, places};
 use super::pattern::Tangent;
 use super::product::ChunkProduct;
-use super::reduced::{POINT, ReferenceRule, SLOPES, STIFFNESS, packed};
+use super::reduced::{BASIS, NORMAL, PUSH, ReferenceRule, SHEAR, SOURCE, STRESS, packed};
 use super::residual::Increment;
 use crate::material::Inverted;
 
@@ -57,19 +56,22 @@ impl Layout {
 
 /// The tangent at some fields.
 #[derive(Debug)]
-pub(crate) struct MatrixFree<T> {
+pub(crate) struct MatrixFree<T: Real> {
     layout: Arc<Layout>,
-    /// Chunk after chunk; batch, then number of the element's tangent, then lane.
-    data: Vec<Vec<Lane<T>>>,
+    /// Chunk after chunk; batch, then part of the batch that a pack holds, then number of the
+    /// element's tangent.
+    data: Vec<Vec<T::Pack>>,
+    /// The place of each element of a batch in its packs.
+    places: [usize; LANES],
     copies: Vec<[f64; 4]>,
 }
 
 impl<T: Real> MatrixFree<T> {
     pub(crate) fn new(layout: Arc<Layout>) -> Self {
         let width = layout.rule.width();
-        let zeros = |chunk: &Chunk| vec![[T::default(); LANES]; chunk.tets.len() / LANES * width];
+        let zeros = |chunk: &Chunk| vec![T::ZERO; chunk.tets.len() / T::WIDTH * width];
         let data = layout.batches.chunks.iter().map(zeros).collect();
-        Self { layout, data, copies: Vec::new() }
+        Self { layout, data, places: places::<T>(), copies: Vec::new() }
     }
 
     /// Takes over the tangent at an increment.
@@ -79,18 +81,27 @@ impl<T: Real> MatrixFree<T> {
         increment: &Increment,
         coupling: Coupling,
     ) -> Result<(), Inverted> {
-        let width = self.layout.rule.width();
-        let chunks = &self.layout.batches.chunks;
-        self.data.par_iter_mut().zip(chunks).try_for_each(|(data, chunk)| {
+        let Self { layout, data, places, .. } = self;
+        let rule = &layout.rule;
+        let width = rule.width();
+        data.par_iter_mut().zip(&layout.batches.chunks).try_for_each(|(data, chunk)| {
             let mut reduced = vec![0.0; width];
-            for (data, tets) in data.chunks_exact_mut(width).zip(chunk.tets.chunks(LANES)) {
-                for (lane, &tet) in tets.iter().enumerate() {
+            let batches = data.chunks_exact_mut(LANES / T::WIDTH * width);
+            for (data, tets) in batches.zip(chunk.tets.chunks(LANES)) {
+                for (&place, &tet) in places.iter().zip(tets) {
                     if tet == VACANT {
                         continue;
                     }
-                    operator.reduced_tangent(increment, coupling, tet as usize, &mut reduced)?;
-                    for (data, &x) in data.iter_mut().zip(&reduced) {
-                        data[lane] = T::of(x);
+                    operator.reduced_tangent(
+                        increment,
+                        coupling,
+                        tet as usize,
+                        rule,
+                        &mut reduced,
+                    )?;
+                    let packs = &mut data[place / T::WIDTH * width..][..width];
+                    for (pack, &x) in packs.iter_mut().zip(&reduced) {
+                        pack.as_mut()[place % T::WIDTH] = T::of(x);
                     }
                 }
             }
@@ -98,27 +109,31 @@ impl<T: Real> MatrixFree<T> {
         })
     }
 
+    /// What the point data take in memory.
+    pub(crate) fn bytes(&self) -> usize {
+        self.data.iter().map(|data| std::mem::size_of_val(data.as_slice())).sum()
+    }
+
     /// y = A x.
     pub(crate) fn multiply(&mut self, x: &[[f64; 4]], y: &mut [[f64; 4]]) {
-        let Self { layout, data, copies } = self;
-        let arch = pulp::Arch::new();
-        layout.batches.gather(copies, y, |index, part| {
+        let Self { layout, data, copies, .. } = self;
+        layout.batches.gather(copies, y, |index, values, part| {
             let chunk = &layout.batches.chunks[index];
-            let values: Vec<[f64; 4]> = chunk.global.iter().map(|&n| x[n as usize]).collect();
-            let data = &data[index];
-            arch.dispatch(ChunkProduct { layout, chunk, data, x: &values, y: part });
+            values.clear();
+            values.extend(chunk.global.iter().map(|&n| x[n as usize]));
+            dispatch(ChunkProduct::<T> { layout, chunk, data: &data[index], x: values, y: part });
         });
     }
 
     /// The diagonal, by node.
     pub(crate) fn diagonal(&mut self) -> Vec<[f64; 4]> {
-        let Self { layout, data, copies } = self;
+        let Self { layout, data, places, copies } = self;
         let nodes = layout.batches.node_count();
         let slopes = slopes(&layout.rule);
         let mut out = vec![[0.0; 4]; nodes];
-        layout.batches.gather(copies, &mut out, |index, part| {
+        layout.batches.gather(copies, &mut out, |index, _, part| {
             let chunk = &layout.batches.chunks[index];
-            for_each_element(&layout.rule, chunk, &data[index], |local, element| {
+            for_each_element::<T>(&layout.rule, chunk, &data[index], places, |local, element| {
                 for (a, &node) in local.iter().enumerate() {
                     let block = node_block(&layout.rule, &slopes, element, a, a, false);
                     (0..4).for_each(|k| part[node][k] += block[k][k]);
@@ -141,7 +156,7 @@ impl<T: Real> MatrixFree<T> {
         let mut blocks = [[[[0.0; 4]; 4]; 4]; 4];
         for (chunk, data) in self.layout.batches.chunks.iter().zip(&self.data) {
             let mut tets = chunk.tets.iter().filter(|t| **t != VACANT);
-            for_each_element(&linear, chunk, data, |_, element| {
+            for_each_element::<T>(&linear, chunk, data, &self.places, |_, element| {
                 for a in 0..4 {
                     for b in 0..=a {
                         blocks[a][b] = node_block(&linear, &slopes, element, a, b, true);
@@ -194,21 +209,24 @@ fn slopes(rule: &ReferenceRule) -> Vec<Vec<[f64; 3]>> {
 fn for_each_element<T: Real>(
     rule: &ReferenceRule,
     chunk: &Chunk,
-    data: &[Lane<T>],
+    data: &[T::Pack],
+    places: &[usize; LANES],
     mut work: impl FnMut(&[usize], &[f64]),
 ) {
     let width = rule.width();
     let nodes = chunk.local.len() / (chunk.tets.len() / LANES);
     let (mut local, mut element) = (vec![0; nodes], vec![0.0; width]);
-    for (batch, data) in data.chunks_exact(width).enumerate() {
-        for lane in 0..LANES {
-            if chunk.tets[batch * LANES + lane] == VACANT {
+    for (batch, data) in data.chunks_exact(LANES / T::WIDTH * width).enumerate() {
+        for (row, &place) in places.iter().enumerate() {
+            if chunk.tets[batch * LANES + row] == VACANT {
                 continue;
             }
             for (a, local) in local.iter_mut().enumerate() {
-                *local = usize::from(chunk.local[batch * nodes + a][lane]);
+                *local = usize::from(chunk.local[batch * nodes + a][row]);
             }
-            element.iter_mut().zip(data).for_each(|(e, d)| *e = d[lane].wide());
+            for (x, pack) in element.iter_mut().zip(&data[place / T::WIDTH * width..]) {
+                *x = pack.as_ref()[place % T::WIDTH].wide();
+            }
             work(&local, &element);
         }
     }
@@ -224,19 +242,42 @@ fn node_block(
     coupled: bool,
 ) -> Block {
     let mut block = [[0.0; 4]; 4];
-    let (points, rest) = element.split_at(POINT * rule.at.len());
-    let (gradient, damage) = rest.split_at(SLOPES);
-    let (softening, local) = damage.split_at(rule.damage.len());
-    for (q, point) in points.chunks_exact(POINT).enumerate() {
+    let [damage_points, gradient, ..] = rule.lengths();
+    let (softening, rest) = element.split_at(damage_points);
+    let (gradient, rest) = rest.split_at(gradient);
+    let (points, local) = rest.split_at(rest.len() - damage_points);
+    for (q, point) in points.chunks_exact(rule.point()).enumerate() {
+        let spatial = |d: &[f64; 3]| -> [f64; 3] {
+            std::array::from_fn(|i| (0..3).map(|k| d[k] * point[PUSH + 3 * k + i]).sum())
+        };
+        let (sa, sb) = (spatial(&slopes[q][a]), spatial(&slopes[q][b]));
+        let turn = |v: [f64; 3]| -> [f64; 3] {
+            std::array::from_fn(|m| (0..3).map(|i| point[BASIS + 3 * i + m] * v[i]).sum())
+        };
+        let principal: [[f64; 3]; 3] = std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let normal = point[NORMAL + packed(i.max(j), i.min(j))] * sa[i] * sb[j];
+                if i == j {
+                    let others = (0..3)
+                        .filter(|&l| l != i)
+                        .map(|l| (point[SHEAR + 3 - i - l] + point[STRESS + l]) * sa[l] * sb[l]);
+                    normal + others.sum::<f64>()
+                } else {
+                    normal + point[SHEAR + 3 - i - j] * sa[j] * sb[i]
+                }
+            })
+        });
+        let rows = principal.map(turn);
+        for j in 0..3 {
+            let column = turn([rows[0][j], rows[1][j], rows[2][j]]);
+            (0..3).for_each(|i| block[i][j] += column[i]);
+        }
+        if rule.damage.is_empty() {
+            continue;
+        }
         let (da, db) = (&slopes[q][a], &slopes[q][b]);
         for k in 0..3 {
             for l in 0..3 {
-                for i in 0..3 {
-                    for j in 0..3 {
-                        let (r, s) = (3 * k + i, 3 * l + j);
-                        block[i][j] += da[k] * db[l] * point[packed(r.max(s), r.min(s))];
-                    }
-                }
                 block[3][3] +=
                     rule.weight[q] * da[k] * db[l] * gradient[packed(k.max(l), k.min(l))];
             }
@@ -249,11 +290,11 @@ fn node_block(
             terms.map(|((c, g), shape)| c * g * shape[node]).sum()
         };
         let (soft_a, soft_b) = (soft(a), soft(b));
+        let force = |s: [f64; 3]| turn(std::array::from_fn(|i| point[SOURCE + i] * s[i]));
+        let (force_a, force_b) = (force(sa), force(sb));
         for i in 0..3 {
-            let force =
-                |d: &[f64; 3]| -> f64 { (0..3).map(|k| d[k] * point[STIFFNESS + 3 * k + i]).sum() };
-            block[i][3] += force(da) * soft_b;
-            block[3][i] += force(db) * soft_a;
+            block[i][3] += force_a[i] * soft_b;
+            block[3][i] += force_b[i] * soft_a;
         }
     }
     for (shape, x) in rule.damage.iter().zip(local) {

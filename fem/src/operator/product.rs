@@ -1,17 +1,20 @@
 //! The product of the matrix-free tangent on the elements of a chunk.
+//!
+//! Instructions wider than the baseline are inlined only into functions that are inlined
+//! themselves: here registers are filled by loops, never by closures such as `array::from_fn` takes.
 
 use faer::traits::pulp::{Simd, WithSimd};
 
 use super::batches::Chunk;
-use super::lanes::{LANES, Lane, Real};
+use super::lanes::{LANES, Real, Rows, prefetch};
 use super::matrix_free::{Layout, MIDDLE};
-use super::reduced::{POINT, SLOPES, STIFFNESS, packed};
+use super::reduced::{BASIS, NORMAL, PUSH, SHEAR, SLOPES, SOURCE, STRESS, packed};
 
 /// y += A x for the elements of a chunk, on the values of its nodes.
-pub(super) struct ChunkProduct<'a, T> {
+pub(super) struct ChunkProduct<'a, T: Real> {
     pub(super) layout: &'a Layout,
     pub(super) chunk: &'a Chunk,
-    pub(super) data: &'a [Lane<T>],
+    pub(super) data: &'a [T::Pack],
     pub(super) x: &'a [[f64; 4]],
     pub(super) y: &'a mut [[f64; 4]],
 }
@@ -21,42 +24,62 @@ impl<T: Real> WithSimd for ChunkProduct<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        match self.layout.rule.nodes {
-            4 => self.elements::<S, 4>(simd),
-            _ => self.elements::<S, 10>(simd),
+        match (self.layout.rule.nodes, self.layout.rule.damage.len()) {
+            (4, 0) => self.elements::<S, 4, 3, 0>(simd),
+            (4, _) => self.elements::<S, 4, 4, 4>(simd),
+            (_, 0) => self.elements::<S, 10, 3, 0>(simd),
+            (_, 10) => self.elements::<S, 10, 4, 10>(simd),
+            _ => self.elements::<S, 10, 4, 14>(simd),
         }
     }
 }
 
 impl<T: Real> ChunkProduct<'_, T> {
+    /// `N` nodes an element, `C` fields, `D` damage points.
     #[inline(always)]
-    fn elements<S: Simd, const N: usize>(self, simd: S) {
-        let rule = &self.layout.rule;
-        let mut u = [[[T::default(); LANES]; 4]; N];
-        let mut r = u;
-        let batches = self.data.chunks_exact(rule.width()).zip(self.chunk.local.chunks_exact(N));
-        for (data, local) in batches {
-            for (u, local) in u.iter_mut().zip(local) {
-                for lane in 0..LANES {
-                    let value = &self.x[usize::from(local[lane])];
-                    for k in 0..4 {
-                        u[k][lane] = T::of(value[k]);
+    fn elements<S: Simd, const N: usize, const C: usize, const D: usize>(self, simd: S) {
+        let zero = T::splat(simd, T::default());
+        let lanes = T::lanes::<S>();
+        let width = self.layout.rule.width();
+        let mut rows = [Rows([[T::default(); 4]; LANES]); N];
+        for (batch, local) in self.chunk.local.chunks_exact(N).enumerate() {
+            for (rows, local) in rows.iter_mut().zip(local) {
+                for row in 0..LANES {
+                    let value = &self.x[usize::from(local[row])];
+                    for c in 0..4 {
+                        rows.0[row][c] = T::of(value[c]);
                     }
                 }
             }
-            for register in 0..T::registers::<S>() {
-                let batch = Batch { layout: self.layout, simd, register, data };
-                if N == 4 {
-                    batch.linear(&u, &mut r);
-                } else {
-                    batch.quadratic(&u, &mut r);
+            for register in 0..LANES / lanes {
+                let pack = register * lanes / T::WIDTH;
+                let batch = Batch::<T, S, C, D> {
+                    layout: self.layout,
+                    simd,
+                    register,
+                    data: &self.data[(batch * (LANES / T::WIDTH) + pack) * width..],
+                };
+                let mut u = [[zero; C]; N];
+                for a in 0..N {
+                    let columns = T::columns(simd, &rows[a], register);
+                    for c in 0..C {
+                        u[a][c] = columns[c];
+                    }
+                }
+                let r = if N == 4 { batch.linear(&u) } else { batch.quadratic(&u) };
+                for a in 0..N {
+                    let mut columns = [zero; 4];
+                    for c in 0..C {
+                        columns[c] = r[a][c];
+                    }
+                    T::rows(simd, columns, &mut rows[a], register);
                 }
             }
-            for (r, local) in r.iter().zip(local) {
-                for lane in 0..LANES {
-                    let value = &mut self.y[usize::from(local[lane])];
-                    for k in 0..4 {
-                        value[k] += r[k][lane].wide();
+            for (rows, local) in rows.iter().zip(local) {
+                for row in 0..LANES {
+                    let value = &mut self.y[usize::from(local[row])];
+                    for c in 0..4 {
+                        value[c] += rows.0[row][c].wide();
                     }
                 }
             }
@@ -65,27 +88,43 @@ impl<T: Real> ChunkProduct<'_, T> {
 }
 
 /// One register of elements.
-struct Batch<'a, T, S> {
+struct Batch<'a, T: Real, S, const C: usize, const D: usize> {
     layout: &'a Layout,
     simd: S,
     register: usize,
-    data: &'a [Lane<T>],
+    /// The numbers of these elements, and of those behind.
+    data: &'a [T::Pack],
 }
 
-/// The most damage points of a rule.
-const MOST: usize = 14;
+/// Packs that memory is asked for before they are needed.
+const AHEAD: usize = 128;
 
 /// φ at the damage points, g′ φ there, and what the elastic points give back.
-struct DamagePoints<V> {
-    phi: [V; MOST],
-    soft: [V; MOST],
-    drive: [V; MOST],
+struct DamagePoints<V, const D: usize> {
+    phi: [V; D],
+    soft: [V; D],
+    drive: [V; D],
 }
 
-impl<T: Real, S: Simd> Batch<'_, T, S> {
+impl<T: Real, S: Simd, const C: usize, const D: usize> Batch<'_, T, S, C, D> {
+    /// Numbers of an elastic point.
+    const WIDTH: usize = if D == 0 { SOURCE } else { SOURCE + 3 };
+    /// Numbers before those of the elastic points: g′ and gradient term.
+    const HEAD: usize = if D == 0 { 0 } else { D + SLOPES };
+
     #[inline(always)]
-    fn load(&self, lane: &Lane<T>) -> T::V<S> {
-        T::load(self.simd, lane, self.register)
+    fn load(&self, pack: &T::Pack) -> T::V<S> {
+        T::load(self.simd, pack, self.register)
+    }
+
+    /// The next `M` numbers from a place on; those far behind are asked for.
+    #[inline(always)]
+    fn read<const M: usize>(&self, place: usize) -> &[T::Pack; M] {
+        const PER_LINE: usize = 2;
+        for k in (0..M).step_by(PER_LINE) {
+            prefetch(self.data, place + AHEAD + k);
+        }
+        self.data[place..].first_chunk().expect("as many numbers as the rule says")
     }
 
     #[inline(always)]
@@ -99,6 +138,11 @@ impl<T: Real, S: Simd> Batch<'_, T, S> {
     }
 
     #[inline(always)]
+    fn mul(&self, a: T::V<S>, b: T::V<S>) -> T::V<S> {
+        T::mul(self.simd, a, b)
+    }
+
+    #[inline(always)]
     fn add(&self, a: T::V<S>, b: T::V<S>) -> T::V<S> {
         T::add(self.simd, a, b)
     }
@@ -108,178 +152,200 @@ impl<T: Real, S: Simd> Batch<'_, T, S> {
         T::sub(self.simd, a, b)
     }
 
-    /// The data behind those of the elastic points: gradient term, g′ and local part.
     #[inline(always)]
-    fn damage_data(&self) -> [&[Lane<T>]; 3] {
-        let rule = &self.layout.rule;
-        let rest = &self.data[POINT * rule.at.len()..];
-        let (gradient, damage) = rest.split_at(SLOPES);
-        let (softening, local) = damage.split_at(rule.damage.len());
-        [gradient, softening, local]
-    }
-
-    #[inline(always)]
-    fn damage_points<const N: usize>(&self, u: &[[Lane<T>; 4]; N]) -> DamagePoints<T::V<S>> {
-        let rule = &self.layout.rule;
+    fn damage_points<const N: usize>(&self, u: &[[T::V<S>; C]; N]) -> DamagePoints<T::V<S>, D> {
         let zero = self.constant(0.0);
-        let [_, softening, _] = self.damage_data();
-        let mut points =
-            DamagePoints { phi: [zero; MOST], soft: [zero; MOST], drive: [zero; MOST] };
-        for (p, shape) in rule.damage.iter().enumerate() {
-            let phi = if self.layout.nodal {
-                self.load(&u[p][3])
+        let mut points = DamagePoints { phi: [zero; D], soft: [zero; D], drive: [zero; D] };
+        if D == 0 {
+            return points;
+        }
+        let softening = self.read::<D>(0);
+        for p in 0..D {
+            if self.layout.nodal {
+                points.phi[p] = u[p % N][C - 1];
             } else {
-                let mut sum = zero;
-                for (b, &n) in shape.iter().enumerate() {
-                    sum = self.mul_add(self.constant(n), self.load(&u[b][3]), sum);
+                let shape = &self.layout.rule.damage[p];
+                for b in 0..N {
+                    points.phi[p] =
+                        self.mul_add(self.constant(shape[b]), u[b][C - 1], points.phi[p]);
                 }
-                sum
-            };
-            points.phi[p] = phi;
-            points.soft[p] = T::mul(self.simd, self.load(&softening[p]), phi);
+            }
+            points.soft[p] = self.mul(self.load(&softening[p]), points.phi[p]);
         }
         points
     }
 
-    /// The flux of elastic point q for the slopes `du` of the four fields.
+    /// The flux of elastic point q for the slopes `du` of the fields.
     #[inline(always)]
     fn flux(
         &self,
         q: usize,
-        du: &[[T::V<S>; 4]; 3],
-        points: &mut DamagePoints<T::V<S>>,
-    ) -> [[T::V<S>; 4]; 3] {
-        let rule = &self.layout.rule;
+        du: &[[T::V<S>; C]; 3],
+        points: &mut DamagePoints<T::V<S>, D>,
+    ) -> [[T::V<S>; C]; 3] {
         let zero = self.constant(0.0);
-        let point: &[Lane<T>; POINT] =
-            self.data[q * POINT..(q + 1) * POINT].try_into().expect("the numbers of a point");
-        let mut flux = [[zero; 4]; 3];
-        let flat: [T::V<S>; 9] = std::array::from_fn(|s| du[s / 3][s % 3]);
-        for s in 0..9 {
-            let mut sum = zero;
-            for t in 0..9 {
-                let a = if t <= s { packed(s, t) } else { packed(t, s) };
-                sum = self.mul_add(self.load(&point[a]), flat[t], sum);
-            }
-            flux[s / 3][s % 3] = sum;
-        }
-        if rule.damage.is_empty() {
-            return flux;
-        }
-        let mixing = &rule.mixing[q];
-        let mut seen = zero;
-        for (&c, &soft) in mixing.iter().zip(&points.soft) {
-            seen = self.mul_add(self.constant(c), soft, seen);
-        }
-        let mut work = zero;
-        for s in 0..9 {
-            let force = self.load(&point[STIFFNESS + s]);
-            flux[s / 3][s % 3] = self.mul_add(force, seen, flux[s / 3][s % 3]);
-            work = self.mul_add(force, flat[s], work);
-        }
-        for (&c, drive) in mixing.iter().zip(&mut points.drive) {
-            *drive = self.mul_add(self.constant(c), work, *drive);
-        }
-        let [gradient, ..] = self.damage_data();
-        let weight = self.constant(rule.weight[q]);
+        let place = Self::HEAD + q * Self::WIDTH;
+        let point = self.read::<SOURCE>(place);
+        let mut h = [[zero; 3]; 3];
         for k in 0..3 {
-            let mut sum = zero;
-            for l in 0..3 {
-                let a = self.load(&gradient[packed(k.max(l), k.min(l))]);
-                sum = self.mul_add(a, du[l][3], sum);
+            for i in 0..3 {
+                let mut turned = self.mul(self.load(&point[BASIS + 3 * i]), du[k][0]);
+                for m in 1..3 {
+                    turned = self.mul_add(self.load(&point[BASIS + 3 * i + m]), du[k][m], turned);
+                }
+                for l in 0..3 {
+                    h[i][l] = self.mul_add(turned, self.load(&point[PUSH + 3 * k + l]), h[i][l]);
+                }
             }
-            flux[k][3] = T::mul(self.simd, weight, sum);
+        }
+        let mut f = [[zero; 3]; 3];
+        for i in 0..3 {
+            for j in 0..3 {
+                let normal = self.load(&point[NORMAL + packed(i.max(j), i.min(j))]);
+                f[i][i] = self.mul_add(normal, h[j][j], f[i][i]);
+                if i != j {
+                    let shear = self.load(&point[SHEAR + 3 - i - j]);
+                    let stress = self.mul(self.load(&point[STRESS + j]), h[i][j]);
+                    f[i][j] = self.mul_add(shear, self.add(h[i][j], h[j][i]), stress);
+                }
+            }
+        }
+        let mut flux = [[zero; C]; 3];
+        if D > 0 {
+            let rule = &self.layout.rule;
+            let mixing = rule.mixing[q].first_chunk::<D>().expect("a share of each point");
+            let mut seen = zero;
+            for p in 0..D {
+                seen = self.mul_add(self.constant(mixing[p]), points.soft[p], seen);
+            }
+            let source = self.read::<3>(place + SOURCE);
+            let mut work = zero;
+            for i in 0..3 {
+                let source = self.load(&source[i]);
+                f[i][i] = self.mul_add(source, seen, f[i][i]);
+                work = self.mul_add(source, h[i][i], work);
+            }
+            for p in 0..D {
+                points.drive[p] = self.mul_add(self.constant(mixing[p]), work, points.drive[p]);
+            }
+            let gradient = self.read::<SLOPES>(D);
+            let weight = self.constant(rule.weight[q]);
+            for k in 0..3 {
+                let mut sum = zero;
+                for l in 0..3 {
+                    let a = self.load(&gradient[packed(k.max(l), k.min(l))]);
+                    sum = self.mul_add(a, du[l][C - 1], sum);
+                }
+                flux[k][C - 1] = self.mul(weight, sum);
+            }
+        }
+        for k in 0..3 {
+            for i in 0..3 {
+                let mut back = self.mul(self.load(&point[PUSH + 3 * k]), f[i][0]);
+                for l in 1..3 {
+                    back = self.mul_add(self.load(&point[PUSH + 3 * k + l]), f[i][l], back);
+                }
+                for m in 0..3 {
+                    let turn = self.load(&point[BASIS + 3 * i + m]);
+                    flux[k][m] = self.mul_add(turn, back, flux[k][m]);
+                }
+            }
         }
         flux
     }
 
     /// Adds the rows of φ that need no gradient.
     #[inline(always)]
-    fn add_local<const N: usize>(&self, points: &DamagePoints<T::V<S>>, r: &mut [[T::V<S>; 4]; N]) {
-        let [_, softening, local] = self.damage_data();
-        for (p, shape) in self.layout.rule.damage.iter().enumerate() {
-            let drive = T::mul(self.simd, self.load(&softening[p]), points.drive[p]);
+    fn add_local<const N: usize>(
+        &self,
+        points: &DamagePoints<T::V<S>, D>,
+        r: &mut [[T::V<S>; C]; N],
+    ) {
+        if D == 0 {
+            return;
+        }
+        let softening = self.read::<D>(0);
+        let local = self.read::<D>(Self::HEAD + self.layout.rule.at.len() * Self::WIDTH);
+        for p in 0..D {
+            let drive = self.mul(self.load(&softening[p]), points.drive[p]);
             let value = self.mul_add(self.load(&local[p]), points.phi[p], drive);
             if self.layout.nodal {
-                r[p][3] = self.add(r[p][3], value);
+                r[p % N][C - 1] = self.add(r[p % N][C - 1], value);
             } else {
-                for (b, &n) in shape.iter().enumerate() {
-                    r[b][3] = self.mul_add(self.constant(n), value, r[b][3]);
+                let shape = &self.layout.rule.damage[p];
+                for b in 0..N {
+                    r[b][C - 1] = self.mul_add(self.constant(shape[b]), value, r[b][C - 1]);
                 }
             }
         }
     }
 
     #[inline(always)]
-    fn store<const N: usize>(&self, from: &[[T::V<S>; 4]; N], to: &mut [[Lane<T>; 4]; N]) {
-        for (from, to) in from.iter().zip(to) {
-            for c in 0..4 {
-                T::store(self.simd, &mut to[c], self.register, from[c]);
+    fn linear<const N: usize>(&self, u: &[[T::V<S>; C]; N]) -> [[T::V<S>; C]; N] {
+        let zero = self.constant(0.0);
+        let mut du = [[zero; C]; 3];
+        for c in 0..C {
+            for k in 0..3 {
+                du[k][c] = self.sub(u[k + 1][c], u[0][c]);
             }
         }
-    }
-
-    #[inline(always)]
-    fn linear<const N: usize>(&self, u: &[[Lane<T>; 4]; N], r: &mut [[Lane<T>; 4]; N]) {
-        let zero = self.constant(0.0);
-        let first: [T::V<S>; 4] = std::array::from_fn(|c| self.load(&u[0][c]));
-        let du: [[T::V<S>; 4]; 3] = std::array::from_fn(|k| {
-            std::array::from_fn(|c| self.sub(self.load(&u[k + 1][c]), first[c]))
-        });
         let mut points = self.damage_points(u);
         let flux = self.flux(0, &du, &mut points);
-        let mut out = [[zero; 4]; N];
-        for c in 0..4 {
+        let mut r = [[zero; C]; N];
+        for c in 0..C {
             let sum = self.add(self.add(flux[0][c], flux[1][c]), flux[2][c]);
-            out[0][c] = self.sub(zero, sum);
+            r[0][c] = self.sub(zero, sum);
             for k in 0..3 {
-                out[k + 1][c] = flux[k][c];
+                r[k + 1][c] = flux[k][c];
             }
         }
-        self.add_local(&points, &mut out);
-        self.store(&out, r);
+        self.add_local(&points, &mut r);
+        r
     }
 
     /// With M_kj = 4 u_kj (u at the node between vertices k and j), ∂u/∂λ_k = Σ_j λ_j M_kj − u_k;
     /// the part of λ that all four have in common is summed once for all points.
     #[inline(always)]
-    fn quadratic<const N: usize>(&self, u: &[[Lane<T>; 4]; N], r: &mut [[Lane<T>; 4]; N]) {
+    fn quadratic<const N: usize>(&self, u: &[[T::V<S>; C]; N]) -> [[T::V<S>; C]; N] {
         let zero = self.constant(0.0);
         let four = self.constant(4.0);
-        let mut sums = [[zero; 4]; 4];
+        let mut sums = [[zero; C]; 4];
         for k in 0..4 {
-            for c in 0..4 {
+            for c in 0..C {
                 let mut sum = zero;
                 for j in 0..4 {
-                    sum = self.add(sum, self.load(&u[MIDDLE[k][j]][c]));
+                    sum = self.add(sum, u[MIDDLE[k][j]][c]);
                 }
-                sums[k][c] = T::mul(self.simd, four, sum);
+                sums[k][c] = self.mul(four, sum);
             }
         }
         let mut points = self.damage_points(u);
-        let (mut total, mut common) = ([[zero; 4]; 4], [[zero; 4]; 4]);
-        let mut own = [[zero; 4]; N];
+        let (mut total, mut common) = ([[zero; C]; 4], [[zero; C]; 4]);
+        let mut own = [[zero; C]; N];
         for (q, (least, above)) in self.layout.excess.iter().enumerate() {
             let least = self.constant(*least);
-            let mut d = [[zero; 4]; 4];
+            let mut d = [[zero; C]; 4];
             for k in 0..4 {
-                for c in 0..4 {
-                    d[k][c] = T::mul(self.simd, least, sums[k][c]);
-                    d[k][c] = self.sub(d[k][c], self.load(&u[k][c]));
+                for c in 0..C {
+                    d[k][c] = self.sub(self.mul(least, sums[k][c]), u[k][c]);
                 }
             }
             for &(j, excess) in above {
                 let excess = self.constant(4.0 * excess);
                 for k in 0..4 {
-                    for c in 0..4 {
-                        d[k][c] = self.mul_add(excess, self.load(&u[MIDDLE[k][j]][c]), d[k][c]);
+                    for c in 0..C {
+                        d[k][c] = self.mul_add(excess, u[MIDDLE[k][j]][c], d[k][c]);
                     }
                 }
             }
-            let du =
-                std::array::from_fn(|k| std::array::from_fn(|c| self.sub(d[k + 1][c], d[0][c])));
+            let mut du = [[zero; C]; 3];
+            for k in 0..3 {
+                for c in 0..C {
+                    du[k][c] = self.sub(d[k + 1][c], d[0][c]);
+                }
+            }
             let flux = self.flux(q, &du, &mut points);
-            for c in 0..4 {
+            for c in 0..C {
                 let sum = self.add(self.add(flux[0][c], flux[1][c]), flux[2][c]);
                 d[0][c] = self.sub(zero, sum);
                 for k in 0..3 {
@@ -287,7 +353,7 @@ impl<T: Real, S: Simd> Batch<'_, T, S> {
                 }
             }
             for k in 0..4 {
-                for c in 0..4 {
+                for c in 0..C {
                     total[k][c] = self.add(total[k][c], d[k][c]);
                     common[k][c] = self.mul_add(least, d[k][c], common[k][c]);
                 }
@@ -296,7 +362,7 @@ impl<T: Real, S: Simd> Batch<'_, T, S> {
                 let excess = self.constant(excess);
                 for k in 0..4 {
                     let node = MIDDLE[k][j];
-                    for c in 0..4 {
+                    for c in 0..C {
                         own[node][c] = self.mul_add(excess, d[k][c], own[node][c]);
                     }
                 }
@@ -305,20 +371,20 @@ impl<T: Real, S: Simd> Batch<'_, T, S> {
         for k in 0..4 {
             for j in 0..4 {
                 let node = MIDDLE[k][j];
-                for c in 0..4 {
+                for c in 0..C {
                     own[node][c] = self.add(own[node][c], common[k][c]);
                 }
             }
         }
         for (a, own) in own.iter_mut().enumerate() {
-            for c in 0..4 {
-                own[c] = T::mul(self.simd, four, own[c]);
+            for c in 0..C {
+                own[c] = self.mul(four, own[c]);
                 if a < 4 {
                     own[c] = self.sub(own[c], total[a][c]);
                 }
             }
         }
         self.add_local(&points, &mut own);
-        self.store(&own, r);
+        own
     }
 }
