@@ -44,9 +44,9 @@ fn measure() -> Result<(), Failure> {
         ("p2_4_fields", 0.38, quadratic, true),
     ];
     let products = [
-        ("apply_p1", std::env::var("SP").map_or(0.18, |s| s.parse().unwrap()), linear, true),
+        ("apply_p1", 0.18, linear, true),
         ("apply_p1_displacement", 0.18, linear, false),
-        ("apply_p2", std::env::var("SP").map_or(0.28, |s| s.parse().unwrap()), quadratic, true),
+        ("apply_p2", 0.28, quadratic, true),
         ("apply_p2_displacement", 0.28, quadratic, false),
     ];
     if products.iter().any(|p| wanted(p.0)) {
@@ -133,8 +133,7 @@ fn product(name: &str, spacing_mm: f64, order: Order, damage: bool) -> Result<()
     let (tets, unknowns) = (test.mesh().tets.len() as f64, test.unknowns() as f64);
     line(&format!("{name}_tetrahedra"), tets, "1");
     line(&format!("{name}_unknowns"), unknowns, "1");
-    let times =
-        test.time_product(std::env::var("REP").map_or(40, |s| s.parse().unwrap()), &wall_seconds)?;
+    let times = test.time_product(40, &wall_seconds)?;
     line(&format!("{name}_linearise"), 1e6 * times.linearise_s / tets, "us/tet");
     line(name, 1e-6 * unknowns / times.apply_s, "million unknowns/s");
     line(&format!("{name}_data"), 1e-9 * times.bytes as f64 / times.apply_s, "GB/s");

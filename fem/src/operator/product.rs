@@ -62,25 +62,24 @@ impl<T: Real> ChunkProduct<'_, T> {
                 let mut u = [[zero; C]; N];
                 for a in 0..N {
                     let columns = T::columns(simd, &rows[a], register);
-                    for c in 0..C {
-                        u[a][c] = columns[c];
-                    }
+                    u[a].copy_from_slice(&columns[..C]);
                 }
                 let r = if N == 4 { batch.linear(&u) } else { batch.quadratic(&u) };
                 for a in 0..N {
                     let mut columns = [zero; 4];
-                    for c in 0..C {
-                        columns[c] = r[a][c];
-                    }
+                    columns[..C].copy_from_slice(&r[a]);
                     T::rows(simd, columns, &mut rows[a], register);
                 }
             }
             for (rows, local) in rows.iter().zip(local) {
                 for row in 0..LANES {
+                    // by way of a copy, so that the four become one instruction
                     let value = &mut self.y[usize::from(local[row])];
+                    let mut sum = *value;
                     for c in 0..4 {
-                        value[c] += rows.0[row][c].wide();
+                        sum[c] += rows.0[row][c].wide();
                     }
+                    *value = sum;
                 }
             }
         }
@@ -135,6 +134,12 @@ impl<T: Real, S: Simd, const C: usize, const D: usize> Batch<'_, T, S, C, D> {
     #[inline(always)]
     fn mul_add(&self, a: T::V<S>, b: T::V<S>, c: T::V<S>) -> T::V<S> {
         T::mul_add(self.simd, a, b, c)
+    }
+
+    /// a b + c, or a b in the first step of a sum.
+    #[inline(always)]
+    fn first_or_add(&self, step: usize, a: T::V<S>, b: T::V<S>, c: T::V<S>) -> T::V<S> {
+        if step == 0 { self.mul(a, b) } else { self.mul_add(a, b, c) }
     }
 
     #[inline(always)]
@@ -194,7 +199,8 @@ impl<T: Real, S: Simd, const C: usize, const D: usize> Batch<'_, T, S, C, D> {
                     turned = self.mul_add(self.load(&point[BASIS + 3 * i + m]), du[k][m], turned);
                 }
                 for l in 0..3 {
-                    h[i][l] = self.mul_add(turned, self.load(&point[PUSH + 3 * k + l]), h[i][l]);
+                    let push = self.load(&point[PUSH + 3 * k + l]);
+                    h[i][l] = self.first_or_add(k, turned, push, h[i][l]);
                 }
             }
         }
@@ -202,7 +208,7 @@ impl<T: Real, S: Simd, const C: usize, const D: usize> Batch<'_, T, S, C, D> {
         for i in 0..3 {
             for j in 0..3 {
                 let normal = self.load(&point[NORMAL + packed(i.max(j), i.min(j))]);
-                f[i][i] = self.mul_add(normal, h[j][j], f[i][i]);
+                f[i][i] = self.first_or_add(j, normal, h[j][j], f[i][i]);
                 if i != j {
                     let shear = self.load(&point[SHEAR + 3 - i - j]);
                     let stress = self.mul(self.load(&point[STRESS + j]), h[i][j]);
@@ -216,17 +222,18 @@ impl<T: Real, S: Simd, const C: usize, const D: usize> Batch<'_, T, S, C, D> {
             let mixing = rule.mixing[q].first_chunk::<D>().expect("a share of each point");
             let mut seen = zero;
             for p in 0..D {
-                seen = self.mul_add(self.constant(mixing[p]), points.soft[p], seen);
+                seen = self.first_or_add(p, self.constant(mixing[p]), points.soft[p], seen);
             }
             let source = self.read::<3>(place + SOURCE);
             let mut work = zero;
             for i in 0..3 {
                 let source = self.load(&source[i]);
                 f[i][i] = self.mul_add(source, seen, f[i][i]);
-                work = self.mul_add(source, h[i][i], work);
+                work = self.first_or_add(i, source, h[i][i], work);
             }
             for p in 0..D {
-                points.drive[p] = self.mul_add(self.constant(mixing[p]), work, points.drive[p]);
+                let share = self.constant(mixing[p]);
+                points.drive[p] = self.first_or_add(q, share, work, points.drive[p]);
             }
             let gradient = self.read::<SLOPES>(D);
             let weight = self.constant(rule.weight[q]);
@@ -234,7 +241,7 @@ impl<T: Real, S: Simd, const C: usize, const D: usize> Batch<'_, T, S, C, D> {
                 let mut sum = zero;
                 for l in 0..3 {
                     let a = self.load(&gradient[packed(k.max(l), k.min(l))]);
-                    sum = self.mul_add(a, du[l][C - 1], sum);
+                    sum = self.first_or_add(l, a, du[l][C - 1], sum);
                 }
                 flux[k][C - 1] = self.mul(weight, sum);
             }
@@ -247,7 +254,7 @@ impl<T: Real, S: Simd, const C: usize, const D: usize> Batch<'_, T, S, C, D> {
                 }
                 for m in 0..3 {
                     let turn = self.load(&point[BASIS + 3 * i + m]);
-                    flux[k][m] = self.mul_add(turn, back, flux[k][m]);
+                    flux[k][m] = self.first_or_add(i, turn, back, flux[k][m]);
                 }
             }
         }

@@ -51,6 +51,7 @@ impl Operator for Given {
         _: &Increment,
         _: Coupling,
         _: usize,
+        _: &ReferenceRule,
         _: &mut [f64],
     ) -> Result<(), Inverted> {
         Ok(())
