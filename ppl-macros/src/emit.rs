@@ -14,8 +14,8 @@ use syn::{
     Generics, Ident, Lifetime, Type, TypeFnPtr, WherePredicate, parse_quote, parse_quote_spanned,
 };
 
+use crate::arithmetic::sum_of;
 use crate::attributes::Mark;
-use crate::formula::sum_of;
 use crate::lower::Site;
 use crate::parse::{Arm, ArmBody, Block, Flow, Init, Kind, Statement, plain_name};
 use crate::scan;

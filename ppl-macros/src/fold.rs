@@ -6,8 +6,8 @@ use quote::{ToTokens, format_ident, quote_spanned};
 use syn::visit::{self, Visit};
 use syn::{BinOp, Expr, Ident, Pat, Stmt};
 
+use crate::arithmetic::{is_dot, is_function};
 use crate::attributes::Mark;
-use crate::formula::{is_dot, is_function};
 use crate::inspect::{keeps_its_length, mentions};
 use crate::parse::{Flow, Kind, Statement};
 

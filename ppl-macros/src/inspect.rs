@@ -7,7 +7,7 @@ use quote::ToTokens;
 use syn::visit::Visit;
 use syn::{BinOp, Expr, Ident, Pat};
 
-use crate::formula::{is_function, operations};
+use crate::arithmetic::{is_function, operations};
 use crate::parse::{Block, Init, Kind, Statement};
 
 /// What a plate may do with unknowns on the way in without its length depending on them.

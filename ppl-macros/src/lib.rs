@@ -6,6 +6,7 @@
 //! the statement where it happened, as a `compile_error!` in place of the value, so that one
 //! mistake stays one error and everything else is still there for completion.
 
+mod arithmetic;
 mod attributes;
 mod check;
 mod effects;

@@ -71,6 +71,12 @@ impl<M: Parameter, S: Parameter> Univariate for Normal<M, S> {
     }
 }
 
+/// ln(σ √(2π)).
+#[inline(always)]
+fn ln_normaliser(sd: f64) -> f64 {
+    sd.ln() + HALF_LN_2PI
+}
+
 impl<R, M, S> UnivariateDensity<R> for Normal<M, S>
 where
     R: Scalar,
@@ -91,7 +97,7 @@ where
         let z = (x.value() - self.0.number()) * precise;
         let slope = z * precise;
         R::term(
-            -0.5 * z * z - normaliser::<R, S>(self.1, |sd| sd.ln() + HALF_LN_2PI),
+            -0.5 * z * z - normaliser::<R, S>(self.1, ln_normaliser),
             ((x, -slope), (self.0, slope), (self.1, z * slope - precise)),
         )
     }
@@ -114,13 +120,13 @@ where
         let all = (squares - sum * sum / n) + n * away * away;
         let quadratic = all * precise * precise;
         R::term(
-            -0.5 * quadratic - n * normaliser::<R, S>(self.1, |sd| sd.ln() + HALF_LN_2PI),
+            -0.5 * quadratic - n * normaliser::<R, S>(self.1, ln_normaliser),
             ((self.0, n * away * precise * precise), (self.1, (quadratic - n) * precise)),
         )
     }
 
     fn left_out(&self) -> f64 {
-        -left_out::<R, S>(self.1, |sd| sd.ln() + HALF_LN_2PI)
+        -left_out::<R, S>(self.1, ln_normaliser)
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
