@@ -126,18 +126,25 @@ impl CompressionTest {
     }
 }
 
-/// The least mean of `repetitions` series, each long enough for the clock; they are short, so that
-/// one of them is undisturbed on a machine that has other work.
+/// The least mean of `repetitions` series, which are no longer than the clock needs: so one of them
+/// is undisturbed even on a machine that has other work.
 fn least<T>(clock: &dyn Fn() -> f64, repetitions: u32, mut part: impl FnMut() -> T) -> f64 {
-    const SERIES_S: f64 = 0.02;
-    let begin = clock();
-    std::hint::black_box(part());
-    let calls = (SERIES_S / (clock() - begin).max(1e-6)).ceil().clamp(1.0, 1e4) as u32;
-    let mut best = f64::INFINITY;
-    for _ in 0..repetitions.max(1) {
+    const SERIES_S: f64 = 0.01;
+    let mut series = |calls: u32| {
         let begin = clock();
-        (0..calls).for_each(|_| drop(std::hint::black_box(part())));
-        best = best.min((clock() - begin) / f64::from(calls));
+        for _ in 0..calls {
+            std::hint::black_box(part());
+        }
+        clock() - begin
+    };
+    let mut calls = 1;
+    let mut best = series(calls);
+    while best < SERIES_S && calls < 1 << 20 {
+        calls *= 2;
+        best = series(calls);
     }
-    best
+    for _ in 1..repetitions {
+        best = best.min(series(calls));
+    }
+    best / f64::from(calls)
 }

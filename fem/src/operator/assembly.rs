@@ -1,12 +1,18 @@
 //! Residual and tangent of a whole mesh.
 
-use super::element::Element;
+use rayon::prelude::*;
+
+use super::element::{Block, Element, ElementResidual};
+use super::in_order::in_order;
 use super::pattern::Tangent;
 use super::reduced::ReferenceRule;
 use super::residual::{Increment, Residual};
 use crate::boundary::Domain;
 use crate::element::{Space, Tetrahedron, mean_values};
 use crate::material::Inverted;
+
+/// Elements that are worth a thread.
+const LEAST: usize = 4096;
 
 /// Whether the tangent keeps the terms between displacement and damage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,20 +85,25 @@ impl<const N: usize> Assembly<N> {
 impl<const N: usize> Operator for Assembly<N> {
     fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted> {
         out.clear();
-        for (tet, nodes) in self.space.tets.iter().enumerate() {
-            let element = Element::gather(&self.space, tet, increment).residual()?;
-            out.elastic += element.elastic;
-            out.fracture += element.fracture;
-            out.viscous += element.viscous;
-            for (a, &node) in nodes.iter().enumerate() {
-                let nodal = &mut out.nodal[node as usize];
-                for k in 0..4 {
-                    nodal[k] += element.nodal[a][k];
+        let compute = |tet: usize, to: &mut ElementResidual<N>| {
+            *to = Element::gather(&self.space, tet, increment).residual()?;
+            Ok(())
+        };
+        let add = |first: usize, elements: &[ElementResidual<N>]| {
+            for (element, nodes) in elements.iter().zip(&self.space.tets[first..]) {
+                out.elastic += element.elastic;
+                out.fracture += element.fracture;
+                out.viscous += element.viscous;
+                for (a, &node) in nodes.iter().enumerate() {
+                    let nodal = &mut out.nodal[node as usize];
+                    for k in 0..4 {
+                        nodal[k] += element.nodal[a][k];
+                    }
+                    out.drive[node as usize] += element.drive[a];
                 }
-                out.drive[node as usize] += element.drive[a];
             }
-        }
-        Ok(())
+        };
+        in_order::<N, _>(self.space.tets.len(), ElementResidual::zero(), compute, add)
     }
 
     fn tangent(
@@ -102,22 +113,21 @@ impl<const N: usize> Operator for Assembly<N> {
         out: &mut Tangent,
     ) -> Result<(), Inverted> {
         out.clear();
-        let mut blocks = [[[[0.0; 4]; 4]; N]; N];
-        for tet in 0..self.space.tets.len() {
-            Element::gather(&self.space, tet, increment)
-                .tangent(coupling == Coupling::Full, &mut blocks)?;
-            out.add_element(tet, &blocks);
-        }
+        let compute = |tet: usize, to: &mut [[Block; N]; N]| {
+            Element::gather(&self.space, tet, increment).tangent(coupling == Coupling::Full, to)
+        };
+        let add = |first: usize, elements: &[_]| out.add_elements(first, elements);
+        let blank = [[[[0.0; 4]; 4]; N]; N];
+        in_order::<N, _>(self.space.tets.len(), blank, compute, add)?;
         increment.span.contact.iter().for_each(|(node, block)| out.add_node(*node, block));
         Ok(())
     }
 
     fn driving_energies(&self, increment: &Increment, out: &mut [f64]) -> Result<(), Inverted> {
         let points = self.space.rule.points.len();
-        for (tet, values) in out.chunks_mut(points).enumerate() {
-            Element::gather(&self.space, tet, increment).driving_energies(values)?;
-        }
-        Ok(())
+        out.par_chunks_mut(points).enumerate().with_min_len(LEAST).try_for_each(|(tet, values)| {
+            Element::gather(&self.space, tet, increment).driving_energies(values)
+        })
     }
 
     fn points(&self) -> usize {

@@ -28,12 +28,20 @@ pub(crate) struct Element<'a, const N: usize> {
 }
 
 /// The contributions of one element to the residual.
+#[derive(Clone)]
 pub(crate) struct ElementResidual<const N: usize> {
     pub(crate) nodal: [[f64; 4]; N],
     pub(crate) drive: [f64; N],
     pub(crate) elastic: f64,
     pub(crate) fracture: f64,
     pub(crate) viscous: f64,
+}
+
+impl<const N: usize> ElementResidual<N> {
+    pub(super) fn zero() -> Self {
+        let nodal = [[0.0; 4]; N];
+        Self { nodal, drive: [0.0; N], elastic: 0.0, fracture: 0.0, viscous: 0.0 }
+    }
 }
 
 impl<'a, const N: usize> Element<'a, N> {
@@ -114,13 +122,7 @@ impl<'a, const N: usize> Element<'a, N> {
 
     /// R_u and R_φ of the element's nodes, and its energies.
     pub(crate) fn residual(&self) -> Result<ElementResidual<N>, Inverted> {
-        let mut out = ElementResidual {
-            nodal: [[0.0; 4]; N],
-            drive: [0.0; N],
-            elastic: 0.0,
-            fracture: 0.0,
-            viscous: 0.0,
-        };
+        let mut out = ElementResidual::zero();
         let phi = self.damage_at_points();
         let mut driving = [0.0; MOST_POINTS];
         for (q, (point, shape)) in self.space.rule.points.iter().zip(self.gradients).enumerate() {

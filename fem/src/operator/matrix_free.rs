@@ -18,7 +18,7 @@ use super::residual::Increment;
 use crate::material::Inverted;
 
 /// Elements of a chunk: their nodal values should fit into the second-level cache.
-const PER_CHUNK: [usize; 2] = [2048, 512];
+const PER_CHUNK: [usize; 2] = [4096, 512];
 
 /// The edge between two vertices of a quadratic tetrahedron, as a node; vertices on the diagonal.
 pub(super) const MIDDLE: [[usize; 4]; 4] = [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3]];
@@ -163,7 +163,7 @@ impl<T: Real> MatrixFree<T> {
                     }
                 }
                 let tet = tets.next().expect("as many elements as places");
-                out.add_element(*tet as usize, &blocks);
+                out.add_elements(*tet as usize, std::slice::from_ref(&blocks));
             });
         }
     }

@@ -4,6 +4,7 @@ mod assembly;
 mod batches;
 mod element;
 mod graph;
+mod in_order;
 mod lanes;
 mod matrix_free;
 mod pattern;

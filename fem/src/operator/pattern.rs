@@ -53,24 +53,26 @@ impl Tangent {
         self.symmetric = true;
     }
 
-    /// Adds the symmetric matrix of one element, of which the blocks (a, b ≤ a) are given.
-    #[inline]
-    pub(crate) fn add_element<const N: usize>(&mut self, tet: usize, blocks: &[[Block; N]; N]) {
-        let places = &self.pattern.place[tet * N * N..(tet + 1) * N * N];
-        for a in 0..N {
-            for b in 0..=a {
-                let block = &blocks[a][b];
-                add(&mut self.blocks[places[a * N + b] as usize], block);
-                if a != b {
-                    let transpose = &mut self.blocks[places[b * N + a] as usize];
-                    for i in 0..4 {
-                        for j in 0..4 {
-                            transpose[i][j] += block[j][i];
-                        }
-                    }
-                }
-            }
+    /// Adds the symmetric matrices of elements that follow each other, of which the blocks
+    /// (a, b ≤ a) are given.
+    ///
+    /// Each thread has a range of the blocks and adds in the order of the elements, so that the
+    /// sums do not depend on the ranges.
+    pub(crate) fn add_elements<const N: usize>(
+        &mut self,
+        first: usize,
+        elements: &[[[Block; N]; N]],
+    ) {
+        let places = &self.pattern.place[first * N * N..(first + elements.len()) * N * N];
+        if elements.len() == 1 {
+            return add_in_range(&mut self.blocks, 0, places, elements);
         }
+        let low = places.iter().copied().min().unwrap_or(0) as usize;
+        let high = places.iter().copied().max().map_or(0, |p| p as usize + 1);
+        let range = (high - low).div_ceil(rayon::current_num_threads()).max(1);
+        self.blocks[low..high].par_chunks_mut(range).enumerate().for_each(|(part, blocks)| {
+            add_in_range(blocks, low + part * range, places, elements);
+        });
     }
 
     /// Adds to the displacement's part of a node's own block.
@@ -114,6 +116,36 @@ impl Tangent {
                 std::array::from_fn(|k| block[k][k])
             })
             .collect()
+    }
+}
+
+/// Adds what belongs into `blocks`, of which the first has place `from`.
+fn add_in_range<const N: usize>(
+    blocks: &mut [Block],
+    from: usize,
+    places: &[u32],
+    elements: &[[[Block; N]; N]],
+) {
+    for (element, places) in elements.iter().zip(places.chunks_exact(N * N)) {
+        for a in 0..N {
+            for b in 0..=a {
+                let block = &element[a][b];
+                let at = |place: u32| (place as usize).wrapping_sub(from);
+                if let Some(to) = blocks.get_mut(at(places[a * N + b])) {
+                    add(to, block);
+                }
+                if a == b {
+                    continue;
+                }
+                if let Some(to) = blocks.get_mut(at(places[b * N + a])) {
+                    for i in 0..4 {
+                        for j in 0..4 {
+                            to[i][j] += block[j][i];
+                        }
+                    }
+                }
+            }
+        }
     }
 }
 

@@ -243,3 +243,51 @@ fn patch_test() {
         assert_patch::<10, Quadratic>(law);
     }
 }
+
+/// Residual, energies, tangent and driving energies of a mesh that is large enough for threads.
+fn assert_threads_change_nothing<const N: usize, T: Tetrahedron<N>>(n: usize) {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
+    let mesh = cube(n, &mut rng);
+    let rule = Rule::new::<T>(DamageRule::Vertex);
+    let assembly = Assembly::new::<T>(Space::new::<T>(&mesh, rule));
+    let nodes = assembly.space.nodes.len();
+    let materials = materials(ElasticLaw::Hencky, PhaseField::new(0.3), true);
+    let size = 0.003 / n as f64;
+    let mut random = || rng.random_range(-1.0..1.0);
+    let fields = Fields {
+        displacement: (0..nodes).map(|_| std::array::from_fn(|_| size * random())).collect(),
+        damage: (0..nodes).map(|_| 0.5 + 0.4 * random()).collect(),
+    };
+    let span = Span::new(&fields.damage, 0.1);
+    let increment = Increment { materials: &materials, fields: &fields, span };
+    let pattern = Arc::new(Pattern::new(&assembly.space.tets, nodes));
+    let evaluate = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| {
+            let mut residual = Residual::new(nodes);
+            let mut tangent = Tangent::new(Arc::clone(&pattern));
+            let mut driving = vec![0.0; assembly.points()];
+            assembly.residual(&increment, &mut residual).expect("no element is inverted");
+            assembly.tangent(&increment, Coupling::Full, &mut tangent).expect("as before");
+            assembly.driving_energies(&increment, &mut driving).expect("as before");
+            assert!(tangent.symmetric && residual.elastic > 0.0);
+            let energies = [residual.elastic, residual.fracture, residual.viscous];
+            (residual.nodal, residual.drive, energies, tangent.blocks, driving)
+        })
+    };
+    let (alone, together) = (evaluate(1), evaluate(3));
+    assert!(alone == together, "threads change the assembly of {N}-node elements");
+    // an inverted element is found by whichever thread has it
+    let mut folded = fields.clone();
+    folded.displacement[nodes / 2] = [3.0; 3];
+    let increment = Increment { fields: &folded, ..increment };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("threads");
+    let mut residual = Residual::new(nodes);
+    assert!(pool.install(|| assembly.residual(&increment, &mut residual)).is_err());
+}
+
+#[test]
+fn threads_change_no_bit_of_the_assembly() {
+    assert_threads_change_nothing::<4, Linear>(17);
+    assert_threads_change_nothing::<10, Quadratic>(12);
+}

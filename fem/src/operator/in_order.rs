@@ -1,0 +1,50 @@
+//! Work on all elements of a mesh by several threads, with one result.
+
+use rayon::prelude::*;
+
+use crate::material::Inverted;
+
+/// Nodes of elements (one counted for each element that has it) from which threads pay; smaller
+/// problems are those of ensembles, which have a run for every core.
+const WORTH: usize = 100_000;
+/// Nodes of elements that are computed before they are added: they stay in the cache.
+const BLOCK: usize = 8192;
+/// Elements that a thread takes at once.
+const PIECE: usize = 64;
+
+/// Whether threads pay for so many elements of `nodes` nodes.
+pub(super) fn worth_threads(elements: usize, nodes: usize) -> bool {
+    elements * nodes >= WORTH && rayon::current_num_threads() > 1
+}
+
+/// Computes something for every element of `N` nodes and adds it in the order of the elements, so
+/// that no sum depends on the number of threads.
+///
+/// `compute` writes what element e gives; `add` gets the number of the first element and what it
+/// and those behind it gave.
+pub(super) fn in_order<const N: usize, R: Clone + Send>(
+    elements: usize,
+    blank: R,
+    compute: impl Fn(usize, &mut R) -> Result<(), Inverted> + Sync,
+    mut add: impl FnMut(usize, &[R]),
+) -> Result<(), Inverted> {
+    if !worth_threads(elements, N) {
+        let mut one = [blank];
+        return (0..elements).try_for_each(|e| {
+            compute(e, &mut one[0])?;
+            add(e, &one);
+            Ok(())
+        });
+    }
+    let size = BLOCK / N;
+    let mut block = vec![blank; size];
+    for first in (0..elements).step_by(size) {
+        let block = &mut block[..size.min(elements - first)];
+        block.par_chunks_mut(PIECE).enumerate().try_for_each(|(piece, results)| {
+            let begin = first + piece * PIECE;
+            results.iter_mut().enumerate().try_for_each(|(e, r)| compute(begin + e, r))
+        })?;
+        add(first, block);
+    }
+    Ok(())
+}
