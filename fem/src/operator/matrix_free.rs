@@ -13,7 +13,7 @@ use super::element::Block;
 use super::lanes::{LANES, Real, dispatch, places};
 use super::pattern::Tangent;
 use super::product::ChunkProduct;
-use super::reduced::{BASIS, NORMAL, PUSH, ReferenceRule, SHEAR, SOURCE, STRESS, packed};
+use super::reduced::{NORMAL, PUSH, ReferenceRule, SHEAR, SOURCE, STRESS, axes, packed};
 use super::residual::Increment;
 use crate::material::Inverted;
 
@@ -242,17 +242,18 @@ fn node_block(
     coupled: bool,
 ) -> Block {
     let mut block = [[0.0; 4]; 4];
-    let [damage_points, gradient, ..] = rule.lengths();
+    let [damage_points, gradient, points, _] = rule.lengths();
     let (softening, rest) = element.split_at(damage_points);
     let (gradient, rest) = rest.split_at(gradient);
-    let (points, local) = rest.split_at(rest.len() - damage_points);
+    let (points, local) = rest.split_at(points);
     for (q, point) in points.chunks_exact(rule.point()).enumerate() {
         let spatial = |d: &[f64; 3]| -> [f64; 3] {
             std::array::from_fn(|i| (0..3).map(|k| d[k] * point[PUSH + 3 * k + i]).sum())
         };
         let (sa, sb) = (spatial(&slopes[q][a]), spatial(&slopes[q][b]));
+        let axes = axes(point);
         let turn = |v: [f64; 3]| -> [f64; 3] {
-            std::array::from_fn(|m| (0..3).map(|i| point[BASIS + 3 * i + m] * v[i]).sum())
+            std::array::from_fn(|m| (0..3).map(|i| axes[i][m] * v[i]).sum())
         };
         let principal: [[f64; 3]; 3] = std::array::from_fn(|i| {
             std::array::from_fn(|j| {
@@ -297,8 +298,8 @@ fn node_block(
             block[3][i] += force_b[i] * soft_a;
         }
     }
-    for (shape, x) in rule.damage.iter().zip(local) {
-        block[3][3] += shape[a] * shape[b] * x;
+    for (p, shape) in rule.damage.iter().enumerate() {
+        block[3][3] += shape[a] * shape[b] * local[p.min(local.len() - 1)];
     }
     block
 }

@@ -5,6 +5,7 @@ mod batches;
 mod element;
 mod graph;
 mod in_order;
+mod kernel;
 mod lanes;
 mod matrix_free;
 mod pattern;

@@ -1,25 +1,30 @@
 //! The tangent of one element in its own barycentric axes and the principal axes of its points.
 //!
 //! With U_k = ∂u/∂λ_k − ∂u/∂λ_0 (k = 1 … 3), and s_k = Qᵀ F⁻ᵀ ∇λ_k, the gradient of u in the principal
-//! axes of the strain is h = Σ_k (Qᵀ U_k) ⊗ s_k, whatever the order of the element. The tangent takes it
-//! to f_ii = Σ_j D_ij h_jj − τ_i h_ii and f_ij = G_ij (h_ij + h_ji) + τ_j h_ij, and the transpose of
+//! axes Q of the strain is h = Σ_k (Qᵀ U_k) ⊗ s_k, whatever the order of the element. The tangent takes
+//! it to f_ii = Σ_j D_ij h_jj − τ_i h_ii and f_ij = G_ij (h_ij + h_ji) + τ_j h_ij, and the transpose of
 //! the way to h brings f back to the nodes. This is what the matrix-free tangent stores: for each
-//! elastic point Q (9), s (9), D − τ (6), G (3) and τ (3), times the weight of the point, 30 numbers
-//! against the 45 of the product itself. Where there is damage, the points have also τ⁺ (3); before
-//! them come g′ of the damage points and 2 Gc ℓ₀/c₀ ∇λ_k·∇λ_l V (6), behind them the local part of
-//! the φ block at the damage points: the order in which a product reads them.
+//! elastic point Q as a quaternion (4), s (9), and times the weight of the point D − τ (6), G (3) and
+//! τ (3), 25 numbers against the 45 of the product itself. Where there is damage, the points have
+//! also τ⁺ (3); before them come g′ of the damage points and 2 Gc ℓ₀/c₀ ∇λ_k·∇λ_l V (6), behind them
+//! the local part of the φ block at the damage points, once if it is the same at all of them: the
+//! order in which a product reads them.
+
+use std::f64::consts::SQRT_2;
+
+use nalgebra::{Rotation3, UnitQuaternion};
 
 use super::element::Element;
 use crate::element::Rule;
 use crate::material::Inverted;
 
-/// Where the numbers of a point begin: Q by columns, s by k, D − τ packed, G, τ, τ⁺.
-pub(crate) const BASIS: usize = 0;
-pub(crate) const PUSH: usize = 9;
-pub(crate) const NORMAL: usize = 18;
-pub(crate) const SHEAR: usize = 24;
-pub(crate) const STRESS: usize = 27;
-pub(crate) const SOURCE: usize = 30;
+/// Where the numbers of a point begin: √2 (x, y, z, w) of Q, s by k, D − τ packed, G, τ, τ⁺.
+pub(crate) const ROTATION: usize = 0;
+pub(crate) const PUSH: usize = 4;
+pub(crate) const NORMAL: usize = 13;
+pub(crate) const SHEAR: usize = 19;
+pub(crate) const STRESS: usize = 22;
+pub(crate) const SOURCE: usize = 25;
 /// Entries of the gradient term.
 pub(crate) const SLOPES: usize = 6;
 
@@ -34,6 +39,8 @@ pub(crate) struct ReferenceRule {
     pub(crate) damage: Vec<Vec<f64>>,
     /// The share of damage point p in what elastic point q sees.
     pub(crate) mixing: Vec<Vec<f64>>,
+    /// Whether all damage points have the same weight and are driven alike.
+    pub(crate) alike: bool,
 }
 
 impl ReferenceRule {
@@ -44,6 +51,8 @@ impl ReferenceRule {
             weight: rule.points.iter().map(|p| p.weight).collect(),
             damage: rule.damage.iter().map(|p| p.shape.to_vec()).collect(),
             mixing: rule.mixing.clone(),
+            alike: rule.damage.windows(2).all(|p| p[0].weight == p[1].weight)
+                && rule.mixing.iter().all(|row| row.windows(2).all(|c| c[0] == c[1])),
         }
     }
 
@@ -55,8 +64,11 @@ impl ReferenceRule {
     /// How many numbers there are of g′, of the gradient term, of the elastic points and of the
     /// local part.
     pub(crate) fn lengths(&self) -> [usize; 4] {
-        let damage = self.damage.len();
-        [damage, if damage == 0 { 0 } else { SLOPES }, self.point() * self.at.len(), damage]
+        let points = self.point() * self.at.len();
+        match self.damage.len() {
+            0 => [0, 0, points, 0],
+            damage => [damage, SLOPES, points, if self.alike { 1 } else { damage }],
+        }
     }
 
     /// Numbers that an element's tangent takes.
@@ -75,10 +87,10 @@ impl<const N: usize> Element<'_, N> {
     ) -> Result<(), Inverted> {
         out.fill(0.0);
         let rule = &self.space.rule;
-        let [damage_points, gradient, ..] = form.lengths();
+        let [damage_points, gradient, points, _] = form.lengths();
         let (softening, rest) = out.split_at_mut(damage_points);
         let (gradient, rest) = rest.split_at_mut(gradient);
-        let (points, local) = rest.split_at_mut(rest.len() - damage_points);
+        let (points, local) = rest.split_at_mut(points);
         let slopes = self.space.barycentric(self.tet);
         let phi = self.damage_at_points();
         let mut driving = [0.0; super::element::MOST_POINTS];
@@ -87,7 +99,9 @@ impl<const N: usize> Element<'_, N> {
             let response = self.material.respond(&self.displacement_gradient(shape))?;
             let tangent = response.tangent(self.stiffness_at(q, &phi));
             let out = &mut points[q * form.point()..(q + 1) * form.point()];
-            out[BASIS..PUSH].copy_from_slice(tangent.basis.as_slice());
+            let axes = Rotation3::from_matrix_unchecked(tangent.basis);
+            let rotation = UnitQuaternion::from_rotation_matrix(&axes).coords * SQRT_2;
+            out[ROTATION..PUSH].copy_from_slice(rotation.as_slice());
             for k in 0..3 {
                 let spatial = response.spatial(&slopes[k + 1]);
                 out[PUSH + 3 * k..PUSH + 3 * k + 3].copy_from_slice(&spatial);
@@ -119,13 +133,24 @@ impl<const N: usize> Element<'_, N> {
         for (p, point) in rule.damage.iter().enumerate() {
             let [.., curvature] = damage.density.local(phi[p]);
             softening[p] = damage.degradation.slope(phi[p]);
-            local[p] = damage.degradation.curvature() * driving[p]
+            // the same at all points where there is one place for them
+            local[p.min(local.len() - 1)] = damage.degradation.curvature() * driving[p]
                 + self.volume
                     * point.weight
                     * (damage.local * curvature + damage.viscosity / self.duration);
         }
         Ok(())
     }
+}
+
+/// The principal axes of a point, one after the other.
+pub(crate) fn axes(point: &[f64]) -> [[f64; 3]; 3] {
+    let [x, y, z, w] = [0, 1, 2, 3].map(|k| point[ROTATION + k]);
+    [
+        [1.0 - y * y - z * z, x * y + w * z, x * z - w * y],
+        [x * y - w * z, 1.0 - x * x - z * z, y * z + w * x],
+        [x * z + w * y, y * z - w * x, 1.0 - x * x - y * y],
+    ]
 }
 
 /// The place of entry (r, s ≤ r) of a symmetric matrix.
