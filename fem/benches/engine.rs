@@ -133,7 +133,7 @@ fn product(name: &str, spacing_mm: f64, order: Order, damage: bool) -> Result<()
     let (tets, unknowns) = (test.mesh().tets.len() as f64, test.unknowns() as f64);
     line(&format!("{name}_tetrahedra"), tets, "1");
     line(&format!("{name}_unknowns"), unknowns, "1");
-    let times = test.time_product(40, &wall_seconds)?;
+    let times = test.time_product(100, &wall_seconds)?;
     line(&format!("{name}_linearise"), 1e6 * times.linearise_s / tets, "us/tet");
     line(name, 1e-6 * unknowns / times.apply_s, "million unknowns/s");
     line(&format!("{name}_data"), 1e-9 * times.bytes as f64 / times.apply_s, "GB/s");

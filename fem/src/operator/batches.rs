@@ -30,6 +30,11 @@ pub(crate) struct Chunk {
     pub(crate) local: Vec<[u16; LANES]>,
 }
 
+/// Values of a chunk's node, so aligned that they do not cross a cache line.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+pub(crate) struct Aligned(pub(crate) [f64; 4]);
+
 /// A place in the last batch that no element takes.
 pub(crate) const VACANT: u32 = u32::MAX;
 
@@ -89,11 +94,11 @@ impl Batches {
     /// `work` gets the number of a chunk, a buffer and the zeroed values of its nodes.
     pub(crate) fn gather(
         &self,
-        copies: &mut Vec<[f64; 4]>,
+        copies: &mut Vec<Aligned>,
         y: &mut [[f64; 4]],
-        work: impl Fn(usize, &mut Vec<[f64; 4]>, &mut [[f64; 4]]) + Sync,
+        work: impl Fn(usize, &mut Vec<Aligned>, &mut [Aligned]) + Sync,
     ) {
-        copies.resize(self.copies, [0.0; 4]);
+        copies.resize(self.copies, Aligned([0.0; 4]));
         let mut parts = Vec::with_capacity(self.chunks.len());
         let mut rest = copies.as_mut_slice();
         for chunk in &self.chunks {
@@ -102,7 +107,7 @@ impl Batches {
             rest = next;
         }
         parts.into_par_iter().enumerate().for_each_init(Vec::new, |buffer, (chunk, part)| {
-            part.fill([0.0; 4]);
+            part.fill(Aligned([0.0; 4]));
             work(chunk, buffer, part);
         });
         const NODES: usize = 2048;
@@ -113,7 +118,7 @@ impl Batches {
                 let range = self.copy_start[node] as usize..self.copy_start[node + 1] as usize;
                 for &place in &self.copy[range] {
                     for k in 0..4 {
-                        sum[k] += copies[place as usize][k];
+                        sum[k] += copies[place as usize].0[k];
                     }
                 }
                 *y = sum;

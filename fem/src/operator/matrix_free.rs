@@ -8,7 +8,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::assembly::{Coupling, Operator};
-use super::batches::{Batches, Chunk, VACANT};
+use super::batches::{Aligned, Batches, Chunk, VACANT};
 use super::element::Block;
 use super::lanes::{LANES, Real, dispatch, places};
 use super::pattern::Tangent;
@@ -63,7 +63,7 @@ pub(crate) struct MatrixFree<T: Real> {
     data: Vec<Vec<T::Pack>>,
     /// The place of each element of a batch in its packs.
     places: [usize; LANES],
-    copies: Vec<[f64; 4]>,
+    copies: Vec<Aligned>,
 }
 
 impl<T: Real> MatrixFree<T> {
@@ -120,7 +120,7 @@ impl<T: Real> MatrixFree<T> {
         layout.batches.gather(copies, y, |index, values, part| {
             let chunk = &layout.batches.chunks[index];
             values.clear();
-            values.extend(chunk.global.iter().map(|&n| x[n as usize]));
+            values.extend(chunk.global.iter().map(|&n| Aligned(x[n as usize])));
             dispatch(ChunkProduct::<T> { layout, chunk, data: &data[index], x: values, y: part });
         });
     }
@@ -136,7 +136,7 @@ impl<T: Real> MatrixFree<T> {
             for_each_element::<T>(&layout.rule, chunk, &data[index], places, |local, element| {
                 for (a, &node) in local.iter().enumerate() {
                     let block = node_block(&layout.rule, &slopes, element, a, a, false);
-                    (0..4).for_each(|k| part[node][k] += block[k][k]);
+                    (0..4).for_each(|k| part[node].0[k] += block[k][k]);
                 }
             });
         });

@@ -5,7 +5,7 @@
 
 use faer::traits::pulp::{Simd, WithSimd};
 
-use super::batches::Chunk;
+use super::batches::{Aligned, Chunk};
 use super::kernel::Kernel;
 use super::lanes::{LANES, Real, Rows};
 use super::matrix_free::Layout;
@@ -15,8 +15,8 @@ pub(super) struct ChunkProduct<'a, T: Real> {
     pub(super) layout: &'a Layout,
     pub(super) chunk: &'a Chunk,
     pub(super) data: &'a [T::Pack],
-    pub(super) x: &'a [[f64; 4]],
-    pub(super) y: &'a mut [[f64; 4]],
+    pub(super) x: &'a [Aligned],
+    pub(super) y: &'a mut [Aligned],
 }
 
 impl<T: Real> WithSimd for ChunkProduct<'_, T> {
@@ -49,7 +49,7 @@ impl<T: Real> ChunkProduct<'_, T> {
         for (batch, local) in self.chunk.local.chunks_exact(N).enumerate() {
             for (rows, local) in rows.iter_mut().zip(local) {
                 for row in 0..LANES {
-                    let value = &self.x[usize::from(local[row])];
+                    let value = &self.x[usize::from(local[row])].0;
                     for c in 0..4 {
                         rows.0[row][c] = T::of(value[c]);
                     }
@@ -78,7 +78,7 @@ impl<T: Real> ChunkProduct<'_, T> {
             for (rows, local) in rows.iter().zip(local) {
                 for row in 0..LANES {
                     // by way of a copy, so that the four become one instruction
-                    let value = &mut self.y[usize::from(local[row])];
+                    let value = &mut self.y[usize::from(local[row])].0;
                     let mut sum = *value;
                     for c in 0..4 {
                         sum[c] += rows.0[row][c].wide();
