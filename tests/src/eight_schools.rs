@@ -23,9 +23,9 @@ ppl::model! {
         let mu ~ Normal(0.0, 5.0);
         let tau ~ HalfCauchy(5.0);
         let z ~ Normal(0.0, 1.0).array::<8>();
-        #[track] let theta = z.map(|z| mu + tau * z);
         for j in 0..8 {
-            y[j] ~ Normal(theta[j], se[j]);
+            #[track] let theta = mu + tau * z[j];
+            y[j] ~ Normal(theta, se[j]);
         }
     }
 }
