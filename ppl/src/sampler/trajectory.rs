@@ -103,6 +103,21 @@ impl Subtree {
         !checks.iter().all(|&c| c > 0.0)
     }
 
+    /// The U-turn check of a tree of two states, of which it sets the sum of the momenta.
+    fn turns_as_pair(&mut self) -> bool {
+        let n = self.rho.len();
+        let (start, end) = (&self.first.velocity[..n], &self.last.velocity[..n]);
+        let (left, right) = (&self.first.p[..n], &self.last.p[..n]);
+        let mut checks = [0.0; 2];
+        for i in 0..n {
+            let both = left[i] + right[i];
+            checks[0] += start[i] * both;
+            checks[1] += end[i] * both;
+            self.rho[i] = both;
+        }
+        !checks.iter().all(|&c| c > 0.0)
+    }
+
     /// Appends `next`, whose weights joined with these are `log_weight`; takes over its proposal if
     /// `take`.
     fn append(&mut self, next: &mut Self, log_weight: f64, take: bool) {
@@ -246,8 +261,14 @@ struct Growth<'t, 'a, D: LogDensity, R: ?Sized> {
 impl<D: LogDensity, R: Rng + ?Sized> Growth<'_, '_, D, R> {
     /// Grows a subtree of `2^level` states into `levels[level][place]`.
     fn grow(&mut self, level: usize, place: usize) -> ControlFlow<Discard> {
-        if level == 0 {
-            return self.leaf(place);
+        match level {
+            0 => {
+                let (end, energy, error) = self.advance()?;
+                self.levels[0][place].plant(&self.ends[end], energy, error);
+                return ControlFlow::Continue(());
+            }
+            1 => return self.pair(place),
+            _ => {}
         }
         self.grow(level - 1, 0)?;
         self.grow(level - 1, 1)?;
@@ -261,8 +282,29 @@ impl<D: LogDensity, R: Rng + ?Sized> Growth<'_, '_, D, R> {
         if turning { ControlFlow::Break(Discard::Turning) } else { ControlFlow::Continue(()) }
     }
 
-    /// One leapfrog step at the growing end.
-    fn leaf(&mut self, place: usize) -> ControlFlow<Discard> {
+    /// A subtree of two states, half of all: what the general case would copy to and fro is written
+    /// where it stays, and its three checks are one.
+    fn pair(&mut self, place: usize) -> ControlFlow<Discard> {
+        let (end, energy, first_error) = self.advance()?;
+        let tree = &mut self.levels[1][place];
+        tree.first.copy_from(&self.ends[end]);
+        tree.proposal.copy_from(&self.ends[end].point);
+        tree.energy = energy;
+        let (end, energy, second_error) = self.advance()?;
+        let (tree, phase) = (&mut self.levels[1][place], &self.ends[end]);
+        tree.last.copy_from(phase);
+        let turning = tree.turns_as_pair();
+        let (log_weight, share) = join_weights(-first_error, -second_error);
+        tree.log_weight = log_weight;
+        if self.rng.random::<f64>() < share {
+            tree.proposal.copy_from(&phase.point);
+            tree.energy = energy;
+        }
+        if turning { ControlFlow::Break(Discard::Turning) } else { ControlFlow::Continue(()) }
+    }
+
+    /// One leapfrog step at the growing end: which end that is, the energy there and its error.
+    fn advance(&mut self) -> ControlFlow<Discard, (usize, f64, f64)> {
         let (end, step) = if self.forward { (1, self.step) } else { (0, -self.step) };
         let phase = &mut self.ends[end];
         self.divergence.0.copy_from_slice(&phase.point.y);
@@ -277,8 +319,7 @@ impl<D: LogDensity, R: Rng + ?Sized> Growth<'_, '_, D, R> {
             self.divergence.1 = error;
             return ControlFlow::Break(Discard::Diverging);
         }
-        self.levels[0][place].plant(phase, energy, error);
-        ControlFlow::Continue(())
+        ControlFlow::Continue((end, energy, error))
     }
 }
 
