@@ -134,9 +134,10 @@ impl<T: Real> MatrixFree<T> {
         layout.batches.gather(copies, &mut out, |index, _, part| {
             let chunk = &layout.batches.chunks[index];
             for_each_element::<T>(&layout.rule, chunk, &data[index], places, |local, element| {
-                for (a, &node) in local.iter().enumerate() {
-                    let block = node_block(&layout.rule, &slopes, element, a, a, false);
-                    (0..4).for_each(|k| part[node].0[k] += block[k][k]);
+                let mut diagonal = [[0.0; 4]; 10];
+                add_diagonal(&layout.rule, &slopes, element, &mut diagonal[..local.len()]);
+                for (&node, diagonal) in local.iter().zip(&diagonal) {
+                    (0..4).for_each(|k| part[node].0[k] += diagonal[k]);
                 }
             });
         });
@@ -159,7 +160,7 @@ impl<T: Real> MatrixFree<T> {
             for_each_element::<T>(&linear, chunk, data, &self.places, |_, element| {
                 for a in 0..4 {
                     for b in 0..=a {
-                        blocks[a][b] = node_block(&linear, &slopes, element, a, b, true);
+                        blocks[a][b] = node_block(&linear, &slopes, element, a, b);
                     }
                 }
                 let tet = tets.next().expect("as many elements as places");
@@ -232,14 +233,62 @@ fn for_each_element<T: Real>(
     }
 }
 
-/// The block of nodes a and b of one element; without `coupled` only u–u and φ–φ.
+/// Adds the diagonal of one element, by node.
+fn add_diagonal(
+    rule: &ReferenceRule,
+    slopes: &[Vec<[f64; 3]>],
+    element: &[f64],
+    out: &mut [[f64; 4]],
+) {
+    let [before, gradient, points, _] = rule.lengths();
+    let (gradient, rest) = element[before..].split_at(gradient);
+    let (points, local) = rest.split_at(points);
+    for (q, point) in points.chunks_exact(rule.point()).enumerate() {
+        let axes = axes(point);
+        for (d, out) in slopes[q].iter().zip(out.iter_mut()) {
+            let mut s = [0.0; 3];
+            for k in 0..3 {
+                (0..3).for_each(|i| s[i] += d[k] * point[PUSH + 3 * k + i]);
+            }
+            for i in 0..3 {
+                let mut own = point[NORMAL + packed(i, i)] * s[i] * s[i];
+                for j in 0..3 {
+                    if j == i {
+                        continue;
+                    }
+                    let shear = point[SHEAR + 3 - i - j];
+                    own += (shear + point[STRESS + j]) * s[j] * s[j];
+                    let normal = point[NORMAL + packed(i.max(j), i.min(j))];
+                    let pair = (normal + shear) * s[i] * s[j];
+                    (0..3).for_each(|m| out[m] += axes[i][m] * axes[j][m] * pair);
+                }
+                (0..3).for_each(|m| out[m] += axes[i][m] * axes[i][m] * own);
+            }
+            if rule.damage.is_empty() {
+                continue;
+            }
+            for k in 0..3 {
+                for l in 0..3 {
+                    let product = gradient[packed(k.max(l), k.min(l))];
+                    out[3] += rule.weight[q] * d[k] * d[l] * product;
+                }
+            }
+        }
+    }
+    for (p, shape) in rule.damage.iter().enumerate() {
+        for (shape, out) in shape.iter().zip(out.iter_mut()) {
+            out[3] += shape * shape * local[p.min(local.len() - 1)];
+        }
+    }
+}
+
+/// The block of nodes a and b of one element.
 fn node_block(
     rule: &ReferenceRule,
     slopes: &[Vec<[f64; 3]>],
     element: &[f64],
     a: usize,
     b: usize,
-    coupled: bool,
 ) -> Block {
     let mut block = [[0.0; 4]; 4];
     let [damage_points, gradient, points, _] = rule.lengths();
@@ -282,9 +331,6 @@ fn node_block(
                 block[3][3] +=
                     rule.weight[q] * da[k] * db[l] * gradient[packed(k.max(l), k.min(l))];
             }
-        }
-        if !coupled {
-            continue;
         }
         let soft = |node: usize| -> f64 {
             let terms = rule.mixing[q].iter().zip(softening).zip(&rule.damage);
