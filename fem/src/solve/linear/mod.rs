@@ -6,6 +6,7 @@ mod block_csr;
 mod chebyshev;
 mod cover;
 mod direct;
+mod factor;
 mod field_split;
 mod iterative;
 mod krylov;

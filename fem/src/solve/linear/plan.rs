@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use super::LinearSolver;
-use super::direct::{Direct, Symbolic};
+use super::direct::Direct;
+use super::factor::Symbolic;
 use super::iterative::Iterative;
 use super::ordering::nested_dissection;
 use super::quadratic::Quadratic;

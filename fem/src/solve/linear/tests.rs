@@ -5,7 +5,8 @@ use std::sync::Arc;
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::direct::{Direct, Symbolic};
+use super::direct::Direct;
+use super::factor::Symbolic;
 use super::*;
 use crate::compression::Fields;
 use crate::element::{DamageRule, Linear, Quadratic, Rule, Space, Tetrahedron};
