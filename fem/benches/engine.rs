@@ -9,6 +9,7 @@ use std::ops::ControlFlow;
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
+use fem::LinearScheme::{self, Auto, Direct, Multigrid};
 use fem::{
     CompressionTest, CurvePoint, CylinderLattice, ElasticLaw, Fields, Loading, Material, Order,
     PhaseField, SolverOptions, Stepping,
@@ -37,11 +38,12 @@ fn measure() -> Result<(), Failure> {
     }
     let (linear, quadratic) = (Order::Linear, Order::Quadratic);
     let sizes = [
-        ("p1_3k", 0.7, linear, true),
-        ("p1_20k", 0.38, linear, true),
-        ("p1_displacement_44k", 0.248, linear, false),
-        ("p2_displacement_86k", 0.365, quadratic, false),
-        ("p2_4_fields", 0.38, quadratic, true),
+        ("p1_3k", 0.7, linear, true, Auto),
+        ("p1_20k", 0.38, linear, true, Auto),
+        ("p1_displacement_44k", 0.248, linear, false, Direct),
+        ("p1_multigrid_displacement_44k", 0.248, linear, false, Multigrid),
+        ("p2_displacement_86k", 0.365, quadratic, false, Auto),
+        ("p2_4_fields", 0.38, quadratic, true, Auto),
     ];
     let products = [
         ("apply_p1", 0.18, linear, true),
@@ -57,9 +59,12 @@ fn measure() -> Result<(), Failure> {
             product(name, spacing_mm, order, damage)?;
         }
     }
-    for (name, spacing_mm, order, damage) in sizes {
+    for (name, spacing_mm, order, damage, linear) in sizes {
         if wanted(name) {
-            parts(name, spacing_mm, order, damage, 10)?;
+            let begin = processor_seconds();
+            let test = test(spacing_mm, order, damage, linear)?;
+            line(&format!("{name}_setup"), processor_seconds() - begin, "s");
+            parts(name, &test, 10)?;
         }
     }
     if std::env::var_os("BRECCIA_LARGE").is_some() {
@@ -78,7 +83,12 @@ fn line(quantity: &str, value: f64, unit: &str) {
     println!("{quantity},{value:.4},{unit}");
 }
 
-fn test(spacing_mm: f64, order: Order, damage: bool) -> Result<CompressionTest, Failure> {
+fn test(
+    spacing_mm: f64,
+    order: Order,
+    damage: bool,
+    linear: LinearScheme,
+) -> Result<CompressionTest, Failure> {
     let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm }.build()?;
     let matrix = Material {
         law: ElasticLaw::Hencky,
@@ -95,22 +105,13 @@ fn test(spacing_mm: f64, order: Order, damage: bool) -> Result<CompressionTest, 
         stepping: Stepping::Fixed(44),
         stop_below_peak: None,
     };
-    let options = SolverOptions::default();
+    let options = SolverOptions { linear, ..SolverOptions::default() };
     let field = damage.then_some(field);
     Ok(CompressionTest::new(mesh, order, vec![matrix], field, loading, options)?)
 }
 
 /// The parts of a Newton iteration.
-fn parts(
-    name: &str,
-    spacing_mm: f64,
-    order: Order,
-    damage: bool,
-    repetitions: u32,
-) -> Result<(), Failure> {
-    let begin = processor_seconds();
-    let test = test(spacing_mm, order, damage)?;
-    line(&format!("{name}_setup"), processor_seconds() - begin, "s");
+fn parts(name: &str, test: &CompressionTest, repetitions: u32) -> Result<(), Failure> {
     let tets = test.mesh().tets.len() as f64;
     let unknowns = test.unknowns() as f64;
     line(&format!("{name}_tetrahedra"), tets, "1");
@@ -129,7 +130,7 @@ fn parts(
 
 /// The matrix-free tangent, larger than any cache.
 fn product(name: &str, spacing_mm: f64, order: Order, damage: bool) -> Result<(), Failure> {
-    let test = test(spacing_mm, order, damage)?;
+    let test = test(spacing_mm, order, damage, Auto)?;
     let (tets, unknowns) = (test.mesh().tets.len() as f64, test.unknowns() as f64);
     line(&format!("{name}_tetrahedra"), tets, "1");
     line(&format!("{name}_unknowns"), unknowns, "1");
@@ -163,7 +164,7 @@ fn run(name: &str, spacing_mm: f64) -> Result<(), Failure> {
 
 /// The first load steps of 44; unknowns, and seconds for a Newton iteration.
 fn steps(name: &str, spacing_mm: f64, count: usize) -> Result<[f64; 2], Failure> {
-    let test = test(spacing_mm, Order::Linear, true)?;
+    let test = test(spacing_mm, Order::Linear, true, Auto)?;
     line(&format!("{name}_tetrahedra"), test.mesh().tets.len() as f64, "1");
     line(&format!("{name}_unknowns"), test.unknowns() as f64, "1");
     let mut taken = 0;

@@ -100,7 +100,7 @@ fn mistakes_name_file_key_value_and_mend_and_fail() {
             "young_mpa = \"stiff\"".into(),
             &["material.matrix.young_mpa = \"stiff\""],
         ),
-        ("poisson = 0.25", String::new(), &["[material.matrix]", "poisson is missing"]),
+        ("poisson = 0.25", String::new(), &["material.matrix.poisson", "is missing", "Add it."]),
         ("[material.matrix]", "[material.matrx]".into(), &["material.matrix", "matrx meant"]),
         ("[test]", "[tset]".into(), &["unknown key \"tset\"", "mean \"test\""]),
         ("steps = 4", "steps = -4".into(), &["test.steps = -4"]),

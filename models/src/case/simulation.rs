@@ -173,7 +173,7 @@ pub enum SchemeName {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LinearName {
-    /// A sparse factor up to some 70 000 unknowns, multigrid above.
+    /// A sparse factor up to some 70 000 unknowns (30 000 without damage), multigrid above.
     #[default]
     Auto,
     /// A sparse factor.

@@ -14,6 +14,8 @@ use crate::solve::LinearScheme;
 
 /// Unknowns up to which a factor is faster over a run, and small enough.
 const DIRECT_UP_TO: usize = 70_000;
+/// The same without damage: the tangent stays positive definite, which multigrid is made for.
+const DIRECT_ELASTIC_UP_TO: usize = 30_000;
 /// Vertices at the ends of the edges of a quadratic tetrahedron.
 const ENDS: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 
@@ -45,6 +47,7 @@ impl LinearPlan {
     ) -> Result<(Self, Unknowns), FemError> {
         let damage = damaged.iter().filter(|d| **d).count();
         let multigrid = match choice {
+            LinearScheme::Auto if damage == 0 => 3 * points.len() > DIRECT_ELASTIC_UP_TO,
             LinearScheme::Auto => 3 * points.len() + damage > DIRECT_UP_TO,
             LinearScheme::Direct => false,
             LinearScheme::Multigrid => true,

@@ -102,7 +102,10 @@ impl CaseFile {
         ] {
             match (value, m.law.has_constants()) {
                 (Some(value), false) => self.within(&key(name), value, lower, upper, unit, mend)?,
-                (None, false) => return Err(self.error(&key(name), "", "is missing", mend)),
+                (None, false) => {
+                    let mend = format!("Add it. {mend}");
+                    return Err(self.error(&key(name), "", "is missing", mend));
+                }
                 (Some(value), true) => {
                     return Err(self.error(
                         &key(name),
