@@ -48,6 +48,7 @@
 extern crate self as ppl;
 
 mod accumulator;
+mod any;
 mod arithmetic;
 mod bound;
 pub mod check;

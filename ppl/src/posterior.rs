@@ -6,6 +6,7 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
+use crate::any::AnyModel;
 use crate::collect::{Collected, Plan};
 use crate::density::{Place, Rejection};
 use crate::diagnostics::{Identifiability, Loo, LooError, Marginal};
@@ -137,6 +138,10 @@ impl Posterior {
         chains: Chains,
         seed: u64,
     ) -> Result<Self, PosteriorError> {
+        Self::of_any(model, chains, seed)
+    }
+
+    fn of_any(model: &dyn AnyModel, chains: Chains, seed: u64) -> Result<Self, PosteriorError> {
         let layout = model.layout()?.clone();
         if chains.dim != layout.dim {
             return Err(PosteriorError::Dimension { expected: layout.dim, got: chains.dim });
@@ -279,8 +284,8 @@ impl Posterior {
     }
 }
 
-fn prior_draws<M: Model>(
-    model: &Bound<M>,
+fn prior_draws(
+    model: &dyn AnyModel,
     plan: &Plan,
     rng: &mut Xoshiro256PlusPlus,
 ) -> Result<Option<[Group; 4]>, PosteriorError> {
@@ -294,15 +299,16 @@ fn prior_draws<M: Model>(
     Ok(Some(plan.groups(vec![out], PRIOR_DRAWS)))
 }
 
-fn divergent_points<M: Model>(
-    model: &Bound<M>,
+fn divergent_points(
+    model: &dyn AnyModel,
     chains: &Chains,
     rng: &mut Xoshiro256PlusPlus,
 ) -> Vec<DivergentPoint> {
     let mut points = Vec::new();
     for (chain, found) in chains.chains.iter().enumerate() {
         for divergence in &found.divergences {
-            let record = model.constrain(&divergence.position, rng);
+            let (record, outcome) = model.read(&divergence.position, rng);
+            let record = outcome.is_ok().then_some(record);
             let entries = record.iter().flat_map(|record| &record.entries);
             let values = entries
                 .filter(|e| e.variable.role == Role::Parameter)

@@ -2,45 +2,43 @@
 
 use nalgebra::DMatrix;
 
-use crate::density::{LogDensity, Rejection};
+use crate::{any::Evaluator, density::Rejection};
 
 /// Difference step in units of the width 1/√curvature of the density along a coordinate: the
 /// truncation error is of order 10⁻⁸, and rounding no more.
 const RELATIVE_STEP: f64 = 1e-4;
 
 /// `−∂² ln p / ∂yᵢ∂yⱼ` at `y`, symmetrised central differences.
-pub(super) fn negative_hessian<D: LogDensity>(
-    density: &D,
+pub(super) fn negative_hessian(
+    density: &mut dyn Evaluator,
     y: &[f64],
-    workspace: &mut D::Workspace,
 ) -> Result<DMatrix<f64>, Rejection> {
     let d = y.len();
     let mut hessian = DMatrix::zeros(d, d);
     for i in 0..d {
         let guess = RELATIVE_STEP * y[i].abs().max(1.0);
-        let curvature = difference(density, y, i, guess, workspace)?[i].abs();
+        let curvature = difference(density, y, i, guess)?[i].abs();
         let step = (RELATIVE_STEP / curvature.sqrt()).clamp(1e-4 * guess, 100.0 * guess);
-        let column = difference(density, y, i, step, workspace)?;
+        let column = difference(density, y, i, step)?;
         hessian.column_mut(i).copy_from_slice(&column);
     }
     Ok((&hessian + hessian.transpose()) * 0.5)
 }
 
 /// `−(∇ln p(y + h eᵢ) − ∇ln p(y − h eᵢ)) / 2h`.
-fn difference<D: LogDensity>(
-    density: &D,
+fn difference(
+    density: &mut dyn Evaluator,
     y: &[f64],
     i: usize,
     step: f64,
-    workspace: &mut D::Workspace,
 ) -> Result<Vec<f64>, Rejection> {
     let mut point = y.to_vec();
     let (mut above, mut below) = (vec![0.0; y.len()], vec![0.0; y.len()]);
     point[i] = y[i] + step;
     let upper = point[i];
-    density.gradient(&point, &mut above, workspace)?;
+    density.gradient(&point, &mut above)?;
     point[i] = y[i] - step;
     let width = upper - point[i];
-    density.gradient(&point, &mut below, workspace)?;
+    density.gradient(&point, &mut below)?;
     Ok(above.iter().zip(&below).map(|(a, b)| (b - a) / width).collect())
 }

@@ -8,7 +8,7 @@ use super::{
     curvature::negative_hessian,
     map::{Map, Mode, OptimizeError},
 };
-use crate::density::LogDensity;
+use crate::{any::AnyDensity, density::LogDensity};
 
 /// Normal approximation of a density in unconstrained space, at its mode there.
 ///
@@ -49,9 +49,11 @@ impl Laplace {
     /// # Errors
     /// [`OptimizeError`], in particular if the density is not concave at the mode.
     pub fn new<D: LogDensity>(density: &D, search: &Map) -> Result<Self, OptimizeError> {
-        let mode = search.run(density)?;
-        let mut workspace = D::Workspace::default();
-        let hessian = negative_hessian(density, &mode.point, &mut workspace).map_err(Box::new)?;
+        Self::at_mode(density, search.run(density)?)
+    }
+
+    fn at_mode(density: &dyn AnyDensity, mode: Mode) -> Result<Self, OptimizeError> {
+        let hessian = negative_hessian(&mut *density.evaluator(), &mode.point).map_err(Box::new)?;
         let Some(precision) = Cholesky::new(hessian).filter(|_| mode.at_bound.is_empty()) else {
             return Err(OptimizeError::NotConcave { at_bound: mode.at_bound });
         };

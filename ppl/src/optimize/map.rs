@@ -12,6 +12,7 @@ use thiserror::Error;
 
 use super::{curvature::negative_hessian, line_search::WeakWolfe};
 use crate::{
+    any::{AnyDensity, Evaluator},
     bound::{Bound, ModelError, Workspace},
     density::{LogDensity, Rejection},
     model::Model,
@@ -182,6 +183,10 @@ impl Map {
     /// # Errors
     /// [`OptimizeError`] if no start is accepted, or the density fails fatally.
     pub fn run<D: LogDensity>(&self, density: &D) -> Result<Mode, OptimizeError> {
+        self.run_any(density)
+    }
+
+    pub(super) fn run_any(&self, density: &dyn AnyDensity) -> Result<Mode, OptimizeError> {
         if self.starts == 0 || self.iterations == 0 {
             let setting = if self.starts == 0 { "starts" } else { "iterations" };
             let value = "0".to_owned();
@@ -200,11 +205,11 @@ impl Map {
             .find(|(_, value)| *value == best)
             .ok_or_else(|| OptimizeError::Optimiser("no finite log density".into()))?;
 
-        let mut workspace = D::Workspace::default();
-        let (gain, concave) = newton_gain(density, &point, &mut workspace)?;
+        let mut evaluator = density.evaluator();
+        let (gain, concave) = newton_gain(&mut *evaluator, &point)?;
         let mut at_bound = Vec::new();
         for i in 0..point.len() {
-            if runs_away(density, &point, i, &mut workspace)? {
+            if runs_away(&mut *evaluator, &point, i)? {
                 at_bound.push(i);
             }
         }
@@ -213,9 +218,9 @@ impl Map {
     }
 
     /// One search.
-    fn climb<D: LogDensity>(
+    fn climb(
         &self,
-        density: &D,
+        density: &dyn AnyDensity,
         start: Vec<f64>,
     ) -> Result<(Vec<f64>, f64), OptimizeError> {
         let solver: LBFGS<_, Vec<f64>, Vec<f64>, f64> = LBFGS::new(WeakWolfe::new(), MEMORY);
@@ -235,16 +240,16 @@ impl Map {
 }
 
 /// A random point that the density accepts.
-pub(super) fn start<D: LogDensity, R: Rng>(
-    density: &D,
+pub(super) fn start<R: Rng>(
+    density: &dyn AnyDensity,
     rng: &mut R,
 ) -> Result<Vec<f64>, OptimizeError> {
-    let mut workspace = D::Workspace::default();
+    let mut evaluator = density.evaluator();
     let mut tries = 0;
     loop {
         let y: Vec<f64> = (0..density.dim()).map(|_| 4.0 * rng.random::<f64>() - 2.0).collect();
         tries += 1;
-        match density.log_density(&y, &mut workspace) {
+        match evaluator.log_density(&y) {
             Ok(_) => return Ok(y),
             Err(fatal @ Rejection::Fatal { .. }) => return Err(Box::new(fatal).into()),
             Err(last) if tries == TRIES => {
@@ -256,14 +261,10 @@ pub(super) fn start<D: LogDensity, R: Rng>(
 }
 
 /// `½ gᵀ|H|⁻¹g` with the Hessian H of −ln p, and whether H has no negative eigenvalue.
-fn newton_gain<D: LogDensity>(
-    density: &D,
-    y: &[f64],
-    workspace: &mut D::Workspace,
-) -> Result<(f64, bool), OptimizeError> {
+fn newton_gain(density: &mut dyn Evaluator, y: &[f64]) -> Result<(f64, bool), OptimizeError> {
     let mut gradient = nalgebra::DVector::zeros(y.len());
-    density.gradient(y, gradient.as_mut_slice(), workspace).map_err(Box::new)?;
-    let eigen = negative_hessian(density, y, workspace).map_err(Box::new)?.symmetric_eigen();
+    density.gradient(y, gradient.as_mut_slice()).map_err(Box::new)?;
+    let eigen = negative_hessian(density, y).map_err(Box::new)?.symmetric_eigen();
     let largest = eigen.eigenvalues.amax();
     let along = eigen.eigenvectors.transpose() * gradient;
     // directions flatter than differences can resolve count with the least curvature they can
@@ -276,18 +277,13 @@ fn newton_gain<D: LogDensity>(
 /// Whether coordinate `i` runs to infinity. Approaching a bound, constrained values and with them
 /// the density change as e^(−k|y|), k ≥ 1: the slope points outwards on both sides and shrinks by
 /// at least e a unit. Round an interior mode it changes sign.
-fn runs_away<D: LogDensity>(
-    density: &D,
-    y: &[f64],
-    i: usize,
-    workspace: &mut D::Workspace,
-) -> Result<bool, OptimizeError> {
+fn runs_away(density: &mut dyn Evaluator, y: &[f64], i: usize) -> Result<bool, OptimizeError> {
     let outwards = y[i].signum();
     let mut gradient = vec![0.0; y.len()];
     let mut slope = |offset: f64| {
         let mut point = y.to_vec();
         point[i] += outwards * offset;
-        match density.gradient(&point, &mut gradient, workspace) {
+        match density.gradient(&point, &mut gradient) {
             Ok(_) => Ok(outwards * gradient[i]),
             Err(fatal @ Rejection::Fatal { .. }) => Err(Box::new(fatal)),
             Err(_) => Ok(f64::NAN),
@@ -298,16 +294,15 @@ fn runs_away<D: LogDensity>(
 }
 
 /// The negative log density for argmin; rejected points cost +∞.
-pub(super) struct Descent<'a, D: LogDensity> {
-    density: &'a D,
-    workspace: RefCell<D::Workspace>,
+pub(super) struct Descent<'a> {
+    density: RefCell<Box<dyn Evaluator + 'a>>,
     /// A fatal rejection, kept until argmin returns.
     fatal: RefCell<Option<Rejection>>,
 }
 
-impl<'a, D: LogDensity> Descent<'a, D> {
-    pub(super) fn new(density: &'a D) -> Self {
-        Self { density, workspace: RefCell::default(), fatal: RefCell::default() }
+impl<'a> Descent<'a> {
+    pub(super) fn new(density: &'a dyn AnyDensity) -> Self {
+        Self { density: RefCell::new(density.evaluator()), fatal: RefCell::default() }
     }
 
     pub(super) fn into_fatal(self) -> Option<Rejection> {
@@ -321,12 +316,12 @@ impl<'a, D: LogDensity> Descent<'a, D> {
     }
 }
 
-impl<D: LogDensity> CostFunction for Descent<'_, D> {
+impl CostFunction for Descent<'_> {
     type Param = Vec<f64>;
     type Output = f64;
 
     fn cost(&self, y: &Vec<f64>) -> Result<f64, Error> {
-        match self.density.log_density(y, &mut self.workspace.borrow_mut()) {
+        match self.density.borrow_mut().log_density(y) {
             Ok(value) => Ok(-value),
             Err(rejection) => {
                 self.note(rejection);
@@ -336,13 +331,13 @@ impl<D: LogDensity> CostFunction for Descent<'_, D> {
     }
 }
 
-impl<D: LogDensity> Gradient for Descent<'_, D> {
+impl Gradient for Descent<'_> {
     type Param = Vec<f64>;
     type Gradient = Vec<f64>;
 
     fn gradient(&self, y: &Vec<f64>) -> Result<Vec<f64>, Error> {
         let mut gradient = vec![0.0; y.len()];
-        match self.density.gradient(y, &mut gradient, &mut self.workspace.borrow_mut()) {
+        match self.density.borrow_mut().gradient(y, &mut gradient) {
             Ok(_) => gradient.iter_mut().for_each(|g| *g = -*g),
             Err(rejection) => {
                 self.note(rejection);
@@ -360,7 +355,7 @@ impl<M: Model> LogDensity for WithoutJacobian<'_, M> {
     type Workspace = Workspace;
 
     fn dim(&self) -> usize {
-        self.0.dim()
+        LogDensity::dim(self.0)
     }
 
     fn log_density(&self, y: &[f64], workspace: &mut Workspace) -> Result<f64, Rejection> {

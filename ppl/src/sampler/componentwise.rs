@@ -14,6 +14,7 @@ use super::{
     settings::{Init, Run, shared_settings},
 };
 use crate::{
+    any::{AnyDensity, Evaluator},
     bound::Bound,
     density::{LogDensity, Rejection},
     model::Model,
@@ -82,10 +83,13 @@ impl<'a> ComponentwiseMetropolis<'a> {
     /// # Errors
     /// See [`ComponentwiseMetropolis`].
     pub fn run<D: LogDensity>(&self, density: &D) -> Result<Chains, SampleError> {
+        self.run_any(density)
+    }
+
+    fn run_any(&self, density: &dyn AnyDensity) -> Result<Chains, SampleError> {
         let dim = density.dim();
         let chains = self.run.execute(dim, || Sweeps {
-            density,
-            workspace: D::Workspace::default(),
+            density: density.evaluator(),
             y: vec![0.0; dim],
             log_density: f64::NEG_INFINITY,
             scales: vec![1.0; dim],
@@ -107,9 +111,8 @@ impl<'a> ComponentwiseMetropolis<'a> {
     }
 }
 
-struct Sweeps<'a, D: LogDensity> {
-    density: &'a D,
-    workspace: D::Workspace,
+struct Sweeps<'a> {
+    density: Box<dyn Evaluator + 'a>,
     y: Vec<f64>,
     log_density: f64,
     scales: Vec<f64>,
@@ -120,10 +123,10 @@ struct Sweeps<'a, D: LogDensity> {
     rejections: Rejections,
 }
 
-impl<D: LogDensity> Kernel for Sweeps<'_, D> {
+impl Kernel for Sweeps<'_> {
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
         self.y.copy_from_slice(y);
-        self.log_density = finite(self.density, y, &mut self.workspace)?;
+        self.log_density = finite(&mut *self.density, y)?;
         Ok(())
     }
 
@@ -136,7 +139,7 @@ impl<D: LogDensity> Kernel for Sweeps<'_, D> {
         for i in 0..dim {
             let old = self.y[i];
             self.y[i] = old + self.scales[i] * rng.sample::<f64, _>(StandardNormal);
-            let proposed = self.rejections.value(self.density, &self.y, &mut self.workspace)?;
+            let proposed = self.rejections.value(&mut *self.density, &self.y)?;
             self.acceptances[i] = (proposed - self.log_density).exp().min(1.0);
             if rng.random::<f64>() < self.acceptances[i] {
                 self.log_density = proposed;

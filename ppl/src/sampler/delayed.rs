@@ -15,6 +15,7 @@ use super::{
 };
 use crate::{
     Role,
+    any::{AnyDensity, Evaluator},
     bound::{Bound, Layout},
     density::{LogDensity, Rejection},
     model::Model,
@@ -97,6 +98,14 @@ impl<'a> DelayedAcceptance<'a> {
         cheap: &C,
         expensive: &D,
     ) -> Result<Chains, SampleError> {
+        self.run_any(cheap, expensive)
+    }
+
+    fn run_any(
+        &self,
+        cheap: &dyn AnyDensity,
+        expensive: &dyn AnyDensity,
+    ) -> Result<Chains, SampleError> {
         if self.screening_steps == 0 {
             let (setting, value) = ("screening_steps", "0".into());
             return Err(SampleError::Setting { setting, value, mend: "give at least 1" });
@@ -152,29 +161,28 @@ fn unknowns(layout: &Layout) -> String {
 }
 
 /// A density with its current point.
-struct Level<'a, D: LogDensity> {
-    density: &'a D,
-    workspace: D::Workspace,
+struct Level<'a> {
+    density: Box<dyn Evaluator + 'a>,
     y: Vec<f64>,
     log_density: f64,
 }
 
-impl<'a, D: LogDensity> Level<'a, D> {
-    fn new(density: &'a D, dim: usize) -> Self {
-        let workspace = D::Workspace::default();
-        Self { density, workspace, y: vec![0.0; dim], log_density: f64::NEG_INFINITY }
+impl<'a> Level<'a> {
+    fn new(density: &'a dyn AnyDensity, dim: usize) -> Self {
+        let density = density.evaluator();
+        Self { density, y: vec![0.0; dim], log_density: f64::NEG_INFINITY }
     }
 
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
         self.y.copy_from_slice(y);
-        self.log_density = finite(self.density, y, &mut self.workspace)?;
+        self.log_density = finite(&mut *self.density, y)?;
         Ok(())
     }
 }
 
-struct Delayed<'a, C: LogDensity, D: LogDensity> {
-    cheap: Level<'a, C>,
-    expensive: Level<'a, D>,
+struct Delayed<'a> {
+    cheap: Level<'a>,
+    expensive: Level<'a>,
     next: Vec<f64>,
     walk: RandomWalk,
     steps: u32,
@@ -183,14 +191,14 @@ struct Delayed<'a, C: LogDensity, D: LogDensity> {
     rejections: Rejections,
 }
 
-impl<C: LogDensity, D: LogDensity> Delayed<'_, C, D> {
+impl Delayed<'_> {
     /// The steps on the cheap density; whether they moved.
     fn screen(&mut self, rng: &mut Stream) -> Result<bool, Stop> {
         let (mut moved, mut sum) = (false, 0.0);
         for _ in 0..self.steps {
             let level = &mut self.cheap;
             self.walk.propose(&level.y, &mut self.next, rng);
-            let value = self.rejections.value(level.density, &self.next, &mut level.workspace)?;
+            let value = self.rejections.value(&mut *level.density, &self.next)?;
             let acceptance = (value - level.log_density).exp().min(1.0);
             sum += acceptance;
             if rng.random::<f64>() < acceptance {
@@ -204,7 +212,7 @@ impl<C: LogDensity, D: LogDensity> Delayed<'_, C, D> {
     }
 }
 
-impl<C: LogDensity, D: LogDensity> Kernel for Delayed<'_, C, D> {
+impl Kernel for Delayed<'_> {
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
         self.cheap.begin(y)?;
         self.expensive.begin(y)
@@ -220,7 +228,7 @@ impl<C: LogDensity, D: LogDensity> Kernel for Delayed<'_, C, D> {
         let mut acceptance = 0.0;
         if moved {
             let (cheap, level) = (&mut self.cheap, &mut self.expensive);
-            let value = self.rejections.value(level.density, &cheap.y, &mut level.workspace)?;
+            let value = self.rejections.value(&mut *level.density, &cheap.y)?;
             let correction = before - cheap.log_density;
             acceptance = (value - level.log_density + correction).exp().min(1.0);
             if rng.random::<f64>() < acceptance {

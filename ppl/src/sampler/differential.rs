@@ -16,6 +16,7 @@ use super::{
     settings::{Init, Run, shared_settings},
 };
 use crate::{
+    any::{AnyDensity, Evaluator},
     bound::Bound,
     density::{LogDensity, Rejection},
     model::Model,
@@ -107,6 +108,10 @@ impl<'a> DifferentialEvolution<'a> {
     /// # Errors
     /// See [`DifferentialEvolution`].
     pub fn run<D: LogDensity>(&self, density: &D) -> Result<Chains, SampleError> {
+        self.run_any(density)
+    }
+
+    fn run_any(&self, density: &dyn AnyDensity) -> Result<Chains, SampleError> {
         let refuse = |setting, value, mend| Err(SampleError::Setting { setting, value, mend });
         let dim = density.dim();
         if !(3..=10_000).contains(&self.population) {
@@ -118,8 +123,7 @@ impl<'a> DifferentialEvolution<'a> {
             return refuse("archive", value, mend);
         }
         let chains = self.run.execute(dim, || Evolution {
-            density,
-            workspace: D::Workspace::default(),
+            density: density.evaluator(),
             members: vec![Member { y: vec![0.0; dim], log_density: f64::NEG_INFINITY }],
             population: self.population,
             archive: Archive::new(dim, &self.archive),
@@ -147,9 +151,8 @@ struct Member {
     log_density: f64,
 }
 
-struct Evolution<'a, D: LogDensity> {
-    density: &'a D,
-    workspace: D::Workspace,
+struct Evolution<'a> {
+    density: Box<dyn Evaluator + 'a>,
     /// The first is the one that is kept.
     members: Vec<Member>,
     population: usize,
@@ -159,7 +162,7 @@ struct Evolution<'a, D: LogDensity> {
     rejections: Rejections,
 }
 
-impl<D: LogDensity> Evolution<'_, D> {
+impl Evolution<'_> {
     fn gamma(&self) -> f64 {
         2.38 / (2.0 * self.proposal.len().max(1) as f64).sqrt()
     }
@@ -169,7 +172,7 @@ impl<D: LogDensity> Evolution<'_, D> {
         let first = &self.members[0];
         for _ in 0..TRIES {
             let y: Vec<f64> = first.y.iter().map(|y| y + around(rng)).collect();
-            let log_density = self.rejections.value(self.density, &y, &mut self.workspace)?;
+            let log_density = self.rejections.value(&mut *self.density, &y)?;
             if log_density > f64::NEG_INFINITY {
                 return Ok(Member { y, log_density });
             }
@@ -196,7 +199,7 @@ impl<D: LogDensity> Evolution<'_, D> {
                 *new += NOISE * spread * rng.sample::<f64, _>(StandardNormal);
             }
         }
-        let proposed = self.rejections.value(self.density, &self.proposal, &mut self.workspace)?;
+        let proposed = self.rejections.value(&mut *self.density, &self.proposal)?;
         let acceptance = (proposed - *log_density + correction).exp().min(1.0);
         if rng.random::<f64>() < acceptance {
             std::mem::swap(y, &mut self.proposal);
@@ -211,10 +214,10 @@ fn around(rng: &mut Stream) -> f64 {
     SPREAD * (2.0 * rng.random::<f64>() - 1.0)
 }
 
-impl<D: LogDensity> Kernel for Evolution<'_, D> {
+impl Kernel for Evolution<'_> {
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
         self.members[0].y.copy_from_slice(y);
-        self.members[0].log_density = finite(self.density, y, &mut self.workspace)?;
+        self.members[0].log_density = finite(&mut *self.density, y)?;
         Ok(())
     }
 

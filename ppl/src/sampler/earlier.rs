@@ -9,7 +9,7 @@ use super::{
     settings::{Init, Run},
     warmup::{Rule, Warmup},
 };
-use crate::density::LogDensity;
+use crate::{any::AnyDensity, density::LogDensity};
 
 /// Log densities of one point that differ by more than this, relative to themselves or to 1, are
 /// not of the same density: far above what another compiler or processor changes.
@@ -46,6 +46,10 @@ impl Nuts<'_> {
         density: &D,
         earlier: Chains,
     ) -> Result<Chains, SampleError> {
+        self.resume_any(density, earlier)
+    }
+
+    fn resume_any(&self, density: &dyn AnyDensity, earlier: Chains) -> Result<Chains, SampleError> {
         let dim = density.dim();
         let Some(max_depth) = earlier.max_depth else {
             return Err(misfit("they are of another sampler", "give chains of NUTS"));
@@ -86,11 +90,11 @@ impl Nuts<'_> {
 }
 
 /// The kernel of a chain, and its random stream, as they were after its last draw.
-fn take_up<'a, D: LogDensity>(
-    density: &'a D,
+fn take_up<'a>(
+    density: &'a dyn AnyDensity,
     max_depth: u32,
     chain: &Chain,
-) -> Result<(NutsChain<'a, D>, Stream), SampleError> {
+) -> Result<(NutsChain<'a>, Stream), SampleError> {
     let dim = density.dim();
     let stream = (chain.stream.clone())
         .ok_or_else(|| misfit("a chain has no random stream", "give chains of NUTS"))?;

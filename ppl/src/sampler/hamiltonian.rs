@@ -6,7 +6,10 @@ use super::{
     metric::Metric,
     rejections::{Rejections, Stop},
 };
-use crate::density::{LogDensity, Rejection};
+use crate::{
+    any::{AnyDensity, Evaluator},
+    density::Rejection,
+};
 
 /// A position with its log density and score.
 #[derive(Clone, Debug)]
@@ -75,19 +78,17 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
-/// The density with its workspace, the mass matrix, and the count of rejected points.
-pub(super) struct Hamiltonian<'a, D: LogDensity> {
-    density: &'a D,
-    workspace: D::Workspace,
+/// The density, the mass matrix, and the count of rejected points.
+pub(super) struct Hamiltonian<'a> {
+    density: Box<dyn Evaluator + 'a>,
     pub(super) metric: Metric,
     pub(super) rejections: Rejections,
 }
 
-impl<'a, D: LogDensity> Hamiltonian<'a, D> {
-    pub(super) fn new(density: &'a D) -> Self {
+impl<'a> Hamiltonian<'a> {
+    pub(super) fn new(density: &'a dyn AnyDensity) -> Self {
         Self {
-            density,
-            workspace: D::Workspace::default(),
+            density: density.evaluator(),
             metric: Metric::identity(density.dim()),
             rejections: Rejections::default(),
         }
@@ -95,8 +96,7 @@ impl<'a, D: LogDensity> Hamiltonian<'a, D> {
 
     /// Evaluates log density and score at `point.y`.
     pub(super) fn evaluate(&mut self, point: &mut Point) -> Result<(), Rejection> {
-        point.log_density =
-            self.density.gradient(&point.y, &mut point.gradient, &mut self.workspace)?;
+        point.log_density = self.density.gradient(&point.y, &mut point.gradient)?;
         Ok(())
     }
 
@@ -173,6 +173,7 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     use super::{super::metric::Diagonal, *};
+    use crate::density::LogDensity;
 
     /// ln p = −Σ yᵢ⁴/4 − y₀y₁/3: anharmonic and coupled.
     struct Quartic;
@@ -195,7 +196,7 @@ mod tests {
         }
     }
 
-    fn start(hamiltonian: &mut Hamiltonian<'_, Quartic>) -> Phase {
+    fn start(hamiltonian: &mut Hamiltonian<'_>) -> Phase {
         hamiltonian.metric = Metric::Diagonal(Diagonal::new(vec![0.5, 2.0]));
         let mut phase = Phase::new(2);
         phase.point.y.copy_from_slice(&[0.8, -1.1]);

@@ -14,6 +14,7 @@ use super::{
     settings::{Init, Run, shared_settings},
 };
 use crate::{
+    any::{AnyDensity, Evaluator},
     bound::Bound,
     density::{LogDensity, Rejection},
     model::Model,
@@ -78,6 +79,10 @@ impl<'a> Metropolis<'a> {
     /// # Errors
     /// See [`Metropolis`].
     pub fn run<D: LogDensity>(&self, density: &D) -> Result<Chains, SampleError> {
+        self.run_any(density)
+    }
+
+    fn run_any(&self, density: &dyn AnyDensity) -> Result<Chains, SampleError> {
         let dim = density.dim();
         let chains = self.run.execute(dim, || MetropolisChain::new(density, self.run.warmup))?;
         Ok(Chains { dim, chains, max_depth: None })
@@ -94,9 +99,8 @@ impl<'a> Metropolis<'a> {
     }
 }
 
-struct MetropolisChain<'a, D: LogDensity> {
-    density: &'a D,
-    workspace: D::Workspace,
+struct MetropolisChain<'a> {
+    density: Box<dyn Evaluator + 'a>,
     y: Vec<f64>,
     log_density: f64,
     proposal: Vec<f64>,
@@ -104,12 +108,11 @@ struct MetropolisChain<'a, D: LogDensity> {
     rejections: Rejections,
 }
 
-impl<'a, D: LogDensity> MetropolisChain<'a, D> {
-    fn new(density: &'a D, warmup: usize) -> Self {
+impl<'a> MetropolisChain<'a> {
+    fn new(density: &'a dyn AnyDensity, warmup: usize) -> Self {
         let dim = density.dim();
         Self {
-            density,
-            workspace: D::Workspace::default(),
+            density: density.evaluator(),
             y: vec![0.0; dim],
             log_density: f64::NEG_INFINITY,
             proposal: vec![0.0; dim],
@@ -119,10 +122,10 @@ impl<'a, D: LogDensity> MetropolisChain<'a, D> {
     }
 }
 
-impl<D: LogDensity> Kernel for MetropolisChain<'_, D> {
+impl Kernel for MetropolisChain<'_> {
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
         self.y.copy_from_slice(y);
-        self.log_density = finite(self.density, y, &mut self.workspace)?;
+        self.log_density = finite(&mut *self.density, y)?;
         Ok(())
     }
 
@@ -132,7 +135,7 @@ impl<D: LogDensity> Kernel for MetropolisChain<'_, D> {
 
     fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, Stop> {
         self.walk.propose(&self.y, &mut self.proposal, rng);
-        let proposed = self.rejections.value(self.density, &self.proposal, &mut self.workspace)?;
+        let proposed = self.rejections.value(&mut *self.density, &self.proposal)?;
         let acceptance = (proposed - self.log_density).exp().min(1.0);
         if rng.random::<f64>() < acceptance {
             std::mem::swap(&mut self.y, &mut self.proposal);

@@ -15,6 +15,7 @@ use super::{
     warmup::{Advice, Rule, Warmup},
 };
 use crate::{
+    any::AnyDensity,
     bound::Bound,
     density::{LogDensity, Place, Rejection},
     model::Model,
@@ -129,6 +130,10 @@ impl<'a> Nuts<'a> {
     /// # Errors
     /// See [`Nuts`].
     pub fn run<D: LogDensity>(&self, density: &D) -> Result<Chains, SampleError> {
+        self.run_any(density)
+    }
+
+    fn run_any(&self, density: &dyn AnyDensity) -> Result<Chains, SampleError> {
         let refuse = |setting, value, mend| Err(SampleError::Setting { setting, value, mend });
         if !(self.target_accept > 0.0 && self.target_accept < 1.0) {
             let value = self.target_accept.to_string();
@@ -144,7 +149,7 @@ impl<'a> Nuts<'a> {
         if self.pathfinder && dim > 0 {
             // one draw a path would do; a few more are at hand should the first be rejected
             let search = Pathfinder::default().paths(run.chains).draws(25).seed(run.seed);
-            run.init = Init::Points(search.run(density)?.starts(run.chains));
+            run.init = Init::Points(search.run_any(density)?.starts(run.chains));
         }
         let chains = run.execute_each(dim, |number| {
             let tuned = tuned.as_ref().map(|tuned| tuned[number].clone());
@@ -169,8 +174,8 @@ impl<'a> Nuts<'a> {
 /// Where a starting point with a finite density but no finite gradient is rejected.
 const GRADIENT: Place = Place { statement: "gradient of the log density", file: "", line: 0 };
 
-pub(super) struct NutsChain<'a, D: LogDensity> {
-    hamiltonian: Hamiltonian<'a, D>,
+pub(super) struct NutsChain<'a> {
+    hamiltonian: Hamiltonian<'a>,
     trajectory: Trajectory,
     pub(super) current: Point,
     warmup: Warmup,
@@ -179,10 +184,10 @@ pub(super) struct NutsChain<'a, D: LogDensity> {
     warm: bool,
 }
 
-impl<'a, D: LogDensity> NutsChain<'a, D> {
+impl<'a> NutsChain<'a> {
     /// `tuned`: mass matrix and step of an earlier run.
     pub(super) fn new(
-        density: &'a D,
+        density: &'a dyn AnyDensity,
         max_depth: u32,
         warmup: Warmup,
         tuned: Option<(Metric, f64)>,
@@ -208,7 +213,7 @@ impl<'a, D: LogDensity> NutsChain<'a, D> {
     }
 }
 
-impl<D: LogDensity> Kernel for NutsChain<'_, D> {
+impl Kernel for NutsChain<'_> {
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
         self.current.y.copy_from_slice(y);
         self.hamiltonian.evaluate(&mut self.current)?;

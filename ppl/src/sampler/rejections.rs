@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::density::{LogDensity, Place, Rejection};
+use crate::{
+    any::Evaluator,
+    density::{Place, Rejection},
+};
 
 /// Why a chain ends before its last draw.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,13 +26,8 @@ impl Rejections {
     }
 
     /// The log density at `y`, −∞ where it rejects the point, which is counted.
-    pub(super) fn value<D: LogDensity>(
-        &mut self,
-        density: &D,
-        y: &[f64],
-        workspace: &mut D::Workspace,
-    ) -> Result<f64, Stop> {
-        match finite(density, y, workspace) {
+    pub(super) fn value(&mut self, density: &mut dyn Evaluator, y: &[f64]) -> Result<f64, Stop> {
+        match finite(density, y) {
             Ok(value) => Ok(value),
             Err(rejection) => {
                 self.count(&rejection)?;
@@ -45,12 +43,8 @@ impl Rejections {
 }
 
 /// The log density at `y`; one that is not finite is a rejection, whoever wrote the density.
-pub(super) fn finite<D: LogDensity>(
-    density: &D,
-    y: &[f64],
-    workspace: &mut D::Workspace,
-) -> Result<f64, Rejection> {
-    let value = density.log_density(y, workspace)?;
+pub(super) fn finite(density: &mut dyn Evaluator, y: &[f64]) -> Result<f64, Rejection> {
+    let value = density.log_density(y)?;
     if value.is_finite() {
         Ok(value)
     } else {

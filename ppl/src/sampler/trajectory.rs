@@ -13,7 +13,6 @@ use super::{
     hamiltonian::{Hamiltonian, Phase, Point},
     rejections::Stop,
 };
-use crate::density::LogDensity;
 
 /// Energy error beyond which a trajectory is said to diverge.
 const DIVERGENCE: f64 = 1000.0;
@@ -173,9 +172,9 @@ impl Trajectory {
     }
 
     /// Moves `current` by one transition that leaves the density invariant.
-    pub(super) fn transition<D: LogDensity, R: Rng + ?Sized>(
+    pub(super) fn transition<R: Rng + ?Sized>(
         &mut self,
-        hamiltonian: &mut Hamiltonian<'_, D>,
+        hamiltonian: &mut Hamiltonian<'_>,
         current: &mut Point,
         step: f64,
         rng: &mut R,
@@ -245,11 +244,11 @@ impl Trajectory {
 }
 
 /// The recursion that doubles a trajectory.
-struct Growth<'t, 'a, D: LogDensity, R: ?Sized> {
+struct Growth<'t, 'a, R: ?Sized> {
     ends: &'t mut [Phase; 2],
     levels: &'t mut [[Subtree; 2]],
     divergence: &'t mut (Vec<f64>, f64),
-    hamiltonian: &'t mut Hamiltonian<'a, D>,
+    hamiltonian: &'t mut Hamiltonian<'a>,
     rng: &'t mut R,
     start_energy: f64,
     forward: bool,
@@ -258,7 +257,7 @@ struct Growth<'t, 'a, D: LogDensity, R: ?Sized> {
     acceptance: f64,
 }
 
-impl<D: LogDensity, R: Rng + ?Sized> Growth<'_, '_, D, R> {
+impl<R: Rng + ?Sized> Growth<'_, '_, R> {
     /// Grows a subtree of `2^level` states into `levels[level][place]`.
     fn grow(&mut self, level: usize, place: usize) -> ControlFlow<Discard> {
         match level {
@@ -334,7 +333,7 @@ mod tests {
         super::metric::{Diagonal, Metric},
         *,
     };
-    use crate::density::Rejection;
+    use crate::density::{LogDensity, Rejection};
 
     /// u ~ Normal(0, 1), v | u ~ Normal(0, eᵘ): curved, and drawn exactly.
     struct Funnel;

@@ -13,6 +13,7 @@ pub use path::PathfinderPath;
 
 use super::map::OptimizeError;
 use crate::{
+    any::AnyDensity,
     density::LogDensity,
     diagnostics::pareto_smooth,
     sampler::{Chain, Chains, Covariance, DrawStats, WarmupReport},
@@ -126,6 +127,10 @@ impl Pathfinder {
     /// # Errors
     /// See [`Pathfinder`].
     pub fn run<D: LogDensity>(&self, density: &D) -> Result<PathfinderFit, OptimizeError> {
+        self.run_any(density)
+    }
+
+    pub(crate) fn run_any(&self, density: &dyn AnyDensity) -> Result<PathfinderFit, OptimizeError> {
         let settings = [
             ("paths", self.paths),
             ("draws", self.draws),

@@ -14,7 +14,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::approximation::{Approximation, History};
 use crate::{
-    density::{LogDensity, Rejection},
+    any::{AnyDensity, Evaluator},
+    density::Rejection,
     optimize::{
         OptimizeError,
         line_search::WeakWolfe,
@@ -90,8 +91,8 @@ impl Observe<Iteration> for Recorder {
 
 /// Climbs from a random start, and draws `draws` times from the approximation with the largest
 /// ELBO, estimated from `elbo_draws`. `None` if no approximation has a finite one.
-pub(super) fn find<D: LogDensity>(
-    density: &D,
+pub(super) fn find(
+    density: &dyn AnyDensity,
     iterations: u64,
     elbo_draws: usize,
     draws: usize,
@@ -99,7 +100,7 @@ pub(super) fn find<D: LogDensity>(
 ) -> Result<Option<PathfinderPath>, OptimizeError> {
     let from = start(density, &mut rng)?;
     let iterates = climb(density, from, iterations)?;
-    let mut workspace = D::Workspace::default();
+    let mut evaluator = density.evaluator();
     let mut history = History::new(density.dim());
     let mut best: Option<(f64, usize, Approximation)> = None;
     for (k, (y, g)) in iterates.iter().enumerate() {
@@ -110,7 +111,7 @@ pub(super) fn find<D: LogDensity>(
             continue;
         }
         let Some(approximation) = Approximation::new(y, g, &history) else { continue };
-        let sample = sample(density, &approximation, elbo_draws, &mut workspace, &mut rng)?;
+        let sample = sample(&mut *evaluator, &approximation, elbo_draws, &mut rng)?;
         let elbo = sample.iter().map(|d| d.log_density - d.log_approximation).sum::<f64>()
             / elbo_draws as f64;
         if elbo.is_finite() && best.as_ref().is_none_or(|(most, ..)| elbo > *most) {
@@ -118,13 +119,13 @@ pub(super) fn find<D: LogDensity>(
         }
     }
     let Some((elbo, iterate, approximation)) = best else { return Ok(None) };
-    let draws = sample(density, &approximation, draws, &mut workspace, &mut rng)?;
+    let draws = sample(&mut *evaluator, &approximation, draws, &mut rng)?;
     Ok(Some(PathfinderPath { elbo, iterate, iterates: iterates.len(), approximation, draws }))
 }
 
 /// The iterates of L-BFGS.
-fn climb<D: LogDensity>(
-    density: &D,
+fn climb(
+    density: &dyn AnyDensity,
     from: Vec<f64>,
     iterations: u64,
 ) -> Result<Iterates, OptimizeError> {
@@ -142,17 +143,16 @@ fn climb<D: LogDensity>(
     Ok(std::mem::take(&mut *iterates))
 }
 
-fn sample<D: LogDensity>(
-    density: &D,
+fn sample(
+    density: &mut dyn Evaluator,
     approximation: &Approximation,
     draws: usize,
-    workspace: &mut D::Workspace,
     rng: &mut Xoshiro256PlusPlus,
 ) -> Result<Vec<Draw>, OptimizeError> {
     (0..draws)
         .map(|_| {
             let (y, log_approximation) = approximation.draw(rng);
-            let log_density = match density.log_density(&y, workspace) {
+            let log_density = match density.log_density(&y) {
                 Ok(value) if value < f64::INFINITY => value,
                 Err(fatal @ Rejection::Fatal { .. }) => return Err(Box::new(fatal).into()),
                 Ok(_) | Err(_) => f64::NEG_INFINITY,

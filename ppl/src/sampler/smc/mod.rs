@@ -187,6 +187,10 @@ impl<'a> Smc<'a> {
     /// # Errors
     /// See [`Smc`].
     pub fn run<D: Tempered>(&self, density: &D) -> Result<TemperedDraws<Chains>, SampleError> {
+        self.run_any(density)
+    }
+
+    fn run_any(&self, density: &dyn Tempered) -> Result<TemperedDraws<Chains>, SampleError> {
         let dim = density.unknowns();
         self.validate(dim)?;
         let finished = self
@@ -239,9 +243,9 @@ impl<'a> Smc<'a> {
     }
 
     /// One run: its particles, its way, and its estimate of the log evidence.
-    fn one<D: Tempered>(
+    fn one(
         &self,
-        density: &D,
+        density: &dyn Tempered,
         run: usize,
         rng: Stream,
     ) -> Result<(Chain, Vec<Stage>, f64), SampleError> {

@@ -26,8 +26,8 @@ const SWEEPS: usize = 2000;
 /// How fast the scale follows the acceptance: ln s changes by this for every unit.
 const GAIN: f64 = 2.0;
 
-pub(super) struct Particles<'a, D> {
-    density: &'a D,
+pub(super) struct Particles<'a> {
+    density: &'a dyn Tempered,
     rng: Stream,
     pub(super) temperature: f64,
     /// Row-major.
@@ -41,11 +41,11 @@ pub(super) struct Particles<'a, D> {
     rejections: Rejections,
 }
 
-impl<'a, D: Tempered> Particles<'a, D> {
+impl<'a> Particles<'a> {
     /// Draws the particles from the prior; also the log share of prior draws that were accepted,
     /// which belongs to the evidence.
     pub(super) fn draw(
-        density: &'a D,
+        density: &'a dyn Tempered,
         count: usize,
         run: usize,
         rng: Stream,

@@ -1,0 +1,80 @@
+//! Densities and models whose types are forgotten: samplers, optimisers and posteriors are compiled
+//! once, here, and not anew for every model of a user.
+
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use crate::{
+    Layout, Record,
+    bound::{Bound, ModelError},
+    density::{LogDensity, Rejection},
+    model::Model,
+};
+
+/// A [`LogDensity`] whose type is forgotten.
+pub(crate) trait AnyDensity: Sync {
+    /// Number of coordinates.
+    fn dim(&self) -> usize;
+
+    /// The density with a workspace of its own: one a chain.
+    fn evaluator(&self) -> Box<dyn Evaluator + '_>;
+}
+
+/// A log density with its workspace.
+pub(crate) trait Evaluator: Send {
+    /// As [`LogDensity::log_density`].
+    fn log_density(&mut self, y: &[f64]) -> Result<f64, Rejection>;
+
+    /// As [`LogDensity::gradient`].
+    fn gradient(&mut self, y: &[f64], gradient: &mut [f64]) -> Result<f64, Rejection>;
+}
+
+impl<D: LogDensity> AnyDensity for D {
+    fn dim(&self) -> usize {
+        LogDensity::dim(self)
+    }
+
+    fn evaluator(&self) -> Box<dyn Evaluator + '_> {
+        Box::new(WithWorkspace { density: self, workspace: D::Workspace::default() })
+    }
+}
+
+struct WithWorkspace<'a, D: LogDensity> {
+    density: &'a D,
+    workspace: D::Workspace,
+}
+
+impl<D: LogDensity> Evaluator for WithWorkspace<'_, D> {
+    fn log_density(&mut self, y: &[f64]) -> Result<f64, Rejection> {
+        self.density.log_density(y, &mut self.workspace)
+    }
+
+    fn gradient(&mut self, y: &[f64], gradient: &mut [f64]) -> Result<f64, Rejection> {
+        self.density.gradient(y, gradient, &mut self.workspace)
+    }
+}
+
+/// A [`Bound`] model, as far as it names quantities.
+pub(crate) trait AnyModel: Sync {
+    /// As [`Bound::layout`].
+    fn layout(&self) -> Result<&Layout, ModelError>;
+
+    /// As [`Bound::draw_prior`].
+    fn draw_prior(&self, rng: &mut Xoshiro256PlusPlus) -> Result<Record, ModelError>;
+
+    /// What the model names at `y`, up to a rejection.
+    fn read(&self, y: &[f64], rng: &mut Xoshiro256PlusPlus) -> (Record, Result<(), Rejection>);
+}
+
+impl<M: Model> AnyModel for Bound<M> {
+    fn layout(&self) -> Result<&Layout, ModelError> {
+        Bound::layout(self)
+    }
+
+    fn draw_prior(&self, rng: &mut Xoshiro256PlusPlus) -> Result<Record, ModelError> {
+        Bound::draw_prior(self, rng)
+    }
+
+    fn read(&self, y: &[f64], rng: &mut Xoshiro256PlusPlus) -> (Record, Result<(), Rejection>) {
+        Bound::read(self, y, rng)
+    }
+}
