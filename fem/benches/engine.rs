@@ -40,6 +40,7 @@ fn measure() -> Result<(), Failure> {
     let sizes = [
         ("p1_3k", 0.7, linear, true, Auto),
         ("p1_20k", 0.38, linear, true, Auto),
+        ("p1_160k", 0.19, linear, true, Multigrid),
         ("p1_displacement_44k", 0.248, linear, false, Direct),
         ("p1_multigrid_displacement_44k", 0.248, linear, false, Multigrid),
         ("p2_displacement_86k", 0.365, quadratic, false, Auto),

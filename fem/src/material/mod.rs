@@ -5,14 +5,17 @@ mod closed_forms;
 mod crack_density;
 mod degradation;
 mod hencky;
+mod hencky_many;
 mod kinematics;
 mod law;
+mod many;
 mod mooney_rivlin;
 mod neo_hookean;
 mod ogden;
 mod parameters;
 mod phase_field;
 mod point;
+mod principal_many;
 mod saint_venant_kirchhoff;
 mod strain;
 #[cfg(test)]
@@ -30,5 +33,8 @@ pub use strain::PrincipalStrain;
 pub use user_law::{HyperelasticLaw, UserLaw};
 
 pub(crate) use degradation::Degradation;
+pub(crate) use hencky_many::HenckyForm;
 pub(crate) use kinematics::Inverted;
+pub(crate) use many::{Many, POINTS, REGISTERS};
 pub(crate) use point::{Damage, PointMaterial, PointResponse};
+pub(crate) use principal_many::{PrincipalMany, dot};

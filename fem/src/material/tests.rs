@@ -9,12 +9,12 @@ use super::kinematics::Principal;
 use super::law::{Moduli, Part};
 use super::*;
 
-const YOUNG: f64 = 275.0;
-const POISSON: f64 = 0.25;
+pub(super) const YOUNG: f64 = 275.0;
+pub(super) const POISSON: f64 = 0.25;
 
 /// The laws as printed (definitions 3.1 and 3.6).
 #[derive(Clone, Copy, Debug)]
-enum Printed {
+pub(super) enum Printed {
     Hencky,
     NeoHookean,
 }
@@ -28,7 +28,7 @@ impl Printed {
     }
 
     /// ψ⁺ and ψ⁻ over any scalar.
-    fn energies<T: DualNum<f64> + Copy>(self, split: Split, e: [T; 3]) -> [T; 2] {
+    pub(super) fn energies<T: DualNum<f64> + Copy>(self, split: Split, e: [T; 3]) -> [T; 2] {
         let shear = YOUNG / (2.0 * (1.0 + POISSON));
         let bulk = YOUNG / (3.0 * (1.0 - 2.0 * POISSON));
         let lame = YOUNG * POISSON / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON));
@@ -63,12 +63,12 @@ impl HyperelasticLaw for Printed {
     }
 }
 
-fn damaged(material: Material, split: Split) -> PointMaterial {
+pub(super) fn damaged(material: Material, split: Split) -> PointMaterial {
     let material = Material { toughness_n_per_mm: Some(1.0), ..material };
     material.at_point(Some(&PhaseField { split, ..PhaseField::new(1.0) }))
 }
 
-fn point_material(law: ElasticLaw, split: Split) -> PointMaterial {
+pub(super) fn point_material(law: ElasticLaw, split: Split) -> PointMaterial {
     damaged(Material::elastic(law, YOUNG, POISSON), split)
 }
 
@@ -78,7 +78,7 @@ fn random(rng: &mut impl Rng) -> Matrix3<f64> {
 
 /// Displacement gradients at which a law must hold: in general position, in compression and in
 /// tension, with two and with three equal stretches, at the origin and next to it.
-fn states(rng: &mut impl Rng) -> Vec<(Matrix3<f64>, Matrix3<f64>)> {
+pub(super) fn states(rng: &mut impl Rng) -> Vec<(Matrix3<f64>, Matrix3<f64>)> {
     let spin = nalgebra::Rotation3::from_euler_angles(0.3, -0.5, 0.8).into_inner();
     let stretch = |a: f64, b: f64, c: f64| {
         spin * Matrix3::from_diagonal(&[a, b, c].into()) * spin.transpose()

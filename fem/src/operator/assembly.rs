@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::element::{Block, Element, ElementResidual};
+use super::element_many::Batched;
 use super::in_order::in_order;
 use super::pattern::Tangent;
 use super::reduced::ReferenceRule;
@@ -85,9 +86,13 @@ impl<const N: usize> Assembly<N> {
 impl<const N: usize> Operator for Assembly<N> {
     fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted> {
         out.clear();
-        let compute = |tet: usize, to: &mut ElementResidual<N>| {
-            *to = Element::gather(&self.space, tet, increment).residual()?;
-            Ok(())
+        let batched = Batched::new(&self.space, increment);
+        let compute = |first: usize, to: &mut [ElementResidual<N>]| match &batched {
+            Some(batched) => batched.residuals(first, to),
+            None => to.iter_mut().enumerate().try_for_each(|(e, to)| {
+                *to = Element::gather(&self.space, first + e, increment).residual()?;
+                Ok(())
+            }),
         };
         let add = |first: usize, elements: &[ElementResidual<N>]| {
             for (element, nodes) in elements.iter().zip(&self.space.tets[first..]) {
@@ -113,8 +118,13 @@ impl<const N: usize> Operator for Assembly<N> {
         out: &mut Tangent,
     ) -> Result<(), Inverted> {
         out.clear();
-        let compute = |tet: usize, to: &mut [[Block; N]; N]| {
-            Element::gather(&self.space, tet, increment).tangent(coupling == Coupling::Full, to)
+        let coupled = coupling == Coupling::Full;
+        let batched = Batched::new(&self.space, increment);
+        let compute = |first: usize, to: &mut [[[Block; N]; N]]| match &batched {
+            Some(batched) => batched.tangents(first, coupled, to),
+            None => to.iter_mut().enumerate().try_for_each(|(e, to)| {
+                Element::gather(&self.space, first + e, increment).tangent(coupled, to)
+            }),
         };
         let add = |first: usize, elements: &[_]| out.add_elements(first, elements);
         let blank = [[[[0.0; 4]; 4]; N]; N];

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::lanes::LANES;
 use crate::material::Inverted;
 
 /// Nodes of elements (one counted for each element that has it) from which threads pay; smaller
@@ -10,7 +11,7 @@ const WORTH: usize = 100_000;
 /// Nodes of elements that are computed before they are added: they stay in the cache.
 const BLOCK: usize = 8192;
 /// Elements that a thread takes at once.
-const PIECE: usize = 64;
+const PIECE: usize = 8 * LANES;
 
 /// Whether threads pay for so many elements of `nodes` nodes.
 pub(super) fn worth_threads(elements: usize, nodes: usize) -> bool {
@@ -20,30 +21,32 @@ pub(super) fn worth_threads(elements: usize, nodes: usize) -> bool {
 /// Computes something for every element of `N` nodes and adds it in the order of the elements, so
 /// that no sum depends on the number of threads.
 ///
-/// `compute` writes what element e gives; `add` gets the number of the first element and what it
-/// and those behind it gave.
+/// `compute` writes what the elements from a number on give, at most [`LANES`] of them, and always
+/// the same ones together; `add` gets the number of the first element and what it and those behind
+/// it gave.
 pub(super) fn in_order<const N: usize, R: Clone + Send>(
     elements: usize,
     blank: R,
-    compute: impl Fn(usize, &mut R) -> Result<(), Inverted> + Sync,
+    compute: impl Fn(usize, &mut [R]) -> Result<(), Inverted> + Sync,
     mut add: impl FnMut(usize, &[R]),
 ) -> Result<(), Inverted> {
-    if !worth_threads(elements, N) {
-        let mut one = [blank];
-        return (0..elements).try_for_each(|e| {
-            compute(e, &mut one[0])?;
-            add(e, &one);
-            Ok(())
-        });
-    }
-    let size = BLOCK / N;
+    let threads = worth_threads(elements, N);
+    let size = if threads { (BLOCK / N).next_multiple_of(LANES) } else { LANES };
     let mut block = vec![blank; size];
     for first in (0..elements).step_by(size) {
         let block = &mut block[..size.min(elements - first)];
-        block.par_chunks_mut(PIECE).enumerate().try_for_each(|(piece, results)| {
-            let begin = first + piece * PIECE;
-            results.iter_mut().enumerate().try_for_each(|(e, r)| compute(begin + e, r))
-        })?;
+        let batches = |begin: usize, results: &mut [R]| {
+            let mut batches = results.chunks_mut(LANES).enumerate();
+            batches.try_for_each(|(b, results)| compute(begin + b * LANES, results))
+        };
+        if threads {
+            block
+                .par_chunks_mut(PIECE)
+                .enumerate()
+                .try_for_each(|(piece, results)| batches(first + piece * PIECE, results))?;
+        } else {
+            batches(first, block)?;
+        }
         add(first, block);
     }
     Ok(())

@@ -3,6 +3,7 @@
 mod assembly;
 mod batches;
 mod element;
+mod element_many;
 mod graph;
 mod in_order;
 mod kernel;
@@ -18,6 +19,8 @@ mod unknowns;
 
 pub(crate) use assembly::{Assembly, Coupling, Operator};
 pub(crate) use graph::Graph;
+#[cfg(test)]
+pub(crate) use lanes::dispatch;
 pub(crate) use matrix_free::{Layout, MatrixFree};
 pub(crate) use pattern::{Pattern, Tangent};
 #[cfg(test)]

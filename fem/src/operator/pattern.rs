@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::element::Block;
 use super::graph::Graph;
+use super::lanes::LANES;
 
 /// Which blocks there are, and the place of every element block; found once for a mesh.
 #[derive(Clone, Debug)]
@@ -64,7 +65,7 @@ impl Tangent {
         elements: &[[[Block; N]; N]],
     ) {
         let places = &self.pattern.place[first * N * N..(first + elements.len()) * N * N];
-        if elements.len() == 1 {
+        if elements.len() <= LANES {
             return add_in_range(&mut self.blocks, 0, places, elements);
         }
         let low = places.iter().copied().min().unwrap_or(0) as usize;

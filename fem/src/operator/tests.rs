@@ -14,7 +14,7 @@ use crate::mesh::TetMesh;
 use crate::solve::{LinearPlan, Solver, SolverOptions};
 
 /// A unit cube of n³ cells, six tetrahedra each, its inner nodes moved at random; two regions.
-fn cube(n: usize, rng: &mut impl Rng) -> TetMesh {
+pub(super) fn cube(n: usize, rng: &mut impl Rng) -> TetMesh {
     let at = |i: usize, j: usize, k: usize| (i + (n + 1) * (j + (n + 1) * k)) as u32;
     let mut mesh = TetMesh {
         nodes: Vec::new(),
@@ -46,7 +46,11 @@ fn cube(n: usize, rng: &mut impl Rng) -> TetMesh {
     mesh
 }
 
-fn materials(law: ElasticLaw, field: PhaseField, stiff_damages: bool) -> Vec<PointMaterial> {
+pub(super) fn materials(
+    law: ElasticLaw,
+    field: PhaseField,
+    stiff_damages: bool,
+) -> Vec<PointMaterial> {
     let soft = Material {
         law,
         young_mpa: 275.0,
