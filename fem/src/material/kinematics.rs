@@ -57,7 +57,7 @@ fn symmetric_eigen(mut m: Matrix3<f64>) -> ([f64; 3], Matrix3<f64>) {
     ([m[(0, 0)], m[(1, 1)], m[(2, 2)]], q)
 }
 
-/// One Jacobi rotation that makes m[P][Q] zero; R is the third index.
+/// One Jacobi rotation that makes `m[P][Q]` zero; R is the third index.
 #[inline(always)]
 fn rotate<const P: usize, const Q: usize, const R: usize>(
     m: &mut Matrix3<f64>,

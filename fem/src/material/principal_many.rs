@@ -127,7 +127,7 @@ pub(super) fn symmetric_eigen<S: Simd>(
     ([m[0][0], m[1][1], m[2][2]], q)
 }
 
-/// One Jacobi rotation that makes m[P][Q] zero; R is the third index.
+/// One Jacobi rotation that makes `m[P][Q]` zero; R is the third index.
 ///
 /// tan θ = 2 m_pq sgn d / (|d| + √(d² + 4 m_pq²)) with d = m_qq − m_pp; where both vanish, none.
 #[inline(always)]

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
+use super::batched::Batched;
 use super::element::{Block, Element, ElementResidual};
-use super::element_many::Batched;
 use super::in_order::in_order;
 use super::pattern::Tangent;
 use super::reduced::ReferenceRule;

@@ -1,9 +1,9 @@
 //! The equations on a mesh: residual, consistent tangent, and the unknowns that they act on.
 
 mod assembly;
+mod batched;
 mod batches;
 mod element;
-mod element_many;
 mod graph;
 mod in_order;
 mod kernel;
