@@ -45,45 +45,43 @@ impl<T: Real> ChunkProduct<'_, T> {
         let zero = T::splat(simd, T::default());
         let lanes = T::lanes::<S>();
         let width = self.layout.rule.width();
-        let mut rows = [Rows([[T::default(); 4]; LANES]); N];
         for (batch, local) in self.chunk.local.chunks_exact(N).enumerate() {
-            for (rows, local) in rows.iter_mut().zip(local) {
-                for row in 0..LANES {
-                    let value = &self.x[usize::from(local[row])].0;
-                    for c in 0..4 {
-                        rows.0[row][c] = T::of(value[c]);
-                    }
-                }
-            }
             for register in 0..LANES / lanes {
-                let pack = register * lanes / T::WIDTH;
+                let first = register * lanes;
+                let mut u = [[zero; C]; N];
+                for a in 0..N {
+                    let mut rows = Rows([[T::default(); 4]; LANES]);
+                    for row in 0..lanes {
+                        let value = &self.x[usize::from(local[a][first + row])].0;
+                        for c in 0..4 {
+                            rows.0[row][c] = T::of(value[c]);
+                        }
+                    }
+                    let columns = T::columns(simd, &rows, 0);
+                    u[a].copy_from_slice(&columns[..C]);
+                }
+                let pack = first / T::WIDTH;
                 let kernel = Kernel::<T, S, C, D, L> {
                     layout: self.layout,
                     simd,
                     register,
                     data: &self.data[(batch * (LANES / T::WIDTH) + pack) * width..],
                 };
-                let mut u = [[zero; C]; N];
-                for a in 0..N {
-                    let columns = T::columns(simd, &rows[a], register);
-                    u[a].copy_from_slice(&columns[..C]);
-                }
                 let r = if N == 4 { kernel.linear(&u) } else { kernel.quadratic(&u) };
                 for a in 0..N {
                     let mut columns = [zero; 4];
                     columns[..C].copy_from_slice(&r[a]);
-                    T::rows(simd, columns, &mut rows[a], register);
-                }
-            }
-            for (rows, local) in rows.iter().zip(local) {
-                for row in 0..LANES {
-                    // by way of a copy, so that the four become one instruction
-                    let value = &mut self.y[usize::from(local[row])].0;
-                    let mut sum = *value;
-                    for c in 0..4 {
-                        sum[c] += rows.0[row][c].wide();
+                    let mut rows = Rows([[T::default(); 4]; LANES]);
+                    T::rows(simd, columns, &mut rows, 0);
+                    for row in 0..lanes {
+                        // by way of a copy, so that the four become one instruction
+                        let value = &mut self.y[usize::from(local[a][first + row])].0;
+                        let mut sum = *value;
+                        for c in 0..4 {
+                            sum[c] += rows.0[row][c].wide();
+                        }
+                        *value = sum;
                     }
-                    *value = sum;
                 }
             }
         }
