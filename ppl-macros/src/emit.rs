@@ -257,10 +257,15 @@ fn statement(statement: &Statement) -> TokenStream {
                 #let_token #name = #cx.#method(&#site, #distribution)?;
             }
         }
-        Kind::Observe { place, tilde, distribution } => {
+        Kind::Observe { place, tilde, distribution, apart } => {
             let span = span.located_at(tilde.span());
             let datum = quote_spanned!(place.span()=> &#place);
-            quote_spanned!(span=> #cx.condition(&#site, #distribution, #datum)?;)
+            match statement.site.filter(|_| *apart).map(total_of) {
+                Some(total) => quote_spanned! {span=>
+                    #cx.condition_in_loop(&#site, #distribution, #datum, &mut #total)?;
+                },
+                None => quote_spanned!(span=> #cx.condition(&#site, #distribution, #datum)?;),
+            }
         }
         Kind::Part { let_token, name, tilde, part } => {
             let span = span.located_at(tilde.span());
@@ -321,6 +326,11 @@ fn statement(statement: &Statement) -> TokenStream {
     quote!(#(#labels)* #(#attrs)* #tokens)
 }
 
+/// The variable that sums up the terms of an observation in a loop.
+fn total_of(site: usize) -> Ident {
+    format_ident!("total_{site}", span = Span::mixed_site())
+}
+
 /// The variable that holds the value of a submodel.
 pub(crate) fn end() -> Ident {
     Ident::new("value", Span::mixed_site())
@@ -367,7 +377,9 @@ fn flow(inner: &Flow, predicted: bool) -> TokenStream {
             });
             quote!(#(#calls)*)
         }
-        Flow::For { label, for_token, pat, in_token, iter, body, unwinds, summed, .. } => {
+        Flow::For {
+            label, for_token, pat, in_token, iter, body, unwinds, summed, totals, ..
+        } => {
             let mut body = block(body, predicted);
             if *unwinds {
                 let cx = cx();
@@ -378,7 +390,7 @@ fn flow(inner: &Flow, predicted: bool) -> TokenStream {
                 });
             }
             let plate = quote!(#label #for_token #pat #in_token #iter #body);
-            if summed.is_empty() {
+            if summed.is_empty() && totals.is_empty() {
                 return plate;
             }
             let sums = summed.iter().map(|name| {
@@ -389,7 +401,16 @@ fn flow(inner: &Flow, predicted: bool) -> TokenStream {
                 let sum = sum_of(name);
                 quote_spanned!(name.span()=> #sum.deposit();)
             });
-            quote!({ #(#sums)* #plate #(#deposits)* })
+            let (cx, span) = (cx(), Span::mixed_site());
+            let places: Vec<_> = totals.iter().map(|&number| site(number)).collect();
+            let totals: Vec<_> = totals.iter().map(|&number| total_of(number)).collect();
+            quote_spanned! {span=> {
+                #(#sums)*
+                #(#[allow(unused_mut)] let mut #totals = 0.0f64;)*
+                #plate
+                #(#deposits)*
+                #(#cx.add_total(&#places, #totals)?;)*
+            }}
         }
         Flow::If { if_token, condition, then, otherwise } => {
             let then = block(then, predicted);

@@ -33,6 +33,7 @@ pub(crate) fn formulas(body: &mut Block) -> bool {
         sums: 0,
         inner: Vec::new(),
         plate: None,
+        totals: None,
     };
     pass.block(body);
     pass.is_static
@@ -48,6 +49,8 @@ struct Formulas {
     inner: Vec<Ident>,
     /// The plate around, if adjoints of what is outside can be summed up apart.
     plate: Option<Plate>,
+    /// The observations in the loop around, by their sites.
+    totals: Option<Vec<usize>>,
 }
 
 /// Names from outside that a plate does not change.
@@ -67,9 +70,9 @@ impl Formulas {
                 continue;
             }
             let (before, after) = block.statements.split_at_mut(i + 1);
-            let kind = &mut before[i].kind;
-            if !self.leave_open(kind, after) {
-                self.statement(kind);
+            let statement = &mut before[i];
+            if !self.leave_open(&mut statement.kind, after) {
+                self.statement(&mut statement.kind, statement.site);
             }
             i += 1;
         }
@@ -169,15 +172,20 @@ impl Formulas {
         true
     }
 
-    fn statement(&mut self, kind: &mut Kind) {
+    fn statement(&mut self, kind: &mut Kind, site: Option<usize>) {
         match kind {
             Kind::Unknown { name, distribution, .. } => {
                 self.distribution(distribution);
                 self.bind([name.clone()]);
             }
-            Kind::Observe { distribution, .. } | Kind::Impute { distribution, .. } => {
+            Kind::Observe { distribution, apart, .. } => {
                 self.distribution(distribution);
+                if let (Some(totals), Some(site)) = (&mut self.totals, site) {
+                    *apart = true;
+                    totals.push(site);
+                }
             }
+            Kind::Impute { distribution, .. } => self.distribution(distribution),
             // what it runs is not seen here
             Kind::Part { name, part, .. } => {
                 self.is_static = false;
@@ -211,7 +219,7 @@ impl Formulas {
 
     fn flow(&mut self, flow: &mut Flow) {
         match flow {
-            Flow::For { pat, iter, body, unwinds, pools, summed, .. } => {
+            Flow::For { pat, iter, body, unwinds, pools, summed, totals, .. } => {
                 let derived = self.mentions(iter);
                 if derived {
                     self.is_static &= keeps_its_length(iter);
@@ -228,7 +236,15 @@ impl Formulas {
                 if derived {
                     self.bind(scan::bound_names(pat));
                 }
+                let around = self.totals.take();
+                let is_first = around.is_none();
+                self.totals = (!*pools).then(|| around.clone().unwrap_or_default());
                 self.block(body);
+                if is_first {
+                    totals.extend(self.totals.take().into_iter().flatten());
+                } else {
+                    self.totals = self.totals.take().or(around);
+                }
                 if outermost {
                     summed.extend(self.plate.take().into_iter().flat_map(|plate| plate.summed));
                 }

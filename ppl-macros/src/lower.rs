@@ -177,7 +177,7 @@ impl Lower {
                 self.recorded.insert(plain.clone());
                 new(plain, self);
             }
-            Kind::Observe { place: left, tilde, distribution }
+            Kind::Observe { place: left, tilde, distribution, .. }
             | Kind::Impute { place: left, tilde, distribution } => {
                 if *predicted {
                     return Err(at(tilde, errors::OBSERVE_IN_PREDICTION));

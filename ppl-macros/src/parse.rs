@@ -66,7 +66,8 @@ pub(crate) enum Kind {
     /// `place.impute() ~ distribution;`
     Impute { place: Expr, tilde: Token![~], distribution: Expr },
     /// `place ~ distribution;`
-    Observe { place: Expr, tilde: Token![~], distribution: Expr },
+    /// `apart`: the loop around it sums its terms up.
+    Observe { place: Expr, tilde: Token![~], distribution: Expr, apart: bool },
     /// `let pat = …;`
     Let { let_token: Token![let], pat: Pat, init: Option<Init> },
     /// `factor(weight);`
@@ -100,6 +101,8 @@ pub(crate) enum Flow {
         pools: bool,
         /// Names from outside whose adjoints the loop sums up apart.
         summed: Vec<Ident>,
+        /// The observations in it whose terms it sums up apart, by their sites.
+        totals: Vec<usize>,
     },
     If {
         if_token: Token![if],
@@ -293,7 +296,7 @@ fn expression_statement(input: ParseStream, names: &mut Vec<Ident>) -> Result<(K
         let distribution = distribution(input, tilde)?;
         let kind = match incomplete {
             Some(place) => Kind::Impute { place, tilde, distribution },
-            None => Kind::Observe { place: value, tilde, distribution },
+            None => Kind::Observe { place: value, tilde, distribution, apart: false },
         };
         return Ok((kind, end(input)));
     }
@@ -399,6 +402,7 @@ fn flow(input: ParseStream) -> Result<Flow> {
         unwinds: false,
         pools: false,
         summed: Vec::new(),
+        totals: Vec::new(),
     })
 }
 

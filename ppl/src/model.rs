@@ -197,6 +197,51 @@ pub trait Context {
         self.observe(site, datum.lift(), distribution)
     }
 
+    /// [`condition`](Context::condition) in a loop: see [`observe_in_loop`](Self::observe_in_loop).
+    ///
+    /// # Errors
+    /// A rejection if the density is not finite.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn condition_in_loop<D: Distribution<Real<Self::Number>>, T: Datum<D::Value> + ?Sized>(
+        &mut self,
+        site: &'static Site,
+        distribution: D,
+        datum: &T,
+        total: &mut f64,
+    ) -> Result<(), Rejection> {
+        self.observe_in_loop(site, datum.lift(), distribution, total)
+    }
+
+    /// [`observe`](Context::observe) in a loop, whose terms may be summed up in `total`, which a
+    /// register can hold, until [`add_total`](Context::add_total).
+    ///
+    /// # Errors
+    /// A rejection if the density is not finite; a reading that sums up says so at the end.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn observe_in_loop<D: Distribution<Real<Self::Number>>>(
+        &mut self,
+        site: &'static Site,
+        datum: D::Value,
+        distribution: D,
+        total: &mut f64,
+    ) -> Result<(), Rejection> {
+        let _ = total;
+        self.observe(site, datum, distribution)
+    }
+
+    /// What a loop has summed up.
+    ///
+    /// # Errors
+    /// A rejection if it is not finite.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn add_total(&mut self, site: &'static Site, total: f64) -> Result<(), Rejection> {
+        let _ = (site, total);
+        Ok(())
+    }
+
     /// `place.impute() ~ D`: conditions on `datum` where there is one, declares an unknown where it
     /// is missing, and returns the one or the other.
     ///

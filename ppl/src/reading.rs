@@ -25,6 +25,15 @@ pub(crate) trait Ledger {
 
     fn add(&mut self, term: Self::Number);
 
+    /// Whether the value of a term may be summed up elsewhere.
+    const APART: bool;
+
+    /// Adds a term but for its value.
+    fn add_derivative(&mut self, term: Self::Number);
+
+    /// Adds values that were summed up elsewhere.
+    fn add_value(&mut self, total: f64);
+
     /// The value of the sum so far.
     fn total(&self) -> f64;
 
@@ -65,6 +74,18 @@ impl<L: Ledger> Ledger for WithoutConstants<L> {
     #[inline(always)]
     fn add(&mut self, term: Lean<L::Number>) {
         self.0.add(term.0);
+    }
+
+    const APART: bool = L::APART;
+
+    #[inline(always)]
+    fn add_derivative(&mut self, term: Lean<L::Number>) {
+        self.0.add_derivative(term.0);
+    }
+
+    #[inline(always)]
+    fn add_value(&mut self, total: f64) {
+        self.0.add_value(total);
     }
 
     #[inline(always)]
@@ -113,6 +134,16 @@ impl<R: Scalar> Ledger for Sum<'_, R> {
         self.total += term;
     }
 
+    const APART: bool = !R::DIFFERENTIABLE;
+
+    #[inline(always)]
+    fn add_derivative(&mut self, _: R) {}
+
+    #[inline(always)]
+    fn add_value(&mut self, total: f64) {
+        self.total += total;
+    }
+
     #[inline(always)]
     fn total(&self) -> f64 {
         self.total.value()
@@ -153,6 +184,18 @@ impl<'t> Ledger for Roots<'t, '_> {
         self.tape.seed(term);
     }
 
+    const APART: bool = true;
+
+    #[inline(always)]
+    fn add_derivative(&mut self, term: Var<'t>) {
+        self.tape.seed(term);
+    }
+
+    #[inline(always)]
+    fn add_value(&mut self, total: f64) {
+        self.total += total;
+    }
+
     #[inline(always)]
     fn total(&self) -> f64 {
         self.total
@@ -186,6 +229,16 @@ impl<'t> Ledger for Plain<'t, '_> {
 
     fn add(&mut self, term: Var<'t>) {
         self.0.add(term);
+    }
+
+    const APART: bool = true;
+
+    fn add_derivative(&mut self, term: Var<'t>) {
+        self.0.add_derivative(term);
+    }
+
+    fn add_value(&mut self, total: f64) {
+        self.0.add_value(total);
     }
 
     fn total(&self) -> f64 {
@@ -258,6 +311,34 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<L, JACOBIAN> {
         let term = distribution.ln_density(&datum);
         self.ledger.take_terms(false);
         self.add(site, term.0)
+    }
+
+    #[inline(always)]
+    fn observe_in_loop<D: Distribution<Real<L::Number>>>(
+        &mut self,
+        site: &'static Site,
+        datum: D::Value,
+        distribution: D,
+        total: &mut f64,
+    ) -> Result<(), Rejection> {
+        if !L::APART {
+            return self.observe(site, datum, distribution);
+        }
+        self.ledger.take_terms(D::SUMMANDS);
+        let term = distribution.ln_density(&datum).0;
+        self.ledger.take_terms(false);
+        *total += term.value();
+        self.ledger.add_derivative(term);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn add_total(&mut self, site: &'static Site, total: f64) -> Result<(), Rejection> {
+        if !total.is_finite() {
+            return Err(not_finite(site, total));
+        }
+        self.ledger.add_value(total);
+        Ok(())
     }
 
     #[inline(always)]

@@ -147,6 +147,8 @@ impl Tape {
         }
     }
 
+    // inlined: a call in a plate would keep what it sums up out of registers
+    #[inline(always)]
     fn sweep_back(&self, mark: usize) {
         let length = self.length.get();
         let begin = if mark == 0 { 0 } else { self.ends[mark - 1].get() };
