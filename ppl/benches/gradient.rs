@@ -109,13 +109,26 @@ struct House {
 }
 
 /// A polynomial surrogate of total degree 3 in 3 variables: the shape and the cost of the
-/// paper's.
-struct Cubic([[f64; 20]; 3]);
+/// paper's. The coefficients of a term stand side by side, with a zero for whole registers.
+struct Cubic([([usize; 3], [f64; 4]); 20]);
 
 impl Cubic {
     fn new() -> Self {
-        let entry = |m: usize, j: usize| 0.3 * (1.0 + 2.3 * m as f64 + 0.7 * j as f64).sin();
-        Self(std::array::from_fn(|m| std::array::from_fn(|j| entry(m, j))))
+        let degrees = (0..64).map(|k| [k / 16, k / 4 % 4, k % 4]);
+        let mut terms = degrees.filter(|degrees| degrees.iter().sum::<usize>() <= 3).enumerate();
+        let entry = |m: f64, j: f64| 0.3 * (1.0 + 2.3 * m + 0.7 * j).sin();
+        Self(std::array::from_fn(|_| {
+            let (j, degrees) = terms.next().expect("20 terms");
+            let j = j as f64;
+            (degrees, [entry(0.0, j), entry(1.0, j), entry(2.0, j), 0.0])
+        }))
+    }
+}
+
+/// sum += factor · terms.
+fn add(sum: &mut [f64; 4], factor: f64, terms: &[f64; 4]) {
+    for (sum, term) in sum.iter_mut().zip(terms) {
+        *sum += factor * term;
     }
 }
 
@@ -124,45 +137,26 @@ impl Differentiable<3, 3> for Cubic {
         // Legendre polynomials and their derivatives
         let p = x.map(|x| [1.0, x, 1.5 * x * x - 0.5, (2.5 * x * x - 1.5) * x]);
         let d = x.map(|x| [0.0, 1.0, 3.0 * x, 7.5 * x * x - 1.5]);
-        let (mut value, mut jacobian) = ([0.0; 3], [[0.0; 3]; 3]);
-        let mut j = 0;
-        for a in 0..4 {
-            for b in 0..4 - a {
-                for c in 0..4 - a - b {
-                    let term = p[0][a] * p[1][b] * p[2][c];
-                    let slope = [
-                        d[0][a] * p[1][b] * p[2][c],
-                        p[0][a] * d[1][b] * p[2][c],
-                        p[0][a] * p[1][b] * d[2][c],
-                    ];
-                    for m in 0..3 {
-                        value[m] += self.0[m][j] * term;
-                        for k in 0..3 {
-                            jacobian[m][k] += self.0[m][j] * slope[k];
-                        }
-                    }
-                    j += 1;
-                }
-            }
+        let (mut value, mut slopes) = ([0.0; 4], [[0.0; 4]; 3]);
+        for (degrees, coefficients) in &self.0 {
+            let [a, b, c] = degrees.map(|degree| degree & 3);
+            add(&mut value, p[0][a] * p[1][b] * p[2][c], coefficients);
+            add(&mut slopes[0], d[0][a] * p[1][b] * p[2][c], coefficients);
+            add(&mut slopes[1], p[0][a] * d[1][b] * p[2][c], coefficients);
+            add(&mut slopes[2], p[0][a] * p[1][b] * d[2][c], coefficients);
         }
-        Ok((value, jacobian))
+        let jacobian = std::array::from_fn(|m| std::array::from_fn(|k| slopes[k][m]));
+        Ok((std::array::from_fn(|m| value[m]), jacobian))
     }
 
     fn value(&self, x: &[f64; 3]) -> Result<[f64; 3], DomainError> {
         let p = x.map(|x| [1.0, x, 1.5 * x * x - 0.5, (2.5 * x * x - 1.5) * x]);
-        let (mut value, mut j) = ([0.0; 3], 0);
-        for a in 0..4 {
-            for b in 0..4 - a {
-                for c in 0..4 - a - b {
-                    let term = p[0][a] * p[1][b] * p[2][c];
-                    for m in 0..3 {
-                        value[m] += self.0[m][j] * term;
-                    }
-                    j += 1;
-                }
-            }
+        let mut value = [0.0; 4];
+        for (degrees, coefficients) in &self.0 {
+            let [a, b, c] = degrees.map(|degree| degree & 3);
+            add(&mut value, p[0][a] * p[1][b] * p[2][c], coefficients);
         }
-        Ok(value)
+        Ok(std::array::from_fn(|m| value[m]))
     }
 }
 

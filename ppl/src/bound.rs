@@ -8,7 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::density::{LogDensity, Rejection};
 use crate::dual::Dual;
 use crate::model::Model;
-use crate::reading::{Density, Ledger, Plain, Roots, Sum, WithoutConstants};
+use crate::reading::{Density, Ledger, Plain, Pools, Roots, Sum, Sums, WithoutConstants};
 use crate::tape::Tape;
 use crate::trace::{Record, Role, Source, Trace, Variable};
 
@@ -88,24 +88,31 @@ pub struct Bound<M> {
     layout: Result<Layout, ModelError>,
     /// What the data alone add to the log density, if that is the same at every point.
     constant: Option<f64>,
+    /// What suffices of data that share their parameters, where every point runs the same
+    /// statements.
+    pools: Option<Sums>,
 }
 
 /// Memory for evaluations of a [`Bound`] model.
 #[derive(Debug, Default)]
 pub struct Workspace {
     tape: Tape,
+    sums: Vec<f64>,
 }
 
 impl<M: Model> Bound<M> {
     /// Binds a model to the data that it holds.
     pub fn new(model: M) -> Self {
         let layout = Ok(Layout::default());
-        let mut bound = Self { model, layout, constant: None };
+        let mut bound = Self { model, layout, constant: None, pools: None };
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
-        bound.layout = bound.draw_prior(&mut rng).map(|record| Layout {
-            dim: record.unconstrained.len(),
-            variables: record.entries.into_iter().map(|entry| entry.variable).collect(),
-            coordinates: record.coordinates,
+        bound.layout = bound.draw(&mut rng, M::STATIC.then(Vec::new)).map(|(record, pools)| {
+            bound.pools = pools;
+            Layout {
+                dim: record.unconstrained.len(),
+                variables: record.entries.into_iter().map(|entry| entry.variable).collect(),
+                coordinates: record.coordinates,
+            }
         });
         bound.constant = bound.find_constant(&mut rng);
         bound
@@ -119,11 +126,11 @@ impl<M: Model> Bound<M> {
             return None;
         }
         let mut best = (f64::INFINITY, f64::NAN);
-        let mut found = Vec::new();
+        let (mut found, mut sums) = (Vec::new(), Vec::new());
         for _ in 0..DRAWS {
             let y = self.draw_prior(rng).ok()?.unconstrained;
-            let full = self.value::<true>(Sum::new(&y));
-            let lean = self.value::<true>(WithoutConstants(Sum::new(&y)));
+            let full = self.value::<true>(Sum::new(&y), &mut sums);
+            let lean = self.value::<true>(WithoutConstants(Sum::new(&y)), &mut sums);
             // far out in the prior there may be no density
             let (Ok(full), Ok(lean)) = (full, lean) else { continue };
             let size = full.abs() + lean.abs();
@@ -157,12 +164,24 @@ impl<M: Model> Bound<M> {
     /// # Errors
     /// [`ModelError`] if the model rejects its own prior draws.
     pub fn draw_prior<G: Rng>(&self, rng: &mut G) -> Result<Record, ModelError> {
+        self.draw(rng, None).map(|(record, _)| record)
+    }
+
+    /// A draw from the prior, and what suffices of pooled data if it is to be added to `pools`.
+    fn draw<G: Rng>(
+        &self,
+        rng: &mut G,
+        pools: Option<Sums>,
+    ) -> Result<(Record, Option<Sums>), ModelError> {
         const TRIES: usize = 100;
         let mut last = None;
         for _ in 0..TRIES {
             let mut trace = Trace::new(Source::Prior, &mut *rng);
-            match self.model.run(&mut trace).and_then(|()| trace.finish()) {
-                Ok(record) => return Ok(record),
+            trace.pools.clone_from(&pools);
+            let outcome = self.model.run(&mut trace);
+            let pools = trace.pools.take();
+            match outcome.and_then(|()| trace.finish()) {
+                Ok(record) => return Ok((record, pools)),
                 Err(fatal @ Rejection::Fatal { .. }) => return Err(ModelError::Invalid(fatal)),
                 Err(rejection) => last = Some(rejection),
             }
@@ -196,9 +215,9 @@ impl<M: Model> Bound<M> {
     pub fn log_density_without_jacobian(
         &self,
         y: &[f64],
-        _: &mut Workspace,
+        workspace: &mut Workspace,
     ) -> Result<f64, Rejection> {
-        self.value::<false>(Sum::new(y))
+        self.value::<false>(Sum::new(y), &mut workspace.sums)
     }
 
     /// [`log_density_without_jacobian`](Bound::log_density_without_jacobian) with its gradient
@@ -221,14 +240,15 @@ impl<M: Model> Bound<M> {
     /// # Errors
     /// [`Rejection`] where the density is zero or not defined.
     pub fn forward_gradient(&self, y: &[f64], gradient: &mut [f64]) -> Result<f64, Rejection> {
-        let mut value = 0.0;
+        let (mut value, mut sums) = (0.0, Vec::new());
         for (i, g) in gradient.iter_mut().enumerate() {
             let point: Vec<Dual<1>> = y
                 .iter()
                 .enumerate()
                 .map(|(j, &y)| Dual::new(y, [if i == j { 1.0 } else { 0.0 }]))
                 .collect();
-            let mut density = Density::<_, true> { ledger: Sum::new(&point) };
+            let ledger = Sum::new(&point);
+            let mut density = Density::<_, true> { ledger, pools: self.pools(&mut sums) };
             density.read(&self.model)?;
             value = crate::Scalar::value(density.ledger.total);
             *g = density.ledger.total.gradient()[0];
@@ -254,7 +274,7 @@ impl<M: Model> Bound<M> {
             if tape.is_full() {
                 continue;
             }
-            let total = self.value::<true>(Plain(roots))?;
+            let total = self.value::<true>(Plain(roots), &mut workspace.sums)?;
             if !tape.is_full() {
                 tape.sweep(gradient);
                 return Ok(total);
@@ -262,10 +282,23 @@ impl<M: Model> Bound<M> {
         }
     }
 
+    /// What suffices of pooled data; `memory` for it where it is found anew.
+    #[inline]
+    fn pools<'p>(&'p self, memory: &'p mut Vec<f64>) -> Pools<'p> {
+        match &self.pools {
+            Some(pools) => Pools::Found(pools.iter()),
+            None => Pools::Anew(memory),
+        }
+    }
+
     /// The sum of all terms.
     #[inline]
-    fn value<const JACOBIAN: bool>(&self, ledger: impl Ledger) -> Result<f64, Rejection> {
-        let mut density = Density::<_, JACOBIAN> { ledger };
+    fn value<const JACOBIAN: bool>(
+        &self,
+        ledger: impl Ledger,
+        sums: &mut Vec<f64>,
+    ) -> Result<f64, Rejection> {
+        let mut density = Density::<_, JACOBIAN> { ledger, pools: self.pools(sums) };
         density.read(&self.model)?;
         Ok(density.ledger.total())
     }
@@ -286,9 +319,9 @@ impl<M: Model> Bound<M> {
             }
             let total = match self.constant {
                 Some(constant) if JACOBIAN && M::STATIC => {
-                    constant + self.value::<true>(WithoutConstants(roots))?
+                    constant + self.value::<true>(WithoutConstants(roots), &mut workspace.sums)?
                 }
-                _ => self.value::<JACOBIAN>(roots)?,
+                _ => self.value::<JACOBIAN>(roots, &mut workspace.sums)?,
             };
             if !tape.is_full() {
                 tape.sweep(gradient);
@@ -305,12 +338,13 @@ impl<M: Model> LogDensity for Bound<M> {
         self.layout.as_ref().map_or(0, |layout| layout.dim)
     }
 
-    fn log_density(&self, y: &[f64], _: &mut Workspace) -> Result<f64, Rejection> {
+    fn log_density(&self, y: &[f64], workspace: &mut Workspace) -> Result<f64, Rejection> {
+        let sums = &mut workspace.sums;
         match self.constant {
             Some(constant) if M::STATIC => {
-                Ok(constant + self.value::<true>(WithoutConstants(Sum::new(y)))?)
+                Ok(constant + self.value::<true>(WithoutConstants(Sum::new(y)), sums)?)
             }
-            _ => self.value::<true>(Sum::new(y)),
+            _ => self.value::<true>(Sum::new(y), sums),
         }
     }
 

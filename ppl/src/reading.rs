@@ -246,12 +246,25 @@ impl<'t> Ledger for Plain<'t, '_> {
     }
 }
 
-/// The log density reading. Without `JACOBIAN` it is the density over constrained values.
-pub(crate) struct Density<L, const JACOBIAN: bool> {
-    pub(crate) ledger: L,
+/// What suffices of data that share their parameters, a pool each, in the order in which the model
+/// comes to them.
+pub(crate) type Sums = Vec<Box<[f64]>>;
+
+/// Where the sums of pools come from.
+pub(crate) enum Pools<'p> {
+    /// The data were bound: every point runs the same statements.
+    Found(std::slice::Iter<'p, Box<[f64]>>),
+    /// To be found at every point, in this memory.
+    Anew(&'p mut Vec<f64>),
 }
 
-impl<L: Ledger, const JACOBIAN: bool> Density<L, JACOBIAN> {
+/// The log density reading. Without `JACOBIAN` it is the density over constrained values.
+pub(crate) struct Density<'p, L, const JACOBIAN: bool> {
+    pub(crate) ledger: L,
+    pub(crate) pools: Pools<'p>,
+}
+
+impl<L: Ledger, const JACOBIAN: bool> Density<'_, L, JACOBIAN> {
     /// Runs the model over all coordinates: one that it left unread would have a flat density.
     #[inline(always)]
     pub(crate) fn read(&mut self, model: &impl Model) -> Result<(), Rejection> {
@@ -273,7 +286,7 @@ impl<L: Ledger, const JACOBIAN: bool> Density<L, JACOBIAN> {
     }
 }
 
-impl<L: Ledger, const JACOBIAN: bool> Context for Density<L, JACOBIAN> {
+impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     type Number = L::Number;
 
     #[inline(always)]
@@ -352,8 +365,23 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<L, JACOBIAN> {
         D: Distribution<Real<L::Number>, Value = I::Item>,
         I: Iterator,
     {
+        if !D::POOLS {
+            let mut total = 0.0;
+            for datum in data {
+                self.observe_in_loop(site, datum, distribution.clone(), &mut total)?;
+            }
+            return self.add_total(site, total);
+        }
+        let sums = match &mut self.pools {
+            Pools::Found(pools) => pools.next().map_or(&[][..], |sums| sums),
+            Pools::Anew(sums) => {
+                sums.clear();
+                D::sum_up(data, sums);
+                sums.as_slice()
+            }
+        };
         self.ledger.take_terms(D::SUMMANDS);
-        let term = distribution.ln_densities(data);
+        let term = distribution.ln_density_of(sums);
         self.ledger.take_terms(false);
         self.add(site, term.0)
     }

@@ -8,7 +8,7 @@ use crate::density::Rejection;
 use crate::dimensions::{self, Coordinates};
 use crate::distribution::{Distribution, Unknown};
 use crate::model::{Context, Site};
-use crate::reading::too_few_coordinates;
+use crate::reading::{Sums, too_few_coordinates};
 use crate::real::Real;
 use crate::record::Record as Recordable;
 
@@ -159,11 +159,13 @@ pub(crate) struct Trace<'y, G> {
     pub(crate) record: Record,
     /// Places of the submodels around the current statement.
     around: Vec<&'static Site>,
+    /// For every pool of observations the sums that suffice, if they are wanted.
+    pub(crate) pools: Option<Sums>,
 }
 
 impl<'y, G: Rng> Trace<'y, G> {
     pub(crate) fn new(source: Source<'y>, rng: G) -> Self {
-        Self { source, rng, record: Record::default(), around: Vec::new() }
+        Self { source, rng, record: Record::default(), around: Vec::new(), pools: None }
     }
 
     /// What was recorded, if its dimensions fit together.
@@ -269,6 +271,28 @@ impl<G: Rng> Context for Trace<'_, G> {
         distribution: D,
     ) -> Result<(), Rejection> {
         self.observed(&self.label(site), &datum, distribution)
+    }
+
+    fn observe_all<D, I>(
+        &mut self,
+        site: &'static Site,
+        data: I,
+        distribution: D,
+    ) -> Result<(), Rejection>
+    where
+        D: Distribution<Real<f64>, Value = I::Item>,
+        I: Iterator,
+    {
+        let data: Vec<D::Value> = data.collect();
+        for datum in &data {
+            self.observed(&self.label(site), datum, distribution.clone())?;
+        }
+        if let Some(pools) = self.pools.as_mut().filter(|_| D::POOLS) {
+            let mut sums = Vec::new();
+            D::sum_up(data.into_iter(), &mut sums);
+            pools.push(sums.into());
+        }
+        Ok(())
     }
 
     /// Missing values are `y.missing`, the others `y`; both know which entries they are.

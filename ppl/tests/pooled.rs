@@ -1,6 +1,8 @@
 //! Observations that share their parameters are summed up before the density is evaluated: the
 //! same model with a place for every datum must say the same.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use ppl::prelude::*;
 use ppl::{Bound, CholeskyFactor, Model, Workspace};
 use rand::SeedableRng;
@@ -55,6 +57,13 @@ ppl::model! {
         }
     }
 
+    fn counting(ys: &Counted) {
+        let mean ~ Normal(0.0, 3.0);
+        for y in ys.iter() {
+            y ~ Normal(mean, 1.0);
+        }
+    }
+
     fn known_factor(chol: &CholeskyFactor<f64, 2>, pairs: &[[f64; 2]]) {
         let mean ~ Normal(0.0, 3.0).array::<2>();
         for pair in pairs {
@@ -67,6 +76,20 @@ ppl::model! {
         for i in 0..pairs.len() {
             pairs[i] ~ MvNormalCholesky(mean, chol);
         }
+    }
+}
+
+/// Data that count how often one of them is looked at.
+struct Counted {
+    values: Vec<f64>,
+    looks: AtomicUsize,
+}
+
+impl Counted {
+    fn iter(&self) -> impl Iterator<Item = &f64> {
+        self.values.iter().inspect(|_| {
+            self.looks.fetch_add(1, Ordering::Relaxed);
+        })
     }
 }
 
@@ -108,6 +131,20 @@ fn sums_suffice() {
     assert_same(&pooled(&[], &[], &[], &[], &[]), &one_by_one(&[], &[], &[], &[], &[]));
     let chol = CholeskyFactor::new([[1.2, 0.0], [-0.4, 0.7]]).unwrap();
     assert_same(&known_factor(&chol, &pairs), &known_factor_one_by_one(&chol, &pairs));
+}
+
+/// An evaluation costs the same whatever the number of data.
+#[test]
+fn data_are_gone_through_when_they_are_bound() {
+    let data = Counted { values: vec![0.4, 1.1, -0.3], looks: AtomicUsize::new(0) };
+    let model = counting(&data);
+    let bound = data.looks.load(Ordering::Relaxed);
+    assert!(bound > 0);
+    let (mut gradient, mut w) = ([0.0], Workspace::default());
+    let value = model.gradient(&[0.2], &mut gradient, &mut w).unwrap();
+    assert_eq!(value, model.log_density(&[0.2], &mut w).unwrap());
+    approx::assert_relative_eq!(gradient[0], 1.2 - 3.0 * 0.2 - 0.2 / 9.0, max_relative = 1e-14);
+    assert_eq!(data.looks.load(Ordering::Relaxed), bound);
 }
 
 /// Every datum keeps its own log-likelihood and its own replicate.

@@ -67,15 +67,21 @@ where
         R::term(value, ((self.0, derivative),))
     }
 
-    /// The numbers of both outcomes suffice.
-    #[inline(always)]
-    fn ln_densities(&self, data: impl Iterator<Item = bool>) -> R {
+    const POOLS: bool = true;
+
+    /// The numbers of both outcomes.
+    fn sum_up(data: impl Iterator<Item = bool>, sums: &mut Vec<f64>) {
         let mut counts = [0.0; 2];
         for flag in data {
             counts[usize::from(flag)] += 1.0;
         }
+        sums.extend(counts);
+    }
+
+    #[inline(always)]
+    fn ln_density_of(&self, sums: &[f64]) -> R {
         let mut total = R::from(0.0);
-        for (flag, count) in [false, true].into_iter().zip(counts) {
+        for (flag, &count) in [false, true].into_iter().zip(sums) {
             if count > 0.0 {
                 let (value, derivative) = self.ln_mass(flag);
                 total += R::term(count * value, ((self.0, count * derivative),));

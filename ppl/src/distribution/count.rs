@@ -87,16 +87,21 @@ pub trait CountMass<R: Scalar>: Count {
     /// ln P(K = k), as one fused operation with exact partials; −∞ outside the support.
     fn ln_pmf(&self, k: u64) -> R;
 
-    /// The sum of ln P(K = k) over many counts; see
-    /// [`Distribution::ln_densities`](crate::Distribution::ln_densities).
+    /// See [`Distribution::POOLS`](crate::Distribution::POOLS).
     #[doc(hidden)]
-    #[inline(always)]
-    fn ln_pmfs(&self, data: impl Iterator<Item = u64>) -> R {
-        let mut total = R::from(0.0);
-        for k in data {
-            total += self.ln_pmf(k);
-        }
-        total
+    const POOLS: bool = false;
+
+    /// See [`Distribution::sum_up`](crate::Distribution::sum_up).
+    #[doc(hidden)]
+    fn sum_up(data: impl Iterator<Item = u64>, sums: &mut Vec<f64>) {
+        let _ = (data, sums);
+    }
+
+    /// See [`Distribution::ln_density_of`](crate::Distribution::ln_density_of).
+    #[doc(hidden)]
+    fn ln_density_of(&self, sums: &[f64]) -> R {
+        let _ = sums;
+        R::from(f64::NAN)
     }
 
     /// ln P(first ≤ K ≤ last), with its derivatives in the parameters; [`u64::MAX`] is no last.
@@ -127,9 +132,15 @@ macro_rules! count {
                 $crate::CountMass::ln_pmf(self, *k)
             }
 
+            const POOLS: bool = <Self as $crate::CountMass<R>>::POOLS;
+
+            fn sum_up(data: impl Iterator<Item = u64>, sums: &mut Vec<f64>) {
+                <Self as $crate::CountMass<R>>::sum_up(data, sums);
+            }
+
             #[inline(always)]
-            fn ln_densities(&self, data: impl Iterator<Item = u64>) -> R {
-                $crate::CountMass::ln_pmfs(self, data)
+            fn ln_density_of(&self, sums: &[f64]) -> R {
+                $crate::CountMass::ln_density_of(self, sums)
             }
 
             fn left_out(&self, k: &u64) -> f64 {

@@ -98,17 +98,21 @@ where
         (x, ln_pdf)
     }
 
-    /// n and Σ x suffice.
-    #[inline(always)]
-    fn ln_pdfs(&self, data: impl Iterator<Item = R>) -> R {
+    const POOLS: bool = true;
+
+    /// n and Σ x; infinite with a negative x among them, as the density is zero then.
+    fn sum_up(data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
         let (mut n, mut sum) = (0.0, 0.0);
         for x in data {
-            if x.value() < 0.0 {
-                return R::from(f64::NEG_INFINITY);
-            }
             n += 1.0;
-            sum += x.value();
+            sum += if x.value() < 0.0 { f64::INFINITY } else { x.value() };
         }
+        sums.extend([n, sum]);
+    }
+
+    #[inline(always)]
+    fn ln_density_of(&self, sums: &[f64]) -> R {
+        let &[n, sum] = sums else { return R::from(0.0) };
         let rate = self.0.number();
         R::term(
             n * normaliser::<R, L>(self.0, f64::ln) - rate * sum,

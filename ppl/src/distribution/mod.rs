@@ -237,16 +237,21 @@ pub trait Distribution<R: Scalar>: Family {
     /// outside their domain.
     fn ln_density(&self, x: &Self::Value) -> R;
 
-    /// The sum of the log densities at many data. Where the parameters are the same for all, a
-    /// few sums over the data suffice.
+    /// Whether a few sums over data suffice for all of them, if the parameters are the same.
     #[doc(hidden)]
-    #[inline(always)]
-    fn ln_densities(&self, data: impl Iterator<Item = Self::Value>) -> R {
-        let mut total = R::from(0.0);
-        for x in data {
-            total += self.ln_density(&x);
-        }
-        total
+    const POOLS: bool = false;
+
+    /// The sums that suffice, at the end of `sums`.
+    #[doc(hidden)]
+    fn sum_up(data: impl Iterator<Item = Self::Value>, sums: &mut Vec<f64>) {
+        let _ = (data, sums);
+    }
+
+    /// The sum of the log densities at the data with these sums.
+    #[doc(hidden)]
+    fn ln_density_of(&self, sums: &[f64]) -> R {
+        let _ = sums;
+        R::from(f64::NAN)
     }
 
     /// What a reading that leaves out what is the same at every point leaves out of

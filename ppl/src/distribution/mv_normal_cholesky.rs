@@ -111,6 +111,17 @@ fn first_unknown<R: Scalar, const K: usize>(
     vectors.chain(factor.rows().iter().flatten()).copied().find(|number| !number.is_constant())
 }
 
+/// ln Π xᵢ of positive numbers; NaN if one is not.
+#[inline(always)]
+fn ln_product<const K: usize>(x: [f64; K]) -> f64 {
+    let product = x.iter().product::<f64>();
+    if product.is_normal() && x.iter().all(|&x| x > 0.0) {
+        product.ln()
+    } else {
+        x.iter().map(|x| x.ln()).sum()
+    }
+}
+
 /// b ← L⁻¹ b, with the reciprocals of the diagonal.
 #[inline(always)]
 fn solve_lower<const K: usize>(l: &[[f64; K]; K], inverse: &[f64; K], b: &mut [f64; K]) {
@@ -154,8 +165,9 @@ where
                 rest -= l(i, j) * z[j];
             }
             z[i] = rest / l(i, i);
-            value -= 0.5 * z[i] * z[i] + l(i, i).ln();
+            value -= 0.5 * z[i] * z[i];
         }
+        value -= ln_product(std::array::from_fn::<_, K, _>(|i| l(i, i)));
         if !R::DIFFERENTIABLE {
             return R::from(value);
         }
@@ -169,42 +181,50 @@ where
         R::term(value, Gradient { x: *x, mean, factor, z, w })
     }
 
-    /// n, x̄ and the scatter matrix Σ (x − x̄)(x − x̄)ᵀ suffice.
-    fn ln_densities(&self, mut data: impl Iterator<Item = [R; K]>) -> R {
-        let Some(first) = data.next() else { return R::from(0.0) };
+    const POOLS: bool = true;
+
+    /// n, x̄ and, row by row, the scatter matrix Σ (x − x̄)(x − x̄)ᵀ.
+    fn sum_up(mut data: impl Iterator<Item = [R; K]>, sums: &mut Vec<f64>) {
         // sums of differences from one datum keep their digits
-        let origin = first.map(Scalar::value);
+        let Some(origin) = data.next().map(|x| x.map(Scalar::value)) else { return };
         let (mut n, mut sum, mut scatter) = (1.0, [0.0; K], [[0.0; K]; K]);
         for x in data {
             n += 1.0;
             let d: [f64; K] = std::array::from_fn(|i| x[i].value() - origin[i]);
             for i in 0..K {
                 sum[i] += d[i];
-                for j in 0..=i {
+                for j in 0..K {
                     scatter[i][j] += d[i] * d[j];
                 }
             }
         }
+        sums.push(n);
+        sums.extend((0..K).map(|i| origin[i] + sum[i] / n));
+        sums.extend((0..K * K).map(|k| (k / K, k % K)).map(|(i, j)| {
+            let between = sum[i] * sum[j] / n;
+            scatter[i][j] - between
+        }));
+    }
+
+    fn ln_density_of(&self, sums: &[f64]) -> R {
+        let Some((&n, sums)) = sums.split_first() else { return R::from(0.0) };
+        let (center, scatter) = sums.split_at(K);
         let (mean, factor) = self.lift::<R, K>();
         let l: [[f64; K]; K] = factor.rows().map(|row| row.map(Scalar::value));
-        let mut z: [f64; K] = std::array::from_fn(|i| origin[i] - mean[i].value() + sum[i] / n);
-        for i in 0..K {
-            for j in 0..=i {
-                scatter[i][j] -= sum[i] * sum[j] / n;
-                scatter[j][i] = scatter[i][j];
-            }
-        }
+        let mut z: [f64; K] = std::array::from_fn(|i| center[i] - mean[i].value());
         let inverse: [f64; K] = std::array::from_fn(|i| l[i][i].recip());
         solve_lower(&l, &inverse, &mut z);
         // A = L⁻¹ S L⁻ᵀ, by rows of the symmetric S and then of what is left
-        let mut a = scatter;
+        let mut a: [[f64; K]; K] =
+            std::array::from_fn(|i| std::array::from_fn(|j| scatter[i * K + j]));
         a.iter_mut().for_each(|row| solve_lower(&l, &inverse, row));
         let mut a: [[f64; K]; K] = std::array::from_fn(|i| std::array::from_fn(|j| a[j][i]));
         a.iter_mut().for_each(|row| solve_lower(&l, &inverse, row));
         let mut value = -HALF_LN_2PI * K as f64 * n;
         for i in 0..K {
-            value -= 0.5 * (n * z[i] * z[i] + a[i][i]) + n * l[i][i].ln();
+            value -= 0.5 * (n * z[i] * z[i] + a[i][i]);
         }
+        value -= n * ln_product(std::array::from_fn::<_, K, _>(|i| l[i][i]));
         if !R::DIFFERENTIABLE {
             return R::from(value);
         }

@@ -102,12 +102,12 @@ where
         )
     }
 
-    /// n, x̄ and Σ (x − x̄)² suffice.
-    #[inline(always)]
-    fn ln_pdfs(&self, mut data: impl Iterator<Item = R>) -> R {
-        let Some(first) = data.next() else { return R::from(0.0) };
+    const POOLS: bool = true;
+
+    /// n, x̄ and Σ (x − x̄)².
+    fn sum_up(mut data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
         // sums of differences from one datum keep their digits
-        let origin = first.value();
+        let Some(origin) = data.next().map(Scalar::value) else { return };
         let (mut n, mut sum, mut squares) = (1.0, 0.0, 0.0);
         for x in data {
             let d = x.value() - origin;
@@ -115,9 +115,15 @@ where
             sum += d;
             squares += d * d;
         }
+        sums.extend([n, origin + sum / n, squares - sum * sum / n]);
+    }
+
+    #[inline(always)]
+    fn ln_density_of(&self, sums: &[f64]) -> R {
+        let &[n, mean, squares] = sums else { return R::from(0.0) };
         let precise = self.1.number().recip();
-        let away = origin - self.0.number() + sum / n;
-        let all = (squares - sum * sum / n) + n * away * away;
+        let away = mean - self.0.number();
+        let all = squares + n * away * away;
         let quadratic = all * precise * precise;
         R::term(
             -0.5 * quadratic - n * normaliser::<R, S>(self.1, ln_normaliser),

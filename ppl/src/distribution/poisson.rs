@@ -97,23 +97,25 @@ where
         R::term(value, ((self.0, k / rate - 1.0),))
     }
 
-    /// n and Σ k suffice, where Σ ln k! may be left out.
-    #[inline(always)]
-    fn ln_pmfs(&self, data: impl Iterator<Item = u64>) -> R {
-        let mut total = R::from(0.0);
-        if !R::LEAN {
-            for k in data {
-                total += self.ln_pmf(k);
-            }
-            return total;
-        }
-        let (mut n, mut sum) = (0.0, 0.0);
+    const POOLS: bool = true;
+
+    /// n, Σ k and, where it may not be left out, Σ ln k!.
+    fn sum_up(data: impl Iterator<Item = u64>, sums: &mut Vec<f64>) {
+        let (mut n, mut sum, mut factorials) = (0.0, 0.0, 0.0);
         for k in data {
             n += 1.0;
             sum += k as f64;
+            factorials += if R::LEAN { 0.0 } else { ln_gamma(k as f64 + 1.0) };
         }
+        sums.extend([n, sum, factorials]);
+    }
+
+    #[inline(always)]
+    fn ln_density_of(&self, sums: &[f64]) -> R {
+        let &[n, sum, factorials] = sums else { return R::from(0.0) };
         let rate = self.0.number();
-        let value = if rate > 0.0 { sum * rate.ln() - n * rate } else { f64::NAN };
+        let constant = if R::LEAN { 0.0 } else { factorials };
+        let value = if rate > 0.0 { sum * rate.ln() - n * rate - constant } else { f64::NAN };
         R::term(value, ((self.0, sum / rate - n),))
     }
 

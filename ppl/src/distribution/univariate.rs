@@ -121,16 +121,21 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     /// Log density at `x` inside the support, as one fused operation with exact partials.
     fn ln_pdf(&self, x: R) -> R;
 
-    /// The sum of the log densities at many data; see
-    /// [`Distribution::ln_densities`](super::Distribution::ln_densities).
+    /// See [`Distribution::POOLS`](super::Distribution::POOLS).
     #[doc(hidden)]
-    #[inline(always)]
-    fn ln_pdfs(&self, data: impl Iterator<Item = R>) -> R {
-        let mut total = R::from(0.0);
-        for x in data {
-            total += ln_density(self, x);
-        }
-        total
+    const POOLS: bool = false;
+
+    /// See [`Distribution::sum_up`](super::Distribution::sum_up).
+    #[doc(hidden)]
+    fn sum_up(data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
+        let _ = (data, sums);
+    }
+
+    /// See [`Distribution::ln_density_of`](super::Distribution::ln_density_of).
+    #[doc(hidden)]
+    fn ln_density_of(&self, sums: &[f64]) -> R {
+        let _ = sums;
+        R::from(f64::NAN)
     }
 
     /// The value at the unconstrained coordinate `y`, with log density plus log-Jacobian.
@@ -166,9 +171,15 @@ macro_rules! univariate {
                 $crate::__private::ln_density(self, *x)
             }
 
+            const POOLS: bool = <Self as $crate::UnivariateDensity<R>>::POOLS;
+
+            fn sum_up(data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
+                <Self as $crate::UnivariateDensity<R>>::sum_up(data, sums);
+            }
+
             #[inline(always)]
-            fn ln_densities(&self, data: impl Iterator<Item = R>) -> R {
-                $crate::UnivariateDensity::ln_pdfs(self, data)
+            fn ln_density_of(&self, sums: &[f64]) -> R {
+                $crate::UnivariateDensity::ln_density_of(self, sums)
             }
 
             fn left_out(&self, _: &R) -> f64 {
