@@ -1,6 +1,7 @@
 //! `cargo bench -p breccia-tests --bench sampling`: processor time of the paper's model (9
-//! parameters, 8 experiments), eight schools, kidscore (434 children), radon (919 houses) and
-//! garch11 (200 values), as CSV `model,dim,quantity,value,unit`.
+//! parameters, 8 experiments), eight schools, kidscore (434 children), radon (919 houses), garch11
+//! (200 values), counts over a Gaussian process (11), a mixture of two normals (1000 values) and
+//! Lotka–Volterra (21 years of two species), as CSV `model,dim,quantity,value,unit`.
 //!
 //! Value and gradient are the least of many batches at points near the mode; the overhead is the time
 //! of a sampling run less its gradients, by leapfrog. Effective draws are those of the worst
@@ -12,6 +13,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use breccia_tests::posteriors::hierarchy::{houses, radon_hierarchical};
+use breccia_tests::posteriors::process::{gp_data, gp_pois_regr, lotka_volterra, lynx_hare_data};
 use breccia_tests::posteriors::regression::{Kidiq, kidscore};
 use breccia_tests::posteriors::series::{garch_data, garch11};
 use breccia_tests::{Instance, eight_schools};
@@ -19,6 +21,18 @@ use models::calibration;
 use ppl::diagnostics::{ess_bulk, rhat};
 use ppl::prelude::*;
 use ppl::{Bound, Chains, Model, Workspace};
+
+ppl::model! {
+    /// posteriordb's low_dim_gauss_mix.
+    fn mixture(y: &[f64]) {
+        let mu ~ Normal(0.0, 2.0).array::<2>().ordered();
+        let sigma ~ HalfNormal(2.0).array::<2>();
+        let share ~ Beta(5.0, 5.0);
+        for y in y {
+            y ~ Mixture([share, 1.0 - share], [Normal(mu[0], sigma[0]), Normal(mu[1], sigma[1])]);
+        }
+    }
+}
 
 fn main() {
     // `cargo test --benches` only wants to know that it runs
@@ -35,6 +49,14 @@ fn main() {
     report("kidscore_interaction", &kidscore(&rows, &kids.score), quick);
     report("radon_hierarchical", &radon_hierarchical(&houses(), 85), quick);
     report("garch11", &garch11(&garch_data(), 0.5), quick);
+    let (x, _, counts) = gp_data();
+    report("poisson_gp", &gp_pois_regr(&x, &counts), quick);
+    // normal scores of both components, as those of a sample would be spread
+    let scores = (0..500).map(|i| Normal(0.0, 1.0).quantile((f64::from(i) + 0.5) / 500.0));
+    let values: Vec<f64> = scores.flat_map(|z| [-2.75 + z, 2.75 + z]).collect();
+    report("gaussian_mixture", &mixture(&values), quick);
+    let (hare, lynx) = lynx_hare_data();
+    report("lotka_volterra", &lotka_volterra(&hare, &lynx), quick);
 }
 
 /// Whether the command line asks for a name, or for none.
