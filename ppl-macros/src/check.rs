@@ -3,9 +3,10 @@
 use proc_macro2::Span;
 use syn::{Error, Ident, Pat, Result};
 
+use crate::ast::{Flow, Kind};
 use crate::attributes::{Dim, Mark};
 use crate::errors::{self, at};
-use crate::parse::{Flow, Kind, plain_name};
+use crate::parse::plain_name;
 use crate::scan;
 
 /// Whether the mark goes with the statement.

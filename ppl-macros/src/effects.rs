@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use syn::visit::Visit;
 use syn::{Expr, Ident, Pat, Stmt};
 
-use crate::parse::{ArmBody, Block, Flow, Init, Kind};
+use crate::ast::{ArmBody, Block, Flow, Init, Kind};
 use crate::rewrite::is_assignment;
 use crate::scan;
 

@@ -3,24 +3,102 @@
 
 use proc_macro2::{Span, TokenStream};
 use quote::{ToTokens, format_ident, quote_spanned};
+use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
-use syn::{BinOp, Expr, Ident, Pat, Stmt};
+use syn::visit_mut::VisitMut;
+use syn::{BinOp, Expr, Ident, Pat, Stmt, parse_quote};
 
-use crate::arithmetic::{is_dot, is_function};
+use crate::arithmetic::{closed, is_dot, is_function};
+use crate::ast::{Flow, Init, Kind, Statement};
 use crate::attributes::Mark;
-use crate::inspect::{keeps_its_length, mentions};
-use crate::parse::{Flow, Kind, Statement};
+use crate::formula::Formulas;
+use crate::inspect::{keeps_its_length, mentions, used_once};
+use crate::scan;
+
+impl Formulas {
+    /// Joins the summands that follow `let mut name = …;` at `i` to one formula; how many
+    /// statements that makes, or none if there is nothing to join.
+    pub(crate) fn fold(&mut self, i: usize, statements: &mut Vec<Statement>) -> usize {
+        let Kind::Let { pat: Pat::Ident(pat), init, .. } = &statements[i].kind else { return 0 };
+        let Some(Init::Value { value, diverge: None, .. }) = init else { return 0 };
+        if pat.mutability.is_none() || pat.by_ref.is_some() {
+            return 0;
+        }
+        let (name, span, mut start) = (pat.ident.clone(), value.span(), value.clone());
+        let mut terms = terms(&name, &statements[i + 1..]);
+        let used = terms.len();
+        let derived = |of: &Self| {
+            terms.iter().any(|term| {
+                of.mentions(&term.value) || term.over.iter().any(|(_, iter)| of.mentions(iter))
+            })
+        };
+        if used == 0 || !derived(self) {
+            return 0;
+        }
+        self.operand(&mut start);
+        let (mut sum, mut variables) = (start.into_token_stream(), Vec::new());
+        for term in &mut terms {
+            let added = match &mut term.over {
+                None => {
+                    self.operand(&mut term.value);
+                    term.value.to_token_stream()
+                }
+                Some((pat, iter)) => {
+                    if self.mentions(iter) {
+                        self.bind(scan::bound_names(pat));
+                    }
+                    self.visit_expr_mut(iter);
+                    let outer = self.inner.clone();
+                    self.inner.extend(scan::bound_names(pat));
+                    self.operand(&mut term.value);
+                    self.inner = outer;
+                    self.sums += 1;
+                    let replay = replay(self.sums, pat, iter, &term.value);
+                    variables.extend(replay.variables);
+                    replay.sum
+                }
+            };
+            sum = match term.is_negative {
+                true => quote_spanned!(span=> #sum - (#added)),
+                false => quote_spanned!(span=> #sum + (#added)),
+            };
+        }
+        let after = &statements[i + 1 + used..];
+        let is_open = used_once(&name, after);
+        let sum = Expr::Verbatim(sum);
+        let sum = if is_open { sum } else { closed(&sum, span) };
+        self.bind([name]);
+        let new = variables.len();
+        let declaration = &mut statements[i];
+        if let Kind::Let { pat: Pat::Ident(pat), init: Some(Init::Value { value, .. }), .. } =
+            &mut declaration.kind
+        {
+            *value = sum;
+            if is_open {
+                pat.mutability = None;
+            }
+        }
+        if !is_open {
+            declaration.attrs.push(parse_quote!(#[allow(unused_mut)]));
+        }
+        let predicted = declaration.predicted;
+        statements.drain(i + 1..i + 1 + used);
+        let variables = variables.into_iter().map(|stmt| Statement::rust(stmt, span, predicted));
+        statements.splice(i..i, variables);
+        new + 1
+    }
+}
 
 /// What is added to a sum.
-pub(crate) struct Term {
-    pub(crate) is_negative: bool,
-    pub(crate) value: Expr,
+struct Term {
+    is_negative: bool,
+    value: Expr,
     /// The loop that adds it again and again.
-    pub(crate) over: Option<(Pat, Expr)>,
+    over: Option<(Pat, Expr)>,
 }
 
 /// The summands that follow the declaration of `name` without a gap.
-pub(crate) fn terms(name: &Ident, after: &[Statement]) -> Vec<Term> {
+fn terms(name: &Ident, after: &[Statement]) -> Vec<Term> {
     after.iter().map_while(|statement| term(name, statement)).collect()
 }
 

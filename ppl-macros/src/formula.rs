@@ -12,16 +12,15 @@ use quote::{ToTokens, quote_spanned};
 use syn::spanned::Spanned;
 use syn::visit::Visit;
 use syn::visit_mut::{self, VisitMut};
-use syn::{Expr, ExprAssign, ExprBinary, Ident, Item, Pat, Stmt, UnOp, parse_quote};
+use syn::{Expr, ExprAssign, ExprBinary, Ident, Item, Stmt, UnOp};
 
 use crate::arithmetic::{
     binds_names, closed, is_arithmetic, is_function, is_type, numbers_of_dot, operand, operations,
     sum_of, without_assignment,
 };
+use crate::ast::{ArmBody, Block, Flow, Init, Kind, Statement};
 use crate::effects::{bound_inside, writes_outside};
-use crate::fold;
-use crate::inspect::{Branches, is_pooled, keeps_its_length, mentions, stays_open, used_once};
-use crate::parse::{ArmBody, Block, Flow, Init, Kind, Statement};
+use crate::inspect::{Branches, is_pooled, keeps_its_length, mentions, stays_open};
 use crate::rewrite::is_assignment;
 use crate::scan;
 
@@ -39,14 +38,14 @@ pub(crate) fn formulas(body: &mut Block) -> bool {
     pass.is_static
 }
 
-struct Formulas {
+pub(crate) struct Formulas {
     /// Names that may hold unknowns or what follows from them.
     active: HashSet<String>,
     is_static: bool,
     /// Loops that have become sums.
-    sums: usize,
+    pub(crate) sums: usize,
     /// Variables of such loops around.
-    inner: Vec<Ident>,
+    pub(crate) inner: Vec<Ident>,
     /// The plate around, if adjoints of what is outside can be summed up apart.
     plate: Option<Plate>,
     /// The observations in the loop around, by their sites.
@@ -78,80 +77,8 @@ impl Formulas {
         }
     }
 
-    /// Joins the summands that follow `let mut name = …;` at `i` to one formula; how many
-    /// statements that makes, or none if there is nothing to join.
-    fn fold(&mut self, i: usize, statements: &mut Vec<Statement>) -> usize {
-        let Kind::Let { pat: Pat::Ident(pat), init, .. } = &statements[i].kind else { return 0 };
-        let Some(Init::Value { value, diverge: None, .. }) = init else { return 0 };
-        if pat.mutability.is_none() || pat.by_ref.is_some() {
-            return 0;
-        }
-        let (name, span, mut start) = (pat.ident.clone(), value.span(), value.clone());
-        let mut terms = fold::terms(&name, &statements[i + 1..]);
-        let used = terms.len();
-        let derived = |of: &Self| {
-            terms.iter().any(|term| {
-                of.mentions(&term.value) || term.over.iter().any(|(_, iter)| of.mentions(iter))
-            })
-        };
-        if used == 0 || !derived(self) {
-            return 0;
-        }
-        self.operand(&mut start);
-        let (mut sum, mut variables) = (start.into_token_stream(), Vec::new());
-        for term in &mut terms {
-            let added = match &mut term.over {
-                None => {
-                    self.operand(&mut term.value);
-                    term.value.to_token_stream()
-                }
-                Some((pat, iter)) => {
-                    if self.mentions(iter) {
-                        self.bind(scan::bound_names(pat));
-                    }
-                    self.visit_expr_mut(iter);
-                    let outer = self.inner.clone();
-                    self.inner.extend(scan::bound_names(pat));
-                    self.operand(&mut term.value);
-                    self.inner = outer;
-                    self.sums += 1;
-                    let replay = fold::replay(self.sums, pat, iter, &term.value);
-                    variables.extend(replay.variables);
-                    replay.sum
-                }
-            };
-            sum = match term.is_negative {
-                true => quote_spanned!(span=> #sum - (#added)),
-                false => quote_spanned!(span=> #sum + (#added)),
-            };
-        }
-        let after = &statements[i + 1 + used..];
-        let is_open = used_once(&name, after);
-        let sum = Expr::Verbatim(sum);
-        let sum = if is_open { sum } else { closed(&sum, span) };
-        self.bind([name]);
-        let new = variables.len();
-        let declaration = &mut statements[i];
-        if let Kind::Let { pat: Pat::Ident(pat), init: Some(Init::Value { value, .. }), .. } =
-            &mut declaration.kind
-        {
-            *value = sum;
-            if is_open {
-                pat.mutability = None;
-            }
-        }
-        if !is_open {
-            declaration.attrs.push(parse_quote!(#[allow(unused_mut)]));
-        }
-        let predicted = declaration.predicted;
-        statements.drain(i + 1..i + 1 + used);
-        let variables = variables.into_iter().map(|stmt| Statement::rust(stmt, span, predicted));
-        statements.splice(i..i, variables);
-        new + 1
-    }
-
     /// An operand of a formula, itself a formula where it computes something.
-    fn operand(&mut self, expr: &mut Expr) {
+    pub(crate) fn operand(&mut self, expr: &mut Expr) {
         self.check(expr);
         self.open(expr);
         *expr = operand(expr);
@@ -373,11 +300,11 @@ impl Formulas {
         Some(Expr::Verbatim(quote_spanned!(name.span()=> #sum)))
     }
 
-    fn mentions(&self, tokens: &impl ToTokens) -> bool {
+    pub(crate) fn mentions(&self, tokens: &impl ToTokens) -> bool {
         mentions(tokens.to_token_stream(), &|name| self.active.contains(name))
     }
 
-    fn bind(&mut self, names: impl IntoIterator<Item = Ident>) {
+    pub(crate) fn bind(&mut self, names: impl IntoIterator<Item = Ident>) {
         self.active.extend(names.into_iter().map(|name| name.to_string()));
     }
 

@@ -8,7 +8,7 @@ use syn::visit::Visit;
 use syn::{BinOp, Expr, Ident, Pat};
 
 use crate::arithmetic::{is_function, operations};
-use crate::parse::{Block, Init, Kind, Statement};
+use crate::ast::{Block, Init, Kind, Statement};
 
 /// What a plate may do with unknowns on the way in without its length depending on them.
 const ITERATION: [&str; 7] = ["iter", "into_iter", "zip", "enumerate", "rev", "len", "copied"];

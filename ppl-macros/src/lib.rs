@@ -1,14 +1,16 @@
 //! The `model!` macro of `ppl`. The language is described at `ppl::model!`.
 //!
 //! `signature` and `parse` read what was written, statement by statement, and keep going after
-//! an error; `lower` checks it and numbers the statements; `formula` joins arithmetic to what is
+//! an error, into the statements of `ast`; `lower` checks it and numbers the statements; `formula` joins arithmetic to what is
 //! differentiated as a whole; `emit` writes the implementation of `ppl::Model`. An error stays in
 //! the statement where it happened, as a `compile_error!` in place of the value, so that one
 //! mistake stays one error and everything else is still there for completion.
 
 mod arithmetic;
+mod ast;
 mod attributes;
 mod check;
+mod data;
 mod effects;
 mod emit;
 mod errors;

@@ -8,10 +8,11 @@ use syn::ext::IdentExt;
 use syn::visit_mut::VisitMut;
 use syn::{Error, Expr, Ident, Member, Result, Stmt, Type, UnOp};
 
+use crate::ast::{ArmBody, Block, Flow, Init, Kind, Statement};
 use crate::attributes::Mark;
 use crate::check::{check_dims, check_mark, declared, recorded_name};
 use crate::errors::{self, at};
-use crate::parse::{ArmBody, Block, Flow, Init, Kind, Statement, plain_name};
+use crate::parse::plain_name;
 use crate::rewrite::{Rewrite, is_assignment};
 use crate::scan;
 use crate::signature::Model;

@@ -13,8 +13,9 @@ use syn::{
     Visibility, parenthesized, parse_quote, parse_quote_spanned, token,
 };
 
+use crate::ast::Block;
 use crate::errors::{self, at};
-use crate::parse::{self, Block};
+use crate::parse;
 
 /// A model as written.
 pub(crate) struct Model {

@@ -5,10 +5,10 @@ use proc_macro2::{Span, TokenStream};
 use quote::{quote, quote_spanned};
 use syn::{Ident, Type, parse_quote};
 
-use crate::emit;
+use crate::ast::Kind;
 use crate::lower::Site;
-use crate::parse::Kind;
 use crate::signature::{Argument, Model};
+use crate::{data, emit};
 
 /// A function that takes what its statements need and returns a part of a model.
 pub(crate) fn submodel(model: &Model, value: &Type, sites: &[Site]) -> TokenStream {
@@ -34,16 +34,16 @@ pub(crate) fn submodel(model: &Model, value: &Type, sites: &[Site]) -> TokenStre
     let names: Vec<_> = arguments.iter().map(|argument| &argument.name).collect();
     let mut shown = generics.clone();
     shown.params.push(parse_quote!(__S: ::ppl::Scalar));
-    let (owned, types) = emit::owned(&shown, arguments);
+    let (owned, types) = data::owned(&shown, arguments);
     let (introduced, applied, bounds) = owned.split_for_impl();
     let shown_bounds = shown.where_clause.take();
-    let data = emit::data_name(name);
+    let data = data::data_name(name);
     let bindings = arguments.iter().map(|argument| {
         if is_number(&argument.ty) {
             let (name, this) = (&argument.name, Ident::new("self", span));
             quote_spanned!(span=> let #name = #this.#name;)
         } else {
-            emit::binding(argument)
+            data::binding(argument)
         }
     });
     let sites = emit::table(sites);

@@ -1,0 +1,160 @@
+//! Values and derivatives of the densities.
+
+use ppl::prelude::*;
+use ppl::{Bound, Context, Model, Rejection, Site, Workspace};
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use crate::models::*;
+
+/// Tape, duals and central differences agree at several prior draws.
+fn assert_gradient(name: &str, model: &Bound<impl Model>) {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+    let dim = model.layout().unwrap_or_else(|error| panic!("{name}: {error}")).dim;
+    let mut w = Workspace::default();
+    let (mut reverse, mut forward) = (vec![0.0; dim], vec![0.0; dim]);
+    for _ in 0..5 {
+        let y = model.draw_prior(&mut rng).unwrap().unconstrained;
+        let value = model.log_density(&y, &mut w).unwrap();
+        let by_tape = model.gradient(&y, &mut reverse, &mut w).unwrap();
+        let by_dual = model.forward_gradient(&y, &mut forward).unwrap();
+        approx::assert_relative_eq!(by_tape, value, max_relative = 1e-13);
+        approx::assert_relative_eq!(by_dual, value, max_relative = 1e-13);
+        for i in 0..dim {
+            let at = |h: f64, w: &mut Workspace| {
+                let mut shifted = y.clone();
+                shifted[i] += h;
+                model.log_density(&shifted, w).unwrap()
+            };
+            // fourth-order central difference
+            let h = 1e-3;
+            let inner = at(h, &mut w) - at(-h, &mut w);
+            let outer = at(2.0 * h, &mut w) - at(-2.0 * h, &mut w);
+            let difference = (8.0 * inner - outer) / (12.0 * h);
+            let scale = reverse[i].abs().max(1.0);
+            assert!(
+                (reverse[i] - forward[i]).abs() < 1e-11 * scale
+                    && (reverse[i] - difference).abs() < 1e-7 * value.abs().max(scale),
+                "{name}, coordinate {i}: tape {}, dual {}, difference {difference}",
+                reverse[i],
+                forward[i]
+            );
+        }
+    }
+}
+
+#[test]
+fn three_derivatives_agree() {
+    assert_gradient("calibration", &calibration(&Curve, &QOIS));
+    assert_gradient("schools_centred", &schools_centred(&EFFECTS, &ERRORS));
+    assert_gradient("schools", &schools(&EFFECTS, &ERRORS));
+    assert_gradient("schools_in_a_plate", &schools_in_a_plate(&EFFECTS, &ERRORS));
+    assert_gradient("regression", &regression(&ROWS, &[0.3, 1.2, 1.9]));
+    assert_gradient("hierarchy", &hierarchy(2, vec![0, 1, 1], vec![2, 0, 5]));
+    let ys = [0.3, f64::NAN, -1.0];
+    assert_gradient("branches", &branches(true, Some(2.0), 1, &ys));
+    assert_gradient("branches", &branches(false, None, 7, &ys));
+    assert_gradient("mixture", &mixture(&[-1.0, 0.5, 2.0], -0.7));
+    assert_gradient("places", &places(&(0.7, 1.1), &SPECIMENS, &true));
+    assert_gradient("generic", &generic(&Curve, [0.1, 0.2, 0.3]));
+    assert_gradient("walk", &walk(&[0.1, 0.4, 0.2]));
+}
+
+/// The non-centred eight schools as `model!` would have to write it.
+struct SchoolsByHand;
+
+impl Model for SchoolsByHand {
+    fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection> {
+        static MU: Site = Site::new("mu");
+        static TAU: Site = Site::new("tau");
+        static Z: Site = Site::new("z");
+        static THETA: Site = Site::new("theta");
+        static Y: Site = Site::new("y").in_loop();
+        let mu = cx.unknown(&MU, Normal(0.0, 5.0))?;
+        let tau = cx.unknown(&TAU, HalfCauchy(5.0))?;
+        let z = cx.unknown(&Z, Normal(0.0, 1.0).array::<8>())?;
+        let theta = z.map(|z| mu + tau * z);
+        cx.track(&THETA, &theta)?;
+        for j in 0..8 {
+            cx.condition(&Y, Normal(theta[j], ERRORS[j]), &EFFECTS[j])?;
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn the_macro_writes_what_a_hand_would() {
+    let (written, by_hand) = (schools(&EFFECTS, &ERRORS), Bound::new(SchoolsByHand));
+    assert_eq!(written.layout().unwrap(), by_hand.layout().unwrap());
+    let mut w = Workspace::default();
+    let y: Vec<f64> = (0..10).map(|i| 0.3 * f64::from(i) - 1.0).collect();
+    let (mut a, mut b) = ([0.0; 10], [0.0; 10]);
+    let value = written.gradient(&y, &mut a, &mut w).unwrap();
+    let expected = by_hand.gradient(&y, &mut b, &mut w).unwrap();
+    // a loop of the macro's sums up its terms apart
+    approx::assert_relative_eq!(value, expected, max_relative = 1e-14);
+    for (a, b) in a.iter().zip(b) {
+        approx::assert_relative_eq!(*a, b, max_relative = 1e-13);
+    }
+}
+
+#[test]
+fn density_in_closed_form() {
+    let (x, y) = ([[1.0], [2.0]], [0.5, 1.5]);
+    let model = regression(&x, &y);
+    let [a, b, sd]: [f64; 3] = [0.2, 0.4, 0.8];
+    // Student t with 4 degrees of freedom: density 3/8 (1 + z²/4)^(-5/2)
+    let z = b / 2.5;
+    let mut expected = ln_normal(a, 0.0, 10.0) - sd;
+    expected += (0.375 / 2.5f64).ln() - 2.5 * (1.0 + z * z / 4.0f64).ln();
+    for (x, y) in x.iter().zip(y) {
+        expected += ln_normal(y, a + b * x[0], sd);
+    }
+    let mut w = Workspace::default();
+    let point = [a, b, sd.ln()];
+    let found = model.log_density_without_jacobian(&point, &mut w).unwrap();
+    approx::assert_relative_eq!(found, expected, max_relative = 1e-13);
+    let found = model.log_density(&point, &mut w).unwrap();
+    approx::assert_relative_eq!(found, expected + sd.ln(), max_relative = 1e-13);
+}
+
+fn ln_normal(x: f64, mean: f64, sd: f64) -> f64 {
+    -0.5 * ((x - mean) / sd).powi(2) - sd.ln() - 0.5 * std::f64::consts::TAU.ln()
+}
+
+/// `factor` adds, with data and with unknowns; the sum over components is a mixture.
+#[test]
+fn factors_in_closed_form() {
+    let ys = [-1.0, 0.5, 2.0];
+    let [share, a, b]: [f64; 3] = [0.25, -0.4, 0.9];
+    let mut expected = (6.0 * share * (1.0 - share)).ln() + ln_normal(a, 0.0, 1.0);
+    expected += ln_normal(b, 0.0, 1.0) - 0.7 - 0.5 * (a + b).powi(2);
+    for y in ys {
+        let first = share * ln_normal(y, a, 1.0).exp();
+        expected += (first + (1.0 - share) * ln_normal(y, b, 2.0).exp()).ln();
+    }
+    let point = [(share / (1.0 - share)).ln(), a, b];
+    let model = mixture(&ys, -0.7);
+    let found = model.log_density_without_jacobian(&point, &mut Workspace::default()).unwrap();
+    approx::assert_relative_eq!(found, expected, max_relative = 1e-12);
+}
+
+/// The arm that runs counts, the others do not; `continue` leaves an iteration out.
+#[test]
+fn branches_in_closed_form() {
+    let ys = [0.3, f64::NAN, -1.0];
+    // kind 0 without a prior for the scale: one unknown, plain normal observations
+    let plain = branches(false, None, 0, &ys);
+    let found = plain.log_density(&[0.4], &mut Workspace::default()).unwrap();
+    let observed = ln_normal(0.3, 0.4, 1.0) + ln_normal(-1.0, 0.4, 1.0);
+    approx::assert_relative_eq!(found, ln_normal(0.4, 0.0, 2.0) + observed, max_relative = 1e-13);
+    // kind 5 with a prior: a scale of 0.5, and a shift
+    let [mean, sd, light]: [f64; 3] = [0.4, 0.5, 0.2];
+    let full = branches(false, Some(2.0), 5, &ys);
+    let mut w = Workspace::default();
+    let found = full.log_density_without_jacobian(&[mean, sd.ln(), light], &mut w).unwrap();
+    let mut expected = ln_normal(mean, 0.0, 2.0) + ln_normal(sd, 0.0, 2.0) + 2.0f64.ln();
+    expected += ln_normal(light, 0.0, 1.0);
+    expected += ln_normal(0.3, mean + light, sd) + ln_normal(-1.0, mean + light, sd);
+    approx::assert_relative_eq!(found, expected, max_relative = 1e-13);
+}

@@ -1,0 +1,6 @@
+//! The language of `model!` against the same models by hand, and three ways to differentiate
+//! every kind of statement.
+
+mod densities;
+mod models;
+mod records;
