@@ -139,7 +139,7 @@ fn rejections_know_their_place() {
     assert_eq!(above.to_string().lines().count(), 1);
     let Rejection::Reject { place, message } = above else { panic!("not a rejection: {above}") };
     assert_eq!(message, "4 is above 3");
-    assert!(place.file.ends_with("language.rs") && place.line > 1, "{place}");
+    assert!(place.file.ends_with("models.rs") && place.line > 1, "{place}");
     assert_eq!(place.statement, r#"reject!("{x} is above {limit}")"#);
 
     let Rejection::Domain { place, error } = at(0.5, &mut w) else { panic!("in the domain") };
