@@ -137,7 +137,7 @@ impl Writer {
     }
 
     fn statement(&mut self, text: &mut String) -> std::fmt::Result {
-        match self.rng.random_range(0..10) {
+        match self.rng.random_range(0..11) {
             0 => text.push_str(&self.unknown("    ")),
             1 => {
                 let (name, formula) = (self.name(), self.number(2));
@@ -177,6 +177,14 @@ impl Writer {
                 let name = self.name();
                 writeln!(text, "    let {name} = if {test} {{ {a} }} else {{ {b} }};")?;
                 self.numbers.push(name);
+            }
+            9 => {
+                // pooled: one distribution for all
+                let (y, mean, scale) = (self.name(), self.number(1), self.scale());
+                writeln!(
+                    text,
+                    "    for {y} in ys {{\n        {y} ~ Normal({mean}, {scale});\n    }}"
+                )?;
             }
             _ => {
                 let formula = self.number(1);
