@@ -1,5 +1,8 @@
 //! The `breccia` program as a person meets it: help, first case, mistakes, one simulation.
 
+mod divergence;
+mod mesh_files;
+
 use std::path::Path;
 use std::process::{Command, Output};
 

@@ -18,7 +18,8 @@ use crate::progress::{Bar, say};
 ///
 /// # Errors
 /// A mesh or a test that cannot be set up; a state of another case. A run that fails on its way is an
-/// error too, after its curve so far and, as `fields/last.vtu`, its last state are written.
+/// error too, after its curve so far, its last state as `fields/last.vtu`, and the reason as
+/// `failure.txt` are written; the next run takes those two away.
 pub fn simulate(
     file: &CaseFile,
     dir: &Path,
@@ -28,6 +29,7 @@ pub fn simulate(
     let simulator = Simulator::new(file, build_mesh(file)?)?;
     let test = simulator.test();
     let state = dir.join("simulate.state");
+    let (last, reason) = (dir.join("fields/last.vtu"), dir.join("failure.txt"));
     let mut record = Record::new(file, test, dir, interrupt)?;
     let outcome = match file.case.output.checkpoint_every {
         0 => test.run(&mut record),
@@ -38,22 +40,31 @@ pub fn simulate(
     };
     let path = record.curve_path.clone();
     let written = record.finish();
+    // of a run before this one
+    remove(&last)?;
+    remove(&reason)?;
     if let Some(error) = failure(&outcome.end) {
-        if !outcome.curve.is_empty() {
-            std::fs::create_dir_all(dir.join("fields")).map_err(|e| WorkflowError::io(dir, &e))?;
-            let last = dir.join("fields/last.vtu");
-            test.write_vtu(&last, &outcome.fields)?;
-            say("note", &format!("the last state is in {}", last.display()));
-        }
+        std::fs::create_dir_all(dir.join("fields")).map_err(|e| WorkflowError::io(dir, &e))?;
+        test.write_vtu(&last, &outcome.fields)?;
+        std::fs::write(&reason, format!("{error}\n"))
+            .map_err(|e| WorkflowError::io(&reason, &e))?;
+        let (last, reason) = (last.display(), reason.display());
+        say("note", &format!("the last state is in {last}, the reason of the end in {reason}"));
         return Err(error.into());
     }
     written?;
     if interrupt.load(Ordering::Relaxed) {
         return Err(WorkflowError::Interrupted);
     }
-    match std::fs::remove_file(&state) {
-        Err(e) if e.kind() != ErrorKind::NotFound => Err(WorkflowError::io(&state, &e)),
-        _ => Ok(path),
+    remove(&state)?;
+    Ok(path)
+}
+
+/// Removes a file that may not be there.
+fn remove(path: &Path) -> Result<(), WorkflowError> {
+    match std::fs::remove_file(path) {
+        Err(e) if e.kind() != ErrorKind::NotFound => Err(WorkflowError::io(path, &e)),
+        _ => Ok(()),
     }
 }
 
@@ -65,7 +76,8 @@ struct Record<'a> {
     interrupt: &'a AtomicBool,
     bar: Bar,
     curve_path: PathBuf,
-    curve: CurveWriter,
+    /// Made with the first step, so that a run that is refused leaves the curve of the one before.
+    curve: Option<CurveWriter>,
     steps: usize,
     /// Time (s) and file of each step whose fields are written.
     fields: Vec<(f64, String)>,
@@ -81,19 +93,26 @@ impl<'a> Record<'a> {
         interrupt: &'a AtomicBool,
     ) -> Result<Self, WorkflowError> {
         let curve_path = dir.join("curve.csv");
-        let curve = CurveWriter::create(&curve_path)?;
         if file.case.output.fields_every > 0 {
             let fields = dir.join("fields");
             std::fs::create_dir_all(&fields).map_err(|e| WorkflowError::results(&fields, &e))?;
         }
         let bar = Bar::new("simulate");
-        let (steps, fields, failed) = (0, Vec::new(), None);
+        let (curve, steps, fields, failed) = (None, 0, Vec::new(), None);
         Ok(Self { file, test, dir, interrupt, bar, curve_path, curve, steps, fields, failed })
+    }
+
+    fn curve(&mut self) -> Result<&mut CurveWriter, FemError> {
+        let writer = match self.curve.take() {
+            Some(writer) => writer,
+            None => CurveWriter::create(&self.curve_path)?,
+        };
+        Ok(self.curve.insert(writer))
     }
 
     fn add(&mut self, point: &CurvePoint, fields: Option<&Fields>) -> Result<(), FemError> {
         self.steps += 1;
-        self.curve.push(point)?;
+        self.curve()?.push(point)?;
         let every = self.file.case.output.fields_every as usize;
         if every > 0 && self.steps.is_multiple_of(every) {
             let name = format!("fields/step-{:05}.vtu", self.steps);
@@ -117,7 +136,8 @@ impl<'a> Record<'a> {
         Ok(vtu::write_pvd(self.dir.join("fields.pvd"), &steps)?)
     }
 
-    fn finish(self) -> Result<(), FemError> {
+    fn finish(mut self) -> Result<(), FemError> {
+        self.curve()?;
         self.failed.map_or(Ok(()), Err)
     }
 }

@@ -119,19 +119,22 @@ impl Contents {
 
         let mut region_of = Vec::with_capacity(self.tets.len());
         let mut tets = Vec::with_capacity(self.tets.len());
-        for tet in &self.tets {
+        for (number, tet) in self.tets.iter().enumerate() {
+            let [x, y, z] = self.points[tet.nodes[0] as usize];
             let mut found =
                 (0..).zip(&regions).filter(|(_, (_, group))| tet.groups.contains(group));
             let Some((region, _)) = found.next() else {
                 return Err(format!(
-                    "a tetrahedron of physical volume(s) {:?} belongs to no named region; name that \
-                     group among the regions, or give its volume a physical group",
+                    "tetrahedron {number}, with a corner at ({x}, {y}, {z}) mm and physical volume(s) \
+                     {:?}, belongs to no named region; name that group among the regions, or give its \
+                     volume a physical group",
                     tet.groups
                 ));
             };
             if found.next().is_some() {
                 return Err(format!(
-                    "a tetrahedron is in several named regions (physical volumes {:?}); name one",
+                    "tetrahedron {number}, with a corner at ({x}, {y}, {z}) mm, is in several named \
+                     regions (physical volumes {:?}); name one",
                     tet.groups
                 ));
             }

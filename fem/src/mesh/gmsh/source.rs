@@ -98,9 +98,10 @@ impl<'a> Source<'a> {
                 other => {
                     self.at = start;
                     let text = String::from_utf8_lossy(&other[..other.len().min(40)]).into_owned();
-                    return Err(
-                        self.fault(format!("`{text}` stands where a $Section should begin"))
-                    );
+                    return Err(self.fault(format!(
+                        "`{text}` stands where a $Section should begin; save the mesh again as MSH \
+                             2.2 or 4.1"
+                    )));
                 }
             }
         }
