@@ -148,11 +148,11 @@ pub(crate) struct ResponseMany<S: Simd> {
 #[derive(Clone, Copy)]
 pub(crate) struct TangentMany<S: Simd> {
     /// A_il of K_ii = Σ_l A_il g_l g′_l.
-    diagonal: [[Many<S>; 3]; 3],
+    pub(crate) diagonal: [[Many<S>; 3]; 3],
     /// D_ij at the third index.
-    normal: [Many<S>; 3],
+    pub(crate) normal: [Many<S>; 3],
     /// G_ij at the third index.
-    shear: [Many<S>; 3],
+    pub(crate) shear: [Many<S>; 3],
 }
 
 impl<S: Simd> ResponseMany<S> {

@@ -3,8 +3,10 @@
 use rayon::prelude::*;
 
 use super::batched::Batched;
+use super::batches::VACANT;
 use super::element::{Block, Element, ElementResidual};
 use super::in_order::in_order;
+use super::lanes::LANES;
 use super::pattern::Tangent;
 use super::reduced::ReferenceRule;
 use super::residual::{Increment, Residual};
@@ -49,14 +51,15 @@ pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
     /// The points of the integration rule.
     fn reference_rule(&self) -> ReferenceRule;
 
-    /// The tangent of one element in its barycentric axes, in the form of the operator's rule.
-    fn reduced_tangent(
+    /// The tangents of elements in their barycentric axes, in the form of the operator's rule:
+    /// `write` gets the number of a batch of [`LANES`] elements and its tangents, number by number.
+    fn reduced_tangents(
         &self,
         increment: &Increment,
         coupling: Coupling,
-        tet: usize,
+        tets: &[u32],
         form: &ReferenceRule,
-        out: &mut [f64],
+        write: &mut dyn FnMut(usize, &[[f64; LANES]]),
     ) -> Result<(), Inverted>;
 
     /// Number of elements.
@@ -152,19 +155,37 @@ impl<const N: usize> Operator for Assembly<N> {
         ReferenceRule::new(&self.space.rule)
     }
 
-    fn reduced_tangent(
+    fn reduced_tangents(
         &self,
         increment: &Increment,
         coupling: Coupling,
-        tet: usize,
+        tets: &[u32],
         form: &ReferenceRule,
-        out: &mut [f64],
+        write: &mut dyn FnMut(usize, &[[f64; LANES]]),
     ) -> Result<(), Inverted> {
-        Element::gather(&self.space, tet, increment).reduced_tangent(
-            form,
-            coupling == Coupling::Full,
-            out,
-        )
+        let coupled = coupling == Coupling::Full;
+        let batched = Batched::new(&self.space, increment);
+        let mut numbers = vec![[0.0; LANES]; form.width()];
+        let mut one = vec![0.0; form.width()];
+        for (batch, tets) in tets.chunks(LANES).enumerate() {
+            // a vacant place has the first element again
+            let tet = |lane: usize| match tets.get(lane) {
+                None | Some(&VACANT) => tets[0] as usize,
+                Some(&tet) => tet as usize,
+            };
+            let tets: [usize; LANES] = std::array::from_fn(tet);
+            if let Some(batched) = &batched {
+                batched.reduced(tets, coupled, form, &mut numbers)?;
+            } else {
+                for (lane, &tet) in tets.iter().enumerate() {
+                    let element = Element::gather(&self.space, tet, increment);
+                    element.reduced_tangent(form, coupled, &mut one)?;
+                    numbers.iter_mut().zip(&one).for_each(|(lanes, &x)| lanes[lane] = x);
+                }
+            }
+            write(batch, &numbers);
+        }
+        Ok(())
     }
 
     fn tets(&self) -> usize {

@@ -85,27 +85,20 @@ impl<T: Real> MatrixFree<T> {
         let rule = &layout.rule;
         let width = rule.width();
         data.par_iter_mut().zip(&layout.batches.chunks).try_for_each(|(data, chunk)| {
-            let mut reduced = vec![0.0; width];
-            let batches = data.chunks_exact_mut(LANES / T::WIDTH * width);
-            for (data, tets) in batches.zip(chunk.tets.chunks(LANES)) {
-                for (&place, &tet) in places.iter().zip(tets) {
+            let mut write = |batch: usize, numbers: &[[f64; LANES]]| {
+                let data = &mut data[batch * (LANES / T::WIDTH) * width..];
+                let tets = &chunk.tets[batch * LANES..];
+                for (lane, (&place, &tet)) in places.iter().zip(tets).enumerate() {
                     if tet == VACANT {
                         continue;
                     }
-                    operator.reduced_tangent(
-                        increment,
-                        coupling,
-                        tet as usize,
-                        rule,
-                        &mut reduced,
-                    )?;
                     let packs = &mut data[place / T::WIDTH * width..][..width];
-                    for (pack, &x) in packs.iter_mut().zip(&reduced) {
-                        pack.as_mut()[place % T::WIDTH] = T::of(x);
+                    for (pack, lanes) in packs.iter_mut().zip(numbers) {
+                        pack.as_mut()[place % T::WIDTH] = T::of(lanes[lane]);
                     }
                 }
-            }
-            Ok(())
+            };
+            operator.reduced_tangents(increment, coupling, &chunk.tets, rule, &mut write)
         })
     }
 

@@ -20,7 +20,7 @@ mod unknowns;
 pub(crate) use assembly::{Assembly, Coupling, Operator};
 pub(crate) use graph::Graph;
 #[cfg(test)]
-pub(crate) use lanes::dispatch;
+pub(crate) use lanes::{LANES, dispatch};
 pub(crate) use matrix_free::{Layout, MatrixFree};
 pub(crate) use pattern::{Pattern, Tangent};
 #[cfg(test)]

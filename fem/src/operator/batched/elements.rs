@@ -11,7 +11,7 @@ use crate::operator::lanes::{Real, Rows};
 pub(super) struct Elements<'a, S: Simd, const N: usize> {
     pub(super) simd: S,
     pub(super) batched: &'a Batched<'a, N>,
-    /// The element of each lane; lanes without one have the last one again.
+    /// The element of each lane.
     pub(super) tets: [usize; POINTS],
     pub(super) displacement: [[Many<S>; 3]; N],
     pub(super) damage: [Many<S>; N],
@@ -33,12 +33,8 @@ pub(super) struct At<S: Simd, const N: usize> {
 
 impl<'a, S: Simd, const N: usize> Elements<'a, S, N> {
     #[inline(always)]
-    pub(super) fn gather(simd: S, batched: &'a Batched<'a, N>, first: usize, count: usize) -> Self {
+    pub(super) fn gather(simd: S, batched: &'a Batched<'a, N>, tets: [usize; POINTS]) -> Self {
         let zero = Many::splat(simd, 0.0);
-        let mut tets = [first; POINTS];
-        for lane in 0..POINTS {
-            tets[batched.places[lane]] = first + lane.min(count - 1);
-        }
         let (fields, span) = (batched.increment.fields, &batched.increment.span);
         let (mut displacement, mut damage, mut before) = ([[zero; 3]; N], [zero; N], [zero; N]);
         for a in 0..N {
@@ -170,6 +166,15 @@ impl<'a, S: Simd, const N: usize> Elements<'a, S, N> {
             so_far[lane] = history[self.tets[lane] * points + q];
         }
         now.max(Many::load(self.simd, &so_far))
+    }
+
+    /// g″ Σ w ψ⁺ + w (Gc/(c₀ ℓ₀) α″ + ξ/Δt) at a damage point.
+    #[inline(always)]
+    pub(super) fn local_tangent(&self, weight: f64, phi: Many<S>, driving: Many<S>) -> Many<S> {
+        let [.., curvature] = self.density(phi);
+        let stiffness = self.local.mul_add(curvature, self.viscous);
+        let weight = self.volume * self.constant(weight);
+        (self.soft + self.soft).mul_add(driving, weight * stiffness)
     }
 
     /// α, α′ and α″.

@@ -1,19 +1,22 @@
-//! Several elements at once: residual and tangent blocks of Hencky solids.
+//! Several elements at once: residual, tangent blocks and reduced tangent of Hencky solids.
 //!
 //! The formulas are those of [`super::element`], with a lane for each element. A region without
 //! damage is one whose damage neither softens nor costs anything: η = 1 and no toughness.
 
 mod elements;
+mod reduced;
 mod residual;
 mod tangent;
 #[cfg(test)]
 mod tests;
 
+use reduced::Reduced;
 use residual::Residuals;
 use tangent::Tangents;
 
 use super::element::{Block, ElementResidual};
 use super::lanes::{LANES, dispatch, places};
+use super::reduced::ReferenceRule;
 use super::residual::Increment;
 use crate::element::Space;
 use crate::material::{CrackDensity, HenckyForm, Inverted, PointMaterial};
@@ -70,5 +73,26 @@ impl<'a, const N: usize> Batched<'a, N> {
         out: &mut [[[Block; N]; N]],
     ) -> Result<(), Inverted> {
         dispatch(Tangents { batched: self, first, coupled, out })
+    }
+
+    /// The reduced tangents of these elements, in the form of the space's rule: number by number.
+    pub(super) fn reduced(
+        &self,
+        tets: [usize; LANES],
+        coupled: bool,
+        form: &ReferenceRule,
+        out: &mut [[f64; LANES]],
+    ) -> Result<(), Inverted> {
+        dispatch(Reduced { batched: self, tets, coupled, form, out })
+    }
+
+    /// The element of each lane, so that the rows that are written back have the order of the
+    /// elements; lanes without one have the last one again.
+    fn rows(&self, first: usize, count: usize) -> [usize; LANES] {
+        let mut tets = [first; LANES];
+        for row in 0..LANES {
+            tets[self.places[row]] = first + row.min(count - 1);
+        }
+        tets
     }
 }

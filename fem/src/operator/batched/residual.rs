@@ -21,7 +21,8 @@ impl<const N: usize> WithSimd for Residuals<'_, '_, N> {
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let mut first = self.first;
         for out in self.out.chunks_mut(Many::<S>::COUNT) {
-            Elements::gather(simd, self.batched, first, out.len()).residual(out)?;
+            Elements::gather(simd, self.batched, self.batched.rows(first, out.len()))
+                .residual(out)?;
             first += out.len();
         }
         Ok(())

@@ -22,7 +22,8 @@ impl<const N: usize> WithSimd for Tangents<'_, '_, N> {
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let mut first = self.first;
         for out in self.out.chunks_mut(Many::<S>::COUNT) {
-            Elements::gather(simd, self.batched, first, out.len()).tangent(self.coupled, out)?;
+            Elements::gather(simd, self.batched, self.batched.rows(first, out.len()))
+                .tangent(self.coupled, out)?;
             first += out.len();
         }
         Ok(())
@@ -102,10 +103,7 @@ impl<S: Simd, const N: usize> Elements<'_, S, N> {
             }
         }
         for (p, point) in rule.damage.iter().enumerate() {
-            let [.., curvature] = self.density(phi[p]);
-            let weight = self.volume * self.constant(point.weight);
-            let stiffness = weight * self.local.mul_add(curvature, self.viscous);
-            let local = (self.soft + self.soft).mul_add(driving[p], stiffness);
+            let local = self.local_tangent(point.weight, phi[p], driving[p]);
             for a in 0..N {
                 for b in 0..=a {
                     let product = point.shape[a] * point.shape[b];

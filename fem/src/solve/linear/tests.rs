@@ -13,7 +13,7 @@ use crate::element::{DamageRule, Linear, Quadratic, Rule, Space, Tetrahedron};
 use crate::material::{ElasticLaw, Material, PhaseField, PointMaterial};
 use crate::mesh::CylinderLattice;
 use crate::operator::{
-    Assembly, Operator, Pattern, ReferenceRule, Residual, Span, Tangent, Unknowns,
+    Assembly, LANES, Operator, Pattern, ReferenceRule, Residual, Span, Tangent, Unknowns,
 };
 
 /// An operator whose tangent is what it was given.
@@ -47,13 +47,13 @@ impl Operator for Given {
         unreachable!("a matrix has no elements")
     }
 
-    fn reduced_tangent(
+    fn reduced_tangents(
         &self,
         _: &Increment,
         _: Coupling,
-        _: usize,
+        _: &[u32],
         _: &ReferenceRule,
-        _: &mut [f64],
+        _: &mut dyn FnMut(usize, &[[f64; LANES]]),
     ) -> Result<(), Inverted> {
         Ok(())
     }
