@@ -1,12 +1,12 @@
 //! Which tetrahedra belong to which grain.
 
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 use std::fmt;
 
 use rayon::prelude::*;
 
 use super::TetMesh;
-use super::tet_mesh::Parts;
+use super::islands::Surroundings;
 use super::vector::{Point, mean, norm, sub};
 use crate::specimen::Grain;
 
@@ -171,15 +171,16 @@ impl Labelling {
         let near = distances(mesh, grains, largest_offset);
         let volumes: Vec<f64> = (0..mesh.tets.len()).map(|tet| mesh.tet_volume(tet)).collect();
         let total: f64 = volumes.iter().sum();
-        let neighbours = mesh.neighbours();
+        let faces = mesh.neighbours();
+        let around = Surroundings::new(mesh, &faces);
         let exact: Vec<f64> = grains.iter().map(Grain::volume_mm3).collect();
 
         let labels_at = |offset: f64| {
-            let mut labels: Vec<u32> = near.iter().map(|near| majority(near, offset)).collect();
-            let mut changed = self.drop_islands(&mut labels, &neighbours);
+            let mut labels: Vec<u32> = near.par_iter().map(|near| majority(near, offset)).collect();
+            let mut changed = around.drop_islands(&mut labels, self.smallest_island);
             if self.separate {
-                changed += part_grains(&mut labels, mesh);
-                changed += self.drop_islands(&mut labels, &neighbours);
+                changed += around.part_grains(&mut labels);
+                changed += around.drop_islands(&mut labels, self.smallest_island);
             }
             let grain = labels.iter().zip(&volumes).filter(|&(&label, _)| label > 0);
             let fraction = grain.map(|(_, volume)| volume).sum::<f64>() / total;
@@ -238,70 +239,6 @@ impl Labelling {
             grain_fraction: near.iter().map(|near| inside(near) as f64 / 15.0).collect(),
         }
     }
-
-    /// Turns small grain islands into matrix, then small matrix islands into the grain around
-    /// them. In this order no island is left: a matrix island joins a grain that is large enough.
-    fn drop_islands(&self, labels: &mut [u32], neighbours: &[[u32; 2]]) -> usize {
-        let mut changed = 0;
-        for of_grain in [true, false] {
-            let mut parts = Parts::new(labels.len());
-            for &[a, b] in neighbours {
-                if labels[a as usize] == labels[b as usize] {
-                    parts.join(a, b);
-                }
-            }
-            let mut size = vec![0; labels.len()];
-            for tet in 0..labels.len() as u32 {
-                size[parts.root(tet) as usize] += 1;
-            }
-            // what surrounds each island, by the island's root
-            let mut around: BTreeMap<u32, u32> = BTreeMap::new();
-            for &[a, b] in neighbours {
-                for (tet, other) in [(a, b), (b, a)] {
-                    let (label, beside) = (labels[tet as usize], labels[other as usize]);
-                    let root = parts.root(tet);
-                    let is_island = size[root as usize] < self.smallest_island;
-                    if label != beside && is_island && (label > 0) == of_grain {
-                        around.insert(root, if of_grain { 0 } else { beside });
-                    }
-                }
-            }
-            for tet in 0..labels.len() as u32 {
-                if let Some(&label) = around.get(&parts.root(tet)) {
-                    labels[tet as usize] = label;
-                    changed += 1;
-                }
-            }
-        }
-        changed
-    }
-}
-
-/// Gives every node to the grain that most of its tetrahedra belong to, and takes from the grains
-/// all tetrahedra with a node that another grain has.
-fn part_grains(labels: &mut [u32], mesh: &TetMesh) -> usize {
-    let mut claims: Vec<Vec<(u32, u32)>> = vec![Vec::new(); mesh.nodes.len()];
-    for (tet, &label) in mesh.tets.iter().zip(labels.iter()).filter(|&(_, &label)| label > 0) {
-        for &node in tet {
-            let claims = &mut claims[node as usize];
-            match claims.iter_mut().find(|(grain, _)| *grain == label) {
-                Some((_, count)) => *count += 1,
-                None => claims.push((label, 1)),
-            }
-        }
-    }
-    // of equal claims that of the first grain
-    let owner =
-        |claims: &Vec<(u32, u32)>| claims.iter().max_by_key(|c| (c.1, u32::MAX - c.0)).map(|c| c.0);
-    let owners: Vec<Option<u32>> = claims.iter().map(owner).collect();
-    let mut changed = 0;
-    for (tet, label) in mesh.tets.iter().zip(labels).filter(|(_, label)| **label > 0) {
-        if tet.iter().any(|&node| owners[node as usize] != Some(*label)) {
-            *label = 0;
-            changed += 1;
-        }
-    }
-    changed
 }
 
 /// The grain of a tetrahedron, or 0.
@@ -321,13 +258,15 @@ fn majority(near: &Near, offset: f64) -> u32 {
 fn distances(mesh: &TetMesh, grains: &[Grain], band: f64) -> Vec<Near> {
     let samples = samples();
     let reach: Vec<f64> = grains.iter().map(|grain| grain.bounding_radius_mm() + band).collect();
+    let cells = Cells::new(grains, &reach);
     (0..mesh.tets.len())
         .into_par_iter()
         .map(|tet| {
             let corners = mesh.corners(tet);
             let centre = mean(corners.into_iter());
             let size = corners.iter().map(|&p| norm(sub(p, centre))).fold(0.0, f64::max);
-            let close: Vec<usize> = (0..grains.len())
+            let close: Vec<usize> = cells
+                .near(centre, size)
                 .filter(|&k| norm(sub(grains[k].centre, centre)) < reach[k] + size)
                 .collect();
             let mut near: Near = samples
@@ -345,6 +284,50 @@ fn distances(mesh: &TetMesh, grains: &[Grain], band: f64) -> Vec<Near> {
             near
         })
         .collect()
+}
+
+/// Grains by the cells of a grid that their centres lie in.
+struct Cells {
+    width: f64,
+    /// The farthest that a grain reaches.
+    reach: f64,
+    /// Numbers of grains, increasing in each cell.
+    grains: HashMap<[i64; 3], Vec<usize>>,
+}
+
+impl Cells {
+    fn new(grains: &[Grain], reach: &[f64]) -> Self {
+        let reach = reach.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let mut cells = Self { width: reach, reach, grains: HashMap::new() };
+        for (k, grain) in grains.iter().enumerate() {
+            cells.grains.entry(cells.at(grain.centre)).or_default().push(k);
+        }
+        cells
+    }
+
+    fn at(&self, point: Point) -> [i64; 3] {
+        point.map(|x| (x / self.width).floor() as i64)
+    }
+
+    /// The grains that may reach a ball, in the order of their numbers.
+    fn near(&self, centre: Point, radius: f64) -> impl Iterator<Item = usize> {
+        let mut found = Vec::new();
+        if self.grains.is_empty() {
+            return found.into_iter();
+        }
+        let far = self.reach + radius;
+        let low = self.at(centre.map(|x| x - far));
+        let high = self.at(centre.map(|x| x + far));
+        for i in low[0]..=high[0] {
+            for j in low[1]..=high[1] {
+                for k in low[2]..=high[2] {
+                    found.extend(self.grains.get(&[i, j, k]).into_iter().flatten().copied());
+                }
+            }
+        }
+        found.sort_unstable();
+        found.into_iter()
+    }
 }
 
 fn combine(corners: &[Point; 4], weights: &[f64; 4]) -> Point {

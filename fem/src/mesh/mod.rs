@@ -2,6 +2,7 @@
 
 mod error;
 pub mod gmsh;
+mod islands;
 mod label;
 mod lattice;
 mod quality;

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use rand::Rng;
 use rand_distr::{Distribution, UnitSphere};
+use rayon::prelude::*;
 
 use super::relax::Spheres;
 use super::{ConvexPolyhedron, Grain, GrainShape};
@@ -70,7 +71,7 @@ pub(super) fn grow(spheres: &Spheres, facets: &[Facets], volume: f64) -> Result<
 fn polyhedra(spheres: &Spheres, facets: &[Facets], growth: f64) -> Vec<Grain> {
     let half = 0.5 * spheres.gap;
     facets
-        .iter()
+        .par_iter()
         .enumerate()
         .map(|(i, facets)| {
             let (centre, radius) = (spheres.centres[i], spheres.radii[i]);
