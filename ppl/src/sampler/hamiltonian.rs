@@ -38,6 +38,8 @@ pub(super) struct Phase {
     pub(super) p: Vec<f64>,
     pub(super) velocity: Vec<f64>,
     acceleration: Vec<f64>,
+    /// Position before the last step.
+    pub(super) before: Vec<f64>,
 }
 
 impl Phase {
@@ -47,7 +49,8 @@ impl Phase {
             point: Point::new(dim),
             p: zeros.clone(),
             velocity: zeros.clone(),
-            acceleration: zeros,
+            acceleration: zeros.clone(),
+            before: zeros,
         }
     }
 
@@ -116,12 +119,14 @@ impl<'a> Hamiltonian<'a> {
         let n = phase.p.len();
         let (p, v) = (&mut phase.p[..n], &mut phase.velocity[..n]);
         let (y, g) = (&mut phase.point.y[..n], &phase.point.gradient[..n]);
-        let a = &phase.acceleration[..n];
+        let (a, before) = (&phase.acceleration[..n], &mut phase.before[..n]);
         let half = 0.5 * step;
         for i in 0..n {
             p[i] += half * g[i];
             v[i] += half * a[i];
-            y[i] += step * v[i];
+            let old = y[i];
+            y[i] = old + step * v[i];
+            before[i] = old;
         }
         if let Err(rejection) = self.evaluate(&mut phase.point) {
             self.rejections.count(&rejection)?;

@@ -137,6 +137,15 @@ impl Subtree {
     }
 }
 
+/// One step further: the end of the trajectory that moved, its energy H, the error H − H₀ and the
+/// weight e^(H₀−H).
+struct Advance {
+    end: usize,
+    energy: f64,
+    error: f64,
+    weight: f64,
+}
+
 /// `ln(eᵃ + eᵇ)` and the share of `eᵇ` in the sum.
 fn join_weights(a: f64, b: f64) -> (f64, f64) {
     let ratio = (-(a - b).abs()).exp();
@@ -262,7 +271,7 @@ impl<R: Rng + ?Sized> Growth<'_, '_, R> {
     fn grow(&mut self, level: usize, place: usize) -> ControlFlow<Discard> {
         match level {
             0 => {
-                let (end, energy, error) = self.advance()?;
+                let Advance { end, energy, error, .. } = self.advance()?;
                 self.levels[0][place].plant(&self.ends[end], energy, error);
                 return ControlFlow::Continue(());
             }
@@ -284,41 +293,46 @@ impl<R: Rng + ?Sized> Growth<'_, '_, R> {
     /// A subtree of two states, half of all: what the general case would copy to and fro is written
     /// where it stays, and its three checks are one.
     fn pair(&mut self, place: usize) -> ControlFlow<Discard> {
-        let (end, energy, first_error) = self.advance()?;
-        let tree = &mut self.levels[1][place];
-        tree.first.copy_from(&self.ends[end]);
-        tree.proposal.copy_from(&self.ends[end].point);
-        tree.energy = energy;
-        let (end, energy, second_error) = self.advance()?;
-        let (tree, phase) = (&mut self.levels[1][place], &self.ends[end]);
+        let first = self.advance()?;
+        let (tree, phase) = (&mut self.levels[1][place], &self.ends[first.end]);
+        tree.first.copy_from(phase);
+        tree.proposal.copy_from(&phase.point);
+        tree.energy = first.energy;
+        let second = self.advance()?;
+        let (tree, phase) = (&mut self.levels[1][place], &self.ends[second.end]);
         tree.last.copy_from(phase);
         let turning = tree.turns_as_pair();
-        let (log_weight, share) = join_weights(-first_error, -second_error);
+        let sum = first.weight + second.weight;
+        let (log_weight, share) = match sum.is_normal() {
+            true => (sum.ln(), second.weight / sum),
+            false => join_weights(-first.error, -second.error),
+        };
         tree.log_weight = log_weight;
         if self.rng.random::<f64>() < share {
             tree.proposal.copy_from(&phase.point);
-            tree.energy = energy;
+            tree.energy = second.energy;
         }
         if turning { ControlFlow::Break(Discard::Turning) } else { ControlFlow::Continue(()) }
     }
 
-    /// One leapfrog step at the growing end: which end that is, the energy there and its error.
-    fn advance(&mut self) -> ControlFlow<Discard, (usize, f64, f64)> {
+    /// One leapfrog step at the growing end.
+    fn advance(&mut self) -> ControlFlow<Discard, Advance> {
         let (end, step) = if self.forward { (1, self.step) } else { (0, -self.step) };
         let phase = &mut self.ends[end];
-        self.divergence.0.copy_from_slice(&phase.point.y);
         let energy = match self.hamiltonian.leapfrog(phase, step) {
             Ok(energy) => energy,
             Err(stop) => return ControlFlow::Break(Discard::Stop(stop)),
         };
         let error = energy - self.start_energy;
         self.leapfrogs += 1;
-        self.acceptance += (-error).exp().min(1.0);
+        let weight = (-error).exp();
+        self.acceptance += weight.min(1.0);
         if error > DIVERGENCE {
+            self.divergence.0.copy_from_slice(&phase.before);
             self.divergence.1 = error;
             return ControlFlow::Break(Discard::Diverging);
         }
-        ControlFlow::Continue((end, energy, error))
+        ControlFlow::Continue(Advance { end, energy, error, weight })
     }
 }
 
