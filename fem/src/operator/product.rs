@@ -45,40 +45,46 @@ impl<T: Real> ChunkProduct<'_, T> {
         let zero = T::splat(simd, T::default());
         let lanes = T::lanes::<S>();
         let width = self.layout.rule.width();
+        // the few nodes of a linear element stay in registers, those of a quadratic one do not fit
+        let rows_at_once = if N == 4 { lanes } else { LANES };
         for (batch, local) in self.chunk.local.chunks_exact(N).enumerate() {
-            for register in 0..LANES / lanes {
-                let first = register * lanes;
-                let mut u = [[zero; C]; N];
+            for first in (0..LANES).step_by(rows_at_once) {
+                let mut rows = [Rows([[T::default(); 4]; LANES]); N];
                 for a in 0..N {
-                    let mut rows = Rows([[T::default(); 4]; LANES]);
-                    for row in 0..lanes {
+                    for row in 0..rows_at_once {
                         let value = &self.x[usize::from(local[a][first + row])].0;
                         for c in 0..4 {
-                            rows.0[row][c] = T::of(value[c]);
+                            rows[a].0[row][c] = T::of(value[c]);
                         }
                     }
-                    let columns = T::columns(simd, &rows, 0);
-                    u[a].copy_from_slice(&columns[..C]);
                 }
-                let pack = first / T::WIDTH;
-                let kernel = Kernel::<T, S, C, D, L> {
-                    layout: self.layout,
-                    simd,
-                    register,
-                    data: &self.data[(batch * (LANES / T::WIDTH) + pack) * width..],
-                };
-                let r = if N == 4 { kernel.linear(&u) } else { kernel.quadratic(&u) };
+                for register in 0..rows_at_once / lanes {
+                    let mut u = [[zero; C]; N];
+                    for a in 0..N {
+                        let columns = T::columns(simd, &rows[a], register);
+                        u[a].copy_from_slice(&columns[..C]);
+                    }
+                    let lane = first + register * lanes;
+                    let kernel = Kernel::<T, S, C, D, L> {
+                        layout: self.layout,
+                        simd,
+                        register: lane / lanes,
+                        data: &self.data[(batch * LANES + lane) / T::WIDTH * width..],
+                    };
+                    let r = if N == 4 { kernel.linear(&u) } else { kernel.quadratic(&u) };
+                    for a in 0..N {
+                        let mut columns = [zero; 4];
+                        columns[..C].copy_from_slice(&r[a]);
+                        T::rows(simd, columns, &mut rows[a], register);
+                    }
+                }
                 for a in 0..N {
-                    let mut columns = [zero; 4];
-                    columns[..C].copy_from_slice(&r[a]);
-                    let mut rows = Rows([[T::default(); 4]; LANES]);
-                    T::rows(simd, columns, &mut rows, 0);
-                    for row in 0..lanes {
+                    for row in 0..rows_at_once {
                         // by way of a copy, so that the four become one instruction
                         let value = &mut self.y[usize::from(local[a][first + row])].0;
                         let mut sum = *value;
                         for c in 0..4 {
-                            sum[c] += rows.0[row][c].wide();
+                            sum[c] += rows[a].0[row][c].wide();
                         }
                         *value = sum;
                     }
