@@ -275,7 +275,9 @@ fn distances(mesh: &TetMesh, grains: &[Grain], band: f64) -> Vec<Near> {
                     let point = combine(&corners, weights);
                     close
                         .iter()
-                        .map(|&k| (grains[k].signed_distance_mm(point), k as u32 + 1))
+                        .filter_map(|&k| {
+                            Some((grains[k].distance_below_mm(point, band)?, k as u32 + 1))
+                        })
                         .min_by(|a, b| a.0.total_cmp(&b.0))
                         .filter(|&(distance, _)| distance < band)
                 })

@@ -64,9 +64,14 @@ impl Grain {
 
     /// Distance to the grain's surface (mm), negative inside.
     pub fn signed_distance_mm(&self, point: [f64; 3]) -> f64 {
+        self.distance_below_mm(point, f64::INFINITY).unwrap_or(f64::INFINITY)
+    }
+
+    /// The signed distance, or nothing where it cannot be less than `limit`, which costs less.
+    pub(crate) fn distance_below_mm(&self, point: [f64; 3], limit: f64) -> Option<f64> {
         match &self.shape {
-            GrainShape::Sphere { radius_mm } => norm(sub(point, self.centre)) - radius_mm,
-            GrainShape::Polyhedron(polyhedron) => polyhedron.signed_distance(point),
+            GrainShape::Sphere { radius_mm } => Some(norm(sub(point, self.centre)) - radius_mm),
+            GrainShape::Polyhedron(polyhedron) => polyhedron.distance_below(point, limit),
         }
     }
 }

@@ -138,16 +138,22 @@ impl ConvexPolyhedron {
 
     /// Distance to the surface, negative inside.
     pub fn signed_distance(&self, point: [f64; 3]) -> f64 {
+        self.distance_below(point, f64::INFINITY).unwrap_or(f64::INFINITY)
+    }
+
+    /// The signed distance, or nothing where it cannot be less than `limit`.
+    pub(crate) fn distance_below(&self, point: Point, limit: f64) -> Option<f64> {
         let highest = self.faces.iter().map(|face| face.height(point)).fold(f64::MIN, f64::max);
         if highest <= 0.0 {
-            return highest;
+            return Some(highest);
+        }
+        // no plane of a face is farther than the body
+        if highest >= limit {
+            return None;
         }
         // the nearest point lies on a face that the point is in front of
-        self.faces
-            .iter()
-            .filter(|face| face.height(point) > 0.0)
-            .map(|face| face.distance(point))
-            .fold(f64::INFINITY, f64::min)
+        let in_front = self.faces.iter().filter(|face| face.height(point) > 0.0);
+        Some(in_front.map(|face| face.distance(point)).fold(f64::INFINITY, f64::min))
     }
 }
 
