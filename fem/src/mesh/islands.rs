@@ -57,6 +57,11 @@ impl<'a> Surroundings<'a> {
 
     /// The tetrahedra of one label around this one, if there are fewer than `smallest`.
     fn island(&self, labels: &[u32], tet: u32, smallest: usize) -> Option<Vec<u32>> {
+        let alike = |other: u32| labels[other as usize] == labels[tet as usize];
+        // most have enough around them
+        if 1 + self.around(tet).filter(|&(_, other)| alike(other)).count() >= smallest {
+            return None;
+        }
         let mut members = vec![tet];
         let mut seen = 0;
         while seen < members.len() {
@@ -64,7 +69,7 @@ impl<'a> Surroundings<'a> {
                 return None;
             }
             for (_, other) in self.around(members[seen]) {
-                if labels[other as usize] == labels[tet as usize] && !members.contains(&other) {
+                if alike(other) && !members.contains(&other) {
                     members.push(other);
                 }
             }
