@@ -86,6 +86,8 @@ pub(crate) enum Flow {
         in_token: Token![in],
         iter: Expr,
         body: Block,
+        /// Whether a jump goes on in a loop around it.
+        leaves: bool,
         /// Whether nothing that an iteration computes outlives it.
         unwinds: bool,
         /// Whether it only says `y ~ D` of its own `y`, with one `D` for all.

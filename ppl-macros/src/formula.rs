@@ -146,14 +146,14 @@ impl Formulas {
 
     fn flow(&mut self, flow: &mut Flow) {
         match flow {
-            Flow::For { pat, iter, body, unwinds, pools, summed, totals, .. } => {
+            Flow::For { pat, iter, body, leaves, unwinds, pools, summed, totals, .. } => {
                 let derived = self.mentions(iter);
                 if derived {
                     self.is_static &= keeps_its_length(iter);
                 }
                 self.visit_expr_mut(iter);
                 *pools = !derived && is_pooled(pat, body);
-                *unwinds = !*pools && !writes_outside(pat, body);
+                *unwinds = !*pools && !*leaves && !writes_outside(pat, body);
                 let outermost = *unwinds && self.plate.is_none();
                 if outermost {
                     let bound = bound_inside(pat, body);

@@ -5,7 +5,8 @@ use syn::ext::IdentExt;
 use syn::parse::ParseStream;
 use syn::parse::discouraged::Speculative;
 use syn::{
-    Attribute, Error, Expr, ExprCall, Ident, Pat, PatType, Result, Stmt, Token, braced, token,
+    Attribute, Error, Expr, ExprCall, Ident, Label, Pat, PatType, Result, Stmt, Token, braced,
+    token,
 };
 
 use crate::ast::{Arm, ArmBody, Block, Flow, Init, Kind, Statement};
@@ -273,17 +274,26 @@ fn flow(input: ParseStream) -> Result<Flow> {
     if input.peek(token::Brace) {
         return Ok(Flow::Block(block(input)?));
     }
+    let label: Option<Label> = input.parse()?;
+    let for_token = input.parse()?;
+    let pat = Box::new(Pat::parse_multi_with_leading_vert(input)?);
+    let in_token = input.parse()?;
+    let iter = Expr::parse_without_eager_brace(input)?;
+    let leaves = scan::leaves(input, label.as_ref().map(|label| &label.name.ident));
+    let body = block(input)?;
+    let (summed, totals) = (Vec::new(), Vec::new());
     Ok(Flow::For {
-        label: input.parse()?,
-        for_token: input.parse()?,
-        pat: Box::new(Pat::parse_multi_with_leading_vert(input)?),
-        in_token: input.parse()?,
-        iter: Expr::parse_without_eager_brace(input)?,
-        body: block(input)?,
+        label,
+        for_token,
+        pat,
+        in_token,
+        iter,
+        body,
+        leaves,
         unwinds: false,
         pools: false,
-        summed: Vec::new(),
-        totals: Vec::new(),
+        summed,
+        totals,
     })
 }
 

@@ -52,6 +52,45 @@ fn nested_tilde(tree: &TokenTree) -> Option<Span> {
     }
 }
 
+/// Whether a `break` or `continue` in the body that stands in the input goes on in a loop around
+/// the one with the label `own`.
+pub(crate) fn leaves(input: ParseStream, own: Option<&Ident>) -> bool {
+    let Some(TokenTree::Group(body)) = rest_of_statement(input.cursor()).into_iter().next() else {
+        return false;
+    };
+    let mut labels = Labels { known: own.into_iter().cloned().collect(), targets: Vec::new() };
+    labels.read(body.stream());
+    labels.targets.iter().any(|target| !labels.known.contains(target))
+}
+
+/// The labels of loops, and those that jumps go to.
+struct Labels {
+    known: Vec<Ident>,
+    targets: Vec<Ident>,
+}
+
+impl Labels {
+    fn read(&mut self, stream: TokenStream) {
+        let trees: Vec<TokenTree> = stream.into_iter().collect();
+        for (i, tree) in trees.iter().enumerate() {
+            match tree {
+                TokenTree::Group(group) => self.read(group.stream()),
+                TokenTree::Ident(name) if i > 0 && is(&trees[i - 1], '\'') => {
+                    let jumps = i > 1
+                        && matches!(&trees[i - 2], TokenTree::Ident(word)
+                            if word == "break" || word == "continue");
+                    if jumps {
+                        self.targets.push(name.clone());
+                    } else if trees.get(i + 1).is_some_and(|next| is(next, ':')) {
+                        self.known.push(name.clone());
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
 fn is(tree: &TokenTree, character: char) -> bool {
     matches!(tree, TokenTree::Punct(punct) if punct.as_char() == character)
 }

@@ -57,6 +57,7 @@ fn three_derivatives_agree() {
     assert_gradient("mixture", &mixture(&[-1.0, 0.5, 2.0], -0.7));
     assert_gradient("places", &places(&(0.7, 1.1), &SPECIMENS, &true));
     assert_gradient("generic", &generic(&Curve, [0.1, 0.2, 0.3]));
+    assert_gradient("jumps", &jumps(&[[0.3, 2.4, 1.0], [0.8, -0.2, 3.1], [1.2, 0.1, 0.4]]));
     assert_gradient("walk", &walk(&[0.1, 0.4, 0.2]));
 }
 

@@ -182,6 +182,23 @@ ppl::model! {
         factor(-value.square());
     }
 
+    /// A loop that is left for the next round of the one around it, which carries a state.
+    pub(crate) fn jumps(rows: &[[f64; 3]]) {
+        let mu ~ Normal(0.0, 1.0);
+        let sd ~ HalfNormal(1.0);
+        let mut state = Real::from(0.0);
+        'rows: for row in rows {
+            state = state * 0.5 + mu.sin();
+            for y in row {
+                if *y > 2.0 {
+                    continue 'rows;
+                }
+                y ~ Normal(2.0 * mu, sd);
+            }
+            factor(-state.square());
+        }
+    }
+
     /// A sequence carried through a loop.
     pub(crate) fn walk(ys: &[f64]) {
         let phi ~ Uniform(-1.0, 1.0);
