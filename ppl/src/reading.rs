@@ -373,7 +373,7 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
             return self.add_total(site, total);
         }
         let sums = match &mut self.pools {
-            Pools::Found(pools) => pools.next().map_or(&[][..], |sums| sums),
+            Pools::Found(pools) => pools.next().ok_or_else(|| one_pool_more(site))?,
             Pools::Anew(sums) => {
                 sums.clear();
                 D::sum_up(data, sums);
@@ -415,6 +415,17 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
 #[cold]
 fn not_finite(site: &Site, value: f64) -> Rejection {
     Rejection::NotFinite { place: site.place, value }
+}
+
+#[cold]
+fn one_pool_more(site: &Site) -> Rejection {
+    Rejection::Fatal {
+        message: format!(
+            "{}: the model observes more often than when its data were bound; make that a matter of \
+             data",
+            site.place
+        ),
+    }
 }
 
 #[cold]
