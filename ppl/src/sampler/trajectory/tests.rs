@@ -9,7 +9,10 @@ use super::{
     super::metric::{Diagonal, Metric},
     *,
 };
-use crate::density::{LogDensity, Rejection};
+use crate::{
+    any::AnyDensity,
+    density::{LogDensity, Rejection},
+};
 
 /// u ~ Normal(0, 1), v | u ~ Normal(0, eᵘ): curved, and drawn exactly.
 struct Funnel;
@@ -33,6 +36,26 @@ impl LogDensity for Funnel {
     }
 }
 
+/// Normal(0, 1) along it and Normal(0, 0.1) across.
+struct Ridge;
+
+impl LogDensity for Ridge {
+    type Workspace = ();
+
+    fn dim(&self) -> usize {
+        2
+    }
+
+    fn log_density(&self, y: &[f64], _: &mut ()) -> Result<f64, Rejection> {
+        Ok(-0.5 * y[0] * y[0] - 50.0 * y[1] * y[1])
+    }
+
+    fn gradient(&self, y: &[f64], g: &mut [f64], w: &mut ()) -> Result<f64, Rejection> {
+        (g[0], g[1]) = (-y[0], -100.0 * y[1]);
+        self.log_density(y, w)
+    }
+}
+
 /// Distance of Kolmogorov and Smirnov to the standard normal, times √n.
 fn kolmogorov(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
@@ -46,34 +69,55 @@ fn kolmogorov(mut values: Vec<f64>) -> f64 {
 }
 
 /// Exact draws stay exact: transitions from independent draws of the target leave independent
-/// draws of the target, for any step and depth. √n D > 1.95 has probability 0.001.
-#[test]
-fn transitions_leave_the_target_invariant() {
+/// draws of the target, for any step and depth. `exact` makes a draw of two standard normals, and
+/// `standard` standard normals of a draw. √n D > 1.95 has probability 0.001.
+fn assert_invariant(
+    density: &dyn AnyDensity,
+    metric: [f64; 2],
+    (max_depth, step): (u32, f64),
+    exact: fn([f64; 2]) -> [f64; 2],
+    standard: fn([f64; 2]) -> [f64; 2],
+) {
     const CHAINS: usize = 20_000;
-    for (max_depth, step) in [(1, 0.9), (3, 0.7), (10, 0.3), (10, 1.1)] {
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
-        let mut hamiltonian = Hamiltonian::new(&Funnel);
-        hamiltonian.metric = Metric::Diagonal(Diagonal::new(vec![0.7, 1.8]));
-        let mut trajectory = Trajectory::new(2, max_depth);
-        let mut point = Point::new(2);
-        let (mut us, mut vs) = (Vec::new(), Vec::new());
-        for _ in 0..CHAINS {
-            let (u, z): (f64, f64) = (rng.sample(StandardNormal), rng.sample(StandardNormal));
-            point.y.copy_from_slice(&[u, z * (0.5 * u).exp()]);
-            hamiltonian.evaluate(&mut point).expect("finite");
-            for _ in 0..4 {
-                let stats = trajectory
-                    .transition(&mut hamiltonian, &mut point, step, &mut rng)
-                    .expect("no fatal error");
-                assert!(stats.depth <= max_depth && stats.leapfrogs < 1 << max_depth);
-            }
-            us.push(point.y[0]);
-            vs.push(point.y[1] * (-0.5 * point.y[0]).exp());
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
+    let mut hamiltonian = Hamiltonian::new(density);
+    hamiltonian.metric = Metric::Diagonal(Diagonal::new(metric.to_vec()));
+    let mut trajectory = Trajectory::new(2, max_depth);
+    let mut point = Point::new(2);
+    let mut draws = [Vec::new(), Vec::new()];
+    for _ in 0..CHAINS {
+        point.y.copy_from_slice(&exact([rng.sample(StandardNormal), rng.sample(StandardNormal)]));
+        hamiltonian.evaluate(&mut point).expect("finite");
+        for _ in 0..4 {
+            let stats = trajectory
+                .transition(&mut hamiltonian, &mut point, step, &mut rng)
+                .expect("no fatal error");
+            assert!(stats.depth <= max_depth && stats.leapfrogs < 1 << max_depth);
         }
-        for (name, values) in [("u", us), ("v", vs)] {
-            let statistic = kolmogorov(values);
-            assert!(statistic < 1.95, "{name}: {statistic} at depth {max_depth}, step {step}");
-        }
+        let values = standard([point.y[0], point.y[1]]);
+        draws.iter_mut().zip(values).for_each(|(draws, value)| draws.push(value));
+    }
+    for (name, values) in ["first", "second"].into_iter().zip(draws) {
+        let statistic = kolmogorov(values);
+        assert!(statistic < 1.95, "{name}: {statistic} at depth {max_depth}, step {step}");
+    }
+}
+
+#[test]
+fn transitions_leave_a_funnel_invariant() {
+    for case in [(1, 0.9), (3, 0.7), (10, 0.3), (10, 1.1)] {
+        let exact = |[u, z]: [f64; 2]| [u, z * (0.5 * u).exp()];
+        let standard = |[u, v]: [f64; 2]| [u, v * (-0.5 * u).exp()];
+        assert_invariant(&Funnel, [0.7, 1.8], case, exact, standard);
+    }
+}
+
+/// Near the limit of stability across the ridge, where long trees have states of very different
+/// weights.
+#[test]
+fn transitions_leave_a_ridge_invariant() {
+    for case in [(10, 0.18), (3, 0.19)] {
+        assert_invariant(&Ridge, [1.0, 1.0], case, |[a, b]| [a, 0.1 * b], |[a, b]| [a, 10.0 * b]);
     }
 }
 
