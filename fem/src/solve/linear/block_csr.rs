@@ -49,53 +49,73 @@ impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
         &self,
         other: &BlockCsr<f64, C, K>,
     ) -> BlockCsr<f64, R, K> {
+        let mut product = self.structure_of_product(other);
+        let mut chunks = Vec::new();
+        let mut rest = product.block.as_mut_slice();
+        for first in (0..self.rows()).step_by(ROWS) {
+            let last = self.rows().min(first + ROWS);
+            let count = product.start[last] - product.start[first];
+            let (chunk, next) = rest.split_at_mut(count as usize);
+            chunks.push((first..last, chunk));
+            rest = next;
+        }
+        let (start, column) = (&product.start, &product.column);
+        chunks.into_par_iter().for_each_init(
+            || vec![0u32; other.columns],
+            |place, (rows, blocks)| {
+                let begin = start[rows.start] as usize;
+                for row in rows {
+                    let range = start[row] as usize..start[row + 1] as usize;
+                    let blocks = &mut blocks[range.start - begin..range.end - begin];
+                    for (&c, i) in column[range].iter().zip(0..) {
+                        place[c as usize] = i;
+                    }
+                    for (middle, a) in self.row(row) {
+                        for (c, b) in other.row(middle) {
+                            add_product(&mut blocks[place[c] as usize], a, b);
+                        }
+                    }
+                }
+            },
+        );
+        product
+    }
+
+    /// The product with all blocks zero.
+    fn structure_of_product<const K: usize>(
+        &self,
+        other: &BlockCsr<f64, C, K>,
+    ) -> BlockCsr<f64, R, K> {
         let chunks: Vec<usize> = (0..self.rows()).step_by(ROWS).collect();
         let parts: Vec<_> = chunks
             .into_par_iter()
             .map(|first| {
-                let (mut length, mut column, mut block) = (Vec::new(), Vec::new(), Vec::new());
-                let mut place = vec![u32::MAX; other.columns];
+                let (mut ends, mut column) = (Vec::new(), Vec::new());
+                // the last row that has the column
+                let mut seen = vec![usize::MAX; other.columns];
                 for row in first..self.rows().min(first + ROWS) {
-                    let begin = column.len();
-                    for (middle, a) in self.row(row) {
-                        for (c, b) in other.row(middle) {
-                            if place[c] == u32::MAX {
-                                place[c] = column.len() as u32;
+                    for (middle, _) in self.row(row) {
+                        for (c, _) in other.row(middle) {
+                            if seen[c] != row {
+                                seen[c] = row;
                                 column.push(c as u32);
-                                block.push([[0.0; K]; R]);
-                            }
-                            let sum: &mut [[f64; K]; R] = &mut block[place[c] as usize];
-                            for i in 0..R {
-                                for j in 0..C {
-                                    for k in 0..K {
-                                        sum[i][k] += a[i][j] * b[j][k];
-                                    }
-                                }
                             }
                         }
                     }
-                    column[begin..].iter().for_each(|&c| place[c as usize] = u32::MAX);
-                    length.push((column.len() - begin) as u32);
+                    ends.push(column.len() as u32);
                 }
-                (length, column, block)
+                (ends, column)
             })
             .collect();
-        let mut product = BlockCsr {
-            columns: other.columns,
-            start: vec![0],
-            column: Vec::new(),
-            block: Vec::new(),
-        };
-        let mut end = 0;
-        for (length, column, block) in parts {
-            for n in length {
-                end += n;
-                product.start.push(end);
-            }
-            product.column.extend(column);
-            product.block.extend(block);
+        let mut start = vec![0];
+        let mut column = Vec::new();
+        for (ends, columns) in parts {
+            let begin = column.len() as u32;
+            start.extend(ends.iter().map(|end| begin + end));
+            column.extend(columns);
         }
-        product
+        let block = vec![[[0.0; K]; R]; column.len()];
+        BlockCsr { columns: other.columns, start, column, block }
     }
 
     /// The same in single precision.
@@ -136,6 +156,21 @@ impl<const R: usize, const C: usize> BlockCsr<f32, R, C> {
                 into(y, sum);
             }
         });
+    }
+}
+
+#[inline(always)]
+fn add_product<const R: usize, const C: usize, const K: usize>(
+    sum: &mut [[f64; K]; R],
+    a: &[[f64; C]; R],
+    b: &[[f64; K]; C],
+) {
+    for i in 0..R {
+        for j in 0..C {
+            for k in 0..K {
+                sum[i][k] += a[i][j] * b[j][k];
+            }
+        }
     }
 }
 
@@ -207,12 +242,13 @@ mod tests {
 
     #[test]
     fn products_and_transposes_are_those_of_dense_matrices() {
-        let (a, b) = (sample::<3, 6>(5, 4), sample::<6, 2>(4, 7));
+        // more rows than one task takes
+        let (a, b) = (sample::<3, 6>(1100, 4), sample::<6, 2>(4, 7));
         assert!((dense(&a.multiply(&b)) - dense(&a) * dense(&b)).amax() < 1e-13);
         assert_eq!(dense(&a.transpose()), dense(&a).transpose());
         let x: Vec<[f32; 6]> =
             (0..4).map(|i| std::array::from_fn(|j| (i * j) as f32 - 2.0)).collect();
-        let mut y = vec![[1.0f32; 3]; 5];
+        let mut y = vec![[1.0f32; 3]; 1100];
         a.narrow().apply(&x, &mut y, |y, ax| (0..3).for_each(|i| y[i] -= ax[i]));
         let flat = nalgebra::DVector::from_iterator(24, x.iter().flatten().map(|&v| f64::from(v)));
         let expected = dense(&a) * flat;
