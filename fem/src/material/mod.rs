@@ -33,7 +33,7 @@ pub use strain::PrincipalStrain;
 pub use user_law::{HyperelasticLaw, UserLaw};
 
 pub(crate) use degradation::Degradation;
-pub(crate) use hencky_many::HenckyForm;
+pub(crate) use hencky_many::{HenckyForm, ResponseMany};
 pub(crate) use kinematics::Inverted;
 pub(crate) use many::{Many, POINTS, REGISTERS};
 pub(crate) use point::{Damage, PointMaterial, PointResponse};

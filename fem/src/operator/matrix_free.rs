@@ -19,6 +19,8 @@ use crate::material::Inverted;
 
 /// Elements of a chunk: their nodal values should fit into the second-level cache.
 const PER_CHUNK: [usize; 2] = [4096, 512];
+/// Chunks of quadratic elements whose linear tangents are computed before they are added: 16 MB.
+const AT_ONCE: usize = 16;
 
 /// The edge between two vertices of a quadratic tetrahedron, as a node; vertices on the diagonal.
 pub(super) const MIDDLE: [[usize; 4]; 4] = [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3]];
@@ -147,18 +149,26 @@ impl<T: Real> MatrixFree<T> {
             ..rule.clone()
         };
         let slopes = slopes(&linear);
-        let mut blocks = [[[[0.0; 4]; 4]; 4]; 4];
-        for (chunk, data) in self.layout.batches.chunks.iter().zip(&self.data) {
+        let of_chunk = |(chunk, data): (&Chunk, &Vec<T::Pack>)| {
             let mut tets = chunk.tets.iter().filter(|t| **t != VACANT);
+            let mut elements: Vec<(u32, [[Block; 4]; 4])> = Vec::with_capacity(chunk.tets.len());
             for_each_element::<T>(&linear, chunk, data, &self.places, |_, element| {
+                let mut blocks = [[[[0.0; 4]; 4]; 4]; 4];
                 for a in 0..4 {
                     for b in 0..=a {
                         blocks[a][b] = node_block(&linear, &slopes, element, a, b);
                     }
                 }
-                let tet = tets.next().expect("as many elements as places");
-                out.add_elements(*tet as usize, std::slice::from_ref(&blocks));
+                elements.push((*tets.next().expect("as many elements as places"), blocks));
             });
+            elements
+        };
+        let chunks = &self.layout.batches.chunks;
+        for (chunks, data) in chunks.chunks(AT_ONCE).zip(self.data.chunks(AT_ONCE)) {
+            let elements: Vec<_> = chunks.par_iter().zip(data).map(of_chunk).collect();
+            for (tet, blocks) in elements.iter().flatten() {
+                out.add_elements(*tet as usize, std::slice::from_ref(blocks));
+            }
         }
     }
 }

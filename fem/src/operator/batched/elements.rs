@@ -3,7 +3,9 @@
 use faer::traits::pulp::Simd;
 
 use super::Batched;
-use crate::material::{CrackDensity, Inverted, Many, POINTS, PrincipalMany, REGISTERS};
+use crate::material::{
+    CrackDensity, Inverted, Many, POINTS, PrincipalMany, REGISTERS, ResponseMany,
+};
 use crate::operator::element::MOST_POINTS;
 use crate::operator::lanes::{Real, Rows};
 
@@ -27,8 +29,11 @@ pub(super) struct Elements<'a, S: Simd, const N: usize> {
 
 /// Shape gradients and state at an elastic point of each element.
 pub(super) struct At<S: Simd, const N: usize> {
+    /// Volume that the point stands for.
+    pub(super) weight: Many<S>,
     pub(super) shape: [[Many<S>; 3]; N],
     pub(super) principal: PrincipalMany<S>,
+    pub(super) response: ResponseMany<S>,
 }
 
 impl<'a, S: Simd, const N: usize> Elements<'a, S, N> {
@@ -83,8 +88,9 @@ impl<'a, S: Simd, const N: usize> Elements<'a, S, N> {
         Many::splat(self.simd, x)
     }
 
+    /// Elastic point q, with damage `phi` at the damage points.
     #[inline(always)]
-    pub(super) fn at(&self, q: usize) -> Result<At<S, N>, Inverted> {
+    pub(super) fn at(&self, q: usize, phi: &[Many<S>; MOST_POINTS]) -> Result<At<S, N>, Inverted> {
         let space = self.batched.space;
         let points = space.rule.points.len();
         let zero = self.constant(0.0);
@@ -107,7 +113,11 @@ impl<'a, S: Simd, const N: usize> Elements<'a, S, N> {
                 }
             }
         }
-        Ok(At { shape, principal: PrincipalMany::new(&h)? })
+        let principal = PrincipalMany::new(&h)?;
+        let g = self.stiffness_at(q, phi);
+        let response = self.batched.form.respond(self.moduli, g, &principal);
+        let weight = self.volume * self.constant(space.rule.points[q].weight);
+        Ok(At { weight, shape, principal, response })
     }
 
     #[inline(always)]
@@ -131,7 +141,7 @@ impl<'a, S: Simd, const N: usize> Elements<'a, S, N> {
 
     /// g_q = Σ_p C_qp g(φ_p), one where nothing can be damaged.
     #[inline(always)]
-    pub(super) fn stiffness_at(&self, q: usize, phi: &[Many<S>; MOST_POINTS]) -> Many<S> {
+    fn stiffness_at(&self, q: usize, phi: &[Many<S>; MOST_POINTS]) -> Many<S> {
         let one = self.constant(1.0);
         let row = &self.batched.space.rule.mixing[q];
         if row.is_empty() {
@@ -153,19 +163,25 @@ impl<'a, S: Simd, const N: usize> Elements<'a, S, N> {
         self.soft * (phi + phi - self.constant(2.0))
     }
 
-    /// What drives damage at elastic point q: ψ⁺, or the largest value that it has had.
+    /// Adds to the damage points what drives damage at elastic point q: ψ⁺, or the largest value
+    /// that it has had.
     #[inline(always)]
-    pub(super) fn driving_energy(&self, q: usize, now: Many<S>) -> Many<S> {
+    pub(super) fn add_driving(&self, q: usize, at: &At<S, N>, to: &mut [Many<S>; MOST_POINTS]) {
         let history = self.batched.increment.span.history;
-        if history.is_empty() {
-            return now;
+        let rule = &self.batched.space.rule;
+        let mut energy = at.response.driving;
+        if !history.is_empty() {
+            let points = rule.points.len();
+            let mut so_far = [0.0; POINTS];
+            for lane in 0..Many::<S>::COUNT {
+                so_far[lane] = history[self.tets[lane] * points + q];
+            }
+            energy = energy.max(Many::load(self.simd, &so_far));
         }
-        let points = self.batched.space.rule.points.len();
-        let mut so_far = [0.0; POINTS];
-        for lane in 0..Many::<S>::COUNT {
-            so_far[lane] = history[self.tets[lane] * points + q];
+        let energy = at.weight * energy;
+        for (to, &c) in to.iter_mut().zip(&rule.mixing[q]) {
+            *to = energy.mul_add(self.constant(c), *to);
         }
-        now.max(Many::load(self.simd, &so_far))
     }
 
     /// g″ Σ w ψ⁺ + w (Gc/(c₀ ℓ₀) α″ + ξ/Δt) at a damage point.

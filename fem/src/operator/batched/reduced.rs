@@ -80,11 +80,9 @@ impl<S: Simd, const N: usize> Elements<'_, S, N> {
         let [softening, gradient, points, locals] = form.lengths();
         let phi = self.damage_at_points();
         let mut driving = [zero; MOST_POINTS];
-        for (q, point) in rule.points.iter().enumerate() {
-            let At { principal, .. } = self.at(q)?;
-            let weight = self.volume * self.constant(point.weight);
-            let g = self.stiffness_at(q, &phi);
-            let response = self.batched.form.respond(self.moduli, g, &principal);
+        for q in 0..rule.points.len() {
+            let at = self.at(q, &phi)?;
+            let At { weight, ref principal, ref response, .. } = at;
             let tangent = response.tangent(weight);
             let place = softening + gradient + q * form.point();
             let rotation = rotation(&principal.basis);
@@ -105,10 +103,7 @@ impl<S: Simd, const N: usize> Elements<'_, S, N> {
             if rule.damage.is_empty() {
                 continue;
             }
-            let seen = weight * self.driving_energy(q, response.driving);
-            for (driving, &c) in driving.iter_mut().zip(&rule.mixing[q]) {
-                *driving = seen.mul_add(self.constant(c), *driving);
-            }
+            self.add_driving(q, &at, &mut driving);
             for i in 0..3 {
                 let source = if coupled { weight * response.stress_plus[i] } else { zero };
                 out.put(place + SOURCE + i, source);

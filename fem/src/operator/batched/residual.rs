@@ -38,11 +38,9 @@ impl<S: Simd, const N: usize> Elements<'_, S, N> {
         let [mut elastic, mut fracture, mut viscous] = [zero; 3];
         let phi = self.damage_at_points();
         let mut driving = [zero; MOST_POINTS];
-        for (q, point) in rule.points.iter().enumerate() {
-            let At { shape, principal } = self.at(q)?;
-            let weight = self.volume * self.constant(point.weight);
-            let g = self.stiffness_at(q, &phi);
-            let response = self.batched.form.respond(self.moduli, g, &principal);
+        for q in 0..rule.points.len() {
+            let at = self.at(q, &phi)?;
+            let At { weight, ref shape, ref principal, ref response } = at;
             elastic = weight.mul_add(response.energy, elastic);
             let piola = principal.piola(&response.stress, weight);
             for a in 0..N {
@@ -53,10 +51,7 @@ impl<S: Simd, const N: usize> Elements<'_, S, N> {
             if rule.damage.is_empty() {
                 continue;
             }
-            let seen = weight * self.driving_energy(q, response.driving);
-            for (driving, &c) in driving.iter_mut().zip(&rule.mixing[q]) {
-                *driving = seen.mul_add(self.constant(c), *driving);
-            }
+            self.add_driving(q, &at, &mut driving);
             let mut slope = [zero; 3];
             for a in 0..N {
                 for k in 0..3 {

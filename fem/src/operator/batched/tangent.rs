@@ -38,11 +38,9 @@ impl<S: Simd, const N: usize> Elements<'_, S, N> {
         let mut blocks = [[[[zero; 4]; 4]; N]; N];
         let phi = self.damage_at_points();
         let mut driving = [zero; MOST_POINTS];
-        for (q, point) in rule.points.iter().enumerate() {
-            let At { shape, principal } = self.at(q)?;
-            let weight = self.volume * self.constant(point.weight);
-            let g = self.stiffness_at(q, &phi);
-            let response = self.batched.form.respond(self.moduli, g, &principal);
+        for q in 0..rule.points.len() {
+            let at = self.at(q, &phi)?;
+            let At { weight, ref shape, ref principal, ref response } = at;
             let tangent = response.tangent(weight);
             let mut spatial = [[zero; 3]; N];
             for a in 0..N {
@@ -65,10 +63,7 @@ impl<S: Simd, const N: usize> Elements<'_, S, N> {
                 continue;
             }
             let row = &rule.mixing[q];
-            let seen = weight * self.driving_energy(q, response.driving);
-            for (driving, &c) in driving.iter_mut().zip(row) {
-                *driving = seen.mul_add(self.constant(c), *driving);
-            }
+            self.add_driving(q, &at, &mut driving);
             let stiffness = weight * (self.gradient + self.gradient);
             for a in 0..N {
                 for b in 0..=a {
