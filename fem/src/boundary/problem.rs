@@ -136,22 +136,17 @@ impl Problem {
         Ok(Self { materials, discretisation, ..self.clone() })
     }
 
-    /// The same problem under other conditions.
+    /// The same problem under other conditions; mesh and space are shared, and so is the order of
+    /// elimination.
     ///
     /// # Errors
     /// As [`new`](Self::new).
     pub fn with_conditions(&self, conditions: Conditions) -> Result<Self, FemError> {
         let (stepping, field) = (self.schedule.stepping, self.phase_field.as_ref());
         check_arc_length(stepping, &self.materials, field, &conditions)?;
-        let discretisation = Arc::new(Discretisation::new(
-            &self.mesh,
-            self.order,
-            self.phase_field.as_ref(),
-            self.discretisation.damaged.clone(),
-            &conditions,
-            self.schedule.duration_s,
-            self.options.linear,
-        )?);
+        let duration_s = self.schedule.duration_s;
+        let discretisation =
+            Arc::new(self.discretisation.with_conditions(&self.mesh, &conditions, duration_s)?);
         Ok(Self { conditions: Arc::new(conditions), discretisation, ..self.clone() })
     }
 
@@ -251,7 +246,7 @@ impl Problem {
 
     /// Reference positions of the nodes that [`Fields`] refer to, mm.
     pub fn nodes(&self) -> &[[f64; 3]] {
-        &self.discretisation.nodes
+        self.discretisation.nodes()
     }
 
     /// Writes the mesh with `displacement_mm`, `damage` and its regions for ParaView (`.vtu`);

@@ -1,5 +1,7 @@
 //! Everything about a problem that does not depend on the values of the parameters.
 
+use std::sync::Arc;
+
 use crate::boundary::{Boundary, Conditions};
 use crate::element::{DamageRule, Linear, Order, Quadratic, Rule, Space, Tetrahedron};
 use crate::error::FemError;
@@ -11,11 +13,12 @@ use crate::solve::{LinearPlan, LinearScheme};
 /// Space, boundary conditions, unknowns and what the linear solver needs, shared by runs.
 #[derive(Debug)]
 pub(crate) struct Discretisation {
-    pub(crate) operator: Box<dyn Operator>,
+    pub(crate) operator: Arc<dyn Operator>,
     pub(crate) unknowns: Unknowns,
     pub(crate) linear: LinearPlan,
     pub(crate) boundary: Boundary,
-    pub(crate) nodes: Vec<[f64; 3]>,
+    /// Nodes with damage.
+    carries_damage: Vec<bool>,
     /// Regions with damage.
     pub(crate) damaged: Vec<bool>,
 }
@@ -66,15 +69,39 @@ impl Discretisation {
         }
         let (linear, unknowns) =
             LinearPlan::new(&space.tets, &space.nodes, &carries_damage, boundary.held(), linear)?;
-        let nodes = space.nodes.clone();
         Ok(Self {
-            operator: Box::new(Assembly::new::<T>(space)),
+            operator: Arc::new(Assembly::new::<T>(space)),
             unknowns,
             linear,
             boundary,
-            nodes,
+            carries_damage,
             damaged,
         })
+    }
+
+    /// The same space, with what the linear solver knows of it, under other conditions.
+    pub(crate) fn with_conditions(
+        &self,
+        mesh: &TetMesh,
+        conditions: &Conditions,
+        duration_s: f64,
+    ) -> Result<Self, FemError> {
+        let domain = self.operator.domain();
+        let boundary = Boundary::new(domain, mesh, conditions, self.damaged.clone(), duration_s)?;
+        let (linear, unknowns) = self.linear.with_held(&self.carries_damage, boundary.held())?;
+        Ok(Self {
+            operator: Arc::clone(&self.operator),
+            unknowns,
+            linear,
+            boundary,
+            carries_damage: self.carries_damage.clone(),
+            damaged: self.damaged.clone(),
+        })
+    }
+
+    /// Reference positions of the nodes, mm.
+    pub(crate) fn nodes(&self) -> &[[f64; 3]] {
+        self.operator.domain().nodes()
     }
 }
 

@@ -68,9 +68,9 @@ impl<'a> March<'a> {
         observer: &'a mut dyn Observer,
     ) -> Self {
         let state = State {
-            fields: Fields::zero(domain.nodes.len()),
-            memory: Memory::new(phase_field, domain.operator.as_ref(), domain.nodes.len()),
-            forces: vec![[0.0; 3]; domain.nodes.len()],
+            fields: Fields::zero(domain.nodes().len()),
+            memory: Memory::new(phase_field, domain.operator.as_ref(), domain.nodes().len()),
+            forces: vec![[0.0; 3]; domain.nodes().len()],
             reactions: domain.boundary.surfaces.keys().map(|k| (k.clone(), vec![])).collect(),
             step: match schedule.stepping {
                 Stepping::Fixed(steps) => 1.0 / f64::from(steps),
@@ -287,7 +287,7 @@ impl<'a> March<'a> {
             }
             None => {
                 let time_s = target * self.schedule.duration_s;
-                domain.boundary.start(&domain.nodes, time_s, &mut fields);
+                domain.boundary.start(domain.nodes(), time_s, &mut fields);
             }
         }
         self.place(&mut fields, target);
@@ -297,7 +297,7 @@ impl<'a> March<'a> {
     /// Puts the held values where they belong.
     pub(super) fn place(&self, fields: &mut Fields, target: f64) {
         let time_s = target * self.schedule.duration_s;
-        self.domain.boundary.impose(&self.domain.nodes, time_s, fields);
+        self.domain.boundary.impose(self.domain.nodes(), time_s, fields);
     }
 }
 

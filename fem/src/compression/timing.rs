@@ -59,11 +59,11 @@ impl CompressionTest {
         };
         let operator = domain.operator.as_ref();
         let mut linear = domain.linear.solver(operator);
-        let mut residual = Residual::new(domain.nodes.len());
+        let mut residual = Residual::new(domain.nodes().len());
         let residual_s =
             least(clock, repetitions, || operator.residual(&increment, &mut residual).is_ok());
         let free: Vec<_> = domain.unknowns.equation.iter().map(|e| e.map(|e| e != NONE)).collect();
-        let mut step = vec![[0.0; 4]; domain.nodes.len()];
+        let mut step = vec![[0.0; 4]; domain.nodes().len()];
         let failed = |reason: &str| FemError::Factorisation {
             unknowns: domain.unknowns.count,
             reason: reason.into(),
@@ -96,7 +96,7 @@ impl CompressionTest {
         let span = Span::new(&fields.damage, 0.01);
         let increment = Increment { materials: &materials, fields: &fields, span };
         let operator = domain.operator.as_ref();
-        let mut tangent = MatrixFree::<f64>::new(Arc::new(Layout::new(operator, &domain.nodes)));
+        let mut tangent = MatrixFree::<f64>::new(Arc::new(Layout::new(operator, domain.nodes())));
         tangent.linearise(operator, &increment, Coupling::Full).map_err(|_| {
             FemError::Factorisation {
                 unknowns: domain.unknowns.count,
@@ -107,8 +107,8 @@ impl CompressionTest {
             tangent.linearise(operator, &increment, Coupling::Full).is_ok()
         });
         let x: Vec<_> =
-            domain.nodes.iter().map(|x| [x[0] * x[1], x[1] * x[2], x[2] * x[0], x[2]]).collect();
-        let mut y = vec![[0.0; 4]; domain.nodes.len()];
+            domain.nodes().iter().map(|x| [x[0] * x[1], x[1] * x[2], x[2] * x[0], x[2]]).collect();
+        let mut y = vec![[0.0; 4]; domain.nodes().len()];
         let apply_s = least(clock, repetitions, || tangent.multiply(&x, &mut y));
         Ok(ProductTimes { linearise_s, apply_s, bytes: tangent.bytes() })
     }
@@ -117,7 +117,7 @@ impl CompressionTest {
     fn compressed(&self) -> (Vec<PointMaterial>, Fields) {
         let field = self.problem.phase_field.as_ref();
         let materials = self.problem.materials.iter().map(|m| m.at_point(field)).collect();
-        let nodes = &self.problem.discretisation.nodes;
+        let nodes = self.problem.discretisation.nodes();
         let mut fields = Fields::zero(nodes.len());
         for (u, x) in fields.displacement.iter_mut().zip(nodes) {
             let [across, along, up] = *x;

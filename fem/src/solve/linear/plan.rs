@@ -20,10 +20,10 @@ const DIRECT_ELASTIC_UP_TO: usize = 30_000;
 const ENDS: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 
 /// The linear solver of a discretisation: its structure, found once.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) enum LinearPlan {
-    /// A sparse factor.
-    Direct { pattern: Arc<Pattern>, symbolic: Arc<Symbolic> },
+    /// A sparse factor, with the order of elimination of the nodes.
+    Direct { pattern: Arc<Pattern>, order: Arc<Vec<u32>>, symbolic: Arc<Symbolic> },
     /// Multigrid; the pattern is that of the linear functions.
     Multigrid {
         pattern: Arc<Pattern>,
@@ -53,15 +53,32 @@ impl LinearPlan {
             LinearScheme::Multigrid => true,
         };
         if multigrid {
-            let order: Vec<u32> = (0..points.len() as u32).collect();
-            let unknowns = Unknowns::new(&order, damaged, held);
+            let unknowns = in_given_order(damaged, held);
             return Ok((Self::multigrid(tets, points), unknowns));
         }
         let pattern = Arc::new(Pattern::new(tets, points.len()));
-        let order = nested_dissection(&pattern.graph, points)?;
+        let order = Arc::new(nested_dissection(&pattern.graph, points)?);
         let unknowns = Unknowns::new(&order, damaged, held);
         let symbolic = Arc::new(Symbolic::new(&pattern.graph, &unknowns)?);
-        Ok((Self::Direct { pattern, symbolic }, unknowns))
+        Ok((Self::Direct { pattern, order, symbolic }, unknowns))
+    }
+
+    /// The same solver where other displacements are held.
+    pub(crate) fn with_held(
+        &self,
+        damaged: &[bool],
+        held: impl Iterator<Item = (u32, usize)>,
+    ) -> Result<(Self, Unknowns), FemError> {
+        let mut plan = self.clone();
+        let unknowns = match &mut plan {
+            Self::Direct { pattern, order, symbolic } => {
+                let unknowns = Unknowns::new(order, damaged, held);
+                *symbolic = Arc::new(Symbolic::new(&pattern.graph, &unknowns)?);
+                unknowns
+            }
+            Self::Multigrid { .. } => in_given_order(damaged, held),
+        };
+        Ok((plan, unknowns))
     }
 
     /// Multigrid whatever the size.
@@ -95,7 +112,7 @@ impl LinearPlan {
     /// A solver of its own for a run.
     pub(crate) fn solver<'a>(&self, operator: &'a dyn Operator) -> Box<dyn LinearSolver + 'a> {
         match self {
-            Self::Direct { pattern, symbolic } => {
+            Self::Direct { pattern, symbolic, .. } => {
                 Box::new(Direct::new(operator, Arc::clone(pattern), Arc::clone(symbolic)))
             }
             Self::Multigrid { pattern, nodes, vertices, parents } => {
@@ -108,4 +125,10 @@ impl LinearPlan {
             }
         }
     }
+}
+
+/// Unknowns in the order of the nodes.
+fn in_given_order(damaged: &[bool], held: impl Iterator<Item = (u32, usize)>) -> Unknowns {
+    let order: Vec<u32> = (0..damaged.len() as u32).collect();
+    Unknowns::new(&order, damaged, held)
 }
