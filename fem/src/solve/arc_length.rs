@@ -9,7 +9,8 @@
 //! doi:10.1002/nme.2447, with the crack energy itself in place of the dissipation by a secant.
 
 use super::linear::Nodal;
-use super::newton::{Field, Solver, StepFailure};
+use super::newton::{Solver, StepFailure};
+use super::norms::Field;
 use crate::compression::Fields;
 use crate::operator::{Increment, Residual, Span};
 

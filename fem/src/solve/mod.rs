@@ -5,6 +5,7 @@ mod arc_length;
 mod bounds;
 mod linear;
 mod newton;
+mod norms;
 mod options;
 
 pub use newton::Effort;
