@@ -417,9 +417,9 @@ fn bad_input_is_refused_with_the_entity_and_the_mend() {
     );
     let unsplittable = |i: &mut Input| {
         i.materials[0].law = ElasticLaw::NeoHookean;
-        i.field.split = Split::VolumetricDeviatoric;
+        i.field.split = Split::Spectral;
     };
-    check(refusal(unsplittable), &["material.matrix", "no volumetric-deviatoric split", "hencky"]);
+    check(refusal(unsplittable), &["material.matrix", "no spectral split", "hencky"]);
     check(refusal(|i| i.field.length_mm = 0.0), &["phase_field", "length_mm = 0"]);
     check(
         refusal(|i| i.loading.displacement_mm = -0.2),

@@ -63,18 +63,25 @@ pub(crate) struct Parts {
     pub(crate) minus: Part,
 }
 
+impl Part {
+    /// Adds `share` of another part.
+    fn add(&mut self, share: f64, other: &Part) {
+        self.energy += share * other.energy;
+        for i in 0..3 {
+            self.stress[i] += share * other.stress[i];
+            self.shear[i] += share * other.shear[i];
+            for j in 0..3 {
+                self.tangent[i][j] += share * other.tangent[i][j];
+            }
+        }
+    }
+}
+
 impl Parts {
     /// Both parts together, degraded as one.
     pub(crate) fn merged(self) -> Self {
         let mut plus = self.plus;
-        plus.energy += self.minus.energy;
-        for i in 0..3 {
-            plus.stress[i] += self.minus.stress[i];
-            plus.shear[i] += self.minus.shear[i];
-            for j in 0..3 {
-                plus.tangent[i][j] += self.minus.tangent[i][j];
-            }
-        }
+        plus.add(1.0, &self.minus);
         Self { plus, minus: Part::default() }
     }
 }
@@ -84,10 +91,24 @@ impl ElasticLaw {
     pub(crate) fn respond(&self, split: Split, m: &Moduli, strain: [f64; 3]) -> Parts {
         match self {
             ElasticLaw::Hencky => hencky::respond(split, m, strain),
-            ElasticLaw::NeoHookean => {
-                Parts { plus: neo_hookean::respond(m, strain), minus: Part::default() }
-            }
-            ElasticLaw::User(law) => Parts { plus: law.respond(strain), minus: Part::default() },
+            ElasticLaw::NeoHookean => parts(split, strain, |e| neo_hookean::respond(m, e)),
+            ElasticLaw::User(law) => parts(split, strain, |e| law.respond(e)),
         }
     }
+}
+
+/// The parts of a law of which the whole is given.
+///
+/// Volumetric–deviatoric: the energy U(J) of the pure change of volume is spared where J < 1. As all
+/// its principal stresses are U′(ln J), their differences vanish.
+fn parts(split: Split, strain: [f64; 3], whole: impl Fn([f64; 3]) -> Part) -> Parts {
+    let (mut plus, mut minus) = (whole(strain), Part::default());
+    let trace = strain[0] + strain[1] + strain[2];
+    if split == Split::VolumetricDeviatoric && trace < 0.0 {
+        let dilated = whole([trace / 3.0; 3]);
+        let curvature = dilated.tangent.as_flattened().iter().sum::<f64>() / 9.0;
+        minus = Part { tangent: [[curvature; 3]; 3], shear: [0.0; 3], ..dilated };
+        plus.add(-1.0, &minus);
+    }
+    Parts { plus, minus }
 }

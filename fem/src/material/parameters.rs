@@ -109,19 +109,16 @@ impl Material {
             check(agrees(self.young_mpa, moduli[0]), "young_mpa", self.young_mpa, of_the_law)?;
             check(agrees(self.poisson, moduli[1]), "poisson", self.poisson, of_the_law)?;
         }
-        let split = phase_field.map_or(Split::None, |p| p.split);
-        if split != Split::None
+        if phase_field.is_some_and(|p| p.split == Split::Spectral)
             && self.toughness_n_per_mm.is_some()
             && self.law != ElasticLaw::Hencky
         {
-            let split = match split {
-                Split::Spectral => "spectral",
-                _ => "volumetric-deviatoric",
-            };
             return Err(FemError::Unsupported {
                 entity,
-                message: format!("the energy of this law has no {split} split"),
-                mend: "take law = \"hencky\", split = \"none\", or leave the toughness out".into(),
+                message: "the energy of this law has no spectral split".into(),
+                mend: "take law = \"hencky\", split = \"volumetric-deviatoric\" or \"none\", or leave \
+                       the toughness out"
+                    .into(),
             });
         }
         Ok(())

@@ -10,13 +10,17 @@ pub enum Split {
     None,
     /// ψ⁺ = K/2 ⟨tr ε⟩₊² + μ dev ε : dev ε; a crack still carries pressure.
     ///
+    /// For laws other than Hencky's ψ⁻ = U(J) where J < 1, the energy of the pure change of volume
+    /// F = J^(1/3) I: the volumetric term itself where ψ has one, as Mooney–Rivlin and Ogden do, and
+    /// 3μ/2 (J^(2/3) − 1 − ⅔ ln J) + λ/2 (ln J)² for the neo-Hookean solid.
+    ///
     /// Reference: Amor, Marigo & Maurini, J. Mech. Phys. Solids 57 (2009) 1209,
     /// doi:10.1016/j.jmps.2009.04.011.
     VolumetricDeviatoric,
     /// ψ⁺ = λ/2 ⟨tr ε⟩₊² + μ Σ ⟨ε_i⟩₊²: only what is stretched breaks.
     ///
     /// Reference: Miehe, Hofacker & Welschinger, Comput. Methods Appl. Mech. Engrg. 199 (2010)
-    /// 2765, doi:10.1016/j.cma.2010.04.011, here in logarithmic strains.
+    /// 2765, doi:10.1016/j.cma.2010.04.011, here in logarithmic strains. For Hencky's law only.
     Spectral,
 }
 

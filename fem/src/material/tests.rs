@@ -49,9 +49,13 @@ impl Printed {
             }),
             (Printed::NeoHookean, _) => {
                 let first = e.iter().fold(T::zero(), |sum, &x| sum + (x * 2.0).exp());
-                let plus =
+                let whole =
                     (first - 3.0 - trace * 2.0) * (shear / 2.0) + trace * trace * (lame / 2.0);
-                [plus, T::zero()]
+                let of_volume = ((trace * (2.0 / 3.0)).exp() - 1.0 - trace * (2.0 / 3.0))
+                    * (1.5 * shear)
+                    + trace * trace * (lame / 2.0);
+                let spared = split == Split::VolumetricDeviatoric && trace.re() < 0.0;
+                if spared { [whole - of_volume, of_volume] } else { [whole, T::zero()] }
             }
         }
     }
@@ -164,13 +168,18 @@ fn assert_same(a: &Part, b: &Part, shear: f64, strain: &[f64; 3]) {
 fn laws_given_by_their_energy_equal_the_fused_kernels_at_any_distance_of_strains() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(13);
     let moduli = Moduli::new(YOUNG, POISSON);
-    for printed in [Printed::Hencky, Printed::NeoHookean] {
-        let law = UserLaw::new(printed);
+    for (printed, split) in [Printed::Hencky, Printed::NeoHookean]
+        .into_iter()
+        .flat_map(|p| [Split::None, Split::VolumetricDeviatoric].map(|split| (p, split)))
+    {
+        let law = ElasticLaw::User(UserLaw::new(printed));
         for gap in [0.0, 1e-12, 1e-7, 1e-3, 0.03, 0.0999, 0.1001, 0.4] {
             let middle = rng.random_range(-0.3..0.3);
             let strain = [middle + gap, middle, rng.random_range(-0.3..0.3)];
-            let fused = printed.fused().respond(Split::None, &moduli, strain).plus;
-            assert_same(&law.respond(strain), &fused, 1e-12, &strain);
+            let own = law.respond(split, &moduli, strain);
+            let fused = printed.fused().respond(split, &moduli, strain);
+            assert_same(&own.plus, &fused.plus, 1e-12, &strain);
+            assert_same(&own.minus, &fused.minus, 1e-12, &strain);
         }
     }
 }
@@ -232,9 +241,38 @@ fn neo_hookean() {
 }
 
 #[test]
+fn neo_hookean_volumetric_deviatoric() {
+    assert_fused(Printed::NeoHookean, Split::VolumetricDeviatoric);
+}
+
+#[test]
 fn laws_given_by_their_energy() {
     for law in examples() {
-        assert_material(&damaged(law, Split::None));
+        for split in [Split::None, Split::VolumetricDeviatoric] {
+            assert_material(&damaged(law.clone(), split));
+        }
+    }
+}
+
+/// Laws with a volumetric term of their own: under pressure damage spares that term and no other.
+#[test]
+fn the_volumetric_term_of_a_law_is_what_pressure_keeps() {
+    let [mooney, ogden, _] = examples();
+    for (law, bulk) in [(mooney, 200.0), (ogden, 150.0)] {
+        let material = damaged(law, Split::VolumetricDeviatoric);
+        for stretches in [[0.8, 1.1, 0.9], [0.7, 0.7, 0.7], [1.2, 1.1, 0.9], [1.0; 3]] {
+            let j: f64 = stretches.iter().product();
+            let state = Matrix3::from_diagonal(&stretches.map(|s| s - 1.0).into());
+            let response = material.respond(&state).expect("det F > 0");
+            let term = bulk / 4.0 * (j * j - 1.0 - 2.0 * j.ln());
+            let kept = if j < 1.0 { term } else { 0.0 };
+            assert!((response.energy(0.0) - kept).abs() < 1e-12 * bulk, "at {stretches:?}");
+            let pressure = if j < 1.0 { 0.5 * bulk * (j * j - 1.0) } else { 0.0 };
+            for i in 0..3 {
+                let exact = pressure / stretches[i];
+                assert!((response.piola(0.0)[(i, i)] - exact).abs() < 1e-12 * bulk);
+            }
+        }
     }
 }
 

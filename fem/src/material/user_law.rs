@@ -19,6 +19,11 @@ use crate::error::FemError;
 /// exact at equal stretches too. A deformation with det F ≤ 0 never reaches the law: the solver
 /// cuts the step there.
 ///
+/// With [`Split::VolumetricDeviatoric`](super::Split) damage spares U(J) = ψ(J^(1/3) I) under
+/// pressure, which needs no statement. It asks for a law whose energy at a given volume is least in
+/// the pure change of volume, so that ψ⁺ = ψ − U is not negative: one in which the larger stretch
+/// takes the larger stress (Baker & Ericksen, J. Wash. Acad. Sci. 44 (1954) 33).
+///
 /// # Example
 /// Blatz & Ko's foam rubber, ψ = μ/2 (I₂/I₃ + 2 J − 5), in its own words:
 /// ```

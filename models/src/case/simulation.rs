@@ -57,9 +57,9 @@ pub enum SplitName {
     /// Damage degrades the whole energy: the paper's preset.
     #[default]
     None,
-    /// Damage spares volumetric compression.
+    /// Damage spares the energy of a change of volume under pressure; for every elastic law.
     VolumetricDeviatoric,
-    /// Only what is stretched breaks.
+    /// Only what is stretched breaks; for `hencky`.
     Spectral,
 }
 
