@@ -216,11 +216,12 @@ fn smallest(holds: impl Fn(u64) -> bool) -> u64 {
     high
 }
 
-/// P(K < first), P(first ≤ K ≤ last) and P(K > last), from the tails that keep digits.
+/// P(K < first), P(first ≤ K ≤ last) and P(K > last), from the tails that keep digits; [`u64::MAX`]
+/// is no last.
 pub(super) fn masses<D: Count>(counts: &D, first: u64, last: u64) -> (f64, f64, f64) {
     let before = first.checked_sub(1);
     let below = before.map_or(0.0, |k| counts.cdf(k));
-    let above = counts.sf(last);
+    let above = if last == u64::MAX { 0.0 } else { counts.sf(last) };
     let inside = if below > 0.5 {
         before.map_or(1.0, |k| counts.sf(k)) - above
     } else if above > 0.5 {
@@ -238,7 +239,11 @@ pub(super) fn ln_inside<D: Count>(counts: &D, first: u64, last: u64) -> Option<f
     (inside > 1e-280).then_some(value)
 }
 
-/// Sum and derivatives from the terms: ∂ ln P is the expectation of ∂ ln p over the interval.
+/// A sampler that looks for its step comes to scales where a sum would not end.
+const MOST_TERMS: usize = 1_000_000;
+
+/// Sum and derivatives from the terms: ∂ ln P is the expectation of ∂ ln p over the interval; NaN where
+/// too many would be needed.
 pub(super) fn ln_mass_by_sum<R, D>(counts: &D, first: u64, last: u64) -> R
 where
     R: Scalar,
@@ -258,6 +263,15 @@ where
     if let (Some(value), true) = (value, reference.is_constant() && fixed) {
         return R::from(value);
     }
+    // without a last count, what the first cuts off has the opposite derivative and fewer terms
+    let cut_off = last == u64::MAX && (first as f64) < 20.0 * counts.variance().sqrt();
+    if let Some(value) = value.filter(|ln_inside| cut_off && *ln_inside > -10.0) {
+        let weighted = (0..first).map(|k| {
+            let term = counts.ln_pmf(k);
+            (term, -(ln_full(k, term) - value).exp())
+        });
+        return R::fuse_iter(value, weighted.filter(|(_, weight)| *weight < 0.0));
+    }
     let mut terms = vec![(reference, 1.0)];
     let mut total = 1.0;
     let mut add = |k: u64| {
@@ -265,7 +279,7 @@ where
         let weight = (ln_full(k, term) - peak).exp();
         total += weight;
         terms.push((term, weight));
-        weight > 1e-18 * total
+        weight > 1e-18 * total && terms.len() < MOST_TERMS
     };
     let (mut up, mut down) = (centre, centre);
     while up < last && add(up + 1) {
@@ -273,6 +287,9 @@ where
     }
     while down > first && add(down - 1) {
         down -= 1;
+    }
+    if terms.len() >= MOST_TERMS {
+        return R::from(f64::NAN);
     }
     terms.retain(|(_, weight)| *weight > 0.0);
     terms.iter_mut().for_each(|(_, weight)| *weight /= total);
