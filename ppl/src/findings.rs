@@ -166,7 +166,7 @@ pub(crate) fn find(
     if !truncated.is_empty() {
         say(
             FindingKind::Boundary,
-            format!("Draws pile up within 1 % of a prior bound: {truncated}"),
+            format!("Draws pile up at a prior bound: {truncated}"),
             "The prior cuts the posterior off: widen it if the bound is not physical",
         );
     }

@@ -73,7 +73,7 @@ pub struct Identifiability {
     pub prior: Marginal,
     /// After the data.
     pub posterior: Marginal,
-    /// Share of draws within 1 % of a prior bound; `None` for a prior without two bounds.
+    /// [`boundary_mass`]; `None` for a prior without two bounds.
     pub boundary_mass: Option<f64>,
     /// Known truth, where the data are simulated.
     pub truth: Option<f64>,
@@ -114,7 +114,7 @@ impl Identifiability {
         Identification::of(self.contraction())
     }
 
-    /// More than 5 % of the draws lie within 1 % of a prior bound: the prior cuts the posterior.
+    /// More than 5 % of the draws lie at a prior bound: the prior cuts the posterior.
     pub fn truncated(&self) -> bool {
         self.boundary_mass.is_some_and(|mass| mass > 0.05)
     }
@@ -149,9 +149,11 @@ impl fmt::Display for Identifiability {
     }
 }
 
-/// Share of draws within 1 % of the width of the box from either bound.
+/// Share of draws within 1 % of the width of the box from either bound, and within a fifth of their
+/// own standard deviation: a wide prior does not cut off what is far from its bound on the scale of
+/// the posterior.
 pub fn boundary_mass(draws: &[f64], (lower, upper): (f64, f64)) -> f64 {
-    let margin = 0.01 * (upper - lower);
+    let margin = (0.01 * (upper - lower)).min(0.2 * Marginal::of(draws).sd);
     super::mean(draws.iter().map(|&x| f64::from(x < lower + margin || x > upper - margin)))
 }
 
@@ -296,6 +298,21 @@ mod tests {
             Identifiability::new("x", Marginal { mean: 0.5, sd: 0.29 }, &draws, Some((0.0, 1.0)));
         assert!(row.truncated());
         assert!(row.to_string().contains("truncated by its prior: 50 %"), "{row}");
+    }
+
+    /// An exponential posterior is cut off at the bound, a gamma one on the same scale is not, however
+    /// wide the prior.
+    #[test]
+    fn a_wide_prior_is_no_bound_by_itself() {
+        let quantiles = |of: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            (0..1000).map(|i| of((f64::from(i) + 0.5) / 1000.0)).collect()
+        };
+        let exponential = quantiles(&|p| -(-p).ln_1p());
+        let narrow = quantiles(&|p| 0.2 + 0.1 * (p / (1.0 - p)).ln().tanh());
+        for width in [20.0, 100.0, 1e4] {
+            assert!(boundary_mass(&exponential, (0.0, width)) > 0.15);
+            assert_eq!(boundary_mass(&narrow, (0.0, width)), 0.0);
+        }
     }
 
     #[test]
