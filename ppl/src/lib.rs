@@ -66,6 +66,7 @@ mod findings;
 mod group;
 pub mod guide;
 mod lean;
+mod ln_sum_exp;
 mod model;
 mod ode;
 mod operand;
@@ -97,6 +98,7 @@ pub use dual::Dual;
 pub use expression::Expression;
 pub use findings::{Finding, FindingKind};
 pub use group::{Group, Values};
+pub use ln_sum_exp::ln_sum_exp;
 pub use model::{Context, Failure, Model, Site};
 pub use ode::{Ode, Solution};
 pub use optimize::{Laplace, Map, Mode, OptimizeError, Pathfinder, PathfinderFit, PathfinderPath};
@@ -126,6 +128,7 @@ pub mod prelude {
     pub use crate::differentiable::Differentiable;
     pub use crate::distribution::*;
     pub use crate::dot::dot;
+    pub use crate::ln_sum_exp::ln_sum_exp;
     pub use crate::optimize::Map;
     pub use crate::sampler::{
         ComponentwiseMetropolis, DelayedAcceptance, DifferentialEvolution, Metropolis, Nuts, Smc,

@@ -6,6 +6,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 pub(crate) use crate::arithmetic::impl_arithmetic;
 use crate::record::{Datum, Record};
+use crate::special;
 
 /// Arithmetic of a [`Scalar`] with itself, with `f64` and with `&f64` on the right.
 pub trait Arithmetic<Rhs = Self>:
@@ -205,6 +206,20 @@ pub trait Scalar:
         self.unary(c, -s)
     }
 
+    /// tan x.
+    #[inline]
+    fn tan(self) -> Self {
+        let v = self.value().tan();
+        self.unary(v, 1.0 + v * v)
+    }
+
+    /// arctan x.
+    #[inline]
+    fn atan(self) -> Self {
+        let x = self.value();
+        self.unary(x.atan(), (1.0 + x * x).recip())
+    }
+
     /// tanh x.
     #[inline]
     fn tanh(self) -> Self {
@@ -233,6 +248,27 @@ pub trait Scalar:
     fn softplus(self) -> Self {
         let x = self.value();
         self.unary(softplus(x), logistic(x).0)
+    }
+
+    /// Φ(x), the standard normal distribution function.
+    #[inline]
+    fn normal_cdf(self) -> Self {
+        let x = self.value();
+        self.unary(special::normal_cdf(x), (-0.5 * x * x - special::HALF_LN_2PI).exp())
+    }
+
+    /// ln Φ(x), however far out.
+    #[inline]
+    fn ln_normal_cdf(self) -> Self {
+        let (value, derivative) = special::ln_normal_cdf(self.value());
+        self.unary(value, derivative)
+    }
+
+    /// ln Γ(x) for x > 0.
+    #[inline]
+    fn ln_gamma(self) -> Self {
+        let x = self.value();
+        self.unary(special::ln_gamma(x), special::digamma(x))
     }
 }
 
@@ -359,7 +395,7 @@ mod tests {
     #[test]
     fn elementary_derivatives() {
         type F = (fn(Dual<1>) -> Dual<1>, fn(f64) -> f64, f64);
-        let cases: [F; 15] = [
+        let cases: [F; 20] = [
             (Scalar::exp, f64::exp, 0.7),
             (Scalar::exp_m1, f64::exp_m1, 0.7),
             (Scalar::ln, f64::ln, 0.7),
@@ -371,6 +407,11 @@ mod tests {
             (|x| x.powf(2.5), |x| x.powf(2.5), 0.7),
             (Scalar::sin, f64::sin, 0.7),
             (Scalar::cos, f64::cos, 0.7),
+            (Scalar::tan, f64::tan, 0.7),
+            (Scalar::atan, f64::atan, 0.7),
+            (Scalar::normal_cdf, special::normal_cdf, -0.7),
+            (Scalar::ln_normal_cdf, |x| special::normal_cdf(x).ln(), -0.7),
+            (Scalar::ln_gamma, special::ln_gamma, 0.7),
             (Scalar::tanh, f64::tanh, 0.7),
             (Scalar::abs, f64::abs, -0.7),
             (Scalar::logistic, |x| 1.0 / (1.0 + (-x).exp()), -0.7),
