@@ -4,7 +4,7 @@ use proc_macro2::Span;
 use quote::{format_ident, quote_spanned};
 use syn::ext::IdentExt;
 use syn::spanned::Spanned;
-use syn::{BinOp, Expr, ExprCall, ExprMethodCall, Ident, UnOp};
+use syn::{BinOp, Expr, ExprMethodCall, Ident, UnOp};
 
 /// The functions of `ppl::Scalar` that formulas have.
 const FUNCTIONS: [&str; 16] = [
@@ -31,8 +31,7 @@ pub(crate) fn operations(expr: &Expr) -> usize {
             1 + operations(&binary.left) + operations(&binary.right)
         }
         Expr::MethodCall(call) if is_function(call) => 1 + operations(&call.receiver),
-        Expr::Call(call) if is_dot(call) => 1,
-        _ => 0,
+        other => usize::from(is_dot(other)),
     }
 }
 
@@ -54,8 +53,9 @@ pub(crate) fn binds_names(expr: &Expr) -> bool {
 
 /// The numbers in `dot(data, &numbers)`.
 pub(crate) fn numbers_of_dot(expr: &mut Expr) -> Option<&mut Expr> {
+    let is_dot = is_dot(expr);
     match expr {
-        Expr::Call(call) if is_dot(call) => match call.args.last_mut() {
+        Expr::Call(call) if is_dot => match call.args.last_mut() {
             Some(Expr::Reference(numbers)) => Some(&mut *numbers.expr),
             _ => None,
         },
@@ -63,8 +63,9 @@ pub(crate) fn numbers_of_dot(expr: &mut Expr) -> Option<&mut Expr> {
     }
 }
 
-pub(crate) fn is_dot(call: &ExprCall) -> bool {
-    matches!(&*call.func, Expr::Path(path) if path.path.is_ident("dot"))
+/// `dot(…)`, a formula by itself.
+pub(crate) fn is_dot(expr: &Expr) -> bool {
+    matches!(expr, Expr::Call(call) if matches!(&*call.func, Expr::Path(path) if path.path.is_ident("dot")))
 }
 
 /// The variable that sums up the adjoint of `name` in a plate.

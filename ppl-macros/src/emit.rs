@@ -5,9 +5,9 @@
 
 use proc_macro2::{Literal, Span, TokenStream};
 use quote::{ToTokens, format_ident, quote, quote_spanned};
-use syn::Ident;
 use syn::ext::IdentExt;
 use syn::spanned::Spanned;
+use syn::{GenericParam, Generics, Ident};
 
 use crate::arithmetic::sum_of;
 use crate::ast::{Arm, ArmBody, Block, Flow, Init, Kind, Statement};
@@ -29,6 +29,8 @@ pub(crate) fn model(model: &Model, sites: &[Site], is_static: bool) -> TokenStre
     let names: Vec<_> = arguments.iter().map(|argument| &argument.name).collect();
     let (mut owned, types) = owned(generics, arguments);
     let (introduced, applied, bounds) = with_sync(&mut owned).split_for_impl();
+    // not all of them need be in the type of some data
+    let given = given(generics);
     let data = data_name(name);
     let bindings = arguments.iter().map(binding);
     let sites = table(sites);
@@ -63,9 +65,23 @@ pub(crate) fn model(model: &Model, sites: &[Site], is_static: bool) -> TokenStre
                     ::core::result::Result::Ok(())
                 }
             }
-            ::ppl::Bound::new(#data { #(#names),* })
+            ::ppl::Bound::new(#data #given { #(#names),* })
         }
     }
+}
+
+/// The types and constants of a model as arguments; lifetimes follow from the data.
+fn given(generics: &Generics) -> Option<TokenStream> {
+    let given: Vec<_> = generics
+        .params
+        .iter()
+        .filter_map(|parameter| match parameter {
+            GenericParam::Type(parameter) => Some(&parameter.ident),
+            GenericParam::Const(parameter) => Some(&parameter.ident),
+            GenericParam::Lifetime(_) => None,
+        })
+        .collect();
+    (!given.is_empty()).then(|| quote!(::<#(#given),*>))
 }
 
 /// The places of a model.

@@ -161,7 +161,7 @@ impl<'a> Visit<'a> for Pure {
             | Expr::Path(_)
             | Expr::Unary(_) => true,
             Expr::Reference(reference) => reference.mutability.is_none(),
-            Expr::Call(call) => is_dot(call),
+            Expr::Call(_) => is_dot(expr),
             Expr::MethodCall(call) => is_function(call) || call.method == "len",
             _ => false,
         };

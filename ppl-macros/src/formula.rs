@@ -15,8 +15,8 @@ use syn::visit_mut::{self, VisitMut};
 use syn::{Expr, ExprAssign, ExprBinary, Ident, Item, Stmt, UnOp};
 
 use crate::arithmetic::{
-    binds_names, closed, is_arithmetic, is_function, is_type, numbers_of_dot, operand, operations,
-    sum_of, without_assignment,
+    binds_names, closed, is_arithmetic, is_dot, is_function, is_type, numbers_of_dot, operand,
+    operations, sum_of, without_assignment,
 };
 use crate::ast::{ArmBody, Block, Flow, Init, Kind, Statement};
 use crate::effects::{bound_inside, writes_outside};
@@ -272,6 +272,8 @@ impl Formulas {
                     && let Some(sum) = self.summed(numbers)
                 {
                     *numbers = sum;
+                } else if is_dot(other) {
+                    visit_mut::visit_expr_mut(self, other);
                 } else {
                     self.visit_expr_mut(other);
                 }
@@ -344,7 +346,7 @@ impl VisitMut for Formulas {
             });
             return;
         }
-        if operations(expr) > 1 && self.mentions(expr) {
+        if (is_dot(expr) || operations(expr) > 1) && self.mentions(expr) {
             let span = expr.span();
             self.open(expr);
             *expr = closed(expr, span);

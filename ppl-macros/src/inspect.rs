@@ -7,7 +7,7 @@ use quote::ToTokens;
 use syn::visit::Visit;
 use syn::{BinOp, Expr, Ident, Pat};
 
-use crate::arithmetic::{is_function, operations};
+use crate::arithmetic::{is_function, is_type, operations};
 use crate::ast::{Block, Init, Kind, Statement};
 
 /// What a plate may do with unknowns on the way in without its length depending on them.
@@ -47,7 +47,11 @@ pub(crate) fn used_once(name: &Ident, after: &[Statement]) -> bool {
                 if count(place.to_token_stream(), name) > 0 {
                     return false;
                 }
-                uses += count(distribution.to_token_stream(), name);
+                let here = count(distribution.to_token_stream(), name);
+                if here != parameters(distribution, name) {
+                    return false;
+                }
+                uses += here;
             }
             kind @ Kind::Let { .. } => {
                 let Some((_, value)) = stays_open(kind, &after[i + 1..]) else { return false };
@@ -61,6 +65,20 @@ pub(crate) fn used_once(name: &Ident, after: &[Statement]) -> bool {
         }
     }
     uses == 1
+}
+
+/// How often the name is an operand in the parameters of a distribution: a function of the user's
+/// needs a number.
+fn parameters(distribution: &Expr, name: &Ident) -> usize {
+    match distribution {
+        Expr::Paren(paren) => parameters(&paren.expr, name),
+        Expr::Group(group) => parameters(&group.expr, name),
+        Expr::MethodCall(call) => parameters(&call.receiver, name),
+        Expr::Call(call) if is_type(&call.func) => {
+            call.args.iter().map(|part| parameters(part, name) + operands(part, name)).sum()
+        }
+        _ => 0,
+    }
 }
 
 /// How often the name is an operand of the arithmetic.
@@ -94,7 +112,11 @@ pub(crate) fn mentions(tokens: TokenStream, asked: &impl Fn(&str) -> bool) -> bo
     })
 }
 
-/// Control flow, comparisons and plain values inside expressions.
+fn is_density(method: &Ident) -> bool {
+    ["ln_density", "ln_pdf", "ln_pmf", "ln_mass", "ln_probability"].iter().any(|n| method == n)
+}
+
+/// Control flow, comparisons, plain values and densities inside expressions.
 pub(crate) struct Branches<'a> {
     pub(crate) active: &'a HashSet<String>,
     pub(crate) found: bool,
@@ -102,6 +124,8 @@ pub(crate) struct Branches<'a> {
 
 impl<'a> Visit<'a> for Branches<'_> {
     fn visit_expr(&mut self, expr: &'a Expr) {
+        // what is computed further from a density needs its constants
+        self.found |= matches!(expr, Expr::MethodCall(call) if is_density(&call.method));
         let decides = match expr {
             Expr::If(_) | Expr::Match(_) | Expr::While(_) | Expr::Loop(_) | Expr::ForLoop(_) => {
                 true

@@ -6,7 +6,7 @@
 #[diagnostic::on_unimplemented(
     message = "`{Self}` fits neither the values nor the parameters of this distribution",
     label = "needed: something that can be read as `{V}`",
-    note = "numbers are `f64` (write `1.0`, not `1`), counts are `u64`, flags are `bool`; arrays, \
+    note = "numbers are `f64` (write `1.0`, not `1`), counts are `u64` (`1u64`), flags are `bool`; arrays, \
             slices and vectors hold them"
 )]
 pub trait Datum<V> {

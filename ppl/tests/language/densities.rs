@@ -159,3 +159,98 @@ fn branches_in_closed_form() {
     expected += ln_normal(0.3, mean + light, sd) + ln_normal(-1.0, mean + light, sd);
     approx::assert_relative_eq!(found, expected, max_relative = 1e-13);
 }
+
+ppl::model! {
+    /// A narrow and a wide error summed out by hand; far out in the prior the wide one explains all.
+    fn spike_and_slab(y: &[f64]) {
+        let mean ~ Normal(0.0, 1e3);
+        for y in y {
+            let y = Real::from(*y);
+            factor(ln_sum_exp(&[
+                Normal(mean, 0.1).ln_density(&y) + 0.5f64.ln(),
+                Normal(mean, 10.0).ln_density(&y) + 0.5f64.ln(),
+            ]));
+        }
+    }
+
+    /// A length that no data have, and predictors that are numbers of their own.
+    fn classes<const K: usize>(rows: &[[f64; 2]], class: &[u64]) {
+        let slope ~ Normal(0.0, 1.0).array::<2>().array::<K>();
+        for (row, class) in rows.iter().zip(class) {
+            let mut logits = [Real::from(0.0), dot(row, &slope[0])].to_vec();
+            for slope in &slope[1..] {
+                logits.push(dot(row, slope));
+            }
+            class ~ CategoricalLogit(logits);
+        }
+    }
+}
+
+/// Φ as a function of the user's, and one that is at hand.
+fn ndtr<S: Scalar>(x: S) -> S {
+    x.normal_cdf()
+}
+
+ppl::model! {
+    /// The predictor is used once, in what is no formula.
+    fn probit(x: &[f64], y: &[bool]) {
+        let intercept ~ Normal(0.0, 0.5);
+        let slope ~ Normal(0.0, 0.5).array::<1>();
+        for (i, (x, y)) in x.iter().zip(y).enumerate() {
+            let mut eta = intercept;
+            for k in 0..1 {
+                eta += slope[k] * x;
+            }
+            if i % 2 == 0 {
+                let shifted = intercept + slope[0] * x;
+                y ~ Bernoulli(ndtr(shifted));
+            } else {
+                y ~ Bernoulli(eta.normal_cdf());
+            }
+        }
+    }
+}
+
+#[test]
+fn formulas_are_numbers_in_functions() {
+    let model = probit(&[0.5, -1.0], &[true, false]);
+    let [a, b] = [0.3, 0.8];
+    let mut expected = ln_normal(a, 0.0, 0.5) + ln_normal(b, 0.0, 0.5);
+    expected += ppl::special::normal_cdf(a + 0.5 * b).ln();
+    expected += ppl::special::normal_cdf(b - a).ln();
+    let found = model.log_density(&[a, b], &mut Workspace::default()).unwrap();
+    approx::assert_relative_eq!(found, expected, max_relative = 1e-13);
+    assert_gradient("probit", &model);
+}
+
+/// Densities that are computed with keep the constants that terms of their own may leave out.
+#[test]
+fn densities_by_hand_are_complete() {
+    let ys = [0.3, -0.2];
+    let model = spike_and_slab(&ys);
+    let mean = 0.1;
+    let mut expected = ln_normal(mean, 0.0, 1e3);
+    for y in ys {
+        let parts = [0.1, 10.0].map(|sd| 0.5 * ln_normal(y, mean, sd).exp());
+        expected += (parts[0] + parts[1]).ln();
+    }
+    let (mut w, mut gradient) = (Workspace::default(), [0.0]);
+    approx::assert_relative_eq!(model.log_density(&[mean], &mut w).unwrap(), expected);
+    approx::assert_relative_eq!(model.gradient(&[mean], &mut gradient, &mut w).unwrap(), expected);
+    assert_gradient("spike_and_slab", &model);
+}
+
+#[test]
+fn predictors_are_numbers() {
+    let model = classes::<2>(&[[1.0, 0.5], [-0.3, 2.0]], &[2, 0]);
+    let point = [0.4, -1.0, 0.7, 0.2];
+    let mut expected: f64 = point.iter().map(|x| ln_normal(*x, 0.0, 1.0)).sum();
+    for (row, class) in [([1.0, 0.5], 2), ([-0.3, 2.0], 0)] {
+        let eta = |k: usize| row[0] * point[2 * k] + row[1] * point[2 * k + 1];
+        let logits = [0.0, eta(0), eta(1)];
+        expected += logits[class] - logits.map(f64::exp).iter().sum::<f64>().ln();
+    }
+    let found = model.log_density(&point, &mut Workspace::default()).unwrap();
+    approx::assert_relative_eq!(found, expected, max_relative = 1e-14);
+    assert_gradient("classes", &model);
+}
