@@ -60,6 +60,9 @@ impl fmt::Display for Finding {
     }
 }
 
+/// The contraction below which the posterior is wider than the prior, whatever the draws.
+const WIDENED: f64 = -0.5;
+
 /// At most four of the items, and how many were left out.
 pub(crate) fn list(items: impl IntoIterator<Item = String>) -> String {
     let items: Vec<String> = items.into_iter().collect();
@@ -148,7 +151,9 @@ pub(crate) fn find(
         (Identification::Weakly, "The data informed only weakly (contraction below 0.5)"),
     ] {
         // entries of a matrix, as a Cholesky factor, say little one by one
-        let rows = identifiability.iter().filter(|r| r.label() == label && !r.name.contains(','));
+        let rows = identifiability
+            .iter()
+            .filter(|r| r.label() == label && r.contraction() >= WIDENED && !r.name.contains(','));
         let names = list(rows.map(|row| format!("{} ({:.2})", row.name, row.contraction())));
         if !names.is_empty() {
             say(
@@ -158,6 +163,18 @@ pub(crate) fn find(
                  on them, or state them as assumed",
             );
         }
+    }
+    let widened = identifiability.iter().filter(|row| row.contraction() < WIDENED);
+    let widened = list(widened.map(|row| {
+        let [before, after] = [row.prior.sd, row.posterior.sd].map(cell);
+        format!("{} (sd {after} after {before})", row.name)
+    }));
+    if !widened.is_empty() {
+        say(
+            FindingKind::PriorDataConflict,
+            format!("The posterior is wider than the prior: {widened}"),
+            "The data ask for values that the prior holds to be rare: see whether it means to",
+        );
     }
     let truncated = identifiability.iter().filter(|row| row.truncated());
     let truncated = list(truncated.map(|row| {

@@ -119,6 +119,31 @@ fn the_summary_says_what_the_data_did_not_inform() {
     }
 }
 
+ppl::model! {
+    /// Data ten prior standard deviations out.
+    fn surprise(y: &[f64]) {
+        let rate ~ Exponential(1.0);
+        let known ~ Normal(0.0, 1.0);
+        for y in y {
+            y ~ Normal(rate, 8.0);
+            let other = y;
+            other ~ Normal(rate + known, 8.0);
+        }
+    }
+}
+
+#[test]
+fn a_posterior_wider_than_its_prior_is_no_lack_of_data() {
+    let model = surprise(&[60.0, 50.0, 55.0, 58.0]);
+    let posterior = Nuts::default().warmup(300).draws(300).seed(3).sample(&model);
+    let findings = posterior.expect("it samples").summary().findings;
+    let find = |kind| findings.iter().find(|f| f.kind == kind).map(|f| f.what.clone());
+    let conflict = find(FindingKind::PriorDataConflict).expect("the prior is far off");
+    assert!(conflict.contains("rate") && !conflict.contains("known"), "{conflict}");
+    let uninformed = find(FindingKind::Uninformed).expect("`known` is hardly informed");
+    assert!(uninformed.contains("known") && !uninformed.contains("rate"), "{uninformed}");
+}
+
 #[test]
 fn the_same_seed_gives_the_same_predictions() {
     let (a, b) = (posterior(), posterior());
