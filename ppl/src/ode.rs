@@ -21,7 +21,8 @@ pub trait Ode<const N: usize, const D: usize>: Sync {
 /// chooses steps for errors below `absolute + relative · |y|` a step, and lands on every output
 /// time. Derivatives in θ are carried forward through the same steps (steps are chosen by the
 /// values alone, so that a value does not depend on whether derivatives come with it): their
-/// error is of the order of the tolerance too. For non-stiff problems.
+/// error is of the order of the tolerance too, and [`check::gradient`](crate::check::gradient) needs
+/// tolerances of 10⁻¹². For non-stiff problems.
 ///
 /// In a model, [`states`](Self::states) gives one array of states a time. As [`Differentiable`]
 /// the M = N · (number of times) outputs are those states one after the other.

@@ -277,7 +277,7 @@ pub trait Distribution<R: Scalar>: Family {
     message = "`{Self}` cannot be the distribution of an unknown",
     label = "has no smooth map from unconstrained space",
     note = "a discrete distribution can only be observed: write `place ~ D` without `let`",
-    note = "a discrete unknown must be summed out by hand, with `factor`"
+    note = "a discrete unknown must be summed out: by `Mixture`, or by `factor(ln_sum_exp(…))`"
 )]
 pub trait Unknown<R: Scalar>: Distribution<R> {
     /// Number of unconstrained coordinates.
