@@ -2,8 +2,8 @@
 //!
 //! Run: `cargo run --release -p fem --example notched_plate [size_mm]`; it prints the curve as CSV
 //! and, at the end, the peak beside the record (definitions 3.6, case 7: 0.71074 kN at 0.00556 mm).
-//! The table is in the documentation of the equations. The increment in which the plate breaks takes a
-//! thousand alternations, most of the time.
+//! The table is in the documentation of the equations. The increment in which the plate breaks takes
+//! hundreds of alternations, most of the time.
 //!
 //! ```text
 //!      ↑ ↑ ↑ ↑ u
