@@ -61,11 +61,6 @@ impl<S: Scalar> Node for Summed<'_, Real<S>> {
     fn settle(self, weight: f64, _: &mut impl FnMut(Real<S>, f64)) {
         self.adjoint.set(self.adjoint.get() + weight);
     }
-
-    #[inline(always)]
-    fn any(self) -> Option<Real<S>> {
-        self.number.any()
-    }
 }
 
 /// The same for an array.

@@ -7,8 +7,9 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::density::{LogDensity, Rejection};
 use crate::dual::Dual;
+use crate::ledger::{Ledger, Plain, Roots, Sum, Values, WithoutConstants};
 use crate::model::Model;
-use crate::reading::{Density, Ledger, Plain, Pools, Roots, Sum, Sums, WithoutConstants};
+use crate::reading::{Density, Pools, Sums};
 use crate::tape::Tape;
 use crate::trace::{Record, Role, Source, Trace, Variable};
 
@@ -129,8 +130,8 @@ impl<M: Model> Bound<M> {
         let (mut found, mut sums) = (Vec::new(), Vec::new());
         for _ in 0..DRAWS {
             let y = self.draw_prior(rng).ok()?.unconstrained;
-            let full = self.value::<true>(Sum::new(&y), &mut sums);
-            let lean = self.value::<true>(WithoutConstants(Sum::new(&y)), &mut sums);
+            let full = self.value::<true>(Values::new(&y), &mut sums);
+            let lean = self.value::<true>(WithoutConstants(Values::new(&y)), &mut sums);
             // far out in the prior there may be no density
             let (Ok(full), Ok(lean)) = (full, lean) else { continue };
             let size = full.abs() + lean.abs();
@@ -217,7 +218,7 @@ impl<M: Model> Bound<M> {
         y: &[f64],
         workspace: &mut Workspace,
     ) -> Result<f64, Rejection> {
-        self.value::<false>(Sum::new(y), &mut workspace.sums)
+        self.value::<false>(Values::new(y), &mut workspace.sums)
     }
 
     /// [`log_density_without_jacobian`](Bound::log_density_without_jacobian) with its gradient
@@ -342,9 +343,9 @@ impl<M: Model> LogDensity for Bound<M> {
         let sums = &mut workspace.sums;
         match self.constant {
             Some(constant) if M::STATIC => {
-                Ok(constant + self.value::<true>(WithoutConstants(Sum::new(y)), sums)?)
+                Ok(constant + self.value::<true>(WithoutConstants(Values::new(y)), sums)?)
             }
-            _ => self.value::<true>(Sum::new(y), sums),
+            _ => self.value::<true>(Values::new(y), sums),
         }
     }
 

@@ -85,11 +85,6 @@ impl<N: Numbers + ?Sized> Node for Dot<'_, N> {
     fn settle(self, weight: f64, f: &mut impl FnMut(Self::Number, f64)) {
         self.numbers.settle(self.data, weight, f);
     }
-
-    #[inline(always)]
-    fn any(self) -> Option<Self::Number> {
-        self.numbers.numbers().iter().copied().find_map(Node::any)
-    }
 }
 
 /// The linear predictor Σ dᵢ xᵢ of data dᵢ and unknowns xᵢ, as one operation; NaN if their

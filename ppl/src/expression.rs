@@ -37,9 +37,6 @@ pub trait Node: Copy + Debug {
     fn settle(self, weight: f64, f: &mut impl FnMut(Self::Number, f64)) {
         self.spread(weight, f);
     }
-
-    /// A number in it that is no constant.
-    fn any(self) -> Option<Self::Number>;
 }
 
 impl<S: Scalar> Node for Real<S> {
@@ -53,11 +50,6 @@ impl<S: Scalar> Node for Real<S> {
     #[inline(always)]
     fn spread(self, weight: f64, f: &mut impl FnMut(Self, f64)) {
         f(self, weight);
-    }
-
-    #[inline(always)]
-    fn any(self) -> Option<Self> {
-        Some(self).filter(|number| !number.is_constant())
     }
 }
 
@@ -85,11 +77,6 @@ impl<A: Node> Node for Unary<A> {
     #[inline(always)]
     fn settle(self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
         self.argument.settle(weight * self.slope, f);
-    }
-
-    #[inline(always)]
-    fn any(self) -> Option<A::Number> {
-        self.argument.any()
     }
 }
 
@@ -119,11 +106,6 @@ impl<A: Node, B: Node<Number = A::Number>> Node for Binary<A, B> {
     fn settle(self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
         self.arguments.0.settle(weight * self.slopes.0, f);
         self.arguments.1.settle(weight * self.slopes.1, f);
-    }
-
-    #[inline(always)]
-    fn any(self) -> Option<A::Number> {
-        self.arguments.0.any().or_else(|| self.arguments.1.any())
     }
 }
 
@@ -199,11 +181,6 @@ impl<A: Node> Partials<A::Number> for Expression<A> {
     fn settle(self, f: &mut impl FnMut(A::Number, f64)) {
         self.0.settle(1.0, f);
     }
-
-    #[inline(always)]
-    fn any(&self) -> Option<A::Number> {
-        self.0.any()
-    }
 }
 
 impl<A: Node> Parameter for Expression<A> {
@@ -227,11 +204,6 @@ impl<S: Scalar, A: Node<Number = Real<S>>> Datum<Real<S>> for Expression<A> {
     #[inline(always)]
     fn settle(&self, weight: f64, f: &mut impl FnMut(Real<S>, f64)) {
         self.0.settle(weight, f);
-    }
-
-    #[inline(always)]
-    fn any(&self) -> Option<Real<S>> {
-        self.0.any()
     }
 }
 

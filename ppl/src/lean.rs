@@ -41,11 +41,6 @@ impl<S: Scalar> Scalar for Lean<S> {
     fn gather(value: f64, partials: impl Partials<Self>) -> Self {
         Self(S::gather(value, Bare(partials)))
     }
-
-    #[inline(always)]
-    fn term(value: f64, partials: impl Partials<Self>) -> Self {
-        Self(S::term(value, Bare(partials)))
-    }
 }
 
 /// Partials of lean numbers, as those of the numbers inside.
@@ -60,11 +55,6 @@ impl<S: Scalar, P: Partials<Lean<S>>> Partials<S> for Bare<P> {
     #[inline(always)]
     fn settle(self, f: &mut impl FnMut(S, f64)) {
         self.0.settle(&mut |argument, partial| f(argument.0, partial));
-    }
-
-    #[inline(always)]
-    fn any(&self) -> Option<S> {
-        self.0.any().map(|argument| argument.0)
     }
 }
 

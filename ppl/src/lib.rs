@@ -66,6 +66,7 @@ mod findings;
 mod group;
 pub mod guide;
 mod lean;
+mod ledger;
 mod ln_sum_exp;
 mod model;
 mod ode;
@@ -84,6 +85,7 @@ mod submodel;
 mod summary;
 pub mod tape;
 mod tempered;
+mod terms;
 mod total;
 mod trace;
 pub mod transform;
@@ -121,6 +123,7 @@ pub use scalar::{Arithmetic, Partials, Scalar};
 pub use submodel::{Declaration, Part, Prediction, Submodel};
 pub use summary::{Summary, SummaryRow};
 pub use tempered::{Parts, Tempered};
+pub use terms::{Joined, Terms};
 pub use trace::{Entry, Record, Role, Variable};
 
 /// The language of models: distributions, their variations, and what expressions need.
@@ -141,7 +144,7 @@ pub mod prelude {
 #[doc(hidden)]
 pub mod __private {
     pub use crate::accumulator::At;
-    pub use crate::distribution::{constrain, ln_density, ln_probability};
+    pub use crate::distribution::{add_terms, constrain, ln_probability};
     pub use crate::operand::{Apart, Number, Of, Other, Together};
     pub use crate::total::{summand, total};
 }

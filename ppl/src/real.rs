@@ -51,11 +51,6 @@ impl<S: Scalar> Scalar for Real<S> {
     }
 
     #[inline(always)]
-    fn term(value: f64, partials: impl Partials<Self>) -> Self {
-        Self(S::term(value, Bare(partials)))
-    }
-
-    #[inline(always)]
     fn unary(self, value: f64, derivative: f64) -> Self {
         Self(self.0.unary(value, derivative))
     }
@@ -73,11 +68,6 @@ impl<S: Scalar, P: Partials<Real<S>>> Partials<S> for Bare<P> {
     #[inline(always)]
     fn settle(self, f: &mut impl FnMut(S, f64)) {
         self.0.settle(&mut |argument, partial| f(argument.0, partial));
-    }
-
-    #[inline(always)]
-    fn any(&self) -> Option<S> {
-        self.0.any().map(|argument| argument.0)
     }
 }
 

@@ -32,16 +32,6 @@ pub trait Datum<V> {
     fn settle(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
         self.spread(weight, f);
     }
-
-    /// One of those numbers.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn any(&self) -> Option<V>
-    where
-        V: crate::Scalar,
-    {
-        Some(self.lift()).filter(|number| !number.is_constant())
-    }
 }
 
 impl<S: crate::Scalar> Datum<S> for f64 {
@@ -49,11 +39,6 @@ impl<S: crate::Scalar> Datum<S> for f64 {
 
     #[inline(always)]
     fn spread(&self, _: f64, _: &mut impl FnMut(S, f64)) {}
-
-    #[inline(always)]
-    fn any(&self) -> Option<S> {
-        None
-    }
 
     #[inline(always)]
     fn lift(&self) -> S {
@@ -112,14 +97,6 @@ impl<V, T: Datum<V> + ?Sized> Datum<V> for &T {
     #[inline(always)]
     fn settle(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
         (**self).settle(weight, f);
-    }
-
-    #[inline(always)]
-    fn any(&self) -> Option<V>
-    where
-        V: crate::Scalar,
-    {
-        (**self).any()
     }
 
     #[inline(always)]

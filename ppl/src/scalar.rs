@@ -92,15 +92,6 @@ pub trait Scalar:
         let _ = adjoint;
     }
 
-    /// As [`gather`](Scalar::gather), for a summand of a log density: a context that only adds
-    /// it up may take its partials at once. What is computed further from the value of a term
-    /// would be lost then; see [`UnivariateDensity::SUMMANDS`](crate::UnivariateDensity::SUMMANDS).
-    #[doc(hidden)]
-    #[inline(always)]
-    fn term(value: f64, partials: impl Partials<Self>) -> Self {
-        Self::gather(value, partials)
-    }
-
     /// [`gather`](Scalar::gather) for any number of arguments.
     #[inline(always)]
     fn fuse_iter(value: f64, arguments: impl IntoIterator<Item = (Self, f64)>) -> Self {
@@ -289,9 +280,6 @@ pub trait Partials<R> {
     {
         self.spread(f);
     }
-
-    /// An argument that is no constant, if there is one. A [`term`](Scalar::term) asks for it.
-    fn any(&self) -> Option<R>;
 }
 
 /// Pairs from an iterator.
@@ -304,10 +292,6 @@ impl<R, I: IntoIterator<Item = (R, f64)>> Partials<R> for Each<I> {
             f(argument, partial);
         }
     }
-
-    fn any(&self) -> Option<R> {
-        unreachable!("pairs of an iterator are gathered, never a term")
-    }
 }
 
 /// Arguments and partials side by side.
@@ -319,11 +303,6 @@ impl<R: Scalar, const K: usize> Partials<R> for Zipped<R, K> {
         for k in 0..K {
             f(self.0[k], self.1[k]);
         }
-    }
-
-    #[inline(always)]
-    fn any(&self) -> Option<R> {
-        self.0.into_iter().find(|argument| !argument.is_constant())
     }
 }
 
@@ -338,11 +317,6 @@ macro_rules! impl_partials {
             #[inline(always)]
             fn settle(self, f: &mut impl FnMut(R, f64)) {
                 $(self.$i.0.settle(self.$i.1, f);)*
-            }
-
-            #[inline(always)]
-            fn any(&self) -> Option<R> {
-                None$(.or_else(|| self.$i.0.any()))*
             }
         }
     };

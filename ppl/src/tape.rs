@@ -1,10 +1,10 @@
 //! Reverse mode: an arena of operations, swept backwards once.
 //!
-//! An operation costs one node: an adjoint and a run of (parent, partial) pairs. A density term
-//! costs none while the tape takes terms (`take_terms`): it is a summand of the result, so
-//! its adjoint is known to be 1 and its partials go to their parents at once. Nodes that nothing
-//! refers to any more, those of one iteration of a plate, are swept early by
-//! `unwind`, so that the tape of a plate is as long as one iteration.
+//! An operation costs one node: an adjoint and a run of (parent, partial) pairs. A term of the
+//! density costs none: its adjoint is known to be 1, and its partials go to their parents at once
+//! ([`Settled`](crate::terms::Settled)). Nodes that nothing refers to any more, those of one
+//! iteration of a plate, are swept early by `unwind`, so that the tape of a plate is as long as
+//! one iteration.
 
 use std::cell::Cell;
 
@@ -36,7 +36,6 @@ pub struct Tape {
     length: Cell<usize>,
     filled: Cell<usize>,
     full: Cell<bool>,
-    takes_terms: Cell<bool>,
     /// The adjoint of numbers for which there was no room.
     sink: Cell<f64>,
 }
@@ -57,7 +56,6 @@ impl Tape {
             length: Cell::new(0),
             filled: Cell::new(0),
             full: Cell::new(false),
-            takes_terms: Cell::new(false),
             sink: Cell::new(0.0),
         }
     }
@@ -69,7 +67,6 @@ impl Tape {
         }
         self.length.set(0);
         self.filled.set(0);
-        self.takes_terms.set(false);
     }
 
     /// Whether operations are missing for want of room: clear the tape and evaluate again.
@@ -105,12 +102,6 @@ impl Tape {
     #[inline(always)]
     pub(crate) fn nowhere(&self, value: f64) -> Var<'_> {
         self.number(value, &self.sink)
-    }
-
-    /// From now on, or no more, a [`term`](Scalar::term) is a summand of the result.
-    #[inline(always)]
-    pub(crate) fn take_terms(&self, take: bool) {
-        self.takes_terms.set(take);
     }
 
     /// The present length, for `unwind`.
@@ -284,28 +275,13 @@ impl<'t> Scalar for Var<'t> {
             None => Self::from(value),
         }
     }
-
-    #[inline(always)]
-    fn term(value: f64, partials: impl Partials<Self>) -> Self {
-        let Some(node) = partials.any().and_then(|argument| argument.node) else {
-            return Self::from(value);
-        };
-        if !node.tape.takes_terms.get() {
-            return Self::gather(value, partials);
-        }
-        partials.settle(&mut |argument: Self, partial| {
-            if let Some(node) = argument.node {
-                node.add(partial);
-            }
-        });
-        Self::from(value)
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::dual::Dual;
+    use crate::terms::{Settled, Terms};
 
     fn expression<S: Scalar>([x, y, z]: [S; 3]) -> S {
         let mut total = S::from(0.0);
@@ -366,21 +342,18 @@ mod tests {
     #[test]
     fn terms_and_unwinding_leave_the_gradient_as_it_is() {
         let data = [0.3, -1.0, 2.5];
-        fn term<'t>(datum: f64, mean: Var<'t>) -> Var<'t> {
-            let z = datum - mean;
-            Scalar::term(-0.5 * z.value() * z.value(), ((z, -z.value()),))
-        }
         let run = |fast: bool| {
             let tape = Tape::default();
             let (x, y) = (tape.input(0.7), tape.input(-0.2));
             for datum in data {
                 let mark = tape.mark();
-                let mean = x * y;
-                tape.take_terms(fast);
-                tape.seed(term(datum, mean));
-                tape.take_terms(false);
+                let z = datum - x * y;
+                let (value, partials) = (-0.5 * z.value() * z.value(), ((z, -z.value()),));
                 if fast {
+                    Terms::<Var>::add(&mut Settled::new(1.0), value, partials);
                     tape.unwind(mark);
+                } else {
+                    tape.seed(Scalar::gather(value, partials));
                 }
             }
             assert_eq!(tape.mark() == 2, fast);

@@ -9,6 +9,7 @@ use crate::distribution::{Distribution, Unknown};
 use crate::model::{Context, Model, Site};
 use crate::reading::{too_few_coordinates, varying_dimension};
 use crate::real::Real;
+use crate::terms::Valued;
 
 /// Both factors of a density at a point of unconstrained space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,8 +93,9 @@ impl Unknowns for Given<'_> {
                 f64::NAN
             }))
         };
-        let (value, term) = distribution.constrain(&mut next, true);
-        if missing { Err(too_few_coordinates(site)) } else { Ok((value, term.0)) }
+        let mut terms = Valued::default();
+        let value = distribution.constrain(&mut next, true, &mut terms);
+        if missing { Err(too_few_coordinates(site)) } else { Ok((value, terms.0)) }
     }
 }
 

@@ -51,11 +51,6 @@ where
             (self.each)(x).0.settle(weight, f);
         }
     }
-
-    #[inline(always)]
-    fn any(self) -> Option<A::Number> {
-        self.over.clone().find_map(|x| (self.each)(x).0.any())
-    }
 }
 
 /// What a loop can sum: formulas, and numbers that only look like some to the macro.

@@ -11,6 +11,7 @@ use crate::model::{Context, Site};
 use crate::reading::{Sums, too_few_coordinates};
 use crate::real::Real;
 use crate::record::Record as Recordable;
+use crate::terms::Valued;
 
 /// What a named quantity is to the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -218,7 +219,7 @@ impl<'y, G: Rng> Trace<'y, G> {
                         f64::NAN
                     }))
                 };
-                let (value, _) = distribution.constrain(&mut next, false);
+                let value = distribution.constrain(&mut next, false, &mut Valued::default());
                 if missing {
                     return Err(too_few_coordinates(at.site));
                 }

@@ -1,7 +1,7 @@
 //! The non-centred form is the same distribution over other coordinates.
 
 use ppl::prelude::*;
-use ppl::{Bound, LocationScale, Model, Workspace, check};
+use ppl::{Bound, Joined, LocationScale, Model, Workspace, check};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -131,7 +131,7 @@ fn gradients() {
 #[test]
 fn far_locations_keep_the_digits_of_the_coordinates() {
     let far = Normal(1e12, 1e-6).non_centered();
-    let (_, term) = far.constrain(&mut || 0.7, true);
+    let (_, term) = Joined::with(|terms| far.constrain(&mut || 0.7, true, terms));
     assert_eq!(term, Normal(0.0, 1.0).ln_density(&0.7));
     let x: f64 = Normal(3.0, 2.0).stretch(&0.5);
     assert_eq!(x, 4.0);

@@ -5,6 +5,7 @@ use rand::Rng;
 use super::{Distribution, Family, Unknown};
 use crate::density::DomainError;
 use crate::scalar::Scalar;
+use crate::terms::{Joined, Terms};
 
 /// `N` independent values of one distribution; made by [`Family::array`].
 ///
@@ -25,15 +26,17 @@ impl<D: Family, const N: usize> Family for Array<D, N> {}
 
 impl<R: Scalar, D: Distribution<R>, const N: usize> Distribution<R> for Array<D, N> {
     type Value = [D::Value; N];
-    const SUMMANDS: bool = D::SUMMANDS;
 
     #[inline(always)]
     fn ln_density(&self, x: &Self::Value) -> R {
-        let mut total = R::from(0.0);
+        Joined::of(|terms| self.add_terms(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_terms(&self, x: &Self::Value, terms: &mut impl Terms<R>) {
         for x in x {
-            total += self.inner.ln_density(x);
+            self.inner.add_terms(x, terms);
         }
-        total
     }
 
     fn left_out(&self, x: &Self::Value) -> f64 {
@@ -55,14 +58,13 @@ impl<R: Scalar, D: Unknown<R>, const N: usize> Unknown<R> for Array<D, N> {
     }
 
     #[inline(always)]
-    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (Self::Value, R) {
-        let mut total = R::from(0.0);
-        let value = std::array::from_fn(|_| {
-            let (x, term) = self.inner.constrain(next, jacobian);
-            total += term;
-            x
-        });
-        (value, total)
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        jacobian: bool,
+        terms: &mut impl Terms<R>,
+    ) -> Self::Value {
+        std::array::from_fn(|_| self.inner.constrain(next, jacobian, terms))
     }
 
     fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>) {

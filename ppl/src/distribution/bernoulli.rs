@@ -6,6 +6,7 @@ use super::{Distribution, Family, Parameter};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
+use crate::terms::{Joined, Terms};
 
 /// Bernoulli distribution of a flag that is true with probability p; it can be observed, not
 /// declared.
@@ -59,12 +60,15 @@ where
     P: Parameter + Datum<R>,
 {
     type Value = bool;
-    const SUMMANDS: bool = true;
-
     #[inline(always)]
     fn ln_density(&self, flag: &bool) -> R {
+        Joined::of(|terms| self.add_terms(flag, terms))
+    }
+
+    #[inline(always)]
+    fn add_terms(&self, flag: &bool, terms: &mut impl Terms<R>) {
         let (value, derivative) = self.ln_mass(*flag);
-        R::term(value, ((self.0, derivative),))
+        terms.add(value, ((self.0, derivative),));
     }
 
     const POOLS: bool = true;
@@ -79,15 +83,13 @@ where
     }
 
     #[inline(always)]
-    fn ln_density_of(&self, sums: &[f64]) -> R {
-        let mut total = R::from(0.0);
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
         for (flag, &count) in [false, true].into_iter().zip(sums) {
             if count > 0.0 {
                 let (value, derivative) = self.ln_mass(flag);
-                total += R::term(count * value, ((self.0, count * derivative),));
+                terms.add(count * value, ((self.0, count * derivative),));
             }
         }
-        total
     }
 
     fn validate(&self) -> Result<(), DomainError> {

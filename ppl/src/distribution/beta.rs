@@ -9,6 +9,7 @@ use crate::scalar::{Scalar, logistic};
 use crate::special::{
     Tail, beta_logit_quantile, ln_beta_power, ln_minus_digamma, regularised_beta,
 };
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Beta distribution on (0, 1).
@@ -110,7 +111,6 @@ where
     A: Parameter + Datum<R>,
     B: Parameter + Datum<R>,
 {
-    const SUMMANDS: bool = true;
     const CONSTANT: bool = A::CONSTANT && B::CONSTANT;
 
     #[inline]
@@ -120,6 +120,11 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let (a, b) = self.parameters();
         let (v, complement) = (x.value(), 1.0 - x.value());
         // at an end the density is 0, ∞ or, for a unit shape, the other factor alone
@@ -131,22 +136,19 @@ where
             _ => ln_beta_power(a, b, v, complement) - v.ln() - complement.ln(),
         };
         let [in_a, in_b] = self.in_parameters::<R>(v, complement);
-        R::term(
+        terms.add(
             value,
             ((x, (a - 1.0) / v - (b - 1.0) / complement), (self.0, in_a), (self.1, in_b)),
-        )
+        );
     }
 
     /// The Jacobian x (1 − x) cancels, and 1 − x keeps its digits near 1.
     #[inline]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let (a, b) = self.parameters();
         let (p, q) = logistic(y.value());
         let [in_a, in_b] = self.in_parameters::<R>(p, q);
-        let ln_pdf = R::term(
-            ln_beta_power(a, b, p, q),
-            ((y, a * q - b * p), (self.0, in_a), (self.1, in_b)),
-        );
-        (y.unary(p, p * q), ln_pdf)
+        terms.add(ln_beta_power(a, b, p, q), ((y, a * q - b * p), (self.0, in_a), (self.1, in_b)));
+        y.unary(p, p * q)
     }
 }

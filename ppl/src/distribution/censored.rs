@@ -5,6 +5,7 @@ use rand::Rng;
 use super::{Distribution, Family, Interval, Numeric};
 use crate::density::DomainError;
 use crate::scalar::Scalar;
+use crate::terms::Terms;
 
 /// A distribution observed through an instrument that ends at `lower` and `upper`; made by
 /// [`Family::censor`]. It can be observed, not declared.
@@ -35,6 +36,18 @@ pub struct Censored<D> {
 
 impl<D: Family> Family for Censored<D> {}
 
+impl<D> Censored<D> {
+    /// Whether the instrument shows `x` as it is.
+    #[inline]
+    fn shows<R: Scalar>(&self, x: &D::Value) -> bool
+    where
+        D: Numeric<R>,
+    {
+        let number = D::number(x);
+        number > self.interval.lower() && number < self.interval.upper()
+    }
+}
+
 impl<R: Scalar, D: Numeric<R>> Distribution<R> for Censored<D> {
     type Value = D::Value;
 
@@ -50,10 +63,17 @@ impl<R: Scalar, D: Numeric<R>> Distribution<R> for Censored<D> {
         }
     }
 
+    #[inline(always)]
+    fn add_terms(&self, x: &D::Value, terms: &mut impl Terms<R>) {
+        if self.shows(x) {
+            self.inner.add_terms(x, terms);
+        } else {
+            terms.add_number(self.ln_density(x));
+        }
+    }
+
     fn left_out(&self, x: &D::Value) -> f64 {
-        let number = D::number(x);
-        let inside = number > self.interval.lower() && number < self.interval.upper();
-        if inside { self.inner.left_out(x) } else { 0.0 }
+        if self.shows(x) { self.inner.left_out(x) } else { 0.0 }
     }
 
     fn validate(&self) -> Result<(), DomainError> {

@@ -7,6 +7,7 @@ use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
+use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Chi-squared distribution with ν degrees of freedom: Gamma(ν/2, ½).
@@ -91,11 +92,12 @@ where
 
     /// The Jacobian cancels 1/x.
     #[inline]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let x = y.exp();
         let shape = lift::<R>(self.0) * 0.5;
         let half = 0.5 * x.value();
         let (value, in_shape) = ln_power(shape, half);
-        (x, R::fuse(value, [y, shape], [shape.value() - half, in_shape]))
+        terms.add(value, ((y, shape.value() - half), (shape, in_shape)));
+        x
     }
 }

@@ -213,6 +213,11 @@ macro_rules! by_reference {
                 self.owned().ln_density(x)
             }
 
+            #[inline]
+            fn add_terms(&self, x: &Self::Value, terms: &mut impl $crate::terms::Terms<R>) {
+                self.owned().add_terms(x, terms);
+            }
+
             fn validate(&self) -> Result<(), $crate::DomainError> {
                 $crate::distribution::Distribution::<R>::validate(&self.owned())
             }
@@ -241,8 +246,9 @@ macro_rules! by_reference {
                 &self,
                 next: &mut impl FnMut() -> R,
                 jacobian: bool,
-            ) -> (Self::Value, R) {
-                self.owned().constrain(next, jacobian)
+                terms: &mut impl $crate::terms::Terms<R>,
+            ) -> Self::Value {
+                self.owned().constrain(next, jacobian, terms)
             }
 
             fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>) {

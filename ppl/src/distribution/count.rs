@@ -6,6 +6,7 @@ use super::{Family, Truncated};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
+use crate::terms::Terms;
 
 /// A parameter that is a count: `u64`, `u32`, `usize` or a reference to one.
 pub trait CountParameter: Copy {
@@ -73,10 +74,6 @@ pub trait Count: Family {
 /// Implementing it (and [`count!`](crate::count)) makes a distribution of counts usable in
 /// models, in all variations; [`Poisson`](super::Poisson) shows how.
 pub trait CountMass<R: Scalar>: Count {
-    /// See [`UnivariateDensity::SUMMANDS`](crate::UnivariateDensity::SUMMANDS).
-    #[doc(hidden)]
-    const SUMMANDS: bool = false;
-
     /// See [`Distribution::left_out`](crate::Distribution::left_out).
     #[doc(hidden)]
     fn left_out(&self, k: u64) -> f64 {
@@ -86,6 +83,13 @@ pub trait CountMass<R: Scalar>: Count {
 
     /// ln P(K = k), as one fused operation with exact partials; −∞ outside the support.
     fn ln_pmf(&self, k: u64) -> R;
+
+    /// See [`Distribution::add_terms`](crate::Distribution::add_terms).
+    #[doc(hidden)]
+    #[inline(always)]
+    fn add_ln_pmf(&self, k: u64, terms: &mut impl Terms<R>) {
+        terms.add_number(self.ln_pmf(k));
+    }
 
     /// See [`Distribution::POOLS`](crate::Distribution::POOLS).
     #[doc(hidden)]
@@ -97,11 +101,11 @@ pub trait CountMass<R: Scalar>: Count {
         let _ = (data, sums);
     }
 
-    /// See [`Distribution::ln_density_of`](crate::Distribution::ln_density_of).
+    /// See [`Distribution::add_pooled_terms`](crate::Distribution::add_pooled_terms).
     #[doc(hidden)]
-    fn ln_density_of(&self, sums: &[f64]) -> R {
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
         let _ = sums;
-        R::from(f64::NAN)
+        terms.add_number(R::from(f64::NAN));
     }
 
     /// ln P(first ≤ K ≤ last), with its derivatives in the parameters; [`u64::MAX`] is no last.
@@ -125,11 +129,15 @@ macro_rules! count {
             Self: $crate::CountMass<R>,
         {
             type Value = u64;
-            const SUMMANDS: bool = <Self as $crate::CountMass<R>>::SUMMANDS;
 
             #[inline]
             fn ln_density(&self, k: &u64) -> R {
                 $crate::CountMass::ln_pmf(self, *k)
+            }
+
+            #[inline(always)]
+            fn add_terms(&self, k: &u64, terms: &mut impl $crate::Terms<R>) {
+                $crate::CountMass::add_ln_pmf(self, *k, terms);
             }
 
             const POOLS: bool = <Self as $crate::CountMass<R>>::POOLS;
@@ -139,8 +147,8 @@ macro_rules! count {
             }
 
             #[inline(always)]
-            fn ln_density_of(&self, sums: &[f64]) -> R {
-                $crate::CountMass::ln_density_of(self, sums)
+            fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl $crate::Terms<R>) {
+                $crate::CountMass::add_pooled_terms(self, sums, terms);
             }
 
             fn left_out(&self, k: &u64) -> f64 {

@@ -6,6 +6,7 @@ use super::{Distribution, Family, Unknown, Vector};
 use crate::density::DomainError;
 use crate::scalar::Scalar;
 use crate::special::{digamma, ln_gamma};
+use crate::terms::Terms;
 use crate::transform::{Simplex, VectorMap, ln_simplex};
 
 /// Dirichlet distribution of shares x > 0 with Σ xᵢ = 1, with concentrations αᵢ > 0.
@@ -118,7 +119,12 @@ impl<R: Scalar, A: Vector<R> + Clone> Unknown<R> for Dirichlet<A> {
         VectorMap::<R>::dim(&Simplex, self.0.size())
     }
 
-    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (A::Of<R>, R) {
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        jacobian: bool,
+        terms: &mut impl Terms<R>,
+    ) -> A::Of<R> {
         let mut values = self.0.filled(R::from(0.0));
         ln_simplex(next, values.as_mut());
         let ln_x = values.as_ref();
@@ -127,8 +133,9 @@ impl<R: Scalar, A: Vector<R> + Clone> Unknown<R> for Dirichlet<A> {
         if jacobian {
             total += 0.5 * (ln_x.len() as f64).ln();
         }
+        terms.add_number(total);
         values.as_mut().iter_mut().for_each(|x| *x = x.exp());
-        (values, total)
+        values
     }
 
     fn unconstrain(&self, x: &A::Of<R>, out: &mut Vec<f64>) {

@@ -6,6 +6,7 @@ use super::{Count, CountMass, Distribution, Family, Interval, Numeric};
 use super::{Univariate, UnivariateDensity};
 use crate::density::DomainError;
 use crate::scalar::Scalar;
+use crate::terms::Terms;
 use crate::transform::Support;
 
 /// A distribution of one of two families; the components of a [`Mixture`](super::Mixture) of
@@ -41,6 +42,11 @@ where
     #[inline]
     fn ln_density(&self, x: &A::Value) -> R {
         either!(self, d => d.ln_density(x))
+    }
+
+    #[inline]
+    fn add_terms(&self, x: &A::Value, terms: &mut impl Terms<R>) {
+        either!(self, d => d.add_terms(x, terms))
     }
 
     fn left_out(&self, x: &A::Value) -> f64 {
@@ -133,8 +139,13 @@ where
     }
 
     #[inline]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
-        either!(self, d => d.ln_pdf_unconstrained(y))
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+        either!(self, d => d.add_ln_pdf(x, terms))
+    }
+
+    #[inline]
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
+        either!(self, d => d.at_coordinate(y, terms))
     }
 
     fn left_out(&self) -> f64 {
@@ -181,6 +192,11 @@ where
     #[inline]
     fn ln_pmf(&self, k: u64) -> R {
         either!(self, d => d.ln_pmf(k))
+    }
+
+    #[inline]
+    fn add_ln_pmf(&self, k: u64, terms: &mut impl Terms<R>) {
+        either!(self, d => d.add_ln_pmf(k, terms))
     }
 
     fn left_out(&self, k: u64) -> f64 {

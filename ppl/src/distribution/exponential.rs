@@ -8,6 +8,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::ln_one_minus_exp;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Exponential distribution with rate λ (mean 1/λ).
@@ -70,7 +71,6 @@ where
     R: Scalar,
     L: Parameter + Datum<R>,
 {
-    const SUMMANDS: bool = true;
     const CONSTANT: bool = L::CONSTANT;
 
     #[inline(always)]
@@ -80,22 +80,27 @@ where
 
     #[inline(always)]
     fn ln_pdf(&self, x: R) -> R {
-        let rate = self.0.number();
-        R::term(
-            normaliser::<R, L>(self.0, f64::ln) - rate * x.value(),
-            ((x, -rate), (self.0, rate.recip() - x.value())),
-        )
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
     }
 
     #[inline(always)]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+        let rate = self.0.number();
+        terms.add(
+            normaliser::<R, L>(self.0, f64::ln) - rate * x.value(),
+            ((x, -rate), (self.0, rate.recip() - x.value())),
+        );
+    }
+
+    #[inline(always)]
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let x = y.exp();
         let (rate, v) = (self.0.number(), x.value());
-        let ln_pdf = R::term(
+        terms.add(
             normaliser::<R, L>(self.0, f64::ln) - rate * v + y.value(),
             ((y, 1.0 - rate * v), (self.0, rate.recip() - v)),
         );
-        (x, ln_pdf)
+        x
     }
 
     const POOLS: bool = true;
@@ -111,13 +116,13 @@ where
     }
 
     #[inline(always)]
-    fn ln_density_of(&self, sums: &[f64]) -> R {
-        let &[n, sum] = sums else { return R::from(0.0) };
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
+        let &[n, sum] = sums else { return };
         let rate = self.0.number();
-        R::term(
+        terms.add(
             n * normaliser::<R, L>(self.0, f64::ln) - rate * sum,
             ((self.0, n * rate.recip() - sum),),
-        )
+        );
     }
 
     fn left_out(&self) -> f64 {

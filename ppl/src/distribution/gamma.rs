@@ -10,6 +10,7 @@ use crate::special::{
     HALF_LN_2PI, Tail, deviance, gamma_ln_quantile, ln_minus_digamma, regularised_gamma,
     stirling_error,
 };
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Gamma distribution with shape α and rate β (mean α/β).
@@ -93,7 +94,6 @@ where
     A: Parameter + Datum<R>,
     B: Parameter + Datum<R>,
 {
-    const SUMMANDS: bool = true;
     const CONSTANT: bool = A::CONSTANT && B::CONSTANT;
 
     #[inline]
@@ -103,29 +103,33 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let (shape, rate, v) = (self.0.number(), self.1.number(), x.value());
         if v == 0.0 {
             // the limit: x^{α − 1} alone decides
             let limit = if shape == 1.0 { rate.ln() } else { (1.0 - shape) * f64::INFINITY };
-            return R::from(limit);
+            return terms.add_number(R::from(limit));
         }
         let unknown_shape = lift::<R>(self.0);
         let (value, in_shape) = ln_power(unknown_shape, rate * v);
-        R::term(
+        terms.add(
             value - v.ln(),
             ((x, (shape - 1.0) / v - rate), (self.0, in_shape), (self.1, shape / rate - v)),
-        )
+        );
     }
 
     /// The Jacobian cancels 1/x.
     #[inline]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let x = y.exp();
         let (shape, rate, v) = (self.0.number(), self.1.number(), x.value());
         let unknown_shape = lift::<R>(self.0);
         let (value, in_shape) = ln_power(unknown_shape, rate * v);
-        let ln_pdf =
-            R::term(value, ((y, shape - rate * v), (self.0, in_shape), (self.1, shape / rate - v)));
-        (x, ln_pdf)
+        terms.add(value, ((y, shape - rate * v), (self.0, in_shape), (self.1, shape / rate - v)));
+        x
     }
 }

@@ -9,6 +9,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, softplus};
 use crate::special::{ln_1p_of, ln_1p_square};
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Half-Cauchy distribution with scale (and median) σ; it has no mean.
@@ -83,7 +84,6 @@ where
     R: Scalar,
     S: Parameter + Datum<R>,
 {
-    const SUMMANDS: bool = true;
     const CONSTANT: bool = S::CONSTANT;
 
     #[inline]
@@ -93,17 +93,22 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let scale = self.0.number();
         let inverse = scale.recip();
         let (square, slope, share) = ln_1p_square(x.value() * inverse);
-        R::term(
+        terms.add(
             LN_2_OVER_PI - scale.ln() - square,
             ((x, -2.0 * slope * inverse), (self.0, (2.0 * share - 1.0) * inverse)),
-        )
+        );
     }
 
     #[inline]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let scale = self.0.number();
         let (x, ln_scale) = (y.exp(), scale.ln());
         let square = (x.value() / scale).powi(2);
@@ -113,11 +118,11 @@ where
         } else {
             ln_one_plus_square(y.value() - ln_scale)
         };
-        let ln_pdf = R::term(
+        terms.add(
             LN_2_OVER_PI - ln_scale - ln_square + y.value(),
             ((y, 1.0 - share), (self.0, (share - 1.0) / scale)),
         );
-        (x, ln_pdf)
+        x
     }
 
     /// arctan b − arctan a = arctan((b − a)/(1 + a b)) for a, b ≥ 0.

@@ -13,6 +13,7 @@ use crate::special::{
     HALF_LN_2PI, NormalInterval, half_normal_quantile, normal_cdf, normal_from_zero,
     normal_upper_quantile,
 };
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Half-normal distribution: |Z| σ for a standard normal Z.
@@ -84,7 +85,6 @@ where
     R: Scalar,
     S: Parameter + Datum<R>,
 {
-    const SUMMANDS: bool = true;
     const CONSTANT: bool = S::CONSTANT;
 
     #[inline(always)]
@@ -94,24 +94,29 @@ where
 
     #[inline(always)]
     fn ln_pdf(&self, x: R) -> R {
-        let sd = self.0.number();
-        let z = x.value() / sd;
-        R::term(
-            -0.5 * z * z - normaliser::<R, S>(self.0, ln_mode_inverse),
-            ((x, -z / sd), (self.0, (z * z - 1.0) / sd)),
-        )
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
     }
 
     #[inline(always)]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+        let sd = self.0.number();
+        let z = x.value() / sd;
+        terms.add(
+            -0.5 * z * z - normaliser::<R, S>(self.0, ln_mode_inverse),
+            ((x, -z / sd), (self.0, (z * z - 1.0) / sd)),
+        );
+    }
+
+    #[inline(always)]
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let x = y.exp();
         let sd = self.0.number();
         let z = x.value() / sd;
-        let ln_pdf = R::term(
+        terms.add(
             -0.5 * z * z - normaliser::<R, S>(self.0, ln_mode_inverse) + y.value(),
             ((y, 1.0 - z * z), (self.0, (z * z - 1.0) / sd)),
         );
-        (x, ln_pdf)
+        x
     }
 
     fn left_out(&self) -> f64 {

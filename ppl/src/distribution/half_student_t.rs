@@ -10,6 +10,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::ln_gamma;
+use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Half-t distribution: |T| σ for a Student's T with ν degrees of freedom.
@@ -114,18 +115,17 @@ where
     }
 
     #[inline]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let x = y.exp();
         let scale = self.1.number();
         let inverse = scale.recip();
         let nu = lift::<R>(self.0);
         let (value, [_, in_nu, share]) = standard(x.value() * inverse, nu);
-        let ln_pdf = R::fuse(
+        terms.add(
             LN_2 + ln_shape(nu.value()) + value - scale.ln() + y.value(),
-            [y, nu, lift(self.1)],
-            [1.0 - share, in_nu, (share - 1.0) * inverse],
+            ((y, 1.0 - share), (nu, in_nu), (self.1, (share - 1.0) * inverse)),
         );
-        (x, ln_pdf)
+        x
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

@@ -5,6 +5,7 @@ use rand::Rng;
 use super::{Distribution, Family, Unknown};
 use crate::density::DomainError;
 use crate::scalar::Scalar;
+use crate::terms::{Joined, Terms};
 
 /// `n` independent values of one distribution; made by [`Family::iid`].
 ///
@@ -27,18 +28,20 @@ impl<D: Family> Family for Iid<D> {}
 
 impl<R: Scalar, D: Distribution<R>> Distribution<R> for Iid<D> {
     type Value = Vec<D::Value>;
-    const SUMMANDS: bool = D::SUMMANDS;
 
     #[inline(always)]
     fn ln_density(&self, x: &Self::Value) -> R {
+        Joined::of(|terms| self.add_terms(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_terms(&self, x: &Self::Value, terms: &mut impl Terms<R>) {
         if x.len() != self.n {
-            return R::from(f64::NEG_INFINITY);
+            return terms.add_number(R::from(f64::NEG_INFINITY));
         }
-        let mut total = R::from(0.0);
         for x in x {
-            total += self.inner.ln_density(x);
+            self.inner.add_terms(x, terms);
         }
-        total
     }
 
     fn left_out(&self, x: &Self::Value) -> f64 {
@@ -60,15 +63,13 @@ impl<R: Scalar, D: Unknown<R>> Unknown<R> for Iid<D> {
     }
 
     #[inline(always)]
-    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (Self::Value, R) {
-        let mut total = R::from(0.0);
-        let mut value = Vec::with_capacity(self.n);
-        for _ in 0..self.n {
-            let (x, term) = self.inner.constrain(next, jacobian);
-            total += term;
-            value.push(x);
-        }
-        (value, total)
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        jacobian: bool,
+        terms: &mut impl Terms<R>,
+    ) -> Self::Value {
+        (0..self.n).map(|_| self.inner.constrain(next, jacobian, terms)).collect()
     }
 
     fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>) {

@@ -8,6 +8,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{Tail, gamma_ln_quantile, regularised_gamma};
+use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Inverse gamma distribution with shape α and scale β: 1/X is Gamma(α, β).
@@ -121,12 +122,12 @@ where
 
     /// The Jacobian cancels one of the powers of x.
     #[inline]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let (shape, scale) = (lift::<R>(self.0), self.1.number());
         let t = scale * (-y.value()).exp();
         let (value, in_shape) = ln_power(shape, t);
         let excess = shape.value() - t;
-        let ln_pdf = R::fuse(value, [y, shape, lift(self.1)], [-excess, in_shape, excess / scale]);
-        (y.exp(), ln_pdf)
+        terms.add(value, ((y, -excess), (shape, in_shape), (self.1, excess / scale)));
+        y.exp()
     }
 }

@@ -7,6 +7,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{HALF_LN_2PI, Tail, mills_ratio, normal_cdf, tail_quantile};
+use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Inverse Gaussian (Wald) distribution with mean μ and shape λ: when a drifting Brownian motion
@@ -149,9 +150,11 @@ where
 
     /// The Jacobian cancels one of the powers of x.
     #[inline]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let x = y.exp();
         let (value, partials) = self.ln_power(x.value());
-        (x, R::fuse(value, [y, lift(self.0), lift(self.1)], partials))
+        let [in_y, in_mean, in_shape] = partials;
+        terms.add(value, ((y, in_y), (self.0, in_mean), (self.1, in_shape)));
+        x
     }
 }

@@ -8,6 +8,7 @@ use super::{CholeskyFactor, Distribution, Family, Parameter, Unknown, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
+use crate::terms::Terms;
 use crate::transform::Covariance;
 
 /// Cholesky factor L of a K×K covariance matrix Σ = L Lᵀ with the inverse Wishart distribution:
@@ -114,16 +115,21 @@ where
         K * (K + 1) / 2
     }
 
-    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (CholeskyFactor<R, K>, R) {
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        jacobian: bool,
+        terms: &mut impl Terms<R>,
+    ) -> CholeskyFactor<R, K> {
         let (c, _) = Covariance.constrain::<R, K>(next);
         let factor = divide(&self.1.lift(), &c);
-        let total = if jacobian {
+        terms.add_number(if jacobian {
             // the Jacobian of Cᵢᵢ = exp y is one power
             Bartlett::new(&c.values(), self.degrees(), 1.0).fuse(&c, lift(self.0))
         } else {
             self.ln_density(&factor)
-        };
-        (factor, total)
+        });
+        factor
     }
 
     fn unconstrain(&self, factor: &CholeskyFactor<R, K>, out: &mut Vec<f64>) {

@@ -8,6 +8,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, logistic, softplus};
 use crate::special::ln_beta;
+use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Kumaraswamy distribution on (0, 1): like a beta, with distribution functions in closed form.
@@ -132,15 +133,14 @@ where
 
     /// The Jacobian x (1 − x) cancels 1/x, and 1 − x keeps its digits near 1.
     #[inline]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let (p, q) = logistic(y.value());
         let (value, [in_log, in_a, in_b]) = self.ln_power(-softplus(-y.value()));
-        let ln_pdf = R::fuse(
+        terms.add(
             value - softplus(y.value()),
-            [y, lift(self.0), lift(self.1)],
-            [in_log * q - p, in_a, in_b],
+            ((y, in_log * q - p), (self.0, in_a), (self.1, in_b)),
         );
-        (y.unary(p, p * q), ln_pdf)
+        y.unary(p, p * q)
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

@@ -10,6 +10,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Partials, Scalar};
 use crate::special::{digamma, hyperbolic, ln_beta, ln_gamma};
+use crate::terms::Terms;
 use crate::transform::{Correlation, CorrelationRow};
 
 /// Cholesky factor L of a K×K correlation matrix R = L Lᵀ with p(R) ∝ det(R)^(η − 1).
@@ -112,12 +113,6 @@ impl<R: Scalar, const K: usize> Partials<R> for Slopes<R, K> {
         }
         f(self.eta.0, self.eta.1);
     }
-
-    #[inline(always)]
-    fn any(&self) -> Option<R> {
-        let coordinates = self.coordinates.iter().skip(1).map(|row| row[0].0);
-        coordinates.chain([self.eta.0]).find(|number| !number.is_constant())
-    }
 }
 
 /// Rows of a correlation factor must have length 1 to this tolerance when they are data.
@@ -129,7 +124,6 @@ where
     E: Parameter + Datum<R>,
 {
     type Value = CholeskyFactor<R, K>;
-    const SUMMANDS: bool = true;
 
     fn ln_density(&self, factor: &CholeskyFactor<R, K>) -> R {
         let lengths = factor
@@ -183,7 +177,12 @@ where
     }
 
     #[inline]
-    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (CholeskyFactor<R, K>, R) {
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        jacobian: bool,
+        terms: &mut impl Terms<R>,
+    ) -> CholeskyFactor<R, K> {
         let scales: [f64; K] = std::array::from_fn(|j| self.scale(j));
         let eta: R = lift(self.0);
         let varies = !eta.is_constant();
@@ -219,7 +218,8 @@ where
             slopes[i][j] = (x, slope / scales[j]);
             row.entry([tanh, sech], [(x, scales[j].recip()), (eta, y_in_eta)])
         });
-        (factor, R::term(value, Slopes { coordinates: slopes, eta: (eta, in_eta) }))
+        terms.add(value, Slopes { coordinates: slopes, eta: (eta, in_eta) });
+        factor
     }
 
     fn unconstrain(&self, factor: &CholeskyFactor<R, K>, out: &mut Vec<f64>) {

@@ -9,6 +9,7 @@ use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, logistic};
+use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Log-logistic distribution with scale (and median) α and shape β: ln X is logistic.
@@ -126,10 +127,12 @@ where
 
     /// The Jacobian cancels 1/x.
     #[inline]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let logit = self.1.number() * (y.value() - self.0.number().ln());
         let (value, partials) = self.ln_power(logit);
-        (y.exp(), R::fuse(value, [y, lift(self.0), lift(self.1)], partials))
+        let [in_y, in_first, in_second] = partials;
+        terms.add(value, ((y, in_y), (self.0, in_first), (self.1, in_second)));
+        y.exp()
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

@@ -7,6 +7,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::HALF_LN_2PI;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Log-normal distribution: ln X is normal with mean μ and standard deviation σ.
@@ -75,7 +76,6 @@ where
     M: Parameter + Datum<R>,
     S: Parameter + Datum<R>,
 {
-    const SUMMANDS: bool = true;
     const CONSTANT: bool = M::CONSTANT && S::CONSTANT;
 
     #[inline(always)]
@@ -85,22 +85,28 @@ where
 
     #[inline(always)]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let v = x.value();
         if v == 0.0 {
-            return R::from(f64::NEG_INFINITY);
+            return terms.add_number(R::from(f64::NEG_INFINITY));
         }
         let sd = self.1.number();
         let z = (v.ln() - self.0.number()) / sd;
-        R::term(
+        terms.add(
             -0.5 * z * z - v.ln() - normaliser::<R, S>(self.1, |sd| sd.ln() + HALF_LN_2PI),
             ((x, -(1.0 + z / sd) / v), (self.0, z / sd), (self.1, (z * z - 1.0) / sd)),
-        )
+        );
     }
 
     /// The Jacobian cancels 1/x: in its coordinate the variable is normal.
     #[inline(always)]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
-        (y.exp(), self.logarithm().ln_pdf(y))
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
+        self.logarithm().add_ln_pdf(y, terms);
+        y.exp()
     }
 
     fn left_out(&self) -> f64 {

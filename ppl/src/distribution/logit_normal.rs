@@ -6,6 +6,7 @@ use super::{Normal, Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, logistic};
+use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Logit-normal distribution on (0, 1): ln(X/(1 − X)) is normal with mean μ and standard
@@ -128,8 +129,9 @@ where
 
     /// The Jacobian cancels: in its coordinate the variable is normal.
     #[inline]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
-        (y.logistic(), self.logit().ln_pdf(y))
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
+        self.logit().add_ln_pdf(y, terms);
+        y.logistic()
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

@@ -8,6 +8,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::ln_add_exp;
+use crate::terms::{Joined, Settled, Terms, Valued};
 use crate::transform::Support;
 
 /// A value from one of several distributions, chosen with the given weights; which one is summed
@@ -18,7 +19,8 @@ use crate::transform::Support;
 /// be real numbers, counts, or anything else with a density; of real numbers the mixture can be an
 /// unknown, and of real numbers and counts it can be truncated and censored.
 ///
-/// The density is one fused operation a component: ∂/∂wᵢ = pᵢ/p.
+/// An observation keeps nothing of its components: their partials are taken with the weights
+/// wᵢ pᵢ/p, and ∂/∂wᵢ = pᵢ/p.
 ///
 /// # Example
 /// ```
@@ -37,6 +39,12 @@ use crate::transform::Support;
 /// McLachlan & Peel (2000), *Finite Mixture Models*, ch. 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Mixture<W, C>(pub W, pub C);
+
+/// Up to how many components the densities of an observation are kept where they are found.
+const FEW: usize = 8;
+
+/// A sum of densities, of which the largest is 1, that has all its digits.
+const SMALLEST: f64 = 1e-290;
 
 /// The weights of a [`Mixture`]: an array, slice or vector of parameters.
 pub trait Weights: Clone {
@@ -154,6 +162,49 @@ impl<W: Weights, C: Components> Mixture<W, C> {
         total
     }
 
+    /// ln p(x), whose partials, times `weight`, go to what they are in: nothing is kept of the
+    /// components. `None` where that is not so simple.
+    #[inline(always)]
+    fn settle<R>(&self, x: &<C::Component as Distribution<R>>::Value, weight: f64) -> Option<f64>
+    where
+        R: Scalar,
+        W::Weight: Datum<R>,
+        C::Component: Distribution<R>,
+    {
+        let weights = self.0.weights();
+        if weights.len() != self.1.number() || weights.len() > FEW {
+            return None;
+        }
+        // ln pᵢ, then pᵢ in proportion to the largest
+        let mut densities = [0.0; FEW];
+        let densities = &mut densities[..weights.len()];
+        let mut largest = f64::NEG_INFINITY;
+        for (ln_density, component) in densities.iter_mut().zip(self.components()) {
+            let mut terms = Valued::default();
+            component.add_terms(x, &mut terms);
+            *ln_density = terms.0 + component.left_out(x);
+            largest = largest.max(*ln_density);
+        }
+        let mut sum = 0.0;
+        for (density, share) in densities.iter_mut().zip(weights) {
+            *density = (*density - largest).exp();
+            sum += share.number() * *density;
+        }
+        // densities of zero, or far below one whose weight is zero, and no numbers
+        if !(sum > SMALLEST && sum.is_finite()) {
+            return None;
+        }
+        if R::DIFFERENTIABLE {
+            let inverse = weight / sum;
+            for (density, (share, component)) in densities.iter().zip(self.pairs()) {
+                let in_share = density * inverse;
+                component.add_terms(x, &mut Settled::new(share.number() * in_share));
+                Terms::<R>::add(&mut Settled::new(1.0), 0.0, ((share, in_share),));
+            }
+        }
+        Some(largest + sum.ln())
+    }
+
     fn require_weights(&self) -> Result<(), DomainError> {
         let weights = self.0.weights();
         DomainError::require(
@@ -209,6 +260,14 @@ where
         self.ln_average(|component| (component.ln_density(x), component.left_out(x)))
     }
 
+    #[inline(always)]
+    fn add_terms(&self, x: &Self::Value, terms: &mut impl Terms<R>) {
+        match terms.settles().and_then(|weight| self.settle(x, weight)) {
+            Some(value) => terms.add_number(R::from(value)),
+            None => terms.add_number(self.ln_density(x)),
+        }
+    }
+
     fn validate(&self) -> Result<(), DomainError> {
         self.require_weights()?;
         self.components().try_for_each(|component| component.validate())
@@ -258,8 +317,13 @@ where
     }
 
     #[inline]
-    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (R, R) {
-        super::constrain(self, next(), jacobian)
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        jacobian: bool,
+        terms: &mut impl Terms<R>,
+    ) -> R {
+        super::constrain(self, next(), jacobian, terms)
     }
 
     fn unconstrain(&self, x: &R, out: &mut Vec<f64>) {
@@ -345,7 +409,10 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
-        self.ln_average(|component| (super::ln_density(component, x), component.left_out()))
+        self.ln_average(|component| {
+            let ln_pdf = Joined::of(|terms| super::add_terms(component, x, terms));
+            (ln_pdf, component.left_out())
+        })
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

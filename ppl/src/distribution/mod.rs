@@ -80,6 +80,7 @@ use rand::Rng;
 use crate::density::DomainError;
 use crate::record::{Datum, Record};
 use crate::scalar::Scalar;
+use crate::terms::Terms;
 
 pub use array::Array;
 pub use bernoulli::Bernoulli;
@@ -147,7 +148,7 @@ pub use uniform::Uniform;
 pub use unit_vector::UnitVector;
 pub use univariate::{Univariate, UnivariateDensity};
 #[doc(hidden)]
-pub use univariate::{constrain, ln_density};
+pub use univariate::{add_terms, constrain};
 pub use vector::{Repeated, Vector};
 pub use von_mises::VonMises;
 pub use weibull::Weibull;
@@ -229,13 +230,16 @@ pub trait Distribution<R: Scalar>: Family {
     /// A number, a count, a flag, an array, a vector or a Cholesky factor.
     type Value: Clone + Record;
 
-    /// See [`UnivariateDensity::SUMMANDS`].
-    #[doc(hidden)]
-    const SUMMANDS: bool = false;
-
     /// Log density (log mass for counts) at `x`; −∞ outside the support, NaN for parameters
     /// outside their domain.
     fn ln_density(&self, x: &Self::Value) -> R;
+
+    /// [`ln_density`](Distribution::ln_density), term by term.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn add_terms(&self, x: &Self::Value, terms: &mut impl Terms<R>) {
+        terms.add_number(self.ln_density(x));
+    }
 
     /// Whether a few sums over data suffice for all of them, if the parameters are the same.
     #[doc(hidden)]
@@ -247,11 +251,11 @@ pub trait Distribution<R: Scalar>: Family {
         let _ = (data, sums);
     }
 
-    /// The sum of the log densities at the data with these sums.
+    /// The terms of the log densities at the data with these sums.
     #[doc(hidden)]
-    fn ln_density_of(&self, sums: &[f64]) -> R {
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
         let _ = sums;
-        R::from(f64::NAN)
+        terms.add_number(R::from(f64::NAN));
     }
 
     /// What a reading that leaves out what is the same at every point leaves out of
@@ -283,9 +287,14 @@ pub trait Unknown<R: Scalar>: Distribution<R> {
     /// Number of unconstrained coordinates.
     fn dim(&self) -> usize;
 
-    /// The value at the next coordinates, and its log density; `jacobian` adds the
+    /// The value at the next coordinates. Its log density goes to `terms`; `jacobian` adds the
     /// log-Jacobian of the map, in a form that cancels what can be cancelled.
-    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (Self::Value, R);
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        jacobian: bool,
+        terms: &mut impl Terms<R>,
+    ) -> Self::Value;
 
     /// Appends the coordinates of `x`: the inverse of [`constrain`](Unknown::constrain).
     fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>);

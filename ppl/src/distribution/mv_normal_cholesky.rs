@@ -8,6 +8,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Partials, Scalar};
 use crate::special::HALF_LN_2PI;
+use crate::terms::{Joined, Terms};
 
 /// Multivariate normal distribution with mean μ ∈ ℝᴷ and covariance L Lᵀ.
 ///
@@ -69,11 +70,6 @@ impl<R: Scalar, const K: usize> Partials<R> for Gradient<R, K> {
             f(diagonal, self.w[i] * self.z[i] - diagonal.value().recip());
         }
     }
-
-    #[inline(always)]
-    fn any(&self) -> Option<R> {
-        first_unknown(&[&self.mean, &self.x], &self.factor)
-    }
 }
 
 /// The partials of many densities together.
@@ -94,21 +90,6 @@ impl<R: Scalar, const K: usize> Partials<R> for Pooled<R, K> {
             }
         }
     }
-
-    #[inline(always)]
-    fn any(&self) -> Option<R> {
-        first_unknown(&[&self.mean], &self.factor)
-    }
-}
-
-/// A number that is no constant.
-#[inline(always)]
-fn first_unknown<R: Scalar, const K: usize>(
-    vectors: &[&[R; K]],
-    factor: &CholeskyFactor<R, K>,
-) -> Option<R> {
-    let vectors = vectors.iter().flat_map(|vector| vector.iter());
-    vectors.chain(factor.rows().iter().flatten()).copied().find(|number| !number.is_constant())
 }
 
 /// ln Π xᵢ of positive numbers; NaN if one is not.
@@ -151,10 +132,14 @@ where
     T: Datum<R> + Clone,
 {
     type Value = [R; K];
-    const SUMMANDS: bool = true;
 
     #[inline]
     fn ln_density(&self, x: &[R; K]) -> R {
+        Joined::of(|terms| self.add_terms(x, terms))
+    }
+
+    #[inline]
+    fn add_terms(&self, x: &[R; K], terms: &mut impl Terms<R>) {
         let (mean, factor) = self.lift::<R, K>();
         let l = |i: usize, j: usize| factor.get(i, j).value();
         let mut z = [0.0; K];
@@ -169,7 +154,7 @@ where
         }
         value -= ln_product(std::array::from_fn::<_, K, _>(|i| l(i, i)));
         if !R::DIFFERENTIABLE {
-            return R::from(value);
+            return terms.add_number(R::from(value));
         }
         let mut w = z;
         for i in (0..K).rev() {
@@ -178,7 +163,7 @@ where
             }
             w[i] /= l(i, i);
         }
-        R::term(value, Gradient { x: *x, mean, factor, z, w })
+        terms.add(value, Gradient { x: *x, mean, factor, z, w });
     }
 
     const POOLS: bool = true;
@@ -206,8 +191,8 @@ where
         }));
     }
 
-    fn ln_density_of(&self, sums: &[f64]) -> R {
-        let Some((&n, sums)) = sums.split_first() else { return R::from(0.0) };
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
+        let Some((&n, sums)) = sums.split_first() else { return };
         let (center, scatter) = sums.split_at(K);
         let (mean, factor) = self.lift::<R, K>();
         let l: [[f64; K]; K] = factor.rows().map(|row| row.map(Scalar::value));
@@ -226,7 +211,7 @@ where
         }
         value -= n * ln_product(std::array::from_fn::<_, K, _>(|i| l[i][i]));
         if !R::DIFFERENTIABLE {
-            return R::from(value);
+            return terms.add_number(R::from(value));
         }
         // G = L⁻ᵀ (n z zᵀ + A), of which the lower triangle less n/Lᵢᵢ is the partial in L
         let mut g: [[f64; K]; K] =
@@ -238,7 +223,7 @@ where
         let in_factor: [[f64; K]; K] = std::array::from_fn(|i| {
             std::array::from_fn(|j| g[j][i] - if i == j { n * inverse[i] } else { 0.0 })
         });
-        R::term(value, Pooled { mean, factor, in_mean, in_factor })
+        terms.add(value, Pooled { mean, factor, in_mean, in_factor });
     }
 
     fn validate(&self) -> Result<(), DomainError> {
@@ -271,9 +256,15 @@ where
     }
 
     #[inline]
-    fn constrain(&self, next: &mut impl FnMut() -> R, _: bool) -> ([R; K], R) {
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        _: bool,
+        terms: &mut impl Terms<R>,
+    ) -> [R; K] {
         let x = std::array::from_fn(|_| next());
-        (x, self.ln_density(&x))
+        self.add_terms(&x, terms);
+        x
     }
 
     fn unconstrain(&self, x: &[R; K], out: &mut Vec<f64>) {

@@ -8,6 +8,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{ln_1p_minus, ln_beta, ln_gamma, ln_minus_digamma};
+use crate::terms::Terms;
 
 /// Multivariate Student t distribution with ν degrees of freedom, location μ ∈ ℝᴷ and scale
 /// matrix L Lᵀ: its covariance is L Lᵀ ν/(ν − 2) for ν > 2.
@@ -129,9 +130,15 @@ where
     }
 
     #[inline]
-    fn constrain(&self, next: &mut impl FnMut() -> R, _: bool) -> ([R; K], R) {
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        _: bool,
+        terms: &mut impl Terms<R>,
+    ) -> [R; K] {
         let x = std::array::from_fn(|_| next());
-        (x, self.ln_density(&x))
+        terms.add_number(self.ln_density(&x));
+        x
     }
 
     fn unconstrain(&self, x: &[R; K], out: &mut Vec<f64>) {

@@ -10,6 +10,7 @@ use super::{
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
+use crate::terms::{Joined, Terms};
 
 /// A distribution that is a fixed one, moved and stretched: x = T(z) with z standard.
 ///
@@ -85,6 +86,11 @@ impl<R: Scalar, D: LocationScale<R>> Distribution<R> for NonCentered<D> {
         self.inner.ln_density(x)
     }
 
+    #[inline(always)]
+    fn add_terms(&self, x: &D::Value, terms: &mut impl Terms<R>) {
+        self.inner.add_terms(x, terms);
+    }
+
     fn validate(&self) -> Result<(), DomainError> {
         self.inner.validate()
     }
@@ -100,12 +106,21 @@ impl<R: Scalar, D: LocationScale<R>> Unknown<R> for NonCentered<D> {
     }
 
     #[inline]
-    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (D::Value, R) {
-        let (z, term) = self.inner.standard().constrain(next, jacobian);
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        jacobian: bool,
+        terms: &mut impl Terms<R>,
+    ) -> D::Value {
+        let standard = self.inner.standard();
+        if jacobian {
+            return self.inner.stretch(&standard.constrain(next, jacobian, terms));
+        }
+        // the density is over x, not over z
+        let (z, _) = Joined::with(|terms| standard.constrain(next, jacobian, terms));
         let x = self.inner.stretch(&z);
-        // without Jacobians the density is over x, not over z
-        let term = if jacobian { term } else { self.inner.ln_density(&x) };
-        (x, term)
+        self.inner.add_terms(&x, terms);
+        x
     }
 
     fn unconstrain(&self, x: &D::Value, out: &mut Vec<f64>) {

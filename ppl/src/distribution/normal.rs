@@ -8,6 +8,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{HALF_LN_2PI, NormalInterval, normal_cdf, normal_upper_quantile};
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Normal distribution with mean μ and standard deviation σ.
@@ -83,7 +84,6 @@ where
     M: Parameter + Datum<R>,
     S: Parameter + Datum<R>,
 {
-    const SUMMANDS: bool = true;
     const CONSTANT: bool = M::CONSTANT && S::CONSTANT;
 
     #[inline(always)]
@@ -93,13 +93,18 @@ where
 
     #[inline(always)]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let precise = self.1.number().recip();
         let z = (x.value() - self.0.number()) * precise;
         let slope = z * precise;
-        R::term(
+        terms.add(
             -0.5 * z * z - normaliser::<R, S>(self.1, ln_normaliser),
             ((x, -slope), (self.0, slope), (self.1, z * slope - precise)),
-        )
+        );
     }
 
     const POOLS: bool = true;
@@ -119,16 +124,16 @@ where
     }
 
     #[inline(always)]
-    fn ln_density_of(&self, sums: &[f64]) -> R {
-        let &[n, mean, squares] = sums else { return R::from(0.0) };
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
+        let &[n, mean, squares] = sums else { return };
         let precise = self.1.number().recip();
         let away = mean - self.0.number();
         let all = squares + n * away * away;
         let quadratic = all * precise * precise;
-        R::term(
+        terms.add(
             -0.5 * quadratic - n * normaliser::<R, S>(self.1, ln_normaliser),
             ((self.0, n * away * precise * precise), (self.1, (quadratic - n) * precise)),
-        )
+        );
     }
 
     fn left_out(&self) -> f64 {

@@ -6,6 +6,7 @@ use super::{Distribution, Family, Repeated, Univariate, UnivariateDensity, Unkno
 use crate::density::DomainError;
 use crate::scalar::Scalar;
 use crate::special::ln_gamma;
+use crate::terms::{Joined, Terms};
 use crate::transform::{Ascending, VectorMap};
 
 /// N independent values in ascending order; made by [`Family::ordered`].
@@ -38,9 +39,14 @@ impl<A: Family> Family for Ordered<A> {}
 
 impl<A> Ordered<A> {
     /// Σ ln p₀(xᵢ) + ln N!.
-    fn total<R: Scalar>(&self, x: &[R], ln_pdf: impl Fn(R) -> R) -> R {
-        let sum: R = x.iter().map(|&x| ln_pdf(x)).sum();
-        sum + ln_gamma(x.len() as f64 + 1.0)
+    fn add_all<R: Scalar, T: Terms<R>>(
+        &self,
+        x: &[R],
+        terms: &mut T,
+        add_ln_pdf: impl Fn(R, &mut T),
+    ) {
+        x.iter().for_each(|&x| add_ln_pdf(x, terms));
+        terms.add_number(R::from(ln_gamma(x.len() as f64 + 1.0)));
     }
 }
 
@@ -52,11 +58,15 @@ where
     type Value = A::Values;
 
     fn ln_density(&self, x: &A::Values) -> R {
+        Joined::of(|terms| self.add_terms(x, terms))
+    }
+
+    fn add_terms(&self, x: &A::Values, terms: &mut impl Terms<R>) {
         let x = x.as_ref();
         if x.len() != self.inner.size() || x.windows(2).any(|pair| pair[0] > pair[1]) {
-            return R::from(f64::NEG_INFINITY);
+            return terms.add_number(R::from(f64::NEG_INFINITY));
         }
-        self.total(x, |x| super::ln_density(self.inner.element(), x))
+        self.add_all(x, terms, |x, terms| super::add_terms(self.inner.element(), x, terms));
     }
 
     fn validate(&self) -> Result<(), DomainError> {
@@ -81,15 +91,20 @@ where
         self.inner.size()
     }
 
-    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (A::Values, R) {
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        jacobian: bool,
+        terms: &mut impl Terms<R>,
+    ) -> A::Values {
         let element = self.inner.element();
         let mut values = self.inner.zeros();
         let log_jacobian = Ascending(element.support()).constrain(next, values.as_mut());
-        let mut total = self.total(values.as_ref(), |x| element.ln_pdf(x));
+        self.add_all(values.as_ref(), terms, |x, terms| element.add_ln_pdf(x, terms));
         if jacobian {
-            total += log_jacobian;
+            terms.add_number(log_jacobian);
         }
-        (values, total)
+        values
     }
 
     fn unconstrain(&self, x: &A::Values, out: &mut Vec<f64>) {

@@ -8,6 +8,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{HALF_LN_2PI, deviance, ln_gamma, regularised_gamma, stirling_error};
+use crate::terms::{Joined, Terms};
 
 /// Poisson distribution of a count with rate λ; it can be observed, not declared.
 ///
@@ -83,10 +84,13 @@ where
     R: Scalar,
     L: Parameter + Datum<R>,
 {
-    const SUMMANDS: bool = true;
-
     #[inline]
     fn ln_pmf(&self, k: u64) -> R {
+        Joined::of(|terms| self.add_ln_pmf(k, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pmf(&self, k: u64, terms: &mut impl Terms<R>) {
         let (k, rate) = (k as f64, self.0.number());
         let value = if R::LEAN && k > 0.0 {
             // without ln k!, which is the same at every point
@@ -94,7 +98,7 @@ where
         } else {
             ln_pmf(k, rate)
         };
-        R::term(value, ((self.0, k / rate - 1.0),))
+        terms.add(value, ((self.0, k / rate - 1.0),));
     }
 
     const POOLS: bool = true;
@@ -111,12 +115,12 @@ where
     }
 
     #[inline(always)]
-    fn ln_density_of(&self, sums: &[f64]) -> R {
-        let &[n, sum, factorials] = sums else { return R::from(0.0) };
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
+        let &[n, sum, factorials] = sums else { return };
         let rate = self.0.number();
         let constant = if R::LEAN { 0.0 } else { factorials };
         let value = if rate > 0.0 { sum * rate.ln() - n * rate - constant } else { f64::NAN };
-        R::term(value, ((self.0, sum / rate - n),))
+        terms.add(value, ((self.0, sum / rate - n),));
     }
 
     fn left_out(&self, k: u64) -> f64 {

@@ -9,6 +9,7 @@ use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
+use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Rayleigh distribution: the length of a plane vector whose parts are Normal(0, σ).
@@ -105,17 +106,16 @@ where
     }
 
     #[inline]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let x = y.exp();
         let scale = self.0.number();
         let inverse = scale.recip();
         let square = (x.value() * inverse).powi(2);
-        let ln_pdf = R::fuse(
+        terms.add(
             2.0 * (y.value() - scale.ln()) - 0.5 * square,
-            [y, lift(self.0)],
-            [2.0 - square, (square - 2.0) * inverse],
+            ((y, 2.0 - square), (self.0, (square - 2.0) * inverse)),
         );
-        (x, ln_pdf)
+        x
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

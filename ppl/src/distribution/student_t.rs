@@ -10,6 +10,7 @@ use crate::special::{
     HALF_LN_2PI, Tail, beta_logit_quantile, ln_1p_minus, ln_1p_square, ln_minus_digamma,
     regularised_beta, stirling_error,
 };
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Student's t distribution with ν degrees of freedom, location μ and scale σ.
@@ -134,7 +135,6 @@ where
     M: Parameter + Datum<R>,
     S: Parameter + Datum<R>,
 {
-    const SUMMANDS: bool = true;
     const CONSTANT: bool = N::CONSTANT && M::CONSTANT && S::CONSTANT;
 
     #[inline]
@@ -144,13 +144,18 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let scale = self.2.number();
         let inverse = scale.recip();
         let nu = lift::<R>(self.0);
         let z = (x.value() - self.1.number()) * inverse;
         let (value, [in_z, in_nu, share]) = standard(z, nu);
         let constant = normaliser::<R, N>(self.0, ln_shape) - normaliser::<R, S>(self.2, f64::ln);
-        R::term(
+        terms.add(
             constant + value,
             (
                 (x, in_z * inverse),
@@ -158,7 +163,7 @@ where
                 (self.1, -in_z * inverse),
                 (self.2, (share - 1.0) * inverse),
             ),
-        )
+        );
     }
 
     fn left_out(&self) -> f64 {

@@ -8,6 +8,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::HALF_LN_2PI;
+use crate::terms::Terms;
 use crate::transform::{VectorMap, ZeroSum};
 
 /// N independent normal values under the condition that their sum is 0; made by
@@ -97,11 +98,16 @@ where
         VectorMap::<R>::dim(&ZeroSum, self.inner.size())
     }
 
-    fn constrain(&self, next: &mut impl FnMut() -> R, _: bool) -> (A::Values, R) {
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        _: bool,
+        terms: &mut impl Terms<R>,
+    ) -> A::Values {
         let mut values = self.inner.zeros();
         ZeroSum.constrain(next, values.as_mut());
-        let total = Self::total(values.as_ref(), lift(self.inner.element().1));
-        (values, total)
+        terms.add_number(Self::total(values.as_ref(), lift(self.inner.element().1)));
+        values
     }
 
     fn unconstrain(&self, x: &A::Values, out: &mut Vec<f64>) {

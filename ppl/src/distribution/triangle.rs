@@ -8,6 +8,7 @@ use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, logistic, softplus};
+use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Triangular distribution on (a, b) with mode c: `Triangular(a, c, b)`.
@@ -157,7 +158,7 @@ where
 
     /// The distance from the nearer end keeps its digits.
     #[inline]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let (a, c, b) = self.corners();
         let (p, q) = logistic(y.value());
         let [ln_p, ln_q] = [-y.value(), y.value()].map(|y| -softplus(y));
@@ -172,8 +173,9 @@ where
         } else {
             (share + ln_q, [q - 2.0 * p, -inverse, from_run, inverse - from_run])
         };
-        let ln_pdf = R::fuse(value, [y, lift(self.0), lift(self.1), lift(self.2)], partials);
-        (support.point(y), ln_pdf)
+        let [in_y, in_a, in_c, in_b] = partials;
+        terms.add(value, ((y, in_y), (self.0, in_a), (self.1, in_c), (self.2, in_b)));
+        support.point(y)
     }
 
     /// The ends move only where the interval does not cut them off.

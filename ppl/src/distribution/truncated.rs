@@ -7,6 +7,7 @@ use super::{Distribution, Family, Interval, Numeric, Univariate, UnivariateDensi
 use crate::density::DomainError;
 use crate::scalar::Scalar;
 use crate::special::integral_from_zero;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// A distribution of one number, real or count, conditioned on an interval; made by
@@ -34,19 +35,21 @@ impl<D: Family> Family for Truncated<D> {}
 
 impl<R: Scalar, D: Numeric<R>> Distribution<R> for Truncated<D> {
     type Value = D::Value;
-    // the mass of unknown parameters may be computed from densities
-    const SUMMANDS: bool = D::SUMMANDS && D::CONSTANT;
 
     #[inline]
     fn ln_density(&self, x: &D::Value) -> R {
+        Joined::of(|terms| self.add_terms(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_terms(&self, x: &D::Value, terms: &mut impl Terms<R>) {
         if !D::is_within(x, &self.interval) && !D::number(x).is_nan() {
-            return R::from(f64::NEG_INFINITY);
+            return terms.add_number(R::from(f64::NEG_INFINITY));
         }
-        let inner = self.inner.ln_density(x);
-        if R::LEAN && D::CONSTANT {
-            return inner;
+        self.inner.add_terms(x, terms);
+        if !(R::LEAN && D::CONSTANT) {
+            terms.add_number(-self.inner.ln_probability(self.interval));
         }
-        inner - self.inner.ln_probability(self.interval)
     }
 
     fn left_out(&self, x: &D::Value) -> f64 {
@@ -104,8 +107,13 @@ where
     }
 
     #[inline]
-    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (R, R) {
-        super::constrain(self, next(), jacobian)
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        jacobian: bool,
+        terms: &mut impl Terms<R>,
+    ) -> R {
+        super::constrain(self, next(), jacobian, terms)
     }
 
     fn unconstrain(&self, x: &R, out: &mut Vec<f64>) {
@@ -225,8 +233,6 @@ where
     R: Scalar,
     D: UnivariateDensity<R>,
 {
-    // the mass of unknown parameters may be computed from densities
-    const SUMMANDS: bool = D::SUMMANDS && D::CONSTANT;
     const CONSTANT: bool = D::CONSTANT;
 
     #[inline]
@@ -236,11 +242,15 @@ where
 
     #[inline(always)]
     fn ln_pdf(&self, x: R) -> R {
-        let inner = self.inner.ln_pdf(x);
-        if R::LEAN && D::CONSTANT {
-            return inner;
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+        self.inner.add_ln_pdf(x, terms);
+        if !(R::LEAN && D::CONSTANT) {
+            terms.add_number(-ln_probability(&self.inner, self.interval));
         }
-        inner - ln_probability(&self.inner, self.interval)
     }
 
     fn left_out(&self) -> f64 {

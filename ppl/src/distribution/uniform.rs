@@ -6,6 +6,7 @@ use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 use crate::transform::log_logistic_density;
 
@@ -83,7 +84,6 @@ where
     A: Parameter + Datum<R>,
     B: Parameter + Datum<R>,
 {
-    const SUMMANDS: bool = true;
     const CONSTANT: bool = A::CONSTANT && B::CONSTANT;
 
     #[inline(always)]
@@ -92,16 +92,22 @@ where
     }
 
     #[inline(always)]
-    fn ln_pdf(&self, _: R) -> R {
-        let width = self.width();
-        R::term(-width.ln(), ((self.0, width.recip()), (self.1, -width.recip())))
+    fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
     }
 
     #[inline(always)]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+    fn add_ln_pdf(&self, _: R, terms: &mut impl Terms<R>) {
+        let width = self.width();
+        terms.add(-width.ln(), ((self.0, width.recip()), (self.1, -width.recip())));
+    }
+
+    #[inline(always)]
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let support: Support<R> = self.support();
         let (value, slope) = log_logistic_density(y.value());
-        (support.point(y), R::term(value, ((y, slope),)))
+        terms.add(value, ((y, slope),));
+        support.point(y)
     }
 
     /// The interval inside moves with those ends that it does not cut off.

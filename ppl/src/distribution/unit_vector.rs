@@ -7,6 +7,7 @@ use super::{Distribution, Family, Unknown};
 use crate::density::DomainError;
 use crate::scalar::Scalar;
 use crate::special::{HALF_LN_2PI, ln_gamma};
+use crate::terms::Terms;
 use crate::transform::{UnitSphere, VectorMap};
 
 /// The uniform distribution of directions: vectors of N ≥ 2 numbers with length 1.
@@ -60,11 +61,16 @@ impl<R: Scalar, const N: usize> Unknown<R> for UnitVector<N> {
         N
     }
 
-    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> ([R; N], R) {
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        jacobian: bool,
+        terms: &mut impl Terms<R>,
+    ) -> [R; N] {
         let mut x = [R::from(0.0); N];
         let radius = UnitSphere::direct(next, &mut x);
         let half = 0.5 * N as f64;
-        let total = if jacobian {
+        terms.add_number(if jacobian {
             radius.square() * -0.5 - N as f64 * HALF_LN_2PI
         } else {
             // uniform direction, chi length
@@ -72,8 +78,8 @@ impl<R: Scalar, const N: usize> Unknown<R> for UnitVector<N> {
             radius.square() * -0.5
                 + radius.ln() * (N as f64 - 1.0)
                 + (ln_chi - UnitSphere::ln_area(N))
-        };
-        (x, total)
+        });
+        x
     }
 
     fn unconstrain(&self, x: &[R; N], out: &mut Vec<f64>) {

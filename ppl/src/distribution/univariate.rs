@@ -5,6 +5,7 @@ use rand::Rng;
 use super::{Family, Interval, Truncated, interval_mass};
 use crate::density::DomainError;
 use crate::scalar::Scalar;
+use crate::terms::Terms;
 use crate::transform::Support;
 
 /// A distribution of one real number: what needs the values of its parameters only.
@@ -100,11 +101,6 @@ pub trait Univariate: Family {
 /// assert!((positive.cdf(positive.quantile(0.3)) - 0.3).abs() < 1e-12);
 /// ```
 pub trait UnivariateDensity<R: Scalar>: Univariate {
-    /// Whether the log density is a sum of [terms](Scalar::term), from whose values nothing
-    /// further is computed: their partials may be taken one by one then.
-    #[doc(hidden)]
-    const SUMMANDS: bool = false;
-
     /// Whether all parameters are data, as far as known.
     #[doc(hidden)]
     const CONSTANT: bool = false;
@@ -121,6 +117,13 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     /// Log density at `x` inside the support, as one fused operation with exact partials.
     fn ln_pdf(&self, x: R) -> R;
 
+    /// See [`Distribution::add_terms`](super::Distribution::add_terms).
+    #[doc(hidden)]
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+        terms.add_number(self.ln_pdf(x));
+    }
+
     /// See [`Distribution::POOLS`](super::Distribution::POOLS).
     #[doc(hidden)]
     const POOLS: bool = false;
@@ -131,19 +134,21 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
         let _ = (data, sums);
     }
 
-    /// See [`Distribution::ln_density_of`](super::Distribution::ln_density_of).
+    /// See [`Distribution::add_pooled_terms`](super::Distribution::add_pooled_terms).
     #[doc(hidden)]
-    fn ln_density_of(&self, sums: &[f64]) -> R {
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
         let _ = sums;
-        R::from(f64::NAN)
+        terms.add_number(R::from(f64::NAN));
     }
 
-    /// The value at the unconstrained coordinate `y`, with log density plus log-Jacobian.
+    /// The value at the unconstrained coordinate `y`; log density plus log-Jacobian go to `terms`.
     /// Override it where the two cancel.
     #[inline(always)]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let (x, log_jacobian) = self.support().constrain(y);
-        (x, self.ln_pdf(x) + R::term(log_jacobian.value(), ((log_jacobian, 1.0),)))
+        self.add_ln_pdf(x, terms);
+        terms.add_number(log_jacobian);
+        x
     }
 
     /// ln P(lower < X < upper), with its derivatives in the parameters.
@@ -164,11 +169,15 @@ macro_rules! univariate {
             Self: $crate::UnivariateDensity<R>,
         {
             type Value = R;
-            const SUMMANDS: bool = <Self as $crate::UnivariateDensity<R>>::SUMMANDS;
 
             #[inline(always)]
             fn ln_density(&self, x: &R) -> R {
-                $crate::__private::ln_density(self, *x)
+                $crate::Joined::of(|terms| $crate::__private::add_terms(self, *x, terms))
+            }
+
+            #[inline(always)]
+            fn add_terms(&self, x: &R, terms: &mut impl $crate::Terms<R>) {
+                $crate::__private::add_terms(self, *x, terms);
             }
 
             const POOLS: bool = <Self as $crate::UnivariateDensity<R>>::POOLS;
@@ -178,8 +187,8 @@ macro_rules! univariate {
             }
 
             #[inline(always)]
-            fn ln_density_of(&self, sums: &[f64]) -> R {
-                $crate::UnivariateDensity::ln_density_of(self, sums)
+            fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl $crate::Terms<R>) {
+                $crate::UnivariateDensity::add_pooled_terms(self, sums, terms);
             }
 
             fn left_out(&self, _: &R) -> f64 {
@@ -238,8 +247,13 @@ macro_rules! univariate {
             }
 
             #[inline(always)]
-            fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (R, R) {
-                $crate::__private::constrain(self, next(), jacobian)
+            fn constrain(
+                &self,
+                next: &mut impl FnMut() -> R,
+                jacobian: bool,
+                terms: &mut impl $crate::Terms<R>,
+            ) -> R {
+                $crate::__private::constrain(self, next(), jacobian, terms)
             }
 
             fn unconstrain(&self, x: &R, out: &mut Vec<f64>) {
@@ -256,11 +270,15 @@ macro_rules! univariate {
 
 /// −∞ outside the support, the density inside.
 #[inline(always)]
-pub fn ln_density<R: Scalar, D: UnivariateDensity<R>>(distribution: &D, x: R) -> R {
+pub fn add_terms<R, D>(distribution: &D, x: R, terms: &mut impl Terms<R>)
+where
+    R: Scalar,
+    D: UnivariateDensity<R>,
+{
     if distribution.support().contains(x.value()) || x.value().is_nan() {
-        distribution.ln_pdf(x)
+        distribution.add_ln_pdf(x, terms);
     } else {
-        R::from(f64::NEG_INFINITY)
+        terms.add_number(R::from(f64::NEG_INFINITY));
     }
 }
 
@@ -270,11 +288,13 @@ pub fn constrain<R: Scalar, D: UnivariateDensity<R>>(
     distribution: &D,
     y: R,
     jacobian: bool,
-) -> (R, R) {
+    terms: &mut impl Terms<R>,
+) -> R {
     if jacobian {
-        distribution.ln_pdf_unconstrained(y)
+        distribution.at_coordinate(y, terms)
     } else {
         let x = distribution.support().point(y);
-        (x, distribution.ln_pdf(x))
+        distribution.add_ln_pdf(x, terms);
+        x
     }
 }

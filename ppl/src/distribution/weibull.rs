@@ -8,6 +8,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::ln_gamma;
+use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Weibull distribution with shape α and scale σ: the weakest of many links.
@@ -120,9 +121,11 @@ where
 
     /// The Jacobian cancels 1/x.
     #[inline]
-    fn ln_pdf_unconstrained(&self, y: R) -> (R, R) {
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let (value, partials) = self.ln_power(y.value() - self.1.number().ln());
-        (y.exp(), R::fuse(value, [y, lift(self.0), lift(self.1)], partials))
+        let [in_y, in_first, in_second] = partials;
+        terms.add(value, ((y, in_y), (self.0, in_first), (self.1, in_second)));
+        y.exp()
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

@@ -11,6 +11,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{HALF_LN_2PI, digamma, ln_gamma};
+use crate::terms::Terms;
 use crate::transform::Covariance;
 
 /// Cholesky factor L of a K×K matrix W = L Lᵀ with the Wishart distribution: ν degrees of
@@ -174,16 +175,21 @@ where
         K * (K + 1) / 2
     }
 
-    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (CholeskyFactor<R, K>, R) {
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        jacobian: bool,
+        terms: &mut impl Terms<R>,
+    ) -> CholeskyFactor<R, K> {
         let (a, _) = Covariance.constrain::<R, K>(next);
         let factor = self.1.lift().product(&a);
-        let total = if jacobian {
+        terms.add_number(if jacobian {
             // the Jacobian of Aᵢᵢ = exp y is one more power
             Bartlett::new(&a.values(), self.degrees(), 1.0).fuse(&a, lift(self.0))
         } else {
             self.ln_density(&factor)
-        };
-        (factor, total)
+        });
+        factor
     }
 
     fn unconstrain(&self, factor: &CholeskyFactor<R, K>, out: &mut Vec<f64>) {

@@ -1,12 +1,12 @@
 //! What must hold for every distribution of one number.
 
 use ppl::prelude::*;
-use ppl::{Dual, Univariate, UnivariateDensity};
+use ppl::{Dual, Joined, Univariate, UnivariateDensity};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::numerics::{
-    KOLMOGOROV_SMIRNOV_LIMIT, assert_close, derivative, half_integral, integral,
+    KOLMOGOROV_SMIRNOV_LIMIT, assert_close, constrained, derivative, half_integral, integral,
     kolmogorov_smirnov, moments,
 };
 
@@ -105,7 +105,10 @@ fn density<D: Plain>(distribution: &D, y: f64) -> f64 {
     if y.abs() > 650.0 && distribution.support().bounds().0.is_finite() {
         return 0.0;
     }
-    distribution.ln_pdf_unconstrained(y).1.exp()
+    Joined::of(|terms| {
+        distribution.at_coordinate(y, terms);
+    })
+    .exp()
 }
 
 /// ∫ g(x) p(x) dx.
@@ -163,14 +166,14 @@ fn derivatives<const P: usize, D: Plain, G: Differentiated>(
             (
                 "constrain with Jacobian",
                 y,
-                reading.constrain(&mut || Dual::new(y, unit(0)), true).1,
-                |d, y| d.constrain(&mut || y, true).1,
+                constrained(&reading, || Dual::new(y, unit(0)), true).1,
+                |d, y| constrained(d, || y, true).1,
             ),
             (
                 "constrain without Jacobian",
                 y,
-                reading.constrain(&mut || Dual::new(y, unit(0)), false).1,
-                |d, y| d.constrain(&mut || y, false).1,
+                constrained(&reading, || Dual::new(y, unit(0)), false).1,
+                |d, y| constrained(d, || y, false).1,
             ),
         ];
         for (what, at, dual, value) in readings {
@@ -205,14 +208,14 @@ fn maps<const P: usize, D: Plain>(case: &Case<P>, distribution: &D) {
         let name = format!("maps at {x}, {}", case.name);
         let mut y = Vec::new();
         Unknown::<f64>::unconstrain(distribution, &x, &mut y);
-        let (back, ln_density) = distribution.constrain(&mut || y[0], true);
+        let (back, ln_density) = constrained(distribution, || y[0], true);
         assert_close(back, x, 1e-12, 0.0, &name);
         let step = 0.05 * y[0].abs().max(0.2);
         let support = distribution.support();
         let jacobian = derivative(|y| support.constrain(y).0, y[0], step);
         let expected = distribution.ln_density(&back) + jacobian.abs().ln();
         assert_close(ln_density, expected, 1e-9, 1e-9, &name);
-        let (_, without) = distribution.constrain(&mut || y[0], false);
+        let (_, without) = constrained(distribution, || y[0], false);
         assert_close(without, distribution.ln_density(&back), 1e-13, 1e-13, &name);
     }
     let (low, high) = distribution.support().bounds();

@@ -6,7 +6,7 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::numerics::{
-    KOLMOGOROV_SMIRNOV_LIMIT, assert_close, derivative, integral, kolmogorov_smirnov,
+    KOLMOGOROV_SMIRNOV_LIMIT, assert_close, constrained, derivative, integral, kolmogorov_smirnov,
 };
 
 fn constrain<R: Scalar, const K: usize>(
@@ -15,7 +15,7 @@ fn constrain<R: Scalar, const K: usize>(
     jacobian: bool,
 ) -> (CholeskyFactor<R, K>, R) {
     let mut next = x.iter().copied();
-    LkjCholesky::<K>(eta).constrain(&mut || next.next().unwrap(), jacobian)
+    constrained(&LkjCholesky::<K>(eta), || next.next().unwrap(), jacobian)
 }
 
 /// Correlations below the diagonal, row by row.

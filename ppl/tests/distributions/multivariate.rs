@@ -6,7 +6,7 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::numerics::{
-    KOLMOGOROV_SMIRNOV_LIMIT, assert_close, derivative, integral, kolmogorov_smirnov,
+    KOLMOGOROV_SMIRNOV_LIMIT, assert_close, constrained, derivative, integral, kolmogorov_smirnov,
 };
 
 const MEAN: [f64; 3] = [0.4, -1.0, 2.0];
@@ -87,7 +87,7 @@ fn as_unknown_it_is_its_own_coordinate() {
     Unknown::<f64>::unconstrain(&joint, &POINT, &mut y);
     assert_eq!(y, POINT);
     let mut next = y.into_iter();
-    let (x, ln_density) = joint.constrain(&mut || next.next().unwrap(), true);
+    let (x, ln_density) = constrained(&joint, || next.next().unwrap(), true);
     assert_eq!(x, POINT);
     assert_eq!(ln_density, joint.ln_density(&POINT));
     assert_eq!(Unknown::<f64>::dim(&joint), 3);

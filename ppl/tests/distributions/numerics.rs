@@ -1,5 +1,16 @@
 //! Independent numerics of the tests.
 
+use ppl::{Joined, Scalar, Unknown};
+
+/// The value of an unknown at the next coordinates, and its log density.
+pub(crate) fn constrained<R: Scalar, D: Unknown<R>>(
+    distribution: &D,
+    mut next: impl FnMut() -> R,
+    jacobian: bool,
+) -> (D::Value, R) {
+    Joined::with(|terms| distribution.constrain(&mut next, jacobian, terms))
+}
+
 /// The derivative of `f` at `x` by central differences with steps h, h/2, h/4, …, extrapolated
 /// to zero (Ridders 1982): the entry of the tableau whose neighbours agree best.
 pub(crate) fn derivative(f: impl Fn(f64) -> f64, x: f64, h: f64) -> f64 {

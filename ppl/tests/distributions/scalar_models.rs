@@ -4,6 +4,8 @@
 use ppl::Workspace;
 use ppl::prelude::*;
 
+use crate::numerics::constrained;
+
 ppl::model! {
     fn wrapped(ys: &[f64], ks: &[u64]) {
         let m ~ Normal(0.0, 1.0);
@@ -51,12 +53,12 @@ fn gradients_and_values_in_a_model() {
         x
     };
     let mut next = || at.next().unwrap();
-    let m: f64 = add(Normal(0.0, 1.0).constrain(&mut next, true));
-    let w = add(Beta(2.0, 2.0).constrain(&mut next, true));
-    let rate = add(Gamma(2.0, 1.0).constrain(&mut next, true));
-    let t = add(StudentT(4.0, m, 1.0).truncate(0.0..).constrain(&mut next, true));
+    let m: f64 = add(constrained(&Normal(0.0, 1.0), &mut next, true));
+    let w = add(constrained(&Beta(2.0, 2.0), &mut next, true));
+    let rate = add(constrained(&Gamma(2.0, 1.0), &mut next, true));
+    let t = add(constrained(&StudentT(4.0, m, 1.0).truncate(0.0..), &mut next, true));
     let prior = Mixture([0.3, 0.7], [Normal(m, 0.5), Normal(t, 2.0)]);
-    let mode = add(prior.constrain(&mut next, true));
+    let mode = add(constrained(&prior, &mut next, true));
     let weights = [w, 1.0 - w];
     for y in &ys {
         total += Mixture(weights, [Normal(m, 0.5), Normal(mode, 2.0)]).ln_density(y);

@@ -5,7 +5,9 @@ use ppl::prelude::*;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::numerics::{KOLMOGOROV_SMIRNOV_LIMIT, assert_close, derivative, kolmogorov_smirnov};
+use crate::numerics::{
+    KOLMOGOROV_SMIRNOV_LIMIT, assert_close, constrained, derivative, kolmogorov_smirnov,
+};
 
 /// An element distribution repeated both ways, against the element itself.
 fn assert_repeats<D>(name: &str, element: D, points: [f64; 3])
@@ -27,12 +29,12 @@ where
     assert_eq!(from_array, from_iid);
     for jacobian in [true, false] {
         let mut coordinates = from_array.iter().copied();
-        let (x, ln_density) = array.constrain(&mut || coordinates.next().unwrap(), jacobian);
+        let (x, ln_density) = constrained(&array, || coordinates.next().unwrap(), jacobian);
         let mut coordinates = from_array.iter().copied();
-        let (same, same_density) = iid.constrain(&mut || coordinates.next().unwrap(), jacobian);
+        let (same, same_density) = constrained(&iid, || coordinates.next().unwrap(), jacobian);
         assert_eq!((x.to_vec(), ln_density), (same, same_density));
         let by_element: f64 =
-            from_array.iter().map(|&y| element.constrain(&mut || y, jacobian).1).sum();
+            from_array.iter().map(|&y| constrained(&element, || y, jacobian).1).sum();
         assert_close(ln_density, by_element, 1e-14, 1e-14, name);
         for (got, expected) in x.iter().zip(points) {
             assert_close(*got, expected, 1e-12, 0.0, name);

@@ -68,7 +68,8 @@ macro_rules! unknown {
                 assert_eq!(Unknown::<R>::dim(&distribution), y.len());
                 let mut coordinates = y.iter().copied();
                 let mut next = || coordinates.next().expect("as many coordinates as dim()");
-                let (value, term) = Unknown::<R>::constrain(&distribution, &mut next, jacobian);
+                let (value, term) =
+                    $crate::numerics::constrained(&distribution, &mut next, jacobian);
                 assert!(coordinates.next().is_none());
                 let mut back = Vec::new();
                 Unknown::<R>::unconstrain(&distribution, &value, &mut back);

@@ -9,7 +9,9 @@ use ppl::{Dual, Univariate};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::numerics::{KOLMOGOROV_SMIRNOV_LIMIT, assert_close, integral, kolmogorov_smirnov};
+use crate::numerics::{
+    KOLMOGOROV_SMIRNOV_LIMIT, assert_close, constrained, integral, kolmogorov_smirnov,
+};
 use crate::vector_conformance::{assert_unknown, unknown};
 
 unknown!(OrderedNormal, |p| Normal(p[0], p[1]).array::<3>().ordered());
@@ -36,7 +38,7 @@ fn zero_sums_and_shares() {
     // volume in the hyperplane is √N times that of all entries but one
     let centred = Normal(0.0, 1.0).array::<4>().sum_to_zero();
     let mut coordinates = y.into_iter();
-    let (x, ln_p) = centred.constrain(&mut || coordinates.next().unwrap(), true);
+    let (x, ln_p) = constrained(&centred, || coordinates.next().unwrap(), true);
     assert_close(x.iter().sum::<f64>(), 0.0, 0.0, 1e-15, "sum");
     let independent: f64 = Normal(0.0, 1.0).array::<3>().ln_density(&y);
     assert_close(ln_p, independent, 1e-14, 0.0, "orthonormal");
@@ -107,7 +109,7 @@ fn directions() {
     let y = [0.4, -1.1, 0.7];
     let read = |jacobian: bool| {
         let mut next = y.into_iter();
-        UnitVector::<3>.constrain(&mut || next.next().unwrap(), jacobian)
+        constrained(&UnitVector::<3>, || next.next().unwrap(), jacobian)
     };
     let ((x, with), (_, without)): (([f64; 3], f64), _) = (read(true), read(false));
     let square: f64 = y.iter().map(|y| y * y).sum();
@@ -119,7 +121,7 @@ fn directions() {
     let mut next = y.into_iter();
     let weight: f64 = UnitSphere.constrain(&mut || next.next().unwrap(), &mut out);
     assert_close(weight - area(3).ln(), with, 1e-13, 1e-13, "against the uniform density");
-    let centre: ([f64; 2], f64) = UnitVector::<2>.constrain(&mut || 0.0, true);
+    let centre: ([f64; 2], f64) = constrained(&UnitVector::<2>, || 0.0, true);
     assert!(centre.0[0].is_nan());
     assert!(Distribution::<f64>::validate(&UnitVector::<1>).is_err());
 }
@@ -200,7 +202,7 @@ fn factor_maps() {
 fn extreme_coordinates() {
     let read = |y: [f64; 2]| -> ([f64; 3], f64) {
         let mut next = y.into_iter();
-        Dirichlet([0.5, 1.0, 2.0]).constrain(&mut || next.next().unwrap(), true)
+        constrained(&Dirichlet([0.5, 1.0, 2.0]), || next.next().unwrap(), true)
     };
     let (x, far) = read([2000.0, 0.0]);
     assert_eq!((x[0], x[1]), (1.0, 0.0));
@@ -211,7 +213,7 @@ fn extreme_coordinates() {
 
     let ordered = |y: [f64; 2]| -> ([f64; 2], f64) {
         let mut next = y.into_iter();
-        Normal(0.0, 1.0).array::<2>().ordered().constrain(&mut || next.next().unwrap(), true)
+        constrained(&Normal(0.0, 1.0).array::<2>().ordered(), || next.next().unwrap(), true)
     };
     let (x, close) = ordered([0.5, -800.0]);
     assert!(x[0] == x[1] && close.is_finite(), "{x:?} {close}");

@@ -12,6 +12,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::HALF_LN_2PI;
+use crate::terms::Terms;
 use covariance::Covariance;
 
 pub use kernel::{Kernel, Lengths, Matern32, Matern52, Point, SquaredExponential};
@@ -229,7 +230,12 @@ where
         self.inputs.len()
     }
 
-    fn constrain(&self, next: &mut impl FnMut() -> R, jacobian: bool) -> (Vec<R>, R) {
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        jacobian: bool,
+        terms: &mut impl Terms<R>,
+    ) -> Vec<R> {
         let n = self.inputs.len();
         let coordinates: Vec<R> = (0..n).map(|_| next()).collect();
         let z: Vec<f64> = coordinates.iter().map(|z| z.value()).collect();
@@ -242,7 +248,8 @@ where
         let root =
             if fits(&self.mean, n) { self.covariance::<R>().root(&along, in_noise) } else { None };
         let Some(root) = root else {
-            return (vec![R::from(f64::NAN); n], R::from(f64::NAN));
+            terms.add_number(R::from(f64::NAN));
+            return vec![R::from(f64::NAN); n];
         };
         // what a derivative along q = (σ/a)² is along a and σ
         let (q_in_a, q_in_sd) = (-2.0 * sd * sd / a.powi(3), 2.0 * sd / (a * a));
@@ -265,15 +272,16 @@ where
         let over_z = -0.5 * square - n as f64 * HALF_LN_2PI;
         let in_z = coordinates.iter().zip(&z).map(|(&c, z)| (c, -z));
         if jacobian {
-            return (values, R::fuse_iter(over_z, in_z));
+            terms.add_number(R::fuse_iter(over_z, in_z));
+            return values;
         }
         let volume = n as f64 * a.ln() + root.ln_determinant();
         let along_q = if in_noise { -root.ln_determinant_moved(along.len()) } else { 0.0 };
         let in_lengths =
             varying.iter().enumerate().map(|(d, &(_, l))| (l, -root.ln_determinant_moved(d)));
         let in_scales = scales(-(n as f64) / a, along_q);
-        let total = R::fuse_iter(over_z - volume, in_z.chain(in_lengths).chain(in_scales));
-        (values, total)
+        terms.add_number(R::fuse_iter(over_z - volume, in_z.chain(in_lengths).chain(in_scales)));
+        values
     }
 
     fn unconstrain(&self, x: &Vec<R>, out: &mut Vec<f64>) {

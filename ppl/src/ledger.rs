@@ -1,0 +1,248 @@
+//! Where the numbers of a density come from, and where they go.
+
+use std::cell::Cell;
+
+use crate::lean::Lean;
+use crate::real::Real;
+use crate::scalar::Scalar;
+use crate::tape::{Tape, Var};
+use crate::terms::{Joined, Settled, Statement};
+
+/// Where unknowns come from and where density terms go.
+pub(crate) trait Ledger {
+    type Number: Scalar;
+
+    /// What takes the terms of a statement.
+    type Terms: Statement<Real<Self::Number>>;
+
+    /// The next unconstrained coordinate, `None` past the last.
+    fn next(&mut self) -> Option<Self::Number>;
+
+    /// Instead of a coordinate past the last.
+    #[inline(always)]
+    fn absent(&self) -> Self::Number {
+        Self::Number::from(f64::NAN)
+    }
+
+    /// Adds all terms of a statement.
+    fn add(&mut self, terms: Self::Terms);
+
+    /// Adds values that were summed up elsewhere.
+    fn add_value(&mut self, total: f64);
+
+    /// The value of the sum so far.
+    fn total(&self) -> f64;
+
+    /// A position to go back to once nothing that came after it is needed.
+    #[inline(always)]
+    fn mark(&self) -> usize {
+        0
+    }
+
+    #[inline(always)]
+    fn unwind(&self, mark: usize) {
+        let _ = mark;
+    }
+}
+
+/// A ledger of lean numbers over one of full ones.
+pub(crate) struct WithoutConstants<L>(pub(crate) L);
+
+impl<L: Ledger<Terms = Settled>> Ledger for WithoutConstants<L> {
+    type Number = Lean<L::Number>;
+    type Terms = Settled;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Lean<L::Number>> {
+        self.0.next().map(Lean)
+    }
+
+    #[inline(always)]
+    fn absent(&self) -> Lean<L::Number> {
+        Lean(self.0.absent())
+    }
+
+    #[inline(always)]
+    fn add(&mut self, terms: Settled) {
+        self.0.add(terms);
+    }
+
+    #[inline(always)]
+    fn add_value(&mut self, total: f64) {
+        self.0.add_value(total);
+    }
+
+    #[inline(always)]
+    fn total(&self) -> f64 {
+        self.0.total()
+    }
+
+    #[inline(always)]
+    fn mark(&self) -> usize {
+        self.0.mark()
+    }
+
+    #[inline(always)]
+    fn unwind(&self, mark: usize) {
+        self.0.unwind(mark);
+    }
+}
+
+/// Values alone.
+pub(crate) struct Values<'y> {
+    coordinates: std::slice::Iter<'y, f64>,
+    total: f64,
+}
+
+impl<'y> Values<'y> {
+    pub(crate) fn new(y: &'y [f64]) -> Self {
+        Self { coordinates: y.iter(), total: 0.0 }
+    }
+}
+
+impl Ledger for Values<'_> {
+    type Number = f64;
+    type Terms = Settled;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<f64> {
+        self.coordinates.next().copied()
+    }
+
+    #[inline(always)]
+    fn add(&mut self, terms: Settled) {
+        self.total += terms.value;
+    }
+
+    #[inline(always)]
+    fn add_value(&mut self, total: f64) {
+        self.total += total;
+    }
+
+    #[inline(always)]
+    fn total(&self) -> f64 {
+        self.total
+    }
+}
+
+/// Numbers that carry their derivatives with them.
+pub(crate) struct Sum<'y, R> {
+    coordinates: std::slice::Iter<'y, R>,
+    pub(crate) total: R,
+}
+
+impl<'y, R: Scalar> Sum<'y, R> {
+    pub(crate) fn new(y: &'y [R]) -> Self {
+        Self { coordinates: y.iter(), total: R::from(0.0) }
+    }
+}
+
+impl<R: Scalar> Ledger for Sum<'_, R> {
+    type Number = R;
+    type Terms = Joined<Real<R>>;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<R> {
+        self.coordinates.next().copied()
+    }
+
+    #[inline(always)]
+    fn add(&mut self, terms: Joined<Real<R>>) {
+        self.total += terms.number().0;
+    }
+
+    #[inline(always)]
+    fn add_value(&mut self, total: f64) {
+        self.total += total;
+    }
+
+    #[inline(always)]
+    fn total(&self) -> f64 {
+        self.total.value()
+    }
+}
+
+/// A tape on which nothing is kept of terms.
+pub(crate) struct Roots<'t, 'y> {
+    coordinates: std::iter::Zip<std::slice::Iter<'y, f64>, std::slice::Iter<'t, Cell<f64>>>,
+    tape: &'t Tape,
+    total: f64,
+}
+
+impl<'t, 'y> Roots<'t, 'y> {
+    /// Puts all coordinates on the cleared tape, so that they come first there; none if the tape
+    /// is too short for them.
+    pub(crate) fn new(tape: &'t Tape, y: &'y [f64]) -> Self {
+        Self { coordinates: y.iter().zip(tape.inputs(y.len())), tape, total: 0.0 }
+    }
+}
+
+impl<'t> Ledger for Roots<'t, '_> {
+    type Number = Var<'t>;
+    type Terms = Settled;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Var<'t>> {
+        self.coordinates.next().map(|(&value, adjoint)| self.tape.number(value, adjoint))
+    }
+
+    #[inline(always)]
+    fn absent(&self) -> Var<'t> {
+        self.tape.nowhere(f64::NAN)
+    }
+
+    #[inline(always)]
+    fn add(&mut self, terms: Settled) {
+        self.total += terms.value;
+    }
+
+    #[inline(always)]
+    fn add_value(&mut self, total: f64) {
+        self.total += total;
+    }
+
+    #[inline(always)]
+    fn total(&self) -> f64 {
+        self.total
+    }
+
+    #[inline(always)]
+    fn mark(&self) -> usize {
+        self.tape.mark()
+    }
+
+    #[inline(always)]
+    fn unwind(&self, mark: usize) {
+        self.tape.unwind(mark);
+    }
+}
+
+/// A tape that keeps every operation to the end, terms and whatever the model says about them.
+pub(crate) struct Plain<'t, 'y>(pub(crate) Roots<'t, 'y>);
+
+impl<'t> Ledger for Plain<'t, '_> {
+    type Number = Var<'t>;
+    type Terms = Joined<Real<Var<'t>>>;
+
+    fn next(&mut self) -> Option<Var<'t>> {
+        self.0.next()
+    }
+
+    fn absent(&self) -> Var<'t> {
+        self.0.absent()
+    }
+
+    fn add(&mut self, terms: Joined<Real<Var<'t>>>) {
+        let term = terms.number().0;
+        self.0.tape.seed(term);
+        self.0.total += term.value();
+    }
+
+    fn add_value(&mut self, total: f64) {
+        self.0.add_value(total);
+    }
+
+    fn total(&self) -> f64 {
+        self.0.total()
+    }
+}

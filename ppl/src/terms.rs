@@ -1,0 +1,151 @@
+//! Where the summands of a log density go.
+
+use crate::scalar::{Partials, Scalar};
+
+/// Takes the summands of a log density, each with its partial derivatives.
+///
+/// A density that hands over what it is the sum of, term by term, leaves open what becomes of them:
+/// one number ([`Joined`]), or values and adjoints that are added up where they belong, with nothing
+/// kept of the terms ([`Settled`]).
+pub trait Terms<R: Scalar> {
+    /// A summand with this value and these partials.
+    fn add(&mut self, value: f64, partials: impl Partials<R>);
+
+    /// A summand that is a number already.
+    fn add_number(&mut self, term: R);
+
+    /// With what weight terms can be settled at once; `None` if they are to make a number.
+    fn settles(&self) -> Option<f64> {
+        None
+    }
+}
+
+/// The sum as one number.
+#[derive(Clone, Copy, Debug)]
+pub struct Joined<R>(Option<R>);
+
+impl<R> Default for Joined<R> {
+    fn default() -> Self {
+        Self(None)
+    }
+}
+
+impl<R: Scalar> Joined<R> {
+    /// What `density` adds up.
+    #[inline(always)]
+    pub fn of(density: impl FnOnce(&mut Self)) -> R {
+        Self::with(density).1
+    }
+
+    /// What `density` returns, and what it adds up.
+    #[inline(always)]
+    pub fn with<T>(density: impl FnOnce(&mut Self) -> T) -> (T, R) {
+        let mut terms = Self::default();
+        let value = density(&mut terms);
+        (value, terms.number())
+    }
+
+    /// The sum.
+    #[inline(always)]
+    pub(crate) fn number(self) -> R {
+        self.0.unwrap_or_else(|| R::from(0.0))
+    }
+}
+
+impl<R: Scalar> Terms<R> for Joined<R> {
+    #[inline(always)]
+    fn add(&mut self, value: f64, partials: impl Partials<R>) {
+        self.add_number(R::gather(value, partials));
+    }
+
+    #[inline(always)]
+    fn add_number(&mut self, term: R) {
+        self.0 = Some(self.0.map_or(term, |total| total + term));
+    }
+}
+
+/// Values are added up; partials, times a weight, go straight to the adjoints of what they are in.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Settled {
+    pub(crate) value: f64,
+    weight: f64,
+}
+
+impl Settled {
+    #[inline(always)]
+    pub(crate) fn new(weight: f64) -> Self {
+        Self { value: 0.0, weight }
+    }
+}
+
+impl<R: Scalar> Terms<R> for Settled {
+    #[inline(always)]
+    fn add(&mut self, value: f64, partials: impl Partials<R>) {
+        self.value += value;
+        if R::DIFFERENTIABLE {
+            let weight = self.weight;
+            partials.settle(&mut |argument: R, partial| argument.deposit(weight * partial));
+        }
+    }
+
+    #[inline(always)]
+    fn add_number(&mut self, term: R) {
+        self.value += term.value();
+        term.deposit(self.weight);
+    }
+
+    #[inline(always)]
+    fn settles(&self) -> Option<f64> {
+        Some(self.weight)
+    }
+}
+
+/// All terms of a statement.
+pub(crate) trait Statement<R: Scalar>: Terms<R> + Default {
+    /// Whether nothing but the value is left to be added somewhere.
+    const SETTLES: bool;
+
+    /// The sum.
+    fn total(&self) -> f64;
+}
+
+impl<R: Scalar> Statement<R> for Joined<R> {
+    const SETTLES: bool = false;
+
+    #[inline(always)]
+    fn total(&self) -> f64 {
+        self.number().value()
+    }
+}
+
+impl Default for Settled {
+    #[inline(always)]
+    fn default() -> Self {
+        Self::new(1.0)
+    }
+}
+
+impl<R: Scalar> Statement<R> for Settled {
+    const SETTLES: bool = true;
+
+    #[inline(always)]
+    fn total(&self) -> f64 {
+        self.value
+    }
+}
+
+/// Values are added up, partials are not asked for.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Valued(pub(crate) f64);
+
+impl<R: Scalar> Terms<R> for Valued {
+    #[inline(always)]
+    fn add(&mut self, value: f64, _: impl Partials<R>) {
+        self.0 += value;
+    }
+
+    #[inline(always)]
+    fn add_number(&mut self, term: R) {
+        self.0 += term.value();
+    }
+}
