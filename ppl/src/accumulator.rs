@@ -46,6 +46,7 @@ pub struct Summed<'a, R> {
 
 impl<S: Scalar> Node for Summed<'_, Real<S>> {
     type Number = Real<S>;
+    const SHARED: bool = true;
 
     #[inline(always)]
     fn result(self) -> f64 {

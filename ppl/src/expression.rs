@@ -26,6 +26,9 @@ pub trait Node: Copy + Debug {
     /// What it is made of.
     type Number: Scalar;
 
+    /// Whether it is the same in every iteration of the plate around.
+    const SHARED: bool = false;
+
     /// Its value.
     fn result(self) -> f64;
 
@@ -191,6 +194,8 @@ impl<A: Node> Parameter for Expression<A> {
 }
 
 impl<S: Scalar, A: Node<Number = Real<S>>> Datum<Real<S>> for Expression<A> {
+    const SHARED: bool = A::SHARED;
+
     #[inline(always)]
     fn lift(&self) -> Real<S> {
         self.close()

@@ -111,7 +111,7 @@ impl Ledger for Values<'_> {
 
     #[inline(always)]
     fn add(&mut self, terms: Settled) {
-        self.total += terms.value;
+        self.total += terms.total();
     }
 
     #[inline(always)]
@@ -193,7 +193,7 @@ impl<'t> Ledger for Roots<'t, '_> {
 
     #[inline(always)]
     fn add(&mut self, terms: Settled) {
-        self.total += terms.value;
+        self.total += terms.total();
     }
 
     #[inline(always)]

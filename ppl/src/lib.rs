@@ -146,5 +146,6 @@ pub mod __private {
     pub use crate::accumulator::At;
     pub use crate::distribution::{add_terms, constrain, ln_probability};
     pub use crate::operand::{Apart, Number, Of, Other, Together};
+    pub use crate::terms::Settled;
     pub use crate::total::{summand, total};
 }

@@ -9,6 +9,7 @@ use crate::distribution::{Distribution, Unknown};
 use crate::real::Real;
 use crate::record::{Datum, Incomplete, Record};
 use crate::scalar::Scalar;
+use crate::terms::Settled;
 
 /// A statement of a model: the name that it declares or observes, and where it stands.
 #[derive(Clone, Copy, Debug)]
@@ -208,7 +209,7 @@ pub trait Context {
         site: &'static Site,
         distribution: D,
         datum: &T,
-        total: &mut f64,
+        total: &mut Settled,
     ) -> Result<(), Rejection> {
         self.observe_in_loop(site, datum.lift(), distribution, total)
     }
@@ -225,7 +226,7 @@ pub trait Context {
         site: &'static Site,
         datum: D::Value,
         distribution: D,
-        total: &mut f64,
+        total: &mut Settled,
     ) -> Result<(), Rejection> {
         let _ = total;
         self.observe(site, datum, distribution)
@@ -237,7 +238,7 @@ pub trait Context {
     /// A rejection if it is not finite.
     #[doc(hidden)]
     #[inline(always)]
-    fn add_total(&mut self, site: &'static Site, total: f64) -> Result<(), Rejection> {
+    fn add_total(&mut self, site: &'static Site, total: Settled) -> Result<(), Rejection> {
         let _ = (site, total);
         Ok(())
     }

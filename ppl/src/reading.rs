@@ -5,7 +5,7 @@ use crate::distribution::{Distribution, Unknown};
 use crate::ledger::Ledger;
 use crate::model::{Context, Model, Site};
 use crate::real::Real;
-use crate::terms::{Statement, Terms};
+use crate::terms::{Settled, Statement, Terms};
 
 /// What suffices of data that share their parameters, a pool each, in the order in which the model
 /// comes to them.
@@ -91,19 +91,18 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         site: &'static Site,
         datum: D::Value,
         distribution: D,
-        total: &mut f64,
+        total: &mut Settled,
     ) -> Result<(), Rejection> {
         if !L::Terms::SETTLES {
             return self.observe(site, datum, distribution);
         }
-        let mut terms = L::Terms::default();
-        distribution.add_terms(&datum, &mut terms);
-        *total += terms.total();
+        distribution.add_terms(&datum, total);
         Ok(())
     }
 
     #[inline(always)]
-    fn add_total(&mut self, site: &'static Site, total: f64) -> Result<(), Rejection> {
+    fn add_total(&mut self, site: &'static Site, total: Settled) -> Result<(), Rejection> {
+        let total = total.total();
         if !total.is_finite() {
             return Err(not_finite(site, total));
         }
@@ -123,7 +122,7 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         I: Iterator,
     {
         if !D::POOLS {
-            let mut total = 0.0;
+            let mut total = Settled::default();
             for datum in data {
                 self.observe_in_loop(site, datum, distribution.clone(), &mut total)?;
             }

@@ -14,6 +14,10 @@ pub trait Datum<V> {
     #[doc(hidden)]
     const CONSTANT: bool = false;
 
+    /// Whether it is the same in every iteration of the plate around.
+    #[doc(hidden)]
+    const SHARED: bool = false;
+
     /// The value that the density is evaluated at.
     fn lift(&self) -> V;
 
@@ -88,6 +92,7 @@ impl Datum<bool> for bool {
 
 impl<V, T: Datum<V> + ?Sized> Datum<V> for &T {
     const CONSTANT: bool = T::CONSTANT;
+    const SHARED: bool = T::SHARED;
 
     #[inline(always)]
     fn spread(&self, weight: f64, f: &mut impl FnMut(V, f64)) {

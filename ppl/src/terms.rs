@@ -14,6 +14,13 @@ pub trait Terms<R: Scalar> {
     /// A summand that is a number already.
     fn add_number(&mut self, term: R);
 
+    /// −ln x for a summand that follows, or 0 if it will be added later, together with others, as one
+    /// logarithm of a product.
+    #[inline(always)]
+    fn minus_ln(&mut self, x: f64) -> f64 {
+        -x.ln()
+    }
+
     /// With what weight terms can be settled at once; `None` if they are to make a number.
     fn settles(&self) -> Option<f64> {
         None
@@ -66,15 +73,23 @@ impl<R: Scalar> Terms<R> for Joined<R> {
 
 /// Values are added up; partials, times a weight, go straight to the adjoints of what they are in.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Settled {
-    pub(crate) value: f64,
+pub struct Settled {
+    value: f64,
+    /// What the value has to lose the logarithm of.
+    product: f64,
     weight: f64,
 }
 
 impl Settled {
     #[inline(always)]
     pub(crate) fn new(weight: f64) -> Self {
-        Self { value: 0.0, weight }
+        Self { value: 0.0, product: 1.0, weight }
+    }
+
+    /// The sum of the values.
+    #[inline(always)]
+    pub(crate) fn total(&self) -> f64 {
+        self.value - self.product.ln()
     }
 }
 
@@ -92,6 +107,17 @@ impl<R: Scalar> Terms<R> for Settled {
     fn add_number(&mut self, term: R) {
         self.value += term.value();
         term.deposit(self.weight);
+    }
+
+    #[inline(always)]
+    fn minus_ln(&mut self, x: f64) -> f64 {
+        let product = self.product * x;
+        if (1e-200..1e200).contains(&product) {
+            self.product = product;
+            return 0.0;
+        }
+        let before = std::mem::replace(&mut self.product, 1.0);
+        -before.ln() - x.ln()
     }
 
     #[inline(always)]
@@ -130,7 +156,7 @@ impl<R: Scalar> Statement<R> for Settled {
 
     #[inline(always)]
     fn total(&self) -> f64 {
-        self.value
+        self.total()
     }
 }
 

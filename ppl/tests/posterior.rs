@@ -200,7 +200,7 @@ fn chains_in_two_modes_are_found_out() {
 #[test]
 fn divergences_are_located_in_the_neck_of_a_funnel() {
     let model = funnel();
-    let run = Nuts::default().chains(4).warmup(300).draws(500).seed(3).run(&model).expect("runs");
+    let run = Nuts::default().chains(4).warmup(300).draws(3000).seed(3).run(&model).expect("runs");
     let posterior = Posterior::from_chains(&model, run, 3).expect("its chains");
     assert!(!posterior.divergences.is_empty());
     let summary = posterior.summary();

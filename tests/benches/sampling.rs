@@ -13,7 +13,9 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use breccia_tests::posteriors::hierarchy::{houses, radon_hierarchical};
-use breccia_tests::posteriors::process::{gp_data, gp_pois_regr, lotka_volterra, lynx_hare_data};
+use breccia_tests::posteriors::process::{
+    PredatorPrey, gp_data, gp_pois_regr, lotka_volterra, lynx_hare_data,
+};
 use breccia_tests::posteriors::regression::{Kidiq, kidscore};
 use breccia_tests::posteriors::series::{garch_data, garch11};
 use breccia_tests::{Instance, eight_schools};
@@ -56,7 +58,7 @@ fn main() {
     let values: Vec<f64> = scores.flat_map(|z| [-2.75 + z, 2.75 + z]).collect();
     report("gaussian_mixture", &mixture(&values), quick);
     let (hare, lynx) = lynx_hare_data();
-    report("lotka_volterra", &lotka_volterra(&hare, &lynx), quick);
+    report("lotka_volterra", &lotka_volterra(&PredatorPrey::years(), &hare, &lynx), quick);
 }
 
 /// Whether the command line asks for a name, or for none.

@@ -113,7 +113,7 @@ fn series_and_processes() {
         case("ark", ark(&ar)),
         case("gp_pois_regr", gp_pois_regr(&x, &k)),
         case("gp_regr", gp_regr(&x, &y)),
-        at_mode("lotka_volterra", lotka_volterra(&hare, &lynx)),
+        at_mode("lotka_volterra", lotka_volterra(&PredatorPrey::years(), &hare, &lynx)),
     ]);
 }
 

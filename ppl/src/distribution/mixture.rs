@@ -1,8 +1,10 @@
 //! Mixtures with the component summed out.
 
+mod parts;
+
 use rand::Rng;
 
-use super::{Count, CountMass, Distribution, Either, Family, Interval, Numeric, Parameter};
+use super::{Count, CountMass, Distribution, Family, Interval, Numeric, Parameter};
 use super::{Univariate, UnivariateDensity, Unknown, interval_mass::ln_probability, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
@@ -10,6 +12,8 @@ use crate::scalar::Scalar;
 use crate::special::ln_add_exp;
 use crate::terms::{Joined, Settled, Terms, Valued};
 use crate::transform::Support;
+
+pub use parts::{Components, Weights};
 
 /// A value from one of several distributions, chosen with the given weights; which one is summed
 /// out.
@@ -45,81 +49,6 @@ const FEW: usize = 8;
 
 /// A sum of densities, of which the largest is 1, that has all its digits.
 const SMALLEST: f64 = 1e-290;
-
-/// The weights of a [`Mixture`]: an array, slice or vector of parameters.
-pub trait Weights: Clone {
-    /// One weight.
-    type Weight: Parameter;
-
-    /// All of them.
-    fn weights(&self) -> &[Self::Weight];
-}
-
-/// The components of a [`Mixture`]: an array, slice or vector of one family, or a pair of two.
-pub trait Components: Clone {
-    /// One component.
-    type Component: Family;
-
-    /// How many there are.
-    fn number(&self) -> usize;
-
-    /// The `i`-th, counted from 0.
-    fn component(&self, i: usize) -> Self::Component;
-}
-
-macro_rules! impl_sequences {
-    ($([$($generics:tt)*] $Sequence:ty),*) => {$(
-        impl<$($generics)*> Weights for $Sequence
-        where
-            T: Parameter,
-        {
-            type Weight = T;
-
-            #[inline]
-            fn weights(&self) -> &[T] {
-                &self[..]
-            }
-        }
-
-        impl<$($generics)*> Components for $Sequence
-        where
-            T: Family,
-        {
-            type Component = T;
-
-            #[inline]
-            fn number(&self) -> usize {
-                self.len()
-            }
-
-            #[inline]
-            fn component(&self, i: usize) -> T {
-                self[i].clone()
-            }
-        }
-    )*};
-}
-impl_sequences!(
-    [T, const N: usize] [T; N],
-    [T, const N: usize] &[T; N],
-    [T] &[T],
-    [T] Vec<T>,
-    [T] &Vec<T>
-);
-
-impl<A: Family, B: Family> Components for (A, B) {
-    type Component = Either<A, B>;
-
-    #[inline]
-    fn number(&self) -> usize {
-        2
-    }
-
-    #[inline]
-    fn component(&self, i: usize) -> Either<A, B> {
-        if i == 0 { Either::First(self.0.clone()) } else { Either::Second(self.1.clone()) }
-    }
-}
 
 impl<W: Weights, C: Components> Mixture<W, C> {
     /// Weights with their components.

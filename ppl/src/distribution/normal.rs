@@ -101,8 +101,13 @@ where
         let precise = self.1.number().recip();
         let z = (x.value() - self.0.number()) * precise;
         let slope = z * precise;
+        // the logarithm of what a plate shares leaves the loop
+        let constant = match S::SHARED || S::CONSTANT {
+            true => -normaliser::<R, S>(self.1, ln_normaliser),
+            false => terms.minus_ln(self.1.number()) - HALF_LN_2PI,
+        };
         terms.add(
-            -0.5 * z * z - normaliser::<R, S>(self.1, ln_normaliser),
+            -0.5 * z * z + constant,
             ((x, -slope), (self.0, slope), (self.1, z * slope - precise)),
         );
     }

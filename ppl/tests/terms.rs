@@ -1,0 +1,95 @@
+//! Terms that are settled at once say what they say as numbers: mixtures, whose components take
+//! their partials by weight, and scales, whose logarithms are taken of products.
+
+use ppl::prelude::*;
+use ppl::{Bound, Model, Workspace};
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+ppl::model! {
+    fn two(y: &[f64], share: f64) {
+        let mean ~ Normal(0.0, 2.0).array::<2>();
+        let sd ~ HalfNormal(2.0).array::<2>();
+        let w ~ Beta(2.0, 2.0);
+        for y in y {
+            y ~ Mixture([w, 1.0 - w], [Normal(mean[0], sd[0]), Normal(mean[1], sd[1])]);
+        }
+        // of one component without weight
+        for again in y {
+            again ~ Mixture([share, 1.0 - share], [Normal(mean[0], 1.0), Normal(mean[1], 2.0)]);
+        }
+    }
+
+    /// More components than are kept where they are found, and mixtures of mixtures.
+    fn many(y: &[f64], k: &[u64]) {
+        let mean ~ Normal(0.0, 2.0).array::<9>();
+        let w ~ Dirichlet([2.0; 9]);
+        for y in y {
+            let inner = Mixture([0.25, 0.75], [Cauchy(mean[0], 1.0), Cauchy(mean[1], 2.0)]);
+            y ~ Mixture([0.5, 0.5], (inner, Laplace(mean[2], 1.0)));
+            let again = y;
+            again ~ Mixture(w, mean.map(|m| Normal(m, 0.7).truncate(-9.0..9.0)));
+        }
+        for k in k {
+            k ~ Mixture([w[0], 1.0 - w[0]], [Poisson(mean[0].exp()), Poisson(mean[1].exp())]);
+        }
+    }
+
+    /// Products of scales leave the range of numbers again and again.
+    fn scales(x: &[f64], y: &[f64]) {
+        let mean ~ Normal(0.0, 1.0);
+        let sd ~ HalfNormal(1.0);
+        for (x, y) in x.iter().zip(y) {
+            y ~ Normal(mean * x, sd * x);
+        }
+        let mut level = sd;
+        for (x, again) in x.iter().zip(y) {
+            level = 0.5 * level + 0.5 * x;
+            again ~ Normal(mean, level);
+        }
+    }
+}
+
+/// Compiled, on a tape that keeps everything, forward, and as a value alone.
+fn assert_agrees(model: &Bound<impl Model>) {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
+    let mut workspace = Workspace::default();
+    for _ in 0..5 {
+        let y = model.draw_prior(&mut rng).expect("a proper prior").unconstrained;
+        let [mut compiled, mut tape, mut forward] = [(); 3].map(|()| vec![0.0; y.len()]);
+        let values = [
+            model.gradient(&y, &mut compiled, &mut workspace).expect("finite"),
+            model.tape_gradient(&y, &mut tape, &mut workspace).expect("finite"),
+            model.forward_gradient(&y, &mut forward).expect("finite"),
+            model.log_density(&y, &mut workspace).expect("finite"),
+        ];
+        for value in values {
+            approx::assert_relative_eq!(value, values[0], max_relative = 1e-11);
+        }
+        let size = forward.iter().fold(1.0f64, |size, g| size.max(g.abs()));
+        for ((c, t), f) in compiled.iter().zip(&tape).zip(&forward) {
+            approx::assert_relative_eq!(c, f, epsilon = 1e-11 * size, max_relative = 1e-10);
+            approx::assert_relative_eq!(t, f, epsilon = 1e-11 * size, max_relative = 1e-10);
+        }
+    }
+}
+
+#[test]
+fn mixtures_take_partials_by_weight() {
+    let y = [-3.0, -0.1, 0.4, 2.0, 8.5];
+    for share in [0.3, 0.0, 1.0] {
+        assert_agrees(&two(&y, share));
+        // so far out that one density, or both, vanish next to the other
+        assert_agrees(&two(&[-300.0, 60.0, 4000.0], share));
+    }
+    assert_agrees(&many(&y, &[0, 3, 40]));
+}
+
+#[test]
+fn logarithms_of_products_are_those_of_the_factors() {
+    for scale in [1e-6, 1.0, 1e6] {
+        let x: Vec<f64> = (0..3000).map(|i| scale * (2.0 + f64::from(i).sin())).collect();
+        let y: Vec<f64> = x.iter().map(|x| x.cos()).collect();
+        assert_agrees(&scales(&x, &y));
+    }
+}
