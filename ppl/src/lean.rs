@@ -38,6 +38,11 @@ impl<S: Scalar> Scalar for Lean<S> {
     }
 
     #[inline(always)]
+    fn replaced(self, value: f64, derivative: f64) -> Self {
+        Self(self.0.replaced(value, derivative))
+    }
+
+    #[inline(always)]
     fn gather(value: f64, partials: impl Partials<Self>) -> Self {
         Self(S::gather(value, Bare(partials)))
     }

@@ -92,6 +92,14 @@ pub trait Scalar:
         let _ = adjoint;
     }
 
+    /// A function of this number alone, which nothing else will use from now on: the function may
+    /// take its place.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn replaced(self, value: f64, derivative: f64) -> Self {
+        self.unary(value, derivative)
+    }
+
     /// [`gather`](Scalar::gather) for any number of arguments.
     #[inline(always)]
     fn fuse_iter(value: f64, arguments: impl IntoIterator<Item = (Self, f64)>) -> Self {

@@ -32,6 +32,10 @@ pub struct Tape {
     /// Node `i` has the pairs from the end of node `i − 1` to its own.
     ends: Box<[Cell<usize>]>,
     pairs: Box<[Cell<(u32, f64)>]>,
+    /// Inputs whose place another number has taken: which, its slope, and what the adjoint was.
+    replaced: Box<[Cell<(u32, f64, f64)>]>,
+    replacements: Cell<usize>,
+    inputs: Cell<usize>,
     /// Number of nodes, and of pairs, in use.
     length: Cell<usize>,
     filled: Cell<usize>,
@@ -53,6 +57,9 @@ impl Tape {
             adjoints: vec![Cell::default(); nodes].into(),
             ends: vec![Cell::default(); nodes].into(),
             pairs: vec![Cell::default(); 4 * nodes].into(),
+            replaced: vec![Cell::default(); nodes].into(),
+            replacements: Cell::new(0),
+            inputs: Cell::new(0),
             length: Cell::new(0),
             filled: Cell::new(0),
             full: Cell::new(false),
@@ -67,6 +74,8 @@ impl Tape {
         }
         self.length.set(0);
         self.filled.set(0);
+        self.replacements.set(0);
+        self.inputs.set(0);
     }
 
     /// Whether operations are missing for want of room: clear the tape and evaluate again.
@@ -89,6 +98,7 @@ impl Tape {
         adjoints.iter().for_each(|adjoint| adjoint.set(0.0));
         self.ends[..n].iter().for_each(|end| end.set(0));
         self.length.set(n);
+        self.inputs.set(n);
         adjoints
     }
 
@@ -127,6 +137,11 @@ impl Tape {
         self.unwind(gradient.len());
         for (g, adjoint) in gradient.iter_mut().zip(&self.adjoints) {
             *g = adjoint.get();
+        }
+        for replaced in &self.replaced[..self.replacements.get()] {
+            let (index, slope, own) = replaced.get();
+            let g = &mut gradient[index as usize];
+            *g = own + slope * *g;
         }
     }
 
@@ -264,6 +279,22 @@ impl<'t> Scalar for Var<'t> {
         if let Some(node) = self.node {
             node.add(adjoint);
         }
+    }
+
+    #[inline(always)]
+    fn replaced(self, value: f64, derivative: f64) -> Self {
+        let Some(node) = self.node else { return Self::from(value) };
+        let count = node.tape.replacements.get();
+        if node.index() as usize >= node.tape.inputs.get() {
+            return self.unary(value, derivative);
+        }
+        let Some(place) = node.tape.replaced.get(count) else {
+            node.tape.full.set(true);
+            return node.tape.nowhere(value);
+        };
+        place.set((node.index(), derivative, node.adjoint.replace(0.0)));
+        node.tape.replacements.set(count + 1);
+        Self { value, ..self }
     }
 
     #[inline(always)]

@@ -14,6 +14,12 @@ pub trait Terms<R: Scalar> {
     /// A summand that is a number already.
     fn add_number(&mut self, term: R);
 
+    /// The number with this value, and this slope in `y`, where nothing will use `y` any more.
+    #[inline(always)]
+    fn replace(&mut self, y: R, value: f64, slope: f64) -> R {
+        y.unary(value, slope)
+    }
+
     /// −ln x for a summand that follows, or 0 if it will be added later, together with others, as one
     /// logarithm of a product.
     #[inline(always)]
@@ -107,6 +113,11 @@ impl<R: Scalar> Terms<R> for Settled {
     fn add_number(&mut self, term: R) {
         self.value += term.value();
         term.deposit(self.weight);
+    }
+
+    #[inline(always)]
+    fn replace(&mut self, y: R, value: f64, slope: f64) -> R {
+        y.replaced(value, slope)
     }
 
     #[inline(always)]

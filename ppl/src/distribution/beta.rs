@@ -149,6 +149,6 @@ where
         let (p, q) = logistic(y.value());
         let [in_a, in_b] = self.in_parameters::<R>(p, q);
         terms.add(ln_beta_power(a, b, p, q), ((y, a * q - b * p), (self.0, in_a), (self.1, in_b)));
-        y.unary(p, p * q)
+        terms.replace(y, p, p * q)
     }
 }

@@ -94,13 +94,12 @@ where
 
     #[inline(always)]
     fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
-        let x = y.exp();
-        let (rate, v) = (self.0.number(), x.value());
+        let (rate, v) = (self.0.number(), y.value().exp());
         terms.add(
             normaliser::<R, L>(self.0, f64::ln) - rate * v + y.value(),
             ((y, 1.0 - rate * v), (self.0, rate.recip() - v)),
         );
-        x
+        terms.replace(y, v, v)
     }
 
     const POOLS: bool = true;

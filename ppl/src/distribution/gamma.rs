@@ -125,11 +125,10 @@ where
     /// The Jacobian cancels 1/x.
     #[inline]
     fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
-        let x = y.exp();
-        let (shape, rate, v) = (self.0.number(), self.1.number(), x.value());
+        let (shape, rate, v) = (self.0.number(), self.1.number(), y.value().exp());
         let unknown_shape = lift::<R>(self.0);
         let (value, in_shape) = ln_power(unknown_shape, rate * v);
         terms.add(value, ((y, shape - rate * v), (self.0, in_shape), (self.1, shape / rate - v)));
-        x
+        terms.replace(y, v, v)
     }
 }

@@ -110,8 +110,8 @@ where
     #[inline]
     fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let scale = self.0.number();
-        let (x, ln_scale) = (y.exp(), scale.ln());
-        let square = (x.value() / scale).powi(2);
+        let (x, ln_scale) = (y.value().exp(), scale.ln());
+        let square = (x / scale).powi(2);
         // ln(1 + z²) and 2 z²/(1 + z²), from the logarithm of z where its square over- or underflows
         let (ln_square, share) = if (1e-300..1e300).contains(&square) {
             (ln_1p_of(square), 2.0 * square / (1.0 + square))
@@ -122,7 +122,7 @@ where
             LN_2_OVER_PI - ln_scale - ln_square + y.value(),
             ((y, 1.0 - share), (self.0, (share - 1.0) / scale)),
         );
-        x
+        terms.replace(y, x, x)
     }
 
     /// arctan b − arctan a = arctan((b − a)/(1 + a b)) for a, b ≥ 0.

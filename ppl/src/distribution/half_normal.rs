@@ -109,14 +109,14 @@ where
 
     #[inline(always)]
     fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
-        let x = y.exp();
+        let x = y.value().exp();
         let sd = self.0.number();
-        let z = x.value() / sd;
+        let z = x / sd;
         terms.add(
             -0.5 * z * z - normaliser::<R, S>(self.0, ln_mode_inverse) + y.value(),
             ((y, 1.0 - z * z), (self.0, (z * z - 1.0) / sd)),
         );
-        x
+        terms.replace(y, x, x)
     }
 
     fn left_out(&self) -> f64 {

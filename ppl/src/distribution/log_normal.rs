@@ -106,7 +106,8 @@ where
     #[inline(always)]
     fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         self.logarithm().add_ln_pdf(y, terms);
-        y.exp()
+        let x = y.value().exp();
+        terms.replace(y, x, x)
     }
 
     fn left_out(&self) -> f64 {

@@ -107,7 +107,7 @@ where
         let support: Support<R> = self.support();
         let (value, slope) = log_logistic_density(y.value());
         terms.add(value, ((y, slope),));
-        support.point(y)
+        support.replace(y, terms)
     }
 
     /// The interval inside moves with those ends that it does not cut off.

@@ -145,9 +145,8 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     /// Override it where the two cancel.
     #[inline(always)]
     fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
-        let (x, log_jacobian) = self.support().constrain(y);
+        let x = self.support().place(y, terms);
         self.add_ln_pdf(x, terms);
-        terms.add_number(log_jacobian);
         x
     }
 

@@ -1,6 +1,7 @@
 //! Intervals of the real line.
 
 use crate::scalar::{Scalar, logistic};
+use crate::terms::Terms;
 
 /// Where a univariate density is positive, and the smooth map of ℝ onto it.
 ///
@@ -43,24 +44,60 @@ impl<R: Scalar> Support<R> {
     /// The point at the unconstrained coordinate `y`.
     #[inline(always)]
     pub(crate) fn point(&self, y: R) -> R {
+        self.point_by(y, |x, slope| y.unary(x, slope))
+    }
+
+    /// As [`point`](Support::point), where nothing will use `y` any more.
+    #[inline(always)]
+    pub(crate) fn replace(&self, y: R, terms: &mut impl Terms<R>) -> R {
+        self.point_by(y, |x, slope| terms.replace(y, x, slope))
+    }
+
+    /// The point, where it is a function of `y` alone by what makes a number of value and slope.
+    #[inline(always)]
+    fn point_by(&self, y: R, of_y: impl FnOnce(f64, f64) -> R) -> R {
         match *self {
             Self::Real => y,
             Self::Above(a) => {
                 let e = y.value().exp();
-                R::gather(a.value() + e, ((a, 1.0), (y, e)))
+                let x = a.value() + e;
+                if a.is_constant() { of_y(x, e) } else { R::gather(x, ((a, 1.0), (y, e))) }
             }
             Self::Below(b) => {
                 let e = y.value().exp();
-                R::gather(b.value() - e, ((b, 1.0), (y, -e)))
+                let x = b.value() - e;
+                if b.is_constant() { of_y(x, -e) } else { R::gather(x, ((b, 1.0), (y, -e))) }
             }
             Self::Between(a, b) => {
                 let (p, q) = logistic(y.value());
                 let width = b.value() - a.value();
                 // measured from the nearer end, so that both tails keep their digits
                 let x = if y.value() < 0.0 { a.value() + width * p } else { b.value() - width * q };
-                R::gather(x, ((a, q), (b, p), (y, width * p * q)))
+                let slope = width * p * q;
+                if a.is_constant() && b.is_constant() {
+                    of_y(x, slope)
+                } else {
+                    R::gather(x, ((a, q), (b, p), (y, slope)))
+                }
             }
         }
+    }
+
+    /// As [`constrain`](Support::constrain), where nothing will use `y` any more and the log-Jacobian
+    /// goes to `terms`.
+    #[inline(always)]
+    pub(crate) fn place(&self, y: R, terms: &mut impl Terms<R>) -> R {
+        match *self {
+            Self::Real => {}
+            Self::Above(_) | Self::Below(_) => terms.add(y.value(), ((y, 1.0),)),
+            Self::Between(a, b) => {
+                let (value, slope) = log_logistic_density(y.value());
+                let width = b.value() - a.value();
+                terms
+                    .add(value + width.ln(), ((y, slope), (a, -width.recip()), (b, width.recip())));
+            }
+        }
+        self.replace(y, terms)
     }
 
     /// The coordinate of the value `x`; infinite at an end of the support.
