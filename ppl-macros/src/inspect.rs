@@ -112,11 +112,7 @@ pub(crate) fn mentions(tokens: TokenStream, asked: &impl Fn(&str) -> bool) -> bo
     })
 }
 
-fn is_density(method: &Ident) -> bool {
-    ["ln_density", "ln_pdf", "ln_pmf", "ln_mass", "ln_probability"].iter().any(|n| method == n)
-}
-
-/// Control flow, comparisons, plain values and densities inside expressions.
+/// Control flow, comparisons and plain values inside expressions.
 pub(crate) struct Branches<'a> {
     pub(crate) active: &'a HashSet<String>,
     pub(crate) found: bool,
@@ -124,8 +120,6 @@ pub(crate) struct Branches<'a> {
 
 impl<'a> Visit<'a> for Branches<'_> {
     fn visit_expr(&mut self, expr: &'a Expr) {
-        // what is computed further from a density needs its constants
-        self.found |= matches!(expr, Expr::MethodCall(call) if is_density(&call.method));
         let decides = match expr {
             Expr::If(_) | Expr::Match(_) | Expr::While(_) | Expr::Loop(_) | Expr::ForLoop(_) => {
                 true

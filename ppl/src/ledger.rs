@@ -2,7 +2,6 @@
 
 use std::cell::Cell;
 
-use crate::lean::Lean;
 use crate::real::Real;
 use crate::scalar::Scalar;
 use crate::tape::{Tape, Var};
@@ -45,26 +44,26 @@ pub(crate) trait Ledger {
     }
 }
 
-/// A ledger of lean numbers over one of full ones.
+/// A ledger without what is the same at every point.
 pub(crate) struct WithoutConstants<L>(pub(crate) L);
 
 impl<L: Ledger<Terms = Settled>> Ledger for WithoutConstants<L> {
-    type Number = Lean<L::Number>;
-    type Terms = Settled;
+    type Number = L::Number;
+    type Terms = Settled<true>;
 
     #[inline(always)]
-    fn next(&mut self) -> Option<Lean<L::Number>> {
-        self.0.next().map(Lean)
+    fn next(&mut self) -> Option<L::Number> {
+        self.0.next()
     }
 
     #[inline(always)]
-    fn absent(&self) -> Lean<L::Number> {
-        Lean(self.0.absent())
+    fn absent(&self) -> L::Number {
+        self.0.absent()
     }
 
     #[inline(always)]
-    fn add(&mut self, terms: Settled) {
-        self.0.add(terms);
+    fn add(&mut self, terms: Settled<true>) {
+        self.0.add(terms.convert());
     }
 
     #[inline(always)]

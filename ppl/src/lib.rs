@@ -65,7 +65,6 @@ mod expression;
 mod findings;
 mod group;
 pub mod guide;
-mod lean;
 mod ledger;
 mod ln_sum_exp;
 mod model;

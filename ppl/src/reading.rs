@@ -93,11 +93,10 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         distribution: D,
         total: &mut Settled,
     ) -> Result<(), Rejection> {
-        if !L::Terms::SETTLES {
-            return self.observe(site, datum, distribution);
+        if L::Terms::add_to(total, |terms| distribution.add_terms(&datum, terms)) {
+            return Ok(());
         }
-        distribution.add_terms(&datum, total);
-        Ok(())
+        self.observe(site, datum, distribution)
     }
 
     #[inline(always)]

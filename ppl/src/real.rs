@@ -28,7 +28,6 @@ impl_arithmetic!([S: Scalar] Real<S>);
 
 impl<S: Scalar> Scalar for Real<S> {
     const DIFFERENTIABLE: bool = S::DIFFERENTIABLE;
-    const LEAN: bool = S::LEAN;
 
     #[inline(always)]
     fn value(self) -> f64 {

@@ -78,10 +78,6 @@ pub trait Scalar:
     /// Whether no derivative flows into this number (data, literals).
     fn is_constant(self) -> bool;
 
-    /// Whether terms that are the same at every point may be left out of a density.
-    #[doc(hidden)]
-    const LEAN: bool = false;
-
     /// The result `value` of a function of arguments with these partial derivatives.
     fn gather(value: f64, partials: impl Partials<Self>) -> Self;
 

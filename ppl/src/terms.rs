@@ -27,6 +27,12 @@ pub trait Terms<R: Scalar> {
         -x.ln()
     }
 
+    /// Whether what is the same at every point may be left out.
+    #[inline(always)]
+    fn leave_out_constants(&self) -> bool {
+        false
+    }
+
     /// With what weight terms can be settled at once; `None` if they are to make a number.
     fn settles(&self) -> Option<f64> {
         None
@@ -78,8 +84,11 @@ impl<R: Scalar> Terms<R> for Joined<R> {
 }
 
 /// Values are added up; partials, times a weight, go straight to the adjoints of what they are in.
+///
+/// `LEAN` ones leave out what is the same at every point: samplers need no more, and
+/// [`Bound`](crate::Bound) adds the sum of what was left out.
 #[derive(Clone, Copy, Debug)]
-pub struct Settled {
+pub struct Settled<const LEAN: bool = false> {
     value: f64,
     /// What the value has to lose the logarithm of.
     product: f64,
@@ -91,6 +100,15 @@ impl Settled {
     pub(crate) fn new(weight: f64) -> Self {
         Self { value: 0.0, product: 1.0, weight }
     }
+}
+
+impl<const LEAN: bool> Settled<LEAN> {
+    /// The same sum, with or without constants from now on.
+    #[inline(always)]
+    pub(crate) fn convert<const OTHER: bool>(self) -> Settled<OTHER> {
+        let Self { value, product, weight } = self;
+        Settled { value, product, weight }
+    }
 
     /// The sum of the values.
     #[inline(always)]
@@ -99,7 +117,7 @@ impl Settled {
     }
 }
 
-impl<R: Scalar> Terms<R> for Settled {
+impl<R: Scalar, const LEAN: bool> Terms<R> for Settled<LEAN> {
     #[inline(always)]
     fn add(&mut self, value: f64, partials: impl Partials<R>) {
         self.value += value;
@@ -132,6 +150,11 @@ impl<R: Scalar> Terms<R> for Settled {
     }
 
     #[inline(always)]
+    fn leave_out_constants(&self) -> bool {
+        LEAN
+    }
+
+    #[inline(always)]
     fn settles(&self) -> Option<f64> {
         Some(self.weight)
     }
@@ -139,15 +162,19 @@ impl<R: Scalar> Terms<R> for Settled {
 
 /// All terms of a statement.
 pub(crate) trait Statement<R: Scalar>: Terms<R> + Default {
-    /// Whether nothing but the value is left to be added somewhere.
-    const SETTLES: bool;
+    /// Adds terms of an observation in a loop to what it has summed up so far; false if each has to
+    /// be added by itself.
+    fn add_to(total: &mut Settled, add: impl FnOnce(&mut Self)) -> bool;
 
     /// The sum.
     fn total(&self) -> f64;
 }
 
 impl<R: Scalar> Statement<R> for Joined<R> {
-    const SETTLES: bool = false;
+    #[inline(always)]
+    fn add_to(_: &mut Settled, _: impl FnOnce(&mut Self)) -> bool {
+        false
+    }
 
     #[inline(always)]
     fn total(&self) -> f64 {
@@ -155,15 +182,21 @@ impl<R: Scalar> Statement<R> for Joined<R> {
     }
 }
 
-impl Default for Settled {
+impl<const LEAN: bool> Default for Settled<LEAN> {
     #[inline(always)]
     fn default() -> Self {
-        Self::new(1.0)
+        Settled::new(1.0).convert()
     }
 }
 
-impl<R: Scalar> Statement<R> for Settled {
-    const SETTLES: bool = true;
+impl<R: Scalar, const LEAN: bool> Statement<R> for Settled<LEAN> {
+    #[inline(always)]
+    fn add_to(total: &mut Settled, add: impl FnOnce(&mut Self)) -> bool {
+        let mut terms = total.convert();
+        add(&mut terms);
+        *total = terms.convert();
+        true
+    }
 
     #[inline(always)]
     fn total(&self) -> f64 {

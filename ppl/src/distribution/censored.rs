@@ -72,10 +72,6 @@ impl<R: Scalar, D: Numeric<R>> Distribution<R> for Censored<D> {
         }
     }
 
-    fn left_out(&self, x: &D::Value) -> f64 {
-        if self.shows(x) { self.inner.left_out(x) } else { 0.0 }
-    }
-
     fn validate(&self) -> Result<(), DomainError> {
         self.inner.validate()?;
         self.interval.validate("censor")

@@ -74,13 +74,6 @@ pub trait Count: Family {
 /// Implementing it (and [`count!`](crate::count)) makes a distribution of counts usable in
 /// models, in all variations; [`Poisson`](super::Poisson) shows how.
 pub trait CountMass<R: Scalar>: Count {
-    /// See [`Distribution::left_out`](crate::Distribution::left_out).
-    #[doc(hidden)]
-    fn left_out(&self, k: u64) -> f64 {
-        let _ = k;
-        0.0
-    }
-
     /// ln P(K = k), as one fused operation with exact partials; −∞ outside the support.
     fn ln_pmf(&self, k: u64) -> R;
 
@@ -149,10 +142,6 @@ macro_rules! count {
             #[inline(always)]
             fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl $crate::Terms<R>) {
                 $crate::CountMass::add_pooled_terms(self, sums, terms);
-            }
-
-            fn left_out(&self, k: &u64) -> f64 {
-                $crate::CountMass::<R>::left_out(self, *k)
             }
 
             fn validate(&self) -> Result<(), $crate::DomainError> {
@@ -263,8 +252,7 @@ where
     let value = ln_inside(counts, first, last);
     let centre = (counts.mean() as u64).clamp(first, last);
     let reference = counts.ln_pmf(centre);
-    let ln_full = |k: u64, term: R| term.value() + counts.left_out(k);
-    let peak = ln_full(centre, reference);
+    let peak = reference.value();
     // parameters that are data leave nothing to sum; a partial may vanish at one count, not at
     // three
     let fixed = [1, 2].iter().all(|&d| counts.ln_pmf(centre.saturating_add(d)).is_constant());
@@ -276,7 +264,7 @@ where
     if let Some(value) = value.filter(|ln_inside| cut_off && *ln_inside > -10.0) {
         let weighted = (0..first).map(|k| {
             let term = counts.ln_pmf(k);
-            (term, -(ln_full(k, term) - value).exp())
+            (term, -(term.value() - value).exp())
         });
         return R::fuse_iter(value, weighted.filter(|(_, weight)| *weight < 0.0));
     }
@@ -284,7 +272,7 @@ where
     let mut total = 1.0;
     let mut add = |k: u64| {
         let term = counts.ln_pmf(k);
-        let weight = (ln_full(k, term) - peak).exp();
+        let weight = (term.value() - peak).exp();
         total += weight;
         terms.push((term, weight));
         weight > 1e-18 * total && terms.len() < MOST_TERMS
@@ -382,10 +370,6 @@ impl<R: Scalar, D: CountMass<R>> CountMass<R> for Truncated<D> {
         } else {
             R::from(f64::NEG_INFINITY)
         }
-    }
-
-    fn left_out(&self, k: u64) -> f64 {
-        self.inner.left_out(k)
     }
 
     fn ln_mass(&self, first: u64, last: u64) -> R {

@@ -49,10 +49,6 @@ where
         either!(self, d => d.add_terms(x, terms))
     }
 
-    fn left_out(&self, x: &A::Value) -> f64 {
-        either!(self, d => d.left_out(x))
-    }
-
     fn validate(&self) -> Result<(), DomainError> {
         either!(self, d => d.validate())
     }
@@ -148,10 +144,6 @@ where
         either!(self, d => d.at_coordinate(y, terms))
     }
 
-    fn left_out(&self) -> f64 {
-        either!(self, d => d.left_out())
-    }
-
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         either!(self, d => d.ln_mass(lower, upper))
     }
@@ -197,10 +189,6 @@ where
     #[inline]
     fn add_ln_pmf(&self, k: u64, terms: &mut impl Terms<R>) {
         either!(self, d => d.add_ln_pmf(k, terms))
-    }
-
-    fn left_out(&self, k: u64) -> f64 {
-        either!(self, d => d.left_out(k))
     }
 
     fn ln_mass(&self, first: u64, last: u64) -> R {

@@ -3,7 +3,7 @@
 use rand::Rng;
 use rand_distr::Exp1;
 
-use super::{Parameter, Univariate, UnivariateDensity, left_out, normaliser};
+use super::{Parameter, Univariate, UnivariateDensity, normaliser};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
@@ -87,7 +87,7 @@ where
     fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let rate = self.0.number();
         terms.add(
-            normaliser::<R, L>(self.0, f64::ln) - rate * x.value(),
+            normaliser(terms, self.0, f64::ln) - rate * x.value(),
             ((x, -rate), (self.0, rate.recip() - x.value())),
         );
     }
@@ -96,7 +96,7 @@ where
     fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let (rate, v) = (self.0.number(), y.value().exp());
         terms.add(
-            normaliser::<R, L>(self.0, f64::ln) - rate * v + y.value(),
+            normaliser(terms, self.0, f64::ln) - rate * v + y.value(),
             ((y, 1.0 - rate * v), (self.0, rate.recip() - v)),
         );
         terms.replace(y, v, v)
@@ -119,13 +119,9 @@ where
         let &[n, sum] = sums else { return };
         let rate = self.0.number();
         terms.add(
-            n * normaliser::<R, L>(self.0, f64::ln) - rate * sum,
+            n * normaliser(terms, self.0, f64::ln) - rate * sum,
             ((self.0, n * rate.recip() - sum),),
         );
-    }
-
-    fn left_out(&self) -> f64 {
-        left_out::<R, L>(self.0, f64::ln)
     }
 
     /// ln(e^{−λa} − e^{−λb}) = −λa + ln(1 − e^{−λ(b − a)}).

@@ -5,7 +5,7 @@ use std::f64::consts::{LN_2, PI};
 use rand::Rng;
 use rand_distr::StandardNormal;
 
-use super::{Parameter, Univariate, UnivariateDensity, left_out, normaliser};
+use super::{Parameter, Univariate, UnivariateDensity, normaliser};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
@@ -102,7 +102,7 @@ where
         let sd = self.0.number();
         let z = x.value() / sd;
         terms.add(
-            -0.5 * z * z - normaliser::<R, S>(self.0, ln_mode_inverse),
+            -0.5 * z * z - normaliser(terms, self.0, ln_mode_inverse),
             ((x, -z / sd), (self.0, (z * z - 1.0) / sd)),
         );
     }
@@ -113,14 +113,10 @@ where
         let sd = self.0.number();
         let z = x / sd;
         terms.add(
-            -0.5 * z * z - normaliser::<R, S>(self.0, ln_mode_inverse) + y.value(),
+            -0.5 * z * z - normaliser(terms, self.0, ln_mode_inverse) + y.value(),
             ((y, 1.0 - z * z), (self.0, (z * z - 1.0) / sd)),
         );
         terms.replace(y, x, x)
-    }
-
-    fn left_out(&self) -> f64 {
-        -left_out::<R, S>(self.0, ln_mode_inverse)
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

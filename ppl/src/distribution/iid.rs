@@ -44,10 +44,6 @@ impl<R: Scalar, D: Distribution<R>> Distribution<R> for Iid<D> {
         }
     }
 
-    fn left_out(&self, x: &Self::Value) -> f64 {
-        x.iter().map(|x| self.inner.left_out(x)).sum()
-    }
-
     fn validate(&self) -> Result<(), DomainError> {
         self.inner.validate()
     }

@@ -104,7 +104,7 @@ fn far_out<R: Scalar, D: UnivariateDensity<R>>(distribution: &D, near: f64, far:
         .collect();
     let total: f64 = terms.iter().map(|(_, w)| w).sum();
     terms.iter_mut().for_each(|(_, w)| *w /= total);
-    R::fuse_iter(peak + distribution.left_out() + total.ln(), terms)
+    R::fuse_iter(peak + total.ln(), terms)
 }
 
 /// ln(e^{−G} − e^{−H}) for G ≤ H, functions of K parameters with these partials: the mass of an

@@ -189,7 +189,7 @@ where
         // ln p = constant − Σ weight ln cosh y, where weight and y = x/√(2 bⱼ) move with η
         let (mut value, mut in_eta) = match (jacobian, varies) {
             // the same at every point
-            (_, false) if R::LEAN => (0.0, 0.0),
+            (_, false) if terms.leave_out_constants() => (0.0, 0.0),
             (true, false) => (self.ln_coordinate_normaliser(), 0.0),
             (true, true) => (self.ln_coordinate_normaliser(), self.coordinate_normaliser_slope()),
             (false, false) => (self.ln_normaliser(), 0.0),

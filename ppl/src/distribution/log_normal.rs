@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use super::{Normal, Parameter, Univariate, UnivariateDensity, left_out, normaliser};
+use super::{Normal, Parameter, Univariate, UnivariateDensity, normaliser};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
@@ -97,7 +97,7 @@ where
         let sd = self.1.number();
         let z = (v.ln() - self.0.number()) / sd;
         terms.add(
-            -0.5 * z * z - v.ln() - normaliser::<R, S>(self.1, |sd| sd.ln() + HALF_LN_2PI),
+            -0.5 * z * z - v.ln() - normaliser(terms, self.1, |sd| sd.ln() + HALF_LN_2PI),
             ((x, -(1.0 + z / sd) / v), (self.0, z / sd), (self.1, (z * z - 1.0) / sd)),
         );
     }
@@ -108,10 +108,6 @@ where
         self.logarithm().add_ln_pdf(y, terms);
         let x = y.value().exp();
         terms.replace(y, x, x)
-    }
-
-    fn left_out(&self) -> f64 {
-        -left_out::<R, S>(self.1, |sd| sd.ln() + HALF_LN_2PI)
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

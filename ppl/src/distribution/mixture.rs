@@ -66,9 +66,9 @@ impl<W: Weights, C: Components> Mixture<W, C> {
         self.pairs().map(|(weight, component)| weight.number() * g(&component)).sum()
     }
 
-    /// ln Σ wᵢ e^{termᵢ}, where a term comes with what a lean reading leaves out of it.
+    /// ln Σ wᵢ e^{termᵢ}.
     #[inline]
-    fn ln_average<R: Scalar>(&self, term: impl Fn(&C::Component) -> (R, f64)) -> R
+    fn ln_average<R: Scalar>(&self, term: impl Fn(&C::Component) -> R) -> R
     where
         W::Weight: Datum<R>,
     {
@@ -77,8 +77,8 @@ impl<W: Weights, C: Components> Mixture<W, C> {
         }
         let mut total = R::from(f64::NEG_INFINITY);
         for (weight, component) in self.pairs() {
-            let (term, left_out) = term(&component);
-            let ln_component = term.value() + left_out;
+            let term = term(&component);
+            let ln_component = term.value();
             let own = weight.number().ln() + ln_component;
             let value = ln_add_exp(total.value(), own);
             // a component without density here changes nothing
@@ -111,7 +111,7 @@ impl<W: Weights, C: Components> Mixture<W, C> {
         for (ln_density, component) in densities.iter_mut().zip(self.components()) {
             let mut terms = Valued::default();
             component.add_terms(x, &mut terms);
-            *ln_density = terms.0 + component.left_out(x);
+            *ln_density = terms.0;
             largest = largest.max(*ln_density);
         }
         let mut sum = 0.0;
@@ -186,7 +186,7 @@ where
 
     #[inline]
     fn ln_density(&self, x: &Self::Value) -> R {
-        self.ln_average(|component| (component.ln_density(x), component.left_out(x)))
+        self.ln_average(|component| component.ln_density(x))
     }
 
     #[inline(always)]
@@ -214,7 +214,7 @@ where
     C: Components<Component: Numeric<R>>,
 {
     fn ln_probability(&self, interval: Interval) -> R {
-        self.ln_average(|component| (component.ln_probability(interval), 0.0))
+        self.ln_average(|component| component.ln_probability(interval))
     }
 
     fn draw_within<G: Rng + ?Sized>(&self, interval: Interval, rng: &mut G) -> Self::Value {
@@ -338,15 +338,12 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
-        self.ln_average(|component| {
-            let ln_pdf = Joined::of(|terms| super::add_terms(component, x, terms));
-            (ln_pdf, component.left_out())
-        })
+        self.ln_average(|component| Joined::of(|terms| super::add_terms(component, x, terms)))
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let interval = Interval::new(lower..upper);
-        self.ln_average(|component| (ln_probability(component, interval), 0.0))
+        self.ln_average(|component| ln_probability(component, interval))
     }
 }
 
@@ -386,10 +383,10 @@ where
 {
     #[inline]
     fn ln_pmf(&self, k: u64) -> R {
-        self.ln_average(|component| (component.ln_pmf(k), component.left_out(k)))
+        self.ln_average(|component| component.ln_pmf(k))
     }
 
     fn ln_mass(&self, first: u64, last: u64) -> R {
-        self.ln_average(|component| (component.ln_mass(first, last), 0.0))
+        self.ln_average(|component| component.ln_mass(first, last))
     }
 }

@@ -258,14 +258,6 @@ pub trait Distribution<R: Scalar>: Family {
         terms.add_number(R::from(f64::NAN));
     }
 
-    /// What a reading that leaves out what is the same at every point leaves out of
-    /// [`ln_density`](Distribution::ln_density): for those who compute further with its value.
-    #[doc(hidden)]
-    fn left_out(&self, x: &Self::Value) -> f64 {
-        let _ = x;
-        0.0
-    }
-
     /// Whether the parameters lie in their domain.
     ///
     /// # Errors
@@ -314,17 +306,9 @@ pub(crate) fn lift<R>(parameter: impl Datum<R>) -> R {
 /// A part of a log density that depends on `parameter` alone: left out where that may be.
 #[inline(always)]
 pub(crate) fn normaliser<R: Scalar, P: Parameter + Datum<R>>(
+    terms: &impl Terms<R>,
     parameter: P,
     part: impl FnOnce(f64) -> f64,
 ) -> f64 {
-    if R::LEAN && P::CONSTANT { 0.0 } else { part(parameter.number()) }
-}
-
-/// What [`normaliser`] left out.
-#[inline(always)]
-pub(crate) fn left_out<R: Scalar, P: Parameter + Datum<R>>(
-    parameter: P,
-    part: impl FnOnce(f64) -> f64,
-) -> f64 {
-    if R::LEAN && P::CONSTANT { part(parameter.number()) } else { 0.0 }
+    if P::CONSTANT && terms.leave_out_constants() { 0.0 } else { part(parameter.number()) }
 }

@@ -3,7 +3,7 @@
 use rand::Rng;
 use rand_distr::StandardNormal;
 
-use super::{Parameter, Univariate, UnivariateDensity, left_out, normaliser};
+use super::{Parameter, Univariate, UnivariateDensity, normaliser};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
@@ -103,7 +103,7 @@ where
         let slope = z * precise;
         // the logarithm of what a plate shares leaves the loop
         let constant = match S::SHARED || S::CONSTANT {
-            true => -normaliser::<R, S>(self.1, ln_normaliser),
+            true => -normaliser(terms, self.1, ln_normaliser),
             false => terms.minus_ln(self.1.number()) - HALF_LN_2PI,
         };
         terms.add(
@@ -136,13 +136,9 @@ where
         let all = squares + n * away * away;
         let quadratic = all * precise * precise;
         terms.add(
-            -0.5 * quadratic - n * normaliser::<R, S>(self.1, ln_normaliser),
+            -0.5 * quadratic - n * normaliser(terms, self.1, ln_normaliser),
             ((self.0, n * away * precise * precise), (self.1, (quadratic - n) * precise)),
         );
-    }
-
-    fn left_out(&self) -> f64 {
-        -left_out::<R, S>(self.1, ln_normaliser)
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

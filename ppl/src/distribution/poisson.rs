@@ -92,7 +92,7 @@ where
     #[inline(always)]
     fn add_ln_pmf(&self, k: u64, terms: &mut impl Terms<R>) {
         let (k, rate) = (k as f64, self.0.number());
-        let value = if R::LEAN && k > 0.0 {
+        let value = if terms.leave_out_constants() && k > 0.0 {
             // without ln k!, which is the same at every point
             k * rate.ln() - rate
         } else {
@@ -103,13 +103,13 @@ where
 
     const POOLS: bool = true;
 
-    /// n, Σ k and, where it may not be left out, Σ ln k!.
+    /// n, Σ k and Σ ln k!.
     fn sum_up(data: impl Iterator<Item = u64>, sums: &mut Vec<f64>) {
         let (mut n, mut sum, mut factorials) = (0.0, 0.0, 0.0);
         for k in data {
             n += 1.0;
             sum += k as f64;
-            factorials += if R::LEAN { 0.0 } else { ln_gamma(k as f64 + 1.0) };
+            factorials += ln_gamma(k as f64 + 1.0);
         }
         sums.extend([n, sum, factorials]);
     }
@@ -118,13 +118,9 @@ where
     fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
         let &[n, sum, factorials] = sums else { return };
         let rate = self.0.number();
-        let constant = if R::LEAN { 0.0 } else { factorials };
+        let constant = if terms.leave_out_constants() { 0.0 } else { factorials };
         let value = if rate > 0.0 { sum * rate.ln() - n * rate - constant } else { f64::NAN };
         terms.add(value, ((self.0, sum / rate - n),));
-    }
-
-    fn left_out(&self, k: u64) -> f64 {
-        if R::LEAN { -ln_gamma(k as f64 + 1.0) } else { 0.0 }
     }
 
     fn ln_mass(&self, first: u64, last: u64) -> R {

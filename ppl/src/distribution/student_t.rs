@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use super::{Parameter, Univariate, UnivariateDensity, left_out, lift, normaliser};
+use super::{Parameter, Univariate, UnivariateDensity, lift, normaliser};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
@@ -154,7 +154,7 @@ where
         let nu = lift::<R>(self.0);
         let z = (x.value() - self.1.number()) * inverse;
         let (value, [in_z, in_nu, share]) = standard(z, nu);
-        let constant = normaliser::<R, N>(self.0, ln_shape) - normaliser::<R, S>(self.2, f64::ln);
+        let constant = normaliser(terms, self.0, ln_shape) - normaliser(terms, self.2, f64::ln);
         terms.add(
             constant + value,
             (
@@ -164,10 +164,6 @@ where
                 (self.2, (share - 1.0) * inverse),
             ),
         );
-    }
-
-    fn left_out(&self) -> f64 {
-        left_out::<R, N>(self.0, ln_shape) - left_out::<R, S>(self.2, f64::ln)
     }
 }
 

@@ -47,17 +47,9 @@ impl<R: Scalar, D: Numeric<R>> Distribution<R> for Truncated<D> {
             return terms.add_number(R::from(f64::NEG_INFINITY));
         }
         self.inner.add_terms(x, terms);
-        if !(R::LEAN && D::CONSTANT) {
+        if !(D::CONSTANT && terms.leave_out_constants()) {
             terms.add_number(-self.inner.ln_probability(self.interval));
         }
-    }
-
-    fn left_out(&self, x: &D::Value) -> f64 {
-        let inner = self.inner.left_out(x);
-        if R::LEAN && D::CONSTANT {
-            return inner - self.inner.ln_probability(self.interval).value();
-        }
-        inner
     }
 
     fn validate(&self) -> Result<(), DomainError> {
@@ -248,17 +240,9 @@ where
     #[inline(always)]
     fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         self.inner.add_ln_pdf(x, terms);
-        if !(R::LEAN && D::CONSTANT) {
+        if !(D::CONSTANT && terms.leave_out_constants()) {
             terms.add_number(-ln_probability(&self.inner, self.interval));
         }
-    }
-
-    fn left_out(&self) -> f64 {
-        let inner = self.inner.left_out();
-        if R::LEAN && D::CONSTANT {
-            return inner - ln_probability(&self.inner, self.interval).value();
-        }
-        inner
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

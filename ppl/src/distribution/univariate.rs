@@ -105,12 +105,6 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     #[doc(hidden)]
     const CONSTANT: bool = false;
 
-    /// See [`Distribution::left_out`](super::Distribution::left_out).
-    #[doc(hidden)]
-    fn left_out(&self) -> f64 {
-        0.0
-    }
-
     /// Where the density is positive.
     fn support(&self) -> Support<R>;
 
@@ -188,10 +182,6 @@ macro_rules! univariate {
             #[inline(always)]
             fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl $crate::Terms<R>) {
                 $crate::UnivariateDensity::add_pooled_terms(self, sums, terms);
-            }
-
-            fn left_out(&self, _: &R) -> f64 {
-                $crate::UnivariateDensity::<R>::left_out(self)
             }
 
             fn validate(&self) -> Result<(), $crate::DomainError> {

@@ -36,11 +36,11 @@ impl<W: Parameter, D: Count> ZeroInflated<W, D> {
     /// ln[π + (1 − π) eˡ], without π where the zero is not among the counts; l comes with what a
     /// lean reading leaves out of it.
     #[inline]
-    fn inflate<R: Scalar>(&self, inner: R, left_out: f64, with_zero: bool) -> R
+    fn inflate<R: Scalar>(&self, inner: R, with_zero: bool) -> R
     where
         W: Datum<R>,
     {
-        let (weight, l) = (self.0.number(), inner.value() + left_out);
+        let (weight, l) = (self.0.number(), inner.value());
         let rest = (-weight).ln_1p();
         if !with_zero {
             let value = if weight <= 1.0 { rest + l } else { f64::NAN };
@@ -97,10 +97,10 @@ where
 {
     #[inline]
     fn ln_pmf(&self, k: u64) -> R {
-        self.inflate(self.1.ln_pmf(k), self.1.left_out(k), k == 0)
+        self.inflate(self.1.ln_pmf(k), k == 0)
     }
 
     fn ln_mass(&self, first: u64, last: u64) -> R {
-        self.inflate(self.1.ln_mass(first, last), 0.0, first == 0 && first <= last)
+        self.inflate(self.1.ln_mass(first, last), first == 0 && first <= last)
     }
 }

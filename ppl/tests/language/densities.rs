@@ -168,7 +168,7 @@ ppl::model! {
             let y = Real::from(*y);
             factor(ln_sum_exp(&[
                 Normal(mean, 0.1).ln_density(&y) + 0.5f64.ln(),
-                Normal(mean, 10.0).ln_density(&y) + 0.5f64.ln(),
+                wide(mean, y) + 0.5f64.ln(),
             ]));
         }
     }
@@ -184,6 +184,11 @@ ppl::model! {
             class ~ CategoricalLogit(logits);
         }
     }
+}
+
+/// A density inside a function of the user's.
+fn wide<S: Scalar>(mean: S, y: S) -> S {
+    Normal(mean, 10.0).ln_density(&y)
 }
 
 /// Φ as a function of the user's, and one that is at hand.
