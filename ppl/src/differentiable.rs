@@ -45,6 +45,7 @@ pub trait Differentiable<const D: usize, const M: usize>: Sync {
     /// # Errors
     /// [`DomainError`] where the function is not defined; inside `model!`, `f.try_at(x)?` makes
     /// that a rejected point with this message.
+    #[inline(always)]
     fn try_at<S: Scalar>(&self, x: [S; D]) -> Result<[S; M], DomainError>
     where
         Self: Sized,
@@ -59,6 +60,7 @@ pub trait Differentiable<const D: usize, const M: usize>: Sync {
 
     /// [`try_at`](Differentiable::try_at) with NaN outside the domain: a model that uses the
     /// value there rejects the point.
+    #[inline(always)]
     fn at<S: Scalar>(&self, x: [S; D]) -> [S; M]
     where
         Self: Sized,

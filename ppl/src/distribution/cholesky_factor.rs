@@ -71,7 +71,7 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
     }
 
     /// diag(scale) · L.
-    #[inline]
+    #[inline(always)]
     pub fn scale_rows(&self, scale: impl Datum<[R; K]>) -> Self {
         let mut scaled = *self;
         for ((i, row), s) in scaled.rows.iter_mut().enumerate().zip(scale.lift()) {

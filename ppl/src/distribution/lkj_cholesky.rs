@@ -176,7 +176,7 @@ where
         K * K.saturating_sub(1) / 2
     }
 
-    #[inline]
+    #[inline(always)]
     fn constrain(
         &self,
         next: &mut impl FnMut() -> R,

@@ -78,7 +78,7 @@ impl<R: Scalar> CorrelationRow<R> {
 
     /// The next entry, from tanh y and sech y, where y is a function of `arguments` with these
     /// derivatives.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn entry<const A: usize>(
         &mut self,
         [tanh, sech]: [f64; 2],
