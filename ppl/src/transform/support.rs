@@ -56,29 +56,32 @@ impl<R: Scalar> Support<R> {
     /// The point, where it is a function of `y` alone by what makes a number of value and slope.
     #[inline(always)]
     fn point_by(&self, y: R, of_y: impl FnOnce(f64, f64) -> R) -> R {
+        let (x, slope) = self.value_and_slope(y.value());
         match *self {
             Self::Real => y,
-            Self::Above(a) => {
-                let e = y.value().exp();
-                let x = a.value() + e;
-                if a.is_constant() { of_y(x, e) } else { R::gather(x, ((a, 1.0), (y, e))) }
-            }
-            Self::Below(b) => {
-                let e = y.value().exp();
-                let x = b.value() - e;
-                if b.is_constant() { of_y(x, -e) } else { R::gather(x, ((b, 1.0), (y, -e))) }
-            }
+            Self::Above(end) | Self::Below(end) if end.is_constant() => of_y(x, slope),
+            Self::Above(end) | Self::Below(end) => R::gather(x, ((end, 1.0), (y, slope))),
+            Self::Between(a, b) if a.is_constant() && b.is_constant() => of_y(x, slope),
             Self::Between(a, b) => {
                 let (p, q) = logistic(y.value());
+                R::gather(x, ((a, q), (b, p), (y, slope)))
+            }
+        }
+    }
+
+    /// x(y) and dx/dy.
+    #[inline(always)]
+    fn value_and_slope(&self, y: f64) -> (f64, f64) {
+        match *self {
+            Self::Real => (y, 1.0),
+            Self::Above(a) => (a.value() + y.exp(), y.exp()),
+            Self::Below(b) => (b.value() - y.exp(), -y.exp()),
+            Self::Between(a, b) => {
+                let (p, q) = logistic(y);
                 let width = b.value() - a.value();
                 // measured from the nearer end, so that both tails keep their digits
-                let x = if y.value() < 0.0 { a.value() + width * p } else { b.value() - width * q };
-                let slope = width * p * q;
-                if a.is_constant() && b.is_constant() {
-                    of_y(x, slope)
-                } else {
-                    R::gather(x, ((a, q), (b, p), (y, slope)))
-                }
+                let x = if y < 0.0 { a.value() + width * p } else { b.value() - width * q };
+                (x, width * p * q)
             }
         }
     }
