@@ -119,8 +119,8 @@ impl<M: Model> Bound<M> {
         bound
     }
 
-    /// The difference between the full and the lean density, if it is the same at several draws
-    /// from the prior; from the draw where least is lost to rounding.
+    /// The difference that leaving out constants makes, if it is the same at several draws from the
+    /// prior; from the draw where least is lost to rounding.
     fn find_constant<G: Rng>(&self, rng: &mut G) -> Option<f64> {
         const DRAWS: usize = 20;
         if !M::STATIC || self.layout.is_err() {

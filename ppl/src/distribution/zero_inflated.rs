@@ -33,8 +33,7 @@ pub struct ZeroInflated<W, D>(pub W, pub D);
 crate::count!([W: Parameter, D: Count] ZeroInflated<W, D>);
 
 impl<W: Parameter, D: Count> ZeroInflated<W, D> {
-    /// ln[π + (1 − π) eˡ], without π where the zero is not among the counts; l comes with what a
-    /// lean reading leaves out of it.
+    /// ln[π + (1 − π) eˡ], without π where the zero is not among the counts.
     #[inline]
     fn inflate<R: Scalar>(&self, inner: R, with_zero: bool) -> R
     where
