@@ -8,9 +8,21 @@ use fem::{
     Problem, Schedule, SolverOptions, Split, Stepping, TetMesh,
 };
 
-/// The plate in tension: its upper side moves up, both sides are held along x, and it is in plane
-/// strain. AT2, split by the signs of the principal strains in the driving force only.
+/// Where the upper side moves.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Mode {
+    /// Up: the crack runs straight to the right side.
+    Tension,
+    /// To the right, at its height: the crack turns down.
+    Shear,
+}
+
+/// The plate in plane strain, its lower side held and its upper one moved along x or y and held along
+/// the other. AT2 with ℓ₀ = 0.015 mm, split by the signs of the principal strains, in the driving
+/// force only or in the stress as well.
 pub(crate) struct NotchedPlate {
+    pub(crate) mode: Mode,
+    pub(crate) hybrid: bool,
     /// Elements around the path of the crack, mm.
     pub(crate) size_mm: f64,
     /// (Displacement in mm, equal steps up to it), one after the other.
@@ -19,7 +31,7 @@ pub(crate) struct NotchedPlate {
 
 impl NotchedPlate {
     pub(crate) fn mesh(&self) -> TetMesh {
-        notched_plate(self.size_mm)
+        notched_plate(self.mode, self.size_mm)
     }
 
     pub(crate) fn problem(&self, tolerance: f64) -> Problem {
@@ -35,7 +47,7 @@ impl NotchedPlate {
         };
         let field = PhaseField {
             split: Split::Spectral,
-            hybrid: true,
+            hybrid: self.hybrid,
             irreversibility: Irreversibility::History,
             ..PhaseField::new(0.015)
         };
@@ -50,12 +62,18 @@ impl NotchedPlate {
             let k = (time_s.floor() as usize).min(at.len() - 2);
             at[k] + (time_s - k as f64) * (at[k + 1] - at[k])
         };
+        let direction = match self.mode {
+            Mode::Tension => [0.0, 1.0, 0.0],
+            Mode::Shear => [1.0, 0.0, 0.0],
+        };
         let conditions = Conditions::new()
             .fix("front", [Axis::Z])
             .fix("back", [Axis::Z])
             .fix("bottom", [Axis::X, Axis::Y])
-            .prescribe("top", [Axis::X, Axis::Y], move |_, time_s| [0.0, path(time_s), 0.0])
-            .measure("top", [0.0, 1.0, 0.0]);
+            .prescribe("top", [Axis::X, Axis::Y], move |_, time_s| {
+                direction.map(|d| path(time_s) * d)
+            })
+            .measure("top", direction);
         let schedule = Schedule {
             duration_s: f64::from(steps),
             stepping: Stepping::Fixed(steps),
@@ -83,15 +101,14 @@ pub(crate) fn kilonewton(point: &CurvePoint, plate: &NotchedPlate) -> f64 {
 /// The plate with elements of size `h` (mm) around the path of the crack, and of growing size away
 /// from it. The slit is open: nodes on it are doubled. Surfaces: bottom, top, front and back; the
 /// thickness is `h`.
-fn notched_plate(h: f64) -> TetMesh {
-    let across = graded(0.5, 0.04_f64.max(2.0 * h), h);
-    let ligament = (0.5 / h).round() as usize;
-    // fine from just before the tip of the slit to the right side
-    let along: Vec<f64> = graded(0.5, 0.03_f64.max(2.0 * h), h)
-        .into_iter()
-        .filter(|&x| x < 0.5 - 0.1 * h)
-        .chain((0..=ligament).map(|i| 0.5 + 0.5 * i as f64 / ligament as f64))
-        .collect();
+fn notched_plate(mode: Mode, h: f64) -> TetMesh {
+    // fine from just before the tip of the slit to the right side, and in shear also from just above
+    // it to the lower side
+    let along = fine_behind_the_middle(h);
+    let across = match mode {
+        Mode::Tension => graded(0.5, 0.04_f64.max(2.0 * h), h),
+        Mode::Shear => along.iter().rev().map(|x| 1.0 - x).collect(),
+    };
     let (nx, ny) = (along.len(), across.len());
     let middle =
         across.iter().position(|&y| (y - 0.5).abs() < 0.1 * h).expect("a line at the slit");
@@ -142,6 +159,16 @@ fn notched_plate(h: f64) -> TetMesh {
         mesh.surfaces.insert(name.into(), triangles);
     }
     mesh
+}
+
+/// Points of (0, 1) with spacing `h` from just before the middle on, and growing before.
+fn fine_behind_the_middle(h: f64) -> Vec<f64> {
+    let half = (0.5 / h).round() as usize;
+    graded(0.5, 0.03_f64.max(2.0 * h), h)
+        .into_iter()
+        .filter(|&x| x < 0.5 - 0.1 * h)
+        .chain((0..=half).map(|i| 0.5 + 0.5 * i as f64 / half as f64))
+        .collect()
 }
 
 /// Points of (0, 1) with spacing `h` within `fine` of `centre`, growing by 1.3 up to 0.06 beyond.
