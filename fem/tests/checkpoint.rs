@@ -5,9 +5,10 @@ mod support;
 use std::ops::ControlFlow;
 
 use fem::{
-    Checkpoint, CompressionTest, CurvePoint, End, Fields, Friction, Irreversibility, Observer,
-    Order, PhaseField, Platens, Split,
+    Checkpoint, CompressionTest, CrackDensity, CurvePoint, End, Fields, Friction, Irreversibility,
+    Observer, Order, PhaseField, Platens, Split,
 };
+use support::column::snap_back;
 use support::{grain, loading, matrix, phase_field, prism};
 
 fn test(field: PhaseField) -> CompressionTest {
@@ -80,6 +81,34 @@ fn a_continued_run_is_the_uninterrupted_one_bit_by_bit() {
         assert_eq!(outcome.fields, reference.fields, "case {k}");
         assert_eq!(outcome.reactions, reference.reactions, "case {k}");
         assert_eq!(outcome.effort, reference.effort, "case {k}");
+    }
+}
+
+#[test]
+fn a_run_by_arc_length_continues_on_its_way_back() {
+    let dir = tempfile::tempdir().expect("a directory");
+    for model in [CrackDensity::At2, CrackDensity::At1] {
+        let test = snap_back(model);
+        let whole = Checkpoint { path: dir.path().join(format!("whole-{model:?}")), every: 3 };
+        let reference = test.run_resumable(&whole, &mut ()).expect("no file is there");
+        assert!(matches!(reference.end, End::BelowPeak), "{model:?}: {:?}", reference.end);
+        let parts = Checkpoint { path: dir.path().join(format!("parts-{model:?}")), every: 3 };
+        let mut told = Vec::new();
+        let outcome = loop {
+            let mut kill = Kill { after: 7, steps: 0, resumed: 0 };
+            let outcome = test.run_resumable(&parts, &mut kill).expect("a sound state");
+            told.push(kill.resumed);
+            if !matches!(outcome.end, End::Interrupted) {
+                break outcome;
+            }
+        };
+        let back = |at: usize| {
+            at > 0 && reference.curve[at].displacement_mm < reference.curve[at - 1].displacement_mm
+        };
+        assert!(told.iter().any(|&at| back(at)), "{model:?}: never on the way back: {told:?}");
+        assert_eq!(outcome.curve, reference.curve, "{model:?}");
+        assert_eq!(outcome.fields, reference.fields, "{model:?}");
+        assert_eq!(outcome.effort, reference.effort, "{model:?}");
     }
 }
 

@@ -310,6 +310,8 @@ fn supports(
             motions.describe(),
             motions.count()
         ),
-        mend: "prescribe more components, or call remove_rigid_motions()".into(),
+        mend: "prescribe more components, or have the rigid motions removed \
+               (remove_rigid_motions)"
+            .into(),
     })
 }

@@ -102,6 +102,7 @@ pub struct Conditions {
     pub(super) remove_rigid_motions: bool,
     pub(super) gauge: Option<Gauge>,
     pub(super) first_guess: Option<Function<[f64; 3]>>,
+    pub(super) description: String,
 }
 
 impl Conditions {
@@ -219,6 +220,13 @@ impl Conditions {
     ) -> Self {
         let travel = Travel::Known(Function::new(move |_, time_s| travel_mm(time_s)));
         self.gauge = Some(Gauge { surface: surface.into(), direction, travel });
+        self
+    }
+
+    /// Says in words what the functions compute: a run goes on from a saved state only if that was
+    /// described alike, since functions themselves cannot be compared.
+    pub fn described_as(mut self, words: impl Into<String>) -> Self {
+        self.description = words.into();
         self
     }
 

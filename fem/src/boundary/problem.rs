@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::conditions::Conditions;
 use super::domain::PointValues;
 use crate::compression::{
-    Checkpoint, Discretisation, Fields, Fingerprint, March, Observer, Outcome, Schedule, Stepping,
+    Checkpoint, Discretisation, Fields, Fingerprint, March, Observer, Outcome, Schedule,
     check_arc_length,
 };
 use crate::element::Order;
@@ -163,35 +163,17 @@ impl Problem {
     /// run was interrupted. The file stays when the run ends.
     ///
     /// # Errors
-    /// [`FemError::Checkpoint`] for a file that is damaged, unreadable, or of another problem (what a
-    /// function of the [`Conditions`] computes is not compared); arc-length steps cannot be saved.
+    /// [`FemError::Checkpoint`] for a file that is damaged, unreadable, or of another problem; of what
+    /// the functions of the [`Conditions`] compute, only the description is compared.
     pub fn run_resumable(
         &self,
         checkpoint: &Checkpoint,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, FemError> {
-        self.resume(checkpoint, observer, "")
-    }
-
-    /// [`run_resumable`](Self::run_resumable) of a problem whose conditions compute what `meaning`
-    /// says.
-    pub(crate) fn resume(
-        &self,
-        checkpoint: &Checkpoint,
-        observer: &mut dyn Observer,
-        meaning: &str,
-    ) -> Result<Outcome, FemError> {
         checkpoint.validate()?;
-        if matches!(self.schedule.stepping, Stepping::ArcLength { .. }) {
-            return Err(FemError::Unsupported {
-                entity: "checkpoint".into(),
-                message: "arc-length steps cannot be saved".into(),
-                mend: "run without a checkpoint, or take adaptive steps".into(),
-            });
-        }
         let points = self.points();
         let march = self.march(&points, observer);
-        Ok(march.with_checkpoint(checkpoint, self.fingerprint(meaning))?.run())
+        Ok(march.with_checkpoint(checkpoint, self.fingerprint())?.run())
     }
 
     fn points(&self) -> Vec<PointMaterial> {
@@ -208,9 +190,9 @@ impl Problem {
     }
 
     /// A number that tells this problem from others.
-    fn fingerprint(&self, meaning: &str) -> u64 {
+    fn fingerprint(&self) -> u64 {
         let words = format!(
-            "{meaning} {:?} {:?} {:?} {:?} {:?} {:?}",
+            "{:?} {:?} {:?} {:?} {:?} {:?}",
             self.order,
             self.materials,
             self.phase_field,

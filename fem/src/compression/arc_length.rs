@@ -2,7 +2,7 @@
 
 use super::curve::{End, Fields};
 use super::loading::Stepping;
-use super::march::March;
+use super::march::{ArcState, March};
 use crate::boundary::Conditions;
 use crate::error::FemError;
 use crate::material::{Material, PhaseField};
@@ -17,49 +17,49 @@ const GROWTH: f64 = 1.5;
 /// Difference of positions, as a share of the duration.
 const NUDGE: f64 = 1e-6;
 
-impl March<'_> {
+impl<'a> March<'a> {
     /// Follows the equilibrium: by steps of the platen while they release little, else by steps of
     /// released energy.
-    pub(super) fn follow(&mut self, solver: &mut Solver, largest: f64, limit: f64) -> End {
-        let (mut step, mut release) = (largest, limit);
-        let mut by_platen = true;
+    pub(super) fn follow(&mut self, solver: &mut Solver<'a>, largest: f64, limit: f64) -> End {
         loop {
-            let advanced = if by_platen {
-                self.advance_within(solver, step, limit)
-            } else {
+            let (step, ArcState { leads, release, .. }) = (self.state.step, self.state.arc);
+            let advanced = if leads {
                 self.advance_by_release(solver, step, release)
+            } else {
+                self.advance_within(solver, step, limit)
             };
-            match (advanced, by_platen) {
-                (Ok(()), true) => step = largest.min(GROWTH * step),
-                (Ok(()), false) => {
-                    release = limit.min(GROWTH * release);
-                    let moved = self.state.change.as_ref().map_or(0.0, |(_, moved)| *moved);
+            let state = &mut self.state;
+            match (advanced, leads) {
+                (Ok(()), false) => state.step = largest.min(GROWTH * step),
+                (Ok(()), true) => {
+                    state.arc.release = limit.min(GROWTH * release);
+                    let moved = state.change.as_ref().map_or(0.0, |(_, moved)| *moved);
                     // nearly elastic again: the platen leads
                     if moved > largest {
-                        (by_platen, step) = (true, largest);
+                        (state.arc.leads, state.step) = (false, largest);
                     }
                 }
-                (Err(_), true) if step > largest / CUTS => {
+                (Err(_), false) if step > largest / CUTS => {
                     solver.effort.cuts += 1;
-                    step *= CUT;
+                    state.step *= CUT;
                     continue;
                 }
-                (Err(_), true) => {
-                    by_platen = false;
+                (Err(_), false) => {
+                    state.arc.leads = true;
                     continue;
                 }
-                (Err(_), false) if release > LEAST * limit => {
+                (Err(_), true) if release > LEAST * limit => {
                     solver.effort.cuts += 1;
-                    release *= CUT;
+                    state.arc.release *= CUT;
                     continue;
                 }
-                (Err(reason), false) => {
-                    self.state.step = step;
-                    return self.failure(reason);
-                }
+                (Err(reason), true) => return self.failure(reason),
             }
             if let Some(end) = self.observe() {
                 return end;
+            }
+            if let Err(error) = self.save(solver) {
+                return End::Failed(error);
             }
         }
     }
@@ -91,7 +91,7 @@ impl March<'_> {
         step: f64,
         release: f64,
     ) -> Result<(), StepFailure> {
-        let guess = match &self.state.released {
+        let guess = match self.state.arc.released {
             Some(last) => {
                 let moved = self.state.change.as_ref().map_or(0.0, |(_, moved)| *moved);
                 self.state.clock + release / last * moved
@@ -111,7 +111,7 @@ impl March<'_> {
         let span = self.state.memory.span(&self.state.fields.damage, 1.0);
         let position = solver.solve_release(&mut fields, guess, &control, span)?;
         self.accept(solver, before, fields, position)?;
-        self.state.released = Some(release);
+        self.state.arc.released = Some(release);
         Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! The state of a run on disk, from which it goes on bit by bit as if it had never stopped.
 //!
-//! A file holds a line `breccia-state 1`, a line of JSON (numbers in shortest round-trip form), the
+//! A file holds a line `breccia-state 2`, a line of JSON (numbers in shortest round-trip form), the
 //! arrays (each its length as u64, then f64, little endian), and a checksum of all that (FNV-1a, u64).
 //! What the linear solver keeps from step to step is not in it: a run with a checkpoint forgets that
 //! whenever it saves, so that the same steps follow whether or not it was interrupted there.
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::curve::{CurvePoint, Fields};
-use super::march::State;
+use super::march::{ArcState, State};
 use crate::error::FemError;
 use crate::solve::Effort;
 
@@ -36,7 +36,7 @@ pub struct Checkpoint {
     pub every: u32,
 }
 
-const MAGIC: &str = "breccia-state 1";
+const MAGIC: &str = "breccia-state 2";
 
 /// All but the arrays.
 #[derive(Serialize, Deserialize)]
@@ -50,6 +50,7 @@ struct Header {
     point: CurvePoint,
     clock: f64,
     step: f64,
+    arc: ArcState,
     recorded: u32,
     peak: f64,
     effort: Effort,
@@ -89,6 +90,7 @@ impl Checkpoint {
             point: state.point,
             clock: state.clock,
             step: state.step,
+            arc: state.arc,
             recorded: state.recorded,
             peak: state.peak,
             effort: state.effort,
@@ -165,7 +167,8 @@ impl Checkpoint {
         (state.curve, state.reactions, state.reaction) =
             (header.curve, header.reactions, header.reaction);
         (state.point, state.clock, state.step) = (header.point, header.clock, header.step);
-        (state.recorded, state.peak, state.effort) = (header.recorded, header.peak, header.effort);
+        (state.arc, state.recorded) = (header.arc, header.recorded);
+        (state.peak, state.effort) = (header.peak, header.effort);
         Ok(true)
     }
 

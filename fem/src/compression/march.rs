@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use super::checkpoint::Checkpoint;
 use super::curve::{CurvePoint, End, Fields, Observer, Outcome};
 use super::discretisation::Discretisation;
@@ -45,8 +47,8 @@ pub(crate) struct State {
     pub(crate) reaction: BTreeMap<String, [f64; 3]>,
     /// What damage remembers.
     pub(crate) memory: Memory,
-    /// What the last step of prescribed release released, N mm.
-    pub(crate) released: Option<f64>,
+    /// What steps of prescribed release remember.
+    pub(crate) arc: ArcState,
     /// Contact pressures, platen by platen, MPa; empty before the first increment.
     pub(crate) pressures: Vec<Vec<f64>>,
     pub(crate) point: CurvePoint,
@@ -56,6 +58,17 @@ pub(crate) struct State {
     pub(crate) recorded: u32,
     pub(crate) peak: f64,
     pub(crate) effort: Effort,
+}
+
+/// Where steps of prescribed release stand.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct ArcState {
+    /// Whether the release leads, and not the position of the ends.
+    pub(crate) leads: bool,
+    /// The next release to try, N mm.
+    pub(crate) release: f64,
+    /// What the last such step released, N mm.
+    pub(crate) released: Option<f64>,
 }
 
 impl<'a> March<'a> {
@@ -76,6 +89,12 @@ impl<'a> March<'a> {
                 Stepping::Fixed(steps) => 1.0 / f64::from(steps),
                 Stepping::Adaptive { first, .. } => first,
                 Stepping::ArcLength { step, .. } => step,
+            },
+            arc: match schedule.stepping {
+                Stepping::ArcLength { release_n_mm, .. } => {
+                    ArcState { release: release_n_mm, ..ArcState::default() }
+                }
+                _ => ArcState::default(),
             },
             ..State::default()
         };
@@ -121,7 +140,7 @@ impl<'a> March<'a> {
     }
 
     /// Saves the state where one is due.
-    fn save(&mut self, solver: &mut Solver<'a>) -> Result<(), FemError> {
+    pub(super) fn save(&mut self, solver: &mut Solver<'a>) -> Result<(), FemError> {
         let Some((checkpoint, fingerprint)) = self.checkpoint else { return Ok(()) };
         if self.state.recorded.is_multiple_of(checkpoint.every) {
             self.state.effort = solver.effort;

@@ -128,7 +128,7 @@ impl CompressionTest {
         checkpoint: &Checkpoint,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, FemError> {
-        self.problem.resume(checkpoint, observer, &format!("{:?}", self.loading))
+        self.problem.run_resumable(checkpoint, observer)
     }
 
     /// The mesh.
@@ -201,6 +201,7 @@ fn conditions(platens: Platens, loading: Loading, [bottom, top]: [f64; 2]) -> Co
         }
     };
     conditions
+        .described_as(format!("{loading:?}"))
         .remove_rigid_motions()
         .measure_travel("top", [0.0, 0.0, -1.0], down)
         .first_guess(shorten)

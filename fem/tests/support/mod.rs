@@ -2,6 +2,7 @@
 #![allow(dead_code)] // each test binary uses its part
 
 pub(crate) mod block;
+pub(crate) mod column;
 pub(crate) mod hertz;
 pub(crate) mod manufactured;
 

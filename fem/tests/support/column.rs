@@ -1,0 +1,56 @@
+//! A column with a weak layer, which snaps back when the layer breaks.
+
+use fem::{
+    CompressionTest, CrackDensity, ElasticLaw, Irreversibility, Loading, Material, Order,
+    PhaseField, Stepping, TetMesh,
+};
+
+use super::{prism, test};
+
+/// A column of unit cross-section with one cell between two levels (mm).
+pub(crate) fn layers(levels: &[f64]) -> TetMesh {
+    let mut mesh = prism(1, false);
+    mesh.nodes.clear();
+    mesh.tets.clear();
+    for &z in levels {
+        mesh.nodes.extend([[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z], [1.0, 1.0, z]]);
+    }
+    let cells = levels.len() as u32 - 1;
+    for layer in 0..cells {
+        let corner = |c: u32| 4 * layer + c;
+        for [a, b] in [[1, 3], [3, 2], [2, 6], [6, 4], [4, 5], [5, 1]] {
+            mesh.tets.push([corner(0), corner(a), corner(b), corner(7)]);
+        }
+    }
+    mesh.region_of = vec![0; mesh.tets.len()];
+    let top = 4 * cells;
+    mesh.surfaces.insert("bottom".into(), vec![[0, 3, 1], [0, 2, 3]]);
+    mesh.surfaces.insert("top".into(), vec![[top, top + 1, top + 3], [top, top + 3, top + 2]]);
+    mesh
+}
+
+/// A weak layer of height 0.5 under an elastic one of height 10.
+fn column() -> TetMesh {
+    let mut mesh = layers(&[0.0, 0.5, 5.0, 10.5]);
+    mesh.region_of.iter_mut().skip(6).for_each(|region| *region = 1);
+    mesh.regions = vec!["weak".into(), "elastic".into()];
+    mesh
+}
+
+/// The column's test by arc-length steps, down to a twentieth of the largest force.
+pub(crate) fn snap_back(model: CrackDensity) -> CompressionTest {
+    let weak = Material {
+        toughness_n_per_mm: Some(0.1),
+        ..Material::elastic(ElasticLaw::Hencky, 100.0, 0.0)
+    };
+    let elastic = Material::elastic(ElasticLaw::Hencky, 100.0, 0.0);
+    let field =
+        PhaseField { model, irreversibility: Irreversibility::ActiveSet, ..PhaseField::new(1.0) };
+    let loading = Loading {
+        displacement_mm: 1.0,
+        duration_s: 1.0,
+        stepping: Stepping::ArcLength { step: 0.02, release_n_mm: 1e-3 },
+        stop_below_peak: Some(0.95),
+    };
+    test(column(), Order::Linear, vec![weak, elastic], Some(field), loading, 1e-10)
+}
