@@ -29,11 +29,11 @@ mod virtual_lab;
 mod workflow;
 
 pub use case::{
-    AdaptiveCase, ArcLengthCase, CalibrationCase, Case, CaseFile, ConfirmCase, CrackName,
-    DesignCase, ExperimentsCase, IrreversibilityName, LawCase, LinearName, MaterialCase, NoiseCase,
-    OgdenTermCase, OutputCase, PhaseFieldCase, PlatensName, PriorCase, QoiCase, QuadratureName,
-    ScatterCase, SchemeName, Shape, SolverCase, SpecimenCase, SplitName, SurrogateCase, TestCase,
-    TruthCase, VirtualCase,
+    AdaptiveCase, ArcLengthCase, CalibrationCase, Case, CaseFile, ConditionsCase, ConfirmCase,
+    CrackName, DesignCase, ExperimentsCase, IrreversibilityName, LawCase, LinearName, MaterialCase,
+    MeasureCase, NoiseCase, OgdenTermCase, OutputCase, PhaseFieldCase, PlatensName, PrescribeCase,
+    PriorCase, QoiCase, QuadratureName, ScatterCase, SchemeName, Shape, SolverCase, SpecimenCase,
+    SplitName, SurrogateCase, TestCase, TractionCase, TruthCase, VirtualCase,
 };
 pub use coverage::{Coverage, CoverageStudy};
 pub use error::InputError;

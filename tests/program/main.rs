@@ -1,5 +1,6 @@
 //! The `breccia` program as a person meets it: help, first case, mistakes, one simulation.
 
+mod conditions;
 mod divergence;
 mod mesh_files;
 

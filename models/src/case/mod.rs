@@ -3,6 +3,7 @@
 //! `breccia init` writes [`Case::TEMPLATE`], the shipped default case with every key explained.
 
 mod calibration;
+mod conditions;
 mod experiments;
 mod material;
 mod read;
@@ -22,6 +23,7 @@ use serde::{Deserialize, Serialize};
 pub use calibration::{
     CalibrationCase, ConfirmCase, DesignCase, PriorCase, QoiCase, SurrogateCase,
 };
+pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
 pub use experiments::{ExperimentsCase, NoiseCase, ScatterCase, TruthCase, VirtualCase};
 pub use material::{LawCase, MaterialCase, OgdenTermCase};
 pub use read::CaseFile;
@@ -49,8 +51,11 @@ pub struct Case {
     /// Damage; without it every region is elastic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phase_field: Option<PhaseFieldCase>,
-    /// The compression test.
+    /// The test: its time and steps, and the platens.
     pub test: TestCase,
+    /// What acts on the body in place of the platens; for a single simulation only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub conditions: Option<ConditionsCase>,
     /// How the equations are solved.
     #[serde(default)]
     pub solver: SolverCase,
@@ -105,7 +110,7 @@ pub struct SpecimenCase {
     /// Physical volume, by number or name, of each region in the mesh file.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub regions: BTreeMap<String, PhysicalGroup>,
-    /// Physical surfaces of the mesh file: `bottom` and `top`, others as wanted.
+    /// Physical surfaces of the mesh file: `bottom` and `top` for platens, others as wanted.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub surfaces: BTreeMap<String, PhysicalGroup>,
 }

@@ -189,7 +189,9 @@ fn locate(text: &str, span: Range<usize>) -> (String, String) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::{AdaptiveCase, ArcLengthCase};
+    use crate::case::{
+        AdaptiveCase, ArcLengthCase, ConditionsCase, MeasureCase, PrescribeCase, TractionCase,
+    };
 
     fn message(text: &str) -> String {
         CaseFile::parse(text, Path::new("case.toml")).unwrap_err().to_string()
@@ -218,6 +220,21 @@ mod tests {
         full.test.stop_below_peak = Some(0.1);
         full.test.adaptive = Some(AdaptiveCase { first: 0.01, largest: 0.025 });
         full.test.arc_length = Some(ArcLengthCase { step: 0.025, release_n_mm: 0.001 });
+        let surface = || "top".to_owned();
+        full.conditions = Some(ConditionsCase {
+            prescribe: vec![PrescribeCase {
+                surface: surface(),
+                x_mm: Some(0.0),
+                y_mm: Some(0.0),
+                z_mm: Some(0.0),
+                damage: Some(1.0),
+            }],
+            symmetry: vec![surface()],
+            traction: vec![TractionCase { surface: surface(), vector_mpa: [0.0; 3] }],
+            body_force_n_per_mm3: Some([0.0; 3]),
+            remove_rigid_motions: true,
+            measure: MeasureCase { surface: surface(), direction: [0.0; 3] },
+        });
         let experiments = full.experiments.as_mut().unwrap();
         experiments.table = Some("specimens.csv".into());
         experiments.group = Some("50C".into());
@@ -225,8 +242,12 @@ mod tests {
         fn visit(table: &toml::Table) {
             for (key, value) in table {
                 assert!(Case::TEMPLATE.contains(key), "{key} is not explained");
-                if let toml::Value::Table(inner) = value {
-                    visit(inner);
+                match value {
+                    toml::Value::Table(inner) => visit(inner),
+                    toml::Value::Array(all) => {
+                        all.iter().filter_map(|v| v.as_table()).for_each(visit)
+                    }
+                    _ => {}
                 }
             }
         }
@@ -269,9 +290,9 @@ mod tests {
 
     #[test]
     fn missing_keys_wrong_types_and_broken_syntax_are_placed() {
-        let missing = message(&with("displacement_mm = 0.22", ""));
+        let missing = message(&with("length_mm = 0.06", ""));
         assert!(
-            missing.contains("[test]") && missing.contains("displacement_mm is missing"),
+            missing.contains("[phase_field]") && missing.contains("length_mm is missing"),
             "{missing}"
         );
         let text = message(&with("radius_mm = 2.5", "radius_mm = \"2.5 mm\""));

@@ -71,8 +71,9 @@ impl CaseFile {
                     "Name the mesh's physical volumes: regions = { matrix = 1, grain = 2 }.",
                 ));
             }
+            let platens = self.case.conditions.is_none();
             for surface in ["bottom", "top"] {
-                if !s.surfaces.contains_key(surface) {
+                if platens && !s.surfaces.contains_key(surface) {
                     return Err(self.error(
                         "specimen.surfaces",
                         "",

@@ -76,12 +76,14 @@ pub enum QuadratureName {
     Consistent,
 }
 
-/// `[test]`: the top platen moves down at constant speed.
+/// `[test]`: the top platen moves down at constant speed, unless [`ConditionsCase`](crate::ConditionsCase)
+/// says what acts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TestCase {
     /// Displacement of the platen at the end in mm.
-    pub displacement_mm: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displacement_mm: Option<f64>,
     /// Time that it takes in s.
     #[serde(default = "one_second")]
     pub duration_s: f64,

@@ -165,6 +165,43 @@ fn a_mesh_replaces_lattice_and_packing() {
 }
 
 #[test]
+fn conditions_replace_the_platens() {
+    let specimen = "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 0.7\n\
+                    [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n";
+    let parse = |test: &str, conditions: &str| {
+        let text = format!("{specimen}[test]\n{test}\n[conditions]\n{conditions}\n");
+        CaseFile::parse(&text, Path::new("case.toml"))
+    };
+    let hold = "{ surface = \"bottom\", x_mm = 0.0, y_mm = 0.0, z_mm = 0.0 }";
+    let measure = "measure = { surface = \"top\", direction = [1, 0, 0] }";
+    let good = format!("prescribe = [{hold}, {{ surface = \"top\", x_mm = 0.1 }}]\n{measure}");
+    let case = parse("steps = 2", &good).unwrap().case;
+    assert_eq!(CaseFile::parse(&case.to_toml(), Path::new("again.toml")).unwrap().case, case);
+    let prior = "\n[prior]\nyoung_mpa = [250.0, 300.0]\ntoughness_n_per_mm = [0.001, 0.005]\n\
+                 viscosity_mpa_s = [0.05, 0.55]";
+    for (test, conditions, parts) in [
+        ("displacement_mm = 0.1", good.clone(), ["test.displacement_mm", "remove one of the two"]),
+        ("platens = \"unilateral\"", good.clone(), ["test.platens", "replace the platens"]),
+        ("steps = 2", format!("{good}{prior}"), ["prior", "single simulations"]),
+        ("steps = 2", good.replace(measure, ""), ["[conditions]", "measure is missing"]),
+        ("steps = 2", good.replace("x_mm = 0.1", ""), ["prescribe (top)", "prescribes nothing"]),
+        ("steps = 2", good.replace("x_mm = 0.1", "x_mm = nan"), ["(top).x_mm = NaN", "the end"]),
+        ("steps = 2", good.replace("x_mm = 0.1", "damage = 2"), ["(top).damage = 2", "crack"]),
+        ("steps = 2", good.replace("x_mm = 0.1", "x = 0.1"), ["unknown key \"x\"", "x_mm, y_mm"]),
+    ] {
+        let message = parse(test, &conditions).unwrap_err().to_string();
+        for part in parts {
+            assert!(message.contains(part), "{part:?} is not in {message:?}");
+        }
+    }
+    let nothing = format!("{specimen}[test]\nsteps = 2\n");
+    let message = CaseFile::parse(&nothing, Path::new("case.toml")).unwrap_err().to_string();
+    for part in ["test.displacement_mm", "is missing", "[conditions]"] {
+        assert!(message.contains(part), "{part:?} is not in {message:?}");
+    }
+}
+
+#[test]
 fn a_single_simulation_does_not_need_the_specimen_table() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("case.toml");

@@ -36,7 +36,7 @@ pub(super) fn run(w: &Workflow) -> Result<String, WorkflowError> {
     let grain = mesh.region_volume("grain").unwrap_or(0.0) / volume;
     // a case whose materials or test do not fit the mesh fails here, not after a hundred runs
     let simulator = Simulator::new(&w.file, mesh)?;
-    rows.push(("unknowns".to_owned(), simulator.test().unknowns() as f64));
+    rows.push(("unknowns".to_owned(), simulator.problem().unknowns() as f64));
     let rows = rows.into_iter().map(|(name, value)| [name, value.to_string()]);
     write(&w.path(Stage::Mesh.product()), &csv_text("quantity,value", rows))?;
     Ok(format!("{tets} tetrahedra, {nodes} nodes, {:.1} % grains", 100.0 * grain))

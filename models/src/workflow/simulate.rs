@@ -5,14 +5,14 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use fem::{Checkpoint, CompressionTest, CurvePoint, CurveWriter, FemError, Fields, Observer, vtu};
+use fem::{Checkpoint, CurvePoint, CurveWriter, FemError, Fields, Observer, Problem, vtu};
 
 use super::WorkflowError;
 use super::simulation::{Simulator, build_mesh, failure, share_done};
 use crate::case::CaseFile;
 use crate::progress::{Bar, say};
 
-/// Runs the case's compression test and writes to `dir`, as the run goes on: `curve.csv`, the fields
+/// Runs the case's test and writes to `dir`, as the run goes on: `curve.csv`, the fields
 /// `fields/step-*.vtu` with their collection `fields.pvd` for ParaView, and `simulate.state`, from
 /// which the same command continues after an interruption, bit by bit; it is removed at the end.
 ///
@@ -27,7 +27,7 @@ pub fn simulate(
 ) -> Result<PathBuf, WorkflowError> {
     std::fs::create_dir_all(dir).map_err(|e| WorkflowError::results(dir, &e))?;
     let simulator = Simulator::new(file, build_mesh(file)?)?;
-    let test = simulator.test();
+    let test = simulator.problem();
     let state = dir.join("simulate.state");
     let (last, reason) = (dir.join("fields/last.vtu"), dir.join("failure.txt"));
     let mut record = Record::new(file, test, dir, interrupt)?;
@@ -71,7 +71,7 @@ fn remove(path: &Path) -> Result<(), WorkflowError> {
 /// Writes what a run yields, and shows where it is.
 struct Record<'a> {
     file: &'a CaseFile,
-    test: &'a CompressionTest,
+    test: &'a Problem,
     dir: &'a Path,
     interrupt: &'a AtomicBool,
     bar: Bar,
@@ -88,7 +88,7 @@ struct Record<'a> {
 impl<'a> Record<'a> {
     fn new(
         file: &'a CaseFile,
-        test: &'a CompressionTest,
+        test: &'a Problem,
         dir: &'a Path,
         interrupt: &'a AtomicBool,
     ) -> Result<Self, WorkflowError> {

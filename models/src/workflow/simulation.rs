@@ -3,7 +3,8 @@
 use fem::{
     CompressionTest, CrackDensity, CurvePoint, CylinderLattice, DamageQuadrature, End, FemError,
     Friction, Irreversibility, LinearScheme, Loading, MeshError, Order, Outcome, Packing,
-    PhaseField, Platens, Scheme, SolverOptions, Split, Stepping, TetMesh, gmsh, label,
+    PhaseField, Platens, Problem, Schedule, Scheme, SolverOptions, Split, Stepping, TetMesh, gmsh,
+    label,
 };
 
 use super::WorkflowError;
@@ -56,10 +57,10 @@ pub(crate) fn height_mm(mesh: &TetMesh) -> f64 {
     z().fold(f64::NEG_INFINITY, f64::max) - z().fold(f64::INFINITY, f64::min)
 }
 
-/// A compression test whose calibrated region takes other parameters at every run.
+/// The test of a case, whose calibrated region takes other parameters at every run.
 #[derive(Clone, Debug)]
 pub(crate) struct Simulator {
-    test: CompressionTest,
+    problem: Problem,
     materials: Vec<MaterialCase>,
     calibrated: Option<usize>,
 }
@@ -84,17 +85,30 @@ impl Simulator {
         let calibrated = mesh.regions.iter().position(|r| Some(r.as_str()) == region);
         let order = if case.specimen.order == 2 { Order::Quadratic } else { Order::Linear };
         let field = case.phase_field.as_ref().map(phase_field);
-        let test = in_fem(&materials)
-            .and_then(|materials| {
-                let (loading, options) = (loading(&case.test), solver(&case.solver));
-                CompressionTest::new(mesh, order, materials, field, loading, options)
-            })
-            .and_then(|test| match platens(&case.test) {
-                Platens::Sliding => Ok(test),
-                other => test.with_platens(other),
+        let options = solver(&case.solver);
+        let problem = in_fem(&materials)
+            .and_then(|materials| match &case.conditions {
+                Some(conditions) => {
+                    let schedule = Schedule {
+                        duration_s: case.test.duration_s,
+                        stepping: stepping(&case.test),
+                        stop_below_peak: case.test.stop_below_peak,
+                    };
+                    let conditions = conditions.in_fem(schedule.duration_s);
+                    Problem::new(mesh, order, materials, field, conditions, schedule, options)
+                }
+                None => {
+                    let loading = loading(&case.test);
+                    CompressionTest::new(mesh, order, materials, field, loading, options)
+                        .and_then(|test| match platens(&case.test) {
+                            Platens::Sliding => Ok(test),
+                            other => test.with_platens(other),
+                        })
+                        .map(|test| test.problem().clone())
+                }
             })
             .map_err(|source| WorkflowError::Test { file: file.path.clone(), source })?;
-        Ok(Self { test, materials, calibrated })
+        Ok(Self { problem, materials, calibrated })
     }
 
     /// Runs with other parameters of the calibrated region, in the order of
@@ -111,12 +125,12 @@ impl Simulator {
             material.toughness_n_per_mm = Some(parameters[1]);
             material.viscosity_mpa_s = parameters[2];
         }
-        Ok(self.test.with_materials(in_fem(&materials)?)?.run(observer))
+        Ok(self.problem.with_materials(in_fem(&materials)?)?.run(observer))
     }
 
     /// The test with the case's own materials.
-    pub(crate) fn test(&self) -> &CompressionTest {
-        &self.test
+    pub(crate) fn problem(&self) -> &Problem {
+        &self.problem
     }
 }
 
@@ -137,7 +151,7 @@ pub(crate) fn simulated_qois(points: &[CurvePoint], case: &Case) -> Result<Qois,
 
 /// The share of a test that is done, for a progress bar.
 pub(crate) fn share_done(point: &CurvePoint, case: &Case) -> f64 {
-    point.displacement_mm / case.test.displacement_mm
+    point.time_s / case.test.duration_s
 }
 
 /// The error of a run that did not reach its end.
@@ -178,19 +192,23 @@ fn phase_field(field: &PhaseFieldCase) -> PhaseField {
     }
 }
 
-fn loading(test: &TestCase) -> Loading {
-    let stepping = match (test.steps, test.adaptive, test.arc_length) {
+fn stepping(test: &TestCase) -> Stepping {
+    match (test.steps, test.adaptive, test.arc_length) {
         (Some(steps), ..) => Stepping::Fixed(steps),
         (_, Some(AdaptiveCase { first, largest }), _) => Stepping::Adaptive { first, largest },
         (.., Some(ArcLengthCase { step, release_n_mm })) => {
             Stepping::ArcLength { step, release_n_mm }
         }
         _ => Stepping::adaptive(),
-    };
+    }
+}
+
+fn loading(test: &TestCase) -> Loading {
     Loading {
-        displacement_mm: test.displacement_mm,
+        // asked for by the case's validation wherever there are platens
+        displacement_mm: test.displacement_mm.unwrap_or(f64::NAN),
         duration_s: test.duration_s,
-        stepping,
+        stepping: stepping(test),
         stop_below_peak: test.stop_below_peak,
     }
 }

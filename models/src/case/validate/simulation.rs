@@ -1,6 +1,6 @@
 //! Specimen, materials, test and solver.
 
-use super::super::{CaseFile, LawCase, MaterialCase, PlatensName, Shape};
+use super::super::{CaseFile, ConditionsCase, LawCase, MaterialCase, PlatensName, Shape};
 use crate::error::InputError;
 
 /// More tetrahedra than this are taken for a slip in the spacing.
@@ -144,16 +144,8 @@ impl CaseFile {
                 "It is the width of a smeared crack; the paper takes 0.06 mm.",
             )?;
         }
-        let half_height = case.specimen.height_mm.map_or(1e3, |h| 0.5 * h);
+        self.check_drive()?;
         let test = &case.test;
-        self.within(
-            "test.displacement_mm",
-            test.displacement_mm,
-            1e-9,
-            half_height,
-            "mm",
-            "It is how far the top platen moves down: at most half the height.",
-        )?;
         self.within(
             "test.duration_s",
             test.duration_s,
@@ -196,6 +188,72 @@ impl CaseFile {
         Ok(())
     }
 
+    /// Platens that move, or conditions in their place.
+    fn check_drive(&self) -> Result<(), InputError> {
+        let case = &self.case;
+        let beside = |key: &str| {
+            Err(self.error(
+                key,
+                "",
+                "stands beside [conditions]",
+                "Conditions replace the platens, and are for single simulations: remove one of the two.",
+            ))
+        };
+        match (&case.conditions, case.test.displacement_mm) {
+            (None, None) => Err(self.error(
+                "test.displacement_mm",
+                "",
+                "is missing",
+                "Add how far the top platen moves, or a table [conditions] that says what acts.",
+            )),
+            (None, Some(displacement_mm)) => self.within(
+                "test.displacement_mm",
+                displacement_mm,
+                1e-9,
+                case.specimen.height_mm.map_or(1e3, |h| 0.5 * h),
+                "mm",
+                "It is how far the top platen moves down: at most half the height.",
+            ),
+            (Some(_), Some(_)) => beside("test.displacement_mm"),
+            (Some(_), _) if case.test.platens != PlatensName::Sliding => beside("test.platens"),
+            (Some(_), _) if case.prior.is_some() => beside("prior"),
+            (Some(conditions), _) => self.check_conditions(conditions),
+        }
+    }
+
+    fn check_conditions(&self, conditions: &ConditionsCase) -> Result<(), InputError> {
+        let finite = |key: String, values: &[f64], unit: &str| {
+            let mend = "It is the value at the end of the test.";
+            values.iter().try_for_each(|&value| self.within(&key, value, -1e6, 1e6, unit, mend))
+        };
+        for entry in &conditions.prescribe {
+            let key = |name: &str| format!("conditions.prescribe ({}).{name}", entry.surface);
+            let given = entry.components();
+            for (name, value) in ["x_mm", "y_mm", "z_mm"].into_iter().zip(given) {
+                finite(key(name), value.as_slice(), "mm")?;
+            }
+            if let Some(damage) = entry.damage {
+                let mend = "1 is a crack, 0 sound material.";
+                self.within(&key("damage"), damage, 0.0, 1.0, "", mend)?;
+            } else if given == [None; 3] {
+                return Err(self.error(
+                    &format!("conditions.prescribe ({})", entry.surface),
+                    "",
+                    "prescribes nothing",
+                    "Give x_mm, y_mm, z_mm or damage; 0.0 holds a component.",
+                ));
+            }
+        }
+        for traction in &conditions.traction {
+            let key = format!("conditions.traction ({}).vector_mpa", traction.surface);
+            finite(key, &traction.vector_mpa, "MPa")?;
+        }
+        if let Some(force) = conditions.body_force_n_per_mm3 {
+            finite("conditions.body_force_n_per_mm3".into(), &force, "N/mm³")?;
+        }
+        finite("conditions.measure.direction".into(), &conditions.measure.direction, "")
+    }
+
     fn check_stepping(&self) -> Result<(), InputError> {
         let test = &self.case.test;
         let given = [
@@ -230,14 +288,6 @@ impl CaseFile {
                 "N mm",
                 mend,
             )?;
-            if self.case.output.checkpoint_every > 0 {
-                return Err(self.error(
-                    "output.checkpoint_every",
-                    self.case.output.checkpoint_every.to_string(),
-                    "cannot save the state of arc-length steps",
-                    "Write checkpoint_every = 0.",
-                ));
-            }
         }
         Ok(())
     }

@@ -1,0 +1,107 @@
+//! What acts on a body that is not pressed between platens.
+
+use fem::{Axis, Conditions};
+use serde::{Deserialize, Serialize};
+
+/// `[conditions]`: what acts on named surfaces, in place of the platens. Displacements and loads are
+/// those at the end of the test; they grow in proportion to the time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ConditionsCase {
+    /// Surfaces with prescribed displacement or damage.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub prescribe: Vec<PrescribeCase>,
+    /// Plane surfaces, normal to an axis, whose nodes stay in them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub symmetry: Vec<String>,
+    /// Surfaces with a dead load.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub traction: Vec<TractionCase>,
+    /// Force per reference volume in N/mm³.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body_force_n_per_mm3: Option<[f64; 3]>,
+    /// Stops at single nodes the rigid motions that are left; the loads must balance along them.
+    #[serde(default)]
+    pub remove_rigid_motions: bool,
+    /// What the curve is taken from.
+    pub measure: MeasureCase,
+}
+
+/// An entry of `conditions.prescribe`; what it does not give stays free.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PrescribeCase {
+    /// The surface.
+    pub surface: String,
+    /// Displacement along x in mm at the end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub x_mm: Option<f64>,
+    /// Displacement along y in mm at the end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub y_mm: Option<f64>,
+    /// Displacement along z in mm at the end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub z_mm: Option<f64>,
+    /// Damage, from the beginning on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damage: Option<f64>,
+}
+
+/// An entry of `conditions.traction`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TractionCase {
+    /// The surface.
+    pub surface: String,
+    /// Force per reference area in MPa at the end.
+    pub vector_mpa: [f64; 3],
+}
+
+/// `conditions.measure`: force and mean displacement of a surface along a direction.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeasureCase {
+    /// The surface.
+    pub surface: String,
+    /// The direction, of any length.
+    pub direction: [f64; 3],
+}
+
+impl PrescribeCase {
+    /// The displacement of each axis.
+    pub(super) fn components(&self) -> [Option<f64>; 3] {
+        [self.x_mm, self.y_mm, self.z_mm]
+    }
+}
+
+impl ConditionsCase {
+    /// The conditions as `fem` takes them, for a test of so many seconds.
+    pub(crate) fn in_fem(&self, duration_s: f64) -> Conditions {
+        // exactly the full value at the end
+        let grown = move |full: [f64; 3], time_s: f64| full.map(|f| time_s / duration_s * f);
+        let mut all = Conditions::new().described_as(format!("{self:?} in {duration_s} s"));
+        for entry in &self.prescribe {
+            let components = entry.components();
+            let axes = Axis::ALL.into_iter().filter(|&axis| components[axis as usize].is_some());
+            let full = components.map(|c| c.unwrap_or(0.0));
+            all = all.prescribe(&entry.surface, axes, move |_, time_s| grown(full, time_s));
+            if let Some(damage) = entry.damage {
+                all = all.prescribe_damage(&entry.surface, move |_, _| damage);
+            }
+        }
+        for surface in &self.symmetry {
+            all = all.symmetry(surface);
+        }
+        for TractionCase { surface, vector_mpa } in &self.traction {
+            let full = *vector_mpa;
+            all = all.traction(surface, move |_, time_s| grown(full, time_s));
+        }
+        if let Some(full) = self.body_force_n_per_mm3 {
+            all = all.body_force(move |_, time_s| grown(full, time_s));
+        }
+        if self.remove_rigid_motions {
+            all = all.remove_rigid_motions();
+        }
+        all.measure(&self.measure.surface, self.measure.direction)
+    }
+}
