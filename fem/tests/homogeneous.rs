@@ -171,7 +171,8 @@ fn assert_steps(split: Split, order: Order, quadrature: DamageQuadrature) {
 fn damage_steps_are_exact_for_every_element_rule_and_split() {
     for split in [Split::None, Split::VolumetricDeviatoric, Split::Spectral] {
         for order in [Order::Linear, Order::Quadratic] {
-            for quadrature in [DamageQuadrature::Vertex, DamageQuadrature::Consistent] {
+            use DamageQuadrature::{Consistent, Eleven, Vertex};
+            for quadrature in [Vertex, Consistent, Eleven] {
                 assert_steps(split, order, quadrature);
             }
         }

@@ -109,6 +109,7 @@ fn damage_rule(field: &PhaseField, order: Order, mesh: &TetMesh) -> DamageRule {
     match field.quadrature {
         DamageQuadrature::Vertex => DamageRule::Vertex,
         DamageQuadrature::Consistent => DamageRule::Consistent,
+        DamageQuadrature::Eleven => DamageRule::Eleven,
         DamageQuadrature::Auto => {
             // quadratic elements have a node in the middle of each edge
             let between_nodes = match order {

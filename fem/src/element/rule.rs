@@ -1,6 +1,6 @@
 //! Which points carry the elastic terms, which the damage terms, and how the two meet.
 
-use super::quadrature::{QuadraturePoint, four, fourteen, one};
+use super::quadrature::{QuadraturePoint, eleven, four, fourteen, one};
 use super::tetrahedron::Tetrahedron;
 
 /// The choice of damage points, after the automatic one has been settled.
@@ -12,6 +12,8 @@ pub(crate) enum DamageRule {
     Vertex,
     /// At Gauss points.
     Consistent,
+    /// At eleven of them in quadratic elements.
+    Eleven,
 }
 
 /// The integration rule of one element type.
@@ -59,13 +61,13 @@ impl<const N: usize> Rule<N> {
                     .map(|q| (0..N).map(|a| corner_mean::<N, T>(q, a)).collect())
                     .collect(),
             },
-            (DamageRule::Consistent, false) => {
+            (DamageRule::Consistent | DamageRule::Eleven, false) => {
                 let damage = at_points::<N, T>(&four());
                 let mixing = vec![damage.iter().map(|p| p.weight).collect()];
                 Self { points: elastic, damage, mixing }
             }
-            (DamageRule::Consistent, true) => {
-                let points = fourteen();
+            (DamageRule::Consistent | DamageRule::Eleven, true) => {
+                let points = if rule == DamageRule::Eleven { eleven() } else { fourteen() };
                 let damage = at_points::<N, T>(&points);
                 let mixing = (0..points.len())
                     .map(|q| (0..points.len()).map(|p| f64::from(p == q)).collect())
@@ -129,7 +131,7 @@ mod tests {
 
     #[test]
     fn uniform_states_are_integrated_exactly() {
-        for kind in [DamageRule::Vertex, DamageRule::Consistent] {
+        for kind in [DamageRule::Vertex, DamageRule::Consistent, DamageRule::Eleven] {
             check::<4, Linear>(kind);
             check::<10, Quadratic>(kind);
         }

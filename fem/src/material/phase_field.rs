@@ -50,8 +50,12 @@ pub enum DamageQuadrature {
     /// At the nodes (quadratic elements: at the vertices of their eight sub-tetrahedra). Keeps
     /// 0 ≤ φ < 1 where ℓ₀ is below the element size; an element then sees the mean of g.
     Vertex,
-    /// Gauss points that integrate the damage terms of a linear element exactly.
+    /// Gauss points of positive weight, which integrate φ² exactly: four in linear elements, fourteen
+    /// in quadratic ones.
     Consistent,
+    /// The same with eleven points in quadratic elements, the least for φ². One of them has a negative
+    /// weight, so that energy could be gained there: for smooth fields on fine meshes.
+    Eleven,
 }
 
 /// The phase-field damage model.

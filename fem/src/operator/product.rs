@@ -29,6 +29,7 @@ impl<T: Real> WithSimd for ChunkProduct<'_, T> {
             (4, _) => self.elements::<S, 4, 4, 4, 1>(simd),
             (_, 0) => self.elements::<S, 10, 3, 0, 0>(simd),
             (_, 10) => self.elements::<S, 10, 4, 10, 10>(simd),
+            (_, 11) => self.elements::<S, 10, 4, 11, 11>(simd),
             _ => self.elements::<S, 10, 4, 14, 14>(simd),
         }
     }

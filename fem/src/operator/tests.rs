@@ -198,7 +198,7 @@ fn residual_and_tangent_are_derivatives_of_the_energy() {
     ];
     for (law, field) in forms {
         for stiff_damages in [true, false] {
-            for rule in [DamageRule::Vertex, DamageRule::Consistent] {
+            for rule in [DamageRule::Vertex, DamageRule::Consistent, DamageRule::Eleven] {
                 assert_taylor::<4, Linear>(rule, law.clone(), field, stiff_damages);
                 assert_taylor::<10, Quadratic>(rule, law.clone(), field, stiff_damages);
             }

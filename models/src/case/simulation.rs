@@ -72,8 +72,10 @@ pub enum QuadratureName {
     Auto,
     /// At the vertices: damage stays between 0 and 1 on coarse meshes.
     Vertex,
-    /// Gauss points.
+    /// Gauss points, of quadratic elements fourteen.
     Consistent,
+    /// Gauss points, of quadratic elements eleven, one with a negative weight.
+    Eleven,
 }
 
 /// `[test]`: the top platen moves down at constant speed, unless [`ConditionsCase`](crate::ConditionsCase)

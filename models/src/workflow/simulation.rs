@@ -188,6 +188,7 @@ fn phase_field(field: &PhaseFieldCase) -> PhaseField {
             QuadratureName::Auto => DamageQuadrature::Auto,
             QuadratureName::Vertex => DamageQuadrature::Vertex,
             QuadratureName::Consistent => DamageQuadrature::Consistent,
+            QuadratureName::Eleven => DamageQuadrature::Eleven,
         },
     }
 }

@@ -107,7 +107,9 @@ fn elements_in_batches_equal_elements_alone() {
         PhaseField { split: Split::Spectral, hybrid: true, ..at2 },
     ];
     for field in fields {
-        for rule in [DamageRule::Absent, DamageRule::Vertex, DamageRule::Consistent] {
+        for rule in
+            [DamageRule::Absent, DamageRule::Vertex, DamageRule::Consistent, DamageRule::Eleven]
+        {
             for coupled in [true, false] {
                 assert_as_alone::<4, Linear>(rule, field, coupled);
                 assert_as_alone::<10, Quadratic>(rule, field, coupled);
