@@ -5,9 +5,9 @@ mod support;
 use std::ops::ControlFlow;
 
 use fem::{
-    Axis, CompressionTest, Conditions, CrackDensity, CurvePoint, ElasticLaw, End, Fields,
-    Irreversibility, Material, Order, PhaseField, Problem, SaintVenantKirchhoff, Schedule, Scheme,
-    SolverOptions, Split, Stepping,
+    Axis, CompressionTest, Conditions, CrackDensity, CurvePoint, DamageQuadrature, ElasticLaw, End,
+    Fields, Irreversibility, Material, Order, PhaseField, Problem, SaintVenantKirchhoff, Schedule,
+    Scheme, SolverOptions, Split, Stepping,
 };
 use support::column::{layers, snap_back};
 use support::{HEIGHT, RADIUS, grain, loading, matrix, phase_field, prism, test};
@@ -60,6 +60,29 @@ fn at1_is_elastic_up_to_its_threshold_and_then_follows_its_closed_form() {
         }
         assert!(sound > 15 && broken > 2);
     }
+}
+
+#[test]
+fn at1_leaves_quadratic_elements_sound_below_its_threshold() {
+    // ∫ N_a dV < 0 at their vertices: by Gauss points damage there would gain crack energy
+    let make = |quadrature| {
+        let field = PhaseField { model: CrackDensity::At1, quadrature, ..PhaseField::new(10.0) };
+        let (materials, options) = (vec![brittle()], SolverOptions::default());
+        let way = loading(0.001, 1.0, 1);
+        CompressionTest::new(
+            prism(2, false),
+            Order::Quadratic,
+            materials,
+            Some(field),
+            way,
+            options,
+        )
+    };
+    let outcome = make(DamageQuadrature::Auto).expect("valid input").run(&mut ());
+    let point = outcome.curve[0];
+    assert_eq!((point.phi_max, point.fracture_n_mm), (0.0, 0.0), "{point:?}");
+    let error = make(DamageQuadrature::Eleven).expect_err("refused").to_string();
+    assert!(error.contains("AT1") && error.contains("quadrature = \"vertex\""), "{error}");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::boundary::{Boundary, Conditions};
 use crate::element::{DamageRule, Linear, Order, Quadratic, Rule, Space, Tetrahedron};
 use crate::error::FemError;
-use crate::material::{DamageQuadrature, PhaseField};
+use crate::material::{CrackDensity, DamageQuadrature, PhaseField};
 use crate::mesh::TetMesh;
 use crate::operator::{Assembly, Operator, Unknowns};
 use crate::solve::{LinearPlan, LinearScheme};
@@ -36,7 +36,7 @@ impl Discretisation {
     ) -> Result<Self, FemError> {
         mesh.validate()?;
         let rule = match phase_field {
-            Some(field) if damaged.contains(&true) => damage_rule(field, order, mesh),
+            Some(field) if damaged.contains(&true) => damage_rule(field, order, mesh)?,
             _ => DamageRule::Absent,
         };
         match order {
@@ -105,8 +105,19 @@ impl Discretisation {
     }
 }
 
-fn damage_rule(field: &PhaseField, order: Order, mesh: &TetMesh) -> DamageRule {
-    match field.quadrature {
+fn damage_rule(field: &PhaseField, order: Order, mesh: &TetMesh) -> Result<DamageRule, FemError> {
+    // ∫ N_a dV of the vertices of a quadratic element is negative: α = φ would reward damage there
+    let lumped = order == Order::Quadratic && field.model == CrackDensity::At1;
+    let gauss = matches!(field.quadrature, DamageQuadrature::Consistent | DamageQuadrature::Eleven);
+    if lumped && gauss {
+        return Err(FemError::Unsupported {
+            entity: "phase_field".into(),
+            message: "with Gauss points, AT1 damages the vertices of quadratic elements unloaded"
+                .into(),
+            mend: "take quadrature = \"vertex\", which \"auto\" does, or linear elements".into(),
+        });
+    }
+    Ok(match field.quadrature {
         DamageQuadrature::Vertex => DamageRule::Vertex,
         DamageQuadrature::Consistent => DamageRule::Consistent,
         DamageQuadrature::Eleven => DamageRule::Eleven,
@@ -116,11 +127,11 @@ fn damage_rule(field: &PhaseField, order: Order, mesh: &TetMesh) -> DamageRule {
                 Order::Linear => mesh.mean_edge(),
                 Order::Quadratic => 0.5 * mesh.mean_edge(),
             };
-            if field.length_mm < 2.0 * between_nodes {
+            if lumped || field.length_mm < 2.0 * between_nodes {
                 DamageRule::Vertex
             } else {
                 DamageRule::Consistent
             }
         }
-    }
+    })
 }

@@ -45,7 +45,8 @@ pub enum Irreversibility {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DamageQuadrature {
     /// `Vertex` with ℓ₀ below twice the mean distance of nodes on an edge (linear elements: the
-    /// edge, quadratic ones: half of it), `Consistent` otherwise.
+    /// edge, quadratic ones: half of it) and for AT1 in quadratic elements, whose vertices Gauss points
+    /// would damage unloaded; `Consistent` otherwise.
     Auto,
     /// At the nodes (quadratic elements: at the vertices of their eight sub-tetrahedra). Keeps
     /// 0 ≤ φ < 1 where ℓ₀ is below the element size; an element then sees the mean of g.
