@@ -181,6 +181,28 @@ fn friction_stiffens_a_specimen_and_is_paid_for() {
 }
 
 #[test]
+fn platens_press_stiff_grains_from_the_first_increment_on() {
+    let mut mesh =
+        fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 0.6 }.build().unwrap();
+    let grains = fem::Packing::new(0.15, 3).fill(2.5, 4.4).expect("a packing");
+    fem::label(&mut mesh, &grains);
+    let solids = [275.0, 22_000.0].map(|young| Material::elastic(ElasticLaw::Hencky, young, 0.25));
+    let way = loading(0.05, 0.25, 2);
+    let test = support::test(mesh, Order::Linear, solids.to_vec(), None, way, 1e-8);
+    let sliding = test.run(&mut ()).curve[1].force_n;
+    let [smooth, rough] = [0.0, 0.2].map(|coefficient| {
+        let friction =
+            Friction { coefficient, slip_velocity_mm_per_s: 1e-3, drag_mpa_s_per_mm: 0.01 };
+        let outcome = test.with_platens(Platens::Unilateral(friction)).expect("valid").run(&mut ());
+        assert_eq!(outcome.effort.cuts, 0, "{coefficient}: {:?}", outcome.end);
+        outcome.curve[1].force_n
+    });
+    // nothing holds the ends to platens that they may leave
+    assert!(smooth < 1.001 * sliding && smooth > 0.8 * sliding, "{smooth} {sliding} N");
+    assert!(rough > smooth, "{rough} {smooth} N");
+}
+
+#[test]
 fn a_platen_out_of_range_is_refused() {
     let refused = |platen: Platen, part: &str| {
         let mesh = block([&even(0.0, 1.0, 1), &even(0.0, 1.0, 1), &even(0.0, 1.0, 1)]);

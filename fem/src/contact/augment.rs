@@ -1,5 +1,6 @@
 //! Passes over the contact pressures of an increment.
 
+use super::nodal::ContactStep;
 use crate::compression::Fields;
 use crate::operator::Span;
 use crate::solve::{Solver, StepFailure};
@@ -7,6 +8,9 @@ use crate::solve::{Solver, StepFailure};
 /// Change of the contact forces, relative to themselves, that ends the passes.
 const SETTLED: f64 = 1e-8;
 const PASSES: u32 = 60;
+/// Slip velocities, as multiples of the one asked for, by which friction sets in where it would not at
+/// once: the sharper the change from stick to slip, the nearer must Newton's method start.
+const ONSET: [f64; 3] = [100.0, 10.0, 1.0];
 
 impl Solver<'_> {
     /// Solves one increment with its contact; returns the iterations it took.
@@ -15,9 +19,26 @@ impl Solver<'_> {
         fields: &mut Fields,
         span: Span,
     ) -> Result<u32, StepFailure> {
-        if self.applied.contacts.iter().any(|c| !c.warm) {
-            self.guess_pressures(fields, span)?;
+        if !self.applied.contacts.iter().any(ContactStep::has_friction) {
+            return self.settle(fields, span);
         }
+        let start = (fields.clone(), self.applied.contacts.clone());
+        let settled = self.settle(fields, span);
+        if settled.is_ok() {
+            return settled;
+        }
+        self.effort.rescues += 1;
+        (*fields, self.applied.contacts) = start;
+        let mut iterations = 0;
+        for bluntness in ONSET {
+            self.applied.contacts.iter_mut().for_each(|c| c.bluntness = bluntness);
+            iterations += self.settle(fields, span)?;
+        }
+        Ok(iterations)
+    }
+
+    /// Passes over the pressures until they agree with the gaps.
+    fn settle(&mut self, fields: &mut Fields, span: Span) -> Result<u32, StepFailure> {
         let mut iterations = self.solve(fields, span)?;
         if self.applied.contacts.is_empty() {
             return Ok(iterations);
@@ -34,16 +55,5 @@ impl Solver<'_> {
             iterations += self.solve(fields, span)?;
         }
         Err(StepFailure::Contact)
-    }
-
-    /// Takes the pressures of a first increment from the stress at its start.
-    fn guess_pressures(&mut self, fields: &Fields, span: Span) -> Result<(), StepFailure> {
-        let mut contacts = std::mem::take(&mut self.applied.contacts);
-        let stressed = self.evaluate(fields, span);
-        for contact in &mut contacts {
-            contact.guess_pressures(fields, &self.residual.nodal);
-        }
-        self.applied.contacts = contacts;
-        stressed.map(|_| ())
     }
 }

@@ -103,8 +103,8 @@ pub(crate) struct ContactStep {
     /// Gap below which a node touches, mm.
     touch: f64,
     nodes: Vec<Node>,
-    /// The pressures p are those of an equilibrium, not yet to be guessed.
-    pub(super) warm: bool,
+    /// Multiple of the slip velocity below which friction fades, above one while it sets in.
+    pub(super) bluntness: f64,
 }
 
 /// One node in one increment.
@@ -133,7 +133,6 @@ impl ContactStep {
     ) -> Self {
         let travel = contact.platen.travel(time_s);
         let since = travel - contact.platen.travel(time_s - duration);
-        let warm = pressures.is_some();
         let pressures = pressures.unwrap_or_else(|| vec![0.0; contact.nodes.len()]);
         let total: f64 = contact.nodes.iter().map(|n| n.1).sum();
         let size = (total / contact.nodes.len().max(1) as f64).sqrt();
@@ -157,8 +156,12 @@ impl ContactStep {
             penalty: PENALTY * young_mpa / size,
             touch: TOUCH * size,
             nodes,
-            warm,
+            bluntness: 1.0,
         }
+    }
+
+    pub(super) fn has_friction(&self) -> bool {
+        self.platen.friction > 0.0
     }
 
     fn proximity(&self, node: &Node, fields: &Fields) -> Proximity {
@@ -183,7 +186,7 @@ impl ContactStep {
         if node.pressure == 0.0 {
             return (0.0, 0.0);
         }
-        let s = 1.0 / slip.norm().hypot(self.platen.slip_velocity);
+        let s = 1.0 / slip.norm().hypot(self.bluntness * self.platen.slip_velocity);
         let coulomb = self.platen.friction * node.pressure;
         (coulomb * s + self.platen.drag, coulomb * s.powi(3))
     }
@@ -248,16 +251,6 @@ impl ContactStep {
     /// The pressures p.
     pub(crate) fn pressures(&self) -> Vec<f64> {
         self.nodes.iter().map(|n| n.pressure).collect()
-    }
-
-    /// Estimates p from the stress forces on the nodes where there is nothing better.
-    pub(super) fn guess_pressures(&mut self, fields: &Fields, forces: &[[f64; 4]]) {
-        for k in 0..self.nodes.len() {
-            let node = self.nodes[k];
-            let [x, y, z, _] = forces[node.node as usize];
-            let normal = self.proximity(&node, fields).normal;
-            self.nodes[k].pressure = (normal.dot(&Vector3::new(x, y, z)) / node.area).max(0.0);
-        }
     }
 
     /// p ← p_γ; returns the squares of the change and of the new forces, N².

@@ -43,7 +43,7 @@ pub struct Effort {
     pub linear: u32,
     /// Factorisations, or hierarchies of the iterative solver.
     pub factorisations: u32,
-    /// Increments that alternate minimisation had to solve.
+    /// Increments that alternate minimisation, or friction that sets in by degrees, had to solve.
     pub rescues: u32,
     /// Load steps that were cut.
     pub cuts: u32,
