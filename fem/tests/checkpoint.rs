@@ -113,6 +113,21 @@ fn a_run_by_arc_length_continues_on_its_way_back() {
 }
 
 #[test]
+fn an_interrupt_at_a_step_that_is_saved_loses_nothing() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let checkpoint = Checkpoint { path: dir.path().join("run.state"), every: 4 };
+    let test = test(phase_field(Split::None));
+    let mut told = Vec::new();
+    for _ in 0..5 {
+        let mut kill = Kill { after: 4, steps: 0, resumed: 0 };
+        let outcome = test.run_resumable(&checkpoint, &mut kill).expect("a sound state");
+        told.push((kill.resumed, outcome.curve.len(), matches!(outcome.end, End::Displacement)));
+    }
+    let stops = [(0, 4, false), (4, 8, false), (8, 12, false), (12, 16, false), (16, 20, true)];
+    assert_eq!(told, stops);
+}
+
+#[test]
 fn a_state_that_does_not_fit_is_refused() {
     let dir = tempfile::tempdir().expect("a directory");
     let checkpoint = Checkpoint { path: dir.path().join("run.state"), every: 2 };

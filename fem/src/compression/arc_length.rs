@@ -55,11 +55,8 @@ impl<'a> March<'a> {
                 }
                 (Err(reason), true) => return self.failure(reason),
             }
-            if let Some(end) = self.observe() {
+            if let Some(end) = self.record(solver) {
                 return end;
-            }
-            if let Err(error) = self.save(solver) {
-                return End::Failed(error);
             }
         }
     }

@@ -81,7 +81,7 @@ pub enum End {
     Displacement,
     /// The force fell as far below its peak as asked.
     BelowPeak,
-    /// The observer asked to stop.
+    /// The observer asked to stop before the end.
     Interrupted,
     /// No equilibrium was found; the curve holds what came before.
     Failed(FemError),

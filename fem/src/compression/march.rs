@@ -140,7 +140,7 @@ impl<'a> March<'a> {
     }
 
     /// Saves the state where one is due.
-    pub(super) fn save(&mut self, solver: &mut Solver<'a>) -> Result<(), FemError> {
+    fn save(&mut self, solver: &mut Solver<'a>) -> Result<(), FemError> {
         let Some((checkpoint, fingerprint)) = self.checkpoint else { return Ok(()) };
         if self.state.recorded.is_multiple_of(checkpoint.every) {
             self.state.effort = solver.effort;
@@ -180,17 +180,25 @@ impl<'a> March<'a> {
             if matches!(self.schedule.stepping, Stepping::Fixed(_)) && target < mark {
                 continue;
             }
-            if let Some(end) = self.observe() {
+            if let Some(end) = self.record(solver) {
                 return end;
-            }
-            if let Err(error) = self.save(solver) {
-                return End::Failed(error);
             }
         }
     }
 
+    /// Puts the state on the curve, and on disk where it is due unless the run has reached its end.
+    pub(super) fn record(&mut self, solver: &mut Solver<'a>) -> Option<End> {
+        let end = self.observe();
+        if matches!(end, None | Some(End::Interrupted))
+            && let Err(error) = self.save(solver)
+        {
+            return Some(End::Failed(error));
+        }
+        end
+    }
+
     /// Puts the state on the curve; the end, if it is one.
-    pub(super) fn observe(&mut self) -> Option<End> {
+    fn observe(&mut self) -> Option<End> {
         let state = &mut self.state;
         state.recorded += 1;
         state.curve.push(state.point);
@@ -202,13 +210,13 @@ impl<'a> March<'a> {
         let below_peak = self.schedule.stop_below_peak.is_some_and(below);
         let stop = self.observer.step(&state.point, &state.fields).is_break();
         (state.point.newton, state.point.linear) = (0, 0);
-        if stop {
-            return Some(End::Interrupted);
-        }
         if below_peak {
             return Some(End::BelowPeak);
         }
-        (state.clock >= 1.0).then_some(End::Displacement)
+        if state.clock >= 1.0 {
+            return Some(End::Displacement);
+        }
+        stop.then_some(End::Interrupted)
     }
 
     pub(super) fn failure(&self, reason: StepFailure) -> End {
