@@ -310,7 +310,7 @@ fn flow(inner: &Flow, predicted: bool) -> TokenStream {
             let totals: Vec<_> = totals.iter().map(|&number| total_of(number)).collect();
             quote_spanned! {span=> {
                 #(#sums)*
-                #(#[allow(unused_mut)] let mut #totals = ::ppl::__private::Settled::default();)*
+                #(#[allow(unused_mut)] let mut #totals = #cx.total();)*
                 #plate
                 #(#deposits)*
                 #(#cx.add_total(&#places, #totals)?;)*

@@ -7,11 +7,12 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::density::{LogDensity, Rejection};
 use crate::dual::Dual;
-use crate::ledger::{Ledger, Plain, Roots, Sum, Values, WithoutConstants};
+use crate::ledger::{Ledger, Plain, Roots, Sum, Values};
 use crate::model::Model;
+use crate::prior;
 use crate::reading::{Density, Pools, Sums};
 use crate::tape::Tape;
-use crate::trace::{Record, Role, Source, Trace, Variable};
+use crate::trace::{Record, Role, Trace, Variable};
 
 /// A model that cannot be evaluated at all.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -104,46 +105,20 @@ pub struct Workspace {
 impl<M: Model> Bound<M> {
     /// Binds a model to the data that it holds.
     pub fn new(model: M) -> Self {
-        let layout = Ok(Layout::default());
-        let mut bound = Self { model, layout, constant: None, pools: None };
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
-        bound.layout = bound.draw(&mut rng, M::STATIC.then(Vec::new)).map(|(record, pools)| {
-            bound.pools = pools;
-            Layout {
-                dim: record.unconstrained.len(),
-                variables: record.entries.into_iter().map(|entry| entry.variable).collect(),
-                coordinates: record.coordinates,
-            }
-        });
-        bound.constant = bound.find_constant(&mut rng);
-        bound
-    }
-
-    /// The difference that leaving out constants makes, if it is the same at several draws from the
-    /// prior; from the draw where least is lost to rounding.
-    fn find_constant<G: Rng>(&self, rng: &mut G) -> Option<f64> {
-        const DRAWS: usize = 20;
-        if !M::STATIC || self.layout.is_err() {
-            return None;
-        }
-        let mut best = (f64::INFINITY, f64::NAN);
-        let (mut found, mut sums) = (Vec::new(), Vec::new());
-        for _ in 0..DRAWS {
-            let y = self.draw_prior(rng).ok()?.unconstrained;
-            let full = self.value::<true>(Values::new(&y), &mut sums);
-            let lean = self.value::<true>(WithoutConstants(Values::new(&y)), &mut sums);
-            // far out in the prior there may be no density
-            let (Ok(full), Ok(lean)) = (full, lean) else { continue };
-            let size = full.abs() + lean.abs();
-            found.push((size, full - lean));
-            if size < best.0 {
-                best = (size, full - lean);
-            }
-        }
-        let same = |(size, difference): &(f64, f64)| {
-            (difference - best.1).abs() <= 1e-12 * (size + best.0 + 1.0)
+        let first = prior::draw(&|trace| model.run(trace), &mut rng, M::STATIC.then(Vec::new));
+        let (record, pools) = match first {
+            Ok(drawn) => drawn,
+            Err(error) => return Self { model, layout: Err(error), constant: None, pools: None },
         };
-        found.iter().all(same).then_some(best.1).filter(|constant| constant.is_finite())
+        let mut bound = Self { model, layout: Ok(prior::layout(record)), constant: None, pools };
+        if M::STATIC {
+            let mut sums = Vec::new();
+            let mut value = |y: &[f64], lean| bound.value::<true>(Values::new(y, lean), &mut sums);
+            let statements = |trace: &mut Trace<'_>| bound.model.run(trace);
+            bound.constant = prior::constant(&statements, &mut rng, &mut value);
+        }
+        bound
     }
 
     /// The model itself.
@@ -165,30 +140,8 @@ impl<M: Model> Bound<M> {
     /// # Errors
     /// [`ModelError`] if the model rejects its own prior draws.
     pub fn draw_prior<G: Rng>(&self, rng: &mut G) -> Result<Record, ModelError> {
-        self.draw(rng, None).map(|(record, _)| record)
-    }
-
-    /// A draw from the prior, and what suffices of pooled data if it is to be added to `pools`.
-    fn draw<G: Rng>(
-        &self,
-        rng: &mut G,
-        pools: Option<Sums>,
-    ) -> Result<(Record, Option<Sums>), ModelError> {
-        const TRIES: usize = 100;
-        let mut last = None;
-        for _ in 0..TRIES {
-            let mut trace = Trace::new(Source::Prior, &mut *rng);
-            trace.pools.clone_from(&pools);
-            let outcome = self.model.run(&mut trace);
-            let pools = trace.pools.take();
-            match outcome.and_then(|()| trace.finish()) {
-                Ok(record) => return Ok((record, pools)),
-                Err(fatal @ Rejection::Fatal { .. }) => return Err(ModelError::Invalid(fatal)),
-                Err(rejection) => last = Some(rejection),
-            }
-        }
-        let last = last.unwrap_or(Rejection::Fatal { message: "no tries".to_owned() });
-        Err(ModelError::NoPriorDraw { tries: TRIES, last })
+        let statements = |trace: &mut Trace<'_>| self.model.run(trace);
+        prior::draw(&statements, rng, None).map(|(record, _)| record)
     }
 
     /// Everything that the model names, at the unconstrained point `y`; predictions and
@@ -203,9 +156,7 @@ impl<M: Model> Bound<M> {
 
     /// As [`constrain`](Bound::constrain), with what was recorded before a rejection.
     pub(crate) fn read<G: Rng>(&self, y: &[f64], rng: &mut G) -> (Record, Result<(), Rejection>) {
-        let mut trace = Trace::new(Source::Point(y.iter()), rng);
-        let outcome = self.model.run(&mut trace);
-        (trace.record, outcome)
+        prior::read(&|trace| self.model.run(trace), y, rng)
     }
 
     /// Log density over constrained values at the unconstrained point `y`: without
@@ -218,7 +169,7 @@ impl<M: Model> Bound<M> {
         y: &[f64],
         workspace: &mut Workspace,
     ) -> Result<f64, Rejection> {
-        self.value::<false>(Values::new(y), &mut workspace.sums)
+        self.value::<false>(Values::new(y, false), &mut workspace.sums)
     }
 
     /// [`log_density_without_jacobian`](Bound::log_density_without_jacobian) with its gradient
@@ -271,7 +222,7 @@ impl<M: Model> Bound<M> {
         loop {
             workspace.tape.clear();
             let tape = &workspace.tape;
-            let roots = Roots::new(tape, y);
+            let roots = Roots::new(tape, y, false);
             if tape.is_full() {
                 continue;
             }
@@ -314,19 +265,15 @@ impl<M: Model> Bound<M> {
         loop {
             workspace.tape.clear();
             let tape = &workspace.tape;
-            let roots = Roots::new(tape, y);
+            let constant = self.constant.filter(|_| JACOBIAN && M::STATIC);
+            let roots = Roots::new(tape, y, constant.is_some());
             if tape.is_full() {
                 continue;
             }
-            let total = match self.constant {
-                Some(constant) if JACOBIAN && M::STATIC => {
-                    constant + self.value::<true>(WithoutConstants(roots), &mut workspace.sums)?
-                }
-                _ => self.value::<JACOBIAN>(roots, &mut workspace.sums)?,
-            };
+            let total = self.value::<JACOBIAN>(roots, &mut workspace.sums)?;
             if !tape.is_full() {
                 tape.sweep(gradient);
-                return Ok(total);
+                return Ok(constant.unwrap_or(0.0) + total);
             }
         }
     }
@@ -340,13 +287,9 @@ impl<M: Model> LogDensity for Bound<M> {
     }
 
     fn log_density(&self, y: &[f64], workspace: &mut Workspace) -> Result<f64, Rejection> {
-        let sums = &mut workspace.sums;
-        match self.constant {
-            Some(constant) if M::STATIC => {
-                Ok(constant + self.value::<true>(WithoutConstants(Values::new(y)), sums)?)
-            }
-            _ => self.value::<true>(Values::new(y), sums),
-        }
+        let constant = self.constant.filter(|_| M::STATIC);
+        let values = Values::new(y, constant.is_some());
+        Ok(constant.unwrap_or(0.0) + self.value::<true>(values, &mut workspace.sums)?)
     }
 
     fn gradient(

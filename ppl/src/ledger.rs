@@ -29,6 +29,12 @@ pub(crate) trait Ledger {
     /// Adds values that were summed up elsewhere.
     fn add_value(&mut self, total: f64);
 
+    /// Whether what is the same at every point is left out.
+    #[inline(always)]
+    fn lean(&self) -> bool {
+        false
+    }
+
     /// The value of the sum so far.
     fn total(&self) -> f64;
 
@@ -44,58 +50,18 @@ pub(crate) trait Ledger {
     }
 }
 
-/// A ledger without what is the same at every point.
-pub(crate) struct WithoutConstants<L>(pub(crate) L);
-
-impl<L: Ledger<Terms = Settled>> Ledger for WithoutConstants<L> {
-    type Number = L::Number;
-    type Terms = Settled<true>;
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<L::Number> {
-        self.0.next()
-    }
-
-    #[inline(always)]
-    fn absent(&self) -> L::Number {
-        self.0.absent()
-    }
-
-    #[inline(always)]
-    fn add(&mut self, terms: Settled<true>) {
-        self.0.add(terms.convert());
-    }
-
-    #[inline(always)]
-    fn add_value(&mut self, total: f64) {
-        self.0.add_value(total);
-    }
-
-    #[inline(always)]
-    fn total(&self) -> f64 {
-        self.0.total()
-    }
-
-    #[inline(always)]
-    fn mark(&self) -> usize {
-        self.0.mark()
-    }
-
-    #[inline(always)]
-    fn unwind(&self, mark: usize) {
-        self.0.unwind(mark);
-    }
-}
-
 /// Values alone.
 pub(crate) struct Values<'y> {
     coordinates: std::slice::Iter<'y, f64>,
+    lean: bool,
     total: f64,
 }
 
 impl<'y> Values<'y> {
-    pub(crate) fn new(y: &'y [f64]) -> Self {
-        Self { coordinates: y.iter(), total: 0.0 }
+    /// At `y`; lean without what is the same at every point.
+    #[inline(always)]
+    pub(crate) fn new(y: &'y [f64], lean: bool) -> Self {
+        Self { coordinates: y.iter(), lean, total: 0.0 }
     }
 }
 
@@ -106,6 +72,11 @@ impl Ledger for Values<'_> {
     #[inline(always)]
     fn next(&mut self) -> Option<f64> {
         self.coordinates.next().copied()
+    }
+
+    #[inline(always)]
+    fn lean(&self) -> bool {
+        self.lean
     }
 
     #[inline(always)]
@@ -165,14 +136,16 @@ impl<R: Scalar> Ledger for Sum<'_, R> {
 pub(crate) struct Roots<'t, 'y> {
     coordinates: std::iter::Zip<std::slice::Iter<'y, f64>, std::slice::Iter<'t, Cell<f64>>>,
     tape: &'t Tape,
+    lean: bool,
     total: f64,
 }
 
 impl<'t, 'y> Roots<'t, 'y> {
     /// Puts all coordinates on the cleared tape, so that they come first there; none if the tape
-    /// is too short for them.
-    pub(crate) fn new(tape: &'t Tape, y: &'y [f64]) -> Self {
-        Self { coordinates: y.iter().zip(tape.inputs(y.len())), tape, total: 0.0 }
+    /// is too short for them. Lean without what is the same at every point.
+    #[inline(always)]
+    pub(crate) fn new(tape: &'t Tape, y: &'y [f64], lean: bool) -> Self {
+        Self { coordinates: y.iter().zip(tape.inputs(y.len())), tape, lean, total: 0.0 }
     }
 }
 
@@ -188,6 +161,11 @@ impl<'t> Ledger for Roots<'t, '_> {
     #[inline(always)]
     fn absent(&self) -> Var<'t> {
         self.tape.nowhere(f64::NAN)
+    }
+
+    #[inline(always)]
+    fn lean(&self) -> bool {
+        self.lean
     }
 
     #[inline(always)]

@@ -74,6 +74,7 @@ mod optimize;
 mod posterior;
 mod power_scaling;
 mod predictive;
+mod prior;
 mod reading;
 mod real;
 mod record;

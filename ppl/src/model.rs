@@ -232,6 +232,13 @@ pub trait Context {
         self.observe(site, datum, distribution)
     }
 
+    /// An empty sum for the terms of a loop.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn total(&self) -> Settled {
+        Settled::new(1.0)
+    }
+
     /// What a loop has summed up.
     ///
     /// # Errors

@@ -36,6 +36,12 @@ impl<L: Ledger, const JACOBIAN: bool> Density<'_, L, JACOBIAN> {
         Ok(())
     }
 
+    /// To take the terms of a statement.
+    #[inline(always)]
+    fn terms(&self) -> L::Terms {
+        L::Terms::empty(self.ledger.lean())
+    }
+
     #[inline(always)]
     fn add(&mut self, site: &Site, terms: L::Terms) -> Result<(), Rejection> {
         let value = terms.total();
@@ -57,6 +63,7 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         distribution: D,
     ) -> Result<D::Value, Rejection> {
         let mut missing = false;
+        let mut terms = self.terms();
         let ledger = &mut self.ledger;
         let mut next = || {
             Real(ledger.next().unwrap_or_else(|| {
@@ -64,7 +71,6 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
                 ledger.absent()
             }))
         };
-        let mut terms = L::Terms::default();
         let value = distribution.constrain(&mut next, JACOBIAN, &mut terms);
         if missing {
             return Err(too_few_coordinates(site));
@@ -80,7 +86,7 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         datum: D::Value,
         distribution: D,
     ) -> Result<(), Rejection> {
-        let mut terms = L::Terms::default();
+        let mut terms = self.terms();
         distribution.add_terms(&datum, &mut terms);
         self.add(site, terms)
     }
@@ -97,6 +103,11 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
             return Ok(());
         }
         self.observe(site, datum, distribution)
+    }
+
+    #[inline(always)]
+    fn total(&self) -> Settled {
+        Statement::<Real<L::Number>>::empty(self.ledger.lean())
     }
 
     #[inline(always)]
@@ -121,12 +132,13 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         I: Iterator,
     {
         if !D::POOLS {
-            let mut total = Settled::default();
+            let mut total = self.total();
             for datum in data {
                 self.observe_in_loop(site, datum, distribution.clone(), &mut total)?;
             }
             return self.add_total(site, total);
         }
+        let mut terms = self.terms();
         let sums = match &mut self.pools {
             Pools::Found(pools) => pools.next().ok_or_else(|| one_pool_more(site))?,
             Pools::Anew(sums) => {
@@ -135,14 +147,13 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
                 sums.as_slice()
             }
         };
-        let mut terms = L::Terms::default();
         distribution.add_pooled_terms(sums, &mut terms);
         self.add(site, terms)
     }
 
     #[inline(always)]
     fn factor(&mut self, site: &'static Site, weight: Real<L::Number>) -> Result<(), Rejection> {
-        let mut terms = L::Terms::default();
+        let mut terms = self.terms();
         terms.add_number(weight);
         self.add(site, terms)
     }

@@ -85,29 +85,21 @@ impl<R: Scalar> Terms<R> for Joined<R> {
 
 /// Values are added up; partials, times a weight, go straight to the adjoints of what they are in.
 ///
-/// `LEAN` ones leave out what is the same at every point: samplers need no more, and
+/// Lean ones leave out what is the same at every point: samplers need no more, and
 /// [`Bound`](crate::Bound) adds the sum of what was left out.
 #[derive(Clone, Copy, Debug)]
-pub struct Settled<const LEAN: bool = false> {
+pub struct Settled {
     value: f64,
     /// What the value has to lose the logarithm of.
     product: f64,
     weight: f64,
+    lean: bool,
 }
 
 impl Settled {
     #[inline(always)]
     pub(crate) fn new(weight: f64) -> Self {
-        Self { value: 0.0, product: 1.0, weight }
-    }
-}
-
-impl<const LEAN: bool> Settled<LEAN> {
-    /// The same sum, with or without constants from now on.
-    #[inline(always)]
-    pub(crate) fn convert<const OTHER: bool>(self) -> Settled<OTHER> {
-        let Self { value, product, weight } = self;
-        Settled { value, product, weight }
+        Self { value: 0.0, product: 1.0, weight, lean: false }
     }
 
     /// The sum of the values.
@@ -117,7 +109,7 @@ impl<const LEAN: bool> Settled<LEAN> {
     }
 }
 
-impl<R: Scalar, const LEAN: bool> Terms<R> for Settled<LEAN> {
+impl<R: Scalar> Terms<R> for Settled {
     #[inline(always)]
     fn add(&mut self, value: f64, partials: impl Partials<R>) {
         self.value += value;
@@ -151,7 +143,7 @@ impl<R: Scalar, const LEAN: bool> Terms<R> for Settled<LEAN> {
 
     #[inline(always)]
     fn leave_out_constants(&self) -> bool {
-        LEAN
+        self.lean
     }
 
     #[inline(always)]
@@ -161,7 +153,10 @@ impl<R: Scalar, const LEAN: bool> Terms<R> for Settled<LEAN> {
 }
 
 /// All terms of a statement.
-pub(crate) trait Statement<R: Scalar>: Terms<R> + Default {
+pub(crate) trait Statement<R: Scalar>: Terms<R> {
+    /// None yet; lean ones leave out what is the same at every point, where that makes sense.
+    fn empty(lean: bool) -> Self;
+
     /// Adds terms of an observation in a loop to what it has summed up so far; false if each has to
     /// be added by itself.
     fn add_to(total: &mut Settled, add: impl FnOnce(&mut Self)) -> bool;
@@ -171,6 +166,11 @@ pub(crate) trait Statement<R: Scalar>: Terms<R> + Default {
 }
 
 impl<R: Scalar> Statement<R> for Joined<R> {
+    #[inline(always)]
+    fn empty(_: bool) -> Self {
+        Self::default()
+    }
+
     #[inline(always)]
     fn add_to(_: &mut Settled, _: impl FnOnce(&mut Self)) -> bool {
         false
@@ -182,19 +182,15 @@ impl<R: Scalar> Statement<R> for Joined<R> {
     }
 }
 
-impl<const LEAN: bool> Default for Settled<LEAN> {
+impl<R: Scalar> Statement<R> for Settled {
     #[inline(always)]
-    fn default() -> Self {
-        Settled::new(1.0).convert()
+    fn empty(lean: bool) -> Self {
+        Self { lean, ..Self::new(1.0) }
     }
-}
 
-impl<R: Scalar, const LEAN: bool> Statement<R> for Settled<LEAN> {
     #[inline(always)]
     fn add_to(total: &mut Settled, add: impl FnOnce(&mut Self)) -> bool {
-        let mut terms = total.convert();
-        add(&mut terms);
-        *total = terms.convert();
+        add(total);
         true
     }
 

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use rand::Rng;
+use rand::RngCore;
 
 use crate::density::Rejection;
 use crate::dimensions::{self, Coordinates};
@@ -11,7 +11,7 @@ use crate::model::{Context, Site};
 use crate::reading::{Sums, too_few_coordinates};
 use crate::real::Real;
 use crate::record::Record as Recordable;
-use crate::terms::Valued;
+use crate::terms::Settled;
 
 /// What a named quantity is to the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -154,9 +154,9 @@ pub(crate) enum Source<'y> {
 }
 
 /// Records every statement; predictions and replicates are drawn with `rng`.
-pub(crate) struct Trace<'y, G> {
+pub(crate) struct Trace<'y> {
     source: Source<'y>,
-    rng: G,
+    rng: &'y mut dyn RngCore,
     pub(crate) record: Record,
     /// Places of the submodels around the current statement.
     around: Vec<&'static Site>,
@@ -164,8 +164,8 @@ pub(crate) struct Trace<'y, G> {
     pub(crate) pools: Option<Sums>,
 }
 
-impl<'y, G: Rng> Trace<'y, G> {
-    pub(crate) fn new(source: Source<'y>, rng: G) -> Self {
+impl<'y> Trace<'y> {
+    pub(crate) fn new(source: Source<'y>, rng: &'y mut dyn RngCore) -> Self {
         Self { source, rng, record: Record::default(), around: Vec::new(), pools: None }
     }
 
@@ -210,7 +210,7 @@ impl<'y, G: Rng> Trace<'y, G> {
     ) -> Result<D::Value, Rejection> {
         distribution.validate().map_err(|error| at.site.rejection(error))?;
         let value = match &mut self.source {
-            Source::Prior => distribution.draw(&mut self.rng),
+            Source::Prior => distribution.draw(self.rng),
             Source::Point(coordinates) => {
                 let mut missing = false;
                 let mut next = || {
@@ -219,7 +219,7 @@ impl<'y, G: Rng> Trace<'y, G> {
                         f64::NAN
                     }))
                 };
-                let value = distribution.constrain(&mut next, false, &mut Valued::default());
+                let value = distribution.constrain(&mut next, false, &mut Settled::new(1.0));
                 if missing {
                     return Err(too_few_coordinates(at.site));
                 }
@@ -241,7 +241,7 @@ impl<'y, G: Rng> Trace<'y, G> {
         distribution: D,
     ) -> Result<(), Rejection> {
         distribution.validate().map_err(|error| at.site.rejection(error))?;
-        let replicate = distribution.draw(&mut self.rng);
+        let replicate = distribution.draw(self.rng);
         let log_likelihood = distribution.ln_density(datum);
         let entry = self.write(at, Role::Observed, datum)?;
         replicate.flatten(&mut entry.replicate);
@@ -250,7 +250,7 @@ impl<'y, G: Rng> Trace<'y, G> {
     }
 }
 
-impl<G: Rng> Context for Trace<'_, G> {
+impl Context for Trace<'_> {
     type Number = f64;
 
     fn predicts(&self) -> bool {
@@ -355,7 +355,7 @@ impl<G: Rng> Context for Trace<'_, G> {
         distribution: D,
     ) -> Result<D::Value, Rejection> {
         distribution.validate().map_err(|error| site.rejection(error))?;
-        let value = distribution.draw(&mut self.rng);
+        let value = distribution.draw(self.rng);
         self.write(&self.label(site), Role::Predicted, &value)?;
         Ok(value)
     }
