@@ -155,7 +155,7 @@ impl<'t> Ledger for Roots<'t, '_> {
 
     #[inline(always)]
     fn next(&mut self) -> Option<Var<'t>> {
-        self.coordinates.next().map(|(&value, adjoint)| self.tape.number(value, adjoint))
+        self.coordinates.next().map(|(&value, adjoint)| self.tape.first(value, adjoint))
     }
 
     #[inline(always)]

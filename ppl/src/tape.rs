@@ -68,14 +68,20 @@ impl Tape {
     }
 
     /// Forgets all operations, keeping the memory; a tape that was full becomes twice as large.
+    #[inline]
     pub fn clear(&mut self) {
         if self.full.get() {
-            *self = Self::with_capacity(2 * self.adjoints.len().max(1));
+            self.grow();
         }
         self.length.set(0);
         self.filled.set(0);
         self.replacements.set(0);
         self.inputs.set(0);
+    }
+
+    #[cold]
+    fn grow(&mut self) {
+        *self = Self::with_capacity(2 * self.adjoints.len().max(1));
     }
 
     /// Whether operations are missing for want of room: clear the tape and evaluate again.
@@ -89,14 +95,17 @@ impl Tape {
     }
 
     /// `n` independent variables at once, at the start of a cleared tape: their adjoints, or none
-    /// if there is no room.
+    /// if there is no room. They are zero once [`first`](Tape::first) has made numbers of them.
+    #[inline]
     pub(crate) fn inputs(&self, n: usize) -> &[Cell<f64>] {
         let Some(adjoints) = self.adjoints.get(..n) else {
             self.full.set(true);
             return &[];
         };
-        adjoints.iter().for_each(|adjoint| adjoint.set(0.0));
-        self.ends[..n].iter().for_each(|end| end.set(0));
+        // nobody asks where the pairs of the other inputs end
+        if let Some(end) = self.ends[..n].last() {
+            end.set(0);
+        }
         self.length.set(n);
         self.inputs.set(n);
         adjoints
@@ -106,6 +115,13 @@ impl Tape {
     #[inline(always)]
     pub(crate) fn number<'t>(&'t self, value: f64, adjoint: &'t Cell<f64>) -> Var<'t> {
         Var { value, node: Some(Node { tape: self, adjoint }) }
+    }
+
+    /// The number at a node that nothing has used yet.
+    #[inline(always)]
+    pub(crate) fn first<'t>(&'t self, value: f64, adjoint: &'t Cell<f64>) -> Var<'t> {
+        adjoint.set(0.0);
+        self.number(value, adjoint)
     }
 
     /// A number that is none of constants and yet on no node.
@@ -132,6 +148,7 @@ impl Tape {
     ///
     /// # Panics
     /// If the tape [is full](Tape::is_full).
+    #[inline]
     pub fn sweep(&self, gradient: &mut [f64]) {
         assert!(!self.is_full(), "operations are missing: clear the tape and evaluate again");
         self.unwind(gradient.len());

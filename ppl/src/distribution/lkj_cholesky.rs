@@ -9,7 +9,7 @@ use super::{CholeskyFactor, Distribution, Family, Parameter, Unknown, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Partials, Scalar};
-use crate::special::{digamma, hyperbolic, ln_beta, ln_gamma};
+use crate::special::{Hyperbolic, digamma, ln_beta, ln_gamma};
 use crate::terms::Terms;
 use crate::transform::{Correlation, CorrelationRow};
 
@@ -201,6 +201,8 @@ where
         // ∂ ln p/∂x, kept in the place of the entry below the diagonal
         let mut slopes = [[(R::from(0.0), 0.0); K]; K];
         let mut row = CorrelationRow::new();
+        // of ln cosh y what shares a weight: the sum of the sizes, and one logarithm of a product
+        let (mut sizes, mut shrinks) = ([0.0; K], [1.0; K]);
         let factor = CholeskyFactor::from_fn(|i, j| {
             if j == 0 {
                 row = CorrelationRow::new();
@@ -210,14 +212,21 @@ where
             }
             let x = next();
             let y = x.value() / scales[j];
-            let (tanh, sech, ln_cosh) = hyperbolic(y);
-            let slope = -weight(i, j) * tanh;
+            let at = Hyperbolic::at(y);
+            let slope = -weight(i, j) * at.tanh;
             let y_in_eta = -y / (scales[j] * scales[j]);
-            value -= weight(i, j) * ln_cosh;
-            in_eta += slope * y_in_eta - 2.0 * ln_cosh;
+            let same = if jacobian { j } else { i };
+            sizes[same] += at.size;
+            shrinks[same] *= at.shrink;
+            in_eta += slope * y_in_eta;
             slopes[i][j] = (x, slope / scales[j]);
-            row.entry([tanh, sech], [(x, scales[j].recip()), (eta, y_in_eta)])
+            row.entry(at, (x, scales[j].recip()), (eta, y_in_eta))
         });
+        for k in if jacobian { 0..K.saturating_sub(1) } else { 1..K } {
+            let ln_cosh = sizes[k] + shrinks[k].ln();
+            value -= weight(k, k) * ln_cosh;
+            in_eta -= 2.0 * ln_cosh;
+        }
         terms.add(value, Slopes { coordinates: slopes, eta: (eta, in_eta) });
         factor
     }

@@ -104,32 +104,33 @@ pub(crate) fn ln_1p_of(x: f64) -> f64 {
     if sum == 1.0 { x } else { sum.ln() * (x / (sum - 1.0)) }
 }
 
-/// sinh x for |x| ≤ ¼, by its series.
-#[inline]
-fn sinh_below_quarter(x: f64) -> f64 {
-    const FACTORIALS: [f64; 5] = [6.0, 120.0, 5040.0, 362_880.0, 39_916_800.0];
-    let square = x * x;
-    let tail = FACTORIALS.iter().rev().fold(0.0, |sum, n| sum * square + n.recip());
-    x + x * square * tail
+/// tanh y and sech y, with ln cosh y in two parts.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hyperbolic {
+    pub(crate) tanh: f64,
+    pub(crate) sech: f64,
+    /// |y|.
+    pub(crate) size: f64,
+    /// (1 + e^{−2|y|})/2: ln cosh y is its logarithm and the size.
+    pub(crate) shrink: f64,
 }
 
-/// tanh y, 1/cosh y and ln cosh y.
-#[inline]
-pub(crate) fn hyperbolic(y: f64) -> (f64, f64, f64) {
-    let size = y.abs();
-    let (tanh, sech, ln_cosh) = if size < 0.5 {
-        // cosh y − 1 = 2 sinh²(y/2) keeps the digits
-        let half = sinh_below_quarter(0.5 * size);
-        let square = half * half;
-        let sech = (1.0 + 2.0 * square).recip();
-        (2.0 * half * (1.0 + square).sqrt() * sech, sech, ln_1p_of(2.0 * square))
-    } else {
+impl Hyperbolic {
+    /// At y, to some units in the last place of 1.
+    #[inline(always)]
+    pub(crate) fn at(y: f64) -> Self {
+        let size = y.abs();
         let e = (-size).exp();
-        let inverse = (1.0 + e * e).recip();
-        let ln_cosh = size + (1.0 + e * e).ln() - std::f64::consts::LN_2;
-        ((1.0 - e * e) * inverse, 2.0 * e * inverse, ln_cosh)
-    };
-    (tanh.copysign(y), sech, ln_cosh)
+        let shrink = 0.5 + 0.5 * e * e;
+        let inverse = shrink.recip();
+        let tanh = ((0.5 - 0.5 * e * e) * inverse).copysign(y);
+        Self { tanh, sech: e * inverse, size, shrink }
+    }
+
+    #[inline]
+    pub(crate) fn ln_cosh(self) -> f64 {
+        self.size + self.shrink.ln()
+    }
 }
 
 /// ln cosh y = |y| + ln(1 + e^{−2|y|}) − ln 2.

@@ -2,7 +2,7 @@
 
 use crate::distribution::CholeskyFactor;
 use crate::scalar::Scalar;
-use crate::special::hyperbolic;
+use crate::special::Hyperbolic;
 
 /// Cholesky factors of K×K correlation matrices, from K(K − 1)/2 coordinates, row by row.
 ///
@@ -43,9 +43,9 @@ impl Correlation {
             }
             let y = next();
             let weight = (i - j + 1) as f64;
-            let (tanh, sech, ln_cosh) = hyperbolic(y.value());
-            log_jacobian -= y.unary(weight * ln_cosh, weight * tanh);
-            row.entry([tanh, sech], [(y, 1.0)])
+            let at = Hyperbolic::at(y.value());
+            log_jacobian -= y.unary(weight * at.ln_cosh(), weight * at.tanh);
+            row.entry(at, (y, 1.0), (R::from(0.0), 0.0))
         });
         (factor, log_jacobian)
     }
@@ -76,20 +76,14 @@ impl<R: Scalar> CorrelationRow<R> {
         Self { rest: R::from(1.0) }
     }
 
-    /// The next entry, from tanh y and sech y, where y is a function of `arguments` with these
-    /// derivatives.
+    /// The next entry, where y is a function of two numbers with these derivatives.
     #[inline(always)]
-    pub(crate) fn entry<const A: usize>(
-        &mut self,
-        [tanh, sech]: [f64; 2],
-        arguments: [(R, f64); A],
-    ) -> R {
+    pub(crate) fn entry(&mut self, at: Hyperbolic, (a, in_a): (R, f64), (b, in_b): (R, f64)) -> R {
+        let Hyperbolic { tanh, sech, .. } = at;
         let (before, rest) = (self.rest, self.rest.value());
-        let chain = |slope: f64| arguments.into_iter().map(move |(x, dy)| (x, slope * dy));
-        let in_entry = std::iter::once((before, tanh)).chain(chain(rest * sech * sech));
-        let in_rest = std::iter::once((before, sech)).chain(chain(-rest * sech * tanh));
-        self.rest = R::fuse_iter(rest * sech, in_rest);
-        R::fuse_iter(rest * tanh, in_entry)
+        let (up, down) = (rest * sech * sech, -rest * sech * tanh);
+        self.rest = R::gather(rest * sech, ((before, sech), (a, down * in_a), (b, down * in_b)));
+        R::gather(rest * tanh, ((before, tanh), (a, up * in_a), (b, up * in_b)))
     }
 }
 
