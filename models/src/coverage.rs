@@ -13,7 +13,7 @@ use crate::qoi::Qois;
 ///
 /// Each laboratory draws a truth uniformly from the middle of the prior box, specimens with
 /// lognormal scatter around it, their QoIs from the surrogate with relative noise, and calibrates.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct CoverageStudy {
     /// Laboratories.
     pub laboratories: usize,

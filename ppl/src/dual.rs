@@ -1,6 +1,7 @@
 //! Forward mode: a value with its gradient in `N` directions.
 
-use crate::scalar::{Partials, Scalar, impl_arithmetic};
+use crate::partials::Partials;
+use crate::scalar::{Scalar, impl_arithmetic};
 
 /// A number with the derivatives along `N` directions, carried forward.
 ///

@@ -10,9 +10,10 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::distribution::Parameter;
 use crate::dual::Dual;
+use crate::partials::Partials;
 use crate::real::Real;
 use crate::record::{Datum, Record};
-use crate::scalar::{Partials, Scalar};
+use crate::scalar::Scalar;
 
 /// A formula over the numbers of a model.
 ///

@@ -71,6 +71,7 @@ mod model;
 mod ode;
 mod operand;
 mod optimize;
+mod partials;
 mod posterior;
 mod power_scaling;
 mod predictive;
@@ -104,6 +105,7 @@ pub use ln_sum_exp::ln_sum_exp;
 pub use model::{Context, Failure, Model, Site};
 pub use ode::{Ode, Solution};
 pub use optimize::{Laplace, Map, Mode, OptimizeError, Pathfinder, PathfinderFit, PathfinderPath};
+pub use partials::Partials;
 pub use posterior::{DivergentPoint, Posterior, PosteriorError};
 pub use power_scaling::{PowerScaling, PowerScalingError, Sensitivity, SensitivityRow};
 #[doc(inline)]
@@ -119,7 +121,7 @@ pub use sampler::{
     DelayedAcceptance, DifferentialEvolution, Divergence, DrawStats, Evidence, MapKind, MapSwitch,
     Metropolis, Nuts, Progress, SampleError, Smc, Stage, TemperedDraws, WarmupReport,
 };
-pub use scalar::{Arithmetic, Partials, Scalar};
+pub use scalar::{Arithmetic, Scalar};
 pub use submodel::{Declaration, Part, Prediction, Submodel};
 pub use summary::{Summary, SummaryRow};
 pub use tempered::{Parts, Tempered};

@@ -1,7 +1,8 @@
 //! The numbers in the body of a model.
 
+use crate::partials::Partials;
 use crate::record::Record;
-use crate::scalar::{Partials, Scalar, impl_arithmetic};
+use crate::scalar::{Scalar, impl_arithmetic};
 
 /// A number in the body of a model, over whatever kind of number the reading needs.
 ///

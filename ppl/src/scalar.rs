@@ -5,6 +5,7 @@ use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
 pub(crate) use crate::arithmetic::impl_arithmetic;
+use crate::partials::{Each, Partials, Zipped};
 use crate::record::{Datum, Record};
 use crate::special;
 
@@ -266,70 +267,6 @@ pub trait Scalar:
         self.unary(special::ln_gamma(x), special::digamma(x))
     }
 }
-
-/// Arguments of an operation with their partial derivatives.
-///
-/// Tuples of pairs (argument, partial), where an argument is anything that can be read as an
-/// `R`: data among them cost nothing.
-pub trait Partials<R> {
-    /// Calls `f` with every argument that is no constant, and its partial.
-    fn spread(self, f: &mut impl FnMut(R, f64));
-
-    /// As [`spread`](Partials::spread) for a summand of the result: its partials are final.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn settle(self, f: &mut impl FnMut(R, f64))
-    where
-        Self: Sized,
-    {
-        self.spread(f);
-    }
-}
-
-/// Pairs from an iterator.
-struct Each<I>(I);
-
-impl<R, I: IntoIterator<Item = (R, f64)>> Partials<R> for Each<I> {
-    #[inline(always)]
-    fn spread(self, f: &mut impl FnMut(R, f64)) {
-        for (argument, partial) in self.0 {
-            f(argument, partial);
-        }
-    }
-}
-
-/// Arguments and partials side by side.
-struct Zipped<R, const K: usize>([R; K], [f64; K]);
-
-impl<R: Scalar, const K: usize> Partials<R> for Zipped<R, K> {
-    #[inline(always)]
-    fn spread(self, f: &mut impl FnMut(R, f64)) {
-        for k in 0..K {
-            f(self.0[k], self.1[k]);
-        }
-    }
-}
-
-macro_rules! impl_partials {
-    ($($A:ident $i:tt),*) => {
-        impl<R: Scalar, $($A: Datum<R>),*> Partials<R> for ($(($A, f64),)*) {
-            #[inline(always)]
-            fn spread(self, f: &mut impl FnMut(R, f64)) {
-                $(self.$i.0.spread(self.$i.1, f);)*
-            }
-
-            #[inline(always)]
-            fn settle(self, f: &mut impl FnMut(R, f64)) {
-                $(self.$i.0.settle(self.$i.1, f);)*
-            }
-        }
-    };
-}
-impl_partials!(A 0);
-impl_partials!(A 0, B 1);
-impl_partials!(A 0, B 1, C 2);
-impl_partials!(A 0, B 1, C 2, D 3);
-impl_partials!(A 0, B 1, C 2, D 3, E 4);
 
 /// σ(x) and σ(−x) = 1 − σ(x), each to full relative accuracy.
 #[inline]

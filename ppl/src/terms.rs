@@ -1,6 +1,7 @@
 //! Where the summands of a log density go.
 
-use crate::scalar::{Partials, Scalar};
+use crate::partials::Partials;
+use crate::scalar::Scalar;
 
 /// Takes the summands of a log density, each with its partial derivatives.
 ///

@@ -30,6 +30,7 @@ pub fn assert_moments_of(chains: &[Vec<f64>], name: &str, mean: (f64, f64), sd: 
 
 /// The fixed benchmark instance of the paper's calibration (`fixtures/calibration_instance.json`):
 /// synthetic surrogate and eight synthetic experiments; inputs on [−1, 1].
+#[derive(Debug)]
 pub struct Instance {
     /// The whole file.
     pub json: Value,

@@ -124,6 +124,7 @@ impl Stage {
 /// workflow.run_all()?;
 /// # Ok::<(), models::WorkflowError>(())
 /// ```
+#[derive(Debug)]
 pub struct Workflow<'a> {
     file: CaseFile,
     dir: PathBuf,

@@ -52,7 +52,7 @@ use crate::{Bound, Model, Record, Role};
 /// # References
 /// Geweke, JASA 99 (2004) 799, doi:10.1198/016214504000001132; Gandy & Scott (2020),
 /// arXiv:2001.06465, for tests with independent chains.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Geweke<K> {
     seed: u64,
     chains: usize,
@@ -152,6 +152,7 @@ fn numbers<K>(joint: &Joint<'_, K>) -> Vec<f64> {
 }
 
 /// Unknowns and data, drawn together.
+#[derive(Debug)]
 pub struct Joint<'a, K> {
     record: Record,
     rng: Xoshiro256PlusPlus,

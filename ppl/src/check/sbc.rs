@@ -45,7 +45,7 @@ use crate::{Bound, Entry, Model, Record, Role};
 /// ```
 ///
 /// References: Talts et al. (2018), arXiv:1804.06788; Modrák et al. (2023), doi:10.1214/23-BA1404.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Sbc<S> {
     seed: u64,
     replications: usize,
@@ -132,6 +132,7 @@ impl<S: Sampler> Sbc<S> {
 }
 
 /// One replication: draw a truth, simulate, and rank it.
+#[derive(Debug)]
 pub struct Trial<'a, S> {
     /// Random numbers of this trial, for truth and data.
     pub rng: Xoshiro256PlusPlus,

@@ -1,6 +1,7 @@
 //! Cholesky factors of correlation and covariance matrices.
 
 use crate::density::DomainError;
+use crate::partials::Partials;
 use crate::record::{Datum, Record};
 use crate::scalar::Scalar;
 
@@ -132,11 +133,16 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
 
     /// L x.
     pub fn times(&self, x: impl Datum<[R; K]>) -> [R; K] {
-        let x = x.lift();
+        self.times_and(&x.lift(), &[R::from(0.0); K])
+    }
+
+    /// L x + b.
+    #[inline]
+    pub(super) fn times_and(&self, x: &[R; K], b: &[R; K]) -> [R; K] {
         std::array::from_fn(|i| {
-            let pairs = || self.rows[i][..=i].iter().zip(&x);
-            let value = pairs().map(|(l, x)| l.value() * x.value()).sum();
-            R::fuse_iter(value, pairs().flat_map(|(&l, &x)| [(l, x.value()), (x, l.value())]))
+            let (row, start) = (&self.rows[i][..=i], b[i]);
+            let inner: f64 = row.iter().zip(x).map(|(l, x)| l.value() * x.value()).sum();
+            R::gather(start.value() + inner, Product { row, x, start })
         })
     }
 
@@ -163,6 +169,24 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
             row[..=i].iter_mut().enumerate().for_each(|(j, x)| *x = entry(i, j));
         }
         Self { rows }
+    }
+}
+
+/// b + Σⱼ Lⱼ xⱼ over a row.
+struct Product<'a, R> {
+    row: &'a [R],
+    x: &'a [R],
+    start: R,
+}
+
+impl<R: Scalar> Partials<R> for Product<'_, R> {
+    #[inline(always)]
+    fn spread(self, f: &mut impl FnMut(R, f64)) {
+        f(self.start, 1.0);
+        for (&l, &x) in self.row.iter().zip(self.x) {
+            f(l, x.value());
+            f(x, l.value());
+        }
     }
 }
 

@@ -5,8 +5,9 @@ use rand_distr::StandardNormal;
 
 use super::{CholeskyFactor, Distribution, Family, Unknown};
 use crate::density::DomainError;
+use crate::partials::Partials;
 use crate::record::Datum;
-use crate::scalar::{Partials, Scalar};
+use crate::scalar::Scalar;
 use crate::special::HALF_LN_2PI;
 use crate::terms::{Joined, Terms};
 

@@ -223,8 +223,7 @@ where
     #[inline]
     fn stretch(&self, z: &[R; K]) -> [R; K] {
         let factor: CholeskyFactor<R, K> = self.1.lift();
-        let (mean, step) = (self.0.lift(), factor.times(*z));
-        std::array::from_fn(|k| mean[k] + step[k])
+        factor.times_and(z, &self.0.lift())
     }
 
     fn standardised(&self, x: &[R; K]) -> [R; K] {

@@ -64,7 +64,7 @@ const TARGET: f64 = 0.44;
 /// Metropolis et al., J. Chem. Phys. 21 (1953) 1087, doi:10.1063/1.1699114; Haario, Saksman &
 /// Tamminen, Computational Statistics 20 (2005) 265, doi:10.1007/BF02789703; Roberts & Rosenthal,
 /// J. Comput. Graph. Stat. 18 (2009) 349, doi:10.1198/jcgs.2009.06134, section 3.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct ComponentwiseMetropolis<'a> {
     run: Run<'a>,
 }

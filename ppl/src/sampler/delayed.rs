@@ -67,7 +67,7 @@ use crate::{
 /// # References
 /// Christen & Fox, J. Comput. Graph. Stat. 14 (2005) 795, doi:10.1198/106186005X76983; Liu, *Monte
 /// Carlo Strategies in Scientific Computing* (2001), doi:10.1007/978-0-387-76371-2, section 9.4.3.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct DelayedAcceptance<'a> {
     run: Run<'a>,
     screening_steps: u32,

@@ -74,7 +74,7 @@ const TRIES: usize = 100;
 /// # References
 /// ter Braak, Statistics and Computing 16 (2006) 239, doi:10.1007/s11222-006-8769-1; ter Braak &
 /// Vrugt, Statistics and Computing 18 (2008) 435, doi:10.1007/s11222-008-9104-9.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct DifferentialEvolution<'a> {
     run: Run<'a>,
     population: usize,

@@ -60,7 +60,7 @@ use crate::{
 /// Haario, Saksman & Tamminen, Bernoulli 7 (2001) 223; Andrieu & Thoms, Statistics and Computing
 /// 18 (2008) 343, algorithm 4; Gelman, Roberts & Gilks, *Bayesian Statistics 5* (1996) 599 for
 /// scale and acceptance.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Metropolis<'a> {
     run: Run<'a>,
 }

@@ -71,7 +71,7 @@ use crate::{
 /// # References
 /// Hoffman & Gelman, JMLR 15 (2014) 1593; Betancourt, arXiv 1701.02434; Seyboldt, Carlson &
 /// Carpenter 2026, arXiv 2603.18845.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Nuts<'a> {
     pub(super) run: Run<'a>,
     rule: Rule,

@@ -32,6 +32,21 @@ pub(super) struct Run<'a> {
     pub(super) interrupt: Option<&'a AtomicBool>,
 }
 
+impl std::fmt::Debug for Run<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        // whoever listens need not be printable
+        f.debug_struct("Run")
+            .field("chains", &self.chains)
+            .field("warmup", &self.warmup)
+            .field("draws", &self.draws)
+            .field("thin", &self.thin)
+            .field("seed", &self.seed)
+            .field("threads", &self.threads)
+            .field("init", &self.init)
+            .finish_non_exhaustive()
+    }
+}
+
 impl Run<'_> {
     pub(super) fn new(warmup: usize, draws: usize) -> Self {
         Self {

@@ -97,6 +97,7 @@ ppl::model! {
 }
 
 /// Seeds of one plate.
+#[derive(Debug)]
 pub struct Plate {
     /// How many germinated.
     pub germinated: f64,
@@ -107,6 +108,7 @@ pub struct Plate {
 }
 
 /// Measurement in one house.
+#[derive(Debug)]
 pub struct House {
     /// Index of the county.
     pub county: usize,

@@ -17,6 +17,7 @@ use serde_json::Value;
 use crate::number;
 
 /// A data set of the fixtures.
+#[derive(Debug)]
 pub struct Data(Value);
 
 impl Data {
@@ -55,6 +56,7 @@ pub fn rows<const D: usize>(columns: [&[f64]; D]) -> Vec<[f64; D]> {
 }
 
 /// Reference moments of one published posterior.
+#[derive(Debug)]
 pub struct Reference {
     /// Name, as in the test's table.
     pub name: String,

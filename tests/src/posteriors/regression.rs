@@ -53,6 +53,7 @@ ppl::model! {
 }
 
 /// One trial of one dog.
+#[derive(Debug)]
 pub struct Trial {
     /// Shocks avoided before.
     pub avoided: f64,
@@ -82,6 +83,7 @@ pub fn dog_trials() -> Vec<Trial> {
 }
 
 /// Children's test scores with their mother's schooling and IQ.
+#[derive(Debug)]
 pub struct Kidiq {
     /// Score of the child.
     pub score: Vec<f64>,
@@ -110,6 +112,7 @@ impl Kidiq {
 }
 
 /// Mesquite bushes: leaf weight with the columns of the original.
+#[derive(Debug)]
 pub struct Mesquite(Data);
 
 impl Mesquite {

@@ -88,7 +88,7 @@ use crate::{bound::Bound, model::Model, posterior::Posterior, tempered::Tempered
 /// Del Moral, Doucet & Jasra, JRSS B 68 (2006) 411, doi:10.1111/j.1467-9868.2006.00553.x; Jasra
 /// et al., Scand. J. Stat. 38 (2011) 1, doi:10.1111/j.1467-9469.2010.00723.x for the temperatures;
 /// Dai, Heng, Jacob & Whiteley, JASA 117 (2022) 1587, doi:10.1080/01621459.2022.2087659.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Smc<'a> {
     /// Chains are the runs, draws the particles.
     run: Run<'a>,

@@ -6,9 +6,12 @@
 //! iteration of a plate, are swept early by `unwind`, so that the tape of a plate is as long as
 //! one iteration.
 
+mod var;
+
 use std::cell::Cell;
 
-use crate::scalar::{Partials, Scalar, impl_arithmetic};
+use crate::scalar::Scalar;
+pub use var::Var;
 
 /// The operations of one evaluation, in order; cleared and used again for the next.
 ///
@@ -114,7 +117,7 @@ impl Tape {
     /// The number at a node that exists.
     #[inline(always)]
     pub(crate) fn number<'t>(&'t self, value: f64, adjoint: &'t Cell<f64>) -> Var<'t> {
-        Var { value, node: Some(Node { tape: self, adjoint }) }
+        Var::new(value, self, adjoint)
     }
 
     /// The number at a node that nothing has used yet.
@@ -139,9 +142,7 @@ impl Tape {
     /// Adds `term` to the sum that [`sweep`](Tape::sweep) differentiates.
     #[inline(always)]
     pub fn seed(&self, term: Var<'_>) {
-        if let Some(node) = term.node {
-            node.add(1.0);
-        }
+        term.deposit(1.0);
     }
 
     /// The gradient of the sum of all seeded terms with respect to the first inputs.
@@ -209,119 +210,6 @@ impl Tape {
         self.filled.set(end);
         self.length.set(index + 1);
         self.number(value, adjoint)
-    }
-}
-
-/// A number on a [`Tape`], or a constant that is on none.
-#[derive(Clone, Copy)]
-pub struct Var<'t> {
-    value: f64,
-    node: Option<Node<'t>>,
-}
-
-#[derive(Clone, Copy)]
-struct Node<'t> {
-    tape: &'t Tape,
-    adjoint: &'t Cell<f64>,
-}
-
-impl Node<'_> {
-    #[inline(always)]
-    fn add(self, weight: f64) {
-        self.adjoint.set(self.adjoint.get() + weight);
-    }
-
-    /// Its number on the tape, from where its adjoint lies; no sensible one on a full tape.
-    #[inline(always)]
-    fn index(self) -> u32 {
-        let address = |adjoint: *const Cell<f64>| adjoint as usize;
-        let bytes = address(self.adjoint).wrapping_sub(address(self.tape.adjoints.as_ptr()));
-        (bytes / size_of::<Cell<f64>>()) as u32
-    }
-}
-
-/// Takes the arguments of one operation.
-struct Writer<'t> {
-    tape: Option<&'t Tape>,
-    end: usize,
-}
-
-impl<'t> Writer<'t> {
-    #[inline(always)]
-    fn add(&mut self, argument: Var<'t>, partial: f64) {
-        let Some(node) = argument.node else { return };
-        if self.tape.is_none() {
-            self.tape = Some(node.tape);
-            self.end = node.tape.filled.get();
-        }
-        match node.tape.pairs.get(self.end) {
-            Some(pair) => pair.set((node.index(), partial)),
-            None => node.tape.full.set(true),
-        }
-        self.end += 1;
-    }
-}
-
-impl std::fmt::Debug for Var<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let index = self.node.map(Node::index);
-        f.debug_struct("Var").field("value", &self.value).field("index", &index).finish()
-    }
-}
-
-impl From<f64> for Var<'_> {
-    #[inline(always)]
-    fn from(value: f64) -> Self {
-        Self { value, node: None }
-    }
-}
-
-impl_arithmetic!(['t] Var<'t>);
-
-impl<'t> Scalar for Var<'t> {
-    const DIFFERENTIABLE: bool = true;
-
-    #[inline(always)]
-    fn value(self) -> f64 {
-        self.value
-    }
-
-    #[inline(always)]
-    fn is_constant(self) -> bool {
-        self.node.is_none()
-    }
-
-    #[inline(always)]
-    fn deposit(self, adjoint: f64) {
-        if let Some(node) = self.node {
-            node.add(adjoint);
-        }
-    }
-
-    #[inline(always)]
-    fn replaced(self, value: f64, derivative: f64) -> Self {
-        let Some(node) = self.node else { return Self::from(value) };
-        let count = node.tape.replacements.get();
-        if node.index() as usize >= node.tape.inputs.get() {
-            return self.unary(value, derivative);
-        }
-        let Some(place) = node.tape.replaced.get(count) else {
-            node.tape.full.set(true);
-            return node.tape.nowhere(value);
-        };
-        place.set((node.index(), derivative, node.adjoint.replace(0.0)));
-        node.tape.replacements.set(count + 1);
-        Self { value, ..self }
-    }
-
-    #[inline(always)]
-    fn gather(value: f64, partials: impl Partials<Self>) -> Self {
-        let mut writer = Writer { tape: None, end: 0 };
-        partials.spread(&mut |argument, partial| writer.add(argument, partial));
-        match writer.tape {
-            Some(tape) => tape.push(value, writer.end),
-            None => Self::from(value),
-        }
     }
 }
 
