@@ -35,6 +35,19 @@ ppl::model! {
         }
     }
 
+    /// One component that is no number above 0, first or second.
+    fn broken(y: &[f64], second: bool) {
+        let mean ~ Normal(0.0, 2.0);
+        let root = (-mean).sqrt();
+        for y in y {
+            if second {
+                y ~ Mixture([0.5, 0.5], [Normal(mean, 1.0), Normal(root, 1.0)]);
+            } else {
+                y ~ Mixture([0.5, 0.5], [Normal(root, 1.0), Normal(mean, 1.0)]);
+            }
+        }
+    }
+
     /// Products of scales leave the range of numbers again and again.
     fn scales(x: &[f64], y: &[f64]) {
         let mean ~ Normal(0.0, 1.0);
@@ -91,5 +104,18 @@ fn logarithms_of_products_are_those_of_the_factors() {
         let x: Vec<f64> = (0..3000).map(|i| scale * (2.0 + f64::from(i).sin())).collect();
         let y: Vec<f64> = x.iter().map(|x| x.cos()).collect();
         assert_agrees(&scales(&x, &y));
+    }
+}
+
+#[test]
+fn a_component_that_is_no_number_spoils_the_mixture() {
+    for second in [false, true] {
+        let (model, mut gradient) = (broken(&[0.3, -0.4], second), [0.0]);
+        let mut workspace = Workspace::default();
+        for (y, defined) in [(-0.5, true), (0.5, false)] {
+            let value = model.log_density(&[y], &mut workspace);
+            assert_eq!(value.is_ok(), defined);
+            assert_eq!(model.gradient(&[y], &mut gradient, &mut workspace).is_ok(), defined);
+        }
     }
 }

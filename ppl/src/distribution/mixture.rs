@@ -91,10 +91,15 @@ impl<W: Weights, C: Components> Mixture<W, C> {
         total
     }
 
-    /// ln p(x), whose partials, times `weight`, go to what they are in: nothing is kept of the
-    /// components. `None` where that is not so simple.
+    /// Adds ln p(x), whose partials, times `weight`, go to what they are in: nothing is kept of the
+    /// components. False where that is not so simple.
     #[inline(always)]
-    fn settle<R>(&self, x: &<C::Component as Distribution<R>>::Value, weight: f64) -> Option<f64>
+    fn settle<R>(
+        &self,
+        x: &<C::Component as Distribution<R>>::Value,
+        weight: f64,
+        terms: &mut impl Terms<R>,
+    ) -> bool
     where
         R: Scalar,
         W::Weight: Datum<R>,
@@ -102,7 +107,7 @@ impl<W: Weights, C: Components> Mixture<W, C> {
     {
         let weights = self.0.weights();
         if weights.len() != self.1.number() || weights.len() > FEW {
-            return None;
+            return false;
         }
         // ln pᵢ, then pᵢ in proportion to the largest
         let mut densities = [0.0; FEW];
@@ -114,24 +119,30 @@ impl<W: Weights, C: Components> Mixture<W, C> {
             *ln_density = terms.0;
             largest = largest.max(*ln_density);
         }
-        let mut sum = 0.0;
-        for (density, share) in densities.iter_mut().zip(weights) {
-            *density = (*density - largest).exp();
-            sum += share.number() * *density;
+        if let [first, second] = densities {
+            // of two, one is the largest
+            let smaller = (-(*first - *second).abs()).exp();
+            let order = *first >= *second;
+            (*first, *second) = if order { (1.0, smaller) } else { (smaller, 1.0) };
+        } else {
+            densities.iter_mut().for_each(|density| *density = (*density - largest).exp());
         }
+        let sum: f64 = densities.iter().zip(weights).map(|(p, share)| share.number() * p).sum();
         // densities of zero, or far below one whose weight is zero, and no numbers
         if !(sum > SMALLEST && sum.is_finite()) {
-            return None;
+            return false;
         }
+        let inverse = sum.recip();
         if R::DIFFERENTIABLE {
-            let inverse = weight / sum;
             for (density, (share, component)) in densities.iter().zip(self.pairs()) {
-                let in_share = density * inverse;
+                let in_share = density * inverse * weight;
                 component.add_terms(x, &mut Settled::new(share.number() * in_share));
                 Terms::<R>::add(&mut Settled::new(1.0), 0.0, ((share, in_share),));
             }
         }
-        Some(largest + sum.ln())
+        let value = largest + terms.minus_ln(inverse);
+        terms.add_number(R::from(value));
+        true
     }
 
     fn require_weights(&self) -> Result<(), DomainError> {
@@ -191,9 +202,8 @@ where
 
     #[inline(always)]
     fn add_terms(&self, x: &Self::Value, terms: &mut impl Terms<R>) {
-        match terms.settles().and_then(|weight| self.settle(x, weight)) {
-            Some(value) => terms.add_number(R::from(value)),
-            None => terms.add_number(self.ln_density(x)),
+        if !terms.settles().is_some_and(|weight| self.settle(x, weight, terms)) {
+            terms.add_number(self.ln_density(x));
         }
     }
 
