@@ -10,6 +10,9 @@ use crate::trace::{Record, Source, Trace};
 /// Runs the statements of a model.
 pub(crate) type Statements<'m> = &'m dyn Fn(&mut Trace<'_>) -> Result<(), Rejection>;
 
+/// The log density at a point, with `true` without constants.
+pub(crate) type Value<'v> = &'v mut dyn FnMut(&[f64], bool) -> Result<f64, Rejection>;
+
 /// A draw from the prior, and what suffices of pooled data if it is to be added to `pools`.
 pub(crate) fn draw(
     statements: Statements<'_>,
@@ -54,12 +57,11 @@ pub(crate) fn layout(record: Record) -> Layout {
 }
 
 /// The difference that leaving out constants makes, if it is the same at several draws from the
-/// prior; from the draw where least is lost to rounding. `value` is the log density, with `true`
-/// without constants.
+/// prior; from the draw where least is lost to rounding.
 pub(crate) fn constant(
     statements: Statements<'_>,
     rng: &mut dyn RngCore,
-    value: &mut dyn FnMut(&[f64], bool) -> Result<f64, Rejection>,
+    value: Value<'_>,
 ) -> Option<f64> {
     const DRAWS: usize = 20;
     let mut best = (f64::INFINITY, f64::NAN);
