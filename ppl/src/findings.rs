@@ -123,7 +123,8 @@ pub(crate) fn find(
             FindingKind::Modes,
             format!("The posterior seems to have several modes: {apart}"),
             "The share of draws in a mode is where the chains began, not its probability: use Smc, \
-             which weighs modes; or take the modes apart by a stronger prior, or by an order if \
+             which weighs modes; or start from Pathfinder (`init_pathfinder`), which passes over \
+             modes of no weight; or take the modes apart by a stronger prior, or by an order if \
              they only exchange labels",
         );
     }

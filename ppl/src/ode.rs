@@ -24,6 +24,11 @@ pub trait Ode<const N: usize, const D: usize>: Sync {
 /// error is of the order of the tolerance too, and [`check::gradient`](crate::check::gradient) needs
 /// tolerances of 10⁻¹². For non-stiff problems.
 ///
+/// Where data are compared with the logarithm of a state, as those of populations or concentrations,
+/// set the absolute tolerance to 0: of a state below it only error remains, and from random starts
+/// states do become that small. The gradient then does not belong to the value, and no Hamiltonian
+/// sampler leaves such a place.
+///
 /// In a model, [`states`](Self::states) gives one array of states a time. As [`Differentiable`]
 /// the M = N · (number of times) outputs are those states one after the other.
 ///
@@ -101,13 +106,16 @@ impl<F, const N: usize> Solution<F, N> {
         Ok(Self { system, start, times, relative: 1e-8, absolute: 1e-8, max_steps: 100_000 })
     }
 
-    /// With other tolerances, relative and absolute (in the unit of the states).
+    /// With other tolerances, relative and absolute (in the unit of the states; 0 for states that
+    /// never vanish).
     ///
     /// # Errors
-    /// [`DomainError`] unless both are positive.
+    /// [`DomainError`] unless the relative one is positive and the absolute one at least 0.
     pub fn tolerances(self, relative: f64, absolute: f64) -> Result<Self, DomainError> {
         DomainError::require_positive("Solution", "relative tolerance", relative)?;
-        DomainError::require_positive("Solution", "absolute tolerance", absolute)?;
+        let holds = absolute >= 0.0 && absolute.is_finite();
+        let requirement = "at least 0 and finite";
+        DomainError::require(holds, "Solution", "absolute tolerance", requirement, absolute)?;
         Ok(Self { relative, absolute, ..self })
     }
 
@@ -192,7 +200,9 @@ impl<F, const N: usize> Solution<F, N> {
     fn norm<S: Scalar>(&self, error: &[f64; N], y: &[S; N], other: &[S; N]) -> f64 {
         let scaled = |i: usize| {
             let size = y[i].value().abs().max(other[i].value().abs());
-            (error[i] / (self.absolute + self.relative * size)).powi(2)
+            let tolerance = self.absolute + self.relative * size;
+            // a state that is and stays 0 has no error
+            if error[i] == 0.0 { 0.0 } else { (error[i] / tolerance).powi(2) }
         };
         ((0..N).map(scaled).sum::<f64>() / N as f64).sqrt()
     }

@@ -161,6 +161,31 @@ fn nuts_starts_from_paths() {
     assert_eq!(nuts.run(&far).expect("runs"), chains);
 }
 
+/// Two unit normals 12 apart, the left one e^`gap` times as heavy.
+fn two_modes(gap: f64) -> impl LogDensity {
+    let function = move |y: &[f64], g: &mut [f64]| {
+        let side = if y[0] < 0.5 { -1.0 } else { 1.0 };
+        let (a, b) = (y[0] - 6.0 * side, y[1]);
+        (g[0], g[1]) = (-a, -b);
+        Ok(-0.5 * (a * a + b * b) + if side < 0.0 { gap } else { 0.0 })
+    };
+    Function { dim: 2, function }
+}
+
+/// A path that ends in a mode of no weight starts no chain; modes that count keep theirs.
+#[test]
+fn nuts_starts_in_modes_that_have_weight() {
+    let on_the_left = |gap: f64| {
+        let nuts = Nuts::default().chains(8).warmup(60).draws(20).seed(4).init_pathfinder();
+        let chains = nuts.run(&two_modes(gap)).expect("runs").chains;
+        chains.iter().filter(|chain| chain.warmup.start[0] < 0.5).count()
+    };
+    let both = on_the_left(0.0);
+    assert!((1..8).contains(&both), "{both}");
+    assert_eq!(on_the_left(3.0), both);
+    assert_eq!(on_the_left(40.0), 8);
+}
+
 #[test]
 fn what_cannot_be_approximated_is_refused() {
     let rising = Function {

@@ -23,6 +23,9 @@ use crate::{
     posterior::Posterior,
 };
 
+/// Paths of Pathfinder tried even for a single chain.
+const FEWEST_PATHS: usize = 4;
+
 /// The no-U-turn sampler: Hamiltonian trajectories whose length finds itself.
 ///
 /// Multinomial NUTS with the generalised criterion (Betancourt 2017), target acceptance 0.8, at
@@ -120,6 +123,10 @@ impl<'a> Nuts<'a> {
 
     /// Starts every chain from a draw of a [`Pathfinder`] path of its own instead of a random point:
     /// the warmup need not find the way to the posterior. Starts given otherwise are ignored.
+    ///
+    /// A path whose mode has an evidence e²⁰ times smaller than that of another path starts no chain.
+    /// From random points, chains may stay in such a mode beyond the warmup; the findings of
+    /// [`Posterior::summary`] then say so, unless all chains are in the same one.
     pub fn init_pathfinder(mut self) -> Self {
         self.pathfinder = true;
         self
@@ -147,8 +154,10 @@ impl<'a> Nuts<'a> {
         let tuned = self.tuned_maps(dim)?;
         let mut run = self.run.clone();
         if self.pathfinder && dim > 0 {
-            // one draw a path would do; a few more are at hand should the first be rejected
-            let search = Pathfinder::default().paths(run.chains).draws(25).seed(run.seed);
+            // one draw a path would do; a few more are at hand should the first be rejected, and a
+            // few paths, should one lead to a mode of no weight
+            let paths = run.chains.max(FEWEST_PATHS);
+            let search = Pathfinder::default().paths(paths).draws(25).seed(run.seed);
             run.init = Init::Points(search.run_any(density)?.starts(run.chains));
         }
         let chains = run.execute_each(dim, |number| {

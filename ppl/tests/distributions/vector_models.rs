@@ -238,7 +238,40 @@ fn closed_forms_and_failures() {
     assert_eq!(wrong.unwrap_err().to_string(), expected);
     let backwards = Solution::<_, 1>::new(Power(1), 0.0, &[1.0, 0.5]).unwrap_err().to_string();
     assert_eq!(backwards, "Solution: time[1] must be at or after 1, got 0.5");
-    assert!(decay.tolerances(0.0, 1.0).is_err());
+    assert!(decay.clone().tolerances(0.0, 1.0).is_err());
+    assert!(decay.tolerances(1e-8, -1.0).is_err());
+}
+
+/// Prey that falls to 10⁻⁷⁸: without an absolute tolerance its logarithm is as exact as that of the
+/// predators (V is conserved), and so are the logarithm's derivatives; with one it is lost.
+#[test]
+fn states_that_nearly_vanish() {
+    let theta = [1.0, 30.0, 1.0, 0.1];
+    let solution = Solution::new(Predation, 0.0, &[2.0, 10.0]).unwrap();
+    let relative = solution.clone().tolerances(1e-8, 0.0).unwrap();
+    let conserved = |[u, v]: [f64; 2]| u - 0.1 * u.ln() + v - v.ln();
+    let drift = |solution: &Solution<Predation, 2>| {
+        let states = solution.states(theta).unwrap();
+        assert!(states.iter().all(|[u, v]| *u > 0.0 && *v > 0.0), "{states:?}");
+        let drift = states.iter().map(|s| (conserved(*s) - conserved([1.0, 30.0])).abs());
+        (states[1][0], drift.fold(0.0, f64::max))
+    };
+    let (prey, error) = drift(&relative);
+    assert!(prey < 1e-70 && error < 1e-5, "{prey:e}, off by {error:e}");
+    let (prey, error) = drift(&solution);
+    assert!(error > 1.0, "{prey:e}, off by {error:e}");
+
+    let (value, jacobian): ([f64; 4], _) = relative.value_and_jacobian(&theta).unwrap();
+    for i in 0..4 {
+        let moved = |x: f64| {
+            let mut theta = theta;
+            theta[i] = x;
+            relative.states(theta).unwrap()[1][0].ln()
+        };
+        let expected = crate::numerics::derivative(moved, theta[i], 0.02 * theta[i]);
+        let what = format!("∂ln y/∂θ[{i}]");
+        crate::numerics::assert_close(jacobian[2][i] / value[2], expected, 1e-5, 1e-5, &what);
+    }
 }
 
 /// The global error of order 5 shrinks with the tolerance as ε^(5/5): halving the exponent of the

@@ -21,6 +21,8 @@ use crate::{
 
 /// Pareto k up to which importance sampling can be relied on.
 const RELIABLE: f64 = 0.7;
+/// A mode whose evidence is e²⁰ times smaller than another's holds no draw of any run.
+const NEGLIGIBLE: f64 = 20.0;
 
 /// Approximates a posterior in the time of an optimisation.
 ///
@@ -238,14 +240,17 @@ impl PathfinderFit {
         Chains { dim: self.dim, chains: vec![chain], max_depth: None }
     }
 
-    /// `count` draws inside the support, from the paths in turn: for chains to start from.
+    /// `count` draws inside the support, in turn from the paths that found a mode of any weight:
+    /// for chains to start from.
     pub(crate) fn starts(&self, count: usize) -> Vec<Vec<f64>> {
+        let best = self.paths.iter().map(|path| path.elbo).fold(f64::NEG_INFINITY, f64::max);
         let inside = |path: &PathfinderPath| {
             let inside = path.draws.iter().filter(|draw| draw.log_density.is_finite());
             inside.map(|draw| draw.y.clone()).collect::<Vec<_>>()
         };
+        let weighty = self.paths.iter().filter(|path| path.elbo >= best - NEGLIGIBLE);
         let paths: Vec<Vec<Vec<f64>>> =
-            self.paths.iter().map(inside).filter(|draws| !draws.is_empty()).collect();
+            weighty.map(inside).filter(|draws| !draws.is_empty()).collect();
         let pick = |k: usize| {
             let draws = &paths[k % paths.len()];
             draws[k / paths.len() % draws.len()].clone()
