@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 
 use fem::{
     Checkpoint, CompressionTest, CrackDensity, CurvePoint, End, Fields, Friction, Irreversibility,
-    Observer, Order, PhaseField, Platens, Split,
+    Observer, Order, Outcome, PhaseField, Platens, Split,
 };
 use support::column::snap_back;
 use support::{grain, loading, matrix, phase_field, prism};
@@ -45,6 +45,20 @@ impl Observer for Kill {
     }
 }
 
+/// Kills a run after every 7 of its steps and continues it to its end; also from which point of the
+/// curve each part went on.
+fn killed_and_continued(test: &CompressionTest, checkpoint: &Checkpoint) -> (Outcome, Vec<usize>) {
+    let mut told = Vec::new();
+    loop {
+        let mut kill = Kill { after: 7, steps: 0, resumed: 0 };
+        let outcome = test.run_resumable(checkpoint, &mut kill).expect("a sound state");
+        told.push(kill.resumed);
+        if !matches!(outcome.end, End::Interrupted) {
+            return (outcome, told);
+        }
+    }
+}
+
 #[test]
 fn a_continued_run_is_the_uninterrupted_one_bit_by_bit() {
     let dir = tempfile::tempdir().expect("a directory");
@@ -67,15 +81,7 @@ fn a_continued_run_is_the_uninterrupted_one_bit_by_bit() {
         let reference = test.run_resumable(&whole, &mut ()).expect("no file is there");
         assert!(matches!(reference.end, End::Displacement), "{:?}", reference.end);
         let parts = Checkpoint { path: dir.path().join(format!("parts-{k}")), every: 4 };
-        let mut told = Vec::new();
-        let outcome = loop {
-            let mut kill = Kill { after: 7, steps: 0, resumed: 0 };
-            let outcome = test.run_resumable(&parts, &mut kill).expect("a sound state");
-            told.push(kill.resumed);
-            if !matches!(outcome.end, End::Interrupted) {
-                break outcome;
-            }
-        };
+        let (outcome, told) = killed_and_continued(test, &parts);
         assert_eq!(told, [0, 4, 8, 12, 16], "case {k}");
         assert_eq!(outcome.curve, reference.curve, "case {k}");
         assert_eq!(outcome.fields, reference.fields, "case {k}");
@@ -93,15 +99,7 @@ fn a_run_by_arc_length_continues_on_its_way_back() {
         let reference = test.run_resumable(&whole, &mut ()).expect("no file is there");
         assert!(matches!(reference.end, End::BelowPeak), "{model:?}: {:?}", reference.end);
         let parts = Checkpoint { path: dir.path().join(format!("parts-{model:?}")), every: 3 };
-        let mut told = Vec::new();
-        let outcome = loop {
-            let mut kill = Kill { after: 7, steps: 0, resumed: 0 };
-            let outcome = test.run_resumable(&parts, &mut kill).expect("a sound state");
-            told.push(kill.resumed);
-            if !matches!(outcome.end, End::Interrupted) {
-                break outcome;
-            }
-        };
+        let (outcome, told) = killed_and_continued(&test, &parts);
         let back = |at: usize| {
             at > 0 && reference.curve[at].displacement_mm < reference.curve[at - 1].displacement_mm
         };
