@@ -26,8 +26,8 @@ pub trait Ode<const N: usize, const D: usize>: Sync {
 ///
 /// Where data are compared with the logarithm of a state, as those of populations or concentrations,
 /// set the absolute tolerance to 0: of a state below it only error remains, and from random starts
-/// states do become that small. The gradient then does not belong to the value, and no Hamiltonian
-/// sampler leaves such a place.
+/// states do become that small. The gradient then does not belong to the value, and chains of
+/// NUTS may be stuck there.
 ///
 /// In a model, [`states`](Self::states) gives one array of states a time. As [`Differentiable`]
 /// the M = N · (number of times) outputs are those states one after the other.
