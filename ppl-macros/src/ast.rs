@@ -4,6 +4,7 @@ use proc_macro2::Span;
 use syn::{Attribute, Error, Expr, Ident, Label, Pat, Stmt, Token, token};
 
 use crate::attributes::{Dim, Mark};
+use crate::linear::Linear;
 
 pub(crate) struct Block {
     pub(crate) brace: token::Brace,
@@ -96,6 +97,8 @@ pub(crate) enum Flow {
         summed: Vec<Ident>,
         /// The observations in it whose terms it sums up apart, by their sites.
         totals: Vec<usize>,
+        /// What it says of normal observations, if rows can stand for them.
+        linear: Option<Box<Linear>>,
     },
     If {
         if_token: Token![if],

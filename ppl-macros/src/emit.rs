@@ -15,6 +15,7 @@ use crate::attributes::Mark;
 use crate::data::{binding, data_name, owned, with_sync};
 use crate::lower::Site;
 use crate::parse::plain_name;
+use crate::rows;
 use crate::scan;
 use crate::signature::{Argument, Model};
 
@@ -58,7 +59,10 @@ pub(crate) fn model(model: &Model, sites: &[Site], is_static: bool) -> TokenStre
                     #cx: &mut __C,
                 ) -> ::core::result::Result<(), ::ppl::Rejection> {
                     #[allow(unused_imports)]
-                    use ::ppl::__private::{Apart as _, At as _, Number as _, Other as _, Together as _};
+                    use ::ppl::__private::{
+                        Apart as _, At as _, Coefficient as _, Number as _, Other as _, Place as _,
+                        Together as _, Unread as _,
+                    };
                     #sites
                     #(#bindings)*
                     #statements
@@ -118,9 +122,15 @@ pub(crate) fn cx() -> Ident {
 }
 
 fn block(block: &Block, predicted: bool) -> TokenStream {
+    block_and(block, predicted, None)
+}
+
+/// A block with more at its end.
+fn block_and(block: &Block, predicted: bool, more: Option<TokenStream>) -> TokenStream {
     let mut tokens = TokenStream::new();
     block.brace.surround(&mut tokens, |tokens| {
         tokens.extend(statements(block, predicted));
+        tokens.extend(more);
     });
     tokens
 }
@@ -231,7 +241,7 @@ fn statement(statement: &Statement) -> TokenStream {
 }
 
 /// The variable that sums up the terms of an observation in a loop.
-fn total_of(site: usize) -> Ident {
+pub(crate) fn total_of(site: usize) -> Ident {
     format_ident!("total_{site}", span = Span::mixed_site())
 }
 
@@ -282,9 +292,25 @@ fn flow(inner: &Flow, predicted: bool) -> TokenStream {
             quote!(#(#calls)*)
         }
         Flow::For {
-            label, for_token, pat, in_token, iter, body, unwinds, summed, totals, ..
+            label,
+            for_token,
+            pat,
+            in_token,
+            iter,
+            body,
+            unwinds,
+            summed,
+            totals,
+            linear,
+            ..
         } => {
-            let mut body = block(body, predicted);
+            let rows = linear.as_ref().zip(body.statements.last().and_then(|last| last.site));
+            let (replaced, told) = rows
+                .map(|(rows, site)| {
+                    (rows::replacement(rows, pat, iter, site), rows::told(rows, body))
+                })
+                .unzip();
+            let mut body = block_and(body, predicted, told);
             if *unwinds {
                 let cx = cx();
                 body = quote_spanned!(Span::mixed_site()=> {
@@ -293,7 +319,11 @@ fn flow(inner: &Flow, predicted: bool) -> TokenStream {
                     #cx.unwind(mark);
                 });
             }
-            let plate = quote!(#label #for_token #pat #in_token #iter #body);
+            let mut plate = quote!(#label #for_token #pat #in_token #iter #body);
+            if let Some(replaced) = replaced {
+                let end = rows::end();
+                plate = quote!(if !(#replaced) { #plate #end });
+            }
             if summed.is_empty() && totals.is_empty() {
                 return plate;
             }

@@ -146,7 +146,9 @@ impl Formulas {
 
     fn flow(&mut self, flow: &mut Flow) {
         match flow {
-            Flow::For { pat, iter, body, leaves, unwinds, pools, summed, totals, .. } => {
+            Flow::For {
+                pat, iter, body, leaves, unwinds, pools, summed, totals, linear, ..
+            } => {
                 let derived = self.mentions(iter);
                 if derived {
                     self.is_static &= keeps_its_length(iter);
@@ -166,6 +168,9 @@ impl Formulas {
                 let around = self.totals.take();
                 let is_first = around.is_none();
                 self.totals = (!*pools).then(|| around.clone().unwrap_or_default());
+                if *unwinds && !derived {
+                    *linear = self.linear(pat, body).map(Box::new);
+                }
                 self.block(body);
                 if is_first {
                     totals.extend(self.totals.take().into_iter().flatten());
@@ -211,7 +216,7 @@ impl Formulas {
     }
 
     /// The right-hand side of `~`: arithmetic in its parameters stays open.
-    fn distribution(&mut self, distribution: &mut Expr) {
+    pub(crate) fn distribution(&mut self, distribution: &mut Expr) {
         match distribution {
             Expr::Paren(paren) => self.distribution(&mut paren.expr),
             Expr::Group(group) => self.distribution(&mut group.expr),
@@ -236,7 +241,7 @@ impl Formulas {
     }
 
     /// Writes arithmetic over operands.
-    fn open(&mut self, expr: &mut Expr) {
+    pub(crate) fn open(&mut self, expr: &mut Expr) {
         if !self.mentions(expr) {
             return;
         }
@@ -293,7 +298,7 @@ impl Formulas {
     }
 
     /// A name from outside the plate, as the sum that its adjoint has there.
-    fn summed(&mut self, expr: &Expr) -> Option<Expr> {
+    pub(crate) fn summed(&mut self, expr: &Expr) -> Option<Expr> {
         let Expr::Path(path) = expr else { return None };
         let name = path.path.get_ident()?;
         let plate = self.plate.as_mut().filter(|plate| plate.outer.contains(&name.to_string()))?;

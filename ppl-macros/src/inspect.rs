@@ -94,7 +94,7 @@ fn operands(expr: &Expr, name: &Ident) -> usize {
     }
 }
 
-fn count(tokens: TokenStream, name: &Ident) -> usize {
+pub(crate) fn count(tokens: TokenStream, name: &Ident) -> usize {
     let of = |tree| match tree {
         TokenTree::Ident(found) => usize::from(found == *name),
         TokenTree::Group(group) => count(group.stream(), name),

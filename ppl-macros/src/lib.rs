@@ -19,9 +19,11 @@ mod formula;
 #[cfg(test)]
 mod fuzz;
 mod inspect;
+mod linear;
 mod lower;
 mod parse;
 mod rewrite;
+mod rows;
 mod scan;
 mod signature;
 mod submodel;

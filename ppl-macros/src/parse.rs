@@ -294,6 +294,7 @@ fn flow(input: ParseStream) -> Result<Flow> {
         pools: false,
         summed,
         totals,
+        linear: None,
     })
 }
 

@@ -10,7 +10,7 @@ use crate::dual::Dual;
 use crate::ledger::{Ledger, Plain, Roots, Sum, Values};
 use crate::model::Model;
 use crate::prior;
-use crate::reading::{Density, Pools, Sums};
+use crate::reading::{Density, Pool, Pools};
 use crate::tape::Tape;
 use crate::trace::{Record, Role, Trace, Variable};
 
@@ -90,9 +90,8 @@ pub struct Bound<M> {
     layout: Result<Layout, ModelError>,
     /// What the data alone add to the log density, if that is the same at every point.
     constant: Option<f64>,
-    /// What suffices of data that share their parameters, where every point runs the same
-    /// statements.
-    pools: Option<Sums>,
+    /// What suffices of observations, where every point runs the same statements.
+    pools: Option<Vec<Pool>>,
 }
 
 /// Memory for evaluations of a [`Bound`] model.
@@ -186,8 +185,8 @@ impl<M: Model> Bound<M> {
         self.reverse::<false>(y, gradient, workspace)
     }
 
-    /// The gradient by forward mode, one coordinate at a time: slow, and independent of the
-    /// tape.
+    /// The gradient by forward mode, one coordinate at a time, and from all data: slow, and
+    /// independent of the tape and of what was prepared when data were bound.
     ///
     /// # Errors
     /// [`Rejection`] where the density is zero or not defined.
@@ -200,7 +199,7 @@ impl<M: Model> Bound<M> {
                 .map(|(j, &y)| Dual::new(y, [if i == j { 1.0 } else { 0.0 }]))
                 .collect();
             let ledger = Sum::new(&point);
-            let mut density = Density::<_, true> { ledger, pools: self.pools(&mut sums) };
+            let mut density = Density::<_, true> { ledger, pools: Pools::Anew(&mut sums) };
             density.read(&self.model)?;
             value = crate::Scalar::value(density.ledger.total);
             *g = density.ledger.total.gradient()[0];
@@ -208,8 +207,9 @@ impl<M: Model> Bound<M> {
         Ok(value)
     }
 
-    /// The gradient with every operation kept on the tape to the end: slow, and independent of
-    /// what [`gradient`](LogDensity::gradient) leaves out or takes early.
+    /// The gradient from all data with every operation kept on the tape to the end: slow, and
+    /// independent of what [`gradient`](LogDensity::gradient) leaves out, takes early or has
+    /// prepared when data were bound.
     ///
     /// # Errors
     /// [`Rejection`] where the density is zero or not defined.
@@ -226,10 +226,12 @@ impl<M: Model> Bound<M> {
             if tape.is_full() {
                 continue;
             }
-            let total = self.value::<true>(Plain(roots), &mut workspace.sums)?;
+            let pools = Pools::Anew(&mut workspace.sums);
+            let mut density = Density::<_, true> { ledger: Plain(roots), pools };
+            density.read(&self.model)?;
             if !tape.is_full() {
                 tape.sweep(gradient);
-                return Ok(total);
+                return Ok(density.ledger.total());
             }
         }
     }

@@ -14,6 +14,9 @@ pub(crate) trait Ledger {
     /// What takes the terms of a statement.
     type Terms: Statement<Real<Self::Number>>;
 
+    /// Whether that is a sum, of which nothing is asked but its value and what it leaves behind.
+    const SETTLES: bool = false;
+
     /// The next unconstrained coordinate, `None` past the last.
     fn next(&mut self) -> Option<Self::Number>;
 
@@ -68,6 +71,7 @@ impl<'y> Values<'y> {
 impl Ledger for Values<'_> {
     type Number = f64;
     type Terms = Settled;
+    const SETTLES: bool = true;
 
     #[inline(always)]
     fn next(&mut self) -> Option<f64> {
@@ -152,6 +156,7 @@ impl<'t, 'y> Roots<'t, 'y> {
 impl<'t> Ledger for Roots<'t, '_> {
     type Number = Var<'t>;
     type Terms = Settled;
+    const SETTLES: bool = true;
 
     #[inline(always)]
     fn next(&mut self) -> Option<Var<'t>> {

@@ -79,6 +79,7 @@ mod prior;
 mod reading;
 mod real;
 mod record;
+mod rows;
 mod sampler;
 mod scalar;
 pub mod special;
@@ -147,7 +148,8 @@ pub mod prelude {
 pub mod __private {
     pub use crate::accumulator::At;
     pub use crate::distribution::{add_terms, constrain, ln_probability};
-    pub use crate::operand::{Apart, Number, Of, Other, Together};
+    pub use crate::operand::{Apart, Coefficient, Number, Of, Other, Place, Together, Unread};
+    pub use crate::rows::{NewRow, Rows, settle, zip};
     pub use crate::terms::Settled;
     pub use crate::total::{summand, total};
 }

@@ -8,6 +8,7 @@ use crate::density::{DomainError, Place, Rejection};
 use crate::distribution::{Distribution, Unknown};
 use crate::real::Real;
 use crate::record::{Datum, Incomplete, Record};
+use crate::rows::{NewRow, Rows};
 use crate::scalar::Scalar;
 use crate::terms::Settled;
 
@@ -157,6 +158,14 @@ pub trait Context {
     /// What the reading computes with.
     type Number: Scalar;
 
+    /// Whether it asks for the rows of loops.
+    #[doc(hidden)]
+    const BINDS: bool = false;
+
+    /// Whether rows may stand for the observations of a loop.
+    #[doc(hidden)]
+    const REPLACES: bool = false;
+
     /// Whether `#[predict]` statements run.
     fn predicts(&self) -> bool {
         false
@@ -231,6 +240,32 @@ pub trait Context {
         let _ = total;
         self.observe(site, datum, distribution)
     }
+
+    /// Runs `run` over what stands for the observations of the loop that follows; false if they
+    /// have to be looked at one by one.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn replace_rows(&mut self, run: impl FnOnce(&Rows)) -> bool {
+        let _ = run;
+        false
+    }
+
+    /// An observation in a loop that rows may come to stand for.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn add_row<D: Distribution<Real<Self::Number>>>(
+        &mut self,
+        distribution: &D,
+        datum: D::Value,
+        tell: impl FnOnce(&mut NewRow),
+    ) {
+        let _ = (distribution, datum, tell);
+    }
+
+    /// The end of a loop that rows may come to stand for.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn end_rows(&mut self) {}
 
     /// An empty sum for the terms of a loop.
     #[doc(hidden)]

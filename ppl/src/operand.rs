@@ -201,6 +201,53 @@ impl<T: Clone> Number for Of<'_, Kept<'_, T>> {
     }
 }
 
+/// A coefficient of an unknown.
+pub trait Coefficient {
+    /// Its value.
+    fn coefficient(&self) -> f64;
+}
+
+/// Where an unknown stands.
+pub trait Place {
+    /// Its index.
+    fn place(&self) -> usize;
+}
+
+/// Anything else.
+pub trait Unread {
+    /// No number.
+    fn coefficient(&self) -> f64 {
+        f64::NAN
+    }
+
+    /// No index.
+    fn place(&self) -> usize {
+        usize::MAX
+    }
+}
+
+macro_rules! read {
+    ($Trait:ident, $method:ident, $Number:ty) => {
+        impl $Trait for Of<'_, $Number> {
+            #[inline(always)]
+            fn $method(&self) -> $Number {
+                *self.0
+            }
+        }
+
+        impl $Trait for Of<'_, &$Number> {
+            #[inline(always)]
+            fn $method(&self) -> $Number {
+                **self.0
+            }
+        }
+    };
+}
+read!(Coefficient, coefficient, f64);
+read!(Place, place, usize);
+
+impl<T: ?Sized> Unread for &Of<'_, T> {}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -214,5 +261,11 @@ mod tests {
         assert_eq!((&Of(&formula)).closed().value(), 6.0);
         assert_eq!((&Of(&7usize)).operand() - 1, 6);
         assert_eq!((&Of(&2.5)).closed(), 2.5);
+        assert_eq!(((&Of(&2.5)).coefficient(), (&Of(&&0.5)).coefficient()), (2.5, 0.5));
+        assert_eq!(
+            ((&Of(&7)).place(), (&Of(&&7)).place(), (&Of(&7u8)).place()),
+            (7, 7, usize::MAX)
+        );
+        assert!((&Of(&x)).coefficient().is_nan());
     }
 }

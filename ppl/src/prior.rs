@@ -4,7 +4,7 @@ use rand::RngCore;
 
 use crate::bound::{Layout, ModelError};
 use crate::density::Rejection;
-use crate::reading::Sums;
+use crate::reading::Pool;
 use crate::trace::{Record, Source, Trace};
 
 /// Runs the statements of a model.
@@ -13,12 +13,12 @@ pub(crate) type Statements<'m> = &'m dyn Fn(&mut Trace<'_>) -> Result<(), Reject
 /// The log density at a point, with `true` without constants.
 pub(crate) type Value<'v> = &'v mut dyn FnMut(&[f64], bool) -> Result<f64, Rejection>;
 
-/// A draw from the prior, and what suffices of pooled data if it is to be added to `pools`.
+/// A draw from the prior, and what suffices of observations if it is to be added to `pools`.
 pub(crate) fn draw(
     statements: Statements<'_>,
     rng: &mut dyn RngCore,
-    pools: Option<Sums>,
-) -> Result<(Record, Option<Sums>), ModelError> {
+    pools: Option<Vec<Pool>>,
+) -> Result<(Record, Option<Vec<Pool>>), ModelError> {
     const TRIES: usize = 100;
     let mut last = None;
     for _ in 0..TRIES {

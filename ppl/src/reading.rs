@@ -5,16 +5,24 @@ use crate::distribution::{Distribution, Unknown};
 use crate::ledger::Ledger;
 use crate::model::{Context, Model, Site};
 use crate::real::Real;
+use crate::rows::Rows;
 use crate::terms::{Settled, Statement, Terms};
 
-/// What suffices of data that share their parameters, a pool each, in the order in which the model
-/// comes to them.
-pub(crate) type Sums = Vec<Box<[f64]>>;
+/// What suffices of the observations of a loop.
+#[derive(Clone, Debug)]
+pub(crate) enum Pool {
+    /// They share their parameters: these sums.
+    Sums(Box<[f64]>),
+    /// Their means are linear in unknowns: rows that stand for them.
+    Rows(Rows),
+    /// All of them.
+    Each,
+}
 
-/// Where the sums of pools come from.
+/// Where pools come from, in the order in which the model comes to them.
 pub(crate) enum Pools<'p> {
     /// The data were bound: every point runs the same statements.
-    Found(std::slice::Iter<'p, Box<[f64]>>),
+    Found(std::slice::Iter<'p, Pool>),
     /// To be found at every point, in this memory.
     Anew(&'p mut Vec<f64>),
 }
@@ -55,6 +63,7 @@ impl<L: Ledger, const JACOBIAN: bool> Density<'_, L, JACOBIAN> {
 
 impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     type Number = L::Number;
+    const REPLACES: bool = L::SETTLES;
 
     #[inline(always)]
     fn unknown<D: Unknown<Real<L::Number>>>(
@@ -106,6 +115,14 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     }
 
     #[inline(always)]
+    fn replace_rows(&mut self, run: impl FnOnce(&Rows)) -> bool {
+        let Pools::Found(pools) = &mut self.pools else { return false };
+        let Some(Pool::Rows(rows)) = pools.next() else { return false };
+        run(rows);
+        true
+    }
+
+    #[inline(always)]
     fn total(&self) -> Settled {
         Statement::<Real<L::Number>>::empty(self.ledger.lean())
     }
@@ -140,7 +157,10 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         }
         let mut terms = self.terms();
         let sums = match &mut self.pools {
-            Pools::Found(pools) => pools.next().ok_or_else(|| one_pool_more(site))?,
+            Pools::Found(pools) => match pools.next() {
+                Some(Pool::Sums(sums)) => sums,
+                _ => return Err(one_pool_more(site)),
+            },
             Pools::Anew(sums) => {
                 sums.clear();
                 D::sum_up(data, sums);

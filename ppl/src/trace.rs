@@ -8,9 +8,10 @@ use crate::density::Rejection;
 use crate::dimensions::{self, Coordinates};
 use crate::distribution::{Distribution, Unknown};
 use crate::model::{Context, Site};
-use crate::reading::{Sums, too_few_coordinates};
+use crate::reading::{Pool, too_few_coordinates};
 use crate::real::Real;
 use crate::record::Record as Recordable;
+use crate::rows::{Collected, NewRow};
 use crate::terms::Settled;
 
 /// What a named quantity is to the model.
@@ -160,13 +161,16 @@ pub(crate) struct Trace<'y> {
     pub(crate) record: Record,
     /// Places of the submodels around the current statement.
     around: Vec<&'static Site>,
-    /// For every pool of observations the sums that suffice, if they are wanted.
-    pub(crate) pools: Option<Sums>,
+    /// What suffices of observations, if it is wanted.
+    pub(crate) pools: Option<Vec<Pool>>,
+    /// The rows of the current loop.
+    rows: Collected,
 }
 
 impl<'y> Trace<'y> {
     pub(crate) fn new(source: Source<'y>, rng: &'y mut dyn RngCore) -> Self {
-        Self { source, rng, record: Record::default(), around: Vec::new(), pools: None }
+        let (record, rows) = (Record::default(), Collected::default());
+        Self { source, rng, record, around: Vec::new(), pools: None, rows }
     }
 
     /// What was recorded, if its dimensions fit together.
@@ -252,6 +256,7 @@ impl<'y> Trace<'y> {
 
 impl Context for Trace<'_> {
     type Number = f64;
+    const BINDS: bool = true;
 
     fn predicts(&self) -> bool {
         true
@@ -291,9 +296,37 @@ impl Context for Trace<'_> {
         if let Some(pools) = self.pools.as_mut().filter(|_| D::POOLS) {
             let mut sums = Vec::new();
             D::sum_up(data.into_iter(), &mut sums);
-            pools.push(sums.into());
+            pools.push(Pool::Sums(sums.into()));
         }
         Ok(())
+    }
+
+    fn add_row<D: Distribution<Real<f64>>>(
+        &mut self,
+        _: &D,
+        datum: D::Value,
+        tell: impl FnOnce(&mut NewRow),
+    ) {
+        if self.pools.is_none() {
+            return;
+        }
+        if !D::LEAST_SQUARES {
+            self.rows.refuse();
+            return;
+        }
+        let mut row = NewRow::default();
+        tell(&mut row);
+        let mut numbers = Vec::new();
+        datum.flatten(&mut numbers);
+        row.datum(&numbers);
+        self.rows.push(row);
+    }
+
+    fn end_rows(&mut self) {
+        if let Some(pools) = &mut self.pools {
+            let rows = std::mem::take(&mut self.rows).finish();
+            pools.push(rows.map_or(Pool::Each, Pool::Rows));
+        }
     }
 
     /// Missing values are `y.missing`, the others `y`; both know which entries they are.
