@@ -8,12 +8,12 @@
 use std::collections::HashSet;
 
 use proc_macro2::{Span, TokenStream};
-use quote::{ToTokens, quote, quote_spanned};
+use quote::{ToTokens, format_ident, quote, quote_spanned};
 use syn::spanned::Spanned;
 use syn::visit_mut::{self, VisitMut};
 use syn::{BinOp, Expr, ExprCall, Ident, Pat, UnOp, parse_quote};
 
-use crate::arithmetic::{is_arithmetic, is_dot, is_function};
+use crate::arithmetic::{is_arithmetic, is_dot, is_function, operand};
 use crate::ast::{Block, Init, Kind, Statement};
 use crate::attributes::Mark;
 use crate::formula::Formulas;
@@ -29,6 +29,8 @@ pub(crate) struct Linear {
     pub(crate) columns: Vec<Column>,
     /// What the mean has besides, with signs.
     pub(crate) offsets: Vec<TokenStream>,
+    /// What the coefficients multiply, where it is a formula, by its variable.
+    pub(crate) unknowns: Vec<(Ident, Expr)>,
     /// The distribution with a row's coefficients.
     pub(crate) distribution: Expr,
     /// The distribution of what the rows leave.
@@ -82,13 +84,16 @@ impl Formulas {
             return None;
         }
         let Parts { places, terms, offsets, .. } = parts;
-        let (mut columns, mut sum) = (Vec::new(), Vec::new());
+        let (mut columns, mut sum, mut formulas) = (Vec::new(), Vec::new(), Vec::new());
         let span = Span::mixed_site();
         for (factor, of) in group(terms) {
             match of {
                 Multiplied::One(mut atom) => {
                     self.open(&mut atom);
-                    sum.push(quote_spanned!(span=> (#atom) * row.coefficient()));
+                    let name = format_ident!("unknown_{}", formulas.len(), span = span);
+                    let operand = operand(&parse_quote!(#name));
+                    sum.push(quote_spanned!(span=> #operand * row.coefficient()));
+                    formulas.push((name, atom));
                     columns.push(Column::One(factor));
                 }
                 Multiplied::Dot { data, mut unknowns } => {
@@ -118,7 +123,7 @@ impl Formulas {
         };
         let rest = distribution(quote!(0.0));
         let distribution = distribution(quote!(#(#sum)+*));
-        Some(Linear { data, places, columns, offsets, distribution, rest })
+        Some(Linear { data, places, columns, offsets, unknowns: formulas, distribution, rest })
     }
 }
 

@@ -1,7 +1,7 @@
 //! What is written for loops whose observations rows may stand for: how they are told when the
 //! data are bound, and what runs in their place.
 
-use proc_macro2::{Span, TokenStream};
+use proc_macro2::{Literal, Span, TokenStream};
 use quote::{quote, quote_spanned};
 use syn::visit_mut::{self, VisitMut};
 use syn::{Expr, Ident, Pat};
@@ -13,21 +13,26 @@ use crate::linear::{Column, Linear};
 /// Whether rows stand for the observations of the loop, having been run if so.
 pub(crate) fn replacement(linear: &Linear, pat: &Pat, iter: &Expr, site: usize) -> TokenStream {
     let (cx, total) = (cx(), total_of(site));
-    let Linear { data, distribution, rest, .. } = linear;
+    let Linear { data, unknowns, distribution, rest, .. } = linear;
+    let (names, formulas): (Vec<_>, Vec<_>) = unknowns.iter().map(|(n, f)| (n, f)).unzip();
+    let is_fixed = names.len() == linear.columns.len();
+    let width = Literal::usize_unsuffixed(if is_fixed { names.len() + 1 } else { 0 });
     let mut iter = iter.clone();
     Zips.visit_expr_mut(&mut iter);
     quote_spanned! {Span::mixed_site()=>
         <Self as ::ppl::Model>::STATIC && __C::REPLACES && #cx.replace_rows(|rows| {
             let mut iterations = ::core::iter::IntoIterator::into_iter(#iter);
-            for (gap, group) in rows.groups() {
+            for (gap, group) in rows.groups::<#width>() {
                 #[allow(unused_variables)]
                 let ::core::option::Option::Some(#pat) = iterations.nth(gap) else { return };
                 #(#[allow(unused_variables)] #data)*
+                #(let #names = (&::ppl::__private::Of(&(#formulas))).sum();)*
                 for mut row in group {
                     ::ppl::__private::settle::<::ppl::Real<__C::Number>, _>(
                         &#distribution, row, &mut #total,
                     );
                 }
+                #(#names.deposit();)*
             }
             rows.settle_rest::<::ppl::Real<__C::Number>, _>(&#rest, &mut #total);
         })

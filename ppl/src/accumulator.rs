@@ -64,6 +64,63 @@ impl<S: Scalar> Node for Summed<'_, Real<S>> {
     }
 }
 
+/// A formula whose adjoint is summed up before it goes on to what the formula is made of.
+#[derive(Debug)]
+pub struct Open<A> {
+    pub(crate) formula: Expression<A>,
+    adjoint: Cell<f64>,
+}
+
+impl<A: Node> Open<A> {
+    #[inline(always)]
+    pub(crate) fn new(formula: Expression<A>) -> Self {
+        Self { formula, adjoint: Cell::new(0.0) }
+    }
+
+    #[inline(always)]
+    pub(crate) fn part(&self) -> OpenSummed<'_, A> {
+        OpenSummed(self)
+    }
+
+    /// Hands the sum on.
+    #[inline(always)]
+    pub fn deposit(&self) {
+        let settle = &mut |number: A::Number, adjoint| number.deposit(adjoint);
+        self.formula.0.settle(self.adjoint.get(), settle);
+    }
+}
+
+/// A formula in a formula that adds to an [`Open`] sum.
+#[derive(Debug)]
+pub struct OpenSummed<'a, A>(&'a Open<A>);
+
+impl<A> Clone for OpenSummed<'_, A> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<A> Copy for OpenSummed<'_, A> {}
+
+impl<A: Node> Node for OpenSummed<'_, A> {
+    type Number = A::Number;
+
+    #[inline(always)]
+    fn result(self) -> f64 {
+        self.0.formula.value()
+    }
+
+    #[inline(always)]
+    fn spread(self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
+        self.0.formula.0.spread(weight, f);
+    }
+
+    #[inline(always)]
+    fn settle(self, weight: f64, _: &mut impl FnMut(A::Number, f64)) {
+        self.0.adjoint.set(self.0.adjoint.get() + weight);
+    }
+}
+
 /// The same for an array.
 #[derive(Debug)]
 pub struct Sums<S, const N: usize> {

@@ -1,6 +1,6 @@
 //! What generated code asks of names whose types the macro does not know.
 
-use crate::accumulator::{Kept, Sum, Summed, Sums};
+use crate::accumulator::{Kept, Open, OpenSummed, Sum, Summed, Sums};
 use crate::expression::{Expression, Node};
 use crate::real::Real;
 use crate::scalar::Scalar;
@@ -126,6 +126,21 @@ impl<'a, S: Scalar> Number for Of<'a, Sum<Real<S>>> {
     }
 }
 
+impl<'a, A: Node> Number for Of<'a, Open<A>> {
+    type Operand = Expression<OpenSummed<'a, A>>;
+    type Value = A::Number;
+
+    #[inline(always)]
+    fn operand(&self) -> Self::Operand {
+        Expression(self.0.part())
+    }
+
+    #[inline(always)]
+    fn closed(&self) -> A::Number {
+        self.0.formula.close()
+    }
+}
+
 impl<S: Scalar, const N: usize> Number for Of<'_, Sums<S, N>> {
     type Operand = [Real<S>; N];
     type Value = [Real<S>; N];
@@ -156,6 +171,15 @@ impl<S: Scalar> Apart for Of<'_, Real<S>> {
     #[inline(always)]
     fn sum(&self) -> Sum<Real<S>> {
         Sum::new(*self.0)
+    }
+}
+
+impl<A: Node> Apart for Of<'_, Expression<A>> {
+    type Sum = Open<A>;
+
+    #[inline(always)]
+    fn sum(&self) -> Open<A> {
+        Open::new(*self.0)
     }
 }
 

@@ -37,14 +37,18 @@ struct Group {
 }
 
 impl Rows {
-    /// For every group how many iterations to leave out, and its rows.
+    /// For every group how many iterations to leave out, and its rows; `WIDTH` is the number of
+    /// numbers in them, or 0 where that is not known before.
     #[inline(always)]
-    pub fn groups(&self) -> impl Iterator<Item = (usize, impl Iterator<Item = Row<'_>>)> {
+    pub fn groups<const WIDTH: usize>(
+        &self,
+    ) -> impl Iterator<Item = (usize, impl Iterator<Item = Row<'_>>)> {
         let mut numbers = &*self.numbers;
-        self.groups.iter().map(move |group| {
-            let (own, others) = numbers.split_at(group.rows * self.width);
+        let width = if WIDTH == 0 { self.width } else { WIDTH };
+        self.groups.iter().map_while(move |group| {
+            let (own, others) = numbers.split_at_checked(group.rows * width)?;
             numbers = others;
-            (group.gap, own.chunks_exact(self.width).map(|numbers| Row { numbers }))
+            Some((group.gap, own.chunks_exact(width).map(|numbers| Row { numbers })))
         })
     }
 
