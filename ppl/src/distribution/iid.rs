@@ -65,7 +65,7 @@ impl<R: Scalar, D: Unknown<R>> Unknown<R> for Iid<D> {
         jacobian: bool,
         terms: &mut impl Terms<R>,
     ) -> Self::Value {
-        (0..self.n).map(|_| self.inner.constrain(next, jacobian, terms)).collect()
+        self.inner.constrain_all(self.n, next, jacobian, terms)
     }
 
     fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>) {

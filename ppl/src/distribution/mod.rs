@@ -292,6 +292,19 @@ pub trait Unknown<R: Scalar>: Distribution<R> {
         terms: &mut impl Terms<R>,
     ) -> Self::Value;
 
+    /// [`constrain`](Unknown::constrain) for n independent values.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn constrain_all(
+        &self,
+        n: usize,
+        next: &mut impl FnMut() -> R,
+        jacobian: bool,
+        terms: &mut impl Terms<R>,
+    ) -> Vec<Self::Value> {
+        (0..n).map(|_| self.constrain(next, jacobian, terms)).collect()
+    }
+
     /// Appends the coordinates of `x`: the inverse of [`constrain`](Unknown::constrain).
     fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>);
 

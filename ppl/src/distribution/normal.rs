@@ -112,6 +112,33 @@ where
         );
     }
 
+    /// Sums over all values stay in registers.
+    #[inline(always)]
+    fn at_coordinates(
+        &self,
+        n: usize,
+        next: &mut impl FnMut() -> R,
+        terms: &mut impl Terms<R>,
+    ) -> Vec<R> {
+        let (mean, precise) = (self.0.number(), self.1.number().recip());
+        let (mut sum, mut squares) = (0.0, 0.0);
+        let mut values = vec![R::from(0.0); n];
+        for value in &mut values {
+            let x = next();
+            let z = (x.value() - mean) * precise;
+            terms.add(0.0, ((x, -z * precise),));
+            sum += z;
+            squares += z * z;
+            *value = x;
+        }
+        let n = n as f64;
+        terms.add(
+            -0.5 * squares - n * normaliser(terms, self.1, ln_normaliser),
+            ((self.0, sum * precise), (self.1, (squares - n) * precise)),
+        );
+        values
+    }
+
     const POOLS: bool = true;
     const LEAST_SQUARES: bool = true;
 

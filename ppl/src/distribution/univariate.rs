@@ -148,6 +148,18 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
         x
     }
 
+    /// [`at_coordinate`](UnivariateDensity::at_coordinate) for n values.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn at_coordinates(
+        &self,
+        n: usize,
+        next: &mut impl FnMut() -> R,
+        terms: &mut impl Terms<R>,
+    ) -> Vec<R> {
+        (0..n).map(|_| self.at_coordinate(next(), terms)).collect()
+    }
+
     /// ln P(lower < X < upper), with its derivatives in the parameters.
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         interval_mass::ln_mass_by_quadrature(self, lower, upper)
@@ -248,6 +260,20 @@ macro_rules! univariate {
                 terms: &mut impl $crate::Terms<R>,
             ) -> R {
                 $crate::__private::constrain(self, next(), jacobian, terms)
+            }
+
+            #[inline(always)]
+            fn constrain_all(
+                &self,
+                n: usize,
+                next: &mut impl FnMut() -> R,
+                jacobian: bool,
+                terms: &mut impl $crate::Terms<R>,
+            ) -> Vec<R> {
+                if jacobian {
+                    return $crate::UnivariateDensity::at_coordinates(self, n, next, terms);
+                }
+                (0..n).map(|_| self.constrain(next, false, terms)).collect()
             }
 
             fn unconstrain(&self, x: &R, out: &mut Vec<f64>) {
