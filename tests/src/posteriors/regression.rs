@@ -10,11 +10,7 @@ ppl::model! {
         let beta ~ Normal(0.0, 1e5).array::<D>();
         let sigma ~ HalfCauchy(2.5);
         for i in 0..score.len() {
-            let mut mean = beta[0] * x[i][0];
-            for d in 1..D {
-                mean += beta[d] * x[i][d];
-            }
-            score[i] ~ Normal(mean, sigma);
+            score[i] ~ Normal(dot(&x[i], &beta), sigma);
         }
     }
 
@@ -23,11 +19,7 @@ ppl::model! {
         let beta ~ Normal(0.0, 1e5).array::<D>();
         let sigma ~ HalfNormal(1e5);
         for i in 0..y.len() {
-            let mut mean = beta[0] * x[i][0];
-            for d in 1..D {
-                mean += beta[d] * x[i][d];
-            }
-            y[i] ~ Normal(mean, sigma);
+            y[i] ~ Normal(dot(&x[i], &beta), sigma);
         }
     }
 
