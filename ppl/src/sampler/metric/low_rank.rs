@@ -1,6 +1,6 @@
 //! Mass matrices with a few correlated directions beside a diagonal, for many coordinates.
 
-use nalgebra::DMatrix;
+use nalgebra::{Cholesky, DMatrix};
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -22,6 +22,8 @@ pub(in crate::sampler) struct LowRank {
 const DIRECTIONS: usize = 16;
 /// Rounds of subspace iteration.
 const ROUNDS: usize = 3;
+/// How much shorter a column's own part may be than the longest, if products are to tell it.
+const FARTHEST: f64 = 1e-6;
 /// Weight, in draws, of the identity in the covariances.
 const SHRINKAGE: f64 = 1.0;
 /// Directions whose variance is changed by less than this factor are left out.
@@ -39,17 +41,18 @@ impl LowRank {
     /// `None` if a matrix is not finite.
     pub(super) fn fitted(sample: &Centred, diagonal: &Diagonal) -> Option<Self> {
         let scaled = sample.scaled(diagonal.sd());
-        let basis = directions(&scaled)?;
+        let basis = directions(&scaled, None)?;
         let rest = scaled.without(&basis);
         let variances = diagonal.variances();
         let corrected = |i: usize| variances[i] * rest.fisher_variance(i);
         let diagonal = Diagonal::renewed(variances.to_vec(), corrected);
 
         let scaled = sample.scaled(diagonal.sd());
-        let basis = directions(&scaled)?;
+        let basis = directions(&scaled, Some(basis))?;
+        let transposed = basis.transpose();
         let n = sample.len() as f64;
         let covariance = |x: &DMatrix<f64>| {
-            let inside = basis.tr_mul(x);
+            let inside = &transposed * x;
             let full = &inside * inside.transpose() / sample.freedom();
             (full * n + DMatrix::identity(basis.ncols(), basis.ncols()) * SHRINKAGE)
                 / (n + SHRINKAGE)
@@ -124,28 +127,72 @@ impl LowRank {
     }
 }
 
-/// Orthonormal basis of the leading directions of draws and scores.
-fn directions(sample: &Centred) -> Option<DMatrix<f64>> {
-    let wide = leading_directions(&sample.draws)?;
-    let narrow = leading_directions(&sample.scores)?;
+/// Orthonormal basis of the leading directions of draws and scores; `near` is nearly one.
+fn directions(sample: &Centred, near: Option<DMatrix<f64>>) -> Option<DMatrix<f64>> {
+    let wide = leading_directions(&sample.draws, near.as_ref())?;
+    let narrow = leading_directions(&sample.scores, near.as_ref())?;
     let mut both = DMatrix::zeros(sample.dim(), wide.ncols() + narrow.ncols());
     both.columns_mut(0, wide.ncols()).copy_from(&wide);
     both.columns_mut(wide.ncols(), narrow.ncols()).copy_from(&narrow);
-    Some(both.qr().q())
+    Some(orthonormal(both))
 }
 
 /// Orthonormal directions in which the columns of `x` vary most, by subspace iteration from a
-/// fixed random start (Halko, Martinsson & Tropp, SIAM Review 53 (2011) 217, algorithm 4.4).
-fn leading_directions(x: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+/// fixed random start, or by one round more of it from directions that are nearly these (Halko,
+/// Martinsson & Tropp, SIAM Review 53 (2011) 217, algorithm 4.4).
+fn leading_directions(x: &DMatrix<f64>, near: Option<&DMatrix<f64>>) -> Option<DMatrix<f64>> {
     if x.iter().any(|x| !x.is_finite()) {
         return None;
     }
     let count = DIRECTIONS.min(x.nrows()).min(x.ncols());
+    let transposed = x.transpose();
+    if let Some(near) = near {
+        // those of the span that vary most
+        let inside = near.transpose() * x;
+        let eigen = (&inside * inside.transpose()).symmetric_eigen();
+        let mut order: Vec<usize> = (0..near.ncols()).collect();
+        order.sort_by(|&i, &j| eigen.eigenvalues[j].total_cmp(&eigen.eigenvalues[i]));
+        let leading = eigen.eigenvectors.select_columns(order.iter().take(count));
+        return Some(orthonormal(x * (&transposed * (near * leading))));
+    }
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
     let start = DMatrix::from_fn(x.ncols(), count, |_, _| rng.sample(StandardNormal));
-    let mut basis = (x * start).qr().q();
+    let mut basis = orthonormal(x * start);
     for _ in 0..ROUNDS {
-        basis = (x * x.tr_mul(&basis)).qr().q();
+        basis = orthonormal(x * (&transposed * basis));
     }
     Some(basis)
+}
+
+/// An orthonormal basis of the columns' span: by Cholesky factors of their products, twice, which
+/// is one multiplication of matrices after the other, and by reflections where they are too close
+/// to each other for that (Yamamoto, Nakatsukasa, Yanagisawa & Fukaya, ETNA 44 (2015) 306).
+fn orthonormal(x: DMatrix<f64>) -> DMatrix<f64> {
+    let once = |x: &DMatrix<f64>| {
+        let l = Cholesky::new(x.transpose() * x)?.unpack();
+        let (least, most) = (l.diagonal().min(), l.diagonal().max());
+        let inverse = l.solve_lower_triangular(&DMatrix::identity(l.nrows(), l.ncols()))?;
+        (least > most * FARTHEST).then(|| x * inverse.transpose())
+    };
+    once(&x).and_then(|x| once(&x)).unwrap_or_else(|| x.qr().q())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bases_are_orthonormal_and_span_the_same() {
+        for nearly in [1.0, 1e-3, 1e-9] {
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+            let mut x = DMatrix::from_fn(60, 5, |_, _| rng.sample(StandardNormal));
+            let close = x.column(0) + x.column(1) * nearly;
+            x.set_column(2, &close);
+            let basis = orthonormal(x.clone());
+            let error = (basis.transpose() * &basis - DMatrix::identity(5, 5)).norm();
+            assert!(error < 1e-14 * 10.0, "{nearly}: {error}");
+            let outside = (&x - &basis * (basis.transpose() * &x)).norm();
+            assert!(outside < 1e-13 * x.norm(), "{nearly}: {outside}");
+        }
+    }
 }

@@ -91,7 +91,7 @@ impl Centred {
 
     /// Without their parts in the span of the orthonormal columns of `basis`.
     pub(super) fn without(&self, basis: &DMatrix<f64>) -> Self {
-        let rest = |columns: &DMatrix<f64>| columns - basis * basis.tr_mul(columns);
+        let rest = |columns: &DMatrix<f64>| columns - basis * (basis.transpose() * columns);
         Self { draws: rest(&self.draws), scores: rest(&self.scores) }
     }
 }
