@@ -83,6 +83,13 @@ macro_rules! impl_arithmetic {
                 std::ops::$Op::$op(self, *other)
             }
         }
+        impl<$($generics)*> std::ops::$Op<$Number> for &f64 {
+            type Output = $Number;
+            #[inline(always)]
+            fn $op(self, other: $Number) -> $Number {
+                std::ops::$Op::$op(*self, other)
+            }
+        }
         impl<$($generics)*> std::ops::$Op<$Number> for f64 {
             type Output = $Number;
             #[inline(always)]

@@ -273,6 +273,13 @@ macro_rules! arithmetic {
                 $Op::$op(self, *other)
             }
         }
+        impl<A: Node> $Op<Expression<A>> for &f64 {
+            type Output = Expression<Unary<A>>;
+            #[inline(always)]
+            fn $op(self, other: Expression<A>) -> Self::Output {
+                $Op::$op(*self, other)
+            }
+        }
         impl<A: Node> $Op<Expression<A>> for f64 {
             type Output = Expression<Unary<A>>;
             #[inline(always)]
@@ -299,12 +306,12 @@ mod tests {
         type R = Real<Dual<3>>;
         const HALF: &f64 = &0.5;
         fn plain([x, y, z]: [R; 3]) -> R {
-            (x * 2.0 - 1.0 / y + z * HALF).exp() / (3.0 + y.pow(x)) - (-z).powi(3).logistic()
+            (x * 2.0 - 1.0 / y + HALF * z).exp() / (3.0 + y.pow(x)) - (-z).powi(3).logistic()
                 + (x + y) * (y - z).sqrt()
         }
         fn formula([a, b, c]: [R; 3]) -> R {
             let [x, y, z] = [a, b, c].map(Expression);
-            let f = (x * 2.0 - 1.0 / y + z * HALF).exp() / (3.0 + y.pow(x))
+            let f = (x * 2.0 - 1.0 / y + HALF * z).exp() / (3.0 + y.pow(x))
                 - (-z).powi(3).logistic()
                 + (x + y) * (b - z).sqrt();
             f.close()

@@ -82,6 +82,7 @@ mod record;
 mod rows;
 mod sampler;
 mod scalar;
+mod site;
 pub mod special;
 mod submodel;
 mod summary;
@@ -103,7 +104,7 @@ pub use expression::Expression;
 pub use findings::{Finding, FindingKind};
 pub use group::{Group, Values};
 pub use ln_sum_exp::ln_sum_exp;
-pub use model::{Context, Failure, Model, Site};
+pub use model::{Context, Model};
 pub use ode::{Ode, Solution};
 pub use optimize::{Laplace, Map, Mode, OptimizeError, Pathfinder, PathfinderFit, PathfinderPath};
 pub use partials::Partials;
@@ -123,6 +124,7 @@ pub use sampler::{
     Metropolis, Nuts, Progress, SampleError, Smc, Stage, TemperedDraws, WarmupReport,
 };
 pub use scalar::{Arithmetic, Scalar};
+pub use site::{Failure, Site};
 pub use submodel::{Declaration, Part, Prediction, Submodel};
 pub use summary::{Summary, SummaryRow};
 pub use tempered::{Parts, Tempered};

@@ -3,9 +3,10 @@
 use crate::density::Rejection;
 use crate::distribution::{Distribution, Unknown};
 use crate::ledger::Ledger;
-use crate::model::{Context, Model, Site};
+use crate::model::{Context, Model};
 use crate::real::Real;
 use crate::rows::Rows;
+use crate::site::Site;
 use crate::terms::{Settled, Statement, Terms};
 
 /// What suffices of the observations of a loop.

@@ -2,10 +2,11 @@
 
 use crate::density::Rejection;
 use crate::distribution::{Distribution, Unknown};
-use crate::model::{Context, Site};
+use crate::model::Context;
 use crate::real::Real;
 use crate::record::Record;
 use crate::scalar::Scalar;
+use crate::site::Site;
 
 /// Statements that end with a value, to be run by a model: what a function with a return type
 /// expands to in `model!`.

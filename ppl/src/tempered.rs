@@ -6,9 +6,10 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::bound::Bound;
 use crate::density::Rejection;
 use crate::distribution::{Distribution, Unknown};
-use crate::model::{Context, Model, Site};
+use crate::model::{Context, Model};
 use crate::reading::{too_few_coordinates, varying_dimension};
 use crate::real::Real;
+use crate::site::Site;
 use crate::terms::Valued;
 
 /// Both factors of a density at a point of unconstrained space.

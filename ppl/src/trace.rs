@@ -7,11 +7,12 @@ use rand::RngCore;
 use crate::density::Rejection;
 use crate::dimensions::{self, Coordinates};
 use crate::distribution::{Distribution, Unknown};
-use crate::model::{Context, Site};
+use crate::model::Context;
 use crate::reading::{Pool, too_few_coordinates};
 use crate::real::Real;
 use crate::record::Record as Recordable;
 use crate::rows::{Collected, NewRow};
+use crate::site::Site;
 use crate::terms::Settled;
 
 /// What a named quantity is to the model.

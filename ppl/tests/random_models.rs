@@ -137,7 +137,7 @@ impl Writer {
     }
 
     fn statement(&mut self, text: &mut String) -> std::fmt::Result {
-        match self.rng.random_range(0..11) {
+        match self.rng.random_range(0..12) {
             0 => text.push_str(&self.unknown("    ")),
             1 => {
                 let (name, formula) = (self.name(), self.number(2));
@@ -160,6 +160,7 @@ impl Writer {
                 writeln!(text, "    factor(-0.1 * {formula}.square());")?;
             }
             5 | 6 => self.plate(text)?,
+            11 => self.linear(text)?,
             7 => {
                 let (name, start, step) = (self.name(), self.number(1), self.number(1));
                 let (y, other, scale) = (self.name(), self.number(1), self.scale());
@@ -213,6 +214,34 @@ impl Writer {
             self.numbers.push(name.clone());
         }
         Ok(name)
+    }
+
+    /// A plate that rows may stand for.
+    fn linear(&mut self, text: &mut String) -> std::fmt::Result {
+        let (y, scale) = (self.name(), self.scale());
+        writeln!(text, "    for (i, (x, {y})) in xs.iter().zip(ys).enumerate() {{")?;
+        writeln!(text, "        let away = x * 0.5 - 0.1;")?;
+        let mut mean = self.number(1);
+        for _ in 0..self.rng.random_range(1..5) {
+            let (a, b) = (self.number(1), self.number(0));
+            let array = self.arrays.choose(&mut self.rng).cloned();
+            let term = match (self.rng.random_range(0..6), array) {
+                (0, Some(array)) => format!("{array}[i % 3] * {b}"),
+                (1, Some(array)) => format!("away * ({a} - {array}[i / 5 % 2])"),
+                (2, Some(array)) => format!("dot(&rows[i], &{array}) / (1.5 + x * x)"),
+                (3, _) => "0.3 * away".to_owned(),
+                (4, _) => format!("({a} + {b} * x) * away"),
+                _ => format!("x * {a}"),
+            };
+            write!(mean, "{}{term}", self.pick(&[" + ", " - "]))?;
+        }
+        if self.rng.random() {
+            let name = self.name();
+            writeln!(text, "        let {name} = {mean};")?;
+            mean = name;
+        }
+        writeln!(text, "        {y} ~ Normal({mean}, {scale});")?;
+        writeln!(text, "    }}")
     }
 
     fn plate(&mut self, text: &mut String) -> std::fmt::Result {
@@ -283,8 +312,10 @@ fn compile_and_run(seeds: std::ops::Range<u64>) {
     });
     let code = format!(
         "#![allow(unused, clippy::all)]\n{HARNESS}\nppl::model! {{\n{models}}}\nfn main() {{\n    \
-         let (xs, ys) = ([0.3, -1.2, 0.8], [0.1, 0.9, -0.4]);\n    \
-         let rows = [[1.0, 0.2, -0.7], [1.0, -0.3, 0.5], [1.0, 1.1, 0.1]];\n{checks}}}\n"
+         let wave = |i: usize, k: f64| 1.2 * (0.3 + k * i as f64).sin();\n    \
+         let [xs, ys] = [1.7, 2.9].map(|k| (0..12).map(|i| wave(i, k)).collect::<Vec<_>>());\n    \
+         let rows: Vec<_> = (0..12).map(|i| [1.0, wave(i, 0.7), wave(i, 1.3)]).collect();\n\
+         {checks}}}\n"
     );
     std::fs::write(&source, &code).unwrap();
     let (folder, ppl) = compiled();

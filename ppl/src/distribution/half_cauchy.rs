@@ -4,11 +4,11 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
 use rand::Rng;
 
-use super::{Parameter, Univariate, UnivariateDensity};
+use super::{Parameter, Univariate, UnivariateDensity, normaliser};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, softplus};
-use crate::special::{ln_1p_of, ln_1p_square};
+use crate::special::ln_1p_square;
 use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
@@ -109,18 +109,20 @@ where
 
     #[inline]
     fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
-        let scale = self.0.number();
-        let (x, ln_scale) = (y.value().exp(), scale.ln());
-        let square = (x / scale).powi(2);
-        // ln(1 + z²) and 2 z²/(1 + z²), from the logarithm of z where its square over- or underflows
-        let (ln_square, share) = if (1e-300..1e300).contains(&square) {
-            (ln_1p_of(square), 2.0 * square / (1.0 + square))
+        let inverse = self.0.number().recip();
+        let x = y.value().exp();
+        let square = (x * inverse).powi(2);
+        // −ln(1 + z²) and 2 z²/(1 + z²), from the logarithm of z where its square over- or underflows
+        let (minus_ln, share) = if (1e-300..1e300).contains(&square) {
+            (terms.minus_ln(1.0 + square), 2.0 * square / (1.0 + square))
         } else {
-            ln_one_plus_square(y.value() - ln_scale)
+            let (ln, share) = ln_one_plus_square(y.value() - self.0.number().ln());
+            (-ln, share)
         };
+        let constant = normaliser(terms, self.0, |scale| scale.ln() - LN_2_OVER_PI);
         terms.add(
-            LN_2_OVER_PI - ln_scale - ln_square + y.value(),
-            ((y, 1.0 - share), (self.0, (share - 1.0) / scale)),
+            minus_ln + y.value() - constant,
+            ((y, 1.0 - share), (self.0, (share - 1.0) * inverse)),
         );
         terms.replace(y, x, x)
     }

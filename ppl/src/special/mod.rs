@@ -99,7 +99,7 @@ pub fn ln_1p_square(z: f64) -> (f64, f64, f64) {
 /// Kahan; theorem 4 in Goldberg (1991), *What every computer scientist should know about
 /// floating-point arithmetic*, doi:10.1145/103162.103163.
 #[inline]
-pub(crate) fn ln_1p_of(x: f64) -> f64 {
+fn ln_1p_of(x: f64) -> f64 {
     let sum = 1.0 + x;
     if sum == 1.0 { x } else { sum.ln() * (x / (sum - 1.0)) }
 }
