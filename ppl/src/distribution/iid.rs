@@ -76,3 +76,30 @@ impl<R: Scalar, D: Unknown<R>> Unknown<R> for Iid<D> {
         self.inner.bounds()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Dual, Joined, Normal, Scalar, Unknown};
+
+    #[test]
+    fn normal_unknowns_together_are_as_one_by_one() {
+        let [mean, sd, a, b, c] = Dual::variables([0.3, 1.7, -0.4, 2.2, 0.9]);
+        let family = Normal(mean, sd);
+        let coordinates = [a, b, c];
+        let (mut one, mut all) = (coordinates.into_iter(), coordinates.into_iter());
+        let expected = Joined::of(|terms| {
+            for _ in 0..3 {
+                family.constrain(&mut || one.next().expect("three"), true, terms);
+            }
+        });
+        let (values, found) = Joined::with(|terms| {
+            family.constrain_all(3, &mut || all.next().expect("three"), true, terms)
+        });
+        let of = |numbers: &[Dual<5>]| numbers.iter().map(|v| v.value()).collect::<Vec<_>>();
+        assert_eq!(of(&values), of(&coordinates));
+        approx::assert_relative_eq!(found.value(), expected.value(), max_relative = 1e-14);
+        for (f, e) in found.gradient().iter().zip(expected.gradient()) {
+            approx::assert_relative_eq!(*f, e, max_relative = 1e-13);
+        }
+    }
+}
