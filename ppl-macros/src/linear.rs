@@ -61,7 +61,7 @@ impl Formulas {
             terms: Vec::new(),
             offsets: Vec::new(),
         };
-        let (mut mean, scale) = (call.args[0].clone(), call.args[1].clone());
+        let (mut mean, mut scale) = (call.args[0].clone(), call.args[1].clone());
         let mut data = Vec::new();
         // the last first, as it may use those before it
         for (i, statement) in before.iter().enumerate().rev() {
@@ -72,7 +72,9 @@ impl Formulas {
             }
             if self.mentions(value) {
                 stays_open(&statement.kind, &body.statements[i + 1..])?;
-                Substitute { name, value }.visit_expr_mut(&mut mean);
+                let mut substitute = Substitute { name, value };
+                substitute.visit_expr_mut(&mut mean);
+                substitute.visit_expr_mut(&mut scale);
             } else {
                 parts.own.insert(name.to_string());
                 data.push(quote!(let #name = #value;));

@@ -99,6 +99,16 @@ ppl::model! {
         }
     }
 
+    fn scaled_before(x: &[f64], y: &[f64]) {
+        let a ~ Normal(0.0, 3.0);
+        let sd ~ HalfNormal(2.0);
+        for (x, y) in x.iter().zip(y) {
+            let spread = sd + (a * x).square();
+            let centre = a * x;
+            y ~ Normal(centre, spread);
+        }
+    }
+
     fn curved(x: &[f64], y: &[f64]) {
         let a ~ Normal(0.0, 1.0);
         let b ~ Normal(0.0, 1.0);
@@ -208,6 +218,7 @@ fn rows_say_what_all_observations_say() {
 fn what_rows_cannot_stand_for_is_looked_at_one_by_one() {
     let (x, y) = (waves(60, 0), waves(60, 2));
     assert_derivatives(&scaled(&x, &y));
+    assert_derivatives(&scaled_before(&x, &y));
     assert_derivatives(&curved(&x, &y));
     assert_derivatives(&products(&x, &y));
     assert_derivatives(&observed_unknowns(&x, &y));
