@@ -40,7 +40,7 @@ pub(crate) struct Linear {
 /// A coefficient, or several with their unknowns.
 pub(crate) enum Column {
     One(TokenStream),
-    Dot { factor: TokenStream, data: Expr, unknowns: Expr },
+    Dot { factor: TokenStream, data: TokenStream, unknowns: TokenStream },
 }
 
 impl Formulas {
@@ -99,7 +99,7 @@ impl Formulas {
                     columns.push(Column::One(factor));
                 }
                 Multiplied::Dot { data, mut unknowns } => {
-                    let raw = unknowns.clone();
+                    let raw = unknowns.to_token_stream();
                     match &mut unknowns {
                         Expr::Reference(reference) => {
                             if let Some(sum) = self.summed(&reference.expr) {
@@ -109,6 +109,7 @@ impl Formulas {
                         other => self.visit_expr_mut(other),
                     }
                     sum.push(quote_spanned!(span=> row.dot(#unknowns)));
+                    let data = data.into_token_stream();
                     columns.push(Column::Dot { factor, data, unknowns: raw });
                 }
             }
@@ -299,7 +300,7 @@ impl Parts {
 /// The product of factors, and of `value` if there is one.
 fn times(factors: &[(bool, Expr)], is_negative: bool, value: Option<TokenStream>) -> TokenStream {
     let span = Span::mixed_site();
-    let mut product = if is_negative { quote!(-1.0f64) } else { quote!(1.0f64) };
+    let mut product = quote!(1.0f64);
     for (divides, factor) in factors {
         let factor =
             quote_spanned!(factor.span()=> (&::ppl::__private::Of(&(#factor))).coefficient());
@@ -309,7 +310,7 @@ fn times(factors: &[(bool, Expr)], is_negative: bool, value: Option<TokenStream>
         };
     }
     product.extend(value.map(|value| quote_spanned!(span=> * #value)));
-    product
+    if is_negative { quote_spanned!(span=> -(#product)) } else { product }
 }
 
 /// Joins what has the same coefficients.
