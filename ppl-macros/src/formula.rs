@@ -20,7 +20,7 @@ use crate::arithmetic::{
 };
 use crate::ast::{ArmBody, Block, Flow, Init, Kind, Statement};
 use crate::effects::{bound_inside, writes_outside};
-use crate::inspect::{Branches, is_pooled, keeps_its_length, mentions, stays_open};
+use crate::inspect::{Branches, is_consumed, is_pooled, keeps_its_length, mentions, stays_open};
 use crate::rewrite::is_assignment;
 use crate::scan;
 
@@ -154,7 +154,7 @@ impl Formulas {
                     self.is_static &= keeps_its_length(iter);
                 }
                 self.visit_expr_mut(iter);
-                *pools = !derived && is_pooled(pat, body);
+                *pools = !derived && !is_consumed(iter) && is_pooled(pat, body);
                 *unwinds = !*pools && !*leaves && !writes_outside(pat, body);
                 let outermost = *unwinds && self.plate.is_none();
                 if outermost {
@@ -168,7 +168,7 @@ impl Formulas {
                 let around = self.totals.take();
                 let is_first = around.is_none();
                 self.totals = (!*pools).then(|| around.clone().unwrap_or_default());
-                if *unwinds && !derived {
+                if *unwinds && !derived && !is_consumed(iter) {
                     *linear = self.linear(pat, body).map(Box::new);
                 }
                 self.block(body);

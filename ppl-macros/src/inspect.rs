@@ -28,6 +28,11 @@ pub(crate) fn is_pooled(pat: &Pat, body: &Block) -> bool {
         && !tokens.to_string().contains('?')
 }
 
+/// Whether a loop takes its data out of an iterator that others may go on with.
+pub(crate) fn is_consumed(iter: &Expr) -> bool {
+    mentions(iter.to_token_stream(), &|name| name == "by_ref" || name == "mut")
+}
+
 /// The name of a deterministic number that can stay a formula: `let name = arithmetic;`, used once
 /// by what follows.
 pub(crate) fn stays_open<'a>(kind: &'a Kind, after: &[Statement]) -> Option<(&'a Ident, &'a Expr)> {

@@ -133,6 +133,22 @@ ppl::model! {
         }
     }
 
+    fn consumed(x: &[f64], y: &[f64]) {
+        let a ~ Normal(0.0, 1.0);
+        let b ~ Normal(0.0, 1.0);
+        let mut pairs = x.iter().zip(y);
+        for (x, first) in pairs.by_ref().take(20) {
+            first ~ Normal(a + b * x, 1.0);
+        }
+        for (x, second) in pairs.by_ref().take(20) {
+            second ~ Normal(a - b * x, 2.0);
+        }
+        let mut rest = pairs.map(|(_, y)| y);
+        for third in &mut rest {
+            third ~ Normal(b, 1.0);
+        }
+    }
+
     fn counted(data: &Counted) {
         let a ~ Normal(0.0, 3.0);
         let b ~ Normal(0.0, 3.0);
@@ -221,6 +237,7 @@ fn what_rows_cannot_stand_for_is_looked_at_one_by_one() {
     assert_derivatives(&scaled_before(&x, &y));
     assert_derivatives(&curved(&x, &y));
     assert_derivatives(&products(&x, &y));
+    assert_derivatives(&consumed(&x, &y));
     assert_derivatives(&observed_unknowns(&x, &y));
 }
 

@@ -129,17 +129,27 @@ impl Collected {
 /// the data lose by that.
 fn compress(numbers: &mut Vec<f64>, width: usize) -> f64 {
     let (count, unknowns) = (numbers.len() / width, width - 1);
-    let coefficients = DMatrix::from_fn(count, unknowns, |i, k| numbers[i * width + k]);
+    let mut coefficients = DMatrix::from_fn(count, unknowns, |i, k| numbers[i * width + k]);
     let mut data = DVector::from_fn(count, |i, _| numbers[i * width + unknowns]);
+    // in units of the columns: what depends on the others is seen whatever their sizes
+    let mut sizes = vec![1.0; unknowns];
+    for (mut column, size) in coefficients.column_iter_mut().zip(&mut sizes) {
+        let norm = column.norm();
+        if norm > 0.0 {
+            *size = norm;
+            column /= norm;
+        }
+    }
     let factors = coefficients.col_piv_qr();
     factors.q_tr_mul(&mut data);
     let mut rows = factors.r();
-    let size = count.max(unknowns) as f64 * f64::EPSILON * rows.get(0).map_or(0.0, |r| r.abs());
-    let rank = (0..rows.nrows()).take_while(|&i| rows[(i, i)].abs() > size).count();
+    let least = count.max(unknowns) as f64 * f64::EPSILON * rows.get(0).map_or(0.0, |r| r.abs());
+    let rank = (0..rows.nrows()).take_while(|&i| rows[(i, i)].abs() > least).count();
     factors.p().inv_permute_columns(&mut rows);
     numbers.clear();
     for (row, datum) in rows.row_iter().zip(data.iter()).take(rank) {
-        numbers.extend(row.iter().chain([datum]));
+        numbers.extend(row.iter().zip(&sizes).map(|(number, size)| number * size));
+        numbers.push(*datum);
     }
     data.rows(rank, count - rank).norm_squared()
 }
@@ -154,8 +164,9 @@ mod tests {
     fn squares_of_residuals_are_the_same() {
         let (width, count) = (5, 1000);
         let wave = |i: usize, k: usize| (0.3 + i as f64 * (0.9 + 0.37 * k as f64)).sin();
-        let row =
-            |i: usize| [1.0, wave(i, 0), 2.0 - 3.0 * wave(i, 0), wave(i, 1), 50.0 + wave(i, 2)];
+        let row = |i: usize| {
+            [1.0, wave(i, 0), 2.0 - 3.0 * wave(i, 0), 1e-18 * wave(i, 1), 50.0 + wave(i, 2)]
+        };
         let mut collected = Collected::default();
         for i in 0..count {
             let [a, b, c, d, y] = row(i);
@@ -169,7 +180,7 @@ mod tests {
             collected.push(new);
         }
         let rows = collected.finish().expect("all that is needed");
-        let u = [48.0, 0.7, 1.1, -0.4];
+        let u = [48.0, 0.7, 1.1, -4e17];
         let residual =
             |row: &[f64]| row[width - 1] - row.iter().zip(&u).map(|(c, u)| c * u).sum::<f64>();
         let expected: f64 = (0..count).map(|i| residual(&row(i)).powi(2)).sum();
