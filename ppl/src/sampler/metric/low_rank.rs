@@ -21,7 +21,7 @@ pub(in crate::sampler) struct LowRank {
 /// Directions looked for, of the draws and of the scores each.
 const DIRECTIONS: usize = 16;
 /// Rounds of subspace iteration.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 2;
 /// How much shorter a column's own part may be than the longest, if products are to tell it.
 const FARTHEST: f64 = 1e-6;
 /// Weight, in draws, of the identity in the covariances.
@@ -41,14 +41,14 @@ impl LowRank {
     /// `None` if a matrix is not finite.
     pub(super) fn fitted(sample: &Centred, diagonal: &Diagonal) -> Option<Self> {
         let scaled = sample.scaled(diagonal.sd());
-        let basis = directions(&scaled, None)?;
-        let rest = scaled.without(&basis);
+        let leading = Leading::of(&scaled, None)?;
+        let rest = scaled.without(&leading.basis());
         let variances = diagonal.variances();
         let corrected = |i: usize| variances[i] * rest.fisher_variance(i);
         let diagonal = Diagonal::renewed(variances.to_vec(), corrected);
 
         let scaled = sample.scaled(diagonal.sd());
-        let basis = directions(&scaled, Some(basis))?;
+        let basis = Leading::of(&scaled, Some(&leading))?.basis();
         let transposed = basis.transpose();
         let n = sample.len() as f64;
         let covariance = |x: &DMatrix<f64>| {
@@ -127,14 +127,28 @@ impl LowRank {
     }
 }
 
-/// Orthonormal basis of the leading directions of draws and scores; `near` is nearly one.
-fn directions(sample: &Centred, near: Option<DMatrix<f64>>) -> Option<DMatrix<f64>> {
-    let wide = leading_directions(&sample.draws, near.as_ref())?;
-    let narrow = leading_directions(&sample.scores, near.as_ref())?;
-    let mut both = DMatrix::zeros(sample.dim(), wide.ncols() + narrow.ncols());
-    both.columns_mut(0, wide.ncols()).copy_from(&wide);
-    both.columns_mut(wide.ncols(), narrow.ncols()).copy_from(&narrow);
-    Some(orthonormal(both))
+/// The leading directions of draws and of scores, orthonormal each.
+struct Leading {
+    wide: DMatrix<f64>,
+    narrow: DMatrix<f64>,
+}
+
+impl Leading {
+    /// Anew, or from what is `near`; `None` if a number is not finite.
+    fn of(sample: &Centred, near: Option<&Self>) -> Option<Self> {
+        let wide = leading_directions(&sample.draws, near.map(|near| &near.wide))?;
+        let narrow = leading_directions(&sample.scores, near.map(|near| &near.narrow))?;
+        Some(Self { wide, narrow })
+    }
+
+    /// An orthonormal basis of all.
+    fn basis(&self) -> DMatrix<f64> {
+        let (wide, narrow) = (self.wide.ncols(), self.narrow.ncols());
+        let mut both = DMatrix::zeros(self.wide.nrows(), wide + narrow);
+        both.columns_mut(0, wide).copy_from(&self.wide);
+        both.columns_mut(wide, narrow).copy_from(&self.narrow);
+        orthonormal(both)
+    }
 }
 
 /// Orthonormal directions in which the columns of `x` vary most, by subspace iteration from a
@@ -144,24 +158,15 @@ fn leading_directions(x: &DMatrix<f64>, near: Option<&DMatrix<f64>>) -> Option<D
     if x.iter().any(|x| !x.is_finite()) {
         return None;
     }
-    let count = DIRECTIONS.min(x.nrows()).min(x.ncols());
     let transposed = x.transpose();
+    let round = |basis: &DMatrix<f64>| orthonormal(x * (&transposed * basis));
     if let Some(near) = near {
-        // those of the span that vary most
-        let inside = near.transpose() * x;
-        let eigen = (&inside * inside.transpose()).symmetric_eigen();
-        let mut order: Vec<usize> = (0..near.ncols()).collect();
-        order.sort_by(|&i, &j| eigen.eigenvalues[j].total_cmp(&eigen.eigenvalues[i]));
-        let leading = eigen.eigenvectors.select_columns(order.iter().take(count));
-        return Some(orthonormal(x * (&transposed * (near * leading))));
+        return Some(round(near));
     }
+    let count = DIRECTIONS.min(x.nrows()).min(x.ncols());
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
     let start = DMatrix::from_fn(x.ncols(), count, |_, _| rng.sample(StandardNormal));
-    let mut basis = orthonormal(x * start);
-    for _ in 0..ROUNDS {
-        basis = orthonormal(x * (&transposed * basis));
-    }
-    Some(basis)
+    Some((0..ROUNDS).fold(orthonormal(x * start), |basis, _| round(&basis)))
 }
 
 /// An orthonormal basis of the columns' span: by Cholesky factors of their products, twice, which
