@@ -7,12 +7,13 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::density::{LogDensity, Rejection};
 use crate::dual::Dual;
+use crate::entry::{Record, Role, Variable};
 use crate::ledger::{Ledger, Plain, Roots, Sum, Values};
 use crate::model::Model;
 use crate::prior;
 use crate::reading::{Density, Pool, Pools};
 use crate::tape::Tape;
-use crate::trace::{Record, Role, Trace, Variable};
+use crate::trace::Trace;
 
 /// A model that cannot be evaluated at all.
 #[derive(Clone, Debug, thiserror::Error)]

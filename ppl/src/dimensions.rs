@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::entry::{Entry, Variable};
 use crate::posterior::Posterior;
-use crate::trace::{Entry, Variable};
 
 /// Labels that fit no dimension.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

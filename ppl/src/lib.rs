@@ -60,6 +60,7 @@ mod dimensions;
 mod distribution;
 mod dot;
 mod dual;
+mod entry;
 mod export;
 mod expression;
 mod findings;
@@ -100,6 +101,7 @@ pub use dimensions::LabelError;
 pub use distribution::*;
 pub use dot::dot;
 pub use dual::Dual;
+pub use entry::{Entry, Record, Role, Variable};
 pub use expression::Expression;
 pub use findings::{Finding, FindingKind};
 pub use group::{Group, Values};
@@ -129,7 +131,6 @@ pub use submodel::{Declaration, Part, Prediction, Submodel};
 pub use summary::{Summary, SummaryRow};
 pub use tempered::{Parts, Tempered};
 pub use terms::{Joined, Terms};
-pub use trace::{Entry, Record, Role, Variable};
 
 /// The language of models: distributions, their variations, and what expressions need.
 pub mod prelude {

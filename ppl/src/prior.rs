@@ -4,8 +4,9 @@ use rand::RngCore;
 
 use crate::bound::{Layout, ModelError};
 use crate::density::Rejection;
+use crate::entry::Record;
 use crate::reading::Pool;
-use crate::trace::{Record, Source, Trace};
+use crate::trace::{Source, Trace};
 
 /// Runs the statements of a model.
 pub(crate) type Statements<'m> = &'m dyn Fn(&mut Trace<'_>) -> Result<(), Rejection>;

@@ -5,8 +5,9 @@ use std::borrow::Cow;
 use rand::RngCore;
 
 use crate::density::Rejection;
-use crate::dimensions::{self, Coordinates};
+use crate::dimensions;
 use crate::distribution::{Distribution, Unknown};
+use crate::entry::{Entry, Label, Record, Role};
 use crate::model::Context;
 use crate::reading::{Pool, too_few_coordinates};
 use crate::real::Real;
@@ -14,138 +15,6 @@ use crate::record::Record as Recordable;
 use crate::rows::{Collected, NewRow};
 use crate::site::Site;
 use crate::terms::Settled;
-
-/// What a named quantity is to the model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Role {
-    /// Unknown: `let x ~ D`.
-    Parameter,
-    /// Deterministic and recorded: `#[track] let x = …`.
-    Tracked,
-    /// Drawn or computed on finished draws: `#[predict] let x ~ D`, `#[predict] let x = …`.
-    Predicted,
-    /// Conditioned on: `place ~ D`.
-    Observed,
-}
-
-/// A named quantity and its shape.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Variable {
-    /// Name in the model.
-    pub name: String,
-    /// Dimensions, empty for a number; statements in loops stack along the first.
-    pub shape: Vec<usize>,
-    /// Names of the dimensions: those of `#[dims(…)]`, or `<name>_dim_0`, ….
-    pub dims: Vec<String>,
-    /// What it is.
-    pub role: Role,
-}
-
-/// The values of one named quantity at one point.
-#[derive(Clone, Debug)]
-pub struct Entry {
-    /// Name and shape.
-    pub variable: Variable,
-    /// Elements, last dimension fastest. For observed quantities: the data.
-    pub values: Vec<f64>,
-    /// For parameters: the ends of the prior's support, if it has two finite ones.
-    pub bounds: Option<(f64, f64)>,
-    /// For parameters: the log density of their distribution, summed over the statements executed.
-    pub log_prior: f64,
-    /// For observed quantities: a new draw from the same distribution, element by element.
-    pub replicate: Vec<f64>,
-    /// For observed quantities: the log density of each statement executed.
-    pub log_likelihood: Vec<f64>,
-}
-
-/// All named quantities of a model at one point, in the order of their statements.
-#[derive(Clone, Debug, Default)]
-pub struct Record {
-    /// One a name.
-    pub entries: Vec<Entry>,
-    /// The point in unconstrained coordinates.
-    pub unconstrained: Vec<f64>,
-    /// Labels of the entries along dimensions, by the name of the dimension.
-    pub coordinates: Coordinates,
-}
-
-impl Record {
-    /// The entry of this name.
-    pub fn get(&self, name: &str) -> Option<&Entry> {
-        self.entries.iter().find(|entry| entry.variable.name == name)
-    }
-
-    /// The values of this name.
-    pub fn values(&self, name: &str) -> Option<&[f64]> {
-        self.get(name).map(|entry| entry.values.as_slice())
-    }
-
-    /// The replicate of the observed quantity of this name: data simulated from this point.
-    pub fn replicate(&self, name: &str) -> Option<&[f64]> {
-        self.get(name).map(|entry| entry.replicate.as_slice())
-    }
-
-    fn entry(&mut self, at: &Label, role: Role, shape: &[usize]) -> Result<&mut Entry, Rejection> {
-        let refused = |problem: String| {
-            let message = format!("{}: the name `{}` {problem}", at.site.place, at.name);
-            Rejection::Fatal { message }
-        };
-        let found = self.entries.iter().position(|e| e.variable.name == at.name);
-        let Some(index) = found else {
-            let own = at.site.dims;
-            if !own.is_empty() && own.len() != shape.len() {
-                return Err(refused(format!(
-                    "has {} named dimension(s), but its value has the shape {shape:?}",
-                    own.len()
-                )));
-            }
-            let mut full = shape.to_vec();
-            let mut names: Vec<Option<&str>> = own.iter().copied().map(Some).collect();
-            names.resize(shape.len(), None);
-            if at.stacked {
-                full.insert(0, 1);
-                names.insert(0, at.plate);
-            }
-            let dims = names.iter().enumerate().map(|(k, name)| {
-                name.map_or_else(|| format!("{}_dim_{k}", at.name), str::to_owned)
-            });
-            let variable =
-                Variable { name: at.name.to_string(), shape: full, dims: dims.collect(), role };
-            self.entries.push(Entry {
-                variable,
-                values: Vec::new(),
-                bounds: None,
-                log_prior: 0.0,
-                replicate: Vec::new(),
-                log_likelihood: Vec::new(),
-            });
-            let last = self.entries.len() - 1;
-            return Ok(&mut self.entries[last]);
-        };
-        let entry = &mut self.entries[index];
-        if entry.variable.role != role || !at.stacked {
-            return Err(refused("stands for two statements: rename one".to_owned()));
-        }
-        if entry.variable.shape[1..] != *shape {
-            return Err(refused(format!(
-                "changes its shape from {:?} to {shape:?} between iterations",
-                &entry.variable.shape[1..]
-            )));
-        }
-        entry.variable.shape[0] += 1;
-        Ok(entry)
-    }
-}
-
-/// A statement as it stands in the results.
-struct Label {
-    site: &'static Site,
-    /// With those of the submodels around it in front.
-    name: Cow<'static, str>,
-    /// Whether it, or a submodel around it, stands in a loop.
-    stacked: bool,
-    plate: Option<&'static str>,
-}
 
 /// Where a trace takes its unknowns from.
 pub(crate) enum Source<'y> {
