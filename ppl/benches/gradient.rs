@@ -109,52 +109,70 @@ struct House {
 }
 
 /// A polynomial surrogate of total degree 3 in 3 variables: the shape and the cost of the
-/// paper's. The coefficients of a term stand side by side, with a zero for whole registers.
-struct Cubic([([usize; 3], [f64; 4]); 20]);
+/// paper's, by Horner's rule in one variable after the other. The coefficients of a term stand
+/// side by side, with a zero for whole registers.
+struct Cubic([[[[f64; 4]; 4]; 4]; 4]);
 
 impl Cubic {
     fn new() -> Self {
-        let degrees = (0..64).map(|k| [k / 16, k / 4 % 4, k % 4]);
-        let mut terms = degrees.filter(|degrees| degrees.iter().sum::<usize>() <= 3).enumerate();
         let entry = |m: f64, j: f64| 0.3 * (1.0 + 2.3 * m + 0.7 * j).sin();
-        Self(std::array::from_fn(|_| {
-            let (j, degrees) = terms.next().expect("20 terms");
-            let j = j as f64;
-            (degrees, [entry(0.0, j), entry(1.0, j), entry(2.0, j), 0.0])
-        }))
+        let (mut terms, mut j) = ([[[[0.0; 4]; 4]; 4]; 4], 0.0);
+        for (a, b, c) in (0..64).map(|k| (k / 16, k / 4 % 4, k % 4)) {
+            if a + b + c < 4 {
+                terms[a][b][c] = [entry(0.0, j), entry(1.0, j), entry(2.0, j), 0.0];
+                j += 1.0;
+            }
+        }
+        Self(terms)
     }
 }
 
-/// sum += factor · terms.
-fn add(sum: &mut [f64; 4], factor: f64, terms: &[f64; 4]) {
-    for (sum, term) in sum.iter_mut().zip(terms) {
-        *sum += factor * term;
+/// sum = sum · x + next.
+fn horner(sum: &mut [f64; 4], x: f64, next: &[f64; 4]) {
+    for (sum, next) in sum.iter_mut().zip(next) {
+        *sum = *sum * x + next;
     }
 }
 
 impl Differentiable<3, 3> for Cubic {
-    fn value_and_jacobian(&self, x: &[f64; 3]) -> Result<([f64; 3], [[f64; 3]; 3]), DomainError> {
-        // Legendre polynomials and their derivatives
-        let p = x.map(|x| [1.0, x, 1.5 * x * x - 0.5, (2.5 * x * x - 1.5) * x]);
-        let d = x.map(|x| [0.0, 1.0, 3.0 * x, 7.5 * x * x - 1.5]);
-        let (mut value, mut slopes) = ([0.0; 4], [[0.0; 4]; 3]);
-        for (degrees, coefficients) in &self.0 {
-            let [a, b, c] = degrees.map(|degree| degree & 3);
-            add(&mut value, p[0][a] * p[1][b] * p[2][c], coefficients);
-            add(&mut slopes[0], d[0][a] * p[1][b] * p[2][c], coefficients);
-            add(&mut slopes[1], p[0][a] * d[1][b] * p[2][c], coefficients);
-            add(&mut slopes[2], p[0][a] * p[1][b] * d[2][c], coefficients);
+    fn value_and_jacobian(
+        &self,
+        &[x, y, z]: &[f64; 3],
+    ) -> Result<([f64; 3], [[f64; 3]; 3]), DomainError> {
+        let (mut value, mut in_x, mut in_y, mut in_z) = ([0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]);
+        for a in (0..4).rev() {
+            let (mut plane, mut plane_in_y, mut plane_in_z) = ([0.0; 4], [0.0; 4], [0.0; 4]);
+            for b in (0..4 - a).rev() {
+                let (mut row, mut row_in_z) = ([0.0; 4], [0.0; 4]);
+                for c in (0..4 - a - b).rev() {
+                    horner(&mut row_in_z, z, &row);
+                    horner(&mut row, z, &self.0[a][b][c]);
+                }
+                horner(&mut plane_in_z, y, &row_in_z);
+                horner(&mut plane_in_y, y, &plane);
+                horner(&mut plane, y, &row);
+            }
+            horner(&mut in_z, x, &plane_in_z);
+            horner(&mut in_y, x, &plane_in_y);
+            horner(&mut in_x, x, &value);
+            horner(&mut value, x, &plane);
         }
-        let jacobian = std::array::from_fn(|m| std::array::from_fn(|k| slopes[k][m]));
+        let jacobian = std::array::from_fn(|m| [in_x[m], in_y[m], in_z[m]]);
         Ok((std::array::from_fn(|m| value[m]), jacobian))
     }
 
-    fn value(&self, x: &[f64; 3]) -> Result<[f64; 3], DomainError> {
-        let p = x.map(|x| [1.0, x, 1.5 * x * x - 0.5, (2.5 * x * x - 1.5) * x]);
+    fn value(&self, &[x, y, z]: &[f64; 3]) -> Result<[f64; 3], DomainError> {
         let mut value = [0.0; 4];
-        for (degrees, coefficients) in &self.0 {
-            let [a, b, c] = degrees.map(|degree| degree & 3);
-            add(&mut value, p[0][a] * p[1][b] * p[2][c], coefficients);
+        for a in (0..4).rev() {
+            let mut plane = [0.0; 4];
+            for b in (0..4 - a).rev() {
+                let mut row = [0.0; 4];
+                for c in (0..4 - a - b).rev() {
+                    horner(&mut row, z, &self.0[a][b][c]);
+                }
+                horner(&mut plane, y, &row);
+            }
+            horner(&mut value, x, &plane);
         }
         Ok(std::array::from_fn(|m| value[m]))
     }

@@ -1,6 +1,6 @@
 //! Reverse mode: an arena of operations, swept backwards once.
 //!
-//! An operation costs one node: an adjoint and a run of (parent, partial) pairs. A term of the
+//! An operation costs one node, an adjoint, and one edge to each of its arguments. A term of the
 //! density costs none: its adjoint is known to be 1, and its partials go to their parents at once
 //! ([`Settled`](crate::terms::Settled)). Nodes that nothing refers to any more, those of one
 //! iteration of a plate, are swept early by `unwind`, so that the tape of a plate is as long as
@@ -32,19 +32,26 @@ pub use var::Var;
 pub struct Tape {
     /// One a node.
     adjoints: Box<[Cell<f64>]>,
-    /// Node `i` has the pairs from the end of node `i − 1` to its own.
-    ends: Box<[Cell<usize>]>,
-    pairs: Box<[Cell<(u32, f64)>]>,
+    /// Those of a node stand together, in the order of the nodes.
+    edges: Box<[Cell<Edge>]>,
     /// Inputs whose place another number has taken: which, its slope, and what the adjoint was.
     replaced: Box<[Cell<(u32, f64, f64)>]>,
     replacements: Cell<usize>,
     inputs: Cell<usize>,
-    /// Number of nodes, and of pairs, in use.
+    /// Number of nodes, and of edges, in use.
     length: Cell<usize>,
     filled: Cell<usize>,
     full: Cell<bool>,
     /// The adjoint of numbers for which there was no room.
     sink: Cell<f64>,
+}
+
+/// By how much a parent moves its child.
+#[derive(Clone, Copy, Debug, Default)]
+struct Edge {
+    child: u32,
+    parent: u32,
+    partial: f64,
 }
 
 impl Default for Tape {
@@ -58,8 +65,7 @@ impl Tape {
     pub fn with_capacity(nodes: usize) -> Self {
         Self {
             adjoints: vec![Cell::default(); nodes].into(),
-            ends: vec![Cell::default(); nodes].into(),
-            pairs: vec![Cell::default(); 4 * nodes].into(),
+            edges: vec![Cell::default(); 4 * nodes].into(),
             replaced: vec![Cell::default(); nodes].into(),
             replacements: Cell::new(0),
             inputs: Cell::new(0),
@@ -105,10 +111,6 @@ impl Tape {
             self.full.set(true);
             return &[];
         };
-        // nobody asks where the pairs of the other inputs end
-        if let Some(end) = self.ends[..n].last() {
-            end.set(0);
-        }
         self.length.set(n);
         self.inputs.set(n);
         adjoints
@@ -174,39 +176,38 @@ impl Tape {
     // inlined: a call in a plate would keep what it sums up out of registers
     #[inline(always)]
     fn sweep_back(&self, mark: usize) {
-        let length = self.length.get();
-        let begin = if mark == 0 { 0 } else { self.ends[mark - 1].get() };
-        let adjoints = &*self.adjoints;
-        let mut end = self.filled.get();
-        // what is missing cannot be swept: the evaluation will be repeated
-        let swept = if self.full.get() { mark } else { length };
-        for i in (mark..swept).rev() {
-            let start = if i == mark { begin } else { self.ends[i - 1].get() };
-            let adjoint = adjoints[i].get();
-            if adjoint != 0.0 {
-                for pair in &self.pairs[start..end] {
-                    let (parent, partial) = pair.get();
-                    let parent = &adjoints[parent as usize];
-                    parent.set(parent.get() + adjoint * partial);
-                }
-            }
-            end = start;
-        }
-        self.filled.set(begin);
         self.length.set(mark);
+        // what is missing cannot be swept: the evaluation will be repeated
+        if self.full.get() {
+            return;
+        }
+        let adjoints = &*self.adjoints;
+        let mut edges = &self.edges[..self.filled.get()];
+        while let Some((edge, before)) = edges.split_last() {
+            let Edge { child, parent, partial } = edge.get();
+            if (child as usize) < mark {
+                break;
+            }
+            let adjoint = adjoints[child as usize].get();
+            // an infinite partial of what nothing depends on
+            if adjoint != 0.0 {
+                let parent = &adjoints[parent as usize];
+                parent.set(parent.get() + adjoint * partial);
+            }
+            edges = before;
+        }
+        self.filled.set(edges.len());
     }
 
-    /// A node whose pairs are those up to `end`.
+    /// A node whose edges are those up to `end`.
     #[inline(always)]
     fn push(&self, value: f64, end: usize) -> Var<'_> {
         let index = self.length.get();
-        let (Some(adjoint), Some(own_end)) = (self.adjoints.get(index), self.ends.get(index))
-        else {
+        let Some(adjoint) = self.adjoints.get(index) else {
             self.full.set(true);
             return self.nowhere(value);
         };
         adjoint.set(0.0);
-        own_end.set(end);
         self.filled.set(end);
         self.length.set(index + 1);
         self.number(value, adjoint)

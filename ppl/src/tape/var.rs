@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use super::Tape;
+use super::{Edge, Tape};
 use crate::partials::Partials;
 use crate::scalar::{Scalar, impl_arithmetic};
 
@@ -55,8 +55,11 @@ impl<'t> Writer<'t> {
             self.tape = Some(node.tape);
             self.end = node.tape.filled.get();
         }
-        match node.tape.pairs.get(self.end) {
-            Some(pair) => pair.set((node.index(), partial)),
+        match node.tape.edges.get(self.end) {
+            Some(edge) => {
+                let child = node.tape.length.get() as u32;
+                edge.set(Edge { child, parent: node.index(), partial });
+            }
             None => node.tape.full.set(true),
         }
         self.end += 1;
