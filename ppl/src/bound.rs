@@ -223,12 +223,12 @@ impl<M: Model> Bound<M> {
         loop {
             workspace.tape.clear();
             let tape = &workspace.tape;
-            let roots = Roots::new(tape, y, false);
+            let ledger = Plain::new(tape, y);
             if tape.is_full() {
                 continue;
             }
             let pools = Pools::Anew(&mut workspace.sums);
-            let mut density = Density::<_, true> { ledger: Plain(roots), pools };
+            let mut density = Density::<_, true> { ledger, pools };
             density.read(&self.model)?;
             if !tape.is_full() {
                 tape.sweep(gradient);

@@ -29,8 +29,8 @@ pub(crate) trait Ledger {
     /// Adds all terms of a statement.
     fn add(&mut self, terms: Self::Terms);
 
-    /// Adds values that were summed up elsewhere.
-    fn add_value(&mut self, total: f64);
+    /// Adds what was summed up elsewhere.
+    fn add_all(&mut self, terms: Settled);
 
     /// Whether what is the same at every point is left out.
     #[inline(always)]
@@ -57,14 +57,14 @@ pub(crate) trait Ledger {
 pub(crate) struct Values<'y> {
     coordinates: std::slice::Iter<'y, f64>,
     lean: bool,
-    total: f64,
+    total: Settled,
 }
 
 impl<'y> Values<'y> {
     /// At `y`; lean without what is the same at every point.
     #[inline(always)]
     pub(crate) fn new(y: &'y [f64], lean: bool) -> Self {
-        Self { coordinates: y.iter(), lean, total: 0.0 }
+        Self { coordinates: y.iter(), lean, total: Settled::new(1.0) }
     }
 }
 
@@ -85,17 +85,17 @@ impl Ledger for Values<'_> {
 
     #[inline(always)]
     fn add(&mut self, terms: Settled) {
-        self.total += terms.total();
+        self.total.add_all(terms);
     }
 
     #[inline(always)]
-    fn add_value(&mut self, total: f64) {
-        self.total += total;
+    fn add_all(&mut self, terms: Settled) {
+        self.total.add_all(terms);
     }
 
     #[inline(always)]
     fn total(&self) -> f64 {
-        self.total
+        self.total.total()
     }
 }
 
@@ -126,8 +126,8 @@ impl<R: Scalar> Ledger for Sum<'_, R> {
     }
 
     #[inline(always)]
-    fn add_value(&mut self, total: f64) {
-        self.total += total;
+    fn add_all(&mut self, terms: Settled) {
+        self.total += terms.total();
     }
 
     #[inline(always)]
@@ -141,7 +141,7 @@ pub(crate) struct Roots<'t, 'y> {
     coordinates: std::iter::Zip<std::slice::Iter<'y, f64>, std::slice::Iter<'t, Cell<f64>>>,
     tape: &'t Tape,
     lean: bool,
-    total: f64,
+    total: Settled,
 }
 
 impl<'t, 'y> Roots<'t, 'y> {
@@ -149,7 +149,8 @@ impl<'t, 'y> Roots<'t, 'y> {
     /// is too short for them. Lean without what is the same at every point.
     #[inline(always)]
     pub(crate) fn new(tape: &'t Tape, y: &'y [f64], lean: bool) -> Self {
-        Self { coordinates: y.iter().zip(tape.inputs(y.len())), tape, lean, total: 0.0 }
+        let coordinates = y.iter().zip(tape.inputs(y.len()));
+        Self { coordinates, tape, lean, total: Settled::new(1.0) }
     }
 }
 
@@ -175,17 +176,17 @@ impl<'t> Ledger for Roots<'t, '_> {
 
     #[inline(always)]
     fn add(&mut self, terms: Settled) {
-        self.total += terms.total();
+        self.total.add_all(terms);
     }
 
     #[inline(always)]
-    fn add_value(&mut self, total: f64) {
-        self.total += total;
+    fn add_all(&mut self, terms: Settled) {
+        self.total.add_all(terms);
     }
 
     #[inline(always)]
     fn total(&self) -> f64 {
-        self.total
+        self.total.total()
     }
 
     #[inline(always)]
@@ -200,31 +201,40 @@ impl<'t> Ledger for Roots<'t, '_> {
 }
 
 /// A tape that keeps every operation to the end, terms and whatever the model says about them.
-pub(crate) struct Plain<'t, 'y>(pub(crate) Roots<'t, 'y>);
+pub(crate) struct Plain<'t, 'y> {
+    roots: Roots<'t, 'y>,
+    total: f64,
+}
+
+impl<'t, 'y> Plain<'t, 'y> {
+    pub(crate) fn new(tape: &'t Tape, y: &'y [f64]) -> Self {
+        Self { roots: Roots::new(tape, y, false), total: 0.0 }
+    }
+}
 
 impl<'t> Ledger for Plain<'t, '_> {
     type Number = Var<'t>;
     type Terms = Joined<Real<Var<'t>>>;
 
     fn next(&mut self) -> Option<Var<'t>> {
-        self.0.next()
+        self.roots.next()
     }
 
     fn absent(&self) -> Var<'t> {
-        self.0.absent()
+        self.roots.absent()
     }
 
     fn add(&mut self, terms: Joined<Real<Var<'t>>>) {
         let term = terms.number().0;
-        self.0.tape.seed(term);
-        self.0.total += term.value();
+        self.roots.tape.seed(term);
+        self.total += term.value();
     }
 
-    fn add_value(&mut self, total: f64) {
-        self.0.add_value(total);
+    fn add_all(&mut self, terms: Settled) {
+        self.total += terms.total();
     }
 
     fn total(&self) -> f64 {
-        self.0.total()
+        self.total
     }
 }

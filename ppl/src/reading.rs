@@ -53,9 +53,8 @@ impl<L: Ledger, const JACOBIAN: bool> Density<'_, L, JACOBIAN> {
 
     #[inline(always)]
     fn add(&mut self, site: &Site, terms: L::Terms) -> Result<(), Rejection> {
-        let value = terms.total();
-        if !value.is_finite() {
-            return Err(not_finite(site, value));
+        if !terms.is_finite() {
+            return Err(not_finite(site, terms.total()));
         }
         self.ledger.add(terms);
         Ok(())
@@ -130,11 +129,10 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
 
     #[inline(always)]
     fn add_total(&mut self, site: &'static Site, total: Settled) -> Result<(), Rejection> {
-        let total = total.total();
         if !total.is_finite() {
-            return Err(not_finite(site, total));
+            return Err(not_finite(site, total.total()));
         }
-        self.ledger.add_value(total);
+        self.ledger.add_all(total);
         Ok(())
     }
 

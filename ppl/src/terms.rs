@@ -108,6 +108,33 @@ impl Settled {
     pub(crate) fn total(&self) -> f64 {
         self.value - self.product.ln()
     }
+
+    #[inline(always)]
+    pub(crate) fn is_finite(&self) -> bool {
+        // the product always is
+        self.value.is_finite()
+    }
+
+    /// Adds the sum of others.
+    #[inline(always)]
+    pub(crate) fn add_all(&mut self, others: Self) {
+        self.value += others.value;
+        if others.product != 1.0 {
+            self.value += self.divide(others.product);
+        }
+    }
+
+    /// −ln x, or 0 if it could be left to the product.
+    #[inline(always)]
+    fn divide(&mut self, x: f64) -> f64 {
+        let product = self.product * x;
+        if (1e-200..1e200).contains(&product) {
+            self.product = product;
+            return 0.0;
+        }
+        let before = std::mem::replace(&mut self.product, 1.0);
+        -before.ln() - x.ln()
+    }
 }
 
 impl<R: Scalar> Terms<R> for Settled {
@@ -133,13 +160,7 @@ impl<R: Scalar> Terms<R> for Settled {
 
     #[inline(always)]
     fn minus_ln(&mut self, x: f64) -> f64 {
-        let product = self.product * x;
-        if (1e-200..1e200).contains(&product) {
-            self.product = product;
-            return 0.0;
-        }
-        let before = std::mem::replace(&mut self.product, 1.0);
-        -before.ln() - x.ln()
+        self.divide(x)
     }
 
     #[inline(always)]
@@ -164,6 +185,8 @@ pub(crate) trait Statement<R: Scalar>: Terms<R> {
 
     /// The sum.
     fn total(&self) -> f64;
+
+    fn is_finite(&self) -> bool;
 }
 
 impl<R: Scalar> Statement<R> for Joined<R> {
@@ -180,6 +203,11 @@ impl<R: Scalar> Statement<R> for Joined<R> {
     #[inline(always)]
     fn total(&self) -> f64 {
         self.number().value()
+    }
+
+    #[inline(always)]
+    fn is_finite(&self) -> bool {
+        self.number().value().is_finite()
     }
 }
 
@@ -198,6 +226,11 @@ impl<R: Scalar> Statement<R> for Settled {
     #[inline(always)]
     fn total(&self) -> f64 {
         self.total()
+    }
+
+    #[inline(always)]
+    fn is_finite(&self) -> bool {
+        self.is_finite()
     }
 }
 

@@ -7,7 +7,6 @@ use rand::Rng;
 use super::dirichlet::ln_gamma_draw;
 use super::{CholeskyFactor, Distribution, Family, Parameter, Unknown, lift};
 use crate::density::DomainError;
-use crate::partials::Partials;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{Hyperbolic, digamma, ln_beta, ln_gamma};
@@ -100,22 +99,6 @@ impl<const K: usize, E: Parameter> LkjCholesky<K, E> {
     }
 }
 
-/// The partials of the density over coordinates: below the diagonal those in the coordinates.
-struct Slopes<R, const K: usize> {
-    coordinates: [[(R, f64); K]; K],
-    eta: (R, f64),
-}
-
-impl<R: Scalar, const K: usize> Partials<R> for Slopes<R, K> {
-    #[inline(always)]
-    fn spread(self, f: &mut impl FnMut(R, f64)) {
-        for (i, row) in self.coordinates.iter().enumerate() {
-            row[..i].iter().for_each(|(x, slope)| f(*x, *slope));
-        }
-        f(self.eta.0, self.eta.1);
-    }
-}
-
 /// Rows of a correlation factor must have length 1 to this tolerance when they are data.
 const UNIT_TOLERANCE: f64 = 1e-8;
 
@@ -199,8 +182,6 @@ where
         let weight = |i: usize, j: usize| {
             if jacobian { scales[j] * scales[j] } else { self.power(i) }
         };
-        // ∂ ln p/∂x, kept in the place of the entry below the diagonal
-        let mut slopes = [[(R::from(0.0), 0.0); K]; K];
         let mut row = CorrelationRow::new();
         // of ln cosh y what shares a weight: the sum of the sizes, and one logarithm of a product
         let (mut sizes, mut shrinks) = ([0.0; K], [1.0; K]);
@@ -220,7 +201,7 @@ where
             sizes[same] += at.size;
             shrinks[same] *= at.shrink;
             in_eta += slope * y_in_eta;
-            slopes[i][j] = (x, slope / scales[j]);
+            terms.add(0.0, ((x, slope / scales[j]),));
             row.entry(at, (x, scales[j].recip()), (eta, y_in_eta))
         });
         for k in if jacobian { 0..K.saturating_sub(1) } else { 1..K } {
@@ -228,7 +209,7 @@ where
             value -= weight(k, k) * ln_cosh;
             in_eta -= 2.0 * ln_cosh;
         }
-        terms.add(value, Slopes { coordinates: slopes, eta: (eta, in_eta) });
+        terms.add(value, ((eta, in_eta),));
         factor
     }
 

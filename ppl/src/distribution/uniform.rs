@@ -105,7 +105,7 @@ where
     #[inline(always)]
     fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
         let support: Support<R> = self.support();
-        let (value, slope) = log_logistic_density(y.value());
+        let (value, slope) = log_logistic_density(y.value(), |x| terms.minus_ln(x));
         terms.add(value, ((y, slope),));
         support.replace(y, terms)
     }

@@ -70,7 +70,7 @@ impl<R: Scalar> VectorMap<R> for Ascending<R> {
                 let mut taken = R::from(0.0);
                 for (i, x) in x.iter_mut().enumerate() {
                     let y = next() - centre(i, n);
-                    let (value, slope) = log_logistic_density(y.value());
+                    let (value, slope) = log_logistic_density(y.value(), |x| -x.ln());
                     log_jacobian += ln_rest + y.unary(value, slope);
                     taken += rest * y.logistic();
                     rest *= (-y).logistic();

@@ -34,7 +34,7 @@ impl<R: Scalar> Support<R> {
             Self::Real => R::from(0.0),
             Self::Above(_) | Self::Below(_) => y,
             Self::Between(a, b) => {
-                let (value, slope) = log_logistic_density(y.value());
+                let (value, slope) = log_logistic_density(y.value(), |x| -x.ln());
                 (b - a).ln() + y.unary(value, slope)
             }
         };
@@ -94,7 +94,7 @@ impl<R: Scalar> Support<R> {
             Self::Real => {}
             Self::Above(_) | Self::Below(_) => terms.add(y.value(), ((y, 1.0),)),
             Self::Between(a, b) => {
-                let (value, slope) = log_logistic_density(y.value());
+                let (value, slope) = log_logistic_density(y.value(), |x| terms.minus_ln(x));
                 let width = b.value() - a.value();
                 terms
                     .add(value + width.ln(), ((y, slope), (a, -width.recip()), (b, width.recip())));
@@ -172,12 +172,13 @@ impl<R: Scalar> Support<R> {
 }
 
 /// ln σ(y) + ln σ(−y) = −|y| − 2 ln(1 + e^{−|y|}), the log density of the logistic distribution, and
-/// its derivative.
+/// its derivative. The logarithm is left to `minus_ln`.
 #[inline(always)]
-pub(crate) fn log_logistic_density(y: f64) -> (f64, f64) {
+pub(crate) fn log_logistic_density(y: f64, minus_ln: impl FnOnce(f64) -> f64) -> (f64, f64) {
     let (p, q) = logistic(y);
     // next to |y| or ln 2 the logarithm of the rounded sum is exact enough
-    (-y.abs() - 2.0 * (1.0 + (-y.abs()).exp()).ln(), q - p)
+    let sum = 1.0 + (-y.abs()).exp();
+    (minus_ln(sum * sum) - y.abs(), q - p)
 }
 
 #[cfg(test)]
