@@ -232,6 +232,20 @@ pub trait Scalar:
         self.unary(x.abs(), sign)
     }
 
+    /// The larger of two numbers, this one if they are equal; NaN if either is.
+    #[inline]
+    fn max(self, other: impl Into<Self>) -> Self {
+        let other = other.into();
+        if self >= other || self.value().is_nan() { self } else { other }
+    }
+
+    /// The smaller of two numbers, this one if they are equal; NaN if either is.
+    #[inline]
+    fn min(self, other: impl Into<Self>) -> Self {
+        let other = other.into();
+        if self <= other || self.value().is_nan() { self } else { other }
+    }
+
     /// Logistic function 1/(1 + e⁻ˣ).
     #[inline]
     fn logistic(self) -> Self {
@@ -310,7 +324,7 @@ mod tests {
     #[test]
     fn elementary_derivatives() {
         type F = (fn(Dual<1>) -> Dual<1>, fn(f64) -> f64, f64);
-        let cases: [F; 20] = [
+        let cases: [F; 24] = [
             (Scalar::exp, f64::exp, 0.7),
             (Scalar::exp_m1, f64::exp_m1, 0.7),
             (Scalar::ln, f64::ln, 0.7),
@@ -329,6 +343,10 @@ mod tests {
             (Scalar::ln_gamma, special::ln_gamma, 0.7),
             (Scalar::tanh, f64::tanh, 0.7),
             (Scalar::abs, f64::abs, -0.7),
+            (|x| Scalar::max(x, 0.5), |x| x.max(0.5), 0.7),
+            (|x| Scalar::max(x, x * 2.0), |x| x.max(2.0 * x), 0.7),
+            (|x| Scalar::min(x, 0.5), |x| x.min(0.5), 0.7),
+            (|x| Scalar::min(x, x * 2.0), |x| x.min(2.0 * x), -0.7),
             (Scalar::logistic, |x| 1.0 / (1.0 + (-x).exp()), -0.7),
             (Scalar::softplus, |x| x.exp().ln_1p(), -0.7),
         ];
@@ -344,6 +362,14 @@ mod tests {
                 got.gradient()[0]
             );
         }
+    }
+
+    #[test]
+    fn no_number_stays_none() {
+        let (nan, one) = (f64::NAN, 1.0);
+        let all = [(nan, one), (one, nan)];
+        assert!(all.iter().all(|(a, b)| Scalar::max(*a, *b).is_nan()));
+        assert!(all.iter().all(|(a, b)| Scalar::min(*a, *b).is_nan()));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use super::{Distribution, Family, Parameter, Vector, lift};
+use super::{Distribution, Family, Parameter, Vector, cut_points, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, logistic, softplus};
@@ -39,15 +39,12 @@ where
     type Value = u64;
 
     fn ln_density(&self, grade: &u64) -> R {
-        let cuts = self.1.size();
-        let k = usize::try_from(*grade).unwrap_or(usize::MAX);
-        if k > cuts {
+        let Some((lower, upper)) = cut_points::around(&self.1, *grade) else {
             return R::from(f64::NEG_INFINITY);
-        }
+        };
         let eta = self.0.number();
         let (mut value, mut in_eta) = (0.0, 0.0);
         let mut partials = [(R::from(0.0), 0.0); 2];
-        let (lower, upper) = ((k > 0).then(|| self.1.at(k - 1)), (k < cuts).then(|| self.1.at(k)));
         // σ(b) − σ(a) = σ(b) σ(−a) (1 − e^{a − b})
         let between = match (lower, upper) {
             (Some(lower), Some(upper)) => {
@@ -75,19 +72,11 @@ where
     }
 
     fn validate(&self) -> Result<(), DomainError> {
-        DomainError::require_finite("OrderedLogistic", "predictor", self.0.number())?;
-        (0..self.1.size()).try_for_each(|i| {
-            let (name, cut) = (format!("cut point {i}"), self.1.at(i).value());
-            DomainError::require_finite("OrderedLogistic", &name, cut)?;
-            let before = if i > 0 { self.1.at(i - 1).value() } else { f64::NEG_INFINITY };
-            let above = format!("above the one before, {before}");
-            DomainError::require(cut > before, "OrderedLogistic", &name, &above, cut)
-        })
+        cut_points::validate("OrderedLogistic", self.0.number(), &self.1)
     }
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> u64 {
         let u: f64 = rng.random();
-        let latent = self.0.number() + u.ln() - (-u).ln_1p();
-        (0..self.1.size()).take_while(|&i| self.1.at(i).value() < latent).count() as u64
+        cut_points::grade(&self.1, self.0.number() + u.ln() - (-u).ln_1p())
     }
 }

@@ -120,6 +120,28 @@ fn multinomial() {
 }
 
 #[test]
+fn ordered_probit() {
+    assert_masses("grades", &OrderedProbit(0.4, [-1.0, 0.2, 1.9]), &[0, 1, 2, 3]);
+    struct Grade(u64);
+    impl Mass for Grade {
+        fn ln_mass<R: Scalar>(&self, [eta, a, b, c]: [R; 4]) -> R {
+            OrderedProbit(eta, [a, b, c]).ln_density(&self.0)
+        }
+    }
+    for k in 0..4 {
+        assert_partials("grade", &Grade(k), [0.4, -1.0, 0.2, 1.9]);
+        assert_partials("far out", &Grade(k), [-30.0, -1.0, 0.2, 1.9]);
+    }
+    let equal: f64 = OrderedProbit(0.0, [1.0, 1.0]).ln_density(&1);
+    assert_eq!(equal, f64::NEG_INFINITY);
+    let beyond: f64 = OrderedProbit(0.0, [1.0]).ln_density(&2);
+    assert_eq!(beyond, f64::NEG_INFINITY);
+    let error = Distribution::<f64>::validate(&OrderedProbit(0.0, [1.0, 1.0])).unwrap_err();
+    let expected = "OrderedProbit: cut point 1 must be above the one before, 1, got 1";
+    assert_eq!(error.to_string(), expected);
+}
+
+#[test]
 fn ordered_logistic() {
     assert_masses("grades", &OrderedLogistic(0.4, [-1.0, 0.2, 1.9]), &[0, 1, 2, 3]);
     struct Grade(u64);

@@ -108,6 +108,26 @@ fn bernoulli_logit() {
     assert_close(heads / n, flag.mean(), 0.0, 4.0 * error, "share of heads");
 }
 
+/// As two grades, whose masses are checked against 50 digits.
+#[test]
+fn bernoulli_probit() {
+    for x in [-40.0, -1.2, 0.0, 3.0, 60.0] {
+        for flag in [true, false] {
+            let [lifted] = Dual::variables([x]);
+            let got: Dual<1> = BernoulliProbit(lifted).ln_density(&flag);
+            let grade: Dual<1> = OrderedProbit(lifted, [0.0]).ln_density(&u64::from(flag));
+            assert_close(got.value(), grade.value(), 1e-14, 0.0, "value");
+            assert_close(got.gradient()[0], grade.gradient()[0], 1e-12, 0.0, "∂x");
+        }
+    }
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(6);
+    let flag = BernoulliProbit(0.4);
+    let heads = (0..DRAWS).filter(|_| Distribution::<f64>::draw(&flag, &mut rng)).count() as f64;
+    let n = DRAWS as f64;
+    let error = (flag.variance() / n).sqrt();
+    assert_close(heads / n, flag.mean(), 0.0, 4.0 * error, "share of heads");
+}
+
 #[test]
 fn bernoulli() {
     let p = 0.3;

@@ -164,6 +164,7 @@ fn vector_log_densities_agree_with_fifty_digits() {
             ("Dirichlet", _) => Dirichlet(&p).ln_density(&x),
             ("Multinomial", _) => Multinomial(counts.iter().sum(), &p).ln_density(&counts),
             ("CategoricalLogit", _) => CategoricalLogit(&p).ln_density(&counts[0]),
+            ("OrderedProbit", _) => OrderedProbit(p[0], &p[1..]).ln_density(&counts[0]),
             ("OrderedLogistic", _) => OrderedLogistic(p[0], &p[1..]).ln_density(&counts[0]),
             (_, 2 | 4) => ln_density_of_size::<2>(family, &x, &p),
             _ => ln_density_of_size::<3>(family, &x, &p),
@@ -178,5 +179,5 @@ fn vector_log_densities_agree_with_fifty_digits() {
         assert_close(got, expected, 1e-14, absolute, line);
         rows += 1;
     }
-    assert!(rows >= 35, "{rows} rows");
+    assert!(rows >= 42, "{rows} rows");
 }

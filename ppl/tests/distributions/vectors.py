@@ -7,7 +7,7 @@ Jacobian from W to its Cholesky factor, not as the crate does.
 
 import csv
 
-from mpmath import det, exp, inverse, log, loggamma, matrix, mp, mpf, pi
+from mpmath import det, erfc, exp, inf, inverse, log, loggamma, matrix, mp, mpf, pi, sqrt
 
 mp.dps = 80
 
@@ -42,6 +42,15 @@ def ordered_logistic(k, p):
     below = lambda c: 1 / (1 + exp(eta - c))
     edges = [mpf(0)] + [below(c) for c in cuts] + [mpf(1)]
     return log(edges[k[0] + 1] - edges[k[0]])
+
+
+def ordered_probit(k, p):
+    eta, *cuts = numbers(p)
+    edges = [-inf] + [c - eta for c in cuts] + [inf]
+    a, b = edges[k[0]], edges[k[0] + 1]
+    if a + b < 0:
+        a, b = -b, -a
+    return log((erfc(a / sqrt(2)) - erfc(b / sqrt(2))) / 2)
 
 
 def student_t(x, p):
@@ -104,6 +113,11 @@ CASES = [
         ([0], [0.0, 0.0]), ([1], [0.3, -1.2, 2.0]), ([0], [-900.0, 900.0]), ([2], [1e4, 0.0, 1e4]),
     ]),
     ("OrderedLogistic", ordered_logistic, [
+        ([0], [0.3, -1.0, 0.5]), ([1], [0.3, -1.0, 0.5]), ([2], [0.3, -1.0, 0.5]),
+        ([1], [0.0, 40.0, 40.0009765625]), ([1], [0.0, -60.0, -50.0]), ([0], [90.0, 10.0]),
+        ([1], [-80.0, 10.0]),
+    ]),
+    ("OrderedProbit", ordered_probit, [
         ([0], [0.3, -1.0, 0.5]), ([1], [0.3, -1.0, 0.5]), ([2], [0.3, -1.0, 0.5]),
         ([1], [0.0, 40.0, 40.0009765625]), ([1], [0.0, -60.0, -50.0]), ([0], [90.0, 10.0]),
         ([1], [-80.0, 10.0]),

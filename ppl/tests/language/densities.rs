@@ -49,6 +49,7 @@ fn three_derivatives_agree() {
     assert_gradient("schools_centred", &schools_centred(&EFFECTS, &ERRORS));
     assert_gradient("schools", &schools(&EFFECTS, &ERRORS));
     assert_gradient("schools_in_a_plate", &schools_in_a_plate(&EFFECTS, &ERRORS));
+    assert_gradient("bent", &bent(&[0.3, -1.0, 2.5, 0.1]));
     assert_gradient("regression", &regression(&ROWS, &[0.3, 1.2, 1.9]));
     assert_gradient("hierarchy", &hierarchy(2, vec![0, 1, 1], vec![2, 0, 5]));
     let ys = [0.3, f64::NAN, -1.0];

@@ -199,6 +199,17 @@ ppl::model! {
         }
     }
 
+    /// The larger and the smaller of numbers, data and formulas.
+    pub(crate) fn bent(ys: &[f64]) {
+        let knot ~ Normal(0.0, 1.0);
+        let slope ~ Normal(0.0, 1.0).array::<2>();
+        for (i, y) in ys.iter().enumerate() {
+            let x = i as f64 - 1.5;
+            let mean = slope[0] * (x - knot).max(0.0) + (slope[1] * x).min(knot).max(slope[0]);
+            y ~ Normal(mean, 0.5);
+        }
+    }
+
     /// A sequence carried through a loop.
     pub(crate) fn walk(ys: &[f64]) {
         let phi ~ Uniform(-1.0, 1.0);
