@@ -20,11 +20,14 @@ pub(crate) fn replacement(linear: &Linear, pat: &Pat, iter: &Expr, site: usize) 
     let mut iter = iter.clone();
     Zips.visit_expr_mut(&mut iter);
     quote_spanned! {Span::mixed_site()=>
-        <Self as ::ppl::Model>::STATIC && __C::REPLACES && #cx.replace_rows(|rows| {
+        <Self as ::ppl::Model>::STATIC && __C::REPLACES && 'rows: {
+            let ::core::option::Option::Some(rows) = #cx.rows() else { break 'rows false };
             let mut iterations = ::core::iter::IntoIterator::into_iter(#iter);
             for (gap, group) in rows.groups::<#width>() {
                 #[allow(unused_variables)]
-                let ::core::option::Option::Some(#pat) = iterations.nth(gap) else { return };
+                let ::core::option::Option::Some(#pat) = iterations.nth(gap) else {
+                    break 'rows true;
+                };
                 #(#[allow(unused_variables)] #data)*
                 #(let #names = (&::ppl::__private::Of(&(#formulas))).sum();)*
                 for mut row in group {
@@ -35,7 +38,8 @@ pub(crate) fn replacement(linear: &Linear, pat: &Pat, iter: &Expr, site: usize) 
                 #(#names.deposit();)*
             }
             rows.settle_rest::<::ppl::Real<__C::Number>, _>(&#rest, &mut #total);
-        })
+            true
+        }
     }
 }
 

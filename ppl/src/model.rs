@@ -143,13 +143,12 @@ pub trait Context {
         self.observe(site, datum, distribution)
     }
 
-    /// Runs `run` over what stands for the observations of the loop that follows; false if they
-    /// have to be looked at one by one.
+    /// What stands for the observations of the loop that follows; `None` if they have to be looked
+    /// at one by one.
     #[doc(hidden)]
     #[inline(always)]
-    fn replace_rows(&mut self, run: impl FnOnce(&Rows)) -> bool {
-        let _ = run;
-        false
+    fn rows(&mut self) -> Option<&Rows> {
+        None
     }
 
     /// An observation in a loop that rows may come to stand for.

@@ -115,11 +115,12 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     }
 
     #[inline(always)]
-    fn replace_rows(&mut self, run: impl FnOnce(&Rows)) -> bool {
-        let Pools::Found(pools) = &mut self.pools else { return false };
-        let Some(Pool::Rows(rows)) = pools.next() else { return false };
-        run(rows);
-        true
+    fn rows(&mut self) -> Option<&Rows> {
+        let Pools::Found(pools) = &mut self.pools else { return None };
+        match pools.next() {
+            Some(Pool::Rows(rows)) => Some(rows),
+            _ => None,
+        }
     }
 
     #[inline(always)]
