@@ -5,7 +5,10 @@ use std::{collections::BTreeMap, fmt};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
-use super::store::{infinite, places};
+use super::{
+    store::{infinite, places},
+    warmup::Warmup,
+};
 use crate::density::Place;
 
 /// Statistics of one transition.
@@ -148,6 +151,9 @@ pub struct MapSwitch {
 pub struct WarmupReport {
     /// First point of the chain, unconstrained.
     pub start: Vec<f64>,
+    /// Its point at the end of the warmup, unconstrained; empty if it did not come so far.
+    #[serde(default)]
+    pub end: Vec<f64>,
     /// Statistics of the warmup transitions.
     pub stats: Vec<DrawStats>,
     /// Warmup transitions (0-based) after which the covariance was estimated anew.
@@ -183,9 +189,31 @@ pub struct Chain {
     pub rejections: BTreeMap<Place, u64>,
     /// Why the chain ended early; `None` if it finished.
     pub stopped: Option<String>,
-    /// The random stream after the last kept draw, from which a chain goes on; `None` for draws
-    /// that are no chain.
+    /// The random stream after the warmup and each kept draw, from which a chain goes on; `None` for
+    /// draws that are no chain.
     pub(crate) stream: Option<Xoshiro256PlusPlus>,
+    /// Where an interrupt found the chain in its warmup.
+    #[serde(default)]
+    pub(crate) paused: Option<Box<Paused>>,
+}
+
+/// A chain between two transitions of its warmup.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Paused {
+    pub(super) position: Vec<f64>,
+    pub(super) stream: Xoshiro256PlusPlus,
+    pub(super) step: f64,
+    pub(super) covariance: Covariance,
+    pub(super) warmup: Warmup,
+    /// Transitions that the warmup has in all.
+    pub(super) length: usize,
+}
+
+impl Paused {
+    /// Whether lengths agree.
+    pub(super) fn fits(&self, dim: usize) -> bool {
+        self.position.len() == dim && self.warmup.fits(dim)
+    }
 }
 
 impl Chain {

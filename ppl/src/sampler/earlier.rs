@@ -1,7 +1,7 @@
 //! Runs that begin where earlier ones ended.
 
 use super::{
-    chains::{Chain, Chains},
+    chains::{Chain, Chains, WarmupReport},
     error::SampleError,
     metric::Metric,
     nuts::{Nuts, NutsChain},
@@ -23,7 +23,7 @@ impl Nuts<'_> {
     /// A run whose chains do not fit these is refused with [`SampleError::Earlier`] or a
     /// [`SampleError::Setting`] of `init_points`.
     pub fn warm_start(mut self, earlier: &Chains) -> Self {
-        let last = |chain: &Chain| last_draw(chain, earlier.dim).to_vec();
+        let last = |chain: &Chain| last_position(chain, earlier.dim).to_vec();
         self.run.init = Init::Points(earlier.chains.iter().map(last).collect());
         let tuning = |chain: &Chain| (chain.warmup.covariance.clone(), chain.warmup.step_size);
         self.warm = Some(earlier.chains.iter().map(tuning).collect());
@@ -32,7 +32,8 @@ impl Nuts<'_> {
 
     /// Goes on with the chains of an earlier run until each has as many draws as this sampler is
     /// set to keep. They are those that one longer run would have drawn, bit for bit, on the same
-    /// density with the same `thin`. It finishes an interrupted run, and lengthens a finished one;
+    /// density with the same `thin`. It finishes an interrupted run, were it still in its warmup, and
+    /// lengthens a finished one;
     /// [`Posterior::from_chains`](crate::Posterior::from_chains) gives the draws their names.
     ///
     /// Mass matrices, steps, the bound on doublings and the random streams are those of the earlier
@@ -40,7 +41,7 @@ impl Nuts<'_> {
     ///
     /// # Errors
     /// [`SampleError::Earlier`] if the chains are not of this sampler or this density, or one
-    /// was stopped before its first draw; else see [`Nuts`].
+    /// failed before its first draw; else see [`Nuts`].
     pub fn resume<D: LogDensity>(
         &self,
         density: &D,
@@ -63,8 +64,9 @@ impl Nuts<'_> {
             let reason = format!("there are {got} of them, but {set} are to be run");
             return Err(misfit(reason, "set `chains` to their number"));
         }
-        if let Some(number) = earlier.chains.iter().position(Chain::is_empty) {
-            let reason = format!("chain {number} ended before its first draw");
+        let has_ended = |chain: &Chain| chain.stream.is_none() && chain.paused.is_none();
+        if let Some(number) = earlier.chains.iter().position(has_ended) {
+            let reason = format!("chain {number} failed before its first draw");
             return Err(misfit(reason, "begin anew with `run`"));
         }
         Run { init: Init::Uniform(0.0), ..self.run.clone() }.validate(dim)?;
@@ -89,23 +91,32 @@ impl Nuts<'_> {
     }
 }
 
-/// The kernel of a chain, and its random stream, as they were after its last draw.
+/// The kernel of a chain, and its random stream, as they were after its last transition.
 fn take_up<'a>(
     density: &'a dyn AnyDensity,
     max_depth: u32,
     chain: &Chain,
 ) -> Result<(NutsChain<'a>, Stream), SampleError> {
     let dim = density.dim();
-    let stream = (chain.stream.clone())
+    let (stream, covariance, step, warmup, position) = match &chain.paused {
+        Some(p) => (Some(&p.stream), &p.covariance, p.step, p.warmup.clone(), &*p.position),
+        None => {
+            let WarmupReport { covariance, step_size, .. } = &chain.warmup;
+            let frozen = Warmup::new(Rule::Fisher, dim, 0, 0.8, true);
+            (chain.stream.as_ref(), covariance, *step_size, frozen, last_position(chain, dim))
+        }
+    };
+    let stream = (stream.cloned())
         .ok_or_else(|| misfit("a chain has no random stream", "give chains of NUTS"))?;
-    let step = chain.warmup.step_size;
-    let metric = Metric::from_covariance(&chain.warmup.covariance, dim)
+    let metric = Metric::from_covariance(covariance, dim)
         .filter(|_| step.is_finite() && step > 0.0)
         .ok_or_else(|| misfit("a mass matrix or step is not positive", "begin anew with `run`"))?;
-    let frozen = Warmup::new(Rule::Fisher, dim, 0, 0.8, true);
-    let mut kernel = NutsChain::new(density, max_depth, frozen, Some((metric, step)));
-    let begun = kernel.begin(last_draw(chain, dim));
-    let (now, then) = (kernel.current.log_density, chain.stats[chain.len() - 1].log_density);
+    let mut kernel = NutsChain::new(density, max_depth, warmup, Some((metric, step)));
+    let begun = kernel.begin(position);
+    // a chain that has not moved yet has no log density to compare with
+    let last = chain.stats.last().or(chain.warmup.stats.last());
+    let now = kernel.current.log_density;
+    let then = last.map_or(now, |stats| stats.log_density);
     if begun.is_err() || (now - then).abs() > SAME_DENSITY * then.abs().max(1.0) {
         let reason = format!("the log density at a last draw was {then} and is {now}");
         return Err(misfit(reason, "give the model and the data that they were drawn with"));
@@ -113,9 +124,11 @@ fn take_up<'a>(
     Ok((kernel, stream))
 }
 
-/// Empty for a chain without draws.
-fn last_draw(chain: &Chain, dim: usize) -> &[f64] {
-    &chain.draws[chain.draws.len().saturating_sub(dim)..]
+fn last_position(chain: &Chain, dim: usize) -> &[f64] {
+    match chain.draws.len().checked_sub(dim) {
+        Some(start) if !chain.is_empty() => &chain.draws[start..],
+        _ => &chain.warmup.end,
+    }
 }
 
 fn misfit(reason: impl Into<String>, mend: &'static str) -> SampleError {

@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use super::{
-    chains::{Chains, Covariance, DrawStats, WarmupReport},
+    chains::{Chains, Covariance, DrawStats, Paused, WarmupReport},
     error::SampleError,
     hamiltonian::{Hamiltonian, Point},
     metric::Metric,
@@ -253,6 +253,17 @@ impl Kernel for NutsChain<'_> {
                 Ok(())
             }
         }
+    }
+
+    fn pause(&self, rng: &Stream, length: usize) -> Option<Box<Paused>> {
+        Some(Box::new(Paused {
+            position: self.current.y.clone(),
+            stream: rng.clone(),
+            step: self.step,
+            covariance: self.hamiltonian.metric.covariance(),
+            warmup: self.warmup.clone(),
+            length,
+        }))
     }
 
     fn freeze(&mut self, report: &mut WarmupReport) {

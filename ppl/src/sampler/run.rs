@@ -10,13 +10,13 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
 use super::{
-    chains::{Chain, Covariance, Divergence, DrawStats, WarmupReport},
+    chains::{Chain, Covariance, Divergence, DrawStats, Paused, WarmupReport},
     error::SampleError,
     progress::Meter,
     rejections::{Rejections, Stop},
     settings::{Init, Run},
 };
-use crate::density::Rejection;
+use crate::density::{Place, Rejection};
 
 /// Random stream of a chain: the seed's generator after one jump of 2¹²⁸ per chain before it.
 pub(super) type Stream = Xoshiro256PlusPlus;
@@ -34,6 +34,11 @@ pub(super) trait Kernel {
     fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, Stop>;
     /// Learns from a warmup transition.
     fn adapt(&mut self, stats: &DrawStats, rng: &mut Stream) -> Result<(), Stop>;
+    /// All that a warmup of `length` transitions needs to go on from here; `None` if it cannot.
+    fn pause(&self, rng: &Stream, length: usize) -> Option<Box<Paused>> {
+        let _ = (rng, length);
+        None
+    }
     /// Ends the warmup, after which nothing is adapted, and records the tuning.
     fn freeze(&mut self, report: &mut WarmupReport);
     /// The current position.
@@ -88,9 +93,14 @@ impl Run<'_> {
         let abort = AtomicBool::new(false);
         self.in_parallel(earlier, |number, mut chain| {
             let (mut kernel, mut rng) = make(&chain)?;
-            let meter = Meter::new(self.progress, number, self.draws * self.thin);
+            let warmup = chain.paused.take().map(|paused| paused.length);
+            let ahead = warmup.map_or(0, |length| length - chain.warmup.stats.len());
+            let mut meter = Meter::new(self.progress, number, ahead + self.draws * self.thin);
             chain.stopped = None;
-            self.sample(&mut chain, &mut kernel, &mut rng, meter, &abort, Ok(()));
+            let tuned = warmup.map_or(Ok(()), |length| {
+                self.tune(length, &mut chain, &mut kernel, &mut rng, &mut meter, &abort)
+            });
+            self.sample(&mut chain, &mut kernel, &mut rng, meter, &abort, tuned);
             Ok(chain)
         })
     }
@@ -129,6 +139,7 @@ impl Run<'_> {
             divergences: Vec::new(),
             warmup: WarmupReport {
                 start: kernel.position().to_vec(),
+                end: Vec::new(),
                 stats: Vec::with_capacity(warmup),
                 windows: Vec::new(),
                 switches: Vec::new(),
@@ -141,26 +152,43 @@ impl Run<'_> {
             rejections: BTreeMap::new(),
             stopped: None,
             stream: None,
+            paused: None,
         };
         let mut meter = Meter::new(self.progress, number, warmup + self.draws * self.thin);
 
         // without unknowns there is no step to find either
-        let mut ended = if dim == 0 { Ok(()) } else { kernel.prepare(rng) };
-        ended = ended.and_then(|()| {
-            (0..warmup).try_for_each(|_| {
-                self.check(abort)?;
-                let stats = DrawStats { tuning: true, ..kernel.transition(rng)? };
-                kernel.adapt(&stats, rng)?;
-                meter.transition(&stats);
-                chain.warmup.stats.push(stats);
-                Ok(())
-            })
+        let prepared = if dim == 0 { Ok(()) } else { kernel.prepare(rng) };
+        let tuned = prepared
+            .and_then(|()| self.tune(warmup, &mut chain, &mut kernel, rng, &mut meter, abort));
+        self.sample(&mut chain, &mut kernel, rng, meter, abort, tuned);
+        Ok(chain)
+    }
+
+    /// What `chain` lacks of a warmup of `length` transitions.
+    fn tune<K: Kernel>(
+        &self,
+        length: usize,
+        chain: &mut Chain,
+        kernel: &mut K,
+        rng: &mut Stream,
+        meter: &mut Meter<'_>,
+        abort: &AtomicBool,
+    ) -> Result<(), Stop> {
+        let ended = (chain.warmup.stats.len()..length).try_for_each(|_| {
+            self.check(abort).inspect_err(|_| chain.paused = kernel.pause(rng, length))?;
+            let stats = DrawStats { tuning: true, ..kernel.transition(rng)? };
+            kernel.adapt(&stats, rng)?;
+            meter.transition(&stats);
+            chain.warmup.stats.push(stats);
+            Ok(())
         });
         kernel.freeze(&mut chain.warmup);
-        chain.warmup.rejections = kernel.rejections().take();
-
-        self.sample(&mut chain, &mut kernel, rng, meter, abort, ended);
-        Ok(chain)
+        count(kernel, &mut chain.warmup.rejections);
+        if ended.is_ok() {
+            chain.warmup.end = kernel.position().to_vec();
+            chain.stream = Some(rng.clone());
+        }
+        ended
     }
 
     /// Draws until `chain` is complete, unless it has `ended` already.
@@ -187,9 +215,7 @@ impl Run<'_> {
                 Ok(())
             })
         });
-        for (place, count) in kernel.rejections().take() {
-            *chain.rejections.entry(place).or_insert(0) += count;
-        }
+        count(kernel, &mut chain.rejections);
         meter.finish();
 
         if let Err(Stop(reason)) = ended {
@@ -263,5 +289,12 @@ impl Run<'_> {
         } else {
             Ok(())
         }
+    }
+}
+
+/// Adds what a kernel has rejected since it was asked last.
+fn count(kernel: &mut impl Kernel, rejections: &mut BTreeMap<Place, u64>) {
+    for (place, count) in kernel.rejections().take() {
+        *rejections.entry(place).or_insert(0) += count;
     }
 }

@@ -1,5 +1,7 @@
 //! Step size adaptation by dual averaging.
 
+use serde::{Deserialize, Serialize};
+
 /// Nesterov's dual averaging on the logarithm of the step size ε.
 ///
 /// With acceptance statistic aₜ and target δ,
@@ -7,7 +9,7 @@
 /// `x̄ ← (1−t^−κ) x̄ + t^−κ ln ε`; γ = 0.05, κ = 0.75, t₀ = 10.
 ///
 /// Reference: Hoffman & Gelman, *The No-U-Turn Sampler*, JMLR 15 (2014), section 3.2.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct DualAveraging {
     pub(super) target: f64,
     mu: f64,

@@ -147,6 +147,14 @@ impl Chains {
             if got != expected {
                 return Err(format!("chain {number} has {got} numbers, not {expected}"));
             }
+            let has_ended = chain.stream.is_some() && chain.is_empty();
+            let fits = (!has_ended || chain.warmup.end.len() == self.dim)
+                && chain.paused.as_ref().is_none_or(|paused| {
+                    paused.fits(self.dim) && chain.warmup.stats.len() <= paused.length
+                });
+            if !fits {
+                return Err(format!("the warmup of chain {number} does not fit {}", self.dim));
+            }
             if chain.divergences.iter().any(|d| d.position.len() != self.dim) {
                 return Err(format!("a divergence of chain {number} has not {} numbers", self.dim));
             }

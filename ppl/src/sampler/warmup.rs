@@ -2,6 +2,8 @@
 
 use std::mem::discriminant;
 
+use serde::{Deserialize, Serialize};
+
 use super::{
     chains::{DrawStats, MapSwitch, WarmupReport},
     hamiltonian::Point,
@@ -10,7 +12,7 @@ use super::{
 };
 
 /// Rule by which a run adapts its mass matrix.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Rule {
     /// Variance of the draws in doubling windows, as Stan does.
     Stan,
@@ -19,7 +21,7 @@ pub(super) enum Rule {
 }
 
 /// Draws `start..end` of the warmup from which one mass matrix is estimated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Window {
     start: usize,
     end: usize,
@@ -110,7 +112,7 @@ pub(super) enum Moment {
 }
 
 /// The windows of one warmup, passed one by one.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Schedule {
     windows: Vec<Window>,
     /// Last draws of the windows passed.
@@ -155,7 +157,7 @@ pub(super) enum Advice {
 }
 
 /// The adaptation of a Hamiltonian chain during its warmup.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Warmup {
     pub(super) step: DualAveraging,
     pub(super) schedule: Schedule,
@@ -251,6 +253,11 @@ impl Warmup {
         let next = self.schedule.next_start().unwrap_or(draw + 1);
         self.sample.keep_last((draw + 1).saturating_sub(next));
         if restarted { Advice::SearchStep } else { Advice::GoOn }
+    }
+
+    /// Whether it is of a density of `dim` coordinates.
+    pub(super) fn fits(&self, dim: usize) -> bool {
+        self.sample.fits(dim)
     }
 
     /// Writes down what was decided.

@@ -1,8 +1,8 @@
 //! Runs that go on where others ended.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use ppl::{Chains, ChainsFileError, Covariance, Metropolis, Nuts, Place, SampleError};
+use ppl::{Chains, ChainsFileError, Covariance, Metropolis, Nuts, Place, Rejection, SampleError};
 
 use crate::targets::{Gaussian, assert_mean, half_normal, normal_until};
 
@@ -52,25 +52,60 @@ fn counts_go_on_too() {
     assert_eq!(nuts.draws(400).resume(&half_normal(), loaded).expect("resumes"), long);
 }
 
-/// An interrupted run is finished by the same sampler.
-#[test]
-fn an_interrupted_run_is_finished() {
+/// A run over a normal density, and how often it evaluated it.
+fn counted(nuts: &Nuts<'_>) -> (Chains, usize) {
+    let count = AtomicUsize::new(0);
+    let target = normal_until(3, 0, || {
+        count.fetch_add(1, Ordering::Relaxed);
+        Ok(())
+    });
+    let chains = nuts.run(&target).expect("runs");
+    (chains, count.load(Ordering::Relaxed))
+}
+
+/// The same run, interrupted during that evaluation.
+fn interrupted(nuts: &Nuts<'_>, evaluation: usize) -> Chains {
     let flag = AtomicBool::new(false);
     let raise = || {
         flag.store(true, Ordering::Relaxed);
         Ok(())
     };
-    let nuts = Nuts::default().chains(2).threads(1).warmup(100).draws(2000).seed(3);
-    let cut = nuts.clone().interrupt(&flag).run(&normal_until(3, 16_000, raise)).expect("runs");
-    assert!(cut.chains.iter().any(|c| c.stopped.is_some() && c.len() < 2000));
+    let chains = nuts.clone().interrupt(&flag).run(&normal_until(3, evaluation, raise));
+    chains.expect("runs")
+}
+
+/// An interrupted run is finished by the same sampler, wherever it was: before its first transition,
+/// in the warmup, while drawing.
+#[test]
+fn an_interrupted_run_is_finished() {
     let target = normal_until(3, usize::MAX, || Ok(()));
-    match cut.chains.iter().position(|c| c.is_empty()) {
-        None => {
-            let whole = nuts.run(&target).expect("runs");
-            assert_eq!(nuts.resume(&target, saved_and_loaded(&cut)).expect("resumes"), whole);
+    for nuts in [Nuts::default(), Nuts::stan_compatible().thin(3)] {
+        let nuts = nuts.chains(2).threads(1).warmup(200).draws(300).seed(3);
+        let (whole, evaluations) = counted(&nuts);
+        let mut lengths = Vec::new();
+        for tenth in 0..10 {
+            let cut = interrupted(&nuts, evaluations * tenth / 10);
+            assert!(cut.chains.iter().any(|c| c.stopped.is_some()));
+            lengths.extend(cut.chains.iter().map(|c| (c.warmup.stats.len(), c.len())));
+            let resumed = nuts.resume(&target, saved_and_loaded(&cut)).expect("resumes");
+            assert_eq!(resumed, whole, "after {tenth} tenths");
         }
-        Some(empty) => panic!("chain {empty} was stopped too soon for this test"),
+        assert!(lengths.contains(&(0, 0)), "{lengths:?}");
+        assert!(lengths.iter().any(|(tuned, _)| (1..200).contains(tuned)), "{lengths:?}");
+        assert!(lengths.iter().any(|(_, drawn)| (1..300).contains(drawn)), "{lengths:?}");
     }
+}
+
+#[test]
+fn an_interrupt_between_warmup_and_draws_loses_nothing() {
+    let nuts = nuts().chains(1);
+    let (first, evaluations) = counted(&nuts.clone().draws(1));
+    let last_of_warmup = evaluations - first.chains[0].stats[0].leapfrogs as usize - 1;
+    let cut = interrupted(&nuts, last_of_warmup);
+    assert_eq!((cut.chains[0].warmup.stats.len(), cut.len()), (120, 0));
+    let target = normal_until(3, usize::MAX, || Ok(()));
+    let whole = nuts.run(&target).expect("runs");
+    assert_eq!(nuts.resume(&target, saved_and_loaded(&cut)).expect("resumes"), whole);
 }
 
 /// With no warmup at all, a warm start samples with the earlier tuning; a short one keeps what is
@@ -110,8 +145,9 @@ fn chains_that_do_not_fit_are_refused_by_reason() {
     let nuts = nuts().draws(20);
     let chains = nuts.run(&target).expect("runs");
     let walk = Metropolis::default().chains(3).draws(20).run(&target).expect("runs");
-    let stop = AtomicBool::new(true);
-    let empty = nuts.clone().interrupt(&stop).run(&target).expect("runs");
+    let fail = || Err(Rejection::Fatal { message: "the licence server is gone".into() });
+    let one = nuts.clone().chains(1);
+    let failed = one.run(&normal_until(2, 50, fail)).expect("runs");
     let mut broken = chains.clone();
     broken.chains[1].warmup.covariance = Covariance::Dense(vec![1.0, 2.0, 2.0, 1.0]);
     let cases = [
@@ -119,7 +155,7 @@ fn chains_that_do_not_fit_are_refused_by_reason() {
         (nuts.resume(&wide, chains.clone()), "2 coordinates, the density 3"),
         (nuts.clone().chains(2).resume(&target, chains.clone()), "there are 3"),
         (nuts.resume(&target, walk), "another sampler"),
-        (nuts.resume(&target, empty), "chain 0 ended before its first draw"),
+        (one.resume(&target, failed), "chain 0 failed before its first draw"),
         (nuts.resume(&target, broken.clone()), "not positive"),
         (nuts.clone().warm_start(&broken).run(&target), "mass matrix"),
     ];

@@ -224,6 +224,7 @@ impl PathfinderFit {
             divergences: Vec::new(),
             warmup: WarmupReport {
                 start: mean,
+                end: Vec::new(),
                 stats: Vec::new(),
                 windows: Vec::new(),
                 switches: Vec::new(),
@@ -236,6 +237,7 @@ impl PathfinderFit {
             rejections: BTreeMap::new(),
             stopped: None,
             stream: None,
+            paused: None,
         };
         Chains { dim: self.dim, chains: vec![chain], max_depth: None }
     }

@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
 
 /// Draws and scores (gradients of the log density), in the order of the chain.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(in crate::sampler) struct Sample {
     dim: usize,
     draws: Vec<f64>,
@@ -27,6 +28,13 @@ impl Sample {
         let old = self.len().saturating_sub(keep) * self.dim;
         self.draws.drain(..old);
         self.scores.drain(..old);
+    }
+
+    /// Whether it is of a density of `dim` coordinates, with as many scores as draws.
+    pub(in crate::sampler) fn fits(&self, dim: usize) -> bool {
+        self.dim == dim
+            && self.draws.len() == self.scores.len()
+            && self.draws.len() == self.len() * dim
     }
 
     pub(in crate::sampler) fn len(&self) -> usize {

@@ -229,6 +229,7 @@ impl<'a> Particles<'a> {
             divergences: Vec::new(),
             warmup: WarmupReport {
                 start: self.start,
+                end: Vec::new(),
                 stats: Vec::new(),
                 windows: Vec::new(),
                 switches: Vec::new(),
@@ -241,6 +242,7 @@ impl<'a> Particles<'a> {
             rejections: self.rejections.take(),
             stopped: None,
             stream: None,
+            paused: None,
         }
     }
 }
