@@ -45,7 +45,9 @@ const FEWEST_PATHS: usize = 4;
 /// was decided, and when, is in [`WarmupReport`].
 ///
 /// A point that the density rejects ends its trajectory as a divergence and is counted by its
-/// place in the model. A fatal error or the interrupt flag ends the run and keeps its draws.
+/// place in the model. A fatal error or the interrupt flag ends the run and keeps its draws; what was
+/// interrupted, in the warmup too, goes on by [`resume`](Nuts::resume) from the [`Chains`] of
+/// [`run`](Nuts::run).
 ///
 /// # Errors
 /// [`SampleError`] if a setting is out of range or a chain finds no starting point.
