@@ -200,7 +200,7 @@ impl<M: Model> Bound<M> {
                 .map(|(j, &y)| Dual::new(y, [if i == j { 1.0 } else { 0.0 }]))
                 .collect();
             let ledger = Sum::new(&point);
-            let mut density = Density::<_, true> { ledger, pools: Pools::Anew(&mut sums) };
+            let mut density = Density::<_, true>::new(ledger, Pools::Anew(&mut sums));
             density.read(&self.model)?;
             value = crate::Scalar::value(density.ledger.total);
             *g = density.ledger.total.gradient()[0];
@@ -228,7 +228,7 @@ impl<M: Model> Bound<M> {
                 continue;
             }
             let pools = Pools::Anew(&mut workspace.sums);
-            let mut density = Density::<_, true> { ledger, pools };
+            let mut density = Density::<_, true>::new(ledger, pools);
             density.read(&self.model)?;
             if !tape.is_full() {
                 tape.sweep(gradient);
@@ -253,7 +253,7 @@ impl<M: Model> Bound<M> {
         ledger: impl Ledger,
         sums: &mut Vec<f64>,
     ) -> Result<f64, Rejection> {
-        let mut density = Density::<_, JACOBIAN> { ledger, pools: self.pools(sums) };
+        let mut density = Density::<_, JACOBIAN>::new(ledger, self.pools(sums));
         density.read(&self.model)?;
         Ok(density.ledger.total())
     }

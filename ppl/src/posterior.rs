@@ -12,7 +12,7 @@ use crate::density::{Place, Rejection};
 use crate::diagnostics::{Identifiability, Loo, LooError, Marginal};
 use crate::group::{Group, Values, element_names};
 use crate::sampler::Chains;
-use crate::{Bound, Layout, Model, ModelError, Role};
+use crate::{Bound, Layout, Model, ModelError, Role, Variable};
 
 /// Prior draws taken beside every posterior: enough for a prior variance to about 3 %.
 const PRIOR_DRAWS: usize = 2000;
@@ -120,7 +120,8 @@ pub struct Posterior {
     pub divergences: Vec<DivergentPoint>,
     /// Draws at which the model could not be evaluated again, by place: their predictions are NaN.
     pub unpredicted: BTreeMap<Place, u64>,
-    pub(crate) bounds: BTreeMap<String, (f64, f64)>,
+    /// The ends of the priors' supports, one for each of the layout's variables.
+    bounds: Vec<Option<(f64, f64)>>,
 }
 
 impl Posterior {
@@ -200,8 +201,7 @@ impl Posterior {
             shape: e.variable.shape.clone(),
             data: e.values.clone(),
         });
-        let bounds =
-            template.entries.iter().filter_map(|e| Some((e.variable.name.clone(), e.bounds?)));
+        let bounds = template.entries.iter().map(|e| e.bounds);
         Ok(Self {
             layout,
             posterior,
@@ -251,18 +251,20 @@ impl Posterior {
             return Vec::new();
         };
         let mut rows = Vec::new();
-        let parameters = self.layout.with_role(Role::Parameter).map(|v| v.name.as_str());
-        for name in parameters {
+        for (Variable { name, role, .. }, bounds) in self.layout.variables.iter().zip(&self.bounds)
+        {
+            if *role != Role::Parameter {
+                continue;
+            }
             let (Some(before), Some(after)) = (prior.get(name), self.posterior.get(name)) else {
                 continue;
             };
-            let bounds = self.bounds.get(name).copied();
             let pairs = prior.traces_in(before).zip(self.posterior.traces_in(after));
             for ((element, before), (_, after)) in pairs {
                 let marginal = Marginal::of(&before.concat());
                 if marginal.sd > 0.0 {
                     // structural constants, as the zeros of a Cholesky factor, are not parameters
-                    rows.push(Identifiability::new(element, marginal, &after.concat(), bounds));
+                    rows.push(Identifiability::new(element, marginal, &after.concat(), *bounds));
                 }
             }
         }

@@ -43,7 +43,7 @@ pub(crate) fn read(
     y: &[f64],
     rng: &mut dyn RngCore,
 ) -> (Record, Result<(), Rejection>) {
-    let mut trace = Trace::new(Source::Point(y.iter()), rng);
+    let mut trace = Trace::new(Source::point(y), rng);
     let outcome = statements(&mut trace);
     (trace.record, outcome)
 }

@@ -31,10 +31,17 @@ pub(crate) enum Pools<'p> {
 /// The log density reading. Without `JACOBIAN` it is the density over constrained values.
 pub(crate) struct Density<'p, L, const JACOBIAN: bool> {
     pub(crate) ledger: L,
-    pub(crate) pools: Pools<'p>,
+    pools: Pools<'p>,
+    /// The model asked for more coordinates than there are.
+    short: bool,
 }
 
-impl<L: Ledger, const JACOBIAN: bool> Density<'_, L, JACOBIAN> {
+impl<'p, L: Ledger, const JACOBIAN: bool> Density<'p, L, JACOBIAN> {
+    #[inline(always)]
+    pub(crate) fn new(ledger: L, pools: Pools<'p>) -> Self {
+        Self { ledger, pools, short: false }
+    }
+
     /// Runs the model over all coordinates: one that it left unread would have a flat density.
     #[inline(always)]
     pub(crate) fn read(&mut self, model: &impl Model) -> Result<(), Rejection> {
@@ -43,6 +50,18 @@ impl<L: Ledger, const JACOBIAN: bool> Density<'_, L, JACOBIAN> {
             return Err(varying_dimension("the model stops asking before the last coordinate"));
         }
         Ok(())
+    }
+
+    /// The next coordinate.
+    #[inline(always)]
+    fn next(&mut self) -> Real<L::Number> {
+        Real(match self.ledger.next() {
+            Some(coordinate) => coordinate,
+            None => {
+                self.short = true;
+                self.ledger.absent()
+            }
+        })
     }
 
     /// To take the terms of a statement.
@@ -71,17 +90,9 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         site: &'static Site,
         distribution: D,
     ) -> Result<D::Value, Rejection> {
-        let mut missing = false;
         let mut terms = self.terms();
-        let ledger = &mut self.ledger;
-        let mut next = || {
-            Real(ledger.next().unwrap_or_else(|| {
-                missing = true;
-                ledger.absent()
-            }))
-        };
-        let value = distribution.constrain(&mut next, JACOBIAN, &mut terms);
-        if missing {
+        let value = distribution.constrain(&mut || self.next(), JACOBIAN, &mut terms);
+        if self.short {
             return Err(too_few_coordinates(site));
         }
         self.add(site, terms)?;

@@ -200,12 +200,14 @@ impl<T: Record> Record for [T] {
     fn shape(&self) -> Vec<usize> {
         let mut shape = vec![self.len()];
         if let Some(first) = self.first() {
-            shape.extend(first.shape());
+            shape.append(&mut first.shape());
         }
         shape
     }
     fn flatten(&self, out: &mut Vec<f64>) {
-        self.iter().for_each(|x| x.flatten(out));
+        for x in self {
+            x.flatten(out);
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use rand::RngCore;
 
-use crate::density::Rejection;
+use crate::density::{DomainError, Rejection};
 use crate::dimensions;
 use crate::distribution::{Distribution, Unknown};
 use crate::entry::{Entry, Label, Record, Role};
@@ -20,8 +20,22 @@ use crate::terms::Settled;
 pub(crate) enum Source<'y> {
     /// Draws from the prior.
     Prior,
-    /// Unconstrained coordinates.
-    Point(std::slice::Iter<'y, f64>),
+    /// Unconstrained coordinates, and whether the model asked for more.
+    Point { coordinates: std::slice::Iter<'y, f64>, short: bool },
+}
+
+impl<'y> Source<'y> {
+    pub(crate) fn point(y: &'y [f64]) -> Self {
+        Self::Point { coordinates: y.iter(), short: false }
+    }
+}
+
+/// The next coordinate; NaN past the last.
+fn next(coordinates: &mut std::slice::Iter<'_, f64>, short: &mut bool) -> Real<f64> {
+    Real(coordinates.next().copied().unwrap_or_else(|| {
+        *short = true;
+        f64::NAN
+    }))
 }
 
 /// Records every statement; predictions and replicates are drawn with `rng`.
@@ -50,7 +64,13 @@ impl<'y> Trace<'y> {
         Ok(self.record)
     }
 
-    fn label(&self, site: &'static Site) -> Label {
+    /// What `site` is called here, if its distribution is `valid`.
+    fn label(
+        &self,
+        site: &'static Site,
+        valid: Result<(), DomainError>,
+    ) -> Result<Label, Rejection> {
+        site.locate(valid)?;
         let mut label = Label {
             site,
             name: Cow::Borrowed(site.name),
@@ -63,65 +83,131 @@ impl<'y> Trace<'y> {
                 (label.stacked, label.plate) = (part.repeated, part.plate);
             }
         }
-        label
+        Ok(label)
     }
 
     fn write(
         &mut self,
         at: &Label,
         role: Role,
-        value: &(impl Recordable + ?Sized),
+        value: &dyn Recordable,
     ) -> Result<&mut Entry, Rejection> {
         let entry = self.record.entry(at, role, &value.shape())?;
         value.flatten(&mut entry.values);
         Ok(entry)
     }
 
+    fn declare(
+        &mut self,
+        at: Label,
+        value: &dyn Recordable,
+        bounds: Option<(f64, f64)>,
+        log_prior: f64,
+    ) -> Result<(), Rejection> {
+        if let Source::Point { short: true, .. } = self.source {
+            return Err(too_few_coordinates(at.site));
+        }
+        let entry = self.write(&at, Role::Parameter, value)?;
+        entry.bounds = bounds;
+        entry.log_prior += log_prior;
+        Ok(())
+    }
+
     fn declared<D: Unknown<Real<f64>>>(
         &mut self,
-        at: &Label,
-        distribution: D,
+        at: Label,
+        distribution: &D,
     ) -> Result<D::Value, Rejection> {
-        distribution.validate().map_err(|error| at.site.rejection(error))?;
         let value = match &mut self.source {
             Source::Prior => distribution.draw(self.rng),
-            Source::Point(coordinates) => {
-                let mut missing = false;
-                let mut next = || {
-                    Real(coordinates.next().copied().unwrap_or_else(|| {
-                        missing = true;
-                        f64::NAN
-                    }))
-                };
-                let value = distribution.constrain(&mut next, false, &mut Settled::new(1.0));
-                if missing {
-                    return Err(too_few_coordinates(at.site));
-                }
-                value
+            Source::Point { coordinates, short } => {
+                let mut next = || next(coordinates, short);
+                distribution.constrain(&mut next, false, &mut Settled::new(1.0))
             }
         };
         distribution.unconstrain(&value, &mut self.record.unconstrained);
-        let log_prior = distribution.ln_density(&value);
-        let entry = self.write(at, Role::Parameter, &value)?;
-        entry.bounds = distribution.bounds();
-        entry.log_prior += log_prior.0;
+        self.declare(at, &value, distribution.bounds(), log_density(distribution, &value))?;
         Ok(value)
+    }
+
+    fn condition(
+        &mut self,
+        at: Label,
+        datum: &dyn Recordable,
+        replicate: &dyn Recordable,
+        log_likelihood: f64,
+    ) -> Result<(), Rejection> {
+        let entry = self.write(&at, Role::Observed, datum)?;
+        replicate.flatten(&mut entry.replicate);
+        entry.log_likelihood.push(log_likelihood);
+        Ok(())
     }
 
     fn observed<D: Distribution<Real<f64>>>(
         &mut self,
-        at: &Label,
+        at: Label,
         datum: &D::Value,
-        distribution: D,
+        distribution: &D,
     ) -> Result<(), Rejection> {
-        distribution.validate().map_err(|error| at.site.rejection(error))?;
         let replicate = distribution.draw(self.rng);
-        let log_likelihood = distribution.ln_density(datum);
-        let entry = self.write(at, Role::Observed, datum)?;
-        replicate.flatten(&mut entry.replicate);
-        entry.log_likelihood.push(log_likelihood.0);
+        self.condition(at, datum, &replicate, log_density(distribution, datum))
+    }
+
+    fn note(
+        &mut self,
+        site: &'static Site,
+        role: Role,
+        value: &dyn Recordable,
+    ) -> Result<(), Rejection> {
+        self.write(&self.label(site, Ok(()))?, role, value)?;
         Ok(())
     }
+
+    /// Missing values are `y.missing`, the others `y`; both know which entries they are.
+    fn complete(&mut self, mut at: Label, is_missing: bool) -> Label {
+        let missing = format!("{}.missing", at.name);
+        if at.stacked {
+            // neither has an entry for all that the plate stacks
+            let plate = at.plate.take();
+            let entries = &self.record.entries;
+            let stacked = |e: &&Entry| e.variable.name == at.name || e.variable.name == missing;
+            let index: usize = entries.iter().filter(stacked).map(|e| e.variable.shape[0]).sum();
+            let coordinates = &mut self.record.coordinates;
+            let labels = plate.and_then(|plate| coordinates.get(plate));
+            let own = labels.and_then(|labels| labels.get(index).cloned());
+            let name = if is_missing { missing.as_str() } else { &at.name };
+            let labels = coordinates.entry(format!("{name}_dim_0")).or_default();
+            labels.push(own.unwrap_or_else(|| index.to_string()));
+        }
+        if is_missing {
+            at.name = missing.into();
+        }
+        at
+    }
+
+    /// A row to tell, if rows of such a distribution are wanted.
+    fn new_row(&mut self, least_squares: bool) -> Option<NewRow> {
+        self.pools.as_ref()?;
+        if !least_squares {
+            self.rows.refuse();
+            return None;
+        }
+        Some(NewRow::default())
+    }
+
+    fn told(&mut self, mut row: NewRow, datum: &dyn Recordable) {
+        let mut numbers = Vec::new();
+        datum.flatten(&mut numbers);
+        row.datum(&numbers);
+        self.rows.push(row);
+    }
+}
+
+/// Over the same terms as [`Density`](crate::reading::Density) of values, which spares compiling others.
+fn log_density<D: Distribution<Real<f64>>>(distribution: &D, x: &D::Value) -> f64 {
+    let mut terms = Settled::new(1.0);
+    distribution.add_terms(x, &mut terms);
+    terms.total()
 }
 
 impl Context for Trace<'_> {
@@ -137,7 +223,8 @@ impl Context for Trace<'_> {
         site: &'static Site,
         distribution: D,
     ) -> Result<D::Value, Rejection> {
-        self.declared(&self.label(site), distribution)
+        let at = self.label(site, distribution.validate())?;
+        self.declared(at, &distribution)
     }
 
     fn observe<D: Distribution<Real<f64>>>(
@@ -146,7 +233,8 @@ impl Context for Trace<'_> {
         datum: D::Value,
         distribution: D,
     ) -> Result<(), Rejection> {
-        self.observed(&self.label(site), &datum, distribution)
+        let at = self.label(site, distribution.validate())?;
+        self.observed(at, &datum, &distribution)
     }
 
     fn observe_all<D, I>(
@@ -161,7 +249,8 @@ impl Context for Trace<'_> {
     {
         let data: Vec<D::Value> = data.collect();
         for datum in &data {
-            self.observed(&self.label(site), datum, distribution.clone())?;
+            let at = self.label(site, distribution.validate())?;
+            self.observed(at, datum, &distribution)?;
         }
         if let Some(pools) = self.pools.as_mut().filter(|_| D::POOLS) {
             let mut sums = Vec::new();
@@ -177,19 +266,10 @@ impl Context for Trace<'_> {
         datum: D::Value,
         tell: impl FnOnce(&mut NewRow),
     ) {
-        if self.pools.is_none() {
-            return;
+        if let Some(mut row) = self.new_row(D::LEAST_SQUARES) {
+            tell(&mut row);
+            self.told(row, &datum);
         }
-        if !D::LEAST_SQUARES {
-            self.rows.refuse();
-            return;
-        }
-        let mut row = NewRow::default();
-        tell(&mut row);
-        let mut numbers = Vec::new();
-        datum.flatten(&mut numbers);
-        row.datum(&numbers);
-        self.rows.push(row);
     }
 
     fn end_rows(&mut self) {
@@ -199,34 +279,17 @@ impl Context for Trace<'_> {
         }
     }
 
-    /// Missing values are `y.missing`, the others `y`; both know which entries they are.
     fn impute<D: Unknown<Real<f64>>>(
         &mut self,
         site: &'static Site,
         datum: Option<D::Value>,
         distribution: D,
     ) -> Result<D::Value, Rejection> {
-        let mut at = self.label(site);
-        let missing = format!("{}.missing", at.name);
-        if at.stacked {
-            // neither has an entry for all that the plate stacks
-            let plate = at.plate.take();
-            let entries = &self.record.entries;
-            let stacked = |e: &&Entry| e.variable.name == at.name || e.variable.name == missing;
-            let index: usize = entries.iter().filter(stacked).map(|e| e.variable.shape[0]).sum();
-            let coordinates = &mut self.record.coordinates;
-            let labels = plate.and_then(|plate| coordinates.get(plate));
-            let own = labels.and_then(|labels| labels.get(index).cloned());
-            let name = if datum.is_some() { &at.name } else { missing.as_str() };
-            let labels = coordinates.entry(format!("{name}_dim_0")).or_default();
-            labels.push(own.unwrap_or_else(|| index.to_string()));
-        }
+        let at = self.label(site, distribution.validate())?;
+        let at = self.complete(at, datum.is_none());
         match datum {
-            Some(x) => self.observed(&at, &x, distribution).map(|()| x),
-            None => {
-                at.name = missing.into();
-                self.declared(&at, distribution)
-            }
+            Some(x) => self.observed(at, &x, &distribution).map(|()| x),
+            None => self.declared(at, &distribution),
         }
     }
 
@@ -239,8 +302,7 @@ impl Context for Trace<'_> {
         site: &'static Site,
         value: &T,
     ) -> Result<(), Rejection> {
-        self.write(&self.label(site), Role::Tracked, value)?;
-        Ok(())
+        self.note(site, Role::Tracked, &value)
     }
 
     fn track_prediction<T: Recordable + ?Sized>(
@@ -248,8 +310,7 @@ impl Context for Trace<'_> {
         site: &'static Site,
         value: &T,
     ) -> Result<(), Rejection> {
-        self.write(&self.label(site), Role::Predicted, value)?;
-        Ok(())
+        self.note(site, Role::Predicted, &value)
     }
 
     fn predict<D: Distribution<Real<f64>>>(
@@ -257,9 +318,9 @@ impl Context for Trace<'_> {
         site: &'static Site,
         distribution: D,
     ) -> Result<D::Value, Rejection> {
-        distribution.validate().map_err(|error| site.rejection(error))?;
+        site.locate(distribution.validate())?;
         let value = distribution.draw(self.rng);
-        self.write(&self.label(site), Role::Predicted, &value)?;
+        self.note(site, Role::Predicted, &value)?;
         Ok(value)
     }
 

@@ -49,7 +49,11 @@ impl<R: Scalar, D: Distribution<R>> Distribution<R> for Iid<D> {
     }
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Self::Value {
-        (0..self.n).map(|_| self.inner.draw(rng)).collect()
+        let mut values = Vec::with_capacity(self.n);
+        for _ in 0..self.n {
+            values.push(self.inner.draw(rng));
+        }
+        values
     }
 }
 
@@ -69,7 +73,9 @@ impl<R: Scalar, D: Unknown<R>> Unknown<R> for Iid<D> {
     }
 
     fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>) {
-        x.iter().for_each(|x| self.inner.unconstrain(x, out));
+        for x in x {
+            self.inner.unconstrain(x, out);
+        }
     }
 
     fn bounds(&self) -> Option<(f64, f64)> {

@@ -273,7 +273,11 @@ macro_rules! univariate {
                 if jacobian {
                     return $crate::UnivariateDensity::at_coordinates(self, n, next, terms);
                 }
-                (0..n).map(|_| self.constrain(next, false, terms)).collect()
+                let mut values = Vec::with_capacity(n);
+                for _ in 0..n {
+                    values.push(self.constrain(next, false, terms));
+                }
+                values
             }
 
             fn unconstrain(&self, x: &R, out: &mut Vec<f64>) {
@@ -313,7 +317,7 @@ pub fn constrain<R: Scalar, D: UnivariateDensity<R>>(
     if jacobian {
         distribution.at_coordinate(y, terms)
     } else {
-        let x = distribution.support().point(y);
+        let x = distribution.support().replace(y, terms);
         distribution.add_ln_pdf(x, terms);
         x
     }

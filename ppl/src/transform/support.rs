@@ -1,7 +1,7 @@
 //! Intervals of the real line.
 
 use crate::scalar::{Scalar, logistic};
-use crate::terms::Terms;
+use crate::terms::{Joined, Terms};
 
 /// Where a univariate density is positive, and the smooth map of ℝ onto it.
 ///
@@ -44,28 +44,23 @@ impl<R: Scalar> Support<R> {
     /// The point at the unconstrained coordinate `y`.
     #[inline(always)]
     pub(crate) fn point(&self, y: R) -> R {
-        self.point_by(y, |x, slope| y.unary(x, slope))
+        self.replace(y, &mut Joined::default())
     }
 
     /// As [`point`](Support::point), where nothing will use `y` any more.
     #[inline(always)]
     pub(crate) fn replace(&self, y: R, terms: &mut impl Terms<R>) -> R {
-        self.point_by(y, |x, slope| terms.replace(y, x, slope))
-    }
-
-    /// The point, where it is a function of `y` alone by what makes a number of value and slope.
-    #[inline(always)]
-    fn point_by(&self, y: R, of_y: impl FnOnce(f64, f64) -> R) -> R {
         let (x, slope) = self.value_and_slope(y.value());
         match *self {
             Self::Real => y,
-            Self::Above(end) | Self::Below(end) if end.is_constant() => of_y(x, slope),
-            Self::Above(end) | Self::Below(end) => R::gather(x, ((end, 1.0), (y, slope))),
-            Self::Between(a, b) if a.is_constant() && b.is_constant() => of_y(x, slope),
-            Self::Between(a, b) => {
+            Self::Above(end) | Self::Below(end) if !end.is_constant() => {
+                R::gather(x, ((end, 1.0), (y, slope)))
+            }
+            Self::Between(a, b) if !(a.is_constant() && b.is_constant()) => {
                 let (p, q) = logistic(y.value());
                 R::gather(x, ((a, q), (b, p), (y, slope)))
             }
+            _ => terms.replace(y, x, slope),
         }
     }
 
