@@ -54,7 +54,7 @@ impl<D: LogDensity> Evaluator for WithWorkspace<'_, D> {
 }
 
 /// A [`Bound`] model, as far as it names quantities.
-pub(crate) trait AnyModel: Sync {
+pub(crate) trait AnyModel: AnyDensity {
     /// As [`Bound::layout`].
     fn layout(&self) -> Result<&Layout, ModelError>;
 

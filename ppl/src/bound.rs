@@ -1,17 +1,15 @@
 //! A model with its data, ready to be evaluated.
 
-use std::collections::BTreeMap;
-
-use rand::{Rng, SeedableRng};
-use rand_xoshiro::Xoshiro256PlusPlus;
+use rand::Rng;
 
 use crate::density::{LogDensity, Rejection};
+use crate::dimensions::Coordinates;
 use crate::dual::Dual;
 use crate::entry::{Record, Role, Variable};
 use crate::ledger::{Ledger, Plain, Roots, Sum, Values};
 use crate::model::Model;
-use crate::prior;
-use crate::reading::{Density, Pool, Pools};
+use crate::prior::{self, Found, Statements};
+use crate::reading::{Density, Pools};
 use crate::tape::Tape;
 use crate::trace::Trace;
 
@@ -39,7 +37,7 @@ pub struct Layout {
     /// All names with shapes, dimensions and roles.
     pub variables: Vec<Variable>,
     /// Labels of the entries along dimensions, by the name of the dimension.
-    pub coordinates: BTreeMap<String, Vec<String>>,
+    pub coordinates: Coordinates,
 }
 
 impl Layout {
@@ -88,11 +86,7 @@ impl Layout {
 #[derive(Clone, Debug)]
 pub struct Bound<M> {
     model: M,
-    layout: Result<Layout, ModelError>,
-    /// What the data alone add to the log density, if that is the same at every point.
-    constant: Option<f64>,
-    /// What suffices of observations, where every point runs the same statements.
-    pools: Option<Vec<Pool>>,
+    found: Found,
 }
 
 /// Memory for evaluations of a [`Bound`] model.
@@ -105,20 +99,8 @@ pub struct Workspace {
 impl<M: Model> Bound<M> {
     /// Binds a model to the data that it holds.
     pub fn new(model: M) -> Self {
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
-        let first = prior::draw(&|trace| model.run(trace), &mut rng, M::STATIC.then(Vec::new));
-        let (record, pools) = match first {
-            Ok(drawn) => drawn,
-            Err(error) => return Self { model, layout: Err(error), constant: None, pools: None },
-        };
-        let mut bound = Self { model, layout: Ok(prior::layout(record)), constant: None, pools };
-        if M::STATIC {
-            let mut sums = Vec::new();
-            let mut value = |y: &[f64], lean| bound.value::<true>(Values::new(y, lean), &mut sums);
-            let statements = |trace: &mut Trace<'_>| bound.model.run(trace);
-            bound.constant = prior::constant(&statements, &mut rng, &mut value);
-        }
-        bound
+        let found = prior::find(&model, M::STATIC);
+        Self { model, found }
     }
 
     /// The model itself.
@@ -131,7 +113,7 @@ impl<M: Model> Bound<M> {
     /// # Errors
     /// What is wrong with the model or its data, with the statement.
     pub fn layout(&self) -> Result<&Layout, ModelError> {
-        self.layout.as_ref().map_err(Clone::clone)
+        self.found.layout()
     }
 
     /// One draw from the prior, with tracked quantities, predictions, and a replicate of every
@@ -140,8 +122,7 @@ impl<M: Model> Bound<M> {
     /// # Errors
     /// [`ModelError`] if the model rejects its own prior draws.
     pub fn draw_prior<G: Rng>(&self, rng: &mut G) -> Result<Record, ModelError> {
-        let statements = |trace: &mut Trace<'_>| self.model.run(trace);
-        prior::draw(&statements, rng, None).map(|(record, _)| record)
+        prior::draw(&self.model, rng)
     }
 
     /// Everything that the model names, at the unconstrained point `y`; predictions and
@@ -156,7 +137,7 @@ impl<M: Model> Bound<M> {
 
     /// As [`constrain`](Bound::constrain), with what was recorded before a rejection.
     pub(crate) fn read<G: Rng>(&self, y: &[f64], rng: &mut G) -> (Record, Result<(), Rejection>) {
-        prior::read(&|trace| self.model.run(trace), y, rng)
+        prior::read(&self.model, y, rng)
     }
 
     /// Log density over constrained values at the unconstrained point `y`: without
@@ -169,7 +150,8 @@ impl<M: Model> Bound<M> {
         y: &[f64],
         workspace: &mut Workspace,
     ) -> Result<f64, Rejection> {
-        self.value::<false>(Values::new(y, false), &mut workspace.sums)
+        let pools = self.found.pools(&mut workspace.sums);
+        value::<_, _, false>(&self.model, Values::new(y, false), pools)
     }
 
     /// [`log_density_without_jacobian`](Bound::log_density_without_jacobian) with its gradient
@@ -237,27 +219,6 @@ impl<M: Model> Bound<M> {
         }
     }
 
-    /// What suffices of pooled data; `memory` for it where it is found anew.
-    #[inline]
-    fn pools<'p>(&'p self, memory: &'p mut Vec<f64>) -> Pools<'p> {
-        match &self.pools {
-            Some(pools) => Pools::Found(pools.iter()),
-            None => Pools::Anew(memory),
-        }
-    }
-
-    /// The sum of all terms.
-    #[inline]
-    fn value<const JACOBIAN: bool>(
-        &self,
-        ledger: impl Ledger,
-        sums: &mut Vec<f64>,
-    ) -> Result<f64, Rejection> {
-        let mut density = Density::<_, JACOBIAN>::new(ledger, self.pools(sums));
-        density.read(&self.model)?;
-        Ok(density.ledger.total())
-    }
-
     /// The sum of all terms, with its gradient; once more if the tape was too short.
     fn reverse<const JACOBIAN: bool>(
         &self,
@@ -268,12 +229,13 @@ impl<M: Model> Bound<M> {
         loop {
             workspace.tape.clear();
             let tape = &workspace.tape;
-            let constant = self.constant.filter(|_| JACOBIAN && M::STATIC);
+            let constant = if JACOBIAN && M::STATIC { self.found.constant } else { None };
             let roots = Roots::new(tape, y, constant.is_some());
             if tape.is_full() {
                 continue;
             }
-            let total = self.value::<JACOBIAN>(roots, &mut workspace.sums)?;
+            let pools = self.found.pools(&mut workspace.sums);
+            let total = value::<_, _, JACOBIAN>(&self.model, roots, pools)?;
             if !tape.is_full() {
                 tape.sweep(gradient);
                 return Ok(constant.unwrap_or(0.0) + total);
@@ -282,17 +244,40 @@ impl<M: Model> Bound<M> {
     }
 }
 
+/// The sum of all terms.
+#[inline]
+fn value<M: Model, L: Ledger, const JACOBIAN: bool>(
+    model: &M,
+    ledger: L,
+    pools: Pools<'_>,
+) -> Result<f64, Rejection> {
+    let mut density = Density::<_, JACOBIAN>::new(ledger, pools);
+    density.read(model)?;
+    Ok(density.ledger.total())
+}
+
+impl<M: Model> Statements for M {
+    fn trace(&self, trace: &mut Trace<'_>) -> Result<(), Rejection> {
+        self.run(trace)
+    }
+
+    fn value(&self, y: &[f64], lean: bool, pools: Pools<'_>) -> Result<f64, Rejection> {
+        value::<_, _, true>(self, Values::new(y, lean), pools)
+    }
+}
+
 impl<M: Model> LogDensity for Bound<M> {
     type Workspace = Workspace;
 
     fn dim(&self) -> usize {
-        self.layout.as_ref().map_or(0, |layout| layout.dim)
+        self.found.dim()
     }
 
     fn log_density(&self, y: &[f64], workspace: &mut Workspace) -> Result<f64, Rejection> {
-        let constant = self.constant.filter(|_| M::STATIC);
+        let constant = if M::STATIC { self.found.constant } else { None };
+        let pools = self.found.pools(&mut workspace.sums);
         let values = Values::new(y, constant.is_some());
-        Ok(constant.unwrap_or(0.0) + self.value::<true>(values, &mut workspace.sums)?)
+        Ok(constant.unwrap_or(0.0) + value::<_, _, true>(&self.model, values, pools)?)
     }
 
     fn gradient(

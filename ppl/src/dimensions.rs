@@ -1,6 +1,7 @@
 //! Named dimensions of quantities, and labels of the entries along them.
 
 use std::collections::BTreeMap;
+use std::ops::Index;
 
 use crate::entry::{Entry, Variable};
 use crate::posterior::Posterior;
@@ -43,7 +44,50 @@ pub enum LabelError {
 }
 
 /// Labels of the entries along dimensions, by the name of the dimension.
-pub(crate) type Coordinates = BTreeMap<String, Vec<String>>;
+///
+/// In the order of the names. No map: every crate with a model compiles the destructor anew.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Coordinates(Vec<(String, Vec<String>)>);
+
+impl Coordinates {
+    fn position(&self, dimension: &str) -> Result<usize, usize> {
+        self.0.binary_search_by(|(name, _)| name.as_str().cmp(dimension))
+    }
+
+    /// No dimension has labels.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The labels along `dimension`.
+    pub fn get(&self, dimension: &str) -> Option<&Vec<String>> {
+        self.position(dimension).ok().map(|index| &self.0[index].1)
+    }
+
+    /// All dimensions that have labels.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &[String])> {
+        self.0.iter().map(|(name, labels)| (name.as_str(), labels.as_slice()))
+    }
+
+    /// The labels along `dimension`, to be written.
+    pub(crate) fn labels(&mut self, dimension: &str) -> &mut Vec<String> {
+        let index = self.position(dimension).unwrap_or_else(|index| {
+            self.0.insert(index, (dimension.to_owned(), Vec::new()));
+            index
+        });
+        &mut self.0[index].1
+    }
+}
+
+impl Index<&str> for Coordinates {
+    type Output = Vec<String>;
+
+    /// # Panics
+    /// If the dimension has no labels.
+    fn index(&self, dimension: &str) -> &Vec<String> {
+        self.get(dimension).expect("a dimension with labels")
+    }
+}
 
 impl Posterior {
     /// Labels the entries along one dimension of a quantity, for exports:
@@ -71,8 +115,8 @@ impl Posterior {
         };
         let named = variable.dims[dimension].clone();
         check_length(&named, variable, entries, labels.len())?;
-        let labels = labels.iter().map(|&label| label.to_owned()).collect();
-        self.layout.coordinates.insert(named, labels);
+        *self.layout.coordinates.labels(&named) =
+            labels.iter().map(|&label| label.to_owned()).collect();
         Ok(())
     }
 }

@@ -97,7 +97,7 @@ pub mod transform;
 pub use bound::{Bound, Layout, ModelError, Workspace};
 pub use density::{DomainError, LogDensity, Place, Rejection};
 pub use differentiable::{Differentiable, Forward, Generic};
-pub use dimensions::LabelError;
+pub use dimensions::{Coordinates, LabelError};
 pub use distribution::*;
 pub use dot::dot;
 pub use dual::Dual;

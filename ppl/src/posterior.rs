@@ -6,12 +6,12 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
-use crate::any::AnyModel;
+use crate::any::{AnyDensity, AnyModel};
 use crate::collect::{Collected, Plan};
 use crate::density::{Place, Rejection};
 use crate::diagnostics::{Identifiability, Loo, LooError, Marginal};
 use crate::group::{Group, Values, element_names};
-use crate::sampler::Chains;
+use crate::sampler::{Chains, SampleError};
 use crate::{Bound, Layout, Model, ModelError, Role, Variable};
 
 /// Prior draws taken beside every posterior: enough for a prior variance to about 3 %.
@@ -140,6 +140,16 @@ impl Posterior {
         seed: u64,
     ) -> Result<Self, PosteriorError> {
         Self::of_any(model, chains, seed)
+    }
+
+    /// Samples a model with what runs over its density.
+    pub(crate) fn sample(
+        model: &dyn AnyModel,
+        seed: u64,
+        run: &dyn Fn(&dyn AnyDensity) -> Result<Chains, SampleError>,
+    ) -> Result<Self, SampleError> {
+        model.layout()?;
+        Ok(Self::of_any(model, run(model)?, seed)?)
     }
 
     fn of_any(model: &dyn AnyModel, chains: Chains, seed: u64) -> Result<Self, PosteriorError> {

@@ -1,22 +1,77 @@
 //! What a model says when it is read by a trace: compiled once, here, and not anew for every model.
 
-use rand::RngCore;
+use rand::{RngCore, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::bound::{Layout, ModelError};
 use crate::density::Rejection;
 use crate::entry::Record;
-use crate::reading::Pool;
+use crate::reading::{Pool, Pools};
 use crate::trace::{Source, Trace};
 
-/// Runs the statements of a model.
-pub(crate) type Statements<'m> = &'m dyn Fn(&mut Trace<'_>) -> Result<(), Rejection>;
+/// A model whose type is forgotten.
+pub(crate) trait Statements {
+    /// Runs them against a trace.
+    fn trace(&self, trace: &mut Trace<'_>) -> Result<(), Rejection>;
 
-/// The log density at a point, with `true` without constants.
-pub(crate) type Value<'v> = &'v mut dyn FnMut(&[f64], bool) -> Result<f64, Rejection>;
+    /// The log density at `y`, lean without constants.
+    fn value(&self, y: &[f64], lean: bool, pools: Pools<'_>) -> Result<f64, Rejection>;
+}
+
+/// What was found out about a model when it was bound to its data.
+#[derive(Clone, Debug)]
+pub(crate) struct Found {
+    layout: Result<Layout, ModelError>,
+    /// What the data alone add to the log density, if that is the same at every point.
+    pub(crate) constant: Option<f64>,
+    /// What suffices of observations, where every point runs the same statements.
+    pools: Option<Vec<Pool>>,
+}
+
+impl Found {
+    pub(crate) fn layout(&self) -> Result<&Layout, ModelError> {
+        self.layout.as_ref().map_err(Clone::clone)
+    }
+
+    pub(crate) fn dim(&self) -> usize {
+        match &self.layout {
+            Ok(layout) => layout.dim,
+            Err(_) => 0,
+        }
+    }
+
+    /// What suffices of pooled data; `memory` for it where it is found anew.
+    #[inline]
+    pub(crate) fn pools<'p>(&'p self, memory: &'p mut Vec<f64>) -> Pools<'p> {
+        match &self.pools {
+            Some(pools) => Pools::Found(pools.iter()),
+            None => Pools::Anew(memory),
+        }
+    }
+}
+
+/// Names, shapes, and with `is_static` what is the same at every point.
+pub(crate) fn find(model: &dyn Statements, is_static: bool) -> Found {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
+    let (record, pools) = match run(model, &mut rng, is_static.then(Vec::new)) {
+        Ok(drawn) => drawn,
+        Err(error) => return Found { layout: Err(error), constant: None, pools: None },
+    };
+    let mut found = Found { layout: Ok(layout(record)), constant: None, pools };
+    if is_static {
+        found.constant = constant(model, &mut rng, &found);
+    }
+    found
+}
+
+/// A draw from the prior.
+pub(crate) fn draw(model: &dyn Statements, rng: &mut dyn RngCore) -> Result<Record, ModelError> {
+    run(model, rng, None).map(|(record, _)| record)
+}
 
 /// A draw from the prior, and what suffices of observations if it is to be added to `pools`.
-pub(crate) fn draw(
-    statements: Statements<'_>,
+fn run(
+    model: &dyn Statements,
     rng: &mut dyn RngCore,
     pools: Option<Vec<Pool>>,
 ) -> Result<(Record, Option<Vec<Pool>>), ModelError> {
@@ -25,7 +80,7 @@ pub(crate) fn draw(
     for _ in 0..TRIES {
         let mut trace = Trace::new(Source::Prior, &mut *rng);
         trace.pools.clone_from(&pools);
-        let outcome = statements(&mut trace);
+        let outcome = model.trace(&mut trace);
         let pools = trace.pools.take();
         match outcome.and_then(|()| trace.finish()) {
             Ok(record) => return Ok((record, pools)),
@@ -39,17 +94,17 @@ pub(crate) fn draw(
 
 /// What the model names at `y`, up to a rejection.
 pub(crate) fn read(
-    statements: Statements<'_>,
+    model: &dyn Statements,
     y: &[f64],
     rng: &mut dyn RngCore,
 ) -> (Record, Result<(), Rejection>) {
     let mut trace = Trace::new(Source::point(y), rng);
-    let outcome = statements(&mut trace);
+    let outcome = model.trace(&mut trace);
     (trace.record, outcome)
 }
 
 /// Names, shapes and the number of unknowns, from a draw.
-pub(crate) fn layout(record: Record) -> Layout {
+fn layout(record: Record) -> Layout {
     Layout {
         dim: record.unconstrained.len(),
         variables: record.entries.into_iter().map(|entry| entry.variable).collect(),
@@ -59,20 +114,17 @@ pub(crate) fn layout(record: Record) -> Layout {
 
 /// The difference that leaving out constants makes, if it is the same at several draws from the
 /// prior; from the draw where least is lost to rounding.
-pub(crate) fn constant(
-    statements: Statements<'_>,
-    rng: &mut dyn RngCore,
-    value: Value<'_>,
-) -> Option<f64> {
+fn constant(model: &dyn Statements, rng: &mut dyn RngCore, found: &Found) -> Option<f64> {
     const DRAWS: usize = 20;
     let mut best = (f64::INFINITY, f64::NAN);
-    let mut found = Vec::new();
+    let (mut differences, mut sums) = (Vec::new(), Vec::new());
     for _ in 0..DRAWS {
-        let y = draw(statements, rng, None).ok()?.0.unconstrained;
+        let y = draw(model, rng).ok()?.unconstrained;
+        let mut value = |lean| model.value(&y, lean, found.pools(&mut sums));
         // far out in the prior there may be no density
-        let (Ok(full), Ok(lean)) = (value(&y, false), value(&y, true)) else { continue };
+        let (Ok(full), Ok(lean)) = (value(false), value(true)) else { continue };
         let size = full.abs() + lean.abs();
-        found.push((size, full - lean));
+        differences.push((size, full - lean));
         if size < best.0 {
             best = (size, full - lean);
         }
@@ -80,5 +132,5 @@ pub(crate) fn constant(
     let same = |(size, difference): &(f64, f64)| {
         (difference - best.1).abs() <= 1e-12 * (size + best.0 + 1.0)
     };
-    found.iter().all(same).then_some(best.1).filter(|constant| constant.is_finite())
+    differences.iter().all(same).then_some(best.1).filter(|constant| constant.is_finite())
 }

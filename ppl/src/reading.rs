@@ -71,6 +71,14 @@ impl<'p, L: Ledger, const JACOBIAN: bool> Density<'p, L, JACOBIAN> {
     }
 
     #[inline(always)]
+    fn declare(&mut self, site: &Site, terms: L::Terms) -> Result<(), Rejection> {
+        if self.short {
+            return Err(too_few_coordinates(site));
+        }
+        self.add(site, terms)
+    }
+
+    #[inline(always)]
     fn add(&mut self, site: &Site, terms: L::Terms) -> Result<(), Rejection> {
         if !terms.is_finite() {
             return Err(not_finite(site, terms.total()));
@@ -92,10 +100,7 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     ) -> Result<D::Value, Rejection> {
         let mut terms = self.terms();
         let value = distribution.constrain(&mut || self.next(), JACOBIAN, &mut terms);
-        if self.short {
-            return Err(too_few_coordinates(site));
-        }
-        self.add(site, terms)?;
+        self.declare(site, terms)?;
         Ok(value)
     }
 

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use rand::RngCore;
 
-use crate::density::{DomainError, Rejection};
+use crate::density::Rejection;
 use crate::dimensions;
 use crate::distribution::{Distribution, Unknown};
 use crate::entry::{Entry, Label, Record, Role};
@@ -64,13 +64,7 @@ impl<'y> Trace<'y> {
         Ok(self.record)
     }
 
-    /// What `site` is called here, if its distribution is `valid`.
-    fn label(
-        &self,
-        site: &'static Site,
-        valid: Result<(), DomainError>,
-    ) -> Result<Label, Rejection> {
-        site.locate(valid)?;
+    fn label(&self, site: &'static Site) -> Label {
         let mut label = Label {
             site,
             name: Cow::Borrowed(site.name),
@@ -83,7 +77,31 @@ impl<'y> Trace<'y> {
                 (label.stacked, label.plate) = (part.repeated, part.plate);
             }
         }
-        Ok(label)
+        label
+    }
+
+    /// The label of a statement of `place.impute() ~ D`: missing values are `y.missing`, the others
+    /// `y`; both know which entries they are.
+    fn imputed(&mut self, site: &'static Site, is_missing: bool) -> Label {
+        let mut at = self.label(site);
+        let missing = format!("{}.missing", at.name);
+        if at.stacked {
+            // neither has an entry for all that the plate stacks
+            let plate = at.plate.take();
+            let entries = &self.record.entries;
+            let stacked = |e: &&Entry| e.variable.name == at.name || e.variable.name == missing;
+            let index: usize = entries.iter().filter(stacked).map(|e| e.variable.shape[0]).sum();
+            let coordinates = &mut self.record.coordinates;
+            let labels = plate.and_then(|plate| coordinates.get(plate));
+            let own = labels.and_then(|labels| labels.get(index).cloned());
+            let name = if is_missing { missing.as_str() } else { &at.name };
+            let labels = coordinates.labels(&format!("{name}_dim_0"));
+            labels.push(own.unwrap_or_else(|| index.to_string()));
+        }
+        if is_missing {
+            at.name = missing.into();
+        }
+        at
     }
 
     fn write(
@@ -99,14 +117,16 @@ impl<'y> Trace<'y> {
 
     fn declare(
         &mut self,
-        at: Label,
+        site: &'static Site,
+        is_imputed: bool,
         value: &dyn Recordable,
         bounds: Option<(f64, f64)>,
         log_prior: f64,
     ) -> Result<(), Rejection> {
         if let Source::Point { short: true, .. } = self.source {
-            return Err(too_few_coordinates(at.site));
+            return Err(too_few_coordinates(site));
         }
+        let at = if is_imputed { self.imputed(site, true) } else { self.label(site) };
         let entry = self.write(&at, Role::Parameter, value)?;
         entry.bounds = bounds;
         entry.log_prior += log_prior;
@@ -115,9 +135,11 @@ impl<'y> Trace<'y> {
 
     fn declared<D: Unknown<Real<f64>>>(
         &mut self,
-        at: Label,
+        site: &'static Site,
+        is_imputed: bool,
         distribution: &D,
     ) -> Result<D::Value, Rejection> {
+        site.locate(distribution.validate())?;
         let value = match &mut self.source {
             Source::Prior => distribution.draw(self.rng),
             Source::Point { coordinates, short } => {
@@ -126,17 +148,20 @@ impl<'y> Trace<'y> {
             }
         };
         distribution.unconstrain(&value, &mut self.record.unconstrained);
-        self.declare(at, &value, distribution.bounds(), log_density(distribution, &value))?;
+        let log_prior = log_density(distribution, &value);
+        self.declare(site, is_imputed, &value, distribution.bounds(), log_prior)?;
         Ok(value)
     }
 
     fn condition(
         &mut self,
-        at: Label,
+        site: &'static Site,
+        is_imputed: bool,
         datum: &dyn Recordable,
         replicate: &dyn Recordable,
         log_likelihood: f64,
     ) -> Result<(), Rejection> {
+        let at = if is_imputed { self.imputed(site, false) } else { self.label(site) };
         let entry = self.write(&at, Role::Observed, datum)?;
         replicate.flatten(&mut entry.replicate);
         entry.log_likelihood.push(log_likelihood);
@@ -145,12 +170,15 @@ impl<'y> Trace<'y> {
 
     fn observed<D: Distribution<Real<f64>>>(
         &mut self,
-        at: Label,
+        site: &'static Site,
+        is_imputed: bool,
         datum: &D::Value,
         distribution: &D,
     ) -> Result<(), Rejection> {
+        site.locate(distribution.validate())?;
         let replicate = distribution.draw(self.rng);
-        self.condition(at, datum, &replicate, log_density(distribution, datum))
+        let log_likelihood = log_density(distribution, datum);
+        self.condition(site, is_imputed, datum, &replicate, log_likelihood)
     }
 
     fn note(
@@ -159,30 +187,8 @@ impl<'y> Trace<'y> {
         role: Role,
         value: &dyn Recordable,
     ) -> Result<(), Rejection> {
-        self.write(&self.label(site, Ok(()))?, role, value)?;
+        self.write(&self.label(site), role, value)?;
         Ok(())
-    }
-
-    /// Missing values are `y.missing`, the others `y`; both know which entries they are.
-    fn complete(&mut self, mut at: Label, is_missing: bool) -> Label {
-        let missing = format!("{}.missing", at.name);
-        if at.stacked {
-            // neither has an entry for all that the plate stacks
-            let plate = at.plate.take();
-            let entries = &self.record.entries;
-            let stacked = |e: &&Entry| e.variable.name == at.name || e.variable.name == missing;
-            let index: usize = entries.iter().filter(stacked).map(|e| e.variable.shape[0]).sum();
-            let coordinates = &mut self.record.coordinates;
-            let labels = plate.and_then(|plate| coordinates.get(plate));
-            let own = labels.and_then(|labels| labels.get(index).cloned());
-            let name = if is_missing { missing.as_str() } else { &at.name };
-            let labels = coordinates.entry(format!("{name}_dim_0")).or_default();
-            labels.push(own.unwrap_or_else(|| index.to_string()));
-        }
-        if is_missing {
-            at.name = missing.into();
-        }
-        at
     }
 
     /// A row to tell, if rows of such a distribution are wanted.
@@ -223,8 +229,7 @@ impl Context for Trace<'_> {
         site: &'static Site,
         distribution: D,
     ) -> Result<D::Value, Rejection> {
-        let at = self.label(site, distribution.validate())?;
-        self.declared(at, &distribution)
+        self.declared(site, false, &distribution)
     }
 
     fn observe<D: Distribution<Real<f64>>>(
@@ -233,8 +238,7 @@ impl Context for Trace<'_> {
         datum: D::Value,
         distribution: D,
     ) -> Result<(), Rejection> {
-        let at = self.label(site, distribution.validate())?;
-        self.observed(at, &datum, &distribution)
+        self.observed(site, false, &datum, &distribution)
     }
 
     fn observe_all<D, I>(
@@ -249,8 +253,7 @@ impl Context for Trace<'_> {
     {
         let data: Vec<D::Value> = data.collect();
         for datum in &data {
-            let at = self.label(site, distribution.validate())?;
-            self.observed(at, datum, &distribution)?;
+            self.observed(site, false, datum, &distribution)?;
         }
         if let Some(pools) = self.pools.as_mut().filter(|_| D::POOLS) {
             let mut sums = Vec::new();
@@ -285,11 +288,9 @@ impl Context for Trace<'_> {
         datum: Option<D::Value>,
         distribution: D,
     ) -> Result<D::Value, Rejection> {
-        let at = self.label(site, distribution.validate())?;
-        let at = self.complete(at, datum.is_none());
         match datum {
-            Some(x) => self.observed(at, &x, &distribution).map(|()| x),
-            None => self.declared(at, &distribution),
+            Some(x) => self.observed(site, true, &x, &distribution).map(|()| x),
+            None => self.declared(site, true, &distribution),
         }
     }
 
@@ -330,7 +331,7 @@ impl Context for Trace<'_> {
         labels: impl FnOnce() -> L,
     ) {
         let labels = labels().into_iter().map(|label| label.to_string()).collect();
-        self.record.coordinates.insert(dimension.to_owned(), labels);
+        *self.record.coordinates.labels(dimension) = labels;
     }
 
     fn enter(&mut self, site: &'static Site) {

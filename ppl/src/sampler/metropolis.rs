@@ -94,8 +94,7 @@ impl<'a> Metropolis<'a> {
     /// See [`Metropolis`]; also if the model cannot be evaluated, or a chain was stopped before its first
     /// draw.
     pub fn sample<M: Model>(&self, model: &Bound<M>) -> Result<Posterior, SampleError> {
-        model.layout()?;
-        Ok(Posterior::from_chains(model, self.run(model)?, self.run.seed)?)
+        Posterior::sample(model, self.run.seed, &|density| self.run_any(density))
     }
 }
 
