@@ -1,7 +1,7 @@
 //! Densities and models whose types are forgotten: samplers, optimisers and posteriors are compiled
 //! once, here, and not anew for every model of a user.
 
-use rand_xoshiro::Xoshiro256PlusPlus;
+use rand::RngCore;
 
 use crate::{
     Layout, Record,
@@ -59,10 +59,10 @@ pub(crate) trait AnyModel: AnyDensity {
     fn layout(&self) -> Result<&Layout, ModelError>;
 
     /// As [`Bound::draw_prior`].
-    fn draw_prior(&self, rng: &mut Xoshiro256PlusPlus) -> Result<Record, ModelError>;
+    fn draw_prior(&self, rng: &mut dyn RngCore) -> Result<Record, ModelError>;
 
     /// What the model names at `y`, up to a rejection.
-    fn read(&self, y: &[f64], rng: &mut Xoshiro256PlusPlus) -> (Record, Result<(), Rejection>);
+    fn read(&self, y: &[f64], rng: &mut dyn RngCore) -> (Record, Result<(), Rejection>);
 }
 
 impl<M: Model> AnyModel for Bound<M> {
@@ -70,11 +70,11 @@ impl<M: Model> AnyModel for Bound<M> {
         Bound::layout(self)
     }
 
-    fn draw_prior(&self, rng: &mut Xoshiro256PlusPlus) -> Result<Record, ModelError> {
-        Bound::draw_prior(self, rng)
+    fn draw_prior(&self, rng: &mut dyn RngCore) -> Result<Record, ModelError> {
+        Bound::draw_prior_any(self, rng)
     }
 
-    fn read(&self, y: &[f64], rng: &mut Xoshiro256PlusPlus) -> (Record, Result<(), Rejection>) {
+    fn read(&self, y: &[f64], rng: &mut dyn RngCore) -> (Record, Result<(), Rejection>) {
         Bound::read(self, y, rng)
     }
 }

@@ -1,6 +1,6 @@
 //! A model with its data, ready to be evaluated.
 
-use rand::Rng;
+use rand::{Rng, RngCore};
 
 use crate::density::{LogDensity, Rejection};
 use crate::dimensions::Coordinates;
@@ -122,7 +122,7 @@ impl<M: Model> Bound<M> {
     /// # Errors
     /// [`ModelError`] if the model rejects its own prior draws.
     pub fn draw_prior<G: Rng>(&self, rng: &mut G) -> Result<Record, ModelError> {
-        prior::draw(&self.model, rng)
+        self.draw_prior_any(rng)
     }
 
     /// Everything that the model names, at the unconstrained point `y`; predictions and
@@ -136,8 +136,13 @@ impl<M: Model> Bound<M> {
     }
 
     /// As [`constrain`](Bound::constrain), with what was recorded before a rejection.
-    pub(crate) fn read<G: Rng>(&self, y: &[f64], rng: &mut G) -> (Record, Result<(), Rejection>) {
+    pub(crate) fn read(&self, y: &[f64], rng: &mut dyn RngCore) -> (Record, Result<(), Rejection>) {
         prior::read(&self.model, y, rng)
+    }
+
+    /// As [`draw_prior`](Bound::draw_prior).
+    pub(crate) fn draw_prior_any(&self, rng: &mut dyn RngCore) -> Result<Record, ModelError> {
+        prior::draw(&self.model, rng)
     }
 
     /// Log density over constrained values at the unconstrained point `y`: without

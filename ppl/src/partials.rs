@@ -48,7 +48,7 @@ impl<R: Scalar, const K: usize> Partials<R> for Zipped<R, K> {
 
 macro_rules! impl_partials {
     ($($A:ident $i:tt),*) => {
-        impl<R: Scalar, $($A: Datum<R>),*> Partials<R> for ($(($A, f64),)*) {
+        impl<R: Scalar, $($A: Datum<R> + Copy),*> Partials<R> for ($(($A, f64),)*) {
             #[inline(always)]
             fn spread(self, f: &mut impl FnMut(R, f64)) {
                 $(self.$i.0.spread(self.$i.1, f);)*

@@ -211,7 +211,7 @@ impl Posterior {
             shape: e.variable.shape.clone(),
             data: e.values.clone(),
         });
-        let bounds = template.entries.iter().map(|e| e.bounds);
+        let bounds = layout.variables.iter().map(|v| template.get(&v.name)?.bounds).collect();
         Ok(Self {
             layout,
             posterior,
@@ -223,7 +223,7 @@ impl Posterior {
             prior_predictive,
             divergences,
             unpredicted,
-            bounds: bounds.collect(),
+            bounds,
             chains,
         })
     }

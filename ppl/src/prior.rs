@@ -7,7 +7,7 @@ use crate::bound::{Layout, ModelError};
 use crate::density::Rejection;
 use crate::entry::Record;
 use crate::reading::{Pool, Pools};
-use crate::trace::{Source, Trace};
+use crate::trace::{Point, Source, Trace};
 
 /// A model whose type is forgotten.
 pub(crate) trait Statements {
@@ -98,7 +98,7 @@ pub(crate) fn read(
     y: &[f64],
     rng: &mut dyn RngCore,
 ) -> (Record, Result<(), Rejection>) {
-    let mut trace = Trace::new(Source::point(y), rng);
+    let mut trace = Trace::new(Source::Point(Point::new(y)), rng);
     let outcome = model.trace(&mut trace);
     (trace.record, outcome)
 }

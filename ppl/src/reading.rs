@@ -209,9 +209,14 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         site: &'static Site,
         _: D,
     ) -> Result<D::Value, Rejection> {
-        Err(Rejection::Fatal {
-            message: format!("{}: predictions need `if cx.predicts()` around them", site.place),
-        })
+        Err(unpredictable(site))
+    }
+}
+
+#[cold]
+pub(crate) fn unpredictable(site: &Site) -> Rejection {
+    Rejection::Fatal {
+        message: format!("{}: predictions need `if cx.predicts()` around them", site.place),
     }
 }
 

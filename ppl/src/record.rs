@@ -196,13 +196,15 @@ impl<T: Record + ?Sized> Record for &T {
     }
 }
 
+/// The shape of `len` values of this shape.
+fn stacked(len: usize, mut shape: Vec<usize>) -> Vec<usize> {
+    shape.insert(0, len);
+    shape
+}
+
 impl<T: Record> Record for [T] {
     fn shape(&self) -> Vec<usize> {
-        let mut shape = vec![self.len()];
-        if let Some(first) = self.first() {
-            shape.append(&mut first.shape());
-        }
-        shape
+        stacked(self.len(), self.first().map_or_else(Vec::new, Record::shape))
     }
     fn flatten(&self, out: &mut Vec<f64>) {
         for x in self {

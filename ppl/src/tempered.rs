@@ -7,7 +7,7 @@ use crate::bound::Bound;
 use crate::density::Rejection;
 use crate::distribution::{Distribution, Unknown};
 use crate::model::{Context, Model};
-use crate::reading::{too_few_coordinates, varying_dimension};
+use crate::reading::{too_few_coordinates, unpredictable, varying_dimension};
 use crate::real::Real;
 use crate::site::Site;
 use crate::terms::Valued;
@@ -172,8 +172,6 @@ impl<U: Unknowns> Context for Split<U> {
         site: &'static Site,
         _: D,
     ) -> Result<D::Value, Rejection> {
-        Err(Rejection::Fatal {
-            message: format!("{}: predictions need `if cx.predicts()` around them", site.place),
-        })
+        Err(unpredictable(site))
     }
 }

@@ -175,7 +175,7 @@ impl<R: Scalar> Terms<R> for Settled {
 }
 
 /// All terms of a statement.
-pub(crate) trait Statement<R: Scalar>: Terms<R> {
+pub(crate) trait Statement<R: Scalar>: Terms<R> + Copy {
     /// None yet; lean ones leave out what is the same at every point, where that makes sense.
     fn empty(lean: bool) -> Self;
 

@@ -20,22 +20,29 @@ use crate::terms::Settled;
 pub(crate) enum Source<'y> {
     /// Draws from the prior.
     Prior,
-    /// Unconstrained coordinates, and whether the model asked for more.
-    Point { coordinates: std::slice::Iter<'y, f64>, short: bool },
+    /// Unconstrained coordinates.
+    Point(Point<'y>),
 }
 
-impl<'y> Source<'y> {
-    pub(crate) fn point(y: &'y [f64]) -> Self {
-        Self::Point { coordinates: y.iter(), short: false }
+/// Coordinates in order.
+pub(crate) struct Point<'y> {
+    coordinates: std::slice::Iter<'y, f64>,
+    /// The model asked for more than there are.
+    short: bool,
+}
+
+impl<'y> Point<'y> {
+    pub(crate) fn new(y: &'y [f64]) -> Self {
+        Self { coordinates: y.iter(), short: false }
     }
-}
 
-/// The next coordinate; NaN past the last.
-fn next(coordinates: &mut std::slice::Iter<'_, f64>, short: &mut bool) -> Real<f64> {
-    Real(coordinates.next().copied().unwrap_or_else(|| {
-        *short = true;
-        f64::NAN
-    }))
+    /// The next coordinate; NaN past the last.
+    fn next(&mut self) -> Real<f64> {
+        Real(self.coordinates.next().copied().unwrap_or_else(|| {
+            self.short = true;
+            f64::NAN
+        }))
+    }
 }
 
 /// Records every statement; predictions and replicates are drawn with `rng`.
@@ -115,6 +122,7 @@ impl<'y> Trace<'y> {
         Ok(entry)
     }
 
+    /// Writes down an unknown.
     fn declare(
         &mut self,
         site: &'static Site,
@@ -123,7 +131,7 @@ impl<'y> Trace<'y> {
         bounds: Option<(f64, f64)>,
         log_prior: f64,
     ) -> Result<(), Rejection> {
-        if let Source::Point { short: true, .. } = self.source {
+        if let Source::Point(Point { short: true, .. }) = self.source {
             return Err(too_few_coordinates(site));
         }
         let at = if is_imputed { self.imputed(site, true) } else { self.label(site) };
@@ -142,9 +150,8 @@ impl<'y> Trace<'y> {
         site.locate(distribution.validate())?;
         let value = match &mut self.source {
             Source::Prior => distribution.draw(self.rng),
-            Source::Point { coordinates, short } => {
-                let mut next = || next(coordinates, short);
-                distribution.constrain(&mut next, false, &mut Settled::new(1.0))
+            Source::Point(point) => {
+                distribution.constrain(&mut || point.next(), false, &mut Settled::new(1.0))
             }
         };
         distribution.unconstrain(&value, &mut self.record.unconstrained);
@@ -153,6 +160,7 @@ impl<'y> Trace<'y> {
         Ok(value)
     }
 
+    /// Writes down an observation.
     fn condition(
         &mut self,
         site: &'static Site,
@@ -181,6 +189,7 @@ impl<'y> Trace<'y> {
         self.condition(site, is_imputed, datum, &replicate, log_likelihood)
     }
 
+    /// Writes down a value with neither density nor replicate.
     fn note(
         &mut self,
         site: &'static Site,
@@ -201,6 +210,7 @@ impl<'y> Trace<'y> {
         Some(NewRow::default())
     }
 
+    /// Adds a row that was told.
     fn told(&mut self, mut row: NewRow, datum: &dyn Recordable) {
         let mut numbers = Vec::new();
         datum.flatten(&mut numbers);
@@ -209,7 +219,7 @@ impl<'y> Trace<'y> {
     }
 }
 
-/// Over the same terms as [`Density`](crate::reading::Density) of values, which spares compiling others.
+/// By the terms that a density of values takes: no others are compiled.
 fn log_density<D: Distribution<Real<f64>>>(distribution: &D, x: &D::Value) -> f64 {
     let mut terms = Settled::new(1.0);
     distribution.add_terms(x, &mut terms);

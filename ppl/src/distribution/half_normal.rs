@@ -3,8 +3,8 @@
 use std::f64::consts::{LN_2, PI};
 
 use rand::Rng;
-use rand_distr::StandardNormal;
 
+use super::normal::standard_normal;
 use super::{Parameter, Univariate, UnivariateDensity, normaliser};
 use crate::density::DomainError;
 use crate::record::Datum;
@@ -41,9 +41,8 @@ impl<S: Parameter> Univariate for HalfNormal<S> {
         DomainError::require_positive("HalfNormal", "sd", self.0.number())
     }
 
-    fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {
-        let z: f64 = rng.sample(StandardNormal);
-        self.0.number() * z.abs()
+    fn sample<G: Rng + ?Sized>(&self, mut rng: &mut G) -> f64 {
+        self.0.number() * standard_normal(&mut rng).abs()
     }
 
     fn mean(&self) -> f64 {

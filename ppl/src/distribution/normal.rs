@@ -1,6 +1,6 @@
 //! The normal distribution.
 
-use rand::Rng;
+use rand::{Rng, RngCore};
 use rand_distr::StandardNormal;
 
 use super::{Parameter, Univariate, UnivariateDensity, normaliser};
@@ -42,9 +42,8 @@ impl<M: Parameter, S: Parameter> Univariate for Normal<M, S> {
         DomainError::require_positive("Normal", "sd", self.1.number())
     }
 
-    fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {
-        let z: f64 = rng.sample(StandardNormal);
-        self.0.number() + self.1.number() * z
+    fn sample<G: Rng + ?Sized>(&self, mut rng: &mut G) -> f64 {
+        self.0.number() + self.1.number() * standard_normal(&mut rng)
     }
 
     fn mean(&self) -> f64 {
@@ -70,6 +69,11 @@ impl<M: Parameter, S: Parameter> Univariate for Normal<M, S> {
     fn upper_quantile(&self, q: f64) -> f64 {
         self.0.number() + self.1.number() * normal_upper_quantile(q)
     }
+}
+
+/// A draw from Normal(0, 1); for any generator, so that it is compiled here and not for every model.
+pub(super) fn standard_normal(rng: &mut dyn RngCore) -> f64 {
+    rng.sample(StandardNormal)
 }
 
 /// ln(σ √(2π)).
@@ -110,6 +114,12 @@ where
             -0.5 * z * z + constant,
             ((x, -slope), (self.0, slope), (self.1, z * slope - precise)),
         );
+    }
+
+    #[inline(always)]
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
+        self.add_ln_pdf(y, terms);
+        y
     }
 
     /// Sums over all values stay in registers.

@@ -50,33 +50,27 @@ impl<R: Scalar> Support<R> {
     /// As [`point`](Support::point), where nothing will use `y` any more.
     #[inline(always)]
     pub(crate) fn replace(&self, y: R, terms: &mut impl Terms<R>) -> R {
-        let (x, slope) = self.value_and_slope(y.value());
         match *self {
             Self::Real => y,
-            Self::Above(end) | Self::Below(end) if !end.is_constant() => {
+            Self::Above(end) | Self::Below(end) => {
+                let away = y.value().exp();
+                let slope = if let Self::Above(_) = self { away } else { -away };
+                let x = end.value() + slope;
+                if end.is_constant() {
+                    return terms.replace(y, x, slope);
+                }
                 R::gather(x, ((end, 1.0), (y, slope)))
             }
-            Self::Between(a, b) if !(a.is_constant() && b.is_constant()) => {
-                let (p, q) = logistic(y.value());
-                R::gather(x, ((a, q), (b, p), (y, slope)))
-            }
-            _ => terms.replace(y, x, slope),
-        }
-    }
-
-    /// x(y) and dx/dy.
-    #[inline(always)]
-    fn value_and_slope(&self, y: f64) -> (f64, f64) {
-        match *self {
-            Self::Real => (y, 1.0),
-            Self::Above(a) => (a.value() + y.exp(), y.exp()),
-            Self::Below(b) => (b.value() - y.exp(), -y.exp()),
             Self::Between(a, b) => {
-                let (p, q) = logistic(y);
+                let (p, q) = logistic(y.value());
                 let width = b.value() - a.value();
                 // measured from the nearer end, so that both tails keep their digits
-                let x = if y < 0.0 { a.value() + width * p } else { b.value() - width * q };
-                (x, width * p * q)
+                let x = if p < q { a.value() + width * p } else { b.value() - width * q };
+                let slope = width * p * q;
+                if a.is_constant() && b.is_constant() {
+                    return terms.replace(y, x, slope);
+                }
+                R::gather(x, ((a, q), (b, p), (y, slope)))
             }
         }
     }
@@ -120,9 +114,10 @@ impl<R: Scalar> Support<R> {
 
     /// Whether `x` lies in the closed support.
     #[inline(always)]
+    #[allow(clippy::manual_range_contains)] // which is more to compile
     pub fn contains(&self, x: f64) -> bool {
         let (a, b) = self.bounds();
-        (a..=b).contains(&x)
+        a <= x && x <= b
     }
 
     /// The smallest support that holds both.
