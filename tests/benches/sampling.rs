@@ -142,7 +142,7 @@ fn paper_setting<M: Model>(model: &Bound<M>, quick: bool) {
     if quick || !asked("paper_setting") {
         return;
     }
-    for (threads, warmup, draws) in [(2, 2000, 50_000), (1, 250, 1200)] {
+    for (threads, warmup, draws) in [(2, 2000, 50_000), (1, 250, 1500)] {
         let sampler =
             Nuts::default().chains(4).threads(threads).warmup(warmup).draws(draws).seed(1);
         let (chains, seconds) = fastest(&sampler, model, if draws > 10_000 { 3 } else { 21 });
