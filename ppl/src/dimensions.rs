@@ -65,8 +65,8 @@ impl Coordinates {
     }
 
     /// All dimensions that have labels.
-    pub fn iter(&self) -> impl Iterator<Item = (&str, &[String])> {
-        self.0.iter().map(|(name, labels)| (name.as_str(), labels.as_slice()))
+    pub fn iter(&self) -> std::slice::Iter<'_, (String, Vec<String>)> {
+        self.0.iter()
     }
 
     /// The labels along `dimension`, to be written.
@@ -76,6 +76,15 @@ impl Coordinates {
             index
         });
         &mut self.0[index].1
+    }
+}
+
+impl<'a> IntoIterator for &'a Coordinates {
+    type Item = &'a (String, Vec<String>);
+    type IntoIter = std::slice::Iter<'a, (String, Vec<String>)>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
     }
 }
 

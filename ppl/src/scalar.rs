@@ -232,14 +232,16 @@ pub trait Scalar:
         self.unary(x.abs(), sign)
     }
 
-    /// The larger of two numbers, this one if they are equal; NaN if either is.
+    /// The larger of two numbers, this one if they are equal; NaN if either is (`f64::max`, which
+    /// comes first for data, leaves NaN out).
     #[inline]
     fn max(self, other: impl Into<Self>) -> Self {
         let other = other.into();
         if self >= other || self.value().is_nan() { self } else { other }
     }
 
-    /// The smaller of two numbers, this one if they are equal; NaN if either is.
+    /// The smaller of two numbers, this one if they are equal; NaN if either is, as for
+    /// [`max`](Scalar::max).
     #[inline]
     fn min(self, other: impl Into<Self>) -> Self {
         let other = other.into();

@@ -131,9 +131,6 @@ impl<'y> Trace<'y> {
         bounds: Option<(f64, f64)>,
         log_prior: f64,
     ) -> Result<(), Rejection> {
-        if let Source::Point(Point { short: true, .. }) = self.source {
-            return Err(too_few_coordinates(site));
-        }
         let at = if is_imputed { self.imputed(site, true) } else { self.label(site) };
         let entry = self.write(&at, Role::Parameter, value)?;
         entry.bounds = bounds;
@@ -151,7 +148,12 @@ impl<'y> Trace<'y> {
         let value = match &mut self.source {
             Source::Prior => distribution.draw(self.rng),
             Source::Point(point) => {
-                distribution.constrain(&mut || point.next(), false, &mut Settled::new(1.0))
+                let terms = &mut Settled::new(1.0);
+                let value = distribution.constrain(&mut || point.next(), false, terms);
+                if point.short {
+                    return Err(too_few_coordinates(site));
+                }
+                value
             }
         };
         distribution.unconstrain(&value, &mut self.record.unconstrained);

@@ -60,7 +60,7 @@ pub struct Divergence {
     pub energy_error: f64,
 }
 
-/// The frozen mass matrix of a chain, as an estimate of the posterior covariance.
+/// The mass matrix of a chain at the end of its warmup, as an estimate of the posterior covariance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Covariance {
     /// Variances, length `dim`.
@@ -146,7 +146,8 @@ pub struct MapSwitch {
     pub divergences: Vec<(MapKind, f64)>,
 }
 
-/// All that the warmup decided; nothing of it changes afterwards.
+/// All that the warmup decided; nothing of it changes afterwards. After an interrupt in the warmup:
+/// what it had decided so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WarmupReport {
     /// First point of the chain, unconstrained.
@@ -210,9 +211,12 @@ pub(crate) struct Paused {
 }
 
 impl Paused {
-    /// Whether lengths agree.
-    pub(super) fn fits(&self, dim: usize) -> bool {
-        self.position.len() == dim && self.warmup.fits(dim)
+    /// Whether it is of `dim` coordinates, after so many transitions.
+    pub(super) fn fits(&self, dim: usize, transitions: usize) -> bool {
+        let possible = transitions..=u32::MAX as usize;
+        self.position.len() == dim
+            && possible.contains(&self.length)
+            && self.warmup.fits(dim, transitions)
     }
 }
 

@@ -16,7 +16,7 @@ use crate::{any::AnyDensity, density::LogDensity};
 const SAME_DENSITY: f64 = 1e-6;
 
 impl Nuts<'_> {
-    /// Starts every chain from the last draw, the mass matrix and the step of the same chain of an
+    /// Starts every chain from the last draw (or where it was if it has none), the mass matrix and the step of the same chain of an
     /// earlier run, as of a similar model. The warmup then leaves out its early windows and may be
     /// short; with `warmup(0)` nothing is tuned any more.
     ///
@@ -41,7 +41,7 @@ impl Nuts<'_> {
     ///
     /// # Errors
     /// [`SampleError::Earlier`] if the chains are not of this sampler or this density, or one
-    /// failed before its first draw; else see [`Nuts`].
+    /// failed in its warmup; else see [`Nuts`].
     pub fn resume<D: LogDensity>(
         &self,
         density: &D,
@@ -64,9 +64,12 @@ impl Nuts<'_> {
             let reason = format!("there are {got} of them, but {set} are to be run");
             return Err(misfit(reason, "set `chains` to their number"));
         }
-        let has_ended = |chain: &Chain| chain.stream.is_none() && chain.paused.is_none();
-        if let Some(number) = earlier.chains.iter().position(has_ended) {
-            let reason = format!("chain {number} failed before its first draw");
+        if let Err(problem) = earlier.check() {
+            return Err(misfit(problem, "give chains as `run`, `resume` or `load` returned them"));
+        }
+        let is_lost = |chain: &Chain| chain.stream.is_none() && chain.paused.is_none();
+        if let Some(number) = earlier.chains.iter().position(is_lost) {
+            let reason = format!("chain {number} failed in its warmup");
             return Err(misfit(reason, "begin anew with `run`"));
         }
         Run { init: Init::Uniform(0.0), ..self.run.clone() }.validate(dim)?;
@@ -127,7 +130,7 @@ fn take_up<'a>(
 fn last_position(chain: &Chain, dim: usize) -> &[f64] {
     match chain.draws.len().checked_sub(dim) {
         Some(start) if !chain.is_empty() => &chain.draws[start..],
-        _ => &chain.warmup.end,
+        _ => chain.paused.as_deref().map_or(&chain.warmup.end, |paused| &paused.position),
     }
 }
 

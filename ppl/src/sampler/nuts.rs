@@ -1,6 +1,6 @@
 //! The no-U-turn sampler.
 
-use std::sync::atomic::AtomicBool;
+use std::{ops::RangeInclusive, sync::atomic::AtomicBool};
 
 use super::{
     chains::{Chains, Covariance, DrawStats, Paused, WarmupReport},
@@ -25,6 +25,8 @@ use crate::{
 
 /// Paths of Pathfinder tried even for a single chain.
 const FEWEST_PATHS: usize = 4;
+/// Doublings that a trajectory may be allowed.
+pub(super) const DEPTHS: RangeInclusive<u32> = 1..=20;
 
 /// The no-U-turn sampler: Hamiltonian trajectories whose length finds itself.
 ///
@@ -148,7 +150,7 @@ impl<'a> Nuts<'a> {
             let value = self.target_accept.to_string();
             return refuse("target_accept", value, "give a number between 0 and 1, as 0.8");
         }
-        if !(1..=20).contains(&self.max_depth) {
+        if !DEPTHS.contains(&self.max_depth) {
             return refuse("max_depth", self.max_depth.to_string(), "give 1 to 20, as 10");
         }
         let dim = density.dim();

@@ -94,7 +94,7 @@ impl Run<'_> {
         self.in_parallel(earlier, |number, mut chain| {
             let (mut kernel, mut rng) = make(&chain)?;
             let warmup = chain.paused.take().map(|paused| paused.length);
-            let ahead = warmup.map_or(0, |length| length - chain.warmup.stats.len());
+            let ahead = warmup.map_or(0, |length| length.saturating_sub(chain.warmup.stats.len()));
             let mut meter = Meter::new(self.progress, number, ahead + self.draws * self.thin);
             chain.stopped = None;
             let tuned = warmup.map_or(Ok(()), |length| {
@@ -212,10 +212,10 @@ impl Run<'_> {
                 chain.draws.extend_from_slice(kernel.position());
                 chain.stats.push(stats);
                 chain.stream = Some(rng.clone());
+                count(kernel, &mut chain.rejections);
                 Ok(())
             })
         });
-        count(kernel, &mut chain.rejections);
         meter.finish();
 
         if let Err(Stop(reason)) = ended {
@@ -292,7 +292,7 @@ impl Run<'_> {
     }
 }
 
-/// Adds what a kernel has rejected since it was asked last.
+/// Adds what a kernel has rejected since it was asked last: up to a point from which it can go on.
 fn count(kernel: &mut impl Kernel, rejections: &mut BTreeMap<Place, u64>) {
     for (place, count) in kernel.rejections().take() {
         *rejections.entry(place).or_insert(0) += count;

@@ -10,7 +10,10 @@ use std::{
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::chains::Chains;
+use super::{
+    chains::{Chains, Paused},
+    nuts::DEPTHS,
+};
 use crate::density::Place;
 
 /// What a file of chains begins with.
@@ -141,19 +144,21 @@ impl Chains {
     }
 
     /// Whether lengths agree, so that indices into the draws are safe.
-    fn check(&self) -> Result<(), String> {
+    pub(super) fn check(&self) -> Result<(), String> {
+        if let Some(depth) = self.max_depth.filter(|depth| !DEPTHS.contains(depth)) {
+            return Err(format!("{depth} doublings are out of range"));
+        }
         for (number, chain) in self.chains.iter().enumerate() {
             let (got, expected) = (chain.draws.len(), chain.stats.len() * self.dim);
             if got != expected {
                 return Err(format!("chain {number} has {got} numbers, not {expected}"));
             }
-            let has_ended = chain.stream.is_some() && chain.is_empty();
-            let fits = (!has_ended || chain.warmup.end.len() == self.dim)
-                && chain.paused.as_ref().is_none_or(|paused| {
-                    paused.fits(self.dim) && chain.warmup.stats.len() <= paused.length
-                });
-            if !fits {
-                return Err(format!("the warmup of chain {number} does not fit {}", self.dim));
+            let only_tuned = chain.stream.is_some() && chain.is_empty();
+            let misfits = |paused: &Paused| !paused.fits(self.dim, chain.warmup.stats.len());
+            if only_tuned && chain.warmup.end.len() != self.dim
+                || chain.paused.as_deref().is_some_and(misfits)
+            {
+                return Err(format!("the warmup of chain {number} does not fit its transitions"));
             }
             if chain.divergences.iter().any(|d| d.position.len() != self.dim) {
                 return Err(format!("a divergence of chain {number} has not {} numbers", self.dim));

@@ -255,9 +255,9 @@ impl Warmup {
         if restarted { Advice::SearchStep } else { Advice::GoOn }
     }
 
-    /// Whether it is of a density of `dim` coordinates.
-    pub(super) fn fits(&self, dim: usize) -> bool {
-        self.sample.fits(dim)
+    /// Whether it is of a density of `dim` coordinates, after so many transitions.
+    pub(super) fn fits(&self, dim: usize, transitions: usize) -> bool {
+        self.schedule.draw == transitions && self.sample.fits(dim)
     }
 
     /// Writes down what was decided.

@@ -189,7 +189,7 @@ impl Tape {
                 break;
             }
             let adjoint = adjoints[child as usize].get();
-            // an infinite partial of what nothing depends on
+            // what nothing depends on may have an infinite partial, and 0 · ∞ is no number
             if adjoint != 0.0 {
                 let parent = &adjoints[parent as usize];
                 parent.set(parent.get() + adjoint * partial);
@@ -273,6 +273,51 @@ mod tests {
         let mut gradient = [0.0];
         tape.sweep(&mut gradient);
         assert_eq!(gradient, [7.0]);
+    }
+
+    /// √x at 0, on which nothing depends, between nodes on which something does.
+    #[test]
+    fn what_nothing_depends_on_is_passed_over() {
+        let tape = Tape::default();
+        let x = tape.input(0.0);
+        let y = x + 2.0;
+        assert!(x.sqrt().recip().value().is_infinite());
+        tape.seed(y.square());
+        let mut gradient = [0.0];
+        tape.sweep(&mut gradient);
+        assert_eq!(gradient, [4.0]);
+    }
+
+    /// A plate within a plate on tapes of every small size, of edges or nodes.
+    #[test]
+    fn a_tape_that_fills_up_in_a_plate_says_so() {
+        let run = |tape: &Tape| {
+            let (x, y) = (tape.input(0.7), tape.input(-0.2));
+            for outer in 0..3 {
+                let mark = tape.mark();
+                let z = (x * y + f64::from(outer)).square();
+                for inner in 0..3 {
+                    let mark = tape.mark();
+                    tape.seed((z - x).exp() * f64::from(inner));
+                    tape.unwind(mark);
+                }
+                tape.unwind(mark);
+            }
+            let mut gradient = [0.0; 2];
+            (!tape.is_full()).then(|| {
+                tape.sweep(&mut gradient);
+                gradient
+            })
+        };
+        let expected = run(&Tape::default()).expect("room");
+        let mut refused = 0;
+        for nodes in 0..12 {
+            match run(&Tape::with_capacity(nodes)) {
+                Some(gradient) => assert_eq!(gradient, expected),
+                None => refused += 1,
+            }
+        }
+        assert!((1..12).contains(&refused), "{refused}");
     }
 
     /// Σₖ ln p(xₖ | x y): one node an iteration, swept at its end, and terms without nodes.

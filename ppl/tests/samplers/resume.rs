@@ -2,9 +2,17 @@
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use ppl::{Chains, ChainsFileError, Covariance, Metropolis, Nuts, Place, Rejection, SampleError};
+use ppl::{
+    Chains, ChainsFileError, Covariance, LogDensity, Metropolis, Nuts, Place, Rejection,
+    SampleError,
+};
 
-use crate::targets::{Gaussian, assert_mean, half_normal, normal_until};
+use crate::targets::{Gaussian, assert_mean, half_normal, normal_until, until};
+
+/// A density that can be watched.
+trait Target: LogDensity<Workspace: Default> + Sync {}
+
+impl<D: LogDensity<Workspace: Default> + Sync> Target for D {}
 
 fn nuts() -> Nuts<'static> {
     Nuts::default().chains(3).warmup(120).seed(5)
@@ -52,60 +60,112 @@ fn counts_go_on_too() {
     assert_eq!(nuts.draws(400).resume(&half_normal(), loaded).expect("resumes"), long);
 }
 
-/// A run over a normal density, and how often it evaluated it.
-fn counted(nuts: &Nuts<'_>) -> (Chains, usize) {
+/// A run, and how often it evaluated the density.
+fn counted(nuts: &Nuts<'_>, target: &impl Target) -> (Chains, usize) {
     let count = AtomicUsize::new(0);
-    let target = normal_until(3, 0, || {
+    let watched = until(target, 0, || {
         count.fetch_add(1, Ordering::Relaxed);
         Ok(())
     });
-    let chains = nuts.run(&target).expect("runs");
+    let chains = nuts.run(&watched).expect("runs");
     (chains, count.load(Ordering::Relaxed))
 }
 
-/// The same run, interrupted during that evaluation.
-fn interrupted(nuts: &Nuts<'_>, evaluation: usize) -> Chains {
+/// What `run` leaves when it is interrupted during that evaluation.
+fn interrupted(
+    nuts: &Nuts<'_>,
+    target: &impl Target,
+    evaluation: usize,
+    earlier: Option<Chains>,
+) -> Chains {
     let flag = AtomicBool::new(false);
-    let raise = || {
+    let watched = until(target, evaluation, || {
         flag.store(true, Ordering::Relaxed);
         Ok(())
+    });
+    let nuts = nuts.clone().interrupt(&flag);
+    let chains = match earlier {
+        None => nuts.run(&watched),
+        Some(earlier) => nuts.resume(&watched, earlier),
     };
-    let chains = nuts.clone().interrupt(&flag).run(&normal_until(3, evaluation, raise));
-    chains.expect("runs")
+    saved_and_loaded(&chains.expect("runs"))
 }
 
-/// An interrupted run is finished by the same sampler, wherever it was: before its first transition,
-/// in the warmup, while drawing.
+/// An interrupted run is finished by the same sampler, wherever it was (before its first transition,
+/// in the warmup, while drawing), and though it was interrupted twice: with all kinds of map, with
+/// rejections, thinned or not.
 #[test]
 fn an_interrupted_run_is_finished() {
-    let target = normal_until(3, usize::MAX, || Ok(()));
-    for nuts in [Nuts::default(), Nuts::stan_compatible().thin(3)] {
-        let nuts = nuts.chains(2).threads(1).warmup(200).draws(300).seed(3);
-        let (whole, evaluations) = counted(&nuts);
-        let mut lengths = Vec::new();
-        for tenth in 0..10 {
-            let cut = interrupted(&nuts, evaluations * tenth / 10);
-            assert!(cut.chains.iter().any(|c| c.stopped.is_some()));
-            lengths.extend(cut.chains.iter().map(|c| (c.warmup.stats.len(), c.len())));
-            let resumed = nuts.resume(&target, saved_and_loaded(&cut)).expect("resumes");
-            assert_eq!(resumed, whole, "after {tenth} tenths");
-        }
-        assert!(lengths.contains(&(0, 0)), "{lengths:?}");
-        assert!(lengths.iter().any(|(tuned, _)| (1..200).contains(tuned)), "{lengths:?}");
-        assert!(lengths.iter().any(|(_, drawn)| (1..300).contains(drawn)), "{lengths:?}");
+    let start = vec![vec![1.0]; 2];
+    let nuts = |nuts: Nuts<'static>| nuts.chains(2).threads(1).warmup(200).draws(300).seed(3);
+    let plain = Gaussian::autoregressive(3, 0.0, 0.1, 10.0);
+    finished(&nuts(Nuts::stan_compatible()), &plain);
+    finished(&nuts(Nuts::default()).thin(3), &Gaussian::autoregressive(5, 0.9, 0.1, 10.0));
+    finished(&nuts(Nuts::default()), &Gaussian::equicorrelated(60, 0.9, 0.1, 10.0));
+    finished(&nuts(Nuts::default()).thin(3).init_points(start), &half_normal());
+}
+
+fn finished(nuts: &Nuts<'_>, target: &impl Target) {
+    let (whole, evaluations) = counted(nuts, target);
+    let mut lengths = Vec::new();
+    for tenth in 0..10 {
+        let cut = interrupted(nuts, target, evaluations * tenth / 10, None);
+        assert!(cut.chains.iter().any(|c| c.stopped.is_some()));
+        lengths.extend(cut.chains.iter().map(|c| (c.warmup.stats.len(), c.len())));
+        let again = interrupted(nuts, target, evaluations / 12, Some(cut));
+        let resumed = nuts.resume(target, again).expect("resumes");
+        assert_eq!(resumed, whole, "after {tenth} tenths");
     }
+    assert!(lengths.contains(&(0, 0)), "{lengths:?}");
+    assert!(lengths.iter().any(|(tuned, _)| (1..200).contains(tuned)), "{lengths:?}");
+    assert!(lengths.iter().any(|(_, drawn)| (1..300).contains(drawn)), "{lengths:?}");
 }
 
 #[test]
 fn an_interrupt_between_warmup_and_draws_loses_nothing() {
     let nuts = nuts().chains(1);
-    let (first, evaluations) = counted(&nuts.clone().draws(1));
+    let target = Gaussian::autoregressive(3, 0.0, 0.1, 10.0);
+    let (first, evaluations) = counted(&nuts.clone().draws(1), &target);
     let last_of_warmup = evaluations - first.chains[0].stats[0].leapfrogs as usize - 1;
-    let cut = interrupted(&nuts, last_of_warmup);
+    let cut = interrupted(&nuts, &target, last_of_warmup, None);
     assert_eq!((cut.chains[0].warmup.stats.len(), cut.len()), (120, 0));
-    let target = normal_until(3, usize::MAX, || Ok(()));
     let whole = nuts.run(&target).expect("runs");
-    assert_eq!(nuts.resume(&target, saved_and_loaded(&cut)).expect("resumes"), whole);
+    assert_eq!(nuts.resume(&target, cut.clone()).expect("resumes"), whole);
+    // and its warmup is worth something to others
+    let warm = nuts.warm_start(&cut).warmup(0).draws(5).run(&target).expect("runs");
+    assert_eq!(warm.chains[0].warmup.start, cut.chains[0].warmup.end);
+}
+
+/// What no run would have written is refused before anything is done with it.
+#[test]
+fn damaged_warmups_are_named() {
+    let target = Gaussian::autoregressive(2, 0.6, 0.5, 2.0);
+    let nuts = nuts().chains(1);
+    let paused = interrupted(&nuts, &target, 100, None);
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("chains.json");
+    paused.save(&path).expect("written");
+    let text = std::fs::read_to_string(&path).expect("read");
+    let done = paused.chains[0].warmup.stats.len();
+    assert!((1..120).contains(&done) && Chains::load(&path).is_ok());
+    let damages = [
+        ("\"length\":120".to_owned(), "\"length\":18446744073709551615"),
+        ("\"length\":120".to_owned(), "\"length\":1"),
+        (format!("\"draw\":{done}}}"), "\"draw\":18446744073709551615}"),
+        ("\"position\":[".to_owned(), "\"position\":[0.5,"),
+        ("\"max_depth\":10".to_owned(), "\"max_depth\":4000000000"),
+    ];
+    for (right, wrong) in damages {
+        assert!(text.contains(&right), "{right}");
+        std::fs::write(&path, text.replacen(&right, wrong, 1)).expect("written");
+        let loaded = Chains::load(&path);
+        assert!(matches!(loaded, Err(ChainsFileError::Damaged { .. })), "{wrong}: {loaded:?}");
+    }
+    // nor from hands
+    let mut shortened = paused;
+    shortened.chains[0].warmup.stats.pop();
+    let error = nuts.resume(&target, shortened).expect_err("does not fit");
+    assert!(error.to_string().contains("warmup of chain 0"), "{error}");
 }
 
 /// With no warmup at all, a warm start samples with the earlier tuning; a short one keeps what is
@@ -155,7 +215,7 @@ fn chains_that_do_not_fit_are_refused_by_reason() {
         (nuts.resume(&wide, chains.clone()), "2 coordinates, the density 3"),
         (nuts.clone().chains(2).resume(&target, chains.clone()), "there are 3"),
         (nuts.resume(&target, walk), "another sampler"),
-        (one.resume(&target, failed), "chain 0 failed before its first draw"),
+        (one.resume(&target, failed), "chain 0 failed in its warmup"),
         (nuts.resume(&target, broken.clone()), "not positive"),
         (nuts.clone().warm_start(&broken).run(&target), "mass matrix"),
     ];

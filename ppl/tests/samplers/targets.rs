@@ -81,6 +81,22 @@ where
     }
 }
 
+/// A density that does something at the `at`-th evaluation and after.
+pub(crate) fn until(
+    density: &(impl LogDensity<Workspace: Default> + Sync),
+    at: usize,
+    then: impl Fn() -> Result<(), Rejection> + Sync,
+) -> impl LogDensity {
+    let evaluations = AtomicUsize::new(0);
+    let function = move |y: &[f64], g: &mut [f64]| {
+        if evaluations.fetch_add(1, Ordering::Relaxed) >= at {
+            then()?;
+        }
+        density.gradient(y, g, &mut Default::default())
+    };
+    Function { dim: density.dim(), function }
+}
+
 /// Standard normals in `dim` dimensions that do something at the `at`-th evaluation and after.
 pub(crate) fn normal_until(
     dim: usize,
