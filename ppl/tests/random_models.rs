@@ -92,7 +92,7 @@ impl Writer {
         let (a, b) = (self.part(depth - 1), self.part(depth - 1));
         // over unknowns, not over literals, whose type is open
         let x = self.numbers.choose(&mut self.rng).expect("an unknown comes first").clone();
-        match self.rng.random_range(0..9) {
+        match self.rng.random_range(0..10) {
             0 => format!("({a} + {b})"),
             1 => format!("({a} - {b})"),
             2 => format!("(({x} * {a}).tanh() * {b})"),
@@ -101,6 +101,7 @@ impl Writer {
             5 => format!("({x} + {a}).logistic()"),
             6 => format!("(({x} * {b}).square() + 1.0).sqrt()"),
             7 => format!("({x} - {b}).softplus().ln_1p()"),
+            8 => format!("({x} - {a}).max({b} * 0.5).min({x} + 1.5)"),
             _ => format!("({x} * 0.3).powi(3).cos()"),
         }
     }
