@@ -10,9 +10,9 @@ use ppl::{
 use crate::targets::{Gaussian, assert_mean, half_normal, normal_until, until};
 
 /// A density that can be watched.
-trait Target: LogDensity<Workspace: Default> + Sync {}
+trait Target: LogDensity<Workspace: Default> {}
 
-impl<D: LogDensity<Workspace: Default> + Sync> Target for D {}
+impl<D: LogDensity<Workspace: Default>> Target for D {}
 
 fn nuts() -> Nuts<'static> {
     Nuts::default().chains(3).warmup(120).seed(5)

@@ -83,7 +83,7 @@ where
 
 /// A density that does something at the `at`-th evaluation and after.
 pub(crate) fn until(
-    density: &(impl LogDensity<Workspace: Default> + Sync),
+    density: &impl LogDensity<Workspace: Default>,
     at: usize,
     then: impl Fn() -> Result<(), Rejection> + Sync,
 ) -> impl LogDensity {
