@@ -134,6 +134,8 @@ fn ordered_probit() {
     }
     let equal: f64 = OrderedProbit(0.0, [1.0, 1.0]).ln_density(&1);
     assert_eq!(equal, f64::NEG_INFINITY);
+    let falling: f64 = OrderedProbit(0.0, [1.0, -1.0]).ln_density(&1);
+    assert!(falling.is_nan());
     let beyond: f64 = OrderedProbit(0.0, [1.0]).ln_density(&2);
     assert_eq!(beyond, f64::NEG_INFINITY);
     let error = Distribution::<f64>::validate(&OrderedProbit(0.0, [1.0, 1.0])).unwrap_err();

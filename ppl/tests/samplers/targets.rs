@@ -87,14 +87,8 @@ pub(crate) fn until(
     at: usize,
     then: impl Fn() -> Result<(), Rejection> + Sync,
 ) -> impl LogDensity {
-    let evaluations = AtomicUsize::new(0);
-    let function = move |y: &[f64], g: &mut [f64]| {
-        if evaluations.fetch_add(1, Ordering::Relaxed) >= at {
-            then()?;
-        }
-        density.gradient(y, g, &mut Default::default())
-    };
-    Function { dim: density.dim(), function }
+    let function = |y: &[f64], g: &mut [f64]| density.gradient(y, g, &mut Default::default());
+    watched(density.dim(), function, at, then)
 }
 
 /// Standard normals in `dim` dimensions that do something at the `at`-th evaluation and after.
@@ -103,13 +97,25 @@ pub(crate) fn normal_until(
     at: usize,
     then: impl Fn() -> Result<(), Rejection> + Sync,
 ) -> impl LogDensity {
+    let normal = |y: &[f64], g: &mut [f64]| {
+        y.iter().zip(g).for_each(|(y, g)| *g = -y);
+        Ok(-0.5 * y.iter().map(|y| y * y).sum::<f64>())
+    };
+    watched(dim, normal, at, then)
+}
+
+fn watched(
+    dim: usize,
+    gradient: impl Fn(&[f64], &mut [f64]) -> Result<f64, Rejection> + Sync,
+    at: usize,
+    then: impl Fn() -> Result<(), Rejection> + Sync,
+) -> impl LogDensity {
     let evaluations = AtomicUsize::new(0);
     let function = move |y: &[f64], g: &mut [f64]| {
         if evaluations.fetch_add(1, Ordering::Relaxed) >= at {
             then()?;
         }
-        y.iter().zip(g).for_each(|(y, g)| *g = -y);
-        Ok(-0.5 * y.iter().map(|y| y * y).sum::<f64>())
+        gradient(y, g)
     };
     Function { dim, function }
 }
