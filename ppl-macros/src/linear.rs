@@ -1,5 +1,5 @@
 //! Loops whose observations are normal about means that are linear in unknowns: once the data are
-//! bound, few rows can stand for them (`ppl::Rows`).
+//! bound, few rows can stand for them (`ppl/src/rows`).
 //!
 //! A mean such as `a + tau * z[group[i]] + b * x[i]` is taken apart into coefficients, of data
 //! alone, and what they multiply, which the data enter as indices at most: rows that share these
@@ -209,9 +209,7 @@ impl Parts {
         is_negative: bool,
     ) -> Option<()> {
         if !of.mentions(expr) {
-            let value =
-                quote_spanned!(expr.span()=> (&::ppl::__private::Of(&(#expr))).coefficient());
-            self.offsets.push(times(factors, is_negative, Some(value)));
+            self.offsets.push(times(factors, is_negative, Some(coefficient(expr))));
             return Some(());
         }
         let with = |divides: bool, factor: &Expr| {
@@ -297,13 +295,17 @@ impl Parts {
     }
 }
 
+/// Data as a number.
+fn coefficient(data: &Expr) -> TokenStream {
+    quote_spanned!(data.span()=> (&::ppl::__private::Of(&(#data))).coefficient())
+}
+
 /// The product of factors, and of `value` if there is one.
 fn times(factors: &[(bool, Expr)], is_negative: bool, value: Option<TokenStream>) -> TokenStream {
     let span = Span::mixed_site();
     let mut product = quote!(1.0f64);
     for (divides, factor) in factors {
-        let factor =
-            quote_spanned!(factor.span()=> (&::ppl::__private::Of(&(#factor))).coefficient());
+        let factor = coefficient(factor);
         product = match divides {
             true => quote_spanned!(span=> #product / #factor),
             false => quote_spanned!(span=> #product * #factor),
