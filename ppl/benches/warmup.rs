@@ -9,7 +9,7 @@
 #[path = "../tests/samplers/kinds.rs"]
 mod kinds;
 #[path = "../tests/samplers/targets.rs"]
-#[allow(dead_code)]
+#[allow(dead_code)] // the bench takes a part
 mod targets;
 
 use kinds::{EFFECTS, ERRORS, gradients_per_effective_draw};
