@@ -90,15 +90,15 @@ impl Formulas {
 }
 
 /// What is added to a sum.
-struct Term {
-    is_negative: bool,
-    value: Expr,
+pub(crate) struct Term {
+    pub(crate) is_negative: bool,
+    pub(crate) value: Expr,
     /// The loop that adds it again and again.
-    over: Option<(Pat, Expr)>,
+    pub(crate) over: Option<(Pat, Expr)>,
 }
 
 /// The summands that follow the declaration of `name` without a gap.
-fn terms(name: &Ident, after: &[Statement]) -> Vec<Term> {
+pub(crate) fn terms(name: &Ident, after: &[Statement]) -> Vec<Term> {
     after.iter().map_while(|statement| term(name, statement)).collect()
 }
 

@@ -40,7 +40,7 @@ pub(crate) fn formulas(body: &mut Block) -> bool {
 
 pub(crate) struct Formulas {
     /// Names that may hold unknowns or what follows from them.
-    active: HashSet<String>,
+    pub(crate) active: HashSet<String>,
     is_static: bool,
     /// Loops that have become sums.
     pub(crate) sums: usize,

@@ -30,7 +30,7 @@ pub(crate) fn is_pooled(pat: &Pat, body: &Block) -> bool {
 
 /// Whether a loop takes its data out of an iterator that others may go on with.
 pub(crate) fn is_consumed(iter: &Expr) -> bool {
-    mentions(iter.to_token_stream(), &|name| name == "by_ref" || name == "mut")
+    ["by_ref", "mut"].iter().any(|word| says(iter.to_token_stream(), word))
 }
 
 /// The name of a deterministic number that can stay a formula: `let name = arithmetic;`, used once
@@ -100,19 +100,39 @@ fn operands(expr: &Expr, name: &Ident) -> usize {
 }
 
 pub(crate) fn count(tokens: TokenStream, name: &Ident) -> usize {
-    let of = |tree| match tree {
-        TokenTree::Ident(found) => usize::from(found == *name),
-        TokenTree::Group(group) => count(group.stream(), name),
-        _ => 0,
-    };
-    tokens.into_iter().map(of).sum()
+    let mut uses = 0;
+    variables(tokens, &mut |found| uses += usize::from(found == name));
+    uses
 }
 
-/// Whether a stream has an identifier that is asked for.
+/// Whether a stream has a variable that is asked for.
 pub(crate) fn mentions(tokens: TokenStream, asked: &impl Fn(&str) -> bool) -> bool {
+    let mut found = false;
+    variables(tokens, &mut |name| found = found || asked(&name.to_string()));
+    found
+}
+
+/// Calls `f` for all that may be variables: what follows a dot is a field or a method.
+pub(crate) fn variables(tokens: TokenStream, f: &mut impl FnMut(&Ident)) {
+    let mut dots = 0;
+    for tree in tokens {
+        match &tree {
+            TokenTree::Ident(name) if dots != 1 => f(name),
+            TokenTree::Group(group) => variables(group.stream(), f),
+            _ => {}
+        }
+        dots = match tree {
+            TokenTree::Punct(punct) if punct.as_char() == '.' => dots + 1,
+            _ => 0,
+        };
+    }
+}
+
+/// Whether a stream has a word, as whatever.
+pub(crate) fn says(tokens: TokenStream, word: &str) -> bool {
     tokens.into_iter().any(|tree| match tree {
-        TokenTree::Ident(name) => asked(&name.to_string()),
-        TokenTree::Group(group) => mentions(group.stream(), asked),
+        TokenTree::Ident(found) => found == word,
+        TokenTree::Group(group) => says(group.stream(), word),
         _ => false,
     })
 }
@@ -135,9 +155,8 @@ impl<'a> Visit<'a> for Branches<'_> {
             _ => false,
         };
         self.found |= decides
-            && mentions(expr.to_token_stream(), &|name| {
-                name == "value" || self.active.contains(name)
-            });
+            && (says(expr.to_token_stream(), "value")
+                || mentions(expr.to_token_stream(), &|name| self.active.contains(name)));
         syn::visit::visit_expr(self, expr);
     }
 }

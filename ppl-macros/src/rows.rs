@@ -8,12 +8,12 @@ use syn::{Expr, Ident, Pat};
 
 use crate::ast::{Block, Kind};
 use crate::emit::{cx, total_of};
-use crate::linear::{Column, Linear};
+use crate::linear::{Column, Linear, Told};
 
 /// Whether rows stand for the observations of the loop, having been run if so.
 pub(crate) fn replacement(linear: &Linear, pat: &Pat, iter: &Expr, site: usize) -> TokenStream {
     let (cx, total) = (cx(), total_of(site));
-    let Linear { data, unknowns, distribution, rest, .. } = linear;
+    let Linear { data, unknowns, variables, distribution, rest, .. } = linear;
     let (names, formulas): (Vec<_>, Vec<_>) = unknowns.iter().map(|(n, f)| (n, f)).unzip();
     let is_fixed = names.len() == linear.columns.len();
     let width = Literal::usize_unsuffixed(if is_fixed { names.len() + 1 } else { 0 });
@@ -31,6 +31,7 @@ pub(crate) fn replacement(linear: &Linear, pat: &Pat, iter: &Expr, site: usize) 
                 #(#[allow(unused_variables)] #data)*
                 #(let #names = (&::ppl::__private::Of(&(#formulas))).sum();)*
                 for mut row in group {
+                    #(#[allow(unused_variables)] #variables)*
                     ::ppl::__private::settle::<::ppl::Real<__C::Number>, _>(
                         &#distribution, row, &mut #total,
                     );
@@ -54,6 +55,19 @@ pub(crate) fn told(linear: &Linear, body: &Block) -> TokenStream {
     let columns = columns.iter().map(|column| match column {
         Column::One(factor) => quote!(#row.coefficient(#factor);),
         Column::Dot { factor, data, unknowns } => quote!(#row.dot(#factor, #data, #unknowns);),
+        Column::Sum(told) => {
+            let Told { pat, iter, coefficients, offsets } = &**told;
+            quote_spanned! {Span::mixed_site()=>
+                let mut turns = 0;
+                #[allow(unused_variables)]
+                for #pat in #iter {
+                    turns += 1;
+                    #(#row.coefficient(#coefficients);)*
+                    #(#row.offset(#offsets);)*
+                }
+                #row.index(turns);
+            }
+        }
     });
     quote_spanned! {Span::mixed_site()=>
         if <Self as ::ppl::Model>::STATIC && __C::BINDS {

@@ -217,6 +217,19 @@ impl Writer {
         Ok(name)
     }
 
+    /// A sum of products with data.
+    fn turns(&mut self, array: &str, text: &mut String) -> Result<String, std::fmt::Error> {
+        let (name, start, factor) = (self.name(), self.number(1), self.number(0));
+        let step = self.pick(&["+= #a * r * #f", "-= (#a - #f) * r", "+= r * #a + r * x * #f"]);
+        let heads = ["(d, r) in rows[i].iter().enumerate()", "(a, r) in #.iter().zip(&rows[i])"];
+        let head = self.pick(&heads).replace('#', array);
+        let a = if head.starts_with("(d") { format!("{array}[d]") } else { "a".to_owned() };
+        let step = step.replace("#a", &a).replace("#f", &factor);
+        writeln!(text, "        let mut {name} = {start};")?;
+        writeln!(text, "        for {head} {{\n            {name} {step};\n        }}")?;
+        Ok(name)
+    }
+
     /// A plate that rows may stand for.
     fn linear(&mut self, text: &mut String) -> std::fmt::Result {
         let (y, scale) = (self.name(), self.scale());
@@ -226,12 +239,14 @@ impl Writer {
         for _ in 0..self.rng.random_range(1..5) {
             let (a, b) = (self.number(1), self.number(0));
             let array = self.arrays.choose(&mut self.rng).cloned();
-            let term = match (self.rng.random_range(0..6), array) {
+            let term = match (self.rng.random_range(0..8), array) {
                 (0, Some(array)) => format!("{array}[i % 3] * {b}"),
                 (1, Some(array)) => format!("away * ({a} - {array}[i / 5 % 2])"),
                 (2, Some(array)) => format!("dot(&rows[i], &{array}) / (1.5 + x * x)"),
-                (3, _) => "0.3 * away".to_owned(),
-                (4, _) => format!("({a} + {b} * x) * away"),
+                (3, Some(array)) => format!("away * {}", self.turns(&array, text)?),
+                (4, Some(array)) => self.turns(&array, text)?,
+                (5, _) => "0.3 * away".to_owned(),
+                (6, _) => format!("({a} + {b} * x) * away"),
                 _ => format!("x * {a}"),
             };
             write!(mean, "{}{term}", self.pick(&[" + ", " - "]))?;

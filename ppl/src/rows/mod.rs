@@ -8,6 +8,8 @@
 
 mod collect;
 
+use std::{iter, slice};
+
 use crate::distribution::Distribution;
 use crate::dot::{Dot, Numbers, dot};
 use crate::expression::Expression;
@@ -85,6 +87,22 @@ impl<'r> Row<'r> {
         let (own, rest) = self.numbers.split_at(count);
         self.numbers = rest;
         dot(own, unknowns)
+    }
+
+    /// Pairs what `over` yields with the next coefficients, `N` for each.
+    #[inline(always)]
+    pub fn along<I, const N: usize>(
+        &mut self,
+        over: I,
+    ) -> iter::Zip<I::IntoIter, iter::Copied<slice::Iter<'r, [f64; N]>>>
+    where
+        I: IntoIterator<IntoIter: Clone>,
+    {
+        let over = over.into_iter();
+        let (own, _) = self.numbers.as_chunks();
+        let own = &own[..own.len().min(over.clone().count())];
+        self.numbers = &self.numbers[N * own.len()..];
+        iter::zip(over, own.iter().copied())
     }
 
     /// The last number, once all coefficients are gone.

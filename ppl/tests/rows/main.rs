@@ -1,6 +1,8 @@
 //! Rows that stand for normal observations about linear predictors: what the density and its
 //! gradient are with them, against all data over a tape and over dual numbers.
 
+mod sums;
+
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use ppl::prelude::*;
@@ -149,11 +151,23 @@ ppl::model! {
         }
     }
 
-    fn counted(data: &Counted) {
+    fn counted(data: &Counted<(f64, f64)>) {
         let a ~ Normal(0.0, 3.0);
         let b ~ Normal(0.0, 3.0);
         for (x, y) in data.iter() {
             y ~ Normal(a + b * x, 1.0);
+        }
+    }
+
+    /// Names for what depends on unknowns, one after another.
+    fn chained(data: &Counted<(f64, f64)>) {
+        let a ~ Normal(0.0, 3.0);
+        let b ~ Normal(0.0, 3.0).array::<2>();
+        for (x, y) in data.iter() {
+            let first = b[0];
+            let level = a * 2.0 - first;
+            let shifted = level + x;
+            y ~ Normal(shifted + first * x + b[1], 1.0);
         }
     }
 
@@ -166,16 +180,32 @@ ppl::model! {
 }
 
 /// Data that count how often they are looked at.
-struct Counted {
-    pairs: Vec<(f64, f64)>,
+struct Counted<T> {
+    data: Vec<T>,
     looks: AtomicUsize,
 }
 
-impl Counted {
-    fn iter(&self) -> impl Iterator<Item = &(f64, f64)> {
-        self.pairs.iter().inspect(|_| {
+impl<T> Counted<T> {
+    fn new(data: Vec<T>) -> Self {
+        Self { data, looks: AtomicUsize::new(0) }
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &T> {
+        self.data.iter().inspect(|_| {
             self.looks.fetch_add(1, Ordering::Relaxed);
         })
+    }
+
+    /// How often they are looked at for a gradient of the model.
+    fn looks(&self, model: &Bound<impl Model>) -> usize {
+        let dim = model.layout().unwrap().dim;
+        let (mut gradient, mut w) = (vec![0.0; dim], Workspace::default());
+        let mut count = || {
+            self.looks.store(0, Ordering::Relaxed);
+            model.gradient(&vec![0.2; dim], &mut gradient, &mut w).unwrap();
+            self.looks.load(Ordering::Relaxed)
+        };
+        count().max(count())
     }
 }
 
@@ -243,22 +273,18 @@ fn what_rows_cannot_stand_for_is_looked_at_one_by_one() {
 
 #[test]
 fn data_are_not_looked_at_again() {
+    let pairs = |n: usize| Counted::new(waves(n, 0).into_iter().zip(waves(n, 1)).collect());
     let looks = |n: usize| {
-        let pairs = waves(n, 0).into_iter().zip(waves(n, 1)).collect();
-        let data = Counted { pairs, looks: AtomicUsize::new(0) };
-        let model = counted(&data);
-        let (mut gradient, mut w) = ([0.0; 2], Workspace::default());
-        let mut count = || {
-            data.looks.store(0, Ordering::Relaxed);
-            model.gradient(&[0.2, 0.4], &mut gradient, &mut w).unwrap();
-            data.looks.load(Ordering::Relaxed)
-        };
-        count().max(count())
+        let data = pairs(n);
+        data.looks(&counted(&data))
     };
     // one group: its first iteration
     assert_eq!((looks(50), looks(500)), (1, 1));
     // no fewer rows than observations
     assert_eq!(looks(2), 2);
+    let data = pairs(60);
+    assert_derivatives(&chained(&data));
+    assert_eq!(data.looks(&chained(&data)), 1);
 }
 
 #[test]
