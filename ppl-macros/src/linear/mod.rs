@@ -57,7 +57,8 @@ impl Formulas {
         };
         let Expr::Path(path) = &*call.func else { return None };
         let is_normal = path.path.segments.last()?.ident == "Normal" && call.args.len() == 2;
-        if !is_normal || last.mark != Mark::None || statements::leaves(call) {
+        let is_read = !statements::leaves(call) && call.args.iter().all(statements::has_type);
+        if !is_normal || last.mark != Mark::None || !is_read {
             return None;
         }
         let mut names = self.names(pat);

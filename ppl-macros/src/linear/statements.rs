@@ -5,13 +5,14 @@ use std::collections::HashSet;
 
 use proc_macro2::{Span, TokenStream};
 use quote::{ToTokens, format_ident, quote};
+use syn::visit::{self, Visit};
 use syn::visit_mut::{self, VisitMut};
-use syn::{Expr, Ident, Pat, parse_quote};
+use syn::{Expr, ExprCall, ExprMethodCall, Ident, Pat, parse_quote};
 
 use crate::ast::{Init, Kind, Statement};
 use crate::attributes::Mark;
 use crate::fold::{Term, terms};
-use crate::inspect::{count, variables};
+use crate::inspect::{count, says, variables};
 use crate::linear::sums::{Loop, Names};
 
 pub(super) struct Statements {
@@ -43,7 +44,7 @@ impl Statements {
             if names.is_own(name) || !seen.insert(name.to_string()) {
                 return None;
             }
-            let mut value = value.clone();
+            let mut value = constant(value).clone();
             for term in terms {
                 value = read.with(term, &value, names);
             }
@@ -93,12 +94,53 @@ fn declaration(statement: &Statement) -> Option<Declaration<'_>> {
     let is_plain = pat.by_ref.is_none() && pat.subpat.is_none();
     let is_bare = statement.mark == Mark::None && statement.attrs.is_empty();
     let is_mutable = pat.mutability.is_some();
-    (is_plain && is_bare && !leaves(value)).then_some(Declaration {
+    (is_plain && is_bare && !leaves(value) && has_type(constant(value))).then_some(Declaration {
         name: &pat.ident,
         value,
         is_mutable,
     })
 }
+
+/// A number that is written as if it were unknown.
+fn constant(value: &Expr) -> &Expr {
+    match value {
+        Expr::Call(call) if is_constant(call) => &call.args[0],
+        other => other,
+    }
+}
+
+/// `Real::from(…)`.
+fn is_constant(call: &ExprCall) -> bool {
+    let Expr::Path(path) = &*call.func else { return false };
+    let words: Vec<_> = path.path.segments.iter().map(|segment| &segment.ident).collect();
+    call.args.len() == 1 && matches!(words[..], [real, from] if real == "Real" && from == "from")
+}
+
+/// Whether data have a type by themselves, wherever they are used.
+pub(super) fn has_type(expr: &Expr) -> bool {
+    struct Typed(bool);
+
+    impl<'a> Visit<'a> for Typed {
+        fn visit_expr_method_call(&mut self, call: &'a ExprMethodCall) {
+            let is_asked = OF_MANY_TYPES.iter().any(|name| call.method == name);
+            self.0 &= !is_asked || call.turbofish.is_some();
+            visit::visit_expr_method_call(self, call);
+        }
+
+        fn visit_expr_call(&mut self, call: &'a ExprCall) {
+            self.0 &= !is_constant(call) && !says(call.func.to_token_stream(), "default");
+            visit::visit_expr_call(self, call);
+        }
+    }
+
+    let mut typed = Typed(true);
+    typed.visit_expr(expr);
+    typed.0
+}
+
+/// Methods that give what they are asked for.
+const OF_MANY_TYPES: [&str; 7] =
+    ["collect", "into", "parse", "product", "sum", "try_into", "unwrap_or_default"];
 
 /// Whether an expression may leave the model, or is one that cannot be read.
 pub(super) fn leaves(expr: &impl ToTokens) -> bool {

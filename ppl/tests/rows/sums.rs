@@ -50,7 +50,7 @@ ppl::model! {
         let b ~ Normal(0.0, 2.0).array::<3>();
         let scale ~ HalfNormal(1.0);
         for case in cases.iter() {
-            let mut mean = 0.0;
+            let mut mean = Real::from(0.0);
             for (d, x) in case.x.iter().enumerate() {
                 mean += scale * b[d] * x - a * x.square() + 0.5 * x;
             }
