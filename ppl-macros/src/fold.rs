@@ -111,8 +111,7 @@ fn term(name: &Ident, statement: &Statement) -> Option<Term> {
         Kind::Flow(Flow::For { label: None, pat, iter, body, .. }) => {
             let [inner] = body.statements.as_slice() else { return None };
             let Kind::Rust(stmt) = &inner.kind else { return None };
-            let repeats = keeps_its_length(iter) && !matches!(iter, Expr::Path(_));
-            if !is_bare(inner) || !repeats || names(iter, name) || names(pat, name) {
+            if !is_bare(inner) || !is_repeated(iter) || names(iter, name) || names(pat, name) {
                 return None;
             }
             Some(Term { over: Some(((**pat).clone(), iter.clone())), ..step(name, stmt)? })
@@ -135,14 +134,25 @@ fn step(name: &Ident, stmt: &Stmt) -> Option<Term> {
         _ => return None,
     };
     let own = matches!(&*binary.left, Expr::Path(path) if path.path.is_ident(name));
-    let mut pure = Pure(true);
-    pure.visit_expr(&binary.right);
-    let holds = own && pure.0 && binary.attrs.is_empty() && !names(&*binary.right, name);
+    let holds =
+        own && is_pure(&binary.right) && binary.attrs.is_empty() && !names(&*binary.right, name);
     holds.then(|| Term { is_negative, value: (*binary.right).clone(), over: None })
 }
 
 fn names(tokens: impl ToTokens, name: &Ident) -> bool {
     mentions(tokens.to_token_stream(), &|found| name == found)
+}
+
+/// Whether a loop over it can run again.
+pub(crate) fn is_repeated(iter: &Expr) -> bool {
+    keeps_its_length(iter) && !matches!(iter, Expr::Path(_))
+}
+
+/// Whether an expression can be computed again.
+pub(crate) fn is_pure(expr: &Expr) -> bool {
+    let mut pure = Pure(true);
+    pure.visit_expr(expr);
+    pure.0
 }
 
 /// Arithmetic, fields and indices: what has no effect and does not leave the loop.

@@ -1,8 +1,8 @@
 //! The `model!` macro of `ppl`. The language is described at `ppl::model!`.
 //!
 //! `signature` and `parse` read what was written, statement by statement, and keep going after
-//! an error, into the statements of `ast`; `lower` checks it and numbers the statements; `formula` joins arithmetic to what is
-//! differentiated as a whole; `emit` writes the implementation of `ppl::Model`. An error stays in
+//! an error, into the statements of `ast`; `lower` checks it and numbers the statements; `formula`
+//! joins arithmetic to what is differentiated as a whole; `emit` writes the implementation of `ppl::Model`. An error stays in
 //! the statement where it happened, as a `compile_error!` in place of the value, so that one
 //! mistake stays one error and everything else is still there for completion.
 
@@ -19,6 +19,7 @@ mod formula;
 #[cfg(test)]
 mod fuzz;
 mod inspect;
+mod iterated;
 mod linear;
 mod lower;
 mod parse;
@@ -43,6 +44,7 @@ fn expand(input: TokenStream) -> TokenStream {
             let sites = lower::lower(&mut model);
             match &model.value {
                 None => {
+                    iterated::unroll(&mut model.body);
                     let is_static = formula::formulas(&mut model.body);
                     emit::model(&model, &sites, is_static)
                 }

@@ -206,8 +206,7 @@ impl Writer {
         };
         let step = self.pick(&["+= #a * #r", "-= #a * #r * #f", "+= (#a * #f).sin() * #r"]);
         let step = step.replace("#a", &a).replace("#r", &r).replace("#f", &factor);
-        writeln!(text, "        let mut {name} = {start};")?;
-        writeln!(text, "        for {head} {{\n            {name} {step};\n        }}")?;
+        self.adding(&name, &start, &head, &step, text)?;
         if self.rng.random() {
             writeln!(text, "        {name} -= {factor};")?;
         }
@@ -225,9 +224,28 @@ impl Writer {
         let head = self.pick(&heads).replace('#', array);
         let a = if head.starts_with("(d") { format!("{array}[d]") } else { "a".to_owned() };
         let step = step.replace("#a", &a).replace("#f", &factor);
-        writeln!(text, "        let mut {name} = {start};")?;
-        writeln!(text, "        for {head} {{\n            {name} {step};\n        }}")?;
+        self.adding(&name, &start, &head, &step, text)?;
         Ok(name)
+    }
+
+    /// `start` and all steps of a loop, which may be one of an iterator.
+    fn adding(
+        &mut self,
+        name: &str,
+        start: &str,
+        head: &str,
+        step: &str,
+        text: &mut String,
+    ) -> std::fmt::Result {
+        let (pat, iter) = head.split_once(" in ").expect("the head of a loop");
+        let (sign, value) = step.split_once("= ").expect("an assignment");
+        if self.rng.random_range(0..3) == 0 {
+            let sum = format!("({iter}).map(|{pat}| {value}).sum::<Real<_>>()");
+            // what is changed later stays a variable
+            return writeln!(text, "        let mut {name} = {start} {sign} {sum};");
+        }
+        writeln!(text, "        let mut {name} = {start};")?;
+        writeln!(text, "        for {head} {{\n            {name} {step};\n        }}")
     }
 
     /// A plate that rows may stand for.

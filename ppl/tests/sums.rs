@@ -45,6 +45,19 @@ ppl::model! {
         }
     }
 
+    /// Iterators, in a part of a formula, of one that is named, and under a function.
+    fn with_iterators(x: &[[f64; 3]], y: &[f64]) {
+        let slope ~ Normal(0.0, 1.0).array::<3>();
+        let level ~ Normal(0.0, 1.0);
+        let sd ~ HalfNormal(1.0);
+        for (row, y) in x.iter().zip(y) {
+            let sum = (0..3).map(|d| slope[d] * row[d]).sum::<Real<_>>();
+            let mean = level - slope.iter().zip(row).map(|(slope, x)| slope * x).sum::<Real<_>>();
+            let positive = slope.iter().map(|s| s.square()).sum::<Real<_>>().sqrt();
+            y ~ Normal(mean + 2.0 * sum, sd + positive - positive);
+        }
+    }
+
     /// The sum is used again, changed again, and shadows an unknown; whole numbers stay such.
     fn used_twice(x: &[[f64; 3]], y: &[f64]) {
         let slope ~ Normal(0.0, 1.0).array::<3>();
@@ -102,6 +115,7 @@ fn loops_are_sums() {
             gradient(&with_index(&x, &y), &at),
             gradient(&with_zip(&x, &y), &at),
             gradient(&used_twice(&x, &y), &at),
+            gradient(&with_iterators(&x, &y), &at),
         ] {
             assert!((found - value).abs() <= 1e-13 * (1.0 + value.abs()), "{found} {value}");
             for (g, e) in gradient.iter().zip(&expected) {

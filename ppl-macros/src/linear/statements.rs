@@ -113,7 +113,8 @@ fn constant(value: &Expr) -> &Expr {
 fn is_constant(call: &ExprCall) -> bool {
     let Expr::Path(path) = &*call.func else { return false };
     let words: Vec<_> = path.path.segments.iter().map(|segment| &segment.ident).collect();
-    call.args.len() == 1 && matches!(words[..], [real, from] if real == "Real" && from == "from")
+    let is_from = matches!(words[..], [.., real, from] if real == "Real" && from == "from");
+    call.args.len() == 1 && is_from
 }
 
 /// Whether data have a type by themselves, wherever they are used.

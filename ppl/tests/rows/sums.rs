@@ -58,6 +58,18 @@ ppl::model! {
         }
     }
 
+    /// With iterators, in a name and in place.
+    fn iterated(cases: &Counted<Case>) {
+        let a ~ Normal(0.0, 3.0);
+        let b ~ Normal(0.0, 2.0).array::<3>();
+        let sd ~ HalfNormal(2.0);
+        for case in cases.iter() {
+            let slope = b.iter().zip(&case.x).map(|(b, x)| b * x).sum::<Real<_>>();
+            case.y ~ Normal(a + case.weight * slope
+                - (0..3).map(|d| a * case.x[d] + 0.1).sum::<Real<_>>() / 2.0, sd);
+        }
+    }
+
     /// Unknowns by group in two ways, backwards, and loops of data beside.
     fn by_group(cases: &Counted<Case>, weights: &[f64]) {
         let b ~ Normal(0.0, 2.0).array::<3>().iid(4);
@@ -179,6 +191,8 @@ fn sums_that_are_loops_are_as_good_as_products() {
     assert_eq!(data.looks(&pairs(&data)), 1);
     assert_derivatives(&turns(&data));
     assert_eq!(data.looks(&turns(&data)), 1);
+    assert_derivatives(&iterated(&data));
+    assert_eq!(data.looks(&iterated(&data)), 1);
     // squares are 0 and 1 modulo 4
     assert_derivatives(&by_group(&data, &weights));
     assert_eq!(data.looks(&by_group(&data, &weights)), 2);
