@@ -31,7 +31,7 @@ pub(super) const DEPTHS: RangeInclusive<u32> = 1..=20;
 /// The no-U-turn sampler: Hamiltonian trajectories whose length finds itself.
 ///
 /// Multinomial NUTS with the generalised criterion (Betancourt 2017), target acceptance 0.8, at
-/// most 10 doublings, starts uniform on (−2, 2).
+/// most 10 doublings, starts uniform on (−2, 2), 4 chains with 1000 draws after 700 of warmup.
 ///
 /// The default warmup fits the inverse mass matrix M⁻¹ to draws y and scores ∇ln p, by the least
 /// Fisher divergence. It does so every 10 draws in the first 30 % of the warmup, from the later
@@ -92,7 +92,7 @@ pub struct Nuts<'a> {
 impl Default for Nuts<'_> {
     fn default() -> Self {
         Self {
-            run: Run::new(1000, 1000),
+            run: Run::new(700, 1000),
             rule: Rule::Fisher,
             target_accept: 0.8,
             max_depth: 10,
@@ -103,12 +103,13 @@ impl Default for Nuts<'_> {
 }
 
 impl<'a> Nuts<'a> {
-    /// Stan's warmup: variances of the draws in doubling windows between 75 draws and 50 draws in
-    /// which only the step is tuned (15 / 75 / 10 % below 150 draws, the step alone below 20).
+    /// Stan's warmup: 1000 draws, with variances of the draws in doubling windows between 75 draws
+    /// and 50 draws in which only the step is tuned (15 / 75 / 10 % below 150 draws, the step alone
+    /// below 20).
     ///
     /// Reference: Stan Reference Manual, *HMC algorithm parameters*.
     pub fn stan_compatible() -> Self {
-        Self { rule: Rule::Stan, ..Self::default() }
+        Self { run: Run::new(1000, 1000), rule: Rule::Stan, ..Self::default() }
     }
 
     shared_settings!();
