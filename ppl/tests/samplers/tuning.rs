@@ -68,7 +68,7 @@ fn nothing_is_adapted_after_the_warmup() {
     let target = Gaussian::autoregressive(3, 0.5, 0.1, 10.0);
     let chains = Nuts::default().seed(9).draws(50).run(&target).expect("runs");
     for chain in &chains.chains {
-        assert_eq!(chain.warmup.stats.len(), 1000);
+        assert_eq!(chain.warmup.stats.len(), 700);
         assert!(chain.warmup.stats.iter().all(|s| s.tuning));
         assert!(chain.stats.iter().all(|s| !s.tuning && s.step_size == chain.warmup.step_size));
     }
@@ -109,7 +109,7 @@ fn late_divergences_raise_the_target() {
     let nuts = Nuts::default().init_points(start).draws(10).seed(4);
     let chains = nuts.run(&half_normal()).expect("runs").chains;
     for chain in &chains {
-        let late = chain.warmup.stats[870..].iter().any(|s| s.divergent);
+        let late = chain.warmup.stats[595..].iter().any(|s| s.divergent);
         assert_eq!(chain.warmup.target_acceptance, if late { 0.9 } else { 0.8 });
     }
     assert!(chains.iter().any(|c| c.warmup.target_acceptance == 0.9));
