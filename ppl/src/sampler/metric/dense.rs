@@ -10,6 +10,8 @@ pub(in crate::sampler) struct Dense {
     /// Σ; symmetric, so that rows and columns are the same.
     matrix: Vec<f64>,
     cholesky: Cholesky<f64, Dyn>,
+    /// The rows of its factor, with reciprocals on the diagonal.
+    rows: Vec<f64>,
 }
 
 /// Weight, in draws, of the diagonal in the correlations: they are multiplied by n/(n + this).
@@ -19,8 +21,11 @@ impl Dense {
     /// `None` if `matrix` is not positive definite.
     pub(super) fn new(matrix: Vec<f64>, dim: usize) -> Option<Self> {
         let cholesky = Cholesky::new(DMatrix::from_column_slice(dim, dim, &matrix))?;
-        let finite = cholesky.l_dirty().diagonal().iter().all(|l| l.is_finite());
-        finite.then_some(Self { matrix, cholesky })
+        let mut factor = cholesky.l();
+        let finite = factor.diagonal().iter().all(|l| l.is_finite());
+        factor.set_diagonal(&factor.diagonal().map(f64::recip));
+        let rows = factor.transpose().as_slice().to_vec();
+        finite.then_some(Self { matrix, cholesky, rows })
     }
 
     /// Minimiser of the Fisher divergence among dense maps: the geometric mean of cov(x) and
@@ -76,12 +81,16 @@ impl Dense {
         }
     }
 
-    /// From standard normals to momenta: `p = L⁻ᵀ z`.
+    /// From standard normals to momenta: `p = L⁻ᵀ z`, row by row of L, so that no sum has to wait
+    /// for its terms.
     pub(super) fn colour(&self, p: &mut [f64]) {
-        let l = self.cholesky.l_dirty();
-        for i in (0..p.len()).rev() {
-            let below: f64 = (i + 1..p.len()).map(|k| l[(k, i)] * p[k]).sum();
-            p[i] = (p[i] - below) / l[(i, i)];
+        let dim = p.len();
+        for i in (0..dim).rev() {
+            let (before, own) = p.split_at_mut(i);
+            let row = &self.rows[i * dim..][..=i];
+            own[0] *= row[i];
+            let own = own[0];
+            before.iter_mut().zip(row).for_each(|(p, l)| *p -= l * own);
         }
     }
 
