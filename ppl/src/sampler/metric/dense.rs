@@ -63,21 +63,24 @@ impl Dense {
         self.matrix.iter().step_by(dim + 1).copied().collect()
     }
 
-    /// Sums of columns, two at a time: no order of summation stands in the way of wide registers.
+    /// Sums of columns, five at a time: no order of summation stands in the way of wide registers.
     #[inline]
     pub(super) fn apply(&self, p: &[f64], v: &mut [f64]) {
         let dim = p.len();
         v.fill(0.0);
-        let mut columns = self.matrix.chunks_exact(2 * dim);
-        let mut pairs = p.chunks_exact(2);
-        for (columns, p) in (&mut columns).zip(&mut pairs) {
-            let (first, second) = columns.split_at(dim);
-            for ((v, a), b) in v.iter_mut().zip(first).zip(second) {
-                *v += a * p[0] + b * p[1];
+        let mut columns = self.matrix.chunks_exact(5 * dim);
+        let mut parts = p.chunks_exact(5);
+        for (columns, p) in (&mut columns).zip(&mut parts) {
+            let (a, rest) = columns.split_at(dim);
+            let (b, rest) = rest.split_at(dim);
+            let (c, rest) = rest.split_at(dim);
+            let (d, e) = rest.split_at(dim);
+            for (((((v, a), b), c), d), e) in v.iter_mut().zip(a).zip(b).zip(c).zip(d).zip(e) {
+                *v += (a * p[0] + b * p[1]) + (c * p[2] + d * p[3]) + e * p[4];
             }
         }
-        for p in pairs.remainder() {
-            v.iter_mut().zip(columns.remainder()).for_each(|(v, a)| *v += a * p);
+        for (column, p) in columns.remainder().chunks_exact(dim).zip(parts.remainder()) {
+            v.iter_mut().zip(column).for_each(|(v, a)| *v += a * p);
         }
     }
 
