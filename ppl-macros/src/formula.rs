@@ -8,6 +8,7 @@
 
 use std::collections::{BTreeSet, HashSet};
 
+use proc_macro2::Span;
 use quote::{ToTokens, quote_spanned};
 use syn::spanned::Spanned;
 use syn::visit::Visit;
@@ -266,11 +267,16 @@ impl Formulas {
             }
             other => {
                 if let Expr::Index(index) = other
-                    && self.is_shared(&index.index)
+                    && !matches!(&*index.index, Expr::Range(_))
+                    && !self.mentions(&index.index)
                     && let Some(sum) = self.summed(&index.expr)
                 {
                     let at = &index.index;
-                    *other = Expr::Verbatim(quote_spanned!(index.span()=> #sum.__element(#at)));
+                    let element = Ident::new(
+                        if self.is_shared(at) { "__element" } else { "__own" },
+                        Span::mixed_site().located_at(index.span()),
+                    );
+                    *other = Expr::Verbatim(quote_spanned!(index.span()=> #sum.#element(#at)));
                 } else if let Some(sum) = self.summed(other) {
                     *other = sum;
                 } else if let Some(numbers) = numbers_of_dot(other)

@@ -108,71 +108,65 @@ struct House {
     radon: f64,
 }
 
-/// A polynomial surrogate of total degree 3 in 3 variables: the shape and the cost of the
-/// paper's, by Horner's rule in one variable after the other. The coefficients of a term stand
-/// side by side, with a zero for whole registers.
-struct Cubic([[[[f64; 4]; 4]; 4]; 4]);
+/// A polynomial surrogate of total degree 3 in 3 variables: the shape and the cost of the paper's.
+/// The coefficients of a term stand side by side, with a zero for whole registers.
+struct Cubic([[f64; 4]; 20]);
 
 impl Cubic {
     fn new() -> Self {
         let entry = |m: f64, j: f64| 0.3 * (1.0 + 2.3 * m + 0.7 * j).sin();
-        let (mut terms, mut j) = ([[[[0.0; 4]; 4]; 4]; 4], 0.0);
-        for (a, b, c) in (0..64).map(|k| (k / 16, k / 4 % 4, k % 4)) {
-            if a + b + c < 4 {
-                terms[a][b][c] = [entry(0.0, j), entry(1.0, j), entry(2.0, j), 0.0];
-                j += 1.0;
-            }
-        }
-        Self(terms)
+        Self(
+            std::array::from_fn(|j| [0.0, 1.0, 2.0].map(|m| entry(m, j as f64)))
+                .map(|[a, b, c]| [a, b, c, 0.0]),
+        )
     }
 }
 
-/// sum = sum · x + next.
-fn horner(sum: &mut [f64; 4], x: f64, next: &[f64; 4]) {
-    for (sum, next) in sum.iter_mut().zip(next) {
-        *sum = *sum * x + next;
+/// The powers of a number, and their derivatives.
+fn powers(x: f64) -> [[f64; 4]; 2] {
+    [[1.0, x, x * x, x * x * x], [0.0, 1.0, 2.0 * x, 3.0 * x * x]]
+}
+
+/// sum += term · x.
+fn add(sum: &mut [f64; 4], term: &[f64; 4], x: f64) {
+    for (sum, term) in sum.iter_mut().zip(term) {
+        *sum += term * x;
     }
 }
 
 impl Differentiable<3, 3> for Cubic {
-    fn value_and_jacobian(
-        &self,
-        &[x, y, z]: &[f64; 3],
-    ) -> Result<([f64; 3], [[f64; 3]; 3]), DomainError> {
-        let (mut value, mut in_x, mut in_y, mut in_z) = ([0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]);
-        for a in (0..4).rev() {
-            let (mut plane, mut plane_in_y, mut plane_in_z) = ([0.0; 4], [0.0; 4], [0.0; 4]);
-            for b in (0..4 - a).rev() {
-                let (mut row, mut row_in_z) = ([0.0; 4], [0.0; 4]);
-                for c in (0..4 - a - b).rev() {
-                    horner(&mut row_in_z, z, &row);
-                    horner(&mut row, z, &self.0[a][b][c]);
+    fn value_and_jacobian(&self, at: &[f64; 3]) -> Result<([f64; 3], [[f64; 3]; 3]), DomainError> {
+        let [[x, dx], [y, dy], [z, dz]] = at.map(powers);
+        let (mut value, mut slopes, mut terms) = ([0.0; 4], [[0.0; 4]; 3], self.0.iter());
+        for a in 0..4 {
+            for b in 0..4 - a {
+                for (c, term) in (0..4 - a - b).zip(&mut terms) {
+                    add(&mut value, term, x[a] * y[b] * z[c]);
+                    if a > 0 {
+                        add(&mut slopes[0], term, dx[a] * y[b] * z[c]);
+                    }
+                    if b > 0 {
+                        add(&mut slopes[1], term, x[a] * dy[b] * z[c]);
+                    }
+                    if c > 0 {
+                        add(&mut slopes[2], term, x[a] * y[b] * dz[c]);
+                    }
                 }
-                horner(&mut plane_in_z, y, &row_in_z);
-                horner(&mut plane_in_y, y, &plane);
-                horner(&mut plane, y, &row);
             }
-            horner(&mut in_z, x, &plane_in_z);
-            horner(&mut in_y, x, &plane_in_y);
-            horner(&mut in_x, x, &value);
-            horner(&mut value, x, &plane);
         }
-        let jacobian = std::array::from_fn(|m| [in_x[m], in_y[m], in_z[m]]);
+        let jacobian = std::array::from_fn(|m| slopes.map(|slope| slope[m]));
         Ok((std::array::from_fn(|m| value[m]), jacobian))
     }
 
-    fn value(&self, &[x, y, z]: &[f64; 3]) -> Result<[f64; 3], DomainError> {
-        let mut value = [0.0; 4];
-        for a in (0..4).rev() {
-            let mut plane = [0.0; 4];
-            for b in (0..4 - a).rev() {
-                let mut row = [0.0; 4];
-                for c in (0..4 - a - b).rev() {
-                    horner(&mut row, z, &self.0[a][b][c]);
+    fn value(&self, at: &[f64; 3]) -> Result<[f64; 3], DomainError> {
+        let [[x, _], [y, _], [z, _]] = at.map(powers);
+        let (mut value, mut terms) = ([0.0; 4], self.0.iter());
+        for a in 0..4 {
+            for b in 0..4 - a {
+                for (c, term) in (0..4 - a - b).zip(&mut terms) {
+                    add(&mut value, term, x[a] * y[b] * z[c]);
                 }
-                horner(&mut plane, y, &row);
             }
-            horner(&mut value, x, &plane);
         }
         Ok(std::array::from_fn(|m| value[m]))
     }

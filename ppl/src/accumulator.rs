@@ -37,16 +37,16 @@ impl<R: Scalar> Sum<R> {
     }
 }
 
-/// A number in a formula that adds to a [`Sum`].
+/// A number in a formula that adds to a sum of its own, and is `SHARED` by all iterations or not.
 #[derive(Clone, Copy, Debug)]
-pub struct Summed<'a, R> {
+pub struct Summed<'a, R, const SHARED: bool = true> {
     number: R,
     adjoint: &'a Cell<f64>,
 }
 
-impl<S: Scalar> Node for Summed<'_, Real<S>> {
+impl<S: Scalar, const SHARED: bool> Node for Summed<'_, Real<S>, SHARED> {
     type Number = Real<S>;
-    const SHARED: bool = true;
+    const SHARED: bool = SHARED;
 
     #[inline(always)]
     fn result(self) -> f64 {
@@ -134,9 +134,21 @@ impl<S: Scalar, const N: usize> Sums<S, N> {
         Self { numbers, adjoints: [const { Cell::new(0.0) }; N] }
     }
 
-    /// One of the numbers in a formula.
+    /// One of the numbers in a formula, the same in every iteration.
     #[inline(always)]
     pub fn __element(&self, i: usize) -> Expression<Summed<'_, Real<S>>> {
+        self.part(i)
+    }
+
+    /// One of the numbers in a formula, another one in every iteration. That its adjoint is not on
+    /// the tape lets the compiler see that data do not change with it.
+    #[inline(always)]
+    pub fn __own(&self, i: usize) -> Expression<Summed<'_, Real<S>, false>> {
+        self.part(i)
+    }
+
+    #[inline(always)]
+    fn part<const SHARED: bool>(&self, i: usize) -> Expression<Summed<'_, Real<S>, SHARED>> {
         Expression(Summed { number: self.numbers[i], adjoint: &self.adjoints[i] })
     }
 
@@ -191,14 +203,22 @@ pub trait At<I> {
 
     /// The element.
     fn __element(&self, i: I) -> Self::Element;
+
+    /// The element.
+    fn __own(&self, i: I) -> Self::Element;
 }
 
-impl<I, T: Index<I, Output: Copy> + ?Sized> At<I> for T {
+impl<I, T: Index<I, Output: Clone> + ?Sized> At<I> for T {
     type Element = T::Output;
 
     #[inline(always)]
     fn __element(&self, i: I) -> T::Output {
-        self[i]
+        self[i].clone()
+    }
+
+    #[inline(always)]
+    fn __own(&self, i: I) -> T::Output {
+        self[i].clone()
     }
 }
 

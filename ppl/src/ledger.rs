@@ -17,14 +17,14 @@ pub(crate) trait Ledger {
     /// Whether that is a sum, of which nothing is asked but its value and what it leaves behind.
     const SETTLES: bool = false;
 
-    /// The next unconstrained coordinate, `None` past the last.
-    fn next(&mut self) -> Option<Self::Number>;
+    /// Unconstrained coordinates of one unknown.
+    type Coordinates;
 
-    /// Instead of a coordinate past the last.
-    #[inline(always)]
-    fn absent(&self) -> Self::Number {
-        Self::Number::from(f64::NAN)
-    }
+    /// The next `n` coordinates; `None` if there are fewer.
+    fn take(&mut self, n: usize) -> Option<Self::Coordinates>;
+
+    /// The `i`-th of them; not a number past the last.
+    fn coordinate(&self, own: &Self::Coordinates, i: usize) -> Self::Number;
 
     /// Adds all terms of a statement.
     fn add(&mut self, terms: Self::Terms);
@@ -55,7 +55,7 @@ pub(crate) trait Ledger {
 
 /// Values alone.
 pub(crate) struct Values<'y> {
-    coordinates: std::slice::Iter<'y, f64>,
+    coordinates: &'y [f64],
     lean: bool,
     total: Settled,
 }
@@ -64,18 +64,26 @@ impl<'y> Values<'y> {
     /// At `y`; lean without what is the same at every point.
     #[inline(always)]
     pub(crate) fn new(y: &'y [f64], lean: bool) -> Self {
-        Self { coordinates: y.iter(), lean, total: Settled::new(1.0) }
+        Self { coordinates: y, lean, total: Settled::new(1.0) }
     }
 }
 
-impl Ledger for Values<'_> {
+impl<'y> Ledger for Values<'y> {
     type Number = f64;
     type Terms = Settled;
+    type Coordinates = &'y [f64];
     const SETTLES: bool = true;
 
     #[inline(always)]
-    fn next(&mut self) -> Option<f64> {
-        self.coordinates.next().copied()
+    fn take(&mut self, n: usize) -> Option<&'y [f64]> {
+        let (own, rest) = self.coordinates.split_at_checked(n)?;
+        self.coordinates = rest;
+        Some(own)
+    }
+
+    #[inline(always)]
+    fn coordinate(&self, own: &&'y [f64], i: usize) -> f64 {
+        own.get(i).copied().unwrap_or(f64::NAN)
     }
 
     #[inline(always)]
@@ -101,23 +109,31 @@ impl Ledger for Values<'_> {
 
 /// Numbers that carry their derivatives with them.
 pub(crate) struct Sum<'y, R> {
-    coordinates: std::slice::Iter<'y, R>,
+    coordinates: &'y [R],
     pub(crate) total: R,
 }
 
 impl<'y, R: Scalar> Sum<'y, R> {
     pub(crate) fn new(y: &'y [R]) -> Self {
-        Self { coordinates: y.iter(), total: R::from(0.0) }
+        Self { coordinates: y, total: R::from(0.0) }
     }
 }
 
-impl<R: Scalar> Ledger for Sum<'_, R> {
+impl<'y, R: Scalar> Ledger for Sum<'y, R> {
     type Number = R;
     type Terms = Joined<Real<R>>;
+    type Coordinates = &'y [R];
 
     #[inline(always)]
-    fn next(&mut self) -> Option<R> {
-        self.coordinates.next().copied()
+    fn take(&mut self, n: usize) -> Option<&'y [R]> {
+        let (own, rest) = self.coordinates.split_at_checked(n)?;
+        self.coordinates = rest;
+        Some(own)
+    }
+
+    #[inline(always)]
+    fn coordinate(&self, own: &&'y [R], i: usize) -> R {
+        own.get(i).copied().unwrap_or_else(|| R::from(f64::NAN))
     }
 
     #[inline(always)]
@@ -138,7 +154,8 @@ impl<R: Scalar> Ledger for Sum<'_, R> {
 
 /// A tape on which nothing is kept of terms.
 pub(crate) struct Roots<'t, 'y> {
-    coordinates: std::iter::Zip<std::slice::Iter<'y, f64>, std::slice::Iter<'t, Cell<f64>>>,
+    coordinates: &'y [f64],
+    adjoints: &'t [Cell<f64>],
     tape: &'t Tape,
     lean: bool,
     total: Settled,
@@ -149,24 +166,31 @@ impl<'t, 'y> Roots<'t, 'y> {
     /// is too short for them. Lean without what is the same at every point.
     #[inline(always)]
     pub(crate) fn new(tape: &'t Tape, y: &'y [f64], lean: bool) -> Self {
-        let coordinates = y.iter().zip(tape.inputs(y.len()));
-        Self { coordinates, tape, lean, total: Settled::new(1.0) }
+        let adjoints = tape.inputs(y.len());
+        Self { coordinates: y, adjoints, tape, lean, total: Settled::new(1.0) }
     }
 }
 
-impl<'t> Ledger for Roots<'t, '_> {
+impl<'t, 'y> Ledger for Roots<'t, 'y> {
     type Number = Var<'t>;
     type Terms = Settled;
+    type Coordinates = (&'y [f64], &'t [Cell<f64>]);
     const SETTLES: bool = true;
 
     #[inline(always)]
-    fn next(&mut self) -> Option<Var<'t>> {
-        self.coordinates.next().map(|(&value, adjoint)| self.tape.first(value, adjoint))
+    fn take(&mut self, n: usize) -> Option<Self::Coordinates> {
+        let (own, rest) = self.coordinates.split_at_checked(n)?;
+        let (adjoints, others) = self.adjoints.split_at_checked(n)?;
+        (self.coordinates, self.adjoints) = (rest, others);
+        Some((own, adjoints))
     }
 
     #[inline(always)]
-    fn absent(&self) -> Var<'t> {
-        self.tape.nowhere(f64::NAN)
+    fn coordinate(&self, (own, adjoints): &Self::Coordinates, i: usize) -> Var<'t> {
+        match (own.get(i), adjoints.get(i)) {
+            (Some(&value), Some(adjoint)) => self.tape.first(value, adjoint),
+            _ => self.tape.nowhere(f64::NAN),
+        }
     }
 
     #[inline(always)]
@@ -212,16 +236,17 @@ impl<'t, 'y> Plain<'t, 'y> {
     }
 }
 
-impl<'t> Ledger for Plain<'t, '_> {
+impl<'t, 'y> Ledger for Plain<'t, 'y> {
     type Number = Var<'t>;
     type Terms = Joined<Real<Var<'t>>>;
+    type Coordinates = (&'y [f64], &'t [Cell<f64>]);
 
-    fn next(&mut self) -> Option<Var<'t>> {
-        self.roots.next()
+    fn take(&mut self, n: usize) -> Option<Self::Coordinates> {
+        self.roots.take(n)
     }
 
-    fn absent(&self) -> Var<'t> {
-        self.roots.absent()
+    fn coordinate(&self, own: &Self::Coordinates, i: usize) -> Var<'t> {
+        self.roots.coordinate(own, i)
     }
 
     fn add(&mut self, terms: Joined<Real<Var<'t>>>) {

@@ -32,50 +32,28 @@ pub(crate) enum Pools<'p> {
 pub(crate) struct Density<'p, L, const JACOBIAN: bool> {
     pub(crate) ledger: L,
     pools: Pools<'p>,
-    /// The model asked for more coordinates than there are.
-    short: bool,
 }
 
 impl<'p, L: Ledger, const JACOBIAN: bool> Density<'p, L, JACOBIAN> {
     #[inline(always)]
     pub(crate) fn new(ledger: L, pools: Pools<'p>) -> Self {
-        Self { ledger, pools, short: false }
+        Self { ledger, pools }
     }
 
     /// Runs the model over all coordinates: one that it left unread would have a flat density.
     #[inline(always)]
     pub(crate) fn read(&mut self, model: &impl Model) -> Result<(), Rejection> {
         model.run(self)?;
-        if self.ledger.next().is_some() {
+        if self.ledger.take(1).is_some() {
             return Err(varying_dimension("the model stops asking before the last coordinate"));
         }
         Ok(())
-    }
-
-    /// The next coordinate.
-    #[inline(always)]
-    fn next(&mut self) -> Real<L::Number> {
-        Real(match self.ledger.next() {
-            Some(coordinate) => coordinate,
-            None => {
-                self.short = true;
-                self.ledger.absent()
-            }
-        })
     }
 
     /// To take the terms of a statement.
     #[inline(always)]
     fn terms(&self) -> L::Terms {
         L::Terms::empty(self.ledger.lean())
-    }
-
-    #[inline(always)]
-    fn declare(&mut self, site: &Site, terms: L::Terms) -> Result<(), Rejection> {
-        if self.short {
-            return Err(too_few_coordinates(site));
-        }
-        self.add(site, terms)
     }
 
     #[inline(always)]
@@ -98,9 +76,18 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         site: &'static Site,
         distribution: D,
     ) -> Result<D::Value, Rejection> {
-        let mut terms = self.terms();
-        let value = distribution.constrain(&mut || self.next(), JACOBIAN, &mut terms);
-        self.declare(site, terms)?;
+        let dim = distribution.dim();
+        let Some(own) = self.ledger.take(dim) else { return Err(too_few_coordinates(site)) };
+        let (mut terms, mut taken) = (self.terms(), 0);
+        let mut next = || {
+            taken += 1;
+            Real(self.ledger.coordinate(&own, taken - 1))
+        };
+        let value = distribution.constrain(&mut next, JACOBIAN, &mut terms);
+        if taken != dim {
+            return Err(other_dimension(site, dim));
+        }
+        self.add(site, terms)?;
         Ok(value)
     }
 
@@ -239,6 +226,16 @@ fn one_pool_more(site: &Site) -> Rejection {
 #[cold]
 pub(crate) fn too_few_coordinates(site: &Site) -> Rejection {
     varying_dimension(&format!("{} asks for more than the point has", site.place))
+}
+
+#[cold]
+fn other_dimension(site: &Site, dim: usize) -> Rejection {
+    Rejection::Fatal {
+        message: format!(
+            "{}: its distribution takes another number of coordinates than its `dim()`, {dim}",
+            site.place
+        ),
+    }
 }
 
 pub(crate) fn varying_dimension(found: &str) -> Rejection {

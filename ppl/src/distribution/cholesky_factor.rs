@@ -23,6 +23,8 @@ use crate::scalar::Scalar;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CholeskyFactor<R, const K: usize> {
     rows: [[R; K]; K],
+    /// What the rows have still to be multiplied by, where that makes derivatives cheaper.
+    scale: Option<[R; K]>,
 }
 
 impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
@@ -39,18 +41,18 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
                 DomainError::require(v == 0.0, "CholeskyFactor", &name, "zero", v)?;
             }
         }
-        let factor = Self { rows };
+        let factor = Self { rows, scale: None };
         factor.validate("CholeskyFactor")?;
         Ok(factor)
     }
 
     pub(super) fn validate(&self, distribution: &str) -> Result<(), DomainError> {
-        for (i, row) in self.rows.iter().enumerate() {
+        for (i, row) in self.values().iter().enumerate() {
             let name = format!("diagonal entry {i} of the Cholesky factor");
-            DomainError::require_positive(distribution, &name, row[i].value())?;
+            DomainError::require_positive(distribution, &name, row[i])?;
             for (j, entry) in row.iter().enumerate().take(i) {
                 let name = format!("entry ({i}, {j}) of the Cholesky factor");
-                DomainError::require_finite(distribution, &name, entry.value())?;
+                DomainError::require_finite(distribution, &name, *entry)?;
             }
         }
         Ok(())
@@ -62,29 +64,53 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
     /// If `i` or `j` is not below K.
     #[inline]
     pub fn get(&self, i: usize, j: usize) -> R {
-        self.rows[i][j]
+        match &self.scale {
+            Some(scale) if j <= i => self.rows[i][j] * scale[i],
+            _ => self.rows[i][j],
+        }
     }
 
     /// Rows, with zeros above the diagonal.
     #[inline]
-    pub fn rows(&self) -> &[[R; K]; K] {
-        &self.rows
+    pub fn rows(&self) -> [[R; K]; K] {
+        let mut rows = self.rows;
+        if let Some(scale) = self.scale {
+            for ((i, row), s) in rows.iter_mut().enumerate().zip(scale) {
+                row[..=i].iter_mut().for_each(|entry| *entry *= s);
+            }
+        }
+        rows
     }
 
     /// diag(scale) · L.
     #[inline(always)]
     pub fn scale_rows(&self, scale: impl Datum<[R; K]>) -> Self {
-        let mut scaled = *self;
-        for ((i, row), s) in scaled.rows.iter_mut().enumerate().zip(scale.lift()) {
-            row[..=i].iter_mut().for_each(|entry| *entry *= s);
+        let scaled = Self { rows: self.rows(), scale: Some(scale.lift()) };
+        if R::DIFFERENTIABLE { scaled } else { Self { rows: scaled.rows(), scale: None } }
+    }
+
+    /// Calls `f` with the numbers that make the entries of row `i`, whose partials are `weights`.
+    #[inline(always)]
+    pub(super) fn spread_row(&self, i: usize, weights: &[f64; K], f: &mut impl FnMut(R, f64)) {
+        let row = self.rows[i].iter().zip(weights).take(i + 1);
+        match &self.scale {
+            None => row.for_each(|(&entry, weight)| f(entry, *weight)),
+            Some(scale) => {
+                let (s, mut in_scale) = (scale[i], 0.0);
+                for (&entry, weight) in row {
+                    in_scale += weight * entry.value();
+                    f(entry, weight * s.value());
+                }
+                f(s, in_scale);
+            }
         }
-        scaled
     }
 
     /// The covariance matrix L Lᵀ.
     pub fn covariance(&self) -> [[R; K]; K] {
+        let rows = self.rows();
         let entry = |i: usize, j: usize| {
-            let pairs = || (0..=i.min(j)).map(|k| (self.rows[i][k], self.rows[j][k]));
+            let pairs = || (0..=i.min(j)).map(|k| (rows[i][k], rows[j][k]));
             let value = pairs().map(|(a, b)| a.value() * b.value()).sum();
             let partials = pairs().flat_map(|(a, b)| [(a, b.value()), (b, a.value())]);
             R::fuse_iter(value, partials)
@@ -101,7 +127,8 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
 
     /// The correlation matrix: L Lᵀ scaled to a unit diagonal.
     pub fn correlation(&self) -> [[R; K]; K] {
-        let mut unit = *self;
+        // rows of other lengths have the same correlations
+        let mut unit = Self { rows: self.rows, scale: None };
         for (i, row) in unit.rows.iter_mut().enumerate() {
             let square: R = row[..=i].iter().map(|entry| entry.square()).sum();
             let length = square.sqrt();
@@ -114,9 +141,9 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
 
     /// The x with L x = b.
     pub fn solve_lower(&self, b: impl Datum<[R; K]>) -> [R; K] {
-        let mut x = b.lift();
+        let (rows, mut x) = (self.rows(), b.lift());
         for i in 0..K {
-            let row = &self.rows[i];
+            let row = &rows[i];
             let known = &x[..i];
             let inner: f64 = known.iter().zip(row).map(|(x, l)| x.value() * l.value()).sum();
             let inverse = row[i].value().recip();
@@ -139,8 +166,9 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
     /// L x + b.
     #[inline]
     pub(super) fn times_and(&self, x: &[R; K], b: &[R; K]) -> [R; K] {
+        let rows = self.rows();
         std::array::from_fn(|i| {
-            let (row, start) = (&self.rows[i][..=i], b[i]);
+            let (row, start) = (&rows[i][..=i], b[i]);
             let inner: f64 = row.iter().zip(x).map(|(l, x)| l.value() * x.value()).sum();
             R::gather(start.value() + inner, Product { row, x, start })
         })
@@ -148,8 +176,9 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
 
     /// A B of two factors, again one.
     pub(super) fn product(&self, other: &Self) -> Self {
+        let (ours, theirs) = (self.rows(), other.rows());
         Self::from_fn(|i, j| {
-            let pairs = || (j..=i).map(|k| (self.rows[i][k], other.rows[k][j]));
+            let pairs = || (j..=i).map(|k| (ours[i][k], theirs[k][j]));
             let value = pairs().map(|(a, b)| a.value() * b.value()).sum();
             R::fuse_iter(value, pairs().flat_map(|(a, b)| [(a, b.value()), (b, a.value())]))
         })
@@ -158,7 +187,13 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
     /// Plain numbers.
     #[inline]
     pub(super) fn values(&self) -> [[f64; K]; K] {
-        self.rows.map(|row| row.map(Scalar::value))
+        let mut values = self.rows.map(|row| row.map(Scalar::value));
+        if let Some(scale) = &self.scale {
+            for (row, s) in values.iter_mut().zip(scale) {
+                row.iter_mut().for_each(|entry| *entry *= s.value());
+            }
+        }
+        values
     }
 
     /// From entries on and below the diagonal that are right by construction.
@@ -168,7 +203,18 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
         for (i, row) in rows.iter_mut().enumerate() {
             row[..=i].iter_mut().enumerate().for_each(|(j, x)| *x = entry(i, j));
         }
-        Self { rows }
+        Self { rows, scale: None }
+    }
+}
+
+impl<T, const K: usize> CholeskyFactor<T, K> {
+    /// In numbers of another kind, with the scale still apart.
+    #[inline(always)]
+    pub(super) fn lifted<R>(&self) -> CholeskyFactor<R, K>
+    where
+        T: Datum<R>,
+    {
+        CholeskyFactor { rows: self.rows.lift(), scale: self.scale.as_ref().map(Datum::lift) }
     }
 }
 
@@ -190,19 +236,19 @@ impl<R: Scalar> Partials<R> for Product<'_, R> {
     }
 }
 
-impl<R, T: Datum<R>, const K: usize> Datum<CholeskyFactor<R, K>> for CholeskyFactor<T, K> {
+impl<R: Scalar, T: Datum<R>, const K: usize> Datum<CholeskyFactor<R, K>> for CholeskyFactor<T, K> {
     fn lift(&self) -> CholeskyFactor<R, K> {
-        CholeskyFactor { rows: self.rows.lift() }
+        CholeskyFactor { rows: self.lifted().rows(), scale: None }
     }
 }
 
-impl<R: Record, const K: usize> Record for CholeskyFactor<R, K> {
+impl<R: Record + Scalar, const K: usize> Record for CholeskyFactor<R, K> {
     fn shape(&self) -> Vec<usize> {
         vec![K, K]
     }
 
     fn flatten(&self, out: &mut Vec<f64>) {
-        self.rows.flatten(out);
+        self.rows().flatten(out);
     }
 }
 

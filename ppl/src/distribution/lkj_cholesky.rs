@@ -110,11 +110,8 @@ where
     type Value = CholeskyFactor<R, K>;
 
     fn ln_density(&self, factor: &CholeskyFactor<R, K>) -> R {
-        let lengths = factor
-            .rows()
-            .iter()
-            .map(|row| row.iter().map(|entry| entry.value().powi(2)).sum::<f64>());
-        if lengths.into_iter().any(|s| (s - 1.0).abs() > UNIT_TOLERANCE) {
+        let lengths = factor.values().map(|row| row.iter().map(|entry| entry.powi(2)).sum::<f64>());
+        if lengths.iter().any(|s| (s - 1.0).abs() > UNIT_TOLERANCE) {
             return R::from(f64::NEG_INFINITY);
         }
         let diagonal = || (1..K).map(|i| (factor.get(i, i), self.power(i)));
@@ -167,7 +164,7 @@ where
         jacobian: bool,
         terms: &mut impl Terms<R>,
     ) -> CholeskyFactor<R, K> {
-        let scales: [f64; K] = std::array::from_fn(|j| self.scale(j));
+        let inverse: [f64; K] = std::array::from_fn(|j| self.scale(j).recip());
         let eta: R = lift(self.0);
         let varies = !eta.is_constant();
         // ln p = constant − Σ weight ln cosh y, where weight and y = x/√(2 bⱼ) move with η
@@ -180,7 +177,7 @@ where
             (false, true) => (self.ln_normaliser(), self.normaliser_slope()),
         };
         let weight = |i: usize, j: usize| {
-            if jacobian { scales[j] * scales[j] } else { self.power(i) }
+            if jacobian { 2.0 * self.shape(j) } else { self.power(i) }
         };
         let mut row = CorrelationRow::new();
         // of ln cosh y what shares a weight: the sum of the sizes, and one logarithm of a product
@@ -193,16 +190,19 @@ where
                 return row.rest;
             }
             let x = next();
-            let y = x.value() / scales[j];
+            let y = x.value() * inverse[j];
             let at = Hyperbolic::at(y);
             let slope = -weight(i, j) * at.tanh;
-            let y_in_eta = -y / (scales[j] * scales[j]);
+            let y_in_eta = -y * inverse[j] * inverse[j];
             let same = if jacobian { j } else { i };
             sizes[same] += at.size;
             shrinks[same] *= at.shrink;
             in_eta += slope * y_in_eta;
-            terms.add(0.0, ((x, slope / scales[j]),));
-            row.entry(at, (x, scales[j].recip()), (eta, y_in_eta))
+            terms.add(0.0, ((x, slope * inverse[j]),));
+            if j == 0 && !varies {
+                return row.first(at, terms.replace(x, at.tanh, at.sech * at.sech * inverse[j]));
+            }
+            row.entry(at, (x, inverse[j]), (eta, y_in_eta))
         });
         for k in if jacobian { 0..K.saturating_sub(1) } else { 1..K } {
             let ln_cosh = sizes[k] + shrinks[k].ln();

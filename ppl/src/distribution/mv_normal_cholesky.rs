@@ -37,15 +37,15 @@ pub struct MvNormalCholesky<M, L>(pub M, pub L);
 
 impl<M: Clone, L: Clone> Family for MvNormalCholesky<M, L> {}
 
-impl<M, L> MvNormalCholesky<M, L> {
+impl<M, T, const K: usize> MvNormalCholesky<M, CholeskyFactor<T, K>> {
     /// Mean and factor as numbers of one kind.
     #[inline]
-    fn lift<R: Scalar, const K: usize>(&self) -> ([R; K], CholeskyFactor<R, K>)
+    fn lift<R: Scalar>(&self) -> ([R; K], CholeskyFactor<R, K>)
     where
         M: Datum<[R; K]>,
-        L: Datum<CholeskyFactor<R, K>>,
+        T: Datum<R>,
     {
-        (self.0.lift(), self.1.lift())
+        (self.0.lift(), self.1.lifted())
     }
 }
 
@@ -56,6 +56,8 @@ struct Gradient<R, const K: usize> {
     factor: CholeskyFactor<R, K>,
     z: [f64; K],
     w: [f64; K],
+    /// 1/Lᵢᵢ.
+    inverse: [f64; K],
 }
 
 impl<R: Scalar, const K: usize> Partials<R> for Gradient<R, K> {
@@ -64,11 +66,9 @@ impl<R: Scalar, const K: usize> Partials<R> for Gradient<R, K> {
         for i in 0..K {
             f(self.x[i], -self.w[i]);
             f(self.mean[i], self.w[i]);
-            for j in 0..i {
-                f(self.factor.get(i, j), self.w[i] * self.z[j]);
-            }
-            let diagonal = self.factor.get(i, i);
-            f(diagonal, self.w[i] * self.z[i] - diagonal.value().recip());
+            let mut weights = self.z.map(|z| self.w[i] * z);
+            weights[i] -= self.inverse[i];
+            self.factor.spread_row(i, &weights, f);
         }
     }
 }
@@ -86,9 +86,7 @@ impl<R: Scalar, const K: usize> Partials<R> for Pooled<R, K> {
     fn spread(self, f: &mut impl FnMut(R, f64)) {
         for i in 0..K {
             f(self.mean[i], self.in_mean[i]);
-            for j in 0..=i {
-                f(self.factor.get(i, j), self.in_factor[i][j]);
-            }
+            self.factor.spread_row(i, &self.in_factor[i], f);
         }
     }
 }
@@ -141,30 +139,20 @@ where
 
     #[inline]
     fn add_terms(&self, x: &[R; K], terms: &mut impl Terms<R>) {
-        let (mean, factor) = self.lift::<R, K>();
-        let l = |i: usize, j: usize| factor.get(i, j).value();
-        let mut z = [0.0; K];
-        let mut value = -HALF_LN_2PI * K as f64;
-        for i in 0..K {
-            let mut rest = x[i].value() - mean[i].value();
-            for j in 0..i {
-                rest -= l(i, j) * z[j];
-            }
-            z[i] = rest / l(i, i);
-            value -= 0.5 * z[i] * z[i];
-        }
-        value -= ln_product(std::array::from_fn::<_, K, _>(|i| l(i, i)));
+        let (mean, factor) = self.lift::<R>();
+        let l = factor.values();
+        let inverse: [f64; K] = std::array::from_fn(|i| l[i][i].recip());
+        let mut z = std::array::from_fn(|i| x[i].value() - mean[i].value());
+        solve_lower(&l, &inverse, &mut z);
+        let squares: f64 = z.iter().map(|z| z * z).sum();
+        let mut value = -HALF_LN_2PI * K as f64 - 0.5 * squares;
+        value -= ln_product(std::array::from_fn::<_, K, _>(|i| l[i][i]));
         if !R::DIFFERENTIABLE {
             return terms.add_number(R::from(value));
         }
         let mut w = z;
-        for i in (0..K).rev() {
-            for k in i + 1..K {
-                w[i] -= l(k, i) * w[k];
-            }
-            w[i] /= l(i, i);
-        }
-        terms.add(value, Gradient { x: *x, mean, factor, z, w });
+        solve_upper(&l, &inverse, &mut w);
+        terms.add(value, Gradient { x: *x, mean, factor, z, w, inverse });
     }
 
     const POOLS: bool = true;
@@ -195,8 +183,8 @@ where
     fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
         let Some((&n, sums)) = sums.split_first() else { return };
         let (center, scatter) = sums.split_at(K);
-        let (mean, factor) = self.lift::<R, K>();
-        let l: [[f64; K]; K] = factor.rows().map(|row| row.map(Scalar::value));
+        let (mean, factor) = self.lift::<R>();
+        let l = factor.values();
         let mut z: [f64; K] = std::array::from_fn(|i| center[i] - mean[i].value());
         let inverse: [f64; K] = std::array::from_fn(|i| l[i][i].recip());
         solve_lower(&l, &inverse, &mut z);
@@ -228,7 +216,7 @@ where
     }
 
     fn validate(&self) -> Result<(), DomainError> {
-        let (mean, factor) = self.lift::<R, K>();
+        let (mean, factor) = self.lift::<R>();
         for (i, mean) in mean.iter().enumerate() {
             let name = format!("mean[{i}]");
             DomainError::require_finite("MvNormalCholesky", &name, mean.value())?;
@@ -237,10 +225,11 @@ where
     }
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> [R; K] {
-        let (mean, factor) = self.lift::<R, K>();
+        let (mean, factor) = self.lift::<R>();
+        let l = factor.values();
         let z: [f64; K] = std::array::from_fn(|_| rng.sample(StandardNormal));
         std::array::from_fn(|i| {
-            let inner: f64 = (0..=i).map(|j| factor.get(i, j).value() * z[j]).sum();
+            let inner: f64 = (0..=i).map(|j| l[i][j] * z[j]).sum();
             R::from(mean[i].value() + inner)
         })
     }

@@ -76,6 +76,13 @@ impl<R: Scalar> CorrelationRow<R> {
         Self { rest: R::from(1.0) }
     }
 
+    /// The first entry, tanh y, which nothing else has of y.
+    #[inline(always)]
+    pub(crate) fn first(&mut self, at: Hyperbolic, entry: R) -> R {
+        self.rest = R::gather(at.sech, ((entry, -at.tanh / at.sech),));
+        entry
+    }
+
     /// The next entry, where y is a function of two numbers with these derivatives.
     #[inline(always)]
     pub(crate) fn entry(&mut self, at: Hyperbolic, (a, in_a): (R, f64), (b, in_b): (R, f64)) -> R {

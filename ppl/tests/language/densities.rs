@@ -1,7 +1,7 @@
 //! Values and derivatives of the densities.
 
 use ppl::prelude::*;
-use ppl::{Bound, Context, Model, Rejection, Site, Workspace};
+use ppl::{Bound, Context, DomainError, Model, Rejection, Site, Terms, Workspace};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -259,4 +259,63 @@ fn predictors_are_numbers() {
     let found = model.log_density(&point, &mut Workspace::default()).unwrap();
     approx::assert_relative_eq!(found, expected, max_relative = 1e-14);
     assert_gradient("classes", &model);
+}
+
+/// Says that it has `dim` coordinates, and takes one.
+#[derive(Clone, Copy)]
+struct Miscounted {
+    dim: usize,
+}
+
+impl Family for Miscounted {}
+
+impl<R: Scalar> Distribution<R> for Miscounted {
+    type Value = R;
+
+    fn ln_density(&self, x: &R) -> R {
+        Normal(0.0, 1.0).ln_density(x)
+    }
+
+    fn validate(&self) -> Result<(), DomainError> {
+        Ok(())
+    }
+
+    fn draw<G: rand::Rng + ?Sized>(&self, rng: &mut G) -> R {
+        Normal(0.0, 1.0).draw(rng)
+    }
+}
+
+impl<R: Scalar> Unknown<R> for Miscounted {
+    fn dim(&self) -> usize {
+        self.dim
+    }
+
+    fn constrain(&self, next: &mut impl FnMut() -> R, _: bool, terms: &mut impl Terms<R>) -> R {
+        let x = next();
+        terms.add_number(self.ln_density(&x));
+        x
+    }
+
+    fn unconstrain(&self, x: &R, out: &mut Vec<f64>) {
+        out.push(x.value());
+    }
+}
+
+ppl::model! {
+    fn miscounted(dim: usize) {
+        let x ~ Miscounted { dim };
+        let y ~ Normal(x, 1.0);
+    }
+}
+
+#[test]
+fn an_unknown_that_miscounts_its_coordinates_is_named() {
+    let at = |dim: usize, y: &[f64]| miscounted(dim).log_density(y, &mut Workspace::default());
+    let expected = Normal(0.0, 1.0).ln_density(&0.3) + Normal(0.3, 1.0).ln_density(&1.2);
+    approx::assert_relative_eq!(at(1, &[0.3, 1.2]).unwrap(), expected, max_relative = 1e-14);
+    for (dim, y) in [(0, vec![0.3, 1.2]), (2, vec![0.3, 0.7, 1.2])] {
+        let error = at(dim, &y).unwrap_err().to_string();
+        let wanted = format!("another number of coordinates than its `dim()`, {dim}");
+        assert!(error.contains(&wanted) && error.contains("let x ~"), "{error}");
+    }
 }
