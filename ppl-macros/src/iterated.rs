@@ -10,6 +10,7 @@ use crate::arithmetic::{is_arithmetic, is_function, is_type};
 use crate::ast::{ArmBody, Block, Flow, Init, Kind, Statement};
 use crate::attributes::Mark;
 use crate::fold::{is_pure, is_repeated};
+use crate::inspect::is_pooled;
 
 /// Takes the sums out of arithmetic in the statements.
 pub(crate) fn unroll(body: &mut Block) {
@@ -54,6 +55,8 @@ impl Unroll {
 
     fn flow(&mut self, flow: &mut Flow) {
         match flow {
+            // one distribution for all data needs no sum but its own
+            Flow::For { pat, body, .. } if is_pooled(pat, body) => {}
             Flow::For { body, .. } => self.block(body),
             Flow::If { then, otherwise, .. } => {
                 self.block(then);

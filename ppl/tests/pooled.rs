@@ -64,6 +64,13 @@ ppl::model! {
         }
     }
 
+    fn counting_about_a_sum(ys: &Counted) {
+        let parts ~ Normal(0.0, 3.0).array::<3>();
+        for y in ys.iter() {
+            y ~ Normal(parts.iter().map(|part| *part * 0.5).sum::<Real<_>>(), 1.0);
+        }
+    }
+
     fn known_factor(chol: &CholeskyFactor<f64, 2>, pairs: &[[f64; 2]]) {
         let mean ~ Normal(0.0, 3.0).array::<2>();
         for pair in pairs {
@@ -144,6 +151,17 @@ fn data_are_gone_through_when_they_are_bound() {
     let value = model.gradient(&[0.2], &mut gradient, &mut w).unwrap();
     assert_eq!(value, model.log_density(&[0.2], &mut w).unwrap());
     approx::assert_relative_eq!(gradient[0], 1.2 - 3.0 * 0.2 - 0.2 / 9.0, max_relative = 1e-14);
+    assert_eq!(data.looks.load(Ordering::Relaxed), bound);
+
+    let model = counting_about_a_sum(&data);
+    let bound = data.looks.load(Ordering::Relaxed);
+    let mut gradient = [0.0; 3];
+    model.gradient(&[0.2, 0.1, -0.4], &mut gradient, &mut w).unwrap();
+    approx::assert_relative_eq!(
+        gradient[1],
+        0.5 * (1.2 - 3.0 * -0.05) - 0.1 / 9.0,
+        max_relative = 1e-14
+    );
     assert_eq!(data.looks.load(Ordering::Relaxed), bound);
 }
 

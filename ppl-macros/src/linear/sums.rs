@@ -177,7 +177,7 @@ impl Formulas {
     /// The names in a loop over observations.
     pub(super) fn names(&self, pat: &Pat) -> Names {
         let mut names = Names { unknown: self.active.clone(), own: HashSet::new() };
-        names.own.extend(bound_names(pat).iter().map(Ident::to_string));
+        names.declare_own(bound_names(pat));
         names
     }
 

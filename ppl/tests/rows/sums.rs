@@ -91,6 +91,24 @@ ppl::model! {
         }
     }
 
+    /// An array whose length is known later, and names that other loops use for other things.
+    fn of_any_length(cases: &Counted<Case>, ys: &[f64]) {
+        let b ~ Normal(0.0, 2.0).iid(3);
+        for case in b.iter() {
+            factor(-0.1 * case.square());
+        }
+        for y in ys {
+            y ~ Normal(b.iter().map(|b| *b * 0.5).sum::<Real<_>>(), 3.0);
+        }
+        for case in cases.iter() {
+            let mut mean = b[0] * case.weight;
+            for d in 0..3 {
+                mean += b[d] * case.x[d];
+            }
+            case.y ~ Normal(mean, 1.0);
+        }
+    }
+
     /// As many numbers for all observations, but not in the same loops.
     fn of_two_kinds(cases: &Counted<Case>) {
         let b ~ Normal(0.0, 2.0).array::<3>();
@@ -193,6 +211,8 @@ fn sums_that_are_loops_are_as_good_as_products() {
     assert_eq!(data.looks(&turns(&data)), 1);
     assert_derivatives(&iterated(&data));
     assert_eq!(data.looks(&iterated(&data)), 1);
+    assert_derivatives(&of_any_length(&data, &[0.3, -0.1]));
+    assert_eq!(data.looks(&of_any_length(&data, &[0.3, -0.1])), 1);
     // squares are 0 and 1 modulo 4
     assert_derivatives(&by_group(&data, &weights));
     assert_eq!(data.looks(&by_group(&data, &weights)), 2);
