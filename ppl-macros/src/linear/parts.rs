@@ -28,8 +28,8 @@ pub(super) struct Term {
 /// A mean in parts.
 pub(super) struct Parts {
     pub(super) names: Names,
-    /// What the loop that is taken apart binds.
-    pub(super) inner: HashSet<String>,
+    /// What the loop binds that is being taken apart.
+    pub(super) inner: Option<HashSet<String>>,
     loops: Vec<Loop>,
     pub(super) places: Vec<Expr>,
     pub(super) terms: Vec<Term>,
@@ -41,7 +41,7 @@ impl Parts {
     pub(super) fn new(names: Names, loops: Vec<Loop>) -> Self {
         Self {
             names,
-            inner: HashSet::new(),
+            inner: None,
             loops,
             places: Vec::new(),
             terms: Vec::new(),
@@ -156,7 +156,8 @@ impl Parts {
                     is_place && self.names.has_unknown(of) && !self.names.has_unknown(at);
                 if is_known {
                     // a place is one for the whole observation
-                    if mentions(at.to_token_stream(), &|name| self.inner.contains(name)) {
+                    let inner = |name: &str| self.inner.iter().any(|inner| inner.contains(name));
+                    if mentions(at.to_token_stream(), &inner) {
                         return false;
                     }
                     self.places.push((**at).clone());

@@ -48,6 +48,16 @@ pub(crate) struct Told {
     pub(crate) offsets: Vec<TokenStream>,
 }
 
+/// What a name stands for in a loop over observations.
+enum Meaning {
+    /// An unknown, or what follows from some.
+    Unknown,
+    /// Data that differ from one observation to the next.
+    Own,
+    /// The same data for all.
+    Shared,
+}
+
 /// What names stand for in a loop over observations.
 #[derive(Clone)]
 pub(super) struct Names {
@@ -106,13 +116,25 @@ impl Parts {
         factors: &[(bool, Expr)],
         is_negative: bool,
     ) -> Option<()> {
+        // a turn of another sum has no coefficients of its own
+        if self.inner.is_some() {
+            return None;
+        }
         let names = self.names.clone();
         let around = (std::mem::take(&mut self.terms), std::mem::take(&mut self.offsets));
         let is_reversed = says(iter.to_token_stream(), "rev");
-        self.enter(&pat, &iter, is_reversed)?;
-        self.inner = bound_names(&pat).iter().map(Ident::to_string).collect();
+        let mut bound = Vec::new();
+        self.enter(&pat, &iter, is_reversed, &mut bound)?;
+        for (pat, meaning) in bound {
+            match meaning {
+                Meaning::Unknown => self.names.declare_unknown(bound_names(pat)),
+                Meaning::Own => self.names.declare_own(bound_names(pat)),
+                Meaning::Shared => self.names.declare_shared(bound_names(pat)),
+            }
+        }
+        self.inner = Some(bound_names(&pat).iter().map(Ident::to_string).collect());
         self.add(&value, factors, is_negative)?;
-        self.inner.clear();
+        self.inner = None;
         self.names = names;
         let terms = std::mem::replace(&mut self.terms, around.0);
         let offsets = std::mem::replace(&mut self.offsets, around.1);
@@ -125,17 +147,23 @@ impl Parts {
         Some(())
     }
 
-    /// Declares what a loop binds. An index is the same for all observations if it begins with
-    /// the same number; how many turns there are tells groups of observations apart.
-    fn enter(&mut self, pat: &Pat, iter: &Expr, is_reversed: bool) -> Option<()> {
+    /// What the names mean that a loop binds. An index is the same for all observations if it begins
+    /// with the same number; how many turns there are tells groups of observations apart.
+    fn enter<'a>(
+        &mut self,
+        pat: &'a Pat,
+        iter: &Expr,
+        is_reversed: bool,
+        bound: &mut Vec<(&'a Pat, Meaning)>,
+    ) -> Option<()> {
         match (iter, pat) {
-            (Expr::Paren(paren), _) => self.enter(pat, &paren.expr, is_reversed)?,
-            (Expr::Group(group), _) => self.enter(pat, &group.expr, is_reversed)?,
+            (Expr::Paren(paren), _) => self.enter(pat, &paren.expr, is_reversed, bound),
+            (Expr::Group(group), _) => self.enter(pat, &group.expr, is_reversed, bound),
             (Expr::MethodCall(call), Pat::Tuple(pair))
                 if call.method == "zip" && call.args.len() == 1 && pair.elems.len() == 2 =>
             {
-                self.enter(&pair.elems[0], &call.receiver, is_reversed)?;
-                self.enter(&pair.elems[1], &call.args[0], is_reversed)?;
+                self.enter(&pair.elems[0], &call.receiver, is_reversed, bound)?;
+                self.enter(&pair.elems[1], &call.args[0], is_reversed, bound)
             }
             (Expr::MethodCall(call), Pat::Tuple(pair))
                 if call.method == "enumerate" && pair.elems.len() == 2 =>
@@ -143,33 +171,33 @@ impl Parts {
                 if is_reversed && self.names.has_own(&call.receiver) {
                     return None;
                 }
-                self.names.declare_shared(bound_names(&pair.elems[0]));
-                self.enter(&pair.elems[1], &call.receiver, is_reversed)?;
+                bound.push((&pair.elems[0], Meaning::Shared));
+                self.enter(&pair.elems[1], &call.receiver, is_reversed, bound)
             }
             (Expr::MethodCall(call), _) if call.method == "zip" || call.method == "enumerate" => {
-                return None;
+                None
             }
             (Expr::MethodCall(call), _) if call.args.is_empty() && call.method != "len" => {
-                self.enter(pat, &call.receiver, is_reversed)?;
+                self.enter(pat, &call.receiver, is_reversed, bound)
             }
-            (Expr::Range(range), _) => {
-                let moves = range.start.as_ref().is_some_and(|start| self.names.has_own(start));
-                if moves || (is_reversed && self.names.has_own(range)) {
-                    self.names.declare_own(bound_names(pat));
-                } else {
-                    self.names.declare_shared(bound_names(pat));
-                }
+            _ => {
+                bound.push((pat, self.meaning(iter, is_reversed)?));
+                Some(())
             }
-            _ if self.names.has_unknown(iter) => {
-                if !self.is_shared(iter) {
-                    return None;
-                }
-                self.names.declare_unknown(bound_names(pat));
-            }
-            _ if self.names.has_own(iter) => self.names.declare_own(bound_names(pat)),
-            _ => self.names.declare_shared(bound_names(pat)),
         }
-        Some(())
+    }
+
+    /// What a loop over `iter` yields.
+    fn meaning(&mut self, iter: &Expr, is_reversed: bool) -> Option<Meaning> {
+        if let Expr::Range(range) = iter {
+            let moves = range.start.as_ref().is_some_and(|start| self.names.has_own(start));
+            let is_own = moves || (is_reversed && self.names.has_own(range));
+            return Some(if is_own { Meaning::Own } else { Meaning::Shared });
+        }
+        if self.names.has_unknown(iter) {
+            return self.is_shared(iter).then_some(Meaning::Unknown);
+        }
+        Some(if self.names.has_own(iter) { Meaning::Own } else { Meaning::Shared })
     }
 }
 

@@ -58,6 +58,19 @@ ppl::model! {
         }
     }
 
+    /// The loop calls an unknown as the data were called.
+    fn renamed(cases: &Counted<Case>) {
+        let b ~ Normal(0.0, 2.0).array::<3>();
+        for case in cases.iter() {
+            let x = &case.x;
+            let mut mean = b[0];
+            for (x, y) in b.iter().zip(x) {
+                mean += x * y;
+            }
+            case.y ~ Normal(mean, 1.0);
+        }
+    }
+
     /// With iterators, in a name and in place.
     fn iterated(cases: &Counted<Case>) {
         let a ~ Normal(0.0, 3.0);
@@ -173,6 +186,37 @@ ppl::model! {
         }
     }
 
+    /// A sum in the turns of another.
+    fn doubled(cases: &Counted<Case>, weights: &[f64]) {
+        let b ~ Normal(0.0, 1.0).array::<3>();
+        for case in cases.iter() {
+            let mut sum = 0.0;
+            for d in 0..3 {
+                sum += b[d] * case.x[d];
+            }
+            let mut mean = b[0];
+            for w in weights.iter() {
+                mean += sum * w;
+            }
+            case.y ~ Normal(mean, 1.0);
+        }
+    }
+
+    fn unnamed(cases: &Counted<Case>) {
+        let b ~ Normal(0.0, 1.0).array::<3>();
+        for case in cases.iter() {
+            let mut sum = 0.0;
+            for d in 0..3 {
+                sum += b[d] * case.x[d];
+            }
+            let mut mean = b[0];
+            for _ in 0..2 {
+                mean += sum;
+            }
+            case.y ~ Normal(mean, 1.0);
+        }
+    }
+
     /// `d` is two things.
     fn hidden(cases: &Counted<Case>) {
         let a ~ Normal(0.0, 1.0);
@@ -209,6 +253,8 @@ fn sums_that_are_loops_are_as_good_as_products() {
     assert_eq!(data.looks(&pairs(&data)), 1);
     assert_derivatives(&turns(&data));
     assert_eq!(data.looks(&turns(&data)), 1);
+    assert_derivatives(&renamed(&data));
+    assert_eq!(data.looks(&renamed(&data)), 1);
     assert_derivatives(&iterated(&data));
     assert_eq!(data.looks(&iterated(&data)), 1);
     assert_derivatives(&of_any_length(&data, &[0.3, -0.1]));
@@ -228,6 +274,8 @@ fn sums_over_other_unknowns_are_looked_at_one_by_one() {
     assert_derivatives(&moved(&data));
     assert_derivatives(&curved(&data));
     assert_derivatives(&hidden(&data));
+    assert_derivatives(&doubled(&data, &[0.5, -1.5, 0.3]));
+    assert_derivatives(&unnamed(&data));
     // rows of 1 + 3 numbers and of 3 + 1
     let data = cases(|i| 1 + 2 * (i % 2));
     assert_derivatives(&backwards(&data));
