@@ -151,8 +151,8 @@ impl DomainError {
     pub fn require(
         holds: bool,
         distribution: &str,
-        parameter: &str,
-        requirement: &str,
+        parameter: impl fmt::Display,
+        requirement: impl fmt::Display,
         got: impl fmt::Display,
     ) -> Result<(), Self> {
         if holds {
@@ -166,7 +166,11 @@ impl DomainError {
     ///
     /// # Errors
     /// The demand, if it does not hold.
-    pub fn require_finite(distribution: &str, parameter: &str, got: f64) -> Result<(), Self> {
+    pub fn require_finite(
+        distribution: &str,
+        parameter: impl fmt::Display,
+        got: f64,
+    ) -> Result<(), Self> {
         Self::require(got.is_finite(), distribution, parameter, "finite", got)
     }
 
@@ -174,7 +178,11 @@ impl DomainError {
     ///
     /// # Errors
     /// The demand, if it does not hold.
-    pub fn require_positive(distribution: &str, parameter: &str, got: f64) -> Result<(), Self> {
+    pub fn require_positive(
+        distribution: &str,
+        parameter: impl fmt::Display,
+        got: f64,
+    ) -> Result<(), Self> {
         let holds = got > 0.0 && got.is_finite();
         Self::require(holds, distribution, parameter, "positive and finite", got)
     }

@@ -55,7 +55,11 @@ pub trait Differentiable<const D: usize, const M: usize>: Sync {
             return Ok(self.value(&point)?.map(S::from));
         }
         let (value, jacobian) = self.value_and_jacobian(&point)?;
-        Ok(std::array::from_fn(|m| S::fuse(value[m], x, jacobian[m])))
+        let mut outputs = [S::from(0.0); M];
+        for m in 0..M {
+            outputs[m] = S::fuse(value[m], x, jacobian[m]);
+        }
+        Ok(outputs)
     }
 
     /// [`try_at`](Differentiable::try_at) with NaN outside the domain: a model that uses the

@@ -96,10 +96,10 @@ impl<F, const N: usize> Solution<F, N> {
         DomainError::require_finite("Solution", "start", start)?;
         let mut before = start;
         for (i, &time) in times.iter().enumerate() {
-            let name = format!("time[{i}]");
-            DomainError::require_finite("Solution", &name, time)?;
-            let requirement = format!("at or after {before}");
-            DomainError::require(time >= before, "Solution", &name, &requirement, time)?;
+            let name = format_args!("time[{i}]");
+            DomainError::require_finite("Solution", name, time)?;
+            let requirement = format_args!("at or after {before}");
+            DomainError::require(time >= before, "Solution", name, requirement, time)?;
             before = time;
         }
         let times = times.to_vec();
@@ -306,8 +306,8 @@ impl<F, const N: usize> Solution<F, N> {
         F: Ode<N, D>,
     {
         let outputs = N * self.times.len();
-        let requirement = format!("states × times = {outputs}");
-        DomainError::require(M == outputs, "Solution", "number of outputs", &requirement, M)?;
+        let requirement = format_args!("states × times = {outputs}");
+        DomainError::require(M == outputs, "Solution", "number of outputs", requirement, M)?;
         let mut flat = [S::from(0.0); M];
         let mut chunks = flat.chunks_exact_mut(N.max(1));
         self.integrate(theta, |y| {

@@ -60,7 +60,12 @@ impl<R: Scalar, D: Unknown<R>, const N: usize> Unknown<R> for Array<D, N> {
         jacobian: bool,
         terms: &mut impl Terms<R>,
     ) -> Self::Value {
-        std::array::from_fn(|_| self.inner.constrain(next, jacobian, terms))
+        // a loop, where `array::from_fn` would be a call that keeps the terms out of registers
+        let mut values = [const { None }; N];
+        for value in &mut values {
+            *value = Some(self.inner.constrain(next, jacobian, terms));
+        }
+        values.map(|value| value.expect("all places are filled"))
     }
 
     fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>) {

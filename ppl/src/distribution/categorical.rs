@@ -35,8 +35,8 @@ pub(super) fn require_probabilities<R: Scalar>(
     let mut sum = 0.0;
     for i in 0..p.size() {
         let value = p.at(i).value();
-        let name = format!("probability[{i}]");
-        DomainError::require(value >= 0.0, distribution, &name, "nonnegative", value)?;
+        let name = format_args!("probability[{i}]");
+        DomainError::require(value >= 0.0, distribution, name, "nonnegative", value)?;
         sum += value;
     }
     let holds = (sum - 1.0).abs() <= TOLERANCE;
@@ -125,8 +125,8 @@ impl<R: Scalar, L: Vector<R> + Clone> Distribution<R> for CategoricalLogit<L> {
 
     fn validate(&self) -> Result<(), DomainError> {
         (0..self.0.size()).try_for_each(|i| {
-            let name = format!("logit[{i}]");
-            DomainError::require_finite("CategoricalLogit", &name, self.0.at(i).value())
+            let name = format_args!("logit[{i}]");
+            DomainError::require_finite("CategoricalLogit", name, self.0.at(i).value())
         })
     }
 

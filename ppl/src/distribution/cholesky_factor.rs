@@ -36,9 +36,9 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
     pub fn new(rows: [[R; K]; K]) -> Result<Self, DomainError> {
         for (i, row) in rows.iter().enumerate() {
             for (j, entry) in row.iter().enumerate().skip(i + 1) {
-                let name = format!("entry ({i}, {j}) above the diagonal");
                 let v = entry.value();
-                DomainError::require(v == 0.0, "CholeskyFactor", &name, "zero", v)?;
+                let name = format_args!("entry ({i}, {j}) above the diagonal");
+                DomainError::require(v == 0.0, "CholeskyFactor", name, "zero", v)?;
             }
         }
         let factor = Self { rows, scale: None };
@@ -48,11 +48,11 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
 
     pub(super) fn validate(&self, distribution: &str) -> Result<(), DomainError> {
         for (i, row) in self.values().iter().enumerate() {
-            let name = format!("diagonal entry {i} of the Cholesky factor");
-            DomainError::require_positive(distribution, &name, row[i])?;
+            let name = format_args!("diagonal entry {i} of the Cholesky factor");
+            DomainError::require_positive(distribution, name, row[i])?;
             for (j, entry) in row.iter().enumerate().take(i) {
-                let name = format!("entry ({i}, {j}) of the Cholesky factor");
-                DomainError::require_finite(distribution, &name, *entry)?;
+                let name = format_args!("entry ({i}, {j}) of the Cholesky factor");
+                DomainError::require_finite(distribution, name, *entry)?;
             }
         }
         Ok(())
@@ -71,12 +71,14 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
     }
 
     /// Rows, with zeros above the diagonal.
-    #[inline]
+    #[inline(always)]
     pub fn rows(&self) -> [[R; K]; K] {
         let mut rows = self.rows;
         if let Some(scale) = self.scale {
-            for ((i, row), s) in rows.iter_mut().enumerate().zip(scale) {
-                row[..=i].iter_mut().for_each(|entry| *entry *= s);
+            for i in 0..K {
+                for j in 0..=i {
+                    rows[i][j] *= scale[i];
+                }
             }
         }
         rows
@@ -185,12 +187,13 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
     }
 
     /// Plain numbers.
-    #[inline]
+    #[inline(always)]
     pub(super) fn values(&self) -> [[f64; K]; K] {
-        let mut values = self.rows.map(|row| row.map(Scalar::value));
-        if let Some(scale) = &self.scale {
-            for (row, s) in values.iter_mut().zip(scale) {
-                row.iter_mut().for_each(|entry| *entry *= s.value());
+        let mut values = [[0.0; K]; K];
+        for i in 0..K {
+            let scale = self.scale.as_ref().map_or(1.0, |scale| scale[i].value());
+            for j in 0..=i {
+                values[i][j] = scale * self.rows[i][j].value();
             }
         }
         values
@@ -203,6 +206,12 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
         for (i, row) in rows.iter_mut().enumerate() {
             row[..=i].iter_mut().enumerate().for_each(|(j, x)| *x = entry(i, j));
         }
+        Self { rows, scale: None }
+    }
+
+    /// From rows that are right by construction.
+    #[inline(always)]
+    pub(super) fn from_rows(rows: [[R; K]; K]) -> Self {
         Self { rows, scale: None }
     }
 }

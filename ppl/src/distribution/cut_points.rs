@@ -26,10 +26,10 @@ pub(super) fn validate<R: Scalar>(
 ) -> Result<(), DomainError> {
     DomainError::require_finite(distribution, "predictor", predictor)?;
     (0..cuts.size()).try_for_each(|i| {
-        let (name, cut) = (format!("cut point {i}"), cuts.at(i).value());
-        DomainError::require_finite(distribution, &name, cut)?;
+        let (name, cut) = (format_args!("cut point {i}"), cuts.at(i).value());
+        DomainError::require_finite(distribution, name, cut)?;
         let before = if i > 0 { cuts.at(i - 1).value() } else { f64::NEG_INFINITY };
-        let above = format!("above the one before, {before}");
-        DomainError::require(cut > before, distribution, &name, &above, cut)
+        let above = format_args!("above the one before, {before}");
+        DomainError::require(cut > before, distribution, name, above, cut)
     })
 }

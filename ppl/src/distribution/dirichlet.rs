@@ -87,8 +87,8 @@ impl<R: Scalar, A: Vector<R> + Clone> Distribution<R> for Dirichlet<A> {
     fn validate(&self) -> Result<(), DomainError> {
         DomainError::require(self.0.size() > 0, "Dirichlet", "size", "at least 1", 0)?;
         (0..self.0.size()).try_for_each(|i| {
-            let name = format!("concentration[{i}]");
-            DomainError::require_positive("Dirichlet", &name, self.0.at(i).value())
+            let name = format_args!("concentration[{i}]");
+            DomainError::require_positive("Dirichlet", name, self.0.at(i).value())
         })
     }
 

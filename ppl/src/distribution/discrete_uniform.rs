@@ -42,8 +42,8 @@ impl<A: CountParameter, B: CountParameter> DiscreteUniform<A, B> {
 impl<A: CountParameter, B: CountParameter> Count for DiscreteUniform<A, B> {
     fn validate(&self) -> Result<(), DomainError> {
         let (a, b) = (self.0.count(), self.1.count());
-        let requirement = format!("at most the upper end {b}");
-        DomainError::require(a <= b, "DiscreteUniform", "lower end", &requirement, a)
+        let requirement = format_args!("at most the upper end {b}");
+        DomainError::require(a <= b, "DiscreteUniform", "lower end", requirement, a)
     }
 
     fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> u64 {

@@ -73,8 +73,8 @@ impl Interval {
     pub(super) fn validate(&self, variation: &str) -> Result<(), DomainError> {
         let both = self.with_lower && self.with_upper;
         let holds = self.lower < self.upper || (both && self.lower == self.upper);
-        let requirement = format!("below the upper end {}", self.upper);
-        DomainError::require(holds, variation, "lower end", &requirement, self.lower)
+        let requirement = format_args!("below the upper end {}", self.upper);
+        DomainError::require(holds, variation, "lower end", requirement, self.lower)
     }
 }
 

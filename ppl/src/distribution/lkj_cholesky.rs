@@ -179,38 +179,37 @@ where
         let weight = |i: usize, j: usize| {
             if jacobian { 2.0 * self.shape(j) } else { self.power(i) }
         };
-        let mut row = CorrelationRow::new();
         // of ln cosh y what shares a weight: the sum of the sizes, and one logarithm of a product
         let (mut sizes, mut shrinks) = ([0.0; K], [1.0; K]);
-        let factor = CholeskyFactor::from_fn(|i, j| {
-            if j == 0 {
-                row = CorrelationRow::new();
+        let mut rows = [[R::from(0.0); K]; K];
+        for i in 0..K {
+            let mut row = CorrelationRow::new();
+            for j in 0..i {
+                let x = next();
+                let y = x.value() * inverse[j];
+                let at = Hyperbolic::at(y);
+                let slope = -weight(i, j) * at.tanh;
+                let y_in_eta = -y * inverse[j] * inverse[j];
+                let same = if jacobian { j } else { i };
+                sizes[same] += at.size;
+                shrinks[same] *= at.shrink;
+                in_eta += slope * y_in_eta;
+                terms.add(0.0, ((x, slope * inverse[j]),));
+                rows[i][j] = if j == 0 && !varies {
+                    row.first(at, terms.replace(x, at.tanh, at.sech * at.sech * inverse[j]))
+                } else {
+                    row.entry(at, (x, inverse[j]), (eta, y_in_eta))
+                };
             }
-            if i == j {
-                return row.rest;
-            }
-            let x = next();
-            let y = x.value() * inverse[j];
-            let at = Hyperbolic::at(y);
-            let slope = -weight(i, j) * at.tanh;
-            let y_in_eta = -y * inverse[j] * inverse[j];
-            let same = if jacobian { j } else { i };
-            sizes[same] += at.size;
-            shrinks[same] *= at.shrink;
-            in_eta += slope * y_in_eta;
-            terms.add(0.0, ((x, slope * inverse[j]),));
-            if j == 0 && !varies {
-                return row.first(at, terms.replace(x, at.tanh, at.sech * at.sech * inverse[j]));
-            }
-            row.entry(at, (x, inverse[j]), (eta, y_in_eta))
-        });
+            rows[i][i] = row.rest;
+        }
         for k in if jacobian { 0..K.saturating_sub(1) } else { 1..K } {
             let ln_cosh = sizes[k] + shrinks[k].ln();
             value -= weight(k, k) * ln_cosh;
             in_eta -= 2.0 * ln_cosh;
         }
         terms.add(value, ((eta, in_eta),));
-        factor
+        CholeskyFactor::from_rows(rows)
     }
 
     fn unconstrain(&self, factor: &CholeskyFactor<R, K>, out: &mut Vec<f64>) {

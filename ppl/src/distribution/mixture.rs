@@ -150,13 +150,13 @@ impl<W: Weights, C: Components> Mixture<W, C> {
             weights.len() == self.1.number() && !weights.is_empty(),
             "Mixture",
             "number of weights",
-            &format!("that of the components, {}", self.1.number()),
+            format_args!("that of the components, {}", self.1.number()),
             weights.len(),
         )?;
         for (i, weight) in weights.iter().enumerate() {
             let weight = weight.number();
-            let name = format!("weight {i}");
-            DomainError::require(weight >= 0.0, "Mixture", &name, "at least 0", weight)?;
+            let name = format_args!("weight {i}");
+            DomainError::require(weight >= 0.0, "Mixture", name, "at least 0", weight)?;
         }
         let sum: f64 = weights.iter().map(|w| w.number()).sum();
         DomainError::require((sum - 1.0).abs() < 1e-8, "Mixture", "sum of the weights", "1", sum)

@@ -180,6 +180,7 @@ where
         }));
     }
 
+    #[inline(always)]
     fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
         let Some((&n, sums)) = sums.split_first() else { return };
         let (center, scatter) = sums.split_at(K);
@@ -189,11 +190,17 @@ where
         let inverse: [f64; K] = std::array::from_fn(|i| l[i][i].recip());
         solve_lower(&l, &inverse, &mut z);
         // A = L⁻¹ S L⁻ᵀ, by rows of the symmetric S and then of what is left
-        let mut a: [[f64; K]; K] =
-            std::array::from_fn(|i| std::array::from_fn(|j| scatter[i * K + j]));
-        a.iter_mut().for_each(|row| solve_lower(&l, &inverse, row));
-        let mut a: [[f64; K]; K] = std::array::from_fn(|i| std::array::from_fn(|j| a[j][i]));
-        a.iter_mut().for_each(|row| solve_lower(&l, &inverse, row));
+        let (mut half, mut a) = ([[0.0; K]; K], [[0.0; K]; K]);
+        for i in 0..K {
+            half[i].copy_from_slice(&scatter[i * K..(i + 1) * K]);
+            solve_lower(&l, &inverse, &mut half[i]);
+        }
+        for i in 0..K {
+            for j in 0..K {
+                a[i][j] = half[j][i];
+            }
+            solve_lower(&l, &inverse, &mut a[i]);
+        }
         let mut value = -HALF_LN_2PI * K as f64 * n;
         for i in 0..K {
             value -= 0.5 * (n * z[i] * z[i] + a[i][i]);
@@ -203,23 +210,26 @@ where
             return terms.add_number(R::from(value));
         }
         // G = L⁻ᵀ (n z zᵀ + A), of which the lower triangle less n/Lᵢᵢ is the partial in L
-        let mut g: [[f64; K]; K] =
-            std::array::from_fn(|j| std::array::from_fn(|i| n * z[i] * z[j] + a[i][j]));
-        g.iter_mut().for_each(|column| solve_upper(&l, &inverse, column));
+        let mut in_factor = [[0.0; K]; K];
+        for j in 0..K {
+            let mut column: [f64; K] = std::array::from_fn(|i| n * z[i] * z[j] + a[i][j]);
+            solve_upper(&l, &inverse, &mut column);
+            for i in j..K {
+                in_factor[i][j] = column[i];
+            }
+            in_factor[j][j] -= n * inverse[j];
+        }
         let mut w = z;
         solve_upper(&l, &inverse, &mut w);
         let in_mean = w.map(|w| n * w);
-        let in_factor: [[f64; K]; K] = std::array::from_fn(|i| {
-            std::array::from_fn(|j| g[j][i] - if i == j { n * inverse[i] } else { 0.0 })
-        });
         terms.add(value, Pooled { mean, factor, in_mean, in_factor });
     }
 
     fn validate(&self) -> Result<(), DomainError> {
         let (mean, factor) = self.lift::<R>();
         for (i, mean) in mean.iter().enumerate() {
-            let name = format!("mean[{i}]");
-            DomainError::require_finite("MvNormalCholesky", &name, mean.value())?;
+            let name = format_args!("mean[{i}]");
+            DomainError::require_finite("MvNormalCholesky", name, mean.value())?;
         }
         factor.validate("MvNormalCholesky")
     }

@@ -100,7 +100,7 @@ where
         DomainError::require_positive(NAME, "degrees of freedom", self.0.number())?;
         let (mean, factor): ([R; K], CholeskyFactor<R, K>) = (self.1.lift(), self.2.lift());
         for (i, mean) in mean.iter().enumerate() {
-            DomainError::require_finite(NAME, &format!("location[{i}]"), mean.value())?;
+            DomainError::require_finite(NAME, format_args!("location[{i}]"), mean.value())?;
         }
         factor.validate(NAME)
     }

@@ -72,11 +72,11 @@ impl<A: Parameter, C: Parameter, B: Parameter> Univariate for Triangular<A, C, B
             a < b,
             "Triangular",
             "lower end",
-            &format!("below the upper end {b}"),
+            format_args!("below the upper end {b}"),
             a,
         )?;
         let holds = (a..=b).contains(&c);
-        DomainError::require(holds, "Triangular", "mode", &format!("within {a} and {b}"), c)
+        DomainError::require(holds, "Triangular", "mode", format_args!("within {a} and {b}"), c)
     }
 
     fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {

@@ -98,7 +98,7 @@ where
         1
     }
 
-    #[inline]
+    #[inline(always)]
     fn constrain(
         &self,
         next: &mut impl FnMut() -> R,

@@ -45,7 +45,13 @@ impl<A: Parameter, B: Parameter> Univariate for Uniform<A, B> {
         let (a, b) = (self.0.number(), self.1.number());
         DomainError::require_finite("Uniform", "lower end", a)?;
         DomainError::require_finite("Uniform", "upper end", b)?;
-        DomainError::require(a < b, "Uniform", "lower end", &format!("below the upper end {b}"), a)
+        DomainError::require(
+            a < b,
+            "Uniform",
+            "lower end",
+            format_args!("below the upper end {b}"),
+            a,
+        )
     }
 
     fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {

@@ -99,9 +99,9 @@ pub(super) fn validate<R: Scalar, const K: usize>(
     nu: f64,
     scale: &CholeskyFactor<R, K>,
 ) -> Result<(), DomainError> {
-    let requirement = format!("above K − 1 = {} and finite", K as f64 - 1.0);
+    let requirement = format_args!("above K − 1 = {} and finite", K as f64 - 1.0);
     let holds = nu > K as f64 - 1.0 && nu.is_finite();
-    DomainError::require(holds, distribution, "degrees of freedom", &requirement, nu)?;
+    DomainError::require(holds, distribution, "degrees of freedom", requirement, nu)?;
     scale.validate(distribution)
 }
 

@@ -75,9 +75,9 @@ pub trait Kernel<R: Scalar>: Clone {
         const NAME: &str = "GaussianProcess";
         DomainError::require_positive(NAME, "amplitude", self.amplitude().value())?;
         let n = self.lengths();
-        let requirement = format!("1 or that of the coordinates, {coordinates}");
+        let requirement = format_args!("1 or that of the coordinates, {coordinates}");
         let holds = n == 1 || n == coordinates;
-        DomainError::require(holds, NAME, "number of length scales", &requirement, n)?;
+        DomainError::require(holds, NAME, "number of length scales", requirement, n)?;
         (0..n).try_for_each(|k| {
             DomainError::require_positive(NAME, "length scale", self.length(k).value())
         })

@@ -167,10 +167,10 @@ impl<'a, P: Point, K, M, S> GaussianProcess<'a, P, K, M, S> {
 fn require_mean<R: Scalar>(mean: &impl Mean<R>, inputs: usize) -> Result<(), DomainError> {
     const NAME: &str = "GaussianProcess";
     let size = mean.size().unwrap_or(inputs);
-    let requirement = format!("that of the inputs, {inputs}");
-    DomainError::require(size == inputs, NAME, "length of the mean", &requirement, size)?;
+    let requirement = format_args!("that of the inputs, {inputs}");
+    DomainError::require(size == inputs, NAME, "length of the mean", requirement, size)?;
     (0..inputs).try_for_each(|i| {
-        DomainError::require_finite(NAME, &format!("mean[{i}]"), mean.at(i).value())
+        DomainError::require_finite(NAME, format_args!("mean[{i}]"), mean.at(i).value())
     })
 }
 

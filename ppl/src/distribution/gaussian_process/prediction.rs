@@ -142,9 +142,9 @@ where
     fn validate(&self) -> Result<(), DomainError> {
         Distribution::<R>::validate(&self.process)?;
         let n = self.process.inputs.len();
-        let requirement = format!("that of the inputs, {n}");
+        let requirement = format_args!("that of the inputs, {n}");
         let size = self.y.size();
-        DomainError::require(size == n, "predict", "number of values", &requirement, size)?;
+        DomainError::require(size == n, "predict", "number of values", requirement, size)?;
         require_mean(&self.mean, self.inputs.len())
     }
 
