@@ -171,6 +171,7 @@ impl<S: Scalar, const N: usize> Numbers for Sums<S, N> {
 
     #[inline(always)]
     fn settle(&self, data: &[f64], weight: f64, _: &mut impl FnMut(Real<S>, f64)) {
+        let Some(data) = data.first_chunk::<N>() else { return };
         for (adjoint, d) in self.adjoints.iter().zip(data) {
             adjoint.set(adjoint.get() + weight * d);
         }

@@ -113,9 +113,12 @@ where
     N: Numbers + ?Sized,
 {
     let unknowns = numbers.numbers();
-    let mut value = if data.len() == unknowns.len() { 0.0 } else { f64::NAN };
-    for (d, x) in data.iter().zip(unknowns) {
-        value += d * x.value();
+    let mut value = f64::NAN;
+    if data.len() == unknowns.len() {
+        value = 0.0;
+        for i in 0..unknowns.len() {
+            value += data[i] * unknowns[i].value();
+        }
     }
     Expression(Dot { value, data, numbers })
 }

@@ -83,10 +83,7 @@ impl<'r> Row<'r> {
     /// The next coefficients with their unknowns.
     #[inline(always)]
     pub fn dot<N: Numbers + ?Sized>(&mut self, unknowns: &'r N) -> Expression<Dot<'r, N>> {
-        let count = unknowns.numbers().len().min(self.numbers.len());
-        let (own, rest) = self.numbers.split_at(count);
-        self.numbers = rest;
-        dot(own, unknowns)
+        dot(self.next(unknowns.numbers().len()), unknowns)
     }
 
     /// Pairs what `over` yields with the next coefficients, `N` for each.
@@ -99,10 +96,17 @@ impl<'r> Row<'r> {
         I: IntoIterator<IntoIter: Clone>,
     {
         let over = over.into_iter();
-        let (own, _) = self.numbers.as_chunks();
-        let own = &own[..own.len().min(over.clone().count())];
-        self.numbers = &self.numbers[N * own.len()..];
+        let (own, _) = self.next(N * over.clone().count()).as_chunks();
         iter::zip(over, own.iter().copied())
+    }
+
+    /// The next `n` numbers, or none if there are fewer: where `n` is known when this is compiled,
+    /// loops over them have a known length.
+    #[inline(always)]
+    fn next(&mut self, n: usize) -> &'r [f64] {
+        let (own, rest) = self.numbers.split_at_checked(n).unwrap_or_default();
+        self.numbers = rest;
+        own
     }
 
     /// The last number, once all coefficients are gone.
