@@ -59,7 +59,7 @@ impl<'p, L: Ledger, const JACOBIAN: bool> Density<'p, L, JACOBIAN> {
     #[inline(always)]
     fn add(&mut self, site: &Site, terms: L::Terms) -> Result<(), Rejection> {
         if !terms.is_finite() {
-            return Err(not_finite(site, terms.total()));
+            return Err(not_finite(site, || terms.total()));
         }
         self.ledger.add(terms);
         Ok(())
@@ -134,7 +134,7 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     #[inline(always)]
     fn add_total(&mut self, site: &'static Site, total: Settled) -> Result<(), Rejection> {
         if !total.is_finite() {
-            return Err(not_finite(site, total.total()));
+            return Err(not_finite(site, || total.total()));
         }
         self.ledger.add_all(total);
         Ok(())
@@ -200,49 +200,64 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     }
 }
 
+/// Rejections are made where they are returned, and only what they say elsewhere: a compiler that
+/// sees their kind knows that the statements which follow have numbers on the same tape, all of
+/// them; where it only sees memory it would have to ask each.
+#[inline(always)]
+fn fatal(message: impl FnOnce() -> String) -> Rejection {
+    Rejection::Fatal { message: elsewhere(message) }
+}
+
 #[cold]
+#[inline(never)]
+fn elsewhere<T>(f: impl FnOnce() -> T) -> T {
+    f()
+}
+
+#[inline(always)]
+fn not_finite(site: &Site, value: impl FnOnce() -> f64) -> Rejection {
+    Rejection::NotFinite { place: site.place, value: elsewhere(value) }
+}
+
+#[inline(always)]
 pub(crate) fn unpredictable(site: &Site) -> Rejection {
-    Rejection::Fatal {
-        message: format!("{}: predictions need `if cx.predicts()` around them", site.place),
-    }
+    fatal(|| format!("{}: predictions need `if cx.predicts()` around them", site.place))
 }
 
-#[cold]
-fn not_finite(site: &Site, value: f64) -> Rejection {
-    Rejection::NotFinite { place: site.place, value }
-}
-
-#[cold]
+#[inline(always)]
 fn one_pool_more(site: &Site) -> Rejection {
-    Rejection::Fatal {
-        message: format!(
+    fatal(|| {
+        format!(
             "{}: the model observes more often than when its data were bound; make that a matter of \
              data",
             site.place
-        ),
-    }
+        )
+    })
 }
 
-#[cold]
+#[inline(always)]
 pub(crate) fn too_few_coordinates(site: &Site) -> Rejection {
-    varying_dimension(&format!("{} asks for more than the point has", site.place))
+    fatal(|| dimension_varies(&format!("{} asks for more than the point has", site.place)))
 }
 
-#[cold]
+#[inline(always)]
 fn other_dimension(site: &Site, dim: usize) -> Rejection {
-    Rejection::Fatal {
-        message: format!(
+    fatal(|| {
+        format!(
             "{}: its distribution takes another number of coordinates than its `dim()`, {dim}",
             site.place
-        ),
-    }
+        )
+    })
 }
 
+#[inline(always)]
 pub(crate) fn varying_dimension(found: &str) -> Rejection {
-    Rejection::Fatal {
-        message: format!(
-            "the number of unknowns depends on the values of unknowns, or the point has another \
-             length than `dim()`: {found}; make the size of the model a matter of data"
-        ),
-    }
+    fatal(|| dimension_varies(found))
+}
+
+fn dimension_varies(found: &str) -> String {
+    format!(
+        "the number of unknowns depends on the values of unknowns, or the point has another length \
+         than `dim()`: {found}; make the size of the model a matter of data"
+    )
 }
