@@ -91,12 +91,23 @@ impl LowRank {
         factor.iter().zip(self.diagonal.variances()).map(|(f, s2)| f * s2).collect()
     }
 
-    /// `x ← (I + U (f(Λ) − I) Uᵀ) x`; one direction after the other, since they are orthogonal.
+    /// `x ← (I + U (f(Λ) − I) Uᵀ) x`; four directions after the other, since they are orthogonal.
     #[inline]
     fn stretch(&self, x: &mut [f64], f: impl Fn(f64) -> f64) {
-        for (vector, value) in self.vectors.chunks_exact(x.len()).zip(&self.values) {
-            let along = dot(x, vector);
-            let change = (f(*value) - 1.0) * along;
+        let dim = x.len();
+        let (fours, rest) = self.values.as_chunks::<4>();
+        let (vectors, others) = self.vectors.split_at(4 * fours.len() * dim);
+        for (vectors, values) in vectors.chunks_exact(4 * dim).zip(fours) {
+            let vectors: [&[f64]; 4] = std::array::from_fn(|k| &vectors[k * dim..][..dim]);
+            let along = dots(x, vectors);
+            let change: [f64; 4] = std::array::from_fn(|k| (f(values[k]) - 1.0) * along[k]);
+            let [a, b, c, d] = vectors;
+            for ((((x, a), b), c), d) in x.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+                *x += (change[0] * a + change[1] * b) + (change[2] * c + change[3] * d);
+            }
+        }
+        for (vector, value) in others.chunks_exact(dim).zip(rest) {
+            let change = (f(*value) - 1.0) * dot(x, vector);
             x.iter_mut().zip(vector).for_each(|(x, u)| *x += change * u);
         }
     }
@@ -125,6 +136,27 @@ impl LowRank {
         columns(&mut scaled.scores, f64::sqrt);
         scaled.draws + scaled.scores
     }
+}
+
+/// `xᵀu` for four u, each in four partial sums.
+#[inline]
+fn dots(x: &[f64], u: [&[f64]; 4]) -> [f64; 4] {
+    let (chunks, rest) = x.as_chunks::<4>();
+    let [a, b, c, d] = u.map(|u| u.as_chunks::<4>().0);
+    let mut sums = [[0.0; 4]; 4];
+    for ((((x, a), b), c), d) in chunks.iter().zip(a).zip(b).zip(c).zip(d) {
+        for (sums, u) in sums.iter_mut().zip([a, b, c, d]) {
+            for l in 0..4 {
+                sums[l] += x[l] * u[l];
+            }
+        }
+    }
+    std::array::from_fn(|k| {
+        let [a, b, c, d] = sums[k];
+        let u = u[k].as_chunks::<4>().1;
+        let rest: f64 = rest.iter().zip(u).map(|(x, u)| x * u).sum();
+        (a + b) + (c + d) + rest
+    })
 }
 
 /// The leading directions of draws and of scores, orthonormal each.
