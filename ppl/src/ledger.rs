@@ -76,9 +76,7 @@ impl<'y> Ledger for Values<'y> {
 
     #[inline(always)]
     fn take(&mut self, n: usize) -> Option<&'y [f64]> {
-        let (own, rest) = self.coordinates.split_at_checked(n)?;
-        self.coordinates = rest;
-        Some(own)
+        self.coordinates.split_off(..n)
     }
 
     #[inline(always)]
@@ -126,9 +124,7 @@ impl<'y, R: Scalar> Ledger for Sum<'y, R> {
 
     #[inline(always)]
     fn take(&mut self, n: usize) -> Option<&'y [R]> {
-        let (own, rest) = self.coordinates.split_at_checked(n)?;
-        self.coordinates = rest;
-        Some(own)
+        self.coordinates.split_off(..n)
     }
 
     #[inline(always)]
@@ -179,10 +175,7 @@ impl<'t, 'y> Ledger for Roots<'t, 'y> {
 
     #[inline(always)]
     fn take(&mut self, n: usize) -> Option<Self::Coordinates> {
-        let (own, rest) = self.coordinates.split_at_checked(n)?;
-        let (adjoints, others) = self.adjoints.split_at_checked(n)?;
-        (self.coordinates, self.adjoints) = (rest, others);
-        Some((own, adjoints))
+        Some((self.coordinates.split_off(..n)?, self.adjoints.split_off(..n)?))
     }
 
     #[inline(always)]
