@@ -144,6 +144,14 @@ pub(crate) fn observed_unknown(name: &str) -> String {
     )
 }
 
+pub(crate) fn lost_derivatives(method: &str) -> String {
+    format!(
+        "`{method}` is a plain number, without derivatives in unknowns: `ln_cdf` and `ln_sf` have \
+         them, `.censor(…)` observes what is beyond a limit, and what is only recorded takes \
+         `#[track]`"
+    )
+}
+
 /// An error that covers all of `tokens`.
 pub(crate) fn at(tokens: impl ToTokens, message: impl Display) -> Error {
     Error::new_spanned(tokens, message)

@@ -20,8 +20,11 @@ use crate::arithmetic::{
     operations, sum_of, without_assignment,
 };
 use crate::ast::{ArmBody, Block, Flow, Init, Kind, Statement};
+use crate::attributes::Mark;
 use crate::effects::{bound_inside, writes_outside};
-use crate::inspect::{Branches, is_consumed, is_pooled, keeps_its_length, mentions, stays_open};
+use crate::inspect::{
+    Branches, is_consumed, is_pooled, keeps_its_length, lost_derivatives, mentions, stays_open,
+};
 use crate::rewrite::is_assignment;
 use crate::scan;
 
@@ -34,6 +37,7 @@ pub(crate) fn formulas(body: &mut Block) -> bool {
         inner: Vec::new(),
         plate: None,
         totals: None,
+        recorded: false,
     };
     pass.block(body);
     pass.is_static
@@ -51,6 +55,8 @@ pub(crate) struct Formulas {
     plate: Option<Plate>,
     /// The observations in the loop around, by their sites.
     totals: Option<Vec<usize>>,
+    /// Whether the statement is one that results record, which nobody differentiates.
+    recorded: bool,
 }
 
 /// Names from outside that a plate does not change.
@@ -71,6 +77,7 @@ impl Formulas {
             }
             let (before, after) = block.statements.split_at_mut(i + 1);
             let statement = &mut before[i];
+            self.recorded = statement.predicted || statement.mark != Mark::None;
             if !self.leave_open(&mut statement.kind, after) {
                 self.statement(&mut statement.kind, statement.site);
             }
@@ -338,6 +345,13 @@ impl VisitMut for Formulas {
             return;
         }
         self.check(expr);
+        if let Expr::MethodCall(call) = expr
+            && let Some(error) = lost_derivatives(call, |call| self.mentions(call))
+            && !self.recorded
+        {
+            *expr = Expr::Verbatim(error.to_compile_error());
+            return;
+        }
         if let Expr::Binary(ExprBinary { attrs, left, op, right }) = expr
             && is_assignment(op)
             && matches!(&**left, Expr::Path(_))

@@ -5,10 +5,11 @@ use std::collections::HashSet;
 use proc_macro2::{TokenStream, TokenTree};
 use quote::ToTokens;
 use syn::visit::Visit;
-use syn::{BinOp, Expr, Ident, Pat};
+use syn::{BinOp, Error, Expr, ExprMethodCall, Ident, Pat};
 
 use crate::arithmetic::{is_function, is_type, operations};
 use crate::ast::{Block, Init, Kind, Statement};
+use crate::errors;
 
 /// What a plate may do with unknowns on the way in without its length depending on them.
 const ITERATION: [&str; 7] = ["iter", "into_iter", "zip", "enumerate", "rev", "len", "copied"];
@@ -26,6 +27,24 @@ pub(crate) fn is_pooled(pat: &Pat, body: &Block) -> bool {
     place.path.is_ident(&pat.ident)
         && !mentions(tokens.clone(), &asked)
         && !tokens.to_string().contains('?')
+}
+
+/// What is wrong with asking a distribution of unknowns for a probability: it is a plain number.
+pub(crate) fn lost_derivatives(
+    call: &ExprMethodCall,
+    mentions: impl Fn(&Expr) -> bool,
+) -> Option<Error> {
+    let method = call.method.to_string();
+    if !["cdf", "sf", "quantile", "upper_quantile"].contains(&&*method) {
+        return None;
+    }
+    let mut receiver = &*call.receiver;
+    while let Expr::MethodCall(inner) = receiver {
+        receiver = &inner.receiver;
+    }
+    let Expr::Call(distribution) = receiver else { return None };
+    let lost = is_type(&distribution.func) && mentions(&call.receiver);
+    lost.then(|| Error::new(call.method.span(), errors::lost_derivatives(&method)))
 }
 
 /// Whether a loop takes its data out of an iterator that others may go on with.

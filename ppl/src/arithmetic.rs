@@ -1,7 +1,7 @@
 //! Operators of numbers that carry derivatives, written once.
 
-/// Operators of a derivative-carrying number, all from `fuse`, with `f64` and `&f64` on either
-/// side that makes sense.
+/// Operators of a derivative-carrying number, all from `fuse`, with `f64` on either side, and
+/// references to both.
 macro_rules! impl_arithmetic {
     ([$($generics:tt)*] $Number:ty) => {
         impl_arithmetic!(@op [$($generics)*] $Number, Add, add, AddAssign, add_assign,
@@ -20,9 +20,21 @@ macro_rules! impl_arithmetic {
                 self.unary(-self.value(), -1.0)
             }
         }
+        impl<$($generics)*> std::ops::Neg for &$Number {
+            type Output = $Number;
+            #[inline(always)]
+            fn neg(self) -> $Number {
+                -*self
+            }
+        }
         impl<$($generics)*> std::iter::Sum for $Number {
             fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
                 terms.fold(Self::from(0.0), |total, term| total + term)
+            }
+        }
+        impl<'a, $($generics)*> std::iter::Sum<&'a $Number> for $Number {
+            fn sum<I: Iterator<Item = &'a Self>>(terms: I) -> Self {
+                terms.copied().sum()
             }
         }
         impl<$($generics)*> PartialEq for $Number {
@@ -76,20 +88,15 @@ macro_rules! impl_arithmetic {
                 self.unary(value, da)
             }
         }
-        impl<$($generics)*> std::ops::$Op<&f64> for $Number {
-            type Output = Self;
-            #[inline(always)]
-            fn $op(self, other: &f64) -> Self {
-                std::ops::$Op::$op(self, *other)
-            }
-        }
-        impl<$($generics)*> std::ops::$Op<$Number> for &f64 {
-            type Output = $Number;
-            #[inline(always)]
-            fn $op(self, other: $Number) -> $Number {
-                std::ops::$Op::$op(*self, other)
-            }
-        }
+        impl_arithmetic!(@by_reference [$($generics)*] $Number, $Op, $op, $Number, &f64, |a, b| (a, *b));
+        impl_arithmetic!(@by_reference [$($generics)*] $Number, $Op, $op, $Number, &$Number, |a, b| (a, *b));
+        impl_arithmetic!(@by_reference [$($generics)*] $Number, $Op, $op, f64, &$Number, |a, b| (a, *b));
+        impl_arithmetic!(@by_reference [$($generics)*] $Number, $Op, $op, &f64, $Number, |a, b| (*a, b));
+        impl_arithmetic!(@by_reference [$($generics)*] $Number, $Op, $op, &f64, &$Number, |a, b| (*a, *b));
+        impl_arithmetic!(@by_reference [$($generics)*] $Number, $Op, $op, &$Number, f64, |a, b| (*a, b));
+        impl_arithmetic!(@by_reference [$($generics)*] $Number, $Op, $op, &$Number, &f64, |a, b| (*a, *b));
+        impl_arithmetic!(@by_reference [$($generics)*] $Number, $Op, $op, &$Number, $Number, |a, b| (*a, b));
+        impl_arithmetic!(@by_reference [$($generics)*] $Number, $Op, $op, &$Number, &$Number, |a, b| (*a, *b));
         impl<$($generics)*> std::ops::$Op<$Number> for f64 {
             type Output = $Number;
             #[inline(always)]
@@ -109,6 +116,23 @@ macro_rules! impl_arithmetic {
             #[inline(always)]
             fn $assign(&mut self, other: f64) {
                 *self = std::ops::$Op::$op(*self, other);
+            }
+        }
+        impl<$($generics)*> std::ops::$Assign<&$Number> for $Number {
+            #[inline(always)]
+            fn $assign(&mut self, other: &$Number) {
+                *self = std::ops::$Op::$op(*self, *other);
+            }
+        }
+    };
+    (@by_reference [$($generics:tt)*] $Number:ty, $Op:ident, $op:ident, $A:ty, $B:ty,
+     |$a:ident, $b:ident| ($left:expr, $right:expr)) => {
+        impl<$($generics)*> std::ops::$Op<$B> for $A {
+            type Output = $Number;
+            #[inline(always)]
+            fn $op(self, $b: $B) -> $Number {
+                let $a = self;
+                std::ops::$Op::$op($left, $right)
             }
         }
     };

@@ -61,6 +61,36 @@ ppl::model! {
             again ~ Normal(mean, level);
         }
     }
+
+    /// Factorials and binomial coefficients are the same at every point.
+    fn counts(k: &[u64], x: &[f64]) {
+        let a ~ Normal(0.0, 1.0);
+        let b ~ Normal(0.0, 1.0);
+        let p ~ Beta(2.0, 2.0);
+        for (count, x) in k.iter().zip(x) {
+            count ~ PoissonLog(a + b * x);
+        }
+        for again in k {
+            again ~ PoissonLog(a);
+        }
+        for (successes, x) in k.iter().zip(x) {
+            successes ~ BinomialLogit(40u64, a + 9.0 * b * x);
+        }
+        for heads in k {
+            heads ~ Binomial(40u64, p);
+        }
+    }
+
+    fn trials(n: u64, k: &[u64]) {
+        let p ~ Beta(2.0, 2.0);
+        let logit ~ Normal(0.0, 1.0);
+        for k in k {
+            k ~ Binomial(n, p);
+        }
+        for again in k {
+            again ~ BinomialLogit(n, logit);
+        }
+    }
 }
 
 /// Compiled, on a tape that keeps everything, forward, and as a value alone.
@@ -118,4 +148,12 @@ fn a_component_that_is_no_number_spoils_the_mixture() {
             assert_eq!(model.gradient(&[y], &mut gradient, &mut workspace).is_ok(), defined);
         }
     }
+}
+
+#[test]
+fn counts_leave_out_what_is_the_same_at_every_point() {
+    assert_agrees(&counts(&[0, 3, 40, 17, 1], &[0.4, -2.0, 1.5, 3.0, -0.1]));
+    assert_agrees(&trials(7, &[0, 7, 3]));
+    let (more, mut workspace) = (trials(7, &[8]), Workspace::default());
+    assert!(more.log_density(&[0.3, 0.1], &mut workspace).is_err());
 }

@@ -8,6 +8,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, logistic};
 use crate::special::{HALF_LN_2PI, deviance, regularised_beta, stirling_error};
+use crate::terms::Terms;
 
 /// Binomial distribution of the successes among n trials with probability p each; it can be
 /// observed, not declared.
@@ -172,6 +173,20 @@ where
         R::fuse(trials.ln_pmf(k), [lift(self.1)], [gain - loss])
     }
 
+    #[inline(always)]
+    fn add_ln_pmf(&self, k: u64, terms: &mut impl Terms<R>) {
+        let (p, n) = (self.1.number(), self.0.count());
+        let q = 1.0 - p;
+        // at the ends terms vanish, and outside there is no density
+        if !terms.leave_out_constants() || !(p > 0.0 && q > 0.0) || k > n {
+            return terms.add_number(self.ln_pmf(k));
+        }
+        // without the binomial coefficient, which is the same at every point
+        let (success, failure) = (k as f64, (n - k) as f64);
+        let value = success * p.ln() + failure * q.ln();
+        terms.add(value, ((self.1, success / p - failure / q),));
+    }
+
     fn ln_mass(&self, first: u64, last: u64) -> R {
         let trials = self.trials();
         match ln_inside(self, first, last) {
@@ -222,6 +237,21 @@ where
         // k − n p, without cancellation in either tail
         let in_logit = k as f64 * trials.q - failure * trials.p;
         R::fuse(trials.ln_pmf(k), [lift(self.1)], [if failure < 0.0 { 0.0 } else { in_logit }])
+    }
+
+    #[inline(always)]
+    fn add_ln_pmf(&self, k: u64, terms: &mut impl Terms<R>) {
+        let (logit, n) = (self.1.number(), self.0.count());
+        if !terms.leave_out_constants() || k > n {
+            return terms.add_number(self.ln_pmf(k));
+        }
+        // without the binomial coefficient, which is the same at every point; ln p and ln q from the
+        // nearer end, ln(1 + e^{−|x|}) below it
+        let (success, failure) = (k as f64, (n - k) as f64);
+        let (p, q) = logistic(logit);
+        let away = if logit > 0.0 { failure } else { success } * logit.abs();
+        let value = -(n as f64) * (-logit.abs()).exp().ln_1p() - away;
+        terms.add(value, ((self.1, success * q - failure * p),));
     }
 
     fn ln_mass(&self, first: u64, last: u64) -> R {

@@ -38,10 +38,12 @@ pub trait Count: Family {
     /// Variance.
     fn variance(&self) -> f64;
 
-    /// P(K ≤ k), accurate in the lower tail.
+    /// P(K ≤ k), accurate in the lower tail: a plain number, which has lost its derivatives in
+    /// unknown parameters ([`ln_cdf`](CountMass::ln_cdf) has them).
     fn cdf(&self, k: u64) -> f64;
 
-    /// P(K > k), accurate in the upper tail.
+    /// P(K > k), accurate in the upper tail: a plain number, which has lost its derivatives in
+    /// unknown parameters ([`ln_sf`](CountMass::ln_sf) has them).
     fn sf(&self, k: u64) -> f64;
 
     /// The smallest k with P(K ≤ k) ≥ p.
@@ -107,6 +109,19 @@ pub trait CountMass<R: Scalar>: Count {
     /// twenty standard deviations of terms.
     fn ln_mass(&self, first: u64, last: u64) -> R {
         ln_mass_by_sum(self, first, last)
+    }
+
+    /// ln P(K ≤ k), with its derivatives in the parameters.
+    fn ln_cdf(&self, k: u64) -> R {
+        self.ln_mass(0, k)
+    }
+
+    /// ln P(K > k), with its derivatives in the parameters.
+    fn ln_sf(&self, k: u64) -> R {
+        match k.checked_add(1) {
+            Some(next) => self.ln_mass(next, u64::MAX),
+            None => R::from(f64::NEG_INFINITY),
+        }
     }
 }
 

@@ -81,6 +81,7 @@ use std::ops::RangeBounds;
 use rand::Rng;
 
 use crate::density::DomainError;
+use crate::real::Real;
 use crate::record::{Datum, Record};
 use crate::scalar::Scalar;
 use crate::terms::Terms;
@@ -160,7 +161,8 @@ pub use weibull::Weibull;
 pub use wishart_cholesky::WishartCholesky;
 pub use zero_inflated::ZeroInflated;
 
-/// A parameter of a distribution, seen as a plain number: `f64`, `&f64` or any [`Scalar`].
+/// A parameter of a distribution, seen as a plain number: `f64`, any [`Scalar`], or a reference to
+/// one.
 pub trait Parameter: Copy {
     /// Its value.
     fn number(self) -> f64;
@@ -177,6 +179,13 @@ impl Parameter for &f64 {
     #[inline]
     fn number(self) -> f64 {
         *self
+    }
+}
+
+impl<S: Scalar> Parameter for &Real<S> {
+    #[inline]
+    fn number(self) -> f64 {
+        self.value()
     }
 }
 
@@ -237,6 +246,7 @@ pub trait Distribution<R: Scalar>: Family {
 
     /// Log density (log mass for counts) at `x`; −∞ outside the support, NaN for parameters
     /// outside their domain.
+    #[must_use = "a model takes it by `factor(…);`"]
     fn ln_density(&self, x: &Self::Value) -> R;
 
     /// [`ln_density`](Distribution::ln_density), term by term.

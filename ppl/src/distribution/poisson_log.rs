@@ -7,6 +7,7 @@ use super::{Count, CountMass, Parameter, Poisson, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
+use crate::terms::Terms;
 
 /// Poisson distribution of a count with rate e^η, for log-linear regression; it can be observed,
 /// not declared.
@@ -71,6 +72,33 @@ where
         let rate = self.by_rate();
         let value: f64 = rate.ln_pmf(k);
         R::fuse(value, [lift(self.0)], [k as f64 - rate.0])
+    }
+
+    #[inline(always)]
+    fn add_ln_pmf(&self, k: u64, terms: &mut impl Terms<R>) {
+        if !terms.leave_out_constants() {
+            return terms.add_number(self.ln_pmf(k));
+        }
+        // without ln k!, which is the same at every point
+        let (k, eta) = (k as f64, self.0.number());
+        let rate = eta.exp();
+        terms.add(k * eta - rate, ((self.0, k - rate),));
+    }
+
+    const POOLS: bool = true;
+
+    /// n, Σ k and Σ ln k!.
+    fn sum_up(data: impl Iterator<Item = u64>, sums: &mut Vec<f64>) {
+        <Poisson<f64> as CountMass<R>>::sum_up(data, sums);
+    }
+
+    #[inline(always)]
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
+        let &[n, sum, factorials] = sums else { return };
+        let eta = self.0.number();
+        let rate = eta.exp();
+        let constant = if terms.leave_out_constants() { 0.0 } else { factorials };
+        terms.add(sum * eta - n * rate - constant, ((self.0, sum - n * rate),));
     }
 
     fn ln_mass(&self, first: u64, last: u64) -> R {

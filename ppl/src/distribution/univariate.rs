@@ -25,10 +25,12 @@ pub trait Univariate: Family {
     /// Variance; NaN or infinite where it does not exist.
     fn variance(&self) -> f64;
 
-    /// P(X ≤ x), accurate in the lower tail.
+    /// P(X ≤ x), accurate in the lower tail: a plain number, which has lost its derivatives in
+    /// unknown parameters ([`ln_cdf`](UnivariateDensity::ln_cdf) has them).
     fn cdf(&self, x: f64) -> f64;
 
-    /// P(X > x), accurate in the upper tail.
+    /// P(X > x), accurate in the upper tail: a plain number, which has lost its derivatives in
+    /// unknown parameters ([`ln_sf`](UnivariateDensity::ln_sf) has them).
     fn sf(&self, x: f64) -> f64;
 
     /// The x with P(X ≤ x) = p.
@@ -163,6 +165,16 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     /// ln P(lower < X < upper), with its derivatives in the parameters.
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         interval_mass::ln_mass_by_quadrature(self, lower, upper)
+    }
+
+    /// ln P(X ≤ x), with its derivatives in the parameters.
+    fn ln_cdf(&self, x: f64) -> R {
+        self.ln_mass(f64::NEG_INFINITY, x)
+    }
+
+    /// ln P(X > x), with its derivatives in the parameters.
+    fn ln_sf(&self, x: f64) -> R {
+        self.ln_mass(x, f64::INFINITY)
     }
 }
 

@@ -4,3 +4,5 @@
 mod densities;
 mod models;
 mod records;
+mod references;
+mod tails;

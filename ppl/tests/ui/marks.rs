@@ -100,6 +100,20 @@ ppl::model! {
         let check = |limit: f64| if mean > limit { reject!("above {limit}") }; //~
         check(y);
     }
+
+    fn lost_derivatives(y: &[f64]) {
+        let mean ~ Normal(0.0, 1.0);
+        #[track] let beyond = Normal(mean, 1.0).sf(2.0);
+        for y in y {
+            factor(Normal(mean, 1.0).truncate(0.0..).sf(*y).ln()); //~
+        }
+    }
+
+    fn lost_quantile(y: f64) {
+        let mean ~ Normal(0.0, 1.0);
+        let median = Normal(mean, 1.0).quantile(0.5); //~
+        y ~ Normal(median, 1.0);
+    }
 }
 
 fn main() {}

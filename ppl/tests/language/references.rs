@@ -1,0 +1,55 @@
+//! References to unknowns, as loops over arrays give them, are read as the unknowns.
+
+use ppl::Workspace;
+use ppl::prelude::*;
+
+ppl::model! {
+    fn by_reference(x: &[[f64; 2]], y: &[f64]) {
+        let mu ~ Normal(0.0, 1.0);
+        let tau ~ HalfNormal(1.0);
+        let theta ~ Normal(mu, tau).iid(y.len());
+        let b ~ Normal(0.0, 1.0).array::<2>();
+        for (theta, y) in theta.iter().zip(y) {
+            y ~ Normal(theta, 1.0);
+        }
+        let twice: Vec<_> = theta.iter().map(|theta| 2.0 * theta - tau / theta + -theta).collect();
+        let predictor = |row: &[f64; 2]| b.iter().zip(row).map(|(b, x)| b * x).sum::<Real<_>>();
+        let level: Real<_> = twice.iter().sum();
+        for (row, y) in x.iter().zip(y) {
+            let again = y;
+            again ~ Normal(level + predictor(row), &tau);
+        }
+    }
+
+    fn by_value(x: &[[f64; 2]], y: &[f64]) {
+        let mu ~ Normal(0.0, 1.0);
+        let tau ~ HalfNormal(1.0);
+        let theta ~ Normal(mu, tau).iid(y.len());
+        let b ~ Normal(0.0, 1.0).array::<2>();
+        let mut level = Real::from(0.0);
+        for i in 0..y.len() {
+            y[i] ~ Normal(theta[i], 1.0);
+            level += 2.0 * theta[i] - tau / theta[i] - theta[i];
+        }
+        for (row, y) in x.iter().zip(y) {
+            let again = y;
+            again ~ Normal(level + b[0] * row[0] + b[1] * row[1], tau);
+        }
+    }
+}
+
+#[test]
+fn references_are_read_as_what_they_refer_to() {
+    let (x, y) = ([[0.3, -1.0], [2.0, 0.5], [1.0, 1.0]], [0.4, -0.7, 1.9]);
+    let (one, other) = (by_reference(&x, &y), by_value(&x, &y));
+    let (mut workspace, point) = (Workspace::default(), [0.3, -0.4, 1.2, -0.8, 0.6, 0.9, -0.2]);
+    let [mut a, mut b] = [[0.0; 7]; 2];
+    let values = (
+        one.gradient(&point, &mut a, &mut workspace).expect("finite"),
+        other.gradient(&point, &mut b, &mut workspace).expect("finite"),
+    );
+    approx::assert_relative_eq!(values.0, values.1, max_relative = 1e-13);
+    for (a, b) in a.iter().zip(b) {
+        approx::assert_relative_eq!(*a, b, max_relative = 1e-12);
+    }
+}
