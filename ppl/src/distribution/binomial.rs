@@ -178,7 +178,8 @@ where
         let (p, n) = (self.1.number(), self.0.count());
         let q = 1.0 - p;
         // at the ends terms vanish, and outside there is no density
-        if !terms.leave_out_constants() || !(p > 0.0 && q > 0.0) || k > n {
+        let inside = p > 0.0 && q > 0.0 && k <= n;
+        if !(inside && terms.leave_out_constants()) {
             return terms.add_number(self.ln_pmf(k));
         }
         // without the binomial coefficient, which is the same at every point
