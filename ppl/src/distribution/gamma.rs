@@ -8,7 +8,7 @@ use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{
     HALF_LN_2PI, Tail, deviance, gamma_ln_quantile, ln_minus_digamma, regularised_gamma,
-    stirling_error,
+    remembered, stirling_error,
 };
 use crate::terms::{Joined, Terms};
 use crate::transform::Support;
@@ -37,11 +37,14 @@ crate::univariate!([A: Parameter, B: Parameter] Gamma<A, B>);
 #[inline]
 pub(super) fn ln_power<R: Scalar>(unknown_shape: R, t: f64) -> (f64, f64) {
     let shape = unknown_shape.value();
-    let ln_shape = shape.ln();
-    let value = 0.5 * ln_shape - HALF_LN_2PI - stirling_error(shape) - deviance(shape, t);
-    let in_shape =
-        if unknown_shape.is_constant() { 0.0 } else { t.ln() - ln_shape + ln_minus_digamma(shape) };
-    (value, in_shape)
+    let parts = |shape: f64| {
+        let ln_shape = shape.ln();
+        let constant = 0.5 * ln_shape - HALF_LN_2PI - stirling_error(shape);
+        [constant, ln_minus_digamma(shape) - ln_shape]
+    };
+    let [constant, digamma] = remembered!(parts, shape);
+    let in_shape = if unknown_shape.is_constant() { 0.0 } else { t.ln() + digamma };
+    (constant - deviance(shape, t), in_shape)
 }
 
 impl<A: Parameter, B: Parameter> Univariate for Gamma<A, B> {

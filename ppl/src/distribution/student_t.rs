@@ -8,7 +8,7 @@ use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{
     HALF_LN_2PI, Tail, beta_logit_quantile, ln_1p_minus, ln_1p_square, ln_minus_digamma,
-    regularised_beta, stirling_error,
+    regularised_beta, remembered, stirling_error,
 };
 use crate::terms::{Joined, Terms};
 use crate::transform::Support;
@@ -124,8 +124,18 @@ impl<N: Parameter, M: Parameter, S: Parameter> Univariate for StudentT<N, M, S> 
 
 /// ln Γ(ν/2 + ½) − ln Γ(ν/2) − ½ ln(ν/2), which vanishes as ν grows, less ½ ln 2π.
 pub(super) fn ln_shape(nu: f64) -> f64 {
-    let half = 0.5 * nu;
-    half * ln_1p_minus(nu.recip()) + stirling_error(half + 0.5) - stirling_error(half) - HALF_LN_2PI
+    of_nu(nu)[0]
+}
+
+/// [`ln_shape`], and twice the part of its derivative that is in digamma functions.
+fn of_nu(nu: f64) -> [f64; 2] {
+    let parts = |nu: f64| {
+        let (half, inverse) = (0.5 * nu, nu.recip());
+        let stirling = stirling_error(half + 0.5) - stirling_error(half);
+        let digammas = inverse.ln_1p() + ln_minus_digamma(half) - ln_minus_digamma(half + 0.5);
+        [half * ln_1p_minus(inverse) + stirling - HALF_LN_2PI, digammas]
+    };
+    remembered!(parts, nu)
 }
 
 impl<R, N, M, S> UnivariateDensity<R> for StudentT<N, M, S>
@@ -178,8 +188,7 @@ pub(super) fn standard<R: Scalar>(z: f64, unknown_nu: R) -> (f64, [f64; 3]) {
         0.0
     } else {
         let inverse = nu.recip();
-        let digammas = inverse.ln_1p() + ln_minus_digamma(half) - ln_minus_digamma(half + 0.5);
-        0.5 * (digammas - inverse - ln_square + share * (1.0 + inverse))
+        0.5 * (of_nu(nu)[1] - inverse - ln_square + share * (1.0 + inverse))
     };
     (-(half + 0.5) * ln_square, [-(nu + 1.0) * slope / root, in_nu, (nu + 1.0) * share])
 }

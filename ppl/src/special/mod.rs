@@ -23,6 +23,7 @@ mod beta;
 mod gamma;
 mod normal;
 mod quadrature;
+mod remembered;
 mod root;
 
 pub use bessel::{ln_bessel_i0_scaled, one_minus_bessel_ratio};
@@ -36,6 +37,7 @@ pub use normal::{
     normal_upper_quantile,
 };
 pub(crate) use quadrature::{integral_from_zero, nodes_from_zero};
+pub(crate) use remembered::remembered;
 pub(crate) use root::tail_quantile;
 
 /// ½ ln 2π.
