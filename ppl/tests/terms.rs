@@ -79,6 +79,9 @@ ppl::model! {
         for heads in k {
             heads ~ Binomial(40u64, p);
         }
+        for (found, x) in k.iter().zip(x) {
+            found ~ ZeroInflated(p, PoissonLog(a + b * x));
+        }
     }
 
     fn trials(n: u64, k: &[u64]) {

@@ -7,6 +7,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::ln_add_exp;
+use crate::terms::Terms;
 
 /// A count that is zero with probability π and otherwise has the distribution inside; it can be
 /// observed, not declared.
@@ -97,6 +98,18 @@ where
     #[inline]
     fn ln_pmf(&self, k: u64) -> R {
         self.inflate(self.1.ln_pmf(k), k == 0)
+    }
+
+    #[inline(always)]
+    fn add_ln_pmf(&self, k: u64, terms: &mut impl Terms<R>) {
+        if k == 0 {
+            return terms.add_number(self.ln_pmf(k));
+        }
+        // the terms of the inner distribution may leave out what is the same at every point
+        let others = 1.0 - self.0.number();
+        let kept = terms.minus_ln(others.recip());
+        terms.add(kept, ((self.0, -others.recip()),));
+        self.1.add_ln_pmf(k, terms);
     }
 
     fn ln_mass(&self, first: u64, last: u64) -> R {
