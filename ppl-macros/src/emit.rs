@@ -18,6 +18,7 @@ use crate::parse::plain_name;
 use crate::rows;
 use crate::scan;
 use crate::signature::{Argument, Model};
+use crate::updates;
 
 /// A function that binds its data to a model.
 pub(crate) fn model(model: &Model, sites: &[Site], is_static: bool) -> TokenStream {
@@ -221,7 +222,7 @@ fn statement(statement: &Statement) -> TokenStream {
             let (name, value) = (end(), initialiser(value, false));
             quote_spanned!(span=> let #name #value;)
         }
-        Kind::Rust(stmt) => stmt.to_token_stream(),
+        Kind::Rust(stmt) => updates::statement(stmt),
         Kind::Broken { names, error } => {
             let error = error.to_compile_error();
             match names.as_slice() {
@@ -254,6 +255,7 @@ fn initialiser(init: &Init, predicted: bool) -> TokenStream {
     match init {
         Init::Value { eq, value, diverge } => {
             let diverge = diverge.as_ref().map(|(els, value)| quote!(#els #value));
+            let value = updates::expression(value);
             quote!(#eq #value #diverge)
         }
         Init::Flow(eq, inner) => {
@@ -370,7 +372,10 @@ fn arm(arm: &Arm, predicted: bool) -> TokenStream {
     let guard = guard.as_ref().map(|(if_token, guard)| quote!(#if_token #guard));
     let body = match body {
         ArmBody::Block(inner) => block(inner, predicted),
-        ArmBody::Value(value) => quote!(#value,),
+        ArmBody::Value(value) => {
+            let value = updates::expression(value);
+            quote!(#value,)
+        }
     };
     quote!(#pat #guard #arrow #body)
 }

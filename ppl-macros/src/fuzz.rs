@@ -51,6 +51,8 @@ const MODELS: &str = r##"
         }
         let mut total = Real::from(0.0);
         while total < 1.0 { total += mean.abs() + 1.0; }
+        let mut h: Vec<Real> = vec![mean; 3];
+        for t in 1..3 { h[t] += mean * (h[t - 1] - 1.0); }
         let Some(first) = ys.first() else { reject!("no data in {kind}") };
         const LIMIT: f64 = 3.0;
         if mean > LIMIT { reject!("{mean} is above {LIMIT}"); }

@@ -28,6 +28,7 @@ mod rows;
 mod scan;
 mod signature;
 mod submodel;
+mod updates;
 
 use proc_macro2::TokenStream;
 

@@ -72,6 +72,15 @@ ppl::model! {
             total += twice(mean) * HALF;
             i += 1;
         }
+        let mut steps = vec![mean; ys.len()];
+        for t in 1..ys.len() {
+            #[allow(unused_parens)]
+            steps[t] += (total * (steps[t - 1] - 1.0));
+        }
+        let mut names = [String::new(), String::from("a")];
+        names[0] += &*names[1].clone();
+        let mut halve = |t: usize| steps[t] *= steps[t - 1] * 0.5;
+        halve(1);
         'data: for y in ys {
             for limit in [1.0, 2.0] {
                 if *y > limit {

@@ -8,7 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::models::*;
 
 /// Tape, duals and central differences agree at several prior draws.
-fn assert_gradient(name: &str, model: &Bound<impl Model>) {
+pub(crate) fn assert_gradient(name: &str, model: &Bound<impl Model>) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
     let dim = model.layout().unwrap_or_else(|error| panic!("{name}: {error}")).dim;
     let mut w = Workspace::default();

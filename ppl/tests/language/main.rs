@@ -6,3 +6,4 @@ mod models;
 mod records;
 mod references;
 mod tails;
+mod updates;

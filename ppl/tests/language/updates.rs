@@ -1,0 +1,66 @@
+//! State that is updated in place, as in other languages.
+
+use ppl::prelude::*;
+use ppl::{Bound, Model, Workspace};
+
+use crate::densities::assert_gradient;
+
+ppl::model! {
+    fn updated(ys: &[f64]) {
+        let a ~ Uniform(-1.0, 1.0);
+        let step ~ Normal(0.0, 1.0).array::<4>();
+        let mut h: Vec<Real<_>> = step.to_vec();
+        let mut l = vec![vec![Real::from(1.0); 2]; 2];
+        h[0] /= (1.0 - a * a).sqrt();
+        for t in 1..4 {
+            h[t] += a * (h[t - 1] - 1.0);
+        }
+        l[1][0] *= l[0][0] * a;
+        l[1][1] -= l[1][0];
+        let mut t = 2;
+        while t > 0 {
+            t -= 1;
+            h[t] /= h[t + 1].square() + 1.0;
+        }
+        for (t, y) in ys.iter().enumerate() {
+            y ~ Normal(h[t] + l[1][1], 1.0);
+        }
+    }
+
+    /// The same with every right side first.
+    fn by_name(ys: &[f64]) {
+        let a ~ Uniform(-1.0, 1.0);
+        let step ~ Normal(0.0, 1.0).array::<4>();
+        let mut h = step.to_vec();
+        let first = h[0] / (1.0 - a * a).sqrt();
+        h[0] = first;
+        for t in 1..4 {
+            let next = h[t] + a * (h[t - 1] - 1.0);
+            h[t] = next;
+        }
+        for t in [1, 0] {
+            let next = h[t] / (h[t + 1].square() + 1.0);
+            h[t] = next;
+        }
+        for (t, y) in ys.iter().enumerate() {
+            y ~ Normal(h[t] + (1.0 - a), 1.0);
+        }
+    }
+}
+
+const YS: [f64; 4] = [0.3, -0.2, 1.1, 0.4];
+
+fn assert_same(one: &Bound<impl Model>, other: &Bound<impl Model>) {
+    let mut w = Workspace::default();
+    for point in [[0.1, 0.2, -0.3, 0.4, 0.5], [-0.7, 1.2, 0.3, -0.4, 0.8]] {
+        let point = &point[..one.layout().unwrap().dim];
+        let (one, other) = (one.log_density(point, &mut w), other.log_density(point, &mut w));
+        approx::assert_relative_eq!(one.unwrap(), other.unwrap(), max_relative = 1e-13);
+    }
+}
+
+#[test]
+fn state_is_updated_in_place() {
+    assert_gradient("updated", &updated(&YS));
+    assert_same(&updated(&YS), &by_name(&YS));
+}
