@@ -217,6 +217,7 @@ impl Lower {
                     Some(Init::Flow(_, flow)) => self.header(flow, number),
                     None => false,
                 };
+                Rewrite::new(number, &self.scope).visit_pat_mut(pat);
                 if used || name.is_some() {
                     let first = scan::bound_names(pat).first().map(Ident::to_string);
                     new(name.or(first).unwrap_or_default(), self);

@@ -7,7 +7,7 @@ use proc_macro2::{Span, TokenStream};
 use quote::{ToTokens, quote, quote_spanned};
 use syn::spanned::Spanned;
 use syn::visit_mut::{self, VisitMut};
-use syn::{BinOp, Expr, Ident, Item, Macro, Stmt};
+use syn::{BinOp, Expr, Ident, Item, Macro, Stmt, Type, parse_quote_spanned};
 
 use crate::emit;
 use crate::errors::{self, at};
@@ -115,6 +115,17 @@ impl VisitMut for Rewrite<'_> {
             return;
         }
         visit_mut::visit_stmt_mut(self, stmt);
+    }
+
+    /// `Real` is the number of the reading here as it is in signatures of submodels.
+    fn visit_type_mut(&mut self, ty: &mut Type) {
+        match ty {
+            Type::Path(path) if path.qself.is_none() && path.path.is_ident("Real") => {
+                let real = &path.path;
+                *ty = parse_quote_spanned!(path.span()=> #real<_>);
+            }
+            _ => visit_mut::visit_type_mut(self, ty),
+        }
     }
 
     // functions inside a model are functions of their own

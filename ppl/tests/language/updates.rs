@@ -1,4 +1,5 @@
-//! State that is updated in place, as in other languages.
+//! Bodies written as in other languages: state that is updated in place, types of unknowns
+//! without their argument.
 
 use ppl::prelude::*;
 use ppl::{Bound, Model, Workspace};
@@ -9,7 +10,7 @@ ppl::model! {
     fn updated(ys: &[f64]) {
         let a ~ Uniform(-1.0, 1.0);
         let step ~ Normal(0.0, 1.0).array::<4>();
-        let mut h: Vec<Real<_>> = step.to_vec();
+        let mut h: Vec<Real> = step.to_vec();
         let mut l = vec![vec![Real::from(1.0); 2]; 2];
         h[0] /= (1.0 - a * a).sqrt();
         for t in 1..4 {
@@ -46,6 +47,40 @@ ppl::model! {
             y ~ Normal(h[t] + (1.0 - a), 1.0);
         }
     }
+
+    fn typed(ys: &[f64]) {
+        let m ~ Normal(0.0, 1.0).array::<2>();
+        let pair: [Real; 2] = [m[0], m[1] * 2.0];
+        let twice = |x: Real| -> Real { x * 2.0 };
+        let both = pair.iter().map(|m| *m).sum::<Real>();
+        fn half<S: Scalar>(x: Real<S>) -> Real<S> {
+            x / 2.0
+        }
+        let kept: Vec<Real> = ys.iter().map(|y| half(both * *y)).collect();
+        for (y, kept) in ys.iter().zip(&kept) {
+            let slope = pair.iter().zip([1.0, 0.5]).map(|(b, x)| *b * x).sum::<Real>();
+            y ~ Normal(slope + twice(*kept), 1.0);
+        }
+        let shift ~ shifted(both);
+        factor(-shift.square());
+    }
+
+    fn typed_in_full(ys: &[f64]) {
+        let m ~ Normal(0.0, 1.0).array::<2>();
+        let both = m[0] + m[1] * 2.0;
+        for y in ys {
+            y ~ Normal(m[0] + m[1] + both * *y, 1.0);
+        }
+        let shift ~ Normal(0.0, 1.0);
+        factor(-(both + shift * 2.0).square());
+    }
+
+    fn shifted(level: Real) -> Real {
+        let x ~ Normal(0.0, 1.0);
+        let mut path: Vec<Real> = vec![level, x];
+        path[0] += path[1] * 2.0;
+        path[0]
+    }
 }
 
 const YS: [f64; 4] = [0.3, -0.2, 1.1, 0.4];
@@ -63,4 +98,10 @@ fn assert_same(one: &Bound<impl Model>, other: &Bound<impl Model>) {
 fn state_is_updated_in_place() {
     assert_gradient("updated", &updated(&YS));
     assert_same(&updated(&YS), &by_name(&YS));
+}
+
+#[test]
+fn real_needs_no_argument() {
+    assert_gradient("typed", &typed(&YS));
+    assert_same(&typed(&YS), &typed_in_full(&YS));
 }
