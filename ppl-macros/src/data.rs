@@ -3,12 +3,13 @@
 use std::collections::HashSet;
 
 use proc_macro2::{Span, TokenStream};
-use quote::{format_ident, quote_spanned};
+use quote::{ToTokens, format_ident, quote, quote_spanned};
 use syn::ext::IdentExt;
 use syn::spanned::Spanned;
 use syn::visit_mut::{self, VisitMut};
 use syn::{
-    Generics, Ident, Lifetime, Type, TypeFnPtr, WherePredicate, parse_quote, parse_quote_spanned,
+    GenericParam, Generics, Ident, Lifetime, Type, TypeFnPtr, WherePredicate, parse_quote,
+    parse_quote_spanned,
 };
 
 use crate::signature::Argument;
@@ -32,6 +33,32 @@ pub(crate) fn owned(generics: &Generics, arguments: &[Argument]) -> (Generics, V
         generics.params.insert(0, parse_quote!(#lifetime));
     }
     (generics, types)
+}
+
+/// The parameters of the data as arguments.
+pub(crate) fn applied(generics: &Generics) -> Option<TokenStream> {
+    let arguments = generics.params.iter().map(argument);
+    (!generics.params.is_empty()).then(|| quote!(<#(#arguments),*>))
+}
+
+/// The types and constants of a model as arguments; lifetimes follow from the data.
+pub(crate) fn given(generics: &Generics) -> Option<TokenStream> {
+    let is_lifetime = |parameter: &&GenericParam| matches!(parameter, GenericParam::Lifetime(_));
+    let given: Vec<_> = generics.params.iter().filter(|p| !is_lifetime(p)).map(argument).collect();
+    (!given.is_empty()).then(|| quote!(::<#(#given),*>))
+}
+
+/// A parameter as an argument. A constant stands in braces: a bare name there would be taken for
+/// that of a type, if there is one in scope.
+fn argument(parameter: &GenericParam) -> TokenStream {
+    match parameter {
+        GenericParam::Type(parameter) => parameter.ident.to_token_stream(),
+        GenericParam::Const(parameter) => {
+            let name = &parameter.ident;
+            quote_spanned!(name.span()=> { #name })
+        }
+        GenericParam::Lifetime(parameter) => parameter.lifetime.to_token_stream(),
+    }
 }
 
 /// Type parameters can be shared; the bound goes where the user has put others.

@@ -5,14 +5,14 @@
 
 use proc_macro2::{Literal, Span, TokenStream};
 use quote::{ToTokens, format_ident, quote, quote_spanned};
+use syn::Ident;
 use syn::ext::IdentExt;
 use syn::spanned::Spanned;
-use syn::{GenericParam, Generics, Ident};
 
 use crate::arithmetic::sum_of;
 use crate::ast::{Arm, ArmBody, Block, Flow, Init, Kind, Statement};
 use crate::attributes::Mark;
-use crate::data::{binding, data_name, owned, with_sync};
+use crate::data::{applied, binding, data_name, given, owned, with_sync};
 use crate::lower::Site;
 use crate::parse::plain_name;
 use crate::rows;
@@ -30,7 +30,8 @@ pub(crate) fn model(model: &Model, sites: &[Site], is_static: bool) -> TokenStre
     });
     let names: Vec<_> = arguments.iter().map(|argument| &argument.name).collect();
     let (mut owned, types) = owned(generics, arguments);
-    let (introduced, applied, bounds) = with_sync(&mut owned).split_for_impl();
+    let applied = applied(&owned);
+    let (introduced, _, bounds) = with_sync(&mut owned).split_for_impl();
     // not all of them need be in the type of some data
     let given = given(generics);
     let data = data_name(name);
@@ -73,20 +74,6 @@ pub(crate) fn model(model: &Model, sites: &[Site], is_static: bool) -> TokenStre
             ::ppl::Bound::new(#data #given { #(#names),* })
         }
     }
-}
-
-/// The types and constants of a model as arguments; lifetimes follow from the data.
-fn given(generics: &Generics) -> Option<TokenStream> {
-    let given: Vec<_> = generics
-        .params
-        .iter()
-        .filter_map(|parameter| match parameter {
-            GenericParam::Type(parameter) => Some(&parameter.ident),
-            GenericParam::Const(parameter) => Some(&parameter.ident),
-            GenericParam::Lifetime(_) => None,
-        })
-        .collect();
-    (!given.is_empty()).then(|| quote!(::<#(#given),*>))
 }
 
 /// The places of a model.

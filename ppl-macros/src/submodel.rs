@@ -35,7 +35,7 @@ pub(crate) fn submodel(model: &Model, value: &Type, sites: &[Site]) -> TokenStre
     let mut shown = generics.clone();
     shown.params.push(parse_quote!(__S: ::ppl::Scalar));
     let (owned, types) = data::owned(&shown, arguments);
-    let (introduced, applied, bounds) = owned.split_for_impl();
+    let (applied, (introduced, _, bounds)) = (data::applied(&owned), owned.split_for_impl());
     let shown_bounds = shown.where_clause.take();
     let data = data::data_name(name);
     let bindings = arguments.iter().map(|argument| {

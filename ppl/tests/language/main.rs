@@ -3,6 +3,7 @@
 
 mod densities;
 mod models;
+mod names;
 mod records;
 mod references;
 mod tails;
