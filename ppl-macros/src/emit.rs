@@ -46,7 +46,8 @@ pub(crate) fn model(model: &Model, sites: &[Site], is_static: bool) -> TokenStre
     quote_spanned! {span=>
         #(#errors)*
         #(#attrs)*
-        #[allow(clippy::too_many_arguments)]
+        // what is emitted is not what was written: braces around a loop, names for lifetimes
+        #[allow(clippy::too_many_arguments, single_use_lifetimes, unused_braces)]
         #vis #fn_token #name #shown(#(#parameters),*) -> ::ppl::Bound<impl ::ppl::Model>
         #shown_bounds
         {

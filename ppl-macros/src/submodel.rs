@@ -66,7 +66,8 @@ pub(crate) fn submodel(model: &Model, value: &Type, sites: &[Site]) -> TokenStre
     quote_spanned! {span=>
         #(#errors)*
         #(#attrs)*
-        #[allow(clippy::too_many_arguments)]
+        // what is emitted is not what was written: braces around a loop, names for lifetimes
+        #[allow(clippy::too_many_arguments, single_use_lifetimes, unused_braces)]
         #vis #fn_token #name #shown(#(#parameters),*)
             -> ::ppl::Part<impl ::ppl::Submodel<__S, Value = #value>>
         #shown_bounds

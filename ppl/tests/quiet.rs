@@ -92,6 +92,20 @@ ppl::model! {
     }
 }
 
+/// Lints about how code is written, some of them asked for, say nothing about what is generated.
+#[deny(single_use_lifetimes, unused_braces)]
+mod written {
+    use ppl::prelude::*;
+
+    ppl::model! {
+        #[rustfmt::skip]
+        pub fn on_one_line(y: &[[f64; 2]]) {
+            let m ~ Normal(0.0, 1.0).array::<2>();
+            for y in y { for k in 0..2 { y[k] ~ Normal(m[k], 1.0); } }
+        }
+    }
+}
+
 #[test]
 fn models_compile_without_warnings() {
     let data = [1.0, 2.0];
@@ -103,4 +117,5 @@ fn models_compile_without_warnings() {
     assert!(unused(&data, 1.0).layout().is_ok());
     assert!(generic(|x| x + 1.0, &|y: &f64| y.ln(), &data).layout().is_ok());
     assert!(plain(&data).layout().is_ok());
+    assert!(written::on_one_line(&[data]).layout().is_ok());
 }
