@@ -6,6 +6,7 @@ use super::{Distribution, Family, Parameter, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, logistic, softplus};
+use crate::terms::Terms;
 
 /// Bernoulli distribution of a flag that is true with probability 1/(1 + e⁻ˣ), for logistic
 /// regression; it can be observed, not declared.
@@ -52,6 +53,16 @@ where
         let sign = if *flag { 1.0 } else { -1.0 };
         let against = -sign * self.0.number();
         R::fuse(-softplus(against), [lift(self.0)], [sign * logistic(against).0])
+    }
+
+    /// In a sum, where 10⁻¹⁶ are no loss, the logarithm may be that of a product.
+    #[inline(always)]
+    fn add_terms(&self, flag: &bool, terms: &mut impl Terms<R>) {
+        let sign = if *flag { 1.0 } else { -1.0 };
+        let against = -sign * self.0.number();
+        let (p, e) = (logistic(against).0, (-against.abs()).exp());
+        let value = terms.minus_ln(1.0 + e) - against.max(0.0);
+        terms.add(value, ((self.0, sign * p),));
     }
 
     fn validate(&self) -> Result<(), DomainError> {

