@@ -165,17 +165,24 @@ pub(crate) struct Branches<'a> {
 impl<'a> Visit<'a> for Branches<'_> {
     fn visit_expr(&mut self, expr: &'a Expr) {
         let decides = match expr {
-            Expr::If(_) | Expr::Match(_) | Expr::While(_) | Expr::Loop(_) | Expr::ForLoop(_) => {
-                true
+            // what the branches are is looked at on the way down
+            Expr::If(chosen) => chosen.cond.to_token_stream(),
+            Expr::Match(chosen) => {
+                let mut decides = chosen.expr.to_token_stream();
+                // with their guards
+                chosen.arms.iter().for_each(|arm| arm.pat.to_tokens(&mut decides));
+                decides
             }
-            Expr::Binary(binary) => is_comparison(&binary.op),
-            Expr::MethodCall(call) => call.method == "value",
-            Expr::Path(path) => path.path.segments.last().is_some_and(|s| s.ident == "value"),
-            _ => false,
+            Expr::While(_) | Expr::Loop(_) | Expr::ForLoop(_) => expr.to_token_stream(),
+            Expr::Binary(binary) if is_comparison(&binary.op) => expr.to_token_stream(),
+            Expr::MethodCall(call) if call.method == "value" => expr.to_token_stream(),
+            Expr::Path(path) if path.path.segments.last().is_some_and(|s| s.ident == "value") => {
+                expr.to_token_stream()
+            }
+            _ => TokenStream::new(),
         };
-        self.found |= decides
-            && (says(expr.to_token_stream(), "value")
-                || mentions(expr.to_token_stream(), &|name| self.active.contains(name)));
+        self.found |=
+            says(decides.clone(), "value") || mentions(decides, &|name| self.active.contains(name));
         syn::visit::visit_expr(self, expr);
     }
 }

@@ -84,6 +84,45 @@ ppl::model! {
         }
     }
 
+    /// Branches on data inside expressions leave every point with the same statements.
+    fn by_data(t: &[f64], k: &[u64]) {
+        let early ~ Exponential(1.0);
+        let late ~ Exponential(1.0);
+        for i in 0..k.len() {
+            let rate = if t[i] < 0.0 { early } else { late };
+            k[i] ~ Poisson(rate);
+        }
+        for (t, again) in t.iter().zip(k) {
+            let rate = match *t {
+                t if t < -1.0 => early,
+                t if t < 1.0 => late * 2.0,
+                _ => late,
+            };
+            again ~ Poisson(rate);
+        }
+    }
+
+    /// Branches on unknowns do not, wherever they hide.
+    fn by_unknown(t: &[f64], k: &[u64]) {
+        let early ~ Exponential(1.0);
+        let late ~ Exponential(1.0);
+        for (t, k) in t.iter().zip(k) {
+            let rate = match *t {
+                t if late > t => early,
+                _ => late,
+            };
+            k ~ Poisson(rate);
+        }
+    }
+
+    fn by_value(k: &[u64]) {
+        let early ~ Exponential(1.0);
+        let rate = if k.len() > 1 { Real::from(early.value()) } else { early };
+        for k in k {
+            k ~ Poisson(rate + 0.5);
+        }
+    }
+
     fn trials(n: u64, k: &[u64]) {
         let p ~ Beta(2.0, 2.0);
         let logit ~ Normal(0.0, 1.0);
@@ -159,4 +198,19 @@ fn counts_leave_out_what_is_the_same_at_every_point() {
     assert_agrees(&trials(7, &[0, 7, 3]));
     let (more, mut workspace) = (trials(7, &[8]), Workspace::default());
     assert!(more.log_density(&[0.3, 0.1], &mut workspace).is_err());
+}
+
+fn is_static<M: Model>(_: &Bound<M>) -> bool {
+    M::STATIC
+}
+
+#[test]
+fn only_branches_on_unknowns_change_what_a_point_runs() {
+    let (t, k) = ([-2.0, -0.5, 0.5, 2.0], [0, 3, 1, 7]);
+    let (data, unknown) = (by_data(&t, &k), by_unknown(&t, &k));
+    assert!(is_static(&data));
+    assert_agrees(&data);
+    assert!(!is_static(&unknown));
+    assert_agrees(&unknown);
+    assert!(!is_static(&by_value(&k)));
 }
