@@ -91,7 +91,7 @@ struct Writes<'a> {
 
 impl Writes<'_> {
     fn target(&mut self, place: &Expr) {
-        let root = crate::lower::place(place).ok().map(|place| place.root);
+        let root = crate::names::place(place).ok().map(|place| place.root);
         self.found |= root.is_none_or(|root| !self.own.contains(&root));
     }
 }

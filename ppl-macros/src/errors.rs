@@ -132,8 +132,8 @@ pub(crate) fn declared_twice(name: &str) -> String {
 
 pub(crate) fn observed_twice(name: &str) -> String {
     format!(
-        "`{name}` is taken by another statement: write `let other = {name};` and `other ~ …`, so \
-         that both are told apart in the results"
+        "`{name}` is observed by another statement: write `let other = {name};` and `other ~ …`, so \
+         that both are told apart in the results; only entries, `{name}[…] ~ …`, can share a name"
     )
 }
 

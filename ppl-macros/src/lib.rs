@@ -22,6 +22,7 @@ mod inspect;
 mod iterated;
 mod linear;
 mod lower;
+mod names;
 mod parse;
 mod rewrite;
 mod rows;

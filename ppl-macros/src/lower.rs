@@ -1,17 +1,18 @@
 //! From statements as written to statements that can run: names are checked, `?` gets its place,
 //! and every statement that can reject a point gets a number.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use proc_macro2::Span;
 use syn::ext::IdentExt;
 use syn::visit_mut::VisitMut;
-use syn::{Error, Expr, Ident, Member, Result, Stmt, Type, UnOp};
+use syn::{Error, Expr, Ident, Result, Stmt, Type};
 
 use crate::ast::{ArmBody, Block, Flow, Init, Kind, Statement};
 use crate::attributes::Mark;
 use crate::check::{check_dims, check_mark, declared, recorded_name};
 use crate::errors::{self, at};
+use crate::names::{Names, place};
 use crate::parse::plain_name;
 use crate::rewrite::{Rewrite, is_assignment};
 use crate::scan;
@@ -34,7 +35,8 @@ pub(crate) fn lower(model: &mut Model) -> Vec<Site> {
     let mut lower = Lower {
         sites: Vec::new(),
         scope: HashMap::new(),
-        recorded: HashSet::new(),
+        recorded: Names::default(),
+        around: Vec::new(),
         loops: 0,
         plate: None,
         predicted: false,
@@ -63,6 +65,7 @@ pub(crate) fn lower(model: &mut Model) -> Vec<Site> {
         semi.get_or_insert_default();
     }
     lower.block(&mut model.body);
+    lower.recorded.stack(&mut lower.sites);
     lower.sites
 }
 
@@ -104,8 +107,10 @@ struct Lower {
     sites: Vec<Site>,
     scope: HashMap<Ident, Binding>,
     /// Names in the results so far, on the way to here.
-    recorded: HashSet<String>,
-    /// How many plates deep.
+    recorded: Names,
+    /// The plates around, by their numbers.
+    around: Vec<usize>,
+    /// How many plates there were so far.
     loops: usize,
     /// Name of the dimension along which the innermost plate stacks.
     plate: Option<String>,
@@ -158,7 +163,7 @@ impl Lower {
                 name,
                 text: std::mem::take(text),
                 span: *span,
-                repeated: lower.loops > 0,
+                repeated: !lower.around.is_empty(),
                 plate: lower.plate.clone(),
                 dims: names.clone(),
             });
@@ -167,15 +172,12 @@ impl Lower {
             Kind::Unknown { name, distribution, .. }
             | Kind::Part { name, part: distribution, .. } => {
                 let plain = name.unraw().to_string();
-                if self.recorded.contains(&plain) {
-                    return Err(at(name, errors::declared_twice(&plain)));
-                }
+                self.recorded.declare(&plain, &*name)?;
                 if self.scope.contains_key(name) {
                     return Err(at(name, errors::declared_data(&plain)));
                 }
                 self.rewrite(distribution, number);
                 self.scope.insert(name.clone(), Binding::Unknown);
-                self.recorded.insert(plain.clone());
                 new(plain, self);
             }
             Kind::Observe { place: left, tilde, distribution, .. }
@@ -187,13 +189,10 @@ impl Lower {
                 if self.is_unknown(&place.root) {
                     return Err(at(left, errors::observed_unknown(&place.name)));
                 }
-                if self.recorded.contains(&place.name) {
-                    return Err(at(left, errors::observed_twice(&place.name)));
-                }
+                self.recorded.observe(&place, left, self.around.last().copied())?;
                 let completed = is_imputed.then(|| plain_name(left).cloned()).flatten();
                 self.rewrite(left, number);
                 self.rewrite(distribution, number);
-                self.recorded.insert(place.name.clone());
                 new(place.name, self);
                 if let Some(name) = completed {
                     self.scope.insert(name, Binding::Unknown);
@@ -203,9 +202,7 @@ impl Lower {
                 let mut name = None;
                 if *mark != Mark::None {
                     let plain = recorded_name(pat, init.is_some())?.unraw().to_string();
-                    if !self.recorded.insert(plain.clone()) {
-                        return Err(at(pat, errors::declared_twice(&plain)));
-                    }
+                    self.recorded.declare(&plain, &*pat)?;
                     name = Some(plain);
                 }
                 let used = match init {
@@ -307,9 +304,10 @@ impl Lower {
         match flow {
             Flow::For { pat, body, .. } => {
                 self.bind(scan::bound_names(pat));
+                self.around.push(self.loops);
                 self.loops += 1;
                 self.block(body);
-                self.loops -= 1;
+                self.around.pop();
             }
             Flow::If { condition, then, otherwise, .. } => {
                 let before = self.recorded.clone();
@@ -319,7 +317,7 @@ impl Lower {
                 if let Some((_, flow)) = otherwise {
                     let then = std::mem::replace(&mut self.recorded, before);
                     self.flow(flow);
-                    self.recorded.extend(then);
+                    self.recorded.merge(then);
                 }
             }
             Flow::Match { arms, .. } => {
@@ -331,7 +329,7 @@ impl Lower {
                         self.block(block);
                     }
                     self.scope.clone_from(&scope);
-                    after.extend(std::mem::replace(&mut self.recorded, before.clone()));
+                    after.merge(std::mem::replace(&mut self.recorded, before.clone()));
                 }
                 self.recorded = after;
             }
@@ -353,38 +351,6 @@ impl Lower {
         let mut rewrite = Rewrite::new(site, &self.scope);
         rewrite.visit_expr_mut(expr);
         rewrite.used
-    }
-}
-
-/// Something that can stand on the left of `~`.
-pub(crate) struct Place {
-    /// The variable that it belongs to.
-    pub(crate) root: Ident,
-    /// In results: with its fields, without indices.
-    name: String,
-}
-
-pub(crate) fn place(expr: &Expr) -> Result<Place> {
-    match expr {
-        Expr::Path(path) if path.qself.is_none() => {
-            let root = path.path.segments.last().map(|segment| &segment.ident);
-            let root = root.ok_or_else(|| at(expr, errors::NOT_A_PLACE))?;
-            Ok(Place { root: root.clone(), name: root.unraw().to_string() })
-        }
-        Expr::Field(field) => {
-            let mut place = place(&field.base)?;
-            place.name.push('.');
-            match &field.member {
-                Member::Named(name) => place.name.push_str(&name.unraw().to_string()),
-                Member::Unnamed(index) => place.name.push_str(&index.index.to_string()),
-            }
-            Ok(place)
-        }
-        Expr::Index(index) => place(&index.expr),
-        Expr::Unary(unary) if matches!(unary.op, UnOp::Deref(_)) => place(&unary.expr),
-        Expr::Paren(paren) => place(&paren.expr),
-        Expr::Group(group) => place(&group.expr),
-        _ => Err(at(expr, errors::NOT_A_PLACE)),
     }
 }
 

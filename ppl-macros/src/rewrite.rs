@@ -11,7 +11,8 @@ use syn::{BinOp, Expr, Ident, Item, Macro, Stmt, Type, parse_quote_spanned};
 
 use crate::emit;
 use crate::errors::{self, at};
-use crate::lower::{Binding, place};
+use crate::lower::Binding;
+use crate::names::place;
 use crate::parse;
 
 /// Rewrites the expressions of one statement.

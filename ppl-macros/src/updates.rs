@@ -8,7 +8,7 @@ use syn::visit_mut::{self, VisitMut};
 use syn::{Expr, ExprBinary, Ident, Item, Stmt, UnOp};
 
 use crate::inspect::mentions;
-use crate::lower::place;
+use crate::names::place;
 use crate::rewrite::is_assignment;
 
 /// A statement as it is emitted.

@@ -43,6 +43,24 @@ pub(crate) fn assert_gradient(name: &str, model: &Bound<impl Model>) {
     }
 }
 
+/// Two models that say the same have the same density and gradient.
+pub(crate) fn assert_same(one: &Bound<impl Model>, other: &Bound<impl Model>) {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+    let mut w = Workspace::default();
+    let dim = one.layout().unwrap().dim;
+    assert_eq!(other.layout().unwrap().dim, dim);
+    let (mut ours, mut theirs) = (vec![0.0; dim], vec![0.0; dim]);
+    for _ in 0..5 {
+        let y = one.draw_prior(&mut rng).unwrap().unconstrained;
+        let value = one.gradient(&y, &mut ours, &mut w).unwrap();
+        let same = other.gradient(&y, &mut theirs, &mut w).unwrap();
+        approx::assert_relative_eq!(value, same, max_relative = 1e-12);
+        for (a, b) in ours.iter().zip(&theirs) {
+            approx::assert_relative_eq!(*a, *b, max_relative = 1e-11, epsilon = 1e-11);
+        }
+    }
+}
+
 #[test]
 fn three_derivatives_agree() {
     assert_gradient("calibration", &calibration(&Curve, &QOIS));

@@ -2,6 +2,7 @@
 //! every kind of statement.
 
 mod densities;
+mod entries;
 mod models;
 mod names;
 mod records;

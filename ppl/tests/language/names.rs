@@ -2,8 +2,8 @@
 
 use ppl::prelude::*;
 
-/// A type with the name of a constant.
-#[allow(dead_code)]
+/// A type with the name of a constant: nobody makes one.
+#[expect(dead_code)]
 struct V;
 
 ppl::model! {

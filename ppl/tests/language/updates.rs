@@ -2,9 +2,8 @@
 //! without their argument.
 
 use ppl::prelude::*;
-use ppl::{Bound, Model, Workspace};
 
-use crate::densities::assert_gradient;
+use crate::densities::{assert_gradient, assert_same};
 
 ppl::model! {
     fn updated(ys: &[f64]) {
@@ -84,15 +83,6 @@ ppl::model! {
 }
 
 const YS: [f64; 4] = [0.3, -0.2, 1.1, 0.4];
-
-fn assert_same(one: &Bound<impl Model>, other: &Bound<impl Model>) {
-    let mut w = Workspace::default();
-    for point in [[0.1, 0.2, -0.3, 0.4, 0.5], [-0.7, 1.2, 0.3, -0.4, 0.8]] {
-        let point = &point[..one.layout().unwrap().dim];
-        let (one, other) = (one.log_density(point, &mut w), other.log_density(point, &mut w));
-        approx::assert_relative_eq!(one.unwrap(), other.unwrap(), max_relative = 1e-13);
-    }
-}
 
 #[test]
 fn state_is_updated_in_place() {

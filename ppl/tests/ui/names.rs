@@ -36,8 +36,21 @@ ppl::model! {
 
     fn observed_twice(y: &[f64]) {
         let mean ~ Normal(0.0, 1.0);
+        y ~ Normal(mean, 1.0).iid(2);
+        y ~ Normal(mean, 2.0).iid(2); //~
+    }
+
+    fn entry_observed_twice(y: &[f64]) {
+        let mean ~ Normal(0.0, 1.0);
         y[0] ~ Normal(mean, 1.0);
-        y[1] ~ Normal(mean, 2.0); //~
+        y[1] ~ Normal(mean, 2.0);
+        y[0] ~ Normal(mean, 1.0); //~
+    }
+
+    fn entry_of_what_was_observed(y: &[f64]) {
+        let mean ~ Normal(0.0, 1.0);
+        y ~ Normal(mean, 1.0).iid(2);
+        y[0] ~ Normal(mean, 2.0); //~
     }
 
     fn unknown_observed(y: f64) {
