@@ -57,6 +57,63 @@ ppl::model! {
         }
     }
 
+    fn pooled_shapes(sizes: &[f64], shares: &[f64], lives: &[f64]) {
+        let mean ~ Normal(0.0, 3.0);
+        let shape ~ Gamma(2.0, 0.5).array::<2>();
+        let rate ~ Gamma(2.0, 1.0);
+        for size in sizes {
+            size ~ LogNormal(mean, rate);
+        }
+        for share in shares {
+            share ~ Beta(shape[0], shape[1]);
+        }
+        for life in lives {
+            life ~ Gamma(shape[0], rate);
+        }
+    }
+
+    fn shapes_one_by_one(sizes: &[f64], shares: &[f64], lives: &[f64]) {
+        let mean ~ Normal(0.0, 3.0);
+        let shape ~ Gamma(2.0, 0.5).array::<2>();
+        let rate ~ Gamma(2.0, 1.0);
+        for i in 0..sizes.len() {
+            sizes[i] ~ LogNormal(mean, rate);
+        }
+        for i in 0..shares.len() {
+            shares[i] ~ Beta(shape[0], shape[1]);
+        }
+        for i in 0..lives.len() {
+            lives[i] ~ Gamma(shape[0], rate);
+        }
+    }
+
+    /// At the ends of supports a unit shape has a density.
+    fn pooled_ends(shares: &[f64], lives: &[f64]) {
+        let rate ~ Gamma(2.0, 1.0);
+        for share in shares {
+            share ~ Beta(1.0, rate);
+        }
+        for other in shares {
+            other ~ Beta(rate, 1.0).censor(0.5..);
+        }
+        for life in lives {
+            life ~ Gamma(1.0, rate);
+        }
+    }
+
+    fn ends_one_by_one(shares: &[f64], lives: &[f64]) {
+        let rate ~ Gamma(2.0, 1.0);
+        for i in 0..shares.len() {
+            shares[i] ~ Beta(1.0, rate);
+        }
+        for other in shares {
+            other ~ Beta(rate, 1.0).censor(0.5..);
+        }
+        for i in 0..lives.len() {
+            lives[i] ~ Gamma(1.0, rate);
+        }
+    }
+
     fn counting(ys: &Counted) {
         let mean ~ Normal(0.0, 3.0);
         for y in ys.iter() {
@@ -140,6 +197,21 @@ fn sums_suffice() {
     assert_same(&known_factor(&chol, &pairs), &known_factor_one_by_one(&chol, &pairs));
 }
 
+#[test]
+fn sums_of_logarithms_suffice() {
+    let (sizes, shares, lives) = ([1.3, 0.01, 20.0], [0.2, 0.9, 1e-9, 0.5], [3.0, 1e-3, 0.7, 5.0]);
+    assert_same(
+        &pooled_shapes(&sizes, &shares, &lives),
+        &shapes_one_by_one(&sizes, &shares, &lives),
+    );
+    assert_same(&pooled_shapes(&[], &[], &[]), &shapes_one_by_one(&[], &[], &[]));
+    for lives in [&[0.0, 1.2, 0.0][..], &[0.0], &[0.4]] {
+        for shares in [&[0.0, 0.3][..], &[0.0], &[0.2]] {
+            assert_same(&pooled_ends(shares, lives), &ends_one_by_one(shares, lives));
+        }
+    }
+}
+
 /// An evaluation costs the same whatever the number of data.
 #[test]
 fn data_are_gone_through_when_they_are_bound() {
@@ -183,4 +255,17 @@ fn what_is_impossible_is_rejected() {
     let mut w = Workspace::default();
     let rejection = model.log_density(&vec![0.1; dim], &mut w).unwrap_err();
     assert!(rejection.to_string().contains("wait ~ Exponential"), "{rejection}");
+    let shapes: [[&[f64]; 3]; 7] = [
+        [&[1.0, -2.0], &[], &[]],
+        [&[0.0], &[], &[]],
+        [&[], &[-0.5], &[]],
+        [&[], &[1.5, 2.0], &[]],
+        [&[], &[0.0], &[]],
+        [&[], &[], &[-0.1]],
+        [&[], &[], &[2.0, -0.1]],
+    ];
+    for [sizes, shares, lives] in shapes {
+        let model = pooled_shapes(sizes, shares, lives);
+        assert!(model.log_density(&[0.1, 0.9, 0.8, 0.3], &mut w).is_err());
+    }
 }

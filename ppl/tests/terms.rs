@@ -84,6 +84,16 @@ ppl::model! {
         }
     }
 
+    /// Whose dispersion is shared, small counts and large.
+    fn dispersed(k: &[u64], x: &[f64], width: f64) {
+        let a ~ Normal(0.0, 1.0);
+        let z ~ Normal(0.0, 1.0);
+        let dispersion = (width * z).exp();
+        for (count, x) in k.iter().zip(x) {
+            count ~ NegativeBinomial((a + x).exp(), dispersion);
+        }
+    }
+
     /// Branches on data inside expressions leave every point with the same statements.
     fn by_data(t: &[f64], k: &[u64]) {
         let early ~ Exponential(1.0);
@@ -198,6 +208,15 @@ fn counts_leave_out_what_is_the_same_at_every_point() {
     assert_agrees(&trials(7, &[0, 7, 3]));
     let (more, mut workspace) = (trials(7, &[8]), Workspace::default());
     assert!(more.log_density(&[0.3, 0.1], &mut workspace).is_err());
+}
+
+#[test]
+fn dispersed_counts_at_any_dispersion() {
+    let k = [0, 1, 2, 9, 10, 11, 400, 100_000];
+    let x = [0.4, -2.0, 1.5, 2.0, -0.1, 3.0, 5.0, 11.0];
+    for width in [0.1, 2.0, 20.0] {
+        assert_agrees(&dispersed(&k, &x, width));
+    }
 }
 
 fn is_static<M: Model>(_: &Bound<M>) -> bool {

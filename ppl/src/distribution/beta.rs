@@ -32,6 +32,23 @@ pub struct Beta<A, B>(pub A, pub B);
 
 crate::univariate!([A: Parameter, B: Parameter] Beta<A, B>);
 
+/// The limit of ln p at the end of shape `own`, so many times: −∞, ∞ or, for a unit shape, the
+/// other factor alone.
+#[inline]
+fn add_at_end<R: Scalar, P: Parameter + Datum<R>>(
+    times: f64,
+    own: impl Parameter,
+    other: P,
+    terms: &mut impl Terms<R>,
+) {
+    let (own, b) = (own.number(), other.number());
+    if own == 1.0 {
+        terms.add(times * b.ln(), ((other, times / b),));
+    } else {
+        terms.add_number(R::from((1.0 - own) * f64::INFINITY));
+    }
+}
+
 impl<A: Parameter, B: Parameter> Beta<A, B> {
     fn parameters(&self) -> (f64, f64) {
         (self.0.number(), self.1.number())
@@ -127,19 +144,54 @@ where
     fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let (a, b) = self.parameters();
         let (v, complement) = (x.value(), 1.0 - x.value());
-        // at an end the density is 0, ∞ or, for a unit shape, the other factor alone
-        let value = match (v == 0.0, complement == 0.0) {
-            (true, _) if a == 1.0 => b.ln(),
-            (_, true) if b == 1.0 => a.ln(),
-            (true, _) => (1.0 - a) * f64::INFINITY,
-            (_, true) => (1.0 - b) * f64::INFINITY,
-            _ => ln_beta_power(a, b, v, complement) - v.ln() - complement.ln(),
-        };
+        if v == 0.0 {
+            return add_at_end(1.0, self.0, self.1, terms);
+        }
+        if complement == 0.0 {
+            return add_at_end(1.0, self.1, self.0, terms);
+        }
+        let value = ln_beta_power(a, b, v, complement) - v.ln() - complement.ln();
         let [in_a, in_b] = self.in_parameters::<R>(v, complement);
         terms.add(
             value,
             ((x, (a - 1.0) / v - (b - 1.0) / complement), (self.0, in_a), (self.1, in_b)),
         );
+    }
+
+    const POOLS: bool = true;
+
+    /// n, x̄, Σ ln(x̄/x), Σ ln((1 − x̄)/(1 − x)) and Σ ln x (1 − x) of data between the ends, and how
+    /// many there are at either.
+    fn sum_up(data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
+        let (ends, data): (Vec<_>, Vec<_>) =
+            data.map(R::value).partition(|x| *x == 0.0 || *x == 1.0);
+        let (n, ones) = (data.len() as f64, ends.iter().sum::<f64>());
+        let mean = data.iter().sum::<f64>() / n.max(1.0);
+        let below: f64 = data.iter().map(|x| (mean / x).ln()).sum();
+        let above: f64 = data.iter().map(|x| ((1.0 - mean) / (1.0 - x)).ln()).sum();
+        let ln: f64 = data.iter().map(|x| x.ln() + (-x).ln_1p()).sum();
+        sums.extend([n, mean, below, above, ln, ends.len() as f64 - ones, ones]);
+    }
+
+    /// Σ ln(x (1 − x) p(x)) as n times that at x̄, less what the sums of logarithms differ.
+    #[inline(always)]
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
+        let &[n, mean, below, above, ln, zeros, ones] = sums else { return };
+        if zeros > 0.0 {
+            add_at_end(zeros, self.0, self.1, terms);
+        }
+        if ones > 0.0 {
+            add_at_end(ones, self.1, self.0, terms);
+        }
+        if n == 0.0 {
+            return;
+        }
+        let (a, b) = self.parameters();
+        let (x, complement) = (mean, 1.0 - mean);
+        let [in_a, in_b] = self.in_parameters::<R>(x, complement);
+        let constant = if terms.leave_out_constants() { 0.0 } else { ln };
+        let value = n * ln_beta_power(a, b, x, complement) - a * below - b * above - constant;
+        terms.add(value, ((self.0, n * in_a - below), (self.1, n * in_b - above)));
     }
 
     /// The Jacobian x (1 − x) cancels, and 1 − x keeps its digits near 1.

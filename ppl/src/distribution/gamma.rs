@@ -47,6 +47,22 @@ pub(super) fn ln_power<R: Scalar>(unknown_shape: R, t: f64) -> (f64, f64) {
     (constant - deviance(shape, t), in_shape)
 }
 
+impl<A: Parameter, B: Parameter> Gamma<A, B> {
+    /// The limit of ln p at 0, where x^{α − 1} alone decides, so many times.
+    #[inline]
+    fn add_at_zero<R: Scalar>(&self, times: f64, terms: &mut impl Terms<R>)
+    where
+        B: Datum<R>,
+    {
+        let (shape, rate) = (self.0.number(), self.1.number());
+        if shape == 1.0 {
+            terms.add(times * rate.ln(), ((self.1, times / rate),));
+        } else {
+            terms.add_number(R::from((1.0 - shape) * f64::INFINITY));
+        }
+    }
+}
+
 impl<A: Parameter, B: Parameter> Univariate for Gamma<A, B> {
     fn validate(&self) -> Result<(), DomainError> {
         DomainError::require_positive("Gamma", "shape", self.0.number())?;
@@ -113,15 +129,44 @@ where
     fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let (shape, rate, v) = (self.0.number(), self.1.number(), x.value());
         if v == 0.0 {
-            // the limit: x^{α − 1} alone decides
-            let limit = if shape == 1.0 { rate.ln() } else { (1.0 - shape) * f64::INFINITY };
-            return terms.add_number(R::from(limit));
+            return self.add_at_zero(1.0, terms);
         }
         let unknown_shape = lift::<R>(self.0);
         let (value, in_shape) = ln_power(unknown_shape, rate * v);
         terms.add(
             value - v.ln(),
             ((x, (shape - 1.0) / v - rate), (self.0, in_shape), (self.1, shape / rate - v)),
+        );
+    }
+
+    const POOLS: bool = true;
+
+    /// n, x̄, Σ ln(x̄/x) and Σ ln x of positive data, and how many zeros there are.
+    fn sum_up(data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
+        let (zeros, data): (Vec<_>, Vec<_>) = data.map(R::value).partition(|x| *x == 0.0);
+        let n = data.len() as f64;
+        let mean = data.iter().sum::<f64>() / n.max(1.0);
+        let below: f64 = data.iter().map(|x| (mean / x).ln()).sum();
+        let ln: f64 = data.iter().map(|x| x.ln()).sum();
+        sums.extend([n, mean, below, ln, zeros.len() as f64]);
+    }
+
+    /// Σ ln(x p(x)) as n times that at x̄, less α Σ ln(x̄/x).
+    #[inline(always)]
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
+        let &[n, mean, below, ln, zeros] = sums else { return };
+        if zeros > 0.0 {
+            self.add_at_zero(zeros, terms);
+        }
+        if n == 0.0 {
+            return;
+        }
+        let (shape, rate) = (self.0.number(), self.1.number());
+        let (value, in_shape) = ln_power(lift::<R>(self.0), rate * mean);
+        let constant = if terms.leave_out_constants() { 0.0 } else { ln };
+        terms.add(
+            n * value - shape * below - constant,
+            ((self.0, n * in_shape - below), (self.1, n * (shape / rate - mean))),
         );
     }
 

@@ -7,7 +7,10 @@ use super::{Count, CountMass, Gamma, Parameter, Poisson, Univariate, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
-use crate::special::{digamma_rise, regularised_beta};
+use crate::special::{
+    digamma_rise, ln_minus_digamma, regularised_beta, remembered, stirling_error,
+};
+use crate::terms::Terms;
 
 /// Negative binomial distribution of a count with mean μ and dispersion φ: a Poisson count whose
 /// rate is Gamma(φ, φ/μ). It can be observed, not declared.
@@ -33,6 +36,38 @@ use crate::special::{digamma_rise, regularised_beta};
 pub struct NegativeBinomial<M, F>(pub M, pub F);
 
 crate::count!([M: Parameter, F: Parameter] NegativeBinomial<M, F>);
+
+/// ln (k! P(k)) and its derivative in φ for a small count: Γ(φ + k)/Γ(φ) is a product.
+#[inline]
+fn small(mean: f64, dispersion: f64, k: f64) -> (f64, f64) {
+    // Π (1 + i/φ), and Σ 1/(1 + i/φ) over it as the one denominator
+    let (inverse, mut product, mut sum, mut i) = (dispersion.recip(), 1.0, 0.0, 0.0);
+    while i < k {
+        let factor = 1.0 + i * inverse;
+        sum = sum * factor + product;
+        product *= factor;
+        i += 1.0;
+    }
+    let ln_ratio = (mean * inverse).ln_1p();
+    let ln_power = if k > 0.0 { k * mean.ln() + product.ln() } else { 0.0 };
+    let excess = (k - mean) / (mean + dispersion);
+    (ln_power - (dispersion + k) * ln_ratio, sum / product * inverse - ln_ratio - excess)
+}
+
+/// The same plus what depends on k alone, for a count that is not small: terms are no larger than
+/// k is far from its mean.
+#[inline]
+fn large(mean: f64, dispersion: f64, k: f64) -> (f64, f64) {
+    // of φ, what a plate shares
+    let parts = |phi: f64| [stirling_error(phi), ln_minus_digamma(phi)];
+    let [error, minus_digamma] = remembered!(parts, dispersion);
+    let n = dispersion + k;
+    let excess = (k - mean) / (mean + dispersion);
+    let near = excess > -0.5;
+    let ln_excess = if near { excess.ln_1p() } else { (n / (mean + dispersion)).ln() };
+    let value = n * ln_excess + k * (mean / k).ln() - 0.5 * (k / dispersion).ln_1p();
+    (value + stirling_error(n) - error, ln_excess - excess + minus_digamma - ln_minus_digamma(n))
+}
 
 impl<S: Scalar> NegativeBinomial<S, S> {
     /// A Poisson count whose rate is Gamma(α, β): Stan's `neg_binomial`.
@@ -115,5 +150,19 @@ where
             digamma_rise(dispersion, k) - ln_ratio - excess
         };
         R::fuse(value, [lift(self.0), unknown], [excess * dispersion / mean, in_dispersion])
+    }
+
+    /// Without what depends on k alone, as that is the same at every point.
+    #[inline(always)]
+    fn add_ln_pmf(&self, k: u64, terms: &mut impl Terms<R>) {
+        let (mean, dispersion, count) = (self.0.number(), self.1.number(), k as f64);
+        // below, powers of k/φ leave their range
+        if !(terms.leave_out_constants() && mean > 0.0 && dispersion > 1e-20) {
+            return terms.add_number(self.ln_pmf(k));
+        }
+        let (value, in_dispersion) =
+            if k < 10 { small(mean, dispersion, count) } else { large(mean, dispersion, count) };
+        let in_mean = (count - mean) / (mean + dispersion) * dispersion / mean;
+        terms.add(value, ((self.0, in_mean), (self.1, in_dispersion)));
     }
 }

@@ -97,12 +97,16 @@ pub fn stirling_error(x: f64) -> f64 {
     }
     let inverse = x.recip();
     let t = (2.0 * inverse - 1.1) / 0.9;
-    // Clenshaw's recurrence
-    let (mut this, mut last) = (0.0, 0.0);
-    for c in STIRLING_ERROR[1..].iter().rev() {
-        (this, last) = (2.0 * t * this - last + c, this);
+    // Clenshaw's recurrence, apart for even and odd degrees, so that one need not wait for the
+    // other: T₂ₖ(t) = Tₖ(u), and T₂ₖ₊₁(t) goes by the same rule from T₁ = T₋₁ = t
+    let u = 2.0 * t * t - 1.0;
+    let [mut even, mut odd] = [(STIRLING_ERROR[22], 0.0), (0.0, 0.0)];
+    for pair in STIRLING_ERROR[2..22].rchunks_exact(2) {
+        odd = (2.0 * u * odd.0 - odd.1 + pair[1], odd.0);
+        even = (2.0 * u * even.0 - even.1 + pair[0], even.0);
     }
-    inverse * (t * this - last + STIRLING_ERROR[0])
+    let odd = t * (STIRLING_ERROR[1] + (2.0 * u - 1.0) * odd.0 - odd.1);
+    inverse * (STIRLING_ERROR[0] + u * even.0 - even.1 + odd)
 }
 
 /// ln x − ψ(x) > 0, for x > 0: what is left of the digamma function in derivatives of
