@@ -94,6 +94,27 @@ ppl::model! {
         }
     }
 
+    /// Data at the ends of supports, where a unit shape leaves a density.
+    fn ends(low: &[f64], high: &[f64]) {
+        let a ~ Gamma(2.0, 1.0);
+        for (i, x) in low.iter().enumerate() {
+            match i {
+                0 => { x ~ Gamma(1.0, a); }
+                1 => { x ~ Weibull(1.0, a); }
+                2 => { x ~ LogLogistic(a, 1.0); }
+                3 => { x ~ Kumaraswamy(1.0, a); }
+                _ => { x ~ Beta(1.0, a); }
+            }
+        }
+        for (i, x) in high.iter().enumerate() {
+            let other = *x;
+            match i {
+                0 => { other ~ Kumaraswamy(a, 1.0); }
+                _ => { other ~ Beta(a, 1.0); }
+            }
+        }
+    }
+
     /// Branches on data inside expressions leave every point with the same statements.
     fn by_data(t: &[f64], k: &[u64]) {
         let early ~ Exponential(1.0);
@@ -217,6 +238,13 @@ fn dispersed_counts_at_any_dispersion() {
     for width in [0.1, 2.0, 20.0] {
         assert_agrees(&dispersed(&k, &x, width));
     }
+}
+
+#[test]
+fn densities_at_the_ends_have_derivatives() {
+    let model = ends(&[0.0; 5], &[1.0; 2]);
+    assert_agrees(&model);
+    ppl::check::gradient(&model, 5);
 }
 
 fn is_static<M: Model>(_: &Bound<M>) -> bool {

@@ -8,6 +8,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{digamma_rise, ln_beta};
+use crate::terms::{Joined, Terms};
 
 /// Beta-binomial distribution of the successes among n trials whose common probability is
 /// Beta(α, β); it can be observed, not declared.
@@ -110,14 +111,20 @@ where
 {
     #[inline]
     fn ln_pmf(&self, k: u64) -> R {
+        Joined::of(|terms| self.add_ln_pmf(k, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pmf(&self, k: u64, terms: &mut impl Terms<R>) {
         let value = self.ln_mass_at(k as f64);
         let unknowns = [lift::<R>(self.1), lift(self.2)];
         if value == f64::NEG_INFINITY || unknowns.iter().all(|x| x.is_constant()) {
-            return R::from(value);
+            return terms.add_number(R::from(value));
         }
         let (k, (n, a, b)) = (k as f64, self.parameters());
         let both = digamma_rise(a + b, n);
-        R::fuse(value, unknowns, [digamma_rise(a, k) - both, digamma_rise(b, n - k) - both])
+        let (in_a, in_b) = (digamma_rise(a, k) - both, digamma_rise(b, n - k) - both);
+        terms.add(value, ((self.1, in_a), (self.2, in_b)));
     }
 
     /// All terms: there may be a mode at either end.

@@ -9,6 +9,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::ln_1p_square;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Cauchy distribution with location (and median) μ and scale σ; it has no mean.
@@ -107,15 +108,19 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let scale = self.1.number();
         let inverse = scale.recip();
         let (square, slope, share) = ln_1p_square(self.standardise(x.value()));
         let in_x = -2.0 * slope * inverse;
-        R::fuse(
+        terms.add(
             -LN_PI - scale.ln() - square,
-            [x, lift(self.0), lift(self.1)],
-            [in_x, -in_x, (2.0 * share - 1.0) * inverse],
-        )
+            ((x, in_x), (self.0, -in_x), (self.1, (2.0 * share - 1.0) * inverse)),
+        );
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

@@ -7,7 +7,7 @@ use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
-use crate::terms::Terms;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Chi-squared distribution with ν degrees of freedom: Gamma(ν/2, ½).
@@ -81,13 +81,18 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let v = x.value();
         if v == 0.0 {
-            return R::from(UnivariateDensity::<f64>::ln_pdf(&self.gamma(), 0.0));
+            return terms.add_number(R::from(UnivariateDensity::<f64>::ln_pdf(&self.gamma(), 0.0)));
         }
         let shape = lift::<R>(self.0) * 0.5;
         let (value, in_shape) = ln_power(shape, 0.5 * v);
-        R::fuse(value - v.ln(), [x, shape], [(shape.value() - 1.0) / v - 0.5, in_shape])
+        terms.add(value - v.ln(), ((x, (shape.value() - 1.0) / v - 0.5), (shape, in_shape)));
     }
 
     /// The Jacobian cancels 1/x.

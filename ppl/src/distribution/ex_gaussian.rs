@@ -2,11 +2,12 @@
 
 use rand::Rng;
 
-use super::{Exponential, Normal, Parameter, Univariate, UnivariateDensity, lift};
+use super::{Exponential, Normal, Parameter, Univariate, UnivariateDensity};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{HALF_LN_2PI, Tail, ln_normal_cdf, mills_ratio, normal_cdf, tail_quantile};
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Exponentially modified normal distribution: the sum of Normal(μ, σ) and Exponential(λ).
@@ -125,19 +126,23 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let sd = self.1.number();
         let (z, r) = self.standardise(x.value());
         let (value, hazard) = standard(z, r);
         let in_x = (hazard - r) / sd;
-        R::fuse(
+        terms.add(
             value - sd.ln(),
-            [x, lift(self.0), lift(self.1), lift(self.2)],
-            [
-                in_x,
-                -in_x,
-                (r * r - hazard * (z + r)) / sd,
-                self.2.number().recip() - sd * (z - r + hazard),
-            ],
-        )
+            (
+                (x, in_x),
+                (self.0, -in_x),
+                (self.1, (r * r - hazard * (z + r)) / sd),
+                (self.2, self.2.number().recip() - sd * (z - r + hazard)),
+            ),
+        );
     }
 }

@@ -8,7 +8,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::ln_gamma;
-use crate::terms::Terms;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Fréchet distribution with shape α and scale σ: the largest of many heavy-tailed numbers.
@@ -112,16 +112,17 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let v = x.value();
         if v == 0.0 {
-            return R::from(f64::NEG_INFINITY);
+            return terms.add_number(R::from(f64::NEG_INFINITY));
         }
         let (value, [in_u, in_shape, in_scale]) = self.ln_power((v / self.1.number()).ln());
-        R::fuse(
-            value - v.ln(),
-            [x, lift(self.0), lift(self.1)],
-            [(in_u - 1.0) / v, in_shape, in_scale],
-        )
+        terms.add(value - v.ln(), ((x, (in_u - 1.0) / v), (self.0, in_shape), (self.1, in_scale)));
     }
 
     /// The Jacobian cancels 1/x.

@@ -7,6 +7,7 @@ use super::{Count, CountMass, Parameter, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
+use crate::terms::{Joined, Terms};
 
 /// Geometric distribution of the failures before the first success, each trial succeeding with
 /// probability p; it can be observed, not declared.
@@ -76,9 +77,14 @@ where
 {
     #[inline]
     fn ln_pmf(&self, k: u64) -> R {
+        Joined::of(|terms| self.add_ln_pmf(k, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pmf(&self, k: u64, terms: &mut impl Terms<R>) {
         let p = self.0.number();
         let (hazard, [slope]) = self.hazard(k as f64);
-        R::fuse(p.ln() - hazard, [lift(self.0)], [p.recip() - slope])
+        terms.add(p.ln() - hazard, ((self.0, p.recip() - slope),));
     }
 
     fn ln_mass(&self, first: u64, last: u64) -> R {

@@ -9,6 +9,7 @@ use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Gumbel distribution of the largest of many, with location (and mode) μ and scale σ.
@@ -90,13 +91,18 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let scale = self.1.number();
         let inverse = scale.recip();
         let (z, e) = self.at(x.value());
         let slope = (1.0 - e) * inverse;
         // e⁻ᶻ outgrows every z
         let value = if e == f64::INFINITY { -e } else { -z - e - scale.ln() };
-        R::fuse(value, [x, lift(self.0), lift(self.1)], [-slope, slope, z * slope - inverse])
+        terms.add(value, ((x, -slope), (self.0, slope), (self.1, z * slope - inverse)));
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

@@ -10,7 +10,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::ln_gamma;
-use crate::terms::Terms;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Half-t distribution: |T| σ for a Student's T with ν degrees of freedom.
@@ -102,16 +102,20 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let scale = self.1.number();
         let inverse = scale.recip();
         let nu = lift::<R>(self.0);
         let z = x.value() * inverse;
         let (value, [in_z, in_nu, share]) = standard(z, nu);
-        R::fuse(
+        terms.add(
             LN_2 + ln_shape(nu.value()) + value - scale.ln(),
-            [x, nu, lift(self.1)],
-            [in_z * inverse, in_nu, (share - 1.0) * inverse],
-        )
+            ((x, in_z * inverse), (nu, in_nu), (self.1, (share - 1.0) * inverse)),
+        );
     }
 
     #[inline]

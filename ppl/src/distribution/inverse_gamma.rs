@@ -8,7 +8,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{Tail, gamma_ln_quantile, regularised_gamma};
-use crate::terms::Terms;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Inverse gamma distribution with shape α and scale β: 1/X is Gamma(α, β).
@@ -105,19 +105,23 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let (shape, scale, v) = (lift::<R>(self.0), self.1.number(), x.value());
         if v == 0.0 {
-            return R::from(f64::NEG_INFINITY);
+            return terms.add_number(R::from(f64::NEG_INFINITY));
         }
         let inverse = v.recip();
         let t = scale * inverse;
         let (value, in_shape) = ln_power(shape, t);
         let excess = shape.value() - t;
-        R::fuse(
+        terms.add(
             value - v.ln(),
-            [x, shape, lift(self.1)],
-            [-(excess + 1.0) * inverse, in_shape, excess / scale],
-        )
+            ((x, -(excess + 1.0) * inverse), (shape, in_shape), (self.1, excess / scale)),
+        );
     }
 
     /// The Jacobian cancels one of the powers of x.

@@ -2,12 +2,12 @@
 
 use rand::Rng;
 
-use super::{Parameter, Univariate, UnivariateDensity, lift};
+use super::{Parameter, Univariate, UnivariateDensity};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{HALF_LN_2PI, Tail, mills_ratio, normal_cdf, tail_quantile};
-use crate::terms::Terms;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Inverse Gaussian (Wald) distribution with mean μ and shape λ: when a drifting Brownian motion
@@ -136,16 +136,17 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let v = x.value();
         if v == 0.0 {
-            return R::from(f64::NEG_INFINITY);
+            return terms.add_number(R::from(f64::NEG_INFINITY));
         }
         let (value, [in_log, in_mean, in_shape]) = self.ln_power(v);
-        R::fuse(
-            value - v.ln(),
-            [x, lift(self.0), lift(self.1)],
-            [(in_log - 1.0) / v, in_mean, in_shape],
-        )
+        terms.add(value - v.ln(), ((x, (in_log - 1.0) / v), (self.0, in_mean), (self.1, in_shape)));
     }
 
     /// The Jacobian cancels one of the powers of x.

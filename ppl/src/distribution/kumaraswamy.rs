@@ -8,7 +8,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, logistic, softplus};
 use crate::special::ln_beta;
-use crate::terms::Terms;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Kumaraswamy distribution on (0, 1): like a beta, with distribution functions in closed form.
@@ -115,20 +115,26 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let (a, b, v) = (self.0.number(), self.1.number(), x.value());
-        // at an end the density is 0, ∞ or, for a unit shape, the other factor alone
-        let limit = |shape: f64| {
-            if shape == 1.0 { (a * b).ln() } else { (1.0 - shape) * f64::INFINITY }
-        };
-        if v == 0.0 {
-            return R::from(limit(a));
+        // at an end the density is 0, ∞ or, for a unit shape, the other one
+        if v == 0.0 && a == 1.0 {
+            return terms.add(b.ln(), ((self.1, b.recip()),));
         }
-        if v == 1.0 {
-            return R::from(limit(b));
+        if v == 1.0 && b == 1.0 {
+            return terms.add(a.ln(), ((self.0, a.recip()),));
+        }
+        if v == 0.0 || v == 1.0 {
+            let shape = if v == 0.0 { a } else { b };
+            return terms.add_number(R::from((1.0 - shape) * f64::INFINITY));
         }
         let l = v.ln();
         let (value, [in_log, in_a, in_b]) = self.ln_power(l);
-        R::fuse(value - l, [x, lift(self.0), lift(self.1)], [(in_log - 1.0) / v, in_a, in_b])
+        terms.add(value - l, ((x, (in_log - 1.0) / v), (self.0, in_a), (self.1, in_b)));
     }
 
     /// The Jacobian x (1 − x) cancels 1/x, and 1 − x keeps its digits near 1.

@@ -9,6 +9,7 @@ use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Laplace (double exponential) distribution with location μ and scale σ.
@@ -100,16 +101,20 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let scale = self.1.number();
         let inverse = scale.recip();
         let deviation = x.value() - self.0.number();
         let distance = deviation.abs() * inverse;
         let in_x = if deviation == 0.0 { 0.0 } else { -inverse.copysign(deviation) };
-        R::fuse(
+        terms.add(
             -distance - LN_2 - scale.ln(),
-            [x, lift(self.0), lift(self.1)],
-            [in_x, -in_x, (distance - 1.0) * inverse],
-        )
+            ((x, in_x), (self.0, -in_x), (self.1, (distance - 1.0) * inverse)),
+        );
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

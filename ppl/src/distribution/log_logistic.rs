@@ -9,7 +9,7 @@ use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, logistic};
-use crate::terms::Terms;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Log-logistic distribution with scale (and median) α and shape β: ln X is logistic.
@@ -109,20 +109,23 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let v = x.value();
         if v == 0.0 {
             // the limit: x^{β − 1} alone decides
-            let shape = self.1.number();
-            let limit =
-                if shape == 1.0 { -self.0.number().ln() } else { (1.0 - shape) * f64::INFINITY };
-            return R::from(limit);
+            let (scale, shape) = (self.0.number(), self.1.number());
+            if shape == 1.0 {
+                return terms.add(-scale.ln(), ((self.0, -scale.recip()),));
+            }
+            return terms.add_number(R::from((1.0 - shape) * f64::INFINITY));
         }
         let (value, [in_log, in_scale, in_shape]) = self.ln_power(self.logit(v));
-        R::fuse(
-            value - v.ln(),
-            [x, lift(self.0), lift(self.1)],
-            [(in_log - 1.0) / v, in_scale, in_shape],
-        )
+        terms
+            .add(value - v.ln(), ((x, (in_log - 1.0) / v), (self.0, in_scale), (self.1, in_shape)));
     }
 
     /// The Jacobian cancels 1/x.

@@ -9,6 +9,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, logistic, softplus};
 use crate::special::ln_one_minus_exp;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Logistic distribution with location μ and scale σ.
@@ -102,15 +103,23 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let scale = self.1.number();
         let inverse = scale.recip();
         let z = (x.value() - self.0.number()) * inverse;
         let (value, slope) = standard(z);
-        R::fuse(
+        terms.add(
             value - scale.ln(),
-            [x, lift(self.0), lift(self.1)],
-            [-slope * inverse, slope * inverse, (z * slope - 1.0) * inverse],
-        )
+            (
+                (x, -slope * inverse),
+                (self.0, slope * inverse),
+                (self.1, (z * slope - 1.0) * inverse),
+            ),
+        );
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

@@ -2,11 +2,11 @@
 
 use rand::Rng;
 
-use super::{Normal, Parameter, Univariate, UnivariateDensity, lift};
+use super::{Normal, Parameter, Univariate, UnivariateDensity};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, logistic};
-use crate::terms::Terms;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Logit-normal distribution on (0, 1): ln(X/(1 − X)) is normal with mean μ and standard
@@ -106,25 +106,29 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let v = x.value();
         let complement = 1.0 - v;
         if v == 0.0 || complement == 0.0 {
-            return R::from(f64::NEG_INFINITY);
+            return terms.add_number(R::from(f64::NEG_INFINITY));
         }
         // in the logit, with the Jacobian of the map to it
         let (ln, ln_complement) = (v.ln(), (-v).ln_1p());
         let inverse = self.1.number().recip();
         let z = (ln - ln_complement - self.0.number()) * inverse;
         let normal = -0.5 * z * z - self.1.number().ln() - crate::special::HALF_LN_2PI;
-        R::fuse(
+        terms.add(
             normal - ln - ln_complement,
-            [x, lift(self.0), lift(self.1)],
-            [
-                (v - complement - z * inverse) / (v * complement),
-                z * inverse,
-                (z * z - 1.0) * inverse,
-            ],
-        )
+            (
+                (x, (v - complement - z * inverse) / (v * complement)),
+                (self.0, z * inverse),
+                (self.1, (z * z - 1.0) * inverse),
+            ),
+        );
     }
 
     /// The Jacobian cancels: in its coordinate the variable is normal.

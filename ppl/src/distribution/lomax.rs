@@ -7,6 +7,7 @@ use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Lomax (Pareto of the second kind) distribution with scale λ and shape α, on the positive
@@ -95,18 +96,22 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let (scale, shape, v) = (self.0.number(), self.1.number(), x.value());
         let excess = self.excess(v);
         let inverse = (scale + v).recip();
-        R::fuse(
+        terms.add(
             shape.ln() - scale.ln() - (shape + 1.0) * excess,
-            [x, lift(self.0), lift(self.1)],
-            [
-                -(shape + 1.0) * inverse,
-                (shape * (v / scale) - 1.0) * inverse,
-                shape.recip() - excess,
-            ],
-        )
+            (
+                (x, -(shape + 1.0) * inverse),
+                (self.0, (shape * (v / scale) - 1.0) * inverse),
+                (self.1, shape.recip() - excess),
+            ),
+        );
     }
 
     fn ln_mass(&self, lower: f64, upper: f64) -> R {

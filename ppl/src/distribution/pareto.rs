@@ -7,6 +7,7 @@ use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Pareto distribution with smallest value m and shape α.
@@ -95,13 +96,17 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let (least, shape, v) = (self.0.number(), self.1.number(), x.value());
         let excess = self.excess(v);
-        R::fuse(
+        terms.add(
             shape.ln() - shape * excess - v.ln(),
-            [x, lift(self.0), lift(self.1)],
-            [-(shape + 1.0) / v, shape / least, shape.recip() - excess],
-        )
+            ((x, -(shape + 1.0) / v), (self.0, shape / least), (self.1, shape.recip() - excess)),
+        );
     }
 
     /// The smallest value moves an end that the interval does not cut off.

@@ -9,7 +9,7 @@ use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
-use crate::terms::Terms;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Rayleigh distribution: the length of a plane vector whose parts are Normal(0, σ).
@@ -91,18 +91,22 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let v = x.value();
         if v == 0.0 {
-            return R::from(f64::NEG_INFINITY);
+            return terms.add_number(R::from(f64::NEG_INFINITY));
         }
         let scale = self.0.number();
         let inverse = scale.recip();
         let z = v * inverse;
-        R::fuse(
+        terms.add(
             z.ln() - scale.ln() - 0.5 * z * z,
-            [x, lift(self.0)],
-            [v.recip() - z * inverse, (z * z - 2.0) * inverse],
-        )
+            ((x, v.recip() - z * inverse), (self.0, (z * z - 2.0) * inverse)),
+        );
     }
 
     #[inline]

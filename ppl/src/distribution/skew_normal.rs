@@ -5,11 +5,12 @@ use std::f64::consts::{LN_2, PI};
 use rand::Rng;
 use rand_distr::StandardNormal;
 
-use super::{Parameter, Univariate, UnivariateDensity, lift};
+use super::{Parameter, Univariate, UnivariateDensity};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{HALF_LN_2PI, Tail, integral_from_zero, ln_normal_cdf, tail_quantile};
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Skew-normal distribution with location ξ, scale ω and shape α.
@@ -122,15 +123,19 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let (scale, shape) = (self.1.number(), self.2.number());
         let inverse = scale.recip();
         let z = (x.value() - self.0.number()) * inverse;
         let (value, hazard) = standard(z, shape);
         let slope = (shape * hazard - z) * inverse;
-        R::fuse(
+        terms.add(
             value - scale.ln(),
-            [x, lift(self.0), lift(self.1), lift(self.2)],
-            [slope, -slope, -z * slope - inverse, z * hazard],
-        )
+            ((x, slope), (self.0, -slope), (self.1, -z * slope - inverse), (self.2, z * hazard)),
+        );
     }
 }

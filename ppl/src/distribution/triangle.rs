@@ -8,7 +8,7 @@ use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::{Scalar, logistic, softplus};
-use crate::terms::Terms;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Triangular distribution on (a, b) with mode c: `Triangular(a, c, b)`.
@@ -136,6 +136,11 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let (a, c, b) = self.corners();
         let v = x.value();
         let width = b - a;
@@ -149,11 +154,11 @@ where
         } else {
             [-from_end, inverse, from_run, -own]
         };
-        R::fuse(
+        let [in_x, in_a, in_c, in_b] = partials;
+        terms.add(
             LN_2 + (end / run).ln() - width.ln(),
-            [x, lift(self.0), lift(self.1), lift(self.2)],
-            partials,
-        )
+            ((x, in_x), (self.0, in_a), (self.1, in_c), (self.2, in_b)),
+        );
     }
 
     /// The distance from the nearer end keeps its digits.

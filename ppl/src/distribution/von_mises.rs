@@ -12,6 +12,7 @@ use crate::special::{
     HALF_LN_2PI, Tail, integral_from_zero, ln_bessel_i0_scaled, one_minus_bessel_ratio,
     tail_quantile,
 };
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Von Mises distribution of an angle in (−π, π), with mean direction μ and concentration κ.
@@ -173,6 +174,11 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let concentration = self.1.number();
         let angle = x.value() - self.0.number();
         let in_x = -concentration * angle.sin();
@@ -183,10 +189,9 @@ where
             let sine = (0.5 * angle).sin();
             one_minus_bessel_ratio(concentration) - 2.0 * sine * sine
         };
-        R::fuse(
+        terms.add(
             standard(angle, concentration),
-            [x, lift(self.0), unknown],
-            [in_x, -in_x, in_concentration],
-        )
+            ((x, in_x), (self.0, -in_x), (unknown, in_concentration)),
+        );
     }
 }

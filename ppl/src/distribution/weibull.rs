@@ -8,7 +8,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::ln_gamma;
-use crate::terms::Terms;
+use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// Weibull distribution with shape α and scale σ: the weakest of many links.
@@ -104,19 +104,22 @@ where
 
     #[inline]
     fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
         let (v, scale) = (x.value(), self.1.number());
         if v == 0.0 {
             // the limit: x^{α − 1} alone decides
             let shape = self.0.number();
-            let limit = if shape == 1.0 { -scale.ln() } else { (1.0 - shape) * f64::INFINITY };
-            return R::from(limit);
+            if shape == 1.0 {
+                return terms.add(-scale.ln(), ((self.1, -scale.recip()),));
+            }
+            return terms.add_number(R::from((1.0 - shape) * f64::INFINITY));
         }
         let (value, [in_u, in_shape, in_scale]) = self.ln_power((v / scale).ln());
-        R::fuse(
-            value - v.ln(),
-            [x, lift(self.0), lift(self.1)],
-            [(in_u - 1.0) / v, in_shape, in_scale],
-        )
+        terms.add(value - v.ln(), ((x, (in_u - 1.0) / v), (self.0, in_shape), (self.1, in_scale)));
     }
 
     /// The Jacobian cancels 1/x.
