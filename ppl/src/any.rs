@@ -26,6 +26,9 @@ pub(crate) trait Evaluator: Send {
 
     /// As [`LogDensity::gradient`].
     fn gradient(&mut self, y: &[f64], gradient: &mut [f64]) -> Result<f64, Rejection>;
+
+    /// As [`LogDensity::explain`].
+    fn explain(&self, y: &[f64]) -> Option<String>;
 }
 
 impl<D: LogDensity> AnyDensity for D {
@@ -50,6 +53,10 @@ impl<D: LogDensity> Evaluator for WithWorkspace<'_, D> {
 
     fn gradient(&mut self, y: &[f64], gradient: &mut [f64]) -> Result<f64, Rejection> {
         self.density.gradient(y, gradient, &mut self.workspace)
+    }
+
+    fn explain(&self, y: &[f64]) -> Option<String> {
+        self.density.explain(y)
     }
 }
 

@@ -6,23 +6,29 @@ use crate::density::{LogDensity, Rejection};
 use crate::dimensions::Coordinates;
 use crate::dual::Dual;
 use crate::entry::{Record, Role, Variable};
+use crate::explain::{explain, further};
 use crate::ledger::{Ledger, Plain, Roots, Sum, Values};
 use crate::model::Model;
 use crate::prior::{self, Found, Statements};
 use crate::reading::{Density, Pools};
 use crate::tape::Tape;
-use crate::trace::Trace;
+use crate::trace::{Point, Source, Trace};
 
 /// A model that cannot be evaluated at all.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum ModelError {
     /// Not one prior draw went through.
-    #[error("the model rejects its own prior draws ({tries} tries), last with: {last}")]
+    #[error(
+        "the model rejects its own prior draws ({tries} tries), last with: {last}{}",
+        further(.detail)
+    )]
     NoPriorDraw {
         /// Number of tries.
         tries: usize,
         /// Why the last failed.
         last: Rejection,
+        /// What else can be said about it, as the datum at fault.
+        detail: Option<String>,
     },
     /// A mistake in the model itself.
     #[error("{0}")]
@@ -207,6 +213,9 @@ impl<M: Model> Bound<M> {
         gradient: &mut [f64],
         workspace: &mut Workspace,
     ) -> Result<f64, Rejection> {
+        if gradient.len() != y.len() {
+            return Err(other_length(gradient.len(), y.len()));
+        }
         loop {
             workspace.tape.clear();
             let tape = &workspace.tape;
@@ -231,6 +240,9 @@ impl<M: Model> Bound<M> {
         gradient: &mut [f64],
         workspace: &mut Workspace,
     ) -> Result<f64, Rejection> {
+        if gradient.len() != y.len() {
+            return Err(other_length(gradient.len(), y.len()));
+        }
         loop {
             workspace.tape.clear();
             let tape = &workspace.tape;
@@ -247,6 +259,14 @@ impl<M: Model> Bound<M> {
             }
         }
     }
+}
+
+#[cold]
+fn other_length(gradient: usize, point: usize) -> Rejection {
+    let message = format!(
+        "the gradient has room for {gradient} numbers, the point has {point}: give them one length"
+    );
+    Rejection::Fatal { message }
 }
 
 /// The sum of all terms.
@@ -292,5 +312,12 @@ impl<M: Model> LogDensity for Bound<M> {
         workspace: &mut Workspace,
     ) -> Result<f64, Rejection> {
         self.reverse::<true>(y, gradient, workspace)
+    }
+
+    fn explain(&self, y: &[f64]) -> Option<String> {
+        match &self.layout() {
+            Ok(_) => explain(&self.model, Source::Point(Point::new(y))),
+            Err(error) => Some(error.to_string()),
+        }
     }
 }

@@ -54,6 +54,13 @@ pub trait LogDensity: Sync {
         gradient: &mut [f64],
         workspace: &mut Self::Workspace,
     ) -> Result<f64, Rejection>;
+
+    /// What can be said about a rejected `y` beyond the [`Rejection`], as the datum at fault; for
+    /// error messages.
+    fn explain(&self, y: &[f64]) -> Option<String> {
+        let _ = y;
+        None
+    }
 }
 
 /// A statement of a model: where it stands and how it reads.

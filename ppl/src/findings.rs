@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::Role;
 use crate::diagnostics::{Identifiability, Identification, Modes, e_bfmi, mean_and_variance};
+use crate::optimize::is_reliable;
 use crate::posterior::Posterior;
 use crate::sampler::Chain;
 use crate::summary::{SummaryRow, cell};
@@ -15,6 +16,10 @@ use crate::summary::{SummaryRow, cell};
 pub enum FindingKind {
     /// A chain ended early.
     Stopped,
+    /// The chains were drawn from another density: other data, or another model.
+    OtherDensity,
+    /// Draws of an approximation that does not fit: Pareto k above 0.7.
+    Approximation,
     /// A quantity is NaN or infinite at some draw.
     NotFinite,
     /// R̂ above 1.01.
@@ -93,6 +98,23 @@ pub(crate) fn find(
                  trusting the result",
             );
         }
+    }
+
+    if posterior.is_foreign {
+        say(
+            FindingKind::OtherDensity,
+            "The draws are of another density than this model's".to_owned(),
+            "Right for held-out data; otherwise give the model and the data that they were drawn \
+             with",
+        );
+    }
+    if let Some(k) = posterior.chains.pareto_k.filter(|k| !is_reliable(*k)) {
+        say(
+            FindingKind::Approximation,
+            format!("The draws are of an approximation that does not fit (Pareto k {k:.2})"),
+            "Means and intervals are not those of the posterior: start NUTS from it \
+             (`init_pathfinder`), or reparametrise",
+        );
     }
 
     let not_finite = rows.iter().filter(|r| !r.mean.is_finite()).map(|r| r.name.clone());

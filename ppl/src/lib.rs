@@ -61,6 +61,7 @@ mod distribution;
 mod dot;
 mod dual;
 mod entry;
+mod explain;
 mod export;
 mod expression;
 mod findings;

@@ -1,6 +1,7 @@
 //! A finished run: draws by name, predictions, and everything needed to judge them.
 
 use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -31,8 +32,14 @@ pub enum PosteriorError {
         /// Coordinates of the chains.
         got: usize,
     },
+    /// Lengths within the chains disagree.
+    #[error("the chains do not fit together: {0}; give chains as a sampler returned them")]
+    Damaged(String),
     /// At least one chain has no draw.
-    #[error("chain {chain} has no draw: {reason}")]
+    #[error(
+        "chain {chain} has no draw: {reason}. The sampler's `run` returns the chains as they are, for \
+         NUTS to `resume`"
+    )]
     NoDraws {
         /// The empty chain.
         chain: usize,
@@ -122,6 +129,8 @@ pub struct Posterior {
     pub unpredicted: BTreeMap<Place, u64>,
     /// The ends of the priors' supports, one for each of the layout's variables.
     bounds: Vec<Option<(f64, f64)>>,
+    /// Whether the chains were drawn from another density than the model's.
+    pub(crate) is_foreign: bool,
 }
 
 impl Posterior {
@@ -131,8 +140,9 @@ impl Posterior {
     /// stream with the same seed.
     ///
     /// # Errors
-    /// [`PosteriorError`] if the chains are not the model's, one is empty, or the model itself is
-    /// at fault. A draw at which a prediction rejects is no error: what follows the statement is
+    /// [`PosteriorError`] if the chains have another number of coordinates than the model, one is
+    /// empty, or the model itself is at fault. Chains of the same unknowns with other data are no
+    /// error, as held-out data need them; the summary says that they are of another density. A draw at which a prediction rejects is no error: what follows the statement is
     /// NaN, and counted.
     pub fn from_chains<M: Model>(
         model: &Bound<M>,
@@ -157,6 +167,7 @@ impl Posterior {
         if chains.dim != layout.dim {
             return Err(PosteriorError::Dimension { expected: layout.dim, got: chains.dim });
         }
+        chains.check().map_err(PosteriorError::Damaged)?;
         for (index, chain) in chains.chains.iter().enumerate() {
             if chain.is_empty() {
                 let reason = chain.stopped.clone().unwrap_or_else(|| "none was asked for".into());
@@ -224,6 +235,7 @@ impl Posterior {
             divergences,
             unpredicted,
             bounds,
+            is_foreign: is_foreign(model, &chains),
             chains,
         })
     }
@@ -252,7 +264,11 @@ impl Posterior {
                 rows.extend_from_slice(&values.data[draw * size..(draw + 1) * size]);
             }
         }
-        Loo::new(group.chains, group.draws, per_draw, &rows)
+        let mut hasher = DefaultHasher::new();
+        let data = self.observed.variables.iter().flat_map(|values| &values.data);
+        data.for_each(|x| x.to_bits().hash(&mut hasher));
+        let loo = Loo::new(group.chains, group.draws, per_draw, &rows)?;
+        Ok(Loo { data: Some(hasher.finish()), ..loo })
     }
 
     /// What the data did to every parameter; empty without prior draws.
@@ -309,6 +325,24 @@ fn prior_draws(
         }
     }
     Ok(Some(plan.groups(vec![out], PRIOR_DRAWS)))
+}
+
+/// Whether log densities differ from draw to draw by more than another order of the same sums would
+/// change.
+fn is_foreign(model: &dyn AnyModel, chains: &Chains) -> bool {
+    const SAME: f64 = 1e-6;
+    let Some(chain) = chains.chains.first() else { return false };
+    let mut evaluator = model.evaluator();
+    let mut at = |draw: usize| {
+        let point = &chain.draws[draw * chains.dim..][..chains.dim];
+        let then = chain.stats[draw].log_density;
+        (then, evaluator.log_density(point).unwrap_or(f64::NAN))
+    };
+    // a constant may have been left out
+    let (first, last) = (at(0), at(chain.len() - 1));
+    let difference = (last.1 - first.1) - (last.0 - first.0);
+    let size = [first.0, first.1, last.0, last.1].iter().fold(1.0f64, |size, x| size.max(x.abs()));
+    difference.is_nan() || difference.abs() > SAME * size
 }
 
 fn divergent_points(

@@ -6,6 +6,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::bound::{Layout, ModelError};
 use crate::density::Rejection;
 use crate::entry::Record;
+use crate::explain::first_to_fail;
 use crate::reading::{Pool, Pools};
 use crate::trace::{Point, Source, Trace};
 
@@ -81,15 +82,16 @@ fn run(
         let mut trace = Trace::new(Source::Prior, &mut *rng);
         trace.pools.clone_from(&pools);
         let outcome = model.trace(&mut trace);
-        let pools = trace.pools.take();
+        let (pools, failing) = (trace.pools.take(), trace.failing.take());
         match outcome.and_then(|()| trace.finish()) {
             Ok(record) => return Ok((record, pools)),
             Err(fatal @ Rejection::Fatal { .. }) => return Err(ModelError::Invalid(fatal)),
-            Err(rejection) => last = Some(rejection),
+            Err(rejection) => last = Some((rejection, failing)),
         }
     }
-    let last = last.unwrap_or(Rejection::Fatal { message: "no tries".to_owned() });
-    Err(ModelError::NoPriorDraw { tries: TRIES, last })
+    let none = || (Rejection::Fatal { message: "no tries".to_owned() }, None);
+    let (last, failing) = last.unwrap_or_else(none);
+    Err(ModelError::NoPriorDraw { tries: TRIES, last, detail: failing.map(first_to_fail) })
 }
 
 /// What the model names at `y`, up to a rejection.

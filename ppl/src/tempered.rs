@@ -6,11 +6,13 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::bound::Bound;
 use crate::density::Rejection;
 use crate::distribution::{Distribution, Unknown};
+use crate::explain::explain;
 use crate::model::{Context, Model};
 use crate::reading::{too_few_coordinates, unpredictable, varying_dimension};
 use crate::real::Real;
 use crate::site::Site;
 use crate::terms::Valued;
+use crate::trace::Source;
 
 /// Both factors of a density at a point of unconstrained space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +43,12 @@ pub trait Tempered: Sync {
     /// # Errors
     /// [`Rejection`] where one of them is zero or not defined.
     fn parts(&self, y: &[f64]) -> Result<Parts, Rejection>;
+
+    /// What can be said, if no draw from the prior has a density, beyond its [`Rejection`], as the
+    /// datum at fault; for error messages.
+    fn explain_rejection(&self) -> Option<String> {
+        None
+    }
 }
 
 impl<M: Model> Tempered for Bound<M> {
@@ -64,6 +72,13 @@ impl<M: Model> Tempered for Bound<M> {
         match split.unknowns.0.next() {
             Some(_) => Err(varying_dimension("the model stops asking before the last coordinate")),
             None => Ok(split.parts),
+        }
+    }
+
+    fn explain_rejection(&self) -> Option<String> {
+        match self.layout() {
+            Ok(_) => explain(self.model(), Source::Prior),
+            Err(error) => Some(error.to_string()),
         }
     }
 }

@@ -8,6 +8,7 @@ use crate::density::Rejection;
 use crate::dimensions;
 use crate::distribution::{Distribution, Unknown};
 use crate::entry::{Entry, Label, Record, Role};
+use crate::explain;
 use crate::model::Context;
 use crate::reading::{Pool, too_few_coordinates};
 use crate::real::Real;
@@ -56,12 +57,14 @@ pub(crate) struct Trace<'y> {
     pub(crate) pools: Option<Vec<Pool>>,
     /// The rows of the current loop.
     rows: Collected,
+    /// The datum whose distribution was not defined.
+    pub(crate) failing: Option<String>,
 }
 
 impl<'y> Trace<'y> {
     pub(crate) fn new(source: Source<'y>, rng: &'y mut dyn RngCore) -> Self {
         let (record, rows) = (Record::default(), Collected::default());
-        Self { source, rng, record, around: Vec::new(), pools: None, rows }
+        Self { source, rng, record, around: Vec::new(), pools: None, rows, failing: None }
     }
 
     /// What was recorded, if its dimensions fit together.
@@ -185,10 +188,22 @@ impl<'y> Trace<'y> {
         datum: &D::Value,
         distribution: &D,
     ) -> Result<(), Rejection> {
-        site.locate(distribution.validate())?;
+        if let Err(error) = distribution.validate() {
+            self.failing = Some(self.in_words(site, datum));
+            return Err(site.rejection(error));
+        }
         let replicate = distribution.draw(self.rng);
         let log_likelihood = log_density(distribution, datum);
         self.condition(site, is_imputed, datum, &replicate, log_likelihood)
+    }
+
+    /// The next datum of a statement.
+    fn in_words(&self, site: &'static Site, datum: &dyn Recordable) -> String {
+        let at = self.label(site);
+        let index = self.record.get(&at.name).map_or(0, |entry| entry.log_likelihood.len());
+        let mut numbers = Vec::new();
+        datum.flatten(&mut numbers);
+        explain::datum(&at.name, at.stacked.then_some(index), &numbers)
     }
 
     /// Writes down a value with neither density nor replicate.

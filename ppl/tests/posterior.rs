@@ -167,6 +167,7 @@ fn a_stopped_chain_cuts_all_and_is_reported() {
     assert!(summary.findings.iter().any(|f| f.kind == FindingKind::FewEffectiveDraws));
 
     cut.chains[1].stats.clear();
+    cut.chains[1].draws.clear();
     let error = Posterior::from_chains(&model, cut, 1).expect_err("no draw");
     assert!(matches!(error, PosteriorError::NoDraws { chain: 1, .. }), "{error}");
 

@@ -96,6 +96,8 @@ pub struct Loo {
     pub threshold: f64,
     /// Every observation.
     pub points: Vec<LooPoint>,
+    /// A hash of the data, to tell others from them; `None` where only likelihoods are known.
+    pub data: Option<u64>,
 }
 
 impl Loo {
@@ -147,6 +149,7 @@ impl Loo {
             p_loo: points.iter().map(|p| p.p_loo).sum(),
             threshold: (1.0 - 1.0 / (total as f64).log10()).min(0.7),
             points,
+            data: None,
         })
     }
 

@@ -28,6 +28,9 @@ pub struct LooRow {
 pub struct LooComparison {
     /// One row a model, best first.
     pub rows: Vec<LooRow>,
+    /// Those that saw other numbers than the best did, as far as known: transformed data need
+    /// their Jacobian, and other data cannot be compared.
+    pub other_data: Vec<String>,
 }
 
 /// Compares models that were fitted to the same observations.
@@ -46,6 +49,7 @@ pub fn loo_compare(models: &[(&str, &Loo)]) -> Result<LooComparison, LooError> {
         .max_by(|a, b| a.1.elpd.total_cmp(&b.1.elpd))
         .ok_or(LooError::NoObservations)?;
     let mut rows = Vec::with_capacity(models.len());
+    let mut other_data = Vec::new();
     for (name, loo) in models {
         if loo.points.len() != best.1.points.len() {
             return Err(LooError::DifferentData {
@@ -54,6 +58,9 @@ pub fn loo_compare(models: &[(&str, &Loo)]) -> Result<LooComparison, LooError> {
                 expected: best.1.points.len(),
                 got: loo.points.len(),
             });
+        }
+        if loo.data.zip(best.1.data).is_some_and(|(own, of_best)| own != of_best) {
+            other_data.push((*name).to_string());
         }
         let paired = loo.points.iter().zip(&best.1.points).map(|(a, b)| a.elpd - b.elpd);
         let n = loo.points.len() as f64;
@@ -69,7 +76,7 @@ pub fn loo_compare(models: &[(&str, &Loo)]) -> Result<LooComparison, LooError> {
         });
     }
     rows.sort_by(|a, b| b.elpd.total_cmp(&a.elpd));
-    Ok(LooComparison { rows })
+    Ok(LooComparison { rows, other_data })
 }
 
 impl fmt::Display for LooComparison {
@@ -100,6 +107,14 @@ impl fmt::Display for LooComparison {
             };
             writeln!(f, "{} and {} {words}.", best.name, r.name)?;
         }
+        if !self.other_data.is_empty() {
+            let names = self.other_data.join(", ");
+            writeln!(
+                f,
+                "Observations differ from those of {}: {names}. Compare models of the same data only.",
+                best.name
+            )?;
+        }
         if self.rows.iter().any(|r| r.unreliable > 0) {
             writeln!(f, "Some Pareto k are too large: the comparison is optimistic there.")?;
         }
@@ -115,7 +130,7 @@ mod tests {
     fn loo(elpds: &[f64]) -> Loo {
         let points: Vec<LooPoint> =
             elpds.iter().map(|&elpd| LooPoint { elpd, p_loo: 0.1, pareto_k: 0.2 }).collect();
-        Loo { elpd: elpds.iter().sum(), se: 1.0, p_loo: 1.0, threshold: 0.7, points }
+        Loo { elpd: elpds.iter().sum(), se: 1.0, p_loo: 1.0, threshold: 0.7, points, data: None }
     }
 
     #[test]
@@ -129,6 +144,18 @@ mod tests {
         assert!((table.rows[1].difference + 9.0).abs() < 1e-12);
         assert!((table.rows[1].difference_se - 21_f64.sqrt()).abs() < 1e-12);
         assert!(table.to_string().contains("within two standard errors"), "{table}");
+    }
+
+    #[test]
+    fn other_numbers_are_told() {
+        let with = |data| Loo { data: Some(data), ..loo(&[-1.0, -2.0]) };
+        let (a, b, c) = (with(1), with(1), with(2));
+        let unknown = Loo { data: None, ..with(3) };
+        let same = loo_compare(&[("a", &a), ("b", &b), ("unknown", &unknown)]).expect("as many");
+        assert!(same.other_data.is_empty());
+        let table = loo_compare(&[("a", &a), ("c", &c)]).expect("as many");
+        assert_eq!(table.other_data.len(), 1);
+        assert!(table.to_string().contains("Compare models of the same data only"), "{table}");
     }
 
     #[test]

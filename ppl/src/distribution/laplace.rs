@@ -14,7 +14,8 @@ use crate::transform::Support;
 
 /// Laplace (double exponential) distribution with location μ and scale σ.
 ///
-/// ln p(x) = −|x − μ|/σ − ln 2σ, for σ > 0. Its kink at μ has derivative 0.
+/// ln p(x) = −|x − μ|/σ − ln 2σ, for σ > 0. Its kink at μ has derivative 0. The normal
+/// approximation at a mode is [`ppl::Laplace`](crate::Laplace), which the prelude leaves out.
 ///
 /// # Example
 /// ```

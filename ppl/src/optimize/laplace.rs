@@ -10,7 +10,8 @@ use super::{
 };
 use crate::{any::AnyDensity, density::LogDensity};
 
-/// Normal approximation of a density in unconstrained space, at its mode there.
+/// Normal approximation of a density in unconstrained space, at its mode there; the Laplace
+/// distribution is [`prelude::Laplace`](crate::prelude::Laplace).
 ///
 /// `Normal(ŷ, H⁻¹)` with H the Hessian of −ln p at the mode ŷ, by central differences of the
 /// gradient. The log-Jacobians belong to the density here, so that ŷ is another point than the one

@@ -15,6 +15,7 @@ use crate::{
     any::{AnyDensity, Evaluator},
     bound::{Bound, ModelError, Workspace},
     density::{LogDensity, Rejection},
+    explain::further,
     model::Model,
 };
 
@@ -114,12 +115,14 @@ pub enum OptimizeError {
     #[error(transparent)]
     Model(#[from] ModelError),
     /// No starting point was accepted by the density.
-    #[error("no start: all {tries} points were rejected, the last: {last}")]
+    #[error("no start: all {tries} points were rejected, the last: {last}{}", further(.detail))]
     Start {
         /// Points tried.
         tries: u32,
         /// The last rejection.
         last: Box<Rejection>,
+        /// What else can be said about it, as the datum at fault.
+        detail: Option<String>,
     },
     /// The density rejects points next to the mode, or reports a fatal error.
     #[error("the search failed: {0}")]
@@ -128,7 +131,7 @@ pub enum OptimizeError {
     #[error("the search failed: {0}")]
     Optimiser(String),
     /// There is nothing to find.
-    #[error("the density has no unknowns, so that there is nothing to approximate")]
+    #[error("the density has no unknowns, so that there is nothing to find")]
     NoUnknowns,
     /// Pathfinder found no normal distribution near the density.
     #[error(
@@ -192,6 +195,9 @@ impl Map {
             let value = "0".to_owned();
             return Err(OptimizeError::Setting { setting, value, mend: "give at least 1" });
         }
+        if density.dim() == 0 {
+            return Err(OptimizeError::NoUnknowns);
+        }
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(self.seed);
         let mut ends = Vec::with_capacity(self.starts);
         for _ in 0..self.starts {
@@ -253,7 +259,8 @@ pub(super) fn start<R: Rng>(
             Ok(_) => return Ok(y),
             Err(fatal @ Rejection::Fatal { .. }) => return Err(Box::new(fatal).into()),
             Err(last) if tries == TRIES => {
-                return Err(OptimizeError::Start { tries, last: Box::new(last) });
+                let (last, detail) = (Box::new(last), evaluator.explain(&y));
+                return Err(OptimizeError::Start { tries, last, detail });
             }
             Err(_) => {}
         }
@@ -369,5 +376,9 @@ impl<M: Model> LogDensity for WithoutJacobian<'_, M> {
         workspace: &mut Workspace,
     ) -> Result<f64, Rejection> {
         self.0.gradient_without_jacobian(y, gradient, workspace)
+    }
+
+    fn explain(&self, y: &[f64]) -> Option<String> {
+        self.0.explain(y)
     }
 }

@@ -8,4 +8,5 @@ mod pathfinder;
 
 pub use laplace::Laplace;
 pub use map::{Map, Mode, OptimizeError};
+pub(crate) use pathfinder::is_reliable;
 pub use pathfinder::{Pathfinder, PathfinderFit, PathfinderPath};

@@ -244,9 +244,25 @@ pub struct Chains {
     pub chains: Vec<Chain>,
     /// Bound on the doublings of a trajectory; `None` for Metropolis.
     pub max_depth: Option<u32>,
+    /// Transitions after the warmup for every kept draw.
+    #[serde(default = "every")]
+    pub thin: usize,
+    /// Pareto k of the weights of draws from an approximation; `None` where a chain drew them.
+    #[serde(default)]
+    pub pareto_k: Option<f64>,
+}
+
+/// Not thinned.
+fn every() -> usize {
+    1
 }
 
 impl Chains {
+    /// Of a run.
+    pub(crate) fn new(dim: usize, chains: Vec<Chain>, thin: usize) -> Self {
+        Self { dim, chains, max_depth: None, thin, pareto_k: None }
+    }
+
     /// Number of draws that every chain has.
     pub fn len(&self) -> usize {
         self.chains.iter().map(Chain::len).min().unwrap_or(0)

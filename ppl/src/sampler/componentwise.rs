@@ -9,7 +9,7 @@ use super::{
     chains::{Chains, Covariance, DrawStats, WarmupReport},
     error::SampleError,
     progress::Progress,
-    rejections::{Rejections, Stop, finite},
+    rejections::{Rejections, Stop, accepting, finite},
     run::{Kernel, Stream},
     settings::{Init, Run, shared_settings},
 };
@@ -97,7 +97,7 @@ impl<'a> ComponentwiseMetropolis<'a> {
             sweeps: 0.0,
             rejections: Rejections::default(),
         })?;
-        Ok(Chains { dim, chains, max_depth: None })
+        Ok(Chains::new(dim, chains, self.run.thin))
     }
 
     /// Samples a model: the draws with everything the model names.
@@ -139,7 +139,7 @@ impl Kernel for Sweeps<'_> {
             let old = self.y[i];
             self.y[i] = old + self.scales[i] * rng.sample::<f64, _>(StandardNormal);
             let proposed = self.rejections.value(&mut *self.density, &self.y)?;
-            self.acceptances[i] = (proposed - self.log_density).exp().min(1.0);
+            self.acceptances[i] = accepting(proposed - self.log_density);
             if rng.random::<f64>() < self.acceptances[i] {
                 self.log_density = proposed;
             } else {
@@ -178,5 +178,9 @@ impl Kernel for Sweeps<'_> {
 
     fn rejections(&mut self) -> &mut Rejections {
         &mut self.rejections
+    }
+
+    fn explain(&self, y: &[f64]) -> Option<String> {
+        self.density.explain(y)
     }
 }

@@ -9,7 +9,7 @@ use super::{
     error::SampleError,
     progress::Progress,
     random_walk::RandomWalk,
-    rejections::{Rejections, Stop, finite},
+    rejections::{Rejections, Stop, accepting, finite},
     run::{Kernel, Stream},
     settings::{Init, Run, shared_settings},
 };
@@ -127,7 +127,7 @@ impl<'a> DelayedAcceptance<'a> {
             screened: 0.0,
             rejections: Rejections::default(),
         })?;
-        Ok(Chains { dim, chains, max_depth: None })
+        Ok(Chains::new(dim, chains, self.run.thin))
     }
 
     /// Samples the model `expensive`, screened by the model `cheap`: the draws with everything
@@ -199,7 +199,7 @@ impl Delayed<'_> {
             let level = &mut self.cheap;
             self.walk.propose(&level.y, &mut self.next, rng);
             let value = self.rejections.value(&mut *level.density, &self.next)?;
-            let acceptance = (value - level.log_density).exp().min(1.0);
+            let acceptance = accepting(value - level.log_density);
             sum += acceptance;
             if rng.random::<f64>() < acceptance {
                 std::mem::swap(&mut level.y, &mut self.next);
@@ -230,7 +230,7 @@ impl Kernel for Delayed<'_> {
             let (cheap, level) = (&mut self.cheap, &mut self.expensive);
             let value = self.rejections.value(&mut *level.density, &cheap.y)?;
             let correction = before - cheap.log_density;
-            acceptance = (value - level.log_density + correction).exp().min(1.0);
+            acceptance = accepting(value - level.log_density + correction);
             if rng.random::<f64>() < acceptance {
                 level.y.copy_from_slice(&cheap.y);
                 level.log_density = value;
@@ -262,5 +262,9 @@ impl Kernel for Delayed<'_> {
 
     fn rejections(&mut self) -> &mut Rejections {
         &mut self.rejections
+    }
+
+    fn explain(&self, y: &[f64]) -> Option<String> {
+        self.expensive.density.explain(y)
     }
 }

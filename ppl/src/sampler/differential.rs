@@ -11,7 +11,7 @@ use super::{
     error::SampleError,
     progress::Progress,
     random_walk::target_acceptance,
-    rejections::{Rejections, Stop, finite},
+    rejections::{Rejections, Stop, accepting, finite},
     run::{Kernel, Stream},
     settings::{Init, Run, shared_settings},
 };
@@ -122,6 +122,10 @@ impl<'a> DifferentialEvolution<'a> {
             let mend = "give as many as the density has unconstrained coordinates";
             return refuse("archive", value, mend);
         }
+        if self.archive.iter().flatten().any(|x| !x.is_finite()) {
+            let value = "a point that is not finite".to_owned();
+            return refuse("archive", value, "give points in unconstrained space");
+        }
         let chains = self.run.execute(dim, || Evolution {
             density: density.evaluator(),
             members: vec![Member { y: vec![0.0; dim], log_density: f64::NEG_INFINITY }],
@@ -131,7 +135,7 @@ impl<'a> DifferentialEvolution<'a> {
             generations: 0,
             rejections: Rejections::default(),
         })?;
-        Ok(Chains { dim, chains, max_depth: None })
+        Ok(Chains::new(dim, chains, self.run.thin))
     }
 
     /// Samples a model: the draws with everything the model names.
@@ -199,7 +203,7 @@ impl Evolution<'_> {
             }
         }
         let proposed = self.rejections.value(&mut *self.density, &self.proposal)?;
-        let acceptance = (proposed - *log_density + correction).exp().min(1.0);
+        let acceptance = accepting(proposed - *log_density + correction);
         if rng.random::<f64>() < acceptance {
             std::mem::swap(y, &mut self.proposal);
             *log_density = proposed;
@@ -278,5 +282,9 @@ impl Kernel for Evolution<'_> {
 
     fn rejections(&mut self) -> &mut Rejections {
         &mut self.rejections
+    }
+
+    fn explain(&self, y: &[f64]) -> Option<String> {
+        self.density.explain(y)
     }
 }

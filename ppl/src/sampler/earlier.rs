@@ -64,6 +64,11 @@ impl Nuts<'_> {
             let reason = format!("there are {got} of them, but {set} are to be run");
             return Err(misfit(reason, "set `chains` to their number"));
         }
+        if earlier.thin != self.run.thin {
+            let (got, set) = (earlier.thin, self.run.thin);
+            let reason = format!("they keep every {got}. transition, not every {set}.");
+            return Err(misfit(reason, "set `thin` as it was"));
+        }
         if let Err(problem) = earlier.check() {
             return Err(misfit(problem, "give chains as `run`, `resume` or `load` returned them"));
         }
@@ -74,7 +79,8 @@ impl Nuts<'_> {
         }
         Run { init: Init::Uniform(0.0), ..self.run.clone() }.validate(dim)?;
         let chains = self.run.go_on(earlier.chains, |chain| take_up(density, max_depth, chain))?;
-        Ok(Chains { dim, chains, max_depth: Some(max_depth) })
+        let chains = Chains::new(dim, chains, self.run.thin);
+        Ok(Chains { max_depth: Some(max_depth), ..chains })
     }
 
     /// Mass matrix and step of every chain of a warm start.

@@ -7,6 +7,7 @@ use thiserror::Error;
 use crate::{
     bound::ModelError,
     density::{Place, Rejection},
+    explain::further,
     optimize::OptimizeError,
     posterior::PosteriorError,
 };
@@ -27,9 +28,9 @@ pub enum SampleError {
     },
     /// No starting point was accepted by the density.
     #[error(
-        "chain {chain} cannot start: all {tries} initial points were rejected ({}); the last: {last}. \
-         Check the statement named, or give starting points with `init_points`",
-        tally(.rejections)
+        "chain {chain} cannot start: all {tries} initial points were rejected ({}); the last: \
+         {last}{}. Check the statement named and its data, or begin elsewhere",
+        tally(.rejections), further(.detail)
     )]
     Initialisation {
         /// Number of the chain.
@@ -40,6 +41,8 @@ pub enum SampleError {
         rejections: BTreeMap<Place, u64>,
         /// The last rejection.
         last: Box<Rejection>,
+        /// What else can be said about it, as the datum at fault.
+        detail: Option<String>,
     },
     /// The model reported a fatal error before the first transition.
     #[error("chain {chain} cannot start: {message}")]

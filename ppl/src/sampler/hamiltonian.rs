@@ -97,6 +97,10 @@ impl<'a> Hamiltonian<'a> {
         }
     }
 
+    pub(super) fn explain(&self, y: &[f64]) -> Option<String> {
+        self.density.explain(y)
+    }
+
     /// Evaluates log density and score at `point.y`.
     pub(super) fn evaluate(&mut self, point: &mut Point) -> Result<(), Rejection> {
         point.log_density = self.density.gradient(&point.y, &mut point.gradient)?;

@@ -9,7 +9,7 @@ use super::{
     error::SampleError,
     progress::Progress,
     random_walk::RandomWalk,
-    rejections::{Rejections, Stop, finite},
+    rejections::{Rejections, Stop, accepting, finite},
     run::{Kernel, Stream},
     settings::{Init, Run, shared_settings},
 };
@@ -85,7 +85,7 @@ impl<'a> Metropolis<'a> {
     fn run_any(&self, density: &dyn AnyDensity) -> Result<Chains, SampleError> {
         let dim = density.dim();
         let chains = self.run.execute(dim, || MetropolisChain::new(density, self.run.warmup))?;
-        Ok(Chains { dim, chains, max_depth: None })
+        Ok(Chains::new(dim, chains, self.run.thin))
     }
 
     /// Samples a model: the draws with everything the model names.
@@ -135,7 +135,7 @@ impl Kernel for MetropolisChain<'_> {
     fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, Stop> {
         self.walk.propose(&self.y, &mut self.proposal, rng);
         let proposed = self.rejections.value(&mut *self.density, &self.proposal)?;
-        let acceptance = (proposed - self.log_density).exp().min(1.0);
+        let acceptance = accepting(proposed - self.log_density);
         if rng.random::<f64>() < acceptance {
             std::mem::swap(&mut self.y, &mut self.proposal);
             self.log_density = proposed;
@@ -162,5 +162,9 @@ impl Kernel for MetropolisChain<'_> {
 
     fn rejections(&mut self) -> &mut Rejections {
         &mut self.rejections
+    }
+
+    fn explain(&self, y: &[f64]) -> Option<String> {
+        self.density.explain(y)
     }
 }

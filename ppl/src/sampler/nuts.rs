@@ -171,7 +171,8 @@ impl<'a> Nuts<'a> {
             let warmup = Warmup::new(self.rule, dim, warmup, target, warm);
             NutsChain::new(density, self.max_depth, warmup, tuned)
         })?;
-        Ok(Chains { dim, chains, max_depth: Some(self.max_depth) })
+        let chains = Chains::new(dim, chains, self.run.thin);
+        Ok(Chains { max_depth: Some(self.max_depth), ..chains })
     }
 
     /// Samples a model: the draws with everything the model names.
@@ -288,5 +289,9 @@ impl Kernel for NutsChain<'_> {
 
     fn rejections(&mut self) -> &mut Rejections {
         &mut self.hamiltonian.rejections
+    }
+
+    fn explain(&self, y: &[f64]) -> Option<String> {
+        self.hamiltonian.explain(y)
     }
 }

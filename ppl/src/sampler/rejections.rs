@@ -42,6 +42,12 @@ impl Rejections {
     }
 }
 
+/// The probability min(1, eˣ) of accepting a move; never of one whose x is no number.
+pub(super) fn accepting(x: f64) -> f64 {
+    // `min` leaves NaN out
+    if x.is_nan() { 0.0 } else { x.exp().min(1.0) }
+}
+
 /// The log density at `y`; one that is not finite is a rejection, whoever wrote the density.
 pub(super) fn finite(density: &mut dyn Evaluator, y: &[f64]) -> Result<f64, Rejection> {
     let value = density.log_density(y)?;

@@ -47,6 +47,8 @@ pub(super) trait Kernel {
     fn divergence(&self) -> (&[f64], f64);
     /// The points rejected.
     fn rejections(&mut self) -> &mut Rejections;
+    /// As [`LogDensity::explain`](crate::LogDensity::explain).
+    fn explain(&self, y: &[f64]) -> Option<String>;
 }
 
 impl Run<'_> {
@@ -241,6 +243,8 @@ impl Run<'_> {
             }
             let Err(rejection) = kernel.begin(&y) else { return Ok(()) };
             if let Err(Stop(message)) = kernel.rejections().count(&rejection) {
+                // a model that cannot be evaluated at all knows why
+                let message = kernel.explain(&y).unwrap_or(message);
                 return Err(SampleError::Fatal { chain, message });
             }
             tries += 1;
@@ -250,6 +254,7 @@ impl Run<'_> {
                     tries,
                     rejections: kernel.rejections().take(),
                     last: Box::new(rejection),
+                    detail: kernel.explain(&y),
                 });
             }
         }

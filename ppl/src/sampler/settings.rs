@@ -15,6 +15,8 @@ pub(super) enum Init {
 
 /// Most numbers that one chain may keep, 32 GiB: a slip of the keyboard should not exhaust memory.
 const MOST_NUMBERS: usize = 1 << 32;
+const MOST_CHAINS: usize = 10_000;
+const MOST_THREADS: usize = 1024;
 /// Numbers kept with every draw beside its coordinates.
 const STATISTICS: usize = 7;
 
@@ -147,8 +149,24 @@ impl Run<'_> {
                 return refuse(setting, "0".into(), "give at least 1");
             }
         }
+        let limits = [
+            ("chains", self.chains, MOST_CHAINS, "give at most 10 000"),
+            ("threads", self.threads.unwrap_or(1), MOST_THREADS, "give at most 1024"),
+        ];
+        for (setting, value, most, mend) in limits {
+            if value > most {
+                return refuse(setting, value.to_string(), mend);
+            }
+        }
+        if self.draws.checked_mul(self.thin).is_none() {
+            return refuse(
+                "thin",
+                self.thin.to_string(),
+                "draws × thin must be a number of 64 bits",
+            );
+        }
         let kept = self.draws.saturating_mul(dim.saturating_add(STATISTICS));
-        if kept > MOST_NUMBERS || self.draws.checked_mul(self.thin).is_none() {
+        if kept > MOST_NUMBERS {
             return refuse(
                 "draws",
                 self.draws.to_string(),

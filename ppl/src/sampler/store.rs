@@ -144,7 +144,7 @@ impl Chains {
     }
 
     /// Whether lengths agree, so that indices into the draws are safe.
-    pub(super) fn check(&self) -> Result<(), String> {
+    pub(crate) fn check(&self) -> Result<(), String> {
         if let Some(depth) = self.max_depth.filter(|depth| !DEPTHS.contains(depth)) {
             return Err(format!("{depth} doublings are out of range"));
         }

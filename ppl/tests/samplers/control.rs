@@ -164,7 +164,7 @@ fn settings_out_of_range_are_refused_by_name() {
         (Nuts::default().chains(0), "chains"),
         (Nuts::default().draws(0), "draws"),
         (Nuts::default().draws(usize::MAX), "draws"),
-        (Nuts::default().draws(10).thin(usize::MAX), "draws"),
+        (Nuts::default().draws(10).thin(usize::MAX), "thin"),
         (Nuts::default().warmup(usize::MAX), "warmup"),
         (Nuts::default().thin(0), "thin"),
         (Nuts::default().threads(0), "threads"),

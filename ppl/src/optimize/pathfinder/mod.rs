@@ -19,6 +19,10 @@ use crate::{
     sampler::{Chain, Chains, Covariance, DrawStats, WarmupReport},
 };
 
+/// Most numbers that the draws of all paths may have, 32 GiB: a slip of the keyboard should not
+/// exhaust memory.
+const MOST_NUMBERS: usize = 1 << 32;
+
 /// Pareto k up to which importance sampling can be relied on.
 const RELIABLE: f64 = 0.7;
 /// A mode whose evidence is e²⁰ times smaller than another's holds no draw of any run.
@@ -147,6 +151,12 @@ impl Pathfinder {
         if dim == 0 {
             return Err(OptimizeError::NoUnknowns);
         }
+        let all = self.paths.saturating_mul(self.draws).saturating_mul(dim);
+        if all > MOST_NUMBERS {
+            let value = self.draws.to_string();
+            let mend = "paths × draws × unknowns may be 2^32 at most";
+            return Err(OptimizeError::Setting { setting: "draws", value, mend });
+        }
 
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(self.seed);
         let streams: Vec<_> = (0..self.paths)
@@ -206,10 +216,15 @@ fn log_mixture(paths: &[PathfinderPath], y: &[f64]) -> f64 {
     top + logs.iter().map(|log| (log - top).exp()).sum::<f64>().ln()
 }
 
+/// Whether importance sampling with this Pareto k can be relied on.
+pub(crate) fn is_reliable(pareto_k: f64) -> bool {
+    pareto_k <= RELIABLE
+}
+
 impl PathfinderFit {
     /// Whether the draws approximate the posterior: Pareto k at most 0.7.
     pub fn is_reliable(&self) -> bool {
-        self.pareto_k <= RELIABLE
+        is_reliable(self.pareto_k)
     }
 
     /// The resampled draws as one chain, for [`Posterior::from_chains`](crate::Posterior::from_chains).
@@ -239,7 +254,8 @@ impl PathfinderFit {
             stream: None,
             paused: None,
         };
-        Chains { dim: self.dim, chains: vec![chain], max_depth: None }
+        let chains = Chains::new(self.dim, vec![chain], 1);
+        Chains { pareto_k: Some(self.pareto_k), ..chains }
     }
 
     /// `count` draws inside the support, in turn from the paths that found a mode of any weight:

@@ -202,7 +202,7 @@ impl<'a> Smc<'a> {
             stages.push(way);
             evidence.push(ln);
         }
-        let draws = Chains { dim, chains, max_depth: None };
+        let draws = Chains::new(dim, chains, 1);
         Ok(TemperedDraws { draws, evidence: Evidence::new(evidence), stages })
     }
 

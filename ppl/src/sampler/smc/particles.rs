@@ -75,6 +75,7 @@ impl<'a> Particles<'a> {
                 }
                 Err(rejection) => {
                     if let Err(Stop(message)) = own.rejections.count(&rejection) {
+                        let message = density.explain_rejection().unwrap_or(message);
                         return Err(SampleError::Fatal { chain: run, message });
                     }
                     in_a_row += 1;
@@ -84,6 +85,7 @@ impl<'a> Particles<'a> {
                             tries: TRIES,
                             rejections: own.rejections.take(),
                             last: Box::new(rejection),
+                            detail: density.explain_rejection(),
                         });
                     }
                 }

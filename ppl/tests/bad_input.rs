@@ -1,0 +1,167 @@
+//! What cannot be right is refused in words that name it, before anything is lost.
+
+use ppl::prelude::*;
+use ppl::{
+    Bound, DifferentialEvolution, FindingKind, Map, Model, OptimizeError, Pathfinder, Posterior,
+    Smc, Workspace,
+};
+
+ppl::model! {
+    fn level(x: &[f64], y: &[f64]) {
+        let mean ~ Normal(0.0, 1.0);
+        for (x, y) in x.iter().zip(y) {
+            y ~ Normal(mean * x, 1.0);
+        }
+    }
+
+    fn paired(pairs: &[[f64; 2]], counts: &[u64]) {
+        let share ~ Beta(1.0, 1.0);
+        let mean ~ Normal(0.0, 1.0).array::<2>();
+        for pair in pairs {
+            pair ~ Normal(mean[0] + mean[1], 1.0).array::<2>();
+        }
+        for i in 0..counts.len() {
+            counts[i] ~ Binomial(5u64, share);
+        }
+    }
+
+    fn one(y: f64) {
+        let mean ~ Normal(0.0, 1.0);
+        y ~ Normal(mean, 1.0);
+    }
+
+    fn nothing(y: f64) {
+        y ~ Normal(0.0, 1.0);
+    }
+
+    fn funnel(width: f64) {
+        let v ~ Normal(0.0, width);
+        let x ~ Normal(0.0, (v * 0.5).exp()).array::<9>();
+        factor(-x[0].square() * 0.0);
+    }
+}
+
+fn refusal<M: Model>(model: &Bound<M>) -> [String; 3] {
+    [
+        Nuts::default().run(model).expect_err("no start").to_string(),
+        Map::default().find(model).expect_err("no start").to_string(),
+        Smc::default().sample(model).expect_err("no particle").to_string(),
+    ]
+}
+
+/// The datum that no point gives a density, by its index and value.
+#[test]
+fn the_datum_at_fault_is_named() {
+    let mut y = vec![0.5; 1000];
+    y[777] = f64::NAN;
+    for said in refusal(&level(&[1.0; 1000], &y)) {
+        assert!(said.contains("the first observation to fail is `y[777]` = NaN"), "{said}");
+    }
+    // a covariate at fault makes a distribution that is not defined
+    let mut x = [1.0; 4];
+    x[2] = f64::INFINITY;
+    for said in refusal(&level(&x, &[0.25; 4])) {
+        assert!(said.contains("the first observation to fail is `y[2]` = 0.25"), "{said}");
+    }
+    for said in refusal(&paired(&[[0.1, 0.2], [0.3, f64::NAN]], &[])) {
+        assert!(said.contains("fail is `pair[1]` = [0.3, NaN]"), "{said}");
+    }
+    for said in refusal(&paired(&[], &[5, 0, 6])) {
+        assert!(said.contains("fail is `counts[2]` = 6"), "{said}");
+    }
+    for said in refusal(&one(f64::NAN)) {
+        assert!(said.contains("fail is `y` = NaN"), "{said}");
+    }
+}
+
+#[test]
+fn a_model_without_unknowns_has_no_mode() {
+    let found = Map::default().find(&nothing(0.3));
+    assert!(matches!(found, Err(OptimizeError::NoUnknowns)));
+    assert!(matches!(
+        ppl::Laplace::new(&nothing(0.3), &Map::default()),
+        Err(OptimizeError::NoUnknowns)
+    ));
+}
+
+#[test]
+fn a_gradient_needs_as_much_room_as_the_point() {
+    let (model, mut workspace) = (level(&[1.0], &[0.3]), Workspace::default());
+    for room in [0, 2] {
+        let mut gradient = vec![0.0; room];
+        for refused in [
+            model.gradient(&[0.1], &mut gradient, &mut workspace),
+            model.tape_gradient(&[0.1], &mut gradient, &mut workspace),
+        ] {
+            let said = refused.expect_err("another length").to_string();
+            assert!(said.contains(&format!("room for {room} numbers, the point has 1")), "{said}");
+        }
+    }
+}
+
+#[test]
+fn settings_beyond_any_machine_are_refused() {
+    let model = level(&[1.0], &[0.3]);
+    let nuts = Nuts::default;
+    for (sampler, setting) in [
+        (nuts().chains(usize::MAX), "chains"),
+        (nuts().threads(100_000), "threads"),
+        (nuts().thin(usize::MAX), "thin"),
+        (nuts().draws(usize::MAX), "draws"),
+    ] {
+        let said = sampler.run(&model).expect_err("too much").to_string();
+        assert!(said.contains(&format!("setting `{setting}`")), "{said}");
+    }
+    let said = Pathfinder::default().draws(usize::MAX).run(&model).expect_err("too much");
+    assert!(said.to_string().contains("setting `draws`"), "{said}");
+    let archive = vec![vec![f64::NAN]; 30];
+    let said = DifferentialEvolution::default().archive(archive).run(&model).expect_err("NaN");
+    assert!(said.to_string().contains("setting `archive`"), "{said}");
+}
+
+#[test]
+fn chains_go_on_with_the_thinning_they_began_with() {
+    let model = level(&[1.0], &[0.3]);
+    let nuts = Nuts::default().chains(1).warmup(50).seed(3);
+    let earlier = nuts.clone().thin(3).draws(10).run(&model).expect("runs");
+    let said = nuts.clone().draws(20).resume(&model, earlier.clone()).expect_err("another thin");
+    assert!(said.to_string().contains("every 3. transition, not every 1."), "{said}");
+    nuts.thin(3).draws(20).resume(&model, earlier).expect("the same thin");
+}
+
+#[test]
+fn chains_cut_by_hand_make_no_posterior() {
+    let model = level(&[1.0], &[0.3]);
+    let mut chains = Nuts::default().warmup(50).draws(50).run(&model).expect("runs");
+    chains.chains[2].draws.truncate(30);
+    let said = Posterior::from_chains(&model, chains, 1).expect_err("lengths").to_string();
+    assert!(said.contains("chain 2 has 30 numbers, not 50"), "{said}");
+}
+
+fn kinds(posterior: &Posterior) -> Vec<FindingKind> {
+    posterior.summary().findings.iter().map(|finding| finding.kind).collect()
+}
+
+#[test]
+fn draws_of_another_density_are_told_from_its_own() {
+    let model = level(&[1.0], &[0.3]);
+    let chains = Nuts::default().run(&model).expect("runs");
+    let own = Posterior::from_chains(&model, chains.clone(), 1).expect("fits");
+    assert!(!kinds(&own).contains(&FindingKind::OtherDensity));
+    // the density of held-out data at these draws is asked for like this
+    let held_out = level(&[2.0], &[1.3]);
+    let other = Posterior::from_chains(&held_out, chains, 1).expect("the same unknowns");
+    assert!(kinds(&other).contains(&FindingKind::OtherDensity));
+}
+
+#[test]
+fn an_approximation_that_does_not_fit_is_told() {
+    let (bad, good) = (funnel(3.0), level(&[1.0; 4], &[0.3; 4]));
+    let fit = Pathfinder::default().seed(1).run(&bad).expect("runs");
+    assert!(!fit.is_reliable());
+    let posterior = Posterior::from_chains(&bad, fit.chains(), 1).expect("fits");
+    assert!(kinds(&posterior).contains(&FindingKind::Approximation));
+    let fit = Pathfinder::default().seed(1).run(&good).expect("runs");
+    let posterior = Posterior::from_chains(&good, fit.chains(), 1).expect("fits");
+    assert_eq!(kinds(&posterior), []);
+}
