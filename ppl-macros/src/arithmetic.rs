@@ -12,6 +12,10 @@ const FUNCTIONS: [&str; 16] = [
     "tanh", "abs", "logistic", "softplus",
 ];
 
+/// Operations that one formula joins: the type of a longer one, as of a sum of a hundred terms, would
+/// pass rustc's limits. Its parts are numbers.
+pub(crate) const LONGEST: usize = 24;
+
 /// `Normal` is a type, `normal_around` is a function.
 pub(crate) fn is_type(function: &Expr) -> bool {
     matches!(function, Expr::Path(path) if path

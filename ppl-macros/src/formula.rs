@@ -16,8 +16,8 @@ use syn::visit_mut::{self, VisitMut};
 use syn::{Expr, ExprAssign, ExprBinary, Ident, Item, Stmt, UnOp};
 
 use crate::arithmetic::{
-    binds_names, closed, is_arithmetic, is_dot, is_function, is_type, numbers_of_dot, operand,
-    operations, sum_of, without_assignment,
+    LONGEST, binds_names, closed, is_arithmetic, is_dot, is_function, is_type, numbers_of_dot,
+    operand, operations, sum_of, without_assignment,
 };
 use crate::ast::{ArmBody, Block, Flow, Init, Kind, Statement};
 use crate::attributes::Mark;
@@ -260,6 +260,10 @@ impl Formulas {
             Expr::Binary(binary) if is_arithmetic(&binary.op) => {
                 self.open(&mut binary.left);
                 self.open(&mut binary.right);
+                if operations(expr) >= LONGEST {
+                    let part = closed(expr, expr.span());
+                    *expr = operand(&part);
+                }
             }
             Expr::MethodCall(call) if is_function(call) && self.mentions(&call.receiver) => {
                 self.open(&mut call.receiver);

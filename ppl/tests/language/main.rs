@@ -3,6 +3,7 @@
 
 mod densities;
 mod entries;
+mod long;
 mod models;
 mod names;
 mod records;

@@ -14,11 +14,12 @@ ppl::model! {
             y ~ Normal(theta, 1.0);
         }
         let twice: Vec<_> = theta.iter().map(|theta| 2.0 * theta - tau / theta + -theta).collect();
+        let angles: Real<_> = theta.iter().map(|theta| theta.atan2(tau).clamp(-1.0, mu.square())).sum();
         let predictor = |row: &[f64; 2]| b.iter().zip(row).map(|(b, x)| b * x).sum::<Real<_>>();
         let level: Real<_> = twice.iter().sum();
         for (row, y) in x.iter().zip(y) {
             let again = y;
-            again ~ Normal(level + predictor(row), &tau);
+            again ~ Normal(level + angles + predictor(row), &tau);
         }
     }
 
@@ -31,6 +32,8 @@ ppl::model! {
         for i in 0..y.len() {
             y[i] ~ Normal(theta[i], 1.0);
             level += 2.0 * theta[i] - tau / theta[i] - theta[i];
+            let angle = (theta[i] / tau).atan();
+            level += if angle < -1.0 { Real::from(-1.0) } else if angle > mu.square() { mu.square() } else { angle };
         }
         for (row, y) in x.iter().zip(y) {
             let again = y;
