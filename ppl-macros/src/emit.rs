@@ -87,9 +87,10 @@ pub(crate) fn table(sites: &[Site]) -> TokenStream {
     let entries = sites.iter().map(|site| {
         let (name, text) = (&site.name, &site.text);
         let line = Literal::usize_unsuffixed(scan::position(site.span).0);
-        let in_loop = match &site.plate {
-            Some(dimension) => Some(quote!(.along(#dimension))),
-            None => site.repeated.then(|| quote!(.in_loop())),
+        let plates = &site.plates;
+        let in_loop = match plates.is_empty() {
+            false => Some(quote!(.along(&[#(#plates),*]))),
+            true => site.repeated.then(|| quote!(.in_loop())),
         };
         let names = &site.dims;
         let dims = (!names.is_empty()).then(|| quote!(.dims(&[#(#names),*])));

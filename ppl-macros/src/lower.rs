@@ -24,8 +24,8 @@ pub(crate) struct Site {
     pub(crate) text: String,
     pub(crate) span: Span,
     pub(crate) repeated: bool,
-    /// Name of the dimension along which the innermost plate stacks.
-    pub(crate) plate: Option<String>,
+    /// Names of the dimensions along which the plates around stack, the innermost last.
+    pub(crate) plates: Vec<String>,
     /// Names of the value's own dimensions.
     pub(crate) dims: Vec<String>,
 }
@@ -38,7 +38,7 @@ pub(crate) fn lower(model: &mut Model) -> Vec<Site> {
         recorded: Names::default(),
         around: Vec::new(),
         loops: 0,
-        plate: None,
+        plates: Vec::new(),
         predicted: false,
     };
     lower.bind(model.arguments.iter().map(|data| data.name.clone()));
@@ -112,8 +112,8 @@ struct Lower {
     around: Vec<usize>,
     /// How many plates there were so far.
     loops: usize,
-    /// Name of the dimension along which the innermost plate stacks.
-    plate: Option<String>,
+    /// Names of the dimensions along which they stack.
+    plates: Vec<Option<String>>,
     /// Inside `#[predict] for`.
     predicted: bool,
 }
@@ -164,7 +164,7 @@ impl Lower {
                 text: std::mem::take(text),
                 span: *span,
                 repeated: !lower.around.is_empty(),
-                plate: lower.plate.clone(),
+                plates: named(&lower.plates),
                 dims: names.clone(),
             });
         };
@@ -236,12 +236,12 @@ impl Lower {
                 if self.header(flow, number) {
                     new(String::new(), self);
                 }
-                let outer = self.plate.clone();
+                let outer = self.plates.len();
                 if let Flow::For { .. } = flow {
-                    self.plate = names.first().cloned();
+                    self.plates.push(names.first().cloned());
                 }
                 self.inside(flow, *predicted);
-                self.plate = outer;
+                self.plates.truncate(outer);
             }
             Kind::End(init) => {
                 let used = match init {
@@ -352,6 +352,12 @@ impl Lower {
         rewrite.visit_expr_mut(expr);
         rewrite.used
     }
+}
+
+/// The names of the innermost plates, as far as they have some.
+fn named(plates: &[Option<String>]) -> Vec<String> {
+    let first = plates.iter().rposition(Option::is_none).map_or(0, |unnamed| unnamed + 1);
+    plates[first..].iter().flatten().cloned().collect()
 }
 
 /// Whether an expression at the end of the model is certainly not a statement.

@@ -116,12 +116,14 @@ impl Names {
     pub(crate) fn stack(&self, sites: &mut [Site]) {
         for name in &self.shared {
             let own = |site: &Site| site.name == *name;
-            let mut plates = sites.iter().filter(|site| own(site)).filter_map(|s| s.plate.clone());
-            let first = plates.next();
-            let plate = first.filter(|first| plates.all(|plate| plate == *first));
+            let own_plates = sites.iter().filter(|site| own(site)).map(|site| &site.plates);
+            let mut plates = own_plates.filter(|plates| !plates.is_empty());
+            let first = plates.next().cloned().unwrap_or_default();
+            let same = plates.all(|plates| *plates == first);
+            let plates = if same { first } else { Vec::new() };
             for site in sites.iter_mut().filter(|site| own(site)) {
                 site.repeated = true;
-                site.plate.clone_from(&plate);
+                site.plates.clone_from(&plates);
             }
         }
     }

@@ -33,9 +33,13 @@ impl Column {
         };
         column.len = column.pick(entry).len();
         if let Part::LogLikelihood = part {
-            // one number a statement: a plate has as many as its first dimension
-            let plate = column.shape.first() == Some(&column.len);
-            column.shape.truncate(usize::from(plate));
+            // one number a statement: plates have as many as their dimensions make together
+            let mut lengths = column.shape.iter().scan(1, |all, &length| {
+                *all *= length;
+                Some(*all)
+            });
+            let plates = lengths.position(|all| all == column.len).map_or(0, |last| last + 1);
+            column.shape.truncate(plates);
         }
         if let Part::LogPrior = part {
             column.shape.clear();

@@ -47,6 +47,8 @@ pub struct Entry {
     pub replicate: Vec<f64>,
     /// For observed quantities: the log density of each statement executed.
     pub log_likelihood: Vec<f64>,
+    /// Names of the dimensions along which the plates around stack.
+    plates: Vec<&'static str>,
 }
 
 /// All named quantities of a model at one point, in the order of their statements.
@@ -76,6 +78,23 @@ impl Record {
         self.get(name).map(|entry| entry.replicate.as_slice())
     }
 
+    /// Gives what nested plates stacked a dimension for each of them, where all have labels and
+    /// their values are as many as the labels make together.
+    pub(crate) fn unfold(&mut self) {
+        for Entry { variable, plates, .. } in &mut self.entries {
+            if plates.len() < 2 {
+                continue;
+            }
+            let lengths = plates.iter().map(|plate| Some(self.coordinates.get(plate)?.len()));
+            let Some(lengths) = lengths.collect::<Option<Vec<usize>>>() else { continue };
+            if lengths.iter().product::<usize>() == variable.shape[0] {
+                variable.shape.splice(..1, lengths);
+                variable.dims.splice(..1, plates.iter().map(|&plate| plate.to_owned()));
+                plates.clear();
+            }
+        }
+    }
+
     pub(crate) fn entry(
         &mut self,
         at: &Label,
@@ -100,7 +119,7 @@ impl Record {
             names.resize(shape.len(), None);
             if at.stacked {
                 full.insert(0, 1);
-                names.insert(0, at.plate);
+                names.insert(0, at.plates.last().copied());
             }
             let dims = names.iter().enumerate().map(|(k, name)| {
                 name.map_or_else(|| format!("{}_dim_{k}", at.name), str::to_owned)
@@ -114,6 +133,7 @@ impl Record {
                 log_prior: 0.0,
                 replicate: Vec::new(),
                 log_likelihood: Vec::new(),
+                plates: at.plates.clone(),
             });
             let last = self.entries.len() - 1;
             return Ok(&mut self.entries[last]);
@@ -140,5 +160,6 @@ pub(crate) struct Label {
     pub(crate) name: Cow<'static, str>,
     /// Whether it, or a submodel around it, stands in a loop.
     pub(crate) stacked: bool,
-    pub(crate) plate: Option<&'static str>,
+    /// Names of the dimensions along which it stacks, the innermost last.
+    pub(crate) plates: Vec<&'static str>,
 }

@@ -102,6 +102,7 @@ pub(crate) fn read(
 ) -> (Record, Result<(), Rejection>) {
     let mut trace = Trace::new(Source::Point(Point::new(y)), rng);
     let outcome = model.trace(&mut trace);
+    trace.record.unfold();
     (trace.record, outcome)
 }
 

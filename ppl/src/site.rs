@@ -11,8 +11,9 @@ pub struct Site {
     pub place: Place,
     /// Whether it stands in a loop: its values are stacked then.
     pub repeated: bool,
-    /// The name of the dimension along which a loop stacks.
-    pub plate: Option<&'static str>,
+    /// The names of the dimensions along which the loops around stack, the innermost last; empty
+    /// if that has no name.
+    pub plates: &'static [&'static str],
     /// Names of the value's own dimensions; empty for unnamed ones.
     pub dims: &'static [&'static str],
 }
@@ -31,7 +32,7 @@ impl Site {
         line: u32,
     ) -> Self {
         let place = Place { statement, file, line };
-        Self { name, place, repeated: false, plate: None, dims: &[] }
+        Self { name, place, repeated: false, plates: &[], dims: &[] }
     }
 
     /// The same in a loop.
@@ -40,9 +41,9 @@ impl Site {
         self
     }
 
-    /// The same in a loop over the entries of `dimension`.
-    pub const fn along(mut self, dimension: &'static str) -> Self {
-        self.plate = Some(dimension);
+    /// The same in loops over the entries of these dimensions, the innermost last.
+    pub const fn along(mut self, dimensions: &'static [&'static str]) -> Self {
+        self.plates = dimensions;
         self.in_loop()
     }
 

@@ -68,7 +68,8 @@ impl<'y> Trace<'y> {
     }
 
     /// What was recorded, if its dimensions fit together.
-    pub(crate) fn finish(self) -> Result<Record, Rejection> {
+    pub(crate) fn finish(mut self) -> Result<Record, Rejection> {
+        self.record.unfold();
         dimensions::check(&self.record.entries, &self.record.coordinates)
             .map_err(|message| Rejection::Fatal { message })?;
         Ok(self.record)
@@ -79,12 +80,14 @@ impl<'y> Trace<'y> {
             site,
             name: Cow::Borrowed(site.name),
             stacked: site.repeated,
-            plate: site.plate,
+            plates: site.plates.to_vec(),
         };
         for part in self.around.iter().rev() {
             label.name = format!("{}.{}", part.name, label.name).into();
             if !label.stacked {
-                (label.stacked, label.plate) = (part.repeated, part.plate);
+                (label.stacked, label.plates) = (part.repeated, part.plates.to_vec());
+            } else if part.repeated && !label.plates.is_empty() {
+                label.plates.splice(..0, part.plates.iter().copied());
             }
         }
         label
@@ -97,7 +100,8 @@ impl<'y> Trace<'y> {
         let missing = format!("{}.missing", at.name);
         if at.stacked {
             // neither has an entry for all that the plate stacks
-            let plate = at.plate.take();
+            let plates = std::mem::take(&mut at.plates);
+            let plate = if let [plate] = plates[..] { Some(plate) } else { None };
             let entries = &self.record.entries;
             let stacked = |e: &&Entry| e.variable.name == at.name || e.variable.name == missing;
             let index: usize = entries.iter().filter(stacked).map(|e| e.variable.shape[0]).sum();

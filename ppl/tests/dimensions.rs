@@ -26,6 +26,33 @@ ppl::model! {
         }
     }
 
+    /// Plates within plates, with and without a submodel between.
+    fn panel(groups: &[&str], years: &[u32], y: &[Vec<f64>], holes: &[[Option<f64>; 2]]) {
+        let mu ~ Normal(0.0, 5.0);
+        #[dims(group = groups)]
+        for (row, holes) in y.iter().zip(holes) {
+            let shift ~ Normal(0.0, 1.0);
+            #[dims(year = years)]
+            for v in row {
+                #[dims(end)] #[track] let ends = [mu + shift - v, mu + shift + v];
+                v ~ Normal(mu + shift, 1.0);
+            }
+            let series ~ trend(mu, row);
+            for hole in holes {
+                hole.impute() ~ Normal(shift, 1.0);
+            }
+        }
+    }
+
+    fn trend(mu: Real, row: &[f64]) -> Real {
+        let slope ~ Normal(0.0, 1.0);
+        #[dims(year)]
+        for w in row {
+            w ~ Normal(mu + slope, 1.0);
+        }
+        slope
+    }
+
     fn two_lengths(ys: &[f64]) {
         #[dims(side)] let a ~ Normal(0.0, 1.0).array::<2>();
         #[dims(side)] let b ~ Normal(0.0, 1.0).array::<3>();
@@ -68,6 +95,44 @@ fn array(store: &Path, name: &str) -> Value {
 
 fn dims(store: &Path, name: &str) -> Value {
     array(store, name)["dimension_names"].clone()
+}
+
+#[test]
+fn plates_within_plates_have_a_dimension_each() {
+    let y = vec![vec![0.1, 0.2, 0.3], vec![1.1, 1.2, 1.3]];
+    let holes = [[None, Some(0.4)], [Some(0.5), None]];
+    let model = panel(&["a", "b"], &[2001, 2002, 2003], &y, &holes);
+    let posterior = Nuts::default().chains(1).warmup(100).draws(30).seed(1).sample(&model).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let store = folder.path().join("panel.zarr");
+    posterior.write_zarr(&store).unwrap();
+    for (name, own, shape) in [
+        (
+            "posterior/ends",
+            json!(["chain", "draw", "group", "year", "end"]),
+            json!([1, 30, 2, 3, 2]),
+        ),
+        ("posterior/shift", json!(["chain", "draw", "group"]), json!([1, 30, 2])),
+        ("log_likelihood/v", json!(["chain", "draw", "group", "year"]), json!([1, 30, 2, 3])),
+        (
+            "log_likelihood/series.w",
+            json!(["chain", "draw", "group", "year"]),
+            json!([1, 30, 2, 3]),
+        ),
+        ("observed_data/v", json!(["group", "year"]), json!([2, 3])),
+        ("unconstrained_posterior/y", json!(["chain", "draw", "coordinate"]), json!([1, 30, 7])),
+    ] {
+        assert_eq!((dims(&store, name), &array(&store, name)["shape"]), (own, &shape), "{name}");
+    }
+    let observed = posterior.observed.get("v").unwrap();
+    assert_eq!(observed.data, [0.1, 0.2, 0.3, 1.1, 1.2, 1.3]);
+    assert_eq!(posterior.loo().unwrap().points.len(), 12 + 2);
+    assert_eq!(posterior.trace("ends[1,2,0]").unwrap()[0].len(), 30);
+
+    // rows of unequal lengths have no second dimension
+    let ragged = vec![vec![0.1], vec![1.1, 1.2, 1.3]];
+    let error = panel(&["a", "b"], &[2001, 2002, 2003], &ragged, &holes).layout().unwrap_err();
+    assert!(error.to_string().contains("`year` has 4 entries in `ends` but 3 labels"), "{error}");
 }
 
 #[test]

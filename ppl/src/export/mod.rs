@@ -48,10 +48,17 @@ impl Posterior {
         if !self.observed.variables.is_empty() {
             store.group("observed_data")?;
             for values in &self.observed.variables {
-                self.write_values(&mut store, "observed_data", values, &[])?;
+                let dims = self.dims(&values.name);
+                self.write_values(&mut store, "observed_data", values, &[], dims)?;
             }
         }
         store.finish()
+    }
+
+    /// The names of the dimensions of a quantity.
+    fn dims(&self, name: &str) -> &[String] {
+        let variable = self.layout.variables.iter().find(|v| v.name == name);
+        variable.map_or(&[], |v| &v.dims)
     }
 
     fn write_group(&self, store: &mut Store, name: &str, group: &Group) -> io::Result<()> {
@@ -59,7 +66,7 @@ impl Posterior {
         write_chain_and_draw(store, name, group.chains, group.draws)?;
         for values in &group.variables {
             let leading = [("chain", group.chains), ("draw", group.draws)];
-            self.write_values(store, name, values, &leading)?;
+            self.write_values(store, name, values, &leading, self.dims(&values.name))?;
         }
         Ok(())
     }
@@ -71,11 +78,10 @@ impl Posterior {
         group: &str,
         values: &Values,
         leading: &[(&str, usize)],
+        names: &[String],
     ) -> io::Result<()> {
         let mut dimensions: Vec<(String, usize)> =
             leading.iter().map(|&(name, size)| (name.to_owned(), size)).collect();
-        let variable = self.layout.variables.iter().find(|v| v.name == values.name);
-        let names = variable.map_or(&[][..], |v| &v.dims);
         for (name, &size) in names.iter().zip(&values.shape) {
             let labels = self.layout.coordinates.get(name);
             let coordinate = match labels.filter(|labels| labels.len() == size) {
@@ -96,7 +102,9 @@ impl Posterior {
         write_chain_and_draw(store, GROUP, count, draws)?;
         let data = chains.chains.iter().flat_map(|c| &c.draws[..draws * chains.dim]).copied();
         let values = Values { name: "y".into(), shape: vec![chains.dim], data: data.collect() };
-        self.write_values(store, GROUP, &values, &[("chain", count), ("draw", draws)])
+        // no quantity of the model, though one may be called y
+        let leading = [("chain", count), ("draw", draws)];
+        self.write_values(store, GROUP, &values, &leading, &["coordinate".to_owned()])
     }
 
     fn write_statistics(&self, store: &mut Store) -> io::Result<()> {
