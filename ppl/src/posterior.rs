@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::any::{AnyDensity, AnyModel};
 use crate::collect::{Collected, Plan};
 use crate::density::{Place, Rejection};
-use crate::diagnostics::{Identifiability, Loo, LooError, Marginal};
+use crate::diagnostics::{Identifiability, Loo, LooError};
 use crate::group::{Group, Values, element_names};
 use crate::sampler::{Chains, SampleError};
 use crate::{Bound, Layout, Model, ModelError, Role, Variable};
@@ -233,9 +233,13 @@ impl Posterior {
         self.posterior.get(name).or_else(|| self.predictive.get(name))
     }
 
-    /// One vector a chain for one number, as `young` or `sd[0]`.
+    /// One vector a chain for one number, as `young` or `sd[0]`; where there are labels also
+    /// `sd[north]`, if no number is called so by its index.
     pub fn trace(&self, element: &str) -> Option<Vec<Vec<f64>>> {
-        self.posterior.trace(element).or_else(|| self.predictive.trace(element))
+        let of = |element: &str| {
+            self.posterior.trace(element).or_else(|| self.predictive.trace(element))
+        };
+        of(element).or_else(|| of(&self.layout.index_of(element)?))
     }
 
     /// Leave-one-out cross-validation over all observation statements.
@@ -269,14 +273,14 @@ impl Posterior {
             let (Some(before), Some(after)) = (prior.get(name), self.posterior.get(name)) else {
                 continue;
             };
-            let pairs = prior.traces_in(before).zip(self.posterior.traces_in(after));
-            for ((element, before), (_, after)) in pairs {
-                let marginal = Marginal::of(&before.concat());
-                if marginal.sd > 0.0 {
-                    // structural constants, as the zeros of a Cholesky factor, are not parameters
-                    rows.push(Identifiability::new(element, marginal, &after.concat(), *bounds));
-                }
-            }
+            let names = before.elements();
+            rows.par_extend(names.into_par_iter().enumerate().filter_map(|(index, element)| {
+                let [before, after] =
+                    [(prior, before), (&self.posterior, after)].map(|(g, v)| g.column(v, index));
+                // structural constants, as the zeros of a Cholesky factor, are not parameters
+                let moves = before.iter().any(|x| *x != before[0]);
+                moves.then(|| Identifiability::of_draws(element, &before, &after, *bounds))
+            }));
         }
         rows
     }
