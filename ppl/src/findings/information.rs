@@ -11,8 +11,8 @@ use crate::diagnostics::{
 use crate::posterior::Posterior;
 use crate::summary::{SummaryRow, cell};
 
-/// R-hat of chains so far apart that the spread of their draws is theirs: about a sixth of the variance is
-/// between them.
+/// R-hat of chains so far apart that the spread of their draws is theirs: about a sixth of the
+/// variance is between them.
 const APART: f64 = 1.1;
 /// Effective draws below which variances scatter by more than the thresholds of a combination.
 const ENOUGH_FOR_A_COVARIANCE: f64 = 100.0;
