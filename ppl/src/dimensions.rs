@@ -1,9 +1,11 @@
 //! Named dimensions of quantities, and labels of the entries along them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Index;
 
+use crate::bound::Layout;
 use crate::entry::{Entry, Variable};
+use crate::group::{element_names, labelled_names};
 use crate::posterior::Posterior;
 
 /// Labels that fit no dimension.
@@ -98,8 +100,36 @@ impl Index<&str> for Coordinates {
     }
 }
 
+impl Layout {
+    /// The names of all numbers of a quantity, with labels for indices where its dimensions have
+    /// them, each its own.
+    pub(crate) fn labelled(&self, variable: &Variable) -> Vec<String> {
+        let labels: Vec<Option<&Vec<String>>> = variable
+            .dims
+            .iter()
+            .zip(&variable.shape)
+            .map(|(dimension, &length)| {
+                let labels = self.coordinates.get(dimension)?;
+                let distinct: BTreeSet<&String> = labels.iter().collect();
+                (distinct.len() == length).then_some(labels)
+            })
+            .collect();
+        labelled_names(&variable.name, &variable.shape, |dimension, index| {
+            labels[dimension].map_or_else(|| index.to_string(), |labels| labels[index].clone())
+        })
+    }
+
+    /// The name with indices of the number with this name with labels.
+    pub(crate) fn index_of(&self, labelled: &str) -> Option<String> {
+        let name = labelled.split('[').next()?;
+        let variable = self.variables.iter().find(|v| v.name == name)?;
+        let index = self.labelled(variable).iter().position(|own| own == labelled)?;
+        element_names(name, &variable.shape).into_iter().nth(index)
+    }
+}
+
 impl Posterior {
-    /// Labels the entries along one dimension of a quantity, for exports:
+    /// Labels the entries along one dimension of a quantity, in tables and exports:
     /// `posterior.label("mean", 0, &["slope", "peak force", "displacement at peak"])?`.
     ///
     /// A dimension that was named in the model, by `#[dims(…)]`, gets the labels wherever it

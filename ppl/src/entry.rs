@@ -39,7 +39,8 @@ pub struct Entry {
     pub variable: Variable,
     /// Elements, last dimension fastest. For observed quantities: the data.
     pub values: Vec<f64>,
-    /// For parameters: the ends of the prior's support, if it has two finite ones.
+    /// For parameters: the ends of the prior's support, if it has two finite ones, or one at which it
+    /// was truncated.
     pub bounds: Option<(f64, f64)>,
     /// For parameters: the log density of their distribution, summed over the statements executed.
     pub log_prior: f64,
@@ -60,6 +61,8 @@ pub struct Record {
     pub unconstrained: Vec<f64>,
     /// Labels of the entries along dimensions, by the name of the dimension.
     pub coordinates: Coordinates,
+    /// Whether there was a `factor`.
+    pub(crate) is_weighed: bool,
 }
 
 impl Record {

@@ -68,9 +68,23 @@ impl Group {
             |chain: usize, draw: usize| values.data[(chain * self.draws + draw) * size + index];
         (0..self.chains).map(|c| (0..self.draws).map(|d| at(c, d)).collect()).collect()
     }
+
+    /// The draws of number `index` of one of the group's quantities, chain after chain.
+    pub(crate) fn column(&self, values: &Values, index: usize) -> Vec<f64> {
+        values.data[index..].iter().step_by(values.size()).copied().collect()
+    }
 }
 
 pub(crate) fn element_names(name: &str, shape: &[usize]) -> Vec<String> {
+    labelled_names(name, shape, |_, index| index.to_string())
+}
+
+/// The names of all numbers of a quantity, with `label(dimension, index)` for every index.
+pub(crate) fn labelled_names(
+    name: &str,
+    shape: &[usize],
+    label: impl Fn(usize, usize) -> String,
+) -> Vec<String> {
     if shape.is_empty() {
         return vec![name.to_owned()];
     }
@@ -78,13 +92,12 @@ pub(crate) fn element_names(name: &str, shape: &[usize]) -> Vec<String> {
     (0..size)
         .map(|flat: usize| {
             let mut rest = flat;
-            let mut index: Vec<String> = shape
-                .iter()
+            let mut index: Vec<String> = (0..shape.len())
                 .rev()
-                .map(|&n| {
-                    let i = rest % n;
-                    rest /= n;
-                    i.to_string()
+                .map(|dimension| {
+                    let i = rest % shape[dimension];
+                    rest /= shape[dimension];
+                    label(dimension, i)
                 })
                 .collect();
             index.reverse();

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::any::{AnyDensity, AnyModel};
 use crate::collect::{Collected, Plan};
 use crate::density::{Place, Rejection};
-use crate::diagnostics::{Identifiability, Loo, LooError, Marginal};
+use crate::diagnostics::{Identifiability, Loo, LooError};
 use crate::group::{Group, Values, element_names};
 use crate::sampler::{Chains, SampleError};
 use crate::{Bound, Layout, Model, ModelError, Role, Variable};
@@ -131,6 +131,8 @@ pub struct Posterior {
     bounds: Vec<Option<(f64, f64)>>,
     /// Whether the chains were drawn from another density than the model's.
     pub(crate) is_foreign: bool,
+    /// Whether the density is more than the prior.
+    pub(crate) has_likelihood: bool,
 }
 
 impl Posterior {
@@ -222,6 +224,7 @@ impl Posterior {
             shape: e.variable.shape.clone(),
             data: e.values.clone(),
         });
+        let has_likelihood = template.is_weighed || !log_likelihood.variables.is_empty();
         let bounds = layout.variables.iter().map(|v| template.get(&v.name)?.bounds).collect();
         Ok(Self {
             layout,
@@ -236,6 +239,7 @@ impl Posterior {
             unpredicted,
             bounds,
             is_foreign: is_foreign(model, &chains),
+            has_likelihood,
             chains,
         })
     }
@@ -245,9 +249,13 @@ impl Posterior {
         self.posterior.get(name).or_else(|| self.predictive.get(name))
     }
 
-    /// One vector a chain for one number, as `young` or `sd[0]`.
+    /// One vector a chain for one number, as `young` or `sd[0]`; where there are labels also
+    /// `sd[north]`, if no number is called so by its index.
     pub fn trace(&self, element: &str) -> Option<Vec<Vec<f64>>> {
-        self.posterior.trace(element).or_else(|| self.predictive.trace(element))
+        let of = |element: &str| {
+            self.posterior.trace(element).or_else(|| self.predictive.trace(element))
+        };
+        of(element).or_else(|| of(&self.layout.index_of(element)?))
     }
 
     /// Leave-one-out cross-validation over all observation statements.
@@ -285,14 +293,14 @@ impl Posterior {
             let (Some(before), Some(after)) = (prior.get(name), self.posterior.get(name)) else {
                 continue;
             };
-            let pairs = prior.traces_in(before).zip(self.posterior.traces_in(after));
-            for ((element, before), (_, after)) in pairs {
-                let marginal = Marginal::of(&before.concat());
-                if marginal.sd > 0.0 {
-                    // structural constants, as the zeros of a Cholesky factor, are not parameters
-                    rows.push(Identifiability::new(element, marginal, &after.concat(), *bounds));
-                }
-            }
+            let names = before.elements();
+            rows.par_extend(names.into_par_iter().enumerate().filter_map(|(index, element)| {
+                let [before, after] =
+                    [(prior, before), (&self.posterior, after)].map(|(g, v)| g.column(v, index));
+                // structural constants, as the zeros of a Cholesky factor, are not parameters
+                let moves = before.iter().any(|x| *x != before[0]);
+                moves.then(|| Identifiability::of_draws(element, &before, &after, *bounds))
+            }));
         }
         rows
     }

@@ -8,18 +8,19 @@ use std::path::Path;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::diagnostics::{
-    ess_bulk, ess_tail, mcse_mean, mean_and_variance, quantile_of_sorted, rhat,
-};
+use crate::diagnostics::{Digest, Scores};
 use crate::findings::{Finding, find};
 use crate::posterior::Posterior;
 
 /// One number of the posterior, in the unit of the quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SummaryRow {
-    /// Name with indices, as `sd[0]`.
-    #[serde(rename = "parameter")]
+    /// Name with indices, as `sd[0]`, or with labels where the dimensions have them, as `sd[north]`.
+    #[serde(skip)]
     pub name: String,
+    /// Name with indices, whatever the labels: what files have, for programs to rely on.
+    #[serde(rename = "parameter")]
+    pub place: String,
     /// Posterior mean.
     pub mean: f64,
     /// Posterior standard deviation.
@@ -59,32 +60,50 @@ pub struct Summary {
     pub draws: usize,
 }
 
+impl SummaryRow {
+    /// The smaller of the effective sample sizes.
+    pub(crate) fn ess(&self) -> f64 {
+        self.ess_bulk.min(self.ess_tail)
+    }
+}
+
 impl Posterior {
     /// The table of moments, quantiles and diagnostics, with warnings in words.
     pub fn summary(&self) -> Summary {
         let identifiability = self.identifiability();
         let contraction: BTreeMap<&str, f64> =
             identifiability.iter().map(|i| (i.name.as_str(), i.contraction())).collect();
-        let traces: Vec<(String, Vec<Vec<f64>>)> = self.posterior.traces().collect();
-        let rows: Vec<SummaryRow> = traces
+        let group = &self.posterior;
+        // half the draws of a chain, twice as many halves as chains
+        let scores = Scores::new(2 * (group.draws / 2) * group.chains);
+        let numbers = group.variables.iter().flat_map(|values| {
+            let variable = self.layout.variables.iter().find(|v| v.name == values.name);
+            let places = values.elements();
+            let names = variable.map_or_else(|| places.clone(), |v| self.layout.labelled(v));
+            let named = places.into_iter().zip(names).enumerate();
+            named.map(move |(index, (place, name))| (values, index, place, name))
+        });
+        let numbers: Vec<_> = numbers.collect();
+        let rows: Vec<SummaryRow> = numbers
             .into_par_iter()
-            .map(|(name, trace)| {
-                let chains: Vec<&[f64]> = trace.iter().map(Vec::as_slice).collect();
-                let mut sorted = chains.concat();
-                sorted.sort_unstable_by(f64::total_cmp);
-                let (mean, variance) = mean_and_variance(chains.iter().copied().flatten().copied());
+            .map(|(values, index, place, name)| {
+                let draws = group.column(values, index);
+                let chains: Vec<&[f64]> = draws.chunks(group.draws.max(1)).collect();
+                let digest = Digest::new(&chains, &scores);
+                let [q05, q50, q95] = digest.quantiles;
                 SummaryRow {
-                    mean,
-                    sd: variance.sqrt(),
-                    q05: quantile_of_sorted(&sorted, 0.05),
-                    q50: quantile_of_sorted(&sorted, 0.50),
-                    q95: quantile_of_sorted(&sorted, 0.95),
-                    rhat: rhat(&chains),
-                    ess_bulk: ess_bulk(&chains),
-                    ess_tail: ess_tail(&chains),
-                    contraction: contraction.get(name.as_str()).copied(),
-                    mcse_mean: mcse_mean(&chains),
+                    mean: digest.mean,
+                    sd: digest.sd,
+                    q05,
+                    q50,
+                    q95,
+                    rhat: digest.rhat,
+                    ess_bulk: digest.ess_bulk,
+                    ess_tail: digest.ess_tail,
+                    contraction: contraction.get(place.as_str()).copied(),
+                    mcse_mean: digest.mcse_mean,
                     name,
+                    place,
                 }
             })
             .collect();
@@ -94,9 +113,11 @@ impl Posterior {
 }
 
 impl Summary {
-    /// The row of this name, as `young` or `sd[0]`.
+    /// The row of this name, as `young` or `sd[0]`; where there are labels also `sd[north]`, if no
+    /// row is called so by its index.
     pub fn row(&self, name: &str) -> Option<&SummaryRow> {
-        self.rows.iter().find(|row| row.name == name)
+        let by_place = self.rows.iter().find(|row| row.place == name);
+        by_place.or_else(|| self.rows.iter().find(|row| row.name == name))
     }
 
     /// Writes the rows as CSV with the header

@@ -140,7 +140,9 @@ impl<'y> Trace<'y> {
     ) -> Result<(), Rejection> {
         let at = if is_imputed { self.imputed(site, true) } else { self.label(site) };
         let entry = self.write(&at, Role::Parameter, value)?;
-        entry.bounds = bounds;
+        // statements in a loop may have different bounds: then they have none in common
+        let first = !at.stacked || entry.variable.shape[0] == 1;
+        entry.bounds = bounds.filter(|_| first || entry.bounds == bounds);
         entry.log_prior += log_prior;
         Ok(())
     }
@@ -326,6 +328,7 @@ impl Context for Trace<'_> {
     }
 
     fn factor(&mut self, _: &'static Site, _: Real<f64>) -> Result<(), Rejection> {
+        self.record.is_weighed = true;
         Ok(())
     }
 

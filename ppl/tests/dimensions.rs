@@ -174,6 +174,47 @@ fn dimensions_and_labels_reach_the_store() {
 }
 
 #[test]
+fn labels_stand_in_the_table_and_indices_still_find_their_rows() {
+    let names = ["Choate", "Deerfield"];
+    let model = schools(&names, 2001..2004, &[28.0, 8.0], &[Some(1.0), None]);
+    let mut posterior =
+        Nuts::default().chains(1).warmup(100).draws(20).seed(1).sample(&model).unwrap();
+    let shown = |posterior: &ppl::Posterior| -> Vec<String> {
+        posterior.summary().rows.into_iter().map(|row| row.name).collect()
+    };
+    let rows = [
+        "mu",
+        "trend[2001]",
+        "trend[2002]",
+        "trend[2003]",
+        "theta[Choate]",
+        "ends[Choate,0]",
+        "ends[Choate,1]",
+        "ends[Deerfield,0]",
+        "ends[Deerfield,1]",
+        "hole.missing[Deerfield]",
+    ];
+    let found = shown(&posterior);
+    for row in rows {
+        assert!(found.iter().any(|name| name == row), "no {row} in {found:?}");
+    }
+    let summary = posterior.summary();
+    assert!(summary.to_string().contains("theta[Deerfield]"));
+    let by_index = summary.row("theta[1]").expect("a number of the model");
+    assert_eq!(by_index.name, "theta[Deerfield]");
+    assert_eq!(summary.row("theta[Deerfield]"), Some(by_index));
+    assert_eq!(posterior.trace("theta[Deerfield]"), posterior.trace("theta[1]"));
+    assert_eq!(posterior.trace("hole.missing[Deerfield]"), posterior.trace("hole.missing[0]"));
+    assert_eq!(posterior.trace("new[Choate]"), posterior.trace("new[0]"), "a prediction");
+    assert!(posterior.trace("theta[1]").is_some() && posterior.trace("theta[Eton]").is_none());
+    assert!(summary.findings.iter().any(|f| f.what.contains("theta[")), "{summary}");
+
+    // labels that tell nothing apart do not stand for numbers
+    posterior.label("ends", 1, &["end", "end"]).unwrap();
+    assert!(shown(&posterior).contains(&"ends[Choate,1]".to_owned()));
+}
+
+#[test]
 fn submodels_stack_along_the_plate_around_them() {
     let model = parts(&[1.0, 2.0]);
     let theta = &model.layout().unwrap().variables[0];

@@ -1,6 +1,7 @@
 //! Effective sample size.
 
-use super::autocovariance::autocovariance;
+use super::autocovariance::Autocovariance;
+use super::ranked::Ranked;
 use super::{borrow, mean, mean_and_variance, order, split, usable};
 
 /// Bulk effective sample size: that of the rank-normalised split chains, for the centre of the
@@ -11,7 +12,11 @@ use super::{borrow, mean, mean_and_variance, order, split, usable};
 ///
 /// Reference: Vehtari et al. (2021), section 4.1, doi:10.1214/20-BA1221.
 pub fn ess_bulk(chains: &[&[f64]]) -> f64 {
-    of_transformed(chains, order::normal_scores)
+    Ranked::new(chains, None).map_or(f64::NAN, |ranked| bulk(&ranked))
+}
+
+pub(super) fn bulk(ranked: &Ranked) -> f64 {
+    effective_size(&ranked.halves(&ranked.scores))
 }
 
 /// Tail effective sample size: the smaller of those of the 5 % and the 95 % quantile.
@@ -19,7 +24,12 @@ pub fn ess_bulk(chains: &[&[f64]]) -> f64 {
 /// Same conventions as [`ess_bulk`]. (ArviZ 1 takes other quantiles unless told
 /// `prob=(0.05, 0.95)`.) Reference: Vehtari et al. (2021), section 4.3.
 pub fn ess_tail(chains: &[&[f64]]) -> f64 {
-    ess_quantile(chains, 0.05).min(ess_quantile(chains, 0.95))
+    Ranked::new(chains, None).map_or(f64::NAN, |ranked| tail(&ranked))
+}
+
+pub(super) fn tail(ranked: &Ranked) -> f64 {
+    let at = |probability| below(&ranked.chains, ranked.quantile(probability));
+    at(0.05).min(at(0.95))
 }
 
 /// Effective sample size for the mean: that of the split chains as they are.
@@ -33,7 +43,7 @@ pub fn ess_sd(chains: &[&[f64]]) -> f64 {
         return f64::NAN;
     };
     let centre = mean(chains.iter().copied().flatten().copied());
-    of_transformed(&chains, |halves| map(halves, |x| (x - centre).powi(2)))
+    of_transformed(&chains, |x| (x - centre).powi(2))
 }
 
 /// Effective sample size for a quantile: that of the indicator x ≤ q, with q the sample quantile.
@@ -44,15 +54,19 @@ pub fn ess_quantile(chains: &[&[f64]], probability: f64) -> f64 {
         return f64::NAN;
     };
     let q = order::quantile(&chains.concat(), probability);
-    of_transformed(&chains, |halves| map(halves, |x| f64::from(x <= q)))
+    below(&chains, q)
 }
 
-fn map(chains: &[&[f64]], f: impl Fn(f64) -> f64) -> Vec<Vec<f64>> {
-    chains.iter().map(|chain| chain.iter().map(|&x| f(x)).collect()).collect()
+/// Effective sample size of the indicator x ≤ q.
+fn below(chains: &[&[f64]], q: f64) -> f64 {
+    of_transformed(chains, |x| f64::from(x <= q))
 }
 
-fn of_transformed(chains: &[&[f64]], f: impl Fn(&[&[f64]]) -> Vec<Vec<f64>>) -> f64 {
-    usable(chains).map_or(f64::NAN, |chains| effective_size(&borrow(&f(&split(&chains)))))
+fn of_transformed(chains: &[&[f64]], f: impl Fn(f64) -> f64) -> f64 {
+    let halves = split(chains);
+    let halves: Vec<Vec<f64>> =
+        halves.iter().map(|half| half.iter().map(|&x| f(x)).collect()).collect();
+    effective_size(&borrow(&halves))
 }
 
 /// S/τ with τ from Geyer's initial monotone sequence: lags are summed in pairs, each no larger
@@ -64,16 +78,17 @@ fn effective_size(chains: &[&[f64]]) -> f64 {
         return f64::NAN;
     }
     let n = draws as f64;
-    let covariance = autocovariance(chains);
-    let within = covariance[0] * n / (n - 1.0);
-    let mut total = covariance[0];
+    let mut covariance = Autocovariance::new(chains);
+    let start = covariance.at(0);
+    let within = start * n / (n - 1.0);
+    let mut total = start;
     if chains.len() > 1 {
         total += mean_and_variance(chains.iter().map(|c| mean(c.iter().copied()))).1;
     }
     if total <= 0.0 {
         return f64::NAN; // an indicator that never changed
     }
-    let correlation = |lag: usize| 1.0 - (within - covariance[lag]) / total;
+    let mut correlation = |lag: usize| 1.0 - (within - covariance.at(lag)) / total;
 
     let mut tau = -1.0;
     let mut smallest = f64::INFINITY;

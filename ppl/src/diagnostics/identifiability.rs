@@ -1,10 +1,18 @@
-//! What did the data say about each parameter, and what about none of them alone?
+//! What did the data say about each parameter?
 
 use std::fmt;
 
-use nalgebra::DMatrix;
+use super::order::quantile_of_sorted;
+use super::{mean, mean_and_variance};
 
-use super::mean_and_variance;
+/// The variance of the prior draws cannot be trusted if its own standard error is more than this
+/// part of it: labels are 0.1 of the prior variance apart.
+const LARGEST_ERROR: f64 = 0.1;
+/// The contraction below which the posterior is wider than the prior, whatever the draws.
+const WIDENED: f64 = -0.5;
+/// A prior with heavy tails holds to be rare what is farther out than all but this share of it: a
+/// local scale of a horseshoe is one of hundreds, and some of them are far out.
+const RARE: f64 = 1e-3;
 
 /// Mean and standard deviation of one parameter, prior or posterior.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,35 +81,107 @@ pub struct Identifiability {
     pub prior: Marginal,
     /// After the data.
     pub posterior: Marginal,
-    /// [`boundary_mass`]; `None` for a prior without two bounds.
+    /// Widths of the central halves of prior and posterior, where the prior has heavy tails.
+    pub halves: Option<[f64; 2]>,
+    /// [`boundary_mass`]; `None` for a prior that cuts nothing off.
     pub boundary_mass: Option<f64>,
     /// Known truth, where the data are simulated.
     pub truth: Option<f64>,
     /// Largest total Sobol index of any output, where a surrogate gives one.
     pub sensitivity: Option<f64>,
+    conflict: bool,
 }
 
 impl Identifiability {
-    /// From posterior draws; `bounds` are the prior's, if it has two.
+    /// From draws of the prior and of the posterior; `bounds` are the prior's, infinite where it has
+    /// none.
+    ///
+    /// At a single bound, only a parameter that the data identified can pile up against it: what
+    /// they left where it was has the prior's own shape.
+    ///
+    /// Under a prior with heavy tails, as a Cauchy, sample variances are those of the few farthest
+    /// draws. Where the prior draws have a kurtosis κ so large that the standard error of their
+    /// variance, √((κ − 1)/n) of it, is above a tenth, the widths of the central halves stand in
+    /// for the standard deviations of prior and posterior alike.
+    ///
+    /// ```
+    /// use ppl::diagnostics::{Identifiability, Identification};
+    /// // quantiles of a Cauchy distribution: the data said nothing
+    /// let cauchy = |n: u32| -> Vec<f64> {
+    ///     let at = |i| (std::f64::consts::PI * ((f64::from(i) + 0.5) / f64::from(n) - 0.5)).tan();
+    ///     (0..n).map(at).collect()
+    /// };
+    /// let row = Identifiability::of_draws("x", &cauchy(2000), &cauchy(500), None);
+    /// assert!(row.posterior.sd < 0.6 * row.prior.sd, "of no meaning");
+    /// assert!(row.contraction().abs() < 0.01);
+    /// assert_eq!(row.label(), Identification::Not);
+    /// ```
+    pub fn of_draws(
+        name: impl Into<String>,
+        before: &[f64],
+        after: &[f64],
+        bounds: Option<(f64, f64)>,
+    ) -> Self {
+        let mut row = Self::new(name, Marginal::of(before), after, None);
+        let heavy = has_heavy_tails(before, row.prior);
+        if heavy || row.conflict {
+            let [before, after] = [before, after].map(sorted);
+            let halves = [&before, &after].map(|sorted| central_half(sorted));
+            row.halves = (heavy && halves[0] > 0.0).then_some(halves);
+            row.conflict = row.contraction() < WIDENED
+                && if heavy {
+                    share_beyond(&before, quantile_of_sorted(&after, 0.5)) < RARE
+                } else {
+                    // one draw far out makes a variance, but not a width
+                    halves[1] > halves[0]
+                };
+        }
+        let cuts = |(lower, upper): &(f64, f64)| {
+            lower.is_finite() && upper.is_finite() || row.label() == Identification::Identified
+        };
+        row.boundary_mass = bounds.filter(cuts).map(|bounds| boundary_mass(after, bounds));
+        row
+    }
+
+    /// From the prior's moments and posterior draws; `bounds` are the prior's, if it has two.
     pub fn new(
         name: impl Into<String>,
         prior: Marginal,
         draws: &[f64],
         bounds: Option<(f64, f64)>,
     ) -> Self {
-        Self {
+        let mut row = Self {
             name: name.into(),
             prior,
             posterior: Marginal::of(draws),
+            halves: None,
             boundary_mass: bounds.map(|bounds| boundary_mass(draws, bounds)),
             truth: None,
             sensitivity: None,
-        }
+            conflict: false,
+        };
+        row.conflict = row.contraction() < WIDENED;
+        row
     }
 
     /// c = 1 − var(posterior)/var(prior): 1 all learned, 0 nothing, negative if the data widened it.
+    ///
+    /// With [`halves`](Self::halves), the squares of these widths stand for the variances.
     pub fn contraction(&self) -> f64 {
-        1.0 - (self.posterior.sd / self.prior.sd).powi(2)
+        let [before, after] = self.halves.unwrap_or([self.prior.sd, self.posterior.sd]);
+        1.0 - (after / before).powi(2)
+    }
+
+    /// The posterior is wider than the prior, as where the data ask for the prior's tail.
+    pub(crate) fn widened(&self) -> bool {
+        self.conflict || self.halves.is_some() && self.contraction() < WIDENED
+    }
+
+    /// The data ask for values that the prior holds to be rare: the contraction is below −0.5, and
+    /// not for a draw far out; under a prior with heavy tails, which has such values, less than one
+    /// in a thousand of its draws lies as far out as the posterior.
+    pub fn conflict(&self) -> bool {
+        self.conflict
     }
 
     /// z = |posterior mean − truth| / posterior sd, where the truth is known.
@@ -133,6 +213,9 @@ impl fmt::Display for Identifiability {
             self.posterior.mean,
             self.posterior.sd
         )?;
+        if let Some([before, after]) = self.halves {
+            write!(f, "; heavy tails: central half {after:.4} wide after {before:.4}")?;
+        }
         if let Some(z) = self.z_score() {
             write!(f, "; {z:.2} sd from the truth")?;
         }
@@ -149,126 +232,40 @@ impl fmt::Display for Identifiability {
     }
 }
 
+/// Whether the variance of these draws has a standard error of more than [`LARGEST_ERROR`] of it,
+/// as far as they can tell.
+pub(super) fn has_heavy_tails(draws: &[f64], Marginal { mean: centre, sd }: Marginal) -> bool {
+    let kurtosis = mean(draws.iter().map(|x| ((x - centre) / sd).powi(4)));
+    (kurtosis - 1.0) / draws.len() as f64 > LARGEST_ERROR.powi(2)
+}
+
+fn sorted(draws: &[f64]) -> Vec<f64> {
+    let mut sorted = draws.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    sorted
+}
+
+fn central_half(sorted: &[f64]) -> f64 {
+    quantile_of_sorted(sorted, 0.75) - quantile_of_sorted(sorted, 0.25)
+}
+
+/// Share of the draws that are farther from their median than `x`, on its side.
+fn share_beyond(sorted: &[f64], x: f64) -> f64 {
+    let below = sorted.partition_point(|&own| own < x);
+    below.min(sorted.len() - below) as f64 / sorted.len() as f64
+}
+
 /// Share of draws within 1 % of the width of the box from either bound, and within a fifth of their
 /// own standard deviation: a wide prior does not cut off what is far from its bound on the scale of
-/// the posterior.
+/// the posterior. A bound may be infinite, and the width with it.
 pub fn boundary_mass(draws: &[f64], (lower, upper): (f64, f64)) -> f64 {
     let margin = (0.01 * (upper - lower)).min(0.2 * Marginal::of(draws).sd);
-    super::mean(draws.iter().map(|&x| f64::from(x < lower + margin || x > upper - margin)))
-}
-
-/// A Fisher matrix that cannot be decomposed.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum IdentifiabilityError {
-    /// Sizes do not fit.
-    #[error("Fisher information: {what} has size {got}, expected {expected}")]
-    Size {
-        /// The argument.
-        what: &'static str,
-        /// Its size.
-        got: usize,
-        /// The size needed.
-        expected: usize,
-    },
-    /// The covariance of the outputs has no Cholesky factor.
-    #[error("the covariance of the outputs is not positive definite")]
-    Covariance,
-}
-
-/// Eigenvectors of the Fisher information JᵀΣ⁻¹J in prior units: which combinations of parameters
-/// the outputs see, best first.
-///
-/// With parameters in units of their prior standard deviation, an eigenvalue λ means that along
-/// its direction one experiment has √λ prior standard deviations per standard error; below 1 the
-/// prior says more than the experiment.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FisherDirections {
-    /// Parameters, in the order of the directions' components.
-    pub names: Vec<String>,
-    /// Eigenvalues, largest first.
-    pub eigenvalues: Vec<f64>,
-    /// Unit vectors in prior units, `directions[k][parameter]`; the largest component is positive.
-    pub directions: Vec<Vec<f64>>,
-}
-
-impl FisherDirections {
-    /// From the Jacobian J (outputs × parameters), the covariance Σ of the outputs and the prior
-    /// standard deviations of the parameters.
-    ///
-    /// # Errors
-    /// [`IdentifiabilityError`] if sizes do not fit or Σ is not positive definite.
-    ///
-    /// ```
-    /// use nalgebra::{DMatrix, dmatrix};
-    /// use ppl::diagnostics::FisherDirections;
-    /// // one output sees only the sum of two parameters
-    /// let jacobian = dmatrix![1.0, 1.0];
-    /// let names = ["a".to_string(), "b".to_string()];
-    /// let found = FisherDirections::new(&names, &jacobian, &dmatrix![0.01], &[1.0, 1.0])?;
-    /// assert!((found.eigenvalues[0] - 200.0).abs() < 1e-9);
-    /// assert!(found.eigenvalues[1].abs() < 1e-9, "the difference is invisible");
-    /// # Ok::<(), ppl::diagnostics::IdentifiabilityError>(())
-    /// ```
-    pub fn new(
-        names: &[String],
-        jacobian: &DMatrix<f64>,
-        covariance: &DMatrix<f64>,
-        prior_sd: &[f64],
-    ) -> Result<Self, IdentifiabilityError> {
-        let (outputs, parameters) = jacobian.shape();
-        let require = |what, got, expected| {
-            if got == expected {
-                Ok(())
-            } else {
-                Err(IdentifiabilityError::Size { what, got, expected })
-            }
-        };
-        require("names", names.len(), parameters)?;
-        require("prior_sd", prior_sd.len(), parameters)?;
-        require("covariance", covariance.nrows(), outputs)?;
-        require("covariance", covariance.ncols(), outputs)?;
-
-        let mut scaled = jacobian.clone();
-        for (mut column, sd) in scaled.column_iter_mut().zip(prior_sd) {
-            column *= *sd;
-        }
-        let factor = covariance.clone().cholesky().ok_or(IdentifiabilityError::Covariance)?;
-        let fisher = scaled.transpose() * factor.solve(&scaled);
-        let eigen = fisher.symmetric_eigen();
-
-        let mut order: Vec<usize> = (0..parameters).collect();
-        order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-        let directions = order.iter().map(|&k| {
-            let column = eigen.eigenvectors.column(k);
-            let sign = column[column.icamax()].signum();
-            column.iter().map(|v| sign * v).collect()
-        });
-        Ok(Self {
-            names: names.to_vec(),
-            directions: directions.collect(),
-            eigenvalues: order.iter().map(|&k| eigen.eigenvalues[k]).collect(),
-        })
-    }
-}
-
-impl fmt::Display for FisherDirections {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "Fisher information in prior units, best seen direction first:")?;
-        for (value, direction) in self.eigenvalues.iter().zip(&self.directions) {
-            write!(f, "{value:>12.3e} ")?;
-            for (name, component) in self.names.iter().zip(direction) {
-                write!(f, " {component:+.2} {name}")?;
-            }
-            writeln!(f, "{}", if *value < 1.0 { "  (less than the prior knows)" } else { "" })?;
-        }
-        Ok(())
-    }
+    mean(draws.iter().map(|&x| f64::from(x < lower + margin || x > upper - margin)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::dmatrix;
 
     #[test]
     fn labels_follow_the_contraction() {
@@ -277,6 +274,8 @@ mod tests {
             name: "x".into(),
             prior,
             posterior: Marginal { mean: 0.5, sd },
+            halves: None,
+            conflict: false,
             boundary_mass: None,
             truth: Some(1.5),
             sensitivity: None,
@@ -313,35 +312,5 @@ mod tests {
             assert!(boundary_mass(&exponential, (0.0, width)) > 0.15);
             assert_eq!(boundary_mass(&narrow, (0.0, width)), 0.0);
         }
-    }
-
-    #[test]
-    fn two_by_two_fisher_matrix_by_hand() {
-        // J = diag(2, 1), Σ = diag(4, 1), prior sd (1, 3): F = diag(1, 9)
-        let names = ["a".to_string(), "b".to_string()];
-        let found = FisherDirections::new(
-            &names,
-            &dmatrix![2.0, 0.0; 0.0, 1.0],
-            &dmatrix![4.0, 0.0; 0.0, 1.0],
-            &[1.0, 3.0],
-        )
-        .expect("sizes fit");
-        assert!((found.eigenvalues[0] - 9.0).abs() < 1e-12);
-        assert!((found.eigenvalues[1] - 1.0).abs() < 1e-12);
-        assert!((found.directions[0][1] - 1.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn wrong_sizes_and_covariances_are_named() {
-        let names = ["a".to_string()];
-        let jacobian = dmatrix![1.0; 2.0];
-        let bad = FisherDirections::new(&names, &jacobian, &dmatrix![1.0], &[1.0]);
-        assert_eq!(
-            bad,
-            Err(IdentifiabilityError::Size { what: "covariance", got: 1, expected: 2 })
-        );
-        let singular = dmatrix![1.0, 1.0; 1.0, 1.0];
-        let bad = FisherDirections::new(&names, &jacobian, &singular, &[1.0]);
-        assert_eq!(bad, Err(IdentifiabilityError::Covariance));
     }
 }

@@ -6,8 +6,10 @@
 //! moved, or that is not finite, gives NaN and not a flattering number.
 
 mod autocovariance;
+mod combinations;
 mod energy;
 mod ess;
+mod fisher;
 mod identifiability;
 mod loo;
 mod loo_compare;
@@ -15,14 +17,13 @@ mod mcse;
 mod modes;
 mod order;
 mod power_scaling;
+mod ranked;
 mod rhat;
 
 pub use energy::e_bfmi;
 pub use ess::{ess_bulk, ess_mean, ess_quantile, ess_sd, ess_tail};
-pub use identifiability::{
-    FisherDirections, Identifiability, IdentifiabilityError, Identification, Marginal,
-    boundary_mass,
-};
+pub use fisher::{FisherDirections, IdentifiabilityError};
+pub use identifiability::{Identifiability, Identification, Marginal, boundary_mass};
 pub use loo::{Loo, LooError, LooPoint, pareto_smooth};
 pub use loo_compare::{LooComparison, LooRow, loo_compare};
 pub use mcse::{mcse_mean, mcse_quantile, mcse_sd};
@@ -31,7 +32,9 @@ pub use order::quantile;
 pub use power_scaling::{PowerScaled, cjs_distance, power_scaled};
 pub use rhat::{rhat, rhat_basic};
 
-pub(crate) use order::quantile_of_sorted;
+pub(crate) use combinations::{Column, Combination, MOST_COMBINED, combinations};
+pub(crate) use order::Scores;
+pub(crate) use ranked::Digest;
 
 /// Mean of the values; NaN when there are none.
 pub(crate) fn mean(values: impl Iterator<Item = f64>) -> f64 {

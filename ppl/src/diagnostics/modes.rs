@@ -1,6 +1,8 @@
 //! Separate modes of one number, and which chains sit in which.
 
-use super::mean_and_variance;
+use super::identifiability::{Marginal, has_heavy_tails};
+use super::order::quantile_of_sorted;
+use super::{borrow, mean_and_variance};
 
 /// Cells of the density estimate between the outer quantiles.
 const CELLS: usize = 512;
@@ -27,7 +29,8 @@ impl Modes {
     ///
     /// The draws of all chains are smoothed with the width that suits the narrowest chain, and cut
     /// where the density falls below a fifth of the lower peak beside, with at least 3 % of the
-    /// draws on either side. R-hat sees that chains differ, but not how, and it is near 1 where
+    /// draws on either side; of a quantity with heavy tails this is done on a scale on which they are
+    /// light. R-hat sees that chains differ, but not how, and it is near 1 where
     /// each chain has changed between modes only a few times.
     ///
     /// ```
@@ -46,9 +49,16 @@ impl Modes {
             return None;
         }
         sorted.sort_unstable_by(f64::total_cmp);
-        let density = Smoothed::new(chains, &sorted)?;
-        let mut valleys = Vec::new();
-        density.cut(0, CELLS, &mut valleys);
+        let mut valleys = match Scale::of_heavy_tails(&sorted) {
+            None => valleys(chains, &sorted)?,
+            Some(scale) => {
+                let onto = |draws: &[f64]| draws.iter().map(|&x| scale.onto(x)).collect();
+                let chains: Vec<Vec<f64>> = chains.iter().map(|chain| onto(chain)).collect();
+                let sorted: Vec<f64> = onto(&sorted);
+                let valleys = valleys(&borrow(&chains), &sorted)?;
+                valleys.into_iter().map(|u| scale.back(u)).collect()
+            }
+        };
         if valleys.is_empty() {
             return None;
         }
@@ -92,6 +102,40 @@ impl Modes {
             let even = (0..shares.len()).all(|mode| shares[mode] >= 0.5 * average(mode));
             changes >= 10 || changes >= 2 && even
         })
+    }
+}
+
+/// Where the smoothed density of all chains is cut.
+fn valleys(chains: &[&[f64]], sorted: &[f64]) -> Option<Vec<f64>> {
+    let mut valleys = Vec::new();
+    Smoothed::new(chains, sorted)?.cut(0, CELLS, &mut valleys);
+    Some(valleys)
+}
+
+/// A scale u = asinh((x − median)/width) on which heavy tails are light.
+///
+/// On their own scale, draws that follow each other far out in a Cauchy tail lie in a heap by
+/// themselves; here the tail is exponential, and the heap a part of it.
+struct Scale {
+    centre: f64,
+    width: f64,
+}
+
+impl Scale {
+    /// `None` where the draws have no heavy tails.
+    fn of_heavy_tails(sorted: &[f64]) -> Option<Self> {
+        let quantile = |p| quantile_of_sorted(sorted, p);
+        let width = 0.5 * (quantile(0.75) - quantile(0.25));
+        let heavy = has_heavy_tails(sorted, Marginal::of(sorted)) && width > 0.0;
+        heavy.then(|| Self { centre: quantile(0.5), width })
+    }
+
+    fn onto(&self, x: f64) -> f64 {
+        ((x - self.centre) / self.width).asinh()
+    }
+
+    fn back(&self, u: f64) -> f64 {
+        self.centre + self.width * u.sinh()
     }
 }
 
@@ -173,15 +217,13 @@ mod tests {
     use rand_distr::{Cauchy, Exp1, StandardNormal};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
+    use statrs::function::erf::erfc;
+
     use super::*;
 
     fn normals(seed: u64, centre: f64, sd: f64, count: usize) -> Vec<f64> {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         (0..count).map(|_| centre + sd * rng.sample::<f64, _>(StandardNormal)).collect()
-    }
-
-    fn borrow(chains: &[Vec<f64>]) -> Vec<&[f64]> {
-        chains.iter().map(Vec::as_slice).collect()
     }
 
     /// Skewed, heavy-tailed, flat and strongly autocorrelated draws have one mode; so have normals
@@ -212,6 +254,34 @@ mod tests {
         }
         assert_eq!(Modes::find(&[&[2.0; 200]]), None, "a constant");
         assert_eq!(Modes::find(&[&[f64::NAN; 200]]), None);
+    }
+
+    /// A slow walk through the tails of a Cauchy density, and two modes with such tails.
+    #[test]
+    fn heavy_tails_are_no_modes() {
+        let uniform = |x: f64| 0.5 * erfc(-x / 2_f64.sqrt());
+        for seed in 0..40 {
+            // normal quantiles of a slow walk, as quantiles of a Cauchy distribution
+            let chains: Vec<Vec<f64>> = (0..4)
+                .map(|c| {
+                    let mut x = 0.0;
+                    let steps = normals(100 * seed + c, 0.0, 1.0, 1000).into_iter();
+                    let walk = steps.map(|step| {
+                        x = 0.97 * x + (1.0_f64 - 0.97 * 0.97).sqrt() * step;
+                        (std::f64::consts::PI * (uniform(x) - 0.5)).tan()
+                    });
+                    walk.collect()
+                })
+                .collect();
+            assert_eq!(Modes::find(&borrow(&chains)), None, "seed {seed}");
+            let moved = |c: usize, chain: &Vec<f64>| {
+                chain.iter().map(|x| x + if c < 2 { 0.0 } else { 300.0 }).collect()
+            };
+            let apart: Vec<Vec<f64>> =
+                chains.iter().enumerate().map(|(c, chain)| moved(c, chain)).collect();
+            let modes = Modes::find(&borrow(&apart)).expect("two");
+            assert_eq!(modes.centres.len(), 2, "seed {seed}: {modes:?}");
+        }
     }
 
     /// Three narrow modes far apart, of different widths.

@@ -1,6 +1,7 @@
 //! The potential scale reduction R̂.
 
-use super::{borrow, mean, mean_and_variance, order, split, usable};
+use super::ranked::Ranked;
+use super::{mean, mean_and_variance, split, usable};
 
 /// Rank-normalised split R̂: the larger of the bulk and the folded version.
 ///
@@ -20,16 +21,12 @@ use super::{borrow, mean, mean_and_variance, order, split, usable};
 ///
 /// Reference: Vehtari et al. (2021), equations 1–4 and 14, doi:10.1214/20-BA1221.
 pub fn rhat(chains: &[&[f64]]) -> f64 {
-    let Some(chains) = usable(chains) else {
-        return f64::NAN;
-    };
-    let halves = split(&chains);
-    let bulk = basic(&borrow(&order::normal_scores(&halves)));
-    let all: Vec<f64> = halves.concat();
-    let median = order::quantile(&all, 0.5);
-    let folded: Vec<Vec<f64>> =
-        halves.iter().map(|half| half.iter().map(|x| (x - median).abs()).collect()).collect();
-    let folded = basic(&borrow(&order::normal_scores(&borrow(&folded))));
+    Ranked::new(chains, None).map_or(f64::NAN, |ranked| of_ranked(&ranked))
+}
+
+pub(super) fn of_ranked(ranked: &Ranked) -> f64 {
+    let bulk = basic(&ranked.halves(&ranked.scores));
+    let folded = basic(&ranked.halves(&ranked.folded_scores()));
     bulk.max(folded) // a folded constant (±1 only) is NaN and gives way
 }
 

@@ -323,7 +323,8 @@ pub trait Unknown<R: Scalar>: Distribution<R> {
     /// Appends the coordinates of `x`: the inverse of [`constrain`](Unknown::constrain).
     fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>);
 
-    /// The ends of the support, if each element has the same two finite ones.
+    /// The ends of the support, if each element has the same two finite ones, or a single one at
+    /// which a constant prior was truncated.
     fn bounds(&self) -> Option<(f64, f64)> {
         None
     }

@@ -114,7 +114,17 @@ where
 
     fn bounds(&self) -> Option<(f64, f64)> {
         let (lower, upper) = UnivariateDensity::<R>::support(self).bounds();
-        (lower.is_finite() && upper.is_finite()).then_some((lower, upper))
+        if lower.is_finite() && upper.is_finite() {
+            return Some((lower, upper));
+        }
+        // a cut at zero makes a scale, and with unknown parameters it is no prior but part of the
+        // model, as where data are censored
+        let (end, cut) = match lower.is_finite() {
+            true => (lower, self.interval.lower()),
+            false => (upper, self.interval.upper()),
+        };
+        let chosen = end.is_finite() && end == cut && end != 0.0;
+        (chosen && <D as Numeric<R>>::CONSTANT).then_some((lower, upper))
     }
 }
 

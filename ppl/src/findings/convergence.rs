@@ -1,0 +1,133 @@
+//! Whether the chains have arrived, and agree.
+
+use rayon::prelude::*;
+
+use super::{FindingKind, Found, Names, list};
+use crate::Role;
+use crate::diagnostics::Modes;
+use crate::group::Values;
+use crate::optimize::is_reliable;
+use crate::posterior::Posterior;
+use crate::summary::{SummaryRow, cell};
+
+pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], names: &Names, found: &mut Found) {
+    let runs = &posterior.chains.chains;
+    for (chain, run) in runs.iter().enumerate() {
+        if let Some(reason) = &run.stopped {
+            found.say(
+                FindingKind::Stopped,
+                &format!("Chain {chain} ended after {} draws: ", run.len()),
+                reason,
+                "All chains were cut to the shortest; mend the cause and run again before \
+                 trusting the result",
+            );
+        }
+    }
+
+    if posterior.is_foreign {
+        found.say(
+            FindingKind::OtherDensity,
+            "The draws are of another density",
+            " than this model's",
+            "Right for held-out data; otherwise give the model and the data that they were drawn \
+             with",
+        );
+    }
+    if let Some(k) = posterior.chains.pareto_k.filter(|k| !is_reliable(*k)) {
+        found.say(
+            FindingKind::Approximation,
+            "The draws are of an approximation that does not fit, with Pareto k ",
+            &format!("{k:.2}"),
+            "Means and intervals are not those of the posterior: start NUTS from it \
+             (`init_pathfinder`), or reparametrise",
+        );
+    }
+
+    let not_finite = rows.iter().filter(|r| !r.mean.is_finite()).map(|r| r.name.clone());
+    found.say(
+        FindingKind::NotFinite,
+        "Some draws are NaN or infinite: ",
+        &list(not_finite),
+        "Look for a logarithm, root or division at the edge of its domain",
+    );
+
+    let mut split: Vec<&SummaryRow> = rows.iter().filter(|r| r.rhat > 1.01).collect();
+    split.sort_by(|a, b| b.rhat.total_cmp(&a.rhat));
+    found.say(
+        FindingKind::Disagreement,
+        "The chains do not agree yet (R-hat above 1.01): ",
+        &list(split.iter().map(|r| format!("{} ({:.3})", r.name, r.rhat))),
+        "Run longer; if that does not help, look for several modes or parameters that only act \
+         together, and reparametrise or give stronger priors",
+    );
+
+    found.say(
+        FindingKind::Modes,
+        "The posterior seems to have several modes: ",
+        &list(separate_modes(posterior, names)),
+        "The share of draws in a mode is where the chains began, not its probability: use Smc, \
+         which weighs modes; or start from Pathfinder (`init_pathfinder`), which passes over modes \
+         of no weight; or take the modes apart by a stronger prior, or by an order if they only \
+         exchange labels",
+    );
+
+    // the sd of a single draw is NaN: it may move, for all one knows
+    let moves = |r: &&SummaryRow| r.q05 != r.q95 || r.sd.is_nan();
+    let unknown =
+        rows.iter().filter(|r| r.mean.is_finite() && (r.rhat.is_nan() || r.ess().is_nan()));
+    found.say(
+        FindingKind::FewEffectiveDraws,
+        &format!(
+            "{} draws a chain are too few to tell whether these can be relied on: ",
+            posterior.posterior.draws
+        ),
+        &list(unknown.filter(moves).map(|r| r.name.clone())),
+        "Draw more, a thousand a chain if nothing speaks against it",
+    );
+
+    let enough = 100.0 * runs.len() as f64;
+    let mut few: Vec<&SummaryRow> = rows.iter().filter(|r| r.ess() < enough).collect();
+    few.sort_by(|a, b| a.ess().total_cmp(&b.ess()));
+    found.say(
+        FindingKind::FewEffectiveDraws,
+        &format!("Effective sample size below {enough:.0} (100 per chain): "),
+        &list(few.iter().map(|r| format!("{} ({:.0})", r.name, r.ess()))),
+        "Draw more; means, intervals and R-hat of these are not reliable",
+    );
+}
+
+/// The parameters with separate modes that are not mixed, with the chains in each.
+fn separate_modes(posterior: &Posterior, names: &Names) -> Vec<String> {
+    let group = &posterior.posterior;
+    let parameters: Vec<_> = posterior
+        .layout
+        .with_role(Role::Parameter)
+        .filter_map(|variable| group.get(&variable.name))
+        .flat_map(|values| {
+            values.elements().into_iter().enumerate().map(move |(k, place)| (values, k, place))
+        })
+        .collect();
+    let words = |(values, index, place): &(&Values, usize, String)| {
+        let draws = group.column(values, *index);
+        let chains: Vec<&[f64]> = draws.chunks(group.draws).collect();
+        let name = names.shown(place);
+        let modes = Modes::find(&chains).filter(|modes| !modes.mixed())?;
+        let places = modes.centres.iter().enumerate().map(|(mode, centre)| {
+            let sitting = modes.sitting_in(mode);
+            let centre = cell(*centre);
+            match sitting.as_slice() {
+                [] => format!("{centre} (no chain stays)"),
+                [one] => format!("{centre} (chain {one})"),
+                all => {
+                    let all: Vec<String> = all.iter().map(usize::to_string).collect();
+                    format!("{centre} (chains {})", all.join(", "))
+                }
+            }
+        });
+        let places = places.collect::<Vec<_>>().join(" and ");
+        let changes: usize = modes.changes.iter().sum();
+        let count = modes.centres.len();
+        Some(format!("{name} has {count}, near {places}, with {changes} changes between them"))
+    };
+    parameters.par_iter().filter_map(words).collect()
+}

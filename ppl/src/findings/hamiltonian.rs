@@ -1,0 +1,108 @@
+//! What only a run of Hamiltonian Monte Carlo can show.
+
+use rayon::prelude::*;
+
+use super::{FindingKind, Found, Names, list};
+use crate::diagnostics::{e_bfmi, mean_and_variance};
+use crate::posterior::Posterior;
+use crate::sampler::Chain;
+
+pub(super) fn find(posterior: &Posterior, names: &Names, found: &mut Found) {
+    let runs = &posterior.chains.chains;
+    let total = posterior.chains.len() * runs.len();
+    let low = runs.iter().enumerate().filter_map(|(chain, run)| {
+        let energy: Vec<f64> = run.stats.iter().map(|s| s.energy).collect();
+        let fraction = e_bfmi(&energy);
+        (fraction < 0.3).then(|| format!("chain {chain} ({fraction:.2})"))
+    });
+    found.say(
+        FindingKind::Energy,
+        "Energy changes too little from draw to draw (E-BFMI below 0.3): ",
+        &list(low),
+        "Heavy tails or a funnel: reparametrise (non-centred) or give stronger priors to scales",
+    );
+
+    let divergences = posterior.chains.divergences();
+    // a rejected point has no energy; every one after the warmup is counted with its statement
+    let errors = runs.iter().flat_map(|run| &run.divergences).map(|d| d.energy_error);
+    let rejected = errors.filter(|error| !error.is_finite()).count();
+    let counted: u64 = posterior.rejections().values().map(|counts| counts.1).sum();
+    if divergences > 0 && rejected == divergences && counted >= rejected as u64 {
+        let place = where_divergences_are(posterior, names);
+        found.say(
+            FindingKind::Divergences,
+            &format!("{divergences} of {total} trajectories "),
+            &format!("ended at a point that a statement rejects{place}"),
+            "No step size mends that, and draws near such points are missing: give the unknowns \
+             priors or a form (`truncate`, a logarithm) that keeps them where the statement has a \
+             density",
+        );
+    } else if divergences > 0 {
+        let place = where_divergences_are(posterior, names);
+        let of_these = match rejected {
+            0 => String::new(),
+            n => format!(" ({n} of them at a point without density)"),
+        };
+        found.say(
+            FindingKind::Divergences,
+            &format!("{divergences} of {total} trajectories "),
+            &format!("diverged{of_these}{place}"),
+            "The posterior is too curved there for the step size, and draws are missing: raise \
+             the target acceptance (to 0.95, then 0.99), or reparametrise",
+        );
+    }
+
+    let limit = posterior.chains.max_depth;
+    let cut = runs.iter().flat_map(|run| &run.stats).filter(|s| Some(s.depth) == limit).count();
+    if cut * 100 > total {
+        found.say(
+            FindingKind::TreeDepth,
+            &format!("{cut} of {total} trajectories were cut at the largest tree depth "),
+            &format!("(mass matrix: {})", maps(runs)),
+            "Sampling is slow but not wrong: a longer warmup or a reparametrisation shortens the \
+             trajectories",
+        );
+    }
+}
+
+/// The kinds of mass matrix of the chains, each once.
+fn maps(runs: &[Chain]) -> String {
+    let mut kinds: Vec<String> = Vec::new();
+    for run in runs {
+        let kind = run.warmup.switches.last().map_or("untuned".into(), |last| last.map.to_string());
+        if !kinds.contains(&kind) {
+            kinds.push(kind);
+        }
+    }
+    kinds.join(" or ")
+}
+
+/// The parameters whose divergences lie farthest from the centre of the posterior, in units of its
+/// standard deviation.
+fn where_divergences_are(posterior: &Posterior, names: &Names) -> String {
+    let points: Vec<_> = posterior.divergences.iter().filter(|p| !p.values.is_empty()).collect();
+    let Some(first) = points.first() else {
+        return String::new();
+    };
+    let mut shifts: Vec<(f64, String)> = (0..first.values.len())
+        .into_par_iter()
+        .filter_map(|k| {
+            let name = &first.values[k].0;
+            let draws = posterior.posterior.trace(name)?.concat();
+            let (centre, variance) = mean_and_variance(draws.iter().copied());
+            let there = points.iter().map(|p| p.values[k].1).sum::<f64>() / points.len() as f64;
+            let shift = (there - centre).abs() / variance.sqrt();
+            let (sd, name) = (variance.sqrt(), names.shown(name));
+            shift
+                .is_finite()
+                .then(|| (shift, format!("{name} ≈ {there:.4} (posterior {centre:.4} ± {sd:.4})")))
+        })
+        .collect();
+    shifts.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let places: Vec<String> = shifts.into_iter().take(2).map(|(_, words)| words).collect();
+    if places.is_empty() {
+        String::new()
+    } else {
+        format!(", on average at {}", places.join(" and "))
+    }
+}

@@ -1,0 +1,147 @@
+//! What prior and data say about the parameters.
+
+use std::collections::BTreeSet;
+
+use rayon::prelude::*;
+
+use super::{FindingKind, Found, Names, list};
+use crate::diagnostics::{
+    Column, Combination, Identifiability, Identification, MOST_COMBINED, Modes, combinations,
+};
+use crate::posterior::Posterior;
+use crate::summary::{SummaryRow, cell};
+
+/// R-hat of chains so far apart that the spread of their draws is theirs: about a sixth of the
+/// variance is between them.
+const APART: f64 = 1.1;
+/// Effective draws below which variances scatter by more than the thresholds of a combination.
+const ENOUGH_FOR_A_COVARIANCE: f64 = 100.0;
+
+pub(super) fn find(
+    posterior: &Posterior,
+    rows: &[SummaryRow],
+    identifiability: &[Identifiability],
+    names: &Names,
+    found: &mut Found,
+) {
+    let together = undetermined(posterior, rows, identifiability);
+    let of_these = |row: &Identifiability| {
+        together
+            .iter()
+            .flat_map(|found| &found.members)
+            .any(|&k| identifiability[k].name == row.name)
+    };
+    // what was moved or widened was informed, and what is told in a combination is said there
+    for (label, words) in [
+        (Identification::Not, "The data did not inform (contraction below 0.1): "),
+        (Identification::Weakly, "The data informed only weakly (contraction below 0.5): "),
+    ] {
+        // entries of a matrix, as a Cholesky factor, say little one by one
+        let rows = identifiability
+            .iter()
+            .filter(|r| r.label() == label && !r.widened() && !r.name.contains(','))
+            .filter(|r| !of_these(r));
+        let items =
+            rows.map(|row| format!("{} ({:.2})", names.shown(&row.name), row.contraction()));
+        found.say(
+            FindingKind::Uninformed,
+            words,
+            &list(items),
+            "What is reported for these is mostly the prior; measure something that depends on \
+             them, or state them as assumed",
+        );
+    }
+
+    let sets = together.iter().map(|Combination { members, correlation }| {
+        let names = members.iter().map(|&k| names.shown(&identifiability[k].name).to_owned());
+        let names: Vec<String> = names.collect();
+        match names.as_slice() {
+            [a, b] => format!("{a} and {b} (correlation {correlation:.2})"),
+            all => {
+                format!("{} (largest correlation {correlation:.2})", list(all.iter().cloned()))
+            }
+        }
+    });
+    found.say(
+        FindingKind::Combination,
+        "The data determine only a combination of ",
+        &sets.collect::<Vec<_>>().join("; of "),
+        "How it splits up is the prior's alone: fix one of them, give one a prior from other \
+         knowledge, or write the model in the combination",
+    );
+
+    // chains that stay apart make a posterior wide, not the data
+    let apart: BTreeSet<&str> =
+        rows.iter().filter(|row| row.rhat > APART).map(|row| row.place.as_str()).collect();
+    let widened = identifiability.iter().filter(|row| row.conflict());
+    let widened = widened.filter(|row| !apart.contains(row.name.as_str())).map(|row| {
+        let name = names.shown(&row.name);
+        let (measure, [before, after]) = match row.halves {
+            Some(halves) => ("central half", halves),
+            None => ("sd", [row.prior.sd, row.posterior.sd]),
+        };
+        format!("{name} ({measure} {} after {})", cell(after), cell(before))
+    });
+    found.say(
+        FindingKind::PriorDataConflict,
+        "The posterior is wider than the prior: ",
+        &list(widened),
+        "The data ask for values that the prior holds to be rare: see whether it means to",
+    );
+
+    let truncated = identifiability.iter().filter(|row| row.truncated()).map(|row| {
+        let share = 100.0 * row.boundary_mass.unwrap_or_default();
+        format!("{} ({share:.0} %)", names.shown(&row.name))
+    });
+    found.say(
+        FindingKind::Boundary,
+        "Draws pile up at a prior bound: ",
+        &list(truncated),
+        "The prior cuts the posterior off: widen it if the bound is not physical",
+    );
+}
+
+/// The sets of parameters that the data tell only together. One with several modes is not the matter
+/// of a covariance.
+fn undetermined(
+    posterior: &Posterior,
+    rows: &[SummaryRow],
+    identifiability: &[Identifiability],
+) -> Vec<Combination> {
+    if identifiability.len() > MOST_COMBINED {
+        return Vec::new();
+    }
+    let Some(prior) = &posterior.prior else {
+        return Vec::new();
+    };
+    let after = &posterior.posterior;
+    // entries of a matrix belong together anyway
+    let numbers: Vec<usize> =
+        (0..identifiability.len()).filter(|&k| !identifiability[k].name.contains(',')).collect();
+    let columns: Option<Vec<Column>> = numbers
+        .par_iter()
+        .map(|&k| {
+            let name = &identifiability[k].name;
+            let posterior = after.trace(name)?.concat();
+            let finite = posterior.iter().all(|x| x.is_finite());
+            let prior = prior.trace(name)?.concat();
+            finite.then_some(Column { prior, posterior })
+        })
+        .collect();
+    let columns = columns.unwrap_or_default();
+    let enough: BTreeSet<&str> = rows
+        .iter()
+        .filter(|row| row.ess() >= ENOUGH_FOR_A_COVARIANCE)
+        .map(|row| row.place.as_str())
+        .collect();
+    let fit = |&k: &usize| {
+        let chains: Vec<&[f64]> = columns[k].posterior.chunks(after.draws).collect();
+        enough.contains(identifiability[numbers[k]].name.as_str()) && Modes::find(&chains).is_none()
+    };
+    let mut found = combinations(&columns);
+    found.retain(|set| set.members.iter().all(fit));
+    for set in &mut found {
+        set.members.iter_mut().for_each(|k| *k = numbers[*k]);
+    }
+    found
+}
