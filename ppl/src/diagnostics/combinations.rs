@@ -42,9 +42,9 @@ pub(crate) struct Column {
 /// covariance of the posterior on this scale, an eigenvalue near 1 belongs to a direction that the
 /// data do not see.
 ///
-/// What is no matter of a combination is left out: parameters that are unseen by themselves, groups that their prior already ties together, and a
-/// direction that a third parameter takes up, as the common part of the standardised effects of a
-/// hierarchy is taken up by its mean.
+/// What is no matter of a combination is left out: parameters that are unseen by themselves, groups
+/// that their prior already ties together, and a direction that a third parameter takes up, as the
+/// common part of the standardised effects of a hierarchy is taken up by its mean.
 pub(crate) fn combinations(columns: &[Column]) -> Vec<Combination> {
     if columns.is_empty() || columns.len() > MOST_COMBINED {
         return Vec::new();

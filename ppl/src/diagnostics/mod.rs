@@ -2,8 +2,9 @@
 //!
 //! Every function takes plain slices, one per chain, and can be used without a model. All follow
 //! Vehtari, Gelman, Simpson, Carpenter & Bürkner (2021), doi:10.1214/20-BA1221, and agree with
-//! ArviZ and the R package posterior to rounding (see the golden tests), with one deliberate difference: a quantity that never
-//! moved, or that is not finite, gives NaN and not a flattering number.
+//! ArviZ and the R package posterior to rounding (see the golden tests), with one deliberate
+//! difference: a quantity that never moved, or that is not finite, gives NaN and not a flattering
+//! number.
 
 mod autocovariance;
 mod combinations;

@@ -16,12 +16,11 @@ use crate::{any::AnyDensity, density::LogDensity};
 const SAME_DENSITY: f64 = 1e-6;
 
 impl Nuts<'_> {
-    /// Starts every chain from the last draw (or where it was if it has none), the mass matrix and the step of the same chain of an
-    /// earlier run, as of a similar model. The warmup then leaves out its early windows and may be
-    /// short; with `warmup(0)` nothing is tuned any more.
+    /// Starts every chain from the last draw (or where it was if it has none), the mass matrix and the
+    /// step of the same chain of an earlier run, as of a similar model. The warmup then leaves out its
+    /// early windows and may be short; with `warmup(0)` nothing is tuned any more.
     ///
-    /// A run whose chains do not fit these is refused with [`SampleError::Earlier`] or a
-    /// [`SampleError::Setting`] of `init_points`.
+    /// A run whose chains do not fit these is refused with [`SampleError::Earlier`].
     pub fn warm_start(mut self, earlier: &Chains) -> Self {
         let last = |chain: &Chain| last_position(chain, earlier.dim).to_vec();
         self.run.init = Init::Points(earlier.chains.iter().map(last).collect());
@@ -86,6 +85,11 @@ impl Nuts<'_> {
     /// Mass matrix and step of every chain of a warm start.
     pub(super) fn tuned_maps(&self, dim: usize) -> Result<Option<Vec<(Metric, f64)>>, SampleError> {
         let Some(warm) = &self.warm else { return Ok(None) };
+        if warm.len() != self.run.chains {
+            let (got, set) = (warm.len(), self.run.chains);
+            let reason = format!("there are {got} of them, but {set} are to be run");
+            return Err(misfit(reason, "set `chains` to their number"));
+        }
         let tuned = warm.iter().map(|(covariance, step)| {
             let metric = Metric::from_covariance(covariance, dim)?;
             (step.is_finite() && *step > 0.0).then_some((metric, *step))

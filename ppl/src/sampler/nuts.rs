@@ -155,8 +155,8 @@ impl<'a> Nuts<'a> {
             return refuse("max_depth", self.max_depth.to_string(), "give 1 to 20, as 10");
         }
         let dim = density.dim();
-        self.run.validate(dim)?;
         let tuned = self.tuned_maps(dim)?;
+        self.run.validate(dim)?;
         let mut run = self.run.clone();
         if self.pathfinder && dim > 0 {
             // one draw a path would do; a few more are at hand should the first be rejected, and a
