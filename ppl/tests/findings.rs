@@ -127,6 +127,24 @@ ppl::model! {
         }
     }
 
+    /// One cell of a table is measured.
+    fn table(rows: &[&str], columns: &[&str], y: &[f64]) {
+        let mut last = Real::from(0.0);
+        #[dims(row = rows)]
+        for row in rows.iter() {
+            #[dims(column = columns)]
+            for column in columns.iter() {
+                let cell ~ Normal(0.0, 5.0);
+                if (*row, *column) == ("b", "x") {
+                    last = cell;
+                }
+            }
+        }
+        for y in y {
+            y ~ Normal(last, 1.0);
+        }
+    }
+
     fn above(y: &[f64]) {
         let mu ~ Normal(0.0, 5.0).truncate(1.0..);
         for y in y {
@@ -274,6 +292,20 @@ fn correlations_of_sound_models_are_no_finding() {
         silent(&weak_groups(&data(24, 3.0), 12));
         silent(&correlated(&pairs));
     }
+}
+
+/// Entries of a factor say little one by one; those of plates within plates do.
+#[test]
+fn entries_of_matrices_are_told_apart() {
+    let pairs: Vec<[f64; 2]> =
+        data(10, 0.0).chunks(2).map(|y| [y[0], 0.9 * y[0] + 0.5 * y[1]]).collect();
+    let summary = correlated(&pairs).posterior(1).summary();
+    for kind in [FindingKind::Uninformed, FindingKind::PriorDataConflict] {
+        assert!(!what(&summary, kind).contains("factor["), "{summary}");
+    }
+    let summary = table(&["a", "b"], &["x", "y"], &data(6, 0.0)).posterior(1).summary();
+    let said = what(&summary, FindingKind::Uninformed);
+    assert!(said.contains("cell[a,y]") && !said.contains("cell[b,x]"), "{summary}");
 }
 
 #[test]

@@ -8,6 +8,7 @@ use super::{FindingKind, Found, Names, list};
 use crate::diagnostics::{
     Column, Combination, Identifiability, Identification, MOST_COMBINED, Modes, combinations,
 };
+use crate::group::Values;
 use crate::posterior::Posterior;
 use crate::summary::{SummaryRow, cell};
 
@@ -24,6 +25,13 @@ pub(super) fn find(
     names: &Names,
     found: &mut Found,
 ) {
+    let factors = factors(posterior);
+    let identifiability: Vec<Identifiability> = identifiability
+        .iter()
+        .filter(|row| !factors.contains(quantity(&row.name)))
+        .cloned()
+        .collect();
+    let identifiability = &identifiability[..];
     let together = undetermined(posterior, rows, identifiability);
     let of_these = |row: &Identifiability| {
         together
@@ -36,10 +44,9 @@ pub(super) fn find(
         (Identification::Not, "The data did not inform (contraction below 0.1): "),
         (Identification::Weakly, "The data informed only weakly (contraction below 0.5): "),
     ] {
-        // entries of a matrix, as a Cholesky factor, say little one by one
         let rows = identifiability
             .iter()
-            .filter(|r| r.label() == label && !r.widened() && !r.name.contains(','))
+            .filter(|r| r.label() == label && !r.widened())
             .filter(|r| !of_these(r));
         let items =
             rows.map(|row| format!("{} ({:.2})", names.shown(&row.name), row.contraction()));
@@ -115,13 +122,9 @@ fn undetermined(
         return Vec::new();
     };
     let after = &posterior.posterior;
-    // entries of a matrix belong together anyway
-    let numbers: Vec<usize> =
-        (0..identifiability.len()).filter(|&k| !identifiability[k].name.contains(',')).collect();
-    let columns: Option<Vec<Column>> = numbers
+    let columns: Option<Vec<Column>> = identifiability
         .par_iter()
-        .map(|&k| {
-            let name = &identifiability[k].name;
+        .map(|Identifiability { name, .. }| {
             let posterior = after.trace(name)?.concat();
             let finite = posterior.iter().all(|x| x.is_finite());
             let prior = prior.trace(name)?.concat();
@@ -136,12 +139,26 @@ fn undetermined(
         .collect();
     let fit = |&k: &usize| {
         let chains: Vec<&[f64]> = columns[k].posterior.chunks(after.draws).collect();
-        enough.contains(identifiability[numbers[k]].name.as_str()) && Modes::find(&chains).is_none()
+        enough.contains(identifiability[k].name.as_str()) && Modes::find(&chains).is_none()
     };
     let mut found = combinations(&columns);
     found.retain(|set| set.members.iter().all(fit));
-    for set in &mut found {
-        set.members.iter_mut().for_each(|k| *k = numbers[*k]);
-    }
     found
+}
+
+/// The quantities that are Cholesky factors, whose entries say little one by one.
+fn factors(posterior: &Posterior) -> BTreeSet<&str> {
+    let group = &posterior.posterior;
+    let is_triangular = |values: &&Values| match values.shape[..] {
+        [.., rows, columns] if rows == columns && columns > 1 => {
+            group.column(values, columns - 1).iter().all(|x| *x == 0.0)
+        }
+        _ => false,
+    };
+    group.variables.iter().filter(is_triangular).map(|values| values.name.as_str()).collect()
+}
+
+/// The quantity that `name[index]` is a number of.
+fn quantity(name: &str) -> &str {
+    name.split_once('[').map_or(name, |(quantity, _)| quantity)
 }
