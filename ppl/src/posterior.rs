@@ -144,8 +144,8 @@ impl Posterior {
     /// # Errors
     /// [`PosteriorError`] if the chains have another number of coordinates than the model, one is
     /// empty, or the model itself is at fault. Chains of the same unknowns with other data are no
-    /// error, as held-out data need them; the summary says that they are of another density. A draw at which a prediction rejects is no error: what follows the statement is
-    /// NaN, and counted.
+    /// error, as held-out data need them; the summary says that they are of another density. A draw
+    /// at which a prediction rejects is none either: what follows the statement is NaN, and counted.
     pub fn from_chains<M: Model>(
         model: &Bound<M>,
         chains: Chains,

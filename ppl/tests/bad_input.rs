@@ -125,7 +125,7 @@ fn chains_go_on_with_the_thinning_they_began_with() {
     let nuts = Nuts::default().chains(1).warmup(50).seed(3);
     let earlier = nuts.clone().thin(3).draws(10).run(&model).expect("runs");
     let said = nuts.clone().draws(20).resume(&model, earlier.clone()).expect_err("another thin");
-    assert!(said.to_string().contains("every 3. transition, not every 1."), "{said}");
+    assert!(said.to_string().contains("one transition in 3, not one in 1"), "{said}");
     nuts.thin(3).draws(20).resume(&model, earlier).expect("the same thin");
 }
 

@@ -65,7 +65,7 @@ impl Nuts<'_> {
         }
         if earlier.thin != self.run.thin {
             let (got, set) = (earlier.thin, self.run.thin);
-            let reason = format!("they keep every {got}. transition, not every {set}.");
+            let reason = format!("they keep one transition in {got}, not one in {set}");
             return Err(misfit(reason, "set `thin` as it was"));
         }
         if let Err(problem) = earlier.check() {
