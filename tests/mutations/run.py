@@ -61,7 +61,7 @@ def copy_workspace(target):
 
 def build(workspace, tests):
     """Compiles the test programs; their paths by name."""
-    arguments = ["cargo", "test", "-p", "ppl", "--no-run", "--message-format=json"]
+    arguments = ["cargo", "test", "-p", "ppl", "--no-run", "--message-format=json-render-diagnostics"]
     for name in sorted(tests):
         arguments += ["--lib"] if name == "lib" else ["--test", name]
     environment = dict(os.environ, CARGO_PROFILE_DEV_OPT_LEVEL="1")
