@@ -38,7 +38,7 @@ pub enum PosteriorError {
     /// At least one chain has no draw.
     #[error(
         "chain {chain} has no draw: {reason}. The sampler's `run` returns the chains as they are, for \
-         NUTS to `resume`"
+         its `resume`"
     )]
     NoDraws {
         /// The empty chain.

@@ -1,10 +1,12 @@
 //! Past points, and the jumps that their differences make.
 
 use rand::Rng;
+use serde::{Deserialize, Serialize};
 
 use super::run::Stream;
 
 /// Points of which the older half is forgotten as more come in.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Archive {
     dim: usize,
     /// Row-major.
@@ -16,6 +18,12 @@ pub(super) struct Archive {
 impl Archive {
     pub(super) fn new(dim: usize, points: &[Vec<f64>]) -> Self {
         Self { dim, points: points.concat(), spread: vec![0.0; dim] }
+    }
+
+    /// Whether it is of `dim` coordinates, with points to pick from.
+    pub(super) fn fits(&self, dim: usize) -> bool {
+        let whole = dim == 0 || !self.points.is_empty() && self.points.len().is_multiple_of(dim);
+        self.dim == dim && self.spread.len() == dim && whole
     }
 
     pub(super) fn is_empty(&self) -> bool {

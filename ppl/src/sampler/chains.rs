@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     store::{infinite, places},
-    warmup::Warmup,
+    tuning::Tuning,
 };
 use crate::density::Place;
 
@@ -174,6 +174,24 @@ pub struct WarmupReport {
     pub rejections: BTreeMap<Place, u64>,
 }
 
+impl WarmupReport {
+    /// Before the first transition.
+    pub(crate) fn at(start: Vec<f64>) -> Self {
+        Self {
+            start,
+            end: Vec::new(),
+            stats: Vec::new(),
+            windows: Vec::new(),
+            switches: Vec::new(),
+            step_size: 0.0,
+            target_acceptance: 0.0,
+            target_raised: None,
+            covariance: Covariance::Diagonal(Vec::new()),
+            rejections: BTreeMap::new(),
+        }
+    }
+}
+
 /// One chain.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Chain {
@@ -192,20 +210,20 @@ pub struct Chain {
     pub stopped: Option<String>,
     /// The random stream after the warmup and each kept draw, from which a chain goes on; `None` for
     /// draws that are no chain.
-    pub(crate) stream: Option<Xoshiro256PlusPlus>,
+    pub(super) stream: Option<Xoshiro256PlusPlus>,
     /// Where an interrupt found the chain in its warmup.
     #[serde(default)]
-    pub(crate) paused: Option<Box<Paused>>,
+    pub(super) paused: Option<Box<Paused>>,
+    /// How it goes on from there, or draws where the report of the warmup does not say it.
+    #[serde(default)]
+    pub(super) tuning: Option<Box<Tuning>>,
 }
 
 /// A chain between two transitions of its warmup.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Paused {
+pub(super) struct Paused {
     pub(super) position: Vec<f64>,
     pub(super) stream: Xoshiro256PlusPlus,
-    pub(super) step: f64,
-    pub(super) covariance: Covariance,
-    pub(super) warmup: Warmup,
     /// Transitions that the warmup has in all.
     pub(super) length: usize,
 }
@@ -214,13 +232,26 @@ impl Paused {
     /// Whether it is of `dim` coordinates, after so many transitions.
     pub(super) fn fits(&self, dim: usize, transitions: usize) -> bool {
         let possible = transitions..=u32::MAX as usize;
-        self.position.len() == dim
-            && possible.contains(&self.length)
-            && self.warmup.fits(dim, transitions)
+        self.position.len() == dim && possible.contains(&self.length)
     }
 }
 
 impl Chain {
+    /// Without draws.
+    pub(crate) fn new(warmup: WarmupReport) -> Self {
+        Self {
+            draws: Vec::new(),
+            stats: Vec::new(),
+            divergences: Vec::new(),
+            warmup,
+            rejections: BTreeMap::new(),
+            stopped: None,
+            stream: None,
+            paused: None,
+            tuning: None,
+        }
+    }
+
     /// Number of kept draws.
     pub fn len(&self) -> usize {
         self.stats.len()
@@ -234,8 +265,8 @@ impl Chain {
 
 /// The chains of one run.
 ///
-/// An interrupted run has chains of unequal length; [`Chains::len`] is the common length.
-/// [`Nuts::resume`](super::Nuts::resume) goes on where they stand.
+/// An interrupted run has chains of unequal length; [`Chains::len`] is the common length. The
+/// `resume` of their sampler, as [`Nuts::resume`](super::Nuts::resume), goes on where they stand.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Chains {
     /// Number of unconstrained coordinates.

@@ -4,14 +4,17 @@ use std::sync::atomic::AtomicBool;
 
 use rand::Rng;
 use rand_distr::StandardNormal;
+use serde::{Deserialize, Serialize};
 
 use super::{
     chains::{Chains, Covariance, DrawStats, WarmupReport},
+    earlier::another_sampler,
     error::SampleError,
     progress::Progress,
     rejections::{Rejections, Stop, accepting, finite},
     run::{Kernel, Stream},
     settings::{Init, Run, shared_settings},
+    tuning::Tuning,
 };
 use crate::{
     any::{AnyDensity, Evaluator},
@@ -88,16 +91,29 @@ impl<'a> ComponentwiseMetropolis<'a> {
 
     fn run_any(&self, density: &dyn AnyDensity) -> Result<Chains, SampleError> {
         let dim = density.dim();
-        let chains = self.run.execute(dim, || Sweeps {
-            density: density.evaluator(),
-            y: vec![0.0; dim],
-            log_density: f64::NEG_INFINITY,
-            scales: vec![1.0; dim],
-            acceptances: vec![0.0; dim],
-            sweeps: 0.0,
-            rejections: Rejections::default(),
-        })?;
+        let chains = self.run.execute(dim, || Sweeps::new(density, Scales::new(dim)))?;
         Ok(Chains::new(dim, chains, self.run.thin))
+    }
+
+    /// As [`Nuts::resume`](super::Nuts::resume): goes on with chains of this sampler, finished or
+    /// interrupted, to the very draws of one longer run.
+    ///
+    /// # Errors
+    /// [`SampleError::Earlier`] if the chains are not of this sampler or this density, or one
+    /// failed in its warmup; else see [`ComponentwiseMetropolis`].
+    pub fn resume<D: LogDensity>(
+        &self,
+        density: &D,
+        earlier: Chains,
+    ) -> Result<Chains, SampleError> {
+        self.resume_any(density, earlier)
+    }
+
+    fn resume_any(&self, density: &dyn AnyDensity, earlier: Chains) -> Result<Chains, SampleError> {
+        self.run.resume(density.dim(), earlier, |chain| match chain.tuning.as_deref() {
+            Some(Tuning::Sweeps(scales)) => Ok(Sweeps::new(density, scales.clone())),
+            _ => Err(another_sampler()),
+        })
     }
 
     /// Samples a model: the draws with everything the model names.
@@ -110,16 +126,56 @@ impl<'a> ComponentwiseMetropolis<'a> {
     }
 }
 
+/// The scale of every coordinate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Scales {
+    scales: Vec<f64>,
+    /// Warmup sweeps.
+    sweeps: usize,
+}
+
+impl Scales {
+    fn new(dim: usize) -> Self {
+        Self { scales: vec![1.0; dim], sweeps: 0 }
+    }
+
+    /// Learns from the acceptance probabilities of a sweep.
+    fn learn(&mut self, acceptances: &[f64]) {
+        self.sweeps += 1;
+        let gain = (self.sweeps as f64).powf(-0.6);
+        for (scale, acceptance) in self.scales.iter_mut().zip(acceptances) {
+            *scale *= (gain * (acceptance - TARGET)).exp();
+        }
+    }
+
+    /// Whether they are of a density of `dim` coordinates, after so many transitions.
+    pub(super) fn fits(&self, dim: usize, transitions: usize) -> bool {
+        self.scales.len() == dim && self.sweeps == transitions
+    }
+}
+
 struct Sweeps<'a> {
     density: Box<dyn Evaluator + 'a>,
     y: Vec<f64>,
     log_density: f64,
-    scales: Vec<f64>,
+    tuned: Scales,
     /// Acceptance probabilities of the last sweep.
     acceptances: Vec<f64>,
-    /// Warmup sweeps.
-    sweeps: f64,
     rejections: Rejections,
+}
+
+impl<'a> Sweeps<'a> {
+    fn new(density: &'a dyn AnyDensity, tuned: Scales) -> Self {
+        let dim = density.dim();
+        Self {
+            density: density.evaluator(),
+            y: vec![0.0; dim],
+            log_density: f64::NEG_INFINITY,
+            tuned,
+            acceptances: vec![0.0; dim],
+            rejections: Rejections::default(),
+        }
+    }
 }
 
 impl Kernel for Sweeps<'_> {
@@ -137,7 +193,7 @@ impl Kernel for Sweeps<'_> {
         let dim = self.y.len();
         for i in 0..dim {
             let old = self.y[i];
-            self.y[i] = old + self.scales[i] * rng.sample::<f64, _>(StandardNormal);
+            self.y[i] = old + self.tuned.scales[i] * rng.sample::<f64, _>(StandardNormal);
             let proposed = self.rejections.value(&mut *self.density, &self.y)?;
             self.acceptances[i] = accepting(proposed - self.log_density);
             if rng.random::<f64>() < self.acceptances[i] {
@@ -154,22 +210,27 @@ impl Kernel for Sweeps<'_> {
     }
 
     fn adapt(&mut self, _: &DrawStats, _: &mut Stream) -> Result<(), Stop> {
-        self.sweeps += 1.0;
-        let gain = self.sweeps.powf(-0.6);
-        for (scale, acceptance) in self.scales.iter_mut().zip(&self.acceptances) {
-            *scale *= (gain * (acceptance - TARGET)).exp();
-        }
+        self.tuned.learn(&self.acceptances);
         Ok(())
     }
 
     fn freeze(&mut self, report: &mut WarmupReport) {
         report.step_size = 1.0;
         report.target_acceptance = TARGET;
-        report.covariance = Covariance::Diagonal(self.scales.iter().map(|s| s * s).collect());
+        let variances = self.tuned.scales.iter().map(|s| s * s).collect();
+        report.covariance = Covariance::Diagonal(variances);
+    }
+
+    fn tuning(&self) -> Tuning {
+        Tuning::Sweeps(self.tuned.clone())
     }
 
     fn position(&self) -> &[f64] {
         &self.y
+    }
+
+    fn log_density(&self) -> f64 {
+        self.log_density
     }
 
     fn divergence(&self) -> (&[f64], f64) {

@@ -6,12 +6,14 @@ use rand::Rng;
 
 use super::{
     chains::{Chains, DrawStats, WarmupReport},
+    earlier::{another_sampler, misfit},
     error::SampleError,
     progress::Progress,
-    random_walk::RandomWalk,
+    random_walk::{RandomWalk, Shape},
     rejections::{Rejections, Stop, accepting, finite},
     run::{Kernel, Stream},
     settings::{Init, Run, shared_settings},
+    tuning::Tuning,
 };
 use crate::{
     Role,
@@ -110,24 +112,45 @@ impl<'a> DelayedAcceptance<'a> {
             let (setting, value) = ("screening_steps", "0".into());
             return Err(SampleError::Setting { setting, value, mend: "give at least 1" });
         }
-        let dim = expensive.dim();
-        if cheap.dim() != dim {
-            let unknowns = |dim: usize| format!("{dim} unconstrained coordinates");
-            return Err(SampleError::Screening {
-                screening: unknowns(cheap.dim()),
-                deciding: unknowns(dim),
-            });
-        }
-        let chains = self.run.execute(dim, || Delayed {
-            cheap: Level::new(cheap, dim),
-            expensive: Level::new(expensive, dim),
-            next: vec![0.0; dim],
-            walk: RandomWalk::new(dim, self.run.warmup),
-            steps: self.screening_steps,
-            screened: 0.0,
-            rejections: Rejections::default(),
-        })?;
+        let dim = common_dim(cheap, expensive)?;
+        let shape = || Shape::new(dim, self.run.warmup);
+        let make = || Delayed::new(cheap, expensive, shape(), self.screening_steps);
+        let chains = self.run.execute(dim, make)?;
         Ok(Chains::new(dim, chains, self.run.thin))
+    }
+
+    /// As [`Nuts::resume`](super::Nuts::resume): goes on with chains of this sampler, finished or
+    /// interrupted, to the very draws of one longer run.
+    ///
+    /// # Errors
+    /// [`SampleError::Earlier`] if the chains are not of this sampler, these densities and as many
+    /// screening steps, or one failed in its warmup; else see [`DelayedAcceptance`].
+    pub fn resume<C: LogDensity, D: LogDensity>(
+        &self,
+        cheap: &C,
+        expensive: &D,
+        earlier: Chains,
+    ) -> Result<Chains, SampleError> {
+        self.resume_any(cheap, expensive, earlier)
+    }
+
+    fn resume_any(
+        &self,
+        cheap: &dyn AnyDensity,
+        expensive: &dyn AnyDensity,
+        earlier: Chains,
+    ) -> Result<Chains, SampleError> {
+        let dim = common_dim(cheap, expensive)?;
+        self.run.resume(dim, earlier, |chain| match chain.tuning.as_deref() {
+            Some(Tuning::Screened(shape, steps)) if *steps == self.screening_steps => {
+                Ok(Delayed::new(cheap, expensive, shape.clone(), *steps))
+            }
+            Some(Tuning::Screened(_, steps)) => {
+                let reason = format!("they took {steps} screening steps");
+                Err(misfit(reason, "set `screening_steps` as it was"))
+            }
+            _ => Err(another_sampler()),
+        })
     }
 
     /// Samples the model `expensive`, screened by the model `cheap`: the draws with everything
@@ -158,6 +181,16 @@ fn unknowns(layout: &Layout) -> String {
         shape => format!("{}{shape:?}", v.name),
     });
     named.collect::<Vec<_>>().join(", ")
+}
+
+/// The number of coordinates of both.
+fn common_dim(cheap: &dyn AnyDensity, expensive: &dyn AnyDensity) -> Result<usize, SampleError> {
+    let (screening, deciding) = (cheap.dim(), expensive.dim());
+    if screening == deciding {
+        return Ok(deciding);
+    }
+    let unknowns = |dim: usize| format!("{dim} unconstrained coordinates");
+    Err(SampleError::Screening { screening: unknowns(screening), deciding: unknowns(deciding) })
 }
 
 /// A density with its current point.
@@ -191,7 +224,25 @@ struct Delayed<'a> {
     rejections: Rejections,
 }
 
-impl Delayed<'_> {
+impl<'a> Delayed<'a> {
+    fn new(
+        cheap: &'a dyn AnyDensity,
+        expensive: &'a dyn AnyDensity,
+        shape: Shape,
+        steps: u32,
+    ) -> Self {
+        let dim = expensive.dim();
+        Self {
+            cheap: Level::new(cheap, dim),
+            expensive: Level::new(expensive, dim),
+            next: vec![0.0; dim],
+            walk: RandomWalk::new(shape),
+            steps,
+            screened: 0.0,
+            rejections: Rejections::default(),
+        }
+    }
+
     /// The steps on the cheap density; whether they moved.
     fn screen(&mut self, rng: &mut Stream) -> Result<bool, Stop> {
         let (mut moved, mut sum) = (false, 0.0);
@@ -239,21 +290,29 @@ impl Kernel for Delayed<'_> {
                 cheap.log_density = before;
             }
         }
-        let (log_density, scale) = (self.expensive.log_density, self.walk.scale);
+        let (log_density, scale) = (self.expensive.log_density, self.walk.shape.scale);
         Ok(DrawStats::walk(log_density, acceptance, scale, u32::from(moved)))
     }
 
     fn adapt(&mut self, _: &DrawStats, _: &mut Stream) -> Result<(), Stop> {
-        self.walk.learn(self.screened, &self.expensive.y);
+        self.walk.shape.learn(self.screened, &self.expensive.y);
         Ok(())
     }
 
     fn freeze(&mut self, report: &mut WarmupReport) {
-        self.walk.report(report);
+        self.walk.shape.report(report);
+    }
+
+    fn tuning(&self) -> Tuning {
+        Tuning::Screened(self.walk.shape.clone(), self.steps)
     }
 
     fn position(&self) -> &[f64] {
         &self.expensive.y
+    }
+
+    fn log_density(&self) -> f64 {
+        self.expensive.log_density
     }
 
     fn divergence(&self) -> (&[f64], f64) {

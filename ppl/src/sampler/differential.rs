@@ -4,16 +4,19 @@ use std::sync::atomic::AtomicBool;
 
 use rand::Rng;
 use rand_distr::StandardNormal;
+use serde::{Deserialize, Serialize};
 
 use super::{
     archive::Archive,
     chains::{Chains, Covariance, DrawStats, WarmupReport},
+    earlier::another_sampler,
     error::SampleError,
     progress::Progress,
     random_walk::target_acceptance,
     rejections::{Rejections, Stop, accepting, finite},
     run::{Kernel, Stream},
     settings::{Init, Run, shared_settings},
+    tuning::Tuning,
 };
 use crate::{
     any::{AnyDensity, Evaluator},
@@ -126,16 +129,36 @@ impl<'a> DifferentialEvolution<'a> {
             let value = "a point that is not finite".to_owned();
             return refuse("archive", value, "give points in unconstrained space");
         }
-        let chains = self.run.execute(dim, || Evolution {
-            density: density.evaluator(),
-            members: vec![Member { y: vec![0.0; dim], log_density: f64::NEG_INFINITY }],
-            population: self.population,
-            archive: Archive::new(dim, &self.archive),
-            proposal: vec![0.0; dim],
-            generations: 0,
-            rejections: Rejections::default(),
+        let chains = self.run.execute(dim, || {
+            let first = Member { y: vec![0.0; dim], log_density: f64::NEG_INFINITY };
+            let archive = Archive::new(dim, &self.archive);
+            let evolution = Evolution::new(density, vec![first], archive, 0);
+            Evolution { population: self.population, ..evolution }
         })?;
         Ok(Chains::new(dim, chains, self.run.thin))
+    }
+
+    /// As [`Nuts::resume`](super::Nuts::resume): goes on with chains of this sampler, finished or
+    /// interrupted, to the very draws of one longer run.
+    ///
+    /// # Errors
+    /// [`SampleError::Earlier`] if the chains are not of this sampler or this density, or one
+    /// failed in its warmup; else see [`DifferentialEvolution`].
+    pub fn resume<D: LogDensity>(
+        &self,
+        density: &D,
+        earlier: Chains,
+    ) -> Result<Chains, SampleError> {
+        self.resume_any(density, earlier)
+    }
+
+    fn resume_any(&self, density: &dyn AnyDensity, earlier: Chains) -> Result<Chains, SampleError> {
+        self.run.resume(density.dim(), earlier, |chain| match chain.tuning.as_deref() {
+            Some(Tuning::Population { members, archive, generations }) => {
+                Ok(Evolution::new(density, members.clone(), archive.clone(), *generations))
+            }
+            _ => Err(another_sampler()),
+        })
     }
 
     /// Samples a model: the draws with everything the model names.
@@ -149,8 +172,9 @@ impl<'a> DifferentialEvolution<'a> {
 }
 
 /// A walker of the population.
-struct Member {
-    y: Vec<f64>,
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Member {
+    pub(super) y: Vec<f64>,
     log_density: f64,
 }
 
@@ -165,7 +189,24 @@ struct Evolution<'a> {
     rejections: Rejections,
 }
 
-impl Evolution<'_> {
+impl<'a> Evolution<'a> {
+    fn new(
+        density: &'a dyn AnyDensity,
+        members: Vec<Member>,
+        archive: Archive,
+        generations: usize,
+    ) -> Self {
+        Self {
+            density: density.evaluator(),
+            population: members.len(),
+            members,
+            archive,
+            proposal: vec![0.0; density.dim()],
+            generations,
+            rejections: Rejections::default(),
+        }
+    }
+
     fn gamma(&self) -> f64 {
         2.38 / (2.0 * self.proposal.len().max(1) as f64).sqrt()
     }
@@ -272,8 +313,20 @@ impl Kernel for Evolution<'_> {
         report.covariance = Covariance::Diagonal(variances);
     }
 
+    fn tuning(&self) -> Tuning {
+        Tuning::Population {
+            members: self.members.clone(),
+            archive: self.archive.clone(),
+            generations: self.generations,
+        }
+    }
+
     fn position(&self) -> &[f64] {
         &self.members[0].y
+    }
+
+    fn log_density(&self) -> f64 {
+        self.members[0].log_density
     }
 
     fn divergence(&self) -> (&[f64], f64) {

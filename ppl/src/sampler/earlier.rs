@@ -7,6 +7,7 @@ use super::{
     nuts::{Nuts, NutsChain},
     run::{Kernel, Stream},
     settings::{Init, Run},
+    tuning::Tuning,
     warmup::{Rule, Warmup},
 };
 use crate::{any::AnyDensity, density::LogDensity};
@@ -50,36 +51,8 @@ impl Nuts<'_> {
     }
 
     fn resume_any(&self, density: &dyn AnyDensity, earlier: Chains) -> Result<Chains, SampleError> {
-        let dim = density.dim();
-        let Some(max_depth) = earlier.max_depth else {
-            return Err(misfit("they are of another sampler", "give chains of NUTS"));
-        };
-        if earlier.dim != dim {
-            let reason = format!("they have {} coordinates, the density {dim}", earlier.dim);
-            return Err(misfit(reason, "give the density they were drawn from"));
-        }
-        if earlier.chains.len() != self.run.chains {
-            let (got, set) = (earlier.chains.len(), self.run.chains);
-            let reason = format!("there are {got} of them, but {set} are to be run");
-            return Err(misfit(reason, "set `chains` to their number"));
-        }
-        if earlier.thin != self.run.thin {
-            let (got, set) = (earlier.thin, self.run.thin);
-            let reason = format!("they keep one transition in {got}, not one in {set}");
-            return Err(misfit(reason, "set `thin` as it was"));
-        }
-        if let Err(problem) = earlier.check() {
-            return Err(misfit(problem, "give chains as `run`, `resume` or `load` returned them"));
-        }
-        let is_lost = |chain: &Chain| chain.stream.is_none() && chain.paused.is_none();
-        if let Some(number) = earlier.chains.iter().position(is_lost) {
-            let reason = format!("chain {number} failed in its warmup");
-            return Err(misfit(reason, "begin anew with `run`"));
-        }
-        Run { init: Init::Uniform(0.0), ..self.run.clone() }.validate(dim)?;
-        let chains = self.run.go_on(earlier.chains, |chain| take_up(density, max_depth, chain))?;
-        let chains = Chains::new(dim, chains, self.run.thin);
-        Ok(Chains { max_depth: Some(max_depth), ..chains })
+        let max_depth = earlier.max_depth.ok_or_else(another_sampler)?;
+        self.run.resume(density.dim(), earlier, |chain| as_tuned(density, max_depth, chain))
     }
 
     /// Mass matrix and step of every chain of a warm start.
@@ -104,37 +77,90 @@ impl Nuts<'_> {
     }
 }
 
-/// The kernel of a chain, and its random stream, as they were after its last transition.
-fn take_up<'a>(
+/// The kernel of a chain as it was after its last transition.
+fn as_tuned<'a>(
     density: &'a dyn AnyDensity,
     max_depth: u32,
     chain: &Chain,
-) -> Result<(NutsChain<'a>, Stream), SampleError> {
+) -> Result<NutsChain<'a>, SampleError> {
     let dim = density.dim();
-    let (stream, covariance, step, warmup, position) = match &chain.paused {
-        Some(p) => (Some(&p.stream), &p.covariance, p.step, p.warmup.clone(), &*p.position),
+    let (covariance, step, warmup) = match chain.tuning.as_deref() {
+        Some(Tuning::Hamiltonian { covariance, step, warmup }) => {
+            (covariance, *step, warmup.clone())
+        }
+        Some(_) => return Err(another_sampler()),
         None => {
             let WarmupReport { covariance, step_size, .. } = &chain.warmup;
-            let frozen = Warmup::new(Rule::Fisher, dim, 0, 0.8, true);
-            (chain.stream.as_ref(), covariance, *step_size, frozen, last_position(chain, dim))
+            (covariance, *step_size, Warmup::new(Rule::Fisher, dim, 0, 0.8, true))
         }
     };
-    let stream = (stream.cloned())
-        .ok_or_else(|| misfit("a chain has no random stream", "give chains of NUTS"))?;
     let metric = Metric::from_covariance(covariance, dim)
         .filter(|_| step.is_finite() && step > 0.0)
         .ok_or_else(|| misfit("a mass matrix or step is not positive", "begin anew with `run`"))?;
-    let mut kernel = NutsChain::new(density, max_depth, warmup, Some((metric, step)));
-    let begun = kernel.begin(position);
+    Ok(NutsChain::new(density, max_depth, warmup, Some((metric, step))))
+}
+
+impl Run<'_> {
+    /// Goes on with the chains of an earlier run; `make` builds the kernel of one as it was tuned.
+    pub(super) fn resume<K: Kernel>(
+        &self,
+        dim: usize,
+        earlier: Chains,
+        make: impl Fn(&Chain) -> Result<K, SampleError> + Sync,
+    ) -> Result<Chains, SampleError> {
+        if earlier.dim != dim {
+            let reason = format!("they have {} coordinates, the density {dim}", earlier.dim);
+            return Err(misfit(reason, "give the density they were drawn from"));
+        }
+        if earlier.chains.len() != self.chains {
+            let (got, set) = (earlier.chains.len(), self.chains);
+            let reason = format!("there are {got} of them, but {set} are to be run");
+            return Err(misfit(reason, "set `chains` to their number"));
+        }
+        if earlier.thin != self.thin {
+            let (got, set) = (earlier.thin, self.thin);
+            let reason = format!("they keep one transition in {got}, not one in {set}");
+            return Err(misfit(reason, "set `thin` as it was"));
+        }
+        if let Err(problem) = earlier.check() {
+            return Err(misfit(problem, "give chains as `run`, `resume` or `load` returned them"));
+        }
+        let is_lost = |chain: &Chain| chain.stream.is_none() && chain.paused.is_none();
+        if let Some(number) = earlier.chains.iter().position(is_lost) {
+            let reason = format!(
+                "chain {number} failed in its warmup, or is of a sampler that does not go on"
+            );
+            return Err(misfit(reason, "begin anew with `run`"));
+        }
+        Run { init: Init::Uniform(0.0), ..self.clone() }.validate(dim)?;
+        let max_depth = earlier.max_depth;
+        let chains = self.go_on(earlier.chains, |chain| take_up(make(chain)?, chain, dim))?;
+        Ok(Chains { max_depth, ..Chains::new(dim, chains, self.thin) })
+    }
+}
+
+/// `kernel` where the chain stopped, and the random stream from there.
+fn take_up<K: Kernel>(
+    mut kernel: K,
+    chain: &Chain,
+    dim: usize,
+) -> Result<(K, Stream), SampleError> {
+    let paused = chain.paused.as_deref().map(|paused| &paused.stream);
+    let stream = paused
+        .or(chain.stream.as_ref())
+        .ok_or_else(|| misfit("a chain has no random stream", "begin anew with `run`"))?;
+    let other = |reason| misfit(reason, "give the model and the data that they were drawn with");
+    kernel
+        .begin(last_position(chain, dim))
+        .map_err(|rejection| other(format!("a last draw is rejected now: {rejection}")))?;
     // a chain that has not moved yet has no log density to compare with
     let last = chain.stats.last().or(chain.warmup.stats.last());
-    let now = kernel.current.log_density;
+    let now = kernel.log_density();
     let then = last.map_or(now, |stats| stats.log_density);
-    if begun.is_err() || (now - then).abs() > SAME_DENSITY * then.abs().max(1.0) {
-        let reason = format!("the log density at a last draw was {then} and is {now}");
-        return Err(misfit(reason, "give the model and the data that they were drawn with"));
+    if (now - then).abs() > SAME_DENSITY * then.abs().max(1.0) {
+        return Err(other(format!("the log density at a last draw was {then} and is {now}")));
     }
-    Ok((kernel, stream))
+    Ok((kernel, stream.clone()))
 }
 
 fn last_position(chain: &Chain, dim: usize) -> &[f64] {
@@ -144,6 +170,11 @@ fn last_position(chain: &Chain, dim: usize) -> &[f64] {
     }
 }
 
-fn misfit(reason: impl Into<String>, mend: &'static str) -> SampleError {
+/// The chains have not the tuning of the sampler that is to go on with them.
+pub(super) fn another_sampler() -> SampleError {
+    misfit("they are of another sampler", "give chains of this one")
+}
+
+pub(super) fn misfit(reason: impl Into<String>, mend: &'static str) -> SampleError {
     SampleError::Earlier { reason: reason.into(), mend }
 }

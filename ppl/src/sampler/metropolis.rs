@@ -6,12 +6,14 @@ use rand::Rng;
 
 use super::{
     chains::{Chains, DrawStats, WarmupReport},
+    earlier::another_sampler,
     error::SampleError,
     progress::Progress,
-    random_walk::RandomWalk,
+    random_walk::{RandomWalk, Shape},
     rejections::{Rejections, Stop, accepting, finite},
     run::{Kernel, Stream},
     settings::{Init, Run, shared_settings},
+    tuning::Tuning,
 };
 use crate::{
     any::{AnyDensity, Evaluator},
@@ -84,8 +86,31 @@ impl<'a> Metropolis<'a> {
 
     fn run_any(&self, density: &dyn AnyDensity) -> Result<Chains, SampleError> {
         let dim = density.dim();
-        let chains = self.run.execute(dim, || MetropolisChain::new(density, self.run.warmup))?;
+        let chains = self
+            .run
+            .execute(dim, || MetropolisChain::new(density, Shape::new(dim, self.run.warmup)))?;
         Ok(Chains::new(dim, chains, self.run.thin))
+    }
+
+    /// As [`Nuts::resume`](super::Nuts::resume): goes on with chains of this sampler, finished or
+    /// interrupted, to the very draws of one longer run.
+    ///
+    /// # Errors
+    /// [`SampleError::Earlier`] if the chains are not of this sampler or this density, or one
+    /// failed in its warmup; else see [`Metropolis`].
+    pub fn resume<D: LogDensity>(
+        &self,
+        density: &D,
+        earlier: Chains,
+    ) -> Result<Chains, SampleError> {
+        self.resume_any(density, earlier)
+    }
+
+    fn resume_any(&self, density: &dyn AnyDensity, earlier: Chains) -> Result<Chains, SampleError> {
+        self.run.resume(density.dim(), earlier, |chain| match chain.tuning.as_deref() {
+            Some(Tuning::Walk(shape)) => Ok(MetropolisChain::new(density, shape.clone())),
+            _ => Err(another_sampler()),
+        })
     }
 
     /// Samples a model: the draws with everything the model names.
@@ -108,14 +133,14 @@ struct MetropolisChain<'a> {
 }
 
 impl<'a> MetropolisChain<'a> {
-    fn new(density: &'a dyn AnyDensity, warmup: usize) -> Self {
+    fn new(density: &'a dyn AnyDensity, shape: Shape) -> Self {
         let dim = density.dim();
         Self {
             density: density.evaluator(),
             y: vec![0.0; dim],
             log_density: f64::NEG_INFINITY,
             proposal: vec![0.0; dim],
-            walk: RandomWalk::new(dim, warmup),
+            walk: RandomWalk::new(shape),
             rejections: Rejections::default(),
         }
     }
@@ -140,20 +165,28 @@ impl Kernel for MetropolisChain<'_> {
             std::mem::swap(&mut self.y, &mut self.proposal);
             self.log_density = proposed;
         }
-        Ok(DrawStats::walk(self.log_density, acceptance, self.walk.scale, 1))
+        Ok(DrawStats::walk(self.log_density, acceptance, self.walk.shape.scale, 1))
     }
 
     fn adapt(&mut self, stats: &DrawStats, _: &mut Stream) -> Result<(), Stop> {
-        self.walk.learn(stats.acceptance, &self.y);
+        self.walk.shape.learn(stats.acceptance, &self.y);
         Ok(())
     }
 
     fn freeze(&mut self, report: &mut WarmupReport) {
-        self.walk.report(report);
+        self.walk.shape.report(report);
+    }
+
+    fn tuning(&self) -> Tuning {
+        Tuning::Walk(self.walk.shape.clone())
     }
 
     fn position(&self) -> &[f64] {
         &self.y
+    }
+
+    fn log_density(&self) -> f64 {
+        self.log_density
     }
 
     fn divergence(&self) -> (&[f64], f64) {

@@ -20,6 +20,7 @@ mod smc;
 mod step_size;
 mod store;
 mod trajectory;
+mod tuning;
 mod warmup;
 
 pub use chains::{

@@ -3,7 +3,7 @@
 use std::{ops::RangeInclusive, sync::atomic::AtomicBool};
 
 use super::{
-    chains::{Chains, Covariance, DrawStats, Paused, WarmupReport},
+    chains::{Chains, Covariance, DrawStats, WarmupReport},
     error::SampleError,
     hamiltonian::{Hamiltonian, Point},
     metric::Metric,
@@ -12,6 +12,7 @@ use super::{
     run::{Kernel, Stream},
     settings::{Init, Run, shared_settings},
     trajectory::Trajectory,
+    tuning::Tuning,
     warmup::{Advice, Rule, Warmup},
 };
 use crate::{
@@ -191,7 +192,7 @@ const GRADIENT: Place = Place { statement: "gradient of the log density", file: 
 pub(super) struct NutsChain<'a> {
     hamiltonian: Hamiltonian<'a>,
     trajectory: Trajectory,
-    pub(super) current: Point,
+    current: Point,
     warmup: Warmup,
     step: f64,
     /// Mass matrix and step come from an earlier run.
@@ -260,15 +261,16 @@ impl Kernel for NutsChain<'_> {
         }
     }
 
-    fn pause(&self, rng: &Stream, length: usize) -> Option<Box<Paused>> {
-        Some(Box::new(Paused {
-            position: self.current.y.clone(),
-            stream: rng.clone(),
+    fn tuning(&self) -> Tuning {
+        Tuning::Hamiltonian {
             step: self.step,
             covariance: self.hamiltonian.metric.covariance(),
             warmup: self.warmup.clone(),
-            length,
-        }))
+        }
+    }
+
+    fn tuned(&self) -> Option<Tuning> {
+        None
     }
 
     fn freeze(&mut self, report: &mut WarmupReport) {
@@ -280,6 +282,10 @@ impl Kernel for NutsChain<'_> {
 
     fn position(&self) -> &[f64] {
         &self.current.y
+    }
+
+    fn log_density(&self) -> f64 {
+        self.current.log_density
     }
 
     fn divergence(&self) -> (&[f64], f64) {

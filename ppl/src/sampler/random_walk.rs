@@ -3,6 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rand::Rng;
 use rand_distr::StandardNormal;
+use serde::{Deserialize, Serialize};
 
 use super::{
     chains::{Covariance, WarmupReport},
@@ -10,11 +11,33 @@ use super::{
     warmup::{Moment, Schedule, walk_windows},
 };
 
-/// `Normal(y, s² Σ)` with Σ from windows of draws and s led to the best acceptance; see
-/// [`Metropolis`](super::Metropolis).
+/// Draws proposals.
 pub(super) struct RandomWalk {
     noise: DVector<f64>,
     jump: DVector<f64>,
+    pub(super) shape: Shape,
+}
+
+impl RandomWalk {
+    pub(super) fn new(shape: Shape) -> Self {
+        let dim = shape.factor.nrows();
+        Self { noise: DVector::zeros(dim), jump: DVector::zeros(dim), shape }
+    }
+
+    /// Draws a proposal from `from`.
+    pub(super) fn propose(&mut self, from: &[f64], to: &mut [f64], rng: &mut Stream) {
+        self.noise.iter_mut().for_each(|z| *z = rng.sample(StandardNormal));
+        self.jump.gemv(self.shape.scale, &self.shape.factor, &self.noise, 0.0);
+        for ((new, old), jump) in to.iter_mut().zip(from).zip(&self.jump) {
+            *new = old + jump;
+        }
+    }
+}
+
+/// `Normal(y, s² Σ)` with Σ from windows of draws and s led to the best acceptance; see
+/// [`Metropolis`](super::Metropolis).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Shape {
     /// Cholesky factor of Σ.
     factor: DMatrix<f64>,
     pub(super) scale: f64,
@@ -24,25 +47,14 @@ pub(super) struct RandomWalk {
     window: Scatter,
 }
 
-impl RandomWalk {
+impl Shape {
     pub(super) fn new(dim: usize, warmup: usize) -> Self {
         Self {
-            noise: DVector::zeros(dim),
-            jump: DVector::zeros(dim),
             factor: DMatrix::identity(dim, dim),
             scale: first_scale(dim),
             steps: 0.0,
             schedule: Schedule::new(warmup, walk_windows),
             window: Scatter::new(dim),
-        }
-    }
-
-    /// Draws a proposal from `from`.
-    pub(super) fn propose(&mut self, from: &[f64], to: &mut [f64], rng: &mut Stream) {
-        self.noise.iter_mut().for_each(|z| *z = rng.sample(StandardNormal));
-        self.jump.gemv(self.scale, &self.factor, &self.noise, 0.0);
-        for ((new, old), jump) in to.iter_mut().zip(from).zip(&self.jump) {
-            *new = old + jump;
         }
     }
 
@@ -69,10 +81,18 @@ impl RandomWalk {
     /// Records the tuning.
     pub(super) fn report(&self, report: &mut WarmupReport) {
         report.step_size = self.scale;
-        report.target_acceptance = target_acceptance(self.noise.len());
+        report.target_acceptance = target_acceptance(self.factor.nrows());
         report.windows = self.schedule.passed.clone();
         let covariance = &self.factor * self.factor.transpose();
         report.covariance = Covariance::Dense(covariance.as_slice().to_vec());
+    }
+
+    /// Whether it is of a density of `dim` coordinates, after so many transitions.
+    pub(super) fn fits(&self, dim: usize, transitions: usize) -> bool {
+        self.factor.shape() == (dim, dim)
+            && self.window.mean.len() == dim
+            && self.window.scatter.shape() == (dim, dim)
+            && self.schedule.has_passed(transitions)
     }
 }
 
@@ -87,6 +107,7 @@ pub(super) fn target_acceptance(dim: usize) -> f64 {
 }
 
 /// Mean and scatter matrix of vectors seen one by one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Scatter {
     count: f64,
     mean: DVector<f64>,

@@ -10,11 +10,12 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
 use super::{
-    chains::{Chain, Covariance, Divergence, DrawStats, Paused, WarmupReport},
+    chains::{Chain, Divergence, DrawStats, Paused, WarmupReport},
     error::SampleError,
     progress::Meter,
     rejections::{Rejections, Stop},
     settings::{Init, Run},
+    tuning::Tuning,
 };
 use crate::density::{Place, Rejection};
 
@@ -34,15 +35,18 @@ pub(super) trait Kernel {
     fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, Stop>;
     /// Learns from a warmup transition.
     fn adapt(&mut self, stats: &DrawStats, rng: &mut Stream) -> Result<(), Stop>;
-    /// All that a warmup of `length` transitions needs to go on from here; `None` if it cannot.
-    fn pause(&self, rng: &Stream, length: usize) -> Option<Box<Paused>> {
-        let _ = (rng, length);
-        None
+    /// All that a warmup needs to go on from the current position.
+    fn tuning(&self) -> Tuning;
+    /// All that draws need after the warmup; `None` if the report of the warmup has it.
+    fn tuned(&self) -> Option<Tuning> {
+        Some(self.tuning())
     }
     /// Ends the warmup, after which nothing is adapted, and records the tuning.
     fn freeze(&mut self, report: &mut WarmupReport);
     /// The current position.
     fn position(&self) -> &[f64];
+    /// The log density there.
+    fn log_density(&self) -> f64;
     /// Last position before the last divergence, and its energy error.
     fn divergence(&self) -> (&[f64], f64);
     /// The points rejected.
@@ -135,27 +139,10 @@ impl Run<'_> {
             .inspect_err(|_| abort.store(true, Ordering::Relaxed))?;
         // without unknowns there is nothing to tune
         let warmup = if dim == 0 { 0 } else { self.warmup };
-        let mut chain = Chain {
-            draws: Vec::with_capacity(self.draws * dim),
-            stats: Vec::with_capacity(self.draws),
-            divergences: Vec::new(),
-            warmup: WarmupReport {
-                start: kernel.position().to_vec(),
-                end: Vec::new(),
-                stats: Vec::with_capacity(warmup),
-                windows: Vec::new(),
-                switches: Vec::new(),
-                step_size: 0.0,
-                target_acceptance: 0.0,
-                target_raised: None,
-                covariance: Covariance::Diagonal(Vec::new()),
-                rejections: BTreeMap::new(),
-            },
-            rejections: BTreeMap::new(),
-            stopped: None,
-            stream: None,
-            paused: None,
-        };
+        let mut chain = Chain::new(WarmupReport::at(kernel.position().to_vec()));
+        chain.warmup.stats.reserve_exact(warmup);
+        chain.stats.reserve_exact(self.draws);
+        chain.draws.reserve_exact(self.draws * dim);
         let mut meter = Meter::new(self.progress, number, warmup + self.draws * self.thin);
 
         // without unknowns there is no step to find either
@@ -177,7 +164,11 @@ impl Run<'_> {
         abort: &AtomicBool,
     ) -> Result<(), Stop> {
         let ended = (chain.warmup.stats.len()..length).try_for_each(|_| {
-            self.check(abort).inspect_err(|_| chain.paused = kernel.pause(rng, length))?;
+            self.check(abort).inspect_err(|_| {
+                let (position, stream) = (kernel.position().to_vec(), rng.clone());
+                chain.paused = Some(Box::new(Paused { position, stream, length }));
+                chain.tuning = Some(Box::new(kernel.tuning()));
+            })?;
             let stats = DrawStats { tuning: true, ..kernel.transition(rng)? };
             kernel.adapt(&stats, rng)?;
             meter.transition(&stats);
@@ -189,6 +180,7 @@ impl Run<'_> {
         if ended.is_ok() {
             chain.warmup.end = kernel.position().to_vec();
             chain.stream = Some(rng.clone());
+            chain.tuning = kernel.tuned().map(Box::new);
         }
         ended
     }

@@ -10,10 +10,7 @@ use std::{
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{
-    chains::{Chains, Paused},
-    nuts::DEPTHS,
-};
+use super::{chains::Chains, nuts::DEPTHS};
 use crate::density::Place;
 
 /// What a file of chains begins with.
@@ -72,8 +69,8 @@ pub enum ChainsFileError {
 
 impl Chains {
     /// Writes everything, the state of the random streams included, as JSON with exact numbers, for
-    /// [`Nuts::resume`](super::Nuts::resume) and [`Nuts::warm_start`](super::Nuts::warm_start). The
-    /// file appears whole or not at all.
+    /// the `resume` of the sampler and for [`Nuts::warm_start`](super::Nuts::warm_start). The file
+    /// appears whole or not at all.
     ///
     /// # Errors
     /// [`ChainsFileError`] with the path.
@@ -154,9 +151,10 @@ impl Chains {
                 return Err(format!("chain {number} has {got} numbers, not {expected}"));
             }
             let only_tuned = chain.stream.is_some() && chain.is_empty();
-            let misfits = |paused: &Paused| !paused.fits(self.dim, chain.warmup.stats.len());
+            let done = chain.warmup.stats.len();
             if only_tuned && chain.warmup.end.len() != self.dim
-                || chain.paused.as_deref().is_some_and(misfits)
+                || chain.paused.as_deref().is_some_and(|paused| !paused.fits(self.dim, done))
+                || chain.tuning.as_deref().is_some_and(|tuning| !tuning.fits(self.dim, done))
             {
                 return Err(format!("the warmup of chain {number} does not fit its transitions"));
             }

@@ -131,6 +131,11 @@ impl Schedule {
         self.windows.get(self.passed.len()).map(|window| window.start)
     }
 
+    /// Whether that many transitions are over.
+    pub(super) fn has_passed(&self, transitions: usize) -> bool {
+        self.draw == transitions
+    }
+
     /// Passes one transition.
     pub(super) fn pass(&mut self) -> Moment {
         let draw = self.draw;
@@ -257,7 +262,7 @@ impl Warmup {
 
     /// Whether it is of a density of `dim` coordinates, after so many transitions.
     pub(super) fn fits(&self, dim: usize, transitions: usize) -> bool {
-        self.schedule.draw == transitions && self.sample.fits(dim)
+        self.schedule.has_passed(transitions) && self.sample.fits(dim)
     }
 
     /// Writes down what was decided.

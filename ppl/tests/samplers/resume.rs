@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use ppl::{
-    Chains, ChainsFileError, Covariance, LogDensity, Metropolis, Nuts, Place, Rejection,
-    SampleError,
+    Chains, ChainsFileError, ComponentwiseMetropolis, Covariance, DelayedAcceptance,
+    DifferentialEvolution, LogDensity, Metropolis, Nuts, Pathfinder, Place, Rejection, SampleError,
 };
 
 use crate::targets::{Gaussian, assert_mean, half_normal, normal_until, until};
@@ -13,6 +13,50 @@ use crate::targets::{Gaussian, assert_mean, half_normal, normal_until, until};
 trait Target: LogDensity<Workspace: Default> {}
 
 impl<D: LogDensity<Workspace: Default>> Target for D {}
+
+/// What all samplers of chains have in common.
+trait Sampler: Clone {
+    fn begin(&self, target: &impl Target) -> Result<Chains, SampleError>;
+    fn go_on(&self, target: &impl Target, earlier: Chains) -> Result<Chains, SampleError>;
+    fn until(self, flag: &'static AtomicBool) -> Self;
+}
+
+macro_rules! samplers {
+    ($($name:ident),*) => {$(
+        impl Sampler for $name<'static> {
+            fn begin(&self, target: &impl Target) -> Result<Chains, SampleError> {
+                self.run(target)
+            }
+
+            fn go_on(&self, target: &impl Target, earlier: Chains) -> Result<Chains, SampleError> {
+                self.resume(target, earlier)
+            }
+
+            fn until(self, flag: &'static AtomicBool) -> Self {
+                self.interrupt(flag)
+            }
+        }
+    )*};
+}
+samplers!(Nuts, Metropolis, ComponentwiseMetropolis, DifferentialEvolution);
+
+/// Screened by another density.
+#[derive(Clone)]
+struct Screened<'a>(DelayedAcceptance<'static>, &'a Gaussian);
+
+impl Sampler for Screened<'_> {
+    fn begin(&self, target: &impl Target) -> Result<Chains, SampleError> {
+        self.0.run(self.1, target)
+    }
+
+    fn go_on(&self, target: &impl Target, earlier: Chains) -> Result<Chains, SampleError> {
+        self.0.resume(self.1, target, earlier)
+    }
+
+    fn until(self, flag: &'static AtomicBool) -> Self {
+        Self(self.0.interrupt(flag), self.1)
+    }
+}
 
 fn nuts() -> Nuts<'static> {
     Nuts::default().chains(3).warmup(120).seed(5)
@@ -61,32 +105,32 @@ fn counts_go_on_too() {
 }
 
 /// A run, and how often it evaluated the density.
-fn counted(nuts: &Nuts<'_>, target: &impl Target) -> (Chains, usize) {
+fn counted(sampler: &impl Sampler, target: &impl Target) -> (Chains, usize) {
     let count = AtomicUsize::new(0);
     let watched = until(target, 0, || {
         count.fetch_add(1, Ordering::Relaxed);
         Ok(())
     });
-    let chains = nuts.run(&watched).expect("runs");
+    let chains = sampler.begin(&watched).expect("runs");
     (chains, count.load(Ordering::Relaxed))
 }
 
 /// What `run` leaves when it is interrupted during that evaluation.
 fn interrupted(
-    nuts: &Nuts<'_>,
+    sampler: &impl Sampler,
     target: &impl Target,
     evaluation: usize,
     earlier: Option<Chains>,
 ) -> Chains {
-    let flag = AtomicBool::new(false);
+    let flag: &AtomicBool = Box::leak(Box::default());
     let watched = until(target, evaluation, || {
         flag.store(true, Ordering::Relaxed);
         Ok(())
     });
-    let nuts = nuts.clone().interrupt(&flag);
+    let sampler = sampler.clone().until(flag);
     let chains = match earlier {
-        None => nuts.run(&watched),
-        Some(earlier) => nuts.resume(&watched, earlier),
+        None => sampler.begin(&watched),
+        Some(earlier) => sampler.go_on(&watched, earlier),
     };
     saved_and_loaded(&chains.expect("runs"))
 }
@@ -105,16 +149,37 @@ fn an_interrupted_run_is_finished() {
     finished(&nuts(Nuts::default()).thin(3).init_points(start), &half_normal());
 }
 
-fn finished(nuts: &Nuts<'_>, target: &impl Target) {
-    let (whole, evaluations) = counted(nuts, target);
+/// The same without gradients: the scales, windows and populations of a warmup go on, and what they
+/// came to is drawn with.
+#[test]
+fn walks_go_on_too() {
+    macro_rules! settings {
+        ($sampler:expr) => {
+            $sampler.chains(2).threads(1).warmup(200).draws(300).seed(3)
+        };
+    }
+    let target = Gaussian::autoregressive(3, 0.6, 0.1, 10.0);
+    let start = vec![vec![1.0]; 2];
+    let walk = settings!(Metropolis::default());
+    finished(&walk, &target);
+    finished(&walk.thin(3).init_points(start), &half_normal());
+    finished(&settings!(ComponentwiseMetropolis::default()).thin(2), &target);
+    finished(&settings!(DifferentialEvolution::default()), &target);
+    let cheap = Gaussian::autoregressive(3, 0.3, 0.1, 12.0);
+    let screened = settings!(DelayedAcceptance::default()).screening_steps(3);
+    finished(&Screened(screened, &cheap), &target);
+}
+
+fn finished(sampler: &impl Sampler, target: &impl Target) {
+    let (whole, evaluations) = counted(sampler, target);
     let mut lengths = Vec::new();
-    for tenth in 0..10 {
-        let cut = interrupted(nuts, target, evaluations * tenth / 10, None);
+    for part in 0..20 {
+        let cut = interrupted(sampler, target, evaluations * part / 20, None);
         assert!(cut.chains.iter().any(|c| c.stopped.is_some()));
         lengths.extend(cut.chains.iter().map(|c| (c.warmup.stats.len(), c.len())));
-        let again = interrupted(nuts, target, evaluations / 12, Some(cut));
-        let resumed = nuts.resume(target, again).expect("resumes");
-        assert_eq!(resumed, whole, "after {tenth} tenths");
+        let again = interrupted(sampler, target, evaluations / 12, Some(cut));
+        let resumed = sampler.go_on(target, again).expect("resumes");
+        assert_eq!(resumed, whole, "after {part} twentieths");
     }
     assert!(lengths.contains(&(0, 0)), "{lengths:?}");
     assert!(lengths.iter().any(|(tuned, _)| (1..200).contains(tuned)), "{lengths:?}");
@@ -158,6 +223,18 @@ fn damaged_warmups_are_named() {
     for (right, wrong) in damages {
         assert!(text.contains(&right), "{right}");
         std::fs::write(&path, text.replacen(&right, wrong, 1)).expect("written");
+        let loaded = Chains::load(&path);
+        assert!(matches!(loaded, Err(ChainsFileError::Damaged { .. })), "{wrong}: {loaded:?}");
+    }
+    let evolution = DifferentialEvolution::default().chains(1).warmup(50).draws(20);
+    evolution.run(&target).expect("runs").save(&path).expect("written");
+    let text = std::fs::read_to_string(&path).expect("read");
+    for (right, wrong) in [
+        ("\"generations\":50", "\"generations\":51"),
+        ("\"dim\":2,\"points\":[", "\"dim\":2,\"points\":[1.5,"),
+    ] {
+        assert!(text.contains(right), "{right}");
+        std::fs::write(&path, text.replacen(right, wrong, 1)).expect("written");
         let loaded = Chains::load(&path);
         assert!(matches!(loaded, Err(ChainsFileError::Damaged { .. })), "{wrong}: {loaded:?}");
     }
@@ -220,6 +297,39 @@ fn chains_that_do_not_fit_are_refused_by_reason() {
         (nuts.clone().warm_start(&broken).run(&target), "mass matrix"),
         (nuts.clone().warm_start(&chains).run(&wide), "mass matrix"),
         (nuts.clone().warm_start(&chains).chains(2).run(&target), "there are 3"),
+    ];
+    for (result, words) in cases {
+        let error = result.expect_err(words);
+        assert!(matches!(&error, SampleError::Earlier { .. }), "{error}");
+        assert!(error.to_string().contains(words), "{error}");
+    }
+}
+
+/// Every sampler knows its own chains, and what they were drawn with.
+#[test]
+fn walks_refuse_what_is_not_theirs() {
+    let target = Gaussian::autoregressive(2, 0.6, 0.5, 2.0);
+    let other = Gaussian::autoregressive(2, 0.6, 0.5, 3.0);
+    let walk = Metropolis::default().chains(2).warmup(50).draws(20);
+    let sweeps = ComponentwiseMetropolis::default().chains(2).warmup(50).draws(20);
+    let evolution = DifferentialEvolution::default().chains(2).warmup(50).draws(20);
+    let delayed = DelayedAcceptance::default().chains(2).warmup(50).draws(20);
+    let chains = walk.run(&target).expect("runs");
+    let gradients = Nuts::default().chains(2).draws(20).run(&target).expect("runs");
+    let screened = delayed.run(&other, &target).expect("runs");
+    let approximation = Pathfinder::default().run(&target).expect("runs").chains();
+    let cases = [
+        (walk.resume(&target, gradients.clone()), "another sampler"),
+        (walk.resume(&target, screened.clone()), "another sampler"),
+        (walk.resume(&other, chains.clone()), "log density"),
+        (walk.clone().chains(1).resume(&target, approximation), "does not go on"),
+        (sweeps.resume(&target, chains.clone()), "another sampler"),
+        (evolution.resume(&target, chains.clone()), "another sampler"),
+        (delayed.resume(&other, &target, chains), "another sampler"),
+        (
+            delayed.screening_steps(2).resume(&other, &target, screened),
+            "they took 1 screening steps",
+        ),
     ];
     for (result, words) in cases {
         let error = result.expect_err(words);

@@ -3,8 +3,6 @@
 mod approximation;
 mod path;
 
-use std::collections::BTreeMap;
-
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
@@ -233,27 +231,13 @@ impl PathfinderFit {
         let mean = self.paths.first().map_or(Vec::new(), |path| path.mean().to_vec());
         let covariance =
             self.paths.first().map_or(Vec::new(), |path| path.covariance().as_slice().to_vec());
-        let chain = Chain {
-            draws: self.draws.clone(),
-            stats: stats.collect(),
-            divergences: Vec::new(),
-            warmup: WarmupReport {
-                start: mean,
-                end: Vec::new(),
-                stats: Vec::new(),
-                windows: Vec::new(),
-                switches: Vec::new(),
-                step_size: 1.0,
-                target_acceptance: 1.0,
-                target_raised: None,
-                covariance: Covariance::Dense(covariance),
-                rejections: BTreeMap::new(),
-            },
-            rejections: BTreeMap::new(),
-            stopped: None,
-            stream: None,
-            paused: None,
-        };
+        let mut chain = Chain::new(WarmupReport {
+            step_size: 1.0,
+            target_acceptance: 1.0,
+            covariance: Covariance::Dense(covariance),
+            ..WarmupReport::at(mean)
+        });
+        (chain.draws, chain.stats) = (self.draws.clone(), stats.collect());
         let chains = Chains::new(self.dim, vec![chain], 1);
         Chains { pareto_k: Some(self.pareto_k), ..chains }
     }

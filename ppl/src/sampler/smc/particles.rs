@@ -225,26 +225,18 @@ impl<'a> Particles<'a> {
             DrawStats::walk(log_density, acceptance, self.scale, evaluations as u32)
         });
         let covariance = &self.factor * self.factor.transpose();
+        let warmup = WarmupReport {
+            step_size: self.scale,
+            target_acceptance: target_acceptance(self.factor.nrows()),
+            covariance: Covariance::Dense(covariance.as_slice().to_vec()),
+            rejections: self.rejected_draws,
+            ..WarmupReport::at(self.start)
+        };
         Chain {
             stats: stats.collect(),
             draws: self.points,
-            divergences: Vec::new(),
-            warmup: WarmupReport {
-                start: self.start,
-                end: Vec::new(),
-                stats: Vec::new(),
-                windows: Vec::new(),
-                switches: Vec::new(),
-                step_size: self.scale,
-                target_acceptance: target_acceptance(self.factor.nrows()),
-                target_raised: None,
-                covariance: Covariance::Dense(covariance.as_slice().to_vec()),
-                rejections: self.rejected_draws,
-            },
             rejections: self.rejections.take(),
-            stopped: None,
-            stream: None,
-            paused: None,
+            ..Chain::new(warmup)
         }
     }
 }

@@ -1,0 +1,40 @@
+//! What a sampler has learnt, and has still to learn, between two transitions.
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    archive::Archive, chains::Covariance, componentwise::Scales, differential::Member,
+    random_walk::Shape, warmup::Warmup,
+};
+
+/// All of a chain beside its position and its random stream.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum Tuning {
+    /// Of [`Nuts`](super::Nuts).
+    Hamiltonian { step: f64, covariance: Covariance, warmup: Warmup },
+    /// Of [`Metropolis`](super::Metropolis).
+    Walk(Shape),
+    /// Of [`DelayedAcceptance`](super::DelayedAcceptance), with its screening steps.
+    Screened(Shape, u32),
+    /// Of [`ComponentwiseMetropolis`](super::ComponentwiseMetropolis).
+    Sweeps(Scales),
+    /// Of [`DifferentialEvolution`](super::DifferentialEvolution).
+    Population { members: Vec<Member>, archive: Archive, generations: usize },
+}
+
+impl Tuning {
+    /// Whether it is of a density of `dim` coordinates, after so many transitions of the warmup.
+    pub(super) fn fits(&self, dim: usize, transitions: usize) -> bool {
+        match self {
+            Self::Hamiltonian { warmup, .. } => warmup.fits(dim, transitions),
+            Self::Walk(shape) | Self::Screened(shape, _) => shape.fits(dim, transitions),
+            Self::Sweeps(scales) => scales.fits(dim, transitions),
+            Self::Population { members, archive, generations } => {
+                !members.is_empty()
+                    && members.iter().all(|member| member.y.len() == dim)
+                    && archive.fits(dim)
+                    && *generations == transitions
+            }
+        }
+    }
+}
