@@ -9,19 +9,15 @@ use crate::ast::{ArmBody, Block, Flow, Init, Kind};
 use crate::rewrite::is_assignment;
 use crate::scan;
 
-/// Whether the body of a loop may change something that outlives an iteration: it assigns, or
-/// borrows for change, a name that it has not declared.
-pub(crate) fn writes_outside(pat: &Pat, body: &Block) -> bool {
-    let mut own: HashSet<Ident> = scan::bound_names(pat).into_iter().collect();
-    block_writes_outside(body, &mut own)
+/// Whether a loop may change something that outlives an iteration: it assigns, or borrows for
+/// change, a name that it has not declared as a variable.
+pub(crate) fn writes_outside(pat: &Pat, iter: &Expr, body: &Block) -> bool {
+    let mut own: HashSet<Ident> = scan::variables(pat).into_iter().collect();
+    expr_writes_outside(iter, &HashSet::new()) || block_writes_outside(body, &mut own)
 }
 
 fn block_writes_outside(block: &Block, own: &mut HashSet<Ident>) -> bool {
     block.statements.iter().any(|statement| match &statement.kind {
-        Kind::Unknown { name, .. } | Kind::Part { name, .. } => {
-            own.insert(name.clone());
-            false
-        }
         Kind::Let { pat, init, .. } => {
             let writes = match init {
                 Some(Init::Value { value, diverge, .. }) => {
@@ -31,7 +27,7 @@ fn block_writes_outside(block: &Block, own: &mut HashSet<Ident>) -> bool {
                 Some(Init::Flow(_, flow)) => flow_writes_outside(flow, own),
                 None => false,
             };
-            own.extend(scan::bound_names(pat));
+            own.extend(scan::variables(pat));
             writes
         }
         Kind::Rust(stmt) => {
@@ -40,7 +36,9 @@ fn block_writes_outside(block: &Block, own: &mut HashSet<Ident>) -> bool {
             writes.found
         }
         Kind::Flow(flow) => flow_writes_outside(flow, own),
-        Kind::Observe { .. }
+        Kind::Unknown { .. }
+        | Kind::Part { .. }
+        | Kind::Observe { .. }
         | Kind::Impute { .. }
         | Kind::Factor { .. }
         | Kind::End(_)
@@ -52,11 +50,10 @@ fn flow_writes_outside(flow: &Flow, own: &HashSet<Ident>) -> bool {
     let mut inner = own.clone();
     match flow {
         Flow::For { pat, iter, body, .. } => {
-            inner.extend(scan::bound_names(pat));
+            inner.extend(scan::variables(pat));
             expr_writes_outside(iter, own) || block_writes_outside(body, &mut inner)
         }
         Flow::If { condition, then, otherwise, .. } => {
-            inner.extend(scan::bound_by_condition(condition));
             expr_writes_outside(condition, own)
                 || block_writes_outside(then, &mut inner)
                 || otherwise.iter().any(|(_, flow)| flow_writes_outside(flow, own))
@@ -65,7 +62,7 @@ fn flow_writes_outside(flow: &Flow, own: &HashSet<Ident>) -> bool {
             expr_writes_outside(scrutinee, own)
                 || arms.iter().any(|arm| {
                     let mut inner = own.clone();
-                    inner.extend(scan::bound_names(&arm.pat));
+                    inner.extend(scan::variables(&arm.pat));
                     match &arm.body {
                         ArmBody::Block(block) => block_writes_outside(block, &mut inner),
                         ArmBody::Value(value) => expr_writes_outside(value, &inner),
@@ -82,11 +79,16 @@ fn expr_writes_outside(expr: &Expr, own: &HashSet<Ident>) -> bool {
     writes.found
 }
 
-/// Assignments, borrows for change, macros, and methods called as statements, which have no
-/// other purpose.
+/// Assignments, borrows for change, macros, methods called as statements, which have no other
+/// purpose, and those that say what they are for, as `iter_mut` and `get_mut`.
 struct Writes<'a> {
     own: &'a HashSet<Ident>,
     found: bool,
+}
+
+/// Whether a method with a result may leave something behind too.
+fn changes(method: &Ident) -> bool {
+    method.to_string().ends_with("_mut") || method == "insert" || method == "replace"
 }
 
 impl Writes<'_> {
@@ -113,6 +115,7 @@ impl<'a> Visit<'a> for Writes<'_> {
             Expr::Reference(reference) if reference.mutability.is_some() => {
                 self.target(&reference.expr);
             }
+            Expr::MethodCall(call) if changes(&call.method) => self.target(&call.receiver),
             Expr::Macro(_) => self.found = true,
             _ => {}
         }

@@ -21,17 +21,19 @@ use crate::arithmetic::{
 };
 use crate::ast::{ArmBody, Block, Flow, Init, Kind, Statement};
 use crate::attributes::Mark;
+use crate::derived::Derived;
 use crate::effects::{bound_inside, writes_outside};
 use crate::inspect::{
     Branches, is_consumed, is_pooled, keeps_its_length, lost_derivatives, mentions, stays_open,
 };
 use crate::rewrite::is_assignment;
-use crate::scan;
+use crate::{literals, scan, starts};
 
 /// Rewrites the body; whether every point runs the same statements.
 pub(crate) fn formulas(body: &mut Block) -> bool {
     let mut pass = Formulas {
         active: HashSet::new(),
+        derived: Derived::of(body, []),
         is_static: true,
         sums: 0,
         inner: Vec::new(),
@@ -46,6 +48,8 @@ pub(crate) fn formulas(body: &mut Block) -> bool {
 pub(crate) struct Formulas {
     /// Names that may hold unknowns or what follows from them.
     pub(crate) active: HashSet<String>,
+    /// As far as the whole body tells.
+    derived: Derived,
     is_static: bool,
     /// Loops that have become sums.
     pub(crate) sums: usize,
@@ -78,6 +82,7 @@ impl Formulas {
             let (before, after) = block.statements.split_at_mut(i + 1);
             let statement = &mut before[i];
             self.recorded = statement.predicted || statement.mark != Mark::None;
+            self.begin(&mut statement.kind, after);
             if !self.leave_open(&mut statement.kind, after) {
                 self.statement(&mut statement.kind, statement.site);
             }
@@ -105,6 +110,19 @@ impl Formulas {
         self.open(value);
         self.bind([name]);
         true
+    }
+
+    /// What is changed later to something that may hold unknowns may hold them from its begin.
+    fn begin(&mut self, kind: &mut Kind, after: &[Statement]) {
+        let Kind::Let { pat, init, .. } = kind else { return };
+        let names = scan::bound_names(pat);
+        let is_changed = |name: &Ident| self.derived.assigned.contains(&name.to_string());
+        if names.iter().any(is_changed) {
+            if let Some(Init::Value { value, .. }) = init {
+                starts::begin(pat, value, || self.derived.assigned_in(after));
+            }
+            self.bind(names);
+        }
     }
 
     fn statement(&mut self, kind: &mut Kind, site: Option<usize>) {
@@ -136,6 +154,7 @@ impl Formulas {
                         derived
                     }
                     Some(Init::Flow(_, flow)) => {
+                        literals::align_arms(flow);
                         self.flow(flow);
                         true
                     }
@@ -163,7 +182,7 @@ impl Formulas {
                 }
                 self.visit_expr_mut(iter);
                 *pools = !derived && !is_consumed(iter) && is_pooled(pat, body);
-                *unwinds = !*pools && !*leaves && !writes_outside(pat, body);
+                *unwinds = !*pools && !*leaves && !writes_outside(pat, iter, body);
                 let outermost = *unwinds && self.plate.is_none();
                 if outermost {
                     let bound = bound_inside(pat, body);
@@ -349,6 +368,9 @@ impl VisitMut for Formulas {
             return;
         }
         self.check(expr);
+        if literals::can_align(expr) && self.mentions(expr) {
+            literals::align(expr);
+        }
         if let Expr::MethodCall(call) = expr
             && let Some(error) = lost_derivatives(call, |call| self.mentions(call))
             && !self.recorded
@@ -385,11 +407,18 @@ impl VisitMut for Formulas {
     }
 
     fn visit_stmt_mut(&mut self, stmt: &mut Stmt) {
-        if let Stmt::Local(local) = stmt
-            && let Some(init) = &local.init
-            && self.mentions(&init.expr)
-        {
-            self.bind(scan::bound_names(&local.pat));
+        if let Stmt::Local(local) = stmt {
+            let names = scan::bound_names(&local.pat);
+            let is_changed = |name: &Ident| self.derived.assigned.contains(&name.to_string());
+            let changed = names.iter().any(is_changed);
+            if let Some(init) = &mut local.init
+                && changed
+            {
+                starts::begin(&local.pat, &mut init.expr, || self.derived.assigned.clone());
+            }
+            if changed || local.init.iter().any(|init| self.mentions(&init.expr)) {
+                self.bind(names);
+            }
         }
         visit_mut::visit_stmt_mut(self, stmt);
     }

@@ -11,6 +11,7 @@ mod ast;
 mod attributes;
 mod check;
 mod data;
+mod derived;
 mod effects;
 mod emit;
 mod errors;
@@ -21,6 +22,7 @@ mod fuzz;
 mod inspect;
 mod iterated;
 mod linear;
+mod literals;
 mod lower;
 mod names;
 mod parse;
@@ -28,10 +30,14 @@ mod rewrite;
 mod rows;
 mod scan;
 mod signature;
+mod starts;
 mod submodel;
 mod updates;
 
 use proc_macro2::TokenStream;
+use quote::ToTokens;
+
+use crate::derived::Derived;
 
 // Documented where it is re-exported, in `ppl`, which its examples need.
 #[allow(missing_docs)]
@@ -50,7 +56,16 @@ fn expand(input: TokenStream) -> TokenStream {
                     let is_static = formula::formulas(&mut model.body);
                     emit::model(&model, &sites, is_static)
                 }
-                Some(value) => submodel::submodel(&model, value, &sites),
+                Some(value) => {
+                    let numbers = model
+                        .arguments
+                        .iter()
+                        .filter(|data| inspect::says(data.ty.to_token_stream(), "Real"));
+                    let given = numbers.map(|data| data.name.clone());
+                    let derived = Derived::of(&model.body, given);
+                    literals::align_all(&mut model.body, &derived);
+                    submodel::submodel(&model, value, &sites)
+                }
             }
         }
         Err(error) => error.to_compile_error(),

@@ -5,7 +5,7 @@ use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
 use syn::buffer::Cursor;
 use syn::parse::ParseStream;
 use syn::visit::Visit;
-use syn::{Error, Expr, Ident, Pat, Result, Token, token};
+use syn::{Error, Expr, Ident, Pat, PatIdent, Result, Token, token};
 
 use crate::errors;
 
@@ -182,17 +182,27 @@ pub(crate) fn resynchronise(input: ParseStream) {
 
 /// The names that a pattern binds.
 pub(crate) fn bound_names(pat: &Pat) -> Vec<Ident> {
-    struct Names(Vec<Ident>);
+    idents(pat, |_| true)
+}
+
+/// Those that are variables: what a name that is none refers to, where it can be changed, lies
+/// elsewhere.
+pub(crate) fn variables(pat: &Pat) -> Vec<Ident> {
+    idents(pat, |pat| pat.mutability.is_some() && pat.by_ref.is_none())
+}
+
+fn idents(pat: &Pat, asked: fn(&PatIdent) -> bool) -> Vec<Ident> {
+    struct Names(Vec<Ident>, fn(&PatIdent) -> bool);
     impl<'a> Visit<'a> for Names {
-        fn visit_pat_ident(&mut self, pat: &'a syn::PatIdent) {
+        fn visit_pat_ident(&mut self, pat: &'a PatIdent) {
             // a capital letter is a constant or a variant
-            if !pat.ident.to_string().starts_with(char::is_uppercase) {
+            if !pat.ident.to_string().starts_with(char::is_uppercase) && self.1(pat) {
                 self.0.push(pat.ident.clone());
             }
             syn::visit::visit_pat_ident(self, pat);
         }
     }
-    let mut names = Names(Vec::new());
+    let mut names = Names(Vec::new(), asked);
     names.visit_pat(pat);
     names.0
 }

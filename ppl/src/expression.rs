@@ -257,6 +257,20 @@ macro_rules! arithmetic {
                 $Op::$op(Expression(self), other)
             }
         }
+        impl<S: Scalar, A: Node<Number = Real<S>>> $Op<&Real<S>> for Expression<A> {
+            type Output = Expression<Binary<A, Real<S>>>;
+            #[inline(always)]
+            fn $op(self, other: &Real<S>) -> Self::Output {
+                $Op::$op(self, *other)
+            }
+        }
+        impl<S: Scalar, A: Node<Number = Real<S>>> $Op<Expression<A>> for &Real<S> {
+            type Output = Expression<Binary<Real<S>, A>>;
+            #[inline(always)]
+            fn $op(self, other: Expression<A>) -> Self::Output {
+                $Op::$op(*self, other)
+            }
+        }
         impl<A: Node> $Op<f64> for Expression<A> {
             type Output = Expression<Unary<A>>;
             #[inline(always)]

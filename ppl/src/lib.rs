@@ -68,6 +68,7 @@ mod findings;
 mod group;
 pub mod guide;
 mod ledger;
+mod literal;
 mod ln_sum_exp;
 mod model;
 mod ode;
@@ -152,6 +153,7 @@ pub mod prelude {
 pub mod __private {
     pub use crate::accumulator::At;
     pub use crate::distribution::{add_terms, constrain, ln_probability};
+    pub use crate::literal::literal;
     pub use crate::operand::{Apart, Coefficient, Number, Of, Other, Place, Together, Unread};
     pub use crate::rows::{NewRow, Rows, settle, zip};
     pub use crate::terms::Settled;

@@ -3,6 +3,7 @@
 
 mod densities;
 mod entries;
+mod literals;
 mod long;
 mod models;
 mod names;
@@ -10,3 +11,4 @@ mod records;
 mod references;
 mod tails;
 mod updates;
+mod variables;

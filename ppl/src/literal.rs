@@ -1,0 +1,41 @@
+//! Literals in the body of a model that take their type from what stands beside them.
+
+use crate::real::Real;
+use crate::scalar::Scalar;
+
+/// What a literal beside other numbers can be.
+#[diagnostic::on_unimplemented(
+    message = "a literal cannot stand beside `{Self}`",
+    label = "what stands in one array, or ends the arms of one branch, has one type"
+)]
+pub trait Literal {
+    /// The number.
+    fn of(value: f64) -> Self;
+}
+
+impl Literal for f64 {
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value
+    }
+}
+
+impl Literal for f32 {
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value as Self
+    }
+}
+
+impl<S: Scalar> Literal for Real<S> {
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        Self::from(value)
+    }
+}
+
+/// A literal as what it is needed for.
+#[inline(always)]
+pub fn literal<T: Literal>(value: f64) -> T {
+    T::of(value)
+}

@@ -1,0 +1,121 @@
+//! Literals beside unknowns: in arrays, in distributions side by side, in arms of branches.
+
+use ppl::prelude::*;
+use ppl::{Bound, Model};
+
+ppl::model! {
+    fn arrays(ys: &[f64], kinds: &[u64]) {
+        let x ~ Normal(0.0, 1.0);
+        let s ~ LogNormal(0.0, 0.5);
+        let shares ~ Dirichlet([1.0, s, 2.0 * 0.5]);
+        for kind in kinds {
+            kind ~ CategoricalLogit([0.0, x + 0.5, -0.3]);
+        }
+        for y in ys {
+            y ~ Mixture(shares, [Normal(x, 0.6), Normal(-0.5, s), Normal(x + s, 1.0)]);
+        }
+        for two in ys {
+            two ~ Mixture(
+                [0.4, 0.6],
+                [Normal(x, 0.6).truncate(-9.0..9.0), Normal(0.1, s).truncate(-9.0..9.0)],
+            );
+        }
+        let nested = [[0.5, x], [s, 1.0]];
+        factor(-nested[0][0] * nested[0][1].square() - nested[1][0] * nested[1][1]);
+        // as many numbers as anywhere in Rust
+        let plain = [0.5, ys[0], -1.5];
+        factor(plain.iter().sum::<f64>() * x);
+    }
+
+    /// The same in numbers that are unknowns throughout.
+    fn arrays_spelt_out(ys: &[f64], kinds: &[u64]) {
+        let x ~ Normal(0.0, 1.0);
+        let s ~ LogNormal(0.0, 0.5);
+        let one = Real::from(1.0);
+        let shares ~ Dirichlet([one, s, one]);
+        for kind in kinds {
+            kind ~ CategoricalLogit([Real::from(0.0), x + 0.5, Real::from(-0.3)]);
+        }
+        let narrow = Real::from(0.6);
+        for y in ys {
+            let ends = [Normal(x, narrow), Normal(Real::from(-0.5), s), Normal(x + s, one)];
+            y ~ Mixture(shares, ends);
+        }
+        for two in ys {
+            let ends = [Normal(x, narrow), Normal(Real::from(0.1), s)];
+            two ~ Mixture([0.4, 0.6], ends.map(|end| end.truncate(-9.0..9.0)));
+        }
+        factor(-0.5 * x.square() - s);
+        factor((ys[0] - 1.0) * x);
+    }
+
+    fn arms(ys: &[f64], flag: bool, kind: u8) {
+        let x ~ Normal(0.0, 1.0);
+        let a = if flag { x } else { 0.5 };
+        let b = match kind {
+            0 => -1.0,
+            1 => {
+                let y = x * 2.0;
+                if flag { y } else { 0.25 }
+            }
+            _ if x > 100.0 => reject!("too large"),
+            _ => (x * 0.5).exp(),
+        };
+        let c = 1.0 + x * if flag { 2.0 } else { x };
+        let d = if flag {
+            let own ~ Normal(0.0, 1.0);
+            own
+        } else {
+            0.0
+        };
+        // an arm without a value says nothing about the type of the others
+        let e = if x > 100.0 { reject!("{x} is too large") } else { 0.5 };
+        let inner ~ chosen(x, kind);
+        for y in ys {
+            y ~ Normal(a + b + c * d + e * inner, 1.0);
+        }
+    }
+
+    fn chosen(x: Real, kind: u8) -> Real {
+        let both = [x, 1.5];
+        match kind {
+            0 => both[0] * both[1],
+            _ => 2.0,
+        }
+    }
+}
+
+#[test]
+fn arrays_hold_literals_beside_unknowns() {
+    let (ys, kinds) = ([0.3, -1.2, 0.8], [0, 2, 1, 1]);
+    let (short, long) = (arrays(&ys, &kinds), arrays_spelt_out(&ys, &kinds));
+    ppl::check::gradient(&short, 3);
+    for y in [[0.3, -0.2, 0.1, 0.4], [-1.0, 0.5, -0.3, 0.2]] {
+        approx::assert_relative_eq!(value(&short, &y), value(&long, &y), max_relative = 1e-13);
+    }
+}
+
+fn value(model: &Bound<impl Model>, y: &[f64]) -> f64 {
+    ppl::LogDensity::log_density(model, y, &mut ppl::Workspace::default()).expect("inside")
+}
+
+#[test]
+fn arms_end_with_literals_beside_unknowns() {
+    let ys = [0.3, -1.2];
+    let normal = |y: f64| -0.5 * y * y - 0.5 * std::f64::consts::TAU.ln();
+    let x = 0.7;
+    for kind in 0..3 {
+        let b = match kind {
+            0 => -1.0,
+            1 => 0.25,
+            _ => f64::exp(0.5 * x),
+        };
+        let inner = if kind == 0 { 1.5 * x } else { 2.0 };
+        // without the flag c is 1 + x² and d is 0
+        let mean = 0.5 + b + 0.5 * inner;
+        let expected = normal(x) + ys.iter().map(|y| normal(y - mean)).sum::<f64>();
+        let model = arms(&ys, false, kind);
+        approx::assert_relative_eq!(value(&model, &[x]), expected, max_relative = 1e-13);
+        ppl::check::gradient(&arms(&ys, true, kind), 3);
+    }
+}
