@@ -143,7 +143,7 @@ pub(crate) fn statements(block: &Block, predicted: bool) -> TokenStream {
     tokens
 }
 
-fn statement(statement: &Statement) -> TokenStream {
+pub(crate) fn statement(statement: &Statement) -> TokenStream {
     let attrs = &statement.attrs;
     let (cx, span) = (cx(), Span::mixed_site());
     let site = site(statement.site.unwrap_or_default());

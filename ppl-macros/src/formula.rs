@@ -8,25 +8,20 @@
 
 use std::collections::{BTreeSet, HashSet};
 
-use proc_macro2::Span;
-use quote::{ToTokens, quote_spanned};
-use syn::spanned::Spanned;
+use quote::ToTokens;
 use syn::visit::Visit;
-use syn::visit_mut::{self, VisitMut};
-use syn::{Expr, ExprAssign, ExprBinary, Ident, Item, Stmt, UnOp};
+use syn::visit_mut::VisitMut;
+use syn::{Expr, Ident};
 
-use crate::arithmetic::{
-    LONGEST, binds_names, closed, is_arithmetic, is_dot, is_function, is_type, numbers_of_dot,
-    operand, operations, sum_of, without_assignment,
-};
+use crate::arithmetic::operand;
 use crate::ast::{ArmBody, Block, Flow, Init, Kind, Statement};
 use crate::attributes::Mark;
 use crate::derived::Derived;
 use crate::effects::{bound_inside, writes_outside};
 use crate::inspect::{
-    Branches, is_consumed, is_pooled, keeps_its_length, lost_derivatives, mentions, stays_open,
+    Branches, is_consumed, is_only_recorded, is_pooled, keeps_its_length, mentions, only_rejects,
+    stays_open,
 };
-use crate::rewrite::is_assignment;
 use crate::{literals, scan, starts};
 
 /// Rewrites the body; whether every point runs the same statements.
@@ -40,6 +35,7 @@ pub(crate) fn formulas(body: &mut Block) -> bool {
         plate: None,
         totals: None,
         recorded: false,
+        unread: false,
     };
     pass.block(body);
     pass.is_static
@@ -49,25 +45,27 @@ pub(crate) struct Formulas {
     /// Names that may hold unknowns or what follows from them.
     pub(crate) active: HashSet<String>,
     /// As far as the whole body tells.
-    derived: Derived,
+    pub(crate) derived: Derived,
     is_static: bool,
     /// Loops that have become sums.
     pub(crate) sums: usize,
     /// Variables of such loops around.
     pub(crate) inner: Vec<Ident>,
     /// The plate around, if adjoints of what is outside can be summed up apart.
-    plate: Option<Plate>,
+    pub(crate) plate: Option<Plate>,
     /// The observations in the loop around, by their sites.
     totals: Option<Vec<usize>>,
     /// Whether the statement is one that results record, which nobody differentiates.
-    recorded: bool,
+    pub(crate) recorded: bool,
+    /// Whether no density depends on the statement: a prediction, or what is recorded and no more.
+    unread: bool,
 }
 
 /// Names from outside that a plate does not change.
-struct Plate {
-    outer: HashSet<String>,
+pub(crate) struct Plate {
+    pub(crate) outer: HashSet<String>,
     /// Those that are parameters of densities in it.
-    summed: BTreeSet<Ident>,
+    pub(crate) summed: BTreeSet<Ident>,
 }
 
 impl Formulas {
@@ -82,6 +80,7 @@ impl Formulas {
             let (before, after) = block.statements.split_at_mut(i + 1);
             let statement = &mut before[i];
             self.recorded = statement.predicted || statement.mark != Mark::None;
+            self.unread = statement.predicted || is_only_recorded(statement, after);
             self.begin(&mut statement.kind, after);
             if !self.leave_open(&mut statement.kind, after) {
                 self.statement(&mut statement.kind, statement.site);
@@ -141,7 +140,7 @@ impl Formulas {
             Kind::Impute { distribution, .. } => self.distribution(distribution),
             // what it runs is not seen here
             Kind::Part { name, part, .. } => {
-                self.is_static = false;
+                self.vary();
                 self.visit_expr_mut(part);
                 self.bind([name.clone()]);
             }
@@ -149,7 +148,9 @@ impl Formulas {
                 let derived = match init {
                     Some(Init::Value { value, diverge, .. }) => {
                         let derived = self.mentions(value);
-                        self.is_static &= !(derived && diverge.is_some());
+                        if derived && diverge.is_some() {
+                            self.vary();
+                        }
                         self.visit_expr_mut(value);
                         derived
                     }
@@ -177,8 +178,8 @@ impl Formulas {
                 pat, iter, body, leaves, unwinds, pools, summed, totals, linear, ..
             } => {
                 let derived = self.mentions(iter);
-                if derived {
-                    self.is_static &= keeps_its_length(iter);
+                if derived && !keeps_its_length(iter) {
+                    self.vary();
                 }
                 self.visit_expr_mut(iter);
                 *pools = !derived && !is_consumed(iter) && is_pooled(pat, body);
@@ -209,7 +210,11 @@ impl Formulas {
                 }
             }
             Flow::If { condition, then, otherwise, .. } => {
+                // behind what only rejects all is as it was
+                let before = self.unread;
+                self.unread |= otherwise.is_none() && only_rejects(then);
                 self.branch(condition, &scan::bound_by_condition(condition));
+                self.unread = before;
                 self.block(then);
                 if let Some((_, otherwise)) = otherwise {
                     self.flow(otherwise);
@@ -236,111 +241,10 @@ impl Formulas {
     /// A condition, and the names that it binds.
     fn branch(&mut self, condition: &mut Expr, names: &[Ident]) {
         if self.mentions(condition) {
-            self.is_static = false;
+            self.vary();
             self.bind(names.iter().cloned());
         }
         self.visit_expr_mut(condition);
-    }
-
-    /// The right-hand side of `~`: arithmetic in its parameters stays open.
-    pub(crate) fn distribution(&mut self, distribution: &mut Expr) {
-        match distribution {
-            Expr::Paren(paren) => self.distribution(&mut paren.expr),
-            Expr::Group(group) => self.distribution(&mut group.expr),
-            Expr::MethodCall(call) => {
-                self.distribution(&mut call.receiver);
-                call.args.iter_mut().for_each(|argument| self.visit_expr_mut(argument));
-            }
-            Expr::Call(call) if is_type(&call.func) => {
-                for argument in &mut call.args {
-                    if self.mentions(argument) && operations(argument) > 0 {
-                        self.check(argument);
-                        self.open(argument);
-                    } else if let Some(sum) = self.summed(argument) {
-                        *argument = operand(&sum);
-                    } else {
-                        self.visit_expr_mut(argument);
-                    }
-                }
-            }
-            other => self.visit_expr_mut(other),
-        }
-    }
-
-    /// Writes arithmetic over operands.
-    pub(crate) fn open(&mut self, expr: &mut Expr) {
-        if !self.mentions(expr) {
-            return;
-        }
-        match expr {
-            Expr::Paren(paren) => self.open(&mut paren.expr),
-            Expr::Group(group) => self.open(&mut group.expr),
-            Expr::Unary(unary) if matches!(unary.op, UnOp::Neg(_)) => self.open(&mut unary.expr),
-            Expr::Binary(binary) if is_arithmetic(&binary.op) => {
-                self.open(&mut binary.left);
-                self.open(&mut binary.right);
-                if operations(expr) >= LONGEST {
-                    let part = closed(expr, expr.span());
-                    *expr = operand(&part);
-                }
-            }
-            Expr::MethodCall(call) if is_function(call) && self.mentions(&call.receiver) => {
-                self.open(&mut call.receiver);
-                let is_pow = call.method == "pow";
-                for argument in &mut call.args {
-                    match is_pow {
-                        true if operations(argument) > 0 => self.open(argument),
-                        true => *argument = operand(argument),
-                        false => self.visit_expr_mut(argument),
-                    }
-                }
-            }
-            other => {
-                if let Expr::Index(index) = other
-                    && !matches!(&*index.index, Expr::Range(_))
-                    && !self.mentions(&index.index)
-                    && let Some(sum) = self.summed(&index.expr)
-                {
-                    let at = &index.index;
-                    let element = Ident::new(
-                        if self.is_shared(at) { "__element" } else { "__own" },
-                        Span::mixed_site().located_at(index.span()),
-                    );
-                    *other = Expr::Verbatim(quote_spanned!(index.span()=> #sum.#element(#at)));
-                } else if let Some(sum) = self.summed(other) {
-                    *other = sum;
-                } else if let Some(numbers) = numbers_of_dot(other)
-                    && let Some(sum) = self.summed(numbers)
-                {
-                    *numbers = sum;
-                } else if is_dot(other) {
-                    visit_mut::visit_expr_mut(self, other);
-                } else {
-                    self.visit_expr_mut(other);
-                }
-                *other = operand(other);
-            }
-        }
-    }
-
-    /// Whether an index finds the same elements in every iteration of the plate: a literal, or the
-    /// variable of a loop inside.
-    fn is_shared(&self, index: &Expr) -> bool {
-        match index {
-            Expr::Lit(_) => true,
-            Expr::Path(path) => path.path.get_ident().is_some_and(|name| self.inner.contains(name)),
-            _ => false,
-        }
-    }
-
-    /// A name from outside the plate, as the sum that its adjoint has there.
-    pub(crate) fn summed(&mut self, expr: &Expr) -> Option<Expr> {
-        let Expr::Path(path) = expr else { return None };
-        let name = path.path.get_ident()?;
-        let plate = self.plate.as_mut().filter(|plate| plate.outer.contains(&name.to_string()))?;
-        plate.summed.insert(name.clone());
-        let sum = sum_of(name);
-        Some(Expr::Verbatim(quote_spanned!(name.span()=> #sum)))
     }
 
     pub(crate) fn mentions(&self, tokens: &impl ToTokens) -> bool {
@@ -352,77 +256,16 @@ impl Formulas {
     }
 
     /// Looks for what could make the statements that run depend on the point.
-    fn check(&mut self, expr: &Expr) {
+    pub(crate) fn check(&mut self, expr: &Expr) {
         let mut branches = Branches { active: &self.active, found: false };
         branches.visit_expr(expr);
-        self.is_static &= !branches.found;
-    }
-}
-
-impl VisitMut for Formulas {
-    fn visit_expr_mut(&mut self, expr: &mut Expr) {
-        if binds_names(expr) && self.plate.is_some() {
-            let plate = self.plate.take();
-            self.visit_expr_mut(expr);
-            self.plate = plate;
-            return;
-        }
-        self.check(expr);
-        if literals::can_align(expr) && self.mentions(expr) {
-            literals::align(expr);
-        }
-        if let Expr::MethodCall(call) = expr
-            && let Some(error) = lost_derivatives(call, |call| self.mentions(call))
-            && !self.recorded
-        {
-            *expr = Expr::Verbatim(error.to_compile_error());
-            return;
-        }
-        if let Expr::Binary(ExprBinary { attrs, left, op, right }) = expr
-            && is_assignment(op)
-            && matches!(&**left, Expr::Path(_))
-            && let Some(plain) = without_assignment(op)
-            && (self.mentions(left) || self.mentions(right))
-        {
-            let name = left.clone();
-            let (mut sum, span) = ((**right).clone(), right.span());
-            self.open(&mut sum);
-            let before = operand(&name);
-            let sum = closed(&Expr::Verbatim(quote_spanned!(span=> #before #plain (#sum))), span);
-            *expr = Expr::Assign(ExprAssign {
-                attrs: std::mem::take(attrs),
-                left: name,
-                eq_token: Default::default(),
-                right: Box::new(sum),
-            });
-            return;
-        }
-        if (is_dot(expr) || operations(expr) > 1) && self.mentions(expr) {
-            let span = expr.span();
-            self.open(expr);
-            *expr = closed(expr, span);
-        } else {
-            visit_mut::visit_expr_mut(self, expr);
+        if branches.found {
+            self.vary();
         }
     }
 
-    fn visit_stmt_mut(&mut self, stmt: &mut Stmt) {
-        if let Stmt::Local(local) = stmt {
-            let names = scan::bound_names(&local.pat);
-            let is_changed = |name: &Ident| self.derived.assigned.contains(&name.to_string());
-            let changed = names.iter().any(is_changed);
-            if let Some(init) = &mut local.init
-                && changed
-            {
-                starts::begin(&local.pat, &mut init.expr, || self.derived.assigned.clone());
-            }
-            if changed || local.init.iter().any(|init| self.mentions(&init.expr)) {
-                self.bind(names);
-            }
-        }
-        visit_mut::visit_stmt_mut(self, stmt);
+    /// The statements that run, or their constants, may depend on the point.
+    fn vary(&mut self) {
+        self.is_static &= self.unread;
     }
-
-    // functions inside a model are functions of their own
-    fn visit_item_mut(&mut self, _: &mut Item) {}
 }

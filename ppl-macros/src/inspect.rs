@@ -5,11 +5,12 @@ use std::collections::HashSet;
 use proc_macro2::{TokenStream, TokenTree};
 use quote::ToTokens;
 use syn::visit::Visit;
-use syn::{BinOp, Error, Expr, ExprMethodCall, Ident, Pat};
+use syn::{BinOp, Error, Expr, ExprMethodCall, Ident, Pat, Stmt};
 
 use crate::arithmetic::{is_function, is_type, operations};
 use crate::ast::{Block, Init, Kind, Statement};
-use crate::errors;
+use crate::attributes::Mark;
+use crate::{emit, errors, scan};
 
 /// What a plate may do with unknowns on the way in without its length depending on them.
 const ITERATION: [&str; 7] = ["iter", "into_iter", "zip", "enumerate", "rev", "len", "copied"];
@@ -118,6 +119,19 @@ fn operands(expr: &Expr, name: &Ident) -> usize {
     }
 }
 
+/// Whether nothing that follows in its block asks for what `#[track] let` records.
+pub(crate) fn is_only_recorded(statement: &Statement, after: &[Statement]) -> bool {
+    let Kind::Let { pat, init: Some(Init::Value { .. }), .. } = &statement.kind else {
+        return false;
+    };
+    let names = scan::bound_names(pat);
+    let asks = |later: &Statement| {
+        !later.predicted
+            && mentions(emit::statement(later), &|found| names.iter().any(|n| n == found))
+    };
+    statement.mark == Mark::Track && !after.iter().any(asks)
+}
+
 pub(crate) fn count(tokens: TokenStream, name: &Ident) -> usize {
     let mut uses = 0;
     variables(tokens, &mut |found| uses += usize::from(found == name));
@@ -185,6 +199,12 @@ impl<'a> Visit<'a> for Branches<'_> {
             says(decides.clone(), "value") || mentions(decides, &|name| self.active.contains(name));
         syn::visit::visit_expr(self, expr);
     }
+}
+
+/// Whether a block is `reject!(…);` alone, as that has been written by then.
+pub(crate) fn only_rejects(block: &Block) -> bool {
+    let [only] = block.statements.as_slice() else { return false };
+    matches!(only.kind, Kind::Rust(Stmt::Expr(Expr::Verbatim(_), _)))
 }
 
 /// Whether an iterator over unknowns runs over all of them.

@@ -25,6 +25,7 @@ mod linear;
 mod literals;
 mod lower;
 mod names;
+mod operands;
 mod parse;
 mod rewrite;
 mod rows;

@@ -18,7 +18,7 @@ use crate::scalar::Scalar;
 ///         let late ~ Exponential(1.0);
 ///         let mut paths = Vec::new();
 ///         for change in 0..counts.len() {
-///             let mut path = Real::from(0.0);
+///             let mut path = 0.0;
 ///             for (t, k) in counts.iter().enumerate() {
 ///                 path += Poisson(if t < change { early } else { late }).ln_density(k);
 ///             }

@@ -207,14 +207,18 @@ impl<F, const N: usize> Solution<F, N> {
         ((0..N).map(scaled).sum::<f64>() / N as f64).sqrt()
     }
 
-    /// One step whose explicit Euler error would be a hundredth of the states (Hairer et al.).
+    /// One step whose explicit Euler error would be a hundredth of the states (Hairer et al.); a state
+    /// that begins at 0 has no unit yet if the tolerance is relative alone.
     fn first_step<S: Scalar>(
         &self,
         y: &[S; N],
         first: &[S; N],
         rate: impl Fn(&[S; N]) -> [S; N],
     ) -> f64 {
-        let values = |y: &[S; N]| y.map(Scalar::value);
+        let has_unit = |i: usize| self.absolute > 0.0 || y[i].value() != 0.0;
+        let values = |y: &[S; N]| -> [f64; N] {
+            std::array::from_fn(|i| if has_unit(i) { y[i].value() } else { 0.0 })
+        };
         let (size, slope) = (self.norm(&values(y), y, y), self.norm(&values(first), y, y));
         let trial = if size < 1e-5 || slope < 1e-5 { 1e-6 } else { 0.01 * size / slope };
         let moved = std::array::from_fn(|i| y[i] + first[i] * trial);

@@ -193,12 +193,18 @@ pub trait Scalar:
         self.unary(x.powf(p), derivative)
     }
 
-    /// xᵖ where both may be unknown; x > 0.
+    /// xᵖ where both may be unknown; x ≥ 0. At 0, where xᵖ with p < 1 has no tangent, the derivative
+    /// in x is 0: a growth curve may begin there.
     #[inline]
     fn pow(self, p: Self) -> Self {
         let (x, e) = (self.value(), p.value());
         let v = x.powf(e);
-        Self::gather(v, ((self, e * x.powf(e - 1.0)), (p, v * x.ln())))
+        let slopes = match (x, e) {
+            (0.0, 1.0) => (1.0, 0.0),
+            (0.0, _) if e > 0.0 => (0.0, 0.0),
+            _ => (e * x.powf(e - 1.0), v * x.ln()),
+        };
+        Self::gather(v, ((self, slopes.0), (p, slopes.1)))
     }
 
     /// sin x.

@@ -154,6 +154,29 @@ ppl::model! {
         }
     }
 
+    /// Branches after which all is as it was, and some that no density asks for.
+    fn by_rejection(y: &[f64]) {
+        let a ~ Normal(0.0, 1.0);
+        if a > 5.0 {
+            reject!("{a} is too large");
+        }
+        #[track] let positive = a > 0.0;
+        #[track] let size = if a > 0.0 { a } else { -a };
+        for y in y {
+            y ~ Normal(a, 1.0);
+        }
+        #[predict] let sign = if a.value() > 0.0 { 1.0 } else { -1.0 };
+    }
+
+    /// The scale is a number at every point, but not the same.
+    fn by_track(y: &[f64]) {
+        let a ~ Normal(0.0, 1.0);
+        #[track] let scale = if a > 0.0 { 1.0 } else { 2.0 };
+        for y in y {
+            y ~ Normal(a, scale);
+        }
+    }
+
     fn trials(n: u64, k: &[u64]) {
         let p ~ Beta(2.0, 2.0);
         let logit ~ Normal(0.0, 1.0);
@@ -260,4 +283,9 @@ fn only_branches_on_unknowns_change_what_a_point_runs() {
     assert!(!is_static(&unknown));
     assert_agrees(&unknown);
     assert!(!is_static(&by_value(&k)));
+    let (rejecting, tracking) = (by_rejection(&t), by_track(&t));
+    assert!(is_static(&rejecting));
+    assert_agrees(&rejecting);
+    assert!(!is_static(&tracking));
+    assert_agrees(&tracking);
 }

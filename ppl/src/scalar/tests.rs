@@ -64,6 +64,19 @@ fn elementary_derivatives() {
     }
 }
 
+/// (0/s)ᵏ is 0 whatever s and k are.
+#[test]
+fn powers_of_zero_do_not_move() {
+    let [x, s] = Dual::variables([0.0, 2.0]);
+    for k in [0.3, 1.0, 2.5] {
+        let [zero, p] = Dual::variables([0.0, k]);
+        assert_eq!(zero.pow(p).value(), 0.0);
+        assert_eq!(zero.pow(p).gradient(), [if k == 1.0 { 1.0 } else { 0.0 }, 0.0]);
+        assert_eq!((Dual::from(0.0) / s).pow(Dual::from(k)).gradient(), [0.0, 0.0]);
+    }
+    assert!(x.pow(Dual::from(-1.0)).value().is_infinite());
+}
+
 #[test]
 fn no_number_stays_none() {
     let (nan, one) = (f64::NAN, 1.0);

@@ -209,6 +209,31 @@ impl Ode<1, 2> for Power {
     }
 }
 
+/// A dose that is taken up by the blood, in which there is nothing at first.
+struct Dose;
+
+impl Ode<2, 2> for Dose {
+    fn initial<S: Scalar>(&self, _: &[S; 2]) -> [S; 2] {
+        [S::from(100.0), S::from(0.0)]
+    }
+
+    fn rate<S: Scalar>(&self, _: f64, &[gut, blood]: &[S; 2], &[up, out]: &[S; 2]) -> [S; 2] {
+        [-up * gut, up * gut - out * blood]
+    }
+}
+
+#[test]
+fn a_state_may_begin_at_zero_without_absolute_tolerance() {
+    let (up, out) = (1.0, 0.2);
+    let solution = Solution::new(Dose, 0.0, &[0.01, 2.0]).unwrap().tolerances(1e-9, 0.0).unwrap();
+    for ([gut, blood], t) in solution.states([up, out]).unwrap().into_iter().zip([0.01, 2.0]) {
+        let (left, gone) = (f64::exp(-up * t), f64::exp(-out * t));
+        approx::assert_relative_eq!(gut, 100.0 * left, max_relative = 1e-7);
+        let expected = 100.0 * up / (up - out) * (gone - left);
+        approx::assert_relative_eq!(blood, expected, max_relative = 1e-7);
+    }
+}
+
 #[test]
 fn closed_forms_and_failures() {
     let decay =

@@ -13,7 +13,7 @@ ppl::model! {
         let early ~ Exponential(1.0);
         let late ~ Exponential(1.0);
         // with the change before the first year all are late; then one after the other is early
-        let mut path = Real::from(0.0);
+        let mut path = 0.0;
         for k in counts {
             path += Poisson(late).ln_density(k);
         }
@@ -35,7 +35,7 @@ ppl::model! {
     pub fn nile(flow: &[f64]) {
         let step ~ HalfNormal(100.0);
         let noise ~ HalfNormal(200.0);
-        let mut last = Real::from(0.0);
+        let mut last = 0.0;
         for (t, y) in flow.iter().enumerate() {
             let level ~ Normal(
                 if t == 0 { Real::from(1000.0) } else { last },
