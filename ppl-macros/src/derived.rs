@@ -8,7 +8,7 @@ use syn::visit::{self, Visit};
 use syn::{Expr, Ident, Item, Local, Pat, Stmt};
 
 use crate::ast::{ArmBody, Block, Flow, Init, Kind, Statement};
-use crate::inspect::mentions;
+use crate::inspect::{is_comparison, mentions};
 use crate::names::place;
 use crate::rewrite::is_assignment;
 use crate::scan;
@@ -53,7 +53,14 @@ impl Derived {
         self.unknown.extend(names.into_iter().map(|name| name.to_string()));
     }
 
-    pub(crate) fn mentions(&self, tokens: &impl ToTokens) -> bool {
+    /// Whether an expression may hold unknowns.
+    pub(crate) fn mentions(&self, expr: &Expr) -> bool {
+        let mut asks = Asks { derived: self, found: false };
+        asks.visit_expr(expr);
+        asks.found
+    }
+
+    fn names(&self, tokens: &impl ToTokens) -> bool {
         mentions(tokens.to_token_stream(), &|name| self.unknown.contains(name))
     }
 
@@ -172,6 +179,29 @@ impl<'a> Visit<'a> for Derived {
 
     // functions inside a model are functions of their own
     fn visit_item(&mut self, _: &'a Item) {}
+}
+
+/// Methods of unknowns, and of arrays of them, whose results are plain numbers.
+const PLAIN: [&str; 4] = ["value", "len", "is_empty", "is_constant"];
+
+/// Looks for unknowns that an expression holds and not just asks.
+struct Asks<'a> {
+    derived: &'a Derived,
+    found: bool,
+}
+
+impl<'a> Visit<'a> for Asks<'_> {
+    fn visit_expr(&mut self, expr: &'a Expr) {
+        match expr {
+            Expr::Cast(_) => {}
+            Expr::MethodCall(call) if PLAIN.iter().any(|name| call.method == name) => {}
+            Expr::Binary(binary) if is_comparison(&binary.op) => {}
+            Expr::Path(_) | Expr::Verbatim(_) | Expr::Macro(_) => {
+                self.found |= self.derived.names(expr);
+            }
+            _ => visit::visit_expr(self, expr),
+        }
+    }
 }
 
 /// What an expression borrows for change.

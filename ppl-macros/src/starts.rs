@@ -40,7 +40,10 @@ fn lifted(expr: &mut Expr) -> bool {
         }
         literal if is_literal(literal) => {
             let span = Span::mixed_site().located_at(literal.span());
-            *literal = Expr::Verbatim(quote_spanned!(span=> ::ppl::Real::<_>::from(#literal)));
+            // the type in full: all that is added may be plain numbers
+            *literal = Expr::Verbatim(quote_spanned! {span=>
+                ::ppl::Real::<<__C as ::ppl::Context>::Number>::from(#literal)
+            });
             true
         }
         _ => false,
