@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use super::count::ln_mass_of_all;
+use super::count_mass::{ln_mass_of_all, ln_mass_without};
 use super::{Beta, Binomial, Count, CountMass, CountParameter, Parameter, Univariate, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
@@ -127,8 +127,17 @@ where
         terms.add(value, ((self.1, in_a), (self.2, in_b)));
     }
 
-    /// All terms: there may be a mode at either end.
+    /// One minus the few counts that are cut off, and else all terms: there may be a mode at either
+    /// end.
     fn ln_mass(&self, first: u64, last: u64) -> R {
-        ln_mass_of_all(self, first, last.min(self.0.count()))
+        let n = self.0.count();
+        let last = last.min(n);
+        if first > last {
+            return R::from(f64::NEG_INFINITY);
+        }
+        // of ln P at a mode only the absolute error is small
+        ln_mass_without(self, (0..first).chain(last.saturating_add(1)..n.saturating_add(1)))
+            .filter(|mass: &R| mass.value() > -5.0)
+            .unwrap_or_else(|| ln_mass_of_all(self, first, last))
     }
 }

@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use super::count::{ln_inside, ln_mass_by_sum};
+use super::count_mass::{ln_inside, ln_mass_by_sum};
 use super::{Count, CountMass, CountParameter, Parameter, lift};
 use crate::density::DomainError;
 use crate::record::Datum;

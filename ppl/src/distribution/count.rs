@@ -2,6 +2,7 @@
 
 use rand::Rng;
 
+use super::count_mass::{ln_mass_by_sum, masses};
 use super::{Family, Truncated};
 use crate::density::DomainError;
 use crate::record::Datum;
@@ -105,8 +106,9 @@ pub trait CountMass<R: Scalar>: Count {
 
     /// ln P(first ≤ K ≤ last), with its derivatives in the parameters; [`u64::MAX`] is no last.
     ///
-    /// Summed outwards from the mean unless overridden, which suits one mode and costs some
-    /// twenty standard deviations of terms.
+    /// One minus the few counts that a lower end cuts off, and else summed outwards from the mean,
+    /// unless overridden: the latter suits one mode and costs some twenty standard deviations of
+    /// terms.
     fn ln_mass(&self, first: u64, last: u64) -> R {
         ln_mass_by_sum(self, first, last)
     }
@@ -228,98 +230,6 @@ fn smallest(holds: impl Fn(u64) -> bool) -> u64 {
     high
 }
 
-/// P(K < first), P(first ≤ K ≤ last) and P(K > last), from the tails that keep digits; [`u64::MAX`]
-/// is no last.
-pub(super) fn masses<D: Count>(counts: &D, first: u64, last: u64) -> (f64, f64, f64) {
-    let before = first.checked_sub(1);
-    let below = before.map_or(0.0, |k| counts.cdf(k));
-    let above = if last == u64::MAX { 0.0 } else { counts.sf(last) };
-    let inside = if below > 0.5 {
-        before.map_or(1.0, |k| counts.sf(k)) - above
-    } else if above > 0.5 {
-        counts.cdf(last) - below
-    } else {
-        1.0 - below - above
-    };
-    (below, inside, above)
-}
-
-/// ln P(first ≤ K ≤ last) from the distribution function, unless it underflows.
-pub(super) fn ln_inside<D: Count>(counts: &D, first: u64, last: u64) -> Option<f64> {
-    let (below, inside, above) = masses(counts, first, last);
-    let value = if inside > 0.5 { (-(below + above)).ln_1p() } else { inside.ln() };
-    (inside > 1e-280).then_some(value)
-}
-
-/// A sampler that looks for its step comes to scales where a sum would not end.
-const MOST_TERMS: usize = 1_000_000;
-
-/// Sum and derivatives from the terms: ∂ ln P is the expectation of ∂ ln p over the interval; NaN where
-/// too many would be needed.
-pub(super) fn ln_mass_by_sum<R, D>(counts: &D, first: u64, last: u64) -> R
-where
-    R: Scalar,
-    D: CountMass<R>,
-{
-    if first > last {
-        return R::from(f64::NEG_INFINITY);
-    }
-    let value = ln_inside(counts, first, last);
-    let centre = (counts.mean() as u64).clamp(first, last);
-    let reference = counts.ln_pmf(centre);
-    let peak = reference.value();
-    // parameters that are data leave nothing to sum; a partial may vanish at one count, not at
-    // three
-    let fixed = [1, 2].iter().all(|&d| counts.ln_pmf(centre.saturating_add(d)).is_constant());
-    if let (Some(value), true) = (value, reference.is_constant() && fixed) {
-        return R::from(value);
-    }
-    // without a last count, what the first cuts off has the opposite derivative and fewer terms
-    let cut_off = last == u64::MAX && (first as f64) < 20.0 * counts.variance().sqrt();
-    if let Some(value) = value.filter(|ln_inside| cut_off && *ln_inside > -10.0) {
-        let weighted = (0..first).map(|k| {
-            let term = counts.ln_pmf(k);
-            (term, -(term.value() - value).exp())
-        });
-        return R::fuse_iter(value, weighted.filter(|(_, weight)| *weight < 0.0));
-    }
-    let mut terms = vec![(reference, 1.0)];
-    let mut total = 1.0;
-    let mut add = |k: u64| {
-        let term = counts.ln_pmf(k);
-        let weight = (term.value() - peak).exp();
-        total += weight;
-        terms.push((term, weight));
-        weight > 1e-18 * total && terms.len() < MOST_TERMS
-    };
-    let (mut up, mut down) = (centre, centre);
-    while up < last && add(up + 1) {
-        up += 1;
-    }
-    while down > first && add(down - 1) {
-        down -= 1;
-    }
-    if terms.len() >= MOST_TERMS {
-        return R::from(f64::NAN);
-    }
-    terms.retain(|(_, weight)| *weight > 0.0);
-    terms.iter_mut().for_each(|(_, weight)| *weight /= total);
-    R::fuse_iter(value.unwrap_or(peak + total.ln()), terms)
-}
-
-/// ln Σ p(k) over a range whose terms are all needed.
-pub(super) fn ln_mass_of_all<R: Scalar, D: CountMass<R>>(counts: &D, first: u64, last: u64) -> R {
-    let terms: Vec<R> = (first..=last).map(|k| counts.ln_pmf(k)).collect();
-    let peak = terms.iter().fold(f64::NEG_INFINITY, |peak, term| peak.max(term.value()));
-    if peak == f64::NEG_INFINITY {
-        return R::from(peak);
-    }
-    let weights = || terms.iter().map(|term| (term.value() - peak).exp());
-    let total: f64 = weights().sum();
-    let normalised = weights().map(|weight| weight / total);
-    R::fuse_iter(peak + total.ln(), terms.iter().copied().zip(normalised))
-}
-
 impl<D: Count> Truncated<D> {
     /// Mean and variance, from sums of P(K > k).
     fn moments(&self) -> (f64, f64) {
@@ -385,6 +295,16 @@ impl<R: Scalar, D: CountMass<R>> CountMass<R> for Truncated<D> {
         } else {
             R::from(f64::NEG_INFINITY)
         }
+    }
+
+    #[inline(always)]
+    fn add_ln_pmf(&self, k: u64, terms: &mut impl Terms<R>) {
+        let (first, last) = self.interval.counts();
+        if !(first..=last).contains(&k) {
+            return terms.add_number(R::from(f64::NEG_INFINITY));
+        }
+        self.inner.add_ln_pmf(k, terms);
+        terms.add_number(-self.inner.ln_mass(first, last));
     }
 
     fn ln_mass(&self, first: u64, last: u64) -> R {

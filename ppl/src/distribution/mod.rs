@@ -18,6 +18,7 @@ mod censored;
 mod chi_squared;
 mod cholesky_factor;
 mod count;
+mod count_mass;
 mod cut_points;
 mod dirichlet;
 mod discrete_uniform;

@@ -8,7 +8,7 @@ use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{
-    digamma_rise, ln_minus_digamma, regularised_beta, remembered, stirling_error,
+    digamma_rise, ln_1p_minus, ln_minus_digamma, regularised_beta, remembered, stirling_error,
 };
 use crate::terms::Terms;
 
@@ -146,6 +146,8 @@ where
         let excess = (k - mean) * inverse;
         let in_dispersion = if unknown.is_constant() {
             0.0
+        } else if k == 0.0 && excess > -0.5 {
+            ln_1p_minus(excess)
         } else {
             digamma_rise(dispersion, k) - ln_ratio - excess
         };
