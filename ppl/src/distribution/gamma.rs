@@ -2,6 +2,7 @@
 
 use rand::Rng;
 
+use super::interval_mass::ln_mass_by_ends;
 use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
@@ -178,5 +179,14 @@ where
         let (value, in_shape) = ln_power(unknown_shape, rate * v);
         terms.add(value, ((y, shape - rate * v), (self.0, in_shape), (self.1, shape / rate - v)));
         terms.replace(y, v, v)
+    }
+
+    fn ln_mass(&self, lower: f64, upper: f64) -> R {
+        let (shape, rate) = (self.0.number(), self.1.number());
+        let still = Gamma(self.0, rate);
+        ln_mass_by_ends(self, &still, [lower, upper], [lift(self.1)], |x| {
+            let ln_pdf = UnivariateDensity::<f64>::ln_pdf(&Gamma(shape, rate), x);
+            (ln_pdf, [-x / rate])
+        })
     }
 }

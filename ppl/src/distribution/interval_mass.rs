@@ -31,8 +31,20 @@ pub(super) fn ln_mass_by_quadrature<R: Scalar, D: UnivariateDensity<R>>(
     lower: f64,
     upper: f64,
 ) -> R {
-    let interval = Truncated { inner: distribution.clone(), interval: Interval::new(lower..upper) };
-    let (below, inside, above) = interval.masses();
+    let interval = within(distribution, lower, upper);
+    by_quadrature(&interval, interval.masses())
+}
+
+fn within<D: Univariate>(distribution: &D, lower: f64, upper: f64) -> Truncated<D> {
+    Truncated { inner: distribution.clone(), interval: Interval::new(lower..upper) }
+}
+
+/// The same, with what is known of P(X < lower), P(lower < X < upper) and P(X > upper).
+fn by_quadrature<R: Scalar, D: UnivariateDensity<R>>(
+    interval: &Truncated<D>,
+    (below, inside, above): (f64, f64, f64),
+) -> R {
+    let distribution = &interval.inner;
     let (a, b) = interval.support().bounds();
     if inside < SMALLEST && a < b {
         return if below > 0.5 { far_out(distribution, a, b) } else { far_out(distribution, b, a) };
@@ -57,6 +69,51 @@ pub(super) fn ln_mass_by_quadrature<R: Scalar, D: UnivariateDensity<R>>(
     }
     let quartiles = [0.25, 0.5, 0.75].map(|u| support.unconstrain(interval.quantile(u)));
     R::fuse_iter(value, expectation(ln_pdf, quartiles))
+}
+
+/// Below this share of both tails the difference of the densities at two ends has lost its digits.
+const NARROW: f64 = 1e-3;
+
+/// ln P(lower < X < upper) where it is known how some parameters, `moving`, shift the quantiles, as
+/// locations, scales and rates do: `at` has ln p(x) and the derivatives of a quantile x in them.
+///
+/// ∂P is p(lower) times what they shift the quantile there by, less the same at the upper end; only
+/// what is unknown of `still`, the distribution with their plain numbers, is left to quadrature.
+pub(super) fn ln_mass_by_ends<R, D, E, const K: usize>(
+    distribution: &D,
+    still: &E,
+    [lower, upper]: [f64; 2],
+    moving: [R; K],
+    at: impl Fn(f64) -> (f64, [f64; K]),
+) -> R
+where
+    R: Scalar,
+    D: UnivariateDensity<R>,
+    E: UnivariateDensity<R>,
+{
+    let interval = within(still, lower, upper);
+    let masses = interval.masses();
+    let (below, inside, above) = masses;
+    if inside < SMALLEST || inside < NARROW * below.min(above) {
+        return by_quadrature(&within(distribution, lower, upper), masses);
+    }
+    let mass = by_quadrature(&interval, masses);
+    if !R::DIFFERENTIABLE {
+        return mass;
+    }
+    let (a, b) = still.support().bounds();
+    // at infinity, or outside the support, no quantile is shifted across an end
+    let moved = |x: f64| {
+        if !(a < x && x < b) {
+            return [0.0; K];
+        }
+        let (ln_pdf, velocities) = at(x);
+        let density = (ln_pdf - mass.value()).exp();
+        velocities.map(|v| density * v)
+    };
+    let (low, high) = (moved(lower), moved(upper));
+    let partials = moving.into_iter().zip((0..K).map(|k| low[k] - high[k]));
+    R::fuse_iter(mass.value(), partials.chain([(mass, 1.0)]))
 }
 
 /// Terms and normalised weights whose sum is the expectation of a term given as (ln p, log

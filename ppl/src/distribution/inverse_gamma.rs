@@ -3,6 +3,7 @@
 use rand::Rng;
 
 use super::gamma::{Gamma, ln_power};
+use super::interval_mass::ln_mass_by_ends;
 use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
@@ -133,5 +134,14 @@ where
         let excess = shape.value() - t;
         terms.add(value, ((y, -excess), (shape, in_shape), (self.1, excess / scale)));
         y.exp()
+    }
+
+    fn ln_mass(&self, lower: f64, upper: f64) -> R {
+        let (shape, scale) = (self.0.number(), self.1.number());
+        let still = InverseGamma(self.0, scale);
+        ln_mass_by_ends(self, &still, [lower, upper], [lift(self.1)], |x| {
+            let ln_pdf = UnivariateDensity::<f64>::ln_pdf(&InverseGamma(shape, scale), x);
+            (ln_pdf, [x / scale])
+        })
     }
 }

@@ -2,6 +2,7 @@
 
 use rand::Rng;
 
+use super::interval_mass::ln_mass_by_ends;
 use super::{Parameter, Univariate, UnivariateDensity, lift, normaliser};
 use crate::density::DomainError;
 use crate::record::Datum;
@@ -174,6 +175,16 @@ where
                 (self.2, (share - 1.0) * inverse),
             ),
         );
+    }
+
+    fn ln_mass(&self, lower: f64, upper: f64) -> R {
+        let (nu, location, scale) = (self.0.number(), self.1.number(), self.2.number());
+        let still = StudentT(self.0, location, scale);
+        let moving = [lift(self.1), lift(self.2)];
+        ln_mass_by_ends(self, &still, [lower, upper], moving, |x| {
+            let ln_pdf = UnivariateDensity::<f64>::ln_pdf(&StudentT(nu, location, scale), x);
+            (ln_pdf, [1.0, self.standardise(x)])
+        })
     }
 }
 
