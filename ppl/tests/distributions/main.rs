@@ -6,6 +6,7 @@ mod conformance;
 mod counts;
 mod discrete;
 mod gaussian_process;
+mod intervals;
 mod lkj;
 mod multivariate;
 mod numerics;

@@ -86,6 +86,8 @@ FAMILIES["BetaAbove"] = lambda x, a, b, c: [*FAMILIES["Beta"](x, a, b), -log(
     quad(lambda t: exp(fsum(FAMILIES["Beta"](t, a, b))), linspace(c, 1, 9)))]
 FAMILIES["NormalTail"] = lambda x, m, s: [log(upper_normal((x - m) / s))]
 FAMILIES["GammaTail"] = lambda x, a, b: [log(gammainc(a, b * x, inf, regularized=True))]
+FAMILIES["GammaBelow"] = lambda x, a, b: [log(gammainc(a, 0, b * x, regularized=True))]
+FAMILIES["InverseGammaTail"] = lambda x, a, b: [log(gammainc(a, 0, b / x, regularized=True))]
 FAMILIES["StudentTTail"] = lambda x, n, m, s: [log(betainc(
     n / 2, half, 0, n / (n + ((x - m) / s) ** 2), regularized=True) / 2)]
 FAMILIES["LogisticTail"] = lambda x, m, s: [-log1p(exp((x - m) / s))]
@@ -93,6 +95,12 @@ FAMILIES["WeibullTail"] = lambda x, a, s: [-((x / s) ** a)]
 FAMILIES["GumbelTail"] = lambda x, m, s: [log(-expm1(-exp(-(x - m) / s)))]
 FAMILIES["CauchyTail"] = lambda x, m, s: [log(atan2(s, x - m) / pi)]
 FAMILIES["PoissonTail"] = lambda k, l: [log(gammainc(k, 0, l, regularized=True))]
+# one minus what is cut off
+mass_from = lambda family, first: lambda k, *p: [*FAMILIES[family](k, *p), -log1p(
+    -fsum(exp(fsum(FAMILIES[family](mpf(j), *p))) for j in range(first)))]
+FAMILIES["NegativeBinomialFrom1"] = mass_from("NegativeBinomial", 1)
+FAMILIES["NegativeBinomialFrom3"] = mass_from("NegativeBinomial", 3)
+FAMILIES["BetaBinomialFrom1"] = mass_from("BetaBinomial", 1)
 POINTS = {
     "Normal": [(0.1, 0.0, 1.0), (1e3, -5.0, 1e-3), (1e-9, 0.0, 1e9), (7.5, 7.5, 1e-300),
                (40.0, 0.0, 1.0), (1e200, 0.0, 1e190), (-3.25, 2.5, 0.7)],
@@ -172,10 +180,22 @@ POINTS = {
     "GumbelTail": [(1.0, 0.0, 1.0), (900.0, 0.0, 1.0), (-3.0, 0.0, 1.0)],
     "CauchyTail": [(1.0, 0.0, 1.0), (1e200, 0.0, 1.0), (-1e9, 0.0, 1.0)],
     "PoissonTail": [(3, 2.5), (400, 2.5), (5, 100.0)],
+    "GammaBelow": [(1.0, 2.5, 1.5), (1e-30, 0.75, 2.0), (40.0, 2.5, 1.5), (1e-3, 60.0, 2.0)],
+    "InverseGammaTail": [(1.0, 2.5, 1.5), (1e9, 0.75, 2.0), (0.01, 2.5, 1.5), (3.0, 40.0, 7.0)],
+    "NegativeBinomialFrom1": [(5, 6.0, 2.5), (3, 20.0, 2.26e-6), (1, 20.0, 1e-12), (3, 1e-6, 0.7),
+                              (1, 0.5, 1e8), (3, 1e4, 1e-3), (2, 1e-9, 1e-9), (1, 1e-3, 1e6),
+                              (40, 30.0, 12.0)],
+    "NegativeBinomialFrom3": [(5, 6.0, 2.5), (3, 20.0, 2.26e-6), (9, 20.0, 1e-12), (3, 0.01, 0.7),
+                              (4, 0.5, 1e8), (3, 1e4, 1e-3), (40, 30.0, 12.0)],
+    "BetaBinomialFrom1": [(3, 12, 2.5, 1.5), (3, 40, 0.01, 9.0), (1, 40, 1e-4, 2.0),
+                          (2, 1000, 3.0, 1e4)],
 }
 # a count has no derivative
 COUNTS = {"Poisson", "Binomial", "BinomialLogit", "BetaBinomial", "NegativeBinomial", "Geometric",
-          "PoissonLog", "ZeroInflatedPoisson", "PoissonTail"}
+          "PoissonLog", "ZeroInflatedPoisson", "PoissonTail", "NegativeBinomialFrom1",
+          "NegativeBinomialFrom3", "BetaBinomialFrom1"}
+# observed at the end of the interval
+TAILS = {family for family in POINTS if family.endswith("Tail")} | {"GammaBelow"}
 
 
 def field(x):
@@ -205,10 +225,10 @@ with open(HERE / "ln_density.csv", "w") as out:
                        nstr(max(map(abs, terms)), 6)]
             for i in range(4):
                 whole = (i == 0 and family in COUNTS) or (
-                    i == 1 and family in {"Binomial", "BinomialLogit", "BetaBinomial"})
+                    i == 1 and family in {"Binomial", "BinomialLogit", "BetaBinomial", "BetaBinomialFrom1"})
                 # bounds are data
                 bound = (family.endswith(("Above", "Below")) and i == 3) or (
-                    family.endswith("Tail") and i == 0)
+                    family in TAILS and i == 0)
                 # at an end of the support there is no derivative
                 end = point[0] == 0 and i == 0 and family in {
                     "HalfNormal", "Exponential", "HalfCauchy", "Lomax", "HalfStudentT"}
