@@ -10,6 +10,9 @@ const CELLS: usize = 512;
 const VALLEY: f64 = 0.2;
 /// Each mode holds at least this share of all draws.
 const LEAST_SHARE: f64 = 0.03;
+/// So often the draws in a mode go from one half of it to the other: forty independent draws do, and
+/// no chain that goes out into a tail, sticks there and comes back.
+const LEAST_TURNS: usize = 20;
 
 /// Modes of a number that are separated by a deep valley of its density.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,11 +30,13 @@ pub struct Modes {
 impl Modes {
     /// The modes of a number, given as one trace a chain; `None` if there is only one.
     ///
-    /// The draws of all chains are smoothed with the width that suits the narrowest chain, and cut
+    /// The draws of all chains are smoothed with the width that suits the narrowest chain that moves, and cut
     /// where the density falls below a fifth of the lower peak beside, with at least 3 % of the
     /// draws on either side; of a quantity with heavy tails this is done on a scale on which they are
-    /// light. R-hat sees that chains differ, but not how, and it is near 1 where
-    /// each chain has changed between modes only a few times.
+    /// light. On either side draws have to move to and fro, about its median, as forty independent
+    /// ones do: a heap of draws where a chain stuck for a while is no mode. R-hat sees that chains
+    /// differ, but not how, and it is near 1 where each chain has changed between modes only a few
+    /// times.
     ///
     /// ```
     /// use ppl::diagnostics::Modes;
@@ -139,36 +144,55 @@ impl Scale {
     }
 }
 
+/// How often the draws go from one side of `centre` to the other.
+fn turns(draws: impl Iterator<Item = f64>, centre: f64) -> usize {
+    let mut sides = draws.map(|x| x < centre);
+    let mut last = sides.next();
+    sides.filter(|&side| last.replace(side) != Some(side)).count()
+}
+
+/// The smallest standard deviation of a chain, of one that did not stick in a spot if there is any.
+fn narrowest(chains: &[&[f64]]) -> Option<f64> {
+    let spreads = chains.iter().map(|chain| {
+        let (centre, variance) = mean_and_variance(chain.iter().copied());
+        (turns(chain.iter().copied(), centre) < LEAST_TURNS, variance.sqrt())
+    });
+    let spreads = spreads.filter(|(_, sd)| *sd > 0.0);
+    spreads.min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))).map(|(_, sd)| sd)
+}
+
 /// A density estimate on cells between the outer quantiles.
-struct Smoothed {
+struct Smoothed<'d> {
+    chains: &'d [&'d [f64]],
+    sorted: &'d [f64],
     first: f64,
     width: f64,
     density: Vec<f64>,
-    /// Draws in the cells before each, of all draws.
-    before: Vec<f64>,
+    /// Draws in the cells before each.
+    before: Vec<usize>,
 }
 
-impl Smoothed {
-    /// Gaussian smoothing of a histogram, by Silverman's rule for the narrowest chain.
-    fn new(chains: &[&[f64]], sorted: &[f64]) -> Option<Self> {
+impl<'d> Smoothed<'d> {
+    /// Gaussian smoothing of a histogram, by Silverman's rule for the narrowest chain that moves.
+    fn new(chains: &'d [&'d [f64]], sorted: &'d [f64]) -> Option<Self> {
         let total = sorted.len();
         let (first, last) = (sorted[total / 200], sorted[total - 1 - total / 200]);
         let width = (last - first) / CELLS as f64;
-        let sds = chains.iter().map(|c| mean_and_variance(c.iter().copied()).1.sqrt());
-        let narrowest = sds.filter(|sd| *sd > 0.0).fold(f64::INFINITY, f64::min);
+        let narrowest = narrowest(chains)?;
         if !(width > 0.0 && narrowest.is_finite()) {
             return None;
         }
         let length = chains.iter().map(|chain| chain.len()).min().unwrap_or(0) as f64;
-        let bandwidth = (0.9 * narrowest * length.powf(-0.2) / width).max(1.0);
+        let cells = CELLS as f64;
+        let bandwidth = (0.9 * narrowest * length.powf(-0.2) / width).clamp(1.0, cells);
 
-        let mut counts = vec![0.0; CELLS];
+        let mut counts = vec![0; CELLS];
         for x in sorted {
-            let cell = ((x - first) / width).clamp(0.0, CELLS as f64 - 1.0);
-            counts[cell as usize] += 1.0 / total as f64;
+            let cell = ((x - first) / width).clamp(0.0, cells - 1.0);
+            counts[cell as usize] += 1;
         }
-        let mut before = vec![0.0];
-        before.extend(counts.iter().scan(0.0, |sum, count| {
+        let mut before = vec![0];
+        before.extend(counts.iter().scan(0, |sum, count| {
             *sum += count;
             Some(*sum)
         }));
@@ -177,9 +201,25 @@ impl Smoothed {
             (0..=reach).map(|k| (-0.5 * (k as f64 / bandwidth).powi(2)).exp()).collect();
         let density = (0..CELLS).map(|i| {
             let near = i.saturating_sub(reach)..(i + reach + 1).min(CELLS);
-            near.map(|j| counts[j] * kernel[i.abs_diff(j)]).sum()
+            near.map(|j| counts[j] as f64 * kernel[i.abs_diff(j)]).sum()
         });
-        Some(Self { first, width, density: density.collect(), before })
+        Some(Self { chains, sorted, first, width, density: density.collect(), before })
+    }
+
+    /// Whether the cells `from..to` hold enough draws, and these move about.
+    fn is_mode(&self, from: usize, to: usize) -> bool {
+        let [below, above] = [from, to].map(|cell| self.before[cell]);
+        let enough = (above - below) as f64 >= LEAST_SHARE * self.sorted.len() as f64;
+        enough && {
+            let part = &self.sorted[below..above];
+            let (lowest, median, highest) = (part[0], part[part.len() / 2], part[part.len() - 1]);
+            let inside = |x: &f64| lowest <= *x && *x <= highest;
+            let turns = self.chains.iter().map(|chain| {
+                let inside = chain.iter().copied().filter(inside);
+                turns(inside, median)
+            });
+            turns.sum::<usize>() >= LEAST_TURNS
+        }
     }
 
     /// Cuts the cells `from..to` at their deepest valley, and both parts again.
@@ -193,12 +233,9 @@ impl Smoothed {
         let mut right: Vec<f64> = part.iter().rev().scan(0.0, highest).collect();
         right.reverse();
         let depth = |i: usize| part[i] / left[i].min(right[i]);
-        let enough = |i: usize| {
-            let here = self.before[from + i];
-            here - self.before[from] >= LEAST_SHARE && self.before[to] - here >= LEAST_SHARE
-        };
+        let divides = |i: usize| self.is_mode(from, from + i) && self.is_mode(from + i, to);
         let valley = (1..part.len())
-            .filter(|&i| enough(i) && depth(i) < VALLEY)
+            .filter(|&i| depth(i) < VALLEY && divides(i))
             .min_by(|&i, &j| depth(i).total_cmp(&depth(j)));
         if let Some(i) = valley {
             // the middle of an empty stretch
@@ -281,6 +318,35 @@ mod tests {
                 chains.iter().enumerate().map(|(c, chain)| moved(c, chain)).collect();
             let modes = Modes::find(&borrow(&apart)).expect("two");
             assert_eq!(modes.centres.len(), 2, "seed {seed}: {modes:?}");
+        }
+    }
+
+    /// A chain that goes away, and sticks there, makes no mode; the same place is one if the draws in it
+    /// move, however few the visits.
+    #[test]
+    fn a_heap_where_a_chain_stuck_is_no_mode() {
+        for seed in 0..20 {
+            let mut chains: Vec<Vec<f64>> =
+                (0..4).map(|c| normals(4 * seed + c, 0.0, 1.0, 500)).collect();
+            let away = normals(1000 + seed, 12.0, 1.0, 100);
+            for (t, x) in chains[3][200..300].iter_mut().enumerate() {
+                *x = away[t / 10];
+            }
+            assert_eq!(Modes::find(&borrow(&chains)), None, "seed {seed}");
+            chains[3][200..300].copy_from_slice(&away);
+            let modes = Modes::find(&borrow(&chains)).expect("two");
+            assert_eq!((modes.centres.len(), &modes.changes[..]), (2, &[0, 0, 0, 2][..]));
+        }
+    }
+
+    /// A chain that hardly moves does not set the scale for the others.
+    #[test]
+    fn a_stuck_chain_makes_no_modes_of_scatter() {
+        for seed in 0..20 {
+            let mut chains: Vec<Vec<f64>> =
+                (0..4).map(|c| normals(4 * seed + c, 0.0, 1.0, 300)).collect();
+            chains[0] = (0..300).map(|t| 1e-5 * f64::from(t)).collect();
+            assert_eq!(Modes::find(&borrow(&chains)), None, "seed {seed}");
         }
     }
 
