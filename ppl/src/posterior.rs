@@ -131,8 +131,8 @@ pub struct Posterior {
     bounds: Vec<Option<(f64, f64)>>,
     /// Whether the chains were drawn from another density than the model's.
     pub(crate) is_foreign: bool,
-    /// Whether the density is more than the prior.
-    pub(crate) has_likelihood: bool,
+    /// Whether the model adds to its density by `factor`.
+    has_factors: bool,
 }
 
 impl Posterior {
@@ -224,7 +224,6 @@ impl Posterior {
             shape: e.variable.shape.clone(),
             data: e.values.clone(),
         });
-        let has_likelihood = template.is_weighed || !log_likelihood.variables.is_empty();
         let bounds = layout.variables.iter().map(|v| template.get(&v.name)?.bounds).collect();
         Ok(Self {
             layout,
@@ -239,7 +238,7 @@ impl Posterior {
             unpredicted,
             bounds,
             is_foreign: is_foreign(model, &chains),
-            has_likelihood,
+            has_factors: template.is_weighed,
             chains,
         })
     }
@@ -258,7 +257,8 @@ impl Posterior {
         of(element).or_else(|| of(&self.layout.index_of(element)?))
     }
 
-    /// Leave-one-out cross-validation over all observation statements.
+    /// Leave-one-out cross-validation over all observation statements. What `factor` adds to the
+    /// density is kept throughout; the result says so if there is any.
     ///
     /// # Errors
     /// [`LooError`] if the model observes nothing or a log-likelihood is not finite.
@@ -276,7 +276,12 @@ impl Posterior {
         let data = self.observed.variables.iter().flat_map(|values| &values.data);
         data.for_each(|x| x.to_bits().hash(&mut hasher));
         let loo = Loo::new(group.chains, group.draws, per_draw, &rows)?;
-        Ok(Loo { data: Some(hasher.finish()), ..loo })
+        Ok(Loo { data: Some(hasher.finish()), has_factors: self.has_factors, ..loo })
+    }
+
+    /// Whether the density is more than the prior.
+    pub(crate) fn has_likelihood(&self) -> bool {
+        self.has_factors || !self.log_likelihood.variables.is_empty()
     }
 
     /// What the data did to every parameter; empty without prior draws.

@@ -97,6 +97,30 @@ fn names_shapes_and_moments_of_a_conjugate_model() {
     assert_eq!(loo.points.len(), 7);
 }
 
+ppl::model! {
+    /// Half of the data is in a factor, if there is any.
+    fn halves(y: &[f64], k: &[u64]) {
+        let mu ~ Normal(0.0, 1.0);
+        for y in y {
+            y ~ Normal(mu, 1.0);
+        }
+        for k in k {
+            factor(PoissonLog(mu).ln_density(k));
+        }
+    }
+}
+
+#[test]
+fn cross_validation_says_what_it_leaves_in() {
+    let words = |k: &[u64]| {
+        let model = halves(&[0.3, -0.4, 0.9, 0.1], k);
+        let posterior = Nuts::default().draws(200).seed(1).sample(&model).expect("it samples");
+        posterior.loo().expect("finite likelihoods").to_string()
+    };
+    assert!(words(&[1, 0, 2]).contains("`factor`"));
+    assert!(!words(&[]).contains("`factor`"));
+}
+
 #[test]
 fn the_summary_says_what_the_data_did_not_inform() {
     let summary = posterior().summary();

@@ -98,6 +98,8 @@ pub struct Loo {
     pub points: Vec<LooPoint>,
     /// A hash of the data, to tell others from them; `None` where only likelihoods are known.
     pub data: Option<u64>,
+    /// Whether the model adds to its density by `factor` too, of which nothing is left out.
+    pub has_factors: bool,
 }
 
 impl Loo {
@@ -150,6 +152,7 @@ impl Loo {
             threshold: (1.0 - 1.0 / (total as f64).log10()).min(0.7),
             points,
             data: None,
+            has_factors: false,
         })
     }
 
@@ -168,7 +171,7 @@ impl fmt::Display for Loo {
         writeln!(f, "p_loo {:>10.2}", self.p_loo)?;
         let bad = self.unreliable();
         if bad.is_empty() {
-            write!(f, "every Pareto k is below {:.2}", self.threshold)
+            write!(f, "every Pareto k is below {:.2}", self.threshold)?;
         } else {
             write!(
                 f,
@@ -177,8 +180,16 @@ impl fmt::Display for Loo {
                 self.threshold,
                 bad.len(),
                 self.points.len()
-            )
+            )?;
         }
+        if self.has_factors {
+            write!(
+                f,
+                "\nwhat `factor` adds to the density is not cross-validated: data that enter there \
+                 are never left out, nor predicted"
+            )?;
+        }
+        Ok(())
     }
 }
 

@@ -130,7 +130,15 @@ mod tests {
     fn loo(elpds: &[f64]) -> Loo {
         let points: Vec<LooPoint> =
             elpds.iter().map(|&elpd| LooPoint { elpd, p_loo: 0.1, pareto_k: 0.2 }).collect();
-        Loo { elpd: elpds.iter().sum(), se: 1.0, p_loo: 1.0, threshold: 0.7, points, data: None }
+        Loo {
+            elpd: elpds.iter().sum(),
+            se: 1.0,
+            p_loo: 1.0,
+            threshold: 0.7,
+            points,
+            data: None,
+            has_factors: false,
+        }
     }
 
     #[test]

@@ -118,7 +118,7 @@ pub(crate) fn find(
         hamiltonian::find(posterior, &names, &mut found);
     }
     // without data there is nothing that a posterior could have learned
-    if posterior.has_likelihood {
+    if posterior.has_likelihood() {
         information::find(posterior, rows, identifiability, &names, &mut found);
     }
     model(posterior, &mut found);
