@@ -39,8 +39,8 @@ pub struct Entry {
     pub variable: Variable,
     /// Elements, last dimension fastest. For observed quantities: the data.
     pub values: Vec<f64>,
-    /// For parameters: the ends of the prior's support, if it has two finite ones, or one at which it
-    /// was truncated.
+    /// For parameters: the ends of the prior's support, if it has two finite ones that are not the
+    /// quantity's own, or one at which it was truncated.
     pub bounds: Option<(f64, f64)>,
     /// For parameters: the log density of their distribution, summed over the statements executed.
     pub log_prior: f64,

@@ -4,12 +4,17 @@ use std::fmt;
 
 use super::order::quantile_of_sorted;
 use super::{mean, mean_and_variance};
+use crate::summary::cell;
 
 /// The variance of the prior draws cannot be trusted if its own standard error is more than this
 /// part of it: labels are 0.1 of the prior variance apart.
 const LARGEST_ERROR: f64 = 0.1;
 /// The contraction below which the posterior is wider than the prior, whatever the draws.
 const WIDENED: f64 = -0.5;
+/// A prior piles up at its bounds itself if the posterior has less than this many times its share
+/// there: one datum doubles it where the prior is Beta(½, ½), and a prior that cuts a peak off is
+/// many times wider than the peak.
+const PILED_UP: f64 = 2.0;
 /// A prior with heavy tails holds to be rare what is farther out than all but this share of it: a
 /// local scale of a horseshoe is one of hundreds, and some of them are far out.
 const RARE: f64 = 1e-3;
@@ -83,7 +88,7 @@ pub struct Identifiability {
     pub posterior: Marginal,
     /// Widths of the central halves of prior and posterior, where the prior has heavy tails.
     pub halves: Option<[f64; 2]>,
-    /// [`boundary_mass`]; `None` for a prior that cuts nothing off.
+    /// [`boundary_mass`]; `None` for a prior that cuts nothing off, or has about as much there.
     pub boundary_mass: Option<f64>,
     /// Known truth, where the data are simulated.
     pub truth: Option<f64>,
@@ -96,8 +101,8 @@ impl Identifiability {
     /// From draws of the prior and of the posterior; `bounds` are the prior's, infinite where it has
     /// none.
     ///
-    /// At a single bound, only a parameter that the data identified can pile up against it: what
-    /// they left where it was has the prior's own shape.
+    /// Draws pile up at a bound only if they have more than twice the prior's share there: a prior may
+    /// have much of its own, and what the data left where it was has the prior's shape.
     ///
     /// Under a prior with heavy tails, as a Cauchy, sample variances are those of the few farthest
     /// draws. Where the prior draws have a kurtosis κ so large that the standard error of their
@@ -136,10 +141,11 @@ impl Identifiability {
                     halves[1] > halves[0]
                 };
         }
-        let cuts = |(lower, upper): &(f64, f64)| {
-            lower.is_finite() && upper.is_finite() || row.label() == Identification::Identified
-        };
-        row.boundary_mass = bounds.filter(cuts).map(|bounds| boundary_mass(after, bounds));
+        row.boundary_mass = bounds.and_then(|bounds| {
+            let margin = boundary_margin(after, bounds);
+            let [before, after] = [before, after].map(|draws| share_within(margin, draws, bounds));
+            (after > PILED_UP * before).then_some(after)
+        });
         row
     }
 
@@ -204,17 +210,17 @@ impl fmt::Display for Identifiability {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{}: {} (contraction {:.2}; prior {:.4} ± {:.4}, posterior {:.4} ± {:.4}",
+            "{}: {} (contraction {:.2}; prior {} ± {}, posterior {} ± {}",
             self.name,
             self.label(),
             self.contraction(),
-            self.prior.mean,
-            self.prior.sd,
-            self.posterior.mean,
-            self.posterior.sd
+            cell(self.prior.mean),
+            cell(self.prior.sd),
+            cell(self.posterior.mean),
+            cell(self.posterior.sd)
         )?;
         if let Some([before, after]) = self.halves {
-            write!(f, "; heavy tails: central half {after:.4} wide after {before:.4}")?;
+            write!(f, "; heavy tails: central half {} wide after {}", cell(after), cell(before))?;
         }
         if let Some(z) = self.z_score() {
             write!(f, "; {z:.2} sd from the truth")?;
@@ -233,10 +239,11 @@ impl fmt::Display for Identifiability {
 }
 
 /// Whether the variance of these draws has a standard error of more than [`LARGEST_ERROR`] of it,
-/// as far as they can tell.
+/// as far as they can tell: one that overflows is of no use either.
 pub(super) fn has_heavy_tails(draws: &[f64], Marginal { mean: centre, sd }: Marginal) -> bool {
     let kurtosis = mean(draws.iter().map(|x| ((x - centre) / sd).powi(4)));
-    (kurtosis - 1.0) / draws.len() as f64 > LARGEST_ERROR.powi(2)
+    let is_sure = sd.is_finite() && (kurtosis - 1.0) / draws.len() as f64 <= LARGEST_ERROR.powi(2);
+    !is_sure
 }
 
 fn sorted(draws: &[f64]) -> Vec<f64> {
@@ -258,8 +265,15 @@ fn share_beyond(sorted: &[f64], x: f64) -> f64 {
 /// Share of draws within 1 % of the width of the box from either bound, and within a fifth of their
 /// own standard deviation: a wide prior does not cut off what is far from its bound on the scale of
 /// the posterior. A bound may be infinite, and the width with it.
-pub fn boundary_mass(draws: &[f64], (lower, upper): (f64, f64)) -> f64 {
-    let margin = (0.01 * (upper - lower)).min(0.2 * Marginal::of(draws).sd);
+pub fn boundary_mass(draws: &[f64], bounds: (f64, f64)) -> f64 {
+    share_within(boundary_margin(draws, bounds), draws, bounds)
+}
+
+fn boundary_margin(draws: &[f64], (lower, upper): (f64, f64)) -> f64 {
+    (0.01 * (upper - lower)).min(0.2 * Marginal::of(draws).sd)
+}
+
+fn share_within(margin: f64, draws: &[f64], (lower, upper): (f64, f64)) -> f64 {
     mean(draws.iter().map(|&x| f64::from(x < lower + margin || x > upper - margin)))
 }
 
@@ -297,6 +311,39 @@ mod tests {
             Identifiability::new("x", Marginal { mean: 0.5, sd: 0.29 }, &draws, Some((0.0, 1.0)));
         assert!(row.truncated());
         assert!(row.to_string().contains("truncated by its prior: 50 %"), "{row}");
+    }
+
+    /// A prior with mass at its ends, Beta(½, ½), is no cut where the data say nothing, and is one where
+    /// they push against an end.
+    #[test]
+    fn a_prior_may_pile_up_at_its_own_bounds() {
+        let at = |of: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            (0..2000).map(|i| of((f64::from(i) + 0.5) / 2000.0)).collect()
+        };
+        let arcsine = at(&|p| (std::f64::consts::FRAC_PI_2 * p).sin().powi(2));
+        let pushed = at(&|p| -0.02 * (-p).ln_1p());
+        let row = |after: &[f64]| Identifiability::of_draws("x", &arcsine, after, Some((0.0, 1.0)));
+        assert!(boundary_mass(&arcsine, (0.0, 1.0)) > 0.1);
+        assert!(!row(&arcsine).truncated());
+        assert!(row(&pushed).truncated());
+    }
+
+    /// Draws whose variance overflows, or that do so themselves, are judged by their central halves.
+    #[test]
+    fn overflowing_priors_are_compared_all_the_same() {
+        for steepness in [100.0, 400.0] {
+            let wild = |n: u32| -> Vec<f64> {
+                let p = |i| (f64::from(i) + 0.5) / f64::from(n);
+                (0..n).map(|i| (steepness * (2.0 * p(i) - 1.0).powi(9)).exp()).collect()
+            };
+            let (before, after) = (wild(2000), wild(1000));
+            let row = Identifiability::of_draws("x", &before, &after, None);
+            assert!(row.contraction().abs() < 0.02, "{row}");
+            assert!(row.to_string().len() < 160, "{row}");
+            let narrow: Vec<f64> = (0..1000).map(|i| 1.0 + 1e-4 * f64::from(i).sin()).collect();
+            let row = Identifiability::of_draws("x", &before, &narrow, None);
+            assert_eq!(row.label(), Identification::Identified);
+        }
     }
 
     /// An exponential posterior is cut off at the bound, a gamma one on the same scale is not, however

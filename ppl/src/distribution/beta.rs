@@ -129,6 +129,7 @@ where
     B: Parameter + Datum<R>,
 {
     const CONSTANT: bool = A::CONSTANT && B::CONSTANT;
+    const NATURAL_ENDS: bool = true;
 
     #[inline]
     fn support(&self) -> Support<R> {

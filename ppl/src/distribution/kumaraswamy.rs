@@ -108,6 +108,8 @@ where
     A: Parameter + Datum<R>,
     B: Parameter + Datum<R>,
 {
+    const NATURAL_ENDS: bool = true;
+
     #[inline]
     fn support(&self) -> Support<R> {
         Support::Between(R::from(0.0), R::from(1.0))

@@ -99,6 +99,8 @@ where
     M: Parameter + Datum<R>,
     S: Parameter + Datum<R>,
 {
+    const NATURAL_ENDS: bool = true;
+
     #[inline]
     fn support(&self) -> Support<R> {
         Support::Between(R::from(0.0), R::from(1.0))

@@ -269,7 +269,6 @@ where
     }
 
     fn bounds(&self) -> Option<(f64, f64)> {
-        let (lower, upper) = UnivariateDensity::<R>::support(self).bounds();
-        (lower.is_finite() && upper.is_finite()).then_some((lower, upper))
+        UnivariateDensity::<R>::chosen_ends(self)
     }
 }

@@ -324,8 +324,9 @@ pub trait Unknown<R: Scalar>: Distribution<R> {
     /// Appends the coordinates of `x`: the inverse of [`constrain`](Unknown::constrain).
     fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>);
 
-    /// The ends of the support, if each element has the same two finite ones, or a single one at
-    /// which a constant prior was truncated.
+    /// The ends of the support that a prior may be said to cut at, the same for each element: two
+    /// finite ones, if they are not the quantity's own, or a single one at which a constant prior was
+    /// truncated.
     fn bounds(&self) -> Option<(f64, f64)> {
         None
     }

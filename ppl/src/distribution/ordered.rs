@@ -112,7 +112,6 @@ where
     }
 
     fn bounds(&self) -> Option<(f64, f64)> {
-        let (lower, upper) = self.inner.element().support().bounds();
-        (lower.is_finite() && upper.is_finite()).then_some((lower, upper))
+        self.inner.element().chosen_ends()
     }
 }

@@ -107,6 +107,11 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     #[doc(hidden)]
     const CONSTANT: bool = false;
 
+    /// Whether the ends of the support are those of the quantity, as of a share or an angle, so that
+    /// no prior can be wider.
+    #[doc(hidden)]
+    const NATURAL_ENDS: bool = false;
+
     /// Where the density is positive.
     fn support(&self) -> Support<R>;
 
@@ -175,6 +180,13 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     /// ln P(X > x), with its derivatives in the parameters.
     fn ln_sf(&self, x: f64) -> R {
         self.ln_mass(x, f64::INFINITY)
+    }
+
+    /// The ends of the support, if there are two and neither is the quantity's own.
+    #[doc(hidden)]
+    fn chosen_ends(&self) -> Option<(f64, f64)> {
+        let (lower, upper) = self.support().bounds();
+        (lower.is_finite() && upper.is_finite() && !Self::NATURAL_ENDS).then_some((lower, upper))
     }
 }
 
@@ -297,8 +309,7 @@ macro_rules! univariate {
             }
 
             fn bounds(&self) -> Option<(f64, f64)> {
-                let (lower, upper) = $crate::UnivariateDensity::<R>::support(self).bounds();
-                (lower.is_finite() && upper.is_finite()).then_some((lower, upper))
+                $crate::UnivariateDensity::<R>::chosen_ends(self)
             }
         }
     };

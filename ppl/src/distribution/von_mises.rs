@@ -167,6 +167,8 @@ where
     M: Parameter + Datum<R>,
     K: Parameter + Datum<R>,
 {
+    const NATURAL_ENDS: bool = true;
+
     #[inline]
     fn support(&self) -> Support<R> {
         Support::Between(R::from(-PI), R::from(PI))

@@ -76,6 +76,8 @@ where
     W: Weights<Weight: Datum<R>>,
     C: Components<Component: UnivariateDensity<R>>,
 {
+    const NATURAL_ENDS: bool = <C::Component as UnivariateDensity<R>>::NATURAL_ENDS;
+
     /// The smallest interval that holds the supports of all components.
     fn support(&self) -> Support<R> {
         let supports = self.components().map(|component| component.support());
