@@ -176,6 +176,40 @@ ppl::model! {
         }
     }
 
+    /// Priors with mass at their ends, for shares that one datum touches or none.
+    fn shares(k: u64) {
+        let rho ~ Beta(0.5, 0.5);
+        let stick ~ Beta(1.0, 6.0).array::<3>();
+        let small ~ Normal(0.0, 0.1).truncate(0.0..10.0);
+        k ~ Binomial(1u64, rho);
+    }
+
+    /// The prior of `a` overflows.
+    fn overflowing(y: &[f64]) {
+        let sd ~ HalfCauchy(5.0);
+        let a ~ LogNormal(0.0, sd).array::<4>();
+        let m ~ Normal(0.0, 1.0);
+        for y in y {
+            y ~ Normal(m, 0.1);
+        }
+    }
+
+    /// Two components that may exchange their labels.
+    fn labels(y: &[f64]) {
+        let mu ~ Normal(0.0, 2.0).array::<2>();
+        for y in y {
+            y ~ Mixture([0.5, 0.5], [Normal(mu[0], 1.0), Normal(mu[1], 1.0)]);
+        }
+    }
+
+    /// One mode with a tail that narrows, in which chains stick.
+    fn tail() {
+        let x ~ HalfCauchy(1.0);
+        let z ~ Normal(0.0, 1.0);
+        let product = z * x / (1.0 + 1e-4 * x.square()).sqrt();
+        factor(-0.5 * ((product - 3.0) / 0.3).square());
+    }
+
     fn no_data() {
         let p ~ Beta(0.3, 0.4);
         let x ~ Normal(0.0, 1.0);
@@ -325,6 +359,48 @@ fn one_sided_bounds_that_cut_are_found() {
 }
 
 #[test]
+fn priors_with_mass_at_their_ends_cut_nothing_off() {
+    for (seed, k) in [(1, 0), (2, 1), (11, 1)] {
+        let summary = shares(k).posterior(seed).summary();
+        assert_eq!(what(&summary, FindingKind::Boundary), "", "{summary}");
+    }
+}
+
+#[test]
+fn overflowing_priors_have_findings_in_plain_numbers() {
+    for seed in 0..5 {
+        let summary = overflowing(&[1.0, 2.0, 3.0, 4.0]).posterior(seed).summary();
+        assert!(what(&summary, FindingKind::Divergences).contains("central half"), "{summary}");
+        for finding in &summary.findings {
+            assert!(!finding.what.contains("NaN"), "seed {seed}: {finding}");
+            let longest = finding.what.split(' ').map(str::len).max();
+            assert!(longest < Some(20), "seed {seed}: {finding}");
+        }
+    }
+}
+
+#[test]
+fn what_exchanges_its_labels_was_informed() {
+    let y: Vec<f64> = (0..60).map(|i| if i % 2 == 0 { -2.4 } else { 2.4 }).collect();
+    for seed in [1, 2, 3] {
+        let summary = labels(&y).posterior(seed).summary();
+        let modes = what(&summary, FindingKind::Modes);
+        assert!(modes.contains("mu[0] has 2") && modes.contains("mu[1] has 2"), "{summary}");
+        assert_eq!(what(&summary, FindingKind::Uninformed), "", "seed {seed}");
+    }
+}
+
+/// A visit to the tail that lasts, because the chain sticks there, was taken for a mode at these.
+#[test]
+fn visits_to_a_tail_are_no_modes() {
+    for seed in [2, 3, 21, 23, 31, 35, 38] {
+        let sampler = Nuts::default().seed(seed).warmup(200).draws(200);
+        let summary = sampler.sample(&tail()).expect("it samples").summary();
+        assert_eq!(what(&summary, FindingKind::Modes), "", "seed {seed}");
+    }
+}
+
+#[test]
 fn without_data_there_is_nothing_to_learn() {
     let summary = no_data().posterior(1).summary();
     assert!(summary.row("p").is_some_and(|row| row.contraction.is_some()));
@@ -338,7 +414,7 @@ fn divergences_at_rejected_points_are_the_rejections() {
     let summary = rejecting(1.0).posterior(1).summary();
     let found = what(&summary, FindingKind::Divergences);
     assert!(
-        found.contains("ended at a point that a statement rejects, on average at x"),
+        found.contains("ended at a point that a statement rejects, by their medians at x"),
         "{found}"
     );
     assert!(!found.contains("target acceptance"), "{found}");

@@ -10,7 +10,16 @@ use crate::optimize::is_reliable;
 use crate::posterior::Posterior;
 use crate::summary::{SummaryRow, cell};
 
-pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], names: &Names, found: &mut Found) {
+/// Separate modes, by the place of the number that has them.
+pub(super) type Separate = Vec<(String, Modes)>;
+
+pub(super) fn find(
+    posterior: &Posterior,
+    rows: &[SummaryRow],
+    modes: &Separate,
+    names: &Names,
+    found: &mut Found,
+) {
     let runs = &posterior.chains.chains;
     for (chain, run) in runs.iter().enumerate() {
         if let Some(reason) = &run.stopped {
@@ -64,7 +73,7 @@ pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], names: &Names, fo
     found.say(
         FindingKind::Modes,
         "The posterior seems to have several modes: ",
-        &list(separate_modes(posterior, names)),
+        &list(modes.iter().map(|(place, modes)| in_words(names.shown(place), modes))),
         "The share of draws in a mode is where the chains began, not its probability: use Smc, \
          which weighs modes; or start from Pathfinder (`init_pathfinder`), which passes over modes \
          of no weight; or take the modes apart by a stronger prior, or by an order if they only \
@@ -96,8 +105,8 @@ pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], names: &Names, fo
     );
 }
 
-/// The parameters with separate modes that are not mixed, with the chains in each.
-fn separate_modes(posterior: &Posterior, names: &Names) -> Vec<String> {
+/// The parameters with separate modes that are not mixed.
+pub(super) fn separate_modes(posterior: &Posterior) -> Separate {
     let group = &posterior.posterior;
     let parameters: Vec<_> = posterior
         .layout
@@ -107,27 +116,30 @@ fn separate_modes(posterior: &Posterior, names: &Names) -> Vec<String> {
             values.elements().into_iter().enumerate().map(move |(k, place)| (values, k, place))
         })
         .collect();
-    let words = |(values, index, place): &(&Values, usize, String)| {
-        let draws = group.column(values, *index);
+    let modes = |(values, index, place): (&Values, usize, String)| {
+        let draws = group.column(values, index);
         let chains: Vec<&[f64]> = draws.chunks(group.draws).collect();
-        let name = names.shown(place);
         let modes = Modes::find(&chains).filter(|modes| !modes.mixed())?;
-        let places = modes.centres.iter().enumerate().map(|(mode, centre)| {
-            let sitting = modes.sitting_in(mode);
-            let centre = cell(*centre);
-            match sitting.as_slice() {
-                [] => format!("{centre} (no chain stays)"),
-                [one] => format!("{centre} (chain {one})"),
-                all => {
-                    let all: Vec<String> = all.iter().map(usize::to_string).collect();
-                    format!("{centre} (chains {})", all.join(", "))
-                }
-            }
-        });
-        let places = places.collect::<Vec<_>>().join(" and ");
-        let changes: usize = modes.changes.iter().sum();
-        let count = modes.centres.len();
-        Some(format!("{name} has {count}, near {places}, with {changes} changes between them"))
+        Some((place, modes))
     };
-    parameters.par_iter().filter_map(words).collect()
+    parameters.into_par_iter().filter_map(modes).collect()
+}
+
+fn in_words(name: &str, modes: &Modes) -> String {
+    let places = modes.centres.iter().enumerate().map(|(mode, centre)| {
+        let sitting = modes.sitting_in(mode);
+        let centre = cell(*centre);
+        match sitting.as_slice() {
+            [] => format!("{centre} (no chain stays)"),
+            [one] => format!("{centre} (chain {one})"),
+            all => {
+                let all: Vec<String> = all.iter().map(usize::to_string).collect();
+                format!("{centre} (chains {})", all.join(", "))
+            }
+        }
+    });
+    let places = places.collect::<Vec<_>>().join(" and ");
+    let changes: usize = modes.changes.iter().sum();
+    let count = modes.centres.len();
+    format!("{name} has {count}, near {places}, with {changes} changes between them")
 }

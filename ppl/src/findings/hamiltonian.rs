@@ -3,9 +3,10 @@
 use rayon::prelude::*;
 
 use super::{FindingKind, Found, Names, list};
-use crate::diagnostics::{e_bfmi, mean_and_variance};
+use crate::diagnostics::{e_bfmi, quantile};
 use crate::posterior::Posterior;
 use crate::sampler::Chain;
+use crate::summary::cell;
 
 pub(super) fn find(posterior: &Posterior, names: &Names, found: &mut Found) {
     let runs = &posterior.chains.chains;
@@ -77,8 +78,8 @@ fn maps(runs: &[Chain]) -> String {
     kinds.join(" or ")
 }
 
-/// The parameters whose divergences lie farthest from the centre of the posterior, in units of its
-/// standard deviation.
+/// The parameters whose divergences lie farthest from the centre of the posterior, in units of the
+/// width of its central half: in heavy tails, where many of them are, there may be no other width.
 fn where_divergences_are(posterior: &Posterior, names: &Names) -> String {
     let points: Vec<_> = posterior.divergences.iter().filter(|p| !p.values.is_empty()).collect();
     let Some(first) = points.first() else {
@@ -89,13 +90,16 @@ fn where_divergences_are(posterior: &Posterior, names: &Names) -> String {
         .filter_map(|k| {
             let name = &first.values[k].0;
             let draws = posterior.posterior.trace(name)?.concat();
-            let (centre, variance) = mean_and_variance(draws.iter().copied());
-            let there = points.iter().map(|p| p.values[k].1).sum::<f64>() / points.len() as f64;
-            let shift = (there - centre).abs() / variance.sqrt();
-            let (sd, name) = (variance.sqrt(), names.shown(name));
-            shift
-                .is_finite()
-                .then(|| (shift, format!("{name} ≈ {there:.4} (posterior {centre:.4} ± {sd:.4})")))
+            let there: Vec<f64> = points.iter().map(|p| p.values[k].1).collect();
+            let there = quantile(&there, 0.5);
+            let [lower, centre, upper] = [0.25, 0.5, 0.75].map(|p| quantile(&draws, p));
+            let shift = (there - centre).abs() / (upper - lower);
+            let words = || {
+                let [there, centre, lower, upper] = [there, centre, lower, upper].map(cell);
+                let name = names.shown(name);
+                format!("{name} ≈ {there} (posterior {centre}, central half {lower} to {upper})")
+            };
+            shift.is_finite().then(|| (shift, words()))
         })
         .collect();
     shifts.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -103,6 +107,6 @@ fn where_divergences_are(posterior: &Posterior, names: &Names) -> String {
     if places.is_empty() {
         String::new()
     } else {
-        format!(", on average at {}", places.join(" and "))
+        format!(", by their medians at {}", places.join(" and "))
     }
 }

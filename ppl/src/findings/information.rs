@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
+use super::convergence::Separate;
 use super::{FindingKind, Found, Names, list};
 use crate::diagnostics::{
     Column, Combination, Identifiability, Identification, MOST_COMBINED, Modes, combinations,
@@ -22,6 +23,7 @@ pub(super) fn find(
     posterior: &Posterior,
     rows: &[SummaryRow],
     identifiability: &[Identifiability],
+    modes: &Separate,
     names: &Names,
     found: &mut Found,
 ) {
@@ -39,6 +41,8 @@ pub(super) fn find(
             .flat_map(|found| &found.members)
             .any(|&k| identifiability[k].name == row.name)
     };
+    // exchanged labels make a posterior as wide as the prior, whatever the data say of each mode
+    let has_modes = |row: &Identifiability| modes.iter().any(|(place, _)| *place == row.name);
     // what was moved or widened was informed, and what is told in a combination is said there
     for (label, words) in [
         (Identification::Not, "The data did not inform (contraction below 0.1): "),
@@ -47,7 +51,7 @@ pub(super) fn find(
         let rows = identifiability
             .iter()
             .filter(|r| r.label() == label && !r.widened())
-            .filter(|r| !of_these(r));
+            .filter(|r| !of_these(r) && !has_modes(r));
         let items =
             rows.map(|row| format!("{} ({:.2})", names.shown(&row.name), row.contraction()));
         found.say(

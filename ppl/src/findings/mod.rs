@@ -113,13 +113,14 @@ pub(crate) fn find(
 ) -> Vec<Finding> {
     let mut found = Found::default();
     let names = Names::new(rows);
-    convergence::find(posterior, rows, &names, &mut found);
+    let modes = convergence::separate_modes(posterior);
+    convergence::find(posterior, rows, &modes, &names, &mut found);
     if posterior.chains.max_depth.is_some() {
         hamiltonian::find(posterior, &names, &mut found);
     }
     // without data there is nothing that a posterior could have learned
     if posterior.has_likelihood() {
-        information::find(posterior, rows, identifiability, &names, &mut found);
+        information::find(posterior, rows, identifiability, &modes, &names, &mut found);
     }
     model(posterior, &mut found);
     found.0
