@@ -390,10 +390,11 @@ fn what_exchanges_its_labels_was_informed() {
     }
 }
 
-/// A visit to the tail that lasts, because the chain sticks there, was taken for a mode at these.
+/// A visit to the tail that lasts, because the chain sticks there, is no mode: one in seven of these
+/// runs has such a visit.
 #[test]
 fn visits_to_a_tail_are_no_modes() {
-    for seed in [2, 3, 21, 23, 31, 35, 38] {
+    for seed in 0..40 {
         let sampler = Nuts::default().seed(seed).warmup(200).draws(200);
         let summary = sampler.sample(&tail()).expect("it samples").summary();
         assert_eq!(what(&summary, FindingKind::Modes), "", "seed {seed}");
