@@ -30,9 +30,9 @@ pub struct Modes {
 impl Modes {
     /// The modes of a number, given as one trace a chain; `None` if there is only one.
     ///
-    /// The draws of all chains are smoothed with the width that suits the narrowest chain that moves, and cut
-    /// where the density falls below a fifth of the lower peak beside, with at least 3 % of the
-    /// draws on either side; of a quantity with heavy tails this is done on a scale on which they are
+    /// The draws of all chains are smoothed with the width that suits the narrowest chain that moves,
+    /// and cut where the density falls below a fifth of the lower peak beside, with at least 3 % of
+    /// the draws on either side; of a quantity with heavy tails this is done on a scale on which they are
     /// light. On either side draws have to move to and fro, about its median, as forty independent
     /// ones do: a heap of draws where a chain stuck for a while is no mode. R-hat sees that chains
     /// differ, but not how, and it is near 1 where each chain has changed between modes only a few

@@ -49,7 +49,8 @@ pub(super) fn find(posterior: &Posterior, names: &Names, found: &mut Found) {
             &format!("{divergences} of {total} trajectories "),
             &format!("diverged{of_these}{place}"),
             "The posterior is too curved there for the step size, and draws are missing: raise \
-             the target acceptance (to 0.95, then 0.99), or reparametrise",
+             the target acceptance (to 0.95, then 0.99), take the slower warmup of \
+             `Nuts::stan_compatible`, or reparametrise",
         );
     }
 

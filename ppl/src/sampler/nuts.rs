@@ -44,7 +44,9 @@ pub(super) const DEPTHS: RangeInclusive<u32> = 1..=20;
 ///
 /// by the divergence on the last third of the draws, when fitted to those before; from the second
 /// window on, the map in use competes too. If the last 15 % diverge, the target is raised to 0.9
-/// once. [`Nuts::stan_compatible`] takes Stan's warmup. After the warmup nothing is adapted; what
+/// once. [`Nuts::stan_compatible`] takes Stan's warmup, which needs more gradients on most posteriors,
+/// but steps more carefully where scales are unknown and coordinates many (horseshoes, spectral
+/// Gaussian processes). After the warmup nothing is adapted; what
 /// was decided, and when, is in [`WarmupReport`].
 ///
 /// A point that the density rejects ends its trajectory as a divergence and is counted by its
