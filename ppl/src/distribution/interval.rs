@@ -1,8 +1,33 @@
 //! Intervals of the real line, as `.truncate` and `.censor` take them.
 
-use std::ops::{Bound, RangeBounds};
+use std::ops::{
+    Bound, Range, RangeBounds, RangeFrom, RangeFull, RangeInclusive, RangeTo, RangeToInclusive,
+};
 
 use crate::density::DomainError;
+
+/// A range of plain numbers.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no range of plain numbers",
+    label = "needed: `0.0..`, `..1.0`, `0.0..1.0` or the like",
+    note = "write `0.0..`, not `0..`; the ends are data, not unknowns"
+)]
+pub trait Ends: RangeBounds<f64> {}
+
+macro_rules! impl_ends {
+    ($($Range:ty),*) => {
+        $(impl Ends for $Range {})*
+    };
+}
+impl_ends!(
+    Range<f64>,
+    RangeFrom<f64>,
+    RangeFull,
+    RangeInclusive<f64>,
+    RangeTo<f64>,
+    RangeToInclusive<f64>,
+    (Bound<f64>, Bound<f64>)
+);
 
 /// An interval whose ends may be infinite.
 ///
@@ -18,7 +43,7 @@ pub struct Interval {
 
 impl Interval {
     /// From `a..b`, `a..=b`, `a..`, `..b` and the like.
-    pub fn new(range: impl RangeBounds<f64>) -> Self {
+    pub fn new(range: impl Ends) -> Self {
         let end = |bound: Bound<&f64>, open: f64| match bound {
             Bound::Included(&x) => (x, true),
             Bound::Excluded(&x) => (x, false),

@@ -77,8 +77,6 @@ mod weibull;
 mod wishart_cholesky;
 mod zero_inflated;
 
-use std::ops::RangeBounds;
-
 use rand::Rng;
 
 use crate::density::DomainError;
@@ -117,7 +115,7 @@ pub use half_cauchy::HalfCauchy;
 pub use half_normal::HalfNormal;
 pub use half_student_t::HalfStudentT;
 pub use iid::Iid;
-pub use interval::Interval;
+pub use interval::{Ends, Interval};
 #[doc(hidden)]
 pub use interval_mass::ln_probability;
 pub use inverse_gamma::InverseGamma;
@@ -196,7 +194,7 @@ pub trait Family: Sized + Clone {
     ///
     /// The bounds are data. Either may be left out; whether it belongs to the interval matters
     /// for counts only.
-    fn truncate(self, range: impl RangeBounds<f64>) -> Truncated<Self> {
+    fn truncate(self, range: impl Ends) -> Truncated<Self> {
         Truncated { inner: self, interval: Interval::new(range) }
     }
 
@@ -204,7 +202,7 @@ pub trait Family: Sized + Clone {
     /// takes data at or beyond 100 as "at least 100".
     ///
     /// The bounds are data.
-    fn censor(self, range: impl RangeBounds<f64>) -> Censored<Self> {
+    fn censor(self, range: impl Ends) -> Censored<Self> {
         Censored { inner: self, interval: Interval::new(range) }
     }
 

@@ -61,6 +61,24 @@ ppl::model! {
         y ~ Normal(mean, 1.0);
     }
 
+    fn unknown_end(y: f64) {
+        let least ~ Normal(0.0, 1.0);
+        y ~ Normal(0.0, 1.0).truncate(least..); //~
+    }
+
+    fn ends_of_integers(y: f64) {
+        let mean ~ Normal(0.0, 1.0).truncate(0..); //~
+        y ~ Normal(mean, 1.0);
+    }
+
+    fn literal_beside_a_reference(y: f64) {
+        let all ~ Normal(0.0, 1.0).array::<2>();
+        for one in &all {
+            let both = [0.5, one]; //~
+            factor(*both[1]);
+        }
+    }
+
     fn text_weight(name: &str) {
         factor(name); //~
     }
