@@ -12,6 +12,14 @@ use crate::scalar::{Scalar, impl_arithmetic};
 #[derive(Clone, Copy, Debug)]
 pub struct Real<S>(pub(crate) S);
 
+/// Data as they come from an iterator.
+impl<S: Scalar> From<&f64> for Real<S> {
+    #[inline(always)]
+    fn from(x: &f64) -> Self {
+        Self::from(*x)
+    }
+}
+
 impl<S: Scalar> From<f64> for Real<S> {
     #[inline(always)]
     fn from(value: f64) -> Self {

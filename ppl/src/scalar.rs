@@ -1,6 +1,6 @@
 //! Numbers that carry derivatives.
 
-use std::f64::consts::{LN_2, LN_10};
+use std::f64::consts::{FRAC_2_SQRT_PI, LN_2, LN_10, SQRT_2};
 use std::fmt::Debug;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -266,6 +266,31 @@ pub trait Scalar:
         cbrt(x) => x.cbrt(), (3.0 * x.cbrt() * x.cbrt()).recip();
     }
 
+    functions! {
+        /// ln(x/(1 − x)), the inverse of [`logistic`](Scalar::logistic), for 0 < x < 1.
+        logit(x) => logit(x), (x * (1.0 - x)).recip();
+        /// ln(1 − e⁻ˣ) for x > 0.
+        ln_one_minus_exp(x) => special::ln_one_minus_exp(x), x.exp_m1().recip();
+        /// The error function.
+        erf(x) => 2.0 * special::normal_from_zero(SQRT_2 * x), error_density(x);
+        /// 1 − erf x, accurate for large x.
+        erfc(x) => 2.0 * special::normal_cdf(-SQRT_2 * x), -error_density(x);
+        /// Φ⁻¹(p), the quantile of the standard normal distribution, for 0 < p < 1.
+        normal_quantile(p) => special::normal_quantile(p),
+            (0.5 * special::normal_quantile(p).powi(2) + special::HALF_LN_2PI).exp();
+        /// ψ(x) = d ln Γ/dx for x > 0.
+        digamma(x) => special::digamma(x), special::trigamma(x);
+    }
+
+    /// ln B(self, `b`) = ln Γ(self) + ln Γ(b) − ln Γ(self + b), both positive.
+    #[inline]
+    fn ln_beta(self, b: impl Into<Self>) -> Self {
+        let b = b.into();
+        let (x, y) = (self.value(), b.value());
+        let slopes = [-special::digamma_rise(x, y), -special::digamma_rise(y, x)];
+        Self::fuse(special::ln_beta(x, y), [self, b], slopes)
+    }
+
     /// The angle of the point (`x`, self), as `f64::atan2`.
     #[inline]
     fn atan2(self, x: impl Into<Self>) -> Self {
@@ -350,6 +375,20 @@ pub trait Scalar:
         let x = self.value();
         self.unary(special::ln_gamma(x), special::digamma(x))
     }
+}
+
+/// ln(x/(1 − x)), also near ½, where 2x − 1 and 1 − x are exact.
+fn logit(x: f64) -> f64 {
+    if (0.25..0.75).contains(&x) {
+        ((2.0 * x - 1.0) / (1.0 - x)).ln_1p()
+    } else {
+        (x / (1.0 - x)).ln()
+    }
+}
+
+/// The derivative of the error function.
+fn error_density(x: f64) -> f64 {
+    FRAC_2_SQRT_PI * (-x * x).exp()
 }
 
 /// σ(x) and σ(−x) = 1 − σ(x), each to full relative accuracy.

@@ -21,6 +21,29 @@ pub fn ln_probability<R: Scalar, D: UnivariateDensity<R>>(
     }
 }
 
+/// The same for ends that may be unknowns: each adds or takes away the density where it moves.
+pub(super) fn ln_mass_between<R: Scalar, D: UnivariateDensity<R>>(
+    distribution: &D,
+    lower: R,
+    upper: R,
+) -> R {
+    let ends = [lower, upper];
+    let mass = ln_probability(distribution, Interval::new(lower.value()..upper.value()));
+    if ends.into_iter().all(R::is_constant) {
+        return mass;
+    }
+    let (a, b) = distribution.support().bounds();
+    let density = |x: f64| {
+        // an end that is nowhere near the support takes nothing away when it moves
+        if !(a < x && x < b) {
+            return 0.0;
+        }
+        (distribution.ln_pdf(R::from(x)).value() - mass.value()).exp()
+    };
+    let [below, above] = ends.map(|end| density(end.value()));
+    R::fuse(mass.value(), [mass, lower, upper], [1.0, -below, above])
+}
+
 /// Below this a probability is taken from the density, since both tails round to 0 or 1.
 const SMALLEST: f64 = 1e-280;
 

@@ -172,14 +172,20 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
         interval_mass::ln_mass_by_quadrature(self, lower, upper)
     }
 
-    /// ln P(X ≤ x), with its derivatives in the parameters.
-    fn ln_cdf(&self, x: f64) -> R {
-        self.ln_mass(f64::NEG_INFINITY, x)
+    /// ln P(X ≤ x), with its derivatives in x and the parameters.
+    fn ln_cdf(&self, x: impl Into<R>) -> R {
+        self.ln_mass_between(f64::NEG_INFINITY, x)
     }
 
-    /// ln P(X > x), with its derivatives in the parameters.
-    fn ln_sf(&self, x: f64) -> R {
-        self.ln_mass(x, f64::INFINITY)
+    /// ln P(X > x), with its derivatives in x and the parameters.
+    fn ln_sf(&self, x: impl Into<R>) -> R {
+        self.ln_mass_between(x, f64::INFINITY)
+    }
+
+    /// ln P(lower < X < upper), with its derivatives in both ends and the parameters; −∞ if there is
+    /// nothing between them.
+    fn ln_mass_between(&self, lower: impl Into<R>, upper: impl Into<R>) -> R {
+        interval_mass::ln_mass_between(self, lower.into(), upper.into())
     }
 
     /// The ends of the support, if there are two and neither is the quantity's own.

@@ -163,9 +163,9 @@ pub struct WarmupReport {
     pub switches: Vec<MapSwitch>,
     /// Step size of the kept draws.
     pub step_size: f64,
-    /// Acceptance the step size was tuned to; above the setting if late divergences raised it.
+    /// Acceptance the step size was tuned to; above the setting if divergences raised it.
     pub target_acceptance: f64,
-    /// Warmup transition (0-based) whose divergence raised the target.
+    /// Warmup transition (0-based) whose divergence raised the target last.
     pub target_raised: Option<usize>,
     /// Inverse mass matrix (NUTS) or covariance of the proposal before scaling (Metropolis).
     pub covariance: Covariance,

@@ -43,8 +43,8 @@ pub(super) const DEPTHS: RangeInclusive<u32> = 1..=20;
 ///   same in up to 32 directions beside the diagonal,
 ///
 /// by the divergence on the last third of the draws, when fitted to those before; from the second
-/// window on, the map in use competes too. If the last 15 % diverge, the target is raised to 0.9
-/// once. [`Nuts::stan_compatible`] takes Stan's warmup, which needs more gradients on most posteriors,
+/// window on, the map in use competes too. A divergence in the last 15 % raises the target to 0.9; one
+/// in 75 transitions of the later half raises it to 0.95. [`Nuts::stan_compatible`] takes Stan's warmup, which needs more gradients on most posteriors,
 /// but steps more carefully where scales are unknown and coordinates many (horseshoes, spectral
 /// Gaussian processes). After the warmup nothing is adapted; what
 /// was decided, and when, is in [`WarmupReport`].

@@ -37,8 +37,13 @@ const FIRST_WINDOW: usize = 80;
 const WINDOW_GROWTH: f64 = 1.5;
 /// First window of Metropolis, whose draws tell less each.
 const FIRST_WALK: usize = 100;
-/// The target of a run whose late warmup diverged.
+/// The target of a run that diverged while only the step was tuned.
 const RAISED_TARGET: f64 = 0.9;
+/// The target of a run whose later half of the warmup diverged often.
+const CAREFUL_TARGET: f64 = 0.95;
+/// Often is once in so many transitions, and a few times at least.
+const OFTEN: usize = 75;
+const A_FEW: usize = 3;
 /// Transitions after a restart whose steps are still wild, so that a divergence tells nothing.
 const SETTLING: f64 = 20.0;
 
@@ -171,6 +176,10 @@ pub(super) struct Warmup {
     learnt: bool,
     sample: Sample,
     switches: Vec<MapSwitch>,
+    /// First transition of the later half.
+    half: usize,
+    /// Divergences of settled steps since then.
+    divergences: usize,
     raised: Option<usize>,
 }
 
@@ -189,6 +198,8 @@ impl Warmup {
             learnt: warm,
             sample: Sample::new(dim),
             switches: Vec::new(),
+            half: warmup / 2,
+            divergences: 0,
             raised: None,
         }
     }
@@ -209,7 +220,12 @@ impl Warmup {
         metric: &mut Metric,
     ) -> Advice {
         self.step.learn(stats.acceptance);
-        match self.schedule.pass() {
+        let moment = self.schedule.pass();
+        let settled = self.step.count() > SETTLING;
+        if self.rule == Rule::Fisher && stats.divergent && settled {
+            self.raise_target(moment);
+        }
+        match moment {
             Moment::Before => Advice::GoOn,
             Moment::Inside => {
                 self.sample.add(&point.y, &point.gradient);
@@ -219,15 +235,30 @@ impl Warmup {
                 self.sample.add(&point.y, &point.gradient);
                 self.switch(metric, restart)
             }
-            Moment::After => {
-                let settled = self.step.count() > SETTLING;
-                if self.rule == Rule::Fisher && stats.divergent && settled && self.raised.is_none()
-                {
-                    self.raised = Some(self.schedule.draw - 1);
-                    self.step.target = self.step.target.max(RAISED_TARGET);
-                }
-                Advice::GoOn
-            }
+            Moment::After => Advice::GoOn,
+        }
+    }
+
+    /// After a divergence: a target is tuned to that suits how often they come.
+    ///
+    /// Where the density is as curved as that, the map fits its bulk and not its necks, and a chain
+    /// that enters one with steps for the bulk may not come out for hundreds of transitions.
+    fn raise_target(&mut self, moment: Moment) {
+        let draw = self.schedule.draw - 1;
+        if draw < self.half {
+            return;
+        }
+        self.divergences += 1;
+        let target = if self.divergences >= A_FEW.max(self.half.div_ceil(OFTEN)) {
+            CAREFUL_TARGET
+        } else if moment == Moment::After {
+            RAISED_TARGET
+        } else {
+            return;
+        };
+        if target > self.step.target {
+            self.step.target = target;
+            self.raised = Some(draw);
         }
     }
 
@@ -327,32 +358,43 @@ mod tests {
         }
     }
 
-    #[test]
-    fn only_a_late_divergence_raises_the_target_and_only_once() {
-        let mut warmup = Warmup::new(Rule::Fisher, 1, 200, 0.8, false);
+    /// A warmup of 200 whose transitions diverge at `divergent`: the target, and where it was raised.
+    fn raised(rule: Rule, target: f64, divergent: &[usize]) -> (f64, Option<usize>) {
+        let mut warmup = Warmup::new(rule, 1, 200, target, false);
         let mut metric = Metric::identity(1);
         let point = Point { y: vec![0.0], gradient: vec![0.0], log_density: 0.0 };
-        let stats = |divergent| DrawStats {
-            log_density: 0.0,
-            energy: 0.0,
-            acceptance: 0.8,
-            step_size: 1.0,
-            depth: 1,
-            leapfrogs: 1,
-            divergent,
-            tuning: true,
-        };
-        for _ in 0..170 {
-            warmup.learn(&stats(true), &point, &mut metric);
-            warmup.step.restart(1.0);
+        for draw in 0..200 {
+            let stats = DrawStats {
+                log_density: 0.0,
+                energy: 0.0,
+                acceptance: 0.8,
+                step_size: 1.0,
+                depth: 1,
+                leapfrogs: 1,
+                divergent: divergent.contains(&draw),
+                tuning: true,
+            };
+            if warmup.learn(&stats, &point, &mut metric) == Advice::SearchStep {
+                warmup.step.restart(1.0);
+            }
         }
-        assert_eq!(warmup.step.target, 0.8);
-        for _ in 0..25 {
-            warmup.learn(&stats(false), &point, &mut metric);
-        }
-        warmup.learn(&stats(true), &point, &mut metric);
-        assert_eq!((warmup.step.target, warmup.raised), (0.9, Some(195)));
-        warmup.learn(&stats(true), &point, &mut metric);
-        assert_eq!((warmup.step.target, warmup.raised), (0.9, Some(195)));
+        (warmup.step.target, warmup.raised)
+    }
+
+    /// Windows end after transitions 59 (the last early one), 169; the later half begins with 100.
+    #[test]
+    fn divergences_raise_the_target_by_how_late_and_how_many_they_are() {
+        let early: Vec<usize> = (0..100).collect();
+        assert_eq!(raised(Rule::Fisher, 0.8, &early), (0.8, None));
+        assert_eq!(raised(Rule::Fisher, 0.8, &[120, 140]), (0.8, None));
+        assert_eq!(raised(Rule::Fisher, 0.8, &[120, 195]), (0.9, Some(195)));
+        assert_eq!(raised(Rule::Fisher, 0.8, &[195, 196]), (0.9, Some(195)));
+        assert_eq!(raised(Rule::Fisher, 0.8, &[101, 120, 140, 195]), (0.95, Some(140)));
+        assert_eq!(raised(Rule::Fisher, 0.8, &[120, 195, 197]), (0.95, Some(197)));
+        // steps are wild after a restart
+        assert_eq!(raised(Rule::Fisher, 0.8, &[171, 175, 180, 185]), (0.8, None));
+        // never lower than what was asked for, and Stan has no such rule
+        assert_eq!(raised(Rule::Fisher, 0.99, &[120, 130, 140, 195]), (0.99, None));
+        assert_eq!(raised(Rule::Stan, 0.8, &[120, 130, 140, 195]), (0.8, None));
     }
 }

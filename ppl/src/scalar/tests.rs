@@ -7,7 +7,7 @@ use crate::dual::Dual;
 #[test]
 fn elementary_derivatives() {
     type F = (fn(Dual<1>) -> Dual<1>, fn(f64) -> f64, f64);
-    let cases: [F; 41] = [
+    let cases: [F; 49] = [
         (Scalar::exp, f64::exp, 0.7),
         (Scalar::exp_m1, f64::exp_m1, 0.7),
         (Scalar::ln, f64::ln, 0.7),
@@ -42,6 +42,14 @@ fn elementary_derivatives() {
         (Scalar::log10, f64::log10, 0.7),
         (Scalar::log2, f64::log2, 0.7),
         (Scalar::cbrt, f64::cbrt, -0.7),
+        (Scalar::logit, |x| (x / (1.0 - x)).ln(), 0.6),
+        (Scalar::ln_one_minus_exp, |x| (1.0 - (-x).exp()).ln(), 0.7),
+        (Scalar::erf, statrs::function::erf::erf, -0.7),
+        (Scalar::erfc, statrs::function::erf::erfc, 1.7),
+        (Scalar::normal_quantile, special::normal_quantile, 0.4),
+        (Scalar::digamma, special::digamma, 0.7),
+        (|x| x.ln_beta(x.square()), |x| special::ln_beta(x, x * x), 0.7),
+        (|x| Scalar::ln_beta(2.5.into(), x), |x| special::ln_beta(2.5, x), 0.7),
         (|x| x.atan2(x.square()), |x| x.atan2(x * x), -0.7),
         (|x| Scalar::atan2(2.0.into(), x), |x| 2f64.atan2(x), -0.7),
         (|x| x.hypot(x.square()), |x| x.hypot(x * x), -0.7),
@@ -83,6 +91,20 @@ fn no_number_stays_none() {
     let all = [(nan, one), (one, nan)];
     assert!(all.iter().all(|(a, b)| Scalar::max(*a, *b).is_nan()));
     assert!(all.iter().all(|(a, b)| Scalar::min(*a, *b).is_nan()));
+}
+
+/// Where sums cancel, against series: ln((½ + d)/(½ − d)) = 4d + …, erf x = 2x/√π − …
+#[test]
+fn digits_survive_near_zeros() {
+    approx::assert_relative_eq!(0.5.logit(), 0.0);
+    let tiny = f64::powi(2.0, -40);
+    approx::assert_relative_eq!(Scalar::logit(0.5 + tiny), 4.0 * tiny, max_relative = 1e-15);
+    approx::assert_relative_eq!(Scalar::logit(1e-20), 1e-20f64.ln(), max_relative = 1e-15);
+    approx::assert_relative_eq!(1e-9.erf(), 1e-9 * FRAC_2_SQRT_PI, max_relative = 1e-15);
+    // DLMF 7.12.1 to its fourth term
+    let series = (-400.0f64).exp() / (20.0 * std::f64::consts::PI.sqrt())
+        * (1.0 - 1.0 / 800.0 + 3.0 / 640_000.0 - 15.0 / 5.12e8);
+    approx::assert_relative_eq!(20.0.erfc(), series, max_relative = 1e-9);
 }
 
 #[test]

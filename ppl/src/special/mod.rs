@@ -30,11 +30,11 @@ pub use bessel::{ln_bessel_i0_scaled, one_minus_bessel_ratio};
 pub use beta::{beta_logit_quantile, ln_beta, ln_beta_power, regularised_beta};
 pub use gamma::{
     digamma, digamma_rise, gamma_ln_quantile, ln_gamma, ln_minus_digamma, regularised_gamma,
-    stirling_error,
+    stirling_error, trigamma,
 };
 pub use normal::{
     NormalInterval, half_normal_quantile, ln_normal_cdf, mills_ratio, normal_cdf, normal_from_zero,
-    normal_upper_quantile,
+    normal_quantile, normal_upper_quantile,
 };
 pub(crate) use quadrature::{integral_from_zero, nodes_from_zero};
 pub(crate) use remembered::remembered;

@@ -114,6 +114,11 @@ pub fn normal_upper_quantile(q: f64) -> f64 {
     }
 }
 
+/// Φ⁻¹(p), accurate for small p; NaN outside \[0, 1\].
+pub fn normal_quantile(p: f64) -> f64 {
+    if (0.0..=1.0).contains(&p) { -normal_upper_quantile(p) } else { f64::NAN }
+}
+
 /// The z with P(|Z| ≤ z) = p, accurate for small p.
 pub fn half_normal_quantile(p: f64) -> f64 {
     if p > 0.5 {

@@ -9,6 +9,7 @@ fn evaluate(function: &str, [a, b, x]: [f64; 3]) -> (f64, f64, f64) {
         "ln_gamma" => (ln_gamma(a), 1e-15, 5e-15),
         "stirling_error" => (stirling_error(a), 1e-15, 5e-15),
         "ln_minus_digamma" => (ln_minus_digamma(a), 1e-15, 4e-15),
+        "trigamma" => (trigamma(a), 2e-15, 0.0),
         "ln_beta" => (ln_beta(a, b), 1e-15, 1e-14),
         "ln_1p_minus" => (ln_1p_minus(a), 2e-15, 0.0),
         "ln_cosh" => (ln_cosh(a), 2e-15, 0.0),
@@ -23,6 +24,8 @@ fn evaluate(function: &str, [a, b, x]: [f64; 3]) -> (f64, f64, f64) {
         "normal_cdf" => (normal_cdf(a), 1e-15 + 1e-16 * a * a, 0.0),
         "normal_from_zero" => (normal_from_zero(a), 1e-15, 0.0),
         "half_normal_quantile" => (half_normal_quantile(a), 1e-14, 0.0),
+        // a quantile near 0 has the error of p − ½
+        "normal_quantile" => (normal_quantile(a), 1e-14, 2e-16),
         "normal_upper_quantile" => (normal_upper_quantile(a), 1e-14, 0.0),
         "interval_ln_mass" => (NormalInterval::new(a, b).ln_mass, 1e-14, 1e-15),
         "interval_first" => (NormalInterval::new(a, b).first, 1e-13, 1e-15),
@@ -57,9 +60,12 @@ fn domains_end_in_nan() {
         assert!(ln_gamma(x).is_nan());
         assert!(stirling_error(x).is_nan());
         assert!(ln_minus_digamma(x).is_nan());
+        assert!(trigamma(x).is_nan());
         assert!(regularised_gamma(x, 1.0).0.is_nan());
         assert!(regularised_beta(x, 1.0, 0.5, 0.5).0.is_nan());
     }
+    assert_eq!([0.0, 0.5, 1.0].map(normal_quantile), [f64::NEG_INFINITY, 0.0, f64::INFINITY]);
+    assert!([-0.1, 1.1, f64::NAN].iter().all(|p| normal_quantile(*p).is_nan()));
     approx::assert_relative_eq!(digamma(1.0), -0.577_215_664_901_532_9, max_relative = 1e-14);
 }
 

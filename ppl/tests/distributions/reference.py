@@ -254,6 +254,8 @@ for x in map(mpf, [1e-300, 1e-10, 1e-3, 0.1, 0.5, 0.9, 1.1, 1.5, 1.999, 2.5, 3, 
     emit("ln_gamma", [x], loggamma(x))
     emit("stirling_error", [x], loggamma(x) - (x - mpf(1) / 2) * log(x) + x - log(2 * pi) / 2)
     emit("ln_minus_digamma", [x], log(x) - digamma(x))
+    if x > 1e-150:
+        emit("trigamma", [x], psi(1, x))
 mp.dps = 80
 for a, b in [(0.5, 0.5), (1e-10, 3), (0.5, 3.5), (2, 3), (1e3, 2e3), (1e10, 0.5), (1e8, 1e-3),
              (1e15, 1e15), (30, 1e6)]:
@@ -316,6 +318,11 @@ for q, guess in [(1e-300, 37), (1e-100, 21.3), (1e-16, 8.2), (1e-5, 4.3), (0.01,
     q = mpf(q)
     root = findroot(lambda z: log(upper_normal(z)) - log(q), mpf(guess))
     emit("normal_upper_quantile", [q], root)
+for q, guess in [(1e-300, -37.1), (1e-20, -9.3), (1e-3, -3.1), (0.1, -1.3), (0.3, -0.5), (0.49, -0.02),
+                 (0.6, 0.25), (0.9, 1.28), (0.999, 3.1)]:
+    q = mpf(q)
+    root = findroot(lambda z: log(upper_normal(-z)) - log(q), mpf(guess))
+    emit("normal_quantile", [q], root)
 mp.dps = 60
 for p in map(mpf, [1e-20, 1e-5, 0.1, 0.49, 0.51, 0.9, 0.999999]):
     emit("half_normal_quantile", [p], sqrt(2) * erfinv(p))

@@ -109,8 +109,11 @@ fn late_divergences_raise_the_target() {
     let nuts = Nuts::default().init_points(start).draws(10).seed(4);
     let chains = nuts.run(&half_normal()).expect("runs").chains;
     for chain in &chains {
-        let late = chain.warmup.stats[595..].iter().any(|s| s.divergent);
-        assert_eq!(chain.warmup.target_acceptance, if late { 0.9 } else { 0.8 });
+        let divergent =
+            |from: usize| chain.warmup.stats[from..].iter().filter(|s| s.divergent).count();
+        assert!(divergent(350) < 5, "few enough for the lower of the raised targets");
+        let target = if divergent(595) > 0 { 0.9 } else { 0.8 };
+        assert_eq!(chain.warmup.target_acceptance, target);
     }
     assert!(chains.iter().any(|c| c.warmup.target_acceptance == 0.9));
 }
