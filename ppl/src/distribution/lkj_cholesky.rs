@@ -5,13 +5,13 @@ use std::f64::consts::PI;
 use rand::Rng;
 
 use super::dirichlet::ln_gamma_draw;
-use super::{CholeskyFactor, Distribution, Family, Parameter, Unknown, lift};
+use super::{Angles, CholeskyFactor, Distribution, Family, Parameter, Unknown, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{Hyperbolic, digamma, ln_beta, ln_gamma};
 use crate::terms::Terms;
-use crate::transform::{Correlation, CorrelationRow};
+use crate::transform::Correlation;
 
 /// Cholesky factor L of a K×K correlation matrix R = L Lᵀ with p(R) ∝ det(R)^(η − 1).
 ///
@@ -99,6 +99,10 @@ impl<const K: usize, E: Parameter> LkjCholesky<K, E> {
     }
 }
 
+/// Up to which K a factor keeps the coordinates that its entries are functions of: densities send
+/// their partials there without a step on the tape for every entry.
+const SMALL: usize = 8;
+
 /// Rows of a correlation factor must have length 1 to this tolerance when they are data.
 const UNIT_TOLERANCE: f64 = 1e-8;
 
@@ -181,27 +185,21 @@ where
         };
         // of ln cosh y what shares a weight: the sum of the sizes, and one logarithm of a product
         let (mut sizes, mut shrinks) = ([0.0; K], [1.0; K]);
-        let mut rows = [[R::from(0.0); K]; K];
+        let mut x = [[R::from(0.0); K]; K];
+        let mut angles = Angles::zero();
         for i in 0..K {
-            let mut row = CorrelationRow::new();
             for j in 0..i {
-                let x = next();
-                let y = x.value() * inverse[j];
+                x[i][j] = next();
+                let y = x[i][j].value() * inverse[j];
                 let at = Hyperbolic::at(y);
+                angles.set(i, j, at, inverse[j]);
                 let slope = -weight(i, j) * at.tanh;
-                let y_in_eta = -y * inverse[j] * inverse[j];
                 let same = if jacobian { j } else { i };
                 sizes[same] += at.size;
                 shrinks[same] *= at.shrink;
-                in_eta += slope * y_in_eta;
-                terms.add(0.0, ((x, slope * inverse[j]),));
-                rows[i][j] = if j == 0 && !varies {
-                    row.first(at, terms.replace(x, at.tanh, at.sech * at.sech * inverse[j]))
-                } else {
-                    row.entry(at, (x, inverse[j]), (eta, y_in_eta))
-                };
+                in_eta -= slope * y * inverse[j] * inverse[j];
+                terms.add(0.0, ((x[i][j], slope * inverse[j]),));
             }
-            rows[i][i] = row.rest;
         }
         for k in if jacobian { 0..K.saturating_sub(1) } else { 1..K } {
             let ln_cosh = sizes[k] + shrinks[k].ln();
@@ -209,7 +207,10 @@ where
             in_eta -= 2.0 * ln_cosh;
         }
         terms.add(value, ((eta, in_eta),));
-        CholeskyFactor::from_rows(rows)
+        if K <= SMALL && !varies && R::DIFFERENTIABLE {
+            return CholeskyFactor::from_angles(x, angles);
+        }
+        CholeskyFactor::from_rows(angles.unfold(&x, (eta, inverse.map(|slope| -slope * slope))))
     }
 
     fn unconstrain(&self, factor: &CholeskyFactor<R, K>, out: &mut Vec<f64>) {

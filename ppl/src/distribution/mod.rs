@@ -96,6 +96,7 @@ pub use categorical::{Categorical, CategoricalLogit};
 pub use cauchy::Cauchy;
 pub use censored::Censored;
 pub use chi_squared::ChiSquared;
+pub(crate) use cholesky_factor::Angles;
 pub use cholesky_factor::CholeskyFactor;
 pub use count::{Count, CountMass, CountParameter};
 pub use dirichlet::Dirichlet;

@@ -63,13 +63,17 @@ struct Gradient<R, const K: usize> {
 impl<R: Scalar, const K: usize> Partials<R> for Gradient<R, K> {
     #[inline(always)]
     fn spread(self, f: &mut impl FnMut(R, f64)) {
+        let Self { x, mean, factor, z, w, inverse } = self;
+        let mut in_factor = [[0.0; K]; K];
         for i in 0..K {
-            f(self.x[i], -self.w[i]);
-            f(self.mean[i], self.w[i]);
-            let mut weights = self.z.map(|z| self.w[i] * z);
-            weights[i] -= self.inverse[i];
-            self.factor.spread_row(i, &weights, f);
+            f(x[i], -w[i]);
+            f(mean[i], w[i]);
+            for j in 0..=i {
+                in_factor[i][j] = w[i] * z[j];
+            }
+            in_factor[i][i] -= inverse[i];
         }
+        factor.spread_rows(in_factor, f);
     }
 }
 
@@ -84,10 +88,11 @@ struct Pooled<R, const K: usize> {
 impl<R: Scalar, const K: usize> Partials<R> for Pooled<R, K> {
     #[inline(always)]
     fn spread(self, f: &mut impl FnMut(R, f64)) {
+        let Self { mean, factor, in_mean, in_factor } = self;
         for i in 0..K {
-            f(self.mean[i], self.in_mean[i]);
-            self.factor.spread_row(i, &self.in_factor[i], f);
+            f(mean[i], in_mean[i]);
         }
+        factor.spread_rows(in_factor, f);
     }
 }
 

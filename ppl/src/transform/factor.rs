@@ -1,6 +1,6 @@
 //! Cholesky factors of correlation and covariance matrices.
 
-use crate::distribution::CholeskyFactor;
+use crate::distribution::{Angles, CholeskyFactor};
 use crate::scalar::Scalar;
 use crate::special::Hyperbolic;
 
@@ -33,20 +33,18 @@ impl Correlation {
         next: &mut impl FnMut() -> R,
     ) -> (CholeskyFactor<R, K>, R) {
         let mut log_jacobian = R::from(0.0);
-        let mut row = CorrelationRow::new();
-        let factor = CholeskyFactor::from_fn(|i, j| {
-            if j == 0 {
-                row = CorrelationRow::new();
+        let mut x = [[R::from(0.0); K]; K];
+        let mut angles = Angles::zero();
+        for i in 0..K {
+            for j in 0..i {
+                x[i][j] = next();
+                let weight = (i - j + 1) as f64;
+                let at = Hyperbolic::at(x[i][j].value());
+                log_jacobian -= x[i][j].unary(weight * at.ln_cosh(), weight * at.tanh);
+                angles.set(i, j, at, 1.0);
             }
-            if i == j {
-                return row.rest;
-            }
-            let y = next();
-            let weight = (i - j + 1) as f64;
-            let at = Hyperbolic::at(y.value());
-            log_jacobian -= y.unary(weight * at.ln_cosh(), weight * at.tanh);
-            row.entry(at, (y, 1.0), (R::from(0.0), 0.0))
-        });
+        }
+        let factor = CholeskyFactor::from_rows(angles.unfold(&x, (R::from(0.0), [0.0; K])));
         (factor, log_jacobian)
     }
 
@@ -62,35 +60,6 @@ impl Correlation {
                 out.push((row[j].value() / rest.sqrt()).asinh());
             }
         }
-    }
-}
-
-/// One row of a correlation factor, from left to right.
-pub(crate) struct CorrelationRow<R> {
-    /// Π sech y of the entries so far; the diagonal entry in the end.
-    pub(crate) rest: R,
-}
-
-impl<R: Scalar> CorrelationRow<R> {
-    pub(crate) fn new() -> Self {
-        Self { rest: R::from(1.0) }
-    }
-
-    /// The first entry, tanh y, which nothing else has of y.
-    #[inline(always)]
-    pub(crate) fn first(&mut self, at: Hyperbolic, entry: R) -> R {
-        self.rest = R::gather(at.sech, ((entry, -at.tanh / at.sech),));
-        entry
-    }
-
-    /// The next entry, where y is a function of two numbers with these derivatives.
-    #[inline(always)]
-    pub(crate) fn entry(&mut self, at: Hyperbolic, (a, in_a): (R, f64), (b, in_b): (R, f64)) -> R {
-        let Hyperbolic { tanh, sech, .. } = at;
-        let (before, rest) = (self.rest, self.rest.value());
-        let (up, down) = (rest * sech * sech, -rest * sech * tanh);
-        self.rest = R::gather(rest * sech, ((before, sech), (a, down * in_a), (b, down * in_b)));
-        R::gather(rest * tanh, ((before, tanh), (a, up * in_a), (b, up * in_b)))
     }
 }
 

@@ -23,7 +23,6 @@ mod zero_sum;
 use crate::scalar::Scalar;
 
 pub use ascending::Ascending;
-pub(crate) use factor::CorrelationRow;
 pub use factor::{Correlation, Covariance};
 pub use simplex::Simplex;
 pub(crate) use simplex::ln_simplex;
