@@ -47,6 +47,7 @@ pub struct Summed<'a, R, const SHARED: bool = true> {
 impl<S: Scalar, const SHARED: bool> Node for Summed<'_, Real<S>, SHARED> {
     type Number = Real<S>;
     const SHARED: bool = SHARED;
+    const NUMBERS: usize = 1;
 
     #[inline(always)]
     fn result(self) -> f64 {
@@ -104,6 +105,7 @@ impl<A> Copy for OpenSummed<'_, A> {}
 
 impl<A: Node> Node for OpenSummed<'_, A> {
     type Number = A::Number;
+    const NUMBERS: usize = A::NUMBERS;
 
     #[inline(always)]
     fn result(self) -> f64 {

@@ -62,6 +62,8 @@ macro_rules! impl_arithmetic {
             }
         }
         impl<$($generics)*> $crate::record::Datum<$Number> for $Number {
+            const NUMBERS: usize = 1;
+
             #[inline(always)]
             fn lift(&self) -> $Number {
                 *self

@@ -55,11 +55,7 @@ pub trait Differentiable<const D: usize, const M: usize>: Sync {
             return Ok(self.value(&point)?.map(S::from));
         }
         let (value, jacobian) = self.value_and_jacobian(&point)?;
-        let mut outputs = [S::from(0.0); M];
-        for m in 0..M {
-            outputs[m] = S::fuse(value[m], x, jacobian[m]);
-        }
-        Ok(outputs)
+        Ok(S::fuse_all(value, x, jacobian))
     }
 
     /// [`try_at`](Differentiable::try_at) with NaN outside the domain: a model that uses the
@@ -69,7 +65,14 @@ pub trait Differentiable<const D: usize, const M: usize>: Sync {
     where
         Self: Sized,
     {
-        self.try_at(x).unwrap_or([S::from(f64::NAN); M])
+        let point = x.map(Scalar::value);
+        if !S::DIFFERENTIABLE {
+            return self.value(&point).unwrap_or([f64::NAN; M]).map(S::from);
+        }
+        // numbers of the same kind in both cases: what follows need not ask which of them it has
+        let outside = ([f64::NAN; M], [[0.0; D]; M]);
+        let (value, jacobian) = self.value_and_jacobian(&point).unwrap_or(outside);
+        S::fuse_all(value, x, jacobian)
     }
 }
 

@@ -30,6 +30,9 @@ pub trait Node: Copy + Debug {
     /// Whether it is the same in every iteration of the plate around.
     const SHARED: bool = false;
 
+    /// How many numbers are in it at most, if the type tells.
+    const NUMBERS: usize = usize::MAX;
+
     /// Its value.
     fn result(self) -> f64;
 
@@ -45,6 +48,7 @@ pub trait Node: Copy + Debug {
 
 impl<S: Scalar> Node for Real<S> {
     type Number = Self;
+    const NUMBERS: usize = 1;
 
     #[inline(always)]
     fn result(self) -> f64 {
@@ -67,6 +71,7 @@ pub struct Unary<A> {
 
 impl<A: Node> Node for Unary<A> {
     type Number = A::Number;
+    const NUMBERS: usize = A::NUMBERS;
 
     #[inline(always)]
     fn result(self) -> f64 {
@@ -94,6 +99,7 @@ pub struct Binary<A, B> {
 
 impl<A: Node, B: Node<Number = A::Number>> Node for Binary<A, B> {
     type Number = A::Number;
+    const NUMBERS: usize = A::NUMBERS.saturating_add(B::NUMBERS);
 
     #[inline(always)]
     fn result(self) -> f64 {
@@ -176,6 +182,8 @@ macro_rules! elementary {
 elementary!(exp, exp_m1, ln, ln_1p, sqrt, square, recip, sin, cos, tanh, abs, logistic, softplus);
 
 impl<A: Node> Partials<A::Number> for Expression<A> {
+    const MOST: usize = A::NUMBERS;
+
     #[inline(always)]
     fn spread(self, f: &mut impl FnMut(A::Number, f64)) {
         self.0.spread(1.0, f);
@@ -196,6 +204,7 @@ impl<A: Node> Parameter for Expression<A> {
 
 impl<S: Scalar, A: Node<Number = Real<S>>> Datum<Real<S>> for Expression<A> {
     const SHARED: bool = A::SHARED;
+    const NUMBERS: usize = A::NUMBERS;
 
     #[inline(always)]
     fn lift(&self) -> Real<S> {

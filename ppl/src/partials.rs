@@ -8,6 +8,10 @@ use crate::scalar::Scalar;
 /// Tuples of pairs (argument, partial), where an argument is anything that can be read as an
 /// `R`: data among them cost nothing.
 pub trait Partials<R> {
+    /// How many arguments there are at most, if the type tells.
+    #[doc(hidden)]
+    const MOST: usize = usize::MAX;
+
     /// Calls `f` with every argument that is no constant, and its partial.
     fn spread(self, f: &mut impl FnMut(R, f64));
 
@@ -38,6 +42,8 @@ impl<R, I: IntoIterator<Item = (R, f64)>> Partials<R> for Each<I> {
 pub(crate) struct Zipped<R, const K: usize>(pub(crate) [R; K], pub(crate) [f64; K]);
 
 impl<R: Scalar, const K: usize> Partials<R> for Zipped<R, K> {
+    const MOST: usize = K;
+
     #[inline(always)]
     fn spread(self, f: &mut impl FnMut(R, f64)) {
         for k in 0..K {
@@ -49,6 +55,8 @@ impl<R: Scalar, const K: usize> Partials<R> for Zipped<R, K> {
 macro_rules! impl_partials {
     ($($A:ident $i:tt),*) => {
         impl<R: Scalar, $($A: Datum<R> + Copy),*> Partials<R> for ($(($A, f64),)*) {
+            const MOST: usize = 0usize$(.saturating_add($A::NUMBERS))*;
+
             #[inline(always)]
             fn spread(self, f: &mut impl FnMut(R, f64)) {
                 $(self.$i.0.spread(self.$i.1, f);)*

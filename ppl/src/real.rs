@@ -64,6 +64,15 @@ impl<S: Scalar> Scalar for Real<S> {
     }
 
     #[inline(always)]
+    fn fuse_all<const D: usize, const M: usize>(
+        values: [f64; M],
+        arguments: [Self; D],
+        jacobian: [[f64; D]; M],
+    ) -> [Self; M] {
+        S::fuse_all(values, arguments.map(|argument| argument.0), jacobian).map(Self)
+    }
+
+    #[inline(always)]
     fn unary(self, value: f64, derivative: f64) -> Self {
         Self(self.0.unary(value, derivative))
     }
@@ -73,6 +82,8 @@ impl<S: Scalar> Scalar for Real<S> {
 struct Bare<P>(P);
 
 impl<S: Scalar, P: Partials<Real<S>>> Partials<S> for Bare<P> {
+    const MOST: usize = P::MOST;
+
     #[inline(always)]
     fn spread(self, f: &mut impl FnMut(S, f64)) {
         self.0.spread(&mut |argument, partial| f(argument.0, partial));

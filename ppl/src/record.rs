@@ -18,6 +18,10 @@ pub trait Datum<V> {
     #[doc(hidden)]
     const SHARED: bool = false;
 
+    /// How many numbers it is made of at most, if the type tells.
+    #[doc(hidden)]
+    const NUMBERS: usize = usize::MAX;
+
     /// The value that the density is evaluated at.
     fn lift(&self) -> V;
 
@@ -40,6 +44,7 @@ pub trait Datum<V> {
 
 impl<S: crate::Scalar> Datum<S> for f64 {
     const CONSTANT: bool = true;
+    const NUMBERS: usize = 0;
 
     #[inline(always)]
     fn spread(&self, _: f64, _: &mut impl FnMut(S, f64)) {}
@@ -93,6 +98,7 @@ impl Datum<bool> for bool {
 impl<V, T: Datum<V> + ?Sized> Datum<V> for &T {
     const CONSTANT: bool = T::CONSTANT;
     const SHARED: bool = T::SHARED;
+    const NUMBERS: usize = T::NUMBERS;
 
     #[inline(always)]
     fn spread(&self, weight: f64, f: &mut impl FnMut(V, f64)) {

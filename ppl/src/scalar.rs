@@ -122,6 +122,17 @@ pub trait Scalar:
         Self::gather(value, Zipped(arguments, partials))
     }
 
+    /// [`fuse`](Scalar::fuse) for functions of the same arguments.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn fuse_all<const D: usize, const M: usize>(
+        values: [f64; M],
+        arguments: [Self; D],
+        jacobian: [[f64; D]; M],
+    ) -> [Self; M] {
+        each(values, arguments, jacobian)
+    }
+
     /// A function of this number alone.
     #[inline(always)]
     fn unary(self, value: f64, derivative: f64) -> Self {
@@ -375,6 +386,20 @@ pub trait Scalar:
         let x = self.value();
         self.unary(special::ln_gamma(x), special::digamma(x))
     }
+}
+
+/// Numbers with these values and partials, one by one.
+#[inline(always)]
+pub(crate) fn each<S: Scalar, const D: usize, const M: usize>(
+    values: [f64; M],
+    arguments: [S; D],
+    jacobian: [[f64; D]; M],
+) -> [S; M] {
+    let mut numbers = [S::from(0.0); M];
+    for m in 0..M {
+        numbers[m] = S::fuse(values[m], arguments, jacobian[m]);
+    }
+    numbers
 }
 
 /// ln(x/(1 − x)), also near ½, where 2x − 1 and 1 − x are exact.

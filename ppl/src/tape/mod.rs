@@ -159,9 +159,9 @@ impl Tape {
             *g = adjoint.get();
         }
         for replaced in &self.replaced[..self.replacements.get()] {
+            // from the adjoint: what was copied as a block can be read only once all of it is there
             let (index, slope, own) = replaced.get();
-            let g = &mut gradient[index as usize];
-            *g = own + slope * *g;
+            gradient[index as usize] = own + slope * self.adjoints[index as usize].get();
         }
     }
 
@@ -197,6 +197,36 @@ impl Tape {
             edges = before;
         }
         self.filled.set(edges.len());
+    }
+
+    /// Nodes with these values, each a function of all parents: there is one question for room.
+    #[inline(always)]
+    fn push_all<const D: usize, const M: usize>(
+        &self,
+        values: [f64; M],
+        parents: [u32; D],
+        jacobian: [[f64; D]; M],
+    ) -> [Var<'_>; M] {
+        let mut numbers = values.map(|value| self.nowhere(value));
+        let (length, filled) = (self.length.get(), self.filled.get());
+        let adjoints = self.adjoints.get(length..length + M);
+        let (Some(adjoints), Some(edges)) = (adjoints, self.edges.get(filled..filled + M * D))
+        else {
+            self.full.set(true);
+            return numbers;
+        };
+        for m in 0..M {
+            let child = (length + m) as u32;
+            for d in 0..D {
+                let (parent, partial) = (parents[d], jacobian[m][d]);
+                edges[m * D + d].set(Edge { child, parent, partial });
+            }
+            adjoints[m].set(0.0);
+            numbers[m] = self.number(values[m], &adjoints[m]);
+        }
+        self.length.set(length + M);
+        self.filled.set(filled + M * D);
+        numbers
     }
 
     /// A node whose edges are those up to `end`.

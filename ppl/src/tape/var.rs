@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use super::{Edge, Tape};
 use crate::partials::Partials;
-use crate::scalar::{Scalar, impl_arithmetic};
+use crate::scalar::{Scalar, each, impl_arithmetic};
 
 /// A number on a [`Tape`], or a constant that is on none.
 #[derive(Clone, Copy)]
@@ -41,28 +41,46 @@ impl Node<'_> {
     }
 }
 
-/// Takes the arguments of one operation.
+/// Takes the arguments of one operation, `most` at most.
 struct Writer<'t> {
     tape: Option<&'t Tape>,
-    end: usize,
+    most: usize,
+    child: u32,
+    free: &'t [Cell<Edge>],
+    start: usize,
+    written: usize,
 }
 
 impl<'t> Writer<'t> {
     #[inline(always)]
+    fn of<P: Partials<Var<'t>>>(_: &P) -> Self {
+        Self { tape: None, most: P::MOST, child: 0, free: &[], start: 0, written: 0 }
+    }
+
+    #[inline(always)]
     fn add(&mut self, argument: Var<'t>, partial: f64) {
         let Some(node) = argument.node else { return };
         if self.tape.is_none() {
-            self.tape = Some(node.tape);
-            self.end = node.tape.filled.get();
+            self.begin(node.tape);
         }
-        match node.tape.edges.get(self.end) {
-            Some(edge) => {
-                let child = node.tape.length.get() as u32;
-                edge.set(Edge { child, parent: node.index(), partial });
-            }
+        match self.free.get(self.written) {
+            Some(edge) => edge.set(Edge { child: self.child, parent: node.index(), partial }),
             None => node.tape.full.set(true),
         }
-        self.end += 1;
+        self.written += 1;
+    }
+
+    /// Asks once whether there is room, where it is known for how many.
+    #[inline(always)]
+    fn begin(&mut self, tape: &'t Tape) {
+        self.tape = Some(tape);
+        self.child = tape.length.get() as u32;
+        self.start = tape.filled.get();
+        self.free = match self.most {
+            usize::MAX => tape.edges.get(self.start..),
+            most => tape.edges.get(self.start..self.start + most),
+        }
+        .unwrap_or_default();
     }
 }
 
@@ -119,11 +137,28 @@ impl<'t> Scalar for Var<'t> {
     }
 
     #[inline(always)]
+    fn fuse_all<const D: usize, const M: usize>(
+        values: [f64; M],
+        arguments: [Self; D],
+        jacobian: [[f64; D]; M],
+    ) -> [Self; M] {
+        let (mut parents, mut tape) = ([0; D], None);
+        for d in 0..D {
+            let Some(node) = arguments[d].node else { return each(values, arguments, jacobian) };
+            (parents[d], tape) = (node.index(), Some(node.tape));
+        }
+        match tape {
+            Some(tape) => tape.push_all(values, parents, jacobian),
+            None => values.map(Self::from),
+        }
+    }
+
+    #[inline(always)]
     fn gather(value: f64, partials: impl Partials<Self>) -> Self {
-        let mut writer = Writer { tape: None, end: 0 };
+        let mut writer = Writer::of(&partials);
         partials.spread(&mut |argument, partial| writer.add(argument, partial));
         match writer.tape {
-            Some(tape) => tape.push(value, writer.end),
+            Some(tape) => tape.push(value, writer.start + writer.written),
             None => Self::from(value),
         }
     }
