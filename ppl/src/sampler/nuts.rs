@@ -20,7 +20,7 @@ use crate::{
     bound::Bound,
     density::{LogDensity, Place, Rejection},
     model::Model,
-    optimize::Pathfinder,
+    optimize::{Pathfinder, approach},
     posterior::Posterior,
 };
 
@@ -34,6 +34,8 @@ pub(super) const DEPTHS: RangeInclusive<u32> = 1..=20;
 /// Multinomial NUTS with the generalised criterion (Betancourt 2017), target acceptance 0.8, at
 /// most 10 doublings, starts uniform on (−2, 2), 4 chains with 1000 draws after 700 of warmup.
 ///
+/// A start so far from the posterior that energies there have no digits for their differences, as
+/// where a rate is e⁸⁰, is left by a few steps of L-BFGS first, which end well before the mode.
 /// The default warmup fits the inverse mass matrix M⁻¹ to draws y and scores ∇ln p, by the least
 /// Fisher divergence. It does so every 10 draws in the first 30 % of the warmup, from the later
 /// half of the draws so far, and then in windows of 80 · 1.5ⁿ draws; the last 15 % tune the step
@@ -192,6 +194,7 @@ impl<'a> Nuts<'a> {
 const GRADIENT: Place = Place { statement: "gradient of the log density", file: "", line: 0 };
 
 pub(super) struct NutsChain<'a> {
+    density: &'a dyn AnyDensity,
     hamiltonian: Hamiltonian<'a>,
     trajectory: Trajectory,
     current: Point,
@@ -218,7 +221,19 @@ impl<'a> NutsChain<'a> {
             step = tuned_step;
         }
         let trajectory = Trajectory::new(dim, max_depth);
-        Self { hamiltonian, trajectory, current: Point::new(dim), warmup, step, warm }
+        Self { density, hamiltonian, trajectory, current: Point::new(dim), warmup, step, warm }
+    }
+
+    /// Leaves a start that is too far from the posterior for the energy to tell anything.
+    fn approach(&mut self) -> Result<(), Stop> {
+        let near = approach(self.density, &self.current.y).map_err(|e| Stop(e.to_string()))?;
+        if let Some(near) = near {
+            let before = self.current.clone();
+            if self.begin(&near).is_err() {
+                self.current = before;
+            }
+        }
+        Ok(())
     }
 
     /// Searches the step anew, and restarts its adaptation there.
@@ -244,6 +259,9 @@ impl Kernel for NutsChain<'_> {
         if self.warm {
             self.warmup.step.restart(self.step);
             return Ok(());
+        }
+        if self.warmup.approaches() {
+            self.approach()?;
         }
         self.warmup.first_metric(&mut self.hamiltonian.metric, &self.current);
         self.search_step(rng)

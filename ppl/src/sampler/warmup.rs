@@ -204,6 +204,11 @@ impl Warmup {
         }
     }
 
+    /// Whether a start far from the posterior is left for a nearer one first.
+    pub(super) fn approaches(&self) -> bool {
+        self.rule == Rule::Fisher && !self.schedule.windows.is_empty()
+    }
+
     /// The mass matrix before any draw: with unit scale assumed for the draws, the Fisher rule
     /// reads `σ² = 1/|∂ ln p|` from the first score.
     pub(super) fn first_metric(&self, metric: &mut Metric, point: &Point) {

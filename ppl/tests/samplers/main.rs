@@ -8,6 +8,7 @@ mod kinds;
 mod moments;
 mod resume;
 mod smc;
+mod starts;
 mod targets;
 mod tuning;
 mod walks;
