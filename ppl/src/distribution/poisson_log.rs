@@ -7,6 +7,7 @@ use super::{Count, CountMass, Parameter, Poisson, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
+use crate::special::ln_gamma;
 use crate::terms::Terms;
 
 /// Poisson distribution of a count with rate e^η, for log-linear regression; it can be observed,
@@ -70,7 +71,13 @@ where
     #[inline]
     fn ln_pmf(&self, k: u64) -> R {
         let rate = self.by_rate();
-        let value: f64 = rate.ln_pmf(k);
+        // e^η may leave the range of numbers where the mass does not
+        let value = if rate.0.is_normal() {
+            rate.ln_pmf(k)
+        } else {
+            let k = k as f64;
+            k * self.0.number() - rate.0 - ln_gamma(k + 1.0)
+        };
         R::fuse(value, [lift(self.0)], [k as f64 - rate.0])
     }
 
