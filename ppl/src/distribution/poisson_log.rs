@@ -72,11 +72,10 @@ where
     fn ln_pmf(&self, k: u64) -> R {
         let rate = self.by_rate();
         // e^η may leave the range of numbers where the mass does not
-        let value = if rate.0.is_normal() {
-            rate.ln_pmf(k)
-        } else {
-            let k = k as f64;
-            k * self.0.number() - rate.0 - ln_gamma(k + 1.0)
+        let value = match rate.0 {
+            normal if normal.is_normal() => rate.ln_pmf(k),
+            other if k == 0 || other == f64::INFINITY => -other,
+            _ => k as f64 * self.0.number() - ln_gamma(k as f64 + 1.0),
         };
         R::fuse(value, [lift(self.0)], [k as f64 - rate.0])
     }

@@ -238,12 +238,12 @@ ppl::model! {
         factor(ln_sum_exp(&[-0.5 * x.square(), height - 0.5 * (x - 50.0).square()]));
     }
 
-    /// Two places of the same weight, one ten times as wide in each of twelve unknowns.
+    /// Two places of the same weight, one a hundred times as wide in each of twelve unknowns.
     pub(crate) fn wide_and_narrow() {
         let x ~ Normal(0.0, 100.0).array::<12>();
-        let narrow = x.iter().map(|x| -0.5 * x.square()).sum::<Real>();
+        let narrow = x.iter().map(|x| -0.5 * (10.0 * x).square() + 10.0_f64.ln());
         let wide = x.iter().map(|x| -0.5 * ((x - 100.0) / 10.0).square() - 10.0_f64.ln());
-        factor(ln_sum_exp(&[narrow, wide.sum::<Real>()]));
+        factor(ln_sum_exp(&[narrow.sum::<Real>(), wide.sum::<Real>()]));
     }
 
     pub(crate) fn funnel() {
