@@ -2,7 +2,8 @@
 //!
 //! What stands in one array, or ends the arms of one branch, has one type, and that of a literal is
 //! `f64` where the others may be unknowns. So a literal in such a place takes its type from them, and
-//! one that is assigned takes that of the variable.
+//! one that is assigned takes that of the variable. What has parts, as arrays, tuples and branches
+//! within, is taken apart.
 
 use proc_macro2::Span;
 use quote::{ToTokens, quote_spanned};
@@ -21,12 +22,10 @@ const OPEN: [&str; 6] = ["sum", "product", "into", "parse", "collect", "unwrap"]
 /// Literals in an array, at the ends of the arms of a branch in an expression, or assigned.
 pub(crate) fn align(expr: &mut Expr) {
     match expr {
-        Expr::Array(array) => siblings(array.elems.iter_mut().collect()),
-        Expr::If(_) | Expr::Match(_) => siblings(ends(expr)),
+        Expr::Array(array) => siblings(array.elems.iter_mut().collect(), false),
+        Expr::If(_) | Expr::Match(_) => siblings(vec![expr], false),
         // whose type is that of the place
-        Expr::Assign(assign) => {
-            ends(&mut assign.right).into_iter().filter(|expr| is_literal(expr)).for_each(wrap);
-        }
+        Expr::Assign(assign) => siblings(vec![&mut *assign.right], true),
         _ => {}
     }
 }
@@ -37,7 +36,7 @@ pub(crate) fn can_align(expr: &Expr) -> bool {
 
 /// Literals at the ends of arms.
 pub(crate) fn align_arms(flow: &mut Flow) {
-    siblings(ends_of_arms(flow));
+    siblings(ends_of_arms(flow), false);
 }
 
 /// All of them in a submodel.
@@ -104,29 +103,36 @@ impl VisitMut for Everywhere<'_> {
     fn visit_item_mut(&mut self, _: &mut Item) {}
 }
 
-/// What must have one type: literals take that of the others; where all have parts, as
-/// `Normal(x, 0.5)` and `Normal(0.0, y)` do, these are siblings in turn.
-fn siblings(mut exprs: Vec<&mut Expr>) {
-    if exprs.iter().any(|expr| is_literal(expr)) {
-        if exprs.iter().any(|expr| has_type(expr)) {
-            exprs.into_iter().filter(|expr| is_literal(expr)).for_each(wrap);
-        }
-        return;
+/// What must have one type, which may be known: literals take that of the others; where all have
+/// parts, as `Normal(x, 0.5)` and `Normal(0.0, y)` do, these are siblings in turn.
+fn siblings(exprs: Vec<&mut Expr>, is_known: bool) {
+    let mut exprs: Vec<&mut Expr> = exprs.into_iter().flat_map(ends).collect();
+    let is_known = is_known || exprs.iter().any(|expr| has_type(expr));
+    if is_known {
+        exprs.iter_mut().filter(|expr| is_literal(expr)).for_each(|expr| wrap(expr));
     }
-    let Some(first) = exprs.first() else { return };
-    let shape = shape(first);
-    if shape.is_none() || exprs.iter().any(|expr| self::shape(expr) != shape) {
-        return;
+    let mut with_parts: Vec<_> =
+        exprs.into_iter().filter_map(|expr| Some((shape(expr)?, expr))).collect();
+    let Some((first, _)) = with_parts.first() else { return };
+    let first = first.clone();
+    with_parts.retain(|(shape, _)| *shape == first);
+    let exprs = with_parts.into_iter().map(|(_, expr)| expr);
+    if first == ARRAY {
+        return siblings(exprs.flat_map(parts).collect(), is_known);
     }
-    let mut parts: Vec<_> = exprs.iter_mut().map(|expr| parts(expr).into_iter()).collect();
+    let is_known = is_known && first.starts_with(TUPLE);
+    let mut parts: Vec<_> = exprs.map(|expr| parts(expr).into_iter()).collect();
     loop {
         let same: Vec<_> = parts.iter_mut().filter_map(Iterator::next).collect();
         if same.is_empty() {
             return;
         }
-        siblings(same);
+        siblings(same, is_known);
     }
 }
+
+const ARRAY: &str = "[]";
+const TUPLE: &str = "(";
 
 /// What expressions with parts of one kind have in common.
 fn shape(expr: &Expr) -> Option<String> {
@@ -135,8 +141,9 @@ fn shape(expr: &Expr) -> Option<String> {
             Some(format!("{}({})", call.func.to_token_stream(), call.args.len()))
         }
         Expr::MethodCall(call) => Some(format!(".{} {}", call.method, shape(&call.receiver)?)),
-        Expr::Tuple(tuple) => Some(format!("({})", tuple.elems.len())),
-        Expr::Array(array) => Some(format!("[{}]", array.elems.len())),
+        Expr::Tuple(tuple) => Some(format!("{TUPLE}{})", tuple.elems.len())),
+        // all elements have one type
+        Expr::Array(_) | Expr::Repeat(_) => Some(ARRAY.to_owned()),
         _ => None,
     }
 }
@@ -147,6 +154,7 @@ fn parts(expr: &mut Expr) -> Vec<&mut Expr> {
         Expr::MethodCall(call) => parts(&mut call.receiver),
         Expr::Tuple(tuple) => tuple.elems.iter_mut().collect(),
         Expr::Array(array) => array.elems.iter_mut().collect(),
+        Expr::Repeat(repeat) => vec![&mut *repeat.expr],
         _ => Vec::new(),
     }
 }
@@ -178,8 +186,19 @@ fn has_type(expr: &Expr) -> bool {
             call.turbofish.is_some() || !OPEN.iter().any(|name| call.method == name)
         }
         Expr::Path(_) | Expr::Field(_) | Expr::Index(_) | Expr::Cast(_) => true,
+        Expr::Try(attempt) => has_type(&attempt.expr),
+        Expr::Call(call) => is_function(&call.func),
         _ => false,
     }
+}
+
+/// Not one of a type, as `Real::from` or `Default::default`, which may leave open what it returns.
+fn is_function(function: &Expr) -> bool {
+    let Expr::Path(path) = function else { return false };
+    let is_small = |segment: &syn::PathSegment| {
+        segment.ident.to_string().starts_with(|c: char| c.is_lowercase() || c == '_')
+    };
+    path.qself.is_none() && path.path.segments.iter().all(is_small)
 }
 
 fn wrap(expr: &mut Expr) {

@@ -5,7 +5,7 @@ use std::fmt;
 use rayon::prelude::*;
 
 use crate::diagnostics::power_scaled;
-use crate::findings::{Finding, FindingKind, list};
+use crate::findings::{Finding, FindingKind, list, stuck};
 use crate::group::{Group, Values};
 use crate::posterior::Posterior;
 
@@ -79,6 +79,8 @@ pub struct PowerScaling {
     /// Largest Pareto k of the prior's and the likelihood's importance weights; above 0.7 the
     /// numbers cannot be relied on.
     pub pareto_k: [f64; 2],
+    /// A chain is not where the posterior is.
+    is_mixed: bool,
 }
 
 impl Posterior {
@@ -173,7 +175,7 @@ impl Posterior {
             prior: prior.sensitivity,
             likelihood: likelihood.sensitivity,
         });
-        Ok(PowerScaling { rows: rows.collect(), pareto_k })
+        Ok(PowerScaling { rows: rows.collect(), pareto_k, is_mixed: stuck::is_any(&self.chains) })
     }
 }
 
@@ -199,8 +201,12 @@ impl PowerScaling {
         self.rows.iter().find(|row| row.name == name)
     }
 
-    /// What the numbers say, in words.
+    /// What the numbers say, in words; nothing where a chain is stuck elsewhere, as the findings of the
+    /// [`Posterior`] say, because they are of its draws as well.
     pub fn findings(&self) -> Vec<Finding> {
+        if self.is_mixed {
+            return Vec::new();
+        }
         let of = |kind: Sensitivity| {
             let rows = self.rows.iter().filter(|row| row.sensitivity() == kind);
             list(rows.map(|r| format!("{} ({:.2}, {:.2})", r.name, r.prior, r.likelihood)))

@@ -19,6 +19,9 @@ const PILED_UP: f64 = 2.0;
 /// local scale of a horseshoe is one of hundreds, and some of them are far out.
 const RARE: f64 = 1e-3;
 
+/// The ends of a prior.
+const SIDES: [&str; 2] = ["lower", "upper"];
+
 /// Mean and standard deviation of one parameter, prior or posterior.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Marginal {
@@ -68,6 +71,20 @@ impl fmt::Display for Identification {
     }
 }
 
+/// Draws that pile up at an end of a prior.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Cut {
+    side: &'static str,
+    end: f64,
+    share: f64,
+}
+
+impl fmt::Display for Cut {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.0} % at its {} end {}", 100.0 * self.share, self.side, cell(self.end))
+    }
+}
+
 /// What the data did to one parameter.
 ///
 /// ```
@@ -90,6 +107,8 @@ pub struct Identifiability {
     pub halves: Option<[f64; 2]>,
     /// [`boundary_mass`]; `None` for a prior that cuts nothing off, or has about as much there.
     pub boundary_mass: Option<f64>,
+    /// Which ends have it.
+    cuts: Vec<Cut>,
     /// Known truth, where the data are simulated.
     pub truth: Option<f64>,
     /// Largest total Sobol index of any output, where a surrogate gives one.
@@ -102,7 +121,8 @@ impl Identifiability {
     /// none.
     ///
     /// Draws pile up at a bound only if they have more than twice the prior's share there: a prior may
-    /// have much of its own, and what the data left where it was has the prior's shape.
+    /// have much of its own, and what the data left where it was has the prior's shape. A bound at
+    /// zero is the quantity's own, as of a scale or a share, and cuts nothing off.
     ///
     /// Under a prior with heavy tails, as a Cauchy, sample variances are those of the few farthest
     /// draws. Where the prior draws have a kurtosis κ so large that the standard error of their
@@ -143,8 +163,12 @@ impl Identifiability {
         }
         row.boundary_mass = bounds.and_then(|bounds| {
             let margin = boundary_margin(after, bounds);
-            let [before, after] = [before, after].map(|draws| share_within(margin, draws, bounds));
-            (after > PILED_UP * before).then_some(after)
+            let [before, after] = [before, after].map(|draws| shares_within(margin, draws, bounds));
+            let piled_up = |&(i, end): &(usize, f64)| end != 0.0 && after[i] > PILED_UP * before[i];
+            let ends = [bounds.0, bounds.1].into_iter().enumerate().filter(piled_up);
+            row.cuts = ends.map(|(i, end)| Cut { side: SIDES[i], end, share: after[i] }).collect();
+            let mass = row.cuts.iter().map(|cut| cut.share).sum();
+            (!row.cuts.is_empty()).then_some(mass)
         });
         row
     }
@@ -162,6 +186,12 @@ impl Identifiability {
             posterior: Marginal::of(draws),
             halves: None,
             boundary_mass: bounds.map(|bounds| boundary_mass(draws, bounds)),
+            cuts: bounds.map_or_else(Vec::new, |bounds| {
+                let shares = shares_within(boundary_margin(draws, bounds), draws, bounds);
+                let ends = SIDES.iter().zip([bounds.0, bounds.1]).zip(shares);
+                let ends = ends.map(|((side, end), share)| Cut { side, end, share });
+                ends.filter(|cut| cut.share > 0.0).collect()
+            }),
             truth: None,
             sensitivity: None,
             conflict: false,
@@ -204,6 +234,11 @@ impl Identifiability {
     pub fn truncated(&self) -> bool {
         self.boundary_mass.is_some_and(|mass| mass > 0.05)
     }
+
+    /// Where the prior cuts, in words: "12 % at its upper end 100".
+    pub(crate) fn cuts(&self) -> String {
+        self.cuts.iter().map(Cut::to_string).collect::<Vec<_>>().join(" and ")
+    }
 }
 
 impl fmt::Display for Identifiability {
@@ -229,11 +264,10 @@ impl fmt::Display for Identifiability {
             write!(f, "; largest total Sobol index {sensitivity:.2}")?;
         }
         write!(f, ")")?;
-        match self.boundary_mass {
-            Some(mass) if self.truncated() => {
-                write!(f, "; truncated by its prior: {:.0} % at a bound", 100.0 * mass)
-            }
-            _ => Ok(()),
+        if self.truncated() {
+            write!(f, "; truncated by its prior: {}", self.cuts())
+        } else {
+            Ok(())
         }
     }
 }
@@ -266,15 +300,17 @@ fn share_beyond(sorted: &[f64], x: f64) -> f64 {
 /// own standard deviation: a wide prior does not cut off what is far from its bound on the scale of
 /// the posterior. A bound may be infinite, and the width with it.
 pub fn boundary_mass(draws: &[f64], bounds: (f64, f64)) -> f64 {
-    share_within(boundary_margin(draws, bounds), draws, bounds)
+    shares_within(boundary_margin(draws, bounds), draws, bounds).iter().sum()
 }
 
 fn boundary_margin(draws: &[f64], (lower, upper): (f64, f64)) -> f64 {
     (0.01 * (upper - lower)).min(0.2 * Marginal::of(draws).sd)
 }
 
-fn share_within(margin: f64, draws: &[f64], (lower, upper): (f64, f64)) -> f64 {
-    mean(draws.iter().map(|&x| f64::from(x < lower + margin || x > upper - margin)))
+/// Shares of the draws within `margin` of the lower and of the upper bound.
+fn shares_within(margin: f64, draws: &[f64], (lower, upper): (f64, f64)) -> [f64; 2] {
+    let share = |is_near: &dyn Fn(f64) -> bool| mean(draws.iter().map(|&x| f64::from(is_near(x))));
+    [share(&|x| x < lower + margin), share(&|x| x > upper - margin)]
 }
 
 #[cfg(test)]
@@ -291,6 +327,7 @@ mod tests {
             halves: None,
             conflict: false,
             boundary_mass: None,
+            cuts: Vec::new(),
             truth: Some(1.5),
             sensitivity: None,
         };
@@ -310,7 +347,10 @@ mod tests {
         let row =
             Identifiability::new("x", Marginal { mean: 0.5, sd: 0.29 }, &draws, Some((0.0, 1.0)));
         assert!(row.truncated());
-        assert!(row.to_string().contains("truncated by its prior: 50 %"), "{row}");
+        assert!(
+            row.to_string().contains("25 % at its lower end 0 and 25 % at its upper end 1.000"),
+            "{row}"
+        );
     }
 
     /// A prior with mass at its ends, Beta(½, ½), is no cut where the data say nothing, and is one where
@@ -321,11 +361,14 @@ mod tests {
             (0..2000).map(|i| of((f64::from(i) + 0.5) / 2000.0)).collect()
         };
         let arcsine = at(&|p| (std::f64::consts::FRAC_PI_2 * p).sin().powi(2));
-        let pushed = at(&|p| -0.02 * (-p).ln_1p());
+        let pushed = at(&|p| 1.0 + 0.02 * (-p).ln_1p());
         let row = |after: &[f64]| Identifiability::of_draws("x", &arcsine, after, Some((0.0, 1.0)));
         assert!(boundary_mass(&arcsine, (0.0, 1.0)) > 0.1);
         assert!(!row(&arcsine).truncated());
-        assert!(row(&pushed).truncated());
+        assert!(row(&pushed).to_string().contains("% at its upper end 1.000"));
+        // towards zero, where a share ends by itself
+        let away: Vec<f64> = pushed.iter().map(|x| 1.0 - x).collect();
+        assert!(!row(&away).truncated());
     }
 
     /// Draws whose variance overflows, or that do so themselves, are judged by their central halves.

@@ -100,7 +100,10 @@ impl<R: Scalar, A: Vector<R> + Clone> Distribution<R> for Dirichlet<A> {
         }
         let largest = x.iter().fold(f64::NEG_INFINITY, |m, x| m.max(x.value()));
         let total: f64 = x.iter().map(|x| (x.value() - largest).exp()).sum();
-        x.iter_mut().for_each(|x| *x = R::from((x.value() - largest).exp() / total));
+        x.iter_mut().for_each(|x| {
+            let share = (x.value() - largest).exp() / total;
+            *x = R::from(share.max(f64::MIN_POSITIVE));
+        });
         values
     }
 }

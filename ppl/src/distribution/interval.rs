@@ -10,7 +10,9 @@ use crate::density::DomainError;
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no range of plain numbers",
     label = "needed: `0.0..`, `..1.0`, `0.0..1.0` or the like",
-    note = "write `0.0..`, not `0..`; the ends are data, not unknowns"
+    note = "write `0.0..`, not `0..`; the ends are data, not unknowns",
+    note = "of what lies above an unknown `a`: `factor(D.ln_density(&x) - D.ln_sf(a))`, and below with \
+            `ln_cdf`; unknowns in ascending order: `.array::<N>().ordered()`"
 )]
 pub trait Ends: RangeBounds<f64> {}
 

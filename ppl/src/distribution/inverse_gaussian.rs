@@ -6,7 +6,7 @@ use super::{Parameter, Univariate, UnivariateDensity};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
-use crate::special::{HALF_LN_2PI, Tail, mills_ratio, normal_cdf, tail_quantile};
+use crate::special::{HALF_LN_2PI, Tail, ln_ratio, mills_ratio, normal_cdf, tail_quantile};
 use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
@@ -68,7 +68,7 @@ impl<M: Parameter, L: Parameter> InverseGaussian<M, L> {
         // (x − μ)²/(2 μ² x)
         let half_square = 0.5 * deviation * deviation / x;
         (
-            0.5 * (shape / x).ln() - HALF_LN_2PI - shape * half_square,
+            0.5 * ln_ratio(shape, x) - HALF_LN_2PI - shape * half_square,
             [
                 -0.5 - 0.5 * shape * deviation * (x + mean) * inverse / x,
                 shape * deviation * inverse * inverse,

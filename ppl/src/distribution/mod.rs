@@ -283,7 +283,8 @@ pub trait Distribution<R: Scalar>: Family {
     /// [`DomainError`] naming distribution, parameter, requirement and value.
     fn validate(&self) -> Result<(), DomainError>;
 
-    /// An exact draw, as constants of `R`.
+    /// An exact draw, as constants of `R`, that lies inside the open support: one that underflows to
+    /// an end, or overflows, is the nearest number inside.
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Self::Value;
 }
 

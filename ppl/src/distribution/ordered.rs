@@ -76,7 +76,9 @@ where
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> A::Values {
         let mut values = self.inner.zeros();
         let x = values.as_mut();
-        x.iter_mut().for_each(|x| *x = R::from(self.inner.element().sample(rng)));
+        let element = self.inner.element();
+        let support = element.support();
+        x.iter_mut().for_each(|x| *x = R::from(support.inside(element.sample(rng))));
         x.sort_by(|a, b| a.value().total_cmp(&b.value()));
         values
     }

@@ -7,6 +7,7 @@ use super::{Count, CountMass, Parameter, Poisson, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
+use crate::special::ln_gamma;
 use crate::terms::Terms;
 
 /// Poisson distribution of a count with rate e^η, for log-linear regression; it can be observed,
@@ -70,7 +71,12 @@ where
     #[inline]
     fn ln_pmf(&self, k: u64) -> R {
         let rate = self.by_rate();
-        let value: f64 = rate.ln_pmf(k);
+        // e^η may leave the range of numbers where the mass does not
+        let value = match rate.0 {
+            normal if normal.is_normal() => rate.ln_pmf(k),
+            other if k == 0 || other == f64::INFINITY => -other,
+            _ => k as f64 * self.0.number() - ln_gamma(k as f64 + 1.0),
+        };
         R::fuse(value, [lift(self.0)], [k as f64 - rate.0])
     }
 

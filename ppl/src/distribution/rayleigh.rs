@@ -9,6 +9,7 @@ use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
+use crate::special::ln_ratio;
 use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
@@ -104,7 +105,7 @@ where
         let inverse = scale.recip();
         let z = v * inverse;
         terms.add(
-            z.ln() - scale.ln() - 0.5 * z * z,
+            ln_ratio(v, scale) - scale.ln() - 0.5 * z * z,
             ((x, v.recip() - z * inverse), (self.0, (z * z - 2.0) * inverse)),
         );
     }

@@ -236,7 +236,8 @@ macro_rules! univariate {
             }
 
             fn draw<G: $crate::rand::Rng + ?Sized>(&self, rng: &mut G) -> R {
-                R::from($crate::Univariate::sample(self, rng))
+                let support = $crate::UnivariateDensity::<R>::support(self);
+                R::from(support.inside($crate::Univariate::sample(self, rng)))
             }
         }
 
@@ -255,7 +256,9 @@ macro_rules! univariate {
             where
                 G: $crate::rand::Rng + ?Sized,
             {
-                R::from($crate::Univariate::sample_within(self, interval, rng))
+                let support = $crate::UnivariateDensity::<R>::support(self);
+                let support = support.within(interval.lower(), interval.upper());
+                R::from(support.inside($crate::Univariate::sample_within(self, interval, rng)))
             }
 
             #[inline]

@@ -7,7 +7,7 @@ use super::{Parameter, Univariate, UnivariateDensity, lift};
 use crate::density::DomainError;
 use crate::record::Datum;
 use crate::scalar::Scalar;
-use crate::special::ln_gamma;
+use crate::special::{ln_gamma, ln_ratio};
 use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
@@ -49,7 +49,9 @@ impl<A: Parameter, S: Parameter> Weibull<A, S> {
         let hazard = (shape * u).exp();
         let rest = 1.0 - hazard;
         let in_u = shape * rest;
-        (shape.ln() + shape * u - hazard, [in_u, shape.recip() + u * rest, -in_u / scale])
+        // which outgrows every power
+        let value = if hazard == f64::INFINITY { -hazard } else { shape.ln() + shape * u - hazard };
+        (value, [in_u, shape.recip() + u * rest, -in_u / scale])
     }
 }
 
@@ -118,7 +120,7 @@ where
             }
             return terms.add_number(R::from((1.0 - shape) * f64::INFINITY));
         }
-        let (value, [in_u, in_shape, in_scale]) = self.ln_power((v / scale).ln());
+        let (value, [in_u, in_shape, in_scale]) = self.ln_power(ln_ratio(v, scale));
         terms.add(value - v.ln(), ((x, (in_u - 1.0) / v), (self.0, in_shape), (self.1, in_scale)));
     }
 

@@ -13,13 +13,8 @@ use crate::summary::{SummaryRow, cell};
 /// Separate modes, by the place of the number that has them.
 pub(super) type Separate = Vec<(String, Modes)>;
 
-pub(super) fn find(
-    posterior: &Posterior,
-    rows: &[SummaryRow],
-    modes: &Separate,
-    names: &Names,
-    found: &mut Found,
-) {
+/// What can be seen of each chain, and of each draw.
+pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], found: &mut Found) {
     let runs = &posterior.chains.chains;
     for (chain, run) in runs.iter().enumerate() {
         if let Some(reason) = &run.stopped {
@@ -59,7 +54,17 @@ pub(super) fn find(
         &list(not_finite),
         "Look for a logarithm, root or division at the edge of its domain",
     );
+}
 
+/// What chains that are in one place, as far as known, say together.
+pub(super) fn compare(
+    posterior: &Posterior,
+    rows: &[SummaryRow],
+    modes: &Separate,
+    names: &Names,
+    found: &mut Found,
+) {
+    let runs = &posterior.chains.chains;
     let mut split: Vec<&SummaryRow> = rows.iter().filter(|r| r.rhat > 1.01).collect();
     split.sort_by(|a, b| b.rhat.total_cmp(&a.rhat));
     found.say(

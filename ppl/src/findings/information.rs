@@ -100,10 +100,8 @@ pub(super) fn find(
         "The data ask for values that the prior holds to be rare: see whether it means to",
     );
 
-    let truncated = identifiability.iter().filter(|row| row.truncated()).map(|row| {
-        let share = 100.0 * row.boundary_mass.unwrap_or_default();
-        format!("{} ({share:.0} %)", names.shown(&row.name))
-    });
+    let truncated = identifiability.iter().filter(|row| row.truncated());
+    let truncated = truncated.map(|row| format!("{} ({})", names.shown(&row.name), row.cuts()));
     found.say(
         FindingKind::Boundary,
         "Draws pile up at a prior bound: ",

@@ -3,6 +3,7 @@
 mod convergence;
 mod hamiltonian;
 mod information;
+pub(crate) mod stuck;
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -14,6 +15,9 @@ use crate::summary::SummaryRow;
 /// The kind of a [`Finding`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FindingKind {
+    /// A chain far below the others in log density, or one that hardly moved. What is found by
+    /// comparing chains, or from all draws, is left out then.
+    StuckChain,
     /// A chain ended early.
     Stopped,
     /// The chains were drawn from another density: other data, or another model.
@@ -113,13 +117,18 @@ pub(crate) fn find(
 ) -> Vec<Finding> {
     let mut found = Found::default();
     let names = Names::new(rows);
-    let modes = convergence::separate_modes(posterior);
-    convergence::find(posterior, rows, &modes, &names, &mut found);
+    stuck::find(&posterior.chains, &mut found);
+    let are_together = found.0.is_empty();
+    convergence::find(posterior, rows, &mut found);
+    let modes = if are_together { convergence::separate_modes(posterior) } else { Vec::new() };
+    if are_together {
+        convergence::compare(posterior, rows, &modes, &names, &mut found);
+    }
     if posterior.chains.max_depth.is_some() {
         hamiltonian::find(posterior, &names, &mut found);
     }
     // without data there is nothing that a posterior could have learned
-    if posterior.has_likelihood() {
+    if are_together && posterior.has_likelihood() {
         information::find(posterior, rows, identifiability, &modes, &names, &mut found);
     }
     model(posterior, &mut found);

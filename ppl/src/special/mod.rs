@@ -73,7 +73,20 @@ pub fn deviance(a: f64, m: f64) -> f64 {
         return m;
     }
     let d = (m - a) / a;
-    if d.abs() < 0.4 { -a * ln_1p_minus(d) } else { a * (a.ln() - m.ln()) + (m - a) }
+    if d.abs() < 0.4 {
+        -a * ln_1p_minus(d)
+    } else if m == f64::INFINITY {
+        m
+    } else {
+        a * (a.ln() - m.ln()) + (m - a)
+    }
+}
+
+/// ln(a/b) of positive numbers, whose ratio may leave the range of numbers.
+#[inline]
+pub fn ln_ratio(a: f64, b: f64) -> f64 {
+    let ratio = a / b;
+    if ratio.is_normal() { ratio.ln() } else { a.ln() - b.ln() }
 }
 
 /// ln(eᵃ + eᵇ), where either may be −∞.

@@ -112,6 +112,22 @@ impl<R: Scalar> Support<R> {
         }
     }
 
+    /// The nearest number within the open support, if `x` lies at or beyond an end of it: where a draw
+    /// underflowed, the smallest normal one, whose inverse is finite.
+    pub fn inside(&self, x: f64) -> f64 {
+        let (a, b) = self.bounds();
+        let first = if a == 0.0 { f64::MIN_POSITIVE } else { a.next_up() };
+        let last = if b == 0.0 { -f64::MIN_POSITIVE } else { b.next_down() };
+        // `max` and `min` would make a number of NaN
+        if x < first {
+            first
+        } else if x > last {
+            last
+        } else {
+            x
+        }
+    }
+
     /// Whether `x` lies in the closed support.
     #[inline(always)]
     #[allow(clippy::manual_range_contains)] // which is more to compile

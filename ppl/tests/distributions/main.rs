@@ -5,6 +5,7 @@ mod categories;
 mod conformance;
 mod counts;
 mod discrete;
+mod extremes;
 mod gaussian_process;
 mod intervals;
 mod lkj;

@@ -205,3 +205,106 @@ fn divergences_at_rejected_points_are_the_rejections() {
     assert!(!found.contains("target acceptance"), "{found}");
     assert!(what(&summary, FindingKind::Rejections).contains("reject!"), "{summary}");
 }
+
+/// The only end that is reported is one that a prior chose.
+#[test]
+fn a_uniform_prior_of_a_scale_ends_at_zero() {
+    let found = |y, other| {
+        let summary = flat_scale(y, other).posterior(1).summary();
+        what(&summary, FindingKind::Boundary)
+    };
+    assert_eq!(found(-0.1, 0.0), "", "a scale near its natural end");
+    let upper = found(101.0, 0.0);
+    assert!(upper.contains("sigma (") && upper.contains("% at its upper end 100.0"), "{upper}");
+    let both = found(101.0, 3.0);
+    assert!(both.contains("% at its upper end 2.000"), "{both}");
+}
+
+fn from(starts: &[&[f64]], warmup: usize, model: &ppl::Bound<impl ppl::Model>) -> Posterior {
+    let starts = starts.iter().map(|start| start.to_vec()).collect();
+    let sampler = Nuts::default().seed(1).warmup(warmup).draws(300);
+    sampler.init_points(starts).sample(model).expect("it samples")
+}
+
+/// Whatever would be computed from all draws is of the stuck chain.
+fn says_only_that_it_is_stuck(summary: &Summary, chain: &str) {
+    assert_eq!(summary.findings[0].kind, FindingKind::StuckChain, "{summary}");
+    let stuck = summary.findings[0].to_string();
+    assert!(stuck.contains(chain) && stuck.contains("init_pathfinder"), "{summary}");
+    for kind in [
+        FindingKind::Disagreement,
+        FindingKind::Modes,
+        FindingKind::FewEffectiveDraws,
+        FindingKind::Uninformed,
+        FindingKind::Combination,
+        FindingKind::Boundary,
+        FindingKind::PriorDataConflict,
+    ] {
+        assert_eq!(what(summary, kind), "", "{summary}");
+    }
+}
+
+#[test]
+fn chains_far_below_the_others_are_named() {
+    let near: &[f64] = &[0.0, 0.0];
+    // the logit of 50 between the ends
+    let far: &[f64] = &[7f64.ln(), 0.0];
+    let posterior = from(&[near, far, near, near], 300, &heaps(-200.0));
+    says_only_that_it_is_stuck(&posterior.summary(), "chain 1 near -2");
+
+    let x: Vec<f64> = (0..40).map(f64::from).collect();
+    let k: Vec<u64> = (0..40).map(|t| 26 + 6 * t).collect();
+    let near: &[f64] = &[3.5, 0.05];
+    let posterior = from(&[near, near, near, &[-20.0, 0.5]], 0, &counts(&k, &x));
+    says_only_that_it_is_stuck(&posterior.summary(), "chain 3");
+}
+
+#[test]
+fn chains_that_do_not_move_are_named() {
+    let y = data(30, 2.0);
+    let model = mean(&y);
+    let mut chains = Nuts::default().seed(1).draws(200).run(&model).expect("runs");
+    let chain = &mut chains.chains[2];
+    let start = chain.draws[..2].to_vec();
+    chain.draws = start.repeat(200);
+    let (first, acceptance) = (chain.stats[0].log_density, 0.0);
+    for stats in &mut chain.stats {
+        (stats.log_density, stats.acceptance) = (first, acceptance);
+    }
+    let posterior = Posterior::from_chains(&model, chains, 1).expect("its chains");
+    let stuck = "chain 2 in 0 of 199 transitions (mean acceptance 0.00)";
+    says_only_that_it_is_stuck(&posterior.summary(), stuck);
+    assert_eq!(posterior.power_scaling().expect("it has data").findings(), []);
+}
+
+/// Several modes, slow mixing and places of other widths are no chains left behind.
+#[test]
+fn no_chain_is_called_stuck_for_nothing() {
+    let effects = [28.0, 8.0, -3.0, 7.0, -1.0, 1.0, 18.0, 12.0];
+    let errors = [15.0, 10.0, 16.0, 11.0, 9.0, 11.0, 10.0, 18.0];
+    let y: Vec<f64> = (0..60).map(|i| if i % 2 == 0 { -2.4 } else { 2.4 }).collect();
+    for seed in 0..8 {
+        // in necks and where a prior overflows, a chain may truly stay at one point
+        let near = |name: &str, model: &dyn Sampled| {
+            let summary = model.posterior(seed).summary();
+            let stuck = what(&summary, FindingKind::StuckChain);
+            assert!(!stuck.contains("far below"), "{name}, {seed}: {summary}");
+            stuck
+        };
+        near("centred", &centred(&effects, &errors));
+        near("funnel", &funnel());
+        near("tail", &tail());
+        near("wide and narrow", &wide_and_narrow());
+        near("overflowing", &overflowing(&[1.0, 2.0, 3.0, 4.0]));
+        assert_eq!(near("labels", &labels(&y)), "");
+        assert_eq!(near("untouched", &untouched(&data(30, 2.0))), "");
+        assert_eq!(near("schools", &schools(&effects, &errors)), "");
+    }
+    let (narrow, wide) = ([0.0; 12], [100.0; 12]);
+    let summary = from(&[&narrow, &wide, &wide, &narrow], 300, &wide_and_narrow()).summary();
+    assert_eq!(what(&summary, FindingKind::StuckChain), "", "{summary}");
+    assert_ne!(what(&summary, FindingKind::Modes), "", "{summary}");
+    let (low, high): (&[f64], &[f64]) = (&[0.0, 0.0], &[7f64.ln(), 0.0]);
+    let summary = from(&[low, high, high, low], 300, &heaps(-8.0)).summary();
+    assert_eq!(what(&summary, FindingKind::StuckChain), "", "{summary}");
+}

@@ -220,4 +220,51 @@ ppl::model! {
         }
         y ~ Normal(x, 1.0);
     }
+
+    /// Counts with a trend over large inputs, which cliffs surround.
+    pub(crate) fn counts(k: &[u64], x: &[f64]) {
+        let alpha ~ Normal(0.0, 10.0);
+        let beta ~ Normal(0.0, 10.0);
+        for i in 0..k.len() {
+            k[i] ~ PoissonLog(alpha + beta * x[i]);
+        }
+        k[0] ~ Poisson(alpha.exp());
+    }
+
+    /// A bound, and another unknown, that draws of no weight would tell false things about.
+    pub(crate) fn heaps(height: f64) {
+        let x ~ Uniform(-20.0, 60.0);
+        let y ~ Normal(0.0, 1.0);
+        factor(ln_sum_exp(&[-0.5 * x.square(), height - 0.5 * (x - 50.0).square()]));
+    }
+
+    /// Two places of the same weight, one a hundred times as wide in each of twelve unknowns.
+    pub(crate) fn wide_and_narrow() {
+        let x ~ Normal(0.0, 100.0).array::<12>();
+        let narrow = x.iter().map(|x| -0.5 * (10.0 * x).square() + 10.0_f64.ln());
+        let wide = x.iter().map(|x| -0.5 * ((x - 100.0) / 10.0).square() - 10.0_f64.ln());
+        factor(ln_sum_exp(&[narrow.sum::<Real>(), wide.sum::<Real>()]));
+    }
+
+    pub(crate) fn funnel() {
+        let v ~ Normal(0.0, 3.0);
+        let x ~ Normal(0.0, (0.5 * v).exp()).array::<9>();
+    }
+
+    pub(crate) fn centred(y: &[f64], sd: &[f64]) {
+        let mu ~ Normal(0.0, 5.0);
+        let tau ~ HalfCauchy(5.0);
+        for i in 0..y.len() {
+            let theta ~ Normal(mu, tau);
+            y[i] ~ Normal(theta, sd[i]);
+        }
+    }
+
+    /// Scales under priors that begin at zero.
+    pub(crate) fn flat_scale(y: f64, other: f64) {
+        let sigma ~ Uniform(0.0, 100.0);
+        let cut ~ Uniform(-10.0, 2.0);
+        y ~ Normal(sigma, 0.3);
+        other ~ Normal(cut, 0.3);
+    }
 }

@@ -49,6 +49,34 @@ ppl::model! {
         factor((ys[0] - 1.0) * x);
     }
 
+    /// Arrays, tuples, branches and blocks in each other.
+    fn nested(ys: &[f64]) {
+        let x ~ Normal(0.0, 1.0);
+        let mut g = [0.0; 2];
+        for t in 0..ys.len() {
+            let pair = if t == 0 { [0.0, 0.0] } else { [x, g[1]] };
+            let called = if t == 0 { [0.0; 2] } else { [ln_sum_exp(&[g[0], x]), 0.5] };
+            let (a, b) = match t {
+                0 => (0.0, [1.0, 2.0]),
+                1 => (x, [x, 0.5]),
+                _ if t == 2 => (1.0, [0.0, x]),
+                _ => {
+                    let z = x + 1.0;
+                    (z, [0.0, 0.0])
+                }
+            };
+            let rows = [[0.0, 1.0], [x, 2.0], [if t > 1 { x } else { 0.0 }, { 3.0 }]];
+            let square = if t == 0 { [[0.0; 2]; 2] } else { [[x, 1.0], [0.0, x]] };
+            let kept = if t == 0 { [1.0, 0.0] } else { g };
+            g = [0.5, kept[0] * called[0]];
+            if t == 1 {
+                g = [0.0; 2];
+            }
+            let all = pair[0] + called[1] + a + b[0] * b[1] + rows[2][0] * rows[0][1];
+            ys[t] ~ Normal(all + square[1][1] + kept[1], 1.0);
+        }
+    }
+
     fn arms(ys: &[f64], flag: bool, kind: u8) {
         let x ~ Normal(0.0, 1.0);
         let a = if flag { x } else { 0.5 };
@@ -118,4 +146,17 @@ fn arms_end_with_literals_beside_unknowns() {
         approx::assert_relative_eq!(value(&model, &[x]), expected, max_relative = 1e-13);
         ppl::check::gradient(&arms(&ys, true, kind), 3);
     }
+}
+
+#[test]
+fn nested_literals_take_the_type_of_what_stands_beside() {
+    let ys = [0.3, -1.2, 0.8, 0.1];
+    let normal = |y: f64| -0.5 * y * y - 0.5 * std::f64::consts::TAU.ln();
+    let x = 0.7_f64;
+    let means =
+        [2.0, x + 0.5 + x + x * 0.5 + x, x + 0.5 + 1.0 + x + x, x + 0.5 + (x + 1.0) + x + x];
+    let expected = normal(x) + ys.iter().zip(means).map(|(y, mean)| normal(y - mean)).sum::<f64>();
+    let model = nested(&ys);
+    approx::assert_relative_eq!(value(&model, &[x]), expected, max_relative = 1e-13);
+    ppl::check::gradient(&model, 3);
 }

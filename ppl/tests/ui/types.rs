@@ -66,6 +66,11 @@ ppl::model! {
         y ~ Normal(0.0, 1.0).truncate(least..); //~
     }
 
+    fn locations_in_place_of_one(mu: [f64; 3], y: f64) {
+        let theta ~ Normal(mu, 1.0); //~
+        y ~ Normal(0.0, 1.0);
+    }
+
     fn ends_of_integers(y: f64) {
         let mean ~ Normal(0.0, 1.0).truncate(0..); //~
         y ~ Normal(mean, 1.0);
