@@ -85,6 +85,18 @@ ppl::model! {
         }
     }
 
+    /// Two outcomes with a mean of their own for each datum.
+    fn mv_normal_means(x: &[f64], y: &[[f64; 2]]) {
+        let level ~ Normal(0.0, 10.0).array::<2>();
+        let slope ~ Normal(0.0, 2.5).array::<2>();
+        let sd ~ HalfNormal(1.0).array::<2>();
+        let corr ~ LkjCholesky::<2>(2.0);
+        let chol = corr.scale_rows(sd);
+        for (x, y) in x.iter().zip(y) {
+            y ~ MvNormalCholesky([level[0] + slope[0] * x, level[1] + slope[1] * x], chol);
+        }
+    }
+
     fn garch11(ys: &[f64], first_sd: f64) {
         let mu ~ Normal(0.0, 10.0);
         let constant ~ LogNormal(0.0, 2.0);
@@ -256,6 +268,10 @@ fn main() {
         })
         .collect();
     report("radon_n919", quick, &radon(85, &houses));
+    let wave = |speed: f64| (0..200).map(move |i| (speed * f64::from(i)).sin());
+    let x: Vec<f64> = wave(0.7).collect();
+    let pairs: Vec<[f64; 2]> = wave(0.3).zip(wave(1.7)).map(|(a, b)| [a, b]).collect();
+    report("mv_normal_means_n200", quick, &mv_normal_means(&x, &pairs));
     let returns: Vec<f64> = (0..200).map(|i| 2.0 * (1.3 * f64::from(i)).sin()).collect();
     report("garch11", quick, &garch11(&returns, 0.5));
 }

@@ -1,5 +1,22 @@
 //! Operators of numbers that carry derivatives, written once.
 
+use std::ops::{Add, Div, Mul, Sub};
+
+/// Arithmetic of a [`Scalar`](crate::Scalar) with itself, with `f64` and with `&f64` on the right.
+pub trait Arithmetic<Rhs = Self>:
+    Sized
+    + Add<Rhs, Output = Self>
+    + Sub<Rhs, Output = Self>
+    + Mul<Rhs, Output = Self>
+    + Div<Rhs, Output = Self>
+{
+}
+
+impl<S, Rhs> Arithmetic<Rhs> for S where
+    S: Add<Rhs, Output = S> + Sub<Rhs, Output = S> + Mul<Rhs, Output = S> + Div<Rhs, Output = S>
+{
+}
+
 /// Operators of a derivative-carrying number, all from `fuse`, with `f64` on either side, and
 /// references to both.
 macro_rules! impl_arithmetic {

@@ -52,6 +52,20 @@ impl<R: Scalar, const K: usize> Partials<R> for Zipped<R, K> {
     }
 }
 
+/// Numbers with these values and partials, one by one.
+#[inline(always)]
+pub(crate) fn each<S: Scalar, const D: usize, const M: usize>(
+    values: [f64; M],
+    arguments: [S; D],
+    jacobian: [[f64; D]; M],
+) -> [S; M] {
+    let mut numbers = [S::from(0.0); M];
+    for m in 0..M {
+        numbers[m] = S::fuse(values[m], arguments, jacobian[m]);
+    }
+    numbers
+}
+
 macro_rules! impl_partials {
     ($($A:ident $i:tt),*) => {
         impl<R: Scalar, $($A: Datum<R> + Copy),*> Partials<R> for ($(($A, f64),)*) {

@@ -111,7 +111,8 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         distribution: D,
         total: &mut Settled,
     ) -> Result<(), Rejection> {
-        if L::Terms::add_to(total, |terms| distribution.add_terms(&datum, terms)) {
+        if let Some(terms) = L::Terms::within(total) {
+            distribution.add_terms(&datum, terms);
             return Ok(());
         }
         self.observe(site, datum, distribution)

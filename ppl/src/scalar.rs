@@ -1,29 +1,19 @@
 //! Numbers that carry derivatives.
 
-use std::f64::consts::{FRAC_2_SQRT_PI, LN_2, LN_10, SQRT_2};
+mod plain;
+
+use std::f64::consts::{LN_2, LN_10, SQRT_2};
 use std::fmt::Debug;
 use std::iter::Sum;
-use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+use std::ops::{AddAssign, DivAssign, MulAssign, Neg, SubAssign};
 
+pub use crate::arithmetic::Arithmetic;
 pub(crate) use crate::arithmetic::impl_arithmetic;
-use crate::partials::{Each, Partials, Zipped};
+use crate::partials::{Each, Partials, Zipped, each};
 use crate::record::{Datum, Record};
 use crate::special;
-
-/// Arithmetic of a [`Scalar`] with itself, with `f64` and with `&f64` on the right.
-pub trait Arithmetic<Rhs = Self>:
-    Sized
-    + Add<Rhs, Output = Self>
-    + Sub<Rhs, Output = Self>
-    + Mul<Rhs, Output = Self>
-    + Div<Rhs, Output = Self>
-{
-}
-
-impl<S, Rhs> Arithmetic<Rhs> for S where
-    S: Add<Rhs, Output = S> + Sub<Rhs, Output = S> + Mul<Rhs, Output = S> + Div<Rhs, Output = S>
-{
-}
+use plain::{error_density, logit};
+pub(crate) use plain::{logistic, softplus};
 
 /// Functions of a [`Scalar`], each with its value and its derivative at `x`.
 macro_rules! functions {
@@ -386,48 +376,6 @@ pub trait Scalar:
         let x = self.value();
         self.unary(special::ln_gamma(x), special::digamma(x))
     }
-}
-
-/// Numbers with these values and partials, one by one.
-#[inline(always)]
-pub(crate) fn each<S: Scalar, const D: usize, const M: usize>(
-    values: [f64; M],
-    arguments: [S; D],
-    jacobian: [[f64; D]; M],
-) -> [S; M] {
-    let mut numbers = [S::from(0.0); M];
-    for m in 0..M {
-        numbers[m] = S::fuse(values[m], arguments, jacobian[m]);
-    }
-    numbers
-}
-
-/// ln(x/(1 − x)), also near ½, where 2x − 1 and 1 − x are exact.
-fn logit(x: f64) -> f64 {
-    if (0.25..0.75).contains(&x) {
-        ((2.0 * x - 1.0) / (1.0 - x)).ln_1p()
-    } else {
-        (x / (1.0 - x)).ln()
-    }
-}
-
-/// The derivative of the error function.
-fn error_density(x: f64) -> f64 {
-    FRAC_2_SQRT_PI * (-x * x).exp()
-}
-
-/// σ(x) and σ(−x) = 1 − σ(x), each to full relative accuracy.
-#[inline]
-pub(crate) fn logistic(x: f64) -> (f64, f64) {
-    let e = (-x.abs()).exp();
-    let (large, small) = (1.0 / (1.0 + e), e / (1.0 + e));
-    if x >= 0.0 { (large, small) } else { (small, large) }
-}
-
-/// ln(1 + eˣ) = max(x, 0) + log1p(e^{−|x|}).
-#[inline]
-pub(crate) fn softplus(x: f64) -> f64 {
-    x.max(0.0) + (-x.abs()).exp().ln_1p()
 }
 
 impl Scalar for f64 {

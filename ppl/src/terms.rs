@@ -179,9 +179,9 @@ pub(crate) trait Statement<R: Scalar>: Terms<R> + Copy {
     /// None yet; lean ones leave out what is the same at every point, where that makes sense.
     fn empty(lean: bool) -> Self;
 
-    /// Adds terms of an observation in a loop to what it has summed up so far; false if each has to
-    /// be added by itself.
-    fn add_to(total: &mut Settled, add: impl FnOnce(&mut Self)) -> bool;
+    /// What takes the terms of observations in a loop, if they go to what it has summed up so far
+    /// and not each by itself.
+    fn within(total: &mut Settled) -> Option<&mut Self>;
 
     /// The sum.
     fn total(&self) -> f64;
@@ -196,8 +196,8 @@ impl<R: Scalar> Statement<R> for Joined<R> {
     }
 
     #[inline(always)]
-    fn add_to(_: &mut Settled, _: impl FnOnce(&mut Self)) -> bool {
-        false
+    fn within(_: &mut Settled) -> Option<&mut Self> {
+        None
     }
 
     #[inline(always)]
@@ -218,9 +218,8 @@ impl<R: Scalar> Statement<R> for Settled {
     }
 
     #[inline(always)]
-    fn add_to(total: &mut Settled, add: impl FnOnce(&mut Self)) -> bool {
-        add(total);
-        true
+    fn within(total: &mut Settled) -> Option<&mut Self> {
+        Some(total)
     }
 
     #[inline(always)]

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use rand::Rng;
 
+use super::cholesky_factor::Whole;
 use super::dirichlet::ln_gamma_draw;
 use super::{Angles, CholeskyFactor, Distribution, Family, Parameter, Unknown, lift};
 use crate::density::DomainError;
@@ -114,20 +115,23 @@ where
     type Value = CholeskyFactor<R, K>;
 
     fn ln_density(&self, factor: &CholeskyFactor<R, K>) -> R {
-        let lengths = factor.values().map(|row| row.iter().map(|entry| entry.powi(2)).sum::<f64>());
+        let l = factor.values();
+        let lengths = l.map(|row| row.iter().map(|entry| entry.powi(2)).sum::<f64>());
         if lengths.iter().any(|s| (s - 1.0).abs() > UNIT_TOLERANCE) {
             return R::from(f64::NEG_INFINITY);
         }
-        let diagonal = || (1..K).map(|i| (factor.get(i, i), self.power(i)));
-        let value = diagonal()
-            .fold(self.ln_normaliser(), |sum, (entry, power)| sum + power * entry.value().ln());
-        let partials = diagonal().map(|(entry, power)| (entry, power / entry.value()));
-        let eta = lift(self.0);
-        if eta.is_constant() {
-            return R::fuse_iter(value, partials);
+        let eta: R = lift(self.0);
+        let (mut value, mut in_eta, mut slopes) = (self.ln_normaliser(), 0.0, [[0.0; K]; K]);
+        for i in 1..K {
+            let (entry, power) = (l[i][i], self.power(i));
+            value += power * entry.ln();
+            slopes[i][i] = power / entry;
+            in_eta += 2.0 * entry.ln();
         }
-        let ln_determinant: f64 = diagonal().map(|(entry, _)| 2.0 * entry.value().ln()).sum();
-        R::fuse_iter(value, partials.chain([(eta, ln_determinant + self.normaliser_slope())]))
+        if !eta.is_constant() {
+            in_eta += self.normaliser_slope();
+        }
+        R::gather(value, Whole { factors: [(factor, slopes)], other: (eta, in_eta) })
     }
 
     fn validate(&self) -> Result<(), DomainError> {

@@ -39,7 +39,7 @@ impl<M: Clone, L: Clone> Family for MvNormalCholesky<M, L> {}
 
 impl<M, T, const K: usize> MvNormalCholesky<M, CholeskyFactor<T, K>> {
     /// Mean and factor as numbers of one kind.
-    #[inline]
+    #[inline(always)]
     fn lift<R: Scalar>(&self) -> ([R; K], CholeskyFactor<R, K>)
     where
         M: Datum<[R; K]>,
@@ -50,14 +50,14 @@ impl<M, T, const K: usize> MvNormalCholesky<M, CholeskyFactor<T, K>> {
 }
 
 /// The partials of one density.
-struct Gradient<R, const K: usize> {
-    x: [R; K],
-    mean: [R; K],
-    factor: CholeskyFactor<R, K>,
-    z: [f64; K],
-    w: [f64; K],
+pub(super) struct Gradient<R, const K: usize> {
+    pub(super) x: [R; K],
+    pub(super) mean: [R; K],
+    pub(super) factor: CholeskyFactor<R, K>,
+    pub(super) z: [f64; K],
+    pub(super) w: [f64; K],
     /// 1/Lᵢᵢ.
-    inverse: [f64; K],
+    pub(super) inverse: [f64; K],
 }
 
 impl<R: Scalar, const K: usize> Partials<R> for Gradient<R, K> {
@@ -96,19 +96,27 @@ impl<R: Scalar, const K: usize> Partials<R> for Pooled<R, K> {
     }
 }
 
-/// ln Π xᵢ of positive numbers; NaN if one is not.
-#[inline(always)]
-fn ln_product<const K: usize>(x: [f64; K]) -> f64 {
-    let product = x.iter().product::<f64>();
-    if product.is_normal() && x.iter().all(|&x| x > 0.0) {
-        product.ln()
-    } else {
-        x.iter().map(|x| x.ln()).sum()
+/// Σ ln Lᵢᵢ; NaN if one is not positive. A loop, since a call of `product` keeps the compiler from
+/// taking the logarithm out of a plate.
+#[inline]
+fn ln_determinant<const K: usize>(l: &[[f64; K]; K]) -> f64 {
+    let (mut product, mut positive) = (1.0, true);
+    for i in 0..K {
+        product *= l[i][i];
+        positive &= l[i][i] > 0.0;
     }
+    if positive && product.is_normal() {
+        return product.ln();
+    }
+    let mut sum = 0.0;
+    for i in 0..K {
+        sum += l[i][i].ln();
+    }
+    sum
 }
 
 /// b ← L⁻¹ b, with the reciprocals of the diagonal.
-#[inline(always)]
+#[inline]
 fn solve_lower<const K: usize>(l: &[[f64; K]; K], inverse: &[f64; K], b: &mut [f64; K]) {
     for i in 0..K {
         for j in 0..i {
@@ -119,13 +127,42 @@ fn solve_lower<const K: usize>(l: &[[f64; K]; K], inverse: &[f64; K], b: &mut [f
 }
 
 /// b ← L⁻ᵀ b.
-#[inline(always)]
-fn solve_upper<const K: usize>(l: &[[f64; K]; K], inverse: &[f64; K], b: &mut [f64; K]) {
+#[inline]
+pub(super) fn solve_upper<const K: usize>(l: &[[f64; K]; K], inverse: &[f64; K], b: &mut [f64; K]) {
     for i in (0..K).rev() {
         for k in i + 1..K {
             b[i] -= l[k][i] * b[k];
         }
         b[i] *= inverse[i];
+    }
+}
+
+/// What densities need of a point, a location and a factor.
+pub(super) struct Solved<const K: usize> {
+    /// L⁻¹(x − μ).
+    pub(super) z: [f64; K],
+    /// |z|².
+    pub(super) square: f64,
+    /// Entries of the factor.
+    pub(super) l: [[f64; K]; K],
+    /// 1/Lᵢᵢ.
+    pub(super) inverse: [f64; K],
+    /// Σᵢ ln Lᵢᵢ.
+    pub(super) ln_determinant: f64,
+}
+
+impl<const K: usize> Solved<K> {
+    #[inline(always)]
+    pub(super) fn new<R: Scalar>(x: &[R; K], mean: &[R; K], factor: &CholeskyFactor<R, K>) -> Self {
+        let l = factor.values();
+        let inverse: [f64; K] = std::array::from_fn(|i| l[i][i].recip());
+        let mut z = std::array::from_fn(|i| x[i].value() - mean[i].value());
+        solve_lower(&l, &inverse, &mut z);
+        let mut square = 0.0;
+        for i in 0..K {
+            square += z[i] * z[i];
+        }
+        Self { z, square, ln_determinant: ln_determinant(&l), l, inverse }
     }
 }
 
@@ -142,16 +179,11 @@ where
         Joined::of(|terms| self.add_terms(x, terms))
     }
 
-    #[inline]
+    #[inline(always)]
     fn add_terms(&self, x: &[R; K], terms: &mut impl Terms<R>) {
         let (mean, factor) = self.lift::<R>();
-        let l = factor.values();
-        let inverse: [f64; K] = std::array::from_fn(|i| l[i][i].recip());
-        let mut z = std::array::from_fn(|i| x[i].value() - mean[i].value());
-        solve_lower(&l, &inverse, &mut z);
-        let squares: f64 = z.iter().map(|z| z * z).sum();
-        let mut value = -HALF_LN_2PI * K as f64 - 0.5 * squares;
-        value -= ln_product(std::array::from_fn::<_, K, _>(|i| l[i][i]));
+        let Solved { z, square, l, inverse, ln_determinant } = Solved::new(x, &mean, &factor);
+        let value = -HALF_LN_2PI * K as f64 - 0.5 * square - ln_determinant;
         if !R::DIFFERENTIABLE {
             return terms.add_number(R::from(value));
         }
@@ -210,7 +242,7 @@ where
         for i in 0..K {
             value -= 0.5 * (n * z[i] * z[i] + a[i][i]);
         }
-        value -= n * ln_product(std::array::from_fn::<_, K, _>(|i| l[i][i]));
+        value -= n * ln_determinant(&l);
         if !R::DIFFERENTIABLE {
             return terms.add_number(R::from(value));
         }

@@ -1,14 +1,18 @@
 //! The multivariate Student t distribution, by the Cholesky factor of its scale matrix.
 
+use std::f64::consts::PI;
+
 use rand::Rng;
 use rand_distr::{ChiSquared, StandardNormal};
 
-use super::{CholeskyFactor, Distribution, Family, Parameter, Unknown, lift};
+use super::mv_normal_cholesky::{Gradient, Solved, solve_upper};
+use super::{CholeskyFactor, Distribution, Family, Parameter, Unknown};
 use crate::density::DomainError;
+use crate::partials::Partials;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{ln_1p_minus, ln_beta, ln_gamma, ln_minus_digamma};
-use crate::terms::Terms;
+use crate::terms::{Joined, Terms};
 
 /// Multivariate Student t distribution with ν degrees of freedom, location μ ∈ ℝᴷ and scale
 /// matrix L Lᵀ: its covariance is L Lᵀ ν/(ν − 2) for ν > 2.
@@ -38,6 +42,26 @@ pub struct MvStudentTCholesky<N, M, L>(pub N, pub M, pub L);
 
 impl<N: Parameter, M: Clone, L: Clone> Family for MvStudentTCholesky<N, M, L> {}
 
+/// The partials of one density: in ν, and those of a normal one with w stretched.
+struct WithDegrees<N, R, const K: usize> {
+    nu: (N, f64),
+    rest: Gradient<R, K>,
+}
+
+impl<N: Datum<R>, R: Scalar, const K: usize> Partials<R> for WithDegrees<N, R, K> {
+    #[inline(always)]
+    fn spread(self, f: &mut impl FnMut(R, f64)) {
+        self.rest.spread(f);
+        self.nu.0.spread(self.nu.1, f);
+    }
+
+    #[inline(always)]
+    fn settle(self, f: &mut impl FnMut(R, f64)) {
+        self.rest.settle(f);
+        self.nu.0.settle(self.nu.1, f);
+    }
+}
+
 impl<R, N, M, T, const K: usize> Distribution<R> for MvStudentTCholesky<N, M, CholeskyFactor<T, K>>
 where
     R: Scalar,
@@ -49,56 +73,40 @@ where
 
     #[inline]
     fn ln_density(&self, x: &[R; K]) -> R {
-        let (nu, size) = (self.0.number(), K as f64);
-        let (mean, factor): ([R; K], CholeskyFactor<R, K>) = (self.1.lift(), self.2.lift());
-        let l = |i: usize, j: usize| factor.get(i, j).value();
-        let mut z = [0.0; K];
-        let half = 0.5 * size;
-        // ln Γ((ν + K)/2) − ln Γ(ν/2) without their cancellation
-        let mut value =
-            ln_gamma(half) - ln_beta(0.5 * nu, half) - half * (std::f64::consts::PI * nu).ln();
-        for i in 0..K {
-            let inner: f64 = (0..i).map(|j| l(i, j) * z[j]).sum();
-            z[i] = (x[i].value() - mean[i].value() - inner) / l(i, i);
-            value -= l(i, i).ln();
-        }
-        let square: f64 = z.iter().map(|z| z * z).sum();
+        Joined::of(|terms| self.add_terms(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_terms(&self, x: &[R; K], terms: &mut impl Terms<R>) {
+        let (nu, half) = (self.0.number(), 0.5 * K as f64);
+        let (mean, factor): ([R; K], CholeskyFactor<R, K>) = (self.1.lift(), self.2.lifted());
+        let Solved { z, square, l, inverse, ln_determinant } = Solved::new(x, &mean, &factor);
         let ln_square = (square / nu).ln_1p();
-        value -= (0.5 * nu + half) * ln_square;
+        // ln Γ((ν + K)/2) − ln Γ(ν/2) without their cancellation
+        let mut value = ln_gamma(half) - ln_beta(0.5 * nu, half) - half * (PI * nu).ln();
+        value -= ln_determinant + (0.5 * nu + half) * ln_square;
         if !R::DIFFERENTIABLE {
-            return R::from(value);
+            return terms.add_number(R::from(value));
         }
-        let mut w = z;
-        for i in (0..K).rev() {
-            let inner: f64 = (i + 1..K).map(|k| l(k, i) * w[k]).sum();
-            w[i] = (w[i] - inner) / l(i, i);
-        }
-        let c = (nu + size) / (nu + square);
-        let w = w.map(|w| c * w);
-        let nu_lifted = lift(self.0);
-        let in_nu = if nu_lifted.is_constant() {
+        let c = (nu + 2.0 * half) / (nu + square);
+        let mut w = z.map(|z| c * z);
+        solve_upper(&l, &inverse, &mut w);
+        let in_nu = if N::CONSTANT {
             0.0
         } else {
-            0.5 * (ln_1p_minus(size / nu) + ln_minus_digamma(0.5 * nu)
+            0.5 * (ln_1p_minus(2.0 * half / nu) + ln_minus_digamma(0.5 * nu)
                 - ln_minus_digamma(0.5 * nu + half)
                 - ln_square
                 + c * square / nu)
         };
-        let in_x = (0..K).map(|i| (x[i], -w[i]));
-        let in_mean = (0..K).map(|i| (mean[i], w[i]));
-        let in_factor = (0..K).flat_map(|i| {
-            (0..=i).map(move |j| {
-                let diagonal = if i == j { l(i, i).recip() } else { 0.0 };
-                (factor.get(i, j), w[i] * z[j] - diagonal)
-            })
-        });
-        R::fuse_iter(value, in_x.chain(in_mean).chain(in_factor).chain([(nu_lifted, in_nu)]))
+        let rest = Gradient { x: *x, mean, factor, z, w, inverse };
+        terms.add(value, WithDegrees { nu: (self.0, in_nu), rest });
     }
 
     fn validate(&self) -> Result<(), DomainError> {
         const NAME: &str = "MvStudentTCholesky";
         DomainError::require_positive(NAME, "degrees of freedom", self.0.number())?;
-        let (mean, factor): ([R; K], CholeskyFactor<R, K>) = (self.1.lift(), self.2.lift());
+        let (mean, factor): ([R; K], CholeskyFactor<R, K>) = (self.1.lift(), self.2.lifted());
         for (i, mean) in mean.iter().enumerate() {
             DomainError::require_finite(NAME, format_args!("location[{i}]"), mean.value())?;
         }
@@ -106,13 +114,13 @@ where
     }
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> [R; K] {
-        let (mean, factor): ([R; K], CholeskyFactor<R, K>) = (self.1.lift(), self.2.lift());
-        let nu = self.0.number();
+        let (mean, factor): ([R; K], CholeskyFactor<R, K>) = (self.1.lift(), self.2.lifted());
+        let (nu, l) = (self.0.number(), factor.values());
         let chi = ChiSquared::new(nu).map_or(f64::NAN, |chi| rng.sample(chi));
         let stretch = (nu / chi).sqrt();
         let z: [f64; K] = std::array::from_fn(|_| stretch * rng.sample::<f64, _>(StandardNormal));
         std::array::from_fn(|i| {
-            let inner: f64 = (0..=i).map(|j| factor.get(i, j).value() * z[j]).sum();
+            let inner: f64 = (0..=i).map(|j| l[i][j] * z[j]).sum();
             R::from(mean[i].value() + inner)
         })
     }
@@ -137,7 +145,7 @@ where
         terms: &mut impl Terms<R>,
     ) -> [R; K] {
         let x = std::array::from_fn(|_| next());
-        terms.add_number(self.ln_density(&x));
+        self.add_terms(&x, terms);
         x
     }
 

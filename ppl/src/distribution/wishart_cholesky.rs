@@ -5,6 +5,7 @@ use std::f64::consts::LN_2;
 use rand::Rng;
 use rand_distr::{ChiSquared, StandardNormal};
 
+use super::cholesky_factor::Whole;
 use super::triangular::{product, product_transposed, solve, solve_transposed};
 use super::{CholeskyFactor, Distribution, Family, Parameter, Unknown, lift};
 use crate::density::DomainError;
@@ -74,9 +75,8 @@ impl<const K: usize> Bartlett<K> {
 
     /// As one operation on a factor whose entries are numbers of the model.
     pub(super) fn fuse<R: Scalar>(self, a: &CholeskyFactor<R, K>, nu: R) -> R {
-        let entries = (0..K).flat_map(|i| (0..=i).map(move |j| (i, j)));
-        let in_a = entries.map(|(i, j)| (a.get(i, j), self.slopes[i][j]));
-        R::fuse_iter(self.value, in_a.chain([(nu, self.in_nu)]))
+        let Self { value, slopes, in_nu } = self;
+        R::gather(value, Whole { factors: [(a, slopes)], other: (nu, in_nu) })
     }
 
     /// A draw.
@@ -113,13 +113,10 @@ pub(super) fn ln_scaling<const K: usize>(scale: &[[f64; K]; K]) -> f64 {
 /// One operation on two factors and ν, with these slopes.
 pub(super) fn fuse<R: Scalar, const K: usize>(
     value: f64,
-    [x, scale]: [(&CholeskyFactor<R, K>, [[f64; K]; K]); 2],
+    factors: [(&CholeskyFactor<R, K>, [[f64; K]; K]); 2],
     nu: (R, f64),
 ) -> R {
-    let entries = || (0..K).flat_map(|i| (0..=i).map(move |j| (i, j)));
-    let in_x = entries().map(|(i, j)| (x.0.get(i, j), x.1[i][j]));
-    let in_scale = entries().map(|(i, j)| (scale.0.get(i, j), scale.1[i][j]));
-    R::fuse_iter(value, in_x.chain(in_scale).chain([nu]))
+    R::gather(value, Whole { factors, other: nu })
 }
 
 impl<N: Parameter, L> WishartCholesky<N, L> {

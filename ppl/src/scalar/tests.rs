@@ -1,5 +1,7 @@
 //! Elementary functions against those of Rust.
 
+use std::f64::consts::FRAC_2_SQRT_PI;
+
 use super::*;
 use crate::dual::Dual;
 

@@ -191,6 +191,111 @@ fn derivatives() {
     }
 }
 
+/// Whatever reads a factor, of one that keeps its coordinates and of one made of entries.
+#[test]
+fn factors_by_coordinates_and_by_entries() {
+    type D = Dual<10>;
+    fn readings(factor: CholeskyFactor<D, 4>) -> Vec<D> {
+        let b = [0.7, -0.2, 0.4, 1.1].map(D::from);
+        let entries = (0..16).map(|k| factor.get(k / 4, k % 4));
+        let matrices = [factor.rows(), factor.covariance(), factor.correlation()];
+        let scaled_again = factor.scale_rows([b[0], b[2], b[3], b[0]]).rows();
+        let identity = CholeskyFactor::new(std::array::from_fn(|i| {
+            std::array::from_fn(|j| D::from(f64::from(u8::from(i == j))))
+        }))
+        .unwrap();
+        entries
+            .chain(matrices.as_flattened().iter().flatten().copied())
+            .chain(scaled_again.iter().flatten().copied())
+            .chain(factor.times(b))
+            .chain(factor.solve_lower(b))
+            .chain([
+                MvNormalCholesky(b, factor).ln_density(&[D::from(0.5); 4]),
+                MvStudentTCholesky(b[3], b, factor).ln_density(&[D::from(0.5); 4]),
+                WishartCholesky(6.0, factor).ln_density(&identity),
+                WishartCholesky(6.0, identity).ln_density(&factor),
+                InverseWishartCholesky(6.0, factor).ln_density(&identity),
+                InverseWishartCholesky(6.0, identity).ln_density(&factor),
+            ])
+            .collect()
+    }
+    let numbers = D::variables([0.3, -0.8, 1.1, 2.0, -0.1, 0.6, 0.5, 2.0, 1.5, 3.0]);
+    let (x, scale) = (&numbers[..6], [numbers[6], numbers[7], numbers[8], numbers[9]]);
+    let (kept, _) = constrain::<D, 4>(2.5, x, true);
+    let mut next = x.iter();
+    let rows: [[D; 4]; 4] = std::array::from_fn(|i| {
+        let (mut row, mut rest) = ([D::from(0.0); 4], D::from(1.0));
+        for j in 0..i {
+            // 2 b = 2 η + K − 2 − j
+            let y = *next.next().unwrap() / (7.0 - j as f64).sqrt();
+            row[j] = y.tanh() * rest;
+            rest /= y.cosh();
+        }
+        row[i] = rest;
+        row
+    });
+    let made = CholeskyFactor::new(rows).unwrap();
+    let stretched: [[D; 4]; 4] = std::array::from_fn(|i| rows[i].map(|entry| entry * scale[i]));
+    let stretched = CholeskyFactor::new(stretched).unwrap();
+    let density = |factor| LkjCholesky::<4, D>(numbers[7]).ln_density(factor);
+    for (found, expected) in [
+        (readings(kept), readings(made)),
+        (readings(kept.scale_rows(scale)), readings(stretched)),
+        (vec![density(&kept)], vec![density(&made)]),
+    ] {
+        for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
+            let what = format!("reading {k}");
+            assert_close(found.value(), expected.value(), 1e-13, 1e-13, &what);
+            for (f, e) in found.gradient().iter().zip(expected.gradient()) {
+                assert_close(*f, e, 1e-12, 1e-12, &what);
+            }
+        }
+    }
+}
+
+ppl::model! {
+    fn readings(data: &[[f64; 3]]) {
+        let nu ~ Gamma(2.0, 0.1);
+        let z ~ Normal(0.0, 1.0).array::<3>();
+        let sd ~ HalfNormal(1.0).array::<3>();
+        let corr ~ LkjCholesky::<3>(2.0);
+        let chol = corr.scale_rows(sd);
+        let (x, y) = (chol.times(z), chol.solve_lower(z));
+        factor(-0.1 * (x[2] * y[1] + chol.covariance()[2][1] * corr.correlation()[1][0]));
+        factor(LkjCholesky::<3>(3.0).ln_density(&corr));
+        factor(WishartCholesky(6.0, corr).ln_density(&chol));
+        factor(InverseWishartCholesky(6.0, chol).ln_density(&corr));
+        for row in data {
+            row ~ MvNormalCholesky([z[0] * row[1], x[0], y[2] - row[0]], chol);
+            let heavy = *row;
+            heavy ~ MvStudentTCholesky(nu, [z[0] + nu, x[1], y[1]], corr);
+            let first = row[0];
+            first ~ Normal(corr.get(2, 1) + chol.get(2, 0), chol.rows()[1][1]);
+        }
+    }
+}
+
+/// On the tape, where an operation must not begin while another takes its arguments.
+#[test]
+fn readings_on_the_tape() {
+    let data = [[0.3, -0.2, 0.9], [1.0, 0.4, -0.7]];
+    let model = readings(&data);
+    let y: Vec<f64> = (0..10).map(|i| 0.8 * (1.7 * f64::from(i) + 0.3).sin()).collect();
+    let (mut forward, mut workspace) = ([0.0; 10], ppl::Workspace::default());
+    let value = model.forward_gradient(&y, &mut forward).unwrap();
+    let [mut fast, mut full] = [[0.0; 10]; 2];
+    let values = [
+        model.gradient(&y, &mut fast, &mut workspace),
+        model.tape_gradient(&y, &mut full, &mut workspace),
+    ];
+    for (got, gradient) in values.into_iter().zip([fast, full]) {
+        assert_close(got.unwrap(), value, 1e-12, 0.0, "value");
+        for (found, expected) in gradient.into_iter().zip(forward) {
+            assert_close(found, expected, 1e-11, 1e-11, "gradient");
+        }
+    }
+}
+
 /// Every correlation follows Beta(η − 1 + K/2, η − 1 + K/2) on (−1, 1).
 #[test]
 fn marginals_of_draws() {
