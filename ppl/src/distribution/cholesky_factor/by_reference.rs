@@ -7,7 +7,7 @@ macro_rules! by_reference {
         impl<$($P: Clone,)* T: Copy, const K: usize>
             $Name<$($P,)* &$crate::distribution::CholeskyFactor<T, K>>
         {
-            #[inline(always)]
+            #[inline]
             fn owned(&self) -> $Name<$($P,)* $crate::distribution::CholeskyFactor<T, K>> {
                 $Name($(self.$field.clone(),)* *self.$factor)
             }
@@ -31,7 +31,7 @@ macro_rules! by_reference {
                 self.owned().ln_density(x)
             }
 
-            #[inline(always)]
+            #[inline]
             fn add_terms(&self, x: &Self::Value, terms: &mut impl $crate::terms::Terms<R>) {
                 self.owned().add_terms(x, terms);
             }

@@ -118,7 +118,7 @@ impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
     }
 
     /// Plain numbers.
-    #[inline]
+    #[inline(always)]
     pub(super) fn values(&self) -> [[f64; K]; K] {
         let mut values = [[0.0; K]; K];
         for i in 0..K {
