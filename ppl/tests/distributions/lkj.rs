@@ -296,6 +296,28 @@ fn readings_on_the_tape() {
     }
 }
 
+ppl::model! {
+    /// Factors whose entries are numbers of their own: of an unknown concentration, and large ones.
+    fn by_entries(pairs: &[[f64; 3]], wide: &[[f64; 9]]) {
+        let eta ~ LogNormal(0.0, 0.5);
+        let small ~ LkjCholesky::<3, _>(eta);
+        let large ~ LkjCholesky::<9>(2.0);
+        for y in pairs {
+            y ~ MvNormalCholesky([0.0; 3], small);
+        }
+        for row in wide {
+            row ~ MvNormalCholesky([0.0; 9], large);
+        }
+    }
+}
+
+/// Against differences of the log density, which knows nothing of derivatives.
+#[test]
+fn entries_have_their_derivatives() {
+    let wide = [std::array::from_fn(|i| (1.3 * i as f64).sin())];
+    ppl::check::gradient(&by_entries(&[[0.3, -0.2, 0.9], [1.0, 0.4, -0.7]], &wide), 3);
+}
+
 /// Every correlation follows Beta(η − 1 + K/2, η − 1 + K/2) on (−1, 1).
 #[test]
 fn marginals_of_draws() {
