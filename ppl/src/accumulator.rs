@@ -12,6 +12,9 @@ use crate::expression::{Expression, Node};
 use crate::real::Real;
 use crate::scalar::Scalar;
 
+/// What changes no number when it is added, zeros neither: the compiler leaves the first sum out.
+const NOTHING: f64 = -0.0;
+
 /// A number with the part of its adjoint that comes from a plate.
 #[derive(Debug)]
 pub struct Sum<R> {
@@ -22,7 +25,7 @@ pub struct Sum<R> {
 impl<R: Scalar> Sum<R> {
     #[inline(always)]
     pub(crate) fn new(number: R) -> Self {
-        Self { number, adjoint: Cell::new(0.0) }
+        Self { number, adjoint: Cell::new(NOTHING) }
     }
 
     #[inline(always)]
@@ -75,7 +78,7 @@ pub struct Open<A> {
 impl<A: Node> Open<A> {
     #[inline(always)]
     pub(crate) fn new(formula: Expression<A>) -> Self {
-        Self { formula, adjoint: Cell::new(0.0) }
+        Self { formula, adjoint: Cell::new(NOTHING) }
     }
 
     #[inline(always)]
@@ -133,7 +136,7 @@ pub struct Sums<S, const N: usize> {
 impl<S: Scalar, const N: usize> Sums<S, N> {
     #[inline(always)]
     pub(crate) fn new(numbers: [Real<S>; N]) -> Self {
-        Self { numbers, adjoints: [const { Cell::new(0.0) }; N] }
+        Self { numbers, adjoints: [const { Cell::new(NOTHING) }; N] }
     }
 
     /// One of the numbers in a formula, the same in every iteration.

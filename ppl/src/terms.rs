@@ -119,7 +119,9 @@ impl Settled {
     #[inline(always)]
     pub(crate) fn add_all(&mut self, others: Self) {
         self.value += others.value;
-        if others.product != 1.0 {
+        if self.product == 1.0 {
+            self.product = others.product;
+        } else if others.product != 1.0 {
             self.value += self.divide(others.product);
         }
     }

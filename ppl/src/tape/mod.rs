@@ -150,18 +150,20 @@ impl Tape {
     /// The gradient of the sum of all seeded terms with respect to the first inputs.
     ///
     /// # Panics
-    /// If the tape [is full](Tape::is_full).
-    #[inline]
+    /// If the tape [is full](Tape::is_full), or has less room than `gradient`.
+    // inlined: for ten unknowns a call that copies ten numbers is half of what a sweep costs
+    #[inline(always)]
     pub fn sweep(&self, gradient: &mut [f64]) {
         assert!(!self.is_full(), "operations are missing: clear the tape and evaluate again");
         self.unwind(gradient.len());
-        for (g, adjoint) in gradient.iter_mut().zip(&self.adjoints) {
+        let adjoints = &self.adjoints[..gradient.len()];
+        for (g, adjoint) in gradient.iter_mut().zip(adjoints) {
             *g = adjoint.get();
         }
         for replaced in &self.replaced[..self.replacements.get()] {
             // from the adjoint: what was copied as a block can be read only once all of it is there
             let (index, slope, own) = replaced.get();
-            gradient[index as usize] = own + slope * self.adjoints[index as usize].get();
+            gradient[index as usize] = own + slope * adjoints[index as usize].get();
         }
     }
 
