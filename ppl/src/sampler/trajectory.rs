@@ -4,6 +4,8 @@
 //! arXiv 1701.02434, appendix A, with the generalised criterion and the two checks between
 //! neighbouring subtrees that Stan added. All memory is taken once, in [`Trajectory::new`].
 
+mod weight;
+
 use std::{mem, ops::ControlFlow};
 
 use rand::Rng;
@@ -13,6 +15,7 @@ use super::{
     hamiltonian::{Hamiltonian, Phase, Point},
     rejections::Stop,
 };
+use weight::Weight;
 
 /// Energy error beyond which a trajectory is said to diverge.
 const DIVERGENCE: f64 = 1000.0;
@@ -49,8 +52,7 @@ struct Subtree {
     last: End,
     /// Sum of the momenta, both ends included.
     rho: Vec<f64>,
-    /// ln Σ e^(H₀−H).
-    log_weight: f64,
+    weight: Weight,
     proposal: Point,
     /// Energy of the proposal.
     energy: f64,
@@ -62,18 +64,18 @@ impl Subtree {
             first: End::new(dim),
             last: End::new(dim),
             rho: vec![0.0; dim],
-            log_weight: f64::NEG_INFINITY,
+            weight: Weight::NONE,
             proposal: Point::new(dim),
             energy: f64::INFINITY,
         }
     }
 
-    /// Becomes the tree of one state with weight e^(−`error`).
-    fn plant(&mut self, phase: &Phase, energy: f64, error: f64) {
+    /// Becomes the tree of one state.
+    fn plant(&mut self, phase: &Phase, energy: f64, weight: Weight) {
         self.first.copy_from(phase);
         self.last.copy_from(phase);
         self.rho.copy_from_slice(&phase.p);
-        self.log_weight = -error;
+        self.weight = weight;
         self.proposal.copy_from(&phase.point);
         self.energy = energy;
     }
@@ -117,14 +119,14 @@ impl Subtree {
         !checks.iter().all(|&c| c > 0.0)
     }
 
-    /// Appends `next`, whose weights joined with these are `log_weight`; takes over its proposal if
+    /// Appends `next`, whose weight joined with this one is `weight`; takes over its proposal if
     /// `take`.
-    fn append(&mut self, next: &mut Self, log_weight: f64, take: bool) {
+    fn append(&mut self, next: &mut Self, weight: Weight, take: bool) {
         mem::swap(&mut self.last, &mut next.last);
         for (rho, other) in self.rho.iter_mut().zip(&next.rho) {
             *rho += other;
         }
-        self.log_weight = log_weight;
+        self.weight = weight;
         if take {
             mem::swap(&mut self.proposal, &mut next.proposal);
             self.energy = next.energy;
@@ -137,20 +139,11 @@ impl Subtree {
     }
 }
 
-/// One step further: the end of the trajectory that moved, its energy H, the error H − H₀ and the
-/// weight e^(H₀−H).
+/// One step further: the end of the trajectory that moved, its energy and weight.
 struct Advance {
     end: usize,
     energy: f64,
-    error: f64,
-    weight: f64,
-}
-
-/// `ln(eᵃ + eᵇ)` and the share of `eᵇ` in the sum.
-fn join_weights(a: f64, b: f64) -> (f64, f64) {
-    let ratio = (-(a - b).abs()).exp();
-    let share = if b < a { ratio } else { 1.0 } / (1.0 + ratio);
-    (a.max(b) + ratio.ln_1p(), share)
+    weight: Weight,
 }
 
 /// The trajectory of one transition and the memory it grows in.
@@ -193,7 +186,7 @@ impl Trajectory {
         hamiltonian.refresh(forward, rng);
         backward.copy_from(forward);
         let energy = forward.energy();
-        self.whole.plant(forward, energy, 0.0);
+        self.whole.plant(forward, energy, Weight::of(0.0));
 
         let mut growth = Growth {
             ends: &mut self.ends,
@@ -225,10 +218,10 @@ impl Trajectory {
                 self.whole.reverse();
             }
             let turning = self.whole.turns_into(new);
-            let (log_weight, share) = join_weights(self.whole.log_weight, new.log_weight);
+            let (weight, share) = self.whole.weight.join(new.weight);
             // accepted with w_new / w_old, not with its share: the draw moves far
             let take = growth.rng.random::<f64>() * (1.0 - share) < share;
-            self.whole.append(new, log_weight, take);
+            self.whole.append(new, weight, take);
             if !growth.forward {
                 self.whole.reverse();
             }
@@ -271,8 +264,8 @@ impl<R: Rng + ?Sized> Growth<'_, '_, R> {
     fn grow(&mut self, level: usize, place: usize) -> ControlFlow<Discard> {
         match level {
             0 => {
-                let Advance { end, energy, error, .. } = self.advance()?;
-                self.levels[0][place].plant(&self.ends[end], energy, error);
+                let Advance { end, energy, weight } = self.advance()?;
+                self.levels[0][place].plant(&self.ends[end], energy, weight);
                 return ControlFlow::Continue(());
             }
             1 => return self.pair(place),
@@ -283,9 +276,9 @@ impl<R: Rng + ?Sized> Growth<'_, '_, R> {
         let (below, above) = self.levels.split_at_mut(level);
         let [first, second] = &mut below[level - 1];
         let turning = first.turns_into(second);
-        let (log_weight, share) = join_weights(first.log_weight, second.log_weight);
+        let (weight, share) = first.weight.join(second.weight);
         // uniform over the states of a new subtree
-        first.append(second, log_weight, self.rng.random::<f64>() < share);
+        first.append(second, weight, self.rng.random::<f64>() < share);
         mem::swap(&mut above[0][place], first);
         if turning { ControlFlow::Break(Discard::Turning) } else { ControlFlow::Continue(()) }
     }
@@ -302,12 +295,8 @@ impl<R: Rng + ?Sized> Growth<'_, '_, R> {
         let (tree, phase) = (&mut self.levels[1][place], &self.ends[second.end]);
         tree.last.copy_from(phase);
         let turning = tree.turns_as_pair();
-        let sum = first.weight + second.weight;
-        let (log_weight, share) = match sum.is_normal() {
-            true => (sum.ln(), second.weight / sum),
-            false => join_weights(-first.error, -second.error),
-        };
-        tree.log_weight = log_weight;
+        let (weight, share) = first.weight.join(second.weight);
+        tree.weight = weight;
         if self.rng.random::<f64>() < share {
             tree.proposal.copy_from(&phase.point);
             tree.energy = second.energy;
@@ -325,14 +314,14 @@ impl<R: Rng + ?Sized> Growth<'_, '_, R> {
         };
         let error = energy - self.start_energy;
         self.leapfrogs += 1;
-        let weight = (-error).exp();
-        self.acceptance += weight.min(1.0);
+        let weight = Weight::of(error);
+        self.acceptance += weight.acceptance();
         if error > DIVERGENCE {
             self.divergence.0.copy_from_slice(&phase.before);
             self.divergence.1 = error;
             return ControlFlow::Break(Discard::Diverging);
         }
-        ControlFlow::Continue(Advance { end, energy, error, weight })
+        ControlFlow::Continue(Advance { end, energy, weight })
     }
 }
 

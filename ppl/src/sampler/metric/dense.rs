@@ -67,19 +67,23 @@ impl Dense {
     #[inline]
     pub(super) fn apply(&self, p: &[f64], v: &mut [f64]) {
         let dim = p.len();
-        v.fill(0.0);
-        let mut columns = self.matrix.chunks_exact(5 * dim);
-        let mut parts = p.chunks_exact(5);
-        for (columns, p) in (&mut columns).zip(&mut parts) {
-            let (a, rest) = columns.split_at(dim);
-            let (b, rest) = rest.split_at(dim);
-            let (c, rest) = rest.split_at(dim);
-            let (d, e) = rest.split_at(dim);
-            for (((((v, a), b), c), d), e) in v.iter_mut().zip(a).zip(b).zip(c).zip(d).zip(e) {
-                *v += (a * p[0] + b * p[1]) + (c * p[2] + d * p[3]) + e * p[4];
+        let (fives, rest) = p.as_chunks::<5>();
+        let (blocks, columns) = self.matrix.split_at(5 * fives.len() * dim);
+        if fives.is_empty() {
+            v.fill(0.0);
+        }
+        for (block, (columns, p)) in blocks.chunks_exact(5 * dim).zip(fives).enumerate() {
+            let [a, b, c, d, e]: [&[f64]; 5] = std::array::from_fn(|k| &columns[k * dim..][..dim]);
+            let sums = a.iter().zip(b).zip(c).zip(d).zip(e).map(|((((a, b), c), d), e)| {
+                (a * p[0] + b * p[1]) + (c * p[2] + d * p[3]) + e * p[4]
+            });
+            let parts = v.iter_mut().zip(sums);
+            match block {
+                0 => parts.for_each(|(v, sum)| *v = sum),
+                _ => parts.for_each(|(v, sum)| *v += sum),
             }
         }
-        for (column, p) in columns.remainder().chunks_exact(dim).zip(parts.remainder()) {
+        for (column, p) in columns.chunks_exact(dim).zip(rest) {
             v.iter_mut().zip(column).for_each(|(v, a)| *v += a * p);
         }
     }
