@@ -67,27 +67,28 @@ impl Phase {
     }
 }
 
-/// Changes momenta and velocities by what the score does in `time`; returns the kinetic energy
-/// ½ pᵀM⁻¹p after that, in four partial sums.
+/// Changes momenta and velocities by what the score and the acceleration do in `time`; returns the
+/// kinetic energy ½ pᵀM⁻¹p after that.
+// of slices: that they do not overlap lets the compiler use wide registers
 #[inline]
-fn kick(phase: &mut Phase, time: f64) -> f64 {
-    let n = phase.p.len();
-    let (p, v) = (&mut phase.p[..n], &mut phase.velocity[..n]);
-    let (g, a) = (&phase.point.gradient[..n], &phase.acceleration[..n]);
+fn kick(p: &mut [f64], v: &mut [f64], g: &[f64], a: &[f64], time: f64) -> f64 {
+    let (p, p_rest) = p.as_chunks_mut::<4>();
+    let (v, v_rest) = v.as_chunks_mut::<4>();
+    let (g, g_rest) = g.as_chunks::<4>();
+    let (a, a_rest) = a.as_chunks::<4>();
     let mut sums = [0.0; 4];
-    let whole = n - n % 4;
-    for i in (0..whole).step_by(4) {
+    for (((p, v), g), a) in p.iter_mut().zip(v).zip(g).zip(a) {
         for k in 0..4 {
-            p[i + k] += time * g[i + k];
-            v[i + k] += time * a[i + k];
-            sums[k] += p[i + k] * v[i + k];
+            p[k] += time * g[k];
+            v[k] += time * a[k];
+            sums[k] += p[k] * v[k];
         }
     }
     let mut rest = 0.0;
-    for i in whole..n {
-        p[i] += time * g[i];
-        v[i] += time * a[i];
-        rest += p[i] * v[i];
+    for (((p, v), g), a) in p_rest.iter_mut().zip(v_rest).zip(g_rest).zip(a_rest) {
+        *p += time * g;
+        *v += time * a;
+        rest += *p * *v;
     }
     0.5 * ((sums[0] + sums[1]) + (sums[2] + sums[3]) + rest)
 }
@@ -162,7 +163,8 @@ impl<'a> Hamiltonian<'a> {
             return Ok(f64::INFINITY);
         }
         self.metric.apply(&phase.point.gradient, &mut phase.acceleration);
-        let energy = kick(phase, half) - phase.point.log_density;
+        let Phase { point, p, velocity, acceleration, .. } = phase;
+        let energy = kick(p, velocity, &point.gradient, acceleration, half) - point.log_density;
         Ok(if energy.is_nan() { f64::INFINITY } else { energy })
     }
 
