@@ -1,4 +1,4 @@
-//! Compression of grain composites: meshes, specimens, materials, solvers and campaigns of runs.
+//! Compression of grain composites: meshes, specimens, materials, solvers and ensembles of runs.
 //!
 //! `fem` takes a description of a cylindrical specimen (stiff grains in a soft matrix), meshes
 //! it with tetrahedra, compresses it, and gives back the force–displacement curve. It knows
@@ -62,6 +62,7 @@ mod boundary;
 mod element;
 mod ensemble;
 mod error;
+mod file;
 mod fields;
 mod material;
 mod mesh;
@@ -76,6 +77,7 @@ pub mod equations {}
 pub use boundary::{Axis, Conditions, ContactPoint, Platen};
 pub use element::{Order, PointValues};
 pub use error::FemError;
+pub use file::write_atomically;
 pub use fields::Fields;
 pub use material::{
     CrackDensity, DamageQuadrature, ElasticLaw, HyperelasticLaw, Irreversibility, Material,
@@ -90,7 +92,7 @@ pub use problem::{
 pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};
 
 pub use ensemble::{
-    Campaign, CampaignError, CampaignProgress, RunEnd, RunInput, RunRecord, RunStatus,
+    Ensemble, EnsembleError, EnsembleProgress, RunEnd, RunInput, RunRecord, RunStatus,
 };
 pub use mesh::gmsh;
 pub use mesh::vtu;

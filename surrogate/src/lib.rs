@@ -29,12 +29,14 @@
 //! # Ok::<(), surrogate::SurrogateError>(())
 //! ```
 //!
-//! Scope: uniform inputs on a box, dense expansions by least squares up to order 16.
+//! Scope: uniform inputs on a box, dense expansions by least squares up to order 16. [`Pce`] is for numbers
+//! of inputs and outputs that are known at compile time, [`DynPce`] for those that a file decides.
 
 mod dataset;
 mod dataset_csv;
 mod design;
 mod differentiable;
+mod dyn_pce;
 mod error;
 mod fit;
 mod kernel;
@@ -53,7 +55,8 @@ pub use error::SurrogateError;
 pub use fit::{Fit, FitOptions};
 pub use legendre::MAX_ORDER;
 pub use multi_index::Truncation;
-pub use pce::{BoxPosition, Pce};
+pub use dyn_pce::{BoxPosition, DynPce};
+pub use pce::Pce;
 pub use rand;
 pub use select::{FitReport, LooError, OrderReport, OrderRule, Split, SplitError};
 pub use sobol::SobolIndices;

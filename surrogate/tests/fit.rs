@@ -198,7 +198,7 @@ fn unusable_data_and_options_are_refused() {
         FitOptions { rule: OrderRule::Fixed(9), ..defaults },
         FitOptions { truncation: Truncation::Hyperbolic { q: 0.0 }, ..defaults },
         FitOptions { truncation: Truncation::Hyperbolic { q: f64::NAN }, ..defaults },
-        FitOptions { split: Split { train_share: 1.0, ..Split::default() }, ..defaults },
+        FitOptions { split: Split { train_fraction: 1.0, ..Split::default() }, ..defaults },
         FitOptions { split: Split { tolerance: -1.0, ..Split::default() }, ..defaults },
     ] {
         assert!(matches!(fit(&data, options), SurrogateError::Option { .. }), "{options:?}");

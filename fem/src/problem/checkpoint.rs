@@ -6,8 +6,7 @@
 //! whenever it saves, so that the same steps follow whether or not it was interrupted there.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{ErrorKind, Write};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -16,6 +15,7 @@ use super::curve::CurvePoint;
 use super::march::{ArcState, State};
 use crate::error::FemError;
 use crate::fields::Fields;
+use crate::file::write_atomically;
 use crate::solve::Effort;
 
 /// Where a run keeps its state, and how often it saves.
@@ -117,17 +117,7 @@ impl Checkpoint {
         state.pressures.iter().for_each(|p| put(&mut bytes, p));
         let sum = Fingerprint::new().add(&bytes).value();
         bytes.extend(sum.to_le_bytes());
-        self.replace(&bytes).map_err(|e| self.error(format!("cannot be written: {e}")))
-    }
-
-    fn replace(&self, bytes: &[u8]) -> std::io::Result<()> {
-        let mut name = self.path.file_name().unwrap_or_default().to_owned();
-        name.push(format!(".{}.partial", std::process::id()));
-        let partial = self.path.with_file_name(name);
-        let mut file = File::create(&partial)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        std::fs::rename(&partial, &self.path)
+        write_atomically(&self.path, &bytes).map_err(|e| self.error(format!("cannot be written: {e}")))
     }
 
     /// Reads a state into the fresh one of a run; false if there is no file.
