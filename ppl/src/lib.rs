@@ -34,7 +34,7 @@
 //! # What is here
 //! - **Models**: [`model!`], or the trait [`Model`] by hand; [`Bound`] is a model with its data.
 //! - **Distributions**, one type each, with the variations of [`Family`]: `.iid(n)`,
-//!   `.array::<N>()`, `.truncate(a..b)`, `.ordered()`, `.sum_to_zero()`. An own one implements
+//!   `.array::<N>()`, `.truncate(a..b)`, `.ordered()`. An own one implements
 //!   [`Distribution`].
 //! - **Derivatives**: exact, by reverse mode; own functions enter as [`Differentiable`].
 //! - **Samplers**: [`Nuts`]; without gradients [`Metropolis`], [`ComponentwiseMetropolis`] and

@@ -12,7 +12,6 @@ use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{Hyperbolic, digamma, ln_beta, ln_gamma};
 use crate::terms::Terms;
-use crate::transform::Correlation;
 
 /// Cholesky factor L of a K×K correlation matrix R = L Lᵀ with p(R) ∝ det(R)^(η − 1).
 ///
@@ -218,9 +217,12 @@ where
     }
 
     fn unconstrain(&self, factor: &CholeskyFactor<R, K>, out: &mut Vec<f64>) {
-        let start = out.len();
-        Correlation.unconstrain(factor, out);
-        let columns = (0..K).flat_map(|i| 0..i);
-        out[start..].iter_mut().zip(columns).for_each(|(y, j)| *y *= self.scale(j));
+        // sinh yᵢⱼ = Lᵢⱼ/|(Lᵢ,ⱼ₊₁ … Lᵢᵢ)|
+        for (i, row) in factor.values().iter().enumerate() {
+            for j in 0..i {
+                let rest: f64 = row[j + 1..=i].iter().map(|entry| entry.powi(2)).sum();
+                out.push(self.scale(j) * (row[j] / rest.sqrt()).asinh());
+            }
+        }
     }
 }

@@ -3,78 +3,47 @@
 //! One family a file. Parameters are public fields (`Normal(mean, sd)`), each a number, a
 //! reference to one, or an unknown of the model. Variations are methods of [`Family`]:
 //! `.truncate(a..b)`, `.censor(a..b)`, `.iid(n)`, `.array::<N>()`, `.array::<N>().ordered()`,
-//! `.array::<N>().sum_to_zero()`.
+//! `.non_centered()`.
 
 mod array;
 mod bernoulli;
 mod bernoulli_logit;
-mod bernoulli_probit;
 mod beta;
-mod beta_binomial;
 mod binomial;
 mod categorical;
 mod cauchy;
 mod censored;
-mod chi_squared;
 mod cholesky_factor;
 mod count;
 mod count_mass;
-mod cut_points;
 mod dirichlet;
-mod discrete_uniform;
 mod either;
-mod ex_gaussian;
 mod exponential;
-mod frechet;
 mod gamma;
 mod gaussian_process;
-mod geometric;
-mod gumbel;
 mod half_cauchy;
 mod half_normal;
-mod half_student_t;
 mod iid;
 mod interval;
 mod interval_mass;
 mod inverse_gamma;
-mod inverse_gaussian;
-mod inverse_wishart_cholesky;
-mod kumaraswamy;
-mod laplace;
 mod lkj_cholesky;
-mod log_logistic;
 mod log_normal;
-mod logistic;
-mod logit_normal;
-mod lomax;
 mod mixture;
-mod multinomial;
 mod mv_normal_cholesky;
-mod mv_student_t_cholesky;
 mod negative_binomial;
 mod non_centered;
 mod normal;
 mod numeric;
 mod ordered;
-mod ordered_logistic;
-mod ordered_probit;
-mod pareto;
 mod poisson;
 mod poisson_log;
-mod rayleigh;
-mod skew_normal;
 mod student_t;
-mod sum_to_zero;
-mod triangle;
-mod triangular;
 mod truncated;
 mod uniform;
-mod unit_vector;
 mod univariate;
 mod vector;
-mod von_mises;
 mod weibull;
-mod wishart_cholesky;
 mod zero_inflated;
 
 use rand::Rng;
@@ -88,77 +57,48 @@ use crate::terms::Terms;
 pub use array::Array;
 pub use bernoulli::Bernoulli;
 pub use bernoulli_logit::BernoulliLogit;
-pub use bernoulli_probit::BernoulliProbit;
 pub use beta::Beta;
-pub use beta_binomial::BetaBinomial;
 pub use binomial::{Binomial, BinomialLogit};
 pub use categorical::{Categorical, CategoricalLogit};
 pub use cauchy::Cauchy;
 pub use censored::Censored;
-pub use chi_squared::ChiSquared;
 pub(crate) use cholesky_factor::Angles;
 pub use cholesky_factor::CholeskyFactor;
 pub use count::{Count, CountMass, CountParameter};
 pub use dirichlet::Dirichlet;
-pub use discrete_uniform::DiscreteUniform;
 pub use either::Either;
-pub use ex_gaussian::ExGaussian;
 pub use exponential::Exponential;
-pub use frechet::Frechet;
 pub use gamma::Gamma;
 pub use gaussian_process::{
     GaussianProcess, Kernel, Lengths, Matern32, Matern52, Mean, Point, Prediction,
     SquaredExponential,
 };
-pub use geometric::Geometric;
-pub use gumbel::Gumbel;
 pub use half_cauchy::HalfCauchy;
 pub use half_normal::HalfNormal;
-pub use half_student_t::HalfStudentT;
 pub use iid::Iid;
 pub use interval::{Ends, Interval};
 #[doc(hidden)]
 pub use interval_mass::ln_probability;
 pub use inverse_gamma::InverseGamma;
-pub use inverse_gaussian::InverseGaussian;
-pub use inverse_wishart_cholesky::InverseWishartCholesky;
-pub use kumaraswamy::Kumaraswamy;
-pub use laplace::Laplace;
 pub use lkj_cholesky::LkjCholesky;
-pub use log_logistic::LogLogistic;
 pub use log_normal::LogNormal;
-pub use logistic::Logistic;
-pub use logit_normal::LogitNormal;
-pub use lomax::Lomax;
 pub use mixture::{Components, Mixture, Weights};
-pub use multinomial::Multinomial;
 pub use mv_normal_cholesky::MvNormalCholesky;
-pub use mv_student_t_cholesky::MvStudentTCholesky;
 pub use negative_binomial::NegativeBinomial;
 pub use non_centered::{LocationScale, NonCentered};
 pub use normal::Normal;
 pub use numeric::Numeric;
 pub use ordered::Ordered;
-pub use ordered_logistic::OrderedLogistic;
-pub use ordered_probit::OrderedProbit;
-pub use pareto::Pareto;
 pub use poisson::Poisson;
 pub use poisson_log::PoissonLog;
-pub use rayleigh::Rayleigh;
-pub use skew_normal::SkewNormal;
 pub use student_t::StudentT;
-pub use sum_to_zero::SumToZero;
-pub use triangle::Triangular;
 pub use truncated::Truncated;
 pub use uniform::Uniform;
-pub use unit_vector::UnitVector;
 pub use univariate::{Univariate, UnivariateDensity};
 #[doc(hidden)]
 pub use univariate::{add_terms, constrain};
 pub use vector::{Repeated, Vector};
-pub use von_mises::VonMises;
 pub use weibull::Weibull;
-pub use wishart_cholesky::WishartCholesky;
 pub use zero_inflated::ZeroInflated;
 
 /// A parameter of a distribution, seen as a plain number: `f64`, any [`Scalar`], or a reference to
@@ -228,11 +168,6 @@ pub trait Family: Sized + Clone {
         Ordered { inner: self }
     }
 
-    /// Independent normal values that sum to zero:
-    /// `Normal(0.0, sd).array::<4>().sum_to_zero()`.
-    fn sum_to_zero(self) -> SumToZero<Self> {
-        SumToZero { inner: self }
-    }
 }
 
 /// What every distribution offers to a model: density and draws over values of type `Value`.

@@ -26,8 +26,7 @@ use crate::terms::Terms;
 ///
 /// // one success: the geometric distribution
 /// let ln_mass: f64 = NegativeBinomial::with_probability(1.0, 0.25).ln_density(&3);
-/// let geometric: f64 = Geometric(0.25).ln_density(&3);
-/// assert!((ln_mass - geometric).abs() < 1e-14);
+/// assert!((ln_mass - (0.25 * 0.75f64.powi(3)).ln()).abs() < 1e-14);
 /// ```
 ///
 /// # References

@@ -3,9 +3,8 @@
 use rand::Rng;
 
 use super::{
-    Array, Cauchy, CholeskyFactor, Distribution, Exponential, Family, Gumbel, HalfCauchy,
-    HalfNormal, Laplace, LogNormal, Logistic, MvNormalCholesky, Normal, Parameter, StudentT,
-    Unknown, lift,
+    Array, Cauchy, CholeskyFactor, Distribution, Exponential, Family, HalfCauchy, HalfNormal,
+    LogNormal, MvNormalCholesky, Normal, Parameter, StudentT, Unknown, lift,
 };
 use crate::density::DomainError;
 use crate::record::Datum;
@@ -17,7 +16,7 @@ use crate::terms::{Joined, Terms};
 /// | distribution | z | x |
 /// |---|---|---|
 /// | `Normal(μ, σ)` | `Normal(0, 1)` | μ + σ z |
-/// | `Cauchy(μ, σ)`, `Laplace(μ, σ)`, `Logistic(μ, σ)`, `Gumbel(μ, σ)` | the same with 0 and 1 | μ + σ z |
+/// | `Cauchy(μ, σ)` | `Cauchy(0, 1)` | μ + σ z |
 /// | `StudentT(ν, μ, σ)` | `StudentT(ν, 0, 1)` | μ + σ z |
 /// | `LogNormal(μ, σ)` | `LogNormal(0, 1)` | e^μ z^σ |
 /// | `HalfNormal(σ)`, `HalfCauchy(σ)` | the same with σ = 1 | σ z |
@@ -168,21 +167,6 @@ impl_location_scale! {
     }
     [M, S] Cauchy<M, S> => Cauchy<f64, f64> {
         |_| Cauchy(0.0, 1.0),
-        |d, z| lift(d.0) + lift::<R>(d.1) * z,
-        |x| (x - lift::<R>(d.0)) / lift::<R>(d.1)
-    }
-    [M, S] Laplace<M, S> => Laplace<f64, f64> {
-        |_| Laplace(0.0, 1.0),
-        |d, z| lift(d.0) + lift::<R>(d.1) * z,
-        |x| (x - lift::<R>(d.0)) / lift::<R>(d.1)
-    }
-    [M, S] Logistic<M, S> => Logistic<f64, f64> {
-        |_| Logistic(0.0, 1.0),
-        |d, z| lift(d.0) + lift::<R>(d.1) * z,
-        |x| (x - lift::<R>(d.0)) / lift::<R>(d.1)
-    }
-    [M, S] Gumbel<M, S> => Gumbel<f64, f64> {
-        |_| Gumbel(0.0, 1.0),
         |d, z| lift(d.0) + lift::<R>(d.1) * z,
         |x| (x - lift::<R>(d.0)) / lift::<R>(d.1)
     }

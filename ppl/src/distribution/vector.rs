@@ -95,7 +95,7 @@ impl<R, V: Vector<R> + ?Sized> Vector<R> for &V {
 }
 
 /// Independent values of one distribution, `.array::<N>()` or `.iid(n)`: what
-/// [`ordered`](Family::ordered) and [`sum_to_zero`](Family::sum_to_zero) act on.
+/// [`ordered`](Family::ordered) acts on.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a number of independent values",
     label = "write `.array::<N>()` or `.iid(n)` first: `Normal(0.0, 1.0).array::<3>().ordered()`"

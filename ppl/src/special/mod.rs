@@ -18,7 +18,6 @@
 //! assert!((q - (-2.0f64).exp()).abs() < 1e-15 && (p + q - 1.0).abs() < 1e-15);
 //! ```
 
-mod bessel;
 mod beta;
 mod gamma;
 mod normal;
@@ -26,7 +25,6 @@ mod quadrature;
 mod remembered;
 mod root;
 
-pub use bessel::{ln_bessel_i0_scaled, one_minus_bessel_ratio};
 pub use beta::{beta_logit_quantile, ln_beta, ln_beta_power, regularised_beta};
 pub use gamma::{
     digamma, digamma_rise, gamma_ln_quantile, ln_gamma, ln_minus_digamma, regularised_gamma,

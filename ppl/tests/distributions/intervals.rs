@@ -56,26 +56,6 @@ fn the_hurdle_is_one_minus_the_zeros() {
     }
 }
 
-#[test]
-fn counts_cut_off_at_either_end_of_a_finite_support() {
-    for (a, b) in [(2.5, 1.5), (0.2, 0.3), (30.0, 0.01), (1e-4, 5.0)] {
-        for (first, last) in [(0, 40), (1, 40), (0, 39), (2, 37), (20, 40), (40, 40)] {
-            let all = |a: f64, b: f64| -> f64 {
-                let mass = |k: u64| -> f64 { BetaBinomial(40u64, a, b).ln_pmf(k) };
-                (first..=last).map(|k| mass(k).exp()).sum::<f64>().ln()
-            };
-            let [x, y] = D::<2>::variables([a, b]);
-            let got: D<2> = BetaBinomial(40u64, x, y).ln_mass(first, last);
-            let name = format!("{first}..={last} at {a}, {b}");
-            assert_close(got.value(), all(a, b), 1e-10, 1e-13, &name);
-            let in_a = derivative(|a| all(a, b), a, 0.02 * a);
-            let in_b = derivative(|b| all(a, b), b, 0.02 * b);
-            assert_close(got.gradient()[0], in_a, 1e-7, 1e-9 / a, &name);
-            assert_close(got.gradient()[1], in_b, 1e-7, 1e-9 / b, &name);
-        }
-    }
-}
-
 /// A mass whose shape (the first parameter) is data, and unknown: against each other and against
 /// differences.
 fn assert_ends<const K: usize>(
