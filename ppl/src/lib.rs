@@ -74,6 +74,7 @@ mod model;
 mod ode;
 mod operand;
 mod optimize;
+mod parameter;
 mod partials;
 mod posterior;
 mod power_scaling;
@@ -111,6 +112,7 @@ pub use ln_sum_exp::ln_sum_exp;
 pub use model::{Context, Model};
 pub use ode::{Ode, Solution};
 pub use optimize::{Laplace, Map, Mode, OptimizeError, Pathfinder, PathfinderFit, PathfinderPath};
+pub use parameter::Parameter;
 pub use partials::Partials;
 pub use posterior::{DivergentPoint, Posterior, PosteriorError};
 pub use power_scaling::{PowerScaling, PowerScalingError, Sensitivity, SensitivityRow};
@@ -141,6 +143,7 @@ pub mod prelude {
     pub use crate::dot::dot;
     pub use crate::ln_sum_exp::ln_sum_exp;
     pub use crate::optimize::Map;
+    pub use crate::parameter::Parameter;
     pub use crate::sampler::{
         ComponentwiseMetropolis, DelayedAcceptance, DifferentialEvolution, Metropolis, Nuts, Smc,
     };
@@ -152,7 +155,7 @@ pub mod prelude {
 #[doc(hidden)]
 pub mod __private {
     pub use crate::accumulator::At;
-    pub use crate::distribution::{add_terms, constrain, ln_probability};
+    pub use crate::distribution::{add_terms, constrain};
     pub use crate::literal::literal;
     pub use crate::operand::{Apart, Coefficient, Number, Of, Other, Place, Together, Unread};
     pub use crate::rows::{NewRow, Rows, settle, zip};

@@ -127,8 +127,7 @@ impl<G: Rng> Unknowns for Drawn<'_, G> {
         site: &Site,
         distribution: &D,
     ) -> Result<(D::Value, f64), Rejection> {
-        distribution.validate().map_err(|error| site.rejection(error))?;
-        let value = distribution.draw(&mut *self.rng);
+        let value = site.locate(distribution.try_draw(&mut *self.rng))?;
         distribution.unconstrain(&value, &mut self.y);
         Ok((value, 0.0))
     }

@@ -26,7 +26,8 @@ ppl::model! {
         let w ~ Dirichlet([2.0; 9]);
         for y in y {
             let inner = Mixture([0.25, 0.75], [Cauchy(mean[0], 1.0), Cauchy(mean[1], 2.0)]);
-            y ~ Mixture([0.5, 0.5], (inner, StudentT(4.0, mean[2], 1.0)));
+            let other = Mixture([0.5, 0.5], [Cauchy(mean[2], 1.0), Cauchy(mean[1], 0.5)]);
+            y ~ Mixture([0.5, 0.5], [inner, other]);
             let again = y;
             again ~ Mixture(w, mean.map(|m| Normal(m, 0.7).truncate(-9.0..9.0)));
         }

@@ -93,4 +93,3 @@ fn categorical() {
     let error = Distribution::<f64>::validate(&Categorical([0.5, 0.6])).unwrap_err();
     assert_eq!(error.to_string(), "Categorical: sum of the probabilities must be 1, got 1.1");
 }
-

@@ -64,12 +64,6 @@ FAMILIES["StudentTTail"] = lambda x, n, m, s: [log(betainc(
     n / 2, half, 0, n / (n + ((x - m) / s) ** 2), regularized=True) / 2)]
 FAMILIES["WeibullTail"] = lambda x, a, s: [-((x / s) ** a)]
 FAMILIES["CauchyTail"] = lambda x, m, s: [log(atan2(s, x - m) / pi)]
-FAMILIES["PoissonTail"] = lambda k, l: [log(gammainc(k, 0, l, regularized=True))]
-# one minus what is cut off
-mass_from = lambda family, first: lambda k, *p: [*FAMILIES[family](k, *p), -log1p(
-    -fsum(exp(fsum(FAMILIES[family](mpf(j), *p))) for j in range(first)))]
-FAMILIES["NegativeBinomialFrom1"] = mass_from("NegativeBinomial", 1)
-FAMILIES["NegativeBinomialFrom3"] = mass_from("NegativeBinomial", 3)
 POINTS = {
     "Normal": [(0.1, 0.0, 1.0), (1e3, -5.0, 1e-3), (1e-9, 0.0, 1e9), (7.5, 7.5, 1e-300),
                (40.0, 0.0, 1.0), (1e200, 0.0, 1e190), (-3.25, 2.5, 0.7)],
@@ -117,18 +111,12 @@ POINTS = {
     "StudentTTail": [(1.0, 4.0, 0.0, 1.0), (1e6, 3.0, 0.0, 1.0), (3.0, 7.5, 1.0, 0.5)],
     "WeibullTail": [(1.0, 2.5, 1.5), (1e4, 0.75, 2.0), (1e-9, 2.5, 1.5)],
     "CauchyTail": [(1.0, 0.0, 1.0), (1e200, 0.0, 1.0), (-1e9, 0.0, 1.0)],
-    "PoissonTail": [(3, 2.5), (400, 2.5), (5, 100.0)],
     "GammaBelow": [(1.0, 2.5, 1.5), (1e-30, 0.75, 2.0), (40.0, 2.5, 1.5), (1e-3, 60.0, 2.0)],
     "InverseGammaTail": [(1.0, 2.5, 1.5), (1e9, 0.75, 2.0), (0.01, 2.5, 1.5), (3.0, 40.0, 7.0)],
-    "NegativeBinomialFrom1": [(5, 6.0, 2.5), (3, 20.0, 2.26e-6), (1, 20.0, 1e-12), (3, 1e-6, 0.7),
-                              (1, 0.5, 1e8), (3, 1e4, 1e-3), (2, 1e-9, 1e-9), (1, 1e-3, 1e6),
-                              (40, 30.0, 12.0)],
-    "NegativeBinomialFrom3": [(5, 6.0, 2.5), (3, 20.0, 2.26e-6), (9, 20.0, 1e-12), (3, 0.01, 0.7),
-                              (4, 0.5, 1e8), (3, 1e4, 1e-3), (40, 30.0, 12.0)],
 }
 # a count has no derivative
 COUNTS = {"Poisson", "Binomial", "BinomialLogit", "NegativeBinomial", "PoissonLog",
-          "ZeroInflatedPoisson", "PoissonTail", "NegativeBinomialFrom1", "NegativeBinomialFrom3"}
+          "ZeroInflatedPoisson"}
 # observed at the end of the interval
 TAILS = {family for family in POINTS if family.endswith("Tail")} | {"GammaBelow"}
 
@@ -199,8 +187,6 @@ for a, b in [(0.5, 0.5), (1e-10, 3), (0.5, 3.5), (2, 3), (1e3, 2e3), (1e10, 0.5)
 for x in map(mpf, [-0.999, -0.5, -0.39, -0.1, -1e-3, -1e-8, 1e-12, 1e-5, 0.05, 0.3, 0.59, 0.61, 2,
                    1e5]):
     emit("ln_1p_minus", [x], log1p(x) - x)
-for y in map(mpf, [1e-9, 1e-4, 0.01, 0.3, 0.49, 0.51, 1, 5, 20, 400, 1e5]):
-    emit("ln_cosh", [y], log(cosh(y)))
 mp.dps = 320
 for x in map(mpf, [1e-300, 1e-10, 0.1, 0.6, 0.7, 2, 40, 700]):
     emit("ln_one_minus_exp", [x], log(-expm1(-x)))

@@ -46,12 +46,9 @@ fn evaluate(family: &str, [x, a, b, c]: [D; 4]) -> D {
         "GammaTail" => Gamma(a, b).censor(..x.value()).ln_density(&x),
         "GammaBelow" => Gamma(a, b).censor(x.value()..).ln_density(&x),
         "InverseGammaTail" => InverseGamma(a, b).censor(..x.value()).ln_density(&x),
-        "NegativeBinomialFrom1" => NegativeBinomial(a, b).truncate(1.0..).ln_density(&count),
-        "NegativeBinomialFrom3" => NegativeBinomial(a, b).truncate(3.0..).ln_density(&count),
         "StudentTTail" => StudentT(a, b, c).censor(..x.value()).ln_density(&x),
         "WeibullTail" => Weibull(a, b).censor(..x.value()).ln_density(&x),
         "CauchyTail" => Cauchy(a, b).censor(..x.value()).ln_density(&x),
-        "PoissonTail" => Poisson(a).censor(..x.value()).ln_density(&count),
         other => panic!("no family {other}"),
     }
 }
@@ -68,13 +65,11 @@ fn allowed(family: &str, arguments: &[f64]) -> (f64, f64) {
     let usual = |x: &f64| x.is_nan() || *x == 0.0 || (0.01..=100.0).contains(&x.abs());
     match family {
         // densities and probabilities are exponentiated on the way: ε times their logarithms
-        "MixtureOfNormals" | "ZeroInflatedPoisson" | "PoissonTail" => (4.0, 512.0),
+        "MixtureOfNormals" | "ZeroInflatedPoisson" => (4.0, 512.0),
         // the density at an end of an interval by its probability: ε times their logarithms
         "GammaAbove" | "GammaBelow" | "GammaTail" | "InverseGammaTail" | "StudentTTail" => {
             (64.0, 1024.0)
         }
-        // one minus what is cut off, which may keep all but two digits
-        "NegativeBinomialFrom1" | "NegativeBinomialFrom3" => (64.0, 512.0),
         _ if arguments.iter().all(usual) => (4.0, 8.0),
         _ => (64.0, 512.0),
     }
@@ -84,11 +79,9 @@ fn allowed(family: &str, arguments: &[f64]) -> (f64, f64) {
 /// 10⁻¹¹, which does not shrink with the derivative.
 fn by_quadrature(family: &str, place: usize) -> bool {
     match family {
-        "BetaAbove" => place > 0,
+        "BetaAbove" | "GammaAbove" | "GammaBelow" | "GammaTail" | "InverseGammaTail" => place > 0,
         // in the shape alone
-        "GammaAbove" | "GammaBelow" | "GammaTail" | "InverseGammaTail" | "StudentTTail" => {
-            place == 1
-        }
+        "StudentTTail" => place == 1,
         _ => false,
     }
 }
@@ -124,7 +117,7 @@ fn log_densities_agree_with_fifty_digits() {
         }
         rows += 1;
     }
-    assert!(rows >= 180, "{rows} rows");
+    assert!(rows >= 155, "{rows} rows");
     assert!(failures.is_empty(), "\n{}", failures.join("\n"));
 }
 

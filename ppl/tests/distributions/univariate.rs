@@ -128,7 +128,7 @@ fn mixtures() {
         [w, a, b, s] Mixture([w, 1.0 - w], [Normal(a, s), Normal(b, s)]),
         [0.3, -2.0, 3.0, 0.7], [-3.0, -1.0, 0.5, 6.0]);
     assert_distribution!(
-        [w, m, s] Mixture([w, 1.0 - w], (Normal(m, s), Cauchy(0.5, 2.0))),
+        [w, m, s] Mixture([w, 1.0 - w], [Cauchy(m, s), Cauchy(-2.0 * m, 2.0 * s)]),
         [0.6, 1.0, 0.7], [-3.0, 0.9, 7.0]);
     assert_distribution!(
         [w, a, b] Mixture([w, 1.0 - w], [Gamma(a, b), Gamma(b, a)]).truncate(0.5..),

@@ -199,4 +199,3 @@ fn draws<C: Case>(name: &str, case: &C, parameters: &[f64], dim: usize) {
         }
     }
 }
-

@@ -16,7 +16,7 @@ const FAMILIES: [(&str, &[&str]); 5] = [
             "Normal(#m, #s).censor(-0.8..0.9)",
             "Normal(#m, #s).truncate(-2.0..)",
             "Mixture([0.3, 0.7], [Normal(#m, #s), Normal(#m, #s)])",
-            "Mixture([0.3, 0.7], (Normal(#m, #s), Cauchy(#m, #s)))",
+            "Mixture([0.3, 0.7], [Cauchy(#m, #s), Cauchy(#m, 0.7)])",
         ],
     ),
     (
@@ -38,7 +38,6 @@ const FAMILIES: [(&str, &[&str]); 5] = [
         &[
             "Poisson(#s)",
             "PoissonLog(#m)",
-            "Poisson(#s).truncate(..12.0)",
             "NegativeBinomial(#s, #s)",
             "Binomial(9u64, #p)",
             "BinomialLogit(9u64, #m)",
