@@ -59,33 +59,34 @@
 //! ```
 
 mod boundary;
-mod compression;
-mod contact;
 mod element;
 mod ensemble;
 mod error;
+mod fields;
 mod material;
 mod mesh;
 mod operator;
+mod problem;
 mod solve;
 mod specimen;
 
 #[doc = include_str!("equations.md")]
 pub mod equations {}
 
-pub use boundary::{Axis, Conditions, PointValues, Problem};
-pub use compression::{
-    Checkpoint, CompressionTest, CurvePoint, CurveWriter, End, Fields, Friction, Loading, Observer,
-    Outcome, PartTimes, Platens, ProductTimes, Schedule, Stepping, read_curve, write_curve,
-};
-pub use contact::{ContactPoint, Platen};
-pub use element::Order;
+pub use boundary::{Axis, Conditions, ContactPoint, Platen};
+pub use element::{Order, PointValues};
 pub use error::FemError;
+pub use fields::Fields;
 pub use material::{
     CrackDensity, DamageQuadrature, ElasticLaw, HyperelasticLaw, Irreversibility, Material,
     MooneyRivlin, Ogden, PhaseField, PrincipalStrain, SaintVenantKirchhoff, Split, UserLaw,
 };
 pub use num_dual::DualNum;
+pub use problem::{
+    Checkpoint, CompressionTest, CurvePoint, CurveWriter, End, Friction, Loading, Observer,
+    Outcome, PartTimes, Platens, Problem, ProductTimes, Schedule, Stepping, read_curve,
+    write_curve,
+};
 pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};
 
 pub use ensemble::{
@@ -94,7 +95,8 @@ pub use ensemble::{
 pub use mesh::gmsh;
 pub use mesh::vtu;
 pub use mesh::{CylinderLattice, LatticeError};
-pub use mesh::{FractionTarget, GrainVolume, LabelReport, Labelling, label};
+
 pub use mesh::{MeshError, Quality, TetMesh};
 pub use specimen::{ConvexPolyhedron, Grain, GrainShape};
+pub use specimen::{FractionTarget, GrainVolume, LabelReport, Labelling, label};
 pub use specimen::{GrainForm, Packing, PackingError, SizeClass};

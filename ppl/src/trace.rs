@@ -334,8 +334,8 @@ impl Context for Trace<'_> {
         }
     }
 
-    fn factor(&mut self, _: &'static Site, _: Real<f64>) -> Result<(), Rejection> {
-        self.record.is_weighed = true;
+    fn factor(&mut self, _: &'static Site, weight: Real<f64>) -> Result<(), Rejection> {
+        *self.record.factors.get_or_insert(0.0) += weight.0;
         Ok(())
     }
 

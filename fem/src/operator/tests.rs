@@ -7,8 +7,8 @@ use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::*;
-use crate::compression::Fields;
 use crate::element::{DamageRule, Linear, Quadratic, Rule, Space, Tetrahedron};
+use crate::fields::Fields;
 use crate::material::{CrackDensity, ElasticLaw, Material, PhaseField, PointMaterial, Split};
 use crate::mesh::TetMesh;
 use crate::solve::{LinearPlan, Solver, SolverOptions};

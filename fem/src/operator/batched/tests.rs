@@ -4,8 +4,8 @@ use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::*;
-use crate::compression::Fields;
 use crate::element::{DamageRule, Linear, Quadratic, Rule, Tetrahedron};
+use crate::fields::Fields;
 use crate::material::{ElasticLaw, PhaseField, Split};
 use crate::operator::Span;
 use crate::operator::element::Element;

@@ -8,8 +8,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::direct::Direct;
 use super::factor::Symbolic;
 use super::*;
-use crate::compression::Fields;
 use crate::element::{DamageRule, Linear, Quadratic, Rule, Space, Tetrahedron};
+use crate::fields::Fields;
 use crate::material::{ElasticLaw, Material, PhaseField, PointMaterial};
 use crate::mesh::CylinderLattice;
 use crate::operator::{
@@ -39,7 +39,7 @@ impl Operator for Given {
         0
     }
 
-    fn domain(&self) -> &dyn crate::boundary::Domain {
+    fn domain(&self) -> &dyn crate::element::Domain {
         unreachable!("a linear solver takes no integrals")
     }
 

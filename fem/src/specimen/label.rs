@@ -5,9 +5,9 @@ use std::fmt;
 
 use rayon::prelude::*;
 
-use super::TetMesh;
 use super::islands::Surroundings;
-use super::vector::{Point, mean, norm, sub};
+use crate::mesh::TetMesh;
+use crate::mesh::vector::{Point, mean, norm, sub};
 use crate::specimen::Grain;
 
 /// Barycentric coordinates of a sample near a corner (once) and those of the other corners.

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::triangle::seven;
-use crate::compression::Fields;
 use crate::element::{Space, fourteen};
+use crate::fields::Fields;
 
 /// The fields at a point inside the body.
 #[derive(Clone, Copy, Debug)]

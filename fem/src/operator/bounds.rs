@@ -6,7 +6,7 @@
 //! Control Optim. 20 (1982) 221, doi:10.1137/0320018); once the set of held values is right it is
 //! Newton's method.
 
-use crate::compression::Fields;
+use crate::fields::Fields;
 use crate::operator::Residual;
 
 /// lower ≤ u_x, u_y, u_z, φ ≤ upper at every node; infinite where there is no bound.

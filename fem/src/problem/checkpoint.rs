@@ -12,9 +12,10 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::curve::{CurvePoint, Fields};
+use super::curve::CurvePoint;
 use super::march::{ArcState, State};
 use crate::error::FemError;
+use crate::fields::Fields;
 use crate::solve::Effort;
 
 /// Where a run keeps its state, and how often it saves.

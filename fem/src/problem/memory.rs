@@ -1,9 +1,9 @@
 //! What damage remembers from one increment to the next.
 
-use super::curve::Fields;
+use crate::fields::Fields;
 use crate::material::{CrackDensity, Irreversibility, PhaseField, PointMaterial};
-use crate::operator::{Increment, Operator, Span};
-use crate::solve::{Bounds, StepFailure};
+use crate::operator::{Bounds, Increment, Operator, Span};
+use crate::solve::StepFailure;
 
 /// The state of the irreversibility.
 #[derive(Clone, Debug, Default)]

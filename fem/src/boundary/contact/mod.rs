@@ -1,6 +1,5 @@
 //! Rigid platens: unilateral contact, Coulomb friction, viscous drag.
 
-mod augment;
 mod nodal;
 mod platen;
 

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::TetMesh;
+use crate::mesh::TetMesh;
 
 /// What lies around each tetrahedron and each node.
 pub(super) struct Surroundings<'a> {

@@ -3,14 +3,16 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::conditions::Conditions;
-use super::domain::PointValues;
-use crate::compression::{
-    Checkpoint, Discretisation, Fields, Fingerprint, March, Observer, Outcome, Schedule,
-    check_arc_length,
-};
-use crate::element::Order;
+use super::arc_length::check_arc_length;
+use super::checkpoint::{Checkpoint, Fingerprint};
+use super::curve::{Observer, Outcome};
+use super::discretisation::Discretisation;
+use super::loading::Schedule;
+use super::march::March;
+use crate::boundary::Conditions;
+use crate::element::{Order, PointValues};
 use crate::error::FemError;
+use crate::fields::Fields;
 use crate::material::{Material, PhaseField, PointMaterial};
 use crate::mesh::{TetMesh, vtu};
 use crate::solve::{Scheme, SolverOptions};

@@ -16,9 +16,9 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::platen::{Platen, Proximity};
-use crate::boundary::Domain;
-use crate::compression::Fields;
+use crate::element::Domain;
 use crate::error::FemError;
+use crate::fields::Fields;
 use crate::operator::NodeBlock;
 
 /// A node nearer than this share of the size of a face touches, though nothing presses yet.
@@ -104,7 +104,7 @@ pub(crate) struct ContactStep {
     touch: f64,
     nodes: Vec<Node>,
     /// Multiple of the slip velocity below which friction fades, above one while it sets in.
-    pub(super) bluntness: f64,
+    pub(crate) bluntness: f64,
 }
 
 /// One node in one increment.
@@ -160,7 +160,7 @@ impl ContactStep {
         }
     }
 
-    pub(super) fn has_friction(&self) -> bool {
+    pub(crate) fn has_friction(&self) -> bool {
         self.platen.friction > 0.0
     }
 
@@ -254,7 +254,7 @@ impl ContactStep {
     }
 
     /// p ← p_γ; returns the squares of the change and of the new forces, N².
-    pub(super) fn update(&mut self, fields: &Fields) -> [f64; 2] {
+    pub(crate) fn update(&mut self, fields: &Fields) -> [f64; 2] {
         let mut squares = [0.0; 2];
         for k in 0..self.nodes.len() {
             let node = self.nodes[k];

@@ -1,9 +1,9 @@
 //! Passes over the contact pressures of an increment.
 
-use super::nodal::ContactStep;
-use crate::compression::Fields;
+use super::newton::{Solver, StepFailure};
+use crate::boundary::ContactStep;
+use crate::fields::Fields;
 use crate::operator::Span;
-use crate::solve::{Solver, StepFailure};
 
 /// Change of the contact forces, relative to themselves, that ends the passes.
 const SETTLED: f64 = 1e-8;

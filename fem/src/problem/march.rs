@@ -5,12 +5,13 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::checkpoint::Checkpoint;
-use super::curve::{CurvePoint, End, Fields, Observer, Outcome};
+use super::curve::{CurvePoint, End, Observer, Outcome};
 use super::discretisation::Discretisation;
 use super::loading::{Schedule, Stepping};
 use super::memory::Memory;
 use crate::boundary::Applied;
 use crate::error::FemError;
+use crate::fields::Fields;
 use crate::material::{PhaseField, PointMaterial};
 use crate::solve::{Effort, Solver, SolverOptions, StepFailure};
 

@@ -1,10 +1,11 @@
 //! Steps of prescribed crack energy, through a snap-back.
 
-use super::curve::{End, Fields};
+use super::curve::End;
 use super::loading::Stepping;
 use super::march::{ArcState, March};
 use crate::boundary::Conditions;
 use crate::error::FemError;
+use crate::fields::Fields;
 use crate::material::{Material, PhaseField};
 use crate::solve::{Control, Solver, StepFailure};
 

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::curve::Fields;
-use super::test::CompressionTest;
+use super::compression_test::CompressionTest;
 use crate::error::FemError;
+use crate::fields::Fields;
 use crate::material::PointMaterial;
 use crate::operator::{Coupling, Increment, Layout, MatrixFree, NONE, Residual, Span};
 

@@ -5,8 +5,9 @@ use std::ops::ControlFlow;
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::ContactPoint;
+use crate::boundary::ContactPoint;
 use crate::error::FemError;
+use crate::fields::Fields;
 use crate::solve::Effort;
 
 /// One converged load step; compression is positive.
@@ -49,27 +50,6 @@ impl CurvePoint {
     pub fn balance_n_mm(&self) -> f64 {
         let dissipated = self.fracture_n_mm + self.viscous_n_mm + self.friction_n_mm;
         self.work_n_mm - self.elastic_n_mm - dissipated
-    }
-}
-
-/// Displacement (mm) and damage at the nodes of the space: the mesh's nodes come first, then, with
-/// quadratic elements, the midpoints of its edges.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Fields {
-    /// Displacement vectors, mm.
-    pub displacement: Vec<[f64; 3]>,
-    /// Damage φ; zero where a node touches elastic regions only.
-    pub damage: Vec<f64>,
-}
-
-impl Fields {
-    pub(crate) fn zero(nodes: usize) -> Self {
-        Self { displacement: vec![[0.0; 3]; nodes], damage: vec![0.0; nodes] }
-    }
-
-    pub(crate) fn copy_from(&mut self, other: &Fields) {
-        self.displacement.copy_from_slice(&other.displacement);
-        self.damage.copy_from_slice(&other.damage);
     }
 }
 

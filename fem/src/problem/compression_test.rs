@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use super::checkpoint::Checkpoint;
-use super::curve::{Fields, Observer, Outcome};
+use super::curve::{Observer, Outcome};
 use super::loading::Loading;
-use crate::boundary::{Axis, Conditions, Problem};
-use crate::contact::Platen;
+use super::problem::Problem;
+use crate::boundary::{Axis, Conditions, Platen};
 use crate::element::Order;
 use crate::error::FemError;
+use crate::fields::Fields;
 use crate::material::{Material, PhaseField};
 use crate::mesh::TetMesh;
 use crate::solve::SolverOptions;
