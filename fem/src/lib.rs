@@ -30,19 +30,16 @@
 //!
 //! ```
 //! use fem::{
-//!     CompressionTest, CylinderLattice, ElasticLaw, Loading, Material, Order, PhaseField,
+//!     CompressionTest, CylinderLattice, Fracture, Loading, Material, Order, PhaseField,
 //!     SolverOptions, Stepping,
 //! };
 //!
 //! let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
-//! let matrix = Material {
-//!     law: ElasticLaw::Hencky,
-//!     young_mpa: 275.0,
-//!     poisson: 0.25,
-//!     toughness_n_per_mm: Some(0.0025),
+//! let matrix = Material::hencky(275.0, 0.25).with_fracture(Fracture {
+//!     toughness_n_per_mm: 0.0025,
 //!     viscosity_mpa_s: 0.3,
 //!     residual_stiffness: 0.01,
-//! };
+//! });
 //! let damage = PhaseField::new(0.06);
 //! let loading = Loading {
 //!     displacement_mm: 0.22,
@@ -59,33 +56,35 @@
 //! ```
 
 mod boundary;
-mod compression;
-mod contact;
 mod element;
 mod ensemble;
 mod error;
+mod fields;
 mod material;
 mod mesh;
 mod operator;
+mod problem;
 mod solve;
 mod specimen;
 
 #[doc = include_str!("equations.md")]
 pub mod equations {}
 
-pub use boundary::{Axis, Conditions, PointValues, Problem};
-pub use compression::{
-    Checkpoint, CompressionTest, CurvePoint, CurveWriter, End, Fields, Friction, Loading, Observer,
-    Outcome, PartTimes, Platens, ProductTimes, Schedule, Stepping, read_curve, write_curve,
-};
-pub use contact::{ContactPoint, Platen};
-pub use element::Order;
+pub use boundary::{Axis, Conditions, ContactPoint, Platen};
+pub use element::{Order, PointValues};
 pub use error::FemError;
+pub use fields::Fields;
 pub use material::{
-    CrackDensity, DamageQuadrature, ElasticLaw, HyperelasticLaw, Irreversibility, Material,
-    MooneyRivlin, Ogden, PhaseField, PrincipalStrain, SaintVenantKirchhoff, Split, UserLaw,
+    CrackDensity, DamageQuadrature, Elasticity, Fracture, HyperelasticLaw, Irreversibility,
+    Material, MooneyRivlin, Ogden, PhaseField, PrincipalStrain, SaintVenantKirchhoff, Split,
+    UserLaw,
 };
 pub use num_dual::DualNum;
+pub use problem::{
+    Checkpoint, CompressionTest, CurvePoint, CurveWriter, End, Friction, Loading, Observer,
+    Outcome, PartTimes, Platens, Problem, ProductTimes, Schedule, Stepping, read_curve,
+    write_curve,
+};
 pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};
 
 pub use ensemble::{
@@ -94,7 +93,8 @@ pub use ensemble::{
 pub use mesh::gmsh;
 pub use mesh::vtu;
 pub use mesh::{CylinderLattice, LatticeError};
-pub use mesh::{FractionTarget, GrainVolume, LabelReport, Labelling, label};
+
 pub use mesh::{MeshError, Quality, TetMesh};
 pub use specimen::{ConvexPolyhedron, Grain, GrainShape};
+pub use specimen::{FractionTarget, GrainVolume, LabelReport, Labelling, label};
 pub use specimen::{GrainForm, Packing, PackingError, SizeClass};

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::compiled::Boundary;
-use super::domain::Domain;
-use crate::compression::Fields;
-use crate::contact::ContactStep;
+use crate::boundary::ContactStep;
+use crate::element::Domain;
+use crate::fields::Fields;
 use crate::operator::{NodeBlock, Residual, Span};
 
 /// Loads and contact at the end of an increment.

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::conditions::{Axis, Conditions, Function, Gauge, Prescribed, Travel};
-use super::domain::Domain;
 use super::rigid::RigidMotions;
-use crate::compression::Fields;
-use crate::contact::Contact;
+use crate::boundary::Contact;
+use crate::element::Domain;
 use crate::error::FemError;
+use crate::fields::Fields;
 use crate::mesh::TetMesh;
 use nalgebra::Vector3;
 

@@ -3,16 +3,13 @@
 mod applied;
 mod compiled;
 mod conditions;
-mod domain;
-mod problem;
+mod contact;
 mod rigid;
-mod triangle;
 
 pub use conditions::{Axis, Conditions};
-pub use domain::PointValues;
-pub use problem::Problem;
+pub use contact::{ContactPoint, Platen};
 
 pub(crate) use applied::Applied;
 pub(crate) use compiled::Boundary;
 pub(crate) use conditions::Function;
-pub(crate) use domain::Domain;
+pub(crate) use contact::{Contact, ContactStep};

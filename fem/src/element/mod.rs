@@ -1,12 +1,16 @@
 //! Linear and quadratic tetrahedra: shape functions, integration rules, and the space on a mesh.
 
+mod domain;
 mod quadrature;
 mod rule;
 mod space;
 mod tetrahedron;
+mod triangle;
 
+pub use domain::PointValues;
 pub use tetrahedron::Order;
 
+pub(crate) use domain::Domain;
 pub(crate) use quadrature::fourteen;
 pub(crate) use rule::{DamageRule, Rule, mean_values};
 pub(crate) use space::{Space, barycentric_gradients};

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use super::store::{Store, Stored};
 use super::{CampaignError, CampaignProgress, RunInput, RunRecord, RunStatus};
-use crate::compression::Outcome;
 use crate::error::FemError;
+use crate::problem::Outcome;
 
 /// How long to wait before looking again at a run that another process has.
 const WAIT: Duration = Duration::from_millis(200);

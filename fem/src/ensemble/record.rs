@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::compression::{CurvePoint, End, Outcome};
 use crate::error::FemError;
+use crate::problem::{CurvePoint, End, Outcome};
 
 /// A run to be made.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,7 +10,7 @@ use super::lanes::LANES;
 use super::pattern::Tangent;
 use super::reduced::ReferenceRule;
 use super::residual::{Increment, Residual};
-use crate::boundary::Domain;
+use crate::element::Domain;
 use crate::element::{Space, Tetrahedron, mean_values};
 use crate::material::Inverted;
 

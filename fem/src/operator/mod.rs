@@ -3,6 +3,7 @@
 mod assembly;
 mod batched;
 mod batches;
+mod bounds;
 mod element;
 mod graph;
 mod in_order;
@@ -18,6 +19,7 @@ mod tests;
 mod unknowns;
 
 pub(crate) use assembly::{Assembly, Coupling, Operator};
+pub(crate) use bounds::Bounds;
 pub(crate) use graph::Graph;
 #[cfg(test)]
 pub(crate) use lanes::{LANES, dispatch};

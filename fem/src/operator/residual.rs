@@ -1,8 +1,8 @@
 //! The residual of an increment, and the energies that come with it.
 
-use crate::compression::Fields;
+use super::bounds::Bounds;
+use crate::fields::Fields;
 use crate::material::PointMaterial;
-use crate::solve::Bounds;
 
 /// One time increment: where it starts, where it stands.
 #[derive(Clone, Copy)]

@@ -12,7 +12,7 @@
 use super::newton::{Solver, StepFailure};
 use super::norms::Field;
 use super::options::Scheme;
-use crate::compression::Fields;
+use crate::fields::Fields;
 use crate::operator::Span;
 
 /// Alternations between two tries to finish with Newton.

@@ -11,7 +11,7 @@
 use super::linear::Nodal;
 use super::newton::{Solver, StepFailure};
 use super::norms::Field;
-use crate::compression::Fields;
+use crate::fields::Fields;
 use crate::operator::{Increment, Residual, Span};
 
 /// Share of its residual that a linear solution may leave: the border multiplies what is left.

@@ -2,7 +2,7 @@
 
 mod alternate;
 mod arc_length;
-mod bounds;
+mod augment;
 mod linear;
 mod newton;
 mod norms;
@@ -12,6 +12,5 @@ pub use newton::Effort;
 pub use options::{LinearScheme, Scheme, SolverOptions};
 
 pub(crate) use arc_length::Control;
-pub(crate) use bounds::Bounds;
 pub(crate) use linear::LinearPlan;
 pub(crate) use newton::{Solver, StepFailure};

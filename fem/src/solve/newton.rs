@@ -9,7 +9,7 @@ use super::linear::{LinearSolver, Nodal};
 use super::norms::{Field, Norms};
 use super::options::{Scheme, SolverOptions};
 use crate::boundary::Applied;
-use crate::compression::Fields;
+use crate::fields::Fields;
 use crate::material::{Inverted, PointMaterial};
 use crate::operator::{Coupling, Increment, NONE, Operator, Residual, Span, Unknowns};
 

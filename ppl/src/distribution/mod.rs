@@ -2,7 +2,7 @@
 //!
 //! One family a file: of one real number in `continuous`, of counts, flags and categories in
 //! `discrete`, of vectors and matrices in `multivariate`; variations and mixtures of others in
-//! `compound`. Parameters are public fields (`Normal(mean, sd)`), each a number, a reference to one,
+//! `compound`; regressions in `glm`. Parameters are public fields (`Normal(mean, sd)`), each a number, a reference to one,
 //! or an unknown of the model. Variations are methods of [`Family`]: `.truncate(a..b)`,
 //! `.censor(a..b)`, `.iid(n)`, `.array::<N>()`, `.array::<N>().ordered()`, `.non_centered()`.
 
@@ -29,10 +29,15 @@ mod multivariate;
 
 mod compound;
 
+mod glm;
+
 pub use compound::*;
 pub use continuous::*;
 pub use discrete::*;
 pub use family::{Array, Censored, Family, Iid, NonCentered, Ordered, Truncated};
+pub use glm::{
+    BernoulliLogitGlm, ByGroup, Design, Intercept, NormalGlm, PoissonLogGlm, Predictors,
+};
 pub use interval::{Ends, Interval};
 pub use multivariate::*;
 pub use traits::{Distribution, Unknown};

@@ -7,7 +7,7 @@ use crate::density::DomainError;
 use crate::parameter::Parameter;
 use crate::record::{Datum, Record};
 use crate::scalar::Scalar;
-use crate::terms::Terms;
+use crate::terms::{Settled, Terms};
 
 /// What every distribution offers to a model: density and draws over values of type `Value`.
 #[diagnostic::on_unimplemented(
@@ -49,6 +49,36 @@ pub trait Distribution<R: Scalar>: Family {
     fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
         let _ = sums;
         terms.add_number(R::from(f64::NAN));
+    }
+
+    /// Whether one observation holds so many data that they are summarised when they are bound.
+    #[doc(hidden)]
+    const SUMMARISES: bool = false;
+
+    /// What [`add_pooled_terms`](Distribution::add_pooled_terms) needs of one observation, at the end
+    /// of `sums`: it depends on `x` and on what the distribution has of data, not on unknowns.
+    #[doc(hidden)]
+    fn summarise(&self, x: &Self::Value, sums: &mut Vec<f64>) {
+        let _ = (x, sums);
+    }
+
+    /// The log density of what cross-validation may leave out of `x`, part by part, at the end of
+    /// `out`.
+    #[doc(hidden)]
+    fn pointwise(&self, x: &Self::Value, out: &mut Vec<f64>) {
+        let mut terms = Settled::new(1.0);
+        self.add_terms(x, &mut terms);
+        out.push(terms.total());
+    }
+
+    /// Whether `x` has the size that the distribution asks for.
+    ///
+    /// # Errors
+    /// [`DomainError`] that says both sizes.
+    #[doc(hidden)]
+    fn fits(&self, x: &Self::Value) -> Result<(), DomainError> {
+        let _ = x;
+        Ok(())
     }
 
     /// Whether the parameters lie in their domain.

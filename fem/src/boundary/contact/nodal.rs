@@ -1,0 +1,280 @@
+//! Contact at the nodes of a surface.
+//!
+//! Pressure, friction and drag are integrated at the nodes, each with the area ∫ N_a dA: the
+//! vertices of linear triangles, the midpoints of the edges of quadratic ones (whose corners have no
+//! share, so that a uniform pressure is in equilibrium node by node).
+//!
+//! The pressure is that of an augmented Lagrangian, p_γ = ⟨p + γ (−g)⟩₊. With p held, Newton's method
+//! finds the nodes in contact (its active set are those with p_γ > 0); then p takes the value p_γ, and
+//! so on until they agree and the gap of every node in contact vanishes, whatever γ. Friction uses the
+//! held p, so that the tangent stays symmetric; it too is exact at the end.
+//!
+//! References: Alart & Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353,
+//! doi:10.1016/0045-7825(91)90022-X; Hintermüller, Ito & Kunisch, SIAM J. Optim. 13 (2003) 865,
+//! doi:10.1137/S1052623401383558.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::platen::{Platen, Proximity};
+use crate::element::Domain;
+use crate::error::FemError;
+use crate::fields::Fields;
+use crate::operator::NodeBlock;
+
+/// A node nearer than this share of the size of a face touches, though nothing presses yet.
+const TOUCH: f64 = 1e-9;
+/// Stiffness against sliding of nodes that touch before friction has a pressure, as a share of γ: it
+/// keeps the tangent regular and is no part of the residual.
+const HOLD: f64 = 1e-6;
+/// γ is this many Young's moduli over the size of a face.
+const PENALTY: f64 = 20.0;
+
+/// The state of one node of a contact surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactPoint {
+    /// Number of the node.
+    pub node: u32,
+    /// Its share of the surface, mm².
+    pub area_mm2: f64,
+    /// Contact pressure per reference area, MPa.
+    pub pressure_mpa: f64,
+    /// Distance from the platen, mm.
+    pub gap_mm: f64,
+    /// Force on the specimen, N: pressure, friction and drag.
+    pub force_n: [f64; 3],
+}
+
+/// A platen and the nodes that it can touch.
+#[derive(Clone, Debug)]
+pub(crate) struct Contact {
+    pub(crate) surface: String,
+    platen: Platen,
+    /// Node, area (mm²), reference position (mm).
+    nodes: Vec<(u32, f64, Vector3<f64>)>,
+}
+
+impl Contact {
+    pub(crate) fn new(
+        surface: &str,
+        platen: Platen,
+        domain: &dyn Domain,
+        triangles: &[[u32; 3]],
+    ) -> Result<Self, FemError> {
+        let at_rest = platen.travel(0.0).norm();
+        if at_rest > 0.0 {
+            return Err(FemError::parameter(
+                &format!("platen on surface '{surface}'"),
+                "travel_mm at time zero",
+                at_rest,
+                "zero: put the platen where it starts",
+            ));
+        }
+        let position = |node: u32| Vector3::from(domain.nodes()[node as usize]);
+        let nodes = domain
+            .nodal_areas(triangles)
+            .into_iter()
+            .map(|(node, area)| (node, area, position(node)))
+            .collect();
+        Ok(Self { surface: surface.into(), platen, nodes })
+    }
+
+    /// The directions in which contact can hold the surface (x, direction).
+    pub(crate) fn directions(&self, each: &mut dyn FnMut([f64; 3], [f64; 3])) {
+        for (_, _, x) in &self.nodes {
+            if self.platen.resists_sliding() {
+                (0..3).for_each(|k| each((*x).into(), std::array::from_fn(|i| f64::from(i == k))));
+            } else {
+                let normal = self.platen.proximity(*x, Vector3::zeros()).normal;
+                each((*x).into(), normal.into());
+            }
+        }
+    }
+}
+
+/// Contact in one increment.
+#[derive(Clone, Debug)]
+pub(crate) struct ContactStep {
+    platen: Platen,
+    pub(crate) surface: String,
+    travel: Vector3<f64>,
+    duration: f64,
+    /// γ, MPa/mm.
+    penalty: f64,
+    /// Gap below which a node touches, mm.
+    touch: f64,
+    nodes: Vec<Node>,
+    /// Multiple of the slip velocity below which friction fades, above one while it sets in.
+    pub(crate) bluntness: f64,
+}
+
+/// One node in one increment.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    node: u32,
+    area: f64,
+    position: Vector3<f64>,
+    /// Where the platen has left it at the start of the increment, relative to the platen's own
+    /// motion: u_n plus the platen's travel since.
+    carried: Vector3<f64>,
+    /// p, MPa.
+    pressure: f64,
+}
+
+impl ContactStep {
+    /// Contact at the end of an increment of `duration` s that began at `before`, with the pressures
+    /// that it began with.
+    pub(crate) fn new(
+        contact: &Contact,
+        time_s: f64,
+        before: &Fields,
+        duration: f64,
+        pressures: Option<Vec<f64>>,
+        young_mpa: f64,
+    ) -> Self {
+        let travel = contact.platen.travel(time_s);
+        let since = travel - contact.platen.travel(time_s - duration);
+        let pressures = pressures.unwrap_or_else(|| vec![0.0; contact.nodes.len()]);
+        let total: f64 = contact.nodes.iter().map(|n| n.1).sum();
+        let size = (total / contact.nodes.len().max(1) as f64).sqrt();
+        let nodes = contact
+            .nodes
+            .iter()
+            .zip(pressures)
+            .map(|(&(node, area, position), pressure)| Node {
+                node,
+                area,
+                position,
+                carried: Vector3::from(before.displacement[node as usize]) + since,
+                pressure,
+            })
+            .collect();
+        Self {
+            platen: contact.platen.clone(),
+            surface: contact.surface.clone(),
+            travel,
+            duration,
+            penalty: PENALTY * young_mpa / size,
+            touch: TOUCH * size,
+            nodes,
+            bluntness: 1.0,
+        }
+    }
+
+    pub(crate) fn has_friction(&self) -> bool {
+        self.platen.friction > 0.0
+    }
+
+    fn proximity(&self, node: &Node, fields: &Fields) -> Proximity {
+        let u = Vector3::from(fields.displacement[node.node as usize]);
+        self.platen.proximity(node.position + u, self.travel)
+    }
+
+    /// p_γ = ⟨p + γ (−g)⟩₊.
+    fn pressure(&self, node: &Node, proximity: &Proximity) -> f64 {
+        (node.pressure - self.penalty * proximity.gap).max(0.0)
+    }
+
+    /// v_t, mm/s.
+    fn slip(&self, node: &Node, proximity: &Proximity, fields: &Fields) -> Vector3<f64> {
+        let u = Vector3::from(fields.displacement[node.node as usize]);
+        let v = (u - node.carried) / self.duration;
+        v - proximity.normal * proximity.normal.dot(&v)
+    }
+
+    /// μ p s_ε + F_v, MPa s/mm, and μ p s_ε³.
+    fn resistance(&self, node: &Node, slip: &Vector3<f64>) -> (f64, f64) {
+        if node.pressure == 0.0 {
+            return (0.0, 0.0);
+        }
+        let s = 1.0 / slip.norm().hypot(self.bluntness * self.platen.slip_velocity);
+        let coulomb = self.platen.friction * node.pressure;
+        (coulomb * s + self.platen.drag, coulomb * s.powi(3))
+    }
+
+    /// Traction on the specimen, MPa.
+    fn traction(&self, node: &Node, fields: &Fields) -> Vector3<f64> {
+        let proximity = self.proximity(node, fields);
+        let mut traction = proximity.normal * self.pressure(node, &proximity);
+        if self.platen.resists_sliding() {
+            let slip = self.slip(node, &proximity, fields);
+            traction -= slip * self.resistance(node, &slip).0;
+        }
+        traction
+    }
+
+    /// Forces on the nodes, N.
+    pub(crate) fn forces(&self, fields: &Fields) -> impl Iterator<Item = (u32, [f64; 3])> {
+        self.nodes.iter().map(|n| (n.node, (self.traction(n, fields) * n.area).into()))
+    }
+
+    /// −∂force/∂u of the nodes, N/mm.
+    ///
+    /// On a curved platen the turn of the tangent plane is left out of the friction terms.
+    pub(crate) fn blocks(&self, fields: &Fields) -> impl Iterator<Item = NodeBlock> {
+        self.nodes.iter().map(|node| {
+            let proximity = self.proximity(node, fields);
+            let pressure = self.pressure(node, &proximity);
+            let mut block = Matrix3::zeros();
+            // at the kink of ⟨·⟩₊ either slope is a generalised derivative: a node that just touches holds
+            let touches = node.pressure - self.penalty * (proximity.gap - self.touch) > 0.0;
+            if touches {
+                let n = proximity.normal;
+                block += n * n.transpose() * self.penalty - proximity.curvature * pressure;
+            }
+            if self.platen.resists_sliding() {
+                let slip = self.slip(node, &proximity, fields);
+                let (secant, cubic) = self.resistance(node, &slip);
+                let n = proximity.normal;
+                let tangential = Matrix3::identity() - n * n.transpose();
+                block += (tangential * secant - slip * slip.transpose() * cubic) / self.duration;
+                if touches && node.pressure == 0.0 {
+                    block += tangential * (HOLD * self.penalty);
+                }
+            }
+            let block = block * node.area;
+            (node.node, std::array::from_fn(|i| std::array::from_fn(|j| block[(i, j)])))
+        })
+    }
+
+    /// ∫ (μ p s_ε + F_v) |v_t|² dA Δt, N mm.
+    pub(crate) fn dissipated(&self, fields: &Fields) -> f64 {
+        let power = |node: &Node| {
+            let slip = self.slip(node, &self.proximity(node, fields), fields);
+            node.area * self.resistance(node, &slip).0 * slip.norm_squared()
+        };
+        if !self.platen.resists_sliding() {
+            return 0.0;
+        }
+        self.duration * self.nodes.iter().map(power).sum::<f64>()
+    }
+
+    /// The pressures p.
+    pub(crate) fn pressures(&self) -> Vec<f64> {
+        self.nodes.iter().map(|n| n.pressure).collect()
+    }
+
+    /// p ← p_γ; returns the squares of the change and of the new forces, N².
+    pub(crate) fn update(&mut self, fields: &Fields) -> [f64; 2] {
+        let mut squares = [0.0; 2];
+        for k in 0..self.nodes.len() {
+            let node = self.nodes[k];
+            let pressure = self.pressure(&node, &self.proximity(&node, fields));
+            squares[0] += (node.area * (pressure - node.pressure)).powi(2);
+            squares[1] += (node.area * pressure).powi(2);
+            self.nodes[k].pressure = pressure;
+        }
+        squares
+    }
+
+    /// The state of every node.
+    pub(crate) fn points(&self, fields: &Fields) -> Vec<ContactPoint> {
+        let point = |node: &Node| ContactPoint {
+            node: node.node,
+            area_mm2: node.area,
+            pressure_mpa: node.pressure,
+            gap_mm: self.proximity(node, fields).gap,
+            force_n: (self.traction(node, fields) * node.area).into(),
+        };
+        self.nodes.iter().map(point).collect()
+    }
+}

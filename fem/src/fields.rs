@@ -1,0 +1,22 @@
+//! The unknown fields: displacement and damage at the nodes.
+
+/// Displacement (mm) and damage at the nodes of the space: the mesh's nodes come first, then, with
+/// quadratic elements, the midpoints of its edges.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Fields {
+    /// Displacement vectors, mm.
+    pub displacement: Vec<[f64; 3]>,
+    /// Damage φ; zero where a node touches elastic regions only.
+    pub damage: Vec<f64>,
+}
+
+impl Fields {
+    pub(crate) fn zero(nodes: usize) -> Self {
+        Self { displacement: vec![[0.0; 3]; nodes], damage: vec![0.0; nodes] }
+    }
+
+    pub(crate) fn copy_from(&mut self, other: &Fields) {
+        self.displacement.copy_from_slice(&other.displacement);
+        self.damage.copy_from_slice(&other.damage);
+    }
+}

@@ -1,0 +1,49 @@
+//! Bounds on nodal values, kept by projection and an active set.
+//!
+//! A value on its bound that the residual pushes against it is held: its equation leaves the system,
+//! and its residual is the reaction of the bound. Newton then acts on the others, and what a step
+//! carries past a bound is put back on it. This is the projected Newton method of Bertsekas (SIAM J.
+//! Control Optim. 20 (1982) 221, doi:10.1137/0320018); once the set of held values is right it is
+//! Newton's method.
+
+use crate::fields::Fields;
+use crate::operator::Residual;
+
+/// lower ≤ u_x, u_y, u_z, φ ≤ upper at every node; infinite where there is no bound.
+#[derive(Clone, Debug)]
+pub(crate) struct Bounds {
+    pub(crate) lower: Vec<[f64; 4]>,
+    pub(crate) upper: Vec<[f64; 4]>,
+}
+
+impl Bounds {
+    /// No bounds.
+    pub(crate) fn none(nodes: usize) -> Self {
+        Self { lower: vec![[f64::NEG_INFINITY; 4]; nodes], upper: vec![[f64::INFINITY; 4]; nodes] }
+    }
+
+    /// Moves values that lie outside onto their bounds.
+    pub(crate) fn project(&self, fields: &mut Fields) {
+        let bounds = self.lower.iter().zip(&self.upper);
+        let values = fields.displacement.iter_mut().zip(&mut fields.damage);
+        for ((u, phi), (lower, upper)) in values.zip(bounds) {
+            for k in 0..3 {
+                u[k] = u[k].clamp(lower[k], upper[k]);
+            }
+            *phi = phi.clamp(lower[3], upper[3]);
+        }
+    }
+
+    /// Takes the values that a bound holds out of those that are free.
+    pub(crate) fn hold(&self, fields: &Fields, residual: &Residual, free: &mut [[bool; 4]]) {
+        for (n, free) in free.iter_mut().enumerate() {
+            let [x, y, z] = fields.displacement[n];
+            for (k, value) in [x, y, z, fields.damage[n]].into_iter().enumerate() {
+                let r = residual.nodal[n][k];
+                let held = (value <= self.lower[n][k] && r > 0.0)
+                    || (value >= self.upper[n][k] && r < 0.0);
+                free[k] &= !held;
+            }
+        }
+    }
+}

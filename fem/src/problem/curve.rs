@@ -1,0 +1,109 @@
+//! What a test yields.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+
+use serde::{Deserialize, Serialize};
+
+use crate::boundary::ContactPoint;
+use crate::error::FemError;
+use crate::fields::Fields;
+use crate::solve::Effort;
+
+/// One converged load step; compression is positive.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CurvePoint {
+    /// Time, s.
+    pub time_s: f64,
+    /// Displacement of the surface that is measured, mm: how far the upper platen has come down.
+    pub displacement_mm: f64,
+    /// Force on that surface, N: the sum of the residual over its nodes.
+    pub force_n: f64,
+    /// Elastic energy ∫ g ψ⁺ + ψ⁻ dV, N mm.
+    pub elastic_n_mm: f64,
+    /// Crack energy ∫ Gc/(c₀ ℓ₀) (α + ℓ₀² |∇φ|²) dV, N mm.
+    pub fracture_n_mm: f64,
+    /// Energy dissipated by the viscosity so far, ∫∫ ξ φ̇² dV dt, N mm.
+    pub viscous_n_mm: f64,
+    /// Energy dissipated by friction and drag at the platens so far, N mm.
+    pub friction_n_mm: f64,
+    /// Work of loads and supports so far, ∫ F du by the trapezoid rule, N mm.
+    pub work_n_mm: f64,
+    /// Mean damage over the volume of the regions that have a toughness.
+    pub phi_mean: f64,
+    /// Largest nodal damage.
+    pub phi_max: f64,
+    /// Newton iterations of the step.
+    pub newton: u32,
+    /// Linear solves of the step, or the iterations of an iterative linear solver.
+    pub linear: u32,
+    /// Residual at the end of the step, of forces relative to the reactions or of damage relative to
+    /// its driving force, whichever is larger.
+    #[serde(default)]
+    pub residual: f64,
+}
+
+impl CurvePoint {
+    /// Work less stored and dissipated energy, N mm.
+    ///
+    /// Zero for the exact solution; O(Δt) and of one sign with the backward Euler rule.
+    pub fn balance_n_mm(&self) -> f64 {
+        let dissipated = self.fracture_n_mm + self.viscous_n_mm + self.friction_n_mm;
+        self.work_n_mm - self.elastic_n_mm - dissipated
+    }
+}
+
+/// Why a test ended.
+#[derive(Clone, Debug, Default)]
+pub enum End {
+    /// The full displacement, or the end of the schedule, was reached.
+    #[default]
+    Displacement,
+    /// The force fell as far below its peak as asked.
+    BelowPeak,
+    /// The observer asked to stop before the end.
+    Interrupted,
+    /// No equilibrium was found; the curve holds what came before.
+    Failed(FemError),
+}
+
+/// The result of a test.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// One point a load step; the unloaded start is not among them.
+    pub curve: Vec<CurvePoint>,
+    /// Why it ended.
+    pub end: End,
+    /// The fields at the last point.
+    pub fields: Fields,
+    /// For each surface that something holds or presses: the force that this exerts on the body, N,
+    /// one a load step.
+    pub reactions: BTreeMap<String, Vec<[f64; 3]>>,
+    /// For each surface that faces a platen it may leave: its nodes at the last point.
+    pub contact: BTreeMap<String, Vec<ContactPoint>>,
+    /// Work done by the solver.
+    pub effort: Effort,
+}
+
+/// Follows a running test.
+///
+/// `()` is an observer that does nothing; so is every closure of the right type an observer.
+pub trait Observer {
+    /// Called after each load step; `Break` ends the test with [`End::Interrupted`].
+    fn step(&mut self, point: &CurvePoint, fields: &Fields) -> ControlFlow<()>;
+
+    /// Called once before the first step when a run goes on from a checkpoint, with the curve so far.
+    fn resumed(&mut self, _curve: &[CurvePoint]) {}
+}
+
+impl Observer for () {
+    fn step(&mut self, _: &CurvePoint, _: &Fields) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+impl<F: FnMut(&CurvePoint, &Fields) -> ControlFlow<()>> Observer for F {
+    fn step(&mut self, point: &CurvePoint, fields: &Fields) -> ControlFlow<()> {
+        self(point, fields)
+    }
+}

@@ -1,0 +1,291 @@
+//! A boundary-value problem, ready to run.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::arc_length::check_arc_length;
+use super::checkpoint::{Checkpoint, Fingerprint};
+use super::curve::{Observer, Outcome};
+use super::discretisation::Discretisation;
+use super::loading::Schedule;
+use super::march::March;
+use crate::boundary::Conditions;
+use crate::element::{Order, PointValues};
+use crate::error::FemError;
+use crate::fields::Fields;
+use crate::material::{Material, PhaseField, PointMaterial};
+use crate::mesh::{TetMesh, vtu};
+use crate::solve::{Scheme, SolverOptions};
+
+/// A body with materials, conditions on its surfaces and loads, followed through time.
+///
+/// Displacement u and damage φ solve, with τ = g(φ) τ⁺ + τ⁻ and the reference body force b, traction t
+/// and damage source s,
+/// ∫ τ : (∇v F⁻¹) dV = ∫ b·v dV + ∫ t·v dA + contact and
+/// ∫ g′(φ) ψ⁺ q + (Gc/(c₀ ℓ₀)) (α′(φ) q + 2 ℓ₀² ∇φ·∇q) + (ξ/Δt)(φ − φ_n) q dV = ∫ s q dV.
+///
+/// # Example
+/// A block pulled by 1 % between planes of symmetry:
+/// ```
+/// use fem::{
+///     Axis, Conditions, CylinderLattice, Material, Order, Problem, Schedule,
+///     SolverOptions, Stepping,
+/// };
+///
+/// let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
+/// let area = mesh.volume() / 4.4;
+/// let conditions = Conditions::new()
+///     .fix("bottom", [Axis::Z])
+///     .prescribe("top", [Axis::Z], |_, time_s| [0.0, 0.0, 0.044 * time_s])
+///     .remove_rigid_motions()
+///     .measure("top", [0.0, 0.0, 1.0]);
+/// let schedule = Schedule { duration_s: 1.0, stepping: Stepping::Fixed(1), stop_below_peak: None };
+/// let rubber = Material::hencky(10.0, 0.4);
+/// let problem = Problem::new(
+///     mesh, Order::Linear, vec![rubber], None, conditions, schedule, SolverOptions::default(),
+/// )?;
+/// let outcome = problem.run(&mut ());
+/// // F = A₀ λ^(−2ν) E ln λ λ^(2ν) / λ
+/// let exact = area * 10.0 * 1.01f64.ln() / 1.01;
+/// assert!((outcome.curve[0].force_n - exact).abs() < 1e-6 * exact);
+/// assert!((outcome.reactions["bottom"][0][2] + exact).abs() < 1e-6 * exact);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Problem {
+    mesh: Arc<TetMesh>,
+    order: Order,
+    pub(crate) materials: Vec<Material>,
+    pub(crate) phase_field: Option<PhaseField>,
+    conditions: Arc<Conditions>,
+    schedule: Schedule,
+    options: SolverOptions,
+    pub(crate) discretisation: Arc<Discretisation>,
+}
+
+impl Problem {
+    /// Checks the input and prepares the unknowns and the structure of the factor.
+    ///
+    /// `materials` holds one entry for each of `mesh.regions`. Without a phase field the body is
+    /// elastic and toughnesses are not used; with one, regions without toughness are elastic.
+    ///
+    /// # Errors
+    /// A [`FemError`] that names what is wrong and the mend, before any step is taken.
+    pub fn new(
+        mesh: TetMesh,
+        order: Order,
+        materials: Vec<Material>,
+        phase_field: Option<PhaseField>,
+        conditions: Conditions,
+        schedule: Schedule,
+        options: SolverOptions,
+    ) -> Result<Self, FemError> {
+        check_materials(&mesh, &materials, phase_field.as_ref())?;
+        if let Some(field) = &phase_field {
+            field.validate()?;
+        }
+        options.validate()?;
+        schedule.validate()?;
+        check_arc_length(schedule.stepping, &materials, phase_field.as_ref(), &conditions)?;
+        let turns = phase_field.as_ref().is_some_and(|field| !field.is_variational());
+        let scheme = if turns { Scheme::Alternate } else { options.scheme };
+        let options = SolverOptions { scheme, ..options };
+        let damaged = damaged_regions(&materials, phase_field.as_ref());
+        let discretisation = Arc::new(Discretisation::new(
+            &mesh,
+            order,
+            phase_field.as_ref(),
+            damaged,
+            &conditions,
+            schedule.duration_s,
+            options.linear,
+        )?);
+        Ok(Self {
+            mesh: Arc::new(mesh),
+            order,
+            materials,
+            phase_field,
+            conditions: Arc::new(conditions),
+            schedule,
+            options,
+            discretisation,
+        })
+    }
+
+    /// The same problem with other materials; mesh, unknowns and the structure of the factor are
+    /// shared unless a region gains or loses its toughness.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_materials(&self, materials: Vec<Material>) -> Result<Self, FemError> {
+        let field = self.phase_field.as_ref();
+        check_materials(&self.mesh, &materials, field)?;
+        check_arc_length(self.schedule.stepping, &materials, field, &self.conditions)?;
+        let damaged = damaged_regions(&materials, field);
+        let discretisation = if damaged == self.discretisation.damaged {
+            Arc::clone(&self.discretisation)
+        } else {
+            Arc::new(Discretisation::new(
+                &self.mesh,
+                self.order,
+                field,
+                damaged,
+                &self.conditions,
+                self.schedule.duration_s,
+                self.options.linear,
+            )?)
+        };
+        Ok(Self { materials, discretisation, ..self.clone() })
+    }
+
+    /// The same problem under other conditions; mesh and space are shared, and so is the order of
+    /// elimination.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_conditions(&self, conditions: Conditions) -> Result<Self, FemError> {
+        let (stepping, field) = (self.schedule.stepping, self.phase_field.as_ref());
+        check_arc_length(stepping, &self.materials, field, &conditions)?;
+        let duration_s = self.schedule.duration_s;
+        let discretisation =
+            Arc::new(self.discretisation.with_conditions(&self.mesh, &conditions, duration_s)?);
+        Ok(Self { conditions: Arc::new(conditions), discretisation, ..self.clone() })
+    }
+
+    /// Follows the body through time on the calling thread.
+    pub fn run(&self, observer: &mut dyn Observer) -> Outcome {
+        let points = self.points();
+        self.march(&points, observer).run()
+    }
+
+    /// Like [`run`](Self::run), with the state saved every so many load steps; if there is a saved
+    /// state, the run goes on from there, bit by bit as if it had not stopped.
+    ///
+    /// The curve depends on `checkpoint.every` within the solver's tolerance, but not on where the
+    /// run was interrupted. The file stays when the run ends.
+    ///
+    /// # Errors
+    /// [`FemError::Checkpoint`] for a file that is damaged, unreadable, or of another problem; of what
+    /// the functions of the [`Conditions`] compute, only the description is compared.
+    pub fn run_resumable(
+        &self,
+        checkpoint: &Checkpoint,
+        observer: &mut dyn Observer,
+    ) -> Result<Outcome, FemError> {
+        checkpoint.validate()?;
+        let points = self.points();
+        let march = self.march(&points, observer);
+        Ok(march.with_checkpoint(checkpoint, self.fingerprint())?.run())
+    }
+
+    fn points(&self) -> Vec<PointMaterial> {
+        self.materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect()
+    }
+
+    fn march<'a>(
+        &'a self,
+        points: &'a [PointMaterial],
+        observer: &'a mut dyn Observer,
+    ) -> March<'a> {
+        let field = self.phase_field.as_ref();
+        March::new(&self.discretisation, points, field, self.schedule, self.options, observer)
+    }
+
+    /// A number that tells this problem from others.
+    fn fingerprint(&self) -> u64 {
+        let words = format!(
+            "{:?} {:?} {:?} {:?} {:?} {:?}",
+            self.order,
+            self.materials,
+            self.phase_field,
+            self.conditions,
+            self.schedule,
+            self.options
+        );
+        let start = Fingerprint::new().add(words.as_bytes());
+        let nodes = self.mesh.nodes.as_flattened().iter();
+        let placed = nodes.fold(start, |f, x| f.add(&x.to_le_bytes()));
+        let tets = self.mesh.tets.as_flattened().iter();
+        let meshed = tets.fold(placed, |f, n| f.add(&n.to_le_bytes()));
+        self.mesh.region_of.iter().fold(meshed, |f, r| f.add(&r.to_le_bytes())).value()
+    }
+
+    /// ∫ f dV of a function of the fields at each point, by a rule of degree 5.
+    pub fn integrate(&self, fields: &Fields, mut f: impl FnMut(&PointValues) -> f64) -> f64 {
+        let mut sum = 0.0;
+        let domain = self.discretisation.operator.domain();
+        domain.visit(fields, &mut |point, volume| sum += volume * f(point));
+        sum
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> &TetMesh {
+        &self.mesh
+    }
+
+    /// The materials, by region.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// Reference positions of the nodes that [`Fields`] refer to, mm.
+    pub fn nodes(&self) -> &[[f64; 3]] {
+        self.discretisation.nodes()
+    }
+
+    /// Writes the mesh with `displacement_mm`, `damage` and its regions for ParaView (`.vtu`);
+    /// quadratic elements are written as such.
+    ///
+    /// # Errors
+    /// [`FemError::Mesh`] if the fields are those of another problem or the file cannot be written.
+    pub fn write_vtu(&self, path: impl AsRef<Path>, fields: &Fields) -> Result<(), FemError> {
+        let points = [
+            vtu::Field::vector("displacement_mm", &fields.displacement),
+            vtu::Field::scalar("damage", &fields.damage),
+        ];
+        match self.order {
+            Order::Linear => vtu::write(path, &self.mesh, &points, &[])?,
+            Order::Quadratic => {
+                let nodes_of = |tet| {
+                    let nodes = self.discretisation.operator.nodes_of(tet);
+                    nodes.try_into().expect("a quadratic tetrahedron has ten nodes")
+                };
+                let tets: Vec<[u32; 10]> = (0..self.mesh.tets.len()).map(nodes_of).collect();
+                vtu::write_quadratic(path, &self.mesh, self.nodes(), &tets, &points, &[])?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Number of equations.
+    pub fn unknowns(&self) -> usize {
+        self.discretisation.unknowns.count
+    }
+
+    /// Entries of the sparse factor; zero where the linear solver is iterative.
+    pub fn factor_entries(&self) -> usize {
+        self.discretisation.linear.fill()
+    }
+}
+
+fn damaged_regions(materials: &[Material], phase_field: Option<&PhaseField>) -> Vec<bool> {
+    materials.iter().map(|m| phase_field.is_some() && m.fracture.is_some()).collect()
+}
+
+fn check_materials(
+    mesh: &TetMesh,
+    materials: &[Material],
+    phase_field: Option<&PhaseField>,
+) -> Result<(), FemError> {
+    if materials.len() != mesh.regions.len() {
+        return Err(FemError::MaterialCount {
+            materials: materials.len(),
+            regions: mesh.regions.len(),
+            names: mesh.regions.join(", "),
+        });
+    }
+    mesh.regions
+        .iter()
+        .zip(materials)
+        .try_for_each(|(region, material)| material.validate(region, phase_field))
+}
