@@ -153,10 +153,10 @@ impl<'y> Trace<'y> {
         is_imputed: bool,
         distribution: &D,
     ) -> Result<D::Value, Rejection> {
-        site.locate(distribution.validate())?;
         let value = match &mut self.source {
-            Source::Prior => distribution.draw(self.rng),
+            Source::Prior => site.locate(distribution.try_draw(self.rng))?,
             Source::Point(point) => {
+                site.locate(distribution.validate())?;
                 let terms = &mut Settled::new(1.0);
                 let value = distribution.constrain(&mut || point.next(), false, terms);
                 if point.short {
@@ -178,12 +178,12 @@ impl<'y> Trace<'y> {
         is_imputed: bool,
         datum: &dyn Recordable,
         replicate: &dyn Recordable,
-        log_likelihood: f64,
+        log_likelihood: &[f64],
     ) -> Result<(), Rejection> {
         let at = if is_imputed { self.imputed(site, false) } else { self.label(site) };
         let entry = self.write(&at, Role::Observed, datum)?;
         replicate.flatten(&mut entry.replicate);
-        entry.log_likelihood.push(log_likelihood);
+        entry.log_likelihood.extend(log_likelihood);
         Ok(())
     }
 
@@ -194,13 +194,17 @@ impl<'y> Trace<'y> {
         datum: &D::Value,
         distribution: &D,
     ) -> Result<(), Rejection> {
-        if let Err(error) = distribution.validate() {
-            self.failing = Some(self.in_words(site, datum));
-            return Err(site.rejection(error));
-        }
-        let replicate = distribution.draw(self.rng);
-        let log_likelihood = log_density(distribution, datum);
-        self.condition(site, is_imputed, datum, &replicate, log_likelihood)
+        let drawn = distribution.fits(datum).and_then(|()| distribution.try_draw(self.rng));
+        let replicate = match drawn {
+            Ok(replicate) => replicate,
+            Err(error) => {
+                self.failing = Some(self.in_words(site, datum));
+                return Err(site.rejection(error));
+            }
+        };
+        let mut log_likelihood = Vec::new();
+        distribution.pointwise(datum, &mut log_likelihood);
+        self.condition(site, is_imputed, datum, &replicate, &log_likelihood)
     }
 
     /// The next datum of a statement.
@@ -271,7 +275,13 @@ impl Context for Trace<'_> {
         datum: D::Value,
         distribution: D,
     ) -> Result<(), Rejection> {
-        self.observed(site, false, &datum, &distribution)
+        self.observed(site, false, &datum, &distribution)?;
+        if let Some(pools) = self.pools.as_mut().filter(|_| D::SUMMARISES) {
+            let mut sums = Vec::new();
+            distribution.summarise(&datum, &mut sums);
+            pools.push(Pool::Sums(sums.into()));
+        }
+        Ok(())
     }
 
     fn observe_all<D, I>(
@@ -327,8 +337,8 @@ impl Context for Trace<'_> {
         }
     }
 
-    fn factor(&mut self, _: &'static Site, _: Real<f64>) -> Result<(), Rejection> {
-        self.record.is_weighed = true;
+    fn factor(&mut self, _: &'static Site, weight: Real<f64>) -> Result<(), Rejection> {
+        *self.record.factors.get_or_insert(0.0) += weight.0;
         Ok(())
     }
 
@@ -353,8 +363,7 @@ impl Context for Trace<'_> {
         site: &'static Site,
         distribution: D,
     ) -> Result<D::Value, Rejection> {
-        site.locate(distribution.validate())?;
-        let value = distribution.draw(self.rng);
+        let value = site.locate(distribution.try_draw(self.rng))?;
         self.note(site, Role::Predicted, &value)?;
         Ok(value)
     }
