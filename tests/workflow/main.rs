@@ -1,5 +1,7 @@
 //! The whole workflow on a tiny case: every documented file, skipping, kill and resume.
 
+mod stages;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};

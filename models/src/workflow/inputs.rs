@@ -237,16 +237,6 @@ impl Inputs<'_> {
         }
     }
 
-    /// The file of the case, for messages.
-    pub(super) fn case_path(&self) -> &Path {
-        &self.file.path
-    }
-
-    /// The place of the experiments' files, for messages.
-    pub(super) fn specimens_path(&self) -> PathBuf {
-        self.dir.join(SPECIMENS)
-    }
-
     /// A text that a stage before has written.
     pub(super) fn text(&self, name: &str) -> Result<String, WorkflowError> {
         let path = self.file(name)?;
