@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::MeshError;
+use crate::error::MeshError;
 use super::vector::{Point, norm, sub, tet_volume};
 
 /// The faces of a tetrahedron, counter-clockwise seen from outside.
