@@ -63,13 +63,10 @@ pub fn time_parts(
         least(clock, repetitions, || operator.residual(&increment, &mut residual).is_ok());
     let free: Vec<_> = domain.unknowns.equation.iter().map(|e| e.map(|e| e != NONE)).collect();
     let mut step = vec![[0.0; 4]; domain.nodes().len()];
-    let tangent_s = least(clock, repetitions, || {
-        linear.linearise(&increment, Coupling::Full, &free).is_ok()
-    });
+    let tangent_s =
+        least(clock, repetitions, || linear.linearise(&increment, Coupling::Full, &free).is_ok());
     let begin = clock();
-    linear
-        .solve(&residual.nodal, &mut step, 1e-3)
-        .map_err(|_| StepFailure::Singular)?;
+    linear.solve(&residual.nodal, &mut step, 1e-3).map_err(|_| StepFailure::Singular)?;
     let first_s = clock() - begin;
     let solve_s =
         least(clock, repetitions, || linear.solve(&residual.nodal, &mut step, 1e-3).is_ok());

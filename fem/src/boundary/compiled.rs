@@ -71,22 +71,25 @@ impl Boundary {
         let mut surfaces = BTreeMap::new();
         let mut constrained = Vec::new();
         let mut owner: BTreeMap<(u32, usize), (usize, String)> = BTreeMap::new();
-        let mut hold =
-            |name: &str, nodes: &[u32], component: usize, value: Value| -> Result<(), FemError> {
-                for &node in nodes {
-                    let new = ConstrainedDof { node, component, value: value.clone() };
-                    match owner.get(&(node, component)) {
-                        Some((first, other)) => {
-                            agree(&constrained[*first], other, &new, name, domain.nodes(), duration_s)?;
-                        }
-                        None => {
-                            owner.insert((node, component), (constrained.len(), name.into()));
-                            constrained.push(new);
-                        }
+        let mut hold = |name: &str,
+                        nodes: &[u32],
+                        component: usize,
+                        value: Value|
+         -> Result<(), FemError> {
+            for &node in nodes {
+                let new = ConstrainedDof { node, component, value: value.clone() };
+                match owner.get(&(node, component)) {
+                    Some((first, other)) => {
+                        agree(&constrained[*first], other, &new, name, domain.nodes(), duration_s)?;
+                    }
+                    None => {
+                        owner.insert((node, component), (constrained.len(), name.into()));
+                        constrained.push(new);
                     }
                 }
-                Ok(())
-            };
+            }
+            Ok(())
+        };
         for Prescribed { surface: name, axes, displacement } in &conditions.prescribed {
             let nodes = domain.nodes_on(triangles(name, "displacement is prescribed")?);
             let value = displacement.clone().map_or(Value::Zero, Value::Displacement);
@@ -128,7 +131,8 @@ impl Boundary {
             .iter()
             .map(|(name, f)| Ok((triangles(name, "a traction acts")?.to_vec(), f.clone())))
             .collect::<Result<_, FemError>>()?;
-        let supports = supports(domain.nodes(), &constrained, &contacts, conditions.remove_rigid_motions)?;
+        let supports =
+            supports(domain.nodes(), &constrained, &contacts, conditions.remove_rigid_motions)?;
         for (node, component) in supports {
             constrained.push(ConstrainedDof { node, component, value: Value::Zero });
         }

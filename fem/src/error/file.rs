@@ -11,9 +11,7 @@ pub enum CheckpointError {
     #[error("is a state of another version of this program: remove it to start again")]
     Version,
     /// It belongs to another problem.
-    #[error(
-        "is the state of another test: remove it to start this one, or name another file"
-    )]
+    #[error("is the state of another test: remove it to start this one, or name another file")]
     OtherProblem,
 }
 

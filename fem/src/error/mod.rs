@@ -131,7 +131,11 @@ impl FemError {
         FemError::Parameter { entity: entity.into(), field, value, requirement }
     }
 
-    pub(crate) fn unsupported(entity: impl Into<String>, message: impl Into<String>, help: impl Into<String>) -> Self {
+    pub(crate) fn unsupported(
+        entity: impl Into<String>,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Self {
         FemError::Unsupported { entity: entity.into(), message: message.into(), help: help.into() }
     }
 

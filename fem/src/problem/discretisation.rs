@@ -67,8 +67,13 @@ impl Discretisation {
                 }
             }
         }
-        let (linear, unknowns) =
-            LinearPlan::new(&space.tets, &space.nodes, &carries_damage, boundary.constrained(), linear)?;
+        let (linear, unknowns) = LinearPlan::new(
+            &space.tets,
+            &space.nodes,
+            &carries_damage,
+            boundary.constrained(),
+            linear,
+        )?;
         Ok(Self {
             operator: Arc::new(Assembly::new::<T>(space)),
             unknowns,
@@ -88,7 +93,8 @@ impl Discretisation {
     ) -> Result<Self, FemError> {
         let domain = self.operator.domain();
         let boundary = Boundary::new(domain, mesh, conditions, self.damaged.clone(), duration_s)?;
-        let (linear, unknowns) = self.linear.with_held(&self.carries_damage, boundary.constrained())?;
+        let (linear, unknowns) =
+            self.linear.with_held(&self.carries_damage, boundary.constrained())?;
         Ok(Self {
             operator: Arc::clone(&self.operator),
             unknowns,

@@ -8,8 +8,8 @@
 //! Reference: Verhoosel, Remmers & Gutiérrez, Int. J. Numer. Meth. Engng 77 (2009) 1290,
 //! doi:10.1002/nme.2447, with the crack energy itself in place of the dissipation by a secant.
 
-use super::linear::Nodal;
 use super::external::External;
+use super::linear::Nodal;
 use super::newton::Solver;
 use super::norms::Field;
 use crate::error::StepFailure;

@@ -24,3 +24,27 @@ pub(crate) trait External: Clone + Default {
     /// Lets friction fade below a multiple of its slip velocity.
     fn blunt(&mut self, factor: f64);
 }
+
+/// Nothing acts from outside.
+#[cfg(test)]
+impl External for () {
+    fn subtract(&self, _: &Fields, _: &mut Residual) {}
+
+    fn tangent(&self, _: &Fields) -> Vec<NodeBlock> {
+        Vec::new()
+    }
+
+    fn has_contact(&self) -> bool {
+        false
+    }
+
+    fn has_friction(&self) -> bool {
+        false
+    }
+
+    fn augment(&mut self, _: &Fields) -> [f64; 2] {
+        [0.0; 2]
+    }
+
+    fn blunt(&mut self, _: f64) {}
+}

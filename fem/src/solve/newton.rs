@@ -196,7 +196,11 @@ impl<'a, E: External> Solver<'a, E> {
                 }
             };
         }
-        if norms.converged(field, tolerance) { Ok(norms) } else { Err(StepFailure::TooManyIterations) }
+        if norms.converged(field, tolerance) {
+            Ok(norms)
+        } else {
+            Err(StepFailure::TooManyIterations)
+        }
     }
 
     fn factorise(&mut self, fields: &Fields, span: Span) -> Result<(), StepFailure> {

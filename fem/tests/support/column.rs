@@ -1,8 +1,8 @@
 //! A column with a weak layer, which snaps back when the layer breaks.
 
 use fem::{
-    CompressionTest, CrackDensity, ElasticLaw, Irreversibility, Loading, Material, Order,
-    PhaseField, Stepping, TetMesh,
+    CompressionTest, CrackDensity, ElasticLaw, Irreversibility, Material, Order, PhaseField,
+    Problem, Schedule, Stepping, TetMesh,
 };
 
 use super::{prism, test};
@@ -38,7 +38,7 @@ fn column() -> TetMesh {
 }
 
 /// The column's test by arc-length steps, down to a twentieth of the largest force.
-pub(crate) fn snap_back(model: CrackDensity) -> CompressionTest {
+pub(crate) fn snap_back(model: CrackDensity) -> Problem {
     let weak = Material {
         toughness_n_per_mm: Some(0.1),
         ..Material::elastic(ElasticLaw::Hencky, 100.0, 0.0)
@@ -46,11 +46,11 @@ pub(crate) fn snap_back(model: CrackDensity) -> CompressionTest {
     let elastic = Material::elastic(ElasticLaw::Hencky, 100.0, 0.0);
     let field =
         PhaseField { model, irreversibility: Irreversibility::ActiveSet, ..PhaseField::new(1.0) };
-    let loading = Loading {
-        displacement_mm: 1.0,
+    let schedule = Schedule {
         duration_s: 1.0,
         stepping: Stepping::ArcLength { step: 0.02, release_n_mm: 1e-3 },
         stop_below_peak: Some(0.95),
     };
+    let loading = CompressionTest::new(1.0, schedule);
     test(column(), Order::Linear, vec![weak, elastic], Some(field), loading, 1e-10)
 }

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::{GmshNames, PhysicalGroup};
-use crate::mesh::vector::Point;
 use crate::error::MeshError;
 use crate::mesh::TetMesh;
+use crate::mesh::vector::Point;
 
 /// Number of the first surface; regions count from 1.
 const FIRST_SURFACE: i32 = 11;
