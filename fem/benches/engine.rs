@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use fem::LinearScheme::{self, Auto, Direct, Multigrid};
 use fem::bench::{time_parts, time_product};
 use fem::{
-    CompressionTest, CurvePoint, CylinderLattice, ElasticLaw, Fields, Material, Order, PhaseField,
+    CompressionTest, CurvePoint, CylinderLattice, Fields, Fracture, Material, Order, PhaseField,
     Problem, Schedule, SolverOptions,
 };
 
@@ -92,14 +92,11 @@ fn test(
     linear: LinearScheme,
 ) -> Result<Problem, Failure> {
     let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm }.build()?;
-    let matrix = Material {
-        law: ElasticLaw::Hencky,
-        young_mpa: 275.0,
-        poisson: 0.25,
-        toughness_n_per_mm: Some(0.0025),
+    let matrix = Material::hencky(275.0, 0.25).with_fracture(Fracture {
+        toughness_n_per_mm: 0.0025,
         viscosity_mpa_s: 0.3,
         residual_stiffness: 0.01,
-    };
+    });
     let field = PhaseField::new(0.06);
     let loading = CompressionTest::new(0.22, Schedule::fixed(1.0, 44));
     let options = SolverOptions { linear, ..SolverOptions::default() };

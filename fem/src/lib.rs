@@ -6,17 +6,14 @@
 //! calibration.
 //!
 //! ```
-//! use fem::{
-//!     CompressionTest, CylinderLattice, ElasticLaw, Material, PhaseField, Schedule,
-//! };
+//! use fem::{CompressionTest, CylinderLattice, Fracture, Material, PhaseField, Schedule};
 //!
 //! let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
-//! let matrix = Material {
-//!     toughness_n_per_mm: Some(0.0025),
+//! let matrix = Material::hencky(275.0, 0.25).with_fracture(Fracture {
+//!     toughness_n_per_mm: 0.0025,
 //!     viscosity_mpa_s: 0.3,
 //!     residual_stiffness: 0.01,
-//!     ..Material::elastic(ElasticLaw::Hencky, 275.0, 0.25)
-//! };
+//! });
 //! let problem = CompressionTest::new(0.22, Schedule::adaptive(1.0).stop_below_peak(0.1))
 //!     .builder(mesh)?
 //!     .materials([matrix])
@@ -94,8 +91,9 @@ pub use ensemble::{
 pub use error::{CheckpointError, CurveFileError, FemError, MeshError, StepFailure};
 pub use fields::Fields;
 pub use material::{
-    CrackDensity, DamageQuadrature, ElasticLaw, HyperelasticLaw, Irreversibility, Material,
-    MooneyRivlin, Ogden, PhaseField, PrincipalStrain, SaintVenantKirchhoff, Split, UserLaw,
+    CrackDensity, DamageQuadrature, Elasticity, Fracture, HyperelasticLaw, Irreversibility,
+    Material, MooneyRivlin, Ogden, PhaseField, PrincipalStrain, SaintVenantKirchhoff, Split,
+    UserLaw,
 };
 pub use mesh::{CylinderLattice, LatticeError, Quality, TetMesh, gmsh, vtu};
 pub use num_dual::DualNum;

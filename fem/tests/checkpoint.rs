@@ -139,7 +139,8 @@ fn a_state_that_does_not_fit_is_refused() {
         let message = error.to_string();
         assert!(message.contains("run.state") && message.contains("remove it"), "{message}");
     };
-    let softer = fem::Material { young_mpa: 274.0, ..matrix() };
+    let softer =
+        fem::Material { elasticity: fem::Material::hencky(274.0, 0.25).elasticity, ..matrix() };
     refused(
         &base.with_materials(vec![softer, grain()]).expect("valid"),
         CheckpointError::OtherProblem,

@@ -61,8 +61,8 @@ pub struct Record {
     pub unconstrained: Vec<f64>,
     /// Labels of the entries along dimensions, by the name of the dimension.
     pub coordinates: Coordinates,
-    /// Whether there was a `factor`.
-    pub(crate) is_weighed: bool,
+    /// The sum of all `factor`s, if there was one.
+    pub(crate) factors: Option<f64>,
 }
 
 impl Record {
@@ -79,6 +79,12 @@ impl Record {
     /// The replicate of the observed quantity of this name: data simulated from this point.
     pub fn replicate(&self, name: &str) -> Option<&[f64]> {
         self.get(name).map(|entry| entry.replicate.as_slice())
+    }
+
+    /// The log likelihood there: of everything observed, and every `factor`.
+    pub(crate) fn log_likelihood(&self) -> f64 {
+        let observed = self.entries.iter().flat_map(|entry| &entry.log_likelihood);
+        observed.sum::<f64>() + self.factors.unwrap_or(0.0)
     }
 
     /// Gives what nested plates stacked a dimension for each of them, where all have labels and

@@ -37,10 +37,9 @@
 //!   `.array::<N>()`, `.truncate(a..b)`, `.ordered()`, `.sum_to_zero()`. An own one implements
 //!   [`Distribution`].
 //! - **Derivatives**: exact, by reverse mode; own functions enter as [`Differentiable`].
-//! - **Samplers**: [`Nuts`]; without gradients [`Metropolis`], [`ComponentwiseMetropolis`] and
-//!   [`DifferentialEvolution`]; [`DelayedAcceptance`], which a cheap density screens; [`Smc`] for
-//!   several modes and the evidence. They take models and bare densities; chains run in parallel,
-//!   with the same draws for any number of threads. [`Map`] finds joint modes.
+//! - **Samplers**: [`Nuts`]; without gradients [`Metropolis`], and [`DelayedAcceptance`], which a
+//!   cheap density screens. They take models and bare densities; chains run in parallel, with the
+//!   same draws for any number of threads. [`Map`] finds joint modes, [`Laplace`] the normal there.
 //! - **Results**: [`Posterior`] holds draws by name and shape, with summary, diagnostics in
 //!   words, predictive checks, cross-validation, prior sensitivity, and export for ArviZ.
 //! - **[`check`]**: statistical assertions for `cargo test`.
@@ -90,7 +89,6 @@ pub mod special;
 mod submodel;
 mod summary;
 pub mod tape;
-mod tempered;
 mod terms;
 mod total;
 mod trace;
@@ -110,7 +108,7 @@ pub use group::{Group, Values};
 pub use ln_sum_exp::ln_sum_exp;
 pub use model::{Context, Model};
 pub use ode::{Ode, Solution};
-pub use optimize::{Laplace, Map, Mode, OptimizeError, Pathfinder, PathfinderFit, PathfinderPath};
+pub use optimize::{Laplace, Map, Mode, OptimizeError};
 pub use partials::Partials;
 pub use posterior::{DivergentPoint, Posterior, PosteriorError};
 pub use power_scaling::{PowerScaling, PowerScalingError, Sensitivity, SensitivityRow};
@@ -123,15 +121,13 @@ pub use rand_xoshiro;
 pub use real::Real;
 pub use record::{Datum, Incomplete, Record as Recordable};
 pub use sampler::{
-    Chain, ChainStatus, Chains, ChainsFileError, ComponentwiseMetropolis, Covariance,
-    DelayedAcceptance, DifferentialEvolution, Divergence, DrawStats, Evidence, MapKind, MapSwitch,
-    Metropolis, Nuts, Progress, SampleError, Smc, Stage, TemperedDraws, WarmupReport,
+    Chain, ChainStatus, Chains, ChainsFileError, Covariance, DelayedAcceptance, Divergence,
+    DrawStats, MapKind, MapSwitch, Metropolis, Nuts, Progress, SampleError, WarmupReport,
 };
 pub use scalar::{Arithmetic, Scalar};
 pub use site::{Failure, Site};
 pub use submodel::{Declaration, Part, Prediction, Submodel};
 pub use summary::{Summary, SummaryRow};
-pub use tempered::{Parts, Tempered};
 pub use terms::{Joined, Terms};
 
 /// The language of models: distributions, their variations, and what expressions need.
@@ -141,9 +137,7 @@ pub mod prelude {
     pub use crate::dot::dot;
     pub use crate::ln_sum_exp::ln_sum_exp;
     pub use crate::optimize::Map;
-    pub use crate::sampler::{
-        ComponentwiseMetropolis, DelayedAcceptance, DifferentialEvolution, Metropolis, Nuts, Smc,
-    };
+    pub use crate::sampler::{DelayedAcceptance, Metropolis, Nuts};
     pub use crate::scalar::Scalar;
     pub use crate::{LogDensity, Real, model};
 }

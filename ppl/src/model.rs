@@ -106,7 +106,26 @@ pub trait Context {
         distribution: D,
         datum: &T,
     ) -> Result<(), Rejection> {
+        if self.observe_summarised(site, &distribution)? {
+            return Ok(());
+        }
         self.observe(site, datum.lift(), distribution)
+    }
+
+    /// Adds the terms of an observation that was summarised when the data were bound, if it was, and
+    /// says so: the data need not be read again.
+    ///
+    /// # Errors
+    /// A rejection if the density is not finite.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn observe_summarised<D: Distribution<Real<Self::Number>>>(
+        &mut self,
+        site: &'static Site,
+        distribution: &D,
+    ) -> Result<bool, Rejection> {
+        let _ = (site, distribution);
+        Ok(false)
     }
 
     /// [`condition`](Context::condition) in a loop: see [`observe_in_loop`](Self::observe_in_loop).
@@ -122,6 +141,9 @@ pub trait Context {
         datum: &T,
         total: &mut Settled,
     ) -> Result<(), Rejection> {
+        if self.observe_summarised(site, &distribution)? {
+            return Ok(());
+        }
         self.observe_in_loop(site, datum.lift(), distribution, total)
     }
 

@@ -238,7 +238,7 @@ impl Posterior {
             unpredicted,
             bounds,
             is_foreign: is_foreign(model, &chains),
-            has_factors: template.is_weighed,
+            has_factors: template.factors.is_some(),
             chains,
         })
     }

@@ -60,7 +60,10 @@ pub(crate) fn find(model: &dyn Statements, is_static: bool) -> Found {
     };
     let mut found = Found { layout: Ok(layout(record)), constant: None, pools };
     if is_static {
-        found.constant = constant(model, &mut rng, &found);
+        match constant(model, &mut rng, &found) {
+            Ok(constant) => found.constant = constant,
+            Err(Moving) => found.pools = None,
+        }
     }
     found
 }
@@ -115,17 +118,30 @@ fn layout(record: Record) -> Layout {
     }
 }
 
+/// Data that depend on the point, by a function of the user's: nothing was found for all points.
+struct Moving;
+
 /// The difference that leaving out constants makes, if it is the same at several draws from the
 /// prior; from the draw where least is lost to rounding.
-fn constant(model: &dyn Statements, rng: &mut dyn RngCore, found: &Found) -> Option<f64> {
+fn constant(
+    model: &dyn Statements,
+    rng: &mut dyn RngCore,
+    found: &Found,
+) -> Result<Option<f64>, Moving> {
     const DRAWS: usize = 20;
     let mut best = (f64::INFINITY, f64::NAN);
     let (mut differences, mut sums) = (Vec::new(), Vec::new());
     for _ in 0..DRAWS {
-        let y = draw(model, rng).ok()?.unconstrained;
+        let Ok(record) = draw(model, rng) else { return Ok(None) };
+        let y = record.unconstrained;
         let mut value = |lean| model.value(&y, lean, found.pools(&mut sums));
         // far out in the prior there may be no density
         let (Ok(full), Ok(lean)) = (value(false), value(true)) else { continue };
+        if let Ok(anew) = model.value(&y, false, Pools::Anew(&mut sums))
+            && (anew - full).abs() > 1e-8 * (anew.abs() + full.abs() + 1.0)
+        {
+            return Err(Moving);
+        }
         let size = full.abs() + lean.abs();
         differences.push((size, full - lean));
         if size < best.0 {
@@ -135,5 +151,6 @@ fn constant(model: &dyn Statements, rng: &mut dyn RngCore, found: &Found) -> Opt
     let same = |(size, difference): &(f64, f64)| {
         (difference - best.1).abs() <= 1e-12 * (size + best.0 + 1.0)
     };
-    differences.iter().all(same).then_some(best.1).filter(|constant| constant.is_finite())
+    let is_same = differences.iter().all(same) && best.1.is_finite();
+    Ok(is_same.then_some(best.1))
 }

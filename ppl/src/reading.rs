@@ -104,6 +104,22 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     }
 
     #[inline(always)]
+    fn observe_summarised<D: Distribution<Real<L::Number>>>(
+        &mut self,
+        site: &'static Site,
+        distribution: &D,
+    ) -> Result<bool, Rejection> {
+        let (true, Pools::Found(pools)) = (D::SUMMARISES, &mut self.pools) else {
+            return Ok(false);
+        };
+        let Some(Pool::Sums(sums)) = pools.next() else { return Err(one_pool_more(site)) };
+        let mut terms = self.terms();
+        distribution.add_pooled_terms(sums, &mut terms);
+        self.add(site, terms)?;
+        Ok(true)
+    }
+
+    #[inline(always)]
     fn observe_in_loop<D: Distribution<Real<L::Number>>>(
         &mut self,
         site: &'static Site,

@@ -178,12 +178,12 @@ impl<'y> Trace<'y> {
         is_imputed: bool,
         datum: &dyn Recordable,
         replicate: &dyn Recordable,
-        log_likelihood: f64,
+        log_likelihood: &[f64],
     ) -> Result<(), Rejection> {
         let at = if is_imputed { self.imputed(site, false) } else { self.label(site) };
         let entry = self.write(&at, Role::Observed, datum)?;
         replicate.flatten(&mut entry.replicate);
-        entry.log_likelihood.push(log_likelihood);
+        entry.log_likelihood.extend(log_likelihood);
         Ok(())
     }
 
@@ -194,13 +194,14 @@ impl<'y> Trace<'y> {
         datum: &D::Value,
         distribution: &D,
     ) -> Result<(), Rejection> {
-        if let Err(error) = distribution.validate() {
+        if let Err(error) = distribution.validate().and_then(|()| distribution.fits(datum)) {
             self.failing = Some(self.in_words(site, datum));
             return Err(site.rejection(error));
         }
         let replicate = distribution.draw(self.rng);
-        let log_likelihood = log_density(distribution, datum);
-        self.condition(site, is_imputed, datum, &replicate, log_likelihood)
+        let mut log_likelihood = Vec::new();
+        distribution.pointwise(datum, &mut log_likelihood);
+        self.condition(site, is_imputed, datum, &replicate, &log_likelihood)
     }
 
     /// The next datum of a statement.
@@ -271,7 +272,13 @@ impl Context for Trace<'_> {
         datum: D::Value,
         distribution: D,
     ) -> Result<(), Rejection> {
-        self.observed(site, false, &datum, &distribution)
+        self.observed(site, false, &datum, &distribution)?;
+        if let Some(pools) = self.pools.as_mut().filter(|_| D::SUMMARISES) {
+            let mut sums = Vec::new();
+            distribution.summarise(&datum, &mut sums);
+            pools.push(Pool::Sums(sums.into()));
+        }
+        Ok(())
     }
 
     fn observe_all<D, I>(
@@ -327,8 +334,8 @@ impl Context for Trace<'_> {
         }
     }
 
-    fn factor(&mut self, _: &'static Site, _: Real<f64>) -> Result<(), Rejection> {
-        self.record.is_weighed = true;
+    fn factor(&mut self, _: &'static Site, weight: Real<f64>) -> Result<(), Rejection> {
+        *self.record.factors.get_or_insert(0.0) += weight.0;
         Ok(())
     }
 

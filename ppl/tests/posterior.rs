@@ -212,14 +212,9 @@ fn chains_in_two_modes_are_found_out() {
     assert!(found.is_some_and(|f| f.what.contains("x (")), "{summary}");
     let found = summary.findings.iter().find(|f| f.kind == FindingKind::Modes);
     let found = found.expect("modes").to_string();
-    for part in ["x has 2, near -10.", "(chains 1, 3) and ", "(chains 0, 2), with 0 changes", "Smc"]
-    {
+    for part in ["x has 2, near -10.", "(chains 1, 3) and ", "(chains 0, 2), with 0 changes"] {
         assert!(found.contains(part), "{found}");
     }
-
-    // a sampler that weighs them has nothing to report
-    let mixed = Smc::default().seed(1).sample(&two_modes(100.0)).expect("samples").draws.summary();
-    assert!(mixed.findings.iter().all(|f| f.kind != FindingKind::Modes), "{mixed}");
 }
 
 #[test]

@@ -27,11 +27,6 @@ fn at_mode<'a>(name: &'static str, model: Bound<impl Model + 'a>) -> Case<'a> {
     with(name, model, Nuts::default().warmup(300).draws(400).init_points(starts))
 }
 
-/// From Pathfinder, past a minor mode that would hold a chain.
-fn pathfinder<'a>(name: &'static str, model: Bound<impl Model + 'a>) -> Case<'a> {
-    with(name, model, Nuts::default().warmup(300).draws(400).init_pathfinder())
-}
-
 /// For funnels and other posteriors that need small steps.
 fn careful<'a>(name: &'static str, model: Bound<impl Model + 'a>) -> Case<'a> {
     with(name, model, Nuts::default().warmup(1000).draws(1000).target_accept(0.95))
@@ -118,7 +113,7 @@ fn series_and_processes() {
         case("ark", ark(&ar)),
         case("gp_pois_regr", gp_pois_regr(&x, &k)),
         case("gp_regr", gp_regr(&x, &y)),
-        pathfinder("lotka_volterra", lotka_volterra(&PredatorPrey::years(), &hare, &lynx)),
+        at_mode("lotka_volterra", lotka_volterra(&PredatorPrey::years(), &hare, &lynx)),
     ]);
 }
 

@@ -46,13 +46,13 @@ impl Friction {
 ///
 /// # Example
 /// ```
-/// use fem::{CompressionTest, CylinderLattice, ElasticLaw, Material, Schedule};
+/// use fem::{CompressionTest, CylinderLattice, Material, Schedule};
 ///
 /// let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
 /// let area = mesh.volume() / 4.4;
 /// let problem = CompressionTest::new(0.22, Schedule::fixed(1.0, 1))
 ///     .builder(mesh)?
-///     .materials([Material::elastic(ElasticLaw::Hencky, 275.0, 0.25)])
+///     .materials([Material::hencky(275.0, 0.25)])
 ///     .build()?;
 /// let outcome = problem.run(&mut ());
 /// let stretch: f64 = 0.95;

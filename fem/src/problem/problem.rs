@@ -24,7 +24,7 @@ use crate::solve::{Scheme, Solver, SolverOptions};
 /// # Example
 /// A block pulled by 1 % between planes of symmetry:
 /// ```
-/// use fem::{Axis, Conditions, CylinderLattice, ElasticLaw, Material, Problem, Schedule};
+/// use fem::{Axis, Conditions, CylinderLattice, Material, Problem, Schedule};
 ///
 /// let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
 /// let area = mesh.volume() / 4.4;
@@ -34,7 +34,7 @@ use crate::solve::{Scheme, Solver, SolverOptions};
 ///     .remove_rigid_motions()
 ///     .measure("top", [0.0, 0.0, 1.0]);
 /// let problem = Problem::builder(mesh)
-///     .materials([Material::elastic(ElasticLaw::Hencky, 10.0, 0.4)])
+///     .materials([Material::hencky(10.0, 0.4)])
 ///     .conditions(conditions)
 ///     .schedule(Schedule::fixed(1.0, 1))
 ///     .build()?;
@@ -246,7 +246,7 @@ impl Problem {
 }
 
 fn damaged_regions(materials: &[Material], phase_field: Option<&PhaseField>) -> Vec<bool> {
-    materials.iter().map(|m| phase_field.is_some() && m.toughness_n_per_mm.is_some()).collect()
+    materials.iter().map(|m| phase_field.is_some() && m.fracture.is_some()).collect()
 }
 
 fn at_points(materials: &[Material], phase_field: Option<&PhaseField>) -> Arc<[PointMaterial]> {

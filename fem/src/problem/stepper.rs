@@ -26,12 +26,12 @@ const LEAST: f64 = 1e-6;
 ///
 /// # Example
 /// ```
-/// use fem::{CompressionTest, CylinderLattice, ElasticLaw, Material, Schedule};
+/// use fem::{CompressionTest, CylinderLattice, Material, Schedule};
 ///
 /// let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
 /// let problem = CompressionTest::new(0.22, Schedule::fixed(1.0, 4))
 ///     .builder(mesh)?
-///     .materials([Material::elastic(ElasticLaw::Hencky, 275.0, 0.25)])
+///     .materials([Material::hencky(275.0, 0.25)])
 ///     .build()?;
 /// let mut run = problem.start();
 /// while let Some(point) = run.step()? {

@@ -1,9 +1,7 @@
 //! A rigid ball on an elastic block, a quarter of it, against Hertz's theory.
 #![allow(dead_code)] // each user takes a part
 
-use fem::{
-    Axis, Conditions, ElasticLaw, Material, Order, Platen, Problem, Schedule, SolverOptions,
-};
+use fem::{Axis, Conditions, Material, Order, Platen, Problem, Schedule, SolverOptions};
 
 use super::block::{block, graded};
 
@@ -44,7 +42,7 @@ pub(crate) fn hertz(across: usize, order: Order) -> Hertz {
         .platen("top", ball)
         .measure("top", [0.0, 0.0, -1.0]);
     let schedule = Schedule::fixed(1.0, 3);
-    let material = Material::elastic(ElasticLaw::Hencky, YOUNG, POISSON);
+    let material = Material::hencky(YOUNG, POISSON);
     let options = SolverOptions::default();
     let problem = Problem::builder(mesh)
         .order(order)

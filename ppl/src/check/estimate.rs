@@ -3,27 +3,53 @@
 use crate::diagnostics as diag;
 use crate::posterior::Posterior;
 
-/// An estimate that lies too far from what was expected.
+/// R-hat from which on chains are not of one distribution. Vehtari et al. (2021) ask for 1.01 before
+/// results are reported; an assertion with its own standard error needs less.
+const LARGEST_RHAT: f64 = 1.05;
+/// Effective draws for each chain below which a standard error is not known itself (Vehtari et al.
+/// 2021, section 4: 50 for each half of a chain).
+const LEAST_EFFECTIVE: f64 = 100.0;
+
+/// Why an estimate does not confirm the value expected.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "{what}: got {got:.6}, expected {expected:.6}; the difference is {sigmas:.1} standard errors \
-     (MCSE {mcse:.2e}, error of the reference {reference_error:.2e}), allowed are {allowed}"
-)]
-pub struct CheckFailure {
-    /// The quantity, as "mean of mu".
-    pub what: String,
-    /// Estimate from the draws.
-    pub got: f64,
-    /// Reference value.
-    pub expected: f64,
-    /// Monte Carlo standard error of the estimate.
-    pub mcse: f64,
-    /// Standard error of the reference value.
-    pub reference_error: f64,
-    /// Difference over the joint standard error; NaN where it is not defined.
-    pub sigmas: f64,
-    /// Largest number of standard errors allowed.
-    pub allowed: f64,
+pub enum CheckFailure {
+    /// The chains say nothing, whatever was expected: they disagree, or have too few effective draws.
+    #[error(
+        "{what}: the chains do not mix (R-hat {rhat:.2}, at most {LARGEST_RHAT} is allowed; \
+         {effective:.0} effective draws, at least {least:.0} are needed), so that they confirm no \
+         value: run longer, or see `summary()`"
+    )]
+    Unmixed {
+        /// The quantity, as "mean of mu".
+        what: String,
+        /// Rank-normalised split R-hat.
+        rhat: f64,
+        /// Bulk effective sample size over all chains.
+        effective: f64,
+        /// The least that is needed: 100 a chain.
+        least: f64,
+    },
+    /// The estimate lies too far from what was expected.
+    #[error(
+        "{what}: got {got:.6}, expected {expected:.6}; the difference is {sigmas:.1} standard errors \
+         (MCSE {mcse:.2e}, error of the reference {reference_error:.2e}), allowed are {allowed}"
+    )]
+    Distant {
+        /// The quantity, as "mean of mu".
+        what: String,
+        /// Estimate from the draws.
+        got: f64,
+        /// Reference value.
+        expected: f64,
+        /// Monte Carlo standard error of the estimate.
+        mcse: f64,
+        /// Standard error of the reference value.
+        reference_error: f64,
+        /// Difference over the joint standard error; NaN where it is not defined.
+        sigmas: f64,
+        /// Largest number of standard errors allowed.
+        allowed: f64,
+    },
 }
 
 /// An estimate, its Monte Carlo standard error and the value expected.
@@ -35,30 +61,45 @@ pub struct Estimate {
     mcse: f64,
     expected: f64,
     reference_error: f64,
+    rhat: f64,
+    /// Bulk effective sample size, and the least that is needed.
+    effective: f64,
+    least: f64,
 }
 
 impl Estimate {
     /// Of the mean of one trace a chain, for draws that do not belong to a [`Posterior`].
     pub fn of_mean(name: &str, chains: &[&[f64]], expected: f64) -> Self {
         let got = diag::mean(chains.iter().copied().flatten().copied());
-        Self::new(format!("mean of {name}"), got, diag::mcse_mean(chains), expected)
+        Self::new(format!("mean of {name}"), chains, got, diag::mcse_mean(chains), expected)
     }
 
     /// Of the standard deviation of one trace a chain.
     pub fn of_sd(name: &str, chains: &[&[f64]], expected: f64) -> Self {
         let (_, variance) = diag::mean_and_variance(chains.iter().copied().flatten().copied());
-        Self::new(format!("sd of {name}"), variance.sqrt(), diag::mcse_sd(chains), expected)
+        let (what, mcse) = (format!("sd of {name}"), diag::mcse_sd(chains));
+        Self::new(what, chains, variance.sqrt(), mcse, expected)
     }
 
     /// Of a quantile of one trace a chain; `probability` in (0, 1).
     pub fn of_quantile(name: &str, chains: &[&[f64]], probability: f64, expected: f64) -> Self {
         let got = diag::quantile(&chains.concat(), probability);
         let mcse = diag::mcse_quantile(chains, probability);
-        Self::new(format!("{} % quantile of {name}", 100.0 * probability), got, mcse, expected)
+        let what = format!("{} % quantile of {name}", 100.0 * probability);
+        Self::new(what, chains, got, mcse, expected)
     }
 
-    fn new(what: String, got: f64, mcse: f64, expected: f64) -> Self {
-        Self { what, got, mcse, expected, reference_error: 0.0 }
+    fn new(what: String, chains: &[&[f64]], got: f64, mcse: f64, expected: f64) -> Self {
+        Self {
+            what,
+            got,
+            mcse,
+            expected,
+            reference_error: 0.0,
+            rhat: diag::rhat(chains),
+            effective: diag::ess_bulk(chains),
+            least: LEAST_EFFECTIVE * chains.len() as f64,
+        }
     }
 
     /// The reference has a standard error itself, as one that comes from another long run.
@@ -72,18 +113,25 @@ impl Estimate {
         (self.got - self.expected).abs() / self.mcse.hypot(self.reference_error)
     }
 
-    /// Whether the difference is at most `allowed` standard errors. An estimate that has no
-    /// standard error, because the quantity never moved, has to be exact.
+    /// Whether the chains mix, and the difference is at most `allowed` standard errors. An estimate
+    /// that has no standard error, because the quantity never moved, has to be exact.
     ///
     /// # Errors
-    /// [`CheckFailure`] with all numbers.
+    /// [`CheckFailure::Unmixed`] for an R-hat above 1.05 or fewer than 100 effective draws a chain,
+    /// whatever was expected; else [`CheckFailure::Distant`] with all numbers.
     pub fn check(&self, allowed: f64) -> Result<(), CheckFailure> {
+        let (what, rhat, effective, least) =
+            (self.what.clone(), self.rhat, self.effective, self.least);
+        // of a quantity that never moved both are NaN
+        if rhat > LARGEST_RHAT || effective < least {
+            return Err(CheckFailure::Unmixed { what, rhat, effective, least });
+        }
         let sigmas = self.sigmas();
         if sigmas <= allowed || self.got == self.expected {
             return Ok(());
         }
-        Err(CheckFailure {
-            what: self.what.clone(),
+        Err(CheckFailure::Distant {
+            what,
             got: self.got,
             expected: self.expected,
             mcse: self.mcse,
@@ -93,10 +141,10 @@ impl Estimate {
         })
     }
 
-    /// Asserts that the difference is at most `allowed` standard errors.
+    /// Asserts that the chains mix, and that the difference is at most `allowed` standard errors.
     ///
     /// # Panics
-    /// If it is larger, with the numbers of [`CheckFailure`].
+    /// If not, with the numbers of [`CheckFailure`].
     #[track_caller]
     pub fn within_mcse(&self, allowed: f64) {
         if let Err(failure) = self.check(allowed) {
@@ -195,6 +243,34 @@ mod tests {
         }
         // a reference known to ± 1 is no contradiction
         Estimate::of_mean("mu", &chains, 0.5).reference_error(1.0).within_mcse(4.0);
+    }
+
+    /// Chains in two modes confirm no mean, neither that of all draws nor that of a mode; nor do a few
+    /// draws that follow each other closely.
+    #[test]
+    fn chains_that_do_not_mix_confirm_nothing() {
+        let mut owned = normal_chains(2);
+        owned[3].iter_mut().for_each(|x| *x += 12.0);
+        let chains: Vec<&[f64]> = owned.iter().map(Vec::as_slice).collect();
+        for claimed in [0.0, 3.0, 6.0, -9.0] {
+            for estimate in [
+                Estimate::of_mean("x", &chains, claimed),
+                Estimate::of_sd("x", &chains, claimed),
+                Estimate::of_quantile("x", &chains, 0.5, claimed),
+            ] {
+                let failure = estimate.check(4.0).expect_err("not mixed");
+                assert!(matches!(failure, CheckFailure::Unmixed { rhat, .. } if rhat > 1.3));
+            }
+        }
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+        let mut x = 0.0;
+        let mut slow = || {
+            x = 0.95 * x + rng.sample::<f64, _>(StandardNormal);
+            x
+        };
+        let chain: Vec<f64> = (0..1000).map(|_| slow()).collect();
+        let failure = Estimate::of_mean("x", &[&chain], 0.0).check(f64::INFINITY);
+        assert!(matches!(failure, Err(CheckFailure::Unmixed { .. })), "{failure:?}");
     }
 
     #[test]

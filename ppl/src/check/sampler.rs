@@ -1,12 +1,7 @@
-//! What is checked: whole samplers, and their transitions.
-
-use rand::Rng;
-use rand_xoshiro::Xoshiro256PlusPlus;
+//! What is calibrated: samplers.
 
 use super::CheckError;
-use crate::sampler::{
-    Chains, ComponentwiseMetropolis, DifferentialEvolution, Metropolis, Nuts, Smc,
-};
+use crate::sampler::{Chains, Metropolis, Nuts};
 use crate::{Bound, Model};
 
 /// Draws from a posterior.
@@ -28,26 +23,6 @@ pub trait Sampler: Sync {
     /// # Errors
     /// [`CheckError`] if it cannot.
     fn draws<M: Model>(&self, model: &Bound<M>, seed: u64) -> Result<Draws, CheckError>;
-}
-
-/// One transition that leaves the posterior of any model unchanged, for
-/// [`geweke`](super::geweke).
-///
-/// It must not be tuned to the point where it starts. The samplers of this crate take part without
-/// warmup, so tune beforehand: give [`Nuts`] a `warm_start`, and [`DifferentialEvolution`] an
-/// `archive`. The others propose with their first scale, which is about right where the prior has
-/// unit scale in unconstrained coordinates.
-pub trait Transition: Sync {
-    /// Moves `y`, the unconstrained unknowns.
-    ///
-    /// # Errors
-    /// [`CheckError`] if it cannot.
-    fn transition<M: Model>(
-        &self,
-        model: &Bound<M>,
-        y: &mut Vec<f64>,
-        rng: &mut Xoshiro256PlusPlus,
-    ) -> Result<(), CheckError>;
 }
 
 impl Draws {
@@ -73,25 +48,6 @@ macro_rules! impl_for_chains {
                 Draws::of_chains(&self.clone().seed(seed).run(model)?)
             }
         }
-
-        impl Transition for $Sampler<'_> {
-            fn transition<M: Model>(
-                &self,
-                model: &Bound<M>,
-                y: &mut Vec<f64>,
-                rng: &mut Xoshiro256PlusPlus,
-            ) -> Result<(), CheckError> {
-                let one = self.clone().chains(1).warmup(0).draws(1).init_points(vec![y.clone()]);
-                *y = Draws::of_chains(&one.seed(rng.random()).run(model)?)?.points;
-                Ok(())
-            }
-        }
     )*};
 }
-impl_for_chains!(Nuts Metropolis ComponentwiseMetropolis DifferentialEvolution);
-
-impl Sampler for Smc<'_> {
-    fn draws<M: Model>(&self, model: &Bound<M>, seed: u64) -> Result<Draws, CheckError> {
-        Draws::of_chains(&self.clone().seed(seed).run(model)?.draws)
-    }
-}
+impl_for_chains!(Nuts Metropolis);

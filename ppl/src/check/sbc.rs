@@ -11,7 +11,6 @@ use crate::density::LogDensity;
 use crate::group::element_names;
 use crate::sampler::Nuts;
 use crate::special::regularised_gamma;
-use crate::tempered::Tempered;
 use crate::{Bound, Entry, Model, Record, Role};
 
 /// Simulation-based calibration: do posteriors of simulated data contain the truth as often as
@@ -166,15 +165,18 @@ impl<S: Sampler> Trial<'_, S> {
         truth: &Record,
         further: impl Fn(&Record) -> Named,
     ) -> Result<(), CheckError> {
-        let quantities = |y: &[f64], at: &Record| -> Result<Named, CheckError> {
+        let quantities = |at: &Record, likelihood: f64| -> Named {
             let parameters = at.entries.iter().filter(|e| e.variable.role == Role::Parameter);
             let mut all: Named = parameters.flat_map(elements).collect();
-            all.push(("log likelihood".to_owned(), model.parts(y)?.ln_likelihood));
+            all.push(("log likelihood".to_owned(), likelihood));
             all.extend(further(at));
-            Ok(all)
+            all
         };
-        let truth = quantities(&truth.unconstrained, truth)?;
-        self.rank_numbers(model, &truth, quantities)
+        // the truth was drawn beside other data
+        let (y, mut rng) = (&truth.unconstrained, self.rng.clone());
+        let likelihood = model.constrain(y, &mut rng)?.log_likelihood();
+        let truth = quantities(truth, likelihood);
+        self.rank_numbers(model, &truth, |at| quantities(at, at.log_likelihood()))
     }
 
     /// Samples `model` and ranks the given true values of parameters or tracked quantities, as
@@ -188,15 +190,14 @@ impl<S: Sampler> Trial<'_, S> {
         truth: &[(&str, f64)],
     ) -> Result<(), CheckError> {
         let truth: Named = truth.iter().map(|&(n, v)| (n.to_owned(), v)).collect();
-        let all = |_: &[f64], at: &Record| Ok(at.entries.iter().flat_map(elements).collect());
-        self.rank_numbers(model, &truth, all)
+        self.rank_numbers(model, &truth, |at| at.entries.iter().flat_map(elements).collect())
     }
 
     fn rank_numbers<M: Model>(
         &mut self,
         model: &Bound<M>,
         truth: &[(String, f64)],
-        quantities: impl Fn(&[f64], &Record) -> Result<Named, CheckError>,
+        quantities: impl Fn(&Record) -> Named,
     ) -> Result<(), CheckError> {
         model.layout()?;
         let draws = self.sampler.draws(model, self.rng.random())?;
@@ -212,7 +213,7 @@ impl<S: Sampler> Trial<'_, S> {
         for k in 0..self.ranked {
             let point = kept[k * kept.len() / self.ranked];
             let record = model.constrain(point, &mut self.rng)?;
-            let values = quantities(point, &record)?;
+            let values = quantities(&record);
             for (i, (name, true_value)) in truth.iter().enumerate() {
                 let (_, value) = values
                     .iter()
@@ -234,7 +235,7 @@ impl<S: Sampler> Trial<'_, S> {
     }
 }
 
-pub(super) fn elements(entry: &Entry) -> impl Iterator<Item = (String, f64)> {
+fn elements(entry: &Entry) -> impl Iterator<Item = (String, f64)> {
     let names = element_names(&entry.variable.name, &entry.variable.shape);
     names.into_iter().zip(entry.values.iter().copied())
 }

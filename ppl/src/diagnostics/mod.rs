@@ -10,7 +10,6 @@ mod autocovariance;
 mod combinations;
 mod energy;
 mod ess;
-mod fisher;
 mod identifiability;
 mod loo;
 mod loo_compare;
@@ -23,7 +22,6 @@ mod rhat;
 
 pub use energy::e_bfmi;
 pub use ess::{ess_bulk, ess_mean, ess_quantile, ess_sd, ess_tail};
-pub use fisher::{FisherDirections, IdentifiabilityError};
 pub use identifiability::{Identifiability, Identification, Marginal, boundary_mass};
 pub use loo::{Loo, LooError, LooPoint, pareto_smooth};
 pub use loo_compare::{LooComparison, LooRow, loo_compare};

@@ -29,6 +29,7 @@ mod frechet;
 mod gamma;
 mod gaussian_process;
 mod geometric;
+mod glm;
 mod gumbel;
 mod half_cauchy;
 mod half_normal;
@@ -83,7 +84,7 @@ use crate::density::DomainError;
 use crate::real::Real;
 use crate::record::{Datum, Record};
 use crate::scalar::Scalar;
-use crate::terms::Terms;
+use crate::terms::{Settled, Terms};
 
 pub use array::Array;
 pub use bernoulli::Bernoulli;
@@ -111,6 +112,9 @@ pub use gaussian_process::{
     SquaredExponential,
 };
 pub use geometric::Geometric;
+pub use glm::{
+    BernoulliLogitGlm, ByGroup, Design, Intercept, NormalGlm, PoissonLogGlm, Predictors,
+};
 pub use gumbel::Gumbel;
 pub use half_cauchy::HalfCauchy;
 pub use half_normal::HalfNormal;
@@ -275,6 +279,36 @@ pub trait Distribution<R: Scalar>: Family {
     fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
         let _ = sums;
         terms.add_number(R::from(f64::NAN));
+    }
+
+    /// Whether one observation holds so many data that they are summarised when they are bound.
+    #[doc(hidden)]
+    const SUMMARISES: bool = false;
+
+    /// What [`add_pooled_terms`](Distribution::add_pooled_terms) needs of one observation, at the end
+    /// of `sums`: it depends on `x` and on what the distribution has of data, not on unknowns.
+    #[doc(hidden)]
+    fn summarise(&self, x: &Self::Value, sums: &mut Vec<f64>) {
+        let _ = (x, sums);
+    }
+
+    /// The log density of what cross-validation may leave out of `x`, part by part, at the end of
+    /// `out`.
+    #[doc(hidden)]
+    fn pointwise(&self, x: &Self::Value, out: &mut Vec<f64>) {
+        let mut terms = Settled::new(1.0);
+        self.add_terms(x, &mut terms);
+        out.push(terms.total());
+    }
+
+    /// Whether `x` has the size that the distribution asks for.
+    ///
+    /// # Errors
+    /// [`DomainError`] that says both sizes.
+    #[doc(hidden)]
+    fn fits(&self, x: &Self::Value) -> Result<(), DomainError> {
+        let _ = x;
+        Ok(())
     }
 
     /// Whether the parameters lie in their domain.

@@ -6,7 +6,6 @@ use super::{FindingKind, Found, Names, list};
 use crate::Role;
 use crate::diagnostics::Modes;
 use crate::group::Values;
-use crate::optimize::is_reliable;
 use crate::posterior::Posterior;
 use crate::summary::{SummaryRow, cell};
 
@@ -35,15 +34,6 @@ pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], found: &mut Found
             " than this model's",
             "Right for held-out data; otherwise give the model and the data that they were drawn \
              with",
-        );
-    }
-    if let Some(k) = posterior.chains.pareto_k.filter(|k| !is_reliable(*k)) {
-        found.say(
-            FindingKind::Approximation,
-            "The draws are of an approximation that does not fit, with Pareto k ",
-            &format!("{k:.2}"),
-            "Means and intervals are not those of the posterior: start NUTS from it \
-             (`init_pathfinder`), or reparametrise",
         );
     }
 
@@ -79,10 +69,9 @@ pub(super) fn compare(
         FindingKind::Modes,
         "The posterior seems to have several modes: ",
         &list(modes.iter().map(|(place, modes)| in_words(names.shown(place), modes))),
-        "The share of draws in a mode is where the chains began, not its probability: use Smc, \
-         which weighs modes; or start from Pathfinder (`init_pathfinder`), which passes over modes \
-         of no weight; or take the modes apart by a stronger prior, or by an order if they only \
-         exchange labels",
+        "The share of draws in a mode is where the chains began, not its probability: take the \
+         modes apart by a stronger prior, or by an order if they only exchange labels, or report \
+         each by itself; if only one counts, begin there (`Map`, then `init_points`)",
     );
 
     // the sd of a single draw is NaN: it may move, for all one knows

@@ -22,8 +22,6 @@ pub enum FindingKind {
     Stopped,
     /// The chains were drawn from another density: other data, or another model.
     OtherDensity,
-    /// Draws of an approximation that does not fit: Pareto k above 0.7.
-    Approximation,
     /// A quantity is NaN or infinite at some draw.
     NotFinite,
     /// R̂ above 1.01.

@@ -5,8 +5,7 @@ use crate::diagnostics::{mean, mean_and_variance, quantile};
 use crate::sampler::{Chain, Chains};
 use crate::summary::cell;
 
-/// What has less than e⁻²⁰ of the weight of another place has none, as for the starts of
-/// `Nuts::init_pathfinder`.
+/// What has less than e⁻²⁰ of the weight of another place holds no draw of any run.
 const NO_WEIGHT: f64 = 20.0;
 /// Log densities lie apart by more than so many widths of the better chain's.
 const APART: f64 = 3.0;
@@ -61,7 +60,6 @@ impl Stay {
 }
 
 /// Chains far below the best, and chains that hardly move, each in words.
-#[derive(Default)]
 struct Stuck {
     below: Vec<String>,
     still: Vec<String>,
@@ -69,10 +67,6 @@ struct Stuck {
 
 impl Stuck {
     fn find(chains: &Chains) -> Self {
-        // draws of an approximation do not follow each other
-        if chains.pareto_k.is_some() {
-            return Self::default();
-        }
         let stays = chains.chains.iter().enumerate();
         let stays: Vec<Stay> =
             stays.filter_map(|(index, chain)| Stay::of(index, chain, chains.dim)).collect();
@@ -107,16 +101,16 @@ pub(super) fn find(chains: &Chains, found: &mut Found) {
         FindingKind::StuckChain,
         "Chains have log densities far below the others': ",
         &list(below),
-        "Their draws are not of the posterior, and findings from all draws are left out: start from \
-         Pathfinder (`init_pathfinder`), and see whether the unknowns have scales near 1, as by \
-         standardised inputs and priors no wider than what is possible",
+        "Their draws are not of the posterior, and findings from all draws are left out: begin near \
+         the mode (`Map`, then `init_points`), and see whether the unknowns have scales near 1, as \
+         by standardised inputs and priors no wider than what is possible",
     );
     found.say(
         FindingKind::StuckChain,
         "Chains hardly moved: ",
         &list(still),
         "Findings from all draws are left out. Steps do not suit the place where such a chain is, as \
-         the neck of a funnel or the foot of a cliff: reparametrise (non-centred), start from \
-         Pathfinder (`init_pathfinder`), and see whether the unknowns have scales near 1",
+         the neck of a funnel or the foot of a cliff: reparametrise (non-centred), begin near the \
+         mode (`Map`, then `init_points`), and see whether the unknowns have scales near 1",
     );
 }

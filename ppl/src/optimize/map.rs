@@ -133,15 +133,6 @@ pub enum OptimizeError {
     /// There is nothing to find.
     #[error("the density has no unknowns, so that there is nothing to find")]
     NoUnknowns,
-    /// Pathfinder found no normal distribution near the density.
-    #[error(
-        "none of {paths} paths met a point with a normal approximation inside the support: the \
-         density may have no mode; sample it instead"
-    )]
-    NoApproximation {
-        /// Paths tried.
-        paths: usize,
-    },
     /// The log density is not concave at the mode, so that no normal distribution fits there.
     #[error(
         "no normal approximation: the log density is flat or rises from the mode (coordinates at a \
@@ -246,10 +237,7 @@ impl Map {
 }
 
 /// A random point that the density accepts.
-pub(super) fn start<R: Rng>(
-    density: &dyn AnyDensity,
-    rng: &mut R,
-) -> Result<Vec<f64>, OptimizeError> {
+fn start<R: Rng>(density: &dyn AnyDensity, rng: &mut R) -> Result<Vec<f64>, OptimizeError> {
     let mut evaluator = density.evaluator();
     let mut tries = 0;
     loop {

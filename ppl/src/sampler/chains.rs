@@ -209,7 +209,7 @@ pub struct Chain {
     /// Why the chain ended early; `None` if it finished.
     pub stopped: Option<String>,
     /// The random stream after the warmup and each kept draw, from which a chain goes on; `None` for
-    /// draws that are no chain.
+    /// one that failed in its warmup.
     pub(super) stream: Option<Xoshiro256PlusPlus>,
     /// Where an interrupt found the chain in its warmup.
     #[serde(default)]
@@ -278,9 +278,6 @@ pub struct Chains {
     /// Transitions after the warmup for every kept draw.
     #[serde(default = "every")]
     pub thin: usize,
-    /// Pareto k of the weights of draws from an approximation; `None` where a chain drew them.
-    #[serde(default)]
-    pub pareto_k: Option<f64>,
 }
 
 /// Not thinned.
@@ -291,7 +288,7 @@ fn every() -> usize {
 impl Chains {
     /// Of a run.
     pub(crate) fn new(dim: usize, chains: Vec<Chain>, thin: usize) -> Self {
-        Self { dim, chains, max_depth: None, thin, pareto_k: None }
+        Self { dim, chains, max_depth: None, thin }
     }
 
     /// Number of draws that every chain has.

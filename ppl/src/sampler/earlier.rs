@@ -127,9 +127,7 @@ impl Run<'_> {
         }
         let is_lost = |chain: &Chain| chain.stream.is_none() && chain.paused.is_none();
         if let Some(number) = earlier.chains.iter().position(is_lost) {
-            let reason = format!(
-                "chain {number} failed in its warmup, or is of a sampler that does not go on"
-            );
+            let reason = format!("chain {number} failed in its warmup");
             return Err(misfit(reason, "begin anew with `run`"));
         }
         Run { init: Init::Uniform(0.0), ..self.clone() }.validate(dim)?;

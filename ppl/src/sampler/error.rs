@@ -8,7 +8,6 @@ use crate::{
     bound::ModelError,
     density::{Place, Rejection},
     explain::further,
-    optimize::OptimizeError,
     posterior::PosteriorError,
 };
 
@@ -62,18 +61,6 @@ pub enum SampleError {
         /// Unknowns of the expensive density.
         deciding: String,
     },
-    /// A tempered run ended before its particles reached the posterior.
-    #[error(
-        "run {run} stopped at inverse temperature {temperature:.3e}, before the posterior: {reason}"
-    )]
-    Tempering {
-        /// Number of the run.
-        run: usize,
-        /// Power of the likelihood reached.
-        temperature: f64,
-        /// Why it stopped.
-        reason: String,
-    },
     /// The earlier chains cannot be taken up.
     #[error("cannot go on with earlier chains: {reason}; {mend}")]
     Earlier {
@@ -82,9 +69,6 @@ pub enum SampleError {
         /// What to do.
         mend: &'static str,
     },
-    /// No starting points by Pathfinder.
-    #[error("no starting points: {0}")]
-    Pathfinder(#[from] OptimizeError),
     /// The model cannot be evaluated at all.
     #[error(transparent)]
     Model(#[from] ModelError),

@@ -1,10 +1,8 @@
-//! Monte Carlo samplers: [`Nuts`], the family of Metropolis, and [`Smc`].
+//! Markov chain Monte Carlo: [`Nuts`], and without gradients [`Metropolis`] and
+//! [`DelayedAcceptance`].
 
-mod archive;
 mod chains;
-mod componentwise;
 mod delayed;
-mod differential;
 mod earlier;
 mod error;
 mod hamiltonian;
@@ -16,7 +14,6 @@ mod random_walk;
 mod rejections;
 mod run;
 mod settings;
-mod smc;
 mod step_size;
 mod store;
 mod trajectory;
@@ -26,12 +23,9 @@ mod warmup;
 pub use chains::{
     Chain, Chains, Covariance, Divergence, DrawStats, MapKind, MapSwitch, WarmupReport,
 };
-pub use componentwise::ComponentwiseMetropolis;
 pub use delayed::DelayedAcceptance;
-pub use differential::DifferentialEvolution;
 pub use error::SampleError;
 pub use metropolis::Metropolis;
 pub use nuts::Nuts;
 pub use progress::{ChainStatus, Progress};
-pub use smc::{Evidence, Smc, Stage, TemperedDraws};
 pub use store::ChainsFileError;

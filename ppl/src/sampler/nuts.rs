@@ -20,12 +20,10 @@ use crate::{
     bound::Bound,
     density::{LogDensity, Place, Rejection},
     model::Model,
-    optimize::{Pathfinder, approach},
+    optimize::approach,
     posterior::Posterior,
 };
 
-/// Paths of Pathfinder tried even for a single chain.
-const FEWEST_PATHS: usize = 4;
 /// Doublings that a trajectory may be allowed.
 pub(super) const DEPTHS: RangeInclusive<u32> = 1..=20;
 
@@ -91,7 +89,6 @@ pub struct Nuts<'a> {
     max_depth: u32,
     /// Mass matrix and step of each chain, from an earlier run.
     pub(super) warm: Option<Vec<(Covariance, f64)>>,
-    pathfinder: bool,
 }
 
 impl Default for Nuts<'_> {
@@ -102,7 +99,6 @@ impl Default for Nuts<'_> {
             target_accept: 0.8,
             max_depth: 10,
             warm: None,
-            pathfinder: false,
         }
     }
 }
@@ -131,17 +127,6 @@ impl<'a> Nuts<'a> {
         self
     }
 
-    /// Starts every chain from a draw of a [`Pathfinder`] path of its own instead of a random point:
-    /// the warmup need not find the way to the posterior. Starts given otherwise are ignored.
-    ///
-    /// A path whose mode has an evidence e²⁰ times smaller than that of another path starts no chain.
-    /// From random points, chains may stay in such a mode beyond the warmup; the findings of
-    /// [`Posterior::summary`] then say so, unless all chains are in the same one.
-    pub fn init_pathfinder(mut self) -> Self {
-        self.pathfinder = true;
-        self
-    }
-
     /// Samples any log density.
     ///
     /// # Errors
@@ -162,15 +147,7 @@ impl<'a> Nuts<'a> {
         let dim = density.dim();
         let tuned = self.tuned_maps(dim)?;
         self.run.validate(dim)?;
-        let mut run = self.run.clone();
-        if self.pathfinder && dim > 0 {
-            // one draw a path would do; a few more are at hand should the first be rejected, and a
-            // few paths, should one lead to a mode of no weight
-            let paths = run.chains.max(FEWEST_PATHS);
-            let search = Pathfinder::default().paths(paths).draws(25).seed(run.seed);
-            run.init = Init::Points(search.run_any(density)?.starts(run.chains));
-        }
-        let chains = run.execute_each(dim, |number| {
+        let chains = self.run.execute_each(dim, |number| {
             let tuned = tuned.as_ref().map(|tuned| tuned[number].clone());
             let (warmup, target, warm) = (self.run.warmup, self.target_accept, tuned.is_some());
             let warmup = Warmup::new(self.rule, dim, warmup, target, warm);

@@ -77,16 +77,6 @@ impl<'a> Meter<'a> {
         }
     }
 
-    /// News of a run that is not counted in transitions.
-    pub(super) fn stage(&mut self, done: usize, scale: f64) {
-        self.status.done = done;
-        self.status.tuning = done < self.status.total;
-        self.status.step_size = scale;
-        if self.listener.is_some() && self.told.elapsed() >= INTERVAL {
-            self.tell();
-        }
-    }
-
     pub(super) fn finish(mut self) {
         self.status.finished = true;
         self.tell();

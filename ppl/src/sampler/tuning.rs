@@ -2,10 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{
-    archive::Archive, chains::Covariance, componentwise::Scales, differential::Member,
-    random_walk::Shape, warmup::Warmup,
-};
+use super::{chains::Covariance, random_walk::Shape, warmup::Warmup};
 
 /// All of a chain beside its position and its random stream.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -16,10 +13,6 @@ pub(super) enum Tuning {
     Walk(Shape),
     /// Of [`DelayedAcceptance`](super::DelayedAcceptance), with its screening steps.
     Screened(Shape, u32),
-    /// Of [`ComponentwiseMetropolis`](super::ComponentwiseMetropolis).
-    Sweeps(Scales),
-    /// Of [`DifferentialEvolution`](super::DifferentialEvolution).
-    Population { members: Vec<Member>, archive: Archive, generations: usize },
 }
 
 impl Tuning {
@@ -28,13 +21,6 @@ impl Tuning {
         match self {
             Self::Hamiltonian { warmup, .. } => warmup.fits(dim, transitions),
             Self::Walk(shape) | Self::Screened(shape, _) => shape.fits(dim, transitions),
-            Self::Sweeps(scales) => scales.fits(dim, transitions),
-            Self::Population { members, archive, generations } => {
-                !members.is_empty()
-                    && members.iter().all(|member| member.y.len() == dim)
-                    && archive.fits(dim)
-                    && *generations == transitions
-            }
         }
     }
 }

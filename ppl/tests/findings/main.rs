@@ -230,7 +230,7 @@ fn from(starts: &[&[f64]], warmup: usize, model: &ppl::Bound<impl ppl::Model>) -
 fn says_only_that_it_is_stuck(summary: &Summary, chain: &str) {
     assert_eq!(summary.findings[0].kind, FindingKind::StuckChain, "{summary}");
     let stuck = summary.findings[0].to_string();
-    assert!(stuck.contains(chain) && stuck.contains("init_pathfinder"), "{summary}");
+    assert!(stuck.contains(chain) && stuck.contains("init_points"), "{summary}");
     for kind in [
         FindingKind::Disagreement,
         FindingKind::Modes,

@@ -7,8 +7,6 @@ mod delayed;
 mod kinds;
 mod moments;
 mod resume;
-mod smc;
 mod starts;
 mod targets;
 mod tuning;
-mod walks;

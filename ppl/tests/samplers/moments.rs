@@ -1,9 +1,11 @@
 //! Means and variances within four standard errors; a right sampler fails a check once in 16 000.
 
+use ppl::check::{CheckFailure, Estimate};
 use ppl::{Metropolis, Nuts};
 
 use crate::targets::{
     Function, Gaussian, WALL, assert_gaussian_moments, assert_mean, half_normal, mean_and_error,
+    two_modes,
 };
 
 #[test]
@@ -79,6 +81,25 @@ fn a_density_with_a_wall() {
     }
 }
 
+/// A density that claims to be infinite or NaN somewhere, without rejecting, is not believed.
+#[test]
+fn infinite_densities_are_rejected_points() {
+    let target = Function {
+        dim: 1,
+        function: |y: &[f64], _: &mut [f64]| {
+            Ok(match y[0] {
+                y if y > 2.0 => f64::NAN,
+                y if y < -2.0 => f64::INFINITY,
+                y => -0.5 * y * y,
+            })
+        },
+    };
+    let chains = Metropolis::default().run(&target).expect("runs");
+    let draws = chains.chains.iter().flat_map(|chain| &chain.draws);
+    assert!(draws.into_iter().all(|y| y.abs() <= 2.0));
+    assert!(chains.chains.iter().all(|chain| !chain.rejections.is_empty()));
+}
+
 /// Neal's funnel in ten dimensions: its neck cannot be entered, and the divergences say so there.
 #[test]
 fn a_funnel_diverges_in_its_neck() {
@@ -103,6 +124,24 @@ fn a_funnel_diverges_in_its_neck() {
     assert!(neck.len() > 50);
     let deep = neck.iter().filter(|&&v| v < 0.0).count();
     assert!(2 * deep > neck.len(), "only {deep} of {} below 0", neck.len());
+}
+
+/// Of two modes 20 standard deviations apart every chain sees one: no mean is confirmed, though the
+/// standard error allows them all.
+#[test]
+fn chains_in_separate_modes_confirm_no_mean() {
+    let target = two_modes(1, 10.0, 0.5);
+    let starts = vec![vec![10.0], vec![-10.0], vec![10.0], vec![10.0]];
+    let chains = Nuts::default().init_points(starts).seed(3).run(&target).expect("runs");
+    let traces = chains.traces(0);
+    let traces: Vec<&[f64]> = traces.iter().map(Vec::as_slice).collect();
+    assert!(ppl::diagnostics::rhat(&traces) > 1.5);
+    for claimed in [0.0, 3.0, 6.0, -9.0] {
+        let estimate = Estimate::of_mean("x", &traces, claimed);
+        assert!(estimate.sigmas() < 6.0, "{}", estimate.sigmas());
+        let failure = estimate.check(4.0).expect_err("two modes");
+        assert!(matches!(failure, CheckFailure::Unmixed { .. }), "{failure}");
+    }
 }
 
 /// Tests of tests: a sampler with a wrong answer must be caught by the moment check.

@@ -1,0 +1,107 @@
+//! Intercepts: one for all data, or one a group.
+
+use crate::density::DomainError;
+use crate::distribution::{Parameter, Vector};
+use crate::record::Datum;
+use crate::scalar::Scalar;
+
+/// What a linear predictor begins with: a number, known or unknown, or [`ByGroup`].
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not an intercept",
+    label = "needed: a number, an unknown, or `ByGroup(&levels, &group)`"
+)]
+pub trait Intercept<R>: Clone {
+    /// Number of different intercepts.
+    fn groups(&self) -> usize;
+
+    /// The group of datum `i`.
+    fn group(&self, i: usize) -> usize;
+
+    /// The intercept of a group.
+    fn level(&self, group: usize) -> f64;
+
+    /// Calls `f` with the numbers that the intercept of a group is made of, each with `weight` times
+    /// the derivative in it.
+    fn spread(&self, group: usize, weight: f64, f: &mut impl FnMut(R, f64));
+
+    /// Whether each of `n` data has one, and all are finite.
+    ///
+    /// # Errors
+    /// [`DomainError`] that names the datum or the intercept.
+    fn validate(&self, family: &'static str, n: usize) -> Result<(), DomainError>;
+}
+
+impl<R: Scalar, P: Parameter + Datum<R>> Intercept<R> for P {
+    #[inline(always)]
+    fn groups(&self) -> usize {
+        1
+    }
+
+    #[inline(always)]
+    fn group(&self, _: usize) -> usize {
+        0
+    }
+
+    #[inline(always)]
+    fn level(&self, _: usize) -> f64 {
+        self.number()
+    }
+
+    #[inline(always)]
+    fn spread(&self, _: usize, weight: f64, f: &mut impl FnMut(R, f64)) {
+        Datum::spread(self, weight, f);
+    }
+
+    fn validate(&self, family: &'static str, _: usize) -> Result<(), DomainError> {
+        DomainError::require_finite(family, "intercept", self.number())
+    }
+}
+
+/// An intercept a group: the levels, an array, a slice or a `Vec`, and for every datum the index of
+/// its own; see [`NormalGlm`](crate::NormalGlm).
+#[derive(Clone, Copy, Debug)]
+pub struct ByGroup<'g, L>(pub L, pub &'g [usize]);
+
+impl<R: Scalar, L: Vector<R> + Clone> Intercept<R> for ByGroup<'_, L> {
+    #[inline(always)]
+    fn groups(&self) -> usize {
+        self.0.size()
+    }
+
+    #[inline(always)]
+    fn group(&self, i: usize) -> usize {
+        self.1[i]
+    }
+
+    #[inline(always)]
+    fn level(&self, group: usize) -> f64 {
+        self.0.at(group).value()
+    }
+
+    #[inline(always)]
+    fn spread(&self, group: usize, weight: f64, f: &mut impl FnMut(R, f64)) {
+        f(self.0.at(group), weight);
+    }
+
+    fn validate(&self, family: &'static str, n: usize) -> Result<(), DomainError> {
+        let (levels, groups) = (self.0.size(), self.1.len());
+        if groups != n {
+            let message =
+                format!("{family}: {groups} data have a group and x has {n} rows; give one each");
+            return Err(DomainError::new(message));
+        }
+        if let Some(i) = self.1.iter().position(|&group| group >= levels) {
+            let message = format!(
+                "{family}: datum {i} is of group {}, and there are {levels} intercepts, counted \
+                 from 0",
+                self.1[i]
+            );
+            return Err(DomainError::new(message));
+        }
+        for group in 0..levels {
+            let name = format_args!("intercept[{group}]");
+            DomainError::require_finite(family, name, self.0.at(group).value())?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,5 @@
+//! What holds for the house as a whole: the order of its rooms, and what it depends on.
+
+mod dependencies;
+mod imports;
+mod rooms;
