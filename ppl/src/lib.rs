@@ -34,7 +34,7 @@
 //! # What is here
 //! - **Models**: [`model!`], or the trait [`Model`] by hand; [`Bound`] is a model with its data.
 //! - **Distributions**, one type each, with the variations of [`Family`]: `.iid(n)`,
-//!   `.array::<N>()`, `.truncate(a..b)`, `.ordered()`, `.sum_to_zero()`. An own one implements
+//!   `.array::<N>()`, `.truncate(a..b)`, `.ordered()`. An own one implements
 //!   [`Distribution`].
 //! - **Derivatives**: exact, by reverse mode; own functions enter as [`Differentiable`].
 //! - **Samplers**: [`Nuts`]; without gradients [`Metropolis`], and [`DelayedAcceptance`], which a
@@ -72,6 +72,7 @@ mod model;
 mod ode;
 mod operand;
 mod optimize;
+mod parameter;
 mod partials;
 mod posterior;
 mod power_scaling;
@@ -110,6 +111,7 @@ pub use ln_sum_exp::ln_sum_exp;
 pub use model::{Context, Model};
 pub use ode::{Ode, Solution};
 pub use optimize::{Laplace, Map, Mode, OptimizeError};
+pub use parameter::Parameter;
 pub use partials::Partials;
 pub use posterior::{DivergentPoint, Posterior, PosteriorError, SampleError, SummaryRow};
 pub use power_scaling::{PowerScaling, PowerScalingError, Sensitivity, SensitivityRow};
@@ -140,6 +142,7 @@ pub mod prelude {
     pub use crate::dot::dot;
     pub use crate::ln_sum_exp::ln_sum_exp;
     pub use crate::optimize::Map;
+    pub use crate::parameter::Parameter;
     pub use crate::sampler::{DelayedAcceptance, Metropolis, Nuts};
     pub use crate::scalar::Scalar;
     pub use crate::{LogDensity, Real, model};
@@ -149,7 +152,7 @@ pub mod prelude {
 #[doc(hidden)]
 pub mod __private {
     pub use crate::accumulator::At;
-    pub use crate::distribution::{add_terms, constrain, ln_probability};
+    pub use crate::distribution::{add_terms, constrain};
     pub use crate::literal::literal;
     pub use crate::operand::{Apart, Coefficient, Number, Of, Other, Place, Together, Unread};
     pub use crate::rows::{NewRow, Rows, settle, zip};
