@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use fem::{
-    Ensemble, EnsembleError, EnsembleProgress, CurvePoint, End, FemError, Outcome, RunEnd,
+    CurvePoint, End, Ensemble, EnsembleError, EnsembleProgress, FemError, Outcome, RunEnd,
     RunInput, RunRecord, RunStatus,
 };
 

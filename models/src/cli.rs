@@ -89,8 +89,8 @@ pub(crate) fn main() -> ExitCode {
     if let Err(error) = handler {
         eprintln!("note: Ctrl-C will not end cleanly ({error})");
     }
-    let threads =
-        threads.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
+    let threads = threads
+        .map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
     match run(request, threads) {
         Ok(()) => ExitCode::SUCCESS,
         Err(WorkflowError::Interrupted) => {

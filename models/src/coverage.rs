@@ -82,8 +82,7 @@ impl CoverageStudy {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(self.seed);
         let n = self.repeats as f64;
         let none = || vec![0.0; pce.inputs().len()];
-        let mut found =
-            Coverage { covered: none(), contraction: none(), repeats: self.repeats };
+        let mut found = Coverage { covered: none(), contraction: none(), repeats: self.repeats };
         for repeat in 0..self.repeats {
             let middle = pce.inputs().iter().map(|input| {
                 let place = 0.5 + self.inner * (rng.random::<f64>() - 0.5);

@@ -137,7 +137,7 @@ pub fn calibrate(
         .collect();
     let forward = pce.clone().scale_outputs(&mean.map(f64::recip))?;
     let model = calibration_on(&forward, &relative);
-    let chains = sampler.run(&model)?;
+    let chains = sampler.run(&model).map_err(SampleError::from)?;
     let mut posterior = Posterior::from_chains(&model, chains, seed)?;
     let names: Vec<&str> = pce.inputs().iter().map(|input| input.name.as_str()).collect();
     posterior.label("theta", 0, &names)?;

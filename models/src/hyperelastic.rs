@@ -203,7 +203,8 @@ mod tests {
                     epsilon = 1e-14,
                     max_relative = 1e-13
                 );
-                let mooney: f64 = MooneyRivlinRubber { c_mpa: [0.2, 0.0] }.nominal_stress(mode, stretch);
+                let mooney: f64 =
+                    MooneyRivlinRubber { c_mpa: [0.2, 0.0] }.nominal_stress(mode, stretch);
                 approx::assert_relative_eq!(
                     mooney,
                     expected,

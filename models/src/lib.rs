@@ -31,8 +31,8 @@ mod workflow;
 pub use case::{
     AdaptiveCase, ArcLengthCase, Bounds, ByParameter, CalibrationCase, Case, CaseFile,
     ConditionsCase, ConfirmCase, DesignCase, ExperimentsCase, LawCase, MaterialCase, MeasureCase,
-    NoiseCase, OgdenTermCase, OutputCase, Parameter, PlatensName, PrescribeCase, PriorCase, Property,
-    QoiCase, Shape, SpecimenCase, SurrogateCase, TestCase, TractionCase, VirtualCase,
+    NoiseCase, OgdenTermCase, OutputCase, Parameter, PlatensName, PrescribeCase, PriorCase,
+    Property, QoiCase, Shape, SpecimenCase, SurrogateCase, TestCase, TractionCase, VirtualCase,
 };
 pub use coverage::{Coverage, CoverageStudy};
 pub use error::InputError;

@@ -102,10 +102,7 @@ impl<'a> Row<'a> {
 }
 
 /// A header and rows of cells as CSV.
-pub(crate) fn to_csv<H, R>(
-    header: H,
-    rows: impl IntoIterator<Item = R>,
-) -> std::io::Result<Vec<u8>>
+pub(crate) fn to_csv<H, R>(header: H, rows: impl IntoIterator<Item = R>) -> std::io::Result<Vec<u8>>
 where
     H: IntoIterator<Item: AsRef<[u8]>>,
     R: IntoIterator<Item: AsRef<[u8]>>,

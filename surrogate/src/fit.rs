@@ -16,7 +16,7 @@ use crate::multi_index::Truncation;
 use crate::pce::Pce;
 use crate::regression::NestedLeastSquares;
 use crate::select::{
-    FitReport, LooError, OrderReport, OrderRule, Split, SplitError, by_loo, by_split, covariance,
+    FitReport, Holdout, LooError, OrderReport, OrderRule, SplitError, by_loo, by_split, covariance,
     relative_squares,
 };
 
@@ -33,7 +33,7 @@ pub struct FitOptions {
     /// How the order is chosen.
     pub rule: OrderRule,
     /// The split into training and validation rows, reported whatever the rule.
-    pub split: Split,
+    pub split: Holdout,
 }
 
 impl Default for FitOptions {
@@ -43,7 +43,7 @@ impl Default for FitOptions {
             max_order: 8,
             truncation: Truncation::TotalDegree,
             rule: OrderRule::CorrectedLoo,
-            split: Split::default(),
+            split: Holdout::default(),
         }
     }
 }
@@ -65,10 +65,7 @@ impl<const D: usize, const M: usize> Pce<D, M> {
     ///
     /// # Errors
     /// As [`DynPce::fit`]; a dataset with other than `D` inputs and `M` outputs.
-    pub fn fit(
-        data: &Dataset,
-        options: &FitOptions,
-    ) -> Result<Fit<Pce<D, M>>, SurrogateError> {
+    pub fn fit(data: &Dataset, options: &FitOptions) -> Result<Fit<Pce<D, M>>, SurrogateError> {
         check_count("inputs in the dataset", D, data.inputs().len())?;
         check_count("outputs in the dataset", M, data.outputs().len())?;
         let Fit { pce, report, r_inverse, columns } = DynPce::fit(data, options)?;
@@ -112,8 +109,7 @@ impl DynPce {
         // leaving one row out must leave at least as many rows as terms
         let estimable = counts.iter().take_while(|&&terms| terms < n).count();
         let columns = options.truncation.nested(d, estimable - 1);
-        let rows: Vec<Vec<f64>> = 
-            data.rows().map(|(x, _)| basis_row(&columns, &unit(x))).collect();
+        let rows: Vec<Vec<f64>> = data.rows().map(|(x, _)| basis_row(&columns, &unit(x))).collect();
 
         let all: Vec<usize> = (0..n).collect();
         let fit = NestedLeastSquares::new(select(&rows, &all), y.clone());
@@ -151,8 +147,7 @@ impl DynPce {
         let terms = prefix.terms;
         let coefficients = fit.coefficients(terms);
         let term = |j: usize| (columns[j].clone(), (0..m).map(|m| coefficients[(j, m)]).collect());
-        let pce =
-            DynPce::from_terms(inputs.to_vec(), outputs.to_vec(), (0..terms).map(term))?;
+        let pce = DynPce::from_terms(inputs.to_vec(), outputs.to_vec(), (0..terms).map(term))?;
         let report = FitReport {
             rows: n,
             train_rows: train,
@@ -256,7 +251,7 @@ fn split_errors(
     y: &Mat<f64>,
     counts: &[usize],
     variance: &[f64],
-    split: &Split,
+    split: &Holdout,
 ) -> (usize, Vec<SplitError>) {
     let n = rows.len();
     let mut order: Vec<usize> = (0..n).collect();

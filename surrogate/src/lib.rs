@@ -51,12 +51,12 @@ mod sobol_sequence;
 
 pub use dataset::{Dataset, Input};
 pub use design::Design;
+pub use dyn_pce::{BoxPosition, DynPce};
 pub use error::SurrogateError;
 pub use fit::{Fit, FitOptions};
 pub use legendre::MAX_ORDER;
 pub use multi_index::Truncation;
-pub use dyn_pce::{BoxPosition, DynPce};
 pub use pce::Pce;
 pub use rand;
-pub use select::{FitReport, LooError, OrderReport, OrderRule, Split, SplitError};
+pub use select::{FitReport, Holdout, LooError, OrderReport, OrderRule, SplitError};
 pub use sobol::SobolIndices;

@@ -64,9 +64,10 @@ impl<const D: usize, const M: usize> TryFrom<DynPce> for Pce<D, M> {
         const { assert!(D > 0 && M > 0, "an expansion needs an input and an output") };
         check_count("inputs", D, expansion.inputs().len())?;
         check_count("outputs", M, expansion.outputs().len())?;
-        let terms = expansion.terms().iter().map(|(index, c)| {
-            (std::array::from_fn(|d| index[d]), std::array::from_fn(|m| c[m]))
-        });
+        let terms = expansion
+            .terms()
+            .iter()
+            .map(|(index, c)| (std::array::from_fn(|d| index[d]), std::array::from_fn(|m| c[m])));
         let kernel = Kernel::new(terms);
         let input = |d: usize| &expansion.inputs()[d];
         let bounds = std::array::from_fn(|d| [input(d).lower, input(d).upper]);

@@ -37,8 +37,10 @@ struct Term {
 
 impl Serialize for DynPce {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let term =
-            |(index, c): &(Vec<u8>, Vec<f64>)| Term { index: index.clone(), coefficients: c.clone() };
+        let term = |(index, c): &(Vec<u8>, Vec<f64>)| Term {
+            index: index.clone(),
+            coefficients: c.clone(),
+        };
         PceFile {
             basis: Basis::OrthonormalLegendre,
             inputs: self.inputs().to_vec(),

@@ -15,7 +15,7 @@ pub enum OrderRule {
     /// The least corrected leave-one-out error.
     #[default]
     CorrectedLoo,
-    /// The smallest order whose validation error is within a tolerance of the least: see [`Split`].
+    /// The smallest order whose validation error is within a tolerance of the least: see [`Holdout`].
     Split,
     /// This order.
     Fixed(usize),
@@ -23,7 +23,7 @@ pub enum OrderRule {
 
 /// Random rows for training, the others for validation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Split {
+pub struct Holdout {
     /// Fraction of the rows used for training.
     pub train_fraction: f64,
     /// An order is good enough if its validation error exceeds the least by at most this fraction of it.
@@ -32,14 +32,14 @@ pub struct Split {
     pub seed: u64,
 }
 
-impl Default for Split {
+impl Default for Holdout {
     /// 70 % for training, 5 % tolerance, seed 0.
     fn default() -> Self {
         Self { train_fraction: 0.7, tolerance: 0.05, seed: 0 }
     }
 }
 
-impl Split {
+impl Holdout {
     pub(crate) fn check(&self) -> Result<(), SurrogateError> {
         let refuse = |option, value: f64, allowed: &str| {
             Err(SurrogateError::Option {

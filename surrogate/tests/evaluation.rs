@@ -95,7 +95,12 @@ fn check<const D: usize, const M: usize>(pce: &Pce<D, M>) {
         let in_model = run_time.at(&Dual::<D>::variables(x));
         for m in 0..M {
             assert_relative_eq!(by_run_time[m], value[m], epsilon = 1e-11, max_relative = 1e-13);
-            assert_relative_eq!(value_by_run_time[m], value[m], epsilon = 1e-11, max_relative = 1e-13);
+            assert_relative_eq!(
+                value_by_run_time[m],
+                value[m],
+                epsilon = 1e-11,
+                max_relative = 1e-13
+            );
             assert_eq!(in_model[m].value(), by_run_time[m]);
             assert_eq!(in_model[m].gradient().as_slice(), slopes[m]);
             for (slope, expected) in slopes[m].iter().zip(jacobian[m]) {

@@ -99,16 +99,25 @@ fn a_changed_key_runs_the_stages_that_read_it_and_no_others() {
         .replace("warmup = 150\ndraws = 150", "warmup = 60\ndraws = 60")
         .replace("max_order = 2", "max_order = 1")
         // a parameter of another region beside the three
-        .replace("matrix.viscosity_mpa_s = [0", "grain.young_mpa = [18000.0, 26000.0]\nmatrix.viscosity_mpa_s = [0")
-        .replace("matrix.viscosity_mpa_s = 0.3 }", "matrix.viscosity_mpa_s = 0.3, grain.young_mpa = 22000.0 }");
+        .replace(
+            "matrix.viscosity_mpa_s = [0",
+            "grain.young_mpa = [18000.0, 26000.0]\nmatrix.viscosity_mpa_s = [0",
+        )
+        .replace(
+            "matrix.viscosity_mpa_s = 0.3 }",
+            "matrix.viscosity_mpa_s = 0.3, grain.young_mpa = 22000.0 }",
+        );
     let dir = tempfile::tempdir().unwrap();
     let interrupt = AtomicBool::new(false);
     let case = CaseFile::parse(&small, &dir.path().join("case.toml")).unwrap();
     Workflow::open(&case, dir.path(), 2, &interrupt).unwrap().run_all().unwrap();
     assert_eq!(due(&case, dir.path()), BTreeSet::new());
-    let names: Vec<String> =
-        super::table(&dir.path().join("map.csv")).iter().map(|row| row["parameter"].clone()).collect();
-    let region = ["young_mpa", "toughness_n_per_mm", "viscosity_mpa_s"].map(|p| format!("matrix.{p}"));
+    let names: Vec<String> = super::table(&dir.path().join("map.csv"))
+        .iter()
+        .map(|row| row["parameter"].clone())
+        .collect();
+    let region =
+        ["young_mpa", "toughness_n_per_mm", "viscosity_mpa_s"].map(|p| format!("matrix.{p}"));
     assert_eq!(names, [&["grain.young_mpa".to_owned()], &region[..]].concat());
 
     let whole: Table = case.case.to_toml().parse().unwrap();

@@ -21,9 +21,7 @@ use fem::gmsh::PhysicalGroup;
 use fem::{Packing, PhaseField, SolverOptions};
 use serde::{Deserialize, Serialize};
 
-pub use calibration::{
-    CalibrationCase, ConfirmCase, DesignCase, QoiCase, SurrogateCase,
-};
+pub use calibration::{CalibrationCase, ConfirmCase, DesignCase, QoiCase, SurrogateCase};
 pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
 pub use experiments::{ExperimentsCase, NoiseCase, VirtualCase};
 pub use material::{LawCase, MaterialCase, OgdenTermCase};

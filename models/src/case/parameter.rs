@@ -84,10 +84,9 @@ impl Property {
                 "It is in N/mm: 1 pJ/µm² = 0.001 N/mm. For an elastic region leave it out.",
             ),
             Self::Viscosity => ("MPa s", "The paper's matrix has 0.3 MPa s."),
-            Self::ResidualStiffness => (
-                "of the stiffness",
-                "It keeps full damage solvable; 0.01 is the paper's value.",
-            ),
+            Self::ResidualStiffness => {
+                ("of the stiffness", "It keeps full damage solvable; 0.01 is the paper's value.")
+            }
         }
     }
 
@@ -211,7 +210,9 @@ impl PriorCase {
     /// # Errors
     /// Bounds that are not finite and increasing.
     pub fn inputs(&self) -> Result<Vec<Input>, SurrogateError> {
-        self.iter().map(|(p, &Bounds([lower, upper]))| Input::new(p.to_string(), lower, upper)).collect()
+        self.iter()
+            .map(|(p, &Bounds([lower, upper]))| Input::new(p.to_string(), lower, upper))
+            .collect()
     }
 }
 
@@ -241,9 +242,9 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for ByParameter<T> {
     fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
         let regions = BTreeMap::<String, Region<T>>::deserialize(source)?;
         let entries = regions.into_iter().flat_map(|(region, Region(values))| {
-            values
-                .into_iter()
-                .map(move |(property, value)| (Parameter { region: region.clone(), property }, value))
+            values.into_iter().map(move |(property, value)| {
+                (Parameter { region: region.clone(), property }, value)
+            })
         });
         Ok(entries.collect())
     }
@@ -276,11 +277,15 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for RegionVisitor<T> {
     where
         A: serde::de::SeqAccess<'de>,
     {
-        Err(A::Error::custom("a region is missing; expected a parameter with it, such as matrix.young_mpa"))
+        Err(A::Error::custom(
+            "a region is missing; expected a parameter with it, such as matrix.young_mpa",
+        ))
     }
 
     fn visit_str<E: Error>(self, _: &str) -> Result<Region<T>, E> {
-        Err(E::custom("is no region; expected a parameter with its region, such as matrix.young_mpa"))
+        Err(E::custom(
+            "is no region; expected a parameter with its region, such as matrix.young_mpa",
+        ))
     }
 }
 

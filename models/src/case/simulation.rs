@@ -1,6 +1,6 @@
 //! The test, and what a single simulation leaves behind.
 
-use fem::{Friction, Platens, Stepping};
+use fem::{Friction, Platens, Schedule, Stepping};
 use serde::{Deserialize, Serialize};
 
 /// `[test]`: the top platen moves down at constant speed, unless [`ConditionsCase`](crate::ConditionsCase)
@@ -82,8 +82,16 @@ pub struct OutputCase {
 }
 
 impl TestCase {
-    /// The load steps.
-    pub(crate) fn stepping(&self) -> Stepping {
+    /// The time and the steps through it.
+    pub(crate) fn schedule(&self) -> Schedule {
+        Schedule {
+            duration_s: self.duration_s,
+            stepping: self.stepping(),
+            stop_below_peak: self.stop_below_peak,
+        }
+    }
+
+    fn stepping(&self) -> Stepping {
         match (self.steps, self.adaptive, self.arc_length) {
             (Some(steps), ..) => Stepping::Fixed(steps),
             (_, Some(AdaptiveCase { first, largest }), _) => Stepping::Adaptive { first, largest },

@@ -2,7 +2,7 @@
 
 use kuva::prelude::*;
 
-use super::results::{OrderErrors, Marginal, Results};
+use super::results::{Marginal, OrderErrors, Results};
 use super::style::{
     ENSEMBLE, MEASURED, POSTERIOR, PRIOR, SERIES, TRUTH, framed, grid, panel, single,
 };

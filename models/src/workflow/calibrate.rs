@@ -55,7 +55,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let table = task.product("summary.csv")?;
     summary.write_csv(&table).map_err(|e| WorkflowError::io(&table, e))?;
     task.write("summary.txt", &format!("{summary}\n"))?;
-    let mut warnings: Vec<String> = summary.findings.iter().map(|f| f.to_string()).collect();
+    let mut warnings: Vec<String> = summary.warnings.iter().map(|f| f.to_string()).collect();
     warnings.extend(surrogate_warning(inputs, &summary, &specimens)?);
     warnings.extend(range_warnings(inputs, &specimens)?);
     let lines: String = warnings.iter().map(|line| format!("{line}\n")).collect();
@@ -151,10 +151,7 @@ fn surrogate_warning(
 
 /// Experimental means that no simulation of the ensemble reaches: the prior box does not hold the
 /// material, and the posterior will lean on its walls.
-fn range_warnings(
-    inputs: &Inputs<'_>,
-    specimens: &[Qois],
-) -> Result<Vec<String>, WorkflowError> {
+fn range_warnings(inputs: &Inputs<'_>, specimens: &[Qois]) -> Result<Vec<String>, WorkflowError> {
     let data = Dataset::read_csv(inputs.file("runs.csv")?)?;
     let mean = mean_qois(specimens).to_array();
     let outside = (0..3).filter_map(|m| {

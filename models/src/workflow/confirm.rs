@@ -4,12 +4,12 @@ use std::path::Path;
 
 use fem::{RunInput, gmsh, write_curve};
 
+use super::WorkflowError;
 use super::calibrate::read_experiments;
 use super::ensemble::quantities;
 use super::runs::run_ensemble;
 use super::simulator::Simulator;
 use super::task::Task;
-use super::WorkflowError;
 use crate::case::Parameter;
 use crate::error::InputError;
 use crate::progress::say;
@@ -40,9 +40,13 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         write_curve(task.product(&format!("curves/{label}.csv"))?, &record.curve)?;
         let qois = quantities(record, slope_fraction);
         if let Err(reason) = &qois {
-            say("note", &format!("the simulation at {label} has no quantities of interest: {reason}"));
+            say(
+                "note",
+                &format!("the simulation at {label} has no quantities of interest: {reason}"),
+            );
         }
-        let qois = qois.map_or([const { String::new() }; 3], |q| q.to_array().map(|x| x.to_string()));
+        let qois =
+            qois.map_or([const { String::new() }; 3], |q| q.to_array().map(|x| x.to_string()));
         let values = record.inputs.iter().map(f64::to_string);
         rows.push([label.clone()].into_iter().chain(values).chain(qois).collect::<Vec<_>>());
     }

@@ -24,7 +24,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     // how quantities are taken from curves is not part of what names the ensemble
     let slope_fraction = inputs.qoi().slope_fraction;
     let outputs = Qois::NAMES.map(str::to_owned).to_vec();
-    let mut data = Dataset::new(prior, outputs, "breccia ensemble")?.with_notes(&["run", "seconds"])?;
+    let mut data =
+        Dataset::new(prior, outputs, "breccia ensemble")?.with_notes(&["run", "seconds"])?;
     let mut failed = Vec::new();
     for record in &records {
         write_curve(task.product(&format!("curves/run-{:03}.csv", record.id))?, &record.curve)?;
@@ -33,13 +34,16 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
             Ok(qois) => data.push_noted(&record.inputs, &qois.to_array(), &[&id, &seconds])?,
             Err(reason) => {
                 let values = record.inputs.iter().map(f64::to_string);
-                failed.push([id].into_iter().chain(values).chain([seconds, reason]).collect::<Vec<_>>());
+                failed.push(
+                    [id].into_iter().chain(values).chain([seconds, reason]).collect::<Vec<_>>(),
+                );
             }
         }
     }
     let path = task.product("runs.csv")?;
     write(&path, &data.to_csv().map_err(|e| WorkflowError::io(&path, e))?)?;
-    let header = ["run"].into_iter().chain(names.iter().map(String::as_str)).chain(["seconds", "reason"]);
+    let header =
+        ["run"].into_iter().chain(names.iter().map(String::as_str)).chain(["seconds", "reason"]);
     task.write_csv("failed_runs.csv", header, failed)?;
     let (all, seconds) = (records.len(), records.iter().map(|r| r.seconds).sum::<f64>());
     Ok(format!("{} of {all} runs usable, {:.1} s a run", data.len(), seconds / all as f64))

@@ -39,9 +39,9 @@ impl Fingerprint {
             .map(|entry| Ok(entry?.file_name()))
             .collect::<std::io::Result<Vec<_>>>()?;
         names.sort();
-        names.into_iter().try_fold(self, |sum, name| {
-            sum.bytes(name.as_encoded_bytes()).path(&path.join(&name))
-        })
+        names
+            .into_iter()
+            .try_fold(self, |sum, name| sum.bytes(name.as_encoded_bytes()).path(&path.join(&name)))
     }
 }
 

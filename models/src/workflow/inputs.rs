@@ -16,8 +16,8 @@ use super::stage::Stage;
 use super::{SPECIMENS, WorkflowError};
 use crate::case::{
     ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase,
-    MaterialCase, NoiseCase, Parameter, PriorCase, QoiCase, Shape, SpecimenCase, SurrogateCase, TestCase,
-    VirtualCase,
+    MaterialCase, NoiseCase, Parameter, PriorCase, QoiCase, Shape, SpecimenCase, SurrogateCase,
+    TestCase, VirtualCase,
 };
 use crate::experiment::SpecimenTable;
 
@@ -75,8 +75,10 @@ impl<'a> Inputs<'a> {
         }
         let mut keys = key.split('.');
         let first = keys.next().and_then(|key| self.values.get(key));
-        keys.fold(first, |value, key| value?.get(key))
-            .map_or_else(|| ABSENT.to_owned(), |value| Fingerprint::of(&value.to_string()).to_string())
+        keys.fold(first, |value, key| value?.get(key)).map_or_else(
+            || ABSENT.to_owned(),
+            |value| Fingerprint::of(&value.to_string()).to_string(),
+        )
     }
 
     fn content(&self, name: &str) -> String {

@@ -5,10 +5,10 @@ use std::sync::atomic::Ordering;
 
 use fem::{CurvePoint, Ensemble, EnsembleProgress, Fields, RunInput, RunRecord};
 
+use super::WorkflowError;
 use super::fingerprint::Fingerprint;
 use super::simulator::Simulator;
 use super::task::Task;
-use super::WorkflowError;
 use crate::progress::Bar;
 
 /// Runs what is not finished yet of an ensemble in `folder/<fingerprint>`, one simulator a run.

@@ -48,8 +48,7 @@ pub fn simulate(
     if let Some(error) = failure(&outcome.end) {
         std::fs::create_dir_all(dir.join("fields")).map_err(|e| WorkflowError::io(dir, e))?;
         test.write_vtu(&last, &outcome.fields)?;
-        std::fs::write(&reason, format!("{error}\n"))
-            .map_err(|e| WorkflowError::io(&reason, e))?;
+        std::fs::write(&reason, format!("{error}\n")).map_err(|e| WorkflowError::io(&reason, e))?;
         let (last, reason) = (last.display(), reason.display());
         say("note", &format!("the last state is in {last}, the reason of the end in {reason}"));
         return Err(error.into());

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use fem::{
-    CompressionTest, CurvePoint, CylinderLattice, End, FemError, Loading, MeshError, Order, Outcome,
-    Packing, PhaseField, Platens, Problem, Schedule, SolverOptions, TetMesh, gmsh, label,
+    CompressionTest, CurvePoint, CylinderLattice, End, FemError, MeshError, Order, Outcome,
+    Packing, PhaseField, Problem, SolverOptions, TetMesh, gmsh, label,
 };
 
 use super::WorkflowError;
@@ -157,23 +157,26 @@ fn problem(
     mesh: TetMesh,
     materials: Vec<fem::Material>,
 ) -> Result<Problem, FemError> {
+    let schedule = setup.test.schedule();
+    let parts = match setup.conditions {
+        Some(conditions) => Problem::builder(mesh)
+            .conditions(conditions.in_fem(schedule.duration_s))
+            .schedule(schedule),
+        None => {
+            // asked for by the case's validation wherever there are platens
+            let displacement_mm = setup.test.displacement_mm.unwrap_or(f64::NAN);
+            CompressionTest::new(displacement_mm, schedule)
+                .platens(setup.test.platens())
+                .builder(mesh)?
+        }
+    };
     let order = if setup.order == 2 { Order::Quadratic } else { Order::Linear };
-    let (test, field, solver) = (setup.test, setup.phase_field.copied(), *setup.solver);
-    let TestCase { duration_s, stop_below_peak, .. } = *test;
-    let stepping = test.stepping();
-    if let Some(conditions) = setup.conditions {
-        let schedule = Schedule { duration_s, stepping, stop_below_peak };
-        let conditions = conditions.in_fem(duration_s);
-        return Problem::new(mesh, order, materials, field, conditions, schedule, solver);
-    }
-    // asked for by the case's validation wherever there are platens
-    let displacement_mm = test.displacement_mm.unwrap_or(f64::NAN);
-    let loading = Loading { displacement_mm, duration_s, stepping, stop_below_peak };
-    let test = CompressionTest::new(mesh, order, materials, field, loading, solver)?;
-    Ok(match setup.test.platens() {
-        Platens::Sliding => test.problem().clone(),
-        unilateral => test.with_platens(unilateral)?.problem().clone(),
-    })
+    parts
+        .order(order)
+        .materials(materials)
+        .phase_field(setup.phase_field.copied())
+        .options(*setup.solver)
+        .build()
 }
 
 /// A simulated curve as a laboratory would record it, from the unloaded start on.

@@ -110,10 +110,14 @@ impl<'a> Task<'a> {
     }
 
     /// Writes a value as JSON.
-    pub(super) fn write_json(&self, name: &str, value: &impl Serialize) -> Result<(), WorkflowError> {
+    pub(super) fn write_json(
+        &self,
+        name: &str,
+        value: &impl Serialize,
+    ) -> Result<(), WorkflowError> {
         let path = self.product(name)?;
-        let mut text = serde_json::to_vec_pretty(value)
-            .map_err(|e| WorkflowError::io(&path, e.into()))?;
+        let mut text =
+            serde_json::to_vec_pretty(value).map_err(|e| WorkflowError::io(&path, e.into()))?;
         text.push(b'\n');
         write(&path, &text)
     }

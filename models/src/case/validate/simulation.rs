@@ -1,8 +1,6 @@
 //! Specimen, materials, test and solver.
 
-use super::super::{
-    CaseFile, ConditionsCase, LawCase, MaterialCase, PlatensName, Property, Shape,
-};
+use super::super::{CaseFile, ConditionsCase, LawCase, MaterialCase, PlatensName, Property, Shape};
 use crate::error::InputError;
 
 /// More tetrahedra than this are taken for a slip in the spacing.

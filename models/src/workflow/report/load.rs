@@ -8,7 +8,7 @@ use super::super::inputs::Inputs;
 use crate::case::{Bounds, Case, Parameter};
 use crate::error::InputError;
 use crate::qoi::Qois;
-use crate::report::{OrderErrors, Marginal, Points, Qoi, Results, number};
+use crate::report::{Marginal, OrderErrors, Points, Qoi, Results, number};
 use crate::table::{CsvTable, Row};
 
 /// In the order of [`Qois::NAMES`].
