@@ -14,6 +14,19 @@
 //! assert!((qois.peak_force_n - 100.0).abs() < 1e-9);
 //! # Ok::<(), models::QoiError>(())
 //! ```
+//!
+//! # Rooms
+//!
+//! From the ground up; an import goes down only, and no two files import each other.
+//!
+//! 1. `error`, `table`, `progress`: mistakes in files, small tables, bars
+//! 2. `experiment`, `qoi`: specimens with their curves, quantities of interest
+//! 3. `case`: the TOML case, with fem's own types where they are the same
+//! 4. `virtual_specimen`: specimens with a known truth
+//! 5. `fracture`, `hyperelastic`: calibration models, each the pattern that a user copies
+//! 6. `coverage`: whether intervals hold what they promise
+//! 7. `report`: figures and the page; knows results, not the workflow
+//! 8. `workflow`: stages, one row of a table each, whose inputs are what they read
 
 mod case;
 mod coverage;

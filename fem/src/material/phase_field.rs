@@ -127,7 +127,11 @@ impl PhaseField {
             && (!self.hybrid || self.split == Split::None)
     }
 
-    pub(crate) fn validate(&self) -> Result<(), FemError> {
+    /// Refuses a length that is none.
+    ///
+    /// # Errors
+    /// [`FemError::Parameter`].
+    pub fn validate(&self) -> Result<(), FemError> {
         if self.length_mm > 0.0 && self.length_mm.is_finite() {
             return Ok(());
         }

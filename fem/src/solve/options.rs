@@ -58,7 +58,11 @@ impl Default for SolverOptions {
 }
 
 impl SolverOptions {
-    pub(crate) fn validate(&self) -> Result<(), FemError> {
+    /// Refuses settings out of their range.
+    ///
+    /// # Errors
+    /// [`FemError::Parameter`].
+    pub fn validate(&self) -> Result<(), FemError> {
         if !(1e-14..=1e-2).contains(&self.tolerance) {
             return Err(FemError::parameter(
                 "solver",

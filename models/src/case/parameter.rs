@@ -9,7 +9,7 @@ use ::surrogate::{Input, SurrogateError};
 use serde::de::{Error, MapAccess, Visitor, value::MapAccessDeserializer};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{MaterialCase, read};
+use super::MaterialCase;
 
 /// A number of `[material.<region>]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -175,7 +175,7 @@ pub type PriorCase = ByParameter<Bounds>;
 /// Lower and upper bound.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
-pub struct Bounds(#[serde(deserialize_with = "read::two_numbers")] pub [f64; 2]);
+pub struct Bounds(#[serde(deserialize_with = "two_numbers")] pub [f64; 2]);
 
 impl<T> ByParameter<T> {
     /// The parameters in order.
@@ -287,6 +287,15 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for RegionVisitor<T> {
             "is no region; expected a parameter with its region, such as matrix.young_mpa",
         ))
     }
+}
+
+/// Exactly two numbers: a plain array would pass over what follows them.
+fn two_numbers<'de, D: Deserializer<'de>>(source: D) -> Result<[f64; 2], D::Error> {
+    let numbers = Vec::<f64>::deserialize(source)?;
+    let count = numbers.len();
+    numbers.try_into().map_err(|_| {
+        serde::de::Error::custom(format!("{count} numbers, expected two: [lower, upper]"))
+    })
 }
 
 #[cfg(test)]

@@ -4,8 +4,6 @@ use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Deserializer};
-
 use super::Case;
 use crate::error::{InputError, closest};
 
@@ -153,15 +151,6 @@ fn in_plain_words(message: &str) -> String {
         other => other,
     };
     format!("{found}expected {expected}").replace('\n', "; ")
-}
-
-/// Exactly two numbers: a plain array would pass over what follows them.
-pub(super) fn two_numbers<'de, D: Deserializer<'de>>(source: D) -> Result<[f64; 2], D::Error> {
-    let numbers = Vec::<f64>::deserialize(source)?;
-    let count = numbers.len();
-    numbers.try_into().map_err(|_| {
-        serde::de::Error::custom(format!("{count} numbers, expected two: [lower, upper]"))
-    })
 }
 
 fn did_you_mean(word: &str, known: &[&str]) -> String {

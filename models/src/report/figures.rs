@@ -2,7 +2,7 @@
 
 use kuva::prelude::*;
 
-use super::results::{Marginal, OrderErrors, Results};
+use super::results::{Marginal, OrderErrors, Results, mean};
 use super::style::{
     ENSEMBLE, MEASURED, POSTERIOR, PRIOR, SERIES, TRUTH, framed, grid, panel, single,
 };
@@ -225,10 +225,6 @@ fn tallest(edges: &[f64], values: &[f64]) -> f64 {
 
 fn lerp((a, b): (f64, f64), t: f64) -> f64 {
     a + (b - a) * t
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// A range of round numbers around the values: steps of 1, 2 or 5 times a power of ten.

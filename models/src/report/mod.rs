@@ -8,8 +8,4 @@ mod style;
 
 pub use mesh_picture::mesh_picture;
 pub(crate) use page::{number, page};
-pub(crate) use results::{Marginal, OrderErrors, Points, Qoi, Results};
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
+pub(crate) use results::{Marginal, OrderErrors, Points, Qoi, Results, mean};

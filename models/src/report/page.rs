@@ -4,7 +4,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use ppl::diagnostics::Identification;
 
 use super::figures;
-use super::results::{Marginal, Results};
+use super::results::{Marginal, Results, mean};
 
 const STYLE: &str = include_str!("style.css");
 
@@ -200,7 +200,7 @@ fn confirmation(results: &Results) -> Markup {
                 } }
                 tbody { @for qoi in &results.qois { tr {
                     td.name { (qoi.label) }
-                    td { (number(super::mean(&qoi.experiments))) }
+                    td { (number(mean(&qoi.experiments))) }
                     td { (number(qoi.map)) }
                     td { (format!("{:.2} %", qoi.percent_error)) }
                 } } }

@@ -116,3 +116,8 @@ impl Marginal {
         Identification::of(self.contraction)
     }
 }
+
+/// The mean; NaN of nothing.
+pub(crate) fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}

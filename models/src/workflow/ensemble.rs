@@ -3,10 +3,11 @@
 use fem::{RunInput, RunRecord, RunStatus, gmsh, write_curve};
 use surrogate::Dataset;
 
+use super::WorkflowError;
+use super::files::write;
 use super::runs::run_ensemble;
 use super::simulator::{Simulator, simulated_qois};
 use super::task::Task;
-use super::{WorkflowError, write};
 use crate::qoi::Qois;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {

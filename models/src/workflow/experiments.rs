@@ -3,10 +3,11 @@
 use fem::{Packing, RunInput, RunRecord, RunStatus, gmsh};
 use rayon::prelude::*;
 
+use super::WorkflowError;
+use super::files::{SPECIMENS, write};
 use super::runs::run_ensemble;
 use super::simulator::{Simulator, height_mm, lattice_mesh, recorded, simulated_qois};
 use super::task::Task;
-use super::{SPECIMENS, WorkflowError};
 use crate::case::{ByParameter, Parameter, Shape};
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable};
@@ -168,7 +169,7 @@ fn write_specimens(
     let files = table.to_files().map_err(|e| WorkflowError::io(&task.path(SPECIMENS), e))?;
     for (path, text) in files {
         let path = task.product(&format!("experiments/{}", path.display()))?;
-        super::write(&path, &text)?;
+        write(&path, &text)?;
     }
     let rows = specimens.iter().map(|v| {
         let values = v.parameters.iter().map(f64::to_string);

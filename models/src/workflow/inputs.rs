@@ -10,10 +10,10 @@ use ::surrogate::Input;
 use fem::{PhaseField, SolverOptions};
 use serde::{Deserialize, Serialize};
 
+use super::WorkflowError;
+use super::files::SPECIMENS;
 use super::fingerprint::Fingerprint;
 use super::simulator::Setup;
-use super::stage::Stage;
-use super::{SPECIMENS, WorkflowError};
 use crate::case::{
     ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase,
     MaterialCase, NoiseCase, Parameter, PriorCase, QoiCase, Shape, SpecimenCase, SurrogateCase,
@@ -36,14 +36,21 @@ pub(super) struct Inputs<'a> {
     file: &'a CaseFile,
     dir: &'a Path,
     values: toml::Table,
+    /// The name of the stage that writes a file.
+    writer: fn(&str) -> Option<&'static str>,
     /// Not for threads: simulations under way cannot read what the run was not named by.
     read: RefCell<Sources>,
 }
 
 impl<'a> Inputs<'a> {
-    pub(super) fn new(file: &'a CaseFile, dir: &'a Path) -> Self {
+    /// The case, the directory of the results, and who writes a file there.
+    pub(super) fn new(
+        file: &'a CaseFile,
+        dir: &'a Path,
+        writer: fn(&str) -> Option<&'static str>,
+    ) -> Self {
         let values = toml::Table::try_from(&file.case).unwrap_or_default();
-        Self { file, dir, values, read: RefCell::default() }
+        Self { file, dir, values, writer, read: RefCell::default() }
     }
 
     /// What has been read so far.
@@ -228,13 +235,16 @@ impl Inputs<'_> {
         Ok(table)
     }
 
+    /// The name of the stage that writes a file of the results.
+    pub(super) fn writer_of(&self, name: &str) -> Option<&'static str> {
+        (self.writer)(name)
+    }
+
     /// A file that a stage before has written.
     pub(super) fn file(&self, name: &str) -> Result<PathBuf, WorkflowError> {
         let path = self.reads_file(name);
-        match Stage::that_writes(name) {
-            Some(stage) if !path.is_file() => {
-                Err(WorkflowError::Missing { path, stage: stage.name })
-            }
+        match self.writer_of(name) {
+            Some(stage) if !path.is_file() => Err(WorkflowError::Missing { path, stage }),
             _ => Ok(path),
         }
     }
@@ -251,7 +261,7 @@ impl Inputs<'_> {
         name: &str,
     ) -> Result<T, WorkflowError> {
         let text = self.text(name)?;
-        let stage = Stage::that_writes(name).map_or("run", |stage| stage.name);
+        let stage = self.writer_of(name).unwrap_or("run");
         serde_json::from_str(&text).map_err(|source| WorkflowError::Json {
             path: self.dir.join(name),
             stage,

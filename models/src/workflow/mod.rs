@@ -20,6 +20,7 @@ mod confirm;
 mod ensemble;
 mod error;
 mod experiments;
+mod files;
 mod fingerprint;
 mod inputs;
 mod mesh;
@@ -28,6 +29,7 @@ mod runs;
 mod simulate;
 mod simulator;
 mod stage;
+mod stages;
 mod surrogate;
 mod task;
 #[cfg(test)]
@@ -40,16 +42,15 @@ use std::time::Instant;
 
 pub use error::WorkflowError;
 pub use simulate::simulate;
-pub use stage::{STAGES, Stage};
+pub use stage::Stage;
+pub use stages::STAGES;
 
 use crate::case::CaseFile;
 use crate::experiment::SpecimenTable;
 use crate::progress::say;
+use files::{SPECIMENS, same_file, write};
 use inputs::Inputs;
 use task::{Task, Trace};
-
-/// The table of the specimens, measured or virtual.
-const SPECIMENS: &str = "experiments/specimens.csv";
 
 /// A case being worked on in a directory.
 ///
@@ -132,7 +133,7 @@ impl<'a> Workflow<'a> {
     pub fn run(&self, stage: &'static Stage) -> Result<(), WorkflowError> {
         let mut finished = self.finished();
         let earlier = finished.get(stage.name).cloned();
-        let inputs = Inputs::new(&self.file, &self.dir);
+        let inputs = Inputs::new(&self.file, &self.dir, Stage::that_writes);
         if let Some(earlier) = &earlier {
             match earlier.change(&inputs, &self.dir) {
                 None => {
@@ -143,7 +144,7 @@ impl<'a> Workflow<'a> {
             }
         }
         let start = Instant::now();
-        let task = Task::new(stage, inputs, &self.dir, self.threads, self.interrupt);
+        let task = Task::new(stage.name, inputs, &self.dir, self.threads, self.interrupt);
         let result = (stage.run)(&task)?;
         say(stage.name, &format!("{result} ({:.1} s)", start.elapsed().as_secs_f64()));
         let trace = task.trace()?;
@@ -160,7 +161,9 @@ impl<'a> Workflow<'a> {
     pub fn due(&self, stage: &Stage) -> Option<String> {
         match self.finished().get(stage.name) {
             None => Some("it has not been run".to_owned()),
-            Some(trace) => trace.change(&Inputs::new(&self.file, &self.dir), &self.dir),
+            Some(trace) => {
+                trace.change(&Inputs::new(&self.file, &self.dir, Stage::that_writes), &self.dir)
+            }
         }
     }
 
@@ -176,16 +179,4 @@ impl<'a> Workflow<'a> {
     pub fn dir(&self) -> &Path {
         &self.dir
     }
-}
-
-/// Writes a file whole or not at all; its folder is made.
-fn write(path: &Path, content: &[u8]) -> Result<(), WorkflowError> {
-    path.parent()
-        .map_or(Ok(()), std::fs::create_dir_all)
-        .and_then(|()| fem::write_atomically(path, content))
-        .map_err(|e| WorkflowError::io(path, e))
-}
-
-fn same_file(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }

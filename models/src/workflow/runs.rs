@@ -26,7 +26,7 @@ pub(super) fn run_ensemble<'s>(
     let manifest = task.inputs.manifest();
     let directory = task.path(folder).join(Fingerprint::of(&manifest).to_string());
     let ensemble = Ensemble::open(directory, &manifest)?;
-    let bar = EnsembleBar(Bar::new(folder));
+    let bar = EnsembleBar(Bar::new(task.stage()));
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let interrupt = task.interrupt;
     let records = ensemble.run(

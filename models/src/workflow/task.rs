@@ -7,10 +7,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize};
 
+use super::WorkflowError;
+use super::files::write;
 use super::fingerprint::Fingerprint;
 use super::inputs::{Inputs, Sources};
-use super::stage::Stage;
-use super::{WorkflowError, write};
 use crate::table::to_csv;
 
 /// What a run of a stage has read and written.
@@ -55,20 +55,26 @@ pub(super) struct Task<'a> {
     pub(super) inputs: Inputs<'a>,
     pub(super) threads: usize,
     pub(super) interrupt: &'a AtomicBool,
-    stage: &'static Stage,
+    /// Name of the stage.
+    stage: &'static str,
     dir: &'a Path,
     products: RefCell<Vec<String>>,
 }
 
 impl<'a> Task<'a> {
     pub(super) fn new(
-        stage: &'static Stage,
+        stage: &'static str,
         inputs: Inputs<'a>,
         dir: &'a Path,
         threads: usize,
         interrupt: &'a AtomicBool,
     ) -> Self {
         Self { inputs, threads, interrupt, stage, dir, products: RefCell::default() }
+    }
+
+    /// The name of the stage.
+    pub(super) fn stage(&self) -> &'static str {
+        self.stage
     }
 
     /// A place of the results that is no product, such as the directory of an ensemble.
@@ -78,8 +84,7 @@ impl<'a> Task<'a> {
 
     /// The place of a product that is about to be written; its folder is made.
     pub(super) fn product(&self, name: &str) -> Result<PathBuf, WorkflowError> {
-        let declared = Stage::that_writes(name).map(|stage| stage.name);
-        debug_assert_eq!(declared, Some(self.stage.name), "{name} is not declared");
+        debug_assert_eq!(self.inputs.writer_of(name), Some(self.stage), "{name} is not declared");
         self.products.borrow_mut().push(name.to_owned());
         let path = self.dir.join(name);
         if let Some(folder) = path.parent() {

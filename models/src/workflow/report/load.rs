@@ -8,7 +8,7 @@ use super::super::inputs::Inputs;
 use crate::case::{Bounds, Case, Parameter};
 use crate::error::InputError;
 use crate::qoi::Qois;
-use crate::report::{Marginal, OrderErrors, Points, Qoi, Results, number};
+use crate::report::{Marginal, OrderErrors, Points, Qoi, Results, mean, number};
 use crate::table::{CsvTable, Row};
 
 /// In the order of [`Qois::NAMES`].
@@ -111,7 +111,6 @@ fn facts(inputs: &Inputs<'_>) -> Result<Vec<(String, String)>, WorkflowError> {
 
 /// Errors by order, averaged over the quantities.
 fn orders(fit: &FitReport) -> Vec<OrderErrors> {
-    let mean = |values: &Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
     fit.orders
         .iter()
         .map(|o| OrderErrors {
