@@ -2,12 +2,19 @@
 
 mod cholesky_factor;
 mod dirichlet;
+mod dyn_cholesky_factor;
+mod dyn_lkj_cholesky;
+mod dyn_mv_normal_cholesky;
 mod gaussian_process;
+mod lkj;
 mod lkj_cholesky;
 mod mv_normal_cholesky;
 
 pub use cholesky_factor::CholeskyFactor;
 pub use dirichlet::Dirichlet;
+pub use dyn_cholesky_factor::DynCholeskyFactor;
+pub use dyn_lkj_cholesky::DynLkjCholesky;
+pub use dyn_mv_normal_cholesky::DynFactor;
 pub use gaussian_process::{
     GaussianProcess, Kernel, Lengths, Matern32, Matern52, Mean, Point, Prediction,
     SquaredExponential,
