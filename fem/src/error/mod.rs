@@ -1,9 +1,21 @@
-//! What can be wrong with a test, and how to mend it.
+//! What can be wrong with a problem, and what helps.
 
-use crate::mesh::MeshError;
+mod file;
+mod mesh;
+mod step;
 
-/// Why a compression test cannot be set up, or stopped before its end.
+use std::error::Error;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+pub use file::{CheckpointError, CurveFileError};
+pub use mesh::MeshError;
+pub use step::StepFailure;
+
+/// Why a problem cannot be set up, or stopped before its end.
 #[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum FemError {
     /// The mesh is not sound.
     #[error(transparent)]
@@ -48,18 +60,18 @@ pub enum FemError {
         requirement: &'static str,
     },
     /// A combination that the equations do not offer.
-    #[error("{entity}: {message}; {mend}")]
+    #[error("{entity}: {message}; {help}")]
     Unsupported {
         /// What it concerns.
         entity: String,
         /// What is not possible.
         message: String,
         /// What to do instead.
-        mend: String,
+        help: String,
     },
     /// No equilibrium was found, although the load step was cut to its least size.
     #[error(
-        "no equilibrium after {displacement_mm} mm ({time_s} s) with steps down to {step_s} s ({reason}); refine the mesh, raise the viscosity, or allow smaller steps"
+        "no equilibrium after {displacement_mm} mm ({time_s} s) with steps down to {step_s} s ({source}); refine the mesh, raise the viscosity, or allow smaller steps"
     )]
     NotConverged {
         /// The last displacement with equilibrium, mm.
@@ -69,33 +81,43 @@ pub enum FemError {
         /// The last increment tried, s.
         step_s: f64,
         /// Why the last try ended.
-        reason: String,
+        source: StepFailure,
     },
     /// The matrix could not be factorised in its own memory.
     #[error(
-        "the sparse factorisation of {unknowns} unknowns failed: {reason}; use a coarser mesh or more memory"
+        "the sparse factorisation of {unknowns} unknowns failed: {source}; use a coarser mesh or more memory"
     )]
     Factorisation {
         /// Number of equations.
         unknowns: usize,
         /// What the solver said.
-        reason: String,
+        source: Arc<dyn Error + Send + Sync>,
     },
-    /// The state of a run cannot be saved, or read to go on from.
-    #[error("{path}: {message}")]
+    /// A file that cannot be read or written.
+    #[error("cannot {action} {}: {source}", path.display())]
+    Io {
+        /// `read` or `write`.
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        source: Arc<io::Error>,
+    },
+    /// A file that is not the state of this run.
+    #[error("{}: {source}", path.display())]
     Checkpoint {
         /// The file.
-        path: String,
-        /// What is wrong, and how to mend it.
-        message: String,
+        path: PathBuf,
+        /// What is wrong, and what helps.
+        source: CheckpointError,
     },
-    /// A curve file cannot be written or read.
-    #[error("{path}: {message}")]
+    /// A file that is not a curve.
+    #[error("{}: {source}", path.display())]
     CurveFile {
         /// The file.
-        path: String,
-        /// What is wrong, and how to mend it.
-        message: String,
+        path: PathBuf,
+        /// What is wrong.
+        source: CurveFileError,
     },
 }
 
@@ -107,5 +129,24 @@ impl FemError {
         requirement: &'static str,
     ) -> Self {
         FemError::Parameter { entity: entity.into(), field, value, requirement }
+    }
+
+    pub(crate) fn unsupported(
+        entity: impl Into<String>,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Self {
+        FemError::Unsupported { entity: entity.into(), message: message.into(), help: help.into() }
+    }
+
+    pub(crate) fn factorisation(
+        unknowns: usize,
+        source: impl Into<Box<dyn Error + Send + Sync>>,
+    ) -> Self {
+        FemError::Factorisation { unknowns, source: Arc::from(source.into()) }
+    }
+
+    pub(crate) fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
+        FemError::Io { action, path: path.into(), source: Arc::new(source) }
     }
 }

@@ -1,6 +1,8 @@
-//! How the specimen is loaded, and when the test ends.
+//! The time that a problem covers, and the steps through it.
 
+use crate::boundary::Conditions;
 use crate::error::FemError;
+use crate::material::{Material, PhaseField};
 
 /// Load steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -8,7 +10,7 @@ pub enum Stepping {
     /// So many equal steps; one that finds no equilibrium is done in parts, and the curve keeps the
     /// points asked for.
     Fixed(u32),
-    /// Steps that grow while they converge and are cut where they do not, as shares of the whole
+    /// Steps that grow while they converge and are cut where they do not, as fractions of the whole
     /// duration.
     Adaptive {
         /// First step.
@@ -23,7 +25,7 @@ pub enum Stepping {
     /// an energy stationary, no viscosity, and `stop_below_peak`, since the platen may never reach
     /// the full displacement.
     ArcLength {
-        /// Largest step of the platen, as a share of the full displacement.
+        /// Largest step of the platen, as a fraction of the full displacement.
         step: f64,
         /// Crack energy that a step may add, N mm.
         release_n_mm: f64,
@@ -37,20 +39,7 @@ pub struct Schedule {
     pub duration_s: f64,
     /// Load steps.
     pub stepping: Stepping,
-    /// Stop once the force of the curve is this share below its peak: 0.1 for 10 %.
-    pub stop_below_peak: Option<f64>,
-}
-
-/// The motion of the upper platen: constant speed up to `displacement_mm` at `duration_s`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Loading {
-    /// Full displacement, mm, downwards.
-    pub displacement_mm: f64,
-    /// Its time, s.
-    pub duration_s: f64,
-    /// Load steps.
-    pub stepping: Stepping,
-    /// Stop once the force is this share below its peak: 0.1 for 10 %.
+    /// Stop once the force of the curve is this fraction below its peak: 0.1 for 10 %.
     pub stop_below_peak: Option<f64>,
 }
 
@@ -70,26 +59,22 @@ fn check(
     if holds { Ok(()) } else { Err(FemError::parameter("test", field, value, requirement)) }
 }
 
-impl Loading {
-    pub(crate) fn validate(&self, height_mm: f64) -> Result<(), FemError> {
-        check(
-            self.displacement_mm > 0.0 && self.displacement_mm < height_mm,
-            "displacement_mm",
-            self.displacement_mm,
-            "positive (downwards) and less than the specimen's height",
-        )
-    }
-
-    pub(crate) fn schedule(&self) -> Schedule {
-        Schedule {
-            duration_s: self.duration_s,
-            stepping: self.stepping,
-            stop_below_peak: self.stop_below_peak,
-        }
-    }
-}
-
 impl Schedule {
+    /// So many equal steps over a duration.
+    pub fn fixed(duration_s: f64, steps: u32) -> Self {
+        Self { duration_s, stepping: Stepping::Fixed(steps), stop_below_peak: None }
+    }
+
+    /// [`Stepping::adaptive`] over a duration.
+    pub fn adaptive(duration_s: f64) -> Self {
+        Self { duration_s, stepping: Stepping::adaptive(), stop_below_peak: None }
+    }
+
+    /// Stops once the force of the curve is this fraction below its peak.
+    pub fn stop_below_peak(self, fraction: f64) -> Self {
+        Self { stop_below_peak: Some(fraction), ..self }
+    }
+
     pub(crate) fn validate(&self) -> Result<(), FemError> {
         check(
             self.duration_s > 0.0 && self.duration_s.is_finite(),
@@ -97,11 +82,11 @@ impl Schedule {
             self.duration_s,
             "a positive time in s",
         )?;
-        if let Some(share) = self.stop_below_peak {
+        if let Some(fraction) = self.stop_below_peak {
             check(
-                share > 0.0 && share < 1.0,
+                fraction > 0.0 && fraction < 1.0,
                 "stop_below_peak",
-                share,
+                fraction,
                 "between 0 and 1, as 0.1 for 10 %",
             )?;
         }
@@ -117,7 +102,7 @@ impl Schedule {
                     step > 0.0 && step <= 1.0,
                     "step",
                     step,
-                    "a share of the displacement, in (0, 1]",
+                    "a fraction of the displacement, in (0, 1]",
                 )?;
                 check(
                     release_n_mm > 0.0 && release_n_mm.is_finite(),
@@ -137,15 +122,53 @@ impl Schedule {
                     first > 0.0 && first <= 1.0,
                     "first",
                     first,
-                    "a share of the displacement, in (0, 1]",
+                    "a fraction of the displacement, in (0, 1]",
                 )?;
                 check(
                     largest >= first && largest <= 1.0,
                     "largest",
                     largest,
-                    "a share of the displacement, not below the first step",
+                    "a fraction of the displacement, not below the first step",
                 )
             }
         }
     }
+}
+
+/// Refuses what arc-length steps cannot follow.
+pub(crate) fn check_arc_length(
+    stepping: Stepping,
+    materials: &[Material],
+    field: Option<&PhaseField>,
+    conditions: &Conditions,
+) -> Result<(), FemError> {
+    if !matches!(stepping, Stepping::ArcLength { .. }) {
+        return Ok(());
+    }
+    let refuse = |message: &str, help: &str| {
+        Err(FemError::unsupported("test", format!("arc-length steps {message}"), help))
+    };
+    let damaged = || materials.iter().filter_map(|m| m.fracture);
+    if !conditions.only_prescribe() {
+        return refuse(
+            "move prescribed displacements back and forth, which loads and platens do not follow",
+            "prescribe the displacement of the ends, or take adaptive steps",
+        );
+    }
+    if field.is_none() || damaged().next().is_none() {
+        return refuse("control the crack energy, and nothing can break", "take adaptive steps");
+    }
+    if field.is_some_and(|f| !f.is_variational()) {
+        return refuse(
+            "need damage that makes an energy stationary",
+            "take irreversibility = \"active-set\" or \"none\", and no hybrid split",
+        );
+    }
+    if damaged().any(|m| m.viscosity_mpa_s > 0.0) {
+        return refuse(
+            "are for rate-independent damage",
+            "set viscosity_mpa_s = 0, or take adaptive steps: viscous damage does not snap back",
+        );
+    }
+    Ok(())
 }

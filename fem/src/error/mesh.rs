@@ -1,11 +1,13 @@
 //! Everything that can be wrong with a mesh or its file.
 
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What is wrong with a mesh, which entity it is, and what mends it.
 ///
 /// Numbers of tetrahedra and nodes count from 0, as they stand in [`TetMesh`](crate::TetMesh).
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshError {
     /// No tetrahedra at all.
@@ -175,17 +177,23 @@ pub enum MeshError {
         path: PathBuf,
         /// Line, or section and byte.
         place: String,
-        /// What is wrong, the value, and the mend.
+        /// What is wrong, the value, and what helps.
         message: String,
     },
     /// A file that cannot be opened, read or written.
-    #[error("cannot {action} {}: {message}", path.display())]
+    #[error("cannot {action} {}: {source}", path.display())]
     Io {
         /// `read` or `write`.
         action: &'static str,
         /// The file.
         path: PathBuf,
         /// What the operating system says.
-        message: String,
+        source: Arc<io::Error>,
     },
+}
+
+impl MeshError {
+    pub(crate) fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
+        MeshError::Io { action, path: path.into(), source: Arc::new(source) }
+    }
 }

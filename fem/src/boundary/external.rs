@@ -3,22 +3,64 @@
 use std::collections::BTreeMap;
 
 use super::compiled::Boundary;
-use crate::boundary::ContactStep;
+use super::contact::{ContactPoint, ContactStep};
 use crate::element::Domain;
 use crate::fields::Fields;
 use crate::operator::{NodeBlock, Residual, Span};
+use crate::solve::External;
 
 /// Loads and contact at the end of an increment.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Applied {
+pub(crate) struct ExternalForces {
     loads: Option<Vec<[f64; 4]>>,
-    pub(crate) contacts: Vec<ContactStep>,
+    contacts: Vec<ContactStep>,
 }
 
-impl Applied {
+impl External for ExternalForces {
+    fn subtract(&self, fields: &Fields, residual: &mut Residual) {
+        residual.external = [0.0; 2];
+        for (node, load) in self.loads.iter().flatten().enumerate() {
+            for k in 0..4 {
+                residual.nodal[node][k] -= load[k];
+                residual.external[k / 3] += load[k] * load[k];
+            }
+        }
+        for (node, force) in self.contacts.iter().flat_map(|c| c.forces(fields)) {
+            for k in 0..3 {
+                residual.nodal[node as usize][k] -= force[k];
+                residual.external[0] += force[k] * force[k];
+            }
+        }
+    }
+
+    fn tangent(&self, fields: &Fields) -> Vec<NodeBlock> {
+        self.contacts.iter().flat_map(|c| c.blocks(fields)).collect()
+    }
+
+    fn has_contact(&self) -> bool {
+        !self.contacts.is_empty()
+    }
+
+    fn has_friction(&self) -> bool {
+        self.contacts.iter().any(ContactStep::has_friction)
+    }
+
+    fn augment(&mut self, fields: &Fields) -> [f64; 2] {
+        self.contacts.iter_mut().fold([0.0; 2], |[change, size], contact| {
+            let [c, s] = contact.update(fields);
+            [change + c, size + s]
+        })
+    }
+
+    fn blunt(&mut self, factor: f64) {
+        self.contacts.iter_mut().for_each(|c| c.bluntness = factor);
+    }
+}
+
+impl ExternalForces {
     /// What acts at `time_s`, the end of an increment that began at `before`.
     ///
-    /// `pressures` are the contact pressures at its start and `stiffness` the penalty, MPa/mm.
+    /// `pressures` are the contact pressures at its start and `young_mpa` sets the penalty.
     pub(crate) fn new(
         boundary: &Boundary,
         domain: &dyn Domain,
@@ -35,28 +77,6 @@ impl Applied {
         Self { loads: boundary.loads(domain, time_s), contacts: contacts.collect() }
     }
 
-    /// Turns a residual of stresses alone into that of the body with what acts on it.
-    pub(crate) fn subtract(&self, fields: &Fields, residual: &mut Residual) {
-        residual.external = [0.0; 2];
-        for (node, load) in self.loads.iter().flatten().enumerate() {
-            for k in 0..4 {
-                residual.nodal[node][k] -= load[k];
-                residual.external[k / 3] += load[k] * load[k];
-            }
-        }
-        for (node, force) in self.contacts.iter().flat_map(|c| c.forces(fields)) {
-            for k in 0..3 {
-                residual.nodal[node as usize][k] -= force[k];
-                residual.external[0] += force[k] * force[k];
-            }
-        }
-    }
-
-    /// What contact adds to the tangent.
-    pub(crate) fn tangent(&self, fields: &Fields) -> Vec<NodeBlock> {
-        self.contacts.iter().flat_map(|c| c.blocks(fields)).collect()
-    }
-
     /// The stress forces of all nodes, N: with equilibrium, all that acts on them from outside.
     pub(crate) fn stress_forces(&self, fields: &Fields, residual: &Residual) -> Vec<[f64; 3]> {
         let mut forces: Vec<[f64; 3]> = residual.nodal.iter().map(|r| [r[0], r[1], r[2]]).collect();
@@ -67,7 +87,7 @@ impl Applied {
         forces
     }
 
-    /// The force of what holds or presses each surface, N: that of its platen, or the residual of its
+    /// The force of what constrains or presses each surface, N: that of its platen, or the residual of its
     /// nodes.
     pub(crate) fn reactions(
         &self,
@@ -75,12 +95,12 @@ impl Applied {
         fields: &Fields,
         residual: &Residual,
     ) -> BTreeMap<String, [f64; 3]> {
-        let held = |nodes: &[u32]| -> [f64; 3] {
+        let on = |nodes: &[u32]| -> [f64; 3] {
             let force = |n: u32| &residual.nodal[n as usize];
             std::array::from_fn(|k| nodes.iter().map(|&n| force(n)[k]).sum())
         };
         let mut reactions: BTreeMap<_, _> =
-            boundary.surfaces.iter().map(|(name, nodes)| (name.clone(), held(nodes))).collect();
+            boundary.surfaces.iter().map(|(name, nodes)| (name.clone(), on(nodes))).collect();
         for contact in &self.contacts {
             let mut force = [0.0; 3];
             for (_, nodal) in contact.forces(fields) {
@@ -100,5 +120,14 @@ impl Applied {
     /// Energy that friction and drag dissipate in the increment, N mm.
     pub(crate) fn dissipated(&self, fields: &Fields) -> f64 {
         self.contacts.iter().map(|c| c.dissipated(fields)).sum()
+    }
+    /// Contact pressures, platen by platen, MPa.
+    pub(crate) fn pressures(&self) -> Vec<Vec<f64>> {
+        self.contacts.iter().map(ContactStep::pressures).collect()
+    }
+
+    /// The nodes of every surface that faces a platen.
+    pub(crate) fn contact_points(&self, fields: &Fields) -> BTreeMap<String, Vec<ContactPoint>> {
+        self.contacts.iter().map(|c| (c.surface.clone(), c.points(fields))).collect()
     }
 }
