@@ -38,24 +38,25 @@ ppl::model! {
         #[predict] let new_specimen ~ MvNormalCholesky(mean, chol);
     }
 
-    /// The same for as many parameters as the surrogate has inputs: θ uniform on its box.
-    pub fn calibration_on(forward: &DynPce, qois: &[[f64; 3]]) {
+    /// The same for as many parameters as the surrogate has inputs, uniform on its box, and as many
+    /// QoIs as it has outputs.
+    pub fn calibration_on(forward: &DynPce, qois: &[Vec<f64>]) {
         let mut point: Vec<Real> = Vec::new();
         for input in forward.inputs() {
             let theta ~ Uniform(input.lower, input.upper);
             point.push(theta);
         }
 
-        let sd   ~ Normal(0.15, 0.25).truncate(0.0..).array::<3>();
-        let corr ~ LkjCholesky::<3>(3.0);
-        let chol = corr.scale_rows(sd);
+        let k = forward.outputs().len();
+        let sd   ~ Normal(0.15, 0.25).truncate(0.0..).iid(k);
+        let corr ~ LkjCholesky::of(k, 3.0);
+        let chol = corr.scale_rows(&sd)?;
 
-        let values = forward.at(&point);
-        #[track] let mean = [values[0], values[1], values[2]];
+        #[track] let mean = forward.at(&point);
         for y in qois {
-            y ~ MvNormalCholesky(mean, chol);
+            y ~ MvNormalCholesky(&mean, &chol);
         }
-        #[predict] let new_specimen ~ MvNormalCholesky(mean, chol);
+        #[predict] let new_specimen ~ MvNormalCholesky(&mean, &chol);
     }
 }
 
@@ -128,12 +129,9 @@ pub fn calibrate(
     }
     // QoIs relative to their experimental means
     let mean = mean_qois(specimens).to_array();
-    let relative: Vec<[f64; 3]> = specimens
+    let relative: Vec<Vec<f64>> = specimens
         .iter()
-        .map(|qois| {
-            let y = qois.to_array();
-            std::array::from_fn(|i| y[i] / mean[i])
-        })
+        .map(|qois| qois.to_array().iter().zip(mean).map(|(y, mean)| y / mean).collect())
         .collect();
     let forward = pce.clone().scale_outputs(&mean.map(f64::recip))?;
     let model = calibration_on(&forward, &relative);

@@ -49,8 +49,9 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     posterior.write_zarr(&zarr).map_err(|e| WorkflowError::io(&zarr, e))?;
     write_draws(task, posterior, pce.inputs())?;
     let mut summary = posterior.summary();
-    for row in &mut summary.rows {
+    for row in summary.rows.iter_mut().filter(|row| row.place.starts_with("theta[")) {
         row.name = parameter_name(&row.name);
+        row.place.clone_from(&row.name);
     }
     let table = task.product("summary.csv")?;
     summary.write_csv(&table).map_err(|e| WorkflowError::io(&table, e))?;

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use fem::{Checkpoint, CurvePoint, CurveWriter, FemError, Fields, Observer, vtu};
 
 use super::WorkflowError;
+use super::files::write;
 use super::simulator::{Setup, Simulator, build_mesh, failure};
 use crate::case::CaseFile;
 use crate::progress::{Bar, say};
@@ -48,7 +49,7 @@ pub fn simulate(
     if let Some(error) = failure(&outcome.end) {
         std::fs::create_dir_all(dir.join("fields")).map_err(|e| WorkflowError::io(dir, e))?;
         test.write_vtu(&last, &outcome.fields)?;
-        std::fs::write(&reason, format!("{error}\n")).map_err(|e| WorkflowError::io(&reason, e))?;
+        write(&reason, format!("{error}\n").as_bytes())?;
         let (last, reason) = (last.display(), reason.display());
         say("note", &format!("the last state is in {last}, the reason of the end in {reason}"));
         return Err(error.into());
