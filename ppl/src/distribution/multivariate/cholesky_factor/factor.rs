@@ -26,7 +26,7 @@ pub struct CholeskyFactor<R, const K: usize> {
     /// Entries, or below the diagonal the coordinates of `angles`.
     pub(super) rows: [[R; K]; K],
     /// What the entries are functions of, where that makes derivatives cheaper: never for data.
-    angles: Option<Angles<K>>,
+    pub(super) angles: Option<Angles<K>>,
     /// What the rows have still to be multiplied by, under the same condition.
     pub(super) scale: Option<[R; K]>,
 }
