@@ -56,7 +56,7 @@ pub(crate) struct Boundary {
 }
 
 impl Boundary {
-    /// Finds the nodes and areas of all conditions and checks that they agree and hold the body.
+    /// Finds the nodes and areas of all conditions and checks that they agree and leave no rigid motion.
     ///
     /// `damaged` marks the regions with damage; `duration_s` ends the time over which values have
     /// to agree where surfaces meet.
@@ -71,10 +71,10 @@ impl Boundary {
         let mut surfaces = BTreeMap::new();
         let mut constrained = Vec::new();
         let mut owner: BTreeMap<(u32, usize), (usize, String)> = BTreeMap::new();
-        let mut hold = |name: &str,
-                        nodes: &[u32],
-                        component: usize,
-                        value: Value|
+        let mut constrain = |name: &str,
+                             nodes: &[u32],
+                             component: usize,
+                             value: Value|
          -> Result<(), FemError> {
             for &node in nodes {
                 let new = ConstrainedDof { node, component, value: value.clone() };
@@ -94,19 +94,19 @@ impl Boundary {
             let nodes = domain.nodes_on(triangles(name, "displacement is prescribed")?);
             let value = displacement.clone().map_or(Value::Zero, Value::Displacement);
             for &axis in axes {
-                hold(name, &nodes, axis as usize, value.clone())?;
+                constrain(name, &nodes, axis as usize, value.clone())?;
             }
             surfaces.insert(name.clone(), nodes);
         }
         for name in &conditions.symmetric {
             let on = triangles(name, "a plane of symmetry is asked for")?;
             let nodes = domain.nodes_on(on);
-            hold(name, &nodes, normal_axis(mesh, name, on)? as usize, Value::Zero)?;
+            constrain(name, &nodes, normal_axis(mesh, name, on)? as usize, Value::Zero)?;
             surfaces.insert(name.clone(), nodes);
         }
         for (name, function) in &conditions.damage {
             let nodes = domain.nodes_on(triangles(name, "damage is prescribed")?);
-            hold(name, &nodes, 3, Value::Damage(function.clone()))?;
+            constrain(name, &nodes, 3, Value::Damage(function.clone()))?;
         }
         let mut contacts = Vec::new();
         for (name, platen) in &conditions.platens {
@@ -253,8 +253,8 @@ fn agree(
     duration_s: f64,
 ) -> Result<(), FemError> {
     let x = nodes[first.node as usize];
-    for share in [0.5, 1.0] {
-        let [a, b] = [first, second].map(|constrained| constrained.at(x, share * duration_s));
+    for fraction in [0.5, 1.0] {
+        let [a, b] = [first, second].map(|dof| dof.at(x, fraction * duration_s));
         if (a - b).abs() > 1e-9 * (a.abs() + b.abs()) + 1e-12 {
             const NAMES: [&str; 4] = ["u_x", "u_y", "u_z", "the damage"];
             return Err(FemError::Unsupported {
@@ -297,10 +297,10 @@ fn supports(
     let mut motions = RigidMotions::new(nodes);
     for h in constrained.iter().filter(|h| h.component < 3) {
         let unit = std::array::from_fn(|k| f64::from(k == h.component));
-        motions.hold(nodes[h.node as usize], unit);
+        motions.add_support(nodes[h.node as usize], unit);
     }
     for contact in contacts {
-        contact.directions(&mut |x, direction| motions.hold(x, direction));
+        contact.directions(&mut |x, direction| motions.add_support(x, direction));
     }
     if motions.count() == 0 {
         return Ok(Vec::new());
