@@ -1,14 +1,35 @@
-//! What a model says when it is read by a trace: compiled once, here, and not anew for every model.
+//! What a model says when it is traced: compiled once, here, and not anew for every model.
 
 use rand::{RngCore, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::bound::{Layout, ModelError};
 use crate::density::Rejection;
-use crate::entry::Record;
-use crate::explain::first_to_fail;
+use crate::entry::{Entry, Record, Role};
+use crate::layout::Layout;
 use crate::reading::{Pool, Pools};
 use crate::trace::{Point, Source, Trace};
+use crate::words::{datum, first_to_fail, further};
+
+/// A model that cannot be evaluated at all.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum ModelError {
+    /// Not one prior draw went through.
+    #[error(
+        "the model rejects its own prior draws ({tries} tries), last with: {last}{}",
+        further(.detail)
+    )]
+    NoPriorDraw {
+        /// Number of tries.
+        tries: usize,
+        /// Why the last failed.
+        last: Rejection,
+        /// What else can be said about it, as the datum at fault.
+        detail: Option<String>,
+    },
+    /// A mistake in the model itself.
+    #[error("{0}")]
+    Invalid(Rejection),
+}
 
 /// A model whose type is forgotten.
 pub(crate) trait Statements {
@@ -21,7 +42,7 @@ pub(crate) trait Statements {
 
 /// What was found out about a model when it was bound to its data.
 #[derive(Clone, Debug)]
-pub(crate) struct Found {
+pub(crate) struct Inspection {
     layout: Result<Layout, ModelError>,
     /// What the data alone add to the log density, if that is the same at every point.
     pub(crate) constant: Option<f64>,
@@ -29,7 +50,7 @@ pub(crate) struct Found {
     pools: Option<Vec<Pool>>,
 }
 
-impl Found {
+impl Inspection {
     pub(crate) fn layout(&self) -> Result<&Layout, ModelError> {
         self.layout.as_ref().map_err(Clone::clone)
     }
@@ -52,13 +73,13 @@ impl Found {
 }
 
 /// Names, shapes, and with `is_static` what is the same at every point.
-pub(crate) fn find(model: &dyn Statements, is_static: bool) -> Found {
+pub(crate) fn inspect(model: &dyn Statements, is_static: bool) -> Inspection {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
     let (record, pools) = match run(model, &mut rng, is_static.then(Vec::new)) {
         Ok(drawn) => drawn,
-        Err(error) => return Found { layout: Err(error), constant: None, pools: None },
+        Err(error) => return Inspection { layout: Err(error), constant: None, pools: None },
     };
-    let mut found = Found { layout: Ok(layout(record)), constant: None, pools };
+    let mut found = Inspection { layout: Ok(layout(record)), constant: None, pools };
     if is_static {
         match constant(model, &mut rng, &found) {
             Ok(constant) => found.constant = constant,
@@ -98,7 +119,7 @@ fn run(
 }
 
 /// What the model names at `y`, up to a rejection.
-pub(crate) fn read(
+pub(crate) fn record_at(
     model: &dyn Statements,
     y: &[f64],
     rng: &mut dyn RngCore,
@@ -126,7 +147,7 @@ struct Moving;
 fn constant(
     model: &dyn Statements,
     rng: &mut dyn RngCore,
-    found: &Found,
+    found: &Inspection,
 ) -> Result<Option<f64>, Moving> {
     const DRAWS: usize = 20;
     let mut best = (f64::INFINITY, f64::NAN);
@@ -153,4 +174,27 @@ fn constant(
     };
     let is_same = differences.iter().all(same) && best.1.is_finite();
     Ok(is_same.then_some(best.1))
+}
+
+/// A sentence about the first observation without density, if that is where the model fails
+/// at `y`.
+pub(crate) fn explain(model: &dyn Statements, y: &[f64]) -> Option<String> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
+    let mut trace = Trace::new(Source::Point(Point::new(y)), &mut rng);
+    let outcome = model.trace(&mut trace);
+    let datum = match outcome {
+        Err(_) => trace.failing,
+        Ok(()) => {
+            let entries = &trace.record.entries;
+            entries.iter().filter(|e| e.variable.role == Role::Observed).find_map(first_without)
+        }
+    };
+    datum.map(first_to_fail)
+}
+
+fn first_without(entry: &Entry) -> Option<String> {
+    let index = entry.log_likelihood.iter().position(|value| !value.is_finite())?;
+    let size = entry.values.len() / entry.log_likelihood.len();
+    let values = &entry.values[index * size..(index + 1) * size];
+    Some(datum(&entry.variable.name, (entry.log_likelihood.len() > 1).then_some(index), values))
 }

@@ -1,5 +1,10 @@
 //! A finished run: draws by name, predictions, and everything needed to judge them.
 
+mod collect;
+mod error;
+mod row;
+mod sample;
+
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -7,62 +12,21 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
-use crate::any::{AnyDensity, AnyModel};
-use crate::collect::{Collected, Plan};
-use crate::density::{Place, Rejection};
+use crate::bound::Bound;
+use crate::density::Place;
 use crate::diagnostics::{Identifiability, Loo, LooError};
+use crate::entry::{Role, Variable};
+use crate::erased::ErasedModel;
 use crate::group::{Group, Values, element_names};
-use crate::sampler::{Chains, SampleError};
-use crate::{Bound, Layout, Model, ModelError, Role, Variable};
+use crate::layout::{LabelError, Layout};
+use crate::model::Model;
+use crate::sampler::Chains;
+use collect::{Collected, Plan};
+pub use error::{PosteriorError, SampleError};
+pub use row::SummaryRow;
 
 /// Prior draws taken beside every posterior: enough for a prior variance to about 3 %.
 const PRIOR_DRAWS: usize = 2000;
-
-/// Chains that do not make a posterior.
-#[derive(Clone, Debug, thiserror::Error)]
-pub enum PosteriorError {
-    /// The model itself is at fault.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// The chains are those of another density.
-    #[error("the chains have {got} coordinates but the model has {expected}: they are not its own")]
-    Dimension {
-        /// Coordinates of the model.
-        expected: usize,
-        /// Coordinates of the chains.
-        got: usize,
-    },
-    /// Lengths within the chains disagree.
-    #[error("the chains do not fit together: {0}; give chains as a sampler returned them")]
-    Damaged(String),
-    /// At least one chain has no draw.
-    #[error(
-        "chain {chain} has no draw: {reason}. The sampler's `run` returns the chains as they are, for \
-         its `resume`"
-    )]
-    NoDraws {
-        /// The empty chain.
-        chain: usize,
-        /// Why it stopped.
-        reason: String,
-    },
-    /// Names or shapes depend on the values of unknowns.
-    #[error(
-        "`{name}` is not there with the same shape at every draw: record it outside `if` on unknowns"
-    )]
-    ChangingShape {
-        /// The quantity.
-        name: String,
-    },
-    /// The model stopped while its quantities were computed at a draw.
-    #[error("the model stopped at a draw of chain {chain}: {source}")]
-    Stopped {
-        /// Chain of the draw.
-        chain: usize,
-        /// What it said.
-        source: Rejection,
-    },
-}
 
 /// Where a trajectory diverged, in the model's own quantities.
 #[derive(Clone, Debug, PartialEq)]
@@ -151,20 +115,15 @@ impl Posterior {
         chains: Chains,
         seed: u64,
     ) -> Result<Self, PosteriorError> {
-        Self::of_any(model, chains, seed)
+        Self::of_erased(model, chains, seed)
     }
 
-    /// Samples a model with what runs over its density.
-    pub(crate) fn sample(
-        model: &dyn AnyModel,
+    /// As [`from_chains`](Self::from_chains), compiled once.
+    pub(crate) fn of_erased(
+        model: &dyn ErasedModel,
+        chains: Chains,
         seed: u64,
-        run: &dyn Fn(&dyn AnyDensity) -> Result<Chains, SampleError>,
-    ) -> Result<Self, SampleError> {
-        model.layout()?;
-        Ok(Self::of_any(model, run(model)?, seed)?)
-    }
-
-    fn of_any(model: &dyn AnyModel, chains: Chains, seed: u64) -> Result<Self, PosteriorError> {
+    ) -> Result<Self, PosteriorError> {
         let layout = model.layout()?.clone();
         if chains.dim != layout.dim {
             return Err(PosteriorError::Dimension { expected: layout.dim, got: chains.dim });
@@ -202,7 +161,7 @@ impl Posterior {
                 for draw in 0..draws {
                     let start = draw * chains.dim;
                     let point = &chains.chains[index].draws[start..start + chains.dim];
-                    out.add(&plan, model.read(point, &mut rng), index)?;
+                    out.add(&plan, model.record_at(point, &mut rng), index)?;
                 }
                 Ok(out)
             })
@@ -255,6 +214,23 @@ impl Posterior {
             self.posterior.trace(element).or_else(|| self.predictive.trace(element))
         };
         of(element).or_else(|| of(&self.layout.index_of(element)?))
+    }
+
+    /// Labels the entries along one dimension of a quantity, in tables and exports:
+    /// `posterior.label("mean", 0, &["slope", "peak force", "displacement at peak"])?`.
+    ///
+    /// A dimension that was named in the model, by `#[dims(…)]`, gets the labels wherever it
+    /// stands.
+    ///
+    /// # Errors
+    /// [`LabelError`] for a name or dimension that does not exist, or a wrong number of labels.
+    pub fn label(
+        &mut self,
+        name: &str,
+        dimension: usize,
+        labels: &[&str],
+    ) -> Result<(), LabelError> {
+        self.layout.label(name, dimension, labels)
     }
 
     /// Leave-one-out cross-validation over all observation statements. What `factor` adds to the
@@ -326,7 +302,7 @@ impl Posterior {
 }
 
 fn prior_draws(
-    model: &dyn AnyModel,
+    model: &dyn ErasedModel,
     plan: &Plan,
     rng: &mut Xoshiro256PlusPlus,
 ) -> Result<Option<[Group; 4]>, PosteriorError> {
@@ -342,7 +318,7 @@ fn prior_draws(
 
 /// Whether log densities differ from draw to draw by more than another order of the same sums would
 /// change.
-fn is_foreign(model: &dyn AnyModel, chains: &Chains) -> bool {
+fn is_foreign(model: &dyn ErasedModel, chains: &Chains) -> bool {
     const SAME: f64 = 1e-6;
     let Some(chain) = chains.chains.first() else { return false };
     let mut evaluator = model.evaluator();
@@ -359,14 +335,14 @@ fn is_foreign(model: &dyn AnyModel, chains: &Chains) -> bool {
 }
 
 fn divergent_points(
-    model: &dyn AnyModel,
+    model: &dyn ErasedModel,
     chains: &Chains,
     rng: &mut Xoshiro256PlusPlus,
 ) -> Vec<DivergentPoint> {
     let mut points = Vec::new();
     for (chain, found) in chains.chains.iter().enumerate() {
         for divergence in &found.divergences {
-            let (record, outcome) = model.read(&divergence.position, rng);
+            let (record, outcome) = model.record_at(&divergence.position, rng);
             let record = outcome.is_ok().then_some(record);
             let entries = record.iter().flat_map(|record| &record.entries);
             let values = entries

@@ -6,19 +6,19 @@ use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    chains::{Covariance, WarmupReport},
+    report::{Covariance, WarmupReport},
     run::Stream,
     warmup::{Moment, Schedule, walk_windows},
 };
 
 /// Draws proposals.
-pub(super) struct RandomWalk {
+pub(super) struct Proposal {
     noise: DVector<f64>,
     jump: DVector<f64>,
     pub(super) shape: Shape,
 }
 
-impl RandomWalk {
+impl Proposal {
     pub(super) fn new(shape: Shape) -> Self {
         let dim = shape.factor.nrows();
         Self { noise: DVector::zeros(dim), jump: DVector::zeros(dim), shape }

@@ -5,13 +5,14 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use super::convergence::Separate;
-use super::{FindingKind, Found, Names, list};
+use super::list::{Names, WarningKind, Warnings};
 use crate::diagnostics::{
     Column, Combination, Identifiability, Identification, MOST_COMBINED, Modes, combinations,
 };
 use crate::group::Values;
 use crate::posterior::Posterior;
-use crate::summary::{SummaryRow, cell};
+use crate::posterior::SummaryRow;
+use crate::words::{cell, list};
 
 /// R-hat of chains so far apart that the spread of their draws is theirs: about a sixth of the
 /// variance is between them.
@@ -25,7 +26,7 @@ pub(super) fn find(
     identifiability: &[Identifiability],
     modes: &Separate,
     names: &Names,
-    found: &mut Found,
+    warnings: &mut Warnings,
 ) {
     let factors = factors(posterior);
     let identifiability: Vec<Identifiability> = identifiability
@@ -54,8 +55,8 @@ pub(super) fn find(
             .filter(|r| !of_these(r) && !has_modes(r));
         let items =
             rows.map(|row| format!("{} ({:.2})", names.shown(&row.name), row.contraction()));
-        found.say(
-            FindingKind::Uninformed,
+        warnings.add(
+            WarningKind::Uninformed,
             words,
             &list(items),
             "What is reported for these is mostly the prior; measure something that depends on \
@@ -73,8 +74,8 @@ pub(super) fn find(
             }
         }
     });
-    found.say(
-        FindingKind::Combination,
+    warnings.add(
+        WarningKind::Combination,
         "The data determine only a combination of ",
         &sets.collect::<Vec<_>>().join("; of "),
         "How it splits up is the prior's alone: fix one of them, give one a prior from other \
@@ -93,8 +94,8 @@ pub(super) fn find(
         };
         format!("{name} ({measure} {} after {})", cell(after), cell(before))
     });
-    found.say(
-        FindingKind::PriorDataConflict,
+    warnings.add(
+        WarningKind::PriorDataConflict,
         "The posterior is wider than the prior: ",
         &list(widened),
         "The data ask for values that the prior holds to be rare: see whether it means to",
@@ -102,8 +103,8 @@ pub(super) fn find(
 
     let truncated = identifiability.iter().filter(|row| row.truncated());
     let truncated = truncated.map(|row| format!("{} ({})", names.shown(&row.name), row.cuts()));
-    found.say(
-        FindingKind::Boundary,
+    warnings.add(
+        WarningKind::Boundary,
         "Draws pile up at a prior bound: ",
         &list(truncated),
         "The prior cuts the posterior off: widen it if the bound is not physical",

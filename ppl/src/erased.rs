@@ -3,15 +3,15 @@
 
 use rand::RngCore;
 
-use crate::{
-    Layout, Record,
-    bound::{Bound, ModelError},
-    density::{LogDensity, Rejection},
-    model::Model,
-};
+use crate::bound::Bound;
+use crate::density::{LogDensity, Rejection};
+use crate::entry::Record;
+use crate::inspect::{self, ModelError};
+use crate::layout::Layout;
+use crate::model::Model;
 
 /// A [`LogDensity`] whose type is forgotten.
-pub(crate) trait AnyDensity: Sync {
+pub(crate) trait ErasedDensity: Sync {
     /// Number of coordinates.
     fn dim(&self) -> usize;
 
@@ -31,7 +31,7 @@ pub(crate) trait Evaluator: Send {
     fn explain(&self, y: &[f64]) -> Option<String>;
 }
 
-impl<D: LogDensity> AnyDensity for D {
+impl<D: LogDensity> ErasedDensity for D {
     fn dim(&self) -> usize {
         LogDensity::dim(self)
     }
@@ -61,7 +61,7 @@ impl<D: LogDensity> Evaluator for WithWorkspace<'_, D> {
 }
 
 /// A [`Bound`] model, as far as it names quantities.
-pub(crate) trait AnyModel: AnyDensity {
+pub(crate) trait ErasedModel: ErasedDensity {
     /// As [`Bound::layout`].
     fn layout(&self) -> Result<&Layout, ModelError>;
 
@@ -69,19 +69,19 @@ pub(crate) trait AnyModel: AnyDensity {
     fn draw_prior(&self, rng: &mut dyn RngCore) -> Result<Record, ModelError>;
 
     /// What the model names at `y`, up to a rejection.
-    fn read(&self, y: &[f64], rng: &mut dyn RngCore) -> (Record, Result<(), Rejection>);
+    fn record_at(&self, y: &[f64], rng: &mut dyn RngCore) -> (Record, Result<(), Rejection>);
 }
 
-impl<M: Model> AnyModel for Bound<M> {
+impl<M: Model> ErasedModel for Bound<M> {
     fn layout(&self) -> Result<&Layout, ModelError> {
         Bound::layout(self)
     }
 
     fn draw_prior(&self, rng: &mut dyn RngCore) -> Result<Record, ModelError> {
-        Bound::draw_prior_any(self, rng)
+        inspect::draw(self.model(), rng)
     }
 
-    fn read(&self, y: &[f64], rng: &mut dyn RngCore) -> (Record, Result<(), Rejection>) {
-        Bound::read(self, y, rng)
+    fn record_at(&self, y: &[f64], rng: &mut dyn RngCore) -> (Record, Result<(), Rejection>) {
+        inspect::record_at(self.model(), y, rng)
     }
 }

@@ -2,13 +2,13 @@
 
 use rayon::prelude::*;
 
-use super::{FindingKind, Found, Names, list};
+use super::list::{Names, WarningKind, Warnings};
 use crate::diagnostics::{e_bfmi, quantile};
 use crate::posterior::Posterior;
 use crate::sampler::Chain;
-use crate::summary::cell;
+use crate::words::{cell, list};
 
-pub(super) fn find(posterior: &Posterior, names: &Names, found: &mut Found) {
+pub(super) fn find(posterior: &Posterior, names: &Names, warnings: &mut Warnings) {
     let runs = &posterior.chains.chains;
     let total = posterior.chains.len() * runs.len();
     let low = runs.iter().enumerate().filter_map(|(chain, run)| {
@@ -16,8 +16,8 @@ pub(super) fn find(posterior: &Posterior, names: &Names, found: &mut Found) {
         let fraction = e_bfmi(&energy);
         (fraction < 0.3).then(|| format!("chain {chain} ({fraction:.2})"))
     });
-    found.say(
-        FindingKind::Energy,
+    warnings.add(
+        WarningKind::Energy,
         "Energy changes too little from draw to draw (E-BFMI below 0.3): ",
         &list(low),
         "Heavy tails or a funnel: reparametrise (non-centred) or give stronger priors to scales",
@@ -30,8 +30,8 @@ pub(super) fn find(posterior: &Posterior, names: &Names, found: &mut Found) {
     let counted: u64 = posterior.rejections().values().map(|counts| counts.1).sum();
     if divergences > 0 && rejected == divergences && counted >= rejected as u64 {
         let place = where_divergences_are(posterior, names);
-        found.say(
-            FindingKind::Divergences,
+        warnings.add(
+            WarningKind::Divergences,
             &format!("{divergences} of {total} trajectories "),
             &format!("ended at a point that a statement rejects{place}"),
             "No step size mends that, and draws near such points are missing: give the unknowns \
@@ -44,8 +44,8 @@ pub(super) fn find(posterior: &Posterior, names: &Names, found: &mut Found) {
             0 => String::new(),
             n => format!(" ({n} of them at a point without density)"),
         };
-        found.say(
-            FindingKind::Divergences,
+        warnings.add(
+            WarningKind::Divergences,
             &format!("{divergences} of {total} trajectories "),
             &format!("diverged{of_these}{place}"),
             "The posterior is too curved there for the step size, and draws are missing: raise \
@@ -57,8 +57,8 @@ pub(super) fn find(posterior: &Posterior, names: &Names, found: &mut Found) {
     let limit = posterior.chains.max_depth;
     let cut = runs.iter().flat_map(|run| &run.stats).filter(|s| Some(s.depth) == limit).count();
     if cut * 100 > total {
-        found.say(
-            FindingKind::TreeDepth,
+        warnings.add(
+            WarningKind::TreeDepth,
             &format!("{cut} of {total} trajectories were cut at the largest tree depth "),
             &format!("(mass matrix: {})", maps(runs)),
             "Sampling is slow but not wrong: a longer warmup or a reparametrisation shortens the \

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use super::error::PosteriorError;
 use crate::density::{Place, Rejection};
+use crate::entry::{Entry, Record, Role};
 use crate::group::{Group, Values};
-use crate::posterior::PosteriorError;
-use crate::{Entry, Record, Role};
 
 /// Which part of an entry goes into a group.
 #[derive(Clone, Copy)]

@@ -1,9 +1,9 @@
 //! Chains that did not come to where the others are, or do not move.
 
-use super::{FindingKind, Found, list};
+use super::list::{WarningKind, Warnings};
 use crate::diagnostics::{mean, mean_and_variance, quantile};
 use crate::sampler::{Chain, Chains};
-use crate::summary::cell;
+use crate::words::{cell, list};
 
 /// What has less than e⁻²⁰ of the weight of another place holds no draw of any run.
 const NO_WEIGHT: f64 = 20.0;
@@ -95,21 +95,21 @@ pub(crate) fn is_any(chains: &Chains) -> bool {
     !(below.is_empty() && still.is_empty())
 }
 
-pub(super) fn find(chains: &Chains, found: &mut Found) {
+pub(super) fn find(chains: &Chains, warnings: &mut Warnings) {
     let Stuck { below, still } = Stuck::find(chains);
-    found.say(
-        FindingKind::StuckChain,
+    warnings.add(
+        WarningKind::StuckChain,
         "Chains have log densities far below the others': ",
         &list(below),
-        "Their draws are not of the posterior, and findings from all draws are left out: begin near \
+        "Their draws are not of the posterior, and warnings from all draws are left out: begin near \
          the mode (`Map`, then `init_points`), and see whether the unknowns have scales near 1, as \
          by standardised inputs and priors no wider than what is possible",
     );
-    found.say(
-        FindingKind::StuckChain,
+    warnings.add(
+        WarningKind::StuckChain,
         "Chains hardly moved: ",
         &list(still),
-        "Findings from all draws are left out. Steps do not suit the place where such a chain is, as \
+        "Warnings from all draws are left out. Steps do not suit the place where such a chain is, as \
          the neck of a funnel or the foot of a cliff: reparametrise (non-centred), begin near the \
          mode (`Map`, then `init_points`), and see whether the unknowns have scales near 1",
     );

@@ -1,8 +1,8 @@
-//! Findings in words: made where they are due, and not where nothing is wrong.
+//! Warnings in words: made where they are due, and not where nothing is wrong.
 
 use ppl::diagnostics::Identification;
 use ppl::prelude::*;
-use ppl::{FindingKind, Posterior, Summary};
+use ppl::{Posterior, Summary, WarningKind};
 
 mod models;
 
@@ -23,8 +23,8 @@ impl<M: ppl::Model> Sampled for ppl::Bound<M> {
     }
 }
 
-fn what(summary: &Summary, kind: FindingKind) -> String {
-    summary.findings.iter().filter(|f| f.kind == kind).map(ToString::to_string).collect()
+fn what(summary: &Summary, kind: WarningKind) -> String {
+    summary.warnings.iter().filter(|f| f.kind == kind).map(ToString::to_string).collect()
 }
 
 #[test]
@@ -36,8 +36,8 @@ fn heavy_tails_that_no_datum_touches_are_uninformed() {
             assert!(!row.conflict(), "seed {seed}: {row}");
         }
         let summary = posterior.summary();
-        assert_eq!(what(&summary, FindingKind::PriorDataConflict), "", "seed {seed}");
-        assert_eq!(what(&summary, FindingKind::Modes), "", "seed {seed}");
+        assert_eq!(what(&summary, WarningKind::PriorDataConflict), "", "seed {seed}");
+        assert_eq!(what(&summary, WarningKind::Modes), "", "seed {seed}");
     }
 }
 
@@ -46,12 +46,12 @@ fn conflicts_with_heavy_tails_are_told_from_what_they_allow() {
     for seed in 0..3 {
         let y = [6000.0, 5000.0, 5500.0, 5800.0, 6100.0, 5100.0, 5300.0, 5900.0];
         let summary = far_out(&y).posterior(seed).summary();
-        let conflict = what(&summary, FindingKind::PriorDataConflict);
+        let conflict = what(&summary, WarningKind::PriorDataConflict);
         assert!(conflict.contains("mu (central half"), "{summary}");
 
         let summary = local_scale(5.0).posterior(seed).summary();
-        assert_eq!(what(&summary, FindingKind::PriorDataConflict), "", "{summary}");
-        assert_eq!(what(&summary, FindingKind::Uninformed), "", "the data moved it far");
+        assert_eq!(what(&summary, WarningKind::PriorDataConflict), "", "{summary}");
+        assert_eq!(what(&summary, WarningKind::Uninformed), "", "the data moved it far");
     }
 }
 
@@ -62,14 +62,14 @@ fn a_handful_of_draws_is_too_few() {
     for (chains, draws) in [(1, 1), (1, 3), (4, 1), (4, 2), (4, 3)] {
         let sampler = Nuts::default().chains(chains).draws(draws).seed(1);
         let summary = sampler.sample(&model).expect("it samples").summary();
-        let few = what(&summary, FindingKind::FewEffectiveDraws);
+        let few = what(&summary, WarningKind::FewEffectiveDraws);
         assert!(few.contains("mu, sd"), "{chains} chains of {draws}: {summary}");
         assert!(!summary.to_string().contains("Nothing wrong"));
         assert!(chains * draws == 1 || !few.contains("still"), "{summary}");
     }
     let summary = model.posterior(1).summary();
     assert!(summary.row("still").is_some_and(|row| row.rhat.is_nan()));
-    assert_eq!(summary.findings, []);
+    assert_eq!(summary.warnings, []);
 }
 
 #[test]
@@ -78,9 +78,9 @@ fn combinations_that_the_data_do_not_split_are_named() {
     for seed in 0..5 {
         let found = |model: &dyn Sampled, names: &str| {
             let summary = model.posterior(seed).summary();
-            let found = what(&summary, FindingKind::Combination);
+            let found = what(&summary, WarningKind::Combination);
             assert!(found.contains(names), "seed {seed}: {summary}");
-            assert_eq!(what(&summary, FindingKind::Uninformed), "", "said once");
+            assert_eq!(what(&summary, WarningKind::Uninformed), "", "said once");
         };
         found(&sum(&y), "a and b (correlation -1.00)");
         found(&difference(&y), "a and b (correlation 1.00)");
@@ -102,7 +102,7 @@ fn correlations_of_sound_models_are_no_finding() {
     for seed in 0..3 {
         let silent = |model: &dyn Sampled| {
             let summary = model.posterior(seed).summary();
-            assert_eq!(what(&summary, FindingKind::Combination), "", "seed {seed}: {summary}");
+            assert_eq!(what(&summary, WarningKind::Combination), "", "seed {seed}: {summary}");
         };
         silent(&regression(&x, &line));
         silent(&schools(&effects, &errors));
@@ -118,11 +118,11 @@ fn entries_of_matrices_are_told_apart() {
     let pairs: Vec<[f64; 2]> =
         data(10, 0.0).chunks(2).map(|y| [y[0], 0.9 * y[0] + 0.5 * y[1]]).collect();
     let summary = correlated(&pairs).posterior(1).summary();
-    for kind in [FindingKind::Uninformed, FindingKind::PriorDataConflict] {
+    for kind in [WarningKind::Uninformed, WarningKind::PriorDataConflict] {
         assert!(!what(&summary, kind).contains("factor["), "{summary}");
     }
     let summary = table(&["a", "b"], &["x", "y"], &data(6, 0.0)).posterior(1).summary();
-    let said = what(&summary, FindingKind::Uninformed);
+    let said = what(&summary, WarningKind::Uninformed);
     assert!(said.contains("cell[a,y]") && !said.contains("cell[b,x]"), "{summary}");
 }
 
@@ -131,7 +131,7 @@ fn one_sided_bounds_that_cut_are_found() {
     for seed in 0..3 {
         let boundary = |model: &dyn Sampled| {
             let summary = model.posterior(seed).summary();
-            what(&summary, FindingKind::Boundary)
+            what(&summary, WarningKind::Boundary)
         };
         assert!(boundary(&above(&data(30, -0.3))).contains("mu ("));
         assert!(boundary(&below(&data(30, 5.0))).contains("mu ("));
@@ -146,16 +146,16 @@ fn one_sided_bounds_that_cut_are_found() {
 fn priors_with_mass_at_their_ends_cut_nothing_off() {
     for (seed, k) in [(1, 0), (2, 1), (11, 1)] {
         let summary = shares(k).posterior(seed).summary();
-        assert_eq!(what(&summary, FindingKind::Boundary), "", "{summary}");
+        assert_eq!(what(&summary, WarningKind::Boundary), "", "{summary}");
     }
 }
 
 #[test]
-fn overflowing_priors_have_findings_in_plain_numbers() {
+fn overflowing_priors_have_warnings_in_plain_numbers() {
     for seed in 0..5 {
         let summary = overflowing(&[1.0, 2.0, 3.0, 4.0]).posterior(seed).summary();
-        assert!(what(&summary, FindingKind::Divergences).contains("central half"), "{summary}");
-        for finding in &summary.findings {
+        assert!(what(&summary, WarningKind::Divergences).contains("central half"), "{summary}");
+        for finding in &summary.warnings {
             assert!(!finding.what.contains("NaN"), "seed {seed}: {finding}");
             let longest = finding.what.split(' ').map(str::len).max();
             assert!(longest < Some(20), "seed {seed}: {finding}");
@@ -168,9 +168,9 @@ fn what_exchanges_its_labels_was_informed() {
     let y: Vec<f64> = (0..60).map(|i| if i % 2 == 0 { -2.4 } else { 2.4 }).collect();
     for seed in [1, 2, 3] {
         let summary = labels(&y).posterior(seed).summary();
-        let modes = what(&summary, FindingKind::Modes);
+        let modes = what(&summary, WarningKind::Modes);
         assert!(modes.contains("mu[0] has 2") && modes.contains("mu[1] has 2"), "{summary}");
-        assert_eq!(what(&summary, FindingKind::Uninformed), "", "seed {seed}");
+        assert_eq!(what(&summary, WarningKind::Uninformed), "", "seed {seed}");
     }
 }
 
@@ -181,7 +181,7 @@ fn visits_to_a_tail_are_no_modes() {
     for seed in 0..40 {
         let sampler = Nuts::default().seed(seed).warmup(200).draws(200);
         let summary = sampler.sample(&tail()).expect("it samples").summary();
-        assert_eq!(what(&summary, FindingKind::Modes), "", "seed {seed}");
+        assert_eq!(what(&summary, WarningKind::Modes), "", "seed {seed}");
     }
 }
 
@@ -189,7 +189,7 @@ fn visits_to_a_tail_are_no_modes() {
 fn without_data_there_is_nothing_to_learn() {
     let summary = no_data().posterior(1).summary();
     assert!(summary.row("p").is_some_and(|row| row.contraction.is_some()));
-    for kind in [FindingKind::Uninformed, FindingKind::Boundary, FindingKind::PriorDataConflict] {
+    for kind in [WarningKind::Uninformed, WarningKind::Boundary, WarningKind::PriorDataConflict] {
         assert_eq!(what(&summary, kind), "");
     }
 }
@@ -197,13 +197,13 @@ fn without_data_there_is_nothing_to_learn() {
 #[test]
 fn divergences_at_rejected_points_are_the_rejections() {
     let summary = rejecting(1.0).posterior(1).summary();
-    let found = what(&summary, FindingKind::Divergences);
+    let found = what(&summary, WarningKind::Divergences);
     assert!(
         found.contains("ended at a point that a statement rejects, by their medians at x"),
         "{found}"
     );
     assert!(!found.contains("target acceptance"), "{found}");
-    assert!(what(&summary, FindingKind::Rejections).contains("reject!"), "{summary}");
+    assert!(what(&summary, WarningKind::Rejections).contains("reject!"), "{summary}");
 }
 
 /// The only end that is reported is one that a prior chose.
@@ -211,7 +211,7 @@ fn divergences_at_rejected_points_are_the_rejections() {
 fn a_uniform_prior_of_a_scale_ends_at_zero() {
     let found = |y, other| {
         let summary = flat_scale(y, other).posterior(1).summary();
-        what(&summary, FindingKind::Boundary)
+        what(&summary, WarningKind::Boundary)
     };
     assert_eq!(found(-0.1, 0.0), "", "a scale near its natural end");
     let upper = found(101.0, 0.0);
@@ -228,17 +228,17 @@ fn from(starts: &[&[f64]], warmup: usize, model: &ppl::Bound<impl ppl::Model>) -
 
 /// Whatever would be computed from all draws is of the stuck chain.
 fn says_only_that_it_is_stuck(summary: &Summary, chain: &str) {
-    assert_eq!(summary.findings[0].kind, FindingKind::StuckChain, "{summary}");
-    let stuck = summary.findings[0].to_string();
+    assert_eq!(summary.warnings[0].kind, WarningKind::StuckChain, "{summary}");
+    let stuck = summary.warnings[0].to_string();
     assert!(stuck.contains(chain) && stuck.contains("init_points"), "{summary}");
     for kind in [
-        FindingKind::Disagreement,
-        FindingKind::Modes,
-        FindingKind::FewEffectiveDraws,
-        FindingKind::Uninformed,
-        FindingKind::Combination,
-        FindingKind::Boundary,
-        FindingKind::PriorDataConflict,
+        WarningKind::Disagreement,
+        WarningKind::Modes,
+        WarningKind::FewEffectiveDraws,
+        WarningKind::Uninformed,
+        WarningKind::Combination,
+        WarningKind::Boundary,
+        WarningKind::PriorDataConflict,
     ] {
         assert_eq!(what(summary, kind), "", "{summary}");
     }
@@ -274,7 +274,7 @@ fn chains_that_do_not_move_are_named() {
     let posterior = Posterior::from_chains(&model, chains, 1).expect("its chains");
     let stuck = "chain 2 in 0 of 199 transitions (mean acceptance 0.00)";
     says_only_that_it_is_stuck(&posterior.summary(), stuck);
-    assert_eq!(posterior.power_scaling().expect("it has data").findings(), []);
+    assert_eq!(posterior.power_scaling().expect("it has data").warnings(), []);
 }
 
 /// Several modes, slow mixing and places of other widths are no chains left behind.
@@ -287,7 +287,7 @@ fn no_chain_is_called_stuck_for_nothing() {
         // in necks and where a prior overflows, a chain may truly stay at one point
         let near = |name: &str, model: &dyn Sampled| {
             let summary = model.posterior(seed).summary();
-            let stuck = what(&summary, FindingKind::StuckChain);
+            let stuck = what(&summary, WarningKind::StuckChain);
             assert!(!stuck.contains("far below"), "{name}, {seed}: {summary}");
             stuck
         };
@@ -302,9 +302,9 @@ fn no_chain_is_called_stuck_for_nothing() {
     }
     let (narrow, wide) = ([0.0; 12], [100.0; 12]);
     let summary = from(&[&narrow, &wide, &wide, &narrow], 300, &wide_and_narrow()).summary();
-    assert_eq!(what(&summary, FindingKind::StuckChain), "", "{summary}");
-    assert_ne!(what(&summary, FindingKind::Modes), "", "{summary}");
+    assert_eq!(what(&summary, WarningKind::StuckChain), "", "{summary}");
+    assert_ne!(what(&summary, WarningKind::Modes), "", "{summary}");
     let (low, high): (&[f64], &[f64]) = (&[0.0, 0.0], &[7f64.ln(), 0.0]);
     let summary = from(&[low, high, high, low], 300, &heaps(-8.0)).summary();
-    assert_eq!(what(&summary, FindingKind::StuckChain), "", "{summary}");
+    assert_eq!(what(&summary, WarningKind::StuckChain), "", "{summary}");
 }

@@ -2,23 +2,24 @@
 
 use rayon::prelude::*;
 
-use super::{FindingKind, Found, Names, list};
-use crate::Role;
+use super::list::{Names, WarningKind, Warnings};
 use crate::diagnostics::Modes;
+use crate::entry::Role;
 use crate::group::Values;
 use crate::posterior::Posterior;
-use crate::summary::{SummaryRow, cell};
+use crate::posterior::SummaryRow;
+use crate::words::{cell, list};
 
 /// Separate modes, by the place of the number that has them.
 pub(super) type Separate = Vec<(String, Modes)>;
 
 /// What can be seen of each chain, and of each draw.
-pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], found: &mut Found) {
+pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], warnings: &mut Warnings) {
     let runs = &posterior.chains.chains;
     for (chain, run) in runs.iter().enumerate() {
         if let Some(reason) = &run.stopped {
-            found.say(
-                FindingKind::Stopped,
+            warnings.add(
+                WarningKind::Stopped,
                 &format!("Chain {chain} ended after {} draws: ", run.len()),
                 reason,
                 "All chains were cut to the shortest; mend the cause and run again before \
@@ -28,8 +29,8 @@ pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], found: &mut Found
     }
 
     if posterior.is_foreign {
-        found.say(
-            FindingKind::OtherDensity,
+        warnings.add(
+            WarningKind::OtherDensity,
             "The draws are of another density",
             " than this model's",
             "Right for held-out data; otherwise give the model and the data that they were drawn \
@@ -38,8 +39,8 @@ pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], found: &mut Found
     }
 
     let not_finite = rows.iter().filter(|r| !r.mean.is_finite()).map(|r| r.name.clone());
-    found.say(
-        FindingKind::NotFinite,
+    warnings.add(
+        WarningKind::NotFinite,
         "Some draws are NaN or infinite: ",
         &list(not_finite),
         "Look for a logarithm, root or division at the edge of its domain",
@@ -52,21 +53,21 @@ pub(super) fn compare(
     rows: &[SummaryRow],
     modes: &Separate,
     names: &Names,
-    found: &mut Found,
+    warnings: &mut Warnings,
 ) {
     let runs = &posterior.chains.chains;
     let mut split: Vec<&SummaryRow> = rows.iter().filter(|r| r.rhat > 1.01).collect();
     split.sort_by(|a, b| b.rhat.total_cmp(&a.rhat));
-    found.say(
-        FindingKind::Disagreement,
+    warnings.add(
+        WarningKind::Disagreement,
         "The chains do not agree yet (R-hat above 1.01): ",
         &list(split.iter().map(|r| format!("{} ({:.3})", r.name, r.rhat))),
         "Run longer; if that does not help, look for several modes or parameters that only act \
          together, and reparametrise or give stronger priors",
     );
 
-    found.say(
-        FindingKind::Modes,
+    warnings.add(
+        WarningKind::Modes,
         "The posterior seems to have several modes: ",
         &list(modes.iter().map(|(place, modes)| in_words(names.shown(place), modes))),
         "The share of draws in a mode is where the chains began, not its probability: take the \
@@ -78,8 +79,8 @@ pub(super) fn compare(
     let moves = |r: &&SummaryRow| r.q05 != r.q95 || r.sd.is_nan();
     let unknown =
         rows.iter().filter(|r| r.mean.is_finite() && (r.rhat.is_nan() || r.ess().is_nan()));
-    found.say(
-        FindingKind::FewEffectiveDraws,
+    warnings.add(
+        WarningKind::FewEffectiveDraws,
         &format!(
             "{} draws a chain are too few to tell whether these can be relied on: ",
             posterior.posterior.draws
@@ -91,8 +92,8 @@ pub(super) fn compare(
     let enough = 100.0 * runs.len() as f64;
     let mut few: Vec<&SummaryRow> = rows.iter().filter(|r| r.ess() < enough).collect();
     few.sort_by(|a, b| a.ess().total_cmp(&b.ess()));
-    found.say(
-        FindingKind::FewEffectiveDraws,
+    warnings.add(
+        WarningKind::FewEffectiveDraws,
         &format!("Effective sample size below {enough:.0} (100 per chain): "),
         &list(few.iter().map(|r| format!("{} ({:.0})", r.name, r.ess()))),
         "Draw more; means, intervals and R-hat of these are not reliable",
