@@ -10,6 +10,7 @@ mod curve_file;
 mod discretisation;
 mod increment;
 mod memory;
+mod parts;
 #[expect(clippy::module_inception, reason = "the room is named after what it is for")]
 mod problem;
 mod run;

@@ -26,8 +26,8 @@ pub(super) struct Contents {
 /// Corner nodes (positions) of an element, its elementary tag and its physical groups.
 pub(super) struct Element<const N: usize> {
     nodes: [u32; N],
-    pub(super) entity: i32,
-    pub(super) groups: Vec<i32>,
+    entity: i32,
+    groups: Vec<i32>,
 }
 
 /// Reads `$PhysicalNames`, text in both kinds of files.
@@ -147,12 +147,13 @@ impl Contents {
             tets.push(if volume < 0.0 { [b, a, c, d] } else { [a, b, c, d] });
         }
 
+        let volumes = self.tets.iter().map(|tet| (tet.entity, tet.groups.as_slice()));
         let mut mesh = TetMesh {
+            grain_of: grains::numbers(volumes),
             nodes: self.points,
             tets,
             region_of,
             regions: regions.into_iter().map(|(name, _)| name).collect(),
-            grain_of: grains::numbers(&self.tets),
             surfaces: BTreeMap::new(),
         };
         let outward: HashMap<[u32; 3], [u32; 3]> =

@@ -5,7 +5,6 @@
 
 use std::collections::BTreeSet;
 
-use super::elements::Element;
 use crate::mesh::TetMesh;
 
 /// The elementary tag of each tetrahedron; the first that is too large for the format, if one is.
@@ -18,16 +17,18 @@ pub(super) fn tags(mesh: &TetMesh) -> Result<Vec<i32>, usize> {
     mesh.region_of.iter().enumerate().map(tag).collect()
 }
 
-/// The grain number of each tetrahedron, where all tags are of that form and tell at least two
-/// numbers: those of other programs do not.
-pub(super) fn numbers(tets: &[Element<4>]) -> Option<Vec<u32>> {
-    let groups: BTreeSet<i32> = tets.iter().flat_map(|tet| tet.groups.iter().copied()).collect();
+/// The grain number of each tetrahedron, from its tag and its physical groups, where all tags are of
+/// that form and tell at least two numbers: those of other programs do not.
+pub(super) fn numbers<'a>(
+    volumes: impl Iterator<Item = (i32, &'a [i32])> + Clone,
+) -> Option<Vec<u32>> {
+    let groups: BTreeSet<i32> = volumes.clone().flat_map(|(_, groups)| groups).copied().collect();
     let regions = i32::try_from(groups.len()).ok().filter(|&regions| regions > 0)?;
-    let number = |tet: &Element<4>| {
-        let from_zero = tet.entity.checked_sub(1).filter(|&tag| tag >= 0)?;
-        let fits = tet.groups == [from_zero % regions + 1];
+    let number = |(tag, groups): (i32, &[i32])| {
+        let from_zero = tag.checked_sub(1).filter(|&tag| tag >= 0)?;
+        let fits = groups == [from_zero % regions + 1];
         u32::try_from(from_zero / regions).ok().filter(|_| fits)
     };
-    let numbers = tets.iter().map(number).collect::<Option<Vec<u32>>>()?;
+    let numbers = volumes.map(number).collect::<Option<Vec<u32>>>()?;
     numbers.iter().any(|number| *number != numbers[0]).then_some(numbers)
 }
