@@ -8,6 +8,7 @@ mod compression_test;
 mod curve;
 mod curve_file;
 mod discretisation;
+mod fingerprint;
 mod increment;
 mod memory;
 mod parts;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::checkpoint::Fingerprint;
+use super::fingerprint::Fingerprint;
 use super::schedule::{Schedule, check_arc_length};
 use crate::boundary::Conditions;
 use crate::element::Order;
