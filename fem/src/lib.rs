@@ -53,19 +53,20 @@
 //!
 //! From the ground up; an import goes down only, and no two files import each other.
 //!
-//! 1. `error` what can be wrong, with its source
-//! 2. `file` files that are written whole or not at all
-//! 3. `fields` displacement and damage at the nodes
-//! 4. `mesh` tetrahedra with named regions and surfaces, Gmsh and ParaView files
-//! 5. `specimen` grains, packings and their labels
-//! 6. `element` linear and quadratic tetrahedra, quadrature, the space on a mesh
-//! 7. `material` laws, damage, and what they give at a point
-//! 8. `operator` residual and tangent of a whole mesh, bounds of the unknowns
-//! 9. `solve` Newton, alternate minimisation, arc length, contact passes, linear solvers
-//! 10. `boundary` conditions, loads, platens and contact
-//! 11. `problem` a problem, its load steps, curves and checkpoints
-//! 12. `ensemble` many runs in a directory
-//! 13. `bench` what the bench of the engine times (feature `bench-internals`)
+//! 1. `error`: what can be wrong, with its source
+//! 2. `file`: files that are written whole or not at all
+//! 3. `fields`: displacement and damage at the nodes
+//! 4. `mesh`: tetrahedra with named regions and surfaces, Gmsh and ParaView files
+//! 5. `specimen`: grains, packings and their labels
+//! 6. `element`: linear and quadratic tetrahedra, quadrature, the space on a mesh
+//! 7. `material`: laws, damage, and what they give at a point
+//! 8. `operator`: residual and tangent of a whole mesh, bounds of the unknowns
+//! 9. `solve`: Newton, alternate minimisation, arc length, contact passes, linear solvers
+//! 10. `boundary`: conditions, loads, platens and contact
+//! 11. `problem`: a problem, its load steps, curves and checkpoints
+//! 12. `ensemble`: many runs in a directory
+//! 13. `bench`: what the bench of the engine times (feature `bench-internals`)
+//! 14. `equations`: a page of text
 
 #[cfg(feature = "bench-internals")]
 pub mod bench;
