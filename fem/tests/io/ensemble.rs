@@ -1,4 +1,4 @@
-//! Campaigns: nothing lost, nothing made twice, whatever happens to the process.
+//! Ensembles: nothing lost, nothing made twice, whatever happens to the process.
 
 use std::collections::BTreeSet;
 use std::fs::{self, OpenOptions};
@@ -77,7 +77,7 @@ fn records_do_not_depend_on_the_number_of_threads_and_are_not_made_again() {
 }
 
 #[test]
-fn failures_are_recorded_with_their_reason_and_the_campaign_goes_on() {
+fn failures_are_recorded_with_their_reason_and_the_ensemble_goes_on() {
     let dir = tempfile::tempdir().unwrap();
     let failure = || FemError::Platens("no platen");
     let job = |run: &RunInput, _: &dyn Fn(f64)| match run.id {
@@ -121,7 +121,7 @@ fn failures_are_recorded_with_their_reason_and_the_campaign_goes_on() {
 }
 
 #[test]
-fn an_interrupted_campaign_resumes() {
+fn an_interrupted_ensemble_resumes() {
     let dir = tempfile::tempdir().unwrap();
     let interrupt = AtomicBool::new(false);
     let job = |run: &RunInput, share: &dyn Fn(f64)| {
@@ -199,7 +199,7 @@ fn progress_is_told_and_damaged_files_are_made_again() {
 }
 
 #[test]
-fn other_campaigns_and_other_designs_are_refused() {
+fn other_ensembles_and_other_designs_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let mut runs = runs(2);
     in_directory(dir.path()).run(&runs, &NAMES, 1, &simple, &(), &NEVER).unwrap();
