@@ -1,7 +1,7 @@
 //! Lengths in the type, or in a number.
 
 use super::family::{Array, Family, Iid};
-use crate::record::{Datum, Record};
+use crate::record::{Datum, Recordable};
 use crate::scalar::Scalar;
 
 /// How far from 1 the sum of probabilities or shares may be.
@@ -17,7 +17,7 @@ pub(super) const TOLERANCE: f64 = 1e-8;
 )]
 pub trait Vector<R> {
     /// The same container for elements of type `T`.
-    type Of<T: Clone + Record>: Clone + Record + AsRef<[T]> + AsMut<[T]>;
+    type Of<T: Clone + Recordable>: Clone + Recordable + AsRef<[T]> + AsMut<[T]>;
 
     /// Number of elements.
     fn size(&self) -> usize;
@@ -26,11 +26,11 @@ pub trait Vector<R> {
     fn at(&self, i: usize) -> R;
 
     /// Copies of `value` in the same container.
-    fn filled<T: Copy + Record>(&self, value: T) -> Self::Of<T>;
+    fn filled<T: Copy + Recordable>(&self, value: T) -> Self::Of<T>;
 }
 
 impl<R, V: Datum<R>, const N: usize> Vector<R> for [V; N] {
-    type Of<T: Clone + Record> = [T; N];
+    type Of<T: Clone + Recordable> = [T; N];
 
     fn size(&self) -> usize {
         N
@@ -41,13 +41,13 @@ impl<R, V: Datum<R>, const N: usize> Vector<R> for [V; N] {
         self[i].lift()
     }
 
-    fn filled<T: Copy + Record>(&self, value: T) -> [T; N] {
+    fn filled<T: Copy + Recordable>(&self, value: T) -> [T; N] {
         [value; N]
     }
 }
 
 impl<R, V: Datum<R>> Vector<R> for [V] {
-    type Of<T: Clone + Record> = Vec<T>;
+    type Of<T: Clone + Recordable> = Vec<T>;
 
     fn size(&self) -> usize {
         self.len()
@@ -58,13 +58,13 @@ impl<R, V: Datum<R>> Vector<R> for [V] {
         self[i].lift()
     }
 
-    fn filled<T: Copy + Record>(&self, value: T) -> Vec<T> {
+    fn filled<T: Copy + Recordable>(&self, value: T) -> Vec<T> {
         vec![value; self.len()]
     }
 }
 
 impl<R, V: Datum<R>> Vector<R> for Vec<V> {
-    type Of<T: Clone + Record> = Vec<T>;
+    type Of<T: Clone + Recordable> = Vec<T>;
 
     fn size(&self) -> usize {
         self.len()
@@ -75,13 +75,13 @@ impl<R, V: Datum<R>> Vector<R> for Vec<V> {
         self[i].lift()
     }
 
-    fn filled<T: Copy + Record>(&self, value: T) -> Vec<T> {
+    fn filled<T: Copy + Recordable>(&self, value: T) -> Vec<T> {
         vec![value; self.len()]
     }
 }
 
 impl<R, V: Vector<R> + ?Sized> Vector<R> for &V {
-    type Of<T: Clone + Record> = V::Of<T>;
+    type Of<T: Clone + Recordable> = V::Of<T>;
 
     fn size(&self) -> usize {
         (**self).size()
@@ -92,7 +92,7 @@ impl<R, V: Vector<R> + ?Sized> Vector<R> for &V {
         (**self).at(i)
     }
 
-    fn filled<T: Copy + Record>(&self, value: T) -> V::Of<T> {
+    fn filled<T: Copy + Recordable>(&self, value: T) -> V::Of<T> {
         (**self).filled(value)
     }
 }
@@ -108,7 +108,7 @@ pub trait Repeated<R: Scalar>: Family {
     type Element;
 
     /// An array or a `Vec`.
-    type Values: Clone + Record + AsRef<[R]> + AsMut<[R]>;
+    type Values: Clone + Recordable + AsRef<[R]> + AsMut<[R]>;
 
     /// The distribution of each.
     fn element(&self) -> &Self::Element;

@@ -5,7 +5,7 @@ mod angles;
 mod partials;
 
 use crate::density::DomainError;
-use crate::record::{Datum, Record};
+use crate::record::{Datum, Recordable};
 use crate::scalar::Scalar;
 
 pub(crate) use angles::Angles;
@@ -178,7 +178,7 @@ impl<R: Scalar, T: Datum<R>, const K: usize> Datum<CholeskyFactor<R, K>> for Cho
     }
 }
 
-impl<R: Record + Scalar, const K: usize> Record for CholeskyFactor<R, K> {
+impl<R: Recordable + Scalar, const K: usize> Recordable for CholeskyFactor<R, K> {
     fn shape(&self) -> Vec<usize> {
         vec![K, K]
     }
