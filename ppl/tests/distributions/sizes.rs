@@ -134,7 +134,7 @@ fn sizes_that_do_not_fit_are_refused_in_words() {
     );
     let joint = MvNormalCholesky(vec![0.0; 3], &factor);
     let error = Distribution::<f64>::validate(&joint).unwrap_err();
-    assert_eq!((error.distribution, error.value), ("MvNormalCholesky".into(), 3.0));
+    assert_eq!((error.distribution, error.value), ("MvNormalCholesky", 3.0));
     let misfit: f64 = MvNormalCholesky(vec![0.0; 2], &factor).ln_density(&vec![0.1; 3]);
     assert_eq!(misfit, f64::NEG_INFINITY);
     let other: Dual<1> =
