@@ -117,11 +117,11 @@ fn sizes_that_do_not_fit_are_refused_in_words() {
     let message = |result: Result<_, ppl::DomainError>| result.unwrap_err().to_string();
     let lengths = "that of the rows, 2, got 3";
     assert_eq!(
-        message(factor.scale_rows(&[1.0; 3][..])),
+        message(factor.scale_rows(&[1.0; 3])),
         format!("DynCholeskyFactor: number of scales must be {lengths}")
     );
     assert_eq!(
-        message(factor.solve_lower(&[1.0; 3][..]).map(|_| factor.clone())),
+        message(factor.solve_lower(&[1.0; 3]).map(|_| factor.clone())),
         format!("DynCholeskyFactor: length of b must be {lengths}")
     );
     assert_eq!(
