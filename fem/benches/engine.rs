@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use fem::LinearScheme::{self, Auto, Direct, Multigrid};
 use fem::{
-    CompressionTest, CurvePoint, CylinderLattice, ElasticLaw, Fields, Loading, Material, Order,
+    CompressionTest, CurvePoint, CylinderLattice, Fields, Fracture, Loading, Material, Order,
     PhaseField, SolverOptions, Stepping,
 };
 
@@ -91,14 +91,11 @@ fn test(
     linear: LinearScheme,
 ) -> Result<CompressionTest, Failure> {
     let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm }.build()?;
-    let matrix = Material {
-        law: ElasticLaw::Hencky,
-        young_mpa: 275.0,
-        poisson: 0.25,
-        toughness_n_per_mm: Some(0.0025),
+    let matrix = Material::hencky(275.0, 0.25).with_fracture(Fracture {
+        toughness_n_per_mm: 0.0025,
         viscosity_mpa_s: 0.3,
         residual_stiffness: 0.01,
-    };
+    });
     let field = PhaseField::new(0.06);
     let loading = Loading {
         displacement_mm: 0.22,

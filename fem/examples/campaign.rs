@@ -14,7 +14,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use fem::{
-    Campaign, CampaignProgress, CompressionTest, CylinderLattice, ElasticLaw, Loading, Material,
+    Campaign, CampaignProgress, CompressionTest, CylinderLattice, Fracture, Loading, Material,
     Order, Packing, PhaseField, RunInput, RunRecord, RunStatus, SolverOptions, Stepping, label,
 };
 
@@ -41,15 +41,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let regions = mesh.regions.len();
     let materials = move |inputs: &[f64]| {
-        let matrix = Material {
-            young_mpa: inputs[0],
+        let fracture = |toughness_n_per_mm| Fracture {
+            toughness_n_per_mm,
             viscosity_mpa_s: inputs[1],
-            toughness_n_per_mm: Some(inputs[2]),
             residual_stiffness: 0.01,
-            ..Material::elastic(ElasticLaw::Hencky, 275.0, 0.25)
         };
-        let grain =
-            Material { young_mpa: 22_000.0, toughness_n_per_mm: Some(3.5), ..matrix.clone() };
+        let matrix = Material::hencky(inputs[0], 0.25).with_fracture(fracture(inputs[2]));
+        let grain = Material::hencky(22_000.0, 0.25).with_fracture(fracture(3.5));
         [matrix, grain][..regions].to_vec()
     };
     let loading = Loading {

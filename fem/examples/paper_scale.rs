@@ -33,7 +33,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use fem::{
-    CompressionTest, CurvePoint, CylinderLattice, ElasticLaw, Fields, Loading, Material, Order,
+    CompressionTest, CurvePoint, CylinderLattice, Fields, Fracture, Loading, Material, Order,
     Packing, PhaseField, SizeClass, SolverOptions, Stepping, label,
 };
 
@@ -67,16 +67,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     line("mesh_and_labels", clock.elapsed().as_secs_f64(), "s");
     line("tetrahedra", mesh.tets.len() as f64, "1");
 
-    let matrix = Material {
-        toughness_n_per_mm: Some(0.0025),
+    let fracture = |toughness_n_per_mm| Fracture {
+        toughness_n_per_mm,
         viscosity_mpa_s: 0.3,
         residual_stiffness: 0.01,
-        ..Material::elastic(ElasticLaw::Hencky, 275.0, 0.25)
     };
-    let grain = Material {
-        toughness_n_per_mm: Some(3.5),
-        ..Material { young_mpa: 22_000.0, ..matrix.clone() }
-    };
+    let matrix = Material::hencky(275.0, 0.25).with_fracture(fracture(0.0025));
+    let grain = Material::hencky(22_000.0, 0.25).with_fracture(fracture(3.5));
     let loading = Loading {
         displacement_mm: DISPLACEMENT_MM,
         duration_s: 1.0,

@@ -30,19 +30,16 @@
 //!
 //! ```
 //! use fem::{
-//!     CompressionTest, CylinderLattice, ElasticLaw, Loading, Material, Order, PhaseField,
+//!     CompressionTest, CylinderLattice, Fracture, Loading, Material, Order, PhaseField,
 //!     SolverOptions, Stepping,
 //! };
 //!
 //! let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
-//! let matrix = Material {
-//!     law: ElasticLaw::Hencky,
-//!     young_mpa: 275.0,
-//!     poisson: 0.25,
-//!     toughness_n_per_mm: Some(0.0025),
+//! let matrix = Material::hencky(275.0, 0.25).with_fracture(Fracture {
+//!     toughness_n_per_mm: 0.0025,
 //!     viscosity_mpa_s: 0.3,
 //!     residual_stiffness: 0.01,
-//! };
+//! });
 //! let damage = PhaseField::new(0.06);
 //! let loading = Loading {
 //!     displacement_mm: 0.22,
@@ -78,8 +75,9 @@ pub use element::{Order, PointValues};
 pub use error::FemError;
 pub use fields::Fields;
 pub use material::{
-    CrackDensity, DamageQuadrature, ElasticLaw, HyperelasticLaw, Irreversibility, Material,
-    MooneyRivlin, Ogden, PhaseField, PrincipalStrain, SaintVenantKirchhoff, Split, UserLaw,
+    CrackDensity, DamageQuadrature, Elasticity, Fracture, HyperelasticLaw, Irreversibility,
+    Material, MooneyRivlin, Ogden, PhaseField, PrincipalStrain, SaintVenantKirchhoff, Split,
+    UserLaw,
 };
 pub use num_dual::DualNum;
 pub use problem::{

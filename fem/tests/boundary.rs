@@ -3,8 +3,8 @@
 mod support;
 
 use fem::{
-    Axis, Conditions, ElasticLaw, End, FemError, Material, Order, Outcome, Problem, Schedule,
-    SolverOptions, Stepping, TetMesh,
+    Axis, Conditions, End, FemError, Material, Order, Outcome, Problem, Schedule, SolverOptions,
+    Stepping, TetMesh,
 };
 use support::{HEIGHT, prism};
 
@@ -36,7 +36,7 @@ fn block(n: usize) -> TetMesh {
 const FACES: [&str; 6] = ["left", "right", "front", "back", "bottom", "top"];
 
 fn rubber() -> Vec<Material> {
-    vec![Material::elastic(ElasticLaw::Hencky, 10.0, 0.3)]
+    vec![Material::hencky(10.0, 0.3)]
 }
 
 fn steps(n: u32) -> Schedule {
@@ -110,7 +110,7 @@ fn a_traction_gives_the_stretch_of_the_closed_form() {
 fn a_column_under_its_own_weight_settles_as_the_integral_says() {
     // ν = 0: P(z) = −ρ g (H − z) = E ln λ / λ at each height; u_z(H) = ∫ λ − 1 dz
     let weight = 0.2;
-    let material = vec![Material::elastic(ElasticLaw::Hencky, 10.0, 0.0)];
+    let material = vec![Material::hencky(10.0, 0.0)];
     let conditions = Conditions::new()
         .symmetry("left")
         .symmetry("front")

@@ -2,7 +2,7 @@
 
 mod support;
 
-use fem::{DamageQuadrature, End, Fields, Material, Order, Outcome, PhaseField, Split};
+use fem::{DamageQuadrature, End, Fields, Fracture, Material, Order, Outcome, PhaseField, Split};
 use support::{grain, loading, matrix, phase_field, prism, test};
 
 fn composite(displacement: f64, steps: u32, materials: Vec<Material>) -> Outcome {
@@ -40,11 +40,15 @@ fn the_defect_of_the_energy_balance_halves_with_the_step() {
 fn forces_scale_with_the_parameters() {
     // definitions 3.3: E of both phases, Gc and ξ times s give s times the force
     let s = 1.7;
-    let scale = |m: Material| Material {
-        young_mpa: s * m.young_mpa,
-        toughness_n_per_mm: m.toughness_n_per_mm.map(|gc| s * gc),
-        viscosity_mpa_s: s * m.viscosity_mpa_s,
-        ..m
+    let scale = |m: Material| {
+        let f = m.fracture.expect("the baseline breaks");
+        Material::hencky(s * m.elasticity.young_mpa(), m.elasticity.poisson()).with_fracture(
+            Fracture {
+                toughness_n_per_mm: s * f.toughness_n_per_mm,
+                viscosity_mpa_s: s * f.viscosity_mpa_s,
+                ..f
+            },
+        )
     };
     let base = composite(0.2, 20, vec![matrix(), grain()]);
     let scaled = composite(0.2, 20, vec![scale(matrix()), scale(grain())]);
@@ -87,7 +91,7 @@ fn quadratic_elements_are_softer_than_linear_ones_and_agree_with_a_finer_mesh() 
 #[test]
 fn a_region_without_toughness_carries_no_damage() {
     let mesh = prism(3, true);
-    let hard = Material { toughness_n_per_mm: None, ..grain() };
+    let hard = Material { fracture: None, ..grain() };
     let field = phase_field(Split::None);
     let run = |order, quadrature| {
         let field = PhaseField { quadrature, length_mm: 0.5, ..field };

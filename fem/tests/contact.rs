@@ -3,8 +3,8 @@
 mod support;
 
 use fem::{
-    Axis, Conditions, ElasticLaw, End, Friction, Material, Order, Platen, Platens, Problem,
-    Schedule, SolverOptions, Stepping,
+    Axis, Conditions, End, Friction, Material, Order, Platen, Platens, Problem, Schedule,
+    SolverOptions, Stepping,
 };
 use support::block::{block, even};
 use support::hertz::hertz;
@@ -15,7 +15,7 @@ fn steps(n: u32) -> Schedule {
 }
 
 fn soft(young_mpa: f64, poisson: f64) -> Vec<Material> {
-    vec![Material::elastic(ElasticLaw::Hencky, young_mpa, poisson)]
+    vec![Material::hencky(young_mpa, poisson)]
 }
 
 #[test]
@@ -186,7 +186,7 @@ fn platens_press_stiff_grains_from_the_first_increment_on() {
         fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 0.6 }.build().unwrap();
     let grains = fem::Packing::new(0.15, 3).fill(2.5, 4.4).expect("a packing");
     fem::label(&mut mesh, &grains);
-    let solids = [275.0, 22_000.0].map(|young| Material::elastic(ElasticLaw::Hencky, young, 0.25));
+    let solids = [275.0, 22_000.0].map(|young| Material::hencky(young, 0.25));
     let way = loading(0.05, 0.25, 2);
     let test = support::test(mesh, Order::Linear, solids.to_vec(), None, way, 1e-8);
     let sliding = test.run(&mut ()).curve[1].force_n;

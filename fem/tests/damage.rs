@@ -5,9 +5,9 @@ mod support;
 use std::ops::ControlFlow;
 
 use fem::{
-    Axis, CompressionTest, Conditions, CrackDensity, CurvePoint, DamageQuadrature, ElasticLaw, End,
-    Fields, Irreversibility, Material, Order, PhaseField, Problem, SaintVenantKirchhoff, Schedule,
-    Scheme, SolverOptions, Split, Stepping,
+    Axis, CompressionTest, Conditions, CrackDensity, CurvePoint, DamageQuadrature, End, Fields,
+    Fracture, Irreversibility, Material, Order, PhaseField, Problem, SaintVenantKirchhoff,
+    Schedule, Scheme, SolverOptions, Split, Stepping,
 };
 use support::column::{layers, snap_back};
 use support::{HEIGHT, RADIUS, grain, loading, matrix, phase_field, prism, test};
@@ -15,7 +15,7 @@ use support::{HEIGHT, RADIUS, grain, loading, matrix, phase_field, prism, test};
 const LENGTH: f64 = 0.06;
 
 fn brittle() -> Material {
-    Material { viscosity_mpa_s: 0.0, residual_stiffness: 0.0, ..matrix() }
+    matrix().with_fracture(Fracture::new(0.0025))
 }
 
 fn area() -> f64 {
@@ -255,10 +255,7 @@ fn the_damage_around_a_crack_has_its_closed_form() {
         let levels: Vec<f64> = (0..=cells).map(|k| size * f64::from(k)).collect();
         let mesh = layers(&levels);
         let nodes = mesh.nodes.clone();
-        let material = Material {
-            toughness_n_per_mm: Some(toughness),
-            ..Material::elastic(ElasticLaw::Hencky, 100.0, 0.2)
-        };
+        let material = Material::hencky(100.0, 0.2).with_fracture(Fracture::new(toughness));
         let field = PhaseField { model, ..PhaseField::new(length) };
         let conditions = Conditions::new()
             .fix("bottom", [Axis::X, Axis::Y, Axis::Z])

@@ -5,7 +5,7 @@
 
 mod support;
 
-use fem::{DamageQuadrature, ElasticLaw, Material, Order, PhaseField, Split};
+use fem::{DamageQuadrature, Fracture, Material, Order, PhaseField, Split};
 use support::{HEIGHT, RADIUS, loading, matrix, peak, phase_field, prism, test};
 
 const LENGTH: f64 = 0.06;
@@ -27,15 +27,19 @@ struct Oracle {
 }
 
 impl Oracle {
+    fn fracture(&self) -> Fracture {
+        self.material.fracture.expect("a material that breaks")
+    }
+
     fn degradation(&self, phi: f64) -> f64 {
-        let eta = self.material.residual_stiffness;
+        let eta = self.fracture().residual_stiffness;
         (1.0 - eta) * (1.0 - phi) * (1.0 - phi) + eta
     }
 
     /// (axial Kirchhoff stress, ψ⁺) with the lateral stress zero.
     fn state(&self, e: f64, phi: f64) -> (f64, f64) {
-        let (young, nu, g) =
-            (self.material.young_mpa, self.material.poisson, self.degradation(phi));
+        let elasticity = &self.material.elasticity;
+        let (young, nu, g) = (elasticity.young_mpa(), elasticity.poisson(), self.degradation(phi));
         match self.split {
             Split::None => (g * young * e, 0.5 * young * e * e),
             Split::Spectral => {
@@ -62,9 +66,9 @@ impl Oracle {
 
     /// ξ φ̇ = 2 (1 − η)(1 − φ) ψ⁺ − Gc/ℓ₀ φ.
     fn damage_force(&self, displacement: f64, phi: f64) -> f64 {
-        let m = &self.material;
+        let m = self.fracture();
         let psi = self.state(strain(displacement).0, phi).1;
-        let resistance = m.toughness_n_per_mm.expect("a toughness") / LENGTH;
+        let resistance = m.toughness_n_per_mm / LENGTH;
         2.0 * (1.0 - m.residual_stiffness) * (1.0 - phi) * psi - resistance * phi
     }
 
@@ -77,7 +81,7 @@ impl Oracle {
                 let u = total * f64::from(k) / f64::from(steps);
                 let old = phi;
                 let balance = |phi: f64| {
-                    self.damage_force(u, phi) - self.material.viscosity_mpa_s * (phi - old) / dt
+                    self.damage_force(u, phi) - self.fracture().viscosity_mpa_s * (phi - old) / dt
                 };
                 let (mut low, mut high) = (0.0, 1.0);
                 for _ in 0..100 {
@@ -94,7 +98,7 @@ impl Oracle {
         let steps = 20_000;
         let h = duration / f64::from(steps);
         let rate = |t: f64, phi: f64| {
-            self.damage_force(total * t / duration, phi) / self.material.viscosity_mpa_s
+            self.damage_force(total * t / duration, phi) / self.fracture().viscosity_mpa_s
         };
         let (mut phi, mut best) = (0.0, [0.0; 3]);
         for k in 0..steps {
@@ -129,7 +133,7 @@ fn elastic_force_is_exact_for_both_elements_and_laws() {
         assert!((last.elastic_n_mm - energy).abs() < 1e-9 * energy);
     }
     // neo-Hookean: the lateral stretch s solves μ (s² − 1) + λ ln(s² stretch) = 0
-    let soft = Material { law: ElasticLaw::NeoHookean, ..matrix() };
+    let soft = Material::neo_hookean(275.0, 0.25);
     let (mu, lame) = (110.0, 110.0);
     let (mut low, mut high) = (1.0f64, 1.1f64);
     for _ in 0..100 {
@@ -232,8 +236,8 @@ fn viscous_peak_with_the_volumetric_deviatoric_split() {
 #[test]
 fn rate_independent_damage_follows_its_closed_form() {
     // σ = E ε/(1 + E ε² ℓ₀/Gc)² with φ = E ε²/(E ε² + Gc/ℓ₀): exact for η = 0, at every step
-    let brittle = Material { viscosity_mpa_s: 0.0, residual_stiffness: 0.0, ..matrix() };
-    let (young, toughness) = (brittle.young_mpa, 0.0025);
+    let brittle = matrix().with_fracture(Fracture::new(0.0025));
+    let (young, toughness) = (brittle.elasticity.young_mpa(), 0.0025);
     let critical = (toughness / (3.0 * LENGTH * young)).sqrt();
     let strength = 9.0 / 16.0 * young * critical;
     assert!((critical - 7.1067e-3).abs() < 5e-8 && (strength - 1.09932).abs() < 5e-6);
@@ -261,7 +265,8 @@ fn rate_independent_damage_follows_its_closed_form() {
 
 #[test]
 fn rate_independent_peak_with_residual_stiffness() {
-    let slow = Material { viscosity_mpa_s: 0.0, ..matrix() };
+    let slow =
+        matrix().with_fracture(Fracture { residual_stiffness: 0.01, ..Fracture::new(0.0025) });
     let outcome = test(
         prism(1, false),
         Order::Linear,

@@ -3,7 +3,7 @@
 mod support;
 
 use fem::{
-    Axis, Conditions, DamageQuadrature, ElasticLaw, Material, Order, PhaseField, Problem, Schedule,
+    Axis, Conditions, DamageQuadrature, Fracture, Material, Order, PhaseField, Problem, Schedule,
     SolverOptions, Stepping,
 };
 use support::block::{block, even};
@@ -45,9 +45,8 @@ fn the_error_in_time_is_of_first_order() {
     // uniform in space, so that nothing else errs: at rest, φ = 0.4 t² with the source that this needs
     let (toughness, length, viscosity) = (2.0, 0.5, 3.0);
     let exact = |t: f64| 0.4 * t * t;
-    let mut material = Material::elastic(ElasticLaw::Hencky, 10.0, 0.3);
-    material.toughness_n_per_mm = Some(toughness);
-    material.viscosity_mpa_s = viscosity;
+    let material = Material::hencky(10.0, 0.3)
+        .with_fracture(Fracture { viscosity_mpa_s: viscosity, ..Fracture::new(toughness) });
     let field = PhaseField { quadrature: DamageQuadrature::Consistent, ..PhaseField::new(length) };
     let ends = even(0.0, 1.0, 1);
     let error = |steps: u32| {

@@ -3,7 +3,7 @@
 mod support;
 
 use fem::{
-    CompressionTest, ElasticLaw, Loading, Material, Order, PhaseField, SolverOptions, Split,
+    CompressionTest, Fracture, Loading, Material, Order, PhaseField, SolverOptions, Split,
     Stepping, TetMesh,
 };
 use support::{grain, loading, matrix, phase_field, prism};
@@ -59,21 +59,27 @@ fn bad_input_is_refused_with_the_entity_and_the_mend() {
     check(refusal(overlapping), &["'bottom' and 'top' have nodes in common", "surface names"]);
     check(refusal(|i| i.materials.truncate(1)), &["1 materials for 2 regions", "matrix, grain"]);
     check(
-        refusal(|i| i.materials[0].young_mpa = -275.0),
+        refusal(|i| i.materials[0] = Material::hencky(-275.0, 0.25)),
         &["material.matrix", "young_mpa = -275", "positive"],
     );
-    check(refusal(|i| i.materials[1].poisson = 0.5), &["material.grain", "poisson = 0.5", "0.49"]);
     check(
-        refusal(|i| i.materials[1].toughness_n_per_mm = Some(0.0)),
-        &["toughness_n_per_mm = 0", "leave it out"],
+        refusal(|i| i.materials[1] = Material::hencky(275.0, 0.5)),
+        &["material.grain", "poisson = 0.5", "0.49"],
     );
-    check(refusal(|i| i.materials[0].viscosity_mpa_s = f64::NAN), &["viscosity_mpa_s = NaN"]);
+    let refused_fracture = |region: usize, fracture: Fracture| {
+        refusal(move |i| i.materials[region].fracture = Some(fracture))
+    };
+    check(refused_fracture(1, Fracture::new(0.0)), &["toughness_n_per_mm = 0", "leave it out"]);
     check(
-        refusal(|i| i.materials[0].residual_stiffness = 1.0),
+        refused_fracture(0, Fracture { viscosity_mpa_s: f64::NAN, ..Fracture::new(1.0) }),
+        &["viscosity_mpa_s = NaN"],
+    );
+    check(
+        refused_fracture(0, Fracture { residual_stiffness: 1.0, ..Fracture::new(1.0) }),
         &["residual_stiffness = 1", "[0, 1)"],
     );
     let unsplittable = |i: &mut Input| {
-        i.materials[0].law = ElasticLaw::NeoHookean;
+        i.materials[0].elasticity = Material::neo_hookean(275.0, 0.25).elasticity;
         i.field.split = Split::Spectral;
     };
     check(refusal(unsplittable), &["material.matrix", "no spectral split", "hencky"]);

@@ -174,7 +174,7 @@ fn other_materials_share_the_discretisation_and_threads_change_nothing() {
         loading(0.2, 1.0, 10),
         1e-8,
     );
-    let stiffer = Material { young_mpa: 290.0, ..matrix() };
+    let stiffer = Material { elasticity: Material::hencky(290.0, 0.25).elasticity, ..matrix() };
     let other = base.with_materials(vec![stiffer.clone(), grain()]).expect("valid materials");
     let fresh = test(
         prism(2, true),
@@ -192,7 +192,7 @@ fn other_materials_share_the_discretisation_and_threads_change_nothing() {
     assert_eq!(a.curve, c.curve);
     assert_eq!(a.fields, c.fields);
     let elastic = base
-        .with_materials(vec![matrix(), Material { toughness_n_per_mm: None, ..grain() }])
+        .with_materials(vec![matrix(), Material { fracture: None, ..grain() }])
         .expect("valid materials");
     assert!(elastic.unknowns() < base.unknowns(), "the grains' inner nodes lose their damage");
 }

@@ -34,7 +34,7 @@
 //! # What is here
 //! - **Models**: [`model!`], or the trait [`Model`] by hand; [`Bound`] is a model with its data.
 //! - **Distributions**, one type each, with the variations of [`Family`]: `.iid(n)`,
-//!   `.array::<N>()`, `.truncate(a..b)`, `.ordered()`, `.sum_to_zero()`. An own one implements
+//!   `.array::<N>()`, `.truncate(a..b)`, `.ordered()`. An own one implements
 //!   [`Distribution`].
 //! - **Derivatives**: exact, by reverse mode; own functions enter as [`Differentiable`].
 //! - **Samplers**: [`Nuts`]; without gradients [`Metropolis`], and [`DelayedAcceptance`], which a
@@ -73,6 +73,7 @@ mod model;
 mod ode;
 mod operand;
 mod optimize;
+mod parameter;
 mod partials;
 mod posterior;
 mod power_scaling;
@@ -107,6 +108,7 @@ pub use ln_sum_exp::ln_sum_exp;
 pub use model::{Context, Model};
 pub use ode::{Ode, Solution};
 pub use optimize::{Laplace, Map, Mode, OptimizeError};
+pub use parameter::Parameter;
 pub use partials::Partials;
 pub use posterior::{DivergentPoint, Posterior, PosteriorError};
 pub use power_scaling::{PowerScaling, PowerScalingError, Sensitivity, SensitivityRow};
@@ -135,6 +137,7 @@ pub mod prelude {
     pub use crate::dot::dot;
     pub use crate::ln_sum_exp::ln_sum_exp;
     pub use crate::optimize::Map;
+    pub use crate::parameter::Parameter;
     pub use crate::sampler::{DelayedAcceptance, Metropolis, Nuts};
     pub use crate::scalar::Scalar;
     pub use crate::{LogDensity, Real, model};
@@ -144,7 +147,7 @@ pub mod prelude {
 #[doc(hidden)]
 pub mod __private {
     pub use crate::accumulator::At;
-    pub use crate::distribution::{add_terms, constrain, ln_probability};
+    pub use crate::distribution::{add_terms, constrain};
     pub use crate::literal::literal;
     pub use crate::operand::{Apart, Number, Of, Other, Together};
     pub use crate::terms::Settled;

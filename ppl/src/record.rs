@@ -6,8 +6,8 @@
 #[diagnostic::on_unimplemented(
     message = "`{Self}` fits neither the values nor the parameters of this distribution",
     label = "needed: something that can be read as `{V}`",
-    note = "numbers are `f64` (write `1.0`, not `1`), counts are `u64` (`1u64`), flags are `bool`; arrays, \
-            slices and vectors hold them",
+    note = "numbers are `f64` (write `1.0`, not `1`), counts are `u64` (`1u64`, or `k as u64` of a number), \
+            flags are `bool` (`x != 0.0`); arrays, slices and vectors hold them",
     note = "a distribution of one number takes no arrays: write a loop over the entries, or \
             `.array::<N>()` for independent values of the same distribution"
 )]
@@ -44,6 +44,7 @@ pub trait Datum<V> {
     }
 }
 
+#[diagnostic::do_not_recommend]
 impl<S: crate::Scalar> Datum<S> for f64 {
     const CONSTANT: bool = true;
     const NUMBERS: usize = 0;
@@ -56,20 +57,6 @@ impl<S: crate::Scalar> Datum<S> for f64 {
         S::from(*self)
     }
 }
-
-/// Counts can be read as plain numbers, which leaves one error to `Normal(0, 1.0)`: that a density
-/// takes only what is converted in plain sight.
-macro_rules! impl_count_parameter {
-    ($($Count:ty),*) => {$(
-        impl crate::distribution::Parameter for $Count {
-            #[inline]
-            fn number(self) -> f64 {
-                self as f64
-            }
-        }
-    )*};
-}
-impl_count_parameter!(i32, i64, u8, u16, u32, u64, usize);
 
 macro_rules! impl_count_datum {
     ($($Count:ty),*) => {$(

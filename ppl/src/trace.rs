@@ -150,10 +150,10 @@ impl<'y> Trace<'y> {
         is_imputed: bool,
         distribution: &D,
     ) -> Result<D::Value, Rejection> {
-        site.locate(distribution.validate())?;
         let value = match &mut self.source {
-            Source::Prior => distribution.draw(self.rng),
+            Source::Prior => site.locate(distribution.try_draw(self.rng))?,
             Source::Point(point) => {
+                site.locate(distribution.validate())?;
                 let terms = &mut Settled::new(1.0);
                 let value = distribution.constrain(&mut || point.next(), false, terms);
                 if point.short {
@@ -191,11 +191,14 @@ impl<'y> Trace<'y> {
         datum: &D::Value,
         distribution: &D,
     ) -> Result<(), Rejection> {
-        if let Err(error) = distribution.validate().and_then(|()| distribution.fits(datum)) {
-            self.failing = Some(self.in_words(site, datum));
-            return Err(site.rejection(error));
-        }
-        let replicate = distribution.draw(self.rng);
+        let drawn = distribution.fits(datum).and_then(|()| distribution.try_draw(self.rng));
+        let replicate = match drawn {
+            Ok(replicate) => replicate,
+            Err(error) => {
+                self.failing = Some(self.in_words(site, datum));
+                return Err(site.rejection(error));
+            }
+        };
         let mut log_likelihood = Vec::new();
         distribution.pointwise(datum, &mut log_likelihood);
         self.condition(site, is_imputed, datum, &replicate, &log_likelihood)
@@ -319,8 +322,7 @@ impl Context for Trace<'_> {
         site: &'static Site,
         distribution: D,
     ) -> Result<D::Value, Rejection> {
-        site.locate(distribution.validate())?;
-        let value = distribution.draw(self.rng);
+        let value = site.locate(distribution.try_draw(self.rng))?;
         self.note(site, Role::Predicted, &value)?;
         Ok(value)
     }

@@ -13,7 +13,7 @@ use faer::traits::pulp::Simd;
 
 use super::many::Many;
 use super::principal_many::{PrincipalMany, dot};
-use super::{ElasticLaw, PointMaterial, Split};
+use super::{Elasticity, PointMaterial, Split};
 
 /// The split that all damaged regions share.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +27,7 @@ impl HenckyForm {
     pub(crate) fn of(materials: &[PointMaterial]) -> Option<Self> {
         let mut form = None;
         for material in materials {
-            if material.law != ElasticLaw::Hencky {
+            if !matches!(material.elasticity, Elasticity::Hencky { .. }) {
                 return None;
             }
             if let Some(damage) = &material.damage {

@@ -2,24 +2,52 @@
 
 use super::{Split, UserLaw, hencky, neo_hookean};
 
-/// An isotropic hyperelastic law.
+/// The elastic law of a region with its moduli at small strain.
 ///
 /// All are functions of the principal logarithmic strains ε_i (tr ε = ln J):
 /// - Hencky: ψ = K/2 (tr ε)² + μ dev ε : dev ε;
 /// - neo-Hookean: ψ = μ/2 (I₁ − 3 − 2 ln J) + λ/2 (ln J)²;
-/// - a [`HyperelasticLaw`](super::HyperelasticLaw) of the user's own.
+/// - a [`HyperelasticLaw`](super::HyperelasticLaw) of the user's own, which knows its moduli.
 ///
 /// ψ is an energy per reference volume, MPa = N mm/mm³. References: Hencky, Z. Techn. Phys. 9
 /// (1928) 215; Simo & Pister, Comput. Methods Appl. Mech. Engrg. 46 (1984) 201,
 /// doi:10.1016/0045-7825(84)90062-8.
 #[derive(Clone, Debug, PartialEq)]
-pub enum ElasticLaw {
+pub enum Elasticity {
     /// Quadratic in the logarithmic strain; linear between Kirchhoff stress and Hencky strain.
-    Hencky,
+    Hencky {
+        /// Young's modulus, MPa.
+        young_mpa: f64,
+        /// Poisson's ratio, in (−1, ½).
+        poisson: f64,
+    },
     /// Compressible neo-Hookean solid.
-    NeoHookean,
+    NeoHookean {
+        /// Young's modulus, MPa.
+        young_mpa: f64,
+        /// Poisson's ratio, in (−1, ½).
+        poisson: f64,
+    },
     /// A law given by its energy; [`Material::hyperelastic`](super::Material::hyperelastic) makes it.
     User(UserLaw),
+}
+
+impl Elasticity {
+    /// Young's modulus at small strain, MPa.
+    pub fn young_mpa(&self) -> f64 {
+        match self {
+            Self::Hencky { young_mpa, .. } | Self::NeoHookean { young_mpa, .. } => *young_mpa,
+            Self::User(law) => law.young_mpa(),
+        }
+    }
+
+    /// Poisson's ratio at small strain.
+    pub fn poisson(&self) -> f64 {
+        match self {
+            Self::Hencky { poisson, .. } | Self::NeoHookean { poisson, .. } => *poisson,
+            Self::User(law) => law.poisson(),
+        }
+    }
 }
 
 /// Elastic constants in the forms that the laws use, MPa.
@@ -86,13 +114,13 @@ impl Parts {
     }
 }
 
-impl ElasticLaw {
+impl Elasticity {
     /// Energy, stress and tangent in one pass.
     pub(crate) fn respond(&self, split: Split, m: &Moduli, strain: [f64; 3]) -> Parts {
         match self {
-            ElasticLaw::Hencky => hencky::respond(split, m, strain),
-            ElasticLaw::NeoHookean => parts(split, strain, |e| neo_hookean::respond(m, e)),
-            ElasticLaw::User(law) => parts(split, strain, |e| law.respond(e)),
+            Elasticity::Hencky { .. } => hencky::respond(split, m, strain),
+            Elasticity::NeoHookean { .. } => parts(split, strain, |e| neo_hookean::respond(m, e)),
+            Elasticity::User(law) => parts(split, strain, |e| law.respond(e)),
         }
     }
 }

@@ -23,10 +23,10 @@ mod tests;
 mod user_law;
 
 pub use crack_density::CrackDensity;
-pub use law::ElasticLaw;
+pub use law::Elasticity;
 pub use mooney_rivlin::MooneyRivlin;
 pub use ogden::Ogden;
-pub use parameters::Material;
+pub use parameters::{Fracture, Material};
 pub use phase_field::{DamageQuadrature, Irreversibility, PhaseField, Split};
 pub use saint_venant_kirchhoff::SaintVenantKirchhoff;
 pub use strain::PrincipalStrain;

@@ -24,8 +24,8 @@ use super::{HyperelasticLaw, PrincipalStrain};
 /// use fem::{Material, MooneyRivlin};
 ///
 /// let rubber = MooneyRivlin { c10_mpa: 0.16, c01_mpa: 0.01, bulk_mpa: 20.0 };
-/// let material = Material::hyperelastic(rubber)?;
-/// let shear = material.young_mpa / (2.0 * (1.0 + material.poisson));
+/// let law = Material::hyperelastic(rubber)?.elasticity;
+/// let shear = law.young_mpa() / (2.0 * (1.0 + law.poisson()));
 /// assert!((shear - 0.34).abs() < 1e-12);
 /// # Ok::<(), fem::FemError>(())
 /// ```

@@ -22,8 +22,8 @@ use super::{HyperelasticLaw, PrincipalStrain};
 /// use fem::{Material, Ogden};
 ///
 /// let terms = vec![(0.63, 1.3), (0.0012, 5.0), (-0.01, -2.0)];
-/// let material = Material::hyperelastic(Ogden { terms, bulk_mpa: 40.0 })?;
-/// let shear = material.young_mpa / (2.0 * (1.0 + material.poisson));
+/// let law = Material::hyperelastic(Ogden { terms, bulk_mpa: 40.0 })?.elasticity;
+/// let shear = law.young_mpa() / (2.0 * (1.0 + law.poisson()));
 /// assert!((shear - 0.4225).abs() < 1e-12);
 /// # Ok::<(), fem::FemError>(())
 /// ```

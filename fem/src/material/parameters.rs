@@ -1,6 +1,6 @@
 //! The parameters of one region, with their units.
 
-use super::law::{ElasticLaw, Moduli};
+use super::law::{Elasticity, Moduli};
 use super::{Damage, Degradation, HyperelasticLaw, PhaseField, PointMaterial, Split, UserLaw};
 use crate::error::FemError;
 
@@ -8,47 +8,51 @@ use crate::error::FemError;
 ///
 /// # Example
 /// ```
-/// use fem::{ElasticLaw, Material};
+/// use fem::{Fracture, Material};
 ///
-/// let matrix = Material {
-///     law: ElasticLaw::Hencky,
-///     young_mpa: 275.0,
-///     poisson: 0.25,
-///     toughness_n_per_mm: Some(0.0025),
+/// let matrix = Material::hencky(275.0, 0.25).with_fracture(Fracture {
+///     toughness_n_per_mm: 0.0025,
 ///     viscosity_mpa_s: 0.3,
 ///     residual_stiffness: 0.01,
-/// };
-/// let steel = Material::elastic(ElasticLaw::Hencky, 210_000.0, 0.3);
-/// assert!(steel.toughness_n_per_mm.is_none());
-/// # let _ = matrix;
+/// });
+/// let steel = Material::hencky(210_000.0, 0.3);
+/// assert!(matrix.fracture.is_some() && steel.fracture.is_none());
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// Elastic law.
-    pub law: ElasticLaw,
-    /// Young's modulus at small strain, MPa.
-    pub young_mpa: f64,
-    /// Poisson's ratio at small strain, in (−1, ½).
-    pub poisson: f64,
-    /// Critical energy release rate Gc, N/mm; `None`: the region stays elastic.
-    pub toughness_n_per_mm: Option<f64>,
+    /// Elastic law and moduli.
+    pub elasticity: Elasticity,
+    /// What it takes to break; `None`: the region stays elastic.
+    pub fracture: Option<Fracture>,
+}
+
+/// Resistance of a region to damage.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fracture {
+    /// Critical energy release rate Gc, N/mm.
+    pub toughness_n_per_mm: f64,
     /// Viscosity ξ of the damage, MPa s; zero: rate independent.
     pub viscosity_mpa_s: f64,
     /// Share η of the stiffness that full damage leaves, in [0, 1).
     pub residual_stiffness: f64,
 }
 
+impl Fracture {
+    /// Rate-independent fracture that leaves no stiffness.
+    pub fn new(toughness_n_per_mm: f64) -> Self {
+        Self { toughness_n_per_mm, viscosity_mpa_s: 0.0, residual_stiffness: 0.0 }
+    }
+}
+
 impl Material {
-    /// A material that cannot be damaged.
-    pub fn elastic(law: ElasticLaw, young_mpa: f64, poisson: f64) -> Self {
-        Self {
-            law,
-            young_mpa,
-            poisson,
-            toughness_n_per_mm: None,
-            viscosity_mpa_s: 0.0,
-            residual_stiffness: 0.0,
-        }
+    /// An elastic material of Hencky's law.
+    pub fn hencky(young_mpa: f64, poisson: f64) -> Self {
+        Self { elasticity: Elasticity::Hencky { young_mpa, poisson }, fracture: None }
+    }
+
+    /// An elastic neo-Hookean material.
+    pub fn neo_hookean(young_mpa: f64, poisson: f64) -> Self {
+        Self { elasticity: Elasticity::NeoHookean { young_mpa, poisson }, fracture: None }
     }
 
     /// An elastic material with a law of one's own; its moduli at small strain are those of the law.
@@ -57,9 +61,12 @@ impl Material {
     /// [`FemError::Unsupported`] if the energy is not symmetric in the strains, rest is not a state
     /// of zero energy and stress, or a modulus is not positive.
     pub fn hyperelastic(law: impl HyperelasticLaw) -> Result<Self, FemError> {
-        let law = UserLaw::new(law);
-        let [young, poisson] = law.small_strain()?;
-        Ok(Self::elastic(ElasticLaw::User(law), young, poisson))
+        Ok(Self { elasticity: Elasticity::User(UserLaw::new(law)?), fracture: None })
+    }
+
+    /// The same material where it can break.
+    pub fn with_fracture(self, fracture: Fracture) -> Self {
+        Self { fracture: Some(fracture), ..self }
     }
 
     pub(crate) fn validate(
@@ -75,43 +82,35 @@ impl Material {
                 Err(FemError::parameter(&entity, field, value, requirement))
             }
         };
-        check(positive(self.young_mpa), "young_mpa", self.young_mpa, "a positive modulus in MPa")?;
+        let (young, poisson) = (self.elasticity.young_mpa(), self.elasticity.poisson());
+        check(positive(young), "young_mpa", young, "a positive modulus in MPa")?;
         check(
-            self.poisson > -1.0 && self.poisson < 0.5,
+            poisson > -1.0 && poisson < 0.5,
             "poisson",
-            self.poisson,
+            poisson,
             "between -1 and 0.5, both excluded (0.5 is incompressible: use 0.49)",
         )?;
-        if let Some(toughness) = self.toughness_n_per_mm {
-            check(
-                positive(toughness),
-                "toughness_n_per_mm",
-                toughness,
-                "a positive toughness in N/mm; leave it out for an elastic region",
-            )?;
-        }
+        let Some(fracture) = &self.fracture else { return Ok(()) };
         check(
-            self.viscosity_mpa_s >= 0.0 && self.viscosity_mpa_s.is_finite(),
+            positive(fracture.toughness_n_per_mm),
+            "toughness_n_per_mm",
+            fracture.toughness_n_per_mm,
+            "a positive toughness in N/mm; leave it out for an elastic region",
+        )?;
+        check(
+            fracture.viscosity_mpa_s >= 0.0 && fracture.viscosity_mpa_s.is_finite(),
             "viscosity_mpa_s",
-            self.viscosity_mpa_s,
+            fracture.viscosity_mpa_s,
             "zero (rate independent) or positive, in MPa s",
         )?;
         check(
-            (0.0..1.0).contains(&self.residual_stiffness),
+            (0.0..1.0).contains(&fracture.residual_stiffness),
             "residual_stiffness",
-            self.residual_stiffness,
+            fracture.residual_stiffness,
             "in [0, 1), usually 0.01",
         )?;
-        if let ElasticLaw::User(law) = &self.law {
-            let moduli = law.small_strain()?;
-            let of_the_law = "the modulus of its law at small strain: leave it as Material::hyperelastic sets it";
-            let agrees = |a: f64, b: f64| (a - b).abs() <= 1e-6 * b.abs().max(1e-3);
-            check(agrees(self.young_mpa, moduli[0]), "young_mpa", self.young_mpa, of_the_law)?;
-            check(agrees(self.poisson, moduli[1]), "poisson", self.poisson, of_the_law)?;
-        }
         if phase_field.is_some_and(|p| p.split == Split::Spectral)
-            && self.toughness_n_per_mm.is_some()
-            && self.law != ElasticLaw::Hencky
+            && !matches!(self.elasticity, Elasticity::Hencky { .. })
         {
             return Err(FemError::Unsupported {
                 entity,
@@ -126,23 +125,20 @@ impl Material {
 
     /// The form that the integration points use.
     pub(crate) fn at_point(&self, phase_field: Option<&PhaseField>) -> PointMaterial {
-        let damage = phase_field.zip(self.toughness_n_per_mm).map(|(field, toughness)| {
+        let damage = phase_field.zip(self.fracture).map(|(field, fracture)| {
             let c0 = field.model.normaliser();
             Damage {
                 split: field.split,
                 hybrid: field.hybrid,
                 density: field.model,
-                degradation: Degradation { residual: self.residual_stiffness },
-                local: toughness / (c0 * field.length_mm),
-                gradient: toughness * field.length_mm / c0,
-                viscosity: self.viscosity_mpa_s,
+                degradation: Degradation { residual: fracture.residual_stiffness },
+                local: fracture.toughness_n_per_mm / (c0 * field.length_mm),
+                gradient: fracture.toughness_n_per_mm * field.length_mm / c0,
+                viscosity: fracture.viscosity_mpa_s,
             }
         });
-        PointMaterial {
-            law: self.law.clone(),
-            moduli: Moduli::new(self.young_mpa, self.poisson),
-            damage,
-        }
+        let moduli = Moduli::new(self.elasticity.young_mpa(), self.elasticity.poisson());
+        PointMaterial { elasticity: self.elasticity.clone(), moduli, damage }
     }
 }
 

@@ -3,13 +3,13 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::kinematics::{Inverted, Principal};
-use super::law::{ElasticLaw, Moduli, Parts};
+use super::law::{Elasticity, Moduli, Parts};
 use super::{CrackDensity, Degradation, Split};
 
 /// One region's constants, ready for the integration points.
 #[derive(Clone, Debug)]
 pub(crate) struct PointMaterial {
-    pub(crate) law: ElasticLaw,
+    pub(crate) elasticity: Elasticity,
     pub(crate) moduli: Moduli,
     /// `None`: elastic.
     pub(crate) damage: Option<Damage>,
@@ -58,7 +58,7 @@ impl PointMaterial {
     pub(crate) fn respond(&self, gradient: &Matrix3<f64>) -> Result<PointResponse, Inverted> {
         let principal = Principal::new(gradient)?;
         let split = self.damage.map_or(Split::None, |d| d.split);
-        let mut parts = self.law.respond(split, &self.moduli, principal.strain);
+        let mut parts = self.elasticity.respond(split, &self.moduli, principal.strain);
         let driving = parts.plus.energy;
         if self.damage.is_some_and(|d| d.hybrid) {
             parts = parts.merged();

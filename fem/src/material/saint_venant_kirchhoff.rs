@@ -20,8 +20,9 @@ use super::{HyperelasticLaw, PrincipalStrain};
 /// ```
 /// use fem::{Material, SaintVenantKirchhoff};
 ///
-/// let material = Material::hyperelastic(SaintVenantKirchhoff { lame_mpa: 110.0, shear_mpa: 110.0 })?;
-/// assert!((material.young_mpa - 275.0).abs() < 1e-10 && (material.poisson - 0.25).abs() < 1e-12);
+/// let law = SaintVenantKirchhoff { lame_mpa: 110.0, shear_mpa: 110.0 };
+/// let law = Material::hyperelastic(law)?.elasticity;
+/// assert!((law.young_mpa() - 275.0).abs() < 1e-10 && (law.poisson() - 0.25).abs() < 1e-12);
 /// # Ok::<(), fem::FemError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

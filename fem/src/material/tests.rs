@@ -20,10 +20,10 @@ pub(super) enum Printed {
 }
 
 impl Printed {
-    fn fused(self) -> ElasticLaw {
+    fn fused(self) -> Elasticity {
         match self {
-            Printed::Hencky => ElasticLaw::Hencky,
-            Printed::NeoHookean => ElasticLaw::NeoHookean,
+            Printed::Hencky => Elasticity::Hencky { young_mpa: YOUNG, poisson: POISSON },
+            Printed::NeoHookean => Elasticity::NeoHookean { young_mpa: YOUNG, poisson: POISSON },
         }
     }
 
@@ -68,12 +68,13 @@ impl HyperelasticLaw for Printed {
 }
 
 pub(super) fn damaged(material: Material, split: Split) -> PointMaterial {
-    let material = Material { toughness_n_per_mm: Some(1.0), ..material };
-    material.at_point(Some(&PhaseField { split, ..PhaseField::new(1.0) }))
+    material
+        .with_fracture(Fracture::new(1.0))
+        .at_point(Some(&PhaseField { split, ..PhaseField::new(1.0) }))
 }
 
-pub(super) fn point_material(law: ElasticLaw, split: Split) -> PointMaterial {
-    damaged(Material::elastic(law, YOUNG, POISSON), split)
+pub(super) fn point_material(elasticity: Elasticity, split: Split) -> PointMaterial {
+    damaged(Material { elasticity, fracture: None }, split)
 }
 
 fn random(rng: &mut impl Rng) -> Matrix3<f64> {
@@ -172,7 +173,7 @@ fn laws_given_by_their_energy_equal_the_fused_kernels_at_any_distance_of_strains
         .into_iter()
         .flat_map(|p| [Split::None, Split::VolumetricDeviatoric].map(|split| (p, split)))
     {
-        let law = ElasticLaw::User(UserLaw::new(printed));
+        let law = Elasticity::User(UserLaw::new(printed).expect("a law"));
         for gap in [0.0, 1e-12, 1e-7, 1e-3, 0.03, 0.0999, 0.1001, 0.4] {
             let middle = rng.random_range(-0.3..0.3);
             let strain = [middle + gap, middle, rng.random_range(-0.3..0.3)];
@@ -296,7 +297,7 @@ fn examples() -> [Material; 3] {
 #[test]
 fn the_parts_of_every_split_add_up_and_are_continuous_at_equal_and_at_zero_strains() {
     let moduli = Moduli::new(YOUNG, POISSON);
-    let respond = |split, strain| ElasticLaw::Hencky.respond(split, &moduli, strain);
+    let respond = |split, strain| Printed::Hencky.fused().respond(split, &moduli, strain);
     let strains = [
         [0.1, -0.2, 0.05],
         [-0.1, -0.1, 0.3],
@@ -322,10 +323,7 @@ fn the_parts_of_every_split_add_up_and_are_continuous_at_equal_and_at_zero_strai
 #[test]
 fn a_hybrid_material_degrades_all_and_is_driven_by_the_part() {
     let field = PhaseField { split: Split::Spectral, hybrid: true, ..PhaseField::new(1.0) };
-    let steel = Material {
-        toughness_n_per_mm: Some(1.0),
-        ..Material::elastic(ElasticLaw::Hencky, YOUNG, POISSON)
-    };
+    let steel = Material::hencky(YOUNG, POISSON).with_fracture(Fracture::new(1.0));
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(14);
     for (state, _) in states(&mut rng) {
         let of = |field| steel.at_point(Some(&field)).respond(&state).expect("det F > 0");
@@ -343,7 +341,7 @@ fn a_hybrid_material_degrades_all_and_is_driven_by_the_part() {
 #[test]
 fn spectral_stress_equals_the_series_logarithm() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
-    let material = point_material(ElasticLaw::Hencky, Split::None);
+    let material = point_material(Printed::Hencky.fused(), Split::None);
     let m = Moduli::new(YOUNG, POISSON);
     for (state, _) in states(&mut rng) {
         let f = Matrix3::identity() + state;
@@ -371,7 +369,7 @@ fn spectral_stress_equals_the_series_logarithm() {
 
 #[test]
 fn an_element_turned_inside_out_is_reported() {
-    let material = point_material(ElasticLaw::Hencky, Split::None);
+    let material = point_material(Printed::Hencky.fused(), Split::None);
     let mirrored = Matrix3::from_diagonal(&[-2.0, 0.0, 0.0].into());
     assert!(material.respond(&mirrored).is_err());
     assert!(material.respond(&Matrix3::from_element(f64::NAN)).is_err());

@@ -43,8 +43,8 @@ use crate::error::FemError;
 ///     }
 /// }
 ///
-/// let foam = Material::hyperelastic(BlatzKo { shear_mpa: 0.4 })?;
-/// assert!((foam.poisson - 0.25).abs() < 1e-12 && (foam.young_mpa - 1.0).abs() < 1e-12);
+/// let foam = Material::hyperelastic(BlatzKo { shear_mpa: 0.4 })?.elasticity;
+/// assert!((foam.poisson() - 0.25).abs() < 1e-12 && (foam.young_mpa() - 1.0).abs() < 1e-12);
 /// # Ok::<(), fem::FemError>(())
 /// ```
 pub trait HyperelasticLaw: Debug + Send + Sync + 'static {
@@ -52,16 +52,20 @@ pub trait HyperelasticLaw: Debug + Send + Sync + 'static {
     fn energy<T: DualNum<f64> + Copy>(&self, strain: &PrincipalStrain<T>) -> T;
 }
 
-/// A law of the user's own, as [`ElasticLaw::User`](super::ElasticLaw::User) holds it.
+/// A law of the user's own, as [`Elasticity::User`](super::Elasticity::User) holds it.
 ///
 /// Made by [`Material::hyperelastic`](super::Material::hyperelastic). Clones share the law; two are
 /// equal if they do.
 #[derive(Clone, Debug)]
-pub struct UserLaw(Arc<dyn Derived>);
+pub struct UserLaw {
+    law: Arc<dyn Derived>,
+    young_mpa: f64,
+    poisson: f64,
+}
 
 impl PartialEq for UserLaw {
     fn eq(&self, other: &Self) -> bool {
-        std::ptr::addr_eq(Arc::as_ptr(&self.0), Arc::as_ptr(&other.0))
+        std::ptr::addr_eq(Arc::as_ptr(&self.law), Arc::as_ptr(&other.law))
     }
 }
 
@@ -105,9 +109,23 @@ const GAUSS: [[f64; 2]; 3] = [
 ];
 
 impl UserLaw {
-    /// Wraps a law; [`small_strain`](Self::small_strain) tells whether it is one.
-    pub(super) fn new(law: impl HyperelasticLaw) -> Self {
-        Self(Arc::new(law))
+    /// Takes a law, if it is one.
+    ///
+    /// # Errors
+    /// As [`Material::hyperelastic`](super::Material::hyperelastic).
+    pub(super) fn new(law: impl HyperelasticLaw) -> Result<Self, FemError> {
+        let [young_mpa, poisson] = small_strain(&law)?;
+        Ok(Self { law: Arc::new(law), young_mpa, poisson })
+    }
+
+    /// Young's modulus at small strain, MPa.
+    pub(super) fn young_mpa(&self) -> f64 {
+        self.young_mpa
+    }
+
+    /// Poisson's ratio at small strain.
+    pub(super) fn poisson(&self) -> f64 {
+        self.poisson
     }
 
     /// Energy, stress and tangent.
@@ -116,7 +134,7 @@ impl UserLaw {
     /// from it at second order. But τ_i − τ_j is the derivative of ψ(m + δ, m − δ) at δ = x/2, an odd
     /// function of δ, so that the term is ¼ x coth x times the mean of d²ψ/dδ² over (0, δ).
     pub(super) fn respond(&self, strain: [f64; 3]) -> Part {
-        let (energy, stress, tangent) = self.0.derivatives(strain);
+        let (energy, stress, tangent) = self.law.derivatives(strain);
         let shear = std::array::from_fn(|k| {
             let (i, j) = ((k + 1) % 3, (k + 2) % 3);
             let x = strain[i] - strain[j];
@@ -128,7 +146,7 @@ impl UserLaw {
             middle[j] = middle[i];
             let mean: f64 = GAUSS
                 .iter()
-                .map(|[at, w]| w * self.0.spread_curvature(middle, i, j, 0.5 * x * at))
+                .map(|[at, w]| w * self.law.spread_curvature(middle, i, j, 0.5 * x * at))
                 .sum();
             0.25 * x_coth_x(x) * mean
         });
@@ -139,48 +157,48 @@ impl UserLaw {
             shear,
         }
     }
+}
 
-    /// Young's modulus (MPa) and Poisson's ratio at small strain.
-    ///
-    /// With D_ij = ∂²ψ/∂ε_i∂ε_j at rest: λ = D_12, 2μ = D_11 − D_12.
-    ///
-    /// # Errors
-    /// If the energy is not symmetric in the strains, the rest state is not one of zero energy and
-    /// stress, or a modulus is not positive.
-    pub(super) fn small_strain(&self) -> Result<[f64; 2], FemError> {
-        let (energy, stress, tangent) = self.0.derivatives([0.0; 3]);
-        let (lame, shear) = (tangent[(0, 1)], 0.5 * (tangent[(0, 0)] - tangent[(0, 1)]));
-        let bulk = lame + 2.0 / 3.0 * shear;
-        let refuse = |message: &str, mend: &str| {
-            Err(FemError::Unsupported {
-                entity: format!("law {:?}", self.0),
-                message: message.into(),
-                mend: mend.into(),
-            })
-        };
-        if !(shear > 0.0 && bulk > 0.0 && shear.is_finite() && bulk.is_finite()) {
-            let message = format!(
-                "its moduli at rest, K = {bulk} MPa and μ = {shear} MPa, are not both positive"
-            );
-            return refuse(&message, "check the signs of its parameters");
-        }
-        let round_off = 1e-10 * (bulk + shear);
-        if energy.abs() > round_off || stress.amax() > round_off {
-            return refuse(
-                "its energy or its stress at rest is not zero",
-                "subtract the constant, and the term that makes rest stationary",
-            );
-        }
-        let [a, b, c] = [0.11, -0.23, 0.05];
-        let first = self.0.value([a, b, c]);
-        let turned = [[a, c, b], [b, a, c], [b, c, a], [c, a, b], [c, b, a]];
-        if turned.iter().any(|&e| (self.0.value(e) - first).abs() > round_off) {
-            return refuse(
-                "its energy changes when the principal strains are exchanged",
-                "write an isotropic energy, symmetric in the three strains",
-            );
-        }
-        let young = 9.0 * bulk * shear / (3.0 * bulk + shear);
-        Ok([young, 0.5 * lame / (lame + shear)])
+/// Young's modulus (MPa) and Poisson's ratio at small strain.
+///
+/// With D_ij = ∂²ψ/∂ε_i∂ε_j at rest: λ = D_12, 2μ = D_11 − D_12.
+///
+/// # Errors
+/// If the energy is not symmetric in the strains, the rest state is not one of zero energy and
+/// stress, or a modulus is not positive.
+fn small_strain(law: &dyn Derived) -> Result<[f64; 2], FemError> {
+    let (energy, stress, tangent) = law.derivatives([0.0; 3]);
+    let (lame, shear) = (tangent[(0, 1)], 0.5 * (tangent[(0, 0)] - tangent[(0, 1)]));
+    let bulk = lame + 2.0 / 3.0 * shear;
+    let refuse = |message: &str, mend: &str| {
+        Err(FemError::Unsupported {
+            entity: format!("law {:?}", law),
+            message: message.into(),
+            mend: mend.into(),
+        })
+    };
+    if !(shear > 0.0 && bulk > 0.0 && shear.is_finite() && bulk.is_finite()) {
+        let message = format!(
+            "its moduli at rest, K = {bulk} MPa and μ = {shear} MPa, are not both positive"
+        );
+        return refuse(&message, "check the signs of its parameters");
     }
+    let round_off = 1e-10 * (bulk + shear);
+    if energy.abs() > round_off || stress.amax() > round_off {
+        return refuse(
+            "its energy or its stress at rest is not zero",
+            "subtract the constant, and the term that makes rest stationary",
+        );
+    }
+    let [a, b, c] = [0.11, -0.23, 0.05];
+    let first = law.value([a, b, c]);
+    let turned = [[a, c, b], [b, a, c], [b, c, a], [c, a, b], [c, b, a]];
+    if turned.iter().any(|&e| (law.value(e) - first).abs() > round_off) {
+        return refuse(
+            "its energy changes when the principal strains are exchanged",
+            "write an isotropic energy, symmetric in the three strains",
+        );
+    }
+    let young = 9.0 * bulk * shear / (3.0 * bulk + shear);
+    Ok([young, 0.5 * lame / (lame + shear)])
 }

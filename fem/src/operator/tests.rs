@@ -9,9 +9,12 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::*;
 use crate::element::{DamageRule, Linear, Quadratic, Rule, Space, Tetrahedron};
 use crate::fields::Fields;
-use crate::material::{CrackDensity, ElasticLaw, Material, PhaseField, PointMaterial, Split};
+use crate::material::{CrackDensity, Fracture, Material, PhaseField, PointMaterial, Split};
 use crate::mesh::TetMesh;
 use crate::solve::{LinearPlan, Solver, SolverOptions};
+
+/// A law for Young's modulus and Poisson's ratio.
+pub(super) type Law = fn(f64, f64) -> Material;
 
 /// A unit cube of n³ cells, six tetrahedra each, its inner nodes moved at random; two regions.
 pub(super) fn cube(n: usize, rng: &mut impl Rng) -> TetMesh {
@@ -46,31 +49,21 @@ pub(super) fn cube(n: usize, rng: &mut impl Rng) -> TetMesh {
     mesh
 }
 
-pub(super) fn materials(
-    law: ElasticLaw,
-    field: PhaseField,
-    stiff_damages: bool,
-) -> Vec<PointMaterial> {
-    let soft = Material {
-        law,
-        young_mpa: 275.0,
-        poisson: 0.25,
-        toughness_n_per_mm: Some(2.0),
+pub(super) fn materials(law: Law, field: PhaseField, stiff_damages: bool) -> Vec<PointMaterial> {
+    let soft = law(275.0, 0.25).with_fracture(Fracture {
+        toughness_n_per_mm: 2.0,
         viscosity_mpa_s: 0.3,
         residual_stiffness: 0.01,
-    };
-    let stiff = Material {
-        young_mpa: 2000.0,
-        toughness_n_per_mm: stiff_damages.then_some(9.0),
-        ..soft.clone()
-    };
+    });
+    let tough = soft.fracture.map(|f| Fracture { toughness_n_per_mm: 9.0, ..f });
+    let stiff = Material { fracture: tough.filter(|_| stiff_damages), ..law(2000.0, 0.25) };
     [soft, stiff].iter().map(|m| m.at_point(Some(&field))).collect()
 }
 
 /// Taylor test of the potential whose derivatives residual and tangent are.
 fn assert_taylor<const N: usize, T: Tetrahedron<N>>(
     rule: DamageRule,
-    law: ElasticLaw,
+    law: Law,
     field: PhaseField,
     stiff_damages: bool,
 ) {
@@ -188,26 +181,26 @@ fn residual_and_tangent_are_derivatives_of_the_energy() {
     let at2 = PhaseField::new(0.3);
     // Hencky solids go several at a time, others one by one
     let forms = [
-        (ElasticLaw::Hencky, at2),
-        (ElasticLaw::Hencky, PhaseField { split: Split::VolumetricDeviatoric, ..at2 }),
+        (Material::hencky as Law, at2),
+        (Material::hencky as Law, PhaseField { split: Split::VolumetricDeviatoric, ..at2 }),
         (
-            ElasticLaw::Hencky,
+            Material::hencky as Law,
             PhaseField { split: Split::Spectral, model: CrackDensity::At1, ..at2 },
         ),
-        (ElasticLaw::NeoHookean, at2),
+        (Material::neo_hookean as Law, at2),
     ];
     for (law, field) in forms {
         for stiff_damages in [true, false] {
             for rule in [DamageRule::Vertex, DamageRule::Consistent, DamageRule::Eleven] {
-                assert_taylor::<4, Linear>(rule, law.clone(), field, stiff_damages);
-                assert_taylor::<10, Quadratic>(rule, law.clone(), field, stiff_damages);
+                assert_taylor::<4, Linear>(rule, law, field, stiff_damages);
+                assert_taylor::<10, Quadratic>(rule, law, field, stiff_damages);
             }
         }
     }
 }
 
 /// With the boundary moved affinely, the inner nodes of an unstructured mesh must follow.
-fn assert_patch<const N: usize, T: Tetrahedron<N>>(law: ElasticLaw) {
+fn assert_patch<const N: usize, T: Tetrahedron<N>>(law: Law) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(8);
     let mesh = cube(3, &mut rng);
     let space = Space::new::<T>(&mesh, Rule::new::<T>(DamageRule::Absent));
@@ -248,8 +241,8 @@ fn assert_patch<const N: usize, T: Tetrahedron<N>>(law: ElasticLaw) {
 
 #[test]
 fn patch_test() {
-    for law in [ElasticLaw::Hencky, ElasticLaw::NeoHookean] {
-        assert_patch::<4, Linear>(law.clone());
+    for law in [Material::hencky as Law, Material::neo_hookean as Law] {
+        assert_patch::<4, Linear>(law);
         assert_patch::<10, Quadratic>(law);
     }
 }
@@ -261,7 +254,7 @@ fn assert_threads_change_nothing<const N: usize, T: Tetrahedron<N>>(n: usize) {
     let rule = Rule::new::<T>(DamageRule::Vertex);
     let assembly = Assembly::new::<T>(Space::new::<T>(&mesh, rule));
     let nodes = assembly.space.nodes.len();
-    let materials = materials(ElasticLaw::Hencky, PhaseField::new(0.3), true);
+    let materials = materials(Material::hencky as Law, PhaseField::new(0.3), true);
     let size = 0.003 / n as f64;
     let mut random = || rng.random_range(-1.0..1.0);
     let fields = Fields {

@@ -131,7 +131,7 @@ pub(crate) fn check_arc_length(
             mend: mend.into(),
         })
     };
-    let damaged = || materials.iter().filter(|m| m.toughness_n_per_mm.is_some());
+    let damaged = || materials.iter().filter_map(|m| m.fracture);
     if !conditions.only_prescribe() {
         return refuse(
             "move prescribed displacements back and forth, which loads and platens do not follow",

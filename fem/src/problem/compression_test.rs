@@ -51,12 +51,12 @@ impl Friction {
 ///
 /// # Example
 /// ```
-/// use fem::{CompressionTest, CylinderLattice, ElasticLaw, Loading, Material, Order, SolverOptions, Stepping};
+/// use fem::{CompressionTest, CylinderLattice, Loading, Material, Order, SolverOptions, Stepping};
 ///
 /// let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
 /// let area = mesh.volume() / 4.4;
 /// let loading = Loading { displacement_mm: 0.22, duration_s: 1.0, stepping: Stepping::Fixed(1), stop_below_peak: None };
-/// let rubber = Material::elastic(ElasticLaw::Hencky, 275.0, 0.25);
+/// let rubber = Material::hencky(275.0, 0.25);
 /// let test = CompressionTest::new(mesh, Order::Linear, vec![rubber], None, loading, SolverOptions::default())?;
 /// let outcome = test.run(&mut ());
 /// let stretch: f64 = 0.95;

@@ -28,7 +28,7 @@ use crate::solve::{Scheme, SolverOptions};
 /// A block pulled by 1 % between planes of symmetry:
 /// ```
 /// use fem::{
-///     Axis, Conditions, CylinderLattice, ElasticLaw, Material, Order, Problem, Schedule,
+///     Axis, Conditions, CylinderLattice, Material, Order, Problem, Schedule,
 ///     SolverOptions, Stepping,
 /// };
 ///
@@ -40,7 +40,7 @@ use crate::solve::{Scheme, SolverOptions};
 ///     .remove_rigid_motions()
 ///     .measure("top", [0.0, 0.0, 1.0]);
 /// let schedule = Schedule { duration_s: 1.0, stepping: Stepping::Fixed(1), stop_below_peak: None };
-/// let rubber = Material::elastic(ElasticLaw::Hencky, 10.0, 0.4);
+/// let rubber = Material::hencky(10.0, 0.4);
 /// let problem = Problem::new(
 ///     mesh, Order::Linear, vec![rubber], None, conditions, schedule, SolverOptions::default(),
 /// )?;
@@ -269,7 +269,7 @@ impl Problem {
 }
 
 fn damaged_regions(materials: &[Material], phase_field: Option<&PhaseField>) -> Vec<bool> {
-    materials.iter().map(|m| phase_field.is_some() && m.toughness_n_per_mm.is_some()).collect()
+    materials.iter().map(|m| phase_field.is_some() && m.fracture.is_some()).collect()
 }
 
 fn check_materials(

@@ -1,8 +1,8 @@
 //! A column with a weak layer, which snaps back when the layer breaks.
 
 use fem::{
-    CompressionTest, CrackDensity, ElasticLaw, Irreversibility, Loading, Material, Order,
-    PhaseField, Stepping, TetMesh,
+    CompressionTest, CrackDensity, Fracture, Irreversibility, Loading, Material, Order, PhaseField,
+    Stepping, TetMesh,
 };
 
 use super::{prism, test};
@@ -39,11 +39,8 @@ fn column() -> TetMesh {
 
 /// The column's test by arc-length steps, down to a twentieth of the largest force.
 pub(crate) fn snap_back(model: CrackDensity) -> CompressionTest {
-    let weak = Material {
-        toughness_n_per_mm: Some(0.1),
-        ..Material::elastic(ElasticLaw::Hencky, 100.0, 0.0)
-    };
-    let elastic = Material::elastic(ElasticLaw::Hencky, 100.0, 0.0);
+    let elastic = Material::hencky(100.0, 0.0);
+    let weak = elastic.clone().with_fracture(Fracture::new(0.1));
     let field =
         PhaseField { model, irreversibility: Irreversibility::ActiveSet, ..PhaseField::new(1.0) };
     let loading = Loading {

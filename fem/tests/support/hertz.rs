@@ -1,10 +1,7 @@
 //! A rigid ball on an elastic block, a quarter of it, against Hertz's theory.
 #![allow(dead_code)] // each user takes a part
 
-use fem::{
-    Axis, Conditions, ElasticLaw, Material, Order, Platen, Problem, Schedule, SolverOptions,
-    Stepping,
-};
+use fem::{Axis, Conditions, Material, Order, Platen, Problem, Schedule, SolverOptions, Stepping};
 
 use super::block::{block, graded};
 
@@ -46,7 +43,7 @@ pub(crate) fn hertz(across: usize, order: Order) -> Hertz {
         .measure("top", [0.0, 0.0, -1.0]);
     let schedule =
         Schedule { duration_s: 1.0, stepping: Stepping::Fixed(3), stop_below_peak: None };
-    let material = Material::elastic(ElasticLaw::Hencky, YOUNG, POISSON);
+    let material = Material::hencky(YOUNG, POISSON);
     let options = SolverOptions::default();
     let problem = Problem::new(mesh, order, vec![material], None, conditions, schedule, options)
         .expect("valid input");

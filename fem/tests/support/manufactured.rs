@@ -2,7 +2,7 @@
 #![allow(dead_code)] // each user takes a part
 
 use fem::{
-    Axis, Conditions, DamageQuadrature, ElasticLaw, Material, Order, PhaseField, Problem, Schedule,
+    Axis, Conditions, DamageQuadrature, Fracture, Material, Order, PhaseField, Problem, Schedule,
     SolverOptions, Stepping,
 };
 use num_dual::{Dual, Dual64, DualNum};
@@ -111,10 +111,11 @@ pub(crate) struct Errors {
 /// traction on the sixth, body force and damage source inside.
 pub(crate) fn errors(n: usize, order: Order, damaged: bool) -> Errors {
     let cells = even(0.0, 1.0, n);
-    let mut material = Material::elastic(ElasticLaw::NeoHookean, YOUNG, POISSON);
-    material.toughness_n_per_mm = Some(TOUGHNESS);
-    material.viscosity_mpa_s = VISCOSITY;
-    material.residual_stiffness = RESIDUAL;
+    let material = Material::neo_hookean(YOUNG, POISSON).with_fracture(Fracture {
+        toughness_n_per_mm: TOUGHNESS,
+        viscosity_mpa_s: VISCOSITY,
+        residual_stiffness: RESIDUAL,
+    });
     let field = PhaseField { quadrature: DamageQuadrature::Consistent, ..PhaseField::new(LENGTH) };
     let exact = move |x, t| {
         let [a, b, c, _] = fields(x, t, damaged);

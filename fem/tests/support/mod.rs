@@ -11,8 +11,8 @@ use std::path::PathBuf;
 
 use fem::gmsh::GmshNames;
 use fem::{
-    CompressionTest, ElasticLaw, Loading, Material, Order, Outcome, PhaseField, SolverOptions,
-    Split, Stepping, TetMesh, gmsh,
+    CompressionTest, Fracture, Loading, Material, Order, Outcome, PhaseField, SolverOptions, Split,
+    Stepping, TetMesh, gmsh,
 };
 
 pub(crate) const RADIUS: f64 = 2.5;
@@ -20,24 +20,20 @@ pub(crate) const HEIGHT: f64 = 4.4;
 
 /// The baseline matrix.
 pub(crate) fn matrix() -> Material {
-    Material {
-        law: ElasticLaw::Hencky,
-        young_mpa: 275.0,
-        poisson: 0.25,
-        toughness_n_per_mm: Some(0.0025),
+    Material::hencky(275.0, 0.25).with_fracture(Fracture {
+        toughness_n_per_mm: 0.0025,
         viscosity_mpa_s: 0.3,
         residual_stiffness: 0.01,
-    }
+    })
 }
 
 /// The baseline grains.
 pub(crate) fn grain() -> Material {
-    Material {
-        young_mpa: 22_000.0,
-        toughness_n_per_mm: Some(1.83),
+    Material::hencky(22_000.0, 0.25).with_fracture(Fracture {
+        toughness_n_per_mm: 1.83,
         viscosity_mpa_s: 0.1,
-        ..matrix()
-    }
+        residual_stiffness: 0.01,
+    })
 }
 
 pub(crate) fn phase_field(split: Split) -> PhaseField {

@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 
 use fem::{
-    Axis, Conditions, CurvePoint, ElasticLaw, Irreversibility, Material, Order, PhaseField,
-    Problem, Schedule, SolverOptions, Split, Stepping, TetMesh,
+    Axis, Conditions, CurvePoint, Fracture, Irreversibility, Material, Order, PhaseField, Problem,
+    Schedule, SolverOptions, Split, Stepping, TetMesh,
 };
 
 /// Where the upper side moves.
@@ -36,15 +36,9 @@ impl NotchedPlate {
 
     pub(crate) fn problem(&self, tolerance: f64) -> Problem {
         let (lame, shear) = (121_150.0, 80_770.0);
-        let steel = Material {
-            toughness_n_per_mm: Some(2.7),
-            residual_stiffness: 1e-7,
-            ..Material::elastic(
-                ElasticLaw::Hencky,
-                shear * (3.0 * lame + 2.0 * shear) / (lame + shear),
-                0.5 * lame / (lame + shear),
-            )
-        };
+        let young = shear * (3.0 * lame + 2.0 * shear) / (lame + shear);
+        let steel = Material::hencky(young, 0.5 * lame / (lame + shear))
+            .with_fracture(Fracture { residual_stiffness: 1e-7, ..Fracture::new(2.7) });
         let field = PhaseField {
             split: Split::Spectral,
             hybrid: self.hybrid,

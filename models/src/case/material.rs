@@ -1,6 +1,6 @@
 //! The parameters of a region and its elastic law.
 
-use fem::{ElasticLaw, FemError, Material, MooneyRivlin, Ogden, SaintVenantKirchhoff};
+use fem::{FemError, Fracture, Material, MooneyRivlin, Ogden, SaintVenantKirchhoff};
 use serde::{Deserialize, Serialize};
 
 /// `[material.<region>]`: one region's parameters.
@@ -82,8 +82,8 @@ impl MaterialCase {
         // asked for by the case's validation wherever the law takes them
         let [young, poisson] = [self.young_mpa, self.poisson].map(|x| x.unwrap_or(f64::NAN));
         let elastic = match &self.law {
-            LawCase::Hencky => Material::elastic(ElasticLaw::Hencky, young, poisson),
-            LawCase::NeoHookean => Material::elastic(ElasticLaw::NeoHookean, young, poisson),
+            LawCase::Hencky => Material::hencky(young, poisson),
+            LawCase::NeoHookean => Material::neo_hookean(young, poisson),
             LawCase::SaintVenantKirchhoff => {
                 let shear_mpa = young / (2.0 * (1.0 + poisson));
                 let lame_mpa = 2.0 * shear_mpa * poisson / (1.0 - 2.0 * poisson);
@@ -97,12 +97,12 @@ impl MaterialCase {
                 bulk_mpa: *bulk_mpa,
             })?,
         };
-        Ok(Material {
-            toughness_n_per_mm: self.toughness_n_per_mm,
+        let fracture = self.toughness_n_per_mm.map(|toughness_n_per_mm| Fracture {
+            toughness_n_per_mm,
             viscosity_mpa_s: self.viscosity_mpa_s,
             residual_stiffness: self.residual_stiffness,
-            ..elastic
-        })
+        });
+        Ok(Material { fracture, ..elastic })
     }
 }
 

@@ -110,9 +110,9 @@ fn laws_with_constants_of_their_own_become_materials() {
     };
     let shear = |law: &str| {
         let case = parse(law, "").unwrap().case;
-        let material = case.material["matrix"].in_fem().unwrap();
+        let elasticity = case.material["matrix"].in_fem().unwrap().elasticity;
         assert_eq!(CaseFile::parse(&case.to_toml(), Path::new("again.toml")).unwrap().case, case);
-        material.young_mpa / (2.0 * (1.0 + material.poisson))
+        elasticity.young_mpa() / (2.0 * (1.0 + elasticity.poisson()))
     };
     let mooney = "{ mooney-rivlin = { c10_mpa = 0.16, c01_mpa = 0.01, bulk_mpa = 20.0 } }";
     assert!((shear(mooney) - 2.0 * 0.17).abs() < 1e-12);

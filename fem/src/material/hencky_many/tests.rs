@@ -8,7 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::*;
 use crate::material::tests::{POISSON, Printed, YOUNG, damaged, states};
-use crate::material::{Inverted, Material, POINTS, PhaseField};
+use crate::material::{Fracture, Inverted, Material, POINTS, PhaseField};
 use crate::operator::dispatch;
 
 /// What one point gives, in the global axes or, as `strain` and below, in the principal basis.
@@ -106,12 +106,12 @@ fn respond(
 }
 
 fn forms() -> Vec<(Split, PointMaterial)> {
-    let steel = Material::elastic(ElasticLaw::Hencky, YOUNG, POISSON);
+    let steel = Material::hencky(YOUNG, POISSON);
     let mut forms = Vec::new();
     for split in [Split::None, Split::VolumetricDeviatoric, Split::Spectral] {
         forms.push((split, damaged(steel.clone(), split)));
         let field = PhaseField { split, hybrid: true, ..PhaseField::new(1.0) };
-        let material = Material { toughness_n_per_mm: Some(1.0), ..steel.clone() };
+        let material = steel.clone().with_fracture(Fracture::new(1.0));
         forms.push((split, material.at_point(Some(&field))));
     }
     forms

@@ -6,7 +6,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::*;
 use crate::element::{DamageRule, Linear, Quadratic, Rule, Tetrahedron};
 use crate::fields::Fields;
-use crate::material::{ElasticLaw, PhaseField, Split};
+use crate::material::{Material, PhaseField, Split};
 use crate::operator::Span;
 use crate::operator::element::Element;
 use crate::operator::tests::{cube, materials};
@@ -29,7 +29,7 @@ fn assert_as_alone<const N: usize, T: Tetrahedron<N>>(
     let space = Space::new::<T>(&mesh, Rule::new::<T>(rule));
     let nodes = space.nodes.len();
     // the stiff region is elastic
-    let materials = materials(ElasticLaw::Hencky, field, rule == DamageRule::Absent);
+    let materials = materials(Material::hencky, field, rule == DamageRule::Absent);
     let materials = if rule == DamageRule::Absent {
         materials.into_iter().map(|m| PointMaterial { damage: None, ..m }).collect()
     } else {
@@ -124,8 +124,8 @@ fn other_laws_are_for_single_points() {
     let mesh = cube(2, &mut rng);
     let space = Space::new::<Linear>(&mesh, Rule::new::<Linear>(DamageRule::Vertex));
     let fields = Fields::zero(space.nodes.len());
-    let hencky = materials(ElasticLaw::Hencky, PhaseField::new(0.3), false);
-    let other = materials(ElasticLaw::NeoHookean, PhaseField::new(0.3), false);
+    let hencky = materials(Material::hencky, PhaseField::new(0.3), false);
+    let other = materials(Material::neo_hookean, PhaseField::new(0.3), false);
     let mixed = [hencky[0].clone(), other[1].clone()];
     for (materials, batched) in [(&hencky[..], true), (&other, false), (&mixed, false)] {
         let span = Span::new(&fields.damage, 1.0);

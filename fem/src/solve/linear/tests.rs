@@ -10,7 +10,7 @@ use super::factor::Symbolic;
 use super::*;
 use crate::element::{DamageRule, Linear, Quadratic, Rule, Space, Tetrahedron};
 use crate::fields::Fields;
-use crate::material::{ElasticLaw, Material, PhaseField, PointMaterial};
+use crate::material::{Fracture, Material, PhaseField, PointMaterial};
 use crate::mesh::CylinderLattice;
 use crate::operator::{
     Assembly, LANES, Operator, Pattern, ReferenceRule, Residual, Span, Tangent, Unknowns,
@@ -182,13 +182,13 @@ impl<const N: usize> Cylinder<N> {
         }
         let space = Space::new::<T>(&mesh, Rule::new::<T>(DamageRule::Vertex));
         let field = PhaseField::new(0.06);
-        let soft = Material {
-            toughness_n_per_mm: Some(0.0025),
+        let soft = Material::hencky(275.0, 0.25).with_fracture(Fracture {
+            toughness_n_per_mm: 0.0025,
             viscosity_mpa_s: 0.3,
             residual_stiffness: 0.01,
-            ..Material::elastic(ElasticLaw::Hencky, 275.0, 0.25)
-        };
-        let stiff = Material { young_mpa: 22_000.0, ..soft.clone() };
+        });
+        let stiff =
+            Material { elasticity: Material::hencky(22_000.0, 0.25).elasticity, ..soft.clone() };
         let materials = [soft, stiff].iter().map(|m| m.at_point(Some(&field))).collect();
         let (mut held, mut fields) = (Vec::new(), Fields::zero(space.nodes.len()));
         for (n, x) in space.nodes.iter().enumerate() {
