@@ -18,11 +18,12 @@ mod analyse;
 mod ast;
 mod emit;
 mod errors;
-#[cfg(test)]
-mod fuzz;
 mod parse;
 mod plan;
 mod syntax;
+#[cfg(test)]
+#[path = "../tests/unit/mod.rs"]
+mod unit;
 
 use proc_macro2::TokenStream;
 

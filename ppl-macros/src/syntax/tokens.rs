@@ -84,7 +84,11 @@ pub(crate) fn source(tokens: &[TokenTree]) -> String {
     {
         trees = rest.get(1..).unwrap_or_default();
     }
-    write(trees.iter().cloned(), &mut text, &mut last);
+    if proc_macro::is_available() {
+        write(trees.iter().cloned(), &mut text, &mut last);
+    } else {
+        text = trees.iter().cloned().collect::<TokenStream>().to_string();
+    }
     if text.chars().count() > LONGEST {
         text = text.chars().take(LONGEST - 1).chain(['…']).collect();
     }
@@ -119,12 +123,12 @@ fn piece(token: &str, span: Span, text: &mut String, last: &mut Option<Span>) {
     *last = Some(span);
 }
 
-fn start(span: Span) -> Option<(usize, usize)> {
-    proc_macro::is_available().then(|| point(span.unwrap().start()))
+fn start(span: Span) -> (usize, usize) {
+    point(span.unwrap().start())
 }
 
-fn end(span: Span) -> Option<(usize, usize)> {
-    proc_macro::is_available().then(|| point(span.unwrap().end()))
+fn end(span: Span) -> (usize, usize) {
+    point(span.unwrap().end())
 }
 
 fn point(span: proc_macro::Span) -> (usize, usize) {
@@ -133,5 +137,5 @@ fn point(span: proc_macro::Span) -> (usize, usize) {
 
 /// The line on which a span begins; 0 outside the compiler.
 pub(crate) fn line(span: Span) -> usize {
-    start(span).map_or(0, |(line, _)| line)
+    if proc_macro::is_available() { start(span).0 } else { 0 }
 }

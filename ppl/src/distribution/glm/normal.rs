@@ -18,8 +18,8 @@ use crate::terms::{Joined, Terms};
 ///
 /// ln p(y) = −½ Σᵢ ((yᵢ − ηᵢ)/σ)² − n ln σ − ½ n ln 2π, for σ > 0.
 ///
-/// x is a [`Design`], one row a datum; the intercept a number or an unknown, or one a group by
-/// [`ByGroup`](crate::ByGroup); the slopes an array, a slice or a `Vec`, one a predictor. Data are
+/// x is a [`Design`], one row a datum, without entries (`&[[f64; 0]]`) if there are no predictors; the
+/// intercept a number or an unknown, or one a group by [`ByGroup`](crate::ByGroup); the slopes an array, a slice or a `Vec`, one a predictor. Data are
 /// slices or vectors of numbers. What suffices of them is found when they are bound (the means of
 /// the groups, and a QR factorisation of what is left), so that a gradient costs as much as there are
 /// groups and predictors, however many data there are. Cross-validation sees every datum by itself.
