@@ -47,25 +47,24 @@
 extern crate self as ppl;
 
 mod accumulator;
-mod any;
 mod arithmetic;
 mod bound;
 pub mod check;
-mod collect;
+mod coordinates;
 mod density;
 pub mod diagnostics;
 mod differentiable;
-mod dimensions;
 mod distribution;
 mod dot;
 mod dual;
 mod entry;
-mod explain;
+mod erased;
 mod export;
 mod expression;
-mod findings;
 mod group;
 pub mod guide;
+mod inspect;
+mod layout;
 mod ledger;
 mod literal;
 mod ln_sum_exp;
@@ -78,7 +77,6 @@ mod partials;
 mod posterior;
 mod power_scaling;
 mod predictive;
-mod prior;
 mod reading;
 mod real;
 mod record;
@@ -92,25 +90,28 @@ pub mod tape;
 mod terms;
 mod trace;
 pub mod transform;
+mod warnings;
+mod words;
 
-pub use bound::{Bound, Layout, ModelError, Workspace};
+pub use bound::{Bound, Workspace};
+pub use coordinates::Coordinates;
 pub use density::{DomainError, LogDensity, Place, Rejection};
 pub use differentiable::{Differentiable, Forward, Generic};
-pub use dimensions::{Coordinates, LabelError};
 pub use distribution::*;
 pub use dot::dot;
 pub use dual::Dual;
 pub use entry::{Entry, Record, Role, Variable};
 pub use expression::Expression;
-pub use findings::{Finding, FindingKind};
 pub use group::{Group, Values};
+pub use inspect::ModelError;
+pub use layout::{LabelError, Layout};
 pub use ln_sum_exp::ln_sum_exp;
 pub use model::{Context, Model};
 pub use ode::{Ode, Solution};
 pub use optimize::{Laplace, Map, Mode, OptimizeError};
 pub use parameter::Parameter;
 pub use partials::Partials;
-pub use posterior::{DivergentPoint, Posterior, PosteriorError};
+pub use posterior::{DivergentPoint, Posterior, PosteriorError, SampleError, SummaryRow};
 pub use power_scaling::{PowerScaling, PowerScalingError, Sensitivity, SensitivityRow};
 #[doc(inline)]
 #[doc = include_str!("language.md")]
@@ -122,13 +123,15 @@ pub use real::Real;
 pub use record::{Datum, Incomplete, Record as Recordable};
 pub use sampler::{
     Chain, ChainStatus, Chains, ChainsFileError, Covariance, DelayedAcceptance, Divergence,
-    DrawStats, MapKind, MapSwitch, Metropolis, Nuts, Progress, SampleError, WarmupReport,
+    DrawStats, MapKind, MapSwitch, Mcmc, Metropolis, NoUTurn, Nuts, Progress, RandomWalk, RunError,
+    Screened, WarmupReport,
 };
 pub use scalar::{Arithmetic, Scalar};
 pub use site::{Failure, Site};
 pub use submodel::{Declaration, Part, Prediction, Submodel};
-pub use summary::{Summary, SummaryRow};
+pub use summary::Summary;
 pub use terms::{Joined, Terms};
+pub use warnings::{Warning, WarningKind};
 
 /// The language of models: distributions, their variations, and what expressions need.
 pub mod prelude {

@@ -5,16 +5,16 @@ use std::borrow::Cow;
 use rand::RngCore;
 
 use crate::density::Rejection;
-use crate::dimensions;
 use crate::distribution::{Distribution, Unknown};
 use crate::entry::{Entry, Label, Record, Role};
-use crate::explain;
+use crate::layout;
 use crate::model::Context;
 use crate::reading::{Pool, too_few_coordinates};
 use crate::real::Real;
 use crate::record::Record as Recordable;
 use crate::site::Site;
 use crate::terms::Settled;
+use crate::words;
 
 /// Where a trace takes its unknowns from.
 pub(crate) enum Source<'y> {
@@ -67,7 +67,7 @@ impl<'y> Trace<'y> {
     /// What was recorded, if its dimensions fit together.
     pub(crate) fn finish(mut self) -> Result<Record, Rejection> {
         self.record.unfold();
-        dimensions::check(&self.record.entries, &self.record.coordinates)
+        layout::check(&self.record.entries, &self.record.coordinates)
             .map_err(|message| Rejection::Fatal { message })?;
         Ok(self.record)
     }
@@ -210,7 +210,7 @@ impl<'y> Trace<'y> {
         let index = self.record.get(&at.name).map_or(0, |entry| entry.log_likelihood.len());
         let mut numbers = Vec::new();
         datum.flatten(&mut numbers);
-        explain::datum(&at.name, at.stacked.then_some(index), &numbers)
+        words::datum(&at.name, at.stacked.then_some(index), &numbers)
     }
 
     /// Writes down a value with neither density nor replicate.

@@ -2,7 +2,6 @@
 
 mod algebra;
 mod angles;
-mod by_reference;
 mod partials;
 
 use crate::density::DomainError;
@@ -10,7 +9,6 @@ use crate::record::{Datum, Record};
 use crate::scalar::Scalar;
 
 pub(crate) use angles::Angles;
-pub(crate) use by_reference::by_reference;
 use partials::Entry;
 pub(super) use partials::Whole;
 
