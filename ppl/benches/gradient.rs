@@ -304,7 +304,8 @@ fn main() {
         let group: Vec<usize> = (0..5 * groups).map(|i| i / 5).collect();
         let y: Vec<f64> = (0..5 * groups).map(|i| (1.7 * i as f64).sin()).collect();
         report(&format!("hierarchical_d{}", groups + 3), quick, &hierarchy(groups, &group, &y));
-        let glm = hierarchy_glm(groups, &vec![[]; y.len()], &group, &y);
+        let none = vec![[]; y.len()];
+        let glm = hierarchy_glm(groups, &none, &group, &y);
         report(&format!("hierarchical_glm_d{}", groups + 3), quick, &glm);
     }
     let houses: Vec<House> = (0..919)

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use rand::RngCore;
 
-use crate::density::Rejection;
+use crate::density::{Place, Rejection};
 use crate::distribution::{Distribution, Unknown};
 use crate::entry::{Entry, Label, Record, Role};
 use crate::layout;
@@ -56,12 +56,15 @@ pub(crate) struct Trace<'y> {
     pub(crate) pools: Option<Vec<Pool>>,
     /// The datum whose distribution was not defined.
     pub(crate) failing: Option<String>,
+    /// The statement that came last.
+    pub(crate) last: Option<Place>,
 }
 
 impl<'y> Trace<'y> {
     pub(crate) fn new(source: Source<'y>, rng: &'y mut dyn RngCore) -> Self {
         let record = Record::default();
-        Self { source, rng, record, around: Vec::new(), pools: None, failing: None }
+        let (around, pools, failing, last) = (Vec::new(), None, None, None);
+        Self { source, rng, record, around, pools, failing, last }
     }
 
     /// What was recorded, if its dimensions fit together.
@@ -150,6 +153,7 @@ impl<'y> Trace<'y> {
         is_imputed: bool,
         distribution: &D,
     ) -> Result<D::Value, Rejection> {
+        self.last = Some(site.place);
         let value = match &mut self.source {
             Source::Prior => site.locate(distribution.try_draw(self.rng))?,
             Source::Point(point) => {
@@ -191,6 +195,7 @@ impl<'y> Trace<'y> {
         datum: &D::Value,
         distribution: &D,
     ) -> Result<(), Rejection> {
+        self.last = Some(site.place);
         let drawn = distribution.fits(datum).and_then(|()| distribution.try_draw(self.rng));
         let replicate = match drawn {
             Ok(replicate) => replicate,
@@ -220,6 +225,7 @@ impl<'y> Trace<'y> {
         role: Role,
         value: &dyn Recordable,
     ) -> Result<(), Rejection> {
+        self.last = Some(site.place);
         self.write(&self.label(site), role, value)?;
         Ok(())
     }

@@ -9,7 +9,12 @@ use crate::syntax::tokens::line;
 
 /// The context.
 pub(super) fn cx() -> Ident {
-    Ident::new("cx", Span::mixed_site())
+    cx_at(Span::mixed_site())
+}
+
+/// The context, asked where the user wrote something: there errors are reported.
+pub(super) fn cx_at(place: Span) -> Ident {
+    Ident::new("cx", Span::mixed_site().located_at(place))
 }
 
 /// The value of a submodel.

@@ -6,7 +6,7 @@ use syn::Ident;
 use syn::ext::IdentExt;
 use syn::spanned::Spanned;
 
-use super::names::{cx, site, sum_of, value};
+use super::names::{cx, cx_at, site, sum_of, value};
 use crate::plan::{Action, Arm, ArmBody, Body, Flow, Init, Observation, Plate, Step, shared_name};
 
 fn block(body: &Body) -> TokenStream {
@@ -67,6 +67,7 @@ fn action(action: &Action) -> TokenStream {
         Action::Observe(observation) => {
             let Observation { place, tilde, distribution, .. } = observation;
             let (span, site) = (span.located_at(tilde.span()), site(observation.site));
+            let cx = cx_at(span);
             let datum = quote_spanned!(place.span()=> &#place);
             if observation.is_summed {
                 let sum = sum_of(observation.site);
@@ -79,11 +80,13 @@ fn action(action: &Action) -> TokenStream {
         Action::ObserveAll { data, observation } => {
             let Observation { attrs, tilde, distribution, .. } = observation;
             let (span, site) = (span.located_at(tilde.span()), site(observation.site));
+            let cx = cx_at(span);
             quote_spanned!(span=> #(#attrs)* #cx.condition_all(#site, #distribution, #data)?;)
         }
         Action::Complete { name, observation } => {
             let Observation { place, tilde, distribution, .. } = observation;
             let (span, site) = (span.located_at(tilde.span()), site(observation.site));
+            let cx = cx_at(span);
             let datum = quote_spanned!(place.span()=> &#place);
             // afterwards the name stands for what is complete
             let name = name.as_ref().map(|name| quote!(#[allow(unused_variables)] let #name =));

@@ -2,8 +2,10 @@
 
 use rand::Rng;
 
+use super::design::Design;
+use super::intercept::Intercept;
+use super::regression::{self, Eta, Regression};
 use super::summary::{Fit, Summary};
-use super::{Design, Eta, Intercept, Regression};
 use crate::density::DomainError;
 use crate::distribution::traits::normaliser;
 use crate::distribution::{Distribution, Family, Normal, Vector};
@@ -90,7 +92,7 @@ where
 
     #[inline(always)]
     fn add_terms(&self, y: &Vec<R>, terms: &mut impl Terms<R>) {
-        super::add_terms(self, y.iter().copied(), terms);
+        regression::add_terms(self, y.iter().copied(), terms);
     }
 
     const SUMMARISES: bool = true;
@@ -118,19 +120,19 @@ where
     }
 
     fn pointwise(&self, y: &Vec<R>, out: &mut Vec<f64>) {
-        super::pointwise(self, y, out);
+        regression::pointwise(self, y, out);
     }
 
     fn fits(&self, y: &Vec<R>) -> Result<(), DomainError> {
-        super::require_length("NormalGlm", &self.0, y.len())
+        regression::require_length("NormalGlm", &self.0, y.len())
     }
 
     fn validate(&self) -> Result<(), DomainError> {
-        super::validate("NormalGlm", &self.0, &self.1, &self.2)?;
+        regression::validate("NormalGlm", &self.0, &self.1, &self.2)?;
         DomainError::require_positive("NormalGlm", "sd", self.3.number())
     }
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Vec<R> {
-        super::draw(self, rng)
+        regression::draw(self, rng)
     }
 }
