@@ -53,18 +53,19 @@
 //!
 //! From the ground up; an import goes down only, and no two files import each other.
 //!
-//! 1. `error` what can be wrong, with its source
-//! 2. `fields` displacement and damage at the nodes
-//! 3. `mesh` tetrahedra with named regions and surfaces, Gmsh and ParaView files
-//! 4. `specimen` grains, packings and their labels
-//! 5. `element` linear and quadratic tetrahedra, quadrature, the space on a mesh
-//! 6. `material` laws, damage, and what they give at a point
-//! 7. `operator` residual and tangent of a whole mesh, bounds of the unknowns
-//! 8. `solve` Newton, alternate minimisation, arc length, contact passes, linear solvers
-//! 9. `boundary` conditions, loads, platens and contact
-//! 10. `problem` a problem, its load steps, curves and checkpoints
-//! 11. `ensemble` many runs in a directory
-//! 12. `bench` what the bench of the engine times (feature `bench-internals`)
+//! 1. `error`: what can be wrong, with its source
+//! 2. `fields`: displacement and damage at the nodes
+//! 3. `mesh`: tetrahedra with named regions and surfaces, Gmsh and ParaView files
+//! 4. `specimen`: grains, packings and their labels
+//! 5. `element`: linear and quadratic tetrahedra, quadrature, the space on a mesh
+//! 6. `material`: laws, damage, and what they give at a point
+//! 7. `operator`: residual and tangent of a whole mesh, bounds of the unknowns
+//! 8. `solve`: Newton, alternate minimisation, arc length, contact passes, linear solvers
+//! 9. `boundary`: conditions, loads, platens and contact
+//! 10. `problem`: a problem, its load steps, curves and checkpoints
+//! 11. `ensemble`: many runs in a directory
+//! 12. `bench`: what the bench of the engine times (feature `bench-internals`)
+//! 13. `equations`: a page of text
 
 #[cfg(feature = "bench-internals")]
 pub mod bench;

@@ -105,6 +105,7 @@ impl<T: Real> MatrixFree<T> {
     }
 
     /// What the point data take in memory.
+    #[cfg(feature = "bench-internals")]
     pub(crate) fn bytes(&self) -> usize {
         self.data.iter().map(|data| std::mem::size_of_val(data.as_slice())).sum()
     }

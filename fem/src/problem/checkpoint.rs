@@ -8,6 +8,7 @@ use std::fs::File;
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use super::fingerprint::Fingerprint;
 use super::state::State;
 use crate::error::{CheckpointError, FemError};
 
@@ -33,27 +34,6 @@ pub struct Checkpoint {
 /// What every version of the format begins with, and this one.
 const MAGIC: &[u8] = b"breccia-state ";
 const VERSION: &[u8] = b"breccia-state 3\n";
-
-/// FNV-1a over bytes: enough to notice a damaged file or another test.
-#[derive(Clone, Copy)]
-pub(crate) struct Fingerprint(u64);
-
-impl Fingerprint {
-    pub(crate) fn new() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-
-    pub(crate) fn add(mut self, bytes: &[u8]) -> Self {
-        for &byte in bytes {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-        self
-    }
-
-    pub(crate) fn value(self) -> u64 {
-        self.0
-    }
-}
 
 impl Checkpoint {
     /// Writes a state.

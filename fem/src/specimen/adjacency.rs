@@ -1,11 +1,11 @@
-//! Labels of tetrahedra that are mended by what lies around them.
+//! Which tetrahedra touch, and labels that are corrected by their neighbours.
 
 use rayon::prelude::*;
 
 use crate::mesh::TetMesh;
 
-/// What lies around each tetrahedron and each node.
-pub(super) struct Surroundings<'a> {
+/// The neighbours of each tetrahedron and the tetrahedra of each node.
+pub(super) struct Adjacency<'a> {
     mesh: &'a TetMesh,
     /// Inner faces, as the two tetrahedra that meet there.
     faces: &'a [[u32; 2]],
@@ -19,7 +19,7 @@ pub(super) struct Surroundings<'a> {
 /// Stands for a face on the boundary.
 const NONE: u32 = u32::MAX;
 
-impl<'a> Surroundings<'a> {
+impl<'a> Adjacency<'a> {
     /// `faces` are [`TetMesh::neighbours`].
     pub(super) fn new(mesh: &'a TetMesh, faces: &'a [[u32; 2]]) -> Self {
         let mut faces_of = vec![[NONE; 4]; mesh.tets.len()];
@@ -56,7 +56,7 @@ impl<'a> Surroundings<'a> {
     }
 
     /// The tetrahedra of one label around this one, if there are fewer than `smallest`.
-    fn island(&self, labels: &[u32], tet: u32, smallest: usize) -> Option<Vec<u32>> {
+    fn component(&self, labels: &[u32], tet: u32, smallest: usize) -> Option<Vec<u32>> {
         let alike = |other: u32| labels[other as usize] == labels[tet as usize];
         // most have enough around them
         if 1 + self.around(tet).filter(|&(_, other)| alike(other)).count() >= smallest {
@@ -78,10 +78,10 @@ impl<'a> Surroundings<'a> {
         (members.len() < smallest).then_some(members)
     }
 
-    /// Turns grain islands of fewer than `smallest` tetrahedra into matrix, then such matrix islands
-    /// into the grain around them. In this order no island is left: a matrix island joins a grain
-    /// that is large enough.
-    pub(super) fn drop_islands(&self, labels: &mut [u32], smallest: usize) -> usize {
+    /// Turns connected components of a grain with fewer than `smallest` tetrahedra into matrix, then
+    /// such components of the matrix into the grain around them. In this order no small component is
+    /// left: one of the matrix joins a grain that is large enough.
+    pub(super) fn drop_small_components(&self, labels: &mut [u32], smallest: usize) -> usize {
         let mut changed = 0;
         for of_grain in [true, false] {
             let change = |tet: u32| {
@@ -89,7 +89,7 @@ impl<'a> Surroundings<'a> {
                 if (own > 0) != of_grain {
                     return None;
                 }
-                let members = self.island(labels, tet, smallest)?;
+                let members = self.component(labels, tet, smallest)?;
                 let faces = members.iter().flat_map(|&member| self.around(member));
                 let outside = faces.filter(|&(_, other)| labels[other as usize] != own);
                 // of several grains around it, that behind the last of its faces
@@ -106,7 +106,7 @@ impl<'a> Surroundings<'a> {
 
     /// Gives every node to the grain that most of its tetrahedra belong to, and takes from the
     /// grains all tetrahedra with a node that another grain has.
-    pub(super) fn part_grains(&self, labels: &mut [u32]) -> usize {
+    pub(super) fn separate_grains(&self, labels: &mut [u32]) -> usize {
         let owner = |node: usize| {
             let mut claims: Vec<(u32, u32)> = Vec::new();
             let range = self.start[node] as usize..self.start[node + 1] as usize;
@@ -146,8 +146,8 @@ mod tests {
     use crate::mesh::CylinderLattice;
     use crate::mesh::tet_mesh::Parts;
 
-    /// Islands as the small classes of equal labels, found all at once.
-    fn drop_islands(labels: &mut [u32], faces: &[[u32; 2]], smallest: usize) -> usize {
+    /// The same by the classes of equal labels, found all at once.
+    fn drop_small_components(labels: &mut [u32], faces: &[[u32; 2]], smallest: usize) -> usize {
         let mut changed = 0;
         for of_grain in [true, false] {
             let mut parts = Parts::new(labels.len());
@@ -180,11 +180,11 @@ mod tests {
     }
 
     #[test]
-    fn islands_are_those_of_the_connected_classes() {
+    fn components_are_those_of_the_connected_classes() {
         let lattice = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 0.7 };
         let mesh = lattice.build().expect("a sound lattice");
         let faces = mesh.neighbours();
-        let surroundings = Surroundings::new(&mesh, &faces);
+        let adjacency = Adjacency::new(&mesh, &faces);
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
         for smallest in [0, 1, 2, 3, 7] {
             for grains in [1, 2, 5] {
@@ -192,11 +192,11 @@ mod tests {
                     .map(|_| if rng.random_bool(0.6) { rng.random_range(1..=grains) } else { 0 })
                     .collect();
                 let mut expected = labels.clone();
-                let changed = drop_islands(&mut expected, &faces, smallest);
-                assert_eq!(surroundings.drop_islands(&mut labels, smallest), changed);
+                let changed = drop_small_components(&mut expected, &faces, smallest);
+                assert_eq!(adjacency.drop_small_components(&mut labels, smallest), changed);
                 assert_eq!(labels, expected);
                 // no node belongs to two grains, and nothing changes a second time
-                surroundings.part_grains(&mut labels);
+                adjacency.separate_grains(&mut labels);
                 let mut grain_of = vec![0; mesh.nodes.len()];
                 for (tet, &label) in mesh.tets.iter().zip(&labels).filter(|(_, label)| **label > 0)
                 {
@@ -206,7 +206,7 @@ mod tests {
                         *grain = label;
                     }
                 }
-                assert_eq!(surroundings.part_grains(&mut labels), 0);
+                assert_eq!(adjacency.separate_grains(&mut labels), 0);
             }
         }
     }

@@ -256,7 +256,7 @@ fn child() {
 
 fn start_child(directory: &Path) -> Child {
     Command::new(std::env::current_exe().unwrap())
-        .args(["--exact", "child", "--ignored"])
+        .args(["--exact", "ensemble::child", "--ignored"])
         .env(CHILD_DIRECTORY, directory)
         .stdout(Stdio::null())
         .stderr(Stdio::null())

@@ -1,12 +1,10 @@
 //! Boundary conditions: patch test, tractions, body force, symmetry, reactions, refusals.
 
-mod support;
-
+use crate::support::{HEIGHT, prism};
 use fem::{
     Axis, Conditions, End, FemError, Material, Order, Outcome, Problem, Schedule, SolverOptions,
     TetMesh,
 };
-use support::{HEIGHT, prism};
 
 const ORDERS: [Order; 2] = [Order::Linear, Order::Quadratic];
 

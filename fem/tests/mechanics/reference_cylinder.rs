@@ -1,10 +1,8 @@
 //! The reference cylinder: 24 stiff spheres in a soft matrix, 19 443 tetrahedra (definitions 3.6,
 //! cases 4 to 6). Two independent codes agree on the elastic numbers to 12 digits.
 
-mod support;
-
+use crate::support::{by_region, grain, loading, matrix, phase_field, reference_cylinder, test};
 use fem::{DamageQuadrature, End, Material, Order, Split};
-use support::{by_region, grain, loading, matrix, phase_field, reference_cylinder, test};
 
 fn assert_forces(law: fn(f64, f64) -> Material, forces: [f64; 5], energy: Option<f64>) {
     let Some(mesh) = reference_cylinder() else { return };

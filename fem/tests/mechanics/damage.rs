@@ -1,16 +1,16 @@
 //! Damage models on uniform specimens, against closed forms, and the snap-back of a bar.
 
-mod support;
-
 use std::ops::ControlFlow;
 
+use crate::support::column::{layers, snap_back};
+use crate::support::{
+    HEIGHT, RADIUS, grain, loading, matrix, phase_field, prism, test, with_options,
+};
 use fem::{
     Axis, Conditions, CrackDensity, CurvePoint, DamageQuadrature, End, Fields, Fracture,
     Irreversibility, Material, Order, PhaseField, Problem, SaintVenantKirchhoff, Schedule, Scheme,
     SolverOptions, Split,
 };
-use support::column::{layers, snap_back};
-use support::{HEIGHT, RADIUS, grain, loading, matrix, phase_field, prism, test, with_options};
 
 const LENGTH: f64 = 0.06;
 

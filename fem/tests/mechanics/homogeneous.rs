@@ -3,10 +3,8 @@
 //! The state is uniform on any prism, so every element and rule must reproduce it to solver
 //! tolerance. The oracle knows no finite elements: one scalar law for the damage.
 
-mod support;
-
+use crate::support::{HEIGHT, RADIUS, loading, matrix, peak, phase_field, prism, test};
 use fem::{DamageQuadrature, Fracture, Material, Order, PhaseField, Split};
-use support::{HEIGHT, RADIUS, loading, matrix, peak, phase_field, prism, test};
 
 const LENGTH: f64 = 0.06;
 

@@ -1,15 +1,13 @@
 //! A killed run that is continued gives the identical curve.
 
-mod support;
-
 use std::ops::ControlFlow;
 
+use crate::support::column::snap_back;
+use crate::support::{between, grain, loading, matrix, phase_field, prism};
 use fem::{
     Checkpoint, CheckpointError, CrackDensity, CurvePoint, End, FemError, Fields, Friction,
     Irreversibility, Observer, Order, Outcome, PhaseField, Platens, Problem, Split,
 };
-use support::column::snap_back;
-use support::{between, grain, loading, matrix, phase_field, prism};
 
 fn test(field: PhaseField) -> Problem {
     pushed(0.2, field)
@@ -17,7 +15,7 @@ fn test(field: PhaseField) -> Problem {
 
 fn pushed(displacement_mm: f64, field: PhaseField) -> Problem {
     let materials = vec![matrix(), grain()];
-    support::test(
+    crate::support::test(
         prism(3, true),
         Order::Linear,
         materials,

@@ -1,19 +1,17 @@
 //! Convergence to manufactured solutions, in space and in time.
 
-mod support;
-
+use crate::support::block::{block, even};
+use crate::support::manufactured::{errors, order};
 use fem::{
     Axis, Conditions, DamageQuadrature, Fracture, Material, Order, PhaseField, Problem, Schedule,
     SolverOptions,
 };
-use support::block::{block, even};
-use support::manufactured::{errors, order};
 
 /// The observed orders on the last two of four meshes, which must come near the theory's.
 fn check(element: Order, cells: [usize; 4], damaged: bool, expected: [f64; 2]) {
     let found: Vec<_> = cells.iter().map(|&n| errors(n, element, damaged)).collect();
     let ratio = cells[3] as f64 / cells[2] as f64;
-    type Norms = fn(&support::manufactured::Errors) -> [f64; 2];
+    type Norms = fn(&crate::support::manufactured::Errors) -> [f64; 2];
     let fields: [(&str, Norms); 2] = [("u", |e| e.displacement), ("φ", |e| e.damage)];
     for (name, errors) in &fields[..if damaged { 2 } else { 1 }] {
         for (k, norm) in ["L²", "H¹"].iter().enumerate() {

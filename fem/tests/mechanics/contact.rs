@@ -1,14 +1,12 @@
 //! Platens: Hertz, lift-off, Coulomb's block, and agreement with the sliding ones.
 
-mod support;
-
+use crate::support::block::{block, even};
+use crate::support::hertz::hertz;
+use crate::support::{between, loading, matrix, phase_field, prism};
 use fem::{
     Axis, Conditions, End, Friction, Material, Order, Platen, Platens, Problem, Schedule,
     SolverOptions,
 };
-use support::block::{block, even};
-use support::hertz::hertz;
-use support::{between, loading, matrix, phase_field, prism};
 
 fn steps(n: u32) -> Schedule {
     Schedule::fixed(1.0, n)
@@ -132,7 +130,7 @@ fn unilateral_platens_without_friction_press_as_sliding_ones_do() {
         (Order::Linear, Some(phase_field(fem::Split::None))),
     ] {
         let way = loading(0.1, 1.0, 4);
-        let test = support::test(prism(2, false), order, vec![matrix()], field, way, 1e-10);
+        let test = crate::support::test(prism(2, false), order, vec![matrix()], field, way, 1e-10);
         let sliding = test.run(&mut ());
         let free = between(&test, way, Platens::Unilateral(Friction::none()));
         let unilateral = free.run(&mut ());
@@ -149,7 +147,7 @@ fn friction_stiffens_a_specimen_and_is_paid_for() {
     let mesh =
         fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.2 }.build().unwrap();
     let way = loading(0.22, 1.0, 8);
-    let test = support::test(mesh, Order::Linear, soft(275.0, 0.25), None, way, 1e-9);
+    let test = crate::support::test(mesh, Order::Linear, soft(275.0, 0.25), None, way, 1e-9);
     let run = |friction: f64| {
         let friction = Friction {
             coefficient: friction,
@@ -177,7 +175,7 @@ fn platens_press_stiff_grains_from_the_first_increment_on() {
     fem::label(&mut mesh, &grains);
     let solids = [275.0, 22_000.0].map(|young| Material::hencky(young, 0.25));
     let way = loading(0.05, 0.25, 2);
-    let test = support::test(mesh, Order::Linear, solids.to_vec(), None, way, 1e-8);
+    let test = crate::support::test(mesh, Order::Linear, solids.to_vec(), None, way, 1e-8);
     let sliding = test.run(&mut ()).curve[1].force_n;
     let [smooth, rough] = [0.0, 0.2].map(|coefficient| {
         let friction =

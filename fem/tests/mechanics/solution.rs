@@ -1,14 +1,12 @@
 //! The way through a run: schemes, steps, fallbacks, linear solvers, interrupts, threads.
 
-mod support;
-
 use std::ops::ControlFlow;
 
+use crate::support::{grain, loading, matrix, peak, phase_field, prism, test, with_options};
 use fem::{
     CompressionTest, CurvePoint, End, FemError, Fields, LinearScheme, Material, Order, Schedule,
     Scheme, SolverOptions, Split, StepFailure,
 };
-use support::{grain, loading, matrix, peak, phase_field, prism, test, with_options};
 
 #[test]
 fn alternate_minimisation_reaches_the_same_equilibrium() {

@@ -2,10 +2,7 @@
 //! tension and in shear on coarse meshes; the converged figures are those of `cargo run --release -p
 //! fem --example notched_plate`.
 
-#[path = "support/notched_plate.rs"]
-mod notched;
-
-use notched::{Mode, NotchedPlate, kilonewton};
+use crate::support::notched_plate::{Mode, NotchedPlate, kilonewton};
 
 #[test]
 fn the_notched_plate_softens_as_the_record_says_and_breaks_at_once() {

@@ -1,11 +1,9 @@
 //! Tests that cannot be set up are refused before any step, with the entity and what helps.
 
-mod support;
-
+use crate::support::{grain, loading, matrix, phase_field, prism, with_options};
 use fem::{
     CompressionTest, Fracture, Material, Order, PhaseField, SolverOptions, Split, Stepping, TetMesh,
 };
-use support::{grain, loading, matrix, phase_field, prism, with_options};
 
 /// What a test is made of, to be spoilt.
 struct Input {

@@ -69,6 +69,31 @@ fn what_is_written_comes_back_the_same() {
     assert_same(&gmsh::read(&path, &GmshNames::default()).unwrap(), &mesh);
 }
 
+#[test]
+fn grain_numbers_survive_as_elementary_tags() {
+    let mut mesh = specimen();
+    let grain = |tet: usize| if mesh.region_of[tet] == 1 { 1 + (tet as u32) % 7 } else { 0 };
+    mesh.grain_of = Some((0..mesh.tets.len()).map(grain).collect());
+    // a grain in two regions
+    mesh.grain_of.as_mut().unwrap()[50] = 3;
+    let (_dir, path) = file("a.msh", "");
+    let names = gmsh::write(&path, &mesh).unwrap();
+    let read = gmsh::read(&path, &names).unwrap();
+    assert_same(&read, &mesh);
+    assert!(read.grain_of == mesh.grain_of && read.tets == mesh.tets, "tetrahedron by tetrahedron");
+    // regions by other names and in another order
+    let turned = GmshNames::new([("a grain", "grain"), ("soft", "matrix")], [("base", "bottom")]);
+    assert!(gmsh::read(&path, &turned).unwrap().grain_of == mesh.grain_of);
+
+    // without grains the tags are those of the regions
+    mesh.grain_of = None;
+    gmsh::write(&path, &mesh).unwrap();
+    assert_eq!(gmsh::read(&path, &names).unwrap().grain_of, None);
+    mesh.grain_of = Some(vec![u32::MAX; mesh.tets.len()]);
+    let error = gmsh::write(&path, &mesh).unwrap_err();
+    assert!(error.to_string().contains("grain number is too large"), "{error}");
+}
+
 /// Elements as (type, physical group, entity, node tags), triangles first.
 fn elements(mesh: &TetMesh, quadratic: bool) -> Vec<(i32, i32, i32, Vec<u64>)> {
     // mid-edge nodes are all the tag 900000: only corners may be read
@@ -253,6 +278,7 @@ fn all_variants_give_the_same_mesh() {
         let (_dir, path) = file("a.msh", bytes);
         let read = gmsh::read(&path, &names()).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_same(&read, &mesh);
+        assert_eq!(read.grain_of, None, "tags of other programs are no grains");
     }
 }
 

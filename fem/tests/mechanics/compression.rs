@@ -1,9 +1,7 @@
 //! Runs as a whole: balance of energy, similarity, elements and rules, fields on disk.
 
-mod support;
-
+use crate::support::{grain, loading, matrix, phase_field, prism, test};
 use fem::{DamageQuadrature, End, Fields, Fracture, Material, Order, Outcome, PhaseField, Split};
-use support::{grain, loading, matrix, phase_field, prism, test};
 
 fn composite(displacement: f64, steps: u32, materials: Vec<Material>) -> Outcome {
     test(
