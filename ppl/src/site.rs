@@ -80,7 +80,9 @@ impl Site {
     /// Attaches this place to what a user function returned by `?`.
     pub fn rejection(&self, error: impl Into<Failure>) -> Rejection {
         match error.into() {
-            Failure::Domain(error) => Rejection::Domain { place: self.place, error },
+            Failure::Domain(error) => {
+                Rejection::Domain { place: self.place, error: Box::new(error) }
+            }
             Failure::Rejection(rejection) => rejection,
         }
     }
@@ -109,6 +111,6 @@ impl From<Rejection> for Failure {
 
 impl From<DomainError> for Rejection {
     fn from(error: DomainError) -> Self {
-        Self::Domain { place: Place::unknown(), error }
+        Self::Domain { place: Place::unknown(), error: Box::new(error) }
     }
 }

@@ -4,13 +4,13 @@
 //! format, and a checksum of all that (FNV-1a, u64, little endian). What the linear solver keeps from
 //! step to step is not in it: a run with a checkpoint forgets that whenever it saves.
 
-use std::fs::File;
-use std::io::{self, ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::io::{self, ErrorKind};
+use std::path::PathBuf;
 
 use super::fingerprint::Fingerprint;
 use super::state::State;
 use crate::error::{CheckpointError, FemError};
+use crate::file::write_atomically;
 
 /// Where a run keeps its state, and how often it saves.
 ///
@@ -43,7 +43,7 @@ impl Checkpoint {
             .and_then(|mut bytes| {
                 let sum = Fingerprint::new().add(&bytes).value();
                 bytes.extend(sum.to_le_bytes());
-                replace(&self.path, &bytes)
+                write_atomically(&self.path, &bytes)
             })
             .map_err(|error| FemError::io("write", &self.path, error))
     }
@@ -80,15 +80,4 @@ fn decode(bytes: &[u8], fingerprint: u64) -> Result<State, CheckpointError> {
         return Err(CheckpointError::OtherProblem);
     }
     postcard::from_bytes(content).map_err(|_| damaged)
-}
-
-/// Puts bytes in the place of a file in one move.
-fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.partial", std::process::id()));
-    let partial = path.with_file_name(name);
-    let mut file = File::create(&partial)?;
-    file.write_all(bytes)?;
-    file.sync_all()?;
-    std::fs::rename(&partial, path)
 }

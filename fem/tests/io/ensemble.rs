@@ -1,4 +1,4 @@
-//! Campaigns: nothing lost, nothing made twice, whatever happens to the process.
+//! Ensembles: nothing lost, nothing made twice, whatever happens to the process.
 
 use std::collections::BTreeSet;
 use std::fs::{self, OpenOptions};
@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use fem::{
-    Campaign, CampaignError, CampaignProgress, CurvePoint, End, FemError, Outcome, RunEnd,
+    CurvePoint, End, Ensemble, EnsembleError, EnsembleProgress, FemError, Outcome, RunEnd,
     RunInput, RunRecord, RunStatus,
 };
 
@@ -46,8 +46,8 @@ fn without_seconds(mut records: Vec<RunRecord>) -> Vec<RunRecord> {
     records
 }
 
-fn in_directory(directory: &Path) -> Campaign {
-    Campaign::open(directory, FINGERPRINT).unwrap()
+fn in_directory(directory: &Path) -> Ensemble {
+    Ensemble::open(directory, FINGERPRINT).unwrap()
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn records_do_not_depend_on_the_number_of_threads_and_are_not_made_again() {
 }
 
 #[test]
-fn failures_are_recorded_with_their_reason_and_the_campaign_goes_on() {
+fn failures_are_recorded_with_their_reason_and_the_ensemble_goes_on() {
     let dir = tempfile::tempdir().unwrap();
     let failure = || FemError::Platens("no platen");
     let job = |run: &RunInput, _: &dyn Fn(f64)| match run.id {
@@ -106,22 +106,22 @@ fn failures_are_recorded_with_their_reason_and_the_campaign_goes_on() {
     assert_eq!((records[6].end, &records[6].status), (RunEnd::BelowPeak, &RunStatus::Finished));
 
     // failed runs are left alone unless asked for
-    let campaign = in_directory(dir.path());
-    let again = campaign.run(&runs, &NAMES, 2, &never_called, &(), &NEVER).unwrap();
+    let ensemble = in_directory(dir.path());
+    let again = ensemble.run(&runs, &NAMES, 2, &never_called, &(), &NEVER).unwrap();
     assert_eq!(again, records);
     let made = Mutex::new(BTreeSet::new());
     let job = |run: &RunInput, share: &dyn Fn(f64)| {
         made.lock().unwrap().insert(run.id);
         simple(run, share)
     };
-    let campaign = in_directory(dir.path()).retry_failed(true);
-    let retried = campaign.run(&runs, &NAMES, 2, &job, &(), &NEVER).unwrap();
+    let ensemble = in_directory(dir.path()).retry_failed(true);
+    let retried = ensemble.run(&runs, &NAMES, 2, &job, &(), &NEVER).unwrap();
     assert!(retried.iter().all(|record| record.status == RunStatus::Finished));
     assert_eq!(made.into_inner().unwrap(), BTreeSet::from([2, 3, 4, 5, 6]));
 }
 
 #[test]
-fn an_interrupted_campaign_resumes() {
+fn an_interrupted_ensemble_resumes() {
     let dir = tempfile::tempdir().unwrap();
     let interrupt = AtomicBool::new(false);
     let job = |run: &RunInput, share: &dyn Fn(f64)| {
@@ -152,7 +152,7 @@ struct Listener {
     warnings: Mutex<Vec<String>>,
 }
 
-impl CampaignProgress for Listener {
+impl EnsembleProgress for Listener {
     fn update(&self, finished: usize, total: usize, share: f64) {
         assert!(finished <= total && finished as f64 <= share * total as f64 + 1e-9);
         self.shares.lock().unwrap().push(share);
@@ -199,24 +199,24 @@ fn progress_is_told_and_damaged_files_are_made_again() {
 }
 
 #[test]
-fn other_campaigns_and_other_designs_are_refused() {
+fn other_ensembles_and_other_designs_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let mut runs = runs(2);
     in_directory(dir.path()).run(&runs, &NAMES, 1, &simple, &(), &NEVER).unwrap();
 
-    let error = Campaign::open(dir.path(), "mesh = cylinder\nload = 0.1 mm").unwrap_err();
-    assert!(matches!(error, CampaignError::Foreign { .. }));
+    let error = Ensemble::open(dir.path(), "mesh = cylinder\nload = 0.1 mm").unwrap_err();
+    assert!(matches!(error, EnsembleError::Foreign { .. }));
     let message = error.to_string();
     assert!(message.contains("there `load = 0.22 mm`, here `load = 0.1 mm`"), "{message}");
     assert!(!message.contains("cylinder"), "{message}");
 
-    let campaign = in_directory(dir.path());
+    let ensemble = in_directory(dir.path());
     let refused = |runs: &[RunInput], names: &[&str]| {
-        campaign.run(runs, names, 1, &never_called, &(), &NEVER).unwrap_err()
+        ensemble.run(runs, names, 1, &never_called, &(), &NEVER).unwrap_err()
     };
     runs[1].inputs[1] = 0.2;
     let error = refused(&runs, &NAMES);
-    assert!(matches!(error, CampaignError::OtherInputs { id: 2, .. }));
+    assert!(matches!(error, EnsembleError::OtherInputs { id: 2, .. }));
     let message = error.to_string();
     assert!(
         message.contains("viscosity_mpa_s = 0.1,") && message.contains("viscosity_mpa_s = 0.2")
@@ -227,11 +227,11 @@ fn other_campaigns_and_other_designs_are_refused() {
     assert!(refused(&runs, &NAMES).to_string().contains("given twice"));
     assert!(refused(&runs[..1], &NAMES[..1]).to_string().contains("2 inputs for 1 names"));
 
-    fs::write(dir.path().join("campaign.json"), "{\"format\": 1,").unwrap();
-    let error = Campaign::open(dir.path(), FINGERPRINT).unwrap_err();
-    assert!(matches!(error, CampaignError::Manifest { .. }), "{error}");
+    fs::write(dir.path().join("ensemble.json"), "{\"format\": 1,").unwrap();
+    let error = Ensemble::open(dir.path(), FINGERPRINT).unwrap_err();
+    assert!(matches!(error, EnsembleError::Manifest { .. }), "{error}");
     let file = dir.path().join("run-000001.json");
-    assert!(matches!(Campaign::open(file, FINGERPRINT).unwrap_err(), CampaignError::Io { .. }));
+    assert!(matches!(Ensemble::open(file, FINGERPRINT).unwrap_err(), EnsembleError::Io { .. }));
 }
 
 // What follows needs real processes: this binary is started again, for `child` alone.
@@ -250,8 +250,8 @@ fn child() {
         log.write_all(format!("{} {}\n", run.id, std::process::id()).as_bytes()).unwrap();
         simple(run, share)
     };
-    let campaign = in_directory(&directory.join("runs"));
-    campaign.run(&runs(CHILD_RUNS), &NAMES, 2, &job, &(), &NEVER).unwrap();
+    let ensemble = in_directory(&directory.join("runs"));
+    ensemble.run(&runs(CHILD_RUNS), &NAMES, 2, &job, &(), &NEVER).unwrap();
 }
 
 fn start_child(directory: &Path) -> Child {

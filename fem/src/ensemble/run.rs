@@ -1,4 +1,4 @@
-//! Running a campaign.
+//! Running an ensemble.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -8,14 +8,14 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::store::{Store, Stored};
-use super::{CampaignError, CampaignProgress, RunInput, RunRecord, RunStatus};
+use super::{EnsembleError, EnsembleProgress, RunInput, RunRecord, RunStatus};
 use crate::error::FemError;
 use crate::problem::Outcome;
 
 /// How long to wait before looking again at a run that another process has.
 const WAIT: Duration = Duration::from_millis(200);
 
-/// What makes one run: its inputs, and a function to tell the share of it that is done.
+/// What makes one run: its inputs, and a function to tell the fraction of it that is done.
 type Job<'a> = &'a (dyn Fn(&RunInput, &dyn Fn(f64)) -> Result<Outcome, FemError> + Sync);
 
 /// A directory of runs that belong together.
@@ -24,17 +24,17 @@ type Job<'a> = &'a (dyn Fn(&RunInput, &dyn Fn(f64)) -> Result<Outcome, FemError>
 /// the program at any moment loses at most the runs under way, and the same command resumes.
 /// Several processes, on one machine or on several with a common file system that has locks, can
 /// share the directory: each run is locked by the one that makes it, and the lock dies with its
-/// process. A failed run is recorded with its reason and the campaign goes on.
+/// process. A failed run is recorded with its reason and the ensemble goes on.
 ///
 /// # Example
 /// ```
-/// use fem::{Campaign, End, Outcome, RunInput, RunStatus};
+/// use fem::{Ensemble, End, Outcome, RunInput, RunStatus};
 /// use std::sync::atomic::AtomicBool;
 ///
-/// # let directory = std::env::temp_dir().join(format!("fem-doc-campaign-{}", std::process::id()));
-/// let campaign = Campaign::open(&directory, "mesh = cylinder 0.7\nload = 0.22 mm")?;
+/// # let directory = std::env::temp_dir().join(format!("fem-doc-ensemble-{}", std::process::id()));
+/// let ensemble = Ensemble::open(&directory, "mesh = cylinder 0.7\nload = 0.22 mm")?;
 /// let runs = [1.0, 2.0].map(|x| RunInput { id: x as usize, inputs: vec![250.0 * x] });
-/// let records = campaign.run(
+/// let records = ensemble.run(
 ///     &runs,
 ///     &["young_mpa"],
 ///     2,
@@ -51,31 +51,31 @@ type Job<'a> = &'a (dyn Fn(&RunInput, &dyn Fn(f64)) -> Result<Outcome, FemError>
 /// )?;
 /// assert_eq!(records[1].status, RunStatus::Finished);
 /// # std::fs::remove_dir_all(directory).ok();
-/// # Ok::<(), fem::CampaignError>(())
+/// # Ok::<(), fem::EnsembleError>(())
 /// ```
 #[derive(Debug)]
-pub struct Campaign {
+pub struct Ensemble {
     store: Store,
     retry_failed: bool,
 }
 
-impl Campaign {
-    /// Opens a campaign's directory, or makes it.
+impl Ensemble {
+    /// Opens an ensemble's directory, or makes it.
     ///
     /// `fingerprint` is a text that says everything that makes its runs comparable (mesh, loading,
     /// fixed parameters, design), best one setting a line: it is kept, compared line by line, and
     /// quoted where it differs.
     ///
     /// # Errors
-    /// [`CampaignError::Foreign`] if the directory has another fingerprint,
-    /// [`CampaignError::Manifest`] or [`CampaignError::Io`] if it cannot be used.
-    pub fn open(directory: impl AsRef<Path>, fingerprint: &str) -> Result<Campaign, CampaignError> {
+    /// [`EnsembleError::Foreign`] if the directory has another fingerprint,
+    /// [`EnsembleError::Manifest`] or [`EnsembleError::Io`] if it cannot be used.
+    pub fn open(directory: impl AsRef<Path>, fingerprint: &str) -> Result<Ensemble, EnsembleError> {
         let store = Store::open(directory.as_ref(), fingerprint)?;
-        Ok(Campaign { store, retry_failed: false })
+        Ok(Ensemble { store, retry_failed: false })
     }
 
     /// Whether runs that are recorded as failed are made again (by default not).
-    pub fn retry_failed(mut self, retry: bool) -> Campaign {
+    pub fn retry_failed(mut self, retry: bool) -> Ensemble {
         self.retry_failed = retry;
         self
     }
@@ -83,14 +83,14 @@ impl Campaign {
     /// Makes all runs that are not on the disk yet, and returns the records in the order asked.
     ///
     /// `names` are the inputs' names (with units); `threads` runs are made at once (0: one a
-    /// processor). The job gets the run and a function to tell the share that is done; an
+    /// processor). The job gets the run and a function to tell the fraction that is done; an
     /// [`End::Interrupted`](crate::End) outcome is not recorded. A job that panics is a failed run.
     ///
     /// Once `interrupt` is true no further run is begun, and only the records at hand are
     /// returned; the job itself must look at it to end runs under way.
     ///
     /// # Errors
-    /// [`CampaignError`] if the runs do not fit their names or what is stored, or a file cannot be
+    /// [`EnsembleError`] if the runs do not fit their names or what is stored, or a file cannot be
     /// written. Failures of runs are no errors.
     pub fn run(
         &self,
@@ -98,16 +98,16 @@ impl Campaign {
         names: &[&str],
         threads: usize,
         job: Job<'_>,
-        progress: &dyn CampaignProgress,
+        progress: &dyn EnsembleProgress,
         interrupt: &AtomicBool,
-    ) -> Result<Vec<RunRecord>, CampaignError> {
+    ) -> Result<Vec<RunRecord>, EnsembleError> {
         check(runs, names)?;
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
-            .map_err(|error| CampaignError::Threads { threads, message: error.to_string() })?;
+            .map_err(|source| EnsembleError::Threads { threads, source })?;
         let shift = Shift {
-            campaign: self,
+            ensemble: self,
             runs,
             names,
             job,
@@ -128,10 +128,10 @@ impl Campaign {
     }
 }
 
-fn check(runs: &[RunInput], names: &[&str]) -> Result<(), CampaignError> {
+fn check(runs: &[RunInput], names: &[&str]) -> Result<(), EnsembleError> {
     let mut ids = BTreeSet::new();
     for RunInput { id, inputs } in runs {
-        let wrong = |message| Err(CampaignError::Run { id: *id, message });
+        let wrong = |message| Err(EnsembleError::Run { id: *id, message });
         if !ids.insert(id) {
             return wrong("its number is given twice; number the runs uniquely".into());
         }
@@ -146,13 +146,13 @@ fn check(runs: &[RunInput], names: &[&str]) -> Result<(), CampaignError> {
     Ok(())
 }
 
-/// One call of [`Campaign::run`].
+/// One call of [`Ensemble::run`].
 struct Shift<'a> {
-    campaign: &'a Campaign,
+    ensemble: &'a Ensemble,
     runs: &'a [RunInput],
     names: &'a [&'a str],
     job: Job<'a>,
-    progress: &'a dyn CampaignProgress,
+    progress: &'a dyn EnsembleProgress,
     interrupt: &'a AtomicBool,
     state: Mutex<State>,
 }
@@ -161,10 +161,10 @@ struct Shift<'a> {
 struct State {
     records: Vec<Option<RunRecord>>,
     /// Share of each run that is done.
-    shares: Vec<f64>,
+    fractions: Vec<f64>,
     /// Runs to be made, as positions; with a mark those that another process had.
     queue: VecDeque<(usize, bool)>,
-    error: Option<CampaignError>,
+    error: Option<EnsembleError>,
 }
 
 /// What became of the try to make a run.
@@ -182,14 +182,14 @@ impl Shift<'_> {
     }
 
     /// Takes stock of what is on the disk.
-    fn begin(&self) -> Result<(), CampaignError> {
+    fn begin(&self) -> Result<(), EnsembleError> {
         let records = self
             .runs
             .iter()
             .map(|run| Ok(self.stored(run)?.filter(|record| !self.is_to_be_retried(record))))
-            .collect::<Result<Vec<_>, CampaignError>>()?;
+            .collect::<Result<Vec<_>, EnsembleError>>()?;
         let mut state = self.state();
-        state.shares = records.iter().map(|record| record.is_some() as u8 as f64).collect();
+        state.fractions = records.iter().map(|record| record.is_some() as u8 as f64).collect();
         state.queue =
             (0..records.len()).filter(|&k| records[k].is_none()).map(|k| (k, false)).collect();
         state.records = records;
@@ -199,13 +199,13 @@ impl Shift<'_> {
     }
 
     fn is_to_be_retried(&self, record: &RunRecord) -> bool {
-        self.campaign.retry_failed && record.status != RunStatus::Finished
+        self.ensemble.retry_failed && record.status != RunStatus::Finished
     }
 
     /// The record of a run, if it is there and can be read.
-    fn stored(&self, run: &RunInput) -> Result<Option<RunRecord>, CampaignError> {
-        let path = || self.campaign.store.path(run.id);
-        match self.campaign.store.read(run.id)? {
+    fn stored(&self, run: &RunInput) -> Result<Option<RunRecord>, EnsembleError> {
+        let path = || self.ensemble.store.path(run.id);
+        match self.ensemble.store.read(run.id)? {
             Stored::Nothing => Ok(None),
             Stored::Damaged(reason) => {
                 let path = path();
@@ -219,7 +219,7 @@ impl Shift<'_> {
             Stored::Record(record) if record.names == self.names && record.inputs == run.inputs => {
                 Ok(Some(record))
             }
-            Stored::Record(record) => Err(CampaignError::OtherInputs {
+            Stored::Record(record) => Err(EnsembleError::OtherInputs {
                 id: run.id,
                 path: path(),
                 stored: RunRecord::described(&record.names, &record.inputs),
@@ -242,7 +242,7 @@ impl Shift<'_> {
             match self.attempt(k) {
                 Ok(Attempt::Ended(record)) => {
                     let mut state = self.state();
-                    state.shares[k] = 1.0;
+                    state.fractions[k] = 1.0;
                     state.records[k] = Some(record);
                 }
                 Ok(Attempt::Elsewhere) => self.state().queue.push_back((k, true)),
@@ -253,10 +253,10 @@ impl Shift<'_> {
         }
     }
 
-    fn attempt(&self, k: usize) -> Result<Attempt, CampaignError> {
+    fn attempt(&self, k: usize) -> Result<Attempt, EnsembleError> {
         let run = &self.runs[k];
-        let store = &self.campaign.store;
-        let before = match self.campaign.retry_failed {
+        let store = &self.ensemble.store;
+        let before = match self.ensemble.retry_failed {
             true => self.stored(run)?,
             false => None,
         };
@@ -279,10 +279,10 @@ impl Shift<'_> {
     /// Runs the job; nothing if it was interrupted.
     fn make(&self, k: usize) -> Option<RunRecord> {
         let run = &self.runs[k];
-        let done = |share: f64| {
+        let done = |fraction: f64| {
             // a run is done when its record is on the disk
-            self.state().shares[k] = share.clamp(0.0, 1.0);
-            self.progress.advanced(run.id, share);
+            self.state().fractions[k] = fraction.clamp(0.0, 1.0);
+            self.progress.advanced(run.id, fraction);
             self.tell();
         };
         let start = Instant::now();
@@ -316,12 +316,12 @@ impl Shift<'_> {
     }
 
     fn tell(&self) {
-        let (finished, total, share) = {
+        let (finished, total, fraction) = {
             let state = self.state();
             let total = state.records.len();
             let finished = state.records.iter().flatten().count();
-            (finished, total, state.shares.iter().sum::<f64>() / total.max(1) as f64)
+            (finished, total, state.fractions.iter().sum::<f64>() / total.max(1) as f64)
         };
-        self.progress.update(finished, total, share);
+        self.progress.update(finished, total, fraction);
     }
 }

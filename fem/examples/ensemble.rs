@@ -2,7 +2,7 @@
 //! past the peak each.
 //!
 //! ```text
-//! cargo run --release -p fem --example campaign -- DIRECTORY [RUNS] [THREADS] [GRAIN_FRACTION]
+//! cargo run --release -p fem --example ensemble -- DIRECTORY [RUNS] [THREADS] [GRAIN_FRACTION]
 //! ```
 //!
 //! The runs (default 100, on all processors, without grains) spread evenly over E, ξ and Gc. They are
@@ -14,13 +14,13 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use fem::{
-    Campaign, CampaignProgress, CompressionTest, CylinderLattice, Fracture, Material, Packing,
+    CompressionTest, CylinderLattice, Ensemble, EnsembleProgress, Fracture, Material, Packing,
     PhaseField, RunInput, RunRecord, RunStatus, Schedule, SolverOptions, label,
 };
 
 struct Told;
 
-impl CampaignProgress for Told {
+impl EnsembleProgress for Told {
     fn ended(&self, record: &RunRecord) {
         eprintln!("run {} took {:.1} s: {:?}", record.id, record.seconds, record.status);
     }
@@ -29,7 +29,7 @@ impl CampaignProgress for Told {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
     let directory =
-        arguments.next().ok_or("usage: campaign DIRECTORY [RUNS] [THREADS] [GRAIN_FRACTION]")?;
+        arguments.next().ok_or("usage: ensemble DIRECTORY [RUNS] [THREADS] [GRAIN_FRACTION]")?;
     let runs: usize = arguments.next().map_or(Ok(100), |a| a.parse())?;
     let threads: usize = arguments.next().map_or(Ok(0), |a| a.parse())?;
     let fraction: f64 = arguments.next().map_or(Ok(0.0), |a| a.parse())?;
@@ -70,9 +70,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "specimen = cylinder of {} tetrahedra\nsteps = 44\ngrain fraction = {fraction}",
         test.mesh().tets.len()
     );
-    let campaign = Campaign::open(directory, &fingerprint)?;
+    let ensemble = Ensemble::open(directory, &fingerprint)?;
     let clock = Instant::now();
-    let records = campaign.run(
+    let records = ensemble.run(
         &inputs,
         &["young_mpa", "viscosity_mpa_s", "toughness_n_per_mm"],
         threads,

@@ -1,4 +1,4 @@
-//! Reading a small CSV table with errors that name line, column, value and mend.
+//! Small CSV tables: read with errors that name line, column and value, and written.
 
 use std::path::Path;
 
@@ -94,22 +94,36 @@ impl<'a> Row<'a> {
     }
 
     /// An error at this line and `column`.
-    pub(crate) fn error(&self, column: &str, problem: &str, mend: &str) -> InputError {
+    pub(crate) fn error(&self, column: &str, problem: &str, help: &str) -> InputError {
         let line = self.table.rows[self.index].0;
         let place = format!("line {line}, column {column}");
-        InputError::new(self.table.file, place, self.text(column), problem, mend)
+        InputError::new(self.table.file, place, self.text(column), problem, help)
     }
 }
 
+/// A header and rows of cells as CSV.
+pub(crate) fn to_csv<H, R>(header: H, rows: impl IntoIterator<Item = R>) -> std::io::Result<Vec<u8>>
+where
+    H: IntoIterator<Item: AsRef<[u8]>>,
+    R: IntoIterator<Item: AsRef<[u8]>>,
+{
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(header)?;
+    for row in rows {
+        writer.write_record(row)?;
+    }
+    writer.into_inner().map_err(csv::IntoInnerError::into_error)
+}
+
 fn missing_column(file: &Path, column: &str, found: &[String], required: &[&str]) -> InputError {
-    let mend = if found.len() == 1 && found[0].contains([';', '\t']) {
+    let help = if found.len() == 1 && found[0].contains([';', '\t']) {
         "Separate columns by commas and write numbers with a decimal point.".to_owned()
     } else if let Some(similar) = closest(column, found.iter().map(String::as_str)) {
         format!("Is the column {similar:?} meant? The header is {}.", required.join(","))
     } else {
         format!("The first line must be the header {}.", required.join(","))
     };
-    InputError::new(file, "line 1", "", format!("the column {column} is missing"), mend)
+    InputError::new(file, "line 1", "", format!("the column {column} is missing"), help)
 }
 
 fn malformed(file: &Path, error: &csv::Error) -> InputError {

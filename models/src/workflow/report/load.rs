@@ -1,73 +1,67 @@
 //! The numbers of a report, from the files that the stages left.
 
-use std::path::Path;
-
 use fem::read_curve;
-use surrogate::{FitReport, OrderRule, Pce};
+use surrogate::{Dataset, DynPce, FitReport, OrderRule};
 
-use super::results::{Curve, Order, Parameter, Qoi, Results};
-use crate::case::{CaseFile, PriorCase};
-use crate::csv_table::{CsvTable, Row};
+use super::super::WorkflowError;
+use super::super::inputs::Inputs;
+use crate::case::{Bounds, Case, Parameter};
 use crate::error::InputError;
-use crate::experiment::SpecimenTable;
 use crate::qoi::Qois;
-use crate::workflow::WorkflowError;
+use crate::report::{Marginal, OrderErrors, Points, Qoi, Results, mean, number};
+use crate::table::{CsvTable, Row};
 
-/// In the order of [`PriorCase::NAMES`].
-const PARAMETER_LABELS: [&str; 3] = ["E (MPa)", "Gc (N/mm)", "ξ (MPa s)"];
 /// In the order of [`Qois::NAMES`].
 const QOI_LABELS: [&str; 3] =
     ["initial slope (N/mm)", "peak force (N)", "displacement at peak (mm)"];
 
-/// Reads the results in `dir`.
-///
-/// # Errors
-/// A file that is missing or damaged.
-pub(super) fn load(dir: &Path) -> Result<Results, WorkflowError> {
-    let file = CaseFile::read(&dir.join("case.toml"))?;
-    let pce = Pce::<3, 3>::read(dir.join("surrogate.json"))?;
-    let error_file = dir.join("surrogate_error.json");
-    let fit: FitReport = serde_json::from_str(&text(&error_file)?)
-        .map_err(|e| WorkflowError::File { path: error_file, message: e.to_string() })?;
+/// Reads the results.
+pub(super) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
+    let case = inputs.case();
+    let pce: DynPce = inputs.json("surrogate.json")?;
+    let fit: FitReport = inputs.json("surrogate_error.json")?;
+    let data = Dataset::read_csv(inputs.file("runs.csv")?)?;
     let mut results = Results {
-        title: title(&file),
-        case_toml: text(&file.path)?,
-        mesh_svg: text(&dir.join("mesh.svg"))?,
-        mesh_facts: facts(&dir.join("mesh.csv"))?,
-        map_curve: curve(&dir.join("curves/map.csv"))?,
+        title: title(case),
+        case_toml: case.to_toml(),
+        mesh_svg: inputs.text("mesh.svg")?,
+        mesh_facts: facts(inputs)?,
+        map_curve: curve(inputs, "curves/map.csv")?,
         orders: orders(&fit),
         chosen_order: fit.order,
-        order_rule: rule_in_words(file.case.surrogate.rule),
-        parameters: parameters(dir, &file)?,
-        summary: summary(&dir.join("summary.csv"))?,
-        warnings: text(&dir.join("warnings.txt"))?.lines().map(str::to_owned).collect(),
-        settings: settings(&file),
-        notes: notes(dir, &file)?,
-        qois: qois(dir)?,
+        order_rule: rule_in_words(case.surrogate.rule),
+        parameters: parameters(inputs, case)?,
+        summary: summary(inputs)?,
+        warnings: inputs.text("warnings.txt")?.lines().map(str::to_owned).collect(),
+        settings: settings(case),
+        notes: notes(inputs, case)?,
+        qois: qois(inputs, &data)?,
         ..Results::default()
     };
     for (qoi, total) in results.qois.iter_mut().zip(pce.sobol().total) {
-        qoi.sobol_total = total.to_vec();
+        qoi.sobol_total = total;
     }
-    ensemble(dir, &mut results)?;
-    experiments(dir, &file, &mut results)?;
-    for k in 1..=file.case.confirm.draws {
-        results.posterior_curves.push(curve(&dir.join(format!("curves/draw-{k}.csv")))?);
+    ensemble(inputs, &data, &mut results)?;
+    experiments(inputs, &mut results)?;
+    for k in 1..=case.confirm.draws {
+        results.posterior_curves.push(curve(inputs, &format!("curves/draw-{k}.csv"))?);
     }
     Ok(results)
 }
 
-fn title(file: &CaseFile) -> String {
-    let region = file.case.prior.as_ref().map_or("matrix", |prior| prior.region.as_str());
-    let experiments = file.case.experiments.as_ref();
-    match experiments.and_then(|e| e.laboratory.as_ref()) {
-        Some(laboratory) => format!(
-            "Calibration of the {region}: {} virtual specimens {}",
-            laboratory.specimens, laboratory.group
-        ),
+fn title(case: &Case) -> String {
+    let mut regions: Vec<&str> =
+        case.prior.iter().flat_map(|prior| prior.parameters()).map(|p| p.region.as_str()).collect();
+    regions.dedup();
+    let regions = regions.join(" and the ");
+    let experiments = case.experiments.as_ref();
+    match experiments.and_then(|e| e.virtual_specimens.as_ref()) {
+        Some(v) => {
+            format!("Calibration of the {regions}: {} virtual specimens {}", v.specimens, v.group)
+        }
         None => match experiments.and_then(|e| e.group.as_deref()) {
-            Some(group) => format!("Calibration of the {region}: specimens {group}"),
-            None => format!("Calibration of the {region}"),
+            Some(group) => format!("Calibration of the {regions}: specimens {group}"),
+            None => format!("Calibration of the {regions}"),
         },
     }
 }
@@ -82,12 +76,8 @@ fn rule_in_words(rule: OrderRule) -> String {
     }
 }
 
-fn text(path: &Path) -> Result<String, WorkflowError> {
-    std::fs::read_to_string(path).map_err(|e| WorkflowError::io(path, &e))
-}
-
-fn curve(path: &Path) -> Result<Curve, WorkflowError> {
-    let points = read_curve(path)?;
+fn curve(inputs: &Inputs<'_>, name: &str) -> Result<Points, WorkflowError> {
+    let points = read_curve(inputs.file(name)?)?;
     // a recorded curve starts with its first step
     Ok([(0.0, 0.0)]
         .into_iter()
@@ -97,32 +87,33 @@ fn curve(path: &Path) -> Result<Curve, WorkflowError> {
 
 /// The summary table, header first, numbers shortened; constants as the zeros of a Cholesky
 /// factor, which have no R-hat, are left out.
-fn summary(path: &Path) -> Result<Vec<Vec<String>>, WorkflowError> {
-    let short = |cell: &String| cell.parse().map_or_else(|_| cell.clone(), super::page::number);
-    let table = CsvTable::read(path, &["rhat"])?;
+fn summary(inputs: &Inputs<'_>) -> Result<Vec<Vec<String>>, WorkflowError> {
+    let short = |cell: &String| cell.parse().map_or_else(|_| cell.clone(), number);
+    let path = inputs.file("summary.csv")?;
+    let table = CsvTable::read(&path, &["rhat"])?;
     let sampled = table.rows().filter(|row| row.text("rhat") != "NaN");
     let mut lines = vec![table.columns().to_vec()];
     lines.extend(sampled.map(|row| row.cells().iter().map(short).collect()));
     Ok(lines)
 }
 
-fn facts(path: &Path) -> Result<Vec<(String, String)>, WorkflowError> {
-    let table = CsvTable::read(path, &["quantity", "value"])?;
+fn facts(inputs: &Inputs<'_>) -> Result<Vec<(String, String)>, WorkflowError> {
+    let path = inputs.file("mesh.csv")?;
+    let table = CsvTable::read(&path, &["quantity", "value"])?;
     let fact = |row: Row| {
         let value = row.number("value")?;
         let whole = value.fract() == 0.0 && value.abs() < 1e15;
-        let shown = if whole { value.to_string() } else { super::page::number(value) };
+        let shown = if whole { value.to_string() } else { number(value) };
         Ok((row.text("quantity").replace('_', " "), shown))
     };
     Ok(table.rows().map(fact).collect::<Result<_, InputError>>()?)
 }
 
 /// Errors by order, averaged over the quantities.
-fn orders(fit: &FitReport) -> Vec<Order> {
-    let mean = |values: &Vec<f64>| super::mean(values);
+fn orders(fit: &FitReport) -> Vec<OrderErrors> {
     fit.orders
         .iter()
-        .map(|o| Order {
+        .map(|o| OrderErrors {
             order: o.order,
             loo: o.loo.as_ref().map(|e| mean(&e.plain)),
             corrected: o.loo.as_ref().map(|e| mean(&e.corrected)),
@@ -132,18 +123,18 @@ fn orders(fit: &FitReport) -> Vec<Order> {
         .collect()
 }
 
-fn parameters(dir: &Path, file: &CaseFile) -> Result<Vec<Parameter>, WorkflowError> {
-    let prior = file.case.prior.as_ref().ok_or_else(|| {
-        file.error("prior", "", "is missing", "Add a table [prior]: it says what is calibrated.")
-    })?;
-    let (draws, summary) = (dir.join("posterior.csv"), dir.join("summary.csv"));
-    let map = dir.join("map.csv");
-    let columns: Vec<&str> = ["chain"].into_iter().chain(PriorCase::NAMES).collect();
-    let draws = CsvTable::read(&draws, &columns)?;
+fn parameters(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<Marginal>, WorkflowError> {
+    let Some(prior) = &case.prior else { return Ok(Vec::new()) };
+    let [draws, summary, map] = ["posterior.csv", "summary.csv", "map.csv"].map(|f| inputs.file(f));
+    let (draws, summary, map) = (draws?, summary?, map?);
+    let names: Vec<String> = ["chain".to_owned()].into_iter().chain(prior.names()).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let draws = CsvTable::read(&draws, &names)?;
     let summary = CsvTable::read(&summary, &["parameter", "mean", "sd", "contraction"])?;
     let map = CsvTable::read(&map, &["parameter", "map"])?;
+    let one_region = |p: &Parameter| prior.parameters().all(|q| q.region == p.region);
     let mut parameters = Vec::new();
-    for (i, name) in PriorCase::NAMES.into_iter().enumerate() {
+    for ((parameter, &Bounds([lower, upper])), name) in prior.iter().zip(&names[1..]) {
         let mut chains: Vec<Vec<f64>> = Vec::new();
         for row in draws.rows() {
             let chain = row.number("chain")? as usize;
@@ -153,9 +144,8 @@ fn parameters(dir: &Path, file: &CaseFile) -> Result<Vec<Parameter>, WorkflowErr
         let of = |table: &CsvTable<'_>, column: &str| -> Result<f64, InputError> {
             table.named("parameter", name)?.number(column)
         };
-        let [lower, upper] = prior.bounds()[i];
-        parameters.push(Parameter {
-            label: PARAMETER_LABELS[i].to_owned(),
+        parameters.push(Marginal {
+            label: parameter.label(one_region(parameter)),
             prior: (lower, upper),
             chains,
             mean: of(&summary, "mean")?,
@@ -170,20 +160,17 @@ fn parameters(dir: &Path, file: &CaseFile) -> Result<Vec<Parameter>, WorkflowErr
     Ok(parameters)
 }
 
-fn qois(dir: &Path) -> Result<Vec<Qoi>, WorkflowError> {
-    let (confirm, runs) = (dir.join("confirm.csv"), dir.join("runs.csv"));
-    let experiments = dir.join("experiments.csv");
+fn qois(inputs: &Inputs<'_>, data: &Dataset) -> Result<Vec<Qoi>, WorkflowError> {
+    let (confirm, experiments) = (inputs.file("confirm.csv")?, inputs.file("experiments.csv")?);
     let confirm = CsvTable::read(&confirm, &["qoi", "map_simulation", "percent_error"])?;
-    let runs = CsvTable::read(&runs, &Qois::NAMES)?;
     let experiments = CsvTable::read(&experiments, &Qois::NAMES)?;
     let mut qois = Vec::new();
-    for (name, label) in Qois::NAMES.into_iter().zip(QOI_LABELS) {
+    for (m, (name, label)) in Qois::NAMES.into_iter().zip(QOI_LABELS).enumerate() {
         let row = confirm.named("qoi", name)?;
-        let usable = runs.rows().filter(|row| !row.text(name).is_empty());
         qois.push(Qoi {
             label: label.to_owned(),
             experiments: experiments.rows().map(|r| r.number(name)).collect::<Result<_, _>>()?,
-            ensemble: usable.map(|r| r.number(name)).collect::<Result<_, _>>()?,
+            ensemble: data.rows().map(|(_, y)| y[m]).collect(),
             map: row.number("map_simulation")?,
             percent_error: row.number("percent_error")?,
             sobol_total: Vec::new(),
@@ -192,28 +179,28 @@ fn qois(dir: &Path) -> Result<Vec<Qoi>, WorkflowError> {
     Ok(qois)
 }
 
-fn ensemble(dir: &Path, results: &mut Results) -> Result<(), WorkflowError> {
-    let path = dir.join("runs.csv");
-    let table = CsvTable::read(&path, &["run", "status", "seconds"])?;
-    for row in table.rows() {
-        let (id, status) = (row.number("run")? as usize, row.text("status"));
+fn ensemble(
+    inputs: &Inputs<'_>,
+    data: &Dataset,
+    results: &mut Results,
+) -> Result<(), WorkflowError> {
+    for i in 0..data.len() {
+        let note = |name: &str| data.note(i, name).unwrap_or_default();
+        results.ensemble_seconds += note("seconds").parse().unwrap_or(0.0);
+        results.ensemble.push(curve(inputs, &format!("curves/run-{:0>3}.csv", note("run")))?);
+    }
+    let path = inputs.file("failed_runs.csv")?;
+    for row in CsvTable::read(&path, &["run", "seconds", "reason"])?.rows() {
         results.ensemble_seconds += row.number("seconds")?;
-        if status == "finished" {
-            results.ensemble.push(curve(&dir.join(format!("curves/run-{id:03}.csv")))?);
-        } else {
-            results.failures.push((id, status.to_owned()));
-        }
+        results.failures.push((row.number("run")? as usize, row.text("reason").to_owned()));
     }
     Ok(())
 }
 
 /// Measured curves, displacements scaled to the height of the mesh as in the calibration.
-fn experiments(dir: &Path, file: &CaseFile, results: &mut Results) -> Result<(), WorkflowError> {
-    let mut table = SpecimenTable::read(&dir.join("laboratory/specimens.csv"))?;
-    if let Some(group) = file.case.experiments.as_ref().and_then(|e| e.group.as_deref()) {
-        table = table.in_group(group, &file.path)?;
-    }
-    let path = dir.join("experiments.csv");
+fn experiments(inputs: &Inputs<'_>, results: &mut Results) -> Result<(), WorkflowError> {
+    let table = inputs.chosen(inputs.specimen_table()?)?;
+    let path = inputs.file("experiments.csv")?;
     let used = CsvTable::read(&path, &["id", "displacement_factor"])?;
     let end = results.ensemble.iter().flatten().map(|p| p.0).fold(0.0, f64::max);
     for specimen in table.specimens {
@@ -226,21 +213,20 @@ fn experiments(dir: &Path, file: &CaseFile, results: &mut Results) -> Result<(),
             ));
         }
         let curve = specimen.curve.scale_displacement(factor);
-        // what a laboratory measured beyond the simulated range would hide the rest
+        // what was measured beyond the simulated range would hide the rest
         let points = curve.displacement_mm.into_iter().zip(curve.force_n);
         results.experiments.push((specimen.id, points.filter(|p| p.0 <= 1.05 * end).collect()));
     }
     Ok(())
 }
 
-/// What belongs to the reading of a virtual laboratory's results.
-fn notes(dir: &Path, file: &CaseFile) -> Result<Vec<String>, WorkflowError> {
-    let experiments = file.case.experiments.as_ref();
-    if experiments.is_none_or(|e| e.laboratory.is_none()) {
+/// What belongs to the reading of results on virtual specimens.
+fn notes(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<String>, WorkflowError> {
+    if !inputs.are_specimens_virtual()? {
         return Ok(Vec::new());
     }
-    let mut notes = bias(&dir.join("laboratory/bias.csv"))?;
-    if file.case.specimen.grains.is_some() {
+    let mut notes = bias(inputs)?;
+    if case.specimen.grains.is_some() {
         notes.push(
             "Every virtual specimen has a packing of its own, the surrogate has one. By how much \
              that one differs from their mean, in slope and peak, the calibrated parameters take \
@@ -252,12 +238,10 @@ fn notes(dir: &Path, file: &CaseFile) -> Result<Vec<String>, WorkflowError> {
     Ok(notes)
 }
 
-/// What the coarse mesh of the surrogate does, where the virtual laboratory had a finer one.
-fn bias(path: &Path) -> Result<Vec<String>, WorkflowError> {
-    if !path.is_file() {
-        return Ok(Vec::new());
-    }
-    let table = CsvTable::read(path, &["quantity", "surrogate_mesh", "laboratory_mesh"])?;
+/// What the coarse mesh of the surrogate does, where the virtual specimens had a finer one.
+fn bias(inputs: &Inputs<'_>) -> Result<Vec<String>, WorkflowError> {
+    let Some(path) = inputs.file_if_there("experiments/bias.csv") else { return Ok(Vec::new()) };
+    let table = CsvTable::read(&path, &["quantity", "surrogate_mesh", "experiments_mesh"])?;
     let mesh = table.named("quantity", "spacing_mm")?;
     let mut parts = Vec::new();
     for (name, label) in Qois::NAMES.into_iter().zip(QOI_LABELS) {
@@ -267,14 +251,14 @@ fn bias(path: &Path) -> Result<Vec<String>, WorkflowError> {
     Ok(vec![format!(
         "The virtual specimens were meshed at {} mm, the surrogate's at {} mm. At the true \
          parameters the coarser mesh changes: {}. The calibrated parameters make up for that.",
-        mesh.text("laboratory_mesh"),
+        mesh.text("experiments_mesh"),
         mesh.text("surrogate_mesh"),
         parts.join(", ")
     )])
 }
 
-fn settings(file: &CaseFile) -> Vec<(String, String)> {
-    let (case, sampler) = (&file.case, &file.case.calibration);
+fn settings(case: &Case) -> Vec<(String, String)> {
+    let sampler = &case.calibration;
     let row = |name: &str, value: String| (name.to_owned(), value);
     vec![
         row("design", format!("{} runs, seed {}", case.design.runs, case.design.seed)),
