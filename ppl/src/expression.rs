@@ -12,7 +12,7 @@ use crate::dual::Dual;
 use crate::parameter::Parameter;
 use crate::partials::Partials;
 use crate::real::Real;
-use crate::record::{Datum, Record};
+use crate::record::{Datum, Recordable};
 use crate::scalar::Scalar;
 
 /// A formula over the numbers of a model.
@@ -228,7 +228,7 @@ impl<S: Scalar, A: Node<Number = Real<S>>> Datum<Real<S>> for Expression<A> {
     }
 }
 
-impl<A: Node> Record for Expression<A> {
+impl<A: Node> Recordable for Expression<A> {
     fn shape(&self) -> Vec<usize> {
         Vec::new()
     }

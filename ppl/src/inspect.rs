@@ -9,7 +9,7 @@ use crate::density::Rejection;
 use crate::entry::{Entry, Record, Role};
 use crate::layout::Layout;
 use crate::reading::{Pool, Pools};
-use crate::trace::{Point, Source, Trace};
+use crate::trace::{CoordinateReader, Source, Trace};
 use crate::words::{datum, first_to_fail, further};
 
 /// A model that cannot be evaluated at all.
@@ -153,7 +153,7 @@ pub(crate) fn record_at(
     y: &[f64],
     rng: &mut dyn RngCore,
 ) -> (Record, Result<(), Rejection>) {
-    let mut trace = Trace::new(Source::Point(Point::new(y)), rng);
+    let mut trace = Trace::new(Source::Point(CoordinateReader::new(y)), rng);
     let outcome = model.trace(&mut trace);
     trace.record.unfold();
     (trace.record, outcome)
@@ -209,7 +209,7 @@ fn constant(
 /// at `y`.
 pub(crate) fn explain(model: &dyn Statements, y: &[f64]) -> Option<String> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
-    let mut trace = Trace::new(Source::Point(Point::new(y)), &mut rng);
+    let mut trace = Trace::new(Source::Point(CoordinateReader::new(y)), &mut rng);
     let outcome = model.trace(&mut trace);
     let datum = match outcome {
         Err(_) => trace.failing,

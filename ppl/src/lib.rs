@@ -44,6 +44,25 @@
 //! - **Results**: [`Posterior`] holds draws by name and shape, with summary, diagnostics in
 //!   words, predictive checks, cross-validation, prior sensitivity, and export for ArviZ.
 //! - **[`check`]**: statistical assertions for `cargo test`.
+//!
+//! # The order of the rooms
+//! From the ground up; an import goes down only.
+//! 1. `density`, `site`, `group`, `coordinates`, `words`: what all may use
+//! 2. `record`, `entry`, `layout`: values of a model, and what a posterior needs to know of it
+//! 3. `special`, `arithmetic`, `partials`, `scalar`, `ln_sum_exp`: numbers, and functions of them
+//! 4. `dual`, `tape`, `real`, `terms`: numbers that carry derivatives, and sums of densities
+//! 5. `differentiable`, `finite_difference`, `ode`, `parameter`, `literal`, `ledger`, `transform`:
+//!    own functions, and constrained values from unconstrained ones
+//! 6. `distribution`: one family a file
+//! 7. `expression`, `dot`, `total`, `operand`, `accumulator`, `rows`: what expressions of a model become
+//! 8. `model`, `submodel`, `reading`, `trace`: what `model!` expands to, and the contexts that evaluate it
+//! 9. `inspect`, `bound`, `erased`: a model with its data; the same without its types
+//! 10. `optimize`, `sampler`: MAP and Laplace; NUTS and Metropolis
+//! 11. `diagnostics`: are the draws good?
+//! 12. `posterior`, `warnings`, `summary`: draws by name, and what to say of them
+//! 13. `predictive`, `power_scaling`, `export`: replicated data, prior sensitivity, files
+//! 14. `check`: assertions
+//! 15. `guide`: ten pages
 
 extern crate self as ppl;
 
@@ -123,7 +142,7 @@ pub use predictive::{PredictiveCheck, PredictiveError, PredictiveTable};
 pub use rand;
 pub use rand_xoshiro;
 pub use real::Real;
-pub use record::{Datum, Incomplete, Record as Recordable};
+pub use record::{Datum, Incomplete, Recordable};
 pub use sampler::{
     Chain, ChainStatus, Chains, ChainsFileError, Covariance, DelayedAcceptance, Divergence,
     DrawStats, MapKind, MapSwitch, Mcmc, Metropolis, NoUTurn, Nuts, Progress, RandomWalk, RunError,

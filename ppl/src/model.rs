@@ -7,7 +7,7 @@
 use crate::density::Rejection;
 use crate::distribution::{Distribution, Unknown};
 use crate::real::Real;
-use crate::record::{Datum, Incomplete, Record};
+use crate::record::{Datum, Incomplete, Recordable};
 use crate::scalar::Scalar;
 use crate::site::Site;
 use crate::terms::Settled;
@@ -250,7 +250,7 @@ pub trait Context {
     ///
     /// # Errors
     /// A fatal one if the name is taken.
-    fn track<T: Record + ?Sized>(
+    fn track<T: Recordable + ?Sized>(
         &mut self,
         site: &'static Site,
         value: &T,
@@ -263,7 +263,7 @@ pub trait Context {
     ///
     /// # Errors
     /// A fatal one if the name is taken.
-    fn track_prediction<T: Record + ?Sized>(
+    fn track_prediction<T: Recordable + ?Sized>(
         &mut self,
         site: &'static Site,
         value: &T,

@@ -11,7 +11,7 @@ use crate::layout;
 use crate::model::Context;
 use crate::reading::{Pool, too_few_coordinates};
 use crate::real::Real;
-use crate::record::Record as Recordable;
+use crate::record::Recordable;
 use crate::site::Site;
 use crate::terms::Settled;
 use crate::words;
@@ -21,17 +21,17 @@ pub(crate) enum Source<'y> {
     /// Draws from the prior.
     Prior,
     /// Unconstrained coordinates.
-    Point(Point<'y>),
+    Point(CoordinateReader<'y>),
 }
 
 /// Coordinates in order.
-pub(crate) struct Point<'y> {
+pub(crate) struct CoordinateReader<'y> {
     coordinates: std::slice::Iter<'y, f64>,
     /// The model asked for more than there are.
     short: bool,
 }
 
-impl<'y> Point<'y> {
+impl<'y> CoordinateReader<'y> {
     pub(crate) fn new(y: &'y [f64]) -> Self {
         Self { coordinates: y.iter(), short: false }
     }

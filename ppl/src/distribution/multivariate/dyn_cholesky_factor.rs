@@ -1,7 +1,7 @@
 //! Cholesky factors whose size comes from the data.
 
 use crate::density::DomainError;
-use crate::record::{Datum, Record};
+use crate::record::{Datum, Recordable};
 use crate::scalar::Scalar;
 
 /// A [`CholeskyFactor`](super::CholeskyFactor) of K×K numbers where K is known at run time only: as
@@ -193,7 +193,7 @@ impl<R: Scalar, T: Datum<R>> Datum<DynCholeskyFactor<R>> for DynCholeskyFactor<T
     }
 }
 
-impl<R: Record + Scalar> Record for DynCholeskyFactor<R> {
+impl<R: Recordable + Scalar> Recordable for DynCholeskyFactor<R> {
     fn shape(&self) -> Vec<usize> {
         vec![self.size; 2]
     }
