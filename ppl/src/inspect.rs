@@ -1,5 +1,7 @@
 //! What a model says when it is traced: compiled once, here, and not anew for every model.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
 use rand::{RngCore, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -115,7 +117,7 @@ fn run(
     for _ in 0..TRIES {
         let mut trace = Trace::new(Source::Prior, &mut *rng);
         trace.pools.clone_from(&pools);
-        let outcome = model.trace(&mut trace);
+        let outcome = traced(model, &mut trace);
         let (pools, failing) = (trace.pools.take(), trace.failing.take());
         match outcome.and_then(|()| trace.finish()) {
             Ok(record) => return Ok((record, pools)),
@@ -129,6 +131,20 @@ fn run(
     let none = || (Rejection::Fatal { message: "no tries".to_owned() }, None);
     let (last, failing) = last.unwrap_or_else(none);
     Err(ModelError::NoPriorDraw { tries: TRIES, last, detail: failing.map(first_to_fail) })
+}
+
+/// The model's own code may panic, at an index out of bounds for example: that is said of the model,
+/// with the last statement before it.
+fn traced(model: &dyn Statements, trace: &mut Trace<'_>) -> Result<(), Rejection> {
+    let panic = match catch_unwind(AssertUnwindSafe(|| model.trace(trace))) {
+        Ok(outcome) => return outcome,
+        Err(panic) => panic,
+    };
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
+    let place = trace.last.map_or(String::new(), |place| format!(" at or after {place}"));
+    let message = format!("the model panics{place}: {text}; compare the data that it reads there");
+    Err(Rejection::Fatal { message })
 }
 
 /// What the model names at `y`, up to a rejection.

@@ -14,9 +14,6 @@ pub(crate) trait Ledger {
     /// What takes the terms of a statement.
     type Terms: Statement<Real<Self::Number>>;
 
-    /// Whether that is a sum, of which nothing is asked but its value and what it leaves behind.
-    const SETTLES: bool = false;
-
     /// Unconstrained coordinates of one unknown.
     type Coordinates;
 
@@ -72,7 +69,6 @@ impl<'y> Ledger for Values<'y> {
     type Number = f64;
     type Terms = Settled;
     type Coordinates = &'y [f64];
-    const SETTLES: bool = true;
 
     #[inline(always)]
     fn take(&mut self, n: usize) -> Option<&'y [f64]> {
@@ -171,7 +167,6 @@ impl<'t, 'y> Ledger for Roots<'t, 'y> {
     type Number = Var<'t>;
     type Terms = Settled;
     type Coordinates = (&'y [f64], &'t [Cell<f64>]);
-    const SETTLES: bool = true;
 
     #[inline(always)]
     fn take(&mut self, n: usize) -> Option<Self::Coordinates> {

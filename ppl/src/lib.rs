@@ -101,7 +101,6 @@ mod predictive;
 mod reading;
 mod real;
 mod record;
-mod rows;
 mod sampler;
 mod scalar;
 mod site;
@@ -110,7 +109,6 @@ mod submodel;
 mod summary;
 pub mod tape;
 mod terms;
-mod total;
 mod trace;
 pub mod transform;
 mod warnings;
@@ -176,8 +174,6 @@ pub mod __private {
     pub use crate::accumulator::At;
     pub use crate::distribution::{add_terms, constrain};
     pub use crate::literal::literal;
-    pub use crate::operand::{Apart, Coefficient, Number, Of, Other, Place, Together, Unread};
-    pub use crate::rows::{NewRow, Rows, settle, zip};
+    pub use crate::operand::{Apart, Number, Of, Other, Together};
     pub use crate::terms::Settled;
-    pub use crate::total::{summand, total};
 }

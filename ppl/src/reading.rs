@@ -5,20 +5,11 @@ use crate::distribution::{Distribution, Unknown};
 use crate::ledger::Ledger;
 use crate::model::{Context, Model};
 use crate::real::Real;
-use crate::rows::Rows;
 use crate::site::Site;
 use crate::terms::{Settled, Statement, Terms};
 
-/// What suffices of the observations of a loop.
-#[derive(Clone, Debug)]
-pub(crate) enum Pool {
-    /// They share their parameters: these sums.
-    Sums(Box<[f64]>),
-    /// Their means are linear in unknowns: rows that stand for them.
-    Rows(Rows),
-    /// All of them.
-    Each,
-}
+/// Sufficient statistics of observations that share their parameters.
+pub(crate) type Pool = Box<[f64]>;
 
 /// Where pools come from, in the order in which the model comes to them.
 pub(crate) enum Pools<'p> {
@@ -68,7 +59,6 @@ impl<'p, L: Ledger, const JACOBIAN: bool> Density<'p, L, JACOBIAN> {
 
 impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     type Number = L::Number;
-    const REPLACES: bool = L::SETTLES;
 
     #[inline(always)]
     fn unknown<D: Unknown<Real<L::Number>>>(
@@ -112,7 +102,7 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         let (true, Pools::Found(pools)) = (D::SUMMARISES, &mut self.pools) else {
             return Ok(false);
         };
-        let Some(Pool::Sums(sums)) = pools.next() else { return Err(one_pool_more(site)) };
+        let Some(sums) = pools.next() else { return Err(one_pool_more(site)) };
         let mut terms = self.terms();
         distribution.add_pooled_terms(sums, &mut terms);
         self.add(site, terms)?;
@@ -132,15 +122,6 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
             return Ok(());
         }
         self.observe(site, datum, distribution)
-    }
-
-    #[inline(always)]
-    fn rows(&mut self) -> Option<&Rows> {
-        let Pools::Found(pools) = &mut self.pools else { return None };
-        match pools.next() {
-            Some(Pool::Rows(rows)) => Some(rows),
-            _ => None,
-        }
     }
 
     #[inline(always)]
@@ -178,8 +159,8 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         let mut terms = self.terms();
         let sums = match &mut self.pools {
             Pools::Found(pools) => match pools.next() {
-                Some(Pool::Sums(sums)) => sums,
-                _ => return Err(one_pool_more(site)),
+                Some(sums) => &**sums,
+                None => return Err(one_pool_more(site)),
             },
             Pools::Anew(sums) => {
                 sums.clear();

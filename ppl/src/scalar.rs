@@ -397,6 +397,7 @@ impl Scalar for f64 {
     }
 }
 
+#[diagnostic::do_not_recommend]
 impl<S: Scalar> Datum<S> for f64 {
     const CONSTANT: bool = true;
     const NUMBERS: usize = 0;

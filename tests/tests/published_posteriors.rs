@@ -134,8 +134,7 @@ fn series_and_processes() {
 fn rates_and_groups() {
     let trials = dog_trials();
     let houses = houses();
-    let floor: Vec<f64> = houses.iter().map(|h| h.floor).collect();
-    let log_radon: Vec<f64> = houses.iter().map(|h| h.log_radon).collect();
+    let floor: Vec<f64> = houses.x.iter().map(|x| x[1]).collect();
     let (failures, time) = pump_data();
     let (day, weight) = rat_data();
     let (deaths, operations) = surgical_data();
@@ -144,7 +143,7 @@ fn rates_and_groups() {
     assert_published(vec![
         careful("eight_schools", non_centred(&EFFECT, &ERROR)),
         case("dogs", dogs(&trials)),
-        case("radon_pooled", radon_pooled(&floor, &log_radon)),
+        case("radon_pooled", radon_pooled(&floor, &houses.log_radon)),
         case("two_rates", two_rates(&five, &seven)),
         case("common_rate", common_rate(&twelve)),
         case("rats", rats(&day, &weight)),
