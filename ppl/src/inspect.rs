@@ -7,8 +7,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::density::Rejection;
 use crate::entry::{Entry, Record, Role};
+use crate::evaluation::{Pool, Pools};
 use crate::layout::Layout;
-use crate::reading::{Pool, Pools};
 use crate::trace::{CoordinateReader, Source, Trace};
 use crate::words::{datum, first_to_fail, further};
 
@@ -38,8 +38,8 @@ pub(crate) trait Statements {
     /// Runs them against a trace.
     fn trace(&self, trace: &mut Trace<'_>) -> Result<(), Rejection>;
 
-    /// The log density at `y`, lean without constants.
-    fn value(&self, y: &[f64], lean: bool, pools: Pools<'_>) -> Result<f64, Rejection>;
+    /// The log density at `y`, with `drop_constants` without what is the same at every point.
+    fn value(&self, y: &[f64], drop_constants: bool, pools: Pools<'_>) -> Result<f64, Rejection>;
 }
 
 /// What was found out about a model when it was bound to its data.
@@ -184,18 +184,18 @@ fn constant(
     for _ in 0..DRAWS {
         let Ok(record) = draw(model, rng) else { return Ok(None) };
         let y = record.unconstrained;
-        let mut value = |lean| model.value(&y, lean, found.pools(&mut sums));
+        let mut value = |drop_constants| model.value(&y, drop_constants, found.pools(&mut sums));
         // far out in the prior there may be no density
-        let (Ok(full), Ok(lean)) = (value(false), value(true)) else { continue };
+        let (Ok(full), Ok(rest)) = (value(false), value(true)) else { continue };
         if let Ok(anew) = model.value(&y, false, Pools::Anew(&mut sums))
             && (anew - full).abs() > 1e-8 * (anew.abs() + full.abs() + 1.0)
         {
             return Err(Moving);
         }
-        let size = full.abs() + lean.abs();
-        differences.push((size, full - lean));
+        let size = full.abs() + rest.abs();
+        differences.push((size, full - rest));
         if size < best.0 {
-            best = (size, full - lean);
+            best = (size, full - rest);
         }
     }
     let same = |(size, difference): &(f64, f64)| {

@@ -1,8 +1,8 @@
-//! The reading of a model as a log density, over any kind of number.
+//! The evaluation context that a log density is, over any kind of number.
 
+use crate::backend::Backend;
 use crate::density::Rejection;
 use crate::distribution::{Distribution, Unknown};
-use crate::ledger::Ledger;
 use crate::model::{Context, Model};
 use crate::real::Real;
 use crate::site::Site;
@@ -19,23 +19,23 @@ pub(crate) enum Pools<'p> {
     Anew(&'p mut Vec<f64>),
 }
 
-/// The log density reading. Without `JACOBIAN` it is the density over constrained values.
+/// Evaluates the log density. Without `JACOBIAN` it is the density over constrained values.
 pub(crate) struct Density<'p, L, const JACOBIAN: bool> {
-    pub(crate) ledger: L,
+    pub(crate) backend: L,
     pools: Pools<'p>,
 }
 
-impl<'p, L: Ledger, const JACOBIAN: bool> Density<'p, L, JACOBIAN> {
+impl<'p, L: Backend, const JACOBIAN: bool> Density<'p, L, JACOBIAN> {
     #[inline(always)]
-    pub(crate) fn new(ledger: L, pools: Pools<'p>) -> Self {
-        Self { ledger, pools }
+    pub(crate) fn new(backend: L, pools: Pools<'p>) -> Self {
+        Self { backend, pools }
     }
 
     /// Runs the model over all coordinates: one that it left unread would have a flat density.
     #[inline(always)]
     pub(crate) fn read(&mut self, model: &impl Model) -> Result<(), Rejection> {
         model.run(self)?;
-        if self.ledger.take(1).is_some() {
+        if self.backend.take(1).is_some() {
             return Err(varying_dimension("the model stops asking before the last coordinate"));
         }
         Ok(())
@@ -44,7 +44,7 @@ impl<'p, L: Ledger, const JACOBIAN: bool> Density<'p, L, JACOBIAN> {
     /// To take the terms of a statement.
     #[inline(always)]
     fn terms(&self) -> L::Terms {
-        L::Terms::empty(self.ledger.lean())
+        L::Terms::empty(self.backend.drop_constants())
     }
 
     #[inline(always)]
@@ -52,12 +52,12 @@ impl<'p, L: Ledger, const JACOBIAN: bool> Density<'p, L, JACOBIAN> {
         if !terms.is_finite() {
             return Err(not_finite(site, || terms.total()));
         }
-        self.ledger.add(terms);
+        self.backend.add(terms);
         Ok(())
     }
 }
 
-impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
+impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     type Number = L::Number;
 
     #[inline(always)]
@@ -67,11 +67,11 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         distribution: D,
     ) -> Result<D::Value, Rejection> {
         let dim = distribution.dim();
-        let Some(own) = self.ledger.take(dim) else { return Err(too_few_coordinates(site)) };
+        let Some(own) = self.backend.take(dim) else { return Err(too_few_coordinates(site)) };
         let (mut terms, mut taken) = (self.terms(), 0);
         let mut next = || {
             taken += 1;
-            Real(self.ledger.coordinate(&own, taken - 1))
+            Real(self.backend.coordinate(&own, taken - 1))
         };
         let value = distribution.constrain(&mut next, JACOBIAN, &mut terms);
         if taken != dim {
@@ -126,7 +126,7 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
 
     #[inline(always)]
     fn total(&self) -> Settled {
-        Statement::<Real<L::Number>>::empty(self.ledger.lean())
+        Statement::<Real<L::Number>>::empty(self.backend.drop_constants())
     }
 
     #[inline(always)]
@@ -134,7 +134,7 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         if !total.is_finite() {
             return Err(not_finite(site, || total.total()));
         }
-        self.ledger.add_all(total);
+        self.backend.add_all(total);
         Ok(())
     }
 
@@ -181,12 +181,12 @@ impl<L: Ledger, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
 
     #[inline(always)]
     fn mark(&self) -> usize {
-        self.ledger.mark()
+        self.backend.mark()
     }
 
     #[inline(always)]
     fn unwind(&mut self, mark: usize) {
-        self.ledger.unwind(mark);
+        self.backend.unwind(mark);
     }
 
     fn predict<D: Distribution<Real<L::Number>>>(

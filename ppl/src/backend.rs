@@ -1,4 +1,6 @@
-//! Where the numbers of a density come from, and where they go.
+//! Backends: where the numbers of a density come from, where its terms go, and so what a number is:
+//! plain (primal), carrying its derivatives (forward), on a tape that keeps nothing of terms (reverse),
+//! on one that keeps everything (full tape).
 
 use std::cell::Cell;
 
@@ -8,7 +10,7 @@ use crate::tape::{Tape, Var};
 use crate::terms::{Joined, Settled, Statement};
 
 /// Where unknowns come from and where density terms go.
-pub(crate) trait Ledger {
+pub(crate) trait Backend {
     type Number: Scalar;
 
     /// What takes the terms of a statement.
@@ -31,7 +33,7 @@ pub(crate) trait Ledger {
 
     /// Whether what is the same at every point is left out.
     #[inline(always)]
-    fn lean(&self) -> bool {
+    fn drop_constants(&self) -> bool {
         false
     }
 
@@ -50,22 +52,22 @@ pub(crate) trait Ledger {
     }
 }
 
-/// Values alone.
-pub(crate) struct Values<'y> {
+/// Plain values.
+pub(crate) struct Primal<'y> {
     coordinates: &'y [f64],
-    lean: bool,
+    drop_constants: bool,
     total: Settled,
 }
 
-impl<'y> Values<'y> {
-    /// At `y`; lean without what is the same at every point.
+impl<'y> Primal<'y> {
+    /// At `y`, with `drop_constants` without what is the same at every point.
     #[inline(always)]
-    pub(crate) fn new(y: &'y [f64], lean: bool) -> Self {
-        Self { coordinates: y, lean, total: Settled::new(1.0) }
+    pub(crate) fn new(y: &'y [f64], drop_constants: bool) -> Self {
+        Self { coordinates: y, drop_constants, total: Settled::new(1.0) }
     }
 }
 
-impl<'y> Ledger for Values<'y> {
+impl<'y> Backend for Primal<'y> {
     type Number = f64;
     type Terms = Settled;
     type Coordinates = &'y [f64];
@@ -81,8 +83,8 @@ impl<'y> Ledger for Values<'y> {
     }
 
     #[inline(always)]
-    fn lean(&self) -> bool {
-        self.lean
+    fn drop_constants(&self) -> bool {
+        self.drop_constants
     }
 
     #[inline(always)]
@@ -102,18 +104,18 @@ impl<'y> Ledger for Values<'y> {
 }
 
 /// Numbers that carry their derivatives with them.
-pub(crate) struct Sum<'y, R> {
+pub(crate) struct Forward<'y, R> {
     coordinates: &'y [R],
     pub(crate) total: R,
 }
 
-impl<'y, R: Scalar> Sum<'y, R> {
+impl<'y, R: Scalar> Forward<'y, R> {
     pub(crate) fn new(y: &'y [R]) -> Self {
         Self { coordinates: y, total: R::from(0.0) }
     }
 }
 
-impl<'y, R: Scalar> Ledger for Sum<'y, R> {
+impl<'y, R: Scalar> Backend for Forward<'y, R> {
     type Number = R;
     type Terms = Joined<Real<R>>;
     type Coordinates = &'y [R];
@@ -145,25 +147,25 @@ impl<'y, R: Scalar> Ledger for Sum<'y, R> {
 }
 
 /// A tape on which nothing is kept of terms.
-pub(crate) struct Roots<'t, 'y> {
+pub(crate) struct Reverse<'t, 'y> {
     coordinates: &'y [f64],
     adjoints: &'t [Cell<f64>],
     tape: &'t Tape,
-    lean: bool,
+    drop_constants: bool,
     total: Settled,
 }
 
-impl<'t, 'y> Roots<'t, 'y> {
+impl<'t, 'y> Reverse<'t, 'y> {
     /// Puts all coordinates on the cleared tape, so that they come first there; none if the tape
-    /// is too short for them. Lean without what is the same at every point.
+    /// is too short for them. With `drop_constants` without what is the same at every point.
     #[inline(always)]
-    pub(crate) fn new(tape: &'t Tape, y: &'y [f64], lean: bool) -> Self {
+    pub(crate) fn new(tape: &'t Tape, y: &'y [f64], drop_constants: bool) -> Self {
         let adjoints = tape.inputs(y.len());
-        Self { coordinates: y, adjoints, tape, lean, total: Settled::new(1.0) }
+        Self { coordinates: y, adjoints, tape, drop_constants, total: Settled::new(1.0) }
     }
 }
 
-impl<'t, 'y> Ledger for Roots<'t, 'y> {
+impl<'t, 'y> Backend for Reverse<'t, 'y> {
     type Number = Var<'t>;
     type Terms = Settled;
     type Coordinates = (&'y [f64], &'t [Cell<f64>]);
@@ -182,8 +184,8 @@ impl<'t, 'y> Ledger for Roots<'t, 'y> {
     }
 
     #[inline(always)]
-    fn lean(&self) -> bool {
-        self.lean
+    fn drop_constants(&self) -> bool {
+        self.drop_constants
     }
 
     #[inline(always)]
@@ -213,33 +215,33 @@ impl<'t, 'y> Ledger for Roots<'t, 'y> {
 }
 
 /// A tape that keeps every operation to the end, terms and whatever the model says about them.
-pub(crate) struct Plain<'t, 'y> {
-    roots: Roots<'t, 'y>,
+pub(crate) struct FullTape<'t, 'y> {
+    reverse: Reverse<'t, 'y>,
     total: f64,
 }
 
-impl<'t, 'y> Plain<'t, 'y> {
+impl<'t, 'y> FullTape<'t, 'y> {
     pub(crate) fn new(tape: &'t Tape, y: &'y [f64]) -> Self {
-        Self { roots: Roots::new(tape, y, false), total: 0.0 }
+        Self { reverse: Reverse::new(tape, y, false), total: 0.0 }
     }
 }
 
-impl<'t, 'y> Ledger for Plain<'t, 'y> {
+impl<'t, 'y> Backend for FullTape<'t, 'y> {
     type Number = Var<'t>;
     type Terms = Joined<Real<Var<'t>>>;
     type Coordinates = (&'y [f64], &'t [Cell<f64>]);
 
     fn take(&mut self, n: usize) -> Option<Self::Coordinates> {
-        self.roots.take(n)
+        self.reverse.take(n)
     }
 
     fn coordinate(&self, own: &Self::Coordinates, i: usize) -> Var<'t> {
-        self.roots.coordinate(own, i)
+        self.reverse.coordinate(own, i)
     }
 
     fn add(&mut self, terms: Joined<Real<Var<'t>>>) {
         let term = terms.number().0;
-        self.roots.tape.seed(term);
+        self.reverse.tape.seed(term);
         self.total += term.value();
     }
 
