@@ -36,6 +36,12 @@ pub trait Node: Copy + Debug {
     /// Its value.
     fn result(self) -> f64;
 
+    /// The lengths of the vectors whose product it is.
+    #[inline(always)]
+    fn lengths(self) -> Option<[usize; 2]> {
+        None
+    }
+
     /// Calls `f` with each number in it and `weight` times the derivative in that number.
     fn spread(self, weight: f64, f: &mut impl FnMut(Self::Number, f64));
 

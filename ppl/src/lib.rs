@@ -51,11 +51,11 @@
 //! 2. `record`, `entry`, `layout`: values of a model, and what a posterior needs to know of it
 //! 3. `special`, `arithmetic`, `partials`, `scalar`, `ln_sum_exp`: numbers, and functions of them
 //! 4. `dual`, `tape`, `real`, `terms`: numbers that carry derivatives, and sums of densities
-//! 5. `differentiable`, `finite_difference`, `ode`, `parameter`, `literal`, `ledger`, `transform`:
+//! 5. `differentiable`, `finite_difference`, `ode`, `parameter`, `literal`, `backend`, `transform`:
 //!    own functions, and constrained values from unconstrained ones
 //! 6. `distribution`: one family a file
-//! 7. `expression`, `dot`, `total`, `accumulator`, `rows`, `operand`: what expressions of a model become
-//! 8. `model`, `submodel`, `reading`, `trace`: what `model!` expands to, and the contexts that evaluate it
+//! 7. `expression`, `dot`, `accumulator`, `operand`: what expressions of a model become
+//! 8. `model`, `submodel`, `evaluation`, `trace`: what `model!` expands to, and the contexts that evaluate it
 //! 9. `inspect`, `bound`, `erased`: a model with its data; the same without its types
 //! 10. `optimize`, `sampler`: MAP and Laplace; NUTS and Metropolis
 //! 11. `diagnostics`: are the draws good?
@@ -68,6 +68,7 @@ extern crate self as ppl;
 
 mod accumulator;
 mod arithmetic;
+mod backend;
 mod bound;
 pub mod check;
 mod coordinates;
@@ -79,6 +80,7 @@ mod dot;
 mod dual;
 mod entry;
 mod erased;
+mod evaluation;
 mod export;
 mod expression;
 mod finite_difference;
@@ -86,7 +88,6 @@ mod group;
 pub mod guide;
 mod inspect;
 mod layout;
-mod ledger;
 mod literal;
 mod ln_sum_exp;
 mod model;
@@ -98,10 +99,8 @@ mod partials;
 mod posterior;
 mod power_scaling;
 mod predictive;
-mod reading;
 mod real;
 mod record;
-mod rows;
 mod sampler;
 mod scalar;
 mod site;
@@ -110,7 +109,6 @@ mod submodel;
 mod summary;
 pub mod tape;
 mod terms;
-mod total;
 mod trace;
 pub mod transform;
 mod warnings;
@@ -176,8 +174,6 @@ pub mod __private {
     pub use crate::accumulator::At;
     pub use crate::distribution::{add_terms, constrain};
     pub use crate::literal::literal;
-    pub use crate::operand::{Apart, Coefficient, Number, Of, Other, Place, Together, Unread};
-    pub use crate::rows::{NewRow, Rows, settle, zip};
+    pub use crate::operand::{Apart, Number, Of, Other, Together};
     pub use crate::terms::Settled;
-    pub use crate::total::{summand, total};
 }

@@ -6,8 +6,8 @@
 #[diagnostic::on_unimplemented(
     message = "`{Self}` fits neither the values nor the parameters of this distribution",
     label = "needed: something that can be read as `{V}`",
-    note = "numbers are `f64` (write `1.0`, not `1`), counts are `u64` (`1u64`), flags are `bool`; arrays, \
-            slices and vectors hold them",
+    note = "numbers are `f64` (write `1.0`, not `1`), counts are `u64` (`1u64`, or `k as u64` of a number), \
+            flags are `bool` (`x != 0.0`); arrays, slices and vectors hold them",
     note = "a distribution of one number takes no arrays: write a loop over the entries, or \
             `.array::<N>()` for independent values of the same distribution"
 )]

@@ -411,6 +411,7 @@ pub(crate) fn each<S: Scalar, const D: usize, const M: usize>(
     numbers
 }
 
+#[diagnostic::do_not_recommend]
 impl<S: Scalar> Datum<S> for f64 {
     const CONSTANT: bool = true;
     const NUMBERS: usize = 0;

@@ -66,6 +66,17 @@ impl Site {
         Rejection::Reject { place: self.place, message }
     }
 
+    /// A product of vectors of different lengths, data and unknowns.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn other_lengths(&self, data: usize, unknowns: usize) -> Rejection {
+        let message = format!(
+            "{}: `dot` multiplies {data} data with {unknowns} unknowns: give them one length",
+            self.place
+        );
+        Rejection::Fatal { message }
+    }
+
     /// Attaches this place to what a user function returned by `?`.
     pub fn rejection(&self, error: impl Into<Failure>) -> Rejection {
         match error.into() {

@@ -34,10 +34,6 @@ pub trait Distribution<R: Scalar>: Family {
     #[doc(hidden)]
     const POOLS: bool = false;
 
-    /// Whether it is −½ (x − m)² / s² and a function of s, for its parameters m and s.
-    #[doc(hidden)]
-    const LEAST_SQUARES: bool = false;
-
     /// The sums that suffice, at the end of `sums`.
     #[doc(hidden)]
     fn sum_up(data: impl Iterator<Item = Self::Value>, sums: &mut Vec<f64>) {
