@@ -77,7 +77,7 @@ pub use fields::Fields;
 pub use material::{
     CrackDensity, DamageQuadrature, Elasticity, Fracture, HyperelasticLaw, Irreversibility,
     Material, MooneyRivlin, Ogden, PhaseField, PrincipalStrain, SaintVenantKirchhoff, Split,
-    UserLaw,
+    UserLaw, assert_material,
 };
 pub use num_dual::DualNum;
 pub use problem::{

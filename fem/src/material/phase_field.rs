@@ -1,6 +1,6 @@
 //! The choices of the damage model that all regions share.
 
-use super::CrackDensity;
+use super::crack_density::CrackDensity;
 use crate::error::FemError;
 
 /// Which part of the elastic energy damage degrades, and drives it.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::boundary::{Boundary, Conditions};
-use crate::element::{DamageRule, Linear, Order, Quadratic, Rule, Space, Tetrahedron};
+use crate::element::{DamageRule, Linear, Order, Quadratic, Space, Tetrahedron};
 use crate::error::FemError;
 use crate::material::{CrackDensity, DamageQuadrature, PhaseField};
 use crate::mesh::TetMesh;
@@ -57,7 +57,7 @@ impl Discretisation {
         duration_s: f64,
         linear: LinearScheme,
     ) -> Result<Self, FemError> {
-        let space = Space::new::<T>(mesh, Rule::new::<T>(rule));
+        let space = Space::new::<T>(mesh, rule);
         let boundary = Boundary::new(&space, mesh, conditions, damaged.clone(), duration_s)?;
         let mut carries_damage = vec![false; space.nodes.len()];
         if rule != DamageRule::Absent {
@@ -70,7 +70,7 @@ impl Discretisation {
         let (linear, unknowns) =
             LinearPlan::new(&space.tets, &space.nodes, &carries_damage, boundary.held(), linear)?;
         Ok(Self {
-            operator: Arc::new(Assembly::new::<T>(space)),
+            operator: Arc::new(Assembly::new(space)),
             unknowns,
             linear,
             boundary,

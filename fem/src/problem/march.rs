@@ -283,7 +283,7 @@ impl<'a> March<'a> {
             viscous_n_mm: last.viscous_n_mm + residual.viscous,
             friction_n_mm: last.friction_n_mm + friction,
             work_n_mm: last.work_n_mm + work + friction,
-            phi_mean: domain.operator.mean(&fields.damage, &domain.damaged),
+            phi_mean: domain.operator.domain().mean(&fields.damage, &domain.damaged),
             phi_max: fields.damage.iter().copied().fold(0.0, f64::max),
             newton: last.newton + solver.effort.iterations - before.iterations,
             linear: last.linear + solver.effort.linear - before.linear,

@@ -27,7 +27,7 @@ impl Memory {
             bounds.upper.iter_mut().for_each(|b| b[3] = 1.0);
             bounds
         });
-        let points = if kept { operator.points() } else { 0 };
+        let points = if kept { operator.domain().points() } else { 0 };
         Self { history: vec![0.0; points], bounds, ratchet }
     }
 

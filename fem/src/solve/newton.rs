@@ -152,7 +152,7 @@ impl<'a> Solver<'a> {
         self.applied.subtract(fields, &mut self.residual);
         if let Some(bounds) = span.bounds {
             self.free.copy_from_slice(&self.unknown);
-            bounds.hold(fields, &self.residual, &mut self.free);
+            bounds.constrain(fields, &self.residual.nodal, &mut self.free);
         }
         let norms = Norms::of(&self.residual, &self.unknown, &self.free);
         self.relative = norms.largest();

@@ -9,7 +9,7 @@ use super::iterative::Iterative;
 use super::ordering::nested_dissection;
 use super::quadratic::Quadratic;
 use crate::error::FemError;
-use crate::operator::{Layout, Operator, Pattern, Tangent, Unknowns};
+use crate::operator::{Layout, Operator, Pattern, Tangent, Unknowns, product};
 use crate::solve::LinearScheme;
 
 /// Unknowns up to which a factor is faster over a run, and small enough.
@@ -27,8 +27,6 @@ pub(crate) enum LinearPlan {
     /// Multigrid; the pattern is that of the linear functions.
     Multigrid {
         pattern: Arc<Pattern>,
-        /// All nodes, and the vertices among them.
-        nodes: Arc<Vec<[f64; 3]>>,
         vertices: Arc<Vec<[f64; 3]>>,
         /// The ends of the edge of each midpoint; empty for linear elements.
         parents: Arc<Vec<[u32; 2]>>,
@@ -91,14 +89,9 @@ impl LinearPlan {
                 parents[tet[4 + edge] as usize - vertices] = ends.map(|v| tet[v]);
             }
         }
-        let nodes = Arc::new(points.to_vec());
-        let vertices = if parents.is_empty() {
-            Arc::clone(&nodes)
-        } else {
-            Arc::new(points[..vertices].to_vec())
-        };
+        let vertices = Arc::new(points[..vertices].to_vec());
         let pattern = Arc::new(Pattern::new(&corners, vertices.len()));
-        Self::Multigrid { pattern, nodes, vertices, parents: Arc::new(parents) }
+        Self::Multigrid { pattern, vertices, parents: Arc::new(parents) }
     }
 
     /// Entries of the factor; zero for an iterative solver.
@@ -115,10 +108,11 @@ impl LinearPlan {
             Self::Direct { pattern, symbolic, .. } => {
                 Box::new(Direct::new(operator, Arc::clone(pattern), Arc::clone(symbolic)))
             }
-            Self::Multigrid { pattern, nodes, vertices, parents } => {
+            Self::Multigrid { pattern, vertices, parents } => {
                 let quadratic = (!parents.is_empty()).then(|| {
-                    let layout = Arc::new(Layout::new(operator, nodes));
-                    Quadratic::new(layout, operator.tets(), Arc::clone(parents))
+                    let domain = operator.domain();
+                    let product = product(Arc::new(Layout::new(domain)), domain.tets());
+                    Quadratic::new(product, Arc::clone(parents))
                 });
                 let tangent = Tangent::new(Arc::clone(pattern));
                 Box::new(Iterative::new(operator, Arc::clone(vertices), tangent, quadratic))

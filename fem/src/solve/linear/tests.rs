@@ -8,13 +8,11 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::direct::Direct;
 use super::factor::Symbolic;
 use super::*;
-use crate::element::{DamageRule, Linear, Quadratic, Rule, Space, Tetrahedron};
+use crate::element::{DamageRule, Linear, Quadratic, Space, Tetrahedron};
 use crate::fields::Fields;
 use crate::material::{Fracture, Material, PhaseField, PointMaterial};
 use crate::mesh::CylinderLattice;
-use crate::operator::{
-    Assembly, LANES, Operator, Pattern, ReferenceRule, Residual, Span, Tangent, Unknowns,
-};
+use crate::operator::{Assembly, LANES, Operator, Pattern, Residual, Span, Tangent, Unknowns};
 
 /// An operator whose tangent is what it was given.
 #[derive(Debug)]
@@ -35,39 +33,18 @@ impl Operator for Given {
         Ok(())
     }
 
-    fn points(&self) -> usize {
-        0
-    }
-
     fn domain(&self) -> &dyn crate::element::Domain {
-        unreachable!("a linear solver takes no integrals")
-    }
-
-    fn reference_rule(&self) -> ReferenceRule {
         unreachable!("a matrix has no elements")
     }
 
-    fn reduced_tangents(
+    fn point_data(
         &self,
         _: &Increment,
         _: Coupling,
         _: &[u32],
-        _: &ReferenceRule,
         _: &mut dyn FnMut(usize, &[[f64; LANES]]),
     ) -> Result<(), Inverted> {
         Ok(())
-    }
-
-    fn tets(&self) -> usize {
-        0
-    }
-
-    fn nodes_of(&self, _: usize) -> &[u32] {
-        &[]
-    }
-
-    fn mean(&self, _: &[f64], _: &[bool]) -> f64 {
-        0.0
     }
 }
 
@@ -180,7 +157,7 @@ impl<const N: usize> Cylinder<N> {
             mesh.region_of[tet] =
                 u16::from((1.9 * x).sin() * (2.1 * y).cos() * (1.7 * z).sin() > 0.4);
         }
-        let space = Space::new::<T>(&mesh, Rule::new::<T>(DamageRule::Vertex));
+        let space = Space::new::<T>(&mesh, DamageRule::Vertex);
         let field = PhaseField::new(0.06);
         let soft = Material::hencky(275.0, 0.25).with_fracture(Fracture {
             toughness_n_per_mm: 0.0025,
@@ -199,7 +176,7 @@ impl<const N: usize> Cylinder<N> {
         }
         let mut free = vec![[true; 4]; space.nodes.len()];
         held.iter().for_each(|&(n, k)| free[n as usize][k] = false);
-        Self { assembly: Assembly::new::<T>(space), materials, fields, free, held }
+        Self { assembly: Assembly::new(space), materials, fields, free, held }
     }
 
     fn plan(&self, multigrid: bool) -> LinearPlan {
