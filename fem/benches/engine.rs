@@ -1,6 +1,6 @@
 //! What the engine costs: CSV lines `quantity,value,unit`, one thread, in processor seconds.
 //!
-//! Run: `cargo bench -p fem --bench engine`, with the beginnings of names, as `p1_20k` or `apply`,
+//! Run: `cargo bench -p fem --features bench-internals --bench engine`, with the beginnings of names, as `p1_20k` or `apply`,
 //! after `--` for a part of it. The specimen is a lattice cylinder; the figures are the least of a
 //! few repetitions. `BRECCIA_LARGE=1` adds the sizes up to two million unknowns,
 //! which take minutes and several GB.
@@ -10,9 +10,10 @@ use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
 use fem::LinearScheme::{self, Auto, Direct, Multigrid};
+use fem::bench::{time_parts, time_product};
 use fem::{
-    CompressionTest, CurvePoint, CylinderLattice, Fields, Fracture, Loading, Material, Order,
-    PhaseField, SolverOptions, Stepping,
+    CompressionTest, CurvePoint, CylinderLattice, Fields, Fracture, Material, Order, PhaseField,
+    Problem, Schedule, SolverOptions,
 };
 
 type Failure = Box<dyn std::error::Error>;
@@ -89,7 +90,7 @@ fn test(
     order: Order,
     damage: bool,
     linear: LinearScheme,
-) -> Result<CompressionTest, Failure> {
+) -> Result<Problem, Failure> {
     let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm }.build()?;
     let matrix = Material::hencky(275.0, 0.25).with_fracture(Fracture {
         toughness_n_per_mm: 0.0025,
@@ -97,25 +98,26 @@ fn test(
         residual_stiffness: 0.01,
     });
     let field = PhaseField::new(0.06);
-    let loading = Loading {
-        displacement_mm: 0.22,
-        duration_s: 1.0,
-        stepping: Stepping::Fixed(44),
-        stop_below_peak: None,
-    };
+    let loading = CompressionTest::new(0.22, Schedule::fixed(1.0, 44));
     let options = SolverOptions { linear, ..SolverOptions::default() };
     let field = damage.then_some(field);
-    Ok(CompressionTest::new(mesh, order, vec![matrix], field, loading, options)?)
+    Ok(loading
+        .builder(mesh)?
+        .order(order)
+        .materials([matrix])
+        .phase_field(field)
+        .options(options)
+        .build()?)
 }
 
 /// The parts of a Newton iteration.
-fn parts(name: &str, test: &CompressionTest, repetitions: u32) -> Result<(), Failure> {
+fn parts(name: &str, test: &Problem, repetitions: u32) -> Result<(), Failure> {
     let tets = test.mesh().tets.len() as f64;
     let unknowns = test.unknowns() as f64;
     line(&format!("{name}_tetrahedra"), tets, "1");
     line(&format!("{name}_unknowns"), unknowns, "1");
     line(&format!("{name}_factor_entries"), test.factor_entries() as f64, "1");
-    let parts = test.time_parts(repetitions, &processor_seconds)?;
+    let parts = time_parts(test, repetitions, &processor_seconds)?;
     line(&format!("{name}_residual"), 1e6 * parts.residual_s / tets, "us/tet");
     line(&format!("{name}_tangent"), 1e6 * parts.tangent_s / tets, "us/tet");
     let both = parts.residual_s + parts.tangent_s;
@@ -132,7 +134,7 @@ fn product(name: &str, spacing_mm: f64, order: Order, damage: bool) -> Result<()
     let (tets, unknowns) = (test.mesh().tets.len() as f64, test.unknowns() as f64);
     line(&format!("{name}_tetrahedra"), tets, "1");
     line(&format!("{name}_unknowns"), unknowns, "1");
-    let times = test.time_product(100, &wall_seconds)?;
+    let times = time_product(&test, 100, &wall_seconds)?;
     line(&format!("{name}_linearise"), 1e6 * times.linearise_s / tets, "us/tet");
     line(name, 1e-6 * unknowns / times.apply_s, "million unknowns/s");
     line(&format!("{name}_data"), 1e-9 * times.bytes as f64 / times.apply_s, "GB/s");

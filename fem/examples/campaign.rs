@@ -14,8 +14,8 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use fem::{
-    Campaign, CampaignProgress, CompressionTest, CylinderLattice, Fracture, Loading, Material,
-    Order, Packing, PhaseField, RunInput, RunRecord, RunStatus, SolverOptions, Stepping, label,
+    Campaign, CampaignProgress, CompressionTest, CylinderLattice, Fracture, Material, Packing,
+    PhaseField, RunInput, RunRecord, RunStatus, Schedule, SolverOptions, label,
 };
 
 struct Told;
@@ -50,15 +50,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let grain = Material::hencky(22_000.0, 0.25).with_fracture(fracture(3.5));
         [matrix, grain][..regions].to_vec()
     };
-    let loading = Loading {
-        displacement_mm: 0.22,
-        duration_s: 1.0,
-        stepping: Stepping::Fixed(44),
-        stop_below_peak: None,
-    };
+    let loading = CompressionTest::new(0.22, Schedule::fixed(1.0, 44));
     let baseline = materials(&[275.0, 0.3, 0.0025]);
     let (field, options) = (PhaseField::new(0.06), SolverOptions::default());
-    let test = CompressionTest::new(mesh, Order::Linear, baseline, Some(field), loading, options)?;
+    let test =
+        loading.builder(mesh)?.materials(baseline).phase_field(field).options(options).build()?;
 
     // the additive recurrence of the root of x⁴ = x + 1 fills a cube evenly
     let root: f64 = 1.220_744_084_605_759_5;

@@ -33,8 +33,8 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use fem::{
-    CompressionTest, CurvePoint, CylinderLattice, Fields, Fracture, Loading, Material, Order,
-    Packing, PhaseField, SizeClass, SolverOptions, Stepping, label,
+    CompressionTest, CurvePoint, CylinderLattice, Fields, Fracture, Material, Order, Packing,
+    PhaseField, Schedule, SizeClass, SolverOptions, label,
 };
 
 const TETRAHEDRA: f64 = 2.3e6;
@@ -74,22 +74,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let matrix = Material::hencky(275.0, 0.25).with_fracture(fracture(0.0025));
     let grain = Material::hencky(22_000.0, 0.25).with_fracture(fracture(3.5));
-    let loading = Loading {
-        displacement_mm: DISPLACEMENT_MM,
-        duration_s: 1.0,
-        stepping: Stepping::Fixed(STEPS),
-        stop_below_peak: None,
-    };
+    let loading = CompressionTest::new(DISPLACEMENT_MM, Schedule::fixed(1.0, STEPS));
     let options = SolverOptions { tolerance: 1e-5, ..SolverOptions::default() };
     let damage = Some(PhaseField::new(0.06));
-    let test = CompressionTest::new(
-        mesh,
-        Order::Quadratic,
-        vec![matrix, grain],
-        damage,
-        loading,
-        options,
-    )?;
+    let test = loading
+        .builder(mesh)?
+        .order(Order::Quadratic)
+        .materials([matrix, grain])
+        .phase_field(damage)
+        .options(options)
+        .build()?;
     line("unknowns", test.unknowns() as f64, "1");
     line("setup", clock.elapsed().as_secs_f64(), "s");
     line("memory_after_setup", peak_memory_gb(), "GB");
@@ -113,7 +107,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let seconds = start.elapsed().as_secs_f64();
     line("linear_iterations", f64::from(outcome.effort.linear), "1");
     line("hierarchies", f64::from(outcome.effort.factorisations), "1");
-    line("rescues", f64::from(outcome.effort.rescues), "1");
+    line("fallbacks", f64::from(outcome.effort.fallbacks), "1");
     line("memory_peak", peak_memory_gb(), "GB");
     line("newton_iteration", seconds / f64::from(newton.max(1)), "s");
     if taken > peak.0 {

@@ -1,8 +1,10 @@
 //! The unknown fields: displacement and damage at the nodes.
 
+use serde::{Deserialize, Serialize};
+
 /// Displacement (mm) and damage at the nodes of the space: the mesh's nodes come first, then, with
 /// quadratic elements, the midpoints of its edges.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Fields {
     /// Displacement vectors, mm.
     pub displacement: Vec<[f64; 3]>,

@@ -1,14 +1,39 @@
-//! Compression of grain composites: meshes, specimens, materials, solvers and campaigns of runs.
+//! Compression of grain composites: meshes, specimens, materials, solvers and ensembles of runs.
 //!
 //! `fem` takes a description of a cylindrical specimen (stiff grains in a soft matrix), meshes
-//! it with tetrahedra, compresses it, and gives back the force–displacement curve. It knows
-//! nothing of probability: the crates `surrogate` and `models` turn its curves into a
+//! it with tetrahedra, compresses it until it breaks, and gives back the force–displacement curve. It
+//! knows nothing of probability: the crates `surrogate` and `models` turn its curves into a
 //! calibration.
 //!
-//! Units everywhere: mm, N, MPa, MPa s, N/mm, s. The cylinder's axis is z and its bottom is at
-//! z = 0.
+//! ```
+//! use fem::{CompressionTest, CylinderLattice, Fracture, Material, PhaseField, Schedule};
 //!
-//! # A specimen in five lines
+//! let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
+//! let matrix = Material::hencky(275.0, 0.25).with_fracture(Fracture {
+//!     toughness_n_per_mm: 0.0025,
+//!     viscosity_mpa_s: 0.3,
+//!     residual_stiffness: 0.01,
+//! });
+//! let problem = CompressionTest::new(0.22, Schedule::adaptive(1.0).stop_below_peak(0.1))
+//!     .builder(mesh)?
+//!     .materials([matrix])
+//!     .phase_field(PhaseField::new(0.06))
+//!     .build()?;
+//!
+//! let mut peak: f64 = 0.0;
+//! let mut run = problem.start();
+//! while let Some(point) = run.step()? {
+//!     peak = peak.max(point.force_n);
+//! }
+//! assert!((100.0..125.0).contains(&peak), "{peak} N");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Units everywhere: mm, N, MPa, MPa s, N/mm, s. The cylinder's axis is z and its bottom is at
+//! z = 0. Other loads and supports: [`Problem::builder`]. The equations, their sources, and how to
+//! choose mesh and parameters: [`equations`].
+//!
+//! # A specimen with grains
 //!
 //! ```
 //! use fem::{CylinderLattice, Packing, label};
@@ -24,37 +49,25 @@
 //!
 //! A mesh can also come from Gmsh ([`gmsh::read`]), and goes to ParaView by [`vtu::write`].
 //!
-//! The equations, their sources, and how to choose mesh and parameters: [`equations`].
+//! # Rooms
 //!
-//! # Crushing it
+//! From the ground up; an import goes down only, and no two files import each other.
 //!
-//! ```
-//! use fem::{
-//!     CompressionTest, CylinderLattice, Fracture, Loading, Material, Order, PhaseField,
-//!     SolverOptions, Stepping,
-//! };
-//!
-//! let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
-//! let matrix = Material::hencky(275.0, 0.25).with_fracture(Fracture {
-//!     toughness_n_per_mm: 0.0025,
-//!     viscosity_mpa_s: 0.3,
-//!     residual_stiffness: 0.01,
-//! });
-//! let damage = PhaseField::new(0.06);
-//! let loading = Loading {
-//!     displacement_mm: 0.22,
-//!     duration_s: 1.0,
-//!     stepping: Stepping::adaptive(),
-//!     stop_below_peak: Some(0.1),
-//! };
-//! let options = SolverOptions::default();
-//! let test = CompressionTest::new(mesh, Order::Linear, vec![matrix], Some(damage), loading, options)?;
-//! let outcome = test.run(&mut ());
-//! let peak = outcome.curve.iter().map(|point| point.force_n).fold(0.0, f64::max);
-//! assert!((100.0..125.0).contains(&peak), "{peak} N");
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
+//! 1. `error` what can be wrong, with its source
+//! 2. `fields` displacement and damage at the nodes
+//! 3. `mesh` tetrahedra with named regions and surfaces, Gmsh and ParaView files
+//! 4. `specimen` grains, packings and their labels
+//! 5. `element` linear and quadratic tetrahedra, quadrature, the space on a mesh
+//! 6. `material` laws, damage, and what they give at a point
+//! 7. `operator` residual and tangent of a whole mesh, bounds of the unknowns
+//! 8. `solve` Newton, alternate minimisation, arc length, contact passes, linear solvers
+//! 9. `boundary` conditions, loads, platens and contact
+//! 10. `problem` a problem, its load steps, curves and checkpoints
+//! 11. `ensemble` many runs in a directory
+//! 12. `bench` what the bench of the engine times (feature `bench-internals`)
 
+#[cfg(feature = "bench-internals")]
+pub mod bench;
 mod boundary;
 mod element;
 mod ensemble;
@@ -72,29 +85,24 @@ pub mod equations {}
 
 pub use boundary::{Axis, Conditions, ContactPoint, Platen};
 pub use element::{Order, PointValues};
-pub use error::FemError;
+pub use ensemble::{
+    Campaign, CampaignError, CampaignProgress, RunEnd, RunInput, RunRecord, RunStatus,
+};
+pub use error::{CheckpointError, CurveFileError, FemError, MeshError, StepFailure};
 pub use fields::Fields;
 pub use material::{
     CrackDensity, DamageQuadrature, Elasticity, Fracture, HyperelasticLaw, Irreversibility,
     Material, MooneyRivlin, Ogden, PhaseField, PrincipalStrain, SaintVenantKirchhoff, Split,
     UserLaw, assert_material,
 };
+pub use mesh::{CylinderLattice, LatticeError, Quality, TetMesh, gmsh, vtu};
 pub use num_dual::DualNum;
 pub use problem::{
-    Checkpoint, CompressionTest, CurvePoint, CurveWriter, End, Friction, Loading, Observer,
-    Outcome, PartTimes, Platens, Problem, ProductTimes, Schedule, Stepping, read_curve,
-    write_curve,
+    Checkpoint, CompressionTest, CurvePoint, CurveWriter, End, Friction, LoadStepper, Observer,
+    Outcome, Platens, Problem, ProblemBuilder, Schedule, Stepping, read_curve, write_curve,
 };
 pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};
-
-pub use ensemble::{
-    Campaign, CampaignError, CampaignProgress, RunEnd, RunInput, RunRecord, RunStatus,
+pub use specimen::{
+    ConvexPolyhedron, FractionTarget, Grain, GrainForm, GrainShape, GrainVolume, LabelReport,
+    Labelling, Packing, PackingError, SizeClass, label,
 };
-pub use mesh::gmsh;
-pub use mesh::vtu;
-pub use mesh::{CylinderLattice, LatticeError};
-
-pub use mesh::{MeshError, Quality, TetMesh};
-pub use specimen::{ConvexPolyhedron, Grain, GrainShape};
-pub use specimen::{FractionTarget, GrainVolume, LabelReport, Labelling, label};
-pub use specimen::{GrainForm, Packing, PackingError, SizeClass};

@@ -4,7 +4,7 @@ mod support;
 
 use fem::{
     Axis, Conditions, End, FemError, Material, Order, Outcome, Problem, Schedule, SolverOptions,
-    Stepping, TetMesh,
+    TetMesh,
 };
 use support::{HEIGHT, prism};
 
@@ -40,7 +40,7 @@ fn rubber() -> Vec<Material> {
 }
 
 fn steps(n: u32) -> Schedule {
-    Schedule { duration_s: 1.0, stepping: Stepping::Fixed(n), stop_below_peak: None }
+    Schedule::fixed(1.0, n)
 }
 
 fn problem(
@@ -50,7 +50,13 @@ fn problem(
     n: u32,
 ) -> Result<Problem, FemError> {
     let options = SolverOptions { tolerance: 1e-12, ..SolverOptions::default() };
-    Problem::new(mesh, order, rubber(), None, conditions, steps(n), options)
+    Problem::builder(mesh)
+        .order(order)
+        .materials(rubber())
+        .conditions(conditions)
+        .schedule(steps(n))
+        .options(options)
+        .build()
 }
 
 fn run(problem: &Problem) -> Outcome {
@@ -117,15 +123,12 @@ fn a_column_under_its_own_weight_settles_as_the_integral_says() {
         .fix("bottom", [Axis::Z])
         .body_force(move |_, t| [0.0, 0.0, -weight * t])
         .measure("top", [0.0, 0.0, -1.0]);
-    let problem = Problem::new(
-        block(3),
-        Order::Quadratic,
-        material,
-        None,
-        conditions,
-        steps(1),
-        SolverOptions::default(),
-    );
+    let problem = Problem::builder(block(3))
+        .order(Order::Quadratic)
+        .materials(material)
+        .conditions(conditions)
+        .schedule(steps(1))
+        .build();
     let outcome = run(&problem.expect("valid"));
     let stretch = |stress: f64| {
         (0..60).fold(1.0f64, |l, _| {

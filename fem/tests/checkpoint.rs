@@ -5,17 +5,17 @@ mod support;
 use std::ops::ControlFlow;
 
 use fem::{
-    Checkpoint, CompressionTest, CrackDensity, CurvePoint, End, Fields, Friction, Irreversibility,
-    Observer, Order, Outcome, PhaseField, Platens, Split,
+    Checkpoint, CheckpointError, CrackDensity, CurvePoint, End, FemError, Fields, Friction,
+    Irreversibility, Observer, Order, Outcome, PhaseField, Platens, Problem, Split,
 };
 use support::column::snap_back;
-use support::{grain, loading, matrix, phase_field, prism};
+use support::{between, grain, loading, matrix, phase_field, prism};
 
-fn test(field: PhaseField) -> CompressionTest {
+fn test(field: PhaseField) -> Problem {
     pushed(0.2, field)
 }
 
-fn pushed(displacement_mm: f64, field: PhaseField) -> CompressionTest {
+fn pushed(displacement_mm: f64, field: PhaseField) -> Problem {
     let materials = vec![matrix(), grain()];
     support::test(
         prism(3, true),
@@ -47,7 +47,7 @@ impl Observer for Kill {
 
 /// Kills a run after every 7 of its steps and continues it to its end; also from which point of the
 /// curve each part went on.
-fn killed_and_continued(test: &CompressionTest, checkpoint: &Checkpoint) -> (Outcome, Vec<usize>) {
+fn killed_and_continued(test: &Problem, checkpoint: &Checkpoint) -> (Outcome, Vec<usize>) {
     let mut told = Vec::new();
     loop {
         let mut kill = Kill { after: 7, steps: 0, resumed: 0 };
@@ -74,7 +74,7 @@ fn a_continued_run_is_the_uninterrupted_one_bit_by_bit() {
         test(phase_field(Split::None)),
         test(ratchet),
         test(history),
-        test(phase_field(Split::None)).with_platens(Platens::Unilateral(rough)).expect("valid"),
+        between(&test(phase_field(Split::None)), loading(0.2, 1.0, 20), Platens::Unilateral(rough)),
     ];
     for (k, test) in cases.iter().enumerate() {
         let whole = Checkpoint { path: dir.path().join(format!("whole-{k}")), every: 4 };
@@ -132,22 +132,41 @@ fn a_state_that_does_not_fit_is_refused() {
     let kill = || Kill { after: 3, steps: 0, resumed: 0 };
     let base = test(phase_field(Split::None));
     base.run_resumable(&checkpoint, &mut kill()).expect("a fresh run");
-    let refused = |test: &CompressionTest, part: &str| {
-        let message = test.run_resumable(&checkpoint, &mut ()).expect_err("refused").to_string();
-        assert!(message.contains("run.state") && message.contains(part), "{message}");
+    let refused = |test: &Problem, reason: CheckpointError| {
+        let error = test.resume(&checkpoint).expect_err("refused");
+        let FemError::Checkpoint { path, source } = &error else { panic!("{error}") };
+        assert_eq!((path, *source), (&checkpoint.path, reason), "{error}");
+        let message = error.to_string();
+        assert!(message.contains("run.state") && message.contains("remove it"), "{message}");
     };
     let softer =
         fem::Material { elasticity: fem::Material::hencky(274.0, 0.25).elasticity, ..matrix() };
-    refused(&base.with_materials(vec![softer, grain()]).expect("valid"), "of another test");
-    refused(&pushed(0.21, phase_field(Split::None)), "of another test");
+    refused(
+        &base.with_materials(vec![softer, grain()]).expect("valid"),
+        CheckpointError::OtherProblem,
+    );
+    refused(&pushed(0.21, phase_field(Split::None)), CheckpointError::OtherProblem);
     let mut bytes = std::fs::read(&checkpoint.path).expect("a state");
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
     std::fs::write(&checkpoint.path, &bytes).expect("written");
-    refused(&base, "damaged");
+    refused(&base, CheckpointError::Damaged);
     std::fs::write(&checkpoint.path, "").expect("written");
-    refused(&base, "damaged");
+    refused(&base, CheckpointError::Damaged);
+    // FNV-1a of a sound file of the format before
+    let mut old = b"breccia-state 2\n{}\n".to_vec();
+    let sum = old.iter().fold(0xcbf2_9ce4_8422_2325_u64, |sum, &byte| {
+        (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    old.extend(sum.to_le_bytes());
+    std::fs::write(&checkpoint.path, old).expect("written");
+    refused(&base, CheckpointError::Version);
+    std::fs::remove_file(&checkpoint.path).expect("a file");
+    std::fs::create_dir(&checkpoint.path).expect("a directory in its place");
+    let unreadable = base.resume(&checkpoint).expect_err("refused");
+    let FemError::Io { action: "read", source, .. } = &unreadable else { panic!("{unreadable}") };
+    assert!(source.raw_os_error().is_some(), "the system's own error: {source:?}");
     let never = Checkpoint { every: 0, ..checkpoint };
-    let message = base.run_resumable(&never, &mut ()).expect_err("refused").to_string();
+    let message = base.resume(&never).expect_err("refused").to_string();
     assert!(message.contains("checkpoint: every"), "{message}");
 }

@@ -4,14 +4,14 @@ mod support;
 
 use fem::{
     Axis, Conditions, End, Friction, Material, Order, Platen, Platens, Problem, Schedule,
-    SolverOptions, Stepping,
+    SolverOptions,
 };
 use support::block::{block, even};
 use support::hertz::hertz;
-use support::{loading, matrix, phase_field, prism};
+use support::{between, loading, matrix, phase_field, prism};
 
 fn steps(n: u32) -> Schedule {
-    Schedule { duration_s: 1.0, stepping: Stepping::Fixed(n), stop_below_peak: None }
+    Schedule::fixed(1.0, n)
 }
 
 fn soft(young_mpa: f64, poisson: f64) -> Vec<Material> {
@@ -44,16 +44,14 @@ fn a_tilted_platen_lifts_off_where_the_layer_would_pull() {
         .measure("top", [0.0, 0.0, -1.0]);
     let options = SolverOptions::default();
     for order in [Order::Linear, Order::Quadratic] {
-        let problem = Problem::new(
-            mesh.clone(),
-            order,
-            soft(young, 0.0),
-            None,
-            conditions.clone(),
-            steps(2),
-            options,
-        )
-        .expect("valid");
+        let problem = Problem::builder(mesh.clone())
+            .order(order)
+            .materials(soft(young, 0.0))
+            .conditions(conditions.clone())
+            .schedule(steps(2))
+            .options(options)
+            .build()
+            .expect("valid");
         let outcome = problem.run(&mut ());
         assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
         let force = outcome.curve[1].force_n;
@@ -84,16 +82,13 @@ fn pulled(order: Order, friction: f64, slip_velocity: f64, drag: f64) -> (f64, f
         .traction("top", |_, _| [0.0, 0.0, -1.0])
         .prescribe("right", [Axis::X], |_, time_s| [0.5 * time_s, 0.0, 0.0])
         .measure("right", [1.0, 0.0, 0.0]);
-    let problem = Problem::new(
-        mesh,
-        order,
-        soft(1000.0, 0.3),
-        None,
-        conditions,
-        steps(10),
-        SolverOptions::default(),
-    )
-    .expect("valid");
+    let problem = Problem::builder(mesh)
+        .order(order)
+        .materials(soft(1000.0, 0.3))
+        .conditions(conditions)
+        .schedule(steps(10))
+        .build()
+        .expect("valid");
     let outcome = problem.run(&mut ());
     assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
     let [x, y, z] = outcome.reactions["bottom"][9];
@@ -136,16 +131,10 @@ fn unilateral_platens_without_friction_press_as_sliding_ones_do() {
         (Order::Quadratic, None),
         (Order::Linear, Some(phase_field(fem::Split::None))),
     ] {
-        let test = support::test(
-            prism(2, false),
-            order,
-            vec![matrix()],
-            field,
-            loading(0.1, 1.0, 4),
-            1e-10,
-        );
+        let way = loading(0.1, 1.0, 4);
+        let test = support::test(prism(2, false), order, vec![matrix()], field, way, 1e-10);
         let sliding = test.run(&mut ());
-        let free = test.with_platens(Platens::Unilateral(Friction::none())).expect("valid");
+        let free = between(&test, way, Platens::Unilateral(Friction::none()));
         let unilateral = free.run(&mut ());
         assert!(matches!(unilateral.end, End::Displacement), "{:?}", unilateral.end);
         for (a, b) in sliding.curve.iter().zip(&unilateral.curve) {
@@ -159,15 +148,15 @@ fn unilateral_platens_without_friction_press_as_sliding_ones_do() {
 fn friction_stiffens_a_specimen_and_is_paid_for() {
     let mesh =
         fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.2 }.build().unwrap();
-    let test =
-        support::test(mesh, Order::Linear, soft(275.0, 0.25), None, loading(0.22, 1.0, 8), 1e-9);
+    let way = loading(0.22, 1.0, 8);
+    let test = support::test(mesh, Order::Linear, soft(275.0, 0.25), None, way, 1e-9);
     let run = |friction: f64| {
         let friction = Friction {
             coefficient: friction,
             slip_velocity_mm_per_s: 1e-3,
             drag_mpa_s_per_mm: 0.01,
         };
-        let outcome = test.with_platens(Platens::Unilateral(friction)).expect("valid").run(&mut ());
+        let outcome = between(&test, way, Platens::Unilateral(friction)).run(&mut ());
         assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
         *outcome.curve.last().expect("a curve")
     };
@@ -193,7 +182,7 @@ fn platens_press_stiff_grains_from_the_first_increment_on() {
     let [smooth, rough] = [0.0, 0.2].map(|coefficient| {
         let friction =
             Friction { coefficient, slip_velocity_mm_per_s: 1e-3, drag_mpa_s_per_mm: 0.01 };
-        let outcome = test.with_platens(Platens::Unilateral(friction)).expect("valid").run(&mut ());
+        let outcome = between(&test, way, Platens::Unilateral(friction)).run(&mut ());
         assert_eq!(outcome.effort.cuts, 0, "{coefficient}: {:?}", outcome.end);
         outcome.curve[1].force_n
     });
@@ -207,15 +196,11 @@ fn a_platen_out_of_range_is_refused() {
     let refused = |platen: Platen, part: &str| {
         let mesh = block([&even(0.0, 1.0, 1), &even(0.0, 1.0, 1), &even(0.0, 1.0, 1)]);
         let conditions = Conditions::new().fix("bottom", Axis::ALL).platen("top", platen);
-        let error = Problem::new(
-            mesh,
-            Order::Linear,
-            soft(1.0, 0.3),
-            None,
-            conditions,
-            steps(1),
-            SolverOptions::default(),
-        );
+        let error = Problem::builder(mesh)
+            .materials(soft(1.0, 0.3))
+            .conditions(conditions)
+            .schedule(steps(1))
+            .build();
         let message = error.expect_err("refused").to_string();
         assert!(message.contains(part) && message.contains("surface 'top'"), "{message}");
     };

@@ -2,10 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use fem::{
-    Axis, Conditions, End, Material, MooneyRivlin, Order, Problem, Schedule, SolverOptions,
-    Stepping, TetMesh,
-};
+use fem::{Axis, Conditions, End, Material, MooneyRivlin, Order, Problem, Schedule, TetMesh};
 
 /// The panel (0, 0), (48, 44), (48, 60), (0, 44) of n × n cells and of the given thickness, all mm.
 fn panel(n: usize, thickness: f64) -> TetMesh {
@@ -69,17 +66,13 @@ impl Membrane {
             .fix("left", self.clamped.clone())
             .fix("front", [Axis::Z])
             .traction("right", move |_, time_s| [0.0, traction * time_s, 0.0]);
-        let stepping = Stepping::Fixed(self.steps);
-        let problem = Problem::new(
-            panel(n, self.half_mm),
-            order,
-            vec![self.material.clone()],
-            None,
-            conditions,
-            Schedule { duration_s: 1.0, stepping, stop_below_peak: None },
-            SolverOptions::default(),
-        )
-        .expect("valid input");
+        let problem = Problem::builder(panel(n, self.half_mm))
+            .order(order)
+            .materials([self.material.clone()])
+            .conditions(conditions)
+            .schedule(Schedule::fixed(1.0, self.steps))
+            .build()
+            .expect("valid input");
         let outcome = problem.run(&mut ());
         assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
         let target = [48.0, self.height_mm, 0.0];

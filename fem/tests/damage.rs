@@ -5,12 +5,12 @@ mod support;
 use std::ops::ControlFlow;
 
 use fem::{
-    Axis, CompressionTest, Conditions, CrackDensity, CurvePoint, DamageQuadrature, End, Fields,
-    Fracture, Irreversibility, Material, Order, PhaseField, Problem, SaintVenantKirchhoff,
-    Schedule, Scheme, SolverOptions, Split, Stepping,
+    Axis, Conditions, CrackDensity, CurvePoint, DamageQuadrature, End, Fields, Fracture,
+    Irreversibility, Material, Order, PhaseField, Problem, SaintVenantKirchhoff, Schedule, Scheme,
+    SolverOptions, Split,
 };
 use support::column::{layers, snap_back};
-use support::{HEIGHT, RADIUS, grain, loading, matrix, phase_field, prism, test};
+use support::{HEIGHT, RADIUS, grain, loading, matrix, phase_field, prism, test, with_options};
 
 const LENGTH: f64 = 0.06;
 
@@ -69,14 +69,7 @@ fn at1_leaves_quadratic_elements_sound_below_its_threshold() {
         let field = PhaseField { model: CrackDensity::At1, quadrature, ..PhaseField::new(10.0) };
         let (materials, options) = (vec![brittle()], SolverOptions::default());
         let way = loading(0.001, 1.0, 1);
-        CompressionTest::new(
-            prism(2, false),
-            Order::Quadratic,
-            materials,
-            Some(field),
-            way,
-            options,
-        )
+        with_options(prism(2, false), Order::Quadratic, materials, Some(field), way, options)
     };
     let outcome = make(DamageQuadrature::Auto).expect("valid input").run(&mut ());
     let point = outcome.curve[0];
@@ -202,21 +195,18 @@ fn damage_heals_or_stays_under_unloading_as_its_rule_says() {
             .prescribe("top", [Axis::Z], move |_, t| [0.0, 0.0, -path(t)])
             .remove_rigid_motions()
             .measure("top", [0.0, 0.0, -1.0]);
-        let schedule =
-            Schedule { duration_s: 30.0, stepping: Stepping::Fixed(30), stop_below_peak: None };
+        let schedule = Schedule::fixed(30.0, 30);
         let field = PhaseField { irreversibility: rule, ..PhaseField::new(LENGTH) };
         let options = SolverOptions { tolerance: 1e-11, ..SolverOptions::default() };
         let mesh = prism(1, false);
-        let problem = Problem::new(
-            mesh,
-            Order::Linear,
-            vec![brittle()],
-            Some(field),
-            conditions,
-            schedule,
-            options,
-        )
-        .expect("valid input");
+        let problem = Problem::builder(mesh)
+            .materials([brittle()])
+            .phase_field(field)
+            .conditions(conditions)
+            .schedule(schedule)
+            .options(options)
+            .build()
+            .expect("valid input");
         let outcome = problem.run(&mut ());
         assert_eq!(outcome.curve.len(), 30, "{rule:?}: {:?}", outcome.end);
         let mut largest = 0.0f64;
@@ -260,19 +250,15 @@ fn the_damage_around_a_crack_has_its_closed_form() {
         let conditions = Conditions::new()
             .fix("bottom", [Axis::X, Axis::Y, Axis::Z])
             .prescribe_damage("bottom", |_, _| 1.0);
-        let schedule =
-            Schedule { duration_s: 1.0, stepping: Stepping::Fixed(1), stop_below_peak: None };
-        let outcome = Problem::new(
-            mesh,
-            Order::Linear,
-            vec![material],
-            Some(field),
-            conditions,
-            schedule,
-            SolverOptions::default(),
-        )
-        .expect("valid input")
-        .run(&mut ());
+        let schedule = Schedule::fixed(1.0, 1);
+        let outcome = Problem::builder(mesh)
+            .materials([material])
+            .phase_field(field)
+            .conditions(conditions)
+            .schedule(schedule)
+            .build()
+            .expect("valid input")
+            .run(&mut ());
         assert!(matches!(outcome.end, End::Displacement), "{model:?} {cells}: {:?}", outcome.end);
         let share = size / length;
         for (x, phi) in nodes.iter().zip(&outcome.fields.damage) {
@@ -309,8 +295,8 @@ fn bounds_hold_in_a_composite_past_its_peak() {
         };
         let options = SolverOptions { scheme, ..SolverOptions::default() };
         let mut loading = loading(0.25, 1.0, 25);
-        loading.stop_below_peak = Some(0.3);
-        let test = CompressionTest::new(
+        loading.schedule.stop_below_peak = Some(0.3);
+        let test = with_options(
             prism(3, true),
             Order::Linear,
             vec![matrix(), grain()],

@@ -4,7 +4,7 @@ mod support;
 
 use fem::{
     Axis, Conditions, DamageQuadrature, Fracture, Material, Order, PhaseField, Problem, Schedule,
-    SolverOptions, Stepping,
+    SolverOptions,
 };
 use support::block::{block, even};
 use support::manufactured::{errors, order};
@@ -55,16 +55,14 @@ fn the_error_in_time_is_of_first_order() {
             .iter()
             .fold(Conditions::new(), |c, face| c.fix(face, Axis::ALL))
             .damage_source(move |_, t| toughness / length * exact(t) + viscosity * 0.8 * t);
-        let problem = Problem::new(
-            block([&ends, &ends, &ends]),
-            Order::Linear,
-            vec![material.clone()],
-            Some(field),
-            conditions,
-            Schedule { duration_s: 1.0, stepping: Stepping::Fixed(steps), stop_below_peak: None },
-            SolverOptions { tolerance: 1e-12, ..SolverOptions::default() },
-        )
-        .expect("valid input");
+        let problem = Problem::builder(block([&ends, &ends, &ends]))
+            .materials([material.clone()])
+            .phase_field(field)
+            .conditions(conditions)
+            .schedule(Schedule::fixed(1.0, steps))
+            .options(SolverOptions { tolerance: 1e-12, ..SolverOptions::default() })
+            .build()
+            .expect("valid input");
         let outcome = problem.run(&mut ());
         assert_eq!(outcome.curve.len(), steps as usize, "{:?}", outcome.end);
         (outcome.curve[steps as usize - 1].phi_mean - exact(1.0)).abs()

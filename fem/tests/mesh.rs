@@ -40,7 +40,7 @@ fn volume_is_that_of_the_prism() {
         let polygon = 0.5 * corners * 2.5_f64.powi(2) * (2.0 * PI / corners).sin();
         let volume = mesh.volume();
         assert!((volume / (4.4 * polygon) - 1.0).abs() < 1e-13, "{volume} against {polygon}");
-        assert_eq!(mesh.region_volume("matrix"), Ok(volume));
+        assert_eq!(mesh.region_volume("matrix").unwrap(), volume);
     }
     // and that of the cylinder in the limit, with the square of the spacing
     let defect = |spacing| 1.0 - lattice(spacing).volume() / (PI * 2.5 * 2.5 * 4.4);
@@ -131,10 +131,10 @@ fn each_fault_is_named_with_its_entity() {
     };
     use MeshError as E;
 
-    assert_eq!(fault(&|m| m.tets.clear()), E::Empty);
+    assert!(matches!(fault(&|m| m.tets.clear()), E::Empty));
     assert!(matches!(fault(&|m| m.nodes[3][1] = f64::NAN), E::NotFinite { node: 3, .. }));
     assert!(matches!(fault(&|m| m.tets[1][3] = 9), E::MissingNode { node: 9, nodes: 5, .. }));
-    assert_eq!(fault(&|m| m.nodes.push([2.0; 3])), E::UnusedNode { node: 5 });
+    assert!(matches!(fault(&|m| m.nodes.push([2.0; 3])), E::UnusedNode { node: 5 }));
     assert!(matches!(fault(&|m| m.tets[1].swap(0, 1)), E::Inverted { tet: 1, .. }));
     assert!(matches!(fault(&|m| m.nodes[4] = [0.5, 0.25, 0.25]), E::Degenerate { tet: 1, .. }));
     assert!(matches!(
@@ -146,7 +146,7 @@ fn each_fault_is_named_with_its_entity() {
         E::Unlabelled { array: "grain_of", .. }
     ));
     assert!(matches!(fault(&|m| m.region_of[1] = 7), E::UnknownRegion { tet: 1, region: 7, .. }));
-    assert_eq!(fault(&|m| m.region_of[1] = 0), E::MissingRegion { name: "grain".into() });
+    assert!(matches!(fault(&|m| m.region_of[1] = 0), E::MissingRegion { name } if name == "grain"));
     // a third tetrahedron on the common face
     assert!(matches!(
         fault(&|m| {
@@ -158,14 +158,14 @@ fn each_fault_is_named_with_its_entity() {
         E::NonManifoldFace { face: [1, 2, 3], count: 3, .. }
     ));
     // both on the same side of it
-    assert_eq!(
+    assert!(matches!(
         fault(&|m| {
             m.nodes[4] = [-1.0, -1.0, -1.0];
             m.tets[1] = [1, 3, 2, 4];
         }),
         E::Overlap { first: 0, second: 1 }
-    );
-    assert_eq!(
+    ));
+    assert!(matches!(
         fault(&|m| {
             for k in 1..5 {
                 let p = m.nodes[k];
@@ -176,7 +176,7 @@ fn each_fault_is_named_with_its_entity() {
             m.tets[1] = [4, 5, 6, 7];
         }),
         E::Disconnected { tet: 1 }
-    );
+    ));
     assert!(matches!(
         fault(&|m| m.surfaces.get_mut("bottom").unwrap().push([1, 2, 3])),
         E::NotOnBoundary { triangle: 1, nodes: [1, 2, 3], .. }
@@ -189,9 +189,9 @@ fn each_fault_is_named_with_its_entity() {
         fault(&|m| drop(m.surfaces.insert("top".into(), vec![[2, 1, 0]]))),
         E::DuplicateTriangle { .. }
     ));
-    assert_eq!(
+    assert!(matches!(
         fault(&|m| drop(m.surfaces.insert("top".into(), vec![]))),
-        E::EmptySurface { name: "top".into() }
-    );
+        E::EmptySurface { name } if name == "top"
+    ));
     assert!(matches!(pair().region_volume("void"), Err(E::NoSuchRegion { .. })));
 }

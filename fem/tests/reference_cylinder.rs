@@ -3,7 +3,7 @@
 
 mod support;
 
-use fem::{DamageQuadrature, End, Loading, Material, Order, Split, Stepping};
+use fem::{DamageQuadrature, End, Material, Order, Split};
 use support::{by_region, grain, loading, matrix, phase_field, reference_cylinder, test};
 
 fn assert_forces(law: fn(f64, f64) -> Material, forces: [f64; 5], energy: Option<f64>) {
@@ -52,14 +52,9 @@ fn hencky_with_viscous_damage() {
     let field =
         fem::PhaseField { quadrature: DamageQuadrature::Vertex, ..phase_field(Split::None) };
     // up to 0.15 mm in the record's steps of 0.005 mm
-    let loading = Loading {
-        displacement_mm: 0.15,
-        duration_s: 0.15 / 0.22,
-        stepping: Stepping::Fixed(30),
-        stop_below_peak: None,
-    };
+    let fine = loading(0.15, 0.15 / 0.22, 30);
     let outcome =
-        test(mesh, Order::Linear, materials.clone(), Some(field), loading, 1e-8).run(&mut ());
+        test(mesh, Order::Linear, materials.clone(), Some(field), fine, 1e-8).run(&mut ());
     assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
     let close = |value: f64, expected: f64| {
         assert!((value - expected).abs() < 1e-5 * expected, "{value} instead of {expected}")
@@ -77,15 +72,10 @@ fn hencky_with_viscous_damage() {
     assert_eq!(peak, Some(24), "the peak is at 0.120 mm");
     // a loss of robustness shows here although the answer may stay right
     let effort = outcome.effort;
-    assert_eq!((effort.rescues, effort.cuts), (0, 0), "{effort:?}");
+    assert_eq!((effort.fallbacks, effort.cuts), (0, 0), "{effort:?}");
     assert!(effort.factorisations <= 20 && effort.iterations <= 300, "{effort:?}");
     // twice the step, twice the defect of the energy balance
-    let coarse = Loading {
-        displacement_mm: 0.12,
-        duration_s: 0.12 / 0.22,
-        stepping: Stepping::Fixed(12),
-        stop_below_peak: None,
-    };
+    let coarse = loading(0.12, 0.12 / 0.22, 12);
     let coarse =
         test(coarse_mesh, Order::Linear, materials, Some(field), coarse, 1e-8).run(&mut ());
     let defects = [coarse.curve[11].balance_n_mm(), at(24).balance_n_mm()];

@@ -1,19 +1,18 @@
-//! Tests that cannot be set up are refused before any step, with the entity and the mend.
+//! Tests that cannot be set up are refused before any step, with the entity and what helps.
 
 mod support;
 
 use fem::{
-    CompressionTest, Fracture, Loading, Material, Order, PhaseField, SolverOptions, Split,
-    Stepping, TetMesh,
+    CompressionTest, Fracture, Material, Order, PhaseField, SolverOptions, Split, Stepping, TetMesh,
 };
-use support::{grain, loading, matrix, phase_field, prism};
+use support::{grain, loading, matrix, phase_field, prism, with_options};
 
 /// What a test is made of, to be spoilt.
 struct Input {
     mesh: TetMesh,
     materials: Vec<Material>,
     field: PhaseField,
-    loading: Loading,
+    loading: CompressionTest,
     options: SolverOptions,
 }
 
@@ -27,13 +26,13 @@ fn refusal(spoil: impl FnOnce(&mut Input)) -> String {
     };
     spoil(&mut input);
     let Input { mesh, materials, field, loading, options } = input;
-    CompressionTest::new(mesh, Order::Linear, materials, Some(field), loading, options)
+    with_options(mesh, Order::Linear, materials, Some(field), loading, options)
         .expect_err("refused")
         .to_string()
 }
 
 #[test]
-fn bad_input_is_refused_with_the_entity_and_the_mend() {
+fn bad_input_is_refused_with_the_entity_and_what_helps() {
     let check = |message: String, parts: &[&str]| {
         for part in parts {
             assert!(message.contains(part), "'{part}' is not in: {message}");
@@ -89,10 +88,13 @@ fn bad_input_is_refused_with_the_entity_and_the_mend() {
         &["test: displacement_mm = -0.2", "positive"],
     );
     check(refusal(|i| i.loading.displacement_mm = 5.0), &["displacement_mm = 5", "height"]);
-    check(refusal(|i| i.loading.duration_s = 0.0), &["duration_s = 0"]);
-    check(refusal(|i| i.loading.stepping = Stepping::Fixed(0)), &["steps = 0", "adaptive"]);
+    check(refusal(|i| i.loading.schedule.duration_s = 0.0), &["duration_s = 0"]);
     check(
-        refusal(|i| i.loading.stop_below_peak = Some(1.0)),
+        refusal(|i| i.loading.schedule.stepping = Stepping::Fixed(0)),
+        &["steps = 0", "adaptive"],
+    );
+    check(
+        refusal(|i| i.loading.schedule.stop_below_peak = Some(1.0)),
         &["stop_below_peak = 1", "0.1 for 10 %"],
     );
     check(refusal(|i| i.options.tolerance = 0.0), &["solver: tolerance = 0"]);

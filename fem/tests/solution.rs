@@ -1,14 +1,14 @@
-//! The way through a run: schemes, steps, rescues, linear solvers, interrupts, threads.
+//! The way through a run: schemes, steps, fallbacks, linear solvers, interrupts, threads.
 
 mod support;
 
 use std::ops::ControlFlow;
 
 use fem::{
-    CompressionTest, CurvePoint, End, Fields, LinearScheme, Loading, Material, Order, Scheme,
-    SolverOptions, Split, Stepping,
+    CompressionTest, CurvePoint, End, FemError, Fields, LinearScheme, Material, Order, Schedule,
+    Scheme, SolverOptions, Split, StepFailure,
 };
-use support::{grain, loading, matrix, peak, phase_field, prism, test};
+use support::{grain, loading, matrix, peak, phase_field, prism, test, with_options};
 
 #[test]
 fn alternate_minimisation_reaches_the_same_equilibrium() {
@@ -17,7 +17,7 @@ fn alternate_minimisation_reaches_the_same_equilibrium() {
         let options = SolverOptions { scheme, iterations, ..SolverOptions::default() };
         let field = phase_field(Split::None);
         let materials = vec![matrix(), grain()];
-        CompressionTest::new(
+        with_options(
             mesh.clone(),
             Order::Linear,
             materials,
@@ -31,10 +31,10 @@ fn alternate_minimisation_reaches_the_same_equilibrium() {
     let newton = run(Scheme::Monolithic, 30);
     let alternate = run(Scheme::Alternate, 30);
     // with three iterations Newton fails in places: alternate minimisation or shorter steps must help
-    let rescued = run(Scheme::Monolithic, 3);
-    assert!(rescued.effort.rescues > 0, "{:?}", rescued.effort);
-    assert_eq!((newton.effort.rescues, newton.effort.cuts), (0, 0));
-    for outcome in [&alternate, &rescued] {
+    let helped = run(Scheme::Monolithic, 3);
+    assert!(helped.effort.fallbacks > 0, "{:?}", helped.effort);
+    assert_eq!((newton.effort.fallbacks, newton.effort.cuts), (0, 0));
+    for outcome in [&alternate, &helped] {
         assert_eq!(outcome.curve.len(), 20, "{:?}", outcome.end);
         for (a, b) in newton.curve.iter().zip(&outcome.curve) {
             // where steps were cut, the time rule differs a little
@@ -50,9 +50,9 @@ fn alternate_minimisation_reaches_the_same_equilibrium() {
 
 #[test]
 fn steps_that_fail_are_cut_and_land_on_the_points_asked_for() {
-    // one alternation is never enough to rescue, few iterations often fail: only shorter steps help
+    // one alternation is never enough to help, few iterations often fail: only shorter steps help
     let options = SolverOptions { iterations: 4, alternations: 1, ..SolverOptions::default() };
-    let test = CompressionTest::new(
+    let test = with_options(
         prism(2, true),
         Order::Linear,
         vec![matrix(), grain()],
@@ -69,11 +69,7 @@ fn steps_that_fail_are_cut_and_land_on_the_points_asked_for() {
 
 #[test]
 fn adaptive_steps_find_the_peak_and_stop_below_it() {
-    let adaptive = Loading {
-        stepping: Stepping::adaptive(),
-        stop_below_peak: Some(0.1),
-        ..loading(0.3, 1.5, 1)
-    };
+    let adaptive = CompressionTest::new(0.3, Schedule::adaptive(1.5).stop_below_peak(0.1));
     let make = |loading| {
         test(
             prism(2, true),
@@ -107,7 +103,7 @@ fn multigrid_follows_the_factor_past_the_peak() {
     for order in [Order::Linear, Order::Quadratic] {
         let [direct, multigrid] = [LinearScheme::Direct, LinearScheme::Multigrid].map(|linear| {
             let options = SolverOptions { linear, ..SolverOptions::default() };
-            let test = CompressionTest::new(
+            let test = with_options(
                 prism(3, true),
                 order,
                 vec![matrix(), grain()],
@@ -135,7 +131,7 @@ fn a_run_that_cannot_go_on_keeps_its_curve_and_says_why() {
         tolerance: 1e-13,
         ..SolverOptions::default()
     };
-    let test = CompressionTest::new(
+    let test = with_options(
         prism(2, true),
         Order::Linear,
         vec![matrix(), grain()],
@@ -144,9 +140,22 @@ fn a_run_that_cannot_go_on_keeps_its_curve_and_says_why() {
         options,
     )
     .expect("valid input");
-    let outcome = test.run(&mut ());
+    let mut run = test.start();
+    let error = loop {
+        match run.step() {
+            Ok(point) => assert!(point.is_some(), "an end without equilibrium"),
+            Err(error) => break error,
+        }
+    };
+    let FemError::NotConverged { source, step_s, .. } = error else { panic!("{error}") };
+    assert!(matches!(source, StepFailure::TooManyIterations | StepFailure::Stalled), "{source}");
+    assert!(step_s < 1e-6, "cut down to {step_s} s");
+    assert!(run.step().expect("no second error").is_none());
+    let outcome = run.finish();
     let End::Failed(error) = &outcome.end else { panic!("{:?}", outcome.end) };
     assert!(error.to_string().contains("no equilibrium"), "{error}");
+    let reason = std::error::Error::source(error).map(|source| source.is::<StepFailure>());
+    assert_eq!(reason, Some(true), "the reason is kept as it is");
     assert!(outcome.curve.len() < 4);
 }
 
@@ -162,6 +171,35 @@ fn an_observer_sees_every_point_and_can_interrupt() {
     });
     assert!(matches!(outcome.end, End::Interrupted));
     assert_eq!(outcome.curve, seen);
+}
+
+#[test]
+fn a_loop_of_the_user_is_the_run() {
+    let test = test(
+        prism(2, true),
+        Order::Linear,
+        vec![matrix(), grain()],
+        Some(phase_field(Split::None)),
+        loading(0.1, 1.0, 6),
+        1e-8,
+    );
+    let whole = test.run(&mut ());
+    let mut run = test.start();
+    assert!(run.fields().damage.iter().all(|phi| *phi == 0.0) && run.curve().is_empty());
+    let mut taken = 0;
+    while let Some(point) = run.step().expect("an equilibrium") {
+        assert_eq!(point, whole.curve[taken]);
+        taken += 1;
+        assert_eq!(run.curve().len(), taken);
+    }
+    assert_eq!(run.effort(), whole.effort);
+    let outcome = run.finish();
+    assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
+    assert_eq!((taken, outcome.fields), (6, whole.fields));
+    // left early, it has not ended
+    let mut early = test.start();
+    early.step().expect("an equilibrium");
+    assert!(matches!(early.finish().end, End::Interrupted));
 }
 
 #[test]

@@ -155,7 +155,7 @@ pub fn calibrate<F: Differentiable<3, 3>>(
         .collect();
     let forward = Relative::new(forward, mean);
     let model = calibration(&forward, &relative, prior);
-    let chains = sampler.run(&model)?;
+    let chains = sampler.run(&model).map_err(SampleError::from)?;
     let mut posterior = Posterior::from_chains(&model, chains, seed)?;
     for name in ["sd", "mean", "new_specimen"] {
         posterior.label(name, 0, &Qois::NAMES)?;

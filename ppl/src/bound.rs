@@ -1,57 +1,17 @@
 //! A model with its data, ready to be evaluated.
 
-use rand::{Rng, RngCore};
+use rand::Rng;
 
 use crate::density::{LogDensity, Rejection};
-use crate::dimensions::Coordinates;
 use crate::dual::Dual;
-use crate::entry::{Record, Role, Variable};
-use crate::explain::{explain, further};
+use crate::entry::Record;
+use crate::inspect::{self, Inspection, ModelError, Statements};
+use crate::layout::Layout;
 use crate::ledger::{Ledger, Plain, Roots, Sum, Values};
 use crate::model::Model;
-use crate::prior::{self, Found, Statements};
 use crate::reading::{Density, Pools};
 use crate::tape::Tape;
-use crate::trace::{Point, Source, Trace};
-
-/// A model that cannot be evaluated at all.
-#[derive(Clone, Debug, thiserror::Error)]
-pub enum ModelError {
-    /// Not one prior draw went through.
-    #[error(
-        "the model rejects its own prior draws ({tries} tries), last with: {last}{}",
-        further(.detail)
-    )]
-    NoPriorDraw {
-        /// Number of tries.
-        tries: usize,
-        /// Why the last failed.
-        last: Rejection,
-        /// What else can be said about it, as the datum at fault.
-        detail: Option<String>,
-    },
-    /// A mistake in the model itself.
-    #[error("{0}")]
-    Invalid(Rejection),
-}
-
-/// The named quantities of a model, in the order of their statements.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Layout {
-    /// Number of unconstrained coordinates.
-    pub dim: usize,
-    /// All names with shapes, dimensions and roles.
-    pub variables: Vec<Variable>,
-    /// Labels of the entries along dimensions, by the name of the dimension.
-    pub coordinates: Coordinates,
-}
-
-impl Layout {
-    /// The variables with this role.
-    pub fn with_role(&self, role: Role) -> impl Iterator<Item = &Variable> {
-        self.variables.iter().filter(move |v| v.role == role)
-    }
-}
+use crate::trace::Trace;
 
 /// A model bound to its data: what a function declared by `model!` returns.
 ///
@@ -92,7 +52,7 @@ impl Layout {
 #[derive(Clone, Debug)]
 pub struct Bound<M> {
     model: M,
-    found: Found,
+    inspection: Inspection,
 }
 
 /// Memory for evaluations of a [`Bound`] model.
@@ -105,8 +65,8 @@ pub struct Workspace {
 impl<M: Model> Bound<M> {
     /// Binds a model to the data that it holds.
     pub fn new(model: M) -> Self {
-        let found = prior::find(&model, M::STATIC);
-        Self { model, found }
+        let inspection = inspect::inspect(&model, M::STATIC);
+        Self { model, inspection }
     }
 
     /// The model itself.
@@ -119,7 +79,7 @@ impl<M: Model> Bound<M> {
     /// # Errors
     /// What is wrong with the model or its data, with the statement.
     pub fn layout(&self) -> Result<&Layout, ModelError> {
-        self.found.layout()
+        self.inspection.layout()
     }
 
     /// One draw from the prior, with tracked quantities, predictions, and a replicate of every
@@ -128,7 +88,7 @@ impl<M: Model> Bound<M> {
     /// # Errors
     /// [`ModelError`] if the model rejects its own prior draws.
     pub fn draw_prior<G: Rng>(&self, rng: &mut G) -> Result<Record, ModelError> {
-        self.draw_prior_any(rng)
+        inspect::draw(&self.model, rng)
     }
 
     /// Everything that the model names, at the unconstrained point `y`; predictions and
@@ -137,18 +97,8 @@ impl<M: Model> Bound<M> {
     /// # Errors
     /// [`Rejection`] if a statement rejects the point.
     pub fn constrain<G: Rng>(&self, y: &[f64], rng: &mut G) -> Result<Record, Rejection> {
-        let (record, outcome) = self.read(y, rng);
+        let (record, outcome) = inspect::record_at(&self.model, y, rng);
         outcome.map(|()| record)
-    }
-
-    /// As [`constrain`](Bound::constrain), with what was recorded before a rejection.
-    pub(crate) fn read(&self, y: &[f64], rng: &mut dyn RngCore) -> (Record, Result<(), Rejection>) {
-        prior::read(&self.model, y, rng)
-    }
-
-    /// As [`draw_prior`](Bound::draw_prior).
-    pub(crate) fn draw_prior_any(&self, rng: &mut dyn RngCore) -> Result<Record, ModelError> {
-        prior::draw(&self.model, rng)
     }
 
     /// Log density over constrained values at the unconstrained point `y`: without
@@ -161,7 +111,7 @@ impl<M: Model> Bound<M> {
         y: &[f64],
         workspace: &mut Workspace,
     ) -> Result<f64, Rejection> {
-        let pools = self.found.pools(&mut workspace.sums);
+        let pools = self.inspection.pools(&mut workspace.sums);
         value::<_, _, false>(&self.model, Values::new(y, false), pools)
     }
 
@@ -246,12 +196,12 @@ impl<M: Model> Bound<M> {
         loop {
             workspace.tape.clear();
             let tape = &workspace.tape;
-            let constant = if JACOBIAN && M::STATIC { self.found.constant } else { None };
+            let constant = if JACOBIAN && M::STATIC { self.inspection.constant } else { None };
             let roots = Roots::new(tape, y, constant.is_some());
             if tape.is_full() {
                 continue;
             }
-            let pools = self.found.pools(&mut workspace.sums);
+            let pools = self.inspection.pools(&mut workspace.sums);
             let total = value::<_, _, JACOBIAN>(&self.model, roots, pools)?;
             if !tape.is_full() {
                 tape.sweep(gradient);
@@ -295,12 +245,12 @@ impl<M: Model> LogDensity for Bound<M> {
     type Workspace = Workspace;
 
     fn dim(&self) -> usize {
-        self.found.dim()
+        self.inspection.dim()
     }
 
     fn log_density(&self, y: &[f64], workspace: &mut Workspace) -> Result<f64, Rejection> {
-        let constant = if M::STATIC { self.found.constant } else { None };
-        let pools = self.found.pools(&mut workspace.sums);
+        let constant = if M::STATIC { self.inspection.constant } else { None };
+        let pools = self.inspection.pools(&mut workspace.sums);
         let values = Values::new(y, constant.is_some());
         Ok(constant.unwrap_or(0.0) + value::<_, _, true>(&self.model, values, pools)?)
     }
@@ -315,8 +265,8 @@ impl<M: Model> LogDensity for Bound<M> {
     }
 
     fn explain(&self, y: &[f64]) -> Option<String> {
-        match &self.layout() {
-            Ok(_) => explain(&self.model, Source::Point(Point::new(y))),
+        match self.layout() {
+            Ok(_) => inspect::explain(&self.model, y),
             Err(error) => Some(error.to_string()),
         }
     }

@@ -1,5 +1,6 @@
 //! What a sampler sees of a model: a log density, its gradient, and why a point was rejected.
 
+use std::borrow::Cow;
 use std::fmt;
 
 /// A log density on unconstrained space ℝᵈ.
@@ -138,35 +139,77 @@ impl Rejection {
     }
 }
 
-/// An argument outside the domain of a function or a distribution.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{message}")]
+/// An argument outside the domain of a distribution or of a function: "Normal: sd must be positive
+/// and finite, got -1".
+///
+/// Functions that say why in words of their own leave `parameter` empty: see
+/// [`new`](DomainError::new).
+#[derive(Clone, Debug, PartialEq)]
 pub struct DomainError {
-    message: String,
+    /// Which distribution or function refuses; may be empty.
+    pub distribution: Cow<'static, str>,
+    /// Which of its arguments is at fault.
+    pub parameter: Cow<'static, str>,
+    /// What it must be.
+    pub requirement: Cow<'static, str>,
+    /// What it is.
+    pub value: f64,
 }
 
+impl fmt::Display for DomainError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { distribution, parameter, requirement, value } = self;
+        if !distribution.is_empty() {
+            write!(f, "{distribution}: ")?;
+        }
+        if parameter.is_empty() {
+            return f.write_str(requirement);
+        }
+        write!(f, "{parameter} must be {requirement}, got {value}")
+    }
+}
+
+impl std::error::Error for DomainError {}
+
 impl DomainError {
-    /// With a message that names the argument, its value and what is required.
-    pub fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into() }
+    /// In words, which name the argument, its value and what is required.
+    pub fn new(message: impl Into<Cow<'static, str>>) -> Self {
+        Self {
+            distribution: "".into(),
+            parameter: "".into(),
+            requirement: message.into(),
+            value: f64::NAN,
+        }
     }
 
-    /// Demands that `holds`: "Normal: scale must be positive, got −1".
+    /// Of an argument that does not meet a requirement.
+    #[cold]
+    pub fn unmet(
+        distribution: impl Into<Cow<'static, str>>,
+        parameter: impl fmt::Display,
+        requirement: impl fmt::Display,
+        value: f64,
+    ) -> Self {
+        Self {
+            distribution: distribution.into(),
+            parameter: parameter.to_string().into(),
+            requirement: requirement.to_string().into(),
+            value,
+        }
+    }
+
+    /// Demands that `holds`.
     ///
     /// # Errors
     /// The demand, if it does not hold.
     pub fn require(
         holds: bool,
-        distribution: &str,
+        distribution: &'static str,
         parameter: impl fmt::Display,
         requirement: impl fmt::Display,
-        got: impl fmt::Display,
+        value: f64,
     ) -> Result<(), Self> {
-        if holds {
-            Ok(())
-        } else {
-            Err(Self::new(format!("{distribution}: {parameter} must be {requirement}, got {got}")))
-        }
+        if holds { Ok(()) } else { Err(Self::unmet(distribution, parameter, requirement, value)) }
     }
 
     /// Demands a finite number.
@@ -174,11 +217,11 @@ impl DomainError {
     /// # Errors
     /// The demand, if it does not hold.
     pub fn require_finite(
-        distribution: &str,
+        distribution: &'static str,
         parameter: impl fmt::Display,
-        got: f64,
+        value: f64,
     ) -> Result<(), Self> {
-        Self::require(got.is_finite(), distribution, parameter, "finite", got)
+        Self::require(value.is_finite(), distribution, parameter, "finite", value)
     }
 
     /// Demands a positive, finite number.
@@ -186,11 +229,11 @@ impl DomainError {
     /// # Errors
     /// The demand, if it does not hold.
     pub fn require_positive(
-        distribution: &str,
+        distribution: &'static str,
         parameter: impl fmt::Display,
-        got: f64,
+        value: f64,
     ) -> Result<(), Self> {
-        let holds = got > 0.0 && got.is_finite();
-        Self::require(holds, distribution, parameter, "positive and finite", got)
+        let holds = value > 0.0 && value.is_finite();
+        Self::require(holds, distribution, parameter, "positive and finite", value)
     }
 }

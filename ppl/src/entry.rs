@@ -2,8 +2,8 @@
 
 use std::borrow::Cow;
 
+use crate::coordinates::Coordinates;
 use crate::density::Rejection;
-use crate::dimensions::Coordinates;
 use crate::site::Site;
 
 /// What a named quantity is to the model.

@@ -8,8 +8,8 @@
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::distribution::Parameter;
 use crate::dual::Dual;
+use crate::parameter::Parameter;
 use crate::partials::Partials;
 use crate::real::Real;
 use crate::record::{Datum, Record};

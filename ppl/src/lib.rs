@@ -34,7 +34,7 @@
 //! # What is here
 //! - **Models**: [`model!`], or the trait [`Model`] by hand; [`Bound`] is a model with its data.
 //! - **Distributions**, one type each, with the variations of [`Family`]: `.iid(n)`,
-//!   `.array::<N>()`, `.truncate(a..b)`, `.ordered()`, `.sum_to_zero()`. An own one implements
+//!   `.array::<N>()`, `.truncate(a..b)`, `.ordered()`. An own one implements
 //!   [`Distribution`].
 //! - **Derivatives**: exact, by reverse mode; own functions enter as [`Differentiable`].
 //! - **Samplers**: [`Nuts`]; without gradients [`Metropolis`], and [`DelayedAcceptance`], which a
@@ -47,25 +47,24 @@
 extern crate self as ppl;
 
 mod accumulator;
-mod any;
 mod arithmetic;
 mod bound;
 pub mod check;
-mod collect;
+mod coordinates;
 mod density;
 pub mod diagnostics;
 mod differentiable;
-mod dimensions;
 mod distribution;
 mod dot;
 mod dual;
 mod entry;
-mod explain;
+mod erased;
 mod export;
 mod expression;
-mod findings;
 mod group;
 pub mod guide;
+mod inspect;
+mod layout;
 mod ledger;
 mod literal;
 mod ln_sum_exp;
@@ -73,11 +72,11 @@ mod model;
 mod ode;
 mod operand;
 mod optimize;
+mod parameter;
 mod partials;
 mod posterior;
 mod power_scaling;
 mod predictive;
-mod prior;
 mod reading;
 mod real;
 mod record;
@@ -93,24 +92,28 @@ mod terms;
 mod total;
 mod trace;
 pub mod transform;
+mod warnings;
+mod words;
 
-pub use bound::{Bound, Layout, ModelError, Workspace};
+pub use bound::{Bound, Workspace};
+pub use coordinates::Coordinates;
 pub use density::{DomainError, LogDensity, Place, Rejection};
 pub use differentiable::{Differentiable, Forward, Generic};
-pub use dimensions::{Coordinates, LabelError};
 pub use distribution::*;
 pub use dot::dot;
 pub use dual::Dual;
 pub use entry::{Entry, Record, Role, Variable};
 pub use expression::Expression;
-pub use findings::{Finding, FindingKind};
 pub use group::{Group, Values};
+pub use inspect::ModelError;
+pub use layout::{LabelError, Layout};
 pub use ln_sum_exp::ln_sum_exp;
 pub use model::{Context, Model};
 pub use ode::{Ode, Solution};
 pub use optimize::{Laplace, Map, Mode, OptimizeError};
+pub use parameter::Parameter;
 pub use partials::Partials;
-pub use posterior::{DivergentPoint, Posterior, PosteriorError};
+pub use posterior::{DivergentPoint, Posterior, PosteriorError, SampleError, SummaryRow};
 pub use power_scaling::{PowerScaling, PowerScalingError, Sensitivity, SensitivityRow};
 #[doc(inline)]
 #[doc = include_str!("language.md")]
@@ -122,13 +125,15 @@ pub use real::Real;
 pub use record::{Datum, Incomplete, Record as Recordable};
 pub use sampler::{
     Chain, ChainStatus, Chains, ChainsFileError, Covariance, DelayedAcceptance, Divergence,
-    DrawStats, MapKind, MapSwitch, Metropolis, Nuts, Progress, SampleError, WarmupReport,
+    DrawStats, MapKind, MapSwitch, Mcmc, Metropolis, NoUTurn, Nuts, Progress, RandomWalk, RunError,
+    Screened, WarmupReport,
 };
 pub use scalar::{Arithmetic, Scalar};
 pub use site::{Failure, Site};
 pub use submodel::{Declaration, Part, Prediction, Submodel};
-pub use summary::{Summary, SummaryRow};
+pub use summary::Summary;
 pub use terms::{Joined, Terms};
+pub use warnings::{Warning, WarningKind};
 
 /// The language of models: distributions, their variations, and what expressions need.
 pub mod prelude {
@@ -137,6 +142,7 @@ pub mod prelude {
     pub use crate::dot::dot;
     pub use crate::ln_sum_exp::ln_sum_exp;
     pub use crate::optimize::Map;
+    pub use crate::parameter::Parameter;
     pub use crate::sampler::{DelayedAcceptance, Metropolis, Nuts};
     pub use crate::scalar::Scalar;
     pub use crate::{LogDensity, Real, model};
@@ -146,7 +152,7 @@ pub mod prelude {
 #[doc(hidden)]
 pub mod __private {
     pub use crate::accumulator::At;
-    pub use crate::distribution::{add_terms, constrain, ln_probability};
+    pub use crate::distribution::{add_terms, constrain};
     pub use crate::literal::literal;
     pub use crate::operand::{Apart, Coefficient, Number, Of, Other, Place, Together, Unread};
     pub use crate::rows::{NewRow, Rows, settle, zip};

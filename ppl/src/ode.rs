@@ -311,7 +311,7 @@ impl<F, const N: usize> Solution<F, N> {
     {
         let outputs = N * self.times.len();
         let requirement = format_args!("states × times = {outputs}");
-        DomainError::require(M == outputs, "Solution", "number of outputs", requirement, M)?;
+        DomainError::require(M == outputs, "Solution", "number of outputs", requirement, M as f64)?;
         let mut flat = [S::from(0.0); M];
         let mut chunks = flat.chunks_exact_mut(N.max(1));
         self.integrate(theta, |y| {

@@ -5,9 +5,10 @@ use std::fmt;
 use rayon::prelude::*;
 
 use crate::diagnostics::power_scaled;
-use crate::findings::{Finding, FindingKind, list, stuck};
 use crate::group::{Group, Values};
 use crate::posterior::Posterior;
+use crate::warnings::{Warning, WarningKind, stuck};
+use crate::words::list;
 
 /// From here on a change of prior or likelihood is worth a look.
 const THRESHOLD: f64 = 0.05;
@@ -201,9 +202,9 @@ impl PowerScaling {
         self.rows.iter().find(|row| row.name == name)
     }
 
-    /// What the numbers say, in words; nothing where a chain is stuck elsewhere, as the findings of the
+    /// What the numbers say, in words; nothing where a chain is stuck elsewhere, as the warnings of the
     /// [`Posterior`] say, because they are of its draws as well.
-    pub fn findings(&self) -> Vec<Finding> {
+    pub fn warnings(&self) -> Vec<Warning> {
         if self.is_mixed {
             return Vec::new();
         }
@@ -214,8 +215,8 @@ impl PowerScaling {
         let [conflict, strong] = [Sensitivity::PriorDataConflict, Sensitivity::StrongPrior].map(of);
         let mut found = Vec::new();
         if !conflict.is_empty() {
-            found.push(Finding {
-                kind: FindingKind::PriorDataConflict,
+            found.push(Warning {
+                kind: WarningKind::PriorDataConflict,
                 what: format!(
                     "Prior and data disagree (sensitivity to prior, to likelihood): {conflict}"
                 ),
@@ -224,8 +225,8 @@ impl PowerScaling {
             });
         }
         if !strong.is_empty() {
-            found.push(Finding {
-                kind: FindingKind::StrongPrior,
+            found.push(Warning {
+                kind: WarningKind::StrongPrior,
                 what: format!(
                     "The prior decides and the data say little (sensitivity to prior, to \
                      likelihood): {strong}"

@@ -57,20 +57,6 @@ impl<S: crate::Scalar> Datum<S> for f64 {
     }
 }
 
-/// Counts can be read as plain numbers, which leaves one error to `Normal(0, 1.0)`: that a density
-/// takes only what is converted in plain sight.
-macro_rules! impl_count_parameter {
-    ($($Count:ty),*) => {$(
-        impl crate::distribution::Parameter for $Count {
-            #[inline]
-            fn number(self) -> f64 {
-                self as f64
-            }
-        }
-    )*};
-}
-impl_count_parameter!(i32, i64, u8, u16, u32, u64, usize);
-
 macro_rules! impl_count_datum {
     ($($Count:ty),*) => {$(
         impl Datum<u64> for $Count {

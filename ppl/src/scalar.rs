@@ -13,7 +13,7 @@ use crate::partials::{Each, Partials, Zipped, each};
 use crate::record::{Datum, Record};
 use crate::special;
 use plain::{error_density, logit};
-pub(crate) use plain::{logistic, softplus};
+pub(crate) use special::{logistic, softplus};
 
 /// Functions of a [`Scalar`], each with its value and its derivative at `x`.
 macro_rules! functions {

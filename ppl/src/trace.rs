@@ -5,10 +5,9 @@ use std::borrow::Cow;
 use rand::RngCore;
 
 use crate::density::Rejection;
-use crate::dimensions;
 use crate::distribution::{Distribution, Unknown};
 use crate::entry::{Entry, Label, Record, Role};
-use crate::explain;
+use crate::layout;
 use crate::model::Context;
 use crate::reading::{Pool, too_few_coordinates};
 use crate::real::Real;
@@ -16,6 +15,7 @@ use crate::record::Record as Recordable;
 use crate::rows::{Collected, NewRow};
 use crate::site::Site;
 use crate::terms::Settled;
+use crate::words;
 
 /// Where a trace takes its unknowns from.
 pub(crate) enum Source<'y> {
@@ -70,7 +70,7 @@ impl<'y> Trace<'y> {
     /// What was recorded, if its dimensions fit together.
     pub(crate) fn finish(mut self) -> Result<Record, Rejection> {
         self.record.unfold();
-        dimensions::check(&self.record.entries, &self.record.coordinates)
+        layout::check(&self.record.entries, &self.record.coordinates)
             .map_err(|message| Rejection::Fatal { message })?;
         Ok(self.record)
     }
@@ -153,10 +153,10 @@ impl<'y> Trace<'y> {
         is_imputed: bool,
         distribution: &D,
     ) -> Result<D::Value, Rejection> {
-        site.locate(distribution.validate())?;
         let value = match &mut self.source {
-            Source::Prior => distribution.draw(self.rng),
+            Source::Prior => site.locate(distribution.try_draw(self.rng))?,
             Source::Point(point) => {
+                site.locate(distribution.validate())?;
                 let terms = &mut Settled::new(1.0);
                 let value = distribution.constrain(&mut || point.next(), false, terms);
                 if point.short {
@@ -194,11 +194,14 @@ impl<'y> Trace<'y> {
         datum: &D::Value,
         distribution: &D,
     ) -> Result<(), Rejection> {
-        if let Err(error) = distribution.validate().and_then(|()| distribution.fits(datum)) {
-            self.failing = Some(self.in_words(site, datum));
-            return Err(site.rejection(error));
-        }
-        let replicate = distribution.draw(self.rng);
+        let drawn = distribution.fits(datum).and_then(|()| distribution.try_draw(self.rng));
+        let replicate = match drawn {
+            Ok(replicate) => replicate,
+            Err(error) => {
+                self.failing = Some(self.in_words(site, datum));
+                return Err(site.rejection(error));
+            }
+        };
         let mut log_likelihood = Vec::new();
         distribution.pointwise(datum, &mut log_likelihood);
         self.condition(site, is_imputed, datum, &replicate, &log_likelihood)
@@ -210,7 +213,7 @@ impl<'y> Trace<'y> {
         let index = self.record.get(&at.name).map_or(0, |entry| entry.log_likelihood.len());
         let mut numbers = Vec::new();
         datum.flatten(&mut numbers);
-        explain::datum(&at.name, at.stacked.then_some(index), &numbers)
+        words::datum(&at.name, at.stacked.then_some(index), &numbers)
     }
 
     /// Writes down a value with neither density nor replicate.
@@ -360,8 +363,7 @@ impl Context for Trace<'_> {
         site: &'static Site,
         distribution: D,
     ) -> Result<D::Value, Rejection> {
-        site.locate(distribution.validate())?;
-        let value = distribution.draw(self.rng);
+        let value = site.locate(distribution.try_draw(self.rng))?;
         self.note(site, Role::Predicted, &value)?;
         Ok(value)
     }

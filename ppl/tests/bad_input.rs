@@ -1,7 +1,7 @@
 //! What cannot be right is refused in words that name it, before anything is lost.
 
 use ppl::prelude::*;
-use ppl::{Bound, FindingKind, Map, Model, OptimizeError, Posterior, Workspace};
+use ppl::{Bound, Map, Model, OptimizeError, Posterior, WarningKind, Workspace};
 
 ppl::model! {
     fn level(x: &[f64], y: &[f64]) {
@@ -123,8 +123,8 @@ fn chains_cut_by_hand_make_no_posterior() {
     assert!(said.contains("chain 2 has 30 numbers, not 50"), "{said}");
 }
 
-fn kinds(posterior: &Posterior) -> Vec<FindingKind> {
-    posterior.summary().findings.iter().map(|finding| finding.kind).collect()
+fn kinds(posterior: &Posterior) -> Vec<WarningKind> {
+    posterior.summary().warnings.iter().map(|finding| finding.kind).collect()
 }
 
 #[test]
@@ -132,9 +132,9 @@ fn draws_of_another_density_are_told_from_its_own() {
     let model = level(&[1.0], &[0.3]);
     let chains = Nuts::default().run(&model).expect("runs");
     let own = Posterior::from_chains(&model, chains.clone(), 1).expect("fits");
-    assert!(!kinds(&own).contains(&FindingKind::OtherDensity));
+    assert!(!kinds(&own).contains(&WarningKind::OtherDensity));
     // the density of held-out data at these draws is asked for like this
     let held_out = level(&[2.0], &[1.3]);
     let other = Posterior::from_chains(&held_out, chains, 1).expect("the same unknowns");
-    assert!(kinds(&other).contains(&FindingKind::OtherDensity));
+    assert!(kinds(&other).contains(&WarningKind::OtherDensity));
 }

@@ -207,7 +207,7 @@ fn labels_stand_in_the_table_and_indices_still_find_their_rows() {
     assert_eq!(posterior.trace("hole.missing[Deerfield]"), posterior.trace("hole.missing[0]"));
     assert_eq!(posterior.trace("new[Choate]"), posterior.trace("new[0]"), "a prediction");
     assert!(posterior.trace("theta[1]").is_some() && posterior.trace("theta[Eton]").is_none());
-    assert!(summary.findings.iter().any(|f| f.what.contains("theta[")), "{summary}");
+    assert!(summary.warnings.iter().any(|f| f.what.contains("theta[")), "{summary}");
 
     // labels that tell nothing apart do not stand for numbers
     posterior.label("ends", 1, &["end", "end"]).unwrap();

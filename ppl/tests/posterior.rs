@@ -3,7 +3,7 @@
 use std::fs;
 
 use ppl::prelude::*;
-use ppl::{FindingKind, Posterior, PosteriorError, Role, check};
+use ppl::{Posterior, PosteriorError, Role, WarningKind, check};
 
 ppl::model! {
     /// A mean that is known in closed form, a parameter that no datum sees, and one that the data
@@ -129,13 +129,13 @@ fn the_summary_says_what_the_data_did_not_inform() {
     assert!(contraction("idle").expect("a parameter").abs() < 0.1);
     assert_eq!(contraction("twice[0]"), None, "tracked quantities have no prior of their own");
 
-    let find = |kind| summary.findings.iter().find(|f| f.kind == kind);
-    let uninformed = find(FindingKind::Uninformed).expect("idle is not informed");
+    let find = |kind| summary.warnings.iter().find(|f| f.kind == kind);
+    let uninformed = find(WarningKind::Uninformed).expect("idle is not informed");
     assert!(uninformed.what.contains("idle") && !uninformed.what.contains("mu"), "{uninformed}");
-    let boundary = find(FindingKind::Boundary).expect("edge is cut");
+    let boundary = find(WarningKind::Boundary).expect("edge is cut");
     assert!(boundary.what.contains("edge") && !boundary.what.contains("idle"), "{boundary}");
-    assert_eq!(find(FindingKind::Disagreement), None);
-    assert_eq!(find(FindingKind::FewEffectiveDraws), None);
+    assert_eq!(find(WarningKind::Disagreement), None);
+    assert_eq!(find(WarningKind::FewEffectiveDraws), None);
 
     let printed = summary.to_string();
     for part in ["mean", "ess_tail", "mu[1]", "4 chains of 2000 draws", "idle"] {
@@ -160,11 +160,11 @@ ppl::model! {
 fn a_posterior_wider_than_its_prior_is_no_lack_of_data() {
     let model = surprise(&[60.0, 50.0, 55.0, 58.0]);
     let posterior = Nuts::default().warmup(300).draws(300).seed(3).sample(&model);
-    let findings = posterior.expect("it samples").summary().findings;
-    let find = |kind| findings.iter().find(|f| f.kind == kind).map(|f| f.what.clone());
-    let conflict = find(FindingKind::PriorDataConflict).expect("the prior is far off");
+    let warnings = posterior.expect("it samples").summary().warnings;
+    let find = |kind| warnings.iter().find(|f| f.kind == kind).map(|f| f.what.clone());
+    let conflict = find(WarningKind::PriorDataConflict).expect("the prior is far off");
     assert!(conflict.contains("rate") && !conflict.contains("known"), "{conflict}");
-    let uninformed = find(FindingKind::Uninformed).expect("`known` is hardly informed");
+    let uninformed = find(WarningKind::Uninformed).expect("`known` is hardly informed");
     assert!(uninformed.contains("known") && !uninformed.contains("rate"), "{uninformed}");
 }
 
@@ -187,8 +187,8 @@ fn a_stopped_chain_cuts_all_and_is_reported() {
     let posterior = Posterior::from_chains(&model, cut.clone(), 1).expect("50 draws are left");
     assert_eq!(posterior.posterior.draws, 50);
     let summary = posterior.summary();
-    assert!(summary.findings.iter().any(|f| f.kind == FindingKind::Stopped));
-    assert!(summary.findings.iter().any(|f| f.kind == FindingKind::FewEffectiveDraws));
+    assert!(summary.warnings.iter().any(|f| f.kind == WarningKind::Stopped));
+    assert!(summary.warnings.iter().any(|f| f.kind == WarningKind::FewEffectiveDraws));
 
     cut.chains[1].stats.clear();
     cut.chains[1].draws.clear();
@@ -208,9 +208,9 @@ fn chains_in_two_modes_are_found_out() {
     let run = Nuts::default().chains(4).warmup(300).draws(300).init_points(starts).run(&model);
     let posterior = Posterior::from_chains(&model, run.expect("runs"), 0).expect("its chains");
     let summary = posterior.summary();
-    let found = summary.findings.iter().find(|f| f.kind == FindingKind::Disagreement);
+    let found = summary.warnings.iter().find(|f| f.kind == WarningKind::Disagreement);
     assert!(found.is_some_and(|f| f.what.contains("x (")), "{summary}");
-    let found = summary.findings.iter().find(|f| f.kind == FindingKind::Modes);
+    let found = summary.warnings.iter().find(|f| f.kind == WarningKind::Modes);
     let found = found.expect("modes").to_string();
     for part in ["x has 2, near -10.", "(chains 1, 3) and ", "(chains 0, 2), with 0 changes"] {
         assert!(found.contains(part), "{found}");
@@ -224,7 +224,7 @@ fn divergences_are_located_in_the_neck_of_a_funnel() {
     let posterior = Posterior::from_chains(&model, run, 3).expect("its chains");
     assert!(!posterior.divergences.is_empty());
     let summary = posterior.summary();
-    let found = summary.findings.iter().find(|f| f.kind == FindingKind::Divergences);
+    let found = summary.warnings.iter().find(|f| f.kind == WarningKind::Divergences);
     assert!(found.is_some_and(|f| f.what.contains("v ≈ ")), "{summary}");
     let v =
         posterior.divergences.iter().filter_map(|d| d.values.iter().find(|(name, _)| name == "v"));
@@ -238,13 +238,13 @@ fn divergences_are_located_in_the_neck_of_a_funnel() {
 fn rejected_points_and_predictions_are_counted_with_their_statement() {
     let posterior = Nuts::default().chains(4).seed(2).sample(&edgy()).expect("runs");
     let summary = posterior.summary();
-    let find = |kind| summary.findings.iter().find(|f| f.kind == kind);
+    let find = |kind| summary.warnings.iter().find(|f| f.kind == kind);
     assert!(
-        find(FindingKind::Rejections).is_some_and(|f| f.what.contains("`factor(")),
+        find(WarningKind::Rejections).is_some_and(|f| f.what.contains("`factor(")),
         "{summary}"
     );
     assert!(
-        find(FindingKind::Unpredicted).is_some_and(|f| f.what.contains("`let late")),
+        find(WarningKind::Unpredicted).is_some_and(|f| f.what.contains("`let late")),
         "{summary}"
     );
 
@@ -262,7 +262,7 @@ fn short_trees_are_reported() {
     let sampler = Nuts::default().chains(2).warmup(200).draws(200).max_depth(2);
     let posterior = sampler.sample(&funnel()).expect("runs");
     let summary = posterior.summary();
-    assert!(summary.findings.iter().any(|f| f.kind == FindingKind::TreeDepth), "{summary}");
+    assert!(summary.warnings.iter().any(|f| f.kind == WarningKind::TreeDepth), "{summary}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use ppl::check::Estimate;
 use ppl::prelude::*;
 use ppl::special::normal_cdf;
-use ppl::{FindingKind, Posterior, PowerScalingError, PredictiveError, Sensitivity};
+use ppl::{Posterior, PowerScalingError, PredictiveError, Sensitivity, WarningKind};
 
 ppl::model! {
     /// A normal mean with a normal prior, known scale.
@@ -119,9 +119,9 @@ fn sensitivity_grows_with_the_conflict() {
         assert!(rows[k].0.likelihood > rows[k - 1].0.likelihood);
         assert_eq!(rows[k].0.sensitivity(), Sensitivity::PriorDataConflict);
     }
-    assert!(rows[0].1.findings().is_empty());
-    let found = rows[2].1.findings();
-    assert_eq!(found[0].kind, FindingKind::PriorDataConflict);
+    assert!(rows[0].1.warnings().is_empty());
+    let found = rows[2].1.warnings();
+    assert_eq!(found[0].kind, WarningKind::PriorDataConflict);
     assert!(found[0].what.contains("mu"), "{}", found[0]);
     assert!(rows[2].1.to_string().contains("prior-data conflict"));
 }
@@ -146,7 +146,7 @@ fn a_parameter_without_data_has_a_strong_prior() {
     let scaling = posterior.power_scaling_of(&["mu", "idle"]).expect("data");
     let idle = scaling.row("idle").expect("a parameter");
     assert_eq!(idle.sensitivity(), Sensitivity::StrongPrior, "{scaling}");
-    assert_eq!(scaling.findings()[0].kind, FindingKind::StrongPrior);
+    assert_eq!(scaling.warnings()[0].kind, WarningKind::StrongPrior);
     let theta = scaling.row("theta[1]").expect("a parameter");
     assert_eq!(theta.sensitivity(), Sensitivity::None, "{scaling}");
 }

@@ -26,7 +26,8 @@ ppl::model! {
         let w ~ Dirichlet([2.0; 9]);
         for y in y {
             let inner = Mixture([0.25, 0.75], [Cauchy(mean[0], 1.0), Cauchy(mean[1], 2.0)]);
-            y ~ Mixture([0.5, 0.5], (inner, Laplace(mean[2], 1.0)));
+            let other = Mixture([0.5, 0.5], [Cauchy(mean[2], 1.0), Cauchy(mean[1], 0.5)]);
+            y ~ Mixture([0.5, 0.5], [inner, other]);
             let again = y;
             again ~ Mixture(w, mean.map(|m| Normal(m, 0.7).truncate(-9.0..9.0)));
         }
@@ -101,17 +102,12 @@ ppl::model! {
             match i {
                 0 => { x ~ Gamma(1.0, a); }
                 1 => { x ~ Weibull(1.0, a); }
-                2 => { x ~ LogLogistic(a, 1.0); }
-                3 => { x ~ Kumaraswamy(1.0, a); }
                 _ => { x ~ Beta(1.0, a); }
             }
         }
-        for (i, x) in high.iter().enumerate() {
+        for x in high {
             let other = *x;
-            match i {
-                0 => { other ~ Kumaraswamy(a, 1.0); }
-                _ => { other ~ Beta(a, 1.0); }
-            }
+            other ~ Beta(a, 1.0);
         }
     }
 
@@ -265,7 +261,7 @@ fn dispersed_counts_at_any_dispersion() {
 
 #[test]
 fn densities_at_the_ends_have_derivatives() {
-    let model = ends(&[0.0; 5], &[1.0; 2]);
+    let model = ends(&[0.0; 3], &[1.0; 2]);
     assert_agrees(&model);
     ppl::check::gradient(&model, 5);
 }

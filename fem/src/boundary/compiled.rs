@@ -1,19 +1,20 @@
-//! Conditions on a space: which nodal values are held at what, and what pushes.
+//! Conditions on a space: which degrees of freedom are constrained, and what pushes.
 
 use std::collections::BTreeMap;
 
-use super::conditions::{Axis, Conditions, Function, Gauge, Prescribed, Travel};
+use super::conditions::{Axis, Conditions, Prescribed, Probe, Travel};
+use super::contact::Contact;
+use super::function::Function;
 use super::rigid::RigidMotions;
-use crate::boundary::Contact;
 use crate::element::Domain;
 use crate::error::FemError;
 use crate::fields::Fields;
 use crate::mesh::TetMesh;
 use nalgebra::Vector3;
 
-/// One held nodal value; component 3 is the damage.
+/// One degree of freedom whose value is prescribed; component 3 is the damage.
 #[derive(Clone, Debug)]
-struct Held {
+struct ConstrainedDof {
     node: u32,
     component: usize,
     value: Value,
@@ -26,7 +27,7 @@ enum Value {
     Damage(Function<f64>),
 }
 
-impl Held {
+impl ConstrainedDof {
     fn at(&self, position: [f64; 3], time_s: f64) -> f64 {
         match &self.value {
             Value::Zero => 0.0,
@@ -42,7 +43,7 @@ type Traction = (Vec<[u32; 3]>, Function<[f64; 3]>);
 /// What acts on a space.
 #[derive(Debug)]
 pub(crate) struct Boundary {
-    held: Vec<Held>,
+    constrained: Vec<ConstrainedDof>,
     /// The nodes of every surface whose reaction is recorded.
     pub(crate) surfaces: BTreeMap<String, Vec<u32>>,
     tractions: Vec<Traction>,
@@ -50,7 +51,7 @@ pub(crate) struct Boundary {
     damage_source: Option<Function<f64>>,
     damaged: Vec<bool>,
     pub(crate) contacts: Vec<Contact>,
-    gauge: Option<Gauge>,
+    probe: Option<Probe>,
     first_guess: Option<Function<[f64; 3]>>,
 }
 
@@ -68,24 +69,27 @@ impl Boundary {
     ) -> Result<Self, FemError> {
         let triangles = |name: &str, role| surface(mesh, name, role);
         let mut surfaces = BTreeMap::new();
-        let mut held = Vec::new();
+        let mut constrained = Vec::new();
         let mut owner: BTreeMap<(u32, usize), (usize, String)> = BTreeMap::new();
-        let mut hold =
-            |name: &str, nodes: &[u32], component: usize, value: Value| -> Result<(), FemError> {
-                for &node in nodes {
-                    let new = Held { node, component, value: value.clone() };
-                    match owner.get(&(node, component)) {
-                        Some((first, other)) => {
-                            agree(&held[*first], other, &new, name, domain.nodes(), duration_s)?;
-                        }
-                        None => {
-                            owner.insert((node, component), (held.len(), name.into()));
-                            held.push(new);
-                        }
+        let mut hold = |name: &str,
+                        nodes: &[u32],
+                        component: usize,
+                        value: Value|
+         -> Result<(), FemError> {
+            for &node in nodes {
+                let new = ConstrainedDof { node, component, value: value.clone() };
+                match owner.get(&(node, component)) {
+                    Some((first, other)) => {
+                        agree(&constrained[*first], other, &new, name, domain.nodes(), duration_s)?;
+                    }
+                    None => {
+                        owner.insert((node, component), (constrained.len(), name.into()));
+                        constrained.push(new);
                     }
                 }
-                Ok(())
-            };
+            }
+            Ok(())
+        };
         for Prescribed { surface: name, axes, displacement } in &conditions.prescribed {
             let nodes = domain.nodes_on(triangles(name, "displacement is prescribed")?);
             let value = displacement.clone().map_or(Value::Zero, Value::Displacement);
@@ -111,14 +115,14 @@ impl Boundary {
             contacts.push(Contact::new(name, platen.clone(), domain, on)?);
             surfaces.insert(name.clone(), domain.nodes_on(on));
         }
-        if let Some(gauge) = &conditions.gauge {
-            let nodes = domain.nodes_on(triangles(&gauge.surface, "the curve is measured")?);
-            surfaces.insert(gauge.surface.clone(), nodes);
-            if Vector3::from(gauge.direction).norm() == 0.0 {
+        if let Some(probe) = &conditions.probe {
+            let nodes = domain.nodes_on(triangles(&probe.surface, "the curve is measured")?);
+            surfaces.insert(probe.surface.clone(), nodes);
+            if Vector3::from(probe.direction).norm() == 0.0 {
                 return Err(FemError::Unsupported {
-                    entity: format!("surface '{}'", gauge.surface),
+                    entity: format!("surface '{}'", probe.surface),
                     message: "the direction in which it is measured has no length".into(),
-                    mend: "give a direction such as [0, 0, 1]".into(),
+                    help: "give a direction such as [0, 0, 1]".into(),
                 });
             }
         }
@@ -127,37 +131,38 @@ impl Boundary {
             .iter()
             .map(|(name, f)| Ok((triangles(name, "a traction acts")?.to_vec(), f.clone())))
             .collect::<Result<_, FemError>>()?;
-        let supports = supports(domain.nodes(), &held, &contacts, conditions.remove_rigid_motions)?;
+        let supports =
+            supports(domain.nodes(), &constrained, &contacts, conditions.remove_rigid_motions)?;
         for (node, component) in supports {
-            held.push(Held { node, component, value: Value::Zero });
+            constrained.push(ConstrainedDof { node, component, value: Value::Zero });
         }
         Ok(Self {
-            held,
+            constrained,
             surfaces,
             tractions,
             body_force: conditions.body_force.clone(),
             damage_source: conditions.damage_source.clone(),
             damaged,
             contacts,
-            gauge: conditions.gauge.clone().map(|gauge| Gauge {
-                direction: Vector3::from(gauge.direction).normalize().into(),
-                ..gauge
+            probe: conditions.probe.clone().map(|probe| Probe {
+                direction: Vector3::from(probe.direction).normalize().into(),
+                ..probe
             }),
             first_guess: conditions.first_guess.clone(),
         })
     }
 
-    /// The held values (node, component).
-    pub(crate) fn held(&self) -> impl Iterator<Item = (u32, usize)> + '_ {
-        self.held.iter().map(|h| (h.node, h.component))
+    /// The constrained values (node, component).
+    pub(crate) fn constrained(&self) -> impl Iterator<Item = (u32, usize)> + '_ {
+        self.constrained.iter().map(|h| (h.node, h.component))
     }
 
-    /// Puts the held values where they belong at a time.
+    /// Puts the constrained values where they belong at a time.
     pub(crate) fn impose(&self, nodes: &[[f64; 3]], time_s: f64, fields: &mut Fields) {
-        for held in &self.held {
-            let node = held.node as usize;
-            let value = held.at(nodes[node], time_s);
-            match held.component {
+        for constrained in &self.constrained {
+            let node = constrained.node as usize;
+            let value = constrained.at(nodes[node], time_s);
+            match constrained.component {
                 3 => fields.damage[node] = value,
                 k => fields.displacement[node][k] = value,
             }
@@ -203,17 +208,17 @@ impl Boundary {
         displacement: &[[f64; 3]],
         reactions: &BTreeMap<String, [f64; 3]>,
     ) -> [f64; 2] {
-        let Some(gauge) = &self.gauge else { return [0.0; 2] };
-        let along = |v: [f64; 3]| (0..3).map(|k| v[k] * gauge.direction[k]).sum::<f64>();
-        let travel = match &gauge.travel {
+        let Some(probe) = &self.probe else { return [0.0; 2] };
+        let along = |v: [f64; 3]| (0..3).map(|k| v[k] * probe.direction[k]).sum::<f64>();
+        let travel = match &probe.travel {
             Travel::Known(f) => f.at([0.0; 3], time_s),
             Travel::Mean => {
-                let nodes = &self.surfaces[&gauge.surface];
+                let nodes = &self.surfaces[&probe.surface];
                 let sum: f64 = nodes.iter().map(|&n| along(displacement[n as usize])).sum();
                 sum / nodes.len() as f64
             }
         };
-        [travel, along(reactions[&gauge.surface])]
+        [travel, along(reactions[&probe.surface])]
     }
 }
 
@@ -240,16 +245,16 @@ fn surface<'a>(
 
 /// Whether two conditions on one nodal value ask for the same.
 fn agree(
-    first: &Held,
+    first: &ConstrainedDof,
     first_surface: &str,
-    second: &Held,
+    second: &ConstrainedDof,
     second_surface: &str,
     nodes: &[[f64; 3]],
     duration_s: f64,
 ) -> Result<(), FemError> {
     let x = nodes[first.node as usize];
     for share in [0.5, 1.0] {
-        let [a, b] = [first, second].map(|held| held.at(x, share * duration_s));
+        let [a, b] = [first, second].map(|constrained| constrained.at(x, share * duration_s));
         if (a - b).abs() > 1e-9 * (a.abs() + b.abs()) + 1e-12 {
             const NAMES: [&str; 4] = ["u_x", "u_y", "u_z", "the damage"];
             return Err(FemError::Unsupported {
@@ -258,7 +263,7 @@ fn agree(
                     "at their common node {} (at {x:?} mm) they prescribe {a} and {b} for {}",
                     first.node, NAMES[first.component]
                 ),
-                mend: "prescribe the same there, or take the component out of one".into(),
+                help: "prescribe the same there, or take the component out of one".into(),
             });
         }
     }
@@ -278,19 +283,19 @@ fn normal_axis(mesh: &TetMesh, name: &str, triangles: &[[u32; 3]]) -> Result<Axi
             entity: format!("surface '{name}'"),
             message: "it is no plane normal to one of the axes and cannot be one of symmetry"
                 .into(),
-            mend: "turn the mesh, or split the surface into planes".into(),
+            help: "turn the mesh, or split the surface into planes".into(),
         })
 }
 
 /// Checks that no rigid motion is left free, or finds what stops it.
 fn supports(
     nodes: &[[f64; 3]],
-    held: &[Held],
+    constrained: &[ConstrainedDof],
     contacts: &[Contact],
     remove: bool,
 ) -> Result<Vec<(u32, usize)>, FemError> {
     let mut motions = RigidMotions::new(nodes);
-    for h in held.iter().filter(|h| h.component < 3) {
+    for h in constrained.iter().filter(|h| h.component < 3) {
         let unit = std::array::from_fn(|k| f64::from(k == h.component));
         motions.hold(nodes[h.node as usize], unit);
     }
@@ -310,7 +315,7 @@ fn supports(
             motions.describe(),
             motions.count()
         ),
-        mend: "prescribe more components, or have the rigid motions removed \
+        help: "prescribe more components, or have the rigid motions removed \
                (remove_rigid_motions)"
             .into(),
     })

@@ -1,9 +1,7 @@
 //! What acts on a body: a list that names surfaces of the mesh.
 
-use std::fmt;
-use std::sync::Arc;
-
-use crate::boundary::Platen;
+use super::contact::Platen;
+use super::function::Function;
 
 /// A direction of the global axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -21,31 +19,6 @@ impl Axis {
     pub const ALL: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
 }
 
-/// A function of reference position (mm) and time (s).
-pub(crate) struct Function<T>(Arc<dyn Fn([f64; 3], f64) -> T + Send + Sync>);
-
-impl<T> Function<T> {
-    pub(crate) fn new(f: impl Fn([f64; 3], f64) -> T + Send + Sync + 'static) -> Self {
-        Self(Arc::new(f))
-    }
-
-    pub(crate) fn at(&self, position: [f64; 3], time_s: f64) -> T {
-        (self.0)(position, time_s)
-    }
-}
-
-impl<T> Clone for Function<T> {
-    fn clone(&self) -> Self {
-        Self(Arc::clone(&self.0))
-    }
-}
-
-impl<T> fmt::Debug for Function<T> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("function of position and time")
-    }
-}
-
 /// How far the surface that the curve follows has moved.
 #[derive(Clone, Debug)]
 pub(crate) enum Travel {
@@ -57,7 +30,7 @@ pub(crate) enum Travel {
 
 /// The surface whose force and displacement make the curve.
 #[derive(Clone, Debug)]
-pub(crate) struct Gauge {
+pub(crate) struct Probe {
     pub(crate) surface: String,
     pub(crate) direction: [f64; 3],
     pub(crate) travel: Travel,
@@ -100,7 +73,7 @@ pub struct Conditions {
     pub(super) damage_source: Option<Function<f64>>,
     pub(super) platens: Vec<(String, Platen)>,
     pub(super) remove_rigid_motions: bool,
-    pub(super) gauge: Option<Gauge>,
+    pub(super) probe: Option<Probe>,
     pub(super) first_guess: Option<Function<[f64; 3]>>,
     pub(super) description: String,
 }
@@ -206,7 +179,7 @@ impl Conditions {
     /// length): the force with which what holds or presses the surface pushes along it, and the
     /// mean displacement of its nodes.
     pub fn measure(mut self, surface: &str, direction: [f64; 3]) -> Self {
-        self.gauge = Some(Gauge { surface: surface.into(), direction, travel: Travel::Mean });
+        self.probe = Some(Probe { surface: surface.into(), direction, travel: Travel::Mean });
         self
     }
 
@@ -219,7 +192,7 @@ impl Conditions {
         travel_mm: impl Fn(f64) -> f64 + Send + Sync + 'static,
     ) -> Self {
         let travel = Travel::Known(Function::new(move |_, time_s| travel_mm(time_s)));
-        self.gauge = Some(Gauge { surface: surface.into(), direction, travel });
+        self.probe = Some(Probe { surface: surface.into(), direction, travel });
         self
     }
 

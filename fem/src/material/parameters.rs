@@ -117,7 +117,7 @@ impl Material {
             return Err(FemError::Unsupported {
                 entity,
                 message: "the energy of this law has no spectral split".into(),
-                mend: "take law = \"hencky\", split = \"volumetric-deviatoric\" or \"none\", or leave \
+                help: "take law = \"hencky\", split = \"volumetric-deviatoric\" or \"none\", or leave \
                        the toughness out"
                     .into(),
             });

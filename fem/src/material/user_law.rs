@@ -186,11 +186,11 @@ fn small_strain(law: &dyn Derived) -> Result<[f64; 2], FemError> {
     let (energy, stress, tangent) = law.second([0.0; 3]);
     let (lame, shear) = (tangent[(0, 1)], 0.5 * (tangent[(0, 0)] - tangent[(0, 1)]));
     let bulk = lame + 2.0 / 3.0 * shear;
-    let refuse = |message: &str, mend: &str| {
+    let refuse = |message: &str, help: &str| {
         Err(FemError::Unsupported {
             entity: format!("law {:?}", law),
             message: message.into(),
-            mend: mend.into(),
+            help: help.into(),
         })
     };
     if !(shear > 0.0 && bulk > 0.0 && shear.is_finite() && bulk.is_finite()) {

@@ -1,6 +1,5 @@
 //! Tetrahedral meshes: where they come from, whether they are sound, and where they go.
 
-mod error;
 pub mod gmsh;
 mod lattice;
 mod quality;
@@ -8,7 +7,6 @@ pub(crate) mod tet_mesh;
 pub(crate) mod vector;
 pub mod vtu;
 
-pub use error::MeshError;
 pub use lattice::{CylinderLattice, LatticeError};
 pub use quality::Quality;
 pub use tet_mesh::TetMesh;

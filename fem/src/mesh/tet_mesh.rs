@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::MeshError;
 use super::vector::{Point, norm, sub, tet_volume};
+use crate::error::MeshError;
 
 /// The faces of a tetrahedron, counter-clockwise seen from outside.
 pub(crate) const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];

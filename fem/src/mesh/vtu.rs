@@ -8,7 +8,8 @@
 use std::fmt::{self, Write as _};
 use std::path::Path;
 
-use super::{MeshError, TetMesh};
+use super::TetMesh;
+use crate::error::MeshError;
 
 /// VTK's numbers of the linear and the quadratic tetrahedron.
 const TETRA: u8 = 10;
@@ -245,11 +246,7 @@ fn escape(text: &str) -> String {
 }
 
 fn save(path: &Path, text: String) -> Result<(), MeshError> {
-    std::fs::write(path, text).map_err(|error| MeshError::Io {
-        action: "write",
-        path: path.into(),
-        message: error.to_string(),
-    })
+    std::fs::write(path, text).map_err(|error| MeshError::io("write", path, error))
 }
 
 #[cfg(test)]

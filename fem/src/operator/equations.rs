@@ -66,5 +66,6 @@ pub(crate) trait Product: std::fmt::Debug + Send {
     fn add_linear(&self, out: &mut Tangent);
 
     /// What the tangent takes in memory.
+    #[cfg(feature = "bench-internals")]
     fn bytes(&self) -> usize;
 }

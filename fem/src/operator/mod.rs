@@ -21,9 +21,9 @@ mod residual;
 mod tests;
 mod unknowns;
 
+pub(crate) use backend::{Assembly, product};
 #[cfg(test)]
-pub(crate) use backend::dispatch;
-pub(crate) use backend::{Assembly, MatrixFree, product};
+pub(crate) use backend::{MatrixFree, dispatch};
 pub(crate) use bounds::Bounds;
 pub(crate) use equations::{Coupling, Operator, Product};
 pub(crate) use graph::Graph;

@@ -233,7 +233,7 @@ fn assert_patch<const N: usize, T: Tetrahedron<N>>(law: Law) {
     let assembly = Assembly::new(space);
     let options = SolverOptions { tolerance: 1e-13, ..SolverOptions::default() };
     let linear = plan.solver(&assembly);
-    let mut solver = Solver::new(&assembly, &unknowns, &materials, options, linear);
+    let mut solver = Solver::<()>::new(&assembly, &unknowns, &materials, options, linear);
     let mut fields = Fields::zero(nodes.len());
     for &n in &boundary {
         fields.displacement[n as usize] = affine(&nodes[n as usize]);

@@ -1,7 +1,6 @@
 //! What a test yields.
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 
 use serde::{Deserialize, Serialize};
 
@@ -76,34 +75,11 @@ pub struct Outcome {
     pub end: End,
     /// The fields at the last point.
     pub fields: Fields,
-    /// For each surface that something holds or presses: the force that this exerts on the body, N,
+    /// For each surface that something constrains or presses: the force that this exerts on the body, N,
     /// one a load step.
     pub reactions: BTreeMap<String, Vec<[f64; 3]>>,
     /// For each surface that faces a platen it may leave: its nodes at the last point.
     pub contact: BTreeMap<String, Vec<ContactPoint>>,
     /// Work done by the solver.
     pub effort: Effort,
-}
-
-/// Follows a running test.
-///
-/// `()` is an observer that does nothing; so is every closure of the right type an observer.
-pub trait Observer {
-    /// Called after each load step; `Break` ends the test with [`End::Interrupted`].
-    fn step(&mut self, point: &CurvePoint, fields: &Fields) -> ControlFlow<()>;
-
-    /// Called once before the first step when a run goes on from a checkpoint, with the curve so far.
-    fn resumed(&mut self, _curve: &[CurvePoint]) {}
-}
-
-impl Observer for () {
-    fn step(&mut self, _: &CurvePoint, _: &Fields) -> ControlFlow<()> {
-        ControlFlow::Continue(())
-    }
-}
-
-impl<F: FnMut(&CurvePoint, &Fields) -> ControlFlow<()>> Observer for F {
-    fn step(&mut self, point: &CurvePoint, fields: &Fields) -> ControlFlow<()> {
-        self(point, fields)
-    }
 }

@@ -3,8 +3,10 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
+use serde::{Deserialize, Serialize};
+
 use super::curve::CurvePoint;
-use crate::error::FemError;
+use crate::error::{CurveFileError, FemError};
 
 /// The columns that every curve file has, then those that may be absent.
 const COLUMNS: [&str; 14] = [
@@ -25,6 +27,85 @@ const COLUMNS: [&str; 14] = [
 ];
 const REQUIRED: usize = 8;
 
+/// A line of the file, in the order of its columns.
+#[derive(Default, Serialize, Deserialize)]
+#[serde(default)]
+struct Row {
+    time_s: Plain,
+    displacement_mm: Plain,
+    #[serde(rename = "force_N")]
+    force_n: Plain,
+    #[serde(rename = "elastic_N_mm")]
+    elastic_n_mm: Plain,
+    #[serde(rename = "fracture_N_mm")]
+    fracture_n_mm: Plain,
+    #[serde(rename = "viscous_N_mm")]
+    viscous_n_mm: Plain,
+    phi_mean: Plain,
+    phi_max: Plain,
+    newton: u32,
+    linear: u32,
+    #[serde(rename = "work_N_mm")]
+    work_n_mm: Plain,
+    #[serde(rename = "friction_N_mm")]
+    friction_n_mm: Plain,
+    #[serde(rename = "balance_N_mm")]
+    balance_n_mm: Plain,
+    residual: Plain,
+}
+
+/// A number that is written without an exponent, in the fewest digits that give it back.
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(transparent)]
+struct Plain(f64);
+
+impl Serialize for Plain {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(&self.0)
+    }
+}
+
+impl From<&CurvePoint> for Row {
+    fn from(p: &CurvePoint) -> Self {
+        Self {
+            time_s: Plain(p.time_s),
+            displacement_mm: Plain(p.displacement_mm),
+            force_n: Plain(p.force_n),
+            elastic_n_mm: Plain(p.elastic_n_mm),
+            fracture_n_mm: Plain(p.fracture_n_mm),
+            viscous_n_mm: Plain(p.viscous_n_mm),
+            phi_mean: Plain(p.phi_mean),
+            phi_max: Plain(p.phi_max),
+            newton: p.newton,
+            linear: p.linear,
+            work_n_mm: Plain(p.work_n_mm),
+            friction_n_mm: Plain(p.friction_n_mm),
+            balance_n_mm: Plain(p.balance_n_mm()),
+            residual: Plain(p.residual),
+        }
+    }
+}
+
+impl From<Row> for CurvePoint {
+    fn from(row: Row) -> Self {
+        Self {
+            time_s: row.time_s.0,
+            displacement_mm: row.displacement_mm.0,
+            force_n: row.force_n.0,
+            elastic_n_mm: row.elastic_n_mm.0,
+            fracture_n_mm: row.fracture_n_mm.0,
+            viscous_n_mm: row.viscous_n_mm.0,
+            friction_n_mm: row.friction_n_mm.0,
+            work_n_mm: row.work_n_mm.0,
+            phi_mean: row.phi_mean.0,
+            phi_max: row.phi_max.0,
+            newton: row.newton,
+            linear: row.linear,
+            residual: row.residual.0,
+        }
+    }
+}
+
 /// Writes a curve with the header
 /// `time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,phi_max,newton,linear,work_N_mm,friction_N_mm,balance_N_mm,residual`.
 ///
@@ -32,7 +113,7 @@ const REQUIRED: usize = 8;
 /// [`CurvePoint::balance_n_mm`].
 ///
 /// # Errors
-/// [`FemError::CurveFile`] when the file cannot be written.
+/// [`FemError::Io`] when the file cannot be written.
 pub fn write_curve(path: impl AsRef<Path>, curve: &[CurvePoint]) -> Result<(), FemError> {
     let mut writer = CurveWriter::create(path)?;
     curve.iter().try_for_each(|point| writer.push(point))
@@ -51,14 +132,13 @@ impl CurveWriter {
     /// Starts a file, in place of one that is there.
     ///
     /// # Errors
-    /// [`FemError::CurveFile`] when the file cannot be written.
+    /// [`FemError::Io`] when the file cannot be written.
     pub fn create(path: impl AsRef<Path>) -> Result<Self, FemError> {
         let path = path.as_ref().to_owned();
-        let wrong = |e: csv::Error| file_error(&path, format!("cannot be written: {e}"));
-        let mut writer = csv::Writer::from_path(&path).map_err(wrong)?;
-        writer.write_record(COLUMNS).map_err(wrong)?;
+        let file = File::create(&path).map_err(|error| FemError::io("write", &path, error))?;
+        let writer = csv::WriterBuilder::new().has_headers(false).from_writer(file);
         let mut out = Self { path, writer };
-        out.flush()?;
+        out.write(COLUMNS)?;
         Ok(out)
     }
 
@@ -66,38 +146,23 @@ impl CurveWriter {
     ///
     /// # Errors
     /// As [`create`](Self::create).
-    pub fn push(&mut self, p: &CurvePoint) -> Result<(), FemError> {
-        let values = [
-            p.time_s,
-            p.displacement_mm,
-            p.force_n,
-            p.elastic_n_mm,
-            p.fracture_n_mm,
-            p.viscous_n_mm,
-            p.phi_mean,
-            p.phi_max,
-            f64::from(p.newton),
-            f64::from(p.linear),
-            p.work_n_mm,
-            p.friction_n_mm,
-            p.balance_n_mm(),
-            p.residual,
-        ];
-        self.writer
-            .write_record(values.map(|x| x.to_string()))
-            .map_err(|e| file_error(&self.path, format!("cannot be written: {e}")))?;
-        self.flush()
+    pub fn push(&mut self, point: &CurvePoint) -> Result<(), FemError> {
+        self.write(Row::from(point))
     }
 
-    fn flush(&mut self) -> Result<(), FemError> {
-        self.writer.flush().map_err(|e| file_error(&self.path, format!("cannot be written: {e}")))
+    fn write(&mut self, line: impl Serialize) -> Result<(), FemError> {
+        let written = self.writer.serialize(line).map_err(std::io::Error::from);
+        written
+            .and_then(|()| self.writer.flush())
+            .map_err(|error| FemError::io("write", &self.path, error))
     }
 }
 
 /// Reads a curve; columns are found by name, the last six may be absent, others are ignored.
 ///
 /// # Errors
-/// [`FemError::CurveFile`] naming the line and the column that is missing or is not a number.
+/// [`FemError::Io`] when the file cannot be read, [`FemError::CurveFile`] naming the line and the
+/// column that is missing or is not a number.
 ///
 /// # Example
 /// ```
@@ -108,72 +173,48 @@ impl CurveWriter {
 /// ```
 pub fn read_curve(path: impl AsRef<Path>) -> Result<Vec<CurvePoint>, FemError> {
     let path = path.as_ref();
-    let wrong = |e: csv::Error| file_error(path, format!("cannot be read: {e}"));
-    let mut reader =
-        csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(wrong)?;
-    let header = reader.headers().map_err(wrong)?.clone();
-    let place = COLUMNS.map(|name| header.iter().position(|h| h == name));
-    if let Some(missing) = (0..REQUIRED).find(|&k| place[k].is_none()) {
-        return Err(file_error(
-            path,
-            format!(
-                "has no column '{}': the header must hold {}",
-                COLUMNS[missing],
-                COLUMNS[..REQUIRED].join(",")
-            ),
-        ));
+    let file = File::open(path).map_err(|error| FemError::io("read", path, error))?;
+    let wrong = |source| FemError::CurveFile { path: path.into(), source };
+    let broken = |error: csv::Error| match error.into_kind() {
+        csv::ErrorKind::Io(error) => FemError::io("read", path, error),
+        kind => wrong(CurveFileError::NotATable(format!("{kind:?}"))),
+    };
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(file);
+    let header = reader.headers().map_err(broken)?.clone();
+    let absent = |name: &&&str| !header.iter().any(|h| h == **name);
+    if let Some(column) = COLUMNS[..REQUIRED].iter().find(absent) {
+        let header = COLUMNS[..REQUIRED].join(",");
+        return Err(wrong(CurveFileError::MissingColumn { column, header }));
     }
     let mut curve = Vec::new();
     for record in reader.records() {
-        let record = record.map_err(wrong)?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let mut values = [0.0; COLUMNS.len()];
-        for (k, value) in values.iter_mut().enumerate() {
-            let Some(text) = place[k].and_then(|at| record.get(at)) else { continue };
-            *value = text.parse().map_err(|_| {
-                file_error(
-                    path,
-                    format!("line {line}, column '{}': '{text}' is not a number", COLUMNS[k]),
-                )
-            })?;
-        }
-        let [
-            time_s,
-            displacement_mm,
-            force_n,
-            elastic_n_mm,
-            fracture_n_mm,
-            viscous_n_mm,
-            phi_mean,
-            phi_max,
-            newton,
-            linear,
-            work_n_mm,
-            friction_n_mm,
-            _,
-            residual,
-        ] = values;
-        curve.push(CurvePoint {
-            time_s,
-            displacement_mm,
-            force_n,
-            elastic_n_mm,
-            fracture_n_mm,
-            viscous_n_mm,
-            friction_n_mm,
-            work_n_mm,
-            phi_mean,
-            phi_max,
-            newton: newton as u32,
-            linear: linear as u32,
-            residual,
-        });
+        let record = record.map_err(broken)?;
+        let row: Row = record
+            .deserialize(Some(&header))
+            .map_err(|error| wrong(not_a_number(&error, &header, &record)))?;
+        curve.push(row.into());
     }
     Ok(curve)
 }
 
-fn file_error(path: &Path, message: String) -> FemError {
-    FemError::CurveFile { path: path.display().to_string(), message }
+fn not_a_number(
+    error: &csv::Error,
+    header: &csv::StringRecord,
+    record: &csv::StringRecord,
+) -> CurveFileError {
+    let field = match error.kind() {
+        csv::ErrorKind::Deserialize { err, .. } => err.field(),
+        _ => None,
+    };
+    let at = |record: &csv::StringRecord| {
+        let text = field.and_then(|k| record.get(usize::try_from(k).ok()?));
+        text.unwrap_or_default().to_owned()
+    };
+    CurveFileError::NotANumber {
+        line: record.position().map_or(0, csv::Position::line),
+        column: at(header),
+        text: at(record),
+    }
 }
 
 #[cfg(test)]

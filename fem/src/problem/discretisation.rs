@@ -67,8 +67,13 @@ impl Discretisation {
                 }
             }
         }
-        let (linear, unknowns) =
-            LinearPlan::new(&space.tets, &space.nodes, &carries_damage, boundary.held(), linear)?;
+        let (linear, unknowns) = LinearPlan::new(
+            &space.tets,
+            &space.nodes,
+            &carries_damage,
+            boundary.constrained(),
+            linear,
+        )?;
         Ok(Self {
             operator: Arc::new(Assembly::new(space)),
             unknowns,
@@ -88,7 +93,8 @@ impl Discretisation {
     ) -> Result<Self, FemError> {
         let domain = self.operator.domain();
         let boundary = Boundary::new(domain, mesh, conditions, self.damaged.clone(), duration_s)?;
-        let (linear, unknowns) = self.linear.with_held(&self.carries_damage, boundary.held())?;
+        let (linear, unknowns) =
+            self.linear.with_held(&self.carries_damage, boundary.constrained())?;
         Ok(Self {
             operator: Arc::clone(&self.operator),
             unknowns,
@@ -114,7 +120,7 @@ fn damage_rule(field: &PhaseField, order: Order, mesh: &TetMesh) -> Result<Damag
             entity: "phase_field".into(),
             message: "with Gauss points, AT1 damages the vertices of quadratic elements unloaded"
                 .into(),
-            mend: "take quadrature = \"vertex\", which \"auto\" does, or linear elements".into(),
+            help: "take quadrature = \"vertex\", which \"auto\" does, or linear elements".into(),
         });
     }
     Ok(match field.quadrature {

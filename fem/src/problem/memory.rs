@@ -1,12 +1,15 @@
 //! What damage remembers from one increment to the next.
 
+use serde::{Deserialize, Serialize};
+
+use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::material::{CrackDensity, Irreversibility, PhaseField, PointMaterial};
 use crate::operator::{Bounds, Increment, Operator, Span};
-use crate::solve::StepFailure;
 
 /// The state of the irreversibility.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(from = "Saved", into = "Saved")]
 pub(crate) struct Memory {
     /// Largest ψ⁺ so far at each elastic point; empty where it is not kept.
     history: Vec<f64>,
@@ -21,28 +24,9 @@ impl Memory {
         let kept = field.is_some_and(|f| f.irreversibility == Irreversibility::History);
         let ratchet = field.is_some_and(|f| f.irreversibility == Irreversibility::ActiveSet);
         let bounded = ratchet || field.is_some_and(|f| f.model == CrackDensity::At1);
-        let bounds = bounded.then(|| {
-            let mut bounds = Bounds::none(nodes);
-            bounds.lower.iter_mut().for_each(|b| b[3] = 0.0);
-            bounds.upper.iter_mut().for_each(|b| b[3] = 1.0);
-            bounds
-        });
+        let bounds = bounded.then(|| damage_from(&vec![0.0; nodes]));
         let points = if kept { operator.domain().points() } else { 0 };
         Self { history: vec![0.0; points], bounds, ratchet }
-    }
-
-    /// History and lower bounds of φ, to be saved.
-    pub(crate) fn arrays(&self) -> [Vec<f64>; 2] {
-        let lower = self.bounds.iter().flat_map(|b| b.lower.iter().map(|b| b[3]));
-        [self.history.clone(), lower.collect()]
-    }
-
-    /// Takes back what [`arrays`](Self::arrays) gave.
-    pub(crate) fn restore(&mut self, [history, lower]: [Vec<f64>; 2]) {
-        self.history = history;
-        if let Some(bounds) = &mut self.bounds {
-            bounds.lower.iter_mut().zip(lower).for_each(|(b, phi)| b[3] = phi);
-        }
     }
 
     /// An increment that starts from this memory.
@@ -68,5 +52,35 @@ impl Memory {
             bounds.lower.iter_mut().zip(&fields.damage).for_each(|(b, &phi)| b[3] = phi);
         }
         Ok(())
+    }
+}
+
+/// lower ≤ φ ≤ 1, and no bounds of the displacement.
+fn damage_from(lower: &[f64]) -> Bounds {
+    let mut bounds = Bounds::none(lower.len());
+    bounds.lower.iter_mut().zip(lower).for_each(|(b, &phi)| b[3] = phi);
+    bounds.upper.iter_mut().for_each(|b| b[3] = 1.0);
+    bounds
+}
+
+/// The memory without what can be told from the rest.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    history: Vec<f64>,
+    /// Lower bounds of φ.
+    lower: Option<Vec<f64>>,
+    ratchet: bool,
+}
+
+impl From<Memory> for Saved {
+    fn from(Memory { history, bounds, ratchet }: Memory) -> Self {
+        let lower = bounds.map(|bounds| bounds.lower.iter().map(|b| b[3]).collect());
+        Self { history, lower, ratchet }
+    }
+}
+
+impl From<Saved> for Memory {
+    fn from(Saved { history, lower, ratchet }: Saved) -> Self {
+        Self { history, bounds: lower.map(|lower| damage_from(&lower)), ratchet }
     }
 }

@@ -3,19 +3,16 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::arc_length::check_arc_length;
-use super::checkpoint::{Checkpoint, Fingerprint};
-use super::curve::{Observer, Outcome};
+use super::checkpoint::Fingerprint;
 use super::discretisation::Discretisation;
-use super::loading::Schedule;
-use super::march::March;
-use crate::boundary::Conditions;
+use super::schedule::{Schedule, check_arc_length};
+use crate::boundary::{Conditions, ExternalForces};
 use crate::element::{Order, PointValues};
 use crate::error::FemError;
 use crate::fields::Fields;
 use crate::material::{Material, PhaseField, PointMaterial};
 use crate::mesh::{TetMesh, vtu};
-use crate::solve::{Scheme, SolverOptions};
+use crate::solve::{Scheme, Solver, SolverOptions};
 
 /// A body with materials, conditions on its surfaces and loads, followed through time.
 ///
@@ -27,10 +24,7 @@ use crate::solve::{Scheme, SolverOptions};
 /// # Example
 /// A block pulled by 1 % between planes of symmetry:
 /// ```
-/// use fem::{
-///     Axis, Conditions, CylinderLattice, Material, Order, Problem, Schedule,
-///     SolverOptions, Stepping,
-/// };
+/// use fem::{Axis, Conditions, CylinderLattice, Material, Problem, Schedule};
 ///
 /// let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
 /// let area = mesh.volume() / 4.4;
@@ -39,11 +33,11 @@ use crate::solve::{Scheme, SolverOptions};
 ///     .prescribe("top", [Axis::Z], |_, time_s| [0.0, 0.0, 0.044 * time_s])
 ///     .remove_rigid_motions()
 ///     .measure("top", [0.0, 0.0, 1.0]);
-/// let schedule = Schedule { duration_s: 1.0, stepping: Stepping::Fixed(1), stop_below_peak: None };
-/// let rubber = Material::hencky(10.0, 0.4);
-/// let problem = Problem::new(
-///     mesh, Order::Linear, vec![rubber], None, conditions, schedule, SolverOptions::default(),
-/// )?;
+/// let problem = Problem::builder(mesh)
+///     .materials([Material::hencky(10.0, 0.4)])
+///     .conditions(conditions)
+///     .schedule(Schedule::fixed(1.0, 1))
+///     .build()?;
 /// let outcome = problem.run(&mut ());
 /// // F = A₀ λ^(−2ν) E ln λ λ^(2ν) / λ
 /// let exact = area * 10.0 * 1.01f64.ln() / 1.01;
@@ -55,31 +49,32 @@ use crate::solve::{Scheme, SolverOptions};
 pub struct Problem {
     mesh: Arc<TetMesh>,
     order: Order,
-    pub(crate) materials: Vec<Material>,
-    pub(crate) phase_field: Option<PhaseField>,
+    materials: Vec<Material>,
+    pub(super) phase_field: Option<PhaseField>,
     conditions: Arc<Conditions>,
-    schedule: Schedule,
+    pub(super) schedule: Schedule,
     options: SolverOptions,
     pub(crate) discretisation: Arc<Discretisation>,
+    /// The materials as the points of a region see them.
+    pub(crate) points: Arc<[PointMaterial]>,
+}
+
+/// What a problem is made of.
+#[derive(Clone, Debug)]
+pub(super) struct Parts {
+    pub(super) mesh: TetMesh,
+    pub(super) order: Order,
+    pub(super) materials: Vec<Material>,
+    pub(super) phase_field: Option<PhaseField>,
+    pub(super) conditions: Conditions,
+    pub(super) schedule: Schedule,
+    pub(super) options: SolverOptions,
 }
 
 impl Problem {
-    /// Checks the input and prepares the unknowns and the structure of the factor.
-    ///
-    /// `materials` holds one entry for each of `mesh.regions`. Without a phase field the body is
-    /// elastic and toughnesses are not used; with one, regions without toughness are elastic.
-    ///
-    /// # Errors
-    /// A [`FemError`] that names what is wrong and the mend, before any step is taken.
-    pub fn new(
-        mesh: TetMesh,
-        order: Order,
-        materials: Vec<Material>,
-        phase_field: Option<PhaseField>,
-        conditions: Conditions,
-        schedule: Schedule,
-        options: SolverOptions,
-    ) -> Result<Self, FemError> {
+    /// Checks the parts and prepares the unknowns and the structure of the factor.
+    pub(super) fn new(parts: Parts) -> Result<Self, FemError> {
+        let Parts { mesh, order, materials, phase_field, conditions, schedule, options } = parts;
         check_materials(&mesh, &materials, phase_field.as_ref())?;
         if let Some(field) = &phase_field {
             field.validate()?;
@@ -100,6 +95,7 @@ impl Problem {
             schedule.duration_s,
             options.linear,
         )?);
+        let points = at_points(&materials, phase_field.as_ref());
         Ok(Self {
             mesh: Arc::new(mesh),
             order,
@@ -109,6 +105,7 @@ impl Problem {
             schedule,
             options,
             discretisation,
+            points,
         })
     }
 
@@ -116,7 +113,7 @@ impl Problem {
     /// shared unless a region gains or loses its toughness.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
+    /// As [`ProblemBuilder::build`](crate::ProblemBuilder::build).
     pub fn with_materials(&self, materials: Vec<Material>) -> Result<Self, FemError> {
         let field = self.phase_field.as_ref();
         check_materials(&self.mesh, &materials, field)?;
@@ -135,14 +132,15 @@ impl Problem {
                 self.options.linear,
             )?)
         };
-        Ok(Self { materials, discretisation, ..self.clone() })
+        let points = at_points(&materials, field);
+        Ok(Self { materials, points, discretisation, ..self.clone() })
     }
 
     /// The same problem under other conditions; mesh and space are shared, and so is the order of
     /// elimination.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
+    /// As [`ProblemBuilder::build`](crate::ProblemBuilder::build).
     pub fn with_conditions(&self, conditions: Conditions) -> Result<Self, FemError> {
         let (stepping, field) = (self.schedule.stepping, self.phase_field.as_ref());
         check_arc_length(stepping, &self.materials, field, &conditions)?;
@@ -152,47 +150,21 @@ impl Problem {
         Ok(Self { conditions: Arc::new(conditions), discretisation, ..self.clone() })
     }
 
-    /// Follows the body through time on the calling thread.
-    pub fn run(&self, observer: &mut dyn Observer) -> Outcome {
-        let points = self.points();
-        self.march(&points, observer).run()
+    /// A solver that remembers nothing.
+    pub(super) fn solver(&self) -> Solver<'_, ExternalForces> {
+        let Discretisation { operator, unknowns, linear, .. } = self.discretisation.as_ref();
+        let linear = linear.solver(operator.as_ref());
+        Solver::new(operator.as_ref(), unknowns, &self.points, self.options, linear)
     }
 
-    /// Like [`run`](Self::run), with the state saved every so many load steps; if there is a saved
-    /// state, the run goes on from there, bit by bit as if it had not stopped.
-    ///
-    /// The curve depends on `checkpoint.every` within the solver's tolerance, but not on where the
-    /// run was interrupted. The file stays when the run ends.
-    ///
-    /// # Errors
-    /// [`FemError::Checkpoint`] for a file that is damaged, unreadable, or of another problem; of what
-    /// the functions of the [`Conditions`] compute, only the description is compared.
-    pub fn run_resumable(
-        &self,
-        checkpoint: &Checkpoint,
-        observer: &mut dyn Observer,
-    ) -> Result<Outcome, FemError> {
-        checkpoint.validate()?;
-        let points = self.points();
-        let march = self.march(&points, observer);
-        Ok(march.with_checkpoint(checkpoint, self.fingerprint())?.run())
-    }
-
-    fn points(&self) -> Vec<PointMaterial> {
-        self.materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect()
-    }
-
-    fn march<'a>(
-        &'a self,
-        points: &'a [PointMaterial],
-        observer: &'a mut dyn Observer,
-    ) -> March<'a> {
-        let field = self.phase_field.as_ref();
-        March::new(&self.discretisation, points, field, self.schedule, self.options, observer)
+    /// Puts the prescribed values where they belong at a fraction of the duration.
+    pub(super) fn place(&self, fields: &mut Fields, clock: f64) {
+        let time_s = clock * self.schedule.duration_s;
+        self.discretisation.boundary.impose(self.nodes(), time_s, fields);
     }
 
     /// A number that tells this problem from others.
-    fn fingerprint(&self) -> u64 {
+    pub(super) fn fingerprint(&self) -> u64 {
         let words = format!(
             "{:?} {:?} {:?} {:?} {:?} {:?}",
             self.order,
@@ -221,6 +193,11 @@ impl Problem {
     /// The mesh.
     pub fn mesh(&self) -> &TetMesh {
         &self.mesh
+    }
+
+    /// The time and the steps through it.
+    pub fn schedule(&self) -> &Schedule {
+        &self.schedule
     }
 
     /// The materials, by region.
@@ -270,6 +247,10 @@ impl Problem {
 
 fn damaged_regions(materials: &[Material], phase_field: Option<&PhaseField>) -> Vec<bool> {
     materials.iter().map(|m| phase_field.is_some() && m.fracture.is_some()).collect()
+}
+
+fn at_points(materials: &[Material], phase_field: Option<&PhaseField>) -> Arc<[PointMaterial]> {
+    materials.iter().map(|m| m.at_point(phase_field)).collect()
 }
 
 fn check_materials(

@@ -9,9 +9,11 @@
 //!
 //! Reference: Farrell & Maurini, Int. J. Numer. Meth. Engng 109 (2017) 648, doi:10.1002/nme.5300.
 
-use super::newton::{Solver, StepFailure};
+use super::external::External;
+use super::newton::Solver;
 use super::norms::Field;
 use super::options::Scheme;
+use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::Span;
 
@@ -25,7 +27,7 @@ const ENOUGH: f64 = 0.3;
 const PATIENCE: u32 = 4;
 const RELAXATION: f64 = 1.8;
 
-impl Solver<'_> {
+impl<E: External> Solver<'_, E> {
     pub(super) fn alternate(&mut self, fields: &mut Fields, span: Span) -> Result<(), StepFailure> {
         let tolerance = self.options.tolerance;
         let mut inner = MARGIN * tolerance;
@@ -53,6 +55,6 @@ impl Solver<'_> {
                 norms = self.begin(fields, span)?;
             }
         }
-        Err(StepFailure::TooMany)
+        Err(StepFailure::TooManyIterations)
     }
 }

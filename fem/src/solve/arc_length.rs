@@ -8,9 +8,11 @@
 //! Reference: Verhoosel, Remmers & Gutiérrez, Int. J. Numer. Meth. Engng 77 (2009) 1290,
 //! doi:10.1002/nme.2447, with the crack energy itself in place of the dissipation by a secant.
 
+use super::external::External;
 use super::linear::Nodal;
-use super::newton::{Solver, StepFailure};
+use super::newton::Solver;
 use super::norms::Field;
+use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::{Increment, Residual, Span};
 
@@ -29,7 +31,7 @@ pub(crate) struct Control<'a> {
     pub(crate) release: f64,
 }
 
-impl Solver<'_> {
+impl<E: External> Solver<'_, E> {
     /// Solves for the fields and the position from the guess in `fields`; returns the position.
     ///
     /// The damage must be rate independent. After a failure `fields` is not in equilibrium.
@@ -74,7 +76,7 @@ impl Solver<'_> {
                 fields.damage[n] -= newton[3] + shift * response[3];
             }
         }
-        Err(StepFailure::TooMany)
+        Err(StepFailure::TooManyIterations)
     }
 
     /// ∂E_frac/∂φ · x: without viscosity the residual of the damage less its drive.

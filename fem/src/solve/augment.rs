@@ -1,7 +1,8 @@
 //! Passes over the contact pressures of an increment.
 
-use super::newton::{Solver, StepFailure};
-use crate::boundary::ContactStep;
+use super::external::External;
+use super::newton::Solver;
+use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::Span;
 
@@ -12,26 +13,26 @@ const PASSES: u32 = 60;
 /// once: the sharper the change from stick to slip, the nearer must Newton's method start.
 const ONSET: [f64; 3] = [100.0, 10.0, 1.0];
 
-impl Solver<'_> {
+impl<E: External> Solver<'_, E> {
     /// Solves one increment with its contact; returns the iterations it took.
     pub(crate) fn equilibrium(
         &mut self,
         fields: &mut Fields,
         span: Span,
     ) -> Result<u32, StepFailure> {
-        if !self.applied.contacts.iter().any(ContactStep::has_friction) {
+        if !self.external.has_friction() {
             return self.settle(fields, span);
         }
-        let start = (fields.clone(), self.applied.contacts.clone());
+        let start = (fields.clone(), self.external.clone());
         let settled = self.settle(fields, span);
         if settled.is_ok() {
             return settled;
         }
-        self.effort.rescues += 1;
-        (*fields, self.applied.contacts) = start;
+        self.effort.fallbacks += 1;
+        (*fields, self.external) = start;
         let mut iterations = 0;
         for bluntness in ONSET {
-            self.applied.contacts.iter_mut().for_each(|c| c.bluntness = bluntness);
+            self.external.blunt(bluntness);
             iterations += self.settle(fields, span)?;
         }
         Ok(iterations)
@@ -40,15 +41,11 @@ impl Solver<'_> {
     /// Passes over the pressures until they agree with the gaps.
     fn settle(&mut self, fields: &mut Fields, span: Span) -> Result<u32, StepFailure> {
         let mut iterations = self.solve(fields, span)?;
-        if self.applied.contacts.is_empty() {
+        if !self.external.has_contact() {
             return Ok(iterations);
         }
         for _ in 0..PASSES {
-            let [mut change, mut size] = [0.0; 2];
-            for contact in &mut self.applied.contacts {
-                let [c, s] = contact.update(fields);
-                (change, size) = (change + c, size + s);
-            }
+            let [change, size] = self.external.augment(fields);
             if change <= SETTLED * SETTLED * size {
                 return Ok(iterations);
             }

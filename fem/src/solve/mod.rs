@@ -3,6 +3,7 @@
 mod alternate;
 mod arc_length;
 mod augment;
+mod external;
 mod linear;
 mod newton;
 mod norms;
@@ -12,5 +13,6 @@ pub use newton::Effort;
 pub use options::{LinearScheme, Scheme, SolverOptions};
 
 pub(crate) use arc_length::Control;
+pub(crate) use external::External;
 pub(crate) use linear::LinearPlan;
-pub(crate) use newton::{Solver, StepFailure};
+pub(crate) use newton::Solver;

@@ -5,28 +5,14 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::external::External;
 use super::linear::{LinearSolver, Nodal};
 use super::norms::{Field, Norms};
 use super::options::{Scheme, SolverOptions};
-use crate::boundary::Applied;
+use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::material::{Inverted, PointMaterial};
 use crate::operator::{Coupling, Increment, NONE, Operator, Residual, Span, Unknowns};
-
-/// Why an increment found no equilibrium.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum StepFailure {
-    #[error("the start of the increment turns an element inside out")]
-    Inverted,
-    #[error("the line search found no smaller residual")]
-    Stalled,
-    #[error("too many iterations")]
-    TooMany,
-    #[error("the tangent is singular")]
-    Singular,
-    #[error("the contact pressures did not settle")]
-    Contact,
-}
 
 impl From<Inverted> for StepFailure {
     fn from(_: Inverted) -> Self {
@@ -44,7 +30,7 @@ pub struct Effort {
     /// Factorisations, or hierarchies of the iterative solver.
     pub factorisations: u32,
     /// Increments that alternate minimisation, or friction that sets in by degrees, had to solve.
-    pub rescues: u32,
+    pub fallbacks: u32,
     /// Load steps that were cut.
     pub cuts: u32,
 }
@@ -58,7 +44,7 @@ enum Factor {
 }
 
 /// The solver of one run.
-pub(crate) struct Solver<'a> {
+pub(crate) struct Solver<'a, E> {
     pub(super) operator: &'a dyn Operator,
     pub(super) materials: &'a [PointMaterial],
     pub(super) options: SolverOptions,
@@ -66,7 +52,7 @@ pub(crate) struct Solver<'a> {
     /// The last relative residual.
     pub(crate) relative: f64,
     /// Loads and contact of the increment at hand.
-    pub(crate) applied: Applied,
+    pub(crate) external: E,
     /// Residual and energies at the last fields that were accepted.
     pub(crate) residual: Residual,
     linear: Box<dyn LinearSolver + 'a>,
@@ -82,15 +68,15 @@ pub(crate) struct Solver<'a> {
     trial: Fields,
 }
 
-/// A factor is kept while each solve with it leaves at most this share of the residual.
+/// A factor is kept while each solve with it leaves at most this fraction of the residual.
 const KEEP: f64 = 0.25;
 const BACKTRACKS: u32 = 8;
 /// Most iterations, beside the others, in which the set of held values is another than before.
 const MOST_CHANGES: u32 = 300;
-/// Share of the residual that a linear solution may leave.
+/// Fraction of the residual that a linear solution may leave.
 const LINEAR_TOLERANCE: f64 = 1e-3;
 
-impl<'a> Solver<'a> {
+impl<'a, E: External> Solver<'a, E> {
     pub(crate) fn new(
         operator: &'a dyn Operator,
         unknowns: &Unknowns,
@@ -106,7 +92,7 @@ impl<'a> Solver<'a> {
             options,
             effort: Effort::default(),
             relative: 0.0,
-            applied: Applied::default(),
+            external: E::default(),
             residual: Residual::new(nodes),
             linear,
             free: unknown.clone(),
@@ -128,7 +114,7 @@ impl<'a> Solver<'a> {
             Scheme::Monolithic => {
                 let guess = fields.clone();
                 if self.solve_monolithic(fields, span).is_err() {
-                    self.effort.rescues += 1;
+                    self.effort.fallbacks += 1;
                     *fields = guess;
                     self.alternate(fields, span)?;
                 }
@@ -149,7 +135,7 @@ impl<'a> Solver<'a> {
     pub(crate) fn evaluate(&mut self, fields: &Fields, span: Span) -> Result<Norms, StepFailure> {
         let increment = Increment { materials: self.materials, fields, span };
         self.operator.residual(&increment, &mut self.residual)?;
-        self.applied.subtract(fields, &mut self.residual);
+        self.external.subtract(fields, &mut self.residual);
         if let Some(bounds) = span.bounds {
             self.free.copy_from_slice(&self.unknown);
             bounds.constrain(fields, &self.residual.nodal, &mut self.free);
@@ -210,11 +196,15 @@ impl<'a> Solver<'a> {
                 }
             };
         }
-        if norms.converged(field, tolerance) { Ok(norms) } else { Err(StepFailure::TooMany) }
+        if norms.converged(field, tolerance) {
+            Ok(norms)
+        } else {
+            Err(StepFailure::TooManyIterations)
+        }
     }
 
     fn factorise(&mut self, fields: &Fields, span: Span) -> Result<(), StepFailure> {
-        let contact = self.applied.tangent(fields);
+        let contact = self.external.tangent(fields);
         let span = Span { contact: &contact, ..span };
         let increment = Increment { materials: self.materials, fields, span };
         self.linear.linearise(&increment, self.coupling, &self.free)?;
@@ -223,7 +213,7 @@ impl<'a> Solver<'a> {
         Ok(())
     }
 
-    /// Newton on both fields, without a rescue.
+    /// Newton on both fields, without a fallback.
     pub(crate) fn solve_monolithic(
         &mut self,
         fields: &mut Fields,
@@ -280,10 +270,10 @@ impl<'a> Solver<'a> {
     ) -> Result<(Norms, f64), StepFailure> {
         let before = norms.merit(field, norms);
         let tries = if self.factor == Factor::Fresh { BACKTRACKS } else { 1 };
-        let mut share = 1.0;
+        let mut fraction = 1.0;
         for _ in 0..tries {
             let mut trial = std::mem::take(&mut self.trial);
-            self.move_by(field, fields, share, &mut trial);
+            self.move_by(field, fields, fraction, &mut trial);
             if let Some(bounds) = span.bounds {
                 bounds.project(&mut trial);
             }
@@ -291,22 +281,22 @@ impl<'a> Solver<'a> {
             self.trial = trial;
             if let Ok(next) = reached {
                 let ratio = next.merit(field, norms) / before;
-                if ratio <= 1.0 - 1e-4 * share || next.converged(field, self.options.tolerance) {
+                if ratio <= 1.0 - 1e-4 * fraction || next.converged(field, self.options.tolerance) {
                     std::mem::swap(fields, &mut self.trial);
                     return Ok((next, ratio));
                 }
             }
-            share *= 0.5;
+            fraction *= 0.5;
         }
         Err(StepFailure::Stalled)
     }
 
-    fn move_by(&self, field: Field, from: &Fields, share: f64, to: &mut Fields) {
+    fn move_by(&self, field: Field, from: &Fields, fraction: f64, to: &mut Fields) {
         to.copy_from(from);
         for (node, unknown) in self.unknown.iter().enumerate() {
             for k in 0..4 {
                 if unknown[k] && field.holds(k) {
-                    let change = share * self.step[node][k];
+                    let change = fraction * self.step[node][k];
                     if k < 3 {
                         to.displacement[node][k] -= change
                     } else {

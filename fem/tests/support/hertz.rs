@@ -1,7 +1,7 @@
 //! A rigid ball on an elastic block, a quarter of it, against Hertz's theory.
 #![allow(dead_code)] // each user takes a part
 
-use fem::{Axis, Conditions, Material, Order, Platen, Problem, Schedule, SolverOptions, Stepping};
+use fem::{Axis, Conditions, Material, Order, Platen, Problem, Schedule, SolverOptions};
 
 use super::block::{block, graded};
 
@@ -41,11 +41,16 @@ pub(crate) fn hertz(across: usize, order: Order) -> Hertz {
         .fix("bottom", [Axis::Z])
         .platen("top", ball)
         .measure("top", [0.0, 0.0, -1.0]);
-    let schedule =
-        Schedule { duration_s: 1.0, stepping: Stepping::Fixed(3), stop_below_peak: None };
+    let schedule = Schedule::fixed(1.0, 3);
     let material = Material::hencky(YOUNG, POISSON);
     let options = SolverOptions::default();
-    let problem = Problem::new(mesh, order, vec![material], None, conditions, schedule, options)
+    let problem = Problem::builder(mesh)
+        .order(order)
+        .materials([material])
+        .conditions(conditions)
+        .schedule(schedule)
+        .options(options)
+        .build()
         .expect("valid input");
     let outcome = problem.run(&mut ());
     let last = outcome.curve.last().unwrap_or_else(|| panic!("{:?}", outcome.end));

@@ -3,7 +3,7 @@
 
 use fem::{
     Axis, Conditions, DamageQuadrature, Fracture, Material, Order, PhaseField, Problem, Schedule,
-    SolverOptions, Stepping,
+    SolverOptions,
 };
 use num_dual::{Dual, Dual64, DualNum};
 
@@ -131,16 +131,15 @@ pub(crate) fn errors(n: usize, order: Order, damaged: bool) -> Errors {
     if damaged {
         conditions = conditions.damage_source(|x, t| loads(x, t, true).1);
     }
-    let problem = Problem::new(
-        block([&cells, &cells, &cells]),
-        order,
-        vec![material],
-        damaged.then_some(field),
-        conditions,
-        Schedule { duration_s: 1.0, stepping: Stepping::Fixed(1), stop_below_peak: None },
-        SolverOptions { tolerance: 1e-9, ..SolverOptions::default() },
-    )
-    .expect("valid input");
+    let problem = Problem::builder(block([&cells, &cells, &cells]))
+        .order(order)
+        .materials([material])
+        .phase_field(damaged.then_some(field))
+        .conditions(conditions)
+        .schedule(Schedule::fixed(1.0, 1))
+        .options(SolverOptions { tolerance: 1e-9, ..SolverOptions::default() })
+        .build()
+        .expect("valid input");
     let outcome = problem.run(&mut ());
     assert!(outcome.curve.len() == 1, "{:?}", outcome.end);
     let norm = |f: &dyn Fn(&fem::PointValues) -> f64| problem.integrate(&outcome.fields, f).sqrt();

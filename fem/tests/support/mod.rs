@@ -11,8 +11,8 @@ use std::path::PathBuf;
 
 use fem::gmsh::GmshNames;
 use fem::{
-    CompressionTest, Fracture, Loading, Material, Order, Outcome, PhaseField, SolverOptions, Split,
-    Stepping, TetMesh, gmsh,
+    CompressionTest, FemError, Fracture, Material, Order, Outcome, PhaseField, Platens, Problem,
+    Schedule, SolverOptions, Split, TetMesh, gmsh,
 };
 
 pub(crate) const RADIUS: f64 = 2.5;
@@ -40,8 +40,8 @@ pub(crate) fn phase_field(split: Split) -> PhaseField {
     PhaseField { split, ..PhaseField::new(0.06) }
 }
 
-pub(crate) fn loading(displacement_mm: f64, duration_s: f64, steps: u32) -> Loading {
-    Loading { displacement_mm, duration_s, stepping: Stepping::Fixed(steps), stop_below_peak: None }
+pub(crate) fn loading(displacement_mm: f64, duration_s: f64, steps: u32) -> CompressionTest {
+    CompressionTest::new(displacement_mm, Schedule::fixed(duration_s, steps))
 }
 
 /// A prism with the height of the specimen and the cross-section of the full circle, of n³ cells;
@@ -96,16 +96,36 @@ pub(crate) fn prism(n: usize, grains: bool) -> TetMesh {
     mesh
 }
 
+/// A compression test to a tolerance of the solver.
 pub(crate) fn test(
     mesh: TetMesh,
     order: Order,
     materials: Vec<Material>,
     field: Option<PhaseField>,
-    loading: Loading,
+    loading: CompressionTest,
     tolerance: f64,
-) -> CompressionTest {
+) -> Problem {
     let options = SolverOptions { tolerance, ..SolverOptions::default() };
-    CompressionTest::new(mesh, order, materials, field, loading, options).expect("valid input")
+    with_options(mesh, order, materials, field, loading, options).expect("valid input")
+}
+
+/// A compression test, if its input is sound.
+pub(crate) fn with_options(
+    mesh: TetMesh,
+    order: Order,
+    materials: Vec<Material>,
+    field: Option<PhaseField>,
+    loading: CompressionTest,
+    options: SolverOptions,
+) -> Result<Problem, FemError> {
+    let parts = loading.builder(mesh)?.order(order).materials(materials);
+    parts.phase_field(field).options(options).build()
+}
+
+/// The same test between other platens.
+pub(crate) fn between(problem: &Problem, loading: CompressionTest, platens: Platens) -> Problem {
+    let conditions = loading.platens(platens).conditions(problem.mesh()).expect("valid platens");
+    problem.with_conditions(conditions).expect("valid conditions")
 }
 
 /// The largest force, by a parabola through the three points around it: (displacement, force).

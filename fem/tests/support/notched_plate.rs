@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use fem::{
-    Axis, Conditions, CurvePoint, Fracture, Irreversibility, Material, Order, PhaseField, Problem,
+    Axis, Conditions, CurvePoint, Fracture, Irreversibility, Material, PhaseField, Problem,
     Schedule, SolverOptions, Split, Stepping, TetMesh,
 };
 
@@ -74,16 +74,14 @@ impl NotchedPlate {
             stop_below_peak: Some(0.5),
         };
         let options = SolverOptions { tolerance, alternations: 2000, ..SolverOptions::default() };
-        Problem::new(
-            self.mesh(),
-            Order::Linear,
-            vec![steel],
-            Some(field),
-            conditions,
-            schedule,
-            options,
-        )
-        .expect("valid input")
+        Problem::builder(self.mesh())
+            .materials([steel])
+            .phase_field(field)
+            .conditions(conditions)
+            .schedule(schedule)
+            .options(options)
+            .build()
+            .expect("valid input")
     }
 }
 

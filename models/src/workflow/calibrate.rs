@@ -62,7 +62,7 @@ pub(super) fn run(w: &Workflow) -> Result<String, WorkflowError> {
     let summary = posterior.summary();
     summary.write_csv(w.path("summary.csv")).map_err(io("summary.csv"))?;
     write(&w.path("summary.txt"), &format!("{summary}\n"))?;
-    let mut warnings: Vec<String> = summary.findings.iter().map(|f| f.to_string()).collect();
+    let mut warnings: Vec<String> = summary.warnings.iter().map(|f| f.to_string()).collect();
     warnings.extend(surrogate_warning(w, &summary, &specimens)?);
     warnings.extend(range_warnings(w, &specimens)?);
     write(

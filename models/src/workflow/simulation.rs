@@ -2,9 +2,8 @@
 
 use fem::{
     CompressionTest, CrackDensity, CurvePoint, CylinderLattice, DamageQuadrature, End, FemError,
-    Friction, Irreversibility, LinearScheme, Loading, MeshError, Order, Outcome, Packing,
-    PhaseField, Platens, Problem, Schedule, Scheme, SolverOptions, Split, Stepping, TetMesh, gmsh,
-    label,
+    Friction, Irreversibility, LinearScheme, MeshError, Order, Outcome, Packing, PhaseField,
+    Platens, Problem, Schedule, Scheme, SolverOptions, Split, Stepping, TetMesh, gmsh, label,
 };
 
 use super::WorkflowError;
@@ -87,25 +86,15 @@ impl Simulator {
         let field = case.phase_field.as_ref().map(phase_field);
         let options = solver(&case.solver);
         let problem = in_fem(&materials)
-            .and_then(|materials| match &case.conditions {
-                Some(conditions) => {
-                    let schedule = Schedule {
-                        duration_s: case.test.duration_s,
-                        stepping: stepping(&case.test),
-                        stop_below_peak: case.test.stop_below_peak,
-                    };
-                    let conditions = conditions.in_fem(schedule.duration_s);
-                    Problem::new(mesh, order, materials, field, conditions, schedule, options)
-                }
-                None => {
-                    let loading = loading(&case.test);
-                    CompressionTest::new(mesh, order, materials, field, loading, options)
-                        .and_then(|test| match platens(&case.test) {
-                            Platens::Sliding => Ok(test),
-                            other => test.with_platens(other),
-                        })
-                        .map(|test| test.problem().clone())
-                }
+            .and_then(|materials| {
+                let schedule = schedule(&case.test);
+                let parts = match &case.conditions {
+                    Some(conditions) => Problem::builder(mesh)
+                        .conditions(conditions.in_fem(schedule.duration_s))
+                        .schedule(schedule),
+                    None => compression_test(&case.test).builder(mesh)?,
+                };
+                parts.order(order).materials(materials).phase_field(field).options(options).build()
             })
             .map_err(|source| WorkflowError::Test { file: file.path.clone(), source })?;
         Ok(Self { problem, materials, calibrated })
@@ -204,14 +193,18 @@ fn stepping(test: &TestCase) -> Stepping {
     }
 }
 
-fn loading(test: &TestCase) -> Loading {
-    Loading {
-        // asked for by the case's validation wherever there are platens
-        displacement_mm: test.displacement_mm.unwrap_or(f64::NAN),
+fn schedule(test: &TestCase) -> Schedule {
+    Schedule {
         duration_s: test.duration_s,
         stepping: stepping(test),
         stop_below_peak: test.stop_below_peak,
     }
+}
+
+fn compression_test(test: &TestCase) -> CompressionTest {
+    // asked for by the case's validation wherever there are platens
+    let displacement_mm = test.displacement_mm.unwrap_or(f64::NAN);
+    CompressionTest::new(displacement_mm, schedule(test)).platens(platens(test))
 }
 
 fn platens(test: &TestCase) -> Platens {

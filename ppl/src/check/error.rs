@@ -1,8 +1,8 @@
 //! Why a check could not be carried out.
 
-use crate::ModelError;
 use crate::density::Rejection;
-use crate::sampler::SampleError;
+use crate::inspect::ModelError;
+use crate::sampler::RunError;
 
 /// A trial that could not be carried out.
 #[derive(Debug, thiserror::Error)]
@@ -12,7 +12,7 @@ pub enum CheckError {
     Model(#[from] ModelError),
     /// The sampler could not start.
     #[error(transparent)]
-    Sample(#[from] SampleError),
+    Run(#[from] RunError),
     /// A posterior draw was rejected by the model.
     #[error(transparent)]
     Rejected(#[from] Rejection),

@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::order::quantile_of_sorted;
 use super::{mean, mean_and_variance};
-use crate::summary::cell;
+use crate::words::cell;
 
 /// The variance of the prior draws cannot be trusted if its own standard error is more than this
 /// part of it: labels are 0.1 of the prior variance apart.

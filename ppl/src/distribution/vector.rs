@@ -1,8 +1,11 @@
 //! Lengths in the type, or in a number.
 
-use super::{Array, Family, Iid};
+use super::family::{Array, Family, Iid};
 use crate::record::{Datum, Record};
 use crate::scalar::Scalar;
+
+/// How far from 1 the sum of probabilities or shares may be.
+pub(super) const TOLERANCE: f64 = 1e-8;
 
 /// A vector of parameters: an array (length known at compile time) or a `Vec` or slice (at run
 /// time), by value or by reference.
@@ -95,7 +98,7 @@ impl<R, V: Vector<R> + ?Sized> Vector<R> for &V {
 }
 
 /// Independent values of one distribution, `.array::<N>()` or `.iid(n)`: what
-/// [`ordered`](Family::ordered) and [`sum_to_zero`](Family::sum_to_zero) act on.
+/// [`ordered`](Family::ordered) acts on.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a number of independent values",
     label = "write `.array::<N>()` or `.iid(n)` first: `Normal(0.0, 1.0).array::<3>().ordered()`"
@@ -150,3 +153,33 @@ impl<R: Scalar, D: Family> Repeated<R> for Iid<D> {
         vec![R::from(0.0); self.n]
     }
 }
+
+/// What a [`Mixture`](super::Mixture) is made of: an array, a slice or a `Vec` of weights or of
+/// distributions of one family.
+pub trait Sequence: Clone {
+    /// One of them.
+    type Item: Clone;
+
+    /// All of them.
+    fn items(&self) -> &[Self::Item];
+}
+
+macro_rules! impl_sequences {
+    ($([$($generics:tt)*] $Sequence:ty),*) => {$(
+        impl<$($generics)*> Sequence for $Sequence {
+            type Item = T;
+
+            #[inline]
+            fn items(&self) -> &[T] {
+                &self[..]
+            }
+        }
+    )*};
+}
+impl_sequences!(
+    [T: Clone, const N: usize] [T; N],
+    [T: Clone, const N: usize] &[T; N],
+    [T: Clone] &[T],
+    [T: Clone] Vec<T>,
+    [T: Clone] &Vec<T>
+);

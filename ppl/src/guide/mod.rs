@@ -7,7 +7,7 @@
 //! 2. [`measurements`]: several unknowns, plates over data
 //! 3. [`regression`]: predictors, generic models, predictions
 //! 4. [`hierarchy`]: groups that share a distribution, and its shape
-//! 5. [`checking`]: was the run good? diagnostics and findings
+//! 5. [`checking`]: was the run good? diagnostics and warnings
 //! 6. [`predicting`]: would the model make such data? prior and posterior predictive checks
 //! 7. [`comparing`]: which of two models predicts better? cross-validation
 //! 8. [`extending`]: own functions and own distributions

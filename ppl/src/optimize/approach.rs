@@ -9,7 +9,7 @@ use super::{
     line_search::WeakWolfe,
     map::{Descent, MEMORY},
 };
-use crate::{any::AnyDensity, density::Rejection};
+use crate::{density::Rejection, erased::ErasedDensity};
 
 /// The log density below which a gain counts by its ratio.
 const SCALE: f64 = 1e4;
@@ -51,7 +51,7 @@ impl Gradient for Compressed<'_> {
 /// # Errors
 /// A fatal rejection of the density.
 pub(crate) fn approach(
-    density: &dyn AnyDensity,
+    density: &dyn ErasedDensity,
     start: &[f64],
 ) -> Result<Option<Vec<f64>>, Rejection> {
     let solver: LBFGS<_, Vec<f64>, Vec<f64>, f64> = LBFGS::new(WeakWolfe::new(), MEMORY);

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::{any::Evaluator, density::Rejection};
+use crate::{density::Rejection, erased::Evaluator};
 
 /// Difference step in units of the width 1/√curvature of the density along a coordinate: the
 /// truncation error is of order 10⁻⁸, and rounding no more.

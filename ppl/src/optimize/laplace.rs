@@ -8,7 +8,7 @@ use super::{
     curvature::negative_hessian,
     map::{Map, Mode, OptimizeError},
 };
-use crate::{any::AnyDensity, density::LogDensity};
+use crate::{density::LogDensity, erased::ErasedDensity};
 
 /// Normal approximation of a density in unconstrained space, at its mode there; the Laplace
 /// distribution is [`prelude::Laplace`](crate::prelude::Laplace).
@@ -53,7 +53,7 @@ impl Laplace {
         Self::at_mode(density, search.run(density)?)
     }
 
-    fn at_mode(density: &dyn AnyDensity, mode: Mode) -> Result<Self, OptimizeError> {
+    fn at_mode(density: &dyn ErasedDensity, mode: Mode) -> Result<Self, OptimizeError> {
         let hessian = negative_hessian(&mut *density.evaluator(), &mode.point).map_err(Box::new)?;
         let Some(precision) = Cholesky::new(hessian).filter(|_| mode.at_bound.is_empty()) else {
             return Err(OptimizeError::NotConcave { at_bound: mode.at_bound });

@@ -12,11 +12,12 @@ use thiserror::Error;
 
 use super::{curvature::negative_hessian, line_search::WeakWolfe};
 use crate::{
-    any::{AnyDensity, Evaluator},
-    bound::{Bound, ModelError, Workspace},
+    bound::{Bound, Workspace},
     density::{LogDensity, Rejection},
-    explain::further,
+    erased::{ErasedDensity, Evaluator},
+    inspect::ModelError,
     model::Model,
+    words::further,
 };
 
 /// Pairs of steps and gradient differences that L-BFGS remembers.
@@ -102,14 +103,14 @@ pub struct Mode {
 #[derive(Debug, Error)]
 pub enum OptimizeError {
     /// A setting out of its range.
-    #[error("setting `{setting}` = {value}: {mend}")]
+    #[error("setting `{setting}` = {value}: {help}")]
     Setting {
         /// Name of the builder method.
         setting: &'static str,
         /// The value given.
         value: String,
         /// What is accepted.
-        mend: &'static str,
+        help: &'static str,
     },
     /// The model cannot be evaluated at all.
     #[error(transparent)]
@@ -180,11 +181,11 @@ impl Map {
         self.run_any(density)
     }
 
-    pub(super) fn run_any(&self, density: &dyn AnyDensity) -> Result<Mode, OptimizeError> {
+    pub(super) fn run_any(&self, density: &dyn ErasedDensity) -> Result<Mode, OptimizeError> {
         if self.starts == 0 || self.iterations == 0 {
             let setting = if self.starts == 0 { "starts" } else { "iterations" };
             let value = "0".to_owned();
-            return Err(OptimizeError::Setting { setting, value, mend: "give at least 1" });
+            return Err(OptimizeError::Setting { setting, value, help: "give at least 1" });
         }
         if density.dim() == 0 {
             return Err(OptimizeError::NoUnknowns);
@@ -217,7 +218,7 @@ impl Map {
     /// One search.
     fn climb(
         &self,
-        density: &dyn AnyDensity,
+        density: &dyn ErasedDensity,
         start: Vec<f64>,
     ) -> Result<(Vec<f64>, f64), OptimizeError> {
         let solver: LBFGS<_, Vec<f64>, Vec<f64>, f64> = LBFGS::new(WeakWolfe::new(), MEMORY);
@@ -237,7 +238,7 @@ impl Map {
 }
 
 /// A random point that the density accepts.
-fn start<R: Rng>(density: &dyn AnyDensity, rng: &mut R) -> Result<Vec<f64>, OptimizeError> {
+fn start<R: Rng>(density: &dyn ErasedDensity, rng: &mut R) -> Result<Vec<f64>, OptimizeError> {
     let mut evaluator = density.evaluator();
     let mut tries = 0;
     loop {
@@ -296,7 +297,7 @@ pub(super) struct Descent<'a> {
 }
 
 impl<'a> Descent<'a> {
-    pub(super) fn new(density: &'a dyn AnyDensity) -> Self {
+    pub(super) fn new(density: &'a dyn ErasedDensity) -> Self {
         Self { density: RefCell::new(density.evaluator()), fatal: RefCell::default() }
     }
 

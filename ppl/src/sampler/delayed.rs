@@ -1,27 +1,22 @@
 //! Delayed-acceptance Metropolis.
 
-use std::sync::atomic::AtomicBool;
-
 use rand::Rng;
 
 use super::{
-    chains::{Chains, DrawStats, WarmupReport},
-    earlier::{another_sampler, misfit},
-    error::SampleError,
-    progress::Progress,
-    random_walk::{RandomWalk, Shape},
+    chains::Chains,
+    error::RunError,
+    mcmc::{Mcmc, Method},
+    proposal::{Proposal, Shape},
     rejections::{Rejections, Stop, accepting, finite},
+    report::{DrawStats, WarmupReport},
+    resume::{another_sampler, misfit},
     run::{Kernel, Stream},
-    settings::{Init, Run, shared_settings},
+    settings::Settings,
     tuning::Tuning,
 };
 use crate::{
-    Role,
-    any::{AnyDensity, Evaluator},
-    bound::{Bound, Layout},
     density::{LogDensity, Rejection},
-    model::Model,
-    posterior::Posterior,
+    erased::{ErasedDensity, Evaluator},
 };
 
 /// Metropolis where a cheap density screens proposals and an expensive one decides.
@@ -38,10 +33,6 @@ use crate::{
 /// Statistics of a draw: `leapfrogs` counts the evaluations of the *expensive* density (0 or 1 a
 /// transition; [`Chains::evaluations`] adds them up), `acceptance` is its acceptance probability, 0
 /// where the screening did not move; `step_size`, `depth`, `energy` as for Metropolis, with p.
-///
-/// # Errors
-/// [`SampleError`] if a setting is out of range, the two densities do not have the same unknowns,
-/// or a chain finds no starting point that both accept.
 ///
 /// # Example
 /// ```
@@ -69,24 +60,24 @@ use crate::{
 /// # References
 /// Christen & Fox, J. Comput. Graph. Stat. 14 (2005) 795, doi:10.1198/106186005X76983; Liu, *Monte
 /// Carlo Strategies in Scientific Computing* (2001), doi:10.1007/978-0-387-76371-2, section 9.4.3.
-#[derive(Clone, Debug)]
-pub struct DelayedAcceptance<'a> {
-    run: Run<'a>,
-    screening_steps: u32,
+pub type DelayedAcceptance<'a> = Mcmc<'a, Screened>;
+
+/// How [`DelayedAcceptance`] moves.
+#[derive(Clone, Copy, Debug)]
+pub struct Screened {
+    steps: u32,
 }
 
 impl Default for DelayedAcceptance<'_> {
     fn default() -> Self {
-        Self { run: Run::new(2000, 5000), screening_steps: 1 }
+        Self { settings: Settings::new(2000, 5000), method: Screened { steps: 1 } }
     }
 }
 
-impl<'a> DelayedAcceptance<'a> {
-    shared_settings!();
-
+impl DelayedAcceptance<'_> {
     /// Steps on the cheap density for each decision of the expensive one, at least 1.
     pub fn screening_steps(mut self, steps: u32) -> Self {
-        self.screening_steps = steps;
+        self.method.steps = steps;
         self
     }
 
@@ -94,55 +85,59 @@ impl<'a> DelayedAcceptance<'a> {
     /// gradients are not asked for, and `cheap` need not be normalised alike.
     ///
     /// # Errors
-    /// See [`DelayedAcceptance`].
+    /// [`RunError`] if a setting is out of range, the two densities do not have the same unknowns,
+    /// or a chain finds no starting point that both accept.
     pub fn run<C: LogDensity, D: LogDensity>(
         &self,
         cheap: &C,
         expensive: &D,
-    ) -> Result<Chains, SampleError> {
-        self.run_any(cheap, expensive)
+    ) -> Result<Chains, RunError> {
+        self.method.run(&self.settings, [cheap, expensive])
     }
 
-    fn run_any(
-        &self,
-        cheap: &dyn AnyDensity,
-        expensive: &dyn AnyDensity,
-    ) -> Result<Chains, SampleError> {
-        if self.screening_steps == 0 {
-            let (setting, value) = ("screening_steps", "0".into());
-            return Err(SampleError::Setting { setting, value, mend: "give at least 1" });
-        }
-        let dim = common_dim(cheap, expensive)?;
-        let shape = || Shape::new(dim, self.run.warmup);
-        let make = || Delayed::new(cheap, expensive, shape(), self.screening_steps);
-        let chains = self.run.execute(dim, make)?;
-        Ok(Chains::new(dim, chains, self.run.thin))
-    }
-
-    /// As [`Nuts::resume`](super::Nuts::resume): goes on with chains of this sampler, finished or
+    /// As [`Nuts::resume`](Mcmc::resume): goes on with chains of this sampler, finished or
     /// interrupted, to the very draws of one longer run.
     ///
     /// # Errors
-    /// [`SampleError::Earlier`] if the chains are not of this sampler, these densities and as many
-    /// screening steps, or one failed in its warmup; else see [`DelayedAcceptance`].
+    /// [`RunError::Earlier`] if the chains are not of this sampler, these densities and as many
+    /// screening steps, or one failed in its warmup.
     pub fn resume<C: LogDensity, D: LogDensity>(
         &self,
         cheap: &C,
         expensive: &D,
         earlier: Chains,
-    ) -> Result<Chains, SampleError> {
-        self.resume_any(cheap, expensive, earlier)
+    ) -> Result<Chains, RunError> {
+        self.method.resume(&self.settings, [cheap, expensive], earlier)
+    }
+}
+
+impl Method for Screened {
+    /// The cheap one, and the expensive one.
+    type Target<'d> = [&'d dyn ErasedDensity; 2];
+
+    fn run(
+        &self,
+        settings: &Settings<'_>,
+        [cheap, expensive]: [&dyn ErasedDensity; 2],
+    ) -> Result<Chains, RunError> {
+        if self.steps == 0 {
+            let (setting, value) = ("screening_steps", "0".into());
+            return Err(RunError::Setting { setting, value, help: "give at least 1" });
+        }
+        let dim = common_dim(cheap, expensive)?;
+        let shape = || Shape::new(dim, settings.warmup);
+        settings.execute(dim, |_| Delayed::new(cheap, expensive, shape(), self.steps))
     }
 
-    fn resume_any(
+    fn resume(
         &self,
-        cheap: &dyn AnyDensity,
-        expensive: &dyn AnyDensity,
+        settings: &Settings<'_>,
+        [cheap, expensive]: [&dyn ErasedDensity; 2],
         earlier: Chains,
-    ) -> Result<Chains, SampleError> {
+    ) -> Result<Chains, RunError> {
         let dim = common_dim(cheap, expensive)?;
-        self.run.resume(dim, earlier, |chain| match chain.tuning.as_deref() {
-            Some(Tuning::Screened(shape, steps)) if *steps == self.screening_steps => {
+        settings.resume(dim, earlier, |chain| match chain.tuning.as_deref() {
+            Some(Tuning::Screened(shape, steps)) if *steps == self.steps => {
                 Ok(Delayed::new(cheap, expensive, shape.clone(), *steps))
             }
             Some(Tuning::Screened(_, steps)) => {
@@ -152,45 +147,16 @@ impl<'a> DelayedAcceptance<'a> {
             _ => Err(another_sampler()),
         })
     }
-
-    /// Samples the model `expensive`, screened by the model `cheap`: the draws with everything
-    /// that `expensive` names. Both must declare the same unknowns in the same order, and with
-    /// the same supports, so that their unconstrained coordinates mean the same.
-    ///
-    /// # Errors
-    /// See [`DelayedAcceptance`]; also if a model cannot be evaluated, or a chain was stopped
-    /// before its first draw.
-    pub fn sample<C: Model, M: Model>(
-        &self,
-        cheap: &Bound<C>,
-        expensive: &Bound<M>,
-    ) -> Result<Posterior, SampleError> {
-        let (screening, deciding) = (unknowns(cheap.layout()?), unknowns(expensive.layout()?));
-        if screening != deciding {
-            return Err(SampleError::Screening { screening, deciding });
-        }
-        let chains = self.run(cheap, expensive)?;
-        Ok(Posterior::from_chains(expensive, chains, self.run.seed)?)
-    }
-}
-
-/// The unknowns of a model with their shapes, as `mu, sd[3]`.
-fn unknowns(layout: &Layout) -> String {
-    let named = layout.with_role(Role::Parameter).map(|v| match v.shape.as_slice() {
-        [] => v.name.clone(),
-        shape => format!("{}{shape:?}", v.name),
-    });
-    named.collect::<Vec<_>>().join(", ")
 }
 
 /// The number of coordinates of both.
-fn common_dim(cheap: &dyn AnyDensity, expensive: &dyn AnyDensity) -> Result<usize, SampleError> {
+fn common_dim(cheap: &dyn ErasedDensity, expensive: &dyn ErasedDensity) -> Result<usize, RunError> {
     let (screening, deciding) = (cheap.dim(), expensive.dim());
     if screening == deciding {
         return Ok(deciding);
     }
     let unknowns = |dim: usize| format!("{dim} unconstrained coordinates");
-    Err(SampleError::Screening { screening: unknowns(screening), deciding: unknowns(deciding) })
+    Err(RunError::Screening { screening: unknowns(screening), deciding: unknowns(deciding) })
 }
 
 /// A density with its current point.
@@ -201,7 +167,7 @@ struct Level<'a> {
 }
 
 impl<'a> Level<'a> {
-    fn new(density: &'a dyn AnyDensity, dim: usize) -> Self {
+    fn new(density: &'a dyn ErasedDensity, dim: usize) -> Self {
         let density = density.evaluator();
         Self { density, y: vec![0.0; dim], log_density: f64::NEG_INFINITY }
     }
@@ -217,7 +183,7 @@ struct Delayed<'a> {
     cheap: Level<'a>,
     expensive: Level<'a>,
     next: Vec<f64>,
-    walk: RandomWalk,
+    walk: Proposal,
     steps: u32,
     /// Mean acceptance probability of the last screening.
     screened: f64,
@@ -226,8 +192,8 @@ struct Delayed<'a> {
 
 impl<'a> Delayed<'a> {
     fn new(
-        cheap: &'a dyn AnyDensity,
-        expensive: &'a dyn AnyDensity,
+        cheap: &'a dyn ErasedDensity,
+        expensive: &'a dyn ErasedDensity,
         shape: Shape,
         steps: u32,
     ) -> Self {
@@ -236,7 +202,7 @@ impl<'a> Delayed<'a> {
             cheap: Level::new(cheap, dim),
             expensive: Level::new(expensive, dim),
             next: vec![0.0; dim],
-            walk: RandomWalk::new(shape),
+            walk: Proposal::new(shape),
             steps,
             screened: 0.0,
             rejections: Rejections::default(),

@@ -5,25 +5,23 @@ use std::collections::BTreeMap;
 use thiserror::Error;
 
 use crate::{
-    bound::ModelError,
     density::{Place, Rejection},
-    explain::further,
-    posterior::PosteriorError,
+    words::further,
 };
 
 /// A run that could not start. Trouble after the start ends a chain and keeps its draws, see
 /// [`Chain::stopped`](super::Chain::stopped).
 #[derive(Debug, Error)]
-pub enum SampleError {
+pub enum RunError {
     /// A setting out of its range.
-    #[error("setting `{setting}` = {value}: {mend}")]
+    #[error("setting `{setting}` = {value}: {help}")]
     Setting {
         /// Name of the builder method.
         setting: &'static str,
         /// The value given.
         value: String,
         /// What is accepted.
-        mend: &'static str,
+        help: &'static str,
     },
     /// No starting point was accepted by the density.
     #[error(
@@ -62,19 +60,13 @@ pub enum SampleError {
         deciding: String,
     },
     /// The earlier chains cannot be taken up.
-    #[error("cannot go on with earlier chains: {reason}; {mend}")]
+    #[error("cannot go on with earlier chains: {reason}; {help}")]
     Earlier {
         /// What does not fit.
         reason: String,
         /// What to do.
-        mend: &'static str,
+        help: &'static str,
     },
-    /// The model cannot be evaluated at all.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// The draws make no posterior, as when an interrupt came before the first.
-    #[error(transparent)]
-    Posterior(#[from] PosteriorError),
     /// The threads could not be started.
     #[error("cannot start the sampling threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),

@@ -3,12 +3,13 @@
 use rand::Rng;
 
 use super::{
+    dot::dot,
     metric::Metric,
     rejections::{Rejections, Stop},
 };
 use crate::{
-    any::{AnyDensity, Evaluator},
     density::Rejection,
+    erased::{ErasedDensity, Evaluator},
 };
 
 /// A position with its log density and score.
@@ -93,20 +94,6 @@ fn kick(p: &mut [f64], v: &mut [f64], g: &[f64], a: &[f64], time: f64) -> f64 {
     0.5 * ((sums[0] + sums[1]) + (sums[2] + sums[3]) + rest)
 }
 
-/// `aᵀb` in four partial sums, so that wide registers can be used.
-#[inline]
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let (mut a, mut b) = (a.chunks_exact(4), b.chunks_exact(4));
-    let mut sums = [0.0; 4];
-    for (a, b) in (&mut a).zip(&mut b) {
-        for k in 0..4 {
-            sums[k] += a[k] * b[k];
-        }
-    }
-    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
-}
-
 /// The density, the mass matrix, and the count of rejected points.
 pub(super) struct Hamiltonian<'a> {
     density: Box<dyn Evaluator + 'a>,
@@ -115,7 +102,7 @@ pub(super) struct Hamiltonian<'a> {
 }
 
 impl<'a> Hamiltonian<'a> {
-    pub(super) fn new(density: &'a dyn AnyDensity) -> Self {
+    pub(super) fn new(density: &'a dyn ErasedDensity) -> Self {
         Self {
             density: density.evaluator(),
             metric: Metric::identity(density.dim()),

@@ -1,26 +1,22 @@
 //! Adaptive random-walk Metropolis.
 
-use std::sync::atomic::AtomicBool;
-
 use rand::Rng;
 
 use super::{
-    chains::{Chains, DrawStats, WarmupReport},
-    earlier::another_sampler,
-    error::SampleError,
-    progress::Progress,
-    random_walk::{RandomWalk, Shape},
+    chains::Chains,
+    error::RunError,
+    mcmc::{Mcmc, Method, OneDensity},
+    proposal::{Proposal, Shape},
     rejections::{Rejections, Stop, accepting, finite},
+    report::{DrawStats, WarmupReport},
+    resume::another_sampler,
     run::{Kernel, Stream},
-    settings::{Init, Run, shared_settings},
+    settings::Settings,
     tuning::Tuning,
 };
 use crate::{
-    any::{AnyDensity, Evaluator},
-    bound::Bound,
-    density::{LogDensity, Rejection},
-    model::Model,
-    posterior::Posterior,
+    density::Rejection,
+    erased::{ErasedDensity, Evaluator},
 };
 
 /// Random-walk Metropolis that learns its proposal `Normal(y, s² Σ)` in the warmup.
@@ -34,9 +30,6 @@ use crate::{
 /// [`Nuts`](super::Nuts) where there are gradients.
 ///
 /// Statistics of a draw: `leapfrogs` is 1, `depth` 0, `step_size` s, `energy` −ln p.
-///
-/// # Errors
-/// [`SampleError`] if a setting is out of range or a chain finds no starting point.
 ///
 /// # Example
 /// ```
@@ -62,64 +55,42 @@ use crate::{
 /// Haario, Saksman & Tamminen, Bernoulli 7 (2001) 223; Andrieu & Thoms, Statistics and Computing
 /// 18 (2008) 343, algorithm 4; Gelman, Roberts & Gilks, *Bayesian Statistics 5* (1996) 599 for
 /// scale and acceptance.
-#[derive(Clone, Debug)]
-pub struct Metropolis<'a> {
-    run: Run<'a>,
-}
+pub type Metropolis<'a> = Mcmc<'a, RandomWalk>;
+
+/// How [`Metropolis`] moves.
+#[derive(Clone, Copy, Debug)]
+pub struct RandomWalk;
 
 impl Default for Metropolis<'_> {
     fn default() -> Self {
-        Self { run: Run::new(5000, 10_000) }
+        Self { settings: Settings::new(5000, 10_000), method: RandomWalk }
     }
 }
 
-impl<'a> Metropolis<'a> {
-    shared_settings!();
+impl OneDensity for RandomWalk {}
 
-    /// Samples any log density; its gradient is not asked for.
-    ///
-    /// # Errors
-    /// See [`Metropolis`].
-    pub fn run<D: LogDensity>(&self, density: &D) -> Result<Chains, SampleError> {
-        self.run_any(density)
-    }
+impl Method for RandomWalk {
+    type Target<'d> = &'d dyn ErasedDensity;
 
-    fn run_any(&self, density: &dyn AnyDensity) -> Result<Chains, SampleError> {
-        let dim = density.dim();
-        let chains = self
-            .run
-            .execute(dim, || MetropolisChain::new(density, Shape::new(dim, self.run.warmup)))?;
-        Ok(Chains::new(dim, chains, self.run.thin))
-    }
-
-    /// As [`Nuts::resume`](super::Nuts::resume): goes on with chains of this sampler, finished or
-    /// interrupted, to the very draws of one longer run.
-    ///
-    /// # Errors
-    /// [`SampleError::Earlier`] if the chains are not of this sampler or this density, or one
-    /// failed in its warmup; else see [`Metropolis`].
-    pub fn resume<D: LogDensity>(
+    fn run(
         &self,
-        density: &D,
-        earlier: Chains,
-    ) -> Result<Chains, SampleError> {
-        self.resume_any(density, earlier)
+        settings: &Settings<'_>,
+        density: &dyn ErasedDensity,
+    ) -> Result<Chains, RunError> {
+        let dim = density.dim();
+        settings.execute(dim, |_| MetropolisChain::new(density, Shape::new(dim, settings.warmup)))
     }
 
-    fn resume_any(&self, density: &dyn AnyDensity, earlier: Chains) -> Result<Chains, SampleError> {
-        self.run.resume(density.dim(), earlier, |chain| match chain.tuning.as_deref() {
+    fn resume(
+        &self,
+        settings: &Settings<'_>,
+        density: &dyn ErasedDensity,
+        earlier: Chains,
+    ) -> Result<Chains, RunError> {
+        settings.resume(density.dim(), earlier, |chain| match chain.tuning.as_deref() {
             Some(Tuning::Walk(shape)) => Ok(MetropolisChain::new(density, shape.clone())),
             _ => Err(another_sampler()),
         })
-    }
-
-    /// Samples a model: the draws with everything the model names.
-    ///
-    /// # Errors
-    /// See [`Metropolis`]; also if the model cannot be evaluated, or a chain was stopped before its first
-    /// draw.
-    pub fn sample<M: Model>(&self, model: &Bound<M>) -> Result<Posterior, SampleError> {
-        Posterior::sample(model, self.run.seed, &|density| self.run_any(density))
     }
 }
 
@@ -128,19 +99,19 @@ struct MetropolisChain<'a> {
     y: Vec<f64>,
     log_density: f64,
     proposal: Vec<f64>,
-    walk: RandomWalk,
+    walk: Proposal,
     rejections: Rejections,
 }
 
 impl<'a> MetropolisChain<'a> {
-    fn new(density: &'a dyn AnyDensity, shape: Shape) -> Self {
+    fn new(density: &'a dyn ErasedDensity, shape: Shape) -> Self {
         let dim = density.dim();
         Self {
             density: density.evaluator(),
             y: vec![0.0; dim],
             log_density: f64::NEG_INFINITY,
             proposal: vec![0.0; dim],
-            walk: RandomWalk::new(shape),
+            walk: Proposal::new(shape),
             rejections: Rejections::default(),
         }
     }

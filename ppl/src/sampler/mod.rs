@@ -3,15 +3,19 @@
 
 mod chains;
 mod delayed;
-mod earlier;
+mod dot;
+mod encoding;
 mod error;
 mod hamiltonian;
+mod mcmc;
 mod metric;
 mod metropolis;
 mod nuts;
 mod progress;
-mod random_walk;
+mod proposal;
 mod rejections;
+mod report;
+mod resume;
 mod run;
 mod settings;
 mod step_size;
@@ -20,12 +24,13 @@ mod trajectory;
 mod tuning;
 mod warmup;
 
-pub use chains::{
-    Chain, Chains, Covariance, Divergence, DrawStats, MapKind, MapSwitch, WarmupReport,
-};
-pub use delayed::DelayedAcceptance;
-pub use error::SampleError;
-pub use metropolis::Metropolis;
-pub use nuts::Nuts;
+pub use chains::{Chain, Chains};
+pub use delayed::{DelayedAcceptance, Screened};
+pub use error::RunError;
+pub use mcmc::Mcmc;
+pub(crate) use mcmc::OneDensity;
+pub use metropolis::{Metropolis, RandomWalk};
+pub use nuts::{NoUTurn, Nuts};
 pub use progress::{ChainStatus, Progress};
+pub use report::{Covariance, Divergence, DrawStats, MapKind, MapSwitch, WarmupReport};
 pub use store::ChainsFileError;

@@ -1,31 +1,21 @@
 //! The no-U-turn sampler.
 
-use std::{ops::RangeInclusive, sync::atomic::AtomicBool};
+mod chain;
 
 use super::{
-    chains::{Chains, Covariance, DrawStats, WarmupReport},
-    error::SampleError,
-    hamiltonian::{Hamiltonian, Point},
+    chains::{Chain, Chains},
+    error::RunError,
+    mcmc::{Mcmc, Method, OneDensity},
     metric::Metric,
-    progress::Progress,
-    rejections::{Rejections, Stop},
-    run::{Kernel, Stream},
-    settings::{Init, Run, shared_settings},
-    trajectory::Trajectory,
+    report::{Covariance, WarmupReport},
+    resume::{another_sampler, last_position, misfit},
+    settings::{Init, Settings},
+    trajectory::DEPTHS,
     tuning::Tuning,
-    warmup::{Advice, Rule, Warmup},
+    warmup::{Rule, Warmup},
 };
-use crate::{
-    any::AnyDensity,
-    bound::Bound,
-    density::{LogDensity, Place, Rejection},
-    model::Model,
-    optimize::approach,
-    posterior::Posterior,
-};
-
-/// Doublings that a trajectory may be allowed.
-pub(super) const DEPTHS: RangeInclusive<u32> = 1..=20;
+use crate::erased::ErasedDensity;
+use chain::NutsChain;
 
 /// The no-U-turn sampler: Hamiltonian trajectories whose length finds itself.
 ///
@@ -51,11 +41,8 @@ pub(super) const DEPTHS: RangeInclusive<u32> = 1..=20;
 ///
 /// A point that the density rejects ends its trajectory as a divergence and is counted by its
 /// place in the model. A fatal error or the interrupt flag ends the run and keeps its draws; what was
-/// interrupted, in the warmup too, goes on by [`resume`](Nuts::resume) from the [`Chains`] of
-/// [`run`](Nuts::run).
-///
-/// # Errors
-/// [`SampleError`] if a setting is out of range or a chain finds no starting point.
+/// interrupted, in the warmup too, goes on by [`resume`](Mcmc::resume) from the [`Chains`] of
+/// [`run`](Mcmc::run).
 ///
 /// # Example
 /// ```
@@ -81,62 +68,67 @@ pub(super) const DEPTHS: RangeInclusive<u32> = 1..=20;
 /// # References
 /// Hoffman & Gelman, JMLR 15 (2014) 1593; Betancourt, arXiv 1701.02434; Seyboldt, Carlson &
 /// Carpenter 2026, arXiv 2603.18845.
+pub type Nuts<'a> = Mcmc<'a, NoUTurn>;
+
+/// How [`Nuts`] moves.
 #[derive(Clone, Debug)]
-pub struct Nuts<'a> {
-    pub(super) run: Run<'a>,
+pub struct NoUTurn {
     rule: Rule,
     target_accept: f64,
     max_depth: u32,
     /// Mass matrix and step of each chain, from an earlier run.
-    pub(super) warm: Option<Vec<(Covariance, f64)>>,
+    warm: Option<Vec<(Covariance, f64)>>,
 }
 
 impl Default for Nuts<'_> {
     fn default() -> Self {
-        Self {
-            run: Run::new(700, 1000),
-            rule: Rule::Fisher,
-            target_accept: 0.8,
-            max_depth: 10,
-            warm: None,
-        }
+        let method = NoUTurn { rule: Rule::Fisher, target_accept: 0.8, max_depth: 10, warm: None };
+        Self { settings: Settings::new(700, 1000), method }
     }
 }
 
-impl<'a> Nuts<'a> {
+impl Nuts<'_> {
     /// Stan's warmup: 1000 draws, with variances of the draws in doubling windows between 75 draws
     /// and 50 draws in which only the step is tuned (15 / 75 / 10 % below 150 draws, the step alone
     /// below 20).
     ///
     /// Reference: Stan Reference Manual, *HMC algorithm parameters*.
     pub fn stan_compatible() -> Self {
-        Self { run: Run::new(1000, 1000), rule: Rule::Stan, ..Self::default() }
+        let mut nuts = Self::default();
+        (nuts.settings, nuts.method.rule) = (Settings::new(1000, 1000), Rule::Stan);
+        nuts
     }
-
-    shared_settings!();
 
     /// Mean acceptance that the step size is tuned to, between 0 and 1.
     pub fn target_accept(mut self, target: f64) -> Self {
-        self.target_accept = target;
+        self.method.target_accept = target;
         self
     }
 
     /// Most doublings of a trajectory, 1 to 20: at most `2^max_depth − 1` leapfrogs a draw.
     pub fn max_depth(mut self, depth: u32) -> Self {
-        self.max_depth = depth;
+        self.method.max_depth = depth;
         self
     }
 
-    /// Samples any log density.
+    /// Starts every chain from the last draw (or where it was if it has none), the mass matrix and the
+    /// step of the same chain of an earlier run, as of a similar model. The warmup then leaves out its
+    /// early windows and may be short; with `warmup(0)` nothing is tuned any more.
     ///
-    /// # Errors
-    /// See [`Nuts`].
-    pub fn run<D: LogDensity>(&self, density: &D) -> Result<Chains, SampleError> {
-        self.run_any(density)
+    /// A run whose chains do not fit these is refused with [`RunError::Earlier`].
+    pub fn warm_start(mut self, earlier: &Chains) -> Self {
+        let last = |chain: &Chain| last_position(chain, earlier.dim).to_vec();
+        self.settings.init = Init::Points(earlier.chains.iter().map(last).collect());
+        let tuning = |chain: &Chain| (chain.warmup.covariance.clone(), chain.warmup.step_size);
+        self.method.warm = Some(earlier.chains.iter().map(tuning).collect());
+        self
     }
+}
 
-    fn run_any(&self, density: &dyn AnyDensity) -> Result<Chains, SampleError> {
-        let refuse = |setting, value, mend| Err(SampleError::Setting { setting, value, mend });
+impl NoUTurn {
+    /// Refuses settings out of range.
+    fn check(&self) -> Result<(), RunError> {
+        let refuse = |setting, value, help| Err(RunError::Setting { setting, value, help });
         if !(self.target_accept > 0.0 && self.target_accept < 1.0) {
             let value = self.target_accept.to_string();
             return refuse("target_accept", value, "give a number between 0 and 1, as 0.8");
@@ -144,157 +136,87 @@ impl<'a> Nuts<'a> {
         if !DEPTHS.contains(&self.max_depth) {
             return refuse("max_depth", self.max_depth.to_string(), "give 1 to 20, as 10");
         }
+        Ok(())
+    }
+
+    /// Mass matrix and step of every chain of a warm start.
+    fn tuned_maps(
+        &self,
+        settings: &Settings<'_>,
+        dim: usize,
+    ) -> Result<Option<Vec<(Metric, f64)>>, RunError> {
+        let Some(warm) = &self.warm else { return Ok(None) };
+        if warm.len() != settings.chains {
+            let (got, set) = (warm.len(), settings.chains);
+            let reason = format!("there are {got} of them, but {set} are to be run");
+            return Err(misfit(reason, "set `chains` to their number"));
+        }
+        let tuned = warm.iter().map(|(covariance, step)| {
+            let metric = Metric::from_covariance(covariance, dim)?;
+            (step.is_finite() && *step > 0.0).then_some((metric, *step))
+        });
+        let misfit = || {
+            misfit(
+                "a mass matrix or step does not fit the density",
+                "give chains of NUTS with as many coordinates",
+            )
+        };
+        tuned.collect::<Option<Vec<_>>>().ok_or_else(misfit).map(Some)
+    }
+}
+
+impl OneDensity for NoUTurn {}
+
+impl Method for NoUTurn {
+    type Target<'d> = &'d dyn ErasedDensity;
+
+    fn run(
+        &self,
+        settings: &Settings<'_>,
+        density: &dyn ErasedDensity,
+    ) -> Result<Chains, RunError> {
+        self.check()?;
         let dim = density.dim();
-        let tuned = self.tuned_maps(dim)?;
-        self.run.validate(dim)?;
-        let chains = self.run.execute_each(dim, |number| {
+        let tuned = self.tuned_maps(settings, dim)?;
+        let chains = settings.execute(dim, |number| {
             let tuned = tuned.as_ref().map(|tuned| tuned[number].clone());
-            let (warmup, target, warm) = (self.run.warmup, self.target_accept, tuned.is_some());
+            let (warmup, target, warm) = (settings.warmup, self.target_accept, tuned.is_some());
             let warmup = Warmup::new(self.rule, dim, warmup, target, warm);
             NutsChain::new(density, self.max_depth, warmup, tuned)
         })?;
-        let chains = Chains::new(dim, chains, self.run.thin);
         Ok(Chains { max_depth: Some(self.max_depth), ..chains })
     }
 
-    /// Samples a model: the draws with everything the model names.
-    ///
-    /// # Errors
-    /// See [`Nuts`]; also if the model cannot be evaluated, or a chain was stopped before its first
-    /// draw.
-    pub fn sample<M: Model>(&self, model: &Bound<M>) -> Result<Posterior, SampleError> {
-        Posterior::sample(model, self.run.seed, &|density| self.run_any(density))
+    fn resume(
+        &self,
+        settings: &Settings<'_>,
+        density: &dyn ErasedDensity,
+        earlier: Chains,
+    ) -> Result<Chains, RunError> {
+        let max_depth = earlier.max_depth.ok_or_else(another_sampler)?;
+        settings.resume(density.dim(), earlier, |chain| as_tuned(density, max_depth, chain))
     }
 }
 
-/// Where a starting point with a finite density but no finite gradient is rejected.
-const GRADIENT: Place = Place { statement: "gradient of the log density", file: "", line: 0 };
-
-pub(super) struct NutsChain<'a> {
-    density: &'a dyn AnyDensity,
-    hamiltonian: Hamiltonian<'a>,
-    trajectory: Trajectory,
-    current: Point,
-    warmup: Warmup,
-    step: f64,
-    /// Mass matrix and step come from an earlier run.
-    warm: bool,
-}
-
-impl<'a> NutsChain<'a> {
-    /// `tuned`: mass matrix and step of an earlier run.
-    pub(super) fn new(
-        density: &'a dyn AnyDensity,
-        max_depth: u32,
-        warmup: Warmup,
-        tuned: Option<(Metric, f64)>,
-    ) -> Self {
-        let dim = density.dim();
-        let mut hamiltonian = Hamiltonian::new(density);
-        let warm = tuned.is_some();
-        let mut step = 1.0;
-        if let Some((metric, tuned_step)) = tuned {
-            hamiltonian.metric = metric;
-            step = tuned_step;
+/// The kernel of a chain as it was after its last transition.
+fn as_tuned<'a>(
+    density: &'a dyn ErasedDensity,
+    max_depth: u32,
+    chain: &Chain,
+) -> Result<NutsChain<'a>, RunError> {
+    let dim = density.dim();
+    let (covariance, step, warmup) = match chain.tuning.as_deref() {
+        Some(Tuning::Hamiltonian { covariance, step, warmup }) => {
+            (covariance, *step, warmup.clone())
         }
-        let trajectory = Trajectory::new(dim, max_depth);
-        Self { density, hamiltonian, trajectory, current: Point::new(dim), warmup, step, warm }
-    }
-
-    /// Leaves a start that is too far from the posterior for the energy to tell anything.
-    fn approach(&mut self) -> Result<(), Stop> {
-        let near = approach(self.density, &self.current.y).map_err(|e| Stop(e.to_string()))?;
-        if let Some(near) = near {
-            let before = self.current.clone();
-            if self.begin(&near).is_err() {
-                self.current = before;
-            }
+        Some(_) => return Err(another_sampler()),
+        None => {
+            let WarmupReport { covariance, step_size, .. } = &chain.warmup;
+            (covariance, *step_size, Warmup::new(Rule::Fisher, dim, 0, 0.8, true))
         }
-        Ok(())
-    }
-
-    /// Searches the step anew, and restarts its adaptation there.
-    fn search_step(&mut self, rng: &mut Stream) -> Result<(), Stop> {
-        let scratch = self.trajectory.scratch();
-        self.step = self.hamiltonian.search_step(&self.current, scratch, self.step, rng)?;
-        self.warmup.step.restart(self.step);
-        Ok(())
-    }
-}
-
-impl Kernel for NutsChain<'_> {
-    fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
-        self.current.y.copy_from_slice(y);
-        self.hamiltonian.evaluate(&mut self.current)?;
-        match self.current.gradient.iter().find(|g| !g.is_finite()) {
-            Some(&value) => Err(Rejection::NotFinite { place: GRADIENT, value }),
-            None => Ok(()),
-        }
-    }
-
-    fn prepare(&mut self, rng: &mut Stream) -> Result<(), Stop> {
-        if self.warm {
-            self.warmup.step.restart(self.step);
-            return Ok(());
-        }
-        if self.warmup.approaches() {
-            self.approach()?;
-        }
-        self.warmup.first_metric(&mut self.hamiltonian.metric, &self.current);
-        self.search_step(rng)
-    }
-
-    fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, Stop> {
-        self.trajectory.transition(&mut self.hamiltonian, &mut self.current, self.step, rng)
-    }
-
-    fn adapt(&mut self, stats: &DrawStats, rng: &mut Stream) -> Result<(), Stop> {
-        match self.warmup.learn(stats, &self.current, &mut self.hamiltonian.metric) {
-            Advice::SearchStep => self.search_step(rng),
-            Advice::GoOn => {
-                self.step = self.warmup.step.current();
-                Ok(())
-            }
-        }
-    }
-
-    fn tuning(&self) -> Tuning {
-        Tuning::Hamiltonian {
-            step: self.step,
-            covariance: self.hamiltonian.metric.covariance(),
-            warmup: self.warmup.clone(),
-        }
-    }
-
-    fn tuned(&self) -> Option<Tuning> {
-        None
-    }
-
-    fn freeze(&mut self, report: &mut WarmupReport) {
-        self.step = self.warmup.step.average();
-        report.step_size = self.step;
-        report.covariance = self.hamiltonian.metric.covariance();
-        self.warmup.report(report);
-    }
-
-    fn position(&self) -> &[f64] {
-        &self.current.y
-    }
-
-    fn log_density(&self) -> f64 {
-        self.current.log_density
-    }
-
-    fn divergence(&self) -> (&[f64], f64) {
-        let (position, error) = &self.trajectory.divergence;
-        (position, *error)
-    }
-
-    fn rejections(&mut self) -> &mut Rejections {
-        &mut self.hamiltonian.rejections
-    }
-
-    fn explain(&self, y: &[f64]) -> Option<String> {
-        self.hamiltonian.explain(y)
-    }
+    };
+    let metric = Metric::from_covariance(covariance, dim)
+        .filter(|_| step.is_finite() && step > 0.0)
+        .ok_or_else(|| misfit("a mass matrix or step is not positive", "begin anew with `run`"))?;
+    Ok(NutsChain::new(density, max_depth, warmup, Some((metric, step))))
 }

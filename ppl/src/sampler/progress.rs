@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::chains::DrawStats;
+use super::report::DrawStats;
 
 /// Receives news from running chains, from their threads.
 ///

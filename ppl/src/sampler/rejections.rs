@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use crate::{
-    any::Evaluator,
     density::{Place, Rejection},
+    erased::Evaluator,
 };
 
 /// Why a chain ends before its last draw.

@@ -10,11 +10,12 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
 use super::{
-    chains::{Chain, Divergence, DrawStats, Paused, WarmupReport},
-    error::SampleError,
+    chains::{Chain, Chains, Paused},
+    error::RunError,
     progress::Meter,
     rejections::{Rejections, Stop},
-    settings::{Init, Run},
+    report::{Divergence, DrawStats, WarmupReport},
+    settings::{Init, Settings},
     tuning::Tuning,
 };
 use crate::density::{Place, Rejection};
@@ -55,31 +56,24 @@ pub(super) trait Kernel {
     fn explain(&self, y: &[f64]) -> Option<String>;
 }
 
-impl Run<'_> {
-    /// Runs all chains over a density of `dim` coordinates; `make` builds the kernel of one.
+impl Settings<'_> {
+    /// Runs all chains over a density of `dim` coordinates; `make` builds the kernel of one from its
+    /// number.
     pub(super) fn execute<K: Kernel>(
         &self,
         dim: usize,
-        make: impl Fn() -> K + Sync,
-    ) -> Result<Vec<Chain>, SampleError> {
-        self.execute_each(dim, |_| make())
-    }
-
-    /// As [`execute`](Self::execute), where kernels differ by the number of their chain.
-    pub(super) fn execute_each<K: Kernel>(
-        &self,
-        dim: usize,
         make: impl Fn(usize) -> K + Sync,
-    ) -> Result<Vec<Chain>, SampleError> {
+    ) -> Result<Chains, RunError> {
         self.validate(dim)?;
         let abort = AtomicBool::new(false);
-        self.in_parallel(self.streams(), |number, mut rng| {
+        let chains = self.in_parallel(self.streams(), |number, mut rng| {
             self.chain(number, dim, make(number), &mut rng, &abort)
-        })
+        })?;
+        Ok(Chains::new(dim, chains, self.thin))
     }
 
     /// The random streams of all chains.
-    pub(super) fn streams(&self) -> Vec<Stream> {
+    fn streams(&self) -> Vec<Stream> {
         let mut stream = Stream::seed_from_u64(self.seed);
         let next = |_| {
             let own = stream.clone();
@@ -94,8 +88,8 @@ impl Run<'_> {
     pub(super) fn go_on<K: Kernel>(
         &self,
         earlier: Vec<Chain>,
-        make: impl Fn(&Chain) -> Result<(K, Stream), SampleError> + Sync,
-    ) -> Result<Vec<Chain>, SampleError> {
+        make: impl Fn(&Chain) -> Result<(K, Stream), RunError> + Sync,
+    ) -> Result<Vec<Chain>, RunError> {
         let abort = AtomicBool::new(false);
         self.in_parallel(earlier, |number, mut chain| {
             let (mut kernel, mut rng) = make(&chain)?;
@@ -112,12 +106,12 @@ impl Run<'_> {
     }
 
     /// One job a chain, on the threads asked for.
-    pub(super) fn in_parallel<T: Send, R: Send>(
+    fn in_parallel<T: Send, R: Send>(
         &self,
         jobs: Vec<T>,
-        work: impl Fn(usize, T) -> Result<R, SampleError> + Sync,
-    ) -> Result<Vec<R>, SampleError> {
-        let all = || -> Vec<Result<R, SampleError>> {
+        work: impl Fn(usize, T) -> Result<R, RunError> + Sync,
+    ) -> Result<Vec<R>, RunError> {
+        let all = || -> Vec<Result<R, RunError>> {
             jobs.into_par_iter().enumerate().map(|(number, job)| work(number, job)).collect()
         };
         let results = match self.threads {
@@ -134,7 +128,7 @@ impl Run<'_> {
         mut kernel: K,
         rng: &mut Stream,
         abort: &AtomicBool,
-    ) -> Result<Chain, SampleError> {
+    ) -> Result<Chain, RunError> {
         self.start(number, dim, &mut kernel, rng)
             .inspect_err(|_| abort.store(true, Ordering::Relaxed))?;
         // without unknowns there is nothing to tune
@@ -225,7 +219,7 @@ impl Run<'_> {
         dim: usize,
         kernel: &mut K,
         rng: &mut Stream,
-    ) -> Result<(), SampleError> {
+    ) -> Result<(), RunError> {
         let mut y = vec![0.0; dim];
         let mut tries = 0;
         loop {
@@ -237,11 +231,11 @@ impl Run<'_> {
             if let Err(Stop(message)) = kernel.rejections().count(&rejection) {
                 // a model that cannot be evaluated at all knows why
                 let message = kernel.explain(&y).unwrap_or(message);
-                return Err(SampleError::Fatal { chain, message });
+                return Err(RunError::Fatal { chain, message });
             }
             tries += 1;
             if tries == TRIES || matches!(self.init, Init::Points(_)) {
-                return Err(SampleError::Initialisation {
+                return Err(RunError::Initialisation {
                     chain,
                     tries,
                     rejections: kernel.rejections().take(),
@@ -278,7 +272,7 @@ impl Run<'_> {
         Ok(joint)
     }
 
-    pub(super) fn check(&self, abort: &AtomicBool) -> Result<(), Stop> {
+    fn check(&self, abort: &AtomicBool) -> Result<(), Stop> {
         if self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
             Err(Stop("interrupted".into()))
         } else if abort.load(Ordering::Relaxed) {

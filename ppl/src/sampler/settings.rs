@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::{error::SampleError, progress::Progress};
+use super::{error::RunError, progress::Progress};
 
 /// Where chains start, in unconstrained space.
 #[derive(Clone, Debug)]
@@ -22,22 +22,22 @@ const STATISTICS: usize = 7;
 
 /// Settings that every sampler shares.
 #[derive(Clone)]
-pub(super) struct Run<'a> {
+pub(crate) struct Settings<'a> {
     pub(super) chains: usize,
     pub(super) warmup: usize,
     pub(super) draws: usize,
     pub(super) thin: usize,
-    pub(super) seed: u64,
+    pub(crate) seed: u64,
     pub(super) threads: Option<usize>,
     pub(super) init: Init,
     pub(super) progress: Option<&'a dyn Progress>,
     pub(super) interrupt: Option<&'a AtomicBool>,
 }
 
-impl std::fmt::Debug for Run<'_> {
+impl std::fmt::Debug for Settings<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         // whoever listens need not be printable
-        f.debug_struct("Run")
+        f.debug_struct("Settings")
             .field("chains", &self.chains)
             .field("warmup", &self.warmup)
             .field("draws", &self.draws)
@@ -49,7 +49,7 @@ impl std::fmt::Debug for Run<'_> {
     }
 }
 
-impl Run<'_> {
+impl Settings<'_> {
     pub(super) fn new(warmup: usize, draws: usize) -> Self {
         Self {
             chains: 4,
@@ -65,79 +65,10 @@ impl Run<'_> {
     }
 }
 
-/// The builder methods of the shared settings, for a sampler with a field `run: Run<'a>`.
-macro_rules! shared_settings {
-    () => {
-        /// Number of chains.
-        pub fn chains(mut self, chains: usize) -> Self {
-            self.run.chains = chains;
-            self
-        }
-
-        /// Warmup transitions of each chain; they are not kept.
-        pub fn warmup(mut self, warmup: usize) -> Self {
-            self.run.warmup = warmup;
-            self
-        }
-
-        /// Kept draws of each chain.
-        pub fn draws(mut self, draws: usize) -> Self {
-            self.run.draws = draws;
-            self
-        }
-
-        /// Keeps every `thin`-th transition after the warmup. Statistics of a kept draw then
-        /// cover the transitions since the draw before: leapfrogs are added up, acceptance is
-        /// averaged, and it is divergent if any of them was.
-        pub fn thin(mut self, thin: usize) -> Self {
-            self.run.thin = thin;
-            self
-        }
-
-        /// Seed of the random streams; the same seed gives the same draws on any number of threads.
-        pub fn seed(mut self, seed: u64) -> Self {
-            self.run.seed = seed;
-            self
-        }
-
-        /// Threads of this run; by default rayon's pool is shared.
-        pub fn threads(mut self, threads: usize) -> Self {
-            self.run.threads = Some(threads);
-            self
-        }
-
-        /// Random starts are uniform on (−`radius`, `radius`) in every unconstrained coordinate.
-        pub fn init_radius(mut self, radius: f64) -> Self {
-            self.run.init = Init::Uniform(radius);
-            self
-        }
-
-        /// Starting points in unconstrained space, one for each chain.
-        pub fn init_points(mut self, points: Vec<Vec<f64>>) -> Self {
-            self.run.init = Init::Points(points);
-            self
-        }
-
-        /// Who hears of the chains while they run.
-        pub fn progress(mut self, progress: &'a dyn Progress) -> Self {
-            self.run.progress = Some(progress);
-            self
-        }
-
-        /// When the flag becomes true, every chain ends after its transition and keeps its draws.
-        pub fn interrupt(mut self, interrupt: &'a AtomicBool) -> Self {
-            self.run.interrupt = Some(interrupt);
-            self
-        }
-    };
-}
-pub(super) use shared_settings;
-
-impl Run<'_> {
+impl Settings<'_> {
     /// Refuses settings that make no sense for `dim` coordinates.
-    pub(super) fn validate(&self, dim: usize) -> Result<(), SampleError> {
-        let refuse =
-            |setting, value: String, mend| Err(SampleError::Setting { setting, value, mend });
+    pub(super) fn validate(&self, dim: usize) -> Result<(), RunError> {
+        let refuse = |setting, value: String, help| Err(RunError::Setting { setting, value, help });
         let positive = [
             ("chains", self.chains),
             ("draws", self.draws),
@@ -153,9 +84,9 @@ impl Run<'_> {
             ("chains", self.chains, MOST_CHAINS, "give at most 10 000"),
             ("threads", self.threads.unwrap_or(1), MOST_THREADS, "give at most 1024"),
         ];
-        for (setting, value, most, mend) in limits {
+        for (setting, value, most, help) in limits {
             if value > most {
-                return refuse(setting, value.to_string(), mend);
+                return refuse(setting, value.to_string(), help);
             }
         }
         if self.draws.checked_mul(self.thin).is_none() {

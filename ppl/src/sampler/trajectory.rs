@@ -6,16 +6,22 @@
 
 mod weight;
 
-use std::{mem, ops::ControlFlow};
+use std::{
+    mem,
+    ops::{ControlFlow, RangeInclusive},
+};
 
 use rand::Rng;
 
 use super::{
-    chains::DrawStats,
     hamiltonian::{Hamiltonian, Phase, Point},
     rejections::Stop,
+    report::DrawStats,
 };
 use weight::Weight;
+
+/// Doublings that a trajectory may be allowed.
+pub(super) const DEPTHS: RangeInclusive<u32> = 1..=20;
 
 /// Energy error beyond which a trajectory is said to diverge.
 const DIVERGENCE: f64 = 1000.0;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{chains::Covariance, random_walk::Shape, warmup::Warmup};
+use super::{proposal::Shape, report::Covariance, warmup::Warmup};
 
 /// All of a chain beside its position and its random stream.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -5,9 +5,9 @@ use std::mem::discriminant;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    chains::{DrawStats, MapSwitch, WarmupReport},
     hamiltonian::Point,
     metric::{Choice, Diagonal, Metric, Sample, choose},
+    report::{DrawStats, MapSwitch, WarmupReport},
     step_size::DualAveraging,
 };
 

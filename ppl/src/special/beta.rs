@@ -1,9 +1,9 @@
 //! The beta function and its relatives.
 
 use super::gamma::stirling_error;
+use super::logistic::logistic;
 use super::root::tail_quantile;
 use super::{HALF_LN_2PI, Tail, deviance};
-use crate::scalar::logistic;
 
 /// δ(a) + δ(b) − δ(a + b).
 fn stirling_part(a: f64, b: f64) -> f64 {

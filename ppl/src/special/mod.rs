@@ -18,27 +18,26 @@
 //! assert!((q - (-2.0f64).exp()).abs() < 1e-15 && (p + q - 1.0).abs() < 1e-15);
 //! ```
 
-mod bessel;
 mod beta;
 mod gamma;
+mod logistic;
 mod normal;
 mod quadrature;
 mod remembered;
 mod root;
 
-pub use bessel::{ln_bessel_i0_scaled, one_minus_bessel_ratio};
 pub use beta::{beta_logit_quantile, ln_beta, ln_beta_power, regularised_beta};
 pub use gamma::{
     digamma, digamma_rise, gamma_ln_quantile, ln_gamma, ln_minus_digamma, regularised_gamma,
     stirling_error, trigamma,
 };
+pub(crate) use logistic::{logistic, softplus};
 pub use normal::{
     NormalInterval, half_normal_quantile, ln_normal_cdf, mills_ratio, normal_cdf, normal_from_zero,
     normal_quantile, normal_upper_quantile,
 };
 pub(crate) use quadrature::{integral_from_zero, nodes_from_zero};
 pub(crate) use remembered::remembered;
-pub(crate) use root::tail_quantile;
 
 /// ½ ln 2π.
 pub const HALF_LN_2PI: f64 = 0.918_938_533_204_672_7;
@@ -140,22 +139,6 @@ impl Hyperbolic {
         let inverse = shrink.recip();
         let tanh = ((0.5 - 0.5 * e * e) * inverse).copysign(y);
         Self { tanh, sech: e * inverse, size, shrink }
-    }
-
-    #[inline]
-    pub(crate) fn ln_cosh(self) -> f64 {
-        self.size + self.shrink.ln()
-    }
-}
-
-/// ln cosh y = |y| + ln(1 + e^{−2|y|}) − ln 2.
-pub fn ln_cosh(y: f64) -> f64 {
-    let y = y.abs();
-    if y < 0.5 {
-        // cosh y − 1 = 2 sinh²(y/2) keeps the digits that the sum above would lose
-        (2.0 * (0.5 * y).sinh().powi(2)).ln_1p()
-    } else {
-        y + (-2.0 * y).exp().ln_1p() - std::f64::consts::LN_2
     }
 }
 

@@ -12,7 +12,6 @@ fn evaluate(function: &str, [a, b, x]: [f64; 3]) -> (f64, f64, f64) {
         "trigamma" => (trigamma(a), 2e-15, 0.0),
         "ln_beta" => (ln_beta(a, b), 1e-15, 1e-14),
         "ln_1p_minus" => (ln_1p_minus(a), 2e-15, 0.0),
-        "ln_cosh" => (ln_cosh(a), 2e-15, 0.0),
         "ln_one_minus_exp" => (ln_one_minus_exp(a), 2e-15, 0.0),
         "deviance" => (deviance(a, b), 3e-15, 0.0),
         "gamma_p" => (regularised_gamma(a, b).0, 1e-13, 0.0),
@@ -82,7 +81,7 @@ fn quantiles_invert_their_tails() {
             let upper = regularised_gamma(a, at(Tail::Upper)).1;
             assert!((upper / p - 1.0).abs() < tolerance * 1000.0, "{a} {p} {upper:e}");
             for b in [0.4, 2.0, 80.0] {
-                let at = |tail| crate::scalar::logistic(beta_logit_quantile(a, b, p, tail));
+                let at = |tail| logistic(beta_logit_quantile(a, b, p, tail));
                 let (x, y) = at(Tail::Lower);
                 let lower = regularised_beta(a, b, x, y).0;
                 let underflow = x < 1e-290;

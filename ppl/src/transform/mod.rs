@@ -5,31 +5,23 @@
 //! | [`Support`] | an interval of ℝ, open or bounded | exponential, logistic |
 //! | [`Ascending`] | ordered values in an interval: ordered, positive-ordered, … | gaps: exponential, stick-breaking |
 //! | [`Simplex`] | positive, sum 1 | softmax of a zero-sum vector (inverse isometric log-ratio) |
-//! | [`ZeroSum`] | sum 0 | orthonormal (Helmert) basis |
-//! | [`UnitSphere`] | length 1 | direction of a normal vector, whose length is auxiliary |
-//! | [`Correlation`] | Cholesky factors of correlation matrices | tanh of partial correlations |
-//! | [`Covariance`] | Cholesky factors of covariance matrices | exponential diagonal |
+//!
+//! Factors of correlation matrices have theirs in [`LkjCholesky`](crate::LkjCholesky).
 //!
 //! Nothing is clamped: where a value leaves the range of numbers, it is infinite or NaN, and so
 //! is a density there, which rejects the point.
 
 mod ascending;
-mod factor;
 mod simplex;
 mod support;
-mod unit_sphere;
-mod zero_sum;
 
 use crate::scalar::Scalar;
 
 pub use ascending::Ascending;
-pub use factor::{Correlation, Covariance};
 pub use simplex::Simplex;
 pub(crate) use simplex::ln_simplex;
 pub use support::Support;
 pub(crate) use support::log_logistic_density;
-pub use unit_sphere::UnitSphere;
-pub use zero_sum::ZeroSum;
 
 /// A smooth map of unconstrained coordinates onto a set of vectors.
 ///

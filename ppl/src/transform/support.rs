@@ -1,6 +1,7 @@
 //! Intervals of the real line.
 
-use crate::scalar::{Scalar, logistic};
+use crate::scalar::Scalar;
+use crate::special::logistic;
 use crate::terms::{Joined, Terms};
 
 /// Where a univariate density is positive, and the smooth map of ℝ onto it.

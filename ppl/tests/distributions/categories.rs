@@ -1,4 +1,4 @@
-//! Categories, counts of them, and grades.
+//! Categories.
 
 use ppl::prelude::*;
 use ppl::special::regularised_gamma;
@@ -92,75 +92,4 @@ fn categorical() {
     }
     let error = Distribution::<f64>::validate(&Categorical([0.5, 0.6])).unwrap_err();
     assert_eq!(error.to_string(), "Categorical: sum of the probabilities must be 1, got 1.1");
-}
-
-#[test]
-fn multinomial() {
-    let counts: Vec<[u64; 3]> =
-        (0..=5u64).flat_map(|a| (0..=5 - a).map(move |b| [a, b, 5 - a - b])).collect();
-    assert_masses("multinomial", &Multinomial(5, [0.3, 0.45, 0.25]), &counts);
-    let by_slice: f64 = Multinomial(5, &[0.3, 0.45, 0.25][..]).ln_density(&vec![1, 2, 2]);
-    let by_array: f64 = Multinomial(5, [0.3, 0.45, 0.25]).ln_density(&[1, 2, 2]);
-    assert_eq!(by_slice, by_array);
-    let wrong: f64 = Multinomial(6, [0.3, 0.45, 0.25]).ln_density(&[1, 2, 2]);
-    assert_eq!(wrong, f64::NEG_INFINITY);
-    let never: f64 = Multinomial(3, [0.0, 1.0]).ln_density(&[0, 3]);
-    assert_eq!(never, 0.0);
-    // two categories: n = 20, k = 7, p = 0.4, the binomial mass with 50 digits (mpmath)
-    let pair: f64 = Multinomial(20, [0.4, 0.6]).ln_density(&[7, 13]);
-    assert_close(pair, -1.796_476_985_512_316_5, 1e-14, 0.0, "binomial");
-
-    struct Counts;
-    impl Mass for Counts {
-        fn ln_mass<R: Scalar>(&self, p: [R; 4]) -> R {
-            Multinomial(9, p).ln_density(&[2, 0, 3, 4])
-        }
-    }
-    assert_partials("multinomial", &Counts, [0.1, 0.4, 0.2, 0.3]);
-}
-
-#[test]
-fn ordered_probit() {
-    assert_masses("grades", &OrderedProbit(0.4, [-1.0, 0.2, 1.9]), &[0, 1, 2, 3]);
-    struct Grade(u64);
-    impl Mass for Grade {
-        fn ln_mass<R: Scalar>(&self, [eta, a, b, c]: [R; 4]) -> R {
-            OrderedProbit(eta, [a, b, c]).ln_density(&self.0)
-        }
-    }
-    for k in 0..4 {
-        assert_partials("grade", &Grade(k), [0.4, -1.0, 0.2, 1.9]);
-        assert_partials("far out", &Grade(k), [-30.0, -1.0, 0.2, 1.9]);
-    }
-    let equal: f64 = OrderedProbit(0.0, [1.0, 1.0]).ln_density(&1);
-    assert_eq!(equal, f64::NEG_INFINITY);
-    let falling: f64 = OrderedProbit(0.0, [1.0, -1.0]).ln_density(&1);
-    assert!(falling.is_nan());
-    let beyond: f64 = OrderedProbit(0.0, [1.0]).ln_density(&2);
-    assert_eq!(beyond, f64::NEG_INFINITY);
-    let error = Distribution::<f64>::validate(&OrderedProbit(0.0, [1.0, 1.0])).unwrap_err();
-    let expected = "OrderedProbit: cut point 1 must be above the one before, 1, got 1";
-    assert_eq!(error.to_string(), expected);
-}
-
-#[test]
-fn ordered_logistic() {
-    assert_masses("grades", &OrderedLogistic(0.4, [-1.0, 0.2, 1.9]), &[0, 1, 2, 3]);
-    struct Grade(u64);
-    impl Mass for Grade {
-        fn ln_mass<R: Scalar>(&self, [eta, a, b, c]: [R; 4]) -> R {
-            OrderedLogistic(eta, [a, b, c]).ln_density(&self.0)
-        }
-    }
-    for k in 0..4 {
-        assert_partials("grade", &Grade(k), [0.4, -1.0, 0.2, 1.9]);
-    }
-    // between close cut points far out: σ' times the gap, where σ(b) − σ(a) would be 0
-    let narrow: f64 = OrderedLogistic(0.0, [40.0, 40.0 + 1e-9]).ln_density(&1);
-    assert_close(narrow, -40.0 + 1e-9f64.ln(), 1e-7, 0.0, "narrow");
-    let equal: f64 = OrderedLogistic(0.0, [1.0, 1.0]).ln_density(&1);
-    assert_eq!(equal, f64::NEG_INFINITY);
-    let error = Distribution::<f64>::validate(&OrderedLogistic(0.0, [1.0, 1.0])).unwrap_err();
-    let expected = "OrderedLogistic: cut point 1 must be above the one before, 1, got 1";
-    assert_eq!(error.to_string(), expected);
 }

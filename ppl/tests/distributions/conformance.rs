@@ -19,26 +19,15 @@ const DRAWS: usize = 20_000;
 type Value<D> = fn(&D, f64) -> f64;
 
 /// A distribution over `f64` that can be an unknown.
-pub(crate) trait Plain:
-    UnivariateDensity<f64> + Unknown<f64, Value = f64> + Numeric<f64, Value = f64>
-{
-}
-impl<D> Plain for D where
-    D: UnivariateDensity<f64> + Unknown<f64, Value = f64> + Numeric<f64, Value = f64>
-{
-}
+pub(crate) trait Plain: UnivariateDensity<f64> + Unknown<f64, Value = f64> {}
+impl<D> Plain for D where D: UnivariateDensity<f64> + Unknown<f64, Value = f64> {}
 
 /// The same with derivatives.
 pub(crate) trait Differentiated:
-    UnivariateDensity<Lifted> + Unknown<Lifted, Value = Lifted> + Numeric<Lifted, Value = Lifted>
+    UnivariateDensity<Lifted> + Unknown<Lifted, Value = Lifted>
 {
 }
-impl<D> Differentiated for D where
-    D: UnivariateDensity<Lifted>
-        + Unknown<Lifted, Value = Lifted>
-        + Numeric<Lifted, Value = Lifted>
-{
-}
+impl<D> Differentiated for D where D: UnivariateDensity<Lifted> + Unknown<Lifted, Value = Lifted> {}
 
 /// A family with the values of its parameters, and points well inside the support.
 pub(crate) struct Case<'a, const P: usize> {

@@ -24,13 +24,10 @@ fn binomial() {
     assert_counts!([p] Binomial(500u64, p), [0.98], 500);
     assert_counts!([x] BinomialLogit(12u64, x), [-0.8], 12);
     assert_counts!([x] BinomialLogit(60u64, x), [3.0], 60);
-    assert_counts!([a, b] BetaBinomial(12u64, a, b), [2.5, 1.5], 12);
-    assert_counts!([a, b] BetaBinomial(20u64, a, b), [0.6, 0.4], 20);
 }
 
 #[test]
 fn waiting() {
-    assert_counts!([p] Geometric(p), [0.3], 200);
     assert_counts!([m, f] NegativeBinomial(m, f), [6.0, 2.5], 400);
     assert_counts!([m, f] NegativeBinomial(m, f), [6.0, 0.4], 1500);
     assert_counts!([m, f] NegativeBinomial(m, f), [40.0, 300.0], 250);
@@ -39,49 +36,31 @@ fn waiting() {
 }
 
 #[test]
-fn equally_likely() {
-    assert_counts!([_unused] DiscreteUniform(3u64, 9u64), [1.0], 9);
-}
-
-#[test]
 fn additional_zeros() {
-    assert_counts!([w, l] ZeroInflated(w, Poisson(l)), [0.3, 4.5], 70);
-    assert_counts!([w, m, f] ZeroInflated(w, NegativeBinomial(m, f)), [0.2, 6.0, 2.5], 400);
-    // the hurdle model
-    assert_counts!([w, l] ZeroInflated(w, Poisson(l).truncate(1.0..)), [0.3, 2.5], 60);
-}
-
-#[test]
-fn truncated() {
-    assert_counts!([l] Poisson(l).truncate(2.0..=9.0), [4.5], 9);
-    assert_counts!([m, f] NegativeBinomial(m, f).truncate(1.0..), [6.0, 2.5], 400);
-    assert_counts!([l] Poisson(l).truncate(1.0..).truncate(..8.0), [4.5], 7);
+    assert_counts!([w, l] ZeroInflated(w, Poisson(l)), [0.3, 4.5], 70, without moments);
+    assert_counts!(
+        [w, m, f] ZeroInflated(w, NegativeBinomial(m, f)), [0.2, 6.0, 2.5], 400, without moments);
 }
 
 #[test]
 fn mixtures() {
     assert_counts!(
-        [w, a, b] Mixture([w, 1.0 - w], [Poisson(a), Poisson(b)]), [0.3, 1.5, 9.0], 90);
-    assert_counts!(
-        [w, l, m, f] Mixture([w, 1.0 - w], (Poisson(l), NegativeBinomial(m, f))),
-        [0.4, 2.0, 12.0, 3.0],
-        600
-    );
+        [w, a, b] Mixture([w, 1.0 - w], [Poisson(a), Poisson(b)]), [0.3, 1.5, 9.0], 90,
+        without moments);
 }
 
 /// ln(1 − p) and 1/(1 − p) at the ends of the probability.
 #[test]
 fn certain_trials() {
-    let certain: [f64; 6] = [
+    let certain: [f64; 5] = [
         Binomial(5u64, 0.0).ln_density(&0),
         Binomial(5u64, 1.0).ln_density(&5),
         Binomial(0u64, 0.3).ln_density(&0),
         Binomial(5u64, 0.0).ln_density(&1),
         Binomial(5u64, 0.3).ln_density(&6),
-        Geometric(1.0).ln_density(&0),
     ];
     let nothing = f64::NEG_INFINITY;
-    assert_eq!(certain, [0.0, 0.0, 0.0, nothing, nothing, 0.0]);
+    assert_eq!(certain, [0.0, 0.0, 0.0, nothing, nothing]);
     let [p] = Dual::variables([0.0]);
     let slope: Dual<1> = Binomial(5u64, p).ln_density(&0);
     assert_eq!(slope.gradient(), [-5.0]);
@@ -102,26 +81,6 @@ fn bernoulli_logit() {
     }
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(6);
     let flag = BernoulliLogit(0.4);
-    let heads = (0..DRAWS).filter(|_| Distribution::<f64>::draw(&flag, &mut rng)).count() as f64;
-    let n = DRAWS as f64;
-    let error = (flag.variance() / n).sqrt();
-    assert_close(heads / n, flag.mean(), 0.0, 4.0 * error, "share of heads");
-}
-
-/// As two grades, whose masses are checked against 50 digits.
-#[test]
-fn bernoulli_probit() {
-    for x in [-40.0, -1.2, 0.0, 3.0, 60.0] {
-        for flag in [true, false] {
-            let [lifted] = Dual::variables([x]);
-            let got: Dual<1> = BernoulliProbit(lifted).ln_density(&flag);
-            let grade: Dual<1> = OrderedProbit(lifted, [0.0]).ln_density(&u64::from(flag));
-            assert_close(got.value(), grade.value(), 1e-14, 0.0, "value");
-            assert_close(got.gradient()[0], grade.gradient()[0], 1e-12, 0.0, "∂x");
-        }
-    }
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(6);
-    let flag = BernoulliProbit(0.4);
     let heads = (0..DRAWS).filter(|_| Distribution::<f64>::draw(&flag, &mut rng)).count() as f64;
     let n = DRAWS as f64;
     let error = (flag.variance() / n).sqrt();
@@ -156,31 +115,4 @@ fn bernoulli() {
         (0..DRAWS).filter(|_| Distribution::<f64>::draw(&Bernoulli(p), &mut rng)).count() as f64;
     let n = DRAWS as f64;
     assert_close(heads / n, p, 0.0, 4.0 * (p * (1.0 - p) / n).sqrt(), "share of heads");
-}
-
-/// A sampler that looks for its step comes to scales where sums over counts would never end.
-#[test]
-fn truncated_counts_of_any_size_end() {
-    for rate in [1e-8, 1.0, 1e4, 1e12, 1e20, 1e50, 1e300] {
-        let [l] = Dual::variables([rate]);
-        let poisson: Dual<1> = Poisson(l).truncate(1.0..).ln_density(&3);
-        // P(K > 0) = 1 − e^{−λ}
-        let ln_inside = (-(-rate).exp_m1()).ln();
-        let expected = 3.0 * rate.ln() - rate - 6f64.ln() - ln_inside;
-        let slope = 3.0 / rate - 1.0 - 1.0 / rate.exp_m1();
-        assert_close(poisson.value(), expected, 1e-12, 1e-12, &format!("Poisson({rate})"));
-        assert_close(poisson.gradient()[0], slope, 1e-12, 1e-12, &format!("Poisson({rate})"));
-
-        let [mean, shape] = Dual::variables([rate, 0.7]);
-        let negative: Dual<2> = NegativeBinomial(mean, shape).truncate(1.0..).ln_density(&3);
-        let plain: Dual<2> = NegativeBinomial(mean, shape).ln_density(&3);
-        // P(K > 0) = 1 − (φ/(φ + μ))^φ
-        let ln_none = -shape * (mean / shape).ln_1p();
-        let expected = plain - (-ln_none.exp_m1()).ln();
-        let name = format!("NegativeBinomial({rate}, 0.7)");
-        assert_close(negative.value(), expected.value(), 1e-10, 1e-10, &name);
-        for (got, expected) in negative.gradient().into_iter().zip(expected.gradient()) {
-            assert_close(got, expected, 1e-8, 1e-8, &name);
-        }
-    }
 }

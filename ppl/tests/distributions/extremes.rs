@@ -49,23 +49,21 @@ fn no_density_is_nan_at_finite_arguments() {
             }
         };
     }
-    all!(real, real, SCALES => Normal, Cauchy, Laplace, Logistic, Gumbel);
+    all!(real, real, SCALES => Normal, Cauchy);
     all!(POSITIVE, real, SCALES => LogNormal);
     all!(POSITIVE, SCALES, SCALES =>
-        Gamma, InverseGamma, Weibull, Frechet, LogLogistic, InverseGaussian, Lomax, HalfStudentT);
-    all!(POSITIVE, SCALES => Exponential, HalfNormal, HalfCauchy, Rayleigh, ChiSquared);
-    all!(SHARES, SCALES, SCALES => Beta, Kumaraswamy);
-    all!(SHARES, real, SCALES => LogitNormal);
+        Gamma, InverseGamma, Weibull);
+    all!(POSITIVE, SCALES => Exponential, HalfNormal, HalfCauchy);
+    all!(SHARES, SCALES, SCALES => Beta);
     for (m, s) in pairs(real, &SCALES) {
         for freedom in [1e-3, 1.0, 4.0, 1e3, 1e100] {
             check("StudentT", StudentT(freedom, m, s), real, failed);
         }
     }
     all!(COUNTS, SCALES => Poisson);
-    all!(COUNTS, SHARES => Geometric);
     all!(COUNTS, [-800.0, -1.0, 700.0, 720.0, 800.0, 1e300] => PoissonLog);
     all!(COUNTS, SCALES, SCALES => NegativeBinomial);
-    all!([true, false], real => BernoulliLogit, BernoulliProbit);
+    all!([true, false], real => BernoulliLogit);
     for n in [0u64, 1, 20, 1 << 53] {
         for &x in real {
             check("BinomialLogit", BinomialLogit(n, x), &COUNTS, failed);
@@ -75,8 +73,6 @@ fn no_density_is_nan_at_finite_arguments() {
         }
     }
     for &x in real {
-        check("OrderedLogistic", OrderedLogistic(x, [-2.0, 0.0, 1e3]), &[0, 1, 2, 3], failed);
-        check("OrderedProbit", OrderedProbit(x, [-2.0, 0.0, 1e3]), &[0, 1, 2, 3], failed);
         check("CategoricalLogit", CategoricalLogit([0.0, x, -x]), &[0, 1, 2, 3], failed);
     }
     check("Categorical", Categorical([1.0, 0.0, 0.0]), &[0, 1, 2, 3], failed);
@@ -123,7 +119,6 @@ fn draws_lie_inside_the_open_support() {
     check(Exponential(1e-308), positive);
     check(Weibull(1e-3, 1.0), positive);
     check(Beta(1e-4, 1e-4), |x| 0.0 < *x && *x < 1.0);
-    check(Pareto(2.0, 1e20), |x| *x > 2.0);
     check(Cauchy(0.0, 1e308), |x| x.is_finite());
     check(Gamma(1e-4, 1e-3).iid(3), |x| x.iter().all(positive));
     check(Gamma(1e-3, 1e-3).array::<2>(), |x| x.iter().all(positive));

@@ -1,80 +1,11 @@
 //! Probabilities of intervals: value and derivatives by the same path, shapes known and unknown.
 
 use ppl::prelude::*;
-use ppl::{CountMass, Dual, Scalar, UnivariateDensity};
+use ppl::{Dual, UnivariateDensity};
 
 use crate::numerics::{assert_close, derivative};
 
 type D<const N: usize> = Dual<N>;
-
-/// A sampler that looks for its step comes to dispersions where counts inside are too many to sum.
-#[test]
-fn what_few_counts_are_cut_off_from_agrees_with_its_gradient_everywhere() {
-    for i in -30..=30 {
-        for j in -4..=4 {
-            let point = [2.0 * f64::from(j), f64::from(i)];
-            for first in [1, 2, 3, 8, 9, 20] {
-                let name = format!("from {first}, ln μ and ln φ {point:?}");
-                let value = |[m, f]: [f64; 2]| -> f64 {
-                    NegativeBinomial(m.exp(), f.exp()).ln_mass(first, u64::MAX)
-                };
-                let plain = value(point);
-                let [m, f] = D::<2>::variables(point);
-                let lifted: D<2> = NegativeBinomial(m.exp(), f.exp()).ln_mass(first, u64::MAX);
-                assert_eq!(lifted.value(), plain, "{name}");
-                assert!(lifted.gradient().iter().all(|slope| slope.is_finite()), "{name}");
-                // the distribution function has few digits of a small upper tail, as differences tell
-                if plain < if first <= 8 { -1e3 } else { -10.0 } {
-                    continue;
-                }
-                for k in 0..2 {
-                    let moved = |x: f64| {
-                        let mut point = point;
-                        point[k] = x;
-                        value(point)
-                    };
-                    let numerical = derivative(moved, point[k], 0.05);
-                    assert_close(lifted.gradient()[k], numerical, 1e-6, 1e-6, &name);
-                }
-            }
-        }
-    }
-}
-
-/// −expm1(−φ ln(1 + μ/φ)) by hand.
-#[test]
-fn the_hurdle_is_one_minus_the_zeros() {
-    for (ln_mean, ln_dispersion) in [(3.0, -13.0), (0.0, 0.0), (-20.0, 5.0), (9.0, -30.0)] {
-        let [m, f] = D::<2>::variables([ln_mean, ln_dispersion]).map(Scalar::exp);
-        let got: D<2> = NegativeBinomial(m, f).ln_mass(1, u64::MAX);
-        let by_hand = (-(-f * (m / f).ln_1p()).exp_m1()).ln();
-        let name = format!("{ln_mean} {ln_dispersion}");
-        assert_close(got.value(), by_hand.value(), 1e-15, 1e-15, &name);
-        for (got, expected) in got.gradient().into_iter().zip(by_hand.gradient()) {
-            assert_close(got, expected, 1e-12, 1e-12, &name);
-        }
-    }
-}
-
-#[test]
-fn counts_cut_off_at_either_end_of_a_finite_support() {
-    for (a, b) in [(2.5, 1.5), (0.2, 0.3), (30.0, 0.01), (1e-4, 5.0)] {
-        for (first, last) in [(0, 40), (1, 40), (0, 39), (2, 37), (20, 40), (40, 40)] {
-            let all = |a: f64, b: f64| -> f64 {
-                let mass = |k: u64| -> f64 { BetaBinomial(40u64, a, b).ln_pmf(k) };
-                (first..=last).map(|k| mass(k).exp()).sum::<f64>().ln()
-            };
-            let [x, y] = D::<2>::variables([a, b]);
-            let got: D<2> = BetaBinomial(40u64, x, y).ln_mass(first, last);
-            let name = format!("{first}..={last} at {a}, {b}");
-            assert_close(got.value(), all(a, b), 1e-10, 1e-13, &name);
-            let in_a = derivative(|a| all(a, b), a, 0.02 * a);
-            let in_b = derivative(|b| all(a, b), b, 0.02 * b);
-            assert_close(got.gradient()[0], in_a, 1e-7, 1e-9 / a, &name);
-            assert_close(got.gradient()[1], in_b, 1e-7, 1e-9 / b, &name);
-        }
-    }
-}
 
 /// A mass whose shape (the first parameter) is data, and unknown: against each other and against
 /// differences.

@@ -33,41 +33,13 @@ FAMILIES = {
     "HalfCauchy": lambda x, s: [log(2 / pi), -log(s), -log1p((x / s) ** 2)],
     "Poisson": lambda k, l: [k * log(l), -l, -loggamma(k + 1)],
     "Cauchy": lambda x, m, s: [-log(pi), -log(s), -log1p(((x - m) / s) ** 2)],
-    "Laplace": lambda x, m, s: [-abs(x - m) / s, -log(2 * s)],
-    "Logistic": lambda x, m, s: [-(x - m) / s, -log(s), -2 * log1p(exp(-(x - m) / s))],
-    "Gumbel": lambda x, m, s: [-(x - m) / s, -exp(-(x - m) / s), -log(s)],
     "Weibull": lambda x, a, s: [log(a), -log(s), (a - 1) * log(x / s), -((x / s) ** a)],
-    "Rayleigh": lambda x, s: [log(x), -2 * log(s), -((x / s) ** 2) / 2],
-    "Frechet": lambda x, a, s: [log(a), -log(s), -(a + 1) * log(x / s), -((x / s) ** -a)],
-    "LogLogistic": lambda x, a, b: [log(b), -log(x), b * log(x / a),
-                                    -2 * log1p((x / a) ** b)],
     "InverseGamma": lambda x, a, b: [a * log(b), -loggamma(a), -(a + 1) * log(x), -b / x],
-    "ChiSquared": lambda x, n: [(n / 2 - 1) * log(x), -x / 2, -n / 2 * log(2), -loggamma(n / 2)],
-    "Pareto": lambda x, m, a: [log(a), a * log(m), -(a + 1) * log(x)],
-    "Lomax": lambda x, l, a: [log(a), -log(l), -(a + 1) * log1p(x / l)],
-    "HalfStudentT": lambda x, n, s: [log(2), loggamma((n + 1) / 2), -loggamma(n / 2),
-                                     -log(n * pi) / 2, -log(s),
-                                     -(n + 1) / 2 * log1p((x / s) ** 2 / n)],
-    "InverseGaussian": lambda x, m, l: [log(l) / 2, -ln_root, -3 * log(x) / 2,
-                                        -l * (x - m) ** 2 / (2 * m**2 * x)],
-    "Kumaraswamy": lambda x, a, b: [log(a), log(b), (a - 1) * log(x), (b - 1) * log1p(-(x**a))],
-    "LogitNormal": lambda x, m, s: [-((log(x / (1 - x)) - m) / s) ** 2 / 2, -log(x), -log1p(-x),
-                                    -log(s), -ln_root],
-    "Triangular": lambda x, a, c, b: [log(2), -log(b - a),
-                                      log((x - a) / (c - a) if x < c else (b - x) / (b - c))],
-    "SkewNormal": lambda x, m, s, a: [log(2), -((x - m) / s) ** 2 / 2, -ln_root, -log(s),
-                                      log(upper_normal(-a * (x - m) / s))],
-    "ExGaussian": lambda x, m, s, l: [log(l), -l * (x - m), (l * s) ** 2 / 2,
-                                      log(upper_normal(l * s - (x - m) / s))],
-    "VonMises": lambda x, m, k: [k * cos(x - m), -log(2 * pi), -log(besseli(0, k))],
     "Binomial": lambda k, n, p: [*ln_choose(n, k), k * log(p), (n - k) * log1p(-p)],
     "BinomialLogit": lambda k, n, x: [*ln_choose(n, k), -k * log1p(exp(-x)),
                                       -(n - k) * log1p(exp(x))],
-    "BetaBinomial": lambda k, n, a, b: [*ln_choose(n, k), *ln_beta(k + a, n - k + b),
-                                        *minus(ln_beta(a, b))],
     "NegativeBinomial": lambda k, m, f: [loggamma(k + f), -loggamma(f), -loggamma(k + 1),
                                          -f * log1p(m / f), -k * log1p(f / m)],
-    "Geometric": lambda k, p: [log(p), k * log1p(-p)],
     "PoissonLog": lambda k, e: [k * e, -exp(e), -loggamma(k + 1)],
     "ZeroInflatedPoisson": lambda k, w, l: [log(w + (1 - w) * exp(-l))] if k == 0 else
                                            [log1p(-w), k * log(l), -l, -loggamma(k + 1)],
@@ -90,17 +62,8 @@ FAMILIES["GammaBelow"] = lambda x, a, b: [log(gammainc(a, 0, b * x, regularized=
 FAMILIES["InverseGammaTail"] = lambda x, a, b: [log(gammainc(a, 0, b / x, regularized=True))]
 FAMILIES["StudentTTail"] = lambda x, n, m, s: [log(betainc(
     n / 2, half, 0, n / (n + ((x - m) / s) ** 2), regularized=True) / 2)]
-FAMILIES["LogisticTail"] = lambda x, m, s: [-log1p(exp((x - m) / s))]
 FAMILIES["WeibullTail"] = lambda x, a, s: [-((x / s) ** a)]
-FAMILIES["GumbelTail"] = lambda x, m, s: [log(-expm1(-exp(-(x - m) / s)))]
 FAMILIES["CauchyTail"] = lambda x, m, s: [log(atan2(s, x - m) / pi)]
-FAMILIES["PoissonTail"] = lambda k, l: [log(gammainc(k, 0, l, regularized=True))]
-# one minus what is cut off
-mass_from = lambda family, first: lambda k, *p: [*FAMILIES[family](k, *p), -log1p(
-    -fsum(exp(fsum(FAMILIES[family](mpf(j), *p))) for j in range(first)))]
-FAMILIES["NegativeBinomialFrom1"] = mass_from("NegativeBinomial", 1)
-FAMILIES["NegativeBinomialFrom3"] = mass_from("NegativeBinomial", 3)
-FAMILIES["BetaBinomialFrom1"] = mass_from("BetaBinomial", 1)
 POINTS = {
     "Normal": [(0.1, 0.0, 1.0), (1e3, -5.0, 1e-3), (1e-9, 0.0, 1e9), (7.5, 7.5, 1e-300),
                (40.0, 0.0, 1.0), (1e200, 0.0, 1e190), (-3.25, 2.5, 0.7)],
@@ -124,45 +87,16 @@ POINTS = {
                 (1000000, 1e6), (1002000, 1e6), (1000000000000, 1e12), (5, 1e4)],
     "Cauchy": [(0.0, 0.0, 1.0), (1e200, 1.0, 1e-3), (-1e9, 0.0, 1.0), (2.5, 1.0, 0.7),
                (1e-200, 0.0, 1.0)],
-    "Laplace": [(0.1, 0.0, 1.0), (1e8, -5.0, 1e-3), (-3.25, 2.5, 0.7), (1e-300, 0.0, 1e300)],
-    "Logistic": [(0.1, 0.0, 1.0), (900.0, 0.0, 1.0), (-1e6, 1.0, 2.0), (2.5, 2.5, 1e-9),
-                 (1e-9, 0.0, 1.0)],
-    "Gumbel": [(0.1, 0.0, 1.0), (900.0, 0.0, 1.0), (-6.0, 0.0, 1.0), (-600.0, 0.0, 1.0),
-               (3.0, 2.5, 0.125)],
     "Weibull": [(0.1, 1.5, 1.0), (1e-200, 0.5, 1.0), (9.0, 3.5, 2.0), (340.0, 12.0, 340.0),
                 (1.0625, 200.0, 1.0), (1e10, 0.25, 1e-5)],
-    "Rayleigh": [(0.1, 1.0), (1e-300, 1.0), (40.0, 1.0), (3.0, 700.0)],
-    "Frechet": [(0.1, 1.5, 1.0), (1e200, 0.5, 1.0), (0.5, 3.5, 2.0), (0.9375, 200.0, 1.0)],
-    "LogLogistic": [(0.1, 1.0, 1.5), (1e-200, 1.0, 0.5), (1e200, 2.0, 3.0), (3.0, 3.0, 50.0)],
     "InverseGamma": [(0.5, 3.0, 2.0), (1e300, 0.01, 1.0), (1e-3, 3.0, 2.0), (1.0, 1e6, 1e6),
                      (2e-6, 0.5, 1e-5)],
-    "ChiSquared": [(0.5, 3.0), (1e-300, 0.02), (1e6, 1e6), (900.0, 1.0), (2.0, 2.0)],
-    "Pareto": [(2.0, 1.0, 3.0), (1e200, 1.0, 0.5), (1.0625, 1.0, 1e4), (7.0, 0.5, 2.5)],
-    "Lomax": [(2.0, 1.0, 3.0), (1e200, 1.0, 0.5), (1e-10, 1.0, 1e4), (0.0, 0.5, 2.5)],
-    "HalfStudentT": [(0.0, 1.0, 1.0), (1e150, 3.0, 1e-3), (2.0, 1e10, 1.0), (5.0, 0.01, 1.0),
-                     (3.0, 7.5, 2.5)],
-    "InverseGaussian": [(2.0, 1.0, 3.0), (1e-3, 1.0, 2.0), (1e4, 1.0, 0.5), (1.25, 1.0, 1e8)],
-    "Kumaraswamy": [(0.5, 2.0, 3.0), (1e-300, 0.02, 3.0), (0.999999, 2.0, 0.25),
-                    (0.5, 40.0, 9.0), (0.125, 1.0, 1.0)],
-    "LogitNormal": [(0.5, 0.25, 1.0), (1e-300, 0.0, 20.0), (0.999999, 3.0, 2.0),
-                    (0.0625, -3.0, 0.01)],
-    "Triangular": [(0.5, 0.0, 1.0, 4.0), (2.0, 0.0, 1.0, 4.0), (1e-300, 0.0, 1.0, 4.0),
-                   (260.0, 250.0, 251.0, 300.0)],
-    "SkewNormal": [(0.5, 0.0, 1.0, 3.0), (-9.0, 0.0, 1.0, 4.0), (12.0, 0.0, 1.0, 50.0),
-                   (1.0, 2.5, 0.5, -0.75), (0.0, 0.0, 1.0, 1e6)],
-    "ExGaussian": [(0.5, 0.0, 1.0, 0.5), (-9.0, 0.0, 1.0, 2.0), (300.0, 0.0, 1.0, 2.0),
-                   (0.35, 0.3, 0.05, 10.0), (1.0, 0.0, 1.0, 1e3), (0.5, 0.0, 1e-3, 2.0)],
-    "VonMises": [(0.5, 0.25, 2.0), (-3.0, 0.5, 24.99), (-3.0, 0.5, 25.01), (0.5, 0.5, 1e8),
-                 (2.0, 0.0, 1e-9), (1.0, 0.75, 700.0)],
     "Binomial": [(3, 10, 0.25), (0, 10, 1e-300), (1000, 1000, 0.999), (500000, 1000000, 0.5),
                  (501000, 1000000, 0.5), (5, 1000000000, 1e-9), (9, 20, 0.4375)],
     "BinomialLogit": [(3, 10, -1.0), (0, 10, -600.0), (1000, 1000, 9.0), (500000, 1000000, 0.0),
                       (1, 10, -600.0)],
-    "BetaBinomial": [(3, 10, 2.0, 3.0), (0, 10, 1e-3, 1e-3), (400, 1000, 40.0, 60.0),
-                     (5, 20, 1e6, 3e6), (20, 20, 0.5, 80.0)],
     "NegativeBinomial": [(3, 4.0, 2.0), (0, 4.0, 1e-3), (1000, 1000.0, 50.0), (3, 4.0, 1e8),
                          (500, 1.0, 0.5), (7, 1e-6, 3.0)],
-    "Geometric": [(3, 0.25), (0, 1e-300), (1000000, 1e-6), (700, 0.75)],
     "PoissonLog": [(3, 1.0), (0, -600.0), (1000000, 13.8125), (5, 9.0)],
     "ZeroInflatedPoisson": [(0, 0.25, 3.0), (0, 1e-300, 700.0), (0, 0.25, 1e-9), (4, 0.25, 3.0)],
     "MixtureOfNormals": [(0.5, 0.25, 4.0, 1.0), (30.0, 0.5, 4.0, 0.75), (-30.0, 1e-9, 4.0, 1.0)],
@@ -175,25 +109,14 @@ POINTS = {
     "NormalTail": [(1.0, 0.0, 1.0), (-3.0, 0.0, 1.0), (50.0, 0.0, 1.0), (9.0, 1.0, 0.01)],
     "GammaTail": [(1.0, 2.5, 1.5), (40.0, 0.75, 2.0), (2000.0, 2.5, 1.5), (0.01, 2.5, 1.5)],
     "StudentTTail": [(1.0, 4.0, 0.0, 1.0), (1e6, 3.0, 0.0, 1.0), (3.0, 7.5, 1.0, 0.5)],
-    "LogisticTail": [(1.0, 0.0, 1.0), (2000.0, 0.0, 1.0), (-40.0, 1.0, 0.5)],
     "WeibullTail": [(1.0, 2.5, 1.5), (1e4, 0.75, 2.0), (1e-9, 2.5, 1.5)],
-    "GumbelTail": [(1.0, 0.0, 1.0), (900.0, 0.0, 1.0), (-3.0, 0.0, 1.0)],
     "CauchyTail": [(1.0, 0.0, 1.0), (1e200, 0.0, 1.0), (-1e9, 0.0, 1.0)],
-    "PoissonTail": [(3, 2.5), (400, 2.5), (5, 100.0)],
     "GammaBelow": [(1.0, 2.5, 1.5), (1e-30, 0.75, 2.0), (40.0, 2.5, 1.5), (1e-3, 60.0, 2.0)],
     "InverseGammaTail": [(1.0, 2.5, 1.5), (1e9, 0.75, 2.0), (0.01, 2.5, 1.5), (3.0, 40.0, 7.0)],
-    "NegativeBinomialFrom1": [(5, 6.0, 2.5), (3, 20.0, 2.26e-6), (1, 20.0, 1e-12), (3, 1e-6, 0.7),
-                              (1, 0.5, 1e8), (3, 1e4, 1e-3), (2, 1e-9, 1e-9), (1, 1e-3, 1e6),
-                              (40, 30.0, 12.0)],
-    "NegativeBinomialFrom3": [(5, 6.0, 2.5), (3, 20.0, 2.26e-6), (9, 20.0, 1e-12), (3, 0.01, 0.7),
-                              (4, 0.5, 1e8), (3, 1e4, 1e-3), (40, 30.0, 12.0)],
-    "BetaBinomialFrom1": [(3, 12, 2.5, 1.5), (3, 40, 0.01, 9.0), (1, 40, 1e-4, 2.0),
-                          (2, 1000, 3.0, 1e4)],
 }
 # a count has no derivative
-COUNTS = {"Poisson", "Binomial", "BinomialLogit", "BetaBinomial", "NegativeBinomial", "Geometric",
-          "PoissonLog", "ZeroInflatedPoisson", "PoissonTail", "NegativeBinomialFrom1",
-          "NegativeBinomialFrom3", "BetaBinomialFrom1"}
+COUNTS = {"Poisson", "Binomial", "BinomialLogit", "NegativeBinomial", "PoissonLog",
+          "ZeroInflatedPoisson"}
 # observed at the end of the interval
 TAILS = {family for family in POINTS if family.endswith("Tail")} | {"GammaBelow"}
 
@@ -225,13 +148,13 @@ with open(HERE / "ln_density.csv", "w") as out:
                        nstr(max(map(abs, terms)), 6)]
             for i in range(4):
                 whole = (i == 0 and family in COUNTS) or (
-                    i == 1 and family in {"Binomial", "BinomialLogit", "BetaBinomial", "BetaBinomialFrom1"})
+                    i == 1 and family in {"Binomial", "BinomialLogit"})
                 # bounds are data
                 bound = (family.endswith(("Above", "Below")) and i == 3) or (
                     family in TAILS and i == 0)
                 # at an end of the support there is no derivative
                 end = point[0] == 0 and i == 0 and family in {
-                    "HalfNormal", "Exponential", "HalfCauchy", "Lomax", "HalfStudentT"}
+                    "HalfNormal", "Exponential", "HalfCauchy"}
                 if i >= len(point) or whole or bound or end:
                     row += ["", ""]
                 else:
@@ -264,8 +187,6 @@ for a, b in [(0.5, 0.5), (1e-10, 3), (0.5, 3.5), (2, 3), (1e3, 2e3), (1e10, 0.5)
 for x in map(mpf, [-0.999, -0.5, -0.39, -0.1, -1e-3, -1e-8, 1e-12, 1e-5, 0.05, 0.3, 0.59, 0.61, 2,
                    1e5]):
     emit("ln_1p_minus", [x], log1p(x) - x)
-for y in map(mpf, [1e-9, 1e-4, 0.01, 0.3, 0.49, 0.51, 1, 5, 20, 400, 1e5]):
-    emit("ln_cosh", [y], log(cosh(y)))
 mp.dps = 320
 for x in map(mpf, [1e-300, 1e-10, 0.1, 0.6, 0.7, 2, 40, 700]):
     emit("ln_one_minus_exp", [x], log(-expm1(-x)))

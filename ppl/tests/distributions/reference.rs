@@ -28,30 +28,11 @@ fn evaluate(family: &str, [x, a, b, c]: [D; 4]) -> D {
         "HalfCauchy" => HalfCauchy(a).ln_density(&x),
         "Poisson" => Poisson(a).ln_density(&count),
         "Cauchy" => Cauchy(a, b).ln_density(&x),
-        "Laplace" => Laplace(a, b).ln_density(&x),
-        "Logistic" => Logistic(a, b).ln_density(&x),
-        "Gumbel" => Gumbel(a, b).ln_density(&x),
         "Weibull" => Weibull(a, b).ln_density(&x),
-        "Rayleigh" => Rayleigh(a).ln_density(&x),
-        "Frechet" => Frechet(a, b).ln_density(&x),
-        "LogLogistic" => LogLogistic(a, b).ln_density(&x),
         "InverseGamma" => InverseGamma(a, b).ln_density(&x),
-        "ChiSquared" => ChiSquared(a).ln_density(&x),
-        "Pareto" => Pareto(a, b).ln_density(&x),
-        "Lomax" => Lomax(a, b).ln_density(&x),
-        "HalfStudentT" => HalfStudentT(a, b).ln_density(&x),
-        "InverseGaussian" => InverseGaussian(a, b).ln_density(&x),
-        "Kumaraswamy" => Kumaraswamy(a, b).ln_density(&x),
-        "LogitNormal" => LogitNormal(a, b).ln_density(&x),
-        "Triangular" => Triangular(a, b, c).ln_density(&x),
-        "SkewNormal" => SkewNormal(a, b, c).ln_density(&x),
-        "ExGaussian" => ExGaussian(a, b, c).ln_density(&x),
-        "VonMises" => VonMises(a, b).ln_density(&x),
         "Binomial" => Binomial(n, b).ln_density(&count),
         "BinomialLogit" => BinomialLogit(n, b).ln_density(&count),
-        "BetaBinomial" => BetaBinomial(n, b, c).ln_density(&count),
         "NegativeBinomial" => NegativeBinomial(a, b).ln_density(&count),
-        "Geometric" => Geometric(a).ln_density(&count),
         "PoissonLog" => PoissonLog(a).ln_density(&count),
         "ZeroInflatedPoisson" => ZeroInflated(a, Poisson(b)).ln_density(&count),
         "MixtureOfNormals" => {
@@ -65,15 +46,9 @@ fn evaluate(family: &str, [x, a, b, c]: [D; 4]) -> D {
         "GammaTail" => Gamma(a, b).censor(..x.value()).ln_density(&x),
         "GammaBelow" => Gamma(a, b).censor(x.value()..).ln_density(&x),
         "InverseGammaTail" => InverseGamma(a, b).censor(..x.value()).ln_density(&x),
-        "NegativeBinomialFrom1" => NegativeBinomial(a, b).truncate(1.0..).ln_density(&count),
-        "NegativeBinomialFrom3" => NegativeBinomial(a, b).truncate(3.0..).ln_density(&count),
-        "BetaBinomialFrom1" => BetaBinomial(n, b, c).truncate(1.0..).ln_density(&count),
         "StudentTTail" => StudentT(a, b, c).censor(..x.value()).ln_density(&x),
-        "LogisticTail" => Logistic(a, b).censor(..x.value()).ln_density(&x),
         "WeibullTail" => Weibull(a, b).censor(..x.value()).ln_density(&x),
-        "GumbelTail" => Gumbel(a, b).censor(..x.value()).ln_density(&x),
         "CauchyTail" => Cauchy(a, b).censor(..x.value()).ln_density(&x),
-        "PoissonTail" => Poisson(a).censor(..x.value()).ln_density(&count),
         other => panic!("no family {other}"),
     }
 }
@@ -90,13 +65,11 @@ fn allowed(family: &str, arguments: &[f64]) -> (f64, f64) {
     let usual = |x: &f64| x.is_nan() || *x == 0.0 || (0.01..=100.0).contains(&x.abs());
     match family {
         // densities and probabilities are exponentiated on the way: ε times their logarithms
-        "MixtureOfNormals" | "ZeroInflatedPoisson" | "PoissonTail" => (4.0, 512.0),
+        "MixtureOfNormals" | "ZeroInflatedPoisson" => (4.0, 512.0),
         // the density at an end of an interval by its probability: ε times their logarithms
         "GammaAbove" | "GammaBelow" | "GammaTail" | "InverseGammaTail" | "StudentTTail" => {
             (64.0, 1024.0)
         }
-        // one minus what is cut off, which may keep all but two digits
-        "NegativeBinomialFrom1" | "NegativeBinomialFrom3" | "BetaBinomialFrom1" => (64.0, 512.0),
         _ if arguments.iter().all(usual) => (4.0, 8.0),
         _ => (64.0, 512.0),
     }
@@ -106,11 +79,9 @@ fn allowed(family: &str, arguments: &[f64]) -> (f64, f64) {
 /// 10⁻¹¹, which does not shrink with the derivative.
 fn by_quadrature(family: &str, place: usize) -> bool {
     match family {
-        "BetaAbove" => place > 0,
+        "BetaAbove" | "GammaAbove" | "GammaBelow" | "GammaTail" | "InverseGammaTail" => place > 0,
         // in the shape alone
-        "GammaAbove" | "GammaBelow" | "GammaTail" | "InverseGammaTail" | "StudentTTail" => {
-            place == 1
-        }
+        "StudentTTail" => place == 1,
         _ => false,
     }
 }
@@ -146,28 +117,13 @@ fn log_densities_agree_with_fifty_digits() {
         }
         rows += 1;
     }
-    assert!(rows >= 240, "{rows} rows");
+    assert!(rows >= 155, "{rows} rows");
     assert!(failures.is_empty(), "\n{}", failures.join("\n"));
 }
 
 fn factor<const K: usize>(entries: &[f64]) -> CholeskyFactor<f64, K> {
     CholeskyFactor::new(std::array::from_fn(|i| std::array::from_fn(|j| entries[i * K + j])))
         .expect("a factor")
-}
-
-/// The densities over factors of size K, or vectors of that length.
-fn ln_density_of_size<const K: usize>(family: &str, x: &[f64], p: &[f64]) -> f64 {
-    let vector = |v: &[f64]| -> [f64; K] { std::array::from_fn(|i| v[i]) };
-    match family {
-        "MvStudentTCholesky" => MvStudentTCholesky(p[0], vector(&p[1..]), factor::<K>(&p[1 + K..]))
-            .ln_density(&vector(x)),
-        "WishartCholesky" => WishartCholesky(p[0], factor::<K>(&p[1..])).ln_density(&factor(x)),
-        "InverseWishartCholesky" => {
-            InverseWishartCholesky(p[0], factor::<K>(&p[1..])).ln_density(&factor(x))
-        }
-        "LkjCholesky" => LkjCholesky::<K>(p[0]).ln_density(&factor(x)),
-        other => panic!("no family {other}"),
-    }
 }
 
 /// The same for vectors, matrices and categories (`vectors.csv`, made by `vectors.py`).
@@ -184,22 +140,18 @@ fn vector_log_densities_agree_with_fifty_digits() {
         let counts: Vec<u64> = x.iter().map(|&k| k as u64).collect();
         let got: f64 = match (family, x.len()) {
             ("Dirichlet", _) => Dirichlet(&p).ln_density(&x),
-            ("Multinomial", _) => Multinomial(counts.iter().sum(), &p).ln_density(&counts),
             ("CategoricalLogit", _) => CategoricalLogit(&p).ln_density(&counts[0]),
-            ("OrderedProbit", _) => OrderedProbit(p[0], &p[1..]).ln_density(&counts[0]),
-            ("OrderedLogistic", _) => OrderedLogistic(p[0], &p[1..]).ln_density(&counts[0]),
-            (_, 2 | 4) => ln_density_of_size::<2>(family, &x, &p),
-            _ => ln_density_of_size::<3>(family, &x, &p),
+            ("LkjCholesky", 9) => LkjCholesky::<3>(p[0]).ln_density(&factor(&x)),
+            _ => panic!("no family {family} of {} numbers", x.len()),
         };
         // log gamma functions of large arguments cancel: the error is that of the largest one
         let largest = p.iter().chain(&x).fold(1.0f64, |m, v| m.max(v.abs()));
         let absolute = match family {
-            "Dirichlet" | "Multinomial" => 4.0 * f64::EPSILON * largest * largest.ln().max(1.0),
-            "WishartCholesky" | "InverseWishartCholesky" => 1e-13,
+            "Dirichlet" => 4.0 * f64::EPSILON * largest * largest.ln().max(1.0),
             _ => 1e-14,
         };
         assert_close(got, expected, 1e-14, absolute, line);
         rows += 1;
     }
-    assert!(rows >= 42, "{rows} rows");
+    assert!(rows >= 14, "{rows} rows");
 }

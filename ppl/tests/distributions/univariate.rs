@@ -99,82 +99,27 @@ fn truncated_by_quadrature() {
 #[test]
 fn location_and_scale() {
     assert_distribution!([m, s] Cauchy(m, s), [0.3, 2.0], [-300.0, -1.0, 0.5, 40.0]);
-    assert_distribution!([m, s] Laplace(m, s), [0.3, 2.0], [-9.0, 0.2, 4.0], corner 0.3);
-    assert_distribution!([m, s] Logistic(m, s), [0.3, 2.0], [-40.0, 0.2, 9.0]);
-    assert_distribution!([m, s] Gumbel(m, s), [0.3, 2.0], [-4.0, 0.2, 30.0]);
-    assert_distribution!([x, w, a] SkewNormal(x, w, a), [0.3, 2.0, 3.0], [-0.9, 0.2, 5.0]);
-    assert_distribution!([x, w, a] SkewNormal(x, w, a), [1.0, 0.5, -0.7], [-1.0, 1.2, 2.0]);
-    assert_distribution!([m, s, l] ExGaussian(m, s, l), [0.3, 2.0, 0.7], [-5.0, 1.0, 12.0]);
-    assert_distribution!([m, s, l] ExGaussian(m, s, l), [0.3, 0.05, 10.0], [0.15, 0.35, 0.9]);
 }
 
 #[test]
 fn positive() {
     assert_distribution!([a, s] Weibull(a, s), [1.7, 3.0], [0.01, 2.0, 9.0]);
     assert_distribution!([a, s] Weibull(a, s), [0.6, 0.5], [1e-4, 0.2, 9.0]);
-    assert_distribution!([s] Rayleigh(s), [0.7], [0.01, 0.5, 3.0]);
-    assert_distribution!([a, s] Frechet(a, s), [2.7, 0.5], [0.2, 0.5, 9.0]);
-    assert_distribution!([a, b] LogLogistic(a, b), [3.0, 4.5], [0.3, 2.0, 20.0]);
     assert_distribution!([a, b] InverseGamma(a, b), [3.4, 2.5], [0.2, 1.0, 9.0]);
     assert_distribution!([a, b] InverseGamma(a, b), [0.8, 0.3], [0.05, 0.4, 90.0]);
-    assert_distribution!([n] ChiSquared(n), [3.4], [0.1, 3.0, 20.0]);
-    assert_distribution!([m, a] Pareto(m, a), [0.5, 4.5], [0.51, 0.7, 3.0]);
-    assert_distribution!([l, a] Lomax(l, a), [0.5, 4.5], [0.01, 0.2, 3.0]);
-    assert_distribution!([n, s] HalfStudentT(n, s), [4.5, 0.5], [0.01, 0.6, 9.0]);
-    assert_distribution!([n, s] HalfStudentT(n, s), [0.8, 2.0], [0.1, 30.0]);
-    assert_distribution!([m, l] InverseGaussian(m, l), [2.0, 3.0], [0.2, 1.5, 9.0]);
-    assert_distribution!([m, l] InverseGaussian(m, l), [0.5, 40.0], [0.3, 0.5, 0.8]);
-}
-
-#[test]
-fn between() {
-    assert_distribution!([a, b] Kumaraswamy(a, b), [2.0, 6.5], [0.01, 0.2, 0.9]);
-    assert_distribution!([a, b] Kumaraswamy(a, b), [0.5, 0.7], [1e-3, 0.5, 0.99]);
-    assert_distribution!([m, s] LogitNormal(m, s), [0.4, 1.3], [0.01, 0.5, 0.99]);
-    assert_distribution!([a, c, b] Triangular(a, c, b), [-1.0, 0.5, 3.5], [-0.9, 0.1, 1.0, 3.3], corner 0.5);
-    assert_distribution!([m, k] VonMises(m, k), [0.5, 4.0], [-3.0, -1.0, 0.6, 2.0]);
-    assert_distribution!([m, k] VonMises(m, k), [-2.8, 0.7], [-3.0, 0.1, 2.9]);
-    assert_distribution!([m, k] VonMises(m, k), [1.0, 60.0], [0.4, 1.0, 1.5]);
 }
 
 #[test]
 fn truncations_of_location_and_scale() {
     assert_distribution!([m, s] Cauchy(m, s).truncate(2.0..40.0), [0.3, 2.0], [2.1, 30.0]);
     assert_distribution!([m, s] Cauchy(m, s).truncate(..-7.0), [0.3, 2.0], [-90.0, -7.5]);
-    assert_distribution!([m, s] Laplace(m, s).truncate(-1.0..9.0), [0.3, 2.0], [-0.5, 4.0], corner 0.3);
-    assert_distribution!([m, s] Laplace(m, s).truncate(30.0..), [0.3, 2.0], [31.0, 36.0]);
-    assert_distribution!([m, s] Logistic(m, s).truncate(-30.0..-20.0), [0.3, 2.0], [-25.0]);
-    assert_distribution!([m, s] Logistic(m, s).truncate(0.0..), [0.3, 2.0], [0.1, 7.0]);
-    assert_distribution!([m, s] Gumbel(m, s).truncate(..0.0), [0.3, 2.0], [-2.0, -0.1]);
-    assert_distribution!([m, s] Gumbel(m, s).truncate(-1.0..9.0), [0.3, 2.0], [-0.5, 7.0]);
-    assert_distribution!(
-        [m, s, l] ExGaussian(m, s, l).truncate(0.0..4.0), [0.3, 2.0, 0.7], [0.4, 3.0]);
 }
 
 #[test]
 fn truncations_of_positive() {
     assert_distribution!([a, s] Weibull(a, s).truncate(1.0..4.0), [1.7, 3.0], [1.2, 3.0]);
     assert_distribution!([a, s] Weibull(a, s).truncate(20.0..), [1.7, 3.0], [20.5, 22.0]);
-    assert_distribution!([s] Rayleigh(s).truncate(..0.5), [0.7], [0.1, 0.4]);
-    assert_distribution!([a, s] Frechet(a, s).truncate(0.3..2.0), [2.7, 0.5], [0.5, 1.8]);
-    assert_distribution!([a, b] LogLogistic(a, b).truncate(1.0..), [3.0, 4.5], [1.5, 20.0]);
     assert_distribution!([a, b] InverseGamma(a, b).truncate(..3.0), [3.4, 2.5], [0.4, 2.0]);
-    assert_distribution!([n] ChiSquared(n).truncate(1.0..9.0), [3.4], [1.5, 8.0]);
-    assert_distribution!([m, a] Pareto(m, a).truncate(..3.0), [0.5, 4.5], [0.6, 2.0]);
-    assert_distribution!([m, a] Pareto(m, a).truncate(1.0..3.0), [0.5, 4.5], [1.2, 2.0]);
-    assert_distribution!([l, a] Lomax(l, a).truncate(0.5..3.0), [0.5, 4.5], [0.6, 2.0]);
-    assert_distribution!([n, s] HalfStudentT(n, s).truncate(0.5..), [4.5, 0.5], [0.6, 4.0]);
-    assert_distribution!([m, l] InverseGaussian(m, l).truncate(1.0..3.0), [2.0, 3.0], [1.2, 2.8]);
-}
-
-#[test]
-fn truncations_between() {
-    assert_distribution!([a, b] Kumaraswamy(a, b).truncate(0.1..0.7), [2.0, 6.5], [0.2, 0.6]);
-    assert_distribution!([m, s] LogitNormal(m, s).truncate(0.3..), [0.4, 1.3], [0.4, 0.9]);
-    assert_distribution!(
-        [a, c, b] Triangular(a, c, b).truncate(0.0..2.0), [-1.0, 0.5, 3.5], [0.1, 1.9], corner 0.5);
-    assert_distribution!(
-        [a, c, b] Triangular(a, c, b).truncate(1.0..), [-1.0, 0.5, 3.5], [1.1, 3.0]);
 }
 
 #[test]
@@ -183,7 +128,7 @@ fn mixtures() {
         [w, a, b, s] Mixture([w, 1.0 - w], [Normal(a, s), Normal(b, s)]),
         [0.3, -2.0, 3.0, 0.7], [-3.0, -1.0, 0.5, 6.0]);
     assert_distribution!(
-        [w, m, s] Mixture([w, 1.0 - w], (Normal(m, s), Logistic(0.5, 2.0))),
+        [w, m, s] Mixture([w, 1.0 - w], [Cauchy(m, s), Cauchy(-2.0 * m, 2.0 * s)]),
         [0.6, 1.0, 0.7], [-3.0, 0.9, 7.0]);
     assert_distribution!(
         [w, a, b] Mixture([w, 1.0 - w], [Gamma(a, b), Gamma(b, a)]).truncate(0.5..),

@@ -199,14 +199,3 @@ fn draws<C: Case>(name: &str, case: &C, parameters: &[f64], dim: usize) {
         }
     }
 }
-
-/// As [`assert_unknown`] for maps that keep lengths, whose values have one entry too many.
-pub(crate) fn assert_isometric<C: Case>(name: &str, case: &C, parameters: &[f64], y: &[f64]) {
-    let plain = case.read(parameters, y, true);
-    for (back, y) in plain.back.iter().zip(y) {
-        assert_close(*back, *y, 1e-10, 1e-10, &format!("coordinates, {name}"));
-    }
-    assert_close(plain.term, plain.ln_density, 1e-12, 1e-12, &format!("two ways, {name}"));
-    derivatives(name, case, parameters, y);
-    draws(name, case, parameters, y.len());
-}

@@ -7,7 +7,7 @@ use rand::Rng;
 use crate::writer::Writer;
 
 /// Statements with new names for `@a` to `@e`; the rest as in distributions of data.
-const SHAPES: [&str; 18] = [
+const SHAPES: [&str; 16] = [
     // matrices
     "let @a ~ LkjCholesky::<3>(1.5);
     let @b = @a.scale_rows([#s, #s, #s]);
@@ -20,13 +20,6 @@ const SHAPES: [&str; 18] = [
         let @c = *row;
         @c ~ MvNormalCholesky([#m * x, #m, #m], @a.scale_rows([#s, #s, #s]));
     }",
-    "let @a ~ LkjCholesky::<3>(2.0);
-    for @c in rows {
-        @c ~ MvStudentTCholesky(5.0, [#m, #m, #m], @a);
-    }",
-    "let @a ~ WishartCholesky(5.0, CholeskyFactor::new([[1.0, 0.0, 0.0], [0.3, 0.9, 0.0], \
-     [0.1, 0.2, 0.7]])?);
-    factor(-0.1 * (@a.get(1, 0) * #m).square());",
     // states
     "let mut @a: Vec<Real> = vec![#m + 0.0 * #m; 12];
     for t in 1..12 {
@@ -97,9 +90,9 @@ const SHAPES: [&str; 18] = [
     }",
     "let @a ~ Normal(0.0, 1.5).array::<2>().ordered();
     for (x, @b) in xs.iter().zip(kinds) {
-        @b ~ OrderedLogistic(#m * x, @a);
+        @b ~ CategoricalLogit([#m * x, @a[0], @a[1]]);
     }",
-    "let @a ~ Normal(0.0, #s).array::<3>().sum_to_zero();
+    "let @a ~ Normal(0.0, #s).array::<3>();
     for (x, @b) in xs.iter().zip(kinds) {
         @b ~ CategoricalLogit([@a[0] * x, @a[1] + #m, @a[2] * 1.0]);
     }",
@@ -116,7 +109,7 @@ const SHAPES: [&str; 18] = [
             @a ~ Normal(#m * x, #s);
         } else {
             let @b ~ Normal(0.0, #s);
-            @a ~ Laplace(@b, #s);
+            @a ~ Cauchy(@b, #s);
         }
     }",
     "let @a ~ level(#m, ys);

@@ -6,8 +6,8 @@ use std::sync::{
 };
 
 use ppl::{
-    Bound, ChainStatus, Context, Metropolis, Model, Nuts, Progress, Rejection, SampleError, Scalar,
-    Site, Uniform, diagnostics::mcse_mean,
+    Bound, ChainStatus, Context, Metropolis, Model, Nuts, Progress, Rejection, RunError,
+    SampleError, Scalar, Site, Uniform, diagnostics::mcse_mean,
 };
 
 use crate::targets::{Function, Gaussian, WALL, normal_until};
@@ -120,12 +120,12 @@ fn a_density_that_rejects_everything_says_where() {
     };
     let error = Nuts::default().run(&target).expect_err("cannot start");
     assert!(error.to_string().contains("100 × `y > 0` (targets.rs:1)"), "{error}");
-    let SampleError::Initialisation { chain: 0, tries: 100, rejections, .. } = error else {
+    let RunError::Initialisation { chain: 0, tries: 100, rejections, .. } = error else {
         panic!("{error}")
     };
     assert_eq!(rejections[&WALL], 100);
     let metropolis = Metropolis::default().init_points(vec![vec![0.0; 2]; 4]).run(&target);
-    assert!(matches!(metropolis, Err(SampleError::Initialisation { tries: 1, .. })));
+    assert!(matches!(metropolis, Err(RunError::Initialisation { tries: 1, .. })));
 }
 
 #[test]
@@ -178,10 +178,7 @@ fn settings_out_of_range_are_refused_by_name() {
     ];
     for (nuts, name) in cases {
         let error = nuts.run(&target).expect_err(name);
-        assert!(
-            matches!(error, SampleError::Setting { setting, .. } if setting == name),
-            "{error}"
-        );
+        assert!(matches!(error, RunError::Setting { setting, .. } if setting == name), "{error}");
     }
 }
 

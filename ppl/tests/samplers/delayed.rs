@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use ppl::prelude::*;
-use ppl::{Chains, SampleError};
+use ppl::{Chains, RunError};
 
 use crate::targets::{Function, Gaussian, assert_gaussian_moments, assert_mean, half_normal};
 
@@ -130,9 +130,9 @@ fn models_are_screened_by_models_of_the_same_unknowns() {
     let error = sampler.sample(&other(), &model).expect_err("other unknowns").to_string();
     assert!(error.contains("has mu[2], the deciding one mu, sd"), "{error}");
     let error = sampler.run(&biased(), &half_normal()).expect_err("other dimensions");
-    assert!(matches!(error, SampleError::Screening { .. }), "{error}");
+    assert!(matches!(error, RunError::Screening { .. }), "{error}");
     let error = sampler.screening_steps(0).run(&biased(), &biased()).expect_err("no steps");
-    assert!(matches!(error, SampleError::Setting { setting: "screening_steps", .. }));
+    assert!(matches!(error, RunError::Setting { setting: "screening_steps", .. }));
 }
 
 #[test]

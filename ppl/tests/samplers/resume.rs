@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use ppl::{
     Chains, ChainsFileError, Covariance, DelayedAcceptance, LogDensity, Metropolis, Nuts, Place,
-    Rejection, SampleError,
+    Rejection, RunError,
 };
 
 use crate::targets::{Gaussian, assert_mean, half_normal, normal_until, until};
@@ -16,19 +16,19 @@ impl<D: LogDensity<Workspace: Default>> Target for D {}
 
 /// What all samplers of chains have in common.
 trait Sampler: Clone {
-    fn begin(&self, target: &impl Target) -> Result<Chains, SampleError>;
-    fn go_on(&self, target: &impl Target, earlier: Chains) -> Result<Chains, SampleError>;
+    fn begin(&self, target: &impl Target) -> Result<Chains, RunError>;
+    fn go_on(&self, target: &impl Target, earlier: Chains) -> Result<Chains, RunError>;
     fn until(self, flag: &'static AtomicBool) -> Self;
 }
 
 macro_rules! samplers {
     ($($name:ident),*) => {$(
         impl Sampler for $name<'static> {
-            fn begin(&self, target: &impl Target) -> Result<Chains, SampleError> {
+            fn begin(&self, target: &impl Target) -> Result<Chains, RunError> {
                 self.run(target)
             }
 
-            fn go_on(&self, target: &impl Target, earlier: Chains) -> Result<Chains, SampleError> {
+            fn go_on(&self, target: &impl Target, earlier: Chains) -> Result<Chains, RunError> {
                 self.resume(target, earlier)
             }
 
@@ -45,11 +45,11 @@ samplers!(Nuts, Metropolis);
 struct Screened<'a>(DelayedAcceptance<'static>, &'a Gaussian);
 
 impl Sampler for Screened<'_> {
-    fn begin(&self, target: &impl Target) -> Result<Chains, SampleError> {
+    fn begin(&self, target: &impl Target) -> Result<Chains, RunError> {
         self.0.run(self.1, target)
     }
 
-    fn go_on(&self, target: &impl Target, earlier: Chains) -> Result<Chains, SampleError> {
+    fn go_on(&self, target: &impl Target, earlier: Chains) -> Result<Chains, RunError> {
         self.0.resume(self.1, target, earlier)
     }
 
@@ -286,7 +286,7 @@ fn chains_that_do_not_fit_are_refused_by_reason() {
     ];
     for (result, words) in cases {
         let error = result.expect_err(words);
-        assert!(matches!(&error, SampleError::Earlier { .. }), "{error}");
+        assert!(matches!(&error, RunError::Earlier { .. }), "{error}");
         assert!(error.to_string().contains(words), "{error}");
     }
 }
@@ -313,7 +313,7 @@ fn walks_refuse_what_is_not_theirs() {
     ];
     for (result, words) in cases {
         let error = result.expect_err(words);
-        assert!(matches!(&error, SampleError::Earlier { .. }), "{error}");
+        assert!(matches!(&error, RunError::Earlier { .. }), "{error}");
         assert!(error.to_string().contains(words), "{error}");
     }
 }

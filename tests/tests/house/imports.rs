@@ -52,9 +52,11 @@ impl Crate {
         this
     }
 
-    /// The names of the modules at the top, which are the crate's rooms.
+    /// The names of the modules at the top that are files or folders: the crate's rooms.
     pub fn rooms(&self) -> Vec<&str> {
-        self.modules.keys().filter(|m| m.len() == 1).map(|m| m[0].as_str()).collect()
+        let root = self.source.join("lib.rs");
+        let rooms = self.modules.iter().filter(|(path, m)| path.len() == 1 && m.file != root);
+        rooms.map(|(path, _)| path[0].as_str()).collect()
     }
 
     /// The room of a file of this crate; `None` for the root.

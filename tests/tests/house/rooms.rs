@@ -16,18 +16,21 @@ fn workspace() -> PathBuf {
     }
 }
 
-/// The rooms that a crate's page lists, from the ground up: lines such as ``//! 3. `mesh`: …``, in
-/// which several names stand in their order too.
+/// The rooms that a crate's page lists, from the ground up: lines such as ``//! 3. `mesh` …``, in
+/// which several names may stand in their order too.
 fn stated_order(text: &str) -> Vec<String> {
     let mut order = Vec::new();
     for line in text.lines() {
         let Some(entry) = line.strip_prefix("//! ") else { continue };
-        let Some((number, rest)) = entry.split_once(". `") else { continue };
+        let Some((number, mut rest)) = entry.split_once(". `") else { continue };
         if number.parse::<u32>().is_err() {
             continue;
         }
-        let names = rest.split_once(':').map_or(rest, |(names, _)| names);
-        order.extend(names.split(", ").map(|name| name.trim_matches('`').to_owned()));
+        while let Some((name, after)) = rest.split_once('`') {
+            order.push(name.to_owned());
+            let Some(next) = after.strip_prefix(", `") else { break };
+            rest = next;
+        }
     }
     order
 }
@@ -152,6 +155,6 @@ fn a_circle_is_found() {
 
 #[test]
 fn an_order_is_read() {
-    let page = "//! # Rooms\n//! 1. `error`, `fields`: what all may use\n//! 2. `mesh`\n//! text";
+    let page = "//! # Rooms\n//! 1. `error`, `fields`: what all, or most, use\n//! 2. `mesh` as `x`\n//! text";
     assert_eq!(stated_order(page), ["error", "fields", "mesh"]);
 }

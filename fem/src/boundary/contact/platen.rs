@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::boundary::Function;
+use crate::boundary::function::Function;
 use crate::error::FemError;
 
 /// The shape of a platen at rest.

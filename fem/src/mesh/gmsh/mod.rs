@@ -19,7 +19,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{MeshError, TetMesh};
+use super::TetMesh;
+use crate::error::MeshError;
 use elements::Contents;
 use source::Source;
 pub use write::write;
@@ -112,11 +113,7 @@ impl GmshNames {
 /// ```
 pub fn read(path: impl AsRef<Path>, names: &GmshNames) -> Result<TetMesh, MeshError> {
     let path = path.as_ref();
-    let bytes = std::fs::read(path).map_err(|error| MeshError::Io {
-        action: "read",
-        path: path.into(),
-        message: error.to_string(),
-    })?;
+    let bytes = std::fs::read(path).map_err(|error| MeshError::io("read", path, error))?;
     let contents = read_contents(&mut Source::new(&bytes)).map_err(|fault| MeshError::File {
         path: path.into(),
         place: fault.place,

@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::{GmshNames, PhysicalGroup};
+use crate::error::MeshError;
+use crate::mesh::TetMesh;
 use crate::mesh::vector::Point;
-use crate::mesh::{MeshError, TetMesh};
 
 /// Number of the first surface; regions count from 1.
 const FIRST_SURFACE: i32 = 11;
@@ -35,11 +36,7 @@ pub fn write(path: impl AsRef<Path>, mesh: &TetMesh) -> Result<GmshNames, MeshEr
     let path = path.as_ref();
     let surfaces = ordered_surfaces(mesh);
     let text = text(mesh, &surfaces).expect("writing to a string cannot fail");
-    std::fs::write(path, text).map_err(|error| MeshError::Io {
-        action: "write",
-        path: path.into(),
-        message: error.to_string(),
-    })?;
+    std::fs::write(path, text).map_err(|error| MeshError::io("write", path, error))?;
     let numbered = |first: i32, names: Vec<&str>| {
         (first..).zip(names).map(|(k, name)| (name.into(), PhysicalGroup::Number(k))).collect()
     };

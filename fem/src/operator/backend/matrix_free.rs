@@ -126,6 +126,7 @@ impl<T: Real> Product for MatrixFree<T> {
         }
     }
 
+    #[cfg(feature = "bench-internals")]
     fn bytes(&self) -> usize {
         self.data.iter().map(|data| std::mem::size_of_val(data.as_slice())).sum()
     }

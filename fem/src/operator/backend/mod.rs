@@ -12,4 +12,6 @@ pub(crate) use assembly::Assembly;
 pub(crate) use gather::Gather;
 #[cfg(test)]
 pub(crate) use lanes::dispatch;
-pub(crate) use matrix_free::{MatrixFree, product};
+#[cfg(test)]
+pub(crate) use matrix_free::MatrixFree;
+pub(crate) use matrix_free::product;

@@ -65,7 +65,7 @@ impl Symbolic {
         };
         let factor =
             factorize_symbolic_cholesky(upper, Side::Upper, SymmetricOrdering::Identity, params)
-                .map_err(|e| FemError::Factorisation { unknowns: n, reason: e.to_string() })?;
+                .map_err(|e| FemError::factorisation(n, e))?;
         Ok(Self { value_of, start, row, source, factor })
     }
 

@@ -140,7 +140,7 @@ impl Dissection<'_> {
 
 /// Approximate minimum degree on a graph in compressed rows.
 fn amd_order(nodes: usize, start: &[u32], row: &[u32]) -> Result<Vec<u32>, FemError> {
-    let failed = |reason: String| FemError::Factorisation { unknowns: 4 * nodes, reason };
+    let failed = |reason: String| FemError::factorisation(4 * nodes, reason);
     let graph = SymbolicSparseColMatRef::new_checked(nodes, nodes, start, None, row);
     let (mut order, mut position) = (vec![0u32; nodes], vec![0u32; nodes]);
     let scratch = amd::order_scratch::<u32>(nodes, row.len());

@@ -1,7 +1,8 @@
 //! Intercepts: one for all data, or one a group.
 
 use crate::density::DomainError;
-use crate::distribution::{Parameter, Vector};
+use crate::distribution::Vector;
+use crate::parameter::Parameter;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 

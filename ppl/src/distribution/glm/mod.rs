@@ -12,8 +12,9 @@ mod summary;
 
 use rand::Rng;
 
-use super::{Distribution, Parameter, Vector};
 use crate::density::DomainError;
+use crate::distribution::{Distribution, Vector};
+use crate::parameter::Parameter;
 use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::terms::{Joined, Terms};

@@ -7,7 +7,8 @@
 use nalgebra::DMatrix;
 
 use super::{Design, Intercept};
-use crate::distribution::{Parameter, Vector};
+use crate::distribution::Vector;
+use crate::parameter::Parameter;
 use crate::partials::Partials;
 use crate::record::Datum;
 use crate::scalar::Scalar;

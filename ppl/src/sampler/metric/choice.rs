@@ -1,7 +1,7 @@
 //! Which map fits a window best.
 
 use super::{Dense, Diagonal, LowRank, Metric, sample::Sample};
-use crate::sampler::chains::MapKind;
+use crate::sampler::report::MapKind;
 
 /// The map for a window of the warmup, and how those compared fared.
 pub(in crate::sampler) struct Choice {

@@ -6,7 +6,7 @@ use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::{Diagonal, dense::geometric_mean, sample::Centred};
-use crate::sampler::{chains::Covariance, hamiltonian::dot};
+use crate::sampler::{dot::dot, report::Covariance};
 
 /// `M⁻¹ = D (I + U (Λ − I) Uᵀ) D` with D = diag(σ) and orthonormal columns of U.
 #[derive(Clone, Debug)]

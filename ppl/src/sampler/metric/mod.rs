@@ -20,7 +20,7 @@ pub(super) use diagonal::Diagonal;
 pub(super) use low_rank::LowRank;
 pub(super) use sample::{Centred, Sample};
 
-use super::chains::{Covariance, MapKind};
+use super::report::{Covariance, MapKind};
 
 /// An inverse mass matrix `M⁻¹`, that is an estimate of the posterior covariance.
 #[derive(Clone, Debug)]

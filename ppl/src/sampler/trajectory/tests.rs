@@ -10,8 +10,8 @@ use super::{
     *,
 };
 use crate::{
-    any::AnyDensity,
     density::{LogDensity, Rejection},
+    erased::ErasedDensity,
 };
 
 /// u ~ Normal(0, 1), v | u ~ Normal(0, eᵘ): curved, and drawn exactly.
@@ -72,7 +72,7 @@ fn kolmogorov(mut values: Vec<f64>) -> f64 {
 /// draws of the target, for any step and depth. `exact` makes a draw of two standard normals, and
 /// `standard` standard normals of a draw. √n D > 1.95 has probability 0.001.
 fn assert_invariant(
-    density: &dyn AnyDensity,
+    density: &dyn ErasedDensity,
     metric: [f64; 2],
     (max_depth, step): (u32, f64),
     exact: fn([f64; 2]) -> [f64; 2],

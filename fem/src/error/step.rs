@@ -1,0 +1,25 @@
+//! Why a load step failed.
+
+/// Why an increment found no equilibrium.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StepFailure {
+    /// The guess or a state on the way turns an element inside out.
+    #[error("the start of the increment turns an element inside out")]
+    Inverted,
+    /// No step along Newton's direction lowers the residual.
+    #[error("the line search found no smaller residual")]
+    Stalled,
+    /// The iterations ran out.
+    #[error("too many iterations")]
+    TooManyIterations,
+    /// The linear solver found no solution.
+    #[error("the tangent is singular")]
+    Singular,
+    /// The passes over the contact pressures ran out.
+    #[error("the contact pressures did not settle")]
+    Contact,
+    /// The step added more crack energy than an arc-length step may.
+    #[error("the step released more energy than asked for")]
+    Release,
+}

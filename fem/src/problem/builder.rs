@@ -1,0 +1,90 @@
+//! What a problem is made of, part by part.
+
+use super::problem::{Parts, Problem};
+use super::schedule::Schedule;
+use crate::boundary::Conditions;
+use crate::element::Order;
+use crate::error::FemError;
+use crate::material::{Material, PhaseField};
+use crate::mesh::TetMesh;
+use crate::solve::SolverOptions;
+
+/// The parts of a [`Problem`] before they are checked.
+///
+/// Materials and a schedule are needed; without more, elements are linear, nothing breaks, no
+/// condition acts and the solver has its default settings.
+#[derive(Clone, Debug)]
+pub struct ProblemBuilder {
+    parts: Parts,
+    scheduled: bool,
+}
+
+impl Problem {
+    /// Begins a problem on a mesh.
+    pub fn builder(mesh: TetMesh) -> ProblemBuilder {
+        let parts = Parts {
+            mesh,
+            order: Order::Linear,
+            materials: Vec::new(),
+            phase_field: None,
+            conditions: Conditions::new(),
+            schedule: Schedule::adaptive(1.0),
+            options: SolverOptions::default(),
+        };
+        ProblemBuilder { parts, scheduled: false }
+    }
+}
+
+impl ProblemBuilder {
+    /// The order of the elements.
+    pub fn order(mut self, order: Order) -> Self {
+        self.parts.order = order;
+        self
+    }
+
+    /// One material for each of `mesh.regions`, in their order.
+    pub fn materials(mut self, materials: impl Into<Vec<Material>>) -> Self {
+        self.parts.materials = materials.into();
+        self
+    }
+
+    /// How damage spreads. Without it the body is elastic and toughnesses are not used; with it,
+    /// regions without toughness are elastic.
+    pub fn phase_field(mut self, field: impl Into<Option<PhaseField>>) -> Self {
+        self.parts.phase_field = field.into();
+        self
+    }
+
+    /// What acts on the body.
+    pub fn conditions(mut self, conditions: Conditions) -> Self {
+        self.parts.conditions = conditions;
+        self
+    }
+
+    /// The time and the steps through it.
+    pub fn schedule(mut self, schedule: Schedule) -> Self {
+        (self.parts.schedule, self.scheduled) = (schedule, true);
+        self
+    }
+
+    /// How increments are solved.
+    pub fn options(mut self, options: SolverOptions) -> Self {
+        self.parts.options = options;
+        self
+    }
+
+    /// Checks the parts and prepares the unknowns and the structure of the factor.
+    ///
+    /// # Errors
+    /// A [`FemError`] that names what is wrong and what helps, before any step is taken.
+    pub fn build(self) -> Result<Problem, FemError> {
+        if !self.scheduled {
+            return Err(FemError::unsupported(
+                "problem",
+                "it has no schedule",
+                "give the time and the steps by schedule(…)",
+            ));
+        }
+        Problem::new(self.parts)
+    }
+}

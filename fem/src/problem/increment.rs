@@ -1,0 +1,114 @@
+//! One increment: from one equilibrium to the next.
+
+use super::curve::CurvePoint;
+use super::stepper::LoadStepper;
+use crate::boundary::ExternalForces;
+use crate::error::StepFailure;
+use crate::fields::Fields;
+use crate::solve::Effort;
+
+impl LoadStepper<'_> {
+    /// One increment, to the fraction `target` of the duration.
+    pub(super) fn advance(&mut self, target: f64) -> Result<(), StepFailure> {
+        let (problem, state) = (self.problem, &self.state);
+        let domain = problem.discretisation.as_ref();
+        let time_s = target * problem.schedule.duration_s;
+        let duration = (target - state.clock) * problem.schedule.duration_s;
+        let span = state.memory.span(&state.fields.damage, duration);
+        let young = problem.points.iter().map(|m| m.moduli.young()).fold(0.0, f64::max);
+        let (space, pressures) = (domain.operator.domain(), &state.pressures);
+        let fields = &state.fields;
+        self.solver.external =
+            ExternalForces::new(&domain.boundary, space, time_s, fields, span, pressures, young);
+        let mut fields = self.guess(target);
+        let before = self.solver.effort;
+        self.solver.equilibrium(&mut fields, span)?;
+        self.accept(before, fields, target)
+    }
+
+    /// Takes the equilibrium that the solver found at `target` as the state.
+    pub(super) fn accept(
+        &mut self,
+        before: Effort,
+        fields: Fields,
+        target: f64,
+    ) -> Result<(), StepFailure> {
+        let (problem, solver, state) = (self.problem, &self.solver, &mut self.state);
+        let domain = problem.discretisation.as_ref();
+        let step = target - state.clock;
+        let time_s = target * problem.schedule.duration_s;
+        state.memory.record(domain.operator.as_ref(), &problem.points, &fields)?;
+        let (external, residual) = (&solver.external, &solver.residual);
+        let reactions = external.reactions(&domain.boundary, &fields, residual);
+        let forces = external.stress_forces(&fields, residual);
+        let friction = external.dissipated(&fields);
+        let [displacement_mm, force_n] =
+            domain.boundary.measure(time_s, &fields.displacement, &reactions);
+        let mut change = fields.clone();
+        subtract(&mut change, &state.fields);
+        // what acts from outside balances the stress forces node by node; what friction takes from
+        // the platens does not reach the body
+        let work: f64 = forces
+            .iter()
+            .zip(&state.forces)
+            .zip(&change.displacement)
+            .map(|((f, g), du)| (0..3).map(|k| 0.5 * (f[k] + g[k]) * du[k]).sum::<f64>())
+            .sum();
+        let last = &state.point;
+        state.point = CurvePoint {
+            time_s,
+            displacement_mm,
+            force_n,
+            elastic_n_mm: residual.elastic,
+            fracture_n_mm: residual.fracture,
+            viscous_n_mm: last.viscous_n_mm + residual.viscous,
+            friction_n_mm: last.friction_n_mm + friction,
+            work_n_mm: last.work_n_mm + work + friction,
+            phi_mean: domain.operator.domain().mean(&fields.damage, &domain.damaged),
+            phi_max: fields.damage.iter().copied().fold(0.0, f64::max),
+            newton: last.newton + solver.effort.iterations - before.iterations,
+            linear: last.linear + solver.effort.linear - before.linear,
+            residual: solver.relative,
+        };
+        state.reaction = reactions;
+        state.pressures = external.pressures();
+        state.forces = forces;
+        state.change = Some((change, step));
+        state.fields = fields;
+        state.clock = target;
+        Ok(())
+    }
+
+    /// Where the next increment is started: the last one continued, with the prescribed values put
+    /// where they belong.
+    pub(super) fn guess(&self, target: f64) -> Fields {
+        let (problem, state) = (self.problem, &self.state);
+        let mut fields = state.fields.clone();
+        match &state.change {
+            Some((change, step)) => {
+                let ratio = (target - state.clock) / step;
+                for (u, du) in fields.displacement.iter_mut().zip(&change.displacement) {
+                    for k in 0..3 {
+                        u[k] += ratio * du[k];
+                    }
+                }
+                fields.damage.iter_mut().zip(&change.damage).for_each(|(phi, d)| *phi += ratio * d);
+            }
+            None => {
+                let time_s = target * problem.schedule.duration_s;
+                problem.discretisation.boundary.start(problem.nodes(), time_s, &mut fields);
+            }
+        }
+        problem.place(&mut fields, target);
+        fields
+    }
+}
+
+fn subtract(a: &mut Fields, b: &Fields) {
+    for (u, v) in a.displacement.iter_mut().zip(&b.displacement) {
+        for k in 0..3 {
+            u[k] -= v[k];
+        }
+    }
+    a.damage.iter_mut().zip(&b.damage).for_each(|(x, y)| *x -= y);
+}

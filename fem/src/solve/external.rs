@@ -1,0 +1,50 @@
+//! What a solver needs to know of the forces from outside.
+
+use crate::fields::Fields;
+use crate::operator::{NodeBlock, Residual};
+
+/// Loads and contact at the end of an increment; clones share nothing.
+pub(crate) trait External: Clone + Default {
+    /// Turns a residual of stresses alone into that of the body with what acts on it.
+    fn subtract(&self, fields: &Fields, residual: &mut Residual);
+
+    /// What contact adds to the tangent.
+    fn tangent(&self, fields: &Fields) -> Vec<NodeBlock>;
+
+    /// Whether there are contact pressures, to be found by passes.
+    fn has_contact(&self) -> bool;
+
+    /// Whether friction resists sliding somewhere.
+    fn has_friction(&self) -> bool;
+
+    /// A pass: the contact pressures take the values that the gaps ask for; the squares of the
+    /// change and of the new contact forces, N².
+    fn augment(&mut self, fields: &Fields) -> [f64; 2];
+
+    /// Lets friction fade below a multiple of its slip velocity.
+    fn blunt(&mut self, factor: f64);
+}
+
+/// Nothing acts from outside.
+#[cfg(test)]
+impl External for () {
+    fn subtract(&self, _: &Fields, _: &mut Residual) {}
+
+    fn tangent(&self, _: &Fields) -> Vec<NodeBlock> {
+        Vec::new()
+    }
+
+    fn has_contact(&self) -> bool {
+        false
+    }
+
+    fn has_friction(&self) -> bool {
+        false
+    }
+
+    fn augment(&mut self, _: &Fields) -> [f64; 2] {
+        [0.0; 2]
+    }
+
+    fn blunt(&mut self, _: f64) {}
+}

@@ -1,0 +1,53 @@
+//! Measurements that stop at a limit.
+
+use rand::Rng;
+
+use crate::density::DomainError;
+use crate::distribution::family::{Censored, Family};
+use crate::distribution::interval::Interval;
+use crate::distribution::traits::Distribution;
+use crate::distribution::univariate_density::{UnivariateDensity, ln_probability};
+use crate::scalar::Scalar;
+use crate::terms::{Joined, Terms};
+
+impl<D: Family> Family for Censored<D> {}
+
+impl<R, D> Distribution<R> for Censored<D>
+where
+    R: Scalar,
+    D: UnivariateDensity<R> + Distribution<R, Value = R>,
+{
+    type Value = R;
+
+    #[inline]
+    fn ln_density(&self, x: &R) -> R {
+        Joined::of(|terms| self.add_terms(x, terms))
+    }
+
+    #[inline(always)]
+    fn add_terms(&self, x: &R, terms: &mut impl Terms<R>) {
+        let (lower, upper) = (self.interval.lower(), self.interval.upper());
+        if x.value() <= lower {
+            terms.add_number(ln_probability(&self.inner, Interval::new(..lower)));
+        } else if x.value() >= upper {
+            terms.add_number(ln_probability(&self.inner, Interval::new(upper..)));
+        } else {
+            self.inner.add_terms(x, terms);
+        }
+    }
+
+    fn validate(&self) -> Result<(), DomainError> {
+        Distribution::validate(&self.inner)?;
+        self.interval.validate("censor")
+    }
+
+    fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> R {
+        let (x, interval) = (self.inner.draw(rng).value(), self.interval);
+        // `max` and `min` would make a number of NaN
+        R::from(match x {
+            x if x < interval.lower() => interval.lower(),
+            x if x > interval.upper() => interval.upper(),
+            x => x,
+        })
+    }
+}

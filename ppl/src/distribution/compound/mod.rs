@@ -1,0 +1,14 @@
+//! Distributions made of others: variations, mixtures.
+
+mod array;
+mod censored;
+mod iid;
+mod mixture;
+mod non_centered;
+mod ordered;
+mod truncated;
+mod zero_inflated;
+
+pub use mixture::Mixture;
+pub use non_centered::LocationScale;
+pub use zero_inflated::ZeroInflated;

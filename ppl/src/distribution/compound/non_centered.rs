@@ -1,0 +1,187 @@
+//! Unknowns whose coordinates do not depend on their parameters.
+
+use rand::Rng;
+
+use crate::density::DomainError;
+use crate::distribution::continuous::{
+    Cauchy, Exponential, HalfCauchy, HalfNormal, LogNormal, Normal, StudentT,
+};
+use crate::distribution::family::{Array, Family, NonCentered};
+use crate::distribution::multivariate::{CholeskyFactor, MvNormalCholesky};
+use crate::distribution::traits::{Distribution, Unknown, lift};
+use crate::parameter::Parameter;
+use crate::record::Datum;
+use crate::scalar::Scalar;
+use crate::terms::{Joined, Terms};
+
+/// A distribution that is a fixed one, moved and stretched: x = T(z) with z standard.
+///
+/// | distribution | z | x |
+/// |---|---|---|
+/// | `Normal(μ, σ)` | `Normal(0, 1)` | μ + σ z |
+/// | `Cauchy(μ, σ)` | `Cauchy(0, 1)` | μ + σ z |
+/// | `StudentT(ν, μ, σ)` | `StudentT(ν, 0, 1)` | μ + σ z |
+/// | `LogNormal(μ, σ)` | `LogNormal(0, 1)` | e^μ z^σ |
+/// | `HalfNormal(σ)`, `HalfCauchy(σ)` | the same with σ = 1 | σ z |
+/// | `Exponential(λ)` | `Exponential(1)` | z/λ |
+/// | `MvNormalCholesky(μ, L)` | `Normal(0, 1).array()` | μ + L z |
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` has no non-centred form",
+    note = "`.non_centered()` is for distributions with a location or a scale, and comes before \
+            `.iid(n)` and `.array::<N>()`"
+)]
+pub trait LocationScale<R: Scalar>: Unknown<R> {
+    /// The distribution of z.
+    type Standard: Unknown<R, Value = Self::Value>;
+
+    /// The distribution of z.
+    fn standard(&self) -> Self::Standard;
+
+    /// x = T(z).
+    fn stretch(&self, z: &Self::Value) -> Self::Value;
+
+    /// z = T⁻¹(x).
+    fn standardised(&self, x: &Self::Value) -> Self::Value;
+}
+
+impl<D: Family> Family for NonCentered<D> {}
+
+impl<R: Scalar, D: LocationScale<R>> Distribution<R> for NonCentered<D> {
+    type Value = D::Value;
+
+    #[inline]
+    fn ln_density(&self, x: &D::Value) -> R {
+        self.inner.ln_density(x)
+    }
+
+    #[inline(always)]
+    fn add_terms(&self, x: &D::Value, terms: &mut impl Terms<R>) {
+        self.inner.add_terms(x, terms);
+    }
+
+    fn validate(&self) -> Result<(), DomainError> {
+        self.inner.validate()
+    }
+
+    fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> D::Value {
+        self.inner.draw(rng)
+    }
+}
+
+impl<R: Scalar, D: LocationScale<R>> Unknown<R> for NonCentered<D> {
+    fn dim(&self) -> usize {
+        self.inner.dim()
+    }
+
+    #[inline]
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        jacobian: bool,
+        terms: &mut impl Terms<R>,
+    ) -> D::Value {
+        let standard = self.inner.standard();
+        if jacobian {
+            return self.inner.stretch(&standard.constrain(next, jacobian, terms));
+        }
+        // the density is over x, not over z
+        let (z, _) = Joined::with(|terms| standard.constrain(next, jacobian, terms));
+        let x = self.inner.stretch(&z);
+        self.inner.add_terms(&x, terms);
+        x
+    }
+
+    fn unconstrain(&self, x: &D::Value, out: &mut Vec<f64>) {
+        self.inner.standard().unconstrain(&self.inner.standardised(x), out);
+    }
+}
+
+/// Families of one number, by their standard form and the map from it.
+macro_rules! impl_location_scale {
+    ($([$($P:ident),*] $Name:ty => $Standard:ty {
+        |$own:pat_param| $standard:expr, |$d:ident, $z:ident| $x:expr, |$v:ident| $back:expr
+    })*) => {$(
+        impl<R, $($P),*> LocationScale<R> for $Name
+        where
+            R: Scalar,
+            $($P: Parameter + Datum<R>,)*
+        {
+            type Standard = $Standard;
+
+            #[inline]
+            fn standard(&self) -> $Standard {
+                let $own = self;
+                $standard
+            }
+
+            #[inline]
+            fn stretch(&self, z: &R) -> R {
+                let ($d, $z) = (self, *z);
+                $x
+            }
+
+            fn standardised(&self, x: &R) -> R {
+                let ($d, $v) = (self, *x);
+                $back
+            }
+        }
+    )*};
+}
+
+impl_location_scale! {
+    [M, S] Normal<M, S> => Normal<f64, f64> {
+        |_| Normal(0.0, 1.0),
+        |d, z| lift(d.0) + lift::<R>(d.1) * z,
+        |x| (x - lift::<R>(d.0)) / lift::<R>(d.1)
+    }
+    [M, S] Cauchy<M, S> => Cauchy<f64, f64> {
+        |_| Cauchy(0.0, 1.0),
+        |d, z| lift(d.0) + lift::<R>(d.1) * z,
+        |x| (x - lift::<R>(d.0)) / lift::<R>(d.1)
+    }
+    [N, M, S] StudentT<N, M, S> => StudentT<N, f64, f64> {
+        |d| StudentT(d.0, 0.0, 1.0),
+        |d, z| lift(d.1) + lift::<R>(d.2) * z,
+        |x| (x - lift::<R>(d.1)) / lift::<R>(d.2)
+    }
+    [M, S] LogNormal<M, S> => LogNormal<f64, f64> {
+        |_| LogNormal(0.0, 1.0),
+        |d, z| (lift(d.0) + lift::<R>(d.1) * z.ln()).exp(),
+        |x| ((x.ln() - lift::<R>(d.0)) / lift::<R>(d.1)).exp()
+    }
+    [S] HalfNormal<S> => HalfNormal<f64> {
+        |_| HalfNormal(1.0), |d, z| lift::<R>(d.0) * z, |x| x / lift::<R>(d.0)
+    }
+    [S] HalfCauchy<S> => HalfCauchy<f64> {
+        |_| HalfCauchy(1.0), |d, z| lift::<R>(d.0) * z, |x| x / lift::<R>(d.0)
+    }
+    [L] Exponential<L> => Exponential<f64> {
+        |_| Exponential(1.0), |d, z| z / lift::<R>(d.0), |x| x * lift::<R>(d.0)
+    }
+}
+
+impl<R, M, T, const K: usize> LocationScale<R> for MvNormalCholesky<M, CholeskyFactor<T, K>>
+where
+    R: Scalar,
+    M: Datum<[R; K]> + Clone,
+    T: Datum<R> + Clone,
+{
+    type Standard = Array<Normal<f64, f64>, K>;
+
+    #[inline]
+    fn standard(&self) -> Self::Standard {
+        Normal(0.0, 1.0).array()
+    }
+
+    #[inline]
+    fn stretch(&self, z: &[R; K]) -> [R; K] {
+        let factor: CholeskyFactor<R, K> = self.1.lift();
+        factor.times_and(z, &self.0.lift())
+    }
+
+    fn standardised(&self, x: &[R; K]) -> [R; K] {
+        let factor: CholeskyFactor<R, K> = self.1.lift();
+        let mean = self.0.lift();
+        factor.solve_lower(std::array::from_fn::<R, K, _>(|k| x[k] - mean[k]))
+    }
+}

@@ -1,0 +1,128 @@
+//! A distribution conditioned on an interval.
+
+use rand::Rng;
+
+use crate::density::DomainError;
+use crate::distribution::family::Truncated;
+use crate::distribution::interval::Interval;
+use crate::distribution::univariate::{Univariate, masses, quantile_within};
+use crate::distribution::univariate_density::{UnivariateDensity, ln_probability};
+use crate::scalar::Scalar;
+use crate::special::integral_from_zero;
+use crate::terms::Terms;
+use crate::transform::Support;
+
+crate::univariate!([D: Univariate] Truncated<D>);
+
+impl<D: Univariate> Truncated<D> {
+    /// n ∫ d^{n−1} P(|X − c| > d, one side) dd on both sides of the median c, upper and lower:
+    /// the parts of E|X − c|ⁿ, by parts, so that distribution functions suffice.
+    fn sides(&self, n: i32) -> (f64, f64) {
+        let centre = self.quantile(0.5);
+        let scale = self.quantile(0.75) - self.quantile(0.25);
+        let weight = |d: f64| f64::from(n) * d.powi(n - 1);
+        let length = self.upper_quantile(0.0) - centre;
+        let up = integral_from_zero(|d| weight(d) * self.sf(centre + d), length, scale);
+        let length = centre - self.quantile(0.0);
+        let down = integral_from_zero(|d| weight(d) * self.cdf(centre - d), length, scale);
+        (up, down)
+    }
+
+    /// Whether moments of the conditioned variable exist wherever those of the inner one do not.
+    fn is_bounded(&self) -> bool {
+        self.quantile(0.0).is_finite() && self.upper_quantile(0.0).is_finite()
+    }
+
+    /// P(X in both intervals).
+    fn share(&self, part: Interval) -> f64 {
+        masses(&self.inner, self.interval.and(part)).1 / masses(&self.inner, self.interval).1
+    }
+}
+
+impl<D: Univariate> Univariate for Truncated<D> {
+    fn validate(&self) -> Result<(), DomainError> {
+        self.inner.validate()?;
+        self.interval.validate("truncate")?;
+        let inside = masses(&self.inner, self.interval).1;
+        DomainError::require(inside > 0.0, "truncate", "mass inside", "positive", inside)
+    }
+
+    fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {
+        self.quantile(rng.random())
+    }
+
+    fn mean(&self) -> f64 {
+        let own = self.inner.mean();
+        if !own.is_finite() && !self.is_bounded() {
+            return own;
+        }
+        let (up, down) = self.sides(1);
+        self.quantile(0.5) + (up - down)
+    }
+
+    fn variance(&self) -> f64 {
+        let own = self.inner.variance();
+        if !own.is_finite() && !self.is_bounded() {
+            return own;
+        }
+        let ((up, down), (up_square, down_square)) = (self.sides(1), self.sides(2));
+        up_square + down_square - (up - down).powi(2)
+    }
+
+    fn cdf(&self, x: f64) -> f64 {
+        if x <= self.interval.lower() { 0.0 } else { self.share(Interval::new(..x)) }
+    }
+
+    fn sf(&self, x: f64) -> f64 {
+        if x >= self.interval.upper() { 0.0 } else { self.share(Interval::new(x..)) }
+    }
+
+    fn quantile(&self, p: f64) -> f64 {
+        quantile_within(&self.inner, self.interval, p, 1.0 - p)
+    }
+
+    fn upper_quantile(&self, q: f64) -> f64 {
+        quantile_within(&self.inner, self.interval, 1.0 - q, q)
+    }
+}
+
+impl<R, D> UnivariateDensity<R> for Truncated<D>
+where
+    R: Scalar,
+    D: UnivariateDensity<R>,
+{
+    const CONSTANT: bool = D::CONSTANT;
+
+    #[inline]
+    fn support(&self) -> Support<R> {
+        self.inner.support().within(self.interval.lower(), self.interval.upper())
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+        self.inner.add_ln_pdf(x, terms);
+        if !(D::CONSTANT && terms.leave_out_constants()) {
+            terms.add_number(-ln_probability(&self.inner, self.interval));
+        }
+    }
+
+    fn ln_mass(&self, lower: f64, upper: f64) -> R {
+        let part = self.interval.and(Interval::new(lower..upper));
+        ln_probability(&self.inner, part) - ln_probability(&self.inner, self.interval)
+    }
+
+    fn chosen_ends(&self) -> Option<(f64, f64)> {
+        let (lower, upper) = self.support().bounds();
+        if lower.is_finite() && upper.is_finite() {
+            return Some((lower, upper));
+        }
+        // a cut at zero makes a scale, and with unknown parameters it is no prior but part of the
+        // model, as where data are censored
+        let (end, cut) = match lower.is_finite() {
+            true => (lower, self.interval.lower()),
+            false => (upper, self.interval.upper()),
+        };
+        let chosen = end.is_finite() && end == cut && end != 0.0;
+        (chosen && D::CONSTANT).then_some((lower, upper))
+    }
+}

@@ -1,0 +1,167 @@
+//! The beta distribution.
+
+use rand::Rng;
+
+use crate::density::DomainError;
+use crate::distribution::traits::lift;
+use crate::distribution::univariate::Univariate;
+use crate::distribution::univariate_density::UnivariateDensity;
+use crate::parameter::Parameter;
+use crate::record::Datum;
+use crate::scalar::Scalar;
+use crate::special::{
+    Tail, beta_logit_quantile, ln_beta_power, ln_minus_digamma, logistic, regularised_beta,
+};
+use crate::terms::Terms;
+use crate::transform::Support;
+
+/// Beta distribution on (0, 1).
+///
+/// ln p(x) = (α − 1) ln x + (β − 1) ln(1 − x) − ln B(α, β), for α, β > 0.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// let share = Beta(2.0, 6.0);
+/// assert_eq!(share.mean(), 0.25);
+/// assert!((Beta(1.0, 1.0).ln_density(&0.3) as f64).abs() < 1e-14);
+/// ```
+///
+/// # References
+/// Johnson, Kotz & Balakrishnan (1995), *Continuous Univariate Distributions*, vol. 2, ch. 25.
+#[derive(Clone, Copy, Debug)]
+pub struct Beta<A, B>(pub A, pub B);
+
+crate::univariate!([A: Parameter, B: Parameter] Beta<A, B>);
+
+/// The limit of ln p at the end of shape `own`: −∞, ∞ or, for a unit shape, the other factor alone.
+#[inline]
+fn add_at_end<R: Scalar, P: Parameter + Datum<R>>(
+    own: impl Parameter,
+    other: P,
+    terms: &mut impl Terms<R>,
+) {
+    let (own, b) = (own.number(), other.number());
+    if own == 1.0 {
+        terms.add(b.ln(), ((other, b.recip()),));
+    } else {
+        terms.add_number(R::from((1.0 - own) * f64::INFINITY));
+    }
+}
+
+impl<A: Parameter, B: Parameter> Beta<A, B> {
+    fn parameters(&self) -> (f64, f64) {
+        (self.0.number(), self.1.number())
+    }
+
+    /// Derivatives of ln p in α and β, at x and 1 − x, where they are unknown.
+    #[inline]
+    fn in_parameters<R: Scalar>(&self, x: f64, complement: f64) -> [f64; 2]
+    where
+        A: Datum<R>,
+        B: Datum<R>,
+    {
+        if lift::<R>(self.0).is_constant() && lift::<R>(self.1).is_constant() {
+            return [0.0; 2];
+        }
+        let (a, b) = self.parameters();
+        let n = a + b;
+        let both = ln_minus_digamma(n);
+        [(a, x), (b, complement)].map(|(a, x)| (n * x).ln() - a.ln() + ln_minus_digamma(a) - both)
+    }
+}
+
+impl<A: Parameter, B: Parameter> Univariate for Beta<A, B> {
+    fn validate(&self) -> Result<(), DomainError> {
+        DomainError::require_positive("Beta", "first shape", self.0.number())?;
+        DomainError::require_positive("Beta", "second shape", self.1.number())
+    }
+
+    fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {
+        let (a, b) = self.parameters();
+        rand_distr::Beta::new(a, b).map_or(f64::NAN, |beta| rng.sample(beta))
+    }
+
+    fn mean(&self) -> f64 {
+        let (a, b) = self.parameters();
+        a / (a + b)
+    }
+
+    fn variance(&self) -> f64 {
+        let (a, b) = self.parameters();
+        let n = a + b;
+        (a / n) * (b / n) / (n + 1.0)
+    }
+
+    fn cdf(&self, x: f64) -> f64 {
+        let (a, b) = self.parameters();
+        regularised_beta(a, b, x, 1.0 - x).0
+    }
+
+    fn sf(&self, x: f64) -> f64 {
+        let (a, b) = self.parameters();
+        regularised_beta(a, b, x, 1.0 - x).1
+    }
+
+    fn quantile(&self, p: f64) -> f64 {
+        let (a, b) = self.parameters();
+        if p > 0.5 {
+            self.upper_quantile(1.0 - p)
+        } else {
+            logistic(beta_logit_quantile(a, b, p, Tail::Lower)).0
+        }
+    }
+
+    fn upper_quantile(&self, q: f64) -> f64 {
+        let (a, b) = self.parameters();
+        if q > 0.5 {
+            self.quantile(1.0 - q)
+        } else {
+            logistic(beta_logit_quantile(a, b, q, Tail::Upper)).0
+        }
+    }
+}
+
+impl<R, A, B> UnivariateDensity<R> for Beta<A, B>
+where
+    R: Scalar,
+    A: Parameter + Datum<R>,
+    B: Parameter + Datum<R>,
+{
+    const CONSTANT: bool = A::CONSTANT && B::CONSTANT;
+    const NATURAL_ENDS: bool = true;
+
+    #[inline]
+    fn support(&self) -> Support<R> {
+        Support::Between(R::from(0.0), R::from(1.0))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+        let (a, b) = self.parameters();
+        let (v, complement) = (x.value(), 1.0 - x.value());
+        if v == 0.0 {
+            return add_at_end(self.0, self.1, terms);
+        }
+        if complement == 0.0 {
+            return add_at_end(self.1, self.0, terms);
+        }
+        let value = ln_beta_power(a, b, v, complement) - v.ln() - complement.ln();
+        let [in_a, in_b] = self.in_parameters::<R>(v, complement);
+        terms.add(
+            value,
+            ((x, (a - 1.0) / v - (b - 1.0) / complement), (self.0, in_a), (self.1, in_b)),
+        );
+    }
+
+    /// The Jacobian x (1 − x) cancels, and 1 − x keeps its digits near 1.
+    #[inline]
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
+        let (a, b) = self.parameters();
+        let (p, q) = logistic(y.value());
+        let [in_a, in_b] = self.in_parameters::<R>(p, q);
+        terms.add(ln_beta_power(a, b, p, q), ((y, a * q - b * p), (self.0, in_a), (self.1, in_b)));
+        terms.replace(y, p, p * q)
+    }
+}

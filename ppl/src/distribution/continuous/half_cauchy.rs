@@ -1,0 +1,127 @@
+//! The half-Cauchy distribution.
+
+use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
+
+use rand::Rng;
+
+use crate::density::DomainError;
+use crate::distribution::traits::normaliser;
+use crate::distribution::univariate::Univariate;
+use crate::distribution::univariate_density::UnivariateDensity;
+use crate::parameter::Parameter;
+use crate::record::Datum;
+use crate::scalar::Scalar;
+use crate::special::{ln_1p_square, logistic, softplus};
+use crate::terms::Terms;
+use crate::transform::Support;
+
+/// Half-Cauchy distribution with scale (and median) σ; it has no mean.
+///
+/// ln p(x) = ln(2/π) − ln σ − ln(1 + (x/σ)²), for x ≥ 0 and σ > 0.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// let tau = HalfCauchy(5.0);
+/// assert!((tau.quantile(0.5) - 5.0).abs() < 1e-14);
+/// assert_eq!(tau.mean(), f64::INFINITY);
+/// ```
+///
+/// # References
+/// Johnson, Kotz & Balakrishnan (1994), *Continuous Univariate Distributions*, vol. 1, ch. 16;
+/// Polson & Scott (2012), doi:10.1214/12-BA730.
+#[derive(Clone, Copy, Debug)]
+pub struct HalfCauchy<S>(pub S);
+
+/// ln(2/π).
+const LN_2_OVER_PI: f64 = -0.451_582_705_289_454_9;
+
+crate::univariate!([S: Parameter] HalfCauchy<S>);
+
+impl<S: Parameter> Univariate for HalfCauchy<S> {
+    fn validate(&self) -> Result<(), DomainError> {
+        DomainError::require_positive("HalfCauchy", "scale", self.0.number())
+    }
+
+    fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {
+        self.quantile(rng.random())
+    }
+
+    fn mean(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    fn variance(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    fn cdf(&self, x: f64) -> f64 {
+        2.0 * FRAC_1_PI * x.max(0.0).atan2(self.0.number())
+    }
+
+    fn sf(&self, x: f64) -> f64 {
+        2.0 * FRAC_1_PI * self.0.number().atan2(x.max(0.0))
+    }
+
+    fn quantile(&self, p: f64) -> f64 {
+        if p > 0.5 {
+            self.0.number() / (FRAC_PI_2 * (1.0 - p)).tan()
+        } else {
+            self.0.number() * (FRAC_PI_2 * p).tan()
+        }
+    }
+
+    fn upper_quantile(&self, q: f64) -> f64 {
+        if q > 0.5 { self.quantile(1.0 - q) } else { self.0.number() / (FRAC_PI_2 * q).tan() }
+    }
+}
+
+/// ln(1 + e^{2t}) and its derivative, for t = ln(x/σ): no square overflows.
+fn ln_one_plus_square(t: f64) -> (f64, f64) {
+    (softplus(2.0 * t), 2.0 * logistic(2.0 * t).0)
+}
+
+impl<R, S> UnivariateDensity<R> for HalfCauchy<S>
+where
+    R: Scalar,
+    S: Parameter + Datum<R>,
+{
+    const CONSTANT: bool = S::CONSTANT;
+
+    #[inline]
+    fn support(&self) -> Support<R> {
+        Support::Above(R::from(0.0))
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+        let scale = self.0.number();
+        let inverse = scale.recip();
+        let (square, slope, share) = ln_1p_square(x.value() * inverse);
+        terms.add(
+            LN_2_OVER_PI - scale.ln() - square,
+            ((x, -2.0 * slope * inverse), (self.0, (2.0 * share - 1.0) * inverse)),
+        );
+    }
+
+    #[inline]
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
+        let inverse = self.0.number().recip();
+        let x = y.value().exp();
+        let square = (x * inverse).powi(2);
+        // −ln(1 + z²) and 2 z²/(1 + z²), from the logarithm of z where its square over- or underflows
+        let (minus_ln, share) = if (1e-300..1e300).contains(&square) {
+            (terms.minus_ln(1.0 + square), 2.0 * square / (1.0 + square))
+        } else {
+            let (ln, share) = ln_one_plus_square(y.value() - self.0.number().ln());
+            (-ln, share)
+        };
+        let constant = normaliser(terms, self.0, |scale| scale.ln() - LN_2_OVER_PI);
+        terms.add(
+            minus_ln + y.value() - constant,
+            ((y, 1.0 - share), (self.0, (share - 1.0) * inverse)),
+        );
+        terms.replace(y, x, x)
+    }
+}

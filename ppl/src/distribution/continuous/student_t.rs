@@ -1,0 +1,184 @@
+//! Student's t distribution.
+
+use rand::Rng;
+
+use crate::density::DomainError;
+use crate::distribution::traits::{lift, normaliser};
+use crate::distribution::univariate::Univariate;
+use crate::distribution::univariate_density::UnivariateDensity;
+use crate::parameter::Parameter;
+use crate::record::Datum;
+use crate::scalar::Scalar;
+use crate::special::{
+    HALF_LN_2PI, Tail, beta_logit_quantile, ln_1p_minus, ln_1p_square, ln_minus_digamma,
+    regularised_beta, remembered, stirling_error,
+};
+use crate::terms::Terms;
+use crate::transform::Support;
+
+/// Student's t distribution with ν degrees of freedom, location μ and scale σ.
+///
+/// ln p(x) = ln Γ((ν + 1)/2) − ln Γ(ν/2) − ½ ln νπ − ln σ − ½ (ν + 1) ln(1 + z²/ν) with
+/// z = (x − μ)/σ, for ν, σ > 0. The mean exists for ν > 1, the variance σ² ν/(ν − 2) for ν > 2.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// let robust = StudentT(4.0, 1.0, 2.0);
+/// assert_eq!(robust.variance(), 8.0);
+/// assert!((robust.cdf(1.0) - 0.5).abs() < 1e-15);
+/// ```
+///
+/// # References
+/// Johnson, Kotz & Balakrishnan (1995), *Continuous Univariate Distributions*, vol. 2, ch. 28.
+#[derive(Clone, Copy, Debug)]
+pub struct StudentT<N, M, S>(pub N, pub M, pub S);
+
+crate::univariate!([N: Parameter, M: Parameter, S: Parameter] StudentT<N, M, S>);
+
+impl<N: Parameter, M: Parameter, S: Parameter> StudentT<N, M, S> {
+    fn standardise(&self, x: f64) -> f64 {
+        (x - self.1.number()) / self.2.number()
+    }
+
+    /// P(T > |t|) ≤ ½: half the mass of the beta distribution below ν/(ν + t²).
+    fn outside(&self, t: f64) -> f64 {
+        let nu = self.0.number();
+        let square = t * t / nu;
+        let (x, y) = (1.0 / (1.0 + square), 1.0 / (1.0 + square.recip()));
+        0.5 * regularised_beta(0.5 * nu, 0.5, x, y).0
+    }
+
+    /// The t > 0 with P(T > t) = q, for q ≤ ½.
+    fn distance(&self, q: f64) -> f64 {
+        let nu = self.0.number();
+        let logit = if q > 0.25 {
+            // the inner mass, so that a small t keeps its digits
+            beta_logit_quantile(0.5 * nu, 0.5, 1.0 - 2.0 * q, Tail::Upper)
+        } else {
+            beta_logit_quantile(0.5 * nu, 0.5, 2.0 * q, Tail::Lower)
+        };
+        nu.sqrt() * (-0.5 * logit).exp()
+    }
+}
+
+impl<N: Parameter, M: Parameter, S: Parameter> Univariate for StudentT<N, M, S> {
+    fn validate(&self) -> Result<(), DomainError> {
+        DomainError::require_positive("StudentT", "degrees of freedom", self.0.number())?;
+        DomainError::require_finite("StudentT", "location", self.1.number())?;
+        DomainError::require_positive("StudentT", "scale", self.2.number())
+    }
+
+    fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {
+        rand_distr::StudentT::new(self.0.number())
+            .map_or(f64::NAN, |t| self.1.number() + self.2.number() * rng.sample(t))
+    }
+
+    fn mean(&self) -> f64 {
+        if self.0.number() > 1.0 { self.1.number() } else { f64::NAN }
+    }
+
+    fn variance(&self) -> f64 {
+        let nu = self.0.number();
+        if nu > 2.0 {
+            self.2.number().powi(2) * nu / (nu - 2.0)
+        } else if nu > 1.0 {
+            f64::INFINITY
+        } else {
+            f64::NAN
+        }
+    }
+
+    fn cdf(&self, x: f64) -> f64 {
+        let t = self.standardise(x);
+        let outside = self.outside(t);
+        if t < 0.0 { outside } else { 1.0 - outside }
+    }
+
+    fn sf(&self, x: f64) -> f64 {
+        let t = self.standardise(x);
+        let outside = self.outside(t);
+        if t > 0.0 { outside } else { 1.0 - outside }
+    }
+
+    fn quantile(&self, p: f64) -> f64 {
+        if p > 0.5 {
+            return self.upper_quantile(1.0 - p);
+        }
+        self.1.number() - self.2.number() * self.distance(p)
+    }
+
+    fn upper_quantile(&self, q: f64) -> f64 {
+        if q > 0.5 {
+            return self.quantile(1.0 - q);
+        }
+        self.1.number() + self.2.number() * self.distance(q)
+    }
+}
+
+/// ln Γ(ν/2 + ½) − ln Γ(ν/2) − ½ ln(ν/2), which vanishes as ν grows, less ½ ln 2π.
+fn ln_shape(nu: f64) -> f64 {
+    of_nu(nu)[0]
+}
+
+/// [`ln_shape`], and twice the part of its derivative that is in digamma functions.
+fn of_nu(nu: f64) -> [f64; 2] {
+    let parts = |nu: f64| {
+        let (half, inverse) = (0.5 * nu, nu.recip());
+        let stirling = stirling_error(half + 0.5) - stirling_error(half);
+        let digammas = inverse.ln_1p() + ln_minus_digamma(half) - ln_minus_digamma(half + 0.5);
+        [half * ln_1p_minus(inverse) + stirling - HALF_LN_2PI, digammas]
+    };
+    remembered!(parts, nu)
+}
+
+impl<R, N, M, S> UnivariateDensity<R> for StudentT<N, M, S>
+where
+    R: Scalar,
+    N: Parameter + Datum<R>,
+    M: Parameter + Datum<R>,
+    S: Parameter + Datum<R>,
+{
+    const CONSTANT: bool = N::CONSTANT && M::CONSTANT && S::CONSTANT;
+
+    #[inline]
+    fn support(&self) -> Support<R> {
+        Support::Real
+    }
+
+    #[inline(always)]
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+        let scale = self.2.number();
+        let inverse = scale.recip();
+        let nu = lift::<R>(self.0);
+        let z = (x.value() - self.1.number()) * inverse;
+        let (value, [in_z, in_nu, share]) = standard(z, nu);
+        let constant = normaliser(terms, self.0, ln_shape) - normaliser(terms, self.2, f64::ln);
+        terms.add(
+            constant + value,
+            (
+                (x, in_z * inverse),
+                (self.0, in_nu),
+                (self.1, -in_z * inverse),
+                (self.2, (share - 1.0) * inverse),
+            ),
+        );
+    }
+}
+
+/// −½ (ν + 1) ln(1 + z²/ν), the derivatives of ln p in z and ν, and (ν + 1) z²/(ν + z²).
+#[inline]
+fn standard<R: Scalar>(z: f64, unknown_nu: R) -> (f64, [f64; 3]) {
+    let nu = unknown_nu.value();
+    let half = 0.5 * nu;
+    let root = nu.sqrt();
+    let (ln_square, slope, share) = ln_1p_square(z / root);
+    let in_nu = if unknown_nu.is_constant() {
+        0.0
+    } else {
+        let inverse = nu.recip();
+        0.5 * (of_nu(nu)[1] - inverse - ln_square + share * (1.0 + inverse))
+    };
+    (-(half + 0.5) * ln_square, [-(nu + 1.0) * slope / root, in_nu, (nu + 1.0) * share])
+}

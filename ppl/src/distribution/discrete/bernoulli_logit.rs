@@ -1,0 +1,78 @@
+//! The Bernoulli distribution by the logit of its probability.
+
+use rand::Rng;
+
+use crate::density::DomainError;
+use crate::distribution::family::Family;
+use crate::distribution::traits::Distribution;
+use crate::parameter::Parameter;
+use crate::record::Datum;
+use crate::scalar::Scalar;
+use crate::special::{logistic, softplus};
+use crate::terms::Terms;
+
+/// Bernoulli distribution of a flag that is true with probability 1/(1 + e⁻ˣ), for logistic
+/// regression; it can be observed, not declared.
+///
+/// ln P(true) = −ln(1 + e⁻ˣ), ln P(false) = −ln(1 + eˣ), for real x.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// let ln_mass: f64 = BernoulliLogit(0.0).ln_density(&true);
+/// assert_eq!(ln_mass, -(2f64.ln()));
+/// ```
+///
+/// # References
+/// McCullagh & Nelder (1989), *Generalized Linear Models*, 2nd ed., ch. 4.
+#[derive(Clone, Copy, Debug)]
+pub struct BernoulliLogit<X>(pub X);
+
+impl<X: Parameter> Family for BernoulliLogit<X> {}
+
+impl<X: Parameter> BernoulliLogit<X> {
+    /// Probability of true.
+    pub fn mean(&self) -> f64 {
+        logistic(self.0.number()).0
+    }
+
+    /// Variance p (1 − p).
+    pub fn variance(&self) -> f64 {
+        let (p, q) = logistic(self.0.number());
+        p * q
+    }
+}
+
+impl<R, X> Distribution<R> for BernoulliLogit<X>
+where
+    R: Scalar,
+    X: Parameter + Datum<R>,
+{
+    type Value = bool;
+
+    #[inline]
+    fn ln_density(&self, flag: &bool) -> R {
+        let sign = if *flag { 1.0 } else { -1.0 };
+        let against = -sign * self.0.number();
+        R::gather(-softplus(against), ((self.0, sign * logistic(against).0),))
+    }
+
+    /// In a sum, where 10⁻¹⁶ are no loss, the logarithm may be that of a product.
+    #[inline(always)]
+    fn add_terms(&self, flag: &bool, terms: &mut impl Terms<R>) {
+        let sign = if *flag { 1.0 } else { -1.0 };
+        let against = -sign * self.0.number();
+        let (p, e) = (logistic(against).0, (-against.abs()).exp());
+        let value = terms.minus_ln(1.0 + e) - against.max(0.0);
+        terms.add(value, ((self.0, sign * p),));
+    }
+
+    fn validate(&self) -> Result<(), DomainError> {
+        DomainError::require_finite("BernoulliLogit", "logit", self.0.number())
+    }
+
+    fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> bool {
+        rng.random::<f64>() < logistic(self.0.number()).0
+    }
+}

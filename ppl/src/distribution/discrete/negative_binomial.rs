@@ -1,0 +1,160 @@
+//! The negative binomial distribution.
+
+use rand::Rng;
+
+use super::binomial::ln_binomial;
+use super::poisson::draw_count;
+use crate::density::DomainError;
+use crate::distribution::continuous::Gamma;
+use crate::distribution::family::Family;
+use crate::distribution::traits::{Distribution, lift};
+use crate::distribution::univariate::Univariate;
+use crate::parameter::Parameter;
+use crate::record::Datum;
+use crate::scalar::Scalar;
+use crate::special::{digamma_rise, ln_1p_minus, ln_minus_digamma, remembered, stirling_error};
+use crate::terms::{Joined, Terms};
+
+/// Negative binomial distribution of a count with mean μ and dispersion φ: a Poisson count whose
+/// rate is Gamma(φ, φ/μ). It can be observed, not declared.
+///
+/// ln P(k) = ln Γ(k + φ) − ln Γ(φ) − ln k! + φ ln(φ/(μ + φ)) + k ln(μ/(μ + φ)), for k = 0, 1, 2, …
+/// and μ, φ > 0. The variance is μ + μ²/φ. These arguments are those of Stan's `neg_binomial_2`
+/// and PyMC's `NegativeBinomial(mu, alpha)`; [`with_rate`](NegativeBinomial::with_rate) and
+/// [`with_probability`](NegativeBinomial::with_probability) take the other usual ones.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// // one success: the geometric distribution
+/// let ln_mass: f64 = NegativeBinomial::with_probability(1.0, 0.25).ln_density(&3);
+/// assert!((ln_mass - (0.25 * 0.75f64.powi(3)).ln()).abs() < 1e-14);
+/// ```
+///
+/// # References
+/// Johnson, Kemp & Kotz (2005), *Univariate Discrete Distributions*, ch. 5.
+#[derive(Clone, Copy, Debug)]
+pub struct NegativeBinomial<M, F>(pub M, pub F);
+
+impl<M: Parameter, F: Parameter> Family for NegativeBinomial<M, F> {}
+
+/// ln (k! P(k)) and its derivative in φ for a small count: Γ(φ + k)/Γ(φ) is a product.
+#[inline]
+fn small(mean: f64, dispersion: f64, k: f64) -> (f64, f64) {
+    // Π (1 + i/φ), and Σ 1/(1 + i/φ) over it as the one denominator
+    let (inverse, mut product, mut sum, mut i) = (dispersion.recip(), 1.0, 0.0, 0.0);
+    while i < k {
+        let factor = 1.0 + i * inverse;
+        sum = sum * factor + product;
+        product *= factor;
+        i += 1.0;
+    }
+    let ln_ratio = (mean * inverse).ln_1p();
+    let ln_power = if k > 0.0 { k * mean.ln() + product.ln() } else { 0.0 };
+    let excess = (k - mean) / (mean + dispersion);
+    (ln_power - (dispersion + k) * ln_ratio, sum / product * inverse - ln_ratio - excess)
+}
+
+/// The same plus what depends on k alone, for a count that is not small: terms are no larger than
+/// k is far from its mean.
+#[inline]
+fn large(mean: f64, dispersion: f64, k: f64) -> (f64, f64) {
+    // of φ, what a plate shares
+    let parts = |phi: f64| [stirling_error(phi), ln_minus_digamma(phi)];
+    let [error, minus_digamma] = remembered!(parts, dispersion);
+    let n = dispersion + k;
+    let excess = (k - mean) / (mean + dispersion);
+    let near = excess > -0.5;
+    let ln_excess = if near { excess.ln_1p() } else { (n / (mean + dispersion)).ln() };
+    let value = n * ln_excess + k * (mean / k).ln() - 0.5 * (k / dispersion).ln_1p();
+    (value + stirling_error(n) - error, ln_excess - excess + minus_digamma - ln_minus_digamma(n))
+}
+
+impl<S: Scalar> NegativeBinomial<S, S> {
+    /// A Poisson count whose rate is Gamma(α, β): Stan's `neg_binomial`.
+    pub fn with_rate(alpha: S, beta: S) -> Self {
+        Self(alpha / beta, alpha)
+    }
+
+    /// The failures before the r-th success, each trial succeeding with probability p.
+    pub fn with_probability(r: S, p: S) -> Self {
+        Self(r * (S::from(1.0) - p) / p, r)
+    }
+}
+
+impl<M: Parameter, F: Parameter> NegativeBinomial<M, F> {
+    /// Expectation μ.
+    pub fn mean(&self) -> f64 {
+        self.0.number()
+    }
+
+    /// Variance μ + μ²/φ.
+    pub fn variance(&self) -> f64 {
+        let mean = self.0.number();
+        mean + mean * mean / self.1.number()
+    }
+
+    /// ln P(k), and its derivative in φ if that is asked for; μ, φ > 0.
+    fn ln_pmf(&self, k: f64, in_dispersion: bool) -> (f64, f64) {
+        let (mean, dispersion) = (self.0.number(), self.1.number());
+        let inverse = (mean + dispersion).recip();
+        let ln_ratio = (mean / dispersion).ln_1p();
+        let excess = (k - mean) * inverse;
+        let value = if k == 0.0 {
+            -dispersion * ln_ratio
+        } else {
+            // φ successes among k + φ trials, the last of them a success
+            let n = k + dispersion;
+            let binomial = ln_binomial(dispersion, n, dispersion * inverse, mean * inverse);
+            binomial - (k / dispersion).ln_1p()
+        };
+        let slope = match in_dispersion {
+            false => 0.0,
+            true if k == 0.0 && excess > -0.5 => ln_1p_minus(excess),
+            true => digamma_rise(dispersion, k) - ln_ratio - excess,
+        };
+        (value, slope)
+    }
+}
+
+impl<R, M, F> Distribution<R> for NegativeBinomial<M, F>
+where
+    R: Scalar,
+    M: Parameter + Datum<R>,
+    F: Parameter + Datum<R>,
+{
+    type Value = u64;
+
+    #[inline]
+    fn ln_density(&self, k: &u64) -> R {
+        Joined::of(|terms| self.add_terms(k, terms))
+    }
+
+    #[inline(always)]
+    fn add_terms(&self, k: &u64, terms: &mut impl Terms<R>) {
+        let (mean, dispersion, count) = (self.0.number(), self.1.number(), *k as f64);
+        if !(mean > 0.0 && dispersion > 0.0) {
+            return terms.add_number(R::from(f64::NAN));
+        }
+        // what depends on k alone is the same at every point; below, powers of k/φ leave their range
+        let lean = terms.leave_out_constants() && dispersion > 1e-20;
+        let (value, in_dispersion) = match lean {
+            true if *k < 10 => small(mean, dispersion, count),
+            true => large(mean, dispersion, count),
+            false => self.ln_pmf(count, !lift::<R>(self.1).is_constant()),
+        };
+        let in_mean = (count - mean) / (mean + dispersion) * dispersion / mean;
+        terms.add(value, ((self.0, in_mean), (self.1, in_dispersion)));
+    }
+
+    fn validate(&self) -> Result<(), DomainError> {
+        DomainError::require_positive("NegativeBinomial", "mean", self.0.number())?;
+        DomainError::require_positive("NegativeBinomial", "dispersion", self.1.number())
+    }
+
+    fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> u64 {
+        let (mean, dispersion) = (self.0.number(), self.1.number());
+        draw_count(Gamma(dispersion, dispersion / mean).sample(rng), rng)
+    }
+}

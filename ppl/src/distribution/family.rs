@@ -1,0 +1,181 @@
+//! The variations that every distribution has.
+
+use super::interval::{Ends, Interval};
+
+/// The variations that every distribution has.
+pub trait Family: Sized + Clone {
+    /// The distribution conditioned on an interval: `Normal(0.0, 1.0).truncate(0.0..)`.
+    ///
+    /// The bounds are data. Either may be left out.
+    fn truncate(self, range: impl Ends) -> Truncated<Self> {
+        Truncated { inner: self, interval: Interval::new(range) }
+    }
+
+    /// The distribution seen through an instrument that ends: `Weibull(2.0, 50.0).censor(..100.0)`
+    /// takes data at or beyond 100 as "at least 100".
+    ///
+    /// The bounds are data.
+    fn censor(self, range: impl Ends) -> Censored<Self> {
+        Censored { inner: self, interval: Interval::new(range) }
+    }
+
+    /// The same distribution over the coordinates of its standard form, for unknowns whose location
+    /// or scale is unknown: `Normal(mu, tau).non_centered()`; see [`NonCentered`].
+    fn non_centered(self) -> NonCentered<Self> {
+        NonCentered { inner: self }
+    }
+
+    /// `n` independent values, a `Vec`: for lengths known at run time.
+    fn iid(self, n: usize) -> Iid<Self> {
+        Iid { inner: self, n }
+    }
+
+    /// `N` independent values, an array: for lengths known at compile time.
+    fn array<const N: usize>(self) -> Array<Self, N> {
+        Array { inner: self }
+    }
+
+    /// Independent values in ascending order: `Normal(0.0, 5.0).array::<4>().ordered()`.
+    fn ordered(self) -> Ordered<Self> {
+        Ordered { inner: self }
+    }
+}
+
+/// A distribution of one real number conditioned on an interval; made by [`Family::truncate`].
+///
+/// ln p(x) = ln p₀(x) − ln P₀(X ∈ interval): the normaliser, and its derivatives in the
+/// parameters, count in the density just as in the draws.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// let sd = Normal(0.15, 0.25).truncate(0.0..);
+/// assert!((sd.mean() - 0.2648).abs() < 1e-4);
+/// assert_eq!(sd.ln_density(&-0.1), f64::NEG_INFINITY);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Truncated<D> {
+    pub(super) inner: D,
+    pub(super) interval: Interval,
+}
+
+/// A distribution of one real number observed through an instrument that ends at `lower` and
+/// `upper`; made by [`Family::censor`]. It can be observed, not declared.
+///
+/// A datum inside contributes its density, one at or below the lower end ln P(X ≤ lower), one at
+/// or above the upper end ln P(X ≥ upper): left and right censoring, or both at once. Draws
+/// beyond an end are recorded at it.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// // a test that ends after 100 hours: whatever still runs has lived longer
+/// let life_h = Exponential(0.01).censor(..100.0);
+/// let broke: f64 = life_h.ln_density(&40.0);
+/// let survived: f64 = life_h.ln_density(&100.0);
+/// assert!((broke - (0.01f64.ln() - 0.4)).abs() < 1e-14);
+/// assert!((survived + 1.0).abs() < 1e-14);
+/// ```
+///
+/// # References
+/// Gelman et al. (2013), *Bayesian Data Analysis*, 3rd ed., section 8.7.
+#[derive(Clone, Copy, Debug)]
+pub struct Censored<D> {
+    pub(super) inner: D,
+    pub(super) interval: Interval,
+}
+
+/// A distribution in non-centred form; made by [`Family::non_centered`].
+///
+/// As a distribution it is the one that it was made from. As that of an unknown x it has the
+/// coordinates of the standardised z, with x = T(z) as in
+/// [`LocationScale`](super::LocationScale), and its density is that of z, in which location and
+/// scale do not appear. A prior whose scale is unknown and whose elements the data say little about
+/// has no funnel then, which samplers cannot enter.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// ppl::model! {
+///     fn schools(effects: &[f64; 8], errors: &[f64; 8]) {
+///         let mu ~ Normal(0.0, 5.0);
+///         let tau ~ HalfCauchy(5.0);
+///         let theta ~ Normal(mu, tau).non_centered().array::<8>();
+///         for j in 0..8 {
+///             effects[j] ~ Normal(theta[j], errors[j]);
+///         }
+///     }
+/// }
+/// let model = schools(&[28.0, 8.0, -3.0, 7.0, -1.0, 1.0, 18.0, 12.0], &[10.0; 8]);
+/// assert_eq!(model.layout()?.dim, 10);
+/// # Ok::<(), ppl::ModelError>(())
+/// ```
+///
+/// # References
+/// Papaspiliopoulos, Roberts & Sköld (2007), Statistical Science 22(1), 59–73,
+/// doi:10.1214/088342307000000014.
+#[derive(Clone, Copy, Debug)]
+pub struct NonCentered<D> {
+    pub(super) inner: D,
+}
+
+/// `n` independent values of one distribution; made by [`Family::iid`].
+///
+/// Observed data of another length have density zero.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// let heads: f64 = Bernoulli(0.5).iid(3).ln_density(&vec![true, false, true]);
+/// assert_eq!(heads, 3.0 * 0.5f64.ln());
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Iid<D> {
+    pub(super) inner: D,
+    pub(super) n: usize,
+}
+
+/// `N` independent values of one distribution; made by [`Family::array`].
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// let pair: f64 = Normal(0.0, 1.0).array::<2>().ln_density(&[0.5, -1.0]);
+/// let [a, b]: [f64; 2] = [0.5, -1.0].map(|x| Normal(0.0, 1.0).ln_density(&x));
+/// assert_eq!(pair, a + b);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Array<D, const N: usize> {
+    pub(super) inner: D,
+}
+
+/// N independent values in ascending order; made by [`Family::ordered`].
+///
+/// p(x) = N! Π p₀(xᵢ) for x₁ ≤ x₂ ≤ … ≤ x_N, the density of the order statistics: it integrates
+/// to 1 over ordered vectors. Elements on the whole line give ordered values, elements above 0
+/// positive-ordered ones; `Uniform(a, b)` is flat on ordered vectors between a and b.
+///
+/// The coordinates are those of [`Ascending`](crate::transform::Ascending).
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// let modes = Normal(0.0, 5.0).array::<2>().ordered();
+/// let joint: f64 = modes.ln_density(&[-1.0, 2.0]);
+/// let apart: f64 = Normal(0.0, 5.0).array::<2>().ln_density(&[-1.0, 2.0]);
+/// assert!((joint - apart - 2.0f64.ln()).abs() < 1e-14);
+/// assert_eq!(modes.ln_density(&[2.0, -1.0]), f64::NEG_INFINITY);
+/// ```
+///
+/// # References
+/// David & Nagaraja (2003), *Order Statistics*, ch. 2.
+#[derive(Clone, Copy, Debug)]
+pub struct Ordered<A> {
+    pub(super) inner: A,
+}

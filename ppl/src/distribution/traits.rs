@@ -1,0 +1,176 @@
+//! What a distribution offers to a model.
+
+use rand::Rng;
+
+use super::family::Family;
+use crate::density::DomainError;
+use crate::parameter::Parameter;
+use crate::record::{Datum, Record};
+use crate::scalar::Scalar;
+use crate::terms::{Settled, Terms};
+
+/// What every distribution offers to a model: density and draws over values of type `Value`.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a distribution",
+    label = "the right-hand side of `~` must be a distribution such as `Normal(0.0, 1.0)`"
+)]
+pub trait Distribution<R: Scalar>: Family {
+    /// A number, a count, a flag, an array, a vector or a Cholesky factor.
+    type Value: Clone + Record;
+
+    /// Log density (log mass for counts) at `x`; −∞ outside the support, NaN for parameters
+    /// outside their domain.
+    #[must_use = "a model takes it by `factor(…);`"]
+    fn ln_density(&self, x: &Self::Value) -> R;
+
+    /// [`ln_density`](Distribution::ln_density), term by term.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn add_terms(&self, x: &Self::Value, terms: &mut impl Terms<R>) {
+        terms.add_number(self.ln_density(x));
+    }
+
+    /// Whether a few sums over data suffice for all of them, if the parameters are the same.
+    #[doc(hidden)]
+    const POOLS: bool = false;
+
+    /// Whether it is −½ (x − m)² / s² and a function of s, for its parameters m and s.
+    #[doc(hidden)]
+    const LEAST_SQUARES: bool = false;
+
+    /// The sums that suffice, at the end of `sums`.
+    #[doc(hidden)]
+    fn sum_up(data: impl Iterator<Item = Self::Value>, sums: &mut Vec<f64>) {
+        let _ = (data, sums);
+    }
+
+    /// The terms of the log densities at the data with these sums.
+    #[doc(hidden)]
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
+        let _ = sums;
+        terms.add_number(R::from(f64::NAN));
+    }
+
+    /// Whether one observation holds so many data that they are summarised when they are bound.
+    #[doc(hidden)]
+    const SUMMARISES: bool = false;
+
+    /// What [`add_pooled_terms`](Distribution::add_pooled_terms) needs of one observation, at the end
+    /// of `sums`: it depends on `x` and on what the distribution has of data, not on unknowns.
+    #[doc(hidden)]
+    fn summarise(&self, x: &Self::Value, sums: &mut Vec<f64>) {
+        let _ = (x, sums);
+    }
+
+    /// The log density of what cross-validation may leave out of `x`, part by part, at the end of
+    /// `out`.
+    #[doc(hidden)]
+    fn pointwise(&self, x: &Self::Value, out: &mut Vec<f64>) {
+        let mut terms = Settled::new(1.0);
+        self.add_terms(x, &mut terms);
+        out.push(terms.total());
+    }
+
+    /// Whether `x` has the size that the distribution asks for.
+    ///
+    /// # Errors
+    /// [`DomainError`] that says both sizes.
+    #[doc(hidden)]
+    fn fits(&self, x: &Self::Value) -> Result<(), DomainError> {
+        let _ = x;
+        Ok(())
+    }
+
+    /// Whether the parameters lie in their domain.
+    ///
+    /// # Errors
+    /// [`DomainError`] naming distribution, parameter, requirement and value.
+    fn validate(&self) -> Result<(), DomainError>;
+
+    /// An exact draw, as constants of `R`, that lies inside the open support: one that underflows to
+    /// an end, or overflows, is the nearest number inside. For parameters outside their domain it
+    /// may be NaN; [`try_draw`](Distribution::try_draw) never is.
+    fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Self::Value;
+
+    /// [`draw`](Distribution::draw) for parameters that may lie outside their domain.
+    ///
+    /// # Errors
+    /// [`DomainError`] for such parameters, and for a draw that is NaN in spite of them.
+    fn try_draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Result<Self::Value, DomainError> {
+        self.validate()?;
+        let value = self.draw(rng);
+        let mut numbers = Vec::new();
+        value.flatten(&mut numbers);
+        match numbers.into_iter().find(|x| x.is_nan()) {
+            Some(x) => Err(DomainError::unmet(name::<Self>(), "draw", "a number", x)),
+            None => Ok(value),
+        }
+    }
+}
+
+/// The name of a type without the modules and parameters around it.
+fn name<T>() -> &'static str {
+    let path = std::any::type_name::<T>();
+    let end = path.find('<').unwrap_or(path.len());
+    path[..end].rsplit("::").next().unwrap_or(path)
+}
+
+/// A distribution whose values can be unknowns: it maps unconstrained coordinates to them.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` cannot be the distribution of an unknown",
+    label = "has no smooth map from unconstrained space",
+    note = "a discrete distribution can only be observed: write `place ~ D` without `let`",
+    note = "a discrete unknown must be summed out: by `Mixture`, or by `factor(ln_sum_exp(…))`"
+)]
+pub trait Unknown<R: Scalar>: Distribution<R> {
+    /// Number of unconstrained coordinates.
+    fn dim(&self) -> usize;
+
+    /// The value at the next coordinates. Its log density goes to `terms`; `jacobian` adds the
+    /// log-Jacobian of the map, in a form that cancels what can be cancelled.
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        jacobian: bool,
+        terms: &mut impl Terms<R>,
+    ) -> Self::Value;
+
+    /// [`constrain`](Unknown::constrain) for n independent values.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn constrain_all(
+        &self,
+        n: usize,
+        next: &mut impl FnMut() -> R,
+        jacobian: bool,
+        terms: &mut impl Terms<R>,
+    ) -> Vec<Self::Value> {
+        (0..n).map(|_| self.constrain(next, jacobian, terms)).collect()
+    }
+
+    /// Appends the coordinates of `x`: the inverse of [`constrain`](Unknown::constrain).
+    fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>);
+
+    /// The ends of the support that a prior may be said to cut at, the same for each element: two
+    /// finite ones, if they are not the quantity's own, or a single one at which a constant prior was
+    /// truncated.
+    fn bounds(&self) -> Option<(f64, f64)> {
+        None
+    }
+}
+
+/// A parameter as a number of the model's kind.
+#[inline(always)]
+pub(crate) fn lift<R>(parameter: impl Datum<R>) -> R {
+    parameter.lift()
+}
+
+/// A part of a log density that depends on `parameter` alone: left out where that may be.
+#[inline(always)]
+pub(crate) fn normaliser<R: Scalar, P: Parameter + Datum<R>>(
+    terms: &impl Terms<R>,
+    parameter: P,
+    part: impl FnOnce(f64) -> f64,
+) -> f64 {
+    if P::CONSTANT && terms.leave_out_constants() { 0.0 } else { part(parameter.number()) }
+}

@@ -1,0 +1,313 @@
+//! Distributions of one real number, as densities with derivatives.
+
+use super::interval::Interval;
+use super::interval_mass::ln_mass_by_quadrature;
+use super::univariate::Univariate;
+use crate::scalar::Scalar;
+use crate::terms::{Joined, Terms};
+use crate::transform::Support;
+
+/// The density of a [`Univariate`] distribution over any [`Scalar`].
+///
+/// Implementing it (and [`univariate!`](crate::univariate)) makes a distribution usable in
+/// models, in all variations.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+/// use ppl::{Datum, DomainError, Terms, Univariate, UnivariateDensity, transform::Support};
+///
+/// /// The hyperbolic secant distribution, moved by its one parameter.
+/// #[derive(Clone, Copy)]
+/// struct Secant<M>(M);
+///
+/// ppl::univariate!([M: Parameter] Secant<M>);
+///
+/// impl<M: Parameter> Univariate for Secant<M> {
+///     fn validate(&self) -> Result<(), DomainError> {
+///         DomainError::require_finite("Secant", "mean", self.0.number())
+///     }
+///     fn sample<G: ppl::rand::Rng + ?Sized>(&self, rng: &mut G) -> f64 {
+///         self.quantile(rng.random())
+///     }
+///     fn mean(&self) -> f64 {
+///         self.0.number()
+///     }
+///     fn variance(&self) -> f64 {
+///         std::f64::consts::FRAC_PI_2.powi(2)
+///     }
+///     fn cdf(&self, x: f64) -> f64 {
+///         std::f64::consts::FRAC_2_PI * (x - self.0.number()).exp().atan()
+///     }
+///     fn sf(&self, x: f64) -> f64 {
+///         std::f64::consts::FRAC_2_PI * (self.0.number() - x).exp().atan()
+///     }
+///     fn quantile(&self, p: f64) -> f64 {
+///         self.0.number() + (std::f64::consts::FRAC_PI_2 * p).tan().ln()
+///     }
+/// }
+///
+/// impl<R: Scalar, M: Parameter + Datum<R>> UnivariateDensity<R> for Secant<M> {
+///     fn support(&self) -> Support<R> {
+///         Support::Real
+///     }
+///     // the value, and its derivatives in x and the parameters
+///     fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+///         let z = x.value() - self.0.number();
+///         let value = -z.cosh().ln() - std::f64::consts::PI.ln();
+///         terms.add(value, ((x, -z.tanh()), (self.0, z.tanh())));
+///     }
+/// }
+///
+/// let positive = Secant(1.0).truncate(0.0..);
+/// assert!((positive.cdf(positive.quantile(0.3)) - 0.3).abs() < 1e-12);
+/// ```
+pub trait UnivariateDensity<R: Scalar>: Univariate {
+    /// Whether all parameters are data, as far as known.
+    #[doc(hidden)]
+    const CONSTANT: bool = false;
+
+    /// Whether the ends of the support are those of the quantity, as of a share or an angle, so that
+    /// no prior can be wider.
+    #[doc(hidden)]
+    const NATURAL_ENDS: bool = false;
+
+    /// Where the density is positive.
+    fn support(&self) -> Support<R>;
+
+    /// Adds the log density at `x` inside the support, with its exact partials in x and the
+    /// parameters.
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>);
+
+    /// Log density at `x` inside the support.
+    #[inline(always)]
+    fn ln_pdf(&self, x: R) -> R {
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
+    }
+
+    /// See [`Distribution::POOLS`](super::Distribution::POOLS).
+    #[doc(hidden)]
+    const POOLS: bool = false;
+
+    /// See [`Distribution::LEAST_SQUARES`](super::Distribution::LEAST_SQUARES).
+    #[doc(hidden)]
+    const LEAST_SQUARES: bool = false;
+
+    /// See [`Distribution::sum_up`](super::Distribution::sum_up).
+    #[doc(hidden)]
+    fn sum_up(data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
+        let _ = (data, sums);
+    }
+
+    /// See [`Distribution::add_pooled_terms`](super::Distribution::add_pooled_terms).
+    #[doc(hidden)]
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
+        let _ = sums;
+        terms.add_number(R::from(f64::NAN));
+    }
+
+    /// The value at the unconstrained coordinate `y`; log density plus log-Jacobian go to `terms`.
+    /// Override it where the two cancel.
+    #[inline(always)]
+    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
+        let x = self.support().place(y, terms);
+        self.add_ln_pdf(x, terms);
+        x
+    }
+
+    /// [`at_coordinate`](UnivariateDensity::at_coordinate) for n values.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn at_coordinates(
+        &self,
+        n: usize,
+        next: &mut impl FnMut() -> R,
+        terms: &mut impl Terms<R>,
+    ) -> Vec<R> {
+        (0..n).map(|_| self.at_coordinate(next(), terms)).collect()
+    }
+
+    /// ln P(lower < X < upper), with its derivatives in the parameters.
+    fn ln_mass(&self, lower: f64, upper: f64) -> R {
+        let interval = Interval::new(lower..upper);
+        ln_mass_by_quadrature(self, self.support(), interval, |x| self.ln_pdf(x))
+    }
+
+    /// ln P(X ≤ x), with its derivatives in x and the parameters.
+    fn ln_cdf(&self, x: impl Into<R>) -> R {
+        self.ln_mass_between(f64::NEG_INFINITY, x)
+    }
+
+    /// ln P(X > x), with its derivatives in x and the parameters.
+    fn ln_sf(&self, x: impl Into<R>) -> R {
+        self.ln_mass_between(x, f64::INFINITY)
+    }
+
+    /// ln P(lower < X < upper), with its derivatives in both ends and the parameters; −∞ if there is
+    /// nothing between them.
+    fn ln_mass_between(&self, lower: impl Into<R>, upper: impl Into<R>) -> R {
+        let ends: [R; 2] = [lower.into(), upper.into()];
+        let mass = ln_probability(self, Interval::new(ends[0].value()..ends[1].value()));
+        if ends.into_iter().all(R::is_constant) {
+            return mass;
+        }
+        let (a, b) = self.support().bounds();
+        // where an end moves it adds or takes away the density, unless it is nowhere near the support
+        let density = |x: f64| {
+            if !(a < x && x < b) {
+                return 0.0;
+            }
+            (self.ln_pdf(R::from(x)).value() - mass.value()).exp()
+        };
+        let [below, above] = ends.map(|end| density(end.value()));
+        R::fuse(mass.value(), [mass, ends[0], ends[1]], [1.0, -below, above])
+    }
+
+    /// See [`Unknown::bounds`](super::Unknown::bounds): the ends of the support, if there are two and
+    /// neither is the quantity's own.
+    #[doc(hidden)]
+    fn chosen_ends(&self) -> Option<(f64, f64)> {
+        let (lower, upper) = self.support().bounds();
+        (lower.is_finite() && upper.is_finite() && !Self::NATURAL_ENDS).then_some((lower, upper))
+    }
+}
+
+/// Makes a [`UnivariateDensity`] a [`Distribution`](crate::Distribution) and an [`Unknown`](crate::Unknown):
+/// `ppl::univariate!([M: Parameter, S: Parameter] Normal<M, S>);`.
+#[macro_export]
+macro_rules! univariate {
+    ([$($P:ident: $Bound:path),*] $Name:ty) => {
+        impl<$($P: $Bound),*> $crate::Family for $Name {}
+
+        impl<R: $crate::Scalar, $($P: $Bound),*> $crate::Distribution<R> for $Name
+        where
+            Self: $crate::UnivariateDensity<R>,
+        {
+            type Value = R;
+
+            #[inline(always)]
+            fn ln_density(&self, x: &R) -> R {
+                $crate::Joined::of(|terms| $crate::__private::add_terms(self, *x, terms))
+            }
+
+            #[inline(always)]
+            fn add_terms(&self, x: &R, terms: &mut impl $crate::Terms<R>) {
+                $crate::__private::add_terms(self, *x, terms);
+            }
+
+            const POOLS: bool = <Self as $crate::UnivariateDensity<R>>::POOLS;
+            const LEAST_SQUARES: bool = <Self as $crate::UnivariateDensity<R>>::LEAST_SQUARES;
+
+            fn sum_up(data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
+                <Self as $crate::UnivariateDensity<R>>::sum_up(data, sums);
+            }
+
+            #[inline(always)]
+            fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl $crate::Terms<R>) {
+                $crate::UnivariateDensity::add_pooled_terms(self, sums, terms);
+            }
+
+            fn validate(&self) -> Result<(), $crate::DomainError> {
+                $crate::Univariate::validate(self)
+            }
+
+            fn draw<G: $crate::rand::Rng + ?Sized>(&self, rng: &mut G) -> R {
+                let support = $crate::UnivariateDensity::<R>::support(self);
+                R::from(support.inside($crate::Univariate::sample(self, rng)))
+            }
+        }
+
+        impl<R: $crate::Scalar, $($P: $Bound),*> $crate::Unknown<R> for $Name
+        where
+            Self: $crate::UnivariateDensity<R>,
+        {
+            #[inline(always)]
+            fn dim(&self) -> usize {
+                1
+            }
+
+            #[inline(always)]
+            fn constrain(
+                &self,
+                next: &mut impl FnMut() -> R,
+                jacobian: bool,
+                terms: &mut impl $crate::Terms<R>,
+            ) -> R {
+                $crate::__private::constrain(self, next(), jacobian, terms)
+            }
+
+            #[inline(always)]
+            fn constrain_all(
+                &self,
+                n: usize,
+                next: &mut impl FnMut() -> R,
+                jacobian: bool,
+                terms: &mut impl $crate::Terms<R>,
+            ) -> Vec<R> {
+                if jacobian {
+                    return $crate::UnivariateDensity::at_coordinates(self, n, next, terms);
+                }
+                let mut values = Vec::with_capacity(n);
+                for _ in 0..n {
+                    values.push(self.constrain(next, false, terms));
+                }
+                values
+            }
+
+            fn unconstrain(&self, x: &R, out: &mut Vec<f64>) {
+                out.push($crate::UnivariateDensity::<R>::support(self).unconstrain(x.value()));
+            }
+
+            fn bounds(&self) -> Option<(f64, f64)> {
+                $crate::UnivariateDensity::<R>::chosen_ends(self)
+            }
+        }
+    };
+}
+
+/// −∞ outside the support, the density inside.
+#[inline(always)]
+pub fn add_terms<R, D>(distribution: &D, x: R, terms: &mut impl Terms<R>)
+where
+    R: Scalar,
+    D: UnivariateDensity<R>,
+{
+    if distribution.support().contains(x.value()) || x.value().is_nan() {
+        distribution.add_ln_pdf(x, terms);
+    } else {
+        terms.add_number(R::from(f64::NEG_INFINITY));
+    }
+}
+
+/// One coordinate to one value.
+#[inline(always)]
+pub fn constrain<R: Scalar, D: UnivariateDensity<R>>(
+    distribution: &D,
+    y: R,
+    jacobian: bool,
+    terms: &mut impl Terms<R>,
+) -> R {
+    if jacobian {
+        distribution.at_coordinate(y, terms)
+    } else {
+        let x = distribution.support().replace(y, terms);
+        distribution.add_ln_pdf(x, terms);
+        x
+    }
+}
+
+/// ln P(X ∈ interval), also where the interval covers the support or misses it.
+pub(super) fn ln_probability<R: Scalar, D: UnivariateDensity<R>>(
+    distribution: &D,
+    interval: Interval,
+) -> R {
+    let (lower, upper) = (interval.lower(), interval.upper());
+    let (a, b) = distribution.support().bounds();
+    if lower <= a && upper >= b {
+        R::from(0.0)
+    } else if lower >= b || upper <= a || lower >= upper {
+        R::from(f64::NEG_INFINITY)
+    } else {
+        distribution.ln_mass(lower, upper)
+    }
+}

@@ -1,0 +1,87 @@
+//! Densities and models whose types are forgotten: samplers, optimisers and posteriors are compiled
+//! once, here, and not anew for every model of a user.
+
+use rand::RngCore;
+
+use crate::bound::Bound;
+use crate::density::{LogDensity, Rejection};
+use crate::entry::Record;
+use crate::inspect::{self, ModelError};
+use crate::layout::Layout;
+use crate::model::Model;
+
+/// A [`LogDensity`] whose type is forgotten.
+pub(crate) trait ErasedDensity: Sync {
+    /// Number of coordinates.
+    fn dim(&self) -> usize;
+
+    /// The density with a workspace of its own: one a chain.
+    fn evaluator(&self) -> Box<dyn Evaluator + '_>;
+}
+
+/// A log density with its workspace.
+pub(crate) trait Evaluator: Send {
+    /// As [`LogDensity::log_density`].
+    fn log_density(&mut self, y: &[f64]) -> Result<f64, Rejection>;
+
+    /// As [`LogDensity::gradient`].
+    fn gradient(&mut self, y: &[f64], gradient: &mut [f64]) -> Result<f64, Rejection>;
+
+    /// As [`LogDensity::explain`].
+    fn explain(&self, y: &[f64]) -> Option<String>;
+}
+
+impl<D: LogDensity> ErasedDensity for D {
+    fn dim(&self) -> usize {
+        LogDensity::dim(self)
+    }
+
+    fn evaluator(&self) -> Box<dyn Evaluator + '_> {
+        Box::new(WithWorkspace { density: self, workspace: D::Workspace::default() })
+    }
+}
+
+struct WithWorkspace<'a, D: LogDensity> {
+    density: &'a D,
+    workspace: D::Workspace,
+}
+
+impl<D: LogDensity> Evaluator for WithWorkspace<'_, D> {
+    fn log_density(&mut self, y: &[f64]) -> Result<f64, Rejection> {
+        self.density.log_density(y, &mut self.workspace)
+    }
+
+    fn gradient(&mut self, y: &[f64], gradient: &mut [f64]) -> Result<f64, Rejection> {
+        self.density.gradient(y, gradient, &mut self.workspace)
+    }
+
+    fn explain(&self, y: &[f64]) -> Option<String> {
+        self.density.explain(y)
+    }
+}
+
+/// A [`Bound`] model, as far as it names quantities.
+pub(crate) trait ErasedModel: ErasedDensity {
+    /// As [`Bound::layout`].
+    fn layout(&self) -> Result<&Layout, ModelError>;
+
+    /// As [`Bound::draw_prior`].
+    fn draw_prior(&self, rng: &mut dyn RngCore) -> Result<Record, ModelError>;
+
+    /// What the model names at `y`, up to a rejection.
+    fn record_at(&self, y: &[f64], rng: &mut dyn RngCore) -> (Record, Result<(), Rejection>);
+}
+
+impl<M: Model> ErasedModel for Bound<M> {
+    fn layout(&self) -> Result<&Layout, ModelError> {
+        Bound::layout(self)
+    }
+
+    fn draw_prior(&self, rng: &mut dyn RngCore) -> Result<Record, ModelError> {
+        inspect::draw(self.model(), rng)
+    }
+
+    fn record_at(&self, y: &[f64], rng: &mut dyn RngCore) -> (Record, Result<(), Rejection>) {
+        inspect::record_at(self.model(), y, rng)
+    }
+}

@@ -1,0 +1,200 @@
+//! What a model says when it is traced: compiled once, here, and not anew for every model.
+
+use rand::{RngCore, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use crate::density::Rejection;
+use crate::entry::{Entry, Record, Role};
+use crate::layout::Layout;
+use crate::reading::{Pool, Pools};
+use crate::trace::{Point, Source, Trace};
+use crate::words::{datum, first_to_fail, further};
+
+/// A model that cannot be evaluated at all.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum ModelError {
+    /// Not one prior draw went through.
+    #[error(
+        "the model rejects its own prior draws ({tries} tries), last with: {last}{}",
+        further(.detail)
+    )]
+    NoPriorDraw {
+        /// Number of tries.
+        tries: usize,
+        /// Why the last failed.
+        last: Rejection,
+        /// What else can be said about it, as the datum at fault.
+        detail: Option<String>,
+    },
+    /// A mistake in the model itself.
+    #[error("{0}")]
+    Invalid(Rejection),
+}
+
+/// A model whose type is forgotten.
+pub(crate) trait Statements {
+    /// Runs them against a trace.
+    fn trace(&self, trace: &mut Trace<'_>) -> Result<(), Rejection>;
+
+    /// The log density at `y`, lean without constants.
+    fn value(&self, y: &[f64], lean: bool, pools: Pools<'_>) -> Result<f64, Rejection>;
+}
+
+/// What was found out about a model when it was bound to its data.
+#[derive(Clone, Debug)]
+pub(crate) struct Inspection {
+    layout: Result<Layout, ModelError>,
+    /// What the data alone add to the log density, if that is the same at every point.
+    pub(crate) constant: Option<f64>,
+    /// What suffices of observations, where every point runs the same statements.
+    pools: Option<Vec<Pool>>,
+}
+
+impl Inspection {
+    pub(crate) fn layout(&self) -> Result<&Layout, ModelError> {
+        self.layout.as_ref().map_err(Clone::clone)
+    }
+
+    pub(crate) fn dim(&self) -> usize {
+        match &self.layout {
+            Ok(layout) => layout.dim,
+            Err(_) => 0,
+        }
+    }
+
+    /// What suffices of pooled data; `memory` for it where it is found anew.
+    #[inline]
+    pub(crate) fn pools<'p>(&'p self, memory: &'p mut Vec<f64>) -> Pools<'p> {
+        match &self.pools {
+            Some(pools) => Pools::Found(pools.iter()),
+            None => Pools::Anew(memory),
+        }
+    }
+}
+
+/// Names, shapes, and with `is_static` what is the same at every point.
+pub(crate) fn inspect(model: &dyn Statements, is_static: bool) -> Inspection {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
+    let (record, pools) = match run(model, &mut rng, is_static.then(Vec::new)) {
+        Ok(drawn) => drawn,
+        Err(error) => return Inspection { layout: Err(error), constant: None, pools: None },
+    };
+    let mut found = Inspection { layout: Ok(layout(record)), constant: None, pools };
+    if is_static {
+        match constant(model, &mut rng, &found) {
+            Ok(constant) => found.constant = constant,
+            Err(Moving) => found.pools = None,
+        }
+    }
+    found
+}
+
+/// A draw from the prior.
+pub(crate) fn draw(model: &dyn Statements, rng: &mut dyn RngCore) -> Result<Record, ModelError> {
+    run(model, rng, None).map(|(record, _)| record)
+}
+
+/// A draw from the prior, and what suffices of observations if it is to be added to `pools`.
+fn run(
+    model: &dyn Statements,
+    rng: &mut dyn RngCore,
+    pools: Option<Vec<Pool>>,
+) -> Result<(Record, Option<Vec<Pool>>), ModelError> {
+    const TRIES: usize = 100;
+    let mut last = None;
+    for _ in 0..TRIES {
+        let mut trace = Trace::new(Source::Prior, &mut *rng);
+        trace.pools.clone_from(&pools);
+        let outcome = model.trace(&mut trace);
+        let (pools, failing) = (trace.pools.take(), trace.failing.take());
+        match outcome.and_then(|()| trace.finish()) {
+            Ok(record) => return Ok((record, pools)),
+            Err(fatal @ Rejection::Fatal { .. }) => return Err(ModelError::Invalid(fatal)),
+            Err(rejection) => last = Some((rejection, failing)),
+        }
+    }
+    let none = || (Rejection::Fatal { message: "no tries".to_owned() }, None);
+    let (last, failing) = last.unwrap_or_else(none);
+    Err(ModelError::NoPriorDraw { tries: TRIES, last, detail: failing.map(first_to_fail) })
+}
+
+/// What the model names at `y`, up to a rejection.
+pub(crate) fn record_at(
+    model: &dyn Statements,
+    y: &[f64],
+    rng: &mut dyn RngCore,
+) -> (Record, Result<(), Rejection>) {
+    let mut trace = Trace::new(Source::Point(Point::new(y)), rng);
+    let outcome = model.trace(&mut trace);
+    trace.record.unfold();
+    (trace.record, outcome)
+}
+
+/// Names, shapes and the number of unknowns, from a draw.
+fn layout(record: Record) -> Layout {
+    Layout {
+        dim: record.unconstrained.len(),
+        variables: record.entries.into_iter().map(|entry| entry.variable).collect(),
+        coordinates: record.coordinates,
+    }
+}
+
+/// Data that depend on the point, by a function of the user's: nothing was found for all points.
+struct Moving;
+
+/// The difference that leaving out constants makes, if it is the same at several draws from the
+/// prior; from the draw where least is lost to rounding.
+fn constant(
+    model: &dyn Statements,
+    rng: &mut dyn RngCore,
+    found: &Inspection,
+) -> Result<Option<f64>, Moving> {
+    const DRAWS: usize = 20;
+    let mut best = (f64::INFINITY, f64::NAN);
+    let (mut differences, mut sums) = (Vec::new(), Vec::new());
+    for _ in 0..DRAWS {
+        let Ok(record) = draw(model, rng) else { return Ok(None) };
+        let y = record.unconstrained;
+        let mut value = |lean| model.value(&y, lean, found.pools(&mut sums));
+        // far out in the prior there may be no density
+        let (Ok(full), Ok(lean)) = (value(false), value(true)) else { continue };
+        if let Ok(anew) = model.value(&y, false, Pools::Anew(&mut sums))
+            && (anew - full).abs() > 1e-8 * (anew.abs() + full.abs() + 1.0)
+        {
+            return Err(Moving);
+        }
+        let size = full.abs() + lean.abs();
+        differences.push((size, full - lean));
+        if size < best.0 {
+            best = (size, full - lean);
+        }
+    }
+    let same = |(size, difference): &(f64, f64)| {
+        (difference - best.1).abs() <= 1e-12 * (size + best.0 + 1.0)
+    };
+    let is_same = differences.iter().all(same) && best.1.is_finite();
+    Ok(is_same.then_some(best.1))
+}
+
+/// A sentence about the first observation without density, if that is where the model fails
+/// at `y`.
+pub(crate) fn explain(model: &dyn Statements, y: &[f64]) -> Option<String> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
+    let mut trace = Trace::new(Source::Point(Point::new(y)), &mut rng);
+    let outcome = model.trace(&mut trace);
+    let datum = match outcome {
+        Err(_) => trace.failing,
+        Ok(()) => {
+            let entries = &trace.record.entries;
+            entries.iter().filter(|e| e.variable.role == Role::Observed).find_map(first_without)
+        }
+    };
+    datum.map(first_to_fail)
+}
+
+fn first_without(entry: &Entry) -> Option<String> {
+    let index = entry.log_likelihood.iter().position(|value| !value.is_finite())?;
+    let size = entry.values.len() / entry.log_likelihood.len();
+    let values = &entry.values[index * size..(index + 1) * size];
+    Some(datum(&entry.variable.name, (entry.log_likelihood.len() > 1).then_some(index), values))
+}

@@ -1,0 +1,150 @@
+//! The named quantities of a model: shapes, dimensions, labels, roles.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::coordinates::Coordinates;
+use crate::entry::{Entry, Role, Variable};
+use crate::group::{element_names, labelled_names};
+
+/// The named quantities of a model, in the order of their statements.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Layout {
+    /// Number of unconstrained coordinates.
+    pub dim: usize,
+    /// All names with shapes, dimensions and roles.
+    pub variables: Vec<Variable>,
+    /// Labels of the entries along dimensions, by the name of the dimension.
+    pub coordinates: Coordinates,
+}
+
+impl Layout {
+    /// The variables with this role.
+    pub fn with_role(&self, role: Role) -> impl Iterator<Item = &Variable> {
+        self.variables.iter().filter(move |v| v.role == role)
+    }
+
+    /// The names of all numbers of a quantity, with labels for indices where its dimensions have
+    /// them, each its own.
+    pub(crate) fn labelled(&self, variable: &Variable) -> Vec<String> {
+        let labels: Vec<Option<&Vec<String>>> = variable
+            .dims
+            .iter()
+            .zip(&variable.shape)
+            .map(|(dimension, &length)| {
+                let labels = self.coordinates.get(dimension)?;
+                let distinct: BTreeSet<&String> = labels.iter().collect();
+                (distinct.len() == length).then_some(labels)
+            })
+            .collect();
+        labelled_names(&variable.name, &variable.shape, |dimension, index| {
+            labels[dimension].map_or_else(|| index.to_string(), |labels| labels[index].clone())
+        })
+    }
+
+    /// The name with indices of the number with this name with labels.
+    pub(crate) fn index_of(&self, labelled: &str) -> Option<String> {
+        let name = labelled.split('[').next()?;
+        let variable = self.variables.iter().find(|v| v.name == name)?;
+        let index = self.labelled(variable).iter().position(|own| own == labelled)?;
+        element_names(name, &variable.shape).into_iter().nth(index)
+    }
+
+    /// Labels the entries along one dimension of a quantity.
+    pub(crate) fn label(
+        &mut self,
+        name: &str,
+        dimension: usize,
+        labels: &[&str],
+    ) -> Result<(), LabelError> {
+        let Some(variable) = self.variables.iter().find(|v| v.name == name) else {
+            let known = self.variables.iter().map(|v| v.name.as_str()).collect::<Vec<_>>();
+            return Err(LabelError::NoQuantity { name: name.to_owned(), known: known.join(", ") });
+        };
+        let Some(&entries) = variable.shape.get(dimension) else {
+            let (name, dimensions) = (name.to_owned(), variable.shape.len());
+            return Err(LabelError::NoDimension { name, dimension, dimensions });
+        };
+        let named = &variable.dims[dimension];
+        check_length(named, variable, entries, labels.len())?;
+        *self.coordinates.labels(named) = labels.iter().map(|&label| label.to_owned()).collect();
+        Ok(())
+    }
+}
+
+/// Labels that fit no dimension.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LabelError {
+    /// No quantity of this name.
+    #[error("the model has no quantity `{name}`; it has {known}")]
+    NoQuantity {
+        /// The name asked for.
+        name: String,
+        /// The names that there are.
+        known: String,
+    },
+    /// Fewer dimensions.
+    #[error(
+        "`{name}` has {dimensions} dimension(s), counted from 0: there is no dimension {dimension}"
+    )]
+    NoDimension {
+        /// The quantity.
+        name: String,
+        /// The dimension asked for.
+        dimension: usize,
+        /// How many there are.
+        dimensions: usize,
+    },
+    /// Another number of labels.
+    #[error("dimension `{dimension}` has {entries} entries in `{name}` but {labels} labels")]
+    Length {
+        /// The dimension's name.
+        dimension: String,
+        /// The quantity.
+        name: String,
+        /// Entries along it.
+        entries: usize,
+        /// Labels given.
+        labels: usize,
+    },
+}
+
+fn check_length(
+    dimension: &str,
+    variable: &Variable,
+    entries: usize,
+    labels: usize,
+) -> Result<(), LabelError> {
+    if labels == entries {
+        return Ok(());
+    }
+    let (dimension, name) = (dimension.to_owned(), variable.name.clone());
+    Err(LabelError::Length { dimension, name, entries, labels })
+}
+
+/// Whether dimensions have one length each, as many labels as entries, and names of their own.
+pub(crate) fn check(entries: &[Entry], coordinates: &Coordinates) -> Result<(), String> {
+    let mut lengths: BTreeMap<&str, (&str, usize)> = BTreeMap::new();
+    for variable in entries.iter().map(|entry| &entry.variable) {
+        for (dimension, &length) in variable.dims.iter().zip(&variable.shape) {
+            if let Some(labels) = coordinates.get(dimension) {
+                check_length(dimension, variable, length, labels.len())
+                    .map_err(|error| error.to_string())?;
+            }
+            let (first, other) = *lengths.entry(dimension).or_insert((&variable.name, length));
+            if other != length {
+                return Err(format!(
+                    "dimension `{dimension}` has {other} entries in `{first}` and {length} in \
+                     `{}`: give one of them another name",
+                    variable.name
+                ));
+            }
+        }
+    }
+    match entries.iter().find(|entry| lengths.contains_key(entry.variable.name.as_str())) {
+        None => Ok(()),
+        Some(entry) => Err(format!(
+            "`{}` is the name of a quantity and of a dimension: rename one",
+            entry.variable.name
+        )),
+    }
+}

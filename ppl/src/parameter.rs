@@ -1,0 +1,46 @@
+//! Parameters of distributions.
+
+use crate::real::Real;
+use crate::scalar::Scalar;
+
+/// A parameter of a distribution, seen as a plain number: `f64`, any [`Scalar`], or a reference to
+/// one.
+pub trait Parameter: Copy {
+    /// Its value.
+    fn number(self) -> f64;
+}
+
+impl<S: Scalar> Parameter for S {
+    #[inline]
+    fn number(self) -> f64 {
+        self.value()
+    }
+}
+
+impl Parameter for &f64 {
+    #[inline]
+    fn number(self) -> f64 {
+        *self
+    }
+}
+
+impl<S: Scalar> Parameter for &Real<S> {
+    #[inline]
+    fn number(self) -> f64 {
+        self.value()
+    }
+}
+
+/// Counts can be read as plain numbers, which leaves one error to `Normal(0, 1.0)`: that a density
+/// takes only what is converted in plain sight.
+macro_rules! impl_count_parameter {
+    ($($Count:ty),*) => {$(
+        impl Parameter for $Count {
+            #[inline]
+            fn number(self) -> f64 {
+                self as f64
+            }
+        }
+    )*};
+}
+impl_count_parameter!(i32, i64, u8, u16, u32, u64, usize);

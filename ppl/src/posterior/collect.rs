@@ -1,0 +1,146 @@
+//! From the records of a model at many points to columns by name.
+
+use std::collections::BTreeMap;
+
+use super::error::PosteriorError;
+use crate::density::{Place, Rejection};
+use crate::entry::{Entry, Record, Role};
+use crate::group::{Group, Values};
+
+/// Which part of an entry goes into a group.
+#[derive(Clone, Copy)]
+enum Part {
+    Values,
+    Replicate,
+    LogLikelihood,
+    LogPrior,
+}
+
+struct Column {
+    name: String,
+    shape: Vec<usize>,
+    part: Part,
+    len: usize,
+}
+
+impl Column {
+    fn new(entry: &Entry, part: Part) -> Self {
+        let mut column = Self {
+            name: entry.variable.name.clone(),
+            shape: entry.variable.shape.clone(),
+            part,
+            len: 0,
+        };
+        column.len = column.pick(entry).len();
+        if let Part::LogLikelihood = part {
+            // one number a statement: plates have as many as their dimensions make together
+            let mut lengths = column.shape.iter().scan(1, |all, &length| {
+                *all *= length;
+                Some(*all)
+            });
+            let plates = lengths.position(|all| all == column.len).map_or(0, |last| last + 1);
+            column.shape.truncate(plates);
+        }
+        if let Part::LogPrior = part {
+            column.shape.clear();
+        }
+        column
+    }
+
+    fn pick<'e>(&self, entry: &'e Entry) -> &'e [f64] {
+        match self.part {
+            Part::Values => &entry.values,
+            Part::Replicate => &entry.replicate,
+            Part::LogLikelihood => &entry.log_likelihood,
+            Part::LogPrior => std::slice::from_ref(&entry.log_prior),
+        }
+    }
+}
+
+/// The columns of posterior, predictive, log-likelihood and log-prior.
+pub(crate) struct Plan([Vec<Column>; 4]);
+
+impl Plan {
+    pub(crate) fn new(template: &Record) -> Self {
+        let columns = |choose: fn(Role) -> Option<Part>| {
+            let entries = template.entries.iter();
+            entries.filter_map(|e| Some(Column::new(e, choose(e.variable.role)?))).collect()
+        };
+        Self([
+            columns(|role| match role {
+                Role::Parameter | Role::Tracked => Some(Part::Values),
+                _ => None,
+            }),
+            columns(|role| match role {
+                Role::Predicted => Some(Part::Values),
+                Role::Observed => Some(Part::Replicate),
+                _ => None,
+            }),
+            columns(|role| (role == Role::Observed).then_some(Part::LogLikelihood)),
+            columns(|role| (role == Role::Parameter).then_some(Part::LogPrior)),
+        ])
+    }
+
+    fn columns(&self) -> impl Iterator<Item = &Column> {
+        self.0.iter().flatten()
+    }
+
+    /// Joins what was collected, one part a chain.
+    pub(crate) fn groups(&self, parts: Vec<Collected>, draws: usize) -> [Group; 4] {
+        let mut data = parts.iter().fold(Vec::new(), |mut data: Vec<Vec<f64>>, part| {
+            data.resize(part.columns.len(), Vec::new());
+            for (all, own) in data.iter_mut().zip(&part.columns) {
+                all.extend_from_slice(own);
+            }
+            data
+        });
+        let mut data = data.drain(..);
+        self.0.each_ref().map(|columns| Group {
+            chains: parts.len(),
+            draws,
+            variables: columns
+                .iter()
+                .zip(&mut data)
+                .map(|(c, data)| Values { name: c.name.clone(), shape: c.shape.clone(), data })
+                .collect(),
+        })
+    }
+}
+
+/// The columns of one chain, in the order of the plan.
+pub(crate) struct Collected {
+    columns: Vec<Vec<f64>>,
+    pub(crate) rejected: BTreeMap<Place, u64>,
+}
+
+impl Collected {
+    pub(crate) fn new(plan: &Plan) -> Self {
+        Self { columns: plan.columns().map(|_| Vec::new()).collect(), rejected: BTreeMap::new() }
+    }
+
+    /// Adds a draw of chain `chain`. What stands behind a statement that rejected is NaN.
+    pub(crate) fn add(
+        &mut self,
+        plan: &Plan,
+        (record, outcome): (Record, Result<(), Rejection>),
+        chain: usize,
+    ) -> Result<(), PosteriorError> {
+        if let Err(rejection) = &outcome {
+            let Some(place) = rejection.place() else {
+                return Err(PosteriorError::Stopped { chain, source: rejection.clone() });
+            };
+            *self.rejected.entry(place).or_insert(0) += 1;
+        }
+        for (column, data) in plan.columns().zip(&mut self.columns) {
+            let values = record.get(&column.name).map(|entry| column.pick(entry));
+            match values.filter(|values| values.len() == column.len) {
+                Some(values) => data.extend_from_slice(values),
+                None if outcome.is_err() => data.resize(data.len() + column.len, f64::NAN),
+                None => {
+                    return Err(PosteriorError::ChangingShape { name: column.name.clone() });
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,62 @@
+//! How what JSON has not is written: infinite numbers, counts by place.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::{Mutex, PoisonError},
+};
+
+use crate::density::Place;
+
+/// A number that may be +∞, which JSON has not: null.
+pub(super) mod infinite {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(in crate::sampler) fn serialize<S: Serializer>(x: &f64, s: S) -> Result<S::Ok, S::Error> {
+        (*x != f64::INFINITY).then_some(*x).serialize(s)
+    }
+
+    pub(in crate::sampler) fn deserialize<'de, D: Deserializer<'de>>(
+        d: D,
+    ) -> Result<f64, D::Error> {
+        Ok(Option::deserialize(d)?.unwrap_or(f64::INFINITY))
+    }
+}
+
+/// Counts by place, as a list: keys of JSON are strings.
+pub(super) mod places {
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    use super::{BTreeMap, Place, intern};
+
+    pub(in crate::sampler) fn serialize<S: Serializer>(
+        counts: &BTreeMap<Place, u64>,
+        s: S,
+    ) -> Result<S::Ok, S::Error> {
+        s.collect_seq(counts.iter().map(|(p, n)| (p.statement, p.file, p.line, n)))
+    }
+
+    pub(in crate::sampler) fn deserialize<'de, D: Deserializer<'de>>(
+        d: D,
+    ) -> Result<BTreeMap<Place, u64>, D::Error> {
+        let list: Vec<(String, String, u32, u64)> = Vec::deserialize(d)?;
+        let entry = |(statement, file, line, n)| {
+            (Place { statement: intern(statement), file: intern(file), line }, n)
+        };
+        Ok(list.into_iter().map(entry).collect())
+    }
+}
+
+/// The text for the rest of the program; each text once, so that loading again costs nothing.
+fn intern(text: String) -> &'static str {
+    static TEXTS: Mutex<BTreeSet<&str>> = Mutex::new(BTreeSet::new());
+    // a set is whole between two statements, whoever panicked
+    let mut texts = TEXTS.lock().unwrap_or_else(PoisonError::into_inner);
+    match texts.get(text.as_str()) {
+        Some(known) => known,
+        None => {
+            let new: &'static str = text.leak();
+            texts.insert(new);
+            new
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! A chain of the no-U-turn sampler.
+
+use crate::{
+    density::{Place, Rejection},
+    erased::ErasedDensity,
+    optimize::approach,
+    sampler::{
+        hamiltonian::{Hamiltonian, Point},
+        metric::Metric,
+        rejections::{Rejections, Stop},
+        report::{DrawStats, WarmupReport},
+        run::{Kernel, Stream},
+        trajectory::Trajectory,
+        tuning::Tuning,
+        warmup::{Advice, Warmup},
+    },
+};
+
+/// Where a starting point with a finite density but no finite gradient is rejected.
+const GRADIENT: Place = Place { statement: "gradient of the log density", file: "", line: 0 };
+
+pub(in crate::sampler) struct NutsChain<'a> {
+    density: &'a dyn ErasedDensity,
+    hamiltonian: Hamiltonian<'a>,
+    trajectory: Trajectory,
+    current: Point,
+    warmup: Warmup,
+    step: f64,
+    /// Mass matrix and step come from an earlier run.
+    warm: bool,
+}
+
+impl<'a> NutsChain<'a> {
+    /// `tuned`: mass matrix and step of an earlier run.
+    pub(in crate::sampler) fn new(
+        density: &'a dyn ErasedDensity,
+        max_depth: u32,
+        warmup: Warmup,
+        tuned: Option<(Metric, f64)>,
+    ) -> Self {
+        let dim = density.dim();
+        let mut hamiltonian = Hamiltonian::new(density);
+        let warm = tuned.is_some();
+        let mut step = 1.0;
+        if let Some((metric, tuned_step)) = tuned {
+            hamiltonian.metric = metric;
+            step = tuned_step;
+        }
+        let trajectory = Trajectory::new(dim, max_depth);
+        Self { density, hamiltonian, trajectory, current: Point::new(dim), warmup, step, warm }
+    }
+
+    /// Leaves a start that is too far from the posterior for the energy to tell anything.
+    fn approach(&mut self) -> Result<(), Stop> {
+        let near = approach(self.density, &self.current.y).map_err(|e| Stop(e.to_string()))?;
+        if let Some(near) = near {
+            let before = self.current.clone();
+            if self.begin(&near).is_err() {
+                self.current = before;
+            }
+        }
+        Ok(())
+    }
+
+    /// Searches the step anew, and restarts its adaptation there.
+    fn search_step(&mut self, rng: &mut Stream) -> Result<(), Stop> {
+        let scratch = self.trajectory.scratch();
+        self.step = self.hamiltonian.search_step(&self.current, scratch, self.step, rng)?;
+        self.warmup.step.restart(self.step);
+        Ok(())
+    }
+}
+
+impl Kernel for NutsChain<'_> {
+    fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
+        self.current.y.copy_from_slice(y);
+        self.hamiltonian.evaluate(&mut self.current)?;
+        match self.current.gradient.iter().find(|g| !g.is_finite()) {
+            Some(&value) => Err(Rejection::NotFinite { place: GRADIENT, value }),
+            None => Ok(()),
+        }
+    }
+
+    fn prepare(&mut self, rng: &mut Stream) -> Result<(), Stop> {
+        if self.warm {
+            self.warmup.step.restart(self.step);
+            return Ok(());
+        }
+        if self.warmup.approaches() {
+            self.approach()?;
+        }
+        self.warmup.first_metric(&mut self.hamiltonian.metric, &self.current);
+        self.search_step(rng)
+    }
+
+    fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, Stop> {
+        self.trajectory.transition(&mut self.hamiltonian, &mut self.current, self.step, rng)
+    }
+
+    fn adapt(&mut self, stats: &DrawStats, rng: &mut Stream) -> Result<(), Stop> {
+        match self.warmup.learn(stats, &self.current, &mut self.hamiltonian.metric) {
+            Advice::SearchStep => self.search_step(rng),
+            Advice::GoOn => {
+                self.step = self.warmup.step.current();
+                Ok(())
+            }
+        }
+    }
+
+    fn tuning(&self) -> Tuning {
+        Tuning::Hamiltonian {
+            step: self.step,
+            covariance: self.hamiltonian.metric.covariance(),
+            warmup: self.warmup.clone(),
+        }
+    }
+
+    fn tuned(&self) -> Option<Tuning> {
+        None
+    }
+
+    fn freeze(&mut self, report: &mut WarmupReport) {
+        self.step = self.warmup.step.average();
+        report.step_size = self.step;
+        report.covariance = self.hamiltonian.metric.covariance();
+        self.warmup.report(report);
+    }
+
+    fn position(&self) -> &[f64] {
+        &self.current.y
+    }
+
+    fn log_density(&self) -> f64 {
+        self.current.log_density
+    }
+
+    fn divergence(&self) -> (&[f64], f64) {
+        let (position, error) = &self.trajectory.divergence;
+        (position, *error)
+    }
+
+    fn rejections(&mut self) -> &mut Rejections {
+        &mut self.hamiltonian.rejections
+    }
+
+    fn explain(&self, y: &[f64]) -> Option<String> {
+        self.hamiltonian.explain(y)
+    }
+}

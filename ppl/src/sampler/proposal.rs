@@ -1,0 +1,157 @@
+//! The proposal of random-walk samplers, and how the warmup shapes it.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+use rand::Rng;
+use rand_distr::StandardNormal;
+use serde::{Deserialize, Serialize};
+
+use super::{
+    report::{Covariance, WarmupReport},
+    run::Stream,
+    warmup::{Moment, Schedule, walk_windows},
+};
+
+/// Draws proposals.
+pub(super) struct Proposal {
+    noise: DVector<f64>,
+    jump: DVector<f64>,
+    pub(super) shape: Shape,
+}
+
+impl Proposal {
+    pub(super) fn new(shape: Shape) -> Self {
+        let dim = shape.factor.nrows();
+        Self { noise: DVector::zeros(dim), jump: DVector::zeros(dim), shape }
+    }
+
+    /// Draws a proposal from `from`.
+    pub(super) fn propose(&mut self, from: &[f64], to: &mut [f64], rng: &mut Stream) {
+        self.noise.iter_mut().for_each(|z| *z = rng.sample(StandardNormal));
+        self.jump.gemv(self.shape.scale, &self.shape.factor, &self.noise, 0.0);
+        for ((new, old), jump) in to.iter_mut().zip(from).zip(&self.jump) {
+            *new = old + jump;
+        }
+    }
+}
+
+/// `Normal(y, s² Σ)` with Σ from windows of draws and s led to the best acceptance; see
+/// [`Metropolis`](super::Metropolis).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Shape {
+    /// Cholesky factor of Σ.
+    factor: DMatrix<f64>,
+    pub(super) scale: f64,
+    /// Warmup transitions since the scale began anew.
+    steps: f64,
+    schedule: Schedule,
+    window: Scatter,
+}
+
+impl Shape {
+    pub(super) fn new(dim: usize, warmup: usize) -> Self {
+        Self {
+            factor: DMatrix::identity(dim, dim),
+            scale: first_scale(dim),
+            steps: 0.0,
+            schedule: Schedule::new(warmup, walk_windows),
+            window: Scatter::new(dim),
+        }
+    }
+
+    /// Learns from a warmup transition that ended at `y`.
+    pub(super) fn learn(&mut self, acceptance: f64, y: &[f64]) {
+        let dim = y.len();
+        self.steps += 1.0;
+        self.scale *= (self.steps.powf(-0.6) * (acceptance - target_acceptance(dim))).exp();
+        let moment = self.schedule.pass();
+        if matches!(moment, Moment::Inside | Moment::Last { .. }) {
+            self.window.add(y);
+        }
+        if matches!(moment, Moment::Last { .. }) {
+            // a window in which a coordinate never moved has no covariance: keep the old one
+            if let Some(factor) = Cholesky::new(self.window.covariance()) {
+                self.factor = factor.unpack();
+                self.scale = first_scale(dim);
+                self.steps = 0.0;
+            }
+            self.window = Scatter::new(dim);
+        }
+    }
+
+    /// Records the tuning.
+    pub(super) fn report(&self, report: &mut WarmupReport) {
+        report.step_size = self.scale;
+        report.target_acceptance = target_acceptance(self.factor.nrows());
+        report.windows = self.schedule.passed.clone();
+        let covariance = &self.factor * self.factor.transpose();
+        report.covariance = Covariance::Dense(covariance.as_slice().to_vec());
+    }
+
+    /// Whether it is of a density of `dim` coordinates, after so many transitions.
+    pub(super) fn fits(&self, dim: usize, transitions: usize) -> bool {
+        self.factor.shape() == (dim, dim)
+            && self.window.mean.len() == dim
+            && self.window.scatter.shape() == (dim, dim)
+            && self.schedule.has_passed(transitions)
+    }
+}
+
+/// Best scale for a normal target whose covariance is known.
+pub(super) fn first_scale(dim: usize) -> f64 {
+    2.38 / (dim.max(1) as f64).sqrt()
+}
+
+/// Best acceptance: 0.44 for one coordinate, 0.234 for many.
+pub(super) fn target_acceptance(dim: usize) -> f64 {
+    0.234 + 0.206 / dim.max(1) as f64
+}
+
+/// Mean and scatter matrix of vectors seen one by one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Scatter {
+    count: f64,
+    mean: DVector<f64>,
+    scatter: DMatrix<f64>,
+}
+
+impl Scatter {
+    pub(super) fn new(dim: usize) -> Self {
+        Self { count: 0.0, mean: DVector::zeros(dim), scatter: DMatrix::zeros(dim, dim) }
+    }
+
+    pub(super) fn add(&mut self, y: &[f64]) {
+        self.count += 1.0;
+        let delta = DVector::from_column_slice(y) - &self.mean;
+        self.mean.axpy(1.0 / self.count, &delta, 1.0);
+        self.scatter.ger(1.0 - 1.0 / self.count, &delta, &delta, 1.0);
+    }
+
+    /// Covariance with correlations shrunk by n/(n+5).
+    pub(super) fn covariance(&self) -> DMatrix<f64> {
+        let n = self.count;
+        let unshrunk = &self.scatter / (n - 1.0);
+        let mut covariance = &unshrunk * (n / (n + 5.0));
+        covariance.set_diagonal(&unshrunk.diagonal());
+        covariance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+
+    /// Against the two-pass formula on three points.
+    #[test]
+    fn scatter_by_hand() {
+        let mut scatter = Scatter::new(2);
+        for y in [[1.0, 2.0], [3.0, -1.0], [5.0, 5.0]] {
+            scatter.add(&y);
+        }
+        let covariance = scatter.covariance();
+        assert_relative_eq!(covariance[(0, 0)], 4.0, max_relative = 1e-14);
+        assert_relative_eq!(covariance[(1, 1)], 9.0, max_relative = 1e-14);
+        assert_relative_eq!(covariance[(0, 1)], 3.0 * 3.0 / 8.0, max_relative = 1e-14);
+    }
+}

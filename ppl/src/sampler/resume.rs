@@ -1,0 +1,85 @@
+//! Runs that begin where earlier ones ended.
+
+use super::{
+    chains::{Chain, Chains},
+    error::RunError,
+    run::{Kernel, Stream},
+    settings::{Init, Settings},
+};
+
+/// Log densities of one point that differ by more than this, relative to themselves or to 1, are
+/// not of the same density: far above what another compiler or processor changes.
+const SAME_DENSITY: f64 = 1e-6;
+
+impl Settings<'_> {
+    /// Goes on with the chains of an earlier run; `make` builds the kernel of one as it was tuned.
+    pub(super) fn resume<K: Kernel>(
+        &self,
+        dim: usize,
+        earlier: Chains,
+        make: impl Fn(&Chain) -> Result<K, RunError> + Sync,
+    ) -> Result<Chains, RunError> {
+        if earlier.dim != dim {
+            let reason = format!("they have {} coordinates, the density {dim}", earlier.dim);
+            return Err(misfit(reason, "give the density they were drawn from"));
+        }
+        if earlier.chains.len() != self.chains {
+            let (got, set) = (earlier.chains.len(), self.chains);
+            let reason = format!("there are {got} of them, but {set} are to be run");
+            return Err(misfit(reason, "set `chains` to their number"));
+        }
+        if earlier.thin != self.thin {
+            let (got, set) = (earlier.thin, self.thin);
+            let reason = format!("they keep one transition in {got}, not one in {set}");
+            return Err(misfit(reason, "set `thin` as it was"));
+        }
+        if let Err(problem) = earlier.check() {
+            return Err(misfit(problem, "give chains as `run`, `resume` or `load` returned them"));
+        }
+        let is_lost = |chain: &Chain| chain.stream.is_none() && chain.paused.is_none();
+        if let Some(number) = earlier.chains.iter().position(is_lost) {
+            let reason = format!("chain {number} failed in its warmup");
+            return Err(misfit(reason, "begin anew with `run`"));
+        }
+        Settings { init: Init::Uniform(0.0), ..self.clone() }.validate(dim)?;
+        let max_depth = earlier.max_depth;
+        let chains = self.go_on(earlier.chains, |chain| take_up(make(chain)?, chain, dim))?;
+        Ok(Chains { max_depth, ..Chains::new(dim, chains, self.thin) })
+    }
+}
+
+/// `kernel` where the chain stopped, and the random stream from there.
+fn take_up<K: Kernel>(mut kernel: K, chain: &Chain, dim: usize) -> Result<(K, Stream), RunError> {
+    let paused = chain.paused.as_deref().map(|paused| &paused.stream);
+    let stream = paused
+        .or(chain.stream.as_ref())
+        .ok_or_else(|| misfit("a chain has no random stream", "begin anew with `run`"))?;
+    let other = |reason| misfit(reason, "give the model and the data that they were drawn with");
+    kernel
+        .begin(last_position(chain, dim))
+        .map_err(|rejection| other(format!("a last draw is rejected now: {rejection}")))?;
+    // a chain that has not moved yet has no log density to compare with
+    let last = chain.stats.last().or(chain.warmup.stats.last());
+    let now = kernel.log_density();
+    let then = last.map_or(now, |stats| stats.log_density);
+    if (now - then).abs() > SAME_DENSITY * then.abs().max(1.0) {
+        return Err(other(format!("the log density at a last draw was {then} and is {now}")));
+    }
+    Ok((kernel, stream.clone()))
+}
+
+pub(super) fn last_position(chain: &Chain, dim: usize) -> &[f64] {
+    match chain.draws.len().checked_sub(dim) {
+        Some(start) if !chain.is_empty() => &chain.draws[start..],
+        _ => chain.paused.as_deref().map_or(&chain.warmup.end, |paused| &paused.position),
+    }
+}
+
+/// The chains have not the tuning of the sampler that is to go on with them.
+pub(super) fn another_sampler() -> RunError {
+    misfit("they are of another sampler", "give chains of this one")
+}
+
+pub(super) fn misfit(reason: impl Into<String>, help: &'static str) -> RunError {
+    RunError::Earlier { reason: reason.into(), help }
+}

@@ -1,0 +1,167 @@
+//! What prior and data say about the parameters.
+
+use std::collections::BTreeSet;
+
+use rayon::prelude::*;
+
+use super::convergence::Separate;
+use super::list::{Names, WarningKind, Warnings};
+use crate::diagnostics::{
+    Column, Combination, Identifiability, Identification, MOST_COMBINED, Modes, combinations,
+};
+use crate::group::Values;
+use crate::posterior::Posterior;
+use crate::posterior::SummaryRow;
+use crate::words::{cell, list};
+
+/// R-hat of chains so far apart that the spread of their draws is theirs: about a sixth of the
+/// variance is between them.
+const APART: f64 = 1.1;
+/// Effective draws below which variances scatter by more than the thresholds of a combination.
+const ENOUGH_FOR_A_COVARIANCE: f64 = 100.0;
+
+pub(super) fn find(
+    posterior: &Posterior,
+    rows: &[SummaryRow],
+    identifiability: &[Identifiability],
+    modes: &Separate,
+    names: &Names,
+    warnings: &mut Warnings,
+) {
+    let factors = factors(posterior);
+    let identifiability: Vec<Identifiability> = identifiability
+        .iter()
+        .filter(|row| !factors.contains(quantity(&row.name)))
+        .cloned()
+        .collect();
+    let identifiability = &identifiability[..];
+    let together = undetermined(posterior, rows, identifiability);
+    let of_these = |row: &Identifiability| {
+        together
+            .iter()
+            .flat_map(|found| &found.members)
+            .any(|&k| identifiability[k].name == row.name)
+    };
+    // exchanged labels make a posterior as wide as the prior, whatever the data say of each mode
+    let has_modes = |row: &Identifiability| modes.iter().any(|(place, _)| *place == row.name);
+    // what was moved or widened was informed, and what is told in a combination is said there
+    for (label, words) in [
+        (Identification::Not, "The data did not inform (contraction below 0.1): "),
+        (Identification::Weakly, "The data informed only weakly (contraction below 0.5): "),
+    ] {
+        let rows = identifiability
+            .iter()
+            .filter(|r| r.label() == label && !r.widened())
+            .filter(|r| !of_these(r) && !has_modes(r));
+        let items =
+            rows.map(|row| format!("{} ({:.2})", names.shown(&row.name), row.contraction()));
+        warnings.add(
+            WarningKind::Uninformed,
+            words,
+            &list(items),
+            "What is reported for these is mostly the prior; measure something that depends on \
+             them, or state them as assumed",
+        );
+    }
+
+    let sets = together.iter().map(|Combination { members, correlation }| {
+        let names = members.iter().map(|&k| names.shown(&identifiability[k].name).to_owned());
+        let names: Vec<String> = names.collect();
+        match names.as_slice() {
+            [a, b] => format!("{a} and {b} (correlation {correlation:.2})"),
+            all => {
+                format!("{} (largest correlation {correlation:.2})", list(all.iter().cloned()))
+            }
+        }
+    });
+    warnings.add(
+        WarningKind::Combination,
+        "The data determine only a combination of ",
+        &sets.collect::<Vec<_>>().join("; of "),
+        "How it splits up is the prior's alone: fix one of them, give one a prior from other \
+         knowledge, or write the model in the combination",
+    );
+
+    // chains that stay apart make a posterior wide, not the data
+    let apart: BTreeSet<&str> =
+        rows.iter().filter(|row| row.rhat > APART).map(|row| row.place.as_str()).collect();
+    let widened = identifiability.iter().filter(|row| row.conflict());
+    let widened = widened.filter(|row| !apart.contains(row.name.as_str())).map(|row| {
+        let name = names.shown(&row.name);
+        let (measure, [before, after]) = match row.halves {
+            Some(halves) => ("central half", halves),
+            None => ("sd", [row.prior.sd, row.posterior.sd]),
+        };
+        format!("{name} ({measure} {} after {})", cell(after), cell(before))
+    });
+    warnings.add(
+        WarningKind::PriorDataConflict,
+        "The posterior is wider than the prior: ",
+        &list(widened),
+        "The data ask for values that the prior holds to be rare: see whether it means to",
+    );
+
+    let truncated = identifiability.iter().filter(|row| row.truncated());
+    let truncated = truncated.map(|row| format!("{} ({})", names.shown(&row.name), row.cuts()));
+    warnings.add(
+        WarningKind::Boundary,
+        "Draws pile up at a prior bound: ",
+        &list(truncated),
+        "The prior cuts the posterior off: widen it if the bound is not physical",
+    );
+}
+
+/// The sets of parameters that the data tell only together. One with several modes is not the matter
+/// of a covariance.
+fn undetermined(
+    posterior: &Posterior,
+    rows: &[SummaryRow],
+    identifiability: &[Identifiability],
+) -> Vec<Combination> {
+    if identifiability.len() > MOST_COMBINED {
+        return Vec::new();
+    }
+    let Some(prior) = &posterior.prior else {
+        return Vec::new();
+    };
+    let after = &posterior.posterior;
+    let columns: Option<Vec<Column>> = identifiability
+        .par_iter()
+        .map(|Identifiability { name, .. }| {
+            let posterior = after.trace(name)?.concat();
+            let finite = posterior.iter().all(|x| x.is_finite());
+            let prior = prior.trace(name)?.concat();
+            finite.then_some(Column { prior, posterior })
+        })
+        .collect();
+    let columns = columns.unwrap_or_default();
+    let enough: BTreeSet<&str> = rows
+        .iter()
+        .filter(|row| row.ess() >= ENOUGH_FOR_A_COVARIANCE)
+        .map(|row| row.place.as_str())
+        .collect();
+    let fit = |&k: &usize| {
+        let chains: Vec<&[f64]> = columns[k].posterior.chunks(after.draws).collect();
+        enough.contains(identifiability[k].name.as_str()) && Modes::find(&chains).is_none()
+    };
+    let mut found = combinations(&columns);
+    found.retain(|set| set.members.iter().all(fit));
+    found
+}
+
+/// The quantities that are Cholesky factors, whose entries say little one by one.
+fn factors(posterior: &Posterior) -> BTreeSet<&str> {
+    let group = &posterior.posterior;
+    let is_triangular = |values: &&Values| match values.shape[..] {
+        [.., rows, columns] if rows == columns && columns > 1 => {
+            group.column(values, columns - 1).iter().all(|x| *x == 0.0)
+        }
+        _ => false,
+    };
+    group.variables.iter().filter(is_triangular).map(|values| values.name.as_str()).collect()
+}
+
+/// The quantity that `name[index]` is a number of.
+fn quantity(name: &str) -> &str {
+    name.split_once('[').map_or(name, |(quantity, _)| quantity)
+}

@@ -1,0 +1,64 @@
+//! Numbers, data and lists as sentences show them.
+
+/// Most numbers of a datum that are shown.
+const SHOWN: usize = 6;
+/// Most items of a list that are shown.
+const LISTED: usize = 4;
+
+/// Four or five significant digits, and `–` where there is nothing to show.
+pub(crate) fn cell(x: f64) -> String {
+    match x.abs() {
+        size if size.is_nan() => "–".into(),
+        0.0 => "0".into(),
+        size if !(1e-3..1e5).contains(&size) => format!("{x:.3e}"),
+        size => {
+            let decimals = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
+            format!("{x:.decimals$}")
+        }
+    }
+}
+
+/// At most four of the items, and how many were left out.
+pub(crate) fn list(items: impl IntoIterator<Item = String>) -> String {
+    let items: Vec<String> = items.into_iter().collect();
+    let shown = items.iter().take(LISTED).map(String::as_str).collect::<Vec<_>>().join(", ");
+    match items.len().checked_sub(LISTED) {
+        None | Some(0) => shown,
+        Some(more) => format!("{shown} and {more} more"),
+    }
+}
+
+/// `y[3] = 0.7`.
+pub(crate) fn datum(name: &str, index: Option<usize>, values: &[f64]) -> String {
+    let index = index.map_or(String::new(), |index| format!("[{index}]"));
+    let numbers = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
+    match values {
+        [value] => format!("`{name}{index}` = {value}"),
+        few if few.len() <= SHOWN => format!("`{name}{index}` = [{}]", numbers(few)),
+        many => format!("`{name}{index}` = [{}, …]", numbers(&many[..SHOWN])),
+    }
+}
+
+/// The rest of a sentence.
+pub(crate) fn further(detail: &Option<String>) -> String {
+    detail.as_ref().map_or(String::new(), |detail| format!("; {detail}"))
+}
+
+pub(crate) fn first_to_fail(datum: String) -> String {
+    format!("the first observation to fail is {datum}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::cell;
+
+    #[test]
+    fn cells_keep_four_digits() {
+        assert_eq!(cell(275.1234), "275.1");
+        assert_eq!(cell(0.0012345), "0.001234");
+        assert_eq!(cell(-1.5e-7), "-1.500e-7");
+        assert_eq!(cell(0.0), "0");
+        assert_eq!(cell(f64::NAN), "–");
+        assert_eq!(cell(12345.678), "12346");
+    }
+}
