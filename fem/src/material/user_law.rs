@@ -43,7 +43,9 @@ use crate::error::FemError;
 ///     }
 /// }
 ///
-/// let foam = Material::hyperelastic(BlatzKo { shear_mpa: 0.4 })?.elasticity;
+/// let foam = Material::hyperelastic(BlatzKo { shear_mpa: 0.4 })?;
+/// fem::assert_material(&foam, None);
+/// let foam = foam.elasticity;
 /// assert!((foam.poisson() - 0.25).abs() < 1e-12 && (foam.young_mpa() - 1.0).abs() < 1e-12);
 /// # Ok::<(), fem::FemError>(())
 /// ```

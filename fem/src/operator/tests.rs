@@ -226,10 +226,15 @@ fn assert_patch<const N: usize, T: Tetrahedron<N>>(law: Law) {
     };
     // one material: a patch of two would not stay affine
     let materials = vec![materials(law, PhaseField::new(0.3), false)[1].clone(); 2];
-    let held = boundary.iter().flat_map(|&n| (0..3).map(move |k| (n, k)));
-    let (plan, unknowns) =
-        LinearPlan::new(&space.tets, &nodes, &vec![false; nodes.len()], held, Default::default())
-            .expect("a factor");
+    let constrained = boundary.iter().flat_map(|&n| (0..3).map(move |k| (n, k)));
+    let (plan, unknowns) = LinearPlan::new(
+        &space.tets,
+        &nodes,
+        &vec![false; nodes.len()],
+        constrained,
+        Default::default(),
+    )
+    .expect("a factor");
     let assembly = Assembly::new(space);
     let options = SolverOptions { tolerance: 1e-13, ..SolverOptions::default() };
     let linear = plan.solver(&assembly);

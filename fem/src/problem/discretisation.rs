@@ -94,7 +94,7 @@ impl Discretisation {
         let domain = self.operator.domain();
         let boundary = Boundary::new(domain, mesh, conditions, self.damaged.clone(), duration_s)?;
         let (linear, unknowns) =
-            self.linear.with_held(&self.carries_damage, boundary.constrained())?;
+            self.linear.with_constrained(&self.carries_damage, boundary.constrained())?;
         Ok(Self {
             operator: Arc::clone(&self.operator),
             unknowns,

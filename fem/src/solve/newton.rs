@@ -71,7 +71,7 @@ pub(crate) struct Solver<'a, E> {
 /// A factor is kept while each solve with it leaves at most this fraction of the residual.
 const KEEP: f64 = 0.25;
 const BACKTRACKS: u32 = 8;
-/// Most iterations, beside the others, in which the set of held values is another than before.
+/// Most iterations, beside the others, in which the set of constrained values is another than before.
 const MOST_CHANGES: u32 = 300;
 /// Fraction of the residual that a linear solution may leave.
 const LINEAR_TOLERANCE: f64 = 1e-3;

@@ -34,13 +34,13 @@ pub(crate) enum LinearPlan {
 }
 
 impl LinearPlan {
-    /// Prepares the solver of a mesh; `damaged` marks the nodes that carry damage and `held` are
+    /// Prepares the solver of a mesh; `damaged` marks the nodes that carry damage and `constrained` are
     /// the prescribed displacements.
     pub(crate) fn new<const N: usize>(
         tets: &[[u32; N]],
         points: &[[f64; 3]],
         damaged: &[bool],
-        held: impl Iterator<Item = (u32, usize)>,
+        constrained: impl Iterator<Item = (u32, usize)>,
         choice: LinearScheme,
     ) -> Result<(Self, Unknowns), FemError> {
         let damage = damaged.iter().filter(|d| **d).count();
@@ -51,30 +51,30 @@ impl LinearPlan {
             LinearScheme::Multigrid => true,
         };
         if multigrid {
-            let unknowns = in_given_order(damaged, held);
+            let unknowns = in_given_order(damaged, constrained);
             return Ok((Self::multigrid(tets, points), unknowns));
         }
         let pattern = Arc::new(Pattern::new(tets, points.len()));
         let order = Arc::new(nested_dissection(&pattern.graph, points)?);
-        let unknowns = Unknowns::new(&order, damaged, held);
+        let unknowns = Unknowns::new(&order, damaged, constrained);
         let symbolic = Arc::new(Symbolic::new(&pattern.graph, &unknowns)?);
         Ok((Self::Direct { pattern, order, symbolic }, unknowns))
     }
 
-    /// The same solver where other displacements are held.
-    pub(crate) fn with_held(
+    /// The same solver where other displacements are constrained.
+    pub(crate) fn with_constrained(
         &self,
         damaged: &[bool],
-        held: impl Iterator<Item = (u32, usize)>,
+        constrained: impl Iterator<Item = (u32, usize)>,
     ) -> Result<(Self, Unknowns), FemError> {
         let mut plan = self.clone();
         let unknowns = match &mut plan {
             Self::Direct { pattern, order, symbolic } => {
-                let unknowns = Unknowns::new(order, damaged, held);
+                let unknowns = Unknowns::new(order, damaged, constrained);
                 *symbolic = Arc::new(Symbolic::new(&pattern.graph, &unknowns)?);
                 unknowns
             }
-            Self::Multigrid { .. } => in_given_order(damaged, held),
+            Self::Multigrid { .. } => in_given_order(damaged, constrained),
         };
         Ok((plan, unknowns))
     }
@@ -122,7 +122,7 @@ impl LinearPlan {
 }
 
 /// Unknowns in the order of the nodes.
-fn in_given_order(damaged: &[bool], held: impl Iterator<Item = (u32, usize)>) -> Unknowns {
+fn in_given_order(damaged: &[bool], constrained: impl Iterator<Item = (u32, usize)>) -> Unknowns {
     let order: Vec<u32> = (0..damaged.len() as u32).collect();
-    Unknowns::new(&order, damaged, held)
+    Unknowns::new(&order, damaged, constrained)
 }

@@ -19,7 +19,7 @@ pub(super) struct Quadratic {
     contact: Vec<NodeBlock>,
     /// The vertices that each midpoint stands between; midpoints follow the vertices.
     parents: Arc<Vec<[u32; 2]>>,
-    /// 1/|A_ii|, zero in held values.
+    /// 1/|A_ii|, zero in constrained values.
     weight: Vec<Nodal>,
     largest: f64,
 }

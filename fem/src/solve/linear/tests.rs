@@ -144,7 +144,7 @@ struct Cylinder<const N: usize> {
     materials: Vec<PointMaterial>,
     fields: Fields,
     free: Vec<[bool; 4]>,
-    held: Vec<(u32, usize)>,
+    constrained: Vec<(u32, usize)>,
 }
 
 impl<const N: usize> Cylinder<N> {
@@ -167,16 +167,17 @@ impl<const N: usize> Cylinder<N> {
         let stiff =
             Material { elasticity: Material::hencky(22_000.0, 0.25).elasticity, ..soft.clone() };
         let materials = [soft, stiff].iter().map(|m| m.at_point(Some(&field))).collect();
-        let (mut held, mut fields) = (Vec::new(), Fields::zero(space.nodes.len()));
+        let (mut constrained, mut fields) = (Vec::new(), Fields::zero(space.nodes.len()));
         for (n, x) in space.nodes.iter().enumerate() {
             let end = x[2] < 1e-9 || x[2] > 4.4 - 1e-9;
-            held.extend((0..3).filter(|&k| x[2] < 1e-9 || (end && k == 2)).map(|k| (n as u32, k)));
+            constrained
+                .extend((0..3).filter(|&k| x[2] < 1e-9 || (end && k == 2)).map(|k| (n as u32, k)));
             fields.displacement[n] = [2e-3 * x[0], 2e-3 * x[1], -8e-3 * x[2]];
             fields.damage[n] = damage * (0.5 + 0.5 * (2.0 * x[0] + x[2]).sin());
         }
         let mut free = vec![[true; 4]; space.nodes.len()];
-        held.iter().for_each(|&(n, k)| free[n as usize][k] = false);
-        Self { assembly: Assembly::new(space), materials, fields, free, held }
+        constrained.iter().for_each(|&(n, k)| free[n as usize][k] = false);
+        Self { assembly: Assembly::new(space), materials, fields, free, constrained }
     }
 
     fn plan(&self, multigrid: bool) -> LinearPlan {
@@ -189,7 +190,7 @@ impl<const N: usize> Cylinder<N> {
             tets,
             nodes,
             &damaged,
-            self.held.iter().copied(),
+            self.constrained.iter().copied(),
             crate::solve::LinearScheme::Direct,
         )
         .expect("a plan")
