@@ -118,10 +118,10 @@ fn assert_derivatives(
         let first = change - t * work;
         [first.abs(), (first - 0.5 * t * t * curvature).abs()]
     };
-    let (coarse, fine) = (remainders(2e-3), remainders(5e-4));
     for (k, least) in [1.9, 2.9].into_iter().enumerate() {
-        let slope = (coarse[k] / fine[k]).log2() / 2.0;
-        // the third-order term may vanish by chance, which makes the slope larger, not smaller
+        // the next order may hide the slope by chance at one step, not at all three
+        let slopes = [8e-3, 4e-3, 1e-3].map(|t| (remainders(t)[k] / remainders(t / 4.0)[k]).log2());
+        let slope = slopes.into_iter().fold(0.0, f64::max) / 2.0;
         assert!(slope > least, "remainder {} falls with slope {slope} at {state}", k + 1);
     }
 }

@@ -43,7 +43,7 @@ pub use user_law::{HyperelasticLaw, UserLaw};
 pub(crate) use degradation::Degradation;
 #[cfg(test)]
 pub(crate) use point::FormulaLaw;
-pub(crate) use point::{Degraded, LaneLaw, PointMaterial};
+pub(crate) use point::{Degraded, Formula, LaneLaw, PointMaterial};
 pub(crate) use principal::{Inverted, Principal};
 pub(crate) use response::{Law, Response, packed};
 pub(crate) use scalar::{Lanes, POINTS, Scalar, dot};

@@ -80,7 +80,8 @@ impl<T: Scalar> Law<T> for FormulaLaw<T> {
 }
 
 impl PointMaterial {
-    fn formula(&self) -> Option<Formula> {
+    /// The formula of its law, if it has one.
+    pub(crate) fn formula(&self) -> Option<Formula> {
         match self.elasticity {
             Elasticity::Hencky { .. } => Some(Formula::Hencky),
             Elasticity::NeoHookean { .. } => Some(Formula::NeoHookean),
@@ -119,23 +120,20 @@ pub(crate) struct LaneLaw<'a, T> {
 }
 
 impl<'a, T: Lanes> LaneLaw<'a, T> {
-    /// The laws of the materials of each lane.
+    /// The laws of the materials of each lane with these moduli; `formula` if all materials of the
+    /// mesh have one.
     #[inline(always)]
     pub(crate) fn new(
-        token: T::Token,
+        formula: Option<Formula>,
         degraded: Degraded,
+        moduli: [T; 2],
         materials: [&'a PointMaterial; POINTS],
     ) -> Self {
-        let mut formula = materials[0].formula();
-        let (mut bulk, mut shear) = ([0.0; POINTS], [0.0; POINTS]);
-        for lane in 0..T::COUNT {
-            if materials[lane].formula() != formula {
-                formula = None;
-            }
-            bulk[lane] = materials[lane].moduli.bulk;
-            shear[lane] = materials[lane].moduli.shear;
+        let mut formula = formula;
+        if formula.is_none() {
+            let first = materials[0].formula();
+            formula = first.filter(|_| materials[..T::COUNT].iter().all(|m| m.formula() == first));
         }
-        let moduli = [T::load(token, &bulk), T::load(token, &shear)];
         let formula = match formula {
             Some(formula) => Some(FormulaLaw { formula, degraded, moduli }),
             None => None,

@@ -339,9 +339,15 @@ impl WithSimd for Responses<'_> {
                 }
             }
             let first = batch * SimdF64::<S>::COUNT;
-            let materials =
+            let materials: [&PointMaterial; POINTS] =
                 std::array::from_fn(|k| &self.materials[(first + k) % self.materials.len()]);
-            let law = LaneLaw::new(simd, self.degraded, materials);
+            let mut moduli = [[0.0; POINTS]; 2];
+            for lane in 0..POINTS {
+                let PointMaterial { moduli: of_lane, .. } = materials[lane];
+                (moduli[0][lane], moduli[1][lane]) = (of_lane.bulk, of_lane.shear);
+            }
+            let moduli = moduli.each_ref().map(|x| SimdF64::load(simd, x));
+            let law = LaneLaw::new(None, self.degraded, moduli, materials);
             let principal = Principal::new(&h);
             let response = law.respond::<true>(&principal.strains, SimdF64::splat(simd, 0.3));
             let lane = |x: SimdF64<S>, lane: usize| {

@@ -1,6 +1,6 @@
 //! The node blocks of an element's tangent, from its numbers.
 
-use super::point_data::{PointData, SOURCE, read_point};
+use super::point_data::{PointData, SOURCE};
 use crate::element::Rule;
 use crate::material::{PointTangent, Scalar, packed};
 
@@ -16,12 +16,21 @@ struct AtPoint<T, const N: usize> {
 
 impl<T: Scalar, const N: usize> AtPoint<T, N> {
     #[inline(always)]
-    fn new(point: &[T], slopes: &[[f64; 3]; N]) -> Self {
-        let zero = point[0].constant(0.0);
-        let (tangent, push) = read_point(point);
+    fn new(tangent: PointTangent<T>, push: &[[T; 3]; 3], slopes: &[[f64; 3]; N]) -> Self {
+        let zero = push[0][0].constant(0.0);
         let mut spatial = [[zero; 3]; N];
         for a in 0..N {
             for k in 0..3 {
+                if N == 4 {
+                    for i in 0..3 {
+                        if a == k + 1 {
+                            spatial[a][i] = push[k][i];
+                        } else if a == 0 {
+                            spatial[a][i] = spatial[a][i] - push[k][i];
+                        }
+                    }
+                    continue;
+                }
                 let slope = zero.constant(slopes[a][k]);
                 for i in 0..3 {
                     spatial[a][i] = slope.mul_add(push[k][i], spatial[a][i]);
@@ -46,16 +55,20 @@ impl<T: Scalar, const N: usize> AtPoint<T, N> {
     }
 }
 
-/// The blocks (a, b ≤ a) of the symmetric matrix of an element with these numbers.
+/// The blocks (a, b ≤ a) of the symmetric matrix of an element with these numbers; `AXES` as they
+/// were written.
 #[inline(always)]
-pub(crate) fn blocks<T: Scalar, const N: usize>(rule: &Rule, numbers: &[T]) -> Blocks<T, N> {
+pub(crate) fn blocks<T: Scalar, const AXES: bool, const N: usize>(
+    rule: &Rule,
+    numbers: &[T],
+) -> Blocks<T, N> {
     let zero = numbers[0].constant(0.0);
     let data = PointData::of(rule);
     let mut blocks = [[[[zero; 4]; 4]; N]; N];
     for (q, point) in rule.points.iter().enumerate() {
         let slopes = point.slopes.first_chunk::<N>().expect("a slope of each node");
-        let point_numbers = &numbers[data.point(q)..];
-        let at = AtPoint::new(point_numbers, slopes);
+        let (tangent, push) = data.read_point::<T, AXES>(q, numbers);
+        let at = AtPoint::new(tangent, &push, slopes);
         // the shape functions add up to one: node 0 follows from the others
         for a in 1..N {
             for b in 1..=a {
@@ -83,19 +96,26 @@ pub(crate) fn blocks<T: Scalar, const N: usize>(rule: &Rule, numbers: &[T]) -> B
         for a in 0..N {
             let mut force = at.spatial[a];
             for i in 0..3 {
-                force[i] = force[i] * point_numbers[SOURCE + i];
+                force[i] = force[i] * numbers[data.point(q) + SOURCE + i];
             }
             forces[a] = at.tangent.turn(&force);
         }
-        for a in 0..N {
+        for a in 1..N {
             let flux = AtPoint::<T, N>::damage_flux(gradient, &slopes[a]);
-            for b in 0..=a {
-                let block = &mut blocks[a][b];
+            for b in 1..=a {
                 let mut product = zero;
                 for k in 0..3 {
                     product = zero.constant(slopes[b][k]).mul_add(flux[k], product);
                 }
-                block[3][3] = weight.mul_add(product, block[3][3]);
+                if N == 4 {
+                    product = gradient[packed(a - 1, b - 1)];
+                }
+                blocks[a][b][3][3] = weight.mul_add(product, blocks[a][b][3][3]);
+            }
+        }
+        for a in 0..N {
+            for b in 0..=a {
+                let block = &mut blocks[a][b];
                 for i in 0..3 {
                     block[i][3] = forces[a][i].mul_add(soft[b], block[i][3]);
                     block[3][i] = forces[b][i].mul_add(soft[a], block[3][i]);
@@ -103,6 +123,7 @@ pub(crate) fn blocks<T: Scalar, const N: usize>(rule: &Rule, numbers: &[T]) -> B
             }
         }
     }
+    complete_first(&mut blocks);
     for (p, point) in rule.damage.iter().enumerate() {
         let local = numbers[data.local(p)];
         for a in 0..N {
@@ -115,24 +136,29 @@ pub(crate) fn blocks<T: Scalar, const N: usize>(rule: &Rule, numbers: &[T]) -> B
             }
         }
     }
-    for a in 1..N {
-        for b in 1..N {
-            for i in 0..3 {
-                for j in 0..3 {
-                    let block = if b <= a { blocks[a][b][i][j] } else { blocks[b][a][j][i] };
-                    blocks[a][0][i][j] = blocks[a][0][i][j] - block;
+    blocks
+}
+
+/// The blocks of node 0, whose shape function is one less the others', but for the terms without
+/// gradients and those between the fields.
+#[inline(always)]
+fn complete_first<T: Scalar, const N: usize>(blocks: &mut Blocks<T, N>) {
+    for i in 0..4 {
+        for j in 0..4 {
+            if (i == 3) != (j == 3) {
+                continue;
+            }
+            for a in 1..N {
+                for b in 1..N {
+                    let entry = if b <= a { blocks[a][b][i][j] } else { blocks[b][a][j][i] };
+                    blocks[a][0][i][j] = blocks[a][0][i][j] - entry;
                 }
             }
-        }
-    }
-    for a in 1..N {
-        for i in 0..3 {
-            for j in 0..3 {
+            for a in 1..N {
                 blocks[0][0][i][j] = blocks[0][0][i][j] - blocks[a][0][i][j];
             }
         }
     }
-    blocks
 }
 
 /// The diagonal of the same matrix.
@@ -143,7 +169,8 @@ pub(crate) fn diagonal<T: Scalar, const N: usize>(rule: &Rule, numbers: &[T]) ->
     let mut out = [[zero; 4]; N];
     for (q, point) in rule.points.iter().enumerate() {
         let slopes = point.slopes.first_chunk::<N>().expect("a slope of each node");
-        let at = AtPoint::new(&numbers[data.point(q)..], slopes);
+        let (tangent, push) = data.read_point::<T, false>(q, numbers);
+        let at = AtPoint::new(tangent, &push, slopes);
         for a in 0..N {
             let block = at.tangent.block(&at.spatial[a], &at.spatial[a]);
             for i in 0..3 {

@@ -15,7 +15,7 @@ use crate::material::{
 };
 
 /// The most elastic or damage points that a rule has.
-pub(super) const MOST_POINTS: usize = 14;
+pub(crate) const MOST_POINTS: usize = 14;
 
 /// The values of an element, or of one in each lane.
 #[derive(Clone, Copy, Debug)]
@@ -40,8 +40,8 @@ pub(crate) struct Element<'a, T, L, const N: usize> {
     pub(crate) gradient: T,
     /// ξ/Δt, MPa.
     pub(crate) viscous: T,
-    /// The largest ψ⁺ so far by elastic point; −∞ where the current one drives damage.
-    pub(crate) history: [T; MOST_POINTS],
+    /// The largest ψ⁺ so far by elastic point; `None`: the current one drives damage.
+    pub(crate) history: Option<[T; MOST_POINTS]>,
 }
 
 /// The contributions of an element to the residual.
@@ -85,17 +85,8 @@ impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
     /// Elastic point q, with damage `phi` at the damage points.
     #[inline(always)]
     fn at<const TANGENT: bool>(&self, q: usize, phi: &[T; MOST_POINTS]) -> At<T> {
-        let zero = self.constant(0.0);
-        let slopes = self.slopes(q);
-        let (mut du, mut h) = ([[zero; 3]; 3], [[zero; 3]; 3]);
-        for a in 0..N {
-            for k in 0..3 {
-                let slope = self.constant(slopes[a][k]);
-                for i in 0..3 {
-                    du[k][i] = self.displacement[a][i].mul_add(slope, du[k][i]);
-                }
-            }
-        }
+        let du = self.differences(q, &self.displacement);
+        let mut h = [[self.constant(0.0); 3]; 3];
         for k in 0..3 {
             for i in 0..3 {
                 for j in 0..3 {
@@ -107,6 +98,44 @@ impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
         let response = self.law.respond::<TANGENT>(&principal.strains, self.stiffness_at(q, phi));
         let weight = self.volume * self.constant(self.rule.points[q].weight);
         At { weight, principal, response }
+    }
+
+    /// ∂u/∂λ_k − ∂u/∂λ₀ at elastic point q, by k.
+    #[inline(always)]
+    fn differences<const C: usize>(&self, q: usize, u: &[[T; C]; N]) -> [[T; C]; 3] {
+        let slopes = self.slopes(q);
+        let mut du = [[self.constant(0.0); C]; 3];
+        for k in 0..3 {
+            for c in 0..C {
+                if N == 4 {
+                    du[k][c] = u[k + 1][c] - u[0][c];
+                    continue;
+                }
+                for a in 0..N {
+                    du[k][c] = u[a][c].mul_add(self.constant(slopes[a][k]), du[k][c]);
+                }
+            }
+        }
+        du
+    }
+
+    /// Adds what belongs to the differences to the nodes.
+    #[inline(always)]
+    fn add_flux(&self, q: usize, flux: &[[T; 4]; 3], fields: usize, nodal: &mut [[T; 4]; N]) {
+        let slopes = self.slopes(q);
+        for c in 0..fields {
+            for k in 0..3 {
+                if N == 4 {
+                    nodal[k + 1][c] += flux[k][c];
+                    nodal[0][c] = nodal[0][c] - flux[k][c];
+                    continue;
+                }
+                for a in 0..N {
+                    let slope = self.constant(slopes[a][k]);
+                    nodal[a][c] = slope.mul_add(flux[k][c], nodal[a][c]);
+                }
+            }
+        }
     }
 
     #[inline(always)]
@@ -145,7 +174,10 @@ impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
     /// What drives damage at elastic point q: ψ⁺, or the largest value that it has had.
     #[inline(always)]
     fn driving(&self, q: usize, at: &At<T>) -> T {
-        at.response.driving.max(self.history[q])
+        match &self.history {
+            Some(so_far) => at.response.driving.max(so_far[q]),
+            None => at.response.driving,
+        }
     }
 
     /// Adds the driving energy of elastic point q to the damage points.
@@ -179,6 +211,10 @@ impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
         let mut sound = self.constant(1.0);
         let phi = self.damage_at_points();
         let mut driving = [zero; MOST_POINTS];
+        let mut damage = [[zero]; N];
+        for a in 0..N {
+            damage[a] = [self.damage[a]];
+        }
         for q in 0..self.rule.points.len() {
             let at = self.at::<false>(q, &phi);
             sound = sound.min(at.principal.sound);
@@ -190,18 +226,14 @@ impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
                     flux[k][i] = dot(&piola[i], &self.barycentric[k]);
                 }
             }
-            let slopes = self.slopes(q);
             let damaged = !self.rule.damage.is_empty();
             if damaged {
                 self.add_driving(q, &at, &mut driving);
                 let mut gradient = [zero; 3];
+                let change = self.differences(q, &damage);
                 for k in 0..3 {
-                    let mut change = zero;
-                    for a in 0..N {
-                        change = self.damage[a].mul_add(self.constant(slopes[a][k]), change);
-                    }
                     for x in 0..3 {
-                        gradient[x] = change.mul_add(self.barycentric[k][x], gradient[x]);
+                        gradient[x] = change[k][0].mul_add(self.barycentric[k][x], gradient[x]);
                     }
                 }
                 let stiffness = at.weight * self.gradient;
@@ -210,15 +242,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
                     flux[k][3] = (stiffness + stiffness) * dot(&gradient, &self.barycentric[k]);
                 }
             }
-            let fields = if damaged { 4 } else { 3 };
-            for a in 0..N {
-                for k in 0..3 {
-                    let slope = self.constant(slopes[a][k]);
-                    for c in 0..fields {
-                        nodal[a][c] = slope.mul_add(flux[k][c], nodal[a][c]);
-                    }
-                }
-            }
+            self.add_flux(q, &flux, if damaged { 4 } else { 3 }, &mut nodal);
         }
         for p in 0..self.rule.damage.len() {
             let shape = self.shape(p);
@@ -242,9 +266,10 @@ impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
     }
 
     /// Writes the numbers of the tangent, as [`PointData`] orders them; `coupled` keeps the terms
-    /// between u and φ. Returns whether the element is sound.
+    /// between u and φ. With `AXES` the principal axes follow behind all others, in place of their
+    /// quaternions. Returns whether the element is sound.
     #[inline(always)]
-    pub(crate) fn linearise(&self, coupled: bool, out: &mut [T]) -> T {
+    pub(crate) fn linearise<const AXES: bool>(&self, coupled: bool, out: &mut [T]) -> T {
         let zero = self.constant(0.0);
         let data = PointData::of(self.rule);
         let phi = self.damage_at_points();
@@ -260,8 +285,11 @@ impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
                     push[k][i] = dot(&at.principal.push[i], &self.barycentric[k]);
                 }
             }
+            if AXES {
+                data.write_axes(q, &tangent.axes, out);
+            }
             let point = &mut out[data.point(q)..];
-            point_data::write_point(&tangent, &push, point);
+            point_data::write_point::<T, AXES>(&tangent, &push, point);
             if self.rule.damage.is_empty() {
                 continue;
             }

@@ -71,14 +71,67 @@ impl PointData {
     pub(crate) fn width(self) -> usize {
         self.point(self.points) + self.locals()
     }
+
+    /// The same where the principal axes follow behind.
+    pub(crate) fn width_with_axes(self) -> usize {
+        self.width() + 9 * self.points
+    }
+
+    /// Writes the principal axes of elastic point q behind the other numbers.
+    #[inline(always)]
+    pub(crate) fn write_axes<T: Scalar>(self, q: usize, axes: &[[T; 3]; 3], out: &mut [T]) {
+        let place = self.width() + 9 * q;
+        for i in 0..3 {
+            for m in 0..3 {
+                out[place + 3 * i + m] = axes[i][m];
+            }
+        }
+    }
+
+    /// The tangent of elastic point q, and s by k.
+    #[inline(always)]
+    pub(crate) fn read_point<T: Scalar, const AXES: bool>(
+        self,
+        q: usize,
+        numbers: &[T],
+    ) -> (PointTangent<T>, [[T; 3]; 3]) {
+        let point = &numbers[self.point(q)..];
+        let zero = point[0].constant(0.0);
+        let (mut normal, mut shear, mut stress) = ([zero; 6], [zero; 3], [zero; 3]);
+        let (mut push, mut axes) = ([[zero; 3]; 3], [[zero; 3]; 3]);
+        for entry in 0..6 {
+            normal[entry] = point[NORMAL + entry];
+        }
+        for k in 0..3 {
+            for i in 0..3 {
+                push[k][i] = point[PUSH + 3 * k + i];
+                if AXES {
+                    axes[k][i] = numbers[self.width() + 9 * q + 3 * k + i];
+                }
+            }
+            shear[k] = point[SHEAR + k];
+            stress[k] = point[STRESS + k];
+        }
+        if !AXES {
+            axes = axes_of(point);
+        }
+        (PointTangent { axes, normal, shear, stress }, push)
+    }
 }
 
-/// Writes the numbers of an elastic point but for τ⁺; `push` is s by k.
+/// Writes the numbers of an elastic point but for τ⁺; `push` is s by k. With `AXES` the quaternion
+/// is left out.
 #[inline(always)]
-pub(crate) fn write_point<T: Scalar>(tangent: &PointTangent<T>, push: &[[T; 3]; 3], out: &mut [T]) {
-    let rotation = rotation(&tangent.axes);
-    for c in 0..4 {
-        out[ROTATION + c] = rotation[c];
+pub(crate) fn write_point<T: Scalar, const AXES: bool>(
+    tangent: &PointTangent<T>,
+    push: &[[T; 3]; 3],
+    out: &mut [T],
+) {
+    if !AXES {
+        let rotation = rotation(&tangent.axes);
+        for c in 0..4 {
+            out[ROTATION + c] = rotation[c];
+        }
     }
     for entry in 0..6 {
         out[NORMAL + entry] = tangent.normal[entry];
@@ -92,28 +145,9 @@ pub(crate) fn write_point<T: Scalar>(tangent: &PointTangent<T>, push: &[[T; 3]; 
     }
 }
 
-/// The tangent of an elastic point, and s by k.
-#[inline(always)]
-pub(crate) fn read_point<T: Scalar>(point: &[T]) -> (PointTangent<T>, [[T; 3]; 3]) {
-    let zero = point[0].constant(0.0);
-    let (mut normal, mut shear, mut stress) = ([zero; 6], [zero; 3], [zero; 3]);
-    let mut push = [[zero; 3]; 3];
-    for entry in 0..6 {
-        normal[entry] = point[NORMAL + entry];
-    }
-    for k in 0..3 {
-        for i in 0..3 {
-            push[k][i] = point[PUSH + 3 * k + i];
-        }
-        shear[k] = point[SHEAR + k];
-        stress[k] = point[STRESS + k];
-    }
-    (PointTangent { axes: axes(point), normal, shear, stress }, push)
-}
-
 /// The principal axes of a point, one after the other.
 #[inline(always)]
-fn axes<T: Scalar>(point: &[T]) -> [[T; 3]; 3] {
+fn axes_of<T: Scalar>(point: &[T]) -> [[T; 3]; 3] {
     let one = point[0].constant(1.0);
     let [x, y, z] = [point[ROTATION], point[ROTATION + 1], point[ROTATION + 2]];
     let w = point[ROTATION + 3];

@@ -5,7 +5,8 @@ use faer::traits::pulp::{Simd, WithSimd};
 use super::lanes::{Real, Rows, dispatch, places};
 use crate::element::Space;
 use crate::material::{
-    CrackDensity, Degradation, Degraded, Inverted, LaneLaw, Lanes, POINTS, REGISTERS, SimdF64,
+    CrackDensity, Degradation, Degraded, Formula, Inverted, LaneLaw, Lanes, POINTS, PointMaterial,
+    REGISTERS, SimdF64,
 };
 use crate::operator::blocks::blocks;
 use crate::operator::element::{Element, ElementResidual, MOST_POINTS};
@@ -15,7 +16,7 @@ use crate::operator::point_data::PointData;
 use crate::operator::residual::Increment;
 
 /// The most numbers that the tangent of a linear element takes.
-const FEW: usize = 42;
+const FEW: usize = 51;
 
 /// What the elements of a mesh have in common in an increment.
 pub(crate) struct Gather<'a, const N: usize> {
@@ -23,8 +24,10 @@ pub(crate) struct Gather<'a, const N: usize> {
     increment: &'a Increment<'a>,
     degraded: Degraded,
     density: CrackDensity,
-    /// 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt by region.
-    constants: Vec<[f64; 4]>,
+    /// The formula that all regions have.
+    formula: Option<Formula>,
+    /// K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt by region.
+    constants: Vec<[f64; 6]>,
     places: [usize; LANES],
 }
 
@@ -32,17 +35,21 @@ impl<'a, const N: usize> Gather<'a, N> {
     pub(crate) fn new(space: &'a Space<N>, increment: &'a Increment<'a>) -> Self {
         // one damage model for all regions
         let damage = increment.materials.iter().find_map(|m| m.damage.as_ref());
-        let constants = increment.materials.iter().map(|m| match &m.damage {
-            Some(d) => {
-                [1.0 - d.residual, d.local, d.gradient, d.viscosity / increment.span.duration]
-            }
-            None => [0.0; 4],
+        let constants = increment.materials.iter().map(|m| {
+            let [soft, local, gradient, viscosity] = match &m.damage {
+                Some(d) => [1.0 - d.residual, d.local, d.gradient, d.viscosity],
+                None => [0.0; 4],
+            };
+            let viscous = viscosity / increment.span.duration;
+            [m.moduli.bulk, m.moduli.shear, soft, local, gradient, viscous]
         });
+        let first = increment.materials.first().and_then(PointMaterial::formula);
         Self {
             space,
             increment,
             degraded: damage.map_or(Degraded::ALL, |d| d.degraded),
             density: damage.map_or(CrackDensity::At2, |d| d.density),
+            formula: first.filter(|_| increment.materials.iter().all(|m| m.formula() == first)),
             constants: constants.collect(),
             places: places::<f64>(),
         }
@@ -120,7 +127,7 @@ impl<'a, const N: usize> Gather<'a, N> {
             damage[a] = T::load(token, &columns[3]);
             before[a] = T::load(token, &columns[4]);
         }
-        let mut columns = [[0.0; POINTS]; 14];
+        let mut columns = [[0.0; POINTS]; 16];
         let mut materials = [&increment.materials[0]; POINTS];
         for lane in 0..T::COUNT {
             let region = usize::from(space.region[tets[lane]]);
@@ -131,19 +138,20 @@ impl<'a, const N: usize> Gather<'a, N> {
                     columns[3 * k + x][lane] = slopes[k][x];
                 }
             }
-            for k in 0..4 {
+            for k in 0..6 {
                 columns[9 + k][lane] = self.constants[region][k];
             }
-            columns[13][lane] = space.volume[tets[lane]];
+            columns[15][lane] = space.volume[tets[lane]];
         }
-        let mut numbers = [zero; 14];
-        for k in 0..14 {
+        let mut numbers = [zero; 16];
+        for k in 0..16 {
             numbers[k] = T::load(token, &columns[k]);
         }
-        let [a, b, c, d, e, f, g, h, i, soft, local, gradient, viscous, volume] = numbers;
+        let [a, b, c, d, e, f, g, h, i, bulk, shear, soft, local, gradient, viscous, volume] =
+            numbers;
         Element {
             rule: &space.rule,
-            law: LaneLaw::new(token, self.degraded, materials),
+            law: LaneLaw::new(self.formula, self.degraded, [bulk, shear], materials),
             density: self.density,
             displacement,
             damage,
@@ -159,19 +167,24 @@ impl<'a, const N: usize> Gather<'a, N> {
     }
 
     #[inline(always)]
-    fn history<T: Lanes>(&self, token: T::Token, tets: [usize; POINTS]) -> [T; MOST_POINTS] {
-        let mut so_far = [T::load(token, &[f64::NEG_INFINITY; POINTS]); MOST_POINTS];
+    fn history<T: Lanes>(
+        &self,
+        token: T::Token,
+        tets: [usize; POINTS],
+    ) -> Option<[T; MOST_POINTS]> {
         let (history, points) = (self.increment.span.history, self.space.rule.points.len());
-        if !history.is_empty() {
-            for q in 0..points {
-                let mut column = [0.0; POINTS];
-                for lane in 0..T::COUNT {
-                    column[lane] = history[tets[lane] * points + q];
-                }
-                so_far[q] = T::load(token, &column);
-            }
+        if history.is_empty() {
+            return None;
         }
-        so_far
+        let mut so_far = [T::load(token, &[0.0; POINTS]); MOST_POINTS];
+        for q in 0..points {
+            let mut column = [0.0; POINTS];
+            for lane in 0..T::COUNT {
+                column[lane] = history[tets[lane] * points + q];
+            }
+            so_far[q] = T::load(token, &column);
+        }
+        Some(so_far)
     }
 }
 
@@ -251,7 +264,7 @@ impl<const N: usize> WithSimd for Tangents<'_, '_, N> {
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { gather, mut first, coupled, out } = self;
         let rule = &gather.space.rule;
-        let width = PointData::of(rule).width();
+        let width = PointData::of(rule).width_with_axes();
         // those of a linear element stay on the stack
         let zero = SimdF64::splat(simd, 0.0);
         let (mut few, mut many) = ([zero; FEW], Vec::new());
@@ -263,8 +276,8 @@ impl<const N: usize> WithSimd for Tangents<'_, '_, N> {
         };
         for out in out.chunks_mut(SimdF64::<S>::COUNT) {
             let tets = gather.rows(first, out.len());
-            check(gather.elements(simd, tets).linearise(coupled, numbers))?;
-            let blocks = blocks::<SimdF64<S>, N>(rule, numbers);
+            check(gather.elements(simd, tets).linearise::<true>(coupled, numbers))?;
+            let blocks = blocks::<SimdF64<S>, true, N>(rule, numbers);
             let mut rows = Rows([[0.0; 4]; LANES]);
             for a in 0..N {
                 for b in 0..=a {
@@ -307,7 +320,7 @@ impl<const N: usize> WithSimd for Numbers<'_, '_, N> {
                     let tet = tets.get(first + lane).copied().filter(|&tet| tet != VACANT);
                     lanes[lane] = tet.unwrap_or(tets[0]) as usize;
                 }
-                check(gather.elements(simd, lanes).linearise(coupled, &mut numbers))?;
+                check(gather.elements(simd, lanes).linearise::<false>(coupled, &mut numbers))?;
                 for (out, number) in columns.iter_mut().zip(&numbers) {
                     let mut column = [0.0; POINTS];
                     number.store(&mut column);

@@ -229,7 +229,7 @@ impl<T: Real> WithSimd for Linear<'_, T> {
         let mut numbers = vec![SimdF64::splat(simd, 0.0); width];
         for part in 0..stored.parts::<S>() {
             stored.load(simd, part, &mut numbers);
-            let blocks = blocks::<SimdF64<S>, 4>(stored.rule, &numbers);
+            let blocks = blocks::<SimdF64<S>, false, 4>(stored.rule, &numbers);
             let first = elements.len();
             let tets = stored
                 .elements::<S>(part)
