@@ -1,9 +1,9 @@
 //! What the engine costs: CSV lines `quantity,value,unit`, one thread, in processor seconds.
 //!
-//! Run: `cargo bench -p fem --features bench-internals --bench engine`, with the beginnings of names, as `p1_20k` or `apply`,
-//! after `--` for a part of it. The specimen is a lattice cylinder; the figures are the least of a
-//! few repetitions. `BRECCIA_LARGE=1` adds the sizes up to two million unknowns,
-//! which take minutes and several GB.
+//! Run: `cargo bench -p fem --features bench-internals --bench engine`, with the beginnings of names,
+//! as `p1_20k` or `apply`, after `--` for a part of it. The specimen is a lattice cylinder; the
+//! figures are the least of a few repetitions. `BRECCIA_LARGE=1` adds the sizes up to two million
+//! unknowns, which take minutes and several GB.
 
 use std::ops::ControlFlow;
 use std::sync::LazyLock;

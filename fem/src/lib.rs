@@ -53,18 +53,20 @@
 //!
 //! From the ground up; an import goes down only, and no two files import each other.
 //!
-//! 1. `error` what can be wrong, with its source
-//! 2. `fields` displacement and damage at the nodes
-//! 3. `mesh` tetrahedra with named regions and surfaces, Gmsh and ParaView files
-//! 4. `specimen` grains, packings and their labels
-//! 5. `element` linear and quadratic tetrahedra, quadrature, the space on a mesh
-//! 6. `material` laws, damage, and what they give at a point
-//! 7. `operator` residual and tangent of a whole mesh, bounds of the unknowns
-//! 8. `solve` Newton, alternate minimisation, arc length, contact passes, linear solvers
-//! 9. `boundary` conditions, loads, platens and contact
-//! 10. `problem` a problem, its load steps, curves and checkpoints
-//! 11. `ensemble` many runs in a directory
-//! 12. `bench` what the bench of the engine times (feature `bench-internals`)
+//! 1. `error`: what can be wrong, with its source
+//! 2. `file`: files that are written whole or not at all
+//! 3. `fields`: displacement and damage at the nodes
+//! 4. `mesh`: tetrahedra with named regions and surfaces, Gmsh and ParaView files
+//! 5. `specimen`: grains, packings and their labels
+//! 6. `element`: linear and quadratic tetrahedra, quadrature, the space on a mesh
+//! 7. `material`: laws, damage, and what they give at a point
+//! 8. `operator`: residual and tangent of a whole mesh, bounds of the unknowns
+//! 9. `solve`: Newton, alternate minimisation, arc length, contact passes, linear solvers
+//! 10. `boundary`: conditions, loads, platens and contact
+//! 11. `problem`: a problem, its load steps, curves and checkpoints
+//! 12. `ensemble`: many runs in a directory
+//! 13. `bench`: what the bench of the engine times (feature `bench-internals`)
+//! 14. `equations`: a page of text
 
 #[cfg(feature = "bench-internals")]
 pub mod bench;
@@ -73,6 +75,7 @@ mod element;
 mod ensemble;
 mod error;
 mod fields;
+mod file;
 mod material;
 mod mesh;
 mod operator;
@@ -86,10 +89,11 @@ pub mod equations {}
 pub use boundary::{Axis, Conditions, ContactPoint, Platen};
 pub use element::{Order, PointValues};
 pub use ensemble::{
-    Campaign, CampaignError, CampaignProgress, RunEnd, RunInput, RunRecord, RunStatus,
+    Ensemble, EnsembleError, EnsembleProgress, RunEnd, RunInput, RunRecord, RunStatus,
 };
 pub use error::{CheckpointError, CurveFileError, FemError, MeshError, StepFailure};
 pub use fields::Fields;
+pub use file::write_atomically;
 pub use material::{
     CrackDensity, DamageQuadrature, Elasticity, Fracture, HyperelasticLaw, Irreversibility,
     Material, MooneyRivlin, Ogden, PhaseField, PrincipalStrain, SaintVenantKirchhoff, Split,

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use clap::{Args, Parser, Subcommand};
-use models::{Case, CaseFile, InputError, Stage, Workflow, WorkflowError};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
+use models::{Case, CaseFile, InputError, STAGES, Stage, Workflow, WorkflowError};
 
 /// Calibrates the fracture of bonded granular materials, with uncertainty.
 ///
@@ -32,7 +32,7 @@ Examples:
   breccia run my.toml --out results         everything; interrupt it and run it again to go on
   breccia calibrate --out results           one stage again, after results/case.toml was edited
 
-Stages, in order: mesh, laboratory, ensemble, surrogate, calibrate, confirm, report.
+Stages, in order: mesh, experiments, ensemble, surrogate, calibrate, confirm, report.
 `breccia help STAGE` says what each reads and writes.";
 
 #[derive(Subcommand)]
@@ -47,40 +47,9 @@ enum Command {
         #[arg(default_value = "case.toml")]
         file: PathBuf,
     },
-    /// Build the mesh: mesh.vtu (for ParaView), mesh.msh (Gmsh), mesh.csv
-    #[command(after_help = "Example:\n  breccia mesh my.toml --out results")]
-    Mesh(Target),
     /// Run one compression test with the case's own parameters: curve.csv
     #[command(after_help = "Example:\n  breccia simulate my.toml --out try")]
     Simulate(Target),
-    /// Take the quantities of interest of the specimens, or make virtual ones: experiments.csv
-    #[command(
-        after_help = "Reads mesh.msh and laboratory/.\nExample:\n  breccia laboratory my.toml --out results"
-    )]
-    Laboratory(Target),
-    /// Run the simulations of the design, resuming what is finished: runs.csv, curves/
-    #[command(
-        after_help = "Reads mesh.msh.\nExample:\n  breccia ensemble my.toml --out results --threads 8"
-    )]
-    Ensemble(Target),
-    /// Fit the polynomial chaos surrogate: surrogate.json
-    #[command(after_help = "Reads runs.csv.\nExample:\n  breccia surrogate my.toml --out results")]
-    Surrogate(Target),
-    /// Sample the posterior and find its mode: posterior.zarr, summary.csv, map.csv
-    #[command(
-        after_help = "Reads surrogate.json and experiments.csv.\nExample:\n  breccia calibrate my.toml --out results"
-    )]
-    Calibrate(Target),
-    /// Simulate at the mode and at posterior draws: confirm.csv
-    #[command(
-        after_help = "Reads map.csv, posterior.csv and mesh.msh.\nExample:\n  breccia confirm my.toml --out results"
-    )]
-    Confirm(Target),
-    /// Put figures and tables of all stages on one page: report.html
-    #[command(
-        after_help = "Reads what the other stages wrote.\nExample:\n  breccia report my.toml --out results"
-    )]
-    Report(Target),
 }
 
 #[derive(Args)]
@@ -110,7 +79,7 @@ static INTERRUPT: AtomicBool = AtomicBool::new(false);
 /// Runs the program: exit code 0 when all is done, 1 after an error, 2 for a wrong command line,
 /// 130 after Ctrl-C.
 pub(crate) fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let (threads, request) = request();
     let handler = ctrlc::set_handler(|| {
         if INTERRUPT.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
@@ -120,10 +89,9 @@ pub(crate) fn main() -> ExitCode {
     if let Err(error) = handler {
         eprintln!("note: Ctrl-C will not end cleanly ({error})");
     }
-    let threads = cli
-        .threads
+    let threads = threads
         .map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
-    match run(cli.command, threads) {
+    match run(request, threads) {
         Ok(()) => ExitCode::SUCCESS,
         Err(WorkflowError::Interrupted) => {
             eprintln!("{}", WorkflowError::Interrupted);
@@ -136,29 +104,48 @@ pub(crate) fn main() -> ExitCode {
     }
 }
 
-fn run(command: Option<Command>, threads: usize) -> Result<(), WorkflowError> {
-    let stage = |target: Target, stage: Stage| {
-        Workflow::open(&target.case_file()?, &target.out, threads, &INTERRUPT)?.run(stage)
+/// What is asked for.
+enum Request {
+    /// No command: the default case.
+    Default,
+    Command(Command),
+    Stage(&'static Stage, Target),
+}
+
+/// Reads the command line, to which every stage of the table adds a command.
+fn request() -> (Option<u16>, Request) {
+    let stages = STAGES.iter().map(|stage| {
+        let example = format!("Example:\n  breccia {} my.toml --out results", stage.name);
+        let writes = format!("Writes {}.\n{example}", stage.products.join(", "));
+        Target::augment_args(clap::Command::new(stage.name)).about(stage.about).after_help(writes)
+    });
+    let matches = Cli::command().subcommands(stages).get_matches();
+    let threads = matches.get_one::<u16>("threads").copied();
+    let stage = matches.subcommand().and_then(|(name, own)| Some((Stage::named(name)?, own)));
+    let request = match stage {
+        Some((stage, own)) => Target::from_arg_matches(own).map(|t| Request::Stage(stage, t)),
+        None => Cli::from_arg_matches(&matches)
+            .map(|cli| cli.command.map_or(Request::Default, Request::Command)),
     };
-    match command {
-        None => {
-            // no command, no surprises: the default case, not whatever lies in the folder
-            run_all(&CaseFile::default_case(), Path::new("breccia-out"), threads)
+    (threads, request.unwrap_or_else(|error| error.exit()))
+}
+
+fn run(request: Request, threads: usize) -> Result<(), WorkflowError> {
+    match request {
+        // no command, no surprises: the default case, not whatever lies in the folder
+        Request::Default => run_all(&CaseFile::default_case(), Path::new("breccia-out"), threads),
+        Request::Command(Command::Run(target)) => {
+            run_all(&target.case_file()?, &target.out, threads)
         }
-        Some(Command::Run(target)) => run_all(&target.case_file()?, &target.out, threads),
-        Some(Command::Init { file }) => init(&file),
-        Some(Command::Simulate(target)) => {
+        Request::Command(Command::Init { file }) => init(&file),
+        Request::Command(Command::Simulate(target)) => {
             let path = models::simulate(&target.case_file()?, &target.out, &INTERRUPT)?;
             println!("{}", path.display());
             Ok(())
         }
-        Some(Command::Mesh(target)) => stage(target, Stage::Mesh),
-        Some(Command::Laboratory(target)) => stage(target, Stage::Laboratory),
-        Some(Command::Ensemble(target)) => stage(target, Stage::Ensemble),
-        Some(Command::Surrogate(target)) => stage(target, Stage::Surrogate),
-        Some(Command::Calibrate(target)) => stage(target, Stage::Calibrate),
-        Some(Command::Confirm(target)) => stage(target, Stage::Confirm),
-        Some(Command::Report(target)) => stage(target, Stage::Report),
+        Request::Stage(stage, target) => {
+            Workflow::open(&target.case_file()?, &target.out, threads, &INTERRUPT)?.run(stage)
+        }
     }
 }
 
@@ -170,7 +157,7 @@ fn run_all(file: &CaseFile, out: &Path, threads: usize) -> Result<(), WorkflowEr
     for name in ["summary.txt", "map.csv", "confirm.csv"] {
         let path = out.join(name);
         let text = std::fs::read_to_string(&path)
-            .map_err(|e| WorkflowError::File { path: path.clone(), message: e.to_string() })?;
+            .map_err(|source| WorkflowError::Io { path: path.clone(), source })?;
         println!("{}:\n{text}", path.display());
     }
     println!("report: {}", out.join("report.html").display());
@@ -179,12 +166,9 @@ fn run_all(file: &CaseFile, out: &Path, threads: usize) -> Result<(), WorkflowEr
 
 fn init(file: &Path) -> Result<(), WorkflowError> {
     let created = std::fs::OpenOptions::new().write(true).create_new(true).open(file);
-    created.and_then(|mut f| f.write_all(Case::TEMPLATE.as_bytes())).map_err(|e| {
-        WorkflowError::File {
-            path: file.to_owned(),
-            message: format!("{e}; name a file that does not exist yet, in a folder that does"),
-        }
-    })?;
+    created
+        .and_then(|mut f| f.write_all(Case::TEMPLATE.as_bytes()))
+        .map_err(|source| WorkflowError::Init { path: file.to_owned(), source })?;
     println!("wrote {}; next: breccia run {} --out results", file.display(), file.display());
     Ok(())
 }

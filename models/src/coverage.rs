@@ -1,28 +1,28 @@
-//! Do the intervals hold what they promise? Virtual laboratories drawn anew on the surrogate.
+//! Do the intervals hold what they promise? Virtual experiments drawn anew on the surrogate.
 
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
-use surrogate::Pce;
+use surrogate::DynPce;
 
-use crate::case::{PriorCase, ScatterCase};
+use crate::case::{ByParameter, Parameter};
 use crate::fracture::{CalibrationError, calibrate};
 use crate::qoi::Qois;
 
 /// A study of how often the calibration's 90 % intervals cover the truth.
 ///
-/// Each laboratory draws a truth uniformly from the middle of the prior box, specimens with
+/// Each repeat draws a truth uniformly from the middle of the prior box, specimens with
 /// lognormal scatter around it, their QoIs from the surrogate with relative noise, and calibrates.
 #[derive(Clone, Debug)]
 pub struct CoverageStudy {
-    /// Laboratories.
-    pub laboratories: usize,
+    /// Repeats.
+    pub repeats: usize,
     /// Specimens of each.
     pub specimens: usize,
-    /// Share of each side of the prior box, around its middle, that truths are drawn from.
+    /// Fraction of each side of the prior box, around its middle, that truths are drawn from.
     pub inner: f64,
-    /// Scatter of the parameters between specimens.
-    pub scatter: ScatterCase,
+    /// Scatter of the parameters between specimens; the usual one where none is given.
+    pub scatter: ByParameter<f64>,
     /// Relative standard deviation of each QoI beside that: microstructure and measurement.
     pub noise: f64,
     /// Sampler of every calibration; its seed is replaced.
@@ -34,10 +34,10 @@ pub struct CoverageStudy {
 impl Default for CoverageStudy {
     fn default() -> Self {
         Self {
-            laboratories: 40,
+            repeats: 40,
             specimens: 8,
             inner: 0.8,
-            scatter: ScatterCase::default(),
+            scatter: ByParameter::default(),
             noise: 0.01,
             sampler: ppl::Nuts::default()
                 .chains(2)
@@ -50,69 +50,76 @@ impl Default for CoverageStudy {
     }
 }
 
-/// What a study found, parameter by parameter in the order of [`PriorCase::NAMES`].
+/// What a study found, parameter by parameter in the order of the surrogate's inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coverage {
-    /// Share of the laboratories whose 90 % interval holds the truth.
-    pub covered: [f64; 3],
+    /// Fraction of the repeats whose 90 % interval holds the truth.
+    pub covered: Vec<f64>,
     /// Mean contraction 1 − var(posterior)/var(prior).
-    pub contraction: [f64; 3],
-    /// Laboratories.
-    pub laboratories: usize,
+    pub contraction: Vec<f64>,
+    /// Repeats.
+    pub repeats: usize,
 }
 
 impl Coverage {
     /// 90 % less two binomial standard errors: what honest intervals reach in 97 or 98 of 100 studies.
     pub fn least(&self) -> f64 {
-        0.9 - 2.0 * (0.9 * 0.1 / self.laboratories as f64).sqrt()
+        0.9 - 2.0 * (0.9 * 0.1 / self.repeats as f64).sqrt()
     }
 }
 
 impl CoverageStudy {
-    /// Runs the study; `told` is called after each laboratory with the number done.
+    /// Runs the study on a surrogate, whose box is the prior's; `told` is called after each repeat with
+    /// the number done.
     ///
     /// # Errors
     /// What stops a calibration.
     pub fn run(
         &self,
-        pce: &Pce<3, 3>,
-        prior: &PriorCase,
+        pce: &DynPce,
         mut told: impl FnMut(usize),
     ) -> Result<Coverage, CalibrationError> {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(self.seed);
-        let n = self.laboratories as f64;
-        let mut found =
-            Coverage { covered: [0.0; 3], contraction: [0.0; 3], laboratories: self.laboratories };
-        for laboratory in 0..self.laboratories {
-            let truth = prior.bounds().map(|[lower, upper]| {
+        let n = self.repeats as f64;
+        let none = || vec![0.0; pce.inputs().len()];
+        let mut found = Coverage { covered: none(), contraction: none(), repeats: self.repeats };
+        for repeat in 0..self.repeats {
+            let middle = pce.inputs().iter().map(|input| {
                 let place = 0.5 + self.inner * (rng.random::<f64>() - 0.5);
-                lower + place * (upper - lower)
+                input.lower + place * (input.upper - input.lower)
             });
+            let truth: Vec<f64> = middle.collect();
             let specimens: Vec<Qois> =
-                (0..self.specimens).map(|_| self.specimen(pce, truth, &mut rng)).collect();
-            let seed = self.seed.wrapping_add(laboratory as u64);
-            let sampler = self.sampler.clone().seed(seed);
-            let result = calibrate(pce, &specimens, prior, &sampler, seed)?;
+                (0..self.specimens).map(|_| self.specimen(pce, &truth, &mut rng)).collect();
+            let seed = self.seed.wrapping_add(repeat as u64);
+            let result = calibrate(pce, &specimens, &self.sampler.clone().seed(seed), seed)?;
             let summary = result.posterior.summary();
-            for (i, name) in PriorCase::NAMES.into_iter().enumerate() {
-                let Some(row) = summary.row(name) else { continue };
-                let held = (row.q05..=row.q95).contains(&truth[i]);
+            for (i, truth) in truth.iter().enumerate() {
+                let Some(row) = summary.row(&format!("theta[{i}]")) else { continue };
+                let held = (row.q05..=row.q95).contains(truth);
                 found.covered[i] += f64::from(u8::from(held)) / n;
                 found.contraction[i] += row.contraction.unwrap_or(f64::NAN) / n;
             }
-            told(laboratory + 1);
+            told(repeat + 1);
         }
         Ok(found)
     }
 
     /// QoIs of one specimen; parameters that scatter out of the surrogate's box are drawn again.
-    fn specimen<R: Rng>(&self, pce: &Pce<3, 3>, truth: [f64; 3], rng: &mut R) -> Qois {
-        let scatter = [self.scatter.young, self.scatter.toughness, self.scatter.viscosity];
+    fn specimen<R: Rng>(&self, pce: &DynPce, truth: &[f64], rng: &mut R) -> Qois {
+        let scatter = |name: &str| {
+            let parameter = name.parse::<Parameter>().ok()?;
+            let usual = parameter.property.usual_scatter();
+            Some(self.scatter.get(&parameter).copied().unwrap_or(usual))
+        };
+        let scatter: Vec<f64> =
+            pce.inputs().iter().map(|input| scatter(&input.name).unwrap_or(0.0)).collect();
         let mut normal = || rng.sample::<f64, _>(StandardNormal);
         let mut value = [f64::NAN; 3];
         for _ in 0..1000 {
-            let parameters = std::array::from_fn(|i| truth[i] * (scatter[i] * normal()).exp());
-            if let Ok(inside) = pce.value(&parameters) {
+            let drawn = truth.iter().zip(&scatter).map(|(truth, sd)| truth * (sd * normal()).exp());
+            let parameters: Vec<f64> = drawn.collect();
+            if let Ok(Ok(inside)) = pce.value(&parameters).map(<[f64; 3]>::try_from) {
                 value = inside;
                 break;
             }
@@ -123,18 +130,14 @@ impl CoverageStudy {
 
 #[cfg(test)]
 mod tests {
-    use surrogate::{Dataset, Design, FitOptions, Input};
+    use surrogate::{Dataset, Design, FitOptions};
 
     use super::*;
-    use crate::case::CaseFile;
+    use crate::case::{CaseFile, PriorCase};
 
     /// The viscous limit of definitions 3.3: m ~ E, F ~ E^(2/3) ξ^(1/3), d ~ (ξ/E)^(1/3), no Gc.
-    fn viscous_limit(prior: &PriorCase) -> Pce<3, 3> {
-        let inputs: Vec<Input> = PriorCase::NAMES
-            .into_iter()
-            .zip(prior.bounds())
-            .map(|(name, [lower, upper])| Input::new(name, lower, upper).unwrap())
-            .collect();
+    fn viscous_limit(prior: &PriorCase) -> DynPce {
+        let inputs = prior.inputs().unwrap();
         let points = Design::Sobol.sample(&inputs, 128, 1).unwrap();
         let outputs = Qois::NAMES.map(str::to_owned).to_vec();
         let mut data = Dataset::new(inputs, outputs, "closed form").unwrap();
@@ -143,18 +146,18 @@ mod tests {
             let place = (viscosity / young).cbrt();
             data.push(&x, &[5.0 * young, 4.0 * young * place, place]).unwrap();
         }
-        Pce::fit(&data, &FitOptions::default()).unwrap().pce
+        DynPce::fit(&data, &FitOptions::default()).unwrap().pce
     }
 
     #[test]
     fn ninety_per_cent_intervals_cover_the_truth_and_only_stiffness_and_viscosity_are_learnt() {
         let prior = CaseFile::default_case().case.prior.unwrap();
         let study = CoverageStudy {
-            laboratories: 24,
+            repeats: 24,
             sampler: ppl::Nuts::default().chains(2).warmup(200).draws(300).threads(2),
             ..CoverageStudy::default()
         };
-        let found = study.run(&viscous_limit(&prior), &prior, |_| ()).unwrap();
+        let found = study.run(&viscous_limit(&prior), |_| ()).unwrap();
         for i in [0, 2] {
             assert!(found.covered[i] >= found.least(), "{found:?}");
             assert!(found.contraction[i] > 0.5, "{found:?}");

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-/// A mistake in a file that a person wrote: the place, the value, what is wrong and how to mend it.
+/// A mistake in a file that a person wrote: the place, the value, what is wrong and what to do about it.
 ///
 /// It reads `case.toml: specimen.radius_mm = -2.5: must lie between 0.001 and 1000 mm. Give …`.
 ///
@@ -13,7 +13,7 @@ use std::path::Path;
 /// assert_eq!(error.to_string(), "case.toml: test.steps = 0: must be at least 1. Write steps = 44.");
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{file}: {}{problem}. {mend}", located(place, value))]
+#[error("{file}: {}{problem}. {help}", located(place, value))]
 pub struct InputError {
     /// The file as the person named it.
     pub file: String,
@@ -24,7 +24,7 @@ pub struct InputError {
     /// What is wrong with it.
     pub problem: String,
     /// What to do about it: one or more whole sentences.
-    pub mend: String,
+    pub help: String,
 }
 
 impl InputError {
@@ -34,20 +34,20 @@ impl InputError {
         place: impl Into<String>,
         value: impl Into<String>,
         problem: impl Into<String>,
-        mend: impl Into<String>,
+        help: impl Into<String>,
     ) -> Self {
         Self {
             file: file.display().to_string(),
             place: place.into(),
             value: value.into(),
             problem: problem.into(),
-            mend: mend.into(),
+            help: help.into(),
         }
     }
 
     /// The file cannot be opened or read.
-    pub fn unreadable(file: &Path, error: &std::io::Error, mend: impl Into<String>) -> Self {
-        Self::new(file, "", "", format!("cannot be read ({error})"), mend)
+    pub fn unreadable(file: &Path, error: &std::io::Error, help: impl Into<String>) -> Self {
+        Self::new(file, "", "", format!("cannot be read ({error})"), help)
     }
 }
 
@@ -66,37 +66,14 @@ pub(crate) fn closest<'a>(
 ) -> Option<&'a str> {
     let (distance, best) = candidates
         .into_iter()
-        .map(|candidate| (edit_distance(word, candidate), candidate))
+        .map(|candidate| (strsim::levenshtein(word, candidate), candidate))
         .min()?;
     (distance <= 1 + word.chars().count() / 3).then_some(best)
-}
-
-/// Levenshtein distance: insertions, deletions and substitutions that turn one word into the other.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let substituted = diagonal + usize::from(x != *y);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn edit_distance_of_textbook_words() {
-        assert_eq!(edit_distance("kitten", "sitting"), 3);
-        assert_eq!(edit_distance("", "abc"), 3);
-        assert_eq!(edit_distance("flaw", "lawn"), 2);
-    }
 
     #[test]
     fn a_slip_of_the_pen_is_recognised_and_another_word_is_not() {

@@ -5,11 +5,11 @@
 //! `curves/<id>.csv` beside it has `displacement_mm,force_N`, compression positive.
 //! Lines that start with `#` are comments; columns may come in any order; further ones are ignored.
 
-use std::fmt::Write as _;
+use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::csv_table::CsvTable;
 use crate::error::InputError;
+use crate::table::{CsvTable, to_csv};
 
 /// A force–displacement record, compression positive.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,7 +35,7 @@ impl Curve {
     /// Reads `displacement_mm,force_N`.
     ///
     /// # Errors
-    /// Names file, line, column, value and mend: a missing column, a value that is no finite
+    /// Names file, line, column, value and help: a missing column, a value that is no finite
     /// number, fewer than five points, no positive force.
     pub fn read(file: &Path) -> Result<Self, InputError> {
         let table = CsvTable::read(file, &["displacement_mm", "force_N"])?;
@@ -65,14 +65,13 @@ impl Curve {
         Ok(curve)
     }
 
-    /// The text of the file that [`Curve::read`] reads.
-    pub fn to_csv(&self) -> String {
-        let mut text = String::from("displacement_mm,force_N\n");
-        for (u, force) in self.displacement_mm.iter().zip(&self.force_n) {
-            // writing to a String cannot fail
-            let _ = writeln!(text, "{u},{force}");
-        }
-        text
+    /// The content of the file that [`Curve::read`] reads.
+    ///
+    /// # Errors
+    /// None: text in memory can always be written.
+    pub fn to_csv(&self) -> io::Result<Vec<u8>> {
+        let rows = self.displacement_mm.iter().zip(&self.force_n);
+        to_csv(["displacement_mm", "force_N"], rows.map(|(u, f)| [u.to_string(), f.to_string()]))
     }
 }
 
@@ -93,7 +92,7 @@ pub struct Specimen {
     pub curve: Curve,
 }
 
-/// The specimens of a campaign with their curves.
+/// The specimens of a laboratory with their curves.
 ///
 /// # Example
 /// ```no_run
@@ -111,7 +110,7 @@ impl SpecimenTable {
     /// Reads a table and, from `curves/` beside it, the curve of each specimen.
     ///
     /// # Errors
-    /// Names file, line, column, value and mend.
+    /// Names file, line, column, value and help.
     pub fn read(file: &Path) -> Result<Self, InputError> {
         let table = CsvTable::read(file, &["id", "height_mm", "radius_mm", "group"])?;
         let mut specimens: Vec<Specimen> = Vec::new();
@@ -161,27 +160,27 @@ impl SpecimenTable {
         Ok(Self { specimens })
     }
 
-    /// The table's files as pairs of a path relative to the table's folder and a text.
-    pub fn to_files(&self) -> Vec<(PathBuf, String)> {
-        let fractions = self.specimens.iter().any(|s| s.slope_fraction.is_some());
-        let mut table = String::from("id,height_mm,radius_mm,group");
-        table.push_str(if fractions { ",slope_fraction\n" } else { "\n" });
-        for s in &self.specimens {
+    /// The table's files: paths relative to the table's folder, and contents.
+    ///
+    /// # Errors
+    /// None: text in memory can always be written.
+    pub fn to_files(&self) -> io::Result<Vec<(PathBuf, Vec<u8>)>> {
+        let has_fractions = self.specimens.iter().any(|s| s.slope_fraction.is_some());
+        let columns = if has_fractions { 5 } else { 4 };
+        let rows = self.specimens.iter().map(|s| {
+            let fraction = s.slope_fraction.map(|f| f.to_string()).unwrap_or_default();
             let Specimen { id, height_mm, radius_mm, group, .. } = s;
-            let _ = write!(table, "{id},{height_mm},{radius_mm},{group}");
-            if fractions {
-                let fraction = s.slope_fraction.map(|f| f.to_string()).unwrap_or_default();
-                let _ = write!(table, ",{fraction}");
-            }
-            table.push('\n');
+            [id.clone(), height_mm.to_string(), radius_mm.to_string(), group.clone(), fraction]
+                .into_iter()
+                .take(columns)
+        });
+        let header = ["id", "height_mm", "radius_mm", "group", "slope_fraction"];
+        let table = PathBuf::from("specimens.csv");
+        let mut files = vec![(table.clone(), to_csv(header.into_iter().take(columns), rows)?)];
+        for specimen in &self.specimens {
+            files.push((curve_file(&table, &specimen.id), specimen.curve.to_csv()?));
         }
-        std::iter::once((PathBuf::from("specimens.csv"), table))
-            .chain(
-                self.specimens
-                    .iter()
-                    .map(|s| (curve_file(Path::new("specimens.csv"), &s.id), s.curve.to_csv())),
-            )
-            .collect()
+        Ok(files)
     }
 
     /// Only the specimens of one group.
@@ -216,7 +215,7 @@ mod tests {
 
     const CURVE: &str = "displacement_mm,force_N\n0,0\n0.05,80\n0.1,140\n0.12,147\n0.15,129\n";
 
-    fn laboratory(table: &str, curve: &str) -> (tempfile::TempDir, PathBuf) {
+    fn written(table: &str, curve: &str) -> (tempfile::TempDir, PathBuf) {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("specimens.csv");
         std::fs::create_dir(dir.path().join("curves")).unwrap();
@@ -244,7 +243,7 @@ mod tests {
                 SpecimenTable { specimens: vec![specimen("S-1", fraction), specimen("S-2", None)] };
             let dir = tempfile::tempdir().unwrap();
             std::fs::create_dir(dir.path().join("curves")).unwrap();
-            for (path, text) in table.to_files() {
+            for (path, text) in table.to_files().unwrap() {
                 std::fs::write(dir.path().join(path), text).unwrap();
             }
             let again = SpecimenTable::read(&dir.path().join("specimens.csv")).unwrap();
@@ -254,7 +253,7 @@ mod tests {
 
     #[test]
     fn columns_in_any_order_with_comments_blanks_and_a_byte_order_mark() {
-        let (_dir, file) = laboratory(
+        let (_dir, file) = written(
             "\u{feff}# pressed in May\ngroup, id ,radius_mm,height_mm,note\n50C,S-1,2.5,4.4,fine\n",
             CURVE,
         );
@@ -264,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn every_mistake_names_place_value_and_mend() {
+    fn every_mistake_names_place_value_and_help() {
         let header = "id,height_mm,radius_mm,group\n";
         let line = "S-1,4.4,2.5,50C\n";
         let good = format!("{header}{line}");
@@ -308,7 +307,7 @@ mod tests {
             ),
         ];
         for (table, curve, parts) in cases {
-            let (_dir, file) = laboratory(&table, &curve);
+            let (_dir, file) = written(&table, &curve);
             let message = SpecimenTable::read(&file).unwrap_err().to_string();
             for part in parts {
                 assert!(message.contains(part), "{part:?} is not in {message:?}");
@@ -318,10 +317,10 @@ mod tests {
 
     #[test]
     fn a_group_is_chosen_or_the_groups_are_named() {
-        let (_dir, file) = laboratory("id,height_mm,radius_mm,group\nS-1,4.4,2.5,50C\n", CURVE);
+        let (_dir, file) = written("id,height_mm,radius_mm,group\nS-1,4.4,2.5,50C\n", CURVE);
         let table = SpecimenTable::read(&file).unwrap();
         assert_eq!(table.clone().in_group("50C", &file).unwrap(), table);
         let error = table.in_group("90C", &file).unwrap_err();
-        assert!(error.mend.contains("50C"), "{error}");
+        assert!(error.help.contains("50C"), "{error}");
     }
 }

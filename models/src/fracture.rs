@@ -1,17 +1,16 @@
-//! The paper's calibration: three matrix parameters from the quantities of interest of specimens.
+//! The paper's calibration: matrix parameters from the quantities of interest of specimens.
 
 use ppl::prelude::*;
-use ppl::{
-    DomainError, Map, Mode, Nuts, OptimizeError, Posterior, PosteriorError, Rejection, SampleError,
-};
+use ppl::{Map, Mode, Nuts, OptimizeError, Posterior, PosteriorError, Rejection, SampleError};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
+use surrogate::{DynPce, SurrogateError};
 
-use crate::case::PriorCase;
 use crate::qoi::{Qois, mean_qois};
 
 ppl::model! {
-    /// Matrix parameters of a bonded granular material from specimen QoIs.
+    /// Matrix parameters of a bonded granular material from specimen QoIs: the paper's three, with all
+    /// sizes known at compile time.
     ///
     /// θ = (E, Gc, ξ) uniform on the prior box; every specimen's QoIs are normal around
     /// `forward(θ)` with one covariance diag(sd) R diag(sd): R ~ LKJ(3), sd ~ Normal(0.15, 0.25)
@@ -19,10 +18,14 @@ ppl::model! {
     ///
     /// # Reference
     /// Paper, section "Quantities of Interest", equations of the likelihood.
-    pub fn calibration<F: Differentiable<3, 3>>(forward: &F, qois: &[[f64; 3]], prior: &PriorCase) {
-        let young_mpa          ~ Uniform(prior.young_mpa[0], prior.young_mpa[1]);
-        let toughness_n_per_mm ~ Uniform(prior.toughness_n_per_mm[0], prior.toughness_n_per_mm[1]);
-        let viscosity_mpa_s    ~ Uniform(prior.viscosity_mpa_s[0], prior.viscosity_mpa_s[1]);
+    pub fn calibration<F: Differentiable<3, 3>>(
+        forward: &F,
+        qois: &[[f64; 3]],
+        prior: &[[f64; 2]; 3],
+    ) {
+        let young_mpa          ~ Uniform(prior[0][0], prior[0][1]);
+        let toughness_n_per_mm ~ Uniform(prior[1][0], prior[1][1]);
+        let viscosity_mpa_s    ~ Uniform(prior[2][0], prior[2][1]);
 
         let sd   ~ Normal(0.15, 0.25).truncate(0.0..).array::<3>();
         let corr ~ LkjCholesky::<3>(3.0);
@@ -34,50 +37,26 @@ ppl::model! {
         }
         #[predict] let new_specimen ~ MvNormalCholesky(mean, chol);
     }
-}
 
-/// A surrogate of the QoIs relative to the experimental mean of each.
-///
-/// # Example
-/// ```
-/// use models::{Qois, Relative};
-/// use ppl::{Differentiable, DomainError};
-///
-/// struct Identity;
-/// impl Differentiable<3, 3> for Identity {
-///     fn value_and_jacobian(&self, x: &[f64; 3]) -> Result<([f64; 3], [[f64; 3]; 3]), DomainError> {
-///         Ok((*x, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]))
-///     }
-/// }
-/// let relative = Relative::new(&Identity, Qois::from([2.0, 4.0, 5.0]));
-/// assert_eq!(relative.at([2.0, 2.0, 10.0]), [1.0, 0.5, 2.0]);
-/// ```
-#[derive(Clone, Copy, Debug)]
-pub struct Relative<'a, F> {
-    forward: &'a F,
-    scale: [f64; 3],
-}
-
-impl<'a, F: Differentiable<3, 3>> Relative<'a, F> {
-    /// Divides each output of `forward` by the mean of its quantity.
-    pub fn new(forward: &'a F, mean: Qois) -> Self {
-        Self { forward, scale: mean.to_array().map(f64::recip) }
-    }
-}
-
-impl<F: Differentiable<3, 3>> Differentiable<3, 3> for Relative<'_, F> {
-    fn value_and_jacobian(&self, x: &[f64; 3]) -> Result<([f64; 3], [[f64; 3]; 3]), DomainError> {
-        let (mut value, mut jacobian) = self.forward.value_and_jacobian(x)?;
-        for m in 0..3 {
-            value[m] *= self.scale[m];
-            jacobian[m] = jacobian[m].map(|j| self.scale[m] * j);
+    /// The same for as many parameters as the surrogate has inputs, uniform on its box, and as many
+    /// QoIs as it has outputs.
+    pub fn calibration_on(forward: &DynPce, qois: &[Vec<f64>]) {
+        let mut point: Vec<Real> = Vec::new();
+        for input in forward.inputs() {
+            let theta ~ Uniform(input.lower, input.upper);
+            point.push(theta);
         }
-        Ok((value, jacobian))
-    }
 
-    fn value(&self, x: &[f64; 3]) -> Result<[f64; 3], DomainError> {
-        let value = self.forward.value(x)?;
-        Ok(std::array::from_fn(|m| self.scale[m] * value[m]))
+        let k = forward.outputs().len();
+        let sd   ~ Normal(0.15, 0.25).truncate(0.0..).iid(k);
+        let corr ~ LkjCholesky::of(k, 3.0);
+        let chol = corr.scale_rows(&sd)?;
+
+        #[track] let mean = forward.at(&point);
+        for y in qois {
+            y ~ MvNormalCholesky(&mean, &chol);
+        }
+        #[predict] let new_specimen ~ MvNormalCholesky(&mean, &chol);
     }
 }
 
@@ -87,6 +66,9 @@ pub enum CalibrationError {
     /// Covariances need at least two specimens.
     #[error("{0} specimen: a calibration with scatter between specimens needs at least two")]
     TooFew(usize),
+    /// The surrogate is not one of the quantities of interest.
+    #[error(transparent)]
+    Surrogate(#[from] SurrogateError),
     /// The sampler could not start.
     #[error(transparent)]
     Sample(#[from] SampleError),
@@ -104,64 +86,64 @@ pub enum CalibrationError {
     Rejection(#[from] Rejection),
 }
 
-/// Posterior and mode of the paper's calibration.
+/// Posterior and mode of a calibration.
 #[derive(Clone, Debug)]
 pub struct Calibration {
-    /// Draws, predictions, prior, log-likelihoods.
+    /// Draws, predictions, prior, log-likelihoods; the parameters are `theta`, labelled by the names of
+    /// the surrogate's inputs.
     pub posterior: Posterior,
-    /// Joint mode over the constrained values (no Jacobian), in the order of [`PriorCase::NAMES`].
-    pub map: [f64; 3],
+    /// Joint mode over the constrained values (no Jacobian), in the order of the surrogate's inputs.
+    pub map: Vec<f64>,
     /// How the mode was found.
     pub mode: Mode,
 }
 
-/// Calibrates a forward model against the quantities of interest of specimens.
+/// Calibrates the inputs of a surrogate against the quantities of interest of specimens.
 ///
-/// The sampler brings chains, draws and seed; starts of the search for the mode are seeded with
-/// `seed`.
+/// The surrogate's box is the prior's, its outputs are those of [`Qois::NAMES`]. The sampler brings
+/// chains, draws and seed; starts of the search for the mode are seeded with `seed`.
 ///
 /// # Errors
-/// Fewer than two specimens, or a forward model that rejects every start.
+/// Fewer than two specimens, a surrogate of other outputs, or one that rejects every start.
 ///
 /// # Example
 /// ```no_run
-/// use models::{CalibrationError, PriorCase, Qois, calibrate};
+/// use models::{CalibrationError, Qois, calibrate};
 /// use ppl::Nuts;
-/// use surrogate::Pce;
+/// use surrogate::DynPce;
 ///
-/// fn young(pce: &Pce<3, 3>, specimens: &[Qois], prior: &PriorCase) -> Result<f64, CalibrationError> {
-///     let result = calibrate(pce, specimens, prior, &Nuts::default().seed(7), 7)?;
+/// fn first(pce: &DynPce, specimens: &[Qois]) -> Result<f64, CalibrationError> {
+///     let result = calibrate(pce, specimens, &Nuts::default().seed(7), 7)?;
 ///     println!("{}", result.posterior.summary());
 ///     Ok(result.map[0])
 /// }
 /// ```
-pub fn calibrate<F: Differentiable<3, 3>>(
-    forward: &F,
+pub fn calibrate(
+    pce: &DynPce,
     specimens: &[Qois],
-    prior: &PriorCase,
     sampler: &Nuts<'_>,
     seed: u64,
 ) -> Result<Calibration, CalibrationError> {
     if specimens.len() < 2 {
         return Err(CalibrationError::TooFew(specimens.len()));
     }
-    let mean = mean_qois(specimens);
-    let relative: Vec<[f64; 3]> = specimens
+    // QoIs relative to their experimental means
+    let mean = mean_qois(specimens).to_array();
+    let relative: Vec<Vec<f64>> = specimens
         .iter()
-        .map(|qois| {
-            let (y, m) = (qois.to_array(), mean.to_array());
-            std::array::from_fn(|i| y[i] / m[i])
-        })
+        .map(|qois| qois.to_array().iter().zip(mean).map(|(y, mean)| y / mean).collect())
         .collect();
-    let forward = Relative::new(forward, mean);
-    let model = calibration(&forward, &relative, prior);
+    let forward = pce.clone().scale_outputs(&mean.map(f64::recip))?;
+    let model = calibration_on(&forward, &relative);
     let chains = sampler.run(&model).map_err(SampleError::from)?;
     let mut posterior = Posterior::from_chains(&model, chains, seed)?;
+    let names: Vec<&str> = pce.inputs().iter().map(|input| input.name.as_str()).collect();
+    posterior.label("theta", 0, &names)?;
     for name in ["sd", "mean", "new_specimen"] {
         posterior.label(name, 0, &Qois::NAMES)?;
     }
     let mode = Map::default().seed(seed).find(&model)?;
     let record = model.constrain(&mode.point, &mut Xoshiro256PlusPlus::seed_from_u64(seed))?;
-    let map = PriorCase::NAMES.map(|name| record.values(name).map_or(f64::NAN, |v| v[0]));
+    let map = record.values("theta").map_or_else(Vec::new, <[f64]>::to_vec);
     Ok(Calibration { posterior, map, mode })
 }

@@ -21,7 +21,7 @@ use ppl::prelude::*;
 
 /// A mode of deformation of an incompressible sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
+pub enum Deformation {
     /// Pulled along one direction.
     Uniaxial,
     /// Pulled equally along two.
@@ -34,14 +34,14 @@ pub enum Mode {
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
     /// How the sheet was pulled.
-    pub mode: Mode,
+    pub mode: Deformation,
     /// λ₁.
     pub stretch: f64,
     /// First Piola–Kirchhoff stress P₁₁ in MPa.
     pub stress_mpa: f64,
 }
 
-impl Mode {
+impl Deformation {
     /// Principal stretches (λ₁, λ₂, λ₃) at the pulled stretch: λ₁ λ₂ λ₃ = 1, 3 the free face.
     pub fn stretches(self, stretch: f64) -> [f64; 3] {
         match self {
@@ -59,7 +59,7 @@ pub trait StretchLaw<S: Scalar> {
 
     /// Nominal stress P₁₁ = ∂W/∂λ₁ − (λ₃/λ₁) ∂W/∂λ₃ in MPa: the pressure follows from the free
     /// face 3 (Ogden 1997, *Non-linear Elastic Deformations*, §7.2).
-    fn nominal_stress(&self, mode: Mode, stretch: f64) -> S {
+    fn nominal_stress(&self, mode: Deformation, stretch: f64) -> S {
         let [first, _, third] = mode.stretches(stretch);
         self.slope(first) - self.slope(third) * (third / first)
     }
@@ -67,12 +67,12 @@ pub trait StretchLaw<S: Scalar> {
 
 /// W = (μ/2) (Σ λᵢ² − 3).
 #[derive(Clone, Copy, Debug)]
-pub struct NeoHookean<S> {
+pub struct NeoHookeanRubber<S> {
     /// Shear modulus μ in MPa.
     pub shear_mpa: S,
 }
 
-impl<S: Scalar> StretchLaw<S> for NeoHookean<S> {
+impl<S: Scalar> StretchLaw<S> for NeoHookeanRubber<S> {
     fn slope(&self, stretch: f64) -> S {
         self.shear_mpa * stretch
     }
@@ -80,12 +80,12 @@ impl<S: Scalar> StretchLaw<S> for NeoHookean<S> {
 
 /// W = C₁ (Σ λᵢ² − 3) + C₂ (Σ λᵢ⁻² − 3).
 #[derive(Clone, Copy, Debug)]
-pub struct MooneyRivlin<S> {
+pub struct MooneyRivlinRubber<S> {
     /// C₁ and C₂ in MPa; μ = 2 (C₁ + C₂).
     pub c_mpa: [S; 2],
 }
 
-impl<S: Scalar> StretchLaw<S> for MooneyRivlin<S> {
+impl<S: Scalar> StretchLaw<S> for MooneyRivlinRubber<S> {
     fn slope(&self, stretch: f64) -> S {
         (self.c_mpa[0] * stretch - self.c_mpa[1] * stretch.powi(-3)) * 2.0
     }
@@ -95,14 +95,14 @@ impl<S: Scalar> StretchLaw<S> for MooneyRivlin<S> {
 ///
 /// In the usual notation μₖ = 2 mₖ/αₖ (Ogden 1972, Proc. R. Soc. A 326, 565).
 #[derive(Clone, Copy, Debug)]
-pub struct Ogden<S, const K: usize> {
+pub struct OgdenRubber<S, const K: usize> {
     /// Contributions mₖ to the shear modulus in MPa.
     pub shear_mpa: [S; K],
     /// Exponents αₖ ≠ 0.
     pub exponent: [S; K],
 }
 
-impl<S: Scalar, const K: usize> StretchLaw<S> for Ogden<S, K> {
+impl<S: Scalar, const K: usize> StretchLaw<S> for OgdenRubber<S, K> {
     fn slope(&self, stretch: f64) -> S {
         let ln = stretch.ln();
         (0..K)
@@ -119,7 +119,7 @@ ppl::model! {
     pub fn neo_hookean(tests: &[Point]) {
         let shear_mpa ~ LogNormal(-1.0, 1.0);
         let sd ~ HalfNormal(0.3);
-        let law = NeoHookean { shear_mpa };
+        let law = NeoHookeanRubber { shear_mpa };
         for test in tests {
             let stress = law.nominal_stress(test.mode, test.stretch);
             test.stress_mpa ~ LogNormal(stress.ln(), sd);
@@ -130,7 +130,7 @@ ppl::model! {
     pub fn mooney_rivlin(tests: &[Point]) {
         let c_mpa ~ LogNormal(-2.0, 1.0).array::<2>();
         let sd ~ HalfNormal(0.3);
-        let law = MooneyRivlin { c_mpa };
+        let law = MooneyRivlinRubber { c_mpa };
         for test in tests {
             let stress = law.nominal_stress(test.mode, test.stretch);
             test.stress_mpa ~ LogNormal(stress.ln(), sd);
@@ -144,7 +144,7 @@ ppl::model! {
         let stiff ~ Normal(5.0, 2.0).truncate(2.5..12.0);
         let compressive ~ Normal(-2.0, 1.0).truncate(-6.0..-0.5);
         let sd ~ HalfNormal(0.3);
-        let law = Ogden { shear_mpa, exponent: [soft, stiff, compressive] };
+        let law = OgdenRubber { shear_mpa, exponent: [soft, stiff, compressive] };
         for test in tests {
             let stress = law.nominal_stress(test.mode, test.stretch);
             test.stress_mpa ~ LogNormal(stress.ln(), sd);
@@ -162,9 +162,9 @@ pub fn treloar_1944() -> Vec<Point> {
 fn parse(line: &str) -> Option<Point> {
     let mut fields = line.split(',');
     let mode = match fields.next()? {
-        "UT" => Mode::Uniaxial,
-        "ET" => Mode::Equibiaxial,
-        "PS" => Mode::PureShear,
+        "UT" => Deformation::Uniaxial,
+        "ET" => Deformation::Equibiaxial,
+        "PS" => Deformation::PureShear,
         _ => return None,
     };
     let stretch = fields.next()?.parse().ok()?;
@@ -180,9 +180,9 @@ mod tests {
     fn all_points_are_read() {
         let points = treloar_1944();
         let count = |mode| points.iter().filter(|p| p.mode == mode).count();
-        assert_eq!(count(Mode::Uniaxial), 24);
-        assert_eq!(count(Mode::Equibiaxial), 16);
-        assert_eq!(count(Mode::PureShear), points.len() - 40);
+        assert_eq!(count(Deformation::Uniaxial), 24);
+        assert_eq!(count(Deformation::Equibiaxial), 16);
+        assert_eq!(count(Deformation::PureShear), points.len() - 40);
         assert_eq!(points[0].stress_mpa, 0.0255);
     }
 
@@ -190,10 +190,10 @@ mod tests {
     /// contain it, and every law has the small-strain slopes 3μ, 6μ and 4μ.
     #[test]
     fn laws_against_closed_forms() {
-        let modes = [Mode::Uniaxial, Mode::Equibiaxial, Mode::PureShear];
+        let modes = [Deformation::Uniaxial, Deformation::Equibiaxial, Deformation::PureShear];
         for (mode, power, slope) in [(modes[0], -2, 3.0), (modes[1], -5, 6.0), (modes[2], -3, 4.0)]
         {
-            let neo = NeoHookean { shear_mpa: 0.4 };
+            let neo = NeoHookeanRubber { shear_mpa: 0.4 };
             for stretch in [0.7f64, 1.0, 1.8, 6.0] {
                 let expected = 0.4 * (stretch - stretch.powi(power));
                 let by_law: f64 = neo.nominal_stress(mode, stretch);
@@ -203,7 +203,8 @@ mod tests {
                     epsilon = 1e-14,
                     max_relative = 1e-13
                 );
-                let mooney: f64 = MooneyRivlin { c_mpa: [0.2, 0.0] }.nominal_stress(mode, stretch);
+                let mooney: f64 =
+                    MooneyRivlinRubber { c_mpa: [0.2, 0.0] }.nominal_stress(mode, stretch);
                 approx::assert_relative_eq!(
                     mooney,
                     expected,
@@ -211,12 +212,12 @@ mod tests {
                     max_relative = 1e-13
                 );
                 let ogden: f64 =
-                    Ogden { shear_mpa: [0.4], exponent: [2.0] }.nominal_stress(mode, stretch);
+                    OgdenRubber { shear_mpa: [0.4], exponent: [2.0] }.nominal_stress(mode, stretch);
                 approx::assert_relative_eq!(ogden, expected, epsilon = 1e-14, max_relative = 1e-13);
             }
             let h = 1e-6;
-            let ogden = Ogden { shear_mpa: [0.3, 0.05, 0.05], exponent: [1.3, 5.0, -2.0] };
-            let mooney = MooneyRivlin { c_mpa: [0.15, 0.05] };
+            let ogden = OgdenRubber { shear_mpa: [0.3, 0.05, 0.05], exponent: [1.3, 5.0, -2.0] };
+            let mooney = MooneyRivlinRubber { c_mpa: [0.15, 0.05] };
             let by_ogden: f64 = ogden.nominal_stress(mode, 1.0 + h);
             let by_mooney: f64 = mooney.nominal_stress(mode, 1.0 + h);
             approx::assert_relative_eq!(by_ogden / h, slope * 0.4, max_relative = 1e-5);
@@ -227,9 +228,9 @@ mod tests {
     /// Mooney–Rivlin in simple tension: P = 2 (λ − λ⁻²)(C₁ + C₂/λ).
     #[test]
     fn mooney_plot_is_a_line() {
-        let law = MooneyRivlin { c_mpa: [0.17, 0.06] };
+        let law = MooneyRivlinRubber { c_mpa: [0.17, 0.06] };
         for stretch in [1.2f64, 2.0, 4.0] {
-            let stress: f64 = law.nominal_stress(Mode::Uniaxial, stretch);
+            let stress: f64 = law.nominal_stress(Deformation::Uniaxial, stretch);
             let reduced = stress / (2.0 * (stretch - stretch.powi(-2)));
             approx::assert_relative_eq!(reduced, 0.17 + 0.06 / stretch, max_relative = 1e-13);
         }

@@ -1,7 +1,7 @@
 //! Experiments, quantities of interest, calibration models, cases and the workflow of Breccia.
 //!
 //! This crate joins the others: simulations (`fem`) become a dataset, the dataset a surrogate, and the
-//! surrogate with the laboratory's curves a posterior (`ppl`). The program `breccia` is its front end.
+//! surrogate with the experiments' curves a posterior (`ppl`). The program `breccia` is its front end.
 //!
 //! ```
 //! use models::{CaseFile, Curve, Qois};
@@ -14,10 +14,22 @@
 //! assert!((qois.peak_force_n - 100.0).abs() < 1e-9);
 //! # Ok::<(), models::QoiError>(())
 //! ```
+//!
+//! # Rooms
+//!
+//! From the ground up; an import goes down only, and no two files import each other.
+//!
+//! 1. `error`, `table`, `progress`: mistakes in files, small tables, bars
+//! 2. `experiment`, `qoi`: specimens with their curves, quantities of interest
+//! 3. `case`: the TOML case, with fem's own types where they are the same
+//! 4. `virtual_specimen`: specimens with a known truth
+//! 5. `fracture`, `hyperelastic`: calibration models, each the pattern that a user copies
+//! 6. `coverage`: whether intervals hold what they promise
+//! 7. `report`: figures and the page; knows results, not the workflow
+//! 8. `workflow`: stages, one row of a table each, whose inputs are what they read
 
 mod case;
 mod coverage;
-mod csv_table;
 mod error;
 mod experiment;
 mod fracture;
@@ -25,20 +37,20 @@ pub mod hyperelastic;
 mod progress;
 mod qoi;
 pub mod report;
-mod virtual_lab;
+mod table;
+mod virtual_specimen;
 mod workflow;
 
 pub use case::{
-    AdaptiveCase, ArcLengthCase, CalibrationCase, Case, CaseFile, ConditionsCase, ConfirmCase,
-    CrackName, DesignCase, ExperimentsCase, IrreversibilityName, LawCase, LinearName, MaterialCase,
-    MeasureCase, NoiseCase, OgdenTermCase, OutputCase, PhaseFieldCase, PlatensName, PrescribeCase,
-    PriorCase, QoiCase, QuadratureName, ScatterCase, SchemeName, Shape, SolverCase, SpecimenCase,
-    SplitName, SurrogateCase, TestCase, TractionCase, TruthCase, VirtualCase,
+    AdaptiveCase, ArcLengthCase, Bounds, ByParameter, CalibrationCase, Case, CaseFile,
+    ConditionsCase, ConfirmCase, DesignCase, ExperimentsCase, LawCase, MaterialCase, MeasureCase,
+    NoiseCase, OgdenTermCase, OutputCase, Parameter, PlatensName, PrescribeCase, PriorCase,
+    Property, QoiCase, Shape, SpecimenCase, SurrogateCase, TestCase, TractionCase, VirtualCase,
 };
 pub use coverage::{Coverage, CoverageStudy};
 pub use error::InputError;
 pub use experiment::{Curve, Specimen, SpecimenTable};
-pub use fracture::{Calibration, CalibrationError, Relative, calibrate, calibration};
+pub use fracture::{Calibration, CalibrationError, calibrate, calibration, calibration_on};
 pub use qoi::{QoiError, Qois, mean_qois};
-pub use virtual_lab::VirtualSpecimen;
-pub use workflow::{Stage, Workflow, WorkflowError, simulate};
+pub use virtual_specimen::VirtualSpecimen;
+pub use workflow::{STAGES, Stage, Workflow, WorkflowError, simulate};

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// Steps of a bar: fine enough for shares of a run.
+/// Steps of a bar: fine enough for fractions of a run.
 const RESOLUTION: u64 = 10_000;
 
 /// One bar, or, where stderr is no terminal, a line at every tenth.
@@ -26,9 +26,9 @@ impl Bar {
         Self { title: title.to_owned(), bar, told: AtomicU64::new(0) }
     }
 
-    /// Sets the share done, from 0 to 1, and what is going on.
-    pub(crate) fn set(&self, share: f64, message: &str) {
-        let position = (share.clamp(0.0, 1.0) * RESOLUTION as f64) as u64;
+    /// Sets the fraction done, from 0 to 1, and what is going on.
+    pub(crate) fn set(&self, fraction: f64, message: &str) {
+        let position = (fraction.clamp(0.0, 1.0) * RESOLUTION as f64) as u64;
         if self.bar.is_hidden() {
             let tenth = 10 * position / RESOLUTION;
             if tenth > self.told.fetch_max(tenth, Ordering::Relaxed) {

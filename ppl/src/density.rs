@@ -93,7 +93,7 @@ impl fmt::Display for Place {
 }
 
 /// Why a point has no density.
-#[derive(Clone, Debug, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Rejection {
     /// A term is NaN or infinite.
     #[error("log density is {value} at {place}")]
@@ -109,6 +109,7 @@ pub enum Rejection {
         /// The statement that called it.
         place: Place,
         /// What it said.
+        #[source]
         error: DomainError,
     },
     /// The model said `reject!`.

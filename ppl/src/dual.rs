@@ -69,3 +69,7 @@ impl<const N: usize> Scalar for Dual<N> {
         Self::new(value, gradient)
     }
 }
+
+crate::record::impl_number_record! {
+    [const N: usize] Dual<N>: self => self.value;
+}

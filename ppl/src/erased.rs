@@ -65,8 +65,12 @@ pub(crate) trait ErasedModel: ErasedDensity {
     /// As [`Bound::layout`].
     fn layout(&self) -> Result<&Layout, ModelError>;
 
-    /// As [`Bound::draw_prior`].
-    fn draw_prior(&self, rng: &mut dyn RngCore) -> Result<Record, ModelError>;
+    /// As [`Bound::draw_prior`]; `rejected` hears of draws that a statement rejected before.
+    fn draw_prior(
+        &self,
+        rng: &mut dyn RngCore,
+        rejected: &mut dyn FnMut(&Rejection),
+    ) -> Result<Record, ModelError>;
 
     /// What the model names at `y`, up to a rejection.
     fn record_at(&self, y: &[f64], rng: &mut dyn RngCore) -> (Record, Result<(), Rejection>);
@@ -77,8 +81,12 @@ impl<M: Model> ErasedModel for Bound<M> {
         Bound::layout(self)
     }
 
-    fn draw_prior(&self, rng: &mut dyn RngCore) -> Result<Record, ModelError> {
-        inspect::draw(self.model(), rng)
+    fn draw_prior(
+        &self,
+        rng: &mut dyn RngCore,
+        rejected: &mut dyn FnMut(&Rejection),
+    ) -> Result<Record, ModelError> {
+        inspect::draw_counting(self.model(), rng, rejected)
     }
 
     fn record_at(&self, y: &[f64], rng: &mut dyn RngCore) -> (Record, Result<(), Rejection>) {

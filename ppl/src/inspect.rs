@@ -75,7 +75,7 @@ impl Inspection {
 /// Names, shapes, and with `is_static` what is the same at every point.
 pub(crate) fn inspect(model: &dyn Statements, is_static: bool) -> Inspection {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
-    let (record, pools) = match run(model, &mut rng, is_static.then(Vec::new)) {
+    let (record, pools) = match run(model, &mut rng, is_static.then(Vec::new), &mut |_| ()) {
         Ok(drawn) => drawn,
         Err(error) => return Inspection { layout: Err(error), constant: None, pools: None },
     };
@@ -91,7 +91,16 @@ pub(crate) fn inspect(model: &dyn Statements, is_static: bool) -> Inspection {
 
 /// A draw from the prior.
 pub(crate) fn draw(model: &dyn Statements, rng: &mut dyn RngCore) -> Result<Record, ModelError> {
-    run(model, rng, None).map(|(record, _)| record)
+    draw_counting(model, rng, &mut |_| ())
+}
+
+/// A draw from the prior; `rejected` hears of each that a statement rejected before.
+pub(crate) fn draw_counting(
+    model: &dyn Statements,
+    rng: &mut dyn RngCore,
+    rejected: &mut dyn FnMut(&Rejection),
+) -> Result<Record, ModelError> {
+    run(model, rng, None, rejected).map(|(record, _)| record)
 }
 
 /// A draw from the prior, and what suffices of observations if it is to be added to `pools`.
@@ -99,6 +108,7 @@ fn run(
     model: &dyn Statements,
     rng: &mut dyn RngCore,
     pools: Option<Vec<Pool>>,
+    rejected: &mut dyn FnMut(&Rejection),
 ) -> Result<(Record, Option<Vec<Pool>>), ModelError> {
     const TRIES: usize = 100;
     let mut last = None;
@@ -110,7 +120,10 @@ fn run(
         match outcome.and_then(|()| trace.finish()) {
             Ok(record) => return Ok((record, pools)),
             Err(fatal @ Rejection::Fatal { .. }) => return Err(ModelError::Invalid(fatal)),
-            Err(rejection) => last = Some((rejection, failing)),
+            Err(rejection) => {
+                rejected(&rejection);
+                last = Some((rejection, failing));
+            }
         }
     }
     let none = || (Rejection::Fatal { message: "no tries".to_owned() }, None);

@@ -36,7 +36,8 @@
 //! - **Distributions**, one type each, with the variations of [`Family`]: `.iid(n)`,
 //!   `.array::<N>()`, `.truncate(a..b)`, `.ordered()`. An own one implements
 //!   [`Distribution`].
-//! - **Derivatives**: exact, by reverse mode; own functions enter as [`Differentiable`].
+//! - **Derivatives**: exact, by reverse mode; own functions enter as [`Differentiable`],
+//!   black boxes by [`FiniteDifference`].
 //! - **Samplers**: [`Nuts`]; without gradients [`Metropolis`], and [`DelayedAcceptance`], which a
 //!   cheap density screens. They take models and bare densities; chains run in parallel, with the
 //!   same draws for any number of threads. [`Map`] finds joint modes, [`Laplace`] the normal there.
@@ -61,6 +62,7 @@ mod entry;
 mod erased;
 mod export;
 mod expression;
+mod finite_difference;
 mod group;
 pub mod guide;
 mod inspect;
@@ -104,6 +106,7 @@ pub use dot::dot;
 pub use dual::Dual;
 pub use entry::{Entry, Record, Role, Variable};
 pub use expression::Expression;
+pub use finite_difference::FiniteDifference;
 pub use group::{Group, Values};
 pub use inspect::ModelError;
 pub use layout::{LabelError, Layout};

@@ -322,3 +322,38 @@ impl<F, const N: usize> Solution<F, N> {
         Ok(flat)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// dy/dt = −2 a t y, whose rate depends on the time itself: y = y₀ exp(−a (t² − t₀²)).
+    struct Fading;
+
+    impl Ode<1, 2> for Fading {
+        fn initial<S: Scalar>(&self, &[start, _]: &[S; 2]) -> [S; 1] {
+            [start]
+        }
+
+        fn rate<S: Scalar>(&self, t: f64, &[y]: &[S; 1], &[_, a]: &[S; 2]) -> [S; 1] {
+            [y * a * (-2.0 * t)]
+        }
+    }
+
+    /// Wrong stage times would leave an error of first order, whatever the tolerance.
+    #[test]
+    fn rates_that_depend_on_time_have_their_closed_form() {
+        let (start, a) = (1.5, 0.8);
+        let solution = Solution::new(Fading, 0.4, &[0.9, 2.0]).expect("ascending times");
+        let solution = solution.tolerances(1e-11, 1e-13).expect("positive tolerances");
+        let (value, jacobian): ([f64; 2], [[f64; 2]; 2]) =
+            solution.value_and_jacobian(&[start, a]).expect("solvable");
+        for (k, t) in [0.9f64, 2.0].into_iter().enumerate() {
+            let elapsed = t * t - 0.16;
+            let exact = start * (-a * elapsed).exp();
+            approx::assert_relative_eq!(value[k], exact, max_relative = 1e-9);
+            approx::assert_relative_eq!(jacobian[k][0], exact / start, max_relative = 1e-9);
+            approx::assert_relative_eq!(jacobian[k][1], -elapsed * exact, max_relative = 1e-9);
+        }
+    }
+}

@@ -44,19 +44,6 @@ pub trait Datum<V> {
     }
 }
 
-impl<S: crate::Scalar> Datum<S> for f64 {
-    const CONSTANT: bool = true;
-    const NUMBERS: usize = 0;
-
-    #[inline(always)]
-    fn spread(&self, _: f64, _: &mut impl FnMut(S, f64)) {}
-
-    #[inline(always)]
-    fn lift(&self) -> S {
-        S::from(*self)
-    }
-}
-
 macro_rules! impl_count_datum {
     ($($Count:ty),*) => {$(
         impl Datum<u64> for $Count {
@@ -161,9 +148,10 @@ pub trait Record {
     fn flatten(&self, out: &mut Vec<f64>);
 }
 
+/// How a number is written down: `impl_number_record! { [generics] Type: self => its f64; }`.
 macro_rules! impl_number_record {
     ($([$($generics:tt)*] $Number:ty: $self:ident => $value:expr;)*) => {$(
-        impl<$($generics)*> Record for $Number {
+        impl<$($generics)*> $crate::record::Record for $Number {
             fn shape(&self) -> Vec<usize> {
                 Vec::new()
             }
@@ -173,12 +161,12 @@ macro_rules! impl_number_record {
         }
     )*};
 }
+pub(crate) use impl_number_record;
+
 impl_number_record! {
     [] f64: self => *self;
     [] u64: self => *self as f64;
     [] bool: self => f64::from(u8::from(*self));
-    ['t] crate::tape::Var<'t>: self => crate::Scalar::value(*self);
-    [const N: usize] crate::Dual<N>: self => crate::Scalar::value(*self);
 }
 
 impl<T: Record + ?Sized> Record for &T {

@@ -397,5 +397,18 @@ impl Scalar for f64 {
     }
 }
 
+impl<S: Scalar> Datum<S> for f64 {
+    const CONSTANT: bool = true;
+    const NUMBERS: usize = 0;
+
+    #[inline(always)]
+    fn spread(&self, _: f64, _: &mut impl FnMut(S, f64)) {}
+
+    #[inline(always)]
+    fn lift(&self) -> S {
+        S::from(*self)
+    }
+}
+
 #[cfg(test)]
 mod tests;

@@ -1,8 +1,6 @@
 //! The table that a person reads.
 
 use std::fmt;
-use std::io;
-use std::path::Path;
 
 use crate::posterior::{Posterior, SummaryRow};
 use crate::warnings::{Warning, warnings};
@@ -41,23 +39,6 @@ impl Summary {
     pub fn row(&self, name: &str) -> Option<&SummaryRow> {
         let by_place = self.rows.iter().find(|row| row.place == name);
         by_place.or_else(|| self.rows.iter().find(|row| row.name == name))
-    }
-
-    /// Writes the rows as CSV with the header
-    /// `parameter,mean,sd,q05,q50,q95,rhat,ess_bulk,ess_tail,contraction,mcse_mean`.
-    ///
-    /// # Errors
-    /// An error of the file system, with the path in its words.
-    pub fn write_csv(&self, path: impl AsRef<Path>) -> io::Result<()> {
-        let path = path.as_ref();
-        let named = |error: csv::Error| {
-            io::Error::other(format!("cannot write {}: {error}", path.display()))
-        };
-        let mut writer = csv::Writer::from_path(path).map_err(named)?;
-        for row in &self.rows {
-            writer.serialize(row).map_err(named)?;
-        }
-        writer.flush()
     }
 }
 

@@ -72,8 +72,9 @@ impl Input {
 
 /// Runs of a computer model: `n` rows of named bounded inputs and named outputs.
 ///
-/// Every row is finite and inside the bounds, since nothing else can be added.
-/// [`Dataset::write_csv`] keeps it as one file that other tools read.
+/// Every row is finite and inside the bounds, since nothing else can be added. Beside its numbers a row
+/// may have notes, such as the number of the run: columns of text that mean nothing to a fit.
+/// [`Dataset::write_csv`] keeps all of it as one file that other tools read.
 ///
 /// ```
 /// use surrogate::{Dataset, Input};
@@ -89,8 +90,11 @@ pub struct Dataset {
     inputs: Vec<Input>,
     outputs: Vec<String>,
     provenance: String,
+    notes: Vec<String>,
     x: Vec<f64>,
     y: Vec<f64>,
+    /// One text a row and note.
+    noted: Vec<String>,
 }
 
 impl Dataset {
@@ -119,7 +123,31 @@ impl Dataset {
         check_distinct(inputs.iter().map(|i| &i.name).chain(&outputs))?;
         // one kind of line break, so that the text survives the file
         let provenance: String = provenance.into().replace("\r\n", "\n").replace('\r', "\n");
-        Ok(Self { inputs, outputs, provenance, x: Vec::new(), y: Vec::new() })
+        let (notes, noted) = (Vec::new(), Vec::new());
+        Ok(Self { inputs, outputs, provenance, notes, x: Vec::new(), y: Vec::new(), noted })
+    }
+
+    /// The dataset with further columns of text; rows that are there already have them empty.
+    ///
+    /// # Errors
+    /// A bad or repeated name.
+    ///
+    /// ```
+    /// # use surrogate::{Dataset, Input};
+    /// let inputs = vec![Input::new("young_mpa", 250.0, 300.0)?];
+    /// let mut runs = Dataset::new(inputs, vec!["force_n".into()], "")?.with_notes(&["run"])?;
+    /// runs.push_noted(&[275.0], &[147.1], &["17"])?;
+    /// assert_eq!(runs.note(0, "run"), Some("17"));
+    /// # Ok::<(), surrogate::SurrogateError>(())
+    /// ```
+    pub fn with_notes(mut self, names: &[&str]) -> Result<Self, SurrogateError> {
+        self.notes = names.iter().map(|name| (*name).to_owned()).collect();
+        for name in &self.notes {
+            check_name(name)?;
+        }
+        check_distinct(self.columns())?;
+        self.noted = vec![String::new(); self.len() * names.len()];
+        Ok(self)
     }
 
     /// Adds a row: `x` in the order of the inputs, `y` in that of the outputs.
@@ -127,6 +155,20 @@ impl Dataset {
     /// # Errors
     /// A wrong number of values, a value that is not finite, an input outside its bounds.
     pub fn push(&mut self, x: &[f64], y: &[f64]) -> Result<(), SurrogateError> {
+        self.push_noted(x, y, &vec![""; self.notes.len()])
+    }
+
+    /// Adds a row with its notes, in their order.
+    ///
+    /// # Errors
+    /// As [`Self::push`].
+    pub fn push_noted(
+        &mut self,
+        x: &[f64],
+        y: &[f64],
+        notes: &[&str],
+    ) -> Result<(), SurrogateError> {
+        check_count("notes", self.notes.len(), notes.len())?;
         check_count("input values", self.inputs.len(), x.len())?;
         check_count("output values", self.outputs.len(), y.len())?;
         let names = self.inputs.iter().map(|i| &i.name).chain(&self.outputs);
@@ -147,6 +189,7 @@ impl Dataset {
         }
         self.x.extend_from_slice(x);
         self.y.extend_from_slice(y);
+        self.noted.extend(notes.iter().map(|note| (*note).to_owned()));
         Ok(())
     }
 
@@ -158,6 +201,22 @@ impl Dataset {
     /// The outputs' names.
     pub fn outputs(&self) -> &[String] {
         &self.outputs
+    }
+
+    /// The names of the notes.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// What row `i`, counted from 0, has under the note `name`.
+    pub fn note(&self, i: usize, name: &str) -> Option<&str> {
+        let place = self.notes.iter().position(|note| note == name)?;
+        self.noted.get(i * self.notes.len() + place).map(String::as_str)
+    }
+
+    /// The names of all columns: inputs, outputs, notes.
+    pub(crate) fn columns(&self) -> impl Iterator<Item = &String> {
+        self.inputs.iter().map(|i| &i.name).chain(&self.outputs).chain(&self.notes)
     }
 
     /// Where the rows came from.

@@ -1,6 +1,5 @@
 //! A dataset as one CSV file: declarations in leading `#` lines, then header and rows.
 
-use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::dataset::{Dataset, Input};
@@ -24,36 +23,40 @@ impl Dataset {
     /// The file cannot be written.
     pub fn write_csv(&self, path: impl AsRef<Path>) -> Result<(), SurrogateError> {
         let path = path.as_ref();
-        std::fs::write(path, self.to_csv())
+        self.to_csv()
+            .and_then(|text| std::fs::write(path, text))
             .map_err(|source| SurrogateError::Io { path: path.to_owned(), source })
     }
 
-    fn to_csv(&self) -> String {
-        let mut text = String::new();
-        for line in self.provenance().split('\n') {
-            text += &format!("# provenance: {line}\n");
-        }
+    /// What [`Dataset::write_csv`] writes.
+    ///
+    /// # Errors
+    /// None: text in memory can always be written.
+    pub fn to_csv(&self) -> std::io::Result<Vec<u8>> {
+        let lines = self.provenance().split('\n').map(|line| format!("# provenance: {line}\n"));
+        let mut writer = csv::WriterBuilder::new()
+            .flexible(true)
+            .from_writer(lines.collect::<String>().into_bytes());
         for Input { name, lower, upper } in self.inputs() {
-            text += &format!("# input,{},{lower:?},{upper:?}\n", quoted(name));
+            writer.write_record(["# input", name, &format!("{lower:?}"), &format!("{upper:?}")])?;
         }
         for output in self.outputs() {
-            text += &format!("# output,{}\n", quoted(output));
+            writer.write_record(["# output", output])?;
         }
-        let names = self.inputs().iter().map(|i| &i.name).chain(self.outputs());
-        text += &names.map(|n| quoted(n)).collect::<Vec<_>>().join(",");
-        for (x, y) in self.rows() {
-            for (i, value) in x.iter().chain(y).enumerate() {
-                let separator = if i == 0 { '\n' } else { ',' };
-                write!(text, "{separator}{value:?}").expect("writing to a String cannot fail");
+        writer.write_record(self.columns())?;
+        for (i, (x, y)) in self.rows().enumerate() {
+            for value in x.iter().chain(y) {
+                writer.write_field(format!("{value:?}"))?;
             }
+            let notes = self.notes().iter().filter_map(|name| self.note(i, name));
+            writer.write_record(notes)?;
         }
-        text.push('\n');
-        text
+        writer.into_inner().map_err(csv::IntoInnerError::into_error)
     }
 
     /// Reads what [`Dataset::write_csv`] writes.
     ///
-    /// Columns are found by name, in any order; columns that no `#` line declares are ignored.
+    /// Columns are found by name, in any order; columns that no `#` line declares are notes.
     ///
     /// # Errors
     /// The file cannot be read; a declaration is malformed or missing; a declared column is
@@ -75,7 +78,7 @@ impl Dataset {
 type Located<T> = Result<T, (u64, SurrogateError)>;
 
 fn parse(text: &str) -> Located<Dataset> {
-    let mut dataset = declarations(text)?;
+    let dataset = declarations(text)?;
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
@@ -94,6 +97,10 @@ fn parse(text: &str) -> Located<Dataset> {
         }
         columns.push((name.clone(), place));
     }
+    let notes: Vec<usize> =
+        (0..header.len()).filter(|i| columns.iter().all(|(_, place)| place != i)).collect();
+    let names: Vec<&str> = notes.iter().map(|&i| &header[i]).collect();
+    let mut dataset = dataset.with_notes(&names).map_err(|e| (header_line, e))?;
     let inputs = dataset.inputs().len();
     for record in reader.records() {
         let record = record.map_err(|e| syntax(text, &e))?;
@@ -103,7 +110,8 @@ fn parse(text: &str) -> Located<Dataset> {
             .map(|(name, place)| number(name, &record[*place]))
             .collect::<Result<_, _>>()
             .map_err(here)?;
-        dataset.push(&cells[..inputs], &cells[inputs..]).map_err(here)?;
+        let notes: Vec<&str> = notes.iter().map(|&i| &record[i]).collect();
+        dataset.push_noted(&cells[..inputs], &cells[inputs..], &notes).map_err(here)?;
     }
     Ok(dataset)
 }
@@ -130,16 +138,16 @@ fn declarations(text: &str) -> Located<Dataset> {
             ["output", name] => outputs.push(name.to_owned()),
             ["input" | "output", ..] => {
                 let problem = format!("`# {content}` is no declaration");
-                let mend = "write `# input,NAME,LOWER,UPPER` or `# output,NAME`";
-                return Err((line, SurrogateError::Syntax { problem, mend }));
+                let help = "write `# input,NAME,LOWER,UPPER` or `# output,NAME`";
+                return Err((line, SurrogateError::Syntax { problem, help }));
             }
             _ => {}
         }
     }
     if inputs.is_empty() || outputs.is_empty() {
         let problem = "the inputs or the outputs are not declared".to_owned();
-        let mend = "begin the file with a line `# input,NAME,LOWER,UPPER` for each input and `# output,NAME` for each output";
-        return Err((1, SurrogateError::Syntax { problem, mend }));
+        let help = "begin the file with a line `# input,NAME,LOWER,UPPER` for each input and `# output,NAME` for each output";
+        return Err((1, SurrogateError::Syntax { problem, help }));
     }
     Dataset::new(inputs, outputs, provenance.join("\n")).map_err(|e| (line, e))
 }
@@ -165,14 +173,6 @@ fn number(column: &str, text: &str) -> Result<f64, SurrogateError> {
     })
 }
 
-fn quoted(name: &str) -> String {
-    if name.contains([',', '"']) {
-        format!("\"{}\"", name.replace('"', "\"\""))
-    } else {
-        name.to_owned()
-    }
-}
-
 /// The line of a record, which `csv` places before the comments and empty lines above it.
 fn line_at(text: &str, position: Option<&csv::Position>) -> u64 {
     let Some(position) = position else { return 1 };
@@ -188,6 +188,6 @@ fn syntax(text: &str, error: &csv::Error) -> (u64, SurrogateError) {
         }
         _ => error.to_string(),
     };
-    let mend = "write one cell for each column, separated by commas";
-    (line_at(text, error.position()), SurrogateError::Syntax { problem, mend })
+    let help = "write one cell for each column, separated by commas";
+    (line_at(text, error.position()), SurrogateError::Syntax { problem, help })
 }

@@ -129,7 +129,7 @@ mod tests {
         }
     }
 
-    /// A changed stream would silently change every stored campaign.
+    /// A changed stream would silently change every stored ensemble.
     #[test]
     fn the_points_of_a_seed_are_pinned() {
         let pinned = [

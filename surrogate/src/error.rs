@@ -1,4 +1,4 @@
-//! What can go wrong, with the place, the value and the mend.
+//! What can go wrong, with the place, the value and the help.
 
 use std::path::PathBuf;
 
@@ -33,12 +33,12 @@ pub enum SurrogateError {
         source: serde_json::Error,
     },
     /// A line that is no CSV record, or a malformed declaration.
-    #[error("{problem}; {mend}")]
+    #[error("{problem}; {help}")]
     Syntax {
         /// What was found.
         problem: String,
         /// What to write instead.
-        mend: &'static str,
+        help: &'static str,
     },
     /// A cell that should hold a number holds something else.
     #[error("column `{column}`: `{text}` is not a number; write one, for example 1.5e-3")]

@@ -1,26 +1,29 @@
 //! From a dataset to an expansion: all orders out of one factorisation, one of them chosen.
 
+use std::borrow::Borrow;
+
 use faer::Mat;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
-use crate::dataset::{Dataset, Input, check_count};
+use crate::dataset::{Dataset, check_count};
+use crate::dyn_pce::DynPce;
 use crate::error::SurrogateError;
 use crate::legendre::{MAX_ORDER, basis_row};
 use crate::multi_index::Truncation;
 use crate::pce::Pce;
 use crate::regression::NestedLeastSquares;
 use crate::select::{
-    FitReport, LooError, OrderReport, OrderRule, Split, SplitError, by_loo, by_split, covariance,
+    FitReport, Holdout, LooError, OrderReport, OrderRule, SplitError, by_loo, by_split, covariance,
     relative_squares,
 };
 
 /// Most inputs for which the 2^d corners of the box are visited.
 const MAX_CORNER_INPUTS: usize = 10;
 
-/// What [`Pce::fit`] may do.
+/// What [`DynPce::fit`] may do.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FitOptions {
     /// Highest order looked at, up to [`MAX_ORDER`].
@@ -30,7 +33,7 @@ pub struct FitOptions {
     /// How the order is chosen.
     pub rule: OrderRule,
     /// The split into training and validation rows, reported whatever the rule.
-    pub split: Split,
+    pub split: Holdout,
 }
 
 impl Default for FitOptions {
@@ -40,23 +43,37 @@ impl Default for FitOptions {
             max_order: 8,
             truncation: Truncation::TotalDegree,
             rule: OrderRule::CorrectedLoo,
-            split: Split::default(),
+            split: Holdout::default(),
         }
     }
 }
 
 /// A fitted surrogate with its error.
 #[derive(Clone, Debug)]
-pub struct Fit<const D: usize, const M: usize> {
+pub struct Fit<P = DynPce> {
     /// The expansion, fitted to all rows.
-    pub pce: Pce<D, M>,
+    pub pce: P,
     /// How its order was chosen and how good it is.
     pub report: FitReport,
-    columns: Vec<[u8; D]>,
+    /// R⁻¹ of the design matrix, in the order of the expansion's terms as they were fitted.
     r_inverse: Mat<f64>,
+    columns: Vec<Vec<u8>>,
 }
 
 impl<const D: usize, const M: usize> Pce<D, M> {
+    /// [`DynPce::fit`] for sizes known at compile time.
+    ///
+    /// # Errors
+    /// As [`DynPce::fit`]; a dataset with other than `D` inputs and `M` outputs.
+    pub fn fit(data: &Dataset, options: &FitOptions) -> Result<Fit<Pce<D, M>>, SurrogateError> {
+        check_count("inputs in the dataset", D, data.inputs().len())?;
+        check_count("outputs in the dataset", M, data.outputs().len())?;
+        let Fit { pce, report, r_inverse, columns } = DynPce::fit(data, options)?;
+        Ok(Fit { pce: pce.try_into()?, report, r_inverse, columns })
+    }
+}
+
+impl DynPce {
     /// Fits an expansion to a dataset by least squares and chooses its order.
     ///
     /// Both order rules are worked out, the one in the options decides, and the chosen order is
@@ -64,35 +81,35 @@ impl<const D: usize, const M: usize> Pce<D, M> {
     /// estimable.
     ///
     /// # Errors
-    /// A dataset with other than `D` inputs and `M` outputs, fewer than two rows or a constant
-    /// output; an option out of range; a fixed order that the rows do not determine.
+    /// A dataset with fewer than two rows or a constant output; an option out of range; a fixed order
+    /// that the rows do not determine.
     ///
     /// ```
-    /// use surrogate::{Dataset, Design, FitOptions, Input, Pce};
+    /// use surrogate::{Dataset, Design, DynPce, FitOptions, Input};
     /// let inputs = vec![Input::new("a", 0.0, 1.0)?, Input::new("b", -1.0, 1.0)?];
     /// let mut runs = Dataset::new(inputs.clone(), vec!["f".into()], "closed form")?;
     /// for x in Design::Sobol.sample(&inputs, 64, 1)? {
     ///     runs.push(&x, &[x[0] * x[1] * x[1]])?;
     /// }
-    /// let fit = Pce::<2, 1>::fit(&runs, &FitOptions::default())?;
+    /// let fit = DynPce::fit(&runs, &FitOptions::default())?;
     /// assert_eq!(fit.report.order, 3);
     /// assert!((fit.pce.mean()[0] - 1.0 / 6.0).abs() < 1e-12);
     /// # Ok::<(), surrogate::SurrogateError>(())
     /// ```
-    pub fn fit(data: &Dataset, options: &FitOptions) -> Result<Fit<D, M>, SurrogateError> {
-        let variance = check::<D, M>(data, options)?;
-        let inputs: [Input; D] = std::array::from_fn(|d| data.inputs()[d].clone());
-        let outputs: [String; M] = std::array::from_fn(|m| data.outputs()[m].clone());
-        let n = data.len();
-        let points: Vec<[f64; D]> =
-            data.rows().map(|(x, _)| std::array::from_fn(|d| inputs[d].to_unit(x[d]))).collect();
-        let y = Mat::from_fn(n, M, |i, m| data.row(i).1[m]);
+    pub fn fit(data: &Dataset, options: &FitOptions) -> Result<Fit, SurrogateError> {
+        let variance = check(data, options)?;
+        let (inputs, outputs) = (data.inputs(), data.outputs());
+        let (n, d, m) = (data.len(), inputs.len(), outputs.len());
+        let unit = |x: &[f64]| -> Vec<f64> {
+            inputs.iter().zip(x).map(|(input, &x)| input.to_unit(x)).collect()
+        };
+        let y = Mat::from_fn(n, m, |i, m| data.row(i).1[m]);
         let counts: Vec<usize> =
-            (0..=options.max_order).map(|p| options.truncation.count::<D>(p)).collect();
+            (0..=options.max_order).map(|p| options.truncation.count(d, p)).collect();
         // leaving one row out must leave at least as many rows as terms
         let estimable = counts.iter().take_while(|&&terms| terms < n).count();
-        let columns = options.truncation.nested::<D>(estimable - 1);
-        let rows: Vec<Vec<f64>> = points.iter().map(|t| basis_row(&columns, t)).collect();
+        let columns = options.truncation.nested(d, estimable - 1);
+        let rows: Vec<Vec<f64>> = data.rows().map(|(x, _)| basis_row(&columns, &unit(x))).collect();
 
         let all: Vec<usize> = (0..n).collect();
         let fit = NestedLeastSquares::new(select(&rows, &all), y.clone());
@@ -113,7 +130,7 @@ impl<const D: usize, const M: usize> Pce<D, M> {
 
         let not_estimable = |order: usize| SurrogateError::NotEstimable {
             order,
-            terms: options.truncation.count::<D>(order),
+            terms: options.truncation.count(d, order),
             rows: n,
         };
         let order_by_loo = by_loo(&orders).ok_or_else(|| not_estimable(0))?;
@@ -129,11 +146,8 @@ impl<const D: usize, const M: usize> Pce<D, M> {
 
         let terms = prefix.terms;
         let coefficients = fit.coefficients(terms);
-        let pce = Pce::from_terms(
-            inputs,
-            outputs.clone(),
-            (0..terms).map(|j| (columns[j], std::array::from_fn(|m| coefficients[(j, m)]))),
-        )?;
+        let term = |j: usize| (columns[j].clone(), (0..m).map(|m| coefficients[(j, m)]).collect());
+        let pce = DynPce::from_terms(inputs.to_vec(), outputs.to_vec(), (0..terms).map(term))?;
         let report = FitReport {
             rows: n,
             train_rows: train,
@@ -148,43 +162,44 @@ impl<const D: usize, const M: usize> Pce<D, M> {
             largest_corner_leverage: None,
         };
         let r_inverse = fit.r_inverse(terms);
-        let mut fit = Fit { pce, report, columns: columns[..terms].to_vec(), r_inverse };
+        let mut fit = Fit { pce, report, r_inverse, columns: columns[..terms].to_vec() };
         fit.report.largest_corner_leverage = fit.largest_corner_leverage();
         Ok(fit)
     }
 }
 
-impl<const D: usize, const M: usize> Fit<D, M> {
+impl<P: Borrow<DynPce>> Fit<P> {
     /// The leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x): the variance of the fit at `x` per variance of a row's error.
     ///
     /// Above [`FitReport::largest_leverage`] the fit extrapolates from its rows, even inside the box.
     ///
     /// # Errors
-    /// A point outside the box by more than the tolerance, or NaN.
-    pub fn leverage(&self, x: &[f64; D]) -> Result<f64, SurrogateError> {
-        self.pce.position(x)?;
-        Ok(self.unit_leverage(&std::array::from_fn(|d| self.pce.inputs()[d].to_unit(x[d]))))
+    /// A point outside the box by more than the tolerance, NaN, or one of another length.
+    pub fn leverage(&self, x: &[f64]) -> Result<f64, SurrogateError> {
+        let pce = self.pce.borrow();
+        pce.position(x)?;
+        let t: Vec<f64> = pce.inputs().iter().zip(x).map(|(i, &x)| i.to_unit(x)).collect();
+        Ok(self.unit_leverage(&t))
     }
 
-    fn unit_leverage(&self, t: &[f64; D]) -> f64 {
+    fn unit_leverage(&self, t: &[f64]) -> f64 {
         let psi = basis_row(&self.columns, t);
         let column = |j: usize| (0..=j).map(|i| self.r_inverse[(i, j)] * psi[i]).sum::<f64>();
         (0..psi.len()).map(|j| column(j).powi(2)).sum()
     }
 
     fn largest_corner_leverage(&self) -> Option<f64> {
-        let corner =
-            |bits: usize| std::array::from_fn(|d| if bits >> d & 1 == 1 { 1.0 } else { -1.0 });
-        (D <= MAX_CORNER_INPUTS)
-            .then(|| (0..1 << D).map(|bits| self.unit_leverage(&corner(bits))).fold(0.0, f64::max))
+        let d = self.pce.borrow().inputs().len();
+        let corner = |bits: usize| -> Vec<f64> {
+            (0..d).map(|i| if bits >> i & 1 == 1 { 1.0 } else { -1.0 }).collect()
+        };
+        (d <= MAX_CORNER_INPUTS)
+            .then(|| (0..1 << d).map(|bits| self.unit_leverage(&corner(bits))).fold(0.0, f64::max))
     }
 }
 
 /// The outputs' variances, once all is in order.
-fn check<const D: usize, const M: usize>(
-    data: &Dataset,
-    options: &FitOptions,
-) -> Result<Vec<f64>, SurrogateError> {
+fn check(data: &Dataset, options: &FitOptions) -> Result<Vec<f64>, SurrogateError> {
     let refuse = |option, value: String, allowed: String| {
         Err(SurrogateError::Option { option, value, allowed })
     };
@@ -210,8 +225,6 @@ fn check<const D: usize, const M: usize>(
         );
     }
     options.split.check()?;
-    check_count("inputs in the dataset", D, data.inputs().len())?;
-    check_count("outputs in the dataset", M, data.outputs().len())?;
     if data.len() < 2 {
         return Err(SurrogateError::Count {
             what: "rows, at least",
@@ -238,13 +251,13 @@ fn split_errors(
     y: &Mat<f64>,
     counts: &[usize],
     variance: &[f64],
-    split: &Split,
+    split: &Holdout,
 ) -> (usize, Vec<SplitError>) {
     let n = rows.len();
     let mut order: Vec<usize> = (0..n).collect();
     order.shuffle(&mut Xoshiro256PlusPlus::seed_from_u64(split.seed));
     let (train, validation) =
-        order.split_at(((split.train_share * n as f64).round() as usize).clamp(1, n - 1));
+        order.split_at(((split.train_fraction * n as f64).round() as usize).clamp(1, n - 1));
     let part = |chosen: &[usize]| Mat::from_fn(chosen.len(), y.ncols(), |i, m| y[(chosen[i], m)]);
 
     let mut psi = select(rows, train);

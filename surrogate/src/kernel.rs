@@ -25,13 +25,13 @@ struct Row<const D: usize> {
 
 impl<const D: usize, const M: usize> Kernel<D, M> {
     /// From orthonormal coefficients; no degree may exceed [`MAX_ORDER`].
-    pub(crate) fn new<'a>(terms: impl Iterator<Item = (&'a [u8; D], &'a [f64; M])>) -> Self {
+    pub(crate) fn new(terms: impl Iterator<Item = ([u8; D], [f64; M])>) -> Self {
         let mut terms: Vec<_> = terms.collect();
-        terms.sort_by_key(|(index, _)| **index);
+        terms.sort_by_key(|(index, _)| *index);
         let (mut rows, mut coefficients) = (Vec::<Row<D>>::new(), Vec::new());
         let (mut degree, mut start) = (0, 0);
         for (index, c) in terms {
-            let mut degrees = *index;
+            let mut degrees = index;
             let last = usize::from(std::mem::take(&mut degrees[D - 1]));
             if rows.last().is_none_or(|row| row.degrees != degrees) {
                 start = coefficients.len();

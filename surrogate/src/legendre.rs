@@ -26,11 +26,17 @@ pub(crate) fn norm(k: usize) -> f64 {
     ((2 * k + 1) as f64).sqrt()
 }
 
-/// Π_d ψ_(a_d)(t_d) for each multi-index, with ψ_k = √(2k+1) P_k.
-pub(crate) fn basis_row<const D: usize>(indices: &[[u8; D]], t: &[f64; D]) -> Vec<f64> {
-    let one = t.map(legendre::<{ MAX_ORDER + 1 }>);
-    let psi = |d: usize, k: u8| norm(k.into()) * one[d][usize::from(k)][0];
-    indices.iter().map(|a| a.iter().enumerate().map(|(d, &k)| psi(d, k)).product()).collect()
+/// Π_i ψ_(a_i)(t_i) for each multi-index, with ψ_k = √(2k+1) P_k.
+pub(crate) fn basis_row(indices: &[Vec<u8>], t: &[f64]) -> Vec<f64> {
+    let psi: Vec<[f64; MAX_ORDER + 1]> = t
+        .iter()
+        .map(|&t| {
+            let p = legendre::<{ MAX_ORDER + 1 }>(t);
+            std::array::from_fn(|k| norm(k) * p[k][0])
+        })
+        .collect();
+    let product = |a: &Vec<u8>| a.iter().zip(&psi).map(|(&k, psi)| psi[usize::from(k)]).product();
+    indices.iter().map(product).collect()
 }
 
 #[cfg(test)]

@@ -29,12 +29,25 @@
 //! # Ok::<(), surrogate::SurrogateError>(())
 //! ```
 //!
-//! Scope: uniform inputs on a box, dense expansions by least squares up to order 16.
+//! Scope: uniform inputs on a box, dense expansions by least squares up to order 16. [`Pce`] is for numbers
+//! of inputs and outputs that are known at compile time, [`DynPce`] for those that a file decides.
+//!
+//! # Rooms
+//!
+//! From the ground up; an import goes down only, and no two files import each other.
+//!
+//! 1. `error`, `dataset`, `dataset_csv`: what was run, and its file
+//! 2. `sobol_sequence`, `design`: where to run
+//! 3. `legendre`, `multi_index`: one-dimensional polynomials and their products
+//! 4. `dyn_pce`, `kernel`, `pce`: the expansion, with sizes known at run time and at compile time
+//! 5. `pce_file`, `sobol`, `differentiable`: its file, its moments, its use in a model
+//! 6. `regression`, `select`, `fit`: from a dataset to an expansion
 
 mod dataset;
 mod dataset_csv;
 mod design;
 mod differentiable;
+mod dyn_pce;
 mod error;
 mod fit;
 mod kernel;
@@ -49,11 +62,12 @@ mod sobol_sequence;
 
 pub use dataset::{Dataset, Input};
 pub use design::Design;
+pub use dyn_pce::{BoxPosition, DynPce};
 pub use error::SurrogateError;
 pub use fit::{Fit, FitOptions};
 pub use legendre::MAX_ORDER;
 pub use multi_index::Truncation;
-pub use pce::{BoxPosition, Pce};
+pub use pce::Pce;
 pub use rand;
-pub use select::{FitReport, LooError, OrderReport, OrderRule, Split, SplitError};
+pub use select::{FitReport, Holdout, LooError, OrderReport, OrderRule, SplitError};
 pub use sobol::SobolIndices;

@@ -19,40 +19,41 @@ pub enum Truncation {
 }
 
 impl Truncation {
-    /// The multi-indices of an order, graded by total degree and lexicographically decreasing within one.
-    pub(crate) fn indices<const D: usize>(self, order: usize) -> Vec<[u8; D]> {
+    /// The multi-indices of an order in `d` inputs, graded by total degree and lexicographically
+    /// decreasing within one.
+    pub(crate) fn indices(self, d: usize, order: usize) -> Vec<Vec<u8>> {
         let mut indices = Vec::new();
-        self.visit(order, &mut |index| indices.push(index));
-        indices.sort_by_key(graded);
+        self.visit(d, order, &mut |index| indices.push(index.to_vec()));
+        indices.sort_by(|a, b| graded(a).cmp(&graded(b)));
         indices
     }
 
-    /// The number of terms of an order, without making them.
-    pub(crate) fn count<const D: usize>(self, order: usize) -> usize {
+    /// The number of terms of an order in `d` inputs, without making them.
+    pub(crate) fn count(self, d: usize, order: usize) -> usize {
         match self {
             Self::TotalDegree => {
                 // C(d + p, p), an integer after every step
                 let count =
-                    (1..=order).fold(1u128, |c, j| c.saturating_mul((D + j) as u128) / j as u128);
+                    (1..=order).fold(1u128, |c, j| c.saturating_mul((d + j) as u128) / j as u128);
                 count.try_into().unwrap_or(usize::MAX)
             }
             Self::Hyperbolic { .. } => {
                 let mut count = 0;
-                self.visit::<D>(order, &mut |_| count += 1);
+                self.visit(d, order, &mut |_| count += 1);
                 count
             }
         }
     }
 
     /// The indices of all orders up to `order` such that those of each lower order are a prefix.
-    pub(crate) fn nested<const D: usize>(self, order: usize) -> Vec<[u8; D]> {
-        let mut indices = self.indices(order);
+    pub(crate) fn nested(self, d: usize, order: usize) -> Vec<Vec<u8>> {
+        let mut indices = self.indices(d, order);
         indices.sort_by_key(|index| self.first_order(index));
         indices
     }
 
     /// The least order whose set contains the index.
-    fn first_order<const D: usize>(self, index: &[u8; D]) -> usize {
+    fn first_order(self, index: &[u8]) -> usize {
         match self {
             Self::TotalDegree => index.iter().map(|&a| usize::from(a)).sum(),
             Self::Hyperbolic { q } => {
@@ -63,31 +64,26 @@ impl Truncation {
         }
     }
 
-    fn visit<const D: usize>(self, order: usize, found: &mut impl FnMut([u8; D])) {
-        self.descend([0; D], 0, order, found);
+    fn visit(self, d: usize, order: usize, found: &mut impl FnMut(&[u8])) {
+        self.descend(&mut vec![0; d], 0, order, found);
     }
 
     /// Depth first over the inputs; the sets are closed downwards, so a branch ends where it leaves.
-    fn descend<const D: usize>(
-        self,
-        mut index: [u8; D],
-        input: usize,
-        order: usize,
-        found: &mut impl FnMut([u8; D]),
-    ) {
-        if input == D {
+    fn descend(self, index: &mut [u8], input: usize, order: usize, found: &mut impl FnMut(&[u8])) {
+        if input == index.len() {
             return found(index);
         }
-        while self.first_order(&index) <= order {
+        while self.first_order(index) <= order {
             self.descend(index, input + 1, order, found);
             index[input] += 1;
         }
+        index[input] = 0;
     }
 }
 
 /// The frozen order of terms: total degree first, then lexicographically decreasing.
-pub(crate) fn graded<const D: usize>(index: &[u8; D]) -> (usize, Reverse<[u8; D]>) {
-    (index.iter().map(|&a| usize::from(a)).sum(), Reverse(*index))
+pub(crate) fn graded(index: &[u8]) -> (usize, Reverse<&[u8]>) {
+    (index.iter().map(|&a| usize::from(a)).sum(), Reverse(index))
 }
 
 #[cfg(test)]
@@ -99,7 +95,7 @@ mod tests {
         let expected =
             "000 100 010 001 200 110 101 020 011 002 300 210 201 120 111 102 030 021 012 003";
         let found: Vec<String> = Truncation::TotalDegree
-            .indices::<3>(3)
+            .indices(3, 3)
             .iter()
             .map(|a| a.iter().map(u8::to_string).collect())
             .collect();
@@ -108,14 +104,14 @@ mod tests {
 
     #[test]
     fn the_counts_are_binomial() {
-        assert_eq!(Truncation::TotalDegree.indices::<3>(8).len(), 165);
-        assert_eq!(Truncation::TotalDegree.indices::<8>(3).len(), 165);
+        assert_eq!(Truncation::TotalDegree.indices(3, 8).len(), 165);
+        assert_eq!(Truncation::TotalDegree.indices(8, 3).len(), 165);
         for order in 0..=8 {
             let t = Truncation::TotalDegree;
-            assert_eq!(t.count::<4>(order), t.indices::<4>(order).len());
+            assert_eq!(t.count(4, order), t.indices(4, order).len());
         }
         assert_eq!(
-            Truncation::TotalDegree.count::<100>(16),
+            Truncation::TotalDegree.count(100, 16),
             usize::try_from(binomial(116, 16)).unwrap()
         );
     }
@@ -128,18 +124,18 @@ mod tests {
     fn hyperbolic_sets_drop_interactions_and_nest() {
         let half = Truncation::Hyperbolic { q: 0.5 };
         // (√1 + √1)² = 4: the first interaction enters at order 4
-        assert_eq!(half.indices::<2>(3).len(), 7);
-        assert!(half.indices::<2>(4).contains(&[1, 1]));
-        assert_eq!(half.count::<2>(4), 10);
-        let all = half.nested::<3>(7);
+        assert_eq!(half.indices(2, 3).len(), 7);
+        assert!(half.indices(2, 4).contains(&vec![1, 1]));
+        assert_eq!(half.count(2, 4), 10);
+        let all = half.nested(3, 7);
         for order in 0..=7 {
-            let mut prefix = all[..half.count::<3>(order)].to_vec();
-            prefix.sort_by_key(graded);
-            assert_eq!(prefix, half.indices::<3>(order));
+            let mut prefix = all[..half.count(3, order)].to_vec();
+            prefix.sort_by(|a, b| graded(a).cmp(&graded(b)));
+            assert_eq!(prefix, half.indices(3, order));
         }
         assert_eq!(
-            Truncation::Hyperbolic { q: 1.0 }.nested::<3>(6),
-            Truncation::TotalDegree.nested::<3>(6)
+            Truncation::Hyperbolic { q: 1.0 }.nested(3, 6),
+            Truncation::TotalDegree.nested(3, 6)
         );
     }
 }

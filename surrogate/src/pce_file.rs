@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::dataset::{Input, check_count};
+use crate::dataset::Input;
+use crate::dyn_pce::DynPce;
 use crate::error::SurrogateError;
 use crate::pce::Pce;
 
@@ -33,11 +35,11 @@ struct Term {
     coefficients: Vec<f64>,
 }
 
-impl<const D: usize, const M: usize> Serialize for Pce<D, M> {
+impl Serialize for DynPce {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let term = |(index, c): &([u8; D], [f64; M])| Term {
-            index: index.to_vec(),
-            coefficients: c.to_vec(),
+        let term = |(index, c): &(Vec<u8>, Vec<f64>)| Term {
+            index: index.clone(),
+            coefficients: c.clone(),
         };
         PceFile {
             basis: Basis::OrthonormalLegendre,
@@ -50,35 +52,28 @@ impl<const D: usize, const M: usize> Serialize for Pce<D, M> {
     }
 }
 
+impl<'de> Deserialize<'de> for DynPce {
+    fn deserialize<S: Deserializer<'de>>(deserializer: S) -> Result<Self, S::Error> {
+        let PceFile { inputs, outputs, tolerance, terms, .. } = PceFile::deserialize(deserializer)?;
+        DynPce::from_terms(inputs, outputs, terms.into_iter().map(|t| (t.index, t.coefficients)))
+            .and_then(|pce| pce.with_tolerance(tolerance))
+            .map_err(serde::de::Error::custom)
+    }
+}
+
+impl<const D: usize, const M: usize> Serialize for Pce<D, M> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        DynPce::serialize(self, serializer)
+    }
+}
+
 impl<'de, const D: usize, const M: usize> Deserialize<'de> for Pce<D, M> {
     fn deserialize<S: Deserializer<'de>>(deserializer: S) -> Result<Self, S::Error> {
-        PceFile::deserialize(deserializer)?.try_into().map_err(serde::de::Error::custom)
+        DynPce::deserialize(deserializer)?.try_into().map_err(serde::de::Error::custom)
     }
 }
 
-impl<const D: usize, const M: usize> TryFrom<PceFile> for Pce<D, M> {
-    type Error = SurrogateError;
-
-    fn try_from(file: PceFile) -> Result<Self, SurrogateError> {
-        let (inputs, outputs) = (array("inputs", file.inputs)?, array("outputs", file.outputs)?);
-        let mut terms = Vec::with_capacity(file.terms.len());
-        for term in file.terms {
-            terms.push((
-                array("degrees in a term", term.index)?,
-                array("coefficients in a term", term.coefficients)?,
-            ));
-        }
-        Pce::from_terms(inputs, outputs, terms)?.with_tolerance(file.tolerance)
-    }
-}
-
-fn array<T, const N: usize>(what: &'static str, items: Vec<T>) -> Result<[T; N], SurrogateError> {
-    check_count(what, N, items.len())?;
-    let mut items = items.into_iter();
-    Ok(std::array::from_fn(|_| items.next().expect("the number of items was checked")))
-}
-
-impl<const D: usize, const M: usize> Pce<D, M> {
+impl DynPce {
     /// Writes the expansion as JSON.
     ///
     /// # Errors
@@ -91,15 +86,28 @@ impl<const D: usize, const M: usize> Pce<D, M> {
             .map_err(|source| SurrogateError::Io { path: path.to_owned(), source })
     }
 
-    /// Reads what [`Pce::write`] writes; the terms may stand in any order.
+    /// Reads what [`DynPce::write`] writes; the terms may stand in any order.
+    ///
+    /// # Errors
+    /// The file cannot be read or is no such JSON.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, SurrogateError> {
+        read(path.as_ref())
+    }
+}
+
+impl<const D: usize, const M: usize> Pce<D, M> {
+    /// Reads what [`DynPce::write`] writes; the terms may stand in any order.
     ///
     /// # Errors
     /// The file cannot be read, is no such JSON, or has other than `D` inputs and `M` outputs.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, SurrogateError> {
-        let path = path.as_ref();
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| SurrogateError::Io { path: path.to_owned(), source })?;
-        serde_json::from_str(&text)
-            .map_err(|source| SurrogateError::Json { path: path.to_owned(), source })
+        read(path.as_ref())
     }
+}
+
+fn read<T: DeserializeOwned>(path: &Path) -> Result<T, SurrogateError> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|source| SurrogateError::Io { path: path.to_owned(), source })?;
+    serde_json::from_str(&text)
+        .map_err(|source| SurrogateError::Json { path: path.to_owned(), source })
 }

@@ -15,7 +15,7 @@ pub enum OrderRule {
     /// The least corrected leave-one-out error.
     #[default]
     CorrectedLoo,
-    /// The smallest order whose validation error is within a tolerance of the least: see [`Split`].
+    /// The smallest order whose validation error is within a tolerance of the least: see [`Holdout`].
     Split,
     /// This order.
     Fixed(usize),
@@ -23,23 +23,23 @@ pub enum OrderRule {
 
 /// Random rows for training, the others for validation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Split {
-    /// Share of the rows used for training.
-    pub train_share: f64,
-    /// An order is good enough if its validation error exceeds the least by at most this share of it.
+pub struct Holdout {
+    /// Fraction of the rows used for training.
+    pub train_fraction: f64,
+    /// An order is good enough if its validation error exceeds the least by at most this fraction of it.
     pub tolerance: f64,
     /// Seed of the random choice of rows.
     pub seed: u64,
 }
 
-impl Default for Split {
+impl Default for Holdout {
     /// 70 % for training, 5 % tolerance, seed 0.
     fn default() -> Self {
-        Self { train_share: 0.7, tolerance: 0.05, seed: 0 }
+        Self { train_fraction: 0.7, tolerance: 0.05, seed: 0 }
     }
 }
 
-impl Split {
+impl Holdout {
     pub(crate) fn check(&self) -> Result<(), SurrogateError> {
         let refuse = |option, value: f64, allowed: &str| {
             Err(SurrogateError::Option {
@@ -48,8 +48,8 @@ impl Split {
                 allowed: allowed.to_owned(),
             })
         };
-        if !(self.train_share > 0.0 && self.train_share < 1.0) {
-            return refuse("train_share", self.train_share, "between 0 and 1");
+        if !(self.train_fraction > 0.0 && self.train_fraction < 1.0) {
+            return refuse("train_fraction", self.train_fraction, "between 0 and 1");
         }
         if !(self.tolerance >= 0.0 && self.tolerance.is_finite()) {
             return refuse("tolerance of the split", self.tolerance, "0 or more");
@@ -58,7 +58,7 @@ impl Split {
     }
 }
 
-/// Leave-one-out errors of one order, per output, as shares of the output's variance.
+/// Leave-one-out errors of one order, per output, as fractions of the output's variance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LooError {
     /// mean ((y_i − f_i)/(1 − h_i))² / mean (y_i − ȳ)².
@@ -77,7 +77,7 @@ impl LooError {
     }
 }
 
-/// Errors of one order fitted to the training rows, per output: mean squares as shares of the output's variance.
+/// Errors of one order fitted to the training rows, per output: mean squares as fractions of the output's variance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SplitError {
     /// On the rows fitted to.
@@ -161,7 +161,7 @@ impl fmt::Display for FitReport {
         };
         writeln!(
             f,
-            "order {} by {rule} (leave-one-out: {}, training and validation: {}); errors are shares of the variance",
+            "order {} by {rule} (leave-one-out: {}, training and validation: {}); errors are fractions of the variance",
             self.order, self.order_by_loo, self.order_by_split
         )
     }
@@ -185,15 +185,15 @@ pub(crate) fn by_split(orders: &[OrderReport], tolerance: f64) -> Option<usize> 
 }
 
 /// The mean over the outputs; below the floor an error is rounding, and orders tie.
-fn error(shares: &[f64]) -> f64 {
-    mean(shares).max(1e-24)
+fn error(fractions: &[f64]) -> f64 {
+    mean(fractions).max(1e-24)
 }
 
 fn mean(x: &[f64]) -> f64 {
     x.iter().sum::<f64>() / x.len() as f64
 }
 
-/// Mean squares of the columns as shares of the variances.
+/// Mean squares of the columns as fractions of the variances.
 pub(crate) fn relative_squares(residuals: &Mat<f64>, variance: &[f64]) -> Vec<f64> {
     let n = residuals.nrows() as f64;
     variance

@@ -1,27 +1,28 @@
 //! Moments and Sobol indices of an expansion, in closed form.
 
-use crate::pce::Pce;
+use crate::dyn_pce::DynPce;
 
-/// Shares of each output's variance that inputs and pairs of inputs cause.
+/// Fractions of each output's variance that inputs and pairs of inputs cause.
 ///
 /// With V = Σ_(a≠0) c_a² and inputs uniform on the box. An output without variance has NaN here.
 ///
 /// References: Sobol', Math. Comput. Simul. 55 (2001) 271, doi:10.1016/S0378-4754(00)00270-6;
 /// Sudret, Reliab. Eng. Syst. Saf. 93 (2008) 964, doi:10.1016/j.ress.2007.04.002.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SobolIndices<const D: usize, const M: usize> {
+pub struct SobolIndices {
     /// `first[m][i]`: terms in input i alone.
-    pub first: [[f64; D]; M],
+    pub first: Vec<Vec<f64>>,
     /// `total[m][i]`: all terms in which input i takes part.
-    pub total: [[f64; D]; M],
+    pub total: Vec<Vec<f64>>,
     /// `second[m][i][j]`: terms in i and j alone; symmetric, 0 on the diagonal.
-    pub second: [[[f64; D]; D]; M],
+    pub second: Vec<Vec<Vec<f64>>>,
 }
 
-impl<const D: usize, const M: usize> Pce<D, M> {
+impl DynPce {
     /// The mean of each output over the box: c_0.
-    pub fn mean(&self) -> [f64; M] {
-        self.terms().iter().find(|(a, _)| *a == [0; D]).map_or([0.0; M], |(_, c)| *c)
+    pub fn mean(&self) -> Vec<f64> {
+        let constant = self.terms().iter().find(|(index, _)| is_constant(index));
+        constant.map_or_else(|| vec![0.0; self.outputs().len()], |(_, c)| c.clone())
     }
 
     /// The variance of each output over the box: Σ_(a≠0) c_a².
@@ -34,32 +35,34 @@ impl<const D: usize, const M: usize> Pce<D, M> {
     /// assert!((pce.variance()[0] - 1.0 / 3.0).abs() < 1e-15);
     /// # Ok::<(), surrogate::SurrogateError>(())
     /// ```
-    pub fn variance(&self) -> [f64; M] {
-        let mut variance = [0.0; M];
-        for (_, c) in self.terms().iter().filter(|(a, _)| *a != [0; D]) {
-            for m in 0..M {
-                variance[m] += c[m] * c[m];
-            }
+    pub fn variance(&self) -> Vec<f64> {
+        let mut variance = vec![0.0; self.outputs().len()];
+        for (_, c) in self.terms().iter().filter(|(index, _)| !is_constant(index)) {
+            variance.iter_mut().zip(c).for_each(|(v, c)| *v += c * c);
         }
         variance
     }
 
     /// First-order, total and second-order Sobol indices of each output.
-    pub fn sobol(&self) -> SobolIndices<D, M> {
-        let mut indices =
-            SobolIndices { first: [[0.0; D]; M], total: [[0.0; D]; M], second: [[[0.0; D]; D]; M] };
-        for (a, c) in self.terms() {
-            let active: Vec<usize> = (0..D).filter(|&d| a[d] > 0).collect();
-            for m in 0..M {
-                let share = c[m] * c[m];
+    pub fn sobol(&self) -> SobolIndices {
+        let (d, m) = (self.inputs().len(), self.outputs().len());
+        let mut indices = SobolIndices {
+            first: vec![vec![0.0; d]; m],
+            total: vec![vec![0.0; d]; m],
+            second: vec![vec![vec![0.0; d]; d]; m],
+        };
+        for (index, c) in self.terms() {
+            let active: Vec<usize> = (0..d).filter(|&i| index[i] > 0).collect();
+            for (m, c) in c.iter().enumerate() {
+                let fraction = c * c;
                 for &i in &active {
-                    indices.total[m][i] += share;
+                    indices.total[m][i] += fraction;
                 }
                 match active[..] {
-                    [i] => indices.first[m][i] += share,
+                    [i] => indices.first[m][i] += fraction,
                     [i, j] => {
-                        indices.second[m][i][j] += share;
-                        indices.second[m][j][i] += share;
+                        indices.second[m][i][j] += fraction;
+                        indices.second[m][j][i] += fraction;
                     }
                     _ => {}
                 }
@@ -67,10 +70,14 @@ impl<const D: usize, const M: usize> Pce<D, M> {
         }
         for (m, variance) in self.variance().into_iter().enumerate() {
             let pairs = indices.second[m].iter_mut().flatten();
-            for share in indices.first[m].iter_mut().chain(&mut indices.total[m]).chain(pairs) {
-                *share /= variance;
+            for fraction in indices.first[m].iter_mut().chain(&mut indices.total[m]).chain(pairs) {
+                *fraction /= variance;
             }
         }
         indices
     }
+}
+
+fn is_constant(index: &[u8]) -> bool {
+    index.iter().all(|&a| a == 0)
 }

@@ -35,11 +35,11 @@ fn a_file_keeps_names_bounds_provenance_and_every_bit() {
 
 proptest! {
     #[test]
-    fn any_finite_number_survives_the_file(bits in any::<u64>(), share in 0.0..1.0f64) {
+    fn any_finite_number_survives_the_file(bits in any::<u64>(), fraction in 0.0..1.0f64) {
         let y = f64::from_bits(bits);
         prop_assume!(y.is_finite());
         let mut data = example();
-        data.push(&[250.0 + 50.0 * share, 1e-3], &[y, -y]).unwrap();
+        data.push(&[250.0 + 50.0 * fraction, 1e-3], &[y, -y]).unwrap();
         prop_assert_eq!(round_trip(&data).row(0).1[0].to_bits(), bits);
     }
 }
@@ -74,7 +74,7 @@ fn a_bad_row_is_named_by_line_column_and_value() {
     ] {
         let message = refused_row(row);
         assert!(message.contains(words), "{message}");
-        assert!(message.contains(';'), "no mend: {message}");
+        assert!(message.contains(';'), "no help: {message}");
     }
 }
 
@@ -107,13 +107,16 @@ fn a_bad_header_is_named_too() {
 }
 
 #[test]
-fn columns_are_found_by_name_and_others_ignored() {
+fn columns_are_found_by_name_and_others_are_notes() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs.csv");
     std::fs::write(&path, "# input,a,0,1\n# a remark\n# output,f\nstatus, f ,a\nok, 3 ,0.25\n# late remark\nok,4,0.5\n").unwrap();
     let data = Dataset::read_csv(&path).unwrap();
     assert_eq!(data.len(), 2);
     assert_eq!(data.row(0), (&[0.25][..], &[3.0][..]));
+    assert_eq!((data.notes(), data.note(1, "status")), (&["status".to_owned()][..], Some("ok")));
+    assert_eq!((data.note(2, "status"), data.note(0, "a")), (None, None));
+    assert_eq!(round_trip(&data), data);
 }
 
 #[test]

@@ -3,10 +3,10 @@
 use std::ops::{Add, Mul};
 
 use approx::assert_relative_eq;
-use ppl::{Differentiable, Scalar};
+use ppl::{Differentiable, Dual, Scalar};
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use surrogate::{BoxPosition, Input, Pce, SurrogateError};
+use surrogate::{BoxPosition, DynPce, Input, Pce, SurrogateError};
 
 #[derive(Clone, Copy)]
 struct Complex(f64, f64);
@@ -88,6 +88,25 @@ fn check<const D: usize, const M: usize>(pce: &Pce<D, M>) {
         });
         let (value, jacobian) = pce.value_and_jacobian(&x).unwrap();
         let alone = pce.value(&x).unwrap();
+        // the same with sizes known at run time, there and in a model
+        let run_time: &DynPce = pce;
+        let (by_run_time, slopes) = run_time.value_and_jacobian(&x).unwrap();
+        let value_by_run_time = run_time.value(&x).unwrap();
+        let in_model = run_time.at(&Dual::<D>::variables(x));
+        for m in 0..M {
+            assert_relative_eq!(by_run_time[m], value[m], epsilon = 1e-11, max_relative = 1e-13);
+            assert_relative_eq!(
+                value_by_run_time[m],
+                value[m],
+                epsilon = 1e-11,
+                max_relative = 1e-13
+            );
+            assert_eq!(in_model[m].value(), by_run_time[m]);
+            assert_eq!(in_model[m].gradient().as_slice(), slopes[m]);
+            for (slope, expected) in slopes[m].iter().zip(jacobian[m]) {
+                assert_relative_eq!(*slope, expected, epsilon = 1e-9, max_relative = 1e-11);
+            }
+        }
         for d in 0..D {
             let expected = complex_step(pce, &x, d);
             for m in 0..M {

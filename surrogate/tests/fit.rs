@@ -4,7 +4,7 @@ use approx::assert_relative_eq;
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use surrogate::{
-    Dataset, Design, FitOptions, Input, OrderRule, Pce, Split, SurrogateError, Truncation,
+    Dataset, Design, FitOptions, Holdout, Input, OrderRule, Pce, SurrogateError, Truncation,
 };
 
 fn inputs(d: usize) -> Vec<Input> {
@@ -161,7 +161,7 @@ fn exact_polynomials_are_recovered_at_their_own_order() {
 fn a_seed_fixes_the_split() {
     let data = runs(2, &["f", "g"], 40, 6, smooth);
     let report = |seed| {
-        let split = Split { seed, ..Split::default() };
+        let split = Holdout { seed, ..Holdout::default() };
         Pce::<2, 2>::fit(&data, &FitOptions { split, ..FitOptions::default() }).unwrap().report
     };
     assert_eq!(report(1), report(1));
@@ -198,8 +198,8 @@ fn unusable_data_and_options_are_refused() {
         FitOptions { rule: OrderRule::Fixed(9), ..defaults },
         FitOptions { truncation: Truncation::Hyperbolic { q: 0.0 }, ..defaults },
         FitOptions { truncation: Truncation::Hyperbolic { q: f64::NAN }, ..defaults },
-        FitOptions { split: Split { train_share: 1.0, ..Split::default() }, ..defaults },
-        FitOptions { split: Split { tolerance: -1.0, ..Split::default() }, ..defaults },
+        FitOptions { split: Holdout { train_fraction: 1.0, ..Holdout::default() }, ..defaults },
+        FitOptions { split: Holdout { tolerance: -1.0, ..Holdout::default() }, ..defaults },
     ] {
         assert!(matches!(fit(&data, options), SurrogateError::Option { .. }), "{options:?}");
     }

@@ -106,8 +106,8 @@ fn ishigami_moments_and_indices_converge_to_the_closed_form() {
     for (degree, least) in
         [(3, 0.527), (5, 0.151), (7, 8.66e-3), (9, 1.54e-4), (11, 1.14e-6), (13, 4.09e-9)]
     {
-        let share = 1.0 - projection(degree).variance()[0] / VARIANCE;
-        assert_relative_eq!(share, least, max_relative = 6e-3);
+        let fraction = 1.0 - projection(degree).variance()[0] / VARIANCE;
+        assert_relative_eq!(fraction, least, max_relative = 6e-3);
     }
     let pce = projection(15);
     assert_relative_eq!(pce.mean()[0], 3.5, max_relative = 1e-12);

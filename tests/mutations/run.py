@@ -79,8 +79,12 @@ def build(workspace, tests):
     return programs
 
 
-def passes(program, filters, number, workspace):
-    """Whether the tests pass; None if the filters name none."""
+# seconds that the tests of one defect may take
+PATIENCE = 300
+
+
+def outcome(program, filters, number, workspace):
+    """How the tests end: "pass", "fail", "no test" if the filters name none, or "timeout"."""
     environment = dict(os.environ, **({} if number is None else {SWITCH: str(number)}))
     try:
         result = subprocess.run(
@@ -89,13 +93,13 @@ def passes(program, filters, number, workspace):
             env=environment,
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=PATIENCE,
         )
     except subprocess.TimeoutExpired:
-        return False
+        return "timeout"
     if "running 0 tests" in result.stdout:
-        return None
-    return result.returncode == 0
+        return "no test"
+    return "pass" if result.returncode == 0 else "fail"
 
 
 def main():
@@ -108,11 +112,13 @@ def main():
     sources, stale = {}, []
     for number, defect in enumerate(defects):
         path = defect["file"]
-        text = sources.get(path) or (ROOT / path).read_text()
+        source = ROOT / path
+        text = sources.get(path) or (source.read_text() if source.is_file() else "")
         seeded = seed(text, number, defect)
         if seeded is None:
             stale.append(defect["name"])
-        sources[path] = seeded or text
+        if text:
+            sources[path] = seeded or text
     for name in stale:
         print(f"{name}: no longer fits its source; write it anew")
     if "--check" in sys.argv:
@@ -141,13 +147,17 @@ def main():
         program, filters = programs[defect["test"]], defect["filter"]
         key = (program, *filters)
         if key not in clean:
-            clean[key] = passes(program, filters, None, workspace)
-        if not clean[key]:
-            why = "names no test" if clean[key] is None else "fails without any defect"
-            verdict = f"its test {why}: {defect['test']} {filters}"
+            clean[key] = outcome(program, filters, None, workspace)
+        if clean[key] != "pass":
+            verdict = f"its test ends with \"{clean[key]}\" without any defect: {defect['test']} {filters}"
         else:
-            caught = passes(program, filters, number, workspace) is False
-            verdict = "caught" if caught else "MISSED"
+            # a run without end is no assertion that failed: it is not caught, and told by itself
+            verdict = {
+                "fail": "caught",
+                "pass": "MISSED",
+                "timeout": f"TIMED OUT after {PATIENCE} s: no test failed",
+                "no test": "MISSED",
+            }[outcome(program, filters, number, workspace)]
         print(f"{defect['name']}: {verdict}", flush=True)
         if verdict != "caught":
             missed.append(defect["name"])

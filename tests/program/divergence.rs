@@ -1,4 +1,4 @@
-//! A run that no rescue brings further leaves what it has.
+//! A run that no fallback brings further leaves what it has.
 
 use super::{breccia, said};
 

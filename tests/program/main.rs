@@ -24,11 +24,11 @@ length_mm = 0.06
 displacement_mm = 0.2
 steps = 4
 [prior]
-young_mpa = [250.0, 300.0]
-toughness_n_per_mm = [0.00001, 0.005]
-viscosity_mpa_s = [0.05, 0.55]
+matrix.young_mpa = [250.0, 300.0]
+matrix.toughness_n_per_mm = [0.00001, 0.005]
+matrix.viscosity_mpa_s = [0.05, 0.55]
 [experiments]
-virtual = { seed = 3, truth = { young_mpa = 275.0, toughness_n_per_mm = 0.0025, viscosity_mpa_s = 0.3 } }
+virtual = { seed = 3, truth = { matrix.young_mpa = 275.0, matrix.toughness_n_per_mm = 0.0025, matrix.viscosity_mpa_s = 0.3 } }
 "#;
 
 fn breccia(folder: &Path, arguments: &[&str]) -> Output {
@@ -55,7 +55,7 @@ fn help_teaches_with_an_example_for_every_command() {
         "init",
         "mesh",
         "simulate",
-        "laboratory",
+        "experiments",
         "ensemble",
         "surrogate",
         "calibrate",
@@ -84,7 +84,7 @@ fn init_writes_a_case_that_is_valid_and_never_replaces_a_file() {
 }
 
 #[test]
-fn mistakes_name_file_key_value_and_mend_and_fail() {
+fn mistakes_name_file_key_value_and_help_and_fail() {
     let dir = tempfile::tempdir().unwrap();
     let cylinder = fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 };
     fem::gmsh::write(dir.path().join("cylinder.msh"), &cylinder.build().unwrap()).unwrap();
@@ -111,7 +111,7 @@ fn mistakes_name_file_key_value_and_mend_and_fail() {
         (
             "[250.0, 300.0]",
             "[300.0, 250.0]".into(),
-            &["prior.young_mpa = [300.0, 250.0]", "[lower, upper]"],
+            &["prior.matrix.young_mpa = [300.0, 250.0]", "[lower, upper]"],
         ),
         (
             lattice,

@@ -1,4 +1,4 @@
-//! Mesh files that cannot be used: each is refused before any step, with what is wrong and the mend.
+//! Mesh files that cannot be used: each is refused before any step, with what is wrong and the help.
 
 use std::fmt::Write as _;
 

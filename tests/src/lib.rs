@@ -3,7 +3,6 @@
 pub mod eight_schools;
 pub mod posteriors;
 
-use models::PriorCase;
 use ppl::Posterior;
 use ppl::check::Estimate;
 use serde_json::Value;
@@ -66,13 +65,8 @@ impl Instance {
     }
 
     /// The prior box of the instance.
-    pub fn prior() -> PriorCase {
-        PriorCase {
-            region: "matrix".to_owned(),
-            young_mpa: [-1.0, 1.0],
-            toughness_n_per_mm: [-1.0, 1.0],
-            viscosity_mpa_s: [-1.0, 1.0],
-        }
+    pub fn prior() -> [[f64; 2]; 3] {
+        [[-1.0, 1.0]; 3]
     }
 }
 

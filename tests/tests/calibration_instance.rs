@@ -2,7 +2,7 @@
 //! and the posterior of two long independent runs (Stan and nutpie) within 4 standard errors.
 
 use breccia_tests::{Instance, assert_moments_of, number, numbers};
-use models::calibration;
+use models::{calibration, calibration_on};
 use ppl::prelude::*;
 use ppl::{Bound, Model, Nuts, Workspace};
 use serde_json::Value;
@@ -71,6 +71,27 @@ fn golden_gradient() {
         }
     }
     ppl::check::gradient(&model, 1);
+}
+
+/// The model of sizes known at run time is the same density in the same coordinates.
+#[test]
+fn sizes_from_the_data_change_nothing() {
+    let instance = Instance::load();
+    let prior = Instance::prior();
+    let fixed = calibration(&instance.pce, &instance.qois, &prior);
+    let qois: Vec<Vec<f64>> = instance.qois.iter().map(|y| y.to_vec()).collect();
+    let by_data = calibration_on(&instance.pce, &qois);
+    let golden = &instance.json["golden_gradient_stan_coordinates"];
+    let y = numbers::<9>(&golden["u"]);
+    approx::assert_relative_eq!(density(&by_data, &y), density(&fixed, &y), max_relative = 1e-12);
+    let (mut a, mut b) = ([0.0; 9], [0.0; 9]);
+    let value = fixed.gradient(&y, &mut a, &mut Workspace::default()).unwrap();
+    let other = by_data.gradient(&y, &mut b, &mut Workspace::default()).unwrap();
+    approx::assert_relative_eq!(value, other, max_relative = 1e-12);
+    for (a, b) in a.iter().zip(b) {
+        approx::assert_relative_eq!(*a, b, max_relative = 1e-11);
+    }
+    ppl::check::gradient(&by_data, 1);
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! The whole workflow on a tiny case: every documented file, skipping, kill and resume.
 
+mod stages;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -29,9 +31,9 @@ displacement_mm = 0.22
 steps = 44
 stop_below_peak = 0.1
 [prior]
-young_mpa = [250.0, 300.0]
-toughness_n_per_mm = [0.00001, 0.005]
-viscosity_mpa_s = [0.05, 0.55]
+matrix.young_mpa = [250.0, 300.0]
+matrix.toughness_n_per_mm = [0.00001, 0.005]
+matrix.viscosity_mpa_s = [0.05, 0.55]
 [design]
 runs = 12
 [surrogate]
@@ -40,7 +42,7 @@ max_order = 2
 specimens = 3
 seed = 11
 spacing_mm = 1.25
-truth = { young_mpa = 275.0, toughness_n_per_mm = 0.0025, viscosity_mpa_s = 0.3 }
+truth = { matrix.young_mpa = 275.0, matrix.toughness_n_per_mm = 0.0025, matrix.viscosity_mpa_s = 0.3 }
 [calibration]
 chains = 2
 warmup = 150
@@ -75,7 +77,7 @@ fn case_folder() -> tempfile::TempDir {
 /// Cells by column name, one map a row.
 fn table(path: &Path) -> Vec<BTreeMap<String, String>> {
     let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    let mut lines = text.lines();
+    let mut lines = text.lines().skip_while(|line| line.starts_with('#'));
     let header: Vec<&str> = lines.next().unwrap().split(',').collect();
     lines
         .map(|line| {
@@ -103,17 +105,18 @@ fn from_an_empty_directory_to_every_documented_file() {
     let results = dir.path().join("results");
 
     let headers = [
+        ("runs.csv", "# provenance: breccia ensemble\n# input,matrix.young_mpa,250.0,300.0\n"),
         (
-            "runs.csv",
-            "run,young_mpa,toughness_n_per_mm,viscosity_mpa_s,slope_N_per_mm,peak_force_N,displacement_at_peak_mm,status,seconds",
+            "failed_runs.csv",
+            "run,matrix.young_mpa,matrix.toughness_n_per_mm,matrix.viscosity_mpa_s,seconds,reason",
         ),
         (
             "experiments.csv",
             "id,group,height_mm,radius_mm,displacement_factor,slope_fraction,slope_N_per_mm,peak_force_N,displacement_at_peak_mm",
         ),
-        ("laboratory/specimens.csv", "id,height_mm,radius_mm,group"),
-        ("laboratory/curves/V-01.csv", "displacement_mm,force_N"),
-        ("laboratory/bias.csv", "quantity,surrogate_mesh,laboratory_mesh,percent_bias"),
+        ("experiments/specimens.csv", "id,height_mm,radius_mm,group"),
+        ("experiments/curves/V-01.csv", "displacement_mm,force_N"),
+        ("experiments/bias.csv", "quantity,surrogate_mesh,experiments_mesh,percent_bias"),
         ("summary.csv", "parameter,mean,sd,q05,q50,q95,rhat,ess_bulk,ess_tail,contraction"),
         ("map.csv", "parameter,map,truth"),
         ("confirm.csv", "qoi,experiment_mean,map_simulation,percent_error"),
@@ -147,8 +150,7 @@ fn from_an_empty_directory_to_every_documented_file() {
     let runs = table(&results.join("runs.csv"));
     assert_eq!(runs.len(), 12);
     for run in &runs {
-        assert_eq!(run["status"], "finished");
-        assert!((250.0..=300.0).contains(&number(run, "young_mpa")));
+        assert!((250.0..=300.0).contains(&number(run, "matrix.young_mpa")));
         assert!(number(run, "seconds") >= 0.0);
     }
     // definitions 3.3: slope follows E, the displacement at peak follows (ξ/E)^(1/3)
@@ -161,16 +163,18 @@ fn from_an_empty_directory_to_every_documented_file() {
         };
         sum(&|a, b| a * b) / (sum(&|a, _| a * a) * sum(&|_, b| b * b)).sqrt()
     };
-    assert!(correlation(&|r| number(r, "young_mpa"), "slope_N_per_mm") > 0.8);
+    assert!(correlation(&|r| number(r, "matrix.young_mpa"), "slope_N_per_mm") > 0.8);
     let law = |r: &BTreeMap<String, String>| {
-        (number(r, "viscosity_mpa_s") / number(r, "young_mpa")).cbrt()
+        (number(r, "matrix.viscosity_mpa_s") / number(r, "matrix.young_mpa")).cbrt()
     };
     assert!(correlation(&law, "displacement_at_peak_mm") > 0.9);
 
     // the mode is inside the prior, its truth is the case's, its simulation near the experiments
     let map = table(&results.join("map.csv"));
     let names: Vec<&str> = map.iter().map(|row| row["parameter"].as_str()).collect();
-    assert_eq!(names, ["young_mpa", "toughness_n_per_mm", "viscosity_mpa_s"]);
+    assert_eq!(names, ["matrix.young_mpa", "matrix.toughness_n_per_mm", "matrix.viscosity_mpa_s"]);
+    let data = surrogate::Dataset::read_csv(results.join("runs.csv")).unwrap();
+    assert_eq!((data.len(), data.inputs().len(), data.notes().len()), (12, 3, 2));
     assert!((250.0..=300.0).contains(&number(&map[0], "map")));
     assert_eq!(number(&map[2], "truth"), 0.3);
     for row in table(&results.join("confirm.csv")) {
@@ -200,11 +204,11 @@ fn from_an_empty_directory_to_every_documented_file() {
     assert_eq!(table(&results.join("posterior.csv")).len(), 2 * 160);
 }
 
-/// Files of finished runs with their time stamps; every campaign has a folder of its own.
+/// Files of finished runs with their time stamps; every ensemble has a folder of its own.
 fn finished(runs: &Path) -> BTreeMap<std::path::PathBuf, std::time::SystemTime> {
     let entries = |path: &Path| std::fs::read_dir(path).into_iter().flatten().flatten();
     entries(runs)
-        .flat_map(|campaign| entries(&campaign.path()).collect::<Vec<_>>())
+        .flat_map(|ensemble| entries(&ensemble.path()).collect::<Vec<_>>())
         .filter(|e| e.file_name().to_string_lossy().starts_with("run-"))
         .filter(|e| e.path().extension().is_some_and(|x| x == "json"))
         .map(|e| (e.path(), e.metadata().unwrap().modified().unwrap()))
@@ -214,7 +218,7 @@ fn finished(runs: &Path) -> BTreeMap<std::path::PathBuf, std::time::SystemTime> 
 #[test]
 fn killed_at_any_moment_it_goes_on_and_ends_at_the_same_numbers() {
     let dir = case_folder();
-    let runs = dir.path().join("killed/runs");
+    let runs = dir.path().join("killed/ensemble");
     let mut seen = BTreeMap::new();
     // two kills, each once more runs have been finished
     for wanted in [2, 6] {
@@ -259,7 +263,7 @@ fn killed_at_any_moment_it_goes_on_and_ends_at_the_same_numbers() {
 #[test]
 fn ctrl_c_ends_cleanly_and_says_how_to_go_on() {
     let dir = case_folder();
-    let runs = dir.path().join("out/runs");
+    let runs = dir.path().join("out/ensemble");
     let child = start(dir.path(), &["run", "tiny.toml", "--out", "out", "--threads", "1"]);
     let deadline = Instant::now() + Duration::from_secs(300);
     while finished(&runs).is_empty() {

@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector3;
+
 use super::conditions::{Axis, Conditions, Prescribed, Probe, Travel};
+use super::constraint::{ConstrainedDof, Constraints, Value};
 use super::contact::Contact;
 use super::function::Function;
 use super::rigid::RigidMotions;
@@ -10,32 +13,6 @@ use crate::element::Domain;
 use crate::error::FemError;
 use crate::fields::Fields;
 use crate::mesh::TetMesh;
-use nalgebra::Vector3;
-
-/// One degree of freedom whose value is prescribed; component 3 is the damage.
-#[derive(Clone, Debug)]
-struct ConstrainedDof {
-    node: u32,
-    component: usize,
-    value: Value,
-}
-
-#[derive(Clone, Debug)]
-enum Value {
-    Zero,
-    Displacement(Function<[f64; 3]>),
-    Damage(Function<f64>),
-}
-
-impl ConstrainedDof {
-    fn at(&self, position: [f64; 3], time_s: f64) -> f64 {
-        match &self.value {
-            Value::Zero => 0.0,
-            Value::Displacement(f) => f.at(position, time_s)[self.component],
-            Value::Damage(f) => f.at(position, time_s),
-        }
-    }
-}
 
 /// Triangles and the force per area on them, MPa.
 type Traction = (Vec<[u32; 3]>, Function<[f64; 3]>);
@@ -56,7 +33,7 @@ pub(crate) struct Boundary {
 }
 
 impl Boundary {
-    /// Finds the nodes and areas of all conditions and checks that they agree and hold the body.
+    /// Finds the nodes and areas of all conditions and checks that they agree and leave no rigid motion.
     ///
     /// `damaged` marks the regions with damage; `duration_s` ends the time over which values have
     /// to agree where surfaces meet.
@@ -69,44 +46,24 @@ impl Boundary {
     ) -> Result<Self, FemError> {
         let triangles = |name: &str, role| surface(mesh, name, role);
         let mut surfaces = BTreeMap::new();
-        let mut constrained = Vec::new();
-        let mut owner: BTreeMap<(u32, usize), (usize, String)> = BTreeMap::new();
-        let mut hold = |name: &str,
-                        nodes: &[u32],
-                        component: usize,
-                        value: Value|
-         -> Result<(), FemError> {
-            for &node in nodes {
-                let new = ConstrainedDof { node, component, value: value.clone() };
-                match owner.get(&(node, component)) {
-                    Some((first, other)) => {
-                        agree(&constrained[*first], other, &new, name, domain.nodes(), duration_s)?;
-                    }
-                    None => {
-                        owner.insert((node, component), (constrained.len(), name.into()));
-                        constrained.push(new);
-                    }
-                }
-            }
-            Ok(())
-        };
+        let mut constraints = Constraints::new(domain.nodes(), duration_s);
         for Prescribed { surface: name, axes, displacement } in &conditions.prescribed {
             let nodes = domain.nodes_on(triangles(name, "displacement is prescribed")?);
             let value = displacement.clone().map_or(Value::Zero, Value::Displacement);
             for &axis in axes {
-                hold(name, &nodes, axis as usize, value.clone())?;
+                constraints.add(name, &nodes, axis as usize, value.clone())?;
             }
             surfaces.insert(name.clone(), nodes);
         }
         for name in &conditions.symmetric {
             let on = triangles(name, "a plane of symmetry is asked for")?;
             let nodes = domain.nodes_on(on);
-            hold(name, &nodes, normal_axis(mesh, name, on)? as usize, Value::Zero)?;
+            constraints.add(name, &nodes, normal_axis(mesh, name, on)? as usize, Value::Zero)?;
             surfaces.insert(name.clone(), nodes);
         }
         for (name, function) in &conditions.damage {
             let nodes = domain.nodes_on(triangles(name, "damage is prescribed")?);
-            hold(name, &nodes, 3, Value::Damage(function.clone()))?;
+            constraints.add(name, &nodes, 3, Value::Damage(function.clone()))?;
         }
         let mut contacts = Vec::new();
         for (name, platen) in &conditions.platens {
@@ -131,6 +88,7 @@ impl Boundary {
             .iter()
             .map(|(name, f)| Ok((triangles(name, "a traction acts")?.to_vec(), f.clone())))
             .collect::<Result<_, FemError>>()?;
+        let mut constrained = constraints.into_dofs();
         let supports =
             supports(domain.nodes(), &constrained, &contacts, conditions.remove_rigid_motions)?;
         for (node, component) in supports {
@@ -154,15 +112,15 @@ impl Boundary {
 
     /// The constrained values (node, component).
     pub(crate) fn constrained(&self) -> impl Iterator<Item = (u32, usize)> + '_ {
-        self.constrained.iter().map(|h| (h.node, h.component))
+        self.constrained.iter().map(|dof| (dof.node, dof.component))
     }
 
     /// Puts the constrained values where they belong at a time.
     pub(crate) fn impose(&self, nodes: &[[f64; 3]], time_s: f64, fields: &mut Fields) {
-        for constrained in &self.constrained {
-            let node = constrained.node as usize;
-            let value = constrained.at(nodes[node], time_s);
-            match constrained.component {
+        for dof in &self.constrained {
+            let node = dof.node as usize;
+            let value = dof.at(nodes[node], time_s);
+            match dof.component {
                 3 => fields.damage[node] = value,
                 k => fields.displacement[node][k] = value,
             }
@@ -243,33 +201,6 @@ fn surface<'a>(
     }
 }
 
-/// Whether two conditions on one nodal value ask for the same.
-fn agree(
-    first: &ConstrainedDof,
-    first_surface: &str,
-    second: &ConstrainedDof,
-    second_surface: &str,
-    nodes: &[[f64; 3]],
-    duration_s: f64,
-) -> Result<(), FemError> {
-    let x = nodes[first.node as usize];
-    for share in [0.5, 1.0] {
-        let [a, b] = [first, second].map(|constrained| constrained.at(x, share * duration_s));
-        if (a - b).abs() > 1e-9 * (a.abs() + b.abs()) + 1e-12 {
-            const NAMES: [&str; 4] = ["u_x", "u_y", "u_z", "the damage"];
-            return Err(FemError::Unsupported {
-                entity: format!("surfaces '{first_surface}' and '{second_surface}'"),
-                message: format!(
-                    "at their common node {} (at {x:?} mm) they prescribe {a} and {b} for {}",
-                    first.node, NAMES[first.component]
-                ),
-                help: "prescribe the same there, or take the component out of one".into(),
-            });
-        }
-    }
-    Ok(())
-}
-
 /// The axis to which a plane surface is normal.
 fn normal_axis(mesh: &TetMesh, name: &str, triangles: &[[u32; 3]]) -> Result<Axis, FemError> {
     let normal = |triangle: &[u32; 3]| {
@@ -297,10 +228,10 @@ fn supports(
     let mut motions = RigidMotions::new(nodes);
     for h in constrained.iter().filter(|h| h.component < 3) {
         let unit = std::array::from_fn(|k| f64::from(k == h.component));
-        motions.hold(nodes[h.node as usize], unit);
+        motions.add_support(nodes[h.node as usize], unit);
     }
     for contact in contacts {
-        contact.directions(&mut |x, direction| motions.hold(x, direction));
+        contact.directions(&mut |x, direction| motions.add_support(x, direction));
     }
     if motions.count() == 0 {
         return Ok(Vec::new());

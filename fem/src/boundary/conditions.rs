@@ -176,14 +176,14 @@ impl Conditions {
     }
 
     /// Takes force and displacement of the curve from this surface, both along `direction` (any
-    /// length): the force with which what holds or presses the surface pushes along it, and the
+    /// length): the force with which what constrains or presses the surface pushes along it, and the
     /// mean displacement of its nodes.
     pub fn measure(mut self, surface: &str, direction: [f64; 3]) -> Self {
         self.probe = Some(Probe { surface: surface.into(), direction, travel: Travel::Mean });
         self
     }
 
-    /// Like [`measure`](Self::measure), with the displacement (mm) of what holds or presses the
+    /// Like [`measure`](Self::measure), with the displacement (mm) of what constrains or presses the
     /// surface given as a function of time.
     pub fn measure_travel(
         mut self,

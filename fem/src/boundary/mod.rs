@@ -2,6 +2,7 @@
 
 mod compiled;
 mod conditions;
+mod constraint;
 mod contact;
 mod external;
 mod function;

@@ -10,8 +10,8 @@ pub(super) struct RigidMotions {
     free: Matrix6<f64>,
 }
 
-/// A support counts if it stops more than this share of a free motion.
-const SHARE: f64 = 1e-6;
+/// A support counts if it stops more than this fraction of a free motion.
+const LEAST_STOPPED: f64 = 1e-6;
 
 impl RigidMotions {
     pub(super) fn new(nodes: &[[f64; 3]]) -> Self {
@@ -36,9 +36,9 @@ impl RigidMotions {
     }
 
     /// Adds a support.
-    pub(super) fn hold(&mut self, x: [f64; 3], direction: [f64; 3]) {
+    pub(super) fn add_support(&mut self, x: [f64; 3], direction: [f64; 3]) {
         let along = self.free * self.row(x, direction);
-        if along.norm() > SHARE {
+        if along.norm() > LEAST_STOPPED {
             self.free -= along * along.transpose() / along.norm_squared();
         }
     }
@@ -73,7 +73,7 @@ impl RigidMotions {
                 for axis in 0..3 {
                     let stopped = self.stopped(x, unit(axis));
                     // a clear gain only, so that round-off does not choose among equals
-                    if stopped > best.0 * (1.0 + 1e-9) + SHARE {
+                    if stopped > best.0 * (1.0 + 1e-9) + LEAST_STOPPED {
                         best = (stopped, node, axis);
                     }
                 }
@@ -81,7 +81,7 @@ impl RigidMotions {
             if best.0 == 0.0 {
                 break;
             }
-            self.hold(nodes[best.1], unit(best.2));
+            self.add_support(nodes[best.1], unit(best.2));
             supports.push((best.1 as u32, best.2));
         }
         supports
@@ -101,25 +101,26 @@ mod tests {
         assert_eq!(motions.count(), 6);
         let supports = motions.supports(&CORNERS);
         assert_eq!(supports.len(), 6);
-        let mut held = RigidMotions::new(&CORNERS);
+        let mut supported = RigidMotions::new(&CORNERS);
         for (k, (node, axis)) in supports.into_iter().enumerate() {
-            held.hold(CORNERS[node as usize], std::array::from_fn(|i| f64::from(i == axis)));
-            assert_eq!(held.count(), 5 - k);
+            supported
+                .add_support(CORNERS[node as usize], std::array::from_fn(|i| f64::from(i == axis)));
+            assert_eq!(supported.count(), 5 - k);
         }
     }
 
     #[test]
-    fn an_axis_that_is_held_twice_still_lets_the_body_turn() {
+    fn an_axis_that_is_supported_twice_still_lets_the_body_turn() {
         let mut motions = RigidMotions::new(&CORNERS);
         for axis in 0..3 {
             let unit: [f64; 3] = std::array::from_fn(|k| f64::from(k == axis));
-            motions.hold(CORNERS[0], unit);
-            motions.hold(CORNERS[0], unit);
+            motions.add_support(CORNERS[0], unit);
+            motions.add_support(CORNERS[0], unit);
         }
         assert_eq!(motions.count(), 3);
-        // two points held in full: only the turn about their line, x, is left
+        // two points fixed in full: only the turn about their line, x, is left
         (0..3).for_each(|axis| {
-            motions.hold(CORNERS[1], std::array::from_fn(|k| f64::from(k == axis)))
+            motions.add_support(CORNERS[1], std::array::from_fn(|k| f64::from(k == axis)))
         });
         assert_eq!((motions.count(), motions.describe()), (1, "about the x axis"));
     }

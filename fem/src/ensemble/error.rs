@@ -1,26 +1,27 @@
-//! Why a campaign cannot go on. A run that fails is no such reason.
+//! Why an ensemble cannot go on. A run that fails is no such reason.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why a campaign cannot be opened or carried on.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+/// Why an ensemble cannot be opened or carried on.
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum CampaignError {
-    /// The directory holds the runs of another campaign.
+pub enum EnsembleError {
+    /// The directory holds the runs of another ensemble.
     #[error(
-        "{} holds the runs of another campaign ({difference}); take another directory, or set back \
+        "{} holds the runs of another ensemble ({difference}); take another directory, or set back \
          what was changed",
         directory.display()
     )]
     Foreign {
-        /// The campaign's directory.
+        /// The ensemble's directory.
         directory: PathBuf,
         /// The lines of the fingerprints that differ.
         difference: String,
     },
-    /// The campaign's manifest cannot be understood.
+    /// The ensemble's manifest cannot be understood.
     #[error(
-        "{} is no manifest of a campaign: {message}; take another directory, or delete this one to \
+        "{} is no manifest of an ensemble: {source}; take another directory, or delete this one to \
          start anew",
         path.display()
     )]
@@ -28,7 +29,21 @@ pub enum CampaignError {
         /// The manifest.
         path: PathBuf,
         /// What is wrong.
-        message: String,
+        source: serde_json::Error,
+    },
+    /// The directory was made by a version that writes other files.
+    #[error(
+        "{} has format {found}, not {expected}; take another directory, or delete this one to start \
+         anew",
+        path.display()
+    )]
+    Format {
+        /// The manifest.
+        path: PathBuf,
+        /// The format of the files there.
+        found: u32,
+        /// The format that this version reads.
+        expected: u32,
     },
     /// A stored run was made from other inputs than are asked for now.
     #[error(
@@ -51,31 +66,31 @@ pub enum CampaignError {
     Run {
         /// Number of the run.
         id: usize,
-        /// What is wrong, and the mend.
+        /// What is wrong, and what to do about it.
         message: String,
     },
     /// The threads could not be started.
-    #[error("cannot start {threads} threads: {message}; ask for fewer")]
+    #[error("cannot start {threads} threads: {source}; ask for fewer")]
     Threads {
         /// How many were asked for.
         threads: usize,
         /// What the system says.
-        message: String,
+        source: rayon::ThreadPoolBuildError,
     },
     /// A file that cannot be read or written.
-    #[error("cannot {action} {}: {message}", path.display())]
+    #[error("cannot {action} {}: {source}", path.display())]
     Io {
         /// What was tried.
         action: &'static str,
         /// The file.
         path: PathBuf,
         /// What the operating system says.
-        message: String,
+        source: io::Error,
     },
 }
 
-impl CampaignError {
-    pub(super) fn io(action: &'static str, path: &Path, error: &std::io::Error) -> CampaignError {
-        CampaignError::Io { action, path: path.into(), message: error.to_string() }
+impl EnsembleError {
+    pub(super) fn io(action: &'static str, path: &Path, source: io::Error) -> EnsembleError {
+        EnsembleError::Io { action, path: path.into(), source }
     }
 }

@@ -1,12 +1,12 @@
-//! Campaigns of many tests: parallel, resumable, shared by several processes.
+//! Ensembles of many tests: parallel, resumable, shared by several processes.
 
-mod campaign;
 mod error;
 mod progress;
 mod record;
+mod run;
 mod store;
 
-pub use campaign::Campaign;
-pub use error::CampaignError;
-pub use progress::CampaignProgress;
+pub use error::EnsembleError;
+pub use progress::EnsembleProgress;
 pub use record::{RunEnd, RunInput, RunRecord, RunStatus};
+pub use run::Ensemble;

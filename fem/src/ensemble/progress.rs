@@ -1,15 +1,15 @@
-//! What a campaign tells while it runs.
+//! What an ensemble tells while it runs.
 
 use super::RunRecord;
 
-/// Listens to a campaign; every method does nothing unless it is overridden.
+/// Listens to an ensemble; every method does nothing unless it is overridden.
 ///
 /// Methods are called from the threads that run the tests. `()` is the silent listener.
-pub trait CampaignProgress: Sync {
+pub trait EnsembleProgress: Sync {
     /// Something changed: so many of all runs are finished (or failed), and with the parts of
-    /// those under way this share of the campaign is done (0 to 1).
-    fn update(&self, finished: usize, total: usize, share: f64) {
-        let _ = (finished, total, share);
+    /// those under way this fraction of the ensemble is done (0 to 1).
+    fn update(&self, finished: usize, total: usize, fraction: f64) {
+        let _ = (finished, total, fraction);
     }
 
     /// This process has begun a run.
@@ -17,9 +17,9 @@ pub trait CampaignProgress: Sync {
         let _ = id;
     }
 
-    /// A run under way has done this share of its work (0 to 1).
-    fn advanced(&self, id: usize, share: f64) {
-        let _ = (id, share);
+    /// A run under way has done this fraction of its work (0 to 1).
+    fn advanced(&self, id: usize, fraction: f64) {
+        let _ = (id, fraction);
     }
 
     /// This process has finished a run, or recorded its failure.
@@ -33,4 +33,4 @@ pub trait CampaignProgress: Sync {
     }
 }
 
-impl CampaignProgress for () {}
+impl EnsembleProgress for () {}

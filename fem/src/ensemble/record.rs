@@ -1,4 +1,4 @@
-//! One run of a campaign: what goes in, and what is kept of it.
+//! One run of an ensemble: what goes in, and what is kept of it.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use crate::problem::{CurvePoint, End, Outcome};
 /// A run to be made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunInput {
-    /// Number of the run, unique in its campaign.
+    /// Number of the run, unique in its ensemble.
     pub id: usize,
     /// Values of the inputs, in the order of their names.
     pub inputs: Vec<f64>,

@@ -1,14 +1,14 @@
-//! A campaign's directory: its manifest, one file a run, locks that die with their process.
+//! An ensemble's directory: its manifest, one file a run, locks that die with their process.
 
 use std::fs::{self, File, TryLockError};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::{CampaignError, RunRecord};
+use super::{EnsembleError, RunRecord};
+use crate::file::write_atomically;
 
-const MANIFEST: &str = "campaign.json";
+const MANIFEST: &str = "ensemble.json";
 /// Raised when the files change so that older ones cannot be read.
 const FORMAT: u32 = 1;
 
@@ -34,30 +34,29 @@ pub(super) enum Stored {
 
 impl Store {
     /// Opens the directory, or makes it with the fingerprint.
-    pub(super) fn open(directory: &Path, fingerprint: &str) -> Result<Store, CampaignError> {
-        fs::create_dir_all(directory).map_err(|e| CampaignError::io("create", directory, &e))?;
+    pub(super) fn open(directory: &Path, fingerprint: &str) -> Result<Store, EnsembleError> {
+        fs::create_dir_all(directory).map_err(|e| EnsembleError::io("create", directory, e))?;
         let store = Store { directory: directory.into() };
         let path = directory.join(MANIFEST);
 
         // of several processes that start at once, one writes the manifest
-        let lock_path = directory.join(".campaign.lock");
+        let lock_path = directory.join(".ensemble.lock");
         let lock =
-            File::create(&lock_path).map_err(|e| CampaignError::io("open", &lock_path, &e))?;
-        lock.lock().map_err(|e| CampaignError::io("lock", &lock_path, &e))?;
+            File::create(&lock_path).map_err(|e| EnsembleError::io("open", &lock_path, e))?;
+        lock.lock().map_err(|e| EnsembleError::io("lock", &lock_path, e))?;
         if !path.exists() {
             let manifest = Manifest { format: FORMAT, fingerprint: fingerprint.into() };
             return store.write_json(MANIFEST, &manifest).map(|()| store);
         }
 
-        let bytes = fs::read(&path).map_err(|e| CampaignError::io("read", &path, &e))?;
-        let wrong = |message: String| CampaignError::Manifest { path: path.clone(), message };
-        let manifest: Manifest =
-            serde_json::from_slice(&bytes).map_err(|e| wrong(e.to_string()))?;
+        let bytes = fs::read(&path).map_err(|e| EnsembleError::io("read", &path, e))?;
+        let manifest: Manifest = serde_json::from_slice(&bytes)
+            .map_err(|source| EnsembleError::Manifest { path: path.clone(), source })?;
         if manifest.format != FORMAT {
-            return Err(wrong(format!("format {} is not {FORMAT}", manifest.format)));
+            return Err(EnsembleError::Format { path, found: manifest.format, expected: FORMAT });
         }
         if manifest.fingerprint != fingerprint {
-            return Err(CampaignError::Foreign {
+            return Err(EnsembleError::Foreign {
                 directory: directory.into(),
                 difference: difference(&manifest.fingerprint, fingerprint),
             });
@@ -69,14 +68,14 @@ impl Store {
         self.directory.join(file_name(id))
     }
 
-    pub(super) fn read(&self, id: usize) -> Result<Stored, CampaignError> {
+    pub(super) fn read(&self, id: usize) -> Result<Stored, EnsembleError> {
         let path = self.path(id);
         let bytes = match fs::read(&path) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
                 return Ok(Stored::Nothing);
             }
-            Err(error) => return Err(CampaignError::io("read", &path, &error)),
+            Err(error) => return Err(EnsembleError::io("read", &path, error)),
         };
         Ok(match serde_json::from_slice::<RunRecord>(&bytes) {
             Ok(record) if record.id == id => Stored::Record(record),
@@ -87,39 +86,29 @@ impl Store {
 
     /// Writes a record so that at every moment there is the whole file or none. The caller must
     /// hold the run's lock.
-    pub(super) fn write(&self, record: &RunRecord) -> Result<(), CampaignError> {
+    pub(super) fn write(&self, record: &RunRecord) -> Result<(), EnsembleError> {
         self.write_json(&file_name(record.id), record)
     }
 
-    fn write_json(&self, name: &str, value: &impl Serialize) -> Result<(), CampaignError> {
+    fn write_json(&self, name: &str, value: &impl Serialize) -> Result<(), EnsembleError> {
         let path = self.directory.join(name);
-        let temporary = self.directory.join(format!(".{name}.tmp"));
         let write = || -> std::io::Result<()> {
             let mut bytes = serde_json::to_vec_pretty(value)?;
             bytes.push(b'\n');
-            let mut file = File::create(&temporary)?;
-            file.write_all(&bytes)?;
-            // the content must be on the disk before its name is
-            file.sync_all()?;
-            fs::rename(&temporary, &path)?;
-            // where directories can be opened, make the name durable too
-            match File::open(&self.directory) {
-                Ok(directory) => directory.sync_all(),
-                Err(_) => Ok(()),
-            }
+            write_atomically(&path, &bytes)
         };
-        write().map_err(|error| CampaignError::io("write", &path, &error))
+        write().map_err(|error| EnsembleError::io("write", &path, error))
     }
 
     /// Locks a run for this process, or nothing if another one has it. The system drops the lock
     /// when the file is closed or the process dies, however it dies.
-    pub(super) fn lock(&self, id: usize) -> Result<Option<File>, CampaignError> {
+    pub(super) fn lock(&self, id: usize) -> Result<Option<File>, EnsembleError> {
         let path = self.lock_path(id);
-        let file = File::create(&path).map_err(|e| CampaignError::io("open", &path, &e))?;
+        let file = File::create(&path).map_err(|e| EnsembleError::io("open", &path, e))?;
         match file.try_lock() {
             Ok(()) => Ok(Some(file)),
             Err(TryLockError::WouldBlock) => Ok(None),
-            Err(TryLockError::Error(error)) => Err(CampaignError::io("lock", &path, &error)),
+            Err(TryLockError::Error(error)) => Err(EnsembleError::io("lock", &path, error)),
         }
     }
 

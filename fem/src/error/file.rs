@@ -1,5 +1,7 @@
 //! What can be wrong with a file that a run has written.
 
+use std::sync::Arc;
+
 /// Why a file is not the state of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -16,7 +18,7 @@ pub enum CheckpointError {
 }
 
 /// Why a file is not a curve.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CurveFileError {
     /// A column that every curve has is absent.
@@ -38,6 +40,6 @@ pub enum CurveFileError {
         text: String,
     },
     /// Not a table: lines of unlike length, or bytes that are no text.
-    #[error("cannot be read: {0}")]
-    NotATable(String),
+    #[error("is not a table: {0}")]
+    NotATable(#[source] Arc<csv::Error>),
 }

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What is wrong with a mesh, which entity it is, and what mends it.
+/// What is wrong with a mesh, which entity it is, and what helps.
 ///
 /// Numbers of tetrahedra and nodes count from 0, as they stand in [`TetMesh`](crate::TetMesh).
 #[derive(Clone, Debug, thiserror::Error)]

@@ -1,14 +1,18 @@
 //! The regularised crack surface per volume, (1/(c₀ ℓ₀)) [α(φ) + ℓ₀² |∇φ|²].
 
+use serde::{Deserialize, Serialize};
+
 use super::scalar::Scalar;
 
 /// The local part α of the crack density.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum CrackDensity {
     /// Ambrosio–Tortorelli with α = φ², c₀ = 2: damage grows from the first load on.
     ///
     /// Reference: Bourdin, Francfort & Marigo, J. Mech. Phys. Solids 48 (2000) 797,
     /// doi:10.1016/S0022-5096(99)00028-9.
+    #[default]
     At2,
     /// Ambrosio–Tortorelli with α = φ, c₀ = 8/3: elastic up to a threshold, and damage vanishes at
     /// a finite distance from a crack. α′(0) > 0 would drive φ below zero, so φ is bounded: from

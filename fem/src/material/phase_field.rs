@@ -1,12 +1,16 @@
 //! The choices of the damage model that all regions share.
 
+use serde::{Deserialize, Serialize};
+
 use super::crack_density::CrackDensity;
 use crate::error::FemError;
 
 /// Which part of the elastic energy damage degrades, and drives it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Split {
     /// All of it: damage grows in tension and in compression alike.
+    #[default]
     None,
     /// ψ⁺ = K/2 ⟨tr ε⟩₊² + μ dev ε : dev ε; a crack still carries pressure.
     ///
@@ -25,9 +29,11 @@ pub enum Split {
 }
 
 /// What keeps a crack from healing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Irreversibility {
     /// Nothing: damage follows its driving energy down again.
+    #[default]
     None,
     /// The largest ψ⁺ that a point has seen drives its damage. Damage then has no energy of which
     /// it is the minimiser, and the two fields are solved for in turn.
@@ -42,11 +48,13 @@ pub enum Irreversibility {
 }
 
 /// Where the damage terms are integrated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum DamageQuadrature {
     /// `Vertex` with ℓ₀ below twice the mean distance of nodes on an edge (linear elements: the
     /// edge, quadratic ones: half of it) and for AT1 in quadratic elements, whose vertices Gauss points
     /// would damage unloaded; `Consistent` otherwise.
+    #[default]
     Auto,
     /// At the nodes (quadratic elements: at the vertices of their eight sub-tetrahedra). Keeps
     /// 0 ≤ φ < 1 where ℓ₀ is below the element size; an element then sees the mean of g.
@@ -72,11 +80,14 @@ pub enum DamageQuadrature {
 /// };
 /// assert!(!field.hybrid);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct PhaseField {
     /// Local part of the crack density.
+    #[serde(default)]
     pub model: CrackDensity,
     /// What damage degrades.
+    #[serde(default)]
     pub split: Split,
     /// The split decides what drives damage only, while damage degrades all of the energy. The
     /// stress is then linear in the strain at fixed damage, but crack faces no longer meet, and no
@@ -85,12 +96,15 @@ pub struct PhaseField {
     ///
     /// Reference: Ambati, Gerasimov & De Lorenzis, Comput. Mech. 55 (2015) 383,
     /// doi:10.1007/s00466-014-1109-y.
+    #[serde(default)]
     pub hybrid: bool,
     /// What keeps a crack from healing.
+    #[serde(default)]
     pub irreversibility: Irreversibility,
     /// Regularisation length ℓ₀, mm.
     pub length_mm: f64,
     /// Where the damage terms are integrated.
+    #[serde(default)]
     pub quadrature: DamageQuadrature,
 }
 
@@ -113,7 +127,11 @@ impl PhaseField {
             && (!self.hybrid || self.split == Split::None)
     }
 
-    pub(crate) fn validate(&self) -> Result<(), FemError> {
+    /// Refuses a length that is none.
+    ///
+    /// # Errors
+    /// [`FemError::Parameter`].
+    pub fn validate(&self) -> Result<(), FemError> {
         if self.length_mm > 0.0 && self.length_mm.is_finite() {
             return Ok(());
         }

@@ -144,7 +144,7 @@ impl TetMesh {
     /// boundary, outward, each face once.
     ///
     /// # Errors
-    /// The first [`MeshError`] found, naming the entity and the mend.
+    /// The first [`MeshError`] found, naming the entity and what helps.
     pub fn validate(&self) -> Result<(), MeshError> {
         if self.tets.is_empty() {
             return Err(MeshError::Empty);

@@ -1,13 +1,16 @@
-//! What a problem is made of, part by part.
+//! A problem, part by part.
 
-use super::problem::{Parts, Problem};
+use std::sync::Arc;
+
+use super::parts::Parts;
+use super::problem::Problem;
 use super::schedule::Schedule;
 use crate::boundary::Conditions;
 use crate::element::Order;
 use crate::error::FemError;
 use crate::material::{Material, PhaseField};
 use crate::mesh::TetMesh;
-use crate::solve::SolverOptions;
+use crate::solve::{Scheme, SolverOptions};
 
 /// The parts of a [`Problem`] before they are checked.
 ///
@@ -23,11 +26,11 @@ impl Problem {
     /// Begins a problem on a mesh.
     pub fn builder(mesh: TetMesh) -> ProblemBuilder {
         let parts = Parts {
-            mesh,
+            mesh: Arc::new(mesh),
             order: Order::Linear,
             materials: Vec::new(),
             phase_field: None,
-            conditions: Conditions::new(),
+            conditions: Arc::default(),
             schedule: Schedule::adaptive(1.0),
             options: SolverOptions::default(),
         };
@@ -57,7 +60,7 @@ impl ProblemBuilder {
 
     /// What acts on the body.
     pub fn conditions(mut self, conditions: Conditions) -> Self {
-        self.parts.conditions = conditions;
+        self.parts.conditions = Arc::new(conditions);
         self
     }
 
@@ -77,13 +80,17 @@ impl ProblemBuilder {
     ///
     /// # Errors
     /// A [`FemError`] that names what is wrong and what helps, before any step is taken.
-    pub fn build(self) -> Result<Problem, FemError> {
+    pub fn build(mut self) -> Result<Problem, FemError> {
         if !self.scheduled {
             return Err(FemError::unsupported(
                 "problem",
                 "it has no schedule",
                 "give the time and the steps by schedule(…)",
             ));
+        }
+        if self.parts.phase_field.as_ref().is_some_and(|field| !field.is_variational()) {
+            // nothing is stationary that Newton's method on both fields could find
+            self.parts.options.scheme = Scheme::Alternate;
         }
         Problem::new(self.parts)
     }

@@ -4,12 +4,13 @@
 //! format, and a checksum of all that (FNV-1a, u64, little endian). What the linear solver keeps from
 //! step to step is not in it: a run with a checkpoint forgets that whenever it saves.
 
-use std::fs::File;
-use std::io::{self, ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::io::{self, ErrorKind};
+use std::path::PathBuf;
 
+use super::fingerprint::Fingerprint;
 use super::state::State;
 use crate::error::{CheckpointError, FemError};
+use crate::file::write_atomically;
 
 /// Where a run keeps its state, and how often it saves.
 ///
@@ -34,27 +35,6 @@ pub struct Checkpoint {
 const MAGIC: &[u8] = b"breccia-state ";
 const VERSION: &[u8] = b"breccia-state 3\n";
 
-/// FNV-1a over bytes: enough to notice a damaged file or another test.
-#[derive(Clone, Copy)]
-pub(crate) struct Fingerprint(u64);
-
-impl Fingerprint {
-    pub(crate) fn new() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-
-    pub(crate) fn add(mut self, bytes: &[u8]) -> Self {
-        for &byte in bytes {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-        self
-    }
-
-    pub(crate) fn value(self) -> u64 {
-        self.0
-    }
-}
-
 impl Checkpoint {
     /// Writes a state.
     pub(crate) fn save(&self, state: &State, fingerprint: u64) -> Result<(), FemError> {
@@ -63,7 +43,7 @@ impl Checkpoint {
             .and_then(|mut bytes| {
                 let sum = Fingerprint::new().add(&bytes).value();
                 bytes.extend(sum.to_le_bytes());
-                replace(&self.path, &bytes)
+                write_atomically(&self.path, &bytes)
             })
             .map_err(|error| FemError::io("write", &self.path, error))
     }
@@ -100,15 +80,4 @@ fn decode(bytes: &[u8], fingerprint: u64) -> Result<State, CheckpointError> {
         return Err(CheckpointError::OtherProblem);
     }
     postcard::from_bytes(content).map_err(|_| damaged)
-}
-
-/// Puts bytes in the place of a file in one move.
-fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.partial", std::process::id()));
-    let partial = path.with_file_name(name);
-    let mut file = File::create(&partial)?;
-    file.write_all(bytes)?;
-    file.sync_all()?;
-    std::fs::rename(&partial, path)
 }

@@ -10,6 +10,8 @@ use crate::fields::Fields;
 use crate::solve::Effort;
 
 /// One converged load step; compression is positive.
+///
+/// It is read by the names of its fields or of the columns of a curve file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CurvePoint {
     /// Time, s.
@@ -17,24 +19,32 @@ pub struct CurvePoint {
     /// Displacement of the surface that is measured, mm: how far the upper platen has come down.
     pub displacement_mm: f64,
     /// Force on that surface, N: the sum of the residual over its nodes.
+    #[serde(alias = "force_N")]
     pub force_n: f64,
     /// Elastic energy ∫ g ψ⁺ + ψ⁻ dV, N mm.
+    #[serde(alias = "elastic_N_mm")]
     pub elastic_n_mm: f64,
     /// Crack energy ∫ Gc/(c₀ ℓ₀) (α + ℓ₀² |∇φ|²) dV, N mm.
+    #[serde(alias = "fracture_N_mm")]
     pub fracture_n_mm: f64,
     /// Energy dissipated by the viscosity so far, ∫∫ ξ φ̇² dV dt, N mm.
+    #[serde(alias = "viscous_N_mm")]
     pub viscous_n_mm: f64,
     /// Energy dissipated by friction and drag at the platens so far, N mm.
+    #[serde(default, alias = "friction_N_mm")]
     pub friction_n_mm: f64,
     /// Work of loads and supports so far, ∫ F du by the trapezoid rule, N mm.
+    #[serde(default, alias = "work_N_mm")]
     pub work_n_mm: f64,
     /// Mean damage over the volume of the regions that have a toughness.
     pub phi_mean: f64,
     /// Largest nodal damage.
     pub phi_max: f64,
     /// Newton iterations of the step.
+    #[serde(default)]
     pub newton: u32,
     /// Linear solves of the step, or the iterations of an iterative linear solver.
+    #[serde(default)]
     pub linear: u32,
     /// Residual at the end of the step, of forces relative to the reactions or of damage relative to
     /// its driving force, whichever is larger.

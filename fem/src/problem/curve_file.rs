@@ -2,8 +2,7 @@
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
-
-use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 use super::curve::CurvePoint;
 use crate::error::{CurveFileError, FemError};
@@ -26,85 +25,6 @@ const COLUMNS: [&str; 14] = [
     "residual",
 ];
 const REQUIRED: usize = 8;
-
-/// A line of the file, in the order of its columns.
-#[derive(Default, Serialize, Deserialize)]
-#[serde(default)]
-struct Row {
-    time_s: Plain,
-    displacement_mm: Plain,
-    #[serde(rename = "force_N")]
-    force_n: Plain,
-    #[serde(rename = "elastic_N_mm")]
-    elastic_n_mm: Plain,
-    #[serde(rename = "fracture_N_mm")]
-    fracture_n_mm: Plain,
-    #[serde(rename = "viscous_N_mm")]
-    viscous_n_mm: Plain,
-    phi_mean: Plain,
-    phi_max: Plain,
-    newton: u32,
-    linear: u32,
-    #[serde(rename = "work_N_mm")]
-    work_n_mm: Plain,
-    #[serde(rename = "friction_N_mm")]
-    friction_n_mm: Plain,
-    #[serde(rename = "balance_N_mm")]
-    balance_n_mm: Plain,
-    residual: Plain,
-}
-
-/// A number that is written without an exponent, in the fewest digits that give it back.
-#[derive(Clone, Copy, Default, Deserialize)]
-#[serde(transparent)]
-struct Plain(f64);
-
-impl Serialize for Plain {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(&self.0)
-    }
-}
-
-impl From<&CurvePoint> for Row {
-    fn from(p: &CurvePoint) -> Self {
-        Self {
-            time_s: Plain(p.time_s),
-            displacement_mm: Plain(p.displacement_mm),
-            force_n: Plain(p.force_n),
-            elastic_n_mm: Plain(p.elastic_n_mm),
-            fracture_n_mm: Plain(p.fracture_n_mm),
-            viscous_n_mm: Plain(p.viscous_n_mm),
-            phi_mean: Plain(p.phi_mean),
-            phi_max: Plain(p.phi_max),
-            newton: p.newton,
-            linear: p.linear,
-            work_n_mm: Plain(p.work_n_mm),
-            friction_n_mm: Plain(p.friction_n_mm),
-            balance_n_mm: Plain(p.balance_n_mm()),
-            residual: Plain(p.residual),
-        }
-    }
-}
-
-impl From<Row> for CurvePoint {
-    fn from(row: Row) -> Self {
-        Self {
-            time_s: row.time_s.0,
-            displacement_mm: row.displacement_mm.0,
-            force_n: row.force_n.0,
-            elastic_n_mm: row.elastic_n_mm.0,
-            fracture_n_mm: row.fracture_n_mm.0,
-            viscous_n_mm: row.viscous_n_mm.0,
-            friction_n_mm: row.friction_n_mm.0,
-            work_n_mm: row.work_n_mm.0,
-            phi_mean: row.phi_mean.0,
-            phi_max: row.phi_max.0,
-            newton: row.newton,
-            linear: row.linear,
-            residual: row.residual.0,
-        }
-    }
-}
 
 /// Writes a curve with the header
 /// `time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,phi_max,newton,linear,work_N_mm,friction_N_mm,balance_N_mm,residual`.
@@ -136,8 +56,7 @@ impl CurveWriter {
     pub fn create(path: impl AsRef<Path>) -> Result<Self, FemError> {
         let path = path.as_ref().to_owned();
         let file = File::create(&path).map_err(|error| FemError::io("write", &path, error))?;
-        let writer = csv::WriterBuilder::new().has_headers(false).from_writer(file);
-        let mut out = Self { path, writer };
+        let mut out = Self { path, writer: csv::Writer::from_writer(file) };
         out.write(COLUMNS)?;
         Ok(out)
     }
@@ -146,12 +65,27 @@ impl CurveWriter {
     ///
     /// # Errors
     /// As [`create`](Self::create).
-    pub fn push(&mut self, point: &CurvePoint) -> Result<(), FemError> {
-        self.write(Row::from(point))
+    pub fn push(&mut self, p: &CurvePoint) -> Result<(), FemError> {
+        self.write([
+            p.time_s.to_string(),
+            p.displacement_mm.to_string(),
+            p.force_n.to_string(),
+            p.elastic_n_mm.to_string(),
+            p.fracture_n_mm.to_string(),
+            p.viscous_n_mm.to_string(),
+            p.phi_mean.to_string(),
+            p.phi_max.to_string(),
+            p.newton.to_string(),
+            p.linear.to_string(),
+            p.work_n_mm.to_string(),
+            p.friction_n_mm.to_string(),
+            p.balance_n_mm().to_string(),
+            p.residual.to_string(),
+        ])
     }
 
-    fn write(&mut self, line: impl Serialize) -> Result<(), FemError> {
-        let written = self.writer.serialize(line).map_err(std::io::Error::from);
+    fn write(&mut self, line: [impl AsRef<[u8]>; COLUMNS.len()]) -> Result<(), FemError> {
+        let written = self.writer.write_record(line).map_err(std::io::Error::from);
         written
             .and_then(|()| self.writer.flush())
             .map_err(|error| FemError::io("write", &self.path, error))
@@ -175,9 +109,9 @@ pub fn read_curve(path: impl AsRef<Path>) -> Result<Vec<CurvePoint>, FemError> {
     let path = path.as_ref();
     let file = File::open(path).map_err(|error| FemError::io("read", path, error))?;
     let wrong = |source| FemError::CurveFile { path: path.into(), source };
-    let broken = |error: csv::Error| match error.into_kind() {
-        csv::ErrorKind::Io(error) => FemError::io("read", path, error),
-        kind => wrong(CurveFileError::NotATable(format!("{kind:?}"))),
+    let broken = |error: csv::Error| match error.is_io_error() {
+        true => FemError::io("read", path, error.into()),
+        false => wrong(CurveFileError::NotATable(Arc::new(error))),
     };
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(file);
     let header = reader.headers().map_err(broken)?.clone();
@@ -189,10 +123,8 @@ pub fn read_curve(path: impl AsRef<Path>) -> Result<Vec<CurvePoint>, FemError> {
     let mut curve = Vec::new();
     for record in reader.records() {
         let record = record.map_err(broken)?;
-        let row: Row = record
-            .deserialize(Some(&header))
-            .map_err(|error| wrong(not_a_number(&error, &header, &record)))?;
-        curve.push(row.into());
+        let point = record.deserialize(Some(&header));
+        curve.push(point.map_err(|error| wrong(not_a_number(&error, &header, &record)))?);
     }
     Ok(curve)
 }

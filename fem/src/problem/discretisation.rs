@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use crate::boundary::{Boundary, Conditions};
-use crate::element::{DamageRule, Linear, Order, Quadratic, Space, Tetrahedron};
+use super::parts::Parts;
+use crate::boundary::Boundary;
+use crate::element::{DamageRule, Domain, Linear, Order, Quadratic, Space, Tetrahedron};
 use crate::error::FemError;
 use crate::material::{CrackDensity, DamageQuadrature, PhaseField};
 use crate::mesh::TetMesh;
 use crate::operator::{Assembly, Operator, Unknowns};
-use crate::solve::{LinearPlan, LinearScheme};
+use crate::solve::LinearPlan;
 
 /// Space, boundary conditions, unknowns and what the linear solver needs, shared by runs.
 #[derive(Debug)]
@@ -24,41 +25,23 @@ pub(crate) struct Discretisation {
 }
 
 impl Discretisation {
-    /// Builds the space of the given order; `damaged` marks the regions that have a toughness.
-    pub(crate) fn new(
-        mesh: &TetMesh,
-        order: Order,
-        phase_field: Option<&PhaseField>,
-        damaged: Vec<bool>,
-        conditions: &Conditions,
-        duration_s: f64,
-        linear: LinearScheme,
-    ) -> Result<Self, FemError> {
-        mesh.validate()?;
-        let rule = match phase_field {
-            Some(field) if damaged.contains(&true) => damage_rule(field, order, mesh)?,
-            _ => DamageRule::Absent,
-        };
-        match order {
-            Order::Linear => {
-                Self::with::<4, Linear>(mesh, rule, damaged, conditions, duration_s, linear)
-            }
-            Order::Quadratic => {
-                Self::with::<10, Quadratic>(mesh, rule, damaged, conditions, duration_s, linear)
-            }
+    /// Builds the space of the problem's order.
+    pub(super) fn new(parts: &Parts) -> Result<Self, FemError> {
+        parts.mesh.validate()?;
+        match parts.order {
+            Order::Linear => Self::with::<4, Linear>(parts),
+            Order::Quadratic => Self::with::<10, Quadratic>(parts),
         }
     }
 
-    fn with<const N: usize, T: Tetrahedron<N>>(
-        mesh: &TetMesh,
-        rule: DamageRule,
-        damaged: Vec<bool>,
-        conditions: &Conditions,
-        duration_s: f64,
-        linear: LinearScheme,
-    ) -> Result<Self, FemError> {
-        let space = Space::new::<T>(mesh, rule);
-        let boundary = Boundary::new(&space, mesh, conditions, damaged.clone(), duration_s)?;
+    fn with<const N: usize, T: Tetrahedron<N>>(parts: &Parts) -> Result<Self, FemError> {
+        let damaged = parts.damaged();
+        let rule = match &parts.phase_field {
+            Some(field) if damaged.contains(&true) => damage_rule(field, parts.order, &parts.mesh)?,
+            _ => DamageRule::Absent,
+        };
+        let space = Space::new::<T>(&parts.mesh, rule);
+        let boundary = boundary(&space, parts, damaged.clone())?;
         let mut carries_damage = vec![false; space.nodes.len()];
         if rule != DamageRule::Absent {
             for (nodes, &region) in space.tets.iter().zip(&space.region) {
@@ -72,7 +55,7 @@ impl Discretisation {
             &space.nodes,
             &carries_damage,
             boundary.constrained(),
-            linear,
+            parts.options.linear,
         )?;
         Ok(Self {
             operator: Arc::new(Assembly::new(space)),
@@ -84,15 +67,9 @@ impl Discretisation {
         })
     }
 
-    /// The same space, with what the linear solver knows of it, under other conditions.
-    pub(crate) fn with_conditions(
-        &self,
-        mesh: &TetMesh,
-        conditions: &Conditions,
-        duration_s: f64,
-    ) -> Result<Self, FemError> {
-        let domain = self.operator.domain();
-        let boundary = Boundary::new(domain, mesh, conditions, self.damaged.clone(), duration_s)?;
+    /// The same space, with what the linear solver knows of it, under the parts' conditions.
+    pub(super) fn with_conditions(&self, parts: &Parts) -> Result<Self, FemError> {
+        let boundary = boundary(self.operator.domain(), parts, self.damaged.clone())?;
         let (linear, unknowns) =
             self.linear.with_constrained(&self.carries_damage, boundary.constrained())?;
         Ok(Self {
@@ -109,6 +86,10 @@ impl Discretisation {
     pub(crate) fn nodes(&self) -> &[[f64; 3]] {
         self.operator.domain().nodes()
     }
+}
+
+fn boundary(domain: &dyn Domain, parts: &Parts, damaged: Vec<bool>) -> Result<Boundary, FemError> {
+    Boundary::new(domain, &parts.mesh, &parts.conditions, damaged, parts.schedule.duration_s)
 }
 
 fn damage_rule(field: &PhaseField, order: Order, mesh: &TetMesh) -> Result<DamageRule, FemError> {

@@ -12,8 +12,8 @@ impl LoadStepper<'_> {
     pub(super) fn advance(&mut self, target: f64) -> Result<(), StepFailure> {
         let (problem, state) = (self.problem, &self.state);
         let domain = problem.discretisation.as_ref();
-        let time_s = target * problem.schedule.duration_s;
-        let duration = (target - state.clock) * problem.schedule.duration_s;
+        let time_s = target * problem.parts.schedule.duration_s;
+        let duration = (target - state.clock) * problem.parts.schedule.duration_s;
         let span = state.memory.span(&state.fields.damage, duration);
         let young = problem.points.iter().map(|m| m.moduli.young()).fold(0.0, f64::max);
         let (space, pressures) = (domain.operator.domain(), &state.pressures);
@@ -36,7 +36,7 @@ impl LoadStepper<'_> {
         let (problem, solver, state) = (self.problem, &self.solver, &mut self.state);
         let domain = problem.discretisation.as_ref();
         let step = target - state.clock;
-        let time_s = target * problem.schedule.duration_s;
+        let time_s = target * problem.parts.schedule.duration_s;
         state.memory.record(domain.operator.as_ref(), &problem.points, &fields)?;
         let (external, residual) = (&solver.external, &solver.residual);
         let reactions = external.reactions(&domain.boundary, &fields, residual);
@@ -95,7 +95,7 @@ impl LoadStepper<'_> {
                 fields.damage.iter_mut().zip(&change.damage).for_each(|(phi, d)| *phi += ratio * d);
             }
             None => {
-                let time_s = target * problem.schedule.duration_s;
+                let time_s = target * problem.parts.schedule.duration_s;
                 problem.discretisation.boundary.start(problem.nodes(), time_s, &mut fields);
             }
         }

@@ -8,8 +8,10 @@ mod compression_test;
 mod curve;
 mod curve_file;
 mod discretisation;
+mod fingerprint;
 mod increment;
 mod memory;
+mod parts;
 #[expect(clippy::module_inception, reason = "the room is named after what it is for")]
 mod problem;
 mod run;

@@ -3,16 +3,16 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::checkpoint::Fingerprint;
 use super::discretisation::Discretisation;
-use super::schedule::{Schedule, check_arc_length};
+use super::parts::Parts;
+use super::schedule::Schedule;
 use crate::boundary::{Conditions, ExternalForces};
 use crate::element::{Order, PointValues};
 use crate::error::FemError;
 use crate::fields::Fields;
-use crate::material::{Material, PhaseField, PointMaterial};
+use crate::material::{Material, PointMaterial};
 use crate::mesh::{TetMesh, vtu};
-use crate::solve::{Scheme, Solver, SolverOptions};
+use crate::solve::Solver;
 
 /// A body with materials, conditions on its surfaces and loads, followed through time.
 ///
@@ -47,66 +47,18 @@ use crate::solve::{Scheme, Solver, SolverOptions};
 /// ```
 #[derive(Clone, Debug)]
 pub struct Problem {
-    mesh: Arc<TetMesh>,
-    order: Order,
-    materials: Vec<Material>,
-    pub(super) phase_field: Option<PhaseField>,
-    conditions: Arc<Conditions>,
-    pub(super) schedule: Schedule,
-    options: SolverOptions,
+    pub(super) parts: Parts,
     pub(crate) discretisation: Arc<Discretisation>,
     /// The materials as the points of a region see them.
     pub(crate) points: Arc<[PointMaterial]>,
 }
 
-/// What a problem is made of.
-#[derive(Clone, Debug)]
-pub(super) struct Parts {
-    pub(super) mesh: TetMesh,
-    pub(super) order: Order,
-    pub(super) materials: Vec<Material>,
-    pub(super) phase_field: Option<PhaseField>,
-    pub(super) conditions: Conditions,
-    pub(super) schedule: Schedule,
-    pub(super) options: SolverOptions,
-}
-
 impl Problem {
     /// Checks the parts and prepares the unknowns and the structure of the factor.
     pub(super) fn new(parts: Parts) -> Result<Self, FemError> {
-        let Parts { mesh, order, materials, phase_field, conditions, schedule, options } = parts;
-        check_materials(&mesh, &materials, phase_field.as_ref())?;
-        if let Some(field) = &phase_field {
-            field.validate()?;
-        }
-        options.validate()?;
-        schedule.validate()?;
-        check_arc_length(schedule.stepping, &materials, phase_field.as_ref(), &conditions)?;
-        let turns = phase_field.as_ref().is_some_and(|field| !field.is_variational());
-        let scheme = if turns { Scheme::Alternate } else { options.scheme };
-        let options = SolverOptions { scheme, ..options };
-        let damaged = damaged_regions(&materials, phase_field.as_ref());
-        let discretisation = Arc::new(Discretisation::new(
-            &mesh,
-            order,
-            phase_field.as_ref(),
-            damaged,
-            &conditions,
-            schedule.duration_s,
-            options.linear,
-        )?);
-        let points = at_points(&materials, phase_field.as_ref());
-        Ok(Self {
-            mesh: Arc::new(mesh),
-            order,
-            materials,
-            phase_field,
-            conditions: Arc::new(conditions),
-            schedule,
-            options,
-            discretisation,
-            points,
-        })
+        parts.validate()?;
+        let discretisation = Arc::new(Discretisation::new(&parts)?);
+        Ok(Self { points: parts.points(), parts, discretisation })
     }
 
     /// The same problem with other materials; mesh, unknowns and the structure of the factor are
@@ -115,25 +67,14 @@ impl Problem {
     /// # Errors
     /// As [`ProblemBuilder::build`](crate::ProblemBuilder::build).
     pub fn with_materials(&self, materials: Vec<Material>) -> Result<Self, FemError> {
-        let field = self.phase_field.as_ref();
-        check_materials(&self.mesh, &materials, field)?;
-        check_arc_length(self.schedule.stepping, &materials, field, &self.conditions)?;
-        let damaged = damaged_regions(&materials, field);
-        let discretisation = if damaged == self.discretisation.damaged {
+        let parts = Parts { materials, ..self.parts.clone() };
+        parts.validate()?;
+        let discretisation = if parts.damaged() == self.discretisation.damaged {
             Arc::clone(&self.discretisation)
         } else {
-            Arc::new(Discretisation::new(
-                &self.mesh,
-                self.order,
-                field,
-                damaged,
-                &self.conditions,
-                self.schedule.duration_s,
-                self.options.linear,
-            )?)
+            Arc::new(Discretisation::new(&parts)?)
         };
-        let points = at_points(&materials, field);
-        Ok(Self { materials, points, discretisation, ..self.clone() })
+        Ok(Self { points: parts.points(), parts, discretisation })
     }
 
     /// The same problem under other conditions; mesh and space are shared, and so is the order of
@@ -142,44 +83,23 @@ impl Problem {
     /// # Errors
     /// As [`ProblemBuilder::build`](crate::ProblemBuilder::build).
     pub fn with_conditions(&self, conditions: Conditions) -> Result<Self, FemError> {
-        let (stepping, field) = (self.schedule.stepping, self.phase_field.as_ref());
-        check_arc_length(stepping, &self.materials, field, &conditions)?;
-        let duration_s = self.schedule.duration_s;
-        let discretisation =
-            Arc::new(self.discretisation.with_conditions(&self.mesh, &conditions, duration_s)?);
-        Ok(Self { conditions: Arc::new(conditions), discretisation, ..self.clone() })
+        let parts = Parts { conditions: Arc::new(conditions), ..self.parts.clone() };
+        parts.validate()?;
+        let discretisation = Arc::new(self.discretisation.with_conditions(&parts)?);
+        Ok(Self { parts, discretisation, points: Arc::clone(&self.points) })
     }
 
     /// A solver that remembers nothing.
     pub(super) fn solver(&self) -> Solver<'_, ExternalForces> {
         let Discretisation { operator, unknowns, linear, .. } = self.discretisation.as_ref();
         let linear = linear.solver(operator.as_ref());
-        Solver::new(operator.as_ref(), unknowns, &self.points, self.options, linear)
+        Solver::new(operator.as_ref(), unknowns, &self.points, self.parts.options, linear)
     }
 
     /// Puts the prescribed values where they belong at a fraction of the duration.
     pub(super) fn place(&self, fields: &mut Fields, clock: f64) {
-        let time_s = clock * self.schedule.duration_s;
+        let time_s = clock * self.parts.schedule.duration_s;
         self.discretisation.boundary.impose(self.nodes(), time_s, fields);
-    }
-
-    /// A number that tells this problem from others.
-    pub(super) fn fingerprint(&self) -> u64 {
-        let words = format!(
-            "{:?} {:?} {:?} {:?} {:?} {:?}",
-            self.order,
-            self.materials,
-            self.phase_field,
-            self.conditions,
-            self.schedule,
-            self.options
-        );
-        let start = Fingerprint::new().add(words.as_bytes());
-        let nodes = self.mesh.nodes.as_flattened().iter();
-        let placed = nodes.fold(start, |f, x| f.add(&x.to_le_bytes()));
-        let tets = self.mesh.tets.as_flattened().iter();
-        let meshed = tets.fold(placed, |f, n| f.add(&n.to_le_bytes()));
-        self.mesh.region_of.iter().fold(meshed, |f, r| f.add(&r.to_le_bytes())).value()
     }
 
     /// ∫ f dV of a function of the fields at each point, by a rule of degree 5.
@@ -192,17 +112,17 @@ impl Problem {
 
     /// The mesh.
     pub fn mesh(&self) -> &TetMesh {
-        &self.mesh
+        &self.parts.mesh
     }
 
     /// The time and the steps through it.
     pub fn schedule(&self) -> &Schedule {
-        &self.schedule
+        &self.parts.schedule
     }
 
     /// The materials, by region.
     pub fn materials(&self) -> &[Material] {
-        &self.materials
+        &self.parts.materials
     }
 
     /// Reference positions of the nodes that [`Fields`] refer to, mm.
@@ -220,15 +140,15 @@ impl Problem {
             vtu::Field::vector("displacement_mm", &fields.displacement),
             vtu::Field::scalar("damage", &fields.damage),
         ];
-        match self.order {
-            Order::Linear => vtu::write(path, &self.mesh, &points, &[])?,
+        match self.parts.order {
+            Order::Linear => vtu::write(path, self.mesh(), &points, &[])?,
             Order::Quadratic => {
                 let nodes_of = |tet| {
                     let nodes = self.discretisation.operator.domain().nodes_of(tet);
                     nodes.try_into().expect("a quadratic tetrahedron has ten nodes")
                 };
-                let tets: Vec<[u32; 10]> = (0..self.mesh.tets.len()).map(nodes_of).collect();
-                vtu::write_quadratic(path, &self.mesh, self.nodes(), &tets, &points, &[])?;
+                let tets: Vec<[u32; 10]> = (0..self.mesh().tets.len()).map(nodes_of).collect();
+                vtu::write_quadratic(path, self.mesh(), self.nodes(), &tets, &points, &[])?;
             }
         }
         Ok(())
@@ -243,30 +163,4 @@ impl Problem {
     pub fn factor_entries(&self) -> usize {
         self.discretisation.linear.fill()
     }
-}
-
-fn damaged_regions(materials: &[Material], phase_field: Option<&PhaseField>) -> Vec<bool> {
-    materials.iter().map(|m| phase_field.is_some() && m.fracture.is_some()).collect()
-}
-
-fn at_points(materials: &[Material], phase_field: Option<&PhaseField>) -> Arc<[PointMaterial]> {
-    materials.iter().map(|m| m.at_point(phase_field)).collect()
-}
-
-fn check_materials(
-    mesh: &TetMesh,
-    materials: &[Material],
-    phase_field: Option<&PhaseField>,
-) -> Result<(), FemError> {
-    if materials.len() != mesh.regions.len() {
-        return Err(FemError::MaterialCount {
-            materials: materials.len(),
-            regions: mesh.regions.len(),
-            names: mesh.regions.join(", "),
-        });
-    }
-    mesh.regions
-        .iter()
-        .zip(materials)
-        .try_for_each(|(region, material)| material.validate(region, phase_field))
 }

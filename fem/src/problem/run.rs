@@ -13,7 +13,7 @@ use crate::fields::Fields;
 ///
 /// `()` is an observer that does nothing; so is every closure of the right type an observer.
 pub trait Observer {
-    /// Called after each load step; `Break` ends the test with [`End::Interrupted`].
+    /// Called after each load step; `Break` ends the test with [`End::Interrupted`](crate::End).
     fn step(&mut self, point: &CurvePoint, fields: &Fields) -> ControlFlow<()>;
 
     /// Called once before the first step when a run goes on from a checkpoint, with the curve so far.

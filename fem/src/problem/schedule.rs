@@ -75,7 +75,11 @@ impl Schedule {
         Self { stop_below_peak: Some(fraction), ..self }
     }
 
-    pub(crate) fn validate(&self) -> Result<(), FemError> {
+    /// Refuses times and steps that no run can take.
+    ///
+    /// # Errors
+    /// [`FemError::Parameter`].
+    pub fn validate(&self) -> Result<(), FemError> {
         check(
             self.duration_s > 0.0 && self.duration_s.is_finite(),
             "duration_s",

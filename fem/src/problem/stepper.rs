@@ -64,15 +64,15 @@ impl fmt::Debug for LoadStepper<'_> {
 impl<'a> LoadStepper<'a> {
     /// A run from the unloaded body.
     pub(super) fn new(problem: &'a Problem) -> Self {
-        let field = problem.phase_field.as_ref();
-        let state = State::new(&problem.discretisation, field, problem.schedule.stepping);
+        let field = problem.parts.phase_field.as_ref();
+        let state = State::new(&problem.discretisation, field, problem.parts.schedule.stepping);
         Self { problem, solver: problem.solver(), state, checkpoint: None, end: None }
     }
 
     /// A run that keeps its state on disk, from what is there.
     pub(super) fn resume(problem: &'a Problem, checkpoint: &Checkpoint) -> Result<Self, FemError> {
         checkpoint.validate()?;
-        let fingerprint = problem.fingerprint();
+        let fingerprint = problem.parts.fingerprint();
         let mut run = Self::new(problem);
         if let Some(state) = checkpoint.load(fingerprint)? {
             run.solver.effort = state.effort;
@@ -122,7 +122,7 @@ impl<'a> LoadStepper<'a> {
     }
 
     fn next_point(&mut self) -> Result<CurvePoint, FemError> {
-        let reached = match self.problem.schedule.stepping {
+        let reached = match self.problem.parts.schedule.stepping {
             Stepping::Fixed(steps) => self.step_in_time(1.0 / f64::from(steps), Some(steps)),
             Stepping::Adaptive { largest, .. } => self.step_in_time(largest, None),
             Stepping::ArcLength { step, release_n_mm } => {
@@ -174,7 +174,7 @@ impl<'a> LoadStepper<'a> {
         // counted anew for the next point
         (state.point.newton, state.point.linear) = (0, 0);
         let below = |fraction| point.force_n < (1.0 - fraction) * state.peak;
-        if self.problem.schedule.stop_below_peak.is_some_and(below) {
+        if self.problem.parts.schedule.stop_below_peak.is_some_and(below) {
             self.end = Some(End::BelowPeak);
         } else if state.clock >= 1.0 {
             self.end = Some(End::Displacement);
@@ -196,7 +196,7 @@ impl<'a> LoadStepper<'a> {
     }
 
     fn not_converged(&self, source: StepFailure) -> FemError {
-        let duration_s = self.problem.schedule.duration_s;
+        let duration_s = self.problem.parts.schedule.duration_s;
         FemError::NotConverged {
             displacement_mm: self.state.point.displacement_mm,
             time_s: self.state.clock * duration_s,

@@ -16,7 +16,7 @@ use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::{Increment, Residual, Span};
 
-/// Share of its residual that a linear solution may leave: the border multiplies what is left.
+/// Fraction of its residual that a linear solution may leave: the border multiplies what is left.
 const LINEAR_TOLERANCE: f64 = 1e-8;
 
 /// How the constraint moves the boundary.

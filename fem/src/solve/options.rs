@@ -1,18 +1,23 @@
 //! How an increment is solved.
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::FemError;
 
 /// The order in which the two fields are solved for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Scheme {
     /// Displacement and damage together by Newton; alternate minimisation where that fails.
+    #[default]
     Monolithic,
     /// Displacement and damage in turn until both are in equilibrium: slow but sturdy.
     Alternate,
 }
 
 /// What solves the linear systems of Newton's iterations.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum LinearScheme {
     /// Chosen by the number of unknowns.
     #[default]
@@ -24,7 +29,8 @@ pub enum LinearScheme {
 }
 
 /// Settings of the solver; the default is meant to be left alone.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct SolverOptions {
     /// Which fields are solved together.
     pub scheme: Scheme,
@@ -52,7 +58,11 @@ impl Default for SolverOptions {
 }
 
 impl SolverOptions {
-    pub(crate) fn validate(&self) -> Result<(), FemError> {
+    /// Refuses settings out of their range.
+    ///
+    /// # Errors
+    /// [`FemError::Parameter`].
+    pub fn validate(&self) -> Result<(), FemError> {
         if !(1e-14..=1e-2).contains(&self.tolerance) {
             return Err(FemError::parameter(
                 "solver",

@@ -5,7 +5,7 @@ use std::fmt;
 
 use rayon::prelude::*;
 
-use super::islands::Surroundings;
+use super::adjacency::Adjacency;
 use crate::mesh::TetMesh;
 use crate::mesh::vector::{Point, mean, norm, sub};
 use crate::specimen::Grain;
@@ -21,7 +21,7 @@ const MAJORITY: usize = 8;
 
 /// Fifteen interior points of equal weight, as barycentric coordinates: the centroid, four near
 /// the corners, four near the faces, six near the edges. Their first and second moments are
-/// those of the tetrahedron, so that a plane cuts off the right share of them on average.
+/// those of the tetrahedron, so that a plane cuts off the right fraction of them on average.
 fn samples() -> [[f64; 4]; 15] {
     let mut points = [[0.25; 4]; 15];
     let mut next = 1;
@@ -58,8 +58,8 @@ pub enum FractionTarget {
 /// How tetrahedra are labelled.
 ///
 /// A tetrahedron belongs to a grain if at least 8 of its 15 sample points lie in grains; it then
-/// gets the one that most of these points lie in. Grain islands of one or two tetrahedra become
-/// matrix, matrix islands in a grain become grain.
+/// gets the one that most of these points lie in. Connected components of one or two tetrahedra
+/// take the label around them.
 ///
 /// On a coarse mesh the labelled fraction would wander by several percent from one
 /// microstructure to the next, and with it the stiffness. So, unless told otherwise, all signed
@@ -70,9 +70,9 @@ pub enum FractionTarget {
 pub struct Labelling {
     /// The wanted fraction.
     pub target: FractionTarget,
-    /// Islands of fewer tetrahedra than this are dropped.
-    pub smallest_island: usize,
-    /// Whether grains that touch on the mesh are parted: no node belongs to two grains.
+    /// Connected components of fewer tetrahedra than this are dropped.
+    pub smallest_component: usize,
+    /// Whether grains that touch on the mesh are separated: no node belongs to two grains.
     ///
     /// A film of matrix thinner than a tetrahedron is lost otherwise, and grains that share nodes
     /// are welded together: on a coarse mesh they soon form a skeleton that carries the load.
@@ -81,7 +81,7 @@ pub struct Labelling {
 
 impl Default for Labelling {
     fn default() -> Self {
-        Labelling { target: FractionTarget::default(), smallest_island: 3, separate: true }
+        Labelling { target: FractionTarget::default(), smallest_component: 3, separate: true }
     }
 }
 
@@ -98,9 +98,9 @@ pub struct LabelReport {
     pub offset_mm: f64,
     /// For each grain, what was asked and achieved.
     pub grains: Vec<GrainVolume>,
-    /// How many tetrahedra changed their label because they were islands.
-    pub island_tets: usize,
-    /// For each tetrahedron the share of its samples that lies in grains (without offset).
+    /// How many tetrahedra changed their label because they stood alone or joined two grains.
+    pub relabelled_tets: usize,
+    /// For each tetrahedron the fraction of its samples that lies in grains (without offset).
     pub grain_fraction: Vec<f64>,
 }
 
@@ -172,15 +172,15 @@ impl Labelling {
         let volumes: Vec<f64> = (0..mesh.tets.len()).map(|tet| mesh.tet_volume(tet)).collect();
         let total: f64 = volumes.iter().sum();
         let faces = mesh.neighbours();
-        let around = Surroundings::new(mesh, &faces);
+        let around = Adjacency::new(mesh, &faces);
         let exact: Vec<f64> = grains.iter().map(Grain::volume_mm3).collect();
 
         let labels_at = |offset: f64| {
             let mut labels: Vec<u32> = near.par_iter().map(|near| majority(near, offset)).collect();
-            let mut changed = around.drop_islands(&mut labels, self.smallest_island);
+            let mut changed = around.drop_small_components(&mut labels, self.smallest_component);
             if self.separate {
-                changed += around.part_grains(&mut labels);
-                changed += around.drop_islands(&mut labels, self.smallest_island);
+                changed += around.separate_grains(&mut labels);
+                changed += around.drop_small_components(&mut labels, self.smallest_component);
             }
             let grain = labels.iter().zip(&volumes).filter(|&(&label, _)| label > 0);
             let fraction = grain.map(|(_, volume)| volume).sum::<f64>() / total;
@@ -203,14 +203,14 @@ impl Labelling {
                 } else {
                     high = tried.1;
                 }
-                // dropping islands makes the fraction not quite monotonic: keep the best seen
+                // dropping components makes the fraction not quite monotonic: keep the best seen
                 if (tried.0 - asked_fraction).abs() < (best.0 - asked_fraction).abs() {
                     best = tried;
                 }
             }
         }
 
-        let (achieved_fraction, offset_mm, labels, island_tets) = best;
+        let (achieved_fraction, offset_mm, labels, relabelled_tets) = best;
         let mut report: Vec<GrainVolume> = exact
             .into_iter()
             .map(|exact_mm3| GrainVolume { exact_mm3, labelled_mm3: 0.0, tets: 0 })
@@ -235,7 +235,7 @@ impl Labelling {
             achieved_fraction,
             offset_mm,
             grains: report,
-            island_tets,
+            relabelled_tets,
             grain_fraction: near.iter().map(|near| inside(near) as f64 / 15.0).collect(),
         }
     }

@@ -1,7 +1,7 @@
 //! Synthetic microstructures whose truth is known: seeded packings of grains in a cylinder.
 
+mod adjacency;
 mod grain;
-mod islands;
 mod label;
 mod packing;
 mod polyhedron;

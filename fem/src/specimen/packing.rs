@@ -105,14 +105,14 @@ fn default_film() -> f64 {
 #[non_exhaustive]
 pub enum PackingError {
     /// A field out of its range.
-    #[error("{field} = {value}; {mend}")]
+    #[error("{field} = {value}; {help}")]
     Field {
         /// Name of the field.
         field: &'static str,
         /// Its value.
         value: f64,
         /// What it should be.
-        mend: &'static str,
+        help: &'static str,
     },
     /// A grain that does not fit into the cylinder.
     #[error(
@@ -238,7 +238,7 @@ impl Packing {
             rules.push(("share", class.share, class.share > 0.0, "give a positive share"));
         }
         match rules.into_iter().find(|&(_, value, holds, _)| !(holds && value.is_finite())) {
-            Some((field, value, _, mend)) => Err(PackingError::Field { field, value, mend }),
+            Some((field, value, _, help)) => Err(PackingError::Field { field, value, help }),
             None => Ok(()),
         }
     }
@@ -259,7 +259,7 @@ impl Packing {
             let field = |_| PackingError::Field {
                 field: "spread",
                 value: class.spread,
-                mend: "give a number between 0 and 1",
+                help: "give a number between 0 and 1",
             };
             let lognormal = LogNormal::new(logarithm, class.spread).map_err(field)?;
             let mut drawn = 0.0;

@@ -61,9 +61,9 @@ impl Spheres {
         };
         let push = needed * (1.0 + CUSHION) - distance;
         // the smaller sphere gives way more
-        let share = self.radii[j] / (self.radii[i] + self.radii[j]);
-        self.centres[i] = add(self.centres[i], scale(direction, -push * share));
-        self.centres[j] = add(self.centres[j], scale(direction, push * (1.0 - share)));
+        let fraction = self.radii[j] / (self.radii[i] + self.radii[j]);
+        self.centres[i] = add(self.centres[i], scale(direction, -push * fraction));
+        self.centres[j] = add(self.centres[j], scale(direction, push * (1.0 - fraction)));
         true
     }
 

@@ -1,10 +1,10 @@
 //! Materials, meshes and files that several tests share.
-#![allow(dead_code)] // each test binary uses its part
 
 pub(crate) mod block;
 pub(crate) mod column;
 pub(crate) mod hertz;
 pub(crate) mod manufactured;
+pub(crate) mod notched_plate;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

@@ -1,9 +1,7 @@
-//! What a calibration takes beside its simulations: quantities of interest, prior, surrogate, sampler.
+//! What a calibration takes beside its simulations: quantities of interest, surrogate, sampler.
 
 use ::surrogate::{Design, OrderRule};
 use serde::{Deserialize, Serialize};
-
-use super::read;
 
 /// `[qoi]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -11,24 +9,6 @@ use super::read;
 pub struct QoiCase {
     /// Where the initial slope is taken, as a fraction of the displacement at peak.
     pub slope_fraction: f64,
-}
-
-/// `[prior]`: the box of the uniform priors, also the surrogate's.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PriorCase {
-    /// The region whose parameters are calibrated.
-    #[serde(default = "matrix")]
-    pub region: String,
-    /// Lower and upper bound of Young's modulus in MPa.
-    #[serde(deserialize_with = "read::two_numbers")]
-    pub young_mpa: [f64; 2],
-    /// Bounds of the critical energy release rate in N/mm.
-    #[serde(deserialize_with = "read::two_numbers")]
-    pub toughness_n_per_mm: [f64; 2],
-    /// Bounds of the viscosity in MPa s.
-    #[serde(deserialize_with = "read::two_numbers")]
-    pub viscosity_mpa_s: [f64; 2],
 }
 
 /// `[design]`.
@@ -77,16 +57,6 @@ pub struct ConfirmCase {
     pub draws: usize,
 }
 
-impl PriorCase {
-    /// Names with units, in the order of [`PriorCase::bounds`]: keys of the case, columns of every table.
-    pub const NAMES: [&str; 3] = ["young_mpa", "toughness_n_per_mm", "viscosity_mpa_s"];
-
-    /// Lower and upper bounds of the three parameters.
-    pub fn bounds(&self) -> [[f64; 2]; 3] {
-        [self.young_mpa, self.toughness_n_per_mm, self.viscosity_mpa_s]
-    }
-}
-
 impl Default for QoiCase {
     fn default() -> Self {
         Self { slope_fraction: 0.3 }
@@ -115,8 +85,4 @@ impl Default for ConfirmCase {
     fn default() -> Self {
         Self { draws: 4 }
     }
-}
-
-fn matrix() -> String {
-    "matrix".into()
 }

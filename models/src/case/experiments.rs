@@ -1,10 +1,12 @@
-//! `[experiments]`: measured curves, or a virtual laboratory.
+//! `[experiments]`: measured curves, or virtual specimens.
 
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-/// `[experiments]`: a laboratory's table, or a virtual laboratory.
+use super::ByParameter;
+
+/// `[experiments]`: a table of measured specimens, or virtual ones.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExperimentsCase {
@@ -16,7 +18,7 @@ pub struct ExperimentsCase {
     pub group: Option<String>,
     /// Simulated specimens with a known truth.
     #[serde(rename = "virtual", skip_serializing_if = "Option::is_none")]
-    pub laboratory: Option<VirtualCase>,
+    pub virtual_specimens: Option<VirtualCase>,
 }
 
 /// `experiments.virtual`: specimens that are simulated with a known truth.
@@ -34,45 +36,14 @@ pub struct VirtualCase {
     /// Lattice spacing in mm of the virtual specimens, if finer than the case's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spacing_mm: Option<f64>,
-    /// Median parameters of the specimens.
-    pub truth: TruthCase,
-    /// Specimen-to-specimen scatter.
+    /// Medians over the specimens of the parameters that `[prior]` calibrates.
+    pub truth: ByParameter<f64>,
+    /// Standard deviation of the logarithm of each parameter, from specimen to specimen.
     #[serde(default)]
-    pub scatter: ScatterCase,
+    pub scatter: ByParameter<f64>,
     /// Measurement noise.
     #[serde(default)]
     pub noise: NoiseCase,
-}
-
-/// `experiments.virtual.truth`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TruthCase {
-    /// Young's modulus in MPa.
-    pub young_mpa: f64,
-    /// Critical energy release rate in N/mm.
-    pub toughness_n_per_mm: f64,
-    /// Viscosity in MPa s.
-    pub viscosity_mpa_s: f64,
-}
-
-impl TruthCase {
-    /// In the order of [`PriorCase::NAMES`](super::PriorCase::NAMES).
-    pub fn to_array(&self) -> [f64; 3] {
-        [self.young_mpa, self.toughness_n_per_mm, self.viscosity_mpa_s]
-    }
-}
-
-/// `experiments.virtual.scatter`: standard deviation of the logarithm of each parameter.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ScatterCase {
-    /// Of Young's modulus.
-    pub young: f64,
-    /// Of the critical energy release rate.
-    pub toughness: f64,
-    /// Of the viscosity.
-    pub viscosity: f64,
 }
 
 /// `experiments.virtual.noise`: standard deviation of each reading.
@@ -85,9 +56,15 @@ pub struct NoiseCase {
     pub displacement_mm: f64,
 }
 
-impl Default for ScatterCase {
-    fn default() -> Self {
-        Self { young: 0.03, toughness: 0.1, viscosity: 0.05 }
+impl VirtualCase {
+    /// Writes out the usual scatter of the parameters for which none is given.
+    pub(super) fn complete(&mut self) {
+        for parameter in self.truth.parameters() {
+            if self.scatter.get(parameter).is_none() {
+                let usual = parameter.property.usual_scatter();
+                self.scatter.insert(parameter.clone(), usual);
+            }
+        }
     }
 }
 

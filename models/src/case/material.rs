@@ -22,7 +22,7 @@ pub struct MaterialCase {
     /// Viscosity of the damage in MPa s.
     #[serde(default)]
     pub viscosity_mpa_s: f64,
-    /// Share of the stiffness that full damage leaves.
+    /// Fraction of the stiffness that full damage leaves.
     #[serde(default = "residual_stiffness")]
     pub residual_stiffness: f64,
 }

@@ -6,6 +6,7 @@ mod calibration;
 mod conditions;
 mod experiments;
 mod material;
+mod parameter;
 mod read;
 mod shape;
 mod simulation;
@@ -16,22 +17,18 @@ mod validate;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use fem::Packing;
 use fem::gmsh::PhysicalGroup;
+use fem::{Packing, PhaseField, SolverOptions};
 use serde::{Deserialize, Serialize};
 
-pub use calibration::{
-    CalibrationCase, ConfirmCase, DesignCase, PriorCase, QoiCase, SurrogateCase,
-};
+pub use calibration::{CalibrationCase, ConfirmCase, DesignCase, QoiCase, SurrogateCase};
 pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
-pub use experiments::{ExperimentsCase, NoiseCase, ScatterCase, TruthCase, VirtualCase};
+pub use experiments::{ExperimentsCase, NoiseCase, VirtualCase};
 pub use material::{LawCase, MaterialCase, OgdenTermCase};
+pub use parameter::{Bounds, ByParameter, Parameter, PriorCase, Property};
 pub use read::CaseFile;
 pub use shape::Shape;
-pub use simulation::{
-    AdaptiveCase, ArcLengthCase, CrackName, IrreversibilityName, LinearName, OutputCase,
-    PhaseFieldCase, PlatensName, QuadratureName, SchemeName, SolverCase, SplitName, TestCase,
-};
+pub use simulation::{AdaptiveCase, ArcLengthCase, OutputCase, PlatensName, TestCase};
 
 /// What to simulate, what to calibrate, and against which experiments.
 ///
@@ -50,7 +47,7 @@ pub struct Case {
     pub material: BTreeMap<String, MaterialCase>,
     /// Damage; without it every region is elastic.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub phase_field: Option<PhaseFieldCase>,
+    pub phase_field: Option<PhaseField>,
     /// The test: its time and steps, and the platens.
     pub test: TestCase,
     /// What acts on the body in place of the platens; for a single simulation only.
@@ -58,7 +55,7 @@ pub struct Case {
     pub conditions: Option<ConditionsCase>,
     /// How the equations are solved.
     #[serde(default)]
-    pub solver: SolverCase,
+    pub solver: SolverOptions,
     /// What a single simulation leaves behind.
     #[serde(default)]
     pub output: OutputCase,

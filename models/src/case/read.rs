@@ -1,10 +1,8 @@
-//! Reading and writing case files, with errors that name key, value and mend.
+//! Reading and writing case files, with errors that name key, value and help.
 
 use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-
-use serde::{Deserialize, Deserializer};
 
 use super::Case;
 use crate::error::{InputError, closest};
@@ -22,15 +20,15 @@ impl CaseFile {
     /// Reads and validates a case.
     ///
     /// # Errors
-    /// Names file, key, value and mend: a file that cannot be read, an unknown or missing key, a
+    /// Names file, key, value and help: a file that cannot be read, an unknown or missing key, a
     /// wrong type, a value outside its range, a mesh that does not exist.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let text = std::fs::read_to_string(path).map_err(|e| {
-            let mend = match e.kind() {
+            let help = match e.kind() {
                 ErrorKind::InvalidData => "Save it as plain text, UTF-8.",
                 _ => "Check its name, or write a first case with: breccia init",
             };
-            InputError::unreadable(path, &e, mend)
+            InputError::unreadable(path, &e, help)
         })?;
         Self::parse(&text, path)
     }
@@ -40,7 +38,10 @@ impl CaseFile {
     /// # Errors
     /// As [`CaseFile::read`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, InputError> {
-        let case: Case = toml::from_str(text).map_err(|e| explain(&e, text, path))?;
+        let mut case: Case = toml::from_str(text).map_err(|e| explain(&e, text, path))?;
+        if let Some(v) = case.experiments.as_mut().and_then(|e| e.virtual_specimens.as_mut()) {
+            v.complete();
+        }
         let file = Self { path: path.to_owned(), case };
         file.validate()?;
         Ok(file)
@@ -84,9 +85,9 @@ impl CaseFile {
         key: &str,
         value: impl Into<String>,
         problem: impl Into<String>,
-        mend: impl Into<String>,
+        help: impl Into<String>,
     ) -> InputError {
-        InputError::new(&self.path, key, value, problem, mend)
+        InputError::new(&self.path, key, value, problem, help)
     }
 }
 
@@ -97,12 +98,17 @@ impl Case {
     }
 }
 
-/// Turns the parser's error into one that names key, value and mend.
+/// Turns the parser's error into one that names key, value and help.
 fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
     let (place, value) = error.span().map_or_else(Default::default, |span| locate(text, span));
     let message = error.message();
+    if message.contains("such as matrix.young_mpa") {
+        let problem = "a parameter is named with its region";
+        let help = "Write matrix.young_mpa = … in place of young_mpa = …, grain.toughness_n_per_mm = … and so on.";
+        return InputError::new(path, place, value, problem, help);
+    }
     let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-    let (problem, mend) = match names.split_first() {
+    let (problem, help) = match names.split_first() {
         Some((key, known)) if message.starts_with("unknown field") => (
             format!("unknown key {key:?}"),
             format!("{}Keys here: {}.", did_you_mean(key, known), known.join(", ")),
@@ -130,7 +136,7 @@ fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
             "breccia init writes a case that explains every key.".to_owned(),
         ),
     };
-    InputError::new(path, place, value, problem, mend)
+    InputError::new(path, place, value, problem, help)
 }
 
 /// The parser's message with TOML's words for Rust's types, on one line.
@@ -145,15 +151,6 @@ fn in_plain_words(message: &str) -> String {
         other => other,
     };
     format!("{found}expected {expected}").replace('\n', "; ")
-}
-
-/// Exactly two numbers: a plain array would pass over what follows them.
-pub(super) fn two_numbers<'de, D: Deserializer<'de>>(source: D) -> Result<[f64; 2], D::Error> {
-    let numbers = Vec::<f64>::deserialize(source)?;
-    let count = numbers.len();
-    numbers.try_into().map_err(|_| {
-        serde::de::Error::custom(format!("{count} numbers, expected two: [lower, upper]"))
-    })
 }
 
 fn did_you_mean(word: &str, known: &[&str]) -> String {
@@ -238,7 +235,7 @@ mod tests {
         let experiments = full.experiments.as_mut().unwrap();
         experiments.table = Some("specimens.csv".into());
         experiments.group = Some("50C".into());
-        experiments.laboratory.as_mut().unwrap().spacing_mm = Some(0.5);
+        experiments.virtual_specimens.as_mut().unwrap().spacing_mm = Some(0.5);
         fn visit(table: &toml::Table) {
             for (key, value) in table {
                 assert!(Case::TEMPLATE.contains(key), "{key} is not explained");

@@ -2,7 +2,7 @@
 
 use kuva::prelude::*;
 
-use super::results::{Order, Parameter, Results};
+use super::results::{Marginal, OrderErrors, Results, mean};
 use super::style::{
     ENSEMBLE, MEASURED, POSTERIOR, PRIOR, SERIES, TRUTH, framed, grid, panel, single,
 };
@@ -75,7 +75,7 @@ pub(super) fn qois(results: &Results) -> String {
 }
 
 /// One of the errors of an order.
-type Error = fn(&Order) -> Option<f64>;
+type Error = fn(&OrderErrors) -> Option<f64>;
 
 /// Errors of the expansion by order, on a logarithmic scale.
 pub(super) fn orders(results: &Results) -> String {
@@ -106,14 +106,14 @@ pub(super) fn orders(results: &Results) -> String {
 }
 
 /// Pairs: marginal densities with the prior on the diagonal, draws above, contours below.
-pub(super) fn pairs(parameters: &[Parameter]) -> String {
+pub(super) fn pairs(parameters: &[Marginal]) -> String {
     let n = parameters.len();
     let mut panels = Vec::new();
     for row in 0..n {
         for column in 0..n {
             let (x, y) = (&parameters[column], &parameters[row]);
             let label =
-                |shown: bool, p: &Parameter| if shown { p.label.clone() } else { String::new() };
+                |shown: bool, p: &Marginal| if shown { p.label.clone() } else { String::new() };
             let x_label = label(row == n - 1, x);
             let (plots, range) =
                 if row == column { marginal(x) } else { (joint(x, y, row > column), y.prior) };
@@ -128,7 +128,7 @@ pub(super) fn pairs(parameters: &[Parameter]) -> String {
     grid(n, n, panels, (300.0, 260.0))
 }
 
-fn marginal(p: &Parameter) -> (Vec<Plot>, (f64, f64)) {
+fn marginal(p: &Marginal) -> (Vec<Plot>, (f64, f64)) {
     let draws: Vec<f64> = p.draws().collect();
     let edges: Vec<f64> = (0..=40).map(|i| lerp(p.prior, f64::from(i) / 40.0)).collect();
     let width = edges[1] - edges[0];
@@ -147,7 +147,7 @@ fn marginal(p: &Parameter) -> (Vec<Plot>, (f64, f64)) {
     (plots, (0.0, top))
 }
 
-fn joint(x: &Parameter, y: &Parameter, contours: bool) -> Vec<Plot> {
+fn joint(x: &Marginal, y: &Marginal, contours: bool) -> Vec<Plot> {
     let pairs: Vec<(f64, f64)> = x.draws().zip(y.draws()).collect();
     let mut plots: Vec<Plot> = Vec::new();
     if contours {
@@ -181,7 +181,7 @@ fn joint(x: &Parameter, y: &Parameter, contours: bool) -> Vec<Plot> {
 }
 
 /// The draws in the order of sampling, one colour a chain.
-pub(super) fn traces(parameters: &[Parameter]) -> String {
+pub(super) fn traces(parameters: &[Marginal]) -> String {
     let panels = parameters
         .iter()
         .map(|p| {
@@ -225,10 +225,6 @@ fn tallest(edges: &[f64], values: &[f64]) -> f64 {
 
 fn lerp((a, b): (f64, f64), t: f64) -> f64 {
     a + (b - a) * t
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// A range of round numbers around the values: steps of 1, 2 or 5 times a power of ten.
@@ -314,20 +310,20 @@ fn density_2d(pairs: &[(f64, f64)], x: (f64, f64), y: (f64, f64)) -> Grid {
     (z, (0..N).map(|i| centre(x, i)).collect(), (0..N).map(|i| centre(y, i)).collect())
 }
 
-/// The levels that enclose these shares of the mass.
-fn highest_density_levels(grid: &[Vec<f64>], shares: &[f64]) -> Vec<f64> {
+/// The levels that enclose these fractions of the mass.
+fn highest_density_levels(grid: &[Vec<f64>], fractions: &[f64]) -> Vec<f64> {
     let mut values: Vec<f64> = grid.iter().flatten().copied().collect();
     values.sort_by(|a, b| b.total_cmp(a));
     let total: f64 = values.iter().sum();
-    let mut levels: Vec<f64> = shares
+    let mut levels: Vec<f64> = fractions
         .iter()
-        .map(|share| {
+        .map(|fraction| {
             let mut mass = 0.0;
             values
                 .iter()
                 .find(|&&v| {
                     mass += v;
-                    mass >= share * total
+                    mass >= fraction * total
                 })
                 .copied()
                 .unwrap_or(0.0)
@@ -352,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_enclose_their_share() {
+    fn levels_enclose_their_fraction() {
         let pairs: Vec<(f64, f64)> = (0..5000)
             .map(|i| {
                 let t = f64::from(i) * 0.618_033_988_75;

@@ -4,12 +4,12 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use ppl::diagnostics::Identification;
 
 use super::figures;
-use super::results::{Parameter, Results};
+use super::results::{Marginal, Results, mean};
 
 const STYLE: &str = include_str!("style.css");
 
 /// The report as HTML, figures inline.
-pub(super) fn page(results: &Results) -> String {
+pub(crate) fn page(results: &Results) -> String {
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -75,7 +75,7 @@ fn answer(results: &Results) -> Markup {
     }
 }
 
-fn verdict(p: &Parameter) -> Markup {
+fn verdict(p: &Marginal) -> Markup {
     let identified = p.verdict() == Identification::Identified;
     let class = if identified { "verdict good" } else { "verdict weak" };
     html! { span class=(class) { (p.verdict()) } }
@@ -154,7 +154,7 @@ fn surrogate(results: &Results) -> Markup {
                     @for s in &qoi.sobol_total { td { (format!("{s:.3}")) } }
                 } } }
             }
-            p.caption { "Share of each quantity's variance over the prior box that involves the \
+            p.caption { "Fraction of each quantity's variance over the prior box that involves the \
                          parameter: a parameter with small indices cannot be identified." }
         }
     }
@@ -169,7 +169,7 @@ fn posterior(results: &Results) -> Markup {
                 "Axes span the prior box. Diagonal: posterior (red) and prior (dashed), MAP \
                  dotted. Below: contours that enclose 10, 50 and 90 % of the mass. Above: draws. "
                 @if results.parameters.iter().any(|p| p.truth.is_some()) {
-                    "Green: the truth of the virtual laboratory."
+                    "Green: the truth of the virtual specimens."
                 }
             }
             figure { (PreEscaped(figures::traces(&results.parameters))) }
@@ -200,7 +200,7 @@ fn confirmation(results: &Results) -> Markup {
                 } }
                 tbody { @for qoi in &results.qois { tr {
                     td.name { (qoi.label) }
-                    td { (number(super::mean(&qoi.experiments))) }
+                    td { (number(mean(&qoi.experiments))) }
                     td { (number(qoi.map)) }
                     td { (format!("{:.2} %", qoi.percent_error)) }
                 } } }
@@ -231,7 +231,7 @@ fn facts(pairs: &[(String, String)]) -> Markup {
 }
 
 /// Four significant digits, scientific where that is shorter to read.
-pub(super) fn number(x: f64) -> String {
+pub(crate) fn number(x: f64) -> String {
     let magnitude = x.abs();
     if x == 0.0 || !x.is_finite() {
         return x.to_string();

@@ -10,7 +10,7 @@ pub(super) const ENSEMBLE: &str = "#9cc3e6";
 pub(super) const POSTERIOR: &str = "#c0504d";
 /// The prior.
 pub(super) const PRIOR: &str = "#8a8a8a";
-/// The truth of a virtual laboratory.
+/// The truth of virtual specimens.
 pub(super) const TRUTH: &str = "#2e8b57";
 /// Chains and other unordered series.
 pub(super) const SERIES: [&str; 6] =

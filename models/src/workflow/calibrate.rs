@@ -4,33 +4,25 @@ use std::sync::Mutex;
 
 use ppl::diagnostics::e_bfmi;
 use ppl::{ChainStatus, Nuts, Posterior, Progress, Summary};
+use surrogate::{Dataset, DynPce, FitReport, Input};
 
-use super::ensemble::read_runs;
-use super::files::{csv_text, write};
-use super::fingerprint::Fingerprint;
-use super::laboratory::{read_experiments, truth};
-use super::surrogate::{read_error, read_surrogate};
-use super::{Stage, Workflow, WorkflowError};
-use crate::case::PriorCase;
+use super::WorkflowError;
+use super::inputs::Inputs;
+use super::task::Task;
 use crate::fracture::calibrate;
 use crate::progress::{Bar, say};
 use crate::qoi::{Qois, mean_qois};
+use crate::table::CsvTable;
 
-pub(super) fn inputs(w: &Workflow) -> Result<Fingerprint, WorkflowError> {
-    Ok(Fingerprint::new()
-        .file(&w.needed("surrogate.json", Stage::Surrogate)?)?
-        .file(&w.needed("surrogate_error.json", Stage::Surrogate)?)?
-        .file(&w.needed("experiments.csv", Stage::Laboratory)?)?
-        .file(&w.needed("runs.csv", Stage::Ensemble)?)?
-        .part(&w.case().prior)
-        .part(&w.case().experiments)
-        .part(&w.case().calibration))
-}
-
-pub(super) fn run(w: &Workflow) -> Result<String, WorkflowError> {
-    let pce = read_surrogate(w)?;
-    let specimens = read_experiments(w)?;
-    let settings = &w.case().calibration;
+pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
+    let inputs = &task.inputs;
+    let pce: DynPce = inputs.json("surrogate.json")?;
+    if pce.inputs() != inputs.prior()? || pce.outputs() != Qois::NAMES {
+        let path = task.path("surrogate.json");
+        return Err(WorkflowError::OtherCase { path, stage: "surrogate" });
+    }
+    let specimens = read_experiments(inputs)?;
+    let settings = inputs.calibration();
     let bar = ChainsBar::new(settings.chains);
     let sampler = Nuts::default()
         .chains(settings.chains)
@@ -38,12 +30,12 @@ pub(super) fn run(w: &Workflow) -> Result<String, WorkflowError> {
         .draws(settings.draws)
         .target_accept(settings.target_accept)
         .seed(settings.seed)
-        .threads(w.threads)
+        .threads(task.threads)
         .progress(&bar)
-        .interrupt(w.interrupt);
-    let result = calibrate(&pce, &specimens, w.prior()?, &sampler, settings.seed);
+        .interrupt(task.interrupt);
+    let result = calibrate(&pce, &specimens, &sampler, settings.seed);
     drop(bar);
-    w.check_interrupt()?;
+    task.check_interrupt()?;
     let result = result?;
     if !result.mode.converged {
         let mode = &result.mode;
@@ -53,28 +45,24 @@ pub(super) fn run(w: &Workflow) -> Result<String, WorkflowError> {
         );
     }
     let posterior = &result.posterior;
-    let io = |name: &str| {
-        let path = w.path(name);
-        move |e: std::io::Error| WorkflowError::io(&path, &e)
-    };
-    posterior.write_zarr(w.path("posterior.zarr")).map_err(io("posterior.zarr"))?;
-    posterior.write_csv(w.path("posterior.csv")).map_err(io("posterior.csv"))?;
-    let summary = posterior.summary();
-    summary.write_csv(w.path("summary.csv")).map_err(io("summary.csv"))?;
-    write(&w.path("summary.txt"), &format!("{summary}\n"))?;
+    let zarr = task.product("posterior.zarr")?;
+    posterior.write_zarr(&zarr).map_err(|e| WorkflowError::io(&zarr, e))?;
+    write_draws(task, posterior, pce.inputs())?;
+    let mut summary = posterior.summary();
+    for row in summary.rows.iter_mut().filter(|row| row.place.starts_with("theta[")) {
+        row.name = parameter_name(&row.name);
+        row.place.clone_from(&row.name);
+    }
+    let table = task.product("summary.csv")?;
+    summary.write_csv(&table).map_err(|e| WorkflowError::io(&table, e))?;
+    task.write("summary.txt", &format!("{summary}\n"))?;
     let mut warnings: Vec<String> = summary.warnings.iter().map(|f| f.to_string()).collect();
-    warnings.extend(surrogate_warning(w, &summary, &specimens)?);
-    warnings.extend(range_warnings(w, &specimens)?);
-    write(
-        &w.path("warnings.txt"),
-        &warnings.iter().map(|line| format!("{line}\n")).collect::<String>(),
-    )?;
-    write(&w.path("sampling.csv"), &sampling_table(posterior))?;
-
-    let truth = truth(w).map_or_else(|| [const { String::new() }; 3], |t| t.map(|x| x.to_string()));
-    let rows = PriorCase::NAMES.into_iter().zip(result.map).zip(truth);
-    let rows = rows.map(|((name, map), truth)| [name.to_owned(), map.to_string(), truth]);
-    write(&w.path(Stage::Calibrate.product()), &csv_text("parameter,map,truth", rows))?;
+    warnings.extend(surrogate_warning(inputs, &summary, &specimens)?);
+    warnings.extend(range_warnings(inputs, &specimens)?);
+    let lines: String = warnings.iter().map(|line| format!("{line}\n")).collect();
+    task.write("warnings.txt", &lines)?;
+    write_sampling(task, posterior)?;
+    write_map(task, pce.inputs(), &result.map)?;
     Ok(format!(
         "{} draws in {} chains, {} divergences",
         summary.draws * summary.chains,
@@ -83,14 +71,70 @@ pub(super) fn run(w: &Workflow) -> Result<String, WorkflowError> {
     ))
 }
 
+/// The quantities in an `experiments.csv`.
+pub(super) fn read_experiments(inputs: &Inputs<'_>) -> Result<Vec<Qois>, WorkflowError> {
+    let path = inputs.file("experiments.csv")?;
+    let table = CsvTable::read(&path, &Qois::NAMES)?;
+    let mut qois = Vec::new();
+    for row in table.rows() {
+        let [slope, force, place] = Qois::NAMES.map(|name| row.positive(name));
+        qois.push(Qois::from([slope?, force?, place?]));
+    }
+    Ok(qois)
+}
+
+/// The path of a parameter from its name in the posterior: `theta[matrix.young_mpa]`.
+fn parameter_name(name: &str) -> String {
+    let path = name.strip_prefix("theta[").and_then(|rest| rest.strip_suffix(']'));
+    path.unwrap_or(name).to_owned()
+}
+
+/// The mode, and the medians of virtual specimens beside it.
+fn write_map(task: &Task<'_>, parameters: &[Input], map: &[f64]) -> Result<(), WorkflowError> {
+    let truth = match task.inputs.are_specimens_virtual()? {
+        true => task.inputs.truth()?.iter().map(|(_, value)| value.to_string()).collect(),
+        false => vec![String::new(); map.len()],
+    };
+    let rows = parameters.iter().zip(map).zip(truth);
+    let rows = rows.map(|((input, map), truth)| [input.name.clone(), map.to_string(), truth]);
+    task.write_csv("map.csv", ["parameter", "map", "truth"], rows)
+}
+
+/// One line a draw, one column a number.
+fn write_draws(
+    task: &Task<'_>,
+    posterior: &Posterior,
+    parameters: &[Input],
+) -> Result<(), WorkflowError> {
+    let group = &posterior.posterior;
+    let mut header = vec!["chain".to_owned(), "draw".to_owned()];
+    for variable in &group.variables {
+        match variable.name.as_str() {
+            "theta" => header.extend(parameters.iter().map(|input| input.name.clone())),
+            _ => header.extend(variable.elements()),
+        }
+    }
+    let count = group.chains * group.draws;
+    let rows = (0..count).map(|row| {
+        let place = [row / group.draws, row % group.draws].map(|i| i.to_string());
+        let numbers = group.variables.iter().flat_map(move |variable| {
+            let size = variable.data.len() / count;
+            variable.data[row * size..(row + 1) * size].iter().map(f64::to_string)
+        });
+        place.into_iter().chain(numbers).collect::<Vec<_>>()
+    });
+    task.write_csv("posterior.csv", header, rows)
+}
+
 /// Whether the surrogate's own error could matter: n S/Σ above 0.1 for some quantity, with S its
 /// leave-one-out variance, Σ the variance between n specimens.
 fn surrogate_warning(
-    w: &Workflow,
+    inputs: &Inputs<'_>,
     summary: &Summary,
     specimens: &[Qois],
 ) -> Result<Option<String>, WorkflowError> {
-    let covariance = read_error(w)?.loo_covariance;
+    let report: FitReport = inputs.json("surrogate_error.json")?;
+    let covariance = report.loo_covariance;
     let (n, mean) = (specimens.len() as f64, mean_qois(specimens).to_array());
     let worst = (0..3)
         .filter_map(|m| {
@@ -108,11 +152,11 @@ fn surrogate_warning(
 
 /// Experimental means that no simulation of the ensemble reaches: the prior box does not hold the
 /// material, and the posterior will lean on its walls.
-fn range_warnings(w: &Workflow, specimens: &[Qois]) -> Result<Vec<String>, WorkflowError> {
-    let runs = read_runs(&w.needed("runs.csv", Stage::Ensemble)?)?;
+fn range_warnings(inputs: &Inputs<'_>, specimens: &[Qois]) -> Result<Vec<String>, WorkflowError> {
+    let data = Dataset::read_csv(inputs.file("runs.csv")?)?;
     let mean = mean_qois(specimens).to_array();
     let outside = (0..3).filter_map(|m| {
-        let values = runs.iter().map(|(_, qois)| qois[m]);
+        let values = data.rows().map(|(_, qois)| qois[m]);
         let (low, high) =
             values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), q| (a.min(q), b.max(q)));
         (!(low..=high).contains(&mean[m])).then(|| {
@@ -128,7 +172,7 @@ fn range_warnings(w: &Workflow, specimens: &[Qois]) -> Result<Vec<String>, Workf
 }
 
 /// How the sampler did, chain by chain.
-fn sampling_table(posterior: &Posterior) -> String {
+fn write_sampling(task: &Task<'_>, posterior: &Posterior) -> Result<(), WorkflowError> {
     let rows = posterior.chains.chains.iter().enumerate().map(|(index, chain)| {
         let n = chain.stats.len() as f64;
         let mean = |f: &dyn Fn(&ppl::DrawStats) -> f64| chain.stats.iter().map(f).sum::<f64>() / n;
@@ -144,27 +188,29 @@ fn sampling_table(posterior: &Posterior) -> String {
         ]
         .map(|x| x.to_string())
     });
-    csv_text("chain,draws,divergences,acceptance,step_size,leapfrogs,e_bfmi", rows)
+    let header =
+        ["chain", "draws", "divergences", "acceptance", "step_size", "leapfrogs", "e_bfmi"];
+    task.write_csv("sampling.csv", header, rows)
 }
 
 /// One bar over all chains.
 struct ChainsBar {
     bar: Bar,
-    shares: Mutex<Vec<(f64, u64)>>,
+    fractions: Mutex<Vec<(f64, u64)>>,
 }
 
 impl ChainsBar {
     fn new(chains: usize) -> Self {
-        Self { bar: Bar::new("calibrate"), shares: Mutex::new(vec![(0.0, 0); chains]) }
+        Self { bar: Bar::new("calibrate"), fractions: Mutex::new(vec![(0.0, 0); chains]) }
     }
 }
 
 impl Progress for ChainsBar {
     fn update(&self, status: &ChainStatus) {
-        let Ok(mut shares) = self.shares.lock() else { return };
-        shares[status.chain] = (status.done as f64 / status.total as f64, status.divergences);
-        let done = shares.iter().map(|s| s.0).sum::<f64>() / shares.len() as f64;
-        let divergences: u64 = shares.iter().map(|s| s.1).sum();
+        let Ok(mut fractions) = self.fractions.lock() else { return };
+        fractions[status.chain] = (status.done as f64 / status.total as f64, status.divergences);
+        let done = fractions.iter().map(|s| s.0).sum::<f64>() / fractions.len() as f64;
+        let divergences: u64 = fractions.iter().map(|s| s.1).sum();
         let rate = status.draws_per_second;
         self.bar.set(done, &format!("{rate:.0} draws/s a chain, {divergences} divergences"));
     }

@@ -2,75 +2,61 @@
 
 use std::path::Path;
 
-use fem::{RunInput, RunRecord, RunStatus, gmsh, write_curve};
+use fem::{RunInput, gmsh, write_curve};
 
-use super::campaign::run_campaign;
-use super::files::{csv_text, write};
-use super::fingerprint::Fingerprint;
-use super::laboratory::read_experiments;
-use super::simulation::{Simulator, simulated_qois};
-use super::{Stage, Workflow, WorkflowError};
-use crate::case::PriorCase;
-use crate::csv_table::CsvTable;
+use super::WorkflowError;
+use super::calibrate::read_experiments;
+use super::ensemble::quantities;
+use super::runs::run_ensemble;
+use super::simulator::Simulator;
+use super::task::Task;
+use crate::case::Parameter;
 use crate::error::InputError;
 use crate::progress::say;
 use crate::qoi::{Qois, mean_qois};
+use crate::table::CsvTable;
 
-pub(super) fn inputs(w: &Workflow) -> Result<Fingerprint, WorkflowError> {
-    Ok(campaign_inputs(w)?
-        .file(&w.needed("experiments.csv", Stage::Laboratory)?)?
-        .part(&w.case().qoi))
-}
-
-fn campaign_inputs(w: &Workflow) -> Result<Fingerprint, WorkflowError> {
-    Ok(w.simulation_inputs()?
-        .file(&w.needed("map.csv", Stage::Calibrate)?)?
-        .file(&w.needed("posterior.csv", Stage::Calibrate)?)?
-        .part(&w.case().confirm))
-}
-
-pub(super) fn run(w: &Workflow) -> Result<String, WorkflowError> {
-    let mut points = vec![read_map(&w.path("map.csv"))?];
-    points.extend(read_draws(&w.path("posterior.csv"), w.case().confirm.draws)?);
-    let names: Vec<String> = (0..points.len())
+pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
+    let inputs = &task.inputs;
+    let (names, mode) = read_map(&inputs.file("map.csv")?)?;
+    let mut points = vec![mode];
+    points.extend(read_draws(&inputs.file("posterior.csv")?, &names, inputs.confirm().draws)?);
+    let labels: Vec<String> = (0..points.len())
         .map(|i| if i == 0 { "map".to_owned() } else { format!("draw-{i}") })
         .collect();
-    let runs: Vec<RunInput> = points
+    let runs: Vec<RunInput> =
+        points.into_iter().enumerate().map(|(i, inputs)| RunInput { id: i + 1, inputs }).collect();
+    let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
+    let parameters: Vec<Parameter> = names
         .iter()
-        .enumerate()
-        .map(|(id, point)| RunInput { id: id + 1, inputs: point.to_vec() })
-        .collect();
-    let mesh = gmsh::read(w.path("mesh.msh"), &gmsh::GmshNames::default())?;
-    let simulator = Simulator::new(&w.file, mesh)?;
-    let job =
-        |run: &RunInput, observer: &mut dyn fem::Observer| simulator.run(&run.inputs, observer);
-    let records = run_campaign(w, "confirm", "confirm", campaign_inputs(w)?, &runs, &job)?;
+        .map(|name| name.parse().map_err(WorkflowError::Unusable))
+        .collect::<Result<_, _>>()?;
+    let simulator = Simulator::new(&inputs.setup(), mesh, parameters)?;
+    let records = run_ensemble(task, "confirm", &names, &runs, &|_| &simulator)?;
 
+    let slope_fraction = inputs.qoi().slope_fraction;
     let mut rows = Vec::new();
-    for (record, name) in records.iter().zip(&names) {
-        write_curve(w.path(&format!("curves/{name}.csv")), &record.curve)?;
-        let qois = confirmed(w, record);
+    for (record, label) in records.iter().zip(&labels) {
+        write_curve(task.product(&format!("curves/{label}.csv"))?, &record.curve)?;
+        let qois = quantities(record, slope_fraction);
         if let Err(reason) = &qois {
             say(
                 "note",
-                &format!("the simulation at {name} has no quantities of interest: {reason}"),
+                &format!("the simulation at {label} has no quantities of interest: {reason}"),
             );
         }
-        let qois = qois.map_or_else(
-            |_| vec![String::new(); 3],
-            |q| q.to_array().map(|x| x.to_string()).to_vec(),
-        );
-        rows.push(
-            [name.clone()].into_iter().chain(record.inputs.iter().map(f64::to_string)).chain(qois),
-        );
+        let qois =
+            qois.map_or([const { String::new() }; 3], |q| q.to_array().map(|x| x.to_string()));
+        let values = record.inputs.iter().map(f64::to_string);
+        rows.push([label.clone()].into_iter().chain(values).chain(qois).collect::<Vec<_>>());
     }
-    let header = format!("run,{},{}", PriorCase::NAMES.join(","), Qois::NAMES.join(","));
-    write(&w.path("confirm_runs.csv"), &csv_text(&header, rows))?;
+    let header = ["run"].into_iter().chain(names.iter().map(String::as_str)).chain(Qois::NAMES);
+    task.write_csv("confirm_runs.csv", header, rows)?;
 
-    let map = confirmed(w, &records[0]).map_err(|reason| {
+    let map = quantities(&records[0], slope_fraction).map_err(|reason| {
         WorkflowError::Unusable(format!("the simulation at the mode: {reason}"))
     })?;
-    let experiments = mean_qois(&read_experiments(w)?).to_array();
+    let experiments = mean_qois(&read_experiments(inputs)?).to_array();
     let mut worst = 0.0_f64;
     let rows = (0..3).map(|i| {
         let (mean, simulated) = (experiments[i], map.to_array()[i]);
@@ -78,39 +64,27 @@ pub(super) fn run(w: &Workflow) -> Result<String, WorkflowError> {
         worst = worst.max(error);
         [Qois::NAMES[i].to_owned(), mean.to_string(), simulated.to_string(), error.to_string()]
     });
-    let header = "qoi,experiment_mean,map_simulation,percent_error";
-    write(&w.path(Stage::Confirm.product()), &csv_text(header, rows.collect::<Vec<_>>()))?;
+    let rows: Vec<_> = rows.collect();
+    let header = ["qoi", "experiment_mean", "map_simulation", "percent_error"];
+    task.write_csv("confirm.csv", header, rows)?;
     Ok(format!("the simulation at the mode is within {worst:.2} % of the experimental means"))
 }
 
-fn confirmed(w: &Workflow, record: &RunRecord) -> Result<Qois, String> {
-    match &record.status {
-        RunStatus::Failed(reason) => Err(reason.clone()),
-        RunStatus::Finished => simulated_qois(&record.curve, w.case()).map_err(|e| e.to_string()),
-    }
-}
-
-fn read_map(path: &Path) -> Result<[f64; 3], InputError> {
+/// Names and values at the mode.
+fn read_map(path: &Path) -> Result<(Vec<String>, Vec<f64>), InputError> {
     let table = CsvTable::read(path, &["parameter", "map"])?;
-    let mut map = [f64::NAN; 3];
-    for (value, name) in map.iter_mut().zip(PriorCase::NAMES) {
-        let row = table.rows().find(|row| row.text("parameter") == name).ok_or_else(|| {
-            InputError::new(path, name, "", "has no line", "Run breccia calibrate again.")
-        })?;
-        *value = row.number("map")?;
-    }
-    Ok(map)
+    table.rows().map(|row| Ok((row.text("parameter").to_owned(), row.number("map")?))).collect()
 }
 
 /// `n` draws spread evenly over all chains.
-fn read_draws(path: &Path, n: usize) -> Result<Vec<[f64; 3]>, InputError> {
-    let table = CsvTable::read(path, &PriorCase::NAMES)?;
+fn read_draws(path: &Path, names: &[String], n: usize) -> Result<Vec<Vec<f64>>, InputError> {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let table = CsvTable::read(path, &names)?;
     let rows: Vec<_> = table.rows().collect();
-    let mut draws = Vec::new();
-    for k in 0..n.min(rows.len()) {
-        let row = rows[(2 * k + 1) * rows.len() / (2 * n)];
-        let [young, toughness, viscosity] = PriorCase::NAMES.map(|name| row.number(name));
-        draws.push([young?, toughness?, viscosity?]);
-    }
-    Ok(draws)
+    (0..n.min(rows.len()))
+        .map(|k| {
+            let row = rows[(2 * k + 1) * rows.len() / (2 * n)];
+            names.iter().map(|name| row.number(name)).collect()
+        })
+        .collect()
 }

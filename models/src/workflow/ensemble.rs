@@ -1,112 +1,60 @@
 //! Stage `ensemble`: the simulations that the surrogate learns from.
 
-use std::path::Path;
-
 use fem::{RunInput, RunRecord, RunStatus, gmsh, write_curve};
-use surrogate::Input;
+use surrogate::Dataset;
 
-use super::campaign::run_campaign;
-use super::files::{csv_text, write};
-use super::fingerprint::Fingerprint;
-use super::simulation::{Simulator, simulated_qois};
-use super::{Stage, Workflow, WorkflowError};
-use crate::case::PriorCase;
-use crate::csv_table::CsvTable;
-use crate::error::InputError;
+use super::WorkflowError;
+use super::files::write;
+use super::runs::run_ensemble;
+use super::simulator::{Simulator, simulated_qois};
+use super::task::Task;
 use crate::qoi::Qois;
 
-/// What `runs.csv` calls a run whose quantities of interest can be used.
-const FINISHED: &str = "finished";
-
-pub(super) fn inputs(w: &Workflow) -> Result<Fingerprint, WorkflowError> {
-    Ok(campaign_inputs(w)?.part(&w.case().qoi))
-}
-
-/// What the simulations depend on; how quantities are taken from their curves is not part of it.
-fn campaign_inputs(w: &Workflow) -> Result<Fingerprint, WorkflowError> {
-    Ok(w.simulation_inputs()?.part(&w.case().design))
-}
-
-pub(super) fn run(w: &Workflow) -> Result<String, WorkflowError> {
-    let design = &w.case().design;
-    let points = design.method.sample(&surrogate_inputs(w.prior()?)?, design.runs, design.seed)?;
+pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
+    let inputs = &task.inputs;
+    let prior = inputs.prior()?;
+    let design = inputs.design();
+    let points = design.method.sample(&prior, design.runs, design.seed)?;
     let runs: Vec<RunInput> =
         points.into_iter().enumerate().map(|(i, inputs)| RunInput { id: i + 1, inputs }).collect();
-    let mesh = gmsh::read(w.path("mesh.msh"), &gmsh::GmshNames::default())?;
-    let simulator = Simulator::new(&w.file, mesh)?;
-    let records =
-        run_campaign(w, "ensemble", "runs", campaign_inputs(w)?, &runs, &|run, observer| {
-            simulator.run(&run.inputs, observer)
-        })?;
+    let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
+    let simulator = Simulator::new(&inputs.setup(), mesh, inputs.parameters()?)?;
+    let names: Vec<String> = prior.iter().map(|input| input.name.clone()).collect();
+    let records = run_ensemble(task, "ensemble", &names, &runs, &|_| &simulator)?;
 
-    let mut usable = 0;
-    let mut rows = Vec::new();
+    // how quantities are taken from curves is not part of what names the ensemble
+    let slope_fraction = inputs.qoi().slope_fraction;
+    let outputs = Qois::NAMES.map(str::to_owned).to_vec();
+    let mut data =
+        Dataset::new(prior, outputs, "breccia ensemble")?.with_notes(&["run", "seconds"])?;
+    let mut failed = Vec::new();
     for record in &records {
-        write_curve(w.path(&format!("curves/run-{:03}.csv", record.id)), &record.curve)?;
-        let (qois, status) = outcome(w, record);
-        usable += usize::from(qois.is_some());
-        rows.push(row(record, qois, status));
+        write_curve(task.product(&format!("curves/run-{:03}.csv", record.id))?, &record.curve)?;
+        let (id, seconds) = (record.id.to_string(), format!("{:.3}", record.seconds));
+        match quantities(record, slope_fraction) {
+            Ok(qois) => data.push_noted(&record.inputs, &qois.to_array(), &[&id, &seconds])?,
+            Err(reason) => {
+                let values = record.inputs.iter().map(f64::to_string);
+                failed.push(
+                    [id].into_iter().chain(values).chain([seconds, reason]).collect::<Vec<_>>(),
+                );
+            }
+        }
     }
-    let header = ["run"]
-        .into_iter()
-        .chain(PriorCase::NAMES)
-        .chain(Qois::NAMES)
-        .chain(["status", "seconds"])
-        .collect::<Vec<_>>()
-        .join(",");
-    write(&w.path(Stage::Ensemble.product()), &csv_text(&header, rows))?;
+    let path = task.product("runs.csv")?;
+    write(&path, &data.to_csv().map_err(|e| WorkflowError::io(&path, e))?)?;
+    let header =
+        ["run"].into_iter().chain(names.iter().map(String::as_str)).chain(["seconds", "reason"]);
+    task.write_csv("failed_runs.csv", header, failed)?;
     let (all, seconds) = (records.len(), records.iter().map(|r| r.seconds).sum::<f64>());
-    Ok(format!("{usable} of {all} runs usable, {:.1} s a run", seconds / all as f64))
-}
-
-/// The prior box as the surrogate's inputs.
-pub(super) fn surrogate_inputs(prior: &PriorCase) -> Result<Vec<Input>, WorkflowError> {
-    let bounds = PriorCase::NAMES.into_iter().zip(prior.bounds());
-    Ok(bounds
-        .map(|(name, [lower, upper])| Input::new(name, lower, upper))
-        .collect::<Result<_, _>>()?)
+    Ok(format!("{} of {all} runs usable, {:.1} s a run", data.len(), seconds / all as f64))
 }
 
 /// The quantities of a run, or why it has none.
-fn outcome(w: &Workflow, record: &RunRecord) -> (Option<Qois>, String) {
+pub(super) fn quantities(record: &RunRecord, slope_fraction: f64) -> Result<Qois, String> {
     match &record.status {
-        RunStatus::Failed(reason) => (None, format!("failed: {reason}")),
-        RunStatus::Finished => match simulated_qois(&record.curve, w.case()) {
-            Ok(qois) => (Some(qois), FINISHED.to_owned()),
-            Err(error) => (None, format!("unusable: {error}")),
-        },
+        RunStatus::Failed(reason) => Err(format!("failed: {reason}")),
+        RunStatus::Finished => simulated_qois(&record.curve, slope_fraction)
+            .map_err(|error| format!("unusable: {error}")),
     }
-}
-
-fn row(record: &RunRecord, qois: Option<Qois>, status: String) -> Vec<String> {
-    let qois = match qois {
-        Some(qois) => qois.to_array().map(|q| q.to_string()).to_vec(),
-        None => vec![String::new(); Qois::NAMES.len()],
-    };
-    [format!("{}", record.id)]
-        .into_iter()
-        .chain(record.inputs.iter().map(f64::to_string))
-        .chain(qois)
-        .chain([status, format!("{:.3}", record.seconds)])
-        .collect()
-}
-
-/// Parameters and quantities of one run.
-type Sample = ([f64; 3], [f64; 3]);
-
-/// Parameters and quantities of the usable runs of a `runs.csv`.
-pub(super) fn read_runs(path: &Path) -> Result<Vec<Sample>, InputError> {
-    let columns: Vec<&str> =
-        PriorCase::NAMES.into_iter().chain(Qois::NAMES).chain(["status"]).collect();
-    let table = CsvTable::read(path, &columns)?;
-    let mut runs = Vec::new();
-    for row in table.rows().filter(|row| row.text("status") == FINISHED) {
-        let (mut x, mut y) = ([0.0; 3], [0.0; 3]);
-        for i in 0..3 {
-            x[i] = row.number(PriorCase::NAMES[i])?;
-            y[i] = row.number(Qois::NAMES[i])?;
-        }
-        runs.push((x, y));
-    }
-    Ok(runs)
 }

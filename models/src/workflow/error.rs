@@ -1,8 +1,9 @@
 //! What can end a stage.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
-use fem::{CampaignError, FemError, LatticeError, MeshError, PackingError};
+use fem::{EnsembleError, FemError, LatticeError, MeshError, PackingError};
 use surrogate::SurrogateError;
 
 use crate::error::InputError;
@@ -15,12 +16,38 @@ pub enum WorkflowError {
     #[error(transparent)]
     Input(#[from] InputError),
     /// A file cannot be read or written.
-    #[error("{}: {message}", path.display())]
-    File {
+    #[error("{}: {source}", path.display())]
+    Io {
         /// The file.
         path: PathBuf,
-        /// What happened and what to do.
-        message: String,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// The folder of the results cannot be made.
+    #[error("{} cannot be made ({source}); name another folder with --out", path.display())]
+    Results {
+        /// The folder.
+        path: PathBuf,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// A first case cannot be written.
+    #[error("{}: {source}; name a file that does not exist yet, in a folder that does", path.display())]
+    Init {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// A result of another stage cannot be understood.
+    #[error("{}: {source}; run `breccia {stage}` again", path.display())]
+    Json {
+        /// The file.
+        path: PathBuf,
+        /// The stage that writes it.
+        stage: &'static str,
+        /// What is wrong.
+        source: serde_json::Error,
     },
     /// The stage before has not been run.
     #[error("{} is not there: run `breccia {stage}` first, or `breccia run` for all stages", path.display())]
@@ -30,9 +57,25 @@ pub enum WorkflowError {
         /// The stage that writes it.
         stage: &'static str,
     },
-    /// The mesh is not usable.
+    /// A result of another stage belongs to another case.
+    #[error("{} is of other inputs or outputs than the case; run `breccia {stage}` again", path.display())]
+    OtherCase {
+        /// The file.
+        path: PathBuf,
+        /// The stage that writes it.
+        stage: &'static str,
+    },
+    /// The mesh cannot be read or written.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// The mesh of a file is not usable.
+    #[error("{}: {source}", path.display())]
+    UnsoundMesh {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: MeshError,
+    },
     /// The lattice cannot be built.
     #[error("{}: specimen: {source}", file.display())]
     Lattice {
@@ -60,9 +103,9 @@ pub enum WorkflowError {
     /// A simulation has failed on its way, or its curve cannot be written.
     #[error(transparent)]
     Fem(#[from] FemError),
-    /// A campaign of simulations cannot go on.
+    /// An ensemble of simulations cannot go on.
     #[error(transparent)]
-    Campaign(#[from] CampaignError),
+    Ensemble(#[from] EnsembleError),
     /// The surrogate cannot be fitted, read or evaluated.
     #[error(transparent)]
     Surrogate(#[from] SurrogateError),
@@ -78,13 +121,11 @@ pub enum WorkflowError {
 }
 
 impl WorkflowError {
-    pub(crate) fn io(path: &Path, error: &std::io::Error) -> Self {
-        Self::File { path: path.to_owned(), message: error.to_string() }
+    pub(crate) fn io(path: &Path, source: io::Error) -> Self {
+        Self::Io { path: path.to_owned(), source }
     }
 
-    /// The folder of the results cannot be made.
-    pub(crate) fn results(path: &Path, error: &std::io::Error) -> Self {
-        let message = format!("cannot be made ({error}); name another folder with --out");
-        Self::File { path: path.to_owned(), message }
+    pub(crate) fn results(path: &Path, source: io::Error) -> Self {
+        Self::Results { path: path.to_owned(), source }
     }
 }

@@ -1,22 +1,26 @@
-//! What a stage was made from, as one number: a stage is done again when it changes.
+//! The content of an input or a product as one number, by which a change is noticed.
 
 use std::path::Path;
 
-use serde::Serialize;
-
-use super::WorkflowError;
-
-/// FNV-1a over everything that decides a stage's result.
+/// FNV-1a over everything that was added, each entry with its length.
 ///
 /// Reference: Fowler, Noll & Vo, <http://www.isthe.com/chongo/tech/comp/fnv/>. It guards against
 /// stale files, not against malice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Fingerprint(u64);
+pub(super) struct Fingerprint(u64);
 
 impl Fingerprint {
-    /// Starts from the program's version: another version may compute something else.
-    pub(crate) fn new() -> Self {
-        Self(0xcbf2_9ce4_8422_2325).bytes(env!("CARGO_PKG_VERSION").as_bytes())
+    /// Of nothing.
+    pub(super) const EMPTY: Self = Self(0xcbf2_9ce4_8422_2325);
+
+    /// Of a text.
+    pub(super) fn of(text: &str) -> Self {
+        Self::EMPTY.bytes(text.as_bytes())
+    }
+
+    /// Of a file, or of all that is in a folder.
+    pub(super) fn of_path(path: &Path) -> std::io::Result<Self> {
+        Self::EMPTY.path(path)
     }
 
     fn bytes(mut self, bytes: &[u8]) -> Self {
@@ -27,15 +31,17 @@ impl Fingerprint {
         self
     }
 
-    /// Adds a part of the case.
-    pub(crate) fn part(self, part: &impl Serialize) -> Self {
-        let text = serde_json::to_string(part).expect("parts of a case are plain data");
-        self.bytes(text.as_bytes())
-    }
-
-    /// Adds a file's content.
-    pub(crate) fn file(self, path: &Path) -> Result<Self, WorkflowError> {
-        std::fs::read(path).map(|bytes| self.bytes(&bytes)).map_err(|e| WorkflowError::io(path, &e))
+    fn path(self, path: &Path) -> std::io::Result<Self> {
+        if !path.is_dir() {
+            return std::fs::read(path).map(|bytes| self.bytes(&bytes));
+        }
+        let mut names = std::fs::read_dir(path)?
+            .map(|entry| Ok(entry?.file_name()))
+            .collect::<std::io::Result<Vec<_>>>()?;
+        names.sort();
+        names
+            .into_iter()
+            .try_fold(self, |sum, name| sum.bytes(name.as_encoded_bytes()).path(&path.join(&name)))
     }
 }
 
@@ -52,19 +58,35 @@ mod tests {
     #[test]
     fn published_value_of_fnv_1a() {
         // the empty entry leaves only its length, eight zero bytes: eight multiplications
-        let start = Fingerprint(0xcbf2_9ce4_8422_2325);
         let prime = 0x0100_0000_01b3_u64;
-        let expected = (0..8).fold(start.0, |hash, _| hash.wrapping_mul(prime));
-        assert_eq!(start.bytes(b"").0, expected);
+        let expected = (0..8).fold(Fingerprint::EMPTY.0, |hash, _| hash.wrapping_mul(prime));
+        assert_eq!(Fingerprint::of("").0, expected);
         // "a" has the published hash af63dc4c8601ec8c before its length is added
-        let a = (start.0 ^ 0x61).wrapping_mul(prime);
+        let a = (Fingerprint::EMPTY.0 ^ 0x61).wrapping_mul(prime);
         assert_eq!(a, 0xaf63_dc4c_8601_ec8c);
     }
 
     #[test]
     fn entries_do_not_run_together() {
-        let start = Fingerprint::new();
-        assert_ne!(start.part(&"ab").part(&"c"), start.part(&"a").part(&"bc"));
-        assert_eq!(start.part(&"ab"), start.part(&"ab"));
+        let of = |entries: [&str; 2]| {
+            entries.iter().fold(Fingerprint::EMPTY, |sum, e| sum.bytes(e.as_bytes()))
+        };
+        assert_ne!(of(["ab", "c"]), of(["a", "bc"]));
+        assert_eq!(of(["ab", "c"]), of(["ab", "c"]));
+    }
+
+    #[test]
+    fn a_folder_is_its_names_and_contents() {
+        let dir = tempfile::tempdir().unwrap();
+        let of = || Fingerprint::of_path(dir.path()).unwrap();
+        std::fs::write(dir.path().join("a"), "1").unwrap();
+        std::fs::write(dir.path().join("b"), "2").unwrap();
+        let whole = of();
+        std::fs::write(dir.path().join("b"), "3").unwrap();
+        assert_ne!(of(), whole);
+        std::fs::write(dir.path().join("b"), "2").unwrap();
+        assert_eq!(of(), whole);
+        std::fs::rename(dir.path().join("b"), dir.path().join("c")).unwrap();
+        assert_ne!(of(), whole);
     }
 }

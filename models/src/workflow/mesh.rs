@@ -2,25 +2,17 @@
 
 use fem::{gmsh, vtu};
 
-use super::files::{csv_text, write};
-use super::fingerprint::Fingerprint;
-use super::simulation::{Simulator, build_mesh, height_mm};
-use super::{Stage, Workflow, WorkflowError};
+use super::WorkflowError;
+use super::simulator::{Simulator, build_mesh, height_mm};
+use super::task::Task;
 use crate::report::mesh_picture;
 
-pub(super) fn inputs(w: &Workflow) -> Result<Fingerprint, WorkflowError> {
-    let mut inputs = Fingerprint::new().part(&w.case().specimen);
-    if let Some(mesh) = &w.case().specimen.mesh {
-        inputs = inputs.file(&w.file.beside(mesh))?;
-    }
-    Ok(inputs)
-}
-
-pub(super) fn run(w: &Workflow) -> Result<String, WorkflowError> {
-    let mesh = build_mesh(&w.file)?;
-    gmsh::write(w.path("mesh.msh"), &mesh)?;
-    vtu::write(w.path("mesh.vtu"), &mesh, &[], &[])?;
-    write(&w.path("mesh.svg"), &mesh_picture(&mesh))?;
+pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
+    let setup = task.inputs.setup();
+    let mesh = build_mesh(&task.inputs.shape()?, setup.path)?;
+    gmsh::write(task.product("mesh.msh")?, &mesh)?;
+    vtu::write(task.product("mesh.vtu")?, &mesh, &[], &[])?;
+    task.write("mesh.svg", &mesh_picture(&mesh))?;
 
     let mut rows = vec![
         ("nodes".to_owned(), mesh.nodes.len() as f64),
@@ -35,9 +27,9 @@ pub(super) fn run(w: &Workflow) -> Result<String, WorkflowError> {
     let (tets, nodes, volume) = (mesh.tets.len(), mesh.nodes.len(), mesh.volume());
     let grain = mesh.region_volume("grain").unwrap_or(0.0) / volume;
     // a case whose materials or test do not fit the mesh fails here, not after a hundred runs
-    let simulator = Simulator::new(&w.file, mesh)?;
+    let simulator = Simulator::new(&setup, mesh, Vec::new())?;
     rows.push(("unknowns".to_owned(), simulator.problem().unknowns() as f64));
     let rows = rows.into_iter().map(|(name, value)| [name, value.to_string()]);
-    write(&w.path(Stage::Mesh.product()), &csv_text("quantity,value", rows))?;
+    task.write_csv("mesh.csv", ["quantity", "value"], rows)?;
     Ok(format!("{tets} tetrahedra, {nodes} nodes, {:.1} % grains", 100.0 * grain))
 }

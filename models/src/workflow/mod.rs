@@ -2,114 +2,55 @@
 //!
 //! | stage | reads | writes |
 //! |---|---|---|
-//! | (opening) | the case and what it names | `case.toml` (every default written out), `specimen.msh` or `laboratory/` (copies) |
+//! | (opening) | the case and what it names | `case.toml` (every default written out), `specimen.msh` or `experiments/` (copies) |
 //! | mesh | `case.toml` | `mesh.vtu` (regions, grains), `mesh.msh` (Gmsh 4.1), `mesh.csv` (`quantity,value`), `mesh.svg` (picture) |
-//! | laboratory | `mesh.msh`, `laboratory/` | virtual: `laboratory/{specimens,truth,bias}.csv`, `laboratory/curves/`; `experiments.csv` |
-//! | ensemble | `mesh.msh` | `runs/` (one file a run, for resuming), `runs.csv`, `curves/run-*.csv` |
+//! | experiments | `mesh.msh`, `experiments/` | virtual: `experiments/{specimens,truth,bias}.csv`, `experiments/curves/`; `experiments.csv` |
+//! | ensemble | `mesh.msh` | `ensemble/` (one file a run, for resuming), `runs.csv` (a [`surrogate::Dataset`]), `failed_runs.csv`, `curves/run-*.csv` |
 //! | surrogate | `runs.csv` | `surrogate.json`, `surrogate_orders.csv`, `surrogate_error.json` |
 //! | calibrate | `surrogate.json`, `experiments.csv` | `posterior.zarr`, `posterior.csv`, `sampling.csv`, `summary.csv`, `summary.txt`, `warnings.txt`, `map.csv` |
 //! | confirm | `map.csv`, `posterior.csv`, `mesh.msh` | `confirm.csv`, `confirm_runs.csv`, `curves/map.csv`, `curves/draw-*.csv` |
 //! | report | all of these | `report.html` |
 //!
-//! `stages.toml` remembers what each finished stage was made from and what came out. A stage is done
-//! again when one of them has changed, so the same command after an interruption goes on where it
-//! stopped, and mends a damaged result.
+//! `stages.toml` remembers what each finished stage has read, key by key of the case and file by file,
+//! and what it wrote. A stage is done again when one of them has changed, so the same command after an
+//! interruption goes on where it stopped, and repairs a damaged result.
 
 mod calibrate;
-mod campaign;
 mod confirm;
 mod ensemble;
 mod error;
+mod experiments;
 mod files;
 mod fingerprint;
-mod laboratory;
+mod inputs;
 mod mesh;
 mod report;
+mod runs;
 mod simulate;
-mod simulation;
+mod simulator;
+mod stage;
+mod stages;
 mod surrogate;
+mod task;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 pub use error::WorkflowError;
 pub use simulate::simulate;
+pub use stage::Stage;
+pub use stages::STAGES;
 
-use crate::case::{Case, CaseFile, PriorCase};
+use crate::case::CaseFile;
 use crate::experiment::SpecimenTable;
 use crate::progress::say;
-use files::write;
-use fingerprint::Fingerprint;
-
-/// A step of the workflow.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
-    /// Geometry to tetrahedra.
-    Mesh,
-    /// Specimens, measured or virtual, to quantities of interest.
-    Laboratory,
-    /// The simulations of the design.
-    Ensemble,
-    /// Polynomial chaos from the simulations.
-    Surrogate,
-    /// Posterior and MAP.
-    Calibrate,
-    /// Simulations at the MAP and at posterior draws.
-    Confirm,
-    /// Figures and tables on one page.
-    Report,
-}
-
-impl Stage {
-    /// All stages in order.
-    pub const ALL: [Self; 7] = [
-        Self::Mesh,
-        Self::Laboratory,
-        Self::Ensemble,
-        Self::Surrogate,
-        Self::Calibrate,
-        Self::Confirm,
-        Self::Report,
-    ];
-
-    /// Its subcommand.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Mesh => "mesh",
-            Self::Laboratory => "laboratory",
-            Self::Ensemble => "ensemble",
-            Self::Surrogate => "surrogate",
-            Self::Calibrate => "calibrate",
-            Self::Confirm => "confirm",
-            Self::Report => "report",
-        }
-    }
-
-    /// The last file that it writes.
-    fn product(self) -> &'static str {
-        match self {
-            Self::Mesh => "mesh.csv",
-            Self::Laboratory => "experiments.csv",
-            Self::Ensemble => "runs.csv",
-            Self::Surrogate => "surrogate.json",
-            Self::Calibrate => "map.csv",
-            Self::Confirm => "confirm.csv",
-            Self::Report => "report.html",
-        }
-    }
-
-    /// What it writes beside its product for later stages to read.
-    fn read_later(self) -> &'static [&'static str] {
-        match self {
-            Self::Mesh => &["mesh.msh"],
-            Self::Surrogate => &["surrogate_error.json"],
-            Self::Calibrate => &["posterior.csv"],
-            Self::Laboratory | Self::Ensemble | Self::Confirm | Self::Report => &[],
-        }
-    }
-}
+use files::{SPECIMENS, same_file, write};
+use inputs::Inputs;
+use task::{Task, Trace};
 
 /// A case being worked on in a directory.
 ///
@@ -147,32 +88,32 @@ impl<'a> Workflow<'a> {
         threads: usize,
         interrupt: &'a AtomicBool,
     ) -> Result<Self, WorkflowError> {
-        let curves = dir.join("curves");
-        std::fs::create_dir_all(&curves).map_err(|e| WorkflowError::results(&curves, &e))?;
+        std::fs::create_dir_all(dir).map_err(|e| WorkflowError::results(dir, e))?;
         let mut file = CaseFile { path: dir.join("case.toml"), case: source.case.clone() };
         if let Some(mesh) = &mut file.case.specimen.mesh {
             let (from, to) = (source.beside(mesh), dir.join("specimen.msh"));
             if !same_file(&from, &to) {
-                std::fs::copy(&from, &to).map_err(|e| WorkflowError::io(&from, &e))?;
+                std::fs::copy(&from, &to).map_err(|e| WorkflowError::io(&from, e))?;
             }
             *mesh = "specimen.msh".into();
         }
         if let Some(table) = file.case.experiments.as_mut().and_then(|e| e.table.as_mut()) {
-            let (from, to) = (source.beside(table), dir.join("laboratory/specimens.csv"));
+            let (from, to) = (source.beside(table), dir.join(SPECIMENS));
             if from.is_file() {
                 let specimens = SpecimenTable::read(&from)?;
                 if !same_file(&from, &to) {
-                    for (path, text) in specimens.to_files() {
-                        write(&dir.join("laboratory").join(path), &text)?;
+                    let files = specimens.to_files().map_err(|e| WorkflowError::io(&to, e))?;
+                    for (path, text) in files {
+                        write(&dir.join("experiments").join(path), &text)?;
                     }
                 }
-                *table = "laboratory/specimens.csv".into();
+                *table = SPECIMENS.into();
             } else {
-                // a mesh can be made before the specimens are tested; the laboratory stage asks again
-                *table = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, &e))?;
+                // a mesh can be made before the specimens are tested; the experiments stage asks again
+                *table = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
             }
         }
-        write(&file.path, &file.case.to_toml())?;
+        write(&file.path, file.case.to_toml().as_bytes())?;
         Ok(Self { file, dir: dir.to_owned(), threads, interrupt })
     }
 
@@ -182,161 +123,60 @@ impl<'a> Workflow<'a> {
     /// What ended a stage.
     pub fn run_all(&self) -> Result<(), WorkflowError> {
         self.file.table()?;
-        Stage::ALL.into_iter().try_for_each(|stage| self.run(stage))
+        STAGES.iter().try_for_each(|stage| self.run(stage))
     }
 
-    /// Runs one stage, unless it is finished and what it was made from and what it made are unchanged.
+    /// Runs one stage, unless it is finished and what it read and what it wrote are unchanged.
     ///
     /// # Errors
     /// What ended the stage; a stage before it that has not been run.
-    pub fn run(&self, stage: Stage) -> Result<(), WorkflowError> {
-        let inputs = match stage {
-            Stage::Mesh => mesh::inputs(self),
-            Stage::Laboratory => laboratory::inputs(self),
-            Stage::Ensemble => ensemble::inputs(self),
-            Stage::Surrogate => surrogate::inputs(self),
-            Stage::Calibrate => calibrate::inputs(self),
-            Stage::Confirm => confirm::inputs(self),
-            Stage::Report => report::inputs(self),
-        }?;
-        let record = self.path("stages.toml");
-        let mut finished: BTreeMap<String, String> = std::fs::read_to_string(&record)
-            .ok()
-            .and_then(|text| toml::from_str(&text).ok())
-            .unwrap_or_default();
-        let state = |made: Fingerprint| format!("{inputs} {made}");
-        let unchanged = self
-            .made(stage)
-            .is_ok_and(|made| finished.get(stage.name()).is_some_and(|s| *s == state(made)));
-        if unchanged {
-            say(stage.name(), "finished before, unchanged");
-            return Ok(());
+    pub fn run(&self, stage: &'static Stage) -> Result<(), WorkflowError> {
+        let mut finished = self.finished();
+        let earlier = finished.get(stage.name).cloned();
+        let inputs = Inputs::new(&self.file, &self.dir, Stage::that_writes);
+        if let Some(earlier) = &earlier {
+            match earlier.change(&inputs, &self.dir) {
+                None => {
+                    say(stage.name, "finished before, unchanged");
+                    return Ok(());
+                }
+                Some(change) => say(stage.name, &format!("again, since {change}")),
+            }
         }
         let start = Instant::now();
-        let result = match stage {
-            Stage::Mesh => mesh::run(self),
-            Stage::Laboratory => laboratory::run(self),
-            Stage::Ensemble => ensemble::run(self),
-            Stage::Surrogate => surrogate::run(self),
-            Stage::Calibrate => calibrate::run(self),
-            Stage::Confirm => confirm::run(self),
-            Stage::Report => report::run(self),
-        }?;
-        say(stage.name(), &format!("{result} ({:.1} s)", start.elapsed().as_secs_f64()));
-        finished.insert(stage.name().to_owned(), state(self.made(stage)?));
+        let task = Task::new(stage.name, inputs, &self.dir, self.threads, self.interrupt);
+        let result = (stage.run)(&task)?;
+        say(stage.name, &format!("{result} ({:.1} s)", start.elapsed().as_secs_f64()));
+        let trace = task.trace()?;
+        if let Some(earlier) = earlier {
+            earlier.remove_stale(&trace, &self.dir)?;
+        }
+        finished.insert(stage.name.to_owned(), trace);
         let text = toml::to_string(&finished).expect("names and fingerprints are plain text");
-        write(&record, &text)
+        write(&self.dir.join("stages.toml"), text.as_bytes())
     }
 
-    /// The content of a stage's results that later stages read.
-    fn made(&self, stage: Stage) -> Result<Fingerprint, WorkflowError> {
-        stage
-            .read_later()
-            .iter()
-            .chain([&stage.product()])
-            .try_fold(Fingerprint::new(), |made, name| made.file(&self.path(name)))
+    /// Why a stage has to be run, in words; nothing if it is finished and nothing that it read or wrote
+    /// has changed.
+    pub fn due(&self, stage: &Stage) -> Option<String> {
+        match self.finished().get(stage.name) {
+            None => Some("it has not been run".to_owned()),
+            Some(trace) => {
+                trace.change(&Inputs::new(&self.file, &self.dir, Stage::that_writes), &self.dir)
+            }
+        }
+    }
+
+    /// The stages that have been run to their end.
+    fn finished(&self) -> BTreeMap<String, Trace> {
+        std::fs::read_to_string(self.dir.join("stages.toml"))
+            .ok()
+            .and_then(|text| toml::from_str(&text).ok())
+            .unwrap_or_default()
     }
 
     /// The directory of the results.
     pub fn dir(&self) -> &Path {
         &self.dir
-    }
-
-    fn case(&self) -> &Case {
-        &self.file.case
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.dir.join(name)
-    }
-
-    /// A file that `stage` must have written.
-    fn needed(&self, name: &str, stage: Stage) -> Result<PathBuf, WorkflowError> {
-        let path = self.path(name);
-        if path.is_file() {
-            Ok(path)
-        } else {
-            Err(WorkflowError::Missing { path, stage: stage.name() })
-        }
-    }
-
-    fn prior(&self) -> Result<&PriorCase, WorkflowError> {
-        self.case().prior.as_ref().ok_or_else(|| self.missing_part("prior", "what is calibrated"))
-    }
-
-    fn missing_part(&self, part: &str, what: &str) -> WorkflowError {
-        self.file
-            .error(part, "", "is missing", format!("Add a table [{part}]: it says {what}."))
-            .into()
-    }
-
-    fn check_interrupt(&self) -> Result<(), WorkflowError> {
-        if self.interrupt.load(Ordering::Relaxed) {
-            Err(WorkflowError::Interrupted)
-        } else {
-            Ok(())
-        }
-    }
-
-    /// What every simulation on the case's mesh depends on.
-    fn simulation_inputs(&self) -> Result<Fingerprint, WorkflowError> {
-        let case = self.case();
-        Ok(Fingerprint::new()
-            .file(&self.needed("mesh.msh", Stage::Mesh)?)?
-            .part(&case.specimen.order)
-            .part(&case.material)
-            .part(&case.phase_field)
-            .part(&case.test)
-            .part(&case.prior))
-    }
-}
-
-fn same_file(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const CASE: &str = "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 1.4\n\
-        [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n\
-        [experiments]\ntable = \"specimens.csv\"\n";
-
-    #[test]
-    fn a_damaged_result_is_made_again() {
-        let dir = tempfile::tempdir().unwrap();
-        let (source, out) = (dir.path().join("case.toml"), dir.path().join("out"));
-        let interrupt = AtomicBool::new(false);
-        let case = CaseFile::parse(CASE, &source).unwrap();
-        let workflow = Workflow::open(&case, &out, 1, &interrupt).unwrap();
-        workflow.run(Stage::Mesh).unwrap();
-        let whole = std::fs::read(out.join("mesh.msh")).unwrap();
-        std::fs::write(out.join("mesh.msh"), &whole[..whole.len() / 2]).unwrap();
-        workflow.run(Stage::Mesh).unwrap();
-        assert_eq!(std::fs::read(out.join("mesh.msh")).unwrap(), whole);
-    }
-
-    #[test]
-    fn the_specimen_table_is_needed_from_the_laboratory_on_and_heights_are_in_mm() {
-        let dir = tempfile::tempdir().unwrap();
-        let (source, out) = (dir.path().join("case.toml"), dir.path().join("out"));
-        let interrupt = AtomicBool::new(false);
-        let case = CaseFile::parse(CASE, &source).unwrap();
-        let workflow = Workflow::open(&case, &out, 1, &interrupt).unwrap();
-        workflow.run(Stage::Mesh).unwrap();
-        let missing = workflow.run(Stage::Laboratory).unwrap_err().to_string();
-        assert!(missing.contains("experiments.table") && missing.contains("no such"), "{missing}");
-
-        std::fs::create_dir(dir.path().join("curves")).unwrap();
-        let table = "id,height_mm,radius_mm,group\nS-1,4400,2.5,50C\n";
-        std::fs::write(dir.path().join("specimens.csv"), table).unwrap();
-        let curve = "displacement_mm,force_N\n0,0\n0.05,80\n0.1,140\n0.12,147\n0.14,140\n";
-        std::fs::write(dir.path().join("curves/S-1.csv"), curve).unwrap();
-        let workflow = Workflow::open(&case, &out, 1, &interrupt).unwrap();
-        let slip = workflow.run(Stage::Laboratory).unwrap_err().to_string();
-        for part in ["specimens.csv", "S-1", "height_mm = 4400", "4.4000 mm", "in mm"] {
-            assert!(slip.contains(part), "{part:?} is not in {slip:?}");
-        }
     }
 }

@@ -5,10 +5,11 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use fem::{Checkpoint, CurvePoint, CurveWriter, FemError, Fields, Observer, Problem, vtu};
+use fem::{Checkpoint, CurvePoint, CurveWriter, FemError, Fields, Observer, vtu};
 
 use super::WorkflowError;
-use super::simulation::{Simulator, build_mesh, failure, share_done};
+use super::files::write;
+use super::simulator::{Setup, Simulator, build_mesh, failure};
 use crate::case::CaseFile;
 use crate::progress::{Bar, say};
 
@@ -25,12 +26,14 @@ pub fn simulate(
     dir: &Path,
     interrupt: &AtomicBool,
 ) -> Result<PathBuf, WorkflowError> {
-    std::fs::create_dir_all(dir).map_err(|e| WorkflowError::results(dir, &e))?;
-    let simulator = Simulator::new(file, build_mesh(file)?)?;
+    std::fs::create_dir_all(dir).map_err(|e| WorkflowError::results(dir, e))?;
+    let setup = Setup::from(file);
+    let mesh = build_mesh(&file.shape()?, setup.path)?;
+    let simulator = Simulator::new(&setup, mesh, Vec::new())?;
     let test = simulator.problem();
     let state = dir.join("simulate.state");
     let (last, reason) = (dir.join("fields/last.vtu"), dir.join("failure.txt"));
-    let mut record = Record::new(file, test, dir, interrupt)?;
+    let mut record = Record::new(file, &simulator, dir, interrupt)?;
     let outcome = match file.case.output.checkpoint_every {
         0 => test.run(&mut record),
         every => {
@@ -44,10 +47,9 @@ pub fn simulate(
     remove(&last)?;
     remove(&reason)?;
     if let Some(error) = failure(&outcome.end) {
-        std::fs::create_dir_all(dir.join("fields")).map_err(|e| WorkflowError::io(dir, &e))?;
+        std::fs::create_dir_all(dir.join("fields")).map_err(|e| WorkflowError::io(dir, e))?;
         test.write_vtu(&last, &outcome.fields)?;
-        std::fs::write(&reason, format!("{error}\n"))
-            .map_err(|e| WorkflowError::io(&reason, &e))?;
+        write(&reason, format!("{error}\n").as_bytes())?;
         let (last, reason) = (last.display(), reason.display());
         say("note", &format!("the last state is in {last}, the reason of the end in {reason}"));
         return Err(error.into());
@@ -63,7 +65,7 @@ pub fn simulate(
 /// Removes a file that may not be there.
 fn remove(path: &Path) -> Result<(), WorkflowError> {
     match std::fs::remove_file(path) {
-        Err(e) if e.kind() != ErrorKind::NotFound => Err(WorkflowError::io(path, &e)),
+        Err(e) if e.kind() != ErrorKind::NotFound => Err(WorkflowError::io(path, e)),
         _ => Ok(()),
     }
 }
@@ -71,7 +73,7 @@ fn remove(path: &Path) -> Result<(), WorkflowError> {
 /// Writes what a run yields, and shows where it is.
 struct Record<'a> {
     file: &'a CaseFile,
-    test: &'a Problem,
+    simulator: &'a Simulator,
     dir: &'a Path,
     interrupt: &'a AtomicBool,
     bar: Bar,
@@ -88,18 +90,18 @@ struct Record<'a> {
 impl<'a> Record<'a> {
     fn new(
         file: &'a CaseFile,
-        test: &'a Problem,
+        simulator: &'a Simulator,
         dir: &'a Path,
         interrupt: &'a AtomicBool,
     ) -> Result<Self, WorkflowError> {
         let curve_path = dir.join("curve.csv");
         if file.case.output.fields_every > 0 {
             let fields = dir.join("fields");
-            std::fs::create_dir_all(&fields).map_err(|e| WorkflowError::results(&fields, &e))?;
+            std::fs::create_dir_all(&fields).map_err(|e| WorkflowError::results(&fields, e))?;
         }
         let bar = Bar::new("simulate");
         let (curve, steps, fields, failed) = (None, 0, Vec::new(), None);
-        Ok(Self { file, test, dir, interrupt, bar, curve_path, curve, steps, fields, failed })
+        Ok(Self { file, simulator, dir, interrupt, bar, curve_path, curve, steps, fields, failed })
     }
 
     fn curve(&mut self) -> Result<&mut CurveWriter, FemError> {
@@ -118,7 +120,7 @@ impl<'a> Record<'a> {
             let name = format!("fields/step-{:05}.vtu", self.steps);
             let path = self.dir.join(&name);
             if let Some(fields) = fields {
-                self.test.write_vtu(&path, fields)?;
+                self.simulator.problem().write_vtu(&path, fields)?;
             }
             // steps before a continuation are listed as far as their files are there
             if fields.is_some() || path.is_file() {
@@ -149,7 +151,7 @@ impl Observer for Record<'_> {
             "step {}, {:.4} mm, {:.2} N, residual {:.1e}",
             self.steps, point.displacement_mm, point.force_n, point.residual
         );
-        self.bar.set(share_done(point, &self.file.case), &state);
+        self.bar.set(self.simulator.fraction_done(point), &state);
         if let Err(error) = written {
             self.failed = Some(error);
         }

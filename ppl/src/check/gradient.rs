@@ -59,12 +59,13 @@ pub enum GradientMismatch {
         point: Vec<f64>,
     },
     /// No point to test at.
-    #[error("all {tries} random points were rejected, the last with: {last}")]
+    #[error("all {tries} points were rejected, the last with: {last}")]
     NoPoint {
         /// Points tried.
         tries: usize,
         /// Why the last was rejected.
-        last: String,
+        #[source]
+        last: Rejection,
     },
 }
 
@@ -113,7 +114,7 @@ fn at_random_points<D: LogDensity>(density: &D, seed: u64) -> Result<(), Gradien
             match density.log_density(&point, &mut workspace) {
                 Ok(_) => break point,
                 Err(last) if rejected == 100 => {
-                    return Err(GradientMismatch::NoPoint { tries: 101, last: last.to_string() });
+                    return Err(GradientMismatch::NoPoint { tries: 101, last });
                 }
                 Err(_) => rejected += 1,
             }
@@ -129,8 +130,7 @@ fn at_random_points<D: LogDensity>(density: &D, seed: u64) -> Result<(), Gradien
 /// [`GradientMismatch`] with the component and both derivatives.
 pub fn gradient_at<D: LogDensity>(density: &D, point: &[f64]) -> Result<(), GradientMismatch> {
     let mut workspace = D::Workspace::default();
-    let rejected =
-        |rejection: Rejection| GradientMismatch::NoPoint { tries: 1, last: rejection.to_string() };
+    let rejected = |last: Rejection| GradientMismatch::NoPoint { tries: 1, last };
     let mut computed = vec![0.0; point.len()];
     let with = density.gradient(point, &mut computed, &mut workspace).map_err(rejected)?;
     let alone = density.log_density(point, &mut workspace).map_err(rejected)?;

@@ -8,6 +8,7 @@
 
 mod autocovariance;
 mod combinations;
+mod digest;
 mod energy;
 mod ess;
 mod identifiability;
@@ -32,8 +33,8 @@ pub use power_scaling::{PowerScaled, cjs_distance, power_scaled};
 pub use rhat::{rhat, rhat_basic};
 
 pub(crate) use combinations::{Column, Combination, MOST_COMBINED, combinations};
+pub(crate) use digest::Digest;
 pub(crate) use order::Scores;
-pub(crate) use ranked::Digest;
 
 /// Mean of the values; NaN when there are none.
 pub(crate) fn mean(values: impl Iterator<Item = f64>) -> f64 {

@@ -22,11 +22,7 @@ pub(super) fn ln_mass_by_quadrature<R: Scalar>(
     if inside < SMALLEST && a < b {
         return if below > 0.5 { far_out(ln_pdf, a, b) } else { far_out(ln_pdf, b, a) };
     }
-    let value = if below < 0.5 && above < 0.5 && inside > 0.5 {
-        (-(below + above)).ln_1p()
-    } else {
-        inside.ln()
-    };
+    let value = ln_inside((below, inside, above));
     if !R::DIFFERENTIABLE {
         return R::from(value);
     }
@@ -42,6 +38,28 @@ pub(super) fn ln_mass_by_quadrature<R: Scalar>(
     }
     let quartile = |u| part.unconstrain(quantile_within(distribution, interval, u, 1.0 - u));
     R::fuse_iter(value, expectation(at, [0.25, 0.5, 0.75].map(quartile)))
+}
+
+/// From the tails where these are small.
+fn ln_inside((below, inside, above): (f64, f64, f64)) -> f64 {
+    let both = below < 0.5 && above < 0.5 && inside > 0.5;
+    if both { (-(below + above)).ln_1p() } else { inside.ln() }
+}
+
+/// ln P(X ∈ interval), and its derivatives in location and scale, of a family that these move and
+/// stretch: each end takes the density there with it. For tails too heavy for quadrature.
+pub(super) fn ln_mass_by_ends(
+    distribution: &impl Univariate,
+    interval: Interval,
+    (location, scale): (f64, f64),
+    ln_pdf: impl Fn(f64) -> f64,
+) -> (f64, f64, f64) {
+    let value = ln_inside(masses(distribution, interval));
+    let [lower, upper] = [interval.lower(), interval.upper()].map(|x| {
+        let density = if x.is_finite() { (ln_pdf(x) - value).exp() } else { 0.0 };
+        (density, if density == 0.0 { 0.0 } else { (x - location) / scale * density })
+    });
+    (value, lower.0 - upper.0, lower.1 - upper.1)
 }
 
 /// Terms and normalised weights whose sum is the expectation of a term given as (ln p, log

@@ -29,55 +29,31 @@ pub trait Vector<R> {
     fn filled<T: Copy + Record>(&self, value: T) -> Self::Of<T>;
 }
 
-impl<R, V: Datum<R>, const N: usize> Vector<R> for [V; N] {
-    type Of<T: Clone + Record> = [T; N];
+macro_rules! impl_vector {
+    ($([$($generics:tt)*] $Own:ty as $Of:ty, $own:ident, $value:ident => $filled:expr;)*) => {$(
+        impl<R, V: Datum<R>, $($generics)*> Vector<R> for $Own {
+            type Of<T: Clone + Record> = $Of;
 
-    fn size(&self) -> usize {
-        N
-    }
+            fn size(&self) -> usize {
+                self.len()
+            }
 
-    #[inline]
-    fn at(&self, i: usize) -> R {
-        self[i].lift()
-    }
+            #[inline]
+            fn at(&self, i: usize) -> R {
+                self[i].lift()
+            }
 
-    fn filled<T: Copy + Record>(&self, value: T) -> [T; N] {
-        [value; N]
-    }
+            fn filled<T: Copy + Record>(&self, $value: T) -> $Of {
+                let $own = self;
+                $filled
+            }
+        }
+    )*};
 }
-
-impl<R, V: Datum<R>> Vector<R> for [V] {
-    type Of<T: Clone + Record> = Vec<T>;
-
-    fn size(&self) -> usize {
-        self.len()
-    }
-
-    #[inline]
-    fn at(&self, i: usize) -> R {
-        self[i].lift()
-    }
-
-    fn filled<T: Copy + Record>(&self, value: T) -> Vec<T> {
-        vec![value; self.len()]
-    }
-}
-
-impl<R, V: Datum<R>> Vector<R> for Vec<V> {
-    type Of<T: Clone + Record> = Vec<T>;
-
-    fn size(&self) -> usize {
-        self.len()
-    }
-
-    #[inline]
-    fn at(&self, i: usize) -> R {
-        self[i].lift()
-    }
-
-    fn filled<T: Copy + Record>(&self, value: T) -> Vec<T> {
-        vec![value; self.len()]
-    }
+impl_vector! {
+    [const N: usize] [V; N] as [T; N], _own, value => [value; N];
+    [] [V] as Vec<T>, own, value => vec![value; own.len()];
+    [] Vec<V> as Vec<T>, own, value => vec![value; own.len()];
 }
 
 impl<R, V: Vector<R> + ?Sized> Vector<R> for &V {

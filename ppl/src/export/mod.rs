@@ -3,10 +3,11 @@
 mod zarr;
 
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::group::{Group, Values};
 use crate::posterior::Posterior;
+use crate::summary::Summary;
 use zarr::{Array, Store};
 
 impl Posterior {
@@ -25,7 +26,7 @@ impl Posterior {
     pub fn write_zarr(&self, path: impl AsRef<Path>) -> io::Result<()> {
         let path = path.as_ref();
         zarr::replace(path, |temporary| self.write_store(temporary))
-            .map_err(|e| io::Error::new(e.kind(), format!("cannot write {}: {e}", path.display())))
+            .map_err(|error| named(path, error))
     }
 
     fn write_store(&self, path: &Path) -> io::Result<()> {
@@ -137,25 +138,56 @@ impl Posterior {
     /// An error of the file system with the path in its words.
     pub fn write_csv(&self, path: impl AsRef<Path>) -> io::Result<()> {
         let path = path.as_ref();
-        let named = |error: csv::Error| {
-            io::Error::other(format!("cannot write {}: {error}", path.display()))
-        };
+        self.write_draws(path).map_err(|error| named(path, error))
+    }
+
+    fn write_draws(&self, path: &Path) -> io::Result<()> {
         let group = &self.posterior;
-        let mut writer = csv::Writer::from_path(path).map_err(named)?;
+        let mut writer = csv::Writer::from_path(path)?;
         let names = group.variables.iter().flat_map(Values::elements);
-        writer
-            .write_record(["chain".into(), "draw".into()].into_iter().chain(names))
-            .map_err(named)?;
+        writer.write_record(["chain".into(), "draw".into()].into_iter().chain(names))?;
         for row in 0..group.chains * group.draws {
             let place = [row / group.draws, row % group.draws].map(|i| i.to_string());
             let values = group.variables.iter().flat_map(|v| {
                 let size = v.size();
                 v.data[row * size..(row + 1) * size].iter().map(f64::to_string)
             });
-            writer.write_record(place.into_iter().chain(values)).map_err(named)?;
+            writer.write_record(place.into_iter().chain(values))?;
         }
         writer.flush()
     }
+}
+
+impl Summary {
+    /// Writes the rows as CSV with the header
+    /// `parameter,mean,sd,q05,q50,q95,rhat,ess_bulk,ess_tail,contraction,mcse_mean`.
+    ///
+    /// # Errors
+    /// An error of the file system, with the path in its words.
+    pub fn write_csv(&self, path: impl AsRef<Path>) -> io::Result<()> {
+        let path = path.as_ref();
+        let write = || {
+            let mut writer = csv::Writer::from_path(path)?;
+            for row in &self.rows {
+                writer.serialize(row)?;
+            }
+            writer.flush()
+        };
+        write().map_err(|error| named(path, error))
+    }
+}
+
+/// A file that could not be written.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write {}: {source}", path.display())]
+struct Unwritten {
+    path: PathBuf,
+    source: io::Error,
+}
+
+/// The same error with the path in its words, and itself as the source.
+fn named(path: &Path, source: io::Error) -> io::Error {
+    io::Error::new(source.kind(), Unwritten { path: path.to_owned(), source })
 }
 
 /// Labels as numbers if all are.

@@ -13,7 +13,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
 use crate::bound::Bound;
-use crate::density::Place;
+use crate::density::{Place, Rejection};
 use crate::diagnostics::{Identifiability, Loo, LooError};
 use crate::entry::{Role, Variable};
 use crate::erased::ErasedModel;
@@ -85,6 +85,8 @@ pub struct Posterior {
     pub prior: Option<Group>,
     /// Prior predictions and replicates.
     pub prior_predictive: Option<Group>,
+    /// Draws that the prior made beside those, and a statement rejected, by place.
+    pub prior_rejections: BTreeMap<Place, u64>,
     /// Unconstrained draws and the sampler's statistics.
     pub chains: Chains,
     /// Where trajectories diverged.
@@ -141,7 +143,7 @@ impl Posterior {
         prior_rng.long_jump();
         let mut streams = prior_rng.clone();
         streams.long_jump();
-        let template = model.draw_prior(&mut prior_rng)?;
+        let template = model.draw_prior(&mut prior_rng, &mut |_| ())?;
         let plan = Plan::new(&template);
 
         let streams: Vec<_> = chains
@@ -172,7 +174,9 @@ impl Posterior {
         }
         let [posterior, predictive, log_likelihood, log_prior] = plan.groups(parts, draws);
 
-        let (prior, prior_predictive) = match prior_draws(model, &plan, &mut prior_rng)? {
+        let mut prior_rejections = BTreeMap::new();
+        let drawn = prior_draws(model, &plan, &mut prior_rng, &mut prior_rejections)?;
+        let (prior, prior_predictive) = match drawn {
             Some([prior, predictive, ..]) => (Some(prior), Some(predictive)),
             None => (None, None),
         };
@@ -193,6 +197,7 @@ impl Posterior {
             observed: Group { chains: 1, draws: 1, variables: observed.collect() },
             prior,
             prior_predictive,
+            prior_rejections,
             divergences,
             unpredicted,
             bounds,
@@ -305,10 +310,16 @@ fn prior_draws(
     model: &dyn ErasedModel,
     plan: &Plan,
     rng: &mut Xoshiro256PlusPlus,
+    rejections: &mut BTreeMap<Place, u64>,
 ) -> Result<Option<[Group; 4]>, PosteriorError> {
     let mut out = Collected::new(plan);
+    let mut rejected = |rejection: &Rejection| {
+        if let Some(place) = rejection.place() {
+            *rejections.entry(place).or_insert(0) += 1;
+        }
+    };
     for _ in 0..PRIOR_DRAWS {
-        match model.draw_prior(rng) {
+        match model.draw_prior(rng, &mut rejected) {
             Ok(record) => out.add(plan, (record, Ok(())), 0)?,
             Err(_) => return Ok(None),
         }

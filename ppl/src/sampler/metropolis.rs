@@ -10,8 +10,9 @@ use super::{
     rejections::{Rejections, Stop, accepting, finite},
     report::{DrawStats, WarmupReport},
     resume::another_sampler,
-    run::{Kernel, Stream},
+    run::Kernel,
     settings::Settings,
+    stream::Stream,
     tuning::Tuning,
 };
 use crate::{

@@ -20,6 +20,7 @@ mod run;
 mod settings;
 mod step_size;
 mod store;
+mod stream;
 mod trajectory;
 mod tuning;
 mod warmup;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     report::{Covariance, WarmupReport},
-    run::Stream,
+    stream::Stream,
     warmup::{Moment, Schedule, walk_windows},
 };
 

@@ -3,8 +3,9 @@
 use super::{
     chains::{Chain, Chains},
     error::RunError,
-    run::{Kernel, Stream},
+    run::Kernel,
     settings::{Init, Settings},
+    stream::Stream,
 };
 
 /// Log densities of one point that differ by more than this, relative to themselves or to 1, are

@@ -5,8 +5,7 @@ use std::{
     sync::atomic::{AtomicBool, Ordering},
 };
 
-use rand::{Rng, SeedableRng};
-use rand_xoshiro::Xoshiro256PlusPlus;
+use rand::Rng;
 use rayon::prelude::*;
 
 use super::{
@@ -16,12 +15,10 @@ use super::{
     rejections::{Rejections, Stop},
     report::{Divergence, DrawStats, WarmupReport},
     settings::{Init, Settings},
+    stream::{Stream, streams},
     tuning::Tuning,
 };
 use crate::density::{Place, Rejection};
-
-/// Random stream of a chain: the seed's generator after one jump of 2¹²⁸ per chain before it.
-pub(super) type Stream = Xoshiro256PlusPlus;
 
 /// Random starts tried.
 const TRIES: u32 = 100;
@@ -66,21 +63,10 @@ impl Settings<'_> {
     ) -> Result<Chains, RunError> {
         self.validate(dim)?;
         let abort = AtomicBool::new(false);
-        let chains = self.in_parallel(self.streams(), |number, mut rng| {
+        let chains = self.in_parallel(streams(self.seed, self.chains), |number, mut rng| {
             self.chain(number, dim, make(number), &mut rng, &abort)
         })?;
         Ok(Chains::new(dim, chains, self.thin))
-    }
-
-    /// The random streams of all chains.
-    fn streams(&self) -> Vec<Stream> {
-        let mut stream = Stream::seed_from_u64(self.seed);
-        let next = |_| {
-            let own = stream.clone();
-            stream.jump();
-            own
-        };
-        (0..self.chains).map(next).collect()
     }
 
     /// Goes on with `earlier` until every chain has all the draws; `make` builds the tuned kernel

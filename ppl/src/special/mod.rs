@@ -140,6 +140,11 @@ impl Hyperbolic {
         let tanh = ((0.5 - 0.5 * e * e) * inverse).copysign(y);
         Self { tanh, sech: e * inverse, size, shrink }
     }
+
+    #[inline]
+    pub(crate) fn ln_cosh(self) -> f64 {
+        self.size + self.shrink.ln()
+    }
 }
 
 /// ln(1 − e^{−x}) for x ≥ 0.

@@ -163,3 +163,7 @@ impl<'t> Scalar for Var<'t> {
         }
     }
 }
+
+crate::record::impl_number_record! {
+    ['t] Var<'t>: self => Scalar::value(*self);
+}

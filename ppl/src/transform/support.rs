@@ -137,18 +137,18 @@ impl<R: Scalar> Support<R> {
         a <= x && x <= b
     }
 
-    /// The smallest support that holds both.
-    pub fn hull(self, other: Self) -> Self {
-        let ends = |support: Self| match support {
+    /// The ends, where there are any.
+    fn ends(self) -> (Option<R>, Option<R>) {
+        match self {
             Self::Real => (None, None),
             Self::Above(a) => (Some(a), None),
             Self::Below(b) => (None, Some(b)),
             Self::Between(a, b) => (Some(a), Some(b)),
-        };
-        let ((a, b), (c, d)) = (ends(self), ends(other));
-        let lower = a.zip(c).map(|(a, c)| if c < a { c } else { a });
-        let upper = b.zip(d).map(|(b, d)| if d > b { d } else { b });
-        match (lower, upper) {
+        }
+    }
+
+    fn of(ends: (Option<R>, Option<R>)) -> Self {
+        match ends {
             (None, None) => Self::Real,
             (Some(a), None) => Self::Above(a),
             (None, Some(b)) => Self::Below(b),
@@ -156,25 +156,24 @@ impl<R: Scalar> Support<R> {
         }
     }
 
+    /// The smallest support that holds both.
+    pub fn hull(self, other: Self) -> Self {
+        let ((a, b), (c, d)) = (self.ends(), other.ends());
+        let lower = a.zip(c).map(|(a, c)| if c < a { c } else { a });
+        let upper = b.zip(d).map(|(b, d)| if d > b { d } else { b });
+        Self::of((lower, upper))
+    }
+
     /// The part of the support within `lower..upper`.
+    #[inline]
     pub fn within(&self, lower: f64, upper: f64) -> Self {
-        let (a, b) = match *self {
-            Self::Real => (None, None),
-            Self::Above(a) => (Some(a), None),
-            Self::Below(b) => (None, Some(b)),
-            Self::Between(a, b) => (Some(a), Some(b)),
-        };
-        let tighter = |own: Option<R>, other: f64, other_is_tighter: fn(f64, f64) -> bool| match own
-        {
-            Some(own) if !other_is_tighter(other, own.value()) => Some(own),
-            _ => other.is_finite().then(|| R::from(other)),
-        };
-        match (tighter(a, lower, |o, a| o > a), tighter(b, upper, |o, b| o < b)) {
-            (None, None) => Self::Real,
-            (Some(a), None) => Self::Above(a),
-            (None, Some(b)) => Self::Below(b),
-            (Some(a), Some(b)) => Self::Between(a, b),
-        }
+        let (a, b) = self.ends();
+        let cut = |end: f64| end.is_finite().then(|| R::from(end));
+        // an end that is no number stays: there is no density then
+        let keeps = |own: f64, holds: bool| holds || own.is_nan();
+        let lower = a.filter(|a| keeps(a.value(), a.value() >= lower)).or_else(|| cut(lower));
+        let upper = b.filter(|b| keeps(b.value(), b.value() <= upper)).or_else(|| cut(upper));
+        Self::of((lower, upper))
     }
 }
 

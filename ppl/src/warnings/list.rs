@@ -39,8 +39,12 @@ pub enum WarningKind {
     PriorDataConflict,
     /// The prior decides more than the data; see [`PowerScaling`](crate::PowerScaling).
     StrongPrior,
-    /// Points that a statement rejected.
+    /// No statement about data ran, or one had none.
+    NoData,
+    /// Points that a statement rejected, after the warmup or often in it.
     Rejections,
+    /// Draws of the prior that a statement rejected.
+    PriorOutsideDomain,
     /// Draws at which predictions could not be computed.
     Unpredicted,
 }

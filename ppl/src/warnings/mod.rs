@@ -12,6 +12,10 @@ use crate::words;
 use list::{Names, Warnings};
 pub use list::{Warning, WarningKind};
 
+/// Rejections in the warmup, or of prior draws, are told from this fraction of all on: single ones come
+/// with first steps that are too large.
+const FREQUENT: f64 = 0.01;
+
 /// All that is to be said of a posterior.
 pub(crate) fn warnings(
     posterior: &Posterior,
@@ -40,17 +44,50 @@ pub(crate) fn warnings(
 
 /// What the model's statements refused.
 fn model(posterior: &Posterior, warnings: &mut Warnings) {
+    let observed = &posterior.observed.variables;
+    let empty: Vec<String> =
+        observed.iter().filter(|v| v.data.is_empty()).map(|v| format!("`{}`", v.name)).collect();
+    let none = if posterior.has_likelihood() {
+        words::list(empty)
+    } else {
+        "not one statement `place ~ D` ran".to_owned()
+    };
+    warnings.add(
+        WarningKind::NoData,
+        "Nothing was observed: ",
+        &none,
+        "The draws are those of the prior; if there are data, see whether they came as an empty \
+         slice",
+    );
+
+    let transitions: usize = posterior.chains.chains.iter().map(|c| c.warmup.stats.len()).sum();
+    let frequent = (transitions as f64 * FREQUENT).max(1.0);
     let rejections = posterior.rejections();
-    let after =
-        rejections.iter().filter(|(_, counts)| counts.1 > 0).map(|(place, (warmup, sampling))| {
-            format!("{sampling} at {place} (and {warmup} in the warmup)")
-        });
+    let shown = rejections.iter().filter(|(_, counts)| counts.1 > 0 || counts.0 as f64 > frequent);
+    let after = shown.map(|(place, (warmup, sampling))| {
+        format!("{sampling} at {place} (and {warmup} in the warmup)")
+    });
     warnings.add(
         WarningKind::Rejections,
         "Points were rejected because a statement has no density there: ",
         &words::list(after),
         "Harmless if rare and at the edge of the support; otherwise the statement's support does \
-         not fit the unknowns' priors",
+         not fit the unknowns' priors, as where a scale may be negative: give it one that ends at \
+         zero (`HalfNormal`, `.truncate(0.0..)`) or its logarithm",
+    );
+    let drawn = posterior.prior.as_ref().map_or(0, |prior| prior.draws) as f64;
+    let refused = posterior.prior_rejections.iter().filter(|(_, n)| **n as f64 > FREQUENT * drawn);
+    warnings.add(
+        WarningKind::PriorOutsideDomain,
+        "The prior allows what a statement has no density for: of its own draws ",
+        &words::list(refused.map(|(place, count)| {
+            format!(
+                "{:.0} % were rejected at {place}",
+                100.0 * *count as f64 / (*count as f64 + drawn)
+            )
+        })),
+        "Contractions are against the draws that went through; give the unknowns priors that keep \
+         to the domain (`HalfNormal`, `.truncate(0.0..)`)",
     );
     let places = posterior.unpredicted.iter().map(|(place, count)| format!("{count} at {place}"));
     warnings.add(

@@ -13,6 +13,7 @@ mod multivariate;
 mod numerics;
 mod reference;
 mod scalar_models;
+mod sizes;
 mod stability;
 mod univariate;
 mod validation;

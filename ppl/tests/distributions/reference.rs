@@ -67,9 +67,8 @@ fn allowed(family: &str, arguments: &[f64]) -> (f64, f64) {
         // densities and probabilities are exponentiated on the way: ε times their logarithms
         "MixtureOfNormals" | "ZeroInflatedPoisson" => (4.0, 512.0),
         // the density at an end of an interval by its probability: ε times their logarithms
-        "GammaAbove" | "GammaBelow" | "GammaTail" | "InverseGammaTail" | "StudentTTail" => {
-            (64.0, 1024.0)
-        }
+        "GammaAbove" | "GammaBelow" | "GammaTail" | "InverseGammaTail" | "StudentTTail"
+        | "CauchyTail" => (64.0, 1024.0),
         _ if arguments.iter().all(usual) => (4.0, 8.0),
         _ => (64.0, 512.0),
     }

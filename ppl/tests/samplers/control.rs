@@ -10,7 +10,7 @@ use ppl::{
     SampleError, Scalar, Site, Uniform, diagnostics::mcse_mean,
 };
 
-use crate::targets::{Function, Gaussian, WALL, normal_until};
+use crate::targets::{Function, Gaussian, WALL, half_normal, normal_until};
 
 #[test]
 fn draws_do_not_depend_on_the_number_of_threads() {
@@ -66,9 +66,25 @@ fn thinning_keeps_every_third_transition() {
     let thinned = nuts.draws(10).thin(3).run(&target).expect("runs").chains.remove(0);
     for draw in 0..10 {
         assert_eq!(thinned.draws[2 * draw..][..2], all.draws[2 * (3 * draw + 2)..][..2]);
-        let leapfrogs: u32 = all.stats[3 * draw..][..3].iter().map(|s| s.leapfrogs).sum();
-        assert_eq!(thinned.stats[draw].leapfrogs, leapfrogs);
+        let since = &all.stats[3 * draw..][..3];
+        let (stats, last) = (thinned.stats[draw], since[2]);
+        assert_eq!(stats.leapfrogs, since.iter().map(|s| s.leapfrogs).sum::<u32>());
+        let acceptance = since.iter().map(|s| s.acceptance).sum::<f64>() / 3.0;
+        approx::assert_relative_eq!(stats.acceptance, acceptance, max_relative = 1e-14);
+        assert_eq!((stats.log_density, stats.energy), (last.log_density, last.energy));
     }
+}
+
+/// A kept draw is divergent if any transition since the last one was.
+#[test]
+fn thinning_keeps_divergences() {
+    let nuts = Nuts::default().chains(1).warmup(50).init_points(vec![vec![1.0]]).seed(1);
+    let all = nuts.clone().draws(300).run(&half_normal()).expect("runs").chains.remove(0);
+    let thinned = nuts.draws(100).thin(3).run(&half_normal()).expect("runs").chains.remove(0);
+    let any = |draw: usize| all.stats[3 * draw..][..3].iter().any(|s| s.divergent);
+    let expected: Vec<usize> = (0..100).filter(|&draw| any(draw)).collect();
+    let found: Vec<usize> = thinned.divergences.iter().map(|d| d.draw).collect();
+    assert!(!expected.is_empty() && found == expected, "{found:?}, {expected:?}");
 }
 
 /// The first draws of an interrupted run are those of the whole run.

@@ -220,6 +220,31 @@ fn a_uniform_prior_of_a_scale_ends_at_zero() {
     assert!(both.contains("% at its upper end 2.000"), "{both}");
 }
 
+/// Half of the prior has no likelihood: it is said, though no draw was lost after the warmup.
+#[test]
+fn a_scale_that_may_be_negative_is_told() {
+    for seed in 0..4 {
+        let summary = free_scale(&data(30, 1.0)).posterior(seed).summary();
+        let prior = what(&summary, WarningKind::PriorOutsideDomain);
+        assert!(prior.contains("% were rejected at `y ~ Normal(mu, s)`"), "{summary}");
+        assert!(!summary.to_string().contains("Nothing wrong"), "{summary}");
+        let counts = free_scale(&data(30, 1.0)).posterior(seed).rejections();
+        let warmup: u64 = counts.values().map(|(warmup, _)| warmup).sum();
+        let said = what(&summary, WarningKind::Rejections);
+        assert!(warmup < 40 || said.contains(&format!("and {warmup} in the warmup")), "{summary}");
+    }
+    let summary = mean(&data(30, 1.0)).posterior(1).summary();
+    assert_eq!(what(&summary, WarningKind::PriorOutsideDomain), "");
+}
+
+#[test]
+fn empty_data_are_told() {
+    let summary = mean(&[]).posterior(1).summary();
+    assert!(what(&summary, WarningKind::NoData).contains("empty slice"), "{summary}");
+    let summary = mean(&data(5, 1.0)).posterior(1).summary();
+    assert_eq!(what(&summary, WarningKind::NoData), "");
+}
+
 fn from(starts: &[&[f64]], warmup: usize, model: &ppl::Bound<impl ppl::Model>) -> Posterior {
     let starts = starts.iter().map(|start| start.to_vec()).collect();
     let sampler = Nuts::default().seed(1).warmup(warmup).draws(300);

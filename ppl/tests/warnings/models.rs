@@ -267,4 +267,13 @@ ppl::model! {
         y ~ Normal(sigma, 0.3);
         other ~ Normal(cut, 0.3);
     }
+
+    /// A scale that its prior lets be negative.
+    pub(crate) fn free_scale(y: &[f64]) {
+        let mu ~ Normal(0.0, 5.0);
+        let s ~ Normal(0.0, 1.0);
+        for y in y {
+            y ~ Normal(mu, s);
+        }
+    }
 }

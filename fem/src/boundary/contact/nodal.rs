@@ -2,12 +2,12 @@
 //!
 //! Pressure, friction and drag are integrated at the nodes, each with the area ∫ N_a dA: the
 //! vertices of linear triangles, the midpoints of the edges of quadratic ones (whose corners have no
-//! share, so that a uniform pressure is in equilibrium node by node).
+//! area, so that a uniform pressure is in equilibrium node by node).
 //!
-//! The pressure is that of an augmented Lagrangian, p_γ = ⟨p + γ (−g)⟩₊. With p held, Newton's method
+//! The pressure is that of an augmented Lagrangian, p_γ = ⟨p + γ (−g)⟩₊. With p fixed, Newton's method
 //! finds the nodes in contact (its active set are those with p_γ > 0); then p takes the value p_γ, and
 //! so on until they agree and the gap of every node in contact vanishes, whatever γ. Friction uses the
-//! held p, so that the tangent stays symmetric; it too is exact at the end.
+//! fixed p, so that the tangent stays symmetric; it too is exact at the end.
 //!
 //! References: Alart & Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353,
 //! doi:10.1016/0045-7825(91)90022-X; Hintermüller, Ito & Kunisch, SIAM J. Optim. 13 (2003) 865,
@@ -21,9 +21,9 @@ use crate::error::FemError;
 use crate::fields::Fields;
 use crate::operator::NodeBlock;
 
-/// A node nearer than this share of the size of a face touches, though nothing presses yet.
+/// A node nearer than this fraction of the size of a face touches, though nothing presses yet.
 const TOUCH: f64 = 1e-9;
-/// Stiffness against sliding of nodes that touch before friction has a pressure, as a share of γ: it
+/// Stiffness against sliding of nodes that touch before friction has a pressure, as a fraction of γ: it
 /// keeps the tangent regular and is no part of the residual.
 const HOLD: f64 = 1e-6;
 /// γ is this many Young's moduli over the size of a face.
@@ -34,7 +34,7 @@ const PENALTY: f64 = 20.0;
 pub struct ContactPoint {
     /// Number of the node.
     pub node: u32,
-    /// Its share of the surface, mm².
+    /// Its part of the surface, mm².
     pub area_mm2: f64,
     /// Contact pressure per reference area, MPa.
     pub pressure_mpa: f64,

@@ -2,8 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use super::grains;
+use super::names::{GmshNames, PhysicalGroup};
 use super::source::{Fault, Source};
-use super::{GmshNames, PhysicalGroup};
 use crate::mesh::TetMesh;
 use crate::mesh::tet_mesh::{is_even_turn, sorted};
 use crate::mesh::vector::{Point, tet_volume};
@@ -22,9 +23,10 @@ pub(super) struct Contents {
     pub(super) tets: Vec<Element<4>>,
 }
 
-/// Corner nodes (positions) of an element and its physical groups.
+/// Corner nodes (positions) of an element, its elementary tag and its physical groups.
 pub(super) struct Element<const N: usize> {
     nodes: [u32; N],
+    entity: i32,
     groups: Vec<i32>,
 }
 
@@ -77,6 +79,7 @@ impl Contents {
         &mut self,
         source: &mut Source,
         kind: i32,
+        entity: i32,
         groups: &[i32],
         mut tag: impl FnMut(&mut Source) -> Result<u64, Fault>,
     ) -> Result<(), Fault> {
@@ -99,9 +102,9 @@ impl Contents {
         match (dimension, is_simplex) {
             (2, true) => {
                 let nodes = [corners[0], corners[1], corners[2]];
-                self.triangles.push(Element { nodes, groups });
+                self.triangles.push(Element { nodes, entity, groups });
             }
-            (3, true) => self.tets.push(Element { nodes: corners, groups }),
+            (3, true) => self.tets.push(Element { nodes: corners, entity, groups }),
             (3, false) => {
                 return Err(source.fault(format!(
                     "element type {kind} is no tetrahedron; mesh with tetrahedra only"
@@ -144,12 +147,13 @@ impl Contents {
             tets.push(if volume < 0.0 { [b, a, c, d] } else { [a, b, c, d] });
         }
 
+        let volumes = self.tets.iter().map(|tet| (tet.entity, tet.groups.as_slice()));
         let mut mesh = TetMesh {
+            grain_of: grains::numbers(volumes),
             nodes: self.points,
             tets,
             region_of,
             regions: regions.into_iter().map(|(name, _)| name).collect(),
-            grain_of: None,
             surfaces: BTreeMap::new(),
         };
         let outward: HashMap<[u32; 3], [u32; 3]> =

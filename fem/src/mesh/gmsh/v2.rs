@@ -34,15 +34,18 @@ pub(super) fn elements(source: &mut Source, contents: &mut Contents) -> Result<(
                     (source.int("an element type")?, source.int("an element's number of tags")?)
                 }
             };
-            let mut groups = Vec::with_capacity(1);
+            let (mut groups, mut entity) = (Vec::with_capacity(1), 0);
             for k in 0..tags {
                 let value = source.int("an element's tag")?;
-                // the first tag is the physical group, 0 for none
-                if k == 0 && value != 0 {
-                    groups.push(value);
+                // the first tag is the physical group, 0 for none, the second the elementary one
+                match k {
+                    0 if value != 0 => groups.push(value),
+                    1 => entity = value,
+                    _ => {}
                 }
             }
-            contents.element(source, kind, &groups, |source| tag(source, "a node's number"))?;
+            contents
+                .element(source, kind, entity, &groups, |source| tag(source, "a node's number"))?;
         }
         read += block as u64;
     }

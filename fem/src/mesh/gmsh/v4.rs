@@ -73,7 +73,8 @@ pub(super) fn elements(source: &mut Source, contents: &mut Contents) -> Result<(
             .unwrap_or_default();
         for _ in 0..count {
             source.size("an element's tag")?;
-            contents.element(source, kind, &groups, |source| source.size("a node's tag"))?;
+            contents
+                .element(source, kind, entity, &groups, |source| source.size("a node's tag"))?;
         }
     }
     Ok(())

@@ -1,9 +1,11 @@
 //! Writing MSH 4.1 ASCII so that Gmsh itself reopens the file.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::{GmshNames, PhysicalGroup};
+use super::grains;
+use super::names::{GmshNames, PhysicalGroup};
 use crate::error::MeshError;
 use crate::mesh::TetMesh;
 use crate::mesh::vector::Point;
@@ -13,9 +15,11 @@ const FIRST_SURFACE: i32 = 11;
 
 /// Writes a mesh as MSH 4.1 ASCII and tells the numbers of its physical groups.
 ///
-/// Each region becomes one volume entity and physical group (1, 2, … in their order), each surface
-/// one surface entity and group (from 11: bottom, top, side, then others by name), with names
-/// and bounding boxes. Grain numbers have no place in the format.
+/// Each region becomes one physical group of volumes (1, 2, … in their order), each surface one
+/// surface entity and group (from 11: bottom, top, side, then others by name), with names and
+/// bounding boxes. A region is one volume entity for each of its grains, with the elementary tag
+/// g R + r for grain g (0: none) in region r of R, from which [`read`](super::read) takes the grain
+/// numbers back.
 ///
 /// # Errors
 /// [`MeshError`] if the mesh is not sound ([`TetMesh::validate`]) or the file cannot be written.
@@ -35,7 +39,12 @@ pub fn write(path: impl AsRef<Path>, mesh: &TetMesh) -> Result<GmshNames, MeshEr
     mesh.validate()?;
     let path = path.as_ref();
     let surfaces = ordered_surfaces(mesh);
-    let text = text(mesh, &surfaces).expect("writing to a string cannot fail");
+    let tags = grains::tags(mesh).map_err(|tet| MeshError::File {
+        path: path.into(),
+        place: format!("tetrahedron {tet}"),
+        message: "its grain number is too large for the format; number the grains from 1".into(),
+    })?;
+    let text = text(mesh, &tags, &surfaces).expect("writing to a string cannot fail");
     std::fs::write(path, text).map_err(|error| MeshError::io("write", path, error))?;
     let numbered = |first: i32, names: Vec<&str>| {
         (first..).zip(names).map(|(k, name)| (name.into(), PhysicalGroup::Number(k))).collect()
@@ -55,11 +64,15 @@ fn ordered_surfaces(mesh: &TetMesh) -> Vec<(&str, &[[u32; 3]])> {
     surfaces
 }
 
-fn text(mesh: &TetMesh, surfaces: &[(&str, &[[u32; 3]])]) -> Result<String, std::fmt::Error> {
+fn text(
+    mesh: &TetMesh,
+    tags: &[i32],
+    surfaces: &[(&str, &[[u32; 3]])],
+) -> Result<String, std::fmt::Error> {
     let mut out = String::from("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n");
-    let (volumes, faces) = (mesh.regions.len(), surfaces.len());
+    let faces = surfaces.len();
 
-    writeln!(out, "$PhysicalNames\n{}", volumes + faces)?;
+    writeln!(out, "$PhysicalNames\n{}", mesh.regions.len() + faces)?;
     for (number, (name, _)) in (FIRST_SURFACE..).zip(surfaces) {
         writeln!(out, "2 {number} \"{name}\"")?;
     }
@@ -68,20 +81,26 @@ fn text(mesh: &TetMesh, surfaces: &[(&str, &[[u32; 3]])]) -> Result<String, std:
     }
     out.push_str("$EndPhysicalNames\n");
 
-    writeln!(out, "$Entities\n0 0 {faces} {volumes}")?;
-    for (number, (_, triangles)) in (FIRST_SURFACE..).zip(surfaces) {
-        entity(&mut out, number, bounding_box(mesh, triangles.iter().flatten()))?;
+    // bounding box and region of each volume
+    let mut volumes: BTreeMap<i32, (Bounds, u16)> = BTreeMap::new();
+    for ((tet, &tag), &region) in mesh.tets.iter().zip(tags).zip(&mesh.region_of) {
+        let (bounds, _) = volumes.entry(tag).or_insert((NOWHERE, region));
+        extend(bounds, mesh, tet);
     }
-    for number in 1..=volumes {
-        let nodes = mesh.tets.iter().zip(&mesh.region_of);
-        let nodes = nodes.filter(|&(_, &r)| r as usize + 1 == number).flat_map(|(tet, _)| tet);
-        entity(&mut out, number as i32, bounding_box(mesh, nodes))?;
+    writeln!(out, "$Entities\n0 0 {faces} {}", volumes.len())?;
+    for (number, (_, triangles)) in (FIRST_SURFACE..).zip(surfaces) {
+        let mut bounds = NOWHERE;
+        extend(&mut bounds, mesh, triangles.as_flattened());
+        entity(&mut out, number, bounds, number)?;
+    }
+    for (&tag, &(bounds, region)) in &volumes {
+        entity(&mut out, tag, bounds, i32::from(region) + 1)?;
     }
     out.push_str("$EndEntities\n");
 
     // one block: Gmsh does not ask that a node lie on the entity that lists it
-    let nodes = mesh.nodes.len();
-    writeln!(out, "$Nodes\n1 {nodes} 1 {nodes}\n3 1 0 {nodes}")?;
+    let (nodes, first) = (mesh.nodes.len(), volumes.keys().next().copied().unwrap_or(1));
+    writeln!(out, "$Nodes\n1 {nodes} 1 {nodes}\n3 {first} 0 {nodes}")?;
     for tag in 1..=nodes {
         writeln!(out, "{tag}")?;
     }
@@ -91,7 +110,8 @@ fn text(mesh: &TetMesh, surfaces: &[(&str, &[[u32; 3]])]) -> Result<String, std:
     out.push_str("$EndNodes\n");
 
     let elements = mesh.tets.len() + surfaces.iter().map(|(_, faces)| faces.len()).sum::<usize>();
-    writeln!(out, "$Elements\n{} {elements} 1 {elements}", blocks(mesh) + faces)?;
+    let runs = || tags.chunk_by(|a, b| a == b);
+    writeln!(out, "$Elements\n{} {elements} 1 {elements}", runs().count() + faces)?;
     let mut tag = 0;
     for (number, (_, triangles)) in (FIRST_SURFACE..).zip(surfaces) {
         writeln!(out, "2 {number} 2 {}", triangles.len())?;
@@ -100,10 +120,10 @@ fn text(mesh: &TetMesh, surfaces: &[(&str, &[[u32; 3]])]) -> Result<String, std:
             writeln!(out, "{tag} {a} {b} {c}")?;
         }
     }
-    // runs of one region are one block each, so that the order of the tetrahedra survives
+    // runs of one volume are one block each, so that the order of the tetrahedra survives
     let mut first = 0;
-    for run in mesh.region_of.chunk_by(|a, b| a == b) {
-        writeln!(out, "3 {} 4 {}", run[0] + 1, run.len())?;
+    for run in runs() {
+        writeln!(out, "3 {} 4 {}", run[0], run.len())?;
         for [a, b, c, d] in
             mesh.tets[first..first + run.len()].iter().map(|nodes| nodes.map(|node| node + 1))
         {
@@ -116,17 +136,17 @@ fn text(mesh: &TetMesh, surfaces: &[(&str, &[[u32; 3]])]) -> Result<String, std:
     Ok(out)
 }
 
-fn blocks(mesh: &TetMesh) -> usize {
-    mesh.region_of.chunk_by(|a, b| a == b).count()
+/// Lowest and highest coordinates.
+type Bounds = [Point; 2];
+
+const NOWHERE: Bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+
+fn entity(out: &mut String, tag: i32, bounds: Bounds, group: i32) -> std::fmt::Result {
+    let [[a, b, c], [d, e, f]] = bounds;
+    writeln!(out, "{tag} {a:?} {b:?} {c:?} {d:?} {e:?} {f:?} 1 {group} 0")
 }
 
-fn entity(out: &mut String, number: i32, [low, high]: [Point; 2]) -> std::fmt::Result {
-    let [[a, b, c], [d, e, f]] = [low, high];
-    writeln!(out, "{number} {a:?} {b:?} {c:?} {d:?} {e:?} {f:?} 1 {number} 0")
-}
-
-fn bounding_box<'a>(mesh: &TetMesh, nodes: impl Iterator<Item = &'a u32>) -> [Point; 2] {
-    let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+fn extend(bounds: &mut Bounds, mesh: &TetMesh, nodes: &[u32]) {
     for &node in nodes {
         let point = mesh.nodes[node as usize];
         for k in 0..3 {
@@ -134,5 +154,4 @@ fn bounding_box<'a>(mesh: &TetMesh, nodes: impl Iterator<Item = &'a u32>) -> [Po
             bounds[1][k] = bounds[1][k].max(point[k]);
         }
     }
-    bounds
 }

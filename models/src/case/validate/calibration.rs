@@ -1,6 +1,6 @@
 //! Quantities of interest, prior, surrogate, sampler and experiments.
 
-use super::super::{CaseFile, PriorCase, Shape, VirtualCase};
+use super::super::{Bounds, CaseFile, Parameter, PriorCase, Shape, VirtualCase};
 use crate::error::InputError;
 
 impl CaseFile {
@@ -17,8 +17,8 @@ impl CaseFile {
         if let Some(prior) = &case.prior {
             self.check_prior(prior)?;
         }
-        let runs_mend = "The paper uses 100; order 3 in three parameters needs more than 20.";
-        self.within("design.runs", case.design.runs as f64, 4.0, 1e6, "runs", runs_mend)?;
+        let runs_help = "The paper uses 100; order 3 in three parameters needs more than 20.";
+        self.within("design.runs", case.design.runs as f64, 4.0, 1e6, "runs", runs_help)?;
         self.within(
             "surrogate.max_order",
             case.surrogate.max_order as f64,
@@ -52,8 +52,8 @@ impl CaseFile {
             "draws",
             "2000 a chain give quantiles to a few per cent.",
         )?;
-        let mend = "0.95 follows the posterior's narrow parts; 0.8 is faster.";
-        self.within("calibration.target_accept", c.target_accept, 0.5, 0.999, "", mend)?;
+        let help = "0.95 follows the posterior's narrow parts; 0.8 is faster.";
+        self.within("calibration.target_accept", c.target_accept, 0.5, 0.999, "", help)?;
         self.within(
             "confirm.draws",
             case.confirm.draws as f64,
@@ -65,41 +65,25 @@ impl CaseFile {
     }
 
     fn check_prior(&self, prior: &PriorCase) -> Result<(), InputError> {
-        let Some(material) = self.case.material.get(&prior.region) else {
-            let known: Vec<&str> = self.case.material.keys().map(String::as_str).collect();
-            return Err(self.error(
-                "prior.region",
-                format!("{:?}", prior.region),
-                "there is no such material",
-                format!("Choose one of: {}.", known.join(", ")),
-            ));
-        };
-        if self.case.phase_field.is_none() || material.toughness_n_per_mm.is_none() {
+        if prior.parameters().len() == 0 {
             return Err(self.error(
                 "prior",
                 "",
-                "there is no damage to calibrate",
-                format!("Add [phase_field] and material.{}.toughness_n_per_mm.", prior.region),
+                "names no parameter",
+                "Name what is calibrated with its bounds: matrix.young_mpa = [250.0, 300.0].",
             ));
         }
-        if material.law.has_constants() {
-            return Err(self.error(
-                "prior.region",
-                format!("{:?}", prior.region),
-                "its law has no Young's modulus to calibrate",
-                "Give the region a law with young_mpa, such as law = \"hencky\".",
-            ));
-        }
-        let most = [1e7, 1e3, 1e4];
-        for ((name, [lower, upper]), most) in PriorCase::NAMES.iter().zip(prior.bounds()).zip(most)
-        {
+        for (parameter, &Bounds([lower, upper])) in prior.iter() {
+            let key = format!("prior.{parameter}");
+            self.check_parameter(&key, parameter)?;
             let value = format!("[{lower:?}, {upper:?}]");
-            let key = format!("prior.{name}");
-            if !(lower > 0.0 && upper <= most && upper.is_finite()) {
+            let [least, most] = parameter.property.range();
+            let above = if least < 0.0 { lower >= least } else { lower > 0.0 };
+            if !(above && upper <= most) {
                 return Err(self.error(
                     &key,
                     value,
-                    format!("must be above 0 and at most {most:.0}"),
+                    format!("must be above {} and at most {most}", least.min(0.0)),
                     "Check the unit in the key's name.",
                 ));
             }
@@ -115,11 +99,43 @@ impl CaseFile {
         Ok(())
     }
 
+    /// Whether a parameter is one of a region that has it.
+    fn check_parameter(&self, key: &str, parameter: &Parameter) -> Result<(), InputError> {
+        let Parameter { region, property } = parameter;
+        let Some(material) = self.case.material.get(region) else {
+            let known: Vec<&str> = self.case.material.keys().map(String::as_str).collect();
+            return Err(self.error(
+                key,
+                "",
+                format!("there is no material {region:?}"),
+                format!("Choose one of: {}.", known.join(", ")),
+            ));
+        };
+        let has_damage = self.case.phase_field.is_some() && material.toughness_n_per_mm.is_some();
+        if property.is_of_damage() && !has_damage {
+            return Err(self.error(
+                key,
+                "",
+                "there is no damage to calibrate",
+                format!("Add [phase_field] and material.{region}.toughness_n_per_mm."),
+            ));
+        }
+        if !property.is_of_damage() && material.law.has_constants() {
+            return Err(self.error(
+                key,
+                "",
+                "the region's law has no Young's modulus and no Poisson's ratio to calibrate",
+                "Give the region a law with young_mpa, such as law = \"hencky\".",
+            ));
+        }
+        Ok(())
+    }
+
     pub(super) fn check_experiments(&self, shape: &Shape) -> Result<(), InputError> {
         let Some(experiments) = &self.case.experiments else {
             return Ok(());
         };
-        match (&experiments.table, &experiments.laboratory) {
+        match (&experiments.table, &experiments.virtual_specimens) {
             (None, None) => Err(self.error(
                 "experiments",
                 "",
@@ -132,13 +148,13 @@ impl CaseFile {
                 "stands beside experiments.virtual",
                 "Specimens are either measured or virtual: remove one of the two.",
             )),
-            // only the laboratory stage needs the file: see `CaseFile::table`
+            // only the experiments stage needs the file: see `CaseFile::table`
             (Some(_), None) => Ok(()),
-            (None, Some(laboratory)) => self.check_laboratory(laboratory, shape),
+            (None, Some(specimens)) => self.check_virtual(specimens, shape),
         }
     }
 
-    fn check_laboratory(&self, v: &VirtualCase, shape: &Shape) -> Result<(), InputError> {
+    fn check_virtual(&self, v: &VirtualCase, shape: &Shape) -> Result<(), InputError> {
         let Shape::Lattice { radius_mm, height_mm, .. } = shape else {
             return Err(self.error(
                 "experiments.virtual",
@@ -147,14 +163,14 @@ impl CaseFile {
                 "Give specimen.radius_mm, height_mm and spacing_mm instead of a mesh.",
             ));
         };
-        if self.case.prior.is_none() {
+        let Some(prior) = &self.case.prior else {
             return Err(self.error(
                 "prior",
                 "",
                 "is missing",
                 "Virtual specimens vary the parameters that [prior] calibrates.",
             ));
-        }
+        };
         self.within(
             "experiments.virtual.specimens",
             v.specimens as f64,
@@ -166,16 +182,36 @@ impl CaseFile {
         if let Some(spacing) = v.spacing_mm {
             self.check_spacing("experiments.virtual.spacing_mm", spacing, *radius_mm, *height_mm)?;
         }
-        let most = [1e7, 1e3, 1e4];
-        for ((name, value), most) in PriorCase::NAMES.iter().zip(v.truth.to_array()).zip(most) {
-            let key = format!("experiments.virtual.truth.{name}");
-            self.within(&key, value, 1e-9, most, "", "Check the unit in the key's name.")?;
+        for parameter in prior.parameters().filter(|p| v.truth.get(p).is_none()) {
+            return Err(self.error(
+                &format!("experiments.virtual.truth.{parameter}"),
+                "",
+                "is missing",
+                "Give the true value of every parameter that [prior] calibrates.",
+            ));
         }
-        let s = &v.scatter;
-        for (name, value) in
-            [("young", s.young), ("toughness", s.toughness), ("viscosity", s.viscosity)]
-        {
-            let key = format!("experiments.virtual.scatter.{name}");
+        let given = |table: &str, parameter: &Parameter| {
+            let key = format!("experiments.virtual.{table}.{parameter}");
+            match prior.get(parameter) {
+                Some(_) => Ok(key),
+                None => Err(self.error(
+                    &key,
+                    "",
+                    "is not calibrated",
+                    format!("[prior] has: {}.", prior.names().collect::<Vec<_>>().join(", ")),
+                )),
+            }
+        };
+        for (parameter, &value) in v.truth.iter() {
+            let key = given("truth", parameter)?;
+            let [least, most] = parameter.property.range();
+            let (unit, _) = parameter.property.help();
+            // the scatter multiplies it
+            let least = least.max(1e-9);
+            self.within(&key, value, least, most, unit, "Check the unit in the key's name.")?;
+        }
+        for (parameter, &value) in v.scatter.iter() {
+            let key = given("scatter", parameter)?;
             self.within(&key, value, 0.0, 1.0, "", "It is relative: 0.03 is 3 %.")?;
         }
         self.within(

@@ -50,12 +50,12 @@ impl CaseFile {
         lower: f64,
         upper: f64,
         unit: &str,
-        mend: &str,
+        help: &str,
     ) -> Result<(), InputError> {
         if (lower..=upper).contains(&value) {
             return Ok(());
         }
         let problem = format!("must lie between {lower} and {upper} {unit}");
-        Err(self.error(key, value.to_string(), problem.trim_end(), mend))
+        Err(self.error(key, value.to_string(), problem.trim_end(), help))
     }
 }

@@ -1,6 +1,10 @@
 //! Specimen, materials, test and solver.
 
-use super::super::{CaseFile, ConditionsCase, LawCase, MaterialCase, PlatensName, Shape};
+use fem::{FemError, PhaseField};
+
+use super::super::{
+    Case, CaseFile, ConditionsCase, LawCase, MaterialCase, PlatensName, Property, Shape,
+};
 use crate::error::InputError;
 
 /// More tetrahedra than this are taken for a slip in the spacing.
@@ -18,19 +22,19 @@ impl CaseFile {
             "Write order = 1 or order = 2.",
         )?;
         if let Shape::Lattice { radius_mm, height_mm, spacing_mm, grains } = shape {
-            let mend = "Lengths are in mm; the paper's cylinder is 2.5 by 4.4 mm.";
-            self.within("specimen.radius_mm", *radius_mm, 1e-3, 1e3, "mm", mend)?;
-            self.within("specimen.height_mm", *height_mm, 1e-3, 1e3, "mm", mend)?;
+            let help = "Lengths are in mm; the paper's cylinder is 2.5 by 4.4 mm.";
+            self.within("specimen.radius_mm", *radius_mm, 1e-3, 1e3, "mm", help)?;
+            self.within("specimen.height_mm", *height_mm, 1e-3, 1e3, "mm", help)?;
             self.check_spacing("specimen.spacing_mm", *spacing_mm, *radius_mm, *height_mm)?;
             if let Some(grains) = grains {
-                let mend = "It is a volume fraction; the paper's meshes have 0.19 to 0.27.";
+                let help = "It is a volume fraction; the paper's meshes have 0.19 to 0.27.";
                 self.within(
                     "specimen.grains.fraction",
                     grains.fraction,
                     0.0,
                     0.5,
                     "of the volume",
-                    mend,
+                    help,
                 )?;
             }
         }
@@ -66,55 +70,49 @@ impl CaseFile {
     }
 
     pub(super) fn check_material(&self, region: &str, m: &MaterialCase) -> Result<(), InputError> {
-        let key = |name: &str| format!("material.{region}.{name}");
+        let key = |property: Property| format!("material.{region}.{}", property.key());
+        let given = [
+            (Property::Toughness, m.toughness_n_per_mm),
+            (Property::Viscosity, Some(m.viscosity_mpa_s)),
+            (Property::ResidualStiffness, Some(m.residual_stiffness)),
+        ];
         self.check_law(region, m)?;
-        if let Some(toughness) = m.toughness_n_per_mm {
-            let mend = "It is in N/mm: 1 pJ/µm² = 0.001 N/mm. For an elastic region leave it out.";
-            self.within(&key("toughness_n_per_mm"), toughness, 1e-9, 1e3, "N/mm", mend)?;
+        for (property, value) in given {
+            self.check_property(&key(property), property, value)?;
         }
-        self.within(
-            &key("viscosity_mpa_s"),
-            m.viscosity_mpa_s,
-            0.0,
-            1e4,
-            "MPa s",
-            "The paper's matrix has 0.3 MPa s.",
-        )?;
-        self.within(
-            &key("residual_stiffness"),
-            m.residual_stiffness,
-            1e-9,
-            0.5,
-            "of the stiffness",
-            "It keeps full damage solvable; 0.01 is the paper's value.",
-        )
+        Ok(())
+    }
+
+    /// The range of a number of a material, if it is given.
+    fn check_property(
+        &self,
+        key: &str,
+        property: Property,
+        value: Option<f64>,
+    ) -> Result<(), InputError> {
+        let ([least, most], (unit, help)) = (property.range(), property.help());
+        value.map_or(Ok(()), |value| self.within(key, value, least, most, unit, help))
     }
 
     /// Young's modulus and Poisson's ratio, or the constants of the law in their place.
     fn check_law(&self, region: &str, m: &MaterialCase) -> Result<(), InputError> {
         let key = |name: &str| format!("material.{region}.{name}");
-        let young =
-            "Young's modulus is in MPa: 275.0 for the paper's matrix, 22000.0 for its grains.";
-        let poisson = "Incompressible solids need another element; 0.25 is the paper's value.";
-        for (name, value, [lower, upper], unit, mend) in [
-            ("young_mpa", m.young_mpa, [1e-3, 1e7], "MPa", young),
-            ("poisson", m.poisson, [-0.99, 0.495], "", poisson),
-        ] {
+        for (property, value) in [(Property::Young, m.young_mpa), (Property::Poisson, m.poisson)] {
+            let key = key(property.key());
             match (value, m.law.has_constants()) {
-                (Some(value), false) => self.within(&key(name), value, lower, upper, unit, mend)?,
                 (None, false) => {
-                    let mend = format!("Add it. {mend}");
-                    return Err(self.error(&key(name), "", "is missing", mend));
+                    let help = format!("Add it. {}", property.help().1);
+                    return Err(self.error(&key, "", "is missing", help));
                 }
                 (Some(value), true) => {
                     return Err(self.error(
-                        &key(name),
+                        &key,
                         value.to_string(),
                         "is given, but the law has constants of its own",
                         "Leave it out: the law's constants say how stiff it is.",
                     ));
                 }
-                (None, true) => {}
+                (value, _) => self.check_property(&key, property, value)?,
             }
         }
         if let LawCase::Ogden { terms, .. } = &m.law
@@ -133,59 +131,44 @@ impl CaseFile {
     }
 
     pub(super) fn check_test(&self) -> Result<(), InputError> {
-        let case = &self.case;
-        if let Some(field) = &case.phase_field {
-            self.within(
-                "phase_field.length_mm",
-                field.length_mm,
-                1e-6,
-                1e3,
-                "mm",
-                "It is the width of a smeared crack; the paper takes 0.06 mm.",
-            )?;
-        }
+        let Case { phase_field, test, solver, .. } = &self.case;
         self.check_drive()?;
-        let test = &case.test;
-        self.within(
-            "test.duration_s",
-            test.duration_s,
-            1e-9,
-            1e9,
-            "s",
-            "Only viscosity over duration matters; 1.0 reproduces the paper.",
-        )?;
-        if let Some(steps) = test.steps {
-            self.within(
-                "test.steps",
-                f64::from(steps),
-                1.0,
-                1e6,
-                "steps",
-                "Write steps = 44, or leave it out for adaptive steps.",
-            )?;
-        }
-        if let Some(share) = test.stop_below_peak {
-            self.within(
-                "test.stop_below_peak",
-                share,
-                0.03,
-                1.0,
-                "of the peak force",
-                "0.1 stops once the force is 10 % below its peak.",
-            )?;
-        }
         self.check_stepping()?;
         self.check_platens()?;
-        let solver = &case.solver;
-        let mend = "1e-8 suits most; a looser one shows in the curve.";
-        self.within("solver.tolerance", solver.tolerance, 1e-14, 1e-2, "", mend)?;
-        for (key, value) in
-            [("solver.iterations", solver.iterations), ("solver.alternations", solver.alternations)]
-        {
-            let mend = "Leave it out for the default.";
-            self.within(key, f64::from(value), 1.0, 1e6, "iterations", mend)?;
+        let field = phase_field.as_ref().map_or(Ok(()), PhaseField::validate);
+        for checked in [field, test.schedule().validate(), solver.validate()] {
+            self.accepted(checked)?;
         }
         Ok(())
+    }
+
+    /// A refusal of fem's as a mistake at a key of the case.
+    fn accepted(&self, checked: Result<(), FemError>) -> Result<(), InputError> {
+        let Err(error) = checked else { return Ok(()) };
+        let FemError::Parameter { entity, field, value, requirement } = error else {
+            let help = "breccia init writes a case that explains every key.";
+            return Err(self.error("test", "", error.to_string(), help));
+        };
+        let table = match field {
+            "first" | "largest" => "adaptive.",
+            "step" | "release_n_mm" => "arc_length.",
+            _ => "",
+        };
+        let key = format!("{entity}.{table}{field}");
+        let help = match key.as_str() {
+            "phase_field.length_mm" => {
+                "It is the width of a smeared crack; the paper takes 0.06 mm."
+            }
+            "test.duration_s" => "Only viscosity over duration matters; 1.0 reproduces the paper.",
+            "test.steps" => "Write steps = 44, or leave it out for adaptive steps.",
+            "test.stop_below_peak" => "0.1 stops once the force is 10 % below its peak.",
+            "test.arc_length.release_n_mm" => {
+                "A fiftieth of toughness times cross-section is a start."
+            }
+            "solver.tolerance" => "1e-8 suits most; a looser one shows in the curve.",
+            _ => "Leave it out for the default.",
+        };
+        Err(self.error(&key, value.to_string(), format!("must be {requirement}"), help))
     }
 
     /// Platens that move, or conditions in their place.
@@ -223,8 +206,8 @@ impl CaseFile {
 
     fn check_conditions(&self, conditions: &ConditionsCase) -> Result<(), InputError> {
         let finite = |key: String, values: &[f64], unit: &str| {
-            let mend = "It is the value at the end of the test.";
-            values.iter().try_for_each(|&value| self.within(&key, value, -1e6, 1e6, unit, mend))
+            let help = "It is the value at the end of the test.";
+            values.iter().try_for_each(|&value| self.within(&key, value, -1e6, 1e6, unit, help))
         };
         for entry in &conditions.prescribe {
             let key = |name: &str| format!("conditions.prescribe ({}).{name}", entry.surface);
@@ -233,8 +216,8 @@ impl CaseFile {
                 finite(key(name), value.as_slice(), "mm")?;
             }
             if let Some(damage) = entry.damage {
-                let mend = "1 is a crack, 0 sound material.";
-                self.within(&key("damage"), damage, 0.0, 1.0, "", mend)?;
+                let help = "1 is a crack, 0 sound material.";
+                self.within(&key("damage"), damage, 0.0, 1.0, "", help)?;
             } else if given == [None; 3] {
                 return Err(self.error(
                     &format!("conditions.prescribe ({})", entry.surface),
@@ -270,25 +253,6 @@ impl CaseFile {
                 "Keep one of steps, adaptive and arc_length.",
             ));
         }
-        let shares =
-            test.adaptive.map(|a| [("adaptive.first", a.first), ("adaptive.largest", a.largest)]);
-        for (key, share) in shares.into_iter().flatten() {
-            let mend = "It is a share of the displacement: 0.01 and 0.025 suit most.";
-            self.within(&format!("test.{key}"), share, 1e-5, 1.0, "of the displacement", mend)?;
-        }
-        if let Some(arc) = test.arc_length {
-            let mend = "It is a share of the displacement, such as 0.025.";
-            self.within("test.arc_length.step", arc.step, 1e-5, 1.0, "of the displacement", mend)?;
-            let mend = "A fiftieth of toughness times cross-section is a start.";
-            self.within(
-                "test.arc_length.release_n_mm",
-                arc.release_n_mm,
-                1e-12,
-                1e6,
-                "N mm",
-                mend,
-            )?;
-        }
         Ok(())
     }
 
@@ -303,8 +267,8 @@ impl CaseFile {
                 "The paper's value is 0.01 MPa s/mm.",
             ),
         ];
-        for (key, value, most, mend) in resists {
-            self.within(key, value, 0.0, most, "", mend)?;
+        for (key, value, most, help) in resists {
+            self.within(key, value, 0.0, most, "", help)?;
             if value > 0.0 && test.platens == PlatensName::Sliding {
                 return Err(self.error(
                     key,

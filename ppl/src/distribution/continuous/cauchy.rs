@@ -5,6 +5,8 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use rand::Rng;
 
 use crate::density::DomainError;
+use crate::distribution::interval::Interval;
+use crate::distribution::interval_mass::ln_mass_by_ends;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
@@ -103,5 +105,12 @@ where
             -LN_PI - scale.ln() - square,
             ((x, in_x), (self.0, -in_x), (self.1, (2.0 * share - 1.0) * inverse)),
         );
+    }
+    fn ln_mass(&self, lower: f64, upper: f64) -> R {
+        let numbers = (self.0.number(), self.1.number());
+        let ln_pdf = |x| UnivariateDensity::<f64>::ln_pdf(&Cauchy(numbers.0, numbers.1), x);
+        let interval = Interval::new(lower..upper);
+        let (value, in_location, in_scale) = ln_mass_by_ends(self, interval, numbers, ln_pdf);
+        R::gather(value, ((self.0, in_location), (self.1, in_scale)))
     }
 }

@@ -5,6 +5,8 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 use rand::Rng;
 
 use crate::density::DomainError;
+use crate::distribution::interval::Interval;
+use crate::distribution::interval_mass::ln_mass_by_ends;
 use crate::distribution::traits::normaliser;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
@@ -123,5 +125,12 @@ where
             ((y, 1.0 - share), (self.0, (share - 1.0) * inverse)),
         );
         terms.replace(y, x, x)
+    }
+    fn ln_mass(&self, lower: f64, upper: f64) -> R {
+        let scale = self.0.number();
+        let ln_pdf = |x| UnivariateDensity::<f64>::ln_pdf(&HalfCauchy(scale), x);
+        let interval = Interval::new(lower.max(0.0)..upper);
+        let (value, _, in_scale) = ln_mass_by_ends(self, interval, (0.0, scale), ln_pdf);
+        R::gather(value, ((self.0, in_scale),))
     }
 }

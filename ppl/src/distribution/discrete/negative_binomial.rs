@@ -12,7 +12,7 @@ use crate::distribution::univariate::Univariate;
 use crate::parameter::Parameter;
 use crate::record::Datum;
 use crate::scalar::Scalar;
-use crate::special::{digamma_rise, ln_1p_minus, ln_minus_digamma, remembered, stirling_error};
+use crate::special::{digamma_rise, ln_1p_minus};
 use crate::terms::{Joined, Terms};
 
 /// Negative binomial distribution of a count with mean μ and dispersion φ: a Poisson count whose
@@ -38,38 +38,6 @@ use crate::terms::{Joined, Terms};
 pub struct NegativeBinomial<M, F>(pub M, pub F);
 
 impl<M: Parameter, F: Parameter> Family for NegativeBinomial<M, F> {}
-
-/// ln (k! P(k)) and its derivative in φ for a small count: Γ(φ + k)/Γ(φ) is a product.
-#[inline]
-fn small(mean: f64, dispersion: f64, k: f64) -> (f64, f64) {
-    // Π (1 + i/φ), and Σ 1/(1 + i/φ) over it as the one denominator
-    let (inverse, mut product, mut sum, mut i) = (dispersion.recip(), 1.0, 0.0, 0.0);
-    while i < k {
-        let factor = 1.0 + i * inverse;
-        sum = sum * factor + product;
-        product *= factor;
-        i += 1.0;
-    }
-    let ln_ratio = (mean * inverse).ln_1p();
-    let ln_power = if k > 0.0 { k * mean.ln() + product.ln() } else { 0.0 };
-    let excess = (k - mean) / (mean + dispersion);
-    (ln_power - (dispersion + k) * ln_ratio, sum / product * inverse - ln_ratio - excess)
-}
-
-/// The same plus what depends on k alone, for a count that is not small: terms are no larger than
-/// k is far from its mean.
-#[inline]
-fn large(mean: f64, dispersion: f64, k: f64) -> (f64, f64) {
-    // of φ, what a plate shares
-    let parts = |phi: f64| [stirling_error(phi), ln_minus_digamma(phi)];
-    let [error, minus_digamma] = remembered!(parts, dispersion);
-    let n = dispersion + k;
-    let excess = (k - mean) / (mean + dispersion);
-    let near = excess > -0.5;
-    let ln_excess = if near { excess.ln_1p() } else { (n / (mean + dispersion)).ln() };
-    let value = n * ln_excess + k * (mean / k).ln() - 0.5 * (k / dispersion).ln_1p();
-    (value + stirling_error(n) - error, ln_excess - excess + minus_digamma - ln_minus_digamma(n))
-}
 
 impl<S: Scalar> NegativeBinomial<S, S> {
     /// A Poisson count whose rate is Gamma(α, β): Stan's `neg_binomial`.
@@ -137,13 +105,8 @@ where
         if !(mean > 0.0 && dispersion > 0.0) {
             return terms.add_number(R::from(f64::NAN));
         }
-        // what depends on k alone is the same at every point; below, powers of k/φ leave their range
-        let lean = terms.leave_out_constants() && dispersion > 1e-20;
-        let (value, in_dispersion) = match lean {
-            true if *k < 10 => small(mean, dispersion, count),
-            true => large(mean, dispersion, count),
-            false => self.ln_pmf(count, !lift::<R>(self.1).is_constant()),
-        };
+        let in_dispersion = !lift::<R>(self.1).is_constant();
+        let (value, in_dispersion) = self.ln_pmf(count, in_dispersion);
         let in_mean = (count - mean) / (mean + dispersion) * dispersion / mean;
         terms.add(value, ((self.0, in_mean), (self.1, in_dispersion)));
     }

@@ -1,18 +1,16 @@
 //! The LKJ distribution of correlation matrices, over their Cholesky factors.
 
-use std::f64::consts::PI;
-
 use rand::Rng;
 
 use super::cholesky_factor::{Angles, CholeskyFactor, Whole};
-use super::dirichlet::ln_gamma_draw;
+use super::lkj::Lkj;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::{Distribution, Unknown, lift};
 use crate::parameter::Parameter;
 use crate::record::Datum;
 use crate::scalar::Scalar;
-use crate::special::{Hyperbolic, digamma, ln_beta, ln_gamma};
+use crate::special::Hyperbolic;
 use crate::terms::Terms;
 
 /// Cholesky factor L of a K×K correlation matrix R = L Lᵀ with p(R) ∝ det(R)^(η − 1).
@@ -22,7 +20,8 @@ use crate::terms::Terms;
 /// Each correlation has a beta distribution on (−1, 1) with both shapes η − 1 + K/2; η = 1 is
 /// uniform over correlation matrices.
 ///
-/// η is a number, `LkjCholesky::<3>(2.0)`, or an unknown: `LkjCholesky::<3, _>(eta)`.
+/// η is a number, `LkjCholesky::<3>(2.0)`, or an unknown: `LkjCholesky::<3, _>(eta)`. Where K is known
+/// at run time only, it is [`LkjCholesky::of(k, eta)`](LkjCholesky::of).
 ///
 /// # Coordinates
 /// Row i > column j from 0: y = x/√(2 bⱼ) with bⱼ = η + (K − 2 − j)/2, zᵢⱼ = tanh yᵢⱼ a partial
@@ -48,65 +47,15 @@ pub struct LkjCholesky<const K: usize, E = f64>(pub E);
 impl<const K: usize, E: Parameter> Family for LkjCholesky<K, E> {}
 
 impl<const K: usize, E: Parameter> LkjCholesky<K, E> {
-    /// ln c_K.
-    fn ln_normaliser(&self) -> f64 {
-        let (eta, last) = (self.0.number(), K as f64 - 1.0);
-        let gamma = |k: f64| ln_gamma(eta + 0.5 * (last - k));
-        (1..K).fold(0.0, |sum, k| {
-            let k = k as f64;
-            sum + gamma(0.0) - 0.5 * k * PI.ln() - gamma(k)
-        })
-    }
-
-    /// ∂ ln c_K/∂η.
-    fn normaliser_slope(&self) -> f64 {
-        let (eta, last) = (self.0.number(), K as f64 - 1.0);
-        let psi = |k: f64| digamma(eta + 0.5 * (last - k));
-        (1..K).map(|k| psi(0.0) - psi(k as f64)).sum()
-    }
-
-    /// The constant of the density over coordinates: −Σ [ln B(½, bⱼ) + ½ ln 2bⱼ].
-    fn ln_coordinate_normaliser(&self) -> f64 {
-        let term = |j| ln_beta(0.5, self.shape(j)) + self.scale(j).ln();
-        -Self::columns().map(|(j, entries)| entries * term(j)).sum::<f64>()
-    }
-
-    /// Its derivative in η.
-    fn coordinate_normaliser_slope(&self) -> f64 {
-        let term = |b: f64| digamma(b) - digamma(b + 0.5) + 0.5 / b;
-        -Self::columns().map(|(j, entries)| entries * term(self.shape(j))).sum::<f64>()
-    }
-
-    /// The columns that hold coordinates, with the number of these.
-    fn columns() -> impl Iterator<Item = (usize, f64)> {
-        (1..K).map(|j| (j - 1, (K - j) as f64))
-    }
-
-    /// Power of Lᵢᵢ in the density over factors (i from 0).
-    #[inline]
-    fn power(&self, i: usize) -> f64 {
-        (K - 1 - i) as f64 + 2.0 * (self.0.number() - 1.0)
-    }
-
-    /// The shape bⱼ of the partial correlations of column j.
-    #[inline]
-    fn shape(&self, j: usize) -> f64 {
-        self.0.number() + 0.5 * (K as f64 - 2.0 - j as f64)
-    }
-
-    /// Scale of the coordinates of column j: x = √(2 bⱼ) y.
-    #[inline]
-    fn scale(&self, j: usize) -> f64 {
-        (2.0 * self.shape(j)).sqrt()
+    #[inline(always)]
+    fn numbers(&self) -> Lkj {
+        Lkj { eta: self.0.number(), size: K }
     }
 }
 
 /// Up to which K a factor keeps the coordinates that its entries are functions of: densities send
 /// their partials there without a step on the tape for every entry.
 const SMALL: usize = 8;
-
-/// Rows of a correlation factor must have length 1 to this tolerance when they are data.
-const UNIT_TOLERANCE: f64 = 1e-8;
 
 impl<R, const K: usize, E> Distribution<R> for LkjCholesky<K, E>
 where
@@ -116,21 +65,19 @@ where
     type Value = CholeskyFactor<R, K>;
 
     fn ln_density(&self, factor: &CholeskyFactor<R, K>) -> R {
-        let l = factor.values();
-        let lengths = l.map(|row| row.iter().map(|entry| entry.powi(2)).sum::<f64>());
-        if lengths.iter().any(|s| (s - 1.0).abs() > UNIT_TOLERANCE) {
-            return R::from(f64::NEG_INFINITY);
-        }
+        let (l, lkj) = (factor.values(), self.numbers());
+        let value = lkj.ln_density(l.iter().map(|row| &row[..]));
         let eta: R = lift(self.0);
-        let (mut value, mut in_eta, mut slopes) = (self.ln_normaliser(), 0.0, [[0.0; K]; K]);
+        let (mut in_eta, mut slopes) = (0.0, [[0.0; K]; K]);
         for i in 1..K {
-            let (entry, power) = (l[i][i], self.power(i));
-            value += power * entry.ln();
-            slopes[i][i] = power / entry;
-            in_eta += 2.0 * entry.ln();
+            slopes[i][i] = lkj.power(i) / l[i][i];
+            in_eta += 2.0 * l[i][i].ln();
         }
         if !eta.is_constant() {
-            in_eta += self.normaliser_slope();
+            in_eta += lkj.normaliser_slope();
+        }
+        if value == f64::NEG_INFINITY {
+            return R::from(value);
         }
         R::gather(value, Whole { factor, weights: slopes, other: (eta, in_eta) })
     }
@@ -140,20 +87,8 @@ where
     }
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> CholeskyFactor<R, K> {
-        let mut remainder = 1.0;
-        CholeskyFactor::from_fn(|i, j| {
-            if j == 0 {
-                remainder = 1.0;
-            }
-            if i == j {
-                return R::from(remainder);
-            }
-            // z = 2 Beta(b, b) − 1 = tanh(½ ln(G/G')) for two gamma variables
-            let y = 0.5 * (ln_gamma_draw(self.shape(j), rng) - ln_gamma_draw(self.shape(j), rng));
-            let entry = remainder * y.tanh();
-            remainder /= y.cosh();
-            R::from(entry)
-        })
+        let (lkj, mut rest) = (self.numbers(), 1.0);
+        CholeskyFactor::from_fn(|i, j| R::from(lkj.draw_entry((i, j), &mut rest, rng)))
     }
 }
 
@@ -173,20 +108,18 @@ where
         jacobian: bool,
         terms: &mut impl Terms<R>,
     ) -> CholeskyFactor<R, K> {
-        let inverse: [f64; K] = std::array::from_fn(|j| self.scale(j).recip());
+        let lkj = self.numbers();
+        let inverse: [f64; K] = std::array::from_fn(|j| lkj.scale(j).recip());
         let eta: R = lift(self.0);
         let varies = !eta.is_constant();
         // ln p = constant − Σ weight ln cosh y, where weight and y = x/√(2 bⱼ) move with η
-        let (mut value, mut in_eta) = match (jacobian, varies) {
+        let (mut value, mut in_eta) = match varies {
             // the same at every point
-            (_, false) if terms.leave_out_constants() => (0.0, 0.0),
-            (true, false) => (self.ln_coordinate_normaliser(), 0.0),
-            (true, true) => (self.ln_coordinate_normaliser(), self.coordinate_normaliser_slope()),
-            (false, false) => (self.ln_normaliser(), 0.0),
-            (false, true) => (self.ln_normaliser(), self.normaliser_slope()),
+            false if terms.leave_out_constants() => (0.0, 0.0),
+            varies => lkj.constant(jacobian, varies),
         };
         let weight = |i: usize, j: usize| {
-            if jacobian { 2.0 * self.shape(j) } else { self.power(i) }
+            if jacobian { 2.0 * lkj.shape(j) } else { lkj.power(i) }
         };
         // of ln cosh y what shares a weight: the sum of the sizes, and one logarithm of a product
         let (mut sizes, mut shrinks) = ([0.0; K], [1.0; K]);
@@ -219,12 +152,6 @@ where
     }
 
     fn unconstrain(&self, factor: &CholeskyFactor<R, K>, out: &mut Vec<f64>) {
-        // sinh yᵢⱼ = Lᵢⱼ/|(Lᵢ,ⱼ₊₁ … Lᵢᵢ)|
-        for (i, row) in factor.values().iter().enumerate() {
-            for j in 0..i {
-                let rest: f64 = row[j + 1..=i].iter().map(|entry| entry.powi(2)).sum();
-                out.push(self.scale(j) * (row[j] / rest.sqrt()).asinh());
-            }
-        }
+        self.numbers().unconstrain(factor.values().iter().map(|row| &row[..]), out);
     }
 }

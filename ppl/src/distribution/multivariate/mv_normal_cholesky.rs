@@ -1,25 +1,22 @@
 //! The multivariate normal distribution, by the Cholesky factor of its covariance.
 
 use rand::Rng;
-use rand_distr::StandardNormal;
 
-use super::cholesky_factor::CholeskyFactor;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::{Distribution, Unknown};
-use crate::partials::Partials;
-use crate::record::Datum;
+use crate::record::{Datum, Record};
 use crate::scalar::Scalar;
-use crate::special::HALF_LN_2PI;
 use crate::terms::{Joined, Terms};
 
 /// Multivariate normal distribution with mean μ ∈ ℝᴷ and covariance L Lᵀ.
 ///
 /// ln p(x) = −½ |L⁻¹(x − μ)|² − Σᵢ ln Lᵢᵢ − (K/2) ln 2π, for Lᵢᵢ > 0.
 ///
-/// The mean is an array of numbers or unknowns, the factor a [`CholeskyFactor`] of either, or a
-/// reference to one. An evaluation is one fused operation, with z = L⁻¹(x − μ), w = L⁻ᵀ z and
-/// partials −w in x, w in μ and wᵢ zⱼ − δᵢⱼ/Lᵢᵢ in Lᵢⱼ.
+/// The factor is a [`CholeskyFactor`](super::CholeskyFactor) of numbers or unknowns, and the mean an array, as values are; or
+/// a [`DynCholeskyFactor`](super::DynCholeskyFactor), and the mean a slice or `Vec`. Both may be behind
+/// references. An evaluation is one fused operation, with z = L⁻¹(x − μ), w = L⁻ᵀ z and partials −w
+/// in x, w in μ and wᵢ zⱼ − δᵢⱼ/Lᵢᵢ in Lᵢⱼ.
 ///
 /// # Example
 /// ```
@@ -39,259 +36,150 @@ pub struct MvNormalCholesky<M, L>(pub M, pub L);
 
 impl<M: Clone, L: Clone> Family for MvNormalCholesky<M, L> {}
 
-impl<M, T, const K: usize> MvNormalCholesky<M, CholeskyFactor<T, K>> {
-    /// Mean and factor as numbers of one kind.
+/// The scale of a [`MvNormalCholesky`]: a factor whose size is in its type or comes from the data.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a Cholesky factor of a covariance matrix",
+    label = "needed: a `CholeskyFactor` or a `DynCholeskyFactor`, or a reference to one"
+)]
+pub trait Scale<R: Scalar>: Clone {
+    /// Means and values: an array, or a `Vec` where the size comes from the data.
+    type Vector: Clone + Record;
+
+    /// Number of rows.
+    fn size(&self) -> usize;
+
+    /// Adds the log density at `x`.
+    fn add_terms(&self, mean: &Self::Vector, x: &Self::Vector, terms: &mut impl Terms<R>);
+
+    /// Whether mean and factor are of one size, and those of a normal distribution.
+    ///
+    /// # Errors
+    /// [`DomainError`] naming the entry at fault.
+    fn validate(&self, mean: &Self::Vector) -> Result<(), DomainError>;
+
+    /// Whether a value has as many entries as the factor has rows.
+    ///
+    /// # Errors
+    /// [`DomainError`] that says both.
+    fn fits(&self, x: &Self::Vector) -> Result<(), DomainError> {
+        let _ = x;
+        Ok(())
+    }
+
+    /// A draw.
+    fn draw<G: Rng + ?Sized>(&self, mean: &Self::Vector, rng: &mut G) -> Self::Vector;
+
+    /// The next coordinates.
+    fn collect(&self, next: &mut impl FnMut() -> R) -> Self::Vector;
+
+    /// See [`Distribution::POOLS`].
+    #[doc(hidden)]
+    const POOLS: bool = false;
+
+    /// See [`Distribution::sum_up`].
+    #[doc(hidden)]
+    fn sum_up(data: impl Iterator<Item = Self::Vector>, sums: &mut Vec<f64>) {
+        let _ = (data, sums);
+    }
+
+    /// See [`Distribution::add_pooled_terms`].
+    #[doc(hidden)]
+    fn add_pooled_terms(&self, mean: &Self::Vector, sums: &[f64], terms: &mut impl Terms<R>) {
+        let _ = (mean, sums);
+        terms.add_number(R::from(f64::NAN));
+    }
+}
+
+impl<R: Scalar, L: Scale<R>> Scale<R> for &L {
+    type Vector = L::Vector;
+    const POOLS: bool = L::POOLS;
+
+    fn size(&self) -> usize {
+        (**self).size()
+    }
+
     #[inline(always)]
-    fn lift<R: Scalar>(&self) -> ([R; K], CholeskyFactor<R, K>)
-    where
-        M: Datum<[R; K]>,
-        T: Datum<R>,
-    {
-        (self.0.lift(), self.1.lifted())
+    fn add_terms(&self, mean: &L::Vector, x: &L::Vector, terms: &mut impl Terms<R>) {
+        (**self).add_terms(mean, x, terms);
     }
-}
 
-/// The partials of one density.
-pub(super) struct Gradient<R, const K: usize> {
-    pub(super) x: [R; K],
-    pub(super) mean: [R; K],
-    pub(super) factor: CholeskyFactor<R, K>,
-    pub(super) z: [f64; K],
-    pub(super) w: [f64; K],
-    /// 1/Lᵢᵢ.
-    pub(super) inverse: [f64; K],
-}
+    fn validate(&self, mean: &L::Vector) -> Result<(), DomainError> {
+        (**self).validate(mean)
+    }
 
-impl<R: Scalar, const K: usize> Partials<R> for Gradient<R, K> {
+    fn fits(&self, x: &L::Vector) -> Result<(), DomainError> {
+        (**self).fits(x)
+    }
+
+    fn draw<G: Rng + ?Sized>(&self, mean: &L::Vector, rng: &mut G) -> L::Vector {
+        (**self).draw(mean, rng)
+    }
+
     #[inline(always)]
-    fn spread(self, f: &mut impl FnMut(R, f64)) {
-        let Self { x, mean, factor, z, w, inverse } = self;
-        let mut in_factor = [[0.0; K]; K];
-        for i in 0..K {
-            f(x[i], -w[i]);
-            f(mean[i], w[i]);
-            for j in 0..=i {
-                in_factor[i][j] = w[i] * z[j];
-            }
-            in_factor[i][i] -= inverse[i];
-        }
-        factor.spread_rows(in_factor, f);
+    fn collect(&self, next: &mut impl FnMut() -> R) -> L::Vector {
+        (**self).collect(next)
     }
-}
 
-/// The partials of many densities together.
-struct Pooled<R, const K: usize> {
-    mean: [R; K],
-    factor: CholeskyFactor<R, K>,
-    in_mean: [f64; K],
-    in_factor: [[f64; K]; K],
-}
+    fn sum_up(data: impl Iterator<Item = L::Vector>, sums: &mut Vec<f64>) {
+        L::sum_up(data, sums);
+    }
 
-impl<R: Scalar, const K: usize> Partials<R> for Pooled<R, K> {
     #[inline(always)]
-    fn spread(self, f: &mut impl FnMut(R, f64)) {
-        let Self { mean, factor, in_mean, in_factor } = self;
-        for i in 0..K {
-            f(mean[i], in_mean[i]);
-        }
-        factor.spread_rows(in_factor, f);
+    fn add_pooled_terms(&self, mean: &L::Vector, sums: &[f64], terms: &mut impl Terms<R>) {
+        (**self).add_pooled_terms(mean, sums, terms);
     }
 }
 
-/// Σ ln Lᵢᵢ; NaN if one is not positive. A loop, since a call of `product` keeps the compiler from
-/// taking the logarithm out of a plate.
-#[inline]
-fn ln_determinant<const K: usize>(l: &[[f64; K]; K]) -> f64 {
-    let (mut product, mut positive) = (1.0, true);
-    for i in 0..K {
-        product *= l[i][i];
-        positive &= l[i][i] > 0.0;
-    }
-    if positive && product.is_normal() {
-        return product.ln();
-    }
-    let mut sum = 0.0;
-    for i in 0..K {
-        sum += l[i][i].ln();
-    }
-    sum
-}
-
-/// b ← L⁻¹ b, with the reciprocals of the diagonal.
-#[inline]
-fn solve_lower<const K: usize>(l: &[[f64; K]; K], inverse: &[f64; K], b: &mut [f64; K]) {
-    for i in 0..K {
-        for j in 0..i {
-            b[i] -= l[i][j] * b[j];
-        }
-        b[i] *= inverse[i];
-    }
-}
-
-/// b ← L⁻ᵀ b.
-#[inline]
-pub(super) fn solve_upper<const K: usize>(l: &[[f64; K]; K], inverse: &[f64; K], b: &mut [f64; K]) {
-    for i in (0..K).rev() {
-        for k in i + 1..K {
-            b[i] -= l[k][i] * b[k];
-        }
-        b[i] *= inverse[i];
-    }
-}
-
-/// What densities need of a point, a location and a factor.
-pub(super) struct Solved<const K: usize> {
-    /// L⁻¹(x − μ).
-    pub(super) z: [f64; K],
-    /// |z|².
-    pub(super) square: f64,
-    /// Entries of the factor.
-    pub(super) l: [[f64; K]; K],
-    /// 1/Lᵢᵢ.
-    pub(super) inverse: [f64; K],
-    /// Σᵢ ln Lᵢᵢ.
-    pub(super) ln_determinant: f64,
-}
-
-impl<const K: usize> Solved<K> {
-    #[inline(always)]
-    pub(super) fn new<R: Scalar>(x: &[R; K], mean: &[R; K], factor: &CholeskyFactor<R, K>) -> Self {
-        let l = factor.values();
-        let inverse: [f64; K] = std::array::from_fn(|i| l[i][i].recip());
-        let mut z = std::array::from_fn(|i| x[i].value() - mean[i].value());
-        solve_lower(&l, &inverse, &mut z);
-        let mut square = 0.0;
-        for i in 0..K {
-            square += z[i] * z[i];
-        }
-        Self { z, square, ln_determinant: ln_determinant(&l), l, inverse }
-    }
-}
-
-impl<R, M, T, const K: usize> Distribution<R> for MvNormalCholesky<M, CholeskyFactor<T, K>>
+impl<R, M, L> Distribution<R> for MvNormalCholesky<M, L>
 where
     R: Scalar,
-    M: Datum<[R; K]> + Clone,
-    T: Datum<R> + Clone,
+    L: Scale<R>,
+    M: Datum<L::Vector> + Clone,
 {
-    type Value = [R; K];
+    type Value = L::Vector;
 
     #[inline]
-    fn ln_density(&self, x: &[R; K]) -> R {
+    fn ln_density(&self, x: &L::Vector) -> R {
         Joined::of(|terms| self.add_terms(x, terms))
     }
 
     #[inline(always)]
-    fn add_terms(&self, x: &[R; K], terms: &mut impl Terms<R>) {
-        let (mean, factor) = self.lift::<R>();
-        let Solved { z, square, l, inverse, ln_determinant } = Solved::new(x, &mean, &factor);
-        let value = -HALF_LN_2PI * K as f64 - 0.5 * square - ln_determinant;
-        if !R::DIFFERENTIABLE {
-            return terms.add_number(R::from(value));
-        }
-        let mut w = z;
-        solve_upper(&l, &inverse, &mut w);
-        terms.add(value, Gradient { x: *x, mean, factor, z, w, inverse });
+    fn add_terms(&self, x: &L::Vector, terms: &mut impl Terms<R>) {
+        self.1.add_terms(&self.0.lift(), x, terms);
     }
 
-    const POOLS: bool = true;
+    const POOLS: bool = L::POOLS;
 
-    /// n, x̄ and, row by row, the scatter matrix Σ (x − x̄)(x − x̄)ᵀ.
-    fn sum_up(mut data: impl Iterator<Item = [R; K]>, sums: &mut Vec<f64>) {
-        // sums of differences from one datum keep their digits
-        let Some(origin) = data.next().map(|x| x.map(Scalar::value)) else { return };
-        let (mut n, mut sum, mut scatter) = (1.0, [0.0; K], [[0.0; K]; K]);
-        for x in data {
-            n += 1.0;
-            let d: [f64; K] = std::array::from_fn(|i| x[i].value() - origin[i]);
-            for i in 0..K {
-                sum[i] += d[i];
-                for j in 0..K {
-                    scatter[i][j] += d[i] * d[j];
-                }
-            }
-        }
-        sums.push(n);
-        sums.extend((0..K).map(|i| origin[i] + sum[i] / n));
-        sums.extend((0..K * K).map(|k| (k / K, k % K)).map(|(i, j)| {
-            let between = sum[i] * sum[j] / n;
-            scatter[i][j] - between
-        }));
+    fn sum_up(data: impl Iterator<Item = L::Vector>, sums: &mut Vec<f64>) {
+        L::sum_up(data, sums);
     }
 
     #[inline(always)]
     fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
-        let Some((&n, sums)) = sums.split_first() else { return };
-        let (center, scatter) = sums.split_at(K);
-        let (mean, factor) = self.lift::<R>();
-        let l = factor.values();
-        let mut z: [f64; K] = std::array::from_fn(|i| center[i] - mean[i].value());
-        let inverse: [f64; K] = std::array::from_fn(|i| l[i][i].recip());
-        solve_lower(&l, &inverse, &mut z);
-        // A = L⁻¹ S L⁻ᵀ, by rows of the symmetric S and then of what is left
-        let (mut half, mut a) = ([[0.0; K]; K], [[0.0; K]; K]);
-        for i in 0..K {
-            half[i].copy_from_slice(&scatter[i * K..(i + 1) * K]);
-            solve_lower(&l, &inverse, &mut half[i]);
-        }
-        for i in 0..K {
-            for j in 0..K {
-                a[i][j] = half[j][i];
-            }
-            solve_lower(&l, &inverse, &mut a[i]);
-        }
-        let mut value = -HALF_LN_2PI * K as f64 * n;
-        for i in 0..K {
-            value -= 0.5 * (n * z[i] * z[i] + a[i][i]);
-        }
-        value -= n * ln_determinant(&l);
-        if !R::DIFFERENTIABLE {
-            return terms.add_number(R::from(value));
-        }
-        // G = L⁻ᵀ (n z zᵀ + A), of which the lower triangle less n/Lᵢᵢ is the partial in L
-        let mut in_factor = [[0.0; K]; K];
-        for j in 0..K {
-            let mut column: [f64; K] = std::array::from_fn(|i| n * z[i] * z[j] + a[i][j]);
-            solve_upper(&l, &inverse, &mut column);
-            for i in j..K {
-                in_factor[i][j] = column[i];
-            }
-            in_factor[j][j] -= n * inverse[j];
-        }
-        let mut w = z;
-        solve_upper(&l, &inverse, &mut w);
-        let in_mean = w.map(|w| n * w);
-        terms.add(value, Pooled { mean, factor, in_mean, in_factor });
+        self.1.add_pooled_terms(&self.0.lift(), sums, terms);
     }
 
     fn validate(&self) -> Result<(), DomainError> {
-        let (mean, factor) = self.lift::<R>();
-        for (i, mean) in mean.iter().enumerate() {
-            let name = format_args!("mean[{i}]");
-            DomainError::require_finite("MvNormalCholesky", name, mean.value())?;
-        }
-        factor.validate("MvNormalCholesky")
+        self.1.validate(&self.0.lift())
     }
 
-    fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> [R; K] {
-        let (mean, factor) = self.lift::<R>();
-        let l = factor.values();
-        let z: [f64; K] = std::array::from_fn(|_| rng.sample(StandardNormal));
-        std::array::from_fn(|i| {
-            let inner: f64 = (0..=i).map(|j| l[i][j] * z[j]).sum();
-            R::from(mean[i].value() + inner)
-        })
+    fn fits(&self, x: &L::Vector) -> Result<(), DomainError> {
+        self.1.fits(x)
+    }
+
+    fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> L::Vector {
+        self.1.draw(&self.0.lift(), rng)
     }
 }
 
-impl<R, M, T, const K: usize> Unknown<R> for MvNormalCholesky<M, CholeskyFactor<T, K>>
+impl<R, M, L> Unknown<R> for MvNormalCholesky<M, L>
 where
     R: Scalar,
-    M: Datum<[R; K]> + Clone,
-    T: Datum<R> + Clone,
+    L: Scale<R>,
+    M: Datum<L::Vector> + Clone,
 {
     fn dim(&self) -> usize {
-        K
+        self.1.size()
     }
 
     #[inline]
@@ -300,15 +188,13 @@ where
         next: &mut impl FnMut() -> R,
         _: bool,
         terms: &mut impl Terms<R>,
-    ) -> [R; K] {
-        let x = std::array::from_fn(|_| next());
+    ) -> L::Vector {
+        let x = self.1.collect(next);
         self.add_terms(&x, terms);
         x
     }
 
-    fn unconstrain(&self, x: &[R; K], out: &mut Vec<f64>) {
-        out.extend(x.iter().map(|x| x.value()));
+    fn unconstrain(&self, x: &L::Vector, out: &mut Vec<f64>) {
+        x.flatten(out);
     }
 }
-
-super::cholesky_factor::by_reference!(MvNormalCholesky<M>(0), 1);

@@ -1,7 +1,6 @@
 //! Products of factors, and with vectors.
 
-use super::CholeskyFactor;
-use super::partials::Row;
+use super::factor::{CholeskyFactor, Row};
 use crate::record::Datum;
 use crate::scalar::Scalar;
 

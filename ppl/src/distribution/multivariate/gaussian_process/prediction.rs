@@ -4,7 +4,8 @@ use rand::Rng;
 use rand_distr::StandardNormal;
 
 use super::covariance::Covariance;
-use super::{GaussianProcess, Kernel, Mean, Point, fits, require_mean};
+use super::kernel::{Kernel, Point};
+use super::process::{GaussianProcess, Mean, fits, require_mean};
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::Distribution;
@@ -39,6 +40,17 @@ pub struct Prediction<'a, P, K, M, S, Y, N> {
     pub(super) y: Y,
     pub(super) inputs: &'a [P],
     pub(super) mean: N,
+}
+
+impl<'a, P: Point, K, M, S> GaussianProcess<'a, P, K, M, S> {
+    /// The process, without its noise, at other inputs, given its values `y`.
+    pub fn predict<Y>(self, y: Y, inputs: &'a [P]) -> Prediction<'a, P, K, M, S, Y, M>
+    where
+        M: Clone,
+    {
+        let mean = self.mean.clone();
+        Prediction { process: self, y, inputs, mean }
+    }
 }
 
 impl<'a, P: Point, K, M, S, Y, N> Prediction<'a, P, K, M, S, Y, N> {

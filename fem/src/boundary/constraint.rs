@@ -1,0 +1,99 @@
+//! Degrees of freedom whose value is prescribed.
+
+use std::collections::BTreeMap;
+
+use super::function::Function;
+use crate::error::FemError;
+
+/// One degree of freedom whose value is prescribed; component 3 is the damage.
+#[derive(Clone, Debug)]
+pub(super) struct ConstrainedDof {
+    pub(super) node: u32,
+    pub(super) component: usize,
+    pub(super) value: Value,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum Value {
+    Zero,
+    Displacement(Function<[f64; 3]>),
+    Damage(Function<f64>),
+}
+
+impl ConstrainedDof {
+    pub(super) fn at(&self, position: [f64; 3], time_s: f64) -> f64 {
+        match &self.value {
+            Value::Zero => 0.0,
+            Value::Displacement(f) => f.at(position, time_s)[self.component],
+            Value::Damage(f) => f.at(position, time_s),
+        }
+    }
+}
+
+/// Constraints as they are collected, surface after surface.
+pub(super) struct Constraints<'a> {
+    nodes: &'a [[f64; 3]],
+    duration_s: f64,
+    dofs: Vec<ConstrainedDof>,
+    /// Where each (node, component) stands in `dofs`, and the surface that named it first.
+    first: BTreeMap<(u32, usize), (usize, String)>,
+}
+
+impl<'a> Constraints<'a> {
+    /// None on the nodes (mm); values have to agree until `duration_s` where surfaces meet.
+    pub(super) fn new(nodes: &'a [[f64; 3]], duration_s: f64) -> Self {
+        Self { nodes, duration_s, dofs: Vec::new(), first: BTreeMap::new() }
+    }
+
+    /// Constrains a component on the nodes of a surface.
+    pub(super) fn add(
+        &mut self,
+        surface: &str,
+        nodes: &[u32],
+        component: usize,
+        value: Value,
+    ) -> Result<(), FemError> {
+        for &node in nodes {
+            let dof = ConstrainedDof { node, component, value: value.clone() };
+            match self.first.get(&(node, component)) {
+                Some((first, other)) => self.agree(&self.dofs[*first], other, &dof, surface)?,
+                None => {
+                    self.first.insert((node, component), (self.dofs.len(), surface.into()));
+                    self.dofs.push(dof);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn into_dofs(self) -> Vec<ConstrainedDof> {
+        self.dofs
+    }
+
+    /// Whether two surfaces ask for the same at a common node.
+    fn agree(
+        &self,
+        first: &ConstrainedDof,
+        first_surface: &str,
+        second: &ConstrainedDof,
+        second_surface: &str,
+    ) -> Result<(), FemError> {
+        const NAMES: [&str; 4] = ["u_x", "u_y", "u_z", "the damage"];
+        let x = self.nodes[first.node as usize];
+        for fraction in [0.5, 1.0] {
+            let [a, b] = [first, second].map(|dof| dof.at(x, fraction * self.duration_s));
+            if (a - b).abs() > 1e-9 * (a.abs() + b.abs()) + 1e-12 {
+                let (node, value) = (first.node, NAMES[first.component]);
+                return Err(FemError::unsupported(
+                    format!("surfaces '{first_surface}' and '{second_surface}'"),
+                    format!(
+                        "at their common node {node} (at {x:?} mm) they prescribe {a} and {b} for \
+                         {value}"
+                    ),
+                    "prescribe the same there, or take the component out of one",
+                ));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,327 @@
+//! Running an ensemble.
+
+use std::collections::{BTreeSet, VecDeque};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use super::store::{Store, Stored};
+use super::{EnsembleError, EnsembleProgress, RunInput, RunRecord, RunStatus};
+use crate::error::FemError;
+use crate::problem::Outcome;
+
+/// How long to wait before looking again at a run that another process has.
+const WAIT: Duration = Duration::from_millis(200);
+
+/// What makes one run: its inputs, and a function to tell the fraction of it that is done.
+type Job<'a> = &'a (dyn Fn(&RunInput, &dyn Fn(f64)) -> Result<Outcome, FemError> + Sync);
+
+/// A directory of runs that belong together.
+///
+/// Every finished run is one file, written to the disk whole before it gets its name, so killing
+/// the program at any moment loses at most the runs under way, and the same command resumes.
+/// Several processes, on one machine or on several with a common file system that has locks, can
+/// share the directory: each run is locked by the one that makes it, and the lock dies with its
+/// process. A failed run is recorded with its reason and the ensemble goes on.
+///
+/// # Example
+/// ```
+/// use fem::{Ensemble, End, Outcome, RunInput, RunStatus};
+/// use std::sync::atomic::AtomicBool;
+///
+/// # let directory = std::env::temp_dir().join(format!("fem-doc-ensemble-{}", std::process::id()));
+/// let ensemble = Ensemble::open(&directory, "mesh = cylinder 0.7\nload = 0.22 mm")?;
+/// let runs = [1.0, 2.0].map(|x| RunInput { id: x as usize, inputs: vec![250.0 * x] });
+/// let records = ensemble.run(
+///     &runs,
+///     &["young_mpa"],
+///     2,
+///     &|_run, _done| {
+///         // here a compression test runs with the material of `run.inputs`
+///         Ok(Outcome {
+///             curve: vec![],
+///             end: End::Displacement,
+///             ..Outcome::default()
+///         })
+///     },
+///     &(),
+///     &AtomicBool::new(false),
+/// )?;
+/// assert_eq!(records[1].status, RunStatus::Finished);
+/// # std::fs::remove_dir_all(directory).ok();
+/// # Ok::<(), fem::EnsembleError>(())
+/// ```
+#[derive(Debug)]
+pub struct Ensemble {
+    store: Store,
+    retry_failed: bool,
+}
+
+impl Ensemble {
+    /// Opens an ensemble's directory, or makes it.
+    ///
+    /// `fingerprint` is a text that says everything that makes its runs comparable (mesh, loading,
+    /// fixed parameters, design), best one setting a line: it is kept, compared line by line, and
+    /// quoted where it differs.
+    ///
+    /// # Errors
+    /// [`EnsembleError::Foreign`] if the directory has another fingerprint,
+    /// [`EnsembleError::Manifest`] or [`EnsembleError::Io`] if it cannot be used.
+    pub fn open(directory: impl AsRef<Path>, fingerprint: &str) -> Result<Ensemble, EnsembleError> {
+        let store = Store::open(directory.as_ref(), fingerprint)?;
+        Ok(Ensemble { store, retry_failed: false })
+    }
+
+    /// Whether runs that are recorded as failed are made again (by default not).
+    pub fn retry_failed(mut self, retry: bool) -> Ensemble {
+        self.retry_failed = retry;
+        self
+    }
+
+    /// Makes all runs that are not on the disk yet, and returns the records in the order asked.
+    ///
+    /// `names` are the inputs' names (with units); `threads` runs are made at once (0: one a
+    /// processor). The job gets the run and a function to tell the fraction that is done; an
+    /// [`End::Interrupted`](crate::End) outcome is not recorded. A job that panics is a failed run.
+    ///
+    /// Once `interrupt` is true no further run is begun, and only the records at hand are
+    /// returned; the job itself must look at it to end runs under way.
+    ///
+    /// # Errors
+    /// [`EnsembleError`] if the runs do not fit their names or what is stored, or a file cannot be
+    /// written. Failures of runs are no errors.
+    pub fn run(
+        &self,
+        runs: &[RunInput],
+        names: &[&str],
+        threads: usize,
+        job: Job<'_>,
+        progress: &dyn EnsembleProgress,
+        interrupt: &AtomicBool,
+    ) -> Result<Vec<RunRecord>, EnsembleError> {
+        check(runs, names)?;
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|source| EnsembleError::Threads { threads, source })?;
+        let shift = Shift {
+            ensemble: self,
+            runs,
+            names,
+            job,
+            progress,
+            interrupt,
+            state: Mutex::default(),
+        };
+        shift.begin()?;
+        // each thread of the pool takes run after run; work inside a run shares the same pool
+        pool.broadcast(|_| shift.work());
+
+        let State { records, error, .. } =
+            shift.state.into_inner().unwrap_or_else(PoisonError::into_inner);
+        match error {
+            Some(error) => Err(error),
+            None => Ok(records.into_iter().flatten().collect()),
+        }
+    }
+}
+
+fn check(runs: &[RunInput], names: &[&str]) -> Result<(), EnsembleError> {
+    let mut ids = BTreeSet::new();
+    for RunInput { id, inputs } in runs {
+        let wrong = |message| Err(EnsembleError::Run { id: *id, message });
+        if !ids.insert(id) {
+            return wrong("its number is given twice; number the runs uniquely".into());
+        }
+        if inputs.len() != names.len() {
+            let (values, names) = (inputs.len(), names.len());
+            return wrong(format!("{values} inputs for {names} names; give one for each"));
+        }
+        if let Some((name, x)) = names.iter().zip(inputs).find(|(_, x)| !x.is_finite()) {
+            return wrong(format!("{name} = {x}; give a finite number"));
+        }
+    }
+    Ok(())
+}
+
+/// One call of [`Ensemble::run`].
+struct Shift<'a> {
+    ensemble: &'a Ensemble,
+    runs: &'a [RunInput],
+    names: &'a [&'a str],
+    job: Job<'a>,
+    progress: &'a dyn EnsembleProgress,
+    interrupt: &'a AtomicBool,
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    records: Vec<Option<RunRecord>>,
+    /// Share of each run that is done.
+    fractions: Vec<f64>,
+    /// Runs to be made, as positions; with a mark those that another process had.
+    queue: VecDeque<(usize, bool)>,
+    error: Option<EnsembleError>,
+}
+
+/// What became of the try to make a run.
+enum Attempt {
+    Ended(RunRecord),
+    /// Another process is making it.
+    Elsewhere,
+    Interrupted,
+}
+
+impl Shift<'_> {
+    fn state(&self) -> MutexGuard<'_, State> {
+        // jobs, which may panic, never run under the lock
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes stock of what is on the disk.
+    fn begin(&self) -> Result<(), EnsembleError> {
+        let records = self
+            .runs
+            .iter()
+            .map(|run| Ok(self.stored(run)?.filter(|record| !self.is_to_be_retried(record))))
+            .collect::<Result<Vec<_>, EnsembleError>>()?;
+        let mut state = self.state();
+        state.fractions = records.iter().map(|record| record.is_some() as u8 as f64).collect();
+        state.queue =
+            (0..records.len()).filter(|&k| records[k].is_none()).map(|k| (k, false)).collect();
+        state.records = records;
+        drop(state);
+        self.tell();
+        Ok(())
+    }
+
+    fn is_to_be_retried(&self, record: &RunRecord) -> bool {
+        self.ensemble.retry_failed && record.status != RunStatus::Finished
+    }
+
+    /// The record of a run, if it is there and can be read.
+    fn stored(&self, run: &RunInput) -> Result<Option<RunRecord>, EnsembleError> {
+        let path = || self.ensemble.store.path(run.id);
+        match self.ensemble.store.read(run.id)? {
+            Stored::Nothing => Ok(None),
+            Stored::Damaged(reason) => {
+                let path = path();
+                self.progress.warning(&format!(
+                    "{} is damaged ({reason}); run {} is made again",
+                    path.display(),
+                    run.id
+                ));
+                Ok(None)
+            }
+            Stored::Record(record) if record.names == self.names && record.inputs == run.inputs => {
+                Ok(Some(record))
+            }
+            Stored::Record(record) => Err(EnsembleError::OtherInputs {
+                id: run.id,
+                path: path(),
+                stored: RunRecord::described(&record.names, &record.inputs),
+                asked: RunRecord::described(self.names, &run.inputs),
+            }),
+        }
+    }
+
+    /// What each thread does: run after run until none is left.
+    fn work(&self) {
+        while !self.interrupt.load(Ordering::Relaxed) {
+            let next = {
+                let mut state = self.state();
+                if state.error.is_some() { None } else { state.queue.pop_front() }
+            };
+            let Some((k, was_elsewhere)) = next else { return };
+            if was_elsewhere {
+                std::thread::sleep(WAIT);
+            }
+            match self.attempt(k) {
+                Ok(Attempt::Ended(record)) => {
+                    let mut state = self.state();
+                    state.fractions[k] = 1.0;
+                    state.records[k] = Some(record);
+                }
+                Ok(Attempt::Elsewhere) => self.state().queue.push_back((k, true)),
+                Ok(Attempt::Interrupted) => return,
+                Err(error) => self.state().error = Some(error),
+            }
+            self.tell();
+        }
+    }
+
+    fn attempt(&self, k: usize) -> Result<Attempt, EnsembleError> {
+        let run = &self.runs[k];
+        let store = &self.ensemble.store;
+        let before = match self.ensemble.retry_failed {
+            true => self.stored(run)?,
+            false => None,
+        };
+        let Some(_lock) = store.lock(run.id)? else { return Ok(Attempt::Elsewhere) };
+        // another process may have made it since this one looked
+        if let Some(record) = self.stored(run)?
+            && !(self.is_to_be_retried(&record) && before.as_ref() == Some(&record))
+        {
+            store.remove_lock(run.id);
+            return Ok(Attempt::Ended(record));
+        }
+        self.progress.started(run.id);
+        let Some(record) = self.make(k) else { return Ok(Attempt::Interrupted) };
+        store.write(&record)?;
+        store.remove_lock(run.id);
+        self.progress.ended(&record);
+        Ok(Attempt::Ended(record))
+    }
+
+    /// Runs the job; nothing if it was interrupted.
+    fn make(&self, k: usize) -> Option<RunRecord> {
+        let run = &self.runs[k];
+        let done = |fraction: f64| {
+            // a run is done when its record is on the disk
+            self.state().fractions[k] = fraction.clamp(0.0, 1.0);
+            self.progress.advanced(run.id, fraction);
+            self.tell();
+        };
+        let start = Instant::now();
+        let outcome = catch_unwind(AssertUnwindSafe(|| (self.job)(run, &done)));
+        let seconds = start.elapsed().as_secs_f64();
+        let failed = |reason| RunRecord::failed(run, self.names, reason, seconds);
+        let record = match outcome {
+            Ok(outcome) => match RunRecord::new(run, self.names, outcome, seconds) {
+                Some(record) => record,
+                None if self.interrupt.load(Ordering::Relaxed) => return None,
+                None => return Some(failed("the run was stopped by its observer".into())),
+            },
+            Err(panic) => {
+                let text = panic
+                    .downcast_ref::<String>()
+                    .map(String::as_str)
+                    .or_else(|| panic.downcast_ref::<&str>().copied())
+                    .unwrap_or("no message");
+                return Some(failed(format!("the simulation panicked: {text}")));
+            }
+        };
+        // JSON has no infinities: such a curve could be written but never read again
+        let is_readable = serde_json::to_vec(&record)
+            .and_then(|bytes| serde_json::from_slice::<RunRecord>(&bytes))
+            .is_ok();
+        Some(if is_readable {
+            record
+        } else {
+            failed("the curve has values that are not finite".into())
+        })
+    }
+
+    fn tell(&self) {
+        let (finished, total, fraction) = {
+            let state = self.state();
+            let total = state.records.len();
+            let finished = state.records.iter().flatten().count();
+            (finished, total, state.fractions.iter().sum::<f64>() / total.max(1) as f64)
+        };
+        self.progress.update(finished, total, fraction);
+    }
+}

@@ -1,0 +1,70 @@
+//! What a problem is made of.
+
+use std::sync::Arc;
+
+use super::fingerprint::Fingerprint;
+use super::schedule::{Schedule, check_arc_length};
+use crate::boundary::Conditions;
+use crate::element::Order;
+use crate::error::FemError;
+use crate::material::{Material, PhaseField, PointMaterial};
+use crate::mesh::TetMesh;
+use crate::solve::SolverOptions;
+
+/// The parts as they were given, to be shared by problems that differ in some of them.
+#[derive(Clone, Debug)]
+pub(super) struct Parts {
+    pub(super) mesh: Arc<TetMesh>,
+    pub(super) order: Order,
+    pub(super) materials: Vec<Material>,
+    pub(super) phase_field: Option<PhaseField>,
+    pub(super) conditions: Arc<Conditions>,
+    pub(super) schedule: Schedule,
+    pub(super) options: SolverOptions,
+}
+
+impl Parts {
+    /// Checks the parts, all but the mesh and what the conditions name on it.
+    pub(super) fn validate(&self) -> Result<(), FemError> {
+        let (mesh, field) = (&self.mesh, self.phase_field.as_ref());
+        if self.materials.len() != mesh.regions.len() {
+            return Err(FemError::MaterialCount {
+                materials: self.materials.len(),
+                regions: mesh.regions.len(),
+                names: mesh.regions.join(", "),
+            });
+        }
+        for (region, material) in mesh.regions.iter().zip(&self.materials) {
+            material.validate(region, field)?;
+        }
+        field.map_or(Ok(()), PhaseField::validate)?;
+        self.options.validate()?;
+        self.schedule.validate()?;
+        check_arc_length(self.schedule.stepping, &self.materials, field, &self.conditions)
+    }
+
+    /// Marks the regions that can break.
+    pub(super) fn damaged(&self) -> Vec<bool> {
+        let breaks = |m: &Material| self.phase_field.is_some() && m.fracture.is_some();
+        self.materials.iter().map(breaks).collect()
+    }
+
+    /// The materials as the points of a region see them.
+    pub(super) fn points(&self) -> Arc<[PointMaterial]> {
+        self.materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect()
+    }
+
+    /// A number that tells these parts from others; of functions, only what they are described as.
+    pub(super) fn fingerprint(&self) -> u64 {
+        let Self { mesh, order, materials, phase_field, conditions, schedule, options } = self;
+        let words = format!(
+            "{order:?} {materials:?} {phase_field:?} {conditions:?} {schedule:?} {options:?}"
+        );
+        let start = Fingerprint::new().add(words.as_bytes());
+        let nodes = mesh.nodes.as_flattened().iter();
+        let placed = nodes.fold(start, |f, x| f.add(&x.to_le_bytes()));
+        let tets = mesh.tets.as_flattened().iter();
+        let meshed = tets.fold(placed, |f, n| f.add(&n.to_le_bytes()));
+        mesh.region_of.iter().fold(meshed, |f, r| f.add(&r.to_le_bytes())).value()
+    }
+}

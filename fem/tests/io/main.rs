@@ -1,0 +1,7 @@
+//! Meshes and specimens, their files, and directories of runs.
+
+mod ensemble;
+mod gmsh;
+mod mesh;
+mod specimen;
+mod vtu;

@@ -1,0 +1,170 @@
+//! A killed run that is continued gives the identical curve.
+
+use std::ops::ControlFlow;
+
+use crate::support::column::snap_back;
+use crate::support::{between, grain, loading, matrix, phase_field, prism};
+use fem::{
+    Checkpoint, CheckpointError, CrackDensity, CurvePoint, End, FemError, Fields, Friction,
+    Irreversibility, Observer, Order, Outcome, PhaseField, Platens, Problem, Split,
+};
+
+fn test(field: PhaseField) -> Problem {
+    pushed(0.2, field)
+}
+
+fn pushed(displacement_mm: f64, field: PhaseField) -> Problem {
+    let materials = vec![matrix(), grain()];
+    crate::support::test(
+        prism(3, true),
+        Order::Linear,
+        materials,
+        Some(field),
+        loading(displacement_mm, 1.0, 20),
+        1e-8,
+    )
+}
+
+/// Interrupts after so many steps of its own, and notes what it was told.
+struct Kill {
+    after: usize,
+    steps: usize,
+    resumed: usize,
+}
+
+impl Observer for Kill {
+    fn step(&mut self, _: &CurvePoint, _: &Fields) -> ControlFlow<()> {
+        self.steps += 1;
+        if self.steps == self.after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn resumed(&mut self, curve: &[CurvePoint]) {
+        self.resumed = curve.len();
+    }
+}
+
+/// Kills a run after every 7 of its steps and continues it to its end; also from which point of the
+/// curve each part went on.
+fn killed_and_continued(test: &Problem, checkpoint: &Checkpoint) -> (Outcome, Vec<usize>) {
+    let mut told = Vec::new();
+    loop {
+        let mut kill = Kill { after: 7, steps: 0, resumed: 0 };
+        let outcome = test.run_resumable(checkpoint, &mut kill).expect("a sound state");
+        told.push(kill.resumed);
+        if !matches!(outcome.end, End::Interrupted) {
+            return (outcome, told);
+        }
+    }
+}
+
+#[test]
+fn a_continued_run_is_the_uninterrupted_one_bit_by_bit() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let rough =
+        Friction { coefficient: 0.1, slip_velocity_mm_per_s: 1e-2, drag_mpa_s_per_mm: 0.01 };
+    let ratchet = PhaseField {
+        irreversibility: Irreversibility::ActiveSet,
+        ..phase_field(Split::VolumetricDeviatoric)
+    };
+    let history =
+        PhaseField { irreversibility: Irreversibility::History, ..phase_field(Split::None) };
+    let cases = [
+        test(phase_field(Split::None)),
+        test(ratchet),
+        test(history),
+        between(&test(phase_field(Split::None)), loading(0.2, 1.0, 20), Platens::Unilateral(rough)),
+    ];
+    for (k, test) in cases.iter().enumerate() {
+        let whole = Checkpoint { path: dir.path().join(format!("whole-{k}")), every: 4 };
+        let reference = test.run_resumable(&whole, &mut ()).expect("no file is there");
+        assert!(matches!(reference.end, End::Displacement), "{:?}", reference.end);
+        let parts = Checkpoint { path: dir.path().join(format!("parts-{k}")), every: 4 };
+        let (outcome, told) = killed_and_continued(test, &parts);
+        assert_eq!(told, [0, 4, 8, 12, 16], "case {k}");
+        assert_eq!(outcome.curve, reference.curve, "case {k}");
+        assert_eq!(outcome.fields, reference.fields, "case {k}");
+        assert_eq!(outcome.reactions, reference.reactions, "case {k}");
+        assert_eq!(outcome.effort, reference.effort, "case {k}");
+    }
+}
+
+#[test]
+fn a_run_by_arc_length_continues_on_its_way_back() {
+    let dir = tempfile::tempdir().expect("a directory");
+    for model in [CrackDensity::At2, CrackDensity::At1] {
+        let test = snap_back(model);
+        let whole = Checkpoint { path: dir.path().join(format!("whole-{model:?}")), every: 3 };
+        let reference = test.run_resumable(&whole, &mut ()).expect("no file is there");
+        assert!(matches!(reference.end, End::BelowPeak), "{model:?}: {:?}", reference.end);
+        let parts = Checkpoint { path: dir.path().join(format!("parts-{model:?}")), every: 3 };
+        let (outcome, told) = killed_and_continued(&test, &parts);
+        let back = |at: usize| {
+            at > 0 && reference.curve[at].displacement_mm < reference.curve[at - 1].displacement_mm
+        };
+        assert!(told.iter().any(|&at| back(at)), "{model:?}: never on the way back: {told:?}");
+        assert_eq!(outcome.curve, reference.curve, "{model:?}");
+        assert_eq!(outcome.fields, reference.fields, "{model:?}");
+        assert_eq!(outcome.effort, reference.effort, "{model:?}");
+    }
+}
+
+#[test]
+fn an_interrupt_at_a_step_that_is_saved_loses_nothing() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let checkpoint = Checkpoint { path: dir.path().join("run.state"), every: 4 };
+    let test = test(phase_field(Split::None));
+    let mut told = Vec::new();
+    for _ in 0..5 {
+        let mut kill = Kill { after: 4, steps: 0, resumed: 0 };
+        let outcome = test.run_resumable(&checkpoint, &mut kill).expect("a sound state");
+        told.push((kill.resumed, outcome.curve.len(), matches!(outcome.end, End::Displacement)));
+    }
+    let stops = [(0, 4, false), (4, 8, false), (8, 12, false), (12, 16, false), (16, 20, true)];
+    assert_eq!(told, stops);
+}
+
+#[test]
+fn a_state_that_does_not_fit_is_refused() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let checkpoint = Checkpoint { path: dir.path().join("run.state"), every: 2 };
+    let kill = || Kill { after: 3, steps: 0, resumed: 0 };
+    let base = test(phase_field(Split::None));
+    base.run_resumable(&checkpoint, &mut kill()).expect("a fresh run");
+    let refused = |test: &Problem, reason: CheckpointError| {
+        let error = test.resume(&checkpoint).expect_err("refused");
+        let FemError::Checkpoint { path, source } = &error else { panic!("{error}") };
+        assert_eq!((path, *source), (&checkpoint.path, reason), "{error}");
+        let message = error.to_string();
+        assert!(message.contains("run.state") && message.contains("remove it"), "{message}");
+    };
+    let softer =
+        fem::Material { elasticity: fem::Material::hencky(274.0, 0.25).elasticity, ..matrix() };
+    refused(
+        &base.with_materials(vec![softer, grain()]).expect("valid"),
+        CheckpointError::OtherProblem,
+    );
+    refused(&pushed(0.21, phase_field(Split::None)), CheckpointError::OtherProblem);
+    let mut bytes = std::fs::read(&checkpoint.path).expect("a state");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    std::fs::write(&checkpoint.path, &bytes).expect("written");
+    refused(&base, CheckpointError::Damaged);
+    std::fs::write(&checkpoint.path, "").expect("written");
+    refused(&base, CheckpointError::Damaged);
+    // FNV-1a of a sound file of the format before
+    let mut old = b"breccia-state 2\n{}\n".to_vec();
+    let sum = old.iter().fold(0xcbf2_9ce4_8422_2325_u64, |sum, &byte| {
+        (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    old.extend(sum.to_le_bytes());
+    std::fs::write(&checkpoint.path, old).expect("written");
+    refused(&base, CheckpointError::Version);
+    std::fs::remove_file(&checkpoint.path).expect("a file");
+    std::fs::create_dir(&checkpoint.path).expect("a directory in its place");
+    let unreadable = base.resume(&checkpoint).expect_err("refused");
+    let FemError::Io { action: "read", source, .. } = &unreadable else { panic!("{unreadable}") };
+    assert!(source.raw_os_error().is_some(), "the system's own error: {source:?}");
+    let never = Checkpoint { every: 0, ..checkpoint };
+    let message = base.resume(&never).expect_err("refused").to_string();
+    assert!(message.contains("checkpoint: every"), "{message}");
+}

@@ -1,0 +1,210 @@
+//! Platens: Hertz, lift-off, Coulomb's block, and agreement with the sliding ones.
+
+use crate::support::block::{block, even};
+use crate::support::hertz::hertz;
+use crate::support::{between, loading, matrix, phase_field, prism};
+use fem::{
+    Axis, Conditions, End, Friction, Material, Order, Platen, Platens, Problem, Schedule,
+    SolverOptions,
+};
+
+fn steps(n: u32) -> Schedule {
+    Schedule::fixed(1.0, n)
+}
+
+fn soft(young_mpa: f64, poisson: f64) -> Vec<Material> {
+    vec![Material::hencky(young_mpa, poisson)]
+}
+
+#[test]
+fn a_ball_presses_as_hertz_says() {
+    // three elements over the radius; the example `contact` refines
+    let found = hertz(3, Order::Linear);
+    let off = |x: f64, exact: f64| (x / exact - 1.0).abs();
+    assert!(off(found.radius_mm, found.exact_radius_mm) < 0.03, "{found:?}");
+    assert!(off(found.pressure_mpa, found.exact_pressure_mpa) < 0.08, "{found:?}");
+}
+
+#[test]
+fn a_tilted_platen_lifts_off_where_the_layer_would_pull() {
+    // a thin layer with ν = 0 on a rigid base is a bed of springs: p = E ⟨δ − θ x⟩ / h
+    let (young, length, edge, depth) = (100.0, 60.0, 40.0, 2e-3);
+    let mesh = block([&even(0.0, length, 90), &even(0.0, 1.0, 1), &even(0.0, 1.0, 2)]);
+    let slope = depth / edge;
+    // through (0, 0, 1 − δ) and (40, 0, 1), rising
+    let platen = Platen::plane([edge, 0.0, 1.0 + depth], [slope, 0.0, -1.0])
+        .moving(move |time_s| [0.0, 0.0, -depth * time_s]);
+    let conditions = Conditions::new()
+        .symmetry("front")
+        .symmetry("back")
+        .fix("bottom", Axis::ALL)
+        .platen("top", platen)
+        .measure("top", [0.0, 0.0, -1.0]);
+    let options = SolverOptions::default();
+    for order in [Order::Linear, Order::Quadratic] {
+        let problem = Problem::builder(mesh.clone())
+            .order(order)
+            .materials(soft(young, 0.0))
+            .conditions(conditions.clone())
+            .schedule(steps(2))
+            .options(options)
+            .build()
+            .expect("valid");
+        let outcome = problem.run(&mut ());
+        assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
+        let force = outcome.curve[1].force_n;
+        let exact = young * depth * edge / 2.0;
+        assert!((force / exact - 1.0).abs() < 0.03, "{order:?}: {force} instead of {exact} N");
+        let points = &outcome.contact["top"];
+        let touching = points.iter().filter(|p| p.pressure_mpa > 0.0);
+        let reach = touching.map(|p| problem.nodes()[p.node as usize][0]).fold(0.0, f64::max);
+        assert!((reach - edge).abs() < 1.5, "{order:?}: contact ends at {reach} mm");
+        let total: f64 = points.iter().map(|p| p.area_mm2 * p.pressure_mpa).sum();
+        assert!((total / force - 1.0).abs() < 1e-5, "{order:?}: {total} against {force} N");
+        for p in points {
+            assert!(p.pressure_mpa >= 0.0 && p.gap_mm > -1e-9, "{order:?}: {p:?}");
+            assert!(p.pressure_mpa == 0.0 || p.gap_mm < 1e-9, "{order:?}: {p:?}");
+        }
+        let open = points.iter().filter(|p| p.gap_mm > 1e-4).count();
+        assert!(4 * open > points.len(), "{order:?}: {open} of {} lifted off", points.len());
+    }
+}
+
+/// A block pressed by 1 MPa and pulled sideways: (tangential, normal force, points of the curve).
+fn pulled(order: Order, friction: f64, slip_velocity: f64, drag: f64) -> (f64, f64, [f64; 3]) {
+    let mesh = block([&even(0.0, 4.0, 3), &even(0.0, 4.0, 3), &even(0.0, 2.0, 2)]);
+    let platen =
+        Platen::plane([0.0; 3], [0.0, 0.0, 1.0]).friction(friction, slip_velocity).drag(drag);
+    let conditions = Conditions::new()
+        .platen("bottom", platen)
+        .traction("top", |_, _| [0.0, 0.0, -1.0])
+        .prescribe("right", [Axis::X], |_, time_s| [0.5 * time_s, 0.0, 0.0])
+        .measure("right", [1.0, 0.0, 0.0]);
+    let problem = Problem::builder(mesh)
+        .order(order)
+        .materials(soft(1000.0, 0.3))
+        .conditions(conditions)
+        .schedule(steps(10))
+        .build()
+        .expect("valid");
+    let outcome = problem.run(&mut ());
+    assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
+    let [x, y, z] = outcome.reactions["bottom"][9];
+    assert!(y.abs() < 1e-6, "{y}");
+    let [last, before] = [9, 8].map(|k| &outcome.curve[k]);
+    assert!((last.force_n + x).abs() < 1e-5 * last.force_n, "{last:?} {x}");
+    assert!(outcome.curve.iter().all(|p| p.friction_n_mm > 0.0));
+    let slid = last.displacement_mm - before.displacement_mm;
+    (-x, z, [slid, last.friction_n_mm - before.friction_n_mm, last.balance_n_mm()])
+}
+
+#[test]
+fn a_coulomb_block_slides_at_mu_n() {
+    for order in [Order::Linear, Order::Quadratic] {
+        let (slip, velocity) = (0.01, 0.5f64);
+        let (tangential, normal, [slid, heat, _]) = pulled(order, 0.3, slip, 0.0);
+        assert!((normal - 16.0).abs() < 1e-6, "{order:?}: N = {normal}");
+        let exact = 0.3 * 16.0 * velocity / velocity.hypot(slip);
+        assert!((tangential / exact - 1.0).abs() < 1e-5, "{order:?}: {tangential}, not {exact} N");
+        // all that the pull does is heat once the block slides
+        assert!((heat / (tangential * slid) - 1.0).abs() < 1e-4, "{order:?}: {heat} N mm");
+    }
+}
+
+#[test]
+fn drag_is_linear_in_the_velocity() {
+    // T = F_v v A
+    let (tangential, _, [slid, heat, balance]) = pulled(Order::Linear, 0.0, 1.0, 0.04);
+    let exact = 0.04 * 0.5 * 16.0;
+    assert!((tangential / exact - 1.0).abs() < 1e-6, "{tangential} instead of {exact} N");
+    assert!((heat / (exact * slid) - 1.0).abs() < 1e-5, "{heat} N mm");
+    // what is left is of the first step, which begins at rest
+    assert!(balance.abs() < 0.1 * exact, "{balance} N mm");
+}
+
+#[test]
+fn unilateral_platens_without_friction_press_as_sliding_ones_do() {
+    for (order, field) in [
+        (Order::Linear, None),
+        (Order::Quadratic, None),
+        (Order::Linear, Some(phase_field(fem::Split::None))),
+    ] {
+        let way = loading(0.1, 1.0, 4);
+        let test = crate::support::test(prism(2, false), order, vec![matrix()], field, way, 1e-10);
+        let sliding = test.run(&mut ());
+        let free = between(&test, way, Platens::Unilateral(Friction::none()));
+        let unilateral = free.run(&mut ());
+        assert!(matches!(unilateral.end, End::Displacement), "{:?}", unilateral.end);
+        for (a, b) in sliding.curve.iter().zip(&unilateral.curve) {
+            assert!((a.force_n / b.force_n - 1.0).abs() < 1e-6, "{order:?}: {a:?} {b:?}");
+            assert!((a.work_n_mm / b.work_n_mm - 1.0).abs() < 1e-5, "{order:?}: {a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn friction_stiffens_a_specimen_and_is_paid_for() {
+    let mesh =
+        fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.2 }.build().unwrap();
+    let way = loading(0.22, 1.0, 8);
+    let test = crate::support::test(mesh, Order::Linear, soft(275.0, 0.25), None, way, 1e-9);
+    let run = |friction: f64| {
+        let friction = Friction {
+            coefficient: friction,
+            slip_velocity_mm_per_s: 1e-3,
+            drag_mpa_s_per_mm: 0.01,
+        };
+        let outcome = between(&test, way, Platens::Unilateral(friction)).run(&mut ());
+        assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
+        *outcome.curve.last().expect("a curve")
+    };
+    let (smooth, rough) = (run(0.0), run(0.3));
+    assert!(rough.force_n > 1.02 * smooth.force_n, "{} {}", rough.force_n, smooth.force_n);
+    for point in [smooth, rough] {
+        // elastic energy and friction account for the work of the platens
+        assert!(point.friction_n_mm > 0.0);
+        assert!(point.balance_n_mm().abs() < 2e-3 * point.work_n_mm, "{point:?}");
+    }
+}
+
+#[test]
+fn platens_press_stiff_grains_from_the_first_increment_on() {
+    let mut mesh =
+        fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 0.6 }.build().unwrap();
+    let grains = fem::Packing::new(0.15, 3).fill(2.5, 4.4).expect("a packing");
+    fem::label(&mut mesh, &grains);
+    let solids = [275.0, 22_000.0].map(|young| Material::hencky(young, 0.25));
+    let way = loading(0.05, 0.25, 2);
+    let test = crate::support::test(mesh, Order::Linear, solids.to_vec(), None, way, 1e-8);
+    let sliding = test.run(&mut ()).curve[1].force_n;
+    let [smooth, rough] = [0.0, 0.2].map(|coefficient| {
+        let friction =
+            Friction { coefficient, slip_velocity_mm_per_s: 1e-3, drag_mpa_s_per_mm: 0.01 };
+        let outcome = between(&test, way, Platens::Unilateral(friction)).run(&mut ());
+        assert_eq!(outcome.effort.cuts, 0, "{coefficient}: {:?}", outcome.end);
+        outcome.curve[1].force_n
+    });
+    // nothing holds the ends to platens that they may leave
+    assert!(smooth < 1.001 * sliding && smooth > 0.8 * sliding, "{smooth} {sliding} N");
+    assert!(rough > smooth, "{rough} {smooth} N");
+}
+
+#[test]
+fn a_platen_out_of_range_is_refused() {
+    let refused = |platen: Platen, part: &str| {
+        let mesh = block([&even(0.0, 1.0, 1), &even(0.0, 1.0, 1), &even(0.0, 1.0, 1)]);
+        let conditions = Conditions::new().fix("bottom", Axis::ALL).platen("top", platen);
+        let error = Problem::builder(mesh)
+            .materials(soft(1.0, 0.3))
+            .conditions(conditions)
+            .schedule(steps(1))
+            .build();
+        let message = error.expect_err("refused").to_string();
+        assert!(message.contains(part) && message.contains("surface 'top'"), "{message}");
+    };
+    let plane = || Platen::plane([0.0, 0.0, 1.0], [0.0, 0.0, -1.0]);
+    refused(plane().friction(-0.1, 1.0), "friction = -0.1");
+    refused(plane().friction(0.1, 0.0), "slip_velocity_mm_per_s = 0");
+    refused(Platen::sphere([0.0; 3], -2.0), "radius_mm = -2");
+    refused(plane().moving(|_| [0.0, 0.0, 1.0]), "where it starts");
+}

@@ -1,0 +1,17 @@
+//! Whole problems: closed forms, published figures, other codes, and what is refused.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod boundary;
+mod checkpoint;
+mod compression;
+mod contact;
+mod cook;
+mod damage;
+mod homogeneous;
+mod manufactured;
+mod notched_plate;
+mod reference_cylinder;
+mod refusals;
+mod solution;

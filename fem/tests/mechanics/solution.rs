@@ -1,0 +1,234 @@
+//! The way through a run: schemes, steps, fallbacks, linear solvers, interrupts, threads.
+
+use std::ops::ControlFlow;
+
+use crate::support::{grain, loading, matrix, peak, phase_field, prism, test, with_options};
+use fem::{
+    CompressionTest, CurvePoint, End, FemError, Fields, LinearScheme, Material, Order, Schedule,
+    Scheme, SolverOptions, Split, StepFailure,
+};
+
+#[test]
+fn alternate_minimisation_reaches_the_same_equilibrium() {
+    let mesh = prism(2, true);
+    let run = |scheme: Scheme, iterations: u32| {
+        let options = SolverOptions { scheme, iterations, ..SolverOptions::default() };
+        let field = phase_field(Split::None);
+        let materials = vec![matrix(), grain()];
+        with_options(
+            mesh.clone(),
+            Order::Linear,
+            materials,
+            Some(field),
+            loading(0.2, 1.0, 20),
+            options,
+        )
+        .expect("valid input")
+        .run(&mut ())
+    };
+    let newton = run(Scheme::Monolithic, 30);
+    let alternate = run(Scheme::Alternate, 30);
+    // with three iterations Newton fails in places: alternate minimisation or shorter steps must help
+    let helped = run(Scheme::Monolithic, 3);
+    assert!(helped.effort.fallbacks > 0, "{:?}", helped.effort);
+    assert_eq!((newton.effort.fallbacks, newton.effort.cuts), (0, 0));
+    for outcome in [&alternate, &helped] {
+        assert_eq!(outcome.curve.len(), 20, "{:?}", outcome.end);
+        for (a, b) in newton.curve.iter().zip(&outcome.curve) {
+            // where steps were cut, the time rule differs a little
+            let tolerance = if outcome.effort.cuts > 0 { 2e-2 } else { 1e-6 };
+            assert!(
+                (a.force_n - b.force_n).abs() < tolerance * a.force_n,
+                "{a:?}\n{b:?}\n{:?}",
+                outcome.effort
+            );
+        }
+    }
+}
+
+#[test]
+fn steps_that_fail_are_cut_and_land_on_the_points_asked_for() {
+    // one alternation is never enough to help, few iterations often fail: only shorter steps help
+    let options = SolverOptions { iterations: 4, alternations: 1, ..SolverOptions::default() };
+    let test = with_options(
+        prism(2, true),
+        Order::Linear,
+        vec![matrix(), grain()],
+        Some(phase_field(Split::None)),
+        loading(0.12, 1.0, 2),
+        options,
+    )
+    .expect("valid input");
+    let outcome = test.run(&mut ());
+    assert!(outcome.effort.cuts > 0, "{:?}", outcome.effort);
+    let displacements: Vec<f64> = outcome.curve.iter().map(|p| p.displacement_mm).collect();
+    assert_eq!(displacements, [0.06, 0.12], "{:?}", outcome.end);
+}
+
+#[test]
+fn adaptive_steps_find_the_peak_and_stop_below_it() {
+    let adaptive = CompressionTest::new(0.3, Schedule::adaptive(1.5).stop_below_peak(0.1));
+    let make = |loading| {
+        test(
+            prism(2, true),
+            Order::Linear,
+            vec![matrix(), grain()],
+            Some(phase_field(Split::None)),
+            loading,
+            1e-8,
+        )
+    };
+    let outcome = make(adaptive).run(&mut ());
+    assert!(matches!(outcome.end, End::BelowPeak), "{:?}", outcome.end);
+    let last = outcome.curve.last().expect("points");
+    let highest = outcome.curve.iter().map(|p| p.force_n).fold(0.0, f64::max);
+    assert!(
+        last.force_n < 0.9 * highest
+            && outcome.curve[outcome.curve.len() - 2].force_n >= 0.9 * highest
+    );
+    assert!(
+        outcome.curve[1].displacement_mm - outcome.curve[0].displacement_mm
+            > outcome.curve[0].displacement_mm,
+        "steps grow"
+    );
+    let fixed = make(loading(0.3, 1.5, 400)).run(&mut ());
+    let (fine, coarse) = (peak(&fixed), highest);
+    assert!((coarse - fine.1).abs() < 0.02 * fine.1, "{coarse} and {fine:?}");
+}
+
+#[test]
+fn multigrid_follows_the_factor_past_the_peak() {
+    for order in [Order::Linear, Order::Quadratic] {
+        let [direct, multigrid] = [LinearScheme::Direct, LinearScheme::Multigrid].map(|linear| {
+            let options = SolverOptions { linear, ..SolverOptions::default() };
+            let test = with_options(
+                prism(3, true),
+                order,
+                vec![matrix(), grain()],
+                Some(phase_field(Split::None)),
+                loading(0.3, 1.0, 30),
+                options,
+            );
+            let outcome = test.expect("valid input").run(&mut ());
+            assert!(matches!(outcome.end, End::Displacement), "{linear:?}: {:?}", outcome.end);
+            outcome
+        });
+        let (_, highest) = peak(&direct);
+        assert!(direct.curve.last().expect("a point").force_n < 0.8 * highest, "past the peak");
+        for (a, b) in direct.curve.iter().zip(&multigrid.curve) {
+            assert!((a.force_n - b.force_n).abs() < 1e-6 * highest, "{order:?}: {a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn a_run_that_cannot_go_on_keeps_its_curve_and_says_why() {
+    let options = SolverOptions {
+        iterations: 1,
+        alternations: 1,
+        tolerance: 1e-13,
+        ..SolverOptions::default()
+    };
+    let test = with_options(
+        prism(2, true),
+        Order::Linear,
+        vec![matrix(), grain()],
+        Some(phase_field(Split::None)),
+        loading(0.2, 1.0, 4),
+        options,
+    )
+    .expect("valid input");
+    let mut run = test.start();
+    let error = loop {
+        match run.step() {
+            Ok(point) => assert!(point.is_some(), "an end without equilibrium"),
+            Err(error) => break error,
+        }
+    };
+    let FemError::NotConverged { source, step_s, .. } = error else { panic!("{error}") };
+    assert!(matches!(source, StepFailure::TooManyIterations | StepFailure::Stalled), "{source}");
+    assert!(step_s < 1e-6, "cut down to {step_s} s");
+    assert!(run.step().expect("no second error").is_none());
+    let outcome = run.finish();
+    let End::Failed(error) = &outcome.end else { panic!("{:?}", outcome.end) };
+    assert!(error.to_string().contains("no equilibrium"), "{error}");
+    let reason = std::error::Error::source(error).map(|source| source.is::<StepFailure>());
+    assert_eq!(reason, Some(true), "the reason is kept as it is");
+    assert!(outcome.curve.len() < 4);
+}
+
+#[test]
+fn an_observer_sees_every_point_and_can_interrupt() {
+    let test =
+        test(prism(1, false), Order::Linear, vec![matrix()], None, loading(0.2, 1.0, 10), 1e-8);
+    let mut seen = Vec::new();
+    let outcome = test.run(&mut |point: &CurvePoint, fields: &Fields| {
+        assert_eq!(fields.displacement.len(), 8);
+        seen.push(*point);
+        if seen.len() == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    assert!(matches!(outcome.end, End::Interrupted));
+    assert_eq!(outcome.curve, seen);
+}
+
+#[test]
+fn a_loop_of_the_user_is_the_run() {
+    let test = test(
+        prism(2, true),
+        Order::Linear,
+        vec![matrix(), grain()],
+        Some(phase_field(Split::None)),
+        loading(0.1, 1.0, 6),
+        1e-8,
+    );
+    let whole = test.run(&mut ());
+    let mut run = test.start();
+    assert!(run.fields().damage.iter().all(|phi| *phi == 0.0) && run.curve().is_empty());
+    let mut taken = 0;
+    while let Some(point) = run.step().expect("an equilibrium") {
+        assert_eq!(point, whole.curve[taken]);
+        taken += 1;
+        assert_eq!(run.curve().len(), taken);
+    }
+    assert_eq!(run.effort(), whole.effort);
+    let outcome = run.finish();
+    assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
+    assert_eq!((taken, outcome.fields), (6, whole.fields));
+    // left early, it has not ended
+    let mut early = test.start();
+    early.step().expect("an equilibrium");
+    assert!(matches!(early.finish().end, End::Interrupted));
+}
+
+#[test]
+fn other_materials_share_the_discretisation_and_threads_change_nothing() {
+    let base = test(
+        prism(2, true),
+        Order::Linear,
+        vec![matrix(), grain()],
+        Some(phase_field(Split::None)),
+        loading(0.2, 1.0, 10),
+        1e-8,
+    );
+    let stiffer = Material { elasticity: Material::hencky(290.0, 0.25).elasticity, ..matrix() };
+    let other = base.with_materials(vec![stiffer.clone(), grain()]).expect("valid materials");
+    let fresh = test(
+        prism(2, true),
+        Order::Linear,
+        vec![stiffer, grain()],
+        Some(phase_field(Split::None)),
+        loading(0.2, 1.0, 10),
+        1e-8,
+    );
+    let [a, b, c] = std::thread::scope(|scope| {
+        let runs = [&other, &other, &fresh].map(|test| scope.spawn(|| test.run(&mut ())));
+        runs.map(|run| run.join().expect("a run"))
+    });
+    assert_eq!(a.curve, b.curve);
+    assert_eq!(a.curve, c.curve);
+    assert_eq!(a.fields, c.fields);
+    let elastic = base
+        .with_materials(vec![matrix(), Material { fracture: None, ..grain() }])
+        .expect("valid materials");
+    assert!(elastic.unknowns() < base.unknowns(), "the grains' inner nodes lose their damage");
+}

@@ -1,0 +1,147 @@
+//! Small CSV tables: read with errors that name line, column and value, and written.
+
+use std::path::Path;
+
+use crate::error::{InputError, closest};
+
+/// A table of text cells with named columns, held whole.
+pub(crate) struct CsvTable<'a> {
+    file: &'a Path,
+    columns: Vec<String>,
+    /// Line number in the file (from 1) and cells.
+    rows: Vec<(u64, Vec<String>)>,
+}
+
+impl<'a> CsvTable<'a> {
+    /// Reads `file` and checks that it has the `required` columns.
+    pub(crate) fn read(file: &'a Path, required: &[&str]) -> Result<Self, InputError> {
+        let bytes = std::fs::read(file)
+            .map_err(|e| InputError::unreadable(file, &e, "Check its name and place."))?;
+        let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&bytes);
+        let mut reader =
+            csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(bytes);
+        let columns: Vec<String> = match reader.headers() {
+            Ok(header) => header.iter().map(str::to_owned).collect(),
+            Err(e) => return Err(malformed(file, &e)),
+        };
+        for &column in required {
+            if !columns.iter().any(|c| c == column) {
+                return Err(missing_column(file, column, &columns, required));
+            }
+        }
+        let mut rows = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(|e| malformed(file, &e))?;
+            let line = record.position().map_or(0, csv::Position::line);
+            rows.push((line, record.iter().map(str::to_owned).collect()));
+        }
+        Ok(Self { file, columns, rows })
+    }
+
+    pub(crate) fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    /// The first row with this `text` under `column`.
+    pub(crate) fn named(&self, column: &str, text: &str) -> Result<Row<'_>, InputError> {
+        self.rows().find(|row| row.text(column) == text).ok_or_else(|| {
+            InputError::new(self.file, text, "", "has no line", "Run the stages again.")
+        })
+    }
+
+    pub(crate) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
+        (0..self.rows.len()).map(move |index| Row { table: self, index })
+    }
+}
+
+/// One line of a [`CsvTable`].
+#[derive(Clone, Copy)]
+pub(crate) struct Row<'a> {
+    table: &'a CsvTable<'a>,
+    index: usize,
+}
+
+impl<'a> Row<'a> {
+    /// All cells in order.
+    pub(crate) fn cells(&self) -> &'a [String] {
+        &self.table.rows[self.index].1
+    }
+
+    /// The cell under `column`; empty where the table has no such column.
+    pub(crate) fn text(&self, column: &str) -> &'a str {
+        let place = self.table.columns.iter().position(|c| c == column);
+        place.map_or("", |i| &self.table.rows[self.index].1[i])
+    }
+
+    pub(crate) fn number(&self, column: &str) -> Result<f64, InputError> {
+        match self.text(column).parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => Err(self.error(
+                column,
+                "is not a finite number",
+                "Write it with a decimal point and no unit, as 4.95.",
+            )),
+        }
+    }
+
+    pub(crate) fn positive(&self, column: &str) -> Result<f64, InputError> {
+        let value = self.number(column)?;
+        if value > 0.0 {
+            Ok(value)
+        } else {
+            Err(self.error(column, "must be positive", "Check the sign and the column."))
+        }
+    }
+
+    /// An error at this line and `column`.
+    pub(crate) fn error(&self, column: &str, problem: &str, help: &str) -> InputError {
+        let line = self.table.rows[self.index].0;
+        let place = format!("line {line}, column {column}");
+        InputError::new(self.table.file, place, self.text(column), problem, help)
+    }
+}
+
+/// A header and rows of cells as CSV.
+pub(crate) fn to_csv<H, R>(header: H, rows: impl IntoIterator<Item = R>) -> std::io::Result<Vec<u8>>
+where
+    H: IntoIterator<Item: AsRef<[u8]>>,
+    R: IntoIterator<Item: AsRef<[u8]>>,
+{
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(header)?;
+    for row in rows {
+        writer.write_record(row)?;
+    }
+    writer.into_inner().map_err(csv::IntoInnerError::into_error)
+}
+
+fn missing_column(file: &Path, column: &str, found: &[String], required: &[&str]) -> InputError {
+    let help = if found.len() == 1 && found[0].contains([';', '\t']) {
+        "Separate columns by commas and write numbers with a decimal point.".to_owned()
+    } else if let Some(similar) = closest(column, found.iter().map(String::as_str)) {
+        format!("Is the column {similar:?} meant? The header is {}.", required.join(","))
+    } else {
+        format!("The first line must be the header {}.", required.join(","))
+    };
+    InputError::new(file, "line 1", "", format!("the column {column} is missing"), help)
+}
+
+fn malformed(file: &Path, error: &csv::Error) -> InputError {
+    let place = error.position().map_or(String::new(), |p| format!("line {}", p.line()));
+    match error.kind() {
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => InputError::new(
+            file,
+            place,
+            "",
+            format!("has {len} fields, the header has {expected_len}"),
+            "Write numbers with a decimal point, not a comma, and leave no field out.",
+        ),
+        _ => InputError::new(
+            file,
+            place,
+            "",
+            format!("is no readable CSV ({error})"),
+            "Save it as plain text, UTF-8, fields separated by commas.",
+        ),
+    }
+}

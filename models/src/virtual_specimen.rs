@@ -1,0 +1,140 @@
+//! Specimens that do not exist: with a known truth, scatter and measurement noise.
+//!
+//! Every specimen has a packing of its own, parameters of its own around the truth, and readings
+//! with noise. What the specimens share is the truth that the calibration should find again.
+
+use rand::{Rng, SeedableRng};
+use rand_distr::StandardNormal;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use crate::case::{ByParameter, NoiseCase};
+use crate::experiment::Curve;
+
+/// What makes one virtual specimen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VirtualSpecimen {
+    /// Name, as `V-01`.
+    pub id: String,
+    /// Seed of its packing: its own, and never the surrogate's.
+    pub packing_seed: u64,
+    /// Its parameters, in the order of the truth's.
+    pub parameters: Vec<f64>,
+    /// The stream of its measurement noise.
+    noise: Xoshiro256PlusPlus,
+}
+
+impl VirtualSpecimen {
+    /// So many specimens; none gets the packing of the surrogate.
+    ///
+    /// Parameters are truth · exp(s z) with z standard normal and s the scatter of each parameter,
+    /// so that the truth is their median. Specimen k depends on the seed and on k alone.
+    pub fn draw(
+        specimens: usize,
+        seed: u64,
+        truth: &ByParameter<f64>,
+        scatter: &ByParameter<f64>,
+        surrogate_packing_seed: Option<u64>,
+    ) -> Vec<Self> {
+        let mut streams = Xoshiro256PlusPlus::seed_from_u64(seed);
+        (1..=specimens)
+            .map(|k| {
+                let mut rng = streams.clone();
+                streams.jump();
+                let mut packing_seed = u64::from(rng.random::<u32>());
+                while Some(packing_seed) == surrogate_packing_seed {
+                    packing_seed = u64::from(rng.random::<u32>());
+                }
+                let parameters = truth.iter().map(|(parameter, truth)| {
+                    let z: f64 = rng.sample(StandardNormal);
+                    truth * (scatter.get(parameter).copied().unwrap_or(0.0) * z).exp()
+                });
+                let parameters = parameters.collect();
+                Self { id: format!("V-{k:02}"), packing_seed, parameters, noise: rng }
+            })
+            .collect()
+    }
+
+    /// The record of a test: every reading of displacement and force with its own error.
+    pub fn measure(&self, exact: &Curve, noise: &NoiseCase) -> Curve {
+        let mut rng = self.noise.clone();
+        let mut read = |values: &[f64], sd: f64| -> Vec<f64> {
+            values.iter().map(|x| x + sd * rng.sample::<f64, _>(StandardNormal)).collect()
+        };
+        Curve {
+            displacement_mm: read(&exact.displacement_mm, noise.displacement_mm),
+            force_n: read(&exact.force_n, noise.force_n),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::{CaseFile, Property, VirtualCase};
+
+    fn case() -> VirtualCase {
+        CaseFile::default_case().case.experiments.unwrap().virtual_specimens.unwrap()
+    }
+
+    fn draw(specimens: usize, seed: u64, avoided: Option<u64>) -> Vec<VirtualSpecimen> {
+        let VirtualCase { truth, scatter, .. } = case();
+        VirtualSpecimen::draw(specimens, seed, &truth, &scatter, avoided)
+    }
+
+    #[test]
+    fn specimens_scatter_around_the_truth_as_asked() {
+        let n = 4000;
+        let VirtualCase { truth, mut scatter, .. } = case();
+        for parameter in truth.parameters() {
+            let sd = if parameter.property == Property::Young { 0.03 } else { 0.2 };
+            scatter.insert(parameter.clone(), sd);
+        }
+        let specimens = VirtualSpecimen::draw(n, 5, &truth, &scatter, Some(1));
+        for (i, (parameter, truth)) in truth.iter().enumerate() {
+            let s = *scatter.get(parameter).unwrap();
+            let logs: Vec<f64> = specimens.iter().map(|v| (v.parameters[i] / truth).ln()).collect();
+            let mean = logs.iter().sum::<f64>() / n as f64;
+            let sd = (logs.iter().map(|x| x * x).sum::<f64>() / n as f64).sqrt();
+            // four standard errors of a normal sample's mean and standard deviation
+            assert!(mean.abs() < 4.0 * s / (n as f64).sqrt(), "mean {mean} of log {i}");
+            assert!((sd / s - 1.0).abs() < 4.0 / (2.0 * n as f64).sqrt(), "sd {sd} of log {i}");
+        }
+    }
+
+    #[test]
+    fn microstructures_are_the_specimens_own() {
+        let specimens = draw(8, 5, None);
+        let avoided = specimens[3].packing_seed;
+        let again = draw(8, 5, Some(avoided));
+        assert!(again.iter().all(|v| v.packing_seed != avoided));
+        let mut seeds: Vec<u64> = again.iter().map(|v| v.packing_seed).collect();
+        seeds.sort_unstable();
+        seeds.dedup();
+        assert_eq!(seeds.len(), 8);
+    }
+
+    #[test]
+    fn a_specimen_does_not_depend_on_how_many_follow() {
+        let few = draw(3, 9, Some(1));
+        let many = draw(12, 9, Some(1));
+        assert_eq!(few[..], many[..3]);
+        assert_ne!(few, draw(3, 10, Some(1)));
+    }
+
+    #[test]
+    fn readings_carry_the_stated_noise_and_repeat() {
+        let specimen = &draw(1, 9, Some(1))[0];
+        let n = 20_000;
+        let exact = Curve { displacement_mm: vec![0.1; n], force_n: vec![50.0; n] };
+        let noise = NoiseCase { force_n: 0.5, displacement_mm: 0.001 };
+        let record = specimen.measure(&exact, &noise);
+        for (values, centre, s) in
+            [(&record.force_n, 50.0, 0.5), (&record.displacement_mm, 0.1, 0.001)]
+        {
+            let sd =
+                (values.iter().map(|x| (x - centre) * (x - centre)).sum::<f64>() / n as f64).sqrt();
+            assert!((sd / s - 1.0).abs() < 4.0 / (2.0 * n as f64).sqrt(), "{sd}");
+        }
+        assert_eq!(record, specimen.measure(&exact, &noise));
+    }
+}

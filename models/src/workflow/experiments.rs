@@ -1,0 +1,202 @@
+//! Stage `experiments`: specimens, measured or virtual, to quantities of interest.
+
+use fem::{Packing, RunInput, RunRecord, RunStatus, gmsh};
+use rayon::prelude::*;
+
+use super::WorkflowError;
+use super::files::{SPECIMENS, write};
+use super::runs::run_ensemble;
+use super::simulator::{Simulator, height_mm, lattice_mesh, recorded, simulated_qois};
+use super::task::Task;
+use crate::case::{ByParameter, Parameter, Shape};
+use crate::error::InputError;
+use crate::experiment::{Specimen, SpecimenTable};
+use crate::progress::say;
+use crate::qoi::Qois;
+use crate::virtual_specimen::VirtualSpecimen;
+
+pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
+    let inputs = &task.inputs;
+    let table = match inputs.are_specimens_virtual()? {
+        true => test_virtual_specimens(task)?,
+        false => inputs.specimen_table()?,
+    };
+    let table = inputs.chosen(table)?;
+    let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
+    let scale = Scale {
+        height_mm: height_mm(&mesh),
+        radius_mm: inputs.specimen().radius_mm,
+        slope_fraction: inputs.qoi().slope_fraction,
+    };
+    let rows = table
+        .specimens
+        .iter()
+        .map(|specimen| scale.row(task, specimen))
+        .collect::<Result<Vec<_>, _>>()?;
+    let header = ["id", "group", "height_mm", "radius_mm", "displacement_factor", "slope_fraction"];
+    task.write_csv("experiments.csv", header.into_iter().chain(Qois::NAMES), rows)?;
+    Ok(format!("{} specimens", table.specimens.len()))
+}
+
+/// The size of the mesh, at which specimens are compared.
+struct Scale {
+    height_mm: f64,
+    radius_mm: Option<f64>,
+    slope_fraction: f64,
+}
+
+impl Scale {
+    /// A specimen's line of `experiments.csv`: its quantities at the height of the mesh.
+    fn row(&self, task: &Task<'_>, specimen: &Specimen) -> Result<Vec<String>, WorkflowError> {
+        let Specimen { id, group, height_mm, radius_mm, .. } = specimen;
+        let mesh_height = self.height_mm;
+        let factor = mesh_height / height_mm;
+        let differs = (factor - 1.0).abs() > 1e-9;
+        let factor = if differs { factor } else { 1.0 };
+        if !(0.1..=10.0).contains(&factor) {
+            return Err(InputError::new(
+                &task.path(SPECIMENS),
+                format!("specimen {id}, column height_mm"),
+                height_mm.to_string(),
+                format!("is far from the mesh's height of {mesh_height:.4} mm"),
+                "Write heights in mm.",
+            )
+            .into());
+        }
+        if differs {
+            say(
+                "note",
+                &format!(
+                    "{id} is {height_mm} mm high, the mesh {mesh_height:.4} mm: its displacements are scaled by {factor:.4}"
+                ),
+            );
+        }
+        if let Some(radius) = self.radius_mm.filter(|r| (r / radius_mm - 1.0).abs() > 0.01) {
+            say(
+                "note",
+                &format!(
+                    "{id} has a radius of {radius_mm} mm, the mesh {radius} mm: forces are not scaled"
+                ),
+            );
+        }
+        let fraction = specimen.slope_fraction.unwrap_or(self.slope_fraction);
+        let qois = Qois::of(&specimen.curve.scale_displacement(factor), fraction).map_err(|e| {
+            let curve = task.path("experiments/curves").join(format!("{id}.csv"));
+            let help = "Correct the curve or leave the specimen out of the table.";
+            InputError::new(&curve, "", "", e.to_string(), help)
+        })?;
+        Ok([id.clone(), group.clone()]
+            .into_iter()
+            .chain([*height_mm, *radius_mm, factor, fraction].map(|x| x.to_string()))
+            .chain(qois.to_array().map(|q| q.to_string()))
+            .collect())
+    }
+}
+
+/// Simulates the virtual specimens and writes them as a laboratory would.
+fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowError> {
+    let inputs = &task.inputs;
+    let shape = inputs.shape()?;
+    let Shape::Lattice { radius_mm, height_mm, spacing_mm, grains } = &shape else {
+        let message = "virtual specimens need a lattice to put their own grains on";
+        return Err(WorkflowError::Unusable(message.to_owned()));
+    };
+    let (setup, truth) = (inputs.setup(), inputs.truth()?);
+    let spacing = inputs.spacing_mm()?.unwrap_or(*spacing_mm);
+    let specimens = VirtualSpecimen::draw(
+        *inputs.specimens()?,
+        *inputs.seed()?,
+        truth,
+        inputs.scatter()?,
+        grains.as_ref().map(|g| g.seed),
+    );
+    let parameters: Vec<Parameter> = truth.parameters().cloned().collect();
+    let simulator = |seed: Option<u64>, spacing: f64| {
+        let grains = grains.as_ref().map(|g| Packing { seed: seed.unwrap_or(g.seed), ..g.clone() });
+        let mesh = lattice_mesh(setup.path, [*radius_mm, *height_mm, spacing], grains.as_ref())?;
+        Simulator::new(&setup, mesh, parameters.clone())
+    };
+    let mut tests: Vec<(Simulator, Vec<f64>)> = specimens
+        .par_iter()
+        .map(|v| Ok((simulator(Some(v.packing_seed), spacing)?, v.parameters.clone())))
+        .collect::<Result<_, WorkflowError>>()?;
+    if spacing != *spacing_mm {
+        // the surrogate's microstructure at the truth, on both meshes: the bias of the coarse one
+        let truth: Vec<f64> = truth.iter().map(|(_, &value)| value).collect();
+        for spacing in [*spacing_mm, spacing] {
+            tests.push((simulator(None, spacing)?, truth.clone()));
+        }
+    }
+    let runs: Vec<RunInput> = (1..)
+        .zip(&tests)
+        .map(|(id, (_, parameters))| RunInput { id, inputs: parameters.clone() })
+        .collect();
+    let names: Vec<String> = truth.names().collect();
+    let records =
+        run_ensemble(task, "experiments/runs", &names, &runs, &|run| &tests[run.id - 1].0)?;
+    for (record, name) in
+        records.iter().zip(specimens.iter().map(|v| v.id.as_str()).chain(["bias", "bias"]))
+    {
+        if let RunStatus::Failed(reason) = &record.status {
+            return Err(WorkflowError::Unusable(format!(
+                "the virtual specimen {name} failed: {reason}; take another seed, fewer grains or more load steps"
+            )));
+        }
+    }
+    if let [coarse, fine] = &records[specimens.len()..] {
+        write_bias(task, [*spacing_mm, spacing], [coarse, fine])?;
+    }
+    write_specimens(task, truth, &specimens, &records, [*height_mm, *radius_mm])
+}
+
+fn write_specimens(
+    task: &Task<'_>,
+    truth: &ByParameter<f64>,
+    specimens: &[VirtualSpecimen],
+    records: &[RunRecord],
+    [height_mm, radius_mm]: [f64; 2],
+) -> Result<SpecimenTable, WorkflowError> {
+    let (group, noise) = (task.inputs.group()?, task.inputs.noise()?);
+    let measured = specimens.iter().zip(records).map(|(v, record)| Specimen {
+        id: v.id.clone(),
+        height_mm,
+        radius_mm,
+        group: group.clone(),
+        slope_fraction: None,
+        curve: v.measure(&recorded(&record.curve), noise),
+    });
+    let table = SpecimenTable { specimens: measured.collect() };
+    let files = table.to_files().map_err(|e| WorkflowError::io(&task.path(SPECIMENS), e))?;
+    for (path, text) in files {
+        let path = task.product(&format!("experiments/{}", path.display()))?;
+        write(&path, &text)?;
+    }
+    let rows = specimens.iter().map(|v| {
+        let values = v.parameters.iter().map(f64::to_string);
+        [v.id.clone(), v.packing_seed.to_string()].into_iter().chain(values).collect::<Vec<_>>()
+    });
+    let header = ["id".to_owned(), "packing_seed".to_owned()].into_iter().chain(truth.names());
+    task.write_csv("experiments/truth.csv", header, rows)?;
+    Ok(table)
+}
+
+/// One microstructure on the surrogate's mesh and on that of the virtual specimens.
+fn write_bias(
+    task: &Task<'_>,
+    spacing_mm: [f64; 2],
+    runs: [&RunRecord; 2],
+) -> Result<(), WorkflowError> {
+    let slope_fraction = task.inputs.qoi().slope_fraction;
+    let qois = |record: &RunRecord| {
+        simulated_qois(&record.curve, slope_fraction)
+            .map_err(|e| WorkflowError::Unusable(format!("the comparison of the two meshes: {e}")))
+    };
+    let (coarse, fine) = (qois(runs[0])?.to_array(), qois(runs[1])?.to_array());
+    let row = |name: &str, a: f64, b: f64| {
+        [name.to_owned(), a.to_string(), b.to_string(), (100.0 * (a / b - 1.0)).to_string()]
+    };
+    let mut rows = vec![row("spacing_mm", spacing_mm[0], spacing_mm[1])];
+    rows.extend((0..3).map(|i| row(Qois::NAMES[i], coarse[i], fine[i])));
+    let header = ["quantity", "surrogate_mesh", "experiments_mesh", "percent_bias"];
+    task.write_csv("experiments/bias.csv", header, rows)
+}

@@ -1,0 +1,281 @@
+//! What a stage reads. Every part of the case and every file that a stage gets comes through here
+//! and is remembered with its content: what was read is what the stage depends on, and nothing can be
+//! forgotten.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use ::surrogate::Input;
+use fem::{PhaseField, SolverOptions};
+use serde::{Deserialize, Serialize};
+
+use super::WorkflowError;
+use super::files::SPECIMENS;
+use super::fingerprint::Fingerprint;
+use super::simulator::Setup;
+use crate::case::{
+    ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase,
+    MaterialCase, NoiseCase, Parameter, PriorCase, QoiCase, Shape, SpecimenCase, SurrogateCase,
+    TestCase, VirtualCase,
+};
+use crate::experiment::SpecimenTable;
+
+/// What stands for a part of the case, or a file, that is not there.
+const ABSENT: &str = "absent";
+
+/// Keys of the case and names of files, each with the fingerprint of what was read there.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Sources {
+    case: BTreeMap<String, String>,
+    files: BTreeMap<String, String>,
+}
+
+/// The case and the directory of the results as a stage sees them.
+pub(super) struct Inputs<'a> {
+    file: &'a CaseFile,
+    dir: &'a Path,
+    values: toml::Table,
+    /// The name of the stage that writes a file.
+    writer: fn(&str) -> Option<&'static str>,
+    /// Not for threads: simulations under way cannot read what the run was not named by.
+    read: RefCell<Sources>,
+}
+
+impl<'a> Inputs<'a> {
+    /// The case, the directory of the results, and who writes a file there.
+    pub(super) fn new(
+        file: &'a CaseFile,
+        dir: &'a Path,
+        writer: fn(&str) -> Option<&'static str>,
+    ) -> Self {
+        let values = toml::Table::try_from(&file.case).unwrap_or_default();
+        Self { file, dir, values, writer, read: RefCell::default() }
+    }
+
+    /// What has been read so far.
+    pub(super) fn sources(&self) -> Sources {
+        self.read.borrow().clone()
+    }
+
+    /// What has been read so far, one entry a line.
+    pub(super) fn manifest(&self) -> String {
+        let read = self.read.borrow();
+        read.case.iter().chain(&read.files).map(|(name, sum)| format!("{name} = {sum}\n")).collect()
+    }
+
+    /// The first of these sources that is not as it was, in words.
+    pub(super) fn change(&self, sources: &Sources) -> Option<String> {
+        let case = sources.case.iter().find(|(key, sum)| self.part(key) != **sum);
+        let file = || sources.files.iter().find(|(name, sum)| self.content(name) != **sum);
+        case.map(|(key, _)| match key.is_empty() {
+            true => "the case has changed".to_owned(),
+            false => format!("{key} has changed in the case"),
+        })
+        .or_else(|| file().map(|(name, _)| format!("{name} has changed")))
+    }
+
+    /// The fingerprint of the case at a key; of all of it at the empty one.
+    fn part(&self, key: &str) -> String {
+        if key.is_empty() {
+            return Fingerprint::of(&self.values.to_string()).to_string();
+        }
+        let mut keys = key.split('.');
+        let first = keys.next().and_then(|key| self.values.get(key));
+        keys.fold(first, |value, key| value?.get(key)).map_or_else(
+            || ABSENT.to_owned(),
+            |value| Fingerprint::of(&value.to_string()).to_string(),
+        )
+    }
+
+    fn content(&self, name: &str) -> String {
+        Fingerprint::of_path(&self.dir.join(name))
+            .map_or_else(|_| ABSENT.to_owned(), |sum| sum.to_string())
+    }
+
+    fn reads(&self, key: &str) {
+        self.read.borrow_mut().case.insert(key.to_owned(), self.part(key));
+    }
+
+    fn reads_file(&self, name: &str) -> PathBuf {
+        self.read.borrow_mut().files.insert(name.to_owned(), self.content(name));
+        self.dir.join(name)
+    }
+}
+
+/// A method for each part of the case, named by the path that it takes.
+macro_rules! parts {
+    ($($name:ident: $first:ident $(. $rest:ident)* => $type:ty;)*) => {
+        impl Inputs<'_> {$(
+            pub(super) fn $name(&self) -> &$type {
+                self.reads(concat!(stringify!($first) $(, ".", stringify!($rest))*));
+                &self.file.case.$first$(.$rest)*
+            }
+        )*}
+    };
+}
+
+parts! {
+    specimen: specimen => SpecimenCase;
+    order: specimen.order => u8;
+    material: material => BTreeMap<String, MaterialCase>;
+    phase_field: phase_field => Option<PhaseField>;
+    test: test => TestCase;
+    conditions: conditions => Option<ConditionsCase>;
+    solver: solver => SolverOptions;
+    qoi: qoi => QoiCase;
+    prior_table: prior => Option<PriorCase>;
+    design: design => DesignCase;
+    surrogate: surrogate => SurrogateCase;
+    calibration: calibration => CalibrationCase;
+    confirm: confirm => ConfirmCase;
+}
+
+/// The same below `[experiments.virtual]`, whose parts matter to different steps.
+macro_rules! virtual_parts {
+    ($($name:ident => $type:ty;)*) => {
+        impl Inputs<'_> {$(
+            pub(super) fn $name(&self) -> Result<&$type, WorkflowError> {
+                self.reads(concat!("experiments.virtual.", stringify!($name)));
+                Ok(&self.virtual_case()?.$name)
+            }
+        )*}
+    };
+}
+
+virtual_parts! {
+    specimens => usize;
+    seed => u64;
+    group => String;
+    spacing_mm => Option<f64>;
+    truth => ByParameter<f64>;
+    scatter => ByParameter<f64>;
+    noise => NoiseCase;
+}
+
+impl Inputs<'_> {
+    /// All of the case, for a stage that shows it.
+    pub(super) fn case(&self) -> &Case {
+        self.reads("");
+        &self.file.case
+    }
+
+    /// What a simulation is set up from.
+    pub(super) fn setup(&self) -> Setup<'_> {
+        Setup {
+            path: &self.file.path,
+            order: *self.order(),
+            material: self.material(),
+            phase_field: self.phase_field().as_ref(),
+            test: self.test(),
+            conditions: self.conditions().as_ref(),
+            solver: self.solver(),
+        }
+    }
+
+    /// The geometry of the specimen.
+    pub(super) fn shape(&self) -> Result<Shape, WorkflowError> {
+        self.reads("specimen");
+        let shape = self.file.shape()?;
+        if let Shape::Mesh { .. } = shape {
+            // the copy beside the case
+            self.reads_file("specimen.msh");
+        }
+        Ok(shape)
+    }
+
+    /// What is calibrated and its box, as the surrogate takes it.
+    pub(super) fn prior(&self) -> Result<Vec<Input>, WorkflowError> {
+        match self.prior_table() {
+            Some(prior) => Ok(prior.inputs()?),
+            None => Err(self.missing("prior", "what is calibrated")),
+        }
+    }
+
+    /// What is calibrated.
+    pub(super) fn parameters(&self) -> Result<Vec<Parameter>, WorkflowError> {
+        match self.prior_table() {
+            Some(prior) => Ok(prior.parameters().cloned().collect()),
+            None => Err(self.missing("prior", "what is calibrated")),
+        }
+    }
+
+    /// Whether the specimens are simulated, and not measured.
+    pub(super) fn are_specimens_virtual(&self) -> Result<bool, WorkflowError> {
+        self.reads("experiments.table");
+        match &self.file.case.experiments {
+            Some(experiments) => Ok(experiments.virtual_specimens.is_some()),
+            None => Err(self.missing("experiments", "which curves to calibrate against")),
+        }
+    }
+
+    fn virtual_case(&self) -> Result<&VirtualCase, WorkflowError> {
+        let experiments = self.file.case.experiments.as_ref();
+        experiments
+            .and_then(|e| e.virtual_specimens.as_ref())
+            .ok_or_else(|| self.missing("experiments.virtual", "how specimens are simulated"))
+    }
+
+    /// Only the specimens that the case calibrates against.
+    pub(super) fn chosen(&self, table: SpecimenTable) -> Result<SpecimenTable, WorkflowError> {
+        self.reads("experiments.group");
+        match self.file.case.experiments.as_ref().and_then(|e| e.group.as_deref()) {
+            Some(group) => Ok(table.in_group(group, &self.file.path)?),
+            None => Ok(table),
+        }
+    }
+
+    /// The table of the specimens with their curves.
+    pub(super) fn specimen_table(&self) -> Result<SpecimenTable, WorkflowError> {
+        self.file.table()?;
+        let table = SpecimenTable::read(&self.reads_file(SPECIMENS))?;
+        for specimen in &table.specimens {
+            self.reads_file(&format!("experiments/curves/{}.csv", specimen.id));
+        }
+        Ok(table)
+    }
+
+    /// The name of the stage that writes a file of the results.
+    pub(super) fn writer_of(&self, name: &str) -> Option<&'static str> {
+        (self.writer)(name)
+    }
+
+    /// A file that a stage before has written.
+    pub(super) fn file(&self, name: &str) -> Result<PathBuf, WorkflowError> {
+        let path = self.reads_file(name);
+        match self.writer_of(name) {
+            Some(stage) if !path.is_file() => Err(WorkflowError::Missing { path, stage }),
+            _ => Ok(path),
+        }
+    }
+
+    /// A text that a stage before has written.
+    pub(super) fn text(&self, name: &str) -> Result<String, WorkflowError> {
+        let path = self.file(name)?;
+        std::fs::read_to_string(&path).map_err(|e| WorkflowError::io(&path, e))
+    }
+
+    /// What a stage before has written as JSON.
+    pub(super) fn json<T: serde::de::DeserializeOwned>(
+        &self,
+        name: &str,
+    ) -> Result<T, WorkflowError> {
+        let text = self.text(name)?;
+        let stage = self.writer_of(name).unwrap_or("run");
+        serde_json::from_str(&text).map_err(|source| WorkflowError::Json {
+            path: self.dir.join(name),
+            stage,
+            source,
+        })
+    }
+
+    /// A file that is not always written.
+    pub(super) fn file_if_there(&self, name: &str) -> Option<PathBuf> {
+        Some(self.reads_file(name)).filter(|path| path.is_file())
+    }
+
+    fn missing(&self, table: &str, what: &str) -> WorkflowError {
+        let help = format!("Add a table [{table}]: it says {what}.");
+        self.file.error(table, "", "is missing", help).into()
+    }
+}

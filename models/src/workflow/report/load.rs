@@ -1,0 +1,279 @@
+//! The numbers of a report, from the files that the stages left.
+
+use fem::read_curve;
+use surrogate::{Dataset, DynPce, FitReport, OrderRule};
+
+use super::super::WorkflowError;
+use super::super::inputs::Inputs;
+use crate::case::{Bounds, Case, Parameter};
+use crate::error::InputError;
+use crate::qoi::Qois;
+use crate::report::{Marginal, OrderErrors, Points, Qoi, Results, mean, number};
+use crate::table::{CsvTable, Row};
+
+/// In the order of [`Qois::NAMES`].
+const QOI_LABELS: [&str; 3] =
+    ["initial slope (N/mm)", "peak force (N)", "displacement at peak (mm)"];
+
+/// Reads the results.
+pub(super) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
+    let case = inputs.case();
+    let pce: DynPce = inputs.json("surrogate.json")?;
+    let fit: FitReport = inputs.json("surrogate_error.json")?;
+    let data = Dataset::read_csv(inputs.file("runs.csv")?)?;
+    let mut results = Results {
+        title: title(case),
+        case_toml: case.to_toml(),
+        mesh_svg: inputs.text("mesh.svg")?,
+        mesh_facts: facts(inputs)?,
+        map_curve: curve(inputs, "curves/map.csv")?,
+        orders: orders(&fit),
+        chosen_order: fit.order,
+        order_rule: rule_in_words(case.surrogate.rule),
+        parameters: parameters(inputs, case)?,
+        summary: summary(inputs)?,
+        warnings: inputs.text("warnings.txt")?.lines().map(str::to_owned).collect(),
+        settings: settings(case),
+        notes: notes(inputs, case)?,
+        qois: qois(inputs, &data)?,
+        ..Results::default()
+    };
+    for (qoi, total) in results.qois.iter_mut().zip(pce.sobol().total) {
+        qoi.sobol_total = total;
+    }
+    ensemble(inputs, &data, &mut results)?;
+    experiments(inputs, &mut results)?;
+    for k in 1..=case.confirm.draws {
+        results.posterior_curves.push(curve(inputs, &format!("curves/draw-{k}.csv"))?);
+    }
+    Ok(results)
+}
+
+fn title(case: &Case) -> String {
+    let mut regions: Vec<&str> =
+        case.prior.iter().flat_map(|prior| prior.parameters()).map(|p| p.region.as_str()).collect();
+    regions.dedup();
+    let regions = regions.join(" and the ");
+    let experiments = case.experiments.as_ref();
+    match experiments.and_then(|e| e.virtual_specimens.as_ref()) {
+        Some(v) => {
+            format!("Calibration of the {regions}: {} virtual specimens {}", v.specimens, v.group)
+        }
+        None => match experiments.and_then(|e| e.group.as_deref()) {
+            Some(group) => format!("Calibration of the {regions}: specimens {group}"),
+            None => format!("Calibration of the {regions}"),
+        },
+    }
+}
+
+fn rule_in_words(rule: OrderRule) -> String {
+    match rule {
+        OrderRule::CorrectedLoo => "the order with the least corrected leave-one-out error".into(),
+        OrderRule::Split => {
+            "the smallest order within 5 % of the least validation error of a 70/30 split".into()
+        }
+        OrderRule::Fixed(order) => format!("order {order} was asked for"),
+    }
+}
+
+fn curve(inputs: &Inputs<'_>, name: &str) -> Result<Points, WorkflowError> {
+    let points = read_curve(inputs.file(name)?)?;
+    // a recorded curve starts with its first step
+    Ok([(0.0, 0.0)]
+        .into_iter()
+        .chain(points.iter().map(|p| (p.displacement_mm, p.force_n)))
+        .collect())
+}
+
+/// The summary table, header first, numbers shortened; constants as the zeros of a Cholesky
+/// factor, which have no R-hat, are left out.
+fn summary(inputs: &Inputs<'_>) -> Result<Vec<Vec<String>>, WorkflowError> {
+    let short = |cell: &String| cell.parse().map_or_else(|_| cell.clone(), number);
+    let path = inputs.file("summary.csv")?;
+    let table = CsvTable::read(&path, &["rhat"])?;
+    let sampled = table.rows().filter(|row| row.text("rhat") != "NaN");
+    let mut lines = vec![table.columns().to_vec()];
+    lines.extend(sampled.map(|row| row.cells().iter().map(short).collect()));
+    Ok(lines)
+}
+
+fn facts(inputs: &Inputs<'_>) -> Result<Vec<(String, String)>, WorkflowError> {
+    let path = inputs.file("mesh.csv")?;
+    let table = CsvTable::read(&path, &["quantity", "value"])?;
+    let fact = |row: Row| {
+        let value = row.number("value")?;
+        let whole = value.fract() == 0.0 && value.abs() < 1e15;
+        let shown = if whole { value.to_string() } else { number(value) };
+        Ok((row.text("quantity").replace('_', " "), shown))
+    };
+    Ok(table.rows().map(fact).collect::<Result<_, InputError>>()?)
+}
+
+/// Errors by order, averaged over the quantities.
+fn orders(fit: &FitReport) -> Vec<OrderErrors> {
+    fit.orders
+        .iter()
+        .map(|o| OrderErrors {
+            order: o.order,
+            loo: o.loo.as_ref().map(|e| mean(&e.plain)),
+            corrected: o.loo.as_ref().map(|e| mean(&e.corrected)),
+            training: o.split.as_ref().map(|e| mean(&e.train)),
+            validation: o.split.as_ref().map(|e| mean(&e.validation)),
+        })
+        .collect()
+}
+
+fn parameters(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<Marginal>, WorkflowError> {
+    let Some(prior) = &case.prior else { return Ok(Vec::new()) };
+    let [draws, summary, map] = ["posterior.csv", "summary.csv", "map.csv"].map(|f| inputs.file(f));
+    let (draws, summary, map) = (draws?, summary?, map?);
+    let names: Vec<String> = ["chain".to_owned()].into_iter().chain(prior.names()).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let draws = CsvTable::read(&draws, &names)?;
+    let summary = CsvTable::read(&summary, &["parameter", "mean", "sd", "contraction"])?;
+    let map = CsvTable::read(&map, &["parameter", "map"])?;
+    let one_region = |p: &Parameter| prior.parameters().all(|q| q.region == p.region);
+    let mut parameters = Vec::new();
+    for ((parameter, &Bounds([lower, upper])), name) in prior.iter().zip(&names[1..]) {
+        let mut chains: Vec<Vec<f64>> = Vec::new();
+        for row in draws.rows() {
+            let chain = row.number("chain")? as usize;
+            chains.resize_with(chains.len().max(chain + 1), Vec::new);
+            chains[chain].push(row.number(name)?);
+        }
+        let of = |table: &CsvTable<'_>, column: &str| -> Result<f64, InputError> {
+            table.named("parameter", name)?.number(column)
+        };
+        parameters.push(Marginal {
+            label: parameter.label(one_region(parameter)),
+            prior: (lower, upper),
+            chains,
+            mean: of(&summary, "mean")?,
+            sd: of(&summary, "sd")?,
+            q05: of(&summary, "q05")?,
+            q95: of(&summary, "q95")?,
+            contraction: of(&summary, "contraction")?,
+            map: of(&map, "map")?,
+            truth: map.named("parameter", name)?.text("truth").parse().ok(),
+        });
+    }
+    Ok(parameters)
+}
+
+fn qois(inputs: &Inputs<'_>, data: &Dataset) -> Result<Vec<Qoi>, WorkflowError> {
+    let (confirm, experiments) = (inputs.file("confirm.csv")?, inputs.file("experiments.csv")?);
+    let confirm = CsvTable::read(&confirm, &["qoi", "map_simulation", "percent_error"])?;
+    let experiments = CsvTable::read(&experiments, &Qois::NAMES)?;
+    let mut qois = Vec::new();
+    for (m, (name, label)) in Qois::NAMES.into_iter().zip(QOI_LABELS).enumerate() {
+        let row = confirm.named("qoi", name)?;
+        qois.push(Qoi {
+            label: label.to_owned(),
+            experiments: experiments.rows().map(|r| r.number(name)).collect::<Result<_, _>>()?,
+            ensemble: data.rows().map(|(_, y)| y[m]).collect(),
+            map: row.number("map_simulation")?,
+            percent_error: row.number("percent_error")?,
+            sobol_total: Vec::new(),
+        });
+    }
+    Ok(qois)
+}
+
+fn ensemble(
+    inputs: &Inputs<'_>,
+    data: &Dataset,
+    results: &mut Results,
+) -> Result<(), WorkflowError> {
+    for i in 0..data.len() {
+        let note = |name: &str| data.note(i, name).unwrap_or_default();
+        results.ensemble_seconds += note("seconds").parse().unwrap_or(0.0);
+        results.ensemble.push(curve(inputs, &format!("curves/run-{:0>3}.csv", note("run")))?);
+    }
+    let path = inputs.file("failed_runs.csv")?;
+    for row in CsvTable::read(&path, &["run", "seconds", "reason"])?.rows() {
+        results.ensemble_seconds += row.number("seconds")?;
+        results.failures.push((row.number("run")? as usize, row.text("reason").to_owned()));
+    }
+    Ok(())
+}
+
+/// Measured curves, displacements scaled to the height of the mesh as in the calibration.
+fn experiments(inputs: &Inputs<'_>, results: &mut Results) -> Result<(), WorkflowError> {
+    let table = inputs.chosen(inputs.specimen_table()?)?;
+    let path = inputs.file("experiments.csv")?;
+    let used = CsvTable::read(&path, &["id", "displacement_factor"])?;
+    let end = results.ensemble.iter().flatten().map(|p| p.0).fold(0.0, f64::max);
+    for specimen in table.specimens {
+        let factor = used.named("id", &specimen.id)?.number("displacement_factor")?;
+        if factor != 1.0 {
+            results.notes.push(format!(
+                "{} is {} mm high: its displacements are scaled by {factor:.4} to the height of \
+                 the mesh.",
+                specimen.id, specimen.height_mm
+            ));
+        }
+        let curve = specimen.curve.scale_displacement(factor);
+        // what was measured beyond the simulated range would hide the rest
+        let points = curve.displacement_mm.into_iter().zip(curve.force_n);
+        results.experiments.push((specimen.id, points.filter(|p| p.0 <= 1.05 * end).collect()));
+    }
+    Ok(())
+}
+
+/// What belongs to the reading of results on virtual specimens.
+fn notes(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<String>, WorkflowError> {
+    if !inputs.are_specimens_virtual()? {
+        return Ok(Vec::new());
+    }
+    let mut notes = bias(inputs)?;
+    if case.specimen.grains.is_some() {
+        notes.push(
+            "Every virtual specimen has a packing of its own, the surrogate has one. By how much \
+             that one differs from their mean, in slope and peak, the calibrated parameters take \
+             up (the viscosity with the third power of the displacement at peak), and no interval \
+             includes it: calibrate on several packings to see it."
+                .to_owned(),
+        );
+    }
+    Ok(notes)
+}
+
+/// What the coarse mesh of the surrogate does, where the virtual specimens had a finer one.
+fn bias(inputs: &Inputs<'_>) -> Result<Vec<String>, WorkflowError> {
+    let Some(path) = inputs.file_if_there("experiments/bias.csv") else { return Ok(Vec::new()) };
+    let table = CsvTable::read(&path, &["quantity", "surrogate_mesh", "experiments_mesh"])?;
+    let mesh = table.named("quantity", "spacing_mm")?;
+    let mut parts = Vec::new();
+    for (name, label) in Qois::NAMES.into_iter().zip(QOI_LABELS) {
+        let percent = table.named("quantity", name)?.number("percent_bias")?;
+        parts.push(format!("{label} {percent:+.1} %"));
+    }
+    Ok(vec![format!(
+        "The virtual specimens were meshed at {} mm, the surrogate's at {} mm. At the true \
+         parameters the coarser mesh changes: {}. The calibrated parameters make up for that.",
+        mesh.text("experiments_mesh"),
+        mesh.text("surrogate_mesh"),
+        parts.join(", ")
+    )])
+}
+
+fn settings(case: &Case) -> Vec<(String, String)> {
+    let sampler = &case.calibration;
+    let row = |name: &str, value: String| (name.to_owned(), value);
+    vec![
+        row("design", format!("{} runs, seed {}", case.design.runs, case.design.seed)),
+        row(
+            "sampler",
+            format!(
+                "NUTS, {} chains of {} + {} draws, seed {}",
+                sampler.chains, sampler.warmup, sampler.draws, sampler.seed
+            ),
+        ),
+        row("likelihood", "multivariate normal QoIs, LKJ(3), scales Normal(0.15, 0.25) > 0".into()),
+        row("program", format!("breccia {}", env!("CARGO_PKG_VERSION"))),
+        row(
+            "method",
+            "Schmid et al., phase-field calibration with uncertainty quantification".into(),
+        ),
+    ]
+}

@@ -1,0 +1,12 @@
+//! Stage `report`: figures and tables of the whole job on one page.
+
+mod load;
+
+use super::WorkflowError;
+use super::task::Task;
+
+pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
+    let results = load::load(&task.inputs)?;
+    task.write("report.html", &crate::report::page(&results))?;
+    Ok(task.path("report.html").display().to_string())
+}

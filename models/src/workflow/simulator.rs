@@ -1,0 +1,207 @@
+//! From a case to a simulation.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use fem::{
+    CompressionTest, CurvePoint, CylinderLattice, End, FemError, MeshError, Order, Outcome,
+    Packing, PhaseField, Problem, SolverOptions, TetMesh, gmsh, label,
+};
+
+use super::WorkflowError;
+use crate::case::{CaseFile, ConditionsCase, MaterialCase, Parameter, Shape, TestCase};
+use crate::experiment::Curve;
+use crate::qoi::{QoiError, Qois};
+
+/// The parts of a case that a simulation is set up from, beside its mesh.
+#[derive(Clone, Copy)]
+pub(super) struct Setup<'a> {
+    /// The case's file, for messages.
+    pub(super) path: &'a Path,
+    pub(super) order: u8,
+    pub(super) material: &'a BTreeMap<String, MaterialCase>,
+    pub(super) phase_field: Option<&'a PhaseField>,
+    pub(super) test: &'a TestCase,
+    pub(super) conditions: Option<&'a ConditionsCase>,
+    pub(super) solver: &'a SolverOptions,
+}
+
+impl<'a> From<&'a CaseFile> for Setup<'a> {
+    fn from(CaseFile { path, case }: &'a CaseFile) -> Self {
+        Self {
+            path,
+            order: case.specimen.order,
+            material: &case.material,
+            phase_field: case.phase_field.as_ref(),
+            test: &case.test,
+            conditions: case.conditions.as_ref(),
+            solver: &case.solver,
+        }
+    }
+}
+
+/// The mesh of a case: its lattice with its packing, or its mesh file.
+pub(super) fn build_mesh(shape: &Shape, case: &Path) -> Result<TetMesh, WorkflowError> {
+    match shape {
+        Shape::Lattice { radius_mm, height_mm, spacing_mm, grains } => {
+            lattice_mesh(case, [*radius_mm, *height_mm, *spacing_mm], grains.as_ref())
+        }
+        Shape::Mesh { file, regions, surfaces } => {
+            let names = gmsh::GmshNames { regions: regions.clone(), surfaces: surfaces.clone() };
+            gmsh::read(file, &names).map_err(|e| match e {
+                MeshError::File { .. } | MeshError::Io { .. } => e.into(),
+                // what the mesh's own check finds does not know of the file
+                source => WorkflowError::UnsoundMesh { path: file.clone(), source },
+            })
+        }
+    }
+}
+
+/// A cylinder [radius, height, spacing] in mm with a packing of grains.
+pub(super) fn lattice_mesh(
+    case: &Path,
+    [radius_mm, height_mm, spacing_mm]: [f64; 3],
+    grains: Option<&Packing>,
+) -> Result<TetMesh, WorkflowError> {
+    let lattice = CylinderLattice { radius_mm, height_mm, spacing_mm };
+    let file = || case.to_owned();
+    let mut mesh =
+        lattice.build().map_err(|source| WorkflowError::Lattice { file: file(), source })?;
+    if let Some(packing) = grains.filter(|packing| packing.fraction > 0.0) {
+        let grains = packing
+            .fill(radius_mm, height_mm)
+            .map_err(|source| WorkflowError::Packing { file: file(), source })?;
+        label(&mut mesh, &grains);
+    }
+    Ok(mesh)
+}
+
+/// The height of a mesh in mm.
+pub(super) fn height_mm(mesh: &TetMesh) -> f64 {
+    let z = || mesh.nodes.iter().map(|x| x[2]);
+    z().fold(f64::NEG_INFINITY, f64::max) - z().fold(f64::INFINITY, f64::min)
+}
+
+/// A simulation whose parameters take other values at every run.
+#[derive(Clone, Debug)]
+pub(super) struct Simulator {
+    problem: Problem,
+    materials: Vec<MaterialCase>,
+    /// Region of the mesh and property of each parameter.
+    parameters: Vec<(usize, Parameter)>,
+    duration_s: f64,
+}
+
+impl Simulator {
+    /// Prepares the test of a case on a mesh.
+    pub(super) fn new(
+        setup: &Setup<'_>,
+        mesh: TetMesh,
+        parameters: Vec<Parameter>,
+    ) -> Result<Self, WorkflowError> {
+        let materials: Vec<MaterialCase> = mesh
+            .regions
+            .iter()
+            .map(|region| {
+                setup.material.get(region).cloned().ok_or_else(|| {
+                    let message = format!(
+                        "the mesh's region {region:?} has no [material.{region}] in the case"
+                    );
+                    WorkflowError::Unusable(message)
+                })
+            })
+            .collect::<Result<_, _>>()?;
+        let parameters = parameters
+            .into_iter()
+            .map(|p| {
+                let region = mesh.regions.iter().position(|region| *region == p.region);
+                region.map(|region| (region, p.clone())).ok_or_else(|| {
+                    let known = mesh.regions.join(", ");
+                    let message = format!("{p} is calibrated, but the mesh's regions are: {known}");
+                    WorkflowError::Unusable(message)
+                })
+            })
+            .collect::<Result<_, _>>()?;
+        let problem = in_fem(&materials)
+            .and_then(|materials| problem(setup, mesh, materials))
+            .map_err(|source| WorkflowError::Test { file: setup.path.to_owned(), source })?;
+        Ok(Self { problem, materials, parameters, duration_s: setup.test.duration_s })
+    }
+
+    /// Runs with these values of the parameters.
+    pub(super) fn run(
+        &self,
+        values: &[f64],
+        observer: &mut dyn fem::Observer,
+    ) -> Result<Outcome, FemError> {
+        let mut materials = self.materials.clone();
+        for ((region, parameter), &value) in self.parameters.iter().zip(values) {
+            parameter.property.set(&mut materials[*region], value);
+        }
+        Ok(self.problem.with_materials(in_fem(&materials)?)?.run(observer))
+    }
+
+    /// The test with the case's own materials.
+    pub(super) fn problem(&self) -> &Problem {
+        &self.problem
+    }
+
+    /// The fraction of the test that is done.
+    pub(super) fn fraction_done(&self, point: &CurvePoint) -> f64 {
+        point.time_s / self.duration_s
+    }
+}
+
+fn problem(
+    setup: &Setup<'_>,
+    mesh: TetMesh,
+    materials: Vec<fem::Material>,
+) -> Result<Problem, FemError> {
+    let schedule = setup.test.schedule();
+    let parts = match setup.conditions {
+        Some(conditions) => Problem::builder(mesh)
+            .conditions(conditions.in_fem(schedule.duration_s))
+            .schedule(schedule),
+        None => {
+            // asked for by the case's validation wherever there are platens
+            let displacement_mm = setup.test.displacement_mm.unwrap_or(f64::NAN);
+            CompressionTest::new(displacement_mm, schedule)
+                .platens(setup.test.platens())
+                .builder(mesh)?
+        }
+    };
+    let order = if setup.order == 2 { Order::Quadratic } else { Order::Linear };
+    parts
+        .order(order)
+        .materials(materials)
+        .phase_field(setup.phase_field.copied())
+        .options(*setup.solver)
+        .build()
+}
+
+/// A simulated curve as a laboratory would record it, from the unloaded start on.
+pub(super) fn recorded(points: &[CurvePoint]) -> Curve {
+    let mut curve = Curve { displacement_mm: vec![0.0], force_n: vec![0.0] };
+    for point in points {
+        curve.displacement_mm.push(point.displacement_mm);
+        curve.force_n.push(point.force_n);
+    }
+    curve
+}
+
+/// Quantities of interest of a simulated curve.
+pub(super) fn simulated_qois(points: &[CurvePoint], slope_fraction: f64) -> Result<Qois, QoiError> {
+    Qois::of(&recorded(points), slope_fraction)
+}
+
+/// The error of a run that did not reach its end.
+pub(super) fn failure(end: &End) -> Option<FemError> {
+    match end {
+        End::Failed(error) => Some(error.clone()),
+        End::Displacement | End::BelowPeak | End::Interrupted => None,
+    }
+}
+
+fn in_fem(materials: &[MaterialCase]) -> Result<Vec<fem::Material>, FemError> {
+    materials.iter().map(MaterialCase::in_fem).collect()
+}

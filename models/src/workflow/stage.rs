@@ -1,0 +1,18 @@
+//! What a stage of the workflow is.
+
+use super::WorkflowError;
+use super::task::Task;
+
+/// A step of the workflow; [`STAGES`](super::STAGES) has them in order.
+///
+/// What a stage reads is not listed: it is found out when the stage runs.
+#[derive(Debug)]
+pub struct Stage {
+    /// Its subcommand.
+    pub name: &'static str,
+    /// What it does, in a line.
+    pub about: &'static str,
+    /// The files that it writes; one that ends with `*` stands for all that begin so.
+    pub products: &'static [&'static str],
+    pub(super) run: fn(&Task<'_>) -> Result<String, WorkflowError>,
+}

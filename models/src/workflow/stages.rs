@@ -1,0 +1,80 @@
+//! The table of the stages: what each is called, what it writes, what runs it.
+
+use super::stage::Stage;
+use super::{calibrate, confirm, ensemble, experiments, mesh, report, surrogate};
+
+/// All stages in order: a new one is a row here and a file beside this one.
+pub static STAGES: [Stage; 7] = [
+    Stage {
+        name: "mesh",
+        about: "Build the mesh: mesh.vtu (for ParaView), mesh.msh (Gmsh), mesh.csv",
+        products: &["mesh.msh", "mesh.vtu", "mesh.svg", "mesh.csv"],
+        run: mesh::run,
+    },
+    Stage {
+        name: "experiments",
+        about: "Take the quantities of interest of the specimens, or make virtual ones: experiments.csv",
+        products: &[
+            "experiments.csv",
+            "experiments/specimens.csv",
+            "experiments/truth.csv",
+            "experiments/bias.csv",
+            "experiments/curves/*",
+        ],
+        run: experiments::run,
+    },
+    Stage {
+        name: "ensemble",
+        about: "Run the simulations of the design, resuming what is finished: runs.csv, curves/",
+        products: &["runs.csv", "failed_runs.csv", "curves/run-*"],
+        run: ensemble::run,
+    },
+    Stage {
+        name: "surrogate",
+        about: "Fit the polynomial chaos surrogate: surrogate.json",
+        products: &["surrogate.json", "surrogate_orders.csv", "surrogate_error.json"],
+        run: surrogate::run,
+    },
+    Stage {
+        name: "calibrate",
+        about: "Sample the posterior and find its mode: posterior.zarr, summary.csv, map.csv",
+        products: &[
+            "posterior.zarr",
+            "posterior.csv",
+            "sampling.csv",
+            "summary.csv",
+            "summary.txt",
+            "warnings.txt",
+            "map.csv",
+        ],
+        run: calibrate::run,
+    },
+    Stage {
+        name: "confirm",
+        about: "Simulate at the mode and at posterior draws: confirm.csv",
+        products: &["confirm.csv", "confirm_runs.csv", "curves/map.csv", "curves/draw-*"],
+        run: confirm::run,
+    },
+    Stage {
+        name: "report",
+        about: "Put figures and tables of all stages on one page: report.html",
+        products: &["report.html"],
+        run: report::run,
+    },
+];
+
+impl Stage {
+    /// The stage of this name.
+    pub fn named(name: &str) -> Option<&'static Stage> {
+        STAGES.iter().find(|stage| stage.name == name)
+    }
+
+    /// The name of the stage that writes a file of the results.
+    pub(super) fn that_writes(file: &str) -> Option<&'static str> {
+        let writes = |product: &&str| match product.strip_suffix('*') {
+            Some(start) => file.starts_with(start),
+            None => file == *product,
+        };
+        STAGES.iter().find(|stage| stage.products.iter().any(writes)).map(|stage| stage.name)
+    }
+}

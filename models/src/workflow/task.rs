@@ -1,0 +1,150 @@
+//! A stage at work: what it reads, and what it leaves behind.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use serde::{Deserialize, Serialize};
+
+use super::WorkflowError;
+use super::files::write;
+use super::fingerprint::Fingerprint;
+use super::inputs::{Inputs, Sources};
+use crate::table::to_csv;
+
+/// What a run of a stage has read and written.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Trace {
+    /// The program's version: another one may compute something else.
+    program: String,
+    #[serde(flatten)]
+    sources: Sources,
+    products: BTreeMap<String, String>,
+}
+
+impl Trace {
+    /// Why the stage has to be run again, in words; nothing if it has not.
+    pub(super) fn change(&self, inputs: &Inputs<'_>, dir: &Path) -> Option<String> {
+        if self.program != env!("CARGO_PKG_VERSION") {
+            return Some("another version of the program ran it".to_owned());
+        }
+        let is_whole = |name: &str, sum: &str| {
+            Fingerprint::of_path(&dir.join(name)).is_ok_and(|now| now.to_string() == sum)
+        };
+        let damaged = || self.products.iter().find(|(name, sum)| !is_whole(name, sum));
+        inputs
+            .change(&self.sources)
+            .or_else(|| damaged().map(|(name, _)| format!("{name} is missing or was changed")))
+    }
+
+    /// Removes what this run wrote and the next one did not.
+    pub(super) fn remove_stale(&self, next: &Trace, dir: &Path) -> Result<(), WorkflowError> {
+        for name in self.products.keys().filter(|name| !next.products.contains_key(*name)) {
+            let path = dir.join(name);
+            if path.is_file() {
+                std::fs::remove_file(&path).map_err(|e| WorkflowError::io(&path, e))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What a stage works with.
+pub(super) struct Task<'a> {
+    pub(super) inputs: Inputs<'a>,
+    pub(super) threads: usize,
+    pub(super) interrupt: &'a AtomicBool,
+    /// Name of the stage.
+    stage: &'static str,
+    dir: &'a Path,
+    products: RefCell<Vec<String>>,
+}
+
+impl<'a> Task<'a> {
+    pub(super) fn new(
+        stage: &'static str,
+        inputs: Inputs<'a>,
+        dir: &'a Path,
+        threads: usize,
+        interrupt: &'a AtomicBool,
+    ) -> Self {
+        Self { inputs, threads, interrupt, stage, dir, products: RefCell::default() }
+    }
+
+    /// The name of the stage.
+    pub(super) fn stage(&self) -> &'static str {
+        self.stage
+    }
+
+    /// A place of the results that is no product, such as the directory of an ensemble.
+    pub(super) fn path(&self, name: &str) -> PathBuf {
+        self.dir.join(name)
+    }
+
+    /// The place of a product that is about to be written; its folder is made.
+    pub(super) fn product(&self, name: &str) -> Result<PathBuf, WorkflowError> {
+        debug_assert_eq!(self.inputs.writer_of(name), Some(self.stage), "{name} is not declared");
+        self.products.borrow_mut().push(name.to_owned());
+        let path = self.dir.join(name);
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder).map_err(|e| WorkflowError::io(folder, e))?;
+        }
+        Ok(path)
+    }
+
+    /// Writes a product.
+    pub(super) fn write(&self, name: &str, text: &str) -> Result<(), WorkflowError> {
+        write(&self.product(name)?, text.as_bytes())
+    }
+
+    /// Writes a table.
+    pub(super) fn write_csv<H, R>(
+        &self,
+        name: &str,
+        header: H,
+        rows: impl IntoIterator<Item = R>,
+    ) -> Result<(), WorkflowError>
+    where
+        H: IntoIterator<Item: AsRef<[u8]>>,
+        R: IntoIterator<Item: AsRef<[u8]>>,
+    {
+        let path = self.product(name)?;
+        let text = to_csv(header, rows).map_err(|e| WorkflowError::io(&path, e))?;
+        write(&path, &text)
+    }
+
+    /// Writes a value as JSON.
+    pub(super) fn write_json(
+        &self,
+        name: &str,
+        value: &impl Serialize,
+    ) -> Result<(), WorkflowError> {
+        let path = self.product(name)?;
+        let mut text =
+            serde_json::to_vec_pretty(value).map_err(|e| WorkflowError::io(&path, e.into()))?;
+        text.push(b'\n');
+        write(&path, &text)
+    }
+
+    pub(super) fn check_interrupt(&self) -> Result<(), WorkflowError> {
+        match self.interrupt.load(Ordering::Relaxed) {
+            true => Err(WorkflowError::Interrupted),
+            false => Ok(()),
+        }
+    }
+
+    /// What was read and written.
+    pub(super) fn trace(self) -> Result<Trace, WorkflowError> {
+        let products = self.products.into_inner().into_iter().map(|name| {
+            let path = self.dir.join(&name);
+            let sum = Fingerprint::of_path(&path).map_err(|e| WorkflowError::io(&path, e))?;
+            Ok((name, sum.to_string()))
+        });
+        Ok(Trace {
+            program: env!("CARGO_PKG_VERSION").to_owned(),
+            sources: self.inputs.sources(),
+            products: products.collect::<Result<_, WorkflowError>>()?,
+        })
+    }
+}

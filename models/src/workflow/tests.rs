@@ -1,0 +1,75 @@
+//! What the workflow asks for, and what it makes again.
+
+use std::sync::atomic::AtomicBool;
+
+use super::*;
+
+const CASE: &str = "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 1.4\n\
+    [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n\
+    [experiments]\ntable = \"specimens.csv\"\n";
+
+fn stage(name: &str) -> &'static Stage {
+    Stage::named(name).unwrap()
+}
+
+#[test]
+fn a_damaged_result_is_made_again() {
+    let dir = tempfile::tempdir().unwrap();
+    let (source, out) = (dir.path().join("case.toml"), dir.path().join("out"));
+    let interrupt = AtomicBool::new(false);
+    let case = CaseFile::parse(CASE, &source).unwrap();
+    let workflow = Workflow::open(&case, &out, 1, &interrupt).unwrap();
+    workflow.run(stage("mesh")).unwrap();
+    assert_eq!(workflow.due(stage("mesh")), None);
+    for product in ["mesh.msh", "mesh.vtu", "mesh.svg", "mesh.csv"] {
+        let whole = std::fs::read(out.join(product)).unwrap();
+        std::fs::write(out.join(product), &whole[..whole.len() / 2]).unwrap();
+        assert!(workflow.due(stage("mesh")).unwrap().contains(product));
+        workflow.run(stage("mesh")).unwrap();
+        assert!(std::fs::read(out.join(product)).unwrap() == whole, "{product}");
+    }
+}
+
+#[test]
+fn every_product_belongs_to_one_stage() {
+    for stage in &STAGES {
+        for product in stage.products {
+            assert_eq!(Stage::that_writes(product), Some(stage.name), "{product}");
+        }
+    }
+    assert!(Stage::that_writes("case.toml").is_none());
+}
+
+#[test]
+fn the_specimen_table_is_needed_from_the_experiments_on_and_heights_are_in_mm() {
+    let dir = tempfile::tempdir().unwrap();
+    let (source, out) = (dir.path().join("case.toml"), dir.path().join("out"));
+    let interrupt = AtomicBool::new(false);
+    let case = CaseFile::parse(CASE, &source).unwrap();
+    let workflow = Workflow::open(&case, &out, 1, &interrupt).unwrap();
+    workflow.run(stage("mesh")).unwrap();
+    let missing = workflow.run(stage("experiments")).unwrap_err().to_string();
+    assert!(missing.contains("experiments.table") && missing.contains("no such"), "{missing}");
+
+    std::fs::create_dir(dir.path().join("curves")).unwrap();
+    let table = "id,height_mm,radius_mm,group\nS-1,4400,2.5,50C\n";
+    std::fs::write(dir.path().join("specimens.csv"), table).unwrap();
+    let curve = "displacement_mm,force_N\n0,0\n0.05,80\n0.1,140\n0.12,147\n0.14,140\n";
+    std::fs::write(dir.path().join("curves/S-1.csv"), curve).unwrap();
+    let workflow = Workflow::open(&case, &out, 1, &interrupt).unwrap();
+    let slip = workflow.run(stage("experiments")).unwrap_err().to_string();
+    for part in ["specimens.csv", "S-1", "height_mm = 4400", "4.4000 mm", "in mm"] {
+        assert!(slip.contains(part), "{part:?} is not in {slip:?}");
+    }
+
+    // measured curves are inputs too
+    let right = table.replace("4400", "4.4");
+    std::fs::write(dir.path().join("specimens.csv"), right).unwrap();
+    let workflow = Workflow::open(&case, &out, 1, &interrupt).unwrap();
+    workflow.run(stage("experiments")).unwrap();
+    assert_eq!(workflow.due(stage("experiments")), None);
+    std::fs::write(dir.path().join("curves/S-1.csv"), curve.replace("147", "148")).unwrap();
+    let workflow = Workflow::open(&case, &out, 1, &interrupt).unwrap();
+    let due = workflow.due(stage("experiments")).unwrap();
+    assert!(due.contains("experiments/curves/S-1.csv"), "{due}");
+}

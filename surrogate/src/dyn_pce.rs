@@ -1,0 +1,262 @@
+//! The polynomial chaos expansion with sizes known at run time: terms, guard, evaluation.
+
+use ppl::Scalar;
+
+use crate::dataset::{Input, check_count, check_distinct, check_name};
+use crate::error::SurrogateError;
+use crate::legendre::{MAX_ORDER, legendre, norm};
+use crate::multi_index::graded;
+
+/// A polynomial chaos expansion of `m` outputs in `d` inputs on a box.
+///
+/// f(x) = Σ_a c_a Π_i ψ_(a_i)(t_i) with t ∈ [−1, 1]^d the affine image of the box and
+/// ψ_k = √(2k+1) P_k orthonormal Legendre polynomials for the uniform distribution. Inputs and
+/// outputs have the units of the dataset it was fitted to.
+///
+/// **Outside the box** (see [`BoxPosition`]): silent inside; up to a tolerance outside, by
+/// default 1 % of an input's width, the polynomial is continued as it is, smooth and with
+/// its exact gradient, and [`DynPce::position`] tells so; farther out every evaluation is an error.
+///
+/// Degrees go up to [`MAX_ORDER`]. Where `d` and `m` are known at compile time, [`Pce`](crate::Pce)
+/// is the same expansion, evaluated several times faster and without allocation:
+///
+/// ```
+/// use surrogate::{DynPce, Input, Pce};
+/// // f = 2 + √3 t with t = (x − 5)/5
+/// let x = Input::new("x", 0.0, 10.0)?;
+/// let terms = [(vec![0], vec![2.0]), (vec![1], vec![1.0])];
+/// let pce = DynPce::from_terms(vec![x], vec!["f".into()], terms)?;
+/// let (value, jacobian) = pce.value_and_jacobian(&[7.5])?;
+/// assert!((value[0] - (2.0 + 3f64.sqrt() / 2.0)).abs() < 1e-12);
+/// assert!((jacobian[0][0] - 3f64.sqrt() / 5.0).abs() < 1e-12);
+/// let fast: Pce<1, 1> = pce.try_into()?;
+/// assert!((fast.value(&[7.5])?[0] - value[0]).abs() < 1e-12);
+/// # Ok::<(), surrogate::SurrogateError>(())
+/// ```
+///
+/// Reference: Xiu & Karniadakis, SIAM J. Sci. Comput. 24 (2002) 619, doi:10.1137/S1064827501387826.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DynPce {
+    inputs: Vec<Input>,
+    outputs: Vec<String>,
+    /// In the graded order of the multi-indices.
+    terms: Vec<(Vec<u8>, Vec<f64>)>,
+    tolerance: f64,
+    /// The highest degree of an input.
+    degree: usize,
+}
+
+/// Where a point lies with respect to the training box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BoxPosition {
+    /// Inside or on the boundary.
+    Inside,
+    /// Outside, but by no more than the tolerance: the value is an extrapolation.
+    Near,
+}
+
+impl DynPce {
+    /// Builds an expansion from its terms: multi-index and orthonormal coefficients of all outputs, in any order.
+    ///
+    /// Coefficients of plain Legendre polynomials P_n are divided by Π √(2 a_i + 1) first.
+    ///
+    /// # Errors
+    /// No input or output, bad bounds or names; no terms, a repeated multi-index, a degree above
+    /// [`MAX_ORDER`], a coefficient that is not finite, a term of another size.
+    pub fn from_terms(
+        inputs: Vec<Input>,
+        outputs: Vec<String>,
+        terms: impl IntoIterator<Item = (Vec<u8>, Vec<f64>)>,
+    ) -> Result<Self, SurrogateError> {
+        for (what, found) in
+            [("inputs, at least", inputs.len()), ("outputs, at least", outputs.len())]
+        {
+            if found == 0 {
+                return Err(SurrogateError::Count { what, expected: 1, found });
+            }
+        }
+        for input in &inputs {
+            input.check()?;
+        }
+        for output in &outputs {
+            check_name(output)?;
+        }
+        check_distinct(inputs.iter().map(|i| &i.name).chain(&outputs))?;
+        let mut terms: Vec<(Vec<u8>, Vec<f64>)> = terms.into_iter().collect();
+        terms.sort_by(|(a, _), (b, _)| graded(a).cmp(&graded(b)));
+        let wrong = |index: &[u8], problem: &str| {
+            Err(SurrogateError::Term { index: index.to_vec(), problem: problem.to_owned() })
+        };
+        if terms.is_empty() {
+            return wrong(&[], "there is none; give at least the constant one");
+        }
+        for (i, (index, c)) in terms.iter().enumerate() {
+            check_count("degrees in a term", inputs.len(), index.len())?;
+            check_count("coefficients in a term", outputs.len(), c.len())?;
+            if i > 0 && terms[i - 1].0 == *index {
+                return wrong(index, "occurs twice; keep one");
+            }
+            if index.iter().any(|&a| usize::from(a) > MAX_ORDER) {
+                return wrong(index, &format!("its degree exceeds {MAX_ORDER}; leave it out"));
+            }
+            if c.iter().any(|c| !c.is_finite()) {
+                return wrong(index, "a coefficient is not finite; correct it");
+            }
+        }
+        let degree = terms.iter().flat_map(|(index, _)| index).copied().max().unwrap_or(0).into();
+        Ok(Self { inputs, outputs, terms, tolerance: 0.01, degree })
+    }
+
+    /// Sets how far outside the box, as a fraction of each input's width, evaluation is still allowed.
+    ///
+    /// # Errors
+    /// A tolerance that is negative or not finite.
+    pub fn with_tolerance(mut self, tolerance: f64) -> Result<Self, SurrogateError> {
+        if !(tolerance >= 0.0 && tolerance.is_finite()) {
+            return Err(SurrogateError::Option {
+                option: "tolerance",
+                value: tolerance.to_string(),
+                allowed: "a fraction of the width, 0 or more".to_owned(),
+            });
+        }
+        self.tolerance = tolerance;
+        Ok(self)
+    }
+
+    /// The expansion with each output multiplied by a factor of its own, as by a change of its unit.
+    ///
+    /// # Errors
+    /// Another number of factors than of outputs; a factor that leaves no finite coefficient.
+    pub fn scale_outputs(mut self, factors: &[f64]) -> Result<Self, SurrogateError> {
+        check_count("factors", self.outputs.len(), factors.len())?;
+        for (_, c) in &mut self.terms {
+            c.iter_mut().zip(factors).for_each(|(c, factor)| *c *= factor);
+        }
+        Self::from_terms(self.inputs, self.outputs, self.terms)?.with_tolerance(self.tolerance)
+    }
+
+    /// The inputs with the box.
+    pub fn inputs(&self) -> &[Input] {
+        &self.inputs
+    }
+
+    /// The outputs' names.
+    pub fn outputs(&self) -> &[String] {
+        &self.outputs
+    }
+
+    /// Multi-indices with their orthonormal coefficients of all outputs, in graded order.
+    pub fn terms(&self) -> &[(Vec<u8>, Vec<f64>)] {
+        &self.terms
+    }
+
+    /// The tolerance outside the box, as a fraction of each input's width.
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    /// Whether `x` lies inside the box or within the tolerance of it.
+    ///
+    /// # Errors
+    /// A point farther outside, NaN, or one of another length.
+    pub fn position(&self, x: &[f64]) -> Result<BoxPosition, SurrogateError> {
+        check_count("input values", self.inputs.len(), x.len())?;
+        if self.inputs.iter().zip(x).all(|(input, &x)| input.contains(x)) {
+            return Ok(BoxPosition::Inside);
+        }
+        for (input, &value) in self.inputs.iter().zip(x) {
+            let margin = self.tolerance * (input.upper - input.lower);
+            // NaN fails the comparison too
+            if !(input.lower - margin <= value && value <= input.upper + margin) {
+                return Err(SurrogateError::OutsideBox {
+                    input: input.name.clone(),
+                    value,
+                    lower: input.lower,
+                    upper: input.upper,
+                    tolerance: self.tolerance,
+                });
+            }
+        }
+        Ok(BoxPosition::Near)
+    }
+
+    /// The outputs at `x`, in the inputs' units.
+    ///
+    /// # Errors
+    /// As [`Self::position`].
+    pub fn value(&self, x: &[f64]) -> Result<Vec<f64>, SurrogateError> {
+        self.position(x)?;
+        let basis = self.basis(x);
+        let mut value = vec![0.0; self.outputs.len()];
+        for (index, c) in &self.terms {
+            let weight: f64 =
+                index.iter().zip(&basis).map(|(&a, psi)| psi[usize::from(a)][0]).product();
+            value.iter_mut().zip(c).for_each(|(value, c)| *value += c * weight);
+        }
+        Ok(value)
+    }
+
+    /// The outputs at `x` and their derivatives, `jacobian[m][i]` = ∂f_m/∂x_i in the outputs' per the inputs' units.
+    ///
+    /// # Errors
+    /// As [`Self::position`].
+    pub fn value_and_jacobian(
+        &self,
+        x: &[f64],
+    ) -> Result<(Vec<f64>, Vec<Vec<f64>>), SurrogateError> {
+        self.position(x)?;
+        let basis = self.basis(x);
+        let (d, m) = (self.inputs.len(), self.outputs.len());
+        let (mut value, mut jacobian) = (vec![0.0; m], vec![vec![0.0; d]; m]);
+        let mut slopes = vec![0.0; d];
+        for (index, c) in &self.terms {
+            let mut weight = 1.0;
+            slopes.fill(1.0);
+            for (i, (&a, psi)) in index.iter().zip(&basis).enumerate() {
+                let [p, dp] = psi[usize::from(a)];
+                weight *= p;
+                slopes.iter_mut().enumerate().for_each(|(e, s)| *s *= if e == i { dp } else { p });
+            }
+            for ((value, row), c) in value.iter_mut().zip(&mut jacobian).zip(c) {
+                *value += c * weight;
+                row.iter_mut().zip(&slopes).for_each(|(entry, slope)| *entry += c * slope);
+            }
+        }
+        Ok((value, jacobian))
+    }
+
+    /// ψ_k(t_i) and dψ_k/dx_i for each input and all degrees that occur.
+    fn basis(&self, x: &[f64]) -> Vec<Vec<[f64; 2]>> {
+        let polynomials = |(input, &x): (&Input, &f64)| {
+            let slope = input.unit_slope();
+            let p = legendre::<{ MAX_ORDER + 1 }>(input.to_unit(x));
+            (0..=self.degree).map(|k| [norm(k) * p[k][0], norm(k) * p[k][1] * slope]).collect()
+        };
+        self.inputs.iter().zip(x).map(polynomials).collect()
+    }
+
+    /// The outputs on any [`Scalar`], for a model in `ppl`; NaN where [`Self::position`] is an error, so
+    /// that a model which uses the value there rejects the point.
+    ///
+    /// ```
+    /// use surrogate::{DynPce, Input};
+    /// let x = Input::new("x", 0.0, 10.0)?;
+    /// let terms = [(vec![0], vec![2.0]), (vec![1], vec![1.0])];
+    /// let pce = DynPce::from_terms(vec![x], vec!["f".into()], terms)?;
+    /// assert_eq!(pce.at(&[7.5]), pce.value(&[7.5])?);
+    /// assert!(pce.at(&[70.0])[0].is_nan());
+    /// # Ok::<(), surrogate::SurrogateError>(())
+    /// ```
+    pub fn at<S: Scalar>(&self, x: &[S]) -> Vec<S> {
+        let point: Vec<f64> = x.iter().map(|x| x.value()).collect();
+        let m = self.outputs.len();
+        if !S::DIFFERENTIABLE {
+            let value = self.value(&point).unwrap_or_else(|_| vec![f64::NAN; m]);
+            return value.into_iter().map(S::from).collect();
+        }
+        let outside = |_| (vec![f64::NAN; m], vec![vec![0.0; x.len()]; m]);
+        let (value, jacobian) = self.value_and_jacobian(&point).unwrap_or_else(outside);
+        let outputs = value.into_iter().zip(jacobian);
+        outputs.map(|(value, row)| S::fuse_iter(value, x.iter().copied().zip(row))).collect()
+    }
+}
