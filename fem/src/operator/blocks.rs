@@ -55,16 +55,21 @@ impl<T: Scalar, const N: usize> AtPoint<T, N> {
     }
 }
 
-/// The blocks (a, b ≤ a) of the symmetric matrix of an element with these numbers; `AXES` as they
-/// were written.
+/// Writes the blocks (a, b ≤ a) of the symmetric matrix of an element with these numbers; `AXES` as
+/// they were written.
 #[inline(always)]
-pub(crate) fn blocks<T: Scalar, const AXES: bool, const N: usize>(
+pub(crate) fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
     rule: &Rule,
     numbers: &[T],
-) -> Blocks<T, N> {
+    blocks: &mut Blocks<T, N>,
+) {
     let zero = numbers[0].constant(0.0);
     let data = PointData::of(rule);
-    let mut blocks = [[[[zero; 4]; 4]; N]; N];
+    for a in 0..N {
+        for b in 0..=a {
+            blocks[a][b] = [[zero; 4]; 4];
+        }
+    }
     for (q, point) in rule.points.iter().enumerate() {
         let slopes = point.slopes.first_chunk::<N>().expect("a slope of each node");
         let (tangent, push) = data.read_point::<T, AXES>(q, numbers);
@@ -123,7 +128,7 @@ pub(crate) fn blocks<T: Scalar, const AXES: bool, const N: usize>(
             }
         }
     }
-    complete_first(&mut blocks);
+    complete_first(blocks);
     for (p, point) in rule.damage.iter().enumerate() {
         let local = numbers[data.local(p)];
         for a in 0..N {
@@ -136,7 +141,6 @@ pub(crate) fn blocks<T: Scalar, const AXES: bool, const N: usize>(
             }
         }
     }
-    blocks
 }
 
 /// The blocks of node 0, whose shape function is one less the others', but for the terms without

@@ -41,7 +41,7 @@ pub(crate) struct Element<'a, T, L, const N: usize> {
     /// ξ/Δt, MPa.
     pub(crate) viscous: T,
     /// The largest ψ⁺ so far by elastic point; `None`: the current one drives damage.
-    pub(crate) history: Option<[T; MOST_POINTS]>,
+    pub(crate) history: Option<&'a [T; MOST_POINTS]>,
 }
 
 /// The contributions of an element to the residual.
@@ -174,7 +174,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
     /// What drives damage at elastic point q: ψ⁺, or the largest value that it has had.
     #[inline(always)]
     fn driving(&self, q: usize, at: &At<T>) -> T {
-        match &self.history {
+        match self.history {
             Some(so_far) => at.response.driving.max(so_far[q]),
             None => at.response.driving,
         }

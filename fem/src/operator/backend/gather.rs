@@ -8,7 +8,7 @@ use crate::material::{
     CrackDensity, Degradation, Degraded, Formula, Inverted, LaneLaw, Lanes, POINTS, PointMaterial,
     REGISTERS, SimdF64,
 };
-use crate::operator::blocks::blocks;
+use crate::operator::blocks::write_blocks;
 use crate::operator::element::{Element, ElementResidual, MOST_POINTS};
 use crate::operator::layout::{LANES, VACANT};
 use crate::operator::pattern::Block;
@@ -101,11 +101,15 @@ impl<'a, const N: usize> Gather<'a, N> {
 
     /// The values of the elements of each lane.
     #[inline(always)]
-    pub(crate) fn elements<T: Lanes>(
-        &self,
+    pub(crate) fn elements<'b, T: Lanes>(
+        &'b self,
         token: T::Token,
         tets: [usize; POINTS],
-    ) -> Element<'_, T, LaneLaw<'_, T>, N> {
+        history: Option<&'b [T; MOST_POINTS]>,
+    ) -> Element<'b, T, LaneLaw<'b, T>, N>
+    where
+        'a: 'b,
+    {
         let Self { space, increment, .. } = self;
         let zero = T::load(token, &[0.0; POINTS]);
         let (fields, span) = (increment.fields, &increment.span);
@@ -162,12 +166,13 @@ impl<'a, const N: usize> Gather<'a, N> {
             local,
             gradient,
             viscous,
-            history: self.history(token, tets),
+            history,
         }
     }
 
+    /// The largest ψ⁺ so far at the elastic points of the elements of each lane, if it is kept.
     #[inline(always)]
-    fn history<T: Lanes>(
+    pub(crate) fn history<T: Lanes>(
         &self,
         token: T::Token,
         tets: [usize; POINTS],
@@ -222,7 +227,8 @@ impl<const N: usize> WithSimd for Residuals<'_, '_, N> {
         let Self { gather, mut first, out } = self;
         for out in out.chunks_mut(SimdF64::<S>::COUNT) {
             let tets = gather.rows(first, out.len());
-            let residual = gather.elements::<SimdF64<S>>(simd, tets).residual();
+            let history = gather.history(simd, tets);
+            let residual = gather.elements::<SimdF64<S>>(simd, tets, history.as_ref()).residual();
             check(residual.sound)?;
             let mut rows = Rows([[0.0; 4]; LANES]);
             for a in 0..N {
@@ -265,6 +271,7 @@ impl<const N: usize> WithSimd for Tangents<'_, '_, N> {
         let Self { gather, mut first, coupled, out } = self;
         let rule = &gather.space.rule;
         let width = PointData::of(rule).width_with_axes();
+        let mut blocks = [[[[SimdF64::splat(simd, 0.0); 4]; 4]; N]; N];
         // those of a linear element stay on the stack
         let zero = SimdF64::splat(simd, 0.0);
         let (mut few, mut many) = ([zero; FEW], Vec::new());
@@ -276,8 +283,10 @@ impl<const N: usize> WithSimd for Tangents<'_, '_, N> {
         };
         for out in out.chunks_mut(SimdF64::<S>::COUNT) {
             let tets = gather.rows(first, out.len());
-            check(gather.elements(simd, tets).linearise::<true>(coupled, numbers))?;
-            let blocks = blocks::<SimdF64<S>, true, N>(rule, numbers);
+            let history = gather.history(simd, tets);
+            let elements = gather.elements(simd, tets, history.as_ref());
+            check(elements.linearise::<true>(coupled, numbers))?;
+            write_blocks::<SimdF64<S>, true, N>(rule, numbers, &mut blocks);
             let mut rows = Rows([[0.0; 4]; LANES]);
             for a in 0..N {
                 for b in 0..=a {
@@ -320,7 +329,9 @@ impl<const N: usize> WithSimd for Numbers<'_, '_, N> {
                     let tet = tets.get(first + lane).copied().filter(|&tet| tet != VACANT);
                     lanes[lane] = tet.unwrap_or(tets[0]) as usize;
                 }
-                check(gather.elements(simd, lanes).linearise::<false>(coupled, &mut numbers))?;
+                let history = gather.history(simd, lanes);
+                let elements = gather.elements(simd, lanes, history.as_ref());
+                check(elements.linearise::<false>(coupled, &mut numbers))?;
                 for (out, number) in columns.iter_mut().zip(&numbers) {
                     let mut column = [0.0; POINTS];
                     number.store(&mut column);
@@ -350,7 +361,9 @@ impl<const N: usize> WithSimd for Driving<'_, '_, N> {
             let count = out.len() / points;
             let mut energies = [SimdF64::splat(simd, 0.0); MOST_POINTS];
             let tets = gather.rows(first, count);
-            check(gather.elements(simd, tets).driving_energies(&mut energies))?;
+            let history = gather.history(simd, tets);
+            let elements = gather.elements(simd, tets, history.as_ref());
+            check(elements.driving_energies(&mut energies))?;
             for q in 0..points {
                 let mut column = [0.0; POINTS];
                 energies[q].store(&mut column);

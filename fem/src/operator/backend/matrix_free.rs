@@ -12,7 +12,7 @@ use super::chunk::ChunkProduct;
 use super::lanes::{Real, dispatch, places};
 use crate::element::Rule;
 use crate::material::{Inverted, Lanes, POINTS, SimdF64};
-use crate::operator::blocks::{blocks, diagonal};
+use crate::operator::blocks::{diagonal, write_blocks};
 use crate::operator::equations::{Coupling, Operator, Product};
 use crate::operator::layout::{Aligned, Chunk, LANES, Layout, VACANT};
 use crate::operator::pattern::{Block, Tangent};
@@ -227,9 +227,10 @@ impl<T: Real> WithSimd for Linear<'_, T> {
         let Self { stored, elements } = self;
         let width = PointData::of(stored.rule).width();
         let mut numbers = vec![SimdF64::splat(simd, 0.0); width];
+        let mut blocks = [[[[SimdF64::splat(simd, 0.0); 4]; 4]; 4]; 4];
         for part in 0..stored.parts::<S>() {
             stored.load(simd, part, &mut numbers);
-            let blocks = blocks::<SimdF64<S>, false, 4>(stored.rule, &numbers);
+            write_blocks::<SimdF64<S>, false, 4>(stored.rule, &numbers, &mut blocks);
             let first = elements.len();
             let tets = stored
                 .elements::<S>(part)
