@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::error::StepFailure;
 use crate::fields::Fields;
-use crate::operator::{Coupling, Increment, Layout, NONE, Residual, Span, product};
+use crate::operator::{Coupling, Increment, Layout, NONE, Residual, StepContext, product};
 use crate::problem::Problem;
 
 /// Seconds for each part of a Newton iteration, the least of several repetitions.
@@ -54,7 +54,7 @@ pub fn time_parts(
     let increment = Increment {
         materials: &problem.points,
         fields: &fields,
-        span: Span::new(&fields.damage, 0.01),
+        context: StepContext::new(&fields.damage, 0.01),
     };
     let operator = domain.operator.as_ref();
     let mut linear = domain.linear.solver(operator);
@@ -85,8 +85,8 @@ pub fn time_product(
 ) -> Result<ProductTimes, StepFailure> {
     let domain = &problem.discretisation;
     let fields = compressed(problem.nodes());
-    let span = Span::new(&fields.damage, 0.01);
-    let increment = Increment { materials: &problem.points, fields: &fields, span };
+    let context = StepContext::new(&fields.damage, 0.01);
+    let increment = Increment { materials: &problem.points, fields: &fields, context };
     let operator = domain.operator.as_ref();
     let geometry = operator.domain();
     let mut tangent = product(Arc::new(Layout::new(geometry)), geometry.tets());

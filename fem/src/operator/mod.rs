@@ -31,5 +31,5 @@ pub(crate) use graph::Graph;
 pub(crate) use layout::LANES;
 pub(crate) use layout::Layout;
 pub(crate) use pattern::{Pattern, Tangent};
-pub(crate) use residual::{Increment, NodeBlock, Residual, Span};
+pub(crate) use residual::{Increment, NodeBlock, Residual, StepContext};
 pub(crate) use unknowns::{NONE, Unknowns};

@@ -105,7 +105,7 @@ fn assert_taylor<const N: usize, T: Tetrahedron<N>>(
     let fields = random_fields(1.0, 0.2..0.8);
     let direction = random_fields(1.0, -1.0..1.0);
     let before: Vec<f64> = fields.damage.iter().map(|phi| 0.9 * phi).collect();
-    let span = Span::new(&before, 0.1);
+    let context = StepContext::new(&before, 0.1);
     let moved = |t: f64| {
         let mut at = fields.clone();
         for (u, d) in at.displacement.iter_mut().zip(&direction.displacement) {
@@ -116,12 +116,12 @@ fn assert_taylor<const N: usize, T: Tetrahedron<N>>(
     };
     let evaluate = |at: &Fields| {
         let mut residual = Residual::new(nodes);
-        let increment = Increment { materials: &materials, fields: at, span };
+        let increment = Increment { materials: &materials, fields: at, context };
         assembly.residual(&increment, &mut residual).expect("no element is inverted");
         residual
     };
     let mut tangent = Tangent::new(pattern);
-    let increment = Increment { materials: &materials, fields: &fields, span };
+    let increment = Increment { materials: &materials, fields: &fields, context };
     assembly.tangent(&increment, Coupling::Full, &mut tangent).expect("no element is inverted");
 
     assert_matrix_free(&assembly, &increment, &tangent);
@@ -249,7 +249,7 @@ fn assert_patch<const N: usize, T: Tetrahedron<N>>(law: Law) {
         for &n in &boundary {
             fields.displacement[n as usize] = affine(&nodes[n as usize]).map(|u| part * u);
         }
-        solver.solve(&mut fields, Span::new(&before, 1.0)).expect("equilibrium");
+        solver.solve(&mut fields, StepContext::new(&before, 1.0)).expect("equilibrium");
     }
     for (u, x) in fields.displacement.iter().zip(&nodes) {
         for (u, exact) in u.iter().zip(affine(x)) {
@@ -279,8 +279,8 @@ fn assert_threads_change_nothing<const N: usize, T: Tetrahedron<N>>(n: usize) {
         displacement: (0..nodes).map(|_| std::array::from_fn(|_| size * random())).collect(),
         damage: (0..nodes).map(|_| 0.5 + 0.4 * random()).collect(),
     };
-    let span = Span::new(&fields.damage, 0.1);
-    let increment = Increment { materials: &materials, fields: &fields, span };
+    let context = StepContext::new(&fields.damage, 0.1);
+    let increment = Increment { materials: &materials, fields: &fields, context };
     let pattern = Arc::new(Pattern::new(&assembly.space.tets, nodes));
     let evaluate = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");

@@ -69,7 +69,7 @@ impl<const N: usize> Operator for Assembly<N> {
         let add = |first: usize, elements: &[_]| out.add_elements(first, elements);
         let blank = [[[[0.0; 4]; 4]; N]; N];
         deterministic_reduce::<N, _>(self.space.tets.len(), blank, compute, add)?;
-        increment.span.contact.iter().for_each(|(node, block)| out.add_node(*node, block));
+        increment.context.contact.iter().for_each(|(node, block)| out.add_node(*node, block));
         Ok(())
     }
 

@@ -40,7 +40,7 @@ impl<'a, const N: usize> Gather<'a, N> {
                 Some(d) => [1.0 - d.residual, d.local, d.gradient, d.viscosity],
                 None => [0.0; 4],
             };
-            let viscous = viscosity / increment.span.duration;
+            let viscous = viscosity / increment.context.duration;
             [m.moduli.bulk, m.moduli.shear, soft, local, gradient, viscous]
         });
         let first = increment.materials.first().and_then(PointMaterial::formula);
@@ -112,7 +112,7 @@ impl<'a, const N: usize> Gather<'a, N> {
     {
         let Self { space, increment, .. } = self;
         let zero = T::load(token, &[0.0; POINTS]);
-        let (fields, span) = (increment.fields, &increment.span);
+        let (fields, context) = (increment.fields, &increment.context);
         let (mut displacement, mut damage, mut before) = ([[zero; 3]; N], [zero; N], [zero; N]);
         for a in 0..N {
             let mut columns = [[0.0; POINTS]; 5];
@@ -123,7 +123,7 @@ impl<'a, const N: usize> Gather<'a, N> {
                     columns[k][lane] = u[k];
                 }
                 columns[3][lane] = fields.damage[node];
-                columns[4][lane] = span.damage_before[node];
+                columns[4][lane] = context.damage_before[node];
             }
             for k in 0..3 {
                 displacement[a][k] = T::load(token, &columns[k]);
@@ -177,7 +177,7 @@ impl<'a, const N: usize> Gather<'a, N> {
         token: T::Token,
         tets: [usize; POINTS],
     ) -> Option<[T; MOST_POINTS]> {
-        let (history, points) = (self.increment.span.history, self.space.rule.points.len());
+        let (history, points) = (self.increment.context.history, self.space.rule.points.len());
         if history.is_empty() {
             return None;
         }

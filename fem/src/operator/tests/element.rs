@@ -12,7 +12,7 @@ use crate::operator::backend::Gather;
 use crate::operator::blocks::{Blocks, write_blocks};
 use crate::operator::element::{Element, MOST_POINTS};
 use crate::operator::point_data::PointData;
-use crate::operator::{Assembly, Coupling, Increment, LANES, Operator, Residual, Span};
+use crate::operator::{Assembly, Coupling, Increment, LANES, Operator, Residual, StepContext};
 
 const RULES: [DamageRule; 4] =
     [DamageRule::Absent, DamageRule::Vertex, DamageRule::Consistent, DamageRule::Eleven];
@@ -54,8 +54,8 @@ fn assert_derivatives<const N: usize, T: Tetrahedron<N>>(
     let materials = materials_for(rule, law, field);
     let fields = random_fields(&space, 1.0, &mut rng);
     let before: Vec<f64> = fields.damage.iter().map(|phi| 0.9 * phi).collect();
-    let span = Span::new(&before, 0.1);
-    let increment = Increment { materials: &materials, fields: &fields, span };
+    let context = StepContext::new(&before, 0.1);
+    let increment = Increment { materials: &materials, fields: &fields, context };
     let gather = Gather::new(&space, &increment);
     for tet in 0..12 {
         let element = gather.elements::<f64>((), [tet; LANES], None);
@@ -167,8 +167,8 @@ fn assert_as_alone<const N: usize, T: Tetrahedron<N>>(
         let history: Vec<f64> =
             (0..tets * points).map(|_| 3.0 * size * size * rng.random::<f64>()).collect();
         for history in [&[][..], &history] {
-            let span = Span { history, ..Span::new(&fields.damage, 0.1) };
-            let increment = Increment { materials: &materials, fields: &fields, span };
+            let context = StepContext { history, ..StepContext::new(&fields.damage, 0.1) };
+            let increment = Increment { materials: &materials, fields: &fields, context };
             let gather = Gather::new(space, &increment);
             let mut residual = Residual::new(nodes);
             assembly.residual(&increment, &mut residual).expect("no element is inverted");

@@ -35,7 +35,7 @@ impl Quadratic {
         increment: &Increment,
         coupling: Coupling,
     ) -> Result<(), Inverted> {
-        self.contact = increment.span.contact.to_vec();
+        self.contact = increment.context.contact.to_vec();
         self.product.linearise(operator, increment, coupling)
     }
 

@@ -12,7 +12,9 @@ use crate::element::{DamageRule, Linear, Quadratic, Space, Tetrahedron};
 use crate::fields::Fields;
 use crate::material::{Fracture, Material, PhaseField, PointMaterial};
 use crate::mesh::CylinderLattice;
-use crate::operator::{Assembly, LANES, Operator, Pattern, Residual, Span, Tangent, Unknowns};
+use crate::operator::{
+    Assembly, LANES, Operator, Pattern, Residual, StepContext, Tangent, Unknowns,
+};
 
 /// An operator whose tangent is what it was given.
 #[derive(Debug)]
@@ -81,8 +83,8 @@ fn error_of_direct(tangent: &Tangent, free: &[[bool; 4]]) -> Result<(f64, Linear
     let symbolic = Symbolic::new(&tangent.pattern.graph, &unknowns).expect("a structure");
     let mut direct = Direct::new(&operator, Arc::clone(&tangent.pattern), Arc::new(symbolic));
     let fields = Fields::zero(5);
-    let span = Span::new(&fields.damage, 1.0);
-    let increment = Increment { materials: &[], fields: &fields, span };
+    let context = StepContext::new(&fields.damage, 1.0);
+    let increment = Increment { materials: &[], fields: &fields, context };
     direct.linearise(&increment, Coupling::Full, free).expect("never inverted");
     let exact: Vec<Nodal> = (0..5)
         .map(|n| {
@@ -131,8 +133,8 @@ fn a_singular_matrix_is_reported() {
     let symbolic = Symbolic::new(&tangent.pattern.graph, &unknowns).expect("a structure");
     let mut direct = Direct::new(&operator, Arc::clone(&tangent.pattern), Arc::new(symbolic));
     let fields = Fields::zero(5);
-    let span = Span::new(&fields.damage, 1.0);
-    let increment = Increment { materials: &[], fields: &fields, span };
+    let context = StepContext::new(&fields.damage, 1.0);
+    let increment = Increment { materials: &[], fields: &fields, context };
     direct.linearise(&increment, Coupling::Full, &[[true; 4]; 5]).expect("never inverted");
     let right: Vec<Nodal> = (0..5).map(|n| [1.0, -2.0, 0.5, n as f64]).collect();
     assert!(direct.solve(&right, &mut [[0.0; 4]; 5], 1e-8).is_err());
@@ -199,8 +201,8 @@ impl<const N: usize> Cylinder<N> {
 
     /// The solution for a load that is not smooth.
     fn solve(&self, multigrid: bool, tolerance: f64) -> (Vec<Nodal>, LinearEffort) {
-        let span = Span::new(&self.fields.damage, 0.02);
-        let increment = Increment { materials: &self.materials, fields: &self.fields, span };
+        let context = StepContext::new(&self.fields.damage, 0.02);
+        let increment = Increment { materials: &self.materials, fields: &self.fields, context };
         let plan = self.plan(multigrid);
         let mut solver = plan.solver(&self.assembly);
         solver.linearise(&increment, Coupling::Full, &self.free).expect("no element is inverted");
