@@ -2,26 +2,26 @@
 //! tetrahedra with thousands of grains, 12.3 million unknowns.
 //!
 //! ```text
-//! cargo run --release -p fem --example paper_scale -- [SHARE] [STEPS]
+//! cargo run --release -p fem --example paper_scale -- [FRACTION] [STEPS]
 //! ```
 //!
-//! `SHARE` is the share of the 2.3 million tetrahedra (default 0.125), `STEPS` the load steps to
+//! `FRACTION` is the fraction of the 2.3 million tetrahedra (default 0.125), `STEPS` the load steps to
 //! take (default 2) of the 88 equal ones to 0.22 mm; with more than the peak needs, it ends there.
 //! Printed as CSV `quantity,value,unit`: set-up, seconds and iterations of every step, memory, and
 //! the step of the largest force.
 //!
 //! Measured on two cores beside other work, so in processor seconds where it says so:
 //!
-//! | share | tetrahedra | unknowns | grains | peak at step | Newton iterations to it |
+//! | fraction | tetrahedra | unknowns | grains | peak at step | Newton iterations to it |
 //! |---|---|---|---|---|---|
 //! | 0.002 | 4 820 | 29 423 | 15 | 39 | 123 |
 //! | 0.005 | 13 580 | 79 375 | 33 | 38 | 117 |
 //! | 0.02 | 50 996 | 289 119 | 135 | 41 | 132 |
 //!
-//! The grains grow with the elements, so these are specimens of one kind, not one specimen. Share
+//! The grains grow with the elements, so these are specimens of one kind, not one specimen. Fraction
 //! 0.125 (314 400 tetrahedra, 1.73 million unknowns, 834 grains) took 8, 3 and 3 Newton iterations
 //! for its first three steps, 7.9 linear iterations and 6 processor seconds each, 1.6 GB at most.
-//! Share 1 (2 393 196 tetrahedra, 12.98 million unknowns, 6404 grains) was set up in 49 s; its first
+//! Fraction 1 (2 393 196 tetrahedra, 12.98 million unknowns, 6404 grains) was set up in 49 s; its first
 //! load step took 14 Newton iterations (the coarser ones: 5 to 8), 8.6 linear iterations and 74
 //! processor seconds each, two hierarchies, 10.6 GB at most.
 //!
@@ -43,7 +43,7 @@ const DISPLACEMENT_MM: f64 = 0.22;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
-    let share: f64 = arguments.next().map_or(Ok(0.125), |a| a.parse())?;
+    let fraction: f64 = arguments.next().map_or(Ok(0.125), |a| a.parse())?;
     let steps: usize = arguments.next().map_or(Ok(2), |a| a.parse())?;
     println!("quantity,value,unit");
 
@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (radius_mm, height_mm) = (2.5, 4.4);
     let volume = std::f64::consts::PI * radius_mm * radius_mm * height_mm;
     // twelve tetrahedra to a cell of the lattice
-    let spacing_mm = (12.0 * volume / (share * TETRAHEDRA)).cbrt();
+    let spacing_mm = (12.0 * volume / (fraction * TETRAHEDRA)).cbrt();
     let mut mesh = CylinderLattice { radius_mm, height_mm, spacing_mm }.build()?;
     // grains as many elements across as in the paper, 2.2
     let grains = Packing {

@@ -66,7 +66,6 @@
 //! 11. `problem`: a problem, its load steps, curves and checkpoints
 //! 12. `ensemble`: many runs in a directory
 //! 13. `bench`: what the bench of the engine times (feature `bench-internals`)
-//! 14. `equations`: a page of text
 
 #[cfg(feature = "bench-internals")]
 pub mod bench;

@@ -1,11 +1,34 @@
-//! What was written in the body of a model.
+//! What was written: models and their statements, as they were read and never changed afterwards.
 
-use proc_macro2::Span;
-use syn::{Attribute, Error, Expr, Ident, Label, Pat, Stmt, Token, token};
+use proc_macro2::{Span, TokenStream};
+use syn::{
+    Attribute, Error, Expr, Generics, Ident, Label, Pat, Stmt, Token, Type, Visibility, token,
+};
 
-use crate::attributes::{Dim, Mark};
-use crate::linear::Linear;
+/// The function that declares a model.
+pub(crate) struct Model {
+    pub(crate) attrs: Vec<Attribute>,
+    pub(crate) vis: Visibility,
+    pub(crate) fn_token: Token![fn],
+    pub(crate) name: Ident,
+    pub(crate) generics: Generics,
+    pub(crate) arguments: Vec<Argument>,
+    /// The type of the value that it ends with, if it is a submodel.
+    pub(crate) value: Option<Type>,
+    pub(crate) body: Block,
+    /// What is wrong with the signature, where the model can still be declared.
+    pub(crate) errors: Vec<Error>,
+}
 
+/// Data.
+pub(crate) struct Argument {
+    pub(crate) attrs: Vec<Attribute>,
+    pub(crate) name: Ident,
+    pub(crate) colon: Token![:],
+    pub(crate) ty: Type,
+}
+
+#[derive(Clone)]
 pub(crate) struct Block {
     pub(crate) brace: token::Brace,
     pub(crate) statements: Vec<Statement>,
@@ -15,41 +38,67 @@ impl Block {
     pub(crate) fn empty() -> Self {
         Self { brace: Default::default(), statements: Vec::new() }
     }
+
+    /// This block and all those inside, the outer ones first.
+    pub(crate) fn nested(&self) -> Vec<&Block> {
+        let mut blocks = vec![self];
+        for statement in &self.statements {
+            let inside = statement.flow().into_iter().flat_map(Flow::blocks);
+            blocks.extend(inside.flat_map(Block::nested));
+        }
+        blocks
+    }
 }
 
+/// By which analyses speak of a statement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct Id(pub(crate) usize);
+
+#[derive(Clone)]
 pub(crate) struct Statement {
+    pub(crate) id: Id,
     /// Lint attributes, handed on.
     pub(crate) attrs: Vec<Attribute>,
     pub(crate) mark: Mark,
     /// `#[dims(…)]`.
     pub(crate) dims: Vec<Dim>,
     pub(crate) kind: Kind,
-    /// As written, for reports.
+    /// All of it.
+    pub(crate) tokens: TokenStream,
+    /// As it reads, for reports.
     pub(crate) text: String,
     /// Where it begins.
     pub(crate) span: Span,
-    /// Its number among the places of the model, once it is known to need one.
-    pub(crate) site: Option<usize>,
-    /// Whether it runs on finished draws only.
-    pub(crate) predicted: bool,
 }
 
 impl Statement {
-    /// A statement of Rust that the macro adds.
-    pub(crate) fn rust(stmt: Stmt, span: Span, predicted: bool) -> Self {
-        Self {
-            attrs: Vec::new(),
-            mark: Mark::None,
-            dims: Vec::new(),
-            kind: Kind::Rust(stmt),
-            text: String::new(),
-            span,
-            site: None,
-            predicted,
+    /// Control flow that it is, or that its value comes from.
+    pub(crate) fn flow(&self) -> Option<&Flow> {
+        match &self.kind {
+            Kind::Flow(flow)
+            | Kind::Let { init: Some(Init::Flow(_, flow)), .. }
+            | Kind::End(Init::Flow(_, flow)) => Some(flow),
+            _ => None,
         }
     }
 }
 
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) enum Mark {
+    #[default]
+    None,
+    Track,
+    Predict,
+}
+
+/// The name of a dimension, and what to call the entries along it: `name`, `name = labels`.
+#[derive(Clone)]
+pub(crate) struct Dim {
+    pub(crate) name: Ident,
+    pub(crate) labels: Option<Expr>,
+}
+
+#[derive(Clone)]
 pub(crate) enum Kind {
     /// `let name ~ distribution;`
     Unknown { let_token: Token![let], name: Ident, tilde: Token![~], distribution: Expr },
@@ -58,8 +107,7 @@ pub(crate) enum Kind {
     /// `place.impute() ~ distribution;`
     Impute { place: Expr, tilde: Token![~], distribution: Expr },
     /// `place ~ distribution;`
-    /// `apart`: the loop around it sums its terms up.
-    Observe { place: Expr, tilde: Token![~], distribution: Expr, apart: bool },
+    Observe { place: Expr, tilde: Token![~], distribution: Expr },
     /// `let pat = …;`
     Let { let_token: Token![let], pat: Pat, init: Option<Init> },
     /// `factor(weight);`
@@ -70,36 +118,19 @@ pub(crate) enum Kind {
     End(Init),
     /// Any other Rust.
     Rust(Stmt),
-    /// What could not be read or was refused, with the names that it would have declared.
+    /// What could not be read, with the names that it would have declared.
     Broken { names: Vec<Ident>, error: Error },
 }
 
+#[derive(Clone)]
 pub(crate) enum Init {
     Value { eq: Token![=], value: Expr, diverge: Option<(Token![else], Expr)> },
     Flow(Token![=], Flow),
 }
 
+#[derive(Clone)]
 pub(crate) enum Flow {
-    For {
-        label: Option<Label>,
-        for_token: Token![for],
-        pat: Box<Pat>,
-        in_token: Token![in],
-        iter: Expr,
-        body: Block,
-        /// Whether a jump goes on in a loop around it.
-        leaves: bool,
-        /// Whether nothing that an iteration computes outlives it.
-        unwinds: bool,
-        /// Whether it only says `y ~ D` of its own `y`, with one `D` for all.
-        pools: bool,
-        /// Names from outside whose adjoints the loop sums up apart.
-        summed: Vec<Ident>,
-        /// The observations in it whose terms it sums up apart, by their sites.
-        totals: Vec<usize>,
-        /// What it says of normal observations, if rows can stand for them.
-        linear: Option<Box<Linear>>,
-    },
+    For(Box<For>),
     If {
         if_token: Token![if],
         condition: Expr,
@@ -115,14 +146,50 @@ pub(crate) enum Flow {
     Block(Block),
 }
 
+impl Flow {
+    /// The blocks directly inside.
+    pub(crate) fn blocks(&self) -> Vec<&Block> {
+        match self {
+            Flow::For(plate) => vec![&plate.body],
+            Flow::If { then, otherwise, .. } => {
+                let mut blocks = vec![then];
+                blocks.extend(otherwise.iter().flat_map(|(_, flow)| flow.blocks()));
+                blocks
+            }
+            Flow::Match { arms, .. } => arms.iter().filter_map(Arm::block).collect(),
+            Flow::Block(block) => vec![block],
+        }
+    }
+}
+
+#[derive(Clone)]
+pub(crate) struct For {
+    pub(crate) label: Option<Label>,
+    pub(crate) for_token: Token![for],
+    pub(crate) pat: Pat,
+    pub(crate) in_token: Token![in],
+    pub(crate) iter: Expr,
+    pub(crate) body: Block,
+}
+
+#[derive(Clone)]
 pub(crate) struct Arm {
-    /// With its guard.
     pub(crate) pat: Pat,
     pub(crate) guard: Option<(Token![if], Expr)>,
     pub(crate) arrow: Token![=>],
     pub(crate) body: ArmBody,
 }
 
+impl Arm {
+    fn block(&self) -> Option<&Block> {
+        match &self.body {
+            ArmBody::Block(block) => Some(block),
+            ArmBody::Value(_) => None,
+        }
+    }
+}
+
+#[derive(Clone)]
 pub(crate) enum ArmBody {
     Block(Block),
     Value(Expr),

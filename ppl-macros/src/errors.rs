@@ -144,6 +144,47 @@ pub(crate) fn observed_unknown(name: &str) -> String {
     )
 }
 
+pub(crate) const PLAIN_VALUE: &str = "`value` drops the derivatives: compare unknowns as they are, \
+     `x > 0.0`, and compute with them; what needs a plain number is a function of your own over \
+     `Scalar`, or is only recorded, by `#[track]` or `#[predict]`";
+
+pub(crate) fn not_in_scope(name: &str, names: &[String]) -> String {
+    const SHOWN: usize = 8;
+    let shown: Vec<_> = names.iter().take(SHOWN).map(|name| format!("`{name}`")).collect();
+    let more = if names.len() > SHOWN { ", …" } else { "" };
+    let scope = match shown.is_empty() {
+        true => "nothing is yet".to_owned(),
+        false => format!("these are: {}{more}", shown.join(", ")),
+    };
+    format!(
+        "`{name}` is not in scope, so that there is nothing to condition on: declare an unknown by \
+         `let {name} ~ …`, or take data as an argument ({scope})"
+    )
+}
+
+pub(crate) fn unknown_index(name: &str) -> String {
+    format!(
+        "the unknown `{name}` is a real number, not an index: sum a discrete choice out, by `Mixture` \
+         or `factor(ln_sum_exp(…))`, and take indices from data"
+    )
+}
+
+pub(crate) fn function_of_f64(function: &str, argument: impl ToTokens) -> String {
+    let argument = argument.to_token_stream();
+    format!(
+        "`f64::{function}` takes plain numbers, without derivatives: write the method, \
+         `{argument}.{function}(…)`, which unknowns have too"
+    )
+}
+
+pub(crate) fn begins_as_data(name: &str, value: impl ToTokens) -> String {
+    let value = value.to_token_stream().to_string().replace(' ', "");
+    format!(
+        "`{name}` begins as data and becomes what follows from unknowns: begin with \
+         `Real::from({value})`"
+    )
+}
+
 pub(crate) fn lost_derivatives(method: &str) -> String {
     format!(
         "`{method}` is a plain number, without derivatives in unknowns: `ln_cdf` and `ln_sf` have \

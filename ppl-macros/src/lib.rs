@@ -1,44 +1,33 @@
 //! The `model!` macro of `ppl`. The language is described at `ppl::model!`.
 //!
-//! `signature` and `parse` read what was written, statement by statement, and keep going after
-//! an error, into the statements of `ast`; `lower` checks it and numbers the statements; `formula`
-//! joins arithmetic to what is differentiated as a whole; `emit` writes the implementation of `ppl::Model`. An error stays in
-//! the statement where it happened, as a `compile_error!` in place of the value, so that one
-//! mistake stays one error and everything else is still there for completion.
+//! One way: tokens are parsed to a tree of what was written, which nothing changes afterwards;
+//! analyses read it and leave tables by statement; a plan says what will be generated, as data;
+//! and that is emitted. An error stays in the statement where it happened, as a `compile_error!` in
+//! place of it, so that one mistake stays one error and everything else is still there for completion.
+//!
+//! The rooms, from the ground up; an import goes down only:
+//!
+//! 1. `errors`: what the macro says when it refuses
+//! 2. `syntax`: questions about Rust as written
+//! 3. `ast`, `parse`: what was written, and how it is read
+//! 4. `analyse`: which names are active, what a loop writes, where statements stand
+//! 5. `plan`: every expression as it will be written, and what becomes of every statement
+//! 6. `emit`: tokens
 
-mod arithmetic;
+mod analyse;
 mod ast;
-mod attributes;
-mod check;
-mod data;
-mod derived;
-mod effects;
 mod emit;
 mod errors;
-mod fold;
-mod formula;
-#[cfg(test)]
-mod fuzz;
-mod inspect;
-mod iterated;
-mod linear;
-mod literals;
-mod lower;
-mod names;
-mod operands;
 mod parse;
-mod rewrite;
-mod rows;
-mod scan;
-mod signature;
-mod starts;
-mod submodel;
-mod updates;
+mod plan;
+mod syntax;
+#[cfg(test)]
+#[path = "../tests/unit/mod.rs"]
+mod unit;
 
 use proc_macro2::TokenStream;
-use quote::ToTokens;
 
-use crate::derived::Derived;
+use crate::analyse::Analysis;
 
 // Documented where it is re-exported, in `ppl`, which its examples need.
 #[allow(missing_docs)]
@@ -48,26 +37,10 @@ pub fn model(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
 }
 
 fn expand(input: TokenStream) -> TokenStream {
-    let models = signature::models(input).into_iter().map(|model| match model {
-        Ok(mut model) => {
-            let sites = lower::lower(&mut model);
-            match &model.value {
-                None => {
-                    iterated::unroll(&mut model.body);
-                    let is_static = formula::formulas(&mut model.body);
-                    emit::model(&model, &sites, is_static)
-                }
-                Some(value) => {
-                    let numbers = model
-                        .arguments
-                        .iter()
-                        .filter(|data| inspect::says(data.ty.to_token_stream(), "Real"));
-                    let given = numbers.map(|data| data.name.clone());
-                    let derived = Derived::of(&model.body, given);
-                    literals::align_all(&mut model.body, &derived);
-                    submodel::submodel(&model, value, &sites)
-                }
-            }
+    let models = parse::models(input).into_iter().map(|model| match model {
+        Ok(model) => {
+            let analysis = Analysis::of(&model);
+            emit::emit(&model, &plan::plan(&model, &analysis))
         }
         Err(error) => error.to_compile_error(),
     });

@@ -33,6 +33,13 @@ ppl::model! {
         }
     }
 
+    /// The same in one statement.
+    fn regression_glm<const D: usize>(x: &[[f64; D]], y: &[f64]) {
+        let slope ~ Normal(0.0, 2.5).array::<D>();
+        let sd ~ HalfNormal(1.0);
+        y ~ NormalGlm(x, 0.0, slope, sd);
+    }
+
     /// The same predictor, summed by hand.
     fn regression_loop<const D: usize>(x: &[[f64; D]], y: &[f64]) {
         let slope ~ Normal(0.0, 2.5).array::<D>();
@@ -57,6 +64,15 @@ ppl::model! {
         }
     }
 
+    /// The same in one statement, without predictors.
+    fn hierarchy_glm(groups: usize, none: &[[f64; 0]], group: &[usize], y: &[f64]) {
+        let mu ~ Normal(0.0, 5.0);
+        let tau ~ HalfNormal(2.0);
+        let sd ~ HalfNormal(2.0);
+        let level ~ Normal(mu, tau).iid(groups);
+        y ~ NormalGlm(none, ByGroup(&level, group), [0.0; 0], sd);
+    }
+
     /// Levels about a line in two covariates, not centred.
     fn radon(counties: usize, houses: &[House]) {
         let mu ~ Normal(0.0, 10.0);
@@ -69,6 +85,16 @@ ppl::model! {
             let mean = level + slope[0] * house.uranium + slope[1] * house.floor;
             house.radon ~ Normal(mean, sd);
         }
+    }
+
+    /// The same in one statement.
+    fn radon_glm(counties: usize, county: &[usize], x: &[[f64; 2]], radon: &[f64]) {
+        let mu ~ Normal(0.0, 10.0);
+        let tau ~ HalfNormal(1.0);
+        let sd ~ HalfNormal(1.0);
+        let slope ~ Normal(0.0, 10.0).array::<2>();
+        let level ~ Normal(mu, tau).non_centered().iid(counties);
+        radon ~ NormalGlm(x, ByGroup(&level, county), slope, sd);
     }
 
     /// The paper's calibration: nine parameters, eight experiments.
@@ -272,11 +298,15 @@ fn main() {
         let y: Vec<f64> = x.iter().map(|row| row.iter().sum::<f64>() + 0.1 * row[0]).collect();
         report(&format!("linear_regression_n{n}"), quick, &regression(&x, &y));
         report(&format!("linear_regression_loop_n{n}"), quick, &regression_loop(&x, &y));
+        report(&format!("linear_regression_glm_n{n}"), quick, &regression_glm(&x, &y));
     }
     for groups in [8, 100, 1000] {
         let group: Vec<usize> = (0..5 * groups).map(|i| i / 5).collect();
         let y: Vec<f64> = (0..5 * groups).map(|i| (1.7 * i as f64).sin()).collect();
         report(&format!("hierarchical_d{}", groups + 3), quick, &hierarchy(groups, &group, &y));
+        let none = vec![[]; y.len()];
+        let glm = hierarchy_glm(groups, &none, &group, &y);
+        report(&format!("hierarchical_glm_d{}", groups + 3), quick, &glm);
     }
     let houses: Vec<House> = (0..919)
         .map(|i| House {
@@ -287,6 +317,10 @@ fn main() {
         })
         .collect();
     report("radon_n919", quick, &radon(85, &houses));
+    let county: Vec<usize> = houses.iter().map(|house| house.county).collect();
+    let x: Vec<[f64; 2]> = houses.iter().map(|house| [house.uranium, house.floor]).collect();
+    let log_radon: Vec<f64> = houses.iter().map(|house| house.radon).collect();
+    report("radon_glm_n919", quick, &radon_glm(85, &county, &x, &log_radon));
     let wave = |speed: f64| (0..200).map(move |i| (speed * f64::from(i)).sin());
     let x: Vec<f64> = wave(0.7).collect();
     let pairs: Vec<[f64; 2]> = wave(0.3).zip(wave(1.7)).map(|(a, b)| [a, b]).collect();

@@ -2,14 +2,14 @@
 
 use rand::Rng;
 
+use crate::backend::{Backend, Forward, FullTape, Primal, Reverse};
 use crate::density::{LogDensity, Rejection};
 use crate::dual::Dual;
 use crate::entry::Record;
+use crate::evaluation::{Density, Pools};
 use crate::inspect::{self, Inspection, ModelError, Statements};
 use crate::layout::Layout;
-use crate::ledger::{Ledger, Plain, Roots, Sum, Values};
 use crate::model::Model;
-use crate::reading::{Density, Pools};
 use crate::tape::Tape;
 use crate::trace::Trace;
 
@@ -112,7 +112,7 @@ impl<M: Model> Bound<M> {
         workspace: &mut Workspace,
     ) -> Result<f64, Rejection> {
         let pools = self.inspection.pools(&mut workspace.sums);
-        value::<_, _, false>(&self.model, Values::new(y, false), pools)
+        value::<_, _, false>(&self.model, Primal::new(y, false), pools)
     }
 
     /// [`log_density_without_jacobian`](Bound::log_density_without_jacobian) with its gradient
@@ -142,11 +142,11 @@ impl<M: Model> Bound<M> {
                 .enumerate()
                 .map(|(j, &y)| Dual::new(y, [if i == j { 1.0 } else { 0.0 }]))
                 .collect();
-            let ledger = Sum::new(&point);
-            let mut density = Density::<_, true>::new(ledger, Pools::Anew(&mut sums));
+            let backend = Forward::new(&point);
+            let mut density = Density::<_, true>::new(backend, Pools::Anew(&mut sums));
             density.read(&self.model)?;
-            value = crate::Scalar::value(density.ledger.total);
-            *g = density.ledger.total.gradient()[0];
+            value = crate::Scalar::value(density.backend.total);
+            *g = density.backend.total.gradient()[0];
         }
         Ok(value)
     }
@@ -169,16 +169,16 @@ impl<M: Model> Bound<M> {
         loop {
             workspace.tape.clear();
             let tape = &workspace.tape;
-            let ledger = Plain::new(tape, y);
+            let backend = FullTape::new(tape, y);
             if tape.is_full() {
                 continue;
             }
             let pools = Pools::Anew(&mut workspace.sums);
-            let mut density = Density::<_, true>::new(ledger, pools);
+            let mut density = Density::<_, true>::new(backend, pools);
             density.read(&self.model)?;
             if !tape.is_full() {
                 tape.sweep(gradient);
-                return Ok(density.ledger.total());
+                return Ok(density.backend.total());
             }
         }
     }
@@ -197,12 +197,12 @@ impl<M: Model> Bound<M> {
             workspace.tape.clear();
             let tape = &workspace.tape;
             let constant = if JACOBIAN && M::STATIC { self.inspection.constant } else { None };
-            let roots = Roots::new(tape, y, constant.is_some());
+            let reverse = Reverse::new(tape, y, constant.is_some());
             if tape.is_full() {
                 continue;
             }
             let pools = self.inspection.pools(&mut workspace.sums);
-            let total = value::<_, _, JACOBIAN>(&self.model, roots, pools)?;
+            let total = value::<_, _, JACOBIAN>(&self.model, reverse, pools)?;
             if !tape.is_full() {
                 tape.sweep(gradient);
                 return Ok(constant.unwrap_or(0.0) + total);
@@ -221,14 +221,14 @@ fn other_length(gradient: usize, point: usize) -> Rejection {
 
 /// The sum of all terms.
 #[inline]
-fn value<M: Model, L: Ledger, const JACOBIAN: bool>(
+fn value<M: Model, L: Backend, const JACOBIAN: bool>(
     model: &M,
-    ledger: L,
+    backend: L,
     pools: Pools<'_>,
 ) -> Result<f64, Rejection> {
-    let mut density = Density::<_, JACOBIAN>::new(ledger, pools);
+    let mut density = Density::<_, JACOBIAN>::new(backend, pools);
     density.read(model)?;
-    Ok(density.ledger.total())
+    Ok(density.backend.total())
 }
 
 impl<M: Model> Statements for M {
@@ -236,8 +236,8 @@ impl<M: Model> Statements for M {
         self.run(trace)
     }
 
-    fn value(&self, y: &[f64], lean: bool, pools: Pools<'_>) -> Result<f64, Rejection> {
-        value::<_, _, true>(self, Values::new(y, lean), pools)
+    fn value(&self, y: &[f64], drop_constants: bool, pools: Pools<'_>) -> Result<f64, Rejection> {
+        value::<_, _, true>(self, Primal::new(y, drop_constants), pools)
     }
 }
 
@@ -251,7 +251,7 @@ impl<M: Model> LogDensity for Bound<M> {
     fn log_density(&self, y: &[f64], workspace: &mut Workspace) -> Result<f64, Rejection> {
         let constant = if M::STATIC { self.inspection.constant } else { None };
         let pools = self.inspection.pools(&mut workspace.sums);
-        let values = Values::new(y, constant.is_some());
+        let values = Primal::new(y, constant.is_some());
         Ok(constant.unwrap_or(0.0) + value::<_, _, true>(&self.model, values, pools)?)
     }
 

@@ -1,6 +1,5 @@
 //! What a sampler sees of a model: a log density, its gradient, and why a point was rejected.
 
-use std::borrow::Cow;
 use std::fmt;
 
 /// A log density on unconstrained space ℝᵈ.
@@ -110,7 +109,7 @@ pub enum Rejection {
         place: Place,
         /// What it said.
         #[source]
-        error: DomainError,
+        error: Box<DomainError>,
     },
     /// The model said `reject!`.
     #[error("rejected at {place}: {message}")]
@@ -148,11 +147,11 @@ impl Rejection {
 #[derive(Clone, Debug, PartialEq)]
 pub struct DomainError {
     /// Which distribution or function refuses; may be empty.
-    pub distribution: Cow<'static, str>,
+    pub distribution: &'static str,
     /// Which of its arguments is at fault.
-    pub parameter: Cow<'static, str>,
+    pub parameter: Box<str>,
     /// What it must be.
-    pub requirement: Cow<'static, str>,
+    pub requirement: Box<str>,
     /// What it is.
     pub value: f64,
 }
@@ -174,9 +173,9 @@ impl std::error::Error for DomainError {}
 
 impl DomainError {
     /// In words, which name the argument, its value and what is required.
-    pub fn new(message: impl Into<Cow<'static, str>>) -> Self {
+    pub fn new(message: impl Into<Box<str>>) -> Self {
         Self {
-            distribution: "".into(),
+            distribution: "",
             parameter: "".into(),
             requirement: message.into(),
             value: f64::NAN,
@@ -186,13 +185,13 @@ impl DomainError {
     /// Of an argument that does not meet a requirement.
     #[cold]
     pub fn unmet(
-        distribution: impl Into<Cow<'static, str>>,
+        distribution: &'static str,
         parameter: impl fmt::Display,
         requirement: impl fmt::Display,
         value: f64,
     ) -> Self {
         Self {
-            distribution: distribution.into(),
+            distribution,
             parameter: parameter.to_string().into(),
             requirement: requirement.to_string().into(),
             value,

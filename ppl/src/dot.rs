@@ -75,6 +75,11 @@ impl<N: Numbers + ?Sized> Node for Dot<'_, N> {
     }
 
     #[inline(always)]
+    fn lengths(self) -> Option<[usize; 2]> {
+        Some([self.data.len(), self.numbers.numbers().len()])
+    }
+
+    #[inline(always)]
     fn spread(self, weight: f64, f: &mut impl FnMut(Self::Number, f64)) {
         for (d, x) in self.data.iter().zip(self.numbers.numbers()) {
             f(*x, weight * d);

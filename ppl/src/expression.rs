@@ -12,7 +12,7 @@ use crate::dual::Dual;
 use crate::parameter::Parameter;
 use crate::partials::Partials;
 use crate::real::Real;
-use crate::record::{Datum, Record};
+use crate::record::{Datum, Recordable};
 use crate::scalar::Scalar;
 
 /// A formula over the numbers of a model.
@@ -35,6 +35,12 @@ pub trait Node: Copy + Debug {
 
     /// Its value.
     fn result(self) -> f64;
+
+    /// The lengths of the vectors whose product it is.
+    #[inline(always)]
+    fn lengths(self) -> Option<[usize; 2]> {
+        None
+    }
 
     /// Calls `f` with each number in it and `weight` times the derivative in that number.
     fn spread(self, weight: f64, f: &mut impl FnMut(Self::Number, f64));
@@ -222,7 +228,7 @@ impl<S: Scalar, A: Node<Number = Real<S>>> Datum<Real<S>> for Expression<A> {
     }
 }
 
-impl<A: Node> Record for Expression<A> {
+impl<A: Node> Recordable for Expression<A> {
     fn shape(&self) -> Vec<usize> {
         Vec::new()
     }

@@ -1,13 +1,15 @@
 //! What a model says when it is traced: compiled once, here, and not anew for every model.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
 use rand::{RngCore, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::density::Rejection;
 use crate::entry::{Entry, Record, Role};
+use crate::evaluation::{Pool, Pools};
 use crate::layout::Layout;
-use crate::reading::{Pool, Pools};
-use crate::trace::{Point, Source, Trace};
+use crate::trace::{CoordinateReader, Source, Trace};
 use crate::words::{datum, first_to_fail, further};
 
 /// A model that cannot be evaluated at all.
@@ -36,8 +38,8 @@ pub(crate) trait Statements {
     /// Runs them against a trace.
     fn trace(&self, trace: &mut Trace<'_>) -> Result<(), Rejection>;
 
-    /// The log density at `y`, lean without constants.
-    fn value(&self, y: &[f64], lean: bool, pools: Pools<'_>) -> Result<f64, Rejection>;
+    /// The log density at `y`, with `drop_constants` without what is the same at every point.
+    fn value(&self, y: &[f64], drop_constants: bool, pools: Pools<'_>) -> Result<f64, Rejection>;
 }
 
 /// What was found out about a model when it was bound to its data.
@@ -115,7 +117,7 @@ fn run(
     for _ in 0..TRIES {
         let mut trace = Trace::new(Source::Prior, &mut *rng);
         trace.pools.clone_from(&pools);
-        let outcome = model.trace(&mut trace);
+        let outcome = traced(model, &mut trace);
         let (pools, failing) = (trace.pools.take(), trace.failing.take());
         match outcome.and_then(|()| trace.finish()) {
             Ok(record) => return Ok((record, pools)),
@@ -131,13 +133,27 @@ fn run(
     Err(ModelError::NoPriorDraw { tries: TRIES, last, detail: failing.map(first_to_fail) })
 }
 
+/// The model's own code may panic, at an index out of bounds for example: that is said of the model,
+/// with the last statement before it.
+fn traced(model: &dyn Statements, trace: &mut Trace<'_>) -> Result<(), Rejection> {
+    let panic = match catch_unwind(AssertUnwindSafe(|| model.trace(trace))) {
+        Ok(outcome) => return outcome,
+        Err(panic) => panic,
+    };
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
+    let place = trace.last.map_or(String::new(), |place| format!(" at or after {place}"));
+    let message = format!("the model panics{place}: {text}; compare the data that it reads there");
+    Err(Rejection::Fatal { message })
+}
+
 /// What the model names at `y`, up to a rejection.
 pub(crate) fn record_at(
     model: &dyn Statements,
     y: &[f64],
     rng: &mut dyn RngCore,
 ) -> (Record, Result<(), Rejection>) {
-    let mut trace = Trace::new(Source::Point(Point::new(y)), rng);
+    let mut trace = Trace::new(Source::Point(CoordinateReader::new(y)), rng);
     let outcome = model.trace(&mut trace);
     trace.record.unfold();
     (trace.record, outcome)
@@ -168,18 +184,18 @@ fn constant(
     for _ in 0..DRAWS {
         let Ok(record) = draw(model, rng) else { return Ok(None) };
         let y = record.unconstrained;
-        let mut value = |lean| model.value(&y, lean, found.pools(&mut sums));
+        let mut value = |drop_constants| model.value(&y, drop_constants, found.pools(&mut sums));
         // far out in the prior there may be no density
-        let (Ok(full), Ok(lean)) = (value(false), value(true)) else { continue };
+        let (Ok(full), Ok(rest)) = (value(false), value(true)) else { continue };
         if let Ok(anew) = model.value(&y, false, Pools::Anew(&mut sums))
             && (anew - full).abs() > 1e-8 * (anew.abs() + full.abs() + 1.0)
         {
             return Err(Moving);
         }
-        let size = full.abs() + lean.abs();
-        differences.push((size, full - lean));
+        let size = full.abs() + rest.abs();
+        differences.push((size, full - rest));
         if size < best.0 {
-            best = (size, full - lean);
+            best = (size, full - rest);
         }
     }
     let same = |(size, difference): &(f64, f64)| {
@@ -193,7 +209,7 @@ fn constant(
 /// at `y`.
 pub(crate) fn explain(model: &dyn Statements, y: &[f64]) -> Option<String> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
-    let mut trace = Trace::new(Source::Point(Point::new(y)), &mut rng);
+    let mut trace = Trace::new(Source::Point(CoordinateReader::new(y)), &mut rng);
     let outcome = model.trace(&mut trace);
     let datum = match outcome {
         Err(_) => trace.failing,

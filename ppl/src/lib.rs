@@ -44,11 +44,31 @@
 //! - **Results**: [`Posterior`] holds draws by name and shape, with summary, diagnostics in
 //!   words, predictive checks, cross-validation, prior sensitivity, and export for ArviZ.
 //! - **[`check`]**: statistical assertions for `cargo test`.
+//!
+//! # The order of the rooms
+//! From the ground up; an import goes down only.
+//! 1. `density`, `site`, `group`, `coordinates`, `words`: what all may use
+//! 2. `record`, `entry`, `layout`: values of a model, and what a posterior needs to know of it
+//! 3. `special`, `arithmetic`, `partials`, `scalar`, `ln_sum_exp`: numbers, and functions of them
+//! 4. `dual`, `tape`, `real`, `terms`: numbers that carry derivatives, and sums of densities
+//! 5. `differentiable`, `finite_difference`, `ode`, `parameter`, `literal`, `backend`, `transform`:
+//!    own functions, and constrained values from unconstrained ones
+//! 6. `distribution`: one family a file
+//! 7. `expression`, `dot`, `operand`, `accumulator`: what expressions of a model become
+//! 8. `model`, `submodel`, `evaluation`, `trace`: what `model!` expands to, and the contexts that evaluate it
+//! 9. `inspect`, `bound`, `erased`: a model with its data; the same without its types
+//! 10. `optimize`, `sampler`: MAP and Laplace; NUTS and Metropolis
+//! 11. `diagnostics`: are the draws good?
+//! 12. `posterior`, `warnings`, `summary`: draws by name, and what to say of them
+//! 13. `predictive`, `power_scaling`, `export`: replicated data, prior sensitivity, files
+//! 14. `check`: assertions
+//! 15. `guide`: ten pages
 
 extern crate self as ppl;
 
 mod accumulator;
 mod arithmetic;
+mod backend;
 mod bound;
 pub mod check;
 mod coordinates;
@@ -60,6 +80,7 @@ mod dot;
 mod dual;
 mod entry;
 mod erased;
+mod evaluation;
 mod export;
 mod expression;
 mod finite_difference;
@@ -67,7 +88,6 @@ mod group;
 pub mod guide;
 mod inspect;
 mod layout;
-mod ledger;
 mod literal;
 mod ln_sum_exp;
 mod model;
@@ -79,10 +99,8 @@ mod partials;
 mod posterior;
 mod power_scaling;
 mod predictive;
-mod reading;
 mod real;
 mod record;
-mod rows;
 mod sampler;
 mod scalar;
 mod site;
@@ -91,7 +109,6 @@ mod submodel;
 mod summary;
 pub mod tape;
 mod terms;
-mod total;
 mod trace;
 pub mod transform;
 mod warnings;
@@ -125,7 +142,7 @@ pub use predictive::{PredictiveCheck, PredictiveError, PredictiveTable};
 pub use rand;
 pub use rand_xoshiro;
 pub use real::Real;
-pub use record::{Datum, Incomplete, Record as Recordable};
+pub use record::{Datum, Incomplete, Recordable};
 pub use sampler::{
     Chain, ChainStatus, Chains, ChainsFileError, Covariance, DelayedAcceptance, Divergence,
     DrawStats, MapKind, MapSwitch, Mcmc, Metropolis, NoUTurn, Nuts, Progress, RandomWalk, RunError,
@@ -157,8 +174,6 @@ pub mod __private {
     pub use crate::accumulator::At;
     pub use crate::distribution::{add_terms, constrain};
     pub use crate::literal::literal;
-    pub use crate::operand::{Apart, Coefficient, Number, Of, Other, Place, Together, Unread};
-    pub use crate::rows::{NewRow, Rows, settle, zip};
+    pub use crate::operand::{Apart, Number, Of, Other, Together};
     pub use crate::terms::Settled;
-    pub use crate::total::{summand, total};
 }

@@ -7,8 +7,7 @@
 use crate::density::Rejection;
 use crate::distribution::{Distribution, Unknown};
 use crate::real::Real;
-use crate::record::{Datum, Incomplete, Record};
-use crate::rows::{NewRow, Rows};
+use crate::record::{Datum, Incomplete, Recordable};
 use crate::scalar::Scalar;
 use crate::site::Site;
 use crate::terms::Settled;
@@ -59,14 +58,6 @@ pub trait Model: Sync {
 pub trait Context {
     /// What the reading computes with.
     type Number: Scalar;
-
-    /// Whether it asks for the rows of loops.
-    #[doc(hidden)]
-    const BINDS: bool = false;
-
-    /// Whether rows may stand for the observations of a loop.
-    #[doc(hidden)]
-    const REPLACES: bool = false;
 
     /// Whether `#[predict]` statements run.
     fn predicts(&self) -> bool {
@@ -165,31 +156,6 @@ pub trait Context {
         self.observe(site, datum, distribution)
     }
 
-    /// What stands for the observations of the loop that follows; `None` if they have to be looked
-    /// at one by one.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn rows(&mut self) -> Option<&Rows> {
-        None
-    }
-
-    /// An observation in a loop that rows may come to stand for.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn add_row<D: Distribution<Real<Self::Number>>>(
-        &mut self,
-        distribution: &D,
-        datum: D::Value,
-        tell: impl FnOnce(&mut NewRow),
-    ) {
-        let _ = (distribution, datum, tell);
-    }
-
-    /// The end of a loop that rows may come to stand for.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn end_rows(&mut self) {}
-
     /// An empty sum for the terms of a loop.
     #[doc(hidden)]
     #[inline(always)]
@@ -284,7 +250,7 @@ pub trait Context {
     ///
     /// # Errors
     /// A fatal one if the name is taken.
-    fn track<T: Record + ?Sized>(
+    fn track<T: Recordable + ?Sized>(
         &mut self,
         site: &'static Site,
         value: &T,
@@ -297,7 +263,7 @@ pub trait Context {
     ///
     /// # Errors
     /// A fatal one if the name is taken.
-    fn track_prediction<T: Record + ?Sized>(
+    fn track_prediction<T: Recordable + ?Sized>(
         &mut self,
         site: &'static Site,
         value: &T,

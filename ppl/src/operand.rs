@@ -1,9 +1,11 @@
 //! What generated code asks of names whose types the macro does not know.
 
 use crate::accumulator::{Kept, Open, OpenSummed, Sum, Summed, Sums};
+use crate::density::Rejection;
 use crate::expression::{Expression, Node};
 use crate::real::Real;
 use crate::scalar::Scalar;
+use crate::site::Site;
 
 /// What generated code asks of an operand or of the result of arithmetic, whose type the macro
 /// does not know: numbers of the model become formulas and back, everything else stays as it is.
@@ -23,6 +25,24 @@ pub trait Number {
 
     /// The formula as a number.
     fn closed(&self) -> Self::Value;
+
+    /// The operand, if it is no product of vectors whose lengths differ.
+    ///
+    /// # Errors
+    /// A fatal one that says both lengths.
+    #[inline(always)]
+    fn same_length(&self, site: &Site) -> Result<Self::Operand, Rejection> {
+        match self.lengths() {
+            Some([data, numbers]) if data != numbers => Err(site.other_lengths(data, numbers)),
+            _ => Ok(self.operand()),
+        }
+    }
+
+    /// Those of the vectors whose product it is.
+    #[inline(always)]
+    fn lengths(&self) -> Option<[usize; 2]> {
+        None
+    }
 }
 
 impl<S: Scalar> Number for Of<'_, Real<S>> {
@@ -53,6 +73,11 @@ impl<A: Node> Number for Of<'_, Expression<A>> {
     fn closed(&self) -> A::Number {
         self.0.close()
     }
+
+    #[inline(always)]
+    fn lengths(&self) -> Option<[usize; 2]> {
+        self.0.0.lengths()
+    }
 }
 
 impl<'a, S: Scalar> Number for Of<'_, &'a Real<S>> {
@@ -80,6 +105,15 @@ pub trait Other {
 
     /// As it is.
     fn closed(&self) -> Self::Same;
+
+    /// As it is.
+    ///
+    /// # Errors
+    /// None.
+    #[inline(always)]
+    fn same_length(&self, _: &Site) -> Result<Self::Same, Rejection> {
+        Ok(self.operand())
+    }
 }
 
 impl<T: Clone> Other for &Of<'_, T> {
@@ -225,53 +259,6 @@ impl<T: Clone> Number for Of<'_, Kept<'_, T>> {
     }
 }
 
-/// A coefficient of an unknown.
-pub trait Coefficient {
-    /// Its value.
-    fn coefficient(&self) -> f64;
-}
-
-/// Where an unknown stands.
-pub trait Place {
-    /// Its index.
-    fn place(&self) -> usize;
-}
-
-/// Anything else.
-pub trait Unread {
-    /// No number.
-    fn coefficient(&self) -> f64 {
-        f64::NAN
-    }
-
-    /// No index.
-    fn place(&self) -> usize {
-        usize::MAX
-    }
-}
-
-macro_rules! read {
-    ($Trait:ident, $method:ident, $Number:ty) => {
-        impl $Trait for Of<'_, $Number> {
-            #[inline(always)]
-            fn $method(&self) -> $Number {
-                *self.0
-            }
-        }
-
-        impl $Trait for Of<'_, &$Number> {
-            #[inline(always)]
-            fn $method(&self) -> $Number {
-                **self.0
-            }
-        }
-    };
-}
-read!(Coefficient, coefficient, f64);
-read!(Place, place, usize);
-
-impl<T: ?Sized> Unread for &Of<'_, T> {}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -285,11 +272,5 @@ mod tests {
         assert_eq!((&Of(&formula)).closed().value(), 6.0);
         assert_eq!((&Of(&7usize)).operand() - 1, 6);
         assert_eq!((&Of(&2.5)).closed(), 2.5);
-        assert_eq!(((&Of(&2.5)).coefficient(), (&Of(&&0.5)).coefficient()), (2.5, 0.5));
-        assert_eq!(
-            ((&Of(&7)).place(), (&Of(&&7)).place(), (&Of(&7u8)).place()),
-            (7, 7, usize::MAX)
-        );
-        assert!((&Of(&x)).coefficient().is_nan());
     }
 }

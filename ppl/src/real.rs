@@ -1,7 +1,7 @@
 //! The numbers in the body of a model.
 
 use crate::partials::Partials;
-use crate::record::Record;
+use crate::record::Recordable;
 use crate::scalar::{Scalar, impl_arithmetic};
 
 /// A number in the body of a model, over whatever kind of number the reading needs.
@@ -95,7 +95,7 @@ impl<S: Scalar, P: Partials<Real<S>>> Partials<S> for Bare<P> {
     }
 }
 
-impl<S: Scalar> Record for Real<S> {
+impl<S: Scalar> Recordable for Real<S> {
     fn shape(&self) -> Vec<usize> {
         Vec::new()
     }

@@ -6,8 +6,8 @@
 #[diagnostic::on_unimplemented(
     message = "`{Self}` fits neither the values nor the parameters of this distribution",
     label = "needed: something that can be read as `{V}`",
-    note = "numbers are `f64` (write `1.0`, not `1`), counts are `u64` (`1u64`), flags are `bool`; arrays, \
-            slices and vectors hold them",
+    note = "numbers are `f64` (write `1.0`, not `1`), counts are `u64` (`1u64`, or `k as u64` of a number), \
+            flags are `bool` (`x != 0.0`); arrays, slices and vectors hold them",
     note = "a distribution of one number takes no arrays: write a loop over the entries, or \
             `.array::<N>()` for independent values of the same distribution"
 )]
@@ -140,7 +140,7 @@ impl<V, T: Incomplete<V> + ?Sized> Incomplete<V> for &T {
     message = "`{Self}` cannot be recorded",
     note = "numbers, arrays, vectors and Cholesky factors can be"
 )]
-pub trait Record {
+pub trait Recordable {
     /// Dimensions, empty for a number.
     fn shape(&self) -> Vec<usize>;
 
@@ -151,7 +151,7 @@ pub trait Record {
 /// How a number is written down: `impl_number_record! { [generics] Type: self => its f64; }`.
 macro_rules! impl_number_record {
     ($([$($generics:tt)*] $Number:ty: $self:ident => $value:expr;)*) => {$(
-        impl<$($generics)*> $crate::record::Record for $Number {
+        impl<$($generics)*> $crate::record::Recordable for $Number {
             fn shape(&self) -> Vec<usize> {
                 Vec::new()
             }
@@ -169,7 +169,7 @@ impl_number_record! {
     [] bool: self => f64::from(u8::from(*self));
 }
 
-impl<T: Record + ?Sized> Record for &T {
+impl<T: Recordable + ?Sized> Recordable for &T {
     fn shape(&self) -> Vec<usize> {
         (**self).shape()
     }
@@ -184,9 +184,9 @@ fn stacked(len: usize, mut shape: Vec<usize>) -> Vec<usize> {
     shape
 }
 
-impl<T: Record> Record for [T] {
+impl<T: Recordable> Recordable for [T] {
     fn shape(&self) -> Vec<usize> {
-        stacked(self.len(), self.first().map_or_else(Vec::new, Record::shape))
+        stacked(self.len(), self.first().map_or_else(Vec::new, Recordable::shape))
     }
     fn flatten(&self, out: &mut Vec<f64>) {
         for x in self {
@@ -195,7 +195,7 @@ impl<T: Record> Record for [T] {
     }
 }
 
-impl<T: Record, const N: usize> Record for [T; N] {
+impl<T: Recordable, const N: usize> Recordable for [T; N] {
     fn shape(&self) -> Vec<usize> {
         self.as_slice().shape()
     }
@@ -204,7 +204,7 @@ impl<T: Record, const N: usize> Record for [T; N] {
     }
 }
 
-impl<T: Record> Record for Vec<T> {
+impl<T: Recordable> Recordable for Vec<T> {
     fn shape(&self) -> Vec<usize> {
         self.as_slice().shape()
     }

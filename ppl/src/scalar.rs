@@ -10,7 +10,7 @@ use std::ops::{AddAssign, DivAssign, MulAssign, Neg, SubAssign};
 pub use crate::arithmetic::Arithmetic;
 pub(crate) use crate::arithmetic::impl_arithmetic;
 use crate::partials::{Each, Partials, Zipped, each};
-use crate::record::{Datum, Record};
+use crate::record::{Datum, Recordable};
 use crate::special;
 use plain::{error_density, logit};
 pub(crate) use special::{logistic, softplus};
@@ -71,7 +71,7 @@ pub trait Scalar:
     + PartialEq<f64>
     + PartialOrd<f64>
     + Datum<Self>
-    + Record
+    + Recordable
 {
     /// Whether derivatives are carried at all: expensive partials are skipped where not.
     const DIFFERENTIABLE: bool;
@@ -397,6 +397,7 @@ impl Scalar for f64 {
     }
 }
 
+#[diagnostic::do_not_recommend]
 impl<S: Scalar> Datum<S> for f64 {
     const CONSTANT: bool = true;
     const NUMBERS: usize = 0;

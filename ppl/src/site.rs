@@ -66,10 +66,23 @@ impl Site {
         Rejection::Reject { place: self.place, message }
     }
 
+    /// A product of vectors of different lengths, data and unknowns.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn other_lengths(&self, data: usize, unknowns: usize) -> Rejection {
+        let message = format!(
+            "{}: `dot` multiplies {data} data with {unknowns} unknowns: give them one length",
+            self.place
+        );
+        Rejection::Fatal { message }
+    }
+
     /// Attaches this place to what a user function returned by `?`.
     pub fn rejection(&self, error: impl Into<Failure>) -> Rejection {
         match error.into() {
-            Failure::Domain(error) => Rejection::Domain { place: self.place, error },
+            Failure::Domain(error) => {
+                Rejection::Domain { place: self.place, error: Box::new(error) }
+            }
             Failure::Rejection(rejection) => rejection,
         }
     }
@@ -98,6 +111,6 @@ impl From<Rejection> for Failure {
 
 impl From<DomainError> for Rejection {
     fn from(error: DomainError) -> Self {
-        Self::Domain { place: Place::unknown(), error }
+        Self::Domain { place: Place::unknown(), error: Box::new(error) }
     }
 }

@@ -4,7 +4,7 @@ use crate::density::Rejection;
 use crate::distribution::{Distribution, Unknown};
 use crate::model::Context;
 use crate::real::Real;
-use crate::record::Record;
+use crate::record::Recordable;
 use crate::scalar::Scalar;
 use crate::site::Site;
 
@@ -161,7 +161,7 @@ impl<C: Context> Context for Predicting<'_, C> {
         Ok(())
     }
 
-    fn track<T: Record + ?Sized>(
+    fn track<T: Recordable + ?Sized>(
         &mut self,
         site: &'static Site,
         value: &T,
@@ -169,7 +169,7 @@ impl<C: Context> Context for Predicting<'_, C> {
         self.0.track_prediction(site, value)
     }
 
-    fn track_prediction<T: Record + ?Sized>(
+    fn track_prediction<T: Recordable + ?Sized>(
         &mut self,
         site: &'static Site,
         value: &T,

@@ -86,7 +86,7 @@ impl<R: Scalar> Terms<R> for Joined<R> {
 
 /// Values are added up; partials, times a weight, go straight to the adjoints of what they are in.
 ///
-/// Lean ones leave out what is the same at every point: samplers need no more, and
+/// With `drop_constants` they leave out what is the same at every point: samplers need no more, and
 /// [`Bound`](crate::Bound) adds the sum of what was left out.
 #[derive(Clone, Copy, Debug)]
 pub struct Settled {
@@ -94,13 +94,13 @@ pub struct Settled {
     /// What the value has to lose the logarithm of.
     product: f64,
     weight: f64,
-    lean: bool,
+    drop_constants: bool,
 }
 
 impl Settled {
     #[inline(always)]
     pub(crate) fn new(weight: f64) -> Self {
-        Self { value: 0.0, product: 1.0, weight, lean: false }
+        Self { value: 0.0, product: 1.0, weight, drop_constants: false }
     }
 
     /// The sum of the values.
@@ -167,7 +167,7 @@ impl<R: Scalar> Terms<R> for Settled {
 
     #[inline(always)]
     fn leave_out_constants(&self) -> bool {
-        self.lean
+        self.drop_constants
     }
 
     #[inline(always)]
@@ -178,8 +178,9 @@ impl<R: Scalar> Terms<R> for Settled {
 
 /// All terms of a statement.
 pub(crate) trait Statement<R: Scalar>: Terms<R> + Copy {
-    /// None yet; lean ones leave out what is the same at every point, where that makes sense.
-    fn empty(lean: bool) -> Self;
+    /// None yet; with `drop_constants` what is the same at every point is left out, where that makes
+    /// sense.
+    fn empty(drop_constants: bool) -> Self;
 
     /// What takes the terms of observations in a loop, if they go to what it has summed up so far
     /// and not each by itself.
@@ -215,8 +216,8 @@ impl<R: Scalar> Statement<R> for Joined<R> {
 
 impl<R: Scalar> Statement<R> for Settled {
     #[inline(always)]
-    fn empty(lean: bool) -> Self {
-        Self { lean, ..Self::new(1.0) }
+    fn empty(drop_constants: bool) -> Self {
+        Self { drop_constants, ..Self::new(1.0) }
     }
 
     #[inline(always)]

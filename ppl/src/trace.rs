@@ -4,15 +4,14 @@ use std::borrow::Cow;
 
 use rand::RngCore;
 
-use crate::density::Rejection;
+use crate::density::{Place, Rejection};
 use crate::distribution::{Distribution, Unknown};
 use crate::entry::{Entry, Label, Record, Role};
+use crate::evaluation::{Pool, too_few_coordinates};
 use crate::layout;
 use crate::model::Context;
-use crate::reading::{Pool, too_few_coordinates};
 use crate::real::Real;
-use crate::record::Record as Recordable;
-use crate::rows::{Collected, NewRow};
+use crate::record::Recordable;
 use crate::site::Site;
 use crate::terms::Settled;
 use crate::words;
@@ -22,17 +21,17 @@ pub(crate) enum Source<'y> {
     /// Draws from the prior.
     Prior,
     /// Unconstrained coordinates.
-    Point(Point<'y>),
+    Point(CoordinateReader<'y>),
 }
 
 /// Coordinates in order.
-pub(crate) struct Point<'y> {
+pub(crate) struct CoordinateReader<'y> {
     coordinates: std::slice::Iter<'y, f64>,
     /// The model asked for more than there are.
     short: bool,
 }
 
-impl<'y> Point<'y> {
+impl<'y> CoordinateReader<'y> {
     pub(crate) fn new(y: &'y [f64]) -> Self {
         Self { coordinates: y.iter(), short: false }
     }
@@ -55,16 +54,17 @@ pub(crate) struct Trace<'y> {
     around: Vec<&'static Site>,
     /// What suffices of observations, if it is wanted.
     pub(crate) pools: Option<Vec<Pool>>,
-    /// The rows of the current loop.
-    rows: Collected,
     /// The datum whose distribution was not defined.
     pub(crate) failing: Option<String>,
+    /// The statement that came last.
+    pub(crate) last: Option<Place>,
 }
 
 impl<'y> Trace<'y> {
     pub(crate) fn new(source: Source<'y>, rng: &'y mut dyn RngCore) -> Self {
-        let (record, rows) = (Record::default(), Collected::default());
-        Self { source, rng, record, around: Vec::new(), pools: None, rows, failing: None }
+        let record = Record::default();
+        let (around, pools, failing, last) = (Vec::new(), None, None, None);
+        Self { source, rng, record, around, pools, failing, last }
     }
 
     /// What was recorded, if its dimensions fit together.
@@ -153,6 +153,7 @@ impl<'y> Trace<'y> {
         is_imputed: bool,
         distribution: &D,
     ) -> Result<D::Value, Rejection> {
+        self.last = Some(site.place);
         let value = match &mut self.source {
             Source::Prior => site.locate(distribution.try_draw(self.rng))?,
             Source::Point(point) => {
@@ -194,6 +195,7 @@ impl<'y> Trace<'y> {
         datum: &D::Value,
         distribution: &D,
     ) -> Result<(), Rejection> {
+        self.last = Some(site.place);
         let drawn = distribution.fits(datum).and_then(|()| distribution.try_draw(self.rng));
         let replicate = match drawn {
             Ok(replicate) => replicate,
@@ -223,26 +225,9 @@ impl<'y> Trace<'y> {
         role: Role,
         value: &dyn Recordable,
     ) -> Result<(), Rejection> {
+        self.last = Some(site.place);
         self.write(&self.label(site), role, value)?;
         Ok(())
-    }
-
-    /// A row to tell, if rows of such a distribution are wanted.
-    fn new_row(&mut self, least_squares: bool) -> Option<NewRow> {
-        self.pools.as_ref()?;
-        if !least_squares {
-            self.rows.refuse();
-            return None;
-        }
-        Some(NewRow::default())
-    }
-
-    /// Adds a row that was told.
-    fn told(&mut self, mut row: NewRow, datum: &dyn Recordable) {
-        let mut numbers = Vec::new();
-        datum.flatten(&mut numbers);
-        row.datum(&numbers);
-        self.rows.push(row);
     }
 }
 
@@ -255,7 +240,6 @@ fn log_density<D: Distribution<Real<f64>>>(distribution: &D, x: &D::Value) -> f6
 
 impl Context for Trace<'_> {
     type Number = f64;
-    const BINDS: bool = true;
 
     fn predicts(&self) -> bool {
         true
@@ -279,7 +263,7 @@ impl Context for Trace<'_> {
         if let Some(pools) = self.pools.as_mut().filter(|_| D::SUMMARISES) {
             let mut sums = Vec::new();
             distribution.summarise(&datum, &mut sums);
-            pools.push(Pool::Sums(sums.into()));
+            pools.push(sums.into());
         }
         Ok(())
     }
@@ -301,28 +285,9 @@ impl Context for Trace<'_> {
         if let Some(pools) = self.pools.as_mut().filter(|_| D::POOLS) {
             let mut sums = Vec::new();
             D::sum_up(data.into_iter(), &mut sums);
-            pools.push(Pool::Sums(sums.into()));
+            pools.push(sums.into());
         }
         Ok(())
-    }
-
-    fn add_row<D: Distribution<Real<f64>>>(
-        &mut self,
-        _: &D,
-        datum: D::Value,
-        tell: impl FnOnce(&mut NewRow),
-    ) {
-        if let Some(mut row) = self.new_row(D::LEAST_SQUARES) {
-            tell(&mut row);
-            self.told(row, &datum);
-        }
-    }
-
-    fn end_rows(&mut self) {
-        if let Some(pools) = &mut self.pools {
-            let rows = std::mem::take(&mut self.rows).finish();
-            pools.push(rows.map_or(Pool::Each, Pool::Rows));
-        }
     }
 
     fn impute<D: Unknown<Real<f64>>>(

@@ -11,6 +11,20 @@ ppl::model! {
         }
     }
 
+    fn grouped(group: &[usize], y: &[f64]) {
+        let level ~ Normal(0.0, 1.0).iid(2);
+        for (g, y) in group.iter().zip(y) {
+            y ~ Normal(level[*g], 1.0);
+        }
+    }
+
+    fn predicted(x: &[Vec<f64>], y: &[f64]) {
+        let slope ~ Normal(0.0, 1.0).array::<2>();
+        for (x, y) in x.iter().zip(y) {
+            y ~ Normal(dot(x, &slope), 1.0);
+        }
+    }
+
     fn paired(pairs: &[[f64; 2]], counts: &[u64]) {
         let share ~ Beta(1.0, 1.0);
         let mean ~ Normal(0.0, 1.0).array::<2>();
@@ -137,4 +151,23 @@ fn draws_of_another_density_are_told_from_its_own() {
     let held_out = level(&[2.0], &[1.3]);
     let other = Posterior::from_chains(&held_out, chains, 1).expect("the same unknowns");
     assert!(kinds(&other).contains(&WarningKind::OtherDensity));
+}
+
+/// What data make of a model is said of the model, at the statement, and stops nothing else.
+#[test]
+fn data_that_do_not_fit_one_another_are_named() {
+    let said = |layout: Result<_, ppl::ModelError>| match layout {
+        Ok(_) => String::new(),
+        Err(error) => error.to_string(),
+    };
+    let message = said(grouped(&[0, 2], &[0.1, 0.2]).layout().map(|layout| layout.dim));
+    for part in ["the len is 2 but the index is 2", "`y ~ Normal(level[*g], 1.0)`"] {
+        assert!(message.contains(part), "{message}");
+    }
+    let x = [vec![1.0, 2.0, 3.0]];
+    let message = said(predicted(&x, &[0.1]).layout().map(|layout| layout.dim));
+    for part in ["`dot` multiplies 3 data with 2 unknowns", "y ~ Normal(dot(x, &slope), 1.0)"] {
+        assert!(message.contains(part), "{message}");
+    }
+    assert!(predicted(&[vec![1.0, 2.0]], &[0.1]).layout().is_ok());
 }

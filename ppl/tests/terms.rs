@@ -6,6 +6,11 @@ use ppl::{Bound, Model, Workspace};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
+/// A number without its derivative.
+fn plain<S: Scalar>(x: S) -> f64 {
+    x.value()
+}
+
 ppl::model! {
     fn two(y: &[f64], share: f64) {
         let mean ~ Normal(0.0, 2.0).array::<2>();
@@ -144,7 +149,7 @@ ppl::model! {
 
     fn by_value(k: &[u64]) {
         let early ~ Exponential(1.0);
-        let rate = if k.len() > 1 { Real::from(early.value()) } else { early };
+        let rate = if k.len() > 1 { Real::from(plain(early)) } else { early };
         for k in k {
             k ~ Poisson(rate + 0.5);
         }

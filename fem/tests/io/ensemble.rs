@@ -110,9 +110,9 @@ fn failures_are_recorded_with_their_reason_and_the_ensemble_goes_on() {
     let again = ensemble.run(&runs, &NAMES, 2, &never_called, &(), &NEVER).unwrap();
     assert_eq!(again, records);
     let made = Mutex::new(BTreeSet::new());
-    let job = |run: &RunInput, share: &dyn Fn(f64)| {
+    let job = |run: &RunInput, done: &dyn Fn(f64)| {
         made.lock().unwrap().insert(run.id);
-        simple(run, share)
+        simple(run, done)
     };
     let ensemble = in_directory(dir.path()).retry_failed(true);
     let retried = ensemble.run(&runs, &NAMES, 2, &job, &(), &NEVER).unwrap();
@@ -124,20 +124,20 @@ fn failures_are_recorded_with_their_reason_and_the_ensemble_goes_on() {
 fn an_interrupted_ensemble_resumes() {
     let dir = tempfile::tempdir().unwrap();
     let interrupt = AtomicBool::new(false);
-    let job = |run: &RunInput, share: &dyn Fn(f64)| {
+    let job = |run: &RunInput, done: &dyn Fn(f64)| {
         if run.id == 4 {
             interrupt.store(true, Ordering::Relaxed);
             return Ok(outcome(run, End::Interrupted));
         }
-        simple(run, share)
+        simple(run, done)
     };
     let runs = runs(9);
     let first = in_directory(dir.path()).run(&runs, &NAMES, 1, &job, &(), &interrupt).unwrap();
     assert_eq!(first.iter().map(|record| record.id).collect::<Vec<_>>(), [1, 2, 3]);
 
-    let job = |run: &RunInput, share: &dyn Fn(f64)| {
+    let job = |run: &RunInput, done: &dyn Fn(f64)| {
         assert!(run.id > 3, "run {} is made a second time", run.id);
-        simple(run, share)
+        simple(run, done)
     };
     let rest = in_directory(dir.path()).run(&runs, &NAMES, 1, &job, &(), &NEVER).unwrap();
     assert!(rest.len() == 9 && rest.iter().all(|record| record.status == RunStatus::Finished));
@@ -153,9 +153,9 @@ struct Listener {
 }
 
 impl EnsembleProgress for Listener {
-    fn update(&self, finished: usize, total: usize, share: f64) {
-        assert!(finished <= total && finished as f64 <= share * total as f64 + 1e-9);
-        self.shares.lock().unwrap().push(share);
+    fn update(&self, finished: usize, total: usize, done: f64) {
+        assert!(finished <= total && finished as f64 <= done * total as f64 + 1e-9);
+        self.shares.lock().unwrap().push(done);
     }
     fn started(&self, _: usize) {
         self.started.fetch_add(1, Ordering::Relaxed);
@@ -171,10 +171,10 @@ impl EnsembleProgress for Listener {
 #[test]
 fn progress_is_told_and_damaged_files_are_made_again() {
     let dir = tempfile::tempdir().unwrap();
-    let job = |run: &RunInput, share: &dyn Fn(f64)| {
-        share(0.25);
-        share(0.5);
-        simple(run, share)
+    let job = |run: &RunInput, done: &dyn Fn(f64)| {
+        done(0.25);
+        done(0.5);
+        simple(run, done)
     };
     let runs = runs(4);
     let listener = Listener::default();
@@ -244,11 +244,11 @@ fn child() {
     let Some(directory) = std::env::var_os(CHILD_DIRECTORY) else { return };
     let directory = PathBuf::from(directory);
     let log = directory.join("log.txt");
-    let job = |run: &RunInput, share: &dyn Fn(f64)| {
+    let job = |run: &RunInput, done: &dyn Fn(f64)| {
         std::thread::sleep(Duration::from_millis(40));
         let mut log = OpenOptions::new().create(true).append(true).open(&log).unwrap();
         log.write_all(format!("{} {}\n", run.id, std::process::id()).as_bytes()).unwrap();
-        simple(run, share)
+        simple(run, done)
     };
     let ensemble = in_directory(&directory.join("runs"));
     ensemble.run(&runs(CHILD_RUNS), &NAMES, 2, &job, &(), &NEVER).unwrap();
@@ -307,9 +307,9 @@ fn a_killed_process_loses_nothing_that_was_finished() {
     assert!((9..CHILD_RUNS).contains(&kept.len()), "{kept:?}");
 
     let made = Mutex::new(BTreeSet::new());
-    let job = |run: &RunInput, share: &dyn Fn(f64)| {
+    let job = |run: &RunInput, done: &dyn Fn(f64)| {
         assert!(made.lock().unwrap().insert(run.id), "run {} is made twice", run.id);
-        simple(run, share)
+        simple(run, done)
     };
     let listener = Listener::default();
     let runs = runs(CHILD_RUNS);

@@ -103,7 +103,7 @@ fn elements(mesh: &TetMesh, quadratic: bool) -> Vec<(i32, i32, i32, Vec<u64>)> {
     };
     let mut all = Vec::new();
     for (name, group) in [("bottom", 11), ("top", 12), ("side", 13)] {
-        // turned inward, to be mended by the reader
+        // turned inward, to be turned by the reader
         for &[a, b, c] in &mesh.surfaces[name] {
             all.push((if quadratic { 9 } else { 2 }, group, 30 + group, tags(&[b, a, c], 3)));
         }

@@ -81,11 +81,11 @@ fn volumes_agree_with_the_signed_distance() {
         let inside = (0..points)
             .filter(|_| grain.signed_distance_mm(random_point(&mut rng, low, high)) < 0.0)
             .count();
-        let share = inside as f64 / points as f64;
+        let fraction = inside as f64 / points as f64;
         let box_volume = (2.0 * reach).powi(3);
-        let error = box_volume * (share * (1.0 - share) / points as f64).sqrt();
+        let error = box_volume * (fraction * (1.0 - fraction) / points as f64).sqrt();
         // five standard errors: a false alarm in 200 000 such tests
-        assert!((share * box_volume - grain.volume_mm3()).abs() < 5.0 * error);
+        assert!((fraction * box_volume - grain.volume_mm3()).abs() < 5.0 * error);
     }
 }
 
@@ -152,9 +152,9 @@ fn two_classes_share_the_volume() {
     let (large, small): (Vec<&Grain>, Vec<&Grain>) =
         grains.iter().partition(|grain| grain.bounding_radius_mm() > 0.4);
     let volume = |grains: &[&Grain]| grains.iter().map(|g| g.volume_mm3()).sum::<f64>();
-    let share = volume(&large) / (volume(&large) + volume(&small));
+    let fraction = volume(&large) / (volume(&large) + volume(&small));
     // half of it, but for the last grain of each class
-    assert!((share - 0.5).abs() < 0.05, "{share}");
+    assert!((fraction - 0.5).abs() < 0.05, "{fraction}");
     assert!(small.len() > 8 * large.len());
 }
 
@@ -247,7 +247,7 @@ fn the_labelled_fraction_does_not_wander_from_seed_to_seed() {
         let volume = mesh.region_volume("grain").unwrap() / mesh.volume();
         assert!((report.achieved_fraction - volume).abs() < 1e-12);
         assert!((volume / 0.2 - 1.0).abs() < 0.01, "seed {seed}: {report}");
-        assert!(parts(&mesh).into_iter().all(|size| size >= 3), "seed {seed} has islands");
+        assert!(parts(&mesh).into_iter().all(|size| size >= 3), "seed {seed} has stray tetrahedra");
         wandering.push(report.uncorrected_fraction / 0.2 - 1.0);
     }
     // the correction is worth having: without it some seed is off by far more
@@ -282,8 +282,8 @@ fn every_tetrahedron_knows_its_grain() {
         let z = mesh.corners(tet).iter().map(|p| p[2]).sum::<f64>() / 4.0;
         assert!(grain == 0 || (grain == 1) == (z < 2.2));
         let whole = [(0.0, false), (1.0, true)].into_iter();
-        for (share, is_grain) in whole {
-            assert!(report.grain_fraction[tet] != share || (grain > 0) == is_grain);
+        for (fraction, is_grain) in whole {
+            assert!(report.grain_fraction[tet] != fraction || (grain > 0) == is_grain);
         }
     }
     let sum: usize = report.grains.iter().map(|g| g.tets).sum();

@@ -182,7 +182,7 @@ fn the_arc_length_follows_the_snap_back_of_a_bar_with_a_weak_layer() {
 fn damage_heals_or_stays_under_unloading_as_its_rule_says() {
     // φ = E ε²/(E ε² + Gc/ℓ₀) of the strain at hand, or of the largest one so far
     let critical = f64::sqrt(0.0025 / (3.0 * LENGTH * 275.0));
-    let shortening = move |share: f64| HEIGHT * (1.0 - f64::exp(-share * critical));
+    let shortening = move |fraction: f64| HEIGHT * (1.0 - f64::exp(-fraction * critical));
     // thirty equal steps of time: up to 1.2 ε_c, down to 0.2 ε_c, up to 1.4 ε_c
     let path = move |t: f64| match t {
         t if t < 10.0 => shortening(0.12 * t),
@@ -260,11 +260,11 @@ fn the_damage_around_a_crack_has_its_closed_form() {
             .expect("valid input")
             .run(&mut ());
         assert!(matches!(outcome.end, End::Displacement), "{model:?} {cells}: {:?}", outcome.end);
-        let share = size / length;
+        let fraction = size / length;
         for (x, phi) in nodes.iter().zip(&outcome.fields.damage) {
             let exact = profile(model, x[2]);
             assert!(
-                (phi - exact).abs() < 0.15 * share * share,
+                (phi - exact).abs() < 0.15 * fraction * fraction,
                 "{model:?} at {x:?}: {phi}, {exact}"
             );
             if model == CrackDensity::At1 && x[2] > 2.0 * length + size {
@@ -277,7 +277,7 @@ fn the_damage_around_a_crack_has_its_closed_form() {
         };
         let energy = outcome.curve[0].fracture_n_mm;
         assert!(
-            energy > exact && energy - exact < 0.2 * share * share * exact,
+            energy > exact && energy - exact < 0.2 * fraction * fraction * exact,
             "{energy}, {exact}"
         );
     }

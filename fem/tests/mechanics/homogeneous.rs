@@ -186,8 +186,8 @@ fn damage_steps_are_exact_for_every_element_rule_and_split() {
 /// limit of vanishing steps, by Runge–Kutta.
 fn assert_peak(split: Split, duration: f64, total: f64, published: [f64; 3], digits: [f64; 3]) {
     let oracle = Oracle { material: matrix(), split };
-    let march = oracle.backward_euler(0.22, duration, 20_000);
-    let top = march.iter().max_by(|a, b| a[1].total_cmp(&b[1])).expect("steps");
+    let path = oracle.backward_euler(0.22, duration, 20_000);
+    let top = path.iter().max_by(|a, b| a[1].total_cmp(&b[1])).expect("steps");
     for k in 0..3 {
         assert!((top[k] - published[k]).abs() < digits[k], "{top:?} instead of {published:?}");
     }

@@ -30,7 +30,7 @@ pub(crate) struct Combination {
 }
 
 /// Draws of one parameter.
-pub(crate) struct Column {
+pub(crate) struct BeforeAndAfter {
     pub(crate) prior: Vec<f64>,
     pub(crate) posterior: Vec<f64>,
 }
@@ -45,11 +45,11 @@ pub(crate) struct Column {
 /// What is no matter of a combination is left out: parameters that are unseen by themselves, groups
 /// that their prior already ties together, and a direction that a third parameter takes up, as the
 /// common part of the standardised effects of a hierarchy is taken up by its mean.
-pub(crate) fn combinations(columns: &[Column]) -> Vec<Combination> {
+pub(crate) fn combinations(columns: &[BeforeAndAfter]) -> Vec<Combination> {
     if columns.is_empty() || columns.len() > MOST_COMBINED {
         return Vec::new();
     }
-    let scaled: Vec<[Vec<f64>; 2]> = columns.par_iter().map(Column::scaled).collect();
+    let scaled: Vec<[Vec<f64>; 2]> = columns.par_iter().map(BeforeAndAfter::scaled).collect();
     let prior = moments(&scaled.iter().map(|s| s[0].as_slice()).collect::<Vec<_>>());
     let posterior = moments(&scaled.iter().map(|s| s[1].as_slice()).collect::<Vec<_>>());
 
@@ -139,7 +139,7 @@ fn connected(matrix: &DMatrix<f64>) -> Vec<Vec<usize>> {
     groups
 }
 
-impl Column {
+impl BeforeAndAfter {
     /// Prior and posterior on the scale on which the prior is standard normal, by its ranks.
     fn scaled(&self) -> [Vec<f64>; 2] {
         let sorted: Vec<f64> =
@@ -154,8 +154,8 @@ impl Column {
                 return scores[above.min(sorted.len() - 1)];
             }
             let (low, high) = (sorted[above - 1], sorted[above]);
-            let share = (x - low) / (high - low);
-            quantile_of_sorted(&[scores[above - 1], scores[above]], share)
+            let fraction = (x - low) / (high - low);
+            quantile_of_sorted(&[scores[above - 1], scores[above]], fraction)
         };
         [&self.prior, &self.posterior].map(|draws| draws.iter().map(|&x| score(x)).collect())
     }
@@ -180,7 +180,11 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     /// Columns with standard normal priors, and posterior draws made of standard normal noise.
-    fn columns(count: usize, noise: usize, posterior: fn(&[f64]) -> Vec<f64>) -> Vec<Column> {
+    fn columns(
+        count: usize,
+        noise: usize,
+        posterior: fn(&[f64]) -> Vec<f64>,
+    ) -> Vec<BeforeAndAfter> {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(count as u64);
         let mut normals =
             |n: usize| -> Vec<f64> { (0..n).map(|_| rng.sample(StandardNormal)).collect() };
@@ -188,10 +192,10 @@ mod tests {
         let draws: Vec<Vec<f64>> = (0..2000).map(|_| posterior(&normals(noise))).collect();
         let column = |k: usize| draws.iter().map(|d| d[k]).collect();
         let prior = priors.into_iter().enumerate();
-        prior.map(|(k, prior)| Column { prior, posterior: column(k) }).collect()
+        prior.map(|(k, prior)| BeforeAndAfter { prior, posterior: column(k) }).collect()
     }
 
-    fn members(columns: &[Column]) -> Vec<Vec<usize>> {
+    fn members(columns: &[BeforeAndAfter]) -> Vec<Vec<usize>> {
         combinations(columns).into_iter().map(|found| found.members).collect()
     }
 

@@ -20,21 +20,3 @@ pub fn e_bfmi(energy: &[f64]) -> f64 {
     let spread: f64 = energy.iter().map(|e| (e - centre).powi(2)).sum();
     steps / spread
 }
-
-#[cfg(test)]
-mod tests {
-    use super::e_bfmi;
-
-    #[test]
-    fn degenerate_energies_are_nan() {
-        assert!(e_bfmi(&[]).is_nan());
-        assert!(e_bfmi(&[1.0]).is_nan());
-        assert!(e_bfmi(&[0.1; 10]).is_nan());
-    }
-
-    #[test]
-    fn small_example_by_hand() {
-        // mean 3.5; steps 1 + 4 + 9; spread 6.25 + 2.25 + 0.25 + 12.25
-        assert!((e_bfmi(&[1.0, 2.0, 4.0, 7.0]) - 14.0 / 21.0).abs() < 1e-15);
-    }
-}

@@ -193,7 +193,7 @@ impl fmt::Display for Loo {
     }
 }
 
-pub(super) fn leave_one_out(log_likelihood: &[f64], relative_ess: f64) -> LooPoint {
+fn leave_one_out(log_likelihood: &[f64], relative_ess: f64) -> LooPoint {
     let mut log_weights: Vec<f64> = log_likelihood.iter().map(|l| -l).collect();
     let pareto_k = pareto_smooth(&mut log_weights, relative_ess);
     let weighted: Vec<f64> = log_weights.iter().zip(log_likelihood).map(|(w, l)| w + l).collect();

@@ -32,7 +32,7 @@ pub use order::quantile;
 pub use power_scaling::{PowerScaled, cjs_distance, power_scaled};
 pub use rhat::{rhat, rhat_basic};
 
-pub(crate) use combinations::{Column, Combination, MOST_COMBINED, combinations};
+pub(crate) use combinations::{BeforeAndAfter, Combination, MOST_COMBINED, combinations};
 pub(crate) use digest::Digest;
 pub(crate) use order::Scores;
 
@@ -78,6 +78,3 @@ fn split<'a>(chains: &[&'a [f64]]) -> Vec<&'a [f64]> {
 fn borrow(chains: &[Vec<f64>]) -> Vec<&[f64]> {
     chains.iter().map(Vec::as_slice).collect()
 }
-
-#[cfg(test)]
-mod golden;

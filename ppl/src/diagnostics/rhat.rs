@@ -48,29 +48,3 @@ fn basic(chains: &[&[f64]]) -> f64 {
     let between = n * mean_and_variance(moments.iter().map(|m| m.0)).1;
     ((between / within + n - 1.0) / n).sqrt()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn nothing_to_say_is_nan() {
-        assert!(rhat(&[]).is_nan());
-        assert!(rhat(&[&[1.0, 2.0, 3.0]]).is_nan(), "too short");
-        assert!(rhat(&[&[2.0; 50], &[2.0; 50]]).is_nan(), "never moved");
-        assert!(rhat(&[&[1.0, 2.0, f64::NAN, 3.0, 4.0]]).is_nan());
-    }
-
-    #[test]
-    fn chains_stuck_at_different_places_are_far_apart() {
-        assert!(rhat(&[&[1.0; 50], &[2.0; 50]]) > 1e6);
-    }
-
-    #[test]
-    fn a_difference_in_spread_alone_is_seen() {
-        let narrow: Vec<f64> = (0..200).map(|i| (i as f64 * 0.7).sin()).collect();
-        let wide: Vec<f64> = narrow.iter().map(|x| 10.0 * x).collect();
-        assert!(rhat(&[&narrow, &narrow]) < 1.01);
-        assert!(rhat(&[&narrow, &wide]) > 1.2);
-    }
-}

@@ -5,7 +5,7 @@ use rand::Rng;
 use super::family::Family;
 use crate::density::DomainError;
 use crate::parameter::Parameter;
-use crate::record::{Datum, Record};
+use crate::record::{Datum, Recordable};
 use crate::scalar::Scalar;
 use crate::terms::{Settled, Terms};
 
@@ -16,7 +16,7 @@ use crate::terms::{Settled, Terms};
 )]
 pub trait Distribution<R: Scalar>: Family {
     /// A number, a count, a flag, an array, a vector or a Cholesky factor.
-    type Value: Clone + Record;
+    type Value: Clone + Recordable;
 
     /// Log density (log mass for counts) at `x`; −∞ outside the support, NaN for parameters
     /// outside their domain.
@@ -33,10 +33,6 @@ pub trait Distribution<R: Scalar>: Family {
     /// Whether a few sums over data suffice for all of them, if the parameters are the same.
     #[doc(hidden)]
     const POOLS: bool = false;
-
-    /// Whether it is −½ (x − m)² / s² and a function of s, for its parameters m and s.
-    #[doc(hidden)]
-    const LEAST_SQUARES: bool = false;
 
     /// The sums that suffice, at the end of `sums`.
     #[doc(hidden)]

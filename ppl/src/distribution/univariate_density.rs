@@ -89,10 +89,6 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     #[doc(hidden)]
     const POOLS: bool = false;
 
-    /// See [`Distribution::LEAST_SQUARES`](super::Distribution::LEAST_SQUARES).
-    #[doc(hidden)]
-    const LEAST_SQUARES: bool = false;
-
     /// See [`Distribution::sum_up`](super::Distribution::sum_up).
     #[doc(hidden)]
     fn sum_up(data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
@@ -196,7 +192,6 @@ macro_rules! univariate {
             }
 
             const POOLS: bool = <Self as $crate::UnivariateDensity<R>>::POOLS;
-            const LEAST_SQUARES: bool = <Self as $crate::UnivariateDensity<R>>::LEAST_SQUARES;
 
             fn sum_up(data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
                 <Self as $crate::UnivariateDensity<R>>::sum_up(data, sums);

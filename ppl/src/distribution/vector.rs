@@ -1,7 +1,7 @@
 //! Lengths in the type, or in a number.
 
 use super::family::{Array, Family, Iid};
-use crate::record::{Datum, Record};
+use crate::record::{Datum, Recordable};
 use crate::scalar::Scalar;
 
 /// How far from 1 the sum of probabilities or shares may be.
@@ -17,7 +17,7 @@ pub(super) const TOLERANCE: f64 = 1e-8;
 )]
 pub trait Vector<R> {
     /// The same container for elements of type `T`.
-    type Of<T: Clone + Record>: Clone + Record + AsRef<[T]> + AsMut<[T]>;
+    type Of<T: Clone + Recordable>: Clone + Recordable + AsRef<[T]> + AsMut<[T]>;
 
     /// Number of elements.
     fn size(&self) -> usize;
@@ -26,13 +26,13 @@ pub trait Vector<R> {
     fn at(&self, i: usize) -> R;
 
     /// Copies of `value` in the same container.
-    fn filled<T: Copy + Record>(&self, value: T) -> Self::Of<T>;
+    fn filled<T: Copy + Recordable>(&self, value: T) -> Self::Of<T>;
 }
 
 macro_rules! impl_vector {
     ($([$($generics:tt)*] $Own:ty as $Of:ty, $own:ident, $value:ident => $filled:expr;)*) => {$(
         impl<R, V: Datum<R>, $($generics)*> Vector<R> for $Own {
-            type Of<T: Clone + Record> = $Of;
+            type Of<T: Clone + Recordable> = $Of;
 
             fn size(&self) -> usize {
                 self.len()
@@ -43,7 +43,7 @@ macro_rules! impl_vector {
                 self[i].lift()
             }
 
-            fn filled<T: Copy + Record>(&self, $value: T) -> $Of {
+            fn filled<T: Copy + Recordable>(&self, $value: T) -> $Of {
                 let $own = self;
                 $filled
             }
@@ -57,7 +57,7 @@ impl_vector! {
 }
 
 impl<R, V: Vector<R> + ?Sized> Vector<R> for &V {
-    type Of<T: Clone + Record> = V::Of<T>;
+    type Of<T: Clone + Recordable> = V::Of<T>;
 
     fn size(&self) -> usize {
         (**self).size()
@@ -68,7 +68,7 @@ impl<R, V: Vector<R> + ?Sized> Vector<R> for &V {
         (**self).at(i)
     }
 
-    fn filled<T: Copy + Record>(&self, value: T) -> V::Of<T> {
+    fn filled<T: Copy + Recordable>(&self, value: T) -> V::Of<T> {
         (**self).filled(value)
     }
 }
@@ -84,7 +84,7 @@ pub trait Repeated<R: Scalar>: Family {
     type Element;
 
     /// An array or a `Vec`.
-    type Values: Clone + Record + AsRef<[R]> + AsMut<[R]>;
+    type Values: Clone + Recordable + AsRef<[R]> + AsMut<[R]>;
 
     /// The distribution of each.
     fn element(&self) -> &Self::Element;

@@ -10,8 +10,7 @@ use super::{
 };
 use crate::{density::LogDensity, erased::ErasedDensity};
 
-/// Normal approximation of a density in unconstrained space, at its mode there; the Laplace
-/// distribution is [`prelude::Laplace`](crate::prelude::Laplace).
+/// Normal approximation of a density in unconstrained space, at its mode there.
 ///
 /// `Normal(ŷ, H⁻¹)` with H the Hessian of −ln p at the mode ŷ, by central differences of the
 /// gradient. The log-Jacobians belong to the density here, so that ŷ is another point than the one

@@ -8,7 +8,7 @@ use argmin::core::{
 /// State of argmin's solvers with gradients.
 type Iteration = IterState<Vec<f64>, Vec<f64>, (), (), (), f64>;
 
-/// Sufficient decrease, and the share of the first slope that may be left.
+/// Sufficient decrease, and the fraction of the first slope that may be left.
 const DECREASE: f64 = 1e-4;
 const SLOPE: f64 = 0.9;
 /// Bisections and doublings before the search gives up.

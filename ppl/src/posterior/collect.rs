@@ -7,9 +7,9 @@ use crate::density::{Place, Rejection};
 use crate::entry::{Entry, Record, Role};
 use crate::group::{Group, Values};
 
-/// Which part of an entry goes into a group.
+/// Which aspect of an entry goes into a group.
 #[derive(Clone, Copy)]
-enum Part {
+enum Aspect {
     Values,
     Replicate,
     LogLikelihood,
@@ -19,12 +19,12 @@ enum Part {
 struct Column {
     name: String,
     shape: Vec<usize>,
-    part: Part,
+    part: Aspect,
     len: usize,
 }
 
 impl Column {
-    fn new(entry: &Entry, part: Part) -> Self {
+    fn new(entry: &Entry, part: Aspect) -> Self {
         let mut column = Self {
             name: entry.variable.name.clone(),
             shape: entry.variable.shape.clone(),
@@ -32,7 +32,7 @@ impl Column {
             len: 0,
         };
         column.len = column.pick(entry).len();
-        if let Part::LogLikelihood = part {
+        if let Aspect::LogLikelihood = part {
             // one number a statement: plates have as many as their dimensions make together
             let mut lengths = column.shape.iter().scan(1, |all, &length| {
                 *all *= length;
@@ -41,7 +41,7 @@ impl Column {
             let plates = lengths.position(|all| all == column.len).map_or(0, |last| last + 1);
             column.shape.truncate(plates);
         }
-        if let Part::LogPrior = part {
+        if let Aspect::LogPrior = part {
             column.shape.clear();
         }
         column
@@ -49,10 +49,10 @@ impl Column {
 
     fn pick<'e>(&self, entry: &'e Entry) -> &'e [f64] {
         match self.part {
-            Part::Values => &entry.values,
-            Part::Replicate => &entry.replicate,
-            Part::LogLikelihood => &entry.log_likelihood,
-            Part::LogPrior => std::slice::from_ref(&entry.log_prior),
+            Aspect::Values => &entry.values,
+            Aspect::Replicate => &entry.replicate,
+            Aspect::LogLikelihood => &entry.log_likelihood,
+            Aspect::LogPrior => std::slice::from_ref(&entry.log_prior),
         }
     }
 }
@@ -62,22 +62,22 @@ pub(crate) struct Plan([Vec<Column>; 4]);
 
 impl Plan {
     pub(crate) fn new(template: &Record) -> Self {
-        let columns = |choose: fn(Role) -> Option<Part>| {
+        let columns = |choose: fn(Role) -> Option<Aspect>| {
             let entries = template.entries.iter();
             entries.filter_map(|e| Some(Column::new(e, choose(e.variable.role)?))).collect()
         };
         Self([
             columns(|role| match role {
-                Role::Parameter | Role::Tracked => Some(Part::Values),
+                Role::Parameter | Role::Tracked => Some(Aspect::Values),
                 _ => None,
             }),
             columns(|role| match role {
-                Role::Predicted => Some(Part::Values),
-                Role::Observed => Some(Part::Replicate),
+                Role::Predicted => Some(Aspect::Values),
+                Role::Observed => Some(Aspect::Replicate),
                 _ => None,
             }),
-            columns(|role| (role == Role::Observed).then_some(Part::LogLikelihood)),
-            columns(|role| (role == Role::Parameter).then_some(Part::LogPrior)),
+            columns(|role| (role == Role::Observed).then_some(Aspect::LogLikelihood)),
+            columns(|role| (role == Role::Parameter).then_some(Aspect::LogPrior)),
         ])
     }
 

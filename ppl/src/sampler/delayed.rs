@@ -10,7 +10,7 @@ use super::{
     rejections::{Rejections, Stop, accepting, finite},
     report::{DrawStats, WarmupReport},
     resume::{another_sampler, misfit},
-    run::Kernel,
+    run::MarkovChain,
     settings::Settings,
     stream::Stream,
     tuning::Tuning,
@@ -230,7 +230,7 @@ impl<'a> Delayed<'a> {
     }
 }
 
-impl Kernel for Delayed<'_> {
+impl MarkovChain for Delayed<'_> {
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
         self.cheap.begin(y)?;
         self.expensive.begin(y)

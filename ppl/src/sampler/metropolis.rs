@@ -10,7 +10,7 @@ use super::{
     rejections::{Rejections, Stop, accepting, finite},
     report::{DrawStats, WarmupReport},
     resume::another_sampler,
-    run::Kernel,
+    run::MarkovChain,
     settings::Settings,
     stream::Stream,
     tuning::Tuning,
@@ -118,7 +118,7 @@ impl<'a> MetropolisChain<'a> {
     }
 }
 
-impl Kernel for MetropolisChain<'_> {
+impl MarkovChain for MetropolisChain<'_> {
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
         self.y.copy_from_slice(y);
         self.log_density = finite(&mut *self.density, y)?;

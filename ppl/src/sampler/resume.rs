@@ -3,7 +3,7 @@
 use super::{
     chains::{Chain, Chains},
     error::RunError,
-    run::Kernel,
+    run::MarkovChain,
     settings::{Init, Settings},
     stream::Stream,
 };
@@ -14,7 +14,7 @@ const SAME_DENSITY: f64 = 1e-6;
 
 impl Settings<'_> {
     /// Goes on with the chains of an earlier run; `make` builds the kernel of one as it was tuned.
-    pub(super) fn resume<K: Kernel>(
+    pub(super) fn resume<K: MarkovChain>(
         &self,
         dim: usize,
         earlier: Chains,
@@ -50,7 +50,11 @@ impl Settings<'_> {
 }
 
 /// `kernel` where the chain stopped, and the random stream from there.
-fn take_up<K: Kernel>(mut kernel: K, chain: &Chain, dim: usize) -> Result<(K, Stream), RunError> {
+fn take_up<K: MarkovChain>(
+    mut kernel: K,
+    chain: &Chain,
+    dim: usize,
+) -> Result<(K, Stream), RunError> {
     let paused = chain.paused.as_deref().map(|paused| &paused.stream);
     let stream = paused
         .or(chain.stream.as_ref())

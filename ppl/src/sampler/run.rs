@@ -24,7 +24,7 @@ use crate::density::{Place, Rejection};
 const TRIES: u32 = 100;
 
 /// A Markov chain in progress.
-pub(super) trait Kernel {
+pub(super) trait MarkovChain {
     /// Takes `y` as the starting point, if the density accepts it.
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection>;
     /// Finds a first step size.
@@ -56,7 +56,7 @@ pub(super) trait Kernel {
 impl Settings<'_> {
     /// Runs all chains over a density of `dim` coordinates; `make` builds the kernel of one from its
     /// number.
-    pub(super) fn execute<K: Kernel>(
+    pub(super) fn execute<K: MarkovChain>(
         &self,
         dim: usize,
         make: impl Fn(usize) -> K + Sync,
@@ -71,7 +71,7 @@ impl Settings<'_> {
 
     /// Goes on with `earlier` until every chain has all the draws; `make` builds the tuned kernel
     /// of one, with its random stream.
-    pub(super) fn go_on<K: Kernel>(
+    pub(super) fn go_on<K: MarkovChain>(
         &self,
         earlier: Vec<Chain>,
         make: impl Fn(&Chain) -> Result<(K, Stream), RunError> + Sync,
@@ -107,7 +107,7 @@ impl Settings<'_> {
         results.into_iter().collect()
     }
 
-    fn chain<K: Kernel>(
+    fn chain<K: MarkovChain>(
         &self,
         number: usize,
         dim: usize,
@@ -134,7 +134,7 @@ impl Settings<'_> {
     }
 
     /// What `chain` lacks of a warmup of `length` transitions.
-    fn tune<K: Kernel>(
+    fn tune<K: MarkovChain>(
         &self,
         length: usize,
         chain: &mut Chain,
@@ -166,7 +166,7 @@ impl Settings<'_> {
     }
 
     /// Draws until `chain` is complete, unless it has `ended` already.
-    fn sample<K: Kernel>(
+    fn sample<K: MarkovChain>(
         &self,
         chain: &mut Chain,
         kernel: &mut K,
@@ -199,7 +199,7 @@ impl Settings<'_> {
     }
 
     /// Finds the starting point.
-    fn start<K: Kernel>(
+    fn start<K: MarkovChain>(
         &self,
         chain: usize,
         dim: usize,
@@ -233,7 +233,7 @@ impl Settings<'_> {
     }
 
     /// The transitions up to the next kept draw, and their joint statistics.
-    fn draw<K: Kernel>(
+    fn draw<K: MarkovChain>(
         &self,
         kernel: &mut K,
         rng: &mut Stream,
@@ -270,7 +270,7 @@ impl Settings<'_> {
 }
 
 /// Adds what a kernel has rejected since it was asked last: up to a point from which it can go on.
-fn count(kernel: &mut impl Kernel, rejections: &mut BTreeMap<Place, u64>) {
+fn count(kernel: &mut impl MarkovChain, rejections: &mut BTreeMap<Place, u64>) {
     for (place, count) in kernel.rejections().take() {
         *rejections.entry(place).or_insert(0) += count;
     }

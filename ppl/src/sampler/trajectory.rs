@@ -224,9 +224,9 @@ impl Trajectory {
                 self.whole.reverse();
             }
             let turning = self.whole.turns_into(new);
-            let (weight, share) = self.whole.weight.join(new.weight);
-            // accepted with w_new / w_old, not with its share: the draw moves far
-            let take = growth.rng.random::<f64>() * (1.0 - share) < share;
+            let (weight, fraction) = self.whole.weight.join(new.weight);
+            // accepted with w_new / w_old, not with its fraction: the draw moves far
+            let take = growth.rng.random::<f64>() * (1.0 - fraction) < fraction;
             self.whole.append(new, weight, take);
             if !growth.forward {
                 self.whole.reverse();
@@ -282,9 +282,9 @@ impl<R: Rng + ?Sized> Growth<'_, '_, R> {
         let (below, above) = self.levels.split_at_mut(level);
         let [first, second] = &mut below[level - 1];
         let turning = first.turns_into(second);
-        let (weight, share) = first.weight.join(second.weight);
+        let (weight, fraction) = first.weight.join(second.weight);
         // uniform over the states of a new subtree
-        first.append(second, weight, self.rng.random::<f64>() < share);
+        first.append(second, weight, self.rng.random::<f64>() < fraction);
         mem::swap(&mut above[0][place], first);
         if turning { ControlFlow::Break(Discard::Turning) } else { ControlFlow::Continue(()) }
     }
@@ -301,9 +301,9 @@ impl<R: Rng + ?Sized> Growth<'_, '_, R> {
         let (tree, phase) = (&mut self.levels[1][place], &self.ends[second.end]);
         tree.last.copy_from(phase);
         let turning = tree.turns_as_pair();
-        let (weight, share) = first.weight.join(second.weight);
+        let (weight, fraction) = first.weight.join(second.weight);
         tree.weight = weight;
-        if self.rng.random::<f64>() < share {
+        if self.rng.random::<f64>() < fraction {
             tree.proposal.copy_from(&phase.point);
             tree.energy = second.energy;
         }

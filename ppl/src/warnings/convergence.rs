@@ -70,7 +70,7 @@ pub(super) fn compare(
         WarningKind::Modes,
         "The posterior seems to have several modes: ",
         &list(modes.iter().map(|(place, modes)| in_words(names.shown(place), modes))),
-        "The share of draws in a mode is where the chains began, not its probability: take the \
+        "The fraction of draws in a mode is where the chains began, not its probability: take the \
          modes apart by a stronger prior, or by an order if they only exchange labels, or report \
          each by itself; if only one counts, begin there (`Map`, then `init_points`)",
     );

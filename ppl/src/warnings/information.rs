@@ -7,7 +7,8 @@ use rayon::prelude::*;
 use super::convergence::Separate;
 use super::list::{Names, WarningKind, Warnings};
 use crate::diagnostics::{
-    Column, Combination, Identifiability, Identification, MOST_COMBINED, Modes, combinations,
+    BeforeAndAfter, Combination, Identifiability, Identification, MOST_COMBINED, Modes,
+    combinations,
 };
 use crate::group::Values;
 use crate::posterior::Posterior;
@@ -125,13 +126,13 @@ fn undetermined(
         return Vec::new();
     };
     let after = &posterior.posterior;
-    let columns: Option<Vec<Column>> = identifiability
+    let columns: Option<Vec<BeforeAndAfter>> = identifiability
         .par_iter()
         .map(|Identifiability { name, .. }| {
             let posterior = after.trace(name)?.concat();
             let finite = posterior.iter().all(|x| x.is_finite());
             let prior = prior.trace(name)?.concat();
-            finite.then_some(Column { prior, posterior })
+            finite.then_some(BeforeAndAfter { prior, posterior })
         })
         .collect();
     let columns = columns.unwrap_or_default();

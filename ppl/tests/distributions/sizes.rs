@@ -117,11 +117,11 @@ fn sizes_that_do_not_fit_are_refused_in_words() {
     let message = |result: Result<_, ppl::DomainError>| result.unwrap_err().to_string();
     let lengths = "that of the rows, 2, got 3";
     assert_eq!(
-        message(factor.scale_rows(&[1.0; 3][..])),
+        message(factor.scale_rows(&[1.0; 3])),
         format!("DynCholeskyFactor: number of scales must be {lengths}")
     );
     assert_eq!(
-        message(factor.solve_lower(&[1.0; 3][..]).map(|_| factor.clone())),
+        message(factor.solve_lower(&[1.0; 3]).map(|_| factor.clone())),
         format!("DynCholeskyFactor: length of b must be {lengths}")
     );
     assert_eq!(
@@ -134,7 +134,7 @@ fn sizes_that_do_not_fit_are_refused_in_words() {
     );
     let joint = MvNormalCholesky(vec![0.0; 3], &factor);
     let error = Distribution::<f64>::validate(&joint).unwrap_err();
-    assert_eq!((error.distribution, error.value), ("MvNormalCholesky".into(), 3.0));
+    assert_eq!((error.distribution, error.value), ("MvNormalCholesky", 3.0));
     let misfit: f64 = MvNormalCholesky(vec![0.0; 2], &factor).ln_density(&vec![0.1; 3]);
     assert_eq!(misfit, f64::NEG_INFINITY);
     let other: Dual<1> =

@@ -58,10 +58,9 @@ ppl::model! {
             sum
         };
         let part ~ summed(b, ys);
-        // what is but asked of unknowns is a number of Rust, as data are
+        // what is but asked about unknowns is a number of Rust, as data are
         let mut count = 0.0;
         for s in &squares {
-            count += s.value();
             if *s > 1e9 {
                 count += squares.len() as f64;
             }

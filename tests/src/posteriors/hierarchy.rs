@@ -82,17 +82,13 @@ ppl::model! {
 
     /// Log radon: an intercept a county about a line in the uranium of its soil (Gelman & Hill
     /// 2007, ch. 12; posteriordb radon_hierarchical_intercept_noncentered).
-    pub fn radon_hierarchical(houses: &[House], counties: usize) {
+    pub fn radon_hierarchical(houses: &Houses) {
         let mu_alpha ~ Normal(0.0, 10.0);
         let sigma_alpha ~ HalfNormal(1.0);
         let sigma ~ HalfNormal(1.0);
         let beta ~ Normal(0.0, 10.0).array::<2>();
-        let z ~ Normal(0.0, 1.0).iid(counties);
-        for house in houses {
-            let alpha = mu_alpha + sigma_alpha * z[house.county];
-            let mean = alpha + beta[0] * house.log_uranium + beta[1] * house.floor;
-            house.log_radon ~ Normal(mean, sigma);
-        }
+        let alpha ~ Normal(mu_alpha, sigma_alpha).non_centered().iid(houses.counties);
+        houses.log_radon ~ NormalGlm(&houses.x, ByGroup(&alpha, &houses.county), beta, sigma);
     }
 }
 
@@ -107,17 +103,17 @@ pub struct Plate {
     pub factors: [f64; 2],
 }
 
-/// Measurement in one house.
+/// Measurements in houses.
 #[derive(Debug)]
-pub struct House {
-    /// Index of the county.
-    pub county: usize,
+pub struct Houses {
+    /// Number of counties.
+    pub counties: usize,
+    /// Index of the county of each.
+    pub county: Vec<usize>,
+    /// ln of the county's uranium in ppm, and 0 in the basement, 1 on the ground floor.
+    pub x: Vec<[f64; 2]>,
     /// ln(activity + 0.1), activity in pCi/L.
-    pub log_radon: f64,
-    /// ln of the county's uranium, in ppm.
-    pub log_uranium: f64,
-    /// 0 in the basement, 1 on the ground floor.
-    pub floor: f64,
+    pub log_radon: Vec<f64>,
 }
 
 /// `successes` of `trials` as flags.
@@ -157,14 +153,15 @@ pub fn seed_plates() -> Vec<Plate> {
 }
 
 /// The 919 houses of Minnesota.
-pub fn houses() -> Vec<House> {
+pub fn houses() -> Houses {
     let data = Data::parse(include_str!("../../fixtures/posteriors/radon.json"));
     let (activity, floor) = (data.column("activity"), data.column("floor"));
-    let (county, uranium) = (data.counts("county"), data.column("uranium_ppm"));
-    let house = |i: usize| {
-        let county = county[i] as usize;
-        let log_radon = (activity[i] + 0.1).ln();
-        House { county, log_radon, log_uranium: uranium[county].ln(), floor: floor[i] }
-    };
-    (0..activity.len()).map(house).collect()
+    let uranium = data.column("uranium_ppm");
+    let county: Vec<usize> = data.counts("county").iter().map(|&county| county as usize).collect();
+    Houses {
+        counties: uranium.len(),
+        x: county.iter().zip(&floor).map(|(&c, &floor)| [uranium[c].ln(), floor]).collect(),
+        county,
+        log_radon: activity.iter().map(|activity| (activity + 0.1).ln()).collect(),
+    }
 }

@@ -9,18 +9,14 @@ ppl::model! {
     pub fn kidscore<const D: usize>(x: &[[f64; D]], score: &[f64]) {
         let beta ~ Normal(0.0, 1e5).array::<D>();
         let sigma ~ HalfCauchy(2.5);
-        for i in 0..score.len() {
-            score[i] ~ Normal(dot(&x[i], &beta), sigma);
-        }
+        score ~ NormalGlm(x, 0.0, beta, sigma);
     }
 
     /// Linear regression, all flat (posteriordb mesquite-* and kidscore_interaction_c, c2, z).
     pub fn flat_regression<const D: usize>(x: &[[f64; D]], y: &[f64]) {
         let beta ~ Normal(0.0, 1e5).array::<D>();
         let sigma ~ HalfNormal(1e5);
-        for i in 0..y.len() {
-            y[i] ~ Normal(dot(&x[i], &beta), sigma);
-        }
+        y ~ NormalGlm(x, 0.0, beta, sigma);
     }
 
     /// Log radon on the floor of measurement, one line for all counties.
@@ -28,9 +24,7 @@ ppl::model! {
         let alpha ~ Normal(0.0, 10.0);
         let beta ~ Normal(0.0, 10.0);
         let sigma ~ HalfNormal(1.0);
-        for (floor, y) in floor.iter().zip(log_radon) {
-            y ~ Normal(alpha + beta * floor, sigma);
-        }
+        log_radon ~ NormalGlm(floor, alpha, [beta], sigma);
     }
 
     /// Learning of dogs: the chance of a shock on the logit scale, linear in what happened before.

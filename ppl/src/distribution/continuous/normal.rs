@@ -148,7 +148,6 @@ where
     }
 
     const POOLS: bool = true;
-    const LEAST_SQUARES: bool = true;
 
     /// n, x̄ and Σ (x − x̄)².
     fn sum_up(mut data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {

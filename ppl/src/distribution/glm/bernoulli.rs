@@ -2,7 +2,9 @@
 
 use rand::Rng;
 
-use super::{Design, Eta, Intercept, Regression};
+use super::design::Design;
+use super::intercept::Intercept;
+use super::regression::{self, Eta, Regression};
 use crate::density::DomainError;
 use crate::distribution::{BernoulliLogit, Distribution, Family, Vector};
 use crate::scalar::Scalar;
@@ -77,7 +79,7 @@ where
 
     #[inline(always)]
     fn add_terms(&self, data: &Vec<bool>, terms: &mut impl Terms<R>) {
-        super::add_terms(self, data.iter().copied(), terms);
+        regression::add_terms(self, data.iter().copied(), terms);
     }
 
     const SUMMARISES: bool = true;
@@ -89,22 +91,22 @@ where
 
     #[inline(always)]
     fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
-        super::add_terms(self, sums.iter().map(|&datum| datum != 0.0), terms);
+        regression::add_terms(self, sums.iter().map(|&datum| datum != 0.0), terms);
     }
 
     fn pointwise(&self, data: &Vec<bool>, out: &mut Vec<f64>) {
-        super::pointwise(self, data, out);
+        regression::pointwise(self, data, out);
     }
 
     fn fits(&self, data: &Vec<bool>) -> Result<(), DomainError> {
-        super::require_length("BernoulliLogitGlm", &self.0, data.len())
+        regression::require_length("BernoulliLogitGlm", &self.0, data.len())
     }
 
     fn validate(&self) -> Result<(), DomainError> {
-        super::validate("BernoulliLogitGlm", &self.0, &self.1, &self.2)
+        regression::validate("BernoulliLogitGlm", &self.0, &self.1, &self.2)
     }
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Vec<bool> {
-        super::draw(self, rng)
+        regression::draw(self, rng)
     }
 }

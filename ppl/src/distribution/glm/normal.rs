@@ -2,8 +2,10 @@
 
 use rand::Rng;
 
+use super::design::Design;
+use super::intercept::Intercept;
+use super::regression::{self, Eta, Regression};
 use super::summary::{Fit, Summary};
-use super::{Design, Eta, Intercept, Regression};
 use crate::density::DomainError;
 use crate::distribution::traits::normaliser;
 use crate::distribution::{Distribution, Family, Normal, Vector};
@@ -18,8 +20,8 @@ use crate::terms::{Joined, Terms};
 ///
 /// ln p(y) = −½ Σᵢ ((yᵢ − ηᵢ)/σ)² − n ln σ − ½ n ln 2π, for σ > 0.
 ///
-/// x is a [`Design`], one row a datum; the intercept a number or an unknown, or one a group by
-/// [`ByGroup`](crate::ByGroup); the slopes an array, a slice or a `Vec`, one a predictor. Data are
+/// x is a [`Design`], one row a datum, without entries (`&[[f64; 0]]`) if there are no predictors; the
+/// intercept a number or an unknown, or one a group by [`ByGroup`](crate::ByGroup); the slopes an array, a slice or a `Vec`, one a predictor. Data are
 /// slices or vectors of numbers. What suffices of them is found when they are bound (the means of
 /// the groups, and a QR factorisation of what is left), so that a gradient costs as much as there are
 /// groups and predictors, however many data there are. Cross-validation sees every datum by itself.
@@ -90,7 +92,7 @@ where
 
     #[inline(always)]
     fn add_terms(&self, y: &Vec<R>, terms: &mut impl Terms<R>) {
-        super::add_terms(self, y.iter().copied(), terms);
+        regression::add_terms(self, y.iter().copied(), terms);
     }
 
     const SUMMARISES: bool = true;
@@ -118,19 +120,19 @@ where
     }
 
     fn pointwise(&self, y: &Vec<R>, out: &mut Vec<f64>) {
-        super::pointwise(self, y, out);
+        regression::pointwise(self, y, out);
     }
 
     fn fits(&self, y: &Vec<R>) -> Result<(), DomainError> {
-        super::require_length("NormalGlm", &self.0, y.len())
+        regression::require_length("NormalGlm", &self.0, y.len())
     }
 
     fn validate(&self) -> Result<(), DomainError> {
-        super::validate("NormalGlm", &self.0, &self.1, &self.2)?;
+        regression::validate("NormalGlm", &self.0, &self.1, &self.2)?;
         DomainError::require_positive("NormalGlm", "sd", self.3.number())
     }
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Vec<R> {
-        super::draw(self, rng)
+        regression::draw(self, rng)
     }
 }

@@ -2,7 +2,9 @@
 
 use rand::Rng;
 
-use super::{Design, Eta, Intercept, Regression};
+use super::design::Design;
+use super::intercept::Intercept;
+use super::regression::{self, Eta, Regression};
 use crate::density::DomainError;
 use crate::distribution::{Distribution, Family, PoissonLog, Vector};
 use crate::scalar::Scalar;
@@ -76,7 +78,7 @@ where
 
     #[inline(always)]
     fn add_terms(&self, data: &Vec<u64>, terms: &mut impl Terms<R>) {
-        super::add_terms(self, data.iter().copied(), terms);
+        regression::add_terms(self, data.iter().copied(), terms);
     }
 
     const SUMMARISES: bool = true;
@@ -88,22 +90,22 @@ where
 
     #[inline(always)]
     fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
-        super::add_terms(self, sums.iter().map(|&datum| datum as u64), terms);
+        regression::add_terms(self, sums.iter().map(|&datum| datum as u64), terms);
     }
 
     fn pointwise(&self, data: &Vec<u64>, out: &mut Vec<f64>) {
-        super::pointwise(self, data, out);
+        regression::pointwise(self, data, out);
     }
 
     fn fits(&self, data: &Vec<u64>) -> Result<(), DomainError> {
-        super::require_length("PoissonLogGlm", &self.0, data.len())
+        regression::require_length("PoissonLogGlm", &self.0, data.len())
     }
 
     fn validate(&self) -> Result<(), DomainError> {
-        super::validate("PoissonLogGlm", &self.0, &self.1, &self.2)
+        regression::validate("PoissonLogGlm", &self.0, &self.1, &self.2)
     }
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Vec<u64> {
-        super::draw(self, rng)
+        regression::draw(self, rng)
     }
 }

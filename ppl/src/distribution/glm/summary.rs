@@ -6,7 +6,8 @@
 
 use nalgebra::DMatrix;
 
-use super::{Design, Intercept};
+use super::design::Design;
+use super::intercept::Intercept;
 use crate::distribution::Vector;
 use crate::parameter::Parameter;
 use crate::partials::Partials;

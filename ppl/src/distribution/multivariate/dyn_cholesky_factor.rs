@@ -1,7 +1,7 @@
 //! Cholesky factors whose size comes from the data.
 
 use crate::density::DomainError;
-use crate::record::{Datum, Record};
+use crate::record::{Datum, Recordable};
 use crate::scalar::Scalar;
 
 /// A [`CholeskyFactor`](super::CholeskyFactor) of K×K numbers where K is known at run time only: as
@@ -15,7 +15,7 @@ use crate::scalar::Scalar;
 /// ```
 /// use ppl::DynCholeskyFactor;
 ///
-/// let factor = DynCholeskyFactor::new(&[vec![1.0], vec![0.6, 0.8]])?.scale_rows(&[2.0, 5.0][..])?;
+/// let factor = DynCholeskyFactor::new(&[vec![1.0], vec![0.6, 0.8]])?.scale_rows(&[2.0, 5.0])?;
 /// assert_eq!(factor.covariance(), [[4.0, 6.0], [6.0, 25.0]]);
 /// assert_eq!(factor.solve_lower(&[2.0, 7.0])?, [1.0, 1.0]);
 /// # Ok::<(), ppl::DomainError>(())
@@ -126,8 +126,8 @@ impl<R: Scalar> DynCholeskyFactor<R> {
     ///
     /// # Errors
     /// [`DomainError`] unless there are as many scales as rows.
-    pub fn scale_rows(&self, scale: impl Datum<Vec<R>>) -> Result<Self, DomainError> {
-        let scale = scale.lift();
+    pub fn scale_rows(&self, scale: &[impl Datum<R>]) -> Result<Self, DomainError> {
+        let scale: Vec<R> = scale.iter().map(Datum::lift).collect();
         self.require_length("number of scales", scale.len())?;
         Ok(Self::from_fn(self.size, |i, j| self.row(i)[j] * scale[i]))
     }
@@ -162,8 +162,8 @@ impl<R: Scalar> DynCholeskyFactor<R> {
     ///
     /// # Errors
     /// [`DomainError`] unless b has as many numbers as there are rows.
-    pub fn solve_lower(&self, b: impl Datum<Vec<R>>) -> Result<Vec<R>, DomainError> {
-        let mut x = b.lift();
+    pub fn solve_lower(&self, b: &[impl Datum<R>]) -> Result<Vec<R>, DomainError> {
+        let mut x: Vec<R> = b.iter().map(Datum::lift).collect();
         self.require_length("length of b", x.len())?;
         for i in 0..self.size {
             let (entries, diagonal) = self.row(i).split_at(i);
@@ -178,8 +178,8 @@ impl<R: Scalar> DynCholeskyFactor<R> {
     ///
     /// # Errors
     /// [`DomainError`] unless x has as many numbers as there are rows.
-    pub fn times(&self, x: impl Datum<Vec<R>>) -> Result<Vec<R>, DomainError> {
-        let x = x.lift();
+    pub fn times(&self, x: &[impl Datum<R>]) -> Result<Vec<R>, DomainError> {
+        let x: Vec<R> = x.iter().map(Datum::lift).collect();
         self.require_length("length of x", x.len())?;
         let product = |i| self.row(i).iter().zip(&x).map(|(l, x)| *l * *x).sum();
         Ok((0..self.size).map(product).collect())
@@ -193,7 +193,7 @@ impl<R: Scalar, T: Datum<R>> Datum<DynCholeskyFactor<R>> for DynCholeskyFactor<T
     }
 }
 
-impl<R: Record + Scalar> Record for DynCholeskyFactor<R> {
+impl<R: Recordable + Scalar> Recordable for DynCholeskyFactor<R> {
     fn shape(&self) -> Vec<usize> {
         vec![self.size; 2]
     }

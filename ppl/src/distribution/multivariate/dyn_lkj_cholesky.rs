@@ -33,7 +33,8 @@ use crate::terms::Terms;
 ///         }
 ///     }
 /// }
-/// let model = correlated(&[vec![0.3, 1.2, -0.4], vec![0.1, 0.9, 0.2]]);
+/// let rows = [vec![0.3, 1.2, -0.4], vec![0.1, 0.9, 0.2]];
+/// let model = correlated(&rows);
 /// assert_eq!(model.layout()?.dim, 3 + 3 + 3);
 /// # Ok::<(), ppl::ModelError>(())
 /// ```

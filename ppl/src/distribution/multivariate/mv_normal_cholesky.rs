@@ -5,7 +5,7 @@ use rand::Rng;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::{Distribution, Unknown};
-use crate::record::{Datum, Record};
+use crate::record::{Datum, Recordable};
 use crate::scalar::Scalar;
 use crate::terms::{Joined, Terms};
 
@@ -43,7 +43,7 @@ impl<M: Clone, L: Clone> Family for MvNormalCholesky<M, L> {}
 )]
 pub trait Scale<R: Scalar>: Clone {
     /// Means and values: an array, or a `Vec` where the size comes from the data.
-    type Vector: Clone + Record;
+    type Vector: Clone + Recordable;
 
     /// Number of rows.
     fn size(&self) -> usize;

@@ -9,7 +9,7 @@ use crate::{
         metric::Metric,
         rejections::{Rejections, Stop},
         report::{DrawStats, WarmupReport},
-        run::Kernel,
+        run::MarkovChain,
         stream::Stream,
         trajectory::Trajectory,
         tuning::Tuning,
@@ -72,7 +72,7 @@ impl<'a> NutsChain<'a> {
     }
 }
 
-impl Kernel for NutsChain<'_> {
+impl MarkovChain for NutsChain<'_> {
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
         self.current.y.copy_from_slice(y);
         self.hamiltonian.evaluate(&mut self.current)?;

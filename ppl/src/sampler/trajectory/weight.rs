@@ -31,7 +31,7 @@ impl Weight {
         if self.unit == 0.0 { self.sum.min(1.0) } else { self.unit.exp().min(1.0) }
     }
 
-    /// The sum of both, and the share of `next` in it.
+    /// The sum of both, and the fraction of `next` in it.
     #[inline]
     pub(super) fn join(self, next: Self) -> (Self, f64) {
         let (a, b) = if self.unit == next.unit { (self, next) } else { self.alike(next) };
@@ -52,7 +52,7 @@ impl Weight {
 mod tests {
     use super::*;
 
-    /// ln of the sum and the share, by logarithms all the way.
+    /// ln of the sum and the fraction, by logarithms all the way.
     fn reference(errors: &[f64]) -> (f64, f64) {
         let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
         let sum = |errors: &[f64]| errors.iter().map(|e| (least - e).exp()).sum::<f64>();
@@ -70,10 +70,10 @@ mod tests {
                 for error in errors {
                     sum = sum.0.join(Weight::of(*error));
                 }
-                let (ln, share) = reference(errors);
+                let (ln, fraction) = reference(errors);
                 let found = sum.0.sum.ln() + sum.0.unit;
                 approx::assert_relative_eq!(found, ln, max_relative = 1e-14, epsilon = 1e-13);
-                approx::assert_relative_eq!(sum.1, share, max_relative = 1e-11);
+                approx::assert_relative_eq!(sum.1, fraction, max_relative = 1e-11);
             }
         }
     }

@@ -3,7 +3,7 @@
 use super::angles::Angles;
 use crate::density::DomainError;
 use crate::partials::Partials;
-use crate::record::{Datum, Record};
+use crate::record::{Datum, Recordable};
 use crate::scalar::Scalar;
 
 /// A lower triangular K×K matrix L with positive diagonal, the factor of L Lᵀ.
@@ -175,7 +175,7 @@ impl<R: Scalar, T: Datum<R>, const K: usize> Datum<CholeskyFactor<R, K>> for Cho
     }
 }
 
-impl<R: Record + Scalar, const K: usize> Record for CholeskyFactor<R, K> {
+impl<R: Recordable + Scalar, const K: usize> Recordable for CholeskyFactor<R, K> {
     fn shape(&self) -> Vec<usize> {
         vec![K, K]
     }

@@ -1,0 +1,96 @@
+//! Names in the results, taken on the way from statement to statement.
+
+use std::collections::{HashMap, HashSet};
+
+use quote::ToTokens;
+use syn::{Expr, Result};
+
+use super::site::Site;
+use crate::errors::{self, at};
+use crate::syntax::places::Place;
+
+/// The names taken on the way to a statement.
+#[derive(Clone, Default)]
+pub(super) struct Names {
+    taken: HashMap<String, Taken>,
+    /// Those that several statements observe, each some entries.
+    shared: HashSet<String>,
+}
+
+#[derive(Clone)]
+enum Taken {
+    Whole,
+    /// By observations of entries: as written, and in which loop.
+    Entries(HashSet<(String, Option<usize>)>),
+}
+
+impl Names {
+    /// Takes a name for one statement.
+    pub(super) fn declare(&mut self, name: &str, tokens: impl ToTokens) -> Result<()> {
+        match self.taken.insert(name.to_owned(), Taken::Whole) {
+            None => Ok(()),
+            Some(_) => Err(at(tokens, errors::declared_twice(name))),
+        }
+    }
+
+    /// Takes the name of a place in the loop of this number. Statements may observe entries of
+    /// one name in turn, but not the same entry twice.
+    pub(super) fn observe(
+        &mut self,
+        place: &Place,
+        written: &Expr,
+        innermost: Option<usize>,
+    ) -> Result<()> {
+        let name = &place.name;
+        if !place.is_entry {
+            return match self.taken.insert(name.clone(), Taken::Whole) {
+                None => Ok(()),
+                Some(_) => Err(at(written, errors::observed_twice(name))),
+            };
+        }
+        let is_first = !self.taken.contains_key(name);
+        let taken = self.taken.entry(name.clone()).or_insert(Taken::Entries(HashSet::new()));
+        let entry = (written.to_token_stream().to_string(), innermost);
+        let is_new = match taken {
+            Taken::Whole => false,
+            Taken::Entries(entries) => entries.insert(entry),
+        };
+        if !is_new {
+            return Err(at(written, errors::observed_twice(name)));
+        }
+        if !is_first {
+            self.shared.insert(name.clone());
+        }
+        Ok(())
+    }
+
+    /// Adds what another arm of a branch took.
+    pub(super) fn merge(&mut self, other: Self) {
+        self.shared.extend(other.shared);
+        for (name, theirs) in other.taken {
+            match (self.taken.get_mut(&name), theirs) {
+                (Some(Taken::Entries(entries)), Taken::Entries(theirs)) => entries.extend(theirs),
+                (_, theirs) => {
+                    self.taken.insert(name, theirs);
+                }
+            }
+        }
+    }
+
+    /// Where several statements observe entries of one name, these stack in the order in which
+    /// they run, along the dimension that all their loops name.
+    pub(super) fn stack(&self, sites: &mut [Site]) {
+        for name in &self.shared {
+            let own = |site: &Site| site.name == *name;
+            let own_plates = sites.iter().filter(|site| own(site)).map(|site| &site.plates);
+            let mut plates = own_plates.filter(|plates| !plates.is_empty());
+            let first = plates.next().cloned().unwrap_or_default();
+            let same = plates.all(|plates| *plates == first);
+            let plates = if same { first } else { Vec::new() };
+            for site in sites.iter_mut().filter(|site| own(site)) {
+                site.repeated = true;
+                site.plates.clone_from(&plates);
+            }
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! What the names in scope stand for.
+
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use syn::{Expr, Ident};
+
+use super::activity::holds;
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Meaning {
+    /// Data, or what follows from them.
+    Known,
+    Unknown,
+    /// What may follow from unknowns.
+    Derived,
+}
+
+/// The names at one place of a body; copies are cheap.
+#[derive(Clone, Default)]
+pub(crate) struct Scope(Rc<HashMap<Ident, Meaning>>);
+
+impl Scope {
+    pub(super) fn bind(&mut self, names: impl IntoIterator<Item = Ident>, meaning: Meaning) {
+        Rc::make_mut(&mut self.0).extend(names.into_iter().map(|name| (name, meaning)));
+    }
+
+    pub(crate) fn contains(&self, name: &Ident) -> bool {
+        self.0.contains_key(name)
+    }
+
+    /// Whether it was declared by `let name ~ …`.
+    pub(crate) fn is_unknown(&self, name: &Ident) -> bool {
+        self.0.get(name) == Some(&Meaning::Unknown)
+    }
+
+    /// Whether the value of an expression may hold unknowns.
+    pub(crate) fn holds(&self, expr: &Expr) -> bool {
+        holds(expr, &|name| self.0.get(name).is_some_and(|meaning| *meaning != Meaning::Known))
+    }
+
+    /// What the value of an expression is called.
+    pub(super) fn meaning(&self, expr: &Expr) -> Meaning {
+        if self.holds(expr) { Meaning::Derived } else { Meaning::Known }
+    }
+
+    /// All names, in order.
+    pub(super) fn names(&self) -> Vec<String> {
+        let mut names: Vec<_> = self.0.keys().map(Ident::to_string).collect();
+        names.sort();
+        names
+    }
+}

@@ -1,0 +1,269 @@
+//! The function that declares a model: name, generics, data.
+
+use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
+use quote::format_ident;
+use syn::ext::IdentExt;
+use syn::parse::discouraged::Speculative;
+use syn::parse::{ParseStream, Parser};
+use syn::spanned::Spanned;
+use syn::visit::Visit;
+use syn::visit_mut::{self, VisitMut};
+use syn::{
+    Attribute, Error, Generics, Ident, LitStr, Pat, Receiver, Result, ReturnType, Token, Type,
+    Visibility, parenthesized, parse_quote, parse_quote_spanned, token,
+};
+
+use super::ending::ended;
+use super::statements::Reader;
+use crate::ast::{Argument, Block, Model};
+use crate::errors::{self, at};
+
+/// All models of one invocation.
+pub(crate) fn models(input: TokenStream) -> Vec<Result<Model>> {
+    let parser = |input: ParseStream| {
+        let mut models = Vec::new();
+        if input.is_empty() {
+            models.push(Err(Error::new(Span::call_site(), errors::EMPTY)));
+        }
+        while !input.is_empty() {
+            let ahead = input.fork();
+            let (mut vis, mut name) = (Visibility::Inherited, None);
+            let model = model(&ahead, &mut vis, &mut name);
+            let model = match (model, name) {
+                (Ok(model), _) => {
+                    input.advance_to(&ahead);
+                    Ok(model)
+                }
+                (Err(error), Some(name)) => Ok(stand_in(vis, name, skip(input), error)),
+                (Err(error), None) => {
+                    skip(input);
+                    Err(error)
+                }
+            };
+            models.push(model);
+        }
+        Ok(models)
+    };
+    parser.parse2(input).unwrap_or_else(|error| vec![Err(error)])
+}
+
+/// A model without statements, for one whose signature cannot be used: calls of it compile, and
+/// add no other error.
+fn stand_in(vis: Visibility, name: Ident, arity: usize, error: Error) -> Model {
+    let types: Vec<_> = (0..arity).map(|i| format_ident!("__T{i}")).collect();
+    let arguments = types.iter().enumerate().map(|(i, ty)| Argument {
+        attrs: Vec::new(),
+        name: format_ident!("_{i}"),
+        colon: Default::default(),
+        ty: parse_quote!(#ty),
+    });
+    Model {
+        attrs: Vec::new(),
+        vis,
+        fn_token: Default::default(),
+        name,
+        generics: parse_quote!(<#(#types),*>),
+        arguments: arguments.collect(),
+        value: None,
+        body: Block::empty(),
+        errors: vec![error],
+    }
+}
+
+fn model(input: ParseStream, vis: &mut Visibility, name: &mut Option<Ident>) -> Result<Model> {
+    let mut errors = Vec::new();
+    let attrs = input.call(Attribute::parse_outer)?;
+    *vis = input.parse()?;
+    while input.peek(Token![async])
+        || input.peek(Token![const])
+        || input.peek(Token![unsafe])
+        || input.peek(Token![extern])
+    {
+        let qualifier: Ident = input.call(Ident::parse_any)?;
+        let _abi: Option<LitStr> = input.parse()?;
+        errors.push(at(&qualifier, errors::qualifier(&qualifier.to_string())));
+    }
+    if !input.peek(Token![fn]) {
+        return Err(input.error(errors::NO_FUNCTION));
+    }
+    let fn_token = input.parse()?;
+    let ident: Ident = input.parse()?;
+    *name = Some(ident.clone());
+    let mut generics: Generics = input.parse()?;
+    let mut arguments = arguments(input, &mut errors)?;
+    let mut value = match input.parse()? {
+        ReturnType::Type(_, ty) => Some(*ty),
+        ReturnType::Default => None,
+    };
+    match &mut value {
+        Some(ty) => {
+            if let Some(reference) = elided(ty) {
+                return Err(at(reference, errors::VALUE_REFERENCE));
+            }
+            let types = arguments.iter_mut().map(|argument| &mut argument.ty);
+            types.chain([ty]).for_each(|ty| NumberType.visit_type_mut(ty));
+        }
+        None => {
+            let mut types = arguments.iter().map(|argument| &argument.ty);
+            if let Some(found) = types.find_map(real) {
+                return Err(at(found, errors::REAL_DATA));
+            }
+        }
+    }
+    generics.where_clause = input.parse()?;
+    if !input.peek(token::Brace) {
+        return Err(input.error(errors::NO_BODY));
+    }
+    let (body, end) = ended(Reader::default().block(input)?, value.as_ref());
+    errors.extend(end.err());
+    let (vis, name) = (vis.clone(), ident);
+    Ok(Model { attrs, vis, fn_token, name, generics, arguments, value, body, errors })
+}
+
+fn arguments(input: ParseStream, errors: &mut Vec<Error>) -> Result<Vec<Argument>> {
+    let content;
+    parenthesized!(content in input);
+    let mut arguments = Vec::new();
+    while !content.is_empty() {
+        let ahead = content.fork();
+        if let Ok(receiver) = ahead.parse::<Receiver>() {
+            content.advance_to(&ahead);
+            errors.push(at(receiver, errors::SELF_ARGUMENT));
+        } else {
+            arguments.push(argument(&content, errors)?);
+        }
+        if !content.is_empty() {
+            content.parse::<Token![,]>()?;
+        }
+    }
+    Ok(arguments)
+}
+
+fn argument(input: ParseStream, errors: &mut Vec<Error>) -> Result<Argument> {
+    let attrs = input.call(Attribute::parse_outer)?;
+    let pat = Pat::parse_single(input)?;
+    let name = match pat {
+        Pat::Ident(pat) if pat.by_ref.is_none() && pat.subpat.is_none() => {
+            if let Some(mutability) = pat.mutability {
+                errors.push(at(mutability, errors::MUT_ARGUMENT));
+            }
+            pat.ident
+        }
+        other => return Err(at(other, errors::ARGUMENT_PATTERN)),
+    };
+    if !input.peek(Token![:]) {
+        return Err(at(&name, errors::argument_type(&name.to_string())));
+    }
+    let argument = Argument { attrs, name, colon: input.parse()?, ty: input.parse()? };
+    let mut refused = RefusedTypes(None);
+    refused.visit_type(&argument.ty);
+    match refused.0 {
+        Some(error) => Err(error),
+        None => Ok(argument),
+    }
+}
+
+/// Types that data cannot have.
+struct RefusedTypes(Option<Error>);
+
+impl<'a> Visit<'a> for RefusedTypes {
+    fn visit_type_impl_trait(&mut self, ty: &'a syn::TypeImplTrait) {
+        self.0 = Some(at(ty, errors::IMPL_TRAIT));
+    }
+
+    fn visit_type_reference(&mut self, ty: &'a syn::TypeReference) {
+        if ty.mutability.is_some() {
+            self.0 = Some(at(ty, errors::MUT_REFERENCE));
+        }
+        syn::visit::visit_type_reference(self, ty);
+    }
+
+    // what these take and return is not data of the model
+    fn visit_type_fn_ptr(&mut self, _: &'a syn::TypeFnPtr) {}
+    fn visit_parenthesized_generic_arguments(&mut self, _: &'a syn::ParenthesizedGenericArguments) {
+    }
+}
+
+/// Makes `Real` the number of the reading that a submodel runs in.
+struct NumberType;
+
+impl VisitMut for NumberType {
+    fn visit_type_mut(&mut self, ty: &mut Type) {
+        match ty {
+            Type::Path(path) if path.qself.is_none() && path.path.is_ident("Real") => {
+                let real = &path.path;
+                *ty = parse_quote_spanned!(path.span()=> ::ppl::#real<__S>);
+            }
+            _ => visit_mut::visit_type_mut(self, ty),
+        }
+    }
+}
+
+/// `Real` inside a type.
+fn real(ty: &Type) -> Option<Type> {
+    struct Find(Option<Type>);
+    impl<'a> Visit<'a> for Find {
+        fn visit_type(&mut self, ty: &'a Type) {
+            match ty {
+                Type::Path(path) if path.path.is_ident("Real") => self.0 = Some(ty.clone()),
+                _ => syn::visit::visit_type(self, ty),
+            }
+        }
+    }
+    let mut find = Find(None);
+    find.visit_type(ty);
+    find.0
+}
+
+/// A reference without a lifetime inside a type.
+fn elided(ty: &Type) -> Option<syn::TypeReference> {
+    struct Find(Option<syn::TypeReference>);
+    impl<'a> Visit<'a> for Find {
+        fn visit_type_reference(&mut self, ty: &'a syn::TypeReference) {
+            if ty.lifetime.is_none() {
+                self.0 = Some(ty.clone());
+            }
+        }
+        fn visit_type_fn_ptr(&mut self, _: &'a syn::TypeFnPtr) {}
+    }
+    let mut find = Find(None);
+    find.visit_type(ty);
+    find.0
+}
+
+/// Goes past a model that could not be read, and counts its arguments.
+fn skip(input: ParseStream) -> usize {
+    let mut arguments = None;
+    while let Ok(tree) = input.parse::<TokenTree>() {
+        match tree {
+            TokenTree::Group(group) if group.delimiter() == Delimiter::Brace => break,
+            TokenTree::Group(group) if group.delimiter() == Delimiter::Parenthesis => {
+                arguments.get_or_insert_with(|| count(group.stream()));
+            }
+            TokenTree::Punct(punct) if punct.as_char() == ';' => break,
+            _ => {}
+        }
+    }
+    arguments.unwrap_or_default()
+}
+
+/// The number of pieces between commas that are not inside `<…>`.
+fn count(arguments: TokenStream) -> usize {
+    let (mut count, mut depth, mut empty, mut last) = (0, 0, true, ' ');
+    for tree in arguments {
+        let character = match &tree {
+            TokenTree::Punct(punct) => punct.as_char(),
+            _ => ' ',
+        };
+        match character {
+            '<' => depth += 1,
+            '>' if last != '-' => depth -= 1,
+            _ => {}
+        }
+        let separates = character == ',' && depth == 0;
+        count += usize::from(empty && !separates);
+        empty = separates;
+        last = character;
+    }
+    count
+}

@@ -1,0 +1,360 @@
+//! The expressions of a statement as they will be written: arithmetic on unknowns becomes formulas
+//! that are differentiated as a whole.
+//!
+//! `a + b * x` is written as `operand(a) + operand(b) * x`: the operands decide by their types whether
+//! there is anything to differentiate, so that a name may be taken for an unknown that is none. As a
+//! parameter of a distribution a formula stays open, everywhere else it is closed to a number.
+
+use std::collections::{BTreeSet, HashSet};
+
+use quote::ToTokens;
+use syn::spanned::Spanned;
+use syn::visit_mut::{self, VisitMut};
+use syn::{Expr, ExprAssign, ExprBinary, Ident, Item, Macro, Stmt, Type, parse_quote_spanned};
+
+use super::calls;
+use super::literals;
+use super::refusals::{Place, refused, refused_reject};
+use crate::analyse::{Activity, Facts};
+use crate::syntax::expressions::{
+    binds_names, dot, is_arithmetic, is_assignment, is_function, is_type, operations,
+    without_assignment,
+};
+use crate::syntax::patterns::{bound_inside, bound_names};
+use crate::syntax::places::{has_index, root};
+use crate::syntax::tokens::mentions;
+
+/// Operations that one formula joins: the type of a longer one, as of a sum of a hundred terms, would
+/// pass rustc's limits. Its parts are numbers.
+const LONGEST: usize = 24;
+
+/// What a plate shares with all its iterations.
+pub(super) struct Shared {
+    /// Active names from outside that it does not bind anew.
+    pub(super) outer: HashSet<Ident>,
+    /// Those that are parameters of densities in it.
+    pub(super) used: BTreeSet<Ident>,
+}
+
+/// Writes the expressions of one statement.
+pub(super) struct Writer<'a> {
+    activity: &'a Activity,
+    facts: &'a Facts,
+    /// Whether arithmetic becomes formulas.
+    formulas: bool,
+    /// The plate around, if adjoints of what is outside can be summed up apart.
+    shared: Option<&'a mut Shared>,
+    is_recorded: bool,
+    closures: usize,
+    shadowed: Vec<Ident>,
+}
+
+impl<'a> Writer<'a> {
+    pub(super) fn new(
+        activity: &'a Activity,
+        facts: &'a Facts,
+        formulas: bool,
+        shared: Option<&'a mut Shared>,
+        is_recorded: bool,
+    ) -> Self {
+        let (closures, shadowed) = (0, Vec::new());
+        Self { activity, facts, formulas, shared, is_recorded, closures, shadowed }
+    }
+
+    /// For what is evaluated in a closure that the macro writes.
+    pub(super) fn inside_closure(mut self) -> Self {
+        self.closures = 1;
+        self
+    }
+
+    /// A value.
+    pub(super) fn value(&mut self, expr: &Expr) -> Expr {
+        let mut expr = expr.clone();
+        self.visit_expr_mut(&mut expr);
+        expr
+    }
+
+    /// A value that stays a formula.
+    pub(super) fn formula(&mut self, expr: &Expr) -> Expr {
+        let mut expr = expr.clone();
+        self.open(&mut expr);
+        expr
+    }
+
+    /// The right-hand side of `~`: arithmetic in its parameters stays open.
+    pub(super) fn distribution(&mut self, expr: &Expr) -> Expr {
+        let mut expr = expr.clone();
+        if self.formulas {
+            self.parameters(&mut expr);
+        } else {
+            self.visit_expr_mut(&mut expr);
+        }
+        expr
+    }
+
+    /// A statement of Rust.
+    pub(super) fn statement(&mut self, stmt: &Stmt) -> Stmt {
+        let mut stmt = stmt.clone();
+        self.visit_stmt_mut(&mut stmt);
+        stmt
+    }
+
+    fn parameters(&mut self, distribution: &mut Expr) {
+        if let Some(error) = refused(distribution, &self.place()) {
+            *distribution = calls::refused(&error);
+            return;
+        }
+        match distribution {
+            Expr::Paren(paren) => self.parameters(&mut paren.expr),
+            Expr::Group(group) => self.parameters(&mut group.expr),
+            Expr::MethodCall(call) => {
+                self.parameters(&mut call.receiver);
+                call.args.iter_mut().for_each(|argument| self.visit_expr_mut(argument));
+                self.visit_turbofish(call.turbofish.as_mut());
+            }
+            Expr::Call(call) if is_type(&call.func) => {
+                self.visit_expr_mut(&mut call.func);
+                for argument in &mut call.args {
+                    if self.activity.mentions(argument) && operations(argument) > 0 {
+                        self.open(argument);
+                    } else if let Some(shared) = self.shared(argument) {
+                        *argument = calls::operand(&shared);
+                    } else {
+                        self.visit_expr_mut(argument);
+                    }
+                }
+            }
+            other => self.visit_expr_mut(other),
+        }
+    }
+
+    fn visit_turbofish(&mut self, turbofish: Option<&mut syn::AngleBracketedGenericArguments>) {
+        if let Some(turbofish) = turbofish {
+            self.visit_angle_bracketed_generic_arguments_mut(turbofish);
+        }
+    }
+
+    /// Writes arithmetic over operands.
+    fn open(&mut self, expr: &mut Expr) {
+        if !self.activity.mentions(expr) {
+            return self.visit_expr_mut(expr);
+        }
+        match expr {
+            Expr::Paren(paren) => self.open(&mut paren.expr),
+            Expr::Group(group) => self.open(&mut group.expr),
+            Expr::Unary(unary) if matches!(unary.op, syn::UnOp::Neg(_)) => {
+                self.open(&mut unary.expr);
+            }
+            Expr::Binary(binary) if is_arithmetic(&binary.op) => {
+                self.open(&mut binary.left);
+                self.open(&mut binary.right);
+                if operations(expr) >= LONGEST {
+                    let part = calls::closed(expr, expr.span());
+                    *expr = calls::operand(&part);
+                }
+            }
+            Expr::MethodCall(call)
+                if is_function(call) && self.activity.mentions(&call.receiver) =>
+            {
+                self.open(&mut call.receiver);
+                let is_pow = call.method == "pow";
+                for argument in &mut call.args {
+                    match is_pow {
+                        true if operations(argument) > 0 => self.open(argument),
+                        true => {
+                            self.visit_expr_mut(argument);
+                            *argument = calls::operand(argument);
+                        }
+                        false => self.visit_expr_mut(argument),
+                    }
+                }
+            }
+            // of data; only its arguments may hold unknowns
+            Expr::MethodCall(call) if is_function(call) => {
+                self.visit_expr_mut(&mut call.receiver);
+                call.args.iter_mut().for_each(|argument| self.visit_expr_mut(argument));
+                *expr = calls::operand(expr);
+            }
+            other if dot(other).is_some() => self.dot(other),
+            other => {
+                self.part(other);
+                *other = calls::operand(other);
+            }
+        }
+    }
+
+    /// What is not arithmetic, in a formula.
+    fn part(&mut self, expr: &mut Expr) {
+        if let Some(shared) = self.shared(expr) {
+            *expr = shared;
+        } else if let Expr::Index(index) = expr
+            && !matches!(&*index.index, Expr::Range(_))
+            && !self.activity.mentions(&index.index)
+            && let Some(shared) = self.shared(&index.expr)
+        {
+            self.visit_expr_mut(&mut index.index);
+            // a literal finds the same element in every iteration
+            let is_literal = matches!(&*index.index, Expr::Lit(_));
+            *expr = calls::element(&shared, index, is_literal);
+        } else {
+            self.visit_expr_mut(expr);
+        }
+    }
+
+    /// `dot(data, &numbers)`, whose numbers may be shared.
+    fn dot(&mut self, expr: &mut Expr) {
+        let Expr::Call(call) = &mut *expr else { return };
+        let last = call.args.len().saturating_sub(1);
+        for (i, argument) in call.args.iter_mut().enumerate() {
+            if i == last
+                && let Expr::Reference(numbers) = argument
+                && let Some(shared) = self.shared(&numbers.expr)
+            {
+                *numbers.expr = shared;
+            } else {
+                self.visit_expr_mut(argument);
+            }
+        }
+        *expr = match self.facts.site.filter(|_| self.closures == 0) {
+            Some(site) => calls::dot(site, call),
+            None => calls::operand(expr),
+        };
+    }
+
+    /// A name from outside the plate, as the sum that its adjoint has there.
+    fn shared(&mut self, expr: &Expr) -> Option<Expr> {
+        let Expr::Path(path) = expr else { return None };
+        let name = path.path.get_ident()?;
+        let shared = self.shared.as_mut().filter(|shared| shared.outer.contains(name))?;
+        shared.used.insert(name.clone());
+        let shared = calls::shared_name(name);
+        Some(calls::finished(&shared))
+    }
+
+    fn place(&self) -> Place<'_> {
+        Place {
+            scope: &self.facts.scope,
+            in_closure: self.closures > 0,
+            shadowed: &self.shadowed,
+            is_recorded: self.is_recorded,
+        }
+    }
+
+    fn reject(&self, mac: &Macro) -> Expr {
+        match (refused_reject(mac, &self.place()), self.facts.site) {
+            (Some(error), _) => calls::refused(&error),
+            (None, site) => calls::reject(site.unwrap_or_default(), mac),
+        }
+    }
+
+    /// `name += …` as `name = …`, a formula.
+    fn step(&mut self, expr: &mut Expr) -> bool {
+        let Expr::Binary(ExprBinary { attrs, left, op, right }) = expr else { return false };
+        let Some(plain) = without_assignment(op).filter(|_| matches!(&**left, Expr::Path(_)))
+        else {
+            return false;
+        };
+        if !self.formulas || !(self.activity.mentions(left) || self.activity.mentions(right)) {
+            return false;
+        }
+        let span = right.span();
+        self.open(right);
+        *expr = Expr::Assign(ExprAssign {
+            attrs: std::mem::take(attrs),
+            left: left.clone(),
+            eq_token: Default::default(),
+            right: Box::new(calls::closed(&calls::step(left, plain, right), span)),
+        });
+        true
+    }
+}
+
+/// Whether an element is changed of what the right side mentions. All else stays as it is written.
+fn reads_what_it_changes(binary: &ExprBinary) -> bool {
+    let ExprBinary { left, op, right, .. } = binary;
+    is_assignment(op)
+        && has_index(left)
+        && root(left).is_some_and(|root| mentions(right.to_token_stream(), &|name| *name == root))
+}
+
+impl VisitMut for Writer<'_> {
+    fn visit_expr_mut(&mut self, expr: &mut Expr) {
+        if let Expr::Macro(call) = expr
+            && call.mac.path.is_ident("reject")
+        {
+            *expr = self.reject(&call.mac);
+            return;
+        }
+        if let Some(error) = refused(expr, &self.place()) {
+            *expr = calls::refused(&error);
+            return;
+        }
+        if binds_names(expr) && self.shared.is_some() {
+            let shared = self.shared.take();
+            self.visit_expr_mut(expr);
+            self.shared = shared;
+            return;
+        }
+        if literals::can_align(expr) && self.activity.mentions(expr) {
+            literals::align(expr);
+        }
+        let (closures, shadowed) = (self.closures, self.shadowed.len());
+        if binds_names(expr) {
+            self.shadowed.extend(bound_inside(expr));
+        }
+        self.closures += usize::from(matches!(expr, Expr::Closure(_) | Expr::Async(_)));
+        if self.step(expr) {
+            return;
+        }
+        let is_formula = dot(expr).is_some() || operations(expr) > 1;
+        if self.formulas && is_formula && self.activity.mentions(expr) {
+            let span = expr.span();
+            self.open(expr);
+            *expr = calls::closed(expr, span);
+            return;
+        }
+        let is_update = matches!(&*expr, Expr::Binary(binary) if reads_what_it_changes(binary));
+        visit_mut::visit_expr_mut(self, expr);
+        (self.closures, _) = (closures, self.shadowed.truncate(shadowed));
+        match expr {
+            Expr::Binary(binary) if is_update => *expr = calls::right_side_first(binary),
+            Expr::Try(attempt) if self.closures == 0 => {
+                *expr = calls::located(self.facts.site.unwrap_or_default(), attempt);
+            }
+            _ => {}
+        }
+    }
+
+    fn visit_stmt_mut(&mut self, stmt: &mut Stmt) {
+        match stmt {
+            Stmt::Macro(call) if call.mac.path.is_ident("reject") => {
+                *stmt = Stmt::Expr(self.reject(&call.mac), Some(Default::default()));
+                return;
+            }
+            Stmt::Local(local) => {
+                let is_changed = |name: &Ident| self.activity.is_changed(name);
+                if let Some(init) = &mut local.init
+                    && bound_names(&local.pat).iter().any(is_changed)
+                {
+                    literals::begin(&local.pat, &mut init.expr);
+                }
+            }
+            _ => {}
+        }
+        visit_mut::visit_stmt_mut(self, stmt);
+    }
+
+    /// `Real` is the number of the reading here as it is in signatures of submodels.
+    fn visit_type_mut(&mut self, ty: &mut Type) {
+        match ty {
+            Type::Path(path) if path.qself.is_none() && path.path.is_ident("Real") => {
+                let real = &path.path;
+                *ty = parse_quote_spanned!(path.span()=> #real<_>);
+            }
+            _ => visit_mut::visit_type_mut(self, ty),
+        }
+    }
+
+    // functions inside a model are functions of their own
+    fn visit_item_mut(&mut self, _: &mut Item) {}
+}

@@ -1,0 +1,57 @@
+//! The names that patterns bind.
+
+use syn::visit::{self, Visit};
+use syn::{Expr, Ident, Pat, PatIdent};
+
+/// The names that a pattern binds.
+pub(crate) fn bound_names(pat: &Pat) -> Vec<Ident> {
+    idents(pat, |_| true)
+}
+
+/// Those that are variables: what a name that is none refers to, where it can be changed, lies
+/// elsewhere.
+pub(crate) fn variables(pat: &Pat) -> Vec<Ident> {
+    idents(pat, |pat| pat.mutability.is_some() && pat.by_ref.is_none())
+}
+
+fn idents(pat: &Pat, asked: fn(&PatIdent) -> bool) -> Vec<Ident> {
+    struct Names(Vec<Ident>, fn(&PatIdent) -> bool);
+    impl<'a> Visit<'a> for Names {
+        fn visit_pat_ident(&mut self, pat: &'a PatIdent) {
+            // a capital letter is a constant or a variant
+            if !pat.ident.to_string().starts_with(char::is_uppercase) && self.1(pat) {
+                self.0.push(pat.ident.clone());
+            }
+            visit::visit_pat_ident(self, pat);
+        }
+    }
+    let mut names = Names(Vec::new(), asked);
+    names.visit_pat(pat);
+    names.0
+}
+
+/// The names that `if let` conditions bind.
+pub(crate) fn bound_by_condition(condition: &Expr) -> Vec<Ident> {
+    match condition {
+        Expr::Let(binding) => bound_names(&binding.pat),
+        Expr::Binary(both) => {
+            let mut names = bound_by_condition(&both.left);
+            names.extend(bound_by_condition(&both.right));
+            names
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// The names that are bound inside an expression, wherever in it.
+pub(crate) fn bound_inside(expr: &Expr) -> Vec<Ident> {
+    struct Inside(Vec<Ident>);
+    impl<'a> Visit<'a> for Inside {
+        fn visit_pat(&mut self, pat: &'a Pat) {
+            self.0.extend(bound_names(pat));
+        }
+    }
+    let mut inside = Inside(Vec::new());
+    inside.visit_expr(expr);
+    inside.0
+}

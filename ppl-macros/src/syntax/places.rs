@@ -1,0 +1,72 @@
+//! Places: variables, their fields and elements.
+
+use syn::ext::IdentExt;
+use syn::{Expr, Ident, Member, Result, UnOp};
+
+use crate::errors::{self, at};
+
+/// Something that can stand on the left of `~`, or be changed.
+pub(crate) struct Place {
+    /// The variable that it belongs to.
+    pub(crate) root: Ident,
+    /// In results: with its fields, without indices.
+    pub(crate) name: String,
+    /// Whether it is an entry of something.
+    pub(crate) is_entry: bool,
+    /// Whether it is named by its path in a module.
+    pub(crate) is_path: bool,
+}
+
+pub(crate) fn place(expr: &Expr) -> Result<Place> {
+    match expr {
+        Expr::Path(path) if path.qself.is_none() => {
+            let root = path.path.segments.last().map(|segment| &segment.ident);
+            let root = root.ok_or_else(|| at(expr, errors::NOT_A_PLACE))?;
+            Ok(Place {
+                root: root.clone(),
+                name: root.unraw().to_string(),
+                is_entry: false,
+                is_path: path.path.get_ident().is_none(),
+            })
+        }
+        Expr::Field(field) => {
+            let mut place = place(&field.base)?;
+            place.name.push('.');
+            match &field.member {
+                Member::Named(name) => place.name.push_str(&name.unraw().to_string()),
+                Member::Unnamed(index) => place.name.push_str(&index.index.to_string()),
+            }
+            Ok(place)
+        }
+        Expr::Index(index) => Ok(Place { is_entry: true, ..place(&index.expr)? }),
+        Expr::Unary(unary) if matches!(unary.op, UnOp::Deref(_)) => place(&unary.expr),
+        Expr::Paren(paren) => place(&paren.expr),
+        Expr::Group(group) => place(&group.expr),
+        _ => Err(at(expr, errors::NOT_A_PLACE)),
+    }
+}
+
+/// The variable that a place belongs to.
+pub(crate) fn root(expr: &Expr) -> Option<Ident> {
+    place(expr).ok().map(|place| place.root)
+}
+
+/// The variable, if that is all of the place.
+pub(crate) fn plain_name(place: &Expr) -> Option<&Ident> {
+    match place {
+        Expr::Path(path) => path.path.get_ident(),
+        _ => None,
+    }
+}
+
+/// Whether there is an index in the place.
+pub(crate) fn has_index(place: &Expr) -> bool {
+    match place {
+        Expr::Index(_) => true,
+        Expr::Field(field) => has_index(&field.base),
+        Expr::Unary(unary) if matches!(unary.op, UnOp::Deref(_)) => has_index(&unary.expr),
+        Expr::Paren(paren) => has_index(&paren.expr),
+        Expr::Group(group) => has_index(&group.expr),
+        _ => false,
+    }
+}

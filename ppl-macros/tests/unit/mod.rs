@@ -1,0 +1,4 @@
+//! Tests that need to see inside the macro.
+
+mod expansions;
+mod fuzz;

@@ -1,0 +1,261 @@
+//! The evaluation context that a log density is, over any kind of number.
+
+use crate::backend::Backend;
+use crate::density::Rejection;
+use crate::distribution::{Distribution, Unknown};
+use crate::model::{Context, Model};
+use crate::real::Real;
+use crate::site::Site;
+use crate::terms::{Settled, Statement, Terms};
+
+/// Sufficient statistics of observations that share their parameters.
+pub(crate) type Pool = Box<[f64]>;
+
+/// Where pools come from, in the order in which the model comes to them.
+pub(crate) enum Pools<'p> {
+    /// The data were bound: every point runs the same statements.
+    Found(std::slice::Iter<'p, Pool>),
+    /// To be found at every point, in this memory.
+    Anew(&'p mut Vec<f64>),
+}
+
+/// Evaluates the log density. Without `JACOBIAN` it is the density over constrained values.
+pub(crate) struct Density<'p, L, const JACOBIAN: bool> {
+    pub(crate) backend: L,
+    pools: Pools<'p>,
+}
+
+impl<'p, L: Backend, const JACOBIAN: bool> Density<'p, L, JACOBIAN> {
+    #[inline(always)]
+    pub(crate) fn new(backend: L, pools: Pools<'p>) -> Self {
+        Self { backend, pools }
+    }
+
+    /// Runs the model over all coordinates: one that it left unread would have a flat density.
+    #[inline(always)]
+    pub(crate) fn read(&mut self, model: &impl Model) -> Result<(), Rejection> {
+        model.run(self)?;
+        if self.backend.take(1).is_some() {
+            return Err(varying_dimension("the model stops asking before the last coordinate"));
+        }
+        Ok(())
+    }
+
+    /// To take the terms of a statement.
+    #[inline(always)]
+    fn terms(&self) -> L::Terms {
+        L::Terms::empty(self.backend.drop_constants())
+    }
+
+    #[inline(always)]
+    fn add(&mut self, site: &Site, terms: L::Terms) -> Result<(), Rejection> {
+        if !terms.is_finite() {
+            return Err(not_finite(site, || terms.total()));
+        }
+        self.backend.add(terms);
+        Ok(())
+    }
+}
+
+impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
+    type Number = L::Number;
+
+    #[inline(always)]
+    fn unknown<D: Unknown<Real<L::Number>>>(
+        &mut self,
+        site: &'static Site,
+        distribution: D,
+    ) -> Result<D::Value, Rejection> {
+        let dim = distribution.dim();
+        let Some(own) = self.backend.take(dim) else { return Err(too_few_coordinates(site)) };
+        let (mut terms, mut taken) = (self.terms(), 0);
+        let mut next = || {
+            taken += 1;
+            Real(self.backend.coordinate(&own, taken - 1))
+        };
+        let value = distribution.constrain(&mut next, JACOBIAN, &mut terms);
+        if taken != dim {
+            return Err(other_dimension(site, dim));
+        }
+        self.add(site, terms)?;
+        Ok(value)
+    }
+
+    #[inline(always)]
+    fn observe<D: Distribution<Real<L::Number>>>(
+        &mut self,
+        site: &'static Site,
+        datum: D::Value,
+        distribution: D,
+    ) -> Result<(), Rejection> {
+        let mut terms = self.terms();
+        distribution.add_terms(&datum, &mut terms);
+        self.add(site, terms)
+    }
+
+    #[inline(always)]
+    fn observe_summarised<D: Distribution<Real<L::Number>>>(
+        &mut self,
+        site: &'static Site,
+        distribution: &D,
+    ) -> Result<bool, Rejection> {
+        let (true, Pools::Found(pools)) = (D::SUMMARISES, &mut self.pools) else {
+            return Ok(false);
+        };
+        let Some(sums) = pools.next() else { return Err(one_pool_more(site)) };
+        let mut terms = self.terms();
+        distribution.add_pooled_terms(sums, &mut terms);
+        self.add(site, terms)?;
+        Ok(true)
+    }
+
+    #[inline(always)]
+    fn observe_in_loop<D: Distribution<Real<L::Number>>>(
+        &mut self,
+        site: &'static Site,
+        datum: D::Value,
+        distribution: D,
+        total: &mut Settled,
+    ) -> Result<(), Rejection> {
+        if let Some(terms) = L::Terms::within(total) {
+            distribution.add_terms(&datum, terms);
+            return Ok(());
+        }
+        self.observe(site, datum, distribution)
+    }
+
+    #[inline(always)]
+    fn total(&self) -> Settled {
+        Statement::<Real<L::Number>>::empty(self.backend.drop_constants())
+    }
+
+    #[inline(always)]
+    fn add_total(&mut self, site: &'static Site, total: Settled) -> Result<(), Rejection> {
+        if !total.is_finite() {
+            return Err(not_finite(site, || total.total()));
+        }
+        self.backend.add_all(total);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn observe_all<D, I>(
+        &mut self,
+        site: &'static Site,
+        data: I,
+        distribution: D,
+    ) -> Result<(), Rejection>
+    where
+        D: Distribution<Real<L::Number>, Value = I::Item>,
+        I: Iterator,
+    {
+        if !D::POOLS {
+            let mut total = self.total();
+            for datum in data {
+                self.observe_in_loop(site, datum, distribution.clone(), &mut total)?;
+            }
+            return self.add_total(site, total);
+        }
+        let mut terms = self.terms();
+        let sums = match &mut self.pools {
+            Pools::Found(pools) => match pools.next() {
+                Some(sums) => &**sums,
+                None => return Err(one_pool_more(site)),
+            },
+            Pools::Anew(sums) => {
+                sums.clear();
+                D::sum_up(data, sums);
+                sums.as_slice()
+            }
+        };
+        distribution.add_pooled_terms(sums, &mut terms);
+        self.add(site, terms)
+    }
+
+    #[inline(always)]
+    fn factor(&mut self, site: &'static Site, weight: Real<L::Number>) -> Result<(), Rejection> {
+        let mut terms = self.terms();
+        terms.add_number(weight);
+        self.add(site, terms)
+    }
+
+    #[inline(always)]
+    fn mark(&self) -> usize {
+        self.backend.mark()
+    }
+
+    #[inline(always)]
+    fn unwind(&mut self, mark: usize) {
+        self.backend.unwind(mark);
+    }
+
+    fn predict<D: Distribution<Real<L::Number>>>(
+        &mut self,
+        site: &'static Site,
+        _: D,
+    ) -> Result<D::Value, Rejection> {
+        Err(unpredictable(site))
+    }
+}
+
+/// Rejections are made where they are returned, and only what they say elsewhere: a compiler that
+/// sees their kind knows that the statements which follow have numbers on the same tape, all of
+/// them; where it only sees memory it would have to ask each.
+#[inline(always)]
+fn fatal(message: impl FnOnce() -> String) -> Rejection {
+    Rejection::Fatal { message: elsewhere(message) }
+}
+
+#[cold]
+#[inline(never)]
+fn elsewhere<T>(f: impl FnOnce() -> T) -> T {
+    f()
+}
+
+#[inline(always)]
+fn not_finite(site: &Site, value: impl FnOnce() -> f64) -> Rejection {
+    Rejection::NotFinite { place: site.place, value: elsewhere(value) }
+}
+
+#[inline(always)]
+pub(crate) fn unpredictable(site: &Site) -> Rejection {
+    fatal(|| format!("{}: predictions need `if cx.predicts()` around them", site.place))
+}
+
+#[inline(always)]
+fn one_pool_more(site: &Site) -> Rejection {
+    fatal(|| {
+        format!(
+            "{}: the model observes more often than when its data were bound; make that a matter of \
+             data",
+            site.place
+        )
+    })
+}
+
+#[inline(always)]
+pub(crate) fn too_few_coordinates(site: &Site) -> Rejection {
+    fatal(|| dimension_varies(&format!("{} asks for more than the point has", site.place)))
+}
+
+#[inline(always)]
+fn other_dimension(site: &Site, dim: usize) -> Rejection {
+    fatal(|| {
+        format!(
+            "{}: its distribution takes another number of coordinates than its `dim()`, {dim}",
+            site.place
+        )
+    })
+}
+
+#[inline(always)]
+pub(crate) fn varying_dimension(found: &str) -> Rejection {
+    fatal(|| dimension_varies(found))
+}
+
+fn dimension_varies(found: &str) -> String {
+    format!(
+        "the number of unknowns depends on the values of unknowns, or the point has another length \
+         than `dim()`: {found}; make the size of the model a matter of data"
+    )
+}
