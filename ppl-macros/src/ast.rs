@@ -38,6 +38,16 @@ impl Block {
     pub(crate) fn empty() -> Self {
         Self { brace: Default::default(), statements: Vec::new() }
     }
+
+    /// This block and all those inside, the outer ones first.
+    pub(crate) fn nested(&self) -> Vec<&Block> {
+        let mut blocks = vec![self];
+        for statement in &self.statements {
+            let inside = statement.flow().into_iter().flat_map(Flow::blocks);
+            blocks.extend(inside.flat_map(Block::nested));
+        }
+        blocks
+    }
 }
 
 /// By which analyses speak of a statement.
@@ -59,6 +69,18 @@ pub(crate) struct Statement {
     pub(crate) text: String,
     /// Where it begins.
     pub(crate) span: Span,
+}
+
+impl Statement {
+    /// Control flow that it is, or that its value comes from.
+    pub(crate) fn flow(&self) -> Option<&Flow> {
+        match &self.kind {
+            Kind::Flow(flow)
+            | Kind::Let { init: Some(Init::Flow(_, flow)), .. }
+            | Kind::End(Init::Flow(_, flow)) => Some(flow),
+            _ => None,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
@@ -124,6 +146,22 @@ pub(crate) enum Flow {
     Block(Block),
 }
 
+impl Flow {
+    /// The blocks directly inside.
+    pub(crate) fn blocks(&self) -> Vec<&Block> {
+        match self {
+            Flow::For(plate) => vec![&plate.body],
+            Flow::If { then, otherwise, .. } => {
+                let mut blocks = vec![then];
+                blocks.extend(otherwise.iter().flat_map(|(_, flow)| flow.blocks()));
+                blocks
+            }
+            Flow::Match { arms, .. } => arms.iter().filter_map(Arm::block).collect(),
+            Flow::Block(block) => vec![block],
+        }
+    }
+}
+
 #[derive(Clone)]
 pub(crate) struct For {
     pub(crate) label: Option<Label>,
@@ -140,6 +178,15 @@ pub(crate) struct Arm {
     pub(crate) guard: Option<(Token![if], Expr)>,
     pub(crate) arrow: Token![=>],
     pub(crate) body: ArmBody,
+}
+
+impl Arm {
+    fn block(&self) -> Option<&Block> {
+        match &self.body {
+            ArmBody::Block(block) => Some(block),
+            ArmBody::Value(_) => None,
+        }
+    }
 }
 
 #[derive(Clone)]

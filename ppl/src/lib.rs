@@ -117,7 +117,7 @@ mod words;
 pub use bound::{Bound, Workspace};
 pub use coordinates::Coordinates;
 pub use density::{DomainError, LogDensity, Place, Rejection};
-pub use differentiable::{Differentiable, Forward, Generic};
+pub use differentiable::{Differentiable, DynDifferentiable, Forward, Generic};
 pub use distribution::*;
 pub use dot::dot;
 pub use dual::Dual;
@@ -157,7 +157,7 @@ pub use warnings::{Warning, WarningKind};
 
 /// The language of models: distributions, their variations, and what expressions need.
 pub mod prelude {
-    pub use crate::differentiable::Differentiable;
+    pub use crate::differentiable::{Differentiable, DynDifferentiable};
     pub use crate::distribution::*;
     pub use crate::dot::dot;
     pub use crate::ln_sum_exp::ln_sum_exp;

@@ -1,7 +1,5 @@
 //! The polynomial chaos expansion with sizes known at run time: terms, guard, evaluation.
 
-use ppl::Scalar;
-
 use crate::dataset::{Input, check_count, check_distinct, check_name};
 use crate::error::SurrogateError;
 use crate::legendre::{MAX_ORDER, legendre, norm};
@@ -233,30 +231,5 @@ impl DynPce {
             (0..=self.degree).map(|k| [norm(k) * p[k][0], norm(k) * p[k][1] * slope]).collect()
         };
         self.inputs.iter().zip(x).map(polynomials).collect()
-    }
-
-    /// The outputs on any [`Scalar`], for a model in `ppl`; NaN where [`Self::position`] is an error, so
-    /// that a model which uses the value there rejects the point.
-    ///
-    /// ```
-    /// use surrogate::{DynPce, Input};
-    /// let x = Input::new("x", 0.0, 10.0)?;
-    /// let terms = [(vec![0], vec![2.0]), (vec![1], vec![1.0])];
-    /// let pce = DynPce::from_terms(vec![x], vec!["f".into()], terms)?;
-    /// assert_eq!(pce.at(&[7.5]), pce.value(&[7.5])?);
-    /// assert!(pce.at(&[70.0])[0].is_nan());
-    /// # Ok::<(), surrogate::SurrogateError>(())
-    /// ```
-    pub fn at<S: Scalar>(&self, x: &[S]) -> Vec<S> {
-        let point: Vec<f64> = x.iter().map(|x| x.value()).collect();
-        let m = self.outputs.len();
-        if !S::DIFFERENTIABLE {
-            let value = self.value(&point).unwrap_or_else(|_| vec![f64::NAN; m]);
-            return value.into_iter().map(S::from).collect();
-        }
-        let outside = |_| (vec![f64::NAN; m], vec![vec![0.0; x.len()]; m]);
-        let (value, jacobian) = self.value_and_jacobian(&point).unwrap_or_else(outside);
-        let outputs = value.into_iter().zip(jacobian);
-        outputs.map(|(value, row)| S::fuse_iter(value, x.iter().copied().zip(row))).collect()
     }
 }

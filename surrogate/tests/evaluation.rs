@@ -3,7 +3,7 @@
 use std::ops::{Add, Mul};
 
 use approx::assert_relative_eq;
-use ppl::{Differentiable, Dual, Scalar};
+use ppl::{Differentiable, Dual, DynDifferentiable, Scalar};
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use surrogate::{BoxPosition, DynPce, Input, Pce, SurrogateError};

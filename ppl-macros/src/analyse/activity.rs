@@ -73,45 +73,23 @@ impl Activity {
         self.overwritten.contains(&statement)
     }
 
-    fn find_begins(&mut self, block: &Block) {
-        for (i, statement) in block.statements.iter().enumerate() {
-            match &statement.kind {
-                Kind::Let { pat: Pat::Ident(pat), init: Some(Init::Value { .. }), .. }
-                | Kind::Let { pat: Pat::Ident(pat), init: None, .. }
-                    if self.is_changed(&pat.ident) =>
-                {
-                    let mut after = Self { active: self.active.clone(), ..Self::default() };
-                    after.read(&block.statements[i + 1..]);
-                    if after.changed.contains(&pat.ident) {
-                        self.begins.insert(statement.id);
-                    }
-                    if after.assigned.contains(&pat.ident) {
-                        self.overwritten.insert(statement.id);
-                    }
+    /// Which declarations begin what is changed after them.
+    fn find_begins(&mut self, body: &Block) {
+        for block in body.nested() {
+            for (i, statement) in block.statements.iter().enumerate() {
+                let Kind::Let { pat: Pat::Ident(pat), .. } = &statement.kind else { continue };
+                if !self.is_changed(&pat.ident) {
+                    continue;
                 }
-                Kind::Flow(flow)
-                | Kind::Let { init: Some(Init::Flow(_, flow)), .. }
-                | Kind::End(Init::Flow(_, flow)) => self.find_begins_in(flow),
-                _ => {}
-            }
-        }
-    }
-
-    fn find_begins_in(&mut self, flow: &Flow) {
-        match flow {
-            Flow::For(plate) => self.find_begins(&plate.body),
-            Flow::If { then, otherwise, .. } => {
-                self.find_begins(then);
-                otherwise.iter().for_each(|(_, flow)| self.find_begins_in(flow));
-            }
-            Flow::Match { arms, .. } => {
-                for arm in arms {
-                    if let ArmBody::Block(block) = &arm.body {
-                        self.find_begins(block);
-                    }
+                let mut after = Self { active: self.active.clone(), ..Self::default() };
+                after.read(&block.statements[i + 1..]);
+                if after.changed.contains(&pat.ident) {
+                    self.begins.insert(statement.id);
+                }
+                if after.assigned.contains(&pat.ident) {
+                    self.overwritten.insert(statement.id);
                 }
             }
-            Flow::Block(block) => self.find_begins(block),
         }
     }
 

@@ -7,7 +7,7 @@ use syn::{Expr, Ident, Pat};
 
 use super::activity::Activity;
 use super::writes::{Inside, writes_outside};
-use crate::ast::{ArmBody, Block, Flow, For, Id, Init, Kind};
+use crate::ast::{Block, Flow, For, Id, Kind};
 use crate::syntax::expressions::is_consumed;
 use crate::syntax::tokens::mentions;
 
@@ -23,58 +23,20 @@ pub(crate) struct Plate {
 
 /// Those of a body, by their statements.
 pub(crate) fn plates(body: &Block, activity: &Activity) -> HashMap<Id, Plate> {
-    let mut found = Plates { activity, plates: HashMap::new() };
-    found.block(body);
-    found.plates
+    let statements = body.nested().into_iter().flat_map(|block| &block.statements);
+    let loops = statements.filter_map(|statement| match &statement.kind {
+        Kind::Flow(Flow::For(plate)) => Some((statement.id, known(plate, activity))),
+        _ => None,
+    });
+    loops.collect()
 }
 
-struct Plates<'a> {
-    activity: &'a Activity,
-    plates: HashMap<Id, Plate>,
-}
-
-impl Plates<'_> {
-    fn block(&mut self, block: &Block) {
-        for statement in &block.statements {
-            match &statement.kind {
-                Kind::Flow(Flow::For(plate)) => {
-                    self.plates.insert(statement.id, self.plate(plate));
-                    self.block(&plate.body);
-                }
-                Kind::Flow(flow)
-                | Kind::Let { init: Some(Init::Flow(_, flow)), .. }
-                | Kind::End(Init::Flow(_, flow)) => self.flow(flow),
-                _ => {}
-            }
-        }
-    }
-
-    fn flow(&mut self, flow: &Flow) {
-        match flow {
-            Flow::For(_) => {}
-            Flow::If { then, otherwise, .. } => {
-                self.block(then);
-                otherwise.iter().for_each(|(_, flow)| self.flow(flow));
-            }
-            Flow::Match { arms, .. } => {
-                for arm in arms {
-                    if let ArmBody::Block(block) = &arm.body {
-                        self.block(block);
-                    }
-                }
-            }
-            Flow::Block(block) => self.block(block),
-        }
-    }
-
-    fn plate(&self, plate: &For) -> Plate {
-        let is_pooled = !self.activity.mentions(&plate.iter)
-            && !is_consumed(&plate.iter)
-            && observes_all_alike(plate);
-        let inside = Inside::of(plate);
-        let unwinds = !is_pooled && !inside.jumps_out() && !writes_outside(plate);
-        Plate { is_pooled, unwinds, bound: inside.bound }
-    }
+fn known(plate: &For, activity: &Activity) -> Plate {
+    let is_pooled =
+        !activity.mentions(&plate.iter) && !is_consumed(&plate.iter) && observes_all_alike(plate);
+    let inside = Inside::of(plate);
+    let unwinds = !is_pooled && !inside.jumps_out() && !writes_outside(plate);
+    Plate { is_pooled, unwinds, bound: inside.bound }
 }
 
 /// Whether the body is `y ~ D` alone, with `y` the loop's own and not in `D`.

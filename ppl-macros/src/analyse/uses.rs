@@ -6,7 +6,7 @@ use quote::ToTokens;
 use syn::{Expr, Ident, Pat};
 
 use super::activity::Activity;
-use crate::ast::{ArmBody, Block, Flow, Id, Init, Kind, Mark, Statement};
+use crate::ast::{Block, Id, Init, Kind, Mark, Statement};
 use crate::syntax::expressions::{is_function, is_type, operations};
 use crate::syntax::patterns::bound_names;
 use crate::syntax::tokens::{count, mentions};
@@ -23,46 +23,20 @@ pub(crate) struct Uses {
 impl Uses {
     pub(crate) fn of(body: &Block, activity: &Activity) -> Self {
         let mut uses = Self::default();
-        uses.block(body, activity);
-        uses
-    }
-
-    fn block(&mut self, block: &Block, activity: &Activity) {
-        for (i, statement) in block.statements.iter().enumerate() {
-            let after = &block.statements[i + 1..];
-            if let Some((_, value)) = used_once(&statement.kind, after)
-                && activity.mentions(value)
-            {
-                self.once.insert(statement.id);
-            }
-            if is_only_recorded(statement, after) {
-                self.never.insert(statement.id);
-            }
-            match &statement.kind {
-                Kind::Flow(flow)
-                | Kind::Let { init: Some(Init::Flow(_, flow)), .. }
-                | Kind::End(Init::Flow(_, flow)) => self.flow(flow, activity),
-                _ => {}
-            }
-        }
-    }
-
-    fn flow(&mut self, flow: &Flow, activity: &Activity) {
-        match flow {
-            Flow::For(plate) => self.block(&plate.body, activity),
-            Flow::If { then, otherwise, .. } => {
-                self.block(then, activity);
-                otherwise.iter().for_each(|(_, flow)| self.flow(flow, activity));
-            }
-            Flow::Match { arms, .. } => {
-                for arm in arms {
-                    if let ArmBody::Block(block) = &arm.body {
-                        self.block(block, activity);
-                    }
+        for block in body.nested() {
+            for (i, statement) in block.statements.iter().enumerate() {
+                let after = &block.statements[i + 1..];
+                if let Some((_, value)) = used_once(&statement.kind, after)
+                    && activity.mentions(value)
+                {
+                    uses.once.insert(statement.id);
+                }
+                if is_only_recorded(statement, after) {
+                    uses.never.insert(statement.id);
                 }
             }
-            Flow::Block(block) => self.block(block, activity),
         }
+        uses
     }
 }
 

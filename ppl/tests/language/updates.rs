@@ -51,7 +51,7 @@ ppl::model! {
         let m ~ Normal(0.0, 1.0).array::<2>();
         let pair: [Real; 2] = [m[0], m[1] * 2.0];
         let twice = |x: Real| -> Real { x * 2.0 };
-        let both = pair.iter().map(|m| *m).sum::<Real>();
+        let both = pair.iter().copied().sum::<Real>();
         fn half<S: Scalar>(x: Real<S>) -> Real<S> {
             x / 2.0
         }
