@@ -425,19 +425,5 @@ impl<S: Scalar> Datum<S> for f64 {
     }
 }
 
-/// Numbers with these values and partials, one by one.
-#[inline(always)]
-pub(crate) fn each<S: Scalar, const D: usize, const M: usize>(
-    values: [f64; M],
-    arguments: [S; D],
-    jacobian: [[f64; D]; M],
-) -> [S; M] {
-    let mut numbers = [S::from(0.0); M];
-    for m in 0..M {
-        numbers[m] = S::fuse(values[m], arguments, jacobian[m]);
-    }
-    numbers
-}
-
 #[cfg(test)]
 mod tests;
