@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::error::StepFailure;
 use crate::fields::Fields;
-use crate::operator::{Coupling, Increment, Layout, MatrixFree, NONE, Residual, Span};
+use crate::operator::{Coupling, Increment, Layout, NONE, Residual, StepContext, product};
 use crate::problem::Problem;
 
 /// Seconds for each part of a Newton iteration, the least of several repetitions.
@@ -54,7 +54,7 @@ pub fn time_parts(
     let increment = Increment {
         materials: &problem.points,
         fields: &fields,
-        span: Span::new(&fields.damage, 0.01),
+        context: StepContext::new(&fields.damage, 0.01),
     };
     let operator = domain.operator.as_ref();
     let mut linear = domain.linear.solver(operator);
@@ -85,10 +85,11 @@ pub fn time_product(
 ) -> Result<ProductTimes, StepFailure> {
     let domain = &problem.discretisation;
     let fields = compressed(problem.nodes());
-    let span = Span::new(&fields.damage, 0.01);
-    let increment = Increment { materials: &problem.points, fields: &fields, span };
+    let context = StepContext::new(&fields.damage, 0.01);
+    let increment = Increment { materials: &problem.points, fields: &fields, context };
     let operator = domain.operator.as_ref();
-    let mut tangent = MatrixFree::<f64>::new(Arc::new(Layout::new(operator, domain.nodes())));
+    let geometry = operator.domain();
+    let mut tangent = product(Arc::new(Layout::new(geometry)), geometry.tets());
     tangent.linearise(operator, &increment, Coupling::Full)?;
     let linearise_s = least(clock, repetitions.min(3), || {
         tangent.linearise(operator, &increment, Coupling::Full).is_ok()
@@ -96,7 +97,7 @@ pub fn time_product(
     let x: Vec<_> =
         domain.nodes().iter().map(|x| [x[0] * x[1], x[1] * x[2], x[2] * x[0], x[2]]).collect();
     let mut y = vec![[0.0; 4]; domain.nodes().len()];
-    let apply_s = least(clock, repetitions, || tangent.multiply(&x, &mut y));
+    let apply_s = least(clock, repetitions, || tangent.apply(&x, &mut y));
     Ok(ProductTimes { linearise_s, apply_s, bytes: tangent.bytes() })
 }
 

@@ -96,7 +96,7 @@ pub use file::write_atomically;
 pub use material::{
     CrackDensity, DamageQuadrature, Elasticity, Fracture, HyperelasticLaw, Irreversibility,
     Material, MooneyRivlin, Ogden, PhaseField, PrincipalStrain, SaintVenantKirchhoff, Split,
-    UserLaw,
+    UserLaw, assert_material,
 };
 pub use mesh::{CylinderLattice, LatticeError, Quality, TetMesh, gmsh, vtu};
 pub use num_dual::DualNum;

@@ -6,7 +6,7 @@ use super::compiled::Boundary;
 use super::contact::{ContactPoint, ContactStep};
 use crate::element::Domain;
 use crate::fields::Fields;
-use crate::operator::{NodeBlock, Residual, Span};
+use crate::operator::{NodeBlock, Residual, StepContext};
 use crate::solve::External;
 
 /// Loads and contact at the end of an increment.
@@ -66,13 +66,13 @@ impl ExternalForces {
         domain: &dyn Domain,
         time_s: f64,
         before: &Fields,
-        span: Span,
+        context: StepContext,
         pressures: &[Vec<f64>],
         young_mpa: f64,
     ) -> Self {
         let contacts = boundary.contacts.iter().enumerate().map(|(k, contact)| {
             let pressure = pressures.get(k).cloned();
-            ContactStep::new(contact, time_s, before, span.duration, pressure, young_mpa)
+            ContactStep::new(contact, time_s, before, context.duration, pressure, young_mpa)
         });
         Self { loads: boundary.loads(domain, time_s), contacts: contacts.collect() }
     }

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use super::quadrature::fourteen;
+use super::rule::Rule;
+use super::space::{Space, barycentric_gradients};
 use super::triangle::seven;
-use crate::element::{Space, fourteen};
 use crate::fields::Fields;
 
 /// The fields at a point inside the body.
@@ -23,8 +25,26 @@ pub struct PointValues {
     pub damage_gradient_per_mm: [f64; 3],
 }
 
-/// What boundary conditions need to know of a space, whatever the element.
+/// The geometry of a problem, whatever the element: what boundary conditions, solvers and results
+/// need to know of a space.
 pub(crate) trait Domain {
+    /// Number of elements.
+    fn tets(&self) -> usize;
+
+    /// The nodes of one element: its vertices, then the midpoints of its edges.
+    fn nodes_of(&self, tet: usize) -> &[u32];
+
+    /// The integration rule of every element.
+    fn rule(&self) -> &Rule;
+
+    /// Number of elastic points.
+    fn points(&self) -> usize {
+        self.tets() * self.rule().points.len()
+    }
+
+    /// Volume-weighted mean of a nodal field over the elements whose region is marked.
+    fn mean(&self, field: &[f64], regions: &[bool]) -> f64;
+
     /// Reference positions of all nodes, mm.
     fn nodes(&self) -> &[[f64; 3]];
 
@@ -94,6 +114,31 @@ fn area(x: [[f64; 3]; 3]) -> f64 {
 }
 
 impl<const N: usize> Domain for Space<N> {
+    fn tets(&self) -> usize {
+        self.tets.len()
+    }
+
+    fn nodes_of(&self, tet: usize) -> &[u32] {
+        &self.tets[tet]
+    }
+
+    fn rule(&self) -> &Rule {
+        &self.rule
+    }
+
+    fn mean(&self, field: &[f64], regions: &[bool]) -> f64 {
+        let (mut integral, mut volume) = (0.0, 0.0);
+        for (tet, nodes) in self.tets.iter().enumerate() {
+            if regions[usize::from(self.region[tet])] {
+                let values = nodes.iter().map(|&n| field[n as usize]);
+                let mean: f64 = values.zip(self.mean_value).map(|(x, share)| share * x).sum();
+                integral += self.volume[tet] * mean;
+                volume += self.volume[tet];
+            }
+        }
+        if volume > 0.0 { integral / volume } else { 0.0 }
+    }
+
     fn nodes(&self) -> &[[f64; 3]] {
         &self.nodes
     }
@@ -161,7 +206,7 @@ impl<const N: usize> Domain for Space<N> {
             fourteen().into_iter().map(|q| ((self.values)(q.at), (self.slopes)(q.at), q)).collect();
         for (tet, nodes) in self.tets.iter().enumerate() {
             let x = self.vertices(tet);
-            let (volume, barycentric) = crate::element::barycentric_gradients(x);
+            let (volume, barycentric) = barycentric_gradients(x);
             for (values, slopes, q) in &rule {
                 let mut point = PointValues {
                     position_mm: mix(x, q.at),

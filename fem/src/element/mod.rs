@@ -11,7 +11,6 @@ pub use domain::PointValues;
 pub use tetrahedron::Order;
 
 pub(crate) use domain::Domain;
-pub(crate) use quadrature::fourteen;
-pub(crate) use rule::{DamageRule, Rule, mean_values};
-pub(crate) use space::{Space, barycentric_gradients};
+pub(crate) use rule::{DamageRule, Rule};
+pub(crate) use space::Space;
 pub(crate) use tetrahedron::{Linear, Quadratic, Tetrahedron};

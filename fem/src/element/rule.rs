@@ -1,7 +1,7 @@
 //! Which points carry the elastic terms, which the damage terms, and how the two meet.
 
 use super::quadrature::{QuadraturePoint, eleven, four, fourteen, one};
-use super::tetrahedron::Tetrahedron;
+use super::tetrahedron::{Linear, Quadratic, Tetrahedron};
 
 /// The choice of damage points, after the automatic one has been settled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,59 +22,87 @@ pub(crate) enum DamageRule {
 /// driven by Σ_q w_q C_qp ψ⁺_q, so that both are derivatives of one energy. Σ_p C_qp = 1 and
 /// Σ_q w_q C_qp = w_p: a uniform state is integrated exactly.
 #[derive(Clone, Debug)]
-pub(crate) struct Rule<const N: usize> {
-    /// Elastic points.
-    pub(crate) points: Vec<QuadraturePoint>,
-    /// Damage points.
-    pub(crate) damage: Vec<DamagePoint<N>>,
+pub(crate) struct Rule {
+    /// Nodes of the element.
+    pub(crate) nodes: usize,
+    pub(crate) points: Vec<ElasticPoint>,
+    pub(crate) damage: Vec<DamagePoint>,
     /// C, by elastic point.
     pub(crate) mixing: Vec<Vec<f64>>,
+    /// Whether all damage points have the same weight and are driven alike.
+    pub(crate) alike: bool,
+}
+
+/// Where the elastic terms are evaluated.
+#[derive(Clone, Debug)]
+pub(crate) struct ElasticPoint {
+    /// λ.
+    pub(crate) at: [f64; 4],
+    /// Share of the volume.
+    pub(crate) weight: f64,
+    /// ∂N_a/∂λ_k − ∂N_a/∂λ₀ for k = 1 … 3, by node.
+    pub(crate) slopes: Vec<[f64; 3]>,
 }
 
 /// Where the local damage terms are evaluated.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct DamagePoint<const N: usize> {
+#[derive(Clone, Debug)]
+pub(crate) struct DamagePoint {
     /// N_a there.
-    pub(crate) shape: [f64; N],
+    pub(crate) shape: Vec<f64>,
     /// Share of the volume.
     pub(crate) weight: f64,
 }
 
-impl<const N: usize> Rule<N> {
+impl Rule {
     /// The rule of element type `T`.
-    pub(crate) fn new<T: Tetrahedron<N>>(rule: DamageRule) -> Self {
+    pub(crate) fn new<const N: usize, T: Tetrahedron<N>>(rule: DamageRule) -> Self {
         let quadratic = !T::EDGES.is_empty();
-        let elastic = if quadratic { four() } else { one() };
-        match (rule, quadratic) {
-            (DamageRule::Absent, _) => {
-                let mixing = vec![Vec::new(); elastic.len()];
-                Self { points: elastic, damage: Vec::new(), mixing }
-            }
-            (DamageRule::Vertex, false) => {
-                Self { points: elastic, damage: nodal(|_| 0.25), mixing: vec![vec![0.25; N]] }
-            }
-            (DamageRule::Vertex, true) => Self {
-                points: elastic,
+        let mut elastic = if quadratic { four() } else { one() };
+        let (damage, mixing) = match (rule, quadratic) {
+            (DamageRule::Absent, _) => (Vec::new(), vec![Vec::new(); elastic.len()]),
+            (DamageRule::Vertex, false) => (nodal::<N>(|_| 0.25), vec![vec![0.25; N]]),
+            (DamageRule::Vertex, true) => (
                 // sub-tetrahedra: 4 corners and an octahedron cut along a diagonal (mean of the three)
-                damage: nodal(|a| if a < 4 { 1.0 / 32.0 } else { 7.0 / 48.0 }),
-                mixing: (0..4)
-                    .map(|q| (0..N).map(|a| corner_mean::<N, T>(q, a)).collect())
-                    .collect(),
-            },
+                nodal::<N>(|a| if a < 4 { 1.0 / 32.0 } else { 7.0 / 48.0 }),
+                (0..4).map(|q| (0..N).map(|a| corner_mean::<N, T>(q, a)).collect()).collect(),
+            ),
             (DamageRule::Consistent | DamageRule::Eleven, false) => {
                 let damage = at_points::<N, T>(&four());
                 let mixing = vec![damage.iter().map(|p| p.weight).collect()];
-                Self { points: elastic, damage, mixing }
+                (damage, mixing)
             }
             (DamageRule::Consistent | DamageRule::Eleven, true) => {
-                let points = if rule == DamageRule::Eleven { eleven() } else { fourteen() };
-                let damage = at_points::<N, T>(&points);
-                let mixing = (0..points.len())
-                    .map(|q| (0..points.len()).map(|p| f64::from(p == q)).collect())
-                    .collect();
-                Self { points, damage, mixing }
+                elastic = if rule == DamageRule::Eleven { eleven() } else { fourteen() };
+                let own = |q| (0..elastic.len()).map(|p| f64::from(p == q)).collect();
+                (at_points::<N, T>(&elastic), (0..elastic.len()).map(own).collect())
             }
+        };
+        let points = elastic
+            .into_iter()
+            .map(|QuadraturePoint { at, weight }| {
+                let slopes = T::slopes(at).map(|d| [d[1] - d[0], d[2] - d[0], d[3] - d[0]]);
+                ElasticPoint { at, weight, slopes: slopes.to_vec() }
+            })
+            .collect();
+        let alike = damage.windows(2).all(|p| p[0].weight == p[1].weight)
+            && mixing.iter().all(|row: &Vec<f64>| row.windows(2).all(|c| c[0] == c[1]));
+        Self { nodes: N, points, damage, mixing, alike }
+    }
+
+    /// The same points with the linear functions of the vertices.
+    pub(crate) fn linear(&self) -> Self {
+        let slopes = Linear::slopes([0.25; 4]).map(|d| [d[1] - d[0], d[2] - d[0], d[3] - d[0]]);
+        let mut rule = self.clone();
+        rule.nodes = 4;
+        rule.points.iter_mut().for_each(|point| point.slopes = slopes.to_vec());
+        for point in &mut rule.damage {
+            // N_e of an edge is one half at either end of it for the linear functions
+            for (edge, ends) in Quadratic::EDGES.iter().enumerate().take(self.nodes - 4) {
+                ends.iter().for_each(|&end| point.shape[end] += 0.5 * point.shape[4 + edge]);
+            }
+            point.shape.truncate(4);
         }
+        rule
     }
 }
 
@@ -88,17 +116,15 @@ pub(crate) fn mean_values<const N: usize, T: Tetrahedron<N>>() -> [f64; N] {
     mean
 }
 
-fn nodal<const N: usize>(weight: impl Fn(usize) -> f64) -> Vec<DamagePoint<N>> {
-    (0..N)
-        .map(|a| DamagePoint {
-            shape: std::array::from_fn(|b| f64::from(a == b)),
-            weight: weight(a),
-        })
-        .collect()
+fn nodal<const N: usize>(weight: impl Fn(usize) -> f64) -> Vec<DamagePoint> {
+    let unit = |a| (0..N).map(|b| f64::from(a == b)).collect();
+    (0..N).map(|a| DamagePoint { shape: unit(a), weight: weight(a) }).collect()
 }
 
-fn at_points<const N: usize, T: Tetrahedron<N>>(points: &[QuadraturePoint]) -> Vec<DamagePoint<N>> {
-    points.iter().map(|q| DamagePoint { shape: T::values(q.at), weight: q.weight }).collect()
+fn at_points<const N: usize, T: Tetrahedron<N>>(points: &[QuadraturePoint]) -> Vec<DamagePoint> {
+    let point =
+        |q: &QuadraturePoint| DamagePoint { shape: T::values(q.at).to_vec(), weight: q.weight };
+    points.iter().map(point).collect()
 }
 
 /// The weight of node `a` in the mean that Gauss point `q` sees: it stands for the sub-tetrahedron
@@ -113,10 +139,9 @@ fn corner_mean<const N: usize, T: Tetrahedron<N>>(q: usize, a: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::{Linear, Quadratic};
 
     fn check<const N: usize, T: Tetrahedron<N>>(kind: DamageRule) {
-        let rule = Rule::<N>::new::<T>(kind);
+        let rule = Rule::new::<N, T>(kind);
         for row in &rule.mixing {
             assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-14);
             assert!(row.iter().all(|&c| c >= 0.0));

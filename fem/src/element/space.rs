@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::rule::Rule;
+use super::rule::{DamageRule, Rule, mean_values};
 use super::tetrahedron::Tetrahedron;
 use crate::mesh::TetMesh;
 
@@ -15,9 +15,11 @@ pub(crate) struct Space<const N: usize> {
     pub(crate) region: Vec<u16>,
     /// mm³.
     pub(crate) volume: Vec<f64>,
-    /// ∇N_a at each elastic point, element after element, 1/mm.
-    pub(crate) gradients: Vec<[[f64; 3]; N]>,
-    pub(crate) rule: Rule<N>,
+    /// ∇λ_k for k = 1 … 3 of each element, 1/mm.
+    pub(crate) barycentric: Vec<[[f64; 3]; 3]>,
+    pub(crate) rule: Rule,
+    /// ∫ N_a dV / V of an element.
+    pub(crate) mean_value: [f64; N],
     /// N_a(λ) of the element type.
     pub(crate) values: fn([f64; 4]) -> [f64; N],
     /// ∂N_a/∂λ_k of the element type.
@@ -27,7 +29,7 @@ pub(crate) struct Space<const N: usize> {
 
 impl<const N: usize> Space<N> {
     /// Raises a sound mesh to element type `T`.
-    pub(crate) fn new<T: Tetrahedron<N>>(mesh: &TetMesh, rule: Rule<N>) -> Self {
+    pub(crate) fn new<T: Tetrahedron<N>>(mesh: &TetMesh, damage: DamageRule) -> Self {
         let mut nodes = mesh.nodes.clone();
         let mut midpoints = BTreeMap::new();
         let mut tets = Vec::with_capacity(mesh.tets.len());
@@ -44,26 +46,23 @@ impl<const N: usize> Space<N> {
                 }
             }));
         }
-        let slopes: Vec<_> = rule.points.iter().map(|q| T::slopes(q.at)).collect();
-        let mut volume = Vec::with_capacity(tets.len());
-        let mut gradients = Vec::with_capacity(tets.len() * slopes.len());
-        for vertices in &mesh.tets {
-            let (measure, barycentric) =
-                barycentric_gradients(vertices.map(|v| mesh.nodes[v as usize]));
-            volume.push(measure);
-            for slope in &slopes {
-                gradients.push(std::array::from_fn(|a| {
-                    std::array::from_fn(|x| (0..4).map(|k| slope[a][k] * barycentric[k][x]).sum())
-                }));
-            }
-        }
+        let (volume, barycentric) = mesh
+            .tets
+            .iter()
+            .map(|vertices| {
+                let (volume, [_, x, y, z]) =
+                    barycentric_gradients(vertices.map(|v| mesh.nodes[v as usize]));
+                (volume, [x, y, z])
+            })
+            .unzip();
         Self {
             nodes,
             tets,
             region: mesh.region_of.clone(),
             volume,
-            gradients,
-            rule,
+            barycentric,
+            rule: Rule::new::<N, T>(damage),
+            mean_value: mean_values::<N, T>(),
             values: T::values,
             slopes: T::slopes,
             midpoints,
@@ -85,20 +84,6 @@ impl<const N: usize> Space<N> {
     /// The node in the middle of an edge, if the elements have one.
     pub(crate) fn midpoint(&self, i: u32, j: u32) -> Option<u32> {
         self.midpoints.get(&edge_key(i, j)).copied()
-    }
-
-    /// The shape gradients of one element, by elastic point.
-    pub(crate) fn gradients_of(&self, tet: usize) -> &[[[f64; 3]; N]] {
-        let points = self.rule.points.len();
-        &self.gradients[tet * points..(tet + 1) * points]
-    }
-}
-
-impl<const N: usize> Space<N> {
-    /// ∇λ_k of an element, 1/mm.
-    pub(crate) fn barycentric(&self, tet: usize) -> [[f64; 3]; 4] {
-        let corner = |k: usize| self.nodes[self.tets[tet][k] as usize];
-        barycentric_gradients([corner(0), corner(1), corner(2), corner(3)]).1
     }
 }
 

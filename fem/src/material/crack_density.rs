@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::scalar::Scalar;
+
 /// The local part α of the crack density.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -32,10 +34,11 @@ impl CrackDensity {
     }
 
     /// α(φ), α′(φ), α″(φ).
-    pub(crate) fn local(self, phi: f64) -> [f64; 3] {
+    #[inline(always)]
+    pub(crate) fn local<T: Scalar>(self, phi: T) -> [T; 3] {
         match self {
-            CrackDensity::At2 => [phi * phi, 2.0 * phi, 2.0],
-            CrackDensity::At1 => [phi, 1.0, 0.0],
+            CrackDensity::At2 => [phi * phi, phi + phi, phi.constant(2.0)],
+            CrackDensity::At1 => [phi, phi.constant(1.0), phi.constant(0.0)],
         }
     }
 }

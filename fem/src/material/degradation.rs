@@ -1,24 +1,32 @@
 //! How damage softens the elastic energy.
 
+use super::scalar::Scalar;
+
 /// g(φ) = (1 − η)(1 − φ)² + η, with the residual stiffness η.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Degradation {
-    pub(crate) residual: f64,
+pub(crate) struct Degradation<T> {
+    /// 1 − η; zero where nothing can be damaged.
+    pub(crate) soft: T,
 }
 
-impl Degradation {
+impl<T: Scalar> Degradation<T> {
     /// g(φ).
-    pub(crate) fn value(self, phi: f64) -> f64 {
-        (1.0 - self.residual) * (1.0 - phi) * (1.0 - phi) + self.residual
+    #[inline(always)]
+    pub(crate) fn value(&self, phi: T) -> T {
+        let one = phi.constant(1.0);
+        let sound = one - phi;
+        self.soft.mul_add(sound * sound, one - self.soft)
     }
 
     /// g′(φ).
-    pub(crate) fn slope(self, phi: f64) -> f64 {
-        -2.0 * (1.0 - self.residual) * (1.0 - phi)
+    #[inline(always)]
+    pub(crate) fn slope(&self, phi: T) -> T {
+        self.soft * (phi + phi - phi.constant(2.0))
     }
 
     /// g″, a constant.
-    pub(crate) fn curvature(self) -> f64 {
-        2.0 * (1.0 - self.residual)
+    #[inline(always)]
+    pub(crate) fn curvature(&self) -> T {
+        self.soft + self.soft
     }
 }

@@ -1,99 +1,93 @@
-//! The Hencky law: ψ = K/2 (tr ε)² + μ dev ε : dev ε in logarithmic strain.
+//! The Hencky law: ψ = K/2 (tr ε)² + μ dev ε : dev ε in logarithmic strain, with any split.
 //!
-//! τ = K tr ε I + 2μ dev ε. Because τ_i − τ_j = 2μ (ε_i − ε_j), the shear term of the tangent,
-//! ½ (τ_i − τ_j) coth(ε_i − ε_j) = μ x coth x, is smooth through equal stretches.
+//! ψ = κ/2 (tr ε)² + μ Σ d_i² with d_i = ε_i − θ tr ε: (κ, θ) is (K, ⅓), and (λ, 0) for the spectral
+//! split. A split says which terms g multiplies: with these shares p (one or zero) the factors are
+//! a = 1 + p (g − 1), and so τ_i = κ a₀ tr ε + 2μ a_i d_i, D_ij = κ a₀ + 2μ a_i (δ_ij − θ) and
+//! ½ (τ_i − τ_j) coth x = μ x coth x (a_i ε_i − a_j ε_j)/x with x = ε_i − ε_j, where the quotient is
+//! the factor itself if both have the same: nothing is singular at equal strains.
 
-use super::Split;
-use super::law::{Moduli, Part, Parts};
+use super::phase_field::Split;
+use super::principal::Strains;
+use super::response::{Response, packed};
+use super::scalar::Scalar;
 
-pub(super) fn respond(split: Split, m: &Moduli, e: [f64; 3]) -> Parts {
-    match split {
-        Split::None => Parts { plus: whole(m, e), minus: Part::default() },
-        Split::VolumetricDeviatoric => volumetric_deviatoric(m, e),
-        Split::Spectral => spectral(m, e),
-    }
-}
-
-fn whole(m: &Moduli, e: [f64; 3]) -> Part {
-    let mut part = deviatoric(m, e);
-    add_volumetric(&mut part, m.bulk, e[0] + e[1] + e[2]);
-    part
-}
-
-fn volumetric_deviatoric(m: &Moduli, e: [f64; 3]) -> Parts {
-    let trace = e[0] + e[1] + e[2];
-    let (mut plus, mut minus) = (deviatoric(m, e), Part::default());
-    add_volumetric(if trace < 0.0 { &mut minus } else { &mut plus }, m.bulk, trace);
-    Parts { plus, minus }
-}
-
-/// ψ± = λ/2 ⟨tr ε⟩±² + μ Σ ⟨ε_i⟩±².
-///
-/// The shear term of ψ⁺ is μ r x coth x with r = (⟨ε_i⟩₊ − ⟨ε_j⟩₊)/(ε_i − ε_j), which is one or
-/// zero where both strains have one sign: nothing is singular at equal strains.
-fn spectral(m: &Moduli, e: [f64; 3]) -> Parts {
-    let trace = e[0] + e[1] + e[2];
-    let smooth = shears(m, e);
-    // rest belongs to ψ⁺, so that the parts of the tangent always add up to the whole
-    let side = |stretched: bool| {
-        let belongs = |x: f64| (x >= 0.0) == stretched;
-        let strain = e.map(|x| if belongs(x) { x } else { 0.0 });
-        let on = e.map(|x| f64::from(belongs(x)));
-        let mut part = Part {
-            energy: m.shear * strain.iter().map(|x| x * x).sum::<f64>(),
-            stress: strain.map(|x| 2.0 * m.shear * x),
-            tangent: std::array::from_fn(|i| {
-                std::array::from_fn(|j| if i == j { 2.0 * m.shear * on[i] } else { 0.0 })
-            }),
-            shear: std::array::from_fn(|k| {
-                let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-                let share =
-                    if on[i] == on[j] { on[i] } else { (strain[i] - strain[j]) / (e[i] - e[j]) };
-                share * smooth[k]
-            }),
-        };
-        if belongs(trace) {
-            add_volumetric(&mut part, m.lame, trace);
-        }
-        part
-    };
-    Parts { plus: side(true), minus: side(false) }
-}
-
-fn deviatoric(m: &Moduli, e: [f64; 3]) -> Part {
-    let third = (e[0] + e[1] + e[2]) / 3.0;
-    let deviator = e.map(|x| x - third);
-    Part {
-        energy: m.shear * deviator.iter().map(|x| x * x).sum::<f64>(),
-        stress: deviator.map(|x| 2.0 * m.shear * x),
-        tangent: std::array::from_fn(|i| {
-            std::array::from_fn(|j| 2.0 * m.shear * (f64::from(i == j) - 1.0 / 3.0))
-        }),
-        shear: shears(m, e),
-    }
-}
-
-/// μ x coth x of the three differences.
-fn shears(m: &Moduli, e: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|k| m.shear * x_coth_x(e[(k + 1) % 3] - e[(k + 2) % 3]))
-}
-
-fn add_volumetric(part: &mut Part, modulus: f64, trace: f64) {
-    part.energy += 0.5 * modulus * trace * trace;
-    for i in 0..3 {
-        part.stress[i] += modulus * trace;
-        for d in &mut part.tangent[i] {
-            *d += modulus;
-        }
-    }
-}
-
-/// x coth x = 1 + x²/3 − x⁴/45 + 2x⁶/945 − x⁸/4725 + …
-pub(super) fn x_coth_x(x: f64) -> f64 {
-    if x.abs() < 0.05 {
-        let s = x * x;
-        1.0 + s * (1.0 / 3.0 - s * (1.0 / 45.0 - s * (2.0 / 945.0 - s / 4725.0)))
+/// The response for K and μ, and g.
+#[inline(always)]
+pub(super) fn respond<T: Scalar, const TANGENT: bool>(
+    split: Split,
+    hybrid: bool,
+    [bulk, shear]: [T; 2],
+    strains: &Strains<T>,
+    g: T,
+) -> Response<T> {
+    let (zero, one) = (g.constant(0.0), g.constant(1.0));
+    let twice = shear + shear;
+    let e = strains.log;
+    let trace = strains.trace();
+    let spectral = split == Split::Spectral;
+    let mut third = g.constant(1.0 / 3.0);
+    let mut volumetric = bulk;
+    let mut deviator = e;
+    if spectral {
+        third = zero;
+        volumetric = bulk - g.constant(2.0 / 3.0) * shear;
     } else {
-        x / x.tanh()
+        for i in 0..3 {
+            deviator[i] = e[i] - third * trace;
+        }
     }
+    // rest belongs to what g multiplies, so that the parts always add up to the whole
+    let (mut whole, mut terms) = (one, [one; 3]);
+    if split != Split::None {
+        whole = T::select(trace.less_than(zero), zero, one);
+    }
+    if spectral {
+        for i in 0..3 {
+            terms[i] = T::select(e[i].less_than(zero), zero, one);
+        }
+    }
+    let pressure = volumetric * trace;
+    let half = g.constant(0.5);
+    let mut driving = whole * half * pressure * trace;
+    let mut total = half * pressure * trace;
+    for i in 0..3 {
+        let term = shear * deviator[i] * deviator[i];
+        driving = terms[i].mul_add(term, driving);
+        total += term;
+    }
+    let mut degraded = driving;
+    if hybrid {
+        (whole, terms, degraded) = (one, [one; 3], total);
+    }
+    let softer = g - one;
+    let volumetric_factor = whole.mul_add(softer, one);
+    let (mut stress, mut stress_plus, mut deviatoric) = ([zero; 3], [zero; 3], [zero; 3]);
+    let mut factor = [zero; 3];
+    for i in 0..3 {
+        factor[i] = terms[i].mul_add(softer, one);
+        deviatoric[i] = twice * factor[i];
+        stress[i] = deviatoric[i].mul_add(deviator[i], volumetric_factor * pressure);
+        stress_plus[i] = (twice * terms[i]).mul_add(deviator[i], whole * pressure);
+    }
+    let (mut normal, mut coth) = ([zero; 6], [zero; 3]);
+    if TANGENT {
+        let stiffness = volumetric * volumetric_factor;
+        for i in 0..3 {
+            for j in 0..=i {
+                let own = if i == j { deviatoric[i] } else { zero };
+                normal[packed(i, j)] = stiffness + (own - third * deviatoric[i]);
+            }
+        }
+        for k in 0..3 {
+            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+            let mut share = factor[i];
+            if spectral {
+                let quotient = (factor[i] * e[i] - factor[j] * e[j]) / (e[i] - e[j]);
+                share = T::select(factor[i].equals(factor[j]), factor[i], quotient);
+            }
+            coth[k] = shear * share * strains.coth[k];
+        }
+    }
+    let energy = softer.mul_add(degraded, total);
+    Response { energy, driving, stress, stress_plus, normal, shear: coth }
 }

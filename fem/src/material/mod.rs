@@ -1,27 +1,35 @@
-//! Elastic laws, degradation and crack density; one law a file, parameters with units.
+//! Elastic laws, degradation and crack density, and the equations at a point.
+//!
+//! The point kernel is written once over a [`Scalar`]: strains ([`Principal`]), what a law says of
+//! them ([`Response`]) and its tangent ([`PointTangent`]). A new law is a file: an energy
+//! ([`HyperelasticLaw`]), or, where that is not fast enough, its derivatives as in `hencky.rs` with
+//! a line in `law.rs` and `point.rs`; [`assert_material`] tests either.
 
 #[cfg(test)]
 mod closed_forms;
+mod conformance;
 mod crack_density;
 mod degradation;
 mod hencky;
-mod hencky_many;
-mod kinematics;
 mod law;
-mod many;
 mod mooney_rivlin;
 mod neo_hookean;
 mod ogden;
 mod parameters;
 mod phase_field;
 mod point;
-mod principal_many;
+mod principal;
+mod response;
 mod saint_venant_kirchhoff;
+mod scalar;
+mod simd;
 mod strain;
+mod tangent;
 #[cfg(test)]
 mod tests;
 mod user_law;
 
+pub use conformance::assert_material;
 pub use crack_density::CrackDensity;
 pub use law::Elasticity;
 pub use mooney_rivlin::MooneyRivlin;
@@ -33,8 +41,11 @@ pub use strain::PrincipalStrain;
 pub use user_law::{HyperelasticLaw, UserLaw};
 
 pub(crate) use degradation::Degradation;
-pub(crate) use hencky_many::{HenckyForm, ResponseMany};
-pub(crate) use kinematics::Inverted;
-pub(crate) use many::{Many, POINTS, REGISTERS};
-pub(crate) use point::{Damage, PointMaterial, PointResponse};
-pub(crate) use principal_many::{PrincipalMany, dot};
+#[cfg(test)]
+pub(crate) use point::FormulaLaw;
+pub(crate) use point::{Degraded, Formula, LaneLaw, PointMaterial};
+pub(crate) use principal::{Inverted, Principal};
+pub(crate) use response::{Law, Response, packed};
+pub(crate) use scalar::{Lanes, POINTS, Scalar, dot};
+pub(crate) use simd::{REGISTERS, SimdF64};
+pub(crate) use tangent::PointTangent;

@@ -1,23 +1,38 @@
 //! The neo-Hookean law: ψ = μ/2 (I₁ − 3 − 2 ln J) + λ/2 (ln J)².
 //!
-//! In principal logarithmic strains I₁ = Σ e^{2ε_i}, so τ_i = μ (e^{2ε_i} − 1) + λ tr ε and
-//! ½ (τ_i − τ_j) coth(ε_i − ε_j) = μ/2 (e^{2ε_i} + e^{2ε_j}): smooth without any series.
+//! With w_i = λ_i² − 1, τ_i = μ w_i + λ tr ε and ½ (τ_i − τ_j) coth(ε_i − ε_j) = μ (1 + ½ (w_i + w_j)):
+//! smooth without any series.
 
-use super::law::{Moduli, Part};
+use super::principal::Strains;
+use super::response::{Whole, packed};
+use super::scalar::Scalar;
 
-pub(super) fn respond(m: &Moduli, e: [f64; 3]) -> Part {
-    let trace = e[0] + e[1] + e[2];
-    let s = e.map(|x| (2.0 * x).exp_m1()); // eigenvalues of b − I
-    Part {
-        energy: 0.5 * m.shear * (s[0] + s[1] + s[2] - 2.0 * trace) + 0.5 * m.lame * trace * trace,
-        stress: s.map(|x| m.shear * x + m.lame * trace),
-        tangent: std::array::from_fn(|i| {
-            std::array::from_fn(|j| m.lame + f64::from(i == j) * 2.0 * m.shear * (1.0 + s[i]))
-        }),
-        shear: [
-            m.shear * (1.0 + 0.5 * (s[1] + s[2])),
-            m.shear * (1.0 + 0.5 * (s[2] + s[0])),
-            m.shear * (1.0 + 0.5 * (s[0] + s[1])),
-        ],
+/// ψ and its derivatives for λ and μ.
+#[inline(always)]
+pub(super) fn whole<T: Scalar>([lame, shear]: [T; 2], strains: &Strains<T>) -> Whole<T> {
+    let (one, half) = (lame.constant(1.0), lame.constant(0.5));
+    let (trace, w) = (strains.trace(), strains.excess);
+    let first = w[0] + w[1] + w[2] - (trace + trace);
+    let energy = half * (shear * first + lame * trace * trace);
+    let (mut stress, mut normal, mut coth) = (w, [lame; 6], w);
+    for i in 0..3 {
+        stress[i] = shear.mul_add(w[i], lame * trace);
+        normal[packed(i, i)] = (shear + shear).mul_add(one + w[i], lame);
+        coth[i] = shear * half.mul_add(w[(i + 1) % 3] + w[(i + 2) % 3], one);
     }
+    Whole { energy, stress, normal, shear: coth }
+}
+
+/// U, U′ and U″ of the pure change of volume with t = ln J, each stretch J^(1/3):
+/// U = 3μ/2 (e^(2t/3) − 1 − 2t/3) + λ/2 t².
+#[inline(always)]
+pub(super) fn of_volume<T: Scalar>([lame, shear]: [T; 2], t: T) -> [T; 3] {
+    let (half, two_thirds) = (t.constant(0.5), t.constant(2.0 / 3.0));
+    let (linear, one) = (two_thirds * t, t.constant(1.0));
+    let w = linear.exp_m1();
+    [
+        t.constant(1.5) * shear * (w - linear) + half * lame * t * t,
+        shear.mul_add(w, lame * t),
+        (two_thirds * shear).mul_add(one + w, lame),
+    ]
 }

@@ -1,7 +1,9 @@
 //! The parameters of one region, with their units.
 
 use super::law::{Elasticity, Moduli};
-use super::{Damage, Degradation, HyperelasticLaw, PhaseField, PointMaterial, Split, UserLaw};
+use super::phase_field::{PhaseField, Split};
+use super::point::{Damage, Degraded, PointMaterial};
+use super::user_law::{HyperelasticLaw, UserLaw};
 use crate::error::FemError;
 
 /// The material of one region of the mesh.
@@ -128,10 +130,9 @@ impl Material {
         let damage = phase_field.zip(self.fracture).map(|(field, fracture)| {
             let c0 = field.model.normaliser();
             Damage {
-                split: field.split,
-                hybrid: field.hybrid,
+                degraded: Degraded { split: field.split, hybrid: field.hybrid },
                 density: field.model,
-                degradation: Degradation { residual: fracture.residual_stiffness },
+                residual: fracture.residual_stiffness,
                 local: fracture.toughness_n_per_mm / (c0 * field.length_mm),
                 gradient: fracture.toughness_n_per_mm * field.length_mm / c0,
                 viscosity: fracture.viscosity_mpa_s,

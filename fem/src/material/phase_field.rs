@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::CrackDensity;
+use super::crack_density::CrackDensity;
 use crate::error::FemError;
 
 /// Which part of the elastic energy damage degrades, and drives it.

@@ -1,12 +1,14 @@
-//! What an element needs from the material at an integration point.
+//! One region's constants, ready for the integration points, and laws over lanes of them.
 
-use nalgebra::{Matrix3, Vector3};
+use super::crack_density::CrackDensity;
+use super::law::{Elasticity, Moduli};
+use super::phase_field::Split;
+use super::principal::Strains;
+use super::response::{Law, Response};
+use super::scalar::{Lanes, POINTS, Scalar};
+use super::{hencky, neo_hookean};
 
-use super::kinematics::{Inverted, Principal};
-use super::law::{Elasticity, Moduli, Parts};
-use super::{CrackDensity, Degradation, Split};
-
-/// One region's constants, ready for the integration points.
+/// One region's constants.
 #[derive(Clone, Debug)]
 pub(crate) struct PointMaterial {
     pub(crate) elasticity: Elasticity,
@@ -18,11 +20,10 @@ pub(crate) struct PointMaterial {
 /// The damage constants of a region.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Damage {
-    pub(crate) split: Split,
-    /// Whether the split concerns the driving energy only.
-    pub(crate) hybrid: bool,
+    pub(crate) degraded: Degraded,
     pub(crate) density: CrackDensity,
-    pub(crate) degradation: Degradation,
+    /// η.
+    pub(crate) residual: f64,
     /// Gc/(c₀ ℓ₀), MPa.
     pub(crate) local: f64,
     /// Gc ℓ₀/c₀, N.
@@ -31,118 +32,162 @@ pub(crate) struct Damage {
     pub(crate) viscosity: f64,
 }
 
-/// Stress and tangent at a point for a given g, kept in the principal basis.
-#[derive(Clone, Debug)]
-pub(crate) struct PointResponse {
-    principal: Principal,
-    parts: Parts,
-    driving: f64,
+/// What damage degrades, the same in all regions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Degraded {
+    pub(crate) split: Split,
+    /// Whether the split concerns the driving energy only.
+    pub(crate) hybrid: bool,
 }
 
-/// The tangent with g applied, in the principal basis.
-pub(crate) struct Tangent {
-    /// The principal axes, as columns.
-    pub(crate) basis: Matrix3<f64>,
-    /// A_il of K_ii = Σ_l A_il g_l g′_l.
-    diagonal: [[f64; 3]; 3],
-    /// D_ij.
-    pub(crate) normal: [[f64; 3]; 3],
-    /// G_ij at the third index.
-    pub(crate) shear: [f64; 3],
-    /// τ_i.
-    pub(crate) stress: [f64; 3],
+impl Degraded {
+    /// All of the energy, or none where nothing can be damaged.
+    pub(crate) const ALL: Self = Self { split: Split::None, hybrid: false };
+}
+
+/// A law whose derivatives are written out, over any scalar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Formula {
+    Hencky,
+    NeoHookean,
+}
+
+/// Such a law with its bulk and shear modulus.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FormulaLaw<T> {
+    pub(crate) formula: Formula,
+    pub(crate) degraded: Degraded,
+    pub(crate) moduli: [T; 2],
+}
+
+impl<T: Scalar> Law<T> for FormulaLaw<T> {
+    #[inline(always)]
+    fn respond<const TANGENT: bool>(&self, strains: &Strains<T>, g: T) -> Response<T> {
+        let Self { degraded: Degraded { split, hybrid }, moduli, .. } = *self;
+        match self.formula {
+            Formula::Hencky => hencky::respond::<T, TANGENT>(split, hybrid, moduli, strains, g),
+            Formula::NeoHookean => {
+                let [bulk, shear] = moduli;
+                let moduli = [bulk - g.constant(2.0 / 3.0) * shear, shear];
+                let mut spared = [g.constant(0.0); 3];
+                if split == Split::VolumetricDeviatoric {
+                    spared = neo_hookean::of_volume(moduli, strains.trace());
+                }
+                neo_hookean::whole(moduli, strains).split(spared, strains.trace(), hybrid, g)
+            }
+        }
+    }
 }
 
 impl PointMaterial {
-    /// The response to the displacement gradient H = F − I.
-    pub(crate) fn respond(&self, gradient: &Matrix3<f64>) -> Result<PointResponse, Inverted> {
-        let principal = Principal::new(gradient)?;
-        let split = self.damage.map_or(Split::None, |d| d.split);
-        let mut parts = self.elasticity.respond(split, &self.moduli, principal.strain);
-        let driving = parts.plus.energy;
-        if self.damage.is_some_and(|d| d.hybrid) {
-            parts = parts.merged();
+    /// The formula of its law, if it has one.
+    pub(crate) fn formula(&self) -> Option<Formula> {
+        match self.elasticity {
+            Elasticity::Hencky { .. } => Some(Formula::Hencky),
+            Elasticity::NeoHookean { .. } => Some(Formula::NeoHookean),
+            Elasticity::User(_) => None,
         }
-        Ok(PointResponse { principal, parts, driving })
     }
 }
 
-impl PointResponse {
-    /// ψ⁺, which drives damage.
-    pub(crate) fn driving_energy(&self) -> f64 {
-        self.driving
-    }
-
-    /// g ψ⁺ + ψ⁻.
-    pub(crate) fn energy(&self, g: f64) -> f64 {
-        g * self.parts.plus.energy + self.parts.minus.energy
-    }
-
-    /// τ⁺_i.
-    pub(crate) fn stress_plus(&self) -> [f64; 3] {
-        self.parts.plus.stress
-    }
-
-    /// τ_i of g τ⁺ + τ⁻.
-    fn stress(&self, g: f64) -> [f64; 3] {
-        std::array::from_fn(|i| g * self.parts.plus.stress[i] + self.parts.minus.stress[i])
-    }
-
-    /// F⁻ᵀ G in the principal basis, for a reference gradient G of a shape function.
-    #[inline]
-    pub(crate) fn spatial(&self, reference: &[f64; 3]) -> [f64; 3] {
-        (self.principal.push * Vector3::from(*reference)).into()
-    }
-
-    /// The first Piola–Kirchhoff stress P = τ F⁻ᵀ with τ = g τ⁺ + τ⁻, so that R = ∫ P : ∇v dV.
-    pub(crate) fn piola(&self, g: f64) -> Matrix3<f64> {
-        let scaled = Matrix3::from_diagonal(&self.stress(g).into()) * self.principal.push;
-        self.principal.basis * scaled
-    }
-
-    /// The first Piola–Kirchhoff stress of the degraded part alone, P⁺ = ∂P/∂g.
-    pub(crate) fn piola_plus(&self) -> Matrix3<f64> {
-        let scaled = Matrix3::from_diagonal(&self.parts.plus.stress.into()) * self.principal.push;
-        self.principal.basis * scaled
-    }
-
-    /// The consistent tangent for the given g.
-    pub(crate) fn tangent(&self, g: f64) -> Tangent {
-        let (plus, minus) = (&self.parts.plus, &self.parts.minus);
-        let tau = self.stress(g);
-        let normal: [[f64; 3]; 3] = std::array::from_fn(|i| {
-            std::array::from_fn(|j| g * plus.tangent[i][j] + minus.tangent[i][j])
-        });
-        let shear: [f64; 3] = std::array::from_fn(|k| {
-            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-            g * plus.shear[k] + minus.shear[k] - 0.5 * (tau[i] + tau[j])
-        });
-        let diagonal = std::array::from_fn(|i| {
-            std::array::from_fn(|l| {
-                if i == l { normal[i][i] - tau[i] } else { shear[3 - i - l] + tau[l] }
-            })
-        });
-        Tangent { basis: self.principal.basis, diagonal, normal, shear, stress: tau }
-    }
-}
-
-impl Tangent {
-    /// The 3 × 3 block ∂R_a/∂u_b per volume, for two spatial gradients in the principal basis.
-    ///
-    /// With h = ∇δu F⁻¹ and (d)_ii = Σ_j D_ij h_jj − τ_i h_ii, (d)_ij = G_ij (h_ij + h_ji) + h_ij τ_j,
-    /// the block is K_ij = δ_ij Σ_l A_il a_l b_l + (1 − δ_ij)(D_ij a_i b_j + G_ij a_j b_i), turned back
-    /// to the global axes.
-    #[inline]
-    pub(crate) fn block(&self, a: &[f64; 3], b: &[f64; 3]) -> Matrix3<f64> {
-        let local = Matrix3::from_fn(|i, j| {
-            if i == j {
-                self.diagonal[i][0] * a[0] * b[0]
-                    + self.diagonal[i][1] * a[1] * b[1]
-                    + self.diagonal[i][2] * a[2] * b[2]
-            } else {
-                self.normal[i][j] * a[i] * b[j] + self.shear[3 - i - j] * a[j] * b[i]
+impl Law<f64> for PointMaterial {
+    fn respond<const TANGENT: bool>(&self, strains: &Strains<f64>, g: f64) -> Response<f64> {
+        let degraded = self.damage.map_or(Degraded::ALL, |d| d.degraded);
+        let (formula, trace) = (self.formula(), strains.trace());
+        match (&self.elasticity, formula) {
+            (Elasticity::User(law), _) => {
+                let splits = degraded.split == Split::VolumetricDeviatoric && trace < 0.0;
+                let spared = if splits { law.of_volume(trace) } else { [0.0; 3] };
+                law.whole(strains, TANGENT).split(spared, trace, degraded.hybrid, g)
             }
-        });
-        self.basis * local * self.basis.transpose()
+            (_, formula) => {
+                let moduli = [self.moduli.bulk, self.moduli.shear];
+                let formula = formula.unwrap_or(Formula::Hencky);
+                FormulaLaw { formula, degraded, moduli }.respond::<TANGENT>(strains, g)
+            }
+        }
     }
+}
+
+/// The laws of elements side by side.
+///
+/// Where all have one formula it is evaluated for all at once; laws of the user and mixed ones go
+/// lane by lane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LaneLaw<'a, T> {
+    formula: Option<FormulaLaw<T>>,
+    materials: [&'a PointMaterial; POINTS],
+}
+
+impl<'a, T: Lanes> LaneLaw<'a, T> {
+    /// The laws of the materials of each lane with these moduli; `formula` if all materials of the
+    /// mesh have one.
+    #[inline(always)]
+    pub(crate) fn new(
+        formula: Option<Formula>,
+        degraded: Degraded,
+        moduli: [T; 2],
+        materials: [&'a PointMaterial; POINTS],
+    ) -> Self {
+        let mut formula = formula;
+        if formula.is_none() {
+            let first = materials[0].formula();
+            formula = first.filter(|_| materials[..T::COUNT].iter().all(|m| m.formula() == first));
+        }
+        let formula = match formula {
+            Some(formula) => Some(FormulaLaw { formula, degraded, moduli }),
+            None => None,
+        };
+        Self { formula, materials }
+    }
+
+    /// The formula that all lanes have.
+    #[cfg(test)]
+    pub(crate) fn formula(&self) -> Option<FormulaLaw<T>> {
+        self.formula
+    }
+}
+
+impl<T: Lanes> Law<T> for LaneLaw<'_, T> {
+    #[inline(always)]
+    fn respond<const TANGENT: bool>(&self, strains: &Strains<T>, g: T) -> Response<T> {
+        if let Some(formula) = &self.formula {
+            return formula.respond::<TANGENT>(strains, g);
+        }
+        let inputs = [strains.log, strains.excess, strains.coth];
+        let mut lanes = [[[0.0; POINTS]; 3]; 3];
+        let mut softness = [0.0; POINTS];
+        g.store(&mut softness);
+        for (part, lanes) in inputs.iter().zip(&mut lanes) {
+            for i in 0..3 {
+                part[i].store(&mut lanes[i]);
+            }
+        }
+        let materials = &self.materials[..T::COUNT];
+        let numbers = each_lane::<TANGENT>(materials, &lanes, &softness);
+        let mut response = [g; Response::<f64>::NUMBERS];
+        for (number, lanes) in response.iter_mut().zip(&numbers) {
+            *number = T::load(g.token(), lanes);
+        }
+        Response::from_numbers(&response)
+    }
+}
+
+/// Every number of the responses of lanes, each by its own law.
+#[inline(never)]
+fn each_lane<const TANGENT: bool>(
+    materials: &[&PointMaterial],
+    strains: &[[[f64; POINTS]; 3]; 3],
+    g: &[f64; POINTS],
+) -> [[f64; POINTS]; Response::<f64>::NUMBERS] {
+    let mut out = [[0.0; POINTS]; Response::<f64>::NUMBERS];
+    for (lane, material) in materials.iter().enumerate() {
+        let of = |part: &[[f64; POINTS]; 3]| part.map(|numbers| numbers[lane]);
+        let [log, excess, coth] = strains.each_ref().map(of);
+        let response = material.respond::<TANGENT>(&Strains { log, excess, coth }, g[lane]);
+        for (lanes, number) in out.iter_mut().zip(response.numbers()) {
+            lanes[lane] = number;
+        }
+    }
+    out
 }

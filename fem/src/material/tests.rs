@@ -1,34 +1,36 @@
-//! Every law through one conformance test, against formulas written anew.
+//! Every law against formulas written anew, alone and several points at a time.
 
+use faer::traits::pulp::{self, Simd, WithSimd};
 use nalgebra::{Matrix3, SMatrix, SVector};
 use num_dual::{DualNum, hessian};
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::kinematics::Principal;
-use super::law::{Moduli, Part};
+use super::conformance::{Deformed, states};
+use super::point::{Formula, FormulaLaw};
+use super::principal::Strains;
 use super::*;
 
-pub(super) const YOUNG: f64 = 275.0;
-pub(super) const POISSON: f64 = 0.25;
+const YOUNG: f64 = 275.0;
+const POISSON: f64 = 0.25;
 
 /// The laws as printed (definitions 3.1 and 3.6).
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Printed {
+enum Printed {
     Hencky,
     NeoHookean,
 }
 
 impl Printed {
-    fn fused(self) -> Elasticity {
+    fn written_out(self) -> Material {
         match self {
-            Printed::Hencky => Elasticity::Hencky { young_mpa: YOUNG, poisson: POISSON },
-            Printed::NeoHookean => Elasticity::NeoHookean { young_mpa: YOUNG, poisson: POISSON },
+            Printed::Hencky => Material::hencky(YOUNG, POISSON),
+            Printed::NeoHookean => Material::neo_hookean(YOUNG, POISSON),
         }
     }
 
     /// ψ⁺ and ψ⁻ over any scalar.
-    pub(super) fn energies<T: DualNum<f64> + Copy>(self, split: Split, e: [T; 3]) -> [T; 2] {
+    fn energies<T: DualNum<f64> + Copy>(self, split: Split, e: [T; 3]) -> [T; 2] {
         let shear = YOUNG / (2.0 * (1.0 + POISSON));
         let bulk = YOUNG / (3.0 * (1.0 - 2.0 * POISSON));
         let lame = YOUNG * POISSON / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON));
@@ -67,190 +69,133 @@ impl HyperelasticLaw for Printed {
     }
 }
 
-pub(super) fn damaged(material: Material, split: Split) -> PointMaterial {
-    material
-        .with_fracture(Fracture::new(1.0))
-        .at_point(Some(&PhaseField { split, ..PhaseField::new(1.0) }))
+fn split_field(split: Split) -> PhaseField {
+    PhaseField { split, ..PhaseField::new(1.0) }
 }
 
-pub(super) fn point_material(elasticity: Elasticity, split: Split) -> PointMaterial {
-    damaged(Material { elasticity, fracture: None }, split)
+fn damaged(material: Material, split: Split) -> PointMaterial {
+    material.with_fracture(Fracture::new(1.0)).at_point(Some(&split_field(split)))
 }
 
-fn random(rng: &mut impl Rng) -> Matrix3<f64> {
-    Matrix3::from_fn(|_, _| rng.random_range(-1.0..1.0))
+fn deform(material: &PointMaterial, state: &Matrix3<f64>, g: f64) -> Deformed {
+    Deformed::new(material, state, g).expect("det F > 0")
 }
 
-/// Displacement gradients at which a law must hold: in general position, in compression and in
-/// tension, with two and with three equal stretches, at the origin and next to it.
-pub(super) fn states(rng: &mut impl Rng) -> Vec<(Matrix3<f64>, Matrix3<f64>)> {
-    let spin = nalgebra::Rotation3::from_euler_angles(0.3, -0.5, 0.8).into_inner();
-    let stretch = |a: f64, b: f64, c: f64| {
-        spin * Matrix3::from_diagonal(&[a, b, c].into()) * spin.transpose()
-    };
-    let contraction = |m: Matrix3<f64>| m - Matrix3::identity() * (1.0 + m.trace() / 3.0);
-    let tilt = contraction(random(rng));
-    vec![
-        (0.25 * contraction(random(rng)), random(rng)),
-        (-0.25 * contraction(random(rng)), random(rng)),
-        (stretch(-0.2, 0.1, -0.3), random(rng)),
-        (stretch(-0.2, -0.2, -0.1), random(rng)),
-        (stretch(0.3, 0.3, 0.3), random(rng)),
-        (stretch(-0.1, -0.1 + 1e-9, -0.1 - 1e-8), random(rng)),
-        (1e-9 * tilt, contraction(random(rng))),
-    ]
+/// The strains of logarithms, over any scalar.
+fn strains<T: DualNum<f64> + Copy>(log: [T; 3]) -> Strains<T> {
+    Strains::new(log, log.map(|e| DualNum::exp_m1(&(e * 2.0))))
 }
 
-/// Energy, stress and tangent belong together: Taylor slopes 2 and 3 in F, symmetry of the tangent.
-///
-/// The spectral split is tested away from its kinks, which the steps must not cross.
-fn assert_material(material: &PointMaterial) {
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
-    let mut states = states(&mut rng);
-    if material.damage.is_some_and(|d| d.split == Split::Spectral) {
-        states.retain(|(state, _)| {
-            let e = Principal::new(state).expect("det F > 0").strain;
-            e.into_iter().chain([e.iter().sum()]).all(|x| x.abs() > 0.03)
-        });
-        assert!(states.len() >= 4);
-    }
-    for (state, direction) in states {
-        for g in [1.0, 0.3] {
-            assert_taylor(material, &state, &direction, g);
-            assert_symmetric(material, &state, g);
-        }
-    }
-}
-
-/// A fused kernel against the printed energy, differentiated by dual numbers.
-fn assert_fused(printed: Printed, split: Split) {
-    assert_material(&point_material(printed.fused(), split));
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(12);
-    for _ in 0..20 {
-        let strain: [f64; 3] = std::array::from_fn(|_| rng.random_range(-0.4..0.3));
-        assert_derivatives(printed, split, strain);
-    }
-}
-
-fn assert_derivatives(printed: Printed, split: Split, strain: [f64; 3]) {
-    let parts = printed.fused().respond(split, &Moduli::new(YOUNG, POISSON), strain);
-    for (k, part) in [parts.plus, parts.minus].iter().enumerate() {
-        let (value, gradient, second): (f64, SVector<f64, 3>, SMatrix<f64, 3, 3>) =
-            hessian(|e| printed.energies(split, [e[0], e[1], e[2]])[k], &SVector::from(strain));
-        let derived = Part {
-            energy: value,
-            stress: gradient.into(),
-            tangent: std::array::from_fn(|i| std::array::from_fn(|j| second[(i, j)])),
-            shear: std::array::from_fn(|i| {
-                let (a, b) = ((i + 1) % 3, (i + 2) % 3);
-                0.5 * (gradient[a] - gradient[b]) / (strain[a] - strain[b]).tanh()
-            }),
-        };
-        assert_same(part, &derived, 1e-11, &strain);
-    }
-}
-
-/// `shear` is the tolerance of the shear terms, which lose digits when they are formed by division.
-fn assert_same(a: &Part, b: &Part, shear: f64, strain: &[f64; 3]) {
-    let close = |x: f64, y: f64, tolerance: f64| {
-        assert!((x - y).abs() < tolerance * YOUNG, "{x} and {y} at {strain:?}")
-    };
-    close(a.energy, b.energy, 1e-12);
-    for i in 0..3 {
-        close(a.stress[i], b.stress[i], 1e-12);
-        close(a.shear[i], b.shear[i], shear);
-        for j in 0..3 {
-            close(a.tangent[i][j], b.tangent[i][j], 1e-12);
-        }
-    }
+/// Both laws with the splits that they have, hybrid or not.
+fn forms() -> Vec<(Printed, Split, bool)> {
+    let splits = [Split::None, Split::VolumetricDeviatoric, Split::Spectral];
+    let hencky = splits.map(|split| (Printed::Hencky, split));
+    let neo_hookean = splits[..2].iter().map(|&split| (Printed::NeoHookean, split));
+    let all = hencky.into_iter().chain(neo_hookean);
+    all.flat_map(|(law, split)| [false, true].map(|hybrid| (law, split, hybrid))).collect()
 }
 
 #[test]
-fn laws_given_by_their_energy_equal_the_fused_kernels_at_any_distance_of_strains() {
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(13);
-    let moduli = Moduli::new(YOUNG, POISSON);
-    for (printed, split) in [Printed::Hencky, Printed::NeoHookean]
-        .into_iter()
-        .flat_map(|p| [Split::None, Split::VolumetricDeviatoric].map(|split| (p, split)))
-    {
-        let law = Elasticity::User(UserLaw::new(printed).expect("a law"));
-        for gap in [0.0, 1e-12, 1e-7, 1e-3, 0.03, 0.0999, 0.1001, 0.4] {
-            let middle = rng.random_range(-0.3..0.3);
-            let strain = [middle + gap, middle, rng.random_range(-0.3..0.3)];
-            let own = law.respond(split, &moduli, strain);
-            let fused = printed.fused().respond(split, &moduli, strain);
-            assert_same(&own.plus, &fused.plus, 1e-12, &strain);
-            assert_same(&own.minus, &fused.minus, 1e-12, &strain);
-        }
+fn every_law_is_one() {
+    for (law, split, hybrid) in forms() {
+        let material = law.written_out().with_fracture(Fracture::new(1.0));
+        assert_material(&material, Some(&PhaseField { hybrid, ..split_field(split) }));
     }
-}
-
-fn energy(material: &PointMaterial, state: &Matrix3<f64>, g: f64) -> f64 {
-    material.respond(state).expect("det F > 0").energy(g)
-}
-
-/// A_(ij)(kl) = ∂P_ij/∂F_kl from the blocks of unit gradients.
-fn moduli(material: &PointMaterial, state: &Matrix3<f64>, g: f64) -> SMatrix<f64, 9, 9> {
-    let response = material.respond(state).expect("det F > 0");
-    let tangent = response.tangent(g);
-    let axes: [[f64; 3]; 3] =
-        std::array::from_fn(|j| response.spatial(&std::array::from_fn(|k| f64::from(j == k))));
-    SMatrix::from_fn(|p, q| tangent.block(&axes[p % 3], &axes[q % 3])[(p / 3, q / 3)])
-}
-
-fn assert_taylor(material: &PointMaterial, state: &Matrix3<f64>, direction: &Matrix3<f64>, g: f64) {
-    let response = material.respond(state).expect("det F > 0");
-    let work = response.piola(g).dot(direction);
-    let flat = SVector::<f64, 9>::from_fn(|p, _| direction[(p / 3, p % 3)]);
-    let curvature = flat.dot(&(moduli(material, state, g) * flat));
-    let start = energy(material, state, g);
-    let remainders = |t: f64| {
-        let first = energy(material, &(state + t * direction), g) - start - t * work;
-        [first.abs(), (first - 0.5 * t * t * curvature).abs()]
-    };
-    let (coarse, fine) = (remainders(4e-3), remainders(1e-3));
-    for (k, least) in [1.9, 2.9].into_iter().enumerate() {
-        let slope = (coarse[k] / fine[k]).log2() / 2.0;
-        // the third-order term may vanish by chance, which makes the slope larger, not smaller
-        assert!(slope > least, "remainder {} falls with slope {slope} at {state}", k + 1);
-    }
-}
-
-fn assert_symmetric(material: &PointMaterial, state: &Matrix3<f64>, g: f64) {
-    let tangent = moduli(material, state, g);
-    assert!((tangent - tangent.transpose()).abs().max() < 1e-14 * tangent.abs().max());
-}
-
-#[test]
-fn hencky() {
-    assert_fused(Printed::Hencky, Split::None);
-}
-
-#[test]
-fn hencky_volumetric_deviatoric() {
-    assert_fused(Printed::Hencky, Split::VolumetricDeviatoric);
-}
-
-#[test]
-fn hencky_spectral() {
-    assert_fused(Printed::Hencky, Split::Spectral);
-}
-
-#[test]
-fn neo_hookean() {
-    assert_fused(Printed::NeoHookean, Split::None);
-}
-
-#[test]
-fn neo_hookean_volumetric_deviatoric() {
-    assert_fused(Printed::NeoHookean, Split::VolumetricDeviatoric);
-}
-
-#[test]
-fn laws_given_by_their_energy() {
     for law in examples() {
         for split in [Split::None, Split::VolumetricDeviatoric] {
-            assert_material(&damaged(law.clone(), split));
+            let material = law.clone().with_fracture(Fracture::new(1.0));
+            assert_material(&material, Some(&split_field(split)));
+        }
+        assert_material(&law, None);
+    }
+}
+
+/// g ψ⁺ + ψ⁻ as printed.
+fn printed_energy<T: DualNum<f64> + Copy>(
+    (law, split, hybrid): (Printed, Split, bool),
+    e: [T; 3],
+    g: f64,
+) -> T {
+    let [plus, minus] = law.energies(split, e);
+    plus * g + minus * if hybrid { g } else { 1.0 }
+}
+
+/// A law that is written out against its printed energy, differentiated by dual numbers: energies
+/// and stress, tangent and shear terms.
+#[test]
+fn laws_are_the_derivatives_of_their_printed_energies() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(12);
+    let close = |x: f64, y: f64, tolerance: f64, strain: &[f64; 3]| {
+        assert!((x - y).abs() < tolerance * YOUNG, "{x} and {y} at {strain:?}")
+    };
+    for form in forms() {
+        let (law, split, hybrid) = form;
+        let material = law.written_out().with_fracture(Fracture::new(1.0));
+        let material = material.at_point(Some(&PhaseField { hybrid, ..split_field(split) }));
+        for _ in 0..20 {
+            let e: [f64; 3] = std::array::from_fn(|_| rng.random_range(-0.4..0.3));
+            let own = material.respond::<true>(&strains(e), 0.3);
+            let (energy, stress, tangent): (f64, SVector<f64, 3>, SMatrix<f64, 3, 3>) =
+                hessian(|e| printed_energy(form, [e[0], e[1], e[2]], 0.3), &SVector::from(e));
+            close(own.energy, energy, 1e-12, &e);
+            close(own.driving, law.energies(split, e)[0], 1e-12, &e);
+            for i in 0..3 {
+                close(own.stress[i], stress[i], 1e-12, &e);
+                for j in 0..=i {
+                    close(own.normal[packed(i, j)], tangent[(i, j)], 1e-12, &e);
+                }
+                let (a, b) = ((i + 1) % 3, (i + 2) % 3);
+                // loses digits by its division
+                let shear = 0.5 * (stress[a] - stress[b]) / (e[a] - e[b]).tanh();
+                close(own.shear[i], shear, 1e-11, &e);
+            }
+        }
+    }
+}
+
+/// The kernel over dual numbers gives the derivatives that it writes out over single ones.
+#[test]
+fn the_kernel_differentiates_itself() {
+    fn law<T>(moduli: [T; 2]) -> FormulaLaw<T> {
+        FormulaLaw { formula: Formula::Hencky, degraded: Degraded::ALL, moduli }
+    }
+    let e = [0.1, -0.2, 0.05];
+    let of_one = law([150.0, 110.0]).respond::<true>(&strains(e), 0.3);
+    for k in 0..3 {
+        let mut along = e.map(num_dual::Dual64::from);
+        along[k] = along[k].derivative();
+        let moduli = [150.0, 110.0].map(num_dual::Dual64::from);
+        let dual = law(moduli).respond::<false>(&strains(along), 0.3.into());
+        assert!((dual.energy.eps - of_one.stress[k]).abs() < 1e-13 * YOUNG);
+        for i in 0..3 {
+            let own = of_one.normal[packed(i.max(k), i.min(k))];
+            assert!((dual.stress[i].eps - own).abs() < 1e-13 * YOUNG);
+        }
+    }
+}
+
+fn assert_same(a: &Response<f64>, b: &Response<f64>, tolerance: f64, at: &[f64; 3]) {
+    for (x, y) in a.numbers().into_iter().zip(b.numbers()) {
+        assert!((x - y).abs() < tolerance * YOUNG, "{x} and {y} at {at:?}");
+    }
+}
+
+#[test]
+fn laws_given_by_their_energy_equal_those_written_out_at_any_distance_of_strains() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(13);
+    for printed in [Printed::Hencky, Printed::NeoHookean] {
+        for split in [Split::None, Split::VolumetricDeviatoric] {
+            let own = damaged(Material::hyperelastic(printed).expect("a law"), split);
+            let written_out = damaged(printed.written_out(), split);
+            for gap in [0.0, 1e-12, 1e-7, 1e-3, 0.03, 0.0999, 0.1001, 0.4] {
+                let middle = rng.random_range(-0.3..0.3);
+                let e = [middle + gap, middle, rng.random_range(-0.3..0.3)];
+                for g in [1.0, 0.3, 0.0] {
+                    let [own, written_out] =
+                        [&own, &written_out].map(|m| m.respond::<true>(&strains(e), g));
+                    assert_same(&own, &written_out, 1e-12, &e);
+                }
+            }
         }
     }
 }
@@ -264,14 +209,14 @@ fn the_volumetric_term_of_a_law_is_what_pressure_keeps() {
         for stretches in [[0.8, 1.1, 0.9], [0.7, 0.7, 0.7], [1.2, 1.1, 0.9], [1.0; 3]] {
             let j: f64 = stretches.iter().product();
             let state = Matrix3::from_diagonal(&stretches.map(|s| s - 1.0).into());
-            let response = material.respond(&state).expect("det F > 0");
+            let stiff = deform(&material, &state, 0.0);
             let term = bulk / 4.0 * (j * j - 1.0 - 2.0 * j.ln());
             let kept = if j < 1.0 { term } else { 0.0 };
-            assert!((response.energy(0.0) - kept).abs() < 1e-12 * bulk, "at {stretches:?}");
+            assert!((stiff.response.energy - kept).abs() < 1e-12 * bulk, "at {stretches:?}");
             let pressure = if j < 1.0 { 0.5 * bulk * (j * j - 1.0) } else { 0.0 };
             for i in 0..3 {
                 let exact = pressure / stretches[i];
-                assert!((response.piola(0.0)[(i, i)] - exact).abs() < 1e-12 * bulk);
+                assert!((stiff.piola()[(i, i)] - exact).abs() < 1e-12 * bulk);
             }
         }
     }
@@ -296,9 +241,9 @@ fn examples() -> [Material; 3] {
 
 #[test]
 fn the_parts_of_every_split_add_up_and_are_continuous_at_equal_and_at_zero_strains() {
-    let moduli = Moduli::new(YOUNG, POISSON);
-    let respond = |split, strain| Printed::Hencky.fused().respond(split, &moduli, strain);
-    let strains = [
+    let respond =
+        |split, e, g| damaged(Printed::Hencky.written_out(), split).respond::<true>(&strains(e), g);
+    let all = [
         [0.1, -0.2, 0.05],
         [-0.1, -0.1, 0.3],
         [0.1, 0.1, 0.1],
@@ -306,33 +251,35 @@ fn the_parts_of_every_split_add_up_and_are_continuous_at_equal_and_at_zero_strai
         [1e-9, -1e-9, 0.0],
         [0.0; 3],
     ];
-    for strain in strains {
-        let whole = respond(Split::None, strain).plus;
+    for e in all {
+        let mut whole = respond(Split::None, e, 1.0);
         for split in [Split::VolumetricDeviatoric, Split::Spectral] {
-            assert_same(&respond(split, strain).merged().plus, &whole, 1e-13, &strain);
+            let parts = respond(split, e, 1.0);
+            (whole.driving, whole.stress_plus) = (parts.driving, parts.stress_plus);
+            assert_same(&parts, &whole, 1e-13, &e);
         }
     }
     // both strains through zero, hardly apart: the shear term stays between its two limits
+    let shear = YOUNG / (2.0 * (1.0 + POISSON));
     for tiny in [1e-3, 1e-9, 1e-15, 1e-300] {
-        let part = respond(Split::Spectral, [tiny, -0.5 * tiny, 0.0]).plus;
-        let share = part.shear[2] / moduli.shear;
+        let e = [tiny, -0.5 * tiny, 0.0];
+        let [all, minus] = [1.0, 0.0].map(|g| respond(Split::Spectral, e, g).shear[2]);
+        let share = (all - minus) / shear;
         assert!((share - 2.0 / 3.0).abs() < 1e-6, "{share} of μ at {tiny}");
     }
 }
 
 #[test]
 fn a_hybrid_material_degrades_all_and_is_driven_by_the_part() {
-    let field = PhaseField { split: Split::Spectral, hybrid: true, ..PhaseField::new(1.0) };
     let steel = Material::hencky(YOUNG, POISSON).with_fracture(Fracture::new(1.0));
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(14);
-    for (state, _) in states(&mut rng) {
-        let of = |field| steel.at_point(Some(&field)).respond(&state).expect("det F > 0");
-        let hybrid = of(field);
-        let split = of(PhaseField { hybrid: false, ..field });
-        let whole = of(PhaseField { split: Split::None, ..field });
-        assert_eq!(hybrid.driving_energy(), split.driving_energy());
-        let difference = (hybrid.piola(0.3) - whole.piola(0.3)).norm();
-        assert!(difference <= 1e-13 * whole.piola(0.3).norm());
+    for (state, _) in states() {
+        let of = |field: PhaseField| deform(&steel.at_point(Some(&field)), &state, 0.3);
+        let split = split_field(Split::Spectral);
+        let hybrid = of(PhaseField { hybrid: true, ..split });
+        let whole = of(split_field(Split::None));
+        assert_eq!(hybrid.response.driving, of(split).response.driving);
+        let difference = (hybrid.piola() - whole.piola()).norm();
+        assert!(difference <= 1e-13 * whole.piola().norm());
     }
 }
 
@@ -340,10 +287,9 @@ fn a_hybrid_material_degrades_all_and_is_driven_by_the_part() {
 /// log b = 2 (Z + Z³/3 + Z⁵/5 + …), Z = (b − I)(b + I)⁻¹, which needs no eigenvalues.
 #[test]
 fn spectral_stress_equals_the_series_logarithm() {
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
-    let material = point_material(Printed::Hencky.fused(), Split::None);
-    let m = Moduli::new(YOUNG, POISSON);
-    for (state, _) in states(&mut rng) {
+    let material = Material::hencky(YOUNG, POISSON).at_point(None);
+    let m = material.moduli;
+    for (state, _) in states() {
         let f = Matrix3::identity() + state;
         let excess = state + state.transpose() + state * state.transpose();
         let z = excess
@@ -358,7 +304,7 @@ fn spectral_stress_equals_the_series_logarithm() {
         let trace = strain.trace();
         let series =
             2.0 * m.shear * strain + (m.bulk - 2.0 / 3.0 * m.shear) * trace * Matrix3::identity();
-        let spectral = material.respond(&state).expect("det F > 0").piola(1.0) * f.transpose();
+        let spectral = deform(&material, &state, 1.0).piola() * f.transpose();
         assert!(
             (spectral - series).norm() < 1e-13 * series.norm(),
             "{} at {state}",
@@ -367,10 +313,169 @@ fn spectral_stress_equals_the_series_logarithm() {
     }
 }
 
+/// Responses of one material after the other at displacement gradients, as many at once as there
+/// are lanes: [`Response::numbers`], and whether det F > 0.
+struct Responses<'a> {
+    materials: &'a [PointMaterial],
+    degraded: Degraded,
+    states: &'a [Matrix3<f64>],
+}
+
+impl WithSimd for Responses<'_> {
+    type Output = Vec<([f64; 17], bool)>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let mut points = Vec::new();
+        for (batch, states) in self.states.chunks(SimdF64::<S>::COUNT).enumerate() {
+            let mut h = [[SimdF64::splat(simd, 0.0); 3]; 3];
+            for i in 0..3 {
+                for j in 0..3 {
+                    let mut column = [0.0; POINTS];
+                    for (x, state) in column.iter_mut().zip(states) {
+                        *x = state[(i, j)];
+                    }
+                    h[i][j] = SimdF64::load(simd, &column);
+                }
+            }
+            let first = batch * SimdF64::<S>::COUNT;
+            let materials: [&PointMaterial; POINTS] =
+                std::array::from_fn(|k| &self.materials[(first + k) % self.materials.len()]);
+            let mut moduli = [[0.0; POINTS]; 2];
+            for lane in 0..POINTS {
+                let PointMaterial { moduli: of_lane, .. } = materials[lane];
+                (moduli[0][lane], moduli[1][lane]) = (of_lane.bulk, of_lane.shear);
+            }
+            let moduli = moduli.each_ref().map(|x| SimdF64::load(simd, x));
+            let law = LaneLaw::new(None, self.degraded, moduli, materials);
+            let principal = Principal::new(&h);
+            let response = law.respond::<true>(&principal.strains, SimdF64::splat(simd, 0.3));
+            let lane = |x: SimdF64<S>, lane: usize| {
+                let mut column = [0.0; POINTS];
+                x.store(&mut column);
+                column[lane]
+            };
+            for (k, _) in states.iter().enumerate() {
+                let numbers = [
+                    &[response.energy, response.driving][..],
+                    &response.stress,
+                    &response.stress_plus,
+                    &response.normal,
+                    &response.shear,
+                ];
+                let mut all = [0.0; 17];
+                all.iter_mut().zip(numbers.concat()).for_each(|(x, y)| *x = lane(y, k));
+                points.push((all, lane(principal.sound, k) == 1.0));
+            }
+        }
+        points
+    }
+}
+
+/// Displacement gradients near and far from each other's principal axes and stretches.
+fn gradients() -> Vec<Matrix3<f64>> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(21);
+    let mut all: Vec<Matrix3<f64>> = states().into_iter().map(|s| s.0).collect();
+    let stretched = |d: [f64; 3]| Matrix3::from_diagonal(&d.into());
+    all.extend([[0.0; 3], [0.0, 0.0, -0.3], [-0.2, 0.4, -0.2]].map(stretched));
+    for k in 0..60 {
+        let size = 0.3 * 10f64.powi(-(k % 12));
+        let shear = Matrix3::from_fn(|_, _| size * rng.random_range(-1.0..1.0));
+        all.push(shear);
+        all.push(shear + Matrix3::identity() * rng.random_range(-0.3..0.3));
+    }
+    all
+}
+
+/// One law for all lanes, and a mixture with laws of the user.
 #[test]
-fn an_element_turned_inside_out_is_reported() {
-    let material = point_material(Printed::Hencky.fused(), Split::None);
-    let mirrored = Matrix3::from_diagonal(&[-2.0, 0.0, 0.0].into());
-    assert!(material.respond(&mirrored).is_err());
-    assert!(material.respond(&Matrix3::from_element(f64::NAN)).is_err());
+fn several_points_give_what_each_gives_alone() {
+    let all = gradients();
+    for (law, split, hybrid) in forms() {
+        let field = PhaseField { hybrid, ..split_field(split) };
+        let point = |m: Material| m.with_fracture(Fracture::new(1.0)).at_point(Some(&field));
+        let one = vec![point(law.written_out())];
+        let mut mixed = vec![point(Material::hencky(YOUNG, POISSON))];
+        if split != Split::Spectral {
+            mixed.push(point(Material::neo_hookean(90.0, 0.4)));
+            mixed.extend(examples().map(point));
+        }
+        for materials in [one, mixed] {
+            let responses = || Responses {
+                materials: &materials,
+                degraded: Degraded { split, hybrid },
+                states: &all,
+            };
+            let wide = crate::operator::dispatch(responses());
+            for many in [wide, pulp::Scalar::new().vectorize(responses())] {
+                assert_eq!(many.len(), all.len());
+                for (k, ((numbers, sound), state)) in many.into_iter().zip(&all).enumerate() {
+                    let material = &materials[k % materials.len()];
+                    let alone = deform(material, state, 0.3);
+                    assert!(sound);
+                    // a strain of zero is on either side of a kink
+                    let log = alone.principal.strains.log;
+                    let kink = log.into_iter().chain([log.iter().sum()]).any(|e| e.abs() < 1e-14);
+                    let stiffness = material.moduli.bulk;
+                    for (n, (x, y)) in numbers.into_iter().zip(alone.response.numbers()).enumerate()
+                    {
+                        // energies and stresses are as small as their strains, tangents are not
+                        let size = if n < 8 { state.norm() } else { 1.0 };
+                        if n < 8 || split == Split::None || !kink {
+                            let error = (x - y).abs();
+                            assert!(
+                                error <= 2e-12 * size * stiffness,
+                                "{n}: {x} {y} {split:?} {state}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn one_inverted_point_is_found_among_others() {
+    let materials = [Material::hencky(YOUNG, POISSON).at_point(None)];
+    for bad in [Matrix3::from_diagonal(&[-2.0, 0.0, 0.0].into()), Matrix3::from_element(f64::NAN)] {
+        for place in 0..POINTS {
+            let mut states = vec![Matrix3::zeros(); POINTS];
+            states[place] = bad;
+            let all = Responses { materials: &materials, degraded: Degraded::ALL, states: &states };
+            let sound = crate::operator::dispatch(all).into_iter().map(|point| point.1);
+            assert!(sound.enumerate().all(|(k, sound)| sound == (k != place)));
+        }
+    }
+}
+
+/// ln(1 + x) against the library's, from the least numbers to the largest.
+#[test]
+fn logarithms_are_those_of_the_library() {
+    struct Logarithms<'a>(&'a [f64; POINTS]);
+    impl WithSimd for Logarithms<'_> {
+        type Output = [f64; POINTS];
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) -> [f64; POINTS] {
+            let mut out = [0.0; POINTS];
+            SimdF64::load(simd, self.0).ln_1p().store(&mut out);
+            out
+        }
+    }
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(22);
+    for k in 0..4000 {
+        let size = 10f64.powi(k % 40 - 30);
+        let mut x: [f64; POINTS] = std::array::from_fn(|_| size * rng.random_range(-1.0..1.0));
+        x.iter_mut().filter(|x| **x <= -1.0).for_each(|x| *x = -1.0 - 1.0 / *x);
+        x[1] =
+            [0.0, -0.999_999_999, -0.292_893_218_813_452_4, 0.414_213_562_373_095][k as usize % 4];
+        for (x, y) in x.into_iter().zip(crate::operator::dispatch(Logarithms(&x))) {
+            let exact = x.ln_1p();
+            assert!(
+                (y - exact).abs() <= 8e-16 * exact.abs(),
+                "ln(1 + {x:e}) = {y:e}, not {exact:e}"
+            );
+        }
+    }
 }

@@ -4,11 +4,11 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use nalgebra::{SMatrix, SVector};
-use num_dual::{DualNum, hessian, second_derivative};
+use num_dual::{DualNum, gradient, hessian, second_derivative};
 
-use super::PrincipalStrain;
-use super::hencky::x_coth_x;
-use super::law::Part;
+use super::principal::Strains;
+use super::response::{Whole, packed};
+use super::strain::PrincipalStrain;
 use crate::error::FemError;
 
 /// An isotropic hyperelastic law, given by its energy alone.
@@ -43,7 +43,9 @@ use crate::error::FemError;
 ///     }
 /// }
 ///
-/// let foam = Material::hyperelastic(BlatzKo { shear_mpa: 0.4 })?.elasticity;
+/// let foam = Material::hyperelastic(BlatzKo { shear_mpa: 0.4 })?;
+/// fem::assert_material(&foam, None);
+/// let foam = foam.elasticity;
 /// assert!((foam.poisson() - 0.25).abs() < 1e-12 && (foam.young_mpa() - 1.0).abs() < 1e-12);
 /// # Ok::<(), fem::FemError>(())
 /// ```
@@ -73,7 +75,9 @@ impl PartialEq for UserLaw {
 trait Derived: Debug + Send + Sync {
     fn value(&self, strain: [f64; 3]) -> f64;
 
-    fn derivatives(&self, strain: [f64; 3]) -> (f64, SVector<f64, 3>, SMatrix<f64, 3, 3>);
+    fn first(&self, strain: [f64; 3]) -> (f64, SVector<f64, 3>);
+
+    fn second(&self, strain: [f64; 3]) -> (f64, SVector<f64, 3>, SMatrix<f64, 3, 3>);
 
     /// d²ψ/dδ² at ε_i = m + δ, ε_j = m − δ; `strain` holds m at both.
     fn spread_curvature(&self, strain: [f64; 3], i: usize, j: usize, delta: f64) -> f64;
@@ -84,7 +88,11 @@ impl<L: HyperelasticLaw> Derived for L {
         self.energy(&PrincipalStrain::new(strain))
     }
 
-    fn derivatives(&self, strain: [f64; 3]) -> (f64, SVector<f64, 3>, SMatrix<f64, 3, 3>) {
+    fn first(&self, strain: [f64; 3]) -> (f64, SVector<f64, 3>) {
+        gradient(|e| self.energy(&PrincipalStrain::new([e[0], e[1], e[2]])), &SVector::from(strain))
+    }
+
+    fn second(&self, strain: [f64; 3]) -> (f64, SVector<f64, 3>, SMatrix<f64, 3, 3>) {
         hessian(|e| self.energy(&PrincipalStrain::new([e[0], e[1], e[2]])), &SVector::from(strain))
     }
 
@@ -128,18 +136,27 @@ impl UserLaw {
         self.poisson
     }
 
-    /// Energy, stress and tangent.
+    /// Energy and stress, and the tangent if it is asked for.
     ///
     /// ½ (τ_i − τ_j) coth x with x = ε_i − ε_j loses its digits for x → 0, and its limit differs
     /// from it at second order. But τ_i − τ_j is the derivative of ψ(m + δ, m − δ) at δ = x/2, an odd
     /// function of δ, so that the term is ¼ x coth x times the mean of d²ψ/dδ² over (0, δ).
-    pub(super) fn respond(&self, strain: [f64; 3]) -> Part {
-        let (energy, stress, tangent) = self.law.derivatives(strain);
+    pub(super) fn whole(&self, strains: &Strains<f64>, tangent: bool) -> Whole<f64> {
+        let strain = strains.log;
+        if !tangent {
+            let (energy, stress) = self.law.first(strain);
+            return Whole { energy, stress: stress.into(), normal: [0.0; 6], shear: [0.0; 3] };
+        }
+        let (energy, stress, second) = self.law.second(strain);
+        let mut normal = [0.0; 6];
+        for i in 0..3 {
+            (0..=i).for_each(|j| normal[packed(i, j)] = second[(i, j)]);
+        }
         let shear = std::array::from_fn(|k| {
             let (i, j) = ((k + 1) % 3, (k + 2) % 3);
             let x = strain[i] - strain[j];
             if x.abs() >= NEAR {
-                return 0.5 * (stress[i] - stress[j]) / x.tanh();
+                return 0.5 * (stress[i] - stress[j]) * strains.coth[k] / x;
             }
             let mut middle = strain;
             middle[i] = 0.5 * (strain[i] + strain[j]);
@@ -148,14 +165,15 @@ impl UserLaw {
                 .iter()
                 .map(|[at, w]| w * self.law.spread_curvature(middle, i, j, 0.5 * x * at))
                 .sum();
-            0.25 * x_coth_x(x) * mean
+            0.25 * strains.coth[k] * mean
         });
-        Part {
-            energy,
-            stress: stress.into(),
-            tangent: std::array::from_fn(|i| std::array::from_fn(|j| tangent[(i, j)])),
-            shear,
-        }
+        Whole { energy, stress: stress.into(), normal, shear }
+    }
+
+    /// U, U′ and U″ of the pure change of volume with t = ln J, in which each strain is t/3.
+    pub(super) fn of_volume(&self, t: f64) -> [f64; 3] {
+        let (energy, stress, second) = self.law.second([t / 3.0; 3]);
+        [energy, stress.mean(), second.mean()]
     }
 }
 
@@ -167,7 +185,7 @@ impl UserLaw {
 /// If the energy is not symmetric in the strains, the rest state is not one of zero energy and
 /// stress, or a modulus is not positive.
 fn small_strain(law: &dyn Derived) -> Result<[f64; 2], FemError> {
-    let (energy, stress, tangent) = law.derivatives([0.0; 3]);
+    let (energy, stress, tangent) = law.second([0.0; 3]);
     let (lame, shear) = (tangent[(0, 1)], 0.5 * (tangent[(0, 0)] - tangent[(0, 1)]));
     let bulk = lame + 2.0 / 3.0 * shear;
     let refuse = |message: &str, help: &str| {

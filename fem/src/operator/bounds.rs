@@ -1,13 +1,12 @@
 //! Bounds on nodal values, kept by projection and an active set.
 //!
-//! A value on its bound that the residual pushes against it is held: its equation leaves the system,
+//! A value on its bound that the residual pushes against it is constrained: its equation leaves the system,
 //! and its residual is the reaction of the bound. Newton then acts on the others, and what a step
 //! carries past a bound is put back on it. This is the projected Newton method of Bertsekas (SIAM J.
-//! Control Optim. 20 (1982) 221, doi:10.1137/0320018); once the set of held values is right it is
+//! Control Optim. 20 (1982) 221, doi:10.1137/0320018); once the set of constrained values is right it is
 //! Newton's method.
 
 use crate::fields::Fields;
-use crate::operator::Residual;
 
 /// lower ≤ u_x, u_y, u_z, φ ≤ upper at every node; infinite where there is no bound.
 #[derive(Clone, Debug)]
@@ -34,15 +33,15 @@ impl Bounds {
         }
     }
 
-    /// Takes the values that a bound holds out of those that are free.
-    pub(crate) fn hold(&self, fields: &Fields, residual: &Residual, free: &mut [[bool; 4]]) {
+    /// Takes the values that a bound constrains out of those that are free; `residual` is by node.
+    pub(crate) fn constrain(&self, fields: &Fields, residual: &[[f64; 4]], free: &mut [[bool; 4]]) {
         for (n, free) in free.iter_mut().enumerate() {
             let [x, y, z] = fields.displacement[n];
             for (k, value) in [x, y, z, fields.damage[n]].into_iter().enumerate() {
-                let r = residual.nodal[n][k];
-                let held = (value <= self.lower[n][k] && r > 0.0)
+                let r = residual[n][k];
+                let constrained = (value <= self.lower[n][k] && r > 0.0)
                     || (value >= self.upper[n][k] && r < 0.0);
-                free[k] &= !held;
+                free[k] &= !constrained;
             }
         }
     }

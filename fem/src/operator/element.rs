@@ -1,259 +1,323 @@
-//! One element: gathered values, residual and tangent blocks. Nothing is allocated here.
+//! The equations over an element, written once: residual and linearisation for single numbers, for
+//! several elements side by side and for dual numbers.
+//!
+//! Both work in the element's barycentric axes. With U_k = ∂u/∂λ_k − ∂u/∂λ₀ (k = 1 … 3) the gradient
+//! is H = Σ_k U_k ⊗ ∇λ_k whatever the order of the element, and what belongs to U_k goes back to node
+//! a with the weight ∂U_k/∂u_a. A region that cannot be damaged is one with η = 1 and no toughness.
+//!
+//! A new term of the energy goes into the two readings here, and, if it adds to the numbers of an
+//! elastic point, into `point_data.rs`.
 
-use nalgebra::{Matrix3, Vector3};
-
-use super::residual::Increment;
-use crate::element::Space;
-use crate::material::{Damage, Inverted, PointMaterial, PointResponse};
-
-/// The 4 × 4 block of nodes a and b: rows u_x, u_y, u_z, φ of a, columns those of b.
-pub(crate) type Block = [[f64; 4]; 4];
+use super::point_data::{self, PointData};
+use crate::element::Rule;
+use crate::material::{
+    CrackDensity, Degradation, Law, PointTangent, Principal, Response, Scalar, dot, packed,
+};
 
 /// The most elastic or damage points that a rule has.
-pub(super) const MOST_POINTS: usize = 14;
+pub(crate) const MOST_POINTS: usize = 14;
 
-/// The values of one element.
-pub(crate) struct Element<'a, const N: usize> {
-    pub(super) tet: usize,
-    pub(super) space: &'a Space<N>,
-    pub(super) material: &'a PointMaterial,
-    pub(super) volume: f64,
-    pub(super) gradients: &'a [[[f64; 3]; N]],
-    displacement: [[f64; 3]; N],
-    damage: [f64; N],
-    before: [f64; N],
-    pub(super) duration: f64,
-    /// The largest ψ⁺ so far by elastic point, or nothing.
-    history: &'a [f64],
+/// The values of an element, or of one in each lane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Element<'a, T, L, const N: usize> {
+    pub(crate) rule: &'a Rule,
+    pub(crate) law: L,
+    pub(crate) density: CrackDensity,
+    /// u, mm.
+    pub(crate) displacement: [[T; 3]; N],
+    /// φ.
+    pub(crate) damage: [T; N],
+    /// φ at the start of the increment.
+    pub(crate) before: [T; N],
+    /// ∇λ_k, 1/mm.
+    pub(crate) barycentric: [[T; 3]; 3],
+    /// mm³.
+    pub(crate) volume: T,
+    pub(crate) degradation: Degradation<T>,
+    /// Gc/(c₀ ℓ₀), MPa.
+    pub(crate) local: T,
+    /// Gc ℓ₀/c₀, N.
+    pub(crate) gradient: T,
+    /// ξ/Δt, MPa.
+    pub(crate) viscous: T,
+    /// The largest ψ⁺ so far by elastic point; `None`: the current one drives damage.
+    pub(crate) history: Option<&'a [T; MOST_POINTS]>,
 }
 
-/// The contributions of one element to the residual.
-#[derive(Clone)]
-pub(crate) struct ElementResidual<const N: usize> {
-    pub(crate) nodal: [[f64; 4]; N],
-    pub(crate) drive: [f64; N],
-    pub(crate) elastic: f64,
-    pub(crate) fracture: f64,
-    pub(crate) viscous: f64,
+/// The contributions of an element to the residual.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ElementResidual<T, const N: usize> {
+    /// R_u (N) and R_φ (N mm) of its nodes.
+    pub(crate) nodal: [[T; 4]; N],
+    /// ∫ g′ ψ⁺ N_a dV alone.
+    pub(crate) drive: [T; N],
+    /// Elastic and crack energy, and viscous dissipation, N mm.
+    pub(crate) energies: [T; 3],
+    /// One; zero where the element is turned inside out.
+    pub(crate) sound: T,
 }
 
-impl<const N: usize> ElementResidual<N> {
-    pub(super) fn zero() -> Self {
-        let nodal = [[0.0; 4]; N];
-        Self { nodal, drive: [0.0; N], elastic: 0.0, fracture: 0.0, viscous: 0.0 }
-    }
+/// The state at an elastic point.
+struct At<T> {
+    /// Volume that the point stands for.
+    weight: T,
+    principal: Principal<T>,
+    response: Response<T>,
 }
 
-impl<'a, const N: usize> Element<'a, N> {
-    pub(crate) fn gather(space: &'a Space<N>, tet: usize, increment: &Increment<'a>) -> Self {
-        let nodes = &space.tets[tet];
-        let value = |field: &[f64], a: usize| field[nodes[a] as usize];
-        Self {
-            tet,
-            space,
-            material: &increment.materials[usize::from(space.region[tet])],
-            volume: space.volume[tet],
-            gradients: space.gradients_of(tet),
-            displacement: std::array::from_fn(|a| increment.fields.displacement[nodes[a] as usize]),
-            damage: std::array::from_fn(|a| value(&increment.fields.damage, a)),
-            before: std::array::from_fn(|a| value(increment.span.damage_before, a)),
-            duration: increment.span.duration,
-            history: match increment.span.history {
-                [] => &[],
-                all => {
-                    let points = space.rule.points.len();
-                    &all[tet * points..(tet + 1) * points]
-                }
-            },
-        }
+impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
+    #[inline(always)]
+    fn constant(&self, x: f64) -> T {
+        self.volume.constant(x)
     }
 
-    /// H = Σ u_a ⊗ ∇N_a.
-    pub(super) fn displacement_gradient(&self, shape: &[[f64; 3]; N]) -> Matrix3<f64> {
-        let mut h = Matrix3::zeros();
-        for (u, g) in self.displacement.iter().zip(shape) {
-            for j in 0..3 {
-                for i in 0..3 {
-                    h[(i, j)] += u[i] * g[j];
+    /// ∂U_k/∂u_a at elastic point q.
+    #[inline(always)]
+    fn slopes(&self, q: usize) -> &[[f64; 3]; N] {
+        self.rule.points[q].slopes.first_chunk().expect("a slope of each node")
+    }
+
+    #[inline(always)]
+    fn shape(&self, p: usize) -> &[f64; N] {
+        self.rule.damage[p].shape.first_chunk().expect("a value of each node")
+    }
+
+    /// Elastic point q, with damage `phi` at the damage points.
+    #[inline(always)]
+    fn at<const TANGENT: bool>(&self, q: usize, phi: &[T; MOST_POINTS]) -> At<T> {
+        let du = self.differences(q, &self.displacement);
+        let mut h = [[self.constant(0.0); 3]; 3];
+        for k in 0..3 {
+            for i in 0..3 {
+                for j in 0..3 {
+                    h[i][j] = du[k][i].mul_add(self.barycentric[k][j], h[i][j]);
                 }
             }
         }
-        h
+        let principal = Principal::new(&h);
+        let response = self.law.respond::<TANGENT>(&principal.strains, self.stiffness_at(q, phi));
+        let weight = self.volume * self.constant(self.rule.points[q].weight);
+        At { weight, principal, response }
     }
 
-    fn at_point(&self, field: &[f64; N], shape: &[f64; N]) -> f64 {
-        field.iter().zip(shape).map(|(x, n)| x * n).sum()
+    /// ∂u/∂λ_k − ∂u/∂λ₀ at elastic point q, by k.
+    #[inline(always)]
+    fn differences<const C: usize>(&self, q: usize, u: &[[T; C]; N]) -> [[T; C]; 3] {
+        let slopes = self.slopes(q);
+        let mut du = [[self.constant(0.0); C]; 3];
+        for k in 0..3 {
+            for c in 0..C {
+                if N == 4 {
+                    du[k][c] = u[k + 1][c] - u[0][c];
+                    continue;
+                }
+                for a in 0..N {
+                    du[k][c] = u[a][c].mul_add(self.constant(slopes[a][k]), du[k][c]);
+                }
+            }
+        }
+        du
+    }
+
+    /// Adds what belongs to the differences to the nodes.
+    #[inline(always)]
+    fn add_flux(&self, q: usize, flux: &[[T; 4]; 3], fields: usize, nodal: &mut [[T; 4]; N]) {
+        let slopes = self.slopes(q);
+        for c in 0..fields {
+            for k in 0..3 {
+                if N == 4 {
+                    nodal[k + 1][c] += flux[k][c];
+                    nodal[0][c] = nodal[0][c] - flux[k][c];
+                    continue;
+                }
+                for a in 0..N {
+                    let slope = self.constant(slopes[a][k]);
+                    nodal[a][c] = slope.mul_add(flux[k][c], nodal[a][c]);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn interpolate(&self, field: &[T; N], shape: &[f64; N]) -> T {
+        let mut sum = self.constant(0.0);
+        for a in 0..N {
+            sum = field[a].mul_add(self.constant(shape[a]), sum);
+        }
+        sum
     }
 
     /// φ at the damage points.
-    pub(super) fn damage_at_points(&self) -> [f64; MOST_POINTS] {
-        let mut values = [0.0; MOST_POINTS];
-        for (value, point) in values.iter_mut().zip(&self.space.rule.damage) {
-            *value = self.at_point(&self.damage, &point.shape);
+    #[inline(always)]
+    fn damage_at_points(&self) -> [T; MOST_POINTS] {
+        let mut phi = [self.constant(0.0); MOST_POINTS];
+        for p in 0..self.rule.damage.len() {
+            phi[p] = self.interpolate(&self.damage, self.shape(p));
         }
-        values
+        phi
     }
 
-    /// g_q = Σ_p C_qp g(φ_p), one in elastic regions.
-    pub(super) fn stiffness_at(&self, q: usize, phi: &[f64; MOST_POINTS]) -> f64 {
-        let Some(damage) = &self.material.damage else { return 1.0 };
-        let row = &self.space.rule.mixing[q];
-        row.iter().zip(phi).map(|(c, &x)| c * damage.degradation.value(x)).sum()
-    }
-
-    fn damage_gradient(&self, shape: &[[f64; 3]; N]) -> [f64; 3] {
-        std::array::from_fn(|k| self.damage.iter().zip(shape).map(|(x, g)| x * g[k]).sum())
+    /// g_q = Σ_p C_qp g(φ_p), one where nothing can be damaged.
+    #[inline(always)]
+    fn stiffness_at(&self, q: usize, phi: &[T; MOST_POINTS]) -> T {
+        let row = &self.rule.mixing[q];
+        if row.is_empty() {
+            return self.constant(1.0);
+        }
+        let mut sum = self.constant(0.0);
+        for (&c, &phi) in row.iter().zip(phi) {
+            sum = self.constant(c).mul_add(self.degradation.value(phi), sum);
+        }
+        sum
     }
 
     /// What drives damage at elastic point q: ψ⁺, or the largest value that it has had.
-    pub(super) fn driving_energy(&self, q: usize, response: &PointResponse) -> f64 {
-        let so_far = self.history.get(q).copied().unwrap_or(0.0);
-        response.driving_energy().max(so_far)
+    #[inline(always)]
+    fn driving(&self, q: usize, at: &At<T>) -> T {
+        match self.history {
+            Some(so_far) => at.response.driving.max(so_far[q]),
+            None => at.response.driving,
+        }
     }
 
-    /// Writes the driving energy of each elastic point.
-    pub(crate) fn driving_energies(&self, out: &mut [f64]) -> Result<(), Inverted> {
-        for (q, (value, shape)) in out.iter_mut().zip(self.gradients).enumerate() {
-            let response = self.material.respond(&self.displacement_gradient(shape))?;
-            *value = self.driving_energy(q, &response);
+    /// Adds the driving energy of elastic point q to the damage points.
+    #[inline(always)]
+    fn add_driving(&self, q: usize, at: &At<T>, to: &mut [T; MOST_POINTS]) {
+        let energy = at.weight * self.driving(q, at);
+        for (to, &c) in to.iter_mut().zip(&self.rule.mixing[q]) {
+            *to = energy.mul_add(self.constant(c), *to);
         }
-        Ok(())
+    }
+
+    /// Writes the driving energy of each elastic point; whether the element is sound.
+    #[inline(always)]
+    pub(crate) fn driving_energies(&self, out: &mut [T; MOST_POINTS]) -> T {
+        let phi = self.damage_at_points();
+        let mut sound = self.constant(1.0);
+        for q in 0..self.rule.points.len() {
+            let at = self.at::<false>(q, &phi);
+            sound = sound.min(at.principal.sound);
+            out[q] = self.driving(q, &at);
+        }
+        sound
     }
 
     /// R_u and R_φ of the element's nodes, and its energies.
-    pub(crate) fn residual(&self) -> Result<ElementResidual<N>, Inverted> {
-        let mut out = ElementResidual::zero();
+    #[inline(always)]
+    pub(crate) fn residual(&self) -> ElementResidual<T, N> {
+        let zero = self.constant(0.0);
+        let (mut nodal, mut drive) = ([[zero; 4]; N], [zero; N]);
+        let [mut elastic, mut fracture, mut viscous] = [zero; 3];
+        let mut sound = self.constant(1.0);
         let phi = self.damage_at_points();
-        let mut driving = [0.0; MOST_POINTS];
-        for (q, (point, shape)) in self.space.rule.points.iter().zip(self.gradients).enumerate() {
-            let weight = self.volume * point.weight;
-            let response = self.material.respond(&self.displacement_gradient(shape))?;
-            let g = self.stiffness_at(q, &phi);
-            out.elastic += weight * response.energy(g);
-            let stress = response.piola(g) * weight;
-            for (nodal, gradient) in out.nodal.iter_mut().zip(shape) {
-                let force = stress * Vector3::from(*gradient);
-                for i in 0..3 {
-                    nodal[i] += force[i];
-                }
-            }
-            if let Some(damage) = &self.material.damage {
-                for (drive, c) in driving.iter_mut().zip(&self.space.rule.mixing[q]) {
-                    *drive += weight * c * self.driving_energy(q, &response);
-                }
-                let slope = self.damage_gradient(shape);
-                let stiffness = weight * damage.gradient;
-                out.fracture += stiffness * slope.iter().map(|s| s * s).sum::<f64>();
-                for (nodal, gradient) in out.nodal.iter_mut().zip(shape) {
-                    nodal[3] += 2.0 * stiffness * dot(&slope, gradient);
-                }
-            }
-        }
-        if let Some(damage) = &self.material.damage {
-            self.add_local_damage(damage, &phi, &driving, &mut out);
-        }
-        Ok(out)
-    }
-
-    fn add_local_damage(
-        &self,
-        damage: &Damage,
-        phi: &[f64; MOST_POINTS],
-        driving: &[f64; MOST_POINTS],
-        out: &mut ElementResidual<N>,
-    ) {
-        for (p, point) in self.space.rule.damage.iter().enumerate() {
-            let weight = self.volume * point.weight;
-            let [alpha, slope, _] = damage.density.local(phi[p]);
-            let growth = phi[p] - self.at_point(&self.before, &point.shape);
-            let rate = damage.viscosity * growth / self.duration;
-            out.fracture += weight * damage.local * alpha;
-            out.viscous += weight * rate * growth;
-            let drive = damage.degradation.slope(phi[p]) * driving[p];
-            let local = drive + weight * (damage.local * slope + rate);
-            for a in 0..N {
-                out.nodal[a][3] += point.shape[a] * local;
-                out.drive[a] += point.shape[a] * drive;
-            }
-        }
-    }
-
-    /// The blocks (a, b ≤ a) of the tangent; `coupled` keeps the terms between u and φ.
-    pub(crate) fn tangent(
-        &self,
-        coupled: bool,
-        blocks: &mut [[Block; N]; N],
-    ) -> Result<(), Inverted> {
+        let mut driving = [zero; MOST_POINTS];
+        let mut damage = [[zero]; N];
         for a in 0..N {
-            blocks[a][..=a].fill([[0.0; 4]; 4]);
+            damage[a] = [self.damage[a]];
         }
-        let phi = self.damage_at_points();
-        let mut driving = [0.0; MOST_POINTS];
-        for (q, (point, shape)) in self.space.rule.points.iter().zip(self.gradients).enumerate() {
-            let weight = self.volume * point.weight;
-            let response = self.material.respond(&self.displacement_gradient(shape))?;
-            let tangent = response.tangent(self.stiffness_at(q, &phi));
-            let spatial: [[f64; 3]; N] = std::array::from_fn(|a| response.spatial(&shape[a]));
+        for q in 0..self.rule.points.len() {
+            let at = self.at::<false>(q, &phi);
+            sound = sound.min(at.principal.sound);
+            elastic = at.weight.mul_add(at.response.energy, elastic);
+            let piola = at.principal.piola(&at.response.stress, at.weight);
+            let mut flux = [[zero; 4]; 3];
+            for k in 0..3 {
+                for i in 0..3 {
+                    flux[k][i] = dot(&piola[i], &self.barycentric[k]);
+                }
+            }
+            let damaged = !self.rule.damage.is_empty();
+            if damaged {
+                self.add_driving(q, &at, &mut driving);
+                let mut gradient = [zero; 3];
+                let change = self.differences(q, &damage);
+                for k in 0..3 {
+                    for x in 0..3 {
+                        gradient[x] = change[k][0].mul_add(self.barycentric[k][x], gradient[x]);
+                    }
+                }
+                let stiffness = at.weight * self.gradient;
+                fracture = stiffness.mul_add(dot(&gradient, &gradient), fracture);
+                for k in 0..3 {
+                    flux[k][3] = (stiffness + stiffness) * dot(&gradient, &self.barycentric[k]);
+                }
+            }
+            self.add_flux(q, &flux, if damaged { 4 } else { 3 }, &mut nodal);
+        }
+        for p in 0..self.rule.damage.len() {
+            let shape = self.shape(p);
+            let weight = self.volume * self.constant(self.rule.damage[p].weight);
+            let [alpha, slope, _] = self.density.local(phi[p]);
+            let growth = phi[p] - self.interpolate(&self.before, shape);
+            let rate = self.viscous * growth;
+            fracture = (weight * self.local).mul_add(alpha, fracture);
+            viscous = (weight * rate).mul_add(growth, viscous);
+            let force = self.degradation.slope(phi[p]) * driving[p];
+            let local = weight.mul_add(self.local.mul_add(slope, rate), force);
             for a in 0..N {
-                for b in 0..=a {
-                    let stiffness = tangent.block(&spatial[a], &spatial[b]);
-                    let block = &mut blocks[a][b];
-                    for i in 0..3 {
-                        for j in 0..3 {
-                            block[i][j] += weight * stiffness[(i, j)];
-                        }
-                    }
-                }
-            }
-            let Some(damage) = &self.material.damage else { continue };
-            let row = &self.space.rule.mixing[q];
-            for (drive, c) in driving.iter_mut().zip(row) {
-                *drive += weight * c * self.driving_energy(q, &response);
-            }
-            for a in 0..N {
-                for b in 0..=a {
-                    blocks[a][b][3][3] +=
-                        2.0 * weight * damage.gradient * dot(&shape[a], &shape[b]);
-                }
-            }
-            if coupled {
-                let stress = response.piola_plus() * weight;
-                let forces: [Vector3<f64>; N] =
-                    std::array::from_fn(|a| stress * Vector3::from(shape[a]));
-                let mut softening = [0.0; N];
-                for ((point, c), &x) in self.space.rule.damage.iter().zip(row).zip(&phi) {
-                    let slope = c * damage.degradation.slope(x);
-                    for b in 0..N {
-                        softening[b] += slope * point.shape[b];
-                    }
-                }
-                for a in 0..N {
-                    for b in 0..=a {
-                        for i in 0..3 {
-                            blocks[a][b][i][3] += forces[a][i] * softening[b];
-                            blocks[a][b][3][i] += forces[b][i] * softening[a];
-                        }
-                    }
+                if shape[a] != 0.0 {
+                    let shape = self.constant(shape[a]);
+                    nodal[a][3] = shape.mul_add(local, nodal[a][3]);
+                    drive[a] = shape.mul_add(force, drive[a]);
                 }
             }
         }
-        let Some(damage) = &self.material.damage else { return Ok(()) };
-        for (p, point) in self.space.rule.damage.iter().enumerate() {
-            let [.., curvature] = damage.density.local(phi[p]);
-            let local = damage.degradation.curvature() * driving[p]
-                + self.volume
-                    * point.weight
-                    * (damage.local * curvature + damage.viscosity / self.duration);
-            for a in 0..N {
-                for b in 0..=a {
-                    blocks[a][b][3][3] += point.shape[a] * point.shape[b] * local;
-                }
-            }
-        }
-        Ok(())
+        ElementResidual { nodal, drive, energies: [elastic, fracture, viscous], sound }
     }
-}
 
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    /// Writes the numbers of the tangent, as [`PointData`] orders them; `coupled` keeps the terms
+    /// between u and φ. With `AXES` the principal axes follow behind all others, in place of their
+    /// quaternions. Returns whether the element is sound.
+    #[inline(always)]
+    pub(crate) fn linearise<const AXES: bool>(&self, coupled: bool, out: &mut [T]) -> T {
+        let zero = self.constant(0.0);
+        let data = PointData::of(self.rule);
+        let phi = self.damage_at_points();
+        let mut sound = self.constant(1.0);
+        let mut driving = [zero; MOST_POINTS];
+        for q in 0..self.rule.points.len() {
+            let at = self.at::<true>(q, &phi);
+            sound = sound.min(at.principal.sound);
+            let tangent = PointTangent::new(&at.principal, &at.response, at.weight);
+            let mut push = [[zero; 3]; 3];
+            for k in 0..3 {
+                for i in 0..3 {
+                    push[k][i] = dot(&at.principal.push[i], &self.barycentric[k]);
+                }
+            }
+            if AXES {
+                data.write_axes(q, &tangent.axes, out);
+            }
+            let point = &mut out[data.point(q)..];
+            point_data::write_point::<T, AXES>(&tangent, &push, point);
+            if self.rule.damage.is_empty() {
+                continue;
+            }
+            self.add_driving(q, &at, &mut driving);
+            for i in 0..3 {
+                let source = if coupled { at.weight * at.response.stress_plus[i] } else { zero };
+                point[point_data::SOURCE + i] = source;
+            }
+        }
+        if self.rule.damage.is_empty() {
+            return sound;
+        }
+        let stiffness = self.volume * (self.gradient + self.gradient);
+        for k in 0..3 {
+            for l in 0..=k {
+                let product = dot(&self.barycentric[k], &self.barycentric[l]);
+                out[data.gradient() + packed(k, l)] = stiffness * product;
+            }
+        }
+        for p in 0..self.rule.damage.len() {
+            out[p] = self.degradation.slope(phi[p]);
+            // g″ Σ w ψ⁺ + w (Gc/(c₀ ℓ₀) α″ + ξ/Δt); one place where it is the same at all points
+            let [.., curvature] = self.density.local(phi[p]);
+            let stiffness = self.local.mul_add(curvature, self.viscous);
+            let weight = self.volume * self.constant(self.rule.damage[p].weight);
+            let local = self.degradation.curvature().mul_add(driving[p], weight * stiffness);
+            out[data.local(p)] = local;
+        }
+        sound
+    }
 }

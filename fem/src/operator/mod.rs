@@ -1,31 +1,35 @@
-//! The equations on a mesh: residual, consistent tangent, and the unknowns that they act on.
+//! The equations on a mesh: physics, geometry and layout, and the unknowns that they act on.
+//!
+//! *Physics* is the element kernel (`element.rs`) over the point kernel of the room of materials:
+//! residual, linearisation and, in `backend/apply.rs`, the product read the same equations.
+//! *Geometry* is [`Domain`](crate::element::Domain). *Layout* ([`Layout`]) is where elements stand in
+//! lanes and chunks. Solvers see [`Operator`] and [`Product`]; a machine implements them in a
+//! `backend`.
 
-mod assembly;
-mod batched;
-mod batches;
+mod backend;
+mod blocks;
 mod bounds;
+mod deterministic_reduce;
 mod element;
+mod equations;
 mod graph;
-mod in_order;
-mod kernel;
-mod lanes;
-mod matrix_free;
+mod layout;
 mod pattern;
-mod product;
-mod reduced;
+mod point_data;
 mod residual;
 #[cfg(test)]
 mod tests;
 mod unknowns;
 
-pub(crate) use assembly::{Assembly, Coupling, Operator};
+pub(crate) use backend::{Assembly, product};
+#[cfg(test)]
+pub(crate) use backend::{MatrixFree, dispatch};
 pub(crate) use bounds::Bounds;
+pub(crate) use equations::{Coupling, Operator, Product};
 pub(crate) use graph::Graph;
 #[cfg(test)]
-pub(crate) use lanes::{LANES, dispatch};
-pub(crate) use matrix_free::{Layout, MatrixFree};
+pub(crate) use layout::LANES;
+pub(crate) use layout::Layout;
 pub(crate) use pattern::{Pattern, Tangent};
-#[cfg(test)]
-pub(crate) use reduced::ReferenceRule;
-pub(crate) use residual::{Increment, NodeBlock, Residual, Span};
+pub(crate) use residual::{Increment, NodeBlock, Residual, StepContext};
 pub(crate) use unknowns::{NONE, Unknowns};

@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::element::Block;
 use super::graph::Graph;
-use super::lanes::LANES;
+use super::layout::LANES;
+
+/// The 4 × 4 block of nodes a and b: rows u_x, u_y, u_z, φ of a, columns those of b.
+pub(crate) type Block = [[f64; 4]; 4];
 
 /// Which blocks there are, and the place of every element block; found once for a mesh.
 #[derive(Clone, Debug)]

@@ -12,7 +12,7 @@ pub(crate) struct Increment<'a> {
     /// The current fields.
     pub(crate) fields: &'a Fields,
     /// What it started from.
-    pub(crate) span: Span<'a>,
+    pub(crate) context: StepContext<'a>,
 }
 
 /// A node and the block −∂force/∂u of what touches it there, N/mm.
@@ -20,7 +20,7 @@ pub(crate) type NodeBlock = (u32, [[f64; 3]; 3]);
 
 /// A time increment: its start, its length, and what acts and holds meanwhile.
 #[derive(Clone, Copy)]
-pub(crate) struct Span<'a> {
+pub(crate) struct StepContext<'a> {
     /// φ at the start.
     pub(crate) damage_before: &'a [f64],
     /// Δt, s.
@@ -34,7 +34,7 @@ pub(crate) struct Span<'a> {
     pub(crate) contact: &'a [NodeBlock],
 }
 
-impl<'a> Span<'a> {
+impl<'a> StepContext<'a> {
     /// An increment without history and bounds.
     pub(crate) fn new(damage_before: &'a [f64], duration: f64) -> Self {
         Self { damage_before, duration, history: &[], bounds: None, contact: &[] }

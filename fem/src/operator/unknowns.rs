@@ -13,14 +13,14 @@ pub(crate) struct Unknowns {
 impl Unknowns {
     /// Numbers the free values node by node in the given order.
     ///
-    /// `damaged[n]` says whether node n carries damage; `held` are prescribed displacements.
+    /// `damaged[n]` says whether node n carries damage; `constrained` are prescribed displacements.
     pub(crate) fn new(
         order: &[u32],
         damaged: &[bool],
-        held: impl Iterator<Item = (u32, usize)>,
+        constrained: impl Iterator<Item = (u32, usize)>,
     ) -> Self {
         let mut free: Vec<[bool; 4]> = damaged.iter().map(|&d| [true, true, true, d]).collect();
-        for (node, axis) in held {
+        for (node, axis) in constrained {
             free[node as usize][axis] = false;
         }
         let mut equation = vec![[NONE; 4]; damaged.len()];

@@ -66,8 +66,8 @@ impl LoadStepper<'_> {
         let target = (self.state.clock + step).min(1.0);
         let mut fields = self.guess(target);
         let before = self.solver.effort;
-        let span = self.state.memory.span(&self.state.fields.damage, 1.0);
-        self.solver.solve_monolithic(&mut fields, span)?;
+        let context = self.state.memory.context(&self.state.fields.damage, 1.0);
+        self.solver.solve_monolithic(&mut fields, context)?;
         if self.solver.residual.fracture - self.state.point.fracture_n_mm > limit {
             return Err(StepFailure::Release);
         }
@@ -90,8 +90,8 @@ impl LoadStepper<'_> {
             fracture: self.state.point.fracture_n_mm + release,
             release,
         };
-        let span = self.state.memory.span(&self.state.fields.damage, 1.0);
-        let position = self.solver.solve_release(&mut fields, guess, &control, span)?;
+        let context = self.state.memory.context(&self.state.fields.damage, 1.0);
+        let position = self.solver.solve_release(&mut fields, guess, &control, context)?;
         self.accept(before, fields, position)?;
         self.state.arc.released = Some(release);
         Ok(())

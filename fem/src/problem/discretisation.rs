@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::parts::Parts;
 use crate::boundary::Boundary;
-use crate::element::{DamageRule, Domain, Linear, Order, Quadratic, Rule, Space, Tetrahedron};
+use crate::element::{DamageRule, Domain, Linear, Order, Quadratic, Space, Tetrahedron};
 use crate::error::FemError;
 use crate::material::{CrackDensity, DamageQuadrature, PhaseField};
 use crate::mesh::TetMesh;
@@ -40,7 +40,7 @@ impl Discretisation {
             Some(field) if damaged.contains(&true) => damage_rule(field, parts.order, &parts.mesh)?,
             _ => DamageRule::Absent,
         };
-        let space = Space::new::<T>(&parts.mesh, Rule::new::<T>(rule));
+        let space = Space::new::<T>(&parts.mesh, rule);
         let boundary = boundary(&space, parts, damaged.clone())?;
         let mut carries_damage = vec![false; space.nodes.len()];
         if rule != DamageRule::Absent {
@@ -58,7 +58,7 @@ impl Discretisation {
             parts.options.linear,
         )?;
         Ok(Self {
-            operator: Arc::new(Assembly::new::<T>(space)),
+            operator: Arc::new(Assembly::new(space)),
             unknowns,
             linear,
             boundary,
@@ -71,7 +71,7 @@ impl Discretisation {
     pub(super) fn with_conditions(&self, parts: &Parts) -> Result<Self, FemError> {
         let boundary = boundary(self.operator.domain(), parts, self.damaged.clone())?;
         let (linear, unknowns) =
-            self.linear.with_held(&self.carries_damage, boundary.constrained())?;
+            self.linear.with_constrained(&self.carries_damage, boundary.constrained())?;
         Ok(Self {
             operator: Arc::clone(&self.operator),
             unknowns,

@@ -14,15 +14,15 @@ impl LoadStepper<'_> {
         let domain = problem.discretisation.as_ref();
         let time_s = target * problem.parts.schedule.duration_s;
         let duration = (target - state.clock) * problem.parts.schedule.duration_s;
-        let span = state.memory.span(&state.fields.damage, duration);
+        let context = state.memory.context(&state.fields.damage, duration);
         let young = problem.points.iter().map(|m| m.moduli.young()).fold(0.0, f64::max);
         let (space, pressures) = (domain.operator.domain(), &state.pressures);
         let fields = &state.fields;
         self.solver.external =
-            ExternalForces::new(&domain.boundary, space, time_s, fields, span, pressures, young);
+            ExternalForces::new(&domain.boundary, space, time_s, fields, context, pressures, young);
         let mut fields = self.guess(target);
         let before = self.solver.effort;
-        self.solver.equilibrium(&mut fields, span)?;
+        self.solver.equilibrium(&mut fields, context)?;
         self.accept(before, fields, target)
     }
 
@@ -64,7 +64,7 @@ impl LoadStepper<'_> {
             viscous_n_mm: last.viscous_n_mm + residual.viscous,
             friction_n_mm: last.friction_n_mm + friction,
             work_n_mm: last.work_n_mm + work + friction,
-            phi_mean: domain.operator.mean(&fields.damage, &domain.damaged),
+            phi_mean: domain.operator.domain().mean(&fields.damage, &domain.damaged),
             phi_max: fields.damage.iter().copied().fold(0.0, f64::max),
             newton: last.newton + solver.effort.iterations - before.iterations,
             linear: last.linear + solver.effort.linear - before.linear,

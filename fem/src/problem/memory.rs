@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::material::{CrackDensity, Irreversibility, PhaseField, PointMaterial};
-use crate::operator::{Bounds, Increment, Operator, Span};
+use crate::operator::{Bounds, Increment, Operator, StepContext};
 
 /// The state of the irreversibility.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -25,14 +25,18 @@ impl Memory {
         let ratchet = field.is_some_and(|f| f.irreversibility == Irreversibility::ActiveSet);
         let bounded = ratchet || field.is_some_and(|f| f.model == CrackDensity::At1);
         let bounds = bounded.then(|| damage_from(&vec![0.0; nodes]));
-        let points = if kept { operator.points() } else { 0 };
+        let points = if kept { operator.domain().points() } else { 0 };
         Self { history: vec![0.0; points], bounds, ratchet }
     }
 
     /// An increment that starts from this memory.
-    pub(crate) fn span<'a>(&'a self, damage_before: &'a [f64], duration: f64) -> Span<'a> {
+    pub(crate) fn context<'a>(
+        &'a self,
+        damage_before: &'a [f64],
+        duration: f64,
+    ) -> StepContext<'a> {
         let (history, bounds) = (&self.history[..], self.bounds.as_ref());
-        Span { history, bounds, ..Span::new(damage_before, duration) }
+        StepContext { history, bounds, ..StepContext::new(damage_before, duration) }
     }
 
     /// Takes an equilibrium into memory.
@@ -43,9 +47,10 @@ impl Memory {
         fields: &Fields,
     ) -> Result<(), StepFailure> {
         if !self.history.is_empty() {
-            let span = Span { history: &self.history, ..Span::new(&fields.damage, 1.0) };
+            let context =
+                StepContext { history: &self.history, ..StepContext::new(&fields.damage, 1.0) };
             let mut driving = vec![0.0; self.history.len()];
-            operator.driving_energies(&Increment { materials, fields, span }, &mut driving)?;
+            operator.driving_energies(&Increment { materials, fields, context }, &mut driving)?;
             self.history = driving;
         }
         if let (true, Some(bounds)) = (self.ratchet, &mut self.bounds) {

@@ -144,7 +144,7 @@ impl Problem {
             Order::Linear => vtu::write(path, self.mesh(), &points, &[])?,
             Order::Quadratic => {
                 let nodes_of = |tet| {
-                    let nodes = self.discretisation.operator.nodes_of(tet);
+                    let nodes = self.discretisation.operator.domain().nodes_of(tet);
                     nodes.try_into().expect("a quadratic tetrahedron has ten nodes")
                 };
                 let tets: Vec<[u32; 10]> = (0..self.mesh().tets.len()).map(nodes_of).collect();

@@ -15,7 +15,7 @@ use super::norms::Field;
 use super::options::Scheme;
 use crate::error::StepFailure;
 use crate::fields::Fields;
-use crate::operator::Span;
+use crate::operator::StepContext;
 
 /// Alternations between two tries to finish with Newton.
 const BETWEEN_FINISHES: u32 = 8;
@@ -28,31 +28,35 @@ const PATIENCE: u32 = 4;
 const RELAXATION: f64 = 1.8;
 
 impl<E: External> Solver<'_, E> {
-    pub(super) fn alternate(&mut self, fields: &mut Fields, span: Span) -> Result<(), StepFailure> {
+    pub(super) fn alternate(
+        &mut self,
+        fields: &mut Fields,
+        context: StepContext,
+    ) -> Result<(), StepFailure> {
         let tolerance = self.options.tolerance;
         let mut inner = MARGIN * tolerance;
-        let mut norms = self.begin(fields, span)?;
+        let mut norms = self.begin(fields, context)?;
         for pass in 1..=self.options.alternations {
             let before = fields.damage.clone();
-            norms = self.newton(Field::Displacement, fields, span, norms, inner)?;
-            norms = self.newton(Field::Damage, fields, span, norms, inner)?;
+            norms = self.newton(Field::Displacement, fields, context, norms, inner)?;
+            norms = self.newton(Field::Damage, fields, context, norms, inner)?;
             if norms.converged(Field::Both, tolerance) {
                 return Ok(());
             }
             inner = (ENOUGH * norms.largest()).max(MARGIN * tolerance);
             if self.options.scheme == Scheme::Monolithic && pass % BETWEEN_FINISHES == 0 {
                 let mut finish = fields.clone();
-                if self.newton(Field::Both, &mut finish, span, norms, tolerance).is_ok() {
+                if self.newton(Field::Both, &mut finish, context, norms, tolerance).is_ok() {
                     *fields = finish;
                     return Ok(());
                 }
-                norms = self.evaluate(fields, span)?;
+                norms = self.evaluate(fields, context)?;
             }
             if pass >= PATIENCE {
                 for (phi, before) in fields.damage.iter_mut().zip(&before) {
                     *phi = before + RELAXATION * (*phi - before);
                 }
-                norms = self.begin(fields, span)?;
+                norms = self.begin(fields, context)?;
             }
         }
         Err(StepFailure::TooManyIterations)

@@ -14,7 +14,7 @@ use super::newton::Solver;
 use super::norms::Field;
 use crate::error::StepFailure;
 use crate::fields::Fields;
-use crate::operator::{Increment, Residual, Span};
+use crate::operator::{Increment, Residual, StepContext};
 
 /// Fraction of its residual that a linear solution may leave: the border multiplies what is left.
 const LINEAR_TOLERANCE: f64 = 1e-8;
@@ -40,22 +40,22 @@ impl<E: External> Solver<'_, E> {
         fields: &mut Fields,
         mut position: f64,
         control: &Control,
-        span: Span,
+        context: StepContext,
     ) -> Result<f64, StepFailure> {
         let tolerance = self.options.tolerance;
         let mut moved = Residual::new(fields.damage.len());
         for _ in 0..self.options.iterations {
-            let norms = self.begin(fields, span)?;
+            let norms = self.begin(fields, context)?;
             let gap = control.fracture - self.residual.fracture;
             if norms.converged(Field::Both, tolerance) && gap.abs() <= tolerance * control.release {
                 return Ok(position);
             }
-            self.linearise_both(fields, span)?;
+            self.linearise_both(fields, context)?;
             let nodal = self.residual.nodal.clone();
             let newton = self.solve_nodal(&nodal, LINEAR_TOLERANCE)?;
             let mut shifted = fields.clone();
             (control.place)(&mut shifted, position + control.nudge);
-            let increment = Increment { materials: self.materials, fields: &shifted, span };
+            let increment = Increment { materials: self.materials, fields: &shifted, context };
             self.operator.residual(&increment, &mut moved)?;
             let border: Vec<Nodal> = (moved.nodal.iter().zip(&nodal))
                 .map(|(a, b)| std::array::from_fn(|k| (a[k] - b[k]) / control.nudge))

@@ -4,7 +4,7 @@ use super::external::External;
 use super::newton::Solver;
 use crate::error::StepFailure;
 use crate::fields::Fields;
-use crate::operator::Span;
+use crate::operator::StepContext;
 
 /// Change of the contact forces, relative to themselves, that ends the passes.
 const SETTLED: f64 = 1e-8;
@@ -18,13 +18,13 @@ impl<E: External> Solver<'_, E> {
     pub(crate) fn equilibrium(
         &mut self,
         fields: &mut Fields,
-        span: Span,
+        context: StepContext,
     ) -> Result<u32, StepFailure> {
         if !self.external.has_friction() {
-            return self.settle(fields, span);
+            return self.settle(fields, context);
         }
         let start = (fields.clone(), self.external.clone());
-        let settled = self.settle(fields, span);
+        let settled = self.settle(fields, context);
         if settled.is_ok() {
             return settled;
         }
@@ -33,14 +33,14 @@ impl<E: External> Solver<'_, E> {
         let mut iterations = 0;
         for bluntness in ONSET {
             self.external.blunt(bluntness);
-            iterations += self.settle(fields, span)?;
+            iterations += self.settle(fields, context)?;
         }
         Ok(iterations)
     }
 
     /// Passes over the pressures until they agree with the gaps.
-    fn settle(&mut self, fields: &mut Fields, span: Span) -> Result<u32, StepFailure> {
-        let mut iterations = self.solve(fields, span)?;
+    fn settle(&mut self, fields: &mut Fields, context: StepContext) -> Result<u32, StepFailure> {
+        let mut iterations = self.solve(fields, context)?;
         if !self.external.has_contact() {
             return Ok(iterations);
         }
@@ -49,7 +49,7 @@ impl<E: External> Solver<'_, E> {
             if change <= SETTLED * SETTLED * size {
                 return Ok(iterations);
             }
-            iterations += self.solve(fields, span)?;
+            iterations += self.solve(fields, context)?;
         }
         Err(StepFailure::Contact)
     }

@@ -12,7 +12,7 @@ use super::options::{Scheme, SolverOptions};
 use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::material::{Inverted, PointMaterial};
-use crate::operator::{Coupling, Increment, NONE, Operator, Residual, Span, Unknowns};
+use crate::operator::{Coupling, Increment, NONE, Operator, Residual, StepContext, Unknowns};
 
 impl From<Inverted> for StepFailure {
     fn from(_: Inverted) -> Self {
@@ -108,37 +108,49 @@ impl<'a, E: External> Solver<'a, E> {
     /// Solves one increment from the guess in `fields`; returns the iterations it took.
     ///
     /// After a failure `fields` is not in equilibrium.
-    pub(crate) fn solve(&mut self, fields: &mut Fields, span: Span) -> Result<u32, StepFailure> {
+    pub(crate) fn solve(
+        &mut self,
+        fields: &mut Fields,
+        context: StepContext,
+    ) -> Result<u32, StepFailure> {
         let start = self.effort.iterations;
         match self.options.scheme {
             Scheme::Monolithic => {
                 let guess = fields.clone();
-                if self.solve_monolithic(fields, span).is_err() {
+                if self.solve_monolithic(fields, context).is_err() {
                     self.effort.fallbacks += 1;
                     *fields = guess;
-                    self.alternate(fields, span)?;
+                    self.alternate(fields, context)?;
                 }
             }
-            Scheme::Alternate => self.alternate(fields, span)?,
+            Scheme::Alternate => self.alternate(fields, context)?,
         }
         Ok(self.effort.iterations - start)
     }
 
     /// Puts a guess within its bounds and evaluates it.
-    pub(super) fn begin(&mut self, fields: &mut Fields, span: Span) -> Result<Norms, StepFailure> {
-        if let Some(bounds) = span.bounds {
+    pub(super) fn begin(
+        &mut self,
+        fields: &mut Fields,
+        context: StepContext,
+    ) -> Result<Norms, StepFailure> {
+        if let Some(bounds) = context.bounds {
             bounds.project(fields);
         }
-        self.evaluate(fields, span)
+        self.evaluate(fields, context)
     }
 
-    pub(crate) fn evaluate(&mut self, fields: &Fields, span: Span) -> Result<Norms, StepFailure> {
-        let increment = Increment { materials: self.materials, fields, span };
+    pub(crate) fn evaluate(
+        &mut self,
+        fields: &Fields,
+        context: StepContext,
+    ) -> Result<Norms, StepFailure> {
+        let increment = Increment { materials: self.materials, fields, context };
         self.operator.residual(&increment, &mut self.residual)?;
         self.external.subtract(fields, &mut self.residual);
-        if let Some(bounds) = span.bounds {
+        if let Some(bounds) = context.bounds {
             self.free.copy_from_slice(&self.unknown);
-            bounds.hold(fields, &self.residual, &mut self.free);
+            bounds.constrain(fields, &self.residual.nodal, &mut self.free);
         }
         let norms = Norms::of(&self.residual, &self.unknown, &self.free);
         self.relative = norms.largest();
@@ -153,7 +165,7 @@ impl<'a, E: External> Solver<'a, E> {
         &mut self,
         field: Field,
         fields: &mut Fields,
-        span: Span,
+        context: StepContext,
         mut norms: Norms,
         tolerance: f64,
     ) -> Result<Norms, StepFailure> {
@@ -175,11 +187,11 @@ impl<'a, E: External> Solver<'a, E> {
                 spent += 1
             }
             if self.factor == Factor::Absent || changed {
-                self.factorise(fields, span)?;
+                self.factorise(fields, context)?;
             }
             self.effort.iterations += 1;
             self.solve_linear(field)?;
-            norms = match self.line_search(field, fields, span, &norms) {
+            norms = match self.line_search(field, fields, context, &norms) {
                 Ok((next, ratio)) => {
                     self.factor = if ratio <= KEEP { Factor::Kept } else { Factor::Absent };
                     next
@@ -187,12 +199,12 @@ impl<'a, E: External> Solver<'a, E> {
                 Err(failure) if self.factor == Factor::Fresh => {
                     self.factor = Factor::Kept;
                     let close = norms.converged(field, self.options.tolerance);
-                    return if close { self.evaluate(fields, span) } else { Err(failure) };
+                    return if close { self.evaluate(fields, context) } else { Err(failure) };
                 }
                 Err(_) => {
                     // an old factor gave no descent: the same iterate with a fresh one
                     self.factor = Factor::Absent;
-                    self.evaluate(fields, span)?
+                    self.evaluate(fields, context)?
                 }
             };
         }
@@ -203,10 +215,10 @@ impl<'a, E: External> Solver<'a, E> {
         }
     }
 
-    fn factorise(&mut self, fields: &Fields, span: Span) -> Result<(), StepFailure> {
+    fn factorise(&mut self, fields: &Fields, context: StepContext) -> Result<(), StepFailure> {
         let contact = self.external.tangent(fields);
-        let span = Span { contact: &contact, ..span };
-        let increment = Increment { materials: self.materials, fields, span };
+        let context = StepContext { contact: &contact, ..context };
+        let increment = Increment { materials: self.materials, fields, context };
         self.linear.linearise(&increment, self.coupling, &self.free)?;
         self.linearised.copy_from_slice(&self.free);
         self.factor = Factor::Fresh;
@@ -217,21 +229,21 @@ impl<'a, E: External> Solver<'a, E> {
     pub(crate) fn solve_monolithic(
         &mut self,
         fields: &mut Fields,
-        span: Span,
+        context: StepContext,
     ) -> Result<(), StepFailure> {
-        let norms = self.begin(fields, span)?;
-        self.newton(Field::Both, fields, span, norms, self.options.tolerance).map(drop)
+        let norms = self.begin(fields, context)?;
+        self.newton(Field::Both, fields, context, norms, self.options.tolerance).map(drop)
     }
 
     /// Assembles the tangent of both fields at the fields evaluated last.
     pub(super) fn linearise_both(
         &mut self,
         fields: &Fields,
-        span: Span,
+        context: StepContext,
     ) -> Result<(), StepFailure> {
         self.coupling = Coupling::Full;
         self.effort.iterations += 1;
-        self.factorise(fields, span)
+        self.factorise(fields, context)
     }
 
     /// Solves with the tangent at hand.
@@ -265,7 +277,7 @@ impl<'a, E: External> Solver<'a, E> {
         &mut self,
         field: Field,
         fields: &mut Fields,
-        span: Span,
+        context: StepContext,
         norms: &Norms,
     ) -> Result<(Norms, f64), StepFailure> {
         let before = norms.merit(field, norms);
@@ -274,10 +286,10 @@ impl<'a, E: External> Solver<'a, E> {
         for _ in 0..tries {
             let mut trial = std::mem::take(&mut self.trial);
             self.move_by(field, fields, fraction, &mut trial);
-            if let Some(bounds) = span.bounds {
+            if let Some(bounds) = context.bounds {
                 bounds.project(&mut trial);
             }
-            let reached = self.evaluate(&trial, span);
+            let reached = self.evaluate(&trial, context);
             self.trial = trial;
             if let Ok(next) = reached {
                 let ratio = next.merit(field, norms) / before;

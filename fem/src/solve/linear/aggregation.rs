@@ -94,7 +94,7 @@ pub(super) fn tentative<const R: usize>(
                 }
             }
             let rest = dot(&block, k, k).sqrt();
-            // a mode that the others hold already (few nodes, or all held) gets no unknown
+            // a mode that the others describe already (few nodes, or all constrained) gets no unknown
             let scale = if rest > 1e-6 * whole { 1.0 / rest } else { 0.0 };
             coarse[k][k] = if scale > 0.0 { rest } else { 0.0 };
             for &n in nodes {

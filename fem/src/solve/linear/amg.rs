@@ -31,7 +31,7 @@ pub(super) struct Amg {
 }
 
 impl Amg {
-    /// The hierarchy of a symmetric positive definite matrix on nodes at `points`; held values
+    /// The hierarchy of a symmetric positive definite matrix on nodes at `points`; constrained values
     /// have rows and columns of the unit matrix.
     pub(super) fn new(
         matrix: &BlockCsr<f64, 3, 3>,
@@ -143,7 +143,7 @@ fn coarsen<const R: usize>(
     (level, coarse, coarse_modes)
 }
 
-/// Three translations and three rotations, zero in held values.
+/// Three translations and three rotations, zero in constrained values.
 fn rigid_body_modes(points: &[[f64; 3]], free: &[[bool; 4]]) -> Modes<3> {
     let count = points.len().max(1) as f64;
     let centre = [0, 1, 2].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / count);

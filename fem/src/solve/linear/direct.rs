@@ -108,7 +108,7 @@ impl<'a> Direct<'a> {
             mask(free, y);
         };
         let mut memory = solve_memory(symbolic, factor);
-        // the factor may be that of a tangent with other values held
+        // the factor may be that of a tangent with other values constrained
         let mut precondition = |x: &[Nodal], y: &mut [Nodal]| {
             apply_factor(symbolic, factor, &mut memory, x, y);
             mask(free, y);

@@ -78,7 +78,7 @@ impl Symbolic {
         self.value_of.len()
     }
 
-    /// The matrix in the factor's precision; held unknowns are replaced by a unit equation.
+    /// The matrix in the factor's precision; constrained unknowns are replaced by a unit equation.
     pub(super) fn entries<T>(
         &self,
         tangent: &Tangent,

@@ -50,7 +50,7 @@ fn narrow<const R: usize>(r: &[Nodal], first: usize) -> (f64, Vec<[f32; R]>) {
     (scale, r.iter().map(part).collect())
 }
 
-/// The block of the fields from `first` on; held values get a unit row and column.
+/// The block of the fields from `first` on; constrained values get a unit row and column.
 fn fields<const R: usize>(
     tangent: &Tangent,
     free: &[[bool; 4]],

@@ -11,7 +11,7 @@ use super::vector::{Nodal, add_scaled, dot, scale_and_add, weighted_dot};
 /// y = f(x).
 pub(super) type Map<'a> = dyn FnMut(&[Nodal], &mut [Nodal]) + 'a;
 
-/// A linear system without its right-hand side; vectors are zero in held values.
+/// A linear system without its right-hand side; vectors are zero in constrained values.
 pub(super) struct System<'a> {
     pub(super) apply: &'a mut Map<'a>,
     pub(super) precondition: &'a mut Map<'a>,

@@ -38,7 +38,7 @@ pub(crate) trait LinearSolver: Send {
     ) -> Result<(), Inverted>;
 
     /// Solves until the residual is `tolerance` times that of d = 0, in the norm Σ r_i²/|A_ii|.
-    /// Entries of `right` at held values are not read.
+    /// Entries of `right` at constrained values are not read.
     fn solve(
         &mut self,
         right: &[Nodal],

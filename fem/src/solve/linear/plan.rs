@@ -9,7 +9,7 @@ use super::iterative::Iterative;
 use super::ordering::nested_dissection;
 use super::quadratic::Quadratic;
 use crate::error::FemError;
-use crate::operator::{Layout, Operator, Pattern, Tangent, Unknowns};
+use crate::operator::{Layout, Operator, Pattern, Tangent, Unknowns, product};
 use crate::solve::LinearScheme;
 
 /// Unknowns up to which a factor is faster over a run, and small enough.
@@ -27,8 +27,6 @@ pub(crate) enum LinearPlan {
     /// Multigrid; the pattern is that of the linear functions.
     Multigrid {
         pattern: Arc<Pattern>,
-        /// All nodes, and the vertices among them.
-        nodes: Arc<Vec<[f64; 3]>>,
         vertices: Arc<Vec<[f64; 3]>>,
         /// The ends of the edge of each midpoint; empty for linear elements.
         parents: Arc<Vec<[u32; 2]>>,
@@ -36,13 +34,13 @@ pub(crate) enum LinearPlan {
 }
 
 impl LinearPlan {
-    /// Prepares the solver of a mesh; `damaged` marks the nodes that carry damage and `held` are
+    /// Prepares the solver of a mesh; `damaged` marks the nodes that carry damage and `constrained` are
     /// the prescribed displacements.
     pub(crate) fn new<const N: usize>(
         tets: &[[u32; N]],
         points: &[[f64; 3]],
         damaged: &[bool],
-        held: impl Iterator<Item = (u32, usize)>,
+        constrained: impl Iterator<Item = (u32, usize)>,
         choice: LinearScheme,
     ) -> Result<(Self, Unknowns), FemError> {
         let damage = damaged.iter().filter(|d| **d).count();
@@ -53,30 +51,30 @@ impl LinearPlan {
             LinearScheme::Multigrid => true,
         };
         if multigrid {
-            let unknowns = in_given_order(damaged, held);
+            let unknowns = in_given_order(damaged, constrained);
             return Ok((Self::multigrid(tets, points), unknowns));
         }
         let pattern = Arc::new(Pattern::new(tets, points.len()));
         let order = Arc::new(nested_dissection(&pattern.graph, points)?);
-        let unknowns = Unknowns::new(&order, damaged, held);
+        let unknowns = Unknowns::new(&order, damaged, constrained);
         let symbolic = Arc::new(Symbolic::new(&pattern.graph, &unknowns)?);
         Ok((Self::Direct { pattern, order, symbolic }, unknowns))
     }
 
-    /// The same solver where other displacements are held.
-    pub(crate) fn with_held(
+    /// The same solver where other displacements are constrained.
+    pub(crate) fn with_constrained(
         &self,
         damaged: &[bool],
-        held: impl Iterator<Item = (u32, usize)>,
+        constrained: impl Iterator<Item = (u32, usize)>,
     ) -> Result<(Self, Unknowns), FemError> {
         let mut plan = self.clone();
         let unknowns = match &mut plan {
             Self::Direct { pattern, order, symbolic } => {
-                let unknowns = Unknowns::new(order, damaged, held);
+                let unknowns = Unknowns::new(order, damaged, constrained);
                 *symbolic = Arc::new(Symbolic::new(&pattern.graph, &unknowns)?);
                 unknowns
             }
-            Self::Multigrid { .. } => in_given_order(damaged, held),
+            Self::Multigrid { .. } => in_given_order(damaged, constrained),
         };
         Ok((plan, unknowns))
     }
@@ -91,14 +89,9 @@ impl LinearPlan {
                 parents[tet[4 + edge] as usize - vertices] = ends.map(|v| tet[v]);
             }
         }
-        let nodes = Arc::new(points.to_vec());
-        let vertices = if parents.is_empty() {
-            Arc::clone(&nodes)
-        } else {
-            Arc::new(points[..vertices].to_vec())
-        };
+        let vertices = Arc::new(points[..vertices].to_vec());
         let pattern = Arc::new(Pattern::new(&corners, vertices.len()));
-        Self::Multigrid { pattern, nodes, vertices, parents: Arc::new(parents) }
+        Self::Multigrid { pattern, vertices, parents: Arc::new(parents) }
     }
 
     /// Entries of the factor; zero for an iterative solver.
@@ -115,10 +108,11 @@ impl LinearPlan {
             Self::Direct { pattern, symbolic, .. } => {
                 Box::new(Direct::new(operator, Arc::clone(pattern), Arc::clone(symbolic)))
             }
-            Self::Multigrid { pattern, nodes, vertices, parents } => {
+            Self::Multigrid { pattern, vertices, parents } => {
                 let quadratic = (!parents.is_empty()).then(|| {
-                    let layout = Arc::new(Layout::new(operator, nodes));
-                    Quadratic::new(layout, operator.tets(), Arc::clone(parents))
+                    let domain = operator.domain();
+                    let product = product(Arc::new(Layout::new(domain)), domain.tets());
+                    Quadratic::new(product, Arc::clone(parents))
                 });
                 let tangent = Tangent::new(Arc::clone(pattern));
                 Box::new(Iterative::new(operator, Arc::clone(vertices), tangent, quadratic))
@@ -128,7 +122,7 @@ impl LinearPlan {
 }
 
 /// Unknowns in the order of the nodes.
-fn in_given_order(damaged: &[bool], held: impl Iterator<Item = (u32, usize)>) -> Unknowns {
+fn in_given_order(damaged: &[bool], constrained: impl Iterator<Item = (u32, usize)>) -> Unknowns {
     let order: Vec<u32> = (0..damaged.len() as u32).collect();
-    Unknowns::new(&order, damaged, held)
+    Unknowns::new(&order, damaged, constrained)
 }

@@ -6,41 +6,26 @@ use std::sync::Arc;
 use super::chebyshev::coefficients;
 use super::vector::{Nodal, add_scaled, dot, mask, scale_and_add};
 use crate::material::Inverted;
-use crate::operator::{Coupling, Increment, Layout, MatrixFree, NodeBlock, Operator, Tangent};
+use crate::operator::{Coupling, Increment, NodeBlock, Operator, Product, Tangent};
 
 const DEGREE: usize = 3;
 const POWER_STEPS: usize = 10;
 const MARGIN: f64 = 1.1;
 
-/// Point data in double precision, or in single where they would fill the memory.
-#[derive(Debug)]
-enum Product {
-    Double(MatrixFree<f64>),
-    Single(MatrixFree<f32>),
-}
-
 #[derive(Debug)]
 pub(super) struct Quadratic {
-    product: Product,
+    product: Box<dyn Product>,
     /// What contact adds at nodes.
     contact: Vec<NodeBlock>,
     /// The vertices that each midpoint stands between; midpoints follow the vertices.
     parents: Arc<Vec<[u32; 2]>>,
-    /// 1/|A_ii|, zero in held values.
+    /// 1/|A_ii|, zero in constrained values.
     weight: Vec<Nodal>,
     largest: f64,
 }
 
-/// Elements from which point data are kept in single precision.
-const SINGLE_FROM: usize = 400_000;
-
 impl Quadratic {
-    pub(super) fn new(layout: Arc<Layout>, tets: usize, parents: Arc<Vec<[u32; 2]>>) -> Self {
-        let product = if tets < SINGLE_FROM {
-            Product::Double(MatrixFree::new(layout))
-        } else {
-            Product::Single(MatrixFree::new(layout))
-        };
+    pub(super) fn new(product: Box<dyn Product>, parents: Arc<Vec<[u32; 2]>>) -> Self {
         Self { product, contact: Vec::new(), parents, weight: Vec::new(), largest: 1.0 }
     }
 
@@ -50,18 +35,12 @@ impl Quadratic {
         increment: &Increment,
         coupling: Coupling,
     ) -> Result<(), Inverted> {
-        self.contact = increment.span.contact.to_vec();
-        match &mut self.product {
-            Product::Double(p) => p.linearise(operator, increment, coupling),
-            Product::Single(p) => p.linearise(operator, increment, coupling),
-        }
+        self.contact = increment.context.contact.to_vec();
+        self.product.linearise(operator, increment, coupling)
     }
 
     pub(super) fn multiply(&mut self, free: &[[bool; 4]], x: &[Nodal], y: &mut [Nodal]) {
-        match &mut self.product {
-            Product::Double(p) => p.multiply(x, y),
-            Product::Single(p) => p.multiply(x, y),
-        }
+        self.product.apply(x, y);
         for (node, block) in &self.contact {
             let (x, y) = (&x[*node as usize], &mut y[*node as usize]);
             for i in 0..3 {
@@ -72,10 +51,7 @@ impl Quadratic {
     }
 
     pub(super) fn diagonal(&mut self) -> Vec<Nodal> {
-        let mut diagonal = match &mut self.product {
-            Product::Double(p) => p.diagonal(),
-            Product::Single(p) => p.diagonal(),
-        };
+        let mut diagonal = self.product.diagonal();
         for (node, block) in &self.contact {
             (0..3).for_each(|k| diagonal[*node as usize][k] += block[k][k]);
         }
@@ -85,10 +61,7 @@ impl Quadratic {
     /// The tangent of the level below.
     pub(super) fn add_linear(&self, out: &mut Tangent) {
         out.clear();
-        match &self.product {
-            Product::Double(p) => p.add_linear(out),
-            Product::Single(p) => p.add_linear(out),
-        }
+        self.product.add_linear(out);
         // a midpoint's values are the mean of its vertices'
         let vertices = out.pattern.graph.nodes();
         for (node, block) in &self.contact {

@@ -8,12 +8,12 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::direct::Direct;
 use super::factor::Symbolic;
 use super::*;
-use crate::element::{DamageRule, Linear, Quadratic, Rule, Space, Tetrahedron};
+use crate::element::{DamageRule, Linear, Quadratic, Space, Tetrahedron};
 use crate::fields::Fields;
 use crate::material::{Fracture, Material, PhaseField, PointMaterial};
 use crate::mesh::CylinderLattice;
 use crate::operator::{
-    Assembly, LANES, Operator, Pattern, ReferenceRule, Residual, Span, Tangent, Unknowns,
+    Assembly, LANES, Operator, Pattern, Residual, StepContext, Tangent, Unknowns,
 };
 
 /// An operator whose tangent is what it was given.
@@ -35,39 +35,18 @@ impl Operator for Given {
         Ok(())
     }
 
-    fn points(&self) -> usize {
-        0
-    }
-
     fn domain(&self) -> &dyn crate::element::Domain {
-        unreachable!("a linear solver takes no integrals")
-    }
-
-    fn reference_rule(&self) -> ReferenceRule {
         unreachable!("a matrix has no elements")
     }
 
-    fn reduced_tangents(
+    fn point_data(
         &self,
         _: &Increment,
         _: Coupling,
         _: &[u32],
-        _: &ReferenceRule,
         _: &mut dyn FnMut(usize, &[[f64; LANES]]),
     ) -> Result<(), Inverted> {
         Ok(())
-    }
-
-    fn tets(&self) -> usize {
-        0
-    }
-
-    fn nodes_of(&self, _: usize) -> &[u32] {
-        &[]
-    }
-
-    fn mean(&self, _: &[f64], _: &[bool]) -> f64 {
-        0.0
     }
 }
 
@@ -104,8 +83,8 @@ fn error_of_direct(tangent: &Tangent, free: &[[bool; 4]]) -> Result<(f64, Linear
     let symbolic = Symbolic::new(&tangent.pattern.graph, &unknowns).expect("a structure");
     let mut direct = Direct::new(&operator, Arc::clone(&tangent.pattern), Arc::new(symbolic));
     let fields = Fields::zero(5);
-    let span = Span::new(&fields.damage, 1.0);
-    let increment = Increment { materials: &[], fields: &fields, span };
+    let context = StepContext::new(&fields.damage, 1.0);
+    let increment = Increment { materials: &[], fields: &fields, context };
     direct.linearise(&increment, Coupling::Full, free).expect("never inverted");
     let exact: Vec<Nodal> = (0..5)
         .map(|n| {
@@ -154,8 +133,8 @@ fn a_singular_matrix_is_reported() {
     let symbolic = Symbolic::new(&tangent.pattern.graph, &unknowns).expect("a structure");
     let mut direct = Direct::new(&operator, Arc::clone(&tangent.pattern), Arc::new(symbolic));
     let fields = Fields::zero(5);
-    let span = Span::new(&fields.damage, 1.0);
-    let increment = Increment { materials: &[], fields: &fields, span };
+    let context = StepContext::new(&fields.damage, 1.0);
+    let increment = Increment { materials: &[], fields: &fields, context };
     direct.linearise(&increment, Coupling::Full, &[[true; 4]; 5]).expect("never inverted");
     let right: Vec<Nodal> = (0..5).map(|n| [1.0, -2.0, 0.5, n as f64]).collect();
     assert!(direct.solve(&right, &mut [[0.0; 4]; 5], 1e-8).is_err());
@@ -167,7 +146,7 @@ struct Cylinder<const N: usize> {
     materials: Vec<PointMaterial>,
     fields: Fields,
     free: Vec<[bool; 4]>,
-    held: Vec<(u32, usize)>,
+    constrained: Vec<(u32, usize)>,
 }
 
 impl<const N: usize> Cylinder<N> {
@@ -180,7 +159,7 @@ impl<const N: usize> Cylinder<N> {
             mesh.region_of[tet] =
                 u16::from((1.9 * x).sin() * (2.1 * y).cos() * (1.7 * z).sin() > 0.4);
         }
-        let space = Space::new::<T>(&mesh, Rule::new::<T>(DamageRule::Vertex));
+        let space = Space::new::<T>(&mesh, DamageRule::Vertex);
         let field = PhaseField::new(0.06);
         let soft = Material::hencky(275.0, 0.25).with_fracture(Fracture {
             toughness_n_per_mm: 0.0025,
@@ -190,16 +169,17 @@ impl<const N: usize> Cylinder<N> {
         let stiff =
             Material { elasticity: Material::hencky(22_000.0, 0.25).elasticity, ..soft.clone() };
         let materials = [soft, stiff].iter().map(|m| m.at_point(Some(&field))).collect();
-        let (mut held, mut fields) = (Vec::new(), Fields::zero(space.nodes.len()));
+        let (mut constrained, mut fields) = (Vec::new(), Fields::zero(space.nodes.len()));
         for (n, x) in space.nodes.iter().enumerate() {
             let end = x[2] < 1e-9 || x[2] > 4.4 - 1e-9;
-            held.extend((0..3).filter(|&k| x[2] < 1e-9 || (end && k == 2)).map(|k| (n as u32, k)));
+            constrained
+                .extend((0..3).filter(|&k| x[2] < 1e-9 || (end && k == 2)).map(|k| (n as u32, k)));
             fields.displacement[n] = [2e-3 * x[0], 2e-3 * x[1], -8e-3 * x[2]];
             fields.damage[n] = damage * (0.5 + 0.5 * (2.0 * x[0] + x[2]).sin());
         }
         let mut free = vec![[true; 4]; space.nodes.len()];
-        held.iter().for_each(|&(n, k)| free[n as usize][k] = false);
-        Self { assembly: Assembly::new::<T>(space), materials, fields, free, held }
+        constrained.iter().for_each(|&(n, k)| free[n as usize][k] = false);
+        Self { assembly: Assembly::new(space), materials, fields, free, constrained }
     }
 
     fn plan(&self, multigrid: bool) -> LinearPlan {
@@ -212,7 +192,7 @@ impl<const N: usize> Cylinder<N> {
             tets,
             nodes,
             &damaged,
-            self.held.iter().copied(),
+            self.constrained.iter().copied(),
             crate::solve::LinearScheme::Direct,
         )
         .expect("a plan")
@@ -221,8 +201,8 @@ impl<const N: usize> Cylinder<N> {
 
     /// The solution for a load that is not smooth.
     fn solve(&self, multigrid: bool, tolerance: f64) -> (Vec<Nodal>, LinearEffort) {
-        let span = Span::new(&self.fields.damage, 0.02);
-        let increment = Increment { materials: &self.materials, fields: &self.fields, span };
+        let context = StepContext::new(&self.fields.damage, 0.02);
+        let increment = Increment { materials: &self.materials, fields: &self.fields, context };
         let plan = self.plan(multigrid);
         let mut solver = plan.solver(&self.assembly);
         solver.linearise(&increment, Coupling::Full, &self.free).expect("no element is inverted");

@@ -61,7 +61,7 @@ pub(super) fn scale_and_add(y: &mut [Nodal], a: f64, x: &[Nodal]) {
     });
 }
 
-/// Sets the held values to zero.
+/// Sets the constrained values to zero.
 pub(super) fn mask(free: &[[bool; 4]], x: &mut [Nodal]) {
     for (x, free) in x.iter_mut().zip(free) {
         for k in 0..4 {

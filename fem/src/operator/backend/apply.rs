@@ -3,8 +3,9 @@
 use faer::traits::pulp::Simd;
 
 use super::lanes::{Real, prefetch};
-use super::matrix_free::{Layout, MIDDLE};
-use super::reduced::{NORMAL, PUSH, ROTATION, SHEAR, SLOPES, SOURCE, STRESS, packed};
+use crate::material::packed;
+use crate::operator::layout::{Layout, MIDDLE};
+use crate::operator::point_data::{NORMAL, PUSH, ROTATION, SHEAR, SLOPES, SOURCE, STRESS};
 
 /// One register of elements.
 pub(super) struct Kernel<'a, T: Real, S, const C: usize, const D: usize, const L: usize> {
@@ -90,7 +91,7 @@ impl<T: Real, S: Simd, const C: usize, const D: usize, const L: usize> Kernel<'_
             if self.layout.nodal {
                 points.phi[p] = u[p % N][C - 1];
             } else {
-                let shape = &self.layout.rule.damage[p];
+                let shape = &self.layout.rule.damage[p].shape;
                 for b in 0..N {
                     points.phi[p] =
                         self.mul_add(self.constant(shape[b]), u[b][C - 1], points.phi[p]);
@@ -101,7 +102,7 @@ impl<T: Real, S: Simd, const C: usize, const D: usize, const L: usize> Kernel<'_
         points
     }
 
-    /// The principal axes of a point, as [`super::reduced::axes`].
+    /// The principal axes of a point, as `point_data` reads them.
     #[inline(always)]
     fn axes(&self, point: &[T::Pack; SOURCE]) -> [[T::V<S>; 3]; 3] {
         let one = self.constant(1.0);
@@ -176,7 +177,7 @@ impl<T: Real, S: Simd, const C: usize, const D: usize, const L: usize> Kernel<'_
                 points.drive[p] = self.first_or_add(q, share, work, points.drive[p]);
             }
             let gradient = self.read::<SLOPES>(D);
-            let weight = self.constant(rule.weight[q]);
+            let weight = self.constant(rule.points[q].weight);
             for k in 0..3 {
                 let mut sum = zero;
                 for l in 0..3 {
@@ -211,7 +212,7 @@ impl<T: Real, S: Simd, const C: usize, const D: usize, const L: usize> Kernel<'_
             return;
         }
         let softening = self.read::<D>(0);
-        let place = Self::HEAD + self.layout.rule.at.len() * Self::WIDTH;
+        let place = Self::HEAD + self.layout.rule.points.len() * Self::WIDTH;
         let local = self.read::<L>(place);
         for p in 0..D {
             let drive = self.mul(self.load(&softening[p]), points.drive[p]);
@@ -219,7 +220,7 @@ impl<T: Real, S: Simd, const C: usize, const D: usize, const L: usize> Kernel<'_
             if self.layout.nodal {
                 r[p % N][C - 1] = self.add(r[p % N][C - 1], value);
             } else {
-                let shape = &self.layout.rule.damage[p];
+                let shape = &self.layout.rule.damage[p].shape;
                 for b in 0..N {
                     r[b][C - 1] = self.mul_add(self.constant(shape[b]), value, r[b][C - 1]);
                 }

@@ -5,10 +5,10 @@
 
 use faer::traits::pulp::{Simd, WithSimd};
 
-use super::batches::{Aligned, Chunk};
-use super::kernel::Kernel;
-use super::lanes::{LANES, Real, Rows};
-use super::matrix_free::Layout;
+use super::apply::Kernel;
+use super::lanes::{Real, Rows};
+use crate::operator::layout::{Aligned, Chunk, LANES, Layout};
+use crate::operator::point_data::PointData;
 
 /// y += A x for the elements of a chunk, on the values of its nodes.
 pub(super) struct ChunkProduct<'a, T: Real> {
@@ -42,10 +42,10 @@ impl<T: Real> ChunkProduct<'_, T> {
         self,
         simd: S,
     ) {
-        debug_assert_eq!(self.layout.rule.lengths()[3], L);
+        debug_assert_eq!(PointData::of(&self.layout.rule).locals(), L);
         let zero = T::splat(simd, T::default());
         let lanes = T::lanes::<S>();
-        let width = self.layout.rule.width();
+        let width = PointData::of(&self.layout.rule).width();
         // the few nodes of a linear element stay in registers, those of a quadratic one do not fit
         let rows_at_once = if N == 4 { lanes } else { LANES };
         for (batch, local) in self.chunk.local.chunks_exact(N).enumerate() {

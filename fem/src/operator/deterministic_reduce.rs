@@ -1,8 +1,8 @@
-//! Work on all elements of a mesh by several threads, with one result.
+//! Sums over all elements of a mesh by several threads, with one result.
 
 use rayon::prelude::*;
 
-use super::lanes::LANES;
+use super::layout::LANES;
 use crate::material::Inverted;
 
 /// Nodes of elements (one counted for each element that has it) from which threads pay; smaller
@@ -14,7 +14,7 @@ const BLOCK: usize = 8192;
 const PIECE: usize = 8 * LANES;
 
 /// Whether threads pay for so many elements of `nodes` nodes.
-pub(super) fn worth_threads(elements: usize, nodes: usize) -> bool {
+fn worth_threads(elements: usize, nodes: usize) -> bool {
     elements * nodes >= WORTH && rayon::current_num_threads() > 1
 }
 
@@ -24,7 +24,7 @@ pub(super) fn worth_threads(elements: usize, nodes: usize) -> bool {
 /// `compute` writes what the elements from a number on give, at most [`LANES`] of them, and always
 /// the same ones together; `add` gets the number of the first element and what it and those behind
 /// it gave.
-pub(super) fn in_order<const N: usize, R: Clone + Send>(
+pub(super) fn deterministic_reduce<const N: usize, R: Clone + Send>(
     elements: usize,
     blank: R,
     compute: impl Fn(usize, &mut [R]) -> Result<(), Inverted> + Sync,

@@ -4,10 +4,7 @@ use std::marker::PhantomData;
 
 use faer::traits::pulp::{self, Simd, WithSimd};
 
-use crate::material::POINTS;
-
-/// Elements of a batch.
-pub(crate) const LANES: usize = POINTS;
+use crate::operator::layout::LANES;
 
 /// One number of as many elements as 32 bytes hold, the register of AVX2; wider ones gain nothing
 /// where memory is the limit. It is so aligned that it does not cross a cache line.

@@ -1,4 +1,4 @@
-//! Elements in batches of lanes, and batches in chunks with nodal values of their own.
+//! Where the elements stand: in batches of lanes, and batches in chunks with nodal values of their own.
 //!
 //! A chunk works on copies of its nodes' values; the copies are added in a fixed order afterwards.
 //! So chunks run on any number of threads with the same result, and a chunk's values stay in
@@ -6,7 +6,47 @@
 
 use rayon::prelude::*;
 
-use super::lanes::LANES;
+use crate::element::{Domain, Rule};
+use crate::material::POINTS;
+
+/// Elements of a batch.
+pub(crate) const LANES: usize = POINTS;
+/// Elements of a chunk: their nodal values should fit into the second-level cache.
+const PER_CHUNK: [usize; 2] = [4096, 512];
+
+/// The edge between two vertices of a quadratic tetrahedron, as a node; vertices on the diagonal.
+pub(super) const MIDDLE: [[usize; 4]; 4] = [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3]];
+
+/// What a product does not need again for other fields.
+#[derive(Debug)]
+pub(crate) struct Layout {
+    pub(super) batches: Batches,
+    pub(super) rule: Rule,
+    /// For each elastic point the least λ, and what the vertices have above it.
+    pub(super) excess: Vec<(f64, Vec<(usize, f64)>)>,
+    /// Whether the damage points are the nodes.
+    pub(super) nodal: bool,
+}
+
+impl Layout {
+    pub(crate) fn new(domain: &dyn Domain) -> Self {
+        let rule = domain.rule().clone();
+        let per_chunk = PER_CHUNK[usize::from(rule.nodes == 10)];
+        let batches =
+            Batches::new(domain.tets(), domain.nodes(), per_chunk, |tet| domain.nodes_of(tet));
+        let excess = rule
+            .points
+            .iter()
+            .map(|point| {
+                let least = point.at.iter().copied().fold(1.0, f64::min);
+                let above = point.at.iter().map(|x| x - least).enumerate();
+                (least, above.filter(|(_, d)| *d > 1e-14).collect())
+            })
+            .collect();
+        let nodal = rule.damage.iter().enumerate().all(|(p, point)| point.shape[p] == 1.0);
+        Self { batches, rule, excess, nodal }
+    }
+}
 
 /// Elements of a mesh, cut into chunks of batches.
 #[derive(Debug)]

@@ -1,0 +1,165 @@
+//! What every material must keep, as one assertion for tests.
+
+use nalgebra::{Matrix3, Rotation3, SMatrix, SVector};
+
+use super::parameters::Material;
+use super::phase_field::{PhaseField, Split};
+use super::point::PointMaterial;
+use super::principal::{Inverted, Principal};
+use super::response::{Law, Response};
+use super::tangent::PointTangent;
+
+/// A material at a point with a given displacement gradient and degradation g.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Deformed {
+    pub(super) principal: Principal<f64>,
+    pub(super) response: Response<f64>,
+}
+
+impl Deformed {
+    pub(super) fn new(
+        material: &PointMaterial,
+        gradient: &Matrix3<f64>,
+        g: f64,
+    ) -> Result<Self, Inverted> {
+        let rows = std::array::from_fn(|i| std::array::from_fn(|j| gradient[(i, j)]));
+        let principal = Principal::new(&rows);
+        if principal.sound < 1.0 {
+            return Err(Inverted);
+        }
+        let response = material.respond::<true>(&principal.strains, g);
+        Ok(Self { principal, response })
+    }
+
+    /// The nominal stress P = ∂ψ/∂F.
+    pub(super) fn piola(&self) -> Matrix3<f64> {
+        let piola = self.principal.piola(&self.response.stress, 1.0);
+        Matrix3::from_fn(|i, j| piola[i][j])
+    }
+
+    /// A_(ij)(kl) = ∂P_ij/∂F_kl from the blocks of unit gradients.
+    pub(super) fn moduli(&self) -> SMatrix<f64, 9, 9> {
+        let tangent = PointTangent::new(&self.principal, &self.response, 1.0);
+        let spatial = |k: usize| self.principal.push.map(|row| row[k]);
+        SMatrix::from_fn(|p, q| tangent.block(&spatial(p % 3), &spatial(q % 3))[p / 3][q / 3])
+    }
+}
+
+/// Asserts what the solver takes for granted of a material: for tests, of a law of one's own too.
+///
+/// At random states, in tension and compression, with two and three equal stretches, at rest and
+/// next to it, and with and without damage: the stress is the derivative of the energy and the
+/// tangent that of the stress (the remainders of Taylor's formula fall with the second and third
+/// power), the tangent is symmetric, energy and stress follow a rotation of space and do not see one
+/// of the material, rest has neither energy nor stress, and a deformation with det F ≤ 0 is refused.
+///
+/// # Panics
+/// If one of these does not hold; the message says which, and where.
+///
+/// # Example
+/// ```
+/// use fem::{Material, MooneyRivlin, PhaseField, Split, assert_material};
+///
+/// let law = MooneyRivlin { c10_mpa: 40.0, c01_mpa: 15.0, bulk_mpa: 200.0 };
+/// let rubber = Material::hyperelastic(law)?;
+/// assert_material(&rubber, None);
+/// let split = Split::VolumetricDeviatoric;
+/// let field = PhaseField { split, ..PhaseField::new(0.06) };
+/// assert_material(&rubber.with_fracture(fem::Fracture::new(0.1)), Some(&field));
+/// # Ok::<(), fem::FemError>(())
+/// ```
+pub fn assert_material(material: &Material, phase_field: Option<&PhaseField>) {
+    if let Err(error) = material.validate("tested", phase_field) {
+        panic!("{error}");
+    }
+    let point = material.at_point(phase_field);
+    let young = point.moduli.young();
+    let rest = Deformed::new(&point, &Matrix3::zeros(), 1.0).expect("rest is no inversion");
+    assert!(rest.response.energy.abs() < 1e-12 * young, "energy {} at rest", rest.response.energy);
+    assert!(rest.piola().norm() < 1e-12 * young, "stress {} at rest", rest.piola());
+    for flat in [-1.0, -2.0, f64::NAN] {
+        let gradient = Matrix3::from_diagonal(&[flat, 0.0, 0.1].into());
+        let refused = Deformed::new(&point, &gradient, 1.0).is_err();
+        assert!(refused, "det F ≤ 0 is not refused at {gradient}");
+    }
+    let spectral = phase_field.is_some_and(|f| f.split == Split::Spectral);
+    let mut tried = 0;
+    for (state, direction) in states() {
+        let strains = Deformed::new(&point, &state, 1.0).expect("det F > 0").principal.strains;
+        // the steps of the Taylor test must not cross a kink
+        let kinks = strains.log.into_iter().chain([strains.trace()]);
+        if spectral && kinks.into_iter().any(|e| e.abs() < 0.03) {
+            continue;
+        }
+        tried += 1;
+        for g in [1.0, 0.3] {
+            assert_derivatives(&point, &state, &direction, g);
+            assert_objective(&point, &state, g);
+        }
+    }
+    assert!(tried >= 4, "{tried} states are away from the kinks of the split");
+}
+
+fn assert_derivatives(
+    material: &PointMaterial,
+    state: &Matrix3<f64>,
+    direction: &Matrix3<f64>,
+    g: f64,
+) {
+    let at = |gradient: &Matrix3<f64>| Deformed::new(material, gradient, g).expect("det F > 0");
+    let start = at(state);
+    let moduli = start.moduli();
+    let asymmetry = (moduli - moduli.transpose()).abs().max();
+    assert!(asymmetry < 1e-14 * moduli.abs().max(), "tangent not symmetric at {state}");
+    let flat = SVector::<f64, 9>::from_fn(|p, _| direction[(p / 3, p % 3)]);
+    let (work, curvature) = (start.piola().dot(direction), flat.dot(&(moduli * flat)));
+    let remainders = |t: f64| {
+        let change = at(&(state + t * direction)).response.energy - start.response.energy;
+        let first = change - t * work;
+        [first.abs(), (first - 0.5 * t * t * curvature).abs()]
+    };
+    for (k, least) in [1.9, 2.9].into_iter().enumerate() {
+        // the next order may hide the slope by chance at one step, not at all three
+        let slopes = [8e-3, 4e-3, 1e-3].map(|t| (remainders(t)[k] / remainders(t / 4.0)[k]).log2());
+        let slope = slopes.into_iter().fold(0.0, f64::max) / 2.0;
+        assert!(slope > least, "remainder {} falls with slope {slope} at {state}", k + 1);
+    }
+}
+
+fn assert_objective(material: &PointMaterial, state: &Matrix3<f64>, g: f64) {
+    let turn = Rotation3::from_euler_angles(0.7, -0.2, 1.9).into_inner();
+    let f = Matrix3::identity() + state;
+    let at = |f: Matrix3<f64>| {
+        Deformed::new(material, &(f - Matrix3::identity()), g).expect("det F > 0")
+    };
+    let (before, space, body) = (at(f), at(turn * f), at(f * turn));
+    let size = material.moduli.young() * state.norm();
+    for (turned, stress) in [(space, turn * before.piola()), (body, before.piola() * turn)] {
+        let energy = turned.response.energy - before.response.energy;
+        assert!(energy.abs() <= 1e-12 * size, "energy changes by {energy} if {state} is turned");
+        let error = (turned.piola() - stress).norm();
+        let round_off = 1e-14 * material.moduli.young();
+        assert!(error <= 1e-11 * size + round_off, "stress is not turned with {state}: {error:e}");
+    }
+}
+
+/// Displacement gradients at which a law must hold, with a direction for each.
+pub(super) fn states() -> [(Matrix3<f64>, Matrix3<f64>); 7] {
+    // any numbers in (−1, 1)
+    let scatter =
+        |seed: f64| Matrix3::from_fn(|i, j| (seed + 5.3 * i as f64 + 2.9 * j as f64 + 0.7).sin());
+    let spin = Rotation3::from_euler_angles(0.3, -0.5, 0.8).into_inner();
+    let stretch = |a: f64, b: f64, c: f64| {
+        spin * Matrix3::from_diagonal(&[a, b, c].into()) * spin.transpose()
+    };
+    let contraction = |m: Matrix3<f64>| m - Matrix3::identity() * (1.0 + m.trace() / 3.0);
+    [
+        (0.25 * contraction(scatter(1.0)), scatter(2.0)),
+        (-0.25 * contraction(scatter(3.0)), scatter(4.0)),
+        (stretch(-0.2, 0.1, -0.3), scatter(5.0)),
+        (stretch(-0.2, -0.2, -0.1), scatter(6.0)),
+        (stretch(0.3, 0.3, 0.3), scatter(7.0)),
+        (stretch(-0.1, -0.1 + 1e-9, -0.1 - 1e-8), scatter(8.0)),
+        (1e-9 * contraction(scatter(9.0)), contraction(scatter(10.0))),
+    ]
+}

@@ -1,0 +1,197 @@
+//! Principal logarithmic strains of a displacement gradient.
+//!
+//! The eigenpairs are those of b − I = H + Hᵀ + H Hᵀ, not of b, so that small strains keep their
+//! digits. x coth x follows from the eigenvalues w too: with y = (w_i − w_j)/(2 + w_i + w_j)
+//! = tanh(ε_i − ε_j) it is artanh(y)/y, smooth through equal stretches.
+
+use super::scalar::{Scalar, dot};
+
+/// The deformation at a point, turned into the eigenvectors of b = F Fᵀ.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Principal<T> {
+    pub(crate) strains: Strains<T>,
+    /// The eigenvectors n_i: `basis[k][i]` is component k of number i.
+    pub(crate) basis: [[T; 3]; 3],
+    /// Qᵀ F⁻ᵀ: takes a reference gradient to the spatial one, in the basis n_i.
+    pub(crate) push: [[T; 3]; 3],
+    /// One; zero where det F is not a positive number, and the strains are put to rest.
+    pub(crate) sound: T,
+}
+
+/// The principal strains in the forms that laws are written in.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Strains<T> {
+    /// ε_i = ½ log(1 + w_i).
+    pub(crate) log: [T; 3],
+    /// w_i = λ_i² − 1, the eigenvalues of b − I.
+    pub(crate) excess: [T; 3],
+    /// x coth x of x = ε_i − ε_j, at the third index.
+    pub(crate) coth: [T; 3],
+}
+
+/// det F ≤ 0, or not a number.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Inverted;
+
+impl<T: Scalar> Strains<T> {
+    /// The strains of eigenvalues of b − I.
+    #[inline(always)]
+    fn of(excess: [T; 3]) -> Self {
+        let half = excess[0].constant(0.5);
+        let mut log = excess;
+        for i in 0..3 {
+            log[i] = half * excess[i].ln_1p();
+        }
+        Self::new(log, excess)
+    }
+
+    #[inline(always)]
+    pub(super) fn new(log: [T; 3], excess: [T; 3]) -> Self {
+        let mut coth = log;
+        for k in 0..3 {
+            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+            let two = log[k].constant(2.0);
+            let tanh = (excess[i] - excess[j]) / (excess[i] + excess[j] + two);
+            // further apart, the difference of the strains has its digits
+            let near = tanh.abs().less_than(two.constant(0.1));
+            coth[k] = T::select(near, tanh.artanh_ratio(), (log[i] - log[j]) / tanh);
+        }
+        Self { log, excess, coth }
+    }
+
+    /// tr ε = ln J.
+    #[inline(always)]
+    pub(super) fn trace(&self) -> T {
+        self.log[0] + self.log[1] + self.log[2]
+    }
+}
+
+impl<T: Scalar> Principal<T> {
+    /// Principal logarithmic strains of F = I + H.
+    #[inline(always)]
+    pub(crate) fn new(h: &[[T; 3]; 3]) -> Self {
+        let zero = h[0][0].constant(0.0);
+        let one = zero.constant(1.0);
+        let mut f = *h;
+        for i in 0..3 {
+            f[i][i] += one;
+        }
+        // cofactors: row i of F⁻ᵀ det F
+        let mut cofactor = [[zero; 3]; 3];
+        for i in 0..3 {
+            let (a, b) = (f[(i + 1) % 3], f[(i + 2) % 3]);
+            for j in 0..3 {
+                let (k, l) = ((j + 1) % 3, (j + 2) % 3);
+                cofactor[i][j] = a[k] * b[l] - a[l] * b[k];
+            }
+        }
+        let determinant = dot(&f[0], &cofactor[0]);
+        let finite = determinant.less_than(zero.constant(f64::INFINITY));
+        let sound = T::select(zero.less_than(determinant), T::select(finite, one, zero), zero);
+        let mut excess = [[zero; 3]; 3];
+        for i in 0..3 {
+            for j in 0..=i {
+                excess[i][j] = dot(&h[i], &h[j]) + (h[i][j] + h[j][i]);
+                excess[j][i] = excess[i][j];
+            }
+        }
+        let (mut values, basis) = symmetric_eigen(excess);
+        let inverse = one / determinant;
+        let mut push = [[zero; 3]; 3];
+        for i in 0..3 {
+            values[i] = T::select(zero.less_than(sound), values[i], zero);
+            for j in 0..3 {
+                let column = [basis[0][i], basis[1][i], basis[2][i]];
+                push[i][j] =
+                    inverse * dot(&column, &[cofactor[0][j], cofactor[1][j], cofactor[2][j]]);
+            }
+        }
+        Self { strains: Strains::of(values), basis, push, sound }
+    }
+
+    /// P = τ F⁻ᵀ for the principal values of τ, times `weight`.
+    #[inline(always)]
+    pub(crate) fn piola(&self, stress: &[T; 3], weight: T) -> [[T; 3]; 3] {
+        let mut scaled = self.push;
+        for i in 0..3 {
+            let stress = weight * stress[i];
+            for j in 0..3 {
+                scaled[i][j] = stress * self.push[i][j];
+            }
+        }
+        let mut out = scaled;
+        for i in 0..3 {
+            for j in 0..3 {
+                out[i][j] = dot(&self.basis[i], &[scaled[0][j], scaled[1][j], scaled[2][j]]);
+            }
+        }
+        out
+    }
+}
+
+/// Eigenvalues and eigenvectors (columns) of symmetric 3 × 3 matrices by cyclic Jacobi rotations,
+/// which are accurate to round-off for equal and for nearly equal eigenvalues alike, until the last
+/// of the points is done.
+#[inline(always)]
+fn symmetric_eigen<T: Scalar>(mut m: [[T; 3]; 3]) -> ([T; 3], [[T; 3]; 3]) {
+    const SWEEPS: usize = 12;
+    let zero = m[0][0].constant(0.0);
+    let mut q = [[zero; 3]; 3];
+    for i in 0..3 {
+        q[i][i] = zero.constant(1.0);
+    }
+    let diagonal = dot(&[m[0][0], m[1][1], m[2][2]], &[m[0][0], m[1][1], m[2][2]]);
+    // the least number makes the zero matrix one that is done
+    let limit = (off_diagonal(&m) + off_diagonal(&m) + diagonal)
+        .mul_add(zero.constant(1e-33), zero.constant(f64::MIN_POSITIVE));
+    for _ in 0..SWEEPS {
+        if T::settled(off_diagonal(&m).less_than(limit)) {
+            break;
+        }
+        rotate::<T, 0, 1, 2>(&mut m, &mut q);
+        rotate::<T, 0, 2, 1>(&mut m, &mut q);
+        rotate::<T, 1, 2, 0>(&mut m, &mut q);
+    }
+    ([m[0][0], m[1][1], m[2][2]], q)
+}
+
+#[inline(always)]
+fn off_diagonal<T: Scalar>(m: &[[T; 3]; 3]) -> T {
+    dot(&[m[0][1], m[0][2], m[1][2]], &[m[0][1], m[0][2], m[1][2]])
+}
+
+/// One Jacobi rotation that makes `m[P][Q]` zero; R is the third index.
+///
+/// tan θ = 2 m_pq sgn d / (|d| + √(d² + 4 m_pq²)) with d = m_qq − m_pp; where both vanish, none.
+#[inline(always)]
+fn rotate<T: Scalar, const P: usize, const Q: usize, const R: usize>(
+    m: &mut [[T; 3]; 3],
+    q: &mut [[T; 3]; 3],
+) {
+    let one = m[0][0].constant(1.0);
+    let zero = one.constant(0.0);
+    let off = m[P][Q];
+    let twice = off + off;
+    let d = m[Q][Q] - m[P][P];
+    let root = d.mul_add(d, twice * twice).sqrt();
+    // the bounds hold where squares underflow
+    let size = (d.abs() + root).max(one.constant(f64::MIN_POSITIVE));
+    let signed = T::select(d.less_than(zero), -twice, twice);
+    let t = (signed / size).min(one).max(-one);
+    let c = one / t.mul_add(t, one).sqrt();
+    let s = t * c;
+    m[P][P] = m[P][P] - t * off;
+    m[Q][Q] += t * off;
+    m[P][Q] = zero;
+    m[Q][P] = zero;
+    let (rp, rq) = (m[R][P], m[R][Q]);
+    m[R][P] = c * rp - s * rq;
+    m[R][Q] = s.mul_add(rp, c * rq);
+    m[P][R] = m[R][P];
+    m[Q][R] = m[R][Q];
+    for i in 0..3 {
+        let (qp, qq) = (q[i][P], q[i][Q]);
+        q[i][P] = c * qp - s * qq;
+        q[i][Q] = s.mul_add(qp, c * qq);
+    }
+}

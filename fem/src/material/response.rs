@@ -1,0 +1,110 @@
+//! What a law says at a point, in the basis of the principal strains.
+
+use super::principal::Strains;
+use super::scalar::Scalar;
+
+/// A law with the constants of the points at hand.
+pub(crate) trait Law<T> {
+    /// Energies and stress for a degradation g; `normal` and `shear` only with `TANGENT`.
+    fn respond<const TANGENT: bool>(&self, strains: &Strains<T>, g: T) -> Response<T>;
+}
+
+/// Energies, stress and tangent for a given g.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Response<T> {
+    /// g ψ⁺ + ψ⁻.
+    pub(crate) energy: T,
+    /// ψ⁺, which drives damage.
+    pub(crate) driving: T,
+    /// τ_i of g τ⁺ + τ⁻.
+    pub(crate) stress: [T; 3],
+    /// τ⁺_i.
+    pub(crate) stress_plus: [T; 3],
+    /// D_ij = ∂τ_i/∂ε_j, as [`packed`] has it.
+    pub(crate) normal: [T; 6],
+    /// ½ (τ_i − τ_j) coth(ε_i − ε_j), at the third index.
+    pub(crate) shear: [T; 3],
+}
+
+/// The place of entry (r, s ≤ r) of a symmetric matrix.
+#[inline(always)]
+pub(crate) const fn packed(r: usize, s: usize) -> usize {
+    r * (r + 1) / 2 + s
+}
+
+/// A law as a whole, of which a split takes the volumetric part.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Whole<T> {
+    pub(super) energy: T,
+    pub(super) stress: [T; 3],
+    pub(super) normal: [T; 6],
+    pub(super) shear: [T; 3],
+}
+
+impl<T: Scalar> Whole<T> {
+    /// The response where `spared`, U(t) and its two derivatives in t = tr ε, is left to the
+    /// undegraded part where t < 0.
+    ///
+    /// U is the energy of the pure change of volume: all its principal stresses are U′, so that
+    /// their differences vanish. With `hybrid` the split concerns the driving energy alone.
+    #[inline(always)]
+    pub(super) fn split(self, mut spared: [T; 3], trace: T, hybrid: bool, g: T) -> Response<T> {
+        let zero = g.constant(0.0);
+        for k in 0..3 {
+            spared[k] = T::select(trace.less_than(zero), spared[k], zero);
+        }
+        let driving = self.energy - spared[0];
+        if hybrid {
+            spared = [zero; 3];
+        }
+        let [energy, stress, curvature] = spared;
+        let mut out = Response {
+            energy: g.mul_add(self.energy - energy, energy),
+            driving,
+            stress: self.stress,
+            stress_plus: self.stress,
+            normal: self.normal,
+            shear: self.shear,
+        };
+        for i in 0..3 {
+            out.stress_plus[i] = self.stress[i] - stress;
+            out.stress[i] = g.mul_add(out.stress_plus[i], stress);
+            out.shear[i] = g * self.shear[i];
+        }
+        for entry in 0..6 {
+            out.normal[entry] = g.mul_add(self.normal[entry] - curvature, curvature);
+        }
+        out
+    }
+}
+
+impl Response<f64> {
+    /// How many numbers there are.
+    pub(super) const NUMBERS: usize = 17;
+
+    pub(super) fn numbers(&self) -> [f64; Self::NUMBERS] {
+        let mut all = [0.0; Self::NUMBERS];
+        all[0] = self.energy;
+        all[1] = self.driving;
+        all[2..5].copy_from_slice(&self.stress);
+        all[5..8].copy_from_slice(&self.stress_plus);
+        all[8..14].copy_from_slice(&self.normal);
+        all[14..].copy_from_slice(&self.shear);
+        all
+    }
+}
+
+impl<T: Copy> Response<T> {
+    /// The response of which [`numbers`](Response::numbers) gives these.
+    #[inline(always)]
+    pub(super) fn from_numbers(all: &[T; Response::<f64>::NUMBERS]) -> Self {
+        Self {
+            energy: all[0],
+            driving: all[1],
+            stress: [all[2], all[3], all[4]],
+            stress_plus: [all[5], all[6], all[7]],
+            normal: [all[8], all[9], all[10], all[11], all[12], all[13]],
+            shear: [all[14], all[15], all[16]],
+        }
+    }
+}

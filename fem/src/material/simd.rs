@@ -1,0 +1,199 @@
+//! A number of each of several points, in the widest registers that the processor has.
+//!
+//! Instructions wider than the baseline are inlined only into functions that are inlined
+//! themselves: all here are, and what computes with these numbers uses loops and no closures.
+
+use std::f64::consts::{FRAC_1_SQRT_2, LN_2};
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
+
+use faer::traits::pulp::Simd;
+
+use super::scalar::{Lanes, POINTS, Scalar};
+
+/// Registers of a number: one computes while the other waits for a root or a quotient.
+pub(crate) const REGISTERS: usize = 2;
+
+/// One number of each point; points beyond those of the registers are left out.
+#[derive(Clone, Copy)]
+pub(crate) struct SimdF64<S: Simd> {
+    simd: S,
+    pub(crate) registers: [S::f64s; REGISTERS],
+}
+
+/// Where a comparison holds.
+#[derive(Clone, Copy)]
+pub(crate) struct Mask<S: Simd> {
+    simd: S,
+    registers: [S::m64s; REGISTERS],
+}
+
+impl<S: Simd> SimdF64<S> {
+    #[inline(always)]
+    pub(crate) fn splat(simd: S, x: f64) -> Self {
+        Self { simd, registers: [simd.splat_f64s(x); REGISTERS] }
+    }
+
+    /// k and m of self = 2^k m with ½√2 ≤ m < √2, for a positive normal number.
+    #[inline(always)]
+    fn binary_parts(self) -> [Self; 2] {
+        const MANTISSA: u32 = 52;
+        const ONE: u64 = 1.0f64.to_bits();
+        const SHIFT: u64 = ONE - FRAC_1_SQRT_2.to_bits();
+        // an integer below 2⁵² in the mantissa of 2⁵² is that number behind the point
+        const BIG: f64 = (1u64 << MANTISSA) as f64;
+        const BIAS: f64 = (ONE >> MANTISSA) as f64;
+        let (mut exponents, mut mantissas) = ([0.0; POINTS], [1.0; POINTS]);
+        self.store(&mut mantissas);
+        for p in 0..Self::COUNT {
+            let bits = mantissas[p].to_bits();
+            let exponent = bits.wrapping_add(SHIFT) >> MANTISSA;
+            exponents[p] = f64::from_bits(exponent | BIG.to_bits()) - (BIG + BIAS);
+            mantissas[p] =
+                f64::from_bits(bits.wrapping_sub(exponent << MANTISSA).wrapping_add(ONE));
+        }
+        [Self::load(self.simd, &exponents), Self::load(self.simd, &mantissas)]
+    }
+}
+
+impl<S: Simd> Lanes for SimdF64<S> {
+    type Token = S;
+
+    const COUNT: usize =
+        if REGISTERS * S::F64_LANES < POINTS { REGISTERS * S::F64_LANES } else { POINTS };
+
+    #[inline(always)]
+    fn token(self) -> S {
+        self.simd
+    }
+
+    #[inline(always)]
+    fn load(simd: S, values: &[f64; POINTS]) -> Self {
+        let (registers, _) = S::as_simd_f64s(values);
+        Self { simd, registers: *registers.first_chunk().expect("no more lanes than points") }
+    }
+
+    #[inline(always)]
+    fn store(self, values: &mut [f64; POINTS]) {
+        let (registers, _) = S::as_mut_simd_f64s(values);
+        *registers.first_chunk_mut().expect("no more lanes than points") = self.registers;
+    }
+}
+
+macro_rules! each_register {
+    ($name:ident, $intrinsic:ident $(, $other:ident)*) => {
+        #[inline(always)]
+        fn $name(mut self $(, $other: Self)*) -> Self {
+            for r in 0..REGISTERS {
+                self.registers[r] =
+                    self.simd.$intrinsic(self.registers[r] $(, $other.registers[r])*);
+            }
+            self
+        }
+    };
+}
+
+macro_rules! comparison {
+    ($name:ident, $intrinsic:ident) => {
+        #[inline(always)]
+        fn $name(self, other: Self) -> Mask<S> {
+            let simd = self.simd;
+            let first = simd.$intrinsic(self.registers[0], other.registers[0]);
+            let mut registers = [first; REGISTERS];
+            for r in 1..REGISTERS {
+                registers[r] = simd.$intrinsic(self.registers[r], other.registers[r]);
+            }
+            Mask { simd, registers }
+        }
+    };
+}
+
+impl<S: Simd> Scalar for SimdF64<S> {
+    type Mask = Mask<S>;
+
+    each_register!(mul_add, mul_add_e_f64s, b, c);
+    each_register!(sqrt, sqrt_f64s);
+    each_register!(abs, abs_f64s);
+    each_register!(max, max_f64s, other);
+    each_register!(min, min_f64s, other);
+    comparison!(less_than, less_than_f64s);
+    comparison!(equals, equal_f64s);
+
+    #[inline(always)]
+    fn constant(self, x: f64) -> Self {
+        Self::splat(self.simd, x)
+    }
+
+    /// With 1 + x = 2^k (1 + f): k ln 2 + 2 artanh(f / (2 + f)), where |f / (2 + f)| < 0.172.
+    #[inline(always)]
+    fn ln_1p(self) -> Self {
+        let one = self.constant(1.0);
+        let [exponent, mantissa] = (self + one).binary_parts();
+        let f = Self::select(exponent.equals(self.constant(0.0)), self, mantissa - one);
+        let z = f / (f + self.constant(2.0));
+        let whole = exponent * self.constant(LN_2);
+        (z + z).mul_add(z.artanh_ratio(), whole)
+    }
+
+    /// The library's, one after the other: no law that must be fast has it.
+    #[inline(always)]
+    fn exp_m1(self) -> Self {
+        let mut values = [0.0; POINTS];
+        self.store(&mut values);
+        for p in 0..Self::COUNT {
+            values[p] = values[p].exp_m1();
+        }
+        Self::load(self.simd, &values)
+    }
+
+    #[inline(always)]
+    fn select(mask: Mask<S>, yes: Self, no: Self) -> Self {
+        let mut out = no;
+        for r in 0..REGISTERS {
+            out.registers[r] =
+                mask.simd.select_f64s(mask.registers[r], yes.registers[r], no.registers[r]);
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn settled(mask: Mask<S>) -> bool {
+        let zero = Self::splat(mask.simd, 0.0);
+        let holds = Self::select(mask, zero.constant(1.0), zero);
+        let mut least = holds.registers[0];
+        for r in 1..REGISTERS {
+            least = mask.simd.min_f64s(least, holds.registers[r]);
+        }
+        mask.simd.reduce_min_f64s(least) > 0.5
+    }
+}
+
+macro_rules! operator {
+    ($trait:ident, $name:ident, $intrinsic:ident) => {
+        impl<S: Simd> $trait for SimdF64<S> {
+            type Output = Self;
+
+            each_register!($name, $intrinsic, other);
+        }
+    };
+}
+
+operator!(Add, add, add_f64s);
+operator!(Sub, sub, sub_f64s);
+operator!(Mul, mul, mul_f64s);
+operator!(Div, div, div_f64s);
+
+impl<S: Simd> Neg for SimdF64<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.constant(0.0) - self
+    }
+}
+
+impl<S: Simd> AddAssign for SimdF64<S> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}

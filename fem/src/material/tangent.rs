@@ -1,0 +1,100 @@
+//! The consistent tangent at a point, in the principal axes of the strain (Simo & Hughes,
+//! Computational Inelasticity (1998), section 8.4, with the shear term of definitions 3.2).
+//!
+//! With h = ∇δu F⁻¹ the stress changes by d_ii = Σ_j D_ij h_jj − τ_i h_ii and
+//! d_ij = G_ij (h_ij + h_ji) + h_ij τ_j, where G_ij = ½ (τ_i − τ_j) coth(ε_i − ε_j) − ½ (τ_i + τ_j).
+
+use super::principal::Principal;
+use super::response::{Response, packed};
+use super::scalar::{Scalar, dot};
+
+/// The tangent times the weight of its point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PointTangent<T> {
+    /// The principal axes, one after the other.
+    pub(crate) axes: [[T; 3]; 3],
+    /// D_ij − δ_ij τ_i, as [`packed`] has it.
+    pub(crate) normal: [T; 6],
+    /// G_ij at the third index.
+    pub(crate) shear: [T; 3],
+    /// τ_i.
+    pub(crate) stress: [T; 3],
+}
+
+impl<T: Scalar> PointTangent<T> {
+    #[inline(always)]
+    pub(crate) fn new(principal: &Principal<T>, response: &Response<T>, weight: T) -> Self {
+        let half = weight.constant(0.5);
+        let mut out = Self {
+            axes: principal.basis,
+            normal: response.normal,
+            shear: response.shear,
+            stress: response.stress,
+        };
+        for i in 0..3 {
+            out.stress[i] = weight * response.stress[i];
+            for m in 0..3 {
+                out.axes[i][m] = principal.basis[m][i];
+            }
+        }
+        for i in 0..3 {
+            for j in 0..=i {
+                let place = packed(i, j);
+                out.normal[place] = weight * response.normal[place];
+                if i == j {
+                    out.normal[place] = out.normal[place] - out.stress[i];
+                }
+            }
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            out.shear[i] = weight * response.shear[i] - half * (out.stress[j] + out.stress[k]);
+        }
+        out
+    }
+
+    /// The 3 × 3 block ∂R_a/∂u_b in the global axes for two spatial gradients in the principal basis:
+    /// K_ij = δ_ij Σ_l A_il a_l b_l + (1 − δ_ij)(D_ij a_i b_j + G_ij a_j b_i), A_ii = D_ii − τ_i,
+    /// A_il = G_il + τ_l, turned to the global axes.
+    #[inline(always)]
+    pub(crate) fn block(&self, a: &[T; 3], b: &[T; 3]) -> [[T; 3]; 3] {
+        let products = [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
+        let mut local = [*a; 3];
+        for i in 0..3 {
+            let mut own = self.normal[packed(i, i)] * products[i];
+            for j in 0..3 {
+                if i != j {
+                    let shear = self.shear[3 - i - j];
+                    own = (shear + self.stress[j]).mul_add(products[j], own);
+                    let (r, s) = if i > j { (i, j) } else { (j, i) };
+                    let normal = self.normal[packed(r, s)] * a[i];
+                    local[i][j] = normal.mul_add(b[j], shear * a[j] * b[i]);
+                }
+            }
+            local[i][i] = own;
+        }
+        let mut turned = local;
+        for i in 0..3 {
+            for n in 0..3 {
+                let column = [self.axes[0][n], self.axes[1][n], self.axes[2][n]];
+                turned[i][n] = dot(&local[i], &column);
+            }
+        }
+        let mut out = turned;
+        for n in 0..3 {
+            let column = self.turn(&[turned[0][n], turned[1][n], turned[2][n]]);
+            for m in 0..3 {
+                out[m][n] = column[m];
+            }
+        }
+        out
+    }
+
+    /// A vector of the principal basis in the global axes.
+    #[inline(always)]
+    pub(crate) fn turn(&self, v: &[T; 3]) -> [T; 3] {
+        let mut out = *v;
+        for m in 0..3 {
+            out[m] = dot(&[self.axes[0][m], self.axes[1][m], self.axes[2][m]], v);
+        }
+        out
+    }
+}

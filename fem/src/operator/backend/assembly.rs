@@ -1,0 +1,97 @@
+//! The equations of a whole mesh on the processor.
+
+use rayon::prelude::*;
+
+use super::gather::Gather;
+use crate::element::{Domain, Space};
+use crate::material::Inverted;
+use crate::operator::deterministic_reduce::deterministic_reduce;
+use crate::operator::element::ElementResidual;
+use crate::operator::equations::{Coupling, Operator};
+use crate::operator::layout::LANES;
+use crate::operator::pattern::Tangent;
+use crate::operator::residual::{Increment, Residual};
+
+/// Batches that are worth a thread.
+const LEAST: usize = 512;
+
+/// The operator on a space of `N`-node elements.
+#[derive(Debug)]
+pub(crate) struct Assembly<const N: usize> {
+    pub(crate) space: Space<N>,
+}
+
+impl<const N: usize> Assembly<N> {
+    pub(crate) fn new(space: Space<N>) -> Self {
+        Self { space }
+    }
+}
+
+impl<const N: usize> Operator for Assembly<N> {
+    fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted> {
+        out.clear();
+        let gather = Gather::new(&self.space, increment);
+        let add = |first: usize, elements: &[ElementResidual<f64, N>]| {
+            for (element, nodes) in elements.iter().zip(&self.space.tets[first..]) {
+                let [elastic, fracture, viscous] = element.energies;
+                out.elastic += elastic;
+                out.fracture += fracture;
+                out.viscous += viscous;
+                for (a, &node) in nodes.iter().enumerate() {
+                    let nodal = &mut out.nodal[node as usize];
+                    for k in 0..4 {
+                        nodal[k] += element.nodal[a][k];
+                    }
+                    out.drive[node as usize] += element.drive[a];
+                }
+            }
+        };
+        let blank = ElementResidual {
+            nodal: [[0.0; 4]; N],
+            drive: [0.0; N],
+            energies: [0.0; 3],
+            sound: 1.0,
+        };
+        let compute = |first: usize, to: &mut [_]| gather.residuals(first, to);
+        deterministic_reduce::<N, _>(self.space.tets.len(), blank, compute, add)
+    }
+
+    fn tangent(
+        &self,
+        increment: &Increment,
+        coupling: Coupling,
+        out: &mut Tangent,
+    ) -> Result<(), Inverted> {
+        out.clear();
+        let gather = Gather::new(&self.space, increment);
+        let coupled = coupling == Coupling::Full;
+        let compute = |first: usize, to: &mut [_]| gather.tangents(first, coupled, to);
+        let add = |first: usize, elements: &[_]| out.add_elements(first, elements);
+        let blank = [[[[0.0; 4]; 4]; N]; N];
+        deterministic_reduce::<N, _>(self.space.tets.len(), blank, compute, add)?;
+        increment.context.contact.iter().for_each(|(node, block)| out.add_node(*node, block));
+        Ok(())
+    }
+
+    fn driving_energies(&self, increment: &Increment, out: &mut [f64]) -> Result<(), Inverted> {
+        let gather = Gather::new(&self.space, increment);
+        let batch = LANES * self.space.rule.points.len();
+        let batches = out.par_chunks_mut(batch).enumerate().with_min_len(LEAST);
+        batches.try_for_each(|(batch, out)| gather.driving_energies(batch * LANES, out))
+    }
+
+    fn point_data(
+        &self,
+        increment: &Increment,
+        coupling: Coupling,
+        tets: &[u32],
+        write: &mut dyn FnMut(usize, &[[f64; LANES]]),
+    ) -> Result<(), Inverted> {
+        let coupled = coupling == Coupling::Full;
+        Gather::new(&self.space, increment).point_data(tets, coupled, write)
+    }
+
+    fn domain(&self) -> &dyn Domain {
+        &self.space
+    }
+}

@@ -1,0 +1,378 @@
+//! Elements of a mesh into lanes, and what the element kernel gives back out of them.
+
+use faer::traits::pulp::{Simd, WithSimd};
+
+use super::lanes::{Real, Rows, dispatch, places};
+use crate::element::Space;
+use crate::material::{
+    CrackDensity, Degradation, Degraded, Formula, Inverted, LaneLaw, Lanes, POINTS, PointMaterial,
+    REGISTERS, SimdF64,
+};
+use crate::operator::blocks::write_blocks;
+use crate::operator::element::{Element, ElementResidual, MOST_POINTS};
+use crate::operator::layout::{LANES, VACANT};
+use crate::operator::pattern::Block;
+use crate::operator::point_data::PointData;
+use crate::operator::residual::Increment;
+
+/// The most numbers that the tangent of a linear element takes.
+const FEW: usize = 51;
+
+/// What the elements of a mesh have in common in an increment.
+pub(crate) struct Gather<'a, const N: usize> {
+    space: &'a Space<N>,
+    increment: &'a Increment<'a>,
+    degraded: Degraded,
+    density: CrackDensity,
+    /// The formula that all regions have.
+    formula: Option<Formula>,
+    /// K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt by region.
+    constants: Vec<[f64; 6]>,
+    places: [usize; LANES],
+}
+
+impl<'a, const N: usize> Gather<'a, N> {
+    pub(crate) fn new(space: &'a Space<N>, increment: &'a Increment<'a>) -> Self {
+        // one damage model for all regions
+        let damage = increment.materials.iter().find_map(|m| m.damage.as_ref());
+        let constants = increment.materials.iter().map(|m| {
+            let [soft, local, gradient, viscosity] = match &m.damage {
+                Some(d) => [1.0 - d.residual, d.local, d.gradient, d.viscosity],
+                None => [0.0; 4],
+            };
+            let viscous = viscosity / increment.context.duration;
+            [m.moduli.bulk, m.moduli.shear, soft, local, gradient, viscous]
+        });
+        let first = increment.materials.first().and_then(PointMaterial::formula);
+        Self {
+            space,
+            increment,
+            degraded: damage.map_or(Degraded::ALL, |d| d.degraded),
+            density: damage.map_or(CrackDensity::At2, |d| d.density),
+            formula: first.filter(|_| increment.materials.iter().all(|m| m.formula() == first)),
+            constants: constants.collect(),
+            places: places::<f64>(),
+        }
+    }
+
+    /// The residuals of the elements from `first` on.
+    pub(super) fn residuals(
+        &self,
+        first: usize,
+        out: &mut [ElementResidual<f64, N>],
+    ) -> Result<(), Inverted> {
+        dispatch(Residuals { gather: self, first, out })
+    }
+
+    /// The tangents of the elements from `first` on.
+    pub(super) fn tangents(
+        &self,
+        first: usize,
+        coupled: bool,
+        out: &mut [[[Block; N]; N]],
+    ) -> Result<(), Inverted> {
+        dispatch(Tangents { gather: self, first, coupled, out })
+    }
+
+    /// The numbers of the tangents of these elements, batch by batch.
+    pub(super) fn point_data(
+        &self,
+        tets: &[u32],
+        coupled: bool,
+        write: &mut dyn FnMut(usize, &[[f64; LANES]]),
+    ) -> Result<(), Inverted> {
+        dispatch(Numbers { gather: self, tets, coupled, write })
+    }
+
+    /// The driving energies of the elements from `first` on, point by point.
+    pub(super) fn driving_energies(&self, first: usize, out: &mut [f64]) -> Result<(), Inverted> {
+        dispatch(Driving { gather: self, first, out })
+    }
+
+    /// The element of each lane, so that the rows that are written back have the order of the
+    /// elements; lanes without one have the last one again.
+    fn rows(&self, first: usize, count: usize) -> [usize; LANES] {
+        let mut tets = [first; LANES];
+        for row in 0..LANES {
+            tets[self.places[row]] = first + row.min(count - 1);
+        }
+        tets
+    }
+
+    /// The values of the elements of each lane.
+    #[inline(always)]
+    pub(crate) fn elements<'b, T: Lanes>(
+        &'b self,
+        token: T::Token,
+        tets: [usize; POINTS],
+        history: Option<&'b [T; MOST_POINTS]>,
+    ) -> Element<'b, T, LaneLaw<'b, T>, N>
+    where
+        'a: 'b,
+    {
+        let Self { space, increment, .. } = self;
+        let zero = T::load(token, &[0.0; POINTS]);
+        let (fields, context) = (increment.fields, &increment.context);
+        let (mut displacement, mut damage, mut before) = ([[zero; 3]; N], [zero; N], [zero; N]);
+        for a in 0..N {
+            let mut columns = [[0.0; POINTS]; 5];
+            for lane in 0..T::COUNT {
+                let node = space.tets[tets[lane]][a] as usize;
+                let u = &fields.displacement[node];
+                for k in 0..3 {
+                    columns[k][lane] = u[k];
+                }
+                columns[3][lane] = fields.damage[node];
+                columns[4][lane] = context.damage_before[node];
+            }
+            for k in 0..3 {
+                displacement[a][k] = T::load(token, &columns[k]);
+            }
+            damage[a] = T::load(token, &columns[3]);
+            before[a] = T::load(token, &columns[4]);
+        }
+        let mut columns = [[0.0; POINTS]; 16];
+        let mut materials = [&increment.materials[0]; POINTS];
+        for lane in 0..T::COUNT {
+            let region = usize::from(space.region[tets[lane]]);
+            materials[lane] = &increment.materials[region];
+            let slopes = &space.barycentric[tets[lane]];
+            for k in 0..3 {
+                for x in 0..3 {
+                    columns[3 * k + x][lane] = slopes[k][x];
+                }
+            }
+            for k in 0..6 {
+                columns[9 + k][lane] = self.constants[region][k];
+            }
+            columns[15][lane] = space.volume[tets[lane]];
+        }
+        let mut numbers = [zero; 16];
+        for k in 0..16 {
+            numbers[k] = T::load(token, &columns[k]);
+        }
+        let [a, b, c, d, e, f, g, h, i, bulk, shear, soft, local, gradient, viscous, volume] =
+            numbers;
+        Element {
+            rule: &space.rule,
+            law: LaneLaw::new(self.formula, self.degraded, [bulk, shear], materials),
+            density: self.density,
+            displacement,
+            damage,
+            before,
+            barycentric: [[a, b, c], [d, e, f], [g, h, i]],
+            volume,
+            degradation: Degradation { soft },
+            local,
+            gradient,
+            viscous,
+            history,
+        }
+    }
+
+    /// The largest ψ⁺ so far at the elastic points of the elements of each lane, if it is kept.
+    #[inline(always)]
+    pub(crate) fn history<T: Lanes>(
+        &self,
+        token: T::Token,
+        tets: [usize; POINTS],
+    ) -> Option<[T; MOST_POINTS]> {
+        let (history, points) = (self.increment.context.history, self.space.rule.points.len());
+        if history.is_empty() {
+            return None;
+        }
+        let mut so_far = [T::load(token, &[0.0; POINTS]); MOST_POINTS];
+        for q in 0..points {
+            let mut column = [0.0; POINTS];
+            for lane in 0..T::COUNT {
+                column[lane] = history[tets[lane] * points + q];
+            }
+            so_far[q] = T::load(token, &column);
+        }
+        Some(so_far)
+    }
+}
+
+/// Whether all elements are sound.
+#[inline(always)]
+fn check<T: Lanes>(sound: T) -> Result<(), Inverted> {
+    let mut lanes = [1.0; POINTS];
+    sound.store(&mut lanes);
+    if lanes == [1.0; POINTS] { Ok(()) } else { Err(Inverted) }
+}
+
+/// Writes four numbers of each element as rows, in the order of the elements.
+#[inline(always)]
+fn store_rows<S: Simd>(simd: S, columns: &[SimdF64<S>; 4], rows: &mut Rows<f64>) {
+    for r in 0..REGISTERS {
+        let mut registers = [columns[0].registers[r]; 4];
+        for c in 1..4 {
+            registers[c] = columns[c].registers[r];
+        }
+        f64::rows(simd, registers, rows, r);
+    }
+}
+
+struct Residuals<'a, 'b, const N: usize> {
+    gather: &'a Gather<'a, N>,
+    first: usize,
+    out: &'b mut [ElementResidual<f64, N>],
+}
+
+impl<const N: usize> WithSimd for Residuals<'_, '_, N> {
+    type Output = Result<(), Inverted>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { gather, mut first, out } = self;
+        for out in out.chunks_mut(SimdF64::<S>::COUNT) {
+            let tets = gather.rows(first, out.len());
+            let history = gather.history(simd, tets);
+            let residual = gather.elements::<SimdF64<S>>(simd, tets, history.as_ref()).residual();
+            check(residual.sound)?;
+            let mut rows = Rows([[0.0; 4]; LANES]);
+            for a in 0..N {
+                store_rows(simd, &residual.nodal[a], &mut rows);
+                for (out, row) in out.iter_mut().zip(&rows.0) {
+                    out.nodal[a] = *row;
+                }
+            }
+            let mut column = [0.0; POINTS];
+            for a in 0..N {
+                residual.drive[a].store(&mut column);
+                for (out, &place) in out.iter_mut().zip(&gather.places) {
+                    out.drive[a] = column[place];
+                }
+            }
+            for k in 0..3 {
+                residual.energies[k].store(&mut column);
+                for (out, &place) in out.iter_mut().zip(&gather.places) {
+                    out.energies[k] = column[place];
+                }
+            }
+            first += out.len();
+        }
+        Ok(())
+    }
+}
+
+struct Tangents<'a, 'b, const N: usize> {
+    gather: &'a Gather<'a, N>,
+    first: usize,
+    coupled: bool,
+    out: &'b mut [[[Block; N]; N]],
+}
+
+impl<const N: usize> WithSimd for Tangents<'_, '_, N> {
+    type Output = Result<(), Inverted>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { gather, mut first, coupled, out } = self;
+        let rule = &gather.space.rule;
+        let width = PointData::of(rule).width_with_axes();
+        let mut blocks = [[[[SimdF64::splat(simd, 0.0); 4]; 4]; N]; N];
+        // those of a linear element stay on the stack
+        let zero = SimdF64::splat(simd, 0.0);
+        let (mut few, mut many) = ([zero; FEW], Vec::new());
+        let numbers = if width <= FEW {
+            &mut few[..width]
+        } else {
+            many.resize(width, zero);
+            &mut many
+        };
+        for out in out.chunks_mut(SimdF64::<S>::COUNT) {
+            let tets = gather.rows(first, out.len());
+            let history = gather.history(simd, tets);
+            let elements = gather.elements(simd, tets, history.as_ref());
+            check(elements.linearise::<true>(coupled, numbers))?;
+            write_blocks::<SimdF64<S>, true, N>(rule, numbers, &mut blocks);
+            let mut rows = Rows([[0.0; 4]; LANES]);
+            for a in 0..N {
+                for b in 0..=a {
+                    for i in 0..4 {
+                        store_rows(simd, &blocks[a][b][i], &mut rows);
+                        for (out, row) in out.iter_mut().zip(&rows.0) {
+                            out[a][b][i] = *row;
+                        }
+                    }
+                }
+            }
+            first += out.len();
+        }
+        Ok(())
+    }
+}
+
+struct Numbers<'a, 'b, const N: usize> {
+    gather: &'a Gather<'a, N>,
+    tets: &'b [u32],
+    coupled: bool,
+    write: &'b mut dyn FnMut(usize, &[[f64; LANES]]),
+}
+
+impl<const N: usize> WithSimd for Numbers<'_, '_, N> {
+    type Output = Result<(), Inverted>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { gather, tets, coupled, write } = self;
+        let count = SimdF64::<S>::COUNT;
+        let width = PointData::of(&gather.space.rule).width();
+        let mut numbers = vec![SimdF64::splat(simd, 0.0); width];
+        let mut columns = vec![[0.0; POINTS]; width];
+        for (batch, tets) in tets.chunks(LANES).enumerate() {
+            for first in (0..LANES).step_by(count) {
+                let mut lanes = [0; LANES];
+                for lane in 0..count {
+                    // a vacant place has the first element again
+                    let tet = tets.get(first + lane).copied().filter(|&tet| tet != VACANT);
+                    lanes[lane] = tet.unwrap_or(tets[0]) as usize;
+                }
+                let history = gather.history(simd, lanes);
+                let elements = gather.elements(simd, lanes, history.as_ref());
+                check(elements.linearise::<false>(coupled, &mut numbers))?;
+                for (out, number) in columns.iter_mut().zip(&numbers) {
+                    let mut column = [0.0; POINTS];
+                    number.store(&mut column);
+                    out[first..first + count].copy_from_slice(&column[..count]);
+                }
+            }
+            write(batch, &columns);
+        }
+        Ok(())
+    }
+}
+
+struct Driving<'a, 'b, const N: usize> {
+    gather: &'a Gather<'a, N>,
+    first: usize,
+    out: &'b mut [f64],
+}
+
+impl<const N: usize> WithSimd for Driving<'_, '_, N> {
+    type Output = Result<(), Inverted>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { gather, mut first, out } = self;
+        let points = gather.space.rule.points.len();
+        for out in out.chunks_mut(SimdF64::<S>::COUNT * points) {
+            let count = out.len() / points;
+            let mut energies = [SimdF64::splat(simd, 0.0); MOST_POINTS];
+            let tets = gather.rows(first, count);
+            let history = gather.history(simd, tets);
+            let elements = gather.elements(simd, tets, history.as_ref());
+            check(elements.driving_energies(&mut energies))?;
+            for q in 0..points {
+                let mut column = [0.0; POINTS];
+                energies[q].store(&mut column);
+                for (out, &place) in out.chunks_exact_mut(points).zip(&gather.places) {
+                    out[q] = column[place];
+                }
+            }
+            first += count;
+        }
+        Ok(())
+    }
+}

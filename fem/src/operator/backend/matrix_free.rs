@@ -1,0 +1,255 @@
+//! The tangent applied element by element from stored point data, without a matrix.
+//!
+//! The data of [`LANES`] elements stand side by side, so that one instruction works on several;
+//! which instructions, the processor decides when the program runs.
+
+use std::sync::Arc;
+
+use faer::traits::pulp::{Simd, WithSimd};
+use rayon::prelude::*;
+
+use super::chunk::ChunkProduct;
+use super::lanes::{Real, dispatch, places};
+use crate::element::Rule;
+use crate::material::{Inverted, Lanes, POINTS, SimdF64};
+use crate::operator::blocks::{diagonal, write_blocks};
+use crate::operator::equations::{Coupling, Operator, Product};
+use crate::operator::layout::{Aligned, Chunk, LANES, Layout, VACANT};
+use crate::operator::pattern::{Block, Tangent};
+use crate::operator::point_data::PointData;
+use crate::operator::residual::Increment;
+
+/// Chunks of quadratic elements whose linear tangents are computed before they are added: 16 MB.
+const AT_ONCE: usize = 16;
+/// Elements from which point data are kept in single precision, where they would fill the memory.
+const SINGLE_FROM: usize = 400_000;
+
+/// A product for a space, with point data in the precision that its size asks for.
+pub(crate) fn product(layout: Arc<Layout>, tets: usize) -> Box<dyn Product> {
+    if tets < SINGLE_FROM {
+        Box::new(MatrixFree::<f64>::new(layout))
+    } else {
+        Box::new(MatrixFree::<f32>::new(layout))
+    }
+}
+
+/// The tangent at some fields.
+#[derive(Debug)]
+pub(crate) struct MatrixFree<T: Real> {
+    layout: Arc<Layout>,
+    /// Chunk after chunk; batch, then part of the batch that a pack holds, then number of the
+    /// element's tangent.
+    data: Vec<Vec<T::Pack>>,
+    /// The place of each element of a batch in its packs.
+    places: [usize; LANES],
+    copies: Vec<Aligned>,
+}
+
+impl<T: Real> MatrixFree<T> {
+    pub(crate) fn new(layout: Arc<Layout>) -> Self {
+        let width = PointData::of(&layout.rule).width();
+        let zeros = |chunk: &Chunk| vec![T::ZERO; chunk.tets.len() / T::WIDTH * width];
+        let data = layout.batches.chunks.iter().map(zeros).collect();
+        Self { layout, data, places: places::<T>(), copies: Vec::new() }
+    }
+}
+
+impl<T: Real> Product for MatrixFree<T> {
+    fn linearise(
+        &mut self,
+        operator: &dyn Operator,
+        increment: &Increment,
+        coupling: Coupling,
+    ) -> Result<(), Inverted> {
+        let Self { layout, data, places, .. } = self;
+        let width = PointData::of(&layout.rule).width();
+        data.par_iter_mut().zip(&layout.batches.chunks).try_for_each(|(data, chunk)| {
+            let mut write = |batch: usize, numbers: &[[f64; LANES]]| {
+                let data = &mut data[batch * (LANES / T::WIDTH) * width..];
+                let tets = &chunk.tets[batch * LANES..];
+                for (lane, (&place, &tet)) in places.iter().zip(tets).enumerate() {
+                    if tet == VACANT {
+                        continue;
+                    }
+                    let packs = &mut data[place / T::WIDTH * width..][..width];
+                    for (pack, lanes) in packs.iter_mut().zip(numbers) {
+                        pack.as_mut()[place % T::WIDTH] = T::of(lanes[lane]);
+                    }
+                }
+            };
+            operator.point_data(increment, coupling, &chunk.tets, &mut write)
+        })
+    }
+
+    fn apply(&mut self, x: &[[f64; 4]], y: &mut [[f64; 4]]) {
+        let Self { layout, data, copies, .. } = self;
+        layout.batches.gather(copies, y, |index, values, part| {
+            let chunk = &layout.batches.chunks[index];
+            values.clear();
+            values.extend(chunk.global.iter().map(|&n| Aligned(x[n as usize])));
+            dispatch(ChunkProduct::<T> { layout, chunk, data: &data[index], x: values, y: part });
+        });
+    }
+
+    fn diagonal(&mut self) -> Vec<[f64; 4]> {
+        let Self { layout, data, places, copies } = self;
+        let mut out = vec![[0.0; 4]; layout.batches.node_count()];
+        layout.batches.gather(copies, &mut out, |index, _, part| {
+            let (chunk, data) = (&layout.batches.chunks[index], &data[index]);
+            let mut add = |tet: Place, a: usize, values: &[f64; 4]| {
+                let node = chunk.local[tet.batch * layout.rule.nodes + a][tet.lane];
+                (0..4).for_each(|k| part[usize::from(node)].0[k] += values[k]);
+            };
+            let stored = Stored { rule: &layout.rule, chunk, data, places };
+            match layout.rule.nodes {
+                4 => dispatch(Diagonal::<T, 4> { stored, add: &mut add }),
+                _ => dispatch(Diagonal::<T, 10> { stored, add: &mut add }),
+            }
+        });
+        out
+    }
+
+    fn add_linear(&self, out: &mut Tangent) {
+        let rule = &self.layout.rule.linear();
+        let of_chunk = |(chunk, data): (&Chunk, &Vec<T::Pack>)| {
+            let mut elements: Vec<(u32, [[Block; 4]; 4])> = Vec::with_capacity(chunk.tets.len());
+            let stored = Stored { rule, chunk, data, places: &self.places };
+            dispatch(Linear::<T> { stored, elements: &mut elements });
+            elements
+        };
+        let chunks = &self.layout.batches.chunks;
+        for (chunks, data) in chunks.chunks(AT_ONCE).zip(self.data.chunks(AT_ONCE)) {
+            let elements: Vec<_> = chunks.par_iter().zip(data).map(of_chunk).collect();
+            for (tet, blocks) in elements.iter().flatten() {
+                out.add_elements(*tet as usize, std::slice::from_ref(blocks));
+            }
+        }
+    }
+
+    #[cfg(feature = "bench-internals")]
+    fn bytes(&self) -> usize {
+        self.data.iter().map(|data| std::mem::size_of_val(data.as_slice())).sum()
+    }
+}
+
+/// The point data of a chunk, read with a rule.
+#[derive(Clone, Copy)]
+struct Stored<'a, T: Real> {
+    rule: &'a Rule,
+    chunk: &'a Chunk,
+    data: &'a [T::Pack],
+    places: &'a [usize; LANES],
+}
+
+/// An element of a chunk.
+#[derive(Clone, Copy)]
+struct Place {
+    batch: usize,
+    lane: usize,
+}
+
+impl<T: Real> Stored<'_, T> {
+    /// Batches, or parts of them that a number's lanes hold.
+    fn parts<S: Simd>(&self) -> usize {
+        self.chunk.tets.len() / SimdF64::<S>::COUNT
+    }
+
+    /// The numbers of the elements of a part.
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, part: usize, numbers: &mut [SimdF64<S>]) {
+        let first = part * SimdF64::<S>::COUNT;
+        let (batch, width) = (first / LANES, numbers.len());
+        let data = &self.data[batch * (LANES / T::WIDTH) * width..];
+        for (number, out) in numbers.iter_mut().enumerate() {
+            let mut column = [0.0; POINTS];
+            for lane in 0..SimdF64::<S>::COUNT {
+                let place = first % LANES + lane;
+                let pack = &data[place / T::WIDTH * width + number];
+                column[lane] = pack.as_ref()[place % T::WIDTH].wide();
+            }
+            *out = SimdF64::load(simd, &column);
+        }
+    }
+
+    /// The elements of a part with their lanes, in the order of the chunk.
+    fn elements<S: Simd>(&self, part: usize) -> impl Iterator<Item = (Place, usize)> {
+        let first = part * SimdF64::<S>::COUNT;
+        let (batch, begin) = (first / LANES, first % LANES);
+        let lanes = self.places.iter().map(move |place| place.wrapping_sub(begin)).enumerate();
+        lanes
+            .filter(|&(_, lane)| lane < SimdF64::<S>::COUNT)
+            .map(move |(row, lane)| (Place { batch, lane: row }, lane))
+            .filter(move |(place, _)| self.chunk.tets[batch * LANES + place.lane] != VACANT)
+    }
+}
+
+/// Calls `add` with the diagonal of each element, node by node.
+struct Diagonal<'a, T: Real, const N: usize> {
+    stored: Stored<'a, T>,
+    add: &'a mut dyn FnMut(Place, usize, &[f64; 4]),
+}
+
+impl<T: Real, const N: usize> WithSimd for Diagonal<'_, T, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { stored, add } = self;
+        let width = PointData::of(stored.rule).width();
+        let mut numbers = vec![SimdF64::splat(simd, 0.0); width];
+        for part in 0..stored.parts::<S>() {
+            stored.load(simd, part, &mut numbers);
+            let diagonal = diagonal::<SimdF64<S>, N>(stored.rule, &numbers);
+            for a in 0..N {
+                let mut columns = [[0.0; POINTS]; 4];
+                for k in 0..4 {
+                    diagonal[a][k].store(&mut columns[k]);
+                }
+                for (place, lane) in stored.elements::<S>(part) {
+                    add(place, a, &[0, 1, 2, 3].map(|k| columns[k][lane]));
+                }
+            }
+        }
+    }
+}
+
+/// The tangents of the linear functions on the elements of a chunk.
+struct Linear<'a, T: Real> {
+    stored: Stored<'a, T>,
+    elements: &'a mut Vec<(u32, [[Block; 4]; 4])>,
+}
+
+impl<T: Real> WithSimd for Linear<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { stored, elements } = self;
+        let width = PointData::of(stored.rule).width();
+        let mut numbers = vec![SimdF64::splat(simd, 0.0); width];
+        let mut blocks = [[[[SimdF64::splat(simd, 0.0); 4]; 4]; 4]; 4];
+        for part in 0..stored.parts::<S>() {
+            stored.load(simd, part, &mut numbers);
+            write_blocks::<SimdF64<S>, false, 4>(stored.rule, &numbers, &mut blocks);
+            let first = elements.len();
+            let tets = stored
+                .elements::<S>(part)
+                .map(|(place, lane)| (stored.chunk.tets[place.batch * LANES + place.lane], lane));
+            let tets: Vec<(u32, usize)> = tets.collect();
+            elements.extend(tets.iter().map(|(tet, _)| (*tet, [[[[0.0; 4]; 4]; 4]; 4])));
+            for a in 0..4 {
+                for b in 0..=a {
+                    for i in 0..4 {
+                        for j in 0..4 {
+                            let mut column = [0.0; POINTS];
+                            blocks[a][b][i][j].store(&mut column);
+                            for (element, (_, lane)) in elements[first..].iter_mut().zip(&tets) {
+                                element.1[a][b][i][j] = column[*lane];
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! What solvers ask of the equations: the seam between methods and machines.
+
+use super::layout::LANES;
+use super::pattern::Tangent;
+use super::residual::{Increment, Residual};
+use crate::element::Domain;
+use crate::material::Inverted;
+
+/// Whether the tangent keeps the terms between displacement and damage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Coupling {
+    /// The consistent tangent.
+    Full,
+    /// Block diagonal: each field with the other held, for alternate minimisation.
+    Separate,
+}
+
+/// The equations on a space, whatever the element.
+pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
+    /// Residual and energies; fails where an element is turned inside out.
+    fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted>;
+
+    /// The consistent tangent.
+    fn tangent(
+        &self,
+        increment: &Increment,
+        coupling: Coupling,
+        out: &mut Tangent,
+    ) -> Result<(), Inverted>;
+
+    /// ψ⁺ at each elastic point, element after element, or the largest value so far.
+    fn driving_energies(&self, increment: &Increment, out: &mut [f64]) -> Result<(), Inverted>;
+
+    /// The numbers of the tangents of elements, as [`PointData`](super::point_data::PointData) orders them:
+    /// `write` gets the number of a batch of [`LANES`] elements and its numbers.
+    fn point_data(
+        &self,
+        increment: &Increment,
+        coupling: Coupling,
+        tets: &[u32],
+        write: &mut dyn FnMut(usize, &[[f64; LANES]]),
+    ) -> Result<(), Inverted>;
+
+    /// The geometry.
+    fn domain(&self) -> &dyn Domain;
+}
+
+/// A tangent that is applied without being assembled; a device is one more of these.
+pub(crate) trait Product: std::fmt::Debug + Send {
+    /// Takes over the tangent at an increment.
+    fn linearise(
+        &mut self,
+        operator: &dyn Operator,
+        increment: &Increment,
+        coupling: Coupling,
+    ) -> Result<(), Inverted>;
+
+    /// y = A x, on nodal values u_x, u_y, u_z, φ.
+    fn apply(&mut self, x: &[[f64; 4]], y: &mut [[f64; 4]]);
+
+    /// The diagonal, by node.
+    fn diagonal(&mut self) -> Vec<[f64; 4]>;
+
+    /// Adds the tangent of the linear functions on the same elements, whose nodes are the first
+    /// four of each element: the level below quadratic elements.
+    fn add_linear(&self, out: &mut Tangent);
+
+    /// What the tangent takes in memory.
+    #[cfg(feature = "bench-internals")]
+    fn bytes(&self) -> usize;
+}
