@@ -54,7 +54,7 @@
 //! 5. `differentiable`, `finite_difference`, `ode`, `parameter`, `literal`, `backend`, `transform`:
 //!    own functions, and constrained values from unconstrained ones
 //! 6. `distribution`: one family a file
-//! 7. `expression`, `dot`, `operand`, `accumulator`: what expressions of a model become
+//! 7. `expression`, `dot`, `accumulator`, `operand`: what expressions of a model become
 //! 8. `model`, `submodel`, `evaluation`, `trace`: what `model!` expands to, and the contexts that evaluate it
 //! 9. `inspect`, `bound`, `erased`: a model with its data; the same without its types
 //! 10. `optimize`, `sampler`: MAP and Laplace; NUTS and Metropolis

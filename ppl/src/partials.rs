@@ -1,7 +1,6 @@
 //! What an operation depends on, and how strongly.
 
 use crate::record::Datum;
-use crate::scalar::Scalar;
 
 /// Arguments of an operation with their partial derivatives.
 ///
@@ -41,7 +40,7 @@ impl<R, I: IntoIterator<Item = (R, f64)>> Partials<R> for Each<I> {
 /// Arguments and partials side by side.
 pub(crate) struct Zipped<R, const K: usize>(pub(crate) [R; K], pub(crate) [f64; K]);
 
-impl<R: Scalar, const K: usize> Partials<R> for Zipped<R, K> {
+impl<R: Copy, const K: usize> Partials<R> for Zipped<R, K> {
     const MOST: usize = K;
 
     #[inline(always)]
@@ -52,23 +51,9 @@ impl<R: Scalar, const K: usize> Partials<R> for Zipped<R, K> {
     }
 }
 
-/// Numbers with these values and partials, one by one.
-#[inline(always)]
-pub(crate) fn each<S: Scalar, const D: usize, const M: usize>(
-    values: [f64; M],
-    arguments: [S; D],
-    jacobian: [[f64; D]; M],
-) -> [S; M] {
-    let mut numbers = [S::from(0.0); M];
-    for m in 0..M {
-        numbers[m] = S::fuse(values[m], arguments, jacobian[m]);
-    }
-    numbers
-}
-
 macro_rules! impl_partials {
     ($($A:ident $i:tt),*) => {
-        impl<R: Scalar, $($A: Datum<R> + Copy),*> Partials<R> for ($(($A, f64),)*) {
+        impl<R, $($A: Datum<R> + Copy),*> Partials<R> for ($(($A, f64),)*) {
             const MOST: usize = 0usize$(.saturating_add($A::NUMBERS))*;
 
             #[inline(always)]

@@ -9,7 +9,7 @@ use std::ops::{AddAssign, DivAssign, MulAssign, Neg, SubAssign};
 
 pub use crate::arithmetic::Arithmetic;
 pub(crate) use crate::arithmetic::impl_arithmetic;
-use crate::partials::{Each, Partials, Zipped, each};
+use crate::partials::{Each, Partials, Zipped};
 use crate::record::{Datum, Recordable};
 use crate::special;
 use plain::{error_density, logit};
@@ -395,6 +395,20 @@ impl Scalar for f64 {
     fn gather(value: f64, _: impl Partials<Self>) -> Self {
         value
     }
+}
+
+/// Numbers with these values and partials, one by one.
+#[inline(always)]
+pub(crate) fn each<S: Scalar, const D: usize, const M: usize>(
+    values: [f64; M],
+    arguments: [S; D],
+    jacobian: [[f64; D]; M],
+) -> [S; M] {
+    let mut numbers = [S::from(0.0); M];
+    for m in 0..M {
+        numbers[m] = S::fuse(values[m], arguments, jacobian[m]);
+    }
+    numbers
 }
 
 #[diagnostic::do_not_recommend]

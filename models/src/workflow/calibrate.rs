@@ -55,8 +55,16 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     }
     let table = task.product("summary.csv")?;
     summary.write_csv(&table).map_err(|e| WorkflowError::io(&table, e))?;
-    task.write("summary.txt", &format!("{summary}\n"))?;
-    let mut warnings: Vec<String> = summary.warnings.iter().map(|f| f.to_string()).collect();
+    // warnings name parameters as the model does
+    let plain = |text: String| {
+        pce.inputs()
+            .iter()
+            .map(|input| &input.name)
+            .fold(text, |text, name| text.replace(&format!("theta[{name}]"), name))
+    };
+    task.write("summary.txt", &plain(format!("{summary}\n")))?;
+    let mut warnings: Vec<String> =
+        summary.warnings.iter().map(|warning| plain(warning.to_string())).collect();
     warnings.extend(surrogate_warning(inputs, &summary, &specimens)?);
     warnings.extend(range_warnings(inputs, &specimens)?);
     let lines: String = warnings.iter().map(|line| format!("{line}\n")).collect();

@@ -63,7 +63,7 @@ use chain::NutsChain;
 /// ppl::check::mean(&posterior, "level", (8.4 / 0.25) / (0.01 + 12.0)).within_mcse(4.0);
 /// # Ok::<(), ppl::SampleError>(())
 /// ```
-/// [`LogDensity`] shows a density that is not a model.
+/// [`LogDensity`](crate::LogDensity) shows a density that is not a model.
 ///
 /// # References
 /// Hoffman & Gelman, JMLR 15 (2014) 1593; Betancourt, arXiv 1701.02434; Seyboldt, Carlson &

@@ -22,7 +22,8 @@ pub struct DrawStats {
     pub depth: u32,
     /// Evaluations of the density in the transition, discarded subtrees included.
     pub leapfrogs: u32,
-    /// The energy error passed 1000, or a point was rejected; positions are in [`Chain::divergences`].
+    /// The energy error passed 1000, or a point was rejected; positions are in
+    /// [`Chain::divergences`](super::Chain::divergences).
     pub divergent: bool,
     /// The transition belongs to the warmup.
     pub tuning: bool,

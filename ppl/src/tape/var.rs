@@ -3,8 +3,8 @@
 use std::cell::Cell;
 
 use super::{Edge, Tape};
-use crate::partials::{Partials, each};
-use crate::scalar::{Scalar, impl_arithmetic};
+use crate::partials::Partials;
+use crate::scalar::{Scalar, each, impl_arithmetic};
 
 /// A number on a [`Tape`], or a constant that is on none.
 #[derive(Clone, Copy)]

@@ -27,7 +27,7 @@ struct Module {
 
 /// The modules of a crate.
 #[derive(Debug)]
-pub struct Crate {
+pub(crate) struct Crate {
     name: String,
     source: PathBuf,
     modules: BTreeMap<ModulePath, Module>,
@@ -35,15 +35,15 @@ pub struct Crate {
 
 /// One import: which name a file takes from which other file.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Import {
-    pub from: PathBuf,
-    pub to: PathBuf,
-    pub name: String,
+pub(crate) struct Import {
+    pub(crate) from: PathBuf,
+    pub(crate) to: PathBuf,
+    pub(crate) name: String,
 }
 
 impl Crate {
     /// Reads the crate in a folder.
-    pub fn read(folder: &Path) -> Self {
+    pub(crate) fn read(folder: &Path) -> Self {
         let source = folder.join("src");
         let name = folder.file_name().expect("a folder has a name").to_string_lossy().into_owned();
         let mut this = Self { name: name.replace('-', "_"), source, modules: BTreeMap::new() };
@@ -53,14 +53,14 @@ impl Crate {
     }
 
     /// The names of the modules at the top that are files or folders: the crate's rooms.
-    pub fn rooms(&self) -> Vec<&str> {
+    pub(crate) fn rooms(&self) -> Vec<&str> {
         let root = self.source.join("lib.rs");
         let rooms = self.modules.iter().filter(|(path, m)| path.len() == 1 && m.file != root);
         rooms.map(|(path, _)| path[0].as_str()).collect()
     }
 
     /// The room of a file of this crate; `None` for the root.
-    pub fn room_of(&self, file: &Path) -> Option<String> {
+    pub(crate) fn room_of(&self, file: &Path) -> Option<String> {
         let inside = file.strip_prefix(&self.source).ok()?;
         let first = inside.iter().next()?.to_string_lossy().into_owned();
         let room = first.strip_suffix(".rs").unwrap_or(&first);
@@ -68,7 +68,7 @@ impl Crate {
     }
 
     /// All imports between two files.
-    pub fn imports(&self) -> BTreeSet<Import> {
+    pub(crate) fn imports(&self) -> BTreeSet<Import> {
         let mut imports = BTreeSet::new();
         for (path, module) in &self.modules {
             for used in &module.uses {
