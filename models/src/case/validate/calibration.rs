@@ -182,7 +182,7 @@ impl CaseFile {
         if let Some(spacing) = v.spacing_mm {
             self.check_spacing("experiments.virtual.spacing_mm", spacing, *radius_mm, *height_mm)?;
         }
-        for parameter in prior.parameters().filter(|p| v.truth.get(p).is_none()) {
+        if let Some(parameter) = prior.parameters().find(|p| v.truth.get(p).is_none()) {
             return Err(self.error(
                 &format!("experiments.virtual.truth.{parameter}"),
                 "",
