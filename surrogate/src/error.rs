@@ -24,7 +24,7 @@ pub enum SurrogateError {
         /// What is wrong there.
         source: Box<SurrogateError>,
     },
-    /// A surrogate file is not what [`crate::Pce::write`] writes.
+    /// A surrogate file is not what [`crate::DynPce::write`] writes.
     #[error("{}: not a surrogate file: {source}", path.display())]
     Json {
         /// The file.
