@@ -55,8 +55,8 @@ impl<T: Scalar, const N: usize> AtPoint<T, N> {
     }
 }
 
-/// Writes the blocks (a, b ≤ a) of the symmetric matrix of an element with these numbers; `AXES` as
-/// they were written.
+/// Writes the blocks (a, b ≤ a) of the symmetric matrix of an element with these numbers into
+/// `blocks`, which are zero; `AXES` as the numbers were written.
 #[inline(always)]
 pub(crate) fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
     rule: &Rule,
@@ -65,11 +65,6 @@ pub(crate) fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
 ) {
     let zero = numbers[0].constant(0.0);
     let data = PointData::of(rule);
-    for a in 0..N {
-        for b in 0..=a {
-            blocks[a][b] = [[zero; 4]; 4];
-        }
-    }
     for (q, point) in rule.points.iter().enumerate() {
         let slopes = point.slopes.first_chunk::<N>().expect("a slope of each node");
         let (tangent, push) = data.read_point::<T, AXES>(q, numbers);

@@ -99,9 +99,7 @@ impl PointData {
         let zero = point[0].constant(0.0);
         let (mut normal, mut shear, mut stress) = ([zero; 6], [zero; 3], [zero; 3]);
         let (mut push, mut axes) = ([[zero; 3]; 3], [[zero; 3]; 3]);
-        for entry in 0..6 {
-            normal[entry] = point[NORMAL + entry];
-        }
+        normal.copy_from_slice(&point[NORMAL..NORMAL + 6]);
         for k in 0..3 {
             for i in 0..3 {
                 push[k][i] = point[PUSH + 3 * k + i];
@@ -129,13 +127,9 @@ pub(crate) fn write_point<T: Scalar, const AXES: bool>(
 ) {
     if !AXES {
         let rotation = rotation(&tangent.axes);
-        for c in 0..4 {
-            out[ROTATION + c] = rotation[c];
-        }
+        out[ROTATION..ROTATION + 4].copy_from_slice(&rotation);
     }
-    for entry in 0..6 {
-        out[NORMAL + entry] = tangent.normal[entry];
-    }
+    out[NORMAL..NORMAL + 6].copy_from_slice(&tangent.normal);
     for k in 0..3 {
         for i in 0..3 {
             out[PUSH + 3 * k + i] = push[k][i];

@@ -271,7 +271,6 @@ impl<const N: usize> WithSimd for Tangents<'_, '_, N> {
         let Self { gather, mut first, coupled, out } = self;
         let rule = &gather.space.rule;
         let width = PointData::of(rule).width_with_axes();
-        let mut blocks = [[[[SimdF64::splat(simd, 0.0); 4]; 4]; N]; N];
         // those of a linear element stay on the stack
         let zero = SimdF64::splat(simd, 0.0);
         let (mut few, mut many) = ([zero; FEW], Vec::new());
@@ -286,6 +285,7 @@ impl<const N: usize> WithSimd for Tangents<'_, '_, N> {
             let history = gather.history(simd, tets);
             let elements = gather.elements(simd, tets, history.as_ref());
             check(elements.linearise::<true>(coupled, numbers))?;
+            let mut blocks = [[[[zero; 4]; 4]; N]; N];
             write_blocks::<SimdF64<S>, true, N>(rule, numbers, &mut blocks);
             let mut rows = Rows([[0.0; 4]; LANES]);
             for a in 0..N {

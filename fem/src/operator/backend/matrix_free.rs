@@ -227,9 +227,9 @@ impl<T: Real> WithSimd for Linear<'_, T> {
         let Self { stored, elements } = self;
         let width = PointData::of(stored.rule).width();
         let mut numbers = vec![SimdF64::splat(simd, 0.0); width];
-        let mut blocks = [[[[SimdF64::splat(simd, 0.0); 4]; 4]; 4]; 4];
         for part in 0..stored.parts::<S>() {
             stored.load(simd, part, &mut numbers);
+            let mut blocks = [[[[SimdF64::splat(simd, 0.0); 4]; 4]; 4]; 4];
             write_blocks::<SimdF64<S>, false, 4>(stored.rule, &numbers, &mut blocks);
             let first = elements.len();
             let tets = stored
