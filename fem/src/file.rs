@@ -17,7 +17,8 @@ use std::path::Path;
 /// # let path = std::env::temp_dir().join(format!("fem-doc-file-{}", std::process::id()));
 /// fem::write_atomically(&path, b"displacement_mm,force_N\n")?;
 /// assert_eq!(std::fs::read(&path)?, b"displacement_mm,force_N\n");
-/// # std::fs::remove_file(path)
+/// # std::fs::remove_file(path)?;
+/// # Ok::<(), std::io::Error>(())
 /// ```
 pub fn write_atomically(path: &Path, content: &[u8]) -> io::Result<()> {
     let folder = match path.parent() {
