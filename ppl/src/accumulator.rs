@@ -1,243 +1,288 @@
-//! Adjoints that a plate sums up apart from the tape.
-//!
-//! Every iteration of a plate adds to the adjoints of the same few numbers. On the tape each of
-//! these additions has to wait for the one before it to reach memory; a sum of its own can stay in
-//! a register until the plate ends.
+//! Where the summands of a log density go.
 
-use std::cell::Cell;
-use std::ops::{Deref, Index};
-
-use crate::dot::Numbers;
-use crate::expression::{Expression, Node};
-use crate::real::Real;
+use crate::partials::Partials;
 use crate::scalar::Scalar;
 
-/// What changes no number when it is added, zeros neither: the compiler leaves the first sum out.
-const NOTHING: f64 = -0.0;
+/// Takes the summands of a log density, each with its partial derivatives.
+///
+/// A density that hands over what it is the sum of, term by term, leaves open what becomes of them:
+/// one number ([`Joined`]), or values and adjoints that are added up where they belong, with nothing
+/// kept of the terms ([`Settled`]).
+pub trait Accumulator<R: Scalar> {
+    /// A summand with this value and these partials.
+    fn add(&mut self, value: f64, partials: impl Partials<R>);
 
-/// A number with the part of its adjoint that comes from a plate.
-#[derive(Debug)]
-pub struct Sum<R> {
-    pub(crate) number: R,
-    adjoint: Cell<f64>,
+    /// A summand that is a number already.
+    fn add_number(&mut self, term: R);
+
+    /// The number with this value, and this slope in `y`, where nothing will use `y` any more.
+    #[inline(always)]
+    fn replace(&mut self, y: R, value: f64, slope: f64) -> R {
+        y.unary(value, slope)
+    }
+
+    /// −ln x for a summand that follows, or 0 if it will be added later, together with others, as one
+    /// logarithm of a product.
+    #[inline(always)]
+    fn minus_ln(&mut self, x: f64) -> f64 {
+        -x.ln()
+    }
+
+    /// Whether what is the same at every point may be left out.
+    #[inline(always)]
+    fn leave_out_constants(&self) -> bool {
+        false
+    }
+
+    /// With what weight terms can be settled at once; `None` if they are to make a number.
+    fn settles(&self) -> Option<f64> {
+        None
+    }
 }
 
-impl<R: Scalar> Sum<R> {
-    #[inline(always)]
-    pub(crate) fn new(number: R) -> Self {
-        Self { number, adjoint: Cell::new(NOTHING) }
-    }
-
-    #[inline(always)]
-    pub(crate) fn part(&self) -> Summed<'_, R> {
-        Summed { number: self.number, adjoint: &self.adjoint }
-    }
-
-    /// Adds the sum to the adjoint.
-    #[inline(always)]
-    pub fn deposit(&self) {
-        self.number.deposit(self.adjoint.get());
-    }
-}
-
-/// A number in a formula that adds to a sum of its own, and is `SHARED` by all iterations or not.
+/// The sum as one number.
 #[derive(Clone, Copy, Debug)]
-pub struct Summed<'a, R, const SHARED: bool = true> {
-    number: R,
-    adjoint: &'a Cell<f64>,
-}
+pub struct Joined<R>(Option<R>);
 
-impl<S: Scalar, const SHARED: bool> Node for Summed<'_, Real<S>, SHARED> {
-    type Number = Real<S>;
-    const SHARED: bool = SHARED;
-    const NUMBERS: usize = 1;
-
-    #[inline(always)]
-    fn result(self) -> f64 {
-        self.number.value()
-    }
-
-    #[inline(always)]
-    fn spread(self, weight: f64, f: &mut impl FnMut(Real<S>, f64)) {
-        f(self.number, weight);
-    }
-
-    #[inline(always)]
-    fn settle(self, weight: f64, _: &mut impl FnMut(Real<S>, f64)) {
-        self.adjoint.set(self.adjoint.get() + weight);
+impl<R> Default for Joined<R> {
+    fn default() -> Self {
+        Self(None)
     }
 }
 
-/// A formula whose adjoint is summed up before it goes on to what the formula is made of.
-#[derive(Debug)]
-pub struct Open<A> {
-    pub(crate) formula: Expression<A>,
-    adjoint: Cell<f64>,
-}
-
-impl<A: Node> Open<A> {
+impl<R: Scalar> Joined<R> {
+    /// What `density` adds up.
     #[inline(always)]
-    pub(crate) fn new(formula: Expression<A>) -> Self {
-        Self { formula, adjoint: Cell::new(NOTHING) }
+    pub fn of(density: impl FnOnce(&mut Self)) -> R {
+        Self::with(density).1
     }
 
+    /// What `density` returns, and what it adds up.
     #[inline(always)]
-    pub(crate) fn part(&self) -> OpenSummed<'_, A> {
-        OpenSummed(self)
+    pub fn with<T>(density: impl FnOnce(&mut Self) -> T) -> (T, R) {
+        let mut terms = Self::default();
+        let value = density(&mut terms);
+        (value, terms.number())
     }
 
-    /// Hands the sum on.
+    /// The sum.
     #[inline(always)]
-    pub fn deposit(&self) {
-        let settle = &mut |number: A::Number, adjoint| number.deposit(adjoint);
-        self.formula.0.settle(self.adjoint.get(), settle);
+    pub(crate) fn number(self) -> R {
+        self.0.unwrap_or_else(|| R::from(0.0))
     }
 }
 
-/// A formula in a formula that adds to an [`Open`] sum.
-#[derive(Debug)]
-pub struct OpenSummed<'a, A>(&'a Open<A>);
+impl<R: Scalar> Accumulator<R> for Joined<R> {
+    #[inline(always)]
+    fn add(&mut self, value: f64, partials: impl Partials<R>) {
+        self.add_number(R::gather(value, partials));
+    }
 
-impl<A> Clone for OpenSummed<'_, A> {
-    fn clone(&self) -> Self {
-        *self
+    #[inline(always)]
+    fn add_number(&mut self, term: R) {
+        self.0 = Some(self.0.map_or(term, |total| total + term));
     }
 }
 
-impl<A> Copy for OpenSummed<'_, A> {}
-
-impl<A: Node> Node for OpenSummed<'_, A> {
-    type Number = A::Number;
-    const NUMBERS: usize = A::NUMBERS;
-
-    #[inline(always)]
-    fn result(self) -> f64 {
-        self.0.formula.value()
-    }
-
-    #[inline(always)]
-    fn spread(self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
-        self.0.formula.0.spread(weight, f);
-    }
-
-    #[inline(always)]
-    fn settle(self, weight: f64, _: &mut impl FnMut(A::Number, f64)) {
-        self.0.adjoint.set(self.0.adjoint.get() + weight);
-    }
+/// Values are added up; partials, times a weight, go straight to the adjoints of what they are in.
+///
+/// With `drop_constants` they leave out what is the same at every point: samplers need no more, and
+/// [`Bound`](crate::Bound) adds the sum of what was left out.
+#[derive(Clone, Copy, Debug)]
+pub struct Settled {
+    value: f64,
+    /// What the value has to lose the logarithm of.
+    product: f64,
+    weight: f64,
+    drop_constants: bool,
 }
 
-/// The same for an array.
-#[derive(Debug)]
-pub struct Sums<S, const N: usize> {
-    pub(crate) numbers: [Real<S>; N],
-    adjoints: [Cell<f64>; N],
-}
-
-impl<S: Scalar, const N: usize> Sums<S, N> {
+impl Settled {
     #[inline(always)]
-    pub(crate) fn new(numbers: [Real<S>; N]) -> Self {
-        Self { numbers, adjoints: [const { Cell::new(NOTHING) }; N] }
+    pub(crate) fn new(weight: f64) -> Self {
+        Self { value: 0.0, product: 1.0, weight, drop_constants: false }
     }
 
-    /// One of the numbers in a formula, the same in every iteration.
+    /// The sum of the values.
     #[inline(always)]
-    pub fn __element(&self, i: usize) -> Expression<Summed<'_, Real<S>>> {
-        self.part(i)
-    }
-
-    /// One of the numbers in a formula, another one in every iteration. That its adjoint is not on
-    /// the tape lets the compiler see that data do not change with it.
-    #[inline(always)]
-    pub fn __own(&self, i: usize) -> Expression<Summed<'_, Real<S>, false>> {
-        self.part(i)
+    pub(crate) fn total(&self) -> f64 {
+        self.value - self.product.ln()
     }
 
     #[inline(always)]
-    fn part<const SHARED: bool>(&self, i: usize) -> Expression<Summed<'_, Real<S>, SHARED>> {
-        Expression(Summed { number: self.numbers[i], adjoint: &self.adjoints[i] })
+    pub(crate) fn is_finite(&self) -> bool {
+        // the product always is
+        self.value.is_finite()
     }
 
-    /// Adds the sums to the adjoints.
+    /// Adds the sum of others.
     #[inline(always)]
-    pub fn deposit(&self) {
-        for (number, adjoint) in self.numbers.iter().zip(&self.adjoints) {
-            number.deposit(adjoint.get());
+    pub(crate) fn add_all(&mut self, others: Self) {
+        self.value += others.value;
+        if self.product == 1.0 {
+            self.product = others.product;
+        } else if others.product != 1.0 {
+            self.value += self.divide(others.product);
         }
     }
+
+    /// −ln x, or 0 if it could be left to the product.
+    #[inline(always)]
+    fn divide(&mut self, x: f64) -> f64 {
+        let product = self.product * x;
+        if (1e-200..1e200).contains(&product) {
+            self.product = product;
+            return 0.0;
+        }
+        let before = std::mem::replace(&mut self.product, 1.0);
+        -before.ln() - x.ln()
+    }
 }
 
-impl<S: Scalar, const N: usize> Numbers for Sums<S, N> {
-    type Scalar = S;
-
+impl<R: Scalar> Accumulator<R> for Settled {
     #[inline(always)]
-    fn numbers(&self) -> &[Real<S>] {
-        &self.numbers
-    }
-
-    #[inline(always)]
-    fn settle(&self, data: &[f64], weight: f64, _: &mut impl FnMut(Real<S>, f64)) {
-        let Some(data) = data.first_chunk::<N>() else { return };
-        for (adjoint, d) in self.adjoints.iter().zip(data) {
-            adjoint.set(adjoint.get() + weight * d);
+    fn add(&mut self, value: f64, partials: impl Partials<R>) {
+        self.value += value;
+        if R::DIFFERENTIABLE {
+            let weight = self.weight;
+            partials.settle(&mut |argument: R, partial| argument.deposit(weight * partial));
         }
     }
-}
-
-/// Anything else from outside a plate, as it is.
-#[derive(Debug)]
-pub struct Kept<'a, T: ?Sized>(pub(crate) &'a T);
-
-impl<T: ?Sized> Kept<'_, T> {
-    /// Nothing: there are no adjoints.
-    #[inline(always)]
-    pub fn deposit(&self) {}
-}
-
-impl<T: ?Sized> Deref for Kept<'_, T> {
-    type Target = T;
 
     #[inline(always)]
-    fn deref(&self) -> &T {
-        self.0
-    }
-}
-
-/// What stands behind an index, copied.
-pub trait At<I> {
-    /// Its type.
-    type Element;
-
-    /// The element.
-    fn __element(&self, i: I) -> Self::Element;
-
-    /// The element.
-    fn __own(&self, i: I) -> Self::Element;
-}
-
-impl<I, T: Index<I, Output: Clone> + ?Sized> At<I> for T {
-    type Element = T::Output;
-
-    #[inline(always)]
-    fn __element(&self, i: I) -> T::Output {
-        self[i].clone()
+    fn add_number(&mut self, term: R) {
+        self.value += term.value();
+        term.deposit(self.weight);
     }
 
     #[inline(always)]
-    fn __own(&self, i: I) -> T::Output {
-        self[i].clone()
+    fn replace(&mut self, y: R, value: f64, slope: f64) -> R {
+        y.replaced(value, slope)
+    }
+
+    #[inline(always)]
+    fn minus_ln(&mut self, x: f64) -> f64 {
+        self.divide(x)
+    }
+
+    #[inline(always)]
+    fn leave_out_constants(&self) -> bool {
+        self.drop_constants
+    }
+
+    #[inline(always)]
+    fn settles(&self) -> Option<f64> {
+        Some(self.weight)
     }
 }
 
-impl<T: Numbers + ?Sized> Numbers for Kept<'_, T> {
-    type Scalar = T::Scalar;
+/// All terms of a statement.
+pub(crate) trait Statement<R: Scalar>: Accumulator<R> + Copy {
+    /// None yet; with `drop_constants` what is the same at every point is left out, where that makes
+    /// sense.
+    fn empty(drop_constants: bool) -> Self;
 
+    /// What takes the terms of observations in a loop, if they go to what it has summed up so far
+    /// and not each by itself.
+    fn within(total: &mut Settled) -> Option<&mut Self>;
+
+    /// The sum.
+    fn total(&self) -> f64;
+
+    fn is_finite(&self) -> bool;
+}
+
+impl<R: Scalar> Statement<R> for Joined<R> {
     #[inline(always)]
-    fn numbers(&self) -> &[Real<T::Scalar>] {
-        self.0.numbers()
+    fn empty(_: bool) -> Self {
+        Self::default()
     }
 
     #[inline(always)]
-    fn settle(&self, data: &[f64], weight: f64, f: &mut impl FnMut(Real<T::Scalar>, f64)) {
-        self.0.settle(data, weight, f);
+    fn within(_: &mut Settled) -> Option<&mut Self> {
+        None
+    }
+
+    #[inline(always)]
+    fn total(&self) -> f64 {
+        self.number().value()
+    }
+
+    #[inline(always)]
+    fn is_finite(&self) -> bool {
+        self.number().value().is_finite()
+    }
+}
+
+impl<R: Scalar> Statement<R> for Settled {
+    #[inline(always)]
+    fn empty(drop_constants: bool) -> Self {
+        Self { drop_constants, ..Self::new(1.0) }
+    }
+
+    #[inline(always)]
+    fn within(total: &mut Settled) -> Option<&mut Self> {
+        Some(total)
+    }
+
+    #[inline(always)]
+    fn total(&self) -> f64 {
+        self.total()
+    }
+
+    #[inline(always)]
+    fn is_finite(&self) -> bool {
+        self.is_finite()
+    }
+}
+
+/// Values are added up, partials are not asked for.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Valued(pub(crate) f64);
+
+impl<R: Scalar> Accumulator<R> for Valued {
+    #[inline(always)]
+    fn add(&mut self, value: f64, _: impl Partials<R>) {
+        self.0 += value;
+    }
+
+    #[inline(always)]
+    fn add_number(&mut self, term: R) {
+        self.0 += term.value();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn taken(numbers: &[f64]) -> f64 {
+        let (mut one, mut other) = (Settled::new(1.0), Settled::new(1.0));
+        for (i, &x) in numbers.iter().enumerate() {
+            let terms = if i % 2 == 0 { &mut one } else { &mut other };
+            let rest = Accumulator::<f64>::minus_ln(terms, x);
+            Accumulator::<f64>::add_number(terms, rest);
+        }
+        one.add_all(other);
+        one.total()
+    }
+
+    /// The logarithm of a product is the sum of logarithms, though the product leave its range.
+    #[test]
+    fn a_product_that_leaves_its_range_is_taken_in_parts() {
+        let wide = [1e150, 1e149, 3e-150, 1e-160, 7.0, 1e-170, 1e180, 1e300, 1e-300, 1e-310];
+        for n in 0..wide.len() {
+            let expected: f64 = wide[..n].iter().map(|x| -x.ln()).sum();
+            // logarithms of up to 700 are added
+            approx::assert_abs_diff_eq!(taken(&wide[..n]), expected, epsilon = 1e-12);
+        }
+    }
+
+    #[test]
+    fn what_has_no_logarithm_is_seen() {
+        assert_eq!(taken(&[2.0, 0.0, 3.0]), f64::INFINITY);
+        assert_eq!(taken(&[2.0, f64::INFINITY, 3.0]), f64::NEG_INFINITY);
+        assert!(taken(&[2.0, -1.0, -1.0]).is_nan());
+        assert!(taken(&[f64::NAN, 2.0]).is_nan());
     }
 }

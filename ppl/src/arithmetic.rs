@@ -78,7 +78,7 @@ macro_rules! impl_arithmetic {
                 self.value().partial_cmp(other)
             }
         }
-        impl<$($generics)*> $crate::record::Datum<$Number> for $Number {
+        impl<$($generics)*> $crate::datum::Datum<$Number> for $Number {
             const NUMBERS: usize = 1;
 
             #[inline(always)]

@@ -4,17 +4,17 @@
 
 use std::cell::Cell;
 
+use crate::accumulator::{Joined, Settled, Statement};
 use crate::real::Real;
 use crate::scalar::Scalar;
 use crate::tape::{Tape, Var};
-use crate::terms::{Joined, Settled, Statement};
 
 /// Where unknowns come from and where density terms go.
 pub(crate) trait Backend {
     type Number: Scalar;
 
     /// What takes the terms of a statement.
-    type Terms: Statement<Real<Self::Number>>;
+    type Accumulator: Statement<Real<Self::Number>>;
 
     /// Unconstrained coordinates of one unknown.
     type Coordinates;
@@ -26,7 +26,7 @@ pub(crate) trait Backend {
     fn coordinate(&self, own: &Self::Coordinates, i: usize) -> Self::Number;
 
     /// Adds all terms of a statement.
-    fn add(&mut self, terms: Self::Terms);
+    fn add(&mut self, terms: Self::Accumulator);
 
     /// Adds what was summed up elsewhere.
     fn add_all(&mut self, terms: Settled);
@@ -69,7 +69,7 @@ impl<'y> Primal<'y> {
 
 impl<'y> Backend for Primal<'y> {
     type Number = f64;
-    type Terms = Settled;
+    type Accumulator = Settled;
     type Coordinates = &'y [f64];
 
     #[inline(always)]
@@ -117,7 +117,7 @@ impl<'y, R: Scalar> Forward<'y, R> {
 
 impl<'y, R: Scalar> Backend for Forward<'y, R> {
     type Number = R;
-    type Terms = Joined<Real<R>>;
+    type Accumulator = Joined<Real<R>>;
     type Coordinates = &'y [R];
 
     #[inline(always)]
@@ -167,7 +167,7 @@ impl<'t, 'y> Reverse<'t, 'y> {
 
 impl<'t, 'y> Backend for Reverse<'t, 'y> {
     type Number = Var<'t>;
-    type Terms = Settled;
+    type Accumulator = Settled;
     type Coordinates = (&'y [f64], &'t [Cell<f64>]);
 
     #[inline(always)]
@@ -228,7 +228,7 @@ impl<'t, 'y> FullTape<'t, 'y> {
 
 impl<'t, 'y> Backend for FullTape<'t, 'y> {
     type Number = Var<'t>;
-    type Terms = Joined<Real<Var<'t>>>;
+    type Accumulator = Joined<Real<Var<'t>>>;
     type Coordinates = (&'y [f64], &'t [Cell<f64>]);
 
     fn take(&mut self, n: usize) -> Option<Self::Coordinates> {

@@ -5,11 +5,11 @@ use rand::Rng;
 use crate::backend::{Backend, Forward, FullTape, Primal, Reverse};
 use crate::density::{LogDensity, Rejection};
 use crate::dual::Dual;
-use crate::entry::Record;
-use crate::evaluation::{Density, Pools};
+use crate::evaluation::{Density, Statistics};
 use crate::inspect::{self, Inspection, ModelError, Statements};
 use crate::layout::Layout;
 use crate::model::Model;
+use crate::record::Record;
 use crate::tape::Tape;
 use crate::trace::Trace;
 
@@ -111,8 +111,8 @@ impl<M: Model> Bound<M> {
         y: &[f64],
         workspace: &mut Workspace,
     ) -> Result<f64, Rejection> {
-        let pools = self.inspection.pools(&mut workspace.sums);
-        value::<_, _, false>(&self.model, Primal::new(y, false), pools)
+        let statistics = self.inspection.statistics(&mut workspace.sums);
+        value::<_, _, false>(&self.model, Primal::new(y, false), statistics)
     }
 
     /// [`log_density_without_jacobian`](Bound::log_density_without_jacobian) with its gradient
@@ -143,7 +143,7 @@ impl<M: Model> Bound<M> {
                 .map(|(j, &y)| Dual::new(y, [if i == j { 1.0 } else { 0.0 }]))
                 .collect();
             let backend = Forward::new(&point);
-            let mut density = Density::<_, true>::new(backend, Pools::Anew(&mut sums));
+            let mut density = Density::<_, true>::new(backend, Statistics::Anew(&mut sums));
             density.read(&self.model)?;
             value = crate::Scalar::value(density.backend.total);
             *g = density.backend.total.gradient()[0];
@@ -173,8 +173,8 @@ impl<M: Model> Bound<M> {
             if tape.is_full() {
                 continue;
             }
-            let pools = Pools::Anew(&mut workspace.sums);
-            let mut density = Density::<_, true>::new(backend, pools);
+            let statistics = Statistics::Anew(&mut workspace.sums);
+            let mut density = Density::<_, true>::new(backend, statistics);
             density.read(&self.model)?;
             if !tape.is_full() {
                 tape.sweep(gradient);
@@ -201,8 +201,8 @@ impl<M: Model> Bound<M> {
             if tape.is_full() {
                 continue;
             }
-            let pools = self.inspection.pools(&mut workspace.sums);
-            let total = value::<_, _, JACOBIAN>(&self.model, reverse, pools)?;
+            let statistics = self.inspection.statistics(&mut workspace.sums);
+            let total = value::<_, _, JACOBIAN>(&self.model, reverse, statistics)?;
             if !tape.is_full() {
                 tape.sweep(gradient);
                 return Ok(constant.unwrap_or(0.0) + total);
@@ -224,9 +224,9 @@ fn other_length(gradient: usize, point: usize) -> Rejection {
 fn value<M: Model, L: Backend, const JACOBIAN: bool>(
     model: &M,
     backend: L,
-    pools: Pools<'_>,
+    statistics: Statistics<'_>,
 ) -> Result<f64, Rejection> {
-    let mut density = Density::<_, JACOBIAN>::new(backend, pools);
+    let mut density = Density::<_, JACOBIAN>::new(backend, statistics);
     density.read(model)?;
     Ok(density.backend.total())
 }
@@ -236,8 +236,13 @@ impl<M: Model> Statements for M {
         self.run(trace)
     }
 
-    fn value(&self, y: &[f64], drop_constants: bool, pools: Pools<'_>) -> Result<f64, Rejection> {
-        value::<_, _, true>(self, Primal::new(y, drop_constants), pools)
+    fn value(
+        &self,
+        y: &[f64],
+        drop_constants: bool,
+        statistics: Statistics<'_>,
+    ) -> Result<f64, Rejection> {
+        value::<_, _, true>(self, Primal::new(y, drop_constants), statistics)
     }
 }
 
@@ -250,9 +255,9 @@ impl<M: Model> LogDensity for Bound<M> {
 
     fn log_density(&self, y: &[f64], workspace: &mut Workspace) -> Result<f64, Rejection> {
         let constant = if M::STATIC { self.inspection.constant } else { None };
-        let pools = self.inspection.pools(&mut workspace.sums);
+        let statistics = self.inspection.statistics(&mut workspace.sums);
         let values = Primal::new(y, constant.is_some());
-        Ok(constant.unwrap_or(0.0) + value::<_, _, true>(&self.model, values, pools)?)
+        Ok(constant.unwrap_or(0.0) + value::<_, _, true>(&self.model, values, statistics)?)
     }
 
     fn gradient(

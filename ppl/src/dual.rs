@@ -70,6 +70,6 @@ impl<const N: usize> Scalar for Dual<N> {
     }
 }
 
-crate::record::impl_number_record! {
+crate::datum::impl_number_record! {
     [const N: usize] Dual<N>: self => self.value;
 }

@@ -5,10 +5,10 @@ use rand::RngCore;
 
 use crate::bound::Bound;
 use crate::density::{LogDensity, Rejection};
-use crate::entry::Record;
 use crate::inspect::{self, ModelError};
 use crate::layout::Layout;
 use crate::model::Model;
+use crate::record::Record;
 
 /// A [`LogDensity`] whose type is forgotten.
 pub(crate) trait ErasedDensity: Sync {

@@ -1,20 +1,20 @@
 //! The evaluation context that a log density is, over any kind of number.
 
+use crate::accumulator::{Accumulator, Settled, Statement};
 use crate::backend::Backend;
 use crate::density::Rejection;
 use crate::distribution::{Distribution, Unknown};
 use crate::model::{Context, Model};
 use crate::real::Real;
 use crate::site::Site;
-use crate::terms::{Settled, Statement, Terms};
 
 /// Sufficient statistics of observations that share their parameters.
-pub(crate) type Pool = Box<[f64]>;
+pub(crate) type SufficientStatistics = Box<[f64]>;
 
-/// Where pools come from, in the order in which the model comes to them.
-pub(crate) enum Pools<'p> {
+/// Where statistics come from, in the order in which the model comes to them.
+pub(crate) enum Statistics<'p> {
     /// The data were bound: every point runs the same statements.
-    Found(std::slice::Iter<'p, Pool>),
+    Found(std::slice::Iter<'p, SufficientStatistics>),
     /// To be found at every point, in this memory.
     Anew(&'p mut Vec<f64>),
 }
@@ -22,13 +22,13 @@ pub(crate) enum Pools<'p> {
 /// Evaluates the log density. Without `JACOBIAN` it is the density over constrained values.
 pub(crate) struct Density<'p, L, const JACOBIAN: bool> {
     pub(crate) backend: L,
-    pools: Pools<'p>,
+    statistics: Statistics<'p>,
 }
 
 impl<'p, L: Backend, const JACOBIAN: bool> Density<'p, L, JACOBIAN> {
     #[inline(always)]
-    pub(crate) fn new(backend: L, pools: Pools<'p>) -> Self {
-        Self { backend, pools }
+    pub(crate) fn new(backend: L, statistics: Statistics<'p>) -> Self {
+        Self { backend, statistics }
     }
 
     /// Runs the model over all coordinates: one that it left unread would have a flat density.
@@ -43,12 +43,12 @@ impl<'p, L: Backend, const JACOBIAN: bool> Density<'p, L, JACOBIAN> {
 
     /// To take the terms of a statement.
     #[inline(always)]
-    fn terms(&self) -> L::Terms {
-        L::Terms::empty(self.backend.drop_constants())
+    fn terms(&self) -> L::Accumulator {
+        L::Accumulator::empty(self.backend.drop_constants())
     }
 
     #[inline(always)]
-    fn add(&mut self, site: &Site, terms: L::Terms) -> Result<(), Rejection> {
+    fn add(&mut self, site: &Site, terms: L::Accumulator) -> Result<(), Rejection> {
         if !terms.is_finite() {
             return Err(not_finite(site, || terms.total()));
         }
@@ -99,10 +99,10 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         site: &'static Site,
         distribution: &D,
     ) -> Result<bool, Rejection> {
-        let (true, Pools::Found(pools)) = (D::SUMMARISES, &mut self.pools) else {
+        let (true, Statistics::Found(statistics)) = (D::SUMMARISES, &mut self.statistics) else {
             return Ok(false);
         };
-        let Some(sums) = pools.next() else { return Err(one_pool_more(site)) };
+        let Some(sums) = statistics.next() else { return Err(one_observation_more(site)) };
         let mut terms = self.terms();
         distribution.add_pooled_terms(sums, &mut terms);
         self.add(site, terms)?;
@@ -117,7 +117,7 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         distribution: D,
         total: &mut Settled,
     ) -> Result<(), Rejection> {
-        if let Some(terms) = L::Terms::within(total) {
+        if let Some(terms) = L::Accumulator::within(total) {
             distribution.add_terms(&datum, terms);
             return Ok(());
         }
@@ -149,7 +149,7 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         D: Distribution<Real<L::Number>, Value = I::Item>,
         I: Iterator,
     {
-        if !D::POOLS {
+        if !D::HAS_STATISTICS {
             let mut total = self.total();
             for datum in data {
                 self.observe_in_loop(site, datum, distribution.clone(), &mut total)?;
@@ -157,14 +157,14 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
             return self.add_total(site, total);
         }
         let mut terms = self.terms();
-        let sums = match &mut self.pools {
-            Pools::Found(pools) => match pools.next() {
+        let sums = match &mut self.statistics {
+            Statistics::Found(statistics) => match statistics.next() {
                 Some(sums) => &**sums,
-                None => return Err(one_pool_more(site)),
+                None => return Err(one_observation_more(site)),
             },
-            Pools::Anew(sums) => {
+            Statistics::Anew(sums) => {
                 sums.clear();
-                D::sum_up(data, sums);
+                D::sufficient_statistics(data, sums);
                 sums.as_slice()
             }
         };
@@ -223,7 +223,7 @@ pub(crate) fn unpredictable(site: &Site) -> Rejection {
 }
 
 #[inline(always)]
-fn one_pool_more(site: &Site) -> Rejection {
+fn one_observation_more(site: &Site) -> Rejection {
     fatal(|| {
         format!(
             "{}: the model observes more often than when its data were bound; make that a matter of \

@@ -8,11 +8,11 @@
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::datum::{Datum, Recordable};
 use crate::dual::Dual;
 use crate::parameter::Parameter;
 use crate::partials::Partials;
 use crate::real::Real;
-use crate::record::{Datum, Recordable};
 use crate::scalar::Scalar;
 
 /// A formula over the numbers of a model.

@@ -6,9 +6,9 @@ use rand::{RngCore, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::density::Rejection;
-use crate::entry::{Entry, Record, Role};
-use crate::evaluation::{Pool, Pools};
+use crate::evaluation::{Statistics, SufficientStatistics};
 use crate::layout::Layout;
+use crate::record::{Entry, Record, Role};
 use crate::trace::{CoordinateReader, Source, Trace};
 use crate::words::{datum, first_to_fail, further};
 
@@ -39,7 +39,12 @@ pub(crate) trait Statements {
     fn trace(&self, trace: &mut Trace<'_>) -> Result<(), Rejection>;
 
     /// The log density at `y`, with `drop_constants` without what is the same at every point.
-    fn value(&self, y: &[f64], drop_constants: bool, pools: Pools<'_>) -> Result<f64, Rejection>;
+    fn value(
+        &self,
+        y: &[f64],
+        drop_constants: bool,
+        statistics: Statistics<'_>,
+    ) -> Result<f64, Rejection>;
 }
 
 /// What was found out about a model when it was bound to its data.
@@ -49,7 +54,7 @@ pub(crate) struct Inspection {
     /// What the data alone add to the log density, if that is the same at every point.
     pub(crate) constant: Option<f64>,
     /// What suffices of observations, where every point runs the same statements.
-    pools: Option<Vec<Pool>>,
+    statistics: Option<Vec<SufficientStatistics>>,
 }
 
 impl Inspection {
@@ -66,10 +71,10 @@ impl Inspection {
 
     /// What suffices of pooled data; `memory` for it where it is found anew.
     #[inline]
-    pub(crate) fn pools<'p>(&'p self, memory: &'p mut Vec<f64>) -> Pools<'p> {
-        match &self.pools {
-            Some(pools) => Pools::Found(pools.iter()),
-            None => Pools::Anew(memory),
+    pub(crate) fn statistics<'p>(&'p self, memory: &'p mut Vec<f64>) -> Statistics<'p> {
+        match &self.statistics {
+            Some(statistics) => Statistics::Found(statistics.iter()),
+            None => Statistics::Anew(memory),
         }
     }
 }
@@ -77,15 +82,15 @@ impl Inspection {
 /// Names, shapes, and with `is_static` what is the same at every point.
 pub(crate) fn inspect(model: &dyn Statements, is_static: bool) -> Inspection {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
-    let (record, pools) = match run(model, &mut rng, is_static.then(Vec::new), &mut |_| ()) {
+    let (record, statistics) = match run(model, &mut rng, is_static.then(Vec::new), &mut |_| ()) {
         Ok(drawn) => drawn,
-        Err(error) => return Inspection { layout: Err(error), constant: None, pools: None },
+        Err(error) => return Inspection { layout: Err(error), constant: None, statistics: None },
     };
-    let mut found = Inspection { layout: Ok(layout(record)), constant: None, pools };
+    let mut found = Inspection { layout: Ok(layout(record)), constant: None, statistics };
     if is_static {
         match constant(model, &mut rng, &found) {
             Ok(constant) => found.constant = constant,
-            Err(Moving) => found.pools = None,
+            Err(Moving) => found.statistics = None,
         }
     }
     found
@@ -105,22 +110,22 @@ pub(crate) fn draw_counting(
     run(model, rng, None, rejected).map(|(record, _)| record)
 }
 
-/// A draw from the prior, and what suffices of observations if it is to be added to `pools`.
+/// A draw from the prior, and what suffices of observations if it is to be added to `statistics`.
 fn run(
     model: &dyn Statements,
     rng: &mut dyn RngCore,
-    pools: Option<Vec<Pool>>,
+    statistics: Option<Vec<SufficientStatistics>>,
     rejected: &mut dyn FnMut(&Rejection),
-) -> Result<(Record, Option<Vec<Pool>>), ModelError> {
+) -> Result<(Record, Option<Vec<SufficientStatistics>>), ModelError> {
     const TRIES: usize = 100;
     let mut last = None;
     for _ in 0..TRIES {
         let mut trace = Trace::new(Source::Prior, &mut *rng);
-        trace.pools.clone_from(&pools);
+        trace.statistics.clone_from(&statistics);
         let outcome = traced(model, &mut trace);
-        let (pools, failing) = (trace.pools.take(), trace.failing.take());
+        let (statistics, failing) = (trace.statistics.take(), trace.failing.take());
         match outcome.and_then(|()| trace.finish()) {
-            Ok(record) => return Ok((record, pools)),
+            Ok(record) => return Ok((record, statistics)),
             Err(fatal @ Rejection::Fatal { .. }) => return Err(ModelError::Invalid(fatal)),
             Err(rejection) => {
                 rejected(&rejection);
@@ -184,10 +189,11 @@ fn constant(
     for _ in 0..DRAWS {
         let Ok(record) = draw(model, rng) else { return Ok(None) };
         let y = record.unconstrained;
-        let mut value = |drop_constants| model.value(&y, drop_constants, found.pools(&mut sums));
+        let mut value =
+            |drop_constants| model.value(&y, drop_constants, found.statistics(&mut sums));
         // far out in the prior there may be no density
         let (Ok(full), Ok(rest)) = (value(false), value(true)) else { continue };
-        if let Ok(anew) = model.value(&y, false, Pools::Anew(&mut sums))
+        if let Ok(anew) = model.value(&y, false, Statistics::Anew(&mut sums))
             && (anew - full).abs() > 1e-8 * (anew.abs() + full.abs() + 1.0)
         {
             return Err(Moving);

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::coordinates::Coordinates;
-use crate::entry::{Entry, Role, Variable};
 use crate::group::{element_names, labelled_names};
+use crate::record::{Entry, Role, Variable};
 
 /// The named quantities of a model, in the order of their statements.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

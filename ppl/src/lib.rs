@@ -48,13 +48,13 @@
 //! # The order of the rooms
 //! From the ground up; an import goes down only.
 //! 1. `density`, `site`, `group`, `coordinates`, `words`: what all may use
-//! 2. `record`, `entry`, `layout`: values of a model, and what a posterior needs to know of it
+//! 2. `datum`, `record`, `layout`: values of a model, and what a posterior needs to know of it
 //! 3. `special`, `arithmetic`, `partials`, `scalar`, `ln_sum_exp`: numbers, and functions of them
-//! 4. `dual`, `tape`, `real`, `terms`: numbers that carry derivatives, and sums of densities
+//! 4. `dual`, `tape`, `real`, `accumulator`: numbers that carry derivatives, and sums of densities
 //! 5. `differentiable`, `finite_difference`, `ode`, `parameter`, `literal`, `backend`, `transform`:
 //!    own functions, and constrained values from unconstrained ones
 //! 6. `distribution`: one family a file
-//! 7. `expression`, `dot`, `accumulator`, `operand`: what expressions of a model become
+//! 7. `expression`, `dot`, `plate_adjoint`, `operand`: what expressions of a model become
 //! 8. `model`, `submodel`, `evaluation`, `trace`: what `model!` expands to, and the contexts that evaluate it
 //! 9. `inspect`, `bound`, `erased`: a model with its data; the same without its types
 //! 10. `optimize`, `sampler`: MAP and Laplace; NUTS and Metropolis
@@ -72,13 +72,13 @@ mod backend;
 mod bound;
 pub mod check;
 mod coordinates;
+mod datum;
 mod density;
 pub mod diagnostics;
 mod differentiable;
 mod distribution;
 mod dot;
 mod dual;
-mod entry;
 mod erased;
 mod evaluation;
 mod export;
@@ -96,6 +96,7 @@ mod operand;
 mod optimize;
 mod parameter;
 mod partials;
+mod plate_adjoint;
 mod posterior;
 mod power_scaling;
 mod predictive;
@@ -108,20 +109,20 @@ pub mod special;
 mod submodel;
 mod summary;
 pub mod tape;
-mod terms;
 mod trace;
 pub mod transform;
 mod warnings;
 mod words;
 
+pub use accumulator::{Accumulator, Joined};
 pub use bound::{Bound, Workspace};
 pub use coordinates::Coordinates;
+pub use datum::{Datum, Incomplete, Recordable};
 pub use density::{DomainError, LogDensity, Place, Rejection};
 pub use differentiable::{Differentiable, DynDifferentiable, Forward, Generic};
 pub use distribution::*;
 pub use dot::dot;
 pub use dual::Dual;
-pub use entry::{Entry, Record, Role, Variable};
 pub use expression::Expression;
 pub use finite_difference::FiniteDifference;
 pub use group::{Group, Values};
@@ -142,7 +143,7 @@ pub use predictive::{PredictiveCheck, PredictiveError, PredictiveTable};
 pub use rand;
 pub use rand_xoshiro;
 pub use real::Real;
-pub use record::{Datum, Incomplete, Recordable};
+pub use record::{Entry, Record, Role, Variable};
 pub use sampler::{
     Chain, ChainStatus, Chains, ChainsFileError, Covariance, DelayedAcceptance, Divergence,
     DrawStats, MapKind, MapSwitch, Mcmc, Metropolis, NoUTurn, Nuts, Progress, RandomWalk, RunError,
@@ -152,7 +153,6 @@ pub use scalar::{Arithmetic, Scalar};
 pub use site::{Failure, Site};
 pub use submodel::{Declaration, Part, Prediction, Submodel};
 pub use summary::Summary;
-pub use terms::{Joined, Terms};
 pub use warnings::{Warning, WarningKind};
 
 /// The language of models: distributions, their variations, and what expressions need.
@@ -171,9 +171,9 @@ pub mod prelude {
 /// What generated code calls. Not public interface.
 #[doc(hidden)]
 pub mod __private {
-    pub use crate::accumulator::At;
+    pub use crate::accumulator::Settled;
     pub use crate::distribution::{add_terms, constrain};
     pub use crate::literal::literal;
     pub use crate::operand::{Apart, Number, Of, Other, Together};
-    pub use crate::terms::Settled;
+    pub use crate::plate_adjoint::At;
 }

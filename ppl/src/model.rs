@@ -4,13 +4,13 @@
 //! means: read an unknown from unconstrained coordinates and add its density
 //! ([`density`](crate::Bound)), draw it from the prior, record it under its name, predict.
 
+use crate::accumulator::Settled;
+use crate::datum::{Datum, Incomplete, Recordable};
 use crate::density::Rejection;
 use crate::distribution::{Distribution, Unknown};
 use crate::real::Real;
-use crate::record::{Datum, Incomplete, Recordable};
 use crate::scalar::Scalar;
 use crate::site::Site;
-use crate::terms::Settled;
 
 /// A probabilistic model: data and the statements about them.
 ///

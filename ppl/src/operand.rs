@@ -1,8 +1,8 @@
 //! What generated code asks of names whose types the macro does not know.
 
-use crate::accumulator::{Kept, Open, OpenSummed, Sum, Summed, Sums};
 use crate::density::Rejection;
 use crate::expression::{Expression, Node};
+use crate::plate_adjoint::{Kept, Open, OpenSummed, Sum, Summed, Sums};
 use crate::real::Real;
 use crate::scalar::Scalar;
 use crate::site::Site;

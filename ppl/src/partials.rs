@@ -1,6 +1,6 @@
 //! What an operation depends on, and how strongly.
 
-use crate::record::Datum;
+use crate::datum::Datum;
 
 /// Arguments of an operation with their partial derivatives.
 ///

@@ -1,7 +1,7 @@
 //! The numbers in the body of a model.
 
+use crate::datum::Recordable;
 use crate::partials::Partials;
-use crate::record::Recordable;
 use crate::scalar::{Scalar, impl_arithmetic};
 
 /// A number in the body of a model, over whatever kind of number the reading needs.

@@ -1,214 +1,174 @@
-//! Values in and out of a model: what can be observed, what can be written down.
+//! The named quantities of a model at one point.
 
-/// Something that a statement `place ~ D` can condition on, seen as the value type of `D`.
-///
-/// Data (`f64`, counts, flags), unknowns and arrays, slices and vectors of them.
-#[diagnostic::on_unimplemented(
-    message = "`{Self}` fits neither the values nor the parameters of this distribution",
-    label = "needed: something that can be read as `{V}`",
-    note = "numbers are `f64` (write `1.0`, not `1`), counts are `u64` (`1u64`, or `k as u64` of a number), \
-            flags are `bool` (`x != 0.0`); arrays, slices and vectors hold them",
-    note = "a distribution of one number takes no arrays: write a loop over the entries, or \
-            `.array::<N>()` for independent values of the same distribution"
-)]
-pub trait Datum<V> {
-    /// Whether no unknown is behind it.
-    #[doc(hidden)]
-    const CONSTANT: bool = false;
+use std::borrow::Cow;
 
-    /// Whether it is the same in every iteration of the plate around.
-    #[doc(hidden)]
-    const SHARED: bool = false;
+use crate::coordinates::Coordinates;
+use crate::density::Rejection;
+use crate::site::Site;
 
-    /// How many numbers it is made of at most, if the type tells.
-    #[doc(hidden)]
-    const NUMBERS: usize = usize::MAX;
-
-    /// The value that the density is evaluated at.
-    fn lift(&self) -> V;
-
-    /// Calls `f` with the numbers that this one is made of, each with `weight` times the
-    /// derivative in it; not at all for a constant.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn spread(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
-        f(self.lift(), weight);
-    }
-
-    /// As [`spread`](Datum::spread), where the weights are final: what sums up its own adjoint may
-    /// take them without calling `f`.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn settle(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
-        self.spread(weight, f);
-    }
+/// What a named quantity is to the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Role {
+    /// Unknown: `let x ~ D`.
+    Parameter,
+    /// Deterministic and recorded: `#[track] let x = …`.
+    Tracked,
+    /// Drawn or computed on finished draws: `#[predict] let x ~ D`, `#[predict] let x = …`.
+    Predicted,
+    /// Conditioned on: `place ~ D`.
+    Observed,
 }
 
-macro_rules! impl_count_datum {
-    ($($Count:ty),*) => {$(
-        impl Datum<u64> for $Count {
-            #[inline(always)]
-            fn lift(&self) -> u64 {
-                u64::from(*self)
+/// A named quantity and its shape.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Variable {
+    /// Name in the model.
+    pub name: String,
+    /// Dimensions, empty for a number; statements in loops stack along the first.
+    pub shape: Vec<usize>,
+    /// Names of the dimensions: those of `#[dims(…)]`, or `<name>_dim_0`, ….
+    pub dims: Vec<String>,
+    /// What it is.
+    pub role: Role,
+}
+
+/// The values of one named quantity at one point.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    /// Name and shape.
+    pub variable: Variable,
+    /// Elements, last dimension fastest. For observed quantities: the data.
+    pub values: Vec<f64>,
+    /// For parameters: the ends of the prior's support, if it has two finite ones that are not the
+    /// quantity's own, or one at which it was truncated.
+    pub bounds: Option<(f64, f64)>,
+    /// For parameters: the log density of their distribution, summed over the statements executed.
+    pub log_prior: f64,
+    /// For observed quantities: a new draw from the same distribution, element by element.
+    pub replicate: Vec<f64>,
+    /// For observed quantities: the log density of each statement executed.
+    pub log_likelihood: Vec<f64>,
+    /// Names of the dimensions along which the plates around stack.
+    plates: Vec<&'static str>,
+}
+
+/// All named quantities of a model at one point, in the order of their statements.
+#[derive(Clone, Debug, Default)]
+pub struct Record {
+    /// One a name.
+    pub entries: Vec<Entry>,
+    /// The point in unconstrained coordinates.
+    pub unconstrained: Vec<f64>,
+    /// Labels of the entries along dimensions, by the name of the dimension.
+    pub coordinates: Coordinates,
+    /// The sum of all `factor`s, if there was one.
+    pub(crate) factors: Option<f64>,
+}
+
+impl Record {
+    /// The entry of this name.
+    pub fn get(&self, name: &str) -> Option<&Entry> {
+        self.entries.iter().find(|entry| entry.variable.name == name)
+    }
+
+    /// The values of this name.
+    pub fn values(&self, name: &str) -> Option<&[f64]> {
+        self.get(name).map(|entry| entry.values.as_slice())
+    }
+
+    /// The replicate of the observed quantity of this name: data simulated from this point.
+    pub fn replicate(&self, name: &str) -> Option<&[f64]> {
+        self.get(name).map(|entry| entry.replicate.as_slice())
+    }
+
+    /// The log likelihood there: of everything observed, and every `factor`.
+    pub(crate) fn log_likelihood(&self) -> f64 {
+        let observed = self.entries.iter().flat_map(|entry| &entry.log_likelihood);
+        observed.sum::<f64>() + self.factors.unwrap_or(0.0)
+    }
+
+    /// Gives what nested plates stacked a dimension for each of them, where all have labels and
+    /// their values are as many as the labels make together.
+    pub(crate) fn unfold(&mut self) {
+        for Entry { variable, plates, .. } in &mut self.entries {
+            if plates.len() < 2 {
+                continue;
+            }
+            let lengths = plates.iter().map(|plate| Some(self.coordinates.get(plate)?.len()));
+            let Some(lengths) = lengths.collect::<Option<Vec<usize>>>() else { continue };
+            if lengths.iter().product::<usize>() == variable.shape[0] {
+                variable.shape.splice(..1, lengths);
+                variable.dims.splice(..1, plates.iter().map(|&plate| plate.to_owned()));
+                plates.clear();
             }
         }
-    )*};
-}
-impl_count_datum!(u8, u16, u32, u64);
-
-impl Datum<u64> for usize {
-    #[inline(always)]
-    fn lift(&self) -> u64 {
-        *self as u64
-    }
-}
-
-impl Datum<bool> for bool {
-    #[inline(always)]
-    fn lift(&self) -> bool {
-        *self
-    }
-}
-
-impl<V, T: Datum<V> + ?Sized> Datum<V> for &T {
-    const CONSTANT: bool = T::CONSTANT;
-    const SHARED: bool = T::SHARED;
-    const NUMBERS: usize = T::NUMBERS;
-
-    #[inline(always)]
-    fn spread(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
-        (**self).spread(weight, f);
     }
 
-    #[inline(always)]
-    fn settle(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
-        (**self).settle(weight, f);
-    }
-
-    #[inline(always)]
-    fn lift(&self) -> V {
-        (**self).lift()
-    }
-}
-
-impl<V, T: Datum<V>, const N: usize> Datum<[V; N]> for [T; N] {
-    #[inline(always)]
-    fn lift(&self) -> [V; N] {
-        std::array::from_fn(|i| self[i].lift())
-    }
-}
-
-impl<V, T: Datum<V>> Datum<Vec<V>> for [T] {
-    fn lift(&self) -> Vec<V> {
-        self.iter().map(Datum::lift).collect()
-    }
-}
-
-impl<V, T: Datum<V>> Datum<Vec<V>> for Vec<T> {
-    fn lift(&self) -> Vec<V> {
-        self.as_slice().lift()
-    }
-}
-
-/// Something that `place.impute() ~ D` can complete: a datum that may be missing.
-#[diagnostic::on_unimplemented(
-    message = "`{Self}` is never missing, or does not fit the values of this distribution",
-    label = "needed: an `Option` of something that can be read as `{V}`",
-    note = "complete data are observed without `.impute()`"
-)]
-pub trait Incomplete<V> {
-    /// The value that the density is evaluated at, if there is one.
-    fn known(&self) -> Option<V>;
-}
-
-impl<V, T: Datum<V>> Incomplete<V> for Option<T> {
-    #[inline]
-    fn known(&self) -> Option<V> {
-        self.as_ref().map(Datum::lift)
-    }
-}
-
-impl<V, T: Incomplete<V> + ?Sized> Incomplete<V> for &T {
-    #[inline]
-    fn known(&self) -> Option<V> {
-        (**self).known()
-    }
-}
-
-/// A value with a shape that can be written down as plain numbers.
-#[diagnostic::on_unimplemented(
-    message = "`{Self}` cannot be recorded",
-    note = "numbers, arrays, vectors and Cholesky factors can be"
-)]
-pub trait Recordable {
-    /// Dimensions, empty for a number.
-    fn shape(&self) -> Vec<usize>;
-
-    /// Appends the elements, last dimension fastest.
-    fn flatten(&self, out: &mut Vec<f64>);
-}
-
-/// How a number is written down: `impl_number_record! { [generics] Type: self => its f64; }`.
-macro_rules! impl_number_record {
-    ($([$($generics:tt)*] $Number:ty: $self:ident => $value:expr;)*) => {$(
-        impl<$($generics)*> $crate::record::Recordable for $Number {
-            fn shape(&self) -> Vec<usize> {
-                Vec::new()
+    pub(crate) fn entry(
+        &mut self,
+        at: &Label,
+        role: Role,
+        shape: &[usize],
+    ) -> Result<&mut Entry, Rejection> {
+        let refused = |problem: String| {
+            let message = format!("{}: the name `{}` {problem}", at.site.place, at.name);
+            Rejection::Fatal { message }
+        };
+        let found = self.entries.iter().position(|e| e.variable.name == at.name);
+        let Some(index) = found else {
+            let own = at.site.dims;
+            if !own.is_empty() && own.len() != shape.len() {
+                return Err(refused(format!(
+                    "has {} named dimension(s), but its value has the shape {shape:?}",
+                    own.len()
+                )));
             }
-            fn flatten(&$self, out: &mut Vec<f64>) {
-                out.push($value);
+            let mut full = shape.to_vec();
+            let mut names: Vec<Option<&str>> = own.iter().copied().map(Some).collect();
+            names.resize(shape.len(), None);
+            if at.stacked {
+                full.insert(0, 1);
+                names.insert(0, at.plates.last().copied());
             }
+            let dims = names.iter().enumerate().map(|(k, name)| {
+                name.map_or_else(|| format!("{}_dim_{k}", at.name), str::to_owned)
+            });
+            let variable =
+                Variable { name: at.name.to_string(), shape: full, dims: dims.collect(), role };
+            self.entries.push(Entry {
+                variable,
+                values: Vec::new(),
+                bounds: None,
+                log_prior: 0.0,
+                replicate: Vec::new(),
+                log_likelihood: Vec::new(),
+                plates: at.plates.clone(),
+            });
+            let last = self.entries.len() - 1;
+            return Ok(&mut self.entries[last]);
+        };
+        let entry = &mut self.entries[index];
+        if entry.variable.role != role || !at.stacked {
+            return Err(refused("stands for two statements: rename one".to_owned()));
         }
-    )*};
-}
-pub(crate) use impl_number_record;
-
-impl_number_record! {
-    [] f64: self => *self;
-    [] u64: self => *self as f64;
-    [] bool: self => f64::from(u8::from(*self));
-}
-
-impl<T: Recordable + ?Sized> Recordable for &T {
-    fn shape(&self) -> Vec<usize> {
-        (**self).shape()
-    }
-    fn flatten(&self, out: &mut Vec<f64>) {
-        (**self).flatten(out);
-    }
-}
-
-/// The shape of `len` values of this shape.
-fn stacked(len: usize, mut shape: Vec<usize>) -> Vec<usize> {
-    shape.insert(0, len);
-    shape
-}
-
-impl<T: Recordable> Recordable for [T] {
-    fn shape(&self) -> Vec<usize> {
-        stacked(self.len(), self.first().map_or_else(Vec::new, Recordable::shape))
-    }
-    fn flatten(&self, out: &mut Vec<f64>) {
-        for x in self {
-            x.flatten(out);
+        if entry.variable.shape[1..] != *shape {
+            return Err(refused(format!(
+                "changes its shape from {:?} to {shape:?} between iterations",
+                &entry.variable.shape[1..]
+            )));
         }
+        entry.variable.shape[0] += 1;
+        Ok(entry)
     }
 }
 
-impl<T: Recordable, const N: usize> Recordable for [T; N] {
-    fn shape(&self) -> Vec<usize> {
-        self.as_slice().shape()
-    }
-    fn flatten(&self, out: &mut Vec<f64>) {
-        self.as_slice().flatten(out);
-    }
-}
-
-impl<T: Recordable> Recordable for Vec<T> {
-    fn shape(&self) -> Vec<usize> {
-        self.as_slice().shape()
-    }
-    fn flatten(&self, out: &mut Vec<f64>) {
-        self.as_slice().flatten(out);
-    }
+/// A statement as it stands in the results.
+pub(crate) struct Label {
+    pub(crate) site: &'static Site,
+    /// With those of the submodels around it in front.
+    pub(crate) name: Cow<'static, str>,
+    /// Whether it, or a submodel around it, stands in a loop.
+    pub(crate) stacked: bool,
+    /// Names of the dimensions along which it stacks, the innermost last.
+    pub(crate) plates: Vec<&'static str>,
 }

@@ -9,8 +9,8 @@ use std::ops::{AddAssign, DivAssign, MulAssign, Neg, SubAssign};
 
 pub use crate::arithmetic::Arithmetic;
 pub(crate) use crate::arithmetic::impl_arithmetic;
+use crate::datum::{Datum, Recordable};
 use crate::partials::{Each, Partials, Zipped};
-use crate::record::{Datum, Recordable};
 use crate::special;
 use plain::{error_density, logit};
 pub(crate) use special::{logistic, softplus};

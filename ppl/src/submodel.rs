@@ -1,10 +1,10 @@
 //! Blocks of statements that several models share.
 
+use crate::datum::Recordable;
 use crate::density::Rejection;
 use crate::distribution::{Distribution, Unknown};
 use crate::model::Context;
 use crate::real::Real;
-use crate::record::Recordable;
 use crate::scalar::Scalar;
 use crate::site::Site;
 

@@ -4,16 +4,16 @@ use std::borrow::Cow;
 
 use rand::RngCore;
 
+use crate::accumulator::Settled;
+use crate::datum::Recordable;
 use crate::density::{Place, Rejection};
 use crate::distribution::{Distribution, Unknown};
-use crate::entry::{Entry, Label, Record, Role};
-use crate::evaluation::{Pool, too_few_coordinates};
+use crate::evaluation::{SufficientStatistics, too_few_coordinates};
 use crate::layout;
 use crate::model::Context;
 use crate::real::Real;
-use crate::record::Recordable;
+use crate::record::{Entry, Label, Record, Role};
 use crate::site::Site;
-use crate::terms::Settled;
 use crate::words;
 
 /// Where a trace takes its unknowns from.
@@ -53,7 +53,7 @@ pub(crate) struct Trace<'y> {
     /// Places of the submodels around the current statement.
     around: Vec<&'static Site>,
     /// What suffices of observations, if it is wanted.
-    pub(crate) pools: Option<Vec<Pool>>,
+    pub(crate) statistics: Option<Vec<SufficientStatistics>>,
     /// The datum whose distribution was not defined.
     pub(crate) failing: Option<String>,
     /// The statement that came last.
@@ -63,8 +63,8 @@ pub(crate) struct Trace<'y> {
 impl<'y> Trace<'y> {
     pub(crate) fn new(source: Source<'y>, rng: &'y mut dyn RngCore) -> Self {
         let record = Record::default();
-        let (around, pools, failing, last) = (Vec::new(), None, None, None);
-        Self { source, rng, record, around, pools, failing, last }
+        let (around, statistics, failing, last) = (Vec::new(), None, None, None);
+        Self { source, rng, record, around, statistics, failing, last }
     }
 
     /// What was recorded, if its dimensions fit together.
@@ -260,10 +260,10 @@ impl Context for Trace<'_> {
         distribution: D,
     ) -> Result<(), Rejection> {
         self.observed(site, false, &datum, &distribution)?;
-        if let Some(pools) = self.pools.as_mut().filter(|_| D::SUMMARISES) {
+        if let Some(statistics) = self.statistics.as_mut().filter(|_| D::SUMMARISES) {
             let mut sums = Vec::new();
             distribution.summarise(&datum, &mut sums);
-            pools.push(sums.into());
+            statistics.push(sums.into());
         }
         Ok(())
     }
@@ -282,10 +282,10 @@ impl Context for Trace<'_> {
         for datum in &data {
             self.observed(site, false, datum, &distribution)?;
         }
-        if let Some(pools) = self.pools.as_mut().filter(|_| D::POOLS) {
+        if let Some(statistics) = self.statistics.as_mut().filter(|_| D::HAS_STATISTICS) {
             let mut sums = Vec::new();
-            D::sum_up(data.into_iter(), &mut sums);
-            pools.push(sums.into());
+            D::sufficient_statistics(data.into_iter(), &mut sums);
+            statistics.push(sums.into());
         }
         Ok(())
     }

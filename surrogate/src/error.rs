@@ -144,7 +144,7 @@ pub enum SurrogateError {
         /// The number of rows.
         rows: usize,
     },
-    /// Terms that do not make up an expansion.
+    /// Accumulator that do not make up an expansion.
     #[error("term {index:?}: {problem}")]
     Term {
         /// The multi-index.

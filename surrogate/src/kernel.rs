@@ -2,9 +2,9 @@
 
 use crate::legendre::{MAX_ORDER, legendre, norm};
 
-/// Terms arranged for evaluation, in coordinates t ∈ [−1, 1]^D and plain Legendre polynomials.
+/// Accumulator arranged for evaluation, in coordinates t ∈ [−1, 1]^D and plain Legendre polynomials.
 ///
-/// Terms that differ only in the last input stand together in a row, whose sum over the last
+/// Accumulator that differ only in the last input stand together in a row, whose sum over the last
 /// input is taken first: the products over the other inputs are then needed once a row, not
 /// once a term.
 #[derive(Clone, Debug)]

@@ -62,7 +62,7 @@ pub(super) fn ln_mass_by_ends(
     (value, lower.0 - upper.0, lower.1 - upper.1)
 }
 
-/// Terms and normalised weights whose sum is the expectation of a term given as (ln p, log
+/// Accumulator and normalised weights whose sum is the expectation of a term given as (ln p, log
 /// Jacobian) over an unconstrained coordinate y: the trapezoid rule in t with
 /// y = median + spread · sinh t (double exponential quadrature; Takahasi & Mori 1974, Publ.
 /// RIMS 9).

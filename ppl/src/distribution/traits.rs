@@ -3,11 +3,11 @@
 use rand::Rng;
 
 use super::family::Family;
+use crate::accumulator::{Accumulator, Settled};
+use crate::datum::{Datum, Recordable};
 use crate::density::DomainError;
 use crate::parameter::Parameter;
-use crate::record::{Datum, Recordable};
 use crate::scalar::Scalar;
-use crate::terms::{Settled, Terms};
 
 /// What every distribution offers to a model: density and draws over values of type `Value`.
 #[diagnostic::on_unimplemented(
@@ -26,23 +26,23 @@ pub trait Distribution<R: Scalar>: Family {
     /// [`ln_density`](Distribution::ln_density), term by term.
     #[doc(hidden)]
     #[inline(always)]
-    fn add_terms(&self, x: &Self::Value, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, x: &Self::Value, terms: &mut impl Accumulator<R>) {
         terms.add_number(self.ln_density(x));
     }
 
     /// Whether a few sums over data suffice for all of them, if the parameters are the same.
     #[doc(hidden)]
-    const POOLS: bool = false;
+    const HAS_STATISTICS: bool = false;
 
     /// The sums that suffice, at the end of `sums`.
     #[doc(hidden)]
-    fn sum_up(data: impl Iterator<Item = Self::Value>, sums: &mut Vec<f64>) {
+    fn sufficient_statistics(data: impl Iterator<Item = Self::Value>, sums: &mut Vec<f64>) {
         let _ = (data, sums);
     }
 
     /// The terms of the log densities at the data with these sums.
     #[doc(hidden)]
-    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Accumulator<R>) {
         let _ = sums;
         terms.add_number(R::from(f64::NAN));
     }
@@ -128,7 +128,7 @@ pub trait Unknown<R: Scalar>: Distribution<R> {
         &self,
         next: &mut impl FnMut() -> R,
         jacobian: bool,
-        terms: &mut impl Terms<R>,
+        terms: &mut impl Accumulator<R>,
     ) -> Self::Value;
 
     /// [`constrain`](Unknown::constrain) for n independent values.
@@ -139,7 +139,7 @@ pub trait Unknown<R: Scalar>: Distribution<R> {
         n: usize,
         next: &mut impl FnMut() -> R,
         jacobian: bool,
-        terms: &mut impl Terms<R>,
+        terms: &mut impl Accumulator<R>,
     ) -> Vec<Self::Value> {
         (0..n).map(|_| self.constrain(next, jacobian, terms)).collect()
     }
@@ -164,7 +164,7 @@ pub(crate) fn lift<R>(parameter: impl Datum<R>) -> R {
 /// A part of a log density that depends on `parameter` alone: left out where that may be.
 #[inline(always)]
 pub(crate) fn normaliser<R: Scalar, P: Parameter + Datum<R>>(
-    terms: &impl Terms<R>,
+    terms: &impl Accumulator<R>,
     parameter: P,
     part: impl FnOnce(f64) -> f64,
 ) -> f64 {

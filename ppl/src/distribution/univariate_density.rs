@@ -3,8 +3,8 @@
 use super::interval::Interval;
 use super::interval_mass::ln_mass_by_quadrature;
 use super::univariate::Univariate;
+use crate::accumulator::{Accumulator, Joined};
 use crate::scalar::Scalar;
-use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 /// The density of a [`Univariate`] distribution over any [`Scalar`].
@@ -15,7 +15,7 @@ use crate::transform::Support;
 /// # Example
 /// ```
 /// use ppl::prelude::*;
-/// use ppl::{Datum, DomainError, Terms, Univariate, UnivariateDensity, transform::Support};
+/// use ppl::{Datum, DomainError, Accumulator, Univariate, UnivariateDensity, transform::Support};
 ///
 /// /// The hyperbolic secant distribution, moved by its one parameter.
 /// #[derive(Clone, Copy)]
@@ -52,7 +52,7 @@ use crate::transform::Support;
 ///         Support::Real
 ///     }
 ///     // the value, and its derivatives in x and the parameters
-///     fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+///     fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
 ///         let z = x.value() - self.0.number();
 ///         let value = -z.cosh().ln() - std::f64::consts::PI.ln();
 ///         terms.add(value, ((x, -z.tanh()), (self.0, z.tanh())));
@@ -77,7 +77,7 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
 
     /// Adds the log density at `x` inside the support, with its exact partials in x and the
     /// parameters.
-    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>);
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>);
 
     /// Log density at `x` inside the support.
     #[inline(always)]
@@ -85,19 +85,19 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
         Joined::of(|terms| self.add_ln_pdf(x, terms))
     }
 
-    /// See [`Distribution::POOLS`](super::Distribution::POOLS).
+    /// See [`Distribution::HAS_STATISTICS`](super::Distribution::HAS_STATISTICS).
     #[doc(hidden)]
-    const POOLS: bool = false;
+    const HAS_STATISTICS: bool = false;
 
-    /// See [`Distribution::sum_up`](super::Distribution::sum_up).
+    /// See [`Distribution::sufficient_statistics`](super::Distribution::sufficient_statistics).
     #[doc(hidden)]
-    fn sum_up(data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
+    fn sufficient_statistics(data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
         let _ = (data, sums);
     }
 
     /// See [`Distribution::add_pooled_terms`](super::Distribution::add_pooled_terms).
     #[doc(hidden)]
-    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Accumulator<R>) {
         let _ = sums;
         terms.add_number(R::from(f64::NAN));
     }
@@ -105,7 +105,7 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     /// The value at the unconstrained coordinate `y`; log density plus log-Jacobian go to `terms`.
     /// Override it where the two cancel.
     #[inline(always)]
-    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
+    fn at_coordinate(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         let x = self.support().place(y, terms);
         self.add_ln_pdf(x, terms);
         x
@@ -118,7 +118,7 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
         &self,
         n: usize,
         next: &mut impl FnMut() -> R,
-        terms: &mut impl Terms<R>,
+        terms: &mut impl Accumulator<R>,
     ) -> Vec<R> {
         (0..n).map(|_| self.at_coordinate(next(), terms)).collect()
     }
@@ -187,18 +187,18 @@ macro_rules! univariate {
             }
 
             #[inline(always)]
-            fn add_terms(&self, x: &R, terms: &mut impl $crate::Terms<R>) {
+            fn add_terms(&self, x: &R, terms: &mut impl $crate::Accumulator<R>) {
                 $crate::__private::add_terms(self, *x, terms);
             }
 
-            const POOLS: bool = <Self as $crate::UnivariateDensity<R>>::POOLS;
+            const HAS_STATISTICS: bool = <Self as $crate::UnivariateDensity<R>>::HAS_STATISTICS;
 
-            fn sum_up(data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
-                <Self as $crate::UnivariateDensity<R>>::sum_up(data, sums);
+            fn sufficient_statistics(data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
+                <Self as $crate::UnivariateDensity<R>>::sufficient_statistics(data, sums);
             }
 
             #[inline(always)]
-            fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl $crate::Terms<R>) {
+            fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl $crate::Accumulator<R>) {
                 $crate::UnivariateDensity::add_pooled_terms(self, sums, terms);
             }
 
@@ -226,7 +226,7 @@ macro_rules! univariate {
                 &self,
                 next: &mut impl FnMut() -> R,
                 jacobian: bool,
-                terms: &mut impl $crate::Terms<R>,
+                terms: &mut impl $crate::Accumulator<R>,
             ) -> R {
                 $crate::__private::constrain(self, next(), jacobian, terms)
             }
@@ -237,7 +237,7 @@ macro_rules! univariate {
                 n: usize,
                 next: &mut impl FnMut() -> R,
                 jacobian: bool,
-                terms: &mut impl $crate::Terms<R>,
+                terms: &mut impl $crate::Accumulator<R>,
             ) -> Vec<R> {
                 if jacobian {
                     return $crate::UnivariateDensity::at_coordinates(self, n, next, terms);
@@ -262,7 +262,7 @@ macro_rules! univariate {
 
 /// −∞ outside the support, the density inside.
 #[inline(always)]
-pub fn add_terms<R, D>(distribution: &D, x: R, terms: &mut impl Terms<R>)
+pub fn add_terms<R, D>(distribution: &D, x: R, terms: &mut impl Accumulator<R>)
 where
     R: Scalar,
     D: UnivariateDensity<R>,
@@ -280,7 +280,7 @@ pub fn constrain<R: Scalar, D: UnivariateDensity<R>>(
     distribution: &D,
     y: R,
     jacobian: bool,
-    terms: &mut impl Terms<R>,
+    terms: &mut impl Accumulator<R>,
 ) -> R {
     if jacobian {
         distribution.at_coordinate(y, terms)

@@ -1,7 +1,7 @@
 //! Lengths in the type, or in a number.
 
 use super::family::{Array, Family, Iid};
-use crate::record::{Datum, Recordable};
+use crate::datum::{Datum, Recordable};
 use crate::scalar::Scalar;
 
 /// How far from 1 the sum of probabilities or shares may be.

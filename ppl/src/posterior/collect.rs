@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::error::PosteriorError;
 use crate::density::{Place, Rejection};
-use crate::entry::{Entry, Record, Role};
 use crate::group::{Group, Values};
+use crate::record::{Entry, Record, Role};
 
 /// Which aspect of an entry goes into a group.
 #[derive(Clone, Copy)]

@@ -2,9 +2,9 @@
 
 use super::{Posterior, SampleError};
 use crate::bound::Bound;
-use crate::entry::Role;
 use crate::layout::Layout;
 use crate::model::Model;
+use crate::record::Role;
 use crate::sampler::{DelayedAcceptance, Mcmc, OneDensity};
 
 #[expect(private_bounds, reason = "sealed: how chains move is no matter of the interface")]

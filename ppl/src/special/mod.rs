@@ -21,9 +21,9 @@
 mod beta;
 mod gamma;
 mod logistic;
+mod memoised;
 mod normal;
 mod quadrature;
-mod remembered;
 mod root;
 
 pub use beta::{beta_logit_quantile, ln_beta, ln_beta_power, regularised_beta};
@@ -32,12 +32,12 @@ pub use gamma::{
     stirling_error, trigamma,
 };
 pub(crate) use logistic::{logistic, softplus};
+pub(crate) use memoised::memoised;
 pub use normal::{
     NormalInterval, half_normal_quantile, ln_normal_cdf, mills_ratio, normal_cdf, normal_from_zero,
     normal_quantile, normal_upper_quantile,
 };
 pub(crate) use quadrature::{integral_from_zero, nodes_from_zero};
-pub(crate) use remembered::remembered;
 
 /// ½ ln 2π.
 pub const HALF_LN_2PI: f64 = 0.918_938_533_204_672_7;

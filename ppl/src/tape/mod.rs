@@ -2,7 +2,7 @@
 //!
 //! An operation costs one node, an adjoint, and one edge to each of its arguments. A term of the
 //! density costs none: its adjoint is known to be 1, and its partials go to their parents at once
-//! ([`Settled`](crate::terms::Settled)). Nodes that nothing refers to any more, those of one
+//! ([`Settled`](crate::accumulator::Settled)). Nodes that nothing refers to any more, those of one
 //! iteration of a plate, are swept early by `unwind`, so that the tape of a plate is as long as
 //! one iteration.
 
@@ -249,8 +249,8 @@ impl Tape {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::accumulator::{Accumulator, Settled};
     use crate::dual::Dual;
-    use crate::terms::{Settled, Terms};
 
     fn expression<S: Scalar>([x, y, z]: [S; 3]) -> S {
         let mut total = S::from(0.0);
@@ -364,7 +364,7 @@ mod tests {
                 let z = datum - x * y;
                 let (value, partials) = (-0.5 * z.value() * z.value(), ((z, -z.value()),));
                 if fast {
-                    Terms::<Var>::add(&mut Settled::new(1.0), value, partials);
+                    Accumulator::<Var>::add(&mut Settled::new(1.0), value, partials);
                     tape.unwind(mark);
                 } else {
                     tape.seed(Scalar::gather(value, partials));

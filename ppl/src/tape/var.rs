@@ -164,6 +164,6 @@ impl<'t> Scalar for Var<'t> {
     }
 }
 
-crate::record::impl_number_record! {
+crate::datum::impl_number_record! {
     ['t] Var<'t>: self => Scalar::value(*self);
 }

@@ -1,8 +1,8 @@
 //! Intervals of the real line.
 
+use crate::accumulator::{Accumulator, Joined};
 use crate::scalar::Scalar;
 use crate::special::logistic;
-use crate::terms::{Joined, Terms};
 
 /// Where a univariate density is positive, and the smooth map of ℝ onto it.
 ///
@@ -50,7 +50,7 @@ impl<R: Scalar> Support<R> {
 
     /// As [`point`](Support::point), where nothing will use `y` any more.
     #[inline(always)]
-    pub(crate) fn replace(&self, y: R, terms: &mut impl Terms<R>) -> R {
+    pub(crate) fn replace(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         match *self {
             Self::Real => y,
             Self::Above(end) | Self::Below(end) => {
@@ -79,7 +79,7 @@ impl<R: Scalar> Support<R> {
     /// As [`constrain`](Support::constrain), where nothing will use `y` any more and the log-Jacobian
     /// goes to `terms`.
     #[inline(always)]
-    pub(crate) fn place(&self, y: R, terms: &mut impl Terms<R>) -> R {
+    pub(crate) fn place(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         match *self {
             Self::Real => {}
             Self::Above(_) | Self::Below(_) => terms.add(y.value(), ((y, 1.0),)),

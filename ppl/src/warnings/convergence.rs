@@ -4,10 +4,10 @@ use rayon::prelude::*;
 
 use super::list::{Names, WarningKind, Warnings};
 use crate::diagnostics::Modes;
-use crate::entry::Role;
 use crate::group::Values;
 use crate::posterior::Posterior;
 use crate::posterior::SummaryRow;
+use crate::record::Role;
 use crate::words::{cell, list};
 
 /// Separate modes, by the place of the number that has them.

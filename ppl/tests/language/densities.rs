@@ -1,7 +1,7 @@
 //! Values and derivatives of the densities.
 
 use ppl::prelude::*;
-use ppl::{Bound, Context, DomainError, Model, Rejection, Site, Terms, Workspace};
+use ppl::{Accumulator, Bound, Context, DomainError, Model, Rejection, Site, Workspace};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -308,7 +308,12 @@ impl<R: Scalar> Unknown<R> for Miscounted {
         self.dim
     }
 
-    fn constrain(&self, next: &mut impl FnMut() -> R, _: bool, terms: &mut impl Terms<R>) -> R {
+    fn constrain(
+        &self,
+        next: &mut impl FnMut() -> R,
+        _: bool,
+        terms: &mut impl Accumulator<R>,
+    ) -> R {
         let x = next();
         terms.add_number(self.ln_density(&x));
         x

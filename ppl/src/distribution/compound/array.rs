@@ -2,11 +2,11 @@
 
 use rand::Rng;
 
+use crate::accumulator::{Accumulator, Joined};
 use crate::density::DomainError;
 use crate::distribution::family::{Array, Family};
 use crate::distribution::traits::{Distribution, Unknown};
 use crate::scalar::Scalar;
-use crate::terms::{Joined, Terms};
 
 impl<D: Family, const N: usize> Family for Array<D, N> {}
 
@@ -19,7 +19,7 @@ impl<R: Scalar, D: Distribution<R>, const N: usize> Distribution<R> for Array<D,
     }
 
     #[inline(always)]
-    fn add_terms(&self, x: &Self::Value, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, x: &Self::Value, terms: &mut impl Accumulator<R>) {
         for x in x {
             self.inner.add_terms(x, terms);
         }
@@ -44,7 +44,7 @@ impl<R: Scalar, D: Unknown<R>, const N: usize> Unknown<R> for Array<D, N> {
         &self,
         next: &mut impl FnMut() -> R,
         jacobian: bool,
-        terms: &mut impl Terms<R>,
+        terms: &mut impl Accumulator<R>,
     ) -> Self::Value {
         // a loop, where `array::from_fn` would be a call that keeps the terms out of registers
         let mut values = [const { None }; N];

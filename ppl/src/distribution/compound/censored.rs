@@ -2,13 +2,13 @@
 
 use rand::Rng;
 
+use crate::accumulator::{Accumulator, Joined};
 use crate::density::DomainError;
 use crate::distribution::family::{Censored, Family};
 use crate::distribution::interval::Interval;
 use crate::distribution::traits::Distribution;
 use crate::distribution::univariate_density::{UnivariateDensity, ln_probability};
 use crate::scalar::Scalar;
-use crate::terms::{Joined, Terms};
 
 impl<D: Family> Family for Censored<D> {}
 
@@ -25,7 +25,7 @@ where
     }
 
     #[inline(always)]
-    fn add_terms(&self, x: &R, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, x: &R, terms: &mut impl Accumulator<R>) {
         let (lower, upper) = (self.interval.lower(), self.interval.upper());
         if x.value() <= lower {
             terms.add_number(ln_probability(&self.inner, Interval::new(..lower)));

@@ -2,11 +2,11 @@
 
 use rand::Rng;
 
+use crate::accumulator::{Accumulator, Joined};
 use crate::density::DomainError;
 use crate::distribution::family::{Family, Iid};
 use crate::distribution::traits::{Distribution, Unknown};
 use crate::scalar::Scalar;
-use crate::terms::{Joined, Terms};
 
 impl<D: Family> Family for Iid<D> {}
 
@@ -19,7 +19,7 @@ impl<R: Scalar, D: Distribution<R>> Distribution<R> for Iid<D> {
     }
 
     #[inline(always)]
-    fn add_terms(&self, x: &Self::Value, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, x: &Self::Value, terms: &mut impl Accumulator<R>) {
         if x.len() != self.n {
             return terms.add_number(R::from(f64::NEG_INFINITY));
         }
@@ -51,7 +51,7 @@ impl<R: Scalar, D: Unknown<R>> Unknown<R> for Iid<D> {
         &self,
         next: &mut impl FnMut() -> R,
         jacobian: bool,
-        terms: &mut impl Terms<R>,
+        terms: &mut impl Accumulator<R>,
     ) -> Self::Value {
         self.inner.constrain_all(self.n, next, jacobian, terms)
     }

@@ -4,16 +4,16 @@ mod numbers;
 
 use rand::Rng;
 
+use crate::accumulator::{Accumulator, Settled, Valued};
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::{Distribution, Unknown, lift};
 use crate::distribution::univariate_density::{UnivariateDensity, constrain};
 use crate::distribution::vector::Sequence;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::ln_add_exp;
-use crate::terms::{Settled, Terms, Valued};
 
 /// A value from one of several distributions, chosen with the given weights; which one is summed
 /// out.
@@ -95,7 +95,7 @@ impl<W: Sequence<Item: Parameter>, C: Sequence> Mixture<W, C> {
         &self,
         x: &<C::Item as Distribution<R>>::Value,
         weight: f64,
-        terms: &mut impl Terms<R>,
+        terms: &mut impl Accumulator<R>,
     ) -> bool
     where
         R: Scalar,
@@ -134,7 +134,7 @@ impl<W: Sequence<Item: Parameter>, C: Sequence> Mixture<W, C> {
             for (density, (share, component)) in densities.iter().zip(self.pairs()) {
                 let in_share = density * inverse * weight;
                 component.add_terms(x, &mut Settled::new(share.number() * in_share));
-                Terms::<R>::add(&mut Settled::new(1.0), 0.0, ((share, in_share),));
+                Accumulator::<R>::add(&mut Settled::new(1.0), 0.0, ((share, in_share),));
             }
         }
         let value = largest + terms.minus_ln(inverse);
@@ -191,7 +191,7 @@ where
     }
 
     #[inline(always)]
-    fn add_terms(&self, x: &Self::Value, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, x: &Self::Value, terms: &mut impl Accumulator<R>) {
         if !terms.settles().is_some_and(|weight| self.settle(x, weight, terms)) {
             terms.add_number(self.ln_density(x));
         }
@@ -222,7 +222,7 @@ where
         &self,
         next: &mut impl FnMut() -> R,
         jacobian: bool,
-        terms: &mut impl Terms<R>,
+        terms: &mut impl Accumulator<R>,
     ) -> R {
         constrain(self, next(), jacobian, terms)
     }

@@ -2,6 +2,8 @@
 
 use rand::Rng;
 
+use crate::accumulator::{Accumulator, Joined};
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::continuous::{
     Cauchy, Exponential, HalfCauchy, HalfNormal, LogNormal, Normal, StudentT,
@@ -10,9 +12,7 @@ use crate::distribution::family::{Array, Family, NonCentered};
 use crate::distribution::multivariate::{CholeskyFactor, MvNormalCholesky};
 use crate::distribution::traits::{Distribution, Unknown, lift};
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
-use crate::terms::{Joined, Terms};
 
 /// A distribution that is a fixed one, moved and stretched: x = T(z) with z standard.
 ///
@@ -55,7 +55,7 @@ impl<R: Scalar, D: LocationScale<R>> Distribution<R> for NonCentered<D> {
     }
 
     #[inline(always)]
-    fn add_terms(&self, x: &D::Value, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, x: &D::Value, terms: &mut impl Accumulator<R>) {
         self.inner.add_terms(x, terms);
     }
 
@@ -78,7 +78,7 @@ impl<R: Scalar, D: LocationScale<R>> Unknown<R> for NonCentered<D> {
         &self,
         next: &mut impl FnMut() -> R,
         jacobian: bool,
-        terms: &mut impl Terms<R>,
+        terms: &mut impl Accumulator<R>,
     ) -> D::Value {
         let standard = self.inner.standard();
         if jacobian {

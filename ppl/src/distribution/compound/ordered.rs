@@ -2,6 +2,7 @@
 
 use rand::Rng;
 
+use crate::accumulator::{Accumulator, Joined};
 use crate::density::DomainError;
 use crate::distribution::family::{Family, Ordered};
 use crate::distribution::traits::{Distribution, Unknown};
@@ -10,14 +11,13 @@ use crate::distribution::univariate_density::{UnivariateDensity, add_terms};
 use crate::distribution::vector::Repeated;
 use crate::scalar::Scalar;
 use crate::special::ln_gamma;
-use crate::terms::{Joined, Terms};
 use crate::transform::{Ascending, VectorMap};
 
 impl<A: Family> Family for Ordered<A> {}
 
 impl<A> Ordered<A> {
     /// Σ ln p₀(xᵢ) + ln N!.
-    fn add_all<R: Scalar, T: Terms<R>>(
+    fn add_all<R: Scalar, T: Accumulator<R>>(
         &self,
         x: &[R],
         terms: &mut T,
@@ -39,7 +39,7 @@ where
         Joined::of(|terms| self.add_terms(x, terms))
     }
 
-    fn add_terms(&self, x: &A::Values, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, x: &A::Values, terms: &mut impl Accumulator<R>) {
         let x = x.as_ref();
         if x.len() != self.inner.size() || x.windows(2).any(|pair| pair[0] > pair[1]) {
             return terms.add_number(R::from(f64::NEG_INFINITY));
@@ -75,7 +75,7 @@ where
         &self,
         next: &mut impl FnMut() -> R,
         jacobian: bool,
-        terms: &mut impl Terms<R>,
+        terms: &mut impl Accumulator<R>,
     ) -> A::Values {
         let element = self.inner.element();
         let mut values = self.inner.zeros();

@@ -2,6 +2,7 @@
 
 use rand::Rng;
 
+use crate::accumulator::Accumulator;
 use crate::density::DomainError;
 use crate::distribution::family::Truncated;
 use crate::distribution::interval::Interval;
@@ -9,7 +10,6 @@ use crate::distribution::univariate::{Univariate, masses, quantile_within};
 use crate::distribution::univariate_density::{UnivariateDensity, ln_probability};
 use crate::scalar::Scalar;
 use crate::special::integral_from_zero;
-use crate::terms::Terms;
 use crate::transform::Support;
 
 crate::univariate!([D: Univariate] Truncated<D>);
@@ -99,7 +99,7 @@ where
     }
 
     #[inline(always)]
-    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
         self.inner.add_ln_pdf(x, terms);
         if !(D::CONSTANT && terms.leave_out_constants()) {
             terms.add_number(-ln_probability(&self.inner, self.interval));

@@ -2,14 +2,14 @@
 
 use rand::Rng;
 
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::{Distribution, lift};
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::ln_add_exp;
-use crate::terms::Terms;
 
 /// A count that is zero with probability π and otherwise has the distribution inside; it can be
 /// observed, not declared.
@@ -63,7 +63,7 @@ where
     }
 
     #[inline(always)]
-    fn add_terms(&self, k: &u64, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {
         if *k == 0 {
             return terms.add_number(self.ln_density(k));
         }

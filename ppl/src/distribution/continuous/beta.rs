@@ -2,17 +2,17 @@
 
 use rand::Rng;
 
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::traits::lift;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{
     Tail, beta_logit_quantile, ln_beta_power, ln_minus_digamma, logistic, regularised_beta,
 };
-use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Beta distribution on (0, 1).
@@ -40,7 +40,7 @@ crate::univariate!([A: Parameter, B: Parameter] Beta<A, B>);
 fn add_at_end<R: Scalar, P: Parameter + Datum<R>>(
     own: impl Parameter,
     other: P,
-    terms: &mut impl Terms<R>,
+    terms: &mut impl Accumulator<R>,
 ) {
     let (own, b) = (own.number(), other.number());
     if own == 1.0 {
@@ -138,7 +138,7 @@ where
     }
 
     #[inline(always)]
-    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
         let (a, b) = self.parameters();
         let (v, complement) = (x.value(), 1.0 - x.value());
         if v == 0.0 {
@@ -157,7 +157,7 @@ where
 
     /// The Jacobian x (1 − x) cancels, and 1 − x keeps its digits near 1.
     #[inline]
-    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
+    fn at_coordinate(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         let (a, b) = self.parameters();
         let (p, q) = logistic(y.value());
         let [in_a, in_b] = self.in_parameters::<R>(p, q);

@@ -4,16 +4,16 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use rand::Rng;
 
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::interval::Interval;
 use crate::distribution::interval_mass::ln_mass_by_ends;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::ln_1p_square;
-use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Cauchy distribution with location (and median) μ and scale σ; it has no mean.
@@ -96,7 +96,7 @@ where
     }
 
     #[inline(always)]
-    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
         let scale = self.1.number();
         let inverse = scale.recip();
         let (square, slope, share) = ln_1p_square(self.standardise(x.value()));

@@ -3,15 +3,15 @@
 use rand::Rng;
 use rand_distr::Exp1;
 
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::traits::normaliser;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::ln_one_minus_exp;
-use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Exponential distribution with rate λ (mean 1/λ).
@@ -82,7 +82,7 @@ where
     }
 
     #[inline(always)]
-    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
         let rate = self.0.number();
         terms.add(
             normaliser(terms, self.0, f64::ln) - rate * x.value(),
@@ -91,7 +91,7 @@ where
     }
 
     #[inline(always)]
-    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
+    fn at_coordinate(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         let (rate, v) = (self.0.number(), y.value().exp());
         terms.add(
             normaliser(terms, self.0, f64::ln) - rate * v + y.value(),

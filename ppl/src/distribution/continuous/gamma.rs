@@ -2,18 +2,18 @@
 
 use rand::Rng;
 
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::traits::lift;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{
-    HALF_LN_2PI, Tail, deviance, gamma_ln_quantile, ln_minus_digamma, regularised_gamma,
-    remembered, stirling_error,
+    HALF_LN_2PI, Tail, deviance, gamma_ln_quantile, ln_minus_digamma, memoised, regularised_gamma,
+    stirling_error,
 };
-use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Gamma distribution with shape α and rate β (mean α/β).
@@ -45,7 +45,7 @@ pub(super) fn ln_power<R: Scalar>(unknown_shape: R, t: f64) -> (f64, f64) {
         let constant = 0.5 * ln_shape - HALF_LN_2PI - stirling_error(shape);
         [constant, ln_minus_digamma(shape) - ln_shape]
     };
-    let [constant, digamma] = remembered!(parts, shape);
+    let [constant, digamma] = memoised!(parts, shape);
     let in_shape = if unknown_shape.is_constant() { 0.0 } else { t.ln() + digamma };
     (constant - deviance(shape, t), in_shape)
 }
@@ -108,7 +108,7 @@ where
     }
 
     #[inline(always)]
-    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
         let (shape, rate, v) = (self.0.number(), self.1.number(), x.value());
         if v == 0.0 {
             // the limit, where x^{α − 1} alone decides
@@ -127,7 +127,7 @@ where
 
     /// The Jacobian cancels 1/x.
     #[inline]
-    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
+    fn at_coordinate(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         let (shape, rate, v) = (self.0.number(), self.1.number(), y.value().exp());
         let unknown_shape = lift::<R>(self.0);
         let (value, in_shape) = ln_power(unknown_shape, rate * v);

@@ -4,6 +4,8 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
 use rand::Rng;
 
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::interval::Interval;
 use crate::distribution::interval_mass::ln_mass_by_ends;
@@ -11,10 +13,8 @@ use crate::distribution::traits::normaliser;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{ln_1p_square, logistic, softplus};
-use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Half-Cauchy distribution with scale (and median) σ; it has no mean.
@@ -97,7 +97,7 @@ where
     }
 
     #[inline(always)]
-    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
         let scale = self.0.number();
         let inverse = scale.recip();
         let (square, slope, share) = ln_1p_square(x.value() * inverse);
@@ -108,7 +108,7 @@ where
     }
 
     #[inline]
-    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
+    fn at_coordinate(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         let inverse = self.0.number().recip();
         let x = y.value().exp();
         let square = (x * inverse).powi(2);

@@ -5,18 +5,18 @@ use std::f64::consts::{LN_2, PI};
 use rand::Rng;
 
 use super::normal::standard_normal;
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::traits::normaliser;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{
     HALF_LN_2PI, NormalInterval, half_normal_quantile, normal_cdf, normal_from_zero,
     normal_upper_quantile,
 };
-use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Half-normal distribution: |Z| σ for a standard normal Z.
@@ -95,7 +95,7 @@ where
     }
 
     #[inline(always)]
-    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
         let sd = self.0.number();
         let z = x.value() / sd;
         terms.add(
@@ -105,7 +105,7 @@ where
     }
 
     #[inline(always)]
-    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
+    fn at_coordinate(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         let x = y.value().exp();
         let sd = self.0.number();
         let z = x / sd;

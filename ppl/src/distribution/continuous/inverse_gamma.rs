@@ -3,15 +3,15 @@
 use rand::Rng;
 
 use super::gamma::{Gamma, ln_power};
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::traits::lift;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{Tail, gamma_ln_quantile, regularised_gamma};
-use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Inverse gamma distribution with shape α and scale β: 1/X is Gamma(α, β).
@@ -107,7 +107,7 @@ where
     }
 
     #[inline(always)]
-    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
         let (shape, scale, v) = (lift::<R>(self.0), self.1.number(), x.value());
         if v == 0.0 {
             return terms.add_number(R::from(f64::NEG_INFINITY));

@@ -3,15 +3,15 @@
 use rand::Rng;
 
 use super::normal::Normal;
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::traits::normaliser;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::HALF_LN_2PI;
-use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Log-normal distribution: ln X is normal with mean μ and standard deviation σ.
@@ -88,7 +88,7 @@ where
     }
 
     #[inline(always)]
-    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
         let v = x.value();
         if v == 0.0 {
             return terms.add_number(R::from(f64::NEG_INFINITY));
@@ -103,24 +103,24 @@ where
 
     /// The Jacobian cancels 1/x: in its coordinate the variable is normal.
     #[inline(always)]
-    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
+    fn at_coordinate(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         self.logarithm().add_ln_pdf(y, terms);
         let x = y.value().exp();
         terms.replace(y, x, x)
     }
 
-    const POOLS: bool = true;
+    const HAS_STATISTICS: bool = true;
 
     /// Those of the logarithms, and their sum.
-    fn sum_up(data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
+    fn sufficient_statistics(data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
         let mut sum = 0.0;
         let logarithms = data.map(|x| R::from(x.value().ln())).inspect(|ln| sum += ln.value());
-        <Normal<M, S> as UnivariateDensity<R>>::sum_up(logarithms, sums);
+        <Normal<M, S> as UnivariateDensity<R>>::sufficient_statistics(logarithms, sums);
         sums.push(sum);
     }
 
     #[inline(always)]
-    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Accumulator<R>) {
         let Some((sum, normal)) = sums.split_last() else { return };
         if !terms.leave_out_constants() {
             terms.add_number(R::from(-sum));

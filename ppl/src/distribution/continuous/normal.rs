@@ -3,15 +3,15 @@
 use rand::{Rng, RngCore};
 use rand_distr::StandardNormal;
 
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::traits::normaliser;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{HALF_LN_2PI, NormalInterval, normal_cdf, normal_upper_quantile};
-use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Normal distribution with mean μ and standard deviation σ.
@@ -99,7 +99,7 @@ where
     }
 
     #[inline(always)]
-    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
         let precise = self.1.number().recip();
         let z = (x.value() - self.0.number()) * precise;
         let slope = z * precise;
@@ -115,7 +115,7 @@ where
     }
 
     #[inline(always)]
-    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
+    fn at_coordinate(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         self.add_ln_pdf(y, terms);
         y
     }
@@ -126,7 +126,7 @@ where
         &self,
         n: usize,
         next: &mut impl FnMut() -> R,
-        terms: &mut impl Terms<R>,
+        terms: &mut impl Accumulator<R>,
     ) -> Vec<R> {
         let (mean, precise) = (self.0.number(), self.1.number().recip());
         let (mut sum, mut squares) = (0.0, 0.0);
@@ -147,10 +147,10 @@ where
         values
     }
 
-    const POOLS: bool = true;
+    const HAS_STATISTICS: bool = true;
 
     /// n, x̄ and Σ (x − x̄)².
-    fn sum_up(mut data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
+    fn sufficient_statistics(mut data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
         // sums of differences from one datum keep their digits
         let Some(origin) = data.next().map(Scalar::value) else { return };
         let (mut n, mut sum, mut squares) = (1.0, 0.0, 0.0);
@@ -164,7 +164,7 @@ where
     }
 
     #[inline(always)]
-    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Accumulator<R>) {
         let &[n, mean, squares] = sums else { return };
         let precise = self.1.number().recip();
         let away = mean - self.0.number();

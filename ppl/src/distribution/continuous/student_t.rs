@@ -2,18 +2,18 @@
 
 use rand::Rng;
 
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::traits::{lift, normaliser};
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{
-    HALF_LN_2PI, Tail, beta_logit_quantile, ln_1p_minus, ln_1p_square, ln_minus_digamma,
-    regularised_beta, remembered, stirling_error,
+    HALF_LN_2PI, Tail, beta_logit_quantile, ln_1p_minus, ln_1p_square, ln_minus_digamma, memoised,
+    regularised_beta, stirling_error,
 };
-use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Student's t distribution with ν degrees of freedom, location μ and scale σ.
@@ -130,7 +130,7 @@ fn of_nu(nu: f64) -> [f64; 2] {
         let digammas = inverse.ln_1p() + ln_minus_digamma(half) - ln_minus_digamma(half + 0.5);
         [half * ln_1p_minus(inverse) + stirling - HALF_LN_2PI, digammas]
     };
-    remembered!(parts, nu)
+    memoised!(parts, nu)
 }
 
 impl<R, N, M, S> UnivariateDensity<R> for StudentT<N, M, S>
@@ -148,7 +148,7 @@ where
     }
 
     #[inline(always)]
-    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
         let scale = self.2.number();
         let inverse = scale.recip();
         let nu = lift::<R>(self.0);

@@ -2,14 +2,14 @@
 
 use rand::Rng;
 
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::traits::lift;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
-use crate::terms::Terms;
 use crate::transform::Support;
 use crate::transform::log_logistic_density;
 
@@ -101,13 +101,13 @@ where
     }
 
     #[inline(always)]
-    fn add_ln_pdf(&self, _: R, terms: &mut impl Terms<R>) {
+    fn add_ln_pdf(&self, _: R, terms: &mut impl Accumulator<R>) {
         let width = self.width();
         terms.add(-width.ln(), ((self.0, width.recip()), (self.1, -width.recip())));
     }
 
     #[inline(always)]
-    fn at_coordinate(&self, y: R, terms: &mut impl Terms<R>) -> R {
+    fn at_coordinate(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         let support: Support<R> = self.support();
         let (value, slope) = log_logistic_density(y.value(), |x| terms.minus_ln(x));
         terms.add(value, ((y, slope),));

@@ -2,14 +2,14 @@
 
 use rand::Rng;
 
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{ln_gamma, ln_one_minus_exp, ln_ratio};
-use crate::terms::Terms;
 use crate::transform::Support;
 
 /// Weibull distribution with shape α and scale σ: the weakest of many links.
@@ -106,7 +106,7 @@ where
     }
 
     #[inline(always)]
-    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
         let (v, scale) = (x.value(), self.1.number());
         if v == 0.0 {
             // the limit: x^{α − 1} alone decides

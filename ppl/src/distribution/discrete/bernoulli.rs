@@ -2,13 +2,13 @@
 
 use rand::Rng;
 
+use crate::accumulator::{Accumulator, Joined};
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::Distribution;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
-use crate::terms::{Joined, Terms};
 
 /// Bernoulli distribution of a flag that is true with probability p; it can be observed, not
 /// declared.
@@ -69,7 +69,7 @@ where
     }
 
     #[inline(always)]
-    fn add_terms(&self, flag: &bool, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, flag: &bool, terms: &mut impl Accumulator<R>) {
         let (value, derivative) = self.ln_mass(*flag);
         terms.add(value, ((self.0, derivative),));
     }

@@ -2,14 +2,14 @@
 
 use rand::Rng;
 
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::Distribution;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{logistic, softplus};
-use crate::terms::Terms;
 
 /// Bernoulli distribution of a flag that is true with probability 1/(1 + e⁻ˣ), for logistic
 /// regression; it can be observed, not declared.
@@ -60,7 +60,7 @@ where
 
     /// In a sum, where 10⁻¹⁶ are no loss, the logarithm may be that of a product.
     #[inline(always)]
-    fn add_terms(&self, flag: &bool, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, flag: &bool, terms: &mut impl Accumulator<R>) {
         let sign = if *flag { 1.0 } else { -1.0 };
         let against = -sign * self.0.number();
         let (p, e) = (logistic(against).0, (-against.abs()).exp());

@@ -3,14 +3,14 @@
 use rand::Rng;
 
 use super::count_parameter::CountParameter;
+use crate::accumulator::{Accumulator, Joined};
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::Distribution;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{HALF_LN_2PI, deviance, logistic, stirling_error};
-use crate::terms::{Joined, Terms};
 
 /// Binomial distribution of the successes among n trials with probability p each; it can be
 /// observed, not declared.
@@ -148,7 +148,7 @@ where
     }
 
     #[inline(always)]
-    fn add_terms(&self, k: &u64, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {
         let Trials { n, p, q } = self.trials();
         let (success, failure) = (*k as f64, n as f64 - *k as f64);
         // at the ends terms vanish, and outside there is no density
@@ -189,7 +189,7 @@ where
     }
 
     #[inline(always)]
-    fn add_terms(&self, k: &u64, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {
         let (logit, n) = (self.1.number(), self.0.count());
         if *k > n {
             return terms.add_number(R::from(f64::NEG_INFINITY));

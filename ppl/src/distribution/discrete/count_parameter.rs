@@ -1,6 +1,6 @@
 //! Parameters that are counts.
 
-use crate::record::Datum;
+use crate::datum::Datum;
 
 /// A parameter that is a count: `u64`, `u32`, `usize` or a reference to one.
 pub trait CountParameter: Copy {

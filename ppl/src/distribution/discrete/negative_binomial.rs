@@ -4,16 +4,16 @@ use rand::Rng;
 
 use super::binomial::ln_binomial;
 use super::poisson::draw_count;
+use crate::accumulator::{Accumulator, Joined};
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::continuous::Gamma;
 use crate::distribution::family::Family;
 use crate::distribution::traits::{Distribution, lift};
 use crate::distribution::univariate::Univariate;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{digamma_rise, ln_1p_minus};
-use crate::terms::{Joined, Terms};
 
 /// Negative binomial distribution of a count with mean μ and dispersion φ: a Poisson count whose
 /// rate is Gamma(φ, φ/μ). It can be observed, not declared.
@@ -100,7 +100,7 @@ where
     }
 
     #[inline(always)]
-    fn add_terms(&self, k: &u64, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {
         let (mean, dispersion, count) = (self.0.number(), self.1.number(), *k as f64);
         if !(mean > 0.0 && dispersion > 0.0) {
             return terms.add_number(R::from(f64::NAN));

@@ -2,14 +2,14 @@
 
 use rand::Rng;
 
+use crate::accumulator::{Accumulator, Joined};
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::Distribution;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::{HALF_LN_2PI, deviance, stirling_error};
-use crate::terms::{Joined, Terms};
 
 /// Poisson distribution of a count with rate λ; it can be observed, not declared.
 ///
@@ -73,7 +73,7 @@ where
     }
 
     #[inline(always)]
-    fn add_terms(&self, k: &u64, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {
         let (k, rate) = (*k as f64, self.0.number());
         let value = if terms.leave_out_constants() && k > 0.0 {
             // without ln k!, which is the same at every point

@@ -3,14 +3,14 @@
 use rand::Rng;
 
 use super::poisson::{draw_count, ln_pmf};
+use crate::accumulator::{Accumulator, Joined};
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::Distribution;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::ln_gamma;
-use crate::terms::{Joined, Terms};
 
 /// Poisson distribution of a count with rate e^η, for log-linear regression; it can be observed,
 /// not declared.
@@ -58,7 +58,7 @@ where
     }
 
     #[inline(always)]
-    fn add_terms(&self, k: &u64, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {
         let (k, eta) = (*k as f64, self.0.number());
         let rate = eta.exp();
         let value = if terms.leave_out_constants() {

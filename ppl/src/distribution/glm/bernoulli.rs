@@ -5,10 +5,10 @@ use rand::Rng;
 use super::design::Design;
 use super::intercept::Intercept;
 use super::regression::{self, Eta, Regression};
+use crate::accumulator::{Accumulator, Joined};
 use crate::density::DomainError;
 use crate::distribution::{BernoulliLogit, Distribution, Family, Vector};
 use crate::scalar::Scalar;
-use crate::terms::{Joined, Terms};
 
 /// Flags about a linear predictor, `BernoulliLogitGlm(x, intercept, slopes)`: each is true with
 /// probability 1/(1 + e^−ηᵢ), where ηᵢ = aᵢ + Σₖ xᵢₖ bₖ, for all i in one statement; they can be
@@ -78,7 +78,7 @@ where
     }
 
     #[inline(always)]
-    fn add_terms(&self, data: &Vec<bool>, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, data: &Vec<bool>, terms: &mut impl Accumulator<R>) {
         regression::add_terms(self, data.iter().copied(), terms);
     }
 
@@ -90,7 +90,7 @@ where
     }
 
     #[inline(always)]
-    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Accumulator<R>) {
         regression::add_terms(self, sums.iter().map(|&datum| datum != 0.0), terms);
     }
 

@@ -1,9 +1,9 @@
 //! Intercepts: one for all data, or one a group.
 
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::Vector;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 
 /// What a linear predictor begins with: a number, known or unknown, or [`ByGroup`].

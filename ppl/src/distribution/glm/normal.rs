@@ -6,14 +6,14 @@ use super::design::Design;
 use super::intercept::Intercept;
 use super::regression::{self, Eta, Regression};
 use super::summary::{Fit, Summary};
+use crate::accumulator::{Accumulator, Joined};
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::traits::normaliser;
 use crate::distribution::{Distribution, Family, Normal, Vector};
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::HALF_LN_2PI;
-use crate::terms::{Joined, Terms};
 
 /// Normal data about a linear predictor, `NormalGlm(x, intercept, slopes, sd)`: yᵢ ~ Normal(ηᵢ, σ)
 /// with ηᵢ = aᵢ + Σₖ xᵢₖ bₖ, for all i in one statement.
@@ -91,7 +91,7 @@ where
     }
 
     #[inline(always)]
-    fn add_terms(&self, y: &Vec<R>, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, y: &Vec<R>, terms: &mut impl Accumulator<R>) {
         regression::add_terms(self, y.iter().copied(), terms);
     }
 
@@ -103,7 +103,7 @@ where
     }
 
     #[inline(always)]
-    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Accumulator<R>) {
         let Self(_, intercept, slopes, sd) = self;
         let Some(summary) = Summary::read(sums, slopes.size()) else {
             return terms.add_number(R::from(f64::NAN));

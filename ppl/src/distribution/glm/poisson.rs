@@ -5,10 +5,10 @@ use rand::Rng;
 use super::design::Design;
 use super::intercept::Intercept;
 use super::regression::{self, Eta, Regression};
+use crate::accumulator::{Accumulator, Joined};
 use crate::density::DomainError;
 use crate::distribution::{Distribution, Family, PoissonLog, Vector};
 use crate::scalar::Scalar;
-use crate::terms::{Joined, Terms};
 
 /// Counts about a linear predictor, `PoissonLogGlm(x, intercept, slopes)`: kᵢ ~ PoissonLog(ηᵢ) with
 /// ηᵢ = aᵢ + Σₖ xᵢₖ bₖ, for all i in one statement; they can be observed, not declared.
@@ -77,7 +77,7 @@ where
     }
 
     #[inline(always)]
-    fn add_terms(&self, data: &Vec<u64>, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, data: &Vec<u64>, terms: &mut impl Accumulator<R>) {
         regression::add_terms(self, data.iter().copied(), terms);
     }
 
@@ -89,7 +89,7 @@ where
     }
 
     #[inline(always)]
-    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Accumulator<R>) {
         regression::add_terms(self, sums.iter().map(|&datum| datum as u64), terms);
     }
 

@@ -1,11 +1,11 @@
 //! What generalised linear models have in common: the predictor of a datum, and loops over all data.
 
+use crate::accumulator::{Accumulator, Joined};
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::{Distribution, Vector};
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
-use crate::terms::{Joined, Terms};
 use rand::Rng;
 
 use super::design::Design;
@@ -94,7 +94,7 @@ pub(super) type Value<'g, R, G> = <<G as Regression<R>>::Each<'g> as Distributio
 pub(super) fn add_terms<'g, R, G>(
     regression: &'g G,
     data: impl ExactSizeIterator<Item = Value<'g, R, G>>,
-    terms: &mut impl Terms<R>,
+    terms: &mut impl Accumulator<R>,
 ) where
     R: Scalar,
     G: Regression<R>,

@@ -8,10 +8,10 @@ use nalgebra::DMatrix;
 
 use super::design::Design;
 use super::intercept::Intercept;
+use crate::datum::Datum;
 use crate::distribution::Vector;
 use crate::parameter::Parameter;
 use crate::partials::Partials;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 
 /// The sums as they were written: rows of the triangle, then those of the groups.

@@ -2,13 +2,13 @@
 
 use rand::Rng;
 
+use crate::accumulator::Accumulator;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::{Distribution, Unknown};
 use crate::distribution::vector::{TOLERANCE, Vector};
 use crate::scalar::Scalar;
 use crate::special::{digamma, ln_gamma};
-use crate::terms::Terms;
 use crate::transform::{Simplex, VectorMap, ln_simplex};
 
 /// Dirichlet distribution of shares x > 0 with Σ xᵢ = 1, with concentrations αᵢ > 0.
@@ -125,7 +125,7 @@ impl<R: Scalar, A: Vector<R> + Clone> Unknown<R> for Dirichlet<A> {
         &self,
         next: &mut impl FnMut() -> R,
         jacobian: bool,
-        terms: &mut impl Terms<R>,
+        terms: &mut impl Accumulator<R>,
     ) -> A::Of<R> {
         let mut values = self.0.filled(R::from(0.0));
         ln_simplex(next, values.as_mut());

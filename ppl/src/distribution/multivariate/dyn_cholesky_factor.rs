@@ -1,7 +1,7 @@
 //! Cholesky factors whose size comes from the data.
 
+use crate::datum::{Datum, Recordable};
 use crate::density::DomainError;
-use crate::record::{Datum, Recordable};
 use crate::scalar::Scalar;
 
 /// A [`CholeskyFactor`](super::CholeskyFactor) of K×K numbers where K is known at run time only: as

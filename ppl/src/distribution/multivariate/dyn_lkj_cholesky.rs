@@ -5,14 +5,14 @@ use rand::Rng;
 use super::dyn_cholesky_factor::DynCholeskyFactor;
 use super::lkj::Lkj;
 use super::lkj_cholesky::LkjCholesky;
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::{Distribution, Unknown, lift};
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::Hyperbolic;
-use crate::terms::Terms;
 
 /// [`LkjCholesky`] of a size that is known at run time only; made by [`LkjCholesky::of`].
 ///
@@ -104,7 +104,7 @@ where
         &self,
         next: &mut impl FnMut() -> R,
         jacobian: bool,
-        terms: &mut impl Terms<R>,
+        terms: &mut impl Accumulator<R>,
     ) -> DynCholeskyFactor<R> {
         let (lkj, eta) = (self.numbers(), lift::<R>(self.eta));
         let (mut value, mut in_eta) = match !eta.is_constant() {

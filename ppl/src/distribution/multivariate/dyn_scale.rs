@@ -5,12 +5,12 @@ use rand_distr::StandardNormal;
 
 use super::dyn_cholesky_factor::DynCholeskyFactor;
 use super::mv_normal_cholesky::Scale;
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::partials::Each;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::HALF_LN_2PI;
-use crate::terms::Terms;
 
 impl<R, T> Scale<R> for DynCholeskyFactor<T>
 where
@@ -23,7 +23,7 @@ where
         self.size()
     }
 
-    fn add_terms(&self, mean: &Vec<R>, x: &Vec<R>, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, mean: &Vec<R>, x: &Vec<R>, terms: &mut impl Accumulator<R>) {
         let factor: DynCholeskyFactor<R> = self.lift();
         let (k, l) = (factor.size(), factor.values());
         if x.len() != k || mean.len() != k {

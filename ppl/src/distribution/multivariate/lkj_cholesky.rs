@@ -4,14 +4,14 @@ use rand::Rng;
 
 use super::cholesky_factor::{Angles, CholeskyFactor, Whole};
 use super::lkj::Lkj;
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::{Distribution, Unknown, lift};
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::Hyperbolic;
-use crate::terms::Terms;
 
 /// Cholesky factor L of a K×K correlation matrix R = L Lᵀ with p(R) ∝ det(R)^(η − 1).
 ///
@@ -106,7 +106,7 @@ where
         &self,
         next: &mut impl FnMut() -> R,
         jacobian: bool,
-        terms: &mut impl Terms<R>,
+        terms: &mut impl Accumulator<R>,
     ) -> CholeskyFactor<R, K> {
         let lkj = self.numbers();
         let inverse: [f64; K] = std::array::from_fn(|j| lkj.scale(j).recip());

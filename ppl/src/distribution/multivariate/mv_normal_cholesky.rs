@@ -2,12 +2,12 @@
 
 use rand::Rng;
 
+use crate::accumulator::{Accumulator, Joined};
+use crate::datum::{Datum, Recordable};
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::{Distribution, Unknown};
-use crate::record::{Datum, Recordable};
 use crate::scalar::Scalar;
-use crate::terms::{Joined, Terms};
 
 /// Multivariate normal distribution with mean μ ∈ ℝᴷ and covariance L Lᵀ.
 ///
@@ -49,7 +49,7 @@ pub trait Scale<R: Scalar>: Clone {
     fn size(&self) -> usize;
 
     /// Adds the log density at `x`.
-    fn add_terms(&self, mean: &Self::Vector, x: &Self::Vector, terms: &mut impl Terms<R>);
+    fn add_terms(&self, mean: &Self::Vector, x: &Self::Vector, terms: &mut impl Accumulator<R>);
 
     /// Whether mean and factor are of one size, and those of a normal distribution.
     ///
@@ -72,19 +72,19 @@ pub trait Scale<R: Scalar>: Clone {
     /// The next coordinates.
     fn collect(&self, next: &mut impl FnMut() -> R) -> Self::Vector;
 
-    /// See [`Distribution::POOLS`].
+    /// See [`Distribution::HAS_STATISTICS`].
     #[doc(hidden)]
-    const POOLS: bool = false;
+    const HAS_STATISTICS: bool = false;
 
-    /// See [`Distribution::sum_up`].
+    /// See [`Distribution::sufficient_statistics`].
     #[doc(hidden)]
-    fn sum_up(data: impl Iterator<Item = Self::Vector>, sums: &mut Vec<f64>) {
+    fn sufficient_statistics(data: impl Iterator<Item = Self::Vector>, sums: &mut Vec<f64>) {
         let _ = (data, sums);
     }
 
     /// See [`Distribution::add_pooled_terms`].
     #[doc(hidden)]
-    fn add_pooled_terms(&self, mean: &Self::Vector, sums: &[f64], terms: &mut impl Terms<R>) {
+    fn add_pooled_terms(&self, mean: &Self::Vector, sums: &[f64], terms: &mut impl Accumulator<R>) {
         let _ = (mean, sums);
         terms.add_number(R::from(f64::NAN));
     }
@@ -92,14 +92,14 @@ pub trait Scale<R: Scalar>: Clone {
 
 impl<R: Scalar, L: Scale<R>> Scale<R> for &L {
     type Vector = L::Vector;
-    const POOLS: bool = L::POOLS;
+    const HAS_STATISTICS: bool = L::HAS_STATISTICS;
 
     fn size(&self) -> usize {
         (**self).size()
     }
 
     #[inline(always)]
-    fn add_terms(&self, mean: &L::Vector, x: &L::Vector, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, mean: &L::Vector, x: &L::Vector, terms: &mut impl Accumulator<R>) {
         (**self).add_terms(mean, x, terms);
     }
 
@@ -120,12 +120,12 @@ impl<R: Scalar, L: Scale<R>> Scale<R> for &L {
         (**self).collect(next)
     }
 
-    fn sum_up(data: impl Iterator<Item = L::Vector>, sums: &mut Vec<f64>) {
-        L::sum_up(data, sums);
+    fn sufficient_statistics(data: impl Iterator<Item = L::Vector>, sums: &mut Vec<f64>) {
+        L::sufficient_statistics(data, sums);
     }
 
     #[inline(always)]
-    fn add_pooled_terms(&self, mean: &L::Vector, sums: &[f64], terms: &mut impl Terms<R>) {
+    fn add_pooled_terms(&self, mean: &L::Vector, sums: &[f64], terms: &mut impl Accumulator<R>) {
         (**self).add_pooled_terms(mean, sums, terms);
     }
 }
@@ -144,18 +144,18 @@ where
     }
 
     #[inline(always)]
-    fn add_terms(&self, x: &L::Vector, terms: &mut impl Terms<R>) {
+    fn add_terms(&self, x: &L::Vector, terms: &mut impl Accumulator<R>) {
         self.1.add_terms(&self.0.lift(), x, terms);
     }
 
-    const POOLS: bool = L::POOLS;
+    const HAS_STATISTICS: bool = L::HAS_STATISTICS;
 
-    fn sum_up(data: impl Iterator<Item = L::Vector>, sums: &mut Vec<f64>) {
-        L::sum_up(data, sums);
+    fn sufficient_statistics(data: impl Iterator<Item = L::Vector>, sums: &mut Vec<f64>) {
+        L::sufficient_statistics(data, sums);
     }
 
     #[inline(always)]
-    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Terms<R>) {
+    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Accumulator<R>) {
         self.1.add_pooled_terms(&self.0.lift(), sums, terms);
     }
 
@@ -187,7 +187,7 @@ where
         &self,
         next: &mut impl FnMut() -> R,
         _: bool,
-        terms: &mut impl Terms<R>,
+        terms: &mut impl Accumulator<R>,
     ) -> L::Vector {
         let x = self.1.collect(next);
         self.add_terms(&x, terms);

@@ -5,12 +5,12 @@ use rand_distr::StandardNormal;
 
 use super::cholesky_factor::CholeskyFactor;
 use super::mv_normal_cholesky::Scale;
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::partials::Partials;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::HALF_LN_2PI;
-use crate::terms::Terms;
 
 /// The partials of one density.
 struct Gradient<R, const K: usize> {
@@ -118,7 +118,7 @@ where
     }
 
     #[inline(always)]
-    fn add_terms(&self, mean: &[R; K], x: &[R; K], terms: &mut impl Terms<R>) {
+    fn add_terms(&self, mean: &[R; K], x: &[R; K], terms: &mut impl Accumulator<R>) {
         let factor: CholeskyFactor<R, K> = self.lifted();
         let l = factor.values();
         let inverse = inverses(&l);
@@ -137,10 +137,10 @@ where
         terms.add(value, Gradient { x: *x, mean: *mean, factor, z, w, inverse });
     }
 
-    const POOLS: bool = true;
+    const HAS_STATISTICS: bool = true;
 
     /// n, x̄ and, row by row, the scatter matrix Σ (x − x̄)(x − x̄)ᵀ.
-    fn sum_up(mut data: impl Iterator<Item = [R; K]>, sums: &mut Vec<f64>) {
+    fn sufficient_statistics(mut data: impl Iterator<Item = [R; K]>, sums: &mut Vec<f64>) {
         // sums of differences from one datum keep their digits
         let Some(origin) = data.next().map(|x| x.map(Scalar::value)) else { return };
         let (mut n, mut sum, mut scatter) = (1.0, [0.0; K], [[0.0; K]; K]);
@@ -163,7 +163,7 @@ where
     }
 
     #[inline(always)]
-    fn add_pooled_terms(&self, mean: &[R; K], sums: &[f64], terms: &mut impl Terms<R>) {
+    fn add_pooled_terms(&self, mean: &[R; K], sums: &[f64], terms: &mut impl Accumulator<R>) {
         let Some((&n, sums)) = sums.split_first() else { return };
         let (center, scatter) = sums.split_at(K);
         let factor: CholeskyFactor<R, K> = self.lifted();

@@ -3,15 +3,15 @@
 use rand::Rng;
 
 use super::Mixture;
+use crate::accumulator::{Accumulator, Joined};
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::interval::Interval;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::{UnivariateDensity, add_terms, ln_probability};
 use crate::distribution::vector::Sequence;
 use crate::parameter::Parameter;
-use crate::record::Datum;
 use crate::scalar::Scalar;
-use crate::terms::{Joined, Terms};
 use crate::transform::Support;
 
 impl<W: Sequence<Item: Parameter>, C: Sequence<Item: Univariate>> Mixture<W, C> {
@@ -88,7 +88,7 @@ where
     }
 
     #[inline]
-    fn add_ln_pdf(&self, x: R, terms: &mut impl Terms<R>) {
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
         let ln_density = |component: &C::Item| Joined::of(|terms| add_terms(component, x, terms));
         terms.add_number(self.ln_average(ln_density));
     }

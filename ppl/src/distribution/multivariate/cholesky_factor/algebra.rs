@@ -1,7 +1,7 @@
 //! Products of factors, and with vectors.
 
 use super::factor::{CholeskyFactor, Row};
-use crate::record::Datum;
+use crate::datum::Datum;
 use crate::scalar::Scalar;
 
 impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {

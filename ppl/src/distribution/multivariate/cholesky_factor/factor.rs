@@ -1,9 +1,9 @@
 //! The factor, and what its entries are made of: partials in them go on to its numbers.
 
 use super::angles::Angles;
+use crate::datum::{Datum, Recordable};
 use crate::density::DomainError;
 use crate::partials::Partials;
-use crate::record::{Datum, Recordable};
 use crate::scalar::Scalar;
 
 /// A lower triangular K×K matrix L with positive diagonal, the factor of L Lᵀ.

@@ -1,7 +1,7 @@
 //! Covariance functions.
 
+use crate::datum::Datum;
 use crate::density::DomainError;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 
 /// An input of a Gaussian process: a number, or an array of coordinates.

@@ -6,11 +6,11 @@ use rand_distr::StandardNormal;
 use super::covariance::Covariance;
 use super::kernel::{Kernel, Point};
 use super::process::{GaussianProcess, Mean, fits, require_mean};
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::Distribution;
 use crate::distribution::vector::Vector;
-use crate::record::Datum;
 use crate::scalar::Scalar;
 
 /// The values of a Gaussian process at new inputs, given those at its own, without noise; made

@@ -5,13 +5,13 @@ use rand_distr::StandardNormal;
 
 use super::covariance::Covariance;
 use super::kernel::{Kernel, Point};
+use crate::accumulator::Accumulator;
+use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::{Distribution, Unknown};
-use crate::record::Datum;
 use crate::scalar::Scalar;
 use crate::special::HALF_LN_2PI;
-use crate::terms::Terms;
 
 /// The mean of a Gaussian process: one number for all inputs, or one for each.
 pub trait Mean<R>: Clone {
@@ -223,7 +223,7 @@ where
         &self,
         next: &mut impl FnMut() -> R,
         jacobian: bool,
-        terms: &mut impl Terms<R>,
+        terms: &mut impl Accumulator<R>,
     ) -> Vec<R> {
         let n = self.inputs.len();
         let coordinates: Vec<R> = (0..n).map(|_| next()).collect();

@@ -4,7 +4,7 @@
 ///
 /// The observations of a plate mostly share the shape of their distribution, and no compiler takes
 /// gamma functions of it out of a loop.
-macro_rules! remembered {
+macro_rules! memoised {
     ($f:expr, $x:expr) => {{
         std::thread_local! {
             // no number is equal to NaN
@@ -23,7 +23,7 @@ macro_rules! remembered {
         }
     }};
 }
-pub(crate) use remembered;
+pub(crate) use memoised;
 
 #[cfg(test)]
 mod tests {
@@ -31,7 +31,7 @@ mod tests {
     fn what_is_remembered_is_what_was_asked_for() {
         let mut calls = 0;
         let mut twice = |x: f64| {
-            remembered!(
+            memoised!(
                 |x: f64| {
                     calls += 1;
                     [2.0 * x, x]

@@ -1,4 +1,4 @@
-//! Terms that are settled at once say what they say as numbers: mixtures, whose components take
+//! Accumulator that are settled at once say what they say as numbers: mixtures, whose components take
 //! their partials by weight, and scales, whose logarithms are taken of products.
 
 use ppl::prelude::*;

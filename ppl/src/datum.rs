@@ -1,0 +1,214 @@
+//! Values in and out of a model: what can be observed, what can be written down.
+
+/// Something that a statement `place ~ D` can condition on, seen as the value type of `D`.
+///
+/// Data (`f64`, counts, flags), unknowns and arrays, slices and vectors of them.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` fits neither the values nor the parameters of this distribution",
+    label = "needed: something that can be read as `{V}`",
+    note = "numbers are `f64` (write `1.0`, not `1`), counts are `u64` (`1u64`, or `k as u64` of a number), \
+            flags are `bool` (`x != 0.0`); arrays, slices and vectors hold them",
+    note = "a distribution of one number takes no arrays: write a loop over the entries, or \
+            `.array::<N>()` for independent values of the same distribution"
+)]
+pub trait Datum<V> {
+    /// Whether no unknown is behind it.
+    #[doc(hidden)]
+    const CONSTANT: bool = false;
+
+    /// Whether it is the same in every iteration of the plate around.
+    #[doc(hidden)]
+    const SHARED: bool = false;
+
+    /// How many numbers it is made of at most, if the type tells.
+    #[doc(hidden)]
+    const NUMBERS: usize = usize::MAX;
+
+    /// The value that the density is evaluated at.
+    fn lift(&self) -> V;
+
+    /// Calls `f` with the numbers that this one is made of, each with `weight` times the
+    /// derivative in it; not at all for a constant.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn spread(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
+        f(self.lift(), weight);
+    }
+
+    /// As [`spread`](Datum::spread), where the weights are final: what sums up its own adjoint may
+    /// take them without calling `f`.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn settle(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
+        self.spread(weight, f);
+    }
+}
+
+macro_rules! impl_count_datum {
+    ($($Count:ty),*) => {$(
+        impl Datum<u64> for $Count {
+            #[inline(always)]
+            fn lift(&self) -> u64 {
+                u64::from(*self)
+            }
+        }
+    )*};
+}
+impl_count_datum!(u8, u16, u32, u64);
+
+impl Datum<u64> for usize {
+    #[inline(always)]
+    fn lift(&self) -> u64 {
+        *self as u64
+    }
+}
+
+impl Datum<bool> for bool {
+    #[inline(always)]
+    fn lift(&self) -> bool {
+        *self
+    }
+}
+
+impl<V, T: Datum<V> + ?Sized> Datum<V> for &T {
+    const CONSTANT: bool = T::CONSTANT;
+    const SHARED: bool = T::SHARED;
+    const NUMBERS: usize = T::NUMBERS;
+
+    #[inline(always)]
+    fn spread(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
+        (**self).spread(weight, f);
+    }
+
+    #[inline(always)]
+    fn settle(&self, weight: f64, f: &mut impl FnMut(V, f64)) {
+        (**self).settle(weight, f);
+    }
+
+    #[inline(always)]
+    fn lift(&self) -> V {
+        (**self).lift()
+    }
+}
+
+impl<V, T: Datum<V>, const N: usize> Datum<[V; N]> for [T; N] {
+    #[inline(always)]
+    fn lift(&self) -> [V; N] {
+        std::array::from_fn(|i| self[i].lift())
+    }
+}
+
+impl<V, T: Datum<V>> Datum<Vec<V>> for [T] {
+    fn lift(&self) -> Vec<V> {
+        self.iter().map(Datum::lift).collect()
+    }
+}
+
+impl<V, T: Datum<V>> Datum<Vec<V>> for Vec<T> {
+    fn lift(&self) -> Vec<V> {
+        self.as_slice().lift()
+    }
+}
+
+/// Something that `place.impute() ~ D` can complete: a datum that may be missing.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is never missing, or does not fit the values of this distribution",
+    label = "needed: an `Option` of something that can be read as `{V}`",
+    note = "complete data are observed without `.impute()`"
+)]
+pub trait Incomplete<V> {
+    /// The value that the density is evaluated at, if there is one.
+    fn known(&self) -> Option<V>;
+}
+
+impl<V, T: Datum<V>> Incomplete<V> for Option<T> {
+    #[inline]
+    fn known(&self) -> Option<V> {
+        self.as_ref().map(Datum::lift)
+    }
+}
+
+impl<V, T: Incomplete<V> + ?Sized> Incomplete<V> for &T {
+    #[inline]
+    fn known(&self) -> Option<V> {
+        (**self).known()
+    }
+}
+
+/// A value with a shape that can be written down as plain numbers.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` cannot be recorded",
+    note = "numbers, arrays, vectors and Cholesky factors can be"
+)]
+pub trait Recordable {
+    /// Dimensions, empty for a number.
+    fn shape(&self) -> Vec<usize>;
+
+    /// Appends the elements, last dimension fastest.
+    fn flatten(&self, out: &mut Vec<f64>);
+}
+
+/// How a number is written down: `impl_number_record! { [generics] Type: self => its f64; }`.
+macro_rules! impl_number_record {
+    ($([$($generics:tt)*] $Number:ty: $self:ident => $value:expr;)*) => {$(
+        impl<$($generics)*> $crate::datum::Recordable for $Number {
+            fn shape(&self) -> Vec<usize> {
+                Vec::new()
+            }
+            fn flatten(&$self, out: &mut Vec<f64>) {
+                out.push($value);
+            }
+        }
+    )*};
+}
+pub(crate) use impl_number_record;
+
+impl_number_record! {
+    [] f64: self => *self;
+    [] u64: self => *self as f64;
+    [] bool: self => f64::from(u8::from(*self));
+}
+
+impl<T: Recordable + ?Sized> Recordable for &T {
+    fn shape(&self) -> Vec<usize> {
+        (**self).shape()
+    }
+    fn flatten(&self, out: &mut Vec<f64>) {
+        (**self).flatten(out);
+    }
+}
+
+/// The shape of `len` values of this shape.
+fn stacked(len: usize, mut shape: Vec<usize>) -> Vec<usize> {
+    shape.insert(0, len);
+    shape
+}
+
+impl<T: Recordable> Recordable for [T] {
+    fn shape(&self) -> Vec<usize> {
+        stacked(self.len(), self.first().map_or_else(Vec::new, Recordable::shape))
+    }
+    fn flatten(&self, out: &mut Vec<f64>) {
+        for x in self {
+            x.flatten(out);
+        }
+    }
+}
+
+impl<T: Recordable, const N: usize> Recordable for [T; N] {
+    fn shape(&self) -> Vec<usize> {
+        self.as_slice().shape()
+    }
+    fn flatten(&self, out: &mut Vec<f64>) {
+        self.as_slice().flatten(out);
+    }
+}
+
+impl<T: Recordable> Recordable for Vec<T> {
+    fn shape(&self) -> Vec<usize> {
+        self.as_slice().shape()
+    }
+    fn flatten(&self, out: &mut Vec<f64>) {
+        self.as_slice().flatten(out);
+    }
+}

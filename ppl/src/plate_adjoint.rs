@@ -1,0 +1,243 @@
+//! Adjoints that a plate sums up apart from the tape.
+//!
+//! Every iteration of a plate adds to the adjoints of the same few numbers. On the tape each of
+//! these additions has to wait for the one before it to reach memory; a sum of its own can stay in
+//! a register until the plate ends.
+
+use std::cell::Cell;
+use std::ops::{Deref, Index};
+
+use crate::dot::Numbers;
+use crate::expression::{Expression, Node};
+use crate::real::Real;
+use crate::scalar::Scalar;
+
+/// What changes no number when it is added, zeros neither: the compiler leaves the first sum out.
+const NOTHING: f64 = -0.0;
+
+/// A number with the part of its adjoint that comes from a plate.
+#[derive(Debug)]
+pub struct Sum<R> {
+    pub(crate) number: R,
+    adjoint: Cell<f64>,
+}
+
+impl<R: Scalar> Sum<R> {
+    #[inline(always)]
+    pub(crate) fn new(number: R) -> Self {
+        Self { number, adjoint: Cell::new(NOTHING) }
+    }
+
+    #[inline(always)]
+    pub(crate) fn part(&self) -> Summed<'_, R> {
+        Summed { number: self.number, adjoint: &self.adjoint }
+    }
+
+    /// Adds the sum to the adjoint.
+    #[inline(always)]
+    pub fn deposit(&self) {
+        self.number.deposit(self.adjoint.get());
+    }
+}
+
+/// A number in a formula that adds to a sum of its own, and is `SHARED` by all iterations or not.
+#[derive(Clone, Copy, Debug)]
+pub struct Summed<'a, R, const SHARED: bool = true> {
+    number: R,
+    adjoint: &'a Cell<f64>,
+}
+
+impl<S: Scalar, const SHARED: bool> Node for Summed<'_, Real<S>, SHARED> {
+    type Number = Real<S>;
+    const SHARED: bool = SHARED;
+    const NUMBERS: usize = 1;
+
+    #[inline(always)]
+    fn result(self) -> f64 {
+        self.number.value()
+    }
+
+    #[inline(always)]
+    fn spread(self, weight: f64, f: &mut impl FnMut(Real<S>, f64)) {
+        f(self.number, weight);
+    }
+
+    #[inline(always)]
+    fn settle(self, weight: f64, _: &mut impl FnMut(Real<S>, f64)) {
+        self.adjoint.set(self.adjoint.get() + weight);
+    }
+}
+
+/// A formula whose adjoint is summed up before it goes on to what the formula is made of.
+#[derive(Debug)]
+pub struct Open<A> {
+    pub(crate) formula: Expression<A>,
+    adjoint: Cell<f64>,
+}
+
+impl<A: Node> Open<A> {
+    #[inline(always)]
+    pub(crate) fn new(formula: Expression<A>) -> Self {
+        Self { formula, adjoint: Cell::new(NOTHING) }
+    }
+
+    #[inline(always)]
+    pub(crate) fn part(&self) -> OpenSummed<'_, A> {
+        OpenSummed(self)
+    }
+
+    /// Hands the sum on.
+    #[inline(always)]
+    pub fn deposit(&self) {
+        let settle = &mut |number: A::Number, adjoint| number.deposit(adjoint);
+        self.formula.0.settle(self.adjoint.get(), settle);
+    }
+}
+
+/// A formula in a formula that adds to an [`Open`] sum.
+#[derive(Debug)]
+pub struct OpenSummed<'a, A>(&'a Open<A>);
+
+impl<A> Clone for OpenSummed<'_, A> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<A> Copy for OpenSummed<'_, A> {}
+
+impl<A: Node> Node for OpenSummed<'_, A> {
+    type Number = A::Number;
+    const NUMBERS: usize = A::NUMBERS;
+
+    #[inline(always)]
+    fn result(self) -> f64 {
+        self.0.formula.value()
+    }
+
+    #[inline(always)]
+    fn spread(self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
+        self.0.formula.0.spread(weight, f);
+    }
+
+    #[inline(always)]
+    fn settle(self, weight: f64, _: &mut impl FnMut(A::Number, f64)) {
+        self.0.adjoint.set(self.0.adjoint.get() + weight);
+    }
+}
+
+/// The same for an array.
+#[derive(Debug)]
+pub struct Sums<S, const N: usize> {
+    pub(crate) numbers: [Real<S>; N],
+    adjoints: [Cell<f64>; N],
+}
+
+impl<S: Scalar, const N: usize> Sums<S, N> {
+    #[inline(always)]
+    pub(crate) fn new(numbers: [Real<S>; N]) -> Self {
+        Self { numbers, adjoints: [const { Cell::new(NOTHING) }; N] }
+    }
+
+    /// One of the numbers in a formula, the same in every iteration.
+    #[inline(always)]
+    pub fn __element(&self, i: usize) -> Expression<Summed<'_, Real<S>>> {
+        self.part(i)
+    }
+
+    /// One of the numbers in a formula, another one in every iteration. That its adjoint is not on
+    /// the tape lets the compiler see that data do not change with it.
+    #[inline(always)]
+    pub fn __own(&self, i: usize) -> Expression<Summed<'_, Real<S>, false>> {
+        self.part(i)
+    }
+
+    #[inline(always)]
+    fn part<const SHARED: bool>(&self, i: usize) -> Expression<Summed<'_, Real<S>, SHARED>> {
+        Expression(Summed { number: self.numbers[i], adjoint: &self.adjoints[i] })
+    }
+
+    /// Adds the sums to the adjoints.
+    #[inline(always)]
+    pub fn deposit(&self) {
+        for (number, adjoint) in self.numbers.iter().zip(&self.adjoints) {
+            number.deposit(adjoint.get());
+        }
+    }
+}
+
+impl<S: Scalar, const N: usize> Numbers for Sums<S, N> {
+    type Scalar = S;
+
+    #[inline(always)]
+    fn numbers(&self) -> &[Real<S>] {
+        &self.numbers
+    }
+
+    #[inline(always)]
+    fn settle(&self, data: &[f64], weight: f64, _: &mut impl FnMut(Real<S>, f64)) {
+        let Some(data) = data.first_chunk::<N>() else { return };
+        for (adjoint, d) in self.adjoints.iter().zip(data) {
+            adjoint.set(adjoint.get() + weight * d);
+        }
+    }
+}
+
+/// Anything else from outside a plate, as it is.
+#[derive(Debug)]
+pub struct Kept<'a, T: ?Sized>(pub(crate) &'a T);
+
+impl<T: ?Sized> Kept<'_, T> {
+    /// Nothing: there are no adjoints.
+    #[inline(always)]
+    pub fn deposit(&self) {}
+}
+
+impl<T: ?Sized> Deref for Kept<'_, T> {
+    type Target = T;
+
+    #[inline(always)]
+    fn deref(&self) -> &T {
+        self.0
+    }
+}
+
+/// What stands behind an index, copied.
+pub trait At<I> {
+    /// Its type.
+    type Element;
+
+    /// The element.
+    fn __element(&self, i: I) -> Self::Element;
+
+    /// The element.
+    fn __own(&self, i: I) -> Self::Element;
+}
+
+impl<I, T: Index<I, Output: Clone> + ?Sized> At<I> for T {
+    type Element = T::Output;
+
+    #[inline(always)]
+    fn __element(&self, i: I) -> T::Output {
+        self[i].clone()
+    }
+
+    #[inline(always)]
+    fn __own(&self, i: I) -> T::Output {
+        self[i].clone()
+    }
+}
+
+impl<T: Numbers + ?Sized> Numbers for Kept<'_, T> {
+    type Scalar = T::Scalar;
+
+    #[inline(always)]
+    fn numbers(&self) -> &[Real<T::Scalar>] {
+        self.0.numbers()
+    }
+
+    #[inline(always)]
+    fn settle(&self, data: &[f64], weight: f64, f: &mut impl FnMut(Real<T::Scalar>, f64)) {
+        self.0.settle(data, weight, f);
+    }
+}
