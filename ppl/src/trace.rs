@@ -6,7 +6,7 @@ use rand::RngCore;
 
 use crate::accumulator::Settled;
 use crate::datum::Recordable;
-use crate::density::{Place, Rejection};
+use crate::density::{FatalError, Place, Rejection};
 use crate::distribution::{Distribution, Unknown};
 use crate::evaluation::{SufficientStatistics, too_few_coordinates};
 use crate::layout;
@@ -71,7 +71,7 @@ impl<'y> Trace<'y> {
     pub(crate) fn finish(mut self) -> Result<Record, Rejection> {
         self.record.unfold();
         layout::check(&self.record.entries, &self.record.coordinates)
-            .map_err(|message| Rejection::Fatal { message })?;
+            .map_err(|problem| Box::new(FatalError::Dimensions { problem }))?;
         Ok(self.record)
     }
 

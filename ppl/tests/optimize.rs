@@ -174,8 +174,7 @@ fn failures_are_told_apart() {
     let nowhere = Function(1, |_: &[f64], _: &mut [f64]| {
         Err(Rejection::NotFinite { place: ppl::Place::unknown(), value: f64::NAN })
     });
-    let broken =
-        Function(1, |_: &[f64], _: &mut [f64]| Err(Rejection::Fatal { message: "gone".into() }));
+    let broken = Function(1, |_: &[f64], _: &mut [f64]| Err(Rejection::fatal("gone")));
     assert!(matches!(Map::default().run(&nowhere), Err(OptimizeError::Start { tries: 100, .. })));
     assert!(matches!(Map::default().run(&broken), Err(OptimizeError::Density(_))));
     let none = Map::default().starts(0).run(&nowhere);

@@ -9,7 +9,7 @@ use super::{
     line_search::WeakWolfe,
     map::{Descent, MEMORY},
 };
-use crate::{density::Rejection, erased::ErasedDensity};
+use crate::{density::FatalError, erased::ErasedDensity};
 
 /// The log density below which a gain counts by its ratio.
 const SCALE: f64 = 1e4;
@@ -49,11 +49,11 @@ impl Gradient for Compressed<'_> {
 /// It ends well before the mode, so that chains stay as far from each other as they were sent.
 ///
 /// # Errors
-/// A fatal rejection of the density.
+/// What the density reported as fatal.
 pub(crate) fn approach(
     density: &dyn ErasedDensity,
     start: &[f64],
-) -> Result<Option<Vec<f64>>, Rejection> {
+) -> Result<Option<Vec<f64>>, Box<FatalError>> {
     let solver: LBFGS<_, Vec<f64>, Vec<f64>, f64> = LBFGS::new(WeakWolfe::new(), MEMORY);
     let Ok(solver) = solver.with_tolerance_cost(LEAST_GAIN) else { return Ok(None) };
     let result = Executor::new(Compressed(Descent::new(density)), solver)
@@ -71,7 +71,7 @@ pub(crate) fn approach(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::density::LogDensity;
+    use crate::density::{LogDensity, Rejection};
 
     /// The log density of `f`, which gives value and gradient.
     struct Of<F>(usize, F);

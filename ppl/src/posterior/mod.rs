@@ -133,8 +133,8 @@ impl Posterior {
         chains.check().map_err(PosteriorError::Damaged)?;
         for (index, chain) in chains.chains.iter().enumerate() {
             if chain.is_empty() {
-                let reason = chain.stopped.clone().unwrap_or_else(|| "none was asked for".into());
-                return Err(PosteriorError::NoDraws { chain: index, reason });
+                let source = chain.stopped.clone();
+                return Err(PosteriorError::NoDraws { chain: index, source });
             }
         }
 

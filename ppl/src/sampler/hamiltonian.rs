@@ -2,11 +2,7 @@
 
 use rand::Rng;
 
-use super::{
-    dot::dot,
-    metric::Metric,
-    rejections::{Rejections, Stop},
-};
+use super::{dot::dot, metric::Metric, rejections::Rejections, stop::StopReason};
 use crate::{
     density::Rejection,
     erased::{ErasedDensity, Evaluator},
@@ -132,7 +128,7 @@ impl<'a> Hamiltonian<'a> {
     ///
     /// Velocities are kicked along with the momenta, so that the mass matrix is applied once a
     /// step and not twice; within one trajectory they cannot drift apart by more than rounding.
-    pub(super) fn leapfrog(&mut self, phase: &mut Phase, step: f64) -> Result<f64, Stop> {
+    pub(super) fn leapfrog(&mut self, phase: &mut Phase, step: f64) -> Result<f64, StopReason> {
         let n = phase.p.len();
         let (p, v) = (&mut phase.p[..n], &mut phase.velocity[..n]);
         let (y, g) = (&mut phase.point.y[..n], &phase.point.gradient[..n]);
@@ -163,7 +159,7 @@ impl<'a> Hamiltonian<'a> {
         phase: &mut Phase,
         mut step: f64,
         rng: &mut R,
-    ) -> Result<f64, Stop> {
+    ) -> Result<f64, StopReason> {
         let mut growing = None;
         // without unknowns, or on a flat density, every step is accepted
         for _ in 0..SEARCHES {

@@ -69,17 +69,9 @@ pub(super) fn fisher_windows(warmup: usize) -> Vec<Window> {
             Window { start: if k == 0 { 0 } else { end / 2 }, end, restart: k == 0 }
         })
         .collect();
-    windows.extend(late_fisher_windows(early * EARLY_WINDOW, warmup));
+    let last = warmup - (warmup * 15).div_ceil(100);
+    windows.extend(growing(early * EARLY_WINDOW, last, FIRST_WINDOW, WINDOW_GROWTH));
     windows
-}
-
-/// For a warm start, whose map is worth more than a few draws: no early windows.
-pub(super) fn warm_windows(warmup: usize) -> Vec<Window> {
-    late_fisher_windows(0, warmup)
-}
-
-fn late_fisher_windows(first: usize, warmup: usize) -> Vec<Window> {
-    growing(first, warmup - (warmup * 15).div_ceil(100), FIRST_WINDOW, WINDOW_GROWTH)
 }
 
 /// For Metropolis: doubling windows, with much time for the scale.
@@ -184,18 +176,16 @@ pub(super) struct Warmup {
 }
 
 impl Warmup {
-    /// `warm`: the chain has a map from an earlier run.
-    pub(super) fn new(rule: Rule, dim: usize, warmup: usize, target: f64, warm: bool) -> Self {
+    pub(super) fn new(rule: Rule, dim: usize, warmup: usize, target: f64) -> Self {
         let windows = match rule {
             Rule::Stan => stan_windows,
-            Rule::Fisher if warm => warm_windows,
             Rule::Fisher => fisher_windows,
         };
         Self {
             step: DualAveraging::new(target, 1.0),
             schedule: Schedule::new(warmup, windows),
             rule,
-            learnt: warm,
+            learnt: false,
             sample: Sample::new(dim),
             switches: Vec::new(),
             half: warmup / 2,
@@ -271,7 +261,7 @@ impl Warmup {
     fn switch(&mut self, metric: &mut Metric, restart: bool) -> Advice {
         let draw = self.schedule.draw - 1;
         let choice = match self.rule {
-            // a map from draws or an earlier run competes where the window is new to it
+            // a map from draws competes where the window is new to it
             Rule::Fisher => choose(&self.sample, metric, restart && self.learnt),
             Rule::Stan => {
                 let window = self.sample.all();
@@ -350,7 +340,7 @@ mod tests {
 
     #[test]
     fn windows_leave_no_gap_and_room_for_the_step() {
-        for windows in [stan_windows, fisher_windows, warm_windows, walk_windows] {
+        for windows in [stan_windows, fisher_windows, walk_windows] {
             for warmup in SHORTEST..1200 {
                 let windows = Schedule::new(warmup, windows).windows;
                 assert!(!windows.is_empty());
@@ -365,7 +355,7 @@ mod tests {
 
     /// A warmup of 200 whose transitions diverge at `divergent`: the target, and where it was raised.
     fn raised(rule: Rule, target: f64, divergent: &[usize]) -> (f64, Option<usize>) {
-        let mut warmup = Warmup::new(rule, 1, 200, target, false);
+        let mut warmup = Warmup::new(rule, 1, 200, target);
         let mut metric = Metric::identity(1);
         let point = Point { y: vec![0.0], gradient: vec![0.0], log_density: 0.0 };
         for draw in 0..200 {
