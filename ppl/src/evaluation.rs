@@ -4,7 +4,7 @@ use crate::accumulator::{Accumulator, Settled, Statement};
 use crate::backend::Backend;
 use crate::density::{FatalError, Rejection};
 use crate::distribution::{Distribution, Unknown};
-use crate::model::{Context, Model};
+use crate::model::{Context, ContextHooks, Model, NumberOf};
 use crate::real::Real;
 use crate::site::Site;
 
@@ -94,7 +94,24 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     }
 
     #[inline(always)]
-    fn observe_summarised<D: Distribution<Real<L::Number>>>(
+    fn factor(&mut self, site: &'static Site, weight: Real<L::Number>) -> Result<(), Rejection> {
+        let mut terms = self.terms();
+        terms.add_number(weight);
+        self.add(site, terms)
+    }
+
+    fn predict<D: Distribution<Real<L::Number>>>(
+        &mut self,
+        site: &'static Site,
+        _: D,
+    ) -> Result<D::Value, Rejection> {
+        Err(fatal(|| FatalError::Prediction { place: site.place }))
+    }
+}
+
+impl<L: Backend, const JACOBIAN: bool> ContextHooks for Density<'_, L, JACOBIAN> {
+    #[inline(always)]
+    fn observe_summarised<D: Distribution<NumberOf<Self>>>(
         &mut self,
         site: &'static Site,
         distribution: &D,
@@ -110,7 +127,7 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     }
 
     #[inline(always)]
-    fn observe_in_loop<D: Distribution<Real<L::Number>>>(
+    fn observe_in_loop<D: Distribution<NumberOf<Self>>>(
         &mut self,
         site: &'static Site,
         datum: D::Value,
@@ -125,7 +142,7 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     }
 
     #[inline(always)]
-    fn total(&self) -> Settled {
+    fn total(&mut self) -> Settled {
         Statement::<Real<L::Number>>::empty(self.backend.drop_constants())
     }
 
@@ -146,7 +163,7 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         distribution: D,
     ) -> Result<(), Rejection>
     where
-        D: Distribution<Real<L::Number>, Value = I::Item>,
+        D: Distribution<NumberOf<Self>, Value = I::Item>,
         I: Iterator,
     {
         if !D::HAS_STATISTICS {
@@ -173,13 +190,6 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     }
 
     #[inline(always)]
-    fn factor(&mut self, site: &'static Site, weight: Real<L::Number>) -> Result<(), Rejection> {
-        let mut terms = self.terms();
-        terms.add_number(weight);
-        self.add(site, terms)
-    }
-
-    #[inline(always)]
     fn mark(&self) -> usize {
         self.backend.mark()
     }
@@ -187,14 +197,6 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     #[inline(always)]
     fn unwind(&mut self, mark: usize) {
         self.backend.unwind(mark);
-    }
-
-    fn predict<D: Distribution<Real<L::Number>>>(
-        &mut self,
-        site: &'static Site,
-        _: D,
-    ) -> Result<D::Value, Rejection> {
-        Err(fatal(|| FatalError::Prediction { place: site.place }))
     }
 }
 

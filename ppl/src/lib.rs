@@ -166,12 +166,14 @@ pub mod prelude {
     pub use crate::{LogDensity, Real, model};
 }
 
-/// What generated code calls. Not public interface.
+/// What generated code calls, and the traits behind the public ones by which the crate's own parts reach
+/// each other. Not public interface; sealed, since nothing outside can name them.
 #[doc(hidden)]
 pub mod __private {
     pub use crate::accumulator::Settled;
     pub use crate::distribution::{add_terms, constrain};
     pub use crate::literal::literal;
+    pub use crate::model::ContextHooks;
     pub use crate::operand::{Apart, Number, Of, Other, Together};
     pub use crate::plate_adjoint::At;
 }

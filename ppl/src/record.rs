@@ -63,6 +63,8 @@ pub struct Record {
     pub coordinates: Coordinates,
     /// The sum of all `factor`s, if there was one.
     pub(crate) factors: Option<f64>,
+    /// Observations whose plates were empty.
+    pub(crate) without_data: Vec<String>,
 }
 
 impl Record {

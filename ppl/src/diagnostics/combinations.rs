@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
 
-use super::order::{ascending, quantile_of_sorted};
+use super::order::quantile_of_sorted;
 use crate::special::normal_upper_quantile;
 
 /// More unknowns are not looked at: the eigenvectors would take longer than the rest of a summary.
@@ -142,8 +142,8 @@ fn connected(matrix: &DMatrix<f64>) -> Vec<Vec<usize>> {
 impl BeforeAndAfter {
     /// Prior and posterior on the scale on which the prior is standard normal, by its ranks.
     fn scaled(&self) -> [Vec<f64>; 2] {
-        let sorted: Vec<f64> =
-            ascending(self.prior.iter().copied()).into_iter().map(|(x, _)| x).collect();
+        let mut sorted = self.prior.clone();
+        sorted.sort_unstable_by(f64::total_cmp);
         // a table of scores over the ranks of the prior's draws, linear in between
         let n = sorted.len() as f64;
         let scores: Vec<f64> =

@@ -7,11 +7,11 @@ const STEP: f64 = 0.01;
 
 /// Response of one quantity to scaling one part of the density.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PowerScaled {
+pub(crate) struct PowerScaled {
     /// Change of the distribution per doubling of the power, in cumulative Jensen–Shannon distance.
-    pub sensitivity: f64,
+    pub(crate) sensitivity: f64,
     /// Larger Pareto shape k of the two sets of importance ratios.
-    pub pareto_k: f64,
+    pub(crate) pareto_k: f64,
 }
 
 /// Sensitivity of quantities to the part of the log density whose values at the draws are
@@ -23,22 +23,10 @@ pub struct PowerScaled {
 ///
 /// `log_part` has one slice a chain, every quantity all draws chain after chain.
 ///
-/// # Example
-/// ```
-/// use ppl::diagnostics::power_scaled;
-///
-/// // a posterior N(0, 1) made of a prior N(3, √2) and a likelihood N(−3, √2): a conflict
-/// let normal = ppl::special::normal_upper_quantile;
-/// let x: Vec<f64> = (1..1000).map(|i| normal(f64::from(i) / 1000.0)).collect();
-/// let log_prior: Vec<f64> = x.iter().map(|x| -0.25 * (x - 3.0).powi(2)).collect();
-/// let [scaled] = power_scaled(&[&log_prior], &[&x])[..] else { unreachable!() };
-/// assert!(scaled.sensitivity > 0.05 && scaled.pareto_k < 0.5);
-/// ```
-///
 /// # References
 /// Kallioinen, Paananen, Bürkner & Vehtari (2024), *Statistics and Computing* 34, 57,
 /// doi:10.1007/s11222-023-10366-5.
-pub fn power_scaled(log_part: &[&[f64]], quantities: &[&[f64]]) -> Vec<PowerScaled> {
+pub(crate) fn power_scaled(log_part: &[&[f64]], quantities: &[&[f64]]) -> Vec<PowerScaled> {
     let weights = [1.0 + STEP, 1.0 / (1.0 + STEP)].map(|alpha| weights(log_part, alpha));
     let pareto_k = weights[0].1.max(weights[1].1);
     quantities
@@ -74,7 +62,7 @@ fn weights(log_part: &[&[f64]], alpha: f64) -> (Vec<f64>, f64) {
 ///
 /// # References
 /// Nguyen & Vreeken (2015), doi:10.1007/978-3-319-23525-7_11; Kallioinen et al. (2024), section 2.3.
-pub fn cjs_distance(draws: &[f64], weights: &[f64]) -> f64 {
+fn cjs_distance(draws: &[f64], weights: &[f64]) -> f64 {
     if draws.iter().any(|x| !x.is_finite()) {
         return f64::NAN;
     }
