@@ -7,10 +7,10 @@ use ppl::diagnostics::{
 };
 use serde_json::Value;
 
-use crate::borrow;
+use super::borrow;
 
 fn golden() -> Value {
-    serde_json::from_str(include_str!("../golden/diagnostics.json")).expect("valid JSON")
+    serde_json::from_str(include_str!("../../golden/diagnostics.json")).expect("valid JSON")
 }
 
 struct SplitMix(u64);
@@ -88,7 +88,7 @@ fn chain_diagnostics_agree_with_arviz() {
 #[test]
 fn chain_diagnostics_agree_with_the_package_posterior() {
     let golden: Value =
-        serde_json::from_str(include_str!("../golden/posterior.json")).expect("valid JSON");
+        serde_json::from_str(include_str!("../../golden/posterior.json")).expect("valid JSON");
     for case in golden["chains"].as_array().expect("a list") {
         let owned = chains(&case["case"]);
         let chains = borrow(&owned);
