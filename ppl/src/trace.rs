@@ -143,9 +143,11 @@ impl<'y> Trace<'y> {
     }
 
     /// A plate had no data for this observation.
-    fn is_empty(&mut self, site: &'static Site) {
+    fn without_data(&mut self, site: &'static Site) {
         let name = self.label(site).name.into_owned();
-        self.record.without_data.push(name);
+        if !self.record.without_data.contains(&name) {
+            self.record.without_data.push(name);
+        }
     }
 
     /// Writes down an unknown.
@@ -348,7 +350,7 @@ impl ContextHooks for Trace<'_> {
 
     fn add_total(&mut self, site: &'static Site, _: Settled) -> Result<(), Rejection> {
         if self.begun.pop() == Some(self.ran) {
-            self.is_empty(site);
+            self.without_data(site);
         }
         Ok(())
     }
@@ -365,7 +367,7 @@ impl ContextHooks for Trace<'_> {
     {
         let data: Vec<D::Value> = data.collect();
         if data.is_empty() {
-            self.is_empty(site);
+            self.without_data(site);
         }
         for datum in &data {
             self.observed(site, false, datum, &distribution)?;

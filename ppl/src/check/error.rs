@@ -19,12 +19,6 @@ pub enum CheckError {
     /// The sampler stopped early.
     #[error("a chain ended early: {0}")]
     Stopped(#[source] StopReason),
-    /// A true value was given for something that the model does not have.
-    #[error("the model has no `{name}`")]
-    UnknownQuantity {
-        /// The name.
-        name: String,
-    },
     /// A setting makes no sense.
     #[error("{setting} = {value}: give at least {least}")]
     Setting {

@@ -332,4 +332,5 @@ impl<R: Rng + ?Sized> Growth<'_, '_, R> {
 }
 
 #[cfg(test)]
+#[path = "../../tests/unit/sampler_trajectory.rs"]
 mod tests;
