@@ -106,6 +106,7 @@ pub use problem::{
 };
 pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};
 pub use specimen::{
-    ConvexPolyhedron, FractionTarget, Grain, GrainField, GrainForm, GrainList, GrainShape,
-    GrainVolume, LabelReport, Labelling, Packing, PackingError, SizeClass, label,
+    ConvexPolyhedron, FractionTarget, Grain, GrainField, GrainForm, GrainList, GrainMode,
+    GrainShape, GrainVolume, LabelReport, Labelling, MeshReport, Meshed, MeshedGrain, Meshing,
+    MeshingError, Packing, PackingError, SizeClass, label,
 };
