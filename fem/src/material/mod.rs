@@ -6,6 +6,7 @@
 //! a line in `law.rs` and `point.rs`; [`assert_material`] tests either.
 
 #[cfg(test)]
+#[path = "../../tests/unit/closed_forms.rs"]
 mod closed_forms;
 mod conformance;
 mod crack_density;
@@ -26,6 +27,7 @@ mod simd;
 mod strain;
 mod tangent;
 #[cfg(test)]
+#[path = "../../tests/unit/laws.rs"]
 mod tests;
 mod user_law;
 
@@ -46,6 +48,6 @@ pub(crate) use point::FormulaLaw;
 pub(crate) use point::{Degraded, Formula, LaneLaw, PointMaterial};
 pub(crate) use principal::{Inverted, Principal};
 pub(crate) use response::{Law, Response, packed};
-pub(crate) use scalar::{Lanes, POINTS, Scalar, dot};
-pub(crate) use simd::{REGISTERS, SimdF64};
+pub(crate) use scalar::{Lanes, Number, POINTS, Scalar, dot};
+pub(crate) use simd::{REGISTERS, SimdF32, SimdF64};
 pub(crate) use tangent::PointTangent;

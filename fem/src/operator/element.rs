@@ -19,7 +19,7 @@ pub(crate) const MOST_POINTS: usize = 14;
 
 /// The values of an element, or of one in each lane.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Element<'a, T, L, const N: usize> {
+pub(crate) struct ElementState<'a, T, L, const N: usize> {
     pub(crate) rule: &'a Rule,
     pub(crate) law: L,
     pub(crate) density: CrackDensity,
@@ -65,7 +65,7 @@ struct At<T> {
     response: Response<T>,
 }
 
-impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
+impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
     #[inline(always)]
     fn constant(&self, x: f64) -> T {
         self.volume.constant(x)

@@ -10,7 +10,7 @@
 //! if it is the same at all of them: the order in which a product reads them.
 
 use crate::element::Rule;
-use crate::material::{PointTangent, Scalar};
+use crate::material::{Number, PointTangent, Scalar};
 
 /// Where the numbers of a point begin: √2 (x, y, z, w) of Q, s by k, D − τ packed, G, τ, τ⁺.
 pub(crate) const ROTATION: usize = 0;
@@ -111,7 +111,7 @@ impl PointData {
             stress[k] = point[STRESS + k];
         }
         if !AXES {
-            axes = axes_of(point);
+            axes = principal_axes([point[0], point[1], point[2], point[3]]);
         }
         (PointTangent { axes, normal, shear, stress }, push)
     }
@@ -139,12 +139,10 @@ pub(crate) fn write_point<T: Scalar, const AXES: bool>(
     }
 }
 
-/// The principal axes of a point, one after the other.
+/// The principal axes, one after the other, of √2 (x, y, z, w).
 #[inline(always)]
-fn axes_of<T: Scalar>(point: &[T]) -> [[T; 3]; 3] {
-    let one = point[0].constant(1.0);
-    let [x, y, z] = [point[ROTATION], point[ROTATION + 1], point[ROTATION + 2]];
-    let w = point[ROTATION + 3];
+pub(crate) fn principal_axes<T: Number>([x, y, z, w]: [T; 4]) -> [[T; 3]; 3] {
+    let one = x.constant(1.0);
     [
         [one - y * y - z * z, x * y + w * z, x * z - w * y],
         [x * y - w * z, one - x * x - z * z, y * z + w * x],

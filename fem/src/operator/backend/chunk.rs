@@ -5,13 +5,13 @@
 
 use faer::traits::pulp::{Simd, WithSimd};
 
-use super::apply::Kernel;
-use super::lanes::{Real, Rows};
+use super::apply::ElementProduct;
+use super::lanes::{Precision, Rows};
 use crate::operator::layout::{Aligned, Chunk, LANES, Layout};
 use crate::operator::point_data::PointData;
 
 /// y += A x for the elements of a chunk, on the values of its nodes.
-pub(super) struct ChunkProduct<'a, T: Real> {
+pub(super) struct ChunkProduct<'a, T: Precision> {
     pub(super) layout: &'a Layout,
     pub(super) chunk: &'a Chunk,
     pub(super) data: &'a [T::Pack],
@@ -19,7 +19,7 @@ pub(super) struct ChunkProduct<'a, T: Real> {
     pub(super) y: &'a mut [Aligned],
 }
 
-impl<T: Real> WithSimd for ChunkProduct<'_, T> {
+impl<T: Precision> WithSimd for ChunkProduct<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -35,7 +35,7 @@ impl<T: Real> WithSimd for ChunkProduct<'_, T> {
     }
 }
 
-impl<T: Real> ChunkProduct<'_, T> {
+impl<T: Precision> ChunkProduct<'_, T> {
     /// `N` nodes an element, `C` fields, `D` damage points, `L` numbers of their local part.
     #[inline(always)]
     fn elements<S: Simd, const N: usize, const C: usize, const D: usize, const L: usize>(
@@ -43,7 +43,7 @@ impl<T: Real> ChunkProduct<'_, T> {
         simd: S,
     ) {
         debug_assert_eq!(PointData::of(&self.layout.rule).locals(), L);
-        let zero = T::splat(simd, T::default());
+        let zero = T::splat(simd, 0.0);
         let lanes = T::lanes::<S>();
         let width = PointData::of(&self.layout.rule).width();
         // the few nodes of a linear element stay in registers, those of a quadratic one do not fit
@@ -66,17 +66,17 @@ impl<T: Real> ChunkProduct<'_, T> {
                         u[a].copy_from_slice(&columns[..C]);
                     }
                     let lane = first + register * lanes;
-                    let kernel = Kernel::<T, S, C, D, L> {
+                    let product = ElementProduct::<T, S, C, D, L> {
                         layout: self.layout,
                         simd,
                         register: lane / lanes,
                         data: &self.data[(batch * LANES + lane) / T::WIDTH * width..],
                     };
-                    let r = if N == 4 { kernel.linear(&u) } else { kernel.quadratic(&u) };
+                    let r = if N == 4 { product.linear(&u) } else { product.quadratic(&u) };
                     for a in 0..N {
                         let mut columns = [zero; 4];
                         columns[..C].copy_from_slice(&r[a]);
-                        T::rows(simd, columns, &mut rows[a], register);
+                        T::rows(simd, &columns, &mut rows[a], register);
                     }
                 }
                 for a in 0..N {

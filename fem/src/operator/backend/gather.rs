@@ -2,14 +2,14 @@
 
 use faer::traits::pulp::{Simd, WithSimd};
 
-use super::lanes::{Real, Rows, dispatch, places};
+use super::lanes::{Precision, Rows, dispatch, places};
 use crate::element::Space;
 use crate::material::{
     CrackDensity, Degradation, Degraded, Formula, Inverted, LaneLaw, Lanes, POINTS, PointMaterial,
     REGISTERS, SimdF64,
 };
 use crate::operator::blocks::write_blocks;
-use crate::operator::element::{Element, ElementResidual, MOST_POINTS};
+use crate::operator::element::{ElementResidual, ElementState, MOST_POINTS};
 use crate::operator::layout::{LANES, VACANT};
 use crate::operator::pattern::Block;
 use crate::operator::point_data::PointData;
@@ -106,7 +106,7 @@ impl<'a, const N: usize> Gather<'a, N> {
         token: T::Token,
         tets: [usize; POINTS],
         history: Option<&'b [T; MOST_POINTS]>,
-    ) -> Element<'b, T, LaneLaw<'b, T>, N>
+    ) -> ElementState<'b, T, LaneLaw<'b, T>, N>
     where
         'a: 'b,
     {
@@ -153,7 +153,7 @@ impl<'a, const N: usize> Gather<'a, N> {
         }
         let [a, b, c, d, e, f, g, h, i, bulk, shear, soft, local, gradient, viscous, volume] =
             numbers;
-        Element {
+        ElementState {
             rule: &space.rule,
             law: LaneLaw::new(self.formula, self.degraded, [bulk, shear], materials),
             density: self.density,
@@ -205,11 +205,11 @@ fn check<T: Lanes>(sound: T) -> Result<(), Inverted> {
 #[inline(always)]
 fn store_rows<S: Simd>(simd: S, columns: &[SimdF64<S>; 4], rows: &mut Rows<f64>) {
     for r in 0..REGISTERS {
-        let mut registers = [columns[0].registers[r]; 4];
-        for c in 1..4 {
-            registers[c] = columns[c].registers[r];
+        let mut parts = [SimdF64::<S, 1>::splat(simd, 0.0); 4];
+        for c in 0..4 {
+            parts[c].registers[0] = columns[c].registers[r];
         }
-        f64::rows(simd, registers, rows, r);
+        f64::rows(simd, &parts, rows, r);
     }
 }
 
@@ -272,7 +272,7 @@ impl<const N: usize> WithSimd for Tangents<'_, '_, N> {
         let rule = &gather.space.rule;
         let width = PointData::of(rule).width_with_axes();
         // those of a linear element stay on the stack
-        let zero = SimdF64::splat(simd, 0.0);
+        let zero = SimdF64::<S>::splat(simd, 0.0);
         let (mut few, mut many) = ([zero; FEW], Vec::new());
         let numbers = if width <= FEW {
             &mut few[..width]
@@ -319,7 +319,7 @@ impl<const N: usize> WithSimd for Numbers<'_, '_, N> {
         let Self { gather, tets, coupled, write } = self;
         let count = SimdF64::<S>::COUNT;
         let width = PointData::of(&gather.space.rule).width();
-        let mut numbers = vec![SimdF64::splat(simd, 0.0); width];
+        let mut numbers = vec![SimdF64::<S>::splat(simd, 0.0); width];
         let mut columns = vec![[0.0; POINTS]; width];
         for (batch, tets) in tets.chunks(LANES).enumerate() {
             for first in (0..LANES).step_by(count) {
@@ -359,7 +359,7 @@ impl<const N: usize> WithSimd for Driving<'_, '_, N> {
         let points = gather.space.rule.points.len();
         for out in out.chunks_mut(SimdF64::<S>::COUNT * points) {
             let count = out.len() / points;
-            let mut energies = [SimdF64::splat(simd, 0.0); MOST_POINTS];
+            let mut energies = [SimdF64::<S>::splat(simd, 0.0); MOST_POINTS];
             let tets = gather.rows(first, count);
             let history = gather.history(simd, tets);
             let elements = gather.elements(simd, tets, history.as_ref());

@@ -1,6 +1,6 @@
 //! Residual and tangent of a whole mesh, and the patch test.
 
-mod element;
+mod element_kernel;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -10,7 +10,7 @@ use crate::fields::Fields;
 use crate::material::{CrackDensity, FormulaLaw, Material, PhaseField, PointMaterial, Split};
 use crate::operator::backend::Gather;
 use crate::operator::blocks::{Blocks, write_blocks};
-use crate::operator::element::{Element, MOST_POINTS};
+use crate::operator::element::{ElementState, MOST_POINTS};
 use crate::operator::point_data::PointData;
 use crate::operator::{Assembly, Coupling, Increment, LANES, Operator, Residual, StepContext};
 
@@ -71,7 +71,7 @@ fn assert_derivatives<const N: usize, T: Tetrahedron<N>>(
         let material = &materials[usize::from(space.region[tet])];
         let moduli = [material.moduli.bulk, material.moduli.shear].map(HyperDual64::from);
         let law = element.law.formula().expect("a law that is written out");
-        let of_duals = Element::<_, _, N> {
+        let of_duals = ElementState::<_, _, N> {
             rule: element.rule,
             law: FormulaLaw { formula: law.formula, degraded: law.degraded, moduli },
             density: element.density,
