@@ -28,11 +28,11 @@ macro_rules! each_register {
 }
 
 macro_rules! operator {
-    ($number:ident, $trait:ident, $name:ident, $intrinsic:ident) => {
+    ($number:ident, $trait:ident, $name:ident, $intrinsic:ident $(, $other:ident)*) => {
         impl<S: Simd, const R: usize> $trait for $number<S, R> {
             type Output = Self;
 
-            each_register!($name, $intrinsic, other);
+            each_register!($name, $intrinsic $(, $other)*);
         }
     };
 }
@@ -55,9 +55,9 @@ macro_rules! simd_number {
             }
         }
 
-        operator!($number, Add, add, $add);
-        operator!($number, Sub, sub, $sub);
-        operator!($number, Mul, mul, $mul);
+        operator!($number, Add, add, $add, other);
+        operator!($number, Sub, sub, $sub, other);
+        operator!($number, Mul, mul, $mul, other);
         operator!($number, Neg, neg, $neg);
 
         impl<S: Simd, const R: usize> AddAssign for $number<S, R> {
@@ -86,7 +86,7 @@ simd_number!(
     /// The same in single precision.
     SimdF32, f32, f32s, splat_f32s, add_f32s, sub_f32s, mul_f32s, neg_f32s, mul_add_e_f32s
 );
-operator!(SimdF64, Div, div, div_f64s);
+operator!(SimdF64, Div, div, div_f64s, other);
 
 /// Where a comparison holds.
 #[derive(Clone, Copy)]
