@@ -13,6 +13,7 @@ mod crack_density;
 mod degradation;
 mod hencky;
 mod law;
+mod mixture;
 mod mooney_rivlin;
 mod neo_hookean;
 mod ogden;
@@ -34,6 +35,7 @@ mod user_law;
 pub use conformance::assert_material;
 pub use crack_density::CrackDensity;
 pub use law::Elasticity;
+pub use mixture::Homogenisation;
 pub use mooney_rivlin::MooneyRivlin;
 pub use ogden::Ogden;
 pub use parameters::{Fracture, Material};
@@ -43,6 +45,7 @@ pub use strain::PrincipalStrain;
 pub use user_law::{HyperelasticLaw, UserLaw};
 
 pub(crate) use degradation::Degradation;
+pub(crate) use mixture::{MOST_GRAIN, MixedPhases};
 #[cfg(test)]
 pub(crate) use point::FormulaLaw;
 pub(crate) use point::{Degraded, Formula, LaneLaw, PointMaterial};

@@ -1,4 +1,4 @@
-//! Residual and tangent of a whole mesh, and the patch test.
+//! Residual and tangent of a whole mesh.
 
 mod element_kernel;
 
@@ -14,7 +14,6 @@ use crate::material::{
     CrackDensity, Fracture, Material, PhaseField, PointMaterial, SaintVenantKirchhoff, Split,
 };
 use crate::mesh::TetMesh;
-use crate::solve::{LinearPlan, Solver, SolverOptions};
 
 /// A law for Young's modulus and Poisson's ratio.
 type Law = fn(f64, f64) -> Material;
@@ -202,59 +201,6 @@ fn residual_and_tangent_are_derivatives_of_the_energy() {
                 assert_taylor::<10, Quadratic>(rule, law, field, stiff_damages);
             }
         }
-    }
-}
-
-/// With the boundary moved affinely, the inner nodes of an unstructured mesh must follow.
-fn assert_patch<const N: usize, T: Tetrahedron<N>>(law: Law) {
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(8);
-    let mesh = cube(3, &mut rng);
-    let space = Space::new::<T>(&mesh, DamageRule::Absent);
-    let boundary = space.nodes_on(&mesh.boundary_faces());
-    let nodes = space.nodes.clone();
-    let affine = |x: &[f64; 3]| {
-        let h = [[-0.08, 0.05, 0.02], [0.1, 0.07, -0.03], [-0.04, 0.06, -0.12]];
-        std::array::from_fn::<f64, 3, _>(|i| 0.01 + (0..3).map(|j| h[i][j] * x[j]).sum::<f64>())
-    };
-    // one material: a patch of two would not stay affine
-    let materials = vec![materials(law, PhaseField::new(0.3), false)[1].clone(); 2];
-    let constrained = boundary.iter().flat_map(|&n| (0..3).map(move |k| (n, k)));
-    let (plan, unknowns) = LinearPlan::new(
-        &space.tets,
-        &nodes,
-        &vec![false; nodes.len()],
-        constrained,
-        Default::default(),
-    )
-    .expect("a factor");
-    let assembly = Assembly::new(space);
-    let options = SolverOptions { tolerance: 1e-13, ..SolverOptions::default() };
-    let linear = plan.solver(&assembly);
-    let mut solver = Solver::<()>::new(&assembly, &unknowns, &materials, options, linear);
-    let mut fields = Fields::zero(nodes.len());
-    for &n in &boundary {
-        fields.displacement[n as usize] = affine(&nodes[n as usize]);
-    }
-    let before = fields.damage.clone();
-    // the inner nodes start at rest, which may invert elements: go there in parts
-    for part in [0.25, 0.5, 0.75, 1.0] {
-        for &n in &boundary {
-            fields.displacement[n as usize] = affine(&nodes[n as usize]).map(|u| part * u);
-        }
-        solver.solve(&mut fields, StepContext::new(&before, 1.0)).expect("equilibrium");
-    }
-    for (u, x) in fields.displacement.iter().zip(&nodes) {
-        for (u, exact) in u.iter().zip(affine(x)) {
-            assert!((u - exact).abs() < 1e-10, "{u} instead of {exact} at {x:?}");
-        }
-    }
-}
-
-#[test]
-fn patch_test() {
-    for law in [Material::hencky as Law, Material::neo_hookean as Law] {
-        assert_patch::<4, Linear>(law);
-        assert_patch::<10, Quadratic>(law);
     }
 }
 

@@ -6,7 +6,8 @@ use super::lanes::{Precision, prefetch};
 use crate::material::{Number, dot, packed};
 use crate::operator::layout::{Layout, MIDDLE};
 use crate::operator::point_data::{
-    NORMAL, PUSH, ROTATION, SHEAR, SLOPES, SOURCE, STRESS, principal_axes,
+    GRADIENT, NORMAL, PUSH, PointData, ROTATION, SHEAR, SLOPES, SOFTENING, SOURCE, STRESS,
+    principal_axes,
 };
 
 /// The product on one register of elements, with `C` fields, `D` damage points and `L` numbers of
@@ -43,13 +44,11 @@ fn first_or_add<V: Number>(step: usize, a: V, b: V, c: V) -> V {
     if step == 0 { a * b } else { a.mul_add(b, c) }
 }
 
-impl<T: Precision, S: Simd, const C: usize, const D: usize, const L: usize>
-    ElementProduct<'_, T, S, C, D, L>
+impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, const L: usize>
+    ElementProduct<'_, T, S, PLAIN, C, D, L>
 {
-    /// Numbers of an elastic point.
-    const WIDTH: usize = if D == 0 { SOURCE } else { SOURCE + 3 };
-    /// Numbers before those of the elastic points: g′ and gradient term.
-    const HEAD: usize = if D == 0 { 0 } else { D + SLOPES };
+    const WIDTH: usize = PointData::each(D, PLAIN);
+    const HEAD: usize = PointData::head(D, PLAIN);
 
     /// The packs of `M` numbers from a place on; those far behind are asked for.
     #[inline(always)]
@@ -149,12 +148,16 @@ impl<T: Precision, S: Simd, const C: usize, const D: usize, const L: usize>
                 f[i][i] = source.mul_add(seen, f[i][i]);
                 work = first_or_add(i, source, h[i][i], work);
             }
+            if !PLAIN {
+                let [softening] = self.read::<1>(place + SOFTENING);
+                work = self.load(softening).mul_add(seen, work);
+            }
             for p in 0..D {
                 let share = self.constant(mixing[p]);
                 points.drive[p] = first_or_add(q, share, work, points.drive[p]);
             }
-            let gradient = self.read::<SLOPES>(D);
-            let weight = self.constant(rule.points[q].weight);
+            let gradient = self.read::<SLOPES>(if PLAIN { D } else { place + GRADIENT });
+            let weight = self.constant(if PLAIN { rule.points[q].weight } else { 1.0 });
             for k in 0..3 {
                 let mut sum = zero;
                 for l in 0..3 {

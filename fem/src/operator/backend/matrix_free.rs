@@ -47,8 +47,10 @@ pub(crate) struct MatrixFree<T: Precision> {
 
 impl<T: Precision> MatrixFree<T> {
     pub(crate) fn new(layout: Arc<Layout>) -> Self {
-        let width = PointData::of(&layout.rule).width();
-        let zeros = |chunk: &Chunk| vec![T::ZERO; chunk.tets.len() / T::WIDTH * width];
+        let zeros = |chunk: &Chunk| {
+            let width = PointData::of(&layout.rule, chunk.plain).width();
+            vec![T::ZERO; chunk.tets.len() / T::WIDTH * width]
+        };
         let data = layout.batches.chunks.iter().map(zeros).collect();
         Self { layout, data, places: places::<T>(), copies: Vec::new() }
     }
@@ -62,8 +64,8 @@ impl<T: Precision> Product for MatrixFree<T> {
         coupling: Coupling,
     ) -> Result<(), Inverted> {
         let Self { layout, data, places, .. } = self;
-        let width = PointData::of(&layout.rule).width();
         data.par_iter_mut().zip(&layout.batches.chunks).try_for_each(|(data, chunk)| {
+            let width = PointData::of(&layout.rule, chunk.plain).width();
             let mut write = |batch: usize, numbers: &[[f64; LANES]]| {
                 let data = &mut data[batch * (LANES / T::WIDTH) * width..];
                 let tets = &chunk.tets[batch * LANES..];
@@ -195,11 +197,12 @@ impl<T: Precision, const N: usize> WithSimd for Diagonal<'_, T, N> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { stored, add } = self;
-        let width = PointData::of(stored.rule).width();
+        let plain = stored.chunk.plain;
+        let width = PointData::of(stored.rule, plain).width();
         let mut numbers = vec![SimdF64::<S>::splat(simd, 0.0); width];
         for part in 0..stored.parts::<S>() {
             stored.load(simd, part, &mut numbers);
-            let diagonal = diagonal::<SimdF64<S>, N>(stored.rule, &numbers);
+            let diagonal = diagonal::<SimdF64<S>, N>(stored.rule, plain, &numbers);
             for a in 0..N {
                 let mut columns = [[0.0; POINTS]; 4];
                 for k in 0..4 {
@@ -225,12 +228,13 @@ impl<T: Precision> WithSimd for LinearTangents<'_, T> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { stored, elements } = self;
-        let width = PointData::of(stored.rule).width();
+        let plain = stored.chunk.plain;
+        let width = PointData::of(stored.rule, plain).width();
         let mut numbers = vec![SimdF64::<S>::splat(simd, 0.0); width];
         for part in 0..stored.parts::<S>() {
             stored.load(simd, part, &mut numbers);
             let mut blocks = [[[[SimdF64::<S>::splat(simd, 0.0); 4]; 4]; 4]; 4];
-            write_blocks::<SimdF64<S>, false, 4>(stored.rule, &numbers, &mut blocks);
+            write_blocks::<SimdF64<S>, false, 4>(stored.rule, plain, &numbers, &mut blocks);
             let first = elements.len();
             let tets = stored
                 .elements::<S>(part)
