@@ -165,3 +165,7 @@ impl<T: Scalar> Ratio<T> {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "../../tests/unit/mixture.rs"]
+mod tests;

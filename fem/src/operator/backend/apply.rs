@@ -10,12 +10,13 @@ use crate::operator::point_data::{
     principal_axes,
 };
 
-/// The product on one register of elements, with `C` fields, `D` damage points and `L` numbers of
-/// their local part.
+/// The product on one register of elements, `PLAIN` ones or not, with `C` fields, `D` damage points
+/// and `L` numbers of their local part.
 pub(super) struct ElementProduct<
     'a,
     T: Precision,
     S,
+    const PLAIN: bool,
     const C: usize,
     const D: usize,
     const L: usize,
