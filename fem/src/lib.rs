@@ -100,9 +100,9 @@ pub use image::{
     SpecimenStatistics, Volume, outlined_slice, score, tiff,
 };
 pub use material::{
-    CrackDensity, DamageQuadrature, ElasticLaw, Elasticity, Fracture, HyperelasticLaw,
-    Irreversibility, Material, MooneyRivlin, Ogden, OgdenTerm, PhaseField, PrincipalStrain,
-    SaintVenantKirchhoff, Split, UserLaw, assert_material,
+    CrackDensity, DamageQuadrature, ElasticLaw, Elasticity, Fracture, Homogenisation,
+    HyperelasticLaw, Irreversibility, Material, MooneyRivlin, Ogden, OgdenTerm, PhaseField,
+    PrincipalStrain, SaintVenantKirchhoff, Split, UserLaw, assert_material,
 };
 pub use mesh::{CylinderLattice, LatticeError, Mixture, Quality, TetMesh, gmsh, vtu};
 pub use num_dual::DualNum;

@@ -8,7 +8,7 @@ use super::schedule::Schedule;
 use crate::boundary::Conditions;
 use crate::element::Order;
 use crate::error::FemError;
-use crate::material::{Material, PhaseField};
+use crate::material::{Homogenisation, Material, PhaseField};
 use crate::mesh::TetMesh;
 use crate::solve::{Scheme, SolverOptions};
 
@@ -29,6 +29,7 @@ impl Problem {
             mesh: Arc::new(mesh),
             order: Order::Linear,
             materials: Vec::new(),
+            homogenisation: Homogenisation::default(),
             phase_field: None,
             conditions: Arc::default(),
             schedule: Schedule::adaptive(1.0),
@@ -48,6 +49,12 @@ impl ProblemBuilder {
     /// One material for each of `mesh.regions`, in their order.
     pub fn materials(mut self, materials: impl Into<Vec<Material>>) -> Self {
         self.parts.materials = materials.into();
+        self
+    }
+
+    /// How the moduli of tetrahedra that are partly grain follow from those of matrix and grain.
+    pub fn homogenisation(mut self, rule: Homogenisation) -> Self {
+        self.parts.homogenisation = rule;
         self
     }
 

@@ -6,7 +6,7 @@ use super::parts::Parts;
 use crate::boundary::Boundary;
 use crate::element::{DamageRule, Domain, Linear, Order, Quadratic, Space, Tetrahedron};
 use crate::error::FemError;
-use crate::material::{CrackDensity, DamageQuadrature, PhaseField};
+use crate::material::{CrackDensity, DamageQuadrature, MOST_GRAIN, PhaseField};
 use crate::mesh::TetMesh;
 use crate::operator::{Assembly, Operator, Unknowns};
 use crate::solve::LinearPlan;
@@ -44,8 +44,8 @@ impl Discretisation {
         let boundary = boundary(&space, parts, damaged.clone())?;
         let mut carries_damage = vec![false; space.nodes.len()];
         if rule != DamageRule::Absent {
-            for (nodes, &region) in space.tets.iter().zip(&space.region) {
-                if damaged[usize::from(region)] {
+            for (tet, nodes) in space.tets.iter().enumerate() {
+                if damaged[usize::from(space.region[tet])] && space.fraction(tet) <= MOST_GRAIN {
                     nodes.iter().for_each(|&n| carries_damage[n as usize] = true);
                 }
             }
@@ -58,7 +58,7 @@ impl Discretisation {
             parts.options.linear,
         )?;
         Ok(Self {
-            operator: Arc::new(Assembly::new(space)),
+            operator: Arc::new(Assembly::new(space).homogenised(parts.homogenisation)),
             unknowns,
             linear,
             boundary,
