@@ -65,7 +65,7 @@
 //! 10. `boundary`: conditions, loads, platens and contact
 //! 11. `problem`: a problem, its load steps, curves and checkpoints
 //! 12. `ensemble`: many runs in a directory
-//! 13. `bench`: what the bench of the engine times (feature `bench-internals`)
+//! 13. `bench`: what the bench of the engine calls (feature `bench-internals`)
 
 #[cfg(feature = "bench-internals")]
 pub mod bench;
@@ -101,8 +101,9 @@ pub use material::{
 pub use mesh::{CylinderLattice, LatticeError, Quality, TetMesh, gmsh, vtu};
 pub use num_dual::DualNum;
 pub use problem::{
-    Checkpoint, CompressionTest, CurvePoint, CurveWriter, End, Friction, LoadStepper, Observer,
-    Outcome, Platens, Problem, ProblemBuilder, Schedule, Stepping, read_curve, write_curve,
+    AdaptiveSteps, ArcLength, Checkpoint, CompressionTest, CurvePoint, CurveWriter, End,
+    FixedSteps, Friction, LoadStepper, Observer, Outcome, Platens, Problem, ProblemBuilder,
+    Progress, Schedule, Step, StepController, read_curve, write_curve,
 };
 pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};
 pub use specimen::{
