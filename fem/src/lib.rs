@@ -66,7 +66,7 @@
 //! 11. `boundary`: conditions, loads, platens and contact
 //! 12. `problem`: a problem, its load steps, curves and checkpoints
 //! 13. `ensemble`: many runs in a directory
-//! 14. `bench`: what the bench of the engine times (feature `bench-internals`)
+//! 14. `bench`: what the bench of the engine calls (feature `bench-internals`)
 
 #[cfg(feature = "bench-internals")]
 pub mod bench;
@@ -107,8 +107,9 @@ pub use material::{
 pub use mesh::{CylinderLattice, LatticeError, Mixture, Quality, TetMesh, gmsh, vtu};
 pub use num_dual::DualNum;
 pub use problem::{
-    Checkpoint, CompressionTest, CurvePoint, CurveWriter, End, Friction, LoadStepper, Observer,
-    Outcome, Platens, Problem, ProblemBuilder, Schedule, Stepping, read_curve, write_curve,
+    AdaptiveSteps, ArcLength, Checkpoint, CompressionTest, CurvePoint, CurveWriter, End,
+    FixedSteps, Friction, LoadStepper, Observer, Outcome, Platens, Problem, ProblemBuilder,
+    Progress, Schedule, Step, StepController, read_curve, write_curve,
 };
 pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};
 pub use specimen::{

@@ -19,12 +19,12 @@ pub(super) struct Contents {
     pub(super) points: Vec<Point>,
     /// Position in `points` of each node tag.
     pub(super) position: HashMap<u64, u32>,
-    pub(super) triangles: Vec<Element<3>>,
-    pub(super) tets: Vec<Element<4>>,
+    pub(super) triangles: Vec<Simplex<3>>,
+    pub(super) tets: Vec<Simplex<4>>,
 }
 
 /// Corner nodes (positions) of an element, its elementary tag and its physical groups.
-pub(super) struct Element<const N: usize> {
+pub(super) struct Simplex<const N: usize> {
     nodes: [u32; N],
     entity: i32,
     groups: Vec<i32>,
@@ -102,9 +102,9 @@ impl Contents {
         match (dimension, is_simplex) {
             (2, true) => {
                 let nodes = [corners[0], corners[1], corners[2]];
-                self.triangles.push(Element { nodes, entity, groups });
+                self.triangles.push(Simplex { nodes, entity, groups });
             }
-            (3, true) => self.tets.push(Element { nodes: corners, entity, groups }),
+            (3, true) => self.tets.push(Simplex { nodes: corners, entity, groups }),
             (3, false) => {
                 return Err(source.fault(format!(
                     "element type {kind} is no tetrahedron; mesh with tetrahedra only"
@@ -179,7 +179,7 @@ impl Contents {
         dimension: i32,
         what: &str,
         wanted: &BTreeMap<String, PhysicalGroup>,
-        elements: &[Element<N>],
+        elements: &[Simplex<N>],
     ) -> Result<Vec<(String, i32)>, String> {
         let present: BTreeSet<i32> =
             elements.iter().flat_map(|element| element.groups.iter().copied()).collect();

@@ -82,7 +82,7 @@ fn text(
     out.push_str("$EndPhysicalNames\n");
 
     // bounding box and region of each volume
-    let mut volumes: BTreeMap<i32, (Bounds, u16)> = BTreeMap::new();
+    let mut volumes: BTreeMap<i32, (BoundingBox, u16)> = BTreeMap::new();
     for ((tet, &tag), &region) in mesh.tets.iter().zip(tags).zip(&mesh.region_of) {
         let (bounds, _) = volumes.entry(tag).or_insert((NOWHERE, region));
         extend(bounds, mesh, tet);
@@ -137,16 +137,16 @@ fn text(
 }
 
 /// Lowest and highest coordinates.
-type Bounds = [Point; 2];
+type BoundingBox = [Point; 2];
 
-const NOWHERE: Bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+const NOWHERE: BoundingBox = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
 
-fn entity(out: &mut String, tag: i32, bounds: Bounds, group: i32) -> std::fmt::Result {
+fn entity(out: &mut String, tag: i32, bounds: BoundingBox, group: i32) -> std::fmt::Result {
     let [[a, b, c], [d, e, f]] = bounds;
     writeln!(out, "{tag} {a:?} {b:?} {c:?} {d:?} {e:?} {f:?} 1 {group} 0")
 }
 
-fn extend(bounds: &mut Bounds, mesh: &TetMesh, nodes: &[u32]) {
+fn extend(bounds: &mut BoundingBox, mesh: &TetMesh, nodes: &[u32]) {
     for &node in nodes {
         let point = mesh.nodes[node as usize];
         for k in 0..3 {
