@@ -5,6 +5,8 @@
 mod calibration;
 mod conditions;
 mod experiments;
+#[cfg(test)]
+mod fuzz;
 mod geometry;
 mod image;
 mod material;
@@ -19,7 +21,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use fem::gmsh::PhysicalGroup;
-use fem::{GrainMode, Meshing, Order, Packing, PhaseField, Scanner, SolverOptions};
+use fem::{GrainMode, Homogenisation, Meshing, Order, Packing, PhaseField, Scanner, SolverOptions};
 use serde::{Deserialize, Serialize};
 
 pub use calibration::{CalibrationCase, ConfirmCase, DesignCase, QoiCase, SurrogateCase};
@@ -103,6 +105,9 @@ pub struct SpecimenCase {
     /// How grains become part of the mesh.
     #[serde(default)]
     pub grain_mode: GrainMode,
+    /// What gives the moduli of tetrahedra which are partly grain.
+    #[serde(default)]
+    pub homogenisation: Homogenisation,
     /// With the mode `auto`, grains of more elements across than this are followed by the mesh.
     #[serde(default = "elements_across")]
     pub elements_across: f64,

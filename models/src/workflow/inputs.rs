@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use ::surrogate::Input;
-use fem::{Order, PhaseField, SolverOptions};
+use fem::{Homogenisation, Order, PhaseField, SolverOptions};
 use serde::{Deserialize, Serialize};
 
 use super::WorkflowError;
@@ -118,6 +118,7 @@ macro_rules! parts {
 
 parts! {
     order: specimen.order => Order;
+    homogenisation: specimen.homogenisation => Homogenisation;
     material: material => BTreeMap<String, MaterialCase>;
     phase_field: phase_field => Option<PhaseField>;
     test: test => TestCase;
@@ -165,6 +166,7 @@ impl Inputs<'_> {
         Setup {
             path: &self.file.path,
             order: *self.order(),
+            homogenisation: *self.homogenisation(),
             material: self.material(),
             phase_field: self.phase_field().as_ref(),
             test: self.test(),

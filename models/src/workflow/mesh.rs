@@ -93,7 +93,7 @@ fn quantities(mesh: &TetMesh) -> Result<Vec<(String, f64)>, WorkflowError> {
     let quality = Quality::of(mesh);
     let grains: BTreeSet<u32> =
         mesh.grain_of.iter().flatten().copied().filter(|&grain| grain > 0).collect();
-    let mut rows = vec![
+    let mut rows = [
         ("nodes", mesh.nodes.len() as f64),
         ("tets", mesh.tets.len() as f64),
         ("height_mm", height_mm(mesh)),

@@ -4,7 +4,7 @@ use fem::{Region, Segmented, Volume, outlined_slice, tiff};
 
 use super::WorkflowError;
 use super::files::write;
-use super::specimen::{Scanned, Source};
+use super::specimen::Source;
 use super::task::Task;
 use crate::progress::{Bar, say};
 use crate::report::{Raster, grain_picture, grain_sizes, side_by_side};

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use fem::{
-    CompressionTest, CurvePoint, End, FemError, Order, Outcome, PhaseField, Problem, SolverOptions,
-    TetMesh,
+    CompressionTest, CurvePoint, End, FemError, Homogenisation, Order, Outcome, PhaseField,
+    Problem, SolverOptions, TetMesh,
 };
 
 use super::WorkflowError;
@@ -19,6 +19,7 @@ pub(super) struct Setup<'a> {
     /// The case's file, for messages.
     pub(super) path: &'a Path,
     pub(super) order: Order,
+    pub(super) homogenisation: Homogenisation,
     pub(super) material: &'a BTreeMap<String, MaterialCase>,
     pub(super) phase_field: Option<&'a PhaseField>,
     pub(super) test: &'a TestCase,
@@ -31,6 +32,7 @@ impl<'a> From<&'a CaseFile> for Setup<'a> {
         Self {
             path,
             order: case.specimen.order,
+            homogenisation: case.specimen.homogenisation,
             material: &case.material,
             phase_field: case.phase_field.as_ref(),
             test: &case.test,
@@ -146,6 +148,7 @@ fn problem(
     };
     parts
         .order(setup.order)
+        .homogenisation(setup.homogenisation)
         .materials(materials)
         .phase_field(setup.phase_field.copied())
         .options(*setup.solver)

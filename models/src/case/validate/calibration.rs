@@ -58,6 +58,8 @@ impl CaseFile {
             "draws",
             "2000 a chain give quantiles to a few per cent.",
         )?;
+        let (kept, help) = ((c.chains * c.draws) as f64, "All draws are kept in memory.");
+        self.within("calibration.draws", kept, 20.0, 1e7, "draws of all chains together", help)?;
         let help = "0.95 follows the posterior's narrow parts; 0.8 is faster.";
         self.within("calibration.target_accept", c.target_accept, 0.5, 0.999, "", help)?;
         self.within(
