@@ -114,5 +114,5 @@ pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};
 pub use specimen::{
     ConvexPolyhedron, FractionTarget, Grain, GrainField, GrainForm, GrainList, GrainMode,
     GrainShape, GrainVolume, LabelReport, Labelling, MeshReport, Meshed, MeshedGrain, Meshing,
-    MeshingError, Packing, PackingError, SizeClass, label,
+    MeshingError, Packing, PackingError, Scan, ScanError, Scanner, SizeClass, VoxelGrains, label,
 };
