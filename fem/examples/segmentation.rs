@@ -60,8 +60,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             })?;
             if verbose {
                 eprintln!("{:>40} {:.2} s", step.1, step.0.elapsed().as_secs_f64());
-                eprintln!("{:?} {} {:?}", found.cylinder, found.rim_over_centre, found.warnings);
-                eprintln!("threshold {} void {:?}", found.grain_threshold, found.void_threshold);
+                eprintln!("{:?} {:?}", found.cylinder, found.warnings);
+                eprintln!(
+                    "truth: centre {:?}, radius {}, bottom {}, height {}",
+                    taken.centre_mm, taken.radius_mm, taken.bottom_mm, taken.height_mm
+                );
             }
             let seconds = start.elapsed().as_secs_f64();
             let s = score(&taken.truth, &found.labels)?;

@@ -142,7 +142,7 @@ impl Landscape {
                 next += 1;
             }
         }
-        Seeds { labels, voxels, count: tops.len() }
+        Seeds { labels, voxels }
     }
 
     /// Tops of which none is within `spacing` voxels of a higher one, along any axis: the seeds of the
@@ -185,13 +185,13 @@ impl Landscape {
     /// slopes, then the one whose neighbours are brighter (`grey`, without rim), then the lower number.
     /// Gives the labels without the rim.
     pub(crate) fn flood(&self, seeds: Seeds, grey: &[u16]) -> Vec<u32> {
-        let Seeds { mut labels, voxels, .. } = seeds;
+        let Seeds { mut labels, voxels } = seeds;
         let mut waiting: Vec<Vec<u32>> = vec![Vec::new(); 65536];
-        let mut push = |labels: &mut [u32],
-                        at: u32,
-                        wave: &mut Vec<u32>,
-                        level: usize,
-                        waiting: &mut Vec<Vec<u32>>| {
+        let push = |labels: &mut [u32],
+                    at: u32,
+                    wave: &mut Vec<u32>,
+                    level: usize,
+                    waiting: &mut Vec<Vec<u32>>| {
             for near in self.neighbours(at) {
                 let height = usize::from(self.heights[near]);
                 if labels[near] == 0 && height > 0 {
@@ -285,7 +285,6 @@ impl Landscape {
 pub(crate) struct Seeds {
     labels: Vec<u32>,
     voxels: Vec<u32>,
-    pub(crate) count: usize,
 }
 
 fn root(parent: &mut [u32], mut at: u32) -> u32 {

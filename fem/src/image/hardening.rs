@@ -7,15 +7,17 @@
 use rayon::prelude::*;
 
 use super::cylinder::Fit;
-use super::grey::sum;
-use super::threshold::{BINS, WIDTH, class_means, middle, otsu};
+use super::filter::erode;
+use super::threshold::{WIDTH, histogram, otsu};
 
 /// Rings of equal area.
 const RINGS: usize = 32;
 /// Rounds of classification and fit.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 3;
+/// Steps in which profile and brightness of the classes are fitted in turn.
+const STEPS: usize = 20;
 /// Rings with fewer voxels of a class do not count for it.
-const LEAST: f64 = 100.0;
+const LEAST: u64 = 50;
 
 /// The factor by which grey values above air are raised at a distance from the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,6 +26,9 @@ pub(crate) struct Cupping {
     /// 1, a, b, scaled so that the mean over the section is 1.
     profile: [f64; 3],
 }
+
+/// Number and sum of the grey values of a class in each ring.
+type Rings = Vec<(u64, u64)>;
 
 impl Cupping {
     fn at(&self, s: f64) -> f64 {
@@ -45,62 +50,100 @@ impl Cupping {
         air: f64,
         void: f64,
     ) -> Cupping {
-        let rings = ring_histograms(values, shape, set, cylinder, void);
         let mut cupping = Cupping { air, profile: [1.0, 0.0, 0.0] };
+        let solid: Vec<u8> = values
+            .par_iter()
+            .zip(set)
+            .map(|(&value, &inside)| u8::from(f64::from(value) >= void) & inside)
+            .collect();
+        let Some(split) = otsu(&histogram(values, &solid), 2) else { return cupping };
+        let mut level = (split[0] * WIDTH) as f64;
         for _ in 0..ROUNDS {
-            let Some(next) = cupping.improved(&rings) else { break };
-            let change =
-                cupping.profile.iter().zip(next.profile).map(|(a, b)| (a - b).abs()).sum::<f64>();
+            let classes = cupping.classes(values, shape, &solid, cylinder, level);
+            let Some((next, means)) = cupping.improved(&classes) else { break };
             cupping = next;
-            if change < 1e-5 {
-                break;
+            if means.iter().all(|mean| mean.is_finite()) {
+                level = air + (means[0] + means[1]) / 2.0;
             }
         }
         cupping
     }
 
-    /// One round: classes by the corrected histogram, then the profile from their means in the rings.
-    fn improved(&self, rings: &[Vec<u64>]) -> Option<Cupping> {
-        let place = |ring: usize| (ring as f64 + 0.5) / RINGS as f64;
-        let mut corrected = vec![0; BINS];
-        for (ring, counts) in rings.iter().enumerate() {
-            let factor = self.at(place(ring));
-            for (bin, &count) in counts.iter().enumerate() {
-                let value = self.air + (middle(bin) - self.air) / factor;
-                corrected[(value.max(0.0) as usize / WIDTH).min(BINS - 1)] += count;
-            }
-        }
-        let split = otsu(&corrected, 2)?;
-        let means = class_means(&corrected, &split);
-        let threshold = middle(split[0]) - WIDTH as f64 / 2.0;
+    /// Matrix and grain in the rings, away from interfaces, where voxels hold both.
+    fn classes(
+        &self,
+        values: &[u16],
+        shape: [usize; 3],
+        solid: &[u8],
+        cylinder: &Fit,
+        level: f64,
+    ) -> [Rings; 2] {
+        let [nx, ny, _] = shape;
+        let area = nx * ny;
+        let s: Vec<f64> = (0..area).map(|n| relative(cylinder, n % nx, n / nx)).collect();
+        let limits: Vec<f64> =
+            s.iter().map(|&s| self.air + (level - self.air) * self.at(s.min(1.0))).collect();
+        let rings: Vec<usize> =
+            s.iter().map(|&s| ((s * RINGS as f64) as usize).min(RINGS - 1)).collect();
+        [false, true].map(|grain| {
+            let mut class = vec![0; values.len()];
+            let slices = class.par_chunks_mut(area).zip(values.par_chunks(area));
+            slices.zip(solid.par_chunks(area)).for_each(|((class, values), solid)| {
+                for n in 0..area {
+                    class[n] = u8::from((f64::from(values[n]) >= limits[n]) == grain) & solid[n];
+                }
+            });
+            let core = erode(shape, &erode(shape, &class));
+            let add = |mut sums: Rings, (values, core): (&[u16], &[u8])| {
+                for n in (0..area).filter(|&n| core[n] != 0) {
+                    let sum = &mut sums[rings[n]];
+                    *sum = (sum.0 + 1, sum.1 + u64::from(values[n]));
+                }
+                sums
+            };
+            let none = || vec![(0, 0); RINGS];
+            let both = values.par_chunks(area).zip(core.par_chunks(area));
+            both.fold(none, add)
+                .reduce(none, |a, b| a.iter().zip(b).map(|(a, b)| (a.0 + b.0, a.1 + b.1)).collect())
+        })
+    }
 
-        let mut normal = nalgebra::Matrix3::zeros();
-        let mut right = nalgebra::Vector3::zeros();
-        for (ring, counts) in rings.iter().enumerate() {
-            let s = place(ring);
-            let limit = self.air + (threshold - self.air) * self.at(s);
-            let row = nalgebra::Vector3::new(1.0, s, s * s);
+    /// The profile that fits the means in the rings best, and the brightness of the classes above air
+    /// (not a number for a class that is nowhere away from interfaces).
+    fn improved(&self, classes: &[Rings; 2]) -> Option<(Cupping, [f64; 2])> {
+        let points = |class: usize| {
+            classes[class].iter().enumerate().filter(|(_, ring)| ring.0 >= LEAST).map(
+                |(number, &(count, sum))| {
+                    let s = (number as f64 + 0.5) / RINGS as f64;
+                    (s, count as f64, sum as f64 / count as f64 - self.air)
+                },
+            )
+        };
+        let mut this = *self;
+        let mut means = [f64::NAN; 2];
+        for _ in 0..STEPS {
+            let mut normal = nalgebra::Matrix3::zeros();
+            let mut right = nalgebra::Vector3::zeros();
             for class in 0..2 {
-                let (mut count, mut moment) = (0.0, 0.0);
-                for (bin, &c) in counts.iter().enumerate() {
-                    if usize::from(middle(bin) >= limit) == class {
-                        count += c as f64;
-                        moment += c as f64 * (middle(bin) - self.air);
-                    }
+                let (mut moment, mut weight) = (0.0, 0.0);
+                for (s, count, mean) in points(class) {
+                    moment += count * mean * this.at(s);
+                    weight += count * this.at(s).powi(2);
                 }
-                if count >= LEAST {
-                    let ratio = moment / count / (means[class] - self.air);
+                means[class] = moment / weight;
+                for (s, count, mean) in points(class) {
+                    let row = nalgebra::Vector3::new(1.0, s, s * s);
                     normal += row * row.transpose() * count;
-                    right += row * (ratio * count);
+                    right += row * (count * mean / means[class]);
                 }
             }
+            let u = normal.cholesky()?.solve(&right);
+            // over the section s is distributed evenly
+            let mean = u[0] + u[1] / 2.0 + u[2] / 3.0;
+            this.profile = [u[0] / mean, u[1] / mean, u[2] / mean];
         }
-        let u = normal.cholesky()?.solve(&right);
-        // over the section s is distributed evenly
-        let mean = u[0] + u[1] / 2.0 + u[2] / 3.0;
-        let next = Cupping { air: self.air, profile: [u[0] / mean, u[1] / mean, u[2] / mean] };
-        let sound = (0..=RINGS).all(|n| next.at(n as f64 / RINGS as f64) > 0.2);
-        sound.then_some(next)
+        let sound = (0..=RINGS).all(|n| this.at(n as f64 / RINGS as f64) > 0.2);
+        sound.then_some((this, means))
     }
 
     /// Takes the profile out of grey values; beyond the wall it goes on as at the wall.
@@ -121,34 +164,6 @@ impl Cupping {
 /// (r/R)² of a column of voxels.
 fn relative(cylinder: &Fit, x: usize, y: usize) -> f64 {
     cylinder.squared_radius(x, y) / (cylinder.radius * cylinder.radius)
-}
-
-fn ring_histograms(
-    values: &[u16],
-    [nx, ny, _]: [usize; 3],
-    set: &[u8],
-    cylinder: &Fit,
-    void: f64,
-) -> Vec<Vec<u64>> {
-    let ring_of: Vec<usize> = (0..nx * ny)
-        .map(|n| relative(cylinder, n % nx, n / nx))
-        .map(|s| ((s * RINGS as f64) as usize).min(RINGS - 1))
-        .collect();
-    let counts = values
-        .par_chunks(nx * ny)
-        .zip(set.par_chunks(nx * ny))
-        .fold(
-            || vec![0; RINGS * BINS],
-            |mut counts, (values, set)| {
-                for ((&value, &inside), &ring) in values.iter().zip(set).zip(&ring_of) {
-                    let counted = inside != 0 && f64::from(value) >= void;
-                    counts[ring * BINS + value as usize / WIDTH] += u64::from(counted);
-                }
-                counts
-            },
-        )
-        .reduce(|| vec![0; RINGS * BINS], sum);
-    counts.chunks_exact(BINS).map(<[u64]>::to_vec).collect()
 }
 
 #[cfg(test)]
@@ -177,9 +192,9 @@ mod tests {
             let (x, y, z) = (n % 64, n / 64 % 64, n / 4096);
             // grains are more frequent outside, which must not be taken for cupping
             let s = relative(&cylinder, x, y);
-            let grain = (x / 6 + y / 6 + z / 6) % 5 < if s > 0.5 { 3 } else { 1 };
+            let grain = (x / 9 + y / 9 + z / 12) % 5 < if s > 0.5 { 3 } else { 1 };
             let material = if grain { 35_000.0 } else { 20_000.0 };
-            let noise = rng.random_range(-1500.0..1500.0);
+            let noise = rng.random_range(-800.0..800.0);
             values.push((9000.0 + material * truth(s.min(1.0)) + noise) as u16);
             clean.push(9000.0 + material);
         }

@@ -11,6 +11,7 @@ mod error;
 mod filter;
 mod grey;
 mod hardening;
+mod level;
 mod outline;
 mod regions;
 mod score;

@@ -6,14 +6,15 @@ use super::basins::Landscape;
 use super::components::fill_holes;
 use super::cylinder::{self, Cylinder, Fit};
 use super::distance::{FixedDistance, fixed_point, squared_distance};
-use super::filter::{binomial, erode, median};
+use super::filter::{binomial, median};
 use super::grey::{Scale, rescale};
 use super::hardening::Cupping;
+use super::level::{Level, core_mean};
 use super::regions::measure;
 use super::settings::{SeedRule, Segmentation, SpecimenForm};
 use super::solid::Solid;
 use super::statistics::SpecimenStatistics;
-use super::threshold::{WIDTH, class_means, histogram, middle, otsu};
+use super::threshold::{WIDTH, class_means, histogram, otsu};
 use super::{ImageError, Region, Volume};
 
 /// An image in grains.
@@ -45,10 +46,6 @@ pub struct Segmented {
 /// counts as solid if at most so many are.
 const AIR_IN_CORNERS: f64 = 0.9;
 const AIR_IN_MIDDLE: f64 = 0.5;
-/// Fewer voxels away from interfaces than this do not make a mean.
-const CORE: u64 = 1000;
-/// Two halves of one bell curve are this many of their own deviations apart.
-const ONE_BELL: f64 = 3.0;
 /// Voxels at the wall that hold some air.
 const WALL: f64 = 2.0;
 
@@ -89,7 +86,7 @@ impl Segmentation {
         let inside = found.inside(&grey);
 
         progress("threshold");
-        let threshold = self.grain_level(&smooth, &inside, &found, scale, &mut warnings)?;
+        let threshold = self.grain_level(&smooth, &grey, &inside, &found, scale, &mut warnings)?;
         let mut grain: Vec<u8> = smooth
             .values
             .par_iter()
@@ -155,15 +152,20 @@ impl Segmentation {
         if self.specimen == SpecimenForm::Block {
             return Ok(block);
         }
-        let counts = histogram(&image.values, &vec![1; image.values.len()]);
+        let all = vec![1; image.values.len()];
+        let counts = histogram(&image.values, &all);
         let splits = otsu(&counts, 3).or_else(|| otsu(&counts, 2));
         let Some(splits) = splits else { return Ok(block) };
         let means = class_means(&counts, &splits);
+        let limits: Vec<f64> = splits.iter().map(|&split| (split * WIDTH) as f64).collect();
+        let matrix = limits[0]..limits.get(1).copied().unwrap_or(f64::INFINITY);
+        let air = core_mean(image, &all, 0.0..limits[0]).unwrap_or(means[0]);
+        let matrix = core_mean(image, &all, matrix).unwrap_or(means[1]);
         let void = by_hand.unwrap_or((splits[0] * WIDTH) as f64);
         if self.specimen == SpecimenForm::Auto && !stands_in_air(image, void) {
             return Ok(block);
         }
-        match cylinder::fit(image, by_hand.unwrap_or((means[0] + means[1]) / 2.0)) {
+        match cylinder::fit(image, by_hand.unwrap_or((air + matrix) / 2.0)) {
             Ok(fit) => {
                 let lean = fit.lean[0].hypot(fit.lean[1]);
                 if lean > 2.0 {
@@ -171,7 +173,7 @@ impl Segmentation {
                         "the specimen's axis leans by {lean:.1} voxels over its height: turn the image upright"
                     ));
                 }
-                Ok(Found { fit: Some(fit), air: means[0], void })
+                Ok(Found { fit: Some(fit), air, void })
             }
             Err(error) if self.specimen == SpecimenForm::Auto => {
                 warnings.push(format!("{error}; the whole image was taken as a block"));
@@ -184,7 +186,8 @@ impl Segmentation {
     /// The grey level between matrix and grain.
     fn grain_level(
         &self,
-        image: &Volume<u16>,
+        smooth: &Volume<u16>,
+        grey: &Volume<u16>,
         inside: &[u8],
         found: &Found,
         scale: Scale,
@@ -193,46 +196,19 @@ impl Segmentation {
         if let Some(value) = self.grain_threshold {
             return Ok(scale.to_16_bits(value));
         }
-        let solid: Vec<u8> = image
-            .values
-            .par_iter()
-            .zip(inside)
-            .map(|(&value, &inside)| u8::from(f64::from(value) >= found.void) & inside)
-            .collect();
-        let counts = histogram(&image.values, &solid);
-        let Some(split) = otsu(&counts, 2) else {
+        let Some(level) = Level::find(smooth, grey, inside, found.void) else {
             return Err(ImageError::NoContrast {
                 what: "the specimen has one grey value".into(),
                 help: "check void_threshold, or give grain_threshold",
             });
         };
-        let mut level = (split[0] * WIDTH) as f64;
-        if separation(&counts, split[0]) < ONE_BELL {
+        if level.one_bell {
             warnings.push(
                 "the grey values of the specimen do not part into matrix and grains: look at the slices, or give grain_threshold"
                     .into(),
             );
         }
-        // half way between matrix and grains where no interface is near
-        for _ in 0..2 {
-            let class = |grain: bool| -> Vec<u8> {
-                let values = image.values.par_iter().zip(&solid);
-                let member = |(&value, &solid): (&u16, &u8)| {
-                    u8::from((f64::from(value) >= level) == grain) & solid
-                };
-                values.map(member).collect()
-            };
-            let core = |grain: bool| {
-                let set = erode(image.shape, &erode(image.shape, &class(grain)));
-                histogram(&image.values, &set)
-            };
-            let [matrix, grain] = [core(false), core(true)];
-            if matrix.iter().sum::<u64>() < CORE || grain.iter().sum::<u64>() < CORE {
-                break;
-            }
-            level = (class_means(&matrix, &[])[0] + class_means(&grain, &[])[0]) / 2.0;
-        }
-        Ok(level)
+        Ok(level.value)
     }
 
     fn label(
@@ -302,21 +278,6 @@ fn stands_in_air(image: &Volume<u16>, void: f64) -> bool {
     }
     let share = |(all, air): (u64, u64)| air as f64 / all as f64;
     share(corner) >= AIR_IN_CORNERS && share(middle) <= AIR_IN_MIDDLE
-}
-
-/// Distance of the means of two classes over the mean of their standard deviations.
-fn separation(counts: &[u64], split: usize) -> f64 {
-    let moments = |counts: &[u64], first: usize| {
-        let all: u64 = counts.iter().sum();
-        let weighted = |value: &dyn Fn(f64) -> f64| {
-            let values = counts.iter().enumerate();
-            values.map(|(n, &c)| c as f64 * value(middle(first + n))).sum::<f64>() / all as f64
-        };
-        let mean = weighted(&|v| v);
-        (mean, weighted(&|v| (v - mean).powi(2)).sqrt())
-    };
-    let (low, high) = (moments(&counts[..split], 0), moments(&counts[split..], split));
-    (high.0 - low.0) / ((low.1 + high.1) / 2.0).max(f64::MIN_POSITIVE)
 }
 
 /// Drops labels of fewer voxels and numbers the others without gaps; how many are left.

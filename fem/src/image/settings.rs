@@ -44,8 +44,8 @@ pub struct Segmentation {
     pub void_threshold: Option<f64>,
     /// Grey value from which on there is grain; found from the image if absent.
     ///
-    /// The one that is found lies half way between the mean grey values of matrix and grains away from
-    /// their interfaces, so that a blurred interface stays in its place.
+    /// The one that is found lies about half way between the mean grey values of matrix and grains away
+    /// from their interfaces, where as many voxels are above it as the grey values make up.
     pub grain_threshold: Option<f64>,
     /// Holes in grains are filled up to this size (voxels).
     pub fill_holes_voxels: usize,

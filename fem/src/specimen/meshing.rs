@@ -15,7 +15,7 @@ use crate::mesh::{CylinderLattice, LatticeError, Quality, TetMesh};
 /// How a cylinder with grains is meshed.
 ///
 /// The lattice of [`CylinderLattice`] is labelled, and its nodes move onto the interfaces of the
-/// grains that are followed (A mesh keeps their contacts and volumes); grains too small for it fill
+/// grains that are followed, which keep their contacts and volumes; grains too small for that fill
 /// their share of the tetrahedra.
 ///
 /// # Example
@@ -153,7 +153,6 @@ impl Meshing {
             field: grains,
             follows: &follows,
             radius_mm,
-            height_mm,
             spacing_mm: self.spacing_mm,
             floor_deg: self.min_dihedral_deg,
             curved: self.curved,

@@ -130,7 +130,7 @@ fn voxel_sizes_stand_in_tags() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("stack.tif");
     let ratio = |n, d| Rational { n, d };
-    let mut size = |unit, x: Rational, y: Rational, description: &str| {
+    let size = |unit, x: Rational, y: Rational, description: &str| {
         tagged(&path, unit, [x, y], description);
         tiff::read(&path, None).map(|volume| volume.voxel_mm)
     };

@@ -6,49 +6,49 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// Edge of a voxel (mm).
-pub const VOXEL_MM: f64 = 0.01;
+pub(crate) const VOXEL_MM: f64 = 0.01;
 /// Brightness of matrix and grains; that of air is 0.
 const MATRIX: f32 = 0.45;
 const GRAIN: f32 = 1.0;
 
 /// A packing in a cylinder in air, and how it is imaged.
 #[derive(Clone, Debug)]
-pub struct Phantom {
+pub(crate) struct Phantom {
     /// Voxels along each edge of the image.
-    pub side: usize,
+    pub(crate) side: usize,
     /// Volume of the grains over that of the cylinder.
-    pub fraction: f64,
+    pub(crate) fraction: f64,
     /// Median radii of the classes of grains (voxels), and their shares of the volume.
-    pub radii: Vec<(f64, f64)>,
+    pub(crate) radii: Vec<(f64, f64)>,
     /// Least thickness of matrix between grains (voxels).
-    pub film: f64,
+    pub(crate) film: f64,
     /// Share of the matrix that is fine grains, too small to be told apart.
-    pub fines: f32,
+    pub(crate) fines: f32,
     /// Brightness at the wall over that at the axis, less 1.
-    pub cupping: f32,
+    pub(crate) cupping: f32,
     /// Standard deviation of blur (voxels) and of noise (brightness).
-    pub blur: f64,
+    pub(crate) blur: f64,
     /// See `blur`.
-    pub noise: f32,
+    pub(crate) noise: f32,
     /// Seed of packing and noise.
-    pub seed: u64,
+    pub(crate) seed: u64,
 }
 
 /// What an image shows and what it should be taken for.
 #[derive(Clone, Debug)]
-pub struct Imaged {
-    pub image: Volume<f32>,
-    pub truth: Volume<u32>,
-    pub volumes_mm3: Vec<f64>,
-    pub radius_mm: f64,
-    pub bottom_mm: f64,
-    pub height_mm: f64,
-    pub centre_mm: [f64; 2],
+pub(crate) struct Imaged {
+    pub(crate) image: Volume<f32>,
+    pub(crate) truth: Volume<u32>,
+    pub(crate) volumes_mm3: Vec<f64>,
+    pub(crate) radius_mm: f64,
+    pub(crate) bottom_mm: f64,
+    pub(crate) height_mm: f64,
+    pub(crate) centre_mm: [f64; 2],
 }
 
 impl Phantom {
     /// Grains of one size, the image with a tenth of contrast as noise.
-    pub fn new(side: usize, fraction: f64, radius: f64, film: f64) -> Self {
+    pub(crate) fn new(side: usize, fraction: f64, radius: f64, film: f64) -> Self {
         Phantom {
             side,
             fraction,
@@ -63,7 +63,7 @@ impl Phantom {
     }
 
     /// Draws the packing and takes the image.
-    pub fn take(&self) -> Imaged {
+    pub(crate) fn take(&self) -> Imaged {
         let side = self.side as f64;
         let (radius, height) = (0.45 * side, 0.9 * side);
         let sizes = self.radii.iter().map(|&(radius, share)| SizeClass {
@@ -155,7 +155,7 @@ impl Phantom {
 
 impl Imaged {
     /// Volume of the grains over that of the cylinder.
-    pub fn fraction(&self) -> f64 {
+    pub(crate) fn fraction(&self) -> f64 {
         let cylinder = std::f64::consts::PI * self.radius_mm.powi(2) * self.height_mm;
         self.volumes_mm3.iter().sum::<f64>() / cylinder
     }

@@ -82,7 +82,6 @@ fn h_maxima_are_those_of_the_reconstruction() {
         for h in [0, 1, most / 20, most / 5] {
             let seeds = landscape.h_maxima(h);
             let found = parts(&landscape.without_rim(&seeds.labels));
-            assert_eq!(found.len(), seeds.count);
             assert_eq!(found, by_reconstruction(shape, &land, h), "{shape:?}, h = {h}");
         }
     }
@@ -178,7 +177,8 @@ fn spaced_seeds_keep_their_distance() {
     let shape = [30, 12, 9];
     let (heights, set) = hills(shape, 9, 8);
     let seeds = Landscape::new(shape, &heights, &set).spaced_maxima(4);
-    assert_eq!(seeds.voxels.len(), seeds.count);
+    assert_eq!(seeds.labels.iter().max(), Some(&(seeds.voxels.len() as u32)));
+    assert!(seeds.voxels.len() > 5);
     let place = |at: u32| {
         let at = at as usize;
         [at % 32, at / 32 % 14, at / (32 * 14)]

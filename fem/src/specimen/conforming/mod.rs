@@ -40,7 +40,6 @@ pub(super) struct Conforming<'a> {
     /// Which grains are followed, from number 1; the others count as matrix.
     pub(super) follows: &'a [bool],
     pub(super) radius_mm: f64,
-    pub(super) height_mm: f64,
     pub(super) spacing_mm: f64,
     /// Dihedral angle that no tetrahedron falls below by moving nodes (degrees).
     pub(super) floor_deg: f64,
