@@ -68,7 +68,7 @@ fn main() -> Result<(), Failure> {
             .phase_field(PhaseField::new(0.06))
             .build()?;
         let outcome = problem.run(&mut ());
-        let newton: u32 = outcome.curve.iter().map(|point| point.effort.iterations).sum();
+        let newton = outcome.effort.iterations;
         let errors = measure(&outcome.curve)?;
         let errors: Vec<String> = errors
             .iter()

@@ -168,6 +168,9 @@ impl<'a, const N: usize> Gather<'a, N> {
             for k in 0..CONSTANTS {
                 columns[k][lane] = constants[k];
             }
+            // one phase is a mixture of it with itself
+            columns[CONSTANTS + 1][lane] = constants[0];
+            columns[CONSTANTS + 2][lane] = constants[1];
             curved |= space.is_curved(tets[lane]);
             let fraction = space.fraction(tets[lane]);
             if fraction > 0.0 {
