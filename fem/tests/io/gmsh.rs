@@ -411,8 +411,8 @@ fn gmsh_itself_meshes_a_model() {
     let names = gmsh::write(&written, &mesh).unwrap();
     assert_eq!(gmsh::read(&written, &names).unwrap().edge_points, mesh.edge_points);
     let status = std::process::Command::new(&program)
-        .args([&written.into_os_string(), "-save".as_ref(), "-v".as_ref(), "2".as_ref()])
-        .args(["-format", "msh41", "-o"])
+        .arg(&written)
+        .args(["-save", "-v", "2", "-format", "msh41", "-o"])
         .arg(&again)
         .status();
     assert!(status.unwrap().success());
