@@ -18,7 +18,7 @@ fn sound_files() -> Vec<Vec<u8>> {
     let mut mesh =
         CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build().unwrap();
     let file = tempfile::NamedTempFile::new().unwrap();
-    let mut write = |mesh: &_| {
+    let write = |mesh: &_| {
         gmsh::write(file.path(), mesh).unwrap();
         std::fs::read(file.path()).unwrap()
     };

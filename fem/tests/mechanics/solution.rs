@@ -135,7 +135,7 @@ fn patched_cylinder(spacing_mm: f64, order: Order, linear: LinearScheme) -> Outc
     }
     let options = SolverOptions { linear, ..SolverOptions::default() };
     let field = Some(phase_field(Split::None));
-    let materials = vec![matrix(), Material { fracture: matrix().fracture, ..grain() }];
+    let materials = vec![matrix(), grain()];
     with_options(mesh, order, materials, field, loading(0.02, 1.0, 1), options)
         .expect("valid input")
         .run(&mut ())

@@ -104,7 +104,9 @@ impl Contents {
     }
 
     /// The number of a set of physical groups.
-    pub(super) fn group_set(&mut self, groups: Vec<i32>) -> GroupSet {
+    pub(super) fn group_set(&mut self, mut groups: Vec<i32>) -> GroupSet {
+        groups.sort_unstable();
+        groups.dedup();
         let GroupSets { all, number } = &mut self.sets;
         GroupSet(*number.entry(groups).or_insert_with_key(|groups| {
             all.push(groups.clone());
@@ -180,13 +182,20 @@ impl Contents {
         let regions = self.resolve(3, "region", &names.regions, &self.tets)?;
         let surfaces = self.resolve(2, "surface", &names.surfaces, &self.triangles)?;
 
+        let mut number_of: HashMap<i32, Vec<u16>> = HashMap::new();
+        for (number, (_, group)) in regions.iter().enumerate() {
+            let number = u16::try_from(number).map_err(|_| {
+                format!("{} physical volumes are more than 65536; merge some", regions.len())
+            })?;
+            number_of.entry(*group).or_default().push(number);
+        }
         let mut region_of = Vec::with_capacity(self.tets.len());
         let mut tets = Vec::with_capacity(self.tets.len());
         for (number, tet) in self.tets.iter().enumerate() {
             let [x, y, z] = self.points[tet.nodes[0] as usize];
             let groups = self.groups_of(tet);
-            let mut found = (0..).zip(&regions).filter(|(_, (_, group))| groups.contains(group));
-            let Some((region, _)) = found.next() else {
+            let mut found = groups.iter().filter_map(|group| number_of.get(group)).flatten();
+            let Some(&region) = found.next() else {
                 return Err(format!(
                     "tetrahedron {number}, with a corner at ({x}, {y}, {z}) mm and physical volume(s) \
                      {groups:?}, belongs to no named region; name that group among the regions, or give \

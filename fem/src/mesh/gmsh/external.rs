@@ -63,12 +63,13 @@ impl SphereModel {
             writeln!(out, "Sphere({number}) = {{{sphere}}};").expect("a string takes everything");
         }
         if spheres.is_empty() {
-            out.push_str("v() = {1};\n");
+            out.push_str("v() = {1};\nmatrix() = {1};\n");
         } else {
             let grains = format!("{FIRST_SPHERE}:{}", FIRST_SPHERE + spheres.len() - 1);
-            // spheres keep their numbers, and what is left of the cylinder comes last
+            // spheres keep their numbers
             out.push_str(&format!(
                 "v() = BooleanFragments{{ Volume{{1}}; Delete; }}{{ Volume{{{grains}}}; Delete; }};\n\
+                 matrix() = v();\nmatrix() -= {{{grains}}};\n\
                  Physical Volume(\"grain\", 2) = {{{grains}}};\n"
             ));
         }
@@ -82,7 +83,7 @@ impl SphereModel {
         }
         out.push_str(
             "side() = Abs(CombinedBoundary{ Volume{v()}; });\nside() -= bottom();\nside() -= top();\n\
-             Physical Volume(\"matrix\", 1) = {v(#v()-1)};\n",
+             Physical Volume(\"matrix\", 1) = {matrix()};\n",
         );
         for (name, number) in SURFACES {
             out.push_str(&format!("Physical Surface(\"{name}\", {number}) = {{{name}()}};\n"));
