@@ -2,7 +2,9 @@
 
 mod curve;
 mod ensemble;
+mod fuzz;
 mod gmsh;
 mod mesh;
 mod specimen;
+mod stl;
 mod vtu;

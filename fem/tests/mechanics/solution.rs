@@ -135,8 +135,8 @@ fn patched_cylinder(spacing_mm: f64, order: Order, linear: LinearScheme) -> Outc
     }
     let options = SolverOptions { linear, ..SolverOptions::default() };
     let field = Some(phase_field(Split::None));
-    let materials = vec![matrix(), Material { fracture: matrix().fracture, ..grain() }];
-    with_options(mesh, order, materials, field, loading(0.09, 1.0, 1), options)
+    let materials = vec![matrix(), grain()];
+    with_options(mesh, order, materials, field, loading(0.02, 1.0, 1), options)
         .expect("valid input")
         .run(&mut ())
 }
@@ -178,7 +178,7 @@ fn a_controller_of_the_user_sees_failures_and_chooses_the_steps() {
             match (run.failed, run.taken) {
                 (Some(failed), _) => Some(Step::Advance(failed.fraction() / 3.0)),
                 (None, Some(taken)) => {
-                    assert_eq!(run.moved, taken.fraction().min(run.passed));
+                    assert!((run.moved - taken.fraction()).abs() < 1e-12, "{run:?}");
                     Some(taken)
                 }
                 (None, None) => Some(Step::Advance(0.3)),
