@@ -104,7 +104,7 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         };
         let Some(sums) = statistics.next() else { return Err(one_observation_more(site)) };
         let mut terms = self.terms();
-        distribution.add_pooled_terms(sums, &mut terms);
+        distribution.add_statistics_terms(sums, &mut terms);
         self.add(site, terms)?;
         Ok(true)
     }
@@ -168,7 +168,7 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
                 sums.as_slice()
             }
         };
-        distribution.add_pooled_terms(sums, &mut terms);
+        distribution.add_statistics_terms(sums, &mut terms);
         self.add(site, terms)
     }
 

@@ -28,8 +28,7 @@ mod root;
 
 pub use beta::{beta_logit_quantile, ln_beta, ln_beta_power, regularised_beta};
 pub use gamma::{
-    digamma, digamma_rise, gamma_ln_quantile, ln_gamma, ln_minus_digamma, regularised_gamma,
-    stirling_error, trigamma,
+    digamma, gamma_ln_quantile, ln_gamma, ln_minus_digamma, regularised_gamma, stirling_error,
 };
 pub(crate) use logistic::{logistic, softplus};
 pub(crate) use memoised::memoised;
@@ -37,7 +36,7 @@ pub use normal::{
     NormalInterval, half_normal_quantile, ln_normal_cdf, mills_ratio, normal_cdf, normal_from_zero,
     normal_quantile, normal_upper_quantile,
 };
-pub(crate) use quadrature::{integral_from_zero, nodes_from_zero};
+pub(crate) use quadrature::integral_from_zero;
 
 /// ½ ln 2π.
 pub const HALF_LN_2PI: f64 = 0.918_938_533_204_672_7;
@@ -139,11 +138,6 @@ impl Hyperbolic {
         let inverse = shrink.recip();
         let tanh = ((0.5 - 0.5 * e * e) * inverse).copysign(y);
         Self { tanh, sech: e * inverse, size, shrink }
-    }
-
-    #[inline]
-    pub(crate) fn ln_cosh(self) -> f64 {
-        self.size + self.shrink.ln()
     }
 }
 
