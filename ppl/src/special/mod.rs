@@ -87,14 +87,6 @@ pub fn ln_ratio(a: f64, b: f64) -> f64 {
     if ratio.is_normal() { ratio.ln() } else { a.ln() - b.ln() }
 }
 
-/// ln(eᵃ + eᵇ), where either may be −∞.
-#[inline]
-pub fn ln_add_exp(a: f64, b: f64) -> f64 {
-    let (high, low) = if a > b { (a, b) } else { (b, a) };
-    // −∞ − (−∞) is no number; NaN stays one
-    if low == f64::NEG_INFINITY { high } else { high + (low - high).exp().ln_1p() }
-}
-
 /// ln(1 + z²), z/(1 + z²) and z²/(1 + z²), where z² may overflow.
 #[inline]
 pub fn ln_1p_square(z: f64) -> (f64, f64, f64) {

@@ -1,7 +1,6 @@
 //! Every distribution against what does not share its code: differences, quadrature, draws
 //! against distribution functions, and values computed with 50 digits.
 
-mod conformance;
 mod counts;
 mod discrete;
 mod extremes;
@@ -19,4 +18,3 @@ mod variations;
 mod vector_conformance;
 mod vector_models;
 mod vectors;
-mod wrappers;

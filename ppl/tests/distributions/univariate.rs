@@ -2,8 +2,8 @@
 
 use ppl::prelude::*;
 
-use crate::conformance::assert_distribution;
 use crate::numerics::assert_close;
+use ppl::check::assert_distribution;
 
 #[test]
 fn normal() {
