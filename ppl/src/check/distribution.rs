@@ -5,7 +5,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::gradient::derivative;
 use crate::accumulator::Joined;
-use crate::distribution::{Family, UnivariateDensity, Unknown};
+use crate::distribution::{Distribution, UnivariateDensity, Unknown};
 use crate::dual::Dual;
 use crate::scalar::Scalar;
 use crate::special::integral_from_zero;
@@ -102,7 +102,7 @@ fn constrained<R: Scalar, D: Unknown<R>>(distribution: &D, y: R, jacobian: bool)
 /// The density at the coordinate `y`; none where eʸ leaves the range of numbers.
 fn density<D: Over<f64>>(distribution: &D, y: f64) -> f64 {
     let density = constrained(distribution, y, true).exp();
-    if density.is_nan() && y.abs() > 650.0 { 0.0 } else { density }
+    if !density.is_finite() && y.abs() > 650.0 { 0.0 } else { density }
 }
 
 impl<const P: usize> Case<'_, P> {
