@@ -1,3 +1,5 @@
+//! Mass matrices against the covariances they are made for.
+
 use approx::assert_relative_eq;
 use nalgebra::DMatrix;
 use rand::{Rng, SeedableRng};

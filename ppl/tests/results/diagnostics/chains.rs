@@ -7,7 +7,7 @@ use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::borrow;
+use super::borrow;
 
 /// An AR(1) chain has τ = (1 + ρ)/(1 − ρ) exactly.
 #[test]

@@ -3,7 +3,7 @@
 use std::fs;
 
 use ppl::prelude::*;
-use ppl::{Posterior, PosteriorError, Role, WarningKind, check};
+use ppl::{Posterior, PosteriorError, Role, StopReason, WarningKind, check};
 
 ppl::model! {
     /// A mean that is known in closed form, a parameter that no datum sees, and one that the data
@@ -183,7 +183,7 @@ fn a_stopped_chain_cuts_all_and_is_reported() {
     let mut cut = run.clone();
     cut.chains[1].stats.truncate(50);
     cut.chains[1].draws.truncate(50 * cut.dim);
-    cut.chains[1].stopped = Some("interrupted".into());
+    cut.chains[1].stopped = Some(StopReason::Interrupted);
     let posterior = Posterior::from_chains(&model, cut.clone(), 1).expect("50 draws are left");
     assert_eq!(posterior.posterior.draws, 50);
     let summary = posterior.summary();

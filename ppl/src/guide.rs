@@ -14,32 +14,32 @@
 //! 9. [`testing`]: models under `cargo test`
 //! 10. [`surrogates`]: calibrating a simulation through a cheap stand-in
 
-#[doc = include_str!("coin.md")]
+#[doc = include_str!("../docs/guide/coin.md")]
 pub mod coin {}
 
-#[doc = include_str!("measurements.md")]
+#[doc = include_str!("../docs/guide/measurements.md")]
 pub mod measurements {}
 
-#[doc = include_str!("regression.md")]
+#[doc = include_str!("../docs/guide/regression.md")]
 pub mod regression {}
 
-#[doc = include_str!("hierarchy.md")]
+#[doc = include_str!("../docs/guide/hierarchy.md")]
 pub mod hierarchy {}
 
-#[doc = include_str!("checking.md")]
+#[doc = include_str!("../docs/guide/checking.md")]
 pub mod checking {}
 
-#[doc = include_str!("predicting.md")]
+#[doc = include_str!("../docs/guide/predicting.md")]
 pub mod predicting {}
 
-#[doc = include_str!("comparing.md")]
+#[doc = include_str!("../docs/guide/comparing.md")]
 pub mod comparing {}
 
-#[doc = include_str!("extending.md")]
+#[doc = include_str!("../docs/guide/extending.md")]
 pub mod extending {}
 
-#[doc = include_str!("testing.md")]
+#[doc = include_str!("../docs/guide/testing.md")]
 pub mod testing {}
 
-#[doc = include_str!("surrogates.md")]
+#[doc = include_str!("../docs/guide/surrogates.md")]
 pub mod surrogates {}

@@ -6,7 +6,7 @@ use rand_distr::{Cauchy, Exp1, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use statrs::function::erf::erfc;
 
-use crate::borrow;
+use super::borrow;
 
 fn normals(seed: u64, centre: f64, sd: f64, count: usize) -> Vec<f64> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);

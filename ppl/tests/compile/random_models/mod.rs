@@ -1,7 +1,7 @@
 //! Randomly written models: three ways to differentiate each.
 //!
-//! The models are written to a file, compiled against the `ppl` that this test was built with,
-//! and run. `RANDOM_MODELS=3000 cargo test -p ppl --test random_models` tries more of them.
+//! The models are written to a file, compiled and run.
+//! `RANDOM_MODELS=3000 cargo test -p ppl --test compile random_models` tries more of them.
 
 mod families;
 mod plates;
@@ -10,13 +10,12 @@ mod statements;
 mod writer;
 
 use std::fmt::Write;
-use std::path::PathBuf;
 use std::process::Command;
-use std::time::SystemTime;
 
 use rand::Rng;
 
-use crate::writer::Writer;
+use crate::rustc_with_ppl;
+use writer::Writer;
 
 /// Models in one file: what rustc compiles in some seconds without optimisation.
 const IN_A_FILE: usize = 40;
@@ -97,19 +96,6 @@ fn model(seed: u64) -> String {
     text + "}\n"
 }
 
-/// The folder of compiled dependencies, and the newest `ppl` in it: the one just built.
-fn compiled() -> (PathBuf, PathBuf) {
-    let folder = std::env::current_exe().unwrap().parent().unwrap().to_owned();
-    let is_ppl = |path: &PathBuf| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        name.starts_with("libppl-") && name.ends_with(".rlib")
-    };
-    let age = |path: &PathBuf| -> SystemTime { path.metadata().unwrap().modified().unwrap() };
-    let files = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
-    let newest = files.filter(is_ppl).max_by_key(age).expect("this test is linked with it");
-    (folder, newest)
-}
-
 fn compile_and_run(seeds: std::ops::Range<u64>) {
     let out = tempfile::tempdir().unwrap();
     let (source, program) = (out.path().join("models.rs"), out.path().join("models"));
@@ -126,18 +112,8 @@ fn compile_and_run(seeds: std::ops::Range<u64>) {
          fn main() {{\n{DATA}{checks}}}\n"
     );
     std::fs::write(&source, &code).unwrap();
-    let (folder, ppl) = compiled();
-    let output = Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()))
-        .args(["--edition=2024", "--crate-type=bin", "-Cdebuginfo=0"])
-        .arg("--extern")
-        .arg(format!("ppl={}", ppl.display()))
-        .arg("-L")
-        .arg(format!("dependency={}", folder.display()))
-        .arg("-o")
-        .arg(&program)
-        .arg(&source)
-        .output()
-        .unwrap();
+    let output =
+        rustc_with_ppl().args(["-Cdebuginfo=0", "-o"]).arg(&program).arg(&source).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{seeds:?} do not compile:\n{said}\n{code}");
     let output = Command::new(&program).output().unwrap();

@@ -1,38 +1,20 @@
 //! What the compiler says to mistakes in models.
 //!
-//! Every file of `tests/ui` is compiled against the `ppl` that this test was built with, so that
-//! nothing is built again. Lines that end in `//~` have one mistake, and get one error (those of
+//! Every file of `tests/ui` is compiled. Lines that end in `//~` have one mistake, and get one error (those of
 //! `types.rs` at least one).
 
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::time::SystemTime;
+use std::path::Path;
 
 use serde_json::Value;
+
+use crate::{rustc, rustc_with_ppl};
 
 /// Messages of rustc itself stand in the expected output: it is that of one version.
 const TOOLCHAIN: &str = "rustc 1.95.";
 
 /// Set to write the expected output anew.
 const OVERWRITE: &str = "UI_OVERWRITE";
-
-fn rustc() -> Command {
-    Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()))
-}
-
-/// The folder of compiled dependencies, and the newest `ppl` in it: the one just built.
-fn compiled() -> (PathBuf, PathBuf) {
-    let folder = std::env::current_exe().unwrap().parent().unwrap().to_owned();
-    let is_ppl = |path: &PathBuf| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        name.starts_with("libppl-") && name.ends_with(".rlib")
-    };
-    let age = |path: &PathBuf| -> SystemTime { path.metadata().unwrap().modified().unwrap() };
-    let files = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
-    let newest = files.filter(is_ppl).max_by_key(age).expect("this test is linked with it");
-    (folder, newest)
-}
 
 /// The errors, in the order of their places.
 struct Said {
@@ -41,14 +23,9 @@ struct Said {
 }
 
 fn compile(source: &Path) -> Said {
-    let (folder, ppl) = compiled();
     let out = tempfile::tempdir().unwrap();
-    let output = rustc()
-        .args(["--edition=2024", "--crate-type=bin", "--emit=metadata", "--error-format=json"])
-        .arg("--extern")
-        .arg(format!("ppl={}", ppl.display()))
-        .arg("-L")
-        .arg(format!("dependency={}", folder.display()))
+    let output = rustc_with_ppl()
+        .args(["--emit=metadata", "--error-format=json"])
         .arg("--out-dir")
         .arg(out.path())
         .arg(source)

@@ -2,34 +2,14 @@
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use nalgebra::{DMatrix, DVector};
-use ppl::{
-    Bound, Context, Laplace, LogDensity, Map, Model, OptimizeError, Rejection, Scalar, Site,
-    Uniform,
-};
+use ppl::{Bound, Context, Laplace, Map, Model, OptimizeError, Rejection, Scalar, Site, Uniform};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// A density given by a function that returns its value and gradient.
-struct Function<F>(usize, F);
+use crate::targets::Function;
 
-impl<F> LogDensity for Function<F>
-where
-    F: Fn(&[f64], &mut [f64]) -> Result<f64, Rejection> + Sync,
-{
-    type Workspace = Vec<f64>;
-
-    fn dim(&self) -> usize {
-        self.0
-    }
-
-    fn log_density(&self, y: &[f64], scratch: &mut Vec<f64>) -> Result<f64, Rejection> {
-        scratch.resize(self.0, 0.0);
-        (self.1)(y, scratch)
-    }
-
-    fn gradient(&self, y: &[f64], g: &mut [f64], _: &mut Vec<f64>) -> Result<f64, Rejection> {
-        (self.1)(y, g)
-    }
+fn density<F>(dim: usize, function: F) -> Function<F> {
+    Function { dim, function }
 }
 
 /// Rosenbrock's valley, rejected beyond |y| > 3: the mode is (1, 1).
@@ -45,7 +25,7 @@ fn rosenbrock(y: &[f64], g: &mut [f64]) -> Result<f64, Rejection> {
 
 #[test]
 fn a_curved_valley_between_walls() {
-    let mode = Map::default().run(&Function(2, rosenbrock)).expect("finds it");
+    let mode = Map::default().run(&density(2, rosenbrock)).expect("finds it");
     assert!(mode.converged && mode.at_bound.is_empty(), "{mode:?}");
     assert_eq!((mode.starts, mode.agreeing), (10, 10));
     assert_abs_diff_eq!(mode.point[0], 1.0, epsilon = 1e-3);
@@ -59,13 +39,13 @@ fn a_badly_scaled_gaussian() {
     let mean = [0.5, -2.0, 3e3];
     let covariance = DMatrix::from_fn(3, 3, |i, j| sd[i] * sd[j] * if i == j { 1.0 } else { 0.9 });
     let precision = covariance.clone().try_inverse().expect("positive definite");
-    let density = Function(3, |y: &[f64], g: &mut [f64]| {
+    let target = density(3, |y: &[f64], g: &mut [f64]| {
         let z = DVector::from_fn(3, |i, _| y[i] - mean[i]);
         let pull = &precision * &z;
         g.copy_from_slice((-&pull).as_slice());
         Ok(4.5 - 0.5 * z.dot(&pull))
     });
-    let laplace = Laplace::new(&density, &Map::default().seed(3)).expect("fits");
+    let laplace = Laplace::new(&target, &Map::default().seed(3)).expect("fits");
     assert!(laplace.mode.converged, "{:?}", laplace.mode);
     for i in 0..3 {
         assert_abs_diff_eq!(laplace.mode.point[i], mean[i], epsilon = 2e-3 * sd[i]);
@@ -81,12 +61,12 @@ fn a_badly_scaled_gaussian() {
 /// Draws of the approximation have its mean and covariance: 4 standard errors of 20 000 draws.
 #[test]
 fn draws_of_the_approximation() {
-    let density = Function(2, |y: &[f64], g: &mut [f64]| {
+    let target = density(2, |y: &[f64], g: &mut [f64]| {
         g[0] = -2.0 * y[0] + y[1];
         g[1] = -2.0 * y[1] + y[0];
         Ok(-y[0] * y[0] - y[1] * y[1] + y[0] * y[1])
     });
-    let laplace = Laplace::new(&density, &Map::default()).expect("fits");
+    let laplace = Laplace::new(&target, &Map::default()).expect("fits");
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
     let n = 20_000.0_f64;
     let draws: Vec<_> = (0..20_000).map(|_| laplace.draw(&mut rng)).collect();
@@ -99,19 +79,19 @@ fn draws_of_the_approximation() {
 /// Two hills, one lower: the starts do not agree, and the higher one is reported.
 #[test]
 fn a_second_mode_shows_as_disagreement() {
-    let density = Function(1, |y: &[f64], g: &mut [f64]| {
+    let target = density(1, |y: &[f64], g: &mut [f64]| {
         // double well −(y² − 1)² tilted towards +1
         g[0] = -4.0 * y[0] * (y[0] * y[0] - 1.0) + 0.3;
         Ok(-(y[0] * y[0] - 1.0).powi(2) + 0.3 * y[0])
     });
-    let mode = Map::default().starts(20).run(&density).expect("finds it");
+    let mode = Map::default().starts(20).run(&target).expect("finds it");
     assert!(mode.point[0] > 0.9 && mode.converged);
     assert!((1..20).contains(&mode.agreeing), "{}", mode.agreeing);
 }
 
 #[test]
 fn a_saddle_or_a_slope_without_end_is_not_a_mode() {
-    let slope = Function(1, |_: &[f64], g: &mut [f64]| {
+    let slope = density(1, |_: &[f64], g: &mut [f64]| {
         g[0] = 1.0;
         Ok(0.0)
     });
@@ -171,11 +151,10 @@ fn a_mode_at_the_prior_bound_is_said_to_be_there() {
 
 #[test]
 fn failures_are_told_apart() {
-    let nowhere = Function(1, |_: &[f64], _: &mut [f64]| {
+    let nowhere = density(1, |_: &[f64], _: &mut [f64]| {
         Err(Rejection::NotFinite { place: ppl::Place::unknown(), value: f64::NAN })
     });
-    let broken =
-        Function(1, |_: &[f64], _: &mut [f64]| Err(Rejection::Fatal { message: "gone".into() }));
+    let broken = density(1, |_: &[f64], _: &mut [f64]| Err(Rejection::fatal("gone")));
     assert!(matches!(Map::default().run(&nowhere), Err(OptimizeError::Start { tries: 100, .. })));
     assert!(matches!(Map::default().run(&broken), Err(OptimizeError::Density(_))));
     let none = Map::default().starts(0).run(&nowhere);

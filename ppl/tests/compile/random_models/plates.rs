@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use rand::{Rng, seq::IndexedRandom};
 
-use crate::writer::Writer;
+use super::writer::Writer;
 
 impl Writer {
     /// A sum that is written as a loop.

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use rand::Rng;
 
-use crate::writer::Writer;
+use super::writer::Writer;
 
 /// Statements with new names for `@a` to `@e`; the rest as in distributions of data.
 const SHAPES: [&str; 16] = [

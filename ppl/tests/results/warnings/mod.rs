@@ -117,7 +117,14 @@ fn correlations_of_sound_models_are_no_finding() {
 fn entries_of_matrices_are_told_apart() {
     let pairs: Vec<[f64; 2]> =
         data(10, 0.0).chunks(2).map(|y| [y[0], 0.9 * y[0] + 0.5 * y[1]]).collect();
-    let summary = correlated(&pairs).posterior(1).summary();
+    let mut posterior = correlated(&pairs).posterior(1);
+    for dimension in [0, 1] {
+        posterior.label("factor", dimension, &["force", "slope"]).expect("two by two");
+    }
+    let summary = posterior.summary();
+    let shown: Vec<&str> = summary.rows.iter().map(|row| row.name.as_str()).collect();
+    let moving = ["mu[0]", "mu[1]", "sd[0]", "sd[1]", "factor[slope,force]", "factor[slope,slope]"];
+    assert_eq!(shown, moving, "the other entries of the factor are 1 and 0 by construction");
     for kind in [WarningKind::Uninformed, WarningKind::PriorDataConflict] {
         assert!(!what(&summary, kind).contains("factor["), "{summary}");
     }
@@ -243,6 +250,20 @@ fn empty_data_are_told() {
     assert!(what(&summary, WarningKind::NoData).contains("empty slice"), "{summary}");
     let summary = mean(&data(5, 1.0)).posterior(1).summary();
     assert_eq!(what(&summary, WarningKind::NoData), "");
+
+    let (y, x) = (data(3, 1.0), [1.0, 2.0]);
+    let none = |y: &[f64], x: &[f64], groups: &[&[f64]]| {
+        what(&kinds(y, x, groups).posterior(1).summary(), WarningKind::NoData)
+    };
+    assert_eq!(none(&y, &x, &[&[], &y]), "", "one group of several may be empty");
+    for (found, name) in [
+        (none(&[], &x, &[&y]), "`y`"),
+        (none(&y, &[], &[&y]), "`fx`"),
+        (none(&y, &x, &[&[], &[]]), "`v`"),
+        (none(&[], &x, &[]), "`y`, `v`"),
+    ] {
+        assert!(found.contains(&format!("Nothing was observed: {name}.")), "{found}, not {name}");
+    }
 }
 
 fn from(starts: &[&[f64]], warmup: usize, model: &ppl::Bound<impl ppl::Model>) -> Posterior {

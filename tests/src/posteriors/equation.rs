@@ -1,9 +1,7 @@
-//! Solutions of ordinary differential equations, with their sensitivities.
+//! Solutions of ordinary differential equations with their sensitivities, for the posteriors that need one:
+//! what a user's own solver looks like to a model.
 
-use crate::density::DomainError;
-use crate::differentiable::Differentiable;
-use crate::dual::Dual;
-use crate::scalar::Scalar;
+use ppl::{DomainError, Dual, Scalar};
 
 /// An initial value problem dy/dt = f(t, y, θ), y(t₀) = y₀(θ), with N states and D parameters,
 /// written once over any [`Scalar`].
@@ -20,58 +18,11 @@ pub trait Ode<const N: usize, const D: usize>: Sync {
 /// Dormand and Prince's explicit method of order 5 with an embedded error estimate of order 4
 /// chooses steps for errors below `absolute + relative · |y|` a step, and lands on every output
 /// time. Derivatives in θ are carried forward through the same steps (steps are chosen by the
-/// values alone, so that a value does not depend on whether derivatives come with it): their
-/// error is of the order of the tolerance too, and [`check::gradient`](crate::check::gradient) needs
-/// tolerances of 10⁻¹². For non-stiff problems.
+/// values alone, so that a value does not depend on whether derivatives come with it). For non-stiff
+/// problems.
 ///
-/// Where data are compared with the logarithm of a state, as those of populations or concentrations,
-/// set the absolute tolerance to 0: of a state below it only error remains, and from random starts
-/// states do become that small. The gradient then does not belong to the value, and chains of
-/// NUTS may be stuck there.
-///
-/// In a model, [`states`](Self::states) gives one array of states a time. As [`Differentiable`]
-/// the M = N · (number of times) outputs are those states one after the other.
-///
-/// # Errors
-/// [`DomainError`], a rejected point in a model, where a step fails however small, where more
-/// steps are needed than allowed, or where a state is not a number.
-///
-/// # Example
-/// ```
-/// use ppl::prelude::*;
-/// use ppl::{Ode, Solution};
-///
-/// /// Cooling towards the temperature of a room, K.
-/// struct Cooling {
-///     room: f64,
-/// }
-/// impl Ode<1, 2> for Cooling {
-///     fn initial<S: Scalar>(&self, &[start, _]: &[S; 2]) -> [S; 1] {
-///         [start]
-///     }
-///     fn rate<S: Scalar>(&self, _: f64, &[y]: &[S; 1], &[_, rate]: &[S; 2]) -> [S; 1] {
-///         [-rate * (y - self.room)]
-///     }
-/// }
-///
-/// ppl::model! {
-///     fn cooling(solution: &Solution<Cooling, 1>, measured: &[f64]) {
-///         let start ~ Normal(350.0, 10.0); // K
-///         let rate ~ LogNormal(-3.0, 1.0); // 1/s
-///         let states = solution.states([start, rate])?;
-///         for ([temperature], y) in states.into_iter().zip(measured) {
-///             y ~ Normal(temperature, 0.5);
-///         }
-///     }
-/// }
-/// let solution = Solution::new(Cooling { room: 293.0 }, 0.0, &[10.0, 20.0])?;
-/// let model = cooling(&solution, &[330.0, 318.0]);
-/// assert_eq!(model.layout()?.dim, 2);
-///
-/// let [state] = solution.states([353.0, 0.05])?[0];
-/// assert!((state - (293.0 + 60.0 * (-0.5f64).exp())).abs() < 1e-6);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
+/// Where data are compared with the logarithm of a state, the absolute tolerance has to be 0: of a
+/// state below it only error remains, and from random starts states do become that small.
 ///
 /// # References
 /// Dormand & Prince (1980), *A Family of Embedded Runge–Kutta Formulae*,
@@ -84,49 +35,12 @@ pub struct Solution<F, const N: usize> {
     times: Vec<f64>,
     relative: f64,
     absolute: f64,
-    max_steps: usize,
 }
 
 impl<F, const N: usize> Solution<F, N> {
-    /// At `times`, which ascend from `start` on; tolerances 10⁻⁸, at most 100 000 steps.
-    ///
-    /// # Errors
-    /// [`DomainError`] for times that do not ascend or are not finite.
-    pub fn new(system: F, start: f64, times: &[f64]) -> Result<Self, DomainError> {
-        DomainError::require_finite("Solution", "start", start)?;
-        let mut before = start;
-        for (i, &time) in times.iter().enumerate() {
-            let name = format_args!("time[{i}]");
-            DomainError::require_finite("Solution", name, time)?;
-            let requirement = format_args!("at or after {before}");
-            DomainError::require(time >= before, "Solution", name, requirement, time)?;
-            before = time;
-        }
-        let times = times.to_vec();
-        Ok(Self { system, start, times, relative: 1e-8, absolute: 1e-8, max_steps: 100_000 })
-    }
-
-    /// With other tolerances, relative and absolute (in the unit of the states; 0 for states that
-    /// never vanish).
-    ///
-    /// # Errors
-    /// [`DomainError`] unless the relative one is positive and the absolute one at least 0.
-    pub fn tolerances(self, relative: f64, absolute: f64) -> Result<Self, DomainError> {
-        DomainError::require_positive("Solution", "relative tolerance", relative)?;
-        let holds = absolute >= 0.0 && absolute.is_finite();
-        let requirement = "at least 0 and finite";
-        DomainError::require(holds, "Solution", "absolute tolerance", requirement, absolute)?;
-        Ok(Self { relative, absolute, ..self })
-    }
-
-    /// With another limit of the number of steps.
-    pub fn max_steps(self, max_steps: usize) -> Self {
-        Self { max_steps, ..self }
-    }
-
-    /// The output times.
-    pub fn times(&self) -> &[f64] {
-        &self.times
+    /// At `times`, which ascend from `start` on, with these tolerances.
+    pub fn new(system: F, start: f64, times: &[f64], [relative, absolute]: [f64; 2]) -> Self {
+        Self { system, start, times: times.to_vec(), relative, absolute }
     }
 
     /// The states at every output time, as numbers of the model: each state is one operation.
@@ -169,7 +83,7 @@ impl<F, const N: usize> Solution<F, N> {
         let mut steps = 0;
         for &time in &self.times {
             while t < time {
-                if steps == self.max_steps {
+                if steps == MOST_STEPS {
                     return Err(failure(&format!("needs more than {steps} steps"), t));
                 }
                 steps += 1;
@@ -264,6 +178,9 @@ fn failure(what: &str, t: f64) -> DomainError {
     ))
 }
 
+/// Steps after which the problem is taken for a stiff one.
+const MOST_STEPS: usize = 100_000;
+
 /// Times of the stages after the first, as shares of the step.
 const TIMES: [f64; 6] = [1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
 
@@ -288,41 +205,6 @@ const ERROR: [f64; 7] = [
     -1.0 / 40.0,
 ];
 
-impl<F: Ode<N, D>, const N: usize, const D: usize, const M: usize> Differentiable<D, M>
-    for Solution<F, N>
-{
-    fn value_and_jacobian(&self, x: &[f64; D]) -> Result<([f64; M], [[f64; D]; M]), DomainError> {
-        let states = self.flat::<Dual<D>, D, M>(Dual::variables(*x))?;
-        Ok((states.map(Scalar::value), states.map(|y| y.gradient())))
-    }
-
-    fn value(&self, x: &[f64; D]) -> Result<[f64; M], DomainError> {
-        self.flat(*x)
-    }
-}
-
-impl<F, const N: usize> Solution<F, N> {
-    fn flat<S: Scalar, const D: usize, const M: usize>(
-        &self,
-        theta: [S; D],
-    ) -> Result<[S; M], DomainError>
-    where
-        F: Ode<N, D>,
-    {
-        let outputs = N * self.times.len();
-        let requirement = format_args!("states × times = {outputs}");
-        DomainError::require(M == outputs, "Solution", "number of outputs", requirement, M as f64)?;
-        let mut flat = [S::from(0.0); M];
-        let mut chunks = flat.chunks_exact_mut(N.max(1));
-        self.integrate(theta, |y| {
-            if let Some(chunk) = chunks.next() {
-                chunk.copy_from_slice(y);
-            }
-        })?;
-        Ok(flat)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -340,20 +222,88 @@ mod tests {
         }
     }
 
+    /// Prey and predators, u' = u (1.1 − v) and v' = v (u − 0.9).
+    struct Predation;
+
+    impl Ode<2, 2> for Predation {
+        fn initial<S: Scalar>(&self, theta: &[S; 2]) -> [S; 2] {
+            *theta
+        }
+
+        fn rate<S: Scalar>(&self, _: f64, &[u, v]: &[S; 2], _: &[S; 2]) -> [S; 2] {
+            [u * (-v + 1.1), v * (u - 0.9)]
+        }
+    }
+
+    /// y' = y² explodes at t = 1/y₀.
+    struct Explosive;
+
+    impl Ode<1, 1> for Explosive {
+        fn initial<S: Scalar>(&self, &[start]: &[S; 1]) -> [S; 1] {
+            [start]
+        }
+
+        fn rate<S: Scalar>(&self, _: f64, &[y]: &[S; 1], _: &[S; 1]) -> [S; 1] {
+            [y * y]
+        }
+    }
+
     /// Wrong stage times would leave an error of first order, whatever the tolerance.
     #[test]
     fn rates_that_depend_on_time_have_their_closed_form() {
         let (start, a) = (1.5, 0.8);
-        let solution = Solution::new(Fading, 0.4, &[0.9, 2.0]).expect("ascending times");
-        let solution = solution.tolerances(1e-11, 1e-13).expect("positive tolerances");
-        let (value, jacobian): ([f64; 2], [[f64; 2]; 2]) =
-            solution.value_and_jacobian(&[start, a]).expect("solvable");
-        for (k, t) in [0.9f64, 2.0].into_iter().enumerate() {
+        let solution = Solution::new(Fading, 0.4, &[0.9, 2.0], [1e-11, 1e-13]);
+        let states = solution.states(Dual::variables([start, a])).expect("solvable");
+        for ([state], t) in states.into_iter().zip([0.9f64, 2.0]) {
             let elapsed = t * t - 0.16;
             let exact = start * (-a * elapsed).exp();
-            approx::assert_relative_eq!(value[k], exact, max_relative = 1e-9);
-            approx::assert_relative_eq!(jacobian[k][0], exact / start, max_relative = 1e-9);
-            approx::assert_relative_eq!(jacobian[k][1], -elapsed * exact, max_relative = 1e-9);
+            let [in_start, in_a] = state.gradient();
+            approx::assert_relative_eq!(state.value(), exact, max_relative = 1e-9);
+            approx::assert_relative_eq!(in_start, exact / start, max_relative = 1e-9);
+            approx::assert_relative_eq!(in_a, -elapsed * exact, max_relative = 1e-9);
         }
+    }
+
+    /// The global error of order 5 shrinks with the tolerance.
+    #[test]
+    fn order_of_convergence() {
+        let exact = 1.5 * (-0.8f64 * (4.0 - 0.16)).exp();
+        let error = |tolerance: f64| {
+            let solution = Solution::new(Fading, 0.4, &[2.0], [tolerance; 2]);
+            (solution.states([1.5, 0.8]).expect("solvable")[0][0] - exact).abs()
+        };
+        let decades = (error(1e-5) / error(1e-9)).log10();
+        assert!((2.5..5.5).contains(&decades), "{decades} decades for four of the tolerance");
+    }
+
+    /// The largest change of u − 0.9 ln u + v − 1.1 ln v, which is conserved, and the least prey.
+    fn drift(start: [f64; 2], tolerances: [f64; 2]) -> (f64, f64) {
+        let conserved = |[u, v]: [f64; 2]| u - 0.9 * u.ln() + v - 1.1 * v.ln();
+        let solution = Solution::new(Predation, 0.0, &[2.0, 10.0], tolerances);
+        let states = solution.states(start).expect("solvable");
+        let change = |state: &[f64; 2]| (conserved(*state) - conserved(start)).abs();
+        let least = states.iter().map(|[u, _]| *u).fold(f64::INFINITY, f64::min);
+        (states.iter().map(change).fold(0.0, f64::max), least)
+    }
+
+    #[test]
+    fn a_cycle_is_closed() {
+        assert!(drift([1.4, 0.7], [1e-12; 2]).0 < 1e-9);
+    }
+
+    /// Prey that nearly vanish keep their logarithm without an absolute tolerance, and lose it with one.
+    #[test]
+    fn states_that_nearly_vanish() {
+        let (change, least) = drift([1.0, 30.0], [1e-9, 0.0]);
+        assert!(least < 1e-10 && change < 1e-4, "{least:e}, off by {change:e}");
+        let (change, _) = drift([1.0, 30.0], [1e-8; 2]);
+        assert!(change > 0.1 || change.is_nan(), "off by {change:e}");
+    }
+
+    #[test]
+    fn an_explosion_is_an_error() {
+        let solution = Solution::new(Explosive, 0.0, &[0.5, 2.0], [1e-8; 2]);
+        let error = solution.states([1.0]).expect_err("infinite at 1").to_string();
+        assert!(error.contains("at t = 0.99") || error.contains("at t = 1"), "{error}");
     }
 }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use rand::Rng;
 
-use crate::writer::Writer;
+use super::writer::Writer;
 
 /// Data with distributions for them: `#m` is any number, `#s` a positive one, `#p` a probability.
 const FAMILIES: [(&str, &[&str]); 5] = [

@@ -208,6 +208,23 @@ ppl::model! {
         factor(-0.5 * ((product - 3.0) / 0.3).square());
     }
 
+    /// Three kinds of data, any of which may be missing.
+    pub(crate) fn kinds(y: &[f64], x: &[f64], groups: &[&[f64]]) {
+        let mu ~ Normal(0.0, 10.0);
+        for y in y {
+            y ~ Normal(mu, 1.0);
+        }
+        for x in x {
+            let fx = 2.0 * x;
+            fx ~ Normal(mu * x, 1.0);
+        }
+        for group in groups {
+            for v in group.iter() {
+                v ~ Normal(mu, 1.0);
+            }
+        }
+    }
+
     pub(crate) fn no_data() {
         let p ~ Beta(0.3, 0.4);
         let x ~ Normal(0.0, 1.0);

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use rand::{Rng, seq::IndexedRandom};
 
-use crate::writer::Writer;
+use super::writer::Writer;
 
 impl Writer {
     /// One of any kind.
