@@ -260,7 +260,7 @@ fn empty_data_are_told() {
         (none(&[], &x, &[&y]), "`y`"),
         (none(&y, &[], &[&y]), "`fx`"),
         (none(&y, &x, &[&[], &[]]), "`v`"),
-        (none(&[], &x, &[]), "`y`, `v`"),
+        (none(&[], &x, &[&[], &[]]), "`y`, `v`"),
     ] {
         assert!(found.contains(&format!("Nothing was observed: {name}.")), "{found}, not {name}");
     }
