@@ -1,4 +1,4 @@
-//! What suffices of normal data about a linear predictor.
+//! The sufficient statistics of normal data about a linear predictor.
 //!
 //! Σᵢ (yᵢ − aᵢ − xᵢ b)² = Σ_g n_g (ȳ_g − a_g − x̄_g b)² + ‖ỹ − X̃ b‖², with ỹ and X̃ less the means of
 //! their groups. With the QR factorisation of [X̃ ỹ], whose triangle has the rows (rₖ, zₖ) and a
@@ -9,14 +9,14 @@ use nalgebra::DMatrix;
 use super::design::Design;
 use super::intercept::Intercept;
 use crate::datum::Datum;
-use crate::distribution::Vector;
+use crate::distribution::Sequence;
 use crate::parameter::Parameter;
 use crate::partials::Partials;
 use crate::scalar::Scalar;
 
-/// The sums as they were written: rows of the triangle, then those of the groups.
+/// The statistics as they were written: rows of the triangle, then those of the groups.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Summary<'s> {
+pub(super) struct Statistics<'s> {
     /// Number of data.
     pub(super) n: f64,
     /// ρ².
@@ -28,15 +28,15 @@ pub(super) struct Summary<'s> {
     groups: &'s [f64],
 }
 
-impl<'s> Summary<'s> {
-    /// Appends what suffices of `y`, of data in `groups` groups and with `slopes` predictors.
+impl<'s> Statistics<'s> {
+    /// Appends those of `y`, of data in `groups` groups and with `slopes` predictors.
     pub(super) fn write(
         x: &impl Design,
         y: &[f64],
         groups: usize,
         group: impl Fn(usize) -> usize,
         slopes: usize,
-        sums: &mut Vec<f64>,
+        out: &mut Vec<f64>,
     ) {
         let width = slopes + 1;
         // x̄, ȳ and the number of data; sums of differences from a first datum keep their digits
@@ -64,26 +64,26 @@ impl<'s> Summary<'s> {
         });
         let triangle = centred.qr().r();
         let rest = triangle[(slopes, slopes)].powi(2);
-        sums.extend([y.len() as f64, rest]);
+        out.extend([y.len() as f64, rest]);
         for k in 0..slopes {
-            sums.extend(triangle.row(k).iter());
+            out.extend(triangle.row(k).iter());
         }
-        sums.extend(means);
+        out.extend(means);
     }
 
     /// `None` where there are none.
     #[inline(always)]
-    pub(super) fn read(sums: &'s [f64], slopes: usize) -> Option<Self> {
-        let (&[n, rest], sums) = sums.split_first_chunk()?;
-        let (triangle, groups) = sums.split_at_checked(slopes * (slopes + 1))?;
+    pub(super) fn read(numbers: &'s [f64], slopes: usize) -> Option<Self> {
+        let (&[n, rest], numbers) = numbers.split_first_chunk()?;
+        let (triangle, groups) = numbers.split_at_checked(slopes * (slopes + 1))?;
         Some(Self { n, rest, slopes, triangle, groups })
     }
 }
 
-/// Data that are summed up, about a predictor.
+/// Data by their sufficient statistics, about a predictor.
 #[derive(Debug)]
 pub(super) struct Fit<'s, A, B> {
-    pub(super) summary: Summary<'s>,
+    pub(super) statistics: Statistics<'s>,
     pub(super) intercept: &'s A,
     pub(super) slopes: &'s B,
     /// 1/σ².
@@ -95,23 +95,23 @@ impl<'s, A, B> Fit<'s, A, B> {
     #[inline(always)]
     fn residual<R: Scalar>(&self, row: &[f64]) -> f64
     where
-        B: Vector<R>,
+        B: Sequence<Item: Datum<R>>,
     {
-        let mut residual = row[self.summary.slopes];
-        for k in 0..self.summary.slopes {
-            residual -= row[k] * self.slopes.at(k).value();
+        let mut residual = row[self.statistics.slopes];
+        for k in 0..self.statistics.slopes {
+            residual -= row[k] * self.slopes.at::<R>(k).value();
         }
         residual
     }
 
     #[inline(always)]
     fn triangle(&self) -> impl Iterator<Item = &'s [f64]> {
-        self.summary.triangle.chunks_exact(self.summary.slopes + 1)
+        self.statistics.triangle.chunks_exact(self.statistics.slopes + 1)
     }
 
     #[inline(always)]
     fn groups(&self) -> impl Iterator<Item = (usize, &'s [f64])> {
-        self.summary.groups.chunks_exact(self.summary.slopes + 2).enumerate()
+        self.statistics.groups.chunks_exact(self.statistics.slopes + 2).enumerate()
     }
 
     /// Σᵢ (yᵢ − ηᵢ)².
@@ -119,16 +119,16 @@ impl<'s, A, B> Fit<'s, A, B> {
     pub(super) fn squares<R: Scalar>(&self) -> f64
     where
         A: Intercept<R>,
-        B: Vector<R>,
+        B: Sequence<Item: Datum<R>>,
     {
-        let mut squares = self.summary.rest;
+        let mut squares = self.statistics.rest;
         for row in self.triangle() {
             let residual = self.residual::<R>(row);
             squares += residual * residual;
         }
         for (g, row) in self.groups() {
             let residual = self.residual::<R>(row) - self.intercept.level(g);
-            squares += row[self.summary.slopes + 1] * residual * residual;
+            squares += row[self.statistics.slopes + 1] * residual * residual;
         }
         squares
     }
@@ -147,21 +147,21 @@ pub(super) struct FitPartials<'s, A, B, S> {
     slope: f64,
 }
 
-/// Slopes whose partials are summed up in registers at a time.
+/// For how many slopes at a time the partials are sums in registers.
 const BLOCK: usize = 8;
 
 impl<R, A, B, S> Partials<R> for FitPartials<'_, A, B, S>
 where
     R: Scalar,
     A: Intercept<R>,
-    B: Vector<R>,
+    B: Sequence<Item: Datum<R>>,
     S: Parameter + Datum<R>,
 {
     #[inline(always)]
     fn spread(self, f: &mut impl FnMut(R, f64)) {
         let Self { fit, sd, slope } = self;
         sd.spread(slope, f);
-        let slopes = fit.summary.slopes;
+        let slopes = fit.statistics.slopes;
         for first in (0..slopes.max(1)).step_by(BLOCK) {
             let mut sums = [0.0; BLOCK];
             let mut add = |residual: f64, row: &[f64]| {
