@@ -26,7 +26,10 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     task.write("mesh_quality.svg", &mesh_quality(&Quality::smallest_dihedrals_deg(&mesh)))?;
 
     let mut rows = quantities(&mesh)?;
-    rows.extend(report.iter().flat_map(of_report));
+    match &report {
+        Some(report) => rows.extend(of_report(report)),
+        None => rows.push(("grains".to_owned(), labelled_grains(&mesh))),
+    }
     let (tets, nodes) = (mesh.tets.len(), mesh.nodes.len());
     let part = 100.0 * grain_fraction(&mesh);
     // a case whose materials or test do not fit the mesh fails here, not after a hundred runs
@@ -91,8 +94,6 @@ fn grain_fraction(mesh: &TetMesh) -> f64 {
 /// What any mesh has.
 fn quantities(mesh: &TetMesh) -> Result<Vec<(String, f64)>, WorkflowError> {
     let quality = Quality::of(mesh);
-    let grains: BTreeSet<u32> =
-        mesh.grain_of.iter().flatten().copied().filter(|&grain| grain > 0).collect();
     let mut rows = [
         ("nodes", mesh.nodes.len() as f64),
         ("tets", mesh.tets.len() as f64),
@@ -105,19 +106,23 @@ fn quantities(mesh: &TetMesh) -> Result<Vec<(String, f64)>, WorkflowError> {
     ]
     .map(|(name, value)| (name.to_owned(), value))
     .to_vec();
-    if mesh.mixture.is_none() {
-        rows.push(("grains".to_owned(), grains.len() as f64));
-    }
     for name in &mesh.regions {
         rows.push((format!("volume_{name}_mm3"), mesh.region_volume(name)?));
     }
     Ok(rows)
 }
 
+/// How many grains the tetrahedra of a mesh file are labelled by.
+fn labelled_grains(mesh: &TetMesh) -> f64 {
+    let grains = mesh.grain_of.iter().flatten().copied().filter(|&grain| grain > 0);
+    grains.collect::<BTreeSet<u32>>().len() as f64
+}
+
 /// What only the mesher knows.
 fn of_report(report: &MeshReport) -> Vec<(String, f64)> {
     let counted = |mode| report.grains_in(mode) as f64;
     [
+        ("grains", (report.grains.len() - report.lost_grains()) as f64),
         ("asked_grain_fraction", report.asked_fraction),
         ("grains_followed", counted(fem::GrainMode::Conforming)),
         ("grains_mixed", counted(fem::GrainMode::Fraction)),
