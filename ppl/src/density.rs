@@ -1,6 +1,8 @@
 //! What a sampler sees of a model: a log density, its gradient, and why a point was rejected.
 
+use std::error::Error;
 use std::fmt;
+use std::sync::Arc;
 
 /// A log density on unconstrained space ℝᵈ.
 ///
@@ -65,7 +67,7 @@ pub trait LogDensity: Sync {
 
 /// A statement of a model: where it stands and how it reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Place {
+pub struct Location {
     /// The statement as written, shortened.
     pub statement: &'static str,
     /// Source file.
@@ -74,14 +76,14 @@ pub struct Place {
     pub line: u32,
 }
 
-impl Place {
+impl Location {
     /// For densities that are not made of statements.
     pub const fn unknown() -> Self {
         Self { statement: "log density", file: "", line: 0 }
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.file.is_empty() {
             write!(f, "`{}`", self.statement)
@@ -95,47 +97,182 @@ impl fmt::Display for Place {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Rejection {
     /// A term is NaN or infinite.
-    #[error("log density is {value} at {place}")]
+    #[error("log density is {value} at {location}")]
     NotFinite {
         /// The statement whose term it is.
-        place: Place,
+        location: Location,
         /// The term.
         value: f64,
     },
     /// A function or a distribution is not defined there.
-    #[error("{error} at {place}")]
+    #[error("{error} at {location}")]
     Domain {
         /// The statement that called it.
-        place: Place,
+        location: Location,
         /// What it said.
         #[source]
         error: Box<DomainError>,
     },
     /// The model said `reject!`.
-    #[error("rejected at {place}: {message}")]
+    #[error("rejected at {location}: {message}")]
     Reject {
         /// The statement.
-        place: Place,
+        location: Location,
         /// The model's words.
         message: String,
     },
     /// Nothing can be evaluated any more: the run stops and keeps its draws.
-    #[error("{message}")]
-    Fatal {
-        /// What happened.
-        message: String,
-    },
+    #[error(transparent)]
+    Fatal(#[from] Box<FatalError>),
 }
 
 impl Rejection {
+    /// Ends the run, as where a density asks a service that is gone: `cause` is an error, or words.
+    pub fn fatal(cause: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self::Fatal(Box::new(FatalError::other(cause)))
+    }
+
     /// The statement that rejected, if the run can go on.
-    pub fn place(&self) -> Option<Place> {
+    pub fn location(&self) -> Option<Location> {
         match self {
-            Self::NotFinite { place, .. }
-            | Self::Domain { place, .. }
-            | Self::Reject { place, .. } => Some(*place),
-            Self::Fatal { .. } => None,
+            Self::NotFinite { location, .. }
+            | Self::Domain { location, .. }
+            | Self::Reject { location, .. } => Some(*location),
+            Self::Fatal(_) => None,
         }
+    }
+}
+
+/// Why nothing can be evaluated any more. All but the last are mistakes in a model, or in how it is
+/// called.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FatalError {
+    /// A prediction was asked for where none can be made.
+    #[error("{location}: predictions need `if cx.predicts()` around them")]
+    Prediction {
+        /// The statement.
+        location: Location,
+    },
+    /// More observations than when the data were bound.
+    #[error(
+        "{location}: the model observes more often than when its data were bound; make that a matter of \
+         data"
+    )]
+    MoreObservations {
+        /// The first statement too many.
+        location: Location,
+    },
+    /// An unknown past the last coordinate, or coordinates past the last unknown.
+    #[error(
+        "the number of unknowns depends on the values of unknowns, or the point has another length \
+         than `dim()`: {}; make the size of the model a matter of data",
+        coordinates_left(.location)
+    )]
+    VaryingDimension {
+        /// The statement that asks for more than there is; `None` where coordinates are left over.
+        location: Option<Location>,
+    },
+    /// A distribution that contradicts itself.
+    #[error(
+        "{location}: its distribution takes another number of coordinates than its `dim()`, {dim}"
+    )]
+    OtherDimension {
+        /// The statement.
+        location: Location,
+        /// What `dim()` says.
+        dim: usize,
+    },
+    /// A product of vectors of different lengths.
+    #[error(
+        "{location}: `dot` multiplies {data} data with {unknowns} unknowns: give them one length"
+    )]
+    DotLengths {
+        /// The statement.
+        location: Location,
+        /// Number of data.
+        data: usize,
+        /// Number of unknowns.
+        unknowns: usize,
+    },
+    /// A gradient of another length than the point.
+    #[error(
+        "the gradient has room for {gradient} numbers, the point has {point}: give them one length"
+    )]
+    GradientLength {
+        /// Room for the gradient.
+        gradient: usize,
+        /// Coordinates of the point.
+        point: usize,
+    },
+    /// A name that stands for two things, or whose values change their shape.
+    #[error("{location}: the name `{name}` {problem}")]
+    Name {
+        /// The statement.
+        location: Location,
+        /// The name.
+        name: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// Named dimensions that contradict each other.
+    #[error("{problem}")]
+    Dimensions {
+        /// Which, and how.
+        problem: String,
+    },
+    /// The model's own code panicked, at an index out of bounds for example.
+    #[error(
+        "the model panics{}: {message}; compare the data that it reads there",
+        at_or_after(.location)
+    )]
+    Panic {
+        /// The last statement before.
+        location: Option<Location>,
+        /// What it said.
+        message: String,
+    },
+    /// What a density of the user's said, by [`Rejection::fatal`].
+    #[error(transparent)]
+    Other(#[from] OtherError),
+}
+
+impl FatalError {
+    /// An error of the user's own, or words.
+    pub(crate) fn other(cause: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self::Other(OtherError(Arc::from(cause.into())))
+    }
+}
+
+fn coordinates_left(location: &Option<Location>) -> String {
+    match location {
+        Some(location) => format!("{location} asks for more than the point has"),
+        None => "the model stops asking before the last coordinate".to_owned(),
+    }
+}
+
+fn at_or_after(location: &Option<Location>) -> String {
+    location.map_or(String::new(), |location| format!(" at or after {location}"))
+}
+
+/// An error of the user's own; two are the same if they say the same.
+#[derive(Clone, Debug)]
+pub struct OtherError(Arc<dyn Error + Send + Sync>);
+
+impl PartialEq for OtherError {
+    fn eq(&self, other: &Self) -> bool {
+        self.to_string() == other.to_string()
+    }
+}
+
+impl fmt::Display for OtherError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl Error for OtherError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        Some(&*self.0)
     }
 }
 
@@ -169,7 +306,7 @@ impl fmt::Display for DomainError {
     }
 }
 
-impl std::error::Error for DomainError {}
+impl Error for DomainError {}
 
 impl DomainError {
     /// In words, which name the argument, its value and what is required.

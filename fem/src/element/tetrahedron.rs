@@ -1,12 +1,39 @@
 //! Lagrange shape functions on a tetrahedron, in barycentric coordinates λ₀ … λ₃.
 
-/// Polynomial order of displacement and damage.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+use serde::{Deserialize, Serialize};
+
+/// Polynomial order of displacement and damage; 1 or 2 in a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "u8", into = "u8")]
 pub enum Order {
     /// P1: four nodes.
+    #[default]
     Linear,
     /// P2: ten nodes, the midpoints of the edges 01, 12, 20, 03, 13, 23 after the vertices.
     Quadratic,
+}
+
+impl From<Order> for u8 {
+    fn from(order: Order) -> u8 {
+        match order {
+            Order::Linear => 1,
+            Order::Quadratic => 2,
+        }
+    }
+}
+
+impl TryFrom<u8> for Order {
+    type Error = &'static str;
+
+    /// # Errors
+    /// Any number but 1 and 2.
+    fn try_from(order: u8) -> Result<Self, Self::Error> {
+        match order {
+            1 => Ok(Self::Linear),
+            2 => Ok(Self::Quadratic),
+            _ => Err("elements are linear or quadratic: write order = 1 or order = 2"),
+        }
+    }
 }
 
 /// A Lagrange tetrahedron with `N` nodes: the vertices, then the midpoints of [`EDGES`](Self::EDGES).
@@ -69,39 +96,5 @@ impl Tetrahedron<10> for Quadratic {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn check<const N: usize, T: Tetrahedron<N>>() {
-        let l = [0.17, 0.23, 0.41, 0.19];
-        let step = 1e-6;
-        let slopes = T::slopes(l);
-        for k in 0..4 {
-            let (mut forward, mut backward) = (l, l);
-            forward[k] += step;
-            backward[k] -= step;
-            let (forward, backward) = (T::values(forward), T::values(backward));
-            for a in 0..N {
-                let difference = (forward[a] - backward[a]) / (2.0 * step);
-                assert!((difference - slopes[a][k]).abs() < 1e-9, "node {a}, λ{k}");
-            }
-        }
-        assert!((T::values(l).iter().sum::<f64>() - 1.0).abs() < 1e-15);
-        for b in 0..N {
-            let mut node = [0.0; 4];
-            match b.checked_sub(4) {
-                None => node[b] = 1.0,
-                Some(edge) => T::EDGES[edge].iter().for_each(|&v| node[v] = 0.5),
-            }
-            for (a, value) in T::values(node).into_iter().enumerate() {
-                assert_eq!(value, f64::from(a == b), "shape {a} at node {b}");
-            }
-        }
-    }
-
-    #[test]
-    fn shape_functions_are_nodal_and_their_slopes_are_derivatives() {
-        check::<4, Linear>();
-        check::<10, Quadratic>();
-    }
-}
+#[path = "../../tests/unit/tetrahedron.rs"]
+mod tests;

@@ -1,6 +1,8 @@
 //! The test, and what a single simulation leaves behind.
 
-use fem::{Friction, Platens, Schedule, Stepping};
+use std::sync::Arc;
+
+use fem::{AdaptiveSteps, ArcLength, FixedSteps, Friction, Platens, Schedule, StepController};
 use serde::{Deserialize, Serialize};
 
 /// `[test]`: the top platen moves down at constant speed, unless [`ConditionsCase`](crate::ConditionsCase)
@@ -23,9 +25,9 @@ pub struct TestCase {
     /// Follow a snap-back of rate-independent damage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arc_length: Option<ArcLengthCase>,
-    /// How the platens hold the specimen.
+    /// How the platens hold the specimen; the numbers of their friction follow.
     #[serde(default)]
-    pub platens: PlatensName,
+    pub platens: Platens,
     /// Coulomb's coefficient of unilateral platens.
     #[serde(default)]
     pub friction: f64,
@@ -60,17 +62,6 @@ pub struct ArcLengthCase {
     pub release_n_mm: f64,
 }
 
-/// Platens by name; their friction stands in keys of its own.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PlatensName {
-    /// The ends keep to the platens and slide freely.
-    #[default]
-    Sliding,
-    /// The ends may lift off; friction and drag resist sliding.
-    Unilateral,
-}
-
 /// `[output]`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -86,27 +77,29 @@ impl TestCase {
     pub(crate) fn schedule(&self) -> Schedule {
         Schedule {
             duration_s: self.duration_s,
-            stepping: self.stepping(),
+            steps: self.steps_by(),
             stop_below_peak: self.stop_below_peak,
         }
     }
 
-    fn stepping(&self) -> Stepping {
+    fn steps_by(&self) -> Arc<dyn StepController> {
         match (self.steps, self.adaptive, self.arc_length) {
-            (Some(steps), ..) => Stepping::Fixed(steps),
-            (_, Some(AdaptiveCase { first, largest }), _) => Stepping::Adaptive { first, largest },
-            (.., Some(ArcLengthCase { step, release_n_mm })) => {
-                Stepping::ArcLength { step, release_n_mm }
+            (Some(steps), ..) => Arc::new(FixedSteps(steps)),
+            (_, Some(AdaptiveCase { first, largest }), _) => {
+                Arc::new(AdaptiveSteps { first, largest })
             }
-            _ => Stepping::adaptive(),
+            (.., Some(ArcLengthCase { step, release_n_mm })) => {
+                Arc::new(ArcLength { step, release_n_mm })
+            }
+            _ => Arc::new(AdaptiveSteps::default()),
         }
     }
 
-    /// The platens with their friction.
+    /// The platens with the numbers of their friction.
     pub(crate) fn platens(&self) -> Platens {
         match self.platens {
-            PlatensName::Sliding => Platens::Sliding,
-            PlatensName::Unilateral => Platens::Unilateral(Friction {
+            Platens::Sliding => Platens::Sliding,
+            Platens::Unilateral(_) => Platens::Unilateral(Friction {
                 coefficient: self.friction,
                 slip_velocity_mm_per_s: self.slip_velocity_mm_per_s,
                 drag_mpa_s_per_mm: self.drag_mpa_s_per_mm,

@@ -12,8 +12,10 @@ pub(crate) struct Results {
     pub(crate) title: String,
     /// The effective case, as text.
     pub(crate) case_toml: String,
-    /// The picture of the mesh, as SVG.
-    pub(crate) mesh_svg: String,
+    /// Pictures of the specimen: its image and its mesh.
+    pub(crate) pictures: Vec<Picture>,
+    /// Facts about the image: name and value; empty if there is none.
+    pub(crate) image_facts: Vec<(String, String)>,
     /// Facts about the mesh: name and value.
     pub(crate) mesh_facts: Vec<(String, String)>,
     /// Measured curves by specimen.
@@ -37,7 +39,7 @@ pub(crate) struct Results {
     /// In words, how it was chosen.
     pub(crate) order_rule: String,
     /// The calibrated parameters.
-    pub(crate) parameters: Vec<Marginal>,
+    pub(crate) parameters: Vec<CalibratedParameter>,
     /// The summary table, header first.
     pub(crate) summary: Vec<Vec<String>>,
     /// Warnings in words; empty if nothing is to be said.
@@ -46,6 +48,24 @@ pub(crate) struct Results {
     pub(crate) notes: Vec<String>,
     /// Settings of the run: name and value.
     pub(crate) settings: Vec<(String, String)>,
+}
+
+/// A picture with what it shows.
+#[derive(Clone, Debug)]
+pub(crate) struct Picture {
+    /// What it shows, a sentence.
+    pub(crate) caption: &'static str,
+    /// The picture.
+    pub(crate) content: PictureContent,
+}
+
+/// A picture's file.
+#[derive(Clone, Debug)]
+pub(crate) enum PictureContent {
+    /// Pixels.
+    Png(Vec<u8>),
+    /// Lines.
+    Svg(String),
 }
 
 /// One quantity of interest.
@@ -82,7 +102,7 @@ pub(crate) struct OrderErrors {
 
 /// One calibrated parameter.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Marginal {
+pub(crate) struct CalibratedParameter {
     /// Label with unit.
     pub(crate) label: String,
     /// Ends of the prior box.
@@ -105,7 +125,7 @@ pub(crate) struct Marginal {
     pub(crate) truth: Option<f64>,
 }
 
-impl Marginal {
+impl CalibratedParameter {
     /// All draws, chain after chain.
     pub(crate) fn draws(&self) -> impl Iterator<Item = f64> + '_ {
         self.chains.iter().flatten().copied()

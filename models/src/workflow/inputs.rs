@@ -7,17 +7,18 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use ::surrogate::Input;
-use fem::{PhaseField, SolverOptions};
+use fem::{Homogenisation, Order, PhaseField, SolverOptions};
 use serde::{Deserialize, Serialize};
 
 use super::WorkflowError;
+use super::content_hash::ContentHash;
 use super::files::SPECIMENS;
-use super::fingerprint::Fingerprint;
 use super::simulator::Setup;
+use super::specimen::{Scanned, Source};
 use crate::case::{
     ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase,
-    MaterialCase, NoiseCase, Parameter, PriorCase, QoiCase, Shape, SpecimenCase, SurrogateCase,
-    TestCase, VirtualCase,
+    MaterialCase, MaterialParameter, NoiseCase, PriorCase, QoiCase, SpecimenGeometry,
+    SurrogateCase, TestCase, VirtualCase,
 };
 use crate::experiment::SpecimenTable;
 
@@ -78,18 +79,18 @@ impl<'a> Inputs<'a> {
     /// The fingerprint of the case at a key; of all of it at the empty one.
     fn part(&self, key: &str) -> String {
         if key.is_empty() {
-            return Fingerprint::of(&self.values.to_string()).to_string();
+            return ContentHash::of(&self.values.to_string()).to_string();
         }
         let mut keys = key.split('.');
         let first = keys.next().and_then(|key| self.values.get(key));
         keys.fold(first, |value, key| value?.get(key)).map_or_else(
             || ABSENT.to_owned(),
-            |value| Fingerprint::of(&value.to_string()).to_string(),
+            |value| ContentHash::of(&value.to_string()).to_string(),
         )
     }
 
     fn content(&self, name: &str) -> String {
-        Fingerprint::of_path(&self.dir.join(name))
+        ContentHash::of_path(&self.dir.join(name))
             .map_or_else(|_| ABSENT.to_owned(), |sum| sum.to_string())
     }
 
@@ -116,8 +117,8 @@ macro_rules! parts {
 }
 
 parts! {
-    specimen: specimen => SpecimenCase;
-    order: specimen.order => u8;
+    order: specimen.order => Order;
+    homogenisation: specimen.homogenisation => Homogenisation;
     material: material => BTreeMap<String, MaterialCase>;
     phase_field: phase_field => Option<PhaseField>;
     test: test => TestCase;
@@ -165,6 +166,7 @@ impl Inputs<'_> {
         Setup {
             path: &self.file.path,
             order: *self.order(),
+            homogenisation: *self.homogenisation(),
             material: self.material(),
             phase_field: self.phase_field().as_ref(),
             test: self.test(),
@@ -174,14 +176,41 @@ impl Inputs<'_> {
     }
 
     /// The geometry of the specimen.
-    pub(super) fn shape(&self) -> Result<Shape, WorkflowError> {
+    pub(super) fn geometry(&self) -> Result<SpecimenGeometry, WorkflowError> {
         self.reads("specimen");
-        let shape = self.file.shape()?;
-        if let Shape::Mesh { .. } = shape {
+        let geometry = self.file.geometry()?;
+        if let SpecimenGeometry::Mesh { .. } = geometry {
             // the copy beside the case
             self.reads_file("specimen.msh");
         }
-        Ok(shape)
+        Ok(geometry)
+    }
+
+    /// What is scanned, if grains come from an image.
+    pub(super) fn scanned(&self) -> Result<Option<Scanned>, WorkflowError> {
+        for key in ["image", "scan", "grains", "radius_mm", "height_mm"] {
+            self.reads(&format!("specimen.{key}"));
+        }
+        let scanned = Scanned::of(&self.file.geometry()?).map(|(scanned, _)| scanned);
+        if let Some(Scanned { source: Source::Stack(path, _), .. }) = &scanned {
+            self.reads_file(&path.to_string_lossy());
+        }
+        Ok(scanned)
+    }
+
+    /// The case's file, for messages.
+    pub(super) fn case_path(&self) -> &Path {
+        &self.file.path
+    }
+
+    /// Refuses a spacing that makes no mesh of a size that can be computed.
+    pub(super) fn check_spacing(
+        &self,
+        spacing_mm: f64,
+        radius_mm: f64,
+        height_mm: f64,
+    ) -> Result<(), WorkflowError> {
+        Ok(self.file.check_spacing("specimen.spacing_mm", spacing_mm, radius_mm, height_mm)?)
     }
 
     /// What is calibrated and its box, as the surrogate takes it.
@@ -193,7 +222,7 @@ impl Inputs<'_> {
     }
 
     /// What is calibrated.
-    pub(super) fn parameters(&self) -> Result<Vec<Parameter>, WorkflowError> {
+    pub(super) fn parameters(&self) -> Result<Vec<MaterialParameter>, WorkflowError> {
         match self.prior_table() {
             Some(prior) => Ok(prior.parameters().cloned().collect()),
             None => Err(self.missing("prior", "what is calibrated")),

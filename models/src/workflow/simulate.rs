@@ -9,7 +9,8 @@ use fem::{Checkpoint, CurvePoint, CurveWriter, FemError, Fields, Observer, vtu};
 
 use super::WorkflowError;
 use super::files::write;
-use super::simulator::{Setup, Simulator, build_mesh, failure};
+use super::simulator::{Setup, Simulator, failure};
+use super::specimen::mesh_of;
 use crate::case::CaseFile;
 use crate::progress::{Bar, say};
 
@@ -28,12 +29,12 @@ pub fn simulate(
 ) -> Result<PathBuf, WorkflowError> {
     std::fs::create_dir_all(dir).map_err(|e| WorkflowError::results(dir, e))?;
     let setup = Setup::from(file);
-    let mesh = build_mesh(&file.shape()?, setup.path)?;
+    let mesh = mesh_of(file)?;
     let simulator = Simulator::new(&setup, mesh, Vec::new())?;
     let test = simulator.problem();
     let state = dir.join("simulate.state");
     let (last, reason) = (dir.join("fields/last.vtu"), dir.join("failure.txt"));
-    let mut record = Record::new(file, &simulator, dir, interrupt)?;
+    let mut record = SimulationFiles::new(file, &simulator, dir, interrupt)?;
     let outcome = match file.case.output.checkpoint_every {
         0 => test.run(&mut record),
         every => {
@@ -71,7 +72,7 @@ fn remove(path: &Path) -> Result<(), WorkflowError> {
 }
 
 /// Writes what a run yields, and shows where it is.
-struct Record<'a> {
+struct SimulationFiles<'a> {
     file: &'a CaseFile,
     simulator: &'a Simulator,
     dir: &'a Path,
@@ -87,7 +88,7 @@ struct Record<'a> {
     failed: Option<FemError>,
 }
 
-impl<'a> Record<'a> {
+impl<'a> SimulationFiles<'a> {
     fn new(
         file: &'a CaseFile,
         simulator: &'a Simulator,
@@ -144,7 +145,7 @@ impl<'a> Record<'a> {
     }
 }
 
-impl Observer for Record<'_> {
+impl Observer for SimulationFiles<'_> {
     fn step(&mut self, point: &CurvePoint, fields: &Fields) -> ControlFlow<()> {
         let written = self.add(point, Some(fields)).and_then(|()| self.list());
         let state = format!(

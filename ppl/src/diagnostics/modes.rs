@@ -1,6 +1,6 @@
 //! Separate modes of one number, and which chains sit in which.
 
-use super::identifiability::{Marginal, has_heavy_tails};
+use super::identifiability::has_heavy_tails;
 use super::order::quantile_of_sorted;
 use super::{borrow, mean_and_variance};
 
@@ -54,7 +54,7 @@ impl Modes {
             return None;
         }
         sorted.sort_unstable_by(f64::total_cmp);
-        let mut valleys = match Scale::of_heavy_tails(&sorted) {
+        let mut valleys = match AsinhScale::of_heavy_tails(&sorted) {
             None => valleys(chains, &sorted)?,
             Some(scale) => {
                 let onto = |draws: &[f64]| draws.iter().map(|&x| scale.onto(x)).collect();
@@ -123,17 +123,17 @@ fn valleys(chains: &[&[f64]], sorted: &[f64]) -> Option<Vec<f64>> {
 ///
 /// On their own scale, draws that follow each other far out in a Cauchy tail lie in a heap by
 /// themselves; here the tail is exponential, and the heap a part of it.
-struct Scale {
+struct AsinhScale {
     centre: f64,
     width: f64,
 }
 
-impl Scale {
+impl AsinhScale {
     /// `None` where the draws have no heavy tails.
     fn of_heavy_tails(sorted: &[f64]) -> Option<Self> {
         let quantile = |p| quantile_of_sorted(sorted, p);
         let width = 0.5 * (quantile(0.75) - quantile(0.25));
-        let heavy = has_heavy_tails(sorted, Marginal::of(sorted)) && width > 0.0;
+        let heavy = has_heavy_tails(sorted) && width > 0.0;
         heavy.then(|| Self { centre: quantile(0.5), width })
     }
 

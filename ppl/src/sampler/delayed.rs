@@ -6,12 +6,13 @@ use super::{
     chains::Chains,
     error::RunError,
     mcmc::{Mcmc, Method},
-    proposal::{Proposal, Shape},
-    rejections::{Rejections, Stop, accepting, finite},
+    proposal::{Proposal, ProposalShape},
+    rejections::{Rejections, accepting, finite},
     report::{DrawStats, WarmupReport},
     resume::{another_sampler, misfit},
     run::MarkovChain,
     settings::Settings,
+    stop::StopReason,
     stream::Stream,
     tuning::Tuning,
 };
@@ -100,7 +101,7 @@ impl DelayedAcceptance<'_> {
     /// interrupted, to the very draws of one longer run.
     ///
     /// # Errors
-    /// [`RunError::Earlier`] if the chains are not of this sampler, these densities and as many
+    /// [`RunError::Resume`] if the chains are not of this sampler, these densities and as many
     /// screening steps, or one failed in its warmup.
     pub fn resume<C: LogDensity, D: LogDensity>(
         &self,
@@ -126,8 +127,8 @@ impl Method for Screened {
             return Err(RunError::Setting { setting, value, help: "give at least 1" });
         }
         let dim = common_dim(cheap, expensive)?;
-        let shape = || Shape::new(dim, settings.warmup);
-        settings.execute(dim, |_| Delayed::new(cheap, expensive, shape(), self.steps))
+        let shape = || ProposalShape::new(dim, settings.warmup);
+        settings.execute(dim, || Delayed::new(cheap, expensive, shape(), self.steps))
     }
 
     fn resume(
@@ -161,13 +162,13 @@ fn common_dim(cheap: &dyn ErasedDensity, expensive: &dyn ErasedDensity) -> Resul
 }
 
 /// A density with its current point.
-struct Level<'a> {
+struct Evaluated<'a> {
     density: Box<dyn Evaluator + 'a>,
     y: Vec<f64>,
     log_density: f64,
 }
 
-impl<'a> Level<'a> {
+impl<'a> Evaluated<'a> {
     fn new(density: &'a dyn ErasedDensity, dim: usize) -> Self {
         let density = density.evaluator();
         Self { density, y: vec![0.0; dim], log_density: f64::NEG_INFINITY }
@@ -181,8 +182,8 @@ impl<'a> Level<'a> {
 }
 
 struct Delayed<'a> {
-    cheap: Level<'a>,
-    expensive: Level<'a>,
+    cheap: Evaluated<'a>,
+    expensive: Evaluated<'a>,
     next: Vec<f64>,
     walk: Proposal,
     steps: u32,
@@ -195,13 +196,13 @@ impl<'a> Delayed<'a> {
     fn new(
         cheap: &'a dyn ErasedDensity,
         expensive: &'a dyn ErasedDensity,
-        shape: Shape,
+        shape: ProposalShape,
         steps: u32,
     ) -> Self {
         let dim = expensive.dim();
         Self {
-            cheap: Level::new(cheap, dim),
-            expensive: Level::new(expensive, dim),
+            cheap: Evaluated::new(cheap, dim),
+            expensive: Evaluated::new(expensive, dim),
             next: vec![0.0; dim],
             walk: Proposal::new(shape),
             steps,
@@ -211,7 +212,7 @@ impl<'a> Delayed<'a> {
     }
 
     /// The steps on the cheap density; whether they moved.
-    fn screen(&mut self, rng: &mut Stream) -> Result<bool, Stop> {
+    fn screen(&mut self, rng: &mut Stream) -> Result<bool, StopReason> {
         let (mut moved, mut sum) = (false, 0.0);
         for _ in 0..self.steps {
             let level = &mut self.cheap;
@@ -236,11 +237,11 @@ impl MarkovChain for Delayed<'_> {
         self.expensive.begin(y)
     }
 
-    fn prepare(&mut self, _: &mut Stream) -> Result<(), Stop> {
+    fn prepare(&mut self, _: &mut Stream) -> Result<(), StopReason> {
         Ok(())
     }
 
-    fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, Stop> {
+    fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, StopReason> {
         let before = self.cheap.log_density;
         let moved = self.screen(rng)?;
         let mut acceptance = 0.0;
@@ -261,7 +262,7 @@ impl MarkovChain for Delayed<'_> {
         Ok(DrawStats::walk(log_density, acceptance, scale, u32::from(moved)))
     }
 
-    fn adapt(&mut self, _: &DrawStats, _: &mut Stream) -> Result<(), Stop> {
+    fn adapt(&mut self, _: &DrawStats, _: &mut Stream) -> Result<(), StopReason> {
         self.walk.shape.learn(self.screened, &self.expensive.y);
         Ok(())
     }

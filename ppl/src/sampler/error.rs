@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use thiserror::Error;
 
 use crate::{
-    density::{Place, Rejection},
+    density::{FatalError, Location, Rejection},
     words::further,
 };
 
@@ -34,20 +34,23 @@ pub enum RunError {
         chain: usize,
         /// Points tried.
         tries: u32,
-        /// How often each place of the model rejected.
-        rejections: BTreeMap<Place, u64>,
+        /// How often each location of the model rejected.
+        rejections: BTreeMap<Location, u64>,
         /// The last rejection.
+        #[source]
         last: Box<Rejection>,
         /// What else can be said about it, as the datum at fault.
         detail: Option<String>,
     },
     /// The model reported a fatal error before the first transition.
-    #[error("chain {chain} cannot start: {message}")]
+    #[error("chain {chain} cannot start: {}", .detail.clone().unwrap_or_else(|| .source.to_string()))]
     Fatal {
         /// Number of the chain.
         chain: usize,
-        /// The model's message.
-        message: String,
+        /// What it reported.
+        source: Box<FatalError>,
+        /// What the model itself says of it, where it cannot be evaluated at all.
+        detail: Option<String>,
     },
     /// The density that screens is not one of the same unknowns as the one that decides.
     #[error(
@@ -59,9 +62,9 @@ pub enum RunError {
         /// Unknowns of the expensive density.
         deciding: String,
     },
-    /// The earlier chains cannot be taken up.
+    /// The chains to go on with do not fit.
     #[error("cannot go on with earlier chains: {reason}; {help}")]
-    Earlier {
+    Resume {
         /// What does not fit.
         reason: String,
         /// What to do.
@@ -72,8 +75,8 @@ pub enum RunError {
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
-fn tally(rejections: &BTreeMap<Place, u64>) -> String {
+fn tally(rejections: &BTreeMap<Location, u64>) -> String {
     let counts: Vec<String> =
-        rejections.iter().map(|(place, n)| format!("{n} × {place}")).collect();
+        rejections.iter().map(|(location, n)| format!("{n} × {location}")).collect();
     counts.join(", ")
 }

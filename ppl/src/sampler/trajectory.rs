@@ -14,9 +14,9 @@ use std::{
 use rand::Rng;
 
 use super::{
-    hamiltonian::{Hamiltonian, Phase, Point},
-    rejections::Stop,
+    hamiltonian::{Hamiltonian, Phase, Position},
     report::DrawStats,
+    stop::StopReason,
 };
 use weight::Weight;
 
@@ -30,17 +30,17 @@ const DIVERGENCE: f64 = 1000.0;
 enum Discard {
     Turning,
     Diverging,
-    Stop(Stop),
+    Stop(StopReason),
 }
 
 /// Momentum and velocity at one end of a subtree.
 #[derive(Clone, Debug)]
-struct End {
+struct Endpoint {
     p: Vec<f64>,
     velocity: Vec<f64>,
 }
 
-impl End {
+impl Endpoint {
     fn new(dim: usize) -> Self {
         Self { p: vec![0.0; dim], velocity: vec![0.0; dim] }
     }
@@ -54,12 +54,12 @@ impl End {
 /// A stretch of the trajectory; `first` and `last` in the order in which it was integrated.
 #[derive(Clone, Debug)]
 struct Subtree {
-    first: End,
-    last: End,
+    first: Endpoint,
+    last: Endpoint,
     /// Sum of the momenta, both ends included.
     rho: Vec<f64>,
     weight: Weight,
-    proposal: Point,
+    proposal: Position,
     /// Energy of the proposal.
     energy: f64,
 }
@@ -67,11 +67,11 @@ struct Subtree {
 impl Subtree {
     fn new(dim: usize) -> Self {
         Self {
-            first: End::new(dim),
-            last: End::new(dim),
+            first: Endpoint::new(dim),
+            last: Endpoint::new(dim),
             rho: vec![0.0; dim],
             weight: Weight::NONE,
-            proposal: Point::new(dim),
+            proposal: Position::new(dim),
             energy: f64::INFINITY,
         }
     }
@@ -183,10 +183,10 @@ impl Trajectory {
     pub(super) fn transition<R: Rng + ?Sized>(
         &mut self,
         hamiltonian: &mut Hamiltonian<'_>,
-        current: &mut Point,
+        current: &mut Position,
         step: f64,
         rng: &mut R,
-    ) -> Result<DrawStats, Stop> {
+    ) -> Result<DrawStats, StopReason> {
         let [backward, forward] = &mut self.ends;
         forward.point.copy_from(current);
         hamiltonian.refresh(forward, rng);
@@ -332,4 +332,5 @@ impl<R: Rng + ?Sized> Growth<'_, '_, R> {
 }
 
 #[cfg(test)]
+#[path = "../../tests/unit/sampler_trajectory.rs"]
 mod tests;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use super::convergence::Separate;
-use super::list::{Names, WarningKind, Warnings};
+use super::list::{ShownNames, WarningKind, Warnings};
 use crate::diagnostics::{
     BeforeAndAfter, Combination, Identifiability, Identification, MOST_COMBINED, Modes,
     combinations,
@@ -26,7 +26,7 @@ pub(super) fn find(
     rows: &[SummaryRow],
     identifiability: &[Identifiability],
     modes: &Separate,
-    names: &Names,
+    names: &ShownNames,
     warnings: &mut Warnings,
 ) {
     let factors = factors(posterior);
@@ -91,7 +91,7 @@ pub(super) fn find(
         let name = names.shown(&row.name);
         let (measure, [before, after]) = match row.halves {
             Some(halves) => ("central half", halves),
-            None => ("sd", [row.prior.sd, row.posterior.sd]),
+            None => ("sd", [row.prior[1], row.posterior[1]]),
         };
         format!("{name} ({measure} {} after {})", cell(after), cell(before))
     });

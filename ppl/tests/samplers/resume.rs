@@ -3,11 +3,11 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use ppl::{
-    Chains, ChainsFileError, Covariance, DelayedAcceptance, LogDensity, Metropolis, Nuts, Place,
-    Rejection, RunError,
+    Chains, ChainsFileError, DelayedAcceptance, InverseMassMatrix, Location, LogDensity,
+    Metropolis, Nuts, Rejection, RunError,
 };
 
-use crate::targets::{Gaussian, assert_mean, half_normal, normal_until, until};
+use crate::targets::{Gaussian, half_normal, normal_until, until};
 
 /// A density that can be watched.
 trait Target: LogDensity<Workspace: Default> {}
@@ -97,9 +97,9 @@ fn counts_go_on_too() {
     let long = nuts.clone().draws(400).run(&half_normal()).expect("runs");
     let short = nuts.clone().draws(150).run(&half_normal()).expect("runs");
     assert!(short.divergences() > 0 && short.chains.iter().all(|c| !c.rejections.is_empty()));
-    let places: Vec<&Place> = short.chains.iter().flat_map(|c| c.rejections.keys()).collect();
+    let places: Vec<&Location> = short.chains.iter().flat_map(|c| c.rejections.keys()).collect();
     let loaded = saved_and_loaded(&short);
-    let again: Vec<&Place> = loaded.chains.iter().flat_map(|c| c.rejections.keys()).collect();
+    let again: Vec<&Location> = loaded.chains.iter().flat_map(|c| c.rejections.keys()).collect();
     assert_eq!(places, again);
     assert_eq!(nuts.draws(400).resume(&half_normal(), loaded).expect("resumes"), long);
 }
@@ -193,10 +193,7 @@ fn an_interrupt_between_warmup_and_draws_loses_nothing() {
     let cut = interrupted(&nuts, &target, last_of_warmup, None);
     assert_eq!((cut.chains[0].warmup.stats.len(), cut.len()), (120, 0));
     let whole = nuts.run(&target).expect("runs");
-    assert_eq!(nuts.resume(&target, cut.clone()).expect("resumes"), whole);
-    // and its warmup is worth something to others
-    let warm = nuts.warm_start(&cut).warmup(0).draws(5).run(&target).expect("runs");
-    assert_eq!(warm.chains[0].warmup.start, cut.chains[0].warmup.end);
+    assert_eq!(nuts.resume(&target, cut).expect("resumes"), whole);
 }
 
 /// What no run would have written is refused before anything is done with it.
@@ -231,35 +228,6 @@ fn damaged_warmups_are_named() {
     assert!(error.to_string().contains("warmup of chain 0"), "{error}");
 }
 
-/// With no warmup at all, a warm start samples with the earlier tuning; a short one keeps what is
-/// better than it can learn.
-#[test]
-fn a_warm_start_takes_positions_maps_and_steps() {
-    let target = Gaussian::autoregressive(6, 0.9, 0.1, 10.0);
-    let nuts = Nuts::default().seed(1);
-    let earlier = nuts.clone().draws(100).run(&target).expect("runs");
-    let warm = nuts.clone().warm_start(&earlier).warmup(0).draws(1000).seed(2);
-    let chains = warm.run(&target).expect("runs");
-    for (new, old) in chains.chains.iter().zip(&earlier.chains) {
-        assert_eq!(new.warmup.start, old.draws[99 * 6..]);
-        assert_eq!(new.warmup.covariance, old.warmup.covariance);
-        approx::assert_relative_eq!(
-            new.warmup.step_size,
-            old.warmup.step_size,
-            max_relative = 1e-12
-        );
-    }
-    for i in 0..6 {
-        assert_mean("mean", &chains, target.mean[i], |y| y[i]);
-    }
-
-    let short = nuts.warm_start(&earlier).warmup(40).draws(10).seed(2).run(&target).expect("runs");
-    for chain in &short.chains {
-        assert_eq!(chain.warmup.windows, [33]);
-        assert!(matches!(chain.warmup.covariance, Covariance::Dense(_)));
-    }
-}
-
 #[test]
 fn chains_that_do_not_fit_are_refused_by_reason() {
     let target = Gaussian::autoregressive(2, 0.6, 0.5, 2.0);
@@ -268,25 +236,22 @@ fn chains_that_do_not_fit_are_refused_by_reason() {
     let nuts = nuts().draws(20);
     let chains = nuts.run(&target).expect("runs");
     let walk = Metropolis::default().chains(3).draws(20).run(&target).expect("runs");
-    let fail = || Err(Rejection::Fatal { message: "the licence server is gone".into() });
+    let fail = || Err(Rejection::fatal("the licence server is gone"));
     let one = nuts.clone().chains(1);
     let failed = one.run(&normal_until(2, 50, fail)).expect("runs");
     let mut broken = chains.clone();
-    broken.chains[1].warmup.covariance = Covariance::Dense(vec![1.0, 2.0, 2.0, 1.0]);
+    broken.chains[1].warmup.covariance = InverseMassMatrix::Dense(vec![1.0, 2.0, 2.0, 1.0]);
     let cases = [
         (nuts.resume(&other, chains.clone()), "log density"),
         (nuts.resume(&wide, chains.clone()), "2 coordinates, the density 3"),
         (nuts.clone().chains(2).resume(&target, chains.clone()), "there are 3"),
         (nuts.resume(&target, walk), "another sampler"),
         (one.resume(&target, failed), "chain 0 failed in its warmup"),
-        (nuts.resume(&target, broken.clone()), "not positive"),
-        (nuts.clone().warm_start(&broken).run(&target), "mass matrix"),
-        (nuts.clone().warm_start(&chains).run(&wide), "mass matrix"),
-        (nuts.clone().warm_start(&chains).chains(2).run(&target), "there are 3"),
+        (nuts.resume(&target, broken), "not positive"),
     ];
     for (result, words) in cases {
         let error = result.expect_err(words);
-        assert!(matches!(&error, RunError::Earlier { .. }), "{error}");
+        assert!(matches!(&error, RunError::Resume { .. }), "{error}");
         assert!(error.to_string().contains(words), "{error}");
     }
 }
@@ -313,7 +278,7 @@ fn walks_refuse_what_is_not_theirs() {
     ];
     for (result, words) in cases {
         let error = result.expect_err(words);
-        assert!(matches!(&error, RunError::Earlier { .. }), "{error}");
+        assert!(matches!(&error, RunError::Resume { .. }), "{error}");
         assert!(error.to_string().contains(words), "{error}");
     }
 }

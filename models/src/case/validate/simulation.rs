@@ -1,47 +1,96 @@
 //! Specimen, materials, test and solver.
 
-use fem::{FemError, PhaseField};
+use fem::{FemError, Packing, PhaseField, Platens, Segmentation};
 
-use super::super::{
-    Case, CaseFile, ConditionsCase, LawCase, MaterialCase, PlatensName, Property, Shape,
-};
+use super::super::{Case, CaseFile, ConditionsCase, MaterialCase, Property, SpecimenGeometry};
 use crate::error::InputError;
 
 /// More tetrahedra than this are taken for a slip in the spacing.
 const MOST_TETS: f64 = 2e7;
 
 impl CaseFile {
-    pub(super) fn check_specimen(&self, shape: &Shape) -> Result<(), InputError> {
-        let order = self.case.specimen.order;
-        self.within(
-            "specimen.order",
-            f64::from(order),
-            1.0,
-            2.0,
-            "(linear or quadratic)",
-            "Write order = 1 or order = 2.",
-        )?;
-        if let Shape::Lattice { radius_mm, height_mm, spacing_mm, grains } = shape {
-            let help = "Lengths are in mm; the paper's cylinder is 2.5 by 4.4 mm.";
-            self.within("specimen.radius_mm", *radius_mm, 1e-3, 1e3, "mm", help)?;
-            self.within("specimen.height_mm", *height_mm, 1e-3, 1e3, "mm", help)?;
-            self.check_spacing("specimen.spacing_mm", *spacing_mm, *radius_mm, *height_mm)?;
-            if let Some(grains) = grains {
-                let help = "It is a volume fraction; the paper's meshes have 0.19 to 0.27.";
-                self.within(
-                    "specimen.grains.fraction",
-                    grains.fraction,
-                    0.0,
-                    0.5,
-                    "of the volume",
-                    help,
-                )?;
+    pub(super) fn check_specimen(&self, geometry: &SpecimenGeometry) -> Result<(), InputError> {
+        let (size, meshing) = match geometry {
+            SpecimenGeometry::Mesh { .. } => return Ok(()),
+            SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, scan, meshing } => {
+                let size = [Some(*radius_mm), Some(*height_mm)];
+                self.check_size(size)?;
+                if let Some(packing) = grains {
+                    self.check_packing(packing, *radius_mm, *height_mm)?;
+                }
+                if let Some((scanner, segmentation)) = scan {
+                    scanner.validate().map_err(|e| self.refused("specimen.scan", &e))?;
+                    self.check_segmentation(segmentation)?;
+                }
+                (size, meshing)
+            }
+            SpecimenGeometry::Image {
+                voxel_mm,
+                segmentation,
+                radius_mm,
+                height_mm,
+                meshing,
+                ..
+            } => {
+                if let Some(voxel_mm) = *voxel_mm {
+                    let help =
+                        "It is the edge of a voxel; leave it out where the file's tags say it.";
+                    self.within("specimen.image.voxel_mm", voxel_mm, 1e-9, 1e2, "mm", help)?;
+                }
+                self.check_segmentation(segmentation)?;
+                let size = [*radius_mm, *height_mm];
+                self.check_size(size)?;
+                (size, meshing)
+            }
+        };
+        // of an image, size and spacing are compared once it has been read
+        let [radius_mm, height_mm] = size.map(|length| length.unwrap_or(1e3));
+        if size.contains(&None) {
+            let help = "It is the edge of the lattice's cells.";
+            self.within("specimen.spacing_mm", meshing.spacing_mm, 1e-6, 1e3, "mm", help)?;
+        } else {
+            self.check_spacing("specimen.spacing_mm", meshing.spacing_mm, radius_mm, height_mm)?;
+        }
+        meshing.validate().map_err(|e| self.refused("specimen", &e))
+    }
+
+    fn check_size(&self, [radius_mm, height_mm]: [Option<f64>; 2]) -> Result<(), InputError> {
+        let help = "Lengths are in mm; the paper's cylinder is 2.5 by 4.4 mm.";
+        for (key, length) in [("radius_mm", radius_mm), ("height_mm", height_mm)] {
+            if let Some(length) = length {
+                self.within(&format!("specimen.{key}"), length, 1e-3, 1e3, "mm", help)?;
             }
         }
         Ok(())
     }
 
-    pub(super) fn check_spacing(
+    fn check_packing(
+        &self,
+        packing: &Packing,
+        radius_mm: f64,
+        height_mm: f64,
+    ) -> Result<(), InputError> {
+        let help = "It is a volume fraction; the paper's meshes have 0.19 to 0.27.";
+        let (key, fraction) = ("specimen.grains.fraction", packing.fraction);
+        self.within(key, fraction, 0.0, 0.5, "of the volume", help)?;
+        if fraction == 0.0 {
+            return Ok(());
+        }
+        packing.validate(radius_mm, height_mm).map_err(|e| self.refused("specimen.grains", &e))
+    }
+
+    fn check_segmentation(&self, segmentation: &Segmentation) -> Result<(), InputError> {
+        segmentation.check().map_err(|e| self.refused("specimen.image", &e))
+    }
+
+    /// A refusal of fem's that names field, value and what is accepted.
+    fn refused(&self, table: &str, error: &dyn std::error::Error) -> InputError {
+        let help = "breccia init writes a case that explains every key.";
+        self.error(table, "", error.to_string(), help)
+    }
+
+    /// Whether a lattice of this spacing makes a mesh of a size that can be computed.
+    pub(crate) fn check_spacing(
         &self,
         key: &str,
         spacing_mm: f64,
@@ -70,38 +119,11 @@ impl CaseFile {
     }
 
     pub(super) fn check_material(&self, region: &str, m: &MaterialCase) -> Result<(), InputError> {
-        let key = |property: Property| format!("material.{region}.{}", property.key());
-        let given = [
-            (Property::Toughness, m.toughness_n_per_mm),
-            (Property::Viscosity, Some(m.viscosity_mpa_s)),
-            (Property::ResidualStiffness, Some(m.residual_stiffness)),
-        ];
-        self.check_law(region, m)?;
-        for (property, value) in given {
-            self.check_property(&key(property), property, value)?;
-        }
-        Ok(())
-    }
-
-    /// The range of a number of a material, if it is given.
-    fn check_property(
-        &self,
-        key: &str,
-        property: Property,
-        value: Option<f64>,
-    ) -> Result<(), InputError> {
-        let ([least, most], (unit, help)) = (property.range(), property.help());
-        value.map_or(Ok(()), |value| self.within(key, value, least, most, unit, help))
-    }
-
-    /// Young's modulus and Poisson's ratio, or the constants of the law in their place.
-    fn check_law(&self, region: &str, m: &MaterialCase) -> Result<(), InputError> {
-        let key = |name: &str| format!("material.{region}.{name}");
         for (property, value) in [(Property::Young, m.young_mpa), (Property::Poisson, m.poisson)] {
-            let key = key(property.key());
+            let key = format!("material.{region}.{}", property.key());
             match (value, m.law.has_constants()) {
                 (None, false) => {
-                    let help = format!("Add it. {}", property.help().1);
+                    let help = format!("Add it. {}", property.help());
                     return Err(self.error(&key, "", "is missing", help));
                 }
                 (Some(value), true) => {
@@ -112,22 +134,38 @@ impl CaseFile {
                         "Leave it out: the law's constants say how stiff it is.",
                     ));
                 }
-                (value, _) => self.check_property(&key, property, value)?,
+                _ => {}
             }
         }
-        if let LawCase::Ogden { terms, .. } = &m.law
-            && let Some(term) = terms.iter().find(|term| term.alpha == 0.0)
-        {
-            return Err(self.error(
-                &key("law.ogden.terms"),
-                format!("{{ mu_mpa = {}, alpha = 0 }}", term.mu_mpa),
-                "a term with alpha = 0 has no energy",
-                "Leave the term out.",
-            ));
+        self.check_in_fem(region, m)
+    }
+
+    /// What `fem` says of a material in a region.
+    pub(super) fn in_fem(&self, region: &str, material: &MaterialCase) -> Result<(), FemError> {
+        material.in_fem()?.validate(region, self.case.phase_field.as_ref())
+    }
+
+    /// Whether `fem` takes a material, with the case's own key if not.
+    fn check_in_fem(&self, region: &str, material: &MaterialCase) -> Result<(), InputError> {
+        let Err(error) = self.in_fem(region, material) else { return Ok(()) };
+        match error {
+            FemError::Parameter { field, value, requirement, .. } => {
+                let property = Property::ALL.into_iter().find(|p| p.key() == field);
+                let table = if property.is_some() { "" } else { "law.ogden.terms." };
+                let help = property.map_or("Leave the term out.", Property::help);
+                let key = format!("material.{region}.{table}{field}");
+                Err(self.error(&key, value.to_string(), format!("must be {requirement}"), help))
+            }
+            FemError::Unsupported { message, help, .. } => {
+                Err(self.error(&format!("material.{region}.law"), "", message, sentence(&help)))
+            }
+            other => Err(self.error(
+                &format!("material.{region}"),
+                "",
+                other.to_string(),
+                "Check its numbers.",
+            )),
         }
-        m.in_fem().map(|_| ()).map_err(|e| {
-            self.error(&key("law"), "", e.to_string(), "Check the signs of its constants.")
-        })
     }
 
     pub(super) fn check_test(&self) -> Result<(), InputError> {
@@ -198,7 +236,7 @@ impl CaseFile {
                 "It is how far the top platen moves down: at most half the height.",
             ),
             (Some(_), Some(_)) => beside("test.displacement_mm"),
-            (Some(_), _) if case.test.platens != PlatensName::Sliding => beside("test.platens"),
+            (Some(_), _) if case.test.platens != Platens::Sliding => beside("test.platens"),
             (Some(_), _) if case.prior.is_some() => beside("prior"),
             (Some(conditions), _) => self.check_conditions(conditions),
         }
@@ -269,7 +307,7 @@ impl CaseFile {
         ];
         for (key, value, most, help) in resists {
             self.within(key, value, 0.0, most, "", help)?;
-            if value > 0.0 && test.platens == PlatensName::Sliding {
+            if value > 0.0 && test.platens == Platens::Sliding {
                 return Err(self.error(
                     key,
                     value.to_string(),
@@ -287,4 +325,11 @@ impl CaseFile {
             "Take a hundredth of the velocity at which the ends slide.",
         )
     }
+}
+
+/// A clause as a sentence of its own.
+fn sentence(clause: &str) -> String {
+    let mut letters = clause.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    first.chain(letters).chain(['.']).collect()
 }

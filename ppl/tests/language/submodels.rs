@@ -1,0 +1,231 @@
+//! Blocks of statements used again: names, shapes, densities, predictions.
+
+use ppl::prelude::*;
+use ppl::{Bound, Model, Rejection, Role, Workspace, check};
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+ppl::model! {
+    /// Offsets of groups around a level that may be an unknown.
+    fn offsets(level: Real, scale: f64, groups: usize) -> Vec<Real> {
+        let spread ~ HalfNormal(scale);
+        let z ~ Normal(0.0, 1.0).iid(groups);
+        #[track] let offset: Vec<_> = z.iter().map(|z| level + spread * *z).collect();
+        offset
+    }
+
+    /// A submodel in a submodel, and an unknown of its own that both can see.
+    fn two_ways(rows: usize, columns: usize) -> (Vec<Real>, Vec<Real>) {
+        let level ~ Normal(0.0, 5.0);
+        let row ~ offsets(level, 1.0, rows);
+        let column ~ offsets(0.0, 2.0, columns);
+        (row, column)
+    }
+
+    fn table(rows: usize, columns: usize, cells: &[(usize, usize, f64)]) {
+        let effect ~ two_ways(rows, columns);
+        let sd ~ HalfNormal(1.0);
+        for (r, c, y) in cells {
+            *y ~ Normal(effect.0[*r] + effect.1[*c], sd);
+        }
+    }
+
+    /// The same without submodels.
+    fn table_at_length(rows: usize, columns: usize, cells: &[(usize, usize, f64)]) {
+        let level ~ Normal(0.0, 5.0);
+        let spread_1 ~ HalfNormal(1.0);
+        let z_1 ~ Normal(0.0, 1.0).iid(rows);
+        let spread_2 ~ HalfNormal(2.0);
+        let z_2 ~ Normal(0.0, 1.0).iid(columns);
+        let sd ~ HalfNormal(1.0);
+        for (r, c, y) in cells {
+            *y ~ Normal(level + spread_1 * z_1[*r] + spread_2 * z_2[*c], sd);
+        }
+    }
+
+    /// One specimen: an unknown, its observations, a prediction, and a value chosen by data.
+    fn specimen(mean: Real, tau: Real, ys: &[f64]) -> Real {
+        let theta ~ Normal(mean, tau);
+        for y in ys {
+            y ~ Normal(theta, 1.0);
+        }
+        #[predict] let again ~ Normal(theta, 1.0);
+        if ys.is_empty() {
+            Real::from(0.0)
+        } else {
+            let twice = 2.0 * theta;
+            twice
+        }
+    }
+
+    fn laboratory(specimens: &[&[f64]]) {
+        let mu ~ Normal(0.0, 2.0);
+        for ys in specimens {
+            #[track] let each ~ specimen(mu, 0.5, ys);
+        }
+        #[predict] let other ~ specimen(mu, 0.5, specimens[0]);
+    }
+
+    /// No value: statements only.
+    fn noise<const K: usize>(ys: &[[f64; K]], sd: Real) -> () {
+        for y in ys {
+            y ~ Normal(0.0, sd).array::<K>();
+        }
+    }
+
+    fn noisy(ys: &[[f64; 2]]) {
+        let sd ~ HalfNormal(1.0);
+        let first ~ noise(ys, sd);
+        let second ~ noise(ys, 2.0);
+    }
+
+    fn limited(limit: f64) -> Real {
+        let x ~ Normal(0.0, 1.0);
+        if x > limit {
+            reject!("{x} is above {limit}");
+        }
+        x
+    }
+
+    fn guarded() {
+        let part ~ limited(1.0);
+        factor(-part.square());
+    }
+}
+
+/// A function of the usual kind that returns a distribution.
+fn wide(scale: f64) -> Normal<f64, f64> {
+    Normal(0.0, 10.0 * scale)
+}
+
+ppl::model! {
+    fn by_function(y: f64) {
+        let x ~ wide(0.3);
+        y ~ Normal(x, 1.0);
+        #[predict] let k ~ counts(2.0);
+    }
+}
+
+fn counts(rate: f64) -> Poisson<f64> {
+    Poisson(rate)
+}
+
+fn names(model: &Bound<impl Model>) -> Vec<(&str, &[usize], Role)> {
+    let layout = model.layout().unwrap();
+    layout.variables.iter().map(|v| (v.name.as_str(), v.shape.as_slice(), v.role)).collect()
+}
+
+fn gradient(model: &Bound<impl Model>, y: &[f64]) -> (f64, Vec<f64>) {
+    let mut gradient = vec![0.0; y.len()];
+    let value = model.gradient(y, &mut gradient, &mut Workspace::default()).unwrap();
+    (value, gradient)
+}
+
+const CELLS: [(usize, usize, f64); 4] = [(0, 0, 1.0), (0, 1, 0.4), (1, 2, -0.3), (1, 0, 2.0)];
+
+#[test]
+fn names_have_those_of_the_submodels_in_front() {
+    use Role::{Observed, Parameter, Predicted, Tracked};
+    assert_eq!(
+        names(&table(2, 3, &CELLS)),
+        [
+            ("effect.level", &[][..], Parameter),
+            ("effect.row.spread", &[], Parameter),
+            ("effect.row.z", &[2], Parameter),
+            ("effect.row.offset", &[2], Tracked),
+            ("effect.column.spread", &[], Parameter),
+            ("effect.column.z", &[3], Parameter),
+            ("effect.column.offset", &[3], Tracked),
+            ("sd", &[], Parameter),
+            ("y", &[4], Observed),
+        ]
+    );
+    let (a, b): (&[f64], &[f64]) = (&[0.1, 0.2], &[0.3]);
+    assert_eq!(
+        names(&laboratory(&[a, b])),
+        [
+            ("mu", &[][..], Parameter),
+            ("each.theta", &[2], Parameter),
+            ("each.y", &[3], Observed),
+            ("each.again", &[2], Predicted),
+            ("each", &[2], Tracked),
+            ("other.theta", &[], Predicted),
+            ("other.y", &[2], Predicted),
+            ("other.again", &[], Predicted),
+        ]
+    );
+    assert_eq!(
+        names(&noisy(&[[0.1, 0.2]])),
+        [
+            ("sd", &[][..], Parameter),
+            ("first.y", &[1, 2], Observed),
+            ("second.y", &[1, 2], Observed)
+        ]
+    );
+    assert_eq!(names(&by_function(1.0))[0], ("x", &[][..], Parameter));
+}
+
+/// A submodel is the same density as its statements written out, with the same gradient by tape
+/// and by duals.
+#[test]
+fn densities_are_those_of_the_statements() {
+    let (parts, whole) = (table(2, 3, &CELLS), table_at_length(2, 3, &CELLS));
+    let y: Vec<f64> = (0..9).map(|i| 0.2 * f64::from(i) - 0.7).collect();
+    let mut forward = vec![0.0; 9];
+    let value = parts.forward_gradient(&y, &mut forward).unwrap();
+    for (by_tape, reverse) in [gradient(&parts, &y), gradient(&whole, &y)] {
+        approx::assert_relative_eq!(value, by_tape, max_relative = 1e-14);
+        for (a, b) in forward.iter().zip(reverse) {
+            approx::assert_relative_eq!(*a, b, max_relative = 1e-12);
+        }
+    }
+}
+
+#[test]
+fn values_predictions_and_likelihoods() {
+    let (a, b): (&[f64], &[f64]) = (&[0.1, 0.2], &[0.3]);
+    let specimens = [a, b];
+    let model = laboratory(&specimens);
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+    let record = model.constrain(&[0.4, 1.0, -0.5], &mut rng).unwrap();
+    assert_eq!(record.values("each.theta").unwrap(), [1.0, -0.5]);
+    assert_eq!(record.values("each").unwrap(), [2.0, -1.0]);
+    let observed = record.get("each.y").unwrap();
+    let expected: Vec<f64> = [(0.1, 1.0), (0.2, 1.0), (0.3, -0.5)]
+        .map(|(y, theta): (f64, f64)| Normal(theta, 1.0).ln_density(&y))
+        .to_vec();
+    assert_eq!(observed.log_likelihood, expected);
+
+    // a new specimen at this point: θ ~ N(0.4, 0.5), y ~ N(θ, 1), over many draws
+    let n = 4000;
+    let (mut theta, mut y) = (0.0, 0.0);
+    for _ in 0..n {
+        let record = model.constrain(&[0.4, 1.0, -0.5], &mut rng).unwrap();
+        theta += record.values("other.theta").unwrap()[0];
+        y += (record.values("other.y").unwrap()[0] - 0.4).powi(2);
+    }
+    let n = f64::from(n);
+    assert!((theta / n - 0.4).abs() < 4.0 * 0.5 / n.sqrt());
+    // variance 1.25, whose estimate has the variance 2 · 1.25²/n
+    assert!((y / n - 1.25).abs() < 4.0 * 1.25 * (2.0 / n).sqrt());
+}
+
+/// θ_j ~ N(μ, ½), y ~ N(θ, 1): with μ ~ N(0, 2) all is normal, and known in closed form.
+#[test]
+fn a_posterior_through_submodels() {
+    let (a, b): (&[f64], &[f64]) = (&[1.5], &[2.5]);
+    let posterior = Nuts::default().seed(3).sample(&laboratory(&[a, b])).unwrap();
+    let precision = 0.25 + 2.0 / 1.25;
+    check::mean(&posterior, "mu", (4.0 / 1.25) / precision).within_mcse(4.0);
+    check::sd(&posterior, "mu", precision.powf(-0.5)).within_mcse(4.0);
+    check::mean(&posterior, "other.y[0]", (4.0 / 1.25) / precision).within_mcse(4.0);
+    assert_eq!(posterior.loo().unwrap().points.len(), 2);
+}
+
+#[test]
+fn rejections_in_a_submodel_have_their_place() {
+    let error = guarded().log_density(&[2.0], &mut Workspace::default()).unwrap_err();
+    let Rejection::Reject { location, message } = error else { panic!("not a rejection: {error}") };
+    assert_eq!(message, "2 is above 1");
+    assert_eq!(location.statement, r#"reject!("{x} is above {limit}")"#);
+}
