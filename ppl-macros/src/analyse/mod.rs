@@ -6,34 +6,30 @@ mod check;
 mod facts;
 mod names;
 mod plates;
+mod refusals;
 mod scope;
 mod site;
 mod uses;
-mod writes;
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use quote::ToTokens;
+use syn::Error;
 
 use crate::ast::{Id, Model};
 use crate::syntax::tokens::says;
-use facts::facts;
-use uses::Uses;
+use facts::{Facts, facts};
 
 pub(crate) use activity::Activity;
-pub(crate) use check::declared;
-pub(crate) use facts::Facts;
 pub(crate) use plates::Plate;
-pub(crate) use scope::Scope;
 pub(crate) use site::Site;
 
 /// All that is known of a body.
 pub(crate) struct Analysis {
     pub(crate) activity: Activity,
-    pub(crate) sites: Vec<Site>,
-    facts: HashMap<Id, Facts>,
+    facts: BTreeMap<Id, Facts>,
     plates: HashMap<Id, Plate>,
-    uses: Uses,
+    open: HashSet<Id>,
     /// Whether every point runs the same statements, and none takes data from a point.
     pub(crate) is_static: bool,
 }
@@ -46,29 +42,32 @@ impl Analysis {
             .iter()
             .filter(|data| model.value.is_some() && says(data.ty.to_token_stream(), "Real"));
         let activity = Activity::of(&model.body, numbers.map(|data| data.name.clone()));
-        let (sites, facts) = facts(model, &activity);
-        let uses = Uses::of(&model.body, &activity);
         Self {
-            is_static: branches::is_static(&model.body, &activity, &uses),
+            is_static: branches::is_static(&model.body, &activity),
+            facts: facts(model, &activity),
             plates: plates::plates(&model.body, &activity),
+            open: uses::open(&model.body, &activity),
             activity,
-            sites,
-            facts,
-            uses,
         }
     }
 
-    pub(crate) fn facts(&self, statement: Id) -> Facts {
-        self.facts.get(&statement).cloned().unwrap_or_default()
+    /// Where a statement stands.
+    pub(crate) fn site(&self, statement: Id) -> Option<&Site> {
+        self.facts.get(&statement).map(|facts| &facts.site)
     }
 
-    /// What is known of a statement that is a loop.
+    /// Why it is refused.
+    pub(crate) fn refused(&self, statement: Id) -> Option<&Error> {
+        self.facts.get(&statement).and_then(|facts| facts.error.as_ref())
+    }
+
+    /// What is known of a loop.
     pub(crate) fn plate(&self, statement: Id) -> Option<&Plate> {
         self.plates.get(&statement)
     }
 
     /// Whether a declaration can stay a formula.
     pub(crate) fn stays_open(&self, statement: Id) -> bool {
-        self.uses.once.contains(&statement)
+        self.open.contains(&statement)
     }
 }

@@ -1,0 +1,148 @@
+//! What a model cannot do, said where it is written.
+
+use quote::quote;
+use syn::visit::{self, Visit};
+use syn::{Error, Expr, Ident, Item, Macro, Pat};
+
+use super::scope::Scope;
+use crate::ast::{Block, Statement};
+use crate::errors::{self, at};
+use crate::syntax::expressions::{
+    binds_names, function_of_f64, is_assignment, is_type, plain_function,
+};
+use crate::syntax::patterns::{bound_inside, bound_names};
+use crate::syntax::places::{plain_name, root};
+use crate::walk::Walk;
+
+/// Why the Rust of a statement is refused, that of statements inside apart. `is_recorded` says that
+/// nobody differentiates what it computes.
+pub(super) fn refusals(statement: &Statement, scope: &Scope, is_recorded: bool) -> Option<Error> {
+    let (closures, shadowed) = (0, Vec::new());
+    let mut found = Refusals { scope, is_recorded, closures, shadowed, error: None };
+    found.statement(statement);
+    found.error
+}
+
+struct Refusals<'a> {
+    scope: &'a Scope,
+    is_recorded: bool,
+    /// Closures around, where `?` and `return` are their own.
+    closures: usize,
+    /// Names that the expression around has bound anew.
+    shadowed: Vec<Ident>,
+    error: Option<Error>,
+}
+
+impl Refusals<'_> {
+    fn add(&mut self, error: Error) {
+        match &mut self.error {
+            Some(first) => first.combine(error),
+            none => *none = Some(error),
+        }
+    }
+
+    fn is_unknown(&self, name: &Ident) -> bool {
+        self.scope.is_unknown(name) && !self.shadowed.contains(name)
+    }
+
+    /// Why an expression is refused, what is inside it apart.
+    fn refused(&self, expr: &Expr) -> Option<Error> {
+        match expr {
+            Expr::Return(_) if self.closures == 0 => Some(at(expr, errors::RETURN)),
+            Expr::Await(_) if self.closures == 0 => Some(at(expr, errors::AWAIT)),
+            Expr::Path(path) if path.path.is_ident("self") => Some(at(path, errors::SELF_VALUE)),
+            Expr::Call(call) if plain_function(call).is_some_and(|name| name == "factor") => {
+                Some(at(call, errors::FACTOR_INSIDE))
+            }
+            Expr::Call(call) if !self.is_recorded && self.shadowed.is_empty() => {
+                let function = function_of_f64(call)?;
+                let held = call.args.iter().find(|argument| self.scope.holds(argument))?;
+                Some(at(call, errors::function_of_f64(&function.to_string(), held)))
+            }
+            Expr::Index(index) => {
+                let name = plain_name(&index.index).filter(|name| self.is_unknown(name))?;
+                Some(at(name, errors::unknown_index(&name.to_string())))
+            }
+            Expr::Assign(assign) => self.assigned(&assign.left),
+            Expr::Binary(binary) if is_assignment(&binary.op) => self.assigned(&binary.left),
+            Expr::MethodCall(call) if !self.is_recorded && self.scope.holds(&call.receiver) => {
+                let method = call.method.to_string();
+                let message = match method.as_str() {
+                    "value" if call.args.is_empty() => errors::PLAIN_VALUE.to_owned(),
+                    "cdf" | "sf" | "quantile" | "upper_quantile"
+                        if is_distribution(&call.receiver) =>
+                    {
+                        errors::lost_derivatives(&method)
+                    }
+                    _ => return None,
+                };
+                Some(Error::new(call.method.span(), message))
+            }
+            _ => None,
+        }
+    }
+
+    fn assigned(&self, left: &Expr) -> Option<Error> {
+        let name = root(left).filter(|name| self.scope.is_unknown(name))?;
+        Some(at(left, errors::assigned(&name.to_string())))
+    }
+}
+
+/// Whether it is a constructor with its variations.
+fn is_distribution(mut expr: &Expr) -> bool {
+    while let Expr::MethodCall(call) = expr {
+        expr = &call.receiver;
+    }
+    matches!(expr, Expr::Call(call) if is_type(&call.func))
+}
+
+impl<'a> Walk<'a> for Refusals<'_> {
+    // statements inside are asked on their own
+    fn block(&mut self, _: &'a Block) {}
+
+    // they are needed in one evaluation only, and may not leave it
+    fn labels(&mut self, labels: &'a Expr) {
+        let is_recorded = std::mem::replace(&mut self.is_recorded, true);
+        self.closures += 1;
+        self.visit_expr(labels);
+        (self.is_recorded, self.closures) = (is_recorded, 0);
+    }
+
+    fn bind(&mut self, pat: &'a Pat, _: &'a Expr) {
+        self.shadowed.extend(bound_names(pat));
+    }
+}
+
+impl<'a> Visit<'a> for Refusals<'_> {
+    fn visit_expr(&mut self, expr: &'a Expr) {
+        if let Some(error) = self.refused(expr) {
+            return self.add(error);
+        }
+        let (closures, shadowed) = (self.closures, self.shadowed.len());
+        if binds_names(expr) {
+            self.shadowed.extend(bound_inside(expr));
+        }
+        self.closures += usize::from(matches!(expr, Expr::Closure(_) | Expr::Async(_)));
+        visit::visit_expr(self, expr);
+        self.closures = closures;
+        self.shadowed.truncate(shadowed);
+    }
+
+    fn visit_macro(&mut self, mac: &'a Macro) {
+        if mac.path.is_ident("reject") {
+            if self.closures > 0 {
+                self.add(at(&mac.path, errors::REJECT_IN_CLOSURE));
+            } else if mac.tokens.is_empty() {
+                self.add(at(mac, errors::REJECT_REASON));
+            }
+        }
+        if mac.path.is_ident("vec") {
+            let tokens = &mac.tokens;
+            let elements = syn::parse2::<Expr>(quote!([#tokens]));
+            elements.iter().for_each(|elements| Refusals::visit_expr(self, elements));
+        }
+    }
+
+    // functions inside a model are functions of their own
+    fn visit_item(&mut self, _: &'a Item) {}
+}
