@@ -9,7 +9,7 @@ use syn::{Expr, Ident, Item, Local, Pat, Stmt};
 
 use crate::ast::{Block, Id, Init, Kind, Left, Statement};
 use crate::syntax::expressions::{is_assignment, is_comparison};
-use crate::syntax::patterns::bound_names;
+use crate::syntax::patterns::{bindings, bound_names};
 use crate::syntax::places::root;
 use crate::syntax::tokens::mentions;
 use crate::walk::{self, Walk};
@@ -148,20 +148,14 @@ impl<'a> Visit<'a> for Activity {
 
     fn visit_expr(&mut self, expr: &'a Expr) {
         visit::visit_expr(self, expr);
+        bindings(expr).into_iter().for_each(|(pat, value)| self.derive(pat, value));
         match expr {
             Expr::Assign(assign) if self.holds(&assign.right) => self.assign(&assign.left),
             Expr::Binary(binary) if is_assignment(&binary.op) && self.holds(&binary.right) => {
                 self.assign(&binary.left);
             }
             Expr::Call(_) if self.holds(expr) => self.change(borrowed(expr)),
-            Expr::ForLoop(each) => {
-                self.derive(&each.pat, &each.expr);
-                self.changed_elements(&each.pat, &each.expr);
-            }
-            Expr::Let(binding) => self.derive(&binding.pat, &binding.expr),
-            Expr::Match(choice) => {
-                choice.arms.iter().for_each(|arm| self.derive(&arm.pat, &choice.expr));
-            }
+            Expr::ForLoop(each) => self.changed_elements(&each.pat, &each.expr),
             _ => {}
         }
     }

@@ -78,17 +78,7 @@ impl Planner<'_> {
             }
             Expr::MethodCall(call) if is_function(call) && self.is_active(&call.receiver) => {
                 self.open(&mut call.receiver);
-                let is_pow = call.method == "pow";
-                for argument in &mut call.args {
-                    match is_pow {
-                        true if operations(argument) > 0 => self.open(argument),
-                        true => {
-                            self.visit_expr_mut(argument);
-                            *argument = calls::operand(argument);
-                        }
-                        false => self.visit_expr_mut(argument),
-                    }
-                }
+                call.args.iter_mut().for_each(|argument| self.open(argument));
             }
             // of data; only its arguments may hold unknowns
             Expr::MethodCall(call) if is_function(call) => {

@@ -20,6 +20,16 @@ pub(crate) fn bound_names(pat: &Pat) -> Vec<Ident> {
     names.0
 }
 
+/// What an expression of Rust binds, with what its patterns take apart.
+pub(crate) fn bindings(expr: &Expr) -> Vec<(&Pat, &Expr)> {
+    match expr {
+        Expr::ForLoop(each) => vec![(&*each.pat, &*each.expr)],
+        Expr::Let(binding) => vec![(&*binding.pat, &*binding.expr)],
+        Expr::Match(choice) => choice.arms.iter().map(|arm| (&arm.pat, &*choice.expr)).collect(),
+        _ => Vec::new(),
+    }
+}
+
 /// The names that `if let` conditions bind.
 pub(crate) fn bound_by_condition(condition: &Expr) -> Vec<Ident> {
     match condition {
