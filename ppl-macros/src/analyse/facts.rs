@@ -12,7 +12,7 @@ use super::names::Names;
 use super::refusals::refusals;
 use super::scope::{Meaning, Scope};
 use super::site::Site;
-use crate::ast::{ArmBody, Block, Flow, Id, Init, Kind, Left, Mark, Model, Statement};
+use crate::ast::{ArmBody, Block, Flow, Id, Init, Kind, Left, Mark, Statement};
 use crate::errors::{self, at};
 use crate::syntax::patterns::{bound_by_condition, bound_names};
 use crate::syntax::places::{Place, place, plain_name};
@@ -24,20 +24,19 @@ pub(crate) struct Facts {
     pub(crate) error: Option<Error>,
 }
 
-/// Of all statements of a model.
-pub(super) fn facts(model: &Model, activity: &Activity) -> BTreeMap<Id, Facts> {
+/// Of all statements of a body whose arguments are in scope.
+pub(super) fn facts(body: &Block, activity: &Activity, scope: Scope) -> BTreeMap<Id, Facts> {
     let mut reader = Reader {
         activity,
         facts: BTreeMap::new(),
-        scope: Scope::default(),
+        scope,
         recorded: Names::default(),
         plates: Vec::new(),
         loops: 0,
         is_predicted: false,
         has_items: false,
     };
-    reader.scope.bind(model.arguments.iter().map(|data| data.name.clone()), Meaning::Known);
-    reader.block(&model.body);
+    reader.block(body);
     reader.recorded.stack(&mut reader.facts);
     reader.facts
 }

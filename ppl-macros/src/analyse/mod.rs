@@ -16,9 +16,10 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use quote::ToTokens;
 use syn::Error;
 
-use crate::ast::{Id, Model};
+use crate::ast::{Argument, Id, Model};
 use crate::syntax::tokens::says;
 use facts::{Facts, facts};
+use scope::{Meaning, Scope};
 
 pub(crate) use activity::Activity;
 pub(crate) use plates::Plate;
@@ -37,14 +38,17 @@ pub(crate) struct Analysis {
 impl Analysis {
     pub(crate) fn of(model: &Model) -> Self {
         // arguments of submodels may be unknown
-        let numbers = model
-            .arguments
-            .iter()
-            .filter(|data| model.value.is_some() && says(data.ty.to_token_stream(), "Real"));
-        let activity = Activity::of(&model.body, numbers.map(|data| data.name.clone()));
+        let is_number =
+            |data: &&Argument| model.value.is_some() && says(data.ty.to_token_stream(), "Real");
+        let (numbers, data): (Vec<_>, Vec<_>) = model.arguments.iter().partition(is_number);
+        let numbers: Vec<_> = numbers.iter().map(|number| number.name.clone()).collect();
+        let mut scope = Scope::default();
+        scope.bind(data.iter().map(|data| data.name.clone()), Meaning::Known);
+        scope.bind(numbers.clone(), Meaning::Derived);
+        let activity = Activity::of(&model.body, numbers);
         Self {
             is_static: branches::is_static(&model.body, &activity),
-            facts: facts(model, &activity),
+            facts: facts(&model.body, &activity, scope),
             plates: plates::plates(&model.body, &activity),
             open: uses::open(&model.body, &activity),
             activity,
