@@ -98,7 +98,7 @@ pub use material::{
     Material, MooneyRivlin, Ogden, PhaseField, PrincipalStrain, SaintVenantKirchhoff, Split,
     UserLaw, assert_material,
 };
-pub use mesh::{CylinderLattice, LatticeError, Quality, TetMesh, gmsh, vtu};
+pub use mesh::{CylinderLattice, LatticeError, Mixture, Quality, TetMesh, gmsh, vtu};
 pub use num_dual::DualNum;
 pub use problem::{
     Checkpoint, CompressionTest, CurvePoint, CurveWriter, End, Friction, LoadStepper, Observer,
@@ -106,6 +106,6 @@ pub use problem::{
 };
 pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};
 pub use specimen::{
-    ConvexPolyhedron, FractionTarget, Grain, GrainForm, GrainShape, GrainVolume, LabelReport,
-    Labelling, Packing, PackingError, SizeClass, label,
+    ConvexPolyhedron, FractionTarget, Grain, GrainField, GrainForm, GrainList, GrainShape,
+    GrainVolume, LabelReport, Labelling, Packing, PackingError, SizeClass, label,
 };

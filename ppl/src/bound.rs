@@ -3,7 +3,7 @@
 use rand::Rng;
 
 use crate::backend::{Backend, Forward, FullTape, Primal, Reverse};
-use crate::density::{LogDensity, Rejection};
+use crate::density::{FatalError, LogDensity, Rejection};
 use crate::dual::Dual;
 use crate::evaluation::{Density, Statistics};
 use crate::inspect::{self, Inspection, ModelError, Statements};
@@ -213,10 +213,7 @@ impl<M: Model> Bound<M> {
 
 #[cold]
 fn other_length(gradient: usize, point: usize) -> Rejection {
-    let message = format!(
-        "the gradient has room for {gradient} numbers, the point has {point}: give them one length"
-    );
-    Rejection::Fatal { message }
+    Box::new(FatalError::GradientLength { gradient, point }).into()
 }
 
 /// The sum of all terms.

@@ -1,6 +1,8 @@
 //! What a sampler sees of a model: a log density, its gradient, and why a point was rejected.
 
+use std::error::Error;
 use std::fmt;
+use std::sync::Arc;
 
 /// A log density on unconstrained space ℝᵈ.
 ///
@@ -120,22 +122,155 @@ pub enum Rejection {
         message: String,
     },
     /// Nothing can be evaluated any more: the run stops and keeps its draws.
-    #[error("{message}")]
-    Fatal {
-        /// What happened.
-        message: String,
-    },
+    #[error(transparent)]
+    Fatal(#[from] Box<FatalError>),
 }
 
 impl Rejection {
+    /// Ends the run, as where a density asks a service that is gone: `cause` is an error, or words.
+    pub fn fatal(cause: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self::Fatal(Box::new(FatalError::other(cause)))
+    }
+
     /// The statement that rejected, if the run can go on.
     pub fn place(&self) -> Option<Place> {
         match self {
             Self::NotFinite { place, .. }
             | Self::Domain { place, .. }
             | Self::Reject { place, .. } => Some(*place),
-            Self::Fatal { .. } => None,
+            Self::Fatal(_) => None,
         }
+    }
+}
+
+/// Why nothing can be evaluated any more. All but the last are mistakes in a model, or in how it is
+/// called.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FatalError {
+    /// A prediction was asked for where none can be made.
+    #[error("{place}: predictions need `if cx.predicts()` around them")]
+    Prediction {
+        /// The statement.
+        place: Place,
+    },
+    /// More observations than when the data were bound.
+    #[error(
+        "{place}: the model observes more often than when its data were bound; make that a matter of \
+         data"
+    )]
+    MoreObservations {
+        /// The first statement too many.
+        place: Place,
+    },
+    /// An unknown past the last coordinate, or coordinates past the last unknown.
+    #[error(
+        "the number of unknowns depends on the values of unknowns, or the point has another length \
+         than `dim()`: {}; make the size of the model a matter of data",
+        coordinates_left(.place)
+    )]
+    VaryingDimension {
+        /// The statement that asks for more than there is; `None` where coordinates are left over.
+        place: Option<Place>,
+    },
+    /// A distribution that contradicts itself.
+    #[error(
+        "{place}: its distribution takes another number of coordinates than its `dim()`, {dim}"
+    )]
+    OtherDimension {
+        /// The statement.
+        place: Place,
+        /// What `dim()` says.
+        dim: usize,
+    },
+    /// A product of vectors of different lengths.
+    #[error("{place}: `dot` multiplies {data} data with {unknowns} unknowns: give them one length")]
+    DotLengths {
+        /// The statement.
+        place: Place,
+        /// Number of data.
+        data: usize,
+        /// Number of unknowns.
+        unknowns: usize,
+    },
+    /// A gradient of another length than the point.
+    #[error(
+        "the gradient has room for {gradient} numbers, the point has {point}: give them one length"
+    )]
+    GradientLength {
+        /// Room for the gradient.
+        gradient: usize,
+        /// Coordinates of the point.
+        point: usize,
+    },
+    /// A name that stands for two things, or whose values change their shape.
+    #[error("{place}: the name `{name}` {problem}")]
+    Name {
+        /// The statement.
+        place: Place,
+        /// The name.
+        name: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// Named dimensions that contradict each other.
+    #[error("{problem}")]
+    Dimensions {
+        /// Which, and how.
+        problem: String,
+    },
+    /// The model's own code panicked, at an index out of bounds for example.
+    #[error(
+        "the model panics{}: {message}; compare the data that it reads there",
+        at_or_after(.place)
+    )]
+    Panic {
+        /// The last statement before.
+        place: Option<Place>,
+        /// What it said.
+        message: String,
+    },
+    /// What a density of the user's said, by [`Rejection::fatal`].
+    #[error(transparent)]
+    Other(#[from] OtherError),
+}
+
+impl FatalError {
+    /// An error of the user's own, or words.
+    pub(crate) fn other(cause: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self::Other(OtherError(Arc::from(cause.into())))
+    }
+}
+
+fn coordinates_left(place: &Option<Place>) -> String {
+    match place {
+        Some(place) => format!("{place} asks for more than the point has"),
+        None => "the model stops asking before the last coordinate".to_owned(),
+    }
+}
+
+fn at_or_after(place: &Option<Place>) -> String {
+    place.map_or(String::new(), |place| format!(" at or after {place}"))
+}
+
+/// An error of the user's own; two are the same if they say the same.
+#[derive(Clone, Debug)]
+pub struct OtherError(Arc<dyn Error + Send + Sync>);
+
+impl PartialEq for OtherError {
+    fn eq(&self, other: &Self) -> bool {
+        self.to_string() == other.to_string()
+    }
+}
+
+impl fmt::Display for OtherError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl Error for OtherError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        Some(&*self.0)
     }
 }
 
@@ -169,7 +304,7 @@ impl fmt::Display for DomainError {
     }
 }
 
-impl std::error::Error for DomainError {}
+impl Error for DomainError {}
 
 impl DomainError {
     /// In words, which name the argument, its value and what is required.

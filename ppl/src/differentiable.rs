@@ -154,39 +154,3 @@ pub trait DynDifferentiable: Sync {
         self.try_at(x).unwrap_or_else(|_| vec![S::from(f64::NAN); self.outputs()])
     }
 }
-
-/// A generic Rust function as a [`Differentiable`], by forward mode.
-///
-/// # Example
-/// ```
-/// use ppl::{Differentiable, Forward, Scalar};
-///
-/// struct Decay;
-/// impl ppl::Generic<2, 1> for Decay {
-///     fn eval<S: Scalar>(&self, [rate, time]: [S; 2]) -> [S; 1] {
-///         [(-rate * time).exp()]
-///     }
-/// }
-/// let (value, jacobian) = Forward(Decay).value_and_jacobian(&[0.5, 2.0]).unwrap();
-/// assert_eq!(value, [(-1.0f64).exp()]);
-/// assert_eq!(jacobian, [[-2.0 * value[0], -0.5 * value[0]]]);
-/// ```
-#[derive(Clone, Copy, Debug)]
-pub struct Forward<F>(pub F);
-
-/// A function written once over any [`Scalar`]; see [`Forward`].
-pub trait Generic<const D: usize, const M: usize>: Sync {
-    /// The function.
-    fn eval<S: Scalar>(&self, x: [S; D]) -> [S; M];
-}
-
-impl<F: Generic<D, M>, const D: usize, const M: usize> Differentiable<D, M> for Forward<F> {
-    fn value_and_jacobian(&self, x: &[f64; D]) -> Result<([f64; M], [[f64; D]; M]), DomainError> {
-        let result = self.0.eval(crate::dual::Dual::variables(*x));
-        Ok((result.map(Scalar::value), result.map(|y| y.gradient())))
-    }
-
-    fn value(&self, x: &[f64; D]) -> Result<[f64; M], DomainError> {
-        Ok(self.0.eval(*x))
-    }
-}

@@ -2,9 +2,9 @@
 
 use crate::accumulator::{Accumulator, Settled, Statement};
 use crate::backend::Backend;
-use crate::density::Rejection;
+use crate::density::{FatalError, Rejection};
 use crate::distribution::{Distribution, Unknown};
-use crate::model::{Context, Model};
+use crate::model::{Context, ContextHooks, Model, NumberOf};
 use crate::real::Real;
 use crate::site::Site;
 
@@ -36,7 +36,7 @@ impl<'p, L: Backend, const JACOBIAN: bool> Density<'p, L, JACOBIAN> {
     pub(crate) fn read(&mut self, model: &impl Model) -> Result<(), Rejection> {
         model.run(self)?;
         if self.backend.take(1).is_some() {
-            return Err(varying_dimension("the model stops asking before the last coordinate"));
+            return Err(fatal(|| FatalError::VaryingDimension { place: None }));
         }
         Ok(())
     }
@@ -75,7 +75,7 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         };
         let value = distribution.constrain(&mut next, JACOBIAN, &mut terms);
         if taken != dim {
-            return Err(other_dimension(site, dim));
+            return Err(fatal(|| FatalError::OtherDimension { place: site.place, dim }));
         }
         self.add(site, terms)?;
         Ok(value)
@@ -94,7 +94,24 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     }
 
     #[inline(always)]
-    fn observe_summarised<D: Distribution<Real<L::Number>>>(
+    fn factor(&mut self, site: &'static Site, weight: Real<L::Number>) -> Result<(), Rejection> {
+        let mut terms = self.terms();
+        terms.add_number(weight);
+        self.add(site, terms)
+    }
+
+    fn predict<D: Distribution<Real<L::Number>>>(
+        &mut self,
+        site: &'static Site,
+        _: D,
+    ) -> Result<D::Value, Rejection> {
+        Err(fatal(|| FatalError::Prediction { place: site.place }))
+    }
+}
+
+impl<L: Backend, const JACOBIAN: bool> ContextHooks for Density<'_, L, JACOBIAN> {
+    #[inline(always)]
+    fn observe_summarised<D: Distribution<NumberOf<Self>>>(
         &mut self,
         site: &'static Site,
         distribution: &D,
@@ -102,7 +119,7 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         let (true, Statistics::Found(statistics)) = (D::SUMMARISES, &mut self.statistics) else {
             return Ok(false);
         };
-        let Some(sums) = statistics.next() else { return Err(one_observation_more(site)) };
+        let Some(sums) = statistics.next() else { return Err(more_observations(site)) };
         let mut terms = self.terms();
         distribution.add_pooled_terms(sums, &mut terms);
         self.add(site, terms)?;
@@ -110,7 +127,7 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     }
 
     #[inline(always)]
-    fn observe_in_loop<D: Distribution<Real<L::Number>>>(
+    fn observe_in_loop<D: Distribution<NumberOf<Self>>>(
         &mut self,
         site: &'static Site,
         datum: D::Value,
@@ -125,7 +142,7 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     }
 
     #[inline(always)]
-    fn total(&self) -> Settled {
+    fn total(&mut self) -> Settled {
         Statement::<Real<L::Number>>::empty(self.backend.drop_constants())
     }
 
@@ -146,7 +163,7 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         distribution: D,
     ) -> Result<(), Rejection>
     where
-        D: Distribution<Real<L::Number>, Value = I::Item>,
+        D: Distribution<NumberOf<Self>, Value = I::Item>,
         I: Iterator,
     {
         if !D::HAS_STATISTICS {
@@ -160,7 +177,7 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         let sums = match &mut self.statistics {
             Statistics::Found(statistics) => match statistics.next() {
                 Some(sums) => &**sums,
-                None => return Err(one_observation_more(site)),
+                None => return Err(more_observations(site)),
             },
             Statistics::Anew(sums) => {
                 sums.clear();
@@ -173,13 +190,6 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     }
 
     #[inline(always)]
-    fn factor(&mut self, site: &'static Site, weight: Real<L::Number>) -> Result<(), Rejection> {
-        let mut terms = self.terms();
-        terms.add_number(weight);
-        self.add(site, terms)
-    }
-
-    #[inline(always)]
     fn mark(&self) -> usize {
         self.backend.mark()
     }
@@ -188,22 +198,14 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
     fn unwind(&mut self, mark: usize) {
         self.backend.unwind(mark);
     }
-
-    fn predict<D: Distribution<Real<L::Number>>>(
-        &mut self,
-        site: &'static Site,
-        _: D,
-    ) -> Result<D::Value, Rejection> {
-        Err(unpredictable(site))
-    }
 }
 
 /// Rejections are made where they are returned, and only what they say elsewhere: a compiler that
 /// sees their kind knows that the statements which follow have numbers on the same tape, all of
 /// them; where it only sees memory it would have to ask each.
 #[inline(always)]
-fn fatal(message: impl FnOnce() -> String) -> Rejection {
-    Rejection::Fatal { message: elsewhere(message) }
+pub(crate) fn fatal(error: impl FnOnce() -> FatalError) -> Rejection {
+    Rejection::Fatal(elsewhere(|| Box::new(error())))
 }
 
 #[cold]
@@ -218,44 +220,11 @@ fn not_finite(site: &Site, value: impl FnOnce() -> f64) -> Rejection {
 }
 
 #[inline(always)]
-pub(crate) fn unpredictable(site: &Site) -> Rejection {
-    fatal(|| format!("{}: predictions need `if cx.predicts()` around them", site.place))
-}
-
-#[inline(always)]
-fn one_observation_more(site: &Site) -> Rejection {
-    fatal(|| {
-        format!(
-            "{}: the model observes more often than when its data were bound; make that a matter of \
-             data",
-            site.place
-        )
-    })
+fn more_observations(site: &Site) -> Rejection {
+    fatal(|| FatalError::MoreObservations { place: site.place })
 }
 
 #[inline(always)]
 pub(crate) fn too_few_coordinates(site: &Site) -> Rejection {
-    fatal(|| dimension_varies(&format!("{} asks for more than the point has", site.place)))
-}
-
-#[inline(always)]
-fn other_dimension(site: &Site, dim: usize) -> Rejection {
-    fatal(|| {
-        format!(
-            "{}: its distribution takes another number of coordinates than its `dim()`, {dim}",
-            site.place
-        )
-    })
-}
-
-#[inline(always)]
-pub(crate) fn varying_dimension(found: &str) -> Rejection {
-    fatal(|| dimension_varies(found))
-}
-
-fn dimension_varies(found: &str) -> String {
-    format!(
-        "the number of unknowns depends on the values of unknowns, or the point has another length \
-         than `dim()`: {found}; make the size of the model a matter of data"
-    )
+    fatal(|| FatalError::VaryingDimension { place: Some(site.place) })
 }

@@ -247,6 +247,7 @@ impl<A: Node> Neg for Expression<A> {
     }
 }
 
+/// An operator between a formula and a formula, a datum, a number, or references to these.
 macro_rules! arithmetic {
     ($Op:ident, $op:ident, |$a:ident, $b:ident| $rule:expr) => {
         impl<A: Node, B: Node<Number = A::Number>> $Op<Expression<B>> for Expression<A> {
@@ -258,34 +259,6 @@ macro_rules! arithmetic {
                 Expression(Binary { value, slopes: (da, db), arguments: (self.0, other.0) })
             }
         }
-        impl<S: Scalar, A: Node<Number = Real<S>>> $Op<Real<S>> for Expression<A> {
-            type Output = Expression<Binary<A, Real<S>>>;
-            #[inline(always)]
-            fn $op(self, other: Real<S>) -> Self::Output {
-                $Op::$op(self, Expression(other))
-            }
-        }
-        impl<S: Scalar, A: Node<Number = Real<S>>> $Op<Expression<A>> for Real<S> {
-            type Output = Expression<Binary<Real<S>, A>>;
-            #[inline(always)]
-            fn $op(self, other: Expression<A>) -> Self::Output {
-                $Op::$op(Expression(self), other)
-            }
-        }
-        impl<S: Scalar, A: Node<Number = Real<S>>> $Op<&Real<S>> for Expression<A> {
-            type Output = Expression<Binary<A, Real<S>>>;
-            #[inline(always)]
-            fn $op(self, other: &Real<S>) -> Self::Output {
-                $Op::$op(self, *other)
-            }
-        }
-        impl<S: Scalar, A: Node<Number = Real<S>>> $Op<Expression<A>> for &Real<S> {
-            type Output = Expression<Binary<Real<S>, A>>;
-            #[inline(always)]
-            fn $op(self, other: Expression<A>) -> Self::Output {
-                $Op::$op(*self, other)
-            }
-        }
         impl<A: Node> $Op<f64> for Expression<A> {
             type Output = Expression<Unary<A>>;
             #[inline(always)]
@@ -295,20 +268,6 @@ macro_rules! arithmetic {
                 self.unary(value, da)
             }
         }
-        impl<A: Node> $Op<&f64> for Expression<A> {
-            type Output = Expression<Unary<A>>;
-            #[inline(always)]
-            fn $op(self, other: &f64) -> Self::Output {
-                $Op::$op(self, *other)
-            }
-        }
-        impl<A: Node> $Op<Expression<A>> for &f64 {
-            type Output = Expression<Unary<A>>;
-            #[inline(always)]
-            fn $op(self, other: Expression<A>) -> Self::Output {
-                $Op::$op(*self, other)
-            }
-        }
         impl<A: Node> $Op<Expression<A>> for f64 {
             type Output = Expression<Unary<A>>;
             #[inline(always)]
@@ -316,6 +275,27 @@ macro_rules! arithmetic {
                 let ($a, $b) = (self, other.value());
                 let (value, _, db) = $rule;
                 other.unary(value, db)
+            }
+        }
+        arithmetic!(@as $Op, $op, [A: Node], Expression<A>, &f64, Unary<A>, |a, b| (a, *b));
+        arithmetic!(@as $Op, $op, [A: Node], &f64, Expression<A>, Unary<A>, |a, b| (*a, b));
+        arithmetic!(@as $Op, $op, [S: Scalar, A: Node<Number = Real<S>>], Expression<A>, Real<S>,
+            Binary<A, Real<S>>, |a, b| (a, Expression(b)));
+        arithmetic!(@as $Op, $op, [S: Scalar, A: Node<Number = Real<S>>], Expression<A>, &Real<S>,
+            Binary<A, Real<S>>, |a, b| (a, Expression(*b)));
+        arithmetic!(@as $Op, $op, [S: Scalar, A: Node<Number = Real<S>>], Real<S>, Expression<A>,
+            Binary<Real<S>, A>, |a, b| (Expression(a), b));
+        arithmetic!(@as $Op, $op, [S: Scalar, A: Node<Number = Real<S>>], &Real<S>, Expression<A>,
+            Binary<Real<S>, A>, |a, b| (Expression(*a), b));
+    };
+    (@as $Op:ident, $op:ident, [$($generics:tt)*], $Left:ty, $Right:ty, $Node:ty,
+     |$a:ident, $b:ident| ($left:expr, $right:expr)) => {
+        impl<$($generics)*> $Op<$Right> for $Left {
+            type Output = Expression<$Node>;
+            #[inline(always)]
+            fn $op(self, $b: $Right) -> Self::Output {
+                let $a = self;
+                $Op::$op($left, $right)
             }
         }
     };

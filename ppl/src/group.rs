@@ -105,27 +105,3 @@ pub(crate) fn labelled_names(
         })
         .collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn elements_are_named_last_dimension_fastest() {
-        assert_eq!(element_names("mu", &[]), ["mu"]);
-        assert_eq!(element_names("sd", &[2]), ["sd[0]", "sd[1]"]);
-        assert_eq!(element_names("m", &[2, 2]), ["m[0,0]", "m[0,1]", "m[1,0]", "m[1,1]"]);
-        assert!(element_names("empty", &[0]).is_empty());
-    }
-
-    #[test]
-    fn traces_pick_one_element_of_every_draw() {
-        let sd =
-            Values { name: "sd".into(), shape: vec![2], data: (0..12).map(f64::from).collect() };
-        let group = Group { chains: 2, draws: 3, variables: vec![sd] };
-        assert_eq!(group.trace("sd[1]"), Some(vec![vec![1.0, 3.0, 5.0], vec![7.0, 9.0, 11.0]]));
-        assert_eq!(group.trace("sd[2]"), None);
-        assert_eq!(group.trace("mu"), None);
-        assert_eq!(group.traces().count(), 2);
-    }
-}

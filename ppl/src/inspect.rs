@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use rand::{RngCore, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::density::Rejection;
+use crate::density::{FatalError, Rejection};
 use crate::evaluation::{Statistics, SufficientStatistics};
 use crate::layout::Layout;
 use crate::record::{Entry, Record, Role};
@@ -24,13 +24,14 @@ pub enum ModelError {
         /// Number of tries.
         tries: usize,
         /// Why the last failed.
+        #[source]
         last: Rejection,
         /// What else can be said about it, as the datum at fault.
         detail: Option<String>,
     },
     /// A mistake in the model itself.
-    #[error("{0}")]
-    Invalid(Rejection),
+    #[error(transparent)]
+    Invalid(Box<FatalError>),
 }
 
 /// A model whose type is forgotten.
@@ -118,24 +119,25 @@ fn run(
     rejected: &mut dyn FnMut(&Rejection),
 ) -> Result<(Record, Option<Vec<SufficientStatistics>>), ModelError> {
     const TRIES: usize = 100;
-    let mut last = None;
-    for _ in 0..TRIES {
+    let mut tries = 0;
+    loop {
+        tries += 1;
         let mut trace = Trace::new(Source::Prior, &mut *rng);
         trace.statistics.clone_from(&statistics);
         let outcome = traced(model, &mut trace);
         let (statistics, failing) = (trace.statistics.take(), trace.failing.take());
         match outcome.and_then(|()| trace.finish()) {
             Ok(record) => return Ok((record, statistics)),
-            Err(fatal @ Rejection::Fatal { .. }) => return Err(ModelError::Invalid(fatal)),
-            Err(rejection) => {
-                rejected(&rejection);
-                last = Some((rejection, failing));
+            Err(Rejection::Fatal(error)) => return Err(ModelError::Invalid(error)),
+            Err(last) => {
+                rejected(&last);
+                if tries == TRIES {
+                    let detail = failing.map(first_to_fail);
+                    return Err(ModelError::NoPriorDraw { tries, last, detail });
+                }
             }
         }
     }
-    let none = || (Rejection::Fatal { message: "no tries".to_owned() }, None);
-    let (last, failing) = last.unwrap_or_else(none);
-    Err(ModelError::NoPriorDraw { tries: TRIES, last, detail: failing.map(first_to_fail) })
 }
 
 /// The model's own code may panic, at an index out of bounds for example: that is said of the model,
@@ -147,9 +149,7 @@ fn traced(model: &dyn Statements, trace: &mut Trace<'_>) -> Result<(), Rejection
     };
     let text = panic.downcast_ref::<String>().map(String::as_str);
     let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
-    let place = trace.last.map_or(String::new(), |place| format!(" at or after {place}"));
-    let message = format!("the model panics{place}: {text}; compare the data that it reads there");
-    Err(Rejection::Fatal { message })
+    Err(Box::new(FatalError::Panic { place: trace.last, message: text.to_owned() }).into())
 }
 
 /// What the model names at `y`, up to a rejection.

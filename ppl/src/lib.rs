@@ -51,7 +51,7 @@
 //! 2. `datum`, `record`, `layout`: values of a model, and what a posterior needs to know of it
 //! 3. `special`, `arithmetic`, `partials`, `scalar`, `ln_sum_exp`: numbers, and functions of them
 //! 4. `dual`, `tape`, `real`, `accumulator`: numbers that carry derivatives, and sums of densities
-//! 5. `differentiable`, `finite_difference`, `ode`, `parameter`, `literal`, `backend`, `transform`:
+//! 5. `differentiable`, `finite_difference`, `parameter`, `literal`, `backend`, `transform`:
 //!    own functions, and constrained values from unconstrained ones
 //! 6. `distribution`: one family a file
 //! 7. `expression`, `dot`, `plate_adjoint`, `operand`: what expressions of a model become
@@ -91,7 +91,6 @@ mod layout;
 mod literal;
 mod ln_sum_exp;
 mod model;
-mod ode;
 mod operand;
 mod optimize;
 mod parameter;
@@ -118,8 +117,8 @@ pub use accumulator::{Accumulator, Joined};
 pub use bound::{Bound, Workspace};
 pub use coordinates::Coordinates;
 pub use datum::{Datum, Incomplete, Recordable};
-pub use density::{DomainError, LogDensity, Place, Rejection};
-pub use differentiable::{Differentiable, DynDifferentiable, Forward, Generic};
+pub use density::{DomainError, FatalError, LogDensity, OtherError, Place, Rejection};
+pub use differentiable::{Differentiable, DynDifferentiable};
 pub use distribution::*;
 pub use dot::dot;
 pub use dual::Dual;
@@ -130,14 +129,13 @@ pub use inspect::ModelError;
 pub use layout::{LabelError, Layout};
 pub use ln_sum_exp::ln_sum_exp;
 pub use model::{Context, Model};
-pub use ode::{Ode, Solution};
 pub use optimize::{Laplace, Map, Mode, OptimizeError};
 pub use parameter::Parameter;
 pub use partials::Partials;
 pub use posterior::{DivergentPoint, Posterior, PosteriorError, SampleError, SummaryRow};
 pub use power_scaling::{PowerScaling, PowerScalingError, Sensitivity, SensitivityRow};
 #[doc(inline)]
-#[doc = include_str!("language.md")]
+#[doc = include_str!("../docs/language.md")]
 pub use ppl_macros::model;
 pub use predictive::{PredictiveCheck, PredictiveError, PredictiveTable};
 pub use rand;
@@ -147,7 +145,7 @@ pub use record::{Entry, Record, Role, Variable};
 pub use sampler::{
     Chain, ChainStatus, Chains, ChainsFileError, Covariance, DelayedAcceptance, Divergence,
     DrawStats, MapKind, MapSwitch, Mcmc, Metropolis, NoUTurn, Nuts, Progress, RandomWalk, RunError,
-    Screened, WarmupReport,
+    Screened, StopReason, WarmupReport,
 };
 pub use scalar::{Arithmetic, Scalar};
 pub use site::{Failure, Site};
@@ -168,12 +166,14 @@ pub mod prelude {
     pub use crate::{LogDensity, Real, model};
 }
 
-/// What generated code calls. Not public interface.
+/// What generated code calls, and the traits behind the public ones by which the crate's own parts reach
+/// each other. Not public interface; sealed, since nothing outside can name them.
 #[doc(hidden)]
 pub mod __private {
     pub use crate::accumulator::Settled;
     pub use crate::distribution::{add_terms, constrain};
     pub use crate::literal::literal;
+    pub use crate::model::ContextHooks;
     pub use crate::operand::{Apart, Number, Of, Other, Together};
     pub use crate::plate_adjoint::At;
 }

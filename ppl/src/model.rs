@@ -1,4 +1,4 @@
-//! What `model!` expands to: one body, many readings.
+//! What `model!` expands to: one body, many evaluation contexts.
 //!
 //! A [`Model`] runs its statements against a [`Context`]. The context decides what a statement
 //! means: read an unknown from unconstrained coordinates and add its density
@@ -43,8 +43,8 @@ use crate::site::Site;
 /// ```
 pub trait Model: Sync {
     /// Whether every point runs the same statements, and none takes data from a point: what the
-    /// density has of data alone is one constant then. `model!` knows.
-    #[doc(hidden)]
+    /// density has of data alone is one constant then, and data are summed up when they are bound.
+    /// `model!` knows; by hand it may stay `false`.
     const STATIC: bool = false;
 
     /// Runs every statement in order against `cx`.
@@ -54,9 +54,11 @@ pub trait Model: Sync {
     fn run<C: Context>(&self, cx: &mut C) -> Result<(), Rejection>;
 }
 
-/// A reading of a model.
-pub trait Context {
-    /// What the reading computes with.
+/// An evaluation context: what the statements of a model are run against.
+///
+/// The crate has all there are: density and gradient, draw from the prior, record, prediction.
+pub trait Context: ContextHooks {
+    /// What the context computes with.
     type Number: Scalar;
 
     /// Whether `#[predict]` statements run.
@@ -103,77 +105,6 @@ pub trait Context {
         self.observe(site, datum.lift(), distribution)
     }
 
-    /// Adds the terms of an observation that was summarised when the data were bound, if it was, and
-    /// says so: the data need not be read again.
-    ///
-    /// # Errors
-    /// A rejection if the density is not finite.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn observe_summarised<D: Distribution<Real<Self::Number>>>(
-        &mut self,
-        site: &'static Site,
-        distribution: &D,
-    ) -> Result<bool, Rejection> {
-        let _ = (site, distribution);
-        Ok(false)
-    }
-
-    /// [`condition`](Context::condition) in a loop: see [`observe_in_loop`](Self::observe_in_loop).
-    ///
-    /// # Errors
-    /// A rejection if the density is not finite.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn condition_in_loop<D: Distribution<Real<Self::Number>>, T: Datum<D::Value> + ?Sized>(
-        &mut self,
-        site: &'static Site,
-        distribution: D,
-        datum: &T,
-        total: &mut Settled,
-    ) -> Result<(), Rejection> {
-        if self.observe_summarised(site, &distribution)? {
-            return Ok(());
-        }
-        self.observe_in_loop(site, datum.lift(), distribution, total)
-    }
-
-    /// [`observe`](Context::observe) in a loop, whose terms may be summed up in `total`, which a
-    /// register can hold, until [`add_total`](Context::add_total).
-    ///
-    /// # Errors
-    /// A rejection if the density is not finite; a reading that sums up says so at the end.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn observe_in_loop<D: Distribution<Real<Self::Number>>>(
-        &mut self,
-        site: &'static Site,
-        datum: D::Value,
-        distribution: D,
-        total: &mut Settled,
-    ) -> Result<(), Rejection> {
-        let _ = total;
-        self.observe(site, datum, distribution)
-    }
-
-    /// An empty sum for the terms of a loop.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn total(&self) -> Settled {
-        Settled::new(1.0)
-    }
-
-    /// What a loop has summed up.
-    ///
-    /// # Errors
-    /// A rejection if it is not finite.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn add_total(&mut self, site: &'static Site, total: Settled) -> Result<(), Rejection> {
-        let _ = (site, total);
-        Ok(())
-    }
-
     /// `place.impute() ~ D`: conditions on `datum` where there is one, declares an unknown where it
     /// is missing, and returns the one or the other.
     ///
@@ -209,37 +140,6 @@ pub trait Context {
         self.impute(site, datum.known(), distribution)
     }
 
-    /// `for y in data { y ~ D }` with one `D` for all.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn condition_all<D: Distribution<Real<Self::Number>>, T: Datum<D::Value>>(
-        &mut self,
-        site: &'static Site,
-        distribution: D,
-        data: impl IntoIterator<Item = T>,
-    ) -> Result<(), Rejection> {
-        self.observe_all(site, data.into_iter().map(|datum| datum.lift()), distribution)
-    }
-
-    /// [`observe`](Context::observe) of many data.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn observe_all<D, I>(
-        &mut self,
-        site: &'static Site,
-        data: I,
-        distribution: D,
-    ) -> Result<(), Rejection>
-    where
-        D: Distribution<Real<Self::Number>, Value = I::Item>,
-        I: Iterator,
-    {
-        for datum in data {
-            self.observe(site, datum, distribution.clone())?;
-        }
-        Ok(())
-    }
-
     /// `factor(w)`: adds w to the log density.
     ///
     /// # Errors
@@ -272,20 +172,6 @@ pub trait Context {
         Ok(())
     }
 
-    /// A position for [`unwind`](Context::unwind).
-    #[doc(hidden)]
-    #[inline(always)]
-    fn mark(&self) -> usize {
-        0
-    }
-
-    /// Nothing that was computed since `mark` is needed any more: the end of an iteration.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn unwind(&mut self, mark: usize) {
-        let _ = mark;
-    }
-
     /// `#[predict] let x ~ D`: a new draw, on finished draws only.
     ///
     /// # Errors
@@ -305,6 +191,135 @@ pub trait Context {
     ) {
         let _ = (dimension, labels);
     }
+}
+
+/// What generated code asks of a context beside the statements themselves; nothing to call or implement.
+pub trait ContextHooks {
+    /// Adds the terms of an observation that was summarised when the data were bound, if it was, and
+    /// says so: the data need not be read again.
+    ///
+    /// # Errors
+    /// A rejection if the density is not finite.
+    #[inline(always)]
+    fn observe_summarised<D: Distribution<NumberOf<Self>>>(
+        &mut self,
+        site: &'static Site,
+        distribution: &D,
+    ) -> Result<bool, Rejection>
+    where
+        Self: Context,
+    {
+        let _ = (site, distribution);
+        Ok(false)
+    }
+
+    /// [`condition`](Context::condition) in a loop: see [`observe_in_loop`](Self::observe_in_loop).
+    ///
+    /// # Errors
+    /// A rejection if the density is not finite.
+    #[inline(always)]
+    fn condition_in_loop<D: Distribution<NumberOf<Self>>, T: Datum<D::Value> + ?Sized>(
+        &mut self,
+        site: &'static Site,
+        distribution: D,
+        datum: &T,
+        total: &mut Settled,
+    ) -> Result<(), Rejection>
+    where
+        Self: Context,
+    {
+        if self.observe_summarised(site, &distribution)? {
+            return Ok(());
+        }
+        self.observe_in_loop(site, datum.lift(), distribution, total)
+    }
+
+    /// [`observe`](Context::observe) in a loop, whose terms may be summed up in `total`, which a
+    /// register can hold, until [`add_total`](Self::add_total).
+    ///
+    /// # Errors
+    /// A rejection if the density is not finite; a context that sums up says so at the end.
+    #[inline(always)]
+    fn observe_in_loop<D: Distribution<NumberOf<Self>>>(
+        &mut self,
+        site: &'static Site,
+        datum: D::Value,
+        distribution: D,
+        total: &mut Settled,
+    ) -> Result<(), Rejection>
+    where
+        Self: Context,
+    {
+        let _ = total;
+        self.observe(site, datum, distribution)
+    }
+
+    /// An empty sum for the terms of a loop, which begins.
+    #[inline(always)]
+    fn total(&mut self) -> Settled {
+        Settled::new(1.0)
+    }
+
+    /// What a loop has summed up, which has ended.
+    ///
+    /// # Errors
+    /// A rejection if it is not finite.
+    #[inline(always)]
+    fn add_total(&mut self, site: &'static Site, total: Settled) -> Result<(), Rejection> {
+        let _ = (site, total);
+        Ok(())
+    }
+
+    /// `for y in data { y ~ D }` with one `D` for all.
+    ///
+    /// # Errors
+    /// A rejection if the density is not finite.
+    #[inline(always)]
+    fn condition_all<D: Distribution<NumberOf<Self>>, T: Datum<D::Value>>(
+        &mut self,
+        site: &'static Site,
+        distribution: D,
+        data: impl IntoIterator<Item = T>,
+    ) -> Result<(), Rejection>
+    where
+        Self: Context,
+    {
+        self.observe_all(site, data.into_iter().map(|datum| datum.lift()), distribution)
+    }
+
+    /// [`observe`](Context::observe) of many data.
+    ///
+    /// # Errors
+    /// A rejection if the density is not finite.
+    #[inline(always)]
+    fn observe_all<D, I>(
+        &mut self,
+        site: &'static Site,
+        data: I,
+        distribution: D,
+    ) -> Result<(), Rejection>
+    where
+        Self: Context,
+        D: Distribution<NumberOf<Self>, Value = I::Item>,
+        I: Iterator,
+    {
+        for datum in data {
+            self.observe(site, datum, distribution.clone())?;
+        }
+        Ok(())
+    }
+
+    /// A position for [`unwind`](Self::unwind).
+    #[inline(always)]
+    fn mark(&self) -> usize {
+        0
+    }
+
+    /// Nothing that was computed since `mark` is needed any more: the end of an iteration.
+    #[inline(always)]
+    fn unwind(&mut self, mark: usize) {
+        let _ = mark;
+    }
 
     /// Statements of a submodel follow: their names get that of `site` and a point in front.
     #[inline]
@@ -316,3 +331,6 @@ pub trait Context {
     #[inline]
     fn leave(&mut self) {}
 }
+
+/// The numbers in the body of a model that runs against `C`.
+pub(crate) type NumberOf<C> = Real<<C as Context>::Number>;

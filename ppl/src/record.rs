@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use crate::coordinates::Coordinates;
-use crate::density::Rejection;
+use crate::density::{FatalError, Rejection};
 use crate::site::Site;
 
 /// What a named quantity is to the model.
@@ -63,6 +63,8 @@ pub struct Record {
     pub coordinates: Coordinates,
     /// The sum of all `factor`s, if there was one.
     pub(crate) factors: Option<f64>,
+    /// Observations whose plates were empty.
+    pub(crate) without_data: Vec<String>,
 }
 
 impl Record {
@@ -110,9 +112,9 @@ impl Record {
         role: Role,
         shape: &[usize],
     ) -> Result<&mut Entry, Rejection> {
-        let refused = |problem: String| {
-            let message = format!("{}: the name `{}` {problem}", at.site.place, at.name);
-            Rejection::Fatal { message }
+        let refused = |problem: String| -> Rejection {
+            let (place, name) = (at.site.place, at.name.to_string());
+            Box::new(FatalError::Name { place, name, problem }).into()
         };
         let found = self.entries.iter().position(|e| e.variable.name == at.name);
         let Some(index) = found else {

@@ -1,6 +1,6 @@
 //! Where a statement of a model stands, and what it leaves by.
 
-use crate::density::{DomainError, Place, Rejection};
+use crate::density::{DomainError, FatalError, Place, Rejection};
 
 /// A statement of a model: the name that it declares or observes, and where it stands.
 #[derive(Clone, Copy, Debug)]
@@ -70,11 +70,7 @@ impl Site {
     #[cold]
     #[inline(never)]
     pub(crate) fn other_lengths(&self, data: usize, unknowns: usize) -> Rejection {
-        let message = format!(
-            "{}: `dot` multiplies {data} data with {unknowns} unknowns: give them one length",
-            self.place
-        );
-        Rejection::Fatal { message }
+        Box::new(FatalError::DotLengths { place: self.place, data, unknowns }).into()
     }
 
     /// Attaches this place to what a user function returned by `?`.

@@ -3,7 +3,7 @@
 use crate::datum::Recordable;
 use crate::density::Rejection;
 use crate::distribution::{Distribution, Unknown};
-use crate::model::Context;
+use crate::model::{Context, ContextHooks};
 use crate::real::Real;
 use crate::scalar::Scalar;
 use crate::site::Site;
@@ -192,7 +192,9 @@ impl<C: Context> Context for Predicting<'_, C> {
     ) {
         self.0.coordinates(dimension, labels);
     }
+}
 
+impl<C: Context> ContextHooks for Predicting<'_, C> {
     fn enter(&mut self, site: &'static Site) {
         self.0.enter(site);
     }

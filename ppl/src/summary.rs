@@ -13,7 +13,8 @@ use crate::words::cell;
 /// moves has NaN diagnostics, shown as `–`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
-    /// One row a number, in the order of the model.
+    /// One row a number, in the order of the model; numbers that are the same at every draw of a
+    /// quantity whose others move, as the zeros of a Cholesky factor, have none.
     pub rows: Vec<SummaryRow>,
     /// What is wrong and what to try; empty if nothing was found.
     pub warnings: Vec<Warning>,

@@ -6,11 +6,11 @@ use rand::RngCore;
 
 use crate::accumulator::Settled;
 use crate::datum::Recordable;
-use crate::density::{Place, Rejection};
+use crate::density::{FatalError, Place, Rejection};
 use crate::distribution::{Distribution, Unknown};
 use crate::evaluation::{SufficientStatistics, too_few_coordinates};
 use crate::layout;
-use crate::model::Context;
+use crate::model::{Context, ContextHooks, NumberOf};
 use crate::real::Real;
 use crate::record::{Entry, Label, Record, Role};
 use crate::site::Site;
@@ -56,22 +56,29 @@ pub(crate) struct Trace<'y> {
     pub(crate) statistics: Option<Vec<SufficientStatistics>>,
     /// The datum whose distribution was not defined.
     pub(crate) failing: Option<String>,
-    /// The statement that came last.
+    /// The statement that came last, and how many did.
     pub(crate) last: Option<Place>,
+    ran: usize,
+    /// How many had run when the plates around began.
+    begun: Vec<usize>,
 }
 
 impl<'y> Trace<'y> {
     pub(crate) fn new(source: Source<'y>, rng: &'y mut dyn RngCore) -> Self {
         let record = Record::default();
         let (around, statistics, failing, last) = (Vec::new(), None, None, None);
-        Self { source, rng, record, around, statistics, failing, last }
+        let (ran, begun) = (0, Vec::new());
+        Self { source, rng, record, around, statistics, failing, last, ran, begun }
     }
 
     /// What was recorded, if its dimensions fit together.
     pub(crate) fn finish(mut self) -> Result<Record, Rejection> {
-        self.record.unfold();
+        let record = &mut self.record;
+        record.unfold();
+        let entries = &record.entries;
+        record.without_data.retain(|name| entries.iter().all(|e| e.variable.name != *name));
         layout::check(&self.record.entries, &self.record.coordinates)
-            .map_err(|message| Rejection::Fatal { message })?;
+            .map_err(|problem| Box::new(FatalError::Dimensions { problem }))?;
         Ok(self.record)
     }
 
@@ -129,6 +136,20 @@ impl<'y> Trace<'y> {
         Ok(entry)
     }
 
+    /// A statement is about to run.
+    fn pass(&mut self, site: &Site) {
+        self.last = Some(site.place);
+        self.ran += 1;
+    }
+
+    /// A plate had no data for this observation.
+    fn without_data(&mut self, site: &'static Site) {
+        let name = self.label(site).name.into_owned();
+        if !self.record.without_data.contains(&name) {
+            self.record.without_data.push(name);
+        }
+    }
+
     /// Writes down an unknown.
     fn declare(
         &mut self,
@@ -153,7 +174,7 @@ impl<'y> Trace<'y> {
         is_imputed: bool,
         distribution: &D,
     ) -> Result<D::Value, Rejection> {
-        self.last = Some(site.place);
+        self.pass(site);
         let value = match &mut self.source {
             Source::Prior => site.locate(distribution.try_draw(self.rng))?,
             Source::Point(point) => {
@@ -195,7 +216,7 @@ impl<'y> Trace<'y> {
         datum: &D::Value,
         distribution: &D,
     ) -> Result<(), Rejection> {
-        self.last = Some(site.place);
+        self.pass(site);
         let drawn = distribution.fits(datum).and_then(|()| distribution.try_draw(self.rng));
         let replicate = match drawn {
             Ok(replicate) => replicate,
@@ -225,7 +246,7 @@ impl<'y> Trace<'y> {
         role: Role,
         value: &dyn Recordable,
     ) -> Result<(), Rejection> {
-        self.last = Some(site.place);
+        self.pass(site);
         self.write(&self.label(site), role, value)?;
         Ok(())
     }
@@ -263,28 +284,6 @@ impl Context for Trace<'_> {
         if let Some(statistics) = self.statistics.as_mut().filter(|_| D::SUMMARISES) {
             let mut sums = Vec::new();
             distribution.summarise(&datum, &mut sums);
-            statistics.push(sums.into());
-        }
-        Ok(())
-    }
-
-    fn observe_all<D, I>(
-        &mut self,
-        site: &'static Site,
-        data: I,
-        distribution: D,
-    ) -> Result<(), Rejection>
-    where
-        D: Distribution<Real<f64>, Value = I::Item>,
-        I: Iterator,
-    {
-        let data: Vec<D::Value> = data.collect();
-        for datum in &data {
-            self.observed(site, false, datum, &distribution)?;
-        }
-        if let Some(statistics) = self.statistics.as_mut().filter(|_| D::HAS_STATISTICS) {
-            let mut sums = Vec::new();
-            D::sufficient_statistics(data.into_iter(), &mut sums);
             statistics.push(sums.into());
         }
         Ok(())
@@ -340,6 +339,45 @@ impl Context for Trace<'_> {
     ) {
         let labels = labels().into_iter().map(|label| label.to_string()).collect();
         *self.record.coordinates.labels(dimension) = labels;
+    }
+}
+
+impl ContextHooks for Trace<'_> {
+    fn total(&mut self) -> Settled {
+        self.begun.push(self.ran);
+        Settled::new(1.0)
+    }
+
+    fn add_total(&mut self, site: &'static Site, _: Settled) -> Result<(), Rejection> {
+        if self.begun.pop() == Some(self.ran) {
+            self.without_data(site);
+        }
+        Ok(())
+    }
+
+    fn observe_all<D, I>(
+        &mut self,
+        site: &'static Site,
+        data: I,
+        distribution: D,
+    ) -> Result<(), Rejection>
+    where
+        D: Distribution<NumberOf<Self>, Value = I::Item>,
+        I: Iterator,
+    {
+        let data: Vec<D::Value> = data.collect();
+        if data.is_empty() {
+            self.without_data(site);
+        }
+        for datum in &data {
+            self.observed(site, false, datum, &distribution)?;
+        }
+        if let Some(statistics) = self.statistics.as_mut().filter(|_| D::HAS_STATISTICS) {
+            let mut sums = Vec::new();
+            D::sufficient_statistics(data.into_iter(), &mut sums);
+            statistics.push(sums.into());
+        }
+        Ok(())
     }
 
     fn enter(&mut self, site: &'static Site) {

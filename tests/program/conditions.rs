@@ -25,7 +25,14 @@ fn cube() -> TetMesh {
         }
     }
     let region_of = vec![0; tets.len()];
-    TetMesh { nodes, tets, region_of, regions: vec!["rubber".into()], grain_of: None, surfaces }
+    TetMesh {
+        nodes,
+        tets,
+        region_of,
+        regions: vec!["rubber".into()],
+        surfaces,
+        ..TetMesh::default()
+    }
 }
 
 /// The rows of a curve file.

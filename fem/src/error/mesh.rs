@@ -66,7 +66,7 @@ pub enum MeshError {
         "`{array}` has {length} entries for {tets} tetrahedra; give every tetrahedron one label"
     )]
     Unlabelled {
-        /// `region_of` or `grain_of`.
+        /// `region_of`, `grain_of` or `mixture`.
         array: &'static str,
         /// Its length.
         length: usize,
@@ -161,6 +161,40 @@ pub enum MeshError {
     EmptySurface {
         /// Name of the surface.
         name: String,
+    },
+    /// The point of a curved edge that cannot be right.
+    #[error("the edge point {point_mm:?} of nodes {edge:?}: {fault}")]
+    EdgePoint {
+        /// Nodes of the edge.
+        edge: [u32; 2],
+        /// Its point (mm).
+        point_mm: [f64; 3],
+        /// What is wrong.
+        fault: &'static str,
+    },
+    /// A tetrahedron that its curved edges fold.
+    #[error(
+        "tetrahedron {tet} is folded by its curved edges (Jacobian down to {jacobian_mm3:e} mm³); move \
+         their points towards the middles of the edges"
+    )]
+    Folded {
+        /// Number of the tetrahedron.
+        tet: usize,
+        /// Lower bound of its Jacobian determinant (mm³).
+        jacobian_mm3: f64,
+    },
+    /// A mixture that is no share of grain with a direction.
+    #[error(
+        "tetrahedron {tet} has a grain fraction of {fraction} with the interface normal {normal:?}; \
+         give a fraction from 0 to 1 and a unit vector or zeros"
+    )]
+    Mixture {
+        /// Number of the tetrahedron.
+        tet: usize,
+        /// Its share of grain.
+        fraction: f32,
+        /// Its interface normal.
+        normal: [f32; 3],
     },
     /// A name that is not in the mesh.
     #[error("there is no region `{name}`; the mesh has {regions:?}")]

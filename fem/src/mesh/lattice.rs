@@ -233,10 +233,10 @@ fn split(section: &Section, height: f64, layers: usize) -> TetMesh {
     TetMesh {
         region_of: vec![0; tets.len()],
         regions: vec!["matrix".into()],
-        grain_of: None,
         nodes,
         tets,
         surfaces,
+        ..TetMesh::default()
     }
 }
 

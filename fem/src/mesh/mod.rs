@@ -1,12 +1,14 @@
 //! Tetrahedral meshes: where they come from, whether they are sound, and where they go.
 
+pub(crate) mod curved;
 pub mod gmsh;
 mod lattice;
 mod quality;
 pub(crate) mod tet_mesh;
+mod validate;
 pub(crate) mod vector;
 pub mod vtu;
 
 pub use lattice::{CylinderLattice, LatticeError};
 pub use quality::Quality;
-pub use tet_mesh::TetMesh;
+pub use tet_mesh::{Mixture, TetMesh};

@@ -2,7 +2,6 @@
 
 mod element;
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rand::{Rng, SeedableRng};
@@ -23,14 +22,7 @@ type Law = fn(f64, f64) -> Material;
 /// A unit cube of n³ cells, six tetrahedra each, its inner nodes moved at random; two regions.
 fn cube(n: usize, rng: &mut impl Rng) -> TetMesh {
     let at = |i: usize, j: usize, k: usize| (i + (n + 1) * (j + (n + 1) * k)) as u32;
-    let mut mesh = TetMesh {
-        nodes: Vec::new(),
-        tets: Vec::new(),
-        region_of: Vec::new(),
-        regions: vec!["soft".into(), "stiff".into()],
-        grain_of: None,
-        surfaces: BTreeMap::new(),
-    };
+    let mut mesh = TetMesh { regions: vec!["soft".into(), "stiff".into()], ..TetMesh::default() };
     for k in 0..=n {
         for j in 0..=n {
             for i in 0..=n {

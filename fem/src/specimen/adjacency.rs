@@ -16,6 +16,8 @@ pub(super) struct Adjacency<'a> {
     tets_of: Vec<u32>,
 }
 
+/// Passes of [`Adjacency::drop_spikes`].
+const SPIKE_PASSES: usize = 4;
 /// Stands for a face on the boundary.
 const NONE: u32 = u32::MAX;
 
@@ -104,34 +106,81 @@ impl<'a> Adjacency<'a> {
         changed
     }
 
-    /// Gives every node to the grain that most of its tetrahedra belong to, and takes from the
-    /// grains all tetrahedra with a node that another grain has.
-    pub(super) fn separate_grains(&self, labels: &mut [u32]) -> usize {
-        let owner = |node: usize| {
-            let mut claims: Vec<(u32, u32)> = Vec::new();
-            let range = self.start[node] as usize..self.start[node + 1] as usize;
-            for &tet in &self.tets_of[range] {
-                let label = labels[tet as usize];
-                match claims.iter_mut().find(|(grain, _)| *grain == label) {
-                    _ if label == 0 => {}
-                    Some((_, count)) => *count += 1,
-                    None => claims.push((label, 1)),
-                }
+    /// Parts grains at the nodes that they share. At each node the grain with most tetrahedra stays,
+    /// and after it those that are to be parted from none that stays; the tetrahedra of the others
+    /// become matrix.
+    pub(super) fn separate_grains(
+        &self,
+        labels: &mut [u32],
+        is_parted: impl Fn(u32, u32) -> bool + Sync,
+    ) -> usize {
+        let leaving = |node: usize| {
+            let mut claims = self.claims(labels, node);
+            if claims.len() < 2 {
+                return Vec::new();
             }
             // of equal claims that of the first grain
-            claims.iter().max_by_key(|c| (c.1, u32::MAX - c.0)).map_or(0, |c| c.0)
+            claims.sort_unstable_by_key(|&(grain, count)| (std::cmp::Reverse(count), grain));
+            let mut staying: Vec<u32> = Vec::new();
+            for &(grain, _) in &claims {
+                if !staying.iter().any(|&other| is_parted(grain, other)) {
+                    staying.push(grain);
+                }
+            }
+            let around = self.tets_of(node).iter().copied();
+            around
+                .filter(|&t| labels[t as usize] > 0 && !staying.contains(&labels[t as usize]))
+                .collect()
         };
         let nodes = 0..self.mesh.nodes.len();
-        let owners: Vec<u32> = nodes.into_par_iter().map(owner).collect();
-        let part = |(label, tet): (&mut u32, &[u32; 4])| {
-            let foreign = tet.iter().any(|&node| owners[node as usize] != *label);
-            let parts = *label > 0 && foreign;
-            if parts {
-                *label = 0;
+        let mut parted: Vec<u32> = nodes.into_par_iter().flat_map_iter(leaving).collect();
+        parted.sort_unstable();
+        parted.dedup();
+        parted.iter().for_each(|&tet| labels[tet as usize] = 0);
+        parted.len()
+    }
+
+    /// The tetrahedra around a node.
+    pub(super) fn tets_of(&self, node: usize) -> &[u32] {
+        &self.tets_of[self.start[node] as usize..self.start[node + 1] as usize]
+    }
+
+    /// The grains at a node and how many of its tetrahedra each has.
+    pub(super) fn claims(&self, labels: &[u32], node: usize) -> Vec<(u32, u32)> {
+        let mut claims: Vec<(u32, u32)> = Vec::new();
+        for &tet in self.tets_of(node) {
+            let label = labels[tet as usize];
+            match claims.iter_mut().find(|(grain, _)| *grain == label) {
+                _ if label == 0 => {}
+                Some((_, count)) => *count += 1,
+                None => claims.push((label, 1)),
             }
-            usize::from(parts)
-        };
-        labels.par_iter_mut().zip(&self.mesh.tets).map(part).sum()
+        }
+        claims
+    }
+
+    /// Gives tetrahedra that three of their faces part from one other label to that label: they would
+    /// lie flat on the interface. Repeats while that changes something, up to a few times.
+    pub(super) fn drop_spikes(&self, labels: &mut [u32]) -> usize {
+        let mut changed = 0;
+        for _ in 0..SPIKE_PASSES {
+            let spike = |tet: u32| {
+                let own = labels[tet as usize];
+                let beside = |(_, other): (u32, u32)| labels[other as usize];
+                let mut others: Vec<u32> = self.around(tet).map(beside).collect();
+                others.sort_unstable();
+                let run = others.chunk_by(|a, b| a == b).find(|run| run.len() >= 3)?;
+                (run[0] != own).then_some((tet, run[0]))
+            };
+            let tets = 0..labels.len() as u32;
+            let spikes: Vec<(u32, u32)> = tets.into_par_iter().filter_map(spike).collect();
+            changed += spikes.len();
+            if spikes.is_empty() {
+                break;
+            }
+            spikes.into_iter().for_each(|(tet, label)| labels[tet as usize] = label);
+        }
+        changed
     }
 }
 
@@ -196,7 +245,7 @@ mod tests {
                 assert_eq!(adjacency.drop_small_components(&mut labels, smallest), changed);
                 assert_eq!(labels, expected);
                 // no node belongs to two grains, and nothing changes a second time
-                adjacency.separate_grains(&mut labels);
+                adjacency.separate_grains(&mut labels, |_, _| true);
                 let mut grain_of = vec![0; mesh.nodes.len()];
                 for (tet, &label) in mesh.tets.iter().zip(&labels).filter(|(_, label)| **label > 0)
                 {
@@ -206,7 +255,7 @@ mod tests {
                         *grain = label;
                     }
                 }
-                assert_eq!(adjacency.separate_grains(&mut labels), 0);
+                assert_eq!(adjacency.separate_grains(&mut labels, |_, _| true), 0);
             }
         }
     }

@@ -118,6 +118,7 @@ fn pair() -> TetMesh {
         regions: vec!["matrix".into(), "grain".into()],
         grain_of: Some(vec![0, 1]),
         surfaces: BTreeMap::from([("bottom".into(), vec![[0, 2, 1]])]),
+        ..TetMesh::default()
     }
 }
 

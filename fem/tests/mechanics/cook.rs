@@ -1,19 +1,10 @@
 //! Cook's membrane: a tapered panel clamped on its left side and sheared on its right one.
 
-use std::collections::BTreeMap;
-
 use fem::{Axis, Conditions, End, Material, MooneyRivlin, Order, Problem, Schedule, TetMesh};
 
 /// The panel (0, 0), (48, 44), (48, 60), (0, 44) of n × n cells and of the given thickness, all mm.
 fn panel(n: usize, thickness: f64) -> TetMesh {
-    let mut mesh = TetMesh {
-        nodes: Vec::new(),
-        tets: Vec::new(),
-        region_of: Vec::new(),
-        regions: vec!["panel".into()],
-        grain_of: None,
-        surfaces: BTreeMap::new(),
-    };
+    let mut mesh = TetMesh { regions: vec!["panel".into()], ..TetMesh::default() };
     for z in [0.0, thickness] {
         for j in 0..=n {
             for i in 0..=n {

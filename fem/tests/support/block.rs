@@ -1,8 +1,6 @@
 //! Blocks on a graded grid, with every face a named surface.
 #![allow(dead_code)] // each user takes a part
 
-use std::collections::BTreeMap;
-
 use fem::TetMesh;
 
 /// The block between the first and the last coordinates, six tetrahedra a cell. Its faces are `left`,
@@ -10,14 +8,7 @@ use fem::TetMesh;
 pub(crate) fn block(grid: [&[f64]; 3]) -> TetMesh {
     let n = grid.map(<[f64]>::len);
     let at = |i: usize, j: usize, k: usize| (i + n[0] * (j + n[1] * k)) as u32;
-    let mut mesh = TetMesh {
-        nodes: Vec::new(),
-        tets: Vec::new(),
-        region_of: Vec::new(),
-        regions: vec!["matrix".into()],
-        grain_of: None,
-        surfaces: BTreeMap::new(),
-    };
+    let mut mesh = TetMesh { regions: vec!["matrix".into()], ..TetMesh::default() };
     for k in 0..n[2] {
         for j in 0..n[1] {
             for i in 0..n[0] {

@@ -6,7 +6,6 @@ pub(crate) mod hertz;
 pub(crate) mod manufactured;
 pub(crate) mod notched_plate;
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use fem::gmsh::GmshNames;
@@ -49,14 +48,7 @@ pub(crate) fn loading(displacement_mm: f64, duration_s: f64, steps: u32) -> Comp
 pub(crate) fn prism(n: usize, grains: bool) -> TetMesh {
     let side = RADIUS * std::f64::consts::PI.sqrt();
     let at = |i: usize, j: usize, k: usize| (i + (n + 1) * (j + (n + 1) * k)) as u32;
-    let mut mesh = TetMesh {
-        nodes: Vec::new(),
-        tets: Vec::new(),
-        region_of: Vec::new(),
-        regions: vec!["matrix".into()],
-        grain_of: None,
-        surfaces: BTreeMap::new(),
-    };
+    let mut mesh = TetMesh { regions: vec!["matrix".into()], ..TetMesh::default() };
     for k in 0..=n {
         for j in 0..=n {
             for i in 0..=n {

@@ -1,8 +1,6 @@
 //! The single-edge notched plate: 1 mm square, slit from the left side to the middle, one element
 //! thick.
 
-use std::collections::BTreeMap;
-
 use fem::{
     Axis, Conditions, CurvePoint, Fracture, Irreversibility, Material, PhaseField, Problem,
     Schedule, SolverOptions, Split, Stepping, TetMesh,
@@ -105,14 +103,7 @@ fn notched_plate(mode: Mode, h: f64) -> TetMesh {
     let middle =
         across.iter().position(|&y| (y - 0.5).abs() < 0.1 * h).expect("a line at the slit");
     let slit = along.iter().filter(|&&x| x < 0.5 - 0.1 * h).count();
-    let mut mesh = TetMesh {
-        nodes: Vec::new(),
-        tets: Vec::new(),
-        region_of: Vec::new(),
-        regions: vec!["plate".into()],
-        grain_of: None,
-        surfaces: BTreeMap::new(),
-    };
+    let mut mesh = TetMesh { regions: vec!["plate".into()], ..TetMesh::default() };
     for z in [0.0, h] {
         for &y in &across {
             mesh.nodes.extend(along.iter().map(|&x| [x, y, z]));

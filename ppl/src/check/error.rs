@@ -2,7 +2,7 @@
 
 use crate::density::Rejection;
 use crate::inspect::ModelError;
-use crate::sampler::RunError;
+use crate::sampler::{RunError, StopReason};
 
 /// A trial that could not be carried out.
 #[derive(Debug, thiserror::Error)]
@@ -18,13 +18,7 @@ pub enum CheckError {
     Rejected(#[from] Rejection),
     /// The sampler stopped early.
     #[error("a chain ended early: {0}")]
-    Stopped(String),
-    /// A true value was given for something that the model does not have.
-    #[error("the model has no `{name}`")]
-    UnknownQuantity {
-        /// The name.
-        name: String,
-    },
+    Stopped(#[source] StopReason),
     /// A setting makes no sense.
     #[error("{setting} = {value}: give at least {least}")]
     Setting {

@@ -155,7 +155,8 @@ impl<S: Sampler> Trial<'_, S> {
     }
 
     /// As [`rank`](Trial::rank), with further quantities, which may depend on the data:
-    /// `|at| vec![("residual".to_owned(), at.values("mu").unwrap_or_default()[0] - mean_of_data)]`.
+    /// `|at| vec![("residual".to_owned(), at.values("mu").unwrap_or_default()[0] - mean_of_data)]`,
+    /// the same ones at every point.
     ///
     /// # Errors
     /// [`CheckError`] if the sampler or the model fails.
@@ -165,6 +166,7 @@ impl<S: Sampler> Trial<'_, S> {
         truth: &Record,
         further: impl Fn(&Record) -> Named,
     ) -> Result<(), CheckError> {
+        model.layout()?;
         let quantities = |at: &Record, likelihood: f64| -> Named {
             let parameters = at.entries.iter().filter(|e| e.variable.role == Role::Parameter);
             let mut all: Named = parameters.flat_map(elements).collect();
@@ -176,33 +178,9 @@ impl<S: Sampler> Trial<'_, S> {
         let (y, mut rng) = (&truth.unconstrained, self.rng.clone());
         let likelihood = model.constrain(y, &mut rng)?.log_likelihood();
         let truth = quantities(truth, likelihood);
-        self.rank_numbers(model, &truth, |at| quantities(at, at.log_likelihood()))
-    }
 
-    /// Samples `model` and ranks the given true values of parameters or tracked quantities, as
-    /// `("mu", 1.3)`, `("sd[0]", 0.2)`.
-    ///
-    /// # Errors
-    /// [`CheckError`] if the sampler or the model fails, or a name is unknown.
-    pub fn rank_values<M: Model>(
-        &mut self,
-        model: &Bound<M>,
-        truth: &[(&str, f64)],
-    ) -> Result<(), CheckError> {
-        let truth: Named = truth.iter().map(|&(n, v)| (n.to_owned(), v)).collect();
-        self.rank_numbers(model, &truth, |at| at.entries.iter().flat_map(elements).collect())
-    }
-
-    fn rank_numbers<M: Model>(
-        &mut self,
-        model: &Bound<M>,
-        truth: &[(String, f64)],
-        quantities: impl Fn(&Record) -> Named,
-    ) -> Result<(), CheckError> {
-        model.layout()?;
         let draws = self.sampler.draws(model, self.rng.random())?;
         self.divergences += draws.divergences;
-
         let kept: Vec<&[f64]> = draws.points.chunks_exact(model.dim().max(1)).collect();
         if kept.len() < self.ranked {
             let (value, least) = (kept.len(), self.ranked);
@@ -211,24 +189,19 @@ impl<S: Sampler> Trial<'_, S> {
         let mut below = vec![0; truth.len()];
         let mut equal = vec![0; truth.len()];
         for k in 0..self.ranked {
-            let point = kept[k * kept.len() / self.ranked];
-            let record = model.constrain(point, &mut self.rng)?;
-            let values = quantities(&record);
-            for (i, (name, true_value)) in truth.iter().enumerate() {
-                let (_, value) = values
-                    .iter()
-                    .find(|(n, _)| n == name)
-                    .ok_or_else(|| CheckError::UnknownQuantity { name: name.clone() })?;
+            let record = model.constrain(kept[k * kept.len() / self.ranked], &mut self.rng)?;
+            let values = quantities(&record, record.log_likelihood());
+            for (i, ((_, value), (_, true_value))) in values.iter().zip(&truth).enumerate() {
                 below[i] += usize::from(value < true_value);
                 equal[i] += usize::from(value == true_value);
             }
         }
-        for (i, (name, _)) in truth.iter().enumerate() {
+        for (i, (name, _)) in truth.into_iter().enumerate() {
             if equal[i] < self.ranked {
                 // a rank in 0 … L, spread over its cell: exactly uniform on (0, 1); ties likewise
                 let spread = self.rng.random::<f64>() * (equal[i] + 1) as f64;
                 let rank = (below[i] as f64 + spread) / (self.ranked + 1) as f64;
-                self.ranks.push((name.clone(), rank));
+                self.ranks.push((name, rank));
             }
         }
         Ok(())

@@ -1,62 +1,13 @@
-//! Autocovariance: short lags one by one, long ones by the fast Fourier transform.
+//! Autocovariance by the fast Fourier transform.
 
 use nalgebra::Complex;
-
-/// Lags summed one by one. A chain that mixes needs a dozen, at a few per cent of the cost of a
-/// transform each; one that needs as many as this would be as fast with the transform at once.
-const DIRECT: usize = 32;
-
-/// The average autocovariance of chains of equal length, lag by lag.
-pub(super) struct Autocovariance<'a> {
-    chains: &'a [&'a [f64]],
-    centred: Vec<f64>,
-    /// All lags, once one of them is long.
-    all: Vec<f64>,
-}
-
-impl<'a> Autocovariance<'a> {
-    pub(super) fn new(chains: &'a [&'a [f64]]) -> Self {
-        let centred = chains.iter().flat_map(|chain| {
-            let centre = super::mean(chain.iter().copied());
-            chain.iter().map(move |x| x - centre)
-        });
-        Self { chains, centred: centred.collect(), all: Vec::new() }
-    }
-
-    /// At a lag below the length of the chains.
-    pub(super) fn at(&mut self, lag: usize) -> f64 {
-        if lag >= DIRECT {
-            if self.all.is_empty() {
-                self.all = autocovariance(self.chains);
-            }
-            return self.all[lag];
-        }
-        let draws = self.chains[0].len();
-        let sums = self.centred.chunks_exact(draws).map(|x| dot(&x[lag..], &x[..draws - lag]));
-        sums.sum::<f64>() / self.centred.len() as f64
-    }
-}
-
-/// Σ aᵢ bᵢ in eight partial sums, which the processor adds side by side.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let (a, a_rest) = a.as_chunks::<8>();
-    let (b, b_rest) = b.as_chunks::<8>();
-    let mut sums = [0.0; 8];
-    for (a, b) in a.iter().zip(b) {
-        for k in 0..8 {
-            sums[k] += a[k] * b[k];
-        }
-    }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    sums.iter().sum::<f64>() + rest
-}
 
 /// Biased autocovariance (1/n) Σ_t (x_t − x̄)(x_{t+l} − x̄) for l = 0 … n − 1, averaged over chains
 /// of equal length, each centred on its own mean.
 ///
 /// Two chains ride in one complex transform: for z = a + ib, the real part of the autocorrelation
 /// of z is that of a plus that of b. The power spectra add up, so one transform back serves all.
-fn autocovariance(chains: &[&[f64]]) -> Vec<f64> {
+pub(super) fn autocovariance(chains: &[&[f64]]) -> Vec<f64> {
     let draws = chains[0].len();
     let size = (2 * draws).next_power_of_two(); // zeros behind keep the ends from wrapping around
     let roots: Vec<Complex<f64>> = (0..size / 2)
@@ -124,7 +75,6 @@ mod tests {
             .collect();
         let chains: Vec<&[f64]> = chains.iter().map(Vec::as_slice).collect();
         let fast = autocovariance(&chains);
-        let mut mixed = Autocovariance::new(&chains);
         for lag in 0..37 {
             let direct: f64 = chains
                 .iter()
@@ -135,7 +85,6 @@ mod tests {
                 })
                 .sum::<f64>()
                 / 3.0;
-            assert!((mixed.at(lag) - direct).abs() < 1e-13, "lag {lag}: {direct}");
             assert!((fast[lag] - direct).abs() < 1e-13, "lag {lag}: {} {direct}", fast[lag]);
         }
     }

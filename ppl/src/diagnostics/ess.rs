@@ -1,8 +1,8 @@
 //! Effective sample size.
 
-use super::autocovariance::Autocovariance;
-use super::ranked::Ranked;
-use super::{borrow, mean, mean_and_variance, order, split, usable};
+use super::autocovariance::autocovariance;
+use super::order::{normal_scores, quantile};
+use super::{borrow, mean, mean_and_variance, split, usable};
 
 /// Bulk effective sample size: that of the rank-normalised split chains, for the centre of the
 /// distribution. Ask for at least 100 per chain.
@@ -12,11 +12,8 @@ use super::{borrow, mean, mean_and_variance, order, split, usable};
 ///
 /// Reference: Vehtari et al. (2021), section 4.1, doi:10.1214/20-BA1221.
 pub fn ess_bulk(chains: &[&[f64]]) -> f64 {
-    Ranked::new(chains, None).map_or(f64::NAN, |ranked| bulk(&ranked))
-}
-
-pub(super) fn bulk(ranked: &Ranked) -> f64 {
-    effective_size(&ranked.halves(&ranked.scores))
+    let scores = |chains: Vec<&[f64]>| effective_size(&borrow(&normal_scores(&split(&chains))));
+    usable(chains).map_or(f64::NAN, scores)
 }
 
 /// Tail effective sample size: the smaller of those of the 5 % and the 95 % quantile.
@@ -24,12 +21,7 @@ pub(super) fn bulk(ranked: &Ranked) -> f64 {
 /// Same conventions as [`ess_bulk`]. (ArviZ 1 takes other quantiles unless told
 /// `prob=(0.05, 0.95)`.) Reference: Vehtari et al. (2021), section 4.3.
 pub fn ess_tail(chains: &[&[f64]]) -> f64 {
-    Ranked::new(chains, None).map_or(f64::NAN, |ranked| tail(&ranked))
-}
-
-pub(super) fn tail(ranked: &Ranked) -> f64 {
-    let at = |probability| below(&ranked.chains, ranked.quantile(probability));
-    at(0.05).min(at(0.95))
+    ess_quantile(chains, 0.05).min(ess_quantile(chains, 0.95))
 }
 
 /// Effective sample size for the mean: that of the split chains as they are.
@@ -53,13 +45,8 @@ pub fn ess_quantile(chains: &[&[f64]], probability: f64) -> f64 {
     let Some(chains) = usable(chains) else {
         return f64::NAN;
     };
-    let q = order::quantile(&chains.concat(), probability);
-    below(&chains, q)
-}
-
-/// Effective sample size of the indicator x ≤ q.
-fn below(chains: &[&[f64]], q: f64) -> f64 {
-    of_transformed(chains, |x| f64::from(x <= q))
+    let q = quantile(&chains.concat(), probability);
+    of_transformed(&chains, |x| f64::from(x <= q))
 }
 
 fn of_transformed(chains: &[&[f64]], f: impl Fn(f64) -> f64) -> f64 {
@@ -78,8 +65,8 @@ fn effective_size(chains: &[&[f64]]) -> f64 {
         return f64::NAN;
     }
     let n = draws as f64;
-    let mut covariance = Autocovariance::new(chains);
-    let start = covariance.at(0);
+    let covariance = autocovariance(chains);
+    let start = covariance[0];
     let within = start * n / (n - 1.0);
     let mut total = start;
     if chains.len() > 1 {
@@ -88,7 +75,7 @@ fn effective_size(chains: &[&[f64]]) -> f64 {
     if total <= 0.0 {
         return f64::NAN; // an indicator that never changed
     }
-    let mut correlation = |lag: usize| 1.0 - (within - covariance.at(lag)) / total;
+    let correlation = |lag: usize| 1.0 - (within - covariance[lag]) / total;
 
     let mut tau = -1.0;
     let mut smallest = f64::INFINITY;

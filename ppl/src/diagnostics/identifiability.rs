@@ -22,23 +22,6 @@ const RARE: f64 = 1e-3;
 /// The ends of a prior.
 const SIDES: [&str; 2] = ["lower", "upper"];
 
-/// Mean and standard deviation of one parameter, prior or posterior.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Marginal {
-    /// Mean.
-    pub mean: f64,
-    /// Standard deviation.
-    pub sd: f64,
-}
-
-impl Marginal {
-    /// Of draws; the standard deviation with n − 1.
-    pub fn of(draws: &[f64]) -> Self {
-        let (mean, variance) = mean_and_variance(draws.iter().copied());
-        Self { mean, sd: variance.sqrt() }
-    }
-}
-
 /// How far the data narrowed a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Identification {
@@ -86,26 +69,19 @@ impl fmt::Display for Cut {
 }
 
 /// What the data did to one parameter.
-///
-/// ```
-/// use ppl::diagnostics::{Identifiability, Identification, Marginal};
-/// let prior = Marginal { mean: 275.0, sd: 14.4 };
-/// let draws: Vec<f64> = (0..1000).map(|i| 280.0 + (i as f64).sin()).collect();
-/// let row = Identifiability::new("young", prior, &draws, Some((250.0, 300.0)));
-/// assert_eq!(row.label(), Identification::Identified);
-/// assert!(row.contraction() > 0.99);
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identifiability {
     /// Name with indices, as `sd[0]`.
     pub name: String,
-    /// Before the data.
-    pub prior: Marginal,
-    /// After the data.
-    pub posterior: Marginal,
+    /// Mean and standard deviation before the data.
+    pub prior: [f64; 2],
+    /// Mean and standard deviation after the data.
+    pub posterior: [f64; 2],
     /// Widths of the central halves of prior and posterior, where the prior has heavy tails.
     pub halves: Option<[f64; 2]>,
-    /// [`boundary_mass`]; `None` for a prior that cuts nothing off, or has about as much there.
+    /// Fraction of the draws within 1 % of the width of the prior's box from a bound, and within a fifth
+    /// of their own standard deviation: a wide prior does not cut off what is far from its bound on the
+    /// scale of the posterior. `None` for a prior that cuts nothing off, or has about as much there.
     pub boundary_mass: Option<f64>,
     /// Which ends have it.
     cuts: Vec<Cut>,
@@ -133,7 +109,7 @@ impl Identifiability {
     ///     (0..n).map(at).collect()
     /// };
     /// let row = Identifiability::of_draws("x", &cauchy(2000), &cauchy(500), None);
-    /// assert!(row.posterior.sd < 0.6 * row.prior.sd, "of no meaning");
+    /// assert!(row.posterior[1] < 0.6 * row.prior[1], "of no meaning");
     /// assert!(row.contraction().abs() < 0.01);
     /// assert_eq!(row.label(), Identification::Not);
     /// ```
@@ -143,9 +119,17 @@ impl Identifiability {
         after: &[f64],
         bounds: Option<(f64, f64)>,
     ) -> Self {
-        let mut row = Self::new(name, Marginal::of(before), after, None);
-        let heavy = has_heavy_tails(before, row.prior);
-        if heavy || row.conflict {
+        let mut row = Self {
+            name: name.into(),
+            prior: mean_and_sd(before),
+            posterior: mean_and_sd(after),
+            halves: None,
+            boundary_mass: None,
+            cuts: Vec::new(),
+            conflict: false,
+        };
+        let heavy = has_heavy_tails(before);
+        if heavy || row.contraction() < WIDENED {
             let [before, after] = [before, after].map(sorted);
             let halves = [&before, &after].map(|sorted| central_half(sorted));
             row.halves = (heavy && halves[0] > 0.0).then_some(halves);
@@ -157,42 +141,18 @@ impl Identifiability {
                     halves[1] > halves[0]
                 };
         }
-        row.boundary_mass = bounds.and_then(|bounds| {
-            let margin = boundary_margin(after, bounds);
+        if let Some((lower, upper)) = bounds {
+            let margin = (0.01 * (upper - lower)).min(0.2 * row.posterior[1]);
             let [before, after] =
-                [before, after].map(|draws| fractions_within(margin, draws, bounds));
-            let piled_up = |&(i, end): &(usize, f64)| end != 0.0 && after[i] > PILED_UP * before[i];
-            let ends = [bounds.0, bounds.1].into_iter().enumerate().filter(piled_up);
-            row.cuts =
-                ends.map(|(i, end)| Cut { side: SIDES[i], end, fraction: after[i] }).collect();
+                [before, after].map(|draws| fractions_within(margin, draws, (lower, upper)));
+            for (i, end) in [lower, upper].into_iter().enumerate() {
+                if end != 0.0 && after[i] > PILED_UP * before[i] {
+                    row.cuts.push(Cut { side: SIDES[i], end, fraction: after[i] });
+                }
+            }
             let mass = row.cuts.iter().map(|cut| cut.fraction).sum();
-            (!row.cuts.is_empty()).then_some(mass)
-        });
-        row
-    }
-
-    /// From the prior's moments and posterior draws; `bounds` are the prior's, if it has two.
-    pub fn new(
-        name: impl Into<String>,
-        prior: Marginal,
-        draws: &[f64],
-        bounds: Option<(f64, f64)>,
-    ) -> Self {
-        let mut row = Self {
-            name: name.into(),
-            prior,
-            posterior: Marginal::of(draws),
-            halves: None,
-            boundary_mass: bounds.map(|bounds| boundary_mass(draws, bounds)),
-            cuts: bounds.map_or_else(Vec::new, |bounds| {
-                let fractions = fractions_within(boundary_margin(draws, bounds), draws, bounds);
-                let ends = SIDES.iter().zip([bounds.0, bounds.1]).zip(fractions);
-                let ends = ends.map(|((side, end), fraction)| Cut { side, end, fraction });
-                ends.filter(|cut| cut.fraction > 0.0).collect()
-            }),
-            conflict: false,
-        };
-        row.conflict = row.contraction() < WIDENED;
+            row.boundary_mass = (!row.cuts.is_empty()).then_some(mass);
+        }
         row
     }
 
@@ -200,7 +160,7 @@ impl Identifiability {
     ///
     /// With [`halves`](Self::halves), the squares of these widths stand for the variances.
     pub fn contraction(&self) -> f64 {
-        let [before, after] = self.halves.unwrap_or([self.prior.sd, self.posterior.sd]);
+        let [before, after] = self.halves.unwrap_or([self.prior[1], self.posterior[1]]);
         1.0 - (after / before).powi(2)
     }
 
@@ -240,10 +200,10 @@ impl fmt::Display for Identifiability {
             self.name,
             self.label(),
             self.contraction(),
-            cell(self.prior.mean),
-            cell(self.prior.sd),
-            cell(self.posterior.mean),
-            cell(self.posterior.sd)
+            cell(self.prior[0]),
+            cell(self.prior[1]),
+            cell(self.posterior[0]),
+            cell(self.posterior[1])
         )?;
         if let Some([before, after]) = self.halves {
             write!(f, "; heavy tails: central half {} wide after {}", cell(after), cell(before))?;
@@ -257,9 +217,16 @@ impl fmt::Display for Identifiability {
     }
 }
 
+/// The standard deviation with n − 1.
+fn mean_and_sd(draws: &[f64]) -> [f64; 2] {
+    let (mean, variance) = mean_and_variance(draws.iter().copied());
+    [mean, variance.sqrt()]
+}
+
 /// Whether the variance of these draws has a standard error of more than [`LARGEST_ERROR`] of it,
 /// as far as they can tell: one that overflows is of no use either.
-pub(super) fn has_heavy_tails(draws: &[f64], Marginal { mean: centre, sd }: Marginal) -> bool {
+pub(super) fn has_heavy_tails(draws: &[f64]) -> bool {
+    let [centre, sd] = mean_and_sd(draws);
     let kurtosis = mean(draws.iter().map(|x| ((x - centre) / sd).powi(4)));
     let is_sure = sd.is_finite() && (kurtosis - 1.0) / draws.len() as f64 <= LARGEST_ERROR.powi(2);
     !is_sure
@@ -279,17 +246,6 @@ fn central_half(sorted: &[f64]) -> f64 {
 fn fraction_beyond(sorted: &[f64], x: f64) -> f64 {
     let below = sorted.partition_point(|&own| own < x);
     below.min(sorted.len() - below) as f64 / sorted.len() as f64
-}
-
-/// Fraction of draws within 1 % of the width of the box from either bound, and within a fifth of their
-/// own standard deviation: a wide prior does not cut off what is far from its bound on the scale of
-/// the posterior. A bound may be infinite, and the width with it.
-pub fn boundary_mass(draws: &[f64], bounds: (f64, f64)) -> f64 {
-    fractions_within(boundary_margin(draws, bounds), draws, bounds).iter().sum()
-}
-
-fn boundary_margin(draws: &[f64], (lower, upper): (f64, f64)) -> f64 {
-    (0.01 * (upper - lower)).min(0.2 * Marginal::of(draws).sd)
 }
 
 /// Fractions of the draws within `margin` of the lower and of the upper bound.

@@ -8,7 +8,6 @@
 
 mod autocovariance;
 mod combinations;
-mod digest;
 mod energy;
 mod ess;
 mod identifiability;
@@ -18,23 +17,20 @@ mod mcse;
 mod modes;
 mod order;
 mod power_scaling;
-mod ranked;
 mod rhat;
 
 pub use energy::e_bfmi;
 pub use ess::{ess_bulk, ess_mean, ess_quantile, ess_sd, ess_tail};
-pub use identifiability::{Identifiability, Identification, Marginal, boundary_mass};
+pub use identifiability::{Identifiability, Identification};
 pub use loo::{Loo, LooError, LooPoint, pareto_smooth};
 pub use loo_compare::{LooComparison, LooRow, loo_compare};
 pub use mcse::{mcse_mean, mcse_quantile, mcse_sd};
 pub use modes::Modes;
 pub use order::quantile;
-pub use power_scaling::{PowerScaled, cjs_distance, power_scaled};
-pub use rhat::{rhat, rhat_basic};
+pub use rhat::rhat;
 
 pub(crate) use combinations::{BeforeAndAfter, Combination, MOST_COMBINED, combinations};
-pub(crate) use digest::Digest;
-pub(crate) use order::Scores;
+pub(crate) use power_scaling::{PowerScaled, power_scaled};
 
 /// Mean of the values; NaN when there are none.
 pub(crate) fn mean(values: impl Iterator<Item = f64>) -> f64 {

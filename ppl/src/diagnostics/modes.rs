@@ -1,6 +1,6 @@
 //! Separate modes of one number, and which chains sit in which.
 
-use super::identifiability::{Marginal, has_heavy_tails};
+use super::identifiability::has_heavy_tails;
 use super::order::quantile_of_sorted;
 use super::{borrow, mean_and_variance};
 
@@ -133,7 +133,7 @@ impl Scale {
     fn of_heavy_tails(sorted: &[f64]) -> Option<Self> {
         let quantile = |p| quantile_of_sorted(sorted, p);
         let width = 0.5 * (quantile(0.75) - quantile(0.25));
-        let heavy = has_heavy_tails(sorted, Marginal::of(sorted)) && width > 0.0;
+        let heavy = has_heavy_tails(sorted) && width > 0.0;
         heavy.then(|| Self { centre: quantile(0.5), width })
     }
 

@@ -7,11 +7,11 @@ const STEP: f64 = 0.01;
 
 /// Response of one quantity to scaling one part of the density.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PowerScaled {
+pub(crate) struct PowerScaled {
     /// Change of the distribution per doubling of the power, in cumulative Jensen–Shannon distance.
-    pub sensitivity: f64,
+    pub(crate) sensitivity: f64,
     /// Larger Pareto shape k of the two sets of importance ratios.
-    pub pareto_k: f64,
+    pub(crate) pareto_k: f64,
 }
 
 /// Sensitivity of quantities to the part of the log density whose values at the draws are
@@ -23,22 +23,10 @@ pub struct PowerScaled {
 ///
 /// `log_part` has one slice a chain, every quantity all draws chain after chain.
 ///
-/// # Example
-/// ```
-/// use ppl::diagnostics::power_scaled;
-///
-/// // a posterior N(0, 1) made of a prior N(3, √2) and a likelihood N(−3, √2): a conflict
-/// let normal = ppl::special::normal_upper_quantile;
-/// let x: Vec<f64> = (1..1000).map(|i| normal(f64::from(i) / 1000.0)).collect();
-/// let log_prior: Vec<f64> = x.iter().map(|x| -0.25 * (x - 3.0).powi(2)).collect();
-/// let [scaled] = power_scaled(&[&log_prior], &[&x])[..] else { unreachable!() };
-/// assert!(scaled.sensitivity > 0.05 && scaled.pareto_k < 0.5);
-/// ```
-///
 /// # References
 /// Kallioinen, Paananen, Bürkner & Vehtari (2024), *Statistics and Computing* 34, 57,
 /// doi:10.1007/s11222-023-10366-5.
-pub fn power_scaled(log_part: &[&[f64]], quantities: &[&[f64]]) -> Vec<PowerScaled> {
+pub(crate) fn power_scaled(log_part: &[&[f64]], quantities: &[&[f64]]) -> Vec<PowerScaled> {
     let weights = [1.0 + STEP, 1.0 / (1.0 + STEP)].map(|alpha| weights(log_part, alpha));
     let pareto_k = weights[0].1.max(weights[1].1);
     quantities
@@ -74,7 +62,7 @@ fn weights(log_part: &[&[f64]], alpha: f64) -> (Vec<f64>, f64) {
 ///
 /// # References
 /// Nguyen & Vreeken (2015), doi:10.1007/978-3-319-23525-7_11; Kallioinen et al. (2024), section 2.3.
-pub fn cjs_distance(draws: &[f64], weights: &[f64]) -> f64 {
+fn cjs_distance(draws: &[f64], weights: &[f64]) -> f64 {
     if draws.iter().any(|x| !x.is_finite()) {
         return f64::NAN;
     }
@@ -118,55 +106,5 @@ impl Integrals {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::special::{normal_cdf, normal_upper_quantile};
-
-    /// N(0, 1) to the power α in one of two normal factors is normal again; the distance of the
-    /// two in closed form by a fine midpoint rule over the range of the draws.
-    #[test]
-    fn a_normal_part_gives_the_closed_form() {
-        let draws = 20_000;
-        let x: Vec<f64> = (0..draws)
-            .map(|i| -normal_upper_quantile((f64::from(i) + 0.5) / f64::from(draws)))
-            .collect();
-        // posterior precision 1 = 0.3 (prior about 2) + 0.7
-        let log_prior: Vec<f64> = x.iter().map(|x| -0.15 * (x - 2.0).powi(2)).collect();
-        let found = power_scaled(&[&log_prior], &[&x])[0];
-        assert!(found.pareto_k < 0.5);
-
-        let range = normal_upper_quantile(0.5 / f64::from(draws));
-        let exact = |alpha: f64| {
-            let precision = 0.7 + 0.3 * alpha;
-            let mean = (0.3 * alpha * 2.0 - 0.6) / precision;
-            let steps = 200_000;
-            let width = 2.0 * range / f64::from(steps);
-            let mut sums = [Integrals::default(), Integrals::default()];
-            for i in 0..steps {
-                let t = (f64::from(i) + 0.5) * width - range;
-                let (p, q) = (normal_cdf(t), normal_cdf((t - mean) * precision.sqrt()));
-                sums[0].add(p, q, width);
-                sums[1].add(1.0 - p, 1.0 - q, width);
-            }
-            let [a, b] = sums.map(|s| s.distance());
-            a.max(b)
-        };
-        let expected = (exact(1.01) + exact(1.0 / 1.01)) / (2.0 * 1.01f64.log2());
-        // draws at the quantiles: what remains is the discreteness, of order 1/draws
-        assert!((found.sensitivity / expected - 1.0).abs() < 0.01, "{found:?}, {expected}");
-    }
-
-    #[test]
-    fn equal_weights_are_no_distance_and_separate_ones_the_whole() {
-        let x: Vec<f64> = (0..100).map(f64::from).collect();
-        assert!(cjs_distance(&x, &[0.01; 100]) < 1e-8);
-        // all weight on one end: nothing in common, seen from that end
-        let mut first = vec![0.0; 100];
-        first[0] = 1.0;
-        let mut last = vec![0.0; 100];
-        last[99] = 1.0;
-        let (a, b) = (cjs_distance(&x, &first), cjs_distance(&x, &last));
-        assert!((a - 1.0).abs() < 1e-9 && (b - 1.0).abs() < 1e-9, "{a} {b}");
-        assert!(cjs_distance(&[1.0, f64::NAN], &[0.5, 0.5]).is_nan());
-    }
-}
+#[path = "../../tests/unit/diagnostics_power_scaling.rs"]
+mod tests;

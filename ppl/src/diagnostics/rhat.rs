@@ -1,7 +1,7 @@
 //! The potential scale reduction R̂.
 
-use super::ranked::Ranked;
-use super::{mean, mean_and_variance, split, usable};
+use super::order::{normal_scores, quantile};
+use super::{borrow, mean, mean_and_variance, split, usable};
 
 /// Rank-normalised split R̂: the larger of the bulk and the folded version.
 ///
@@ -21,26 +21,20 @@ use super::{mean, mean_and_variance, split, usable};
 ///
 /// Reference: Vehtari et al. (2021), equations 1–4 and 14, doi:10.1214/20-BA1221.
 pub fn rhat(chains: &[&[f64]]) -> f64 {
-    Ranked::new(chains, None).map_or(f64::NAN, |ranked| of_ranked(&ranked))
-}
-
-pub(super) fn of_ranked(ranked: &Ranked) -> f64 {
-    let bulk = basic(&ranked.halves(&ranked.scores));
-    let folded = basic(&ranked.halves(&ranked.folded_scores()));
+    let Some(chains) = usable(chains) else {
+        return f64::NAN;
+    };
+    let halves = split(&chains);
+    let median = quantile(&halves.concat(), 0.5);
+    let distances = halves.iter().map(|half| half.iter().map(|x| (x - median).abs()).collect());
+    let distances: Vec<Vec<f64>> = distances.collect();
+    let bulk = variance_ratio(&borrow(&normal_scores(&halves)));
+    let folded = variance_ratio(&borrow(&normal_scores(&borrow(&distances))));
     bulk.max(folded) // a folded constant (±1 only) is NaN and gives way
 }
 
-/// Split R̂ of Gelman and Rubin on the draws themselves: no ranks, no folding.
-///
-/// What older programs report; it needs a finite variance and does not see chains that differ in
-/// spread. Prefer [`rhat`].
-///
-/// Reference: Gelman et al. (2013), *Bayesian Data Analysis*, section 11.4.
-pub fn rhat_basic(chains: &[&[f64]]) -> f64 {
-    usable(chains).map_or(f64::NAN, |chains| basic(&split(&chains)))
-}
-
-fn basic(chains: &[&[f64]]) -> f64 {
+/// √((B/W + n − 1)/n) of chains of length n.
+fn variance_ratio(chains: &[&[f64]]) -> f64 {
     let n = chains[0].len() as f64;
     let moments: Vec<(f64, f64)> =
         chains.iter().map(|chain| mean_and_variance(chain.iter().copied())).collect();

@@ -13,7 +13,7 @@ use thiserror::Error;
 use super::{curvature::negative_hessian, line_search::WeakWolfe};
 use crate::{
     bound::{Bound, Workspace},
-    density::{LogDensity, Rejection},
+    density::{FatalError, LogDensity, Rejection},
     erased::{ErasedDensity, Evaluator},
     inspect::ModelError,
     model::Model,
@@ -121,6 +121,7 @@ pub enum OptimizeError {
         /// Points tried.
         tries: u32,
         /// The last rejection.
+        #[source]
         last: Box<Rejection>,
         /// What else can be said about it, as the datum at fault.
         detail: Option<String>,
@@ -227,7 +228,7 @@ impl Map {
             .run()
             .map_err(|error| OptimizeError::Optimiser(error.to_string()))?;
         if let Some(fatal) = result.problem.problem.and_then(Descent::into_fatal) {
-            return Err(OptimizeError::Density(Box::new(fatal)));
+            return Err(OptimizeError::Density(Box::new(fatal.into())));
         }
         let state = result.state;
         match state.get_best_param() {
@@ -246,7 +247,7 @@ fn start<R: Rng>(density: &dyn ErasedDensity, rng: &mut R) -> Result<Vec<f64>, O
         tries += 1;
         match evaluator.log_density(&y) {
             Ok(_) => return Ok(y),
-            Err(fatal @ Rejection::Fatal { .. }) => return Err(Box::new(fatal).into()),
+            Err(fatal @ Rejection::Fatal(_)) => return Err(Box::new(fatal).into()),
             Err(last) if tries == TRIES => {
                 let (last, detail) = (Box::new(last), evaluator.explain(&y));
                 return Err(OptimizeError::Start { tries, last, detail });
@@ -281,7 +282,7 @@ fn runs_away(density: &mut dyn Evaluator, y: &[f64], i: usize) -> Result<bool, O
         point[i] += outwards * offset;
         match density.gradient(&point, &mut gradient) {
             Ok(_) => Ok(outwards * gradient[i]),
-            Err(fatal @ Rejection::Fatal { .. }) => Err(Box::new(fatal)),
+            Err(fatal @ Rejection::Fatal(_)) => Err(Box::new(fatal)),
             Err(_) => Ok(f64::NAN),
         }
     };
@@ -292,8 +293,8 @@ fn runs_away(density: &mut dyn Evaluator, y: &[f64], i: usize) -> Result<bool, O
 /// The negative log density for argmin; rejected points cost +∞.
 pub(super) struct Descent<'a> {
     density: RefCell<Box<dyn Evaluator + 'a>>,
-    /// A fatal rejection, kept until argmin returns.
-    fatal: RefCell<Option<Rejection>>,
+    /// A fatal error, kept until argmin returns.
+    fatal: RefCell<Option<Box<FatalError>>>,
 }
 
 impl<'a> Descent<'a> {
@@ -301,13 +302,13 @@ impl<'a> Descent<'a> {
         Self { density: RefCell::new(density.evaluator()), fatal: RefCell::default() }
     }
 
-    pub(super) fn into_fatal(self) -> Option<Rejection> {
+    pub(super) fn into_fatal(self) -> Option<Box<FatalError>> {
         self.fatal.into_inner()
     }
 
     fn note(&self, rejection: Rejection) {
-        if let Rejection::Fatal { .. } = rejection {
-            self.fatal.replace(Some(rejection));
+        if let Rejection::Fatal(error) = rejection {
+            self.fatal.replace(Some(error));
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::density::Rejection;
 use crate::inspect::ModelError;
-use crate::sampler::RunError;
+use crate::sampler::{RunError, StopReason};
 
 /// A model that was not sampled.
 #[derive(Debug, thiserror::Error)]
@@ -47,14 +47,15 @@ pub enum PosteriorError {
     Damaged(String),
     /// At least one chain has no draw.
     #[error(
-        "chain {chain} has no draw: {reason}. The sampler's `run` returns the chains as they are, for \
-         its `resume`"
+        "chain {chain} has no draw: {}. The sampler's `run` returns the chains as they are, for its \
+         `resume`",
+        .source.as_ref().map_or("none was asked for".to_owned(), StopReason::to_string)
     )]
     NoDraws {
         /// The empty chain.
         chain: usize,
-        /// Why it stopped.
-        reason: String,
+        /// Why it stopped; `None` if no draw was asked for.
+        source: Option<StopReason>,
     },
     /// Names or shapes depend on the values of unknowns.
     #[error(

@@ -99,6 +99,8 @@ pub struct Posterior {
     pub(crate) is_foreign: bool,
     /// Whether the model adds to its density by `factor`.
     has_factors: bool,
+    /// Observations that had no data.
+    pub(crate) without_data: Vec<String>,
 }
 
 impl Posterior {
@@ -133,8 +135,8 @@ impl Posterior {
         chains.check().map_err(PosteriorError::Damaged)?;
         for (index, chain) in chains.chains.iter().enumerate() {
             if chain.is_empty() {
-                let reason = chain.stopped.clone().unwrap_or_else(|| "none was asked for".into());
-                return Err(PosteriorError::NoDraws { chain: index, reason });
+                let source = chain.stopped.clone();
+                return Err(PosteriorError::NoDraws { chain: index, source });
             }
         }
 
@@ -203,6 +205,7 @@ impl Posterior {
             bounds,
             is_foreign: is_foreign(model, &chains),
             has_factors: template.factors.is_some(),
+            without_data: template.without_data,
             chains,
         })
     }

@@ -6,7 +6,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::Posterior;
-use crate::diagnostics::{Digest, Identifiability, Scores};
+use crate::diagnostics::{
+    Identifiability, ess_bulk, ess_tail, mcse_mean, mean_and_variance, quantile, rhat,
+};
+use crate::group::{Group, Values};
 
 /// One number of the posterior, in the unit of the quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -47,18 +50,19 @@ impl SummaryRow {
 }
 
 impl Posterior {
-    /// One row a number, in the order of the model.
+    /// One row a number, in the order of the model; without those that are constant by construction,
+    /// as the zeros of a Cholesky factor.
     pub(crate) fn rows(&self, identifiability: &[Identifiability]) -> Vec<SummaryRow> {
         let contraction: BTreeMap<&str, f64> =
             identifiability.iter().map(|i| (i.name.as_str(), i.contraction())).collect();
         let group = &self.posterior;
-        // half the draws of a chain, twice as many halves as chains
-        let scores = Scores::new(2 * (group.draws / 2) * group.chains);
         let numbers = group.variables.iter().flat_map(|values| {
             let variable = self.layout.variables.iter().find(|v| v.name == values.name);
             let places = values.elements();
             let names = variable.map_or_else(|| places.clone(), |v| self.layout.labelled(v));
+            let moving = self.moving(values);
             let named = places.into_iter().zip(names).enumerate();
+            let named = named.filter(move |(index, _)| moving[*index]);
             named.map(move |(index, (place, name))| (values, index, place, name))
         });
         let numbers: Vec<_> = numbers.collect();
@@ -67,23 +71,39 @@ impl Posterior {
             .map(|(values, index, place, name)| {
                 let draws = group.column(values, index);
                 let chains: Vec<&[f64]> = draws.chunks(group.draws.max(1)).collect();
-                let digest = Digest::new(&chains, &scores);
-                let [q05, q50, q95] = digest.quantiles;
+                let (mean, variance) = mean_and_variance(draws.iter().copied());
+                let [q05, q50, q95] = [0.05, 0.5, 0.95].map(|p| quantile(&draws, p));
                 SummaryRow {
-                    mean: digest.mean,
-                    sd: digest.sd,
+                    mean,
+                    sd: variance.sqrt(),
                     q05,
                     q50,
                     q95,
-                    rhat: digest.rhat,
-                    ess_bulk: digest.ess_bulk,
-                    ess_tail: digest.ess_tail,
+                    rhat: rhat(&chains),
+                    ess_bulk: ess_bulk(&chains),
+                    ess_tail: ess_tail(&chains),
                     contraction: contraction.get(place.as_str()).copied(),
-                    mcse_mean: digest.mcse_mean,
+                    mcse_mean: mcse_mean(&chains),
                     name,
                     place,
                 }
             })
             .collect()
+    }
+
+    /// Which numbers of a quantity differ from draw to draw, of the posterior or of the prior; all of
+    /// them if none does, as of a quantity that the model sets to a constant.
+    fn moving(&self, values: &Values) -> Vec<bool> {
+        let prior = self.prior.as_ref().and_then(|prior| Some((prior, prior.get(&values.name)?)));
+        let moving = (0..values.size()).map(|index| {
+            let differ = |group: &Group, values: &Values| {
+                let column = group.column(values, index);
+                column.iter().any(|x| *x != column[0])
+            };
+            // without draws of the prior nothing tells what the model fixes
+            differ(&self.posterior, values) || prior.is_none_or(|(group, own)| differ(group, own))
+        });
+        let moving: Vec<bool> = moving.collect();
+        if moving.contains(&true) { moving } else { vec![true; moving.len()] }
     }
 }

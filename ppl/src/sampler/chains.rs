@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     encoding::places,
     report::{Divergence, DrawStats, WarmupReport},
+    stop::StopReason,
     tuning::Tuning,
 };
 use crate::density::Place;
@@ -27,7 +28,7 @@ pub struct Chain {
     #[serde(with = "places")]
     pub rejections: BTreeMap<Place, u64>,
     /// Why the chain ended early; `None` if it finished.
-    pub stopped: Option<String>,
+    pub stopped: Option<StopReason>,
     /// The random stream after the warmup and each kept draw, from which a chain goes on; `None` for
     /// one that failed in its warmup.
     pub(super) stream: Option<Xoshiro256PlusPlus>,

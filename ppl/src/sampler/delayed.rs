@@ -7,11 +7,12 @@ use super::{
     error::RunError,
     mcmc::{Mcmc, Method},
     proposal::{Proposal, Shape},
-    rejections::{Rejections, Stop, accepting, finite},
+    rejections::{Rejections, accepting, finite},
     report::{DrawStats, WarmupReport},
     resume::{another_sampler, misfit},
     run::MarkovChain,
     settings::Settings,
+    stop::StopReason,
     stream::Stream,
     tuning::Tuning,
 };
@@ -127,7 +128,7 @@ impl Method for Screened {
         }
         let dim = common_dim(cheap, expensive)?;
         let shape = || Shape::new(dim, settings.warmup);
-        settings.execute(dim, |_| Delayed::new(cheap, expensive, shape(), self.steps))
+        settings.execute(dim, || Delayed::new(cheap, expensive, shape(), self.steps))
     }
 
     fn resume(
@@ -211,7 +212,7 @@ impl<'a> Delayed<'a> {
     }
 
     /// The steps on the cheap density; whether they moved.
-    fn screen(&mut self, rng: &mut Stream) -> Result<bool, Stop> {
+    fn screen(&mut self, rng: &mut Stream) -> Result<bool, StopReason> {
         let (mut moved, mut sum) = (false, 0.0);
         for _ in 0..self.steps {
             let level = &mut self.cheap;
@@ -236,11 +237,11 @@ impl MarkovChain for Delayed<'_> {
         self.expensive.begin(y)
     }
 
-    fn prepare(&mut self, _: &mut Stream) -> Result<(), Stop> {
+    fn prepare(&mut self, _: &mut Stream) -> Result<(), StopReason> {
         Ok(())
     }
 
-    fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, Stop> {
+    fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, StopReason> {
         let before = self.cheap.log_density;
         let moved = self.screen(rng)?;
         let mut acceptance = 0.0;
@@ -261,7 +262,7 @@ impl MarkovChain for Delayed<'_> {
         Ok(DrawStats::walk(log_density, acceptance, scale, u32::from(moved)))
     }
 
-    fn adapt(&mut self, _: &DrawStats, _: &mut Stream) -> Result<(), Stop> {
+    fn adapt(&mut self, _: &DrawStats, _: &mut Stream) -> Result<(), StopReason> {
         self.walk.shape.learn(self.screened, &self.expensive.y);
         Ok(())
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use thiserror::Error;
 
 use crate::{
-    density::{Place, Rejection},
+    density::{FatalError, Place, Rejection},
     words::further,
 };
 
@@ -37,17 +37,20 @@ pub enum RunError {
         /// How often each place of the model rejected.
         rejections: BTreeMap<Place, u64>,
         /// The last rejection.
+        #[source]
         last: Box<Rejection>,
         /// What else can be said about it, as the datum at fault.
         detail: Option<String>,
     },
     /// The model reported a fatal error before the first transition.
-    #[error("chain {chain} cannot start: {message}")]
+    #[error("chain {chain} cannot start: {}", .detail.clone().unwrap_or_else(|| .source.to_string()))]
     Fatal {
         /// Number of the chain.
         chain: usize,
-        /// The model's message.
-        message: String,
+        /// What it reported.
+        source: Box<FatalError>,
+        /// What the model itself says of it, where it cannot be evaluated at all.
+        detail: Option<String>,
     },
     /// The density that screens is not one of the same unknowns as the one that decides.
     #[error(

@@ -7,11 +7,12 @@ use super::{
     error::RunError,
     mcmc::{Mcmc, Method, OneDensity},
     proposal::{Proposal, Shape},
-    rejections::{Rejections, Stop, accepting, finite},
+    rejections::{Rejections, accepting, finite},
     report::{DrawStats, WarmupReport},
     resume::another_sampler,
     run::MarkovChain,
     settings::Settings,
+    stop::StopReason,
     stream::Stream,
     tuning::Tuning,
 };
@@ -79,7 +80,7 @@ impl Method for RandomWalk {
         density: &dyn ErasedDensity,
     ) -> Result<Chains, RunError> {
         let dim = density.dim();
-        settings.execute(dim, |_| MetropolisChain::new(density, Shape::new(dim, settings.warmup)))
+        settings.execute(dim, || MetropolisChain::new(density, Shape::new(dim, settings.warmup)))
     }
 
     fn resume(
@@ -125,11 +126,11 @@ impl MarkovChain for MetropolisChain<'_> {
         Ok(())
     }
 
-    fn prepare(&mut self, _: &mut Stream) -> Result<(), Stop> {
+    fn prepare(&mut self, _: &mut Stream) -> Result<(), StopReason> {
         Ok(())
     }
 
-    fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, Stop> {
+    fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, StopReason> {
         self.walk.propose(&self.y, &mut self.proposal, rng);
         let proposed = self.rejections.value(&mut *self.density, &self.proposal)?;
         let acceptance = accepting(proposed - self.log_density);
@@ -140,7 +141,7 @@ impl MarkovChain for MetropolisChain<'_> {
         Ok(DrawStats::walk(self.log_density, acceptance, self.walk.shape.scale, 1))
     }
 
-    fn adapt(&mut self, stats: &DrawStats, _: &mut Stream) -> Result<(), Stop> {
+    fn adapt(&mut self, stats: &DrawStats, _: &mut Stream) -> Result<(), StopReason> {
         self.walk.shape.learn(stats.acceptance, &self.y);
         Ok(())
     }

@@ -7,9 +7,9 @@ use super::{
     error::RunError,
     mcmc::{Mcmc, Method, OneDensity},
     metric::Metric,
-    report::{Covariance, WarmupReport},
-    resume::{another_sampler, last_position, misfit},
-    settings::{Init, Settings},
+    report::WarmupReport,
+    resume::{another_sampler, misfit},
+    settings::Settings,
     trajectory::DEPTHS,
     tuning::Tuning,
     warmup::{Rule, Warmup},
@@ -76,13 +76,11 @@ pub struct NoUTurn {
     rule: Rule,
     target_accept: f64,
     max_depth: u32,
-    /// Mass matrix and step of each chain, from an earlier run.
-    warm: Option<Vec<(Covariance, f64)>>,
 }
 
 impl Default for Nuts<'_> {
     fn default() -> Self {
-        let method = NoUTurn { rule: Rule::Fisher, target_accept: 0.8, max_depth: 10, warm: None };
+        let method = NoUTurn { rule: Rule::Fisher, target_accept: 0.8, max_depth: 10 };
         Self { settings: Settings::new(700, 1000), method }
     }
 }
@@ -110,19 +108,6 @@ impl Nuts<'_> {
         self.method.max_depth = depth;
         self
     }
-
-    /// Starts every chain from the last draw (or where it was if it has none), the mass matrix and the
-    /// step of the same chain of an earlier run, as of a similar model. The warmup then leaves out its
-    /// early windows and may be short; with `warmup(0)` nothing is tuned any more.
-    ///
-    /// A run whose chains do not fit these is refused with [`RunError::Earlier`].
-    pub fn warm_start(mut self, earlier: &Chains) -> Self {
-        let last = |chain: &Chain| last_position(chain, earlier.dim).to_vec();
-        self.settings.init = Init::Points(earlier.chains.iter().map(last).collect());
-        let tuning = |chain: &Chain| (chain.warmup.covariance.clone(), chain.warmup.step_size);
-        self.method.warm = Some(earlier.chains.iter().map(tuning).collect());
-        self
-    }
 }
 
 impl NoUTurn {
@@ -138,31 +123,6 @@ impl NoUTurn {
         }
         Ok(())
     }
-
-    /// Mass matrix and step of every chain of a warm start.
-    fn tuned_maps(
-        &self,
-        settings: &Settings<'_>,
-        dim: usize,
-    ) -> Result<Option<Vec<(Metric, f64)>>, RunError> {
-        let Some(warm) = &self.warm else { return Ok(None) };
-        if warm.len() != settings.chains {
-            let (got, set) = (warm.len(), settings.chains);
-            let reason = format!("there are {got} of them, but {set} are to be run");
-            return Err(misfit(reason, "set `chains` to their number"));
-        }
-        let tuned = warm.iter().map(|(covariance, step)| {
-            let metric = Metric::from_covariance(covariance, dim)?;
-            (step.is_finite() && *step > 0.0).then_some((metric, *step))
-        });
-        let misfit = || {
-            misfit(
-                "a mass matrix or step does not fit the density",
-                "give chains of NUTS with as many coordinates",
-            )
-        };
-        tuned.collect::<Option<Vec<_>>>().ok_or_else(misfit).map(Some)
-    }
 }
 
 impl OneDensity for NoUTurn {}
@@ -177,12 +137,9 @@ impl Method for NoUTurn {
     ) -> Result<Chains, RunError> {
         self.check()?;
         let dim = density.dim();
-        let tuned = self.tuned_maps(settings, dim)?;
-        let chains = settings.execute(dim, |number| {
-            let tuned = tuned.as_ref().map(|tuned| tuned[number].clone());
-            let (warmup, target, warm) = (settings.warmup, self.target_accept, tuned.is_some());
-            let warmup = Warmup::new(self.rule, dim, warmup, target, warm);
-            NutsChain::new(density, self.max_depth, warmup, tuned)
+        let chains = settings.execute(dim, || {
+            let warmup = Warmup::new(self.rule, dim, settings.warmup, self.target_accept);
+            NutsChain::new(density, self.max_depth, warmup, None)
         })?;
         Ok(Chains { max_depth: Some(self.max_depth), ..chains })
     }
@@ -212,7 +169,7 @@ fn as_tuned<'a>(
         Some(_) => return Err(another_sampler()),
         None => {
             let WarmupReport { covariance, step_size, .. } = &chain.warmup;
-            (covariance, *step_size, Warmup::new(Rule::Fisher, dim, 0, 0.8, true))
+            (covariance, *step_size, Warmup::new(Rule::Fisher, dim, 0, 0.8))
         }
     };
     let metric = Metric::from_covariance(covariance, dim)

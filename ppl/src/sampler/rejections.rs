@@ -2,14 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use super::stop::StopReason;
 use crate::{
     density::{Place, Rejection},
     erased::Evaluator,
 };
-
-/// Why a chain ends before its last draw.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Stop(pub(super) String);
 
 /// How often each place of the model rejected a point.
 #[derive(Clone, Debug, Default)]
@@ -17,16 +14,22 @@ pub(super) struct Rejections(BTreeMap<Place, u64>);
 
 impl Rejections {
     /// Counts a rejection; a fatal error is passed on instead.
-    pub(super) fn count(&mut self, rejection: &Rejection) -> Result<(), Stop> {
-        let Some(place) = rejection.place() else {
-            return Err(Stop(rejection.to_string()));
-        };
-        *self.0.entry(place).or_insert(0) += 1;
+    pub(super) fn count(&mut self, rejection: &Rejection) -> Result<(), StopReason> {
+        match rejection {
+            Rejection::Fatal(error) => return Err(StopReason::Fatal(error.clone())),
+            Rejection::NotFinite { place, .. }
+            | Rejection::Domain { place, .. }
+            | Rejection::Reject { place, .. } => *self.0.entry(*place).or_insert(0) += 1,
+        }
         Ok(())
     }
 
     /// The log density at `y`, −∞ where it rejects the point, which is counted.
-    pub(super) fn value(&mut self, density: &mut dyn Evaluator, y: &[f64]) -> Result<f64, Stop> {
+    pub(super) fn value(
+        &mut self,
+        density: &mut dyn Evaluator,
+        y: &[f64],
+    ) -> Result<f64, StopReason> {
         match finite(density, y) {
             Ok(value) => Ok(value),
             Err(rejection) => {

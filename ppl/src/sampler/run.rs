@@ -12,9 +12,10 @@ use super::{
     chains::{Chain, Chains, Paused},
     error::RunError,
     progress::Meter,
-    rejections::{Rejections, Stop},
+    rejections::Rejections,
     report::{Divergence, DrawStats, WarmupReport},
     settings::{Init, Settings},
+    stop::StopReason,
     stream::{Stream, streams},
     tuning::Tuning,
 };
@@ -28,11 +29,11 @@ pub(super) trait MarkovChain {
     /// Takes `y` as the starting point, if the density accepts it.
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection>;
     /// Finds a first step size.
-    fn prepare(&mut self, rng: &mut Stream) -> Result<(), Stop>;
+    fn prepare(&mut self, rng: &mut Stream) -> Result<(), StopReason>;
     /// One transition.
-    fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, Stop>;
+    fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, StopReason>;
     /// Learns from a warmup transition.
-    fn adapt(&mut self, stats: &DrawStats, rng: &mut Stream) -> Result<(), Stop>;
+    fn adapt(&mut self, stats: &DrawStats, rng: &mut Stream) -> Result<(), StopReason>;
     /// All that a warmup needs to go on from the current position.
     fn tuning(&self) -> Tuning;
     /// All that draws need after the warmup; `None` if the report of the warmup has it.
@@ -54,17 +55,16 @@ pub(super) trait MarkovChain {
 }
 
 impl Settings<'_> {
-    /// Runs all chains over a density of `dim` coordinates; `make` builds the kernel of one from its
-    /// number.
+    /// Runs all chains over a density of `dim` coordinates; `make` builds the kernel of one.
     pub(super) fn execute<K: MarkovChain>(
         &self,
         dim: usize,
-        make: impl Fn(usize) -> K + Sync,
+        make: impl Fn() -> K + Sync,
     ) -> Result<Chains, RunError> {
         self.validate(dim)?;
         let abort = AtomicBool::new(false);
         let chains = self.in_parallel(streams(self.seed, self.chains), |number, mut rng| {
-            self.chain(number, dim, make(number), &mut rng, &abort)
+            self.chain(number, dim, make(), &mut rng, &abort)
         })?;
         Ok(Chains::new(dim, chains, self.thin))
     }
@@ -142,7 +142,7 @@ impl Settings<'_> {
         rng: &mut Stream,
         meter: &mut Meter<'_>,
         abort: &AtomicBool,
-    ) -> Result<(), Stop> {
+    ) -> Result<(), StopReason> {
         let ended = (chain.warmup.stats.len()..length).try_for_each(|_| {
             self.check(abort).inspect_err(|_| {
                 let (position, stream) = (kernel.position().to_vec(), rng.clone());
@@ -173,7 +173,7 @@ impl Settings<'_> {
         rng: &mut Stream,
         mut meter: Meter<'_>,
         abort: &AtomicBool,
-        ended: Result<(), Stop>,
+        ended: Result<(), StopReason>,
     ) {
         let ended = ended.and_then(|()| {
             (chain.len()..self.draws).try_for_each(|draw| {
@@ -192,7 +192,7 @@ impl Settings<'_> {
         });
         meter.finish();
 
-        if let Err(Stop(reason)) = ended {
+        if let Err(reason) = ended {
             abort.store(true, Ordering::Relaxed);
             chain.stopped = Some(reason);
         }
@@ -214,10 +214,8 @@ impl Settings<'_> {
                 Init::Points(points) => y.copy_from_slice(&points[chain]),
             }
             let Err(rejection) = kernel.begin(&y) else { return Ok(()) };
-            if let Err(Stop(message)) = kernel.rejections().count(&rejection) {
-                // a model that cannot be evaluated at all knows why
-                let message = kernel.explain(&y).unwrap_or(message);
-                return Err(RunError::Fatal { chain, message });
+            if let Err(StopReason::Fatal(source)) = kernel.rejections().count(&rejection) {
+                return Err(RunError::Fatal { chain, source, detail: kernel.explain(&y) });
             }
             tries += 1;
             if tries == TRIES || matches!(self.init, Init::Points(_)) {
@@ -239,7 +237,7 @@ impl Settings<'_> {
         rng: &mut Stream,
         meter: &mut Meter<'_>,
         abort: &AtomicBool,
-    ) -> Result<DrawStats, Stop> {
+    ) -> Result<DrawStats, StopReason> {
         let mut next = || {
             self.check(abort)?;
             kernel.transition(rng).inspect(|stats| meter.transition(stats))
@@ -258,11 +256,11 @@ impl Settings<'_> {
         Ok(joint)
     }
 
-    fn check(&self, abort: &AtomicBool) -> Result<(), Stop> {
+    fn check(&self, abort: &AtomicBool) -> Result<(), StopReason> {
         if self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
-            Err(Stop("interrupted".into()))
+            Err(StopReason::Interrupted)
         } else if abort.load(Ordering::Relaxed) {
-            Err(Stop("stopped because another chain failed".into()))
+            Err(StopReason::OtherChain)
         } else {
             Ok(())
         }

@@ -66,8 +66,7 @@ pub enum ChainsFileError {
 
 impl Chains {
     /// Writes everything, the state of the random streams included, as JSON with exact numbers, for
-    /// the `resume` of the sampler and for [`Nuts::warm_start`](super::Mcmc::warm_start). The file
-    /// appears whole or not at all.
+    /// the `resume` of the sampler. The file appears whole or not at all.
     ///
     /// # Errors
     /// [`ChainsFileError`] with the path.

@@ -15,8 +15,8 @@ use rand::Rng;
 
 use super::{
     hamiltonian::{Hamiltonian, Phase, Point},
-    rejections::Stop,
     report::DrawStats,
+    stop::StopReason,
 };
 use weight::Weight;
 
@@ -30,7 +30,7 @@ const DIVERGENCE: f64 = 1000.0;
 enum Discard {
     Turning,
     Diverging,
-    Stop(Stop),
+    Stop(StopReason),
 }
 
 /// Momentum and velocity at one end of a subtree.
@@ -186,7 +186,7 @@ impl Trajectory {
         current: &mut Point,
         step: f64,
         rng: &mut R,
-    ) -> Result<DrawStats, Stop> {
+    ) -> Result<DrawStats, StopReason> {
         let [backward, forward] = &mut self.ends;
         forward.point.copy_from(current);
         hamiltonian.refresh(forward, rng);
@@ -332,4 +332,5 @@ impl<R: Rng + ?Sized> Growth<'_, '_, R> {
 }
 
 #[cfg(test)]
+#[path = "../../tests/unit/sampler_trajectory.rs"]
 mod tests;

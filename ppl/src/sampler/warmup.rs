@@ -69,17 +69,9 @@ pub(super) fn fisher_windows(warmup: usize) -> Vec<Window> {
             Window { start: if k == 0 { 0 } else { end / 2 }, end, restart: k == 0 }
         })
         .collect();
-    windows.extend(late_fisher_windows(early * EARLY_WINDOW, warmup));
+    let last = warmup - (warmup * 15).div_ceil(100);
+    windows.extend(growing(early * EARLY_WINDOW, last, FIRST_WINDOW, WINDOW_GROWTH));
     windows
-}
-
-/// For a warm start, whose map is worth more than a few draws: no early windows.
-pub(super) fn warm_windows(warmup: usize) -> Vec<Window> {
-    late_fisher_windows(0, warmup)
-}
-
-fn late_fisher_windows(first: usize, warmup: usize) -> Vec<Window> {
-    growing(first, warmup - (warmup * 15).div_ceil(100), FIRST_WINDOW, WINDOW_GROWTH)
 }
 
 /// For Metropolis: doubling windows, with much time for the scale.
@@ -184,18 +176,16 @@ pub(super) struct Warmup {
 }
 
 impl Warmup {
-    /// `warm`: the chain has a map from an earlier run.
-    pub(super) fn new(rule: Rule, dim: usize, warmup: usize, target: f64, warm: bool) -> Self {
+    pub(super) fn new(rule: Rule, dim: usize, warmup: usize, target: f64) -> Self {
         let windows = match rule {
             Rule::Stan => stan_windows,
-            Rule::Fisher if warm => warm_windows,
             Rule::Fisher => fisher_windows,
         };
         Self {
             step: DualAveraging::new(target, 1.0),
             schedule: Schedule::new(warmup, windows),
             rule,
-            learnt: warm,
+            learnt: false,
             sample: Sample::new(dim),
             switches: Vec::new(),
             half: warmup / 2,
@@ -271,7 +261,7 @@ impl Warmup {
     fn switch(&mut self, metric: &mut Metric, restart: bool) -> Advice {
         let draw = self.schedule.draw - 1;
         let choice = match self.rule {
-            // a map from draws or an earlier run competes where the window is new to it
+            // a map from draws competes where the window is new to it
             Rule::Fisher => choose(&self.sample, metric, restart && self.learnt),
             Rule::Stan => {
                 let window = self.sample.all();
@@ -311,95 +301,5 @@ impl Warmup {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn last_draws(windows: fn(usize) -> Vec<Window>, warmup: usize) -> Vec<usize> {
-        Schedule::new(warmup, windows).windows.iter().map(|w| w.end - 1).collect()
-    }
-
-    /// Window ends of Stan's manual and of its program for these lengths.
-    #[test]
-    fn stan_window_ends() {
-        assert_eq!(last_draws(stan_windows, 1000), [99, 149, 249, 449, 949]);
-        assert_eq!(last_draws(stan_windows, 500), [99, 149, 249, 449]);
-        assert_eq!(last_draws(stan_windows, 150), [99]);
-        assert_eq!(last_draws(stan_windows, 149), [134]);
-        assert_eq!(last_draws(stan_windows, 100), [89]);
-        assert_eq!(last_draws(stan_windows, 20), [17]);
-        assert!(last_draws(stan_windows, 19).is_empty());
-        assert!(last_draws(stan_windows, 0).is_empty());
-    }
-
-    #[test]
-    fn metropolis_window_ends() {
-        assert_eq!(last_draws(walk_windows, 5000), [599, 799, 1199, 1999, 3749]);
-    }
-
-    #[test]
-    fn default_window_ends() {
-        let mut expected: Vec<usize> = (0..30).map(|k| 10 * k + 9).collect();
-        expected.extend([379, 499, 849]);
-        assert_eq!(last_draws(fisher_windows, 1000), expected);
-        let mut expected: Vec<usize> = (0..12).map(|k| 10 * k + 9).collect();
-        expected.extend([199, 339]);
-        assert_eq!(last_draws(fisher_windows, 400), expected);
-        assert_eq!(last_draws(fisher_windows, 20), [16]);
-        assert!(last_draws(fisher_windows, 19).is_empty());
-    }
-
-    #[test]
-    fn windows_leave_no_gap_and_room_for_the_step() {
-        for windows in [stan_windows, fisher_windows, warm_windows, walk_windows] {
-            for warmup in SHORTEST..1200 {
-                let windows = Schedule::new(warmup, windows).windows;
-                assert!(!windows.is_empty());
-                assert!(windows.windows(2).all(|w| w[1].start <= w[0].end && w[0].end < w[1].end));
-                // only the early windows, which do not restart, overlap
-                assert!(windows.windows(2).all(|w| !w[1].restart || w[0].end == w[1].start));
-                assert!(windows.iter().all(|w| w.start + 2 <= w.end));
-                assert!(windows.last().is_some_and(|w| w.end < warmup));
-            }
-        }
-    }
-
-    /// A warmup of 200 whose transitions diverge at `divergent`: the target, and where it was raised.
-    fn raised(rule: Rule, target: f64, divergent: &[usize]) -> (f64, Option<usize>) {
-        let mut warmup = Warmup::new(rule, 1, 200, target, false);
-        let mut metric = Metric::identity(1);
-        let point = Point { y: vec![0.0], gradient: vec![0.0], log_density: 0.0 };
-        for draw in 0..200 {
-            let stats = DrawStats {
-                log_density: 0.0,
-                energy: 0.0,
-                acceptance: 0.8,
-                step_size: 1.0,
-                depth: 1,
-                leapfrogs: 1,
-                divergent: divergent.contains(&draw),
-                tuning: true,
-            };
-            if warmup.learn(&stats, &point, &mut metric) == Advice::SearchStep {
-                warmup.step.restart(1.0);
-            }
-        }
-        (warmup.step.target, warmup.raised)
-    }
-
-    /// Windows end after transitions 59 (the last early one), 169; the later half begins with 100.
-    #[test]
-    fn divergences_raise_the_target_by_how_late_and_how_many_they_are() {
-        let early: Vec<usize> = (0..100).collect();
-        assert_eq!(raised(Rule::Fisher, 0.8, &early), (0.8, None));
-        assert_eq!(raised(Rule::Fisher, 0.8, &[120, 140]), (0.8, None));
-        assert_eq!(raised(Rule::Fisher, 0.8, &[120, 195]), (0.9, Some(195)));
-        assert_eq!(raised(Rule::Fisher, 0.8, &[195, 196]), (0.9, Some(195)));
-        assert_eq!(raised(Rule::Fisher, 0.8, &[101, 120, 140, 195]), (0.95, Some(140)));
-        assert_eq!(raised(Rule::Fisher, 0.8, &[120, 195, 197]), (0.95, Some(197)));
-        // steps are wild after a restart
-        assert_eq!(raised(Rule::Fisher, 0.8, &[171, 175, 180, 185]), (0.8, None));
-        // never lower than what was asked for, and Stan has no such rule
-        assert_eq!(raised(Rule::Fisher, 0.99, &[120, 130, 140, 195]), (0.99, None));
-        assert_eq!(raised(Rule::Stan, 0.8, &[120, 130, 140, 195]), (0.8, None));
-    }
-}
+#[path = "../../tests/unit/sampler_warmup.rs"]
+mod tests;

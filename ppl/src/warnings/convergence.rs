@@ -21,7 +21,7 @@ pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], warnings: &mut Wa
             warnings.add(
                 WarningKind::Stopped,
                 &format!("Chain {chain} ended after {} draws: ", run.len()),
-                reason,
+                &reason.to_string(),
                 "All chains were cut to the shortest; mend the cause and run again before \
                  trusting the result",
             );

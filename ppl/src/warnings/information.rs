@@ -91,7 +91,7 @@ pub(super) fn find(
         let name = names.shown(&row.name);
         let (measure, [before, after]) = match row.halves {
             Some(halves) => ("central half", halves),
-            None => ("sd", [row.prior.sd, row.posterior.sd]),
+            None => ("sd", [row.prior[1], row.posterior[1]]),
         };
         format!("{name} ({measure} {} after {})", cell(after), cell(before))
     });

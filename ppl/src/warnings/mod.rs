@@ -45,8 +45,8 @@ pub(crate) fn warnings(
 /// What the model's statements refused.
 fn model(posterior: &Posterior, warnings: &mut Warnings) {
     let observed = &posterior.observed.variables;
-    let empty: Vec<String> =
-        observed.iter().filter(|v| v.data.is_empty()).map(|v| format!("`{}`", v.name)).collect();
+    let empty = observed.iter().filter(|v| v.data.is_empty()).map(|v| &v.name);
+    let empty = empty.chain(&posterior.without_data).map(|name| format!("`{name}`"));
     let none = if posterior.has_likelihood() {
         words::list(empty)
     } else {
@@ -56,8 +56,8 @@ fn model(posterior: &Posterior, warnings: &mut Warnings) {
         WarningKind::NoData,
         "Nothing was observed: ",
         &none,
-        "The draws are those of the prior; if there are data, see whether they came as an empty \
-         slice",
+        "What only such data would inform has the draws of the prior; if there are data, see whether \
+         they came as an empty slice",
     );
 
     let transitions: usize = posterior.chains.chains.iter().map(|c| c.warmup.stats.len()).sum();

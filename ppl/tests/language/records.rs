@@ -176,7 +176,7 @@ fn the_number_of_unknowns_is_fixed() {
         model.log_density(&[0.3], &mut w),
     ];
     for outcome in outcomes {
-        assert!(matches!(outcome, Err(Rejection::Fatal { .. })), "{outcome:?}");
+        assert!(matches!(outcome, Err(Rejection::Fatal(_))), "{outcome:?}");
     }
 }
 

@@ -68,7 +68,7 @@ impl<D: LogDensity> LogDensity for Biased<'_, D> {
     }
 
     fn gradient(&self, _: &[f64], _: &mut [f64], _: &mut D::Workspace) -> Result<f64, Rejection> {
-        Err(Rejection::Fatal { message: "delayed acceptance needs no gradient".into() })
+        Err(Rejection::fatal("delayed acceptance needs no gradient"))
     }
 }
 

@@ -7,7 +7,7 @@ use std::sync::{
 
 use ppl::{
     Bound, ChainStatus, Context, Metropolis, Model, Nuts, Progress, Rejection, RunError,
-    SampleError, Scalar, Site, Uniform, diagnostics::mcse_mean,
+    SampleError, Scalar, Site, StopReason, Uniform, diagnostics::mcse_mean,
 };
 
 use crate::targets::{Function, Gaussian, WALL, half_normal, normal_until};
@@ -99,7 +99,7 @@ fn an_interrupt_keeps_the_draws_so_far() {
     let cut = nuts.clone().interrupt(&flag).run(&normal_until(3, 5000, raise)).expect("runs");
     let whole = nuts.run(&normal_until(3, usize::MAX, || Ok(()))).expect("runs");
     let (cut, whole) = (&cut.chains[0], &whole.chains[0]);
-    assert_eq!(cut.stopped.as_deref(), Some("interrupted"));
+    assert_eq!(cut.stopped, Some(StopReason::Interrupted));
     assert_eq!(whole.stopped, None);
     assert!(!cut.is_empty() && cut.len() < whole.len());
     assert_eq!(cut.draws, whole.draws[..cut.draws.len()]);
@@ -112,16 +112,23 @@ fn an_interrupt_in_the_warmup_leaves_no_draws() {
     let target = Gaussian::autoregressive(2, 0.6, 0.5, 2.0);
     let chains = Nuts::default().interrupt(&flag).run(&target).expect("runs");
     assert_eq!(chains.len(), 0);
-    assert!(chains.chains.iter().all(|c| c.stopped.as_deref() == Some("interrupted")));
+    assert!(chains.chains.iter().all(|c| c.stopped == Some(StopReason::Interrupted)));
 }
 
 #[test]
 fn a_fatal_error_ends_the_run_and_keeps_its_draws() {
-    let fail = || Err(Rejection::Fatal { message: "the licence server is gone".into() });
+    #[derive(Debug, thiserror::Error)]
+    #[error("the licence server is gone")]
+    struct Gone;
+    let fail = || Err(Rejection::fatal(Gone));
     let target = normal_until(2, 6000, fail);
     let chains = Nuts::default().chains(1).warmup(100).draws(4000).run(&target).expect("runs");
     let chain = &chains.chains[0];
-    assert_eq!(chain.stopped.as_deref(), Some("the licence server is gone"));
+    let reason = chain.stopped.as_ref().expect("it ended early");
+    assert!(matches!(reason, StopReason::Fatal(_)));
+    assert_eq!(reason.to_string(), "the licence server is gone");
+    let cause = std::error::Error::source(reason).expect("the error of the density");
+    assert!(cause.is::<Gone>(), "{cause:?}");
     assert!(!chain.is_empty() && chain.len() < 4000);
     assert_eq!(chain.draws.len(), 2 * chain.len());
 }

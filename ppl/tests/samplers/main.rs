@@ -1,4 +1,4 @@
-//! The samplers against targets that are known exactly.
+//! The samplers and optimisers against targets that are known exactly.
 
 mod calibration;
 mod control;
@@ -6,6 +6,7 @@ mod delayed;
 #[allow(dead_code)] // the bench `warmup` uses all of them
 mod kinds;
 mod moments;
+mod optimize;
 mod resume;
 mod starts;
 mod targets;

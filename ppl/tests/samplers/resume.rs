@@ -7,7 +7,7 @@ use ppl::{
     Rejection, RunError,
 };
 
-use crate::targets::{Gaussian, assert_mean, half_normal, normal_until, until};
+use crate::targets::{Gaussian, half_normal, normal_until, until};
 
 /// A density that can be watched.
 trait Target: LogDensity<Workspace: Default> {}
@@ -193,10 +193,7 @@ fn an_interrupt_between_warmup_and_draws_loses_nothing() {
     let cut = interrupted(&nuts, &target, last_of_warmup, None);
     assert_eq!((cut.chains[0].warmup.stats.len(), cut.len()), (120, 0));
     let whole = nuts.run(&target).expect("runs");
-    assert_eq!(nuts.resume(&target, cut.clone()).expect("resumes"), whole);
-    // and its warmup is worth something to others
-    let warm = nuts.warm_start(&cut).warmup(0).draws(5).run(&target).expect("runs");
-    assert_eq!(warm.chains[0].warmup.start, cut.chains[0].warmup.end);
+    assert_eq!(nuts.resume(&target, cut).expect("resumes"), whole);
 }
 
 /// What no run would have written is refused before anything is done with it.
@@ -231,35 +228,6 @@ fn damaged_warmups_are_named() {
     assert!(error.to_string().contains("warmup of chain 0"), "{error}");
 }
 
-/// With no warmup at all, a warm start samples with the earlier tuning; a short one keeps what is
-/// better than it can learn.
-#[test]
-fn a_warm_start_takes_positions_maps_and_steps() {
-    let target = Gaussian::autoregressive(6, 0.9, 0.1, 10.0);
-    let nuts = Nuts::default().seed(1);
-    let earlier = nuts.clone().draws(100).run(&target).expect("runs");
-    let warm = nuts.clone().warm_start(&earlier).warmup(0).draws(1000).seed(2);
-    let chains = warm.run(&target).expect("runs");
-    for (new, old) in chains.chains.iter().zip(&earlier.chains) {
-        assert_eq!(new.warmup.start, old.draws[99 * 6..]);
-        assert_eq!(new.warmup.covariance, old.warmup.covariance);
-        approx::assert_relative_eq!(
-            new.warmup.step_size,
-            old.warmup.step_size,
-            max_relative = 1e-12
-        );
-    }
-    for i in 0..6 {
-        assert_mean("mean", &chains, target.mean[i], |y| y[i]);
-    }
-
-    let short = nuts.warm_start(&earlier).warmup(40).draws(10).seed(2).run(&target).expect("runs");
-    for chain in &short.chains {
-        assert_eq!(chain.warmup.windows, [33]);
-        assert!(matches!(chain.warmup.covariance, Covariance::Dense(_)));
-    }
-}
-
 #[test]
 fn chains_that_do_not_fit_are_refused_by_reason() {
     let target = Gaussian::autoregressive(2, 0.6, 0.5, 2.0);
@@ -268,7 +236,7 @@ fn chains_that_do_not_fit_are_refused_by_reason() {
     let nuts = nuts().draws(20);
     let chains = nuts.run(&target).expect("runs");
     let walk = Metropolis::default().chains(3).draws(20).run(&target).expect("runs");
-    let fail = || Err(Rejection::Fatal { message: "the licence server is gone".into() });
+    let fail = || Err(Rejection::fatal("the licence server is gone"));
     let one = nuts.clone().chains(1);
     let failed = one.run(&normal_until(2, 50, fail)).expect("runs");
     let mut broken = chains.clone();
@@ -279,10 +247,7 @@ fn chains_that_do_not_fit_are_refused_by_reason() {
         (nuts.clone().chains(2).resume(&target, chains.clone()), "there are 3"),
         (nuts.resume(&target, walk), "another sampler"),
         (one.resume(&target, failed), "chain 0 failed in its warmup"),
-        (nuts.resume(&target, broken.clone()), "not positive"),
-        (nuts.clone().warm_start(&broken).run(&target), "mass matrix"),
-        (nuts.clone().warm_start(&chains).run(&wide), "mass matrix"),
-        (nuts.clone().warm_start(&chains).chains(2).run(&target), "there are 3"),
+        (nuts.resume(&target, broken), "not positive"),
     ];
     for (result, words) in cases {
         let error = result.expect_err(words);

@@ -1,9 +1,9 @@
 //! Gaussian processes and a differential equation.
 
 use ppl::prelude::*;
-use ppl::{Ode, Solution};
 
 use super::Data;
+use super::equation::{Ode, Solution};
 
 ppl::model! {
     /// Gaussian process with noise of variance sigma, its values integrated out.
@@ -52,9 +52,8 @@ impl PredatorPrey {
     /// After 0, 1, … 20 years.
     pub fn years() -> Solution<Self, 2> {
         let years: [f64; 21] = std::array::from_fn(|year| year as f64);
-        let solution = Solution::new(Self, 0.0, &years).expect("ascending years");
         // counts far below any data are compared by their logarithms
-        solution.tolerances(1e-6, 0.0).expect("tolerances in range")
+        Solution::new(Self, 0.0, &years, [1e-6, 0.0])
     }
 }
 

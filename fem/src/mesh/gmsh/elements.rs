@@ -154,7 +154,7 @@ impl Contents {
             tets,
             region_of,
             regions: regions.into_iter().map(|(name, _)| name).collect(),
-            surfaces: BTreeMap::new(),
+            ..TetMesh::default()
         };
         let outward: HashMap<[u32; 3], [u32; 3]> =
             mesh.boundary_faces().into_iter().map(|face| (sorted(face), face)).collect();

@@ -112,4 +112,5 @@ impl Metric {
 }
 
 #[cfg(test)]
+#[path = "../../../tests/unit/sampler_metric.rs"]
 mod tests;

@@ -7,9 +7,10 @@ use crate::{
     sampler::{
         hamiltonian::{Hamiltonian, Point},
         metric::Metric,
-        rejections::{Rejections, Stop},
+        rejections::Rejections,
         report::{DrawStats, WarmupReport},
         run::MarkovChain,
+        stop::StopReason,
         stream::Stream,
         trajectory::Trajectory,
         tuning::Tuning,
@@ -27,12 +28,10 @@ pub(in crate::sampler) struct NutsChain<'a> {
     current: Point,
     warmup: Warmup,
     step: f64,
-    /// Mass matrix and step come from an earlier run.
-    warm: bool,
 }
 
 impl<'a> NutsChain<'a> {
-    /// `tuned`: mass matrix and step of an earlier run.
+    /// `tuned`: mass matrix and step of a run that goes on.
     pub(in crate::sampler) fn new(
         density: &'a dyn ErasedDensity,
         max_depth: u32,
@@ -41,19 +40,18 @@ impl<'a> NutsChain<'a> {
     ) -> Self {
         let dim = density.dim();
         let mut hamiltonian = Hamiltonian::new(density);
-        let warm = tuned.is_some();
         let mut step = 1.0;
         if let Some((metric, tuned_step)) = tuned {
             hamiltonian.metric = metric;
             step = tuned_step;
         }
         let trajectory = Trajectory::new(dim, max_depth);
-        Self { density, hamiltonian, trajectory, current: Point::new(dim), warmup, step, warm }
+        Self { density, hamiltonian, trajectory, current: Point::new(dim), warmup, step }
     }
 
     /// Leaves a start that is too far from the posterior for the energy to tell anything.
-    fn approach(&mut self) -> Result<(), Stop> {
-        let near = approach(self.density, &self.current.y).map_err(|e| Stop(e.to_string()))?;
+    fn approach(&mut self) -> Result<(), StopReason> {
+        let near = approach(self.density, &self.current.y).map_err(StopReason::Fatal)?;
         if let Some(near) = near {
             let before = self.current.clone();
             if self.begin(&near).is_err() {
@@ -64,7 +62,7 @@ impl<'a> NutsChain<'a> {
     }
 
     /// Searches the step anew, and restarts its adaptation there.
-    fn search_step(&mut self, rng: &mut Stream) -> Result<(), Stop> {
+    fn search_step(&mut self, rng: &mut Stream) -> Result<(), StopReason> {
         let scratch = self.trajectory.scratch();
         self.step = self.hamiltonian.search_step(&self.current, scratch, self.step, rng)?;
         self.warmup.step.restart(self.step);
@@ -82,11 +80,7 @@ impl MarkovChain for NutsChain<'_> {
         }
     }
 
-    fn prepare(&mut self, rng: &mut Stream) -> Result<(), Stop> {
-        if self.warm {
-            self.warmup.step.restart(self.step);
-            return Ok(());
-        }
+    fn prepare(&mut self, rng: &mut Stream) -> Result<(), StopReason> {
         if self.warmup.approaches() {
             self.approach()?;
         }
@@ -94,11 +88,11 @@ impl MarkovChain for NutsChain<'_> {
         self.search_step(rng)
     }
 
-    fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, Stop> {
+    fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, StopReason> {
         self.trajectory.transition(&mut self.hamiltonian, &mut self.current, self.step, rng)
     }
 
-    fn adapt(&mut self, stats: &DrawStats, rng: &mut Stream) -> Result<(), Stop> {
+    fn adapt(&mut self, stats: &DrawStats, rng: &mut Stream) -> Result<(), StopReason> {
         match self.warmup.learn(stats, &self.current, &mut self.hamiltonian.metric) {
             Advice::SearchStep => self.search_step(rng),
             Advice::GoOn => {

@@ -1,0 +1,40 @@
+//! What a mesher needs to know of grains, wherever they come from.
+
+/// Grains in a cylinder, numbered from 1; the matrix is 0.
+///
+/// Points are in the specimen's coordinates (mm): the cylinder stands on z = 0 with its axis on z.
+pub trait GrainField: Sync {
+    /// How many grains there are; they are numbered from 1 to this.
+    fn grains(&self) -> usize;
+
+    /// The grain that a point lies in, or 0.
+    fn grain_at(&self, x: [f64; 3]) -> u32;
+
+    /// Signed distance to a grain's surface (mm), negative inside; exact, or smooth near the
+    /// surface and a bound with the right sign farther away.
+    fn distance(&self, grain: u32, x: [f64; 3]) -> f64;
+
+    /// Volume of a grain inside the cylinder (mm³), which a mesh has to keep.
+    fn volume_mm3(&self, grain: u32) -> f64;
+
+    /// Appends, in increasing order, the grains that may come nearer to a point than `reach` mm.
+    fn near(&self, x: [f64; 3], reach: f64, found: &mut Vec<u32>);
+
+    /// Details smaller than this (mm) are not known: surfaces nearer to each other touch.
+    fn resolution_mm(&self) -> f64;
+
+    /// The signed distance, or nothing where it cannot be less than `limit`, which may cost less.
+    fn distance_below(&self, grain: u32, x: [f64; 3], limit: f64) -> Option<f64> {
+        Some(self.distance(grain, x)).filter(|&distance| distance < limit)
+    }
+
+    /// Gradient of the signed distance by central differences over `step` mm to both sides.
+    fn gradient(&self, grain: u32, x: [f64; 3], step: f64) -> [f64; 3] {
+        std::array::from_fn(|k| {
+            let (mut plus, mut minus) = (x, x);
+            plus[k] += step;
+            minus[k] -= step;
+            (self.distance(grain, plus) - self.distance(grain, minus)) / (2.0 * step)
+        })
+    }
+}

@@ -1,0 +1,110 @@
+//! Sample points of a tetrahedron, and the grains that they lie in.
+
+use super::GrainField;
+use crate::mesh::vector::{Point, mean, norm, sub};
+
+/// How many samples a tetrahedron has.
+pub(super) const SAMPLES: usize = 15;
+/// Barycentric coordinates of a sample near a corner (once) and those of the other corners.
+const CORNER: [f64; 2] = [0.747_719_8, 0.084_093_4];
+/// As [`CORNER`], near the middle of the opposite face.
+const FACE: [f64; 2] = [0.04, 0.32];
+/// Near the middle of an edge: both ends of it, and the two other corners.
+const EDGE: [f64; 2] = [0.42, 0.08];
+
+/// Fifteen interior points of equal weight, as barycentric coordinates: the centroid, four near
+/// the corners, four near the faces, six near the edges. Their first and second moments are
+/// those of the tetrahedron, so that a plane cuts off the right fraction of them on average.
+pub(super) fn samples() -> [[f64; 4]; SAMPLES] {
+    let mut points = [[0.25; 4]; SAMPLES];
+    let mut next = 1;
+    for [one, others] in [CORNER, FACE] {
+        for corner in 0..4 {
+            points[next] = [others; 4];
+            points[next][corner] = one;
+            next += 1;
+        }
+    }
+    for a in 0..4 {
+        for b in 0..a {
+            points[next] = [EDGE[1]; 4];
+            points[next][a] = EDGE[0];
+            points[next][b] = EDGE[0];
+            next += 1;
+        }
+    }
+    points
+}
+
+/// The samples of a tetrahedron, and the grains that may come nearer to it than `band` mm.
+pub(super) struct Sampled {
+    pub(super) points: [Point; SAMPLES],
+    pub(super) grains: Vec<u32>,
+}
+
+impl Sampled {
+    pub(super) fn new(field: &dyn GrainField, corners: &[Point; 4], band: f64) -> Sampled {
+        let centre = mean(corners.iter().copied());
+        let size = corners.iter().map(|&p| norm(sub(p, centre))).fold(0.0, f64::max);
+        let mut grains = Vec::new();
+        field.near(centre, size + band, &mut grains);
+        let points = samples().map(|weights| {
+            std::array::from_fn(|k| corners.iter().zip(weights).map(|(p, w)| w * p[k]).sum())
+        });
+        Sampled { points, grains }
+    }
+
+    /// For each sample that is less than `band` mm from a grain, the distance to the nearest and
+    /// its number; by increasing distance.
+    pub(super) fn nearest(&self, field: &dyn GrainField, band: f64) -> Vec<(f64, u32)> {
+        let nearest = |&point: &Point| {
+            let distances = self
+                .grains
+                .iter()
+                .filter_map(|&grain| Some((field.distance_below(grain, point, band)?, grain)));
+            distances.min_by(|a, b| a.0.total_cmp(&b.0))
+        };
+        let mut near: Vec<(f64, u32)> = match self.grains.is_empty() {
+            true => Vec::new(),
+            false => self.points.iter().filter_map(nearest).collect(),
+        };
+        near.sort_by(|a, b| a.0.total_cmp(&b.0));
+        near
+    }
+}
+
+/// The grain that most samples lie in if at least half of all are less than `offset` mm from
+/// grains, or 0; `near` as [`Sampled::nearest`] gives it.
+pub(super) fn majority(near: &[(f64, u32)], offset: f64) -> u32 {
+    let inside = near.partition_point(|&(distance, _)| distance < offset);
+    if 2 * inside < SAMPLES {
+        return 0;
+    }
+    let mut grains: Vec<u32> = near[..inside].iter().map(|&(_, grain)| grain).collect();
+    grains.sort_unstable();
+    let runs = grains.chunk_by(|a, b| a == b);
+    // the longest run; of equal ones the first
+    runs.rev().max_by_key(|run| run.len()).map_or(0, |run| run[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::samples;
+
+    #[test]
+    fn samples_have_the_moments_of_the_tetrahedron() {
+        let samples = samples();
+        let mean = |f: &dyn Fn(&[f64; 4]) -> f64| samples.iter().map(f).sum::<f64>() / 15.0;
+        for i in 0..4 {
+            assert!((mean(&|p| p[i]) - 0.25).abs() < 1e-7);
+            for j in 0..4 {
+                let exact = if i == j { 0.1 } else { 0.05 };
+                assert!((mean(&|p| p[i] * p[j]) - exact).abs() < 1e-7);
+            }
+        }
+        for point in samples {
+            assert!(point.iter().all(|&x| x > 0.0), "{point:?} is not inside");
+            assert!((point.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Plates over data of all kinds.
+
+use std::fmt::Write;
+
+use rand::Rng;
+
+use super::writer::Writer;
+
+/// Data with distributions for them: `#m` is any number, `#s` a positive one, `#p` a probability.
+const FAMILIES: [(&str, &[&str]); 5] = [
+    (
+        "ys",
+        &[
+            "StudentT(#s + 2.0, #m, #s)",
+            "Cauchy(#m, #s)",
+            "Normal(#m, #s).censor(-0.8..0.9)",
+            "Normal(#m, #s).truncate(-2.0..)",
+            "Mixture([0.3, 0.7], [Normal(#m, #s), Normal(#m, #s)])",
+            "Mixture([0.3, 0.7], [Cauchy(#m, #s), Cauchy(#m, 0.7)])",
+        ],
+    ),
+    (
+        "positive",
+        &[
+            "Gamma(#s, #s)",
+            "LogNormal(#m, #s)",
+            "InverseGamma(#s, #s)",
+            "Weibull(#s, #s)",
+            "Exponential(#s)",
+            "Exponential(#s).censor(..2.0)",
+            "HalfNormal(#s)",
+            "HalfCauchy(#s)",
+        ],
+    ),
+    ("shares", &["Beta(#s, #s)"]),
+    (
+        "counts",
+        &[
+            "Poisson(#s)",
+            "PoissonLog(#m)",
+            "NegativeBinomial(#s, #s)",
+            "Binomial(9u64, #p)",
+            "BinomialLogit(9u64, #m)",
+            "ZeroInflated(#p, Poisson(#s))",
+            "ZeroInflated(#p, NegativeBinomial(#s, #s))",
+            "Mixture([0.4, 0.6], [Poisson(#s), Poisson(#s)])",
+        ],
+    ),
+    ("hits", &["Bernoulli(#p)", "BernoulliLogit(#m)"]),
+];
+
+impl Writer {
+    /// A plate over some data, in which parameters may move or be the same.
+    pub(crate) fn data(&mut self, text: &mut String) -> std::fmt::Result {
+        let (data, families) = FAMILIES[self.rng.random_range(0..FAMILIES.len())];
+        let (y, scope) = (self.name(), self.numbers.len());
+        let moves = self.rng.random();
+        if moves {
+            let (name, formula) = (self.name(), self.number(1));
+            writeln!(text, "    for (x, {y}) in xs.iter().zip({data}) {{")?;
+            writeln!(text, "        let {name} = {formula} * x;")?;
+            self.numbers.push(name);
+        } else {
+            writeln!(text, "    for {y} in {data} {{")?;
+        }
+        let family = self.pick(families);
+        let family = self.filled(&family);
+        writeln!(text, "        {y} ~ {family};\n    }}")?;
+        self.numbers.truncate(scope);
+        Ok(())
+    }
+
+    /// With formulas in the places of `#m` and the like.
+    pub(crate) fn filled(&mut self, pattern: &str) -> String {
+        let mut parts = pattern.split('#');
+        let mut text = parts.next().unwrap_or_default().to_owned();
+        for part in parts {
+            let (place, rest) = part.split_at(1);
+            text += &match place {
+                "m" => self.number(1),
+                "s" => self.scale(),
+                _ => format!("{}.logistic()", self.number(1)),
+            };
+            text += rest;
+        }
+        text
+    }
+}
