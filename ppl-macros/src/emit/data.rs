@@ -19,6 +19,8 @@ pub(super) struct Data {
 }
 
 pub(super) fn data(model: &Model) -> Data {
+    // where data are refused, as those that threads cannot share
+    let span = Span::mixed_site().located_at(model.name.span());
     let constants: Vec<_> = model.generics.const_params().collect();
     // in braces: a bare name would be taken for that of a type, if there is one in scope
     let given = constants.iter().map(|constant| {
@@ -31,13 +33,13 @@ pub(super) fn data(model: &Model) -> Data {
     let own: Vec<_> = (0..names.len()).map(|i| format_ident!("__T{i}")).collect();
     let inferred = names.iter().map(|_| quote!(_));
     Data {
-        declaration: quote! {
+        declaration: quote_spanned! {span=>
             struct __Data<#(#constants,)* #(#own),*> {
                 #(#names: #own,)*
             }
         },
-        applied: quote!(__Data<#(#given,)* #(#types),*>),
-        given: quote!(__Data::<#(#given,)* #(#inferred),*>),
+        applied: quote_spanned!(span=> __Data<#(#given,)* #(#types),*>),
+        given: quote_spanned!(span=> __Data::<#(#given,)* #(#inferred),*>),
     }
 }
 
