@@ -11,7 +11,7 @@ use crate::ast::{Block, For, Id, Kind, Left, Statement};
 use crate::syntax::expressions::{is_assignment, is_consumed};
 use crate::syntax::patterns::bound_names;
 use crate::syntax::places::root;
-use crate::syntax::tokens::{mentions, variables};
+use crate::syntax::tokens::{mentions, says};
 use crate::walk::{self, Walk};
 
 /// What is known of a loop.
@@ -20,8 +20,8 @@ pub(crate) struct Plate {
     pub(crate) is_pooled: bool,
     /// Whether nothing that an iteration computes outlives it.
     pub(crate) unwinds: bool,
-    /// The names that it binds or changes.
-    pub(crate) own: HashSet<Ident>,
+    /// The names that it binds, if it changes no others.
+    pub(crate) own: Option<HashSet<Ident>>,
 }
 
 /// Those of a body, by their statements.
@@ -39,13 +39,17 @@ struct Plates<'a> {
 impl<'a> Walk<'a> for Plates<'_> {
     fn statement(&mut self, statement: &'a Statement) {
         if let Kind::For(plate) = &statement.kind {
-            let mut inside = Inside { own: HashSet::new(), writes: false };
+            let mut inside = Inside::default();
             inside.statement(statement);
+            let is_own = |name: &Option<Ident>| {
+                name.as_ref().is_some_and(|name| inside.bound.contains(name))
+            };
+            let unwinds = inside.changed.is_empty();
+            let own = inside.changed.iter().all(is_own).then_some(inside.bound);
             let is_pooled = !self.activity.mentions(&plate.iter)
                 && !is_consumed(&plate.iter)
                 && observes_all_alike(plate);
-            let plate = Plate { is_pooled, unwinds: !inside.writes, own: inside.own };
-            self.found.insert(statement.id, plate);
+            self.found.insert(statement.id, Plate { is_pooled, unwinds, own });
         }
         walk::statement(self, statement);
     }
@@ -67,36 +71,33 @@ fn observes_all_alike(plate: &For) -> bool {
         && !tokens.to_string().contains('?')
 }
 
-/// The names that a loop binds or may change, and whether it may change any.
+/// The names that a loop binds, and what it may change: of none is known which.
+#[derive(Default)]
 struct Inside {
-    own: HashSet<Ident>,
-    writes: bool,
-}
-
-impl Inside {
-    fn changes(&mut self, place: &Expr) {
-        self.writes = true;
-        self.own.extend(root(place));
-    }
+    bound: HashSet<Ident>,
+    changed: Vec<Option<Ident>>,
 }
 
 impl<'a> Walk<'a> for Inside {
     fn statement(&mut self, statement: &'a Statement) {
-        self.own.extend(statement.declared());
+        self.bound.extend(statement.declared());
         walk::statement(self, statement);
     }
 }
 
 impl<'a> Visit<'a> for Inside {
     fn visit_pat(&mut self, pat: &'a Pat) {
-        self.own.extend(bound_names(pat));
+        self.bound.extend(bound_names(pat));
+        if says(pat.to_token_stream(), "ref") {
+            self.changed.push(None);
+        }
     }
 
     fn visit_stmt(&mut self, stmt: &'a Stmt) {
         match stmt {
             // what else would it be called for?
-            Stmt::Expr(Expr::MethodCall(call), _) => self.changes(&call.receiver),
-            Stmt::Expr(Expr::Call(_), _) => self.writes = true,
+            Stmt::Expr(Expr::MethodCall(call), _) => self.changed.push(root(&call.receiver)),
+            Stmt::Expr(Expr::Call(_), _) => self.changed.push(None),
             _ => {}
         }
         visit::visit_stmt(self, stmt);
@@ -104,12 +105,16 @@ impl<'a> Visit<'a> for Inside {
 
     fn visit_expr(&mut self, expr: &'a Expr) {
         match expr {
-            Expr::Assign(assign) => self.changes(&assign.left),
-            Expr::Binary(binary) if is_assignment(&binary.op) => self.changes(&binary.left),
-            Expr::Reference(reference) if reference.mutability.is_some() => {
-                self.changes(&reference.expr);
+            Expr::Assign(assign) => self.changed.push(root(&assign.left)),
+            Expr::Binary(binary) if is_assignment(&binary.op) => {
+                self.changed.push(root(&binary.left))
             }
-            Expr::MethodCall(call) if changes(&call.method) => self.changes(&call.receiver),
+            Expr::Reference(reference) if reference.mutability.is_some() => {
+                self.changed.push(root(&reference.expr));
+            }
+            Expr::MethodCall(call) if changes(&call.method) => {
+                self.changed.push(root(&call.receiver))
+            }
             _ => {}
         }
         visit::visit_expr(self, expr);
@@ -118,8 +123,7 @@ impl<'a> Visit<'a> for Inside {
     fn visit_macro(&mut self, mac: &'a Macro) {
         // what is rejected leaves nothing behind
         if !mac.path.is_ident("reject") {
-            self.writes = true;
-            variables(mac.tokens.clone(), &mut |name| self.own.extend([name.clone()]));
+            self.changed.push(None);
         }
     }
 }

@@ -130,8 +130,10 @@ impl Planner<'_> {
             planned.unwinds = known.unwinds;
             let is_outermost = self.sums.is_none();
             if is_outermost {
-                let outer = self.analysis.activity.names().filter(|name| !known.own.contains(name));
-                self.shared = outer.cloned().collect();
+                if let Some(own) = &known.own {
+                    let outer = self.analysis.activity.names().filter(|name| !own.contains(name));
+                    self.shared = outer.cloned().collect();
+                }
                 self.sums = Some(Sums::default());
             }
             self.block(&mut plate.body);
