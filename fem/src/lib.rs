@@ -94,9 +94,9 @@ pub use error::{CheckpointError, CurveFileError, FemError, MeshError, StepFailur
 pub use fields::Fields;
 pub use file::write_atomically;
 pub use material::{
-    CrackDensity, DamageQuadrature, Elasticity, Fracture, HyperelasticLaw, Irreversibility,
-    Material, MooneyRivlin, Ogden, PhaseField, PrincipalStrain, SaintVenantKirchhoff, Split,
-    UserLaw, assert_material,
+    CrackDensity, DamageQuadrature, ElasticLaw, Elasticity, Fracture, HyperelasticLaw,
+    Irreversibility, Material, MooneyRivlin, Ogden, OgdenTerm, PhaseField, PrincipalStrain,
+    SaintVenantKirchhoff, Split, UserLaw, assert_material,
 };
 pub use mesh::{CylinderLattice, LatticeError, Mixture, Quality, TetMesh, gmsh, vtu};
 pub use num_dual::DualNum;

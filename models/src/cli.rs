@@ -39,7 +39,7 @@ Stages, in order: mesh, experiments, ensemble, surrogate, calibrate, confirm, re
 enum Command {
     /// Run all stages of a case that are not finished yet
     #[command(after_help = "Example:\n  breccia run my.toml --out results --threads 2")]
-    Run(Target),
+    Run(CaseAndFolder),
     /// Write the default case, every key explained
     #[command(after_help = "Example:\n  breccia init my.toml")]
     Init {
@@ -49,11 +49,11 @@ enum Command {
     },
     /// Run one compression test with the case's own parameters: curve.csv
     #[command(after_help = "Example:\n  breccia simulate my.toml --out try")]
-    Simulate(Target),
+    Simulate(CaseAndFolder),
 }
 
 #[derive(Args)]
-struct Target {
+struct CaseAndFolder {
     /// The case; without it DIR/case.toml if there is one, else the shipped default case
     case: Option<PathBuf>,
 
@@ -62,7 +62,7 @@ struct Target {
     out: PathBuf,
 }
 
-impl Target {
+impl CaseAndFolder {
     fn case_file(&self) -> Result<CaseFile, InputError> {
         let own = self.out.join("case.toml");
         match &self.case {
@@ -109,7 +109,7 @@ enum Request {
     /// No command: the default case.
     Default,
     Command(Command),
-    Stage(&'static Stage, Target),
+    Stage(&'static Stage, CaseAndFolder),
 }
 
 /// Reads the command line, to which every stage of the table adds a command.
@@ -117,13 +117,17 @@ fn request() -> (Option<u16>, Request) {
     let stages = STAGES.iter().map(|stage| {
         let example = format!("Example:\n  breccia {} my.toml --out results", stage.name);
         let writes = format!("Writes {}.\n{example}", stage.products.join(", "));
-        Target::augment_args(clap::Command::new(stage.name)).about(stage.about).after_help(writes)
+        CaseAndFolder::augment_args(clap::Command::new(stage.name))
+            .about(stage.about)
+            .after_help(writes)
     });
     let matches = Cli::command().subcommands(stages).get_matches();
     let threads = matches.get_one::<u16>("threads").copied();
     let stage = matches.subcommand().and_then(|(name, own)| Some((Stage::named(name)?, own)));
     let request = match stage {
-        Some((stage, own)) => Target::from_arg_matches(own).map(|t| Request::Stage(stage, t)),
+        Some((stage, own)) => {
+            CaseAndFolder::from_arg_matches(own).map(|t| Request::Stage(stage, t))
+        }
         None => Cli::from_arg_matches(&matches)
             .map(|cli| cli.command.map_or(Request::Default, Request::Command)),
     };

@@ -5,9 +5,8 @@ use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use surrogate::DynPce;
 
-use crate::case::{ByParameter, Parameter};
+use crate::case::{ByParameter, MaterialParameter};
 use crate::fracture::{CalibrationError, calibrate};
-use crate::qoi::Qois;
 
 /// A study of how often the calibration's 90 % intervals cover the truth.
 ///
@@ -89,7 +88,7 @@ impl CoverageStudy {
                 input.lower + place * (input.upper - input.lower)
             });
             let truth: Vec<f64> = middle.collect();
-            let specimens: Vec<Qois> =
+            let specimens: Vec<Vec<f64>> =
                 (0..self.specimens).map(|_| self.specimen(pce, &truth, &mut rng)).collect();
             let seed = self.seed.wrapping_add(repeat as u64);
             let result = calibrate(pce, &specimens, &self.sampler.clone().seed(seed), seed)?;
@@ -106,40 +105,41 @@ impl CoverageStudy {
     }
 
     /// QoIs of one specimen; parameters that scatter out of the surrogate's box are drawn again.
-    fn specimen<R: Rng>(&self, pce: &DynPce, truth: &[f64], rng: &mut R) -> Qois {
+    fn specimen<R: Rng>(&self, pce: &DynPce, truth: &[f64], rng: &mut R) -> Vec<f64> {
         let scatter = |name: &str| {
-            let parameter = name.parse::<Parameter>().ok()?;
+            let parameter = name.parse::<MaterialParameter>().ok()?;
             let usual = parameter.property.usual_scatter();
             Some(self.scatter.get(&parameter).copied().unwrap_or(usual))
         };
         let scatter: Vec<f64> =
             pce.inputs().iter().map(|input| scatter(&input.name).unwrap_or(0.0)).collect();
         let mut normal = || rng.sample::<f64, _>(StandardNormal);
-        let mut value = [f64::NAN; 3];
+        let mut value = vec![f64::NAN; pce.outputs().len()];
         for _ in 0..1000 {
             let drawn = truth.iter().zip(&scatter).map(|(truth, sd)| truth * (sd * normal()).exp());
             let parameters: Vec<f64> = drawn.collect();
-            if let Ok(Ok(inside)) = pce.value(&parameters).map(<[f64; 3]>::try_from) {
+            if let Ok(inside) = pce.value(&parameters) {
                 value = inside;
                 break;
             }
         }
-        Qois::from(value.map(|q| q * (1.0 + self.noise * normal())))
+        value.into_iter().map(|q| q * (1.0 + self.noise * normal())).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use surrogate::{Dataset, Design, FitOptions};
+    use surrogate::{Dataset, DesignMethod, FitOptions};
 
     use super::*;
     use crate::case::{CaseFile, PriorCase};
+    use crate::qoi::Quantity;
 
     /// The viscous limit of definitions 3.3: m ~ E, F ~ E^(2/3) ξ^(1/3), d ~ (ξ/E)^(1/3), no Gc.
     fn viscous_limit(prior: &PriorCase) -> DynPce {
         let inputs = prior.inputs().unwrap();
-        let points = Design::Sobol.sample(&inputs, 128, 1).unwrap();
-        let outputs = Qois::NAMES.map(str::to_owned).to_vec();
+        let points = DesignMethod::Sobol.sample(&inputs, 128, 1).unwrap();
+        let outputs = Quantity::OF_THE_PAPER.map(|q| q.column().to_owned()).to_vec();
         let mut data = Dataset::new(inputs, outputs, "closed form").unwrap();
         for x in points {
             let (young, viscosity) = (x[0], x[2]);

@@ -1,4 +1,4 @@
-//! What a laboratory delivers: a table of specimens and one curve a specimen.
+//! What is measured: a table of specimens and one curve a specimen.
 //!
 //! `specimens.csv` has the columns `id,height_mm,radius_mm,group` and, if a curve is to have its
 //! slope taken elsewhere than the others, `slope_fraction` (empty: the case's value).
@@ -13,14 +13,14 @@ use crate::table::{CsvTable, to_csv};
 
 /// A force–displacement record, compression positive.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Curve {
+pub struct TestCurve {
     /// Displacement of the platen in mm.
     pub displacement_mm: Vec<f64>,
     /// Force on the platen in N, one for each displacement.
     pub force_n: Vec<f64>,
 }
 
-impl Curve {
+impl TestCurve {
     /// The curve with every displacement multiplied by `factor`.
     ///
     /// A specimen of height H compares with a mesh of height H′ at equal nominal strain,
@@ -65,7 +65,7 @@ impl Curve {
         Ok(curve)
     }
 
-    /// The content of the file that [`Curve::read`] reads.
+    /// The content of the file that [`TestCurve::read`] reads.
     ///
     /// # Errors
     /// None: text in memory can always be written.
@@ -89,10 +89,10 @@ pub struct Specimen {
     /// Where the initial slope is taken, as a fraction of the displacement at peak, if not where the case says.
     pub slope_fraction: Option<f64>,
     /// What the test recorded.
-    pub curve: Curve,
+    pub curve: TestCurve,
 }
 
-/// The specimens of a laboratory with their curves.
+/// Tested specimens with their curves.
 ///
 /// # Example
 /// ```no_run
@@ -138,7 +138,7 @@ impl SpecimenTable {
                     "It is a fraction of the displacement at peak; the paper takes 0.3 or 0.55.",
                 ));
             }
-            let curve = Curve::read(&curve_file(file, &id))?;
+            let curve = TestCurve::read(&curve_file(file, &id))?;
             specimens.push(Specimen {
                 id,
                 height_mm,
@@ -226,7 +226,7 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read_again() {
-        let curve = Curve {
+        let curve = TestCurve {
             displacement_mm: vec![0.0, 0.1, 1.0 / 3.0, 0.4, 0.5],
             force_n: vec![0.0, 1e-17, 147.103_2, 3.0, 2.0],
         };

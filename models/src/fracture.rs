@@ -6,7 +6,7 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use surrogate::{DynPce, SurrogateError};
 
-use crate::qoi::{Qois, mean_qois};
+use crate::qoi::Quantity;
 
 ppl::model! {
     /// Matrix parameters of a bonded granular material from specimen QoIs: the paper's three, with all
@@ -66,6 +66,14 @@ pub enum CalibrationError {
     /// Covariances need at least two specimens.
     #[error("{0} specimen: a calibration with scatter between specimens needs at least two")]
     TooFew(usize),
+    /// Specimens with other quantities than the surrogate gives.
+    #[error("a specimen has {found} quantities of interest, the surrogate has {expected}")]
+    Quantities {
+        /// Outputs of the surrogate.
+        expected: usize,
+        /// Values of the specimen.
+        found: usize,
+    },
     /// The surrogate is not one of the quantities of interest.
     #[error(transparent)]
     Surrogate(#[from] SurrogateError),
@@ -98,21 +106,22 @@ pub struct Calibration {
     pub mode: Mode,
 }
 
-/// Calibrates the inputs of a surrogate against the quantities of interest of specimens.
+/// Calibrates the inputs of a surrogate against the quantities of interest of specimens: one row a
+/// specimen, in the order of the surrogate's outputs.
 ///
-/// The surrogate's box is the prior's, its outputs are those of [`Qois::NAMES`]. The sampler brings
-/// chains, draws and seed; starts of the search for the mode are seeded with `seed`.
+/// The surrogate's box is the prior's. The sampler brings chains, draws and seed; starts of the search
+/// for the mode are seeded with `seed`.
 ///
 /// # Errors
-/// Fewer than two specimens, a surrogate of other outputs, or one that rejects every start.
+/// Fewer than two specimens, rows of another length, or a surrogate that rejects every start.
 ///
 /// # Example
 /// ```no_run
-/// use models::{CalibrationError, Qois, calibrate};
+/// use models::{CalibrationError, calibrate};
 /// use ppl::Nuts;
 /// use surrogate::DynPce;
 ///
-/// fn first(pce: &DynPce, specimens: &[Qois]) -> Result<f64, CalibrationError> {
+/// fn first(pce: &DynPce, specimens: &[Vec<f64>]) -> Result<f64, CalibrationError> {
 ///     let result = calibrate(pce, specimens, &Nuts::default().seed(7), 7)?;
 ///     println!("{}", result.posterior.summary());
 ///     Ok(result.map[0])
@@ -120,30 +129,51 @@ pub struct Calibration {
 /// ```
 pub fn calibrate(
     pce: &DynPce,
-    specimens: &[Qois],
+    specimens: &[Vec<f64>],
     sampler: &Nuts<'_>,
     seed: u64,
 ) -> Result<Calibration, CalibrationError> {
     if specimens.len() < 2 {
         return Err(CalibrationError::TooFew(specimens.len()));
     }
-    // QoIs relative to their experimental means
-    let mean = mean_qois(specimens).to_array();
+    let expected = pce.outputs().len();
+    if let Some(row) = specimens.iter().find(|row| row.len() != expected) {
+        return Err(CalibrationError::Quantities { expected, found: row.len() });
+    }
+    // quantities relative to their experimental means
+    let mean = column_means(specimens);
     let relative: Vec<Vec<f64>> = specimens
         .iter()
-        .map(|qois| qois.to_array().iter().zip(mean).map(|(y, mean)| y / mean).collect())
+        .map(|row| row.iter().zip(&mean).map(|(y, mean)| y / mean).collect())
         .collect();
-    let forward = pce.clone().scale_outputs(&mean.map(f64::recip))?;
+    let factors: Vec<f64> = mean.iter().map(|mean| mean.recip()).collect();
+    let forward = pce.clone().scale_outputs(&factors)?;
     let model = calibration_on(&forward, &relative);
     let chains = sampler.run(&model).map_err(SampleError::from)?;
     let mut posterior = Posterior::from_chains(&model, chains, seed)?;
     let names: Vec<&str> = pce.inputs().iter().map(|input| input.name.as_str()).collect();
     posterior.label("theta", 0, &names)?;
-    for name in ["sd", "mean", "new_specimen"] {
-        posterior.label(name, 0, &Qois::NAMES)?;
+    let quantities: Vec<String> = pce.outputs().iter().map(|name| short_name(name)).collect();
+    let quantities: Vec<&str> = quantities.iter().map(String::as_str).collect();
+    for (name, dimensions) in [("sd", 1), ("corr", 2), ("mean", 1), ("new_specimen", 1)] {
+        for dimension in 0..dimensions {
+            posterior.label(name, dimension, &quantities)?;
+        }
     }
     let mode = Map::default().seed(seed).find(&model)?;
     let record = model.constrain(&mode.point, &mut Xoshiro256PlusPlus::seed_from_u64(seed))?;
     let map = record.values("theta").map_or_else(Vec::new, <[f64]>::to_vec);
     Ok(Calibration { posterior, map, mode })
+}
+
+/// The name of a surrogate's output in tables, where it is relative and has no unit.
+pub(crate) fn short_name(output: &str) -> String {
+    Quantity::of_column(output).map_or_else(|| output.to_owned(), |quantity| quantity.to_string())
+}
+
+/// The mean of every column of rows of one length.
+pub(crate) fn column_means(rows: &[Vec<f64>]) -> Vec<f64> {
+    let columns = rows.first().map_or(0, Vec::len);
+    let mean = |m: usize| rows.iter().map(|row| row[m]).sum::<f64>() / rows.len() as f64;
+    (0..columns).map(mean).collect()
 }

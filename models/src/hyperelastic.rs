@@ -32,7 +32,7 @@ pub enum Deformation {
 
 /// One measured point.
 #[derive(Clone, Copy, Debug)]
-pub struct Point {
+pub struct StretchTest {
     /// How the sheet was pulled.
     pub mode: Deformation,
     /// λ₁.
@@ -116,7 +116,7 @@ impl<S: Scalar, const K: usize> StretchLaw<S> for OgdenRubber<S, K> {
 
 ppl::model! {
     /// One modulus; relative scatter `sd` about the law.
-    pub fn neo_hookean(tests: &[Point]) {
+    pub fn neo_hookean(tests: &[StretchTest]) {
         let shear_mpa ~ LogNormal(-1.0, 1.0);
         let sd ~ HalfNormal(0.3);
         let law = NeoHookeanRubber { shear_mpa };
@@ -127,7 +127,7 @@ ppl::model! {
     }
 
     /// Two moduli.
-    pub fn mooney_rivlin(tests: &[Point]) {
+    pub fn mooney_rivlin(tests: &[StretchTest]) {
         let c_mpa ~ LogNormal(-2.0, 1.0).array::<2>();
         let sd ~ HalfNormal(0.3);
         let law = MooneyRivlinRubber { c_mpa };
@@ -138,7 +138,7 @@ ppl::model! {
     }
 
     /// Three terms: a soft one, a stiffening one and a compressive one (α < 0).
-    pub fn ogden(tests: &[Point]) {
+    pub fn ogden(tests: &[StretchTest]) {
         let shear_mpa ~ LogNormal(-2.0, 1.5).array::<3>();
         let soft ~ Normal(1.5, 0.5).truncate(0.5..2.5);
         let stiff ~ Normal(5.0, 2.0).truncate(2.5..12.0);
@@ -155,11 +155,11 @@ ppl::model! {
 /// Treloar's measurements on 8 % sulphur rubber: uniaxial, equibiaxial and pure shear.
 ///
 /// L. R. G. Treloar (1944), Trans. Faraday Soc. 40, 59–70.
-pub fn treloar_1944() -> Vec<Point> {
+pub fn treloar_1944() -> Vec<StretchTest> {
     include_str!("../data/treloar_1944.csv").lines().filter_map(parse).collect()
 }
 
-fn parse(line: &str) -> Option<Point> {
+fn parse(line: &str) -> Option<StretchTest> {
     let mut fields = line.split(',');
     let mode = match fields.next()? {
         "UT" => Deformation::Uniaxial,
@@ -169,7 +169,7 @@ fn parse(line: &str) -> Option<Point> {
     };
     let stretch = fields.next()?.parse().ok()?;
     let stress_mpa = fields.next()?.parse().ok()?;
-    Some(Point { mode, stretch, stress_mpa })
+    Some(StretchTest { mode, stretch, stress_mpa })
 }
 
 #[cfg(test)]

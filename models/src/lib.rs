@@ -4,12 +4,12 @@
 //! surrogate with the experiments' curves a posterior (`ppl`). The program `breccia` is its front end.
 //!
 //! ```
-//! use models::{CaseFile, Curve, Qois};
+//! use models::{CaseFile, TestCurve, Qois};
 //!
 //! let file = CaseFile::default_case();                      // what `breccia init` writes
 //! let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
 //! let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
-//! let curve = Curve { displacement_mm, force_n };
+//! let curve = TestCurve { displacement_mm, force_n };
 //! let qois = Qois::of(&curve, file.case.qoi.slope_fraction)?;
 //! assert!((qois.peak_force_n - 100.0).abs() < 1e-9);
 //! # Ok::<(), models::QoiError>(())
@@ -42,15 +42,15 @@ mod virtual_specimen;
 mod workflow;
 
 pub use case::{
-    AdaptiveCase, ArcLengthCase, Bounds, ByParameter, CalibrationCase, Case, CaseFile,
-    ConditionsCase, ConfirmCase, DesignCase, ExperimentsCase, LawCase, MaterialCase, MeasureCase,
-    NoiseCase, OgdenTermCase, OutputCase, Parameter, PlatensName, PrescribeCase, PriorCase,
-    Property, QoiCase, Shape, SpecimenCase, SurrogateCase, TestCase, TractionCase, VirtualCase,
+    AdaptiveCase, ArcLengthCase, ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase,
+    ConfirmCase, DesignCase, ExperimentsCase, MaterialCase, MaterialParameter, MeasureCase,
+    NoiseCase, OutputCase, PrescribeCase, PriorBounds, PriorCase, Property, QoiCase, SpecimenCase,
+    SpecimenGeometry, SurrogateCase, TestCase, TractionCase, VirtualCase,
 };
 pub use coverage::{Coverage, CoverageStudy};
 pub use error::InputError;
-pub use experiment::{Curve, Specimen, SpecimenTable};
+pub use experiment::{Specimen, SpecimenTable, TestCurve};
 pub use fracture::{Calibration, CalibrationError, calibrate, calibration, calibration_on};
-pub use qoi::{QoiError, Qois, mean_qois};
+pub use qoi::{QoiError, Qois, Quantity};
 pub use virtual_specimen::VirtualSpecimen;
 pub use workflow::{STAGES, Stage, Workflow, WorkflowError, simulate};

@@ -1,25 +1,91 @@
-//! Quantities of interest of a force–displacement curve: initial slope, peak force, displacement at peak.
+//! Quantities of interest of a force–displacement curve: initial slope, peak force, displacement at peak,
+//! work up to the peak.
 
-use crate::experiment::Curve;
+use std::fmt;
 
-/// Points at least this share of the highest force make the parabola that locates the peak.
+use serde::{Deserialize, Serialize};
+
+use crate::experiment::TestCurve;
+
+/// Points of at least this fraction of the highest force make the parabola that locates the peak.
 const TOP: f64 = 0.97;
 /// Half width of the slope's window in units of the displacement at peak.
 const SLOPE_WINDOW: f64 = 0.1;
 
-/// The three numbers of a curve that the calibration compares.
+/// A number of a curve that a calibration can compare.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Quantity {
+    /// Slope of the rising branch in N/mm.
+    Slope,
+    /// Peak force in N.
+    PeakForce,
+    /// Displacement at the peak force in mm.
+    DisplacementAtPeak,
+    /// Work of the force up to its peak in N mm.
+    WorkToPeak,
+}
+
+impl Quantity {
+    /// All of them.
+    pub const ALL: [Self; 4] =
+        [Self::Slope, Self::PeakForce, Self::DisplacementAtPeak, Self::WorkToPeak];
+
+    /// What the paper calibrates against.
+    pub const OF_THE_PAPER: [Self; 3] = [Self::Slope, Self::PeakForce, Self::DisplacementAtPeak];
+
+    /// Name with unit: the column of every table, the output of every surrogate.
+    pub fn column(self) -> &'static str {
+        match self {
+            Self::Slope => "slope_N_per_mm",
+            Self::PeakForce => "peak_force_N",
+            Self::DisplacementAtPeak => "displacement_at_peak_mm",
+            Self::WorkToPeak => "work_to_peak_N_mm",
+        }
+    }
+
+    /// The quantity of a column.
+    pub fn of_column(column: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|quantity| quantity.column() == column)
+    }
+
+    /// Name and unit for figures.
+    pub(crate) fn label(self) -> &'static str {
+        match self {
+            Self::Slope => "initial slope (N/mm)",
+            Self::PeakForce => "peak force (N)",
+            Self::DisplacementAtPeak => "displacement at peak (mm)",
+            Self::WorkToPeak => "work to the peak (N mm)",
+        }
+    }
+}
+
+impl fmt::Display for Quantity {
+    /// As the case names it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Slope => "slope",
+            Self::PeakForce => "peak-force",
+            Self::DisplacementAtPeak => "displacement-at-peak",
+            Self::WorkToPeak => "work-to-peak",
+        })
+    }
+}
+
+/// The numbers of a curve that a calibration can compare.
 ///
 /// - peak (F, d_F): the vertex of the least-squares parabola through the points next to the
 ///   highest one whose force is at least 97 % of its force (always its two neighbours), so that
 ///   neither the load step nor one noisy reading decides it;
-/// - slope m: least-squares line through the points with |d − f·d_F| ≤ 0.1 d_F.
+/// - slope m: least-squares line through the points with |d − f·d_F| ≤ 0.1 d_F;
+/// - work W = ∫ F du up to (d_F, F), by trapezoids.
 ///
 /// # Example
 /// ```
-/// use models::{Curve, Qois};
+/// use models::{TestCurve, Qois};
 /// let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
 /// let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
-/// let qois = Qois::of(&Curve { displacement_mm, force_n }, 0.3)?;
+/// let qois = Qois::of(&TestCurve { displacement_mm, force_n }, 0.3)?;
 /// assert!((qois.peak_force_n - 100.0).abs() < 1e-9);
 /// assert!((qois.displacement_at_peak_mm - 0.1).abs() < 1e-9);
 /// assert!((qois.slope_n_per_mm - 1400.0).abs() < 1e-6);      // derivative at 0.03 mm
@@ -37,6 +103,8 @@ pub struct Qois {
     pub peak_force_n: f64,
     /// Displacement at the peak force in mm.
     pub displacement_at_peak_mm: f64,
+    /// Work of the force up to its peak in N mm.
+    pub work_to_peak_n_mm: f64,
 }
 
 /// Why a curve has no quantities of interest.
@@ -83,14 +151,11 @@ pub enum QoiError {
 }
 
 impl Qois {
-    /// Names with units, in the order of [`Qois::to_array`]: the columns of every table.
-    pub const NAMES: [&str; 3] = ["slope_N_per_mm", "peak_force_N", "displacement_at_peak_mm"];
-
     /// The quantities of a curve whose slope is taken around `slope_fraction` · d_F.
     ///
     /// # Errors
     /// A curve too short, without a peak, or with fewer than two points where the slope is taken.
-    pub fn of(curve: &Curve, slope_fraction: f64) -> Result<Self, QoiError> {
+    pub fn of(curve: &TestCurve, slope_fraction: f64) -> Result<Self, QoiError> {
         let (u, force) = (&curve.displacement_mm, &curve.force_n);
         if u.len() < 5 || u.len() != force.len() {
             return Err(QoiError::TooShort { points: u.len().min(force.len()) });
@@ -110,30 +175,31 @@ impl Qois {
             from_mm: centre - half,
             to_mm: centre + half,
         })?;
-        Ok(Self { slope_n_per_mm, peak_force_n, displacement_at_peak_mm })
+        let work_to_peak_n_mm = work(u, force, (displacement_at_peak_mm, peak_force_n));
+        Ok(Self { slope_n_per_mm, peak_force_n, displacement_at_peak_mm, work_to_peak_n_mm })
     }
 
-    /// As an array in the order of [`Qois::NAMES`].
-    pub fn to_array(self) -> [f64; 3] {
-        [self.slope_n_per_mm, self.peak_force_n, self.displacement_at_peak_mm]
-    }
-}
-
-impl From<[f64; 3]> for Qois {
-    fn from([slope_n_per_mm, peak_force_n, displacement_at_peak_mm]: [f64; 3]) -> Self {
-        Self { slope_n_per_mm, peak_force_n, displacement_at_peak_mm }
-    }
-}
-
-/// Mean of each quantity over the specimens; NaN without specimens.
-pub fn mean_qois(qois: &[Qois]) -> Qois {
-    let mut mean = [0.0; 3];
-    for q in qois {
-        for (m, value) in mean.iter_mut().zip(q.to_array()) {
-            *m += value / qois.len() as f64;
+    /// One of them.
+    pub fn get(&self, quantity: Quantity) -> f64 {
+        match quantity {
+            Quantity::Slope => self.slope_n_per_mm,
+            Quantity::PeakForce => self.peak_force_n,
+            Quantity::DisplacementAtPeak => self.displacement_at_peak_mm,
+            Quantity::WorkToPeak => self.work_to_peak_n_mm,
         }
     }
-    if qois.is_empty() { Qois::from([f64::NAN; 3]) } else { Qois::from(mean) }
+
+    /// Some of them, in this order.
+    pub fn values(&self, quantities: &[Quantity]) -> Vec<f64> {
+        quantities.iter().map(|&quantity| self.get(quantity)).collect()
+    }
+}
+
+/// ∫ F du from the first point to the peak, by trapezoids.
+fn work(u: &[f64], force: &[f64], peak: (f64, f64)) -> f64 {
+    let before = u.iter().copied().zip(force.iter().copied()).take_while(|(x, _)| *x < peak.0);
+    let points: Vec<(f64, f64)> = before.chain([peak]).collect();
+    points.windows(2).map(|w| 0.5 * (w[0].1 + w[1].1) * (w[1].0 - w[0].0)).sum()
 }
 
 /// Location and value of the maximum.
@@ -193,10 +259,10 @@ mod tests {
 
     use super::*;
 
-    fn curve(step_mm: f64, n: usize, force: impl Fn(f64) -> f64) -> Curve {
+    fn curve(step_mm: f64, n: usize, force: impl Fn(f64) -> f64) -> TestCurve {
         let displacement_mm: Vec<f64> = (0..=n).map(|i| step_mm * i as f64).collect();
         let force_n = displacement_mm.iter().map(|&u| force(u)).collect();
-        Curve { displacement_mm, force_n }
+        TestCurve { displacement_mm, force_n }
     }
 
     /// F = A E ε exp(−(ε/ε_pk)³/3): the viscous limit of definitions 3.3, peak at ε_pk.
@@ -255,10 +321,12 @@ mod tests {
     #[test]
     fn quantities_follow_the_units_of_the_curve() {
         let base = curve(0.005, 36, viscous);
-        let [slope, force, place] = Qois::of(&base, 0.3).unwrap().to_array();
-        let scaled = Qois::of(&base.scale_displacement(1.1), 0.3).unwrap().to_array();
-        for (value, expected) in scaled.iter().zip([slope / 1.1, force, place * 1.1]) {
-            assert_relative_eq!(*value, expected, max_relative = 1e-12);
+        let own = Qois::of(&base, 0.3).unwrap();
+        let scaled = Qois::of(&base.scale_displacement(1.1), 0.3).unwrap();
+        let factors = [1.0 / 1.1, 1.0, 1.1, 1.1];
+        for (quantity, factor) in Quantity::ALL.into_iter().zip(factors) {
+            let expected = factor * own.get(quantity);
+            assert_relative_eq!(scaled.get(quantity), expected, max_relative = 1e-12);
         }
     }
 
@@ -295,10 +363,23 @@ mod tests {
         assert!(matches!(coarse, QoiError::NoSlope { points: 0 | 1, .. }), "{coarse}");
     }
 
+    /// ∫₀^d_F of the parabola F (1 − (1 − u/d_F)²) is ⅔ F d_F.
     #[test]
-    fn the_mean_is_taken_quantity_by_quantity() {
-        let mean = mean_qois(&[Qois::from([1.0, 2.0, 3.0]), Qois::from([3.0, 6.0, 5.0])]);
-        assert_eq!(mean.to_array(), [2.0, 4.0, 4.0]);
-        assert!(mean_qois(&[]).slope_n_per_mm.is_nan());
+    fn the_work_of_a_parabola_is_two_thirds_of_its_rectangle() {
+        let (peak, place) = (147.0, 0.1217);
+        let parabola = |u: f64| peak * (1.0 - (1.0 - u / place).powi(2));
+        let qois = Qois::of(&curve(0.0002, 900, parabola), 0.3).unwrap();
+        let exact = 2.0 / 3.0 * peak * place;
+        assert_relative_eq!(qois.work_to_peak_n_mm, exact, max_relative = 1e-5);
+    }
+
+    #[test]
+    fn quantities_are_known_by_their_columns_and_by_their_names_in_a_case() {
+        for quantity in Quantity::ALL {
+            assert_eq!(Quantity::of_column(quantity.column()), Some(quantity));
+            let name = toml::Value::try_from(quantity).unwrap();
+            assert_eq!(name.as_str(), Some(quantity.to_string().as_str()));
+        }
+        assert_eq!(Quantity::of_column("colour"), None);
     }
 }

@@ -43,25 +43,25 @@ impl<'a> CsvTable<'a> {
     }
 
     /// The first row with this `text` under `column`.
-    pub(crate) fn named(&self, column: &str, text: &str) -> Result<Row<'_>, InputError> {
+    pub(crate) fn named(&self, column: &str, text: &str) -> Result<TableRow<'_>, InputError> {
         self.rows().find(|row| row.text(column) == text).ok_or_else(|| {
             InputError::new(self.file, text, "", "has no line", "Run the stages again.")
         })
     }
 
-    pub(crate) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
-        (0..self.rows.len()).map(move |index| Row { table: self, index })
+    pub(crate) fn rows(&self) -> impl Iterator<Item = TableRow<'_>> {
+        (0..self.rows.len()).map(move |index| TableRow { table: self, index })
     }
 }
 
 /// One line of a [`CsvTable`].
 #[derive(Clone, Copy)]
-pub(crate) struct Row<'a> {
+pub(crate) struct TableRow<'a> {
     table: &'a CsvTable<'a>,
     index: usize,
 }
 
-impl<'a> Row<'a> {
+impl<'a> TableRow<'a> {
     /// All cells in order.
     pub(crate) fn cells(&self) -> &'a [String] {
         &self.table.rows[self.index].1

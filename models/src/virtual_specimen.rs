@@ -8,7 +8,7 @@ use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::case::{ByParameter, NoiseCase};
-use crate::experiment::Curve;
+use crate::experiment::TestCurve;
 
 /// What makes one virtual specimen.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,12 +55,12 @@ impl VirtualSpecimen {
     }
 
     /// The record of a test: every reading of displacement and force with its own error.
-    pub fn measure(&self, exact: &Curve, noise: &NoiseCase) -> Curve {
+    pub fn measure(&self, exact: &TestCurve, noise: &NoiseCase) -> TestCurve {
         let mut rng = self.noise.clone();
         let mut read = |values: &[f64], sd: f64| -> Vec<f64> {
             values.iter().map(|x| x + sd * rng.sample::<f64, _>(StandardNormal)).collect()
         };
-        Curve {
+        TestCurve {
             displacement_mm: read(&exact.displacement_mm, noise.displacement_mm),
             force_n: read(&exact.force_n, noise.force_n),
         }
@@ -125,7 +125,7 @@ mod tests {
     fn readings_carry_the_stated_noise_and_repeat() {
         let specimen = &draw(1, 9, Some(1))[0];
         let n = 20_000;
-        let exact = Curve { displacement_mm: vec![0.1; n], force_n: vec![50.0; n] };
+        let exact = TestCurve { displacement_mm: vec![0.1; n], force_n: vec![50.0; n] };
         let noise = NoiseCase { force_n: 0.5, displacement_mm: 0.001 };
         let record = specimen.measure(&exact, &noise);
         for (values, centre, s) in

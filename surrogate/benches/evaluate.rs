@@ -1,7 +1,7 @@
 //! Nanoseconds per evaluation: three inputs, three outputs, order 3 (the paper's surrogate) and 8.
 
 use divan::{Bencher, black_box};
-use surrogate::{Dataset, Design, FitOptions, Input, OrderRule, Pce};
+use surrogate::{Dataset, DesignMethod, FitOptions, Input, OrderRule, Pce};
 
 #[global_allocator]
 static ALLOCATIONS: divan::AllocProfiler = divan::AllocProfiler::system();
@@ -13,7 +13,7 @@ fn main() {
 fn runs(n: usize) -> Dataset {
     let inputs: Vec<Input> =
         ["a", "b", "c"].map(|name| Input::new(name, 1.0, 2.0).expect("valid")).into();
-    let points = Design::Sobol.sample(&inputs, n, 1).expect("three inputs");
+    let points = DesignMethod::Sobol.sample(&inputs, n, 1).expect("three inputs");
     let outputs = ["f", "g", "h"].map(str::to_owned).into();
     let mut data = Dataset::new(inputs, outputs, "closed form").expect("distinct names");
     for x in points {

@@ -19,7 +19,7 @@ use crate::sobol_sequence::{MAX_DIMENSION, ScrambledSobol};
 ///   (Matoušek 1998, doi:10.1006/jcom.1998.0489); best with `n` a power of two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Design {
+pub enum DesignMethod {
     /// Independent uniform points.
     MonteCarlo,
     /// One point in each of `n` intervals of each input.
@@ -28,16 +28,16 @@ pub enum Design {
     Sobol,
 }
 
-impl Design {
+impl DesignMethod {
     /// `n` points in the inputs' units, each in the inputs' order; the same seed gives the same points.
     ///
     /// # Errors
     /// Bad bounds; more than 21 inputs for `Sobol`.
     ///
     /// ```
-    /// use surrogate::{Design, Input};
+    /// use surrogate::{DesignMethod, Input};
     /// let inputs = [Input::new("young_mpa", 250.0, 300.0)?, Input::new("poisson", 0.2, 0.3)?];
-    /// let points = Design::Sobol.sample(&inputs, 64, 7)?;
+    /// let points = DesignMethod::Sobol.sample(&inputs, 64, 7)?;
     /// assert!(points.iter().all(|p| inputs[0].contains(p[0]) && inputs[1].contains(p[1])));
     /// # Ok::<(), surrogate::SurrogateError>(())
     /// ```
@@ -102,17 +102,18 @@ fn latin_hypercube<R: Rng>(dimension: usize, n: usize, rng: &mut R) -> Vec<Vec<f
 mod tests {
     use super::*;
 
-    fn unit(design: Design, dimension: usize, n: usize, seed: u64) -> Vec<Vec<f64>> {
+    fn unit(design: DesignMethod, dimension: usize, n: usize, seed: u64) -> Vec<Vec<f64>> {
         design.sample_unit(dimension, n, &mut Xoshiro256PlusPlus::seed_from_u64(seed)).unwrap()
     }
 
-    const ALL: [Design; 3] = [Design::MonteCarlo, Design::LatinHypercube, Design::Sobol];
+    const ALL: [DesignMethod; 3] =
+        [DesignMethod::MonteCarlo, DesignMethod::LatinHypercube, DesignMethod::Sobol];
 
     #[test]
     fn latin_hypercube_has_one_point_in_each_stratum() {
         let n = 37;
         for d in 0..5 {
-            let mut strata: Vec<usize> = unit(Design::LatinHypercube, 5, n, 3)
+            let mut strata: Vec<usize> = unit(DesignMethod::LatinHypercube, 5, n, 3)
                 .iter()
                 .map(|p| (p[d] * n as f64) as usize)
                 .collect();
@@ -185,12 +186,12 @@ mod tests {
                 .collect()
         };
         let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
-        let random = samples(Design::MonteCarlo);
+        let random = samples(DesignMethod::MonteCarlo);
         let variance =
             random.iter().map(|x| (x - mean(&random)).powi(2)).sum::<f64>() / (repeats - 1) as f64;
         assert!((mean(&random) - 1.0).abs() < 4.0 * (variance / repeats as f64).sqrt());
-        assert!(mean(&samples(Design::LatinHypercube)) < 1.0);
-        assert!(mean(&samples(Design::Sobol)) < 0.05);
+        assert!(mean(&samples(DesignMethod::LatinHypercube)) < 1.0);
+        assert!(mean(&samples(DesignMethod::Sobol)) < 0.05);
     }
 
     #[test]
@@ -199,7 +200,7 @@ mod tests {
         let (d, n, repeats) = (4, 256, 200u64);
         let means: Vec<f64> = (0..repeats)
             .map(|seed| {
-                let points = unit(Design::Sobol, d, n, seed);
+                let points = unit(DesignMethod::Sobol, d, n, seed);
                 points.iter().map(|p| p.iter().map(|u| 0.5 + u).product::<f64>()).sum::<f64>()
                     / n as f64
             })
@@ -221,12 +222,12 @@ mod tests {
         }
         let reversed = [Input { name: "a".into(), lower: 1.0, upper: 0.0 }];
         assert!(matches!(
-            Design::Sobol.sample(&reversed, 2, 1),
+            DesignMethod::Sobol.sample(&reversed, 2, 1),
             Err(SurrogateError::Bounds { .. })
         ));
         let many: Vec<Input> =
             (0..22).map(|i| Input::new(format!("x{i}"), 0.0, 1.0).unwrap()).collect();
-        assert!(Design::Sobol.sample(&many, 2, 1).is_err());
-        assert!(Design::LatinHypercube.sample(&many, 2, 1).is_ok());
+        assert!(DesignMethod::Sobol.sample(&many, 2, 1).is_err());
+        assert!(DesignMethod::LatinHypercube.sample(&many, 2, 1).is_ok());
     }
 }

@@ -144,7 +144,7 @@ pub enum SurrogateError {
         /// The number of rows.
         rows: usize,
     },
-    /// Accumulator that do not make up an expansion.
+    /// Terms that do not make up an expansion.
     #[error("term {index:?}: {problem}")]
     Term {
         /// The multi-index.
@@ -165,7 +165,7 @@ pub enum SurrogateError {
         lower: f64,
         /// Upper bound of the box.
         upper: f64,
-        /// Share of the width that is tolerated.
+        /// Fraction of the width that is tolerated.
         tolerance: f64,
     },
 }

@@ -16,8 +16,8 @@ use crate::multi_index::Truncation;
 use crate::pce::Pce;
 use crate::regression::NestedLeastSquares;
 use crate::select::{
-    FitReport, Holdout, LooError, OrderReport, OrderRule, SplitError, by_loo, by_split, covariance,
-    relative_squares,
+    FitReport, Holdout, LeaveOneOutError, OrderReport, OrderRule, SplitError, by_loo, by_split,
+    covariance, relative_squares,
 };
 
 /// Most inputs for which the 2^d corners of the box are visited.
@@ -50,7 +50,7 @@ impl Default for FitOptions {
 
 /// A fitted surrogate with its error.
 #[derive(Clone, Debug)]
-pub struct Fit<P = DynPce> {
+pub struct PceFit<P = DynPce> {
     /// The expansion, fitted to all rows.
     pub pce: P,
     /// How its order was chosen and how good it is.
@@ -65,11 +65,11 @@ impl<const D: usize, const M: usize> Pce<D, M> {
     ///
     /// # Errors
     /// As [`DynPce::fit`]; a dataset with other than `D` inputs and `M` outputs.
-    pub fn fit(data: &Dataset, options: &FitOptions) -> Result<Fit<Pce<D, M>>, SurrogateError> {
+    pub fn fit(data: &Dataset, options: &FitOptions) -> Result<PceFit<Pce<D, M>>, SurrogateError> {
         check_count("inputs in the dataset", D, data.inputs().len())?;
         check_count("outputs in the dataset", M, data.outputs().len())?;
-        let Fit { pce, report, r_inverse, columns } = DynPce::fit(data, options)?;
-        Ok(Fit { pce: pce.try_into()?, report, r_inverse, columns })
+        let PceFit { pce, report, r_inverse, columns } = DynPce::fit(data, options)?;
+        Ok(PceFit { pce: pce.try_into()?, report, r_inverse, columns })
     }
 }
 
@@ -85,10 +85,10 @@ impl DynPce {
     /// that the rows do not determine.
     ///
     /// ```
-    /// use surrogate::{Dataset, Design, DynPce, FitOptions, Input};
+    /// use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input};
     /// let inputs = vec![Input::new("a", 0.0, 1.0)?, Input::new("b", -1.0, 1.0)?];
     /// let mut runs = Dataset::new(inputs.clone(), vec!["f".into()], "closed form")?;
-    /// for x in Design::Sobol.sample(&inputs, 64, 1)? {
+    /// for x in DesignMethod::Sobol.sample(&inputs, 64, 1)? {
     ///     runs.push(&x, &[x[0] * x[1] * x[1]])?;
     /// }
     /// let fit = DynPce::fit(&runs, &FitOptions::default())?;
@@ -96,7 +96,7 @@ impl DynPce {
     /// assert!((fit.pce.mean()[0] - 1.0 / 6.0).abs() < 1e-12);
     /// # Ok::<(), surrogate::SurrogateError>(())
     /// ```
-    pub fn fit(data: &Dataset, options: &FitOptions) -> Result<Fit, SurrogateError> {
+    pub fn fit(data: &Dataset, options: &FitOptions) -> Result<PceFit, SurrogateError> {
         let variance = check(data, options)?;
         let (inputs, outputs) = (data.inputs(), data.outputs());
         let (n, d, m) = (data.len(), inputs.len(), outputs.len());
@@ -123,7 +123,7 @@ impl DynPce {
             .map(|(order, &terms)| OrderReport {
                 order,
                 terms,
-                loo: prefixes.get(order).and_then(|p| LooError::new(p, &variance)),
+                loo: prefixes.get(order).and_then(|p| LeaveOneOutError::new(p, &variance)),
                 split: splits.get(order).cloned(),
             })
             .collect();
@@ -162,13 +162,13 @@ impl DynPce {
             largest_corner_leverage: None,
         };
         let r_inverse = fit.r_inverse(terms);
-        let mut fit = Fit { pce, report, r_inverse, columns: columns[..terms].to_vec() };
+        let mut fit = PceFit { pce, report, r_inverse, columns: columns[..terms].to_vec() };
         fit.report.largest_corner_leverage = fit.largest_corner_leverage();
         Ok(fit)
     }
 }
 
-impl<P: Borrow<DynPce>> Fit<P> {
+impl<P: Borrow<DynPce>> PceFit<P> {
     /// The leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x): the variance of the fit at `x` per variance of a row's error.
     ///
     /// Above [`FitReport::largest_leverage`] the fit extrapolates from its rows, even inside the box.

@@ -2,40 +2,40 @@
 
 use crate::legendre::{MAX_ORDER, legendre, norm};
 
-/// Accumulator arranged for evaluation, in coordinates t ∈ [−1, 1]^D and plain Legendre polynomials.
+/// Terms arranged for evaluation, in coordinates t ∈ [−1, 1]^D and plain Legendre polynomials.
 ///
-/// Accumulator that differ only in the last input stand together in a row, whose sum over the last
+/// Terms that differ only in the last input stand together in a row, whose sum over the last
 /// input is taken first: the products over the other inputs are then needed once a row, not
 /// once a term.
 #[derive(Clone, Debug)]
-pub(crate) struct Kernel<const D: usize, const M: usize> {
-    rows: Vec<Row<D>>,
+pub(crate) struct PceKernel<const D: usize, const M: usize> {
+    rows: Vec<TermRow<D>>,
     /// Coefficients of degrees 0, 1, … of the last input, row after row.
     coefficients: Vec<[f64; M]>,
     degree: usize,
 }
 
 #[derive(Clone, Debug)]
-struct Row<const D: usize> {
+struct TermRow<const D: usize> {
     /// Degrees of the inputs but the last, whose place holds 0.
     degrees: [u8; D],
     /// End of the row's coefficients.
     end: usize,
 }
 
-impl<const D: usize, const M: usize> Kernel<D, M> {
+impl<const D: usize, const M: usize> PceKernel<D, M> {
     /// From orthonormal coefficients; no degree may exceed [`MAX_ORDER`].
     pub(crate) fn new(terms: impl Iterator<Item = ([u8; D], [f64; M])>) -> Self {
         let mut terms: Vec<_> = terms.collect();
         terms.sort_by_key(|(index, _)| *index);
-        let (mut rows, mut coefficients) = (Vec::<Row<D>>::new(), Vec::new());
+        let (mut rows, mut coefficients) = (Vec::<TermRow<D>>::new(), Vec::new());
         let (mut degree, mut start) = (0, 0);
         for (index, c) in terms {
             let mut degrees = index;
             let last = usize::from(std::mem::take(&mut degrees[D - 1]));
             if rows.last().is_none_or(|row| row.degrees != degrees) {
                 start = coefficients.len();
-                rows.push(Row { degrees, end: start });
+                rows.push(TermRow { degrees, end: start });
             }
             // a sparse expansion may skip degrees within a row
             coefficients.resize(start + last, [0.0; M]);

@@ -1,17 +1,17 @@
 //! Polynomial chaos surrogates of expensive computer models, with exact gradients.
 //!
-//! A computer model that takes hours cannot be sampled. A [`Design`] says where to run it, a
+//! A computer model that takes hours cannot be sampled. A [`DesignMethod`] says where to run it, a
 //! [`Dataset`] keeps what it returned, [`Pce::fit`] replaces it by a polynomial whose order is
 //! chosen by held-out error, and the [`Pce`] answers in nanoseconds: value and Jacobian
 //! together, moments, Sobol indices, and an error for points outside the box it was trained on.
 //! It does not know where the data came from.
 //!
 //! ```
-//! use surrogate::{Dataset, Design, FitOptions, Input, Pce};
+//! use surrogate::{Dataset, DesignMethod, FitOptions, Input, Pce};
 //!
 //! // where to run the model
 //! let inputs = vec![Input::new("young_mpa", 250.0, 300.0)?, Input::new("poisson", 0.2, 0.3)?];
-//! let points = Design::Sobol.sample(&inputs, 64, 1)?;
+//! let points = DesignMethod::Sobol.sample(&inputs, 64, 1)?;
 //!
 //! // what it returned, in one file that other tools read
 //! let mut runs = Dataset::new(inputs, vec!["bulk_mpa".into()], "K = E / (3 (1 - 2 nu))")?;
@@ -61,13 +61,13 @@ mod sobol;
 mod sobol_sequence;
 
 pub use dataset::{Dataset, Input};
-pub use design::Design;
+pub use design::DesignMethod;
 pub use dyn_pce::{BoxPosition, DynPce};
 pub use error::SurrogateError;
-pub use fit::{Fit, FitOptions};
+pub use fit::{FitOptions, PceFit};
 pub use legendre::MAX_ORDER;
 pub use multi_index::Truncation;
 pub use pce::Pce;
 pub use rand;
-pub use select::{FitReport, Holdout, LooError, OrderReport, OrderRule, SplitError};
+pub use select::{FitReport, Holdout, LeaveOneOutError, OrderReport, OrderRule, SplitError};
 pub use sobol::SobolIndices;

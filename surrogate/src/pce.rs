@@ -6,7 +6,7 @@ use std::ops::Deref;
 use crate::dataset::{Input, check_count};
 use crate::dyn_pce::{BoxPosition, DynPce};
 use crate::error::SurrogateError;
-use crate::kernel::Kernel;
+use crate::kernel::PceKernel;
 
 /// A polynomial chaos expansion of `M` outputs in `D` inputs on a box: a [`DynPce`] whose evaluation
 /// allocates nothing.
@@ -32,7 +32,7 @@ pub struct Pce<const D: usize, const M: usize> {
     bounds: [[f64; 2]; D],
     /// dt/dx, kept because divisions would be a tenth of an evaluation.
     slopes: [f64; D],
-    kernel: Kernel<D, M>,
+    kernel: PceKernel<D, M>,
 }
 
 impl<const D: usize, const M: usize> Deref for Pce<D, M> {
@@ -68,7 +68,7 @@ impl<const D: usize, const M: usize> TryFrom<DynPce> for Pce<D, M> {
             .terms()
             .iter()
             .map(|(index, c)| (std::array::from_fn(|d| index[d]), std::array::from_fn(|m| c[m])));
-        let kernel = Kernel::new(terms);
+        let kernel = PceKernel::new(terms);
         let input = |d: usize| &expansion.inputs()[d];
         let bounds = std::array::from_fn(|d| [input(d).lower, input(d).upper]);
         let slopes = std::array::from_fn(|d| input(d).unit_slope());

@@ -60,7 +60,7 @@ impl Holdout {
 
 /// Leave-one-out errors of one order, per output, as fractions of the output's variance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LooError {
+pub struct LeaveOneOutError {
     /// mean ((y_i − f_i)/(1 − h_i))² / mean (y_i − ȳ)².
     pub plain: Vec<f64>,
     /// The same times N/(N−P) · (1 + tr (ΨᵀΨ)⁻¹), which charges for few rows per term
@@ -68,7 +68,7 @@ pub struct LooError {
     pub corrected: Vec<f64>,
 }
 
-impl LooError {
+impl LeaveOneOutError {
     /// None where some row alone determines a coefficient.
     pub(crate) fn new(prefix: &Prefix, variance: &[f64]) -> Option<Self> {
         let plain = relative_squares(&prefix.loo_residuals()?, variance);
@@ -94,7 +94,7 @@ pub struct OrderReport {
     /// Its number of terms.
     pub terms: usize,
     /// None: not estimable from all rows but one.
-    pub loo: Option<LooError>,
+    pub loo: Option<LeaveOneOutError>,
     /// None: not estimable from the training rows.
     pub split: Option<SplitError>,
 }

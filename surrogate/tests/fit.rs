@@ -4,7 +4,7 @@ use approx::assert_relative_eq;
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use surrogate::{
-    Dataset, Design, FitOptions, Holdout, Input, OrderRule, Pce, SurrogateError, Truncation,
+    Dataset, DesignMethod, FitOptions, Holdout, Input, OrderRule, Pce, SurrogateError, Truncation,
 };
 
 fn inputs(d: usize) -> Vec<Input> {
@@ -20,7 +20,7 @@ fn runs(
 ) -> Dataset {
     let names = outputs.iter().map(|s| (*s).to_owned()).collect();
     let mut data = Dataset::new(inputs(d), names, "closed form").unwrap();
-    for x in Design::LatinHypercube.sample(&inputs(d), n, seed).unwrap() {
+    for x in DesignMethod::LatinHypercube.sample(&inputs(d), n, seed).unwrap() {
         data.push(&x, &f(&x)).unwrap();
     }
     data
@@ -101,7 +101,7 @@ fn leverage_is_the_variance_of_the_fit() {
     let mut leverage = 0.0;
     for _ in 0..repeats {
         let mut data = Dataset::new(inputs(2), vec!["f".into()], "").unwrap();
-        for p in Design::Sobol.sample(&inputs(2), 32, 1).unwrap() {
+        for p in DesignMethod::Sobol.sample(&inputs(2), 32, 1).unwrap() {
             data.push(&p, &[p[0] * p[1] + sd * noise()]).unwrap();
         }
         let fit = Pce::<2, 1>::fit(&data, &options).unwrap();
@@ -123,7 +123,7 @@ fn both_rules_find_the_order_of_a_noisy_cubic() {
     for seed in 0..20 {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut data = Dataset::new(inputs(3), vec!["f".into()], "").unwrap();
-        for x in Design::Sobol.sample(&inputs(3), 100, seed).unwrap() {
+        for x in DesignMethod::Sobol.sample(&inputs(3), 100, seed).unwrap() {
             let t = [(x[0] - 1.0) / 2.0, (x[1] - 1.5) / 2.5, (x[2] - 2.0) / 3.0];
             let f = 1.0 + 0.3 * t[0] + 0.2 * t[1] * t[2] - 0.2 * t[0] * t[0] * t[2]
                 + 0.15 * t[1].powi(3);

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use approx::assert_relative_eq;
-use surrogate::{Dataset, Design, FitOptions, Input, OrderRule, Pce};
+use surrogate::{Dataset, DesignMethod, FitOptions, Input, OrderRule, Pce};
 
 const VARIANCE: f64 = 13.844587940719254;
 const FIRST: [f64; 3] = [0.31390519114781146, 0.4424111447900409, 0.0];
@@ -124,7 +124,7 @@ fn ishigami_moments_and_indices_converge_to_the_closed_form() {
 
 #[test]
 fn a_fit_comes_close_to_the_best_polynomial_of_its_degree() {
-    let data = dataset(Design::Sobol.sample(&angles(), 4096, 3).unwrap());
+    let data = dataset(DesignMethod::Sobol.sample(&angles(), 4096, 3).unwrap());
     for (order, least) in [(7, 8.66e-3), (11, 1.14e-6)] {
         let options =
             FitOptions { max_order: 11, rule: OrderRule::Fixed(order), ..FitOptions::default() };

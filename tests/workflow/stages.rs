@@ -44,6 +44,7 @@ fn changed(key: &str, value: &Value) -> Value {
         "latin-hypercube" => "sobol",
         "corrected-loo" => "split",
         "polyhedron" => "sphere",
+        "slope" => "work-to-peak",
         other => panic!("{key} = {other:?}: give this test another value"),
     };
     match value {

@@ -1,12 +1,39 @@
 //! Lagrange shape functions on a tetrahedron, in barycentric coordinates λ₀ … λ₃.
 
-/// Polynomial order of displacement and damage.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+use serde::{Deserialize, Serialize};
+
+/// Polynomial order of displacement and damage; 1 or 2 in a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "u8", into = "u8")]
 pub enum Order {
     /// P1: four nodes.
+    #[default]
     Linear,
     /// P2: ten nodes, the midpoints of the edges 01, 12, 20, 03, 13, 23 after the vertices.
     Quadratic,
+}
+
+impl From<Order> for u8 {
+    fn from(order: Order) -> u8 {
+        match order {
+            Order::Linear => 1,
+            Order::Quadratic => 2,
+        }
+    }
+}
+
+impl TryFrom<u8> for Order {
+    type Error = &'static str;
+
+    /// # Errors
+    /// Any number but 1 and 2.
+    fn try_from(order: u8) -> Result<Self, Self::Error> {
+        match order {
+            1 => Ok(Self::Linear),
+            2 => Ok(Self::Quadratic),
+            _ => Err("elements are linear or quadratic: write order = 1 or order = 2"),
+        }
+    }
 }
 
 /// A Lagrange tetrahedron with `N` nodes: the vertices, then the midpoints of [`EDGES`](Self::EDGES).

@@ -108,12 +108,17 @@ fn mooney_rivlin_curves() {
     }
 }
 
+fn ogden<const K: usize>(terms: [(f64, f64); K], bulk_mpa: f64) -> Ogden {
+    Ogden { terms: terms.map(OgdenTerm::from).to_vec(), bulk_mpa }
+}
+
 #[test]
 fn ogden_curves() {
-    let terms = vec![(0.63, 1.3), (0.0012, 5.0), (-0.01, -2.0)];
-    let law =
-        |bulk_mpa| Material::hyperelastic(Ogden { terms: terms.clone(), bulk_mpa }).expect("a law");
-    let sum = |f: &dyn Fn(f64) -> f64| terms.iter().map(|&(mu, alpha)| mu * f(alpha)).sum::<f64>();
+    let terms = [(0.63, 1.3), (0.0012, 5.0), (-0.01, -2.0)].map(OgdenTerm::from);
+    let law = |bulk_mpa| {
+        Material::hyperelastic(Ogden { terms: terms.to_vec(), bulk_mpa }).expect("a law")
+    };
+    let sum = |f: &dyn Fn(f64) -> f64| terms.iter().map(|t| t.mu_mpa * f(t.alpha)).sum::<f64>();
     // incompressible: uniaxial P = Σ μ (λ^(α−1) − λ^(−α/2−1)), equibiaxial
     // P = Σ μ (λ^(α−1) − λ^(−2α−1)) (Ogden 1972)
     let rubber = law(4e5);
@@ -134,7 +139,7 @@ fn ogden_curves() {
         assert_close(shear_stress(&law(2.0), gamma)[(0, 1)], exact, 1e-11, "shear");
     }
     // two terms of exponents ±2 are Mooney–Rivlin
-    let twin = Ogden { terms: vec![(0.32, 2.0), (-0.08, -2.0)], bulk_mpa: 0.7 };
+    let twin = ogden([(0.32, 2.0), (-0.08, -2.0)], 0.7);
     let twin = Material::hyperelastic(twin).expect("a law");
     let mooney = MooneyRivlin { c10_mpa: 0.16, c01_mpa: 0.04, bulk_mpa: 0.7 };
     let mooney = Material::hyperelastic(mooney).expect("a law");
@@ -147,7 +152,7 @@ fn ogden_curves() {
 fn small_strain_limit() {
     let laws = [
         Material::hyperelastic(MooneyRivlin { c10_mpa: 0.16, c01_mpa: 0.04, bulk_mpa: 0.7 }),
-        Material::hyperelastic(Ogden { terms: vec![(0.63, 1.3), (-0.01, -2.0)], bulk_mpa: 1.0 }),
+        Material::hyperelastic(ogden([(0.63, 1.3), (-0.01, -2.0)], 1.0)),
         Material::hyperelastic(SaintVenantKirchhoff { lame_mpa: 1.0, shear_mpa: 2.0 }),
     ];
     for material in laws.map(|law| law.expect("a law")) {
@@ -185,6 +190,7 @@ fn what_is_not_a_law_is_refused() {
     assert!(message(Material::hyperelastic(Prestressed)).contains("at rest is not zero"));
     let soft = MooneyRivlin { c10_mpa: -1.0, c01_mpa: 0.5, bulk_mpa: 3.0 };
     assert!(message(Material::hyperelastic(soft)).contains("μ = -"));
-    let flat = Ogden { terms: vec![(1.0, 0.0)], bulk_mpa: 3.0 };
+    let flat = ogden([(1.0, 0.0)], 3.0);
+    assert!(message(ElasticLaw::Ogden(flat.clone()).material(1.0, 0.0)).contains("alpha = 0"));
     assert!(message(Material::hyperelastic(flat)).contains("not both positive"));
 }

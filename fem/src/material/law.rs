@@ -1,6 +1,7 @@
 //! The elastic laws, as functions of the principal logarithmic strains.
 
 use super::user_law::UserLaw;
+use crate::error::FemError;
 
 /// The elastic law of a region with its moduli at small strain.
 ///
@@ -48,6 +49,20 @@ impl Elasticity {
             Self::User(law) => law.poisson(),
         }
     }
+}
+
+/// Refuses moduli that are none, or of another unit.
+pub(super) fn check_moduli(entity: &str, young: f64, poisson: f64) -> Result<(), FemError> {
+    let refuse =
+        |field, value, requirement| Err(FemError::parameter(entity, field, value, requirement));
+    if !(1e-3..=1e7).contains(&young) {
+        return refuse("young_mpa", young, "a positive modulus in MPa, from 1e-3 to 1e7");
+    }
+    if !(poisson > -1.0 && poisson < 0.5) {
+        let requirement = "between -1 and 0.5, both excluded (0.5 is incompressible: use 0.49)";
+        return refuse("poisson", poisson, requirement);
+    }
+    Ok(())
 }
 
 /// Bulk and shear modulus, MPa.

@@ -1,6 +1,7 @@
 //! The Mooney–Rivlin law.
 
 use num_dual::DualNum;
+use serde::{Deserialize, Serialize};
 
 use super::{HyperelasticLaw, PrincipalStrain};
 
@@ -29,7 +30,8 @@ use super::{HyperelasticLaw, PrincipalStrain};
 /// assert!((shear - 0.34).abs() < 1e-12);
 /// # Ok::<(), fem::FemError>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct MooneyRivlin {
     /// C₁₀, MPa.
     pub c10_mpa: f64,

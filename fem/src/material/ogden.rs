@@ -1,6 +1,7 @@
 //! Ogden's law.
 
 use num_dual::DualNum;
+use serde::{Deserialize, Serialize};
 
 use super::{HyperelasticLaw, PrincipalStrain};
 
@@ -19,27 +20,46 @@ use super::{HyperelasticLaw, PrincipalStrain};
 /// # Example
 /// Ogden's three terms for Treloar's rubber:
 /// ```
-/// use fem::{Material, Ogden};
+/// use fem::{Material, Ogden, OgdenTerm};
 ///
-/// let terms = vec![(0.63, 1.3), (0.0012, 5.0), (-0.01, -2.0)];
+/// let terms = [(0.63, 1.3), (0.0012, 5.0), (-0.01, -2.0)];
+/// let terms = terms.map(OgdenTerm::from).to_vec();
 /// let law = Material::hyperelastic(Ogden { terms, bulk_mpa: 40.0 })?.elasticity;
 /// let shear = law.young_mpa() / (2.0 * (1.0 + law.poisson()));
 /// assert!((shear - 0.4225).abs() < 1e-12);
 /// # Ok::<(), fem::FemError>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Ogden {
-    /// (μ_p in MPa, α_p) of each term.
-    pub terms: Vec<(f64, f64)>,
+    /// The terms.
+    pub terms: Vec<OgdenTerm>,
     /// Bulk modulus K, MPa.
     pub bulk_mpa: f64,
+}
+
+/// A term μ/α Σ (λ̄^α − 1) of [`Ogden`]'s energy.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OgdenTerm {
+    /// μ, MPa.
+    pub mu_mpa: f64,
+    /// α, not zero.
+    pub alpha: f64,
+}
+
+impl From<(f64, f64)> for OgdenTerm {
+    /// μ in MPa and α.
+    fn from((mu_mpa, alpha): (f64, f64)) -> Self {
+        Self { mu_mpa, alpha }
+    }
 }
 
 impl HyperelasticLaw for Ogden {
     fn energy<T: DualNum<f64> + Copy>(&self, strain: &PrincipalStrain<T>) -> T {
         let start = strain.volumetric_energy(self.bulk_mpa);
-        self.terms
-            .iter()
-            .fold(start, |sum, &(mu, alpha)| sum + strain.isochoric_power_sum(alpha) * (mu / alpha))
+        self.terms.iter().fold(start, |sum, term| {
+            sum + strain.isochoric_power_sum(term.alpha) * (term.mu_mpa / term.alpha)
+        })
     }
 }

@@ -1,6 +1,6 @@
 //! The parameters of one region, with their units.
 
-use super::law::{Elasticity, Moduli};
+use super::law::{Elasticity, Moduli, check_moduli};
 use super::phase_field::{PhaseField, Split};
 use super::point::{Damage, Degraded, PointMaterial};
 use super::user_law::{HyperelasticLaw, UserLaw};
@@ -35,7 +35,7 @@ pub struct Fracture {
     pub toughness_n_per_mm: f64,
     /// Viscosity ξ of the damage, MPa s; zero: rate independent.
     pub viscosity_mpa_s: f64,
-    /// Share η of the stiffness that full damage leaves, in [0, 1).
+    /// Fraction η of the stiffness that full damage leaves, in [0, 1).
     pub residual_stiffness: f64,
 }
 
@@ -71,11 +71,11 @@ impl Material {
         Self { fracture: Some(fracture), ..self }
     }
 
-    pub(crate) fn validate(
-        &self,
-        region: &str,
-        phase_field: Option<&PhaseField>,
-    ) -> Result<(), FemError> {
+    /// Refuses numbers that are none, or of another unit, and a split that the law does not have.
+    ///
+    /// # Errors
+    /// [`FemError::Parameter`] with the field, [`FemError::Unsupported`].
+    pub fn validate(&self, region: &str, phase_field: Option<&PhaseField>) -> Result<(), FemError> {
         let entity = format!("material.{region}");
         let check = |holds: bool, field: &'static str, value: f64, requirement: &'static str| {
             if holds {
@@ -84,26 +84,19 @@ impl Material {
                 Err(FemError::parameter(&entity, field, value, requirement))
             }
         };
-        let (young, poisson) = (self.elasticity.young_mpa(), self.elasticity.poisson());
-        check(positive(young), "young_mpa", young, "a positive modulus in MPa")?;
-        check(
-            poisson > -1.0 && poisson < 0.5,
-            "poisson",
-            poisson,
-            "between -1 and 0.5, both excluded (0.5 is incompressible: use 0.49)",
-        )?;
+        check_moduli(&entity, self.elasticity.young_mpa(), self.elasticity.poisson())?;
         let Some(fracture) = &self.fracture else { return Ok(()) };
         check(
-            positive(fracture.toughness_n_per_mm),
+            (1e-9..=1e3).contains(&fracture.toughness_n_per_mm),
             "toughness_n_per_mm",
             fracture.toughness_n_per_mm,
-            "a positive toughness in N/mm; leave it out for an elastic region",
+            "a positive toughness in N/mm, from 1e-9 to 1e3; leave it out for an elastic region",
         )?;
         check(
-            fracture.viscosity_mpa_s >= 0.0 && fracture.viscosity_mpa_s.is_finite(),
+            (0.0..=1e4).contains(&fracture.viscosity_mpa_s),
             "viscosity_mpa_s",
             fracture.viscosity_mpa_s,
-            "zero (rate independent) or positive, in MPa s",
+            "zero (rate independent) or positive, in MPa s, at most 1e4",
         )?;
         check(
             (0.0..1.0).contains(&fracture.residual_stiffness),
@@ -141,8 +134,4 @@ impl Material {
         let moduli = Moduli::new(self.elasticity.young_mpa(), self.elasticity.poisson());
         PointMaterial { elasticity: self.elasticity.clone(), moduli, damage }
     }
-}
-
-fn positive(x: f64) -> bool {
-    x > 0.0 && x.is_finite()
 }

@@ -232,7 +232,7 @@ fn examples() -> [Material; 3] {
             bulk_mpa: 200.0,
         })),
         made(Material::hyperelastic(Ogden {
-            terms: vec![(63.0, 1.3), (0.12, 5.0), (-10.0, -2.0)],
+            terms: [(63.0, 1.3), (0.12, 5.0), (-10.0, -2.0)].map(OgdenTerm::from).to_vec(),
             bulk_mpa: 150.0,
         })),
         made(Material::hyperelastic(SaintVenantKirchhoff { lame_mpa: 110.0, shear_mpa: 110.0 })),

@@ -1,5 +1,7 @@
 //! The unconfined compression test as a boundary-value problem.
 
+use serde::{Deserialize, Serialize};
+
 use super::builder::ProblemBuilder;
 use super::problem::Problem;
 use super::schedule::Schedule;
@@ -7,14 +9,16 @@ use crate::boundary::{Axis, Conditions, Platen};
 use crate::error::FemError;
 use crate::mesh::TetMesh;
 
-/// How the platens of a compression test hold the specimen.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// How the platens of a compression test hold the specimen. In a file they stand by name; the numbers
+/// of their friction have places of their own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Platens {
     /// The ends keep to the platens and slide without friction: exact where nothing lifts off.
     #[default]
     Sliding,
     /// The ends may lift off; sliding is resisted as [`Friction`] says.
-    Unilateral(Friction),
+    Unilateral(#[serde(skip)] Friction),
 }
 
 /// Resistance to sliding, see [`Platen`].
@@ -26,6 +30,12 @@ pub struct Friction {
     pub slip_velocity_mm_per_s: f64,
     /// Viscous drag F_v, MPa s/mm.
     pub drag_mpa_s_per_mm: f64,
+}
+
+impl Default for Friction {
+    fn default() -> Self {
+        Self::none()
+    }
 }
 
 impl Friction {

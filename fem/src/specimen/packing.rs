@@ -19,6 +19,8 @@ const SWEEPS: usize = 5000;
 const RELAXED: f64 = 0.45;
 /// More grains than this are taken for a mistake in the units.
 const MAX_GRAINS: f64 = 1e5;
+/// More facets than this make no difference to a sphere.
+const MAX_FACETS: usize = 200;
 
 /// A microstructure to be drawn: how much grain, of what sizes and shape, from which seed.
 ///
@@ -54,7 +56,7 @@ pub struct Packing {
     /// Shape of the grains.
     #[serde(default)]
     pub form: GrainForm,
-    /// Number of random facets of a polyhedron, from 6.
+    /// Number of random facets of a polyhedron, from 6 to 200.
     #[serde(default = "default_facets")]
     pub facets: usize,
     /// Classes of sizes.
@@ -165,7 +167,7 @@ impl Packing {
     /// # Errors
     /// [`PackingError`] if a field is out of range or the fraction cannot be packed.
     pub fn fill(&self, radius_mm: f64, height_mm: f64) -> Result<Vec<Grain>, PackingError> {
-        self.check(radius_mm, height_mm)?;
+        self.validate(radius_mm, height_mm)?;
         let cylinder = PI * radius_mm * radius_mm * height_mm;
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(self.seed);
 
@@ -215,7 +217,11 @@ impl Packing {
         }
     }
 
-    fn check(&self, radius_mm: f64, height_mm: f64) -> Result<(), PackingError> {
+    /// Refuses numbers that describe no packing of a cylinder, before anything is drawn.
+    ///
+    /// # Errors
+    /// [`PackingError`] for a field out of range, or for far too many grains.
+    pub fn validate(&self, radius_mm: f64, height_mm: f64) -> Result<(), PackingError> {
         let positive = "give a positive length";
         let mut rules = vec![
             ("radius_mm", radius_mm, radius_mm > 0.0, positive),
@@ -227,7 +233,12 @@ impl Packing {
                 "give a number between 0 and 1",
             ),
             ("film_mm", self.film_mm, self.film_mm >= 0.0, "give 0 or a positive length"),
-            ("facets", self.facets as f64, self.facets >= 6, "give at least 6 facets"),
+            (
+                "facets",
+                self.facets as f64,
+                (6..=MAX_FACETS).contains(&self.facets),
+                "give 6 to 200 facets",
+            ),
             ("sizes", 0.0, !self.sizes.is_empty(), "give at least one class of sizes"),
         ];
         for class in &self.sizes {
@@ -235,26 +246,30 @@ impl Packing {
             rules.push(("median_radius_mm", median, median > 0.0, positive));
             let narrow = (0.0..=1.0).contains(&spread);
             rules.push(("spread", spread, narrow, "give a number between 0 and 1"));
-            rules.push(("share", class.share, class.share > 0.0, "give a positive share"));
+            let sound = class.share > 0.0 && class.share <= 1e9;
+            rules.push(("share", class.share, sound, "give a positive share, at most 1e9"));
         }
-        match rules.into_iter().find(|&(_, value, holds, _)| !(holds && value.is_finite())) {
-            Some((field, value, _, help)) => Err(PackingError::Field { field, value, help }),
-            None => Ok(()),
+        let broken = rules.into_iter().find(|&(_, value, holds, _)| !(holds && value.is_finite()));
+        if let Some((field, value, _, help)) = broken {
+            return Err(PackingError::Field { field, value, help });
         }
+        let cylinder = PI * radius_mm * radius_mm * height_mm;
+        let parts = self.volumes(self.fraction * cylinder);
+        let count: f64 =
+            parts.zip(&self.sizes).map(|(part, class)| part / ball(class.median_radius_mm)).sum();
+        if count > MAX_GRAINS { Err(PackingError::TooMany { count }) } else { Ok(()) }
+    }
+
+    /// The volume of each class.
+    fn volumes(&self, all: f64) -> impl Iterator<Item = f64> {
+        let shares: f64 = self.sizes.iter().map(|class| class.share).sum();
+        self.sizes.iter().map(move |class| all * (class.share / shares))
     }
 
     /// Draws radii class by class, then scales them all so that the volume is met exactly.
     fn draw_radii<R: Rng>(&self, volume: f64, rng: &mut R) -> Result<Vec<f64>, PackingError> {
-        let ball = |radius: f64| 4.0 / 3.0 * PI * radius.powi(3);
-        let shares: f64 = self.sizes.iter().map(|class| class.share).sum();
-        let wanted = |class: &SizeClass| volume * class.share / shares;
-        let count = self.sizes.iter().map(|c| wanted(c) / ball(c.median_radius_mm)).sum::<f64>();
-        if count > MAX_GRAINS {
-            return Err(PackingError::TooMany { count });
-        }
-
         let mut radii = Vec::new();
-        for class in &self.sizes {
+        for (class, wanted) in self.sizes.iter().zip(self.volumes(volume)) {
             let logarithm = class.median_radius_mm.ln();
             let field = |_| PackingError::Field {
                 field: "spread",
@@ -269,7 +284,7 @@ impl Packing {
                     continue;
                 }
                 // the last one stays if it brings the volume nearer
-                if !radii.is_empty() && drawn + 0.5 * ball(radius) > wanted(class) {
+                if !radii.is_empty() && drawn + 0.5 * ball(radius) > wanted {
                     break;
                 }
                 radii.push(radius);
@@ -280,4 +295,9 @@ impl Packing {
         let factor = (volume / drawn).cbrt();
         Ok(radii.into_iter().map(|radius| radius * factor).collect())
     }
+}
+
+/// Volume of a sphere.
+fn ball(radius: f64) -> f64 {
+    4.0 / 3.0 * PI * radius.powi(3)
 }

@@ -1,7 +1,9 @@
 //! What a calibration takes beside its simulations: quantities of interest, surrogate, sampler.
 
-use ::surrogate::{Design, OrderRule};
+use ::surrogate::{DesignMethod, OrderRule};
 use serde::{Deserialize, Serialize};
+
+use crate::qoi::Quantity;
 
 /// `[qoi]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -9,6 +11,8 @@ use serde::{Deserialize, Serialize};
 pub struct QoiCase {
     /// Where the initial slope is taken, as a fraction of the displacement at peak.
     pub slope_fraction: f64,
+    /// What specimens and simulations are compared by.
+    pub quantities: Vec<Quantity>,
 }
 
 /// `[design]`.
@@ -20,7 +24,7 @@ pub struct DesignCase {
     /// Seed of the design.
     pub seed: u64,
     /// How the prior box is filled.
-    pub method: Design,
+    pub method: DesignMethod,
 }
 
 /// `[surrogate]`.
@@ -59,13 +63,13 @@ pub struct ConfirmCase {
 
 impl Default for QoiCase {
     fn default() -> Self {
-        Self { slope_fraction: 0.3 }
+        Self { slope_fraction: 0.3, quantities: Quantity::OF_THE_PAPER.to_vec() }
     }
 }
 
 impl Default for DesignCase {
     fn default() -> Self {
-        Self { runs: 100, seed: 1, method: Design::LatinHypercube }
+        Self { runs: 100, seed: 1, method: DesignMethod::LatinHypercube }
     }
 }
 

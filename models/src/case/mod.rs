@@ -18,17 +18,17 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use fem::gmsh::PhysicalGroup;
-use fem::{Packing, PhaseField, SolverOptions};
+use fem::{Order, Packing, PhaseField, SolverOptions};
 use serde::{Deserialize, Serialize};
 
 pub use calibration::{CalibrationCase, ConfirmCase, DesignCase, QoiCase, SurrogateCase};
 pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
 pub use experiments::{ExperimentsCase, NoiseCase, VirtualCase};
-pub use material::{LawCase, MaterialCase, OgdenTermCase};
-pub use parameter::{Bounds, ByParameter, Parameter, PriorCase, Property};
+pub use material::MaterialCase;
+pub use parameter::{ByParameter, MaterialParameter, PriorBounds, PriorCase, Property};
 pub use read::CaseFile;
-pub use shape::Shape;
-pub use simulation::{AdaptiveCase, ArcLengthCase, OutputCase, PlatensName, TestCase};
+pub use shape::SpecimenGeometry;
+pub use simulation::{AdaptiveCase, ArcLengthCase, OutputCase, TestCase};
 
 /// What to simulate, what to calibrate, and against which experiments.
 ///
@@ -96,8 +96,8 @@ pub struct SpecimenCase {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spacing_mm: Option<f64>,
     /// Element order, 1 or 2.
-    #[serde(default = "one")]
-    pub order: u8,
+    #[serde(default)]
+    pub order: Order,
     /// A packing of grains; without it the cylinder is all matrix.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grains: Option<Packing>,
@@ -115,8 +115,4 @@ pub struct SpecimenCase {
 impl Case {
     /// The shipped default case, every key explained.
     pub const TEMPLATE: &str = include_str!("../../cases/default.toml");
-}
-
-fn one() -> u8 {
-    1
 }

@@ -58,35 +58,18 @@ impl Property {
         }
     }
 
-    /// The values that are taken for no slip of the unit.
-    pub(crate) fn range(self) -> [f64; 2] {
+    /// What to know before writing it.
+    pub(crate) fn help(self) -> &'static str {
         match self {
-            Self::Young => [1e-3, 1e7],
-            Self::Poisson => [-0.99, 0.495],
-            Self::Toughness => [1e-9, 1e3],
-            Self::Viscosity => [0.0, 1e4],
-            Self::ResidualStiffness => [1e-9, 0.5],
-        }
-    }
-
-    /// Its unit, and what to know before writing it.
-    pub(crate) fn help(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Young => (
-                "MPa",
-                "Young's modulus is in MPa: 275.0 for the paper's matrix, 22000.0 for its grains.",
-            ),
+            Self::Young => {
+                "Young's modulus is in MPa: 275.0 for the paper's matrix, 22000.0 for its grains."
+            }
             Self::Poisson => {
-                ("", "Incompressible solids need another element; 0.25 is the paper's value.")
+                "Incompressible solids need another element; 0.25 is the paper's value."
             }
-            Self::Toughness => (
-                "N/mm",
-                "It is in N/mm: 1 pJ/µm² = 0.001 N/mm. For an elastic region leave it out.",
-            ),
-            Self::Viscosity => ("MPa s", "The paper's matrix has 0.3 MPa s."),
-            Self::ResidualStiffness => {
-                ("of the stiffness", "It keeps full damage solvable; 0.01 is the paper's value.")
-            }
+            Self::Toughness => "It is in N/mm: 1 pJ/µm² = 0.001 N/mm.",
+            Self::Viscosity => "The paper's matrix has 0.3 MPa s.",
+            Self::ResidualStiffness => "It keeps full damage solvable; 0.01 is the paper's value.",
         }
     }
 
@@ -120,14 +103,14 @@ impl Property {
 
 /// A parameter: a property of a region, written `matrix.young_mpa`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Parameter {
+pub struct MaterialParameter {
     /// The region of the mesh.
     pub region: String,
     /// Which of its numbers.
     pub property: Property,
 }
 
-impl Parameter {
+impl MaterialParameter {
     /// Symbol and unit, with the region unless that is `alone`.
     pub(crate) fn label(&self, alone: bool) -> String {
         match alone {
@@ -137,13 +120,13 @@ impl Parameter {
     }
 }
 
-impl fmt::Display for Parameter {
+impl fmt::Display for MaterialParameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}.{}", self.region, self.property.key())
     }
 }
 
-impl FromStr for Parameter {
+impl FromStr for MaterialParameter {
     type Err = String;
 
     fn from_str(path: &str) -> Result<Self, String> {
@@ -160,7 +143,7 @@ impl FromStr for Parameter {
 ///
 /// In TOML `matrix.young_mpa = 280.0`, or the same as tables.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ByParameter<T>(BTreeMap<Parameter, T>);
+pub struct ByParameter<T>(BTreeMap<MaterialParameter, T>);
 
 /// `[prior]`: the box of the uniform priors, also the surrogate's.
 ///
@@ -170,36 +153,36 @@ pub struct ByParameter<T>(BTreeMap<Parameter, T>);
 /// let names: Vec<String> = prior.names().collect();
 /// assert_eq!(names, ["matrix.young_mpa", "matrix.toughness_n_per_mm", "matrix.viscosity_mpa_s"]);
 /// ```
-pub type PriorCase = ByParameter<Bounds>;
+pub type PriorCase = ByParameter<PriorBounds>;
 
 /// Lower and upper bound.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
-pub struct Bounds(#[serde(deserialize_with = "two_numbers")] pub [f64; 2]);
+pub struct PriorBounds(#[serde(deserialize_with = "two_numbers")] pub [f64; 2]);
 
 impl<T> ByParameter<T> {
     /// The parameters in order.
-    pub fn parameters(&self) -> impl ExactSizeIterator<Item = &Parameter> {
+    pub fn parameters(&self) -> impl ExactSizeIterator<Item = &MaterialParameter> {
         self.0.keys()
     }
 
     /// Their paths.
     pub fn names(&self) -> impl ExactSizeIterator<Item = String> {
-        self.0.keys().map(Parameter::to_string)
+        self.0.keys().map(MaterialParameter::to_string)
     }
 
     /// Parameters with their values.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = (&Parameter, &T)> {
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = (&MaterialParameter, &T)> {
         self.0.iter()
     }
 
     /// The value of a parameter.
-    pub fn get(&self, parameter: &Parameter) -> Option<&T> {
+    pub fn get(&self, parameter: &MaterialParameter) -> Option<&T> {
         self.0.get(parameter)
     }
 
     /// Sets the value of a parameter.
-    pub fn insert(&mut self, parameter: Parameter, value: T) {
+    pub fn insert(&mut self, parameter: MaterialParameter, value: T) {
         self.0.insert(parameter, value);
     }
 }
@@ -211,7 +194,7 @@ impl PriorCase {
     /// Bounds that are not finite and increasing.
     pub fn inputs(&self) -> Result<Vec<Input>, SurrogateError> {
         self.iter()
-            .map(|(p, &Bounds([lower, upper]))| Input::new(p.to_string(), lower, upper))
+            .map(|(p, &PriorBounds([lower, upper]))| Input::new(p.to_string(), lower, upper))
             .collect()
     }
 }
@@ -222,8 +205,8 @@ impl<T> Default for ByParameter<T> {
     }
 }
 
-impl<T> FromIterator<(Parameter, T)> for ByParameter<T> {
-    fn from_iter<I: IntoIterator<Item = (Parameter, T)>>(entries: I) -> Self {
+impl<T> FromIterator<(MaterialParameter, T)> for ByParameter<T> {
+    fn from_iter<I: IntoIterator<Item = (MaterialParameter, T)>>(entries: I) -> Self {
         Self(entries.into_iter().collect())
     }
 }
@@ -231,7 +214,7 @@ impl<T> FromIterator<(Parameter, T)> for ByParameter<T> {
 impl<T: Serialize> Serialize for ByParameter<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut regions = BTreeMap::<&str, BTreeMap<Property, &T>>::new();
-        for (Parameter { region, property }, value) in &self.0 {
+        for (MaterialParameter { region, property }, value) in &self.0 {
             regions.entry(region).or_default().insert(*property, value);
         }
         regions.serialize(serializer)
@@ -243,7 +226,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for ByParameter<T> {
         let regions = BTreeMap::<String, Region<T>>::deserialize(source)?;
         let entries = regions.into_iter().flat_map(|(region, Region(values))| {
             values.into_iter().map(move |(property, value)| {
-                (Parameter { region: region.clone(), property }, value)
+                (MaterialParameter { region: region.clone(), property }, value)
             })
         });
         Ok(entries.collect())
@@ -305,12 +288,12 @@ mod tests {
     #[test]
     fn paths_are_read_as_they_are_written() {
         for property in Property::ALL {
-            let parameter = Parameter { region: "grain".into(), property };
+            let parameter = MaterialParameter { region: "grain".into(), property };
             assert_eq!(parameter.to_string().parse(), Ok(parameter));
             let key = toml::Value::try_from(property).unwrap();
             assert_eq!(key.as_str(), Some(property.key()));
         }
-        assert!("matrix.young".parse::<Parameter>().is_err());
+        assert!("matrix.young".parse::<MaterialParameter>().is_err());
     }
 
     #[test]

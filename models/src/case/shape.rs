@@ -11,7 +11,7 @@ use crate::error::InputError;
 
 /// Geometry of a case: the lattice, or the mesh file that replaces it.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Shape {
+pub enum SpecimenGeometry {
     /// A cylinder on a lattice.
     Lattice {
         /// Radius in mm.
@@ -39,7 +39,7 @@ impl CaseFile {
     ///
     /// # Errors
     /// When lattice and mesh are mixed or neither is complete.
-    pub fn shape(&self) -> Result<Shape, InputError> {
+    pub fn shape(&self) -> Result<SpecimenGeometry, InputError> {
         let s = &self.case.specimen;
         let lattice_keys =
             [("radius_mm", s.radius_mm), ("height_mm", s.height_mm), ("spacing_mm", s.spacing_mm)];
@@ -92,7 +92,7 @@ impl CaseFile {
                     ));
                 }
             }
-            return Ok(Shape::Mesh {
+            return Ok(SpecimenGeometry::Mesh {
                 file,
                 regions: s.regions.clone(),
                 surfaces: s.surfaces.clone(),
@@ -109,7 +109,7 @@ impl CaseFile {
             }
         }
         let [radius_mm, height_mm, spacing_mm] = lattice_keys.map(|(_, v)| v.unwrap_or(f64::NAN));
-        Ok(Shape::Lattice { radius_mm, height_mm, spacing_mm, grains: s.grains.clone() })
+        Ok(SpecimenGeometry::Lattice { radius_mm, height_mm, spacing_mm, grains: s.grains.clone() })
     }
 }
 

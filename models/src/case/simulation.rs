@@ -23,9 +23,9 @@ pub struct TestCase {
     /// Follow a snap-back of rate-independent damage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arc_length: Option<ArcLengthCase>,
-    /// How the platens hold the specimen.
+    /// How the platens hold the specimen; the numbers of their friction follow.
     #[serde(default)]
-    pub platens: PlatensName,
+    pub platens: Platens,
     /// Coulomb's coefficient of unilateral platens.
     #[serde(default)]
     pub friction: f64,
@@ -60,17 +60,6 @@ pub struct ArcLengthCase {
     pub release_n_mm: f64,
 }
 
-/// Platens by name; their friction stands in keys of its own.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PlatensName {
-    /// The ends keep to the platens and slide freely.
-    #[default]
-    Sliding,
-    /// The ends may lift off; friction and drag resist sliding.
-    Unilateral,
-}
-
 /// `[output]`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -102,11 +91,11 @@ impl TestCase {
         }
     }
 
-    /// The platens with their friction.
+    /// The platens with the numbers of their friction.
     pub(crate) fn platens(&self) -> Platens {
         match self.platens {
-            PlatensName::Sliding => Platens::Sliding,
-            PlatensName::Unilateral => Platens::Unilateral(Friction {
+            Platens::Sliding => Platens::Sliding,
+            Platens::Unilateral(_) => Platens::Unilateral(Friction {
                 coefficient: self.friction,
                 slip_velocity_mm_per_s: self.slip_velocity_mm_per_s,
                 drag_mpa_s_per_mm: self.drag_mpa_s_per_mm,

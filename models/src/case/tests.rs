@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Case, CaseFile, Shape};
+use super::{Case, CaseFile, SpecimenGeometry};
 
 /// Changes of the default case, each with parts of the error that must follow.
 #[test]
@@ -185,7 +185,9 @@ fn a_mesh_replaces_lattice_and_packing() {
     let good =
         "mesh = \"cylinder.msh\"\nregions = { matrix = 1 }\nsurfaces = { bottom = 11, top = 12 }";
     let shape = parse(good).unwrap().shape().unwrap();
-    assert!(matches!(shape, Shape::Mesh { file, .. } if file == dir.path().join("cylinder.msh")));
+    assert!(
+        matches!(shape, SpecimenGeometry::Mesh { file, .. } if file == dir.path().join("cylinder.msh"))
+    );
     for (specimen, part) in [
         (good.replace("cylinder", "missing"), "there is no such file"),
         (format!("{good}\nradius_mm = 2.5"), "stands beside specimen.mesh"),

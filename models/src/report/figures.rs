@@ -2,7 +2,7 @@
 
 use kuva::prelude::*;
 
-use super::results::{Marginal, OrderErrors, Results, mean};
+use super::results::{CalibratedParameter, OrderErrors, Results, mean};
 use super::style::{
     ENSEMBLE, MEASURED, POSTERIOR, PRIOR, SERIES, TRUTH, framed, grid, panel, single,
 };
@@ -75,11 +75,11 @@ pub(super) fn qois(results: &Results) -> String {
 }
 
 /// One of the errors of an order.
-type Error = fn(&OrderErrors) -> Option<f64>;
+type ErrorOf = fn(&OrderErrors) -> Option<f64>;
 
 /// Errors of the expansion by order, on a logarithmic scale.
 pub(super) fn orders(results: &Results) -> String {
-    let series: [(&str, Error); 4] = [
+    let series: [(&str, ErrorOf); 4] = [
         ("corrected LOO", |o| o.corrected),
         ("LOO", |o| o.loo),
         ("validation (30 %)", |o| o.validation),
@@ -106,14 +106,15 @@ pub(super) fn orders(results: &Results) -> String {
 }
 
 /// Pairs: marginal densities with the prior on the diagonal, draws above, contours below.
-pub(super) fn pairs(parameters: &[Marginal]) -> String {
+pub(super) fn pairs(parameters: &[CalibratedParameter]) -> String {
     let n = parameters.len();
     let mut panels = Vec::new();
     for row in 0..n {
         for column in 0..n {
             let (x, y) = (&parameters[column], &parameters[row]);
-            let label =
-                |shown: bool, p: &Marginal| if shown { p.label.clone() } else { String::new() };
+            let label = |shown: bool, p: &CalibratedParameter| {
+                if shown { p.label.clone() } else { String::new() }
+            };
             let x_label = label(row == n - 1, x);
             let (plots, range) =
                 if row == column { marginal(x) } else { (joint(x, y, row > column), y.prior) };
@@ -128,7 +129,7 @@ pub(super) fn pairs(parameters: &[Marginal]) -> String {
     grid(n, n, panels, (300.0, 260.0))
 }
 
-fn marginal(p: &Marginal) -> (Vec<Plot>, (f64, f64)) {
+fn marginal(p: &CalibratedParameter) -> (Vec<Plot>, (f64, f64)) {
     let draws: Vec<f64> = p.draws().collect();
     let edges: Vec<f64> = (0..=40).map(|i| lerp(p.prior, f64::from(i) / 40.0)).collect();
     let width = edges[1] - edges[0];
@@ -147,7 +148,7 @@ fn marginal(p: &Marginal) -> (Vec<Plot>, (f64, f64)) {
     (plots, (0.0, top))
 }
 
-fn joint(x: &Marginal, y: &Marginal, contours: bool) -> Vec<Plot> {
+fn joint(x: &CalibratedParameter, y: &CalibratedParameter, contours: bool) -> Vec<Plot> {
     let pairs: Vec<(f64, f64)> = x.draws().zip(y.draws()).collect();
     let mut plots: Vec<Plot> = Vec::new();
     if contours {
@@ -181,7 +182,7 @@ fn joint(x: &Marginal, y: &Marginal, contours: bool) -> Vec<Plot> {
 }
 
 /// The draws in the order of sampling, one colour a chain.
-pub(super) fn traces(parameters: &[Marginal]) -> String {
+pub(super) fn traces(parameters: &[CalibratedParameter]) -> String {
     let panels = parameters
         .iter()
         .map(|p| {

@@ -8,4 +8,4 @@ mod style;
 
 pub use mesh_picture::mesh_picture;
 pub(crate) use page::{number, page};
-pub(crate) use results::{Marginal, OrderErrors, Points, Qoi, Results, mean};
+pub(crate) use results::{CalibratedParameter, OrderErrors, Points, Qoi, Results, mean};

@@ -4,7 +4,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use ppl::diagnostics::Identification;
 
 use super::figures;
-use super::results::{Marginal, Results, mean};
+use super::results::{CalibratedParameter, Results, mean};
 
 const STYLE: &str = include_str!("style.css");
 
@@ -75,7 +75,7 @@ fn answer(results: &Results) -> Markup {
     }
 }
 
-fn verdict(p: &Marginal) -> Markup {
+fn verdict(p: &CalibratedParameter) -> Markup {
     let identified = p.verdict() == Identification::Identified;
     let class = if identified { "verdict good" } else { "verdict weak" };
     html! { span class=(class) { (p.verdict()) } }

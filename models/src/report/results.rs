@@ -37,7 +37,7 @@ pub(crate) struct Results {
     /// In words, how it was chosen.
     pub(crate) order_rule: String,
     /// The calibrated parameters.
-    pub(crate) parameters: Vec<Marginal>,
+    pub(crate) parameters: Vec<CalibratedParameter>,
     /// The summary table, header first.
     pub(crate) summary: Vec<Vec<String>>,
     /// Warnings in words; empty if nothing is to be said.
@@ -82,7 +82,7 @@ pub(crate) struct OrderErrors {
 
 /// One calibrated parameter.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Marginal {
+pub(crate) struct CalibratedParameter {
     /// Label with unit.
     pub(crate) label: String,
     /// Ends of the prior box.
@@ -105,7 +105,7 @@ pub(crate) struct Marginal {
     pub(crate) truth: Option<f64>,
 }
 
-impl Marginal {
+impl CalibratedParameter {
     /// All draws, chain after chain.
     pub(crate) fn draws(&self) -> impl Iterator<Item = f64> + '_ {
         self.chains.iter().flatten().copied()

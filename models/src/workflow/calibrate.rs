@@ -9,19 +9,19 @@ use surrogate::{Dataset, DynPce, FitReport, Input};
 use super::WorkflowError;
 use super::inputs::Inputs;
 use super::task::Task;
-use crate::fracture::calibrate;
+use crate::error::InputError;
+use crate::fracture::{calibrate, column_means, short_name};
 use crate::progress::{Bar, say};
-use crate::qoi::{Qois, mean_qois};
-use crate::table::CsvTable;
+use crate::table::{CsvTable, TableRow};
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
     let pce: DynPce = inputs.json("surrogate.json")?;
-    if pce.inputs() != inputs.prior()? || pce.outputs() != Qois::NAMES {
+    if pce.inputs() != inputs.prior()? {
         let path = task.path("surrogate.json");
         return Err(WorkflowError::OtherCase { path, stage: "surrogate" });
     }
-    let specimens = read_experiments(inputs)?;
+    let specimens = read_experiments(inputs, pce.outputs())?;
     let settings = inputs.calibration();
     let bar = ChainsBar::new(settings.chains);
     let sampler = Nuts::default()
@@ -49,7 +49,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     posterior.write_zarr(&zarr).map_err(|e| WorkflowError::io(&zarr, e))?;
     write_draws(task, posterior, pce.inputs())?;
     let mut summary = posterior.summary();
-    for row in summary.rows.iter_mut().filter(|row| row.place.starts_with("theta[")) {
+    for row in &mut summary.rows {
         row.name = parameter_name(&row.name);
         row.place.clone_from(&row.name);
     }
@@ -65,7 +65,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     task.write("summary.txt", &plain(format!("{summary}\n")))?;
     let mut warnings: Vec<String> =
         summary.warnings.iter().map(|warning| plain(warning.to_string())).collect();
-    warnings.extend(surrogate_warning(inputs, &summary, &specimens)?);
+    warnings.extend(surrogate_warning(inputs, &summary, pce.outputs(), &specimens)?);
     warnings.extend(range_warnings(inputs, &specimens)?);
     let lines: String = warnings.iter().map(|line| format!("{line}\n")).collect();
     task.write("warnings.txt", &lines)?;
@@ -79,16 +79,16 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     ))
 }
 
-/// The quantities in an `experiments.csv`.
-pub(super) fn read_experiments(inputs: &Inputs<'_>) -> Result<Vec<Qois>, WorkflowError> {
+/// Columns of `experiments.csv`, one row a specimen.
+pub(super) fn read_experiments(
+    inputs: &Inputs<'_>,
+    columns: &[impl AsRef<str>],
+) -> Result<Vec<Vec<f64>>, WorkflowError> {
     let path = inputs.file("experiments.csv")?;
-    let table = CsvTable::read(&path, &Qois::NAMES)?;
-    let mut qois = Vec::new();
-    for row in table.rows() {
-        let [slope, force, place] = Qois::NAMES.map(|name| row.positive(name));
-        qois.push(Qois::from([slope?, force?, place?]));
-    }
-    Ok(qois)
+    let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
+    let table = CsvTable::read(&path, &columns)?;
+    let row = |row: TableRow| columns.iter().map(|column| row.positive(column)).collect();
+    Ok(table.rows().map(row).collect::<Result<_, InputError>>()?)
 }
 
 /// The path of a parameter from its name in the posterior: `theta[matrix.young_mpa]`.
@@ -139,15 +139,18 @@ fn write_draws(
 fn surrogate_warning(
     inputs: &Inputs<'_>,
     summary: &Summary,
-    specimens: &[Qois],
+    quantities: &[String],
+    specimens: &[Vec<f64>],
 ) -> Result<Option<String>, WorkflowError> {
     let report: FitReport = inputs.json("surrogate_error.json")?;
     let covariance = report.loo_covariance;
-    let (n, mean) = (specimens.len() as f64, mean_qois(specimens).to_array());
-    let worst = (0..3)
-        .filter_map(|m| {
-            let sd = summary.row(&format!("sd[{m}]"))?.mean * mean[m];
-            Some((n * covariance[m][m] / (sd * sd), Qois::NAMES[m]))
+    let (n, mean) = (specimens.len() as f64, column_means(specimens));
+    let worst = quantities
+        .iter()
+        .enumerate()
+        .filter_map(|(m, name)| {
+            let sd = summary.row(&format!("sd[{}]", short_name(name)))?.mean * mean[m];
+            Some((n * covariance[m][m] / (sd * sd), name))
         })
         .max_by(|a, b| a.0.total_cmp(&b.0));
     Ok(worst.filter(|(ratio, _)| *ratio > 0.1).map(|(ratio, name)| {
@@ -159,20 +162,21 @@ fn surrogate_warning(
 }
 
 /// Experimental means that no simulation of the ensemble reaches: the prior box does not hold the
-/// material, and the posterior will lean on its walls.
-fn range_warnings(inputs: &Inputs<'_>, specimens: &[Qois]) -> Result<Vec<String>, WorkflowError> {
+/// material, and the posterior will press against its walls.
+fn range_warnings(
+    inputs: &Inputs<'_>,
+    specimens: &[Vec<f64>],
+) -> Result<Vec<String>, WorkflowError> {
     let data = Dataset::read_csv(inputs.file("runs.csv")?)?;
-    let mean = mean_qois(specimens).to_array();
-    let outside = (0..3).filter_map(|m| {
+    let means = column_means(specimens);
+    let outside = data.outputs().iter().zip(means).enumerate().filter_map(|(m, (name, mean))| {
         let values = data.rows().map(|(_, qois)| qois[m]);
         let (low, high) =
             values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), q| (a.min(q), b.max(q)));
-        (!(low..=high).contains(&mean[m])).then(|| {
+        (!(low..=high).contains(&mean)).then(|| {
             format!(
-                "The experimental mean of {} is {:.4}, outside what the ensemble reaches ({low:.4} \
-                 to {high:.4}): widen the prior, or look for what the model leaves out.",
-                Qois::NAMES[m],
-                mean[m]
+                "The experimental mean of {name} is {mean:.4}, outside what the ensemble reaches \
+                 ({low:.4} to {high:.4}): widen the prior, or look for what the model leaves out."
             )
         })
     });

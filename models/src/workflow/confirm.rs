@@ -10,10 +10,10 @@ use super::ensemble::quantities;
 use super::runs::run_ensemble;
 use super::simulator::Simulator;
 use super::task::Task;
-use crate::case::Parameter;
+use crate::case::MaterialParameter;
 use crate::error::InputError;
+use crate::fracture::column_means;
 use crate::progress::say;
-use crate::qoi::{Qois, mean_qois};
 use crate::table::CsvTable;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
@@ -27,42 +27,45 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let runs: Vec<RunInput> =
         points.into_iter().enumerate().map(|(i, inputs)| RunInput { id: i + 1, inputs }).collect();
     let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
-    let parameters: Vec<Parameter> = names
+    let parameters: Vec<MaterialParameter> = names
         .iter()
         .map(|name| name.parse().map_err(WorkflowError::Unusable))
         .collect::<Result<_, _>>()?;
     let simulator = Simulator::new(&inputs.setup(), mesh, parameters)?;
     let records = run_ensemble(task, "confirm", &names, &runs, &|_| &simulator)?;
 
-    let slope_fraction = inputs.qoi().slope_fraction;
+    let qoi = inputs.qoi();
+    let columns: Vec<&str> = qoi.quantities.iter().map(|q| q.column()).collect();
     let mut rows = Vec::new();
     for (record, label) in records.iter().zip(&labels) {
         write_curve(task.product(&format!("curves/{label}.csv"))?, &record.curve)?;
-        let qois = quantities(record, slope_fraction);
+        let qois = quantities(record, qoi);
         if let Err(reason) = &qois {
             say(
                 "note",
                 &format!("the simulation at {label} has no quantities of interest: {reason}"),
             );
         }
-        let qois =
-            qois.map_or([const { String::new() }; 3], |q| q.to_array().map(|x| x.to_string()));
+        let qois: Vec<String> = qois.map_or_else(
+            |_| vec![String::new(); columns.len()],
+            |values| values.iter().map(f64::to_string).collect(),
+        );
         let values = record.inputs.iter().map(f64::to_string);
         rows.push([label.clone()].into_iter().chain(values).chain(qois).collect::<Vec<_>>());
     }
-    let header = ["run"].into_iter().chain(names.iter().map(String::as_str)).chain(Qois::NAMES);
+    let header =
+        ["run"].into_iter().chain(names.iter().map(String::as_str)).chain(columns.iter().copied());
     task.write_csv("confirm_runs.csv", header, rows)?;
 
-    let map = quantities(&records[0], slope_fraction).map_err(|reason| {
+    let map = quantities(&records[0], qoi).map_err(|reason| {
         WorkflowError::Unusable(format!("the simulation at the mode: {reason}"))
     })?;
-    let experiments = mean_qois(&read_experiments(inputs)?).to_array();
+    let experiments = column_means(&read_experiments(inputs, &columns)?);
     let mut worst = 0.0_f64;
-    let rows = (0..3).map(|i| {
-        let (mean, simulated) = (experiments[i], map.to_array()[i]);
+    let rows = columns.iter().zip(experiments).zip(map).map(|((column, mean), simulated)| {
         let error = 100.0 * (simulated / mean - 1.0).abs();
         worst = worst.max(error);
-        [Qois::NAMES[i].to_owned(), mean.to_string(), simulated.to_string(), error.to_string()]
+        [(*column).to_owned(), mean.to_string(), simulated.to_string(), error.to_string()]
     });
     let rows: Vec<_> = rows.collect();
     let header = ["qoi", "experiment_mean", "map_simulation", "percent_error"];

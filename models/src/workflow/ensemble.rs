@@ -8,7 +8,7 @@ use super::files::write;
 use super::runs::run_ensemble;
 use super::simulator::{Simulator, simulated_qois};
 use super::task::Task;
-use crate::qoi::Qois;
+use crate::case::QoiCase;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
@@ -23,16 +23,16 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let records = run_ensemble(task, "ensemble", &names, &runs, &|_| &simulator)?;
 
     // how quantities are taken from curves is not part of what names the ensemble
-    let slope_fraction = inputs.qoi().slope_fraction;
-    let outputs = Qois::NAMES.map(str::to_owned).to_vec();
+    let qoi = inputs.qoi();
+    let outputs = qoi.quantities.iter().map(|q| q.column().to_owned()).collect();
     let mut data =
         Dataset::new(prior, outputs, "breccia ensemble")?.with_notes(&["run", "seconds"])?;
     let mut failed = Vec::new();
     for record in &records {
         write_curve(task.product(&format!("curves/run-{:03}.csv", record.id))?, &record.curve)?;
         let (id, seconds) = (record.id.to_string(), format!("{:.3}", record.seconds));
-        match quantities(record, slope_fraction) {
-            Ok(qois) => data.push_noted(&record.inputs, &qois.to_array(), &[&id, &seconds])?,
+        match quantities(record, qoi) {
+            Ok(values) => data.push_noted(&record.inputs, &values, &[&id, &seconds])?,
             Err(reason) => {
                 let values = record.inputs.iter().map(f64::to_string);
                 failed.push(
@@ -50,11 +50,12 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(format!("{} of {all} runs usable, {:.1} s a run", data.len(), seconds / all as f64))
 }
 
-/// The quantities of a run, or why it has none.
-pub(super) fn quantities(record: &RunRecord, slope_fraction: f64) -> Result<Qois, String> {
+/// The case's quantities of a run, or why it has none.
+pub(super) fn quantities(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, String> {
     match &record.status {
         RunStatus::Failed(reason) => Err(format!("failed: {reason}")),
-        RunStatus::Finished => simulated_qois(&record.curve, slope_fraction)
+        RunStatus::Finished => simulated_qois(&record.curve, qoi.slope_fraction)
+            .map(|qois| qois.values(&qoi.quantities))
             .map_err(|error| format!("unusable: {error}")),
     }
 }

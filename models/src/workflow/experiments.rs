@@ -8,7 +8,7 @@ use super::files::{SPECIMENS, write};
 use super::runs::run_ensemble;
 use super::simulator::{Simulator, height_mm, lattice_mesh, recorded, simulated_qois};
 use super::task::Task;
-use crate::case::{ByParameter, Parameter, Shape};
+use crate::case::{ByParameter, MaterialParameter, QoiCase, SpecimenGeometry};
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable};
 use crate::progress::say;
@@ -23,10 +23,10 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     };
     let table = inputs.chosen(table)?;
     let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
-    let scale = Scale {
+    let scale = MeshScale {
         height_mm: height_mm(&mesh),
         radius_mm: inputs.specimen().radius_mm,
-        slope_fraction: inputs.qoi().slope_fraction,
+        qoi: inputs.qoi(),
     };
     let rows = table
         .specimens
@@ -34,18 +34,19 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         .map(|specimen| scale.row(task, specimen))
         .collect::<Result<Vec<_>, _>>()?;
     let header = ["id", "group", "height_mm", "radius_mm", "displacement_factor", "slope_fraction"];
-    task.write_csv("experiments.csv", header.into_iter().chain(Qois::NAMES), rows)?;
+    let columns = scale.qoi.quantities.iter().map(|quantity| quantity.column());
+    task.write_csv("experiments.csv", header.into_iter().chain(columns), rows)?;
     Ok(format!("{} specimens", table.specimens.len()))
 }
 
 /// The size of the mesh, at which specimens are compared.
-struct Scale {
+struct MeshScale<'a> {
     height_mm: f64,
     radius_mm: Option<f64>,
-    slope_fraction: f64,
+    qoi: &'a QoiCase,
 }
 
-impl Scale {
+impl MeshScale<'_> {
     /// A specimen's line of `experiments.csv`: its quantities at the height of the mesh.
     fn row(&self, task: &Task<'_>, specimen: &Specimen) -> Result<Vec<String>, WorkflowError> {
         let Specimen { id, group, height_mm, radius_mm, .. } = specimen;
@@ -79,7 +80,7 @@ impl Scale {
                 ),
             );
         }
-        let fraction = specimen.slope_fraction.unwrap_or(self.slope_fraction);
+        let fraction = specimen.slope_fraction.unwrap_or(self.qoi.slope_fraction);
         let qois = Qois::of(&specimen.curve.scale_displacement(factor), fraction).map_err(|e| {
             let curve = task.path("experiments/curves").join(format!("{id}.csv"));
             let help = "Correct the curve or leave the specimen out of the table.";
@@ -88,16 +89,16 @@ impl Scale {
         Ok([id.clone(), group.clone()]
             .into_iter()
             .chain([*height_mm, *radius_mm, factor, fraction].map(|x| x.to_string()))
-            .chain(qois.to_array().map(|q| q.to_string()))
+            .chain(qois.values(&self.qoi.quantities).iter().map(f64::to_string))
             .collect())
     }
 }
 
-/// Simulates the virtual specimens and writes them as a laboratory would.
+/// Simulates the virtual specimens and writes them as measured ones.
 fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowError> {
     let inputs = &task.inputs;
     let shape = inputs.shape()?;
-    let Shape::Lattice { radius_mm, height_mm, spacing_mm, grains } = &shape else {
+    let SpecimenGeometry::Lattice { radius_mm, height_mm, spacing_mm, grains } = &shape else {
         let message = "virtual specimens need a lattice to put their own grains on";
         return Err(WorkflowError::Unusable(message.to_owned()));
     };
@@ -110,7 +111,7 @@ fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowErro
         inputs.scatter()?,
         grains.as_ref().map(|g| g.seed),
     );
-    let parameters: Vec<Parameter> = truth.parameters().cloned().collect();
+    let parameters: Vec<MaterialParameter> = truth.parameters().cloned().collect();
     let simulator = |seed: Option<u64>, spacing: f64| {
         let grains = grains.as_ref().map(|g| Packing { seed: seed.unwrap_or(g.seed), ..g.clone() });
         let mesh = lattice_mesh(setup.path, [*radius_mm, *height_mm, spacing], grains.as_ref())?;
@@ -186,17 +187,17 @@ fn write_bias(
     spacing_mm: [f64; 2],
     runs: [&RunRecord; 2],
 ) -> Result<(), WorkflowError> {
-    let slope_fraction = task.inputs.qoi().slope_fraction;
+    let qoi = task.inputs.qoi();
     let qois = |record: &RunRecord| {
-        simulated_qois(&record.curve, slope_fraction)
+        simulated_qois(&record.curve, qoi.slope_fraction)
             .map_err(|e| WorkflowError::Unusable(format!("the comparison of the two meshes: {e}")))
     };
-    let (coarse, fine) = (qois(runs[0])?.to_array(), qois(runs[1])?.to_array());
+    let (coarse, fine) = (qois(runs[0])?, qois(runs[1])?);
     let row = |name: &str, a: f64, b: f64| {
         [name.to_owned(), a.to_string(), b.to_string(), (100.0 * (a / b - 1.0)).to_string()]
     };
     let mut rows = vec![row("spacing_mm", spacing_mm[0], spacing_mm[1])];
-    rows.extend((0..3).map(|i| row(Qois::NAMES[i], coarse[i], fine[i])));
+    rows.extend(qoi.quantities.iter().map(|&q| row(q.column(), coarse.get(q), fine.get(q))));
     let header = ["quantity", "surrogate_mesh", "experiments_mesh", "percent_bias"];
     task.write_csv("experiments/bias.csv", header, rows)
 }

@@ -7,17 +7,17 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use ::surrogate::Input;
-use fem::{PhaseField, SolverOptions};
+use fem::{Order, PhaseField, SolverOptions};
 use serde::{Deserialize, Serialize};
 
 use super::WorkflowError;
+use super::content_hash::ContentHash;
 use super::files::SPECIMENS;
-use super::fingerprint::Fingerprint;
 use super::simulator::Setup;
 use crate::case::{
     ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase,
-    MaterialCase, NoiseCase, Parameter, PriorCase, QoiCase, Shape, SpecimenCase, SurrogateCase,
-    TestCase, VirtualCase,
+    MaterialCase, MaterialParameter, NoiseCase, PriorCase, QoiCase, SpecimenCase, SpecimenGeometry,
+    SurrogateCase, TestCase, VirtualCase,
 };
 use crate::experiment::SpecimenTable;
 
@@ -78,18 +78,18 @@ impl<'a> Inputs<'a> {
     /// The fingerprint of the case at a key; of all of it at the empty one.
     fn part(&self, key: &str) -> String {
         if key.is_empty() {
-            return Fingerprint::of(&self.values.to_string()).to_string();
+            return ContentHash::of(&self.values.to_string()).to_string();
         }
         let mut keys = key.split('.');
         let first = keys.next().and_then(|key| self.values.get(key));
         keys.fold(first, |value, key| value?.get(key)).map_or_else(
             || ABSENT.to_owned(),
-            |value| Fingerprint::of(&value.to_string()).to_string(),
+            |value| ContentHash::of(&value.to_string()).to_string(),
         )
     }
 
     fn content(&self, name: &str) -> String {
-        Fingerprint::of_path(&self.dir.join(name))
+        ContentHash::of_path(&self.dir.join(name))
             .map_or_else(|_| ABSENT.to_owned(), |sum| sum.to_string())
     }
 
@@ -117,7 +117,7 @@ macro_rules! parts {
 
 parts! {
     specimen: specimen => SpecimenCase;
-    order: specimen.order => u8;
+    order: specimen.order => Order;
     material: material => BTreeMap<String, MaterialCase>;
     phase_field: phase_field => Option<PhaseField>;
     test: test => TestCase;
@@ -174,10 +174,10 @@ impl Inputs<'_> {
     }
 
     /// The geometry of the specimen.
-    pub(super) fn shape(&self) -> Result<Shape, WorkflowError> {
+    pub(super) fn shape(&self) -> Result<SpecimenGeometry, WorkflowError> {
         self.reads("specimen");
         let shape = self.file.shape()?;
-        if let Shape::Mesh { .. } = shape {
+        if let SpecimenGeometry::Mesh { .. } = shape {
             // the copy beside the case
             self.reads_file("specimen.msh");
         }
@@ -193,7 +193,7 @@ impl Inputs<'_> {
     }
 
     /// What is calibrated.
-    pub(super) fn parameters(&self) -> Result<Vec<Parameter>, WorkflowError> {
+    pub(super) fn parameters(&self) -> Result<Vec<MaterialParameter>, WorkflowError> {
         match self.prior_table() {
             Some(prior) => Ok(prior.parameters().cloned().collect()),
             None => Err(self.missing("prior", "what is calibrated")),

@@ -17,11 +17,11 @@
 
 mod calibrate;
 mod confirm;
+mod content_hash;
 mod ensemble;
 mod error;
 mod experiments;
 mod files;
-mod fingerprint;
 mod inputs;
 mod mesh;
 mod report;
@@ -50,7 +50,7 @@ use crate::experiment::SpecimenTable;
 use crate::progress::say;
 use files::{SPECIMENS, same_file, write};
 use inputs::Inputs;
-use task::{Task, Trace};
+use task::{StageRecord, Task};
 
 /// A case being worked on in a directory.
 ///
@@ -168,7 +168,7 @@ impl<'a> Workflow<'a> {
     }
 
     /// The stages that have been run to their end.
-    fn finished(&self) -> BTreeMap<String, Trace> {
+    fn finished(&self) -> BTreeMap<String, StageRecord> {
         std::fs::read_to_string(self.dir.join("stages.toml"))
             .ok()
             .and_then(|text| toml::from_str(&text).ok())

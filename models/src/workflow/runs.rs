@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use fem::{CurvePoint, Ensemble, EnsembleProgress, Fields, RunInput, RunRecord};
 
 use super::WorkflowError;
-use super::fingerprint::Fingerprint;
+use super::content_hash::ContentHash;
 use super::simulator::Simulator;
 use super::task::Task;
 use crate::progress::Bar;
@@ -24,7 +24,7 @@ pub(super) fn run_ensemble<'s>(
     simulator: &(dyn Fn(&RunInput) -> &'s Simulator + Sync),
 ) -> Result<Vec<RunRecord>, WorkflowError> {
     let manifest = task.inputs.manifest();
-    let directory = task.path(folder).join(Fingerprint::of(&manifest).to_string());
+    let directory = task.path(folder).join(ContentHash::of(&manifest).to_string());
     let ensemble = Ensemble::open(directory, &manifest)?;
     let bar = EnsembleBar(Bar::new(task.stage()));
     let names: Vec<&str> = names.iter().map(String::as_str).collect();

@@ -33,7 +33,7 @@ pub fn simulate(
     let test = simulator.problem();
     let state = dir.join("simulate.state");
     let (last, reason) = (dir.join("fields/last.vtu"), dir.join("failure.txt"));
-    let mut record = Record::new(file, &simulator, dir, interrupt)?;
+    let mut record = SimulationFiles::new(file, &simulator, dir, interrupt)?;
     let outcome = match file.case.output.checkpoint_every {
         0 => test.run(&mut record),
         every => {
@@ -71,7 +71,7 @@ fn remove(path: &Path) -> Result<(), WorkflowError> {
 }
 
 /// Writes what a run yields, and shows where it is.
-struct Record<'a> {
+struct SimulationFiles<'a> {
     file: &'a CaseFile,
     simulator: &'a Simulator,
     dir: &'a Path,
@@ -87,7 +87,7 @@ struct Record<'a> {
     failed: Option<FemError>,
 }
 
-impl<'a> Record<'a> {
+impl<'a> SimulationFiles<'a> {
     fn new(
         file: &'a CaseFile,
         simulator: &'a Simulator,
@@ -144,7 +144,7 @@ impl<'a> Record<'a> {
     }
 }
 
-impl Observer for Record<'_> {
+impl Observer for SimulationFiles<'_> {
     fn step(&mut self, point: &CurvePoint, fields: &Fields) -> ControlFlow<()> {
         let written = self.add(point, Some(fields)).and_then(|()| self.list());
         let state = format!(

@@ -9,8 +9,10 @@ use fem::{
 };
 
 use super::WorkflowError;
-use crate::case::{CaseFile, ConditionsCase, MaterialCase, Parameter, Shape, TestCase};
-use crate::experiment::Curve;
+use crate::case::{
+    CaseFile, ConditionsCase, MaterialCase, MaterialParameter, SpecimenGeometry, TestCase,
+};
+use crate::experiment::TestCurve;
 use crate::qoi::{QoiError, Qois};
 
 /// The parts of a case that a simulation is set up from, beside its mesh.
@@ -18,7 +20,7 @@ use crate::qoi::{QoiError, Qois};
 pub(super) struct Setup<'a> {
     /// The case's file, for messages.
     pub(super) path: &'a Path,
-    pub(super) order: u8,
+    pub(super) order: Order,
     pub(super) material: &'a BTreeMap<String, MaterialCase>,
     pub(super) phase_field: Option<&'a PhaseField>,
     pub(super) test: &'a TestCase,
@@ -41,12 +43,12 @@ impl<'a> From<&'a CaseFile> for Setup<'a> {
 }
 
 /// The mesh of a case: its lattice with its packing, or its mesh file.
-pub(super) fn build_mesh(shape: &Shape, case: &Path) -> Result<TetMesh, WorkflowError> {
+pub(super) fn build_mesh(shape: &SpecimenGeometry, case: &Path) -> Result<TetMesh, WorkflowError> {
     match shape {
-        Shape::Lattice { radius_mm, height_mm, spacing_mm, grains } => {
+        SpecimenGeometry::Lattice { radius_mm, height_mm, spacing_mm, grains } => {
             lattice_mesh(case, [*radius_mm, *height_mm, *spacing_mm], grains.as_ref())
         }
-        Shape::Mesh { file, regions, surfaces } => {
+        SpecimenGeometry::Mesh { file, regions, surfaces } => {
             let names = gmsh::GmshNames { regions: regions.clone(), surfaces: surfaces.clone() };
             gmsh::read(file, &names).map_err(|e| match e {
                 MeshError::File { .. } | MeshError::Io { .. } => e.into(),
@@ -88,7 +90,7 @@ pub(super) struct Simulator {
     problem: Problem,
     materials: Vec<MaterialCase>,
     /// Region of the mesh and property of each parameter.
-    parameters: Vec<(usize, Parameter)>,
+    parameters: Vec<(usize, MaterialParameter)>,
     duration_s: f64,
 }
 
@@ -97,7 +99,7 @@ impl Simulator {
     pub(super) fn new(
         setup: &Setup<'_>,
         mesh: TetMesh,
-        parameters: Vec<Parameter>,
+        parameters: Vec<MaterialParameter>,
     ) -> Result<Self, WorkflowError> {
         let materials: Vec<MaterialCase> = mesh
             .regions
@@ -170,18 +172,17 @@ fn problem(
                 .builder(mesh)?
         }
     };
-    let order = if setup.order == 2 { Order::Quadratic } else { Order::Linear };
     parts
-        .order(order)
+        .order(setup.order)
         .materials(materials)
         .phase_field(setup.phase_field.copied())
         .options(*setup.solver)
         .build()
 }
 
-/// A simulated curve as a laboratory would record it, from the unloaded start on.
-pub(super) fn recorded(points: &[CurvePoint]) -> Curve {
-    let mut curve = Curve { displacement_mm: vec![0.0], force_n: vec![0.0] };
+/// A simulated curve as a testing machine would record it, from the unloaded start on.
+pub(super) fn recorded(points: &[CurvePoint]) -> TestCurve {
+    let mut curve = TestCurve { displacement_mm: vec![0.0], force_n: vec![0.0] };
     for point in points {
         curve.displacement_mm.push(point.displacement_mm);
         curve.force_n.push(point.force_n);

@@ -8,14 +8,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use serde::{Deserialize, Serialize};
 
 use super::WorkflowError;
+use super::content_hash::ContentHash;
 use super::files::write;
-use super::fingerprint::Fingerprint;
 use super::inputs::{Inputs, Sources};
 use crate::table::to_csv;
 
 /// What a run of a stage has read and written.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Trace {
+pub(super) struct StageRecord {
     /// The program's version: another one may compute something else.
     program: String,
     #[serde(flatten)]
@@ -23,14 +23,14 @@ pub(super) struct Trace {
     products: BTreeMap<String, String>,
 }
 
-impl Trace {
+impl StageRecord {
     /// Why the stage has to be run again, in words; nothing if it has not.
     pub(super) fn change(&self, inputs: &Inputs<'_>, dir: &Path) -> Option<String> {
         if self.program != env!("CARGO_PKG_VERSION") {
             return Some("another version of the program ran it".to_owned());
         }
         let is_whole = |name: &str, sum: &str| {
-            Fingerprint::of_path(&dir.join(name)).is_ok_and(|now| now.to_string() == sum)
+            ContentHash::of_path(&dir.join(name)).is_ok_and(|now| now.to_string() == sum)
         };
         let damaged = || self.products.iter().find(|(name, sum)| !is_whole(name, sum));
         inputs
@@ -39,7 +39,7 @@ impl Trace {
     }
 
     /// Removes what this run wrote and the next one did not.
-    pub(super) fn remove_stale(&self, next: &Trace, dir: &Path) -> Result<(), WorkflowError> {
+    pub(super) fn remove_stale(&self, next: &StageRecord, dir: &Path) -> Result<(), WorkflowError> {
         for name in self.products.keys().filter(|name| !next.products.contains_key(*name)) {
             let path = dir.join(name);
             if path.is_file() {
@@ -135,13 +135,13 @@ impl<'a> Task<'a> {
     }
 
     /// What was read and written.
-    pub(super) fn trace(self) -> Result<Trace, WorkflowError> {
+    pub(super) fn trace(self) -> Result<StageRecord, WorkflowError> {
         let products = self.products.into_inner().into_iter().map(|name| {
             let path = self.dir.join(&name);
-            let sum = Fingerprint::of_path(&path).map_err(|e| WorkflowError::io(&path, e))?;
+            let sum = ContentHash::of_path(&path).map_err(|e| WorkflowError::io(&path, e))?;
             Ok((name, sum.to_string()))
         });
-        Ok(Trace {
+        Ok(StageRecord {
             program: env!("CARGO_PKG_VERSION").to_owned(),
             sources: self.inputs.sources(),
             products: products.collect::<Result<_, WorkflowError>>()?,

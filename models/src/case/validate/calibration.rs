@@ -1,7 +1,12 @@
 //! Quantities of interest, prior, surrogate, sampler and experiments.
 
-use super::super::{Bounds, CaseFile, Parameter, PriorCase, Shape, VirtualCase};
+use fem::FemError;
+
+use super::super::{
+    CaseFile, MaterialParameter, PriorBounds, PriorCase, SpecimenGeometry, VirtualCase,
+};
 use crate::error::InputError;
+use crate::qoi::Quantity;
 
 impl CaseFile {
     pub(super) fn check_calibration(&self) -> Result<(), InputError> {
@@ -14,6 +19,7 @@ impl CaseFile {
             "of the displacement at peak",
             "The paper takes 0.3.",
         )?;
+        self.check_quantities(&case.qoi.quantities)?;
         if let Some(prior) = &case.prior {
             self.check_prior(prior)?;
         }
@@ -64,6 +70,21 @@ impl CaseFile {
         )
     }
 
+    fn check_quantities(&self, quantities: &[Quantity]) -> Result<(), InputError> {
+        let shown = quantities.iter().map(Quantity::to_string).collect::<Vec<_>>().join(", ");
+        let refuse = |problem: &str| {
+            let help = "Name each once, as in quantities = [\"slope\", \"peak-force\"].";
+            Err(self.error("qoi.quantities", format!("[{shown}]"), problem, help))
+        };
+        if quantities.is_empty() {
+            return refuse("nothing is compared");
+        }
+        if (1..quantities.len()).any(|i| quantities[..i].contains(&quantities[i])) {
+            return refuse("one is named twice");
+        }
+        Ok(())
+    }
+
     fn check_prior(&self, prior: &PriorCase) -> Result<(), InputError> {
         if prior.parameters().len() == 0 {
             return Err(self.error(
@@ -73,19 +94,12 @@ impl CaseFile {
                 "Name what is calibrated with its bounds: matrix.young_mpa = [250.0, 300.0].",
             ));
         }
-        for (parameter, &Bounds([lower, upper])) in prior.iter() {
+        for (parameter, &PriorBounds([lower, upper])) in prior.iter() {
             let key = format!("prior.{parameter}");
             self.check_parameter(&key, parameter)?;
             let value = format!("[{lower:?}, {upper:?}]");
-            let [least, most] = parameter.property.range();
-            let above = if least < 0.0 { lower >= least } else { lower > 0.0 };
-            if !(above && upper <= most) {
-                return Err(self.error(
-                    &key,
-                    value,
-                    format!("must be above {} and at most {most}", least.min(0.0)),
-                    "Check the unit in the key's name.",
-                ));
+            for bound in [lower, upper] {
+                self.check_value(&key, &value, parameter, bound)?;
             }
             if lower >= upper {
                 return Err(self.error(
@@ -99,9 +113,33 @@ impl CaseFile {
         Ok(())
     }
 
+    /// Whether the material of a parameter's region can have this value of it.
+    fn check_value(
+        &self,
+        key: &str,
+        shown: &str,
+        parameter: &MaterialParameter,
+        value: f64,
+    ) -> Result<(), InputError> {
+        let Some(mut material) = self.case.material.get(&parameter.region).cloned() else {
+            return Ok(());
+        };
+        parameter.property.set(&mut material, value);
+        match self.in_fem(&parameter.region, &material) {
+            Ok(_) => Ok(()),
+            Err(FemError::Parameter { requirement, .. }) => Err(self.error(
+                key,
+                shown,
+                format!("must be {requirement}"),
+                "Check the unit in the key's name.",
+            )),
+            Err(other) => Err(self.error(key, shown, other.to_string(), "Choose another value.")),
+        }
+    }
+
     /// Whether a parameter is one of a region that has it.
-    fn check_parameter(&self, key: &str, parameter: &Parameter) -> Result<(), InputError> {
-        let Parameter { region, property } = parameter;
+    fn check_parameter(&self, key: &str, parameter: &MaterialParameter) -> Result<(), InputError> {
+        let MaterialParameter { region, property } = parameter;
         let Some(material) = self.case.material.get(region) else {
             let known: Vec<&str> = self.case.material.keys().map(String::as_str).collect();
             return Err(self.error(
@@ -131,7 +169,7 @@ impl CaseFile {
         Ok(())
     }
 
-    pub(super) fn check_experiments(&self, shape: &Shape) -> Result<(), InputError> {
+    pub(super) fn check_experiments(&self, shape: &SpecimenGeometry) -> Result<(), InputError> {
         let Some(experiments) = &self.case.experiments else {
             return Ok(());
         };
@@ -154,8 +192,8 @@ impl CaseFile {
         }
     }
 
-    fn check_virtual(&self, v: &VirtualCase, shape: &Shape) -> Result<(), InputError> {
-        let Shape::Lattice { radius_mm, height_mm, .. } = shape else {
+    fn check_virtual(&self, v: &VirtualCase, shape: &SpecimenGeometry) -> Result<(), InputError> {
+        let SpecimenGeometry::Lattice { radius_mm, height_mm, .. } = shape else {
             return Err(self.error(
                 "experiments.virtual",
                 "",
@@ -190,7 +228,7 @@ impl CaseFile {
                 "Give the true value of every parameter that [prior] calibrates.",
             ));
         }
-        let given = |table: &str, parameter: &Parameter| {
+        let given = |table: &str, parameter: &MaterialParameter| {
             let key = format!("experiments.virtual.{table}.{parameter}");
             match prior.get(parameter) {
                 Some(_) => Ok(key),
@@ -204,11 +242,7 @@ impl CaseFile {
         };
         for (parameter, &value) in v.truth.iter() {
             let key = given("truth", parameter)?;
-            let [least, most] = parameter.property.range();
-            let (unit, _) = parameter.property.help();
-            // the scatter multiplies it
-            let least = least.max(1e-9);
-            self.within(&key, value, least, most, unit, "Check the unit in the key's name.")?;
+            self.check_value(&key, &value.to_string(), parameter, value)?;
         }
         for (parameter, &value) in v.scatter.iter() {
             let key = given("scatter", parameter)?;

@@ -3,16 +3,18 @@
 mod calibration;
 mod simulation;
 
-use super::{CaseFile, Shape};
+use super::{CaseFile, SpecimenGeometry};
 use crate::error::{InputError, closest};
 
 impl CaseFile {
     /// Names of the regions whose materials the case must give.
-    fn regions(&self, shape: &Shape) -> Vec<String> {
+    fn regions(&self, shape: &SpecimenGeometry) -> Vec<String> {
         match shape {
-            Shape::Mesh { regions, .. } => regions.keys().cloned().collect(),
-            Shape::Lattice { grains: Some(_), .. } => vec!["matrix".into(), "grain".into()],
-            Shape::Lattice { grains: None, .. } => vec!["matrix".into()],
+            SpecimenGeometry::Mesh { regions, .. } => regions.keys().cloned().collect(),
+            SpecimenGeometry::Lattice { grains: Some(_), .. } => {
+                vec!["matrix".into(), "grain".into()]
+            }
+            SpecimenGeometry::Lattice { grains: None, .. } => vec!["matrix".into()],
         }
     }
 

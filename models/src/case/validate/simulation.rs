@@ -1,27 +1,16 @@
 //! Specimen, materials, test and solver.
 
-use fem::{FemError, PhaseField};
+use fem::{FemError, PhaseField, Platens};
 
-use super::super::{
-    Case, CaseFile, ConditionsCase, LawCase, MaterialCase, PlatensName, Property, Shape,
-};
+use super::super::{Case, CaseFile, ConditionsCase, MaterialCase, Property, SpecimenGeometry};
 use crate::error::InputError;
 
 /// More tetrahedra than this are taken for a slip in the spacing.
 const MOST_TETS: f64 = 2e7;
 
 impl CaseFile {
-    pub(super) fn check_specimen(&self, shape: &Shape) -> Result<(), InputError> {
-        let order = self.case.specimen.order;
-        self.within(
-            "specimen.order",
-            f64::from(order),
-            1.0,
-            2.0,
-            "(linear or quadratic)",
-            "Write order = 1 or order = 2.",
-        )?;
-        if let Shape::Lattice { radius_mm, height_mm, spacing_mm, grains } = shape {
+    pub(super) fn check_specimen(&self, shape: &SpecimenGeometry) -> Result<(), InputError> {
+        if let SpecimenGeometry::Lattice { radius_mm, height_mm, spacing_mm, grains } = shape {
             let help = "Lengths are in mm; the paper's cylinder is 2.5 by 4.4 mm.";
             self.within("specimen.radius_mm", *radius_mm, 1e-3, 1e3, "mm", help)?;
             self.within("specimen.height_mm", *height_mm, 1e-3, 1e3, "mm", help)?;
@@ -70,38 +59,11 @@ impl CaseFile {
     }
 
     pub(super) fn check_material(&self, region: &str, m: &MaterialCase) -> Result<(), InputError> {
-        let key = |property: Property| format!("material.{region}.{}", property.key());
-        let given = [
-            (Property::Toughness, m.toughness_n_per_mm),
-            (Property::Viscosity, Some(m.viscosity_mpa_s)),
-            (Property::ResidualStiffness, Some(m.residual_stiffness)),
-        ];
-        self.check_law(region, m)?;
-        for (property, value) in given {
-            self.check_property(&key(property), property, value)?;
-        }
-        Ok(())
-    }
-
-    /// The range of a number of a material, if it is given.
-    fn check_property(
-        &self,
-        key: &str,
-        property: Property,
-        value: Option<f64>,
-    ) -> Result<(), InputError> {
-        let ([least, most], (unit, help)) = (property.range(), property.help());
-        value.map_or(Ok(()), |value| self.within(key, value, least, most, unit, help))
-    }
-
-    /// Young's modulus and Poisson's ratio, or the constants of the law in their place.
-    fn check_law(&self, region: &str, m: &MaterialCase) -> Result<(), InputError> {
-        let key = |name: &str| format!("material.{region}.{name}");
         for (property, value) in [(Property::Young, m.young_mpa), (Property::Poisson, m.poisson)] {
-            let key = key(property.key());
+            let key = format!("material.{region}.{}", property.key());
             match (value, m.law.has_constants()) {
                 (None, false) => {
-                    let help = format!("Add it. {}", property.help().1);
+                    let help = format!("Add it. {}", property.help());
                     return Err(self.error(&key, "", "is missing", help));
                 }
                 (Some(value), true) => {
@@ -112,22 +74,38 @@ impl CaseFile {
                         "Leave it out: the law's constants say how stiff it is.",
                     ));
                 }
-                (value, _) => self.check_property(&key, property, value)?,
+                _ => {}
             }
         }
-        if let LawCase::Ogden { terms, .. } = &m.law
-            && let Some(term) = terms.iter().find(|term| term.alpha == 0.0)
-        {
-            return Err(self.error(
-                &key("law.ogden.terms"),
-                format!("{{ mu_mpa = {}, alpha = 0 }}", term.mu_mpa),
-                "a term with alpha = 0 has no energy",
-                "Leave the term out.",
-            ));
+        self.check_in_fem(region, m)
+    }
+
+    /// What `fem` says of a material in a region.
+    pub(super) fn in_fem(&self, region: &str, material: &MaterialCase) -> Result<(), FemError> {
+        material.in_fem()?.validate(region, self.case.phase_field.as_ref())
+    }
+
+    /// Whether `fem` takes a material, with the case's own key if not.
+    fn check_in_fem(&self, region: &str, material: &MaterialCase) -> Result<(), InputError> {
+        let Err(error) = self.in_fem(region, material) else { return Ok(()) };
+        match error {
+            FemError::Parameter { field, value, requirement, .. } => {
+                let property = Property::ALL.into_iter().find(|p| p.key() == field);
+                let table = if property.is_some() { "" } else { "law.ogden.terms." };
+                let help = property.map_or("Leave the term out.", Property::help);
+                let key = format!("material.{region}.{table}{field}");
+                Err(self.error(&key, value.to_string(), format!("must be {requirement}"), help))
+            }
+            FemError::Unsupported { message, help, .. } => {
+                Err(self.error(&format!("material.{region}.law"), "", message, sentence(&help)))
+            }
+            other => Err(self.error(
+                &format!("material.{region}"),
+                "",
+                other.to_string(),
+                "Check its numbers.",
+            )),
         }
-        m.in_fem().map(|_| ()).map_err(|e| {
-            self.error(&key("law"), "", e.to_string(), "Check the signs of its constants.")
-        })
     }
 
     pub(super) fn check_test(&self) -> Result<(), InputError> {
@@ -198,7 +176,7 @@ impl CaseFile {
                 "It is how far the top platen moves down: at most half the height.",
             ),
             (Some(_), Some(_)) => beside("test.displacement_mm"),
-            (Some(_), _) if case.test.platens != PlatensName::Sliding => beside("test.platens"),
+            (Some(_), _) if case.test.platens != Platens::Sliding => beside("test.platens"),
             (Some(_), _) if case.prior.is_some() => beside("prior"),
             (Some(conditions), _) => self.check_conditions(conditions),
         }
@@ -269,7 +247,7 @@ impl CaseFile {
         ];
         for (key, value, most, help) in resists {
             self.within(key, value, 0.0, most, "", help)?;
-            if value > 0.0 && test.platens == PlatensName::Sliding {
+            if value > 0.0 && test.platens == Platens::Sliding {
                 return Err(self.error(
                     key,
                     value.to_string(),
@@ -287,4 +265,11 @@ impl CaseFile {
             "Take a hundredth of the velocity at which the ends slide.",
         )
     }
+}
+
+/// A clause as a sentence of its own.
+fn sentence(clause: &str) -> String {
+    let mut letters = clause.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    first.chain(letters).chain(['.']).collect()
 }

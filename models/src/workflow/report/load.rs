@@ -5,15 +5,11 @@ use surrogate::{Dataset, DynPce, FitReport, OrderRule};
 
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
-use crate::case::{Bounds, Case, Parameter};
+use crate::case::{Case, MaterialParameter, PriorBounds};
 use crate::error::InputError;
-use crate::qoi::Qois;
-use crate::report::{Marginal, OrderErrors, Points, Qoi, Results, mean, number};
-use crate::table::{CsvTable, Row};
-
-/// In the order of [`Qois::NAMES`].
-const QOI_LABELS: [&str; 3] =
-    ["initial slope (N/mm)", "peak force (N)", "displacement at peak (mm)"];
+use crate::qoi::Quantity;
+use crate::report::{CalibratedParameter, OrderErrors, Points, Qoi, Results, mean, number};
+use crate::table::{CsvTable, TableRow};
 
 /// Reads the results.
 pub(super) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
@@ -35,7 +31,7 @@ pub(super) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
         warnings: inputs.text("warnings.txt")?.lines().map(str::to_owned).collect(),
         settings: settings(case),
         notes: notes(inputs, case)?,
-        qois: qois(inputs, &data)?,
+        qois: qois(inputs, &case.qoi.quantities, &data)?,
         ..Results::default()
     };
     for (qoi, total) in results.qois.iter_mut().zip(pce.sobol().total) {
@@ -100,7 +96,7 @@ fn summary(inputs: &Inputs<'_>) -> Result<Vec<Vec<String>>, WorkflowError> {
 fn facts(inputs: &Inputs<'_>) -> Result<Vec<(String, String)>, WorkflowError> {
     let path = inputs.file("mesh.csv")?;
     let table = CsvTable::read(&path, &["quantity", "value"])?;
-    let fact = |row: Row| {
+    let fact = |row: TableRow| {
         let value = row.number("value")?;
         let whole = value.fract() == 0.0 && value.abs() < 1e15;
         let shown = if whole { value.to_string() } else { number(value) };
@@ -123,7 +119,7 @@ fn orders(fit: &FitReport) -> Vec<OrderErrors> {
         .collect()
 }
 
-fn parameters(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<Marginal>, WorkflowError> {
+fn parameters(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<CalibratedParameter>, WorkflowError> {
     let Some(prior) = &case.prior else { return Ok(Vec::new()) };
     let [draws, summary, map] = ["posterior.csv", "summary.csv", "map.csv"].map(|f| inputs.file(f));
     let (draws, summary, map) = (draws?, summary?, map?);
@@ -132,9 +128,9 @@ fn parameters(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<Marginal>, Workflo
     let draws = CsvTable::read(&draws, &names)?;
     let summary = CsvTable::read(&summary, &["parameter", "mean", "sd", "contraction"])?;
     let map = CsvTable::read(&map, &["parameter", "map"])?;
-    let one_region = |p: &Parameter| prior.parameters().all(|q| q.region == p.region);
+    let one_region = |p: &MaterialParameter| prior.parameters().all(|q| q.region == p.region);
     let mut parameters = Vec::new();
-    for ((parameter, &Bounds([lower, upper])), name) in prior.iter().zip(&names[1..]) {
+    for ((parameter, &PriorBounds([lower, upper])), name) in prior.iter().zip(&names[1..]) {
         let mut chains: Vec<Vec<f64>> = Vec::new();
         for row in draws.rows() {
             let chain = row.number("chain")? as usize;
@@ -144,7 +140,7 @@ fn parameters(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<Marginal>, Workflo
         let of = |table: &CsvTable<'_>, column: &str| -> Result<f64, InputError> {
             table.named("parameter", name)?.number(column)
         };
-        parameters.push(Marginal {
+        parameters.push(CalibratedParameter {
             label: parameter.label(one_region(parameter)),
             prior: (lower, upper),
             chains,
@@ -160,15 +156,21 @@ fn parameters(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<Marginal>, Workflo
     Ok(parameters)
 }
 
-fn qois(inputs: &Inputs<'_>, data: &Dataset) -> Result<Vec<Qoi>, WorkflowError> {
+fn qois(
+    inputs: &Inputs<'_>,
+    quantities: &[Quantity],
+    data: &Dataset,
+) -> Result<Vec<Qoi>, WorkflowError> {
     let (confirm, experiments) = (inputs.file("confirm.csv")?, inputs.file("experiments.csv")?);
     let confirm = CsvTable::read(&confirm, &["qoi", "map_simulation", "percent_error"])?;
-    let experiments = CsvTable::read(&experiments, &Qois::NAMES)?;
+    let columns: Vec<&str> = quantities.iter().map(|quantity| quantity.column()).collect();
+    let experiments = CsvTable::read(&experiments, &columns)?;
     let mut qois = Vec::new();
-    for (m, (name, label)) in Qois::NAMES.into_iter().zip(QOI_LABELS).enumerate() {
+    for (m, quantity) in quantities.iter().enumerate() {
+        let name = quantity.column();
         let row = confirm.named("qoi", name)?;
         qois.push(Qoi {
-            label: label.to_owned(),
+            label: quantity.label().to_owned(),
             experiments: experiments.rows().map(|r| r.number(name)).collect::<Result<_, _>>()?,
             ensemble: data.rows().map(|(_, y)| y[m]).collect(),
             map: row.number("map_simulation")?,
@@ -225,7 +227,7 @@ fn notes(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<String>, WorkflowError>
     if !inputs.are_specimens_virtual()? {
         return Ok(Vec::new());
     }
-    let mut notes = bias(inputs)?;
+    let mut notes = bias(inputs, &case.qoi.quantities)?;
     if case.specimen.grains.is_some() {
         notes.push(
             "Every virtual specimen has a packing of its own, the surrogate has one. By how much \
@@ -239,14 +241,14 @@ fn notes(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<String>, WorkflowError>
 }
 
 /// What the coarse mesh of the surrogate does, where the virtual specimens had a finer one.
-fn bias(inputs: &Inputs<'_>) -> Result<Vec<String>, WorkflowError> {
+fn bias(inputs: &Inputs<'_>, quantities: &[Quantity]) -> Result<Vec<String>, WorkflowError> {
     let Some(path) = inputs.file_if_there("experiments/bias.csv") else { return Ok(Vec::new()) };
     let table = CsvTable::read(&path, &["quantity", "surrogate_mesh", "experiments_mesh"])?;
     let mesh = table.named("quantity", "spacing_mm")?;
     let mut parts = Vec::new();
-    for (name, label) in Qois::NAMES.into_iter().zip(QOI_LABELS) {
-        let percent = table.named("quantity", name)?.number("percent_bias")?;
-        parts.push(format!("{label} {percent:+.1} %"));
+    for quantity in quantities {
+        let percent = table.named("quantity", quantity.column())?.number("percent_bias")?;
+        parts.push(format!("{} {percent:+.1} %", quantity.label()));
     }
     Ok(vec![format!(
         "The virtual specimens were meshed at {} mm, the surrogate's at {} mm. At the true \

@@ -7,9 +7,9 @@ use std::path::Path;
 /// Reference: Fowler, Noll & Vo, <http://www.isthe.com/chongo/tech/comp/fnv/>. It guards against
 /// stale files, not against malice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Fingerprint(u64);
+pub(super) struct ContentHash(u64);
 
-impl Fingerprint {
+impl ContentHash {
     /// Of nothing.
     pub(super) const EMPTY: Self = Self(0xcbf2_9ce4_8422_2325);
 
@@ -45,7 +45,7 @@ impl Fingerprint {
     }
 }
 
-impl std::fmt::Display for Fingerprint {
+impl std::fmt::Display for ContentHash {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{:016x}", self.0)
     }
@@ -59,17 +59,17 @@ mod tests {
     fn published_value_of_fnv_1a() {
         // the empty entry leaves only its length, eight zero bytes: eight multiplications
         let prime = 0x0100_0000_01b3_u64;
-        let expected = (0..8).fold(Fingerprint::EMPTY.0, |hash, _| hash.wrapping_mul(prime));
-        assert_eq!(Fingerprint::of("").0, expected);
+        let expected = (0..8).fold(ContentHash::EMPTY.0, |hash, _| hash.wrapping_mul(prime));
+        assert_eq!(ContentHash::of("").0, expected);
         // "a" has the published hash af63dc4c8601ec8c before its length is added
-        let a = (Fingerprint::EMPTY.0 ^ 0x61).wrapping_mul(prime);
+        let a = (ContentHash::EMPTY.0 ^ 0x61).wrapping_mul(prime);
         assert_eq!(a, 0xaf63_dc4c_8601_ec8c);
     }
 
     #[test]
     fn entries_do_not_run_together() {
         let of = |entries: [&str; 2]| {
-            entries.iter().fold(Fingerprint::EMPTY, |sum, e| sum.bytes(e.as_bytes()))
+            entries.iter().fold(ContentHash::EMPTY, |sum, e| sum.bytes(e.as_bytes()))
         };
         assert_ne!(of(["ab", "c"]), of(["a", "bc"]));
         assert_eq!(of(["ab", "c"]), of(["ab", "c"]));
@@ -78,7 +78,7 @@ mod tests {
     #[test]
     fn a_folder_is_its_names_and_contents() {
         let dir = tempfile::tempdir().unwrap();
-        let of = || Fingerprint::of_path(dir.path()).unwrap();
+        let of = || ContentHash::of_path(dir.path()).unwrap();
         std::fs::write(dir.path().join("a"), "1").unwrap();
         std::fs::write(dir.path().join("b"), "2").unwrap();
         let whole = of();
