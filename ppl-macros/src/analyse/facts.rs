@@ -1,6 +1,6 @@
 //! Statement by statement: what is wrong with it, and where it stands.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use proc_macro2::Span;
 use syn::ext::IdentExt;
@@ -17,18 +17,20 @@ use crate::errors::{self, at};
 use crate::syntax::patterns::{bound_by_condition, bound_names};
 use crate::syntax::places::{Place, place, plain_name};
 
-/// What is known of a statement.
+/// What is known of statements.
+#[derive(Default)]
 pub(crate) struct Facts {
-    pub(crate) site: Site,
-    /// Why it is refused.
-    pub(crate) error: Option<Error>,
+    /// Where they stand.
+    pub(crate) sites: BTreeMap<Id, Site>,
+    /// Why they are refused.
+    pub(crate) errors: HashMap<Id, Error>,
 }
 
 /// Of all statements of a body whose arguments are in scope.
-pub(super) fn facts(body: &Block, activity: &Activity, scope: Scope) -> BTreeMap<Id, Facts> {
+pub(super) fn facts(body: &Block, activity: &Activity, scope: Scope) -> Facts {
     let mut reader = Reader {
         activity,
-        facts: BTreeMap::new(),
+        facts: Facts::default(),
         scope,
         recorded: Names::default(),
         plates: Vec::new(),
@@ -37,13 +39,13 @@ pub(super) fn facts(body: &Block, activity: &Activity, scope: Scope) -> BTreeMap
         has_items: false,
     };
     reader.block(body);
-    reader.recorded.stack(&mut reader.facts);
+    reader.recorded.stack(&mut reader.facts.sites);
     reader.facts
 }
 
 struct Reader<'a> {
     activity: &'a Activity,
-    facts: BTreeMap<Id, Facts>,
+    facts: Facts,
     scope: Scope,
     /// Names in the results so far, on the way to here.
     recorded: Names,
@@ -75,8 +77,7 @@ impl Reader<'_> {
             self.is_predicted = outer;
             if let Err(error) = result {
                 self.scope.bind(statement.declared(), Meaning::Known);
-                let site = self.site(statement, String::new());
-                self.facts.insert(statement.id, Facts { site, error: Some(error) });
+                self.facts.errors.insert(statement.id, error);
             }
         }
         self.scope = scope;
@@ -117,7 +118,7 @@ impl Reader<'_> {
         }
         let first = names.first().map(|name| name.unraw().to_string());
         let site = self.site(statement, name.or(first).unwrap_or_default());
-        self.facts.insert(*id, Facts { site, error: None });
+        self.facts.sites.insert(*id, site);
         Ok(())
     }
 

@@ -11,7 +11,7 @@ mod scope;
 mod site;
 mod uses;
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{HashMap, HashSet};
 
 use quote::ToTokens;
 use syn::Error;
@@ -28,7 +28,7 @@ pub(crate) use site::Site;
 /// All that is known of a body.
 pub(crate) struct Analysis {
     pub(crate) activity: Activity,
-    facts: BTreeMap<Id, Facts>,
+    facts: Facts,
     plates: HashMap<Id, Plate>,
     open: HashSet<Id>,
     /// Whether every point runs the same statements, and none takes data from a point.
@@ -57,12 +57,12 @@ impl Analysis {
 
     /// Where a statement stands.
     pub(crate) fn site(&self, statement: Id) -> Option<&Site> {
-        self.facts.get(&statement).map(|facts| &facts.site)
+        self.facts.sites.get(&statement)
     }
 
     /// Why it is refused.
     pub(crate) fn refused(&self, statement: Id) -> Option<&Error> {
-        self.facts.get(&statement).and_then(|facts| facts.error.as_ref())
+        self.facts.errors.get(&statement)
     }
 
     /// What is known of a loop.

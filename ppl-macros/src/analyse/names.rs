@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use quote::ToTokens;
 use syn::{Expr, Result};
 
-use super::facts::Facts;
+use super::site::Site;
 use crate::ast::Id;
 use crate::errors::{self, at};
 use crate::syntax::places::Place;
@@ -87,17 +87,17 @@ impl Names {
 
     /// Where several statements observe entries of one name, these stack in the order in which
     /// they run, along the dimension that all their loops name.
-    pub(super) fn stack(&self, facts: &mut BTreeMap<Id, Facts>) {
+    pub(super) fn stack(&self, sites: &mut BTreeMap<Id, Site>) {
         for statements in self.shared.iter().filter_map(|name| self.observed.get(name)) {
-            let own = statements.iter().filter_map(|id| facts.get(id));
-            let mut plates = own.map(|own| &own.site.plates).filter(|plates| !plates.is_empty());
+            let own = statements.iter().filter_map(|id| sites.get(id));
+            let mut plates = own.map(|site| &site.plates).filter(|plates| !plates.is_empty());
             let first = plates.next().cloned().unwrap_or_default();
             let is_same = plates.all(|plates| *plates == first);
             let plates = if is_same { first } else { Vec::new() };
             for id in statements {
-                if let Some(own) = facts.get_mut(id) {
-                    own.site.repeated = true;
-                    own.site.plates.clone_from(&plates);
+                if let Some(site) = sites.get_mut(id) {
+                    site.repeated = true;
+                    site.plates.clone_from(&plates);
                 }
             }
         }
