@@ -56,16 +56,17 @@
 //! 1. `error`: what can be wrong, with its source
 //! 2. `file`: files that are written whole or not at all
 //! 3. `fields`: displacement and damage at the nodes
-//! 4. `mesh`: tetrahedra with named regions and surfaces, Gmsh and ParaView files
-//! 5. `specimen`: grains, packings and their labels
-//! 6. `element`: linear and quadratic tetrahedra, quadrature, the space on a mesh
-//! 7. `material`: laws, damage, and what they give at a point
-//! 8. `operator`: residual and tangent of a whole mesh, bounds of the unknowns
-//! 9. `solve`: Newton, alternate minimisation, arc length, contact passes, linear solvers
-//! 10. `boundary`: conditions, loads, platens and contact
-//! 11. `problem`: a problem, its load steps, curves and checkpoints
-//! 12. `ensemble`: many runs in a directory
-//! 13. `bench`: what the bench of the engine times (feature `bench-internals`)
+//! 4. `image`: voxels from TIFF stacks, grains from voxels
+//! 5. `mesh`: tetrahedra with named regions and surfaces, Gmsh and ParaView files
+//! 6. `specimen`: grains, packings and their labels
+//! 7. `element`: linear and quadratic tetrahedra, quadrature, the space on a mesh
+//! 8. `material`: laws, damage, and what they give at a point
+//! 9. `operator`: residual and tangent of a whole mesh, bounds of the unknowns
+//! 10. `solve`: Newton, alternate minimisation, arc length, contact passes, linear solvers
+//! 11. `boundary`: conditions, loads, platens and contact
+//! 12. `problem`: a problem, its load steps, curves and checkpoints
+//! 13. `ensemble`: many runs in a directory
+//! 14. `bench`: what the bench of the engine times (feature `bench-internals`)
 
 #[cfg(feature = "bench-internals")]
 pub mod bench;
@@ -75,6 +76,7 @@ mod ensemble;
 mod error;
 mod fields;
 mod file;
+mod image;
 mod material;
 mod mesh;
 mod operator;
@@ -93,6 +95,10 @@ pub use ensemble::{
 pub use error::{CheckpointError, CurveFileError, FemError, MeshError, StepFailure};
 pub use fields::Fields;
 pub use file::write_atomically;
+pub use image::{
+    Cylinder, ImageError, Region, RgbSlice, Score, SeedRule, Segmentation, Segmented, SpecimenForm,
+    SpecimenStatistics, Volume, outlined_slice, score, tiff,
+};
 pub use material::{
     CrackDensity, DamageQuadrature, ElasticLaw, Elasticity, Fracture, HyperelasticLaw,
     Irreversibility, Material, MooneyRivlin, Ogden, OgdenTerm, PhaseField, PrincipalStrain,
@@ -106,6 +112,7 @@ pub use problem::{
 };
 pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};
 pub use specimen::{
-    ConvexPolyhedron, FractionTarget, Grain, GrainField, GrainForm, GrainList, GrainShape,
-    GrainVolume, LabelReport, Labelling, Packing, PackingError, SizeClass, label,
+    ConvexPolyhedron, FractionTarget, Grain, GrainField, GrainForm, GrainList, GrainMode,
+    GrainShape, GrainVolume, LabelReport, Labelling, MeshReport, Meshed, MeshedGrain, Meshing,
+    MeshingError, Packing, PackingError, Scan, ScanError, Scanner, SizeClass, VoxelGrains, label,
 };

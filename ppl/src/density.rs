@@ -67,7 +67,7 @@ pub trait LogDensity: Sync {
 
 /// A statement of a model: where it stands and how it reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Place {
+pub struct Location {
     /// The statement as written, shortened.
     pub statement: &'static str,
     /// Source file.
@@ -76,14 +76,14 @@ pub struct Place {
     pub line: u32,
 }
 
-impl Place {
+impl Location {
     /// For densities that are not made of statements.
     pub const fn unknown() -> Self {
         Self { statement: "log density", file: "", line: 0 }
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.file.is_empty() {
             write!(f, "`{}`", self.statement)
@@ -97,27 +97,27 @@ impl fmt::Display for Place {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Rejection {
     /// A term is NaN or infinite.
-    #[error("log density is {value} at {place}")]
+    #[error("log density is {value} at {location}")]
     NotFinite {
         /// The statement whose term it is.
-        place: Place,
+        location: Location,
         /// The term.
         value: f64,
     },
     /// A function or a distribution is not defined there.
-    #[error("{error} at {place}")]
+    #[error("{error} at {location}")]
     Domain {
         /// The statement that called it.
-        place: Place,
+        location: Location,
         /// What it said.
         #[source]
         error: Box<DomainError>,
     },
     /// The model said `reject!`.
-    #[error("rejected at {place}: {message}")]
+    #[error("rejected at {location}: {message}")]
     Reject {
         /// The statement.
-        place: Place,
+        location: Location,
         /// The model's words.
         message: String,
     },
@@ -133,11 +133,11 @@ impl Rejection {
     }
 
     /// The statement that rejected, if the run can go on.
-    pub fn place(&self) -> Option<Place> {
+    pub fn location(&self) -> Option<Location> {
         match self {
-            Self::NotFinite { place, .. }
-            | Self::Domain { place, .. }
-            | Self::Reject { place, .. } => Some(*place),
+            Self::NotFinite { location, .. }
+            | Self::Domain { location, .. }
+            | Self::Reject { location, .. } => Some(*location),
             Self::Fatal(_) => None,
         }
     }
@@ -148,45 +148,47 @@ impl Rejection {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FatalError {
     /// A prediction was asked for where none can be made.
-    #[error("{place}: predictions need `if cx.predicts()` around them")]
+    #[error("{location}: predictions need `if cx.predicts()` around them")]
     Prediction {
         /// The statement.
-        place: Place,
+        location: Location,
     },
     /// More observations than when the data were bound.
     #[error(
-        "{place}: the model observes more often than when its data were bound; make that a matter of \
+        "{location}: the model observes more often than when its data were bound; make that a matter of \
          data"
     )]
     MoreObservations {
         /// The first statement too many.
-        place: Place,
+        location: Location,
     },
     /// An unknown past the last coordinate, or coordinates past the last unknown.
     #[error(
         "the number of unknowns depends on the values of unknowns, or the point has another length \
          than `dim()`: {}; make the size of the model a matter of data",
-        coordinates_left(.place)
+        coordinates_left(.location)
     )]
     VaryingDimension {
         /// The statement that asks for more than there is; `None` where coordinates are left over.
-        place: Option<Place>,
+        location: Option<Location>,
     },
     /// A distribution that contradicts itself.
     #[error(
-        "{place}: its distribution takes another number of coordinates than its `dim()`, {dim}"
+        "{location}: its distribution takes another number of coordinates than its `dim()`, {dim}"
     )]
     OtherDimension {
         /// The statement.
-        place: Place,
+        location: Location,
         /// What `dim()` says.
         dim: usize,
     },
     /// A product of vectors of different lengths.
-    #[error("{place}: `dot` multiplies {data} data with {unknowns} unknowns: give them one length")]
+    #[error(
+        "{location}: `dot` multiplies {data} data with {unknowns} unknowns: give them one length"
+    )]
     DotLengths {
         /// The statement.
-        place: Place,
+        location: Location,
         /// Number of data.
         data: usize,
         /// Number of unknowns.
@@ -203,10 +205,10 @@ pub enum FatalError {
         point: usize,
     },
     /// A name that stands for two things, or whose values change their shape.
-    #[error("{place}: the name `{name}` {problem}")]
+    #[error("{location}: the name `{name}` {problem}")]
     Name {
         /// The statement.
-        place: Place,
+        location: Location,
         /// The name.
         name: String,
         /// What is wrong with it.
@@ -221,11 +223,11 @@ pub enum FatalError {
     /// The model's own code panicked, at an index out of bounds for example.
     #[error(
         "the model panics{}: {message}; compare the data that it reads there",
-        at_or_after(.place)
+        at_or_after(.location)
     )]
     Panic {
         /// The last statement before.
-        place: Option<Place>,
+        location: Option<Location>,
         /// What it said.
         message: String,
     },
@@ -241,15 +243,15 @@ impl FatalError {
     }
 }
 
-fn coordinates_left(place: &Option<Place>) -> String {
-    match place {
-        Some(place) => format!("{place} asks for more than the point has"),
+fn coordinates_left(location: &Option<Location>) -> String {
+    match location {
+        Some(location) => format!("{location} asks for more than the point has"),
         None => "the model stops asking before the last coordinate".to_owned(),
     }
 }
 
-fn at_or_after(place: &Option<Place>) -> String {
-    place.map_or(String::new(), |place| format!(" at or after {place}"))
+fn at_or_after(location: &Option<Location>) -> String {
+    location.map_or(String::new(), |location| format!(" at or after {location}"))
 }
 
 /// An error of the user's own; two are the same if they say the same.

@@ -2,13 +2,13 @@
 
 use std::fmt::Debug;
 
-use crate::expression::{Expression, Node};
+use crate::expression::{Expression, Formula};
 use crate::real::Real;
 use crate::scalar::Scalar;
 
 /// What [`dot`] multiplies data with: slices, arrays and vectors of numbers.
 pub trait Numbers: Debug {
-    /// What the reading computes with.
+    /// What the context computes with.
     type Scalar: Scalar;
 
     /// The numbers.
@@ -66,7 +66,7 @@ impl<N: ?Sized> Clone for Dot<'_, N> {
 
 impl<N: ?Sized> Copy for Dot<'_, N> {}
 
-impl<N: Numbers + ?Sized> Node for Dot<'_, N> {
+impl<N: Numbers + ?Sized> Formula for Dot<'_, N> {
     type Number = Real<N::Scalar>;
 
     #[inline(always)]

@@ -36,7 +36,7 @@ impl<'p, L: Backend, const JACOBIAN: bool> Density<'p, L, JACOBIAN> {
     pub(crate) fn read(&mut self, model: &impl Model) -> Result<(), Rejection> {
         model.run(self)?;
         if self.backend.take(1).is_some() {
-            return Err(fatal(|| FatalError::VaryingDimension { place: None }));
+            return Err(fatal(|| FatalError::VaryingDimension { location: None }));
         }
         Ok(())
     }
@@ -75,7 +75,7 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         };
         let value = distribution.constrain(&mut next, JACOBIAN, &mut terms);
         if taken != dim {
-            return Err(fatal(|| FatalError::OtherDimension { place: site.place, dim }));
+            return Err(fatal(|| FatalError::OtherDimension { location: site.location, dim }));
         }
         self.add(site, terms)?;
         Ok(value)
@@ -105,7 +105,7 @@ impl<L: Backend, const JACOBIAN: bool> Context for Density<'_, L, JACOBIAN> {
         site: &'static Site,
         _: D,
     ) -> Result<D::Value, Rejection> {
-        Err(fatal(|| FatalError::Prediction { place: site.place }))
+        Err(fatal(|| FatalError::Prediction { location: site.location }))
     }
 }
 
@@ -121,7 +121,7 @@ impl<L: Backend, const JACOBIAN: bool> ContextHooks for Density<'_, L, JACOBIAN>
         };
         let Some(sums) = statistics.next() else { return Err(more_observations(site)) };
         let mut terms = self.terms();
-        distribution.add_pooled_terms(sums, &mut terms);
+        distribution.add_statistics_terms(sums, &mut terms);
         self.add(site, terms)?;
         Ok(true)
     }
@@ -185,7 +185,7 @@ impl<L: Backend, const JACOBIAN: bool> ContextHooks for Density<'_, L, JACOBIAN>
                 sums.as_slice()
             }
         };
-        distribution.add_pooled_terms(sums, &mut terms);
+        distribution.add_statistics_terms(sums, &mut terms);
         self.add(site, terms)
     }
 
@@ -216,15 +216,15 @@ fn elsewhere<T>(f: impl FnOnce() -> T) -> T {
 
 #[inline(always)]
 fn not_finite(site: &Site, value: impl FnOnce() -> f64) -> Rejection {
-    Rejection::NotFinite { place: site.place, value: elsewhere(value) }
+    Rejection::NotFinite { location: site.location, value: elsewhere(value) }
 }
 
 #[inline(always)]
 fn more_observations(site: &Site) -> Rejection {
-    fatal(|| FatalError::MoreObservations { place: site.place })
+    fatal(|| FatalError::MoreObservations { location: site.location })
 }
 
 #[inline(always)]
 pub(crate) fn too_few_coordinates(site: &Site) -> Rejection {
-    fatal(|| FatalError::VaryingDimension { place: Some(site.place) })
+    fatal(|| FatalError::VaryingDimension { location: Some(site.location) })
 }

@@ -23,7 +23,7 @@ use crate::scalar::Scalar;
 pub struct Expression<E>(pub(crate) E);
 
 /// A formula or a part of one.
-pub trait Node: Copy + Debug {
+pub trait Formula: Copy + Debug {
     /// What it is made of.
     type Number: Scalar;
 
@@ -45,14 +45,14 @@ pub trait Node: Copy + Debug {
     /// Calls `f` with each number in it and `weight` times the derivative in that number.
     fn spread(self, weight: f64, f: &mut impl FnMut(Self::Number, f64));
 
-    /// As [`spread`](Node::spread) for weights that are final.
+    /// As [`spread`](Formula::spread) for weights that are final.
     #[inline(always)]
     fn settle(self, weight: f64, f: &mut impl FnMut(Self::Number, f64)) {
         self.spread(weight, f);
     }
 }
 
-impl<S: Scalar> Node for Real<S> {
+impl<S: Scalar> Formula for Real<S> {
     type Number = Self;
     const NUMBERS: usize = 1;
 
@@ -75,7 +75,7 @@ pub struct Unary<A> {
     argument: A,
 }
 
-impl<A: Node> Node for Unary<A> {
+impl<A: Formula> Formula for Unary<A> {
     type Number = A::Number;
     const NUMBERS: usize = A::NUMBERS;
 
@@ -103,7 +103,7 @@ pub struct Binary<A, B> {
     arguments: (A, B),
 }
 
-impl<A: Node, B: Node<Number = A::Number>> Node for Binary<A, B> {
+impl<A: Formula, B: Formula<Number = A::Number>> Formula for Binary<A, B> {
     type Number = A::Number;
     const NUMBERS: usize = A::NUMBERS.saturating_add(B::NUMBERS);
 
@@ -125,7 +125,7 @@ impl<A: Node, B: Node<Number = A::Number>> Node for Binary<A, B> {
     }
 }
 
-impl<A: Node> Expression<A> {
+impl<A: Formula> Expression<A> {
     /// Its value.
     #[inline(always)]
     pub fn value(self) -> f64 {
@@ -164,7 +164,7 @@ impl<A: Node> Expression<A> {
 
     /// As [`Scalar::pow`].
     #[inline(always)]
-    pub fn pow<B: Node<Number = A::Number>>(self, p: Expression<B>) -> Expression<Binary<A, B>> {
+    pub fn pow<B: Formula<Number = A::Number>>(self, p: Expression<B>) -> Expression<Binary<A, B>> {
         let [x, e] = Dual::variables([self.value(), p.value()]);
         let y = x.pow(e);
         let [in_x, in_p] = y.gradient();
@@ -174,7 +174,7 @@ impl<A: Node> Expression<A> {
 
 macro_rules! elementary {
     ($($name:ident),*) => {
-        impl<A: Node> Expression<A> {
+        impl<A: Formula> Expression<A> {
             $(
                 #[doc = concat!("As [`Scalar::", stringify!($name), "`].")]
                 #[inline(always)]
@@ -187,7 +187,7 @@ macro_rules! elementary {
 }
 elementary!(exp, exp_m1, ln, ln_1p, sqrt, square, recip, sin, cos, tanh, abs, logistic, softplus);
 
-impl<A: Node> Partials<A::Number> for Expression<A> {
+impl<A: Formula> Partials<A::Number> for Expression<A> {
     const MOST: usize = A::NUMBERS;
 
     #[inline(always)]
@@ -201,14 +201,14 @@ impl<A: Node> Partials<A::Number> for Expression<A> {
     }
 }
 
-impl<A: Node> Parameter for Expression<A> {
+impl<A: Formula> Parameter for Expression<A> {
     #[inline(always)]
     fn number(self) -> f64 {
         self.value()
     }
 }
 
-impl<S: Scalar, A: Node<Number = Real<S>>> Datum<Real<S>> for Expression<A> {
+impl<S: Scalar, A: Formula<Number = Real<S>>> Datum<Real<S>> for Expression<A> {
     const SHARED: bool = A::SHARED;
     const NUMBERS: usize = A::NUMBERS;
 
@@ -228,7 +228,7 @@ impl<S: Scalar, A: Node<Number = Real<S>>> Datum<Real<S>> for Expression<A> {
     }
 }
 
-impl<A: Node> Recordable for Expression<A> {
+impl<A: Formula> Recordable for Expression<A> {
     fn shape(&self) -> Vec<usize> {
         Vec::new()
     }
@@ -238,7 +238,7 @@ impl<A: Node> Recordable for Expression<A> {
     }
 }
 
-impl<A: Node> Neg for Expression<A> {
+impl<A: Formula> Neg for Expression<A> {
     type Output = Expression<Unary<A>>;
 
     #[inline(always)]
@@ -250,7 +250,7 @@ impl<A: Node> Neg for Expression<A> {
 /// An operator between a formula and a formula, a datum, a number, or references to these.
 macro_rules! arithmetic {
     ($Op:ident, $op:ident, |$a:ident, $b:ident| $rule:expr) => {
-        impl<A: Node, B: Node<Number = A::Number>> $Op<Expression<B>> for Expression<A> {
+        impl<A: Formula, B: Formula<Number = A::Number>> $Op<Expression<B>> for Expression<A> {
             type Output = Expression<Binary<A, B>>;
             #[inline(always)]
             fn $op(self, other: Expression<B>) -> Self::Output {
@@ -259,7 +259,7 @@ macro_rules! arithmetic {
                 Expression(Binary { value, slopes: (da, db), arguments: (self.0, other.0) })
             }
         }
-        impl<A: Node> $Op<f64> for Expression<A> {
+        impl<A: Formula> $Op<f64> for Expression<A> {
             type Output = Expression<Unary<A>>;
             #[inline(always)]
             fn $op(self, other: f64) -> Self::Output {
@@ -268,7 +268,7 @@ macro_rules! arithmetic {
                 self.unary(value, da)
             }
         }
-        impl<A: Node> $Op<Expression<A>> for f64 {
+        impl<A: Formula> $Op<Expression<A>> for f64 {
             type Output = Expression<Unary<A>>;
             #[inline(always)]
             fn $op(self, other: Expression<A>) -> Self::Output {
@@ -277,21 +277,21 @@ macro_rules! arithmetic {
                 other.unary(value, db)
             }
         }
-        arithmetic!(@as $Op, $op, [A: Node], Expression<A>, &f64, Unary<A>, |a, b| (a, *b));
-        arithmetic!(@as $Op, $op, [A: Node], &f64, Expression<A>, Unary<A>, |a, b| (*a, b));
-        arithmetic!(@as $Op, $op, [S: Scalar, A: Node<Number = Real<S>>], Expression<A>, Real<S>,
+        arithmetic!(@as $Op, $op, [A: Formula], Expression<A>, &f64, Unary<A>, |a, b| (a, *b));
+        arithmetic!(@as $Op, $op, [A: Formula], &f64, Expression<A>, Unary<A>, |a, b| (*a, b));
+        arithmetic!(@as $Op, $op, [S: Scalar, A: Formula<Number = Real<S>>], Expression<A>, Real<S>,
             Binary<A, Real<S>>, |a, b| (a, Expression(b)));
-        arithmetic!(@as $Op, $op, [S: Scalar, A: Node<Number = Real<S>>], Expression<A>, &Real<S>,
+        arithmetic!(@as $Op, $op, [S: Scalar, A: Formula<Number = Real<S>>], Expression<A>, &Real<S>,
             Binary<A, Real<S>>, |a, b| (a, Expression(*b)));
-        arithmetic!(@as $Op, $op, [S: Scalar, A: Node<Number = Real<S>>], Real<S>, Expression<A>,
+        arithmetic!(@as $Op, $op, [S: Scalar, A: Formula<Number = Real<S>>], Real<S>, Expression<A>,
             Binary<Real<S>, A>, |a, b| (Expression(a), b));
-        arithmetic!(@as $Op, $op, [S: Scalar, A: Node<Number = Real<S>>], &Real<S>, Expression<A>,
+        arithmetic!(@as $Op, $op, [S: Scalar, A: Formula<Number = Real<S>>], &Real<S>, Expression<A>,
             Binary<Real<S>, A>, |a, b| (Expression(*a), b));
     };
-    (@as $Op:ident, $op:ident, [$($generics:tt)*], $Left:ty, $Right:ty, $Node:ty,
+    (@as $Op:ident, $op:ident, [$($generics:tt)*], $Left:ty, $Right:ty, $Formula:ty,
      |$a:ident, $b:ident| ($left:expr, $right:expr)) => {
         impl<$($generics)*> $Op<$Right> for $Left {
-            type Output = Expression<$Node>;
+            type Output = Expression<$Formula>;
             #[inline(always)]
             fn $op(self, $b: $Right) -> Self::Output {
                 let $a = self;

@@ -9,7 +9,7 @@ use crate::density::{FatalError, Rejection};
 use crate::evaluation::{Statistics, SufficientStatistics};
 use crate::layout::Layout;
 use crate::record::{Entry, Record, Role};
-use crate::trace::{CoordinateReader, Source, Trace};
+use crate::trace::{CoordinateReader, Trace, UnknownsFrom};
 use crate::words::{datum, first_to_fail, further};
 
 /// A model that cannot be evaluated at all.
@@ -70,7 +70,7 @@ impl Inspection {
         }
     }
 
-    /// What suffices of pooled data; `memory` for it where it is found anew.
+    /// The sufficient statistics of the data; `memory` for it where it is found anew.
     #[inline]
     pub(crate) fn statistics<'p>(&'p self, memory: &'p mut Vec<f64>) -> Statistics<'p> {
         match &self.statistics {
@@ -122,7 +122,7 @@ fn run(
     let mut tries = 0;
     loop {
         tries += 1;
-        let mut trace = Trace::new(Source::Prior, &mut *rng);
+        let mut trace = Trace::new(UnknownsFrom::Prior, &mut *rng);
         trace.statistics.clone_from(&statistics);
         let outcome = traced(model, &mut trace);
         let (statistics, failing) = (trace.statistics.take(), trace.failing.take());
@@ -149,7 +149,7 @@ fn traced(model: &dyn Statements, trace: &mut Trace<'_>) -> Result<(), Rejection
     };
     let text = panic.downcast_ref::<String>().map(String::as_str);
     let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
-    Err(Box::new(FatalError::Panic { place: trace.last, message: text.to_owned() }).into())
+    Err(Box::new(FatalError::Panic { location: trace.last, message: text.to_owned() }).into())
 }
 
 /// What the model names at `y`, up to a rejection.
@@ -158,7 +158,7 @@ pub(crate) fn record_at(
     y: &[f64],
     rng: &mut dyn RngCore,
 ) -> (Record, Result<(), Rejection>) {
-    let mut trace = Trace::new(Source::Point(CoordinateReader::new(y)), rng);
+    let mut trace = Trace::new(UnknownsFrom::Point(CoordinateReader::new(y)), rng);
     let outcome = model.trace(&mut trace);
     trace.record.unfold();
     (trace.record, outcome)
@@ -215,7 +215,7 @@ fn constant(
 /// at `y`.
 pub(crate) fn explain(model: &dyn Statements, y: &[f64]) -> Option<String> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
-    let mut trace = Trace::new(Source::Point(CoordinateReader::new(y)), &mut rng);
+    let mut trace = Trace::new(UnknownsFrom::Point(CoordinateReader::new(y)), &mut rng);
     let outcome = model.trace(&mut trace);
     let datum = match outcome {
         Err(_) => trace.failing,

@@ -117,7 +117,7 @@ pub use accumulator::{Accumulator, Joined};
 pub use bound::{Bound, Workspace};
 pub use coordinates::Coordinates;
 pub use datum::{Datum, Incomplete, Recordable};
-pub use density::{DomainError, FatalError, LogDensity, OtherError, Place, Rejection};
+pub use density::{DomainError, FatalError, Location, LogDensity, OtherError, Rejection};
 pub use differentiable::{Differentiable, DynDifferentiable};
 pub use distribution::*;
 pub use dot::dot;
@@ -143,9 +143,9 @@ pub use rand_xoshiro;
 pub use real::Real;
 pub use record::{Entry, Record, Role, Variable};
 pub use sampler::{
-    Chain, ChainStatus, Chains, ChainsFileError, Covariance, DelayedAcceptance, Divergence,
-    DrawStats, MapKind, MapSwitch, Mcmc, Metropolis, NoUTurn, Nuts, Progress, RandomWalk, RunError,
-    Screened, StopReason, WarmupReport,
+    Chain, ChainStatus, Chains, ChainsFileError, DelayedAcceptance, Divergence, DrawStats,
+    InverseMassMatrix, MapKind, MapSwitch, Mcmc, Metropolis, NoUTurn, Nuts, Progress, RandomWalk,
+    RunError, Screened, StopReason, WarmupReport,
 };
 pub use scalar::{Arithmetic, Scalar};
 pub use site::{Failure, Site};

@@ -1,7 +1,7 @@
 //! What generated code asks of names whose types the macro does not know.
 
 use crate::density::Rejection;
-use crate::expression::{Expression, Node};
+use crate::expression::{Expression, Formula};
 use crate::plate_adjoint::{Kept, Open, OpenSummed, Sum, Summed, Sums};
 use crate::real::Real;
 use crate::scalar::Scalar;
@@ -60,7 +60,7 @@ impl<S: Scalar> Number for Of<'_, Real<S>> {
     }
 }
 
-impl<A: Node> Number for Of<'_, Expression<A>> {
+impl<A: Formula> Number for Of<'_, Expression<A>> {
     type Operand = Expression<A>;
     type Value = A::Number;
 
@@ -160,7 +160,7 @@ impl<'a, S: Scalar> Number for Of<'a, Sum<Real<S>>> {
     }
 }
 
-impl<'a, A: Node> Number for Of<'a, Open<A>> {
+impl<'a, A: Formula> Number for Of<'a, Open<A>> {
     type Operand = Expression<OpenSummed<'a, A>>;
     type Value = A::Number;
 
@@ -208,7 +208,7 @@ impl<S: Scalar> Apart for Of<'_, Real<S>> {
     }
 }
 
-impl<A: Node> Apart for Of<'_, Expression<A>> {
+impl<A: Formula> Apart for Of<'_, Expression<A>> {
     type Sum = Open<A>;
 
     #[inline(always)]

@@ -8,7 +8,7 @@ use std::cell::Cell;
 use std::ops::{Deref, Index};
 
 use crate::dot::Numbers;
-use crate::expression::{Expression, Node};
+use crate::expression::{Expression, Formula};
 use crate::real::Real;
 use crate::scalar::Scalar;
 
@@ -47,7 +47,7 @@ pub struct Summed<'a, R, const SHARED: bool = true> {
     adjoint: &'a Cell<f64>,
 }
 
-impl<S: Scalar, const SHARED: bool> Node for Summed<'_, Real<S>, SHARED> {
+impl<S: Scalar, const SHARED: bool> Formula for Summed<'_, Real<S>, SHARED> {
     type Number = Real<S>;
     const SHARED: bool = SHARED;
     const NUMBERS: usize = 1;
@@ -75,7 +75,7 @@ pub struct Open<A> {
     adjoint: Cell<f64>,
 }
 
-impl<A: Node> Open<A> {
+impl<A: Formula> Open<A> {
     #[inline(always)]
     pub(crate) fn new(formula: Expression<A>) -> Self {
         Self { formula, adjoint: Cell::new(NOTHING) }
@@ -106,7 +106,7 @@ impl<A> Clone for OpenSummed<'_, A> {
 
 impl<A> Copy for OpenSummed<'_, A> {}
 
-impl<A: Node> Node for OpenSummed<'_, A> {
+impl<A: Formula> Formula for OpenSummed<'_, A> {
     type Number = A::Number;
     const NUMBERS: usize = A::NUMBERS;
 

@@ -60,7 +60,7 @@ pub struct SensitivityRow {
 }
 
 impl SensitivityRow {
-    /// The reading of the two numbers, with the published threshold of 0.05.
+    /// What the two numbers say, with the published threshold of 0.05.
     pub fn sensitivity(&self) -> Sensitivity {
         match (self.prior >= THRESHOLD, self.likelihood >= THRESHOLD) {
             (true, true) => Sensitivity::PriorDataConflict,

@@ -4,7 +4,7 @@ use crate::datum::Recordable;
 use crate::partials::Partials;
 use crate::scalar::{Scalar, impl_arithmetic};
 
-/// A number in the body of a model, over whatever kind of number the reading needs.
+/// A number in the body of a model, over whatever kind of number the evaluation context needs.
 ///
 /// A body is generic code. Over a bare type parameter `2.0 * x` would not resolve without
 /// `where` clauses that spoil the inference of every other float; over this one type the

@@ -113,8 +113,8 @@ impl Record {
         shape: &[usize],
     ) -> Result<&mut Entry, Rejection> {
         let refused = |problem: String| -> Rejection {
-            let (place, name) = (at.site.place, at.name.to_string());
-            Box::new(FatalError::Name { place, name, problem }).into()
+            let (location, name) = (at.site.location, at.name.to_string());
+            Box::new(FatalError::Name { location, name, problem }).into()
         };
         let found = self.entries.iter().position(|e| e.variable.name == at.name);
         let Some(index) = found else {

@@ -1,6 +1,6 @@
 //! Where a statement of a model stands, and what it leaves by.
 
-use crate::density::{DomainError, FatalError, Place, Rejection};
+use crate::density::{DomainError, FatalError, Location, Rejection};
 
 /// A statement of a model: the name that it declares or observes, and where it stands.
 #[derive(Clone, Copy, Debug)]
@@ -8,7 +8,7 @@ pub struct Site {
     /// Name in posteriors and reports.
     pub name: &'static str,
     /// Source.
-    pub place: Place,
+    pub location: Location,
     /// Whether it stands in a loop: its values are stacked then.
     pub repeated: bool,
     /// The names of the dimensions along which the loops around stack, the innermost last; empty
@@ -31,8 +31,8 @@ impl Site {
         file: &'static str,
         line: u32,
     ) -> Self {
-        let place = Place { statement, file, line };
-        Self { name, place, repeated: false, plates: &[], dims: &[] }
+        let location = Location { statement, file, line };
+        Self { name, location, repeated: false, plates: &[], dims: &[] }
     }
 
     /// The same in a loop.
@@ -53,7 +53,7 @@ impl Site {
         self
     }
 
-    /// A result with this place in its error: `expr?` inside a model.
+    /// A result with this location in its error: `expr?` inside a model.
     ///
     /// # Errors
     /// [`rejection`](Site::rejection) of what `result` holds.
@@ -63,21 +63,21 @@ impl Site {
 
     /// The point rejected here for a reason of the model's own: `reject!`.
     pub fn reject(&self, message: String) -> Rejection {
-        Rejection::Reject { place: self.place, message }
+        Rejection::Reject { location: self.location, message }
     }
 
     /// A product of vectors of different lengths, data and unknowns.
     #[cold]
     #[inline(never)]
     pub(crate) fn other_lengths(&self, data: usize, unknowns: usize) -> Rejection {
-        Box::new(FatalError::DotLengths { place: self.place, data, unknowns }).into()
+        Box::new(FatalError::DotLengths { location: self.location, data, unknowns }).into()
     }
 
-    /// Attaches this place to what a user function returned by `?`.
+    /// Attaches this location to what a user function returned by `?`.
     pub fn rejection(&self, error: impl Into<Failure>) -> Rejection {
         match error.into() {
             Failure::Domain(error) => {
-                Rejection::Domain { place: self.place, error: Box::new(error) }
+                Rejection::Domain { location: self.location, error: Box::new(error) }
             }
             Failure::Rejection(rejection) => rejection,
         }
@@ -107,6 +107,6 @@ impl From<Rejection> for Failure {
 
 impl From<DomainError> for Rejection {
     fn from(error: DomainError) -> Self {
-        Self::Domain { place: Place::unknown(), error: Box::new(error) }
+        Self::Domain { location: Location::unknown(), error: Box::new(error) }
     }
 }

@@ -54,7 +54,7 @@ pub trait Submodel<S: Scalar> {
 #[derive(Clone, Copy, Debug)]
 pub struct Part<M>(pub M);
 
-/// What `let name ~` can declare in the reading `C`: a distribution, or a [`Part`] whose names get
+/// What `let name ~` can declare in the context `C`: a distribution, or a [`Part`] whose names get
 /// the prefix `name.`.
 pub trait Declaration<C: Context> {
     /// What the name stands for.
@@ -88,7 +88,7 @@ impl<C: Context, M: Submodel<C::Number>> Declaration<C> for Part<M> {
     }
 }
 
-/// What `#[predict] let name ~` can draw in the reading `C`: as [`Declaration`], but counts and
+/// What `#[predict] let name ~` can draw in the context `C`: as [`Declaration`], but counts and
 /// flags too.
 pub trait Prediction<C: Context> {
     /// What the name stands for.

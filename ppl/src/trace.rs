@@ -1,4 +1,4 @@
-//! The reading of a model that writes everything down by name.
+//! The evaluation context that records everything by name.
 
 use std::borrow::Cow;
 
@@ -6,7 +6,7 @@ use rand::RngCore;
 
 use crate::accumulator::Settled;
 use crate::datum::Recordable;
-use crate::density::{FatalError, Place, Rejection};
+use crate::density::{FatalError, Location, Rejection};
 use crate::distribution::{Distribution, Unknown};
 use crate::evaluation::{SufficientStatistics, too_few_coordinates};
 use crate::layout;
@@ -17,7 +17,7 @@ use crate::site::Site;
 use crate::words;
 
 /// Where a trace takes its unknowns from.
-pub(crate) enum Source<'y> {
+pub(crate) enum UnknownsFrom<'y> {
     /// Draws from the prior.
     Prior,
     /// Unconstrained coordinates.
@@ -47,7 +47,7 @@ impl<'y> CoordinateReader<'y> {
 
 /// Records every statement; predictions and replicates are drawn with `rng`.
 pub(crate) struct Trace<'y> {
-    source: Source<'y>,
+    source: UnknownsFrom<'y>,
     rng: &'y mut dyn RngCore,
     pub(crate) record: Record,
     /// Places of the submodels around the current statement.
@@ -57,14 +57,14 @@ pub(crate) struct Trace<'y> {
     /// The datum whose distribution was not defined.
     pub(crate) failing: Option<String>,
     /// The statement that came last, and how many did.
-    pub(crate) last: Option<Place>,
+    pub(crate) last: Option<Location>,
     ran: usize,
     /// How many had run when the plates around began.
     begun: Vec<usize>,
 }
 
 impl<'y> Trace<'y> {
-    pub(crate) fn new(source: Source<'y>, rng: &'y mut dyn RngCore) -> Self {
+    pub(crate) fn new(source: UnknownsFrom<'y>, rng: &'y mut dyn RngCore) -> Self {
         let record = Record::default();
         let (around, statistics, failing, last) = (Vec::new(), None, None, None);
         let (ran, begun) = (0, Vec::new());
@@ -138,7 +138,7 @@ impl<'y> Trace<'y> {
 
     /// A statement is about to run.
     fn pass(&mut self, site: &Site) {
-        self.last = Some(site.place);
+        self.last = Some(site.location);
         self.ran += 1;
     }
 
@@ -176,8 +176,8 @@ impl<'y> Trace<'y> {
     ) -> Result<D::Value, Rejection> {
         self.pass(site);
         let value = match &mut self.source {
-            Source::Prior => site.locate(distribution.try_draw(self.rng))?,
-            Source::Point(point) => {
+            UnknownsFrom::Prior => site.locate(distribution.try_draw(self.rng))?,
+            UnknownsFrom::Point(point) => {
                 site.locate(distribution.validate())?;
                 let terms = &mut Settled::new(1.0);
                 let value = distribution.constrain(&mut || point.next(), false, terms);

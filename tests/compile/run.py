@@ -40,7 +40,7 @@ impl LogDensity for Normal {
 
 fn main() {
     let chains = Nuts::default().run(&Normal).unwrap();
-    println!("{}", chains.value(0, 0, 0));
+    println!("{}", chains.chains[0].draws[0]);
 }
 """
 

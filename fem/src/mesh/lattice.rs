@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
+use rayon::prelude::*;
+
 use super::TetMesh;
 use super::vector::{Point, mean};
 
@@ -19,7 +21,7 @@ const BULGE: f64 = 0.6;
 /// Coarsest spacing over the radius; beyond it a block of three cells is too fine for it.
 const COARSEST: f64 = 0.6;
 /// More cells than this are taken for a mistake in the units.
-const MAX_CELLS: f64 = 2.0e7;
+const MAX_CELLS: f64 = 2.0e6;
 
 /// The faces of a hexahedron, counter-clockwise seen from outside: bottom, top, four sides.
 const HEX_FACES: [[usize; 4]; 6] =
@@ -120,6 +122,21 @@ impl CylinderLattice {
         let layers = (height_mm / spacing_mm - 1e-9).ceil() as usize;
         Ok(split(&section, height_mm, layers))
     }
+
+    /// As [`CylinderLattice::build`], with all nodes of the wall on the circle, those in the middle
+    /// of its faces too: nearer to the cylinder, but no prism.
+    ///
+    /// # Errors
+    /// As [`CylinderLattice::build`].
+    pub fn build_round(&self) -> Result<TetMesh, LatticeError> {
+        let mut mesh = self.build()?;
+        for &node in mesh.surfaces["side"].as_flattened() {
+            let [x, y, _] = &mut mesh.nodes[node as usize];
+            let stretch = self.radius_mm / x.hypot(*y);
+            (*x, *y) = (*x * stretch, *y * stretch);
+        }
+        Ok(mesh)
+    }
 }
 
 /// Nodes and cells of the cross-section.
@@ -208,7 +225,7 @@ fn split(section: &Section, height: f64, layers: usize) -> TetMesh {
             }
         }
     }
-    faces.sort_unstable_by_key(|face| (face.key, face.centre));
+    faces.par_sort_unstable_by_key(|face| (face.key, face.centre));
 
     let mut tets = Vec::new();
     let mut surfaces: BTreeMap<String, Vec<[u32; 3]>> = BTreeMap::new();

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use rayon::prelude::*;
+
 use super::TetMesh;
 use super::tet_mesh::FACES;
 use super::vector::{Point, cross, dot, norm, sub};
@@ -38,16 +40,12 @@ impl Quality {
     /// ```
     pub fn of(mesh: &TetMesh) -> Quality {
         let tets = mesh.tets.len();
-        let mut smallest = Vec::with_capacity(tets);
-        let (mut max_dihedral, mut min_volume) = (0.0_f64, f64::INFINITY);
-        for tet in 0..tets {
-            let (low, high) = dihedrals(mesh.corners(tet));
-            smallest.push(low);
-            max_dihedral = max_dihedral.max(high);
-            min_volume = min_volume.min(mesh.tet_volume(tet));
-        }
+        let mut smallest = Quality::smallest_dihedrals_deg(mesh);
+        let max_dihedral =
+            (0..tets).map(|tet| dihedrals(mesh.corners(tet)).1).fold(0.0_f64, f64::max);
+        let min_volume = mesh.volumes().into_iter().fold(f64::INFINITY, f64::min);
         smallest.sort_by(f64::total_cmp);
-        let at = |k: usize| smallest.get(k).copied().unwrap_or(f64::NAN).to_degrees();
+        let at = |k: usize| smallest.get(k).copied().unwrap_or(f64::NAN);
         Quality {
             nodes: mesh.nodes.len(),
             tets,
@@ -57,6 +55,12 @@ impl Quality {
             min_volume_mm3: min_volume,
             mean_edge_mm: mesh.mean_edge(),
         }
+    }
+
+    /// The smallest dihedral angle of each tetrahedron (degrees).
+    pub fn smallest_dihedrals_deg(mesh: &TetMesh) -> Vec<f64> {
+        let smallest = |tet| dihedrals(mesh.corners(tet)).0.to_degrees();
+        (0..mesh.tets.len()).into_par_iter().map(smallest).collect()
     }
 }
 

@@ -54,7 +54,7 @@ impl Modes {
             return None;
         }
         sorted.sort_unstable_by(f64::total_cmp);
-        let mut valleys = match Scale::of_heavy_tails(&sorted) {
+        let mut valleys = match AsinhScale::of_heavy_tails(&sorted) {
             None => valleys(chains, &sorted)?,
             Some(scale) => {
                 let onto = |draws: &[f64]| draws.iter().map(|&x| scale.onto(x)).collect();
@@ -123,12 +123,12 @@ fn valleys(chains: &[&[f64]], sorted: &[f64]) -> Option<Vec<f64>> {
 ///
 /// On their own scale, draws that follow each other far out in a Cauchy tail lie in a heap by
 /// themselves; here the tail is exponential, and the heap a part of it.
-struct Scale {
+struct AsinhScale {
     centre: f64,
     width: f64,
 }
 
-impl Scale {
+impl AsinhScale {
     /// `None` where the draws have no heavy tails.
     fn of_heavy_tails(sorted: &[f64]) -> Option<Self> {
         let quantile = |p| quantile_of_sorted(sorted, p);

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::group::{Group, Values};
 use crate::posterior::Posterior;
 use crate::summary::Summary;
-use zarr::{Array, Store};
+use zarr::{ZarrArray, ZarrStore};
 
 impl Posterior {
     /// Writes a Zarr v3 store that current ArviZ opens without conversion:
@@ -30,7 +30,7 @@ impl Posterior {
     }
 
     fn write_store(&self, path: &Path) -> io::Result<()> {
-        let mut store = Store::create(path)?;
+        let mut store = ZarrStore::create(path)?;
         self.write_group(&mut store, "posterior", &self.posterior)?;
         self.write_unconstrained(&mut store)?;
         self.write_statistics(&mut store)?;
@@ -62,7 +62,7 @@ impl Posterior {
         variable.map_or(&[], |v| &v.dims)
     }
 
-    fn write_group(&self, store: &mut Store, name: &str, group: &Group) -> io::Result<()> {
+    fn write_group(&self, store: &mut ZarrStore, name: &str, group: &Group) -> io::Result<()> {
         store.group(name)?;
         write_chain_and_draw(store, name, group.chains, group.draws)?;
         for values in &group.variables {
@@ -75,7 +75,7 @@ impl Posterior {
     /// One quantity with a coordinate for each of its own dimensions.
     fn write_values(
         &self,
-        store: &mut Store,
+        store: &mut ZarrStore,
         group: &str,
         values: &Values,
         leading: &[(&str, usize)],
@@ -87,15 +87,15 @@ impl Posterior {
             let labels = self.layout.coordinates.get(name);
             let coordinate = match labels.filter(|labels| labels.len() == size) {
                 Some(labels) => labelled(labels),
-                None => Array::Integer((0..size as i64).collect()),
+                None => ZarrArray::Integer((0..size as i64).collect()),
             };
             store.array(group, name, &[(name.clone(), size)], coordinate)?;
             dimensions.push((name.clone(), size));
         }
-        store.array(group, &values.name, &dimensions, Array::Real(values.data.clone()))
+        store.array(group, &values.name, &dimensions, ZarrArray::Real(values.data.clone()))
     }
 
-    fn write_unconstrained(&self, store: &mut Store) -> io::Result<()> {
+    fn write_unconstrained(&self, store: &mut ZarrStore) -> io::Result<()> {
         const GROUP: &str = "unconstrained_posterior";
         let chains = &self.chains;
         let (count, draws) = (chains.chains.len(), chains.len());
@@ -108,7 +108,7 @@ impl Posterior {
         self.write_values(store, GROUP, &values, &leading, &["coordinate".to_owned()])
     }
 
-    fn write_statistics(&self, store: &mut Store) -> io::Result<()> {
+    fn write_statistics(&self, store: &mut ZarrStore) -> io::Result<()> {
         const GROUP: &str = "sample_stats";
         let (count, draws) = (self.chains.chains.len(), self.chains.len());
         store.group(GROUP)?;
@@ -116,13 +116,13 @@ impl Posterior {
         let stats = || self.chains.chains.iter().flat_map(|chain| &chain.stats[..draws]);
         // the names of ArviZ's schema
         let columns = [
-            ("lp", Array::Real(stats().map(|s| s.log_density).collect())),
-            ("energy", Array::Real(stats().map(|s| s.energy).collect())),
-            ("acceptance_rate", Array::Real(stats().map(|s| s.acceptance).collect())),
-            ("step_size", Array::Real(stats().map(|s| s.step_size).collect())),
-            ("tree_depth", Array::Integer(stats().map(|s| i64::from(s.depth)).collect())),
-            ("n_steps", Array::Integer(stats().map(|s| i64::from(s.leapfrogs)).collect())),
-            ("diverging", Array::Flag(stats().map(|s| s.divergent).collect())),
+            ("lp", ZarrArray::Real(stats().map(|s| s.log_density).collect())),
+            ("energy", ZarrArray::Real(stats().map(|s| s.energy).collect())),
+            ("acceptance_rate", ZarrArray::Real(stats().map(|s| s.acceptance).collect())),
+            ("step_size", ZarrArray::Real(stats().map(|s| s.step_size).collect())),
+            ("tree_depth", ZarrArray::Integer(stats().map(|s| i64::from(s.depth)).collect())),
+            ("n_steps", ZarrArray::Integer(stats().map(|s| i64::from(s.leapfrogs)).collect())),
+            ("diverging", ZarrArray::Flag(stats().map(|s| s.divergent).collect())),
         ];
         let dimensions = [("chain".to_owned(), count), ("draw".to_owned(), draws)];
         for (name, column) in columns {
@@ -191,19 +191,19 @@ fn named(path: &Path, source: io::Error) -> io::Error {
 }
 
 /// Labels as numbers if all are.
-fn labelled(labels: &[String]) -> Array {
+fn labelled(labels: &[String]) -> ZarrArray {
     let numbers: Result<_, _> = labels.iter().map(|label| label.parse()).collect();
-    numbers.map_or_else(|_| Array::Text(labels.to_vec()), Array::Integer)
+    numbers.map_or_else(|_| ZarrArray::Text(labels.to_vec()), ZarrArray::Integer)
 }
 
 fn write_chain_and_draw(
-    store: &mut Store,
+    store: &mut ZarrStore,
     group: &str,
     chains: usize,
     draws: usize,
 ) -> io::Result<()> {
     for (name, size) in [("chain", chains), ("draw", draws)] {
-        let count = Array::Integer((0..size as i64).collect());
+        let count = ZarrArray::Integer((0..size as i64).collect());
         store.array(group, name, &[(name.to_owned(), size)], count)?;
     }
     Ok(())

@@ -9,14 +9,14 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value, json};
 
 /// The elements of an array, row-major.
-pub(super) enum Array {
+pub(super) enum ZarrArray {
     Real(Vec<f64>),
     Integer(Vec<i64>),
     Flag(Vec<bool>),
     Text(Vec<String>),
 }
 
-impl Array {
+impl ZarrArray {
     fn data_type(&self) -> &'static str {
         match self {
             Self::Real(_) => "float64",
@@ -61,12 +61,12 @@ impl Array {
 }
 
 /// A store being written; its metadata are gathered for the root.
-pub(super) struct Store {
+pub(super) struct ZarrStore {
     root: PathBuf,
     metadata: Map<String, Value>,
 }
 
-impl Store {
+impl ZarrStore {
     pub(super) fn create(root: &Path) -> io::Result<Self> {
         fs::create_dir_all(root)?;
         Ok(Self { root: root.to_owned(), metadata: Map::new() })
@@ -85,7 +85,7 @@ impl Store {
         group: &str,
         name: &str,
         dimensions: &[(String, usize)],
-        data: Array,
+        data: ZarrArray,
     ) -> io::Result<()> {
         let names: Vec<&str> = dimensions.iter().map(|(name, _)| name.as_str()).collect();
         let shape: Vec<usize> = dimensions.iter().map(|&(_, size)| size).collect();

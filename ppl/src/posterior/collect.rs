@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::error::PosteriorError;
-use crate::density::{Place, Rejection};
+use crate::density::{Location, Rejection};
 use crate::group::{Group, Values};
 use crate::record::{Entry, Record, Role};
 
@@ -58,9 +58,9 @@ impl Column {
 }
 
 /// The columns of posterior, predictive, log-likelihood and log-prior.
-pub(crate) struct Plan([Vec<Column>; 4]);
+pub(crate) struct Columns([Vec<Column>; 4]);
 
-impl Plan {
+impl Columns {
     pub(crate) fn new(template: &Record) -> Self {
         let columns = |choose: fn(Role) -> Option<Aspect>| {
             let entries = template.entries.iter();
@@ -110,26 +110,26 @@ impl Plan {
 /// The columns of one chain, in the order of the plan.
 pub(crate) struct Collected {
     columns: Vec<Vec<f64>>,
-    pub(crate) rejected: BTreeMap<Place, u64>,
+    pub(crate) rejected: BTreeMap<Location, u64>,
 }
 
 impl Collected {
-    pub(crate) fn new(plan: &Plan) -> Self {
+    pub(crate) fn new(plan: &Columns) -> Self {
         Self { columns: plan.columns().map(|_| Vec::new()).collect(), rejected: BTreeMap::new() }
     }
 
     /// Adds a draw of chain `chain`. What stands behind a statement that rejected is NaN.
     pub(crate) fn add(
         &mut self,
-        plan: &Plan,
+        plan: &Columns,
         (record, outcome): (Record, Result<(), Rejection>),
         chain: usize,
     ) -> Result<(), PosteriorError> {
         if let Err(rejection) = &outcome {
-            let Some(place) = rejection.place() else {
+            let Some(location) = rejection.location() else {
                 return Err(PosteriorError::Stopped { chain, source: rejection.clone() });
             };
-            *self.rejected.entry(place).or_insert(0) += 1;
+            *self.rejected.entry(location).or_insert(0) += 1;
         }
         for (column, data) in plan.columns().zip(&mut self.columns) {
             let values = record.get(&column.name).map(|entry| column.pick(entry));

@@ -13,7 +13,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
 use crate::bound::Bound;
-use crate::density::{Place, Rejection};
+use crate::density::{Location, Rejection};
 use crate::diagnostics::{Identifiability, Loo, LooError};
 use crate::erased::ErasedModel;
 use crate::group::{Group, Values, element_names};
@@ -21,7 +21,7 @@ use crate::layout::{LabelError, Layout};
 use crate::model::Model;
 use crate::record::{Role, Variable};
 use crate::sampler::Chains;
-use collect::{Collected, Plan};
+use collect::{Collected, Columns};
 pub use error::{PosteriorError, SampleError};
 pub use row::SummaryRow;
 
@@ -85,14 +85,14 @@ pub struct Posterior {
     pub prior: Option<Group>,
     /// Prior predictions and replicates.
     pub prior_predictive: Option<Group>,
-    /// Draws that the prior made beside those, and a statement rejected, by place.
-    pub prior_rejections: BTreeMap<Place, u64>,
+    /// Draws that the prior made beside those, and a statement rejected, by location.
+    pub prior_rejections: BTreeMap<Location, u64>,
     /// Unconstrained draws and the sampler's statistics.
     pub chains: Chains,
     /// Where trajectories diverged.
     pub divergences: Vec<DivergentPoint>,
-    /// Draws at which the model could not be evaluated again, by place: their predictions are NaN.
-    pub unpredicted: BTreeMap<Place, u64>,
+    /// Draws at which the model could not be evaluated again, by location: their predictions are NaN.
+    pub unpredicted: BTreeMap<Location, u64>,
     /// The ends of the priors' supports, one for each of the layout's variables.
     bounds: Vec<Option<(f64, f64)>>,
     /// Whether the chains were drawn from another density than the model's.
@@ -146,7 +146,7 @@ impl Posterior {
         let mut streams = prior_rng.clone();
         streams.long_jump();
         let template = model.draw_prior(&mut prior_rng, &mut |_| ())?;
-        let plan = Plan::new(&template);
+        let plan = Columns::new(&template);
 
         let streams: Vec<_> = chains
             .chains
@@ -171,8 +171,8 @@ impl Posterior {
             })
             .collect::<Result<_, PosteriorError>>()?;
         let mut unpredicted = BTreeMap::new();
-        for (place, count) in parts.iter().flat_map(|part| &part.rejected) {
-            *unpredicted.entry(*place).or_insert(0) += count;
+        for (location, count) in parts.iter().flat_map(|part| &part.rejected) {
+            *unpredicted.entry(*location).or_insert(0) += count;
         }
         let [posterior, predictive, log_likelihood, log_prior] = plan.groups(parts, draws);
 
@@ -295,14 +295,14 @@ impl Posterior {
     }
 
     /// Points rejected by statement: (warmup, sampling).
-    pub fn rejections(&self) -> BTreeMap<Place, (u64, u64)> {
-        let mut counts: BTreeMap<Place, (u64, u64)> = BTreeMap::new();
+    pub fn rejections(&self) -> BTreeMap<Location, (u64, u64)> {
+        let mut counts: BTreeMap<Location, (u64, u64)> = BTreeMap::new();
         for chain in &self.chains.chains {
-            for (place, count) in &chain.warmup.rejections {
-                counts.entry(*place).or_default().0 += count;
+            for (location, count) in &chain.warmup.rejections {
+                counts.entry(*location).or_default().0 += count;
             }
-            for (place, count) in &chain.rejections {
-                counts.entry(*place).or_default().1 += count;
+            for (location, count) in &chain.rejections {
+                counts.entry(*location).or_default().1 += count;
             }
         }
         counts
@@ -311,14 +311,14 @@ impl Posterior {
 
 fn prior_draws(
     model: &dyn ErasedModel,
-    plan: &Plan,
+    plan: &Columns,
     rng: &mut Xoshiro256PlusPlus,
-    rejections: &mut BTreeMap<Place, u64>,
+    rejections: &mut BTreeMap<Location, u64>,
 ) -> Result<Option<[Group; 4]>, PosteriorError> {
     let mut out = Collected::new(plan);
     let mut rejected = |rejection: &Rejection| {
-        if let Some(place) = rejection.place() {
-            *rejections.entry(place).or_insert(0) += 1;
+        if let Some(location) = rejection.location() {
+            *rejections.entry(location).or_insert(0) += 1;
         }
     };
     for _ in 0..PRIOR_DRAWS {

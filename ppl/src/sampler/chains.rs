@@ -6,12 +6,12 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    encoding::places,
+    encoding::locations,
     report::{Divergence, DrawStats, WarmupReport},
     stop::StopReason,
     tuning::Tuning,
 };
-use crate::density::Place;
+use crate::density::Location;
 
 /// One chain.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,8 +25,8 @@ pub struct Chain {
     /// The tuning.
     pub warmup: WarmupReport,
     /// Points rejected after the warmup, by their place in the model.
-    #[serde(with = "places")]
-    pub rejections: BTreeMap<Place, u64>,
+    #[serde(with = "locations")]
+    pub rejections: BTreeMap<Location, u64>,
     /// Why the chain ended early; `None` if it finished.
     pub stopped: Option<StopReason>,
     /// The random stream after the warmup and each kept draw, from which a chain goes on; `None` for
@@ -129,22 +129,17 @@ impl Chains {
         self.chains.iter().map(|c| of(&c.warmup.stats) + of(&c.stats)).sum()
     }
 
-    /// Coordinate `index` of draw `draw` of chain `chain`.
-    ///
-    /// # Panics
-    /// If an index is out of range, as slices do.
-    pub fn value(&self, chain: usize, draw: usize, index: usize) -> f64 {
-        assert!(index < self.dim, "coordinate {index} of {}", self.dim);
-        self.chains[chain].draws[draw * self.dim + index]
-    }
-
     /// The trace of one coordinate in every chain, for the diagnostics: `chains × len`.
     ///
     /// # Panics
     /// If `index` is out of range, as slices do.
     pub fn traces(&self, index: usize) -> Vec<Vec<f64>> {
-        let n = self.len();
-        (0..self.chains.len()).map(|c| (0..n).map(|i| self.value(c, i, index)).collect()).collect()
+        assert!(index < self.dim, "coordinate {index} of {}", self.dim);
+        let common = self.len() * self.dim;
+        let own = |chain: &Chain| -> Vec<f64> {
+            chain.draws[..common].iter().skip(index).step_by(self.dim).copied().collect()
+        };
+        self.chains.iter().map(own).collect()
     }
 
     /// Divergent transitions among the kept draws of all chains.

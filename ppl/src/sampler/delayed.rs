@@ -6,7 +6,7 @@ use super::{
     chains::Chains,
     error::RunError,
     mcmc::{Mcmc, Method},
-    proposal::{Proposal, Shape},
+    proposal::{Proposal, ProposalShape},
     rejections::{Rejections, accepting, finite},
     report::{DrawStats, WarmupReport},
     resume::{another_sampler, misfit},
@@ -101,7 +101,7 @@ impl DelayedAcceptance<'_> {
     /// interrupted, to the very draws of one longer run.
     ///
     /// # Errors
-    /// [`RunError::Earlier`] if the chains are not of this sampler, these densities and as many
+    /// [`RunError::Resume`] if the chains are not of this sampler, these densities and as many
     /// screening steps, or one failed in its warmup.
     pub fn resume<C: LogDensity, D: LogDensity>(
         &self,
@@ -127,7 +127,7 @@ impl Method for Screened {
             return Err(RunError::Setting { setting, value, help: "give at least 1" });
         }
         let dim = common_dim(cheap, expensive)?;
-        let shape = || Shape::new(dim, settings.warmup);
+        let shape = || ProposalShape::new(dim, settings.warmup);
         settings.execute(dim, || Delayed::new(cheap, expensive, shape(), self.steps))
     }
 
@@ -162,13 +162,13 @@ fn common_dim(cheap: &dyn ErasedDensity, expensive: &dyn ErasedDensity) -> Resul
 }
 
 /// A density with its current point.
-struct Level<'a> {
+struct Evaluated<'a> {
     density: Box<dyn Evaluator + 'a>,
     y: Vec<f64>,
     log_density: f64,
 }
 
-impl<'a> Level<'a> {
+impl<'a> Evaluated<'a> {
     fn new(density: &'a dyn ErasedDensity, dim: usize) -> Self {
         let density = density.evaluator();
         Self { density, y: vec![0.0; dim], log_density: f64::NEG_INFINITY }
@@ -182,8 +182,8 @@ impl<'a> Level<'a> {
 }
 
 struct Delayed<'a> {
-    cheap: Level<'a>,
-    expensive: Level<'a>,
+    cheap: Evaluated<'a>,
+    expensive: Evaluated<'a>,
     next: Vec<f64>,
     walk: Proposal,
     steps: u32,
@@ -196,13 +196,13 @@ impl<'a> Delayed<'a> {
     fn new(
         cheap: &'a dyn ErasedDensity,
         expensive: &'a dyn ErasedDensity,
-        shape: Shape,
+        shape: ProposalShape,
         steps: u32,
     ) -> Self {
         let dim = expensive.dim();
         Self {
-            cheap: Level::new(cheap, dim),
-            expensive: Level::new(expensive, dim),
+            cheap: Evaluated::new(cheap, dim),
+            expensive: Evaluated::new(expensive, dim),
             next: vec![0.0; dim],
             walk: Proposal::new(shape),
             steps,

@@ -5,7 +5,7 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use crate::density::Place;
+use crate::density::Location;
 
 /// A number that may be +∞, which JSON has not: null.
 pub(super) mod infinite {
@@ -23,13 +23,13 @@ pub(super) mod infinite {
 }
 
 /// Counts by place, as a list: keys of JSON are strings.
-pub(super) mod places {
+pub(super) mod locations {
     use serde::{Deserialize, Deserializer, Serializer};
 
-    use super::{BTreeMap, Place, intern};
+    use super::{BTreeMap, Location, intern};
 
     pub(in crate::sampler) fn serialize<S: Serializer>(
-        counts: &BTreeMap<Place, u64>,
+        counts: &BTreeMap<Location, u64>,
         s: S,
     ) -> Result<S::Ok, S::Error> {
         s.collect_seq(counts.iter().map(|(p, n)| (p.statement, p.file, p.line, n)))
@@ -37,10 +37,10 @@ pub(super) mod places {
 
     pub(in crate::sampler) fn deserialize<'de, D: Deserializer<'de>>(
         d: D,
-    ) -> Result<BTreeMap<Place, u64>, D::Error> {
+    ) -> Result<BTreeMap<Location, u64>, D::Error> {
         let list: Vec<(String, String, u32, u64)> = Vec::deserialize(d)?;
         let entry = |(statement, file, line, n)| {
-            (Place { statement: intern(statement), file: intern(file), line }, n)
+            (Location { statement: intern(statement), file: intern(file), line }, n)
         };
         Ok(list.into_iter().map(entry).collect())
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use thiserror::Error;
 
 use crate::{
-    density::{FatalError, Place, Rejection},
+    density::{FatalError, Location, Rejection},
     words::further,
 };
 
@@ -34,8 +34,8 @@ pub enum RunError {
         chain: usize,
         /// Points tried.
         tries: u32,
-        /// How often each place of the model rejected.
-        rejections: BTreeMap<Place, u64>,
+        /// How often each location of the model rejected.
+        rejections: BTreeMap<Location, u64>,
         /// The last rejection.
         #[source]
         last: Box<Rejection>,
@@ -62,9 +62,9 @@ pub enum RunError {
         /// Unknowns of the expensive density.
         deciding: String,
     },
-    /// The earlier chains cannot be taken up.
+    /// The chains to go on with do not fit.
     #[error("cannot go on with earlier chains: {reason}; {help}")]
-    Earlier {
+    Resume {
         /// What does not fit.
         reason: String,
         /// What to do.
@@ -75,8 +75,8 @@ pub enum RunError {
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
-fn tally(rejections: &BTreeMap<Place, u64>) -> String {
+fn tally(rejections: &BTreeMap<Location, u64>) -> String {
     let counts: Vec<String> =
-        rejections.iter().map(|(place, n)| format!("{n} × {place}")).collect();
+        rejections.iter().map(|(location, n)| format!("{n} × {location}")).collect();
     counts.join(", ")
 }

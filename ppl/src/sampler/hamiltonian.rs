@@ -10,13 +10,13 @@ use crate::{
 
 /// A position with its log density and score.
 #[derive(Clone, Debug)]
-pub(super) struct Point {
+pub(super) struct Position {
     pub(super) y: Vec<f64>,
     pub(super) gradient: Vec<f64>,
     pub(super) log_density: f64,
 }
 
-impl Point {
+impl Position {
     pub(super) fn new(dim: usize) -> Self {
         Self { y: vec![0.0; dim], gradient: vec![0.0; dim], log_density: f64::NEG_INFINITY }
     }
@@ -31,7 +31,7 @@ impl Point {
 /// A point in phase space: position, momentum `p`, velocity `M⁻¹p` and acceleration `M⁻¹∇ln p`.
 #[derive(Clone, Debug)]
 pub(super) struct Phase {
-    pub(super) point: Point,
+    pub(super) point: Position,
     pub(super) p: Vec<f64>,
     pub(super) velocity: Vec<f64>,
     acceleration: Vec<f64>,
@@ -43,7 +43,7 @@ impl Phase {
     pub(super) fn new(dim: usize) -> Self {
         let zeros = vec![0.0; dim];
         Self {
-            point: Point::new(dim),
+            point: Position::new(dim),
             p: zeros.clone(),
             velocity: zeros.clone(),
             acceleration: zeros.clone(),
@@ -111,7 +111,7 @@ impl<'a> Hamiltonian<'a> {
     }
 
     /// Evaluates log density and score at `point.y`.
-    pub(super) fn evaluate(&mut self, point: &mut Point) -> Result<(), Rejection> {
+    pub(super) fn evaluate(&mut self, point: &mut Position) -> Result<(), Rejection> {
         point.log_density = self.density.gradient(&point.y, &mut point.gradient)?;
         Ok(())
     }
@@ -155,7 +155,7 @@ impl<'a> Hamiltonian<'a> {
     /// ln 0.8 (Hoffman & Gelman 2014, algorithm 4, with Stan's threshold); `phase` is scratch.
     pub(super) fn search_step<R: Rng + ?Sized>(
         &mut self,
-        start: &Point,
+        start: &Position,
         phase: &mut Phase,
         mut step: f64,
         rng: &mut R,

@@ -6,7 +6,7 @@ use super::{
     chains::Chains,
     error::RunError,
     progress::Progress,
-    settings::{Init, Settings},
+    settings::{Settings, Starts},
 };
 use crate::{density::LogDensity, erased::ErasedDensity};
 
@@ -61,7 +61,7 @@ impl<M: OneDensity> Mcmc<'_, M> {
     /// them all.
     ///
     /// # Errors
-    /// [`RunError::Earlier`] if the chains are not of this sampler or this density, or one failed in
+    /// [`RunError::Resume`] if the chains are not of this sampler or this density, or one failed in
     /// its warmup.
     pub fn resume<D: LogDensity>(&self, density: &D, earlier: Chains) -> Result<Chains, RunError> {
         self.method.resume(&self.settings, density, earlier)
@@ -109,13 +109,13 @@ impl<'a, M> Mcmc<'a, M> {
 
     /// Random starts are uniform on (−`radius`, `radius`) in every unconstrained coordinate.
     pub fn init_radius(mut self, radius: f64) -> Self {
-        self.settings.init = Init::Uniform(radius);
+        self.settings.init = Starts::Uniform(radius);
         self
     }
 
     /// Starting points in unconstrained space, one for each chain.
     pub fn init_points(mut self, points: Vec<Vec<f64>>) -> Self {
-        self.settings.init = Init::Points(points);
+        self.settings.init = Starts::Points(points);
         self
     }
 

@@ -6,7 +6,7 @@ use super::{
     chains::Chains,
     error::RunError,
     mcmc::{Mcmc, Method, OneDensity},
-    proposal::{Proposal, Shape},
+    proposal::{Proposal, ProposalShape},
     rejections::{Rejections, accepting, finite},
     report::{DrawStats, WarmupReport},
     resume::another_sampler,
@@ -80,7 +80,9 @@ impl Method for RandomWalk {
         density: &dyn ErasedDensity,
     ) -> Result<Chains, RunError> {
         let dim = density.dim();
-        settings.execute(dim, || MetropolisChain::new(density, Shape::new(dim, settings.warmup)))
+        settings.execute(dim, || {
+            MetropolisChain::new(density, ProposalShape::new(dim, settings.warmup))
+        })
     }
 
     fn resume(
@@ -106,7 +108,7 @@ struct MetropolisChain<'a> {
 }
 
 impl<'a> MetropolisChain<'a> {
-    fn new(density: &'a dyn ErasedDensity, shape: Shape) -> Self {
+    fn new(density: &'a dyn ErasedDensity, shape: ProposalShape) -> Self {
         let dim = density.dim();
         Self {
             density: density.evaluator(),

@@ -34,6 +34,6 @@ pub(crate) use mcmc::OneDensity;
 pub use metropolis::{Metropolis, RandomWalk};
 pub use nuts::{NoUTurn, Nuts};
 pub use progress::{ChainStatus, Progress};
-pub use report::{Covariance, Divergence, DrawStats, MapKind, MapSwitch, WarmupReport};
+pub use report::{Divergence, DrawStats, InverseMassMatrix, MapKind, MapSwitch, WarmupReport};
 pub use stop::StopReason;
 pub use store::ChainsFileError;

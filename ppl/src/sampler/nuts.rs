@@ -12,7 +12,7 @@ use super::{
     settings::Settings,
     trajectory::DEPTHS,
     tuning::Tuning,
-    warmup::{Rule, Warmup},
+    warmup::{Adaptation, Warmup},
 };
 use crate::erased::ErasedDensity;
 use chain::NutsChain;
@@ -73,14 +73,14 @@ pub type Nuts<'a> = Mcmc<'a, NoUTurn>;
 /// How [`Nuts`] moves.
 #[derive(Clone, Debug)]
 pub struct NoUTurn {
-    rule: Rule,
+    rule: Adaptation,
     target_accept: f64,
     max_depth: u32,
 }
 
 impl Default for Nuts<'_> {
     fn default() -> Self {
-        let method = NoUTurn { rule: Rule::Fisher, target_accept: 0.8, max_depth: 10 };
+        let method = NoUTurn { rule: Adaptation::Fisher, target_accept: 0.8, max_depth: 10 };
         Self { settings: Settings::new(700, 1000), method }
     }
 }
@@ -93,7 +93,7 @@ impl Nuts<'_> {
     /// Reference: Stan Reference Manual, *HMC algorithm parameters*.
     pub fn stan_compatible() -> Self {
         let mut nuts = Self::default();
-        (nuts.settings, nuts.method.rule) = (Settings::new(1000, 1000), Rule::Stan);
+        (nuts.settings, nuts.method.rule) = (Settings::new(1000, 1000), Adaptation::Stan);
         nuts
     }
 
@@ -169,7 +169,7 @@ fn as_tuned<'a>(
         Some(_) => return Err(another_sampler()),
         None => {
             let WarmupReport { covariance, step_size, .. } = &chain.warmup;
-            (covariance, *step_size, Warmup::new(Rule::Fisher, dim, 0, 0.8))
+            (covariance, *step_size, Warmup::new(Adaptation::Fisher, dim, 0, 0.8))
         }
     };
     let metric = Metric::from_covariance(covariance, dim)

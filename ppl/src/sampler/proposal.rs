@@ -6,20 +6,20 @@ use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    report::{Covariance, WarmupReport},
+    report::{InverseMassMatrix, WarmupReport},
     stream::Stream,
-    warmup::{Moment, Schedule, walk_windows},
+    warmup::{Moment, WindowSchedule, walk_windows},
 };
 
 /// Draws proposals.
 pub(super) struct Proposal {
     noise: DVector<f64>,
     jump: DVector<f64>,
-    pub(super) shape: Shape,
+    pub(super) shape: ProposalShape,
 }
 
 impl Proposal {
-    pub(super) fn new(shape: Shape) -> Self {
+    pub(super) fn new(shape: ProposalShape) -> Self {
         let dim = shape.factor.nrows();
         Self { noise: DVector::zeros(dim), jump: DVector::zeros(dim), shape }
     }
@@ -37,23 +37,23 @@ impl Proposal {
 /// `Normal(y, s² Σ)` with Σ from windows of draws and s led to the best acceptance; see
 /// [`Metropolis`](super::Metropolis).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Shape {
+pub(super) struct ProposalShape {
     /// Cholesky factor of Σ.
     factor: DMatrix<f64>,
     pub(super) scale: f64,
     /// Warmup transitions since the scale began anew.
     steps: f64,
-    schedule: Schedule,
+    schedule: WindowSchedule,
     window: Scatter,
 }
 
-impl Shape {
+impl ProposalShape {
     pub(super) fn new(dim: usize, warmup: usize) -> Self {
         Self {
             factor: DMatrix::identity(dim, dim),
             scale: first_scale(dim),
             steps: 0.0,
-            schedule: Schedule::new(warmup, walk_windows),
+            schedule: WindowSchedule::new(warmup, walk_windows),
             window: Scatter::new(dim),
         }
     }
@@ -84,7 +84,7 @@ impl Shape {
         report.target_acceptance = target_acceptance(self.factor.nrows());
         report.windows = self.schedule.passed.clone();
         let covariance = &self.factor * self.factor.transpose();
-        report.covariance = Covariance::Dense(covariance.as_slice().to_vec());
+        report.covariance = InverseMassMatrix::Dense(covariance.as_slice().to_vec());
     }
 
     /// Whether it is of a density of `dim` coordinates, after so many transitions.
@@ -126,7 +126,7 @@ impl Scatter {
         self.scatter.ger(1.0 - 1.0 / self.count, &delta, &delta, 1.0);
     }
 
-    /// Covariance with correlations shrunk by n/(n+5).
+    /// InverseMassMatrix with correlations shrunk by n/(n+5).
     pub(super) fn covariance(&self) -> DMatrix<f64> {
         let n = self.count;
         let unshrunk = &self.scatter / (n - 1.0);

@@ -1,25 +1,25 @@
-//! Rejected points, counted by their place in the model.
+//! Rejected points, counted by their location in the model.
 
 use std::collections::BTreeMap;
 
 use super::stop::StopReason;
 use crate::{
-    density::{Place, Rejection},
+    density::{Location, Rejection},
     erased::Evaluator,
 };
 
-/// How often each place of the model rejected a point.
+/// How often each location of the model rejected a point.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Rejections(BTreeMap<Place, u64>);
+pub(super) struct Rejections(BTreeMap<Location, u64>);
 
 impl Rejections {
     /// Counts a rejection; a fatal error is passed on instead.
     pub(super) fn count(&mut self, rejection: &Rejection) -> Result<(), StopReason> {
         match rejection {
             Rejection::Fatal(error) => return Err(StopReason::Fatal(error.clone())),
-            Rejection::NotFinite { place, .. }
-            | Rejection::Domain { place, .. }
-            | Rejection::Reject { place, .. } => *self.0.entry(*place).or_insert(0) += 1,
+            Rejection::NotFinite { location, .. }
+            | Rejection::Domain { location, .. }
+            | Rejection::Reject { location, .. } => *self.0.entry(*location).or_insert(0) += 1,
         }
         Ok(())
     }
@@ -40,7 +40,7 @@ impl Rejections {
     }
 
     /// Hands over the counts so far and begins anew.
-    pub(super) fn take(&mut self) -> BTreeMap<Place, u64> {
+    pub(super) fn take(&mut self) -> BTreeMap<Location, u64> {
         std::mem::take(&mut self.0)
     }
 }
@@ -57,6 +57,6 @@ pub(super) fn finite(density: &mut dyn Evaluator, y: &[f64]) -> Result<f64, Reje
     if value.is_finite() {
         Ok(value)
     } else {
-        Err(Rejection::NotFinite { place: Place::unknown(), value })
+        Err(Rejection::NotFinite { location: Location::unknown(), value })
     }
 }

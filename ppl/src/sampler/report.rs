@@ -4,8 +4,8 @@ use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
-use super::encoding::{infinite, places};
-use crate::density::Place;
+use super::encoding::{infinite, locations};
+use crate::density::Location;
 
 /// Statistics of one transition.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,7 +59,7 @@ pub struct Divergence {
 
 /// The mass matrix of a chain at the end of its warmup, as an estimate of the posterior covariance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Covariance {
+pub enum InverseMassMatrix {
     /// Variances, length `dim`.
     Diagonal(Vec<f64>),
     /// Full matrix, row-major `dim × dim`.
@@ -75,7 +75,7 @@ pub enum Covariance {
     },
 }
 
-impl Covariance {
+impl InverseMassMatrix {
     /// The full matrix, row-major `dim × dim`.
     pub fn matrix(&self) -> Vec<f64> {
         match self {
@@ -165,10 +165,10 @@ pub struct WarmupReport {
     /// Warmup transition (0-based) whose divergence raised the target last.
     pub target_raised: Option<usize>,
     /// Inverse mass matrix (NUTS) or covariance of the proposal before scaling (Metropolis).
-    pub covariance: Covariance,
+    pub covariance: InverseMassMatrix,
     /// Rejected points by their place in the model, initialisation included.
-    #[serde(with = "places")]
-    pub rejections: BTreeMap<Place, u64>,
+    #[serde(with = "locations")]
+    pub rejections: BTreeMap<Location, u64>,
 }
 
 impl WarmupReport {
@@ -183,7 +183,7 @@ impl WarmupReport {
             step_size: 0.0,
             target_acceptance: 0.0,
             target_raised: None,
-            covariance: Covariance::Diagonal(Vec::new()),
+            covariance: InverseMassMatrix::Diagonal(Vec::new()),
             rejections: BTreeMap::new(),
         }
     }

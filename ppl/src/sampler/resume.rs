@@ -4,7 +4,7 @@ use super::{
     chains::{Chain, Chains},
     error::RunError,
     run::MarkovChain,
-    settings::{Init, Settings},
+    settings::{Settings, Starts},
     stream::Stream,
 };
 
@@ -42,7 +42,7 @@ impl Settings<'_> {
             let reason = format!("chain {number} failed in its warmup");
             return Err(misfit(reason, "begin anew with `run`"));
         }
-        Settings { init: Init::Uniform(0.0), ..self.clone() }.validate(dim)?;
+        Settings { init: Starts::Uniform(0.0), ..self.clone() }.validate(dim)?;
         let max_depth = earlier.max_depth;
         let chains = self.go_on(earlier.chains, |chain| take_up(make(chain)?, chain, dim))?;
         Ok(Chains { max_depth, ..Chains::new(dim, chains, self.thin) })
@@ -86,5 +86,5 @@ pub(super) fn another_sampler() -> RunError {
 }
 
 pub(super) fn misfit(reason: impl Into<String>, help: &'static str) -> RunError {
-    RunError::Earlier { reason: reason.into(), help }
+    RunError::Resume { reason: reason.into(), help }
 }

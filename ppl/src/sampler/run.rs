@@ -14,12 +14,12 @@ use super::{
     progress::Meter,
     rejections::Rejections,
     report::{Divergence, DrawStats, WarmupReport},
-    settings::{Init, Settings},
+    settings::{Settings, Starts},
     stop::StopReason,
     stream::{Stream, streams},
     tuning::Tuning,
 };
-use crate::density::{Place, Rejection};
+use crate::density::{Location, Rejection};
 
 /// Random starts tried.
 const TRIES: u32 = 100;
@@ -210,15 +210,17 @@ impl Settings<'_> {
         let mut tries = 0;
         loop {
             match &self.init {
-                Init::Uniform(radius) => y.fill_with(|| radius * (2.0 * rng.random::<f64>() - 1.0)),
-                Init::Points(points) => y.copy_from_slice(&points[chain]),
+                Starts::Uniform(radius) => {
+                    y.fill_with(|| radius * (2.0 * rng.random::<f64>() - 1.0))
+                }
+                Starts::Points(points) => y.copy_from_slice(&points[chain]),
             }
             let Err(rejection) = kernel.begin(&y) else { return Ok(()) };
             if let Err(StopReason::Fatal(source)) = kernel.rejections().count(&rejection) {
                 return Err(RunError::Fatal { chain, source, detail: kernel.explain(&y) });
             }
             tries += 1;
-            if tries == TRIES || matches!(self.init, Init::Points(_)) {
+            if tries == TRIES || matches!(self.init, Starts::Points(_)) {
                 return Err(RunError::Initialisation {
                     chain,
                     tries,
@@ -268,8 +270,8 @@ impl Settings<'_> {
 }
 
 /// Adds what a kernel has rejected since it was asked last: up to a point from which it can go on.
-fn count(kernel: &mut impl MarkovChain, rejections: &mut BTreeMap<Place, u64>) {
-    for (place, count) in kernel.rejections().take() {
-        *rejections.entry(place).or_insert(0) += count;
+fn count(kernel: &mut impl MarkovChain, rejections: &mut BTreeMap<Location, u64>) {
+    for (location, count) in kernel.rejections().take() {
+        *rejections.entry(location).or_insert(0) += count;
     }
 }

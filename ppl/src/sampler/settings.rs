@@ -6,7 +6,7 @@ use super::{error::RunError, progress::Progress};
 
 /// Where chains start, in unconstrained space.
 #[derive(Clone, Debug)]
-pub(super) enum Init {
+pub(super) enum Starts {
     /// Independent uniform coordinates on (−r, r).
     Uniform(f64),
     /// One point a chain.
@@ -29,7 +29,7 @@ pub(crate) struct Settings<'a> {
     pub(super) thin: usize,
     pub(crate) seed: u64,
     pub(super) threads: Option<usize>,
-    pub(super) init: Init,
+    pub(super) init: Starts,
     pub(super) progress: Option<&'a dyn Progress>,
     pub(super) interrupt: Option<&'a AtomicBool>,
 }
@@ -58,7 +58,7 @@ impl Settings<'_> {
             thin: 1,
             seed: 0,
             threads: None,
-            init: Init::Uniform(2.0),
+            init: Starts::Uniform(2.0),
             progress: None,
             interrupt: None,
         }
@@ -108,15 +108,15 @@ impl Settings<'_> {
             return refuse("warmup", self.warmup.to_string(), "give at most 2^32 / 7");
         }
         match &self.init {
-            Init::Uniform(radius) if !(radius.is_finite() && *radius >= 0.0) => {
+            Starts::Uniform(radius) if !(radius.is_finite() && *radius >= 0.0) => {
                 refuse("init_radius", radius.to_string(), "give a finite number ≥ 0")
             }
-            Init::Points(points) if points.len() != self.chains => refuse(
+            Starts::Points(points) if points.len() != self.chains => refuse(
                 "init_points",
                 format!("{} points", points.len()),
                 "give one starting point for each chain",
             ),
-            Init::Points(points) => match points.iter().position(|p| p.len() != dim) {
+            Starts::Points(points) => match points.iter().position(|p| p.len() != dim) {
                 Some(chain) => refuse(
                     "init_points",
                     format!("a point with {} coordinates for chain {chain}", points[chain].len()),
@@ -124,7 +124,7 @@ impl Settings<'_> {
                 ),
                 None => Ok(()),
             },
-            Init::Uniform(_) => Ok(()),
+            Starts::Uniform(_) => Ok(()),
         }
     }
 }

@@ -14,7 +14,7 @@ use std::{
 use rand::Rng;
 
 use super::{
-    hamiltonian::{Hamiltonian, Phase, Point},
+    hamiltonian::{Hamiltonian, Phase, Position},
     report::DrawStats,
     stop::StopReason,
 };
@@ -35,12 +35,12 @@ enum Discard {
 
 /// Momentum and velocity at one end of a subtree.
 #[derive(Clone, Debug)]
-struct End {
+struct Endpoint {
     p: Vec<f64>,
     velocity: Vec<f64>,
 }
 
-impl End {
+impl Endpoint {
     fn new(dim: usize) -> Self {
         Self { p: vec![0.0; dim], velocity: vec![0.0; dim] }
     }
@@ -54,12 +54,12 @@ impl End {
 /// A stretch of the trajectory; `first` and `last` in the order in which it was integrated.
 #[derive(Clone, Debug)]
 struct Subtree {
-    first: End,
-    last: End,
+    first: Endpoint,
+    last: Endpoint,
     /// Sum of the momenta, both ends included.
     rho: Vec<f64>,
     weight: Weight,
-    proposal: Point,
+    proposal: Position,
     /// Energy of the proposal.
     energy: f64,
 }
@@ -67,11 +67,11 @@ struct Subtree {
 impl Subtree {
     fn new(dim: usize) -> Self {
         Self {
-            first: End::new(dim),
-            last: End::new(dim),
+            first: Endpoint::new(dim),
+            last: Endpoint::new(dim),
             rho: vec![0.0; dim],
             weight: Weight::NONE,
-            proposal: Point::new(dim),
+            proposal: Position::new(dim),
             energy: f64::INFINITY,
         }
     }
@@ -183,7 +183,7 @@ impl Trajectory {
     pub(super) fn transition<R: Rng + ?Sized>(
         &mut self,
         hamiltonian: &mut Hamiltonian<'_>,
-        current: &mut Point,
+        current: &mut Position,
         step: f64,
         rng: &mut R,
     ) -> Result<DrawStats, StopReason> {

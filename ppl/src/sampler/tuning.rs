@@ -2,17 +2,17 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{proposal::Shape, report::Covariance, warmup::Warmup};
+use super::{proposal::ProposalShape, report::InverseMassMatrix, warmup::Warmup};
 
 /// All of a chain beside its position and its random stream.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Tuning {
     /// Of [`Nuts`](super::Nuts).
-    Hamiltonian { step: f64, covariance: Covariance, warmup: Warmup },
+    Hamiltonian { step: f64, covariance: InverseMassMatrix, warmup: Warmup },
     /// Of [`Metropolis`](super::Metropolis).
-    Walk(Shape),
+    Walk(ProposalShape),
     /// Of [`DelayedAcceptance`](super::DelayedAcceptance), with its screening steps.
-    Screened(Shape, u32),
+    Screened(ProposalShape, u32),
 }
 
 impl Tuning {

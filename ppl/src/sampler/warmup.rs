@@ -5,15 +5,15 @@ use std::mem::discriminant;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    hamiltonian::Point,
+    hamiltonian::Position,
     metric::{Choice, Diagonal, Metric, Sample, choose},
     report::{DrawStats, MapSwitch, WarmupReport},
     step_size::DualAveraging,
 };
 
-/// Rule by which a run adapts its mass matrix.
+/// Adaptation by which a run adapts its mass matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) enum Rule {
+pub(super) enum Adaptation {
     /// Variance of the draws in doubling windows, as Stan does.
     Stan,
     /// Maps of least Fisher divergence from draws and scores, replaced early and often.
@@ -110,14 +110,14 @@ pub(super) enum Moment {
 
 /// The windows of one warmup, passed one by one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Schedule {
+pub(super) struct WindowSchedule {
     windows: Vec<Window>,
     /// Last draws of the windows passed.
     pub(super) passed: Vec<usize>,
     draw: usize,
 }
 
-impl Schedule {
+impl WindowSchedule {
     pub(super) fn new(warmup: usize, windows: fn(usize) -> Vec<Window>) -> Self {
         let windows = if warmup < SHORTEST { Vec::new() } else { windows(warmup) };
         Self { passed: Vec::with_capacity(windows.len()), windows, draw: 0 }
@@ -162,8 +162,8 @@ pub(super) enum Advice {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Warmup {
     pub(super) step: DualAveraging,
-    pub(super) schedule: Schedule,
-    rule: Rule,
+    pub(super) schedule: WindowSchedule,
+    rule: Adaptation,
     /// The mass matrix comes from draws.
     learnt: bool,
     sample: Sample,
@@ -176,14 +176,14 @@ pub(super) struct Warmup {
 }
 
 impl Warmup {
-    pub(super) fn new(rule: Rule, dim: usize, warmup: usize, target: f64) -> Self {
+    pub(super) fn new(rule: Adaptation, dim: usize, warmup: usize, target: f64) -> Self {
         let windows = match rule {
-            Rule::Stan => stan_windows,
-            Rule::Fisher => fisher_windows,
+            Adaptation::Stan => stan_windows,
+            Adaptation::Fisher => fisher_windows,
         };
         Self {
             step: DualAveraging::new(target, 1.0),
-            schedule: Schedule::new(warmup, windows),
+            schedule: WindowSchedule::new(warmup, windows),
             rule,
             learnt: false,
             sample: Sample::new(dim),
@@ -196,13 +196,13 @@ impl Warmup {
 
     /// Whether a start far from the posterior is left for a nearer one first.
     pub(super) fn approaches(&self) -> bool {
-        self.rule == Rule::Fisher && !self.schedule.windows.is_empty()
+        self.rule == Adaptation::Fisher && !self.schedule.windows.is_empty()
     }
 
     /// The mass matrix before any draw: with unit scale assumed for the draws, the Fisher rule
     /// reads `σ² = 1/|∂ ln p|` from the first score.
-    pub(super) fn first_metric(&self, metric: &mut Metric, point: &Point) {
-        if self.rule == Rule::Fisher {
+    pub(super) fn first_metric(&self, metric: &mut Metric, point: &Position) {
+        if self.rule == Adaptation::Fisher {
             let variance = |i: usize| 1.0 / point.gradient[i].abs();
             *metric = Metric::Diagonal(Diagonal::renewed(metric.variances(), variance));
         }
@@ -211,13 +211,13 @@ impl Warmup {
     pub(super) fn learn(
         &mut self,
         stats: &DrawStats,
-        point: &Point,
+        point: &Position,
         metric: &mut Metric,
     ) -> Advice {
         self.step.learn(stats.acceptance);
         let moment = self.schedule.pass();
         let settled = self.step.count() > SETTLING;
-        if self.rule == Rule::Fisher && stats.divergent && settled {
+        if self.rule == Adaptation::Fisher && stats.divergent && settled {
             self.raise_target(moment);
         }
         match moment {
@@ -262,8 +262,8 @@ impl Warmup {
         let draw = self.schedule.draw - 1;
         let choice = match self.rule {
             // a map from draws competes where the window is new to it
-            Rule::Fisher => choose(&self.sample, metric, restart && self.learnt),
-            Rule::Stan => {
+            Adaptation::Fisher => choose(&self.sample, metric, restart && self.learnt),
+            Adaptation::Stan => {
                 let window = self.sample.all();
                 let variance = |i: usize| window.shrunk_variance(i);
                 let renewed = Diagonal::renewed(metric.variances(), variance);

@@ -9,7 +9,6 @@ fn evaluate(function: &str, [a, b, x]: [f64; 3]) -> (f64, f64, f64) {
         "ln_gamma" => (ln_gamma(a), 1e-15, 5e-15),
         "stirling_error" => (stirling_error(a), 1e-15, 5e-15),
         "ln_minus_digamma" => (ln_minus_digamma(a), 1e-15, 4e-15),
-        "trigamma" => (trigamma(a), 2e-15, 0.0),
         "ln_beta" => (ln_beta(a, b), 1e-15, 1e-14),
         "ln_1p_minus" => (ln_1p_minus(a), 2e-15, 0.0),
         "ln_one_minus_exp" => (ln_one_minus_exp(a), 2e-15, 0.0),
@@ -49,7 +48,7 @@ fn functions_agree_with_sixty_digits() {
         }
         rows += 1;
     }
-    assert!(rows > 250);
+    assert!(rows > 240);
     assert!(failures.is_empty(), "\n{}", failures.join("\n"));
 }
 
@@ -59,7 +58,6 @@ fn domains_end_in_nan() {
         assert!(ln_gamma(x).is_nan());
         assert!(stirling_error(x).is_nan());
         assert!(ln_minus_digamma(x).is_nan());
-        assert!(trigamma(x).is_nan());
         assert!(regularised_gamma(x, 1.0).0.is_nan());
         assert!(regularised_beta(x, 1.0, 0.5, 0.5).0.is_nan());
     }

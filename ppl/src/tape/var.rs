@@ -10,23 +10,23 @@ use crate::scalar::{Scalar, each, impl_arithmetic};
 #[derive(Clone, Copy)]
 pub struct Var<'t> {
     value: f64,
-    node: Option<Node<'t>>,
+    node: Option<OnTape<'t>>,
 }
 
 impl<'t> Var<'t> {
     #[inline(always)]
     pub(super) fn new(value: f64, tape: &'t Tape, adjoint: &'t Cell<f64>) -> Self {
-        Self { value, node: Some(Node { tape, adjoint }) }
+        Self { value, node: Some(OnTape { tape, adjoint }) }
     }
 }
 
 #[derive(Clone, Copy)]
-struct Node<'t> {
+struct OnTape<'t> {
     tape: &'t Tape,
     adjoint: &'t Cell<f64>,
 }
 
-impl Node<'_> {
+impl OnTape<'_> {
     #[inline(always)]
     fn add(self, weight: f64) {
         self.adjoint.set(self.adjoint.get() + weight);
@@ -42,7 +42,7 @@ impl Node<'_> {
 }
 
 /// Takes the arguments of one operation, `most` at most.
-struct Writer<'t> {
+struct EdgeWriter<'t> {
     tape: Option<&'t Tape>,
     most: usize,
     child: u32,
@@ -51,7 +51,7 @@ struct Writer<'t> {
     written: usize,
 }
 
-impl<'t> Writer<'t> {
+impl<'t> EdgeWriter<'t> {
     #[inline(always)]
     fn of<P: Partials<Var<'t>>>(_: &P) -> Self {
         Self { tape: None, most: P::MOST, child: 0, free: &[], start: 0, written: 0 }
@@ -86,7 +86,7 @@ impl<'t> Writer<'t> {
 
 impl std::fmt::Debug for Var<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let index = self.node.map(Node::index);
+        let index = self.node.map(OnTape::index);
         f.debug_struct("Var").field("value", &self.value).field("index", &index).finish()
     }
 }
@@ -155,7 +155,7 @@ impl<'t> Scalar for Var<'t> {
 
     #[inline(always)]
     fn gather(value: f64, partials: impl Partials<Self>) -> Self {
-        let mut writer = Writer::of(&partials);
+        let mut writer = EdgeWriter::of(&partials);
         partials.spread(&mut |argument, partial| writer.add(argument, partial));
         match writer.tape {
             Some(tape) => tape.push(value, writer.start + writer.written),

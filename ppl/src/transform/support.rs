@@ -156,14 +156,6 @@ impl<R: Scalar> Support<R> {
         }
     }
 
-    /// The smallest support that holds both.
-    pub fn hull(self, other: Self) -> Self {
-        let ((a, b), (c, d)) = (self.ends(), other.ends());
-        let lower = a.zip(c).map(|(a, c)| if c < a { c } else { a });
-        let upper = b.zip(d).map(|(b, d)| if d > b { d } else { b });
-        Self::of((lower, upper))
-    }
-
     /// The part of the support within `lower..upper`.
     #[inline]
     pub fn within(&self, lower: f64, upper: f64) -> Self {
@@ -228,13 +220,6 @@ mod tests {
                 assert!(support.contains(x.value()));
             }
         }
-    }
-
-    #[test]
-    fn the_hull_takes_the_wider_ends() {
-        assert_eq!(Support::Between(0.0, 1.0).hull(Support::Above(-1.0)), Support::Above(-1.0));
-        assert_eq!(Support::Between(0.0, 1.0).hull(Support::Below(0.5)), Support::Below(1.0));
-        assert_eq!(Support::Above(0.0).hull(Support::Below(0.0)), Support::<f64>::Real);
     }
 
     #[test]

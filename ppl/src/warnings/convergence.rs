@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::list::{Names, WarningKind, Warnings};
+use super::list::{ShownNames, WarningKind, Warnings};
 use crate::diagnostics::Modes;
 use crate::group::Values;
 use crate::posterior::Posterior;
@@ -22,7 +22,7 @@ pub(super) fn find(posterior: &Posterior, rows: &[SummaryRow], warnings: &mut Wa
                 WarningKind::Stopped,
                 &format!("Chain {chain} ended after {} draws: ", run.len()),
                 &reason.to_string(),
-                "All chains were cut to the shortest; mend the cause and run again before \
+                "All chains were cut to the shortest; remove the cause and run again before \
                  trusting the result",
             );
         }
@@ -52,7 +52,7 @@ pub(super) fn compare(
     posterior: &Posterior,
     rows: &[SummaryRow],
     modes: &Separate,
-    names: &Names,
+    names: &ShownNames,
     warnings: &mut Warnings,
 ) {
     let runs = &posterior.chains.chains;

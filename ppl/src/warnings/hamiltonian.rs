@@ -2,13 +2,13 @@
 
 use rayon::prelude::*;
 
-use super::list::{Names, WarningKind, Warnings};
+use super::list::{ShownNames, WarningKind, Warnings};
 use crate::diagnostics::{e_bfmi, quantile};
 use crate::posterior::Posterior;
 use crate::sampler::Chain;
 use crate::words::{cell, list};
 
-pub(super) fn find(posterior: &Posterior, names: &Names, warnings: &mut Warnings) {
+pub(super) fn find(posterior: &Posterior, names: &ShownNames, warnings: &mut Warnings) {
     let runs = &posterior.chains.chains;
     let total = posterior.chains.len() * runs.len();
     let low = runs.iter().enumerate().filter_map(|(chain, run)| {
@@ -81,7 +81,7 @@ fn maps(runs: &[Chain]) -> String {
 
 /// The parameters whose divergences lie farthest from the centre of the posterior, in units of the
 /// width of its central half: in heavy tails, where many of them are, there may be no other width.
-fn where_divergences_are(posterior: &Posterior, names: &Names) -> String {
+fn where_divergences_are(posterior: &Posterior, names: &ShownNames) -> String {
     let points: Vec<_> = posterior.divergences.iter().filter(|p| !p.values.is_empty()).collect();
     let Some(first) = points.first() else {
         return String::new();

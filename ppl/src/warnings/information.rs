@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use super::convergence::Separate;
-use super::list::{Names, WarningKind, Warnings};
+use super::list::{ShownNames, WarningKind, Warnings};
 use crate::diagnostics::{
     BeforeAndAfter, Combination, Identifiability, Identification, MOST_COMBINED, Modes,
     combinations,
@@ -26,7 +26,7 @@ pub(super) fn find(
     rows: &[SummaryRow],
     identifiability: &[Identifiability],
     modes: &Separate,
-    names: &Names,
+    names: &ShownNames,
     warnings: &mut Warnings,
 ) {
     let factors = factors(posterior);

@@ -67,9 +67,9 @@ impl fmt::Display for Warning {
 }
 
 /// The names of numbers as the table shows them, by those with indices.
-pub(super) struct Names<'r>(BTreeMap<&'r str, &'r str>);
+pub(super) struct ShownNames<'r>(BTreeMap<&'r str, &'r str>);
 
-impl<'r> Names<'r> {
+impl<'r> ShownNames<'r> {
     pub(super) fn new(rows: &'r [SummaryRow]) -> Self {
         Self(rows.iter().map(|row| (row.place.as_str(), row.name.as_str())).collect())
     }

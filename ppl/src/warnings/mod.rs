@@ -9,7 +9,7 @@ pub(crate) mod stuck;
 use crate::diagnostics::Identifiability;
 use crate::posterior::{Posterior, SummaryRow};
 use crate::words;
-use list::{Names, Warnings};
+use list::{ShownNames, Warnings};
 pub use list::{Warning, WarningKind};
 
 /// Rejections in the warmup, or of prior draws, are told from this fraction of all on: single ones come
@@ -23,7 +23,7 @@ pub(crate) fn warnings(
     identifiability: &[Identifiability],
 ) -> Vec<Warning> {
     let mut warnings = Warnings::default();
-    let names = Names::new(rows);
+    let names = ShownNames::new(rows);
     stuck::find(&posterior.chains, &mut warnings);
     let are_together = warnings.0.is_empty();
     convergence::find(posterior, rows, &mut warnings);
@@ -64,8 +64,8 @@ fn model(posterior: &Posterior, warnings: &mut Warnings) {
     let frequent = (transitions as f64 * FREQUENT).max(1.0);
     let rejections = posterior.rejections();
     let shown = rejections.iter().filter(|(_, counts)| counts.1 > 0 || counts.0 as f64 > frequent);
-    let after = shown.map(|(place, (warmup, sampling))| {
-        format!("{sampling} at {place} (and {warmup} in the warmup)")
+    let after = shown.map(|(location, (warmup, sampling))| {
+        format!("{sampling} at {location} (and {warmup} in the warmup)")
     });
     warnings.add(
         WarningKind::Rejections,
@@ -80,16 +80,17 @@ fn model(posterior: &Posterior, warnings: &mut Warnings) {
     warnings.add(
         WarningKind::PriorOutsideDomain,
         "The prior allows what a statement has no density for: of its own draws ",
-        &words::list(refused.map(|(place, count)| {
+        &words::list(refused.map(|(location, count)| {
             format!(
-                "{:.0} % were rejected at {place}",
+                "{:.0} % were rejected at {location}",
                 100.0 * *count as f64 / (*count as f64 + drawn)
             )
         })),
         "Contractions are against the draws that went through; give the unknowns priors that keep \
          to the domain (`HalfNormal`, `.truncate(0.0..)`)",
     );
-    let places = posterior.unpredicted.iter().map(|(place, count)| format!("{count} at {place}"));
+    let places =
+        posterior.unpredicted.iter().map(|(location, count)| format!("{count} at {location}"));
     warnings.add(
         WarningKind::Unpredicted,
         "Draws without prediction (their values are NaN): ",

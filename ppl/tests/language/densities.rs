@@ -200,7 +200,8 @@ ppl::model! {
             for slope in &slope[1..] {
                 logits.push(dot(row, slope));
             }
-            class ~ CategoricalLogit(logits);
+            let each = logits.iter().map(|logit| BernoulliLogit(logit)).collect::<Vec<_>>();
+            factor(each[*class as usize].ln_density(&true));
         }
     }
 }

@@ -137,20 +137,20 @@ fn rejections_know_their_place() {
 
     let above = at(4.0, &mut w);
     assert_eq!(above.to_string().lines().count(), 1);
-    let Rejection::Reject { place, message } = above else { panic!("not a rejection: {above}") };
+    let Rejection::Reject { location, message } = above else { panic!("not a rejection: {above}") };
     assert_eq!(message, "4 is above 3");
-    assert!(place.file.ends_with("models.rs") && place.line > 1, "{place}");
-    assert_eq!(place.statement, r#"reject!("{x} is above {limit}")"#);
+    assert!(location.file.ends_with("models.rs") && location.line > 1, "{location}");
+    assert_eq!(location.statement, r#"reject!("{x} is above {limit}")"#);
 
-    let Rejection::Domain { place, error } = at(0.5, &mut w) else { panic!("in the domain") };
-    assert_eq!(place.statement, "let value = f.try_at([x, x, x])?[1]");
+    let Rejection::Domain { location, error } = at(0.5, &mut w) else { panic!("in the domain") };
+    assert_eq!(location.statement, "let value = f.try_at([x, x, x])?[1]");
     assert_eq!(error.to_string(), "a must be above 1, got 0.5");
 
     let source =
         std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/language/models.rs"));
     let source = source.unwrap();
-    let line = source.lines().nth(place.line as usize - 1).unwrap();
-    assert_eq!(line.trim(), format!("{};", place.statement));
+    let line = source.lines().nth(location.line as usize - 1).unwrap();
+    assert_eq!(line.trim(), format!("{};", location.statement));
 }
 
 /// A coordinate that nothing reads would have a flat density: the run stops instead.

@@ -225,7 +225,7 @@ fn a_posterior_through_submodels() {
 #[test]
 fn rejections_in_a_submodel_have_their_place() {
     let error = guarded().log_density(&[2.0], &mut Workspace::default()).unwrap_err();
-    let Rejection::Reject { place, message } = error else { panic!("not a rejection: {error}") };
+    let Rejection::Reject { location, message } = error else { panic!("not a rejection: {error}") };
     assert_eq!(message, "2 is above 1");
-    assert_eq!(place.statement, r#"reject!("{x} is above {limit}")"#);
+    assert_eq!(location.statement, r#"reject!("{x} is above {limit}")"#);
 }

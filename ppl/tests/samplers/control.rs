@@ -138,7 +138,7 @@ fn a_density_that_rejects_everything_says_where() {
     let target = Function {
         dim: 2,
         function: |_: &[f64], _: &mut [f64]| {
-            Err(Rejection::NotFinite { place: WALL, value: f64::NAN })
+            Err(Rejection::NotFinite { location: WALL, value: f64::NAN })
         },
     };
     let error = Nuts::default().run(&target).expect_err("cannot start");

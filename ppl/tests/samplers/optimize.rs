@@ -15,7 +15,7 @@ fn density<F>(dim: usize, function: F) -> Function<F> {
 /// Rosenbrock's valley, rejected beyond |y| > 3: the mode is (1, 1).
 fn rosenbrock(y: &[f64], g: &mut [f64]) -> Result<f64, Rejection> {
     if y.iter().any(|y| y.abs() > 3.0) {
-        return Err(Rejection::NotFinite { place: ppl::Place::unknown(), value: f64::NAN });
+        return Err(Rejection::NotFinite { location: ppl::Location::unknown(), value: f64::NAN });
     }
     let bend = y[1] - y[0] * y[0];
     g[0] = 2.0 * (1.0 - y[0]) + 400.0 * bend * y[0];
@@ -152,7 +152,7 @@ fn a_mode_at_the_prior_bound_is_said_to_be_there() {
 #[test]
 fn failures_are_told_apart() {
     let nowhere = density(1, |_: &[f64], _: &mut [f64]| {
-        Err(Rejection::NotFinite { place: ppl::Place::unknown(), value: f64::NAN })
+        Err(Rejection::NotFinite { location: ppl::Location::unknown(), value: f64::NAN })
     });
     let broken = density(1, |_: &[f64], _: &mut [f64]| Err(Rejection::fatal("gone")));
     assert!(matches!(Map::default().run(&nowhere), Err(OptimizeError::Start { tries: 100, .. })));

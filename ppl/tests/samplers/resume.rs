@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use ppl::{
-    Chains, ChainsFileError, Covariance, DelayedAcceptance, LogDensity, Metropolis, Nuts, Place,
-    Rejection, RunError,
+    Chains, ChainsFileError, DelayedAcceptance, InverseMassMatrix, Location, LogDensity,
+    Metropolis, Nuts, Rejection, RunError,
 };
 
 use crate::targets::{Gaussian, half_normal, normal_until, until};
@@ -97,9 +97,9 @@ fn counts_go_on_too() {
     let long = nuts.clone().draws(400).run(&half_normal()).expect("runs");
     let short = nuts.clone().draws(150).run(&half_normal()).expect("runs");
     assert!(short.divergences() > 0 && short.chains.iter().all(|c| !c.rejections.is_empty()));
-    let places: Vec<&Place> = short.chains.iter().flat_map(|c| c.rejections.keys()).collect();
+    let places: Vec<&Location> = short.chains.iter().flat_map(|c| c.rejections.keys()).collect();
     let loaded = saved_and_loaded(&short);
-    let again: Vec<&Place> = loaded.chains.iter().flat_map(|c| c.rejections.keys()).collect();
+    let again: Vec<&Location> = loaded.chains.iter().flat_map(|c| c.rejections.keys()).collect();
     assert_eq!(places, again);
     assert_eq!(nuts.draws(400).resume(&half_normal(), loaded).expect("resumes"), long);
 }
@@ -240,7 +240,7 @@ fn chains_that_do_not_fit_are_refused_by_reason() {
     let one = nuts.clone().chains(1);
     let failed = one.run(&normal_until(2, 50, fail)).expect("runs");
     let mut broken = chains.clone();
-    broken.chains[1].warmup.covariance = Covariance::Dense(vec![1.0, 2.0, 2.0, 1.0]);
+    broken.chains[1].warmup.covariance = InverseMassMatrix::Dense(vec![1.0, 2.0, 2.0, 1.0]);
     let cases = [
         (nuts.resume(&other, chains.clone()), "log density"),
         (nuts.resume(&wide, chains.clone()), "2 coordinates, the density 3"),
@@ -251,7 +251,7 @@ fn chains_that_do_not_fit_are_refused_by_reason() {
     ];
     for (result, words) in cases {
         let error = result.expect_err(words);
-        assert!(matches!(&error, RunError::Earlier { .. }), "{error}");
+        assert!(matches!(&error, RunError::Resume { .. }), "{error}");
         assert!(error.to_string().contains(words), "{error}");
     }
 }
@@ -278,7 +278,7 @@ fn walks_refuse_what_is_not_theirs() {
     ];
     for (result, words) in cases {
         let error = result.expect_err(words);
-        assert!(matches!(&error, RunError::Earlier { .. }), "{error}");
+        assert!(matches!(&error, RunError::Resume { .. }), "{error}");
         assert!(error.to_string().contains(words), "{error}");
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::{DMatrix, DVector};
-use ppl::{Chains, LogDensity, Place, Rejection, diagnostics::mcse_mean};
+use ppl::{Chains, Location, LogDensity, Rejection, diagnostics::mcse_mean};
 
 /// Normal(mean, covariance).
 pub(crate) struct Gaussian {
@@ -121,13 +121,13 @@ fn watched(
 }
 
 /// A statement that rejects, for densities that do.
-pub(crate) const WALL: Place = Place { statement: "y > 0", file: "targets.rs", line: 1 };
+pub(crate) const WALL: Location = Location { statement: "y > 0", file: "targets.rs", line: 1 };
 
 /// |Normal(0, 1)| on y > 0, by rejection of y ≤ 0.
 pub(crate) fn half_normal() -> impl LogDensity {
     let function = |y: &[f64], g: &mut [f64]| {
         if y[0] <= 0.0 {
-            return Err(Rejection::NotFinite { place: WALL, value: f64::NEG_INFINITY });
+            return Err(Rejection::NotFinite { location: WALL, value: f64::NEG_INFINITY });
         }
         g[0] = -y[0];
         Ok(-0.5 * y[0] * y[0])

@@ -1,15 +1,15 @@
 //! What the warmup finds.
 
 use ppl::{
-    Chain, Chains, Covariance, DrawStats, LogDensity, MapKind, MapSwitch, Metropolis, Nuts,
+    Chain, Chains, DrawStats, InverseMassMatrix, LogDensity, MapKind, MapSwitch, Metropolis, Nuts,
     RunError,
 };
 
 use crate::targets::Gaussian;
 
-fn variances(covariance: &Covariance) -> &[f64] {
+fn variances(covariance: &InverseMassMatrix) -> &[f64] {
     match covariance {
-        Covariance::Diagonal(variances) => variances,
+        InverseMassMatrix::Diagonal(variances) => variances,
         other => panic!("not diagonal: {other:?}"),
     }
 }
@@ -90,7 +90,7 @@ fn metropolis_learns_its_proposal() {
     let chains = each_seed(|seed| metropolis.clone().seed(seed).run(&target));
     let mut means = Vec::new();
     for chain in &chains {
-        let Covariance::Dense(covariance) = &chain.warmup.covariance else {
+        let InverseMassMatrix::Dense(covariance) = &chain.warmup.covariance else {
             panic!("Metropolis has a full covariance")
         };
         for i in 0..4 {

@@ -4,9 +4,9 @@ use super::*;
 use crate::density::{LogDensity, Rejection};
 
 /// The log density of `f`, which gives value and gradient.
-struct Of<F>(usize, F);
+struct ByFunction<F>(usize, F);
 
-impl<F: Fn(&[f64]) -> (f64, Vec<f64>) + Sync> LogDensity for Of<F> {
+impl<F: Fn(&[f64]) -> (f64, Vec<f64>) + Sync> LogDensity for ByFunction<F> {
     type Workspace = ();
 
     fn dim(&self) -> usize {
@@ -27,7 +27,7 @@ impl<F: Fn(&[f64]) -> (f64, Vec<f64>) + Sync> LogDensity for Of<F> {
 /// A Poisson count of 5 in the logarithm of its rate, y₀ + 40 y₁, from e^82 and from e^400.
 #[test]
 fn comes_down_from_any_height() {
-    let density = Of(2, |y: &[f64]| {
+    let density = ByFunction(2, |y: &[f64]| {
         let ln_rate = y[0] + 40.0 * y[1];
         let slope = 5.0 - ln_rate.exp();
         (5.0 * ln_rate - ln_rate.exp(), vec![slope, 40.0 * slope])
@@ -42,7 +42,7 @@ fn comes_down_from_any_height() {
 /// Usual starts are left alone: two from the mode in every coordinate, whose scale is 1/20.
 #[test]
 fn leaves_usual_starts_alone() {
-    let density = Of(3, |y: &[f64]| {
+    let density = ByFunction(3, |y: &[f64]| {
         let square: f64 = y.iter().map(|y| y * y).sum();
         (-200.0 * square, y.iter().map(|y| -400.0 * y).collect())
     });

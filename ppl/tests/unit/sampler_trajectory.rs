@@ -83,7 +83,7 @@ fn assert_invariant(
     let mut hamiltonian = Hamiltonian::new(density);
     hamiltonian.metric = Metric::Diagonal(Diagonal::new(metric.to_vec()));
     let mut trajectory = Trajectory::new(2, max_depth);
-    let mut point = Point::new(2);
+    let mut point = Position::new(2);
     let mut draws = [Vec::new(), Vec::new()];
     for _ in 0..CHAINS {
         point.y.copy_from_slice(&exact([rng.sample(StandardNormal), rng.sample(StandardNormal)]));
@@ -141,7 +141,7 @@ fn a_straight_path_grows_to_the_greatest_depth() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
     let mut hamiltonian = Hamiltonian::new(&Flat);
     let mut trajectory = Trajectory::new(1, 6);
-    let mut point = Point::new(1);
+    let mut point = Position::new(1);
     hamiltonian.evaluate(&mut point).expect("finite");
     let stats =
         trajectory.transition(&mut hamiltonian, &mut point, 0.1, &mut rng).expect("no fatal error");

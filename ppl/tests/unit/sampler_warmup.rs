@@ -3,7 +3,7 @@
 use super::*;
 
 fn last_draws(windows: fn(usize) -> Vec<Window>, warmup: usize) -> Vec<usize> {
-    Schedule::new(warmup, windows).windows.iter().map(|w| w.end - 1).collect()
+    WindowSchedule::new(warmup, windows).windows.iter().map(|w| w.end - 1).collect()
 }
 
 /// Window ends of Stan's manual and of its program for these lengths.
@@ -40,7 +40,7 @@ fn default_window_ends() {
 fn windows_leave_no_gap_and_room_for_the_step() {
     for windows in [stan_windows, fisher_windows, walk_windows] {
         for warmup in SHORTEST..1200 {
-            let windows = Schedule::new(warmup, windows).windows;
+            let windows = WindowSchedule::new(warmup, windows).windows;
             assert!(!windows.is_empty());
             assert!(windows.windows(2).all(|w| w[1].start <= w[0].end && w[0].end < w[1].end));
             // only the early windows, which do not restart, overlap
@@ -52,10 +52,10 @@ fn windows_leave_no_gap_and_room_for_the_step() {
 }
 
 /// A warmup of 200 whose transitions diverge at `divergent`: the target, and where it was raised.
-fn raised(rule: Rule, target: f64, divergent: &[usize]) -> (f64, Option<usize>) {
+fn raised(rule: Adaptation, target: f64, divergent: &[usize]) -> (f64, Option<usize>) {
     let mut warmup = Warmup::new(rule, 1, 200, target);
     let mut metric = Metric::identity(1);
-    let point = Point { y: vec![0.0], gradient: vec![0.0], log_density: 0.0 };
+    let point = Position { y: vec![0.0], gradient: vec![0.0], log_density: 0.0 };
     for draw in 0..200 {
         let stats = DrawStats {
             log_density: 0.0,
@@ -78,15 +78,15 @@ fn raised(rule: Rule, target: f64, divergent: &[usize]) -> (f64, Option<usize>) 
 #[test]
 fn divergences_raise_the_target_by_how_late_and_how_many_they_are() {
     let early: Vec<usize> = (0..100).collect();
-    assert_eq!(raised(Rule::Fisher, 0.8, &early), (0.8, None));
-    assert_eq!(raised(Rule::Fisher, 0.8, &[120, 140]), (0.8, None));
-    assert_eq!(raised(Rule::Fisher, 0.8, &[120, 195]), (0.9, Some(195)));
-    assert_eq!(raised(Rule::Fisher, 0.8, &[195, 196]), (0.9, Some(195)));
-    assert_eq!(raised(Rule::Fisher, 0.8, &[101, 120, 140, 195]), (0.95, Some(140)));
-    assert_eq!(raised(Rule::Fisher, 0.8, &[120, 195, 197]), (0.95, Some(197)));
+    assert_eq!(raised(Adaptation::Fisher, 0.8, &early), (0.8, None));
+    assert_eq!(raised(Adaptation::Fisher, 0.8, &[120, 140]), (0.8, None));
+    assert_eq!(raised(Adaptation::Fisher, 0.8, &[120, 195]), (0.9, Some(195)));
+    assert_eq!(raised(Adaptation::Fisher, 0.8, &[195, 196]), (0.9, Some(195)));
+    assert_eq!(raised(Adaptation::Fisher, 0.8, &[101, 120, 140, 195]), (0.95, Some(140)));
+    assert_eq!(raised(Adaptation::Fisher, 0.8, &[120, 195, 197]), (0.95, Some(197)));
     // steps are wild after a restart
-    assert_eq!(raised(Rule::Fisher, 0.8, &[171, 175, 180, 185]), (0.8, None));
+    assert_eq!(raised(Adaptation::Fisher, 0.8, &[171, 175, 180, 185]), (0.8, None));
     // never lower than what was asked for, and Stan has no such rule
-    assert_eq!(raised(Rule::Fisher, 0.99, &[120, 130, 140, 195]), (0.99, None));
-    assert_eq!(raised(Rule::Stan, 0.8, &[120, 130, 140, 195]), (0.8, None));
+    assert_eq!(raised(Adaptation::Fisher, 0.99, &[120, 130, 140, 195]), (0.99, None));
+    assert_eq!(raised(Adaptation::Stan, 0.8, &[120, 130, 140, 195]), (0.8, None));
 }

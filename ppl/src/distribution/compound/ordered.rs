@@ -11,7 +11,7 @@ use crate::distribution::univariate_density::{UnivariateDensity, add_terms};
 use crate::distribution::vector::Repeated;
 use crate::scalar::Scalar;
 use crate::special::ln_gamma;
-use crate::transform::{Ascending, VectorMap};
+use crate::transform::Ascending;
 
 impl<A: Family> Family for Ordered<A> {}
 

@@ -6,7 +6,7 @@ use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::{Diagonal, dense::geometric_mean, sample::Centred};
-use crate::sampler::{dot::dot, report::Covariance};
+use crate::sampler::{dot::dot, report::InverseMassMatrix};
 
 /// `M⁻¹ = D (I + U (Λ − I) Uᵀ) D` with D = diag(σ) and orthonormal columns of U.
 #[derive(Clone, Debug)]
@@ -74,8 +74,8 @@ impl LowRank {
         self.values.len()
     }
 
-    pub(super) fn covariance(&self) -> Covariance {
-        Covariance::LowRank {
+    pub(super) fn covariance(&self) -> InverseMassMatrix {
+        InverseMassMatrix::LowRank {
             variances: self.diagonal.variances().to_vec(),
             vectors: self.vectors.clone(),
             values: self.values.clone(),

@@ -20,7 +20,7 @@ pub(super) use diagonal::Diagonal;
 pub(super) use low_rank::LowRank;
 pub(super) use sample::{Centred, Sample};
 
-use super::report::{Covariance, MapKind};
+use super::report::{InverseMassMatrix, MapKind};
 
 /// An inverse mass matrix `M⁻¹`, that is an estimate of the posterior covariance.
 #[derive(Clone, Debug)]
@@ -36,16 +36,17 @@ impl Metric {
     }
 
     /// `None` if the covariance is not positive definite or not of `dim` coordinates.
-    pub(super) fn from_covariance(covariance: &Covariance, dim: usize) -> Option<Self> {
+    pub(super) fn from_covariance(covariance: &InverseMassMatrix, dim: usize) -> Option<Self> {
         let positive = |v: &[f64]| v.iter().all(|v| v.is_finite() && *v > 0.0);
         match covariance {
-            Covariance::Diagonal(variances) => (variances.len() == dim && positive(variances))
-                .then(|| Self::Diagonal(Diagonal::new(variances.clone()))),
-            Covariance::Dense(matrix) if matrix.len() == dim * dim => {
+            InverseMassMatrix::Diagonal(variances) => (variances.len() == dim
+                && positive(variances))
+            .then(|| Self::Diagonal(Diagonal::new(variances.clone()))),
+            InverseMassMatrix::Dense(matrix) if matrix.len() == dim * dim => {
                 Dense::new(matrix.clone(), dim).map(Self::Dense)
             }
-            Covariance::Dense(_) => None,
-            Covariance::LowRank { variances, vectors, values } => {
+            InverseMassMatrix::Dense(_) => None,
+            InverseMassMatrix::LowRank { variances, vectors, values } => {
                 let fits = variances.len() == dim && vectors.len() == dim * values.len();
                 (fits && positive(variances) && positive(values)).then(|| {
                     let diagonal = Diagonal::new(variances.clone());
@@ -55,10 +56,10 @@ impl Metric {
         }
     }
 
-    pub(super) fn covariance(&self) -> Covariance {
+    pub(super) fn covariance(&self) -> InverseMassMatrix {
         match self {
-            Self::Diagonal(m) => Covariance::Diagonal(m.variances().to_vec()),
-            Self::Dense(m) => Covariance::Dense(m.matrix().to_vec()),
+            Self::Diagonal(m) => InverseMassMatrix::Diagonal(m.variances().to_vec()),
+            Self::Dense(m) => InverseMassMatrix::Dense(m.matrix().to_vec()),
             Self::LowRank(m) => m.covariance(),
         }
     }

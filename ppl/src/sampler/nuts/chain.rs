@@ -1,11 +1,11 @@
 //! A chain of the no-U-turn sampler.
 
 use crate::{
-    density::{Place, Rejection},
+    density::{Location, Rejection},
     erased::ErasedDensity,
     optimize::approach,
     sampler::{
-        hamiltonian::{Hamiltonian, Point},
+        hamiltonian::{Hamiltonian, Position},
         metric::Metric,
         rejections::Rejections,
         report::{DrawStats, WarmupReport},
@@ -19,13 +19,13 @@ use crate::{
 };
 
 /// Where a starting point with a finite density but no finite gradient is rejected.
-const GRADIENT: Place = Place { statement: "gradient of the log density", file: "", line: 0 };
+const GRADIENT: Location = Location { statement: "gradient of the log density", file: "", line: 0 };
 
 pub(in crate::sampler) struct NutsChain<'a> {
     density: &'a dyn ErasedDensity,
     hamiltonian: Hamiltonian<'a>,
     trajectory: Trajectory,
-    current: Point,
+    current: Position,
     warmup: Warmup,
     step: f64,
 }
@@ -46,7 +46,7 @@ impl<'a> NutsChain<'a> {
             step = tuned_step;
         }
         let trajectory = Trajectory::new(dim, max_depth);
-        Self { density, hamiltonian, trajectory, current: Point::new(dim), warmup, step }
+        Self { density, hamiltonian, trajectory, current: Position::new(dim), warmup, step }
     }
 
     /// Leaves a start that is too far from the posterior for the energy to tell anything.
@@ -75,7 +75,7 @@ impl MarkovChain for NutsChain<'_> {
         self.current.y.copy_from_slice(y);
         self.hamiltonian.evaluate(&mut self.current)?;
         match self.current.gradient.iter().find(|g| !g.is_finite()) {
-            Some(&value) => Err(Rejection::NotFinite { place: GRADIENT, value }),
+            Some(&value) => Err(Rejection::NotFinite { location: GRADIENT, value }),
             None => Ok(()),
         }
     }

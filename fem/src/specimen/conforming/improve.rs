@@ -1,0 +1,75 @@
+//! The last pass: nodes around flat tetrahedra look for a better place.
+
+use super::interface::Held;
+use super::relocate::{Pull, Relocation, on_tangent};
+use crate::mesh::vector::{Point, add, scale};
+
+/// Lengths of the steps that are tried, over the spacing.
+const STEPS: [f64; 4] = [0.16, 0.08, 0.04, 0.02];
+/// Passes over all nodes.
+const PASSES: usize = 3;
+/// An interface node may end so far from the interface, over the spacing, if it was not farther.
+const OFF: f64 = 0.02;
+
+impl Relocation<'_> {
+    /// Moves nodes with a tetrahedron flatter than the angle of cosine `wanted` so that their worst
+    /// one becomes better; interface nodes along the interface.
+    pub(super) fn improve(&mut self, wanted: f64) {
+        for _ in 0..PASSES {
+            self.move_all(|this, node| this.better_place(node, wanted));
+        }
+    }
+
+    fn better_place(&self, node: u32, wanted: f64) -> Option<Point> {
+        let from = self.nodes[node as usize];
+        let mut worst = self.worst_around(node, from, f64::INFINITY);
+        if worst <= wanted {
+            return None;
+        }
+        let held = self.interface.held[node as usize];
+        let labels = self.interface.labels.of(node);
+        let allowed = match labels.is_empty() {
+            true => 0.0,
+            false => self.off_interface(labels, held, from).max(OFF * self.how.spacing_mm),
+        };
+        let mut here = from;
+        for step in STEPS {
+            for direction in directions() {
+                let step = scale(direction, step * self.how.spacing_mm);
+                let there = self.step_along(labels, held, here, step);
+                let worst_there = self.worst_around(node, there, worst);
+                if worst_there < worst - 1e-3
+                    && (labels.is_empty() || self.off_interface(labels, held, there) <= allowed)
+                {
+                    (here, worst) = (there, worst_there);
+                }
+            }
+        }
+        (here != from).then_some(here)
+    }
+
+    /// A step of a node, back onto the interface if it is on one.
+    fn step_along(&self, labels: &[u32], held: Held, here: Point, step: Point) -> Point {
+        let step = on_tangent(held, here, step);
+        if labels.is_empty() {
+            return self.hold(held, here, add(here, step));
+        }
+        let along = Pull::new(self, labels, held, here).along(step);
+        let there = self.hold(held, here, add(here, along));
+        let back = Pull::new(self, labels, held, there).to_surface(0.1 * self.how.spacing_mm);
+        self.hold(held, here, add(there, back))
+    }
+}
+
+/// Along the axes and the diagonals of a cube.
+fn directions() -> impl Iterator<Item = Point> {
+    let corner = 1.0 / 3.0_f64.sqrt();
+    let along = (0..6).map(|k| {
+        let mut axis = [0.0; 3];
+        axis[k / 2] = if k % 2 == 0 { 1.0 } else { -1.0 };
+        axis
+    });
+    along.chain((0..8).map(move |k| {
+        std::array::from_fn(|axis| if k >> axis & 1 == 0 { corner } else { -corner })
+    }))
+}

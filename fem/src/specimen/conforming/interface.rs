@@ -1,0 +1,171 @@
+//! Which nodes lie on interfaces, which may move, and what holds them.
+
+use rayon::prelude::*;
+
+use super::Conforming;
+use crate::mesh::TetMesh;
+use crate::mesh::tet_mesh::FACES;
+use crate::specimen::adjacency::Adjacency;
+
+/// Rings of free nodes around interfaces that move along.
+const RINGS: u8 = 2;
+/// Not on an interface and not near one.
+const RESTS: u8 = u8::MAX;
+
+/// Lists of numbers, one for each node.
+pub(super) struct Lists {
+    start: Vec<u32>,
+    items: Vec<u32>,
+}
+
+impl Lists {
+    fn new(lists: Vec<Vec<u32>>) -> Lists {
+        let mut start = Vec::with_capacity(lists.len() + 1);
+        start.push(0);
+        let mut total = 0;
+        for list in &lists {
+            total += list.len() as u32;
+            start.push(total);
+        }
+        Lists { start, items: lists.concat() }
+    }
+
+    pub(super) fn of(&self, node: u32) -> &[u32] {
+        let node = node as usize;
+        &self.items[self.start[node] as usize..self.start[node + 1] as usize]
+    }
+}
+
+/// Where a node has to stay.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Held {
+    /// On the wall, at the cylinder's radius.
+    pub(super) wall: bool,
+    /// In the plane of an end.
+    pub(super) end: bool,
+}
+
+/// The nodes of a labelled mesh.
+pub(super) struct Interface {
+    /// The labels around a node, increasing; one alone is not listed.
+    pub(super) labels: Lists,
+    /// Nodes of the interface's triangles around a node, once for each triangle.
+    pub(super) neighbours: Lists,
+    pub(super) held: Vec<Held>,
+    /// 0 on an interface, then the distance from one in edges.
+    pub(super) ring: Vec<u8>,
+    /// Triangles between two labels, with both (the smaller first).
+    pub(super) triangles: Vec<([u32; 3], [u32; 2])>,
+    /// Nodes that move, so sorted that those of one group share no tetrahedron.
+    pub(super) groups: Vec<Vec<u32>>,
+}
+
+impl Interface {
+    pub(super) fn new(
+        how: &Conforming,
+        mesh: &TetMesh,
+        around: &Adjacency,
+        faces: &[[u32; 2]],
+        labels: &[u32],
+    ) -> Interface {
+        let triangles = triangles(mesh, faces, labels);
+        let nodes = mesh.nodes.len();
+        let labels_of = |node: usize| {
+            let tets = around.tets_of(node).iter();
+            let mut found: Vec<u32> = tets.map(|&tet| labels[tet as usize]).collect();
+            found.sort_unstable();
+            found.dedup();
+            if found.len() > 1 { found } else { Vec::new() }
+        };
+        let labels = Lists::new((0..nodes).into_par_iter().map(labels_of).collect());
+        let mut neighbours = vec![Vec::new(); nodes];
+        for &(triangle, _) in &triangles {
+            for k in 0..3 {
+                let [a, b, c] = [0, 1, 2].map(|i| triangle[(k + i) % 3]);
+                neighbours[a as usize].extend([b, c]);
+            }
+        }
+        let neighbours = Lists::new(neighbours);
+        let ring = rings(mesh, &labels);
+        let groups = groups(mesh, around, &ring);
+        Interface { labels, neighbours, held: held(how, mesh), ring, triangles, groups }
+    }
+}
+
+fn triangles(mesh: &TetMesh, faces: &[[u32; 2]], labels: &[u32]) -> Vec<([u32; 3], [u32; 2])> {
+    let between = |&[a, b]: &[u32; 2]| {
+        let [one, other] = [a, b].map(|tet| labels[tet as usize]);
+        if one == other {
+            return None;
+        }
+        let (mine, theirs) = (mesh.tets[a as usize], mesh.tets[b as usize]);
+        let face = FACES
+            .map(|face| face.map(|corner| mine[corner]))
+            .into_iter()
+            .find(|face| face.iter().all(|node| theirs.contains(node)))?;
+        Some((face, [one.min(other), one.max(other)]))
+    };
+    faces.par_iter().filter_map(between).collect()
+}
+
+/// The distance of each node from the interface, in edges, up to the last ring.
+fn rings(mesh: &TetMesh, labels: &Lists) -> Vec<u8> {
+    let mut ring: Vec<u8> = (0..mesh.nodes.len() as u32)
+        .map(|node| if labels.of(node).is_empty() { RESTS } else { 0 })
+        .collect();
+    for distance in 1..=RINGS {
+        let mut next = ring.clone();
+        for tet in &mesh.tets {
+            if tet.iter().any(|&node| ring[node as usize] == distance - 1) {
+                for &node in tet.iter().filter(|&&node| ring[node as usize] == RESTS) {
+                    next[node as usize] = distance;
+                }
+            }
+        }
+        ring = next;
+    }
+    ring
+}
+
+/// Colours the nodes that move one after another with the first colour free around them.
+fn groups(mesh: &TetMesh, around: &Adjacency, ring: &[u8]) -> Vec<Vec<u32>> {
+    let mut colour = vec![u8::MAX; mesh.nodes.len()];
+    let mut groups: Vec<Vec<u32>> = Vec::new();
+    for node in (0..mesh.nodes.len()).filter(|&node| ring[node] != RESTS) {
+        let mut taken = 0_u128;
+        for &tet in around.tets_of(node) {
+            for &other in &mesh.tets[tet as usize] {
+                let colour = colour[other as usize];
+                if colour != u8::MAX {
+                    taken |= 1 << colour;
+                }
+            }
+        }
+        let free = taken.trailing_ones() as usize;
+        colour[node] = free as u8;
+        if groups.len() <= free {
+            groups.push(Vec::new());
+        }
+        groups[free].push(node as u32);
+    }
+    groups
+}
+
+fn held(how: &Conforming, mesh: &TetMesh) -> Vec<Held> {
+    let mut held = vec![Held::default(); mesh.nodes.len()];
+    for (name, triangles) in &mesh.surfaces {
+        for &node in triangles.as_flattened() {
+            let held = &mut held[node as usize];
+            match name == "side" {
+                true => held.wall = true,
+                false => held.end = true,
+            }
+        }
+    }
+    // a coarse wall of flat faces has nodes inside the circle, which stay where they are
+    for (held, point) in held.iter_mut().zip(&mesh.nodes) {
+        let off = point[0].hypot(point[1]) - how.radius_mm;
+        debug_assert!(!held.wall || off.abs() < 1e-9 * how.radius_mm, "a node off the wall: {off}");
+    }
+    held
+}

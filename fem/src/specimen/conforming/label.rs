@@ -1,0 +1,33 @@
+//! One label for each tetrahedron.
+
+use rayon::prelude::*;
+
+use super::Conforming;
+use super::contact::Gaps;
+use crate::mesh::TetMesh;
+use crate::specimen::adjacency::Adjacency;
+use crate::specimen::samples::{Sampled, majority};
+
+/// Connected components of fewer tetrahedra than this are dropped.
+const SMALLEST_COMPONENT: usize = 3;
+
+/// The grain that most samples of a tetrahedron lie in; small components dropped, grains that do not
+/// touch parted.
+pub(super) fn labels(how: &Conforming, mesh: &TetMesh, around: &Adjacency) -> Vec<u32> {
+    let mut labels: Vec<u32> = (0..mesh.tets.len())
+        .into_par_iter()
+        .map(|tet| {
+            let mut sampled = Sampled::new(how.field, &mesh.corners(tet), 0.0);
+            sampled.grains.retain(|&grain| how.follows[grain as usize - 1]);
+            majority(&sampled.nearest(how.field, 0.0), 0.0)
+        })
+        .collect();
+    around.drop_small_components(&mut labels, SMALLEST_COMPONENT);
+    around.drop_spikes(&mut labels);
+    let gaps = Gaps::new(how, mesh, around, &labels);
+    around.separate_grains(&mut labels, |a, b| gaps.is_open(a, b));
+    around.drop_small_components(&mut labels, SMALLEST_COMPONENT);
+    around.drop_spikes(&mut labels);
+    around.drop_small_components(&mut labels, SMALLEST_COMPONENT);
+    labels
+}

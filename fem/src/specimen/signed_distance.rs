@@ -1,0 +1,228 @@
+//! A smooth signed distance from the solid fractions of voxels.
+//!
+//! The surface is where a fraction, smoothed over its neighbours, passes one half; distances farther away follow by fast sweeping.
+//!
+//! # Reference
+//! H. Zhao, "A fast sweeping method for eikonal equations", Math. Comp. 74 (2005) 603–627,
+//! doi:10.1090/S0025-5718-04-01678-3.
+
+/// Differences over two voxels of a smoothed fraction over its slope at the surface: 0.75 along the
+/// axes, 0.9 along the diagonals.
+const SLOPE: f32 = 0.85;
+/// Rounds of eight sweeps; convex bodies settle in one.
+const ROUNDS: usize = 2;
+
+/// Values of a box of voxels, x fastest.
+#[derive(Clone, Debug)]
+pub(super) struct Patch {
+    /// The first voxel.
+    pub(super) low: [usize; 3],
+    /// Voxels along each axis.
+    pub(super) size: [usize; 3],
+    pub(super) values: Vec<f32>,
+}
+
+impl Patch {
+    pub(super) fn new(low: [usize; 3], size: [usize; 3]) -> Patch {
+        Patch { low, size, values: vec![0.0; size.iter().product()] }
+    }
+
+    fn strides(&self) -> [usize; 3] {
+        [1, self.size[0], self.size[0] * self.size[1]]
+    }
+
+    /// The voxels in the order of the values.
+    pub(super) fn voxels(&self) -> impl Iterator<Item = [usize; 3]> + use<> {
+        let [nx, ny, nz] = self.size;
+        (0..nx * ny * nz).map(move |c| [c % nx, c / nx % ny, c / nx / ny])
+    }
+
+    /// Turns solid fractions into distances in voxels, negative inside.
+    pub(super) fn fractions_to_distances(&mut self) {
+        for axis in 0..3 {
+            self.smooth(axis);
+        }
+        let known = self.crossings();
+        self.sweep(&known);
+    }
+
+    /// Weights ¼, ½, ¼ along an axis; what is outside is like the outermost voxel.
+    fn smooth(&mut self, axis: usize) {
+        let (stride, count) = (self.strides()[axis], self.size[axis]);
+        if count < 2 {
+            return;
+        }
+        for first in 0..self.values.len() {
+            if first / stride % count != 0 {
+                continue;
+            }
+            let mut before = self.values[first];
+            for k in 0..count {
+                let at = first + k * stride;
+                let here = self.values[at];
+                let after = if k + 1 < count { self.values[at + stride] } else { here };
+                self.values[at] = 0.25 * (before + after) + 0.5 * here;
+                before = here;
+            }
+        }
+    }
+
+    /// Puts the distance to the surface where a neighbour is on its other side, and a large one of
+    /// the right sign elsewhere; tells which are known.
+    fn crossings(&mut self) -> Vec<bool> {
+        let far = self.size.iter().sum::<usize>() as f32;
+        let strides = self.strides();
+        let fraction = std::mem::take(&mut self.values);
+        let mut known = vec![false; fraction.len()];
+        self.values = vec![far; fraction.len()];
+        for (at, voxel) in self.voxels().enumerate() {
+            let here = 0.5 - fraction[at];
+            let mut slope = 0.0;
+            for axis in 0..3 {
+                let mut look = |inside: bool, other: usize| {
+                    let other = if inside { other } else { at };
+                    known[at] |= (here < 0.0) != (fraction[other] > 0.5);
+                    fraction[other]
+                };
+                let before = look(voxel[axis] > 0, at.wrapping_sub(strides[axis]));
+                let after = look(voxel[axis] + 1 < self.size[axis], at + strides[axis]);
+                slope += (0.5 * (after - before)).powi(2);
+            }
+            let distance = if known[at] {
+                (SLOPE * here.abs() / slope.sqrt().max(1e-6)).min(1.0)
+            } else {
+                far
+            };
+            self.values[at] = distance.copysign(here);
+        }
+        known
+    }
+
+    fn sweep(&mut self, known: &[bool]) {
+        let ([nx, ny, nz], strides) = (self.size, self.strides());
+        let order = |count: usize, reverse: bool, k: usize| if reverse { count - 1 - k } else { k };
+        for turn in 0..8 * ROUNDS {
+            let reverse = [turn & 1 > 0, turn & 2 > 0, turn & 4 > 0];
+            for c in 0..nz {
+                let z = order(nz, reverse[2], c);
+                for b in 0..ny {
+                    let y = order(ny, reverse[1], b);
+                    for a in 0..nx {
+                        let x = order(nx, reverse[0], a);
+                        let at = x + nx * (y + ny * z);
+                        if !known[at] {
+                            self.update(at, [x, y, z], strides);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Godunov's upwind update of |∇d| = 1.
+    fn update(&mut self, at: usize, voxel: [usize; 3], strides: [usize; 3]) {
+        let mut smallest = [f32::INFINITY; 3];
+        for axis in 0..3 {
+            if voxel[axis] > 0 {
+                smallest[axis] = self.values[at - strides[axis]].abs();
+            }
+            if voxel[axis] + 1 < self.size[axis] {
+                smallest[axis] = smallest[axis].min(self.values[at + strides[axis]].abs());
+            }
+        }
+        smallest.sort_unstable_by(f32::total_cmp);
+        let [a, b, c] = smallest;
+        let mut distance = a + 1.0;
+        if distance > b {
+            distance = 0.5 * (a + b + (2.0 - (a - b).powi(2)).sqrt());
+            if distance > c {
+                let (sum, squares) = (a + b + c, a * a + b * b + c * c);
+                distance = (sum + (sum * sum - 3.0 * (squares - 1.0)).max(0.0).sqrt()) / 3.0;
+            }
+        }
+        let here = self.values[at];
+        if distance < here.abs() {
+            self.values[at] = distance.copysign(here);
+        }
+    }
+
+    /// The value between voxel centres, linear along each axis; `x` counts voxels from the centre
+    /// of the first. Outside the box the nearest value inside, and how far away it is.
+    pub(super) fn interpolate(&self, x: [f64; 3]) -> (f64, f64) {
+        let strides = self.strides();
+        let (mut first, mut step, mut t) = (0, [0; 3], [0.0; 3]);
+        let mut outside = 0.0;
+        for axis in 0..3 {
+            let most = (self.size[axis] - 1) as f64;
+            let inside = x[axis].clamp(0.0, most);
+            outside += (x[axis] - inside).powi(2);
+            let cell = (inside as usize).min(self.size[axis].saturating_sub(2));
+            first += cell * strides[axis];
+            step[axis] = if self.size[axis] > 1 { strides[axis] } else { 0 };
+            t[axis] = inside - cell as f64;
+        }
+        let along = |at: usize| {
+            let (low, high) = (self.values[at] as f64, self.values[at + step[0]] as f64);
+            low + t[0] * (high - low)
+        };
+        let plane = |at: usize| {
+            let (low, high) = (along(at), along(at + step[1]));
+            low + t[1] * (high - low)
+        };
+        let (low, high) = (plane(first), plane(first + step[2]));
+        (low + t[2] * (high - low), outside.sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Share of a voxel inside a ball, by 8³ samples.
+    fn share(voxel: [usize; 3], centre: [f64; 3], radius: f64) -> f32 {
+        let n = 8;
+        let inside = (0..n * n * n).filter(|c| {
+            let sample = [c % n, c / n % n, c / n / n];
+            let squares = (0..3).map(|k| {
+                let x = voxel[k] as f64 - 0.5 + (sample[k] as f64 + 0.5) / n as f64;
+                (x - centre[k]).powi(2)
+            });
+            squares.sum::<f64>() < radius * radius
+        });
+        inside.count() as f32 / (n * n * n) as f32
+    }
+
+    #[test]
+    fn the_surface_of_a_ball_is_where_it_is_to_a_fraction_of_a_voxel() {
+        let (centre, radius) = ([11.3, 11.8, 12.1], 6.5);
+        let mut patch = Patch::new([0; 3], [24; 3]);
+        let voxels: Vec<[usize; 3]> = patch.voxels().collect();
+        for (value, &voxel) in patch.values.iter_mut().zip(&voxels) {
+            *value = share(voxel, centre, radius);
+        }
+        patch.fractions_to_distances();
+        let (mut near, mut far, mut squares, mut count) = (0.0_f64, 0.0_f64, 0.0, 0.0);
+        for a in 0..20 {
+            for b in 0..20 {
+                let (theta, z) = (a as f64 * 0.31, (b as f64 - 9.5) / 10.0);
+                let along =
+                    [(1.0 - z * z).sqrt() * theta.cos(), (1.0 - z * z).sqrt() * theta.sin(), z];
+                for offset in [-3.0, -1.0, -0.3, 0.0, 0.4, 1.0, 3.0] {
+                    let x = std::array::from_fn(|k| centre[k] + (radius + offset) * along[k]);
+                    let (value, outside) = patch.interpolate(x);
+                    assert_eq!(outside, 0.0);
+                    let error = (value - offset).abs();
+                    if offset == 0.0 {
+                        squares += error * error;
+                        count += 1.0;
+                    }
+                    if offset.abs() < 0.5 { near = near.max(error) } else { far = far.max(error) }
+                }
+            }
+        }
+        // the smoothing moves the surface of a ball in by σ² / R with σ² = ½ voxel²: 0.08
+        let rms = (squares / count as f64).sqrt();
+        assert!(rms < 0.15 && near < 0.3, "{rms} {near}");
+        assert!(far < 0.5, "{far}");
+    }
+}

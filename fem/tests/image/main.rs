@@ -1,0 +1,6 @@
+//! Images: stacks from files, and grains from stacks.
+
+#[path = "../support/phantom.rs"]
+mod phantom;
+mod segment;
+mod tiff;
