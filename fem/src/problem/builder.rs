@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::parts::Parts;
+use super::definition::Definition;
 use super::problem::Problem;
 use super::schedule::Schedule;
 use crate::boundary::Conditions;
@@ -18,14 +18,14 @@ use crate::solve::{Scheme, SolverOptions};
 /// condition acts and the solver has its default settings.
 #[derive(Clone, Debug)]
 pub struct ProblemBuilder {
-    parts: Parts,
+    parts: Definition,
     scheduled: bool,
 }
 
 impl Problem {
     /// Begins a problem on a mesh.
     pub fn builder(mesh: TetMesh) -> ProblemBuilder {
-        let parts = Parts {
+        let parts = Definition {
             mesh: Arc::new(mesh),
             order: Order::Linear,
             materials: Vec::new(),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::parts::Parts;
+use super::definition::Definition;
 use crate::boundary::Boundary;
 use crate::element::{DamageRule, Domain, Linear, Order, Quadratic, Space, Tetrahedron};
 use crate::error::FemError;
@@ -26,7 +26,7 @@ pub(crate) struct Discretisation {
 
 impl Discretisation {
     /// Builds the space of the problem's order.
-    pub(super) fn new(parts: &Parts) -> Result<Self, FemError> {
+    pub(super) fn new(parts: &Definition) -> Result<Self, FemError> {
         parts.mesh.validate()?;
         match parts.order {
             Order::Linear => Self::with::<4, Linear>(parts),
@@ -34,7 +34,7 @@ impl Discretisation {
         }
     }
 
-    fn with<const N: usize, T: Tetrahedron<N>>(parts: &Parts) -> Result<Self, FemError> {
+    fn with<const N: usize, T: Tetrahedron<N>>(parts: &Definition) -> Result<Self, FemError> {
         let damaged = parts.damaged();
         let rule = match &parts.phase_field {
             Some(field) if damaged.contains(&true) => damage_rule(field, parts.order, &parts.mesh)?,
@@ -68,7 +68,7 @@ impl Discretisation {
     }
 
     /// The same space, with what the linear solver knows of it, under the parts' conditions.
-    pub(super) fn with_conditions(&self, parts: &Parts) -> Result<Self, FemError> {
+    pub(super) fn with_conditions(&self, parts: &Definition) -> Result<Self, FemError> {
         let boundary = boundary(self.operator.domain(), parts, self.damaged.clone())?;
         let (linear, unknowns) =
             self.linear.with_constrained(&self.carries_damage, boundary.constrained())?;
@@ -88,7 +88,11 @@ impl Discretisation {
     }
 }
 
-fn boundary(domain: &dyn Domain, parts: &Parts, damaged: Vec<bool>) -> Result<Boundary, FemError> {
+fn boundary(
+    domain: &dyn Domain,
+    parts: &Definition,
+    damaged: Vec<bool>,
+) -> Result<Boundary, FemError> {
     Boundary::new(domain, &parts.mesh, &parts.conditions, damaged, parts.schedule.duration_s)
 }
 

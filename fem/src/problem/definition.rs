@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::fingerprint::Fingerprint;
-use super::schedule::{Schedule, check_arc_length};
+use super::schedule::{Schedule, check_crack_energy};
 use crate::boundary::Conditions;
 use crate::element::Order;
 use crate::error::FemError;
@@ -13,7 +13,7 @@ use crate::solve::SolverOptions;
 
 /// The parts as they were given, to be shared by problems that differ in some of them.
 #[derive(Clone, Debug)]
-pub(super) struct Parts {
+pub(super) struct Definition {
     pub(super) mesh: Arc<TetMesh>,
     pub(super) order: Order,
     pub(super) materials: Vec<Material>,
@@ -24,7 +24,7 @@ pub(super) struct Parts {
     pub(super) options: SolverOptions,
 }
 
-impl Parts {
+impl Definition {
     /// Checks the parts, all but the mesh and what the conditions name on it.
     pub(super) fn validate(&self) -> Result<(), FemError> {
         let (mesh, field) = (&self.mesh, self.phase_field.as_ref());
@@ -44,7 +44,7 @@ impl Parts {
         field.map_or(Ok(()), PhaseField::validate)?;
         self.options.validate()?;
         self.schedule.validate()?;
-        check_arc_length(self.schedule.stepping, &self.materials, field, &self.conditions)
+        check_crack_energy(&self.schedule, &self.materials, field, &self.conditions)
     }
 
     /// Checks that there are two phases to mix, of a law whose moduli can be.
