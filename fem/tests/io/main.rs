@@ -1,7 +1,10 @@
 //! Meshes and specimens, their files, and directories of runs.
 
+mod curve;
 mod ensemble;
+mod fuzz;
 mod gmsh;
 mod mesh;
 mod specimen;
+mod stl;
 mod vtu;

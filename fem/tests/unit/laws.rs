@@ -157,7 +157,7 @@ fn laws_are_the_derivatives_of_their_printed_energies() {
 #[test]
 fn the_kernel_differentiates_itself() {
     fn law<T>(moduli: [T; 2]) -> FormulaLaw<T> {
-        FormulaLaw { formula: Formula::Hencky, degraded: Degraded::ALL, moduli }
+        FormulaLaw { formula: Formula::Hencky, degraded: Degraded::ALL, moduli, phases: None }
     }
     let e = [0.1, -0.2, 0.05];
     let of_one = law([150.0, 110.0]).respond::<true>(&strains(e), 0.3);
@@ -322,7 +322,7 @@ struct Responses<'a> {
 }
 
 impl WithSimd for Responses<'_> {
-    type Output = Vec<([f64; 17], bool)>;
+    type Output = Vec<([f64; 18], bool)>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
@@ -347,7 +347,7 @@ impl WithSimd for Responses<'_> {
                 (moduli[0][lane], moduli[1][lane]) = (of_lane.bulk, of_lane.shear);
             }
             let moduli = moduli.each_ref().map(|x| SimdF64::load(simd, x));
-            let law = LaneLaw::new(None, self.degraded, moduli, materials);
+            let law = LaneLaw::new(None, self.degraded, moduli, None, materials);
             let principal = Principal::new(&h);
             let response = law.respond::<true>(&principal.strains, SimdF64::splat(simd, 0.3));
             let lane = |x: SimdF64<S>, lane: usize| {
@@ -362,8 +362,9 @@ impl WithSimd for Responses<'_> {
                     &response.stress_plus,
                     &response.normal,
                     &response.shear,
+                    &[response.softening],
                 ];
-                let mut all = [0.0; 17];
+                let mut all = [0.0; 18];
                 all.iter_mut().zip(numbers.concat()).for_each(|(x, y)| *x = lane(y, k));
                 points.push((all, lane(principal.sound, k) == 1.0));
             }

@@ -3,27 +3,28 @@
 use std::sync::Arc;
 
 use super::fingerprint::Fingerprint;
-use super::schedule::{Schedule, check_arc_length};
+use super::schedule::{Schedule, check_crack_energy};
 use crate::boundary::Conditions;
 use crate::element::Order;
 use crate::error::FemError;
-use crate::material::{Material, PhaseField, PointMaterial};
+use crate::material::{Elasticity, Homogenisation, Material, PhaseField, PointMaterial};
 use crate::mesh::TetMesh;
 use crate::solve::SolverOptions;
 
 /// The parts as they were given, to be shared by problems that differ in some of them.
 #[derive(Clone, Debug)]
-pub(super) struct Parts {
+pub(super) struct Definition {
     pub(super) mesh: Arc<TetMesh>,
     pub(super) order: Order,
     pub(super) materials: Vec<Material>,
+    pub(super) homogenisation: Homogenisation,
     pub(super) phase_field: Option<PhaseField>,
     pub(super) conditions: Arc<Conditions>,
     pub(super) schedule: Schedule,
     pub(super) options: SolverOptions,
 }
 
-impl Parts {
+impl Definition {
     /// Checks the parts, all but the mesh and what the conditions name on it.
     pub(super) fn validate(&self) -> Result<(), FemError> {
         let (mesh, field) = (&self.mesh, self.phase_field.as_ref());
@@ -37,10 +38,31 @@ impl Parts {
         for (region, material) in mesh.regions.iter().zip(&self.materials) {
             material.validate(region, field)?;
         }
+        if mesh.mixture.is_some() {
+            self.validate_mixtures()?;
+        }
         field.map_or(Ok(()), PhaseField::validate)?;
         self.options.validate()?;
         self.schedule.validate()?;
-        check_arc_length(self.schedule.stepping, &self.materials, field, &self.conditions)
+        check_crack_energy(&self.schedule, &self.materials, field, &self.conditions)
+    }
+
+    /// Checks that there are two phases to mix, of a law whose moduli can be.
+    fn validate_mixtures(&self) -> Result<(), FemError> {
+        let refused = |message: &str, help: &str| {
+            Err(FemError::unsupported("mesh with mixtures of matrix and grain", message, help))
+        };
+        if self.materials.len() != 2 {
+            return refused("its regions are not two", "name the matrix first, then the grain");
+        }
+        let hencky = |m: &Material| matches!(m.elasticity, Elasticity::Hencky { .. });
+        if !self.materials.iter().all(hencky) {
+            return refused(
+                "only moduli of Hencky's law can be homogenised",
+                "take law = \"hencky\" for both phases, or a mesh that follows the grains",
+            );
+        }
+        Ok(())
     }
 
     /// Marks the regions that can break.
@@ -56,9 +78,12 @@ impl Parts {
 
     /// A number that tells these parts from others; of functions, only what they are described as.
     pub(super) fn fingerprint(&self) -> u64 {
-        let Self { mesh, order, materials, phase_field, conditions, schedule, options } = self;
+        let Self { mesh, order, materials, homogenisation, phase_field, .. } = self;
+        let Self { conditions, schedule, options, .. } = self;
         let words = format!(
-            "{order:?} {materials:?} {phase_field:?} {conditions:?} {schedule:?} {options:?}"
+            "{order:?} {materials:?} {homogenisation:?} {phase_field:?} {conditions:?} {schedule:?} \
+             {options:?} {:?} {:?}",
+            mesh.edge_points, mesh.mixture
         );
         let start = Fingerprint::new().add(words.as_bytes());
         let nodes = mesh.nodes.as_flattened().iter();
