@@ -82,14 +82,25 @@ impl Definition {
         let Self { conditions, schedule, options, .. } = self;
         let words = format!(
             "{order:?} {materials:?} {homogenisation:?} {phase_field:?} {conditions:?} {schedule:?} \
-             {options:?} {:?} {:?}",
-            mesh.edge_points, mesh.mixture
+             {options:?}"
         );
-        let start = Fingerprint::new().add(words.as_bytes());
-        let nodes = mesh.nodes.as_flattened().iter();
-        let placed = nodes.fold(start, |f, x| f.add(&x.to_le_bytes()));
-        let tets = mesh.tets.as_flattened().iter();
-        let meshed = tets.fold(placed, |f, n| f.add(&n.to_le_bytes()));
-        mesh.region_of.iter().fold(meshed, |f, r| f.add(&r.to_le_bytes())).value()
+        let mut print = Fingerprint::new().add(words.as_bytes());
+        for x in mesh.nodes.as_flattened() {
+            print = print.add(&x.to_le_bytes());
+        }
+        for node in mesh.tets.as_flattened() {
+            print = print.add(&node.to_le_bytes());
+        }
+        for region in &mesh.region_of {
+            print = print.add(&region.to_le_bytes());
+        }
+        for ([a, b], point) in &mesh.edge_points {
+            print = print.add(&a.to_le_bytes()).add(&b.to_le_bytes());
+            print = point.iter().fold(print, |print, x| print.add(&x.to_le_bytes()));
+        }
+        for mixture in mesh.mixture.iter().flatten() {
+            print = print.add(&mixture.fraction.to_le_bytes());
+        }
+        print.value()
     }
 }
