@@ -3,5 +3,7 @@
 mod ensemble;
 mod gmsh;
 mod mesh;
+mod meshing;
+mod scanner;
 mod specimen;
 mod vtu;
