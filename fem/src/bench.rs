@@ -1,135 +1,96 @@
-//! How long the parts of a Newton iteration take: for the bench of the engine, behind the feature
+//! The parts of a Newton iteration, one call each, for the bench of the engine: behind the feature
 //! `bench-internals`.
 
 use std::sync::Arc;
 
 use crate::error::StepFailure;
 use crate::fields::Fields;
-use crate::operator::{Coupling, Increment, Layout, NONE, Residual, StepContext, product};
+use crate::operator::{Coupling, Increment, Layout, NONE, Product, Residual, StepContext, product};
 use crate::problem::Problem;
+use crate::solve::{LinearSolver, Nodal};
 
-/// Seconds for each part of a Newton iteration, the least of several repetitions.
-#[derive(Clone, Copy, Debug)]
-pub struct PartTimes {
-    /// Residual and energies.
-    pub residual_s: f64,
-    /// Assembly of the tangent.
-    pub tangent_s: f64,
-    /// Factorisation, or the hierarchy of the iterative solver.
-    pub factorisation_s: f64,
-    /// Solution to a residual of 1e-3 with the factor.
-    pub solve_s: f64,
+/// A problem at a small compression, sheared from place to place so that no axis is a principal one.
+pub struct NewtonParts<'a> {
+    problem: &'a Problem,
+    fields: Fields,
+    residual: Residual,
+    linear: Box<dyn LinearSolver + 'a>,
+    step: Vec<Nodal>,
+    product: Box<dyn Product>,
 }
 
-/// What the matrix-free tangent costs, the least of several repetitions.
-#[derive(Clone, Copy, Debug)]
-pub struct ProductTimes {
-    /// Seconds for storing the point data.
-    pub linearise_s: f64,
-    /// Seconds for a product with a vector.
-    pub apply_s: f64,
-    /// Point data, which a product reads once.
-    pub bytes: usize,
-}
-
-impl PartTimes {
-    /// A Newton iteration that keeps no factor.
-    pub fn newton_iteration_s(&self) -> f64 {
-        self.residual_s + self.tangent_s + self.factorisation_s + self.solve_s
+impl std::fmt::Debug for NewtonParts<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("NewtonParts").field("problem", self.problem).finish_non_exhaustive()
     }
 }
 
-/// Times the parts of a Newton iteration at a small compression, for benches, by a clock
-/// in seconds.
-///
-/// # Errors
-/// [`StepFailure::Singular`] if the tangent cannot be factorised.
-pub fn time_parts(
-    problem: &Problem,
-    repetitions: u32,
-    clock: &dyn Fn() -> f64,
-) -> Result<PartTimes, StepFailure> {
-    let domain = &problem.discretisation;
-    let fields = compressed(problem.nodes());
-    let increment = Increment {
-        materials: &problem.points,
-        fields: &fields,
-        context: StepContext::new(&fields.damage, 0.01),
-    };
-    let operator = domain.operator.as_ref();
-    let mut linear = domain.linear.solver(operator);
-    let mut residual = Residual::new(domain.nodes().len());
-    let residual_s =
-        least(clock, repetitions, || operator.residual(&increment, &mut residual).is_ok());
-    let free: Vec<_> = domain.unknowns.equation.iter().map(|e| e.map(|e| e != NONE)).collect();
-    let mut step = vec![[0.0; 4]; domain.nodes().len()];
-    let tangent_s =
-        least(clock, repetitions, || linear.linearise(&increment, Coupling::Full, &free).is_ok());
-    let begin = clock();
-    linear.solve(&residual.nodal, &mut step, 1e-3).map_err(|_| StepFailure::Singular)?;
-    let first_s = clock() - begin;
-    let solve_s =
-        least(clock, repetitions, || linear.solve(&residual.nodal, &mut step, 1e-3).is_ok());
-    let factorisation_s = first_s - solve_s;
-    Ok(PartTimes { residual_s, tangent_s, factorisation_s, solve_s })
-}
-
-/// Times the matrix-free tangent at the same compression, by a clock in seconds.
-///
-/// # Errors
-/// [`StepFailure::Inverted`] if an element is turned inside out.
-pub fn time_product(
-    problem: &Problem,
-    repetitions: u32,
-    clock: &dyn Fn() -> f64,
-) -> Result<ProductTimes, StepFailure> {
-    let domain = &problem.discretisation;
-    let fields = compressed(problem.nodes());
-    let context = StepContext::new(&fields.damage, 0.01);
-    let increment = Increment { materials: &problem.points, fields: &fields, context };
-    let operator = domain.operator.as_ref();
-    let geometry = operator.domain();
-    let mut tangent = product(Arc::new(Layout::new(geometry)), geometry.tets());
-    tangent.linearise(operator, &increment, Coupling::Full)?;
-    let linearise_s = least(clock, repetitions.min(3), || {
-        tangent.linearise(operator, &increment, Coupling::Full).is_ok()
-    });
-    let x: Vec<_> =
-        domain.nodes().iter().map(|x| [x[0] * x[1], x[1] * x[2], x[2] * x[0], x[2]]).collect();
-    let mut y = vec![[0.0; 4]; domain.nodes().len()];
-    let apply_s = least(clock, repetitions, || tangent.apply(&x, &mut y));
-    Ok(ProductTimes { linearise_s, apply_s, bytes: tangent.bytes() })
-}
-
-/// A small compression, sheared from place to place: no axis is a principal one.
-fn compressed(nodes: &[[f64; 3]]) -> Fields {
-    let mut fields = Fields::zero(nodes.len());
-    for (u, x) in fields.displacement.iter_mut().zip(nodes) {
-        let [across, along, up] = *x;
-        *u = [1e-3 * across + 2e-4 * along * up, 1e-3 * along, -4e-3 * up + 3e-4 * across * up];
-    }
-    fields
-}
-
-/// The least mean of `repetitions` series, which are no longer than the clock needs: so one of them
-/// is undisturbed even on a machine that has other work.
-fn least<T>(clock: &dyn Fn() -> f64, repetitions: u32, mut part: impl FnMut() -> T) -> f64 {
-    const SERIES_S: f64 = 0.01;
-    let mut series = |calls: u32| {
-        let begin = clock();
-        for _ in 0..calls {
-            std::hint::black_box(part());
+impl<'a> NewtonParts<'a> {
+    /// Nothing is evaluated yet.
+    pub fn new(problem: &'a Problem) -> Self {
+        let nodes = problem.nodes();
+        let mut fields = Fields::zero(nodes.len());
+        for (u, &[x, y, z]) in fields.displacement.iter_mut().zip(nodes) {
+            *u = [1e-3 * x + 2e-4 * y * z, 1e-3 * y, -4e-3 * z + 3e-4 * x * z];
         }
-        clock() - begin
-    };
-    let mut calls = 1;
-    let mut best = series(calls);
-    while best < SERIES_S && calls < 1 << 20 {
-        calls *= 2;
-        best = series(calls);
+        let operator = problem.discretisation.operator.as_ref();
+        let domain = operator.domain();
+        Self {
+            problem,
+            fields,
+            residual: Residual::new(nodes.len()),
+            linear: problem.discretisation.linear.solver(operator),
+            step: vec![[0.0; 4]; nodes.len()],
+            product: product(Arc::new(Layout::new(domain)), domain.tets()),
+        }
     }
-    for _ in 1..repetitions {
-        best = best.min(series(calls));
+
+    /// Residual and energies.
+    ///
+    /// # Errors
+    /// [`StepFailure::Inverted`] if an element is turned inside out, here and below.
+    pub fn residual(&mut self) -> Result<(), StepFailure> {
+        let increment = increment(self.problem, &self.fields);
+        let operator = &self.problem.discretisation.operator;
+        Ok(operator.residual(&increment, &mut self.residual)?)
     }
-    best / f64::from(calls)
+
+    /// Takes over the tangent: assembled, or its point data for quadratic elements with multigrid.
+    pub fn linearise(&mut self) -> Result<(), StepFailure> {
+        let equations = &self.problem.discretisation.unknowns.equation;
+        let free: Vec<_> = equations.iter().map(|e| e.map(|e| e != NONE)).collect();
+        let increment = increment(self.problem, &self.fields);
+        Ok(self.linear.linearise(&increment, Coupling::Full, &free)?)
+    }
+
+    /// Solves to a residual of 1e-3, the first time with a new factor or hierarchy.
+    ///
+    /// # Errors
+    /// [`StepFailure::Singular`].
+    pub fn solve(&mut self) -> Result<(), StepFailure> {
+        let solved = self.linear.solve(&self.residual.nodal, &mut self.step, 1e-3);
+        solved.map(drop).map_err(|_| StepFailure::Singular)
+    }
+
+    /// Stores the point data of the matrix-free tangent.
+    pub fn store(&mut self) -> Result<(), StepFailure> {
+        let increment = increment(self.problem, &self.fields);
+        let operator = self.problem.discretisation.operator.as_ref();
+        Ok(self.product.linearise(operator, &increment, Coupling::Full)?)
+    }
+
+    /// A product of the matrix-free tangent.
+    pub fn apply(&mut self) {
+        self.product.apply(&self.residual.nodal, &mut self.step);
+    }
+
+    /// Bytes of point data, which a product reads once.
+    pub fn bytes(&self) -> usize {
+        self.product.bytes()
+    }
+}
+
+fn increment<'a>(problem: &'a Problem, fields: &'a Fields) -> Increment<'a> {
+    let context = StepContext::new(&fields.damage, 0.01);
+    Increment { materials: &problem.points, fields, context }
 }

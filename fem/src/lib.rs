@@ -47,7 +47,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A mesh can also come from Gmsh ([`gmsh::read`]), and goes to ParaView by [`vtu::write`].
+//! A mesh can also come from Gmsh ([`gmsh::read`]), and goes to ParaView by [`vtu::write`], the surfaces of
+//! its grains to other programs by [`stl::write`].
 //!
 //! # Rooms
 //!
@@ -57,7 +58,7 @@
 //! 2. `file`: files that are written whole or not at all
 //! 3. `fields`: displacement and damage at the nodes
 //! 4. `image`: voxels from TIFF stacks, grains from voxels
-//! 5. `mesh`: tetrahedra with named regions and surfaces, Gmsh and ParaView files
+//! 5. `mesh`: tetrahedra with named regions and surfaces; Gmsh, ParaView and STL files
 //! 6. `specimen`: grains, packings and their labels
 //! 7. `element`: linear and quadratic tetrahedra, quadrature, the space on a mesh
 //! 8. `material`: laws, damage, and what they give at a point
@@ -66,7 +67,7 @@
 //! 11. `boundary`: conditions, loads, platens and contact
 //! 12. `problem`: a problem, its load steps, curves and checkpoints
 //! 13. `ensemble`: many runs in a directory
-//! 14. `bench`: what the bench of the engine times (feature `bench-internals`)
+//! 14. `bench`: what the bench of the engine calls (feature `bench-internals`)
 
 #[cfg(feature = "bench-internals")]
 pub mod bench;
@@ -100,15 +101,16 @@ pub use image::{
     SpecimenStatistics, Volume, outlined_slice, score, tiff,
 };
 pub use material::{
-    CrackDensity, DamageQuadrature, ElasticLaw, Elasticity, Fracture, HyperelasticLaw,
-    Irreversibility, Material, MooneyRivlin, Ogden, OgdenTerm, PhaseField, PrincipalStrain,
-    SaintVenantKirchhoff, Split, UserLaw, assert_material,
+    CrackDensity, DamageQuadrature, ElasticLaw, Elasticity, Fracture, Homogenisation,
+    HyperelasticLaw, Irreversibility, Material, MooneyRivlin, Ogden, OgdenTerm, PhaseField,
+    PrincipalStrain, SaintVenantKirchhoff, Split, UserLaw, assert_material,
 };
-pub use mesh::{CylinderLattice, LatticeError, Mixture, Quality, TetMesh, gmsh, vtu};
+pub use mesh::{CylinderLattice, LatticeError, Mixture, Quality, TetMesh, gmsh, stl, vtu};
 pub use num_dual::DualNum;
 pub use problem::{
-    Checkpoint, CompressionTest, CurvePoint, CurveWriter, End, Friction, LoadStepper, Observer,
-    Outcome, Platens, Problem, ProblemBuilder, Schedule, Stepping, read_curve, write_curve,
+    AdaptiveSteps, ArcLength, Checkpoint, CompressionTest, CurvePoint, CurveWriter, End,
+    FixedSteps, Friction, LoadStepper, Observer, Outcome, Platens, Problem, ProblemBuilder,
+    Progress, Schedule, Step, StepController, read_curve, write_curve,
 };
 pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};
 pub use specimen::{

@@ -32,7 +32,7 @@ Examples:
   breccia run my.toml --out results         everything; interrupt it and run it again to go on
   breccia calibrate --out results           one stage again, after results/case.toml was edited
 
-Stages, in order: mesh, experiments, ensemble, surrogate, calibrate, confirm, report.
+Stages, in order: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, report.
 `breccia help STAGE` says what each reads and writes.";
 
 #[derive(Subcommand)]

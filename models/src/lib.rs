@@ -43,9 +43,9 @@ mod workflow;
 
 pub use case::{
     AdaptiveCase, ArcLengthCase, ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase,
-    ConfirmCase, DesignCase, ExperimentsCase, MaterialCase, MaterialParameter, MeasureCase,
-    NoiseCase, OutputCase, PrescribeCase, PriorBounds, PriorCase, Property, QoiCase, SpecimenCase,
-    SpecimenGeometry, SurrogateCase, TestCase, TractionCase, VirtualCase,
+    ConfirmCase, DesignCase, ExperimentsCase, ImageCase, MaterialCase, MaterialParameter,
+    MeasureCase, NoiseCase, OutputCase, PrescribeCase, PriorBounds, PriorCase, Property, QoiCase,
+    SpecimenCase, SpecimenGeometry, SurrogateCase, TestCase, TractionCase, VirtualCase,
 };
 pub use coverage::{Coverage, CoverageStudy};
 pub use error::InputError;

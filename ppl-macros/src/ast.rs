@@ -5,6 +5,9 @@ use syn::{
     Attribute, Error, Expr, Generics, Ident, Label, Pat, Stmt, Token, Type, Visibility, token,
 };
 
+use crate::syntax::patterns::bound_names;
+use crate::syntax::places::plain_name;
+
 /// The function that declares a model.
 pub(crate) struct Model {
     pub(crate) attrs: Vec<Attribute>,
@@ -38,16 +41,6 @@ impl Block {
     pub(crate) fn empty() -> Self {
         Self { brace: Default::default(), statements: Vec::new() }
     }
-
-    /// This block and all those inside, the outer ones first.
-    pub(crate) fn nested(&self) -> Vec<&Block> {
-        let mut blocks = vec![self];
-        for statement in &self.statements {
-            let inside = statement.flow().into_iter().flat_map(Flow::blocks);
-            blocks.extend(inside.flat_map(Block::nested));
-        }
-        blocks
-    }
 }
 
 /// By which analyses speak of a statement.
@@ -72,13 +65,18 @@ pub(crate) struct Statement {
 }
 
 impl Statement {
-    /// Control flow that it is, or that its value comes from.
-    pub(crate) fn flow(&self) -> Option<&Flow> {
+    /// The names that it puts into scope.
+    pub(crate) fn declared(&self) -> Vec<Ident> {
         match &self.kind {
-            Kind::Flow(flow)
-            | Kind::Let { init: Some(Init::Flow(_, flow)), .. }
-            | Kind::End(Init::Flow(_, flow)) => Some(flow),
-            _ => None,
+            Kind::Tilde { left: Left::Unknown(_, name) | Left::Part(_, name), .. } => {
+                vec![name.clone()]
+            }
+            Kind::Tilde { left: Left::Missing(place), .. } => {
+                plain_name(place).cloned().into_iter().collect()
+            }
+            Kind::Let { pat, .. } => bound_names(pat),
+            Kind::Broken { names, .. } => names.clone(),
+            _ => Vec::new(),
         }
     }
 }
@@ -100,19 +98,15 @@ pub(crate) struct Dim {
 
 #[derive(Clone)]
 pub(crate) enum Kind {
-    /// `let name ~ distribution;`
-    Unknown { let_token: Token![let], name: Ident, tilde: Token![~], distribution: Expr },
-    /// `let name ~ function(…);`, which may return a submodel or a distribution.
-    Part { let_token: Token![let], name: Ident, tilde: Token![~], part: Expr },
-    /// `place.impute() ~ distribution;`
-    Impute { place: Expr, tilde: Token![~], distribution: Expr },
-    /// `place ~ distribution;`
-    Observe { place: Expr, tilde: Token![~], distribution: Expr },
+    /// `left ~ right;`
+    Tilde { left: Left, tilde: Token![~], right: Expr },
     /// `let pat = …;`
     Let { let_token: Token![let], pat: Pat, init: Option<Init> },
     /// `factor(weight);`
     Factor { name: Ident, weight: Expr },
-    /// Control flow with statements inside.
+    /// A plate.
+    For(Box<For>),
+    /// Branches with statements inside.
     Flow(Flow),
     /// The value that a submodel ends with.
     End(Init),
@@ -120,6 +114,19 @@ pub(crate) enum Kind {
     Rust(Stmt),
     /// What could not be read, with the names that it would have declared.
     Broken { names: Vec<Ident>, error: Error },
+}
+
+/// What stands before `~`.
+#[derive(Clone)]
+pub(crate) enum Left {
+    /// `let name`, with a distribution after it.
+    Unknown(Token![let], Ident),
+    /// `let name`, with a function after it, which may return a submodel or a distribution.
+    Part(Token![let], Ident),
+    /// A place with data.
+    Place(Expr),
+    /// `place.impute()`, a place with data that may be missing.
+    Missing(Expr),
 }
 
 #[derive(Clone)]
@@ -130,7 +137,6 @@ pub(crate) enum Init {
 
 #[derive(Clone)]
 pub(crate) enum Flow {
-    For(Box<For>),
     If {
         if_token: Token![if],
         condition: Expr,
@@ -144,22 +150,6 @@ pub(crate) enum Flow {
         arms: Vec<Arm>,
     },
     Block(Block),
-}
-
-impl Flow {
-    /// The blocks directly inside.
-    pub(crate) fn blocks(&self) -> Vec<&Block> {
-        match self {
-            Flow::For(plate) => vec![&plate.body],
-            Flow::If { then, otherwise, .. } => {
-                let mut blocks = vec![then];
-                blocks.extend(otherwise.iter().flat_map(|(_, flow)| flow.blocks()));
-                blocks
-            }
-            Flow::Match { arms, .. } => arms.iter().filter_map(Arm::block).collect(),
-            Flow::Block(block) => vec![block],
-        }
-    }
 }
 
 #[derive(Clone)]
@@ -178,15 +168,6 @@ pub(crate) struct Arm {
     pub(crate) guard: Option<(Token![if], Expr)>,
     pub(crate) arrow: Token![=>],
     pub(crate) body: ArmBody,
-}
-
-impl Arm {
-    fn block(&self) -> Option<&Block> {
-        match &self.body {
-            ArmBody::Block(block) => Some(block),
-            ArmBody::Value(_) => None,
-        }
-    }
 }
 
 #[derive(Clone)]

@@ -9,9 +9,9 @@
 //!
 //! 1. `errors`: what the macro says when it refuses
 //! 2. `syntax`: questions about Rust as written
-//! 3. `ast`, `parse`: what was written, and how it is read
+//! 3. `ast`, `walk`, `parse`: what was written, the way through it, and how it is read
 //! 4. `analyse`: which names are active, what a loop writes, where statements stand
-//! 5. `plan`: every expression as it will be written, and what becomes of every statement
+//! 5. `plan`: the same tree with its expressions as they will be written, and tables of decisions beside it
 //! 6. `emit`: tokens
 
 mod analyse;
@@ -24,6 +24,7 @@ mod syntax;
 #[cfg(test)]
 #[path = "../tests/unit/mod.rs"]
 mod unit;
+mod walk;
 
 use proc_macro2::TokenStream;
 
@@ -40,7 +41,7 @@ fn expand(input: TokenStream) -> TokenStream {
     let models = parse::models(input).into_iter().map(|model| match model {
         Ok(model) => {
             let analysis = Analysis::of(&model);
-            emit::emit(&model, &plan::plan(&model, &analysis))
+            emit::function(&model, &plan::plan(&model, &analysis))
         }
         Err(error) => error.to_compile_error(),
     });

@@ -33,11 +33,6 @@ pub trait Accumulator<R: Scalar> {
     fn leave_out_constants(&self) -> bool {
         false
     }
-
-    /// With what weight terms can be settled at once; `None` if they are to make a number.
-    fn settles(&self) -> Option<f64> {
-        None
-    }
 }
 
 /// The sum as one number.
@@ -169,11 +164,6 @@ impl<R: Scalar> Accumulator<R> for Settled {
     fn leave_out_constants(&self) -> bool {
         self.drop_constants
     }
-
-    #[inline(always)]
-    fn settles(&self) -> Option<f64> {
-        Some(self.weight)
-    }
 }
 
 /// All terms of a statement.
@@ -233,22 +223,6 @@ impl<R: Scalar> Statement<R> for Settled {
     #[inline(always)]
     fn is_finite(&self) -> bool {
         self.is_finite()
-    }
-}
-
-/// Values are added up, partials are not asked for.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Valued(pub(crate) f64);
-
-impl<R: Scalar> Accumulator<R> for Valued {
-    #[inline(always)]
-    fn add(&mut self, value: f64, _: impl Partials<R>) {
-        self.0 += value;
-    }
-
-    #[inline(always)]
-    fn add_number(&mut self, term: R) {
-        self.0 += term.value();
     }
 }
 

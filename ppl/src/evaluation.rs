@@ -121,7 +121,7 @@ impl<L: Backend, const JACOBIAN: bool> ContextHooks for Density<'_, L, JACOBIAN>
         };
         let Some(sums) = statistics.next() else { return Err(more_observations(site)) };
         let mut terms = self.terms();
-        distribution.add_pooled_terms(sums, &mut terms);
+        distribution.add_statistics_terms(sums, &mut terms);
         self.add(site, terms)?;
         Ok(true)
     }
@@ -185,7 +185,7 @@ impl<L: Backend, const JACOBIAN: bool> ContextHooks for Density<'_, L, JACOBIAN>
                 sums.as_slice()
             }
         };
-        distribution.add_pooled_terms(sums, &mut terms);
+        distribution.add_statistics_terms(sums, &mut terms);
         self.add(site, terms)
     }
 

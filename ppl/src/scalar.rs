@@ -15,14 +15,15 @@ use crate::special;
 use plain::{error_density, logit};
 pub(crate) use special::{logistic, softplus};
 
-/// Functions of a [`Scalar`], each with its value and its derivative at `x`.
+/// Functions of a [`Scalar`], each with its value v and its derivative at x.
 macro_rules! functions {
-    ($($(#[$doc:meta])* $name:ident($x:ident) => $value:expr, $slope:expr;)*) => {$(
+    ($($(#[$doc:meta])* $name:ident($x:ident): $v:ident = $value:expr => $slope:expr;)*) => {$(
         $(#[$doc])*
         #[inline]
         fn $name(self) -> Self {
             let $x = self.value();
-            self.unary($value, $slope)
+            let $v = $value;
+            self.unary($v, $slope)
         }
     )*};
 }
@@ -85,7 +86,7 @@ pub trait Scalar:
     /// The result `value` of a function of arguments with these partial derivatives.
     fn gather(value: f64, partials: impl Partials<Self>) -> Self;
 
-    /// Adds to the adjoint of this number what has been summed up apart.
+    /// Adds to the adjoint of this number the sum of those that were kept apart.
     #[doc(hidden)]
     #[inline(always)]
     fn deposit(self, adjoint: f64) {
@@ -129,53 +130,87 @@ pub trait Scalar:
         Self::gather(value, ((self, derivative),))
     }
 
-    /// eˣ.
-    #[inline]
-    fn exp(self) -> Self {
-        let v = self.value().exp();
-        self.unary(v, v)
+    functions! {
+        /// eˣ.
+        exp(x): v = x.exp() => v;
+        /// eˣ − 1, accurate near 0.
+        exp_m1(x): v = x.exp_m1() => v + 1.0;
+        /// Natural logarithm.
+        ln(x): v = x.ln() => x.recip();
+        /// ln(1 + x), accurate near 0.
+        ln_1p(x): v = x.ln_1p() => (1.0 + x).recip();
+        /// Logarithm to base 10.
+        log10(x): v = x.log10() => (x * LN_10).recip();
+        /// Logarithm to base 2.
+        log2(x): v = x.log2() => (x * LN_2).recip();
+        /// Square root.
+        sqrt(x): v = x.sqrt() => 0.5 / v;
+        /// ∛x.
+        cbrt(x): v = x.cbrt() => (3.0 * v * v).recip();
+        /// x².
+        square(x): v = x * x => 2.0 * x;
+        /// 1/x.
+        recip(x): v = x.recip() => -v * v;
+        /// |x|, with derivative 0 at 0.
+        abs(x): v = x.abs() => if x == 0.0 { 0.0 } else { x.signum() };
+        /// sin x.
+        sin(x): v = x.sin() => x.cos();
+        /// cos x.
+        cos(x): v = x.cos() => -x.sin();
+        /// tan x.
+        tan(x): v = x.tan() => 1.0 + v * v;
+        /// arcsin x.
+        asin(x): v = x.asin() => (1.0 - x * x).sqrt().recip();
+        /// arccos x.
+        acos(x): v = x.acos() => -(1.0 - x * x).sqrt().recip();
+        /// arctan x.
+        atan(x): v = x.atan() => (1.0 + x * x).recip();
+        /// sinh x.
+        sinh(x): v = x.sinh() => x.cosh();
+        /// cosh x.
+        cosh(x): v = x.cosh() => x.sinh();
+        /// tanh x.
+        tanh(x): v = x.tanh() => x.cosh().powi(-2);
+        /// arsinh x.
+        asinh(x): v = x.asinh() => x.hypot(1.0).recip();
+        /// arcosh x.
+        acosh(x): v = x.acosh() => ((x - 1.0) * (x + 1.0)).sqrt().recip();
+        /// artanh x.
+        atanh(x): v = x.atanh() => ((1.0 - x) * (1.0 + x)).recip();
     }
 
-    /// eˣ − 1, accurate near 0.
-    #[inline]
-    fn exp_m1(self) -> Self {
-        let v = self.value().exp_m1();
-        self.unary(v, v + 1.0)
+    functions! {
+        /// ln(x/(1 − x)), the inverse of [`logistic`](Scalar::logistic), for 0 < x < 1.
+        logit(x): v = logit(x) => (x * (1.0 - x)).recip();
+        /// ln(1 + eˣ) without overflow or cancellation.
+        softplus(x): v = softplus(x) => logistic(x).0;
+        /// ln(1 − e⁻ˣ) for x > 0.
+        ln_one_minus_exp(x): v = special::ln_one_minus_exp(x) => x.exp_m1().recip();
+        /// The error function.
+        erf(x): v = 2.0 * special::normal_from_zero(SQRT_2 * x) => error_density(x);
+        /// 1 − erf x, accurate for large x.
+        erfc(x): v = 2.0 * special::normal_cdf(-SQRT_2 * x) => -error_density(x);
+        /// Φ(x), the standard normal distribution function.
+        normal_cdf(x): v = special::normal_cdf(x) => (-0.5 * x * x - special::HALF_LN_2PI).exp();
+        /// Φ⁻¹(p), the quantile of the standard normal distribution, for 0 < p < 1.
+        normal_quantile(p): v = special::normal_quantile(p) =>
+            (0.5 * v * v + special::HALF_LN_2PI).exp();
+        /// ln Γ(x) for x > 0.
+        ln_gamma(x): v = special::ln_gamma(x) => special::digamma(x);
     }
 
-    /// Natural logarithm.
+    /// Logistic function 1/(1 + e⁻ˣ).
     #[inline]
-    fn ln(self) -> Self {
-        let x = self.value();
-        self.unary(x.ln(), x.recip())
+    fn logistic(self) -> Self {
+        let (p, q) = logistic(self.value());
+        self.unary(p, p * q)
     }
 
-    /// ln(1 + x), accurate near 0.
+    /// ln Φ(x), however far out.
     #[inline]
-    fn ln_1p(self) -> Self {
-        let x = self.value();
-        self.unary(x.ln_1p(), (1.0 + x).recip())
-    }
-
-    /// Square root.
-    #[inline]
-    fn sqrt(self) -> Self {
-        let v = self.value().sqrt();
-        self.unary(v, 0.5 / v)
-    }
-
-    /// x².
-    #[inline]
-    fn square(self) -> Self {
-        let x = self.value();
-        self.unary(x * x, 2.0 * x)
-    }
-
-    /// 1/x.
-    #[inline]
-    fn recip(self) -> Self {
-        let v = self.value().recip();
-        self.unary(v, -v * v)
+    fn ln_normal_cdf(self) -> Self {
+        let (value, derivative) = special::ln_normal_cdf(self.value());
+        self.unary(value, derivative)
     }
 
     /// xⁿ for an integer n.
@@ -208,90 +243,6 @@ pub trait Scalar:
         Self::gather(v, ((self, slopes.0), (p, slopes.1)))
     }
 
-    /// sin x.
-    #[inline]
-    fn sin(self) -> Self {
-        let (s, c) = self.value().sin_cos();
-        self.unary(s, c)
-    }
-
-    /// cos x.
-    #[inline]
-    fn cos(self) -> Self {
-        let (s, c) = self.value().sin_cos();
-        self.unary(c, -s)
-    }
-
-    /// tan x.
-    #[inline]
-    fn tan(self) -> Self {
-        let v = self.value().tan();
-        self.unary(v, 1.0 + v * v)
-    }
-
-    /// arctan x.
-    #[inline]
-    fn atan(self) -> Self {
-        let x = self.value();
-        self.unary(x.atan(), (1.0 + x * x).recip())
-    }
-
-    /// tanh x.
-    #[inline]
-    fn tanh(self) -> Self {
-        let v = self.value().tanh();
-        let sech = self.value().cosh().recip();
-        self.unary(v, sech * sech)
-    }
-
-    functions! {
-        /// arcsin x.
-        asin(x) => x.asin(), (1.0 - x * x).sqrt().recip();
-        /// arccos x.
-        acos(x) => x.acos(), -(1.0 - x * x).sqrt().recip();
-        /// sinh x.
-        sinh(x) => x.sinh(), x.cosh();
-        /// cosh x.
-        cosh(x) => x.cosh(), x.sinh();
-        /// arsinh x.
-        asinh(x) => x.asinh(), x.hypot(1.0).recip();
-        /// arcosh x.
-        acosh(x) => x.acosh(), ((x - 1.0) * (x + 1.0)).sqrt().recip();
-        /// artanh x.
-        atanh(x) => x.atanh(), ((1.0 - x) * (1.0 + x)).recip();
-        /// Logarithm to base 10.
-        log10(x) => x.log10(), (x * LN_10).recip();
-        /// Logarithm to base 2.
-        log2(x) => x.log2(), (x * LN_2).recip();
-        /// ∛x.
-        cbrt(x) => x.cbrt(), (3.0 * x.cbrt() * x.cbrt()).recip();
-    }
-
-    functions! {
-        /// ln(x/(1 − x)), the inverse of [`logistic`](Scalar::logistic), for 0 < x < 1.
-        logit(x) => logit(x), (x * (1.0 - x)).recip();
-        /// ln(1 − e⁻ˣ) for x > 0.
-        ln_one_minus_exp(x) => special::ln_one_minus_exp(x), x.exp_m1().recip();
-        /// The error function.
-        erf(x) => 2.0 * special::normal_from_zero(SQRT_2 * x), error_density(x);
-        /// 1 − erf x, accurate for large x.
-        erfc(x) => 2.0 * special::normal_cdf(-SQRT_2 * x), -error_density(x);
-        /// Φ⁻¹(p), the quantile of the standard normal distribution, for 0 < p < 1.
-        normal_quantile(p) => special::normal_quantile(p),
-            (0.5 * special::normal_quantile(p).powi(2) + special::HALF_LN_2PI).exp();
-        /// ψ(x) = d ln Γ/dx for x > 0.
-        digamma(x) => special::digamma(x), special::trigamma(x);
-    }
-
-    /// ln B(self, `b`) = ln Γ(self) + ln Γ(b) − ln Γ(self + b), both positive.
-    #[inline]
-    fn ln_beta(self, b: impl Into<Self>) -> Self {
-        let b = b.into();
-        let (x, y) = (self.value(), b.value());
-        let slopes = [-special::digamma_rise(x, y), -special::digamma_rise(y, x)];
-        Self::fuse(special::ln_beta(x, y), [self, b], slopes)
-    }
-
     /// The angle of the point (`x`, self), as `f64::atan2`.
     #[inline]
     fn atan2(self, x: impl Into<Self>) -> Self {
@@ -318,14 +269,6 @@ pub trait Scalar:
         Scalar::min(Scalar::max(self, lower), upper)
     }
 
-    /// |x|, with derivative 0 at 0.
-    #[inline]
-    fn abs(self) -> Self {
-        let x = self.value();
-        let sign = if x == 0.0 { 0.0 } else { x.signum() };
-        self.unary(x.abs(), sign)
-    }
-
     /// The larger of two numbers, this one if they are equal; NaN if either is (`f64::max`, which
     /// comes first for data, leaves NaN out).
     #[inline]
@@ -340,41 +283,6 @@ pub trait Scalar:
     fn min(self, other: impl Into<Self>) -> Self {
         let other = other.into();
         if self <= other || self.value().is_nan() { self } else { other }
-    }
-
-    /// Logistic function 1/(1 + e⁻ˣ).
-    #[inline]
-    fn logistic(self) -> Self {
-        let (p, q) = logistic(self.value());
-        self.unary(p, p * q)
-    }
-
-    /// ln(1 + eˣ) without overflow or cancellation.
-    #[inline]
-    fn softplus(self) -> Self {
-        let x = self.value();
-        self.unary(softplus(x), logistic(x).0)
-    }
-
-    /// Φ(x), the standard normal distribution function.
-    #[inline]
-    fn normal_cdf(self) -> Self {
-        let x = self.value();
-        self.unary(special::normal_cdf(x), (-0.5 * x * x - special::HALF_LN_2PI).exp())
-    }
-
-    /// ln Φ(x), however far out.
-    #[inline]
-    fn ln_normal_cdf(self) -> Self {
-        let (value, derivative) = special::ln_normal_cdf(self.value());
-        self.unary(value, derivative)
-    }
-
-    /// ln Γ(x) for x > 0.
-    #[inline]
-    fn ln_gamma(self) -> Self {
-        let x = self.value();
-        self.unary(special::ln_gamma(x), special::digamma(x))
     }
 }
 
@@ -426,4 +334,5 @@ impl<S: Scalar> Datum<S> for f64 {
 }
 
 #[cfg(test)]
+#[path = "../tests/unit/scalar.rs"]
 mod tests;

@@ -123,11 +123,13 @@ fn a_cube_of_rubber_is_damaged_as_its_split_says() {
 #[test]
 fn a_cylinder_under_a_dead_load_shortens_as_its_law_says() {
     let dir = tempfile::tempdir().unwrap();
+    // the wall of a quadratic mesh is round, so that the body is a cylinder to a few thousandths
     let case = r#"
 [specimen]
 radius_mm = 2.5
 height_mm = 4.4
 spacing_mm = 1.5
+order = 2
 [material.matrix]
 young_mpa = 275.0
 poisson = 0.25
@@ -150,7 +152,7 @@ measure = { surface = "top", direction = [0.0, 0.0, -1.0] }
         let stretch = 1.0 - row[1] / 4.4;
         let stress = -275.0 * stretch.ln() / stretch;
         let load = 10.0 * (i + 1) as f64;
-        assert!((stress - load).abs() < 1e-6 * load, "{stress} MPa: {row:?}");
+        assert!((stress - load).abs() < 5e-3 * load, "{stress} MPa: {row:?}");
     }
     for (from, to, parts) in [
         ("\"bottom\"", "\"foot\"", ["'foot'", "it has 'bottom', 'side', 'top'"]),

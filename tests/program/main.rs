@@ -2,6 +2,7 @@
 
 mod conditions;
 mod divergence;
+mod images;
 mod mesh_files;
 
 use std::path::Path;
@@ -53,6 +54,7 @@ fn help_teaches_with_an_example_for_every_command() {
     let commands = [
         "run",
         "init",
+        "segment",
         "mesh",
         "simulate",
         "experiments",

@@ -14,6 +14,9 @@ radius_mm = 2.5
 height_mm = 4.4
 spacing_mm = 1.5
 grains = { fraction = 0.05, seed = 1, film_mm = 0.5 }
+[specimen.scan]
+voxel_mm = 0.1
+[specimen.image]
 [material.matrix]
 young_mpa = 275.0
 poisson = 0.25
@@ -105,6 +108,9 @@ fn from_an_empty_directory_to_every_documented_file() {
     let results = dir.path().join("results");
 
     let headers = [
+        ("segment.csv", "quantity,value"),
+        ("mesh.csv", "quantity,value"),
+        ("grains.csv", "id,volume_mm3,x_mm,y_mm,z_mm"),
         ("runs.csv", "# provenance: breccia ensemble\n# input,matrix.young_mpa,250.0,300.0\n"),
         (
             "failed_runs.csv",
@@ -133,6 +139,11 @@ fn from_an_empty_directory_to_every_documented_file() {
     }
     for name in [
         "case.toml",
+        "labels.tif",
+        "grains.csv",
+        "segment.csv",
+        "slices.png",
+        "mesh.png",
         "mesh.vtu",
         "mesh.msh",
         "surrogate.json",

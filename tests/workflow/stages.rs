@@ -13,7 +13,10 @@ use super::TINY;
 fn readers(key: &str) -> &'static [&'static str] {
     let simulating = &["mesh", "experiments", "ensemble", "confirm"];
     match key.split('.').collect::<Vec<_>>()[..] {
-        ["specimen", "order"] => simulating,
+        ["specimen", "order" | "homogenisation"] => simulating,
+        ["specimen", "image" | "scan" | "grains" | "radius_mm" | "height_mm", ..] => {
+            &["segment", "mesh", "experiments"]
+        }
         ["specimen", ..] => &["mesh", "experiments"],
         ["material" | "phase_field" | "test" | "solver", ..] => simulating,
         // of single simulations
@@ -39,6 +42,10 @@ fn changed(key: &str, value: &Value) -> Value {
         "none" if key.ends_with("split") => "volumetric-deviatoric",
         "none" => "active-set",
         "auto" if key.starts_with("solver") => "direct",
+        "auto" if key.ends_with("grain_mode") => "conforming",
+        "auto" if key.ends_with("image.specimen") => "cylinder",
+        "h-maxima" => "spacing",
+        "geometric-mean" => "reuss",
         "auto" => "vertex",
         "sliding" => "unilateral",
         "latin-hypercube" => "sobol",
@@ -49,6 +56,7 @@ fn changed(key: &str, value: &Value) -> Value {
     };
     match value {
         Value::Boolean(flag) => (!flag).into(),
+        Value::Integer(_) if key.ends_with("projections") => 32.into(),
         Value::Integer(n) => (n + 1).into(),
         Value::Float(x) => (0.99 * x).into(),
         Value::String(_) if key.ends_with("group") => "60C".into(),

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::quadrature::fourteen;
+use super::geometry::Geometry;
+use super::quadrature::{QuadraturePoint, fourteen};
 use super::rule::Rule;
-use super::space::{Space, barycentric_gradients};
+use super::space::Space;
 use super::triangle::seven;
 use crate::fields::Fields;
 
@@ -31,8 +32,11 @@ pub(crate) trait Domain {
     /// Number of elements.
     fn tets(&self) -> usize;
 
-    /// The nodes of one element: its vertices, then the midpoints of its edges.
+    /// The nodes of one element: its vertices, then those on its edges.
     fn nodes_of(&self, tet: usize) -> &[u32];
+
+    /// Whether an element is straight and of one phase: its tangent then takes fewer numbers.
+    fn is_plain(&self, tet: usize) -> bool;
 
     /// The integration rule of every element.
     fn rule(&self) -> &Rule;
@@ -42,7 +46,8 @@ pub(crate) trait Domain {
         self.tets() * self.rule().points.len()
     }
 
-    /// Volume-weighted mean of a nodal field over the elements whose region is marked.
+    /// Volume-weighted mean of a nodal field over the elements whose region is marked; of mixtures
+    /// the matrix counts.
     fn mean(&self, field: &[f64], regions: &[bool]) -> f64;
 
     /// Reference positions of all nodes, mm.
@@ -75,42 +80,58 @@ pub(crate) trait Domain {
     fn visit(&self, fields: &Fields, each: &mut dyn FnMut(&PointValues, f64));
 }
 
+/// A point of a rule on a face of the body.
+struct FacePoint {
+    position: [f64; 3],
+    /// N_a of the nodes of the face.
+    values: [f64; 6],
+    /// Share of the area, mm².
+    area: f64,
+}
+
 impl<const N: usize> Space<N> {
-    /// The nodes of a face: its corners, then the midpoints of its edges 01, 12, 20 (P2).
-    fn face(&self, triangle: &[u32; 3]) -> ([u32; 6], usize) {
+    /// The nodes of a face: its corners, then those on its edges 01, 12, 20 (P2).
+    fn face(&self, triangle: &[u32; 3]) -> Vec<u32> {
         let [a, b, c] = *triangle;
-        let mut nodes = [a, b, c, 0, 0, 0];
-        let mut count = 3;
-        for (i, j) in [(a, b), (b, c), (c, a)] {
-            if let Some(middle) = self.midpoint(i, j) {
-                nodes[count] = middle;
-                count += 1;
-            }
-        }
-        (nodes, count)
+        let on_edges = [(a, b), (b, c), (c, a)].map(|(i, j)| self.midpoint(i, j));
+        triangle.iter().copied().chain(on_edges.into_iter().flatten()).collect()
     }
 
-    /// N_a of a face's nodes: those of a tetrahedron on its face λ₃ = 0.
-    fn face_values(&self, at: [f64; 3]) -> [f64; 6] {
-        let all = (self.values)([at[0], at[1], at[2], 0.0]);
-        std::array::from_fn(|k| match k.checked_sub(3) {
-            None => all[k],
-            Some(edge) => all.get(4 + edge).copied().unwrap_or(0.0),
+    /// The points of a rule of degree 5 on a face, whose functions are those of a tetrahedron on
+    /// its face λ₃ = 0.
+    fn face_points(&self, nodes: &[u32]) -> [FacePoint; 7] {
+        let of_tet = |a: usize| if a < 3 { a } else { a + 1 };
+        seven().map(|(at, weight)| {
+            let at = [at[0], at[1], at[2], 0.0];
+            let (all, slopes) = ((self.values)(at), (self.slopes)(at));
+            let (mut position, mut values) = ([0.0; 3], [0.0; 6]);
+            let mut along = [nalgebra::Vector3::zeros(); 2];
+            for (a, &node) in nodes.iter().enumerate() {
+                let (x, s) = (self.nodes[node as usize], slopes[of_tet(a)]);
+                values[a] = all[of_tet(a)];
+                (0..3).for_each(|k| position[k] += values[a] * x[k]);
+                for k in 0..2 {
+                    along[k] += nalgebra::Vector3::from(x) * (s[k + 1] - s[0]);
+                }
+            }
+            let area = weight * 0.5 * along[0].cross(&along[1]).norm();
+            FacePoint { position, values, area }
         })
     }
 
-    fn vertices(&self, tet: usize) -> [[f64; 3]; 4] {
-        std::array::from_fn(|v| self.nodes[self.tets[tet][v] as usize])
+    /// The points of a rule of degree 5 with N_a and ∂N_a/∂λ_k there.
+    fn fine_rule(&self) -> Vec<(QuadraturePoint, [f64; N], [[f64; 4]; N])> {
+        let values = |q: QuadraturePoint| (q, (self.values)(q.at), (self.slopes)(q.at));
+        fourteen().into_iter().map(values).collect()
+    }
+
+    fn positions(&self, tet: usize) -> [[f64; 3]; N] {
+        self.tets[tet].map(|node| self.nodes[node as usize])
     }
 }
 
-fn mix<const K: usize>(points: [[f64; 3]; K], weights: [f64; K]) -> [f64; 3] {
+fn mix<const K: usize>(points: &[[f64; 3]; K], weights: &[f64; K]) -> [f64; 3] {
     std::array::from_fn(|k| points.iter().zip(weights).map(|(x, w)| w * x[k]).sum())
-}
-
-fn area(x: [[f64; 3]; 3]) -> f64 {
-    let p = x.map(nalgebra::Vector3::from);
-    0.5 * (p[1] - p[0]).cross(&(p[2] - p[0])).norm()
 }
 
 impl<const N: usize> Domain for Space<N> {
@@ -120,6 +141,10 @@ impl<const N: usize> Domain for Space<N> {
 
     fn nodes_of(&self, tet: usize) -> &[u32] {
         &self.tets[tet]
+    }
+
+    fn is_plain(&self, tet: usize) -> bool {
+        !self.is_curved(tet) && self.fraction(tet) == 0.0
     }
 
     fn rule(&self) -> &Rule {
@@ -132,8 +157,9 @@ impl<const N: usize> Domain for Space<N> {
             if regions[usize::from(self.region[tet])] {
                 let values = nodes.iter().map(|&n| field[n as usize]);
                 let mean: f64 = values.zip(self.mean_value).map(|(x, share)| share * x).sum();
-                integral += self.volume[tet] * mean;
-                volume += self.volume[tet];
+                let matrix = (1.0 - self.fraction(tet)) * self.volume(tet);
+                integral += matrix * mean;
+                volume += matrix;
             }
         }
         if volume > 0.0 { integral / volume } else { 0.0 }
@@ -153,12 +179,12 @@ impl<const N: usize> Domain for Space<N> {
         density: &dyn Fn([f64; 3]) -> [f64; 4],
         out: &mut [[f64; 4]],
     ) {
-        let rule: Vec<_> = fourteen().into_iter().map(|q| ((self.values)(q.at), q)).collect();
+        let rule = self.fine_rule();
         for tet in (0..self.tets.len()).filter(|&tet| acts(usize::from(self.region[tet]))) {
-            let x = self.vertices(tet);
-            for (values, q) in &rule {
-                let f = density(mix(x, q.at));
-                let weight = self.volume[tet] * q.weight;
+            let x = self.positions(tet);
+            for (q, values, slopes) in &rule {
+                let f = density(mix(&x, values));
+                let weight = q.weight * Geometry::of(&x, slopes).volume;
                 for (&node, value) in self.tets[tet].iter().zip(values) {
                     for k in 0..4 {
                         out[node as usize][k] += weight * value * f[k];
@@ -175,14 +201,12 @@ impl<const N: usize> Domain for Space<N> {
         out: &mut [[f64; 4]],
     ) {
         for triangle in triangles {
-            let corners = triangle.map(|n| self.nodes[n as usize]);
-            let (nodes, count) = self.face(triangle);
-            for (at, weight) in seven() {
-                let t = traction(mix(corners, at));
-                let values = self.face_values(at);
-                for (&node, value) in nodes[..count].iter().zip(values) {
+            let nodes = self.face(triangle);
+            for point in self.face_points(&nodes) {
+                let t = traction(point.position);
+                for (&node, value) in nodes.iter().zip(point.values) {
                     for k in 0..3 {
-                        out[node as usize][k] += weight * area(corners) * value * t[k];
+                        out[node as usize][k] += point.area * value * t[k];
                     }
                 }
             }
@@ -192,24 +216,23 @@ impl<const N: usize> Domain for Space<N> {
     fn nodal_areas(&self, triangles: &[[u32; 3]]) -> Vec<(u32, f64)> {
         let mut areas = BTreeMap::new();
         for triangle in triangles {
-            let third = area(triangle.map(|n| self.nodes[n as usize])) / 3.0;
-            let (nodes, count) = self.face(triangle);
-            for &node in if count == 6 { &nodes[3..] } else { &nodes[..3] } {
-                *areas.entry(node).or_insert(0.0) += third;
+            let nodes = self.face(triangle);
+            let area: f64 = self.face_points(&nodes).iter().map(|point| point.area).sum();
+            for &node in &nodes[nodes.len() - 3..] {
+                *areas.entry(node).or_insert(0.0) += area / 3.0;
             }
         }
         areas.into_iter().collect()
     }
 
     fn visit(&self, fields: &Fields, each: &mut dyn FnMut(&PointValues, f64)) {
-        let rule: Vec<_> =
-            fourteen().into_iter().map(|q| ((self.values)(q.at), (self.slopes)(q.at), q)).collect();
+        let rule = self.fine_rule();
         for (tet, nodes) in self.tets.iter().enumerate() {
-            let x = self.vertices(tet);
-            let (volume, barycentric) = barycentric_gradients(x);
-            for (values, slopes, q) in &rule {
+            let x = self.positions(tet);
+            for (q, values, slopes) in &rule {
+                let Geometry { barycentric, volume } = Geometry::of(&x, slopes);
                 let mut point = PointValues {
-                    position_mm: mix(x, q.at),
+                    position_mm: mix(&x, values),
                     region: usize::from(self.region[tet]),
                     displacement_mm: [0.0; 3],
                     displacement_gradient: [[0.0; 3]; 3],
@@ -220,7 +243,9 @@ impl<const N: usize> Domain for Space<N> {
                     let u = fields.displacement[node as usize];
                     let phi = fields.damage[node as usize];
                     let gradient: [f64; 3] = std::array::from_fn(|j| {
-                        (0..4).map(|v| slopes[a][v] * barycentric[v][j]).sum()
+                        let along =
+                            |k: usize| (slopes[a][k + 1] - slopes[a][0]) * barycentric[k][j];
+                        (0..3).map(along).sum()
                     });
                     point.damage += values[a] * phi;
                     for i in 0..3 {
@@ -231,7 +256,7 @@ impl<const N: usize> Domain for Space<N> {
                         }
                     }
                 }
-                each(&point, volume * q.weight);
+                each(&point, q.weight * volume);
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::geometry::Geometry;
 use super::rule::{DamageRule, Rule, mean_values};
 use super::tetrahedron::Tetrahedron;
 use crate::mesh::TetMesh;
@@ -9,63 +10,105 @@ use crate::mesh::TetMesh;
 /// Equal-order Lagrange space for displacement and damage; `N` nodes an element.
 #[derive(Clone, Debug)]
 pub(crate) struct Space<const N: usize> {
-    /// Reference positions, mm: the mesh's nodes, then the midpoints of its edges (P2).
+    /// Reference positions, mm: the mesh's nodes, then those on its edges (P2).
     pub(crate) nodes: Vec<[f64; 3]>,
     pub(crate) tets: Vec<[u32; N]>,
     pub(crate) region: Vec<u16>,
-    /// mm³.
-    pub(crate) volume: Vec<f64>,
-    /// ∇λ_k for k = 1 … 3 of each element, 1/mm.
-    pub(crate) barycentric: Vec<[[f64; 3]; 3]>,
     pub(crate) rule: Rule,
-    /// ∫ N_a dV / V of an element.
+    /// ∫ N_a dV / V of a straight element.
     pub(crate) mean_value: [f64; N],
     /// N_a(λ) of the element type.
     pub(crate) values: fn([f64; 4]) -> [f64; N],
     /// ∂N_a/∂λ_k of the element type.
     pub(crate) slopes: fn([f64; 4]) -> [[f64; 4]; N],
     midpoints: BTreeMap<[u32; 2], u32>,
+    /// One of each straight element, those of the elastic points of each curved one.
+    geometry: Vec<Geometry<f64>>,
+    /// Where those of an element begin, and where the last ones end.
+    first: Vec<u32>,
+    /// Fraction of grain of each element of the matrix; empty if there are no mixtures.
+    fraction: Vec<f64>,
 }
 
 impl<const N: usize> Space<N> {
-    /// Raises a sound mesh to element type `T`.
+    /// Raises a sound mesh to element type `T`, with its curved edges if the type has nodes there.
     pub(crate) fn new<T: Tetrahedron<N>>(mesh: &TetMesh, damage: DamageRule) -> Self {
+        let bent: BTreeMap<_, _> = mesh.edge_points.iter().copied().collect();
         let mut nodes = mesh.nodes.clone();
         let mut midpoints = BTreeMap::new();
         let mut tets = Vec::with_capacity(mesh.tets.len());
-        for vertices in &mesh.tets {
+        let mut curved = vec![false; mesh.tets.len()];
+        for (vertices, curved) in mesh.tets.iter().zip(&mut curved) {
             tets.push(std::array::from_fn(|a| match a.checked_sub(4) {
                 None => vertices[a],
                 Some(edge) => {
                     let [i, j] = T::EDGES[edge].map(|v| vertices[v]);
+                    let point = bent.get(&edge_key(i, j));
+                    *curved |= point.is_some();
                     *midpoints.entry(edge_key(i, j)).or_insert_with(|| {
                         let (p, q) = (mesh.nodes[i as usize], mesh.nodes[j as usize]);
-                        nodes.push(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));
+                        let middle = || std::array::from_fn(|k| 0.5 * (p[k] + q[k]));
+                        nodes.push(point.copied().unwrap_or_else(middle));
                         (nodes.len() - 1) as u32
                     })
                 }
             }));
         }
-        let (volume, barycentric) = mesh
-            .tets
-            .iter()
-            .map(|vertices| {
-                let (volume, [_, x, y, z]) =
-                    barycentric_gradients(vertices.map(|v| mesh.nodes[v as usize]));
-                (volume, [x, y, z])
-            })
-            .unzip();
+        let rule = Rule::new::<N, T>(damage);
+        let mut geometry = Vec::with_capacity(tets.len());
+        let mut first = vec![0];
+        for (tet, curved) in tets.iter().zip(curved) {
+            let x = tet.map(|node| nodes[node as usize]);
+            let points = if curved { &rule.points[..] } else { &rule.points[..1] };
+            geometry.extend(points.iter().map(|point| {
+                if curved { Geometry::of(&x, &T::slopes(point.at)) } else { Geometry::straight(&x) }
+            }));
+            first.push(geometry.len() as u32);
+        }
+        // the regions of a mesh with mixtures are the matrix and the grain
+        let of_matrix = |(mixture, &region): (&crate::mesh::Mixture, &u16)| {
+            if region == 0 { f64::from(mixture.fraction) } else { 0.0 }
+        };
+        let mixtures = mesh.mixture.iter().flat_map(|all| all.iter().zip(&mesh.region_of));
         Self {
             nodes,
             tets,
             region: mesh.region_of.clone(),
-            volume,
-            barycentric,
-            rule: Rule::new::<N, T>(damage),
+            rule,
             mean_value: mean_values::<N, T>(),
             values: T::values,
             slopes: T::slopes,
             midpoints,
+            geometry,
+            first,
+            fraction: mixtures.map(of_matrix).collect(),
+        }
+    }
+
+    /// Where the gradients of an element are taken: at its elastic points, one for all if it is
+    /// straight.
+    #[inline(always)]
+    pub(crate) fn geometry(&self, tet: usize) -> &[Geometry<f64>] {
+        &self.geometry[self.first[tet] as usize..self.first[tet + 1] as usize]
+    }
+
+    /// Whether an element has curved edges.
+    #[inline(always)]
+    pub(crate) fn is_curved(&self, tet: usize) -> bool {
+        self.first[tet + 1] - self.first[tet] > 1
+    }
+
+    /// Share of an element of the matrix that is grain.
+    #[inline(always)]
+    pub(crate) fn fraction(&self, tet: usize) -> f64 {
+        self.fraction.get(tet).copied().unwrap_or(0.0)
+    }
+
+    /// Volume as the elastic points integrate it, mm³.
+    pub(crate) fn volume(&self, tet: usize) -> f64 {
+        match self.geometry(tet) {
+            [one] => one.volume,
+            points => points.iter().zip(&self.rule.points).map(|(g, q)| q.weight * g.volume).sum(),
         }
     }
 
@@ -75,13 +118,13 @@ impl<const N: usize> Space<N> {
         for &[a, b, c] in triangles {
             on.extend([a, b, c]);
             for (i, j) in [(a, b), (b, c), (c, a)] {
-                on.extend(self.midpoints.get(&edge_key(i, j)));
+                on.extend(self.midpoint(i, j));
             }
         }
         on.into_iter().collect()
     }
 
-    /// The node in the middle of an edge, if the elements have one.
+    /// The node on an edge, if the elements have one.
     pub(crate) fn midpoint(&self, i: u32, j: u32) -> Option<u32> {
         self.midpoints.get(&edge_key(i, j)).copied()
     }
@@ -89,14 +132,4 @@ impl<const N: usize> Space<N> {
 
 fn edge_key(i: u32, j: u32) -> [u32; 2] {
     [i.min(j), i.max(j)]
-}
-
-/// Signed volume and ∇λ_k of a tetrahedron.
-pub(crate) fn barycentric_gradients(x: [[f64; 3]; 4]) -> (f64, [[f64; 3]; 4]) {
-    let edge = |k: usize| nalgebra::Vector3::from(x[k]) - nalgebra::Vector3::from(x[0]);
-    let (a, b, c) = (edge(1), edge(2), edge(3));
-    let six_volumes = a.dot(&b.cross(&c));
-    let rows = [b.cross(&c), c.cross(&a), a.cross(&b)].map(|r| r / six_volumes);
-    let first = -(rows[0] + rows[1] + rows[2]);
-    (six_volumes / 6.0, [first.into(), rows[0].into(), rows[1].into(), rows[2].into()])
 }

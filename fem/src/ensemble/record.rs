@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::FemError;
-use crate::problem::{CurvePoint, End, Outcome};
+use crate::problem::CurvePoint;
 
 /// A run to be made.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,54 +56,20 @@ pub enum RunEnd {
 }
 
 impl RunRecord {
-    /// The record of a finished or failed run; nothing if it was interrupted.
+    /// The record of a run; `end` is why it failed where it did.
     pub(super) fn new(
         run: &RunInput,
         names: &[&str],
-        outcome: Result<Outcome, FemError>,
-        seconds: f64,
-    ) -> Option<RunRecord> {
-        let (end, reason, curve) = match outcome {
-            Err(error) => (RunEnd::Failed, error.to_string(), Vec::new()),
-            Ok(Outcome { curve, end, .. }) => match end {
-                End::Displacement => (RunEnd::Displacement, String::new(), curve),
-                End::BelowPeak => (RunEnd::BelowPeak, String::new(), curve),
-                End::Failed(error) => (RunEnd::Failed, error.to_string(), curve),
-                End::Interrupted => return None,
-            },
-        };
-        let status = match end {
-            RunEnd::Failed => RunStatus::Failed(reason),
-            _ => RunStatus::Finished,
-        };
-        let names = names.iter().map(|name| name.to_string()).collect();
-        Some(RunRecord {
-            id: run.id,
-            names,
-            inputs: run.inputs.clone(),
-            status,
-            end,
-            seconds,
-            curve,
-        })
-    }
-
-    /// The record of a run that failed without a curve.
-    pub(super) fn failed(
-        run: &RunInput,
-        names: &[&str],
-        reason: String,
+        end: Result<RunEnd, String>,
+        curve: Vec<CurvePoint>,
         seconds: f64,
     ) -> RunRecord {
-        RunRecord {
-            id: run.id,
-            names: names.iter().map(|name| name.to_string()).collect(),
-            inputs: run.inputs.clone(),
-            status: RunStatus::Failed(reason),
-            end: RunEnd::Failed,
-            seconds,
-            curve: Vec::new(),
-        }
+        let (end, status) = match end {
+            Ok(end) => (end, RunStatus::Finished),
+            Err(reason) => (RunEnd::Failed, RunStatus::Failed(reason)),
+        };
+        let names = names.iter().map(|name| name.to_string()).collect();
+        RunRecord { id: run.id, names, inputs: run.inputs.clone(), status, end, seconds, curve }
     }
 
     /// Names and values of the inputs as a person reads them.

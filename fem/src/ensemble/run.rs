@@ -7,10 +7,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::store::{Store, Stored};
-use super::{EnsembleError, EnsembleProgress, RunInput, RunRecord, RunStatus};
+use super::store::{Store, StoredRun};
+use super::{EnsembleError, EnsembleProgress, RunEnd, RunInput, RunRecord, RunStatus};
 use crate::error::FemError;
-use crate::problem::Outcome;
+use crate::problem::{End, Outcome};
 
 /// How long to wait before looking again at a run that another process has.
 const WAIT: Duration = Duration::from_millis(200);
@@ -119,7 +119,7 @@ impl Ensemble {
         // each thread of the pool takes run after run; work inside a run shares the same pool
         pool.broadcast(|_| shift.work());
 
-        let State { records, error, .. } =
+        let Queue { records, error, .. } =
             shift.state.into_inner().unwrap_or_else(PoisonError::into_inner);
         match error {
             Some(error) => Err(error),
@@ -154,11 +154,11 @@ struct Shift<'a> {
     job: Job<'a>,
     progress: &'a dyn EnsembleProgress,
     interrupt: &'a AtomicBool,
-    state: Mutex<State>,
+    state: Mutex<Queue>,
 }
 
 #[derive(Default)]
-struct State {
+struct Queue {
     records: Vec<Option<RunRecord>>,
     /// Share of each run that is done.
     fractions: Vec<f64>,
@@ -176,7 +176,7 @@ enum Attempt {
 }
 
 impl Shift<'_> {
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, Queue> {
         // jobs, which may panic, never run under the lock
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -206,8 +206,8 @@ impl Shift<'_> {
     fn stored(&self, run: &RunInput) -> Result<Option<RunRecord>, EnsembleError> {
         let path = || self.ensemble.store.path(run.id);
         match self.ensemble.store.read(run.id)? {
-            Stored::Nothing => Ok(None),
-            Stored::Damaged(reason) => {
+            StoredRun::Nothing => Ok(None),
+            StoredRun::Damaged(reason) => {
                 let path = path();
                 self.progress.warning(&format!(
                     "{} is damaged ({reason}); run {} is made again",
@@ -216,10 +216,12 @@ impl Shift<'_> {
                 ));
                 Ok(None)
             }
-            Stored::Record(record) if record.names == self.names && record.inputs == run.inputs => {
+            StoredRun::Record(record)
+                if record.names == self.names && record.inputs == run.inputs =>
+            {
                 Ok(Some(record))
             }
-            Stored::Record(record) => Err(EnsembleError::OtherInputs {
+            StoredRun::Record(record) => Err(EnsembleError::OtherInputs {
                 id: run.id,
                 path: path(),
                 stored: RunRecord::described(&record.names, &record.inputs),
@@ -288,31 +290,34 @@ impl Shift<'_> {
         let start = Instant::now();
         let outcome = catch_unwind(AssertUnwindSafe(|| (self.job)(run, &done)));
         let seconds = start.elapsed().as_secs_f64();
-        let failed = |reason| RunRecord::failed(run, self.names, reason, seconds);
-        let record = match outcome {
-            Ok(outcome) => match RunRecord::new(run, self.names, outcome, seconds) {
-                Some(record) => record,
-                None if self.interrupt.load(Ordering::Relaxed) => return None,
-                None => return Some(failed("the run was stopped by its observer".into())),
+        let (end, curve) = match outcome {
+            Ok(Ok(Outcome { end, curve, .. })) => match end {
+                End::Displacement => (Ok(RunEnd::Displacement), curve),
+                End::BelowPeak => (Ok(RunEnd::BelowPeak), curve),
+                End::Failed(error) => (Err(error.to_string()), curve),
+                End::Interrupted if self.interrupt.load(Ordering::Relaxed) => return None,
+                End::Interrupted => (Err("the run was stopped by its observer".into()), Vec::new()),
             },
+            Ok(Err(error)) => (Err(error.to_string()), Vec::new()),
             Err(panic) => {
                 let text = panic
                     .downcast_ref::<String>()
                     .map(String::as_str)
                     .or_else(|| panic.downcast_ref::<&str>().copied())
                     .unwrap_or("no message");
-                return Some(failed(format!("the simulation panicked: {text}")));
+                (Err(format!("the simulation panicked: {text}")), Vec::new())
             }
         };
+        let record = RunRecord::new(run, self.names, end, curve, seconds);
         // JSON has no infinities: such a curve could be written but never read again
         let is_readable = serde_json::to_vec(&record)
             .and_then(|bytes| serde_json::from_slice::<RunRecord>(&bytes))
             .is_ok();
-        Some(if is_readable {
-            record
-        } else {
-            failed("the curve has values that are not finite".into())
-        })
+        if is_readable {
+            return Some(record);
+        }
+        let reason = "the curve has values that are not finite".into();
+        Some(RunRecord::new(run, self.names, Err(reason), Vec::new(), seconds))
     }
 
     fn tell(&self) {

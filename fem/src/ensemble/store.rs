@@ -25,7 +25,7 @@ pub(super) struct Store {
 }
 
 /// What is stored of a run.
-pub(super) enum Stored {
+pub(super) enum StoredRun {
     Nothing,
     Record(RunRecord),
     /// A file that cannot be read, and why.
@@ -68,19 +68,19 @@ impl Store {
         self.directory.join(file_name(id))
     }
 
-    pub(super) fn read(&self, id: usize) -> Result<Stored, EnsembleError> {
+    pub(super) fn read(&self, id: usize) -> Result<StoredRun, EnsembleError> {
         let path = self.path(id);
         let bytes = match fs::read(&path) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                return Ok(Stored::Nothing);
+                return Ok(StoredRun::Nothing);
             }
             Err(error) => return Err(EnsembleError::io("read", &path, error)),
         };
         Ok(match serde_json::from_slice::<RunRecord>(&bytes) {
-            Ok(record) if record.id == id => Stored::Record(record),
-            Ok(record) => Stored::Damaged(format!("it holds run {}", record.id)),
-            Err(error) => Stored::Damaged(error.to_string()),
+            Ok(record) if record.id == id => StoredRun::Record(record),
+            Ok(record) => StoredRun::Damaged(format!("it holds run {}", record.id)),
+            Err(error) => StoredRun::Damaged(error.to_string()),
         })
     }
 

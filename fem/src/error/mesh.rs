@@ -214,6 +214,14 @@ pub enum MeshError {
         /// What is wrong, the value, and what helps.
         message: String,
     },
+    /// A program that should have made the mesh.
+    #[error("{}: {reason}; install Gmsh, or give the path to its program", program.display())]
+    Mesher {
+        /// The program.
+        program: PathBuf,
+        /// What the system or the program says.
+        reason: String,
+    },
     /// A file that cannot be opened, read or written.
     #[error("cannot {action} {}: {source}", path.display())]
     Io {

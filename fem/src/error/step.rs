@@ -19,6 +19,9 @@ pub enum StepFailure {
     /// The passes over the contact pressures ran out.
     #[error("the contact pressures did not settle")]
     Contact,
+    /// The step controller ended the run, which had found every equilibrium so far.
+    #[error("the step controller gave up")]
+    GivenUp,
     /// The step added more crack energy than an arc-length step may.
     #[error("the step released more energy than asked for")]
     Release,

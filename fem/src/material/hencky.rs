@@ -1,36 +1,37 @@
 //! The Hencky law: ψ = K/2 (tr ε)² + μ dev ε : dev ε in logarithmic strain, with any split.
 //!
 //! ψ = κ/2 (tr ε)² + μ Σ d_i² with d_i = ε_i − θ tr ε: (κ, θ) is (K, ⅓), and (λ, 0) for the spectral
-//! split. A split says which terms g multiplies: with these shares p (one or zero) the factors are
-//! a = 1 + p (g − 1), and so τ_i = κ a₀ tr ε + 2μ a_i d_i, D_ij = κ a₀ + 2μ a_i (δ_ij − θ) and
-//! ½ (τ_i − τ_j) coth x = μ x coth x (a_i ε_i − a_j ε_j)/x with x = ε_i − ε_j, where the quotient is
-//! the factor itself if both have the same: nothing is singular at equal strains.
+//! split. A split says which terms are degraded: where its share p is one the modulus M(g) counts,
+//! where it is zero M(1), so κ₀ = κ(1) + p₀ (κ(g) − κ(1)) and μ_i likewise, τ_i = κ₀ tr ε + 2μ_i d_i,
+//! D_ij = κ₀ + 2μ_i (δ_ij − θ) and ½ (τ_i − τ_j) coth x = x coth x (μ_i ε_i − μ_j ε_j)/x with
+//! x = ε_i − ε_j, where the quotient is the modulus itself if both have the same: nothing is singular
+//! at equal strains. M(g) is g M, or what a rule makes of a mixture.
 
+use super::mixture::Modulus;
 use super::phase_field::Split;
 use super::principal::Strains;
 use super::response::{Response, packed};
 use super::scalar::Scalar;
 
-/// The response for K and μ, and g.
+/// The response for K and μ as functions of what damage leaves.
 #[inline(always)]
 pub(super) fn respond<T: Scalar, const TANGENT: bool>(
     split: Split,
     hybrid: bool,
-    [bulk, shear]: [T; 2],
+    [bulk, shear]: &[Modulus<T>; 2],
     strains: &Strains<T>,
-    g: T,
 ) -> Response<T> {
-    let (zero, one) = (g.constant(0.0), g.constant(1.0));
-    let twice = shear + shear;
     let e = strains.log;
+    let (zero, one) = (e[0].constant(0.0), e[0].constant(1.0));
+    let half = e[0].constant(0.5);
     let trace = strains.trace();
     let spectral = split == Split::Spectral;
-    let mut third = g.constant(1.0 / 3.0);
-    let mut volumetric = bulk;
+    let mut third = e[0].constant(1.0 / 3.0);
+    let mut volumetric = *bulk;
     let mut deviator = e;
     if spectral {
         third = zero;
-        volumetric = bulk - g.constant(2.0 / 3.0) * shear;
+        volumetric = bulk.less(2.0 / 3.0, shear);
     } else {
         for i in 0..3 {
             deviator[i] = e[i] - third * trace;
@@ -46,32 +47,36 @@ pub(super) fn respond<T: Scalar, const TANGENT: bool>(
             terms[i] = T::select(e[i].less_than(zero), zero, one);
         }
     }
-    let pressure = volumetric * trace;
-    let half = g.constant(0.5);
-    let mut driving = whole * half * pressure * trace;
-    let mut total = half * pressure * trace;
+    // ½ (tr ε)² and Σ d_i² of the part that drives damage
+    let volume = half * trace * trace;
+    let (driven_volume, mut driven_shape) = (whole * volume, zero);
     for i in 0..3 {
-        let term = shear * deviator[i] * deviator[i];
-        driving = terms[i].mul_add(term, driving);
-        total += term;
+        driven_shape = (terms[i] * deviator[i]).mul_add(deviator[i], driven_shape);
     }
-    let mut degraded = driving;
+    let driving = volumetric.slope.mul_add(driven_volume, shear.slope * driven_shape);
+    let softening = volumetric.curvature.mul_add(driven_volume, shear.curvature * driven_shape);
+    let (mut stiffness, mut factor) = (volumetric.value, [shear.value; 3]);
     if hybrid {
-        (whole, terms, degraded) = (one, [one; 3], total);
+        (whole, terms) = (one, [one; 3]);
+    } else if split != Split::None {
+        stiffness = volumetric.degraded(whole);
+        for i in 0..3 {
+            factor[i] = shear.degraded(terms[i]);
+        }
     }
-    let softer = g - one;
-    let volumetric_factor = whole.mul_add(softer, one);
+    let mut energy = stiffness * volume;
+    let pressure = stiffness * trace;
+    let pressure_plus = whole * volumetric.slope * trace;
     let (mut stress, mut stress_plus, mut deviatoric) = ([zero; 3], [zero; 3], [zero; 3]);
-    let mut factor = [zero; 3];
     for i in 0..3 {
-        factor[i] = terms[i].mul_add(softer, one);
-        deviatoric[i] = twice * factor[i];
-        stress[i] = deviatoric[i].mul_add(deviator[i], volumetric_factor * pressure);
-        stress_plus[i] = (twice * terms[i]).mul_add(deviator[i], whole * pressure);
+        deviatoric[i] = factor[i] + factor[i];
+        energy = (factor[i] * deviator[i]).mul_add(deviator[i], energy);
+        stress[i] = deviatoric[i].mul_add(deviator[i], pressure);
+        let slope = terms[i] * shear.slope;
+        stress_plus[i] = (slope + slope).mul_add(deviator[i], pressure_plus);
     }
     let (mut normal, mut coth) = ([zero; 6], [zero; 3]);
     if TANGENT {
-        let stiffness = volumetric * volumetric_factor;
         for i in 0..3 {
             for j in 0..=i {
                 let own = if i == j { deviatoric[i] } else { zero };
@@ -85,9 +90,8 @@ pub(super) fn respond<T: Scalar, const TANGENT: bool>(
                 let quotient = (factor[i] * e[i] - factor[j] * e[j]) / (e[i] - e[j]);
                 share = T::select(factor[i].equals(factor[j]), factor[i], quotient);
             }
-            coth[k] = shear * share * strains.coth[k];
+            coth[k] = share * strains.coth[k];
         }
     }
-    let energy = softer.mul_add(degraded, total);
-    Response { energy, driving, stress, stress_plus, normal, shear: coth }
+    Response { energy, driving, softening, stress, stress_plus, normal, shear: coth }
 }

@@ -6,6 +6,7 @@
 //! a line in `law.rs` and `point.rs`; [`assert_material`] tests either.
 
 #[cfg(test)]
+#[path = "../../tests/unit/closed_forms.rs"]
 mod closed_forms;
 mod conformance;
 mod crack_density;
@@ -13,6 +14,7 @@ mod degradation;
 mod elastic_law;
 mod hencky;
 mod law;
+mod mixture;
 mod mooney_rivlin;
 mod neo_hookean;
 mod ogden;
@@ -27,6 +29,7 @@ mod simd;
 mod strain;
 mod tangent;
 #[cfg(test)]
+#[path = "../../tests/unit/laws.rs"]
 mod tests;
 mod user_law;
 
@@ -34,6 +37,7 @@ pub use conformance::assert_material;
 pub use crack_density::CrackDensity;
 pub use elastic_law::ElasticLaw;
 pub use law::Elasticity;
+pub use mixture::Homogenisation;
 pub use mooney_rivlin::MooneyRivlin;
 pub use ogden::{Ogden, OgdenTerm};
 pub use parameters::{Fracture, Material};
@@ -43,11 +47,12 @@ pub use strain::PrincipalStrain;
 pub use user_law::{HyperelasticLaw, UserLaw};
 
 pub(crate) use degradation::Degradation;
+pub(crate) use mixture::{MOST_GRAIN, MixedPhases};
 #[cfg(test)]
 pub(crate) use point::FormulaLaw;
 pub(crate) use point::{Degraded, Formula, LaneLaw, PointMaterial};
 pub(crate) use principal::{Inverted, Principal};
 pub(crate) use response::{Law, Response, packed};
-pub(crate) use scalar::{Lanes, POINTS, Scalar, dot};
-pub(crate) use simd::{REGISTERS, SimdF64};
+pub(crate) use scalar::{Lanes, Number, POINTS, Scalar, dot};
+pub(crate) use simd::{REGISTERS, SimdF32, SimdF64};
 pub(crate) use tangent::PointTangent;

@@ -2,6 +2,7 @@
 
 use super::crack_density::CrackDensity;
 use super::law::{Elasticity, Moduli};
+use super::mixture::{MixedPhases, Modulus};
 use super::phase_field::Split;
 use super::principal::Strains;
 use super::response::{Law, Response};
@@ -57,7 +58,21 @@ pub(crate) enum Formula {
 pub(crate) struct FormulaLaw<T> {
     pub(crate) formula: Formula,
     pub(crate) degraded: Degraded,
+    /// Without damage.
     pub(crate) moduli: [T; 2],
+    /// What they are a mixture of, for Hencky's law; `None`: damage degrades them as a whole.
+    pub(crate) phases: Option<MixedPhases<T>>,
+}
+
+impl<T: Scalar> FormulaLaw<T> {
+    #[inline(always)]
+    fn degraded_moduli(&self, g: T) -> [Modulus<T>; 2] {
+        let [bulk, shear] = self.moduli;
+        match &self.phases {
+            Some(phases) => phases.moduli(self.moduli, g),
+            None => [Modulus::proportional(bulk, g), Modulus::proportional(shear, g)],
+        }
+    }
 }
 
 impl<T: Scalar> Law<T> for FormulaLaw<T> {
@@ -65,7 +80,10 @@ impl<T: Scalar> Law<T> for FormulaLaw<T> {
     fn respond<const TANGENT: bool>(&self, strains: &Strains<T>, g: T) -> Response<T> {
         let Self { degraded: Degraded { split, hybrid }, moduli, .. } = *self;
         match self.formula {
-            Formula::Hencky => hencky::respond::<T, TANGENT>(split, hybrid, moduli, strains, g),
+            Formula::Hencky => {
+                let moduli = self.degraded_moduli(g);
+                hencky::respond::<T, TANGENT>(split, hybrid, &moduli, strains)
+            }
             Formula::NeoHookean => {
                 let [bulk, shear] = moduli;
                 let moduli = [bulk - g.constant(2.0 / 3.0) * shear, shear];
@@ -103,7 +121,8 @@ impl Law<f64> for PointMaterial {
             (_, formula) => {
                 let moduli = [self.moduli.bulk, self.moduli.shear];
                 let formula = formula.unwrap_or(Formula::Hencky);
-                FormulaLaw { formula, degraded, moduli }.respond::<TANGENT>(strains, g)
+                FormulaLaw { formula, degraded, moduli, phases: None }
+                    .respond::<TANGENT>(strains, g)
             }
         }
     }
@@ -120,22 +139,26 @@ pub(crate) struct LaneLaw<'a, T> {
 }
 
 impl<'a, T: Lanes> LaneLaw<'a, T> {
-    /// The laws of the materials of each lane with these moduli; `formula` if all materials of the
-    /// mesh have one.
+    /// The laws of the materials of each lane with these moduli, of mixtures with these phases;
+    /// `formula` if all materials of the mesh have one, which mixtures need.
     #[inline(always)]
     pub(crate) fn new(
         formula: Option<Formula>,
         degraded: Degraded,
-        moduli: [T; 2],
+        mut moduli: [T; 2],
+        phases: Option<MixedPhases<T>>,
         materials: [&'a PointMaterial; POINTS],
     ) -> Self {
+        if let Some(phases) = &phases {
+            moduli = phases.whole();
+        }
         let mut formula = formula;
         if formula.is_none() {
             let first = materials[0].formula();
             formula = first.filter(|_| materials[..T::COUNT].iter().all(|m| m.formula() == first));
         }
         let formula = match formula {
-            Some(formula) => Some(FormulaLaw { formula, degraded, moduli }),
+            Some(formula) => Some(FormulaLaw { formula, degraded, moduli, phases }),
             None => None,
         };
         Self { formula, materials }

@@ -14,8 +14,10 @@ pub(crate) trait Law<T> {
 pub(crate) struct Response<T> {
     /// g ψ⁺ + ψ⁻.
     pub(crate) energy: T,
-    /// ψ⁺, which drives damage.
+    /// ψ⁺, which drives damage: the derivative of the energy in g.
     pub(crate) driving: T,
+    /// The second derivative; zero but for mixtures, the others are linear in g.
+    pub(crate) softening: T,
     /// τ_i of g τ⁺ + τ⁻.
     pub(crate) stress: [T; 3],
     /// τ⁺_i.
@@ -61,6 +63,7 @@ impl<T: Scalar> Whole<T> {
         let mut out = Response {
             energy: g.mul_add(self.energy - energy, energy),
             driving,
+            softening: zero,
             stress: self.stress,
             stress_plus: self.stress,
             normal: self.normal,
@@ -80,7 +83,7 @@ impl<T: Scalar> Whole<T> {
 
 impl Response<f64> {
     /// How many numbers there are.
-    pub(super) const NUMBERS: usize = 17;
+    pub(super) const NUMBERS: usize = 18;
 
     pub(super) fn numbers(&self) -> [f64; Self::NUMBERS] {
         let mut all = [0.0; Self::NUMBERS];
@@ -89,7 +92,8 @@ impl Response<f64> {
         all[2..5].copy_from_slice(&self.stress);
         all[5..8].copy_from_slice(&self.stress_plus);
         all[8..14].copy_from_slice(&self.normal);
-        all[14..].copy_from_slice(&self.shear);
+        all[14..17].copy_from_slice(&self.shear);
+        all[17] = self.softening;
         all
     }
 }
@@ -105,6 +109,7 @@ impl<T: Copy> Response<T> {
             stress_plus: [all[5], all[6], all[7]],
             normal: [all[8], all[9], all[10], all[11], all[12], all[13]],
             shear: [all[14], all[15], all[16]],
+            softening: all[17],
         }
     }
 }

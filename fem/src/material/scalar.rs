@@ -9,24 +9,22 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 use num_dual::DualNum;
 
-/// A number, or one of each of several points.
-pub(crate) trait Scalar:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
-    + AddAssign
+/// A number, or one of each of several points, of which sums and products are taken: all that the
+/// product with a tangent needs.
+pub(crate) trait Number:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self> + AddAssign
 {
-    /// Where a comparison holds.
-    type Mask: Copy;
-
     /// The same number at all points.
     fn constant(self, x: f64) -> Self;
 
     /// self · b + c.
     fn mul_add(self, b: Self, c: Self) -> Self;
+}
+
+/// A number that the equations at a point can be written in.
+pub(crate) trait Scalar: Number + Div<Output = Self> {
+    /// Where a comparison holds.
+    type Mask: Copy;
 
     fn sqrt(self) -> Self;
 
@@ -104,13 +102,11 @@ const ARTANH: [f64; 11] = [
 ];
 
 #[inline(always)]
-pub(crate) fn dot<T: Scalar>(a: &[T; 3], b: &[T; 3]) -> T {
+pub(crate) fn dot<T: Number>(a: &[T; 3], b: &[T; 3]) -> T {
     a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]))
 }
 
-impl<T: DualNum<f64> + Copy> Scalar for T {
-    type Mask = bool;
-
+impl<T: DualNum<f64> + Copy> Number for T {
     fn constant(self, x: f64) -> Self {
         T::from(x)
     }
@@ -118,6 +114,10 @@ impl<T: DualNum<f64> + Copy> Scalar for T {
     fn mul_add(self, b: Self, c: Self) -> Self {
         self * b + c
     }
+}
+
+impl<T: DualNum<f64> + Copy> Scalar for T {
+    type Mask = bool;
 
     fn sqrt(self) -> Self {
         DualNum::sqrt(&self)

@@ -1,4 +1,4 @@
-//! A number of each of several points, in the widest registers that the processor has.
+//! A number of each of several points, in registers of the processor.
 //!
 //! Instructions wider than the baseline are inlined only into functions that are inlined
 //! themselves: all here are, and what computes with these numbers uses loops and no closures.
@@ -8,17 +8,85 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 use faer::traits::pulp::Simd;
 
-use super::scalar::{Lanes, POINTS, Scalar};
+use super::scalar::{Lanes, Number, POINTS, Scalar};
 
-/// Registers of a number: one computes while the other waits for a root or a quotient.
+/// Registers of a number at which laws are evaluated: one computes while the other waits for a root
+/// or a quotient.
 pub(crate) const REGISTERS: usize = 2;
 
-/// One number of each point; points beyond those of the registers are left out.
-#[derive(Clone, Copy)]
-pub(crate) struct SimdF64<S: Simd> {
-    simd: S,
-    pub(crate) registers: [S::f64s; REGISTERS],
+macro_rules! each_register {
+    ($name:ident, $intrinsic:ident $(, $other:ident)*) => {
+        #[inline(always)]
+        fn $name(mut self $(, $other: Self)*) -> Self {
+            for r in 0..self.registers.len() {
+                self.registers[r] =
+                    self.simd.$intrinsic(self.registers[r] $(, $other.registers[r])*);
+            }
+            self
+        }
+    };
 }
+
+macro_rules! operator {
+    ($number:ident, $trait:ident, $name:ident, $intrinsic:ident $(, $other:ident)*) => {
+        impl<S: Simd, const R: usize> $trait for $number<S, R> {
+            type Output = Self;
+
+            each_register!($name, $intrinsic $(, $other)*);
+        }
+    };
+}
+
+/// A number of each point in a precision, with its sums and products.
+macro_rules! simd_number {
+    ($(#[$doc:meta])* $number:ident, $real:ty, $registers:ident, $splat:ident, $add:ident,
+     $sub:ident, $mul:ident, $neg:ident, $mul_add:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy)]
+        pub(crate) struct $number<S: Simd, const R: usize = REGISTERS> {
+            pub(crate) simd: S,
+            pub(crate) registers: [S::$registers; R],
+        }
+
+        impl<S: Simd, const R: usize> $number<S, R> {
+            #[inline(always)]
+            pub(crate) fn splat(simd: S, x: f64) -> Self {
+                Self { simd, registers: [simd.$splat(x as $real); R] }
+            }
+        }
+
+        operator!($number, Add, add, $add, other);
+        operator!($number, Sub, sub, $sub, other);
+        operator!($number, Mul, mul, $mul, other);
+        operator!($number, Neg, neg, $neg);
+
+        impl<S: Simd, const R: usize> AddAssign for $number<S, R> {
+            #[inline(always)]
+            fn add_assign(&mut self, other: Self) {
+                *self = *self + other;
+            }
+        }
+
+        impl<S: Simd, const R: usize> Number for $number<S, R> {
+            each_register!(mul_add, $mul_add, b, c);
+
+            #[inline(always)]
+            fn constant(self, x: f64) -> Self {
+                Self::splat(self.simd, x)
+            }
+        }
+    };
+}
+
+simd_number!(
+    /// One number of each point; points beyond those of the registers are left out.
+    SimdF64, f64, f64s, splat_f64s, add_f64s, sub_f64s, mul_f64s, neg_f64s, mul_add_e_f64s
+);
+simd_number!(
+    /// The same in single precision.
+    SimdF32, f32, f32s, splat_f32s, add_f32s, sub_f32s, mul_f32s, neg_f32s, mul_add_e_f32s
+);
+operator!(SimdF64, Div, div, div_f64s, other);
 
 /// Where a comparison holds.
 #[derive(Clone, Copy)]
@@ -28,11 +96,6 @@ pub(crate) struct Mask<S: Simd> {
 }
 
 impl<S: Simd> SimdF64<S> {
-    #[inline(always)]
-    pub(crate) fn splat(simd: S, x: f64) -> Self {
-        Self { simd, registers: [simd.splat_f64s(x); REGISTERS] }
-    }
-
     /// k and m of self = 2^k m with ½√2 ≤ m < √2, for a positive normal number.
     #[inline(always)]
     fn binary_parts(self) -> [Self; 2] {
@@ -79,19 +142,6 @@ impl<S: Simd> Lanes for SimdF64<S> {
     }
 }
 
-macro_rules! each_register {
-    ($name:ident, $intrinsic:ident $(, $other:ident)*) => {
-        #[inline(always)]
-        fn $name(mut self $(, $other: Self)*) -> Self {
-            for r in 0..REGISTERS {
-                self.registers[r] =
-                    self.simd.$intrinsic(self.registers[r] $(, $other.registers[r])*);
-            }
-            self
-        }
-    };
-}
-
 macro_rules! comparison {
     ($name:ident, $intrinsic:ident) => {
         #[inline(always)]
@@ -110,18 +160,12 @@ macro_rules! comparison {
 impl<S: Simd> Scalar for SimdF64<S> {
     type Mask = Mask<S>;
 
-    each_register!(mul_add, mul_add_e_f64s, b, c);
     each_register!(sqrt, sqrt_f64s);
     each_register!(abs, abs_f64s);
     each_register!(max, max_f64s, other);
     each_register!(min, min_f64s, other);
     comparison!(less_than, less_than_f64s);
     comparison!(equals, equal_f64s);
-
-    #[inline(always)]
-    fn constant(self, x: f64) -> Self {
-        Self::splat(self.simd, x)
-    }
 
     /// With 1 + x = 2^k (1 + f): k ln 2 + 2 artanh(f / (2 + f)), where |f / (2 + f)| < 0.172.
     #[inline(always)]
@@ -164,36 +208,5 @@ impl<S: Simd> Scalar for SimdF64<S> {
             least = mask.simd.min_f64s(least, holds.registers[r]);
         }
         mask.simd.reduce_min_f64s(least) > 0.5
-    }
-}
-
-macro_rules! operator {
-    ($trait:ident, $name:ident, $intrinsic:ident) => {
-        impl<S: Simd> $trait for SimdF64<S> {
-            type Output = Self;
-
-            each_register!($name, $intrinsic, other);
-        }
-    };
-}
-
-operator!(Add, add, add_f64s);
-operator!(Sub, sub, sub_f64s);
-operator!(Mul, mul, mul_f64s);
-operator!(Div, div, div_f64s);
-
-impl<S: Simd> Neg for SimdF64<S> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn neg(self) -> Self {
-        self.constant(0.0) - self
-    }
-}
-
-impl<S: Simd> AddAssign for SimdF64<S> {
-    #[inline(always)]
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
     }
 }

@@ -1,9 +1,11 @@
 //! Tetrahedral meshes: where they come from, whether they are sound, and where they go.
 
 pub(crate) mod curved;
+mod edges;
 pub mod gmsh;
 mod lattice;
 mod quality;
+pub mod stl;
 pub(crate) mod tet_mesh;
 mod validate;
 pub(crate) mod vector;

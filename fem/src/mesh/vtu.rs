@@ -9,6 +9,8 @@ use std::fmt::{self, Write as _};
 use std::path::Path;
 
 use super::TetMesh;
+use super::edges::edge_place;
+use super::tet_mesh::EDGES;
 use crate::error::MeshError;
 
 /// VTK's numbers of the linear and the quadratic tetrahedron.
@@ -52,7 +54,11 @@ impl<'a> Field<'a> {
     }
 }
 
-/// Writes the mesh with its regions, its grains if it has them, and further fields.
+/// Writes the mesh with its regions, further fields, and what it has of grains, grain fractions and
+/// interface normals.
+///
+/// A mesh with curved edges is written with quadratic tetrahedra; point fields, which have one value per
+/// node of the mesh, are there the mean of their ends.
 ///
 /// # Errors
 /// [`MeshError::File`] if a field has not one value per node or tetrahedron, [`MeshError::Io`] if
@@ -75,7 +81,70 @@ pub fn write(
     point_fields: &[Field],
     cell_fields: &[Field],
 ) -> Result<(), MeshError> {
-    write_grid(path.as_ref(), mesh, &mesh.nodes, TETRA, &mesh.tets, point_fields, cell_fields)
+    let path = path.as_ref();
+    if mesh.edge_points.is_empty() {
+        return write_straight(path, mesh, point_fields, cell_fields);
+    }
+    check(path, "point", point_fields, mesh.nodes.len())?;
+    let edges = mesh.all_edges();
+    let mut points = mesh.nodes.clone();
+    points.extend(edges.iter().map(|(_, point)| point));
+    let place = |ends: [u32; 2]| (mesh.nodes.len() + edge_place(&edges, ends)) as u32;
+    let ten = |tet: &[u32; 4]| -> [u32; 10] {
+        let middles = EDGES.map(|ends| place(ends.map(|end| tet[end])));
+        std::array::from_fn(|k| if k < 4 { tet[k] } else { middles[k - 4] })
+    };
+    let tets: Vec<[u32; 10]> = mesh.tets.iter().map(ten).collect();
+    let ends = || edges.iter().map(|(ends, _)| ends.map(|end| end as usize));
+    let owned: Vec<Owned> = point_fields.iter().map(|field| field.extended(ends())).collect();
+    let fields: Vec<Field> = owned.iter().zip(point_fields).map(|(o, f)| o.named(f.name)).collect();
+    write_grid(path, mesh, &points, QUADRATIC_TETRA, &tets, &fields, cell_fields)
+}
+
+/// As [`write()`], with linear tetrahedra even where edges are curved.
+pub(crate) fn write_straight(
+    path: &Path,
+    mesh: &TetMesh,
+    point_fields: &[Field],
+    cell_fields: &[Field],
+) -> Result<(), MeshError> {
+    write_grid(path, mesh, &mesh.nodes, TETRA, &mesh.tets, point_fields, cell_fields)
+}
+
+/// Values of a field with those on edges.
+enum Owned {
+    Scalar(Vec<f64>),
+    Vector(Vec<[f64; 3]>),
+    Label(Vec<u32>),
+}
+
+impl Field<'_> {
+    /// The values at the nodes and, as means of the ends, on edges; a label is that of the first end.
+    fn extended(&self, ends: impl Iterator<Item = [usize; 2]>) -> Owned {
+        match self.values {
+            Values::Scalar(v) => {
+                let middles = ends.map(|[a, b]| 0.5 * (v[a] + v[b]));
+                Owned::Scalar(v.iter().copied().chain(middles).collect())
+            }
+            Values::Vector(v) => {
+                let middles = ends.map(|[a, b]| [0, 1, 2].map(|k| 0.5 * (v[a][k] + v[b][k])));
+                Owned::Vector(v.iter().copied().chain(middles).collect())
+            }
+            Values::Label(v) => {
+                Owned::Label(v.iter().copied().chain(ends.map(|[a, _]| v[a])).collect())
+            }
+        }
+    }
+}
+
+impl Owned {
+    fn named<'a>(&'a self, name: &'a str) -> Field<'a> {
+        match self {
+            Owned::Scalar(values) => Field::scalar(name, values),
+            Owned::Vector(values) => Field::vector(name, values),
+            Owned::Label(values) => Field::label(name, values),
+        }
+    }
 }
 
 /// As [`write()`], with quadratic tetrahedra on their own points.
@@ -134,6 +203,13 @@ fn write_grid<const N: usize>(
     let region: Vec<u32> = mesh.region_of.iter().map(|&region| region as u32).collect();
     let mut cells = vec![Field::label("region", &region)];
     cells.extend(mesh.grain_of.iter().map(|grains| Field::label("grain", grains)));
+    let mixture = mesh.mixture.as_deref().unwrap_or_default();
+    let fraction: Vec<f64> = mixture.iter().map(|m| m.fraction.into()).collect();
+    let normal: Vec<[f64; 3]> = mixture.iter().map(|m| m.normal.map(f64::from)).collect();
+    if mesh.mixture.is_some() {
+        cells.push(Field::scalar("grain_fraction", &fraction));
+        cells.push(Field::vector("interface_normal", &normal));
+    }
     cells.extend_from_slice(cell_fields);
     check(path, "point", point_fields, points.len())?;
     check(path, "cell", &cells, tets.len())?;
@@ -247,21 +323,4 @@ fn escape(text: &str) -> String {
 
 fn save(path: &Path, text: String) -> Result<(), MeshError> {
     std::fs::write(path, text).map_err(|error| MeshError::io("write", path, error))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::base64;
-
-    #[test]
-    fn base64_of_the_standard() {
-        // RFC 4648, section 10
-        for (text, code) in
-            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")]
-        {
-            let mut out = String::new();
-            base64(&mut out, text.as_bytes());
-            assert_eq!(out, code);
-        }
-    }
 }

@@ -1,6 +1,6 @@
 //! The node blocks of an element's tangent, from its numbers.
 
-use super::point_data::{PointData, SOURCE};
+use super::point_data::{PointData, SOFTENING, SOURCE};
 use crate::element::Rule;
 use crate::material::{PointTangent, Scalar, packed};
 
@@ -40,7 +40,7 @@ impl<T: Scalar, const N: usize> AtPoint<T, N> {
         Self { tangent, spatial }
     }
 
-    /// 2 Gc ℓ₀/c₀ V ∇N_a at this point, by k.
+    /// 2 Gc ℓ₀/c₀ V ∇N_a, by k.
     #[inline(always)]
     fn damage_flux(gradient: &[T], slope: &[f64; 3]) -> [T; 3] {
         let zero = gradient[0].constant(0.0);
@@ -55,16 +55,32 @@ impl<T: Scalar, const N: usize> AtPoint<T, N> {
     }
 }
 
+/// The change of g at elastic point q with φ of each node, Σ_p C_qp g′_p N_a(p).
+#[inline(always)]
+fn softening_of_nodes<T: Scalar, const N: usize>(rule: &Rule, q: usize, numbers: &[T]) -> [T; N] {
+    let zero = numbers[0].constant(0.0);
+    let mut soft = [zero; N];
+    for (p, &c) in rule.mixing[q].iter().enumerate() {
+        let slope = zero.constant(c) * numbers[p];
+        let shape = rule.damage[p].shape.first_chunk::<N>().expect("a value of each node");
+        for a in 0..N {
+            soft[a] = slope.mul_add(zero.constant(shape[a]), soft[a]);
+        }
+    }
+    soft
+}
+
 /// Writes the blocks (a, b ≤ a) of the symmetric matrix of an element with these numbers into
-/// `blocks`, which are zero; `AXES` as the numbers were written.
+/// `blocks`, which are zero; `AXES` and `plain` as the numbers were written.
 #[inline(always)]
 pub(crate) fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
     rule: &Rule,
+    plain: bool,
     numbers: &[T],
     blocks: &mut Blocks<T, N>,
 ) {
     let zero = numbers[0].constant(0.0);
-    let data = PointData::of(rule);
+    let data = PointData::of(rule, plain);
     for (q, point) in rule.points.iter().enumerate() {
         let slopes = point.slopes.first_chunk::<N>().expect("a slope of each node");
         let (tangent, push) = data.read_point::<T, AXES>(q, numbers);
@@ -83,16 +99,10 @@ pub(crate) fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
         if rule.damage.is_empty() {
             continue;
         }
-        let gradient = &numbers[data.gradient()..];
-        let weight = zero.constant(point.weight);
-        let (mut forces, mut soft) = ([[zero; 3]; N], [zero; N]);
-        for (p, &c) in rule.mixing[q].iter().enumerate() {
-            let slope = zero.constant(c) * numbers[p];
-            let shape = rule.damage[p].shape.first_chunk::<N>().expect("a value of each node");
-            for a in 0..N {
-                soft[a] = slope.mul_add(zero.constant(shape[a]), soft[a]);
-            }
-        }
+        let gradient = &numbers[data.gradient(q)..];
+        let weight = zero.constant(if plain { point.weight } else { 1.0 });
+        let soft = softening_of_nodes::<T, N>(rule, q, numbers);
+        let mut forces = [[zero; 3]; N];
         for a in 0..N {
             let mut force = at.spatial[a];
             for i in 0..3 {
@@ -124,6 +134,18 @@ pub(crate) fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
         }
     }
     complete_first(blocks);
+    if !plain && !rule.damage.is_empty() {
+        for q in 0..rule.points.len() {
+            let soft = softening_of_nodes::<T, N>(rule, q, numbers);
+            let curvature = numbers[data.point(q) + SOFTENING];
+            for a in 0..N {
+                for b in 0..=a {
+                    let block = &mut blocks[a][b][3][3];
+                    *block = (curvature * soft[a]).mul_add(soft[b], *block);
+                }
+            }
+        }
+    }
     for (p, point) in rule.damage.iter().enumerate() {
         let local = numbers[data.local(p)];
         for a in 0..N {
@@ -162,9 +184,13 @@ fn complete_first<T: Scalar, const N: usize>(blocks: &mut Blocks<T, N>) {
 
 /// The diagonal of the same matrix.
 #[inline(always)]
-pub(crate) fn diagonal<T: Scalar, const N: usize>(rule: &Rule, numbers: &[T]) -> [[T; 4]; N] {
+pub(crate) fn diagonal<T: Scalar, const N: usize>(
+    rule: &Rule,
+    plain: bool,
+    numbers: &[T],
+) -> [[T; 4]; N] {
     let zero = numbers[0].constant(0.0);
-    let data = PointData::of(rule);
+    let data = PointData::of(rule, plain);
     let mut out = [[zero; 4]; N];
     for (q, point) in rule.points.iter().enumerate() {
         let slopes = point.slopes.first_chunk::<N>().expect("a slope of each node");
@@ -178,10 +204,18 @@ pub(crate) fn diagonal<T: Scalar, const N: usize>(rule: &Rule, numbers: &[T]) ->
             if rule.damage.is_empty() {
                 continue;
             }
-            let flux = AtPoint::<T, N>::damage_flux(&numbers[data.gradient()..], &slopes[a]);
+            let flux = AtPoint::<T, N>::damage_flux(&numbers[data.gradient(q)..], &slopes[a]);
+            let weight = if plain { point.weight } else { 1.0 };
             for k in 0..3 {
-                let share = zero.constant(point.weight * slopes[a][k]);
+                let share = zero.constant(weight * slopes[a][k]);
                 out[a][3] = share.mul_add(flux[k], out[a][3]);
+            }
+        }
+        if !plain && !rule.damage.is_empty() {
+            let soft = softening_of_nodes::<T, N>(rule, q, numbers);
+            let curvature = numbers[data.point(q) + SOFTENING];
+            for a in 0..N {
+                out[a][3] = (curvature * soft[a]).mul_add(soft[a], out[a][3]);
             }
         }
     }

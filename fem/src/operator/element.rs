@@ -3,13 +3,15 @@
 //!
 //! Both work in the element's barycentric axes. With U_k = ∂u/∂λ_k − ∂u/∂λ₀ (k = 1 … 3) the gradient
 //! is H = Σ_k U_k ⊗ ∇λ_k whatever the order of the element, and what belongs to U_k goes back to node
-//! a with the weight ∂U_k/∂u_a. A region that cannot be damaged is one with η = 1 and no toughness.
+//! a with the weight ∂U_k/∂u_a. In a curved element ∇λ_k changes from point to point. A region that
+//! cannot be damaged is one with η = 1 and no toughness; of a mixture the matrix alone is damaged, so
+//! that its energy is not linear in g.
 //!
 //! A new term of the energy goes into the two readings here, and, if it adds to the numbers of an
 //! elastic point, into `point_data.rs`.
 
 use super::point_data::{self, PointData};
-use crate::element::Rule;
+use crate::element::{Geometry, Rule};
 use crate::material::{
     CrackDensity, Degradation, Law, PointTangent, Principal, Response, Scalar, dot, packed,
 };
@@ -19,7 +21,7 @@ pub(crate) const MOST_POINTS: usize = 14;
 
 /// The values of an element, or of one in each lane.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Element<'a, T, L, const N: usize> {
+pub(crate) struct ElementState<'a, T, L, const N: usize> {
     pub(crate) rule: &'a Rule,
     pub(crate) law: L,
     pub(crate) density: CrackDensity,
@@ -29,10 +31,10 @@ pub(crate) struct Element<'a, T, L, const N: usize> {
     pub(crate) damage: [T; N],
     /// φ at the start of the increment.
     pub(crate) before: [T; N],
-    /// ∇λ_k, 1/mm.
-    pub(crate) barycentric: [[T; 3]; 3],
-    /// mm³.
-    pub(crate) volume: T,
+    /// At each elastic point; a single one for all of a straight element.
+    pub(crate) geometry: &'a [Geometry<T>],
+    /// Whether all lanes are straight and none is a mixture.
+    pub(crate) plain: bool,
     pub(crate) degradation: Degradation<T>,
     /// Gc/(c₀ ℓ₀), MPa.
     pub(crate) local: T,
@@ -65,10 +67,35 @@ struct At<T> {
     response: Response<T>,
 }
 
-impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
+impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
     #[inline(always)]
     fn constant(&self, x: f64) -> T {
-        self.volume.constant(x)
+        self.local.constant(x)
+    }
+
+    /// How the element lies in space at elastic point q.
+    #[inline(always)]
+    fn geometry(&self, q: usize) -> &Geometry<T> {
+        &self.geometry[if self.geometry.len() == 1 { 0 } else { q }]
+    }
+
+    /// The volume that elastic point q stands for.
+    #[inline(always)]
+    fn weight(&self, q: usize) -> T {
+        self.geometry(q).volume * self.constant(self.rule.points[q].weight)
+    }
+
+    /// The volume that damage point p stands for: that of the elastic points which see it.
+    #[inline(always)]
+    fn damage_weight(&self, p: usize) -> T {
+        if self.geometry.len() == 1 {
+            return self.geometry[0].volume * self.constant(self.rule.damage[p].weight);
+        }
+        let mut sum = self.constant(0.0);
+        for q in 0..self.rule.points.len() {
+            sum = self.constant(self.rule.mixing[q][p]).mul_add(self.weight(q), sum);
+        }
+        sum
     }
 
     /// ∂U_k/∂u_a at elastic point q.
@@ -86,18 +113,18 @@ impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
     #[inline(always)]
     fn at<const TANGENT: bool>(&self, q: usize, phi: &[T; MOST_POINTS]) -> At<T> {
         let du = self.differences(q, &self.displacement);
+        let barycentric = &self.geometry(q).barycentric;
         let mut h = [[self.constant(0.0); 3]; 3];
         for k in 0..3 {
             for i in 0..3 {
                 for j in 0..3 {
-                    h[i][j] = du[k][i].mul_add(self.barycentric[k][j], h[i][j]);
+                    h[i][j] = du[k][i].mul_add(barycentric[k][j], h[i][j]);
                 }
             }
         }
         let principal = Principal::new(&h);
         let response = self.law.respond::<TANGENT>(&principal.strains, self.stiffness_at(q, phi));
-        let weight = self.volume * self.constant(self.rule.points[q].weight);
-        At { weight, principal, response }
+        At { weight: self.weight(q), principal, response }
     }
 
     /// ∂u/∂λ_k − ∂u/∂λ₀ at elastic point q, by k.
@@ -180,6 +207,14 @@ impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
         }
     }
 
+    /// How what drives damage at elastic point q changes with g.
+    #[inline(always)]
+    fn softening(&self, q: usize, at: &At<T>) -> T {
+        let Some(so_far) = self.history else { return at.response.softening };
+        let held = at.response.driving.less_than(so_far[q]);
+        T::select(held, self.constant(0.0), at.response.softening)
+    }
+
     /// Adds the driving energy of elastic point q to the damage points.
     #[inline(always)]
     fn add_driving(&self, q: usize, at: &At<T>, to: &mut [T; MOST_POINTS]) {
@@ -217,13 +252,14 @@ impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
         }
         for q in 0..self.rule.points.len() {
             let at = self.at::<false>(q, &phi);
+            let barycentric = &self.geometry(q).barycentric;
             sound = sound.min(at.principal.sound);
             elastic = at.weight.mul_add(at.response.energy, elastic);
             let piola = at.principal.piola(&at.response.stress, at.weight);
             let mut flux = [[zero; 4]; 3];
             for k in 0..3 {
                 for i in 0..3 {
-                    flux[k][i] = dot(&piola[i], &self.barycentric[k]);
+                    flux[k][i] = dot(&piola[i], &barycentric[k]);
                 }
             }
             let damaged = !self.rule.damage.is_empty();
@@ -233,20 +269,20 @@ impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
                 let change = self.differences(q, &damage);
                 for k in 0..3 {
                     for x in 0..3 {
-                        gradient[x] = change[k][0].mul_add(self.barycentric[k][x], gradient[x]);
+                        gradient[x] = change[k][0].mul_add(barycentric[k][x], gradient[x]);
                     }
                 }
                 let stiffness = at.weight * self.gradient;
                 fracture = stiffness.mul_add(dot(&gradient, &gradient), fracture);
                 for k in 0..3 {
-                    flux[k][3] = (stiffness + stiffness) * dot(&gradient, &self.barycentric[k]);
+                    flux[k][3] = (stiffness + stiffness) * dot(&gradient, &barycentric[k]);
                 }
             }
             self.add_flux(q, &flux, if damaged { 4 } else { 3 }, &mut nodal);
         }
         for p in 0..self.rule.damage.len() {
             let shape = self.shape(p);
-            let weight = self.volume * self.constant(self.rule.damage[p].weight);
+            let weight = self.damage_weight(p);
             let [alpha, slope, _] = self.density.local(phi[p]);
             let growth = phi[p] - self.interpolate(&self.before, shape);
             let rate = self.viscous * growth;
@@ -271,18 +307,19 @@ impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
     #[inline(always)]
     pub(crate) fn linearise<const AXES: bool>(&self, coupled: bool, out: &mut [T]) -> T {
         let zero = self.constant(0.0);
-        let data = PointData::of(self.rule);
+        let data = PointData::of(self.rule, self.plain);
         let phi = self.damage_at_points();
         let mut sound = self.constant(1.0);
         let mut driving = [zero; MOST_POINTS];
         for q in 0..self.rule.points.len() {
             let at = self.at::<true>(q, &phi);
+            let barycentric = &self.geometry(q).barycentric;
             sound = sound.min(at.principal.sound);
             let tangent = PointTangent::new(&at.principal, &at.response, at.weight);
             let mut push = [[zero; 3]; 3];
             for k in 0..3 {
                 for i in 0..3 {
-                    push[k][i] = dot(&at.principal.push[i], &self.barycentric[k]);
+                    push[k][i] = dot(&at.principal.push[i], &barycentric[k]);
                 }
             }
             if AXES {
@@ -298,15 +335,19 @@ impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
                 let source = if coupled { at.weight * at.response.stress_plus[i] } else { zero };
                 point[point_data::SOURCE + i] = source;
             }
-        }
-        if self.rule.damage.is_empty() {
-            return sound;
-        }
-        let stiffness = self.volume * (self.gradient + self.gradient);
-        for k in 0..3 {
-            for l in 0..=k {
-                let product = dot(&self.barycentric[k], &self.barycentric[l]);
-                out[data.gradient() + packed(k, l)] = stiffness * product;
+            if !self.plain {
+                point[point_data::SOFTENING] = at.weight * self.softening(q, &at);
+            }
+            // one for all points if there is one geometry
+            if !self.plain || q == 0 {
+                let volume = if self.plain { self.geometry[0].volume } else { at.weight };
+                let stiffness = volume * (self.gradient + self.gradient);
+                for k in 0..3 {
+                    for l in 0..=k {
+                        let product = dot(&barycentric[k], &barycentric[l]);
+                        out[data.gradient(q) + packed(k, l)] = stiffness * product;
+                    }
+                }
             }
         }
         for p in 0..self.rule.damage.len() {
@@ -314,7 +355,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> Element<'_, T, L, N> {
             // g″ Σ w ψ⁺ + w (Gc/(c₀ ℓ₀) α″ + ξ/Δt); one place where it is the same at all points
             let [.., curvature] = self.density.local(phi[p]);
             let stiffness = self.local.mul_add(curvature, self.viscous);
-            let weight = self.volume * self.constant(self.rule.damage[p].weight);
+            let weight = self.damage_weight(p);
             let local = self.degradation.curvature().mul_add(driving[p], weight * stiffness);
             out[data.local(p)] = local;
         }

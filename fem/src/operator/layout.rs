@@ -32,8 +32,7 @@ impl Layout {
     pub(crate) fn new(domain: &dyn Domain) -> Self {
         let rule = domain.rule().clone();
         let per_chunk = PER_CHUNK[usize::from(rule.nodes == 10)];
-        let batches =
-            Batches::new(domain.tets(), domain.nodes(), per_chunk, |tet| domain.nodes_of(tet));
+        let batches = Batches::new(domain, per_chunk);
         let excess = rule
             .points
             .iter()
@@ -68,6 +67,8 @@ pub(crate) struct Chunk {
     pub(crate) global: Vec<u32>,
     /// Chunk nodes of the elements: batch, then node of the element, then lane.
     pub(crate) local: Vec<[u16; LANES]>,
+    /// Whether all of them are straight and none is a mixture.
+    pub(crate) plain: bool,
 }
 
 /// Values of a chunk's node, so aligned that they do not cross a cache line.
@@ -79,32 +80,30 @@ pub(crate) struct Aligned(pub(crate) [f64; 4]);
 pub(crate) const VACANT: u32 = u32::MAX;
 
 impl Batches {
-    /// `per_chunk` elements a chunk, in the order of a space-filling curve.
-    pub(crate) fn new<'a>(
-        tets: usize,
-        points: &[[f64; 3]],
-        per_chunk: usize,
-        nodes_of: impl Fn(usize) -> &'a [u32],
-    ) -> Self {
+    /// `per_chunk` elements a chunk, plain ones and others apart, each in the order of a
+    /// space-filling curve.
+    pub(crate) fn new(domain: &dyn Domain, per_chunk: usize) -> Self {
+        let (tets, points) = (domain.tets(), domain.nodes());
         let curve = Curve::new(points);
-        let mut order: Vec<(u64, u32)> = (0..tets)
+        let mut order: Vec<(bool, u64, u32)> = (0..tets)
             .map(|tet| {
-                let corners = &nodes_of(tet)[..4];
+                let corners = &domain.nodes_of(tet)[..4];
                 let centre = std::array::from_fn(|k| {
                     corners.iter().map(|&n| 0.25 * points[n as usize][k]).sum()
                 });
-                (curve.place(centre), tet as u32)
+                (!domain.is_plain(tet), curve.place(centre), tet as u32)
             })
             .collect();
         order.sort_unstable();
-        let nodes = if tets > 0 { nodes_of(0).len() } else { 0 };
+        let nodes = domain.rule().nodes;
+        let of = |part: &(bool, u64, u32)| domain.nodes_of(part.2 as usize);
         let mut local_of = vec![u32::MAX; points.len()];
         let mut chunks = Vec::new();
-        for part in order.chunks(per_chunk) {
-            let mut tets: Vec<u32> = part.iter().map(|p| p.1).collect();
+        let kinds = order.chunk_by(|a, b| a.0 == b.0);
+        for part in kinds.flat_map(|kind| kind.chunks(per_chunk)) {
+            let mut tets: Vec<u32> = part.iter().map(|p| p.2).collect();
             tets.resize(part.len().next_multiple_of(LANES), VACANT);
-            let mut global: Vec<u32> =
-                part.iter().flat_map(|p| nodes_of(p.1 as usize)).copied().collect();
+            let mut global: Vec<u32> = part.iter().flat_map(of).copied().collect();
             global.sort_unstable();
             global.dedup();
             global.iter().enumerate().for_each(|(i, &n)| local_of[n as usize] = i as u32);
@@ -114,11 +113,11 @@ impl Batches {
                     local.push(std::array::from_fn(|lane| {
                         // a vacant lane reads the first element's nodes, and adds zeros to them
                         let tet = if batch[lane] == VACANT { batch[0] } else { batch[lane] };
-                        local_of[nodes_of(tet as usize)[a] as usize] as u16
+                        local_of[domain.nodes_of(tet as usize)[a] as usize] as u16
                     }));
                 }
             }
-            chunks.push(Chunk { tets, global, local });
+            chunks.push(Chunk { tets, global, local, plain: !part[0].0 });
         }
         let (copy_start, copy, copies) = copies(&chunks, points.len());
         Self { chunks, copy_start, copy, copies }

@@ -18,6 +18,7 @@ mod pattern;
 mod point_data;
 mod residual;
 #[cfg(test)]
+#[path = "../../tests/unit/operator.rs"]
 mod tests;
 mod unknowns;
 

@@ -8,9 +8,13 @@
 //! damage, the points have also τ⁺ (3); before them come g′ of the damage points and
 //! 2 Gc ℓ₀/c₀ ∇λ_k·∇λ_l V (6), behind them the local part of the φ block at the damage points, once
 //! if it is the same at all of them: the order in which a product reads them.
+//!
+//! Elements that are curved or mixtures take more: each point has also the second derivative of its
+//! energy in g (1) and, in place of the one for all before the points, its own gradient term (6), both
+//! times the weight.
 
 use crate::element::Rule;
-use crate::material::{PointTangent, Scalar};
+use crate::material::{Number, PointTangent, Scalar};
 
 /// Where the numbers of a point begin: √2 (x, y, z, w) of Q, s by k, D − τ packed, G, τ, τ⁺.
 pub(crate) const ROTATION: usize = 0;
@@ -19,6 +23,9 @@ pub(crate) const NORMAL: usize = 13;
 pub(crate) const SHEAR: usize = 19;
 pub(crate) const STRESS: usize = 22;
 pub(crate) const SOURCE: usize = 25;
+/// Where those follow that only elements have which are not plain.
+pub(crate) const SOFTENING: usize = 28;
+pub(crate) const GRADIENT: usize = 29;
 /// Entries of the gradient term.
 pub(crate) const SLOPES: usize = 6;
 
@@ -28,32 +35,43 @@ pub(crate) struct PointData {
     points: usize,
     damage: usize,
     alike: bool,
+    plain: bool,
 }
 
 impl PointData {
-    /// The numbers of a rule's tangents.
+    /// The numbers of a rule's tangents; `plain` for elements that are straight and no mixtures.
     #[inline(always)]
-    pub(crate) fn of(rule: &Rule) -> Self {
-        Self { points: rule.points.len(), damage: rule.damage.len(), alike: rule.alike }
+    pub(crate) fn of(rule: &Rule, plain: bool) -> Self {
+        let damage = rule.damage.len();
+        Self { points: rule.points.len(), damage, alike: rule.alike, plain }
     }
 
     /// Numbers of an elastic point.
     #[inline(always)]
-    fn each(self) -> usize {
-        if self.damage == 0 { SOURCE } else { SOURCE + 3 }
+    pub(crate) const fn each(damage: usize, plain: bool) -> usize {
+        match (damage, plain) {
+            (0, _) => SOURCE,
+            (_, true) => SOURCE + 3,
+            (_, false) => GRADIENT + SLOPES,
+        }
     }
 
-    /// Where the gradient term begins.
+    /// Numbers before those of the points.
     #[inline(always)]
-    pub(crate) fn gradient(self) -> usize {
-        self.damage
+    pub(crate) const fn head(damage: usize, plain: bool) -> usize {
+        if damage > 0 && plain { damage + SLOPES } else { damage }
+    }
+
+    /// Where the gradient term of elastic point q begins.
+    #[inline(always)]
+    pub(crate) fn gradient(self, q: usize) -> usize {
+        if self.plain { self.damage } else { self.point(q) + GRADIENT }
     }
 
     /// Where elastic point q begins.
     #[inline(always)]
     pub(crate) fn point(self, q: usize) -> usize {
-        let head = if self.damage == 0 { 0 } else { self.damage + SLOPES };
-        head + q * self.each()
+        Self::head(self.damage, self.plain) + q * Self::each(self.damage, self.plain)
     }
 
     /// Numbers of the local part.
@@ -111,7 +129,7 @@ impl PointData {
             stress[k] = point[STRESS + k];
         }
         if !AXES {
-            axes = axes_of(point);
+            axes = principal_axes([point[0], point[1], point[2], point[3]]);
         }
         (PointTangent { axes, normal, shear, stress }, push)
     }
@@ -139,12 +157,10 @@ pub(crate) fn write_point<T: Scalar, const AXES: bool>(
     }
 }
 
-/// The principal axes of a point, one after the other.
+/// The principal axes, one after the other, of √2 (x, y, z, w).
 #[inline(always)]
-fn axes_of<T: Scalar>(point: &[T]) -> [[T; 3]; 3] {
-    let one = point[0].constant(1.0);
-    let [x, y, z] = [point[ROTATION], point[ROTATION + 1], point[ROTATION + 2]];
-    let w = point[ROTATION + 3];
+pub(crate) fn principal_axes<T: Number>([x, y, z, w]: [T; 4]) -> [[T; 3]; 3] {
+    let one = x.constant(1.0);
     [
         [one - y * y - z * z, x * y + w * z, x * z - w * y],
         [x * y - w * z, one - x * x - z * z, y * z + w * x],

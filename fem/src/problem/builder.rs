@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use super::parts::Parts;
+use super::definition::Definition;
 use super::problem::Problem;
 use super::schedule::Schedule;
 use crate::boundary::Conditions;
 use crate::element::Order;
 use crate::error::FemError;
-use crate::material::{Material, PhaseField};
+use crate::material::{Homogenisation, Material, PhaseField};
 use crate::mesh::TetMesh;
 use crate::solve::{Scheme, SolverOptions};
 
@@ -18,17 +18,18 @@ use crate::solve::{Scheme, SolverOptions};
 /// condition acts and the solver has its default settings.
 #[derive(Clone, Debug)]
 pub struct ProblemBuilder {
-    parts: Parts,
+    parts: Definition,
     scheduled: bool,
 }
 
 impl Problem {
     /// Begins a problem on a mesh.
     pub fn builder(mesh: TetMesh) -> ProblemBuilder {
-        let parts = Parts {
+        let parts = Definition {
             mesh: Arc::new(mesh),
             order: Order::Linear,
             materials: Vec::new(),
+            homogenisation: Homogenisation::default(),
             phase_field: None,
             conditions: Arc::default(),
             schedule: Schedule::adaptive(1.0),
@@ -48,6 +49,12 @@ impl ProblemBuilder {
     /// One material for each of `mesh.regions`, in their order.
     pub fn materials(mut self, materials: impl Into<Vec<Material>>) -> Self {
         self.parts.materials = materials.into();
+        self
+    }
+
+    /// How the moduli of tetrahedra that are partly grain follow from those of matrix and grain.
+    pub fn homogenisation(mut self, rule: Homogenisation) -> Self {
+        self.parts.homogenisation = rule;
         self
     }
 

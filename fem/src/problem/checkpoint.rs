@@ -1,6 +1,6 @@
 //! The state of a run on disk, from which it goes on bit by bit as if it had never stopped.
 //!
-//! A file holds a line `breccia-state 3`, the fingerprint of the problem and the state in postcard's
+//! A file holds a line `breccia-state 4`, the fingerprint of the problem and the state in postcard's
 //! format, and a checksum of all that (FNV-1a, u64, little endian). What the linear solver keeps from
 //! step to step is not in it: a run with a checkpoint forgets that whenever it saves.
 
@@ -8,7 +8,7 @@ use std::io::{self, ErrorKind};
 use std::path::PathBuf;
 
 use super::fingerprint::Fingerprint;
-use super::state::State;
+use super::state::RunState;
 use crate::error::{CheckpointError, FemError};
 use crate::file::write_atomically;
 
@@ -33,11 +33,11 @@ pub struct Checkpoint {
 
 /// What every version of the format begins with, and this one.
 const MAGIC: &[u8] = b"breccia-state ";
-const VERSION: &[u8] = b"breccia-state 3\n";
+const VERSION: &[u8] = b"breccia-state 4\n";
 
 impl Checkpoint {
     /// Writes a state.
-    pub(crate) fn save(&self, state: &State, fingerprint: u64) -> Result<(), FemError> {
+    pub(crate) fn save(&self, state: &RunState, fingerprint: u64) -> Result<(), FemError> {
         postcard::to_extend(&(fingerprint, state), VERSION.to_vec())
             .map_err(io::Error::other)
             .and_then(|mut bytes| {
@@ -49,7 +49,7 @@ impl Checkpoint {
     }
 
     /// Reads a state; `None` if there is no file.
-    pub(crate) fn load(&self, fingerprint: u64) -> Result<Option<State>, FemError> {
+    pub(crate) fn load(&self, fingerprint: u64) -> Result<Option<RunState>, FemError> {
         match std::fs::read(&self.path) {
             Ok(bytes) => decode(&bytes, fingerprint)
                 .map(Some)
@@ -67,7 +67,7 @@ impl Checkpoint {
     }
 }
 
-fn decode(bytes: &[u8], fingerprint: u64) -> Result<State, CheckpointError> {
+fn decode(bytes: &[u8], fingerprint: u64) -> Result<RunState, CheckpointError> {
     let damaged = CheckpointError::Damaged;
     let (body, sum) = bytes.split_last_chunk::<8>().ok_or(damaged)?;
     if Fingerprint::new().add(body).value() != u64::from_le_bytes(*sum) || !body.starts_with(MAGIC)

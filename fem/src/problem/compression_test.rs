@@ -70,7 +70,7 @@ impl Friction {
 /// assert!((outcome.curve[0].force_n - exact).abs() < 1e-6 * exact);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct CompressionTest {
     /// Full displacement, mm, downwards.
     pub displacement_mm: f64,
@@ -98,7 +98,7 @@ impl CompressionTest {
     /// between zero and the height.
     pub fn builder(&self, mesh: TetMesh) -> Result<ProblemBuilder, FemError> {
         let conditions = self.conditions(&mesh)?;
-        Ok(Problem::builder(mesh).conditions(conditions).schedule(self.schedule))
+        Ok(Problem::builder(mesh).conditions(conditions).schedule(self.schedule.clone()))
     }
 
     /// The platens as boundary conditions; the first increment starts from a uniform shortening.

@@ -148,28 +148,3 @@ fn not_a_number(
         text: at(record),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn errors_name_the_line_and_the_column() {
-        let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("curve.csv");
-        std::fs::write(&path, "time_s,displacement_mm\n0,0\n").unwrap();
-        let message = read_curve(&path).unwrap_err().to_string();
-        assert!(
-            message.contains("no column 'force_N'") && message.contains("curve.csv"),
-            "{message}"
-        );
-        let header = COLUMNS[..REQUIRED].join(",");
-        std::fs::write(&path, format!("{header}\n0,0,0,0,0,0,0,0\n1,0,high,0,0,0,0,0\n")).unwrap();
-        let message = read_curve(&path).unwrap_err().to_string();
-        assert!(
-            message.contains("line 3") && message.contains("'force_N'") && message.contains("high"),
-            "{message}"
-        );
-        assert!(read_curve(dir.path().join("absent.csv")).is_err());
-    }
-}

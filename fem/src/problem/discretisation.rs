@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use super::parts::Parts;
+use super::definition::Definition;
 use crate::boundary::Boundary;
 use crate::element::{DamageRule, Domain, Linear, Order, Quadratic, Space, Tetrahedron};
 use crate::error::FemError;
-use crate::material::{CrackDensity, DamageQuadrature, PhaseField};
+use crate::material::{CrackDensity, DamageQuadrature, MOST_GRAIN, PhaseField};
 use crate::mesh::TetMesh;
 use crate::operator::{Assembly, Operator, Unknowns};
 use crate::solve::LinearPlan;
@@ -26,7 +26,7 @@ pub(crate) struct Discretisation {
 
 impl Discretisation {
     /// Builds the space of the problem's order.
-    pub(super) fn new(parts: &Parts) -> Result<Self, FemError> {
+    pub(super) fn new(parts: &Definition) -> Result<Self, FemError> {
         parts.mesh.validate()?;
         match parts.order {
             Order::Linear => Self::with::<4, Linear>(parts),
@@ -34,7 +34,7 @@ impl Discretisation {
         }
     }
 
-    fn with<const N: usize, T: Tetrahedron<N>>(parts: &Parts) -> Result<Self, FemError> {
+    fn with<const N: usize, T: Tetrahedron<N>>(parts: &Definition) -> Result<Self, FemError> {
         let damaged = parts.damaged();
         let rule = match &parts.phase_field {
             Some(field) if damaged.contains(&true) => damage_rule(field, parts.order, &parts.mesh)?,
@@ -44,8 +44,8 @@ impl Discretisation {
         let boundary = boundary(&space, parts, damaged.clone())?;
         let mut carries_damage = vec![false; space.nodes.len()];
         if rule != DamageRule::Absent {
-            for (nodes, &region) in space.tets.iter().zip(&space.region) {
-                if damaged[usize::from(region)] {
+            for (tet, nodes) in space.tets.iter().enumerate() {
+                if damaged[usize::from(space.region[tet])] && space.fraction(tet) <= MOST_GRAIN {
                     nodes.iter().for_each(|&n| carries_damage[n as usize] = true);
                 }
             }
@@ -58,7 +58,7 @@ impl Discretisation {
             parts.options.linear,
         )?;
         Ok(Self {
-            operator: Arc::new(Assembly::new(space)),
+            operator: Arc::new(Assembly::new(space).homogenised(parts.homogenisation)),
             unknowns,
             linear,
             boundary,
@@ -68,7 +68,7 @@ impl Discretisation {
     }
 
     /// The same space, with what the linear solver knows of it, under the parts' conditions.
-    pub(super) fn with_conditions(&self, parts: &Parts) -> Result<Self, FemError> {
+    pub(super) fn with_conditions(&self, parts: &Definition) -> Result<Self, FemError> {
         let boundary = boundary(self.operator.domain(), parts, self.damaged.clone())?;
         let (linear, unknowns) =
             self.linear.with_constrained(&self.carries_damage, boundary.constrained())?;
@@ -88,7 +88,11 @@ impl Discretisation {
     }
 }
 
-fn boundary(domain: &dyn Domain, parts: &Parts, damaged: Vec<bool>) -> Result<Boundary, FemError> {
+fn boundary(
+    domain: &dyn Domain,
+    parts: &Definition,
+    damaged: Vec<bool>,
+) -> Result<Boundary, FemError> {
     Boundary::new(domain, &parts.mesh, &parts.conditions, damaged, parts.schedule.duration_s)
 }
 

@@ -1,15 +1,27 @@
 //! One increment: from one equilibrium to the next.
 
+use super::controller::Step;
 use super::curve::CurvePoint;
 use super::stepper::LoadStepper;
 use crate::boundary::ExternalForces;
 use crate::error::StepFailure;
 use crate::fields::Fields;
-use crate::solve::Effort;
+use crate::solve::{Control, Effort};
+
+/// Difference of positions for the derivative of the residual, as a fraction of the duration.
+const NUDGE: f64 = 1e-6;
 
 impl LoadStepper<'_> {
-    /// One increment, to the fraction `target` of the duration.
-    pub(super) fn advance(&mut self, target: f64) -> Result<(), StepFailure> {
+    /// One step, to the fraction `target` of the duration where the ends lead.
+    pub(super) fn take(&mut self, step: Step, target: f64) -> Result<(), StepFailure> {
+        match step {
+            Step::Advance(_) => self.advance(target),
+            Step::AdvanceWithin { most_n_mm, .. } => self.advance_within(target, most_n_mm),
+            Step::Release { n_mm, guess } => self.release(n_mm, self.state.clock + guess),
+        }
+    }
+
+    fn advance(&mut self, target: f64) -> Result<(), StepFailure> {
         let (problem, state) = (self.problem, &self.state);
         let domain = problem.discretisation.as_ref();
         let time_s = target * problem.parts.schedule.duration_s;
@@ -26,13 +38,36 @@ impl LoadStepper<'_> {
         self.accept(before, fields, target)
     }
 
+    /// A step that adds no more than `most_n_mm` to the crack energy.
+    fn advance_within(&mut self, target: f64, most_n_mm: f64) -> Result<(), StepFailure> {
+        let mut fields = self.guess(target);
+        let before = self.solver.effort;
+        let context = self.state.memory.context(&self.state.fields.damage, 1.0);
+        self.solver.solve_monolithic(&mut fields, context)?;
+        if self.solver.residual.fracture - self.state.point.fracture_n_mm > most_n_mm {
+            return Err(StepFailure::Release);
+        }
+        self.accept(before, fields, target)
+    }
+
+    /// A step that adds `n_mm` to the crack energy, with the ends near `guess` or wherever they must go.
+    fn release(&mut self, n_mm: f64, guess: f64) -> Result<(), StepFailure> {
+        let mut fields = self.guess(guess);
+        let before = self.solver.effort;
+        let problem = self.problem;
+        let control = Control {
+            place: &|fields: &mut Fields, position| problem.place(fields, position),
+            nudge: NUDGE,
+            fracture: self.state.point.fracture_n_mm + n_mm,
+            release: n_mm,
+        };
+        let context = self.state.memory.context(&self.state.fields.damage, 1.0);
+        let position = self.solver.solve_release(&mut fields, guess, &control, context)?;
+        self.accept(before, fields, position)
+    }
+
     /// Takes the equilibrium that the solver found at `target` as the state.
-    pub(super) fn accept(
-        &mut self,
-        before: Effort,
-        fields: Fields,
-        target: f64,
-    ) -> Result<(), StepFailure> {
+    fn accept(&mut self, before: Effort, fields: Fields, target: f64) -> Result<(), StepFailure> {
         let (problem, solver, state) = (self.problem, &self.solver, &mut self.state);
         let domain = problem.discretisation.as_ref();
         let step = target - state.clock;
@@ -81,7 +116,7 @@ impl LoadStepper<'_> {
 
     /// Where the next increment is started: the last one continued, with the prescribed values put
     /// where they belong.
-    pub(super) fn guess(&self, target: f64) -> Fields {
+    fn guess(&self, target: f64) -> Fields {
         let (problem, state) = (self.problem, &self.state);
         let mut fields = state.fields.clone();
         match &state.change {

@@ -1,30 +1,33 @@
 //! Boundary-value problems, followed through time: conditions and parameters in, curve and fields
 //! out. The unconfined compression test is one of them.
 
-mod arc_length;
 mod builder;
 mod checkpoint;
 mod compression_test;
+mod controller;
 mod curve;
 mod curve_file;
+mod definition;
 mod discretisation;
 mod fingerprint;
 mod increment;
 mod memory;
-mod parts;
 #[expect(clippy::module_inception, reason = "the room is named after what it is for")]
 mod problem;
 mod run;
 mod schedule;
 mod state;
 mod stepper;
+mod steps;
 
 pub use builder::ProblemBuilder;
 pub use checkpoint::Checkpoint;
 pub use compression_test::{CompressionTest, Friction, Platens};
+pub use controller::{Progress, Step, StepController};
 pub use curve::{CurvePoint, End, Outcome};
 pub use curve_file::{CurveWriter, read_curve, write_curve};
 pub use problem::Problem;
 pub use run::Observer;
-pub use schedule::{Schedule, Stepping};
+pub use schedule::Schedule;
 pub use stepper::LoadStepper;
+pub use steps::{AdaptiveSteps, ArcLength, FixedSteps};

@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use super::definition::Definition;
 use super::discretisation::Discretisation;
-use super::parts::Parts;
 use super::schedule::Schedule;
 use crate::boundary::{Conditions, ExternalForces};
 use crate::element::{Order, PointValues};
@@ -47,7 +47,7 @@ use crate::solve::Solver;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Problem {
-    pub(super) parts: Parts,
+    pub(super) parts: Definition,
     pub(crate) discretisation: Arc<Discretisation>,
     /// The materials as the points of a region see them.
     pub(crate) points: Arc<[PointMaterial]>,
@@ -55,7 +55,7 @@ pub struct Problem {
 
 impl Problem {
     /// Checks the parts and prepares the unknowns and the structure of the factor.
-    pub(super) fn new(parts: Parts) -> Result<Self, FemError> {
+    pub(super) fn new(parts: Definition) -> Result<Self, FemError> {
         parts.validate()?;
         let discretisation = Arc::new(Discretisation::new(&parts)?);
         Ok(Self { points: parts.points(), parts, discretisation })
@@ -67,7 +67,7 @@ impl Problem {
     /// # Errors
     /// As [`ProblemBuilder::build`](crate::ProblemBuilder::build).
     pub fn with_materials(&self, materials: Vec<Material>) -> Result<Self, FemError> {
-        let parts = Parts { materials, ..self.parts.clone() };
+        let parts = Definition { materials, ..self.parts.clone() };
         parts.validate()?;
         let discretisation = if parts.damaged() == self.discretisation.damaged {
             Arc::clone(&self.discretisation)
@@ -83,7 +83,7 @@ impl Problem {
     /// # Errors
     /// As [`ProblemBuilder::build`](crate::ProblemBuilder::build).
     pub fn with_conditions(&self, conditions: Conditions) -> Result<Self, FemError> {
-        let parts = Parts { conditions: Arc::new(conditions), ..self.parts.clone() };
+        let parts = Definition { conditions: Arc::new(conditions), ..self.parts.clone() };
         parts.validate()?;
         let discretisation = Arc::new(self.discretisation.with_conditions(&parts)?);
         Ok(Self { parts, discretisation, points: Arc::clone(&self.points) })
@@ -141,7 +141,7 @@ impl Problem {
             vtu::Field::scalar("damage", &fields.damage),
         ];
         match self.parts.order {
-            Order::Linear => vtu::write(path, self.mesh(), &points, &[])?,
+            Order::Linear => vtu::write_straight(path.as_ref(), self.mesh(), &points, &[])?,
             Order::Quadratic => {
                 let nodes_of = |tet| {
                     let nodes = self.discretisation.operator.domain().nodes_of(tet);

@@ -1,73 +1,38 @@
 //! The time that a problem covers, and the steps through it.
 
+use std::sync::Arc;
+
+use super::controller::StepController;
+use super::steps::{AdaptiveSteps, FixedSteps, check};
 use crate::boundary::Conditions;
 use crate::error::FemError;
 use crate::material::{Material, PhaseField};
 
-/// Load steps.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Stepping {
-    /// So many equal steps; one that finds no equilibrium is done in parts, and the curve keeps the
-    /// points asked for.
-    Fixed(u32),
-    /// Steps that grow while they converge and are cut where they do not, as fractions of the whole
-    /// duration.
-    Adaptive {
-        /// First step.
-        first: f64,
-        /// Largest step: it bounds the error in time.
-        largest: f64,
-    },
-    /// Follows the equilibrium through a snap-back of rate-independent damage: where a step of the
-    /// platen would release too much, the platen moves, back if need be, by what releases so much.
-    ///
-    /// The time follows the displacement and turns back with it. It needs a phase field that makes
-    /// an energy stationary, no viscosity, and `stop_below_peak`, since the platen may never reach
-    /// the full displacement.
-    ArcLength {
-        /// Largest step of the platen, as a fraction of the full displacement.
-        step: f64,
-        /// Crack energy that a step may add, N mm.
-        release_n_mm: f64,
-    },
-}
-
 /// The time that a problem covers and the steps through it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Schedule {
     /// Time at the end, s.
     pub duration_s: f64,
-    /// Load steps.
-    pub stepping: Stepping,
+    /// What decides on the load steps.
+    pub steps: Arc<dyn StepController>,
     /// Stop once the force of the curve is this fraction below its peak: 0.1 for 10 %.
     pub stop_below_peak: Option<f64>,
 }
 
-impl Stepping {
-    /// Adaptive steps between a hundredth and a fortieth of the displacement.
-    pub fn adaptive() -> Self {
-        Stepping::Adaptive { first: 0.01, largest: 0.025 }
-    }
-}
-
-fn check(
-    holds: bool,
-    field: &'static str,
-    value: f64,
-    requirement: &'static str,
-) -> Result<(), FemError> {
-    if holds { Ok(()) } else { Err(FemError::parameter("test", field, value, requirement)) }
-}
-
 impl Schedule {
-    /// So many equal steps over a duration.
-    pub fn fixed(duration_s: f64, steps: u32) -> Self {
-        Self { duration_s, stepping: Stepping::Fixed(steps), stop_below_peak: None }
+    /// Steps over a duration as a controller decides.
+    pub fn new(duration_s: f64, steps: impl StepController + 'static) -> Self {
+        Self { duration_s, steps: Arc::new(steps), stop_below_peak: None }
     }
 
-    /// [`Stepping::adaptive`] over a duration.
+    /// So many equal steps over a duration: [`FixedSteps`].
+    pub fn fixed(duration_s: f64, steps: u32) -> Self {
+        Self::new(duration_s, FixedSteps(steps))
+    }
+
+    /// [`AdaptiveSteps`] over a duration.
     pub fn adaptive(duration_s: f64) -> Self {
-        Self { duration_s, stepping: Stepping::adaptive(), stop_below_peak: None }
+        Self::new(duration_s, AdaptiveSteps::default())
     }
 
     /// Stops once the force of the curve is this fraction below its peak.
@@ -94,59 +59,24 @@ impl Schedule {
                 "between 0 and 1, as 0.1 for 10 %",
             )?;
         }
-        match self.stepping {
-            Stepping::Fixed(steps) => check(
-                steps > 0,
-                "steps",
-                f64::from(steps),
-                "at least 1; leave it out for adaptive steps",
-            ),
-            Stepping::ArcLength { step, release_n_mm } => {
-                check(
-                    step > 0.0 && step <= 1.0,
-                    "step",
-                    step,
-                    "a fraction of the displacement, in (0, 1]",
-                )?;
-                check(
-                    release_n_mm > 0.0 && release_n_mm.is_finite(),
-                    "release_n_mm",
-                    release_n_mm,
-                    "a positive energy in N mm, such as a fiftieth of the toughness times the cross-section",
-                )?;
-                check(
-                    self.stop_below_peak.is_some(),
-                    "stop_below_peak",
-                    0.0,
-                    "given with arc-length steps, which may never reach the full displacement",
-                )
-            }
-            Stepping::Adaptive { first, largest } => {
-                check(
-                    first > 0.0 && first <= 1.0,
-                    "first",
-                    first,
-                    "a fraction of the displacement, in (0, 1]",
-                )?;
-                check(
-                    largest >= first && largest <= 1.0,
-                    "largest",
-                    largest,
-                    "a fraction of the displacement, not below the first step",
-                )
-            }
-        }
+        check(
+            self.stop_below_peak.is_some() || !self.steps.controls_crack_energy(),
+            "stop_below_peak",
+            0.0,
+            "given with arc-length steps, which may never reach the full displacement",
+        )?;
+        self.steps.validate()
     }
 }
 
-/// Refuses what arc-length steps cannot follow.
-pub(crate) fn check_arc_length(
-    stepping: Stepping,
+/// Refuses what steps by crack energy cannot follow.
+pub(super) fn check_crack_energy(
+    schedule: &Schedule,
     materials: &[Material],
     field: Option<&PhaseField>,
     conditions: &Conditions,
 ) -> Result<(), FemError> {
-    if !matches!(stepping, Stepping::ArcLength { .. }) {
+    if !schedule.steps.controls_crack_energy() {
         return Ok(());
     }
     let refuse = |message: &str, help: &str| {

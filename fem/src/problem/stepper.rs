@@ -3,21 +3,17 @@
 use std::fmt;
 
 use super::checkpoint::Checkpoint;
+use super::controller::{Progress, Step};
 use super::curve::{CurvePoint, End, Outcome};
 use super::problem::Problem;
-use super::schedule::Stepping;
-use super::state::State;
+use super::state::RunState;
 use crate::boundary::ExternalForces;
 use crate::error::{FemError, StepFailure};
 use crate::fields::Fields;
 use crate::solve::{Effort, Solver};
 
-/// A step that converges lets the next one grow by this factor.
-const GROWTH: f64 = 1.5;
-/// A step that does not is cut by this one.
-const CUT: f64 = 0.5;
-/// Least step, as a fraction of the duration.
-const LEAST: f64 = 1e-6;
+/// Steps tried for one point of the curve, whatever the controller asks for.
+const MOST_TRIES: u32 = 10_000;
 
 /// A run in progress, one load step at a time; [`Problem::start`] makes it.
 ///
@@ -44,7 +40,7 @@ const LEAST: f64 = 1e-6;
 pub struct LoadStepper<'a> {
     pub(super) problem: &'a Problem,
     pub(super) solver: Solver<'a, ExternalForces>,
-    pub(super) state: State,
+    pub(super) state: RunState,
     /// Where the state is kept, with the fingerprint of the problem.
     checkpoint: Option<(Checkpoint, u64)>,
     end: Option<End>,
@@ -52,9 +48,9 @@ pub struct LoadStepper<'a> {
 
 impl fmt::Debug for LoadStepper<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let State { point, recorded, .. } = &self.state;
+        let RunState { point, curve, .. } = &self.state;
         f.debug_struct("LoadStepper")
-            .field("steps", recorded)
+            .field("steps", &curve.len())
             .field("point", point)
             .field("end", &self.end)
             .finish_non_exhaustive()
@@ -65,7 +61,7 @@ impl<'a> LoadStepper<'a> {
     /// A run from the unloaded body.
     pub(super) fn new(problem: &'a Problem) -> Self {
         let field = problem.parts.phase_field.as_ref();
-        let state = State::new(&problem.discretisation, field, problem.parts.schedule.stepping);
+        let state = RunState::new(&problem.discretisation, field);
         Self { problem, solver: problem.solver(), state, checkpoint: None, end: None }
     }
 
@@ -116,56 +112,49 @@ impl<'a> LoadStepper<'a> {
     /// What the run has yielded; a run that had not ended yet is [`End::Interrupted`].
     pub fn finish(self) -> Outcome {
         let contact = self.solver.external.contact_points(&self.state.fields);
-        let State { curve, fields, reactions, .. } = self.state;
+        let RunState { curve, fields, reactions, .. } = self.state;
         let end = self.end.unwrap_or(End::Interrupted);
         Outcome { curve, end, fields, reactions, contact, effort: self.solver.effort }
     }
 
+    /// Steps up to the next point of the curve.
     fn next_point(&mut self) -> Result<CurvePoint, FemError> {
-        let reached = match self.problem.parts.schedule.stepping {
-            Stepping::Fixed(steps) => self.step_in_time(1.0 / f64::from(steps), Some(steps)),
-            Stepping::Adaptive { largest, .. } => self.step_in_time(largest, None),
-            Stepping::ArcLength { step, release_n_mm } => {
-                self.step_by_arc_length(step, release_n_mm)
-            }
-        };
-        reached.map_err(|failure| self.not_converged(failure))?;
-        let point = self.record();
-        if self.end.is_none() {
-            self.save()?;
-        }
-        Ok(point)
-    }
-
-    /// Increments of time up to the next point: one, no longer than `largest`, or with `steps` as
-    /// many as it takes to the next of so many equal ones.
-    fn step_in_time(&mut self, largest: f64, steps: Option<u32>) -> Result<(), StepFailure> {
-        let next = f64::from(self.state.recorded + 1);
-        let mark = steps.map_or(1.0, |steps| next / f64::from(steps));
-        loop {
-            let (clock, step) = (self.state.clock, self.state.step);
+        let controller = &self.problem.parts.schedule.steps;
+        let marks = controller.marks();
+        let next = (self.state.curve.len() + 1) as f64;
+        let mark = marks.map_or(1.0, |points| next / f64::from(points));
+        let (mut failed, mut failure) = (None, StepFailure::GivenUp);
+        for _ in 0..MOST_TRIES {
+            let passed = self.state.clock;
+            let Some(step) = controller.next(&self.progress(failed)) else { break };
+            step.validate(controller.controls_crack_energy())?;
+            self.solver.effort.cuts += u32::from(failed.is_some());
             // no sliver of a step before the mark
-            let target = if clock + 1.01 * step >= mark { mark } else { clock + step };
-            match self.advance(target) {
-                Err(_) if step > LEAST => {
-                    self.solver.effort.cuts += 1;
-                    self.state.step = CUT * (target - clock);
-                    continue;
+            let reaches = passed + 1.01 * step.fraction() >= mark;
+            let target = if reaches { mark } else { passed + step.fraction() };
+            match self.take(step, target) {
+                Ok(()) => {
+                    (self.state.taken, failed) = (Some(step), None);
+                    if marks.is_none() || target >= mark {
+                        return self.record();
+                    }
                 }
-                Err(failure) => return Err(failure),
-                Ok(()) => self.state.step = largest.min(GROWTH * step),
-            }
-            if steps.is_none() || target >= mark {
-                return Ok(());
+                Err(reason) => (failed, failure) = (Some(step.to(target - passed)), reason),
             }
         }
+        Err(self.not_converged(failed.map_or(0.0, Step::fraction), failure))
     }
 
-    /// Puts the state on the curve and notes the end, if it is one.
-    fn record(&mut self) -> CurvePoint {
+    fn progress(&self, failed: Option<Step>) -> Progress<'_> {
+        let RunState { clock, taken, change, curve, .. } = &self.state;
+        let moved = change.as_ref().map_or(0.0, |(_, moved)| *moved);
+        Progress { passed: *clock, curve, taken: *taken, moved, failed }
+    }
+
+    /// Puts the state on the curve, notes the end, if it is one, and saves.
+    fn record(&mut self) -> Result<CurvePoint, FemError> {
         let state = &mut self.state;
         let point = state.point;
-        state.recorded += 1;
         state.curve.push(point);
         for (surface, &force) in &state.reaction {
             state.reactions.entry(surface.clone()).or_default().push(force);
@@ -178,15 +167,17 @@ impl<'a> LoadStepper<'a> {
             self.end = Some(End::BelowPeak);
         } else if state.clock >= 1.0 {
             self.end = Some(End::Displacement);
+        } else {
+            self.save()?;
         }
-        point
+        Ok(point)
     }
 
     /// Saves the state where that is due, and forgets what the solver keeps from step to step: so the
     /// same steps follow whether or not the run goes on from here.
     fn save(&mut self) -> Result<(), FemError> {
         let Some((checkpoint, fingerprint)) = &self.checkpoint else { return Ok(()) };
-        if self.state.recorded.is_multiple_of(checkpoint.every) {
+        if self.state.curve.len().is_multiple_of(checkpoint.every as usize) {
             self.state.effort = self.solver.effort;
             checkpoint.save(&self.state, *fingerprint)?;
             self.solver = self.problem.solver();
@@ -195,12 +186,12 @@ impl<'a> LoadStepper<'a> {
         Ok(())
     }
 
-    fn not_converged(&self, source: StepFailure) -> FemError {
+    fn not_converged(&self, step: f64, source: StepFailure) -> FemError {
         let duration_s = self.problem.parts.schedule.duration_s;
         FemError::NotConverged {
             displacement_mm: self.state.point.displacement_mm,
             time_s: self.state.clock * duration_s,
-            step_s: self.state.step * duration_s,
+            step_s: step * duration_s,
             source,
         }
     }

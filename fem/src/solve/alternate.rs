@@ -11,7 +11,7 @@
 
 use super::external::External;
 use super::newton::Solver;
-use super::norms::Field;
+use super::norms::Equations;
 use super::options::Scheme;
 use crate::error::StepFailure;
 use crate::fields::Fields;
@@ -38,15 +38,15 @@ impl<E: External> Solver<'_, E> {
         let mut norms = self.begin(fields, context)?;
         for pass in 1..=self.options.alternations {
             let before = fields.damage.clone();
-            norms = self.newton(Field::Displacement, fields, context, norms, inner)?;
-            norms = self.newton(Field::Damage, fields, context, norms, inner)?;
-            if norms.converged(Field::Both, tolerance) {
+            norms = self.newton(Equations::Displacement, fields, context, norms, inner)?;
+            norms = self.newton(Equations::Damage, fields, context, norms, inner)?;
+            if norms.converged(Equations::Both, tolerance) {
                 return Ok(());
             }
             inner = (ENOUGH * norms.largest()).max(MARGIN * tolerance);
             if self.options.scheme == Scheme::Monolithic && pass % BETWEEN_FINISHES == 0 {
                 let mut finish = fields.clone();
-                if self.newton(Field::Both, &mut finish, context, norms, tolerance).is_ok() {
+                if self.newton(Equations::Both, &mut finish, context, norms, tolerance).is_ok() {
                     *fields = finish;
                     return Ok(());
                 }

@@ -11,7 +11,7 @@
 use super::external::External;
 use super::linear::Nodal;
 use super::newton::Solver;
-use super::norms::Field;
+use super::norms::Equations;
 use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::{Increment, Residual, StepContext};
@@ -47,7 +47,9 @@ impl<E: External> Solver<'_, E> {
         for _ in 0..self.options.iterations {
             let norms = self.begin(fields, context)?;
             let gap = control.fracture - self.residual.fracture;
-            if norms.converged(Field::Both, tolerance) && gap.abs() <= tolerance * control.release {
+            if norms.converged(Equations::Both, tolerance)
+                && gap.abs() <= tolerance * control.release
+            {
                 return Ok(position);
             }
             self.linearise_both(fields, context)?;

@@ -15,4 +15,6 @@ pub use options::{LinearScheme, Scheme, SolverOptions};
 pub(crate) use arc_length::Control;
 pub(crate) use external::External;
 pub(crate) use linear::LinearPlan;
+#[cfg(feature = "bench-internals")]
+pub(crate) use linear::{LinearSolver, Nodal};
 pub(crate) use newton::Solver;

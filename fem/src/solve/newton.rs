@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::external::External;
 use super::linear::{LinearSolver, Nodal};
-use super::norms::{Field, Norms};
+use super::norms::{Equations, Norms};
 use super::options::{Scheme, SolverOptions};
 use crate::error::StepFailure;
 use crate::fields::Fields;
@@ -37,7 +37,7 @@ pub struct Effort {
 
 /// What the factor at hand belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Factor {
+enum Linearisation {
     Absent,
     Kept,
     Fresh,
@@ -62,7 +62,7 @@ pub(crate) struct Solver<'a, E> {
     free: Vec<[bool; 4]>,
     /// Those that the tangent at hand takes as free.
     linearised: Vec<[bool; 4]>,
-    factor: Factor,
+    factor: Linearisation,
     coupling: Coupling,
     step: Vec<Nodal>,
     trial: Fields,
@@ -98,7 +98,7 @@ impl<'a, E: External> Solver<'a, E> {
             free: unknown.clone(),
             linearised: unknown.clone(),
             unknown,
-            factor: Factor::Absent,
+            factor: Linearisation::Absent,
             coupling: Coupling::Full,
             step: vec![[0.0; 4]; nodes],
             trial: Fields::zero(nodes),
@@ -163,15 +163,15 @@ impl<'a, E: External> Solver<'a, E> {
     /// the end come back.
     pub(super) fn newton(
         &mut self,
-        field: Field,
+        field: Equations,
         fields: &mut Fields,
         context: StepContext,
         mut norms: Norms,
         tolerance: f64,
     ) -> Result<Norms, StepFailure> {
-        let coupling = if field == Field::Both { Coupling::Full } else { Coupling::Separate };
+        let coupling = if field == Equations::Both { Coupling::Full } else { Coupling::Separate };
         if coupling != self.coupling {
-            self.factor = Factor::Absent;
+            self.factor = Linearisation::Absent;
             self.coupling = coupling;
         }
         let (mut spent, mut changes) = (0, 0);
@@ -186,24 +186,25 @@ impl<'a, E: External> Solver<'a, E> {
             } else {
                 spent += 1
             }
-            if self.factor == Factor::Absent || changed {
+            if self.factor == Linearisation::Absent || changed {
                 self.factorise(fields, context)?;
             }
             self.effort.iterations += 1;
             self.solve_linear(field)?;
             norms = match self.line_search(field, fields, context, &norms) {
                 Ok((next, ratio)) => {
-                    self.factor = if ratio <= KEEP { Factor::Kept } else { Factor::Absent };
+                    self.factor =
+                        if ratio <= KEEP { Linearisation::Kept } else { Linearisation::Absent };
                     next
                 }
-                Err(failure) if self.factor == Factor::Fresh => {
-                    self.factor = Factor::Kept;
+                Err(failure) if self.factor == Linearisation::Fresh => {
+                    self.factor = Linearisation::Kept;
                     let close = norms.converged(field, self.options.tolerance);
                     return if close { self.evaluate(fields, context) } else { Err(failure) };
                 }
                 Err(_) => {
                     // an old factor gave no descent: the same iterate with a fresh one
-                    self.factor = Factor::Absent;
+                    self.factor = Linearisation::Absent;
                     self.evaluate(fields, context)?
                 }
             };
@@ -221,7 +222,7 @@ impl<'a, E: External> Solver<'a, E> {
         let increment = Increment { materials: self.materials, fields, context };
         self.linear.linearise(&increment, self.coupling, &self.free)?;
         self.linearised.copy_from_slice(&self.free);
-        self.factor = Factor::Fresh;
+        self.factor = Linearisation::Fresh;
         Ok(())
     }
 
@@ -232,7 +233,7 @@ impl<'a, E: External> Solver<'a, E> {
         context: StepContext,
     ) -> Result<(), StepFailure> {
         let norms = self.begin(fields, context)?;
-        self.newton(Field::Both, fields, context, norms, self.options.tolerance).map(drop)
+        self.newton(Equations::Both, fields, context, norms, self.options.tolerance).map(drop)
     }
 
     /// Assembles the tangent of both fields at the fields evaluated last.
@@ -261,7 +262,7 @@ impl<'a, E: External> Solver<'a, E> {
     }
 
     /// The step of the fields that the iteration acts on.
-    fn solve_linear(&mut self, field: Field) -> Result<(), StepFailure> {
+    fn solve_linear(&mut self, field: Equations) -> Result<(), StepFailure> {
         let mut right = self.residual.nodal.clone();
         for value in &mut right {
             for k in 0..4 {
@@ -275,13 +276,13 @@ impl<'a, E: External> Solver<'a, E> {
     /// Takes the step x − α d with the first α of 1, ½, ¼ … that lowers the scaled residual.
     fn line_search(
         &mut self,
-        field: Field,
+        field: Equations,
         fields: &mut Fields,
         context: StepContext,
         norms: &Norms,
     ) -> Result<(Norms, f64), StepFailure> {
         let before = norms.merit(field, norms);
-        let tries = if self.factor == Factor::Fresh { BACKTRACKS } else { 1 };
+        let tries = if self.factor == Linearisation::Fresh { BACKTRACKS } else { 1 };
         let mut fraction = 1.0;
         for _ in 0..tries {
             let mut trial = std::mem::take(&mut self.trial);
@@ -303,7 +304,7 @@ impl<'a, E: External> Solver<'a, E> {
         Err(StepFailure::Stalled)
     }
 
-    fn move_by(&self, field: Field, from: &Fields, fraction: f64, to: &mut Fields) {
+    fn move_by(&self, field: Equations, from: &Fields, fraction: f64, to: &mut Fields) {
         to.copy_from(from);
         for (node, unknown) in self.unknown.iter().enumerate() {
             for k in 0..4 {

@@ -4,18 +4,18 @@ use crate::operator::Residual;
 
 /// Which equations an iteration acts on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Field {
+pub(super) enum Equations {
     Both,
     Displacement,
     Damage,
 }
 
-impl Field {
+impl Equations {
     pub(super) fn holds(self, component: usize) -> bool {
         match self {
-            Field::Both => true,
-            Field::Displacement => component < 3,
-            Field::Damage => component == 3,
+            Equations::Both => true,
+            Equations::Displacement => component < 3,
+            Equations::Damage => component == 3,
         }
     }
 }
@@ -57,30 +57,30 @@ impl Norms {
         }
     }
 
-    pub(super) fn converged(&self, field: Field, tolerance: f64) -> bool {
+    pub(super) fn converged(&self, field: Equations, tolerance: f64) -> bool {
         let force = self.force <= tolerance * self.reaction;
         let damage = self.damage <= tolerance * self.drive;
         match field {
-            Field::Both => force && damage,
-            Field::Displacement => force,
-            Field::Damage => damage,
+            Equations::Both => force && damage,
+            Equations::Displacement => force,
+            Equations::Damage => damage,
         }
     }
 
     /// The larger of the two scaled residuals.
     pub(super) fn largest(&self) -> f64 {
-        self.merit(Field::Displacement, self).max(self.merit(Field::Damage, self))
+        self.merit(Equations::Displacement, self).max(self.merit(Equations::Damage, self))
     }
 
     /// The scaled residual, in the scales of `reference` so that iterates can be compared.
-    pub(super) fn merit(&self, field: Field, reference: &Norms) -> f64 {
+    pub(super) fn merit(&self, field: Equations, reference: &Norms) -> f64 {
         let tiny = f64::MIN_POSITIVE;
         let force = self.force / reference.reaction.max(tiny);
         let damage = self.damage / reference.drive.max(tiny);
         match field {
-            Field::Both => force.hypot(damage),
-            Field::Displacement => force,
-            Field::Damage => damage,
+            Equations::Both => force.hypot(damage),
+            Equations::Displacement => force,
+            Equations::Damage => damage,
         }
     }
 }

@@ -94,12 +94,40 @@ fn grain_numbers_survive_as_elementary_tags() {
     assert!(error.to_string().contains("grain number is too large"), "{error}");
 }
 
+/// Gmsh's order of the edges of a tetrahedron; a triangle has the first three.
+const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [2, 3], [1, 3]];
+
+/// The edges of a mesh in order, with the points of their middle nodes.
+fn edges(mesh: &TetMesh) -> Vec<([u32; 2], [f64; 3])> {
+    let pairs = |tet: &[u32; 4]| EDGES.map(|ends| sorted(ends.map(|end| tet[end])));
+    let mut edges: Vec<[u32; 2]> = mesh.tets.iter().flat_map(pairs).collect();
+    edges.sort_unstable();
+    edges.dedup();
+    let point = |edge: [u32; 2]| match mesh.edge_points.iter().find(|(of, _)| *of == edge) {
+        Some(curved) => *curved,
+        None => {
+            let [p, q] = edge.map(|node| mesh.nodes[node as usize]);
+            (edge, std::array::from_fn(|k| 0.5 * (p[k] + q[k])))
+        }
+    };
+    edges.into_iter().map(point).collect()
+}
+
+fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
+
 /// Elements as (type, physical group, entity, node tags), triangles first.
 fn elements(mesh: &TetMesh, quadratic: bool) -> Vec<(i32, i32, i32, Vec<u64>)> {
-    // mid-edge nodes are all the tag 900000: only corners may be read
-    let tags = |nodes: &[u32], extra: usize| -> Vec<u64> {
-        let corners = nodes.iter().map(|&node| tag(node));
-        corners.chain(std::iter::repeat_n(900_000, if quadratic { extra } else { 0 })).collect()
+    let edges = if quadratic { edges(mesh) } else { Vec::new() };
+    let middle = |nodes: &[u32], ends: [usize; 2]| {
+        let edge = sorted(ends.map(|end| nodes[end]));
+        900_000 + edges.iter().position(|(of, _)| *of == edge).unwrap() as u64
+    };
+    let tags = |nodes: &[u32], sides: usize| -> Vec<u64> {
+        let sides = EDGES[..sides].iter().filter(|_| quadratic);
+        let middles = sides.map(|&ends| middle(nodes, ends));
+        nodes.iter().map(|&node| tag(node)).chain(middles).collect()
     };
     let mut all = Vec::new();
     for (name, group) in [("bottom", 11), ("top", 12), ("side", 13)] {
@@ -226,20 +254,22 @@ fn v4(mesh: &TetMesh, binary: bool, big_endian: bool, quadratic: bool) -> Vec<u8
     }
     w.line("$EndEntities\n$Nodes");
     // two blocks, the second with parametric coordinates
-    let count = mesh.nodes.len() + quadratic as usize;
-    w.sizes(&[2, count as u64, 1, 900_000]);
+    let middles: Vec<[f64; 3]> =
+        if quadratic { edges(mesh).into_iter().map(|(_, p)| p).collect() } else { Vec::new() };
+    let count = mesh.nodes.len() + middles.len();
+    w.sizes(&[2, count as u64, 1, 900_000 + middles.len() as u64]);
     for (block, part) in [(0, &mesh.nodes[..20]), (20, &mesh.nodes[20..])] {
         let parametric = block > 0;
-        let extra = quadratic && parametric;
+        let middles = if parametric { &middles[..] } else { &[] };
         w.ints(&[if parametric { 2 } else { 3 }, 51, parametric as i32]);
-        w.size((part.len() + extra as usize) as u64);
+        w.size((part.len() + middles.len()) as u64);
         for k in 0..part.len() as u32 {
             w.size(tag(block + k));
         }
-        if extra {
-            w.size(900_000);
+        for k in 0..middles.len() as u64 {
+            w.size(900_000 + k);
         }
-        for p in part.iter().chain(extra.then_some(&[9.0; 3])) {
+        for p in part.iter().chain(middles) {
             w.reals(p);
             if parametric {
                 w.reals(&[0.25, 0.5]);
@@ -261,6 +291,134 @@ fn v4(mesh: &TetMesh, binary: bool, big_endian: bool, quadratic: bool) -> Vec<u8
     }
     w.line("$EndElements");
     w.out
+}
+
+/// A lattice whose wall is round, with grain numbers and a mixture.
+fn curved_specimen() -> TetMesh {
+    let mut mesh = specimen();
+    let on_wall = |node: u32| {
+        let [x, y, _] = mesh.nodes[node as usize];
+        (x.hypot(y) - 2.5).abs() < 1e-9
+    };
+    let wall = |(edge, [x, y, z]): ([u32; 2], [f64; 3])| {
+        let scale = 2.5 / x.hypot(y);
+        let is_chord = edge.into_iter().all(on_wall) && (scale - 1.0).abs() > 1e-9;
+        is_chord.then_some((edge, [scale * x, scale * y, z]))
+    };
+    let on_surface: std::collections::BTreeSet<[u32; 2]> = (mesh.surfaces["side"].iter())
+        .flat_map(|t| [[0, 1], [1, 2], [2, 0]].map(|ends| sorted(ends.map(|end| t[end]))))
+        .collect();
+    mesh.edge_points =
+        edges(&mesh).into_iter().filter(|(e, _)| on_surface.contains(e)).filter_map(wall).collect();
+    assert!(mesh.edge_points.len() > 10);
+    mesh
+}
+
+#[test]
+fn curved_edges_and_mixtures_come_back_to_the_bit() {
+    let mut mesh = curved_specimen();
+    let (_dir, path) = file("a.msh", "");
+    let names = gmsh::write(&path, &mesh).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.contains("\n2 13 9 ") && text.contains(" 11 "), "elements of second order");
+    let read_back = |mesh: &TetMesh| {
+        gmsh::write(&path, mesh).unwrap();
+        gmsh::read(&path, &GmshNames::default()).unwrap()
+    };
+    assert_same(&gmsh::read(&path, &names).unwrap(), &mesh);
+    // regions in the order of their names, as they are read
+    let in_order = |mesh: &mut TetMesh| {
+        mesh.regions = vec!["matrix".into(), "grain".into()];
+    };
+    in_order(&mut mesh);
+    assert_eq!(read_back(&mesh).edge_points, mesh.edge_points);
+    assert_eq!(read_back(&mesh), mesh);
+
+    mesh.grain_of = Some(mesh.region_of.iter().map(|&region| 5 * u32::from(region)).collect());
+    let fraction =
+        |tet: usize| if mesh.region_of[tet] == 0 { 0.1 * (tet % 10) as f32 } else { 0.0 };
+    let mixture = |tet| fem::Mixture {
+        fraction: fraction(tet),
+        normal: if fraction(tet) > 0.3 { [0.6, 0.0, -0.8] } else { [0.0; 3] },
+    };
+    mesh.mixture = Some((0..mesh.tets.len()).map(mixture).collect());
+    assert_eq!(read_back(&mesh), mesh);
+
+    // no tetrahedron is all of grain
+    mesh.region_of.fill(0);
+    mesh.grain_of = Some(vec![0; mesh.tets.len()]);
+    assert_eq!(read_back(&mesh), mesh);
+    let renamed = GmshNames::new([("a grain", "grain"), ("soft", "matrix")], [("base", "bottom")]);
+    let read = gmsh::read(&path, &renamed).unwrap();
+    assert_eq!((read.regions.len(), read.region_of[0], read.mixture), (2, 1, mesh.mixture));
+}
+
+#[test]
+fn second_order_files_of_gmsh_keep_their_curved_edges() {
+    let mesh = curved_specimen();
+    for binary in [false, true] {
+        let (_dir, path) = file("a.msh", v4(&mesh, binary, false, true));
+        let read = gmsh::read(&path, &names()).unwrap();
+        assert_same(&read, &mesh);
+        assert_eq!(read.edge_points, mesh.edge_points);
+    }
+    // another middle node in one tetrahedron
+    let text = String::from_utf8(v4(&mesh, false, false, true)).unwrap();
+    let last = text.trim_end().trim_end_matches("$EndElements").trim_end();
+    let (rest, _) = last.rsplit_once(' ').unwrap();
+    let torn = format!("{rest} 900000\n$EndElements\n");
+    assert_contains(&fault(torn, &names()), &["different middle nodes", "conforming"]);
+}
+
+#[test]
+fn a_byte_order_mark_is_passed_over() {
+    let mesh = specimen();
+    let (_dir, path) = file("a.msh", [b"\xef\xbb\xbf", &v2(&mesh, false)[..]].concat());
+    assert_same(&gmsh::read(&path, &names()).unwrap(), &mesh);
+}
+
+#[test]
+fn gmsh_itself_meshes_a_model() {
+    let dir = tempfile::tempdir().unwrap();
+    let model = gmsh::SphereModel {
+        radius_mm: 2.5,
+        height_mm: 4.4,
+        spheres: vec![([0.5, 0.25, 1.5], 0.7), ([-0.9, -0.3, 2.9], 0.8)],
+        spacing_mm: 0.7,
+        curved: true,
+    };
+    let nowhere = model.mesh(Path::new("no-such-mesher"), dir.path()).unwrap_err();
+    assert_contains(&nowhere.to_string(), &["no-such-mesher", "install Gmsh"]);
+    let program = std::env::var_os("GMSH").unwrap_or_else(|| "gmsh".into());
+    if std::process::Command::new(&program).arg("--version").output().is_err() {
+        eprintln!("SKIPPED: Gmsh is not installed; put it on the search path or set GMSH");
+        return;
+    }
+    let mesh = model.mesh(Path::new(&program), dir.path()).unwrap();
+    let pi = std::f64::consts::PI;
+    let ball = |radius: f64| 4.0 / 3.0 * pi * radius.powi(3);
+    let close = |value: f64, expected: f64, tolerance: f64| {
+        assert!((value / expected - 1.0).abs() < tolerance, "{value} against {expected}");
+    };
+    close(mesh.volume(), pi * 2.5 * 2.5 * 4.4, 1e-3);
+    let volumes = mesh.volumes();
+    for (number, radius) in [(1, 0.7), (2, 0.8)] {
+        let of = volumes.iter().zip(mesh.grain_of.as_ref().unwrap());
+        close(of.filter(|(_, g)| **g == number).map(|(v, _)| v).sum(), ball(radius), 5e-3);
+    }
+    // and reads what is written here
+    let (written, again) = (dir.path().join("written.msh"), dir.path().join("again.msh"));
+    let names = gmsh::write(&written, &mesh).unwrap();
+    assert_eq!(gmsh::read(&written, &names).unwrap().edge_points, mesh.edge_points);
+    let status = std::process::Command::new(&program)
+        .arg(&written)
+        .args(["-save", "-v", "2", "-format", "msh41", "-o"])
+        .arg(&again)
+        .status();
+    assert!(status.unwrap().success());
+    let reopened = gmsh::read(&again, &GmshNames::default()).unwrap();
+    close(reopened.volume(), mesh.volume(), 1e-12);
+    close(reopened.region_volume("grain").unwrap(), mesh.region_volume("grain").unwrap(), 1e-12);
 }
 
 #[test]

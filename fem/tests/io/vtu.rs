@@ -84,6 +84,53 @@ fn fields_of_the_wrong_length_are_refused() {
     assert!(matches!(vtu::write(nowhere, &mesh, &[], &[]), Err(MeshError::Io { .. })));
 }
 
+/// The mesh with one edge off its middle, and the mixture of a tetrahedron or two.
+fn curved() -> TetMesh {
+    let mut mesh = mesh();
+    let mut edge = [mesh.tets[7][1], mesh.tets[7][2]];
+    edge.sort_unstable();
+    let [p, q] = edge.map(|node| mesh.nodes[node as usize]);
+    mesh.edge_points = vec![(edge, std::array::from_fn(|k| 0.5 * (p[k] + q[k]) + 0.01))];
+    let mixture = |tet: usize| fem::Mixture {
+        fraction: 0.25 * (tet % 3) as f32,
+        normal: if tet % 3 == 2 { [0.0, 0.6, 0.8] } else { [0.0; 3] },
+    };
+    mesh.mixture = Some((0..mesh.tets.len()).map(mixture).collect());
+    mesh
+}
+
+#[test]
+fn curved_meshes_are_written_with_quadratic_tetrahedra() {
+    let (dir, mesh) = (tempfile::tempdir().unwrap(), curved());
+    let path = dir.path().join("a.vtu");
+    let height: Vec<f64> = mesh.nodes.iter().map(|p| p[2]).collect();
+    vtu::write(&path, &mesh, &[Field::scalar("height", &height)], &[]).unwrap();
+    let text = std::fs::read_to_string(path).unwrap();
+    let reals = |name: &str| -> Vec<f64> {
+        array(&text, name).chunks(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect()
+    };
+    let points = reals("points_mm");
+    let nodes: Vec<usize> = array(&text, "connectivity")
+        .chunks(8)
+        .map(|b| i64::from_le_bytes(b.try_into().unwrap()) as usize)
+        .collect();
+    assert_eq!(array(&text, "types"), vec![24; mesh.tets.len()]);
+    let at = |node: usize| &points[3 * node..3 * node + 3];
+    for (tet, ten) in nodes.chunks(10).enumerate() {
+        let corners = mesh.corners(tet);
+        assert!((0..4).all(|k| at(ten[k]) == corners[k]));
+        let straight = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]]
+            .map(|[a, b]| [0, 1, 2].map(|k| 0.5 * (corners[a][k] + corners[b][k])));
+        let middles = mesh.middles(tet).unwrap_or(straight);
+        assert!((0..6).all(|k| at(ten[4 + k]) == middles[k]), "tetrahedron {tet}");
+    }
+    let height = reals("height");
+    assert_eq!(height.len(), points.len() / 3);
+    let fraction = reals("grain_fraction");
+    assert!(fraction.iter().enumerate().all(|(tet, f)| *f == 0.25 * (tet % 3) as f64));
+    assert_eq!(reals("interface_normal")[6..9], [0.0, f64::from(0.6_f32), f64::from(0.8_f32)]);
+}
+
 #[test]
 fn meshio_reads_the_files() {
     let python = std::env::var("BRECCIA_PYTHON").unwrap_or_else(|_| "python3".into());
@@ -104,6 +151,8 @@ fn meshio_reads_the_files() {
     let path = dir.path().join("p2.vtu");
     vtu::write_quadratic(path, &mesh, &points, &tets, &[Field::vector("x", &points)], &cells)
         .unwrap();
+    let curved = curved();
+    vtu::write(dir.path().join("curved.vtu"), &curved, &[], &[]).unwrap();
     vtu::write_pvd(dir.path().join("run.pvd"), &[(0.0, "p1.vtu"), (0.5, "p2.vtu")]).unwrap();
 
     let check = r#"
@@ -123,6 +172,19 @@ for entry in et.parse("run.pvd").getroot().iter("DataSet"):
             middle = (corners[:, a] + corners[:, b]) / 2
             assert (mesh.points[block.data[:, 4 + k]] == middle).all()
     print(block.type, len(volume), volume.sum())
+mesh = meshio.read("curved.vtu")
+(block,) = mesh.cells
+assert block.type == "tetra10"
+number = np.arange(len(block.data))
+assert np.allclose(mesh.cell_data["grain_fraction"][0], 0.25 * (number % 3))
+assert np.allclose(mesh.cell_data["interface_normal"][0][number % 3 == 2], [0, 0.6, 0.8])
+pairs = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
+bent = [
+    np.linalg.norm(mesh.points[block.data[:, 4 + k]] - mesh.points[block.data[:, p]].mean(axis=1))
+    > 0.01
+    for k, p in enumerate(map(list, pairs))
+]
+assert sum(bent) > 0
 "#;
     let output =
         Command::new(&python).args(["-c", check]).current_dir(dir.path()).output().unwrap();

@@ -186,6 +186,8 @@ fn conditions_that_cannot_hold_are_refused() {
         Conditions::new().symmetry("left").fix("bottom", [Axis::Z]),
         &["can still move along y", "remove_rigid_motions"],
     );
+    refused(Conditions::new().symmetry("bottom"), &["(3 rigid motions are free)"]);
+    refused(Conditions::new(), &["(6 rigid motions are free)"]);
     refused(held().measure("top", [0.0; 3]), &["'top'", "no length"]);
     let mut oblique = block(2);
     let all: Vec<_> = oblique.surfaces.values().flatten().copied().collect();

@@ -72,7 +72,11 @@ fn a_continued_run_is_the_uninterrupted_one_bit_by_bit() {
         test(phase_field(Split::None)),
         test(ratchet),
         test(history),
-        between(&test(phase_field(Split::None)), loading(0.2, 1.0, 20), Platens::Unilateral(rough)),
+        between(
+            &test(phase_field(Split::None)),
+            &loading(0.2, 1.0, 20),
+            Platens::Unilateral(rough),
+        ),
     ];
     for (k, test) in cases.iter().enumerate() {
         let whole = Checkpoint { path: dir.path().join(format!("whole-{k}")), every: 4 };

@@ -130,9 +130,10 @@ fn unilateral_platens_without_friction_press_as_sliding_ones_do() {
         (Order::Linear, Some(phase_field(fem::Split::None))),
     ] {
         let way = loading(0.1, 1.0, 4);
-        let test = crate::support::test(prism(2, false), order, vec![matrix()], field, way, 1e-10);
+        let test =
+            crate::support::test(prism(2, false), order, vec![matrix()], field, way.clone(), 1e-10);
         let sliding = test.run(&mut ());
-        let free = between(&test, way, Platens::Unilateral(Friction::none()));
+        let free = between(&test, &way, Platens::Unilateral(Friction::none()));
         let unilateral = free.run(&mut ());
         assert!(matches!(unilateral.end, End::Displacement), "{:?}", unilateral.end);
         for (a, b) in sliding.curve.iter().zip(&unilateral.curve) {
@@ -147,14 +148,15 @@ fn friction_stiffens_a_specimen_and_is_paid_for() {
     let mesh =
         fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.2 }.build().unwrap();
     let way = loading(0.22, 1.0, 8);
-    let test = crate::support::test(mesh, Order::Linear, soft(275.0, 0.25), None, way, 1e-9);
+    let test =
+        crate::support::test(mesh, Order::Linear, soft(275.0, 0.25), None, way.clone(), 1e-9);
     let run = |friction: f64| {
         let friction = Friction {
             coefficient: friction,
             slip_velocity_mm_per_s: 1e-3,
             drag_mpa_s_per_mm: 0.01,
         };
-        let outcome = between(&test, way, Platens::Unilateral(friction)).run(&mut ());
+        let outcome = between(&test, &way, Platens::Unilateral(friction)).run(&mut ());
         assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
         *outcome.curve.last().expect("a curve")
     };
@@ -175,12 +177,12 @@ fn platens_press_stiff_grains_from_the_first_increment_on() {
     fem::label(&mut mesh, &grains);
     let solids = [275.0, 22_000.0].map(|young| Material::hencky(young, 0.25));
     let way = loading(0.05, 0.25, 2);
-    let test = crate::support::test(mesh, Order::Linear, solids.to_vec(), None, way, 1e-8);
+    let test = crate::support::test(mesh, Order::Linear, solids.to_vec(), None, way.clone(), 1e-8);
     let sliding = test.run(&mut ()).curve[1].force_n;
     let [smooth, rough] = [0.0, 0.2].map(|coefficient| {
         let friction =
             Friction { coefficient, slip_velocity_mm_per_s: 1e-3, drag_mpa_s_per_mm: 0.01 };
-        let outcome = between(&test, way, Platens::Unilateral(friction)).run(&mut ());
+        let outcome = between(&test, &way, Platens::Unilateral(friction)).run(&mut ());
         assert_eq!(outcome.effort.cuts, 0, "{coefficient}: {:?}", outcome.end);
         outcome.curve[1].force_n
     });

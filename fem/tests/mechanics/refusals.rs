@@ -2,7 +2,7 @@
 
 use crate::support::{grain, loading, matrix, phase_field, prism, with_options};
 use fem::{
-    CompressionTest, Fracture, Material, Order, PhaseField, SolverOptions, Split, Stepping, TetMesh,
+    CompressionTest, Fracture, Material, Order, PhaseField, Schedule, SolverOptions, Split, TetMesh,
 };
 
 /// What a test is made of, to be spoilt.
@@ -87,10 +87,7 @@ fn bad_input_is_refused_with_the_entity_and_what_helps() {
     );
     check(refusal(|i| i.loading.displacement_mm = 5.0), &["displacement_mm = 5", "height"]);
     check(refusal(|i| i.loading.schedule.duration_s = 0.0), &["duration_s = 0"]);
-    check(
-        refusal(|i| i.loading.schedule.stepping = Stepping::Fixed(0)),
-        &["steps = 0", "adaptive"],
-    );
+    check(refusal(|i| i.loading.schedule = Schedule::fixed(1.0, 0)), &["steps = 0", "adaptive"]);
     check(
         refusal(|i| i.loading.schedule.stop_below_peak = Some(1.0)),
         &["stop_below_peak = 1", "0.1 for 10 %"],

@@ -2,10 +2,13 @@
 
 use std::ops::ControlFlow;
 
-use crate::support::{grain, loading, matrix, peak, phase_field, prism, test, with_options};
+use crate::support::{
+    HEIGHT, RADIUS, grain, loading, matrix, peak, phase_field, prism, test, with_options,
+};
 use fem::{
-    CompressionTest, CurvePoint, End, FemError, Fields, LinearScheme, Material, Order, Schedule,
-    Scheme, SolverOptions, Split, StepFailure,
+    CompressionTest, CurvePoint, CylinderLattice, End, FemError, Fields, LinearScheme, Material,
+    Order, Outcome, Progress, Schedule, Scheme, SolverOptions, Split, Step, StepController,
+    StepFailure,
 };
 
 #[test]
@@ -119,6 +122,105 @@ fn multigrid_follows_the_factor_past_the_peak() {
             assert!((a.force_n - b.force_n).abs() < 1e-6 * highest, "{order:?}: {a:?} {b:?}");
         }
     }
+}
+
+/// A cylinder with stiff patches after its first step, and what that took.
+fn patched_cylinder(spacing_mm: f64, order: Order, linear: LinearScheme) -> Outcome {
+    let lattice = CylinderLattice { radius_mm: RADIUS, height_mm: HEIGHT, spacing_mm };
+    let mut mesh = lattice.build().expect("a mesh");
+    mesh.regions.push("grain".into());
+    for tet in 0..mesh.tets.len() {
+        let [x, y, z] = mesh.corners(tet)[0];
+        mesh.region_of[tet] = u16::from((1.9 * x).sin() * (2.1 * y).cos() * (1.7 * z).sin() > 0.4);
+    }
+    let options = SolverOptions { linear, ..SolverOptions::default() };
+    let field = Some(phase_field(Split::None));
+    let materials = vec![matrix(), grain()];
+    with_options(mesh, order, materials, field, loading(0.02, 1.0, 1), options)
+        .expect("valid input")
+        .run(&mut ())
+}
+
+#[test]
+fn multigrid_does_not_depend_on_the_mesh() {
+    for (order, spacings) in [(Order::Linear, [0.9, 0.55]), (Order::Quadratic, [1.4, 0.9])] {
+        let [coarse, fine] = spacings.map(|spacing_mm| {
+            let outcome = patched_cylinder(spacing_mm, order, LinearScheme::Multigrid);
+            assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
+            f64::from(outcome.effort.linear) / f64::from(outcome.effort.iterations)
+        });
+        assert!(fine < coarse + 6.0 && fine < 30.0, "{order:?}: {coarse} and {fine} iterations");
+    }
+}
+
+#[test]
+fn threads_change_no_bit_of_a_solution() {
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| {
+            [
+                patched_cylinder(0.7, Order::Linear, LinearScheme::Direct),
+                patched_cylinder(0.7, Order::Linear, LinearScheme::Multigrid),
+                patched_cylinder(1.2, Order::Quadratic, LinearScheme::Multigrid),
+            ]
+            .map(|outcome| (outcome.curve, outcome.fields))
+        })
+    };
+    assert!(run(1) == run(2), "threads change a solution");
+}
+
+#[test]
+fn a_controller_of_the_user_sees_failures_and_chooses_the_steps() {
+    #[derive(Debug)]
+    struct Thirds;
+    impl StepController for Thirds {
+        fn next(&self, run: &Progress) -> Option<Step> {
+            match (run.failed, run.taken) {
+                (Some(failed), _) => Some(Step::Advance(failed.fraction() / 3.0)),
+                (None, Some(taken)) => {
+                    assert!((run.moved - taken.fraction()).abs() < 1e-12, "{run:?}");
+                    Some(taken)
+                }
+                (None, None) => Some(Step::Advance(0.3)),
+            }
+        }
+    }
+    let problem = |schedule: Schedule, options: SolverOptions| {
+        with_options(
+            prism(2, true),
+            Order::Linear,
+            vec![matrix(), grain()],
+            Some(phase_field(Split::None)),
+            CompressionTest::new(0.12, schedule),
+            options,
+        )
+        .expect("valid input")
+    };
+    // few iterations and no alternation: the first step fails and is cut to a third
+    let options = SolverOptions { iterations: 4, alternations: 1, ..SolverOptions::default() };
+    let outcome = problem(Schedule::new(1.0, Thirds), options).run(&mut ());
+    assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
+    assert!(outcome.effort.cuts > 0, "{:?}", outcome.effort);
+    let first = outcome.curve[0].displacement_mm / 0.12;
+    let cuts = (0.3 / first).ln() / 3f64.ln();
+    assert!(cuts > 0.9 && (cuts - cuts.round()).abs() < 1e-9, "{first} of the displacement");
+
+    #[derive(Debug)]
+    struct Always(Option<Step>);
+    impl StepController for Always {
+        fn next(&self, _: &Progress) -> Option<Step> {
+            self.0
+        }
+    }
+    let refused = |step: Option<Step>, part: &str| {
+        let schedule = Schedule::new(1.0, Always(step));
+        let outcome = problem(schedule, SolverOptions::default()).run(&mut ());
+        let End::Failed(error) = outcome.end else { panic!("{:?}", outcome.end) };
+        assert!(error.to_string().contains(part), "{error}");
+    };
+    refused(None, "gave up");
+    refused(Some(Step::Advance(-0.1)), "step = -0.1 must be positive");
+    refused(Some(Step::Release { n_mm: 1.0, guess: 0.1 }), "controls_crack_energy");
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! A column with a weak layer, which snaps back when the layer breaks.
 
 use fem::{
-    CompressionTest, CrackDensity, Fracture, Irreversibility, Material, Order, PhaseField, Problem,
-    Schedule, Stepping, TetMesh,
+    ArcLength, CompressionTest, CrackDensity, Fracture, Irreversibility, Material, Order,
+    PhaseField, Problem, Schedule, TetMesh,
 };
 
 use super::{prism, test};
@@ -43,11 +43,8 @@ pub(crate) fn snap_back(model: CrackDensity) -> Problem {
     let weak = elastic.clone().with_fracture(Fracture::new(0.1));
     let field =
         PhaseField { model, irreversibility: Irreversibility::ActiveSet, ..PhaseField::new(1.0) };
-    let schedule = Schedule {
-        duration_s: 1.0,
-        stepping: Stepping::ArcLength { step: 0.02, release_n_mm: 1e-3 },
-        stop_below_peak: Some(0.95),
-    };
+    let steps = ArcLength { step: 0.02, release_n_mm: 1e-3 };
+    let schedule = Schedule::new(1.0, steps).stop_below_peak(0.95);
     let loading = CompressionTest::new(1.0, schedule);
     test(column(), Order::Linear, vec![weak, elastic], Some(field), loading, 1e-10)
 }

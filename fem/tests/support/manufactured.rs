@@ -3,7 +3,7 @@
 
 use fem::{
     Axis, Conditions, DamageQuadrature, Fracture, Material, Order, PhaseField, Problem, Schedule,
-    SolverOptions,
+    SolverOptions, TetMesh,
 };
 use num_dual::{Dual, Dual64, DualNum};
 
@@ -107,10 +107,15 @@ pub(crate) struct Errors {
     pub(crate) damage: [f64; 2],
 }
 
-/// Solves for the manufactured fields at t = 1 on n³ cells: displacement prescribed on five faces,
-/// traction on the sixth, body force and damage source inside.
+/// The errors on n³ cells.
 pub(crate) fn errors(n: usize, order: Order, damaged: bool) -> Errors {
     let cells = even(0.0, 1.0, n);
+    errors_on(block([&cells, &cells, &cells]), order, damaged)
+}
+
+/// Solves for the manufactured fields at t = 1 on a mesh of the unit cube: displacement prescribed on
+/// five faces, traction on the sixth, body force and damage source inside.
+pub(crate) fn errors_on(mesh: TetMesh, order: Order, damaged: bool) -> Errors {
     let material = Material::neo_hookean(YOUNG, POISSON).with_fracture(Fracture {
         toughness_n_per_mm: TOUGHNESS,
         viscosity_mpa_s: VISCOSITY,
@@ -131,7 +136,7 @@ pub(crate) fn errors(n: usize, order: Order, damaged: bool) -> Errors {
     if damaged {
         conditions = conditions.damage_source(|x, t| loads(x, t, true).1);
     }
-    let problem = Problem::builder(block([&cells, &cells, &cells]))
+    let problem = Problem::builder(mesh)
         .order(order)
         .materials([material])
         .phase_field(damaged.then_some(field))

@@ -115,8 +115,9 @@ pub(crate) fn with_options(
 }
 
 /// The same test between other platens.
-pub(crate) fn between(problem: &Problem, loading: CompressionTest, platens: Platens) -> Problem {
-    let conditions = loading.platens(platens).conditions(problem.mesh()).expect("valid platens");
+pub(crate) fn between(problem: &Problem, loading: &CompressionTest, platens: Platens) -> Problem {
+    let conditions =
+        loading.clone().platens(platens).conditions(problem.mesh()).expect("valid platens");
     problem.with_conditions(conditions).expect("valid conditions")
 }
 

@@ -3,7 +3,7 @@
 
 use fem::{
     Axis, Conditions, CurvePoint, Fracture, Irreversibility, Material, PhaseField, Problem,
-    Schedule, SolverOptions, Split, Stepping, TetMesh,
+    Schedule, SolverOptions, Split, TetMesh,
 };
 
 /// Where the upper side moves.
@@ -66,11 +66,7 @@ impl NotchedPlate {
                 direction.map(|d| path(time_s) * d)
             })
             .measure("top", direction);
-        let schedule = Schedule {
-            duration_s: f64::from(steps),
-            stepping: Stepping::Fixed(steps),
-            stop_below_peak: Some(0.5),
-        };
+        let schedule = Schedule::fixed(f64::from(steps), steps).stop_below_peak(0.5);
         let options = SolverOptions { tolerance, alternations: 2000, ..SolverOptions::default() };
         Problem::builder(self.mesh())
             .materials([steel])

@@ -5,10 +5,13 @@
 mod calibration;
 mod conditions;
 mod experiments;
+#[cfg(test)]
+mod fuzz;
+mod geometry;
+mod image;
 mod material;
 mod parameter;
 mod read;
-mod shape;
 mod simulation;
 #[cfg(test)]
 mod tests;
@@ -18,16 +21,17 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use fem::gmsh::PhysicalGroup;
-use fem::{Order, Packing, PhaseField, SolverOptions};
+use fem::{GrainMode, Homogenisation, Meshing, Order, Packing, PhaseField, Scanner, SolverOptions};
 use serde::{Deserialize, Serialize};
 
 pub use calibration::{CalibrationCase, ConfirmCase, DesignCase, QoiCase, SurrogateCase};
 pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
 pub use experiments::{ExperimentsCase, NoiseCase, VirtualCase};
+pub use geometry::SpecimenGeometry;
+pub use image::ImageCase;
 pub use material::MaterialCase;
 pub use parameter::{ByParameter, MaterialParameter, PriorBounds, PriorCase, Property};
 pub use read::CaseFile;
-pub use shape::SpecimenGeometry;
 pub use simulation::{AdaptiveCase, ArcLengthCase, OutputCase, TestCase};
 
 /// What to simulate, what to calibrate, and against which experiments.
@@ -82,14 +86,14 @@ pub struct Case {
     pub confirm: ConfirmCase,
 }
 
-/// `[specimen]`: a cylinder on a lattice, or a mesh file instead.
+/// `[specimen]`: a cylinder with a packing, an image of a specimen, or a mesh file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SpecimenCase {
-    /// Radius of the cylinder in mm.
+    /// Radius of the cylinder in mm; absent: that of the image.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radius_mm: Option<f64>,
-    /// Height of the cylinder in mm.
+    /// Height of the cylinder in mm; absent: that of the image.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub height_mm: Option<f64>,
     /// Edge in mm of the hexahedra that are split into tetrahedra.
@@ -98,10 +102,28 @@ pub struct SpecimenCase {
     /// Element order, 1 or 2.
     #[serde(default)]
     pub order: Order,
+    /// How grains become part of the mesh.
+    #[serde(default)]
+    pub grain_mode: GrainMode,
+    /// What gives the moduli of tetrahedra which are partly grain.
+    #[serde(default)]
+    pub homogenisation: Homogenisation,
+    /// With the mode `auto`, grains of more elements across than this are followed by the mesh.
+    #[serde(default = "elements_across")]
+    pub elements_across: f64,
+    /// The dihedral angle in degrees below which no tetrahedron is brought by following grains.
+    #[serde(default = "min_dihedral")]
+    pub min_dihedral_deg: f64,
     /// A packing of grains; without it the cylinder is all matrix.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grains: Option<Packing>,
-    /// A Gmsh file that replaces the lattice and the packing.
+    /// A virtual scan of the packing: the mesh is then made from its image.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scan: Option<Scanner>,
+    /// An image of the specimen, or how that of the virtual scan is segmented.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub image: Option<ImageCase>,
+    /// A Gmsh file that replaces lattice, packing and image.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<PathBuf>,
     /// Physical volume, by number or name, of each region in the mesh file.
@@ -115,4 +137,12 @@ pub struct SpecimenCase {
 impl Case {
     /// The shipped default case, every key explained.
     pub const TEMPLATE: &str = include_str!("../../cases/default.toml");
+}
+
+fn elements_across() -> f64 {
+    Meshing::new(1.0).elements_across
+}
+
+fn min_dihedral() -> f64 {
+    Meshing::new(1.0).min_dihedral_deg
 }

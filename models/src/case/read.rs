@@ -109,24 +109,16 @@ fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
     }
     let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     let (problem, help) = match names.split_first() {
-        Some((key, known)) if message.starts_with("unknown field") => (
-            format!("unknown key {key:?}"),
-            format!("{}Keys here: {}.", did_you_mean(key, known), known.join(", ")),
-        ),
+        Some((key, known)) if message.starts_with("unknown field") => {
+            // of a table whose keys are several types' the parser lists none
+            let known = if known.is_empty() { image_keys() } else { known.to_vec() };
+            let help = format!("{}Keys here: {}.", did_you_mean(key, &known), known.join(", "));
+            (format!("unknown key {key:?}"), help)
+        }
         Some((word, known)) if message.starts_with("unknown variant") => (
             format!("unknown name {word:?}"),
             format!("{}Choose one of: {}.", did_you_mean(word, known), known.join(", ")),
         ),
-        // an inline table of a name with constants has words of its own
-        _ if message.starts_with("unexpected keys in table: ") => {
-            let mut words = message.split([':', ',']).map(str::trim).skip(1);
-            let key = words.next().unwrap_or_default().to_owned();
-            let known: Vec<&str> = words.skip_while(|w| *w != "available keys").skip(1).collect();
-            (
-                format!("unknown key {key:?}"),
-                format!("{}Keys here: {}.", did_you_mean(&key, &known), known.join(", ")),
-            )
-        }
         Some((key, _)) if message.starts_with("missing field") => (
             format!("the key {key} is missing"),
             "Add it; breccia init writes a case that explains every key.".to_owned(),
@@ -137,6 +129,26 @@ fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
         ),
     };
     InputError::new(path, place, value, problem, help)
+}
+
+/// The keys of `[specimen.image]`.
+fn image_keys() -> Vec<&'static str> {
+    vec![
+        "stack",
+        "voxel_mm",
+        "specimen",
+        "percentiles",
+        "median",
+        "beam_hardening",
+        "void_threshold",
+        "grain_threshold",
+        "fill_holes_voxels",
+        "seeds",
+        "h_voxels",
+        "smoothing_passes",
+        "spacing_voxels",
+        "min_grain_voxels",
+    ]
 }
 
 /// The parser's message with TOML's words for Rust's types, on one line.
@@ -210,6 +222,11 @@ mod tests {
     #[test]
     fn the_default_case_explains_every_key() {
         let mut full = CaseFile::default_case().case;
+        let image = full.specimen.image.as_mut().unwrap();
+        image.stack = Some("scan.tif".into());
+        image.voxel_mm = Some(0.05);
+        image.segmentation.void_threshold = Some(1.0);
+        image.segmentation.grain_threshold = Some(2.0);
         full.specimen.mesh = Some("cylinder.msh".into());
         full.specimen.regions.insert("matrix".into(), 1.into());
         full.specimen.surfaces.insert("top".into(), 1.into());
@@ -283,6 +300,23 @@ mod tests {
         );
         let table = message(&with("[phase_field]", "[phasefield]"));
         assert!(table.contains("mean \"phase_field\"?"), "{table}");
+    }
+
+    #[test]
+    fn the_keys_of_an_image_are_known() {
+        let mut image = crate::case::ImageCase::default();
+        image.stack = Some("scan.tif".into());
+        image.voxel_mm = Some(0.05);
+        image.segmentation.void_threshold = Some(1.0);
+        image.segmentation.grain_threshold = Some(2.0);
+        let mut known = image_keys();
+        known.sort_unstable();
+        let table = toml::Table::try_from(&image).unwrap();
+        assert_eq!(table.keys().collect::<Vec<_>>(), known);
+        let slip = message(&with("h_voxels = ", "h_voxel = "));
+        for part in ["unknown key \"h_voxel\"", "mean \"h_voxels\"?"] {
+            assert!(slip.contains(part), "{part:?} is not in {slip:?}");
+        }
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! The test, and what a single simulation leaves behind.
 
-use fem::{Friction, Platens, Schedule, Stepping};
+use std::sync::Arc;
+
+use fem::{AdaptiveSteps, ArcLength, FixedSteps, Friction, Platens, Schedule, StepController};
 use serde::{Deserialize, Serialize};
 
 /// `[test]`: the top platen moves down at constant speed, unless [`ConditionsCase`](crate::ConditionsCase)
@@ -75,19 +77,21 @@ impl TestCase {
     pub(crate) fn schedule(&self) -> Schedule {
         Schedule {
             duration_s: self.duration_s,
-            stepping: self.stepping(),
+            steps: self.steps_by(),
             stop_below_peak: self.stop_below_peak,
         }
     }
 
-    fn stepping(&self) -> Stepping {
+    fn steps_by(&self) -> Arc<dyn StepController> {
         match (self.steps, self.adaptive, self.arc_length) {
-            (Some(steps), ..) => Stepping::Fixed(steps),
-            (_, Some(AdaptiveCase { first, largest }), _) => Stepping::Adaptive { first, largest },
-            (.., Some(ArcLengthCase { step, release_n_mm })) => {
-                Stepping::ArcLength { step, release_n_mm }
+            (Some(steps), ..) => Arc::new(FixedSteps(steps)),
+            (_, Some(AdaptiveCase { first, largest }), _) => {
+                Arc::new(AdaptiveSteps { first, largest })
             }
-            _ => Stepping::adaptive(),
+            (.., Some(ArcLengthCase { step, release_n_mm })) => {
+                Arc::new(ArcLength { step, release_n_mm })
+            }
+            _ => Arc::new(AdaptiveSteps::default()),
         }
     }
 

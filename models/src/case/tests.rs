@@ -18,7 +18,7 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
         ),
         ("order = 1", "order = 3", &["specimen.order = 3", "order = 2"]),
         (
-            "fraction = 0.1,",
+            "fraction = 0.2,",
             "fraction = 20,",
             &["specimen.grains.fraction = 20", "volume fraction"],
         ),
@@ -117,6 +117,36 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
             "matrix.young_mpa = 280.0, grain.young_mpa = 22000.0,",
             &["experiments.virtual.truth.grain.young_mpa", "is not calibrated"],
         ),
+        (
+            "fraction = 0.2,",
+            "facets = 1000000000, fraction = 0.2,",
+            &["specimen.grains", "facets = 1000000000", "6 to 200"],
+        ),
+        (
+            "fraction = 0.2,",
+            "sizes = [{ median_radius_mm = 0.0001, spread = 0.1, share = 1.0 }], fraction = 0.2,",
+            &["specimen.grains", "grains", "median_radius_mm"],
+        ),
+        ("voxel_mm = 0.05", "voxel_mm = -0.05", &["specimen.scan", "voxel_mm = -0.05"]),
+        ("blur = 0.7", "blur = nan", &["specimen.scan", "blur = NaN"]),
+        ("h_voxels = 0.5", "h_voxels = 1e9", &["specimen.image", "h_voxels = 1000000000"]),
+        ("# stack = ", "stack = ", &["specimen.grains", "stands beside specimen.image.stack"]),
+        (
+            "min_dihedral_deg = 12.0",
+            "min_dihedral_deg = 60.0",
+            &["specimen", "min_dihedral_deg = 60"],
+        ),
+        ("grain_mode = \"auto\"", "grain_mode = \"aut\"", &["specimen.grain_mode", "\"auto\"?"]),
+        (
+            "quantities = [\"slope\", ",
+            "quantities = [\"slop\", ",
+            &["qoi.quantities", "\"slope\"?"],
+        ),
+        (
+            "quantities = [\"slope\", ",
+            "quantities = [\"slope\", \"slope\", ",
+            &["qoi.quantities", "named twice"],
+        ),
         ("runs = 100", "runs = 2", &["design.runs = 2"]),
         ("chains = 4", "chains = 0", &["calibration.chains = 0"]),
         ("specimens = 8", "specimens = 1", &["experiments.virtual.specimens = 1"]),
@@ -184,9 +214,9 @@ fn a_mesh_replaces_lattice_and_packing() {
     let parse = |specimen: &str| CaseFile::parse(&format!("[specimen]\n{specimen}\n{rest}"), &path);
     let good =
         "mesh = \"cylinder.msh\"\nregions = { matrix = 1 }\nsurfaces = { bottom = 11, top = 12 }";
-    let shape = parse(good).unwrap().shape().unwrap();
+    let geometry = parse(good).unwrap().geometry().unwrap();
     assert!(
-        matches!(shape, SpecimenGeometry::Mesh { file, .. } if file == dir.path().join("cylinder.msh"))
+        matches!(geometry, SpecimenGeometry::Mesh { file, .. } if file == dir.path().join("cylinder.msh"))
     );
     for (specimen, part) in [
         (good.replace("cylinder", "missing"), "there is no such file"),

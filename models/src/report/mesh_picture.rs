@@ -1,18 +1,52 @@
-//! A cut-away picture of a labelled mesh, as SVG.
+//! A picture of a labelled mesh, cut open.
 
 use std::collections::HashMap;
-use std::fmt::Write;
 
 use fem::TetMesh;
 
-/// Where the viewer stands: azimuth and elevation in degrees.
-const VIEW: (f64, f64) = (-52.0, 24.0);
+use super::camera::{Camera, cross, dot, light, sub};
+use super::raster::{Colour, Raster, grain_colour, lit};
+
 /// Matrix whose centre lies in this sector about the axis is taken away, in degrees of azimuth.
 const CUT: (f64, f64) = (-100.0, -4.0);
+/// Longer side of the picture in pixels, of which four make one at the end.
+const SIDE: f64 = 1500.0;
+const PAPER: Colour = [255; 3];
+const MATRIX: [f64; 3] = [226.0, 222.0, 214.0];
+/// Half the width of an edge in pixels.
+const EDGE: f64 = 0.8;
+/// Triangles of a smaller height in pixels are shown without their edges, which would cover them.
+const LEAST_HEIGHT: f64 = 7.0;
 
-/// The mesh with a sector of the matrix cut out, so that the grains show: faces of the remaining
-/// tets that are seen, far ones first.
-pub fn mesh_picture(mesh: &TetMesh) -> String {
+/// The mesh with a sector of the matrix cut out, so that the grains show; mixed tetrahedra are coloured
+/// by how much of them is grain.
+pub fn mesh_picture(mesh: &TetMesh) -> Raster {
+    let camera = Camera::new();
+    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for &node in &mesh.nodes {
+        let [x, y, _] = camera.project(node);
+        low = [low[0].min(x), low[1].min(y)];
+        high = [high[0].max(x), high[1].max(y)];
+    }
+    let size = (high[0] - low[0]).max(high[1] - low[1]);
+    let (pad, scale) = (0.02 * size, SIDE / (1.04 * size));
+    let side = |k: usize| ((high[k] - low[k] + 2.0 * pad) * scale).ceil().max(2.0) as usize;
+    let mut canvas = Canvas::new(side(0), side(1));
+    for (face, tet) in visible_faces(mesh) {
+        let corners = face.map(|n| mesh.nodes[n as usize]);
+        let Some(brightness) = brightness(mesh, &camera, corners, tet) else { continue };
+        let placed = corners.map(|p| {
+            let [x, y, depth] = camera.project(p);
+            [(x - low[0] + pad) * scale, (y - low[1] + pad) * scale, depth * scale]
+        });
+        canvas.fill(placed, colour(mesh, tet), brightness);
+    }
+    canvas.picture.halved()
+}
+
+/// The faces of what is kept that belong to one tetrahedron, with it; in an order that does not depend
+/// on the hash map's.
+fn visible_faces(mesh: &TetMesh) -> Vec<([u32; 3], usize)> {
     let kept = (0..mesh.tets.len()).filter(|&t| grain(mesh, t) != 0 || !is_cut(centroid(mesh, t)));
     let mut faces: HashMap<[u32; 3], ([u32; 3], usize)> = HashMap::new();
     for t in kept {
@@ -20,107 +54,49 @@ pub fn mesh_picture(mesh: &TetMesh) -> String {
         for face in [[a, c, b], [a, b, d], [b, c, d], [a, d, c]] {
             let mut key = face;
             key.sort_unstable();
-            // a face that two kept tets share is inside
+            // a face that two kept tetrahedra have is inside
             if faces.remove(&key).is_none() {
                 faces.insert(key, (face, t));
             }
         }
     }
-    let camera = Camera::new();
-    let mut seen: Vec<(f64, String)> =
-        faces.into_values().filter_map(|(face, tet)| triangle(mesh, &camera, face, tet)).collect();
-    // ties broken by the text, so that the picture does not depend on the hash map's order
-    seen.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(&b.1)));
-    frame(mesh, &camera, &seen)
+    let mut faces: Vec<_> = faces.into_values().collect();
+    faces.sort_unstable_by_key(|&(face, tet)| (tet, face));
+    faces
 }
 
-struct Camera {
-    right: [f64; 3],
-    up: [f64; 3],
-    towards: [f64; 3],
-}
-
-impl Camera {
-    fn new() -> Self {
-        let (azimuth, elevation) = (VIEW.0.to_radians(), VIEW.1.to_radians());
-        let towards =
-            [elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin()];
-        let right = [-azimuth.sin(), azimuth.cos(), 0.0];
-        Self { right, up: cross(towards, right), towards }
-    }
-
-    fn project(&self, p: [f64; 3]) -> (f64, f64) {
-        (dot(p, self.right), -dot(p, self.up))
-    }
-}
-
-fn triangle(mesh: &TetMesh, camera: &Camera, face: [u32; 3], tet: usize) -> Option<(f64, String)> {
-    let corners = face.map(|n| mesh.nodes[n as usize]);
-    let [p, q, r] = corners;
+/// The light on a face that the viewer sees.
+fn brightness(
+    mesh: &TetMesh,
+    camera: &Camera,
+    [p, q, r]: [[f64; 3]; 3],
+    tet: usize,
+) -> Option<f64> {
     let normal = cross(sub(q, p), sub(r, p));
     let length = dot(normal, normal).sqrt();
-    // the winding of a tet's faces is not relied upon: outward is away from its centre
+    // the winding of a tetrahedron's faces is not relied upon: outward is away from its centre
     let middle = [0, 1, 2].map(|k| (p[k] + q[k] + r[k]) / 3.0);
-    let outward = dot(normal, sub(middle, centroid(mesh, tet))).signum();
-    let facing = outward * dot(normal, camera.towards) / length;
-    if facing <= 0.0 {
-        return None;
-    }
-    let light = outward * dot(normal, [0.25, -0.6, 0.76]) / length;
-    let shade = 0.62 + 0.38 * light.max(0.0);
-    let [red, green, blue] = base_colour(mesh, tet).map(|c| (c * shade) as u8);
-    let mut path = String::new();
-    for (i, corner) in corners.iter().enumerate() {
-        let (x, y) = camera.project(*corner);
-        let _ = write!(path, "{}{x:.3} {y:.3}", if i == 0 { "M" } else { "L" });
-    }
-    let colour = format!("#{red:02x}{green:02x}{blue:02x}");
-    let svg = format!(r##"<path d="{path}Z" fill="{colour}" stroke="#00000030"/>"##);
-    Some((dot(middle, camera.towards), svg))
+    let outward = dot(normal, sub(middle, centroid(mesh, tet))).signum() / length;
+    let normal = normal.map(|n| n * outward);
+    (dot(normal, camera.towards) > 0.0).then(|| light(normal))
 }
 
-/// The matrix is pale; every grain has a colour of its own.
-fn base_colour(mesh: &TetMesh, tet: usize) -> [f64; 3] {
-    const GRAINS: [[f64; 3]; 6] = [
-        [230.0, 159.0, 60.0],
-        [86.0, 160.0, 211.0],
-        [90.0, 170.0, 120.0],
-        [204.0, 121.0, 167.0],
-        [214.0, 110.0, 80.0],
-        [140.0, 130.0, 200.0],
-    ];
-    match grain(mesh, tet) {
-        0 => [226.0, 222.0, 214.0],
-        g => GRAINS[g as usize % GRAINS.len()],
+/// The matrix is pale; every grain has a colour of its own, and mixed tetrahedra lie between.
+fn colour(mesh: &TetMesh, tet: usize) -> [f64; 3] {
+    let between = |f: f64| {
+        let grains = grain_colour(0);
+        [0, 1, 2].map(|k| MATRIX[k] + f * (grains[k] - MATRIX[k]))
+    };
+    match (grain(mesh, tet), &mesh.mixture) {
+        (0, Some(mixture)) => between(f64::from(mixture[tet].fraction)),
+        (0, None) => MATRIX,
+        (g, _) => grain_colour(g),
     }
 }
 
 /// 0 in the matrix; without grain numbers the region stands for the grain.
 fn grain(mesh: &TetMesh, tet: usize) -> u32 {
     mesh.grain_of.as_ref().map_or(u32::from(mesh.region_of[tet]), |g| g[tet])
-}
-
-fn frame(mesh: &TetMesh, camera: &Camera, seen: &[(f64, String)]) -> String {
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for &node in &mesh.nodes {
-        let (x, y) = camera.project(node);
-        low = [low[0].min(x), low[1].min(y)];
-        high = [high[0].max(x), high[1].max(y)];
-    }
-    let size = (high[0] - low[0]).max(high[1] - low[1]);
-    let pad = 0.03 * size;
-    let view = format!(
-        "{:.3} {:.3} {:.3} {:.3}",
-        low[0] - pad,
-        low[1] - pad,
-        high[0] - low[0] + 2.0 * pad,
-        high[1] - low[1] + 2.0 * pad
-    );
-    let paths: String = seen.iter().map(|(_, svg)| svg.as_str()).collect();
-    format!(
-        r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="{view}" width="420" role="img" aria-label="mesh with a sector cut away"><g stroke-width="{:.4}" stroke-linejoin="round">{paths}</g></svg>"#,
-        0.0016 * size
-    )
 }
 
 fn is_cut(p: [f64; 3]) -> bool {
@@ -133,14 +109,89 @@ fn centroid(mesh: &TetMesh, tet: usize) -> [f64; 3] {
     [0, 1, 2].map(|k| corners.iter().map(|p| p[k]).sum::<f64>() / 4.0)
 }
 
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+/// A picture in which the nearest of several surfaces is seen.
+struct Canvas {
+    picture: Raster,
+    depth: Vec<f64>,
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+impl Canvas {
+    fn new(width: usize, height: usize) -> Self {
+        let depth = vec![f64::NEG_INFINITY; width * height];
+        Self { picture: Raster::new(width, height, PAPER), depth }
+    }
+
+    /// A triangle in pixels and depth, its edges darker.
+    fn fill(&mut self, corners: [[f64; 3]; 3], colour: [f64; 3], brightness: f64) {
+        let [a, b, c] = corners;
+        let twice_area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+        if twice_area.abs() < 1e-9 {
+            return;
+        }
+        // distance of a corner from the edge opposite, by which a weight becomes a distance
+        let length = |p: [f64; 3], q: [f64; 3]| (q[0] - p[0]).hypot(q[1] - p[1]);
+        let heights = [length(b, c), length(c, a), length(a, b)].map(|l| twice_area.abs() / l);
+        let has_edges = heights.iter().all(|&h| h >= LEAST_HEIGHT);
+        let bounds = |k: usize, most: usize| {
+            let values = corners.map(|p| p[k]);
+            let low = values.into_iter().fold(f64::INFINITY, f64::min).floor().max(0.0);
+            let high = values.into_iter().fold(f64::NEG_INFINITY, f64::max).ceil().max(0.0);
+            low as usize..(high as usize).min(most)
+        };
+        for y in bounds(1, self.picture.height()) {
+            for x in bounds(0, self.picture.width()) {
+                let p = [x as f64 + 0.5, y as f64 + 0.5];
+                let weight = |u: [f64; 3], v: [f64; 3]| {
+                    ((v[0] - u[0]) * (p[1] - u[1]) - (v[1] - u[1]) * (p[0] - u[0])) / twice_area
+                };
+                let weights = [weight(b, c), weight(c, a), weight(a, b)];
+                if weights.iter().any(|&w| w < 0.0) {
+                    continue;
+                }
+                let depth = (0..3).map(|k| weights[k] * corners[k][2]).sum::<f64>();
+                let place = y * self.picture.width() + x;
+                if depth > self.depth[place] {
+                    self.depth[place] = depth;
+                    let near = (0..3).any(|k| weights[k] * heights[k] < EDGE);
+                    let dark = if has_edges && near { 0.72 } else { 1.0 };
+                    self.picture.set(x, y, lit(colour, brightness * dark));
+                }
+            }
+        }
+    }
 }
 
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearer_of_two_triangles_is_seen_whatever_the_order() {
+        let triangle = |depth: f64| [[0.0, 0.0, depth], [40.0, 0.0, depth], [0.0, 40.0, depth]];
+        let (near, far) = ([200.0, 0.0, 0.0], [0.0, 200.0, 0.0]);
+        for order in [[(2.0, near), (1.0, far)], [(1.0, far), (2.0, near)]] {
+            let mut canvas = Canvas::new(40, 40);
+            for (depth, colour) in order {
+                canvas.fill(triangle(depth), colour, 1.0);
+            }
+            let mut expected = Canvas::new(40, 40);
+            expected.fill(triangle(2.0), near, 1.0);
+            assert_eq!(canvas.picture, expected.picture);
+        }
+    }
+
+    #[test]
+    fn a_sector_of_the_matrix_is_cut_away_and_grains_stay() {
+        let mut mesh = fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.0 }
+            .build()
+            .unwrap();
+        let whole = mesh.boundary_faces().len();
+        let opened = visible_faces(&mesh);
+        assert!(opened.iter().all(|&(_, tet)| !is_cut(centroid(&mesh, tet))));
+        mesh.grain_of = Some(vec![1; mesh.tets.len()]);
+        assert_eq!(visible_faces(&mesh).len(), whole);
+        let picture = mesh_picture(&mesh);
+        assert!(picture.width() > 300 && picture.height() > 300);
+        assert_eq!(picture, mesh_picture(&mesh), "the same every time");
+    }
 }

@@ -1,11 +1,21 @@
 //! The report: figures and one self-contained HTML page, from plain results.
 
+mod camera;
+mod data_uri;
 mod figures;
+mod grain_picture;
 mod mesh_picture;
 mod page;
+mod raster;
 mod results;
+mod specimen_figures;
 mod style;
 
+pub use grain_picture::grain_picture;
 pub use mesh_picture::mesh_picture;
 pub(crate) use page::{number, page};
-pub(crate) use results::{CalibratedParameter, OrderErrors, Points, Qoi, Results, mean};
+pub use raster::{Raster, side_by_side};
+pub(crate) use results::{
+    CalibratedParameter, OrderErrors, Picture, PictureContent, Points, Qoi, Results, mean,
+};
+pub(crate) use specimen_figures::{grain_sizes, mesh_quality};

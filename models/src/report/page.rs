@@ -3,8 +3,8 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use ppl::diagnostics::Identification;
 
-use super::figures;
-use super::results::{CalibratedParameter, Results, mean};
+use super::results::{CalibratedParameter, PictureContent, Results, mean};
+use super::{data_uri, figures};
 
 const STYLE: &str = include_str!("style.css");
 
@@ -101,11 +101,23 @@ fn specimen(results: &Results) -> Markup {
     html! {
         section {
             h2 { "Specimen" }
-            div.columns {
-                div { (PreEscaped(&results.mesh_svg)) }
-                (facts(&results.mesh_facts))
+            @for picture in &results.pictures {
+                figure {
+                    @match &picture.content {
+                        PictureContent::Svg(svg) => { (PreEscaped(svg)) }
+                        PictureContent::Png(bytes) => {
+                            img src=(data_uri::of_png(bytes)) alt=(picture.caption);
+                        }
+                    }
+                }
+                p.caption { (picture.caption) }
             }
-            p.caption { "The mesh of the ensemble with a sector cut away; pale: matrix." }
+            @if !results.image_facts.is_empty() {
+                h3 { "Image" }
+                (facts(&results.image_facts))
+                h3 { "Mesh" }
+            }
+            (facts(&results.mesh_facts))
         }
     }
 }

@@ -12,8 +12,10 @@ pub(crate) struct Results {
     pub(crate) title: String,
     /// The effective case, as text.
     pub(crate) case_toml: String,
-    /// The picture of the mesh, as SVG.
-    pub(crate) mesh_svg: String,
+    /// Pictures of the specimen: its image and its mesh.
+    pub(crate) pictures: Vec<Picture>,
+    /// Facts about the image: name and value; empty if there is none.
+    pub(crate) image_facts: Vec<(String, String)>,
     /// Facts about the mesh: name and value.
     pub(crate) mesh_facts: Vec<(String, String)>,
     /// Measured curves by specimen.
@@ -46,6 +48,24 @@ pub(crate) struct Results {
     pub(crate) notes: Vec<String>,
     /// Settings of the run: name and value.
     pub(crate) settings: Vec<(String, String)>,
+}
+
+/// A picture with what it shows.
+#[derive(Clone, Debug)]
+pub(crate) struct Picture {
+    /// What it shows, a sentence.
+    pub(crate) caption: &'static str,
+    /// The picture.
+    pub(crate) content: PictureContent,
+}
+
+/// A picture's file.
+#[derive(Clone, Debug)]
+pub(crate) enum PictureContent {
+    /// Pixels.
+    Png(Vec<u8>),
+    /// Lines.
+    Svg(String),
 }
 
 /// One quantity of interest.

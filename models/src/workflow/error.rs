@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use fem::{EnsembleError, FemError, LatticeError, MeshError, PackingError};
+use fem::{EnsembleError, FemError, ImageError, MeshError, MeshingError, PackingError, ScanError};
 use surrogate::SurrogateError;
 
 use crate::error::InputError;
@@ -76,13 +76,32 @@ pub enum WorkflowError {
         /// What is wrong.
         source: MeshError,
     },
-    /// The lattice cannot be built.
+    /// The mesh cannot be built.
     #[error("{}: specimen: {source}", file.display())]
-    Lattice {
+    Meshing {
         /// The case.
         file: PathBuf,
         /// What is wrong.
-        source: LatticeError,
+        source: MeshingError,
+    },
+    /// A file of an image cannot be read or written.
+    #[error(transparent)]
+    ImageFile(#[from] ImageError),
+    /// An image that cannot be segmented.
+    #[error("{}: specimen.image: {source}", file.display())]
+    Segmentation {
+        /// The case.
+        file: PathBuf,
+        /// What is wrong.
+        source: ImageError,
+    },
+    /// A virtual scan that cannot be made.
+    #[error("{}: specimen.scan: {source}", file.display())]
+    Scan {
+        /// The case.
+        file: PathBuf,
+        /// What is wrong.
+        source: ScanError,
     },
     /// The grains do not fit.
     #[error("{}: specimen.grains: {source}", file.display())]

@@ -1,12 +1,13 @@
 //! Stage `experiments`: specimens, measured or virtual, to quantities of interest.
 
-use fem::{Packing, RunInput, RunRecord, RunStatus, gmsh};
+use fem::{Meshing, Packing, RunInput, RunRecord, RunStatus, gmsh};
 use rayon::prelude::*;
 
 use super::WorkflowError;
 use super::files::{SPECIMENS, write};
 use super::runs::run_ensemble;
-use super::simulator::{Simulator, height_mm, lattice_mesh, recorded, simulated_qois};
+use super::simulator::{Simulator, height_mm, radius_mm, recorded, simulated_qois};
+use super::specimen::packed_mesh;
 use super::task::Task;
 use crate::case::{ByParameter, MaterialParameter, QoiCase, SpecimenGeometry};
 use crate::error::InputError;
@@ -23,11 +24,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     };
     let table = inputs.chosen(table)?;
     let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
-    let scale = MeshScale {
-        height_mm: height_mm(&mesh),
-        radius_mm: inputs.specimen().radius_mm,
-        qoi: inputs.qoi(),
-    };
+    let scale =
+        MeshScale { height_mm: height_mm(&mesh), radius_mm: radius_mm(&mesh), qoi: inputs.qoi() };
     let rows = table
         .specimens
         .iter()
@@ -42,7 +40,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
 /// The size of the mesh, at which specimens are compared.
 struct MeshScale<'a> {
     height_mm: f64,
-    radius_mm: Option<f64>,
+    radius_mm: f64,
     qoi: &'a QoiCase,
 }
 
@@ -72,11 +70,12 @@ impl MeshScale<'_> {
                 ),
             );
         }
-        if let Some(radius) = self.radius_mm.filter(|r| (r / radius_mm - 1.0).abs() > 0.01) {
+        let radius = self.radius_mm;
+        if (radius / radius_mm - 1.0).abs() > 0.01 {
             say(
                 "note",
                 &format!(
-                    "{id} has a radius of {radius_mm} mm, the mesh {radius} mm: forces are not scaled"
+                    "{id} has a radius of {radius_mm} mm, the mesh {radius:.4} mm: forces are not scaled"
                 ),
             );
         }
@@ -97,13 +96,14 @@ impl MeshScale<'_> {
 /// Simulates the virtual specimens and writes them as measured ones.
 fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowError> {
     let inputs = &task.inputs;
-    let shape = inputs.shape()?;
-    let SpecimenGeometry::Lattice { radius_mm, height_mm, spacing_mm, grains } = &shape else {
-        let message = "virtual specimens need a lattice to put their own grains on";
+    let geometry = inputs.geometry()?;
+    let SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, meshing, .. } = &geometry else {
+        let message = "virtual specimens need a cylinder to put their own grains in";
         return Err(WorkflowError::Unusable(message.to_owned()));
     };
     let (setup, truth) = (inputs.setup(), inputs.truth()?);
-    let spacing = inputs.spacing_mm()?.unwrap_or(*spacing_mm);
+    let spacing_mm = meshing.spacing_mm;
+    let spacing = inputs.spacing_mm()?.unwrap_or(spacing_mm);
     let specimens = VirtualSpecimen::draw(
         *inputs.specimens()?,
         *inputs.seed()?,
@@ -114,17 +114,20 @@ fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowErro
     let parameters: Vec<MaterialParameter> = truth.parameters().cloned().collect();
     let simulator = |seed: Option<u64>, spacing: f64| {
         let grains = grains.as_ref().map(|g| Packing { seed: seed.unwrap_or(g.seed), ..g.clone() });
-        let mesh = lattice_mesh(setup.path, [*radius_mm, *height_mm, spacing], grains.as_ref())?;
-        Simulator::new(&setup, mesh, parameters.clone())
+        let meshing = Meshing { spacing_mm: spacing, ..*meshing };
+        let size = [*radius_mm, *height_mm];
+        // nature has no scanner: specimens have the grains themselves
+        let meshed = packed_mesh(setup.path, size, grains.as_ref(), &meshing)?;
+        Simulator::new(&setup, meshed.mesh, parameters.clone())
     };
     let mut tests: Vec<(Simulator, Vec<f64>)> = specimens
         .par_iter()
         .map(|v| Ok((simulator(Some(v.packing_seed), spacing)?, v.parameters.clone())))
         .collect::<Result<_, WorkflowError>>()?;
-    if spacing != *spacing_mm {
+    if spacing != spacing_mm {
         // the surrogate's microstructure at the truth, on both meshes: the bias of the coarse one
         let truth: Vec<f64> = truth.iter().map(|(_, &value)| value).collect();
-        for spacing in [*spacing_mm, spacing] {
+        for spacing in [spacing_mm, spacing] {
             tests.push((simulator(None, spacing)?, truth.clone()));
         }
     }
@@ -145,7 +148,7 @@ fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowErro
         }
     }
     if let [coarse, fine] = &records[specimens.len()..] {
-        write_bias(task, [*spacing_mm, spacing], [coarse, fine])?;
+        write_bias(task, [spacing_mm, spacing], [coarse, fine])?;
     }
     write_specimens(task, truth, &specimens, &records, [*height_mm, *radius_mm])
 }

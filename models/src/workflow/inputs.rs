@@ -7,16 +7,17 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use ::surrogate::Input;
-use fem::{Order, PhaseField, SolverOptions};
+use fem::{Homogenisation, Order, PhaseField, SolverOptions};
 use serde::{Deserialize, Serialize};
 
 use super::WorkflowError;
 use super::content_hash::ContentHash;
 use super::files::SPECIMENS;
 use super::simulator::Setup;
+use super::specimen::{Scanned, Source};
 use crate::case::{
     ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase,
-    MaterialCase, MaterialParameter, NoiseCase, PriorCase, QoiCase, SpecimenCase, SpecimenGeometry,
+    MaterialCase, MaterialParameter, NoiseCase, PriorCase, QoiCase, SpecimenGeometry,
     SurrogateCase, TestCase, VirtualCase,
 };
 use crate::experiment::SpecimenTable;
@@ -116,8 +117,8 @@ macro_rules! parts {
 }
 
 parts! {
-    specimen: specimen => SpecimenCase;
     order: specimen.order => Order;
+    homogenisation: specimen.homogenisation => Homogenisation;
     material: material => BTreeMap<String, MaterialCase>;
     phase_field: phase_field => Option<PhaseField>;
     test: test => TestCase;
@@ -165,6 +166,7 @@ impl Inputs<'_> {
         Setup {
             path: &self.file.path,
             order: *self.order(),
+            homogenisation: *self.homogenisation(),
             material: self.material(),
             phase_field: self.phase_field().as_ref(),
             test: self.test(),
@@ -174,14 +176,41 @@ impl Inputs<'_> {
     }
 
     /// The geometry of the specimen.
-    pub(super) fn shape(&self) -> Result<SpecimenGeometry, WorkflowError> {
+    pub(super) fn geometry(&self) -> Result<SpecimenGeometry, WorkflowError> {
         self.reads("specimen");
-        let shape = self.file.shape()?;
-        if let SpecimenGeometry::Mesh { .. } = shape {
+        let geometry = self.file.geometry()?;
+        if let SpecimenGeometry::Mesh { .. } = geometry {
             // the copy beside the case
             self.reads_file("specimen.msh");
         }
-        Ok(shape)
+        Ok(geometry)
+    }
+
+    /// What is scanned, if grains come from an image.
+    pub(super) fn scanned(&self) -> Result<Option<Scanned>, WorkflowError> {
+        for key in ["image", "scan", "grains", "radius_mm", "height_mm"] {
+            self.reads(&format!("specimen.{key}"));
+        }
+        let scanned = Scanned::of(&self.file.geometry()?).map(|(scanned, _)| scanned);
+        if let Some(Scanned { source: Source::Stack(path, _), .. }) = &scanned {
+            self.reads_file(&path.to_string_lossy());
+        }
+        Ok(scanned)
+    }
+
+    /// The case's file, for messages.
+    pub(super) fn case_path(&self) -> &Path {
+        &self.file.path
+    }
+
+    /// Refuses a spacing that makes no mesh of a size that can be computed.
+    pub(super) fn check_spacing(
+        &self,
+        spacing_mm: f64,
+        radius_mm: f64,
+        height_mm: f64,
+    ) -> Result<(), WorkflowError> {
+        Ok(self.file.check_spacing("specimen.spacing_mm", spacing_mm, radius_mm, height_mm)?)
     }
 
     /// What is calibrated and its box, as the surrogate takes it.

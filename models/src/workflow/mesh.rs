@@ -1,35 +1,132 @@
-//! Stage `mesh`: geometry to tetrahedra.
+//! Stage `mesh`: geometry or labels to tetrahedra.
 
-use fem::{gmsh, vtu};
+use std::collections::BTreeSet;
+
+use fem::{Cylinder, MeshReport, Meshed, Quality, TetMesh, gmsh, tiff, vtu};
 
 use super::WorkflowError;
-use super::simulator::{Simulator, build_mesh, height_mm};
+use super::inputs::Inputs;
+use super::segment::{WHOLE, write_picture};
+use super::simulator::{Simulator, height_mm};
+use super::specimen::{Scanned, direct_mesh, labelled_mesh};
 use super::task::Task;
-use crate::report::mesh_picture;
+use crate::progress::say;
+use crate::report::{mesh_picture, mesh_quality};
+use crate::table::CsvTable;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let setup = task.inputs.setup();
-    let mesh = build_mesh(&task.inputs.shape()?, setup.path)?;
+    let (mesh, report) = build(&task.inputs)?;
+    for warning in report.iter().flat_map(MeshReport::warnings) {
+        say("note", &warning);
+    }
     gmsh::write(task.product("mesh.msh")?, &mesh)?;
     vtu::write(task.product("mesh.vtu")?, &mesh, &[], &[])?;
-    task.write("mesh.svg", &mesh_picture(&mesh))?;
+    write_picture(task, "mesh.png", &mesh_picture(&mesh))?;
+    task.write("mesh_quality.svg", &mesh_quality(&Quality::smallest_dihedrals_deg(&mesh)))?;
 
-    let mut rows = vec![
-        ("nodes".to_owned(), mesh.nodes.len() as f64),
-        ("tets".to_owned(), mesh.tets.len() as f64),
-        ("height_mm".to_owned(), height_mm(&mesh)),
-        ("mean_edge_mm".to_owned(), mesh.mean_edge()),
-        ("volume_mm3".to_owned(), mesh.volume()),
-    ];
-    for name in &mesh.regions {
-        rows.push((format!("volume_{name}_mm3"), mesh.region_volume(name)?));
-    }
-    let (tets, nodes, volume) = (mesh.tets.len(), mesh.nodes.len(), mesh.volume());
-    let grain = mesh.region_volume("grain").unwrap_or(0.0) / volume;
+    let mut rows = quantities(&mesh)?;
+    rows.extend(report.iter().flat_map(of_report));
+    let (tets, nodes) = (mesh.tets.len(), mesh.nodes.len());
+    let part = 100.0 * grain_fraction(&mesh);
     // a case whose materials or test do not fit the mesh fails here, not after a hundred runs
     let simulator = Simulator::new(&setup, mesh, Vec::new())?;
     rows.push(("unknowns".to_owned(), simulator.problem().unknowns() as f64));
     let rows = rows.into_iter().map(|(name, value)| [name, value.to_string()]);
     task.write_csv("mesh.csv", ["quantity", "value"], rows)?;
-    Ok(format!("{tets} tetrahedra, {nodes} nodes, {:.1} % grains", 100.0 * grain))
+    Ok(format!("{tets} tetrahedra, {nodes} nodes, {part:.1} % grains"))
+}
+
+fn build(inputs: &Inputs<'_>) -> Result<(TetMesh, Option<MeshReport>), WorkflowError> {
+    let geometry = inputs.geometry()?;
+    let Some((_, meshing)) = Scanned::of(&geometry) else {
+        return direct_mesh(inputs.case_path(), &geometry);
+    };
+    let (labels, solid) = (inputs.file("labels.tif")?, inputs.file("solid.tif")?);
+    let cylinder = cylinder(inputs)?;
+    let voxel_mm = Some(quantity(inputs, "voxel_mm")?);
+    let labels = tiff::read_labels(&labels, voxel_mm)?;
+    let mut solid = tiff::read(&solid, voxel_mm)?;
+    solid.values.iter_mut().for_each(|value| *value /= WHOLE);
+    if labels.shape != solid.shape {
+        let path = inputs.file("solid.tif")?;
+        return Err(WorkflowError::OtherCase { path, stage: "segment" });
+    }
+    inputs.check_spacing(meshing.spacing_mm, cylinder.radius_mm, cylinder.height_mm())?;
+    let Meshed { mesh, report } =
+        labelled_mesh(inputs.case_path(), &labels, &solid, &cylinder, &meshing)?;
+    Ok((mesh, Some(report)))
+}
+
+/// Where the specimen stands in its image.
+fn cylinder(inputs: &Inputs<'_>) -> Result<Cylinder, WorkflowError> {
+    let number = |name: &str| quantity(inputs, name);
+    Ok(Cylinder {
+        centre_mm: [number("centre_x_mm")?, number("centre_y_mm")?],
+        radius_mm: number("radius_mm")?,
+        bottom_mm: number("bottom_mm")?,
+        top_mm: number("top_mm")?,
+    })
+}
+
+fn quantity(inputs: &Inputs<'_>, name: &str) -> Result<f64, WorkflowError> {
+    let path = inputs.file("segment.csv")?;
+    let table = CsvTable::read(&path, &["quantity", "value"])?;
+    Ok(table.named("quantity", name)?.number("value")?)
+}
+
+/// Part of the volume that is grain, mixed tetrahedra by their parts.
+fn grain_fraction(mesh: &TetMesh) -> f64 {
+    let Some(region) = mesh.regions.iter().position(|region| region == "grain") else { return 0.0 };
+    let volumes = mesh.volumes();
+    let part = |tet: usize| match &mesh.mixture {
+        _ if usize::from(mesh.region_of[tet]) == region => 1.0,
+        Some(mixture) => f64::from(mixture[tet].fraction),
+        None => 0.0,
+    };
+    let grains: f64 = volumes.iter().enumerate().map(|(tet, volume)| part(tet) * volume).sum();
+    grains / volumes.iter().sum::<f64>()
+}
+
+/// What any mesh has.
+fn quantities(mesh: &TetMesh) -> Result<Vec<(String, f64)>, WorkflowError> {
+    let quality = Quality::of(mesh);
+    let grains: BTreeSet<u32> =
+        mesh.grain_of.iter().flatten().copied().filter(|&grain| grain > 0).collect();
+    let mut rows = [
+        ("nodes", mesh.nodes.len() as f64),
+        ("tets", mesh.tets.len() as f64),
+        ("height_mm", height_mm(mesh)),
+        ("mean_edge_mm", quality.mean_edge_mm),
+        ("volume_mm3", mesh.volume()),
+        ("dihedral_min_deg", quality.min_dihedral_deg),
+        ("dihedral_p01_deg", quality.p01_dihedral_deg),
+        ("grain_fraction", grain_fraction(mesh)),
+    ]
+    .map(|(name, value)| (name.to_owned(), value))
+    .to_vec();
+    if mesh.mixture.is_none() {
+        rows.push(("grains".to_owned(), grains.len() as f64));
+    }
+    for name in &mesh.regions {
+        rows.push((format!("volume_{name}_mm3"), mesh.region_volume(name)?));
+    }
+    Ok(rows)
+}
+
+/// What only the mesher knows.
+fn of_report(report: &MeshReport) -> Vec<(String, f64)> {
+    let counted = |mode| report.grains_in(mode) as f64;
+    [
+        ("asked_grain_fraction", report.asked_fraction),
+        ("grains_followed", counted(fem::GrainMode::Conforming)),
+        ("grains_mixed", counted(fem::GrainMode::Fraction)),
+        ("grains_lost", report.lost_grains() as f64),
+        ("mixed_tets", report.mixed_tets as f64),
+        ("interface_rms_mm", report.interface_rms_mm),
+        ("wall_error_mm", report.wall_error_mm),
+        ("euler_characteristic", report.euler_characteristic as f64),
+    ]
+    .map(|(name, value)| (name.to_owned(), value))
+    .to_vec()
 }

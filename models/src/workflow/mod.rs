@@ -3,7 +3,8 @@
 //! | stage | reads | writes |
 //! |---|---|---|
 //! | (opening) | the case and what it names | `case.toml` (every default written out), `specimen.msh` or `experiments/` (copies) |
-//! | mesh | `case.toml` | `mesh.vtu` (regions, grains), `mesh.msh` (Gmsh 4.1), `mesh.csv` (`quantity,value`), `mesh.svg` (picture) |
+//! | segment | the image, or a packing to be scanned | `scan.tif` (virtual), `labels.tif`, `solid.tif` (part of each voxel that is grain), `grains.csv`, `segment.csv` (`quantity,value`), `slices.png`, `grains.png`, `grain_sizes.svg` |
+//! | mesh | `case.toml`; `labels.tif`, `solid.tif`, `segment.csv` where there is an image | `mesh.vtu` (regions, grains), `mesh.msh` (Gmsh 4.1), `mesh.csv` (`quantity,value`), `mesh.png` (cut open), `mesh_quality.svg` |
 //! | experiments | `mesh.msh`, `experiments/` | virtual: `experiments/{specimens,truth,bias}.csv`, `experiments/curves/`; `experiments.csv` |
 //! | ensemble | `mesh.msh` | `ensemble/` (one file a run, for resuming), `runs.csv` (a [`surrogate::Dataset`]), `failed_runs.csv`, `curves/run-*.csv` |
 //! | surrogate | `runs.csv` | `surrogate.json`, `surrogate_orders.csv`, `surrogate_error.json` |
@@ -26,8 +27,10 @@ mod inputs;
 mod mesh;
 mod report;
 mod runs;
+mod segment;
 mod simulate;
 mod simulator;
+mod specimen;
 mod stage;
 mod stages;
 mod surrogate;
@@ -96,6 +99,11 @@ impl<'a> Workflow<'a> {
                 std::fs::copy(&from, &to).map_err(|e| WorkflowError::io(&from, e))?;
             }
             *mesh = "specimen.msh".into();
+        }
+        if let Some(stack) = file.case.specimen.image.as_mut().and_then(|i| i.stack.as_mut()) {
+            // too large to be copied
+            let from = source.beside(stack);
+            *stack = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
         }
         if let Some(table) = file.case.experiments.as_mut().and_then(|e| e.table.as_mut()) {
             let (from, to) = (source.beside(table), dir.join(SPECIMENS));

@@ -9,7 +9,8 @@ use fem::{Checkpoint, CurvePoint, CurveWriter, FemError, Fields, Observer, vtu};
 
 use super::WorkflowError;
 use super::files::write;
-use super::simulator::{Setup, Simulator, build_mesh, failure};
+use super::simulator::{Setup, Simulator, failure};
+use super::specimen::mesh_of;
 use crate::case::CaseFile;
 use crate::progress::{Bar, say};
 
@@ -28,7 +29,7 @@ pub fn simulate(
 ) -> Result<PathBuf, WorkflowError> {
     std::fs::create_dir_all(dir).map_err(|e| WorkflowError::results(dir, e))?;
     let setup = Setup::from(file);
-    let mesh = build_mesh(&file.shape()?, setup.path)?;
+    let mesh = mesh_of(file)?;
     let simulator = Simulator::new(&setup, mesh, Vec::new())?;
     let test = simulator.problem();
     let state = dir.join("simulate.state");

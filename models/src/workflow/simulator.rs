@@ -4,14 +4,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use fem::{
-    CompressionTest, CurvePoint, CylinderLattice, End, FemError, MeshError, Order, Outcome,
-    Packing, PhaseField, Problem, SolverOptions, TetMesh, gmsh, label,
+    CompressionTest, CurvePoint, End, FemError, Homogenisation, Order, Outcome, PhaseField,
+    Problem, SolverOptions, TetMesh,
 };
 
 use super::WorkflowError;
-use crate::case::{
-    CaseFile, ConditionsCase, MaterialCase, MaterialParameter, SpecimenGeometry, TestCase,
-};
+use crate::case::{CaseFile, ConditionsCase, MaterialCase, MaterialParameter, TestCase};
 use crate::experiment::TestCurve;
 use crate::qoi::{QoiError, Qois};
 
@@ -21,6 +19,7 @@ pub(super) struct Setup<'a> {
     /// The case's file, for messages.
     pub(super) path: &'a Path,
     pub(super) order: Order,
+    pub(super) homogenisation: Homogenisation,
     pub(super) material: &'a BTreeMap<String, MaterialCase>,
     pub(super) phase_field: Option<&'a PhaseField>,
     pub(super) test: &'a TestCase,
@@ -33,6 +32,7 @@ impl<'a> From<&'a CaseFile> for Setup<'a> {
         Self {
             path,
             order: case.specimen.order,
+            homogenisation: case.specimen.homogenisation,
             material: &case.material,
             phase_field: case.phase_field.as_ref(),
             test: &case.test,
@@ -42,46 +42,20 @@ impl<'a> From<&'a CaseFile> for Setup<'a> {
     }
 }
 
-/// The mesh of a case: its lattice with its packing, or its mesh file.
-pub(super) fn build_mesh(shape: &SpecimenGeometry, case: &Path) -> Result<TetMesh, WorkflowError> {
-    match shape {
-        SpecimenGeometry::Lattice { radius_mm, height_mm, spacing_mm, grains } => {
-            lattice_mesh(case, [*radius_mm, *height_mm, *spacing_mm], grains.as_ref())
-        }
-        SpecimenGeometry::Mesh { file, regions, surfaces } => {
-            let names = gmsh::GmshNames { regions: regions.clone(), surfaces: surfaces.clone() };
-            gmsh::read(file, &names).map_err(|e| match e {
-                MeshError::File { .. } | MeshError::Io { .. } => e.into(),
-                // what the mesh's own check finds does not know of the file
-                source => WorkflowError::UnsoundMesh { path: file.clone(), source },
-            })
-        }
-    }
-}
-
-/// A cylinder [radius, height, spacing] in mm with a packing of grains.
-pub(super) fn lattice_mesh(
-    case: &Path,
-    [radius_mm, height_mm, spacing_mm]: [f64; 3],
-    grains: Option<&Packing>,
-) -> Result<TetMesh, WorkflowError> {
-    let lattice = CylinderLattice { radius_mm, height_mm, spacing_mm };
-    let file = || case.to_owned();
-    let mut mesh =
-        lattice.build().map_err(|source| WorkflowError::Lattice { file: file(), source })?;
-    if let Some(packing) = grains.filter(|packing| packing.fraction > 0.0) {
-        let grains = packing
-            .fill(radius_mm, height_mm)
-            .map_err(|source| WorkflowError::Packing { file: file(), source })?;
-        label(&mut mesh, &grains);
-    }
-    Ok(mesh)
-}
-
 /// The height of a mesh in mm.
 pub(super) fn height_mm(mesh: &TetMesh) -> f64 {
     let z = || mesh.nodes.iter().map(|x| x[2]);
     z().fold(f64::NEG_INFINITY, f64::max) - z().fold(f64::INFINITY, f64::min)
+}
+
+/// The largest distance of a mesh's nodes from its axis in mm, the axis being the middle of its extent.
+pub(super) fn radius_mm(mesh: &TetMesh) -> f64 {
+    let extent = |k: usize| {
+        let values = || mesh.nodes.iter().map(move |x| x[k]);
+        (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max))
+    };
+    let [x, y] = [0, 1].map(extent).map(|(low, high)| 0.5 * (low + high));
+    mesh.nodes.iter().map(|p| (p[0] - x).hypot(p[1] - y)).fold(0.0, f64::max)
 }
 
 /// A simulation whose parameters take other values at every run.
@@ -174,6 +148,7 @@ fn problem(
     };
     parts
         .order(setup.order)
+        .homogenisation(setup.homogenisation)
         .materials(materials)
         .phase_field(setup.phase_field.copied())
         .options(*setup.solver)

@@ -1,14 +1,29 @@
 //! The table of the stages: what each is called, what it writes, what runs it.
 
 use super::stage::Stage;
-use super::{calibrate, confirm, ensemble, experiments, mesh, report, surrogate};
+use super::{calibrate, confirm, ensemble, experiments, mesh, report, segment, surrogate};
 
 /// All stages in order: a new one is a row here and a file beside this one.
-pub static STAGES: [Stage; 7] = [
+pub static STAGES: [Stage; 8] = [
+    Stage {
+        name: "segment",
+        about: "Find the grains of an image, or of a virtual scan: labels.tif, grains.csv, segment.csv",
+        products: &[
+            "scan.tif",
+            "labels.tif",
+            "solid.tif",
+            "grains.csv",
+            "segment.csv",
+            "slices.png",
+            "grains.png",
+            "grain_sizes.svg",
+        ],
+        run: segment::run,
+    },
     Stage {
         name: "mesh",
         about: "Build the mesh: mesh.vtu (for ParaView), mesh.msh (Gmsh), mesh.csv",
-        products: &["mesh.msh", "mesh.vtu", "mesh.svg", "mesh.csv"],
+        products: &["mesh.msh", "mesh.vtu", "mesh.png", "mesh_quality.svg", "mesh.csv"],
         run: mesh::run,
     },
     Stage {

@@ -1,20 +1,21 @@
 //! Activity: which names may hold unknowns, or what follows from them; also those of variables and
 //! vectors that begin as data and are changed later.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use quote::ToTokens;
 use syn::visit::{self, Visit};
 use syn::{Expr, Ident, Item, Local, Pat, Stmt};
 
-use crate::ast::{ArmBody, Block, Flow, Id, Init, Kind, Statement};
+use crate::ast::{Block, Id, Init, Kind, Left, Statement};
 use crate::syntax::expressions::{is_assignment, is_comparison};
-use crate::syntax::patterns::{bound_by_condition, bound_names};
+use crate::syntax::patterns::{bindings, bound_names};
 use crate::syntax::places::root;
 use crate::syntax::tokens::mentions;
+use crate::walk::{self, Walk};
 
 /// The active names of a body, wherever in it.
-#[derive(Clone, Debug, Default)]
+#[derive(Default)]
 pub(crate) struct Activity {
     /// All that may hold unknowns.
     active: HashSet<Ident>,
@@ -22,10 +23,9 @@ pub(crate) struct Activity {
     changed: HashSet<Ident>,
     /// Those that are changed so by `=` and its kind.
     assigned: HashSet<Ident>,
-    /// Declarations whose names are changed so by what follows in their block.
-    begins: HashSet<Id>,
-    /// Those whose names are assigned so.
-    overwritten: HashSet<Id>,
+    /// Declarations whose names are changed so by what follows in their block, and whether by `=` and
+    /// its kind.
+    begins: HashMap<Id, bool>,
 }
 
 impl Activity {
@@ -34,7 +34,9 @@ impl Activity {
         let mut activity = Self::default();
         activity.active.extend(given);
         activity.read(&body.statements);
-        activity.find_begins(body);
+        let mut begins = Begins { activity: &activity, found: HashMap::new() };
+        begins.block(body);
+        activity.begins = begins.found;
         activity
     }
 
@@ -43,19 +45,14 @@ impl Activity {
         self.active.iter()
     }
 
-    /// Whether a name may hold unknowns.
-    fn is_active(&self, name: &Ident) -> bool {
-        self.active.contains(name)
-    }
-
     /// Whether Rust mentions a name that may hold unknowns.
     pub(crate) fn mentions(&self, tokens: &impl ToTokens) -> bool {
-        mentions(tokens.to_token_stream(), &|name| self.is_active(name))
+        mentions(tokens.to_token_stream(), &|name| self.active.contains(name))
     }
 
     /// Whether the value of an expression may hold unknowns.
     pub(crate) fn holds(&self, expr: &Expr) -> bool {
-        holds(expr, &|name| self.is_active(name))
+        holds(expr, &|name| self.active.contains(name))
     }
 
     /// Whether a name is changed to something that may hold unknowns.
@@ -65,99 +62,28 @@ impl Activity {
 
     /// Whether the name that a statement declares is changed so by what follows in its block.
     pub(crate) fn begins(&self, statement: Id) -> bool {
-        self.begins.contains(&statement)
+        self.begins.contains_key(&statement)
     }
 
     /// Whether it is assigned so.
     pub(crate) fn is_overwritten(&self, statement: Id) -> bool {
-        self.overwritten.contains(&statement)
-    }
-
-    /// Which declarations begin what is changed after them.
-    fn find_begins(&mut self, body: &Block) {
-        for block in body.nested() {
-            for (i, statement) in block.statements.iter().enumerate() {
-                let Kind::Let { pat: Pat::Ident(pat), .. } = &statement.kind else { continue };
-                if !self.is_changed(&pat.ident) {
-                    continue;
-                }
-                let mut after = Self { active: self.active.clone(), ..Self::default() };
-                after.read(&block.statements[i + 1..]);
-                if after.changed.contains(&pat.ident) {
-                    self.begins.insert(statement.id);
-                }
-                if after.assigned.contains(&pat.ident) {
-                    self.overwritten.insert(statement.id);
-                }
-            }
-        }
+        self.begins.get(&statement) == Some(&true)
     }
 
     /// Reads until nothing new is found: what a loop changes is read at its begin too.
     fn read(&mut self, statements: &[Statement]) {
         loop {
             let before = (self.active.len(), self.changed.len(), self.assigned.len());
-            self.statements(statements);
+            statements.iter().for_each(|statement| self.statement(statement));
             if before == (self.active.len(), self.changed.len(), self.assigned.len()) {
                 return;
             }
         }
     }
 
-    fn statements(&mut self, statements: &[Statement]) {
-        for statement in statements {
-            match &statement.kind {
-                Kind::Unknown { name, .. } | Kind::Part { name, .. } => {
-                    self.active.insert(name.clone());
-                }
-                Kind::Impute { place, .. } => self.active.extend(root(place)),
-                Kind::Let { pat, init, .. } => match init {
-                    Some(Init::Value { value, .. }) => self.value(pat, value),
-                    Some(Init::Flow(_, flow)) => {
-                        self.flow(flow);
-                        self.active.extend(bound_names(pat));
-                    }
-                    None => {}
-                },
-                Kind::Flow(flow) | Kind::End(Init::Flow(_, flow)) => self.flow(flow),
-                Kind::Rust(stmt) => self.visit_stmt(stmt),
-                Kind::End(Init::Value { value, .. }) => self.visit_expr(value),
-                Kind::Observe { .. } | Kind::Factor { .. } | Kind::Broken { .. } => {}
-            }
-        }
-    }
-
-    fn value(&mut self, pat: &Pat, value: &Expr) {
-        self.visit_expr(value);
+    fn derive(&mut self, pat: &Pat, value: &Expr) {
         if self.holds(value) {
             self.active.extend(bound_names(pat));
-        }
-    }
-
-    fn flow(&mut self, flow: &Flow) {
-        match flow {
-            Flow::For(plate) => {
-                self.value(&plate.pat, &plate.iter);
-                self.statements(&plate.body.statements);
-                self.changed_elements(&plate.pat, &plate.iter);
-            }
-            Flow::If { condition, then, otherwise, .. } => {
-                if self.holds(condition) {
-                    self.active.extend(bound_by_condition(condition));
-                }
-                self.statements(&then.statements);
-                otherwise.iter().for_each(|(_, flow)| self.flow(flow));
-            }
-            Flow::Match { scrutinee, arms, .. } => {
-                for arm in arms {
-                    self.value(&arm.pat, scrutinee);
-                    match &arm.body {
-                        ArmBody::Block(block) => self.statements(&block.statements),
-                        ArmBody::Value(value) => self.visit_expr(value),
-                    }
-                }
-            }
-            Flow::Block(block) => self.statements(&block.statements),
         }
     }
 
@@ -181,12 +107,33 @@ impl Activity {
     }
 }
 
+impl<'a> Walk<'a> for Activity {
+    fn statement(&mut self, statement: &'a Statement) {
+        match &statement.kind {
+            Kind::Tilde { left: Left::Unknown(_, name) | Left::Part(_, name), .. } => {
+                self.active.insert(name.clone());
+            }
+            Kind::Tilde { left: Left::Missing(place), .. } => self.active.extend(root(place)),
+            Kind::Let { pat, init: Some(Init::Flow(..)), .. } => {
+                self.active.extend(bound_names(pat));
+            }
+            _ => {}
+        }
+        walk::statement(self, statement);
+        if let Kind::For(plate) = &statement.kind {
+            self.changed_elements(&plate.pat, &plate.iter);
+        }
+    }
+
+    fn bind(&mut self, pat: &'a Pat, value: &'a Expr) {
+        self.derive(pat, value);
+    }
+}
+
 impl<'a> Visit<'a> for Activity {
     fn visit_local(&mut self, local: &'a Local) {
         visit::visit_local(self, local);
-        if local.init.as_ref().is_some_and(|init| self.holds(&init.expr)) {
-            self.active.extend(bound_names(&local.pat));
-        }
+        local.init.iter().for_each(|init| self.derive(&local.pat, &init.expr));
     }
 
     fn visit_stmt(&mut self, stmt: &'a Stmt) {
@@ -201,18 +148,14 @@ impl<'a> Visit<'a> for Activity {
 
     fn visit_expr(&mut self, expr: &'a Expr) {
         visit::visit_expr(self, expr);
+        bindings(expr).into_iter().for_each(|(pat, value)| self.derive(pat, value));
         match expr {
             Expr::Assign(assign) if self.holds(&assign.right) => self.assign(&assign.left),
             Expr::Binary(binary) if is_assignment(&binary.op) && self.holds(&binary.right) => {
                 self.assign(&binary.left);
             }
             Expr::Call(_) if self.holds(expr) => self.change(borrowed(expr)),
-            Expr::ForLoop(each) => {
-                if self.holds(&each.expr) {
-                    self.active.extend(bound_names(&each.pat));
-                }
-                self.changed_elements(&each.pat, &each.expr);
-            }
+            Expr::ForLoop(each) => self.changed_elements(&each.pat, &each.expr),
             _ => {}
         }
     }
@@ -220,6 +163,32 @@ impl<'a> Visit<'a> for Activity {
     // functions inside a model are functions of their own
     fn visit_item(&mut self, _: &'a Item) {}
 }
+
+/// Finds which declarations begin what is changed after them.
+struct Begins<'a> {
+    activity: &'a Activity,
+    found: HashMap<Id, bool>,
+}
+
+impl<'a> Walk<'a> for Begins<'_> {
+    fn block(&mut self, block: &'a Block) {
+        for (i, statement) in block.statements.iter().enumerate() {
+            if let Kind::Let { pat: Pat::Ident(pat), .. } = &statement.kind
+                && self.activity.is_changed(&pat.ident)
+            {
+                let mut after =
+                    Activity { active: self.activity.active.clone(), ..Activity::default() };
+                after.read(&block.statements[i + 1..]);
+                if after.is_changed(&pat.ident) {
+                    self.found.insert(statement.id, after.assigned.contains(&pat.ident));
+                }
+            }
+        }
+        walk::block(self, block);
+    }
+}
+
+impl<'a> Visit<'a> for Begins<'_> {}
 
 /// Methods of unknowns, and of arrays of them, whose results are plain numbers.
 const PLAIN: [&str; 4] = ["value", "len", "is_empty", "is_constant"];

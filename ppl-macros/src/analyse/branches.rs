@@ -1,145 +1,95 @@
 //! Whether every point runs the same statements.
 
-use proc_macro2::TokenStream;
 use quote::ToTokens;
 use syn::visit::{self, Visit};
 use syn::{Expr, Stmt};
 
 use super::activity::Activity;
-use super::uses::Uses;
-use crate::ast::{ArmBody, Block, Flow, Init, Kind, Mark};
+use crate::ast::{Block, Flow, Init, Kind, Left, Mark, Statement};
 use crate::syntax::expressions::{is_comparison, keeps_its_length};
-use crate::syntax::tokens::says;
+use crate::syntax::patterns::bound_names;
+use crate::syntax::tokens::{mentions, says};
+use crate::walk::{self, Walk};
 
 /// Whether every point runs the same statements, and none takes data from a point.
-pub(crate) fn is_static(body: &Block, activity: &Activity, uses: &Uses) -> bool {
-    let mut branches = Branches { activity, uses, is_static: true };
-    branches.block(body, false);
+pub(super) fn is_static(body: &Block, activity: &Activity) -> bool {
+    let mut branches = Branches { activity, is_static: true };
+    branches.block(body);
     branches.is_static
 }
 
 struct Branches<'a> {
     activity: &'a Activity,
-    uses: &'a Uses,
     is_static: bool,
 }
 
 impl Branches<'_> {
-    fn block(&mut self, block: &Block, is_predicted: bool) {
-        for statement in &block.statements {
-            let is_predicted = is_predicted || statement.mark == Mark::Predict;
+    /// What decides about statements or data must not follow from unknowns.
+    fn decides(&mut self, tokens: &impl ToTokens) {
+        self.is_static &= !self.activity.mentions(tokens);
+    }
+}
+
+impl<'a> Walk<'a> for Branches<'_> {
+    fn block(&mut self, block: &'a Block) {
+        for (i, statement) in block.statements.iter().enumerate() {
             // no density depends on it
-            let is_unread = is_predicted || self.uses.never.contains(&statement.id);
-            match &statement.kind {
-                Kind::Unknown { distribution: expr, .. }
-                | Kind::Observe { distribution: expr, .. }
-                | Kind::Impute { distribution: expr, .. }
-                | Kind::Factor { weight: expr, .. } => self.expr(expr, is_unread),
-                // what it runs is not seen here
-                Kind::Part { .. } => self.vary(is_unread),
-                Kind::Let { init: Some(Init::Value { value, diverge, .. }), .. } => {
-                    if diverge.is_some() && self.activity.mentions(value) {
-                        self.vary(is_unread);
-                    }
-                    self.expr(value, is_unread);
-                }
-                Kind::Flow(flow) | Kind::Let { init: Some(Init::Flow(_, flow)), .. } => {
-                    self.flow(flow, is_unread, is_predicted);
-                }
-                Kind::Rust(stmt) => {
-                    let mut decides = Decides { activity: self.activity, found: false };
-                    decides.visit_stmt(stmt);
-                    if decides.found {
-                        self.vary(is_unread);
-                    }
-                }
-                Kind::Let { init: None, .. } | Kind::End(_) | Kind::Broken { .. } => {}
+            let is_unread = statement.mark == Mark::Predict
+                || is_only_recorded(statement, &block.statements[i + 1..]);
+            if !is_unread {
+                self.statement(statement);
             }
         }
     }
 
-    fn flow(&mut self, flow: &Flow, is_unread: bool, is_predicted: bool) {
+    fn statement(&mut self, statement: &'a Statement) {
+        match &statement.kind {
+            // what it runs is not seen here
+            Kind::Tilde { left: Left::Part(..), .. } => self.is_static = false,
+            Kind::Let { init: Some(Init::Value { value, diverge: Some(_), .. }), .. } => {
+                self.decides(value);
+            }
+            Kind::For(plate) if !keeps_its_length(&plate.iter) => self.decides(&plate.iter),
+            _ => {}
+        }
+        walk::statement(self, statement);
+    }
+
+    fn flow(&mut self, flow: &'a Flow) {
         match flow {
-            Flow::For(plate) => {
-                if self.activity.mentions(&plate.iter) && !keeps_its_length(&plate.iter) {
-                    self.vary(is_unread);
-                }
-                self.expr(&plate.iter, is_unread);
-                self.block(&plate.body, is_predicted);
-            }
-            Flow::If { condition, then, otherwise, .. } => {
-                // behind what only rejects all is as it was
-                let rejects = otherwise.is_none() && only_rejects(then);
-                self.condition(condition, is_unread || rejects);
-                self.block(then, is_predicted);
-                if let Some((_, otherwise)) = otherwise {
-                    self.flow(otherwise, is_unread, is_predicted);
-                }
-            }
+            // behind what only rejects all is as it was
+            Flow::If { then, otherwise: None, .. } if only_rejects(then) => return,
+            Flow::If { condition, .. } => self.decides(condition),
             Flow::Match { scrutinee, arms, .. } => {
-                self.condition(scrutinee, is_unread);
-                for arm in arms {
-                    if let Some((_, guard)) = &arm.guard {
-                        self.condition(guard, is_unread);
-                    }
-                    match &arm.body {
-                        ArmBody::Block(block) => self.block(block, is_predicted),
-                        ArmBody::Value(value) => self.expr(value, is_unread),
-                    }
-                }
+                self.decides(scrutinee);
+                arms.iter().flat_map(|arm| &arm.guard).for_each(|(_, guard)| self.decides(guard));
             }
-            Flow::Block(block) => self.block(block, is_predicted),
+            Flow::Block(_) => {}
         }
-    }
-
-    fn condition(&mut self, condition: &Expr, is_unread: bool) {
-        if self.activity.mentions(condition) {
-            self.vary(is_unread);
-        }
-        self.expr(condition, is_unread);
-    }
-
-    fn expr(&mut self, expr: &Expr, is_unread: bool) {
-        let mut decides = Decides { activity: self.activity, found: false };
-        decides.visit_expr(expr);
-        if decides.found {
-            self.vary(is_unread);
-        }
-    }
-
-    fn vary(&mut self, is_unread: bool) {
-        self.is_static &= is_unread;
+        walk::flow(self, flow);
     }
 }
 
-/// Control flow, comparisons and plain values inside expressions, that depend on unknowns.
-struct Decides<'a> {
-    activity: &'a Activity,
-    found: bool,
-}
-
-impl<'a> Visit<'a> for Decides<'_> {
+impl<'a> Visit<'a> for Branches<'_> {
     fn visit_expr(&mut self, expr: &'a Expr) {
-        let decides = match expr {
-            // what the branches are is looked at on the way down
-            Expr::If(chosen) => chosen.cond.to_token_stream(),
+        match expr {
+            Expr::If(chosen) => self.decides(&chosen.cond),
             Expr::Match(chosen) => {
-                let mut decides = chosen.expr.to_token_stream();
+                self.decides(&chosen.expr);
                 // with their guards
-                chosen.arms.iter().for_each(|arm| arm.pat.to_tokens(&mut decides));
-                decides
+                chosen.arms.iter().for_each(|arm| self.decides(&arm.pat));
             }
-            Expr::While(_) | Expr::Loop(_) | Expr::ForLoop(_) => expr.to_token_stream(),
-            Expr::Binary(binary) if is_comparison(&binary.op) => expr.to_token_stream(),
-            Expr::MethodCall(call) if call.method == "value" => expr.to_token_stream(),
-            // a number without its derivative, if it follows from unknowns
-            Expr::Call(call) if is_conversion(&call.func) => call.args.to_token_stream(),
+            Expr::While(_) | Expr::Loop(_) | Expr::ForLoop(_) => self.decides(expr),
+            Expr::Binary(binary) if is_comparison(&binary.op) => self.decides(expr),
+            // a number without its derivative
+            Expr::MethodCall(call) if call.method == "value" => self.is_static = false,
             Expr::Path(path) if path.path.segments.last().is_some_and(|s| s.ident == "value") => {
-                expr.to_token_stream()
+                self.is_static = false;
             }
-            _ => TokenStream::new(),
-        };
-        self.found |= says(decides.clone(), "value") || self.activity.mentions(&decides);
+            Expr::Macro(call) if says(call.mac.tokens.clone(), "value") => self.is_static = false,
+            Expr::Call(call) if is_conversion(&call.func) => self.decides(&call.args),
+            _ => {}
+        }
         visit::visit_expr(self, expr);
     }
 }
@@ -160,4 +110,16 @@ fn only_rejects(block: &Block) -> bool {
         _ => return false,
     };
     mac.path.is_ident("reject")
+}
+
+/// Whether nothing that follows in its block asks for what `#[track] let` records.
+fn is_only_recorded(statement: &Statement, after: &[Statement]) -> bool {
+    let Kind::Let { pat, init: Some(Init::Value { .. }), .. } = &statement.kind else {
+        return false;
+    };
+    let names = bound_names(pat);
+    let asks = |later: &Statement| {
+        later.mark != Mark::Predict && mentions(later.tokens.clone(), &|name| names.contains(name))
+    };
+    statement.mark == Mark::Track && !after.iter().any(asks)
 }

@@ -1,202 +1,183 @@
-//! Statement by statement: what is wrong with it, where it stands, and what its names mean.
+//! Statement by statement: what is wrong with it, and where it stands.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
+use proc_macro2::Span;
 use syn::ext::IdentExt;
-use syn::visit::{self, Visit};
-use syn::{Error, Expr, Ident, Item, Macro, Result, Stmt};
+use syn::{Error, Expr, Pat, Result, Stmt, Token};
 
 use super::activity::Activity;
-use super::check::{check_dims, check_mark, declared, recorded_name};
+use super::check::{check_dims, check_mark, recorded_name};
 use super::names::Names;
+use super::refusals::refusals;
 use super::scope::{Meaning, Scope};
 use super::site::Site;
-use crate::ast::{ArmBody, Block, Flow, Id, Init, Kind, Mark, Model, Statement};
+use crate::ast::{ArmBody, Block, Flow, Id, Init, Kind, Left, Mark, Statement};
 use crate::errors::{self, at};
-use crate::syntax::expressions::dot;
 use crate::syntax::patterns::{bound_by_condition, bound_names};
 use crate::syntax::places::{Place, place, plain_name};
 
-/// What is known of a statement.
-#[derive(Clone, Default)]
+/// What is known of statements.
+#[derive(Default)]
 pub(crate) struct Facts {
-    /// Its number among the places of the model, if it needs one.
-    pub(crate) site: Option<usize>,
-    /// Whether it runs on finished draws only.
-    pub(crate) is_predicted: bool,
-    /// What the names in it mean.
-    pub(crate) scope: Scope,
-    /// Why it is refused.
-    pub(crate) error: Option<Error>,
+    /// Where they stand.
+    pub(crate) sites: BTreeMap<Id, Site>,
+    /// Why they are refused.
+    pub(crate) errors: HashMap<Id, Error>,
 }
 
-/// The places of a model, and the facts of its statements.
-pub(crate) fn facts(model: &Model, activity: &Activity) -> (Vec<Site>, HashMap<Id, Facts>) {
-    let mut walk = Walk {
+/// Of all statements of a body whose arguments are in scope.
+pub(super) fn facts(body: &Block, activity: &Activity, scope: Scope) -> Facts {
+    let mut reader = Reader {
         activity,
-        sites: Vec::new(),
-        facts: HashMap::new(),
-        scope: Scope::default(),
+        facts: Facts::default(),
+        scope,
         recorded: Names::default(),
-        around: Vec::new(),
-        loops: 0,
         plates: Vec::new(),
+        loops: 0,
         is_predicted: false,
         has_items: false,
     };
-    walk.bind(model.arguments.iter().map(|data| data.name.clone()), Meaning::Known);
-    walk.block(&model.body);
-    walk.recorded.stack(&mut walk.sites);
-    (walk.sites, walk.facts)
+    reader.block(body);
+    reader.recorded.stack(&mut reader.facts.sites);
+    reader.facts
 }
 
-struct Walk<'a> {
+struct Reader<'a> {
     activity: &'a Activity,
-    sites: Vec<Site>,
-    facts: HashMap<Id, Facts>,
+    facts: Facts,
     scope: Scope,
     /// Names in the results so far, on the way to here.
     recorded: Names,
-    /// The plates around, by their numbers.
-    around: Vec<usize>,
+    /// The plates around: their numbers, and the dimension along which each stacks.
+    plates: Vec<(usize, Option<String>)>,
     /// How many plates there were so far.
     loops: usize,
-    /// Names of the dimensions along which they stack.
-    plates: Vec<Option<String>>,
     /// Inside `#[predict] for`.
     is_predicted: bool,
     /// Whether items or macros may have declared names.
     has_items: bool,
 }
 
-impl Walk<'_> {
+impl Reader<'_> {
     fn block(&mut self, block: &Block) {
         let scope = self.scope.clone();
         let mut is_ending = false;
         for statement in &block.statements {
-            let Statement { id, mark, kind, span, .. } = statement;
-            is_ending |= *mark == Mark::Predict;
-            let is_late = is_ending && *mark != Mark::Predict && !self.is_predicted;
-            let is_predicted = self.is_predicted || *mark == Mark::Predict;
-            let facts = Facts { is_predicted, scope: self.scope.clone(), ..Facts::default() };
-            self.facts.insert(*id, facts);
-            let result = match kind {
-                Kind::Broken { .. } => {
-                    self.bind(declared(kind), Meaning::Known);
-                    continue;
-                }
-                Kind::End(_) => self.statement(statement),
-                _ if is_late => Err(Error::new(*span, errors::PREDICT_LAST)),
+            let is_marked = statement.mark == Mark::Predict;
+            is_ending |= is_marked;
+            let is_late = is_ending && !is_marked && !matches!(statement.kind, Kind::End(_));
+            let outer = self.is_predicted;
+            self.is_predicted |= is_marked;
+            let result = match &statement.kind {
+                Kind::Broken { error, .. } => Err(error.clone()),
+                _ if is_late && !outer => Err(Error::new(statement.span, errors::PREDICT_LAST)),
                 _ => self.statement(statement),
             };
+            self.is_predicted = outer;
             if let Err(error) = result {
-                self.bind(declared(kind), Meaning::Known);
-                self.facts.entry(*id).or_default().error = Some(error);
+                self.scope.bind(statement.declared(), Meaning::Known);
+                self.facts.errors.insert(statement.id, error);
             }
         }
         self.scope = scope;
     }
 
     fn statement(&mut self, statement: &Statement) -> Result<()> {
-        let Statement { mark, dims, kind, span, .. } = statement;
+        let Statement { id, mark, dims, kind, span, .. } = statement;
         check_mark(*mark, kind, *span)?;
         check_dims(dims, *mark, kind)?;
-        let is_predicted = self.is_predicted || *mark == Mark::Predict;
+        let is_recorded = self.is_predicted || *mark != Mark::None;
+        let refused = refusals(statement, &self.scope, is_recorded);
+        let (names, mut name) = (statement.declared(), None);
         match kind {
-            Kind::Unknown { name, .. } | Kind::Part { name, .. } => {
+            Kind::Tilde { left, tilde, .. } => name = Some(self.tilde(*id, left, tilde)?),
+            Kind::Let { pat, init, .. } => self.declaration(statement, pat, init.as_ref())?,
+            Kind::Factor { name: factor, .. } => {
+                self.in_density(factor.span())?;
+                name = Some(factor.to_string());
+            }
+            Kind::For(plate) => {
+                let dimension = dims.first().map(|dim| dim.name.unraw().to_string());
+                self.plates.push((self.loops, dimension));
+                self.loops += 1;
+                let (scope, meaning) = (self.scope.clone(), self.scope.meaning(&plate.iter));
+                self.scope.bind(bound_names(&plate.pat), meaning);
+                self.block(&plate.body);
+                self.scope = scope;
+                self.plates.pop();
+            }
+            Kind::Flow(flow) | Kind::End(Init::Flow(_, flow)) => self.flow(flow),
+            Kind::Rust(stmt) => {
+                self.has_items |= matches!(stmt, Stmt::Item(_) | Stmt::Macro(_));
+            }
+            Kind::End(Init::Value { .. }) | Kind::Broken { .. } => {}
+        }
+        if let Some(error) = refused {
+            return Err(error);
+        }
+        let first = names.first().map(|name| name.unraw().to_string());
+        let site = self.site(statement, name.or(first).unwrap_or_default());
+        self.facts.sites.insert(*id, site);
+        Ok(())
+    }
+
+    /// What stands before `~`, and its name in the results.
+    fn tilde(&mut self, id: Id, left: &Left, tilde: &Token![~]) -> Result<String> {
+        match left {
+            Left::Unknown(_, name) | Left::Part(_, name) => {
                 let plain = name.unraw().to_string();
                 self.recorded.declare(&plain, name)?;
                 if self.scope.contains(name) {
                     return Err(at(name, errors::declared_data(&plain)));
                 }
-                self.bind([name.clone()], Meaning::Unknown);
-                self.new_site(statement, plain);
+                self.scope.bind([name.clone()], Meaning::Unknown);
+                Ok(plain)
             }
-            Kind::Observe { place: left, tilde, .. } | Kind::Impute { place: left, tilde, .. } => {
-                if is_predicted {
-                    return Err(at(tilde, errors::OBSERVE_IN_PREDICTION));
+            Left::Place(written) | Left::Missing(written) => {
+                self.in_density(tilde.span)?;
+                let place = self.in_scope(written)?;
+                let plate = self.plates.last().map(|(number, _)| *number);
+                self.recorded.observe(id, &place, written, plate)?;
+                if let (Left::Missing(_), Some(name)) = (left, plain_name(written)) {
+                    self.scope.bind([name.clone()], Meaning::Unknown);
                 }
-                let place = self.in_scope(left)?;
-                self.recorded.observe(&place, left, self.around.last().copied())?;
-                self.new_site(statement, place.name);
-                if let (Kind::Impute { .. }, Some(name)) = (kind, plain_name(left)) {
-                    self.bind([name.clone()], Meaning::Unknown);
-                }
+                Ok(place.name)
             }
-            Kind::Let { pat, init, .. } => self.declaration(statement, pat, init.as_ref())?,
-            Kind::Factor { name, .. } => {
-                if is_predicted {
-                    return Err(at(name, errors::OBSERVE_IN_PREDICTION));
-                }
-                self.new_site(statement, "factor".to_owned());
-            }
-            Kind::Flow(flow) => {
-                // the header comes before the statements inside
-                if header_leaves(flow) {
-                    self.new_site(statement, String::new());
-                }
-                let outer = self.plates.len();
-                if let Flow::For(_) = flow {
-                    self.plates.push(dims.first().map(|dim| dim.name.unraw().to_string()));
-                }
-                self.inside(flow, is_predicted);
-                self.plates.truncate(outer);
-            }
-            Kind::End(init) => {
-                if leaves(init) {
-                    self.new_site(statement, String::new());
-                }
-                if let Init::Flow(_, flow) = init {
-                    self.inside(flow, is_predicted);
-                }
-            }
-            Kind::Rust(stmt) => {
-                self.has_items |= matches!(stmt, Stmt::Item(_) | Stmt::Macro(_));
-                let mut asks = Leaves(false);
-                asks.visit_stmt(stmt);
-                if asks.0 {
-                    self.new_site(statement, String::new());
-                }
-            }
-            Kind::Broken { .. } => {}
         }
-        Ok(())
     }
 
-    fn declaration(
-        &mut self,
-        statement: &Statement,
-        pat: &syn::Pat,
-        init: Option<&Init>,
-    ) -> Result<()> {
-        let mut name = None;
+    /// Predictions have no density.
+    fn in_density(&self, span: Span) -> Result<()> {
+        match self.is_predicted {
+            true => Err(Error::new(span, errors::OBSERVE_IN_PREDICTION)),
+            false => Ok(()),
+        }
+    }
+
+    fn declaration(&mut self, statement: &Statement, pat: &Pat, init: Option<&Init>) -> Result<()> {
         if statement.mark != Mark::None {
-            let plain = recorded_name(pat, init.is_some())?.unraw().to_string();
-            self.recorded.declare(&plain, pat)?;
-            name = Some(plain);
+            let name = recorded_name(pat, init.is_some())?;
+            self.recorded.declare(&name.unraw().to_string(), pat)?;
         }
         let names = bound_names(pat);
         if let (Some(Init::Value { value, .. }), [only]) = (init, &*names)
             && self.activity.is_overwritten(statement.id)
-            && is_datum(value)
+            && place(value).is_ok_and(|place| !place.is_path)
             && !self.activity.mentions(value)
         {
             return Err(at(value, errors::begins_as_data(&only.to_string(), value)));
         }
-        if name.is_some() || init.is_some_and(leaves) {
-            let first = names.first().map(Ident::to_string);
-            self.new_site(statement, name.or(first).unwrap_or_default());
-        }
         let meaning = match init {
             Some(Init::Flow(_, flow)) => {
-                self.inside(flow, self.is_predicted || statement.mark == Mark::Predict);
+                self.flow(flow);
                 Meaning::Derived
             }
             _ if self.activity.begins(statement.id) => Meaning::Derived,
             Some(Init::Value { value, .. }) => self.scope.meaning(value),
             None => Meaning::Known,
         };
-        self.bind(names, meaning);
+        self.scope.bind(names, meaning);
         Ok(())
     }
 
@@ -214,39 +195,26 @@ impl Walk<'_> {
         Ok(place)
     }
 
-    /// Gives the statement a place under this name.
-    fn new_site(&mut self, statement: &Statement, name: String) {
-        self.facts.entry(statement.id).or_default().site = Some(self.sites.len());
-        self.sites.push(Site {
+    /// The place of a statement under this name.
+    fn site(&self, statement: &Statement, name: String) -> Site {
+        let unnamed = self.plates.iter().rposition(|(_, dimension)| dimension.is_none());
+        let named = &self.plates[unnamed.map_or(0, |innermost| innermost + 1)..];
+        Site {
             name,
             text: statement.text.clone(),
             span: statement.span,
-            repeated: !self.around.is_empty(),
-            plates: named(&self.plates),
+            repeated: !self.plates.is_empty(),
+            plates: named.iter().filter_map(|(_, dimension)| dimension.clone()).collect(),
             dims: statement.dims.iter().map(|dim| dim.name.unraw().to_string()).collect(),
-        });
-    }
-
-    fn inside(&mut self, flow: &Flow, is_predicted: bool) {
-        let outer = std::mem::replace(&mut self.is_predicted, is_predicted);
-        self.flow(flow);
-        self.is_predicted = outer;
+        }
     }
 
     /// The statements inside control flow. Of several arms one runs: each may use a name.
     fn flow(&mut self, flow: &Flow) {
-        let scope = self.scope.clone();
+        let (scope, before) = (self.scope.clone(), self.recorded.clone());
         match flow {
-            Flow::For(plate) => {
-                self.bind(bound_names(&plate.pat), scope.meaning(&plate.iter));
-                self.around.push(self.loops);
-                self.loops += 1;
-                self.block(&plate.body);
-                self.around.pop();
-            }
             Flow::If { condition, then, otherwise, .. } => {
-                let before = self.recorded.clone();
-                self.bind(bound_by_condition(condition), scope.meaning(condition));
+                self.scope.bind(bound_by_condition(condition), scope.meaning(condition));
                 self.block(then);
                 self.scope.clone_from(&scope);
                 if let Some((_, flow)) = otherwise {
@@ -256,10 +224,9 @@ impl Walk<'_> {
                 }
             }
             Flow::Match { scrutinee, arms, .. } => {
-                let before = self.recorded.clone();
                 let mut after = before.clone();
                 for arm in arms {
-                    self.bind(bound_names(&arm.pat), scope.meaning(scrutinee));
+                    self.scope.bind(bound_names(&arm.pat), scope.meaning(scrutinee));
                     if let ArmBody::Block(block) = &arm.body {
                         self.block(block);
                     }
@@ -272,72 +239,4 @@ impl Walk<'_> {
         }
         self.scope = scope;
     }
-
-    fn bind(&mut self, names: impl IntoIterator<Item = Ident>, meaning: Meaning) {
-        self.scope.bind(names, meaning);
-    }
-}
-
-/// Whether an expression is a place, whose value is that of data where it mentions no unknowns.
-fn is_datum(value: &Expr) -> bool {
-    place(value).is_ok_and(|place| !place.is_path)
-}
-
-/// The names of the innermost plates, as far as they have some.
-fn named(plates: &[Option<String>]) -> Vec<String> {
-    let first = plates.iter().rposition(Option::is_none).map_or(0, |unnamed| unnamed + 1);
-    plates[first..].iter().flatten().cloned().collect()
-}
-
-fn leaves(init: &Init) -> bool {
-    match init {
-        Init::Value { value, diverge, .. } => {
-            may_leave(value) || diverge.iter().any(|(_, value)| may_leave(value))
-        }
-        Init::Flow(_, flow) => header_leaves(flow),
-    }
-}
-
-/// Whether what is evaluated on the way into control flow may leave the model.
-fn header_leaves(flow: &Flow) -> bool {
-    match flow {
-        Flow::For(plate) => may_leave(&plate.iter),
-        Flow::If { condition, otherwise, .. } => {
-            may_leave(condition) || otherwise.iter().any(|(_, flow)| header_leaves(flow))
-        }
-        Flow::Match { scrutinee, arms, .. } => {
-            may_leave(scrutinee)
-                || arms.iter().any(|arm| {
-                    arm.guard.iter().any(|(_, guard)| may_leave(guard))
-                        || matches!(&arm.body, ArmBody::Value(value) if may_leave(value))
-                })
-        }
-        Flow::Block(_) => false,
-    }
-}
-
-fn may_leave(expr: &Expr) -> bool {
-    let mut asks = Leaves(false);
-    asks.visit_expr(expr);
-    asks.0
-}
-
-/// Whether Rust may leave the model, by `?`, `reject!` or lengths in `dot`: it needs a place to say so.
-struct Leaves(bool);
-
-impl<'a> Visit<'a> for Leaves {
-    fn visit_expr(&mut self, expr: &'a Expr) {
-        self.0 |= matches!(expr, Expr::Try(_)) || dot(expr).is_some();
-        // there, `?` is the closure's own
-        if !matches!(expr, Expr::Closure(_) | Expr::Async(_)) {
-            visit::visit_expr(self, expr);
-        }
-    }
-
-    fn visit_macro(&mut self, mac: &'a Macro) {
-        self.0 |= mac.path.is_ident("reject");
-    }
-
-    // functions inside a model are functions of their own
-    fn visit_item(&mut self, _: &'a Item) {}
 }

@@ -6,34 +6,31 @@ mod check;
 mod facts;
 mod names;
 mod plates;
+mod refusals;
 mod scope;
 mod site;
 mod uses;
-mod writes;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use quote::ToTokens;
+use syn::Error;
 
-use crate::ast::{Id, Model};
+use crate::ast::{Argument, Id, Model};
 use crate::syntax::tokens::says;
-use facts::facts;
-use uses::Uses;
+use facts::{Facts, facts};
+use scope::{Meaning, Scope};
 
 pub(crate) use activity::Activity;
-pub(crate) use check::declared;
-pub(crate) use facts::Facts;
 pub(crate) use plates::Plate;
-pub(crate) use scope::Scope;
 pub(crate) use site::Site;
 
 /// All that is known of a body.
 pub(crate) struct Analysis {
     pub(crate) activity: Activity,
-    pub(crate) sites: Vec<Site>,
-    facts: HashMap<Id, Facts>,
+    facts: Facts,
     plates: HashMap<Id, Plate>,
-    uses: Uses,
+    open: HashSet<Id>,
     /// Whether every point runs the same statements, and none takes data from a point.
     pub(crate) is_static: bool,
 }
@@ -41,34 +38,40 @@ pub(crate) struct Analysis {
 impl Analysis {
     pub(crate) fn of(model: &Model) -> Self {
         // arguments of submodels may be unknown
-        let numbers = model
-            .arguments
-            .iter()
-            .filter(|data| model.value.is_some() && says(data.ty.to_token_stream(), "Real"));
-        let activity = Activity::of(&model.body, numbers.map(|data| data.name.clone()));
-        let (sites, facts) = facts(model, &activity);
-        let uses = Uses::of(&model.body, &activity);
+        let is_number =
+            |data: &&Argument| model.value.is_some() && says(data.ty.to_token_stream(), "Real");
+        let (numbers, data): (Vec<_>, Vec<_>) = model.arguments.iter().partition(is_number);
+        let numbers: Vec<_> = numbers.iter().map(|number| number.name.clone()).collect();
+        let mut scope = Scope::default();
+        scope.bind(data.iter().map(|data| data.name.clone()), Meaning::Known);
+        scope.bind(numbers.clone(), Meaning::Derived);
+        let activity = Activity::of(&model.body, numbers);
         Self {
-            is_static: branches::is_static(&model.body, &activity, &uses),
+            is_static: branches::is_static(&model.body, &activity),
+            facts: facts(&model.body, &activity, scope),
             plates: plates::plates(&model.body, &activity),
+            open: uses::open(&model.body, &activity),
             activity,
-            sites,
-            facts,
-            uses,
         }
     }
 
-    pub(crate) fn facts(&self, statement: Id) -> Facts {
-        self.facts.get(&statement).cloned().unwrap_or_default()
+    /// Where a statement stands.
+    pub(crate) fn site(&self, statement: Id) -> Option<&Site> {
+        self.facts.sites.get(&statement)
     }
 
-    /// What is known of a statement that is a loop.
+    /// Why it is refused.
+    pub(crate) fn refused(&self, statement: Id) -> Option<&Error> {
+        self.facts.errors.get(&statement)
+    }
+
+    /// What is known of a loop.
     pub(crate) fn plate(&self, statement: Id) -> Option<&Plate> {
         self.plates.get(&statement)
     }
 
     /// Whether a declaration can stay a formula.
     pub(crate) fn stays_open(&self, statement: Id) -> bool {
-        self.uses.once.contains(&statement)
+        self.open.contains(&statement)
     }
 }

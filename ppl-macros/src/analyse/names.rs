@@ -1,11 +1,12 @@
 //! Names in the results, taken on the way from statement to statement.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use quote::ToTokens;
 use syn::{Expr, Result};
 
 use super::site::Site;
+use crate::ast::Id;
 use crate::errors::{self, at};
 use crate::syntax::places::Place;
 
@@ -13,7 +14,9 @@ use crate::syntax::places::Place;
 #[derive(Clone, Default)]
 pub(super) struct Names {
     taken: HashMap<String, Taken>,
-    /// Those that several statements observe, each some entries.
+    /// The statements that observe entries, by name.
+    observed: HashMap<String, BTreeSet<Id>>,
+    /// Names of which several do on one way.
     shared: HashSet<String>,
 }
 
@@ -37,6 +40,7 @@ impl Names {
     /// one name in turn, but not the same entry twice.
     pub(super) fn observe(
         &mut self,
+        statement: Id,
         place: &Place,
         written: &Expr,
         innermost: Option<usize>,
@@ -58,6 +62,7 @@ impl Names {
         if !is_new {
             return Err(at(written, errors::observed_twice(name)));
         }
+        self.observed.entry(name.clone()).or_default().insert(statement);
         if !is_first {
             self.shared.insert(name.clone());
         }
@@ -67,6 +72,9 @@ impl Names {
     /// Adds what another arm of a branch took.
     pub(super) fn merge(&mut self, other: Self) {
         self.shared.extend(other.shared);
+        for (name, statements) in other.observed {
+            self.observed.entry(name).or_default().extend(statements);
+        }
         for (name, theirs) in other.taken {
             match (self.taken.get_mut(&name), theirs) {
                 (Some(Taken::Entries(entries)), Taken::Entries(theirs)) => entries.extend(theirs),
@@ -79,17 +87,18 @@ impl Names {
 
     /// Where several statements observe entries of one name, these stack in the order in which
     /// they run, along the dimension that all their loops name.
-    pub(super) fn stack(&self, sites: &mut [Site]) {
-        for name in &self.shared {
-            let own = |site: &Site| site.name == *name;
-            let own_plates = sites.iter().filter(|site| own(site)).map(|site| &site.plates);
-            let mut plates = own_plates.filter(|plates| !plates.is_empty());
+    pub(super) fn stack(&self, sites: &mut BTreeMap<Id, Site>) {
+        for statements in self.shared.iter().filter_map(|name| self.observed.get(name)) {
+            let own = statements.iter().filter_map(|id| sites.get(id));
+            let mut plates = own.map(|site| &site.plates).filter(|plates| !plates.is_empty());
             let first = plates.next().cloned().unwrap_or_default();
-            let same = plates.all(|plates| *plates == first);
-            let plates = if same { first } else { Vec::new() };
-            for site in sites.iter_mut().filter(|site| own(site)) {
-                site.repeated = true;
-                site.plates.clone_from(&plates);
+            let is_same = plates.all(|plates| *plates == first);
+            let plates = if is_same { first } else { Vec::new() };
+            for id in statements {
+                if let Some(site) = sites.get_mut(id) {
+                    site.repeated = true;
+                    site.plates.clone_from(&plates);
+                }
             }
         }
     }

@@ -34,14 +34,17 @@ impl Scope {
         self.0.get(name) == Some(&Meaning::Unknown)
     }
 
-    /// Whether the value of an expression may hold unknowns.
-    pub(crate) fn holds(&self, expr: &Expr) -> bool {
-        holds(expr, &|name| self.0.get(name).is_some_and(|meaning| *meaning != Meaning::Known))
+    /// Whether it may hold unknowns.
+    pub(crate) fn is_active(&self, name: &Ident) -> bool {
+        self.0.get(name).is_some_and(|meaning| *meaning != Meaning::Known)
     }
 
     /// What the value of an expression is called.
     pub(super) fn meaning(&self, expr: &Expr) -> Meaning {
-        if self.holds(expr) { Meaning::Derived } else { Meaning::Known }
+        match holds(expr, &|name| self.is_active(name)) {
+            true => Meaning::Derived,
+            false => Meaning::Known,
+        }
     }
 
     /// All names, in order.

@@ -1,75 +1,63 @@
-//! Who asks for what a `let` declares.
+//! Formulas that one observation uses once: they need not become numbers before it.
 
 use std::collections::HashSet;
 
-use quote::ToTokens;
+use syn::visit::Visit;
 use syn::{Expr, Ident, Pat};
 
 use super::activity::Activity;
-use crate::ast::{Block, Id, Init, Kind, Mark, Statement};
+use crate::ast::{Block, Id, Init, Kind, Left, Statement};
 use crate::syntax::expressions::{is_function, is_type, operations};
-use crate::syntax::patterns::bound_names;
-use crate::syntax::tokens::{count, mentions};
+use crate::syntax::tokens::count;
+use crate::walk::{self, Walk};
 
-/// Declarations by who asks for them.
-#[derive(Default)]
-pub(crate) struct Uses {
-    /// Arithmetic on unknowns that one observation after it uses once: it can stay a formula.
-    pub(crate) once: HashSet<Id>,
-    /// `#[track] let` for which nothing else asks.
-    pub(crate) never: HashSet<Id>,
+/// The declarations of a body that can stay formulas.
+pub(super) fn open(body: &Block, activity: &Activity) -> HashSet<Id> {
+    let mut uses = Uses { activity, open: HashSet::new() };
+    uses.block(body);
+    uses.open
 }
 
-impl Uses {
-    pub(crate) fn of(body: &Block, activity: &Activity) -> Self {
-        let mut uses = Self::default();
-        for block in body.nested() {
-            for (i, statement) in block.statements.iter().enumerate() {
-                let after = &block.statements[i + 1..];
-                if let Some((_, value)) = used_once(&statement.kind, after)
-                    && activity.mentions(value)
-                {
-                    uses.once.insert(statement.id);
-                }
-                if is_only_recorded(statement, after) {
-                    uses.never.insert(statement.id);
-                }
+struct Uses<'a> {
+    activity: &'a Activity,
+    open: HashSet<Id>,
+}
+
+impl<'a> Walk<'a> for Uses<'_> {
+    fn block(&mut self, block: &'a Block) {
+        for (i, statement) in block.statements.iter().enumerate() {
+            if let Some((name, value)) = formula(statement)
+                && self.activity.mentions(value)
+                && is_used_once(name, &block.statements[i + 1..])
+            {
+                self.open.insert(statement.id);
             }
         }
-        uses
+        walk::block(self, block);
     }
 }
 
-/// `let name = arithmetic;`, if all that follows in the block is observations, of which one uses the
-/// name once, and formulas for them, of which one may be what uses it.
-fn used_once<'a>(kind: &'a Kind, after: &[Statement]) -> Option<(&'a Ident, &'a Expr)> {
-    let Kind::Let { pat: Pat::Ident(pat), init, .. } = kind else { return None };
+impl<'a> Visit<'a> for Uses<'_> {}
+
+/// `let name = arithmetic;`.
+fn formula(statement: &Statement) -> Option<(&Ident, &Expr)> {
+    let Kind::Let { pat: Pat::Ident(pat), init, .. } = &statement.kind else { return None };
     let Some(Init::Value { value, diverge: None, .. }) = init else { return None };
-    let holds = pat.mutability.is_none() && operations(value) > 0;
-    (holds && is_used_once(&pat.ident, after)).then_some((&pat.ident, value))
+    (pat.mutability.is_none() && operations(value) > 0).then_some((&pat.ident, value))
 }
 
+/// Whether what follows uses the name once, as an operand: in an observation, or in a formula of which
+/// the same holds.
 fn is_used_once(name: &Ident, after: &[Statement]) -> bool {
-    let mut uses = 0;
-    for (i, statement) in after.iter().enumerate() {
-        let (used, as_operand) = match &statement.kind {
-            Kind::Observe { place, .. } if count(place.to_token_stream(), name) > 0 => {
-                return false;
-            }
-            Kind::Observe { distribution, .. } => {
-                (count(distribution.to_token_stream(), name), parameters(distribution, name))
-            }
-            kind => {
-                let Some((_, value)) = used_once(kind, &after[i + 1..]) else { return false };
-                (count(value.to_token_stream(), name), operands(value, name))
-            }
-        };
-        if used != as_operand {
-            return false;
-        }
-        uses += used;
-    }
-    uses == 1
+    let uses = |statement: &Statement| count(statement.tokens.clone(), name);
+    let mut using = after.iter().enumerate().filter(|(_, statement)| uses(statement) > 0);
+    let (Some((i, user)), None) = (using.next(), using.next()) else { return false };
+    let as_operand = match (&user.kind, formula(user)) {
+        (Kind::Tilde { left: Left::Place(_), right, .. }, _) => parameters(right, name),
+        (_, Some((next, value))) if is_used_once(next, &after[i + 1..]) => operands(value, name),
+        _ => 0,
+    };
+    uses(user) == 1 && as_operand == 1
 }
 
 /// How often the name is an operand in the parameters of a distribution: a function of the user's
@@ -80,7 +68,7 @@ fn parameters(distribution: &Expr, name: &Ident) -> usize {
         Expr::Group(group) => parameters(&group.expr, name),
         Expr::MethodCall(call) => parameters(&call.receiver, name),
         Expr::Call(call) if is_type(&call.func) => {
-            call.args.iter().map(|part| parameters(part, name) + operands(part, name)).sum()
+            call.args.iter().map(|argument| operands(argument, name)).sum()
         }
         _ => 0,
     }
@@ -97,16 +85,4 @@ fn operands(expr: &Expr, name: &Ident) -> usize {
         Expr::MethodCall(call) if is_function(call) => operands(&call.receiver, name),
         _ => 0,
     }
-}
-
-/// Whether nothing that follows in its block asks for what `#[track] let` records.
-fn is_only_recorded(statement: &Statement, after: &[Statement]) -> bool {
-    let Kind::Let { pat, init: Some(Init::Value { .. }), .. } = &statement.kind else {
-        return false;
-    };
-    let names = bound_names(pat);
-    let asks = |later: &Statement| {
-        later.mark != Mark::Predict && mentions(later.tokens.clone(), &|name| names.contains(name))
-    };
-    statement.mark == Mark::Track && !after.iter().any(asks)
 }

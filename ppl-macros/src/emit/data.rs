@@ -1,127 +1,59 @@
-//! The arguments of a model: their types, lifetimes and bindings, and the type that holds them.
-
-use std::collections::HashSet;
+//! The arguments of a model in the type that holds them.
+//!
+//! It is generic over the type of each: so that lifetimes which the user has left out stay out. The
+//! constants of the model are its own too, since no type of the data need speak of them.
 
 use proc_macro2::{Span, TokenStream};
-use quote::{ToTokens, format_ident, quote, quote_spanned};
-use syn::ext::IdentExt;
-use syn::spanned::Spanned;
-use syn::visit_mut::{self, VisitMut};
-use syn::{
-    GenericParam, Generics, Ident, Lifetime, Type, TypeFnPtr, WherePredicate, parse_quote,
-    parse_quote_spanned,
-};
+use quote::{format_ident, quote, quote_spanned};
+use syn::{Generics, Ident, Type, parse_quote, parse_quote_spanned};
 
-use crate::ast::Argument;
+use crate::ast::{Argument, Model};
 
-/// The generics and types of the data: elided lifetimes get names.
-pub(super) fn owned(generics: &Generics, arguments: &[Argument]) -> (Generics, Vec<Type>) {
-    let mut named = Named {
-        taken: generics.lifetimes().map(|parameter| parameter.lifetime.ident.to_string()).collect(),
-        argument: String::new(),
-        new: Vec::new(),
-    };
-    let types = arguments.iter().map(|argument| {
-        let mut ty = argument.ty.clone();
-        named.argument = argument.name.unraw().to_string();
-        named.visit_type_mut(&mut ty);
-        ty
+/// The type that holds the data, and how to speak of it.
+pub(super) struct Data {
+    pub(super) declaration: TokenStream,
+    /// With the types of the data.
+    pub(super) applied: TokenStream,
+    /// With the constants alone.
+    pub(super) given: TokenStream,
+}
+
+pub(super) fn data(model: &Model) -> Data {
+    // where data are refused, as those that threads cannot share
+    let span = Span::mixed_site().located_at(model.name.span());
+    let constants: Vec<_> = model.generics.const_params().collect();
+    // in braces: a bare name would be taken for that of a type, if there is one in scope
+    let given = constants.iter().map(|constant| {
+        let name = &constant.ident;
+        quote_spanned!(name.span()=> { #name })
     });
-    let types = types.collect();
-    let mut generics = generics.clone();
-    for lifetime in named.new.iter().rev() {
-        generics.params.insert(0, parse_quote!(#lifetime));
-    }
-    (generics, types)
-}
-
-/// The parameters of the data as arguments.
-pub(super) fn applied(generics: &Generics) -> Option<TokenStream> {
-    let arguments = generics.params.iter().map(argument);
-    (!generics.params.is_empty()).then(|| quote!(<#(#arguments),*>))
-}
-
-/// The types and constants of a model as arguments; lifetimes follow from the data.
-pub(super) fn given(generics: &Generics) -> Option<TokenStream> {
-    let is_lifetime = |parameter: &&GenericParam| matches!(parameter, GenericParam::Lifetime(_));
-    let given: Vec<_> = generics.params.iter().filter(|p| !is_lifetime(p)).map(argument).collect();
-    (!given.is_empty()).then(|| quote!(::<#(#given),*>))
-}
-
-/// A parameter as an argument. A constant stands in braces: a bare name there would be taken for
-/// that of a type, if there is one in scope.
-fn argument(parameter: &GenericParam) -> TokenStream {
-    match parameter {
-        GenericParam::Type(parameter) => parameter.ident.to_token_stream(),
-        GenericParam::Const(parameter) => {
-            let name = &parameter.ident;
-            quote_spanned!(name.span()=> { #name })
-        }
-        GenericParam::Lifetime(parameter) => parameter.lifetime.to_token_stream(),
+    let given: Vec<_> = given.collect();
+    let names: Vec<_> = model.arguments.iter().map(|argument| &argument.name).collect();
+    let types: Vec<_> = model.arguments.iter().map(|argument| &argument.ty).collect();
+    let own: Vec<_> = (0..names.len()).map(|i| format_ident!("__T{i}")).collect();
+    let inferred = names.iter().map(|_| quote!(_));
+    Data {
+        declaration: quote_spanned! {span=>
+            struct __Data<#(#constants,)* #(#own),*> {
+                #(#names: #own,)*
+            }
+        },
+        applied: quote_spanned!(span=> __Data<#(#given,)* #(#types),*>),
+        given: quote_spanned!(span=> __Data::<#(#given,)* #(#inferred),*>),
     }
 }
 
-/// Type parameters can be shared; the bound goes where the user has put others.
-pub(super) fn with_sync(generics: &mut Generics) -> &mut Generics {
-    let mut elsewhere = generics.where_clause.take();
+/// Type parameters can be shared.
+pub(super) fn add_sync(generics: &mut Generics) {
     for parameter in generics.type_params_mut() {
-        let name = &parameter.ident;
-        let bounds =
-            elsewhere.iter_mut().flat_map(|clause| &mut clause.predicates).find_map(|predicate| {
-                match predicate {
-                    WherePredicate::Type(bound) if bound.bounded_ty == parse_quote!(#name) => {
-                        Some(&mut bound.bounds)
-                    }
-                    _ => None,
-                }
-            });
-        let sync = parse_quote_spanned!(name.span()=> ::core::marker::Sync);
-        bounds.unwrap_or(&mut parameter.bounds).push(sync);
-    }
-    generics.where_clause = elsewhere;
-    generics
-}
-
-/// Names elided lifetimes after the argument that they stand in.
-struct Named {
-    taken: HashSet<String>,
-    argument: String,
-    new: Vec<Lifetime>,
-}
-
-impl Named {
-    fn next(&mut self, span: Span) -> Lifetime {
-        let mut name = self.argument.clone();
-        while !self.taken.insert(name.clone()) {
-            name.push('_');
-        }
-        let lifetime = Lifetime::new(&format!("'{name}"), span);
-        self.new.push(lifetime.clone());
-        lifetime
+        let sync = parse_quote_spanned!(parameter.ident.span()=> ::core::marker::Sync);
+        parameter.bounds.push(sync);
     }
 }
 
-impl VisitMut for Named {
-    fn visit_type_reference_mut(&mut self, ty: &mut syn::TypeReference) {
-        if ty.lifetime.is_none() {
-            ty.lifetime = Some(self.next(ty.and_token.span()));
-        }
-        visit_mut::visit_type_reference_mut(self, ty);
-    }
-
-    fn visit_lifetime_mut(&mut self, lifetime: &mut Lifetime) {
-        if lifetime.ident == "_" {
-            *lifetime = self.next(lifetime.span());
-        }
-    }
-
-    // lifetimes in there are bound there
-    fn visit_type_fn_ptr_mut(&mut self, _: &mut TypeFnPtr) {}
-    fn visit_parenthesized_generic_arguments_mut(
-        &mut self,
-        _: &mut syn::ParenthesizedGenericArguments,
-    ) {
-    }
+/// `Real` in the signature of a submodel, which takes plain numbers too.
+pub(super) fn is_number(ty: &Type) -> bool {
+    *ty == parse_quote!(::ppl::Real<__S>)
 }
 
 /// Data in the body: references and numbers as they are, everything else behind `&`.
@@ -132,29 +64,14 @@ pub(super) fn binding(argument: &Argument) -> TokenStream {
     ];
     let span = Span::mixed_site();
     let (name, this) = (&argument.name, Ident::new("self", span));
-    let copied = match &argument.ty {
+    let is_copied = match &argument.ty {
         Type::Reference(_) => true,
         Type::Path(path) => NUMBERS.iter().any(|number| path.path.is_ident(number)),
         _ => false,
     };
-    if copied {
+    if is_copied || is_number(&argument.ty) {
         quote_spanned!(span=> let #name = #this.#name;)
     } else {
         quote_spanned!(span=> let #name = &#this.#name;)
     }
-}
-
-/// The name of the type that holds the data.
-pub(super) fn data_name(function: &Ident) -> Ident {
-    format_ident!("__{}", camel_case(&function.unraw().to_string()), span = function.span())
-}
-
-fn camel_case(name: &str) -> String {
-    let words = name.split('_').filter(|word| !word.is_empty());
-    let capital = |word: &str| {
-        let mut letters = word.chars();
-        let first = letters.next().into_iter().flat_map(char::to_uppercase);
-        first.chain(letters).collect::<String>()
-    };
-    words.map(capital).collect()
 }

@@ -6,17 +6,18 @@ use syn::ext::IdentExt;
 use syn::parse::discouraged::Speculative;
 use syn::parse::{ParseStream, Parser};
 use syn::spanned::Spanned;
-use syn::visit::Visit;
+use syn::visit::{self, Visit};
 use syn::visit_mut::{self, VisitMut};
 use syn::{
     Attribute, Error, Generics, Ident, LitStr, Pat, Receiver, Result, ReturnType, Token, Type,
-    Visibility, parenthesized, parse_quote, parse_quote_spanned, token,
+    TypeReference, Visibility, parenthesized, parse_quote, parse_quote_spanned, token,
 };
 
 use super::ending::ended;
 use super::statements::Reader;
 use crate::ast::{Argument, Block, Model};
 use crate::errors::{self, at};
+use crate::syntax::tokens::is;
 
 /// All models of one invocation.
 pub(crate) fn models(input: TokenStream) -> Vec<Result<Model>> {
@@ -97,7 +98,7 @@ fn model(input: ParseStream, vis: &mut Visibility, name: &mut Option<Ident>) -> 
     };
     match &mut value {
         Some(ty) => {
-            if let Some(reference) = elided(ty) {
+            if let Some(reference) = Found::of(ty).elided {
                 return Err(at(reference, errors::VALUE_REFERENCE));
             }
             let types = arguments.iter_mut().map(|argument| &mut argument.ty);
@@ -105,7 +106,7 @@ fn model(input: ParseStream, vis: &mut Visibility, name: &mut Option<Ident>) -> 
         }
         None => {
             let mut types = arguments.iter().map(|argument| &argument.ty);
-            if let Some(found) = types.find_map(real) {
+            if let Some(found) = types.find_map(|ty| Found::of(ty).real) {
                 return Err(at(found, errors::REAL_DATA));
             }
         }
@@ -155,31 +156,53 @@ fn argument(input: ParseStream, errors: &mut Vec<Error>) -> Result<Argument> {
         return Err(at(&name, errors::argument_type(&name.to_string())));
     }
     let argument = Argument { attrs, name, colon: input.parse()?, ty: input.parse()? };
-    let mut refused = RefusedTypes(None);
-    refused.visit_type(&argument.ty);
-    match refused.0 {
+    match Found::of(&argument.ty).refused {
         Some(error) => Err(error),
         None => Ok(argument),
     }
 }
 
-/// Types that data cannot have.
-struct RefusedTypes(Option<Error>);
+/// What a type has inside.
+#[derive(Default)]
+struct Found {
+    /// What data cannot have.
+    refused: Option<Error>,
+    /// `Real`.
+    real: Option<Type>,
+    /// A reference without a lifetime.
+    elided: Option<TypeReference>,
+}
 
-impl<'a> Visit<'a> for RefusedTypes {
-    fn visit_type_impl_trait(&mut self, ty: &'a syn::TypeImplTrait) {
-        self.0 = Some(at(ty, errors::IMPL_TRAIT));
+impl Found {
+    fn of(ty: &Type) -> Self {
+        let mut found = Self::default();
+        found.visit_type(ty);
+        found
     }
+}
 
-    fn visit_type_reference(&mut self, ty: &'a syn::TypeReference) {
-        if ty.mutability.is_some() {
-            self.0 = Some(at(ty, errors::MUT_REFERENCE));
+impl<'a> Visit<'a> for Found {
+    fn visit_type(&mut self, ty: &'a Type) {
+        match ty {
+            Type::ImplTrait(_) => self.refused = Some(at(ty, errors::IMPL_TRAIT)),
+            Type::Path(path) if path.path.is_ident("Real") => self.real = Some(ty.clone()),
+            // what it takes and returns is not data of the model
+            Type::FnPtr(_) => {}
+            _ => visit::visit_type(self, ty),
         }
-        syn::visit::visit_type_reference(self, ty);
     }
 
-    // what these take and return is not data of the model
-    fn visit_type_fn_ptr(&mut self, _: &'a syn::TypeFnPtr) {}
+    fn visit_type_reference(&mut self, ty: &'a TypeReference) {
+        if ty.mutability.is_some() {
+            self.refused = Some(at(ty, errors::MUT_REFERENCE));
+        }
+        if ty.lifetime.is_none() {
+            self.elided = Some(ty.clone());
+        }
+        visit::visit_type_reference(self, ty);
+    }
+
+    // nor is this
     fn visit_parenthesized_generic_arguments(&mut self, _: &'a syn::ParenthesizedGenericArguments) {
     }
 }
@@ -197,38 +220,6 @@ impl VisitMut for NumberType {
             _ => visit_mut::visit_type_mut(self, ty),
         }
     }
-}
-
-/// `Real` inside a type.
-fn real(ty: &Type) -> Option<Type> {
-    struct Find(Option<Type>);
-    impl<'a> Visit<'a> for Find {
-        fn visit_type(&mut self, ty: &'a Type) {
-            match ty {
-                Type::Path(path) if path.path.is_ident("Real") => self.0 = Some(ty.clone()),
-                _ => syn::visit::visit_type(self, ty),
-            }
-        }
-    }
-    let mut find = Find(None);
-    find.visit_type(ty);
-    find.0
-}
-
-/// A reference without a lifetime inside a type.
-fn elided(ty: &Type) -> Option<syn::TypeReference> {
-    struct Find(Option<syn::TypeReference>);
-    impl<'a> Visit<'a> for Find {
-        fn visit_type_reference(&mut self, ty: &'a syn::TypeReference) {
-            if ty.lifetime.is_none() {
-                self.0 = Some(ty.clone());
-            }
-        }
-        fn visit_type_fn_ptr(&mut self, _: &'a syn::TypeFnPtr) {}
-    }
-    let mut find = Find(None);
-    find.visit_type(ty);
-    find.0
 }
 
 /// Goes past a model that could not be read, and counts its arguments.
@@ -249,21 +240,12 @@ fn skip(input: ParseStream) -> usize {
 
 /// The number of pieces between commas that are not inside `<…>`.
 fn count(arguments: TokenStream) -> usize {
-    let (mut count, mut depth, mut empty, mut last) = (0, 0, true, ' ');
-    for tree in arguments {
-        let character = match &tree {
-            TokenTree::Punct(punct) => punct.as_char(),
-            _ => ' ',
-        };
-        match character {
-            '<' => depth += 1,
-            '>' if last != '-' => depth -= 1,
-            _ => {}
-        }
-        let separates = character == ',' && depth == 0;
-        count += usize::from(empty && !separates);
-        empty = separates;
-        last = character;
-    }
-    count
+    let (mut depth, mut is_arrow) = (0, false);
+    let trees: Vec<TokenTree> = arguments.into_iter().collect();
+    let pieces = trees.split(|tree| {
+        depth += i32::from(is(tree, '<')) - i32::from(is(tree, '>') && !is_arrow);
+        is_arrow = is(tree, '-');
+        depth == 0 && is(tree, ',')
+    });
+    pieces.filter(|piece| !piece.is_empty()).count()
 }

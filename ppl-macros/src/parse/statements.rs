@@ -4,16 +4,17 @@ use std::cell::Cell;
 
 use syn::parse::ParseStream;
 use syn::parse::discouraged::Speculative;
-use syn::{Attribute, Error, Expr, Ident, Label, Pat, PatType, Result, Stmt, Token, braced, token};
+use syn::{Attribute, Error, Expr, Ident, Pat, PatType, Result, Stmt, Token, braced, token};
 
 use super::attributes::{Head, head};
-use crate::ast::{Arm, ArmBody, Block, Flow, For, Id, Init, Kind, Statement};
+use crate::ast::{Arm, ArmBody, Block, Flow, For, Id, Init, Kind, Left, Statement};
 use crate::errors::{self, at};
 use crate::syntax::expressions::{calls_function, plain_function};
 use crate::syntax::patterns::bound_names;
 use crate::syntax::places::plain_name;
 use crate::syntax::statements::{
-    expression, resynchronise, starts_flow, starts_item, starts_statement, tilde_in_braces,
+    expression, resynchronise, starts_flow, starts_item, starts_plate, starts_statement,
+    tilde_in_braces,
 };
 use crate::syntax::tokens::{between, last_span, source};
 
@@ -75,6 +76,8 @@ impl Reader {
         let head = head(input.call(Attribute::parse_outer)?);
         let (kind, ended) = if input.peek(Token![let]) {
             self.declaration(input, names)?
+        } else if starts_plate(input) {
+            (Kind::For(Box::new(self.plate(input)?)), true)
         } else if starts_flow(input) {
             (Kind::Flow(self.flow(input)?), true)
         } else if starts_item(input) {
@@ -104,12 +107,11 @@ impl Reader {
             let tilde = input.parse()?;
             let distribution = distribution(input, tilde)?;
             let name = unknown_name(pat)?;
-            let kind = if calls_function(&distribution) {
-                Kind::Part { let_token, name, tilde, part: distribution }
-            } else {
-                Kind::Unknown { let_token, name, tilde, distribution }
+            let left = match calls_function(&distribution) {
+                true => Left::Part(let_token, name),
+                false => Left::Unknown(let_token, name),
             };
-            return Ok((kind, end(input)));
+            return Ok((Kind::Tilde { left, tilde, right: distribution }, end(input)));
         }
         if input.peek(Token![.]) || input.peek(token::Bracket) {
             return Err(Error::new(let_token.span, errors::LET_PLACE));
@@ -123,7 +125,7 @@ impl Reader {
         if input.peek(Token![~]) {
             return Err(input.error(errors::TILDE_EQUALS));
         }
-        if starts_flow(input) && !input.peek(Token![for]) && tilde_in_braces(input) {
+        if starts_flow(input) && tilde_in_braces(input) {
             return Ok(Init::Flow(eq, self.flow(input)?));
         }
         let value = expression(input, |input| input.parse())?;
@@ -166,18 +168,18 @@ impl Reader {
             }
             return Ok(Flow::Match { match_token, scrutinee, brace, arms });
         }
-        if input.peek(token::Brace) {
-            return Ok(Flow::Block(self.block(input)?));
-        }
-        let label: Option<Label> = input.parse()?;
-        Ok(Flow::For(Box::new(For {
-            label,
+        Ok(Flow::Block(self.block(input)?))
+    }
+
+    fn plate(&self, input: ParseStream) -> Result<For> {
+        Ok(For {
+            label: input.parse()?,
             for_token: input.parse()?,
             pat: Pat::parse_multi_with_leading_vert(input)?,
             in_token: input.parse()?,
             iter: Expr::parse_without_eager_brace(input)?,
             body: self.block(input)?,
-        })))
+        })
     }
 
     fn arm(&self, input: ParseStream) -> Result<Arm> {
@@ -238,11 +240,8 @@ fn expression_statement(input: ParseStream, names: &mut Vec<Ident>) -> Result<(K
         let incomplete = imputed(&value)?;
         names.extend(incomplete.as_ref().and_then(plain_name).cloned());
         let distribution = distribution(input, tilde)?;
-        let kind = match incomplete {
-            Some(place) => Kind::Impute { place, tilde, distribution },
-            None => Kind::Observe { place: value, tilde, distribution },
-        };
-        return Ok((kind, end(input)));
+        let left = incomplete.map_or(Left::Place(value), Left::Missing);
+        return Ok((Kind::Tilde { left, tilde, right: distribution }, end(input)));
     }
     if let Expr::Call(call) = &value
         && let Some(name) = plain_function(call).filter(|name| *name == "factor")

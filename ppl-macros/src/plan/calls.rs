@@ -4,7 +4,7 @@ use proc_macro2::{Literal, Span, TokenStream};
 use quote::{ToTokens, format_ident, quote, quote_spanned};
 use syn::ext::IdentExt;
 use syn::spanned::Spanned;
-use syn::{Error, Expr, ExprBinary, ExprCall, ExprIndex, ExprTry, Ident, Macro};
+use syn::{Expr, ExprBinary, ExprCall, ExprIndex, ExprTry, Ident, Macro};
 
 /// A name of the macro's own where `tokens` stand.
 fn here(tokens: &impl Spanned) -> Span {
@@ -101,11 +101,6 @@ pub(crate) fn reject(site_number: usize, mac: &Macro) -> Expr {
     Expr::Verbatim(quote_spanned! {here(&mac.path)=>
         return ::core::result::Result::Err(#site.reject(::std::format!(#reason)))
     })
-}
-
-/// An error in place of an expression.
-pub(crate) fn refused(error: &Error) -> Expr {
-    Expr::Verbatim(error.to_compile_error())
 }
 
 /// The same tokens, which nothing looks at again.

@@ -4,7 +4,6 @@
 //! `f64` where the others may be unknowns. So a literal in such a place takes its type from them, and
 //! one that is assigned takes that of the variable. What has parts, as arrays, tuples and branches
 //! within, is taken apart.
-
 //!
 //! A variable that begins as a literal, as in `let mut s = 0.0;`, is a number of the model if what follows
 //! changes it to something that may hold unknowns, and so are the elements of `vec![0.0; n]`.
@@ -13,57 +12,54 @@ use quote::{ToTokens, quote};
 use syn::{Expr, Lit, Pat, Stmt, UnOp};
 
 use super::calls::{literal, real};
+use crate::analyse::Activity;
 use crate::ast::{ArmBody, Block, Flow, Kind};
 use crate::syntax::expressions::{is_arithmetic, is_type};
 
-/// Methods that leave their type to what is done with it.
-const OPEN: [&str; 6] = ["sum", "product", "into", "parse", "collect", "unwrap"];
-
 /// Literals in an array, at the ends of the arms of a branch in an expression, or assigned.
-pub(super) fn align(expr: &mut Expr) {
+pub(super) fn align(expr: &mut Expr, activity: &Activity) {
     match expr {
-        Expr::Array(array) => siblings(array.elems.iter_mut().collect(), false),
-        Expr::If(_) | Expr::Match(_) => siblings(vec![expr], false),
+        Expr::Array(array) => siblings(array.elems.iter_mut().collect(), false, activity),
+        Expr::If(_) | Expr::Match(_) => siblings(vec![expr], false, activity),
         // whose type is that of the place
-        Expr::Assign(assign) => siblings(vec![&mut *assign.right], true),
+        Expr::Assign(assign) if activity.mentions(&assign.left) => {
+            siblings(vec![&mut *assign.right], true, activity);
+        }
         _ => {}
     }
 }
 
-pub(super) fn can_align(expr: &Expr) -> bool {
-    matches!(expr, Expr::Array(_) | Expr::Assign(_) | Expr::If(_) | Expr::Match(_))
-}
-
 /// Literals at the ends of arms.
-pub(super) fn align_arms(flow: &mut Flow) {
-    siblings(ends_of_arms(flow), false);
+pub(super) fn align_arms(flow: &mut Flow, activity: &Activity) {
+    siblings(ends_of_arms(flow), false, activity);
 }
 
-/// What must have one type, which may be known: literals take that of the others; where all have
-/// parts, as `Normal(x, 0.5)` and `Normal(0.0, y)` do, these are siblings in turn.
-fn siblings(exprs: Vec<&mut Expr>, is_known: bool) {
+/// What must have one type, which is known, or that of what holds unknowns: literals take it. Where all
+/// have parts, as `Normal(x, 0.5)` and `Normal(0.0, y)` do, these are siblings in turn.
+fn siblings(exprs: Vec<&mut Expr>, is_known: bool, activity: &Activity) {
     let mut exprs: Vec<&mut Expr> = exprs.into_iter().flat_map(ends).collect();
+    let has_type = |expr: &Expr| {
+        !matches!(expr, Expr::Macro(_)) && shape(expr).is_none() && activity.holds(expr)
+    };
     let is_known = is_known || exprs.iter().any(|expr| has_type(expr));
     if is_known {
         exprs.iter_mut().filter(|expr| is_literal(expr)).for_each(|expr| **expr = literal(expr));
     }
-    let mut with_parts: Vec<_> =
-        exprs.into_iter().filter_map(|expr| Some((shape(expr)?, expr))).collect();
-    let Some((first, _)) = with_parts.first() else { return };
-    let first = first.clone();
-    with_parts.retain(|(shape, _)| *shape == first);
-    let exprs = with_parts.into_iter().map(|(_, expr)| expr);
+    let with_parts = |expr: &&mut Expr| shape(expr).is_some();
+    let mut with_parts: Vec<_> = exprs.into_iter().filter(with_parts).collect();
+    let Some(first) = with_parts.first().and_then(|expr| shape(expr)) else { return };
+    with_parts.retain(|expr| shape(expr).as_ref() == Some(&first));
+    let mut parts: Vec<_> = with_parts.into_iter().map(|expr| parts(expr).into_iter()).collect();
     if first == ARRAY {
-        return siblings(exprs.flat_map(parts).collect(), is_known);
+        return siblings(parts.into_iter().flatten().collect(), is_known, activity);
     }
     let is_known = is_known && first.starts_with(TUPLE);
-    let mut parts: Vec<_> = exprs.map(|expr| parts(expr).into_iter()).collect();
     loop {
         let same: Vec<_> = parts.iter_mut().filter_map(Iterator::next).collect();
         if same.is_empty() {
             return;
         }
-        siblings(same, is_known);
+        siblings(same, is_known, activity);
     }
 }
 
@@ -109,34 +105,6 @@ fn is_literal(expr: &Expr) -> bool {
     }
 }
 
-/// Whether the type of an expression that is no literal stands firm without what is around it.
-fn has_type(expr: &Expr) -> bool {
-    match expr {
-        Expr::Paren(paren) => has_type(&paren.expr),
-        Expr::Group(group) => has_type(&group.expr),
-        Expr::Unary(unary) => has_type(&unary.expr),
-        Expr::Binary(binary) => {
-            is_arithmetic(&binary.op) && (has_type(&binary.left) || has_type(&binary.right))
-        }
-        Expr::MethodCall(call) => {
-            call.turbofish.is_some() || !OPEN.iter().any(|name| call.method == name)
-        }
-        Expr::Path(_) | Expr::Field(_) | Expr::Index(_) | Expr::Cast(_) => true,
-        Expr::Try(attempt) => has_type(&attempt.expr),
-        Expr::Call(call) => is_function(&call.func),
-        _ => false,
-    }
-}
-
-/// Not one of a type, as `Real::from` or `Default::default`, which may leave open what it returns.
-fn is_function(function: &Expr) -> bool {
-    let Expr::Path(path) = function else { return false };
-    let is_small = |segment: &syn::PathSegment| {
-        segment.ident.to_string().starts_with(|c: char| c.is_lowercase() || c == '_')
-    };
-    path.qself.is_none() && path.path.segments.iter().all(is_small)
-}
-
 /// What the arms end with; one that ends with none is left out.
 fn ends_of_arms(flow: &mut Flow) -> Vec<&mut Expr> {
     match flow {
@@ -153,7 +121,7 @@ fn ends_of_arms(flow: &mut Flow) -> Vec<&mut Expr> {
             })
             .collect(),
         Flow::Block(block) => ends_of_block(block),
-        Flow::If { .. } | Flow::For { .. } => Vec::new(),
+        Flow::If { .. } => Vec::new(),
     }
 }
 

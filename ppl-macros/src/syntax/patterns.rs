@@ -5,29 +5,29 @@ use syn::{Expr, Ident, Pat, PatIdent};
 
 /// The names that a pattern binds.
 pub(crate) fn bound_names(pat: &Pat) -> Vec<Ident> {
-    idents(pat, |_| true)
-}
-
-/// Those that are variables: what a name that is none refers to, where it can be changed, lies
-/// elsewhere.
-pub(crate) fn variables(pat: &Pat) -> Vec<Ident> {
-    idents(pat, |pat| pat.mutability.is_some() && pat.by_ref.is_none())
-}
-
-fn idents(pat: &Pat, asked: fn(&PatIdent) -> bool) -> Vec<Ident> {
-    struct Names(Vec<Ident>, fn(&PatIdent) -> bool);
+    struct Names(Vec<Ident>);
     impl<'a> Visit<'a> for Names {
         fn visit_pat_ident(&mut self, pat: &'a PatIdent) {
             // a capital letter is a constant or a variant
-            if !pat.ident.to_string().starts_with(char::is_uppercase) && self.1(pat) {
+            if !pat.ident.to_string().starts_with(char::is_uppercase) {
                 self.0.push(pat.ident.clone());
             }
             visit::visit_pat_ident(self, pat);
         }
     }
-    let mut names = Names(Vec::new(), asked);
+    let mut names = Names(Vec::new());
     names.visit_pat(pat);
     names.0
+}
+
+/// What an expression of Rust binds, with what its patterns take apart.
+pub(crate) fn bindings(expr: &Expr) -> Vec<(&Pat, &Expr)> {
+    match expr {
+        Expr::ForLoop(each) => vec![(&*each.pat, &*each.expr)],
+        Expr::Let(binding) => vec![(&*binding.pat, &*binding.expr)],
+        Expr::Match(choice) => choice.arms.iter().map(|arm| (&arm.pat, &*choice.expr)).collect(),
+        _ => Vec::new(),
+    }
 }
 
 /// The names that `if let` conditions bind.

@@ -68,13 +68,15 @@ pub(crate) fn starts_statement(input: ParseStream) -> bool {
     input.peek(Token![let]) || input.peek(Token![for]) || input.peek(Token![#])
 }
 
-/// Whether control flow begins here.
-pub(crate) fn starts_flow(input: ParseStream) -> bool {
+/// Whether a plate begins here.
+pub(crate) fn starts_plate(input: ParseStream) -> bool {
     input.peek(Token![for]) && !input.peek2(Token![<])
-        || input.peek(Token![if])
-        || input.peek(Token![match])
-        || input.peek(token::Brace)
         || input.peek(syn::Lifetime) && input.peek3(Token![for])
+}
+
+/// Whether a branch or a block begins here.
+pub(crate) fn starts_flow(input: ParseStream) -> bool {
+    input.peek(Token![if]) || input.peek(Token![match]) || input.peek(token::Brace)
 }
 
 /// Whether an item begins here: a constant, a function, an import.

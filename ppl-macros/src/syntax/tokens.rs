@@ -1,6 +1,6 @@
 //! Questions that are answered by looking at tokens: which names they mention, how the source reads.
 
-use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
+use proc_macro2::{Span, TokenStream, TokenTree};
 use syn::Ident;
 use syn::buffer::Cursor;
 
@@ -72,70 +72,40 @@ pub(crate) fn last_span(begin: Cursor, end: Cursor) -> Span {
 /// readable length.
 pub(crate) fn source(tokens: &[TokenTree]) -> String {
     const LONGEST: usize = 72;
-    let (mut text, mut last) = (String::new(), None);
-    let mut trees = tokens;
-    if let [rest @ .., end] = trees
-        && is(end, ';')
-    {
-        trees = rest;
+    let attributes = tokens.chunks(2).take_while(|pair| is(&pair[0], '#')).count();
+    let trees = tokens.get(2 * attributes..).unwrap_or_default();
+    let trees = match trees {
+        [rest @ .., end] if is(end, ';') => rest,
+        all => all,
+    };
+    let text = match proc_macro::is_available() {
+        true => written(trees),
+        false => trees.iter().cloned().collect::<TokenStream>().to_string(),
+    };
+    match text.chars().count() > LONGEST {
+        true => text.chars().take(LONGEST - 1).chain(['…']).collect(),
+        false => text,
     }
-    while let [first, rest @ ..] = trees
-        && is(first, '#')
-    {
-        trees = rest.get(1..).unwrap_or_default();
-    }
-    if proc_macro::is_available() {
-        write(trees.iter().cloned(), &mut text, &mut last);
-    } else {
-        text = trees.iter().cloned().collect::<TokenStream>().to_string();
-    }
-    if text.chars().count() > LONGEST {
-        text = text.chars().take(LONGEST - 1).chain(['…']).collect();
+}
+
+/// With one space wherever there was room.
+fn written(trees: &[TokenTree]) -> String {
+    let mut text = String::new();
+    let mut end = None;
+    for tree in trees {
+        let span = tree.span().unwrap();
+        let start = span.start();
+        if end.is_some_and(|end| end != (start.line(), start.column())) {
+            text.push(' ');
+        }
+        let piece = span.source_text().unwrap_or_else(|| tree.to_string());
+        text.push_str(&piece.split_whitespace().collect::<Vec<_>>().join(" "));
+        end = Some((span.end().line(), span.end().column()));
     }
     text
 }
 
-fn write(trees: impl Iterator<Item = TokenTree>, text: &mut String, last: &mut Option<Span>) {
-    for tree in trees {
-        match tree {
-            TokenTree::Group(group) => {
-                let (open, close) = match group.delimiter() {
-                    Delimiter::Parenthesis => ("(", ")"),
-                    Delimiter::Brace => ("{", "}"),
-                    Delimiter::Bracket => ("[", "]"),
-                    Delimiter::None => ("", ""),
-                };
-                piece(open, group.span_open(), text, last);
-                write(group.stream().into_iter(), text, last);
-                piece(close, group.span_close(), text, last);
-            }
-            leaf => piece(&leaf.to_string(), leaf.span(), text, last),
-        }
-    }
-}
-
-/// Appends a token, with a space where there was room in the source.
-fn piece(token: &str, span: Span, text: &mut String, last: &mut Option<Span>) {
-    if last.is_some_and(|last| end(last) != start(span)) {
-        text.push(' ');
-    }
-    text.push_str(token);
-    *last = Some(span);
-}
-
-fn start(span: Span) -> (usize, usize) {
-    point(span.unwrap().start())
-}
-
-fn end(span: Span) -> (usize, usize) {
-    point(span.unwrap().end())
-}
-
-fn point(span: proc_macro::Span) -> (usize, usize) {
-    (span.line(), span.column())
-}
-
 /// The line on which a span begins; 0 outside the compiler.
 pub(crate) fn line(span: Span) -> usize {
-    if proc_macro::is_available() { start(span).0 } else { 0 }
+    if proc_macro::is_available() { span.unwrap().line() } else { 0 }
 }

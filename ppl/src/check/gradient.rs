@@ -161,7 +161,7 @@ pub fn gradient_at<D: LogDensity>(density: &D, point: &[f64]) -> Result<(), Grad
 
 /// Ridders' method: central differences with shrinking steps, extrapolated as polynomials in the
 /// squared step; the entry of the table that agrees best with its neighbours wins.
-fn derivative(mut f: impl FnMut(f64) -> f64) -> (f64, f64) {
+pub(super) fn derivative(mut f: impl FnMut(f64) -> f64) -> (f64, f64) {
     const SHRINK: f64 = 1.6;
     const ROWS: usize = 16;
     let mut step = 0.2;

@@ -7,6 +7,7 @@
 //! |---|---|---|
 //! | [`mean`], [`sd`], [`quantile`] `.within_mcse(k)` | k Monte Carlo standard errors | 2 Φ(−k): 1 in 370 for k = 3, 1 in 16 000 for k = 4 |
 //! | [`gradient`] | 1e-8 relative | none: not random but for the points, which the seed fixes |
+//! | [`assert_distribution!`] | of quadrature and differences; draws at 1 in 10 000 | none: its seed is fixed |
 //! | [`sbc`] `.assert_uniform(p)` | uniform ranks | at most p, over all quantities |
 //!
 //! The first three refuse chains that do not mix before they compare: an R-hat above 1.05, or fewer
@@ -23,12 +24,16 @@
 //! check::Estimate::of_mean("u", &[&draws], 0.5).within_mcse(4.0);
 //! ```
 
+mod distribution;
 mod error;
 mod estimate;
 mod gradient;
 mod sampler;
 mod sbc;
 
+pub use crate::assert_distribution;
+#[doc(hidden)]
+pub use distribution::{Case, Lifted, Over, assert_conformance};
 pub use error::CheckError;
 pub use estimate::{CheckFailure, Estimate, mean, quantile, sd};
 pub use gradient::{GradientMismatch, gradient, gradient_at};

@@ -45,4 +45,4 @@ pub use univariate::Univariate;
 pub use univariate_density::UnivariateDensity;
 #[doc(hidden)]
 pub use univariate_density::{add_terms, constrain};
-pub use vector::{Repeated, Sequence, Vector};
+pub use vector::{Repeated, Sequence};

@@ -3,7 +3,7 @@
 use rand::Rng;
 
 use super::family::Family;
-use crate::accumulator::{Accumulator, Settled};
+use crate::accumulator::{Accumulator, Joined, Settled};
 use crate::datum::{Datum, Recordable};
 use crate::density::DomainError;
 use crate::parameter::Parameter;
@@ -18,44 +18,44 @@ pub trait Distribution<R: Scalar>: Family {
     /// A number, a count, a flag, an array, a vector or a Cholesky factor.
     type Value: Clone + Recordable;
 
-    /// Log density (log mass for counts) at `x`; −∞ outside the support, NaN for parameters
-    /// outside their domain.
-    #[must_use = "a model takes it by `factor(…);`"]
-    fn ln_density(&self, x: &Self::Value) -> R;
+    /// Adds the log density (log mass for counts) at `x`, term by term, each with its partials: −∞
+    /// outside the support, NaN for parameters outside their domain. A density that is a number
+    /// already goes to [`add_number`](Accumulator::add_number).
+    fn add_terms(&self, x: &Self::Value, terms: &mut impl Accumulator<R>);
 
-    /// [`ln_density`](Distribution::ln_density), term by term.
-    #[doc(hidden)]
+    /// Log density (log mass for counts) at `x`.
+    #[must_use = "a model takes it by `factor(…);`"]
     #[inline(always)]
-    fn add_terms(&self, x: &Self::Value, terms: &mut impl Accumulator<R>) {
-        terms.add_number(self.ln_density(x));
+    fn ln_density(&self, x: &Self::Value) -> R {
+        Joined::of(|terms| self.add_terms(x, terms))
     }
 
-    /// Whether a few sums over data suffice for all of them, if the parameters are the same.
+    /// Whether data that share their parameters have sufficient statistics.
     #[doc(hidden)]
     const HAS_STATISTICS: bool = false;
 
-    /// The sums that suffice, at the end of `sums`.
+    /// Appends those of `data`.
     #[doc(hidden)]
-    fn sufficient_statistics(data: impl Iterator<Item = Self::Value>, sums: &mut Vec<f64>) {
-        let _ = (data, sums);
+    fn sufficient_statistics(data: impl Iterator<Item = Self::Value>, out: &mut Vec<f64>) {
+        let _ = (data, out);
     }
 
-    /// The terms of the log densities at the data with these sums.
+    /// The terms of the log densities at the data with these sufficient statistics.
     #[doc(hidden)]
-    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Accumulator<R>) {
-        let _ = sums;
+    fn add_statistics_terms(&self, statistics: &[f64], terms: &mut impl Accumulator<R>) {
+        let _ = statistics;
         terms.add_number(R::from(f64::NAN));
     }
 
-    /// Whether one observation holds so many data that they are summarised when they are bound.
+    /// Whether one observation holds so many data that their statistics are found when it is bound.
     #[doc(hidden)]
     const SUMMARISES: bool = false;
 
-    /// What [`add_pooled_terms`](Distribution::add_pooled_terms) needs of one observation, at the end
-    /// of `sums`: it depends on `x` and on what the distribution has of data, not on unknowns.
+    /// Appends the statistics of one observation: they depend on `x` and on what the distribution
+    /// has of data, not on unknowns.
     #[doc(hidden)]
-    fn summarise(&self, x: &Self::Value, sums: &mut Vec<f64>) {
-        let _ = (x, sums);
+    fn summarise(&self, x: &Self::Value, out: &mut Vec<f64>) {
+        let _ = (x, out);
     }
 
     /// The log density of what cross-validation may leave out of `x`, part by part, at the end of

@@ -91,14 +91,14 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
 
     /// See [`Distribution::sufficient_statistics`](super::Distribution::sufficient_statistics).
     #[doc(hidden)]
-    fn sufficient_statistics(data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
-        let _ = (data, sums);
+    fn sufficient_statistics(data: impl Iterator<Item = R>, out: &mut Vec<f64>) {
+        let _ = (data, out);
     }
 
-    /// See [`Distribution::add_pooled_terms`](super::Distribution::add_pooled_terms).
+    /// See [`Distribution::add_statistics_terms`](super::Distribution::add_statistics_terms).
     #[doc(hidden)]
-    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Accumulator<R>) {
-        let _ = sums;
+    fn add_statistics_terms(&self, statistics: &[f64], terms: &mut impl Accumulator<R>) {
+        let _ = statistics;
         terms.add_number(R::from(f64::NAN));
     }
 
@@ -182,24 +182,19 @@ macro_rules! univariate {
             type Value = R;
 
             #[inline(always)]
-            fn ln_density(&self, x: &R) -> R {
-                $crate::Joined::of(|terms| $crate::__private::add_terms(self, *x, terms))
-            }
-
-            #[inline(always)]
             fn add_terms(&self, x: &R, terms: &mut impl $crate::Accumulator<R>) {
                 $crate::__private::add_terms(self, *x, terms);
             }
 
             const HAS_STATISTICS: bool = <Self as $crate::UnivariateDensity<R>>::HAS_STATISTICS;
 
-            fn sufficient_statistics(data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
-                <Self as $crate::UnivariateDensity<R>>::sufficient_statistics(data, sums);
+            fn sufficient_statistics(data: impl Iterator<Item = R>, out: &mut Vec<f64>) {
+                <Self as $crate::UnivariateDensity<R>>::sufficient_statistics(data, out);
             }
 
             #[inline(always)]
-            fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl $crate::Accumulator<R>) {
-                $crate::UnivariateDensity::add_pooled_terms(self, sums, terms);
+            fn add_statistics_terms(&self, statistics: &[f64], terms: &mut impl $crate::Accumulator<R>) {
+                $crate::UnivariateDensity::add_statistics_terms(self, statistics, terms);
             }
 
             fn validate(&self) -> Result<(), $crate::DomainError> {

@@ -4,75 +4,6 @@ use super::family::{Array, Family, Iid};
 use crate::datum::{Datum, Recordable};
 use crate::scalar::Scalar;
 
-/// How far from 1 the sum of probabilities or shares may be.
-pub(super) const TOLERANCE: f64 = 1e-8;
-
-/// A vector of parameters: an array (length known at compile time) or a `Vec` or slice (at run
-/// time), by value or by reference.
-///
-/// Values of the distribution come in the same container: arrays for arrays, a `Vec` otherwise.
-#[diagnostic::on_unimplemented(
-    message = "`{Self}` is not a vector of parameters",
-    label = "needed: an array, a slice or a `Vec` of numbers or unknowns"
-)]
-pub trait Vector<R> {
-    /// The same container for elements of type `T`.
-    type Of<T: Clone + Recordable>: Clone + Recordable + AsRef<[T]> + AsMut<[T]>;
-
-    /// Number of elements.
-    fn size(&self) -> usize;
-
-    /// Element `i`.
-    fn at(&self, i: usize) -> R;
-
-    /// Copies of `value` in the same container.
-    fn filled<T: Copy + Recordable>(&self, value: T) -> Self::Of<T>;
-}
-
-macro_rules! impl_vector {
-    ($([$($generics:tt)*] $Own:ty as $Of:ty, $own:ident, $value:ident => $filled:expr;)*) => {$(
-        impl<R, V: Datum<R>, $($generics)*> Vector<R> for $Own {
-            type Of<T: Clone + Recordable> = $Of;
-
-            fn size(&self) -> usize {
-                self.len()
-            }
-
-            #[inline]
-            fn at(&self, i: usize) -> R {
-                self[i].lift()
-            }
-
-            fn filled<T: Copy + Recordable>(&self, $value: T) -> $Of {
-                let $own = self;
-                $filled
-            }
-        }
-    )*};
-}
-impl_vector! {
-    [const N: usize] [V; N] as [T; N], _own, value => [value; N];
-    [] [V] as Vec<T>, own, value => vec![value; own.len()];
-    [] Vec<V> as Vec<T>, own, value => vec![value; own.len()];
-}
-
-impl<R, V: Vector<R> + ?Sized> Vector<R> for &V {
-    type Of<T: Clone + Recordable> = V::Of<T>;
-
-    fn size(&self) -> usize {
-        (**self).size()
-    }
-
-    #[inline]
-    fn at(&self, i: usize) -> R {
-        (**self).at(i)
-    }
-
-    fn filled<T: Copy + Recordable>(&self, value: T) -> V::Of<T> {
-        (**self).filled(value)
-    }
-}
-
 /// Independent values of one distribution, `.array::<N>()` or `.iid(n)`: what
 /// [`ordered`](Family::ordered) acts on.
 #[diagnostic::on_unimplemented(
@@ -130,14 +61,27 @@ impl<R: Scalar, D: Family> Repeated<R> for Iid<D> {
     }
 }
 
-/// What a [`Mixture`](super::Mixture) is made of: an array, a slice or a `Vec` of weights or of
-/// distributions of one family.
+/// An array, a slice or a `Vec`: slopes and levels of a regression, weights and components of a
+/// [`Mixture`](super::Mixture).
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a vector",
+    label = "needed: an array, a slice or a `Vec`"
+)]
 pub trait Sequence: Clone {
     /// One of them.
     type Item: Clone;
 
     /// All of them.
     fn items(&self) -> &[Self::Item];
+
+    /// Item `i` as a number of the model's kind.
+    #[inline(always)]
+    fn at<R>(&self, i: usize) -> R
+    where
+        Self::Item: Datum<R>,
+    {
+        self.items()[i].lift()
+    }
 }
 
 macro_rules! impl_sequences {

@@ -131,31 +131,6 @@ pub fn digamma(x: f64) -> f64 {
     x.ln() - ln_minus_digamma(x)
 }
 
-/// The trigamma function ψ′(x), for x > 0.
-pub fn trigamma(x: f64) -> f64 {
-    if x.is_nan() || x <= 0.0 {
-        return f64::NAN;
-    }
-    let (mut shifted, mut sum) = (x, 0.0);
-    while shifted < ASYMPTOTIC {
-        sum += (shifted * shifted).recip();
-        shifted += 1.0;
-    }
-    let inverse = shifted.recip();
-    let square = inverse * inverse;
-    // the series of ψ term by term
-    let slopes: [f64; 8] = std::array::from_fn(|k| 2.0 * (k as f64 + 1.0) * DIGAMMA[k]);
-    sum + inverse * (1.0 + square * series(&slopes, square)) + 0.5 * square
-}
-
-/// ψ(x + k) − ψ(x) for x > 0 and k ≥ 0, without the cancellation of large terms.
-pub fn digamma_rise(x: f64, k: f64) -> f64 {
-    if k == 0.0 {
-        return 0.0;
-    }
-    (k / x).ln_1p() + ln_minus_digamma(x) - ln_minus_digamma(x + k)
-}
-
 /// ln [xᵃ e⁻ˣ/Γ(a + 1)].
 pub(super) fn ln_gamma_power(a: f64, x: f64) -> f64 {
     -deviance(a, x) - stirling_error(a) - 0.5 * a.ln() - HALF_LN_2PI

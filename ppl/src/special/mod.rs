@@ -28,8 +28,7 @@ mod root;
 
 pub use beta::{beta_logit_quantile, ln_beta, ln_beta_power, regularised_beta};
 pub use gamma::{
-    digamma, digamma_rise, gamma_ln_quantile, ln_gamma, ln_minus_digamma, regularised_gamma,
-    stirling_error, trigamma,
+    digamma, gamma_ln_quantile, ln_gamma, ln_minus_digamma, regularised_gamma, stirling_error,
 };
 pub(crate) use logistic::{logistic, softplus};
 pub(crate) use memoised::memoised;
@@ -37,7 +36,7 @@ pub use normal::{
     NormalInterval, half_normal_quantile, ln_normal_cdf, mills_ratio, normal_cdf, normal_from_zero,
     normal_quantile, normal_upper_quantile,
 };
-pub(crate) use quadrature::{integral_from_zero, nodes_from_zero};
+pub(crate) use quadrature::integral_from_zero;
 
 /// ½ ln 2π.
 pub const HALF_LN_2PI: f64 = 0.918_938_533_204_672_7;
@@ -88,14 +87,6 @@ pub fn ln_ratio(a: f64, b: f64) -> f64 {
     if ratio.is_normal() { ratio.ln() } else { a.ln() - b.ln() }
 }
 
-/// ln(eᵃ + eᵇ), where either may be −∞.
-#[inline]
-pub fn ln_add_exp(a: f64, b: f64) -> f64 {
-    let (high, low) = if a > b { (a, b) } else { (b, a) };
-    // −∞ − (−∞) is no number; NaN stays one
-    if low == f64::NEG_INFINITY { high } else { high + (low - high).exp().ln_1p() }
-}
-
 /// ln(1 + z²), z/(1 + z²) and z²/(1 + z²), where z² may overflow.
 #[inline]
 pub fn ln_1p_square(z: f64) -> (f64, f64, f64) {
@@ -140,11 +131,6 @@ impl Hyperbolic {
         let tanh = ((0.5 - 0.5 * e * e) * inverse).copysign(y);
         Self { tanh, sech: e * inverse, size, shrink }
     }
-
-    #[inline]
-    pub(crate) fn ln_cosh(self) -> f64 {
-        self.size + self.shrink.ln()
-    }
 }
 
 /// ln(1 − e^{−x}) for x ≥ 0.
@@ -153,4 +139,5 @@ pub fn ln_one_minus_exp(x: f64) -> f64 {
 }
 
 #[cfg(test)]
+#[path = "../../tests/unit/special.rs"]
 mod tests;

@@ -11,7 +11,7 @@ pub(crate) fn integral_from_zero(f: impl Fn(f64) -> f64, length: f64, scale: f64
 }
 
 /// The nodes and the positive weights of [`integral_from_zero`].
-pub(crate) fn nodes_from_zero(length: f64, scale: f64) -> impl Iterator<Item = (f64, f64)> {
+fn nodes_from_zero(length: f64, scale: f64) -> impl Iterator<Item = (f64, f64)> {
     const STEP: f64 = 1.0 / 32.0;
     let nodes = (-144..=144).map(move |i| {
         let t = f64::from(i) * STEP;

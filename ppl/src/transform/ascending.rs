@@ -1,109 +1,57 @@
 //! Ordered values.
 
-use super::{Support, VectorMap, log_logistic_density};
+use super::Support;
+use crate::accumulator::{Accumulator, Joined};
 use crate::scalar::Scalar;
 
 /// Values x₁ < x₂ < … < xₙ inside a support.
 ///
-/// | support | map | log-Jacobian |
-/// |---|---|---|
-/// | `Real` | x₁ = y₁, xᵢ = xᵢ₋₁ + exp yᵢ | Σ yᵢ, i from 2 |
-/// | `Above(a)` | x₀ = a, xᵢ = xᵢ₋₁ + exp yᵢ | Σ yᵢ |
-/// | `Below(b)` | the same downwards from b: the first coordinate belongs to xₙ | Σ yᵢ |
-/// | `Between(a, b)` | x₀ = a, xᵢ = xᵢ₋₁ + (b − xᵢ₋₁) σ(yᵢ − ln(n − i + 1)) | Σ [ln(b − xᵢ₋₁) + ln σ + ln(1 − σ)] |
+/// Their coordinates u₁, u₂, … by the map of the [`Support`] are ordered too (against the values
+/// below an end), and come from free ones by gaps: u₁ = y₁, uᵢ = uᵢ₋₁ + exp yᵢ, with log-Jacobian
+/// Σ yᵢ, i from 2, and that of the support.
 ///
-/// `Above(0)` gives positive-ordered values. Between two ends a stick is broken, centred so
-/// that y = 0 spaces the values evenly.
+/// # Example
+/// ```
+/// use ppl::transform::{Ascending, Support};
+///
+/// let (mut coordinates, mut x) = ([0.3, -1.2].into_iter(), [0.0; 2]);
+/// let map = Ascending(Support::Real);
+/// let log_jacobian: f64 = map.constrain(&mut || coordinates.next().unwrap(), &mut x);
+/// assert_eq!((x, log_jacobian), ([0.3, 0.3 + (-1.2f64).exp()], -1.2));
+/// ```
 ///
 /// # References
-/// Stan Reference Manual, "Constraint Transforms", ordered vector and unit simplex.
+/// Stan Reference Manual, "Constraint Transforms", ordered vector.
 #[derive(Clone, Copy, Debug)]
 pub struct Ascending<R>(pub Support<R>);
 
-/// The share of the stick that the `i`-th of `n` breaks takes at y = 0 is 1/(n − i + 1).
-fn centre(i: usize, n: usize) -> f64 {
-    ((n - i) as f64).ln()
-}
-
-impl<R: Scalar> VectorMap<R> for Ascending<R> {
-    fn dim(&self, n: usize) -> usize {
-        n
-    }
-
-    fn constrain(&self, next: &mut impl FnMut() -> R, x: &mut [R]) -> R {
-        let n = x.len();
-        let mut log_jacobian = R::from(0.0);
-        match self.0 {
-            Support::Real => {
-                let mut before = None;
-                for x in x {
-                    let y = next();
-                    *x = match before {
-                        None => y,
-                        Some(before) => {
-                            log_jacobian += y;
-                            y.exp() + before
-                        }
-                    };
-                    before = Some(*x);
+impl<R: Scalar> Ascending<R> {
+    /// Fills `x` from the next coordinates and returns the log-Jacobian.
+    pub fn constrain(&self, next: &mut impl FnMut() -> R, x: &mut [R]) -> R {
+        let mut last = None;
+        let ((), log_jacobian) = Joined::with(|terms| {
+            for x in x.iter_mut() {
+                let y = next();
+                let u = last.map_or(y, |last| y.exp() + last);
+                if last.is_some() {
+                    terms.add_number(y);
                 }
+                last = Some(u);
+                *x = self.0.place(u, terms);
             }
-            Support::Above(mut end) => {
-                for x in x {
-                    let y = next();
-                    log_jacobian += y;
-                    end += y.exp();
-                    *x = end;
-                }
-            }
-            Support::Below(mut end) => {
-                for x in x.iter_mut().rev() {
-                    let y = next();
-                    log_jacobian += y;
-                    end -= y.exp();
-                    *x = end;
-                }
-            }
-            Support::Between(a, b) => {
-                let mut rest = b - a;
-                let mut ln_rest = rest.ln();
-                let mut taken = R::from(0.0);
-                for (i, x) in x.iter_mut().enumerate() {
-                    let y = next() - centre(i, n);
-                    let (value, slope) = log_logistic_density(y.value(), |x| -x.ln());
-                    log_jacobian += ln_rest + y.unary(value, slope);
-                    taken += rest * y.logistic();
-                    rest *= (-y).logistic();
-                    ln_rest -= y.softplus();
-                    // measured from the nearer end, so that both keep their digits
-                    *x = if taken < rest { a + taken } else { b - rest };
-                }
-            }
+        });
+        if let Support::Below(_) = self.0 {
+            x.reverse();
         }
         log_jacobian
     }
 
-    fn unconstrain(&self, x: &[R], out: &mut Vec<f64>) {
-        let n = x.len();
-        let at = |i: usize| x[i].value();
-        match self.0 {
-            Support::Real => {
-                out.extend((0..n).map(|i| if i == 0 { at(0) } else { (at(i) - at(i - 1)).ln() }));
-            }
-            Support::Above(a) => {
-                let before = |i: usize| if i == 0 { a.value() } else { at(i - 1) };
-                out.extend((0..n).map(|i| (at(i) - before(i)).ln()));
-            }
-            Support::Below(b) => {
-                let after = |i: usize| if i + 1 == n { b.value() } else { at(i + 1) };
-                out.extend((0..n).rev().map(|i| (after(i) - at(i)).ln()));
-            }
-            Support::Between(a, b) => {
-                let before = |i: usize| if i == 0 { a.value() } else { at(i - 1) };
-                out.extend(
-                    (0..n).map(|i| ((at(i) - before(i)) / (b.value() - at(i))).ln() + centre(i, n)),
-                );
-            }
+    /// Appends the coordinates of `x`; infinite where two values, or one and an end, are the same.
+    pub fn unconstrain(&self, x: &[R], out: &mut Vec<f64>) {
+        let mut u: Vec<f64> = x.iter().map(|x| self.0.unconstrain(x.value())).collect();
+        if let Support::Below(_) = self.0 {
+            u.reverse();
         }
+        out.extend((0..u.len()).map(|i| if i == 0 { u[0] } else { (u[i] - u[i - 1]).ln() }));
     }
 }

@@ -5,8 +5,8 @@ use ppl::{Dual, Joined};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::conformance::Lifted;
 use crate::numerics::{assert_chi_squared, assert_close, derivative};
+use ppl::check::Lifted;
 
 const DRAWS: usize = 20_000;
 
@@ -30,7 +30,7 @@ macro_rules! assert_counts {
             $parameters,
             $last,
             &|[$($p),*]: [f64; _]| $distribution,
-            &|[$($p),*]: [$crate::conformance::Lifted; _]| $distribution,
+            &|[$($p),*]: [ppl::check::Lifted; _]| $distribution,
             $moments,
         )
     };

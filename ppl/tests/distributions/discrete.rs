@@ -27,22 +27,6 @@ fn binomial() {
 }
 
 #[test]
-fn waiting() {
-    assert_counts!([m, f] NegativeBinomial(m, f), [6.0, 2.5], 400);
-    assert_counts!([m, f] NegativeBinomial(m, f), [6.0, 0.4], 1500);
-    assert_counts!([m, f] NegativeBinomial(m, f), [40.0, 300.0], 250);
-    assert_counts!([r, p] NegativeBinomial::with_probability(r, p), [2.5, 0.4], 200);
-    assert_counts!([a, b] NegativeBinomial::with_rate(a, b), [2.5, 0.4], 300);
-}
-
-#[test]
-fn additional_zeros() {
-    assert_counts!([w, l] ZeroInflated(w, Poisson(l)), [0.3, 4.5], 70, without moments);
-    assert_counts!(
-        [w, m, f] ZeroInflated(w, NegativeBinomial(m, f)), [0.2, 6.0, 2.5], 400, without moments);
-}
-
-#[test]
 fn mixtures() {
     assert_counts!(
         [w, a, b] Mixture([w, 1.0 - w], [Poisson(a), Poisson(b)]), [0.3, 1.5, 9.0], 90,

@@ -49,10 +49,10 @@ fn no_density_is_nan_at_finite_arguments() {
             }
         };
     }
-    all!(real, real, SCALES => Normal, Cauchy);
+    all!(real, real, SCALES => Normal);
     all!(POSITIVE, real, SCALES => LogNormal);
     all!(POSITIVE, SCALES, SCALES =>
-        Gamma, InverseGamma, Weibull);
+        Gamma, Weibull);
     all!(POSITIVE, SCALES => Exponential, HalfNormal, HalfCauchy);
     all!(SHARES, SCALES, SCALES => Beta);
     for (m, s) in pairs(real, &SCALES) {
@@ -62,7 +62,6 @@ fn no_density_is_nan_at_finite_arguments() {
     }
     all!(COUNTS, SCALES => Poisson);
     all!(COUNTS, [-800.0, -1.0, 700.0, 720.0, 800.0, 1e300] => PoissonLog);
-    all!(COUNTS, SCALES, SCALES => NegativeBinomial);
     all!([true, false], real => BernoulliLogit);
     for n in [0u64, 1, 20, 1 << 53] {
         for &x in real {
@@ -72,10 +71,6 @@ fn no_density_is_nan_at_finite_arguments() {
             check("Binomial", Binomial(n, p), &COUNTS, failed);
         }
     }
-    for &x in real {
-        check("CategoricalLogit", CategoricalLogit([0.0, x, -x]), &[0, 1, 2, 3], failed);
-    }
-    check("Categorical", Categorical([1.0, 0.0, 0.0]), &[0, 1, 2, 3], failed);
     let shown = failed.iter().take(40).cloned().collect::<Vec<_>>().join("\n");
     assert!(failed.is_empty(), "{} are NaN:\n{shown}", failed.len());
 }
@@ -114,15 +109,13 @@ fn draws_lie_inside_the_open_support() {
     let positive = |x: &f64| *x > 0.0 && x.recip() > 0.0 && x.recip().is_finite();
     check(Gamma(1e-4, 1e-3), positive);
     check(Gamma(1e-4, 1e-3).truncate(..5.0), positive);
-    check(InverseGamma(1e-4, 1e-3), positive);
     check(LogNormal(0.0, 2000.0), positive);
     check(Exponential(1e-308), positive);
     check(Weibull(1e-3, 1.0), positive);
     check(Beta(1e-4, 1e-4), |x| 0.0 < *x && *x < 1.0);
-    check(Cauchy(0.0, 1e308), |x| x.is_finite());
+    check(StudentT(1.0, 0.0, 1e308), |x| x.is_finite());
     check(Gamma(1e-4, 1e-3).iid(3), |x| x.iter().all(positive));
     check(Gamma(1e-3, 1e-3).array::<2>(), |x| x.iter().all(positive));
-    check(Dirichlet([1e-4; 3]), |x| x.iter().all(|x| *x > 0.0));
 }
 
 ppl::model! {

@@ -226,7 +226,7 @@ fn factors_by_coordinates_and_by_entries() {
     let made = CholeskyFactor::new(rows).unwrap();
     let stretched: [[D; 4]; 4] = std::array::from_fn(|i| rows[i].map(|entry| entry * scale[i]));
     let stretched = CholeskyFactor::new(stretched).unwrap();
-    let density = |factor| LkjCholesky::<4, D>(numbers[7]).ln_density(factor);
+    let density = |factor| LkjCholesky::<4>(2.0).ln_density(factor);
     for (found, expected) in [
         (readings(kept), readings(made)),
         (readings(kept.scale_rows(scale)), readings(stretched)),
@@ -284,10 +284,9 @@ fn readings_on_the_tape() {
 }
 
 ppl::model! {
-    /// Factors whose entries are numbers of their own: of an unknown concentration, and large ones.
+    /// Small and large factors.
     fn by_entries(pairs: &[[f64; 3]], wide: &[[f64; 9]]) {
-        let eta ~ LogNormal(0.0, 0.5);
-        let small ~ LkjCholesky::<3, _>(eta);
+        let small ~ LkjCholesky::<3>(1.3);
         let large ~ LkjCholesky::<9>(2.0);
         for y in pairs {
             y ~ MvNormalCholesky([0.0; 3], small);

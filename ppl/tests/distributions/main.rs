@@ -1,12 +1,9 @@
 //! Every distribution against what does not share its code: differences, quadrature, draws
 //! against distribution functions, and values computed with 50 digits.
 
-mod categories;
-mod conformance;
 mod counts;
 mod discrete;
 mod extremes;
-mod gaussian_process;
 mod intervals;
 mod lkj;
 mod multivariate;
@@ -21,4 +18,3 @@ mod variations;
 mod vector_conformance;
 mod vector_models;
 mod vectors;
-mod wrappers;

@@ -56,25 +56,6 @@ fn trapezoid(f: &dyn Fn(f64) -> f64, centre: f64, scale: f64) -> f64 {
         .sum()
 }
 
-/// ∫ f from `end` to −∞ (`direction` −1) or ∞ (1), by double exponential quadrature.
-pub(crate) fn half_integral(f: impl Fn(f64) -> f64, end: f64, direction: f64, scale: f64) -> f64 {
-    double_exponential(&f, end, direction, scale)
-}
-
-fn double_exponential(f: &dyn Fn(f64) -> f64, end: f64, direction: f64, scale: f64) -> f64 {
-    const STEP: f64 = 0.01;
-    let half_pi = std::f64::consts::FRAC_PI_2;
-    (-450..=450)
-        .map(|i| {
-            let t = f64::from(i) * STEP;
-            let distance = scale * (half_pi * t.sinh()).exp();
-            let weight = distance * half_pi * t.cosh() * STEP;
-            let value = f(end + direction * distance);
-            if value == 0.0 { 0.0 } else { weight * value }
-        })
-        .sum()
-}
-
 /// √n sup |Fₙ − F|.
 pub(crate) fn kolmogorov_smirnov(draws: &[f64], cdf: impl Fn(f64) -> f64) -> f64 {
     let mut sorted = draws.to_vec();

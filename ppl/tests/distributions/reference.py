@@ -1,4 +1,4 @@
-"""Writes `ln_density.csv` here and `../../src/special/reference.csv`; needs mpmath.
+"""Writes `ln_density.csv` here and `../unit/special.csv`; needs mpmath.
 
 Every value is computed with 50 digits or more from the textbook formula written below, at
 arguments that are exact binary floating-point numbers.
@@ -32,17 +32,11 @@ FAMILIES = {
                                     -log(s), -(n + 1) / 2 * log1p(((x - m) / s) ** 2 / n)],
     "HalfCauchy": lambda x, s: [log(2 / pi), -log(s), -log1p((x / s) ** 2)],
     "Poisson": lambda k, l: [k * log(l), -l, -loggamma(k + 1)],
-    "Cauchy": lambda x, m, s: [-log(pi), -log(s), -log1p(((x - m) / s) ** 2)],
     "Weibull": lambda x, a, s: [log(a), -log(s), (a - 1) * log(x / s), -((x / s) ** a)],
-    "InverseGamma": lambda x, a, b: [a * log(b), -loggamma(a), -(a + 1) * log(x), -b / x],
     "Binomial": lambda k, n, p: [*ln_choose(n, k), k * log(p), (n - k) * log1p(-p)],
     "BinomialLogit": lambda k, n, x: [*ln_choose(n, k), -k * log1p(exp(-x)),
                                       -(n - k) * log1p(exp(x))],
-    "NegativeBinomial": lambda k, m, f: [loggamma(k + f), -loggamma(f), -loggamma(k + 1),
-                                         -f * log1p(m / f), -k * log1p(f / m)],
     "PoissonLog": lambda k, e: [k * e, -exp(e), -loggamma(k + 1)],
-    "ZeroInflatedPoisson": lambda k, w, l: [log(w + (1 - w) * exp(-l))] if k == 0 else
-                                           [log1p(-w), k * log(l), -l, -loggamma(k + 1)],
     "MixtureOfNormals": lambda x, w, m, s: [log(
         w * exp(fsum(FAMILIES["Normal"](x, 0, s))) + (1 - w) * exp(fsum(FAMILIES["Normal"](x, m, s)))
     )],
@@ -59,11 +53,9 @@ FAMILIES["BetaAbove"] = lambda x, a, b, c: [*FAMILIES["Beta"](x, a, b), -log(
 FAMILIES["NormalTail"] = lambda x, m, s: [log(upper_normal((x - m) / s))]
 FAMILIES["GammaTail"] = lambda x, a, b: [log(gammainc(a, b * x, inf, regularized=True))]
 FAMILIES["GammaBelow"] = lambda x, a, b: [log(gammainc(a, 0, b * x, regularized=True))]
-FAMILIES["InverseGammaTail"] = lambda x, a, b: [log(gammainc(a, 0, b / x, regularized=True))]
 FAMILIES["StudentTTail"] = lambda x, n, m, s: [log(betainc(
     n / 2, half, 0, n / (n + ((x - m) / s) ** 2), regularized=True) / 2)]
 FAMILIES["WeibullTail"] = lambda x, a, s: [-((x / s) ** a)]
-FAMILIES["CauchyTail"] = lambda x, m, s: [log(atan2(s, x - m) / pi)]
 POINTS = {
     "Normal": [(0.1, 0.0, 1.0), (1e3, -5.0, 1e-3), (1e-9, 0.0, 1e9), (7.5, 7.5, 1e-300),
                (40.0, 0.0, 1.0), (1e200, 0.0, 1e190), (-3.25, 2.5, 0.7)],
@@ -85,20 +77,13 @@ POINTS = {
     "HalfCauchy": [(0.0, 2.0), (1e200, 1.0), (1e-200, 1.0), (3.0, 2.5), (1e9, 1.0), (1e-3, 1e8)],
     "Poisson": [(0, 1e-300), (0, 700.0), (1, 1e-12), (3, 2.5), (9, 10.0), (10, 10.0), (150, 3.0),
                 (1000000, 1e6), (1002000, 1e6), (1000000000000, 1e12), (5, 1e4)],
-    "Cauchy": [(0.0, 0.0, 1.0), (1e200, 1.0, 1e-3), (-1e9, 0.0, 1.0), (2.5, 1.0, 0.7),
-               (1e-200, 0.0, 1.0)],
     "Weibull": [(0.1, 1.5, 1.0), (1e-200, 0.5, 1.0), (9.0, 3.5, 2.0), (340.0, 12.0, 340.0),
                 (1.0625, 200.0, 1.0), (1e10, 0.25, 1e-5)],
-    "InverseGamma": [(0.5, 3.0, 2.0), (1e300, 0.01, 1.0), (1e-3, 3.0, 2.0), (1.0, 1e6, 1e6),
-                     (2e-6, 0.5, 1e-5)],
     "Binomial": [(3, 10, 0.25), (0, 10, 1e-300), (1000, 1000, 0.999), (500000, 1000000, 0.5),
                  (501000, 1000000, 0.5), (5, 1000000000, 1e-9), (9, 20, 0.4375)],
     "BinomialLogit": [(3, 10, -1.0), (0, 10, -600.0), (1000, 1000, 9.0), (500000, 1000000, 0.0),
                       (1, 10, -600.0)],
-    "NegativeBinomial": [(3, 4.0, 2.0), (0, 4.0, 1e-3), (1000, 1000.0, 50.0), (3, 4.0, 1e8),
-                         (500, 1.0, 0.5), (7, 1e-6, 3.0)],
     "PoissonLog": [(3, 1.0), (0, -600.0), (1000000, 13.8125), (5, 9.0)],
-    "ZeroInflatedPoisson": [(0, 0.25, 3.0), (0, 1e-300, 700.0), (0, 0.25, 1e-9), (4, 0.25, 3.0)],
     "MixtureOfNormals": [(0.5, 0.25, 4.0, 1.0), (30.0, 0.5, 4.0, 0.75), (-30.0, 1e-9, 4.0, 1.0)],
     "NormalAbove": [(0.2, 0.15, 0.25, 0.0), (8.5, 0.0, 1.0, 8.0), (37.1, 0.0, 1.0, 37.0),
                     (101.0, 0.0, 1.0, 100.0), (0.5, 0.0, 1.0, -20.0), (3.0, 1.0, 0.5, 2.0)],
@@ -107,16 +92,13 @@ POINTS = {
     "GammaAbove": [(0.75, 2.5, 1.5, 0.5), (40.0, 0.75, 2.0, 30.0), (2.0, 20.0, 3.0, 1e-3)],
     "BetaAbove": [(0.75, 2.5, 1.5, 0.5), (0.96875, 3.0, 9.0, 0.9375)],
     "NormalTail": [(1.0, 0.0, 1.0), (-3.0, 0.0, 1.0), (50.0, 0.0, 1.0), (9.0, 1.0, 0.01)],
-    "GammaTail": [(1.0, 2.5, 1.5), (40.0, 0.75, 2.0), (2000.0, 2.5, 1.5), (0.01, 2.5, 1.5)],
+    "GammaTail": [(1.0, 2.5, 1.5), (40.0, 0.75, 2.0), (0.01, 2.5, 1.5)],
     "StudentTTail": [(1.0, 4.0, 0.0, 1.0), (1e6, 3.0, 0.0, 1.0), (3.0, 7.5, 1.0, 0.5)],
     "WeibullTail": [(1.0, 2.5, 1.5), (1e4, 0.75, 2.0), (1e-9, 2.5, 1.5)],
-    "CauchyTail": [(1.0, 0.0, 1.0), (1e200, 0.0, 1.0), (-1e9, 0.0, 1.0)],
     "GammaBelow": [(1.0, 2.5, 1.5), (1e-30, 0.75, 2.0), (40.0, 2.5, 1.5), (1e-3, 60.0, 2.0)],
-    "InverseGammaTail": [(1.0, 2.5, 1.5), (1e9, 0.75, 2.0), (0.01, 2.5, 1.5), (3.0, 40.0, 7.0)],
 }
 # a count has no derivative
-COUNTS = {"Poisson", "Binomial", "BinomialLogit", "NegativeBinomial", "PoissonLog",
-          "ZeroInflatedPoisson"}
+COUNTS = {"Poisson", "Binomial", "BinomialLogit", "PoissonLog"}
 # observed at the end of the interval
 TAILS = {family for family in POINTS if family.endswith("Tail")} | {"GammaBelow"}
 
@@ -177,8 +159,6 @@ for x in map(mpf, [1e-300, 1e-10, 1e-3, 0.1, 0.5, 0.9, 1.1, 1.5, 1.999, 2.5, 3, 
     emit("ln_gamma", [x], loggamma(x))
     emit("stirling_error", [x], loggamma(x) - (x - mpf(1) / 2) * log(x) + x - log(2 * pi) / 2)
     emit("ln_minus_digamma", [x], log(x) - digamma(x))
-    if x > 1e-150:
-        emit("trigamma", [x], psi(1, x))
 mp.dps = 80
 for a, b in [(0.5, 0.5), (1e-10, 3), (0.5, 3.5), (2, 3), (1e3, 2e3), (1e10, 0.5), (1e8, 1e-3),
              (1e15, 1e15), (30, 1e6)]:
@@ -248,5 +228,5 @@ mp.dps = 60
 for p in map(mpf, [1e-20, 1e-5, 0.1, 0.49, 0.51, 0.9, 0.999999]):
     emit("half_normal_quantile", [p], sqrt(2) * erfinv(p))
 
-with open(HERE / "../../src/special/reference.csv", "w") as out:
+with open(HERE / "../unit/special.csv", "w") as out:
     print("function,a,b,c,value", *rows, sep="\n", file=out)

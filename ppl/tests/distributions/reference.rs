@@ -27,14 +27,10 @@ fn evaluate(family: &str, [x, a, b, c]: [D; 4]) -> D {
         "StudentT" => StudentT(a, b, c).ln_density(&x),
         "HalfCauchy" => HalfCauchy(a).ln_density(&x),
         "Poisson" => Poisson(a).ln_density(&count),
-        "Cauchy" => Cauchy(a, b).ln_density(&x),
         "Weibull" => Weibull(a, b).ln_density(&x),
-        "InverseGamma" => InverseGamma(a, b).ln_density(&x),
         "Binomial" => Binomial(n, b).ln_density(&count),
         "BinomialLogit" => BinomialLogit(n, b).ln_density(&count),
-        "NegativeBinomial" => NegativeBinomial(a, b).ln_density(&count),
         "PoissonLog" => PoissonLog(a).ln_density(&count),
-        "ZeroInflatedPoisson" => ZeroInflated(a, Poisson(b)).ln_density(&count),
         "MixtureOfNormals" => {
             Mixture([a, 1.0 - a], [Normal(D::from(0.0), c), Normal(b, c)]).ln_density(&x)
         }
@@ -45,10 +41,8 @@ fn evaluate(family: &str, [x, a, b, c]: [D; 4]) -> D {
         "NormalTail" => Normal(a, b).censor(..x.value()).ln_density(&x),
         "GammaTail" => Gamma(a, b).censor(..x.value()).ln_density(&x),
         "GammaBelow" => Gamma(a, b).censor(x.value()..).ln_density(&x),
-        "InverseGammaTail" => InverseGamma(a, b).censor(..x.value()).ln_density(&x),
         "StudentTTail" => StudentT(a, b, c).censor(..x.value()).ln_density(&x),
         "WeibullTail" => Weibull(a, b).censor(..x.value()).ln_density(&x),
-        "CauchyTail" => Cauchy(a, b).censor(..x.value()).ln_density(&x),
         other => panic!("no family {other}"),
     }
 }
@@ -65,10 +59,9 @@ fn allowed(family: &str, arguments: &[f64]) -> (f64, f64) {
     let usual = |x: &f64| x.is_nan() || *x == 0.0 || (0.01..=100.0).contains(&x.abs());
     match family {
         // densities and probabilities are exponentiated on the way: ε times their logarithms
-        "MixtureOfNormals" | "ZeroInflatedPoisson" => (4.0, 512.0),
+        "MixtureOfNormals" => (4.0, 512.0),
         // the density at an end of an interval by its probability: ε times their logarithms
-        "GammaAbove" | "GammaBelow" | "GammaTail" | "InverseGammaTail" | "StudentTTail"
-        | "CauchyTail" => (64.0, 1024.0),
+        "GammaAbove" | "GammaBelow" | "GammaTail" | "StudentTTail" => (64.0, 1024.0),
         _ if arguments.iter().all(usual) => (4.0, 8.0),
         _ => (64.0, 512.0),
     }
@@ -78,7 +71,7 @@ fn allowed(family: &str, arguments: &[f64]) -> (f64, f64) {
 /// 10⁻¹¹, which does not shrink with the derivative.
 fn by_quadrature(family: &str, place: usize) -> bool {
     match family {
-        "BetaAbove" | "GammaAbove" | "GammaBelow" | "GammaTail" | "InverseGammaTail" => place > 0,
+        "BetaAbove" | "GammaAbove" | "GammaBelow" | "GammaTail" => place > 0,
         // in the shape alone
         "StudentTTail" => place == 1,
         _ => false,
@@ -116,7 +109,7 @@ fn log_densities_agree_with_fifty_digits() {
         }
         rows += 1;
     }
-    assert!(rows >= 155, "{rows} rows");
+    assert!(rows >= 125, "{rows} rows");
     assert!(failures.is_empty(), "\n{}", failures.join("\n"));
 }
 
@@ -125,7 +118,7 @@ fn factor<const K: usize>(entries: &[f64]) -> CholeskyFactor<f64, K> {
         .expect("a factor")
 }
 
-/// The same for vectors, matrices and categories (`vectors.csv`, made by `vectors.py`).
+/// The same for matrices (`vectors.csv`, made by `vectors.py`).
 #[test]
 fn vector_log_densities_agree_with_fifty_digits() {
     let mut rows = 0;
@@ -136,21 +129,12 @@ fn vector_log_densities_agree_with_fifty_digits() {
         };
         let (family, x, p) = (fields[0], numbers(fields[1]), numbers(fields[2]));
         let expected: f64 = fields[3].parse().unwrap();
-        let counts: Vec<u64> = x.iter().map(|&k| k as u64).collect();
         let got: f64 = match (family, x.len()) {
-            ("Dirichlet", _) => Dirichlet(&p).ln_density(&x),
-            ("CategoricalLogit", _) => CategoricalLogit(&p).ln_density(&counts[0]),
             ("LkjCholesky", 9) => LkjCholesky::<3>(p[0]).ln_density(&factor(&x)),
             _ => panic!("no family {family} of {} numbers", x.len()),
         };
-        // log gamma functions of large arguments cancel: the error is that of the largest one
-        let largest = p.iter().chain(&x).fold(1.0f64, |m, v| m.max(v.abs()));
-        let absolute = match family {
-            "Dirichlet" => 4.0 * f64::EPSILON * largest * largest.ln().max(1.0),
-            _ => 1e-14,
-        };
-        assert_close(got, expected, 1e-14, absolute, line);
+        assert_close(got, expected, 1e-14, 1e-14, line);
         rows += 1;
     }
-    assert!(rows >= 14, "{rows} rows");
+    assert!(rows >= 4, "{rows} rows");
 }

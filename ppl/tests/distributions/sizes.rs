@@ -10,11 +10,10 @@ use crate::vector_conformance::{Entries, assert_unknown, unknown};
 
 ppl::model! {
     fn in_the_type(rows: &[[f64; 3]], x: &[f64]) {
-        let eta ~ LogNormal(0.5, 0.3);
         let level ~ Normal(0.0, 2.0).iid(3);
         let sd ~ Normal(0.15, 0.25).truncate(0.0..).iid(3);
         let corr ~ LkjCholesky::<3>(3.0);
-        let other ~ LkjCholesky::<3, _>(eta);
+        let other ~ LkjCholesky::<3>(1.6);
         let chol = corr.scale_rows([sd[0], sd[1], sd[2]]);
         for (y, x) in rows.iter().zip(x) {
             y ~ MvNormalCholesky([level[0] + x, level[1], level[2] * x], chol);
@@ -22,17 +21,16 @@ ppl::model! {
         let effect ~ MvNormalCholesky([level[1], 0.5, level[0]], other);
         let (turned, solved) = (chol.times(effect), other.solve_lower(effect));
         factor(-0.1 * (turned[2] * solved[1] + chol.covariance()[2][1] + chol.correlation()[1][0]));
-        factor(LkjCholesky::<3, _>(eta).ln_density(&corr));
+        factor(LkjCholesky::<3>(0.7).ln_density(&corr));
         #[predict] let new ~ MvNormalCholesky([level[0], level[1], level[2]], chol);
     }
 
     fn from_the_data(rows: &[Vec<f64>], x: &[f64]) {
         let k = rows[0].len();
-        let eta ~ LogNormal(0.5, 0.3);
         let level ~ Normal(0.0, 2.0).iid(k);
         let sd ~ Normal(0.15, 0.25).truncate(0.0..).iid(k);
         let corr ~ LkjCholesky::of(k, 3.0);
-        let other ~ LkjCholesky::of(k, eta);
+        let other ~ LkjCholesky::of(k, 1.6);
         let chol = corr.scale_rows(&sd)?;
         for (y, x) in rows.iter().zip(x) {
             y ~ MvNormalCholesky(vec![level[0] + x, level[1], level[2] * x], &chol);
@@ -40,7 +38,7 @@ ppl::model! {
         let effect ~ MvNormalCholesky(vec![level[1], Real::from(0.5), level[0]], &other);
         let (turned, solved) = (chol.times(&effect)?, other.solve_lower(&effect)?);
         factor(-0.1 * (turned[2] * solved[1] + chol.covariance()[2][1] + chol.correlation()[1][0]));
-        factor(LkjCholesky::of(k, eta).ln_density(&corr));
+        factor(LkjCholesky::of(k, 0.7).ln_density(&corr));
         #[predict] let new ~ MvNormalCholesky(&level, &chol);
     }
 }
@@ -54,14 +52,14 @@ fn one_model_in_both_forms() {
     let rows = ROWS.map(|row| row.to_vec());
     let (fixed, free) = (in_the_type(&ROWS, &X), from_the_data(&rows, &X));
     let layout = free.layout().unwrap();
-    assert_eq!(layout.dim, 16);
+    assert_eq!(layout.dim, 15);
     assert_eq!(layout.variables, fixed.layout().unwrap().variables);
     check::gradient(&free, 5);
     let (mut w, mut rng) = (Workspace::default(), Xoshiro256PlusPlus::seed_from_u64(3));
     for _ in 0..20 {
         let record = fixed.draw_prior(&mut rng).unwrap();
         let y = &record.unconstrained;
-        let [mut ours, mut theirs, mut taped] = [[0.0; 16]; 3];
+        let [mut ours, mut theirs, mut taped] = [[0.0; 15]; 3];
         let value = free.gradient(y, &mut ours, &mut w).unwrap();
         let expected = fixed.gradient(y, &mut theirs, &mut w).unwrap();
         assert_close(value, expected, 1e-12, 1e-12, "log density");
@@ -91,7 +89,7 @@ fn one_model_in_both_forms() {
 
 impl<R: Scalar> Entries<R> for DynCholeskyFactor<R> {
     fn entries(&self) -> Vec<R> {
-        (0..self.size()).flat_map(|i| self.row(i).to_vec()).collect()
+        (0..self.size()).flat_map(|i| (0..=i).map(move |j| self.get(i, j))).collect()
     }
 }
 
@@ -99,15 +97,13 @@ fn factor<R: Scalar>(p: &[R]) -> DynCholeskyFactor<R> {
     DynCholeskyFactor::new(&[vec![p[0]], vec![p[1], p[2]]]).unwrap()
 }
 
-unknown!(Lkj, |p| LkjCholesky::of(3, p[0]));
+unknown!(Lkj, |_p| LkjCholesky::of(3, 1.7));
 unknown!(Joint, |p| MvNormalCholesky(p[..2].to_vec(), factor(&p[2..])));
 
 /// Maps, Jacobians, derivatives and draws, as of every unknown.
 #[test]
 fn unknowns() {
-    for eta in [0.8, 2.5] {
-        assert_unknown("LKJ", &Lkj, &[eta], &[0.2, -0.5, 0.4], &[1, 3, 4]);
-    }
+    assert_unknown("LKJ", &Lkj, &[], &[0.2, -0.5, 0.4], &[1, 3, 4]);
     assert_unknown("normal", &Joint, &[0.2, -0.1, 0.9, -0.3, 1.2], &[0.4, -0.7], &[0, 1]);
 }
 
@@ -140,4 +136,22 @@ fn sizes_that_do_not_fit_are_refused_in_words() {
     let other: Dual<1> =
         LkjCholesky::of(3, 1.0).ln_density(&DynCholeskyFactor::new(&[vec![1.0.into()]]).unwrap());
     assert_eq!(other.value(), f64::NEG_INFINITY);
+}
+
+/// L Lᵀ is the matrix again, derivatives included; one that is not positive definite is refused.
+#[test]
+fn factors_of_covariance_matrices() {
+    let entries = Dual::<3>::variables([2.5, -0.4, 1.2]);
+    let [a, b, c] = entries;
+    let factor = DynCholeskyFactor::of_covariance(&[vec![a], vec![b, c]]).unwrap();
+    let product = factor.covariance();
+    for (entry, (i, j)) in entries.iter().zip([(0, 0), (1, 0), (1, 1)]) {
+        assert_close(product[i][j].value(), entry.value(), 1e-15, 0.0, "L Lᵀ");
+        for (got, expected) in product[i][j].gradient().iter().zip(entry.gradient()) {
+            assert_close(*got, expected, 1e-14, 1e-14, "∂ L Lᵀ");
+        }
+    }
+    let indefinite = DynCholeskyFactor::of_covariance(&[vec![1.0], vec![2.0, 1.0]]).unwrap_err();
+    assert!(indefinite.to_string().contains("pivot 1 of the covariance matrix"), "{indefinite}");
+    assert!(DynCholeskyFactor::of_covariance(&[vec![1.0], vec![2.0]]).is_err());
 }

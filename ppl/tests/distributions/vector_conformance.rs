@@ -52,7 +52,7 @@ pub(crate) trait Case {
     fn draw(&self, parameters: &[f64], rng: &mut Xoshiro256PlusPlus) -> Vec<f64>;
 }
 
-/// `unknown!(Name, |p| Dirichlet([p[0], p[1]]))`: the family over the slice `p` of parameters.
+/// `unknown!(Name, |p| Normal(p[0], p[1]).array::<3>().ordered())`: the family over the slice `p` of parameters.
 macro_rules! unknown {
     ($Name:ident, |$p:ident| $distribution:expr) => {
         pub(crate) struct $Name;

@@ -1,8 +1,8 @@
-//! Ordered values, simplexes and correlation matrices.
+//! Ordered values and correlation matrices.
 
 use ppl::prelude::*;
-use ppl::transform::{Ascending, Simplex, Support, VectorMap};
-use ppl::{Dual, Univariate};
+use ppl::transform::{Ascending, Support};
+use ppl::{Dual, Joined, Univariate};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -15,8 +15,6 @@ unknown!(OrderedNormal, |p| Normal(p[0], p[1]).array::<3>().ordered());
 unknown!(OrderedGamma, |p| Gamma(p[0], p[1]).iid(3).ordered());
 unknown!(OrderedUniform, |p| Uniform(p[0], p[1]).array::<3>().ordered());
 unknown!(OrderedBelow, |p| Normal(p[0], p[1]).truncate(..1.5).array::<3>().ordered());
-unknown!(Shares, |p| Dirichlet([p[0], p[1], p[2]]));
-unknown!(SharesVec, |p| Dirichlet(p.to_vec()));
 
 #[test]
 fn ordered_values() {
@@ -25,17 +23,6 @@ fn ordered_values() {
     assert_unknown("positive-ordered gamma", &OrderedGamma, &[2.5, 1.5], &y, &all);
     assert_unknown("ordered uniform", &OrderedUniform, &[-1.0, 2.0], &y, &all);
     assert_unknown("ordered below", &OrderedBelow, &[0.4, 1.3], &y, &all);
-}
-
-#[test]
-fn shares() {
-    let y = [0.3, -0.5, 0.4];
-    assert_unknown("Dirichlet", &Shares, &[2.0, 0.7, 1.3], &y[..2], &[0, 1]);
-    assert_unknown("Dirichlet of a Vec", &SharesVec, &[1.0, 3.0, 0.5], &y[..2], &[0, 1]);
-    // −∞, not a clamped value, outside of the simplex; flat shares may vanish
-    assert_eq!(Dirichlet([2.0, 2.0]).ln_density(&[1.2, -0.2]), f64::NEG_INFINITY);
-    let flat: f64 = Dirichlet([1.0, 1.0, 1.0]).ln_density(&[0.0, 0.5, 0.5]);
-    assert_close(flat, 2.0f64.ln(), 1e-14, 0.0, "a flat share of 0");
 }
 
 /// P(all N below c) of the order statistics is Fᴺ, and their density integrates to one.
@@ -62,13 +49,11 @@ fn ordered_draws_are_order_statistics() {
 
 /// log|J| against the determinant of dual derivatives, and the inverse.
 fn assert_map<const D: usize>(
-    map: &impl VectorMap<Dual<D>>,
-    plain: &impl VectorMap<f64>,
-    n: usize,
+    map: &Ascending<Dual<D>>,
+    plain: &Ascending<f64>,
     y: [f64; D],
 ) -> Vec<f64> {
-    assert_eq!(plain.dim(n), D);
-    let (mut x, mut next) = (vec![Dual::from(0.0); n], Dual::variables(y).into_iter());
+    let (mut x, mut next) = (vec![Dual::from(0.0); D], Dual::variables(y).into_iter());
     let log_jacobian = map.constrain(&mut || next.next().unwrap(), &mut x);
     let matrix = nalgebra::DMatrix::from_fn(D, D, |i, j| x[i].gradient()[j]);
     let expected = matrix.determinant().abs().ln();
@@ -85,40 +70,21 @@ fn assert_map<const D: usize>(
 #[test]
 fn maps() {
     const OPEN: f64 = f64::INFINITY;
-    for scale in [0.1, 1.0, 3.0] {
+    for scale in [0.1, 0.5, 1.0] {
         let y = [0.7, -1.2, 0.1, 1.9].map(|y| y * scale);
-        let shares = assert_map(&Simplex, &Simplex, 5, y);
-        assert_close(shares.iter().sum::<f64>(), 1.0, 1e-15, 0.0, "sum");
         for (a, b) in [(-OPEN, OPEN), (0.0, OPEN), (-OPEN, 2.0), (-1.0, 2.0)] {
             let plain = Ascending(Support::<f64>::Real.within(a, b));
             let lifted = Ascending(Support::<Dual<4>>::Real.within(a, b));
-            let x = assert_map(&lifted, &plain, 4, y);
+            let x = assert_map(&lifted, &plain, y);
             assert!(x.windows(2).all(|pair| pair[0] < pair[1]), "{x:?}");
             assert!(a < x[0] && x[3] < b, "{x:?}");
         }
-    }
-    // between two ends, the centre of coordinates spaces values evenly
-    let mut x = [0.0; 3];
-    let _: f64 = Ascending(Support::Between(1.0, 5.0)).constrain(&mut || 0.0, &mut x);
-    for (x, expected) in x.iter().zip([2.0, 3.0, 4.0]) {
-        assert_close(*x, expected, 1e-15, 0.0, "even");
     }
 }
 
 /// Far out nothing is clamped: a log-Jacobian stays exact or the point has no density.
 #[test]
 fn extreme_coordinates() {
-    let read = |y: [f64; 2]| -> ([f64; 3], f64) {
-        let mut next = y.into_iter();
-        constrained(&Dirichlet([0.5, 1.0, 2.0]), || next.next().unwrap(), true)
-    };
-    let (x, far) = read([2000.0, 0.0]);
-    assert_eq!((x[0], x[1]), (1.0, 0.0));
-    let (_, further) = read([2001.0, 0.0]);
-    // ln x₁ = 0, ln x₂ = −√2 y, ln x₃ = −y/√2: the slope is −√2 α₂ − α₃/√2
-    assert_close(further - far, -2.0 * 2.0f64.sqrt(), 1e-11, 0.0, "slope at y = 2000");
-    assert!(!read([f64::MAX, -f64::MAX]).1.is_finite());
-
     let ordered = |y: [f64; 2]| -> ([f64; 2], f64) {
         let mut next = y.into_iter();
         constrained(&Normal(0.0, 1.0).array::<2>().ordered(), || next.next().unwrap(), true)
@@ -128,11 +94,31 @@ fn extreme_coordinates() {
     assert!(!ordered([0.5, 800.0]).1.is_finite());
 }
 
-unknown!(Lkj, |p| LkjCholesky::<3, _>(p[0]));
+unknown!(Lkj, |_p| LkjCholesky::<3>(1.7));
 
 #[test]
 fn matrices() {
-    for eta in [0.8, 2.5] {
-        assert_unknown("LKJ", &Lkj, &[eta], &[0.2, -0.5, 0.4], &[1, 3, 4]);
+    assert_unknown("LKJ", &Lkj, &[], &[0.2, -0.5, 0.4], &[1, 3, 4]);
+}
+
+/// Values that are constrained together, with sums in registers, are as one by one.
+#[test]
+fn normal_unknowns_together_are_as_one_by_one() {
+    let [mean, sd, a, b, c] = Dual::variables([0.3, 1.7, -0.4, 2.2, 0.9]);
+    let family = Normal(mean, sd);
+    let coordinates = [a, b, c];
+    let (mut one, mut all) = (coordinates.into_iter(), coordinates.into_iter());
+    let expected = Joined::of(|terms| {
+        for _ in 0..3 {
+            family.constrain(&mut || one.next().unwrap(), true, terms);
+        }
+    });
+    let (values, found) =
+        Joined::with(|terms| family.constrain_all(3, &mut || all.next().unwrap(), true, terms));
+    let of = |numbers: &[Dual<5>]| numbers.iter().map(|v| v.value()).collect::<Vec<_>>();
+    assert_eq!(of(&values), of(&coordinates));
+    assert_close(found.value(), expected.value(), 1e-14, 0.0, "log density");
+    for (f, e) in found.gradient().iter().zip(expected.gradient()) {
+        assert_close(*f, e, 1e-13, 0.0, "gradient");
     }
 }

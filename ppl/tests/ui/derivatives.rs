@@ -61,6 +61,29 @@ ppl::model! {
         shift[0] ~ Normal(a[1], 1.0);
     }
 
+    fn plain_values_in_a_closure(y: &[f64]) {
+        let a ~ Normal(0.0, 1.0).array::<2>();
+        let shift: f64 = a.iter().map(|part| part.value()).sum(); //~
+        y[0] ~ Normal(shift, 1.0);
+    }
+
+    fn plain_values_by_path(y: &[f64]) {
+        let a ~ Normal(0.0, 1.0).array::<2>();
+        let shift: f64 = a.iter().map(Real::value).sum(); //~
+        y[0] ~ Normal(shift, 1.0);
+    }
+
+    fn plain_values_in_a_list(y: f64) {
+        let a ~ Normal(0.0, 1.0);
+        let shifts = vec![a.value(); 2]; //~
+        y ~ Normal(shifts[1], 1.0);
+    }
+
+    fn plain_value_of_an_argument(level: Real) -> Real {
+        let x ~ Normal(level.value(), 1.0); //~
+        x
+    }
+
     fn numbers_as_counts(k: &[f64]) {
         let rate ~ Exponential(1.0);
         for k in k {

@@ -84,7 +84,12 @@ ppl::model! {
         let exists ~ Uniform(0.0, 1.0);
         let p ~ Uniform(0.0, 1.0);
         for y in captures {
-            y ~ ZeroInflated(1.0 - exists, Binomial(occasions, p));
+            let caught = exists.ln() + Binomial(occasions, p).ln_density(y);
+            if *y > 0 {
+                factor(caught);
+            } else {
+                factor(ln_sum_exp(&[caught, (1.0 - exists).ln()]));
+            }
         }
     }
 

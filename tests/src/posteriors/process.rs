@@ -1,5 +1,6 @@
 //! Gaussian processes and a differential equation.
 
+use ppl::DomainError;
 use ppl::prelude::*;
 
 use super::Data;
@@ -11,14 +12,17 @@ ppl::model! {
         let rho ~ Gamma(25.0, 4.0);
         let alpha ~ HalfNormal(2.0);
         let sigma ~ HalfNormal(1.0);
-        y ~ GaussianProcess::new(x, SquaredExponential(alpha, rho)).noise(sigma.sqrt());
+        let factor = smooth(x, alpha, rho, sigma)?;
+        y ~ MvNormalCholesky(vec![0.0; x.len()], factor);
     }
 
     /// Counts whose log rate is a Gaussian process.
     pub fn gp_pois_regr(x: &[f64], k: &[u64]) {
         let rho ~ Gamma(25.0, 4.0);
         let alpha ~ HalfNormal(2.0);
-        let f ~ GaussianProcess::new(x, SquaredExponential(alpha, rho));
+        let z ~ Normal(0.0, 1.0).iid(x.len());
+        // 10⁻¹⁰ of the variance makes a matrix of near places positive definite in floating point
+        #[track] let f = smooth(x, alpha, rho, 1e-10 * alpha.square())?.times(&z)?;
         for (f, k) in f.iter().zip(k) {
             k ~ Poisson(f.exp());
         }
@@ -42,6 +46,23 @@ ppl::model! {
             lynx[year] ~ LogNormal(sizes[year][1].ln(), sigma[1]);
         }
     }
+}
+
+/// The factor of the covariance of a smooth function's values at `x`, with independent noise:
+/// α² exp(−½ ((xᵢ − xⱼ)/ρ)²) + σ² δᵢⱼ (Rasmussen & Williams 2006, ch. 2).
+fn smooth<R: Scalar>(
+    x: &[f64],
+    alpha: R,
+    rho: R,
+    noise_variance: R,
+) -> Result<DynCholeskyFactor<R>, DomainError> {
+    let row = |(i, a): (usize, &f64)| {
+        let near = |b: &f64| (((rho.recip() * (a - b)).square()) * -0.5).exp() * alpha.square();
+        let mut row: Vec<R> = x[..=i].iter().map(near).collect();
+        row[i] += noise_variance;
+        row
+    };
+    DynCholeskyFactor::of_covariance(&x.iter().enumerate().map(row).collect::<Vec<_>>())
 }
 
 /// Two populations, from growth, predation, death, reproduction and the initial sizes.

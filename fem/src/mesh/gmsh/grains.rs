@@ -18,12 +18,14 @@ pub(super) fn tags(mesh: &TetMesh) -> Result<Vec<i32>, usize> {
 }
 
 /// The grain number of each tetrahedron, from its tag and its physical groups, where all tags are of
-/// that form and tell at least two numbers: those of other programs do not.
+/// that form and tell at least two numbers: those of other programs do not. The file announces so many
+/// names of regions.
 pub(super) fn numbers<'a>(
     volumes: impl Iterator<Item = (i32, &'a [i32])> + Clone,
+    announced: usize,
 ) -> Option<Vec<u32>> {
     let groups: BTreeSet<i32> = volumes.clone().flat_map(|(_, groups)| groups).copied().collect();
-    let regions = i32::try_from(groups.len()).ok().filter(|&regions| regions > 0)?;
+    let regions = i32::try_from(groups.len().max(announced)).ok().filter(|&r| r > 0)?;
     let number = |(tag, groups): (i32, &[i32])| {
         let from_zero = tag.checked_sub(1).filter(|&tag| tag >= 0)?;
         let fits = groups == [from_zero % regions + 1];

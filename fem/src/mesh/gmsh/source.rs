@@ -23,6 +23,8 @@ pub(super) struct Source<'a> {
 
 impl<'a> Source<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Source<'a> {
+        // some editors begin a text file with a byte-order mark
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         Source { bytes, at: 0, section: String::new(), binary: false, big_endian: false }
     }
 

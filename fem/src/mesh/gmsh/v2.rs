@@ -1,6 +1,6 @@
 //! Sections of MSH 2.2: every element carries its physical group itself.
 
-use super::elements::{Contents, shape};
+use super::elements::{Contents, Header, shape};
 use super::source::{Fault, Source};
 
 pub(super) fn nodes(source: &mut Source, contents: &mut Contents) -> Result<(), Fault> {
@@ -27,14 +27,14 @@ pub(super) fn elements(source: &mut Source, contents: &mut Contents) -> Result<(
         let header = if source.binary { Some(block_header(source)?) } else { None };
         let block = header.map_or(1, |(_, block, _)| block);
         for _ in 0..block {
-            source.int("an element's number")?;
+            let number = source.int("an element's number")?;
             let (kind, tags) = match header {
                 Some((kind, _, tags)) => (kind, tags),
                 None => {
                     (source.int("an element type")?, source.int("an element's number of tags")?)
                 }
             };
-            let (mut groups, mut entity) = (Vec::with_capacity(1), 0);
+            let (mut groups, mut entity) = (Vec::new(), 0);
             for k in 0..tags {
                 let value = source.int("an element's tag")?;
                 // the first tag is the physical group, 0 for none, the second the elementary one
@@ -44,8 +44,9 @@ pub(super) fn elements(source: &mut Source, contents: &mut Contents) -> Result<(
                     _ => {}
                 }
             }
-            contents
-                .element(source, kind, entity, &groups, |source| tag(source, "a node's number"))?;
+            let groups = contents.group_set(groups);
+            let header = Header { kind, tag: u64::try_from(number).unwrap_or(0), entity, groups };
+            contents.element(source, header, |source| tag(source, "a node's number"))?;
         }
         read += block as u64;
     }

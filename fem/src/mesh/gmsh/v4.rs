@@ -1,6 +1,6 @@
 //! Sections of MSH 4.1: physical groups belong to entities, elements to blocks of an entity.
 
-use super::elements::{Contents, shape};
+use super::elements::{Contents, Header, shape};
 use super::source::{Fault, Source};
 
 pub(super) fn entities(source: &mut Source, contents: &mut Contents) -> Result<(), Fault> {
@@ -19,8 +19,9 @@ pub(super) fn entities(source: &mut Source, contents: &mut Contents) -> Result<(
             let groups = source.size("an entity's number of physical groups")?;
             let groups = (0..groups)
                 // the sign tells the orientation of the entity in its group
-                .map(|_| Ok(source.int("a physical group")?.abs()))
+                .map(|_| Ok(source.int("a physical group")?.saturating_abs()))
                 .collect::<Result<Vec<i32>, Fault>>()?;
+            let groups = contents.group_set(groups);
             contents.groups.insert((dimension, entity), groups);
             if dimension > 0 {
                 for _ in 0..source.size("an entity's number of bounding entities")? {
@@ -69,12 +70,12 @@ pub(super) fn elements(source: &mut Source, contents: &mut Contents) -> Result<(
         let count = source.size("a block's number of elements")?;
         let groups = shape(kind)
             .and_then(|(dimension, _)| contents.groups.get(&(dimension, entity)))
-            .cloned()
+            .copied()
             .unwrap_or_default();
         for _ in 0..count {
-            source.size("an element's tag")?;
-            contents
-                .element(source, kind, entity, &groups, |source| source.size("a node's tag"))?;
+            let tag = source.size("an element's tag")?;
+            let header = Header { kind, tag, entity, groups };
+            contents.element(source, header, |source| source.size("a node's tag"))?;
         }
     }
     Ok(())

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::grains;
 use super::names::{GmshNames, PhysicalGroup};
+use super::{data, grains, second_order};
 use crate::error::MeshError;
 use crate::mesh::TetMesh;
+use crate::mesh::edges::edge_place;
 use crate::mesh::vector::Point;
 
 /// Number of the first surface; regions count from 1.
@@ -19,7 +20,8 @@ const FIRST_SURFACE: i32 = 11;
 /// surface entity and group (from 11: bottom, top, side, then others by name), with names and
 /// bounding boxes. A region is one volume entity for each of its grains, with the elementary tag
 /// g R + r for grain g (0: none) in region r of R, from which [`read`](super::read) takes the grain
-/// numbers back.
+/// numbers back. A mesh with curved edges is written with elements of second order, mixtures as
+/// element data; what is read is the same to the bit.
 ///
 /// # Errors
 /// [`MeshError`] if the mesh is not sound ([`TetMesh::validate`]) or the file cannot be written.
@@ -82,7 +84,7 @@ fn text(
     out.push_str("$EndPhysicalNames\n");
 
     // bounding box and region of each volume
-    let mut volumes: BTreeMap<i32, (Bounds, u16)> = BTreeMap::new();
+    let mut volumes: BTreeMap<i32, (BoundingBox, u16)> = BTreeMap::new();
     for ((tet, &tag), &region) in mesh.tets.iter().zip(tags).zip(&mesh.region_of) {
         let (bounds, _) = volumes.entry(tag).or_insert((NOWHERE, region));
         extend(bounds, mesh, tet);
@@ -99,12 +101,15 @@ fn text(
     out.push_str("$EndEntities\n");
 
     // one block: Gmsh does not ask that a node lie on the entity that lists it
-    let (nodes, first) = (mesh.nodes.len(), volumes.keys().next().copied().unwrap_or(1));
+    let curved = !mesh.edge_points.is_empty();
+    let edges = if curved { mesh.all_edges() } else { Vec::new() };
+    let corners = mesh.nodes.len();
+    let (nodes, first) = (corners + edges.len(), volumes.keys().next().copied().unwrap_or(1));
     writeln!(out, "$Nodes\n1 {nodes} 1 {nodes}\n3 {first} 0 {nodes}")?;
     for tag in 1..=nodes {
         writeln!(out, "{tag}")?;
     }
-    for [x, y, z] in &mesh.nodes {
+    for [x, y, z] in mesh.nodes.iter().chain(edges.iter().map(|(_, point)| point)) {
         writeln!(out, "{x:?} {y:?} {z:?}")?;
     }
     out.push_str("$EndNodes\n");
@@ -113,40 +118,48 @@ fn text(
     let runs = || tags.chunk_by(|a, b| a == b);
     writeln!(out, "$Elements\n{} {elements} 1 {elements}", runs().count() + faces)?;
     let mut tag = 0;
-    for (number, (_, triangles)) in (FIRST_SURFACE..).zip(surfaces) {
-        writeln!(out, "2 {number} 2 {}", triangles.len())?;
-        for [a, b, c] in triangles.iter().map(|nodes| nodes.map(|node| node + 1)) {
-            tag += 1;
-            writeln!(out, "{tag} {a} {b} {c}")?;
+    // tag, corners, and the nodes on the edges of second-order elements
+    let mut element = |out: &mut String, nodes: &[u32], sides: &[[usize; 2]]| -> std::fmt::Result {
+        tag += 1;
+        write!(out, "{tag}")?;
+        nodes.iter().try_for_each(|node| write!(out, " {}", node + 1))?;
+        if curved {
+            for ends in sides.iter().map(|side| side.map(|end| nodes[end])) {
+                write!(out, " {}", corners + edge_place(&edges, ends) + 1)?;
+            }
         }
+        out.push('\n');
+        Ok(())
+    };
+    let [triangle, tetrahedron] = if curved { [9, 11] } else { [2, 4] };
+    for (number, (_, triangles)) in (FIRST_SURFACE..).zip(surfaces) {
+        writeln!(out, "2 {number} {triangle} {}", triangles.len())?;
+        triangles.iter().try_for_each(|t| element(&mut out, t, &second_order::EDGES[..3]))?;
     }
     // runs of one volume are one block each, so that the order of the tetrahedra survives
     let mut first = 0;
     for run in runs() {
-        writeln!(out, "3 {} 4 {}", run[0], run.len())?;
-        for [a, b, c, d] in
-            mesh.tets[first..first + run.len()].iter().map(|nodes| nodes.map(|node| node + 1))
-        {
-            tag += 1;
-            writeln!(out, "{tag} {a} {b} {c} {d}")?;
-        }
+        writeln!(out, "3 {} {tetrahedron} {}", run[0], run.len())?;
+        let tets = &mesh.tets[first..first + run.len()];
+        tets.iter().try_for_each(|tet| element(&mut out, tet, &second_order::EDGES))?;
         first += run.len();
     }
     out.push_str("$EndElements\n");
+    data::write(&mut out, mesh, elements - mesh.tets.len() + 1)?;
     Ok(out)
 }
 
 /// Lowest and highest coordinates.
-type Bounds = [Point; 2];
+type BoundingBox = [Point; 2];
 
-const NOWHERE: Bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+const NOWHERE: BoundingBox = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
 
-fn entity(out: &mut String, tag: i32, bounds: Bounds, group: i32) -> std::fmt::Result {
+fn entity(out: &mut String, tag: i32, bounds: BoundingBox, group: i32) -> std::fmt::Result {
     let [[a, b, c], [d, e, f]] = bounds;
     writeln!(out, "{tag} {a:?} {b:?} {c:?} {d:?} {e:?} {f:?} 1 {group} 0")
 }
 
-fn extend(bounds: &mut Bounds, mesh: &TetMesh, nodes: &[u32]) {
+fn extend(bounds: &mut BoundingBox, mesh: &TetMesh, nodes: &[u32]) {
     for &node in nodes {
         let point = mesh.nodes[node as usize];
         for k in 0..3 {

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::gather::Gather;
 use crate::element::{Domain, Space};
-use crate::material::Inverted;
+use crate::material::{Homogenisation, Inverted};
 use crate::operator::deterministic_reduce::deterministic_reduce;
 use crate::operator::element::ElementResidual;
 use crate::operator::equations::{Coupling, Operator};
@@ -19,18 +19,29 @@ const LEAST: usize = 512;
 #[derive(Debug)]
 pub(crate) struct Assembly<const N: usize> {
     pub(crate) space: Space<N>,
+    /// How the moduli of mixtures follow from those of their phases.
+    pub(crate) rule: Homogenisation,
 }
 
 impl<const N: usize> Assembly<N> {
     pub(crate) fn new(space: Space<N>) -> Self {
-        Self { space }
+        Self { space, rule: Homogenisation::default() }
+    }
+
+    /// The same with another rule for mixtures.
+    pub(crate) fn homogenised(self, rule: Homogenisation) -> Self {
+        Self { rule, ..self }
+    }
+
+    fn gather<'a>(&'a self, increment: &'a Increment<'a>) -> Gather<'a, N> {
+        Gather::new(&self.space, self.rule, increment)
     }
 }
 
 impl<const N: usize> Operator for Assembly<N> {
     fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted> {
         out.clear();
-        let gather = Gather::new(&self.space, increment);
+        let gather = self.gather(increment);
         let add = |first: usize, elements: &[ElementResidual<f64, N>]| {
             for (element, nodes) in elements.iter().zip(&self.space.tets[first..]) {
                 let [elastic, fracture, viscous] = element.energies;
@@ -63,7 +74,7 @@ impl<const N: usize> Operator for Assembly<N> {
         out: &mut Tangent,
     ) -> Result<(), Inverted> {
         out.clear();
-        let gather = Gather::new(&self.space, increment);
+        let gather = self.gather(increment);
         let coupled = coupling == Coupling::Full;
         let compute = |first: usize, to: &mut [_]| gather.tangents(first, coupled, to);
         let add = |first: usize, elements: &[_]| out.add_elements(first, elements);
@@ -74,7 +85,7 @@ impl<const N: usize> Operator for Assembly<N> {
     }
 
     fn driving_energies(&self, increment: &Increment, out: &mut [f64]) -> Result<(), Inverted> {
-        let gather = Gather::new(&self.space, increment);
+        let gather = self.gather(increment);
         let batch = LANES * self.space.rule.points.len();
         let batches = out.par_chunks_mut(batch).enumerate().with_min_len(LEAST);
         batches.try_for_each(|(batch, out)| gather.driving_energies(batch * LANES, out))
@@ -88,7 +99,7 @@ impl<const N: usize> Operator for Assembly<N> {
         write: &mut dyn FnMut(usize, &[[f64; LANES]]),
     ) -> Result<(), Inverted> {
         let coupled = coupling == Coupling::Full;
-        Gather::new(&self.space, increment).point_data(tets, coupled, write)
+        self.gather(increment).point_data(tets, coupled, write)
     }
 
     fn domain(&self) -> &dyn Domain {

@@ -5,13 +5,13 @@
 
 use faer::traits::pulp::{Simd, WithSimd};
 
-use super::apply::Kernel;
-use super::lanes::{Real, Rows};
+use super::apply::ElementProduct;
+use super::lanes::{Precision, Rows};
 use crate::operator::layout::{Aligned, Chunk, LANES, Layout};
 use crate::operator::point_data::PointData;
 
 /// y += A x for the elements of a chunk, on the values of its nodes.
-pub(super) struct ChunkProduct<'a, T: Real> {
+pub(super) struct ChunkProduct<'a, T: Precision> {
     pub(super) layout: &'a Layout,
     pub(super) chunk: &'a Chunk,
     pub(super) data: &'a [T::Pack],
@@ -19,33 +19,52 @@ pub(super) struct ChunkProduct<'a, T: Real> {
     pub(super) y: &'a mut [Aligned],
 }
 
-impl<T: Real> WithSimd for ChunkProduct<'_, T> {
+impl<T: Precision> WithSimd for ChunkProduct<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        match (self.layout.rule.nodes, self.layout.rule.damage.len()) {
-            (4, 0) => self.elements::<S, 4, 3, 0, 0>(simd),
-            (4, _) => self.elements::<S, 4, 4, 4, 1>(simd),
-            (_, 0) => self.elements::<S, 10, 3, 0, 0>(simd),
-            (_, 10) => self.elements::<S, 10, 4, 10, 10>(simd),
-            (_, 11) => self.elements::<S, 10, 4, 11, 11>(simd),
-            _ => self.elements::<S, 10, 4, 14, 14>(simd),
+        let damage = self.layout.rule.damage.len();
+        // without damage nothing else is read of curved elements or mixtures
+        if self.chunk.plain || damage == 0 {
+            match (self.layout.rule.nodes, damage) {
+                (4, 0) => self.elements::<S, true, 4, 3, 0, 0>(simd),
+                (4, _) => self.elements::<S, true, 4, 4, 4, 1>(simd),
+                (_, 0) => self.elements::<S, true, 10, 3, 0, 0>(simd),
+                (_, 10) => self.elements::<S, true, 10, 4, 10, 10>(simd),
+                (_, 11) => self.elements::<S, true, 10, 4, 11, 11>(simd),
+                _ => self.elements::<S, true, 10, 4, 14, 14>(simd),
+            }
+        } else {
+            match (self.layout.rule.nodes, damage) {
+                (4, _) => self.elements::<S, false, 4, 4, 4, 1>(simd),
+                (_, 10) => self.elements::<S, false, 10, 4, 10, 10>(simd),
+                (_, 11) => self.elements::<S, false, 10, 4, 11, 11>(simd),
+                _ => self.elements::<S, false, 10, 4, 14, 14>(simd),
+            }
         }
     }
 }
 
-impl<T: Real> ChunkProduct<'_, T> {
+impl<T: Precision> ChunkProduct<'_, T> {
     /// `N` nodes an element, `C` fields, `D` damage points, `L` numbers of their local part.
     #[inline(always)]
-    fn elements<S: Simd, const N: usize, const C: usize, const D: usize, const L: usize>(
+    fn elements<
+        S: Simd,
+        const PLAIN: bool,
+        const N: usize,
+        const C: usize,
+        const D: usize,
+        const L: usize,
+    >(
         self,
         simd: S,
     ) {
-        debug_assert_eq!(PointData::of(&self.layout.rule).locals(), L);
-        let zero = T::splat(simd, T::default());
+        let data = PointData::of(&self.layout.rule, PLAIN);
+        debug_assert_eq!(data.locals(), L);
+        let zero = T::splat(simd, 0.0);
         let lanes = T::lanes::<S>();
-        let width = PointData::of(&self.layout.rule).width();
+        let width = data.width();
         // the few nodes of a linear element stay in registers, those of a quadratic one do not fit
         let rows_at_once = if N == 4 { lanes } else { LANES };
         for (batch, local) in self.chunk.local.chunks_exact(N).enumerate() {
@@ -66,17 +85,17 @@ impl<T: Real> ChunkProduct<'_, T> {
                         u[a].copy_from_slice(&columns[..C]);
                     }
                     let lane = first + register * lanes;
-                    let kernel = Kernel::<T, S, C, D, L> {
+                    let product = ElementProduct::<T, S, PLAIN, C, D, L> {
                         layout: self.layout,
                         simd,
                         register: lane / lanes,
                         data: &self.data[(batch * LANES + lane) / T::WIDTH * width..],
                     };
-                    let r = if N == 4 { kernel.linear(&u) } else { kernel.quadratic(&u) };
+                    let r = if N == 4 { product.linear(&u) } else { product.quadratic(&u) };
                     for a in 0..N {
                         let mut columns = [zero; 4];
                         columns[..C].copy_from_slice(&r[a]);
-                        T::rows(simd, columns, &mut rows[a], register);
+                        T::rows(simd, &columns, &mut rows[a], register);
                     }
                 }
                 for a in 0..N {

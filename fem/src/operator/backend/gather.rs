@@ -2,14 +2,14 @@
 
 use faer::traits::pulp::{Simd, WithSimd};
 
-use super::lanes::{Real, Rows, dispatch, places};
-use crate::element::Space;
+use super::lanes::{Precision, Rows, dispatch, places};
+use crate::element::{Domain, Geometry, Space};
 use crate::material::{
-    CrackDensity, Degradation, Degraded, Formula, Inverted, LaneLaw, Lanes, POINTS, PointMaterial,
-    REGISTERS, SimdF64,
+    CrackDensity, Degradation, Degraded, Formula, Homogenisation, Inverted, LaneLaw, Lanes,
+    MOST_GRAIN, MixedPhases, POINTS, PointMaterial, REGISTERS, SimdF64,
 };
 use crate::operator::blocks::write_blocks;
-use crate::operator::element::{Element, ElementResidual, MOST_POINTS};
+use crate::operator::element::{ElementResidual, ElementState, MOST_POINTS};
 use crate::operator::layout::{LANES, VACANT};
 use crate::operator::pattern::Block;
 use crate::operator::point_data::PointData;
@@ -26,13 +26,39 @@ pub(crate) struct Gather<'a, const N: usize> {
     density: CrackDensity,
     /// The formula that all regions have.
     formula: Option<Formula>,
+    rule: Homogenisation,
     /// K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt by region.
-    constants: Vec<[f64; 6]>,
+    constants: Vec<[f64; CONSTANTS]>,
     places: [usize; LANES],
 }
 
+/// Constants of a region.
+const CONSTANTS: usize = 6;
+
+/// What the values of elements refer to, as their owner keeps it.
+pub(crate) struct Buffers<T> {
+    /// Of straight elements.
+    straight: [Geometry<T>; 1],
+    /// Of elements of which one at least is curved, by elastic point.
+    curved: Vec<Geometry<T>>,
+    history: Option<[T; MOST_POINTS]>,
+}
+
+impl<T: Lanes> Buffers<T> {
+    #[inline(always)]
+    pub(crate) fn new(token: T::Token) -> Self {
+        let zero = T::load(token, &[0.0; POINTS]);
+        let straight = [Geometry { barycentric: [[zero; 3]; 3], volume: zero }];
+        Self { straight, curved: Vec::new(), history: None }
+    }
+}
+
 impl<'a, const N: usize> Gather<'a, N> {
-    pub(crate) fn new(space: &'a Space<N>, increment: &'a Increment<'a>) -> Self {
+    pub(crate) fn new(
+        space: &'a Space<N>,
+        rule: Homogenisation,
+        increment: &'a Increment<'a>,
+    ) -> Self {
         // one damage model for all regions
         let damage = increment.materials.iter().find_map(|m| m.damage.as_ref());
         let constants = increment.materials.iter().map(|m| {
@@ -50,6 +76,7 @@ impl<'a, const N: usize> Gather<'a, N> {
             degraded: damage.map_or(Degraded::ALL, |d| d.degraded),
             density: damage.map_or(CrackDensity::At2, |d| d.density),
             formula: first.filter(|_| increment.materials.iter().all(|m| m.formula() == first)),
+            rule,
             constants: constants.collect(),
             places: places::<f64>(),
         }
@@ -105,8 +132,8 @@ impl<'a, const N: usize> Gather<'a, N> {
         &'b self,
         token: T::Token,
         tets: [usize; POINTS],
-        history: Option<&'b [T; MOST_POINTS]>,
-    ) -> Element<'b, T, LaneLaw<'b, T>, N>
+        buffers: &'b mut Buffers<T>,
+    ) -> ElementState<'b, T, LaneLaw<'b, T>, N>
     where
         'a: 'b,
     {
@@ -131,55 +158,88 @@ impl<'a, const N: usize> Gather<'a, N> {
             damage[a] = T::load(token, &columns[3]);
             before[a] = T::load(token, &columns[4]);
         }
-        let mut columns = [[0.0; POINTS]; 16];
+        let mut columns = [[0.0; POINTS]; CONSTANTS + 3];
         let mut materials = [&increment.materials[0]; POINTS];
+        let (mut curved, mut mixed) = (false, false);
         for lane in 0..T::COUNT {
             let region = usize::from(space.region[tets[lane]]);
             materials[lane] = &increment.materials[region];
-            let slopes = &space.barycentric[tets[lane]];
-            for k in 0..3 {
-                for x in 0..3 {
-                    columns[3 * k + x][lane] = slopes[k][x];
-                }
+            let constants = &self.constants[region];
+            for k in 0..CONSTANTS {
+                columns[k][lane] = constants[k];
             }
-            for k in 0..6 {
-                columns[9 + k][lane] = self.constants[region][k];
+            // one phase is a mixture of it with itself
+            columns[CONSTANTS + 1][lane] = constants[0];
+            columns[CONSTANTS + 2][lane] = constants[1];
+            curved |= space.is_curved(tets[lane]);
+            let fraction = space.fraction(tets[lane]);
+            if fraction > 0.0 {
+                mixed = true;
+                self.mix(lane, fraction, &mut columns);
             }
-            columns[15][lane] = space.volume[tets[lane]];
         }
-        let mut numbers = [zero; 16];
-        for k in 0..16 {
+        let mut numbers = [zero; CONSTANTS + 3];
+        for k in 0..CONSTANTS + 3 {
             numbers[k] = T::load(token, &columns[k]);
         }
-        let [a, b, c, d, e, f, g, h, i, bulk, shear, soft, local, gradient, viscous, volume] =
+        let [bulk, shear, soft, local, gradient, viscous, fraction, grain_bulk, grain_shear] =
             numbers;
-        Element {
+        let mut phases = None;
+        if mixed {
+            let (matrix, grain) = ([bulk, shear], [grain_bulk, grain_shear]);
+            phases = Some(MixedPhases { rule: self.rule, matrix, grain, fraction });
+        }
+        self.locate(token, tets, curved, buffers);
+        ElementState {
             rule: &space.rule,
-            law: LaneLaw::new(self.formula, self.degraded, [bulk, shear], materials),
+            law: LaneLaw::new(self.formula, self.degraded, [bulk, shear], phases, materials),
             density: self.density,
             displacement,
             damage,
             before,
-            barycentric: [[a, b, c], [d, e, f], [g, h, i]],
-            volume,
+            geometry: if curved { &buffers.curved[..] } else { &buffers.straight[..] },
+            plain: !curved && !mixed,
             degradation: Degradation { soft },
             local,
             gradient,
             viscous,
-            history,
+            history: buffers.history.as_ref(),
         }
     }
 
-    /// The largest ψ⁺ so far at the elastic points of the elements of each lane, if it is kept.
+    /// Makes the constants of a lane those of a mixture, with the fraction and the moduli of the
+    /// grain behind them.
+    fn mix(&self, lane: usize, fraction: f64, columns: &mut [[f64; POINTS]; CONSTANTS + 3]) {
+        if fraction > MOST_GRAIN {
+            columns[2..CONSTANTS].iter_mut().for_each(|column| column[lane] = 0.0);
+        }
+        columns[3..CONSTANTS].iter_mut().for_each(|column| column[lane] *= 1.0 - fraction);
+        let [bulk, shear, ..] = self.constants[1];
+        columns[CONSTANTS][lane] = fraction;
+        columns[CONSTANTS + 1][lane] = bulk;
+        columns[CONSTANTS + 2][lane] = shear;
+    }
+
+    /// Fills the buffers: geometry, and the largest ψ⁺ so far at the elastic points if it is kept.
     #[inline(always)]
-    pub(crate) fn history<T: Lanes>(
+    fn locate<T: Lanes>(
         &self,
         token: T::Token,
         tets: [usize; POINTS],
-    ) -> Option<[T; MOST_POINTS]> {
+        curved: bool,
+        buffers: &mut Buffers<T>,
+    ) {
         let (history, points) = (self.increment.context.history, self.space.rule.points.len());
+        if curved {
+            buffers.curved.resize(points, buffers.straight[0]);
+            for q in 0..points {
+                buffers.curved[q] = self.geometry(token, tets, q);
+            }
+        } else {
+            buffers.straight[0] = self.geometry(token, tets, 0);
+        }
         if history.is_empty() {
-            return None;
+            return;
         }
         let mut so_far = [T::load(token, &[0.0; POINTS]); MOST_POINTS];
         for q in 0..points {
@@ -189,7 +249,31 @@ impl<'a, const N: usize> Gather<'a, N> {
             }
             so_far[q] = T::load(token, &column);
         }
-        Some(so_far)
+        buffers.history = Some(so_far);
+    }
+
+    /// The geometry of the elements of each lane at elastic point q.
+    #[inline(always)]
+    fn geometry<T: Lanes>(&self, token: T::Token, tets: [usize; POINTS], q: usize) -> Geometry<T> {
+        let mut columns = [[0.0; POINTS]; 10];
+        for lane in 0..T::COUNT {
+            let points = self.space.geometry(tets[lane]);
+            let Geometry { barycentric, volume } = &points[if points.len() == 1 { 0 } else { q }];
+            for k in 0..3 {
+                for x in 0..3 {
+                    columns[3 * k + x][lane] = barycentric[k][x];
+                }
+            }
+            columns[9][lane] = *volume;
+        }
+        let zero = T::load(token, &[0.0; POINTS]);
+        let mut barycentric = [[zero; 3]; 3];
+        for k in 0..3 {
+            for x in 0..3 {
+                barycentric[k][x] = T::load(token, &columns[3 * k + x]);
+            }
+        }
+        Geometry { barycentric, volume: T::load(token, &columns[9]) }
     }
 }
 
@@ -205,11 +289,11 @@ fn check<T: Lanes>(sound: T) -> Result<(), Inverted> {
 #[inline(always)]
 fn store_rows<S: Simd>(simd: S, columns: &[SimdF64<S>; 4], rows: &mut Rows<f64>) {
     for r in 0..REGISTERS {
-        let mut registers = [columns[0].registers[r]; 4];
-        for c in 1..4 {
-            registers[c] = columns[c].registers[r];
+        let mut parts = [SimdF64::<S, 1>::splat(simd, 0.0); 4];
+        for c in 0..4 {
+            parts[c].registers[0] = columns[c].registers[r];
         }
-        f64::rows(simd, registers, rows, r);
+        f64::rows(simd, &parts, rows, r);
     }
 }
 
@@ -225,10 +309,10 @@ impl<const N: usize> WithSimd for Residuals<'_, '_, N> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { gather, mut first, out } = self;
+        let mut buffers = Buffers::<SimdF64<S>>::new(simd);
         for out in out.chunks_mut(SimdF64::<S>::COUNT) {
             let tets = gather.rows(first, out.len());
-            let history = gather.history(simd, tets);
-            let residual = gather.elements::<SimdF64<S>>(simd, tets, history.as_ref()).residual();
+            let residual = gather.elements(simd, tets, &mut buffers).residual();
             check(residual.sound)?;
             let mut rows = Rows([[0.0; 4]; LANES]);
             for a in 0..N {
@@ -269,10 +353,12 @@ impl<const N: usize> WithSimd for Tangents<'_, '_, N> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { gather, mut first, coupled, out } = self;
+        let mut buffers = Buffers::<SimdF64<S>>::new(simd);
         let rule = &gather.space.rule;
-        let width = PointData::of(rule).width_with_axes();
+        // as much as elements take that are not plain
+        let width = PointData::of(rule, false).width_with_axes();
         // those of a linear element stay on the stack
-        let zero = SimdF64::splat(simd, 0.0);
+        let zero = SimdF64::<S>::splat(simd, 0.0);
         let (mut few, mut many) = ([zero; FEW], Vec::new());
         let numbers = if width <= FEW {
             &mut few[..width]
@@ -282,11 +368,10 @@ impl<const N: usize> WithSimd for Tangents<'_, '_, N> {
         };
         for out in out.chunks_mut(SimdF64::<S>::COUNT) {
             let tets = gather.rows(first, out.len());
-            let history = gather.history(simd, tets);
-            let elements = gather.elements(simd, tets, history.as_ref());
+            let elements = gather.elements(simd, tets, &mut buffers);
             check(elements.linearise::<true>(coupled, numbers))?;
             let mut blocks = [[[[zero; 4]; 4]; N]; N];
-            write_blocks::<SimdF64<S>, true, N>(rule, numbers, &mut blocks);
+            write_blocks::<SimdF64<S>, true, N>(rule, elements.plain, numbers, &mut blocks);
             let mut rows = Rows([[0.0; 4]; LANES]);
             for a in 0..N {
                 for b in 0..=a {
@@ -318,8 +403,10 @@ impl<const N: usize> WithSimd for Numbers<'_, '_, N> {
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { gather, tets, coupled, write } = self;
         let count = SimdF64::<S>::COUNT;
-        let width = PointData::of(&gather.space.rule).width();
-        let mut numbers = vec![SimdF64::splat(simd, 0.0); width];
+        let mut buffers = Buffers::<SimdF64<S>>::new(simd);
+        let plain = tets.iter().all(|&tet| tet == VACANT || gather.space.is_plain(tet as usize));
+        let width = PointData::of(&gather.space.rule, plain).width();
+        let mut numbers = vec![SimdF64::<S>::splat(simd, 0.0); width];
         let mut columns = vec![[0.0; POINTS]; width];
         for (batch, tets) in tets.chunks(LANES).enumerate() {
             for first in (0..LANES).step_by(count) {
@@ -329,8 +416,8 @@ impl<const N: usize> WithSimd for Numbers<'_, '_, N> {
                     let tet = tets.get(first + lane).copied().filter(|&tet| tet != VACANT);
                     lanes[lane] = tet.unwrap_or(tets[0]) as usize;
                 }
-                let history = gather.history(simd, lanes);
-                let elements = gather.elements(simd, lanes, history.as_ref());
+                let mut elements = gather.elements(simd, lanes, &mut buffers);
+                elements.plain = plain;
                 check(elements.linearise::<false>(coupled, &mut numbers))?;
                 for (out, number) in columns.iter_mut().zip(&numbers) {
                     let mut column = [0.0; POINTS];
@@ -357,12 +444,12 @@ impl<const N: usize> WithSimd for Driving<'_, '_, N> {
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { gather, mut first, out } = self;
         let points = gather.space.rule.points.len();
+        let mut buffers = Buffers::<SimdF64<S>>::new(simd);
         for out in out.chunks_mut(SimdF64::<S>::COUNT * points) {
             let count = out.len() / points;
-            let mut energies = [SimdF64::splat(simd, 0.0); MOST_POINTS];
+            let mut energies = [SimdF64::<S>::splat(simd, 0.0); MOST_POINTS];
             let tets = gather.rows(first, count);
-            let history = gather.history(simd, tets);
-            let elements = gather.elements(simd, tets, history.as_ref());
+            let elements = gather.elements(simd, tets, &mut buffers);
             check(elements.driving_energies(&mut energies))?;
             for q in 0..points {
                 let mut column = [0.0; POINTS];

@@ -4,6 +4,7 @@ use std::marker::PhantomData;
 
 use faer::traits::pulp::{self, Simd, WithSimd};
 
+use crate::material::{Number, SimdF32, SimdF64};
 use crate::operator::layout::LANES;
 
 /// One number of as many elements as 32 bytes hold, the register of AVX2; wider ones gain nothing
@@ -31,10 +32,13 @@ impl<T, const W: usize> AsMut<[T]> for Pack<T, W> {
 #[repr(align(32))]
 pub(crate) struct Rows<T>(pub(crate) [[T; 4]; LANES]);
 
-/// The precision of stored numbers; `V` is a register of them.
-pub(crate) trait Real: Copy + Default + Send + Sync + std::fmt::Debug + 'static {
+/// The precision of stored numbers.
+pub(crate) trait Precision:
+    Copy + Default + Send + Sync + std::fmt::Debug + 'static
+{
     type Pack: Copy + Send + Sync + std::fmt::Debug + AsRef<[Self]> + AsMut<[Self]> + 'static;
-    type V<S: Simd>: Copy;
+    /// A register of them.
+    type Register<S: Simd>: Number;
 
     /// Numbers in a pack.
     const WIDTH: usize;
@@ -45,19 +49,19 @@ pub(crate) trait Real: Copy + Default + Send + Sync + std::fmt::Debug + 'static 
 
     /// Numbers in a register, which divide a pack.
     fn lanes<S: Simd>() -> usize;
-    fn splat<S: Simd>(simd: S, x: Self) -> Self::V<S>;
-    fn load<S: Simd>(simd: S, pack: &Self::Pack, register: usize) -> Self::V<S>;
-    fn store<S: Simd>(simd: S, pack: &mut Self::Pack, register: usize, x: Self::V<S>);
-    fn add<S: Simd>(simd: S, a: Self::V<S>, b: Self::V<S>) -> Self::V<S>;
-    fn sub<S: Simd>(simd: S, a: Self::V<S>, b: Self::V<S>) -> Self::V<S>;
-    fn mul<S: Simd>(simd: S, a: Self::V<S>, b: Self::V<S>) -> Self::V<S>;
-    /// a b + c.
-    fn mul_add<S: Simd>(simd: S, a: Self::V<S>, b: Self::V<S>, c: Self::V<S>) -> Self::V<S>;
+    fn splat<S: Simd>(simd: S, x: f64) -> Self::Register<S>;
+    fn load<S: Simd>(simd: S, pack: &Self::Pack, register: usize) -> Self::Register<S>;
+    fn store<S: Simd>(pack: &mut Self::Pack, register: usize, x: Self::Register<S>);
     /// The four columns of as many rows as a register has lanes, in an order of the lanes that
-    /// [`Real::rows`] undoes and [`places`] tells.
-    fn columns<S: Simd>(simd: S, rows: &Rows<Self>, register: usize) -> [Self::V<S>; 4];
+    /// [`Precision::rows`] undoes and [`places`] tells.
+    fn columns<S: Simd>(simd: S, rows: &Rows<Self>, register: usize) -> [Self::Register<S>; 4];
     /// Writes four columns as rows again.
-    fn rows<S: Simd>(simd: S, columns: [Self::V<S>; 4], rows: &mut Rows<Self>, register: usize);
+    fn rows<S: Simd>(
+        simd: S,
+        columns: &[Self::Register<S>; 4],
+        rows: &mut Rows<Self>,
+        register: usize,
+    );
 }
 
 /// Runs work with AVX2 where the processor has it.
@@ -81,10 +85,10 @@ pub(crate) fn prefetch<T>(data: &[T], index: usize) {
     }
 }
 
-/// The place of each element of a batch in its packs, as [`Real::columns`] puts it.
-pub(crate) fn places<T: Real>() -> [usize; LANES] {
+/// The place of each element of a batch in its packs, as [`Precision::columns`] puts it.
+pub(crate) fn places<T: Precision>() -> [usize; LANES] {
     struct Places<T>(PhantomData<T>);
-    impl<T: Real> WithSimd for Places<T> {
+    impl<T: Precision> WithSimd for Places<T> {
         type Output = [usize; LANES];
 
         #[inline(always)]
@@ -97,7 +101,7 @@ pub(crate) fn places<T: Real>() -> [usize; LANES] {
             for register in 0..LANES / T::lanes::<S>() {
                 let mut pack = T::ZERO;
                 let [first, ..] = T::columns(simd, &rows, register);
-                T::store(simd, &mut pack, 0, first);
+                T::store::<S>(&mut pack, 0, first);
                 for lane in 0..T::lanes::<S>() {
                     places[pack.as_ref()[lane].wide() as usize] = register * T::lanes::<S>() + lane;
                 }
@@ -108,12 +112,12 @@ pub(crate) fn places<T: Real>() -> [usize; LANES] {
     dispatch(Places(PhantomData::<T>))
 }
 
-macro_rules! real {
-    ($t:ty, $width:literal, $v:ident, $lanes:ident, $splat:ident, $add:ident, $sub:ident,
-     $mul:ident, $fma:ident, $load:ident, $store:ident, $apart:ident, $together:ident) => {
-        impl Real for $t {
+macro_rules! precision {
+    ($t:ty, $number:ident, $width:literal, $lanes:ident, $load:ident, $store:ident, $apart:ident,
+     $together:ident) => {
+        impl Precision for $t {
             type Pack = Pack<$t, $width>;
-            type V<S: Simd> = S::$v;
+            type Register<S: Simd> = $number<S, 1>;
 
             const WIDTH: usize = $width;
             const ZERO: Self::Pack = Pack([0.0; $width]);
@@ -134,66 +138,52 @@ macro_rules! real {
             }
 
             #[inline(always)]
-            fn splat<S: Simd>(simd: S, x: Self) -> Self::V<S> {
-                simd.$splat(x)
+            fn splat<S: Simd>(simd: S, x: f64) -> Self::Register<S> {
+                $number::splat(simd, x)
             }
 
             // numbers of registers are powers of two: the masks spare checks of bounds
 
             #[inline(always)]
-            fn load<S: Simd>(_: S, pack: &Self::Pack, register: usize) -> Self::V<S> {
+            fn load<S: Simd>(simd: S, pack: &Self::Pack, register: usize) -> Self::Register<S> {
                 let (registers, _) = S::$load(&pack.0);
-                registers[register & (registers.len() - 1)]
+                $number { simd, registers: [registers[register & (registers.len() - 1)]] }
             }
 
             #[inline(always)]
-            fn store<S: Simd>(_: S, pack: &mut Self::Pack, register: usize, x: Self::V<S>) {
+            fn store<S: Simd>(pack: &mut Self::Pack, register: usize, x: Self::Register<S>) {
                 let (registers, _) = S::$store(&mut pack.0);
-                registers[register & (registers.len() - 1)] = x;
+                registers[register & (registers.len() - 1)] = x.registers[0];
             }
 
             #[inline(always)]
-            fn add<S: Simd>(simd: S, a: Self::V<S>, b: Self::V<S>) -> Self::V<S> {
-                simd.$add(a, b)
-            }
-
-            #[inline(always)]
-            fn sub<S: Simd>(simd: S, a: Self::V<S>, b: Self::V<S>) -> Self::V<S> {
-                simd.$sub(a, b)
-            }
-
-            #[inline(always)]
-            fn mul<S: Simd>(simd: S, a: Self::V<S>, b: Self::V<S>) -> Self::V<S> {
-                simd.$mul(a, b)
-            }
-
-            #[inline(always)]
-            fn mul_add<S: Simd>(
+            fn columns<S: Simd>(
                 simd: S,
-                a: Self::V<S>,
-                b: Self::V<S>,
-                c: Self::V<S>,
-            ) -> Self::V<S> {
-                simd.$fma(a, b, c)
-            }
-
-            #[inline(always)]
-            fn columns<S: Simd>(simd: S, rows: &Rows<Self>, register: usize) -> [Self::V<S>; 4] {
+                rows: &Rows<Self>,
+                register: usize,
+            ) -> [Self::Register<S>; 4] {
                 let (registers, _) = S::$load(rows.0.as_flattened());
-                let mut columns = [simd.$splat(0.0); 4];
+                let mut columns = [$number::<S, 1>::splat(simd, 0.0).registers[0]; 4];
                 for c in 0..4 {
                     columns[c] = registers[(4 * register + c) & (registers.len() - 1)];
                 }
-                simd.$apart(columns)
+                let [x, y, z, w] = simd.$apart(columns);
+                [
+                    $number { simd, registers: [x] },
+                    $number { simd, registers: [y] },
+                    $number { simd, registers: [z] },
+                    $number { simd, registers: [w] },
+                ]
             }
 
             #[inline(always)]
             fn rows<S: Simd>(
                 simd: S,
-                columns: [Self::V<S>; 4],
+                [x, y, z, w]: &[Self::Register<S>; 4],
                 rows: &mut Rows<Self>,
                 register: usize,
             ) {
+                let columns = [x.registers[0], y.registers[0], z.registers[0], w.registers[0]];
                 let columns = simd.$together(columns);
                 let (registers, _) = S::$store(rows.0.as_flattened_mut());
                 for c in 0..4 {
@@ -204,32 +194,22 @@ macro_rules! real {
     };
 }
 
-real!(
+precision!(
     f64,
+    SimdF64,
     4,
-    f64s,
     F64_LANES,
-    splat_f64s,
-    add_f64s,
-    sub_f64s,
-    mul_f64s,
-    mul_add_f64s,
     as_simd_f64s,
     as_mut_simd_f64s,
     deinterleave_shfl_f64s,
     interleave_shfl_f64s
 );
 
-real!(
+precision!(
     f32,
+    SimdF32,
     8,
-    f32s,
     F32_LANES,
-    splat_f32s,
-    add_f32s,
-    sub_f32s,
-    mul_f32s,
-    mul_add_f32s,
     as_simd_f32s,
     as_mut_simd_f32s,
     deinterleave_shfl_f32s,

@@ -9,7 +9,7 @@ use faer::traits::pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::chunk::ChunkProduct;
-use super::lanes::{Real, dispatch, places};
+use super::lanes::{Precision, dispatch, places};
 use crate::element::Rule;
 use crate::material::{Inverted, Lanes, POINTS, SimdF64};
 use crate::operator::blocks::{diagonal, write_blocks};
@@ -35,7 +35,7 @@ pub(crate) fn product(layout: Arc<Layout>, tets: usize) -> Box<dyn Product> {
 
 /// The tangent at some fields.
 #[derive(Debug)]
-pub(crate) struct MatrixFree<T: Real> {
+pub(crate) struct MatrixFree<T: Precision> {
     layout: Arc<Layout>,
     /// Chunk after chunk; batch, then part of the batch that a pack holds, then number of the
     /// element's tangent.
@@ -45,16 +45,18 @@ pub(crate) struct MatrixFree<T: Real> {
     copies: Vec<Aligned>,
 }
 
-impl<T: Real> MatrixFree<T> {
+impl<T: Precision> MatrixFree<T> {
     pub(crate) fn new(layout: Arc<Layout>) -> Self {
-        let width = PointData::of(&layout.rule).width();
-        let zeros = |chunk: &Chunk| vec![T::ZERO; chunk.tets.len() / T::WIDTH * width];
+        let zeros = |chunk: &Chunk| {
+            let width = PointData::of(&layout.rule, chunk.plain).width();
+            vec![T::ZERO; chunk.tets.len() / T::WIDTH * width]
+        };
         let data = layout.batches.chunks.iter().map(zeros).collect();
         Self { layout, data, places: places::<T>(), copies: Vec::new() }
     }
 }
 
-impl<T: Real> Product for MatrixFree<T> {
+impl<T: Precision> Product for MatrixFree<T> {
     fn linearise(
         &mut self,
         operator: &dyn Operator,
@@ -62,8 +64,8 @@ impl<T: Real> Product for MatrixFree<T> {
         coupling: Coupling,
     ) -> Result<(), Inverted> {
         let Self { layout, data, places, .. } = self;
-        let width = PointData::of(&layout.rule).width();
         data.par_iter_mut().zip(&layout.batches.chunks).try_for_each(|(data, chunk)| {
+            let width = PointData::of(&layout.rule, chunk.plain).width();
             let mut write = |batch: usize, numbers: &[[f64; LANES]]| {
                 let data = &mut data[batch * (LANES / T::WIDTH) * width..];
                 let tets = &chunk.tets[batch * LANES..];
@@ -96,11 +98,11 @@ impl<T: Real> Product for MatrixFree<T> {
         let mut out = vec![[0.0; 4]; layout.batches.node_count()];
         layout.batches.gather(copies, &mut out, |index, _, part| {
             let (chunk, data) = (&layout.batches.chunks[index], &data[index]);
-            let mut add = |tet: Place, a: usize, values: &[f64; 4]| {
+            let mut add = |tet: Slot, a: usize, values: &[f64; 4]| {
                 let node = chunk.local[tet.batch * layout.rule.nodes + a][tet.lane];
                 (0..4).for_each(|k| part[usize::from(node)].0[k] += values[k]);
             };
-            let stored = Stored { rule: &layout.rule, chunk, data, places };
+            let stored = StoredNumbers { rule: &layout.rule, chunk, data, places };
             match layout.rule.nodes {
                 4 => dispatch(Diagonal::<T, 4> { stored, add: &mut add }),
                 _ => dispatch(Diagonal::<T, 10> { stored, add: &mut add }),
@@ -113,8 +115,8 @@ impl<T: Real> Product for MatrixFree<T> {
         let rule = &self.layout.rule.linear();
         let of_chunk = |(chunk, data): (&Chunk, &Vec<T::Pack>)| {
             let mut elements: Vec<(u32, [[Block; 4]; 4])> = Vec::with_capacity(chunk.tets.len());
-            let stored = Stored { rule, chunk, data, places: &self.places };
-            dispatch(Linear::<T> { stored, elements: &mut elements });
+            let stored = StoredNumbers { rule, chunk, data, places: &self.places };
+            dispatch(LinearTangents::<T> { stored, elements: &mut elements });
             elements
         };
         let chunks = &self.layout.batches.chunks;
@@ -134,7 +136,7 @@ impl<T: Real> Product for MatrixFree<T> {
 
 /// The point data of a chunk, read with a rule.
 #[derive(Clone, Copy)]
-struct Stored<'a, T: Real> {
+struct StoredNumbers<'a, T: Precision> {
     rule: &'a Rule,
     chunk: &'a Chunk,
     data: &'a [T::Pack],
@@ -143,12 +145,12 @@ struct Stored<'a, T: Real> {
 
 /// An element of a chunk.
 #[derive(Clone, Copy)]
-struct Place {
+struct Slot {
     batch: usize,
     lane: usize,
 }
 
-impl<T: Real> Stored<'_, T> {
+impl<T: Precision> StoredNumbers<'_, T> {
     /// Batches, or parts of them that a number's lanes hold.
     fn parts<S: Simd>(&self) -> usize {
         self.chunk.tets.len() / SimdF64::<S>::COUNT
@@ -172,34 +174,35 @@ impl<T: Real> Stored<'_, T> {
     }
 
     /// The elements of a part with their lanes, in the order of the chunk.
-    fn elements<S: Simd>(&self, part: usize) -> impl Iterator<Item = (Place, usize)> {
+    fn elements<S: Simd>(&self, part: usize) -> impl Iterator<Item = (Slot, usize)> {
         let first = part * SimdF64::<S>::COUNT;
         let (batch, begin) = (first / LANES, first % LANES);
         let lanes = self.places.iter().map(move |place| place.wrapping_sub(begin)).enumerate();
         lanes
             .filter(|&(_, lane)| lane < SimdF64::<S>::COUNT)
-            .map(move |(row, lane)| (Place { batch, lane: row }, lane))
+            .map(move |(row, lane)| (Slot { batch, lane: row }, lane))
             .filter(move |(place, _)| self.chunk.tets[batch * LANES + place.lane] != VACANT)
     }
 }
 
 /// Calls `add` with the diagonal of each element, node by node.
-struct Diagonal<'a, T: Real, const N: usize> {
-    stored: Stored<'a, T>,
-    add: &'a mut dyn FnMut(Place, usize, &[f64; 4]),
+struct Diagonal<'a, T: Precision, const N: usize> {
+    stored: StoredNumbers<'a, T>,
+    add: &'a mut dyn FnMut(Slot, usize, &[f64; 4]),
 }
 
-impl<T: Real, const N: usize> WithSimd for Diagonal<'_, T, N> {
+impl<T: Precision, const N: usize> WithSimd for Diagonal<'_, T, N> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { stored, add } = self;
-        let width = PointData::of(stored.rule).width();
-        let mut numbers = vec![SimdF64::splat(simd, 0.0); width];
+        let plain = stored.chunk.plain;
+        let width = PointData::of(stored.rule, plain).width();
+        let mut numbers = vec![SimdF64::<S>::splat(simd, 0.0); width];
         for part in 0..stored.parts::<S>() {
             stored.load(simd, part, &mut numbers);
-            let diagonal = diagonal::<SimdF64<S>, N>(stored.rule, &numbers);
+            let diagonal = diagonal::<SimdF64<S>, N>(stored.rule, plain, &numbers);
             for a in 0..N {
                 let mut columns = [[0.0; POINTS]; 4];
                 for k in 0..4 {
@@ -214,23 +217,24 @@ impl<T: Real, const N: usize> WithSimd for Diagonal<'_, T, N> {
 }
 
 /// The tangents of the linear functions on the elements of a chunk.
-struct Linear<'a, T: Real> {
-    stored: Stored<'a, T>,
+struct LinearTangents<'a, T: Precision> {
+    stored: StoredNumbers<'a, T>,
     elements: &'a mut Vec<(u32, [[Block; 4]; 4])>,
 }
 
-impl<T: Real> WithSimd for Linear<'_, T> {
+impl<T: Precision> WithSimd for LinearTangents<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { stored, elements } = self;
-        let width = PointData::of(stored.rule).width();
-        let mut numbers = vec![SimdF64::splat(simd, 0.0); width];
+        let plain = stored.chunk.plain;
+        let width = PointData::of(stored.rule, plain).width();
+        let mut numbers = vec![SimdF64::<S>::splat(simd, 0.0); width];
         for part in 0..stored.parts::<S>() {
             stored.load(simd, part, &mut numbers);
-            let mut blocks = [[[[SimdF64::splat(simd, 0.0); 4]; 4]; 4]; 4];
-            write_blocks::<SimdF64<S>, false, 4>(stored.rule, &numbers, &mut blocks);
+            let mut blocks = [[[[SimdF64::<S>::splat(simd, 0.0); 4]; 4]; 4]; 4];
+            write_blocks::<SimdF64<S>, false, 4>(stored.rule, plain, &numbers, &mut blocks);
             let first = elements.len();
             let tets = stored
                 .elements::<S>(part)

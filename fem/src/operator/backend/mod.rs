@@ -9,7 +9,7 @@ mod matrix_free;
 
 pub(crate) use assembly::Assembly;
 #[cfg(test)]
-pub(crate) use gather::Gather;
+pub(crate) use gather::{Buffers, Gather};
 #[cfg(test)]
 pub(crate) use lanes::dispatch;
 #[cfg(test)]

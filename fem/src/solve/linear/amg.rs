@@ -79,23 +79,19 @@ impl<const R: usize> Level<R> {
         x: &mut [[f32; R]],
         below: impl FnOnce(&[[f32; MODES]], &mut [[f32; MODES]]),
     ) {
-        let n = b.len();
         let coarse = self.restrict.rows();
         x.fill([0.0; R]);
         let mut residual = b.to_vec();
-        let mut step = vec![[0.0; R]; n];
-        self.smoother.smooth(DEGREE, &mut residual, x, &mut step);
-        let subtract = |x: &[[f32; R]], residual: &mut [[f32; R]]| {
-            residual.copy_from_slice(b);
-            self.smoother.matrix.apply(x, residual, |r, a| (0..R).for_each(|i| r[i] -= a[i]));
-        };
-        subtract(x, &mut residual);
+        self.smoother.smooth(DEGREE, &mut residual, x);
+        residual.copy_from_slice(b);
+        self.smoother.subtract(x, &mut residual);
         let (mut right, mut correction) = (vec![[0.0; MODES]; coarse], vec![[0.0; MODES]; coarse]);
         self.restrict.apply(&residual, &mut right, |y, a| *y = a);
         below(&right, &mut correction);
         self.prolong.apply(&correction, x, |x, a| (0..R).for_each(|i| x[i] += a[i]));
-        subtract(x, &mut residual);
-        self.smoother.smooth(DEGREE, &mut residual, x, &mut step);
+        residual.copy_from_slice(b);
+        self.smoother.subtract(x, &mut residual);
+        self.smoother.smooth(DEGREE, &mut residual, x);
     }
 }
 

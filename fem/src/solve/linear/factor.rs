@@ -8,7 +8,6 @@ use faer::sparse::linalg::cholesky::{
     factorize_symbolic_cholesky,
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::traits::ComplexField;
 use faer::{Conj, MatMut, Par, Side};
 
 use super::vector::Nodal;
@@ -56,16 +55,21 @@ impl Symbolic {
             source.extend(column.iter().map(|c| c.1));
             start.push(row.len() as u32);
         }
-        let (upper_start, upper_row) = upper_triangle(&start, &row);
-        let upper = SymbolicSparseColMatRef::new_checked(n, n, &upper_start, None, &upper_row);
+        let failed = |error| FemError::factorisation(n, error);
+        let lower = SymbolicSparseColMatRef::new_checked(n, n, &start, None, &row);
+        let upper = lower.transpose().to_col_major().map_err(failed)?;
         // supernodes even where they do not pay, since only they can be factorised with pivots
         let params = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..Default::default()
         };
-        let factor =
-            factorize_symbolic_cholesky(upper, Side::Upper, SymmetricOrdering::Identity, params)
-                .map_err(|e| FemError::factorisation(n, e))?;
+        let factor = factorize_symbolic_cholesky(
+            upper.as_ref(),
+            Side::Upper,
+            SymmetricOrdering::Identity,
+            params,
+        )
+        .map_err(failed)?;
         Ok(Self { value_of, start, row, source, factor })
     }
 
@@ -112,125 +116,104 @@ impl Symbolic {
     }
 }
 
-/// The transpose of a lower triangle: columns of the upper triangle.
-fn upper_triangle(start: &[u32], row: &[u32]) -> (Vec<u32>, Vec<u32>) {
-    let n = start.len() - 1;
-    let mut upper = vec![0u32; n + 1];
-    for &r in row {
-        upper[r as usize + 1] += 1;
-    }
-    for i in 0..n {
-        upper[i + 1] += upper[i];
-    }
-    let mut next = upper.clone();
-    let mut column_of = vec![0u32; row.len()];
-    for column in 0..n {
-        for &r in &row[start[column] as usize..start[column + 1] as usize] {
-            column_of[next[r as usize] as usize] = column as u32;
-            next[r as usize] += 1;
-        }
-    }
-    (upper, column_of)
-}
-
 /// A factor, by how it was made.
 pub(super) enum Factor {
     Absent,
+    /// L D Lᵀ without pivots in single precision.
     Single(Vec<f32>),
-    Double(Vec<f64>),
-    Pivoted { values: Vec<f64>, subdiagonal: Vec<f64>, forward: Vec<u32>, inverse: Vec<u32> },
+    /// Bunch–Kaufman pivoting inside the supernodes, in double precision.
+    Pivoted {
+        values: Vec<f64>,
+        subdiagonal: Vec<f64>,
+        forward: Vec<u32>,
+        inverse: Vec<u32>,
+    },
 }
 
-/// L D Lᵀ without pivots, into memory that is used again; `None` at a zero pivot.
-pub(super) fn ldlt<T: ComplexField + Default>(
-    symbolic: &Symbolic,
-    entries: &[T],
-    mut values: Vec<T>,
-) -> Option<Vec<T>> {
-    let factor = &symbolic.factor;
-    values.resize_with(factor.len_val(), T::default);
-    let scratch = factor.factorize_numeric_ldlt_scratch::<T>(Par::Seq, Default::default());
-    let mut memory = MemBuffer::try_new(scratch).ok()?;
-    let stack = MemStack::new(&mut memory);
-    let done = factor.factorize_numeric_ldlt(
-        &mut values,
-        symbolic.matrix(entries),
-        Side::Lower,
-        Default::default(),
-        Par::Seq,
-        stack,
-        Default::default(),
-    );
-    done.is_ok().then_some(values)
-}
-
-pub(super) fn with_pivots(symbolic: &Symbolic, entries: &[f64]) -> Factor {
-    let (n, factor) = (symbolic.size(), &symbolic.factor);
-    let mut values = vec![0.0; factor.len_val()];
-    let (mut subdiagonal, mut forward, mut inverse) = (vec![0.0; n], vec![0; n], vec![0; n]);
-    let scratch =
-        factor.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Default::default());
-    let mut memory = MemBuffer::new(scratch);
-    factor.factorize_numeric_intranode_lblt(
-        &mut values,
-        &mut subdiagonal,
-        &mut forward,
-        &mut inverse,
-        symbolic.matrix(entries),
-        Side::Lower,
-        Par::Seq,
-        MemStack::new(&mut memory),
-        Default::default(),
-    );
-    Factor::Pivoted { values, subdiagonal, forward, inverse }
-}
-
-pub(super) fn solve_memory(symbolic: &Symbolic, factor: &Factor) -> MemBuffer {
-    let structure = &symbolic.factor;
-    MemBuffer::new(match factor {
-        Factor::Single(_) => structure.solve_in_place_scratch::<f32>(1, Par::Seq),
-        _ => structure.solve_in_place_scratch::<f64>(1, Par::Seq),
-    })
-}
-
-/// y = M⁻¹ x for nodal vectors.
-pub(super) fn apply_factor(
-    symbolic: &Symbolic,
-    factor: &Factor,
-    memory: &mut MemBuffer,
-    x: &[Nodal],
-    y: &mut [Nodal],
-) {
-    let n = symbolic.size();
-    let places = || symbolic.value_of.iter().map(|&(node, k)| (node as usize, k as usize));
-    let stack = MemStack::new(memory);
-    y.fill([0.0; 4]);
-    if let Factor::Single(values) = factor {
-        // the factor is linear: a right-hand side of size one stays clear of overflow
-        let size = x.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
-        let scale = if size > 0.0 { 1.0 / size } else { 1.0 };
-        let mut work: Vec<f32> = places().map(|(node, k)| (scale * x[node][k]) as f32).collect();
-        let right = MatMut::from_column_major_slice_mut(&mut work, n, 1);
-        let factor = LdltRef::new(&symbolic.factor, values);
-        factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, stack);
-        places().zip(&work).for_each(|((node, k), &v)| y[node][k] = f64::from(v) / scale);
-        return;
-    }
-    let mut work: Vec<f64> = places().map(|(node, k)| x[node][k]).collect();
-    let right = MatMut::from_column_major_slice_mut(&mut work, n, 1);
-    match factor {
-        Factor::Double(values) => LdltRef::new(&symbolic.factor, values).solve_in_place_with_conj(
-            Conj::No,
-            right,
+impl Factor {
+    /// Without pivots, in the memory of an earlier factor; [`Absent`](Self::Absent) at a zero pivot.
+    pub(super) fn single(self, symbolic: &Symbolic, tangent: &Tangent, free: &[[bool; 4]]) -> Self {
+        let mut values = if let Factor::Single(values) = self { values } else { Vec::new() };
+        let (factor, entries) = (&symbolic.factor, symbolic.entries(tangent, free, |x| x as f32));
+        values.resize(factor.len_val(), 0.0);
+        let scratch = factor.factorize_numeric_ldlt_scratch::<f32>(Par::Seq, Default::default());
+        let Ok(mut memory) = MemBuffer::try_new(scratch) else { return Factor::Absent };
+        let done = factor.factorize_numeric_ldlt(
+            &mut values,
+            symbolic.matrix(&entries),
+            Side::Lower,
+            Default::default(),
             Par::Seq,
-            stack,
-        ),
-        Factor::Pivoted { values, subdiagonal, forward, inverse } => {
-            let pivots = PermRef::new_checked(forward, inverse, n);
-            IntranodeLbltRef::new(&symbolic.factor, values, subdiagonal, pivots)
-                .solve_in_place_with_conj(Conj::No, right, Par::Seq, stack);
-        }
-        Factor::Absent | Factor::Single(_) => {}
+            MemStack::new(&mut memory),
+            Default::default(),
+        );
+        if done.is_ok() { Factor::Single(values) } else { Factor::Absent }
     }
-    places().zip(&work).for_each(|((node, k), &v)| y[node][k] = v);
+
+    /// With pivots.
+    pub(super) fn pivoted(symbolic: &Symbolic, tangent: &Tangent, free: &[[bool; 4]]) -> Self {
+        let (n, factor) = (symbolic.size(), &symbolic.factor);
+        let entries = symbolic.entries(tangent, free, |x| x);
+        let mut values = vec![0.0; factor.len_val()];
+        let (mut subdiagonal, mut forward, mut inverse) = (vec![0.0; n], vec![0; n], vec![0; n]);
+        let scratch =
+            factor.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Default::default());
+        factor.factorize_numeric_intranode_lblt(
+            &mut values,
+            &mut subdiagonal,
+            &mut forward,
+            &mut inverse,
+            symbolic.matrix(&entries),
+            Side::Lower,
+            Par::Seq,
+            MemStack::new(&mut MemBuffer::new(scratch)),
+            Default::default(),
+        );
+        Factor::Pivoted { values, subdiagonal, forward, inverse }
+    }
+
+    /// What [`apply`](Self::apply) works in.
+    pub(super) fn memory(&self, symbolic: &Symbolic) -> MemBuffer {
+        let structure = &symbolic.factor;
+        MemBuffer::new(match self {
+            Factor::Single(_) => structure.solve_in_place_scratch::<f32>(1, Par::Seq),
+            _ => structure.solve_in_place_scratch::<f64>(1, Par::Seq),
+        })
+    }
+
+    /// y = M⁻¹ x for nodal vectors.
+    pub(super) fn apply(
+        &self,
+        symbolic: &Symbolic,
+        memory: &mut MemBuffer,
+        x: &[Nodal],
+        y: &mut [Nodal],
+    ) {
+        let n = symbolic.size();
+        let places = || symbolic.value_of.iter().map(|&(node, k)| (node as usize, k as usize));
+        let stack = MemStack::new(memory);
+        y.fill([0.0; 4]);
+        match self {
+            Factor::Absent => {}
+            Factor::Single(values) => {
+                // the factor is linear: a right-hand side of size one stays clear of overflow
+                let size = x.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
+                let scale = if size > 0.0 { 1.0 / size } else { 1.0 };
+                let mut work: Vec<f32> =
+                    places().map(|(node, k)| (scale * x[node][k]) as f32).collect();
+                let right = MatMut::from_column_major_slice_mut(&mut work, n, 1);
+                let factor = LdltRef::new(&symbolic.factor, values);
+                factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, stack);
+                places().zip(&work).for_each(|((node, k), &v)| y[node][k] = f64::from(v) / scale);
+            }
+            Factor::Pivoted { values, subdiagonal, forward, inverse } => {
+                let mut work: Vec<f64> = places().map(|(node, k)| x[node][k]).collect();
+                let right = MatMut::from_column_major_slice_mut(&mut work, n, 1);
+                let pivots = PermRef::new_checked(forward, inverse, n);
+                let factor = IntranodeLbltRef::new(&symbolic.factor, values, subdiagonal, pivots);
+                factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, stack);
+                places().zip(&work).for_each(|((node, k), &v)| y[node][k] = v);
+            }
+        }
+    }
 }

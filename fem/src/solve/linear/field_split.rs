@@ -35,8 +35,8 @@ impl FieldSplit {
         }
         if let Some(damage) = &self.damage {
             let (scale, mut residual) = narrow::<1>(r, 3);
-            let (mut x, mut step) = (vec![[0.0]; r.len()], vec![[0.0]; r.len()]);
-            damage.smooth(DEGREE, &mut residual, &mut x, &mut step);
+            let mut x = vec![[0.0]; r.len()];
+            damage.smooth(DEGREE, &mut residual, &mut x);
             z.iter_mut().zip(&x).for_each(|(z, x)| z[3] = scale * f64::from(x[0]));
         }
     }

@@ -1,15 +1,13 @@
 //! Krylov methods with multigrid, for systems whose factor would be too large.
 //!
 //! Linear elements: the assembled tangent, preconditioned field by field. Quadratic elements: the
-//! matrix-free tangent with the assembled one of the linear functions below it. Conjugate gradients
-//! are tried first; MINRES takes over where the tangent turns out to be indefinite, and GMRES
-//! where the preconditioner does or the tangent is not symmetric.
+//! matrix-free tangent with the assembled one of the linear functions below it.
 
 use std::sync::Arc;
 
 use super::field_split::FieldSplit;
-use super::krylov::{Ending, Stop, System, conjugate_gradients, gmres, minres};
-use super::quadratic::Quadratic;
+use super::krylov::{Ending, Stop, System, solve};
+use super::quadratic::QuadraticLevel;
 use super::vector::{Nodal, mask, weights};
 use super::{LinearEffort, LinearSolver, Singular};
 use crate::material::Inverted;
@@ -27,7 +25,7 @@ pub(crate) struct Iterative<'a> {
     points: Arc<Vec<[f64; 3]>>,
     /// The tangent of the linear functions.
     tangent: Tangent,
-    quadratic: Option<Quadratic>,
+    quadratic: Option<QuadraticLevel>,
     split: Option<FieldSplit>,
     /// Whether the hierarchy is that of the current tangent.
     fresh: bool,
@@ -36,6 +34,7 @@ pub(crate) struct Iterative<'a> {
     free: Vec<[bool; 4]>,
     weight: Vec<Nodal>,
     coupling: Coupling,
+    /// Whether conjugate gradients may be tried: no negative curvature of this tangent was met.
     definite: bool,
 }
 
@@ -44,7 +43,7 @@ impl<'a> Iterative<'a> {
         operator: &'a dyn Operator,
         points: Arc<Vec<[f64; 3]>>,
         tangent: Tangent,
-        quadratic: Option<Quadratic>,
+        quadratic: Option<QuadraticLevel>,
     ) -> Self {
         Self {
             operator,
@@ -66,7 +65,7 @@ impl<'a> Iterative<'a> {
         self.split = None;
         if let Some(quadratic) = &mut self.quadratic {
             quadratic.add_linear(&mut self.tangent);
-            quadratic.renew(&self.weight, &self.free);
+            quadratic.renew(&self.weight);
         }
         let vertices = self.points.len();
         let split = FieldSplit::new(&self.tangent, &self.points, &self.free[..vertices]);
@@ -76,13 +75,11 @@ impl<'a> Iterative<'a> {
     }
 
     fn krylov(&mut self, right: &[Nodal], step: &mut [Nodal], tolerance: f64) -> Ending {
-        let Self { tangent, quadratic, split, free, weight, .. } = self;
+        let Self { tangent, quadratic, split, free, weight, definite, .. } = self;
         let split = split.as_ref().expect("the hierarchy is made before it is used");
-        let symmetric = quadratic.as_ref().map_or(tangent.symmetric, Quadratic::symmetric);
-        let linear = quadratic.is_none();
         let quadratic = std::cell::RefCell::new(quadratic.as_mut());
         let mut apply = |x: &[Nodal], y: &mut [Nodal]| match quadratic.borrow_mut().as_mut() {
-            Some(quadratic) => quadratic.multiply(free, x, y),
+            Some(quadratic) => quadratic.multiply(x, y),
             None => {
                 tangent.multiply(x, y);
                 mask(free, y);
@@ -90,31 +87,13 @@ impl<'a> Iterative<'a> {
         };
         let mut precondition = |r: &[Nodal], z: &mut [Nodal]| {
             match quadratic.borrow_mut().as_mut() {
-                Some(quadratic) => quadratic.precondition(free, r, z, |r, z| split.apply(r, z)),
+                Some(quadratic) => quadratic.precondition(r, z, |r, z| split.apply(r, z)),
                 None => split.apply(r, z),
             }
             mask(free, z);
         };
         let mut system = System { apply: &mut apply, precondition: &mut precondition, weight };
-        let mut spent = 0;
-        if symmetric && self.definite {
-            let ending = conjugate_gradients(&mut system, right, step, tolerance, LIMIT);
-            if ending.stop == Stop::Converged || ending.stop == Stop::Limit {
-                return ending;
-            }
-            self.definite = false;
-            spent = ending.iterations;
-        }
-        let mut ending = Ending { stop: Stop::Indefinite, iterations: 0, residual: 1.0 };
-        if symmetric && linear {
-            ending = minres(&mut system, right, step, tolerance, LIMIT);
-            spent += ending.iterations;
-        }
-        if matches!(ending.stop, Stop::Indefinite | Stop::Broken) {
-            ending = gmres(&mut system, right, step, tolerance, LIMIT);
-            spent += ending.iterations;
-        }
-        Ending { iterations: spent, ..ending }
+        solve(&mut system, definite, right, step, tolerance, LIMIT)
     }
 }
 
@@ -125,14 +104,14 @@ impl LinearSolver for Iterative<'_> {
         coupling: Coupling,
         free: &[[bool; 4]],
     ) -> Result<(), Inverted> {
-        let diagonal = match &mut self.quadratic {
+        let (diagonal, symmetric) = match &mut self.quadratic {
             Some(quadratic) => {
-                quadratic.linearise(self.operator, increment, coupling)?;
-                quadratic.diagonal()
+                quadratic.linearise(self.operator, increment, coupling, free)?;
+                (quadratic.diagonal(), quadratic.symmetric())
             }
             None => {
                 self.operator.tangent(increment, coupling, &mut self.tangent)?;
-                self.tangent.diagonal()
+                (self.tangent.diagonal(), self.tangent.symmetric)
             }
         };
         if coupling != self.coupling || self.free != free {
@@ -142,7 +121,7 @@ impl LinearSolver for Iterative<'_> {
         self.free = free.to_vec();
         self.weight = weights(&diagonal, free);
         self.fresh = false;
-        self.definite = true;
+        self.definite = symmetric;
         Ok(())
     }
 

@@ -13,8 +13,6 @@ mod krylov;
 mod ordering;
 mod plan;
 mod quadratic;
-#[cfg(test)]
-mod tests;
 mod vector;
 
 pub(crate) use plan::LinearPlan;

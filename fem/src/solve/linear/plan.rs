@@ -7,7 +7,7 @@ use super::direct::Direct;
 use super::factor::Symbolic;
 use super::iterative::Iterative;
 use super::ordering::nested_dissection;
-use super::quadratic::Quadratic;
+use super::quadratic::QuadraticLevel;
 use crate::error::FemError;
 use crate::operator::{Layout, Operator, Pattern, Tangent, Unknowns, product};
 use crate::solve::LinearScheme;
@@ -112,7 +112,7 @@ impl LinearPlan {
                 let quadratic = (!parents.is_empty()).then(|| {
                     let domain = operator.domain();
                     let product = product(Arc::new(Layout::new(domain)), domain.tets());
-                    Quadratic::new(product, Arc::clone(parents))
+                    QuadraticLevel::new(product, Arc::clone(parents))
                 });
                 let tangent = Tangent::new(Arc::clone(pattern));
                 Box::new(Iterative::new(operator, Arc::clone(vertices), tangent, quadratic))

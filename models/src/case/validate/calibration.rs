@@ -58,6 +58,8 @@ impl CaseFile {
             "draws",
             "2000 a chain give quantiles to a few per cent.",
         )?;
+        let (kept, help) = ((c.chains * c.draws) as f64, "All draws are kept in memory.");
+        self.within("calibration.draws", kept, 20.0, 1e7, "draws of all chains together", help)?;
         let help = "0.95 follows the posterior's narrow parts; 0.8 is faster.";
         self.within("calibration.target_accept", c.target_accept, 0.5, 0.999, "", help)?;
         self.within(
@@ -169,7 +171,7 @@ impl CaseFile {
         Ok(())
     }
 
-    pub(super) fn check_experiments(&self, shape: &SpecimenGeometry) -> Result<(), InputError> {
+    pub(super) fn check_experiments(&self, geometry: &SpecimenGeometry) -> Result<(), InputError> {
         let Some(experiments) = &self.case.experiments else {
             return Ok(());
         };
@@ -188,17 +190,21 @@ impl CaseFile {
             )),
             // only the experiments stage needs the file: see `CaseFile::table`
             (Some(_), None) => Ok(()),
-            (None, Some(specimens)) => self.check_virtual(specimens, shape),
+            (None, Some(specimens)) => self.check_virtual(specimens, geometry),
         }
     }
 
-    fn check_virtual(&self, v: &VirtualCase, shape: &SpecimenGeometry) -> Result<(), InputError> {
-        let SpecimenGeometry::Lattice { radius_mm, height_mm, .. } = shape else {
+    fn check_virtual(
+        &self,
+        v: &VirtualCase,
+        geometry: &SpecimenGeometry,
+    ) -> Result<(), InputError> {
+        let SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } = geometry else {
             return Err(self.error(
                 "experiments.virtual",
                 "",
-                "virtual specimens need a lattice to put their own grains on",
-                "Give specimen.radius_mm, height_mm and spacing_mm instead of a mesh.",
+                "virtual specimens need a cylinder to put their own grains in",
+                "Give specimen.radius_mm, height_mm and spacing_mm instead of a mesh or an image.",
             ));
         };
         let Some(prior) = &self.case.prior else {

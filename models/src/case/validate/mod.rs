@@ -8,21 +8,21 @@ use crate::error::{InputError, closest};
 
 impl CaseFile {
     /// Names of the regions whose materials the case must give.
-    fn regions(&self, shape: &SpecimenGeometry) -> Vec<String> {
-        match shape {
+    fn regions(&self, geometry: &SpecimenGeometry) -> Vec<String> {
+        match geometry {
             SpecimenGeometry::Mesh { regions, .. } => regions.keys().cloned().collect(),
-            SpecimenGeometry::Lattice { grains: Some(_), .. } => {
+            SpecimenGeometry::Cylinder { grains: None, .. } => vec!["matrix".into()],
+            SpecimenGeometry::Cylinder { .. } | SpecimenGeometry::Image { .. } => {
                 vec!["matrix".into(), "grain".into()]
             }
-            SpecimenGeometry::Lattice { grains: None, .. } => vec!["matrix".into()],
         }
     }
 
     /// Checks every value.
     pub(super) fn validate(&self) -> Result<(), InputError> {
-        let shape = self.shape()?;
-        self.check_specimen(&shape)?;
-        for region in self.regions(&shape) {
+        let geometry = self.geometry()?;
+        self.check_specimen(&geometry)?;
+        for region in self.regions(&geometry) {
             if !self.case.material.contains_key(&region) {
                 let given: Vec<&str> = self.case.material.keys().map(String::as_str).collect();
                 let hint = closest(&region, given.iter().copied())
@@ -41,7 +41,7 @@ impl CaseFile {
         }
         self.check_test()?;
         self.check_calibration()?;
-        self.check_experiments(&shape)
+        self.check_experiments(&geometry)
     }
 
     /// Refuses a value outside `lower..=upper`, NaN included.

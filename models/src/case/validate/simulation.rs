@@ -1,6 +1,6 @@
 //! Specimen, materials, test and solver.
 
-use fem::{FemError, PhaseField, Platens};
+use fem::{FemError, Packing, PhaseField, Platens, Segmentation};
 
 use super::super::{Case, CaseFile, ConditionsCase, MaterialCase, Property, SpecimenGeometry};
 use crate::error::InputError;
@@ -9,28 +9,88 @@ use crate::error::InputError;
 const MOST_TETS: f64 = 2e7;
 
 impl CaseFile {
-    pub(super) fn check_specimen(&self, shape: &SpecimenGeometry) -> Result<(), InputError> {
-        if let SpecimenGeometry::Lattice { radius_mm, height_mm, spacing_mm, grains } = shape {
-            let help = "Lengths are in mm; the paper's cylinder is 2.5 by 4.4 mm.";
-            self.within("specimen.radius_mm", *radius_mm, 1e-3, 1e3, "mm", help)?;
-            self.within("specimen.height_mm", *height_mm, 1e-3, 1e3, "mm", help)?;
-            self.check_spacing("specimen.spacing_mm", *spacing_mm, *radius_mm, *height_mm)?;
-            if let Some(grains) = grains {
-                let help = "It is a volume fraction; the paper's meshes have 0.19 to 0.27.";
-                self.within(
-                    "specimen.grains.fraction",
-                    grains.fraction,
-                    0.0,
-                    0.5,
-                    "of the volume",
-                    help,
-                )?;
+    pub(super) fn check_specimen(&self, geometry: &SpecimenGeometry) -> Result<(), InputError> {
+        let (size, meshing) = match geometry {
+            SpecimenGeometry::Mesh { .. } => return Ok(()),
+            SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, scan, meshing } => {
+                let size = [Some(*radius_mm), Some(*height_mm)];
+                self.check_size(size)?;
+                if let Some(packing) = grains {
+                    self.check_packing(packing, *radius_mm, *height_mm)?;
+                }
+                if let Some((scanner, segmentation)) = scan {
+                    scanner.validate().map_err(|e| self.refused("specimen.scan", &e))?;
+                    self.check_segmentation(segmentation)?;
+                }
+                (size, meshing)
+            }
+            SpecimenGeometry::Image {
+                voxel_mm,
+                segmentation,
+                radius_mm,
+                height_mm,
+                meshing,
+                ..
+            } => {
+                if let Some(voxel_mm) = *voxel_mm {
+                    let help =
+                        "It is the edge of a voxel; leave it out where the file's tags say it.";
+                    self.within("specimen.image.voxel_mm", voxel_mm, 1e-9, 1e2, "mm", help)?;
+                }
+                self.check_segmentation(segmentation)?;
+                let size = [*radius_mm, *height_mm];
+                self.check_size(size)?;
+                (size, meshing)
+            }
+        };
+        // of an image, size and spacing are compared once it has been read
+        let [radius_mm, height_mm] = size.map(|length| length.unwrap_or(1e3));
+        if size.contains(&None) {
+            let help = "It is the edge of the lattice's cells.";
+            self.within("specimen.spacing_mm", meshing.spacing_mm, 1e-6, 1e3, "mm", help)?;
+        } else {
+            self.check_spacing("specimen.spacing_mm", meshing.spacing_mm, radius_mm, height_mm)?;
+        }
+        meshing.validate().map_err(|e| self.refused("specimen", &e))
+    }
+
+    fn check_size(&self, [radius_mm, height_mm]: [Option<f64>; 2]) -> Result<(), InputError> {
+        let help = "Lengths are in mm; the paper's cylinder is 2.5 by 4.4 mm.";
+        for (key, length) in [("radius_mm", radius_mm), ("height_mm", height_mm)] {
+            if let Some(length) = length {
+                self.within(&format!("specimen.{key}"), length, 1e-3, 1e3, "mm", help)?;
             }
         }
         Ok(())
     }
 
-    pub(super) fn check_spacing(
+    fn check_packing(
+        &self,
+        packing: &Packing,
+        radius_mm: f64,
+        height_mm: f64,
+    ) -> Result<(), InputError> {
+        let help = "It is a volume fraction; the paper's meshes have 0.19 to 0.27.";
+        let (key, fraction) = ("specimen.grains.fraction", packing.fraction);
+        self.within(key, fraction, 0.0, 0.5, "of the volume", help)?;
+        if fraction == 0.0 {
+            return Ok(());
+        }
+        packing.validate(radius_mm, height_mm).map_err(|e| self.refused("specimen.grains", &e))
+    }
+
+    fn check_segmentation(&self, segmentation: &Segmentation) -> Result<(), InputError> {
+        segmentation.check().map_err(|e| self.refused("specimen.image", &e))
+    }
+
+    /// A refusal of fem's that names field, value and what is accepted.
+    fn refused(&self, table: &str, error: &dyn std::error::Error) -> InputError {
+        let help = "breccia init writes a case that explains every key.";
+        self.error(table, "", error.to_string(), help)
+    }
+
+    /// Whether a lattice of this spacing makes a mesh of a size that can be computed.
+    pub(crate) fn check_spacing(
         &self,
         key: &str,
         spacing_mm: f64,

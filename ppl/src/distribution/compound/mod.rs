@@ -7,8 +7,6 @@ mod mixture;
 mod non_centered;
 mod ordered;
 mod truncated;
-mod zero_inflated;
 
 pub use mixture::Mixture;
 pub use non_centered::LocationScale;
-pub use zero_inflated::ZeroInflated;

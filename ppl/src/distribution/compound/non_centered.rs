@@ -5,11 +5,9 @@ use rand::Rng;
 use crate::accumulator::{Accumulator, Joined};
 use crate::datum::Datum;
 use crate::density::DomainError;
-use crate::distribution::continuous::{
-    Cauchy, Exponential, HalfCauchy, HalfNormal, LogNormal, Normal, StudentT,
-};
+use crate::distribution::continuous::{LogNormal, Normal, StudentT};
 use crate::distribution::family::{Array, Family, NonCentered};
-use crate::distribution::multivariate::{CholeskyFactor, MvNormalCholesky};
+use crate::distribution::multivariate::{CholeskyFactor, MatrixEntry, MvNormalCholesky};
 use crate::distribution::traits::{Distribution, Unknown, lift};
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
@@ -19,11 +17,8 @@ use crate::scalar::Scalar;
 /// | distribution | z | x |
 /// |---|---|---|
 /// | `Normal(μ, σ)` | `Normal(0, 1)` | μ + σ z |
-/// | `Cauchy(μ, σ)` | `Cauchy(0, 1)` | μ + σ z |
 /// | `StudentT(ν, μ, σ)` | `StudentT(ν, 0, 1)` | μ + σ z |
 /// | `LogNormal(μ, σ)` | `LogNormal(0, 1)` | e^μ z^σ |
-/// | `HalfNormal(σ)`, `HalfCauchy(σ)` | the same with σ = 1 | σ z |
-/// | `Exponential(λ)` | `Exponential(1)` | z/λ |
 /// | `MvNormalCholesky(μ, L)` | `Normal(0, 1).array()` | μ + L z |
 #[diagnostic::on_unimplemented(
     message = "`{Self}` has no non-centred form",
@@ -48,11 +43,6 @@ impl<D: Family> Family for NonCentered<D> {}
 
 impl<R: Scalar, D: LocationScale<R>> Distribution<R> for NonCentered<D> {
     type Value = D::Value;
-
-    #[inline]
-    fn ln_density(&self, x: &D::Value) -> R {
-        self.inner.ln_density(x)
-    }
 
     #[inline(always)]
     fn add_terms(&self, x: &D::Value, terms: &mut impl Accumulator<R>) {
@@ -134,11 +124,6 @@ impl_location_scale! {
         |d, z| lift(d.0) + lift::<R>(d.1) * z,
         |x| (x - lift::<R>(d.0)) / lift::<R>(d.1)
     }
-    [M, S] Cauchy<M, S> => Cauchy<f64, f64> {
-        |_| Cauchy(0.0, 1.0),
-        |d, z| lift(d.0) + lift::<R>(d.1) * z,
-        |x| (x - lift::<R>(d.0)) / lift::<R>(d.1)
-    }
     [N, M, S] StudentT<N, M, S> => StudentT<N, f64, f64> {
         |d| StudentT(d.0, 0.0, 1.0),
         |d, z| lift(d.1) + lift::<R>(d.2) * z,
@@ -149,22 +134,13 @@ impl_location_scale! {
         |d, z| (lift(d.0) + lift::<R>(d.1) * z.ln()).exp(),
         |x| ((x.ln() - lift::<R>(d.0)) / lift::<R>(d.1)).exp()
     }
-    [S] HalfNormal<S> => HalfNormal<f64> {
-        |_| HalfNormal(1.0), |d, z| lift::<R>(d.0) * z, |x| x / lift::<R>(d.0)
-    }
-    [S] HalfCauchy<S> => HalfCauchy<f64> {
-        |_| HalfCauchy(1.0), |d, z| lift::<R>(d.0) * z, |x| x / lift::<R>(d.0)
-    }
-    [L] Exponential<L> => Exponential<f64> {
-        |_| Exponential(1.0), |d, z| z / lift::<R>(d.0), |x| x * lift::<R>(d.0)
-    }
 }
 
 impl<R, M, T, const K: usize> LocationScale<R> for MvNormalCholesky<M, CholeskyFactor<T, K>>
 where
     R: Scalar,
     M: Datum<[R; K]> + Clone,
-    T: Datum<R> + Clone,
+    T: Datum<R> + MatrixEntry,
 {
     type Standard = Array<Normal<f64, f64>, K>;
 

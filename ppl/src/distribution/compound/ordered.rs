@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use crate::accumulator::{Accumulator, Joined};
+use crate::accumulator::Accumulator;
 use crate::density::DomainError;
 use crate::distribution::family::{Family, Ordered};
 use crate::distribution::traits::{Distribution, Unknown};
@@ -11,7 +11,7 @@ use crate::distribution::univariate_density::{UnivariateDensity, add_terms};
 use crate::distribution::vector::Repeated;
 use crate::scalar::Scalar;
 use crate::special::ln_gamma;
-use crate::transform::{Ascending, VectorMap};
+use crate::transform::Ascending;
 
 impl<A: Family> Family for Ordered<A> {}
 
@@ -34,10 +34,6 @@ where
     A: Repeated<R, Element: UnivariateDensity<R>>,
 {
     type Value = A::Values;
-
-    fn ln_density(&self, x: &A::Values) -> R {
-        Joined::of(|terms| self.add_terms(x, terms))
-    }
 
     fn add_terms(&self, x: &A::Values, terms: &mut impl Accumulator<R>) {
         let x = x.as_ref();

@@ -90,16 +90,6 @@ where
         );
     }
 
-    #[inline(always)]
-    fn at_coordinate(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
-        let (rate, v) = (self.0.number(), y.value().exp());
-        terms.add(
-            normaliser(terms, self.0, f64::ln) - rate * v + y.value(),
-            ((y, 1.0 - rate * v), (self.0, rate.recip() - v)),
-        );
-        terms.replace(y, v, v)
-    }
-
     /// ln(e^{−λa} − e^{−λb}) = −λa + ln(1 − e^{−λ(b − a)}).
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let rate = self.0.number();

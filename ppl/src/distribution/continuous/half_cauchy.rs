@@ -7,8 +7,6 @@ use rand::Rng;
 use crate::accumulator::Accumulator;
 use crate::datum::Datum;
 use crate::density::DomainError;
-use crate::distribution::interval::Interval;
-use crate::distribution::interval_mass::ln_mass_by_ends;
 use crate::distribution::traits::normaliser;
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::UnivariateDensity;
@@ -126,11 +124,15 @@ where
         );
         terms.replace(y, x, x)
     }
+
+    /// ln P = ln[(2/π) atan((b − a) σ/(σ² + a b))], whose slope in σ is that of both ends,
+    /// (a p(a) − b p(b))/σ P.
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         let scale = self.0.number();
-        let ln_pdf = |x| UnivariateDensity::<f64>::ln_pdf(&HalfCauchy(scale), x);
-        let interval = Interval::new(lower.max(0.0)..upper);
-        let (value, _, in_scale) = ln_mass_by_ends(self, interval, (0.0, scale), ln_pdf);
-        R::gather(value, ((self.0, in_scale),))
+        let (a, b) = (lower.max(0.0) / scale, upper / scale);
+        let angle = if b == f64::INFINITY { 1f64.atan2(a) } else { (b - a).atan2(1.0 + a * b) };
+        let end = |z: f64| ln_1p_square(z).1;
+        let in_scale = (end(a) - if b == f64::INFINITY { 0.0 } else { end(b) }) / (angle * scale);
+        R::gather(angle.ln() + LN_2_OVER_PI, ((self.0, in_scale),))
     }
 }

@@ -109,25 +109,6 @@ where
         terms.replace(y, x, x)
     }
 
-    const HAS_STATISTICS: bool = true;
-
-    /// Those of the logarithms, and their sum.
-    fn sufficient_statistics(data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
-        let mut sum = 0.0;
-        let logarithms = data.map(|x| R::from(x.value().ln())).inspect(|ln| sum += ln.value());
-        <Normal<M, S> as UnivariateDensity<R>>::sufficient_statistics(logarithms, sums);
-        sums.push(sum);
-    }
-
-    #[inline(always)]
-    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Accumulator<R>) {
-        let Some((sum, normal)) = sums.split_last() else { return };
-        if !terms.leave_out_constants() {
-            terms.add_number(R::from(-sum));
-        }
-        self.logarithm().add_pooled_terms(normal, terms);
-    }
-
     fn ln_mass(&self, lower: f64, upper: f64) -> R {
         self.logarithm().ln_mass(lower.max(0.0).ln(), upper.max(0.0).ln())
     }

@@ -1,12 +1,10 @@
 //! Families of one real number.
 
 mod beta;
-mod cauchy;
 mod exponential;
 mod gamma;
 mod half_cauchy;
 mod half_normal;
-mod inverse_gamma;
 mod log_normal;
 mod normal;
 mod student_t;
@@ -14,12 +12,10 @@ mod uniform;
 mod weibull;
 
 pub use beta::Beta;
-pub use cauchy::Cauchy;
 pub use exponential::Exponential;
 pub use gamma::Gamma;
 pub use half_cauchy::HalfCauchy;
 pub use half_normal::HalfNormal;
-pub use inverse_gamma::InverseGamma;
 pub use log_normal::LogNormal;
 pub use normal::Normal;
 pub use student_t::StudentT;

@@ -150,7 +150,7 @@ where
     const HAS_STATISTICS: bool = true;
 
     /// n, x̄ and Σ (x − x̄)².
-    fn sufficient_statistics(mut data: impl Iterator<Item = R>, sums: &mut Vec<f64>) {
+    fn sufficient_statistics(mut data: impl Iterator<Item = R>, out: &mut Vec<f64>) {
         // sums of differences from one datum keep their digits
         let Some(origin) = data.next().map(Scalar::value) else { return };
         let (mut n, mut sum, mut squares) = (1.0, 0.0, 0.0);
@@ -160,12 +160,12 @@ where
             sum += d;
             squares += d * d;
         }
-        sums.extend([n, origin + sum / n, squares - sum * sum / n]);
+        out.extend([n, origin + sum / n, squares - sum * sum / n]);
     }
 
     #[inline(always)]
-    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Accumulator<R>) {
-        let &[n, mean, squares] = sums else { return };
+    fn add_statistics_terms(&self, statistics: &[f64], terms: &mut impl Accumulator<R>) {
+        let &[n, mean, squares] = statistics else { return };
         let precise = self.1.number().recip();
         let away = mean - self.0.number();
         let all = squares + n * away * away;

@@ -3,7 +3,7 @@
 use rand::Rng;
 
 use super::count_parameter::CountParameter;
-use crate::accumulator::{Accumulator, Joined};
+use crate::accumulator::Accumulator;
 use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
@@ -49,29 +49,7 @@ pub struct Binomial<N, P>(pub N, pub P);
 #[derive(Clone, Copy, Debug)]
 pub struct BinomialLogit<N, X>(pub N, pub X);
 
-impl<N: CountParameter, P: Parameter> Family for Binomial<N, P> {}
-impl<N: CountParameter, X: Parameter> Family for BinomialLogit<N, X> {}
-
-/// ln [Γ(n + 1)/(Γ(x + 1) Γ(n − x + 1)) pˣ qⁿ⁻ˣ] for real 0 ≤ x ≤ n and q = 1 − p.
-#[inline]
-pub(super) fn ln_binomial(x: f64, n: f64, p: f64, q: f64) -> f64 {
-    let rest = n - x;
-    if rest < 0.0 {
-        f64::NEG_INFINITY
-    } else if n == 0.0 {
-        0.0
-    } else if x == 0.0 {
-        n * if p < 0.5 { (-p).ln_1p() } else { q.ln() }
-    } else if rest == 0.0 {
-        n * if q < 0.5 { (-q).ln_1p() } else { p.ln() }
-    } else {
-        let stirling = stirling_error(n) - stirling_error(x) - stirling_error(rest);
-        let spread = 0.5 * (n / (x * rest)).ln() - HALF_LN_2PI;
-        stirling + spread - deviance(x, n * p) - deviance(rest, n * q)
-    }
-}
-
-/// What both parametrisations share: n, p and q = 1 − p as numbers.
+/// Trials with the probabilities p of success and q = 1 − p of failure, each with its own digits.
 #[derive(Clone, Copy)]
 struct Trials {
     n: u64,
@@ -80,88 +58,77 @@ struct Trials {
 }
 
 impl Trials {
-    fn ln_pmf(&self, k: u64) -> f64 {
-        if !(self.p >= 0.0 && self.q >= 0.0) {
+    /// ln P(k); without ln C(n, k), which is the same at every point, if `lean`.
+    #[inline]
+    fn ln_pmf(self, k: u64, lean: bool) -> f64 {
+        let Self { n, p, q } = self;
+        if !(p >= 0.0 && q >= 0.0) {
             return f64::NAN;
         }
-        ln_binomial(k as f64, self.n as f64, self.p, self.q)
+        if k > n {
+            return f64::NEG_INFINITY;
+        }
+        let (n, success, failure) = (n as f64, k as f64, (n - k) as f64);
+        if n == 0.0 {
+            0.0
+        } else if success == 0.0 {
+            n * if p < 0.5 { (-p).ln_1p() } else { q.ln() }
+        } else if failure == 0.0 {
+            n * if q < 0.5 { (-q).ln_1p() } else { p.ln() }
+        } else if lean {
+            success * p.ln() + failure * q.ln()
+        } else {
+            let stirling = stirling_error(n) - stirling_error(success) - stirling_error(failure);
+            let spread = 0.5 * (n / (success * failure)).ln() - HALF_LN_2PI;
+            stirling + spread - deviance(success, n * p) - deviance(failure, n * q)
+        }
     }
 
-    fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> u64 {
+    fn draw<G: Rng + ?Sized>(self, rng: &mut G) -> u64 {
         rand_distr::Binomial::new(self.n, self.p).map_or(0, |binomial| rng.sample(binomial))
     }
-
-    fn mean(&self) -> f64 {
-        self.n as f64 * self.p
-    }
-
-    fn variance(&self) -> f64 {
-        self.mean() * self.q
-    }
 }
 
-impl<N: CountParameter, P: Parameter> Binomial<N, P> {
-    fn trials(&self) -> Trials {
-        let p = self.1.number();
-        Trials { n: self.0.count(), p, q: 1.0 - p }
-    }
+/// What both parametrisations say of their trials.
+macro_rules! impl_moments {
+    ($Name:ident, |$x:ident| $probabilities:expr) => {
+        impl<N: CountParameter, X: Parameter> Family for $Name<N, X> {}
 
-    /// Expectation n p.
-    pub fn mean(&self) -> f64 {
-        self.trials().mean()
-    }
+        impl<N: CountParameter, X: Parameter> $Name<N, X> {
+            #[inline(always)]
+            fn trials(&self) -> Trials {
+                let $x = self.1.number();
+                let (p, q) = $probabilities;
+                Trials { n: self.0.count(), p, q }
+            }
 
-    /// Variance n p (1 − p).
-    pub fn variance(&self) -> f64 {
-        self.trials().variance()
-    }
+            /// Expectation n p.
+            pub fn mean(&self) -> f64 {
+                self.trials().n as f64 * self.trials().p
+            }
+
+            /// Variance n p (1 − p).
+            pub fn variance(&self) -> f64 {
+                self.mean() * self.trials().q
+            }
+        }
+    };
 }
+impl_moments!(Binomial, |p| (p, 1.0 - p));
+impl_moments!(BinomialLogit, |x| logistic(x));
 
-impl<N: CountParameter, X: Parameter> BinomialLogit<N, X> {
-    fn trials(&self) -> Trials {
-        let (p, q) = logistic(self.1.number());
-        Trials { n: self.0.count(), p, q }
-    }
-
-    /// Expectation n p.
-    pub fn mean(&self) -> f64 {
-        self.trials().mean()
-    }
-
-    /// Variance n p (1 − p).
-    pub fn variance(&self) -> f64 {
-        self.trials().variance()
-    }
-}
-
-impl<R, N, P> Distribution<R> for Binomial<N, P>
-where
-    R: Scalar,
-    N: CountParameter,
-    P: Parameter + Datum<R>,
-{
+impl<R: Scalar, N: CountParameter, P: Parameter + Datum<R>> Distribution<R> for Binomial<N, P> {
     type Value = u64;
-
-    #[inline]
-    fn ln_density(&self, k: &u64) -> R {
-        Joined::of(|terms| self.add_terms(k, terms))
-    }
 
     #[inline(always)]
     fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {
-        let Trials { n, p, q } = self.trials();
-        let (success, failure) = (*k as f64, n as f64 - *k as f64);
-        // at the ends terms vanish, and outside there is no density
-        let inside = p > 0.0 && q > 0.0 && *k <= n;
-        if inside && terms.leave_out_constants() {
-            // without the binomial coefficient, which is the same at every point
-            let value = success * p.ln() + failure * q.ln();
-            return terms.add(value, ((self.1, success / p - failure / q),));
-        }
+        let trials = self.trials();
+        let (success, failure) = (*k as f64, trials.n as f64 - *k as f64);
         // no 0/0 at the ends
-        let gain = if success == 0.0 { 0.0 } else { success / p };
-        let loss = if failure <= 0.0 { 0.0 } else { failure / q };
-        terms.add(self.trials().ln_pmf(*k), ((self.1, gain - loss),));
+        let gain = if success == 0.0 { 0.0 } else { success / trials.p };
+        let loss = if failure <= 0.0 { 0.0 } else { failure / trials.q };
+        let value = trials.ln_pmf(*k, terms.leave_out_constants());
+        terms.add(value, ((self.1, gain - loss),));
     }
 
     fn validate(&self) -> Result<(), DomainError> {
@@ -175,37 +142,18 @@ where
     }
 }
 
-impl<R, N, X> Distribution<R> for BinomialLogit<N, X>
-where
-    R: Scalar,
-    N: CountParameter,
-    X: Parameter + Datum<R>,
+impl<R: Scalar, N: CountParameter, X: Parameter + Datum<R>> Distribution<R>
+    for BinomialLogit<N, X>
 {
     type Value = u64;
 
-    #[inline]
-    fn ln_density(&self, k: &u64) -> R {
-        Joined::of(|terms| self.add_terms(k, terms))
-    }
-
     #[inline(always)]
     fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {
-        let (logit, n) = (self.1.number(), self.0.count());
-        if *k > n {
-            return terms.add_number(R::from(f64::NEG_INFINITY));
-        }
-        let (success, failure) = (*k as f64, (n - *k) as f64);
-        let (p, q) = logistic(logit);
-        let value = if terms.leave_out_constants() {
-            // without the binomial coefficient, which is the same at every point; ln p and ln q from
-            // the nearer end, ln(1 + e^{−|x|}) below it, to 10⁻¹⁶
-            let away = if logit > 0.0 { failure } else { success } * logit.abs();
-            -(n as f64) * (1.0 + (-logit.abs()).exp()).ln() - away
-        } else {
-            Trials { n, p, q }.ln_pmf(*k)
-        };
+        let trials = self.trials();
+        let (success, failure) = (*k as f64, trials.n as f64 - *k as f64);
+        let value = trials.ln_pmf(*k, terms.leave_out_constants());
         // k − n p, without cancellation in either tail
-        terms.add(value, ((self.1, success * q - failure * p),));
+        terms.add(value, ((self.1, success * trials.q - failure * trials.p),));
     }
 
     fn validate(&self) -> Result<(), DomainError> {

@@ -1,15 +1,15 @@
-//! The Poisson distribution.
+//! The Poisson distribution, by its rate and by the logarithm of it.
 
 use rand::Rng;
 
-use crate::accumulator::{Accumulator, Joined};
+use crate::accumulator::Accumulator;
 use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
 use crate::distribution::traits::Distribution;
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
-use crate::special::{HALF_LN_2PI, deviance, stirling_error};
+use crate::special::{HALF_LN_2PI, deviance, ln_gamma, stirling_error};
 
 /// Poisson distribution of a count with rate λ; it can be observed, not declared.
 ///
@@ -28,18 +28,50 @@ use crate::special::{HALF_LN_2PI, deviance, stirling_error};
 #[derive(Clone, Copy, Debug)]
 pub struct Poisson<L>(pub L);
 
-impl<L: Parameter> Family for Poisson<L> {}
+/// Poisson distribution of a count with rate e^η, for log-linear regression; it can be observed,
+/// not declared.
+///
+/// ln P(k) = k η − e^η − ln k!, for k = 0, 1, 2, … and real η.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// let by_logarithm: f64 = PoissonLog(3f64.ln()).ln_density(&2);
+/// let by_rate: f64 = Poisson(3.0).ln_density(&2);
+/// assert!((by_logarithm - by_rate).abs() < 1e-14);
+/// ```
+///
+/// # References
+/// McCullagh & Nelder (1989), *Generalized Linear Models*, 2nd ed., ch. 6.
+#[derive(Clone, Copy, Debug)]
+pub struct PoissonLog<E>(pub E);
 
-/// ln P(k) of a positive rate.
+impl<L: Parameter> Family for Poisson<L> {}
+impl<E: Parameter> Family for PoissonLog<E> {}
+
+/// ln P(k) at a positive rate and its logarithm; without ln k!, which is the same at every point,
+/// if `lean`.
 #[inline]
-pub(super) fn ln_pmf(k: f64, rate: f64) -> f64 {
-    if rate.is_nan() || rate <= 0.0 {
+fn ln_pmf(k: f64, rate: f64, ln_rate: impl Fn() -> f64, lean: bool) -> f64 {
+    if rate.is_nan() || rate < 0.0 {
         f64::NAN
-    } else if k == 0.0 {
+    } else if k == 0.0 || rate == f64::INFINITY {
         -rate
-    } else {
+    } else if lean {
+        k * ln_rate() - rate
+    } else if rate.is_normal() {
         -stirling_error(k) - deviance(k, rate) - 0.5 * k.ln() - HALF_LN_2PI
+    } else {
+        // e^η leaves the range of numbers where the mass does not
+        k * ln_rate() - ln_gamma(k + 1.0)
     }
+}
+
+/// A draw at a rate that may be too large for counts, or none: 0 then.
+fn draw_count<G: Rng + ?Sized>(rate: f64, rng: &mut G) -> u64 {
+    // counts below 2⁵³ are exact as f64, and `as` saturates beyond
+    rand_distr::Poisson::new(rate).map_or(0, |poisson| rng.sample(poisson) as u64)
 }
 
 impl<L: Parameter> Poisson<L> {
@@ -54,33 +86,26 @@ impl<L: Parameter> Poisson<L> {
     }
 }
 
-/// A draw at a rate that may be too large for counts, or none: 0 then.
-pub(super) fn draw_count<G: Rng + ?Sized>(rate: f64, rng: &mut G) -> u64 {
-    // counts below 2⁵³ are exact as f64, and `as` saturates beyond
-    rand_distr::Poisson::new(rate).map_or(0, |poisson| rng.sample(poisson) as u64)
+impl<E: Parameter> PoissonLog<E> {
+    /// Expectation e^η.
+    pub fn mean(&self) -> f64 {
+        self.0.number().exp()
+    }
+
+    /// Variance e^η.
+    pub fn variance(&self) -> f64 {
+        self.mean()
+    }
 }
 
-impl<R, L> Distribution<R> for Poisson<L>
-where
-    R: Scalar,
-    L: Parameter + Datum<R>,
-{
+impl<R: Scalar, L: Parameter + Datum<R>> Distribution<R> for Poisson<L> {
     type Value = u64;
-
-    #[inline]
-    fn ln_density(&self, k: &u64) -> R {
-        Joined::of(|terms| self.add_terms(k, terms))
-    }
 
     #[inline(always)]
     fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {
         let (k, rate) = (*k as f64, self.0.number());
-        let value = if terms.leave_out_constants() && k > 0.0 {
-            // without ln k!, which is the same at every point
-            k * rate.ln() - rate
-        } else {
-            ln_pmf(k, rate)
-        };
+        let positive = if rate > 0.0 { rate } else { f64::NAN };
+        let value = ln_pmf(k, positive, || rate.ln(), terms.leave_out_constants());
         terms.add(value, ((self.0, k / rate - 1.0),));
     }
 
@@ -90,5 +115,25 @@ where
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> u64 {
         draw_count(self.0.number(), rng)
+    }
+}
+
+impl<R: Scalar, E: Parameter + Datum<R>> Distribution<R> for PoissonLog<E> {
+    type Value = u64;
+
+    #[inline(always)]
+    fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {
+        let (k, eta) = (*k as f64, self.0.number());
+        let rate = eta.exp();
+        let value = ln_pmf(k, rate, || eta, terms.leave_out_constants());
+        terms.add(value, ((self.0, k - rate),));
+    }
+
+    fn validate(&self) -> Result<(), DomainError> {
+        DomainError::require_finite("PoissonLog", "logarithm of the rate", self.0.number())
+    }
+
+    fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> u64 {
+        draw_count(self.mean(), rng)
     }
 }

@@ -2,6 +2,8 @@
 
 use std::fmt::Debug;
 
+use crate::distribution::Sequence;
+
 /// The predictors of one datum: an array `[f64; K]`, a `Vec<f64>`, or a number if there is one.
 pub trait Predictors: Debug {
     /// The numbers, one a slope.
@@ -43,38 +45,14 @@ pub trait Design: Copy + Debug {
     fn row(&self, i: usize) -> &[f64];
 }
 
-impl<P: Predictors> Design for &[P] {
+impl<S: Sequence<Item: Predictors> + Copy + Debug> Design for S {
     #[inline(always)]
     fn size(&self) -> usize {
-        self.len()
+        self.items().len()
     }
 
     #[inline(always)]
     fn row(&self, i: usize) -> &[f64] {
-        self[i].numbers()
-    }
-}
-
-impl<P: Predictors> Design for &Vec<P> {
-    #[inline(always)]
-    fn size(&self) -> usize {
-        self.len()
-    }
-
-    #[inline(always)]
-    fn row(&self, i: usize) -> &[f64] {
-        self[i].numbers()
-    }
-}
-
-impl<P: Predictors, const N: usize> Design for &[P; N] {
-    #[inline(always)]
-    fn size(&self) -> usize {
-        N
-    }
-
-    #[inline(always)]
-    fn row(&self, i: usize) -> &[f64] {
-        self[i].numbers()
+        self.items()[i].numbers()
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::datum::Datum;
 use crate::density::DomainError;
-use crate::distribution::Vector;
+use crate::distribution::Sequence;
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 
@@ -63,10 +63,10 @@ impl<R: Scalar, P: Parameter + Datum<R>> Intercept<R> for P {
 #[derive(Clone, Copy, Debug)]
 pub struct ByGroup<'g, L>(pub L, pub &'g [usize]);
 
-impl<R: Scalar, L: Vector<R> + Clone> Intercept<R> for ByGroup<'_, L> {
+impl<R: Scalar, L: Sequence<Item: Datum<R>>> Intercept<R> for ByGroup<'_, L> {
     #[inline(always)]
     fn groups(&self) -> usize {
-        self.0.size()
+        self.0.items().len()
     }
 
     #[inline(always)]
@@ -76,7 +76,7 @@ impl<R: Scalar, L: Vector<R> + Clone> Intercept<R> for ByGroup<'_, L> {
 
     #[inline(always)]
     fn level(&self, group: usize) -> f64 {
-        self.0.at(group).value()
+        self.0.at::<R>(group).value()
     }
 
     #[inline(always)]
@@ -85,7 +85,7 @@ impl<R: Scalar, L: Vector<R> + Clone> Intercept<R> for ByGroup<'_, L> {
     }
 
     fn validate(&self, family: &'static str, n: usize) -> Result<(), DomainError> {
-        let (levels, groups) = (self.0.size(), self.1.len());
+        let (levels, groups) = (self.0.items().len(), self.1.len());
         if groups != n {
             let message =
                 format!("{family}: {groups} data have a group and x has {n} rows; give one each");
@@ -101,7 +101,7 @@ impl<R: Scalar, L: Vector<R> + Clone> Intercept<R> for ByGroup<'_, L> {
         }
         for group in 0..levels {
             let name = format_args!("intercept[{group}]");
-            DomainError::require_finite(family, name, self.0.at(group).value())?;
+            DomainError::require_finite(family, name, self.0.at::<R>(group).value())?;
         }
         Ok(())
     }

@@ -5,12 +5,12 @@ use rand::Rng;
 use super::design::Design;
 use super::intercept::Intercept;
 use super::regression::{self, Eta, Regression};
-use super::summary::{Fit, Summary};
-use crate::accumulator::{Accumulator, Joined};
+use super::statistics::{Fit, Statistics};
+use crate::accumulator::Accumulator;
 use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::traits::normaliser;
-use crate::distribution::{Distribution, Family, Normal, Vector};
+use crate::distribution::{Distribution, Family, Normal, Sequence};
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 use crate::special::HALF_LN_2PI;
@@ -22,7 +22,7 @@ use crate::special::HALF_LN_2PI;
 ///
 /// x is a [`Design`], one row a datum, without entries (`&[[f64; 0]]`) if there are no predictors; the
 /// intercept a number or an unknown, or one a group by [`ByGroup`](crate::ByGroup); the slopes an array, a slice or a `Vec`, one a predictor. Data are
-/// slices or vectors of numbers. What suffices of them is found when they are bound (the means of
+/// slices or vectors of numbers. Their sufficient statistics are found when they are bound (the means of
 /// the groups, and a QR factorisation of what is left), so that a gradient costs as much as there are
 /// groups and predictors, however many data there are. Cross-validation sees every datum by itself.
 ///
@@ -57,7 +57,7 @@ where
     R: Scalar,
     X: Design,
     A: Intercept<R>,
-    B: Vector<R>,
+    B: Sequence<Item: Datum<R>>,
     S: Parameter + Datum<R>,
 {
     type Each<'g>
@@ -81,14 +81,10 @@ where
     R: Scalar,
     X: Design,
     A: Intercept<R>,
-    B: Vector<R> + Clone,
+    B: Sequence<Item: Datum<R>>,
     S: Parameter + Datum<R>,
 {
     type Value = Vec<R>;
-
-    fn ln_density(&self, y: &Vec<R>) -> R {
-        Joined::of(|terms| self.add_terms(y, terms))
-    }
 
     #[inline(always)]
     fn add_terms(&self, y: &Vec<R>, terms: &mut impl Accumulator<R>) {
@@ -97,20 +93,27 @@ where
 
     const SUMMARISES: bool = true;
 
-    fn summarise(&self, y: &Vec<R>, sums: &mut Vec<f64>) {
+    fn summarise(&self, y: &Vec<R>, out: &mut Vec<f64>) {
         let y: Vec<f64> = y.iter().map(|y| y.value()).collect();
-        Summary::write(&self.0, &y, self.1.groups(), |i| self.1.group(i), self.2.size(), sums);
+        Statistics::write(
+            &self.0,
+            &y,
+            self.1.groups(),
+            |i| self.1.group(i),
+            self.2.items().len(),
+            out,
+        );
     }
 
     #[inline(always)]
-    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Accumulator<R>) {
+    fn add_statistics_terms(&self, statistics: &[f64], terms: &mut impl Accumulator<R>) {
         let Self(_, intercept, slopes, sd) = self;
-        let Some(summary) = Summary::read(sums, slopes.size()) else {
+        let Some(statistics) = Statistics::read(statistics, slopes.items().len()) else {
             return terms.add_number(R::from(f64::NAN));
         };
-        let n = summary.n;
+        let n = statistics.n;
         let precise = sd.number().recip();
-        let fit = Fit { summary, intercept, slopes, weight: precise * precise };
+        let fit = Fit { statistics, intercept, slopes, weight: precise * precise };
         let quadratic = fit.squares() * fit.weight;
         let ln_normaliser = |sd: f64| sd.ln() + HALF_LN_2PI;
         terms.add(

@@ -3,7 +3,7 @@
 use crate::accumulator::{Accumulator, Joined};
 use crate::datum::Datum;
 use crate::density::DomainError;
-use crate::distribution::{Distribution, Vector};
+use crate::distribution::{Distribution, Sequence};
 use crate::parameter::Parameter;
 use crate::scalar::Scalar;
 use rand::Rng;
@@ -39,12 +39,12 @@ impl<'g, A, B> Eta<'g, A, B> {
     ) -> Self
     where
         A: Intercept<R>,
-        B: Vector<R>,
+        B: Sequence<Item: Datum<R>>,
     {
         let row = x.row(datum);
         let mut value = intercept.level(intercept.group(datum));
-        for (k, x) in row.iter().enumerate().take(slopes.size()) {
-            value += x * slopes.at(k).value();
+        for (k, x) in row.iter().enumerate().take(slopes.items().len()) {
+            value += x * slopes.at::<R>(k).value();
         }
         Self { value, datum, row, intercept, slopes }
     }
@@ -57,7 +57,7 @@ impl<A, B> Parameter for Eta<'_, A, B> {
     }
 }
 
-impl<R: Scalar, A: Intercept<R>, B: Vector<R>> Datum<R> for Eta<'_, A, B> {
+impl<R: Scalar, A: Intercept<R>, B: Sequence<Item: Datum<R>>> Datum<R> for Eta<'_, A, B> {
     #[inline(always)]
     fn lift(&self) -> R {
         R::gather(self.value, ((*self, 1.0),))
@@ -66,7 +66,7 @@ impl<R: Scalar, A: Intercept<R>, B: Vector<R>> Datum<R> for Eta<'_, A, B> {
     #[inline(always)]
     fn spread(&self, weight: f64, f: &mut impl FnMut(R, f64)) {
         self.intercept.spread(self.intercept.group(self.datum), weight, f);
-        for (k, x) in self.row.iter().enumerate().take(self.slopes.size()) {
+        for (k, x) in self.row.iter().enumerate().take(self.slopes.items().len()) {
             f(self.slopes.at(k), weight * x);
         }
     }
@@ -146,9 +146,9 @@ pub(super) fn validate<R: Scalar>(
     family: &'static str,
     x: &impl Design,
     intercept: &impl Intercept<R>,
-    slopes: &impl Vector<R>,
+    slopes: &impl Sequence<Item: Datum<R>>,
 ) -> Result<(), DomainError> {
-    let (rows, count) = (x.size(), slopes.size());
+    let (rows, count) = (x.size(), slopes.items().len());
     for i in 0..rows {
         let predictors = x.row(i);
         if predictors.len() != count {
@@ -164,7 +164,11 @@ pub(super) fn validate<R: Scalar>(
         }
     }
     for k in 0..count {
-        DomainError::require_finite(family, format_args!("slopes[{k}]"), slopes.at(k).value())?;
+        DomainError::require_finite(
+            family,
+            format_args!("slopes[{k}]"),
+            slopes.at::<R>(k).value(),
+        )?;
     }
     intercept.validate(family, rows)
 }

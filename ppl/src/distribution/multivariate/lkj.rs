@@ -1,128 +1,165 @@
-//! The formulas of the LKJ distribution, for any size.
+//! The LKJ distribution for a size of either kind.
 
 use std::f64::consts::PI;
 
 use rand::Rng;
 
-use super::dirichlet::ln_gamma_draw;
-use crate::special::{digamma, ln_beta, ln_gamma};
+use super::factor::{Angles, Factor, Whole};
+use super::size::Size;
+use crate::accumulator::Accumulator;
+use crate::scalar::Scalar;
+use crate::special::{Hyperbolic, ln_beta, ln_gamma};
 
 /// Rows of a correlation factor must have length 1 to this tolerance when they are data.
 const UNIT_TOLERANCE: f64 = 1e-8;
 
-/// η and K as numbers. Rows i and columns j count from 0.
+/// η and K. Rows i and columns j count from 0.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lkj {
+pub(super) struct Lkj<S> {
     pub(super) eta: f64,
-    pub(super) size: usize,
+    pub(super) size: S,
 }
 
-impl Lkj {
+impl<S: Size> Lkj<S> {
+    /// Number of coordinates, one below the diagonal each.
+    pub(super) fn dim(self) -> usize {
+        let size = self.size.get();
+        size * size.saturating_sub(1) / 2
+    }
+
     /// ln c_K.
-    pub(super) fn ln_normaliser(self) -> f64 {
-        let last = self.size as f64 - 1.0;
+    fn ln_normaliser(self) -> f64 {
+        let last = self.size.get() as f64 - 1.0;
         let gamma = |k: f64| ln_gamma(self.eta + 0.5 * (last - k));
-        (1..self.size).fold(0.0, |sum, k| {
+        (1..self.size.get()).fold(0.0, |sum, k| {
             let k = k as f64;
             sum + gamma(0.0) - 0.5 * k * PI.ln() - gamma(k)
         })
     }
 
-    /// ∂ ln c_K/∂η.
-    pub(super) fn normaliser_slope(self) -> f64 {
-        let last = self.size as f64 - 1.0;
-        let psi = |k: f64| digamma(self.eta + 0.5 * (last - k));
-        (1..self.size).map(|k| psi(0.0) - psi(k as f64)).sum()
-    }
-
     /// The constant of the density over coordinates: −Σ [ln B(½, bⱼ) + ½ ln 2bⱼ].
-    pub(super) fn ln_coordinate_normaliser(self) -> f64 {
+    fn ln_coordinate_normaliser(self) -> f64 {
+        let size = self.size.get();
         let term = |j| ln_beta(0.5, self.shape(j)) + self.scale(j).ln();
-        -self.columns().map(|(j, entries)| entries * term(j)).sum::<f64>()
-    }
-
-    /// Its derivative in η.
-    pub(super) fn coordinate_normaliser_slope(self) -> f64 {
-        let term = |b: f64| digamma(b) - digamma(b + 0.5) + 0.5 / b;
-        -self.columns().map(|(j, entries)| entries * term(self.shape(j))).sum::<f64>()
-    }
-
-    /// The constant of the density over coordinates or over factors, and its derivative in η if that
-    /// is asked for.
-    pub(super) fn constant(self, over_coordinates: bool, varies: bool) -> (f64, f64) {
-        match (over_coordinates, varies) {
-            (true, false) => (self.ln_coordinate_normaliser(), 0.0),
-            (true, true) => (self.ln_coordinate_normaliser(), self.coordinate_normaliser_slope()),
-            (false, false) => (self.ln_normaliser(), 0.0),
-            (false, true) => (self.ln_normaliser(), self.normaliser_slope()),
-        }
-    }
-
-    /// The columns that hold coordinates, with the number of these.
-    fn columns(self) -> impl Iterator<Item = (usize, f64)> {
-        (1..self.size).map(move |j| (j - 1, (self.size - j) as f64))
+        -(1..size).map(|j| (size - j) as f64 * term(j - 1)).sum::<f64>()
     }
 
     /// Power of Lᵢᵢ in the density over factors.
     #[inline(always)]
-    pub(super) fn power(self, i: usize) -> f64 {
-        (self.size - 1 - i) as f64 + 2.0 * (self.eta - 1.0)
+    fn power(self, i: usize) -> f64 {
+        (self.size.get() - 1 - i) as f64 + 2.0 * (self.eta - 1.0)
     }
 
     /// The shape bⱼ of the partial correlations of column j.
     #[inline(always)]
-    pub(super) fn shape(self, j: usize) -> f64 {
-        self.eta + 0.5 * (self.size as f64 - 2.0 - j as f64)
+    fn shape(self, j: usize) -> f64 {
+        self.eta + 0.5 * (self.size.get() as f64 - 2.0 - j as f64)
     }
 
     /// Scale of the coordinates of column j: x = √(2 bⱼ) y.
     #[inline(always)]
-    pub(super) fn scale(self, j: usize) -> f64 {
+    fn scale(self, j: usize) -> f64 {
         (2.0 * self.shape(j)).sqrt()
     }
 
-    /// ln p of the factor with these rows; −∞ unless they have length 1.
-    pub(super) fn ln_density<'r>(self, rows: impl Iterator<Item = &'r [f64]>) -> f64 {
+    /// ln p of a factor; −∞ unless its rows have length 1.
+    pub(super) fn ln_density<R: Scalar>(self, factor: &Factor<R, S>) -> R {
+        if factor.size() != self.size.get() {
+            return R::from(f64::NEG_INFINITY);
+        }
+        let (l, mut weights) = (factor.values(), self.size.filled(0.0));
         let mut value = self.ln_normaliser();
-        for (i, row) in rows.enumerate() {
-            let square: f64 = row.iter().map(|entry| entry * entry).sum();
+        for i in 0..self.size.get() {
+            let square: f64 = (0..=i).map(|j| l[i][j] * l[i][j]).sum();
             if (square - 1.0).abs() > UNIT_TOLERANCE {
-                return f64::NEG_INFINITY;
+                return R::from(f64::NEG_INFINITY);
             }
             if i > 0 {
-                value += self.power(i) * row[i].ln();
+                value += self.power(i) * l[i][i].ln();
+                weights[i][i] = self.power(i) / l[i][i];
             }
         }
-        value
+        R::gather(value, Whole { factor: factor.clone(), weights })
     }
 
-    /// Appends the coordinates of the factor with these rows: sinh yᵢⱼ = Lᵢⱼ/|(Lᵢ,ⱼ₊₁ … Lᵢᵢ)|.
-    pub(super) fn unconstrain<'r>(self, rows: impl Iterator<Item = &'r [f64]>, out: &mut Vec<f64>) {
-        for (i, row) in rows.enumerate() {
-            for j in 0..i {
-                let rest: f64 = row[j + 1..=i].iter().map(|entry| entry * entry).sum();
-                out.push(self.scale(j) * (row[j] / rest.sqrt()).asinh());
+    pub(super) fn draw<R: Scalar, G: Rng + ?Sized>(self, rng: &mut G) -> Factor<R, S> {
+        let mut rest = 1.0;
+        Factor::from_fn(self.size, |i, j| {
+            if j == 0 {
+                rest = 1.0;
             }
-        }
+            if i == j {
+                return R::from(rest);
+            }
+            // z = 2 Beta(b, b) − 1 = tanh(½ ln(G/G')) for two gamma variables
+            let y = 0.5 * (ln_gamma_draw(self.shape(j), rng) - ln_gamma_draw(self.shape(j), rng));
+            let entry = rest * y.tanh();
+            rest /= y.cosh();
+            R::from(entry)
+        })
     }
 
-    /// Entry (i, j) of a draw, asked for row by row; `rest` is what is left of the row's length.
-    pub(super) fn draw_entry<G: Rng + ?Sized>(
+    #[inline(always)]
+    pub(super) fn constrain<R: Scalar>(
         self,
-        (i, j): (usize, usize),
-        rest: &mut f64,
-        rng: &mut G,
-    ) -> f64 {
-        if j == 0 {
-            *rest = 1.0;
+        next: &mut impl FnMut() -> R,
+        jacobian: bool,
+        terms: &mut impl Accumulator<R>,
+    ) -> Factor<R, S> {
+        let (size, k) = (self.size, self.size.get());
+        let inverse = size.vector(|j| self.scale(j).recip());
+        let weight = |i: usize, j: usize| {
+            if jacobian { 2.0 * self.shape(j) } else { self.power(i) }
+        };
+        // ln p = constant − Σ weight ln cosh y; of ln cosh y what shares a weight: the sum of the
+        // sizes, and one logarithm of a product
+        let (mut sizes, mut shrinks) = (size.vector(|_| 0.0), size.vector(|_| 1.0));
+        let mut x = size.filled(R::from(0.0));
+        let mut angles = Angles::zero(size);
+        for i in 0..k {
+            for j in 0..i {
+                x[i][j] = next();
+                let at = Hyperbolic::at(x[i][j].value() * inverse[j]);
+                angles.set(i, j, at, inverse[j]);
+                let same = if jacobian { j } else { i };
+                sizes[same] += at.size;
+                shrinks[same] *= at.shrink;
+                terms.add(0.0, ((x[i][j], -weight(i, j) * at.tanh * inverse[j]),));
+            }
         }
-        if i == j {
-            return *rest;
+        let mut value = match (terms.leave_out_constants(), jacobian) {
+            (true, _) => 0.0,
+            (false, true) => self.ln_coordinate_normaliser(),
+            (false, false) => self.ln_normaliser(),
+        };
+        for same in if jacobian { 0..k.saturating_sub(1) } else { 1..k } {
+            value -= weight(same, same) * (sizes[same] + shrinks[same].ln());
         }
-        // z = 2 Beta(b, b) − 1 = tanh(½ ln(G/G')) for two gamma variables
-        let y = 0.5 * (ln_gamma_draw(self.shape(j), rng) - ln_gamma_draw(self.shape(j), rng));
-        let entry = *rest * y.tanh();
-        *rest /= y.cosh();
-        entry
+        terms.add_number(R::from(value));
+        if !R::DIFFERENTIABLE {
+            let entry = |i: usize, j: usize| R::from(angles.entry(i, j));
+            return Factor::from_fn(size, entry);
+        }
+        Factor { size, rows: x, angles: Some(angles), scale: None }
     }
+
+    /// Appends the coordinates of a factor: sinh yᵢⱼ = Lᵢⱼ/|(Lᵢ,ⱼ₊₁ … Lᵢᵢ)|.
+    pub(super) fn unconstrain<R: Scalar>(self, factor: &Factor<R, S>, out: &mut Vec<f64>) {
+        let l = factor.values();
+        for i in 0..self.size.get() {
+            for j in 0..i {
+                let rest: f64 = (j + 1..=i).map(|k| l[i][k] * l[i][k]).sum();
+                out.push(self.scale(j) * (l[i][j] / rest.sqrt()).asinh());
+            }
+        }
+    }
+}
+
+/// The logarithm of a draw from the gamma distribution with this shape and unit rate, as
+/// ln G(b + 1) + (ln U)/b: no underflow for small shapes.
+fn ln_gamma_draw<G: Rng + ?Sized>(shape: f64, rng: &mut G) -> f64 {
+    let ln_larger = rand_distr::Gamma::new(shape + 1.0, 1.0)
+        .map_or(f64::NAN, |gamma| rng.sample::<f64, _>(gamma).ln());
+    let exponential: f64 = rng.sample(rand_distr::Exp1);
+    ln_larger - exponential / shape
 }

@@ -1,8 +1,12 @@
 //! The multivariate normal distribution, by the Cholesky factor of its covariance.
 
 use rand::Rng;
+use rand_distr::StandardNormal;
 
-use crate::accumulator::{Accumulator, Joined};
+use super::factor::Factor;
+use super::mv_normal_terms::{add_statistics_terms, add_terms, sufficient_statistics};
+use super::size::{MatrixEntry, Size};
+use crate::accumulator::Accumulator;
 use crate::datum::{Datum, Recordable};
 use crate::density::DomainError;
 use crate::distribution::family::Family;
@@ -13,10 +17,9 @@ use crate::scalar::Scalar;
 ///
 /// ln p(x) = −½ |L⁻¹(x − μ)|² − Σᵢ ln Lᵢᵢ − (K/2) ln 2π, for Lᵢᵢ > 0.
 ///
-/// The factor is a [`CholeskyFactor`](super::CholeskyFactor) of numbers or unknowns, and the mean an array, as values are; or
-/// a [`DynCholeskyFactor`](super::DynCholeskyFactor), and the mean a slice or `Vec`. Both may be behind
-/// references. An evaluation is one fused operation, with z = L⁻¹(x − μ), w = L⁻ᵀ z and partials −w
-/// in x, w in μ and wᵢ zⱼ − δᵢⱼ/Lᵢᵢ in Lᵢⱼ.
+/// The factor is a [`CholeskyFactor`](super::CholeskyFactor) of numbers or unknowns, and the mean an
+/// array, as values are; or a [`DynCholeskyFactor`](super::DynCholeskyFactor), and the mean a slice
+/// or `Vec`. Both may be behind references.
 ///
 /// # Example
 /// ```
@@ -42,133 +45,91 @@ impl<M: Clone, L: Clone> Family for MvNormalCholesky<M, L> {}
     label = "needed: a `CholeskyFactor` or a `DynCholeskyFactor`, or a reference to one"
 )]
 pub trait Scale<R: Scalar>: Clone {
-    /// Means and values: an array, or a `Vec` where the size comes from the data.
-    type Vector: Clone + Recordable;
+    /// Its size.
+    type Size: Size;
 
-    /// Number of rows.
-    fn size(&self) -> usize;
+    /// The factor in numbers of the model.
+    fn factor(&self) -> Factor<R, Self::Size>;
+}
 
-    /// Adds the log density at `x`.
-    fn add_terms(&self, mean: &Self::Vector, x: &Self::Vector, terms: &mut impl Accumulator<R>);
+impl<R: Scalar, T: Datum<R> + MatrixEntry, S: Size> Scale<R> for Factor<T, S> {
+    type Size = S;
 
-    /// Whether mean and factor are of one size, and those of a normal distribution.
-    ///
-    /// # Errors
-    /// [`DomainError`] naming the entry at fault.
-    fn validate(&self, mean: &Self::Vector) -> Result<(), DomainError>;
-
-    /// Whether a value has as many entries as the factor has rows.
-    ///
-    /// # Errors
-    /// [`DomainError`] that says both.
-    fn fits(&self, x: &Self::Vector) -> Result<(), DomainError> {
-        let _ = x;
-        Ok(())
-    }
-
-    /// A draw.
-    fn draw<G: Rng + ?Sized>(&self, mean: &Self::Vector, rng: &mut G) -> Self::Vector;
-
-    /// The next coordinates.
-    fn collect(&self, next: &mut impl FnMut() -> R) -> Self::Vector;
-
-    /// See [`Distribution::HAS_STATISTICS`].
-    #[doc(hidden)]
-    const HAS_STATISTICS: bool = false;
-
-    /// See [`Distribution::sufficient_statistics`].
-    #[doc(hidden)]
-    fn sufficient_statistics(data: impl Iterator<Item = Self::Vector>, sums: &mut Vec<f64>) {
-        let _ = (data, sums);
-    }
-
-    /// See [`Distribution::add_pooled_terms`].
-    #[doc(hidden)]
-    fn add_pooled_terms(&self, mean: &Self::Vector, sums: &[f64], terms: &mut impl Accumulator<R>) {
-        let _ = (mean, sums);
-        terms.add_number(R::from(f64::NAN));
+    #[inline(always)]
+    fn factor(&self) -> Factor<R, S> {
+        self.lifted()
     }
 }
 
 impl<R: Scalar, L: Scale<R>> Scale<R> for &L {
-    type Vector = L::Vector;
-    const HAS_STATISTICS: bool = L::HAS_STATISTICS;
-
-    fn size(&self) -> usize {
-        (**self).size()
-    }
+    type Size = L::Size;
 
     #[inline(always)]
-    fn add_terms(&self, mean: &L::Vector, x: &L::Vector, terms: &mut impl Accumulator<R>) {
-        (**self).add_terms(mean, x, terms);
+    fn factor(&self) -> Factor<R, L::Size> {
+        (**self).factor()
     }
+}
 
-    fn validate(&self, mean: &L::Vector) -> Result<(), DomainError> {
-        (**self).validate(mean)
-    }
+/// Means and values of a normal distribution of this scale.
+type Vector<R, L> = <<L as Scale<R>>::Size as Size>::Vector<R>;
 
-    fn fits(&self, x: &L::Vector) -> Result<(), DomainError> {
-        (**self).fits(x)
-    }
+const NAME: &str = "MvNormalCholesky";
 
-    fn draw<G: Rng + ?Sized>(&self, mean: &L::Vector, rng: &mut G) -> L::Vector {
-        (**self).draw(mean, rng)
-    }
-
-    #[inline(always)]
-    fn collect(&self, next: &mut impl FnMut() -> R) -> L::Vector {
-        (**self).collect(next)
-    }
-
-    fn sufficient_statistics(data: impl Iterator<Item = L::Vector>, sums: &mut Vec<f64>) {
-        L::sufficient_statistics(data, sums);
-    }
-
-    #[inline(always)]
-    fn add_pooled_terms(&self, mean: &L::Vector, sums: &[f64], terms: &mut impl Accumulator<R>) {
-        (**self).add_pooled_terms(mean, sums, terms);
-    }
+fn require_length(what: &'static str, length: usize, rows: usize) -> Result<(), DomainError> {
+    let requirement = format_args!("that of the factor's rows, {rows}");
+    DomainError::require(length == rows, NAME, what, requirement, length as f64)
 }
 
 impl<R, M, L> Distribution<R> for MvNormalCholesky<M, L>
 where
     R: Scalar,
     L: Scale<R>,
-    M: Datum<L::Vector> + Clone,
+    M: Datum<Vector<R, L>> + Clone,
 {
-    type Value = L::Vector;
+    type Value = Vector<R, L>;
 
-    #[inline]
-    fn ln_density(&self, x: &L::Vector) -> R {
-        Joined::of(|terms| self.add_terms(x, terms))
+    #[inline(always)]
+    fn add_terms(&self, x: &Self::Value, terms: &mut impl Accumulator<R>) {
+        let (factor, mean) = (self.1.factor(), self.0.lift());
+        if x.as_ref().len() != factor.size() || mean.as_ref().len() != factor.size() {
+            return terms.add_number(R::from(f64::NEG_INFINITY));
+        }
+        add_terms(x, mean, factor, terms);
+    }
+
+    // data of a size that is known at run time only have their lengths compared one by one
+    const HAS_STATISTICS: bool = <L::Size as Size>::AT_MOST != usize::MAX;
+
+    fn sufficient_statistics(data: impl Iterator<Item = Self::Value>, out: &mut Vec<f64>) {
+        sufficient_statistics(data.map(|x| x.as_ref().iter().map(|x| x.value()).collect()), out);
     }
 
     #[inline(always)]
-    fn add_terms(&self, x: &L::Vector, terms: &mut impl Accumulator<R>) {
-        self.1.add_terms(&self.0.lift(), x, terms);
-    }
-
-    const HAS_STATISTICS: bool = L::HAS_STATISTICS;
-
-    fn sufficient_statistics(data: impl Iterator<Item = L::Vector>, sums: &mut Vec<f64>) {
-        L::sufficient_statistics(data, sums);
-    }
-
-    #[inline(always)]
-    fn add_pooled_terms(&self, sums: &[f64], terms: &mut impl Accumulator<R>) {
-        self.1.add_pooled_terms(&self.0.lift(), sums, terms);
+    fn add_statistics_terms(&self, statistics: &[f64], terms: &mut impl Accumulator<R>) {
+        add_statistics_terms(statistics, self.0.lift(), self.1.factor(), terms);
     }
 
     fn validate(&self) -> Result<(), DomainError> {
-        self.1.validate(&self.0.lift())
+        let (factor, mean) = (self.1.factor(), self.0.lift());
+        require_length("length of the mean", mean.as_ref().len(), factor.size())?;
+        for (i, mean) in mean.as_ref().iter().enumerate() {
+            DomainError::require_finite(NAME, format_args!("mean[{i}]"), mean.value())?;
+        }
+        factor.validate(NAME)
     }
 
-    fn fits(&self, x: &L::Vector) -> Result<(), DomainError> {
-        self.1.fits(x)
+    fn fits(&self, x: &Self::Value) -> Result<(), DomainError> {
+        require_length("length of x", x.as_ref().len(), self.1.factor().size())
     }
 
-    fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> L::Vector {
-        self.1.draw(&self.0.lift(), rng)
+    fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Self::Value {
+        let (factor, mean) = (self.1.factor(), self.0.lift());
+        let l = factor.values();
+        let z: Vec<f64> = (0..factor.size()).map(|_| rng.sample(StandardNormal)).collect();
+        factor.size.vector(|i| {
+            let inner: f64 = (0..=i).map(|j| l[i][j] * z[j]).sum();
+            R::from(mean[i].value() + inner)
+        })
     }
 }
 
@@ -176,10 +137,10 @@ impl<R, M, L> Unknown<R> for MvNormalCholesky<M, L>
 where
     R: Scalar,
     L: Scale<R>,
-    M: Datum<L::Vector> + Clone,
+    M: Datum<Vector<R, L>> + Clone,
 {
     fn dim(&self) -> usize {
-        self.1.size()
+        self.1.factor().size()
     }
 
     #[inline]
@@ -188,13 +149,13 @@ where
         next: &mut impl FnMut() -> R,
         _: bool,
         terms: &mut impl Accumulator<R>,
-    ) -> L::Vector {
-        let x = self.1.collect(next);
+    ) -> Self::Value {
+        let x = self.1.factor().size.vector(|_| next());
         self.add_terms(&x, terms);
         x
     }
 
-    fn unconstrain(&self, x: &L::Vector, out: &mut Vec<f64>) {
+    fn unconstrain(&self, x: &Self::Value, out: &mut Vec<f64>) {
         x.flatten(out);
     }
 }

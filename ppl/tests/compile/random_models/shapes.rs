@@ -15,7 +15,7 @@ const SHAPES: [&str; 16] = [
         let @c = *row;
         @c ~ MvNormalCholesky([#m, #m, #m], @b);
     }",
-    "let @a ~ LkjCholesky::<3, _>(#s + 0.5);
+    "let @a ~ LkjCholesky::<3>(0.8);
     for (x, row) in xs.iter().zip(rows) {
         let @c = *row;
         @c ~ MvNormalCholesky([#m * x, #m, #m], @a.scale_rows([#s, #s, #s]));
@@ -80,21 +80,18 @@ const SHAPES: [&str; 16] = [
     for (i, (x, @c)) in xs.iter().zip(ys).enumerate() {
         @c ~ Normal(@a[i % 4] * #m + @b[i / 4] - #m * x, #s);
     }",
-    // simplices, orders
-    "let @a ~ Dirichlet([#s, #s, #s]);
-    for @b in kinds {
-        @b ~ Categorical(@a);
-    }
+    // mixtures, orders
+    "let @a ~ Beta(2.0, 2.0);
     for @c in ys {
-        @c ~ Mixture(@a, [Normal(#m, #s), Normal(#m, 0.6), Normal(0.1, #s)]);
+        @c ~ Mixture([@a, 1.0 - @a], [Normal(#m, #s), Normal(#m, 0.6)]);
     }",
     "let @a ~ Normal(0.0, 1.5).array::<2>().ordered();
     for (x, @b) in xs.iter().zip(kinds) {
-        @b ~ CategoricalLogit([#m * x, @a[0], @a[1]]);
+        @b ~ PoissonLog(#m * x + @a[0] - 0.2 * @a[1]);
     }",
     "let @a ~ Normal(0.0, #s).array::<3>();
     for (x, @b) in xs.iter().zip(kinds) {
-        @b ~ CategoricalLogit([@a[0] * x, @a[1] + #m, @a[2] * 1.0]);
+        @b ~ PoissonLog(@a[0] * x + @a[1] * #m - @a[2]);
     }",
     // scales, gaps, branches
     "for (x, @a) in xs.iter().zip(ys) {
@@ -109,7 +106,7 @@ const SHAPES: [&str; 16] = [
             @a ~ Normal(#m * x, #s);
         } else {
             let @b ~ Normal(0.0, #s);
-            @a ~ Cauchy(@b, #s);
+            @a ~ StudentT(1.0, @b, #s);
         }
     }",
     "let @a ~ level(#m, ys);

@@ -85,7 +85,7 @@ fn combinations_that_the_data_do_not_split_are_named() {
         found(&sum(&y), "a and b (correlation -1.00)");
         found(&difference(&y), "a and b (correlation 1.00)");
         found(&product(&y), "a and b (correlation -1.00)");
-        found(&free_logits(&[0, 1, 1, 0, 1, 1, 1, 0, 1]), "a[0] and a[1] (correlation 0.9");
+        found(&free_levels(&[0, 1, 1, 0, 1, 1, 1, 0, 1]), "a[0] and a[1] (correlation 0.9");
         found(&intercepts(&y), "a, b[0], b[1], b[2] (largest correlation -");
     }
 }

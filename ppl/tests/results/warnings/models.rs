@@ -7,8 +7,8 @@ ppl::model! {
     pub(crate) fn untouched(y: &[f64]) {
         let mu ~ Normal(0.0, 10.0);
         let half ~ HalfCauchy(1.0);
-        let whole ~ Cauchy(0.0, 1.0);
-        let inverse ~ InverseGamma(1.0, 1.0);
+        let whole ~ StudentT(1.0, 0.0, 1.0);
+        let wide ~ LogNormal(0.0, 3.0);
         let student ~ StudentT(2.5, 0.0, 1.0);
         for y in y {
             y ~ Normal(mu, 1.0);
@@ -17,7 +17,7 @@ ppl::model! {
 
     /// The data lie where a Cauchy prior has less than a thousandth, and say little.
     pub(crate) fn far_out(y: &[f64]) {
-        let mu ~ Cauchy(0.0, 1.0);
+        let mu ~ StudentT(1.0, 0.0, 1.0);
         for y in y {
             y ~ Normal(mu, 800.0);
         }
@@ -62,10 +62,10 @@ ppl::model! {
         }
     }
 
-    pub(crate) fn free_logits(k: &[u64]) {
+    pub(crate) fn free_levels(k: &[u64]) {
         let a ~ Normal(0.0, 5.0).array::<2>();
         for k in k {
-            k ~ CategoricalLogit(a);
+            k ~ PoissonLog(a[0] - a[1]);
         }
     }
 

@@ -1,0 +1,125 @@
+//! `$ElementData`: what a mesh knows of its tetrahedra beside region and grain.
+
+use std::collections::HashMap;
+use std::fmt::{self, Write as _};
+
+use super::source::{Fault, Source};
+use crate::mesh::{Mixture, TetMesh};
+
+/// The data that are read and written: grain numbers where elementary tags cannot tell them, and the
+/// two parts of a [`Mixture`].
+const GRAIN: &str = "grain";
+const FRACTION: &str = "grain_fraction";
+const NORMAL: &str = "interface_normal";
+
+/// Up to three numbers of elements, by element tag.
+#[derive(Default)]
+pub(super) struct ElementData {
+    grain: HashMap<u64, [f64; 3]>,
+    fraction: HashMap<u64, [f64; 3]>,
+    normal: HashMap<u64, [f64; 3]>,
+}
+
+/// Reads the section if it is one of those that are known; otherwise the rest is to be passed over.
+pub(super) fn read(source: &mut Source, data: &mut ElementData) -> Result<bool, Fault> {
+    let strings: usize = source.text("the number of string tags")?;
+    source.line_end()?;
+    let mut name = String::new();
+    for k in 0..strings {
+        let text = source.text_line()?;
+        if k == 0 {
+            name = text.trim_matches('"').into();
+        }
+    }
+    let (values, expected) = match name.as_str() {
+        GRAIN => (&mut data.grain, 1),
+        FRACTION => (&mut data.fraction, 1),
+        NORMAL => (&mut data.normal, 3),
+        _ => return Ok(false),
+    };
+    let reals: usize = source.text("the number of real tags")?;
+    for _ in 0..reals {
+        source.text::<f64>("a real tag")?;
+    }
+    let integers: usize = source.text("the number of integer tags")?;
+    let (mut components, mut count) = (0, 0);
+    for k in 0..integers {
+        let value: u64 = source.text("an integer tag")?;
+        match k {
+            1 => components = value,
+            2 => count = value,
+            _ => {}
+        }
+    }
+    if components != expected {
+        return Err(source.fault(format!(
+            "`{name}` has {components} components, not {expected}; save the mesh again"
+        )));
+    }
+    if source.binary {
+        source.line_end()?;
+    }
+    for _ in 0..count {
+        let tag = source.int("an element's number")?;
+        let mut entry = [0.0; 3];
+        for value in &mut entry[..expected as usize] {
+            *value = source.real("a number")?;
+        }
+        let tag = u64::try_from(tag).map_err(|_| source.fault(format!("element {tag}")))?;
+        values.insert(tag, entry);
+    }
+    Ok(true)
+}
+
+impl ElementData {
+    /// Whether some elements are mixtures.
+    pub(super) fn has_mixture(&self) -> bool {
+        !self.fraction.is_empty()
+    }
+
+    /// Grain numbers of elements, if there are any here.
+    pub(super) fn grains(&self, tags: impl Iterator<Item = u64>) -> Option<Vec<u32>> {
+        let number = |tag| self.grain.get(&tag).map_or(0, |&[number, ..]| number as u32);
+        (!self.grain.is_empty()).then(|| tags.map(number).collect())
+    }
+
+    /// Mixtures of elements, if there are any.
+    pub(super) fn mixture(&self, tags: impl Iterator<Item = u64>) -> Option<Vec<Mixture>> {
+        let mixture = |tag| Mixture {
+            fraction: self.fraction.get(&tag).map_or(0.0, |&[fraction, ..]| fraction as f32),
+            normal: self.normal.get(&tag).map_or([0.0; 3], |normal| normal.map(|x| x as f32)),
+        };
+        self.has_mixture().then(|| tags.map(mixture).collect())
+    }
+}
+
+/// Writes what the mesh has of them; the first tetrahedron is the element `first`.
+pub(super) fn write(out: &mut String, mesh: &TetMesh, first: usize) -> fmt::Result {
+    // numbers that are all the same cannot be told from the tags of a mesh without grains
+    if let Some(grains) = mesh.grain_of.as_ref().filter(|all| all.iter().all(|&g| g == all[0])) {
+        section(out, GRAIN, first, grains.iter().map(|&grain| [f64::from(grain)]))?;
+    }
+    if let Some(mixture) = &mesh.mixture {
+        section(out, FRACTION, first, mixture.iter().map(|m| [f64::from(m.fraction)]))?;
+        section(out, NORMAL, first, mixture.iter().map(|m| m.normal.map(f64::from)))?;
+    }
+    Ok(())
+}
+
+fn section<const N: usize>(
+    out: &mut String,
+    name: &str,
+    first: usize,
+    values: impl ExactSizeIterator<Item = [f64; N]>,
+) -> fmt::Result {
+    let count = values.len();
+    // one string, one time, three integers: step, components, number of elements
+    writeln!(out, "$ElementData\n1\n\"{name}\"\n1\n0.0\n3\n0\n{N}\n{count}")?;
+    for (tag, values) in (first..).zip(values) {
+        write!(out, "{tag}")?;
+        values.iter().try_for_each(|x| write!(out, " {x:?}"))?;
+        out.push('\n');
+    }
+    out.push_str("$EndElementData\n");
+    Ok(())
+}

@@ -1,0 +1,38 @@
+//! The nodes that Gmsh's elements of second order have on their edges.
+
+use crate::mesh::edges::{EdgePoint, key, middle};
+use crate::mesh::vector::{Point, norm, sub};
+
+/// The edges of a tetrahedron in Gmsh's order, which differs from VTK's in the last two.
+pub(super) const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [2, 3], [1, 3]];
+/// An edge is straight if its node is this close to its middle, relative to its length: programs
+/// write 16 digits.
+const STRAIGHT: f64 = 1e-12;
+
+/// The edges that are not straight, sorted; `tets` are corners and edge nodes. The error is an edge for
+/// which two tetrahedra have different nodes.
+pub(super) fn curved_edges<'a>(
+    points: &[Point],
+    tets: impl Iterator<Item = (&'a [u32; 4], &'a [u32; 6])>,
+) -> Result<Vec<EdgePoint>, [u32; 2]> {
+    let mut all: Vec<EdgePoint> = tets
+        .flat_map(|(corners, middles)| {
+            EDGES
+                .iter()
+                .zip(middles)
+                .map(|(ends, &node)| (key(ends.map(|end| corners[end])), points[node as usize]))
+        })
+        .collect();
+    all.sort_by_key(|&(edge, _)| edge);
+    if let Some(pair) = all.windows(2).find(|w| w[0].0 == w[1].0 && w[0].1 != w[1].1) {
+        return Err(pair[0].0);
+    }
+    all.dedup_by_key(|(edge, _)| *edge);
+    all.retain(|&(edge, point)| {
+        let [p, q] = edge.map(|node| points[node as usize]);
+        let deviation = norm(sub(point, middle(points, edge)));
+        // a point that is not finite is kept, so that the mesh is refused for it
+        deviation.is_nan() || deviation > STRAIGHT * norm(sub(q, p))
+    });
+    Ok(all)
+}

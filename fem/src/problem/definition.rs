@@ -1,0 +1,106 @@
+//! What a problem is made of.
+
+use std::sync::Arc;
+
+use super::fingerprint::Fingerprint;
+use super::schedule::{Schedule, check_crack_energy};
+use crate::boundary::Conditions;
+use crate::element::Order;
+use crate::error::FemError;
+use crate::material::{Elasticity, Homogenisation, Material, PhaseField, PointMaterial};
+use crate::mesh::TetMesh;
+use crate::solve::SolverOptions;
+
+/// The parts as they were given, to be shared by problems that differ in some of them.
+#[derive(Clone, Debug)]
+pub(super) struct Definition {
+    pub(super) mesh: Arc<TetMesh>,
+    pub(super) order: Order,
+    pub(super) materials: Vec<Material>,
+    pub(super) homogenisation: Homogenisation,
+    pub(super) phase_field: Option<PhaseField>,
+    pub(super) conditions: Arc<Conditions>,
+    pub(super) schedule: Schedule,
+    pub(super) options: SolverOptions,
+}
+
+impl Definition {
+    /// Checks the parts, all but the mesh and what the conditions name on it.
+    pub(super) fn validate(&self) -> Result<(), FemError> {
+        let (mesh, field) = (&self.mesh, self.phase_field.as_ref());
+        if self.materials.len() != mesh.regions.len() {
+            return Err(FemError::MaterialCount {
+                materials: self.materials.len(),
+                regions: mesh.regions.len(),
+                names: mesh.regions.join(", "),
+            });
+        }
+        for (region, material) in mesh.regions.iter().zip(&self.materials) {
+            material.validate(region, field)?;
+        }
+        if mesh.mixture.is_some() {
+            self.validate_mixtures()?;
+        }
+        field.map_or(Ok(()), PhaseField::validate)?;
+        self.options.validate()?;
+        self.schedule.validate()?;
+        check_crack_energy(&self.schedule, &self.materials, field, &self.conditions)
+    }
+
+    /// Checks that there are two phases to mix, of a law whose moduli can be.
+    fn validate_mixtures(&self) -> Result<(), FemError> {
+        let refused = |message: &str, help: &str| {
+            Err(FemError::unsupported("mesh with mixtures of matrix and grain", message, help))
+        };
+        if self.materials.len() != 2 {
+            return refused("its regions are not two", "name the matrix first, then the grain");
+        }
+        let hencky = |m: &Material| matches!(m.elasticity, Elasticity::Hencky { .. });
+        if !self.materials.iter().all(hencky) {
+            return refused(
+                "only moduli of Hencky's law can be homogenised",
+                "take law = \"hencky\" for both phases, or a mesh that follows the grains",
+            );
+        }
+        Ok(())
+    }
+
+    /// Marks the regions that can break.
+    pub(super) fn damaged(&self) -> Vec<bool> {
+        let breaks = |m: &Material| self.phase_field.is_some() && m.fracture.is_some();
+        self.materials.iter().map(breaks).collect()
+    }
+
+    /// The materials as the points of a region see them.
+    pub(super) fn points(&self) -> Arc<[PointMaterial]> {
+        self.materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect()
+    }
+
+    /// A number that tells these parts from others; of functions, only what they are described as.
+    pub(super) fn fingerprint(&self) -> u64 {
+        let Self { mesh, order, materials, homogenisation, phase_field, .. } = self;
+        let Self { conditions, schedule, options, .. } = self;
+        let words = format!(
+            "{order:?} {materials:?} {homogenisation:?} {phase_field:?} {conditions:?} {schedule:?} \
+             {options:?}"
+        );
+        let mut print = Fingerprint::new().add(words.as_bytes());
+        for x in mesh.nodes.as_flattened() {
+            print = print.add(&x.to_le_bytes());
+        }
+        for node in mesh.tets.as_flattened() {
+            print = print.add(&node.to_le_bytes());
+        }
+        for region in &mesh.region_of {
+            print = print.add(&region.to_le_bytes());
+        }
+        for ([a, b], point) in &mesh.edge_points {
+            print = print.add(&a.to_le_bytes()).add(&b.to_le_bytes());
+            print = point.iter().fold(print, |print, x| print.add(&x.to_le_bytes()));
+        }
+        for mixture in mesh.mixture.iter().flatten() {
+            print = print.add(&mixture.fraction.to_le_bytes());
+        }
+        print.value()
+    }
+}

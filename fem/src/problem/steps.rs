@@ -1,0 +1,152 @@
+//! The step controllers that come with the crate.
+
+use super::controller::{Progress, Step, StepController};
+use crate::error::FemError;
+
+/// A step that converges lets the next one grow by this factor.
+const GROWTH: f64 = 1.5;
+/// A step that does not is cut by this one.
+const CUT: f64 = 0.5;
+/// Least step, as a fraction of the duration.
+const LEAST: f64 = 1e-6;
+/// A step of the ends that fails or releases too much is cut so far before the release leads.
+const CUTS: f64 = 64.0;
+/// Least release of a step, as a fraction of the one asked for.
+const LEAST_RELEASE: f64 = 1e-4;
+
+/// So many equal steps; one that finds no equilibrium is done in parts, and the curve keeps the
+/// points asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FixedSteps(
+    /// How many.
+    pub u32,
+);
+
+/// Steps that grow while they converge and are cut where they do not, as fractions of the whole
+/// duration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AdaptiveSteps {
+    /// First step.
+    pub first: f64,
+    /// Largest step: it bounds the error in time.
+    pub largest: f64,
+}
+
+/// Follows the equilibrium through a snap-back of rate-independent damage: where a step of the
+/// platen would release too much, the platen moves, back if need be, by what releases so much.
+///
+/// The time follows the displacement and turns back with it. It needs a phase field that makes
+/// an energy stationary, no viscosity, and `stop_below_peak`, since the platen may never reach
+/// the full displacement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArcLength {
+    /// Largest step of the platen, as a fraction of the full displacement.
+    pub step: f64,
+    /// Crack energy that a step may add, N mm.
+    pub release_n_mm: f64,
+}
+
+impl Default for AdaptiveSteps {
+    /// Between a hundredth and a fortieth of the duration.
+    fn default() -> Self {
+        Self { first: 0.01, largest: 0.025 }
+    }
+}
+
+/// Grows after an equilibrium, up to `largest`, and is cut after a failure.
+fn adapt(run: &Progress, first: f64, largest: f64) -> Option<Step> {
+    let fraction = match (run.failed, run.taken) {
+        (Some(failed), _) if failed.fraction() <= LEAST => return None,
+        (Some(failed), _) => CUT * failed.fraction(),
+        (None, Some(taken)) => largest.min(GROWTH * taken.fraction()),
+        (None, None) => first,
+    };
+    Some(Step::Advance(fraction))
+}
+
+pub(super) fn check(
+    holds: bool,
+    field: &'static str,
+    value: f64,
+    requirement: &'static str,
+) -> Result<(), FemError> {
+    if holds { Ok(()) } else { Err(FemError::parameter("test", field, value, requirement)) }
+}
+
+fn check_fraction(field: &'static str, value: f64) -> Result<(), FemError> {
+    let requirement = "a fraction of the displacement, in (0, 1]";
+    check(value > 0.0 && value <= 1.0, field, value, requirement)
+}
+
+impl StepController for FixedSteps {
+    fn next(&self, run: &Progress) -> Option<Step> {
+        let step = 1.0 / f64::from(self.0);
+        adapt(run, step, step)
+    }
+
+    fn marks(&self) -> Option<u32> {
+        Some(self.0)
+    }
+
+    fn validate(&self) -> Result<(), FemError> {
+        let requirement = "at least 1; leave it out for adaptive steps";
+        check(self.0 > 0, "steps", f64::from(self.0), requirement)
+    }
+}
+
+impl StepController for AdaptiveSteps {
+    fn next(&self, run: &Progress) -> Option<Step> {
+        adapt(run, self.first, self.largest)
+    }
+
+    fn validate(&self) -> Result<(), FemError> {
+        check_fraction("first", self.first)?;
+        let requirement = "a fraction of the displacement, not below the first step";
+        check(
+            self.largest >= self.first && self.largest <= 1.0,
+            "largest",
+            self.largest,
+            requirement,
+        )
+    }
+}
+
+impl StepController for ArcLength {
+    fn next(&self, run: &Progress) -> Option<Step> {
+        let (largest, most_n_mm) = (self.step, self.release_n_mm);
+        let within = |fraction| Some(Step::AdvanceWithin { fraction, most_n_mm });
+        let release = |n_mm: f64| {
+            let guess = match run.taken {
+                Some(Step::Release { n_mm: last, .. }) => n_mm / last * run.moved,
+                // past the last elastic state, so that some damage is free to grow
+                _ => largest / CUTS,
+            };
+            Some(Step::Release { n_mm, guess })
+        };
+        match (run.failed, run.taken) {
+            (Some(Step::Release { n_mm, .. }), _) if n_mm <= LEAST_RELEASE * most_n_mm => None,
+            (Some(Step::Release { n_mm, .. }), _) => release(CUT * n_mm),
+            (Some(step), _) if step.fraction() > largest / CUTS => within(CUT * step.fraction()),
+            (Some(_), _) => release(most_n_mm),
+            // nearly elastic again: the ends lead
+            (None, Some(Step::Release { .. })) if run.moved > largest => within(largest),
+            (None, Some(Step::Release { n_mm, .. })) => release(most_n_mm.min(GROWTH * n_mm)),
+            (None, Some(step)) => within(largest.min(GROWTH * step.fraction())),
+            (None, None) => within(largest),
+        }
+    }
+
+    fn controls_crack_energy(&self) -> bool {
+        true
+    }
+
+    fn validate(&self) -> Result<(), FemError> {
+        check_fraction("step", self.step)?;
+        check(
+            self.release_n_mm > 0.0 && self.release_n_mm.is_finite(),
+            "release_n_mm",
+            self.release_n_mm,
+            "a positive energy in N mm, such as a fiftieth of the toughness times the cross-section",
+        )
+    }
+}

@@ -1,0 +1,144 @@
+//! Elements with curved edges: patch test, geometry, convergence.
+
+use crate::support::block::{block, even};
+use crate::support::manufactured::{errors_on, order};
+use fem::{
+    Axis, Conditions, CylinderLattice, DamageQuadrature, Fields, Fracture, Material, Order,
+    PhaseField, Problem, Schedule, SolverOptions, TetMesh,
+};
+
+const FACES: [&str; 6] = ["left", "right", "front", "back", "bottom", "top"];
+
+fn edges(mesh: &TetMesh) -> Vec<[u32; 2]> {
+    let mut edges = Vec::new();
+    for tet in &mesh.tets {
+        for (a, b) in [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)] {
+            edges.push([tet[a].min(tet[b]), tet[a].max(tet[b])]);
+        }
+    }
+    edges.sort_unstable();
+    edges.dedup();
+    edges
+}
+
+/// The points that a map gives the edges which it bends.
+fn bend(mesh: &mut TetMesh, map: impl Fn([f64; 3]) -> [f64; 3]) {
+    for [a, b] in edges(mesh) {
+        let [p, q] = [a, b].map(|n| mesh.nodes[n as usize]);
+        let point = map(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));
+        let straight: [f64; 3] = {
+            let [p, q] = [map(p), map(q)];
+            std::array::from_fn(|k| 0.5 * (p[k] + q[k]))
+        };
+        if (0..3).any(|k| (point[k] - straight[k]).abs() > 1e-12) {
+            mesh.edge_points.push(([a, b], point));
+        }
+    }
+    for node in &mut mesh.nodes {
+        *node = map(*node);
+    }
+}
+
+/// A cube whose inside is bent and whose faces are not.
+fn bent_cube(n: usize) -> TetMesh {
+    let cells = even(0.0, 1.0, n);
+    let mut mesh = block([&cells, &cells, &cells]);
+    bend(&mut mesh, |x| {
+        let bubble: f64 = x.iter().map(|x| (std::f64::consts::PI * x).sin()).product();
+        [x[0] + 0.08 * bubble, x[1] - 0.06 * bubble, x[2] + 0.05 * bubble]
+    });
+    mesh.validate().expect("a sound mesh");
+    mesh
+}
+
+/// A rule of degree 4 integrates the forces of these elements exactly, so an affine field is in
+/// equilibrium; the four points of undamaged elements leave an error that falls with the elements.
+#[test]
+fn affine_patch_of_curved_elements() {
+    let affine = |x: [f64; 3], t: f64| {
+        let h = [[-0.08, 0.05, 0.02], [0.1, 0.07, -0.03], [-0.04, 0.06, -0.12]];
+        std::array::from_fn::<f64, 3, _>(|i| t * (0..3).map(|j| h[i][j] * x[j]).sum::<f64>())
+    };
+    let tough = Material::hencky(10.0, 0.3).with_fracture(Fracture::new(1e13));
+    let eleven = PhaseField { quadrature: DamageQuadrature::Eleven, ..PhaseField::new(1.0) };
+    let error = |n: usize, field: Option<PhaseField>| {
+        let conditions =
+            FACES.iter().fold(Conditions::new(), |c, face| c.prescribe(face, Axis::ALL, affine));
+        let problem = Problem::builder(bent_cube(n))
+            .order(Order::Quadratic)
+            .materials([tough.clone()])
+            .phase_field(field)
+            .conditions(conditions)
+            .schedule(Schedule::fixed(1.0, 2))
+            .options(SolverOptions { tolerance: 1e-12, ..SolverOptions::default() })
+            .build()
+            .expect("valid");
+        let outcome = problem.run(&mut ());
+        assert_eq!(outcome.curve.len(), 2, "{:?}", outcome.end);
+        let exact = problem.nodes().iter().map(|&x| affine(x, 1.0));
+        let all = outcome.fields.displacement.iter().zip(exact);
+        let largest = all.flat_map(|(u, exact)| (0..3).map(move |k| (u[k] - exact[k]).abs()));
+        largest.fold(0.0, f64::max)
+    };
+    let exact = error(3, Some(eleven));
+    assert!(exact < 1e-10, "{exact}");
+    let (coarse, fine) = (error(2, None), error(4, None));
+    assert!(coarse < 2e-3 && fine < coarse / 6.0, "{coarse}, {fine}");
+}
+
+#[test]
+fn curved_elements_converge_at_the_optimal_orders() {
+    for damaged in [false, true] {
+        let [coarse, fine] = [2, 4].map(|n| errors_on(bent_cube(n), Order::Quadratic, damaged));
+        let pairs = [(coarse.displacement, fine.displacement), (coarse.damage, fine.damage)];
+        for (coarse, fine) in &pairs[..if damaged { 2 } else { 1 }] {
+            for (k, expected) in [3.0, 2.0].into_iter().enumerate() {
+                let observed = order(coarse[k], fine[k], 2.0);
+                assert!(observed > expected - 0.35, "order {observed} of {coarse:?}, {fine:?}");
+            }
+        }
+    }
+}
+
+/// With its wall curved, the volume of a cylinder is right to fourth order, as elements integrate it
+/// and as the mesh states it.
+#[test]
+fn the_volume_of_a_round_cylinder_converges_at_fourth_order() {
+    let (radius, height) = (2.5, 4.4);
+    let exact = std::f64::consts::PI * radius * radius * height;
+    let error = |spacing_mm: f64| {
+        let lattice = CylinderLattice { radius_mm: radius, height_mm: height, spacing_mm };
+        let mut mesh = lattice.build().expect("a lattice");
+        let wall = mesh.surfaces["side"].clone();
+        let mut on_wall: Vec<[u32; 2]> = Vec::new();
+        for [a, b, c] in wall {
+            on_wall.extend([[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)]));
+        }
+        on_wall.sort_unstable();
+        on_wall.dedup();
+        for [a, b] in on_wall {
+            let [p, q] = [a, b].map(|n| mesh.nodes[n as usize]);
+            let middle: [f64; 3] = std::array::from_fn(|k| 0.5 * (p[k] + q[k]));
+            let scale = radius / middle[0].hypot(middle[1]);
+            if scale > 1.0 + 1e-9 {
+                mesh.edge_points.push(([a, b], [scale * middle[0], scale * middle[1], middle[2]]));
+            }
+        }
+        let stated = mesh.volume();
+        let problem = Problem::builder(mesh)
+            .order(Order::Quadratic)
+            .materials([Material::hencky(1.0, 0.3)])
+            .schedule(Schedule::fixed(1.0, 1))
+            .conditions(Conditions::new().fix("bottom", Axis::ALL))
+            .build()
+            .expect("valid");
+        let nodes = problem.nodes().len();
+        let fields = Fields { displacement: vec![[0.0; 3]; nodes], damage: vec![0.0; nodes] };
+        let integrated = problem.integrate(&fields, |_| 1.0);
+        assert!((integrated - stated).abs() < 1e-12 * exact, "{integrated} and {stated}");
+        (integrated - exact).abs()
+    };
+    let (coarse, fine) = (error(1.4), error(0.7));
+    let observed = order(coarse, fine, 2.0);
+    assert!(observed > 3.7 && fine < 1e-3 * exact, "order {observed} of {coarse}, {fine}");
+}

@@ -1,0 +1,153 @@
+//! Tetrahedra that are partly grain, and grains that do not break.
+
+use crate::support::block::{block, even};
+use fem::{
+    Axis, Conditions, FemError, Fields, Homogenisation, Material, Mixture, Order, PhaseField,
+    Problem, Schedule, SolverOptions, TetMesh,
+};
+
+const SIDES: [&str; 4] = ["left", "right", "front", "back"];
+
+/// Pressed down between walls without friction, so that every layer is strained along the axis only.
+fn confined(
+    mesh: TetMesh,
+    order: Order,
+    materials: [Material; 2],
+    field: Option<PhaseField>,
+    strain: f64,
+) -> Result<Problem, FemError> {
+    let walls = SIDES.iter().fold(Conditions::new(), |c, side| c.symmetry(side));
+    let conditions = walls
+        .symmetry("bottom")
+        .prescribe("top", [Axis::Z], move |_, t| [0.0, 0.0, -strain * t])
+        .measure("top", [0.0, 0.0, -1.0]);
+    Problem::builder(mesh)
+        .order(order)
+        .materials(materials)
+        .homogenisation(Homogenisation::Reuss)
+        .phase_field(field)
+        .conditions(conditions)
+        .schedule(Schedule::fixed(1.0, 4))
+        .options(SolverOptions { tolerance: 1e-12, ..SolverOptions::default() })
+        .build()
+}
+
+fn cube() -> TetMesh {
+    let cells = even(0.0, 1.0, 4);
+    block([&cells, &cells, &cells])
+}
+
+/// Layers of equal height, matrix and grain by turns.
+fn layers() -> TetMesh {
+    let mut mesh = cube();
+    mesh.regions = vec!["matrix".into(), "grain".into()];
+    for tet in 0..mesh.tets.len() {
+        let height: f64 = mesh.corners(tet).iter().map(|x| 0.25 * x[2]).sum();
+        mesh.region_of[tet] = (4.0 * height) as u16 % 2;
+    }
+    mesh
+}
+
+fn mixed(fraction: f32) -> TetMesh {
+    let mut mesh = cube();
+    mesh.regions = vec!["matrix".into(), "grain".into()];
+    mesh.mixture = Some(vec![Mixture { fraction, ..Mixture::default() }; mesh.tets.len()]);
+    mesh
+}
+
+fn phases() -> [Material; 2] {
+    [crate::support::matrix(), Material::hencky(22_000.0, 0.25)]
+}
+
+fn last(problem: &Problem) -> (f64, Fields) {
+    let outcome = problem.run(&mut ());
+    let force = outcome.curve.last().expect("a curve").force_n;
+    assert_eq!(outcome.curve.len(), 4, "{:?}", outcome.end);
+    (force, outcome.fields)
+}
+
+/// A mesh that follows the layers and one of mixtures carry the same, without damage and with it.
+#[test]
+fn layers_across_the_load_are_a_reuss_mixture() {
+    // small strain: the nominal stress sees each layer's own stretch
+    let strain = 1e-6;
+    for order in [Order::Linear, Order::Quadratic] {
+        let force = |mesh| last(&confined(mesh, order, phases(), None, strain).expect("valid")).0;
+        let (followed, homogenised) = (force(layers()), force(mixed(0.5)));
+        let close = (followed - homogenised).abs() < 1e-5 * followed;
+        assert!(close, "{followed} and {homogenised}");
+    }
+}
+
+/// φ of the nodes whose height satisfies something.
+fn damage_at(problem: &Problem, fields: &Fields, height: impl Fn(f64) -> bool) -> [f64; 2] {
+    let nodes = problem.nodes().iter().zip(&fields.damage);
+    let chosen = nodes.filter(|(x, _)| height(x[2])).map(|(_, &phi)| phi);
+    chosen.fold([1.0, 0.0], |[low, high], phi| [phi.min(low), phi.max(high)])
+}
+
+/// The matrix of a mixture feels what the matrix between layers feels, and is damaged as much.
+#[test]
+fn damage_of_a_mixture_is_that_of_the_matrix_between_layers() {
+    let strain = 0.006;
+    let field = PhaseField::new(0.06);
+    let matrix = |z: f64| z < 0.2501 || (0.4999..0.7501).contains(&z);
+    for order in [Order::Linear, Order::Quadratic] {
+        let problem = |mesh| confined(mesh, order, phases(), Some(field), strain).expect("valid");
+        let followed = problem(layers());
+        let (force, fields) = last(&followed);
+        let (mixed_force, mixed_fields) = last(&problem(mixed(0.5)));
+        let phi = mixed_fields.damage[0];
+        assert!(phi > 0.02, "{phi}");
+        // the nodes that the layers of matrix share with grains are as free as those inside
+        let [low, high] = damage_at(&followed, &fields, matrix);
+        assert!(high - low < 1e-6 * high, "{low} to {high}");
+        assert!((high - phi).abs() < 0.04 * phi, "{high} and {phi}");
+        assert!((force - mixed_force).abs() < 0.02 * force, "{force} and {mixed_force}");
+    }
+}
+
+/// Grains without toughness do not hold the damage of the matrix at their surface; tough ones do.
+#[test]
+fn damage_at_the_surface_of_grains_is_free() {
+    let field = PhaseField::new(0.06);
+    let surface = |z: f64| (z - 0.25).abs() < 1e-3 || (z - 0.5).abs() < 1e-3;
+    let of = |grain: Material| {
+        let [matrix, _] = phases();
+        let problem = confined(layers(), Order::Linear, [matrix, grain], Some(field), 0.006);
+        let problem = problem.expect("valid");
+        let (_, fields) = last(&problem);
+        damage_at(&problem, &fields, surface)
+    };
+    let [least, _] = of(Material::hencky(22_000.0, 0.25));
+    let [_, pinned] = of(crate::support::grain());
+    assert!(least > 0.02 && pinned < 0.2 * least, "{least} and {pinned}");
+}
+
+#[test]
+fn mixtures_with_too_much_grain_are_not_damaged() {
+    let field = PhaseField::new(0.06);
+    let problem = |fraction| {
+        confined(mixed(fraction), Order::Linear, phases(), Some(field), 0.01).expect("valid")
+    };
+    let (little, much) = (problem(0.89), problem(0.91));
+    assert!(little.unknowns() > much.unknowns());
+    assert!(last(&much).1.damage.iter().all(|&phi| phi == 0.0));
+    assert!(last(&little).1.damage.iter().all(|&phi| phi > 0.0));
+}
+
+#[test]
+fn mixtures_need_two_phases_of_henckys_law() {
+    let refused = |mesh: TetMesh, materials: Vec<Material>| {
+        let problem =
+            Problem::builder(mesh).materials(materials).schedule(Schedule::fixed(1.0, 1)).build();
+        problem.expect_err("refused").to_string()
+    };
+    let [matrix, _] = phases();
+    let message = refused(mixed(0.5), vec![matrix.clone(), Material::neo_hookean(22_000.0, 0.25)]);
+    assert!(message.contains("Hencky"), "{message}");
+    let mut one = mixed(0.5);
+    one.regions.pop();
+    let message = refused(one, vec![matrix]);
+    assert!(message.contains("two"), "{message}");
+}

@@ -1,0 +1,482 @@
+//! Every law against formulas written anew, alone and several points at a time.
+
+use faer::traits::pulp::{self, Simd, WithSimd};
+use nalgebra::{Matrix3, SMatrix, SVector};
+use num_dual::{DualNum, hessian};
+use rand::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use super::conformance::{Deformed, states};
+use super::point::{Formula, FormulaLaw};
+use super::principal::Strains;
+use super::*;
+
+const YOUNG: f64 = 275.0;
+const POISSON: f64 = 0.25;
+
+/// The laws as printed (definitions 3.1 and 3.6).
+#[derive(Clone, Copy, Debug)]
+enum Printed {
+    Hencky,
+    NeoHookean,
+}
+
+impl Printed {
+    fn written_out(self) -> Material {
+        match self {
+            Printed::Hencky => Material::hencky(YOUNG, POISSON),
+            Printed::NeoHookean => Material::neo_hookean(YOUNG, POISSON),
+        }
+    }
+
+    /// ψ⁺ and ψ⁻ over any scalar.
+    fn energies<T: DualNum<f64> + Copy>(self, split: Split, e: [T; 3]) -> [T; 2] {
+        let shear = YOUNG / (2.0 * (1.0 + POISSON));
+        let bulk = YOUNG / (3.0 * (1.0 - 2.0 * POISSON));
+        let lame = YOUNG * POISSON / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON));
+        let trace = e[0] + e[1] + e[2];
+        let squares = |e: [T; 3]| e.iter().fold(T::zero(), |sum, &x| sum + x * x);
+        let deviatoric = (squares(e) - trace * trace / 3.0) * shear;
+        let volumetric = trace * trace * (bulk / 2.0);
+        let positive = |x: T| if x.re() > 0.0 { x } else { T::zero() };
+        match (self, split) {
+            (Printed::Hencky, Split::None) => [deviatoric + volumetric, T::zero()],
+            (Printed::Hencky, Split::VolumetricDeviatoric) if trace.re() < 0.0 => {
+                [deviatoric, volumetric]
+            }
+            (Printed::Hencky, Split::VolumetricDeviatoric) => [deviatoric + volumetric, T::zero()],
+            (Printed::Hencky, Split::Spectral) => [1.0, -1.0].map(|sign| {
+                let trace = positive(trace * sign);
+                trace * trace * (lame / 2.0) + squares(e.map(|x| positive(x * sign))) * shear
+            }),
+            (Printed::NeoHookean, _) => {
+                let first = e.iter().fold(T::zero(), |sum, &x| sum + (x * 2.0).exp());
+                let whole =
+                    (first - 3.0 - trace * 2.0) * (shear / 2.0) + trace * trace * (lame / 2.0);
+                let of_volume = ((trace * (2.0 / 3.0)).exp() - 1.0 - trace * (2.0 / 3.0))
+                    * (1.5 * shear)
+                    + trace * trace * (lame / 2.0);
+                let spared = split == Split::VolumetricDeviatoric && trace.re() < 0.0;
+                if spared { [whole - of_volume, of_volume] } else { [whole, T::zero()] }
+            }
+        }
+    }
+}
+
+impl HyperelasticLaw for Printed {
+    fn energy<T: DualNum<f64> + Copy>(&self, strain: &PrincipalStrain<T>) -> T {
+        self.energies(Split::None, strain.log())[0]
+    }
+}
+
+fn split_field(split: Split) -> PhaseField {
+    PhaseField { split, ..PhaseField::new(1.0) }
+}
+
+fn damaged(material: Material, split: Split) -> PointMaterial {
+    material.with_fracture(Fracture::new(1.0)).at_point(Some(&split_field(split)))
+}
+
+fn deform(material: &PointMaterial, state: &Matrix3<f64>, g: f64) -> Deformed {
+    Deformed::new(material, state, g).expect("det F > 0")
+}
+
+/// The strains of logarithms, over any scalar.
+fn strains<T: DualNum<f64> + Copy>(log: [T; 3]) -> Strains<T> {
+    Strains::new(log, log.map(|e| DualNum::exp_m1(&(e * 2.0))))
+}
+
+/// Both laws with the splits that they have, hybrid or not.
+fn forms() -> Vec<(Printed, Split, bool)> {
+    let splits = [Split::None, Split::VolumetricDeviatoric, Split::Spectral];
+    let hencky = splits.map(|split| (Printed::Hencky, split));
+    let neo_hookean = splits[..2].iter().map(|&split| (Printed::NeoHookean, split));
+    let all = hencky.into_iter().chain(neo_hookean);
+    all.flat_map(|(law, split)| [false, true].map(|hybrid| (law, split, hybrid))).collect()
+}
+
+#[test]
+fn every_law_is_one() {
+    for (law, split, hybrid) in forms() {
+        let material = law.written_out().with_fracture(Fracture::new(1.0));
+        assert_material(&material, Some(&PhaseField { hybrid, ..split_field(split) }));
+    }
+    for law in examples() {
+        for split in [Split::None, Split::VolumetricDeviatoric] {
+            let material = law.clone().with_fracture(Fracture::new(1.0));
+            assert_material(&material, Some(&split_field(split)));
+        }
+        assert_material(&law, None);
+    }
+}
+
+/// g ψ⁺ + ψ⁻ as printed.
+fn printed_energy<T: DualNum<f64> + Copy>(
+    (law, split, hybrid): (Printed, Split, bool),
+    e: [T; 3],
+    g: f64,
+) -> T {
+    let [plus, minus] = law.energies(split, e);
+    plus * g + minus * if hybrid { g } else { 1.0 }
+}
+
+/// A law that is written out against its printed energy, differentiated by dual numbers: energies
+/// and stress, tangent and shear terms.
+#[test]
+fn laws_are_the_derivatives_of_their_printed_energies() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(12);
+    let close = |x: f64, y: f64, tolerance: f64, strain: &[f64; 3]| {
+        assert!((x - y).abs() < tolerance * YOUNG, "{x} and {y} at {strain:?}")
+    };
+    for form in forms() {
+        let (law, split, hybrid) = form;
+        let material = law.written_out().with_fracture(Fracture::new(1.0));
+        let material = material.at_point(Some(&PhaseField { hybrid, ..split_field(split) }));
+        for _ in 0..20 {
+            let e: [f64; 3] = std::array::from_fn(|_| rng.random_range(-0.4..0.3));
+            let own = material.respond::<true>(&strains(e), 0.3);
+            let (energy, stress, tangent): (f64, SVector<f64, 3>, SMatrix<f64, 3, 3>) =
+                hessian(|e| printed_energy(form, [e[0], e[1], e[2]], 0.3), &SVector::from(e));
+            close(own.energy, energy, 1e-12, &e);
+            close(own.driving, law.energies(split, e)[0], 1e-12, &e);
+            for i in 0..3 {
+                close(own.stress[i], stress[i], 1e-12, &e);
+                for j in 0..=i {
+                    close(own.normal[packed(i, j)], tangent[(i, j)], 1e-12, &e);
+                }
+                let (a, b) = ((i + 1) % 3, (i + 2) % 3);
+                // loses digits by its division
+                let shear = 0.5 * (stress[a] - stress[b]) / (e[a] - e[b]).tanh();
+                close(own.shear[i], shear, 1e-11, &e);
+            }
+        }
+    }
+}
+
+/// The kernel over dual numbers gives the derivatives that it writes out over single ones.
+#[test]
+fn the_kernel_differentiates_itself() {
+    fn law<T>(moduli: [T; 2]) -> FormulaLaw<T> {
+        FormulaLaw { formula: Formula::Hencky, degraded: Degraded::ALL, moduli, phases: None }
+    }
+    let e = [0.1, -0.2, 0.05];
+    let of_one = law([150.0, 110.0]).respond::<true>(&strains(e), 0.3);
+    for k in 0..3 {
+        let mut along = e.map(num_dual::Dual64::from);
+        along[k] = along[k].derivative();
+        let moduli = [150.0, 110.0].map(num_dual::Dual64::from);
+        let dual = law(moduli).respond::<false>(&strains(along), 0.3.into());
+        assert!((dual.energy.eps - of_one.stress[k]).abs() < 1e-13 * YOUNG);
+        for i in 0..3 {
+            let own = of_one.normal[packed(i.max(k), i.min(k))];
+            assert!((dual.stress[i].eps - own).abs() < 1e-13 * YOUNG);
+        }
+    }
+}
+
+fn assert_same(a: &Response<f64>, b: &Response<f64>, tolerance: f64, at: &[f64; 3]) {
+    for (x, y) in a.numbers().into_iter().zip(b.numbers()) {
+        assert!((x - y).abs() < tolerance * YOUNG, "{x} and {y} at {at:?}");
+    }
+}
+
+#[test]
+fn laws_given_by_their_energy_equal_those_written_out_at_any_distance_of_strains() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(13);
+    for printed in [Printed::Hencky, Printed::NeoHookean] {
+        for split in [Split::None, Split::VolumetricDeviatoric] {
+            let own = damaged(Material::hyperelastic(printed).expect("a law"), split);
+            let written_out = damaged(printed.written_out(), split);
+            for gap in [0.0, 1e-12, 1e-7, 1e-3, 0.03, 0.0999, 0.1001, 0.4] {
+                let middle = rng.random_range(-0.3..0.3);
+                let e = [middle + gap, middle, rng.random_range(-0.3..0.3)];
+                for g in [1.0, 0.3, 0.0] {
+                    let [own, written_out] =
+                        [&own, &written_out].map(|m| m.respond::<true>(&strains(e), g));
+                    assert_same(&own, &written_out, 1e-12, &e);
+                }
+            }
+        }
+    }
+}
+
+/// Laws with a volumetric term of their own: under pressure damage spares that term and no other.
+#[test]
+fn the_volumetric_term_of_a_law_is_what_pressure_keeps() {
+    let [mooney, ogden, _] = examples();
+    for (law, bulk) in [(mooney, 200.0), (ogden, 150.0)] {
+        let material = damaged(law, Split::VolumetricDeviatoric);
+        for stretches in [[0.8, 1.1, 0.9], [0.7, 0.7, 0.7], [1.2, 1.1, 0.9], [1.0; 3]] {
+            let j: f64 = stretches.iter().product();
+            let state = Matrix3::from_diagonal(&stretches.map(|s| s - 1.0).into());
+            let stiff = deform(&material, &state, 0.0);
+            let term = bulk / 4.0 * (j * j - 1.0 - 2.0 * j.ln());
+            let kept = if j < 1.0 { term } else { 0.0 };
+            assert!((stiff.response.energy - kept).abs() < 1e-12 * bulk, "at {stretches:?}");
+            let pressure = if j < 1.0 { 0.5 * bulk * (j * j - 1.0) } else { 0.0 };
+            for i in 0..3 {
+                let exact = pressure / stretches[i];
+                assert!((stiff.piola()[(i, i)] - exact).abs() < 1e-12 * bulk);
+            }
+        }
+    }
+}
+
+/// One of each of the laws that come as examples.
+fn examples() -> [Material; 3] {
+    let made = |law: Result<Material, _>| law.expect("a law");
+    [
+        made(Material::hyperelastic(MooneyRivlin {
+            c10_mpa: 40.0,
+            c01_mpa: 15.0,
+            bulk_mpa: 200.0,
+        })),
+        made(Material::hyperelastic(Ogden {
+            terms: [(63.0, 1.3), (0.12, 5.0), (-10.0, -2.0)].map(OgdenTerm::from).to_vec(),
+            bulk_mpa: 150.0,
+        })),
+        made(Material::hyperelastic(SaintVenantKirchhoff { lame_mpa: 110.0, shear_mpa: 110.0 })),
+    ]
+}
+
+#[test]
+fn the_parts_of_every_split_add_up_and_are_continuous_at_equal_and_at_zero_strains() {
+    let respond =
+        |split, e, g| damaged(Printed::Hencky.written_out(), split).respond::<true>(&strains(e), g);
+    let all = [
+        [0.1, -0.2, 0.05],
+        [-0.1, -0.1, 0.3],
+        [0.1, 0.1, 0.1],
+        [-0.2, -0.2, -0.2],
+        [1e-9, -1e-9, 0.0],
+        [0.0; 3],
+    ];
+    for e in all {
+        let mut whole = respond(Split::None, e, 1.0);
+        for split in [Split::VolumetricDeviatoric, Split::Spectral] {
+            let parts = respond(split, e, 1.0);
+            (whole.driving, whole.stress_plus) = (parts.driving, parts.stress_plus);
+            assert_same(&parts, &whole, 1e-13, &e);
+        }
+    }
+    // both strains through zero, hardly apart: the shear term stays between its two limits
+    let shear = YOUNG / (2.0 * (1.0 + POISSON));
+    for tiny in [1e-3, 1e-9, 1e-15, 1e-300] {
+        let e = [tiny, -0.5 * tiny, 0.0];
+        let [all, minus] = [1.0, 0.0].map(|g| respond(Split::Spectral, e, g).shear[2]);
+        let share = (all - minus) / shear;
+        assert!((share - 2.0 / 3.0).abs() < 1e-6, "{share} of μ at {tiny}");
+    }
+}
+
+#[test]
+fn a_hybrid_material_degrades_all_and_is_driven_by_the_part() {
+    let steel = Material::hencky(YOUNG, POISSON).with_fracture(Fracture::new(1.0));
+    for (state, _) in states() {
+        let of = |field: PhaseField| deform(&steel.at_point(Some(&field)), &state, 0.3);
+        let split = split_field(Split::Spectral);
+        let hybrid = of(PhaseField { hybrid: true, ..split });
+        let whole = of(split_field(Split::None));
+        assert_eq!(hybrid.response.driving, of(split).response.driving);
+        let difference = (hybrid.piola() - whole.piola()).norm();
+        assert!(difference <= 1e-13 * whole.piola().norm());
+    }
+}
+
+/// The Kirchhoff stress of the Hencky law against log b by the series
+/// log b = 2 (Z + Z³/3 + Z⁵/5 + …), Z = (b − I)(b + I)⁻¹, which needs no eigenvalues.
+#[test]
+fn spectral_stress_equals_the_series_logarithm() {
+    let material = Material::hencky(YOUNG, POISSON).at_point(None);
+    let m = material.moduli;
+    for (state, _) in states() {
+        let f = Matrix3::identity() + state;
+        let excess = state + state.transpose() + state * state.transpose();
+        let z = excess
+            * (excess + 2.0 * Matrix3::<f64>::identity())
+                .try_inverse()
+                .expect("b + I is positive definite");
+        let (mut power, mut strain) = (z, Matrix3::zeros());
+        for k in 0..400 {
+            strain += power / f64::from(2 * k + 1);
+            power *= z * z;
+        }
+        let trace = strain.trace();
+        let series =
+            2.0 * m.shear * strain + (m.bulk - 2.0 / 3.0 * m.shear) * trace * Matrix3::identity();
+        let spectral = deform(&material, &state, 1.0).piola() * f.transpose();
+        assert!(
+            (spectral - series).norm() < 1e-13 * series.norm(),
+            "{} at {state}",
+            (spectral - series).norm()
+        );
+    }
+}
+
+/// Responses of one material after the other at displacement gradients, as many at once as there
+/// are lanes: [`Response::numbers`], and whether det F > 0.
+struct Responses<'a> {
+    materials: &'a [PointMaterial],
+    degraded: Degraded,
+    states: &'a [Matrix3<f64>],
+}
+
+impl WithSimd for Responses<'_> {
+    type Output = Vec<([f64; 18], bool)>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let mut points = Vec::new();
+        for (batch, states) in self.states.chunks(SimdF64::<S>::COUNT).enumerate() {
+            let mut h = [[SimdF64::splat(simd, 0.0); 3]; 3];
+            for i in 0..3 {
+                for j in 0..3 {
+                    let mut column = [0.0; POINTS];
+                    for (x, state) in column.iter_mut().zip(states) {
+                        *x = state[(i, j)];
+                    }
+                    h[i][j] = SimdF64::load(simd, &column);
+                }
+            }
+            let first = batch * SimdF64::<S>::COUNT;
+            let materials: [&PointMaterial; POINTS] =
+                std::array::from_fn(|k| &self.materials[(first + k) % self.materials.len()]);
+            let mut moduli = [[0.0; POINTS]; 2];
+            for lane in 0..POINTS {
+                let PointMaterial { moduli: of_lane, .. } = materials[lane];
+                (moduli[0][lane], moduli[1][lane]) = (of_lane.bulk, of_lane.shear);
+            }
+            let moduli = moduli.each_ref().map(|x| SimdF64::load(simd, x));
+            let law = LaneLaw::new(None, self.degraded, moduli, None, materials);
+            let principal = Principal::new(&h);
+            let response = law.respond::<true>(&principal.strains, SimdF64::splat(simd, 0.3));
+            let lane = |x: SimdF64<S>, lane: usize| {
+                let mut column = [0.0; POINTS];
+                x.store(&mut column);
+                column[lane]
+            };
+            for (k, _) in states.iter().enumerate() {
+                let numbers = [
+                    &[response.energy, response.driving][..],
+                    &response.stress,
+                    &response.stress_plus,
+                    &response.normal,
+                    &response.shear,
+                    &[response.softening],
+                ];
+                let mut all = [0.0; 18];
+                all.iter_mut().zip(numbers.concat()).for_each(|(x, y)| *x = lane(y, k));
+                points.push((all, lane(principal.sound, k) == 1.0));
+            }
+        }
+        points
+    }
+}
+
+/// Displacement gradients near and far from each other's principal axes and stretches.
+fn gradients() -> Vec<Matrix3<f64>> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(21);
+    let mut all: Vec<Matrix3<f64>> = states().into_iter().map(|s| s.0).collect();
+    let stretched = |d: [f64; 3]| Matrix3::from_diagonal(&d.into());
+    all.extend([[0.0; 3], [0.0, 0.0, -0.3], [-0.2, 0.4, -0.2]].map(stretched));
+    for k in 0..60 {
+        let size = 0.3 * 10f64.powi(-(k % 12));
+        let shear = Matrix3::from_fn(|_, _| size * rng.random_range(-1.0..1.0));
+        all.push(shear);
+        all.push(shear + Matrix3::identity() * rng.random_range(-0.3..0.3));
+    }
+    all
+}
+
+/// One law for all lanes, and a mixture with laws of the user.
+#[test]
+fn several_points_give_what_each_gives_alone() {
+    let all = gradients();
+    for (law, split, hybrid) in forms() {
+        let field = PhaseField { hybrid, ..split_field(split) };
+        let point = |m: Material| m.with_fracture(Fracture::new(1.0)).at_point(Some(&field));
+        let one = vec![point(law.written_out())];
+        let mut mixed = vec![point(Material::hencky(YOUNG, POISSON))];
+        if split != Split::Spectral {
+            mixed.push(point(Material::neo_hookean(90.0, 0.4)));
+            mixed.extend(examples().map(point));
+        }
+        for materials in [one, mixed] {
+            let responses = || Responses {
+                materials: &materials,
+                degraded: Degraded { split, hybrid },
+                states: &all,
+            };
+            let wide = crate::operator::dispatch(responses());
+            for many in [wide, pulp::Scalar::new().vectorize(responses())] {
+                assert_eq!(many.len(), all.len());
+                for (k, ((numbers, sound), state)) in many.into_iter().zip(&all).enumerate() {
+                    let material = &materials[k % materials.len()];
+                    let alone = deform(material, state, 0.3);
+                    assert!(sound);
+                    // a strain of zero is on either side of a kink
+                    let log = alone.principal.strains.log;
+                    let kink = log.into_iter().chain([log.iter().sum()]).any(|e| e.abs() < 1e-14);
+                    let stiffness = material.moduli.bulk;
+                    for (n, (x, y)) in numbers.into_iter().zip(alone.response.numbers()).enumerate()
+                    {
+                        // energies and stresses are as small as their strains, tangents are not
+                        let size = if n < 8 { state.norm() } else { 1.0 };
+                        if n < 8 || split == Split::None || !kink {
+                            let error = (x - y).abs();
+                            assert!(
+                                error <= 2e-12 * size * stiffness,
+                                "{n}: {x} {y} {split:?} {state}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn one_inverted_point_is_found_among_others() {
+    let materials = [Material::hencky(YOUNG, POISSON).at_point(None)];
+    for bad in [Matrix3::from_diagonal(&[-2.0, 0.0, 0.0].into()), Matrix3::from_element(f64::NAN)] {
+        for place in 0..POINTS {
+            let mut states = vec![Matrix3::zeros(); POINTS];
+            states[place] = bad;
+            let all = Responses { materials: &materials, degraded: Degraded::ALL, states: &states };
+            let sound = crate::operator::dispatch(all).into_iter().map(|point| point.1);
+            assert!(sound.enumerate().all(|(k, sound)| sound == (k != place)));
+        }
+    }
+}
+
+/// ln(1 + x) against the library's, from the least numbers to the largest.
+#[test]
+fn logarithms_are_those_of_the_library() {
+    struct Logarithms<'a>(&'a [f64; POINTS]);
+    impl WithSimd for Logarithms<'_> {
+        type Output = [f64; POINTS];
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) -> [f64; POINTS] {
+            let mut out = [0.0; POINTS];
+            SimdF64::load(simd, self.0).ln_1p().store(&mut out);
+            out
+        }
+    }
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(22);
+    for k in 0..4000 {
+        let size = 10f64.powi(k % 40 - 30);
+        let mut x: [f64; POINTS] = std::array::from_fn(|_| size * rng.random_range(-1.0..1.0));
+        x.iter_mut().filter(|x| **x <= -1.0).for_each(|x| *x = -1.0 - 1.0 / *x);
+        x[1] =
+            [0.0, -0.999_999_999, -0.292_893_218_813_452_4, 0.414_213_562_373_095][k as usize % 4];
+        for (x, y) in x.into_iter().zip(crate::operator::dispatch(Logarithms(&x))) {
+            let exact = x.ln_1p();
+            assert!(
+                (y - exact).abs() <= 8e-16 * exact.abs(),
+                "ln(1 + {x:e}) = {y:e}, not {exact:e}"
+            );
+        }
+    }
+}

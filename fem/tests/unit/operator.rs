@@ -1,0 +1,257 @@
+//! Residual and tangent of a whole mesh.
+
+mod element_kernel;
+
+use std::sync::Arc;
+
+use rand::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use self::element_kernel::Form;
+use super::*;
+use crate::element::{DamageRule, Domain, Linear, Quadratic, Space, Tetrahedron};
+use crate::fields::Fields;
+use crate::material::{
+    CrackDensity, Fracture, Material, PhaseField, PointMaterial, SaintVenantKirchhoff, Split,
+};
+use crate::mesh::TetMesh;
+
+/// A law for Young's modulus and Poisson's ratio.
+type Law = fn(f64, f64) -> Material;
+
+/// A unit cube of n³ cells, six tetrahedra each, its inner nodes moved at random; two regions.
+fn cube(n: usize, rng: &mut impl Rng) -> TetMesh {
+    let at = |i: usize, j: usize, k: usize| (i + (n + 1) * (j + (n + 1) * k)) as u32;
+    let mut mesh = TetMesh { regions: vec!["soft".into(), "stiff".into()], ..TetMesh::default() };
+    for k in 0..=n {
+        for j in 0..=n {
+            for i in 0..=n {
+                let inner = [i, j, k].iter().all(|&x| x > 0 && x < n);
+                let shift = if inner { 0.25 / n as f64 } else { 0.0 };
+                mesh.nodes.push(
+                    [i, j, k].map(|x| x as f64 / n as f64 + shift * rng.random_range(-1.0..1.0)),
+                );
+            }
+        }
+    }
+    for (i, j, k) in (0..n * n * n).map(|c| (c % n, c / n % n, c / n / n)) {
+        let corner = |c: usize| at(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
+        for [a, b] in [[1, 3], [3, 2], [2, 6], [6, 4], [4, 5], [5, 1]] {
+            mesh.tets.push([corner(0), corner(a), corner(b), corner(7)]);
+            mesh.region_of.push(u16::from((i + j + k) % 2 == 0));
+        }
+    }
+    mesh.validate().expect("a sound mesh");
+    mesh
+}
+
+/// A law written out in the soft region, and one of the user in the stiff one.
+fn mixed(young: f64, poisson: f64) -> Material {
+    if young < 1000.0 {
+        return Material::neo_hookean(young, poisson);
+    }
+    let shear_mpa = young / (2.0 * (1.0 + poisson));
+    let lame_mpa = 2.0 * shear_mpa * poisson / (1.0 - 2.0 * poisson);
+    Material::hyperelastic(SaintVenantKirchhoff { lame_mpa, shear_mpa }).expect("a law")
+}
+
+fn materials(law: Law, field: PhaseField, stiff_damages: bool) -> Vec<PointMaterial> {
+    let soft = law(275.0, 0.25).with_fracture(Fracture {
+        toughness_n_per_mm: 2.0,
+        viscosity_mpa_s: 0.3,
+        residual_stiffness: 0.01,
+    });
+    let tough = soft.fracture.map(|f| Fracture { toughness_n_per_mm: 9.0, ..f });
+    let stiff = Material { fracture: tough.filter(|_| stiff_damages), ..law(2000.0, 0.25) };
+    [soft, stiff].iter().map(|m| m.at_point(Some(&field))).collect()
+}
+
+/// Taylor test of the potential whose derivatives residual and tangent are.
+fn assert_taylor<const N: usize, T: Tetrahedron<N>>(
+    form: Form,
+    rule: DamageRule,
+    law: Law,
+    field: PhaseField,
+    stiff_damages: bool,
+) {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+    let mesh = form.shape(cube(2, &mut rng), &mut rng);
+    let assembly = Assembly::new(Space::new::<T>(&mesh, rule)).homogenised(form.rule());
+    let nodes = assembly.space.nodes.len();
+    let materials = materials(law, field, stiff_damages);
+    let pattern = Arc::new(Pattern::new(&assembly.space.tets, nodes));
+
+    // a compressed state, so that the split is on one side of its kink
+    let mut random_fields = |size: f64, damage: std::ops::Range<f64>| Fields {
+        displacement: assembly
+            .space
+            .nodes
+            .iter()
+            .map(|x| {
+                std::array::from_fn(|k| {
+                    -0.1 * size * x[k] + 0.03 * size * rng.random_range(-1.0..1.0)
+                })
+            })
+            .collect(),
+        damage: (0..nodes).map(|_| rng.random_range(damage.clone())).collect(),
+    };
+    let fields = random_fields(1.0, 0.2..0.8);
+    let direction = random_fields(1.0, -1.0..1.0);
+    let before: Vec<f64> = fields.damage.iter().map(|phi| 0.9 * phi).collect();
+    let context = StepContext::new(&before, 0.1);
+    let moved = |t: f64| {
+        let mut at = fields.clone();
+        for (u, d) in at.displacement.iter_mut().zip(&direction.displacement) {
+            (0..3).for_each(|k| u[k] += t * d[k]);
+        }
+        at.damage.iter_mut().zip(&direction.damage).for_each(|(phi, d)| *phi += t * d);
+        at
+    };
+    let evaluate = |at: &Fields| {
+        let mut residual = Residual::new(nodes);
+        let increment = Increment { materials: &materials, fields: at, context };
+        assembly.residual(&increment, &mut residual).expect("no element is inverted");
+        residual
+    };
+    let mut tangent = Tangent::new(pattern);
+    let increment = Increment { materials: &materials, fields: &fields, context };
+    assembly.tangent(&increment, Coupling::Full, &mut tangent).expect("no element is inverted");
+
+    assert_matrix_free(&assembly, &increment, &tangent);
+    let d: Vec<[f64; 4]> = direction
+        .displacement
+        .iter()
+        .zip(&direction.damage)
+        .map(|(u, phi)| [u[0], u[1], u[2], *phi])
+        .collect();
+    let start = evaluate(&fields);
+    let slope: f64 = start.nodal.iter().flatten().zip(d.as_flattened()).map(|(r, d)| r * d).sum();
+    let mut product = vec![[0.0; 4]; nodes];
+    tangent.multiply(&d, &mut product);
+    let curvature: f64 =
+        product.as_flattened().iter().zip(d.as_flattened()).map(|(p, d)| p * d).sum();
+    let remainders = |t: f64| {
+        let first = evaluate(&moved(t)).potential() - start.potential() - t * slope;
+        [first.abs(), (first - 0.5 * t * t * curvature).abs()]
+    };
+    let (coarse, fine) = (remainders(4e-3), remainders(1e-3));
+    for (k, least) in [1.9, 2.9].into_iter().enumerate() {
+        let order = (coarse[k] / fine[k]).log2() / 2.0;
+        assert!(order > least, "{rule:?} {field:?}: remainder {} falls with slope {order}", k + 1);
+    }
+}
+
+/// The matrix-free product and diagonal against the assembled matrix, with any number of threads.
+fn assert_matrix_free<const N: usize>(
+    assembly: &Assembly<N>,
+    increment: &Increment,
+    tangent: &Tangent,
+) {
+    let nodes = &assembly.space.nodes;
+    let layout = Arc::new(Layout::new(assembly.domain()));
+    let x: Vec<[f64; 4]> = nodes
+        .iter()
+        .enumerate()
+        .map(|(n, p)| [(3.0 * p[0]).sin(), p[1] * p[2], 0.3 - p[2], (n as f64).cos()])
+        .collect();
+    let mut expected = vec![[0.0; 4]; nodes.len()];
+    tangent.multiply(&x, &mut expected);
+    let largest = |v: &[[f64; 4]]| v.as_flattened().iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let difference = |a: &[[f64; 4]], b: &[[f64; 4]]| {
+        a.as_flattened().iter().zip(b.as_flattened()).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()))
+    };
+    let product = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| {
+            let mut free = MatrixFree::<f64>::new(Arc::clone(&layout));
+            free.linearise(assembly, increment, Coupling::Full).expect("no element is inverted");
+            let mut y = vec![[0.0; 4]; nodes.len()];
+            free.apply(&x, &mut y);
+            (y, free.diagonal())
+        })
+    };
+    let (y, diagonal) = product(1);
+    let error = difference(&y, &expected) / largest(&expected);
+    assert!(error < 1e-13, "{N} nodes: {error}");
+    let assembled = tangent.diagonal();
+    assert!(difference(&diagonal, &assembled) < 1e-13 * largest(&assembled));
+    assert_eq!((y, diagonal), product(2), "threads change the result");
+    let mut single = MatrixFree::<f32>::new(layout);
+    single.linearise(assembly, increment, Coupling::Full).expect("no element is inverted");
+    let mut y = vec![[0.0; 4]; nodes.len()];
+    single.apply(&x, &mut y);
+    assert!(difference(&y, &expected) < 3e-6 * largest(&expected));
+}
+
+#[test]
+fn residual_and_tangent_are_derivatives_of_the_energy() {
+    let at2 = PhaseField::new(0.3);
+    let forms = [
+        (Material::hencky as Law, at2),
+        (Material::hencky as Law, PhaseField { split: Split::VolumetricDeviatoric, ..at2 }),
+        (
+            Material::hencky as Law,
+            PhaseField { split: Split::Spectral, model: CrackDensity::At1, ..at2 },
+        ),
+        (Material::neo_hookean as Law, at2),
+        (mixed, PhaseField { split: Split::VolumetricDeviatoric, ..at2 }),
+    ];
+    for (k, (law, field)) in forms.into_iter().enumerate() {
+        // mixtures are of Hencky's law
+        for form in [Form::Plain, Form::ALL[if k < 3 { 2 + k } else { 1 }]] {
+            for stiff_damages in [true, false] {
+                for rule in [DamageRule::Vertex, DamageRule::Consistent, DamageRule::Eleven] {
+                    assert_taylor::<4, Linear>(form, rule, law, field, stiff_damages);
+                    assert_taylor::<10, Quadratic>(form, rule, law, field, stiff_damages);
+                }
+            }
+        }
+    }
+}
+
+/// Residual, energies, tangent and driving energies of a mesh that is large enough for threads.
+fn assert_threads_change_nothing<const N: usize, T: Tetrahedron<N>>(n: usize) {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
+    let mesh = cube(n, &mut rng);
+    let assembly = Assembly::new(Space::new::<T>(&mesh, DamageRule::Vertex));
+    let nodes = assembly.space.nodes.len();
+    let materials = materials(Material::hencky as Law, PhaseField::new(0.3), true);
+    let size = 0.003 / n as f64;
+    let mut random = || rng.random_range(-1.0..1.0);
+    let fields = Fields {
+        displacement: (0..nodes).map(|_| std::array::from_fn(|_| size * random())).collect(),
+        damage: (0..nodes).map(|_| 0.5 + 0.4 * random()).collect(),
+    };
+    let context = StepContext::new(&fields.damage, 0.1);
+    let increment = Increment { materials: &materials, fields: &fields, context };
+    let pattern = Arc::new(Pattern::new(&assembly.space.tets, nodes));
+    let evaluate = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| {
+            let mut residual = Residual::new(nodes);
+            let mut tangent = Tangent::new(Arc::clone(&pattern));
+            let mut driving = vec![0.0; assembly.space.points()];
+            assembly.residual(&increment, &mut residual).expect("no element is inverted");
+            assembly.tangent(&increment, Coupling::Full, &mut tangent).expect("as before");
+            assembly.driving_energies(&increment, &mut driving).expect("as before");
+            assert!(tangent.symmetric && residual.elastic > 0.0);
+            let energies = [residual.elastic, residual.fracture, residual.viscous];
+            (residual.nodal, residual.drive, energies, tangent.blocks, driving)
+        })
+    };
+    let (alone, together) = (evaluate(1), evaluate(3));
+    assert!(alone == together, "threads change the assembly of {N}-node elements");
+    // an inverted element is found by whichever thread has it
+    let mut folded = fields.clone();
+    folded.displacement[nodes / 2] = [3.0; 3];
+    let increment = Increment { fields: &folded, ..increment };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("threads");
+    let mut residual = Residual::new(nodes);
+    assert!(pool.install(|| assembly.residual(&increment, &mut residual)).is_err());
+}
+
+#[test]
+fn threads_change_no_bit_of_the_assembly() {
+    assert_threads_change_nothing::<4, Linear>(17);
+    assert_threads_change_nothing::<10, Quadratic>(12);
+}

@@ -1,0 +1,201 @@
+//! The geometry that a case describes: a cylinder with a packing, an image of a specimen, or a mesh file.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use fem::gmsh::PhysicalGroup;
+use fem::{Meshing, Order, Packing, Scanner, Segmentation};
+
+use super::{CaseFile, SpecimenCase};
+use crate::error::InputError;
+
+/// Geometry of a case.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SpecimenGeometry {
+    /// A cylinder, all matrix or with a packing of grains.
+    Cylinder {
+        /// Radius in mm.
+        radius_mm: f64,
+        /// Height in mm.
+        height_mm: f64,
+        /// Packing, if there are grains.
+        grains: Option<Packing>,
+        /// How the packing is scanned and found again, if its mesh comes from an image of it.
+        scan: Option<(Scanner, Segmentation)>,
+        /// How it is meshed.
+        meshing: Meshing,
+    },
+    /// An image of a specimen.
+    Image {
+        /// File or folder, its path complete.
+        stack: PathBuf,
+        /// Edge of a voxel in mm, if the file's tags are not to be trusted.
+        voxel_mm: Option<f64>,
+        /// How grains are found.
+        segmentation: Segmentation,
+        /// Radius in mm, if not that of the image.
+        radius_mm: Option<f64>,
+        /// Height in mm, if not that of the image.
+        height_mm: Option<f64>,
+        /// How it is meshed.
+        meshing: Meshing,
+    },
+    /// A Gmsh file.
+    Mesh {
+        /// The file, its path complete.
+        file: PathBuf,
+        /// Physical volume of each region.
+        regions: BTreeMap<String, PhysicalGroup>,
+        /// Physical surfaces.
+        surfaces: BTreeMap<String, PhysicalGroup>,
+    },
+}
+
+impl CaseFile {
+    /// The geometry that the case describes.
+    ///
+    /// # Errors
+    /// When cylinder, image and mesh are mixed, or none is complete.
+    pub fn geometry(&self) -> Result<SpecimenGeometry, InputError> {
+        let s = &self.case.specimen;
+        if let Some(mesh) = &s.mesh {
+            return self.mesh_file(s, mesh);
+        }
+        let Some(spacing_mm) = s.spacing_mm else { return Err(self.missing("spacing_mm")) };
+        let meshing = Meshing {
+            mode: s.grain_mode,
+            elements_across: s.elements_across,
+            min_dihedral_deg: s.min_dihedral_deg,
+            curved: s.order == Order::Quadratic,
+            ..Meshing::new(spacing_mm)
+        };
+        let image = s.image.clone().unwrap_or_default();
+        if let Some(stack) = &image.stack {
+            let extra = [("grains", s.grains.is_some()), ("scan", s.scan.is_some())];
+            if let Some((key, _)) = extra.iter().find(|(_, given)| *given) {
+                let help = "The image shows the grains: remove one of the two.";
+                return Err(self.beside_error(key, "image.stack", help));
+            }
+            let stack = self.existing("image.stack", stack, |path| path.exists())?;
+            return Ok(SpecimenGeometry::Image {
+                stack,
+                voxel_mm: image.voxel_mm,
+                segmentation: image.segmentation,
+                radius_mm: s.radius_mm,
+                height_mm: s.height_mm,
+                meshing,
+            });
+        }
+        let scan = match (&s.scan, &s.image, &s.grains) {
+            (None, None, _) => None,
+            (None, Some(_), _) => {
+                return Err(self.error(
+                    "specimen.image.stack",
+                    "",
+                    "is missing",
+                    "Name the file or the folder of the image, or add a table [specimen.scan] that makes one.",
+                ));
+            }
+            (Some(_), _, None) => {
+                let help = "A virtual scan shows a packing: add specimen.grains.";
+                return Err(self.error("specimen.grains", "", "is missing", help));
+            }
+            (Some(scan), ..) => Some((*scan, image.segmentation)),
+        };
+        let Some(radius_mm) = s.radius_mm else { return Err(self.missing("radius_mm")) };
+        let Some(height_mm) = s.height_mm else { return Err(self.missing("height_mm")) };
+        let grains = s.grains.clone();
+        Ok(SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, scan, meshing })
+    }
+
+    fn mesh_file(&self, s: &SpecimenCase, mesh: &PathBuf) -> Result<SpecimenGeometry, InputError> {
+        let extra = [
+            ("radius_mm", s.radius_mm.is_some()),
+            ("height_mm", s.height_mm.is_some()),
+            ("spacing_mm", s.spacing_mm.is_some()),
+            ("grains", s.grains.is_some()),
+            ("scan", s.scan.is_some()),
+            ("image", s.image.is_some()),
+        ];
+        if let Some((key, _)) = extra.iter().find(|(_, given)| *given) {
+            let help =
+                "A mesh replaces the lattice, the packing and the image: remove one of the two.";
+            return Err(self.beside_error(key, "mesh", help));
+        }
+        let file = self.existing("mesh", mesh, |path| path.is_file())?;
+        if s.regions.is_empty() {
+            return Err(self.error(
+                "specimen.regions",
+                "",
+                "is missing",
+                "Name the mesh's physical volumes: regions = { matrix = 1, grain = 2 }.",
+            ));
+        }
+        let platens = self.case.conditions.is_none();
+        for surface in ["bottom", "top"] {
+            if platens && !s.surfaces.contains_key(surface) {
+                return Err(self.error(
+                    "specimen.surfaces",
+                    "",
+                    format!("the surface {surface} is missing"),
+                    "Name the mesh's physical surfaces: surfaces = { bottom = 11, top = 12 }.",
+                ));
+            }
+        }
+        for (key, groups) in [("regions", &s.regions), ("surfaces", &s.surfaces)] {
+            if let Some((first, second, group)) = named_twice(groups) {
+                return Err(self.error(
+                    &format!("specimen.{key}"),
+                    "",
+                    format!("{first} and {second} both are the physical group {group}"),
+                    "Give each its own group of the mesh file.",
+                ));
+            }
+        }
+        let (regions, surfaces) = (s.regions.clone(), s.surfaces.clone());
+        Ok(SpecimenGeometry::Mesh { file, regions, surfaces })
+    }
+
+    /// The place of a file that a key of `[specimen]` names.
+    fn existing(
+        &self,
+        key: &str,
+        name: &PathBuf,
+        is_there: fn(&PathBuf) -> bool,
+    ) -> Result<PathBuf, InputError> {
+        let path = self.beside(name);
+        if is_there(&path) {
+            return Ok(path);
+        }
+        Err(self.error(
+            &format!("specimen.{key}"),
+            name.display().to_string(),
+            "there is no such file",
+            format!("It is sought at {}.", path.display()),
+        ))
+    }
+
+    fn missing(&self, key: &str) -> InputError {
+        self.error(
+            &format!("specimen.{key}"),
+            "",
+            "is missing",
+            "Give radius_mm, height_mm and spacing_mm, or an image with spacing_mm, or a mesh.",
+        )
+    }
+
+    fn beside_error(&self, key: &str, other: &str, help: &str) -> InputError {
+        let problem = format!("stands beside specimen.{other}");
+        self.error(&format!("specimen.{key}"), "", problem, help)
+    }
+}
+
+/// Two names of one physical group, and the group.
+fn named_twice(
+    groups: &BTreeMap<String, PhysicalGroup>,
+) -> Option<(&String, &String, &PhysicalGroup)> {
+    groups.iter().enumerate().find_map(|(i, (first, group))| {
+        let (second, _) = groups.iter().skip(i + 1).find(|(_, other)| *other == group)?;
+        Some((first, second, group))
+    })
+}

@@ -1,0 +1,68 @@
+//! Where the viewer of a picture in space stands: far away, parallel rays.
+
+/// Azimuth and elevation of the viewer in degrees.
+const VIEW: (f64, f64) = (-52.0, 24.0);
+/// Where light comes from.
+const LIGHT: [f64; 3] = [0.25, -0.6, 0.76];
+
+/// An orthogonal view of a specimen whose axis is z.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Camera {
+    right: [f64; 3],
+    up: [f64; 3],
+    /// From the specimen to the viewer.
+    pub(super) towards: [f64; 3],
+}
+
+impl Camera {
+    pub(super) fn new() -> Self {
+        let (azimuth, elevation) = (VIEW.0.to_radians(), VIEW.1.to_radians());
+        let towards =
+            [elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin()];
+        let right = [-azimuth.sin(), azimuth.cos(), 0.0];
+        Self { right, up: cross(towards, right), towards }
+    }
+
+    /// To the right, downwards and towards the viewer.
+    pub(super) fn project(&self, p: [f64; 3]) -> [f64; 3] {
+        [dot(p, self.right), -dot(p, self.up), dot(p, self.towards)]
+    }
+
+    /// The point of these coordinates.
+    pub(super) fn unproject(&self, [x, y, depth]: [f64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|k| x * self.right[k] - y * self.up[k] + depth * self.towards[k])
+    }
+}
+
+/// The light on a surface of this outward unit normal, from 0.5 in the dark to 1.
+pub(super) fn light(normal: [f64; 3]) -> f64 {
+    0.5 + 0.5 * dot(normal, LIGHT).max(0.0)
+}
+
+pub(super) fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_projected_comes_back() {
+        let camera = Camera::new();
+        let p = [0.3, -1.2, 2.5];
+        let back = camera.unproject(camera.project(p));
+        assert!(sub(p, back).iter().all(|d| d.abs() < 1e-14), "{back:?}");
+        // up is up, and what is nearer has the greater depth
+        assert!(camera.project([0.0, 0.0, 1.0])[1] < 0.0);
+        assert!(camera.project(camera.towards)[2] > 0.0);
+    }
+}

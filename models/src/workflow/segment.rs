@@ -1,0 +1,149 @@
+//! Stage `segment`: an image, real or of a virtual scan, to labelled grains.
+
+use fem::{Region, Segmented, Volume, outlined_slice, tiff};
+
+use super::WorkflowError;
+use super::files::write;
+use super::specimen::Source;
+use super::task::Task;
+use crate::progress::{Bar, say};
+use crate::report::{Raster, grain_picture, grain_sizes, side_by_side};
+
+/// What stands in `solid.tif` for a voxel that is all grain.
+pub(super) const WHOLE: f32 = 65535.0;
+/// The steps that a segmentation tells of, for its bar.
+const STEPS: f64 = 7.0;
+
+pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
+    let inputs = &task.inputs;
+    let Some(scanned) = inputs.scanned()? else {
+        return Ok("the case has no image: nothing to segment".to_owned());
+    };
+    let grey = scanned.image(inputs.case_path())?;
+    if let Source::Scan(..) = scanned.source {
+        write_16_bits(task, "scan.tif", &grey, 1.0)?;
+    }
+    let bar = Bar::new("segment");
+    let mut step = 0.0;
+    let found = scanned.segment(inputs.case_path(), &grey, &mut |name| {
+        bar.set(step / STEPS, name);
+        step += 1.0;
+    })?;
+    drop(bar);
+    for warning in &found.warnings {
+        say("note", warning);
+    }
+    tiff::write_labels(&task.product("labels.tif")?, &found.labels)?;
+    write_16_bits(task, "solid.tif", &found.solid, WHOLE)?;
+    task.write_csv("grains.csv", GRAIN_COLUMNS, found.regions.iter().map(grain))?;
+    let rows = quantities(&found).into_iter().map(|(name, value)| [name.to_owned(), value]);
+    task.write_csv("segment.csv", ["quantity", "value"], rows)?;
+
+    write_picture(task, "slices.png", &slices(&grey, &found.labels)?)?;
+    write_picture(task, "grains.png", &grain_picture(&found.labels))?;
+    let sizes: Vec<(f64, f64)> =
+        found.regions.iter().map(|grain| (grain.diameter_mm(), grain.volume_mm3)).collect();
+    task.write("grain_sizes.svg", &grain_sizes(&sizes))?;
+    let (count, part) = (found.statistics.grains, 100.0 * found.statistics.grain_fraction);
+    Ok(format!("{count} grains, {part:.1} % of the specimen"))
+}
+
+/// Writes values times a factor as whole numbers of 16 bits.
+fn write_16_bits(
+    task: &Task<'_>,
+    name: &str,
+    volume: &Volume<f32>,
+    factor: f32,
+) -> Result<(), WorkflowError> {
+    let number = |&value: &f32| (factor * value).round().clamp(0.0, 65535.0) as u32;
+    let values = volume.values.iter().map(number).collect();
+    let whole = Volume { shape: volume.shape, voxel_mm: volume.voxel_mm, values };
+    Ok(tiff::write_labels(&task.product(name)?, &whole)?)
+}
+
+/// Writes a picture as PNG.
+pub(super) fn write_picture(
+    task: &Task<'_>,
+    name: &str,
+    picture: &Raster,
+) -> Result<(), WorkflowError> {
+    let path = task.product(name)?;
+    let bytes = picture.to_png().map_err(|e| WorkflowError::io(&path, e))?;
+    write(&path, &bytes)
+}
+
+/// The slices through the middle, across the axis and along it twice.
+fn slices(grey: &Volume<f32>, labels: &Volume<u32>) -> Result<Raster, WorkflowError> {
+    let mut pictures = Vec::new();
+    for axis in [2, 1, 0] {
+        let slice = outlined_slice(grey, labels, axis, grey.shape[axis] / 2)?;
+        pictures.push(Raster::from_bytes(slice.width, &slice.pixels));
+    }
+    Ok(side_by_side(&pictures))
+}
+
+const GRAIN_COLUMNS: [&str; 13] = [
+    "id",
+    "volume_mm3",
+    "x_mm",
+    "y_mm",
+    "z_mm",
+    "voxels",
+    "diameter_mm",
+    "axis_a_mm",
+    "axis_b_mm",
+    "axis_c_mm",
+    "surface_mm2",
+    "touches_boundary",
+    "neighbours",
+];
+
+fn grain(region: &Region) -> [String; 13] {
+    let [x, y, z] = region.centroid_mm.map(|c| c.to_string());
+    let [a, b, c] = region.axes_mm.map(|c| c.to_string());
+    let neighbours: Vec<String> = region.neighbours.iter().map(u32::to_string).collect();
+    [
+        region.id.to_string(),
+        region.volume_mm3.to_string(),
+        x,
+        y,
+        z,
+        region.voxels.to_string(),
+        region.diameter_mm().to_string(),
+        a,
+        b,
+        c,
+        region.surface_mm2.to_string(),
+        u8::from(region.touches_boundary).to_string(),
+        neighbours.join(" "),
+    ]
+}
+
+/// What is known of the specimen as a whole.
+fn quantities(found: &Segmented) -> Vec<(&'static str, String)> {
+    let Segmented { cylinder, statistics: s, labels, .. } = found;
+    let number = |x: f64| x.to_string();
+    let mut rows = vec![
+        ("grains", s.grains.to_string()),
+        ("grain_fraction", number(s.grain_fraction)),
+        ("voxel_fraction", number(s.voxel_fraction)),
+        ("radius_mm", number(cylinder.radius_mm)),
+        ("height_mm", number(cylinder.height_mm())),
+        ("centre_x_mm", number(cylinder.centre_mm[0])),
+        ("centre_y_mm", number(cylinder.centre_mm[1])),
+        ("bottom_mm", number(cylinder.bottom_mm)),
+        ("top_mm", number(cylinder.top_mm)),
+        ("volume_mm3", number(s.volume_mm3)),
+        ("voxel_mm", number(labels.voxel_mm)),
+        ("d10_mm", number(s.d10_mm)),
+        ("d50_mm", number(s.d50_mm)),
+        ("d90_mm", number(s.d90_mm)),
+        ("median_diameter_mm", number(s.median_diameter_mm)),
+        ("coordination", number(s.coordination)),
+        ("grain_threshold", number(found.grain_threshold)),
+        ("rim_over_centre", number(found.rim_over_centre)),
+        ("block", u8::from(found.block).to_string()),
+    ];
+    rows.extend(found.void_threshold.map(|grey| ("void_threshold", number(grey))));
+    rows
+}

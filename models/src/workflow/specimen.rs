@@ -1,0 +1,186 @@
+//! From a case to the mesh of its specimen: a packing, an image of one, or a mesh file.
+
+use std::path::{Path, PathBuf};
+
+use fem::{
+    Cylinder, GrainList, MeshError, MeshReport, Meshed, Meshing, Packing, Scanner, Segmentation,
+    Segmented, TetMesh, Volume, VoxelGrains, gmsh, tiff,
+};
+
+use super::WorkflowError;
+use crate::case::{CaseFile, SpecimenGeometry};
+
+/// Where grey values come from.
+pub(super) enum Source {
+    /// A file or a folder, and the edge of a voxel if its tags do not say it.
+    Stack(PathBuf, Option<f64>),
+    /// A virtual scan of a packing in a cylinder of this radius and height (mm).
+    Scan(Scanner, Packing, [f64; 2]),
+}
+
+/// An image to be segmented.
+pub(super) struct Scanned {
+    pub(super) source: Source,
+    pub(super) segmentation: Segmentation,
+    /// Radius and height in mm, where the case gives them.
+    pub(super) size_mm: [Option<f64>; 2],
+}
+
+impl Scanned {
+    /// What is scanned and how it is meshed, if the grains of this geometry come from an image.
+    pub(super) fn of(geometry: &SpecimenGeometry) -> Option<(Self, Meshing)> {
+        match geometry {
+            SpecimenGeometry::Image {
+                stack,
+                voxel_mm,
+                segmentation,
+                radius_mm,
+                height_mm,
+                meshing,
+            } => {
+                let scanned = Self {
+                    source: Source::Stack(stack.clone(), *voxel_mm),
+                    segmentation: segmentation.clone(),
+                    size_mm: [*radius_mm, *height_mm],
+                };
+                Some((scanned, *meshing))
+            }
+            SpecimenGeometry::Cylinder {
+                radius_mm,
+                height_mm,
+                grains: Some(packing),
+                scan: Some((scanner, segmentation)),
+                meshing,
+            } => {
+                let size = [*radius_mm, *height_mm];
+                let scanned = Self {
+                    source: Source::Scan(*scanner, packing.clone(), size),
+                    segmentation: segmentation.clone(),
+                    size_mm: size.map(Some),
+                };
+                Some((scanned, *meshing))
+            }
+            _ => None,
+        }
+    }
+
+    /// The grey values.
+    pub(super) fn image(&self, case: &Path) -> Result<Volume<f32>, WorkflowError> {
+        match &self.source {
+            Source::Stack(path, voxel_mm) => Ok(tiff::read(path, *voxel_mm)?),
+            Source::Scan(scanner, packing, [radius_mm, height_mm]) => {
+                let grains = packed(case, Some(packing), *radius_mm, *height_mm)?;
+                let scan = scanner.scan(*radius_mm, *height_mm, &grains);
+                let scan = scan.map_err(|source| {
+                    let file = case.to_owned();
+                    WorkflowError::Scan { file, source }
+                })?;
+                Ok(scan.grey)
+            }
+        }
+    }
+
+    /// The grains in these grey values; `progress` is told each step.
+    pub(super) fn segment(
+        &self,
+        case: &Path,
+        grey: &Volume<f32>,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<Segmented, WorkflowError> {
+        let mut found = self
+            .segmentation
+            .run(grey, progress)
+            .map_err(|source| WorkflowError::Segmentation { file: case.to_owned(), source })?;
+        // a size that is given keeps the middle of the one that was found
+        let [radius, height] = self.size_mm;
+        let cylinder = &mut found.cylinder;
+        cylinder.radius_mm = radius.unwrap_or(cylinder.radius_mm);
+        if let Some(height) = height {
+            let middle = 0.5 * (cylinder.bottom_mm + cylinder.top_mm);
+            (cylinder.bottom_mm, cylinder.top_mm) = (middle - 0.5 * height, middle + 0.5 * height);
+        }
+        Ok(found)
+    }
+}
+
+/// The grains of a packing, each known exactly.
+fn packed(
+    case: &Path,
+    packing: Option<&Packing>,
+    radius_mm: f64,
+    height_mm: f64,
+) -> Result<GrainList, WorkflowError> {
+    let grains = match packing.filter(|packing| packing.fraction > 0.0) {
+        Some(packing) => packing
+            .fill(radius_mm, height_mm)
+            .map_err(|source| WorkflowError::Packing { file: case.to_owned(), source })?,
+        None => Vec::new(),
+    };
+    Ok(GrainList::new(grains, radius_mm, height_mm))
+}
+
+/// The mesh of a cylinder [radius, height] in mm with a packing.
+pub(super) fn packed_mesh(
+    case: &Path,
+    [radius_mm, height_mm]: [f64; 2],
+    packing: Option<&Packing>,
+    meshing: &Meshing,
+) -> Result<Meshed, WorkflowError> {
+    let grains = packed(case, packing, radius_mm, height_mm)?;
+    let built = meshing.build(radius_mm, height_mm, &grains);
+    built.map_err(|source| WorkflowError::Meshing { file: case.to_owned(), source })
+}
+
+/// The mesh of labelled voxels with the grain fraction of each.
+pub(super) fn labelled_mesh(
+    case: &Path,
+    labels: &Volume<u32>,
+    solid: &Volume<f32>,
+    cylinder: &Cylinder,
+    meshing: &Meshing,
+) -> Result<Meshed, WorkflowError> {
+    let grains = VoxelGrains::new(labels, Some(solid), cylinder);
+    let built = meshing.build(cylinder.radius_mm, cylinder.height_mm(), &grains);
+    built.map_err(|source| WorkflowError::Meshing { file: case.to_owned(), source })
+}
+
+/// The mesh of a geometry that needs no image, with the mesher's report unless it is a mesh file.
+pub(super) fn direct_mesh(
+    case: &Path,
+    geometry: &SpecimenGeometry,
+) -> Result<(TetMesh, Option<MeshReport>), WorkflowError> {
+    match geometry {
+        SpecimenGeometry::Mesh { file, regions, surfaces } => {
+            let names = gmsh::GmshNames { regions: regions.clone(), surfaces: surfaces.clone() };
+            let mesh = gmsh::read(file, &names).map_err(|e| match e {
+                MeshError::File { .. } | MeshError::Io { .. } => e.into(),
+                // what the mesh's own check finds does not know of the file
+                source => WorkflowError::UnsoundMesh { path: file.clone(), source },
+            })?;
+            Ok((mesh, None))
+        }
+        SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, meshing, .. } => {
+            let size = [*radius_mm, *height_mm];
+            let Meshed { mesh, report } = packed_mesh(case, size, grains.as_ref(), meshing)?;
+            Ok((mesh, Some(report)))
+        }
+        SpecimenGeometry::Image { .. } => {
+            Err(WorkflowError::Unusable("the image has not been segmented".to_owned()))
+        }
+    }
+}
+
+/// The mesh of a case without any file in between, for a single simulation.
+pub(super) fn mesh_of(file: &CaseFile) -> Result<TetMesh, WorkflowError> {
+    let geometry = file.geometry()?;
+    if let Some((scanned, meshing)) = Scanned::of(&geometry) {
+        let grey = scanned.image(&file.path)?;
+        let found = scanned.segment(&file.path, &grey, &mut |_| ())?;
+        drop(grey);
+        let Segmented { labels, solid, cylinder, .. } = &found;
+        let size = [cylinder.radius_mm, cylinder.height_mm()];
+        file.check_spacing("specimen.spacing_mm", meshing.spacing_mm, size[0], size[1])?;
+        return Ok(labelled_mesh(&file.path, labels, solid, cylinder, &meshing)?.mesh);
+    }
+    Ok(direct_mesh(&file.path, &geometry)?.0)
+}

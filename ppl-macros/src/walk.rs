@@ -1,0 +1,92 @@
+//! The way through a body, statement by statement as they are written. Analyses go it, each looking at
+//! what it asks for; syn's visitor leads on through the Rust inside.
+
+use syn::visit::Visit;
+use syn::{Expr, Pat};
+
+use crate::ast::{ArmBody, Block, Flow, Init, Kind, Left, Statement};
+
+pub(crate) trait Walk<'a>: Visit<'a> {
+    fn block(&mut self, block: &'a Block) {
+        self::block(self, block);
+    }
+
+    fn statement(&mut self, statement: &'a Statement) {
+        self::statement(self, statement);
+    }
+
+    fn flow(&mut self, flow: &'a Flow) {
+        self::flow(self, flow);
+    }
+
+    fn labels(&mut self, labels: &'a Expr) {
+        self.visit_expr(labels);
+    }
+
+    /// A pattern takes a value apart: of `let`, of `for` and of the arms of `match`.
+    fn bind(&mut self, pat: &'a Pat, value: &'a Expr) {
+        let _ = value;
+        self.visit_pat(pat);
+    }
+}
+
+pub(crate) fn block<'a>(walk: &mut (impl Walk<'a> + ?Sized), block: &'a Block) {
+    block.statements.iter().for_each(|statement| walk.statement(statement));
+}
+
+pub(crate) fn statement<'a>(walk: &mut (impl Walk<'a> + ?Sized), statement: &'a Statement) {
+    let labels = statement.dims.iter().filter_map(|dim| dim.labels.as_ref());
+    labels.for_each(|labels| walk.labels(labels));
+    match &statement.kind {
+        Kind::Tilde { left, right, .. } => {
+            if let Left::Place(place) | Left::Missing(place) = left {
+                walk.visit_expr(place);
+            }
+            walk.visit_expr(right);
+        }
+        Kind::Let { pat, init: Some(Init::Value { value, diverge, .. }), .. } => {
+            walk.visit_expr(value);
+            diverge.iter().for_each(|(_, value)| walk.visit_expr(value));
+            walk.bind(pat, value);
+        }
+        Kind::Let { pat, init, .. } => {
+            if let Some(Init::Flow(_, flow)) = init {
+                walk.flow(flow);
+            }
+            walk.visit_pat(pat);
+        }
+        Kind::For(plate) => {
+            walk.visit_expr(&plate.iter);
+            plate.label.iter().for_each(|label| walk.visit_label(label));
+            walk.bind(&plate.pat, &plate.iter);
+            walk.block(&plate.body);
+        }
+        Kind::Factor { weight, .. } => walk.visit_expr(weight),
+        Kind::Flow(flow) | Kind::End(Init::Flow(_, flow)) => walk.flow(flow),
+        Kind::End(Init::Value { value, .. }) => walk.visit_expr(value),
+        Kind::Rust(stmt) => walk.visit_stmt(stmt),
+        Kind::Broken { .. } => {}
+    }
+}
+
+pub(crate) fn flow<'a>(walk: &mut (impl Walk<'a> + ?Sized), flow: &'a Flow) {
+    match flow {
+        Flow::If { condition, then, otherwise, .. } => {
+            walk.visit_expr(condition);
+            walk.block(then);
+            otherwise.iter().for_each(|(_, flow)| walk.flow(flow));
+        }
+        Flow::Match { scrutinee, arms, .. } => {
+            walk.visit_expr(scrutinee);
+            for arm in arms {
+                walk.bind(&arm.pat, scrutinee);
+                arm.guard.iter().for_each(|(_, guard)| walk.visit_expr(guard));
+                match &arm.body {
+                    ArmBody::Block(block) => walk.block(block),
+                    ArmBody::Value(value) => walk.visit_expr(value),
+                }
+            }
+        }
+        Flow::Block(block) => walk.block(block),
+    }
+}

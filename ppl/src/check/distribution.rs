@@ -1,0 +1,298 @@
+//! What must hold for every distribution of one number.
+
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use super::gradient::derivative;
+use crate::accumulator::Joined;
+use crate::distribution::{Distribution, UnivariateDensity, Unknown};
+use crate::dual::Dual;
+use crate::scalar::Scalar;
+use crate::special::integral_from_zero;
+
+/// Numbers with derivatives in x and up to seven parameters.
+#[doc(hidden)]
+pub type Lifted = Dual<8>;
+
+const DRAWS: usize = 20_000;
+/// √n sup |Fₙ − F| exceeds this with probability 10⁻⁴: √(½ ln(2/10⁻⁴)).
+const KOLMOGOROV_SMIRNOV: f64 = 2.225;
+
+/// Asserts what must hold for every distribution of one number, of the library's and of yours:
+/// `assert_distribution!([m, s] Normal(m, s), [0.3, 2.0], [-1.0, 0.5, 4.0])` names the parameters and
+/// says the family over them, their values, and points well inside the support.
+///
+/// - The density integrates to 1 and has the mean and variance that it says, by quadrature.
+/// - `cdf` and `sf` are integrals of the density, and the quantiles their inverse.
+/// - Draws follow the `cdf` (Kolmogorov–Smirnov, at 1 in 10 000 for the seed 1).
+/// - The maps to and from unconstrained space are inverse, and their Jacobian is in the density.
+/// - Partials in x and in every parameter, whichever of these are unknown, are the differences of the
+///   log density; so are those of `.truncate(a..b)` and `.censor(a..b)`.
+///
+/// Where the density has a corner, which quadrature must not cross, say `, corner 0.3` at the end.
+///
+/// # Panics
+/// With the first value that is wrong, and what it should be.
+///
+/// # Example
+/// ```
+/// use ppl::prelude::*;
+///
+/// ppl::check::assert_distribution!([m, s] LogNormal(m, s), [1.2, 0.5], [0.2, 3.0, 20.0]);
+/// ```
+#[macro_export]
+macro_rules! assert_distribution {
+    ([$($p:ident),*] $distribution:expr, $parameters:expr, $points:expr $(, corner $corner:expr)?) => {
+        $crate::check::assert_conformance(
+            &$crate::check::Case {
+                name: &format!("{} at {:?}", stringify!($distribution), $parameters),
+                parameters: $parameters,
+                points: &$points,
+                corner: None::<f64>$(.or(Some($corner)))?,
+            },
+            &|[$($p),*]| $distribution,
+            &|[$($p),*]| $distribution,
+        )
+    };
+}
+
+/// A family with the values of its parameters, and points well inside the support.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug)]
+pub struct Case<'a, const P: usize> {
+    pub name: &'a str,
+    pub parameters: [f64; P],
+    pub points: &'a [f64],
+    /// Where the density has a corner.
+    pub corner: Option<f64>,
+}
+
+/// A distribution over numbers of one kind that can be an unknown.
+#[doc(hidden)]
+pub trait Over<R: Scalar>: UnivariateDensity<R> + Unknown<R, Value = R> {}
+
+impl<R: Scalar, D: UnivariateDensity<R> + Unknown<R, Value = R>> Over<R> for D {}
+
+/// What [`assert_distribution`](crate::assert_distribution) calls, with the family over plain numbers
+/// and over those with derivatives.
+#[doc(hidden)]
+#[track_caller]
+pub fn assert_conformance<const P: usize, D: Over<f64>, G: Over<Lifted>>(
+    case: &Case<'_, P>,
+    make: &dyn Fn([f64; P]) -> D,
+    lifted: &dyn Fn([Lifted; P]) -> G,
+) {
+    let distribution = make(case.parameters);
+    let valid = crate::Univariate::validate(&distribution);
+    assert!(valid.is_ok(), "{}: {valid:?}", case.name);
+    case.moments(&distribution);
+    case.distribution_functions(&distribution);
+    case.draws(&distribution);
+    case.maps(&distribution);
+    case.partials(make, lifted);
+}
+
+/// Log density at the coordinate `y`, by the way of an unknown.
+fn constrained<R: Scalar, D: Unknown<R>>(distribution: &D, y: R, jacobian: bool) -> R {
+    Joined::of(|terms| {
+        distribution.constrain(&mut || y, jacobian, terms);
+    })
+}
+
+/// The density at the coordinate `y`; none where eʸ leaves the range of numbers.
+fn density<D: Over<f64>>(distribution: &D, y: f64) -> f64 {
+    let density = constrained(distribution, y, true).exp();
+    if !density.is_finite() && y.abs() > 650.0 { 0.0 } else { density }
+}
+
+impl<const P: usize> Case<'_, P> {
+    #[track_caller]
+    fn close(&self, got: f64, expected: f64, relative: f64, absolute: f64, what: &str) {
+        let error = (got - expected).abs();
+        assert!(
+            error <= relative * expected.abs() + absolute,
+            "{what} of {}: {got:e}, but {expected:e} is right, error {error:.1e}",
+            self.name
+        );
+    }
+
+    /// A middle and a width of the density over coordinates: the corner or the median, and the
+    /// distance between the quartiles.
+    fn place<D: Over<f64>>(&self, distribution: &D) -> (f64, f64) {
+        let support = distribution.support();
+        let [first, median, third] =
+            [0.25, 0.5, 0.75].map(|p| support.unconstrain(distribution.quantile(p)));
+        (self.corner.map_or(median, |x| support.unconstrain(x)), third - first)
+    }
+
+    /// ∫ g(x) p(x) dx.
+    fn expectation<D: Over<f64>>(&self, distribution: &D, g: impl Fn(f64) -> f64) -> f64 {
+        let (middle, width) = self.place(distribution);
+        let support = distribution.support();
+        let at = |y: f64| {
+            let p = density(distribution, y);
+            if p == 0.0 { 0.0 } else { p * g(support.constrain(y).0) }
+        };
+        let side = |sign: f64| {
+            integral_from_zero(|distance| at(middle + sign * distance), f64::INFINITY, width.abs())
+        };
+        side(-1.0) + side(1.0)
+    }
+
+    fn moments<D: Over<f64>>(&self, distribution: &D) {
+        self.close(self.expectation(distribution, |_| 1.0), 1.0, 1e-9, 0.0, "the integral");
+        let (mean, variance) = (distribution.mean(), distribution.variance());
+        if mean.is_finite() {
+            let by_quadrature = self.expectation(distribution, |x| x);
+            let absolute = 1e-9 * variance.sqrt().min(f64::MAX);
+            self.close(mean, by_quadrature, 1e-7, absolute, "the mean");
+        }
+        if mean.is_finite() && variance.is_finite() {
+            let by_quadrature = self.expectation(distribution, |x| (x - mean).powi(2));
+            self.close(variance, by_quadrature, 1e-6, 0.0, "the variance");
+        }
+    }
+
+    fn distribution_functions<D: Over<f64>>(&self, distribution: &D) {
+        let (_, width) = self.place(distribution);
+        let support = distribution.support();
+        for &x in self.points {
+            let (below, above) = (distribution.cdf(x), distribution.sf(x));
+            let y = support.unconstrain(x);
+            // the coordinate may run against x
+            let towards = if below < above { -width.signum() } else { width.signum() };
+            let tail = |distance: f64| density(distribution, y + towards * distance);
+            let by_quadrature = integral_from_zero(tail, f64::INFINITY, width.abs());
+            self.close(below.min(above), by_quadrature, 1e-8, 0.0, &format!("a tail at {x}"));
+            self.close(below + above, 1.0, 1e-14, 0.0, &format!("the sum of both tails at {x}"));
+            // an error of the probability by its rounding moves x by ε · tail/density
+            let pdf = distribution.ln_density(&x).exp();
+            let allowed = |tail: f64| 1e-11 * tail / pdf + 1e-13 * x.abs();
+            if below < 0.9 {
+                self.close(distribution.quantile(below), x, 0.0, allowed(below), "a quantile");
+            }
+            if above < 0.9 {
+                let back = distribution.upper_quantile(above);
+                self.close(back, x, 0.0, allowed(above), "an upper quantile");
+            }
+        }
+        let (low, high) = support.bounds();
+        for (outside, below) in [(low - 1.0, 0.0), (high + 1.0, 1.0)] {
+            if outside.is_finite() {
+                let found = [distribution.cdf(outside), distribution.sf(outside)];
+                assert_eq!(found, [below, 1.0 - below], "cdf and sf at {outside}, {}", self.name);
+                let none: f64 = distribution.ln_density(&outside);
+                assert_eq!(none, f64::NEG_INFINITY, "density at {outside}, {}", self.name);
+            }
+        }
+    }
+
+    fn draws<D: Over<f64>>(&self, distribution: &D) {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+        let mut draws: Vec<f64> = (0..DRAWS).map(|_| distribution.sample(&mut rng)).collect();
+        draws.sort_by(f64::total_cmp);
+        let n = DRAWS as f64;
+        let distance = draws.iter().enumerate().fold(0.0f64, |distance, (i, &x)| {
+            let p = distribution.cdf(x);
+            distance.max(p - i as f64 / n).max((i + 1) as f64 / n - p)
+        });
+        let statistic = n.sqrt() * distance;
+        assert!(
+            statistic < KOLMOGOROV_SMIRNOV,
+            "draws of {} do not follow its cdf: Kolmogorov–Smirnov statistic {statistic}",
+            self.name
+        );
+    }
+
+    fn maps<D: Over<f64>>(&self, distribution: &D) {
+        let support = distribution.support();
+        for &x in self.points {
+            let mut y = Vec::new();
+            Unknown::<f64>::unconstrain(distribution, &x, &mut y);
+            let back = support.constrain(y[0]).0;
+            self.close(back, x, 1e-12, 0.0, "a value by way of its coordinate");
+            let slope = derivative(|step| support.constrain(y[0] + step).0);
+            let with = distribution.ln_density(&x) + slope.0.abs().ln();
+            let what = format!("the log density over coordinates at x = {x}");
+            self.close(constrained(distribution, y[0], true), with, 1e-8, 1e-8, &what);
+            let without = constrained(distribution, y[0], false);
+            self.close(without, distribution.ln_density(&x), 1e-12, 1e-12, &what);
+        }
+    }
+
+    /// Values with derivatives where any of the parameters are unknown, against differences of the
+    /// values without.
+    fn partials<D: Over<f64>, G: Over<Lifted>>(
+        &self,
+        make: &dyn Fn([f64; P]) -> D,
+        lifted: &dyn Fn([Lifted; P]) -> G,
+    ) {
+        let plain = make(self.parameters);
+        let support = plain.support();
+        let [low, middle, high] = [0.1, 0.5, 0.8].map(|p| plain.quantile(p));
+        type Reading<'r, T, R> = (&'r str, Vec<f64>, &'r dyn Fn(&T, R) -> R);
+        let inner: Vec<f64> = vec![middle];
+        let coordinates: Vec<f64> = self.points.iter().map(|&x| support.unconstrain(x)).collect();
+        let values: [Reading<'_, D, f64>; 5] = [
+            ("ln_density", self.points.to_vec(), &|d, x| d.ln_density(&x)),
+            ("constrain", coordinates.clone(), &|d, y| constrained(d, y, true)),
+            ("constrain without Jacobian", coordinates, &|d, y| constrained(d, y, false)),
+            ("truncate", inner, &|d, x| d.clone().truncate(low..high).ln_density(&x)),
+            ("censor", vec![low, high], &|d, x| d.clone().censor(low..high).ln_density(&x)),
+        ];
+        let duals: [&dyn Fn(&G, Lifted) -> Lifted; 5] = [
+            &|d, x| d.ln_density(&x),
+            &|d, y| constrained(d, y, true),
+            &|d, y| constrained(d, y, false),
+            &|d, x| d.clone().truncate(low..high).ln_density(&x),
+            &|d, x| d.clone().censor(low..high).ln_density(&x),
+        ];
+        for ((reading, points, value), dual) in values.iter().zip(duals) {
+            for &at in points {
+                let what = format!("{reading} at {at}");
+                let expected = value(&plain, at);
+                // the ends of an instrument are data
+                let moves = *reading != "censor";
+                let (first, last) = match *reading {
+                    "ln_density" => support.bounds(),
+                    "truncate" => (low, high),
+                    _ => (f64::NEG_INFINITY, f64::INFINITY),
+                };
+                let reach =
+                    (0.05 * at.abs().max(0.2)).min(0.2 * (at - first)).min(0.2 * (last - at));
+                let along_x = |step: f64| value(&plain, at + 5.0 * reach * step);
+                let in_x = derivative(along_x).0 / (5.0 * reach);
+                let in_parameters: [f64; P] = std::array::from_fn(|i| {
+                    let p = self.parameters[i];
+                    let reach = 0.1 * p.abs().max(0.05);
+                    let along = |step: f64| {
+                        let mut parameters = self.parameters;
+                        parameters[i] = p + reach * step;
+                        value(&make(parameters), at)
+                    };
+                    derivative(along).0 / reach
+                });
+                for unknown in 0..1usize << P {
+                    let parameters = std::array::from_fn(|i| {
+                        let is_unknown = unknown >> i & 1 == 1;
+                        let slope = |j| if is_unknown && j == i + 1 { 1.0 } else { 0.0 };
+                        Dual::new(self.parameters[i], std::array::from_fn(slope))
+                    });
+                    let x = |j| if j == 0 { 1.0 } else { 0.0 };
+                    let found = dual(&lifted(parameters), Dual::new(at, std::array::from_fn(x)));
+                    self.close(found.value(), expected, 1e-9, 1e-9, &what);
+                    let gradient = found.gradient();
+                    if moves {
+                        self.close(gradient[0], in_x, 1e-7, 1e-7, &format!("∂x of {what}"));
+                    }
+                    for i in 0..P {
+                        let is_unknown = unknown >> i & 1 == 1;
+                        let expected = if is_unknown { in_parameters[i] } else { 0.0 };
+                        let what = format!("the partial in parameter {i} of {what}");
+                        self.close(gradient[i + 1], expected, 1e-7, 1e-7, &what);
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! The sufficient statistics of normal data about a linear predictor.
+//!
+//! Σᵢ (yᵢ − aᵢ − xᵢ b)² = Σ_g n_g (ȳ_g − a_g − x̄_g b)² + ‖ỹ − X̃ b‖², with ỹ and X̃ less the means of
+//! their groups. With the QR factorisation of [X̃ ỹ], whose triangle has the rows (rₖ, zₖ) and a
+//! last one (0, ρ), the last square is Σₖ (zₖ − rₖ b)² + ρ².
+
+use nalgebra::DMatrix;
+
+use super::design::Design;
+use super::intercept::Intercept;
+use crate::datum::Datum;
+use crate::distribution::Sequence;
+use crate::parameter::Parameter;
+use crate::partials::Partials;
+use crate::scalar::Scalar;
+
+/// The statistics as they were written: rows of the triangle, then those of the groups.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Statistics<'s> {
+    /// Number of data.
+    pub(super) n: f64,
+    /// ρ².
+    rest: f64,
+    slopes: usize,
+    /// For every slope k: rₖ and zₖ.
+    triangle: &'s [f64],
+    /// For every group g: x̄_g, ȳ_g and n_g.
+    groups: &'s [f64],
+}
+
+impl<'s> Statistics<'s> {
+    /// Appends those of `y`, of data in `groups` groups and with `slopes` predictors.
+    pub(super) fn write(
+        x: &impl Design,
+        y: &[f64],
+        groups: usize,
+        group: impl Fn(usize) -> usize,
+        slopes: usize,
+        out: &mut Vec<f64>,
+    ) {
+        let width = slopes + 1;
+        // x̄, ȳ and the number of data; sums of differences from a first datum keep their digits
+        let mut means = vec![0.0; groups * (width + 1)];
+        let mut first = vec![None; groups];
+        let entry = |i: usize, k: usize| if k < slopes { x.row(i)[k] } else { y[i] };
+        for i in 0..y.len() {
+            let g = group(i);
+            let origin = *first[g].get_or_insert(i);
+            let own = &mut means[g * (width + 1)..(g + 1) * (width + 1)];
+            for k in 0..width {
+                own[k] += entry(i, k) - entry(origin, k);
+            }
+            own[width] += 1.0;
+        }
+        for (own, origin) in means.chunks_exact_mut(width + 1).zip(&first) {
+            if let Some(origin) = *origin {
+                for k in 0..width {
+                    own[k] = entry(origin, k) + own[k] / own[width];
+                }
+            }
+        }
+        let centred = DMatrix::from_fn(y.len().max(width), width, |i, k| {
+            if i < y.len() { entry(i, k) - means[group(i) * (width + 1) + k] } else { 0.0 }
+        });
+        let triangle = centred.qr().r();
+        let rest = triangle[(slopes, slopes)].powi(2);
+        out.extend([y.len() as f64, rest]);
+        for k in 0..slopes {
+            out.extend(triangle.row(k).iter());
+        }
+        out.extend(means);
+    }
+
+    /// `None` where there are none.
+    #[inline(always)]
+    pub(super) fn read(numbers: &'s [f64], slopes: usize) -> Option<Self> {
+        let (&[n, rest], numbers) = numbers.split_first_chunk()?;
+        let (triangle, groups) = numbers.split_at_checked(slopes * (slopes + 1))?;
+        Some(Self { n, rest, slopes, triangle, groups })
+    }
+}
+
+/// Data by their sufficient statistics, about a predictor.
+#[derive(Debug)]
+pub(super) struct Fit<'s, A, B> {
+    pub(super) statistics: Statistics<'s>,
+    pub(super) intercept: &'s A,
+    pub(super) slopes: &'s B,
+    /// 1/σ².
+    pub(super) weight: f64,
+}
+
+impl<'s, A, B> Fit<'s, A, B> {
+    /// The residual of a row [x, y] without the intercept.
+    #[inline(always)]
+    fn residual<R: Scalar>(&self, row: &[f64]) -> f64
+    where
+        B: Sequence<Item: Datum<R>>,
+    {
+        let mut residual = row[self.statistics.slopes];
+        for k in 0..self.statistics.slopes {
+            residual -= row[k] * self.slopes.at::<R>(k).value();
+        }
+        residual
+    }
+
+    #[inline(always)]
+    fn triangle(&self) -> impl Iterator<Item = &'s [f64]> {
+        self.statistics.triangle.chunks_exact(self.statistics.slopes + 1)
+    }
+
+    #[inline(always)]
+    fn groups(&self) -> impl Iterator<Item = (usize, &'s [f64])> {
+        self.statistics.groups.chunks_exact(self.statistics.slopes + 2).enumerate()
+    }
+
+    /// Σᵢ (yᵢ − ηᵢ)².
+    #[inline(always)]
+    pub(super) fn squares<R: Scalar>(&self) -> f64
+    where
+        A: Intercept<R>,
+        B: Sequence<Item: Datum<R>>,
+    {
+        let mut squares = self.statistics.rest;
+        for row in self.triangle() {
+            let residual = self.residual::<R>(row);
+            squares += residual * residual;
+        }
+        for (g, row) in self.groups() {
+            let residual = self.residual::<R>(row) - self.intercept.level(g);
+            squares += row[self.statistics.slopes + 1] * residual * residual;
+        }
+        squares
+    }
+
+    /// With the partial in σ, all partials of −½ Σᵢ (yᵢ − ηᵢ)²/σ² and a function of σ.
+    #[inline(always)]
+    pub(super) fn and<S>(self, sd: S, slope: f64) -> FitPartials<'s, A, B, S> {
+        FitPartials { fit: self, sd, slope }
+    }
+}
+
+#[derive(Debug)]
+pub(super) struct FitPartials<'s, A, B, S> {
+    fit: Fit<'s, A, B>,
+    sd: S,
+    slope: f64,
+}
+
+/// For how many slopes at a time the partials are sums in registers.
+const BLOCK: usize = 8;
+
+impl<R, A, B, S> Partials<R> for FitPartials<'_, A, B, S>
+where
+    R: Scalar,
+    A: Intercept<R>,
+    B: Sequence<Item: Datum<R>>,
+    S: Parameter + Datum<R>,
+{
+    #[inline(always)]
+    fn spread(self, f: &mut impl FnMut(R, f64)) {
+        let Self { fit, sd, slope } = self;
+        sd.spread(slope, f);
+        let slopes = fit.statistics.slopes;
+        for first in (0..slopes.max(1)).step_by(BLOCK) {
+            let mut sums = [0.0; BLOCK];
+            let mut add = |residual: f64, row: &[f64]| {
+                for k in 0..BLOCK.min(slopes - first) {
+                    sums[k] += residual * row[first + k];
+                }
+            };
+            for row in fit.triangle() {
+                add(fit.residual::<R>(row), row);
+            }
+            for (g, row) in fit.groups() {
+                let residual = fit.residual::<R>(row) - fit.intercept.level(g);
+                let residual = row[slopes + 1] * residual;
+                add(residual, row);
+                if first == 0 {
+                    fit.intercept.spread(g, fit.weight * residual, f);
+                }
+            }
+            for k in 0..BLOCK.min(slopes - first) {
+                f(fit.slopes.at(first + k), fit.weight * sums[k]);
+            }
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! Products of factors, and with vectors.
+
+use super::partials::Row;
+use super::{CholeskyFactor, DynCholeskyFactor, Factor};
+use crate::datum::Datum;
+use crate::density::DomainError;
+use crate::distribution::multivariate::size::{Fixed, Free, Size};
+use crate::scalar::Scalar;
+
+impl<R: Scalar, S: Size> Factor<R, S> {
+    /// The covariance matrix L Lᵀ.
+    pub fn covariance(&self) -> S::Matrix<R> {
+        let rows = self.rows();
+        let entry = |i: usize, j: usize| {
+            let pairs = || (0..=i.min(j)).map(|k| (rows[i][k], rows[j][k]));
+            let value = pairs().map(|(a, b)| a.value() * b.value()).sum();
+            let partials = pairs().flat_map(|(a, b)| [(a, b.value()), (b, a.value())]);
+            R::fuse_iter(value, partials)
+        };
+        let mut matrix = self.size.filled(R::from(0.0));
+        for i in 0..self.size() {
+            for j in 0..=i {
+                matrix[i][j] = entry(i, j);
+                matrix[j][i] = matrix[i][j];
+            }
+        }
+        matrix
+    }
+
+    /// The correlation matrix: L Lᵀ scaled to a unit diagonal.
+    pub fn correlation(&self) -> S::Matrix<R> {
+        // rows of other lengths have the same correlations
+        let mut rows = Self { scale: None, ..self.clone() }.rows();
+        for i in 0..self.size() {
+            let row = &mut rows[i];
+            let square: R = (0..=i).map(|j| row[j].square()).sum();
+            let length = square.sqrt();
+            (0..=i).for_each(|j| row[j] /= length);
+        }
+        let mut matrix = Self::from_rows(self.size, rows).covariance();
+        (0..self.size()).for_each(|i| matrix[i][i] = R::from(1.0));
+        matrix
+    }
+
+    /// The x with L x = b.
+    fn solved(&self, mut x: S::Vector<R>) -> S::Vector<R> {
+        let l = self.values();
+        for i in 0..self.size() {
+            let inner: f64 = (0..i).map(|j| l[i][j] * x[j].value()).sum();
+            let inverse = l[i][i].recip();
+            let value = (x[i].value() - inner) * inverse;
+            let mut in_row = self.size.vector(|j| -x[j].value() * inverse);
+            in_row[i] = -value * inverse;
+            let in_x = self.size.vector(|j| -l[i][j] * inverse);
+            let (start, (x_before, in_x)) = ((x[i], inverse), (&x.as_ref()[..i], in_x.as_ref()));
+            let row = Row { factor: self, i, in_row, x: x_before, in_x, start };
+            x[i] = R::gather(value, row);
+        }
+        x
+    }
+
+    /// L x + b.
+    #[inline]
+    fn product(&self, x: &S::Vector<R>, b: &S::Vector<R>) -> S::Vector<R> {
+        let (l, numbers) = (self.values(), self.size.vector(|j| x[j].value()));
+        self.size.vector(|i| {
+            let inner: f64 = (0..=i).map(|j| l[i][j] * numbers[j]).sum();
+            let (x, in_x, start) = (&x.as_ref()[..=i], l[i].as_ref(), (b[i], 1.0));
+            let row = Row { factor: self, i, in_row: numbers.clone(), x, in_x, start };
+            R::gather(b[i].value() + inner, row)
+        })
+    }
+}
+
+impl<R: Scalar, const K: usize> CholeskyFactor<R, K> {
+    /// From rows; what stands above the diagonal must be zero.
+    ///
+    /// # Errors
+    /// [`DomainError`] for a nonzero entry above the diagonal, or a diagonal that is not
+    /// positive and finite.
+    pub fn new(rows: [[R; K]; K]) -> Result<Self, DomainError> {
+        require_zeros("CholeskyFactor", &rows)?;
+        let factor = Self::from_rows(Fixed, rows);
+        factor.validate("CholeskyFactor")?;
+        Ok(factor)
+    }
+
+    /// diag(scale) · L.
+    #[inline(always)]
+    pub fn scale_rows(&self, scale: impl Datum<[R; K]>) -> Self {
+        self.scaled(scale.lift())
+    }
+
+    /// The x with L x = b.
+    pub fn solve_lower(&self, b: impl Datum<[R; K]>) -> [R; K] {
+        self.solved(b.lift())
+    }
+
+    /// L x.
+    pub fn times(&self, x: impl Datum<[R; K]>) -> [R; K] {
+        self.product(&x.lift(), &[R::from(0.0); K])
+    }
+
+    /// L x + b.
+    #[inline]
+    pub(in crate::distribution) fn times_and(&self, x: &[R; K], b: &[R; K]) -> [R; K] {
+        self.product(x, b)
+    }
+}
+
+impl<R: Scalar> DynCholeskyFactor<R> {
+    /// From rows, each at least up to the diagonal; what stands above it must be zero.
+    ///
+    /// # Errors
+    /// [`DomainError`] for a row that is too short or too long, a nonzero entry above the diagonal,
+    /// or a diagonal that is not positive and finite.
+    pub fn new(rows: &[Vec<R>]) -> Result<Self, DomainError> {
+        let size = rows.len();
+        for (i, row) in rows.iter().enumerate() {
+            let holds = (i + 1..=size).contains(&row.len());
+            let requirement = format_args!("between {} and {size}", i + 1);
+            let (name, length) = (format_args!("length of row {i}"), row.len() as f64);
+            DomainError::require(holds, NAME, name, requirement, length)?;
+        }
+        require_zeros(NAME, rows)?;
+        let factor = Self::from_fn(Free(size), |i, j| rows[i][j]);
+        factor.validate(NAME)?;
+        Ok(factor)
+    }
+
+    /// The factor of a covariance matrix, whose entries may depend on unknowns: as for the values of
+    /// a Gaussian process at given places. What stands above the diagonal is not read.
+    ///
+    /// # Errors
+    /// [`DomainError`] for a row that does not reach the diagonal, and for a matrix that is not
+    /// positive definite.
+    ///
+    /// # Example
+    /// ```
+    /// use ppl::prelude::*;
+    ///
+    /// ppl::model! {
+    ///     /// A line whose discrepancy is a smooth function of x, seen with noise.
+    ///     fn discrepancy(x: &[f64], y: &[f64]) {
+    ///         let slope ~ Normal(0.0, 2.0);
+    ///         let amplitude ~ HalfNormal(1.0);
+    ///         let length ~ LogNormal(0.0, 0.5);
+    ///         let sd ~ HalfNormal(0.3);
+    ///         let mut covariance: Vec<Vec<Real>> = Vec::new();
+    ///         for (i, a) in x.iter().enumerate() {
+    ///             let near = |b: &f64| (-0.5 * ((a - b) / length).square()).exp();
+    ///             let mut row: Vec<Real> = x[..=i].iter().map(|b| amplitude.square() * near(b)).collect();
+    ///             row[i] += sd.square();
+    ///             covariance.push(row);
+    ///         }
+    ///         let mean: Vec<Real> = x.iter().map(|x| slope * x).collect();
+    ///         y ~ MvNormalCholesky(mean, DynCholeskyFactor::of_covariance(&covariance)?);
+    ///     }
+    /// }
+    /// ppl::check::gradient(&discrepancy(&[0.0, 0.4, 1.0], &[0.1, 0.6, 0.9]), 1);
+    /// ```
+    ///
+    /// # References
+    /// Golub & Van Loan (2013), *Matrix Computations*, 4th ed., algorithm 4.2.1; Kennedy & O'Hagan
+    /// (2001), *Bayesian Calibration of Computer Models*, doi:10.1111/1467-9868.00294.
+    pub fn of_covariance(matrix: &[Vec<R>]) -> Result<Self, DomainError> {
+        let mut rows: Vec<Vec<R>> = Vec::with_capacity(matrix.len());
+        for (i, entries) in matrix.iter().enumerate() {
+            let holds = entries.len() > i;
+            let requirement = format_args!("at least {}", i + 1);
+            let (name, length) = (format_args!("length of row {i}"), entries.len() as f64);
+            DomainError::require(holds, NAME, name, requirement, length)?;
+            let mut row: Vec<R> = Vec::with_capacity(i + 1);
+            for j in 0..=i {
+                let above = rows.get(j).unwrap_or(&row);
+                let pairs = || row.iter().zip(&above[..j]).map(|(&a, &b)| (a, b));
+                let inner: f64 = pairs().map(|(a, b)| a.value() * b.value()).sum();
+                let partials = pairs().flat_map(|(a, b)| [(a, -b.value()), (b, -a.value())]);
+                let rest = entries[j].value() - inner;
+                let rest = R::fuse_iter(rest, partials.chain([(entries[j], 1.0)]));
+                let entry = if j < i { rest / rows[j][j] } else { rest.sqrt() };
+                row.push(entry);
+            }
+            let name = format_args!("pivot {i} of the covariance matrix");
+            DomainError::require_positive(NAME, name, row[i].value())?;
+            rows.push(row);
+        }
+        Ok(Self::from_fn(Free(matrix.len()), |i, j| rows[i][j]))
+    }
+
+    fn collected(&self, what: &'static str, x: &[impl Datum<R>]) -> Result<Vec<R>, DomainError> {
+        let (size, length) = (self.size(), x.len());
+        let requirement = format_args!("that of the rows, {size}");
+        DomainError::require(length == size, NAME, what, requirement, length as f64)?;
+        Ok(x.iter().map(Datum::lift).collect())
+    }
+
+    /// diag(scale) · L.
+    ///
+    /// # Errors
+    /// [`DomainError`] unless there are as many scales as rows.
+    pub fn scale_rows(&self, scale: &[impl Datum<R>]) -> Result<Self, DomainError> {
+        Ok(self.scaled(self.collected("number of scales", scale)?))
+    }
+
+    /// The x with L x = b.
+    ///
+    /// # Errors
+    /// [`DomainError`] unless b has as many numbers as there are rows.
+    pub fn solve_lower(&self, b: &[impl Datum<R>]) -> Result<Vec<R>, DomainError> {
+        Ok(self.solved(self.collected("length of b", b)?))
+    }
+
+    /// L x.
+    ///
+    /// # Errors
+    /// [`DomainError`] unless x has as many numbers as there are rows.
+    pub fn times(&self, x: &[impl Datum<R>]) -> Result<Vec<R>, DomainError> {
+        let x = self.collected("length of x", x)?;
+        Ok(self.product(&x, &vec![R::from(0.0); x.len()]))
+    }
+}
+
+const NAME: &str = "DynCholeskyFactor";
+
+/// Demands zeros above the diagonal.
+fn require_zeros<R: Scalar>(
+    name: &'static str,
+    rows: &[impl AsRef<[R]>],
+) -> Result<(), DomainError> {
+    for (i, row) in rows.iter().enumerate() {
+        for (j, entry) in row.as_ref().iter().enumerate().skip(i + 1) {
+            let v = entry.value();
+            let place = format_args!("entry ({i}, {j}) above the diagonal");
+            DomainError::require(v == 0.0, name, place, "zero", v)?;
+        }
+    }
+    Ok(())
+}

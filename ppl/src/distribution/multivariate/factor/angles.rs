@@ -1,0 +1,46 @@
+//! Correlation factors as functions of coordinates.
+
+use crate::distribution::multivariate::size::{Fixed, Size};
+use crate::special::Hyperbolic;
+
+/// Entries of a correlation factor as functions of coordinates: zᵢⱼ = tanh yᵢⱼ is a partial
+/// correlation, Lᵢⱼ = zᵢⱼ rᵢⱼ and Lᵢᵢ = rᵢᵢ with rᵢⱼ = Πₖ﹤ⱼ sech yᵢₖ.
+#[derive(Clone, Debug)]
+pub(crate) struct Angles<S: Size> {
+    pub(super) entries: S::Matrix<f64>,
+    pub(super) tanh: S::Matrix<f64>,
+    pub(super) sech: S::Matrix<f64>,
+    /// rᵢⱼ sech yᵢⱼ times the slope of yᵢⱼ in its coordinate.
+    pub(super) reach: S::Matrix<f64>,
+}
+
+impl<const K: usize> Copy for Angles<Fixed<K>> {}
+
+impl<S: Size> Angles<S> {
+    /// Those of the unit matrix.
+    #[inline(always)]
+    pub(crate) fn zero(size: S) -> Self {
+        let mut entries = size.filled(0.0);
+        for i in 0..size.get() {
+            entries[i][i] = 1.0;
+        }
+        let (tanh, sech, reach) = (size.filled(0.0), size.filled(1.0), size.filled(1.0));
+        Self { entries, tanh, sech, reach }
+    }
+
+    /// Takes yᵢⱼ, with its slope in its coordinate, once row `i` is there up to column j.
+    #[inline(always)]
+    pub(crate) fn set(&mut self, i: usize, j: usize, at: Hyperbolic, slope: f64) {
+        let rest = self.entries[i][i];
+        self.entries[i][j] = rest * at.tanh;
+        self.entries[i][i] = rest * at.sech;
+        (self.tanh[i][j], self.sech[i][j]) = (at.tanh, at.sech);
+        self.reach[i][j] = rest * at.sech * slope;
+    }
+
+    /// An entry of the factor.
+    #[inline(always)]
+    pub(crate) fn entry(&self, i: usize, j: usize) -> f64 {
+        self.entries[i][j]
+    }
+}

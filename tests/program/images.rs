@@ -1,0 +1,155 @@
+//! From an image to labels, mesh and curve, by files that other tools can read.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use fem::{Grain, GrainList, Scanner, Volume, tiff};
+
+use super::{breccia, said};
+
+const RADIUS: f64 = 1.2;
+const HEIGHT: f64 = 2.0;
+const VOXEL: f64 = 0.05;
+
+/// Four balls far apart, and their scan in a file of 16 bits.
+fn scan(path: &Path) -> Vec<Grain> {
+    let at = [[0.5, 0.1, 0.55], [-0.5, -0.2, 0.6], [0.1, -0.5, 1.4], [0.0, 0.55, 1.45]];
+    let balls: Vec<Grain> = at.into_iter().map(|centre| Grain::sphere(centre, 0.35)).collect();
+    let grains = GrainList::new(balls.clone(), RADIUS, HEIGHT);
+    let scan = Scanner::new(VOXEL, 3).scan(RADIUS, HEIGHT, &grains).unwrap();
+    let values = scan.grey.values.iter().map(|&grey| grey as u32).collect();
+    let grey = Volume::new(scan.grey.shape, VOXEL, values).unwrap();
+    tiff::write_labels(path, &grey).unwrap();
+    balls
+}
+
+/// No prior and no experiments: to be segmented, meshed and simulated.
+const CASE: &str = r#"
+[specimen]
+spacing_mm = 0.35
+order = 1
+grain_mode = "conforming"
+[specimen.image]
+stack = "scan.tif"
+[material.matrix]
+young_mpa = 275.0
+poisson = 0.25
+[material.grain]
+young_mpa = 22000.0
+poisson = 0.25
+[test]
+displacement_mm = 0.02
+steps = 1
+[output]
+fields_every = 0
+"#;
+
+fn rows(path: &Path) -> Vec<Vec<String>> {
+    let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
+}
+
+/// A table `quantity,value`.
+fn quantities(path: &Path) -> BTreeMap<String, f64> {
+    let rows = rows(path);
+    assert_eq!(rows[0], ["quantity", "value"]);
+    rows[1..].iter().map(|row| (row[0].clone(), row[1].parse().unwrap())).collect()
+}
+
+#[test]
+fn an_image_becomes_labels_mesh_and_curve() {
+    let dir = tempfile::tempdir().unwrap();
+    let balls = scan(&dir.path().join("scan.tif"));
+    std::fs::write(dir.path().join("case.toml"), CASE).unwrap();
+    let run = |command: &str, out: &str| {
+        let (code, text, err) = said(&breccia(dir.path(), &[command, "case.toml", "--out", out]));
+        assert_eq!(code, Some(0), "{command}: {err}");
+        text
+    };
+    let out = dir.path().join("out");
+    run("segment", "out");
+    let labels = tiff::read_labels(&out.join("labels.tif"), None).unwrap();
+    let grey = tiff::read(&dir.path().join("scan.tif"), None).unwrap();
+    assert_eq!((labels.shape, labels.voxel_mm), (grey.shape, grey.voxel_mm));
+    let grains = rows(&out.join("grains.csv"));
+    assert_eq!(grains[0][..5], ["id", "volume_mm3", "x_mm", "y_mm", "z_mm"]);
+    assert_eq!(grains.len(), 1 + balls.len());
+    let whole = quantities(&out.join("segment.csv"));
+    let exact: f64 = balls.iter().map(Grain::volume_mm3).sum();
+    let cylinder = std::f64::consts::PI * RADIUS * RADIUS * HEIGHT;
+    for (name, expected, error) in [
+        ("grains", 4.0, 0.0),
+        ("grain_fraction", exact / cylinder, 0.03),
+        ("radius_mm", RADIUS, 0.02),
+        ("height_mm", HEIGHT, 0.02),
+        ("voxel_mm", VOXEL, 1e-6),
+    ] {
+        let found = whole[name];
+        assert!((found / expected - 1.0).abs() <= error, "{name}: {found}, not {expected}");
+    }
+    // every ball is found where it is: the cylinder's bottom centre is the origin of the specimen
+    let corner = [whole["centre_x_mm"], whole["centre_y_mm"], whole["bottom_mm"]];
+    for ball in &balls {
+        let near = grains[1..].iter().filter(|row| {
+            let place = [2, 3, 4].map(|k| row[k].parse::<f64>().unwrap() - corner[k - 2]);
+            let off: f64 = (0..3).map(|k| (place[k] - ball.centre[k]).powi(2)).sum();
+            let volume: f64 = row[1].parse().unwrap();
+            off.sqrt() < 0.5 * VOXEL && (volume / ball.volume_mm3() - 1.0).abs() < 0.05
+        });
+        assert_eq!(near.count(), 1, "{:?} in {grains:?}", ball.centre);
+    }
+
+    run("mesh", "out");
+    let mesh = quantities(&out.join("mesh.csv"));
+    for name in ["dihedral_min_deg", "dihedral_p01_deg", "grain_fraction", "grains", "tets"] {
+        assert!(mesh.contains_key(name), "{name} is not in {mesh:?}");
+    }
+    assert_eq!(mesh["grains"], 4.0);
+    let (found, asked) = (mesh["grain_fraction"], whole["grain_fraction"]);
+    assert!((found / asked - 1.0).abs() < 0.01, "{found} of the mesh, {asked} of the image");
+    assert!(mesh["dihedral_min_deg"] >= 12.0 - 1e-6, "{mesh:?}");
+    for name in ["slices.png", "grains.png", "mesh.png"] {
+        let bytes = std::fs::read(out.join(name)).unwrap();
+        assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 1000, "{name}");
+    }
+    for name in ["grain_sizes.svg", "mesh_quality.svg"] {
+        assert!(std::fs::read_to_string(out.join(name)).unwrap().starts_with("<svg"), "{name}");
+    }
+
+    // stiffer than the matrix alone, softer than Voigt's bound
+    let curve = run("simulate", "out");
+    let curve = rows(&dir.path().join(curve.trim()));
+    let force: f64 = curve[1][2].parse().unwrap();
+    let stiffness = |young: f64| young * cylinder / HEIGHT / HEIGHT * 0.02;
+    let part = exact / cylinder;
+    let voigt = stiffness(275.0 * (1.0 - part) + 22000.0 * part);
+    assert!(force > 1.05 * stiffness(275.0) && force < voigt, "{force} N");
+}
+
+#[test]
+fn images_that_cannot_be_used_are_refused_with_what_helps() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("scan.tif");
+    let segment = |case: &str| {
+        std::fs::write(dir.path().join("case.toml"), case).unwrap();
+        let (code, _, err) = said(&breccia(dir.path(), &["segment", "case.toml", "--out", "out"]));
+        assert_eq!(code, Some(1), "{err}");
+        err
+    };
+    let missing = segment(CASE);
+    assert!(
+        missing.contains("specimen.image.stack = scan.tif: there is no such file"),
+        "{missing}"
+    );
+    std::fs::write(&path, b"II*\0 a photograph").unwrap();
+    let broken = segment(CASE);
+    assert!(broken.contains("scan.tif"), "{broken}");
+    let flat = Volume::new([12, 12, 12], VOXEL, vec![7; 1728]).unwrap();
+    tiff::write_labels(&path, &flat).unwrap();
+    let flat = segment(CASE);
+    assert!(flat.contains("case.toml: specimen.image"), "{flat}");
+    scan(&path);
+    let mesh = breccia(dir.path(), &["mesh", "case.toml", "--out", "new"]);
+    let (code, _, err) = said(&mesh);
+    assert!(code == Some(1) && err.contains("`breccia segment` first"), "{err}");
+}
