@@ -11,6 +11,8 @@
     note = "a distribution of one number takes no arrays: write a loop over the entries, or \
             `.array::<N>()` for independent values of the same distribution"
 )]
+// what is hidden stays here: with a trait of its own behind this one, the compiler names that one, and
+// the words above are lost where data do not fit
 pub trait Datum<V> {
     /// Whether no unknown is behind it.
     #[doc(hidden)]

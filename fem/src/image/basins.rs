@@ -4,6 +4,7 @@
 //! at once. So a turned or mirrored image gives the same partition; only the numbers of the basins
 //! follow the order of the voxels.
 
+use super::filter::highest;
 use super::volume::neighbour_steps;
 
 /// A landscape with a rim of height 0 around it, so that every voxel inside has 26 neighbours.
@@ -145,20 +146,24 @@ impl Landscape {
         Seeds { labels, voxels }
     }
 
-    /// Tops of which none is within `spacing` voxels of a higher one, along any axis: the seeds of the
-    /// paper. Of equal ones the first in the order of the voxels is taken.
+    /// Tops that nothing within `spacing` voxels along each axis exceeds, and that are further apart than
+    /// that: the seeds of the paper. Of equal ones the first in the order of the voxels is taken.
     pub(crate) fn spaced_maxima(&self, spacing: usize) -> Seeds {
         let [nx, ny, nz] = self.shape;
         let side = spacing + 1;
+        let padded = [nx + 2, ny + 2, nz + 2];
+        let mut around = self.heights.clone();
+        for _ in 0..spacing {
+            around = highest(padded, &around);
+        }
         let cells = [nx, ny, nz].map(|n| n.div_ceil(side) + 2);
         let mut taken: Vec<Vec<[usize; 3]>> = vec![Vec::new(); cells.iter().product()];
         let mut tops = Vec::new();
         for at in self.descending() {
-            let height = self.heights[at as usize];
-            if self.neighbours(at).any(|near| self.heights[near] > height) {
+            let n = at as usize;
+            if around[n] > self.heights[n] {
                 continue;
             }
-            let n = at as usize;
             let voxel = [n % (nx + 2), n / (nx + 2) % (ny + 2), n / ((nx + 2) * (ny + 2))];
             let cell = voxel.map(|c| (c - 1) / side + 1);
             let index = |[i, j, k]: [usize; 3]| i + cells[0] * (j + cells[1] * k);

@@ -126,29 +126,41 @@ pub(crate) fn binomial(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
 }
 
 /// The voxels whose 27 neighbours are all in the set: it loses a layer of one voxel.
-///
-/// Voxels beyond the edge count as their neighbours at the edge.
 pub(crate) fn erode(shape: [usize; 3], set: &[u8]) -> Vec<u8> {
+    combine(shape, set, u8::min)
+}
+
+/// The highest of the 27 values around each voxel.
+pub(crate) fn highest(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
+    combine(shape, values, u16::max)
+}
+
+/// The least or highest of the 27 values around each voxel, axis by axis.
+fn combine<T: Copy + Default + Send + Sync>(
+    shape: [usize; 3],
+    values: &[T],
+    pick: impl Fn(T, T) -> T + Sync,
+) -> Vec<T> {
     let [nx, ny, nz] = shape;
-    let mut result = vec![0; set.len()];
+    let mut result = vec![T::default(); values.len()];
     result.par_chunks_mut(nx * ny).enumerate().for_each_init(
-        || (vec![0_u8; nx * ny], vec![0_u8; nx]),
-        |(least, line), (z, out)| {
-            let slice = |z: usize| &set[nx * ny * z..][..nx * ny];
+        || (vec![T::default(); nx * ny], vec![T::default(); nx + 2]),
+        |(picked, line), (z, out)| {
+            let slice = |z: usize| &values[nx * ny * z..][..nx * ny];
             let (below, here, above) =
                 (slice(z.saturating_sub(1)), slice(z), slice((z + 1).min(nz - 1)));
-            for (n, least) in least.iter_mut().enumerate() {
-                *least = below[n].min(here[n]).min(above[n]);
+            for (n, picked) in picked.iter_mut().enumerate() {
+                *picked = pick(pick(below[n], here[n]), above[n]);
             }
             for (y, out) in out.chunks_exact_mut(nx).enumerate() {
-                let row = |y: usize| &least[nx * y..][..nx];
+                let row = |y: usize| &picked[nx * y..][..nx];
                 let (a, b, c) = (row(y.saturating_sub(1)), row(y), row((y + 1).min(ny - 1)));
-                for (n, least) in line.iter_mut().enumerate() {
-                    *least = a[n].min(b[n]).min(c[n]);
+                for (n, value) in line[1..=nx].iter_mut().enumerate() {
+                    *value = pick(pick(a[n], b[n]), c[n]);
                 }
-                for (x, out) in out.iter_mut().enumerate() {
-                    let (a, c) = (line[x.saturating_sub(1)], line[(x + 1).min(nx - 1)]);
-                    *out = a.min(line[x]).min(c);
+                (line[0], line[nx + 1]) = (line[1], line[nx]);
+                for (value, near) in out.iter_mut().zip(line.windows(3)) {
+                    *value = pick(pick(near[0], near[1]), near[2]);
                 }
             }
         },
@@ -185,11 +197,12 @@ mod tests {
                 let values: Vec<u16> = (0..count).map(|_| rng.random_range(0..=most)).collect();
                 let (medians, smooth) = (median(shape, &values), binomial(shape, &values));
                 let set: Vec<u8> = values.iter().map(|&value| u8::from(value > most / 4)).collect();
-                let eroded = erode(shape, &set);
+                let (eroded, raised) = (erode(shape, &set), highest(shape, &values));
                 for at in 0..count {
                     let near = around(shape, at);
                     let mut sorted: Vec<u16> = near.iter().map(|&(n, _)| values[n]).collect();
                     sorted.sort_unstable();
+                    assert_eq!(raised[at], sorted[26]);
                     assert_eq!(medians[at], sorted[13], "{shape:?}, voxel {at}");
                     let sum: u64 = near.iter().map(|&(n, w)| w * u64::from(values[n])).sum();
                     assert_eq!(u64::from(smooth[at]), (sum + 32) / 64);

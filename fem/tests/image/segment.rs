@@ -139,13 +139,16 @@ fn a_block_may_lie_on_any_side() {
 }
 
 #[test]
-fn the_papers_rule_finds_too_many() {
+fn seeds_by_spacing_split_grains() {
     let taken = Phantom::new(96, 0.35, 13.0, 1.5).take();
-    let found = Segmentation { seeds: SeedRule::Spacing, ..Segmentation::default() }
-        .run(&taken.image, &mut |_| {})
-        .unwrap();
+    let spaced = |spacing_voxels| {
+        let settings =
+            Segmentation { seeds: SeedRule::Spacing, spacing_voxels, ..Segmentation::default() };
+        settings.run(&taken.image, &mut |_| {}).unwrap().regions.len()
+    };
     let ours = run(&taken.image);
-    assert!(found.regions.len() > ours.regions.len());
+    let close = spaced(2);
+    assert!(close > spaced(4) && close > ours.regions.len(), "{close}");
     assert_eq!(ours.regions.len(), taken.volumes_mm3.len());
 }
 

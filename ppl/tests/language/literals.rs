@@ -116,7 +116,7 @@ fn arrays_hold_literals_beside_unknowns() {
     let (ys, kinds) = ([0.3, -1.2, 0.8], [0, 2, 1, 1]);
     let (short, long) = (arrays(&ys, &kinds), arrays_spelt_out(&ys, &kinds));
     ppl::check::gradient(&short, 3);
-    for y in [[0.3, -0.2, 0.1, 0.4], [-1.0, 0.5, -0.3, 0.2]] {
+    for y in [[0.3, -0.2], [-1.0, 0.5]] {
         approx::assert_relative_eq!(value(&short, &y), value(&long, &y), max_relative = 1e-13);
     }
 }

@@ -15,7 +15,7 @@ const SHAPES: [&str; 16] = [
         let @c = *row;
         @c ~ MvNormalCholesky([#m, #m, #m], @b);
     }",
-    "let @a ~ LkjCholesky::<3, _>(#s + 0.5);
+    "let @a ~ LkjCholesky::<3>(0.8);
     for (x, row) in xs.iter().zip(rows) {
         let @c = *row;
         @c ~ MvNormalCholesky([#m * x, #m, #m], @a.scale_rows([#s, #s, #s]));
