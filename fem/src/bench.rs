@@ -19,6 +19,12 @@ pub struct NewtonParts<'a> {
     product: Box<dyn Product>,
 }
 
+impl std::fmt::Debug for NewtonParts<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("NewtonParts").field("problem", self.problem).finish_non_exhaustive()
+    }
+}
+
 impl<'a> NewtonParts<'a> {
     /// Nothing is evaluated yet.
     pub fn new(problem: &'a Problem) -> Self {

@@ -334,4 +334,5 @@ impl<S: Scalar> Datum<S> for f64 {
 }
 
 #[cfg(test)]
+#[path = "../tests/unit/scalar.rs"]
 mod tests;

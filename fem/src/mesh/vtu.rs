@@ -83,7 +83,7 @@ pub fn write(
 ) -> Result<(), MeshError> {
     let path = path.as_ref();
     if mesh.edge_points.is_empty() {
-        return write_grid(path, mesh, &mesh.nodes, TETRA, &mesh.tets, point_fields, cell_fields);
+        return write_straight(path, mesh, point_fields, cell_fields);
     }
     check(path, "point", point_fields, mesh.nodes.len())?;
     let edges = mesh.all_edges();
@@ -99,6 +99,16 @@ pub fn write(
     let owned: Vec<Owned> = point_fields.iter().map(|field| field.extended(ends())).collect();
     let fields: Vec<Field> = owned.iter().zip(point_fields).map(|(o, f)| o.named(f.name)).collect();
     write_grid(path, mesh, &points, QUADRATIC_TETRA, &tets, &fields, cell_fields)
+}
+
+/// As [`write()`], with linear tetrahedra even where edges are curved.
+pub(crate) fn write_straight(
+    path: &Path,
+    mesh: &TetMesh,
+    point_fields: &[Field],
+    cell_fields: &[Field],
+) -> Result<(), MeshError> {
+    write_grid(path, mesh, &mesh.nodes, TETRA, &mesh.tets, point_fields, cell_fields)
 }
 
 /// Values of a field with those on edges.

@@ -141,7 +141,7 @@ impl Problem {
             vtu::Field::scalar("damage", &fields.damage),
         ];
         match self.parts.order {
-            Order::Linear => vtu::write(path, self.mesh(), &points, &[])?,
+            Order::Linear => vtu::write_straight(path.as_ref(), self.mesh(), &points, &[])?,
             Order::Quadratic => {
                 let nodes_of = |tet| {
                     let nodes = self.discretisation.operator.domain().nodes_of(tet);

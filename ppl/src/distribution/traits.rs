@@ -3,7 +3,7 @@
 use rand::Rng;
 
 use super::family::Family;
-use crate::accumulator::{Accumulator, Settled};
+use crate::accumulator::{Accumulator, Joined, Settled};
 use crate::datum::{Datum, Recordable};
 use crate::density::DomainError;
 use crate::parameter::Parameter;
@@ -18,16 +18,16 @@ pub trait Distribution<R: Scalar>: Family {
     /// A number, a count, a flag, an array, a vector or a Cholesky factor.
     type Value: Clone + Recordable;
 
-    /// Log density (log mass for counts) at `x`; −∞ outside the support, NaN for parameters
-    /// outside their domain.
-    #[must_use = "a model takes it by `factor(…);`"]
-    fn ln_density(&self, x: &Self::Value) -> R;
+    /// Adds the log density (log mass for counts) at `x`, term by term, each with its partials: −∞
+    /// outside the support, NaN for parameters outside their domain. A density that is a number
+    /// already goes to [`add_number`](Accumulator::add_number).
+    fn add_terms(&self, x: &Self::Value, terms: &mut impl Accumulator<R>);
 
-    /// [`ln_density`](Distribution::ln_density), term by term.
-    #[doc(hidden)]
+    /// Log density (log mass for counts) at `x`.
+    #[must_use = "a model takes it by `factor(…);`"]
     #[inline(always)]
-    fn add_terms(&self, x: &Self::Value, terms: &mut impl Accumulator<R>) {
-        terms.add_number(self.ln_density(x));
+    fn ln_density(&self, x: &Self::Value) -> R {
+        Joined::of(|terms| self.add_terms(x, terms))
     }
 
     /// Whether data that share their parameters have sufficient statistics.

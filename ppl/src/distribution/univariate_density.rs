@@ -182,11 +182,6 @@ macro_rules! univariate {
             type Value = R;
 
             #[inline(always)]
-            fn ln_density(&self, x: &R) -> R {
-                $crate::Joined::of(|terms| $crate::__private::add_terms(self, *x, terms))
-            }
-
-            #[inline(always)]
             fn add_terms(&self, x: &R, terms: &mut impl $crate::Accumulator<R>) {
                 $crate::__private::add_terms(self, *x, terms);
             }

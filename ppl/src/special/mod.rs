@@ -139,4 +139,5 @@ pub fn ln_one_minus_exp(x: f64) -> f64 {
 }
 
 #[cfg(test)]
+#[path = "../../tests/unit/special.rs"]
 mod tests;

@@ -1,4 +1,4 @@
-"""Writes `ln_density.csv` here and `../../src/special/reference.csv`; needs mpmath.
+"""Writes `ln_density.csv` here and `../unit/special.csv`; needs mpmath.
 
 Every value is computed with 50 digits or more from the textbook formula written below, at
 arguments that are exact binary floating-point numbers.
@@ -228,5 +228,5 @@ mp.dps = 60
 for p in map(mpf, [1e-20, 1e-5, 0.1, 0.49, 0.51, 0.9, 0.999999]):
     emit("half_normal_quantile", [p], sqrt(2) * erfinv(p))
 
-with open(HERE / "../../src/special/reference.csv", "w") as out:
+with open(HERE / "../unit/special.csv", "w") as out:
     print("function,a,b,c,value", *rows, sep="\n", file=out)

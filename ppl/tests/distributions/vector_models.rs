@@ -36,9 +36,7 @@ fn a_model_of_vectors() {
         .iter()
         .map(|v| (v.name.as_str(), v.shape.clone()))
         .collect();
-    for (name, shape) in
-        [("cut", vec![3]), ("step", vec![2]), ("corr", vec![2, 2])]
-    {
+    for (name, shape) in [("cut", vec![3]), ("step", vec![2]), ("corr", vec![2, 2])] {
         assert!(shapes.contains(&(name, shape.clone())), "{name} {shape:?} in {shapes:?}");
     }
 }

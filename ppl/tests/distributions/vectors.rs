@@ -2,7 +2,7 @@
 
 use ppl::prelude::*;
 use ppl::transform::{Ascending, Support};
-use ppl::{Dual, Univariate};
+use ppl::{Dual, Joined, Univariate};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -99,4 +99,26 @@ unknown!(Lkj, |_p| LkjCholesky::<3>(1.7));
 #[test]
 fn matrices() {
     assert_unknown("LKJ", &Lkj, &[], &[0.2, -0.5, 0.4], &[1, 3, 4]);
+}
+
+/// Values that are constrained together, with sums in registers, are as one by one.
+#[test]
+fn normal_unknowns_together_are_as_one_by_one() {
+    let [mean, sd, a, b, c] = Dual::variables([0.3, 1.7, -0.4, 2.2, 0.9]);
+    let family = Normal(mean, sd);
+    let coordinates = [a, b, c];
+    let (mut one, mut all) = (coordinates.into_iter(), coordinates.into_iter());
+    let expected = Joined::of(|terms| {
+        for _ in 0..3 {
+            family.constrain(&mut || one.next().unwrap(), true, terms);
+        }
+    });
+    let (values, found) =
+        Joined::with(|terms| family.constrain_all(3, &mut || all.next().unwrap(), true, terms));
+    let of = |numbers: &[Dual<5>]| numbers.iter().map(|v| v.value()).collect::<Vec<_>>();
+    assert_eq!(of(&values), of(&coordinates));
+    assert_close(found.value(), expected.value(), 1e-14, 0.0, "log density");
+    for (f, e) in found.gradient().iter().zip(expected.gradient()) {
+        assert_close(*f, e, 1e-13, 0.0, "gradient");
+    }
 }

@@ -56,7 +56,7 @@ impl SphereModel {
         let Self { radius_mm: r, height_mm: h, spheres, spacing_mm, .. } = self;
         let mut out = format!(
             "SetFactory(\"OpenCASCADE\");\nMesh.MeshSizeMax = {spacing_mm:?};\n\
-             Mesh.MeshSizeFromCurvature = 12;\nCylinder(1) = {{0, 0, 0, 0, 0, {h:?}, {r:?}}};\n"
+             Mesh.MeshSizeFromCurvature = 12;\nMesh.HighOrderOptimize = 1;\nCylinder(1) = {{0, 0, 0, 0, 0, {h:?}, {r:?}}};\n"
         );
         for (number, ([x, y, z], radius)) in (FIRST_SPHERE..).zip(spheres) {
             let sphere = format!("{x:?}, {y:?}, {z:?}, {radius:?}");

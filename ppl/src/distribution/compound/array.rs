@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use crate::accumulator::{Accumulator, Joined};
+use crate::accumulator::Accumulator;
 use crate::density::DomainError;
 use crate::distribution::family::{Array, Family};
 use crate::distribution::traits::{Distribution, Unknown};
@@ -12,11 +12,6 @@ impl<D: Family, const N: usize> Family for Array<D, N> {}
 
 impl<R: Scalar, D: Distribution<R>, const N: usize> Distribution<R> for Array<D, N> {
     type Value = [D::Value; N];
-
-    #[inline(always)]
-    fn ln_density(&self, x: &Self::Value) -> R {
-        Joined::of(|terms| self.add_terms(x, terms))
-    }
 
     #[inline(always)]
     fn add_terms(&self, x: &Self::Value, terms: &mut impl Accumulator<R>) {

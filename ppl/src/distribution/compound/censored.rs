@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use crate::accumulator::{Accumulator, Joined};
+use crate::accumulator::Accumulator;
 use crate::density::DomainError;
 use crate::distribution::family::{Censored, Family};
 use crate::distribution::interval::Interval;
@@ -18,11 +18,6 @@ where
     D: UnivariateDensity<R> + Distribution<R, Value = R>,
 {
     type Value = R;
-
-    #[inline]
-    fn ln_density(&self, x: &R) -> R {
-        Joined::of(|terms| self.add_terms(x, terms))
-    }
 
     #[inline(always)]
     fn add_terms(&self, x: &R, terms: &mut impl Accumulator<R>) {

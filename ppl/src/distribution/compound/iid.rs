@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use crate::accumulator::{Accumulator, Joined};
+use crate::accumulator::Accumulator;
 use crate::density::DomainError;
 use crate::distribution::family::{Family, Iid};
 use crate::distribution::traits::{Distribution, Unknown};
@@ -12,11 +12,6 @@ impl<D: Family> Family for Iid<D> {}
 
 impl<R: Scalar, D: Distribution<R>> Distribution<R> for Iid<D> {
     type Value = Vec<D::Value>;
-
-    #[inline(always)]
-    fn ln_density(&self, x: &Self::Value) -> R {
-        Joined::of(|terms| self.add_terms(x, terms))
-    }
 
     #[inline(always)]
     fn add_terms(&self, x: &Self::Value, terms: &mut impl Accumulator<R>) {
@@ -64,32 +59,5 @@ impl<R: Scalar, D: Unknown<R>> Unknown<R> for Iid<D> {
 
     fn bounds(&self) -> Option<(f64, f64)> {
         self.inner.bounds()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::{Dual, Joined, Normal, Scalar, Unknown};
-
-    #[test]
-    fn normal_unknowns_together_are_as_one_by_one() {
-        let [mean, sd, a, b, c] = Dual::variables([0.3, 1.7, -0.4, 2.2, 0.9]);
-        let family = Normal(mean, sd);
-        let coordinates = [a, b, c];
-        let (mut one, mut all) = (coordinates.into_iter(), coordinates.into_iter());
-        let expected = Joined::of(|terms| {
-            for _ in 0..3 {
-                family.constrain(&mut || one.next().expect("three"), true, terms);
-            }
-        });
-        let (values, found) = Joined::with(|terms| {
-            family.constrain_all(3, &mut || all.next().expect("three"), true, terms)
-        });
-        let of = |numbers: &[Dual<5>]| numbers.iter().map(|v| v.value()).collect::<Vec<_>>();
-        assert_eq!(of(&values), of(&coordinates));
-        approx::assert_relative_eq!(found.value(), expected.value(), max_relative = 1e-14);
-        for (f, e) in found.gradient().iter().zip(expected.gradient()) {
-            approx::assert_relative_eq!(*f, e, max_relative = 1e-13);
-        }
     }
 }

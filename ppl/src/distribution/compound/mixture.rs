@@ -2,6 +2,7 @@
 
 use rand::Rng;
 
+use crate::accumulator::Accumulator;
 use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
@@ -43,24 +44,26 @@ where
     type Value = <C::Item as Distribution<R>>::Value;
 
     /// With the partials wᵢ pᵢ/p in ln pᵢ and pᵢ/p in wᵢ.
-    fn ln_density(&self, x: &Self::Value) -> R {
+    fn add_terms(&self, x: &Self::Value, terms: &mut impl Accumulator<R>) {
         let (weights, components) = (self.0.items(), self.1.items());
         if weights.len() != components.len() {
-            return R::from(f64::NAN);
+            return terms.add_number(R::from(f64::NAN));
         }
-        let terms: Vec<R> = components.iter().map(|component| component.ln_density(x)).collect();
-        let parts = || terms.iter().zip(weights).map(|(t, w)| w.number().ln() + t.value());
+        let densities: Vec<R> =
+            components.iter().map(|component| component.ln_density(x)).collect();
+        let parts = || densities.iter().zip(weights).map(|(t, w)| w.number().ln() + t.value());
         let largest = parts().fold(f64::NEG_INFINITY, f64::max);
         if parts().all(|part| part == f64::NEG_INFINITY) {
-            return R::from(f64::NEG_INFINITY);
+            return terms.add_number(R::from(f64::NEG_INFINITY));
         }
         let value = largest + parts().map(|part| (part - largest).exp()).sum::<f64>().ln();
-        let in_terms = terms.iter().zip(parts()).map(|(&t, part)| (t, (part - value).exp()));
-        let in_weights = terms.iter().zip(weights).map(|(t, &w)| {
+        let in_densities =
+            densities.iter().zip(parts()).map(|(&t, part)| (t, (part - value).exp()));
+        let in_weights = densities.iter().zip(weights).map(|(t, &w)| {
             let weight: R = lift(w);
             (weight, if weight.is_constant() { 0.0 } else { (t.value() - value).exp() })
         });
-        R::fuse_iter(value, in_terms.chain(in_weights))
+        terms.add_number(R::fuse_iter(value, in_densities.chain(in_weights)));
     }
 
     fn validate(&self) -> Result<(), DomainError> {

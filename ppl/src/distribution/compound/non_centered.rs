@@ -44,11 +44,6 @@ impl<D: Family> Family for NonCentered<D> {}
 impl<R: Scalar, D: LocationScale<R>> Distribution<R> for NonCentered<D> {
     type Value = D::Value;
 
-    #[inline]
-    fn ln_density(&self, x: &D::Value) -> R {
-        self.inner.ln_density(x)
-    }
-
     #[inline(always)]
     fn add_terms(&self, x: &D::Value, terms: &mut impl Accumulator<R>) {
         self.inner.add_terms(x, terms);

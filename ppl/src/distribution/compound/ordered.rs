@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use crate::accumulator::{Accumulator, Joined};
+use crate::accumulator::Accumulator;
 use crate::density::DomainError;
 use crate::distribution::family::{Family, Ordered};
 use crate::distribution::traits::{Distribution, Unknown};
@@ -34,10 +34,6 @@ where
     A: Repeated<R, Element: UnivariateDensity<R>>,
 {
     type Value = A::Values;
-
-    fn ln_density(&self, x: &A::Values) -> R {
-        Joined::of(|terms| self.add_terms(x, terms))
-    }
 
     fn add_terms(&self, x: &A::Values, terms: &mut impl Accumulator<R>) {
         let x = x.as_ref();

@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use crate::accumulator::{Accumulator, Joined};
+use crate::accumulator::Accumulator;
 use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
@@ -62,11 +62,6 @@ where
     P: Parameter + Datum<R>,
 {
     type Value = bool;
-
-    #[inline(always)]
-    fn ln_density(&self, flag: &bool) -> R {
-        Joined::of(|terms| self.add_terms(flag, terms))
-    }
 
     #[inline(always)]
     fn add_terms(&self, flag: &bool, terms: &mut impl Accumulator<R>) {

@@ -3,7 +3,7 @@
 use rand::Rng;
 
 use super::count_parameter::CountParameter;
-use crate::accumulator::{Accumulator, Joined};
+use crate::accumulator::Accumulator;
 use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
@@ -120,11 +120,6 @@ impl_moments!(BinomialLogit, |x| logistic(x));
 impl<R: Scalar, N: CountParameter, P: Parameter + Datum<R>> Distribution<R> for Binomial<N, P> {
     type Value = u64;
 
-    #[inline]
-    fn ln_density(&self, k: &u64) -> R {
-        Joined::of(|terms| self.add_terms(k, terms))
-    }
-
     #[inline(always)]
     fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {
         let trials = self.trials();
@@ -151,11 +146,6 @@ impl<R: Scalar, N: CountParameter, X: Parameter + Datum<R>> Distribution<R>
     for BinomialLogit<N, X>
 {
     type Value = u64;
-
-    #[inline]
-    fn ln_density(&self, k: &u64) -> R {
-        Joined::of(|terms| self.add_terms(k, terms))
-    }
 
     #[inline(always)]
     fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {

@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use crate::accumulator::{Accumulator, Joined};
+use crate::accumulator::Accumulator;
 use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::family::Family;
@@ -101,11 +101,6 @@ impl<E: Parameter> PoissonLog<E> {
 impl<R: Scalar, L: Parameter + Datum<R>> Distribution<R> for Poisson<L> {
     type Value = u64;
 
-    #[inline]
-    fn ln_density(&self, k: &u64) -> R {
-        Joined::of(|terms| self.add_terms(k, terms))
-    }
-
     #[inline(always)]
     fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {
         let (k, rate) = (*k as f64, self.0.number());
@@ -125,11 +120,6 @@ impl<R: Scalar, L: Parameter + Datum<R>> Distribution<R> for Poisson<L> {
 
 impl<R: Scalar, E: Parameter + Datum<R>> Distribution<R> for PoissonLog<E> {
     type Value = u64;
-
-    #[inline]
-    fn ln_density(&self, k: &u64) -> R {
-        Joined::of(|terms| self.add_terms(k, terms))
-    }
 
     #[inline(always)]
     fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {

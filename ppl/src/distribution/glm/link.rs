@@ -5,7 +5,7 @@ use rand::Rng;
 use super::design::Design;
 use super::intercept::Intercept;
 use super::regression::{self, Eta, Regression};
-use crate::accumulator::{Accumulator, Joined};
+use crate::accumulator::Accumulator;
 use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::{BernoulliLogit, Distribution, Family, PoissonLog, Sequence};
@@ -105,10 +105,6 @@ macro_rules! impl_link {
             B: Sequence<Item: Datum<R>>,
         {
             type Value = Vec<$Datum>;
-
-            fn ln_density(&self, data: &Vec<$Datum>) -> R {
-                Joined::of(|terms| self.add_terms(data, terms))
-            }
 
             #[inline(always)]
             fn add_terms(&self, data: &Vec<$Datum>, terms: &mut impl Accumulator<R>) {

@@ -6,7 +6,7 @@ use super::design::Design;
 use super::intercept::Intercept;
 use super::regression::{self, Eta, Regression};
 use super::statistics::{Fit, Statistics};
-use crate::accumulator::{Accumulator, Joined};
+use crate::accumulator::Accumulator;
 use crate::datum::Datum;
 use crate::density::DomainError;
 use crate::distribution::traits::normaliser;
@@ -85,10 +85,6 @@ where
     S: Parameter + Datum<R>,
 {
     type Value = Vec<R>;
-
-    fn ln_density(&self, y: &Vec<R>) -> R {
-        Joined::of(|terms| self.add_terms(y, terms))
-    }
 
     #[inline(always)]
     fn add_terms(&self, y: &Vec<R>, terms: &mut impl Accumulator<R>) {

@@ -90,8 +90,8 @@ macro_rules! impl_lkj {
         impl<R: Scalar, $($generics)*> Distribution<R> for $Name {
             type Value = Factor<R, $Size>;
 
-            fn ln_density(&self, factor: &Self::Value) -> R {
-                self.lkj().ln_density(factor)
+            fn add_terms(&self, factor: &Self::Value, terms: &mut impl Accumulator<R>) {
+                terms.add_number(self.lkj().ln_density(factor));
             }
 
             fn validate(&self) -> Result<(), DomainError> {

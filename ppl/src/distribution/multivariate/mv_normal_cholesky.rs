@@ -6,7 +6,7 @@ use rand_distr::StandardNormal;
 use super::factor::Factor;
 use super::mv_normal_terms::{add_statistics_terms, add_terms, sufficient_statistics};
 use super::size::{MatrixEntry, Size};
-use crate::accumulator::{Accumulator, Joined};
+use crate::accumulator::Accumulator;
 use crate::datum::{Datum, Recordable};
 use crate::density::DomainError;
 use crate::distribution::family::Family;
@@ -87,11 +87,6 @@ where
     M: Datum<Vector<R, L>> + Clone,
 {
     type Value = Vector<R, L>;
-
-    #[inline]
-    fn ln_density(&self, x: &Self::Value) -> R {
-        Joined::of(|terms| self.add_terms(x, terms))
-    }
 
     #[inline(always)]
     fn add_terms(&self, x: &Self::Value, terms: &mut impl Accumulator<R>) {
