@@ -11,15 +11,16 @@ mod improve;
 mod interface;
 mod label;
 mod relocate;
+mod settings;
 mod volume;
 
-use super::GrainField;
 use super::adjacency::Adjacency;
 use crate::mesh::TetMesh;
 use curve::EdgePoints;
 use guard::cosine;
 use interface::Interface;
 use relocate::Relocation;
+pub(super) use settings::Conforming;
 
 /// Sweeps over all nodes that move before volumes are corrected; every second corrects them then.
 const FIRST_SWEEPS: usize = 8;
@@ -33,19 +34,6 @@ const GENTLE_DEG: f64 = 24.0;
 const LATE_DEG: f64 = 20.2;
 /// Late sweeps are followed by a pass that tries to bring tetrahedra above this angle (degrees).
 const WANTED_DEG: f64 = 27.0;
-
-/// How a lattice is made to follow grains.
-pub(super) struct Conforming<'a> {
-    pub(super) field: &'a dyn GrainField,
-    /// Which grains are followed, from number 1; the others count as matrix.
-    pub(super) follows: &'a [bool],
-    pub(super) radius_mm: f64,
-    pub(super) spacing_mm: f64,
-    /// Dihedral angle that no tetrahedron falls below by moving nodes (degrees).
-    pub(super) floor_deg: f64,
-    /// Whether edges of interfaces and wall are curved, and volumes those of curved tetrahedra.
-    pub(super) curved: bool,
-}
 
 /// What came of it, besides the nodes and edge points of the mesh.
 pub(super) struct Conformed {
