@@ -164,7 +164,7 @@ fn least(
     mut part: impl FnMut() -> Result<(), StepFailure>,
 ) -> Result<f64, StepFailure> {
     const SERIES_S: f64 = 0.01;
-    let mut series = |calls: u32| {
+    let mut series = |calls: u32| -> Result<f64, StepFailure> {
         let begin = clock();
         (0..calls).try_for_each(|_| part())?;
         Ok(clock() - begin)

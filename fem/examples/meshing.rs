@@ -1,15 +1,16 @@
 //! Meshes of a packing at several spacings, and how good they are.
 //!
 //! `cargo run --example meshing -- [spacing in mm]... [mode=auto] [grains=spheres.json]
-//! [fraction=0.2] [radius=0.5] [film=0.05] [vtu=out.vtu]`
+//! [fraction=0.2] [radius=0.5] [film=0.05] [voxel=0.02] [vtu=out.vtu]`
 //!
 //! `grains` is a file with the centres and radii of spheres (`centres_mm`, `radii_mm`); without it a
-//! packing of polyhedra is drawn.
+//! packing of polyhedra is drawn. With `voxel` (mm) the labels of a scan are meshed instead of the
+//! grains themselves.
 
 use std::error::Error;
 use std::time::Instant;
 
-use fem::{Grain, GrainList, Meshing, Packing, SizeClass, vtu};
+use fem::{Grain, GrainField, GrainList, Meshing, Packing, Scanner, SizeClass, VoxelGrains, vtu};
 use serde::Deserialize;
 
 /// The file of spheres.
@@ -23,6 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (radius_mm, height_mm) = (2.5, 4.4);
     let mut packing = Packing { film_mm: 0.05, ..Packing::new(0.2, 1) };
     let (mut spacings, mut spheres, mut picture) = (Vec::new(), None, None);
+    let mut voxel_mm = None;
     let mut meshing = Meshing::new(1.0);
     for argument in std::env::args().skip(1) {
         match argument.split_once('=') {
@@ -32,6 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             Some(("grains", path)) => spheres = Some(path.to_owned()),
             Some(("fraction", fraction)) => packing.fraction = fraction.parse()?,
             Some(("film", film)) => packing.film_mm = film.parse()?,
+            Some(("voxel", voxel)) => voxel_mm = Some(voxel.parse()?),
             Some(("vtu", path)) => picture = Some(path.to_owned()),
             Some(("radius", radius)) => {
                 let median_radius_mm = radius.parse()?;
@@ -50,10 +53,20 @@ fn main() -> Result<(), Box<dyn Error>> {
         None => packing.fill(radius_mm, height_mm)?,
     };
     println!("{} grains in {:.1} s", grains.len(), clock.elapsed().as_secs_f64());
-    let field = GrainList::new(grains, radius_mm, height_mm);
+    let list = GrainList::new(grains, radius_mm, height_mm);
+    let scan = match voxel_mm {
+        Some(voxel_mm) => Some(Scanner::new(voxel_mm, 1).scan(radius_mm, height_mm, &list)?),
+        None => None,
+    };
+    let voxels = scan.as_ref().map(|scan| VoxelGrains::new(&scan.labels, None, &scan.cylinder));
+    let field: &dyn GrainField = match &voxels {
+        Some(voxels) => voxels,
+        None => &list,
+    };
+    println!("ready after {:.1} s", clock.elapsed().as_secs_f64());
     for spacing_mm in spacings {
         let clock = Instant::now();
-        let meshed = Meshing { spacing_mm, ..meshing }.build(radius_mm, height_mm, &field)?;
+        let meshed = Meshing { spacing_mm, ..meshing }.build(radius_mm, height_mm, field)?;
         let seconds = clock.elapsed().as_secs_f64();
         println!("spacing {spacing_mm} mm, {seconds:.1} s: {}", meshed.report);
         let wall = meshed.report.wall_error_mm;

@@ -135,9 +135,9 @@ impl Segmentation {
             let value = self.smoothing_passes as f64;
             return refuse("smoothing_passes", value, "at most 100");
         }
-        if self.spacing_voxels == 0 || self.spacing_voxels > 10_000 {
+        if self.spacing_voxels == 0 || self.spacing_voxels > 100 {
             let value = self.spacing_voxels as f64;
-            return refuse("spacing_voxels", value, "from 1 to 10000 voxels");
+            return refuse("spacing_voxels", value, "from 1 to 100 voxels");
         }
         Ok(())
     }

@@ -28,13 +28,15 @@ pub trait GrainField: Sync {
         Some(self.distance(grain, x)).filter(|&distance| distance < limit)
     }
 
-    /// Gradient of the signed distance by central differences over `step` mm to both sides.
-    fn gradient(&self, grain: u32, x: [f64; 3], step: f64) -> [f64; 3] {
-        std::array::from_fn(|k| {
+    /// The signed distance and its gradient; unless it is known better, by central differences over
+    /// `step` mm to both sides.
+    fn distance_and_gradient(&self, grain: u32, x: [f64; 3], step: f64) -> (f64, [f64; 3]) {
+        let gradient = std::array::from_fn(|k| {
             let (mut plus, mut minus) = (x, x);
             plus[k] += step;
             minus[k] -= step;
             (self.distance(grain, plus) - self.distance(grain, minus)) / (2.0 * step)
-        })
+        });
+        (self.distance(grain, x), gradient)
     }
 }

@@ -175,7 +175,7 @@ fn normal(field: &dyn GrainField, sampled: &Sampled, width: f64, offsets: &[f64]
             let limit = offset + 0.5 * width;
             let distance = field.distance_below(grain, point, limit);
             if distance.is_some_and(|distance| distance > offset - 0.5 * width) {
-                sum = add(sum, field.gradient(grain, point, STEP * width));
+                sum = add(sum, field.distance_and_gradient(grain, point, STEP * width).1);
                 count += 1.0;
             }
         }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::ConvexPolyhedron;
-use crate::mesh::vector::{norm, sub};
+use crate::mesh::vector::{norm, scale, sub};
 
 /// A grain with exact volume and signed distance.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,16 +62,34 @@ impl Grain {
         }
     }
 
-    /// Distance to the grain's surface (mm), negative inside.
-    pub fn signed_distance_mm(&self, point: [f64; 3]) -> f64 {
-        self.distance_below_mm(point, f64::INFINITY).unwrap_or(f64::INFINITY)
+    /// Whether all of the grain lies in a cylinder that stands on z = 0 with its axis on z.
+    pub(crate) fn is_inside(&self, radius: f64, height: f64) -> bool {
+        let same = 1e-9 * radius;
+        let holds = |[x, y, z]: [f64; 3], reach: f64| {
+            x.hypot(y) + reach <= radius + same && z >= reach - same && z + reach <= height + same
+        };
+        match &self.shape {
+            GrainShape::Sphere { radius_mm } => holds(self.centre, *radius_mm),
+            GrainShape::Polyhedron(polyhedron) => polyhedron.corners().all(|p| holds(p, 0.0)),
+        }
     }
 
-    /// The signed distance, or nothing where it cannot be less than `limit`, which costs less.
-    pub(crate) fn distance_below_mm(&self, point: [f64; 3], limit: f64) -> Option<f64> {
+    /// Distance to the grain's surface (mm), negative inside.
+    pub fn signed_distance_mm(&self, point: [f64; 3]) -> f64 {
+        self.nearest_below_mm(point, f64::INFINITY).map_or(f64::INFINITY, |(distance, _)| distance)
+    }
+
+    /// The signed distance and its gradient, or nothing where it cannot be less than `limit`, which
+    /// costs less.
+    pub(crate) fn nearest_below_mm(&self, point: [f64; 3], limit: f64) -> Option<(f64, [f64; 3])> {
         match &self.shape {
-            GrainShape::Sphere { radius_mm } => Some(norm(sub(point, self.centre)) - radius_mm),
-            GrainShape::Polyhedron(polyhedron) => polyhedron.distance_below(point, limit),
+            GrainShape::Sphere { radius_mm } => {
+                let apart = sub(point, self.centre);
+                let length = norm(apart);
+                let gradient = if length > 0.0 { scale(apart, 1.0 / length) } else { [0.0; 3] };
+                Some((length - radius_mm, gradient))
+            }
+            GrainShape::Polyhedron(polyhedron) => polyhedron.nearest_below(point, limit),
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::mesh::vector::Point;
 /// Cells of the grid for each grain, about.
 const CELLS: f64 = 4.0;
 /// Samples along each axis of a grain's box for the volume of one that is cut by the cylinder.
-const CUT_SAMPLES: usize = 96;
+const CUT_SAMPLES: usize = 64;
 
 /// A list of spheres and polyhedra in a cylinder: a [`GrainField`] with exact distances.
 ///
@@ -74,24 +74,29 @@ impl GrainField for GrainList {
     }
 
     fn distance_below(&self, grain: u32, x: [f64; 3], limit: f64) -> Option<f64> {
-        self.grain(grain).distance_below_mm(x, limit).filter(|&distance| distance < limit)
+        let nearest = self.grain(grain).nearest_below_mm(x, limit);
+        nearest.map(|(distance, _)| distance).filter(|&distance| distance < limit)
+    }
+
+    fn distance_and_gradient(&self, grain: u32, x: [f64; 3], _step: f64) -> (f64, [f64; 3]) {
+        let nearest = self.grain(grain).nearest_below_mm(x, f64::INFINITY);
+        nearest.unwrap_or((f64::INFINITY, [0.0; 3]))
     }
 }
 
 fn volume_inside(grain: &Grain, radius: f64, height: f64) -> f64 {
+    if radius.is_infinite() || grain.is_inside(radius, height) {
+        return grain.volume_mm3();
+    }
     let reach = grain.bounding_radius_mm();
     let [x, y, z] = grain.centre;
     let is_inside = |[x, y, z]: Point| x.hypot(y) < radius && (0.0..height).contains(&z);
-    let is_whole = x.hypot(y) + reach <= radius && z >= reach && z + reach <= height;
-    if is_whole || radius.is_infinite() {
-        return grain.volume_mm3();
-    }
     let n = CUT_SAMPLES;
     let (mut inside, mut all) = (0_usize, 0_usize);
     for (i, j, k) in (0..n * n * n).map(|c| (c % n, c / n % n, c / n / n)) {
         let at = |i: usize| reach * ((2 * i + 1) as f64 / n as f64 - 1.0);
         let point = [x + at(i), y + at(j), z + at(k)];
-        if grain.distance_below_mm(point, 0.0).is_some_and(|distance| distance < 0.0) {
+        if grain.nearest_below_mm(point, 0.0).is_some_and(|(distance, _)| distance < 0.0) {
             all += 1;
             inside += usize::from(is_inside(point));
         }

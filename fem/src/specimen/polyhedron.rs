@@ -95,7 +95,8 @@ impl ConvexPolyhedron {
         true
     }
 
-    fn corners(&self) -> impl Iterator<Item = Point> + '_ {
+    /// The corners, each once for every face that it is on.
+    pub(crate) fn corners(&self) -> impl Iterator<Item = Point> + '_ {
         self.faces.iter().flat_map(|face| face.corners.iter().copied())
     }
 
@@ -138,22 +139,37 @@ impl ConvexPolyhedron {
 
     /// Distance to the surface, negative inside.
     pub fn signed_distance(&self, point: [f64; 3]) -> f64 {
-        self.distance_below(point, f64::INFINITY).unwrap_or(f64::INFINITY)
+        self.nearest_below(point, f64::INFINITY).map_or(f64::INFINITY, |(distance, _)| distance)
     }
 
-    /// The signed distance, or nothing where it cannot be less than `limit`.
-    pub(crate) fn distance_below(&self, point: Point, limit: f64) -> Option<f64> {
-        let highest = self.faces.iter().map(|face| face.height(point)).fold(f64::MIN, f64::max);
+    /// The signed distance and its gradient, or nothing where it cannot be less than `limit`.
+    pub(crate) fn nearest_below(&self, point: Point, limit: f64) -> Option<(f64, Point)> {
+        let heights = self.faces.iter().map(|face| (face.height(point), face));
+        let (highest, top) = heights.max_by(|a, b| a.0.total_cmp(&b.0))?;
         if highest <= 0.0 {
-            return Some(highest);
+            return Some((highest, top.normal));
         }
         // no plane of a face is farther than the body
         if highest >= limit {
             return None;
         }
-        // the nearest point lies on a face that the point is in front of
-        let in_front = self.faces.iter().filter(|face| face.height(point) > 0.0);
-        Some(in_front.map(|face| face.distance(point)).fold(f64::INFINITY, f64::min))
+        // the nearest point lies on a face that the point is in front of; most often on the one that
+        // it is farthest in front of
+        let (mut distance, mut foot) = top.nearest(point);
+        if distance > highest {
+            for face in &self.faces {
+                let height = face.height(point);
+                if height > 0.0 && height < distance {
+                    let (other, there) = face.nearest(point);
+                    if other < distance {
+                        (distance, foot) = (other, there);
+                    }
+                }
+            }
+        }
+        let away = sub(point, foot);
+        let length = norm(away);
+        Some((distance, if length > 0.0 { scale(away, 1.0 / length) } else { top.normal }))
     }
 }
 
@@ -174,20 +190,22 @@ impl Face {
         0.5 * norm(twice)
     }
 
-    /// Distance of a point to this polygon.
-    fn distance(&self, point: Point) -> f64 {
+    /// Distance of a point to this polygon, and the polygon's nearest point.
+    fn nearest(&self, point: Point) -> (f64, Point) {
         let beside =
             |(a, b): (Point, Point)| dot(cross(self.normal, sub(b, a)), sub(point, a)) < 0.0;
         if !self.edges().any(beside) {
-            return self.height(point).abs();
+            let height = self.height(point);
+            return (height.abs(), sub(point, scale(self.normal, height)));
         }
-        self.edges()
-            .map(|(a, b)| {
-                let edge = sub(b, a);
-                let t = (dot(sub(point, a), edge) / dot(edge, edge)).clamp(0.0, 1.0);
-                norm(sub(point, add(a, scale(edge, t))))
-            })
-            .fold(f64::INFINITY, f64::min)
+        let on_edge = |(a, b): (Point, Point)| {
+            let edge = sub(b, a);
+            let t = (dot(sub(point, a), edge) / dot(edge, edge)).clamp(0.0, 1.0);
+            let foot = add(a, scale(edge, t));
+            (norm(sub(point, foot)), foot)
+        };
+        let nearest = self.edges().map(on_edge).min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.unwrap_or((f64::INFINITY, point))
     }
 }
 

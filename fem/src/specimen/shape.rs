@@ -1,5 +1,6 @@
 //! Grains as convex polyhedra: random facets, cut by the radical planes to the neighbours.
 
+use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use rand::Rng;
@@ -70,6 +71,7 @@ pub(super) fn grow(spheres: &Spheres, facets: &[Facets], volume: f64) -> Result<
 
 fn polyhedra(spheres: &Spheres, facets: &[Facets], growth: f64) -> Vec<Grain> {
     let half = 0.5 * spheres.gap;
+    let near = Near::new(spheres);
     facets
         .par_iter()
         .enumerate()
@@ -82,7 +84,7 @@ fn polyhedra(spheres: &Spheres, facets: &[Facets], growth: f64) -> Vec<Grain> {
             body.cut([0.0, 0.0, -1.0], -half);
             body.cut([0.0, 0.0, 1.0], spheres.cylinder_height - half);
             cut_wall(&mut body, centre, spheres.cylinder_radius - half);
-            cut_neighbours(&mut body, spheres, i);
+            near.cut(&mut body, spheres, i);
             Grain { centre, shape: GrainShape::Polyhedron(body) }
         })
         .collect()
@@ -99,24 +101,58 @@ fn cut_wall(body: &mut ConvexPolyhedron, centre: Point, radius: f64) {
     }
 }
 
-/// Cuts by the radical planes, where the powers to both spheres are equal, pulled back by half
-/// the gap.
-fn cut_neighbours(body: &mut ConvexPolyhedron, spheres: &Spheres, i: usize) {
-    let (centre, radius) = (spheres.centres[i], spheres.radii[i]);
-    let mut reach = body.reach(centre);
-    for (j, (&other, &other_radius)) in spheres.centres.iter().zip(&spheres.radii).enumerate() {
-        let apart = sub(other, centre);
-        let distance = norm(apart);
-        if j == i {
-            continue;
+/// The spheres by the cells of a grid.
+struct Near {
+    width: f64,
+    largest: f64,
+    cells: HashMap<[i64; 3], Vec<usize>>,
+}
+
+impl Near {
+    fn new(spheres: &Spheres) -> Near {
+        let largest = spheres.radii.iter().copied().fold(0.0, f64::max);
+        let volume = spheres.cylinder_radius.powi(2) * spheres.cylinder_height;
+        let width = (volume / spheres.radii.len() as f64).cbrt();
+        let mut near = Near { width, largest, cells: HashMap::new() };
+        for (i, &centre) in spheres.centres.iter().enumerate() {
+            near.cells.entry(near.cell(centre)).or_default().push(i);
         }
-        let plane = (distance * distance + radius * radius - other_radius * other_radius)
-            / (2.0 * distance)
-            - 0.5 * spheres.gap;
-        if plane < reach {
-            let normal = scale(apart, 1.0 / distance);
-            if body.cut(normal, dot(normal, add(centre, scale(normal, plane)))) {
-                reach = body.reach(centre);
+        near
+    }
+
+    fn cell(&self, point: Point) -> [i64; 3] {
+        point.map(|x| (x / self.width).floor() as i64)
+    }
+
+    /// Cuts by the radical planes, where the powers to both spheres are equal, pulled back by half
+    /// the gap.
+    fn cut(&self, body: &mut ConvexPolyhedron, spheres: &Spheres, i: usize) {
+        let (centre, radius) = (spheres.centres[i], spheres.radii[i]);
+        let mut reach = body.reach(centre);
+        // the plane to a sphere farther away than this misses the body
+        let edge = reach + 0.5 * spheres.gap;
+        let far = edge + (edge * edge + self.largest * self.largest).sqrt();
+        let (low, high) = (self.cell(centre.map(|x| x - far)), self.cell(centre.map(|x| x + far)));
+        let mut others: Vec<usize> = Vec::new();
+        for a in low[0]..=high[0] {
+            for b in low[1]..=high[1] {
+                for c in low[2]..=high[2] {
+                    others.extend(self.cells.get(&[a, b, c]).into_iter().flatten());
+                }
+            }
+        }
+        others.sort_unstable();
+        for j in others.into_iter().filter(|&j| j != i) {
+            let apart = sub(spheres.centres[j], centre);
+            let distance = norm(apart);
+            let plane = (distance * distance + radius * radius - spheres.radii[j].powi(2))
+                / (2.0 * distance)
+                - 0.5 * spheres.gap;
+            if plane < reach {
+                let normal = scale(apart, 1.0 / distance);
+                if body.cut(normal, dot(normal, add(centre, scale(normal, plane)))) {
+                    reach = body.reach(centre);
+                }
             }
         }
     }

@@ -209,6 +209,13 @@ fn what_is_no_stack_is_refused_with_file_and_page() {
     drop(encoder);
     assert!(refused().contains("page 1: its pixels are colours"), "{}", refused());
 
+    let mut encoder = TiffEncoder::new(file(&path)).unwrap();
+    let mut image = encoder.new_image::<Gray8>(2, 1).unwrap();
+    image.encoder().write_tag(Tag::ImageDescription, "ImageJ=1.5\nimages=3\n").unwrap();
+    image.write_data(&[1, 2]).unwrap();
+    drop(encoder);
+    assert!(refused().contains("only page, but 3 images are declared"), "{}", refused());
+
     let value = |n: usize| if n == 27 { f32::NAN } else { 1.0 };
     pages::<Gray32Float, _, _>(
         TiffEncoder::new(file(&path)).unwrap(),

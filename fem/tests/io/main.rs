@@ -5,6 +5,8 @@ mod ensemble;
 mod fuzz;
 mod gmsh;
 mod mesh;
+mod meshing;
+mod scanner;
 mod specimen;
 mod stl;
 mod vtu;

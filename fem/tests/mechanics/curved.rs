@@ -51,15 +51,14 @@ fn bent_cube(n: usize) -> TetMesh {
     mesh
 }
 
-/// A rule of degree 4 integrates the forces of these elements exactly, so an affine field is in
-/// equilibrium; the four points of undamaged elements leave an error that falls with the elements.
+/// An affine field is in equilibrium whatever the edges, with four points and with eleven.
 #[test]
 fn affine_patch_of_curved_elements() {
     let affine = |x: [f64; 3], t: f64| {
         let h = [[-0.08, 0.05, 0.02], [0.1, 0.07, -0.03], [-0.04, 0.06, -0.12]];
         std::array::from_fn::<f64, 3, _>(|i| t * (0..3).map(|j| h[i][j] * x[j]).sum::<f64>())
     };
-    let tough = Material::hencky(10.0, 0.3).with_fracture(Fracture::new(1e13));
+    let tough = Material::hencky(10.0, 0.3).with_fracture(Fracture::new(1e3));
     let eleven = PhaseField { quadrature: DamageQuadrature::Eleven, ..PhaseField::new(1.0) };
     let error = |n: usize, field: Option<PhaseField>| {
         let conditions =
@@ -80,10 +79,10 @@ fn affine_patch_of_curved_elements() {
         let largest = all.flat_map(|(u, exact)| (0..3).map(move |k| (u[k] - exact[k]).abs()));
         largest.fold(0.0, f64::max)
     };
-    let exact = error(3, Some(eleven));
-    assert!(exact < 1e-10, "{exact}");
-    let (coarse, fine) = (error(2, None), error(4, None));
-    assert!(coarse < 2e-3 && fine < coarse / 6.0, "{coarse}, {fine}");
+    for field in [None, Some(eleven)] {
+        let largest = error(3, field);
+        assert!(largest < 1e-10, "{largest}");
+    }
 }
 
 #[test]
@@ -108,7 +107,7 @@ fn the_volume_of_a_round_cylinder_converges_at_fourth_order() {
     let exact = std::f64::consts::PI * radius * radius * height;
     let error = |spacing_mm: f64| {
         let lattice = CylinderLattice { radius_mm: radius, height_mm: height, spacing_mm };
-        let mut mesh = lattice.build().expect("a lattice");
+        let mut mesh = lattice.build_round().expect("a lattice");
         let wall = mesh.surfaces["side"].clone();
         let mut on_wall: Vec<[u32; 2]> = Vec::new();
         for [a, b, c] in wall {
@@ -138,7 +137,8 @@ fn the_volume_of_a_round_cylinder_converges_at_fourth_order() {
         assert!((integrated - stated).abs() < 1e-12 * exact, "{integrated} and {stated}");
         (integrated - exact).abs()
     };
-    let (coarse, fine) = (error(1.4), error(0.7));
+    // twelve and twenty-four cells around
+    let (coarse, fine) = (error(1.0), error(0.5));
     let observed = order(coarse, fine, 2.0);
-    assert!(observed > 3.7 && fine < 1e-3 * exact, "order {observed} of {coarse}, {fine}");
+    assert!(observed > 3.7 && fine < 1e-4 * exact, "order {observed} of {coarse}, {fine}");
 }

@@ -230,17 +230,18 @@ impl<const P: usize> Case<'_, P> {
         let plain = make(self.parameters);
         let support = plain.support();
         let [low, middle, high] = [0.1, 0.5, 0.8].map(|p| plain.quantile(p));
-        type Reading<'r, T, R> = (&'r str, Vec<f64>, &'r dyn Fn(&T, R) -> R);
+        type Function<'r, T, R> = &'r dyn Fn(&T, R) -> R;
+        type Reading<'r, T> = (&'r str, Vec<f64>, Function<'r, T, f64>);
         let inner: Vec<f64> = vec![middle];
         let coordinates: Vec<f64> = self.points.iter().map(|&x| support.unconstrain(x)).collect();
-        let values: [Reading<'_, D, f64>; 5] = [
+        let values: [Reading<'_, D>; 5] = [
             ("ln_density", self.points.to_vec(), &|d, x| d.ln_density(&x)),
             ("constrain", coordinates.clone(), &|d, y| constrained(d, y, true)),
             ("constrain without Jacobian", coordinates, &|d, y| constrained(d, y, false)),
             ("truncate", inner, &|d, x| d.clone().truncate(low..high).ln_density(&x)),
             ("censor", vec![low, high], &|d, x| d.clone().censor(low..high).ln_density(&x)),
         ];
-        let duals: [&dyn Fn(&G, Lifted) -> Lifted; 5] = [
+        let duals: [Function<'_, G, Lifted>; 5] = [
             &|d, x| d.ln_density(&x),
             &|d, y| constrained(d, y, true),
             &|d, y| constrained(d, y, false),

@@ -200,7 +200,7 @@ ppl::model! {
             for slope in &slope[1..] {
                 logits.push(dot(row, slope));
             }
-            let each = logits.iter().map(|logit| BernoulliLogit(logit)).collect::<Vec<_>>();
+            let each = logits.iter().map(BernoulliLogit).collect::<Vec<_>>();
             factor(each[*class as usize].ln_density(&true));
         }
     }

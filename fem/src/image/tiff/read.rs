@@ -8,7 +8,7 @@ use ::tiff::decoder::DecodingResult;
 use rayon::prelude::*;
 
 use super::page::{Declared, declared, open, refused, samples};
-use super::resolution::{VoxelSize, voxel_size};
+use super::resolution::{VoxelSize, declared_images, voxel_size};
 use crate::image::volume::MAX_VOXELS;
 use crate::image::{ImageError, Volume};
 
@@ -115,6 +115,7 @@ impl Stack {
             let bytes = meta.len();
             file_bytes += bytes;
             let mut decoder = open(&file, bytes.saturating_mul(DENSEST))?;
+            let images = declared_images(&mut decoder).unwrap_or(1);
             let mut pages = Vec::new();
             for number in 0.. {
                 if number > 0 {
@@ -131,6 +132,14 @@ impl Stack {
                 same_size(&file, number, first.get_or_insert(this), &this)?;
                 declared_bytes = declared_bytes.saturating_add(this.bytes());
                 pages.push(number);
+            }
+            if pages.len() == 1 && images > 1 {
+                return Err(ImageError::Page {
+                    path: file,
+                    page: 1,
+                    message: format!("it is the only page, but {images} images are declared"),
+                    help: "save the stack as BigTIFF, or as one file for each slice",
+                });
             }
             if declared_bytes > file_bytes.saturating_mul(DENSEST) {
                 return Err(ImageError::Implausible { path: file, declared_bytes, file_bytes });

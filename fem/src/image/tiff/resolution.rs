@@ -25,6 +25,13 @@ pub(super) enum VoxelSize {
     Unknown(String),
 }
 
+/// How many slices ImageJ says that there are; beyond 4 GB it writes one page and the others after it.
+pub(super) fn declared_images<R: Read + Seek>(decoder: &mut Decoder<R>) -> Option<usize> {
+    let description = decoder.get_tag_ascii_string(Tag::ImageDescription).ok()?;
+    let count = description.lines().find_map(|line| line.strip_prefix("images="))?;
+    count.trim().parse().ok()
+}
+
 /// Reads the tags of the page at which a decoder stands.
 pub(super) fn voxel_size<R: Read + Seek>(decoder: &mut Decoder<R>) -> VoxelSize {
     let description = decoder.get_tag_ascii_string(Tag::ImageDescription).unwrap_or_default();

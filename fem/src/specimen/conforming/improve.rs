@@ -1,4 +1,4 @@
-//! The last pass: nodes around flat tetrahedra look for a better place.
+//! Nodes around flat tetrahedra look for a better place.
 
 use super::interface::Held;
 use super::relocate::{Pull, Relocation, on_tangent};
@@ -6,18 +6,15 @@ use crate::mesh::vector::{Point, add, scale};
 
 /// Lengths of the steps that are tried, over the spacing.
 const STEPS: [f64; 4] = [0.16, 0.08, 0.04, 0.02];
-/// Passes over all nodes.
-const PASSES: usize = 3;
-/// An interface node may end so far from the interface, over the spacing, if it was not farther.
-const OFF: f64 = 0.02;
+/// The distance of an interface node from the interface changes by no more than this, over the
+/// spacing: else grains would lose volume.
+const OFF: f64 = 0.005;
 
 impl Relocation<'_> {
     /// Moves nodes with a tetrahedron flatter than the angle of cosine `wanted` so that their worst
     /// one becomes better; interface nodes along the interface.
     pub(super) fn improve(&mut self, wanted: f64) {
-        for _ in 0..PASSES {
-            self.move_all(|this, node| this.better_place(node, wanted));
-        }
+        self.move_all(|this, node| this.better_place(node, wanted));
     }
 
     fn better_place(&self, node: u32, wanted: f64) -> Option<Point> {
@@ -28,9 +25,11 @@ impl Relocation<'_> {
         }
         let held = self.interface.held[node as usize];
         let labels = self.interface.labels.of(node);
-        let allowed = match labels.is_empty() {
-            true => 0.0,
-            false => self.off_interface(labels, held, from).max(OFF * self.how.spacing_mm),
+        let off = self.residuals(labels, held, from);
+        let stays = |there: Point| {
+            let now = self.residuals(labels, held, there);
+            let moved = off.iter().zip(now).map(|(before, now)| (now - before).abs());
+            moved.fold(0.0, f64::max) <= OFF * self.how.spacing_mm
         };
         let mut here = from;
         for step in STEPS {
@@ -38,9 +37,7 @@ impl Relocation<'_> {
                 let step = scale(direction, step * self.how.spacing_mm);
                 let there = self.step_along(labels, held, here, step);
                 let worst_there = self.worst_around(node, there, worst);
-                if worst_there < worst - 1e-3
-                    && (labels.is_empty() || self.off_interface(labels, held, there) <= allowed)
-                {
+                if worst_there < worst - 1e-3 && stays(there) {
                     (here, worst) = (there, worst_there);
                 }
             }
@@ -48,7 +45,7 @@ impl Relocation<'_> {
         (here != from).then_some(here)
     }
 
-    /// A step of a node, back onto the interface if it is on one.
+    /// A step of a node, back to its distance from the interface if it is on one.
     fn step_along(&self, labels: &[u32], held: Held, here: Point, step: Point) -> Point {
         let step = on_tangent(held, here, step);
         if labels.is_empty() {
@@ -56,8 +53,9 @@ impl Relocation<'_> {
         }
         let along = Pull::new(self, labels, held, here).along(step);
         let there = self.hold(held, here, add(here, along));
-        let back = Pull::new(self, labels, held, there).to_surface(0.1 * self.how.spacing_mm);
-        self.hold(held, here, add(there, back))
+        let mut back = Pull::new(self, labels, held, there);
+        back.towards(&self.residuals(labels, held, here));
+        self.hold(held, here, add(there, back.to_surface(0.1 * self.how.spacing_mm)))
     }
 }
 

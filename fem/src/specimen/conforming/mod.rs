@@ -11,41 +11,29 @@ mod improve;
 mod interface;
 mod label;
 mod relocate;
+mod settings;
 mod volume;
 
-use super::GrainField;
 use super::adjacency::Adjacency;
 use crate::mesh::TetMesh;
 use curve::EdgePoints;
 use guard::cosine;
 use interface::Interface;
 use relocate::Relocation;
+pub(super) use settings::Conforming;
 
 /// Sweeps over all nodes that move before volumes are corrected; every second corrects them then.
 const FIRST_SWEEPS: usize = 8;
 /// Corrections of the volumes, each with two sweeps.
-const CORRECTIONS: usize = 7;
+const CORRECTIONS: usize = 8;
 /// The correction from which on flatter tetrahedra are allowed.
 const LATE: usize = 3;
 /// The first sweeps keep this angle at least (degrees).
-const GENTLE_DEG: f64 = 23.0;
+const GENTLE_DEG: f64 = 24.0;
 /// The last sweeps keep this angle, or the floor where it is larger (degrees).
-const LATE_DEG: f64 = 17.0;
-/// The last pass tries to bring tetrahedra above this angle (degrees).
+const LATE_DEG: f64 = 20.2;
+/// Late sweeps are followed by a pass that tries to bring tetrahedra above this angle (degrees).
 const WANTED_DEG: f64 = 27.0;
-
-/// How a lattice is made to follow grains.
-pub(super) struct Conforming<'a> {
-    pub(super) field: &'a dyn GrainField,
-    /// Which grains are followed, from number 1; the others count as matrix.
-    pub(super) follows: &'a [bool],
-    pub(super) radius_mm: f64,
-    pub(super) spacing_mm: f64,
-    /// Dihedral angle that no tetrahedron falls below by moving nodes (degrees).
-    pub(super) floor_deg: f64,
-    /// Whether edges of interfaces and wall are curved, and volumes those of curved tetrahedra.
-    pub(super) curved: bool,
-}
 
 /// What came of it, besides the nodes and edge points of the mesh.
 pub(super) struct Conformed {
@@ -76,16 +64,16 @@ impl Conforming<'_> {
                 relocation.sweep(gentle);
             }
             for round in 0..CORRECTIONS {
-                if round == LATE {
-                    relocation.improve(cosine(WANTED_DEG));
-                }
                 let volumes = edges.volumes(&relocation, labels);
                 relocation.correct(&volumes);
                 let limit = if round < LATE { gentle } else { floor };
                 relocation.sweep(limit);
                 relocation.sweep(limit);
+                // within the loop, so that what it costs in volume is made up for
+                if round >= LATE {
+                    relocation.improve(cosine(WANTED_DEG));
+                }
             }
-            relocation.improve(cosine(WANTED_DEG));
         }
         let (edge_points, straightened_edges) = edges.place(&relocation);
         let interface_rms_mm = relocation.interface_error(&edge_points);

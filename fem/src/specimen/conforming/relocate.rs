@@ -51,7 +51,7 @@ impl<'a> Relocation<'a> {
 
     /// Moves every node once; no tetrahedron falls below the angle of cosine `limit`.
     pub(super) fn sweep(&mut self, limit: f64) {
-        let free = cosine(FREE_DEG).max(-1.0);
+        let free = cosine(FREE_DEG);
         self.move_all(|this, node| match this.interface.ring[node as usize] {
             0 => this.towards_interface(node, limit),
             _ => this.towards_mean(node, free),
@@ -103,7 +103,6 @@ impl<'a> Relocation<'a> {
         if norm(both) < 1e-4 * self.how.spacing_mm {
             return None;
         }
-        let limit = limit.max(self.worst_around(node, here, f64::INFINITY));
         let steps = [
             (both, 1.0),
             (to_surface, 1.0),
@@ -113,9 +112,23 @@ impl<'a> Relocation<'a> {
             (along, 0.5),
             (to_surface, 0.1),
         ];
-        steps.into_iter().find_map(|(step, part)| {
-            let there = self.hold(held, here, add(here, scale(step, part)));
-            (self.worst_around(node, there, limit) <= limit).then_some(there)
+        self.first_within(node, limit, &steps)
+    }
+
+    /// The first of some steps, each taken in part, that leaves no tetrahedron worse than `limit`, or
+    /// than they were if that is worse still.
+    fn first_within(&self, node: u32, limit: f64, steps: &[(Point, f64)]) -> Option<Point> {
+        let here = self.nodes[node as usize];
+        let held = self.interface.held[node as usize];
+        let first = |limit: f64| {
+            steps.iter().find_map(|&(step, part)| {
+                let there = self.hold(held, here, add(here, scale(step, part)));
+                (self.worst_around(node, there, limit) <= limit).then_some(there)
+            })
+        };
+        first(limit).or_else(|| {
+            let worst = self.worst_around(node, here, f64::INFINITY);
+            if worst > limit { first(worst) } else { None }
         })
     }
 
@@ -133,11 +146,7 @@ impl<'a> Relocation<'a> {
         if norm(step) < 1e-3 * self.how.spacing_mm {
             return None;
         }
-        let limit = good.max(self.worst_around(node, here, f64::INFINITY));
-        [1.0, 0.5, 0.2].into_iter().find_map(|part| {
-            let there = self.hold(held, here, add(here, scale(step, part)));
-            (self.worst_around(node, there, limit) <= limit).then_some(there)
-        })
+        self.first_within(node, good, &[(step, 1.0), (step, 0.5), (step, 0.2)])
     }
 
     /// Puts a point back on the wall or the end that its node is held on.
@@ -153,10 +162,9 @@ impl<'a> Relocation<'a> {
         [x, y, z]
     }
 
-    /// The distance of a point from where the labels meet: the largest of its residuals.
-    pub(super) fn off_interface(&self, labels: &[u32], held: Held, point: Point) -> f64 {
-        let pull = Pull::new(self, labels, held, point);
-        pull.residuals.iter().map(|r| r.abs()).fold(0.0, f64::max)
+    /// How far a point is from where the labels meet; nothing without labels.
+    pub(super) fn residuals(&self, labels: &[u32], held: Held, point: Point) -> Vec<f64> {
+        Pull::new(self, labels, held, point).residuals
     }
 }
 
@@ -189,8 +197,8 @@ impl Pull {
         let grains = labels.iter().filter(|&&label| label > 0);
         let (mut residuals, mut gradients): (Vec<f64>, Vec<Point>) = grains
             .map(|&grain| {
-                let distance = field.distance(grain, at) - from.offsets[grain as usize - 1];
-                (distance, field.gradient(grain, at, step))
+                let (distance, gradient) = field.distance_and_gradient(grain, at, step);
+                (distance - from.offsets[grain as usize - 1], gradient)
             })
             .unzip();
         if labels.first().is_some_and(|&label| label > 0) {
@@ -210,6 +218,11 @@ impl Pull {
         }
         let inverse = normal.try_inverse().unwrap_or_else(Matrix3::zeros);
         Pull { residuals, gradients, inverse }
+    }
+
+    /// From now on, where the residuals take these values is where they vanish.
+    pub(super) fn towards(&mut self, values: &[f64]) {
+        self.residuals.iter_mut().zip(values).for_each(|(residual, value)| *residual -= value);
     }
 
     /// The shortest step to where the residuals vanish, by their gradients, no longer than `most`.
