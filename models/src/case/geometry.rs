@@ -1,7 +1,7 @@
 //! The geometry that a case describes: a cylinder with a packing, an image of a specimen, or a mesh file.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use fem::gmsh::PhysicalGroup;
 use fem::{Meshing, Order, Packing, Scanner, Segmentation};
@@ -160,8 +160,8 @@ impl CaseFile {
     fn existing(
         &self,
         key: &str,
-        name: &PathBuf,
-        is_there: fn(&PathBuf) -> bool,
+        name: &Path,
+        is_there: fn(&Path) -> bool,
     ) -> Result<PathBuf, InputError> {
         let path = self.beside(name);
         if is_there(&path) {
