@@ -14,7 +14,7 @@ use super::ImageError;
 ///
 /// # Example
 /// ```
-/// use fem::{Segmentation, Volume};
+/// use fem::{Segmentation, SpecimenForm, Volume};
 ///
 /// // two touching balls
 /// let shape = [40, 26, 26];
@@ -24,7 +24,8 @@ use super::ImageError;
 ///     if off(12.0).min(off(27.0)) < 64.0 { 200.0 } else { 80.0 }
 /// });
 /// let image = Volume::new(shape, 0.01, values.collect())?;
-/// let found = Segmentation::default().run(&image, &mut |_| {})?;
+/// let block = Segmentation { specimen: SpecimenForm::Block, ..Segmentation::default() };
+/// let found = block.run(&image, &mut |_| {})?;
 /// assert_eq!(found.regions.len(), 2);
 /// assert_eq!(found.regions[0].neighbours, [2]);
 /// # Ok::<(), fem::ImageError>(())

@@ -23,7 +23,7 @@ use crate::mesh::{CylinderLattice, LatticeError, Quality, TetMesh};
 /// use fem::{Grain, GrainList, Meshing};
 ///
 /// let grains = GrainList::new(vec![Grain::sphere([0.0, 0.0, 2.2], 1.2)], 2.5, 4.4);
-/// let meshed = Meshing::new(0.6).build(2.5, 4.4, &grains)?;
+/// let meshed = Meshing::new(0.4).build(2.5, 4.4, &grains)?;
 /// assert!(meshed.report.warnings().is_empty(), "{:?}", meshed.report.warnings());
 /// assert!(meshed.report.grains[0].volume_error().abs() < 0.005);
 /// meshed.mesh.validate()?;

@@ -2,7 +2,7 @@
 
 use kuva::prelude::*;
 
-use super::style::{ENSEMBLE, POSTERIOR, framed, panel, single};
+use super::style::{ENSEMBLE, POSTERIOR, framed, named_clips, panel, single};
 
 /// Fraction of the grains, by number and by volume, up to each diameter; one (diameter in mm, volume in
 /// mm³) a grain.
@@ -23,7 +23,8 @@ pub(crate) fn grain_sizes(grains: &[(f64, f64)]) -> String {
     let layout =
         panel(&plots, "diameter of the sphere of a grain's volume (mm)", "fraction up to it")
             .with_legend_position(LegendPosition::InsideBottomRight);
-    single(plots, framed(layout, (0.0, most), (0.0, 1.0)), 620.0, 360.0)
+    let figure = single(plots, framed(layout, (0.0, most), (0.0, 1.0)), 620.0, 360.0);
+    named_clips(&figure, "grain-sizes")
 }
 
 /// Steps of a cumulative distribution, from sorted values with their weights.
@@ -52,7 +53,8 @@ pub(crate) fn mesh_quality(angles_deg: &[f64]) -> String {
     let bars = Histogram::new().with_precomputed(edges, counts).with_color(ENSEMBLE);
     let plots: Vec<Plot> = vec![bars.into()];
     let layout = panel(&plots, "smallest dihedral angle (°)", "tetrahedra");
-    single(plots, framed(layout, (0.0, MOST), (0.0, top)), 620.0, 320.0)
+    let figure = single(plots, framed(layout, (0.0, MOST), (0.0, top)), 620.0, 320.0);
+    named_clips(&figure, "mesh-quality")
 }
 
 #[cfg(test)]

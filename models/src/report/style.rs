@@ -50,6 +50,27 @@ pub(super) fn single(plots: Vec<Plot>, layout: Layout, width: f64, height: f64) 
     strip(render_to_svg(plots, layout.with_width(width).with_height(height)))
 }
 
+/// The same figure with clip paths named after it.
+///
+/// kuva counts them on from figure to figure: without this the same figure drawn twice differs, and two
+/// figures from two processes have the same names on one page.
+pub(super) fn named_clips(svg: &str, figure: &str) -> String {
+    const CLIP: &str = "kuva-clip-";
+    let mut numbers: Vec<&str> = Vec::new();
+    let mut parts = svg.split(CLIP);
+    let mut named = parts.next().unwrap_or_default().to_string();
+    for part in parts {
+        let end = part.find(|c: char| !c.is_ascii_digit()).unwrap_or(part.len());
+        let (number, rest) = part.split_at(end);
+        let k = numbers.iter().position(|seen| *seen == number).unwrap_or_else(|| {
+            numbers.push(number);
+            numbers.len() - 1
+        });
+        named += &format!("{figure}-clip-{k}{rest}");
+    }
+    named
+}
+
 /// A grid of panels as SVG.
 pub(super) fn grid(
     rows: usize,
