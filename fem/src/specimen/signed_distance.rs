@@ -221,7 +221,7 @@ mod tests {
             }
         }
         // the smoothing moves the surface of a ball in by σ² / R with σ² = ½ voxel²: 0.08
-        let rms = (squares / count as f64).sqrt();
+        let rms = (squares / count).sqrt();
         assert!(rms < 0.15 && near < 0.3, "{rms} {near}");
         assert!(far < 0.5, "{far}");
     }

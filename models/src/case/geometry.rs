@@ -108,7 +108,7 @@ impl CaseFile {
         Ok(SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, scan, meshing })
     }
 
-    fn mesh_file(&self, s: &SpecimenCase, mesh: &PathBuf) -> Result<SpecimenGeometry, InputError> {
+    fn mesh_file(&self, s: &SpecimenCase, mesh: &Path) -> Result<SpecimenGeometry, InputError> {
         let extra = [
             ("radius_mm", s.radius_mm.is_some()),
             ("height_mm", s.height_mm.is_some()),

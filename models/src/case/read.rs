@@ -199,7 +199,8 @@ fn locate(text: &str, span: Range<usize>) -> (String, String) {
 mod tests {
     use super::*;
     use crate::case::{
-        AdaptiveCase, ArcLengthCase, ConditionsCase, MeasureCase, PrescribeCase, TractionCase,
+        AdaptiveCase, ArcLengthCase, ConditionsCase, ImageCase, MeasureCase, PrescribeCase,
+        TractionCase,
     };
 
     fn message(text: &str) -> String {
@@ -304,9 +305,8 @@ mod tests {
 
     #[test]
     fn the_keys_of_an_image_are_known() {
-        let mut image = crate::case::ImageCase::default();
-        image.stack = Some("scan.tif".into());
-        image.voxel_mm = Some(0.05);
+        let stack = Some("scan.tif".into());
+        let mut image = ImageCase { stack, voxel_mm: Some(0.05), ..ImageCase::default() };
         image.segmentation.void_threshold = Some(1.0);
         image.segmentation.grain_threshold = Some(2.0);
         let mut known = image_keys();
