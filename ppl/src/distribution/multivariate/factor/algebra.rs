@@ -167,9 +167,13 @@ impl<R: Scalar> DynCholeskyFactor<R> {
         let mut rows: Vec<Vec<R>> = Vec::with_capacity(matrix.len());
         for (i, entries) in matrix.iter().enumerate() {
             let holds = entries.len() > i;
-            let requirement = format_args!("at least {}", i + 1);
-            let (name, length) = (format_args!("length of row {i}"), entries.len() as f64);
-            DomainError::require(holds, NAME, name, requirement, length)?;
+            DomainError::require(
+                holds,
+                NAME,
+                format_args!("length of row {i}"),
+                format_args!("at least {}", i + 1),
+                entries.len() as f64,
+            )?;
             let mut row: Vec<R> = Vec::with_capacity(i + 1);
             for j in 0..=i {
                 let above = rows.get(j).unwrap_or(&row);
