@@ -3,17 +3,22 @@
 //!
 //! ```text
 //! cargo run --release -p fem --example resolution -- spheres20.json [ROW ...]
+//! cargo run --release -p fem --example resolution -- spheres20.json fine=ROW [ROW ...]
 //! ```
 //!
 //! The file has `centres_mm` and `radii_mm`. A row is spacing, mode, order and rule, as
 //! `0.7,fraction,p2,geometric-mean`; without rows those of the table below are run. Printed as CSV:
 //! errors of slope, peak force and displacement at the peak against the reference in %, unknowns,
-//! Newton iterations and processor seconds of 44 steps to 0.22 mm. The reference is a conforming
-//! quadratic mesh, extrapolated: 1824 N/mm, 127.0 N (± 2–3 %), 0.0976 mm. Grains do not break.
+//! Newton iterations, those of the linear solver, and processor seconds of 44 steps to 0.22 mm. The
+//! reference is a conforming quadratic mesh, extrapolated: 1824 N/mm, 127.0 N (± 2–3 %), 0.0976 mm.
+//! Grains do not break.
+//!
+//! With `fine=ROW`: how constant the ratio of that row's quantities to each other row's is over
+//! eight points of the prior's box, as mean and standard deviation in %.
 
 use fem::{
-    CompressionTest, CurvePoint, Fracture, Grain, GrainList, GrainMode, Homogenisation, Material,
-    Meshing, Order, PhaseField, Schedule, TetMesh,
+    CompressionTest, CurvePoint, Effort, Fracture, Grain, GrainList, GrainMode, Homogenisation,
+    Material, Meshing, Order, PhaseField, Schedule,
 };
 
 type Failure = Box<dyn std::error::Error>;
@@ -22,13 +27,22 @@ const RADIUS_MM: f64 = 2.5;
 const HEIGHT_MM: f64 = 4.4;
 /// Slope (N/mm), peak force (N), displacement at the peak (mm).
 const REFERENCE: [f64; 3] = [1824.0, 127.0, 0.0976];
-const ROWS: [&str; 6] = [
+const HEADER: &str = "spacing_mm,mode,order,rule";
+/// Young's modulus (MPa), toughness (N/mm) and viscosity (MPa s) of the matrix: the baseline, and
+/// the box of the prior with the number of points in it.
+const BASELINE: [f64; 3] = [275.0, 0.0025, 0.3];
+const PRIOR: [[f64; 2]; 3] = [[250.0, 300.0], [0.00001, 0.005], [0.05, 0.55]];
+const POINTS: usize = 8;
+const ROWS: [&str; 9] = [
     "0.7,whole,p1,reuss",
     "0.7,whole,p2,reuss",
     "0.7,fraction,p1,geometric-mean",
+    "1.0,fraction,p2,geometric-mean",
     "0.7,fraction,p2,reuss",
     "0.7,fraction,p2,geometric-mean",
     "0.7,fraction,p2,hashin-shtrikman",
+    "0.5,fraction,p2,geometric-mean",
+    "0.35,conforming,p2,reuss",
 ];
 
 #[derive(serde::Deserialize)]
@@ -44,40 +58,122 @@ fn main() -> Result<(), Failure> {
     let spheres = packing.centres_mm.iter().zip(&packing.radii_mm);
     let spheres = spheres.map(|(&centre, &radius)| Grain::sphere(centre, radius)).collect();
     let grains = GrainList::new(spheres, RADIUS_MM, HEIGHT_MM);
-    let mut rows: Vec<String> = arguments.collect();
+    let (fine, mut rows): (Vec<String>, Vec<String>) =
+        arguments.partition(|argument| argument.starts_with("fine="));
+    let fine = fine.last().map(|argument| argument["fine=".len()..].to_owned());
     if rows.is_empty() {
         rows = ROWS.map(String::from).to_vec();
     }
-    println!("spacing_mm,mode,order,rule,slope_%,peak_%,displacement_%,unknowns,newton,seconds");
-    for row in rows {
-        let parts: Vec<&str> = row.split(',').collect();
-        let &[spacing, mode, order, rule] = parts.as_slice() else {
-            return Err(format!("{row}: give spacing,mode,order,rule").into());
-        };
-        let order = if order == "p1" { Order::Linear } else { Order::Quadratic };
-        let rule: Homogenisation = serde_json::from_value(rule.into())?;
-        let mode: GrainMode = serde_json::from_value(mode.into())?;
-        let mesh = mesh(spacing.parse()?, mode, order, &grains)?;
+    if let Some(fine) = fine {
+        return compare(&Row::parse(&fine)?, &rows, &grains);
+    }
+    println!("{HEADER},slope_%,peak_%,displacement_%,unknowns,newton,linear,seconds");
+    for text in rows {
         let begin = processor_seconds();
+        let run = Row::parse(&text)?.run(BASELINE, &grains)?;
+        let [slope, peak, at] = percent(run.quantities, REFERENCE);
+        println!(
+            "{text},{slope:.1},{peak:.1},{at:.1},{},{},{},{:.1}",
+            run.unknowns,
+            run.effort.iterations,
+            run.effort.linear,
+            processor_seconds() - begin
+        );
+    }
+    Ok(())
+}
+
+/// Prints mean and standard deviation of the ratios fine : row over the prior's box.
+fn compare(fine: &Row, rows: &[String], grains: &GrainList) -> Result<(), Failure> {
+    let points: Vec<[f64; 3]> = (1..=POINTS)
+        .map(|n| {
+            std::array::from_fn(|k| {
+                let [low, high] = PRIOR[k];
+                low + (high - low) * halton(n, [2, 3, 5][k])
+            })
+        })
+        .collect();
+    let all = |row: &Row| -> Result<Vec<[f64; 3]>, Failure> {
+        points.iter().map(|&at| Ok(row.run(at, grains)?.quantities)).collect()
+    };
+    let fine = all(fine)?;
+    println!("{HEADER},slope_%,sd_%,peak_%,sd_%,displacement_%,sd_%");
+    for text in rows {
+        let row = all(&Row::parse(text)?)?;
+        let ratios: Vec<_> = fine.iter().zip(&row).map(|(f, r)| percent(*f, *r)).collect();
+        let figures: Vec<String> = (0..3)
+            .map(|k| {
+                let mean = ratios.iter().map(|r| r[k]).sum::<f64>() / POINTS as f64;
+                let square = ratios.iter().map(|r| (r[k] - mean).powi(2)).sum::<f64>();
+                format!("{mean:.1},{:.2}", (square / (POINTS - 1) as f64).sqrt())
+            })
+            .collect();
+        println!("{text},{}", figures.join(","));
+    }
+    Ok(())
+}
+
+fn percent(value: [f64; 3], reference: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|k| 100.0 * (value[k] / reference[k] - 1.0))
+}
+
+/// The n-th number of Halton's sequence to a base.
+fn halton(mut n: usize, base: usize) -> f64 {
+    let (mut sum, mut digit) = (0.0, 1.0);
+    while n > 0 {
+        digit /= base as f64;
+        sum += digit * (n % base) as f64;
+        n /= base;
+    }
+    sum
+}
+
+/// How the specimen is simulated.
+struct Row {
+    spacing_mm: f64,
+    mode: GrainMode,
+    order: Order,
+    rule: Homogenisation,
+}
+
+/// What came of it.
+struct Run {
+    quantities: [f64; 3],
+    unknowns: usize,
+    effort: Effort,
+}
+
+impl Row {
+    fn parse(text: &str) -> Result<Self, Failure> {
+        let parts: Vec<&str> = text.split(',').collect();
+        let &[spacing, mode, order, rule] = parts.as_slice() else {
+            return Err(format!("{text}: give spacing,mode,order,rule").into());
+        };
+        Ok(Self {
+            spacing_mm: spacing.parse()?,
+            mode: serde_json::from_value(mode.into())?,
+            order: if order == "p1" { Order::Linear } else { Order::Quadratic },
+            rule: serde_json::from_value(rule.into())?,
+        })
+    }
+
+    /// With the matrix' Young's modulus (MPa), toughness (N/mm) and viscosity (MPa s).
+    fn run(&self, matrix: [f64; 3], grains: &GrainList) -> Result<Run, Failure> {
+        // edges are curved where the elements can be
+        let curved = self.order == Order::Quadratic;
+        let meshing = Meshing { mode: self.mode, curved, ..Meshing::new(self.spacing_mm) };
+        let mesh = meshing.build(RADIUS_MM, HEIGHT_MM, grains)?.mesh;
         let problem = CompressionTest::new(0.22, Schedule::fixed(1.0, 44))
             .builder(mesh)?
-            .order(order)
-            .materials(materials())
-            .homogenisation(rule)
+            .order(self.order)
+            .materials(materials(matrix))
+            .homogenisation(self.rule)
             .phase_field(PhaseField::new(0.06))
             .build()?;
         let outcome = problem.run(&mut ());
-        let newton = outcome.effort.iterations;
-        let errors = measure(&outcome.curve)?;
-        let errors: Vec<String> = errors
-            .iter()
-            .zip(REFERENCE)
-            .map(|(x, r)| format!("{:.1}", 100.0 * (x / r - 1.0)))
-            .collect();
-        let (errors, unknowns) = (errors.join(","), problem.unknowns());
-        println!("{row},{errors},{unknowns},{newton},{:.1}", processor_seconds() - begin);
+        let quantities = measure(&outcome.curve)?;
+        Ok(Run { quantities, unknowns: problem.unknowns(), effort: outcome.effort })
     }
-    Ok(())
 }
 
 /// Processor time of this process, s; not a number where Linux does not tell it.
@@ -90,11 +186,11 @@ fn processor_seconds() -> f64 {
     times.reduce(|a, b| a + b).map_or(f64::NAN, |nanoseconds| 1e-9 * nanoseconds)
 }
 
-/// The baseline matrix, and grains that do not break.
-fn materials() -> [Material; 2] {
-    let matrix = Material::hencky(275.0, 0.25).with_fracture(Fracture {
-        toughness_n_per_mm: 0.0025,
-        viscosity_mpa_s: 0.3,
+/// The matrix, and grains that do not break.
+fn materials([young_mpa, toughness_n_per_mm, viscosity_mpa_s]: [f64; 3]) -> [Material; 2] {
+    let matrix = Material::hencky(young_mpa, 0.25).with_fracture(Fracture {
+        toughness_n_per_mm,
+        viscosity_mpa_s,
         residual_stiffness: 0.01,
     });
     [matrix, Material::hencky(22_000.0, 0.25)]
@@ -119,16 +215,4 @@ fn measure(curve: &[CurvePoint]) -> Result<[f64; 3], Failure> {
         .iter()
         .fold((0.0, 0.0), |(xy, xx), p| (xy + (p.0 - x) * (p.1 - y), xx + (p.0 - x) * (p.0 - x)));
     Ok([xy / xx, peak, at])
-}
-
-/// A mesh whose edges are curved where the elements can be.
-fn mesh(
-    spacing_mm: f64,
-    mode: GrainMode,
-    order: Order,
-    grains: &GrainList,
-) -> Result<TetMesh, Failure> {
-    let curved = order == Order::Quadratic;
-    let meshing = Meshing { mode, curved, ..Meshing::new(spacing_mm) };
-    Ok(meshing.build(RADIUS_MM, HEIGHT_MM, grains)?.mesh)
 }

@@ -79,7 +79,7 @@ impl<R: Scalar> Accumulator<R> for Joined<R> {
     }
 }
 
-/// Values are added up; partials, times a weight, go straight to the adjoints of what they are in.
+/// Values are added up; partials go straight to the adjoints of what they are in.
 ///
 /// With `drop_constants` they leave out what is the same at every point: samplers need no more, and
 /// [`Bound`](crate::Bound) adds the sum of what was left out.
@@ -88,14 +88,13 @@ pub struct Settled {
     value: f64,
     /// What the value has to lose the logarithm of.
     product: f64,
-    weight: f64,
     drop_constants: bool,
 }
 
 impl Settled {
     #[inline(always)]
-    pub(crate) fn new(weight: f64) -> Self {
-        Self { value: 0.0, product: 1.0, weight, drop_constants: false }
+    pub(crate) fn new() -> Self {
+        Self { value: 0.0, product: 1.0, drop_constants: false }
     }
 
     /// The sum of the values.
@@ -139,15 +138,14 @@ impl<R: Scalar> Accumulator<R> for Settled {
     fn add(&mut self, value: f64, partials: impl Partials<R>) {
         self.value += value;
         if R::DIFFERENTIABLE {
-            let weight = self.weight;
-            partials.settle(&mut |argument: R, partial| argument.deposit(weight * partial));
+            partials.settle(&mut |argument: R, partial| argument.deposit(partial));
         }
     }
 
     #[inline(always)]
     fn add_number(&mut self, term: R) {
         self.value += term.value();
-        term.deposit(self.weight);
+        term.deposit(1.0);
     }
 
     #[inline(always)]

@@ -63,7 +63,7 @@ impl<'y> Primal<'y> {
     /// At `y`, with `drop_constants` without what is the same at every point.
     #[inline(always)]
     pub(crate) fn new(y: &'y [f64], drop_constants: bool) -> Self {
-        Self { coordinates: y, drop_constants, total: Settled::new(1.0) }
+        Self { coordinates: y, drop_constants, total: Settled::new() }
     }
 }
 
@@ -161,7 +161,7 @@ impl<'t, 'y> Reverse<'t, 'y> {
     #[inline(always)]
     pub(crate) fn new(tape: &'t Tape, y: &'y [f64], drop_constants: bool) -> Self {
         let adjoints = tape.inputs(y.len());
-        Self { coordinates: y, adjoints, tape, drop_constants, total: Settled::new(1.0) }
+        Self { coordinates: y, adjoints, tape, drop_constants, total: Settled::new() }
     }
 }
 

@@ -257,7 +257,7 @@ pub trait ContextHooks {
     /// An empty sum for the terms of a loop, which begins.
     #[inline(always)]
     fn total(&mut self) -> Settled {
-        Settled::new(1.0)
+        Settled::new()
     }
 
     /// What a loop has summed up, which has ended.

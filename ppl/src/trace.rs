@@ -179,7 +179,7 @@ impl<'y> Trace<'y> {
             UnknownsFrom::Prior => site.locate(distribution.try_draw(self.rng))?,
             UnknownsFrom::Point(point) => {
                 site.locate(distribution.validate())?;
-                let terms = &mut Settled::new(1.0);
+                let terms = &mut Settled::new();
                 let value = distribution.constrain(&mut || point.next(), false, terms);
                 if point.short {
                     return Err(too_few_coordinates(site));
@@ -254,7 +254,7 @@ impl<'y> Trace<'y> {
 
 /// By the terms that a density of values takes: no others are compiled.
 fn log_density<D: Distribution<Real<f64>>>(distribution: &D, x: &D::Value) -> f64 {
-    let mut terms = Settled::new(1.0);
+    let mut terms = Settled::new();
     distribution.add_terms(x, &mut terms);
     terms.total()
 }
@@ -345,7 +345,7 @@ impl Context for Trace<'_> {
 impl ContextHooks for Trace<'_> {
     fn total(&mut self) -> Settled {
         self.begun.push(self.ran);
-        Settled::new(1.0)
+        Settled::new()
     }
 
     fn add_total(&mut self, site: &'static Site, _: Settled) -> Result<(), Rejection> {

@@ -1,7 +1,7 @@
 //! Newton's method with line search, for both fields together or for one of them.
 //!
-//! A factor is kept, across increments too, as long as the residual at least halves with it: a
-//! solve costs a small part of a factorisation.
+//! A linearisation is kept, across increments too, as long as the residual falls to a tenth with it:
+//! to assemble another costs more than such a solve.
 
 use serde::{Deserialize, Serialize};
 
@@ -68,13 +68,13 @@ pub(crate) struct Solver<'a, E> {
     trial: Fields,
 }
 
-/// A factor is kept while each solve with it leaves at most this fraction of the residual.
-const KEEP: f64 = 0.25;
+/// A linearisation is kept while each solve with it leaves at most this fraction of the residual.
+const KEEP: f64 = 0.1;
 const BACKTRACKS: u32 = 8;
 /// Most iterations, beside the others, in which the set of constrained values is another than before.
 const MOST_CHANGES: u32 = 300;
 /// Fraction of the residual that a linear solution may leave.
-const LINEAR_TOLERANCE: f64 = 1e-3;
+const LINEAR_TOLERANCE: f64 = 1e-2;
 
 impl<'a, E: External> Solver<'a, E> {
     pub(crate) fn new(

@@ -21,11 +21,11 @@ const SAME: f64 = 1e-10;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConvexPolyhedron {
-    faces: Vec<Face>,
+    faces: Vec<Facet>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-struct Face {
+struct Facet {
     /// Outward unit normal n and offset d: the body is where n · x ≤ d.
     normal: Point,
     offset: f64,
@@ -54,7 +54,7 @@ impl ConvexPolyhedron {
                     corners.reverse();
                 }
                 let offset = sign * centre[axis] + half_edge;
-                faces.push(Face { normal, offset, corners });
+                faces.push(Facet { normal, offset, corners });
             }
         }
         ConvexPolyhedron { faces }
@@ -90,7 +90,7 @@ impl ConvexPolyhedron {
         self.faces.retain(|face| face.corners.len() >= 3);
         let corners = around(normal, rim, same);
         if corners.len() >= 3 {
-            self.faces.push(Face { normal, offset, corners });
+            self.faces.push(Facet { normal, offset, corners });
         }
         true
     }
@@ -134,7 +134,7 @@ impl ConvexPolyhedron {
 
     /// Surface area.
     pub fn area(&self) -> f64 {
-        self.faces.iter().map(Face::area).sum()
+        self.faces.iter().map(Facet::area).sum()
     }
 
     /// Distance to the surface, negative inside.
@@ -173,7 +173,7 @@ impl ConvexPolyhedron {
     }
 }
 
-impl Face {
+impl Facet {
     fn height(&self, point: Point) -> f64 {
         dot(self.normal, point) - self.offset
     }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::GrainField;
-use super::tomography::Geometry;
+use super::tomography::ScanGeometry;
 use super::voxelize::{Grid, mixed};
 use crate::image::{Cylinder, Volume};
 
@@ -219,7 +219,7 @@ impl Scanner {
         grid.blur(&mut shares, self.blur);
 
         let projections = if self.projections == 0 { width } else { self.projections };
-        let geometry = Geometry::new(width, projections);
+        let geometry = ScanGeometry::new(width, projections);
         let per_voxel = MATRIX * self.voxel_mm / (2.0 * radius_mm);
         let slice = |(k, maps): (usize, &[[f32; 2]])| {
             let seed = mixed(self.seed ^ mixed(k as u64 + 1));

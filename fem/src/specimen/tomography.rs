@@ -7,7 +7,7 @@
 use std::f64::consts::PI;
 
 /// Angles and detector of a scanner for slices of `width` × `width` pixels.
-pub(super) struct Geometry {
+pub(super) struct ScanGeometry {
     width: usize,
     /// Cosine and sine of each direction.
     directions: Vec<[f32; 2]>,
@@ -17,8 +17,8 @@ pub(super) struct Geometry {
     ramp: Vec<f32>,
 }
 
-impl Geometry {
-    pub(super) fn new(width: usize, projections: usize) -> Geometry {
+impl ScanGeometry {
+    pub(super) fn new(width: usize, projections: usize) -> ScanGeometry {
         let angle = |k: usize| PI * k as f64 / projections as f64;
         let directions =
             (0..projections).map(|k| [angle(k).cos() as f32, angle(k).sin() as f32]).collect();
@@ -34,7 +34,7 @@ impl Geometry {
             n if n % 2 == 0 => 0.0,
             n => -1.0 / (PI * n as f64).powi(2),
         };
-        Geometry {
+        ScanGeometry {
             width,
             directions,
             rows: (0..width).map(row).collect(),
@@ -118,7 +118,7 @@ mod tests {
 
     #[test]
     fn projections_are_the_chords_of_a_disc() {
-        let geometry = Geometry::new(96, 64);
+        let geometry = ScanGeometry::new(96, 64);
         let (centre, radius) = ([8.0, -5.0], 25.0);
         let maps: Vec<[f32; 2]> =
             disc(96, centre, radius).into_iter().map(|x| [x, 2.0 * x]).collect();
@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn a_disc_comes_back() {
-        let geometry = Geometry::new(96, 150);
+        let geometry = ScanGeometry::new(96, 150);
         let map = disc(96, [8.0, -5.0], 25.0);
         let maps: Vec<[f32; 2]> = map.iter().map(|&x| [x, 0.0]).collect();
         let integrals: Vec<f32> = geometry.project(&maps).into_iter().map(|[one, _]| one).collect();

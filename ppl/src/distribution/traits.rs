@@ -62,7 +62,7 @@ pub trait Distribution<R: Scalar>: Family {
     /// `out`.
     #[doc(hidden)]
     fn pointwise(&self, x: &Self::Value, out: &mut Vec<f64>) {
-        let mut terms = Settled::new(1.0);
+        let mut terms = Settled::new();
         self.add_terms(x, &mut terms);
         out.push(terms.total());
     }

@@ -3,7 +3,7 @@
 use super::*;
 
 fn taken(numbers: &[f64]) -> f64 {
-    let (mut one, mut other) = (Settled::new(1.0), Settled::new(1.0));
+    let (mut one, mut other) = (Settled::new(), Settled::new());
     for (i, &x) in numbers.iter().enumerate() {
         let terms = if i % 2 == 0 { &mut one } else { &mut other };
         let rest = Accumulator::<f64>::minus_ln(terms, x);

@@ -116,7 +116,7 @@ fn terms_and_unwinding_leave_the_gradient_as_it_is() {
             let z = datum - x * y;
             let (value, partials) = (-0.5 * z.value() * z.value(), ((z, -z.value()),));
             if fast {
-                Accumulator::<Var>::add(&mut Settled::new(1.0), value, partials);
+                Accumulator::<Var>::add(&mut Settled::new(), value, partials);
                 tape.unwind(mark);
             } else {
                 tape.seed(Scalar::gather(value, partials));

@@ -18,6 +18,8 @@ use crate::operator::{Coupling, Increment, Operator, Pattern, Tangent};
 /// Iterations after which an old factor is given up, and a fresh one judged not good enough.
 const WORN: u32 = 12;
 const POOR: u32 = 30;
+/// Iterations that cost as much as a factor does: from three thousand unknowns to twenty thousand.
+const FACTOR_IN_ITERATIONS: u32 = 20;
 /// Residual of a solution that is accepted although the tolerance was not reached.
 const USELESS: f64 = 1e-3;
 
@@ -32,6 +34,9 @@ pub(crate) struct Direct<'a> {
     factor: Factor,
     /// Whether it has to be made anew before it is used.
     worn: bool,
+    /// Iterations that the factor took when it was fresh, and those that its age has cost since.
+    at_first: u32,
+    excess: u32,
     /// Whether the factor is that of the tangent.
     fresh: bool,
     /// Whether this tangent needs a factor with pivots.
@@ -56,6 +61,8 @@ impl<'a> Direct<'a> {
             coupling: Coupling::Full,
             factor: Factor::Absent,
             worn: true,
+            at_first: 0,
+            excess: 0,
             fresh: false,
             pivots: false,
             definite: true,
@@ -73,6 +80,15 @@ impl<'a> Direct<'a> {
             self.factor = Factor::pivoted(symbolic, tangent, free);
         }
         (self.worn, self.fresh) = (false, true);
+    }
+
+    /// Gives the factor up once its age has cost as much as a new one.
+    fn age(&mut self, iterations: u32) {
+        if self.fresh {
+            (self.at_first, self.excess) = (iterations, 0);
+        }
+        self.excess += iterations.saturating_sub(self.at_first);
+        self.worn = self.excess >= FACTOR_IN_ITERATIONS;
     }
 
     fn krylov(
@@ -135,6 +151,7 @@ impl LinearSolver for Direct<'_> {
             effort.iterations += ending.iterations;
             effort.residual = ending.residual;
             if ending.stop == Stop::Converged {
+                self.age(ending.iterations);
                 return Ok(effort);
             }
             if self.fresh {

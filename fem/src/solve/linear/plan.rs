@@ -12,10 +12,14 @@ use crate::error::FemError;
 use crate::operator::{Layout, Operator, Pattern, Tangent, Unknowns, product};
 use crate::solve::LinearScheme;
 
-/// Unknowns up to which a factor is faster over a run, and small enough.
+/// Most unknowns of a factor: it has to fit into memory.
 const DIRECT_UP_TO: usize = 70_000;
-/// The same without damage: the tangent stays positive definite, which multigrid is made for.
+/// The same without damage, where one factor serves a whole run: the tangent stays positive definite,
+/// which multigrid is made for.
 const DIRECT_ELASTIC_UP_TO: usize = 30_000;
+/// Most entries of a factor, by unknown, with which a run with damage is faster than by multigrid on
+/// one thread: measured on cylinders with grains, where it is 5 000 unknowns. A plate has fewer entries.
+const FILL: usize = 350;
 /// Vertices at the ends of the edges of a quadratic tetrahedron.
 const ENDS: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 
@@ -44,21 +48,26 @@ impl LinearPlan {
         choice: LinearScheme,
     ) -> Result<(Self, Unknowns), FemError> {
         let damage = damaged.iter().filter(|d| **d).count();
+        let size = 3 * points.len() + damage;
         let multigrid = match choice {
-            LinearScheme::Auto if damage == 0 => 3 * points.len() > DIRECT_ELASTIC_UP_TO,
-            LinearScheme::Auto => 3 * points.len() + damage > DIRECT_UP_TO,
+            LinearScheme::Auto if damage == 0 => size > DIRECT_ELASTIC_UP_TO,
+            LinearScheme::Auto => size > DIRECT_UP_TO,
             LinearScheme::Direct => false,
             LinearScheme::Multigrid => true,
         };
-        if multigrid {
-            let unknowns = in_given_order(damaged, constrained);
-            return Ok((Self::multigrid(tets, points), unknowns));
+        let by_fill = choice == LinearScheme::Auto && damage > 0;
+        let constrained: Vec<_> = constrained.collect();
+        if !multigrid {
+            let pattern = Arc::new(Pattern::new(tets, points.len()));
+            let order = Arc::new(nested_dissection(&pattern.graph, points)?);
+            let unknowns = Unknowns::new(&order, damaged, constrained.iter().copied());
+            let symbolic = Arc::new(Symbolic::new(&pattern.graph, &unknowns)?);
+            if !by_fill || symbolic.fill() <= FILL * unknowns.count {
+                return Ok((Self::Direct { pattern, order, symbolic }, unknowns));
+            }
         }
-        let pattern = Arc::new(Pattern::new(tets, points.len()));
-        let order = Arc::new(nested_dissection(&pattern.graph, points)?);
-        let unknowns = Unknowns::new(&order, damaged, constrained);
-        let symbolic = Arc::new(Symbolic::new(&pattern.graph, &unknowns)?);
-        Ok((Self::Direct { pattern, order, symbolic }, unknowns))
+        let unknowns = in_given_order(damaged, constrained.into_iter());
+        Ok((Self::multigrid(tets, points), unknowns))
     }
 
     /// The same solver where other displacements are constrained.

@@ -12,7 +12,7 @@ const DEGREE: usize = 3;
 
 #[derive(Debug)]
 pub(super) struct QuadraticLevel {
-    matrix: MatrixFree,
+    matrix: FreeTangent,
     /// The vertices that each midpoint stands between; midpoints follow the vertices.
     parents: Arc<Vec<[u32; 2]>>,
     /// 1/|A_ii|, zero in constrained values.
@@ -23,14 +23,14 @@ pub(super) struct QuadraticLevel {
 
 /// The tangent on the values that are not constrained.
 #[derive(Debug)]
-struct MatrixFree {
+struct FreeTangent {
     product: Box<dyn Product>,
     /// What contact adds at nodes.
     contact: Vec<NodeBlock>,
     free: Vec<[bool; 4]>,
 }
 
-impl MatrixFree {
+impl FreeTangent {
     fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]) {
         self.product.apply(x, y);
         for (node, block) in &self.contact {
@@ -56,7 +56,7 @@ fn scaled(weight: &Nodal, r: &Nodal) -> Nodal {
 
 impl QuadraticLevel {
     pub(super) fn new(product: Box<dyn Product>, parents: Arc<Vec<[u32; 2]>>) -> Self {
-        let matrix = MatrixFree { product, contact: Vec::new(), free: Vec::new() };
+        let matrix = FreeTangent { product, contact: Vec::new(), free: Vec::new() };
         Self { matrix, parents, weight: Vec::new(), largest: 1.0 }
     }
 
