@@ -205,7 +205,7 @@ impl<R: Scalar> Statement<R> for Joined<R> {
 impl<R: Scalar> Statement<R> for Settled {
     #[inline(always)]
     fn empty(drop_constants: bool) -> Self {
-        Self { drop_constants, ..Self::new(1.0) }
+        Self { drop_constants, ..Self::new() }
     }
 
     #[inline(always)]
