@@ -51,7 +51,6 @@ pub(crate) const TILDE_INSIDE: &str = "`~` is a statement: it can stand in the b
 pub(crate) const TILDE_IN_LOOP: &str = "`~` cannot stand in `while` or `loop`, whose length is \
      not known beforehand: use `for`";
 pub(crate) const TILDE_IN_ARM: &str = "put braces around a statement in a `match` arm: `=> { … }`";
-pub(crate) const ELSE: &str = "after `else` stands `if` or a block: `else { … }`";
 pub(crate) const ARM_COMMA: &str = "missing `,` between the arms of `match`";
 pub(crate) const UNKNOWN_TYPE: &str =
     "an unknown has the type of its distribution: remove the type";

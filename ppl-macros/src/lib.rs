@@ -41,7 +41,7 @@ fn expand(input: TokenStream) -> TokenStream {
     let models = parse::models(input).into_iter().map(|model| match model {
         Ok(model) => {
             let analysis = Analysis::of(&model);
-            emit::function(&model, &plan::plan(&model, &analysis))
+            emit::function(&model, &analysis)
         }
         Err(error) => error.to_compile_error(),
     });

@@ -1,6 +1,6 @@
 //! Statement by statement: what is wrong with it, and where it stands.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use proc_macro2::Span;
 use syn::ext::IdentExt;
@@ -8,11 +8,12 @@ use syn::{Error, Expr, Pat, Result, Stmt, Token};
 
 use super::activity::Activity;
 use super::check::{check_dims, check_mark, recorded_name};
-use super::names::Names;
+use super::names::{Names, Site};
+use super::plates::Plate;
 use super::refusals::refusals;
 use super::scope::{Meaning, Scope};
-use super::site::Site;
-use crate::ast::{ArmBody, Block, Flow, Id, Init, Kind, Left, Mark, Statement};
+use super::uses::stays_open;
+use crate::ast::{Block, Flow, Id, Init, Kind, Left, Mark, Statement};
 use crate::errors::{self, at};
 use crate::syntax::patterns::{bound_by_condition, bound_names};
 use crate::syntax::places::{Place, place, plain_name};
@@ -24,6 +25,12 @@ pub(crate) struct Facts {
     pub(crate) sites: BTreeMap<Id, Site>,
     /// Why they are refused.
     pub(crate) errors: HashMap<Id, Error>,
+    /// Declarations whose names are changed by what follows to something that may hold unknowns.
+    pub(crate) begins: HashSet<Id>,
+    /// Declarations that can stay formulas.
+    pub(crate) open: HashSet<Id>,
+    /// What is known of loops.
+    pub(crate) plates: HashMap<Id, Plate>,
 }
 
 /// Of all statements of a body whose arguments are in scope.
@@ -63,7 +70,7 @@ impl Reader<'_> {
     fn block(&mut self, block: &Block) {
         let scope = self.scope.clone();
         let mut is_ending = false;
-        for statement in &block.statements {
+        for (i, statement) in block.statements.iter().enumerate() {
             let is_marked = statement.mark == Mark::Predict;
             is_ending |= is_marked;
             let is_late = is_ending && !is_marked && !matches!(statement.kind, Kind::End(_));
@@ -72,7 +79,7 @@ impl Reader<'_> {
             let result = match &statement.kind {
                 Kind::Broken { error, .. } => Err(error.clone()),
                 _ if is_late && !outer => Err(Error::new(statement.span, errors::PREDICT_LAST)),
-                _ => self.statement(statement),
+                _ => self.statement(statement, &block.statements[i + 1..]),
             };
             self.is_predicted = outer;
             if let Err(error) = result {
@@ -83,7 +90,8 @@ impl Reader<'_> {
         self.scope = scope;
     }
 
-    fn statement(&mut self, statement: &Statement) -> Result<()> {
+    /// `after` is what follows in its block.
+    fn statement(&mut self, statement: &Statement, after: &[Statement]) -> Result<()> {
         let Statement { id, mark, dims, kind, span, .. } = statement;
         check_mark(*mark, kind, *span)?;
         check_dims(dims, *mark, kind)?;
@@ -92,12 +100,15 @@ impl Reader<'_> {
         let (names, mut name) = (statement.declared(), None);
         match kind {
             Kind::Tilde { left, tilde, .. } => name = Some(self.tilde(*id, left, tilde)?),
-            Kind::Let { pat, init, .. } => self.declaration(statement, pat, init.as_ref())?,
+            Kind::Let { pat, init, .. } => {
+                self.declaration(statement, pat, init.as_ref(), after)?;
+            }
             Kind::Factor { name: factor, .. } => {
                 self.in_density(factor.span())?;
                 name = Some(factor.to_string());
             }
             Kind::For(plate) => {
+                self.facts.plates.insert(*id, Plate::of(statement, plate, self.activity));
                 let dimension = dims.first().map(|dim| dim.name.unraw().to_string());
                 self.plates.push((self.loops, dimension));
                 self.loops += 1;
@@ -107,11 +118,11 @@ impl Reader<'_> {
                 self.scope = scope;
                 self.plates.pop();
             }
-            Kind::Flow(flow) | Kind::End(Init::Flow(_, flow)) => self.flow(flow),
+            Kind::Flow(flow) | Kind::End(flow) => self.flow(flow),
             Kind::Rust(stmt) => {
                 self.has_items |= matches!(stmt, Stmt::Item(_) | Stmt::Macro(_));
             }
-            Kind::End(Init::Value { .. }) | Kind::Broken { .. } => {}
+            Kind::Broken { .. } => {}
         }
         if let Some(error) = refused {
             return Err(error);
@@ -155,26 +166,41 @@ impl Reader<'_> {
         }
     }
 
-    fn declaration(&mut self, statement: &Statement, pat: &Pat, init: Option<&Init>) -> Result<()> {
+    fn declaration(
+        &mut self,
+        statement: &Statement,
+        pat: &Pat,
+        init: Option<&Init>,
+        after: &[Statement],
+    ) -> Result<()> {
         if statement.mark != Mark::None {
             let name = recorded_name(pat, init.is_some())?;
             self.recorded.declare(&name.unraw().to_string(), pat)?;
         }
-        let names = bound_names(pat);
-        if let (Some(Init::Value { value, .. }), [only]) = (init, &*names)
-            && self.activity.is_overwritten(statement.id)
+        let (names, change) = (bound_names(pat), self.activity.change(pat, after));
+        let value = init.and_then(|init| init.value.rust());
+        if let (Some(value), [only], Some(true)) = (value, &*names, change)
             && place(value).is_ok_and(|place| !place.is_path)
             && !self.activity.mentions(value)
         {
             return Err(at(value, errors::begins_as_data(&only.to_string(), value)));
         }
+        if change.is_some() {
+            self.facts.begins.insert(statement.id);
+        }
+        if stays_open(statement, after, self.activity) {
+            self.facts.open.insert(statement.id);
+        }
         let meaning = match init {
-            Some(Init::Flow(_, flow)) => {
-                self.flow(flow);
-                Meaning::Derived
+            Some(Init { value, diverge, .. }) => {
+                self.flow(value);
+                diverge.iter().for_each(|(_, block)| self.block(block));
+                match value.rust().filter(|_| change.is_none()) {
+                    Some(value) => self.scope.meaning(value),
+                    None => Meaning::Derived,
+                }
             }
-            _ if self.activity.begins(statement.id) => Meaning::Derived,
-            Some(Init::Value { value, .. }) => self.scope.meaning(value),
+            None if change.is_some() => Meaning::Derived,
             None => Meaning::Known,
         };
         self.scope.bind(names, meaning);
@@ -227,15 +253,14 @@ impl Reader<'_> {
                 let mut after = before.clone();
                 for arm in arms {
                     self.scope.bind(bound_names(&arm.pat), scope.meaning(scrutinee));
-                    if let ArmBody::Block(block) = &arm.body {
-                        self.block(block);
-                    }
+                    self.flow(&arm.body);
                     self.scope.clone_from(&scope);
                     after.merge(std::mem::replace(&mut self.recorded, before.clone()));
                 }
                 self.recorded = after;
             }
             Flow::Block(block) => self.block(block),
+            Flow::Value(_) => {}
         }
         self.scope = scope;
     }

@@ -2,14 +2,14 @@
 
 use quote::quote;
 use syn::visit::{self, Visit};
-use syn::{Error, Expr, Ident, Item, Local, Macro, Pat, Path};
+use syn::{Error, Expr, Ident, Item, Local, Macro, Pat};
 
 use super::activity::holds;
 use super::scope::Scope;
 use crate::ast::{Block, Statement};
 use crate::errors::{self, at};
 use crate::syntax::expressions::{
-    binds_names, function_of_f64, is_assignment, is_type, plain_function,
+    assignment, binds_names, ends_with, function_of_f64, is_type, plain_function,
 };
 use crate::syntax::patterns::{bindings, bound_inside, bound_names};
 use crate::syntax::places::{plain_name, root};
@@ -71,7 +71,11 @@ impl Refusals<'_> {
             Expr::Return(_) if self.closures == 0 => Some(at(expr, errors::RETURN)),
             Expr::Await(_) if self.closures == 0 => Some(at(expr, errors::AWAIT)),
             Expr::Path(path) if path.path.is_ident("self") => Some(at(path, errors::SELF_VALUE)),
-            Expr::Path(path) if !self.is_recorded && is_plain_value(&path.path) => {
+            Expr::Path(path)
+                if !self.is_recorded
+                    && (ends_with(&path.path, &["Real", "value"])
+                        || ends_with(&path.path, &["Scalar", "value"])) =>
+            {
                 Some(at(path, errors::PLAIN_VALUE))
             }
             Expr::Call(call) if plain_function(call).is_some_and(|name| name == "factor") => {
@@ -86,8 +90,11 @@ impl Refusals<'_> {
                 let name = plain_name(&index.index).filter(|name| self.is_unknown(name))?;
                 Some(at(name, errors::unknown_index(&name.to_string())))
             }
-            Expr::Assign(assign) => self.assigned(&assign.left),
-            Expr::Binary(binary) if is_assignment(&binary.op) => self.assigned(&binary.left),
+            Expr::Assign(_) | Expr::Binary(_) => {
+                let (place, _) = assignment(expr)?;
+                let name = root(place).filter(|name| self.scope.is_unknown(name))?;
+                Some(at(place, errors::assigned(&name.to_string())))
+            }
             Expr::MethodCall(call) if !self.is_recorded && self.holds(&call.receiver) => {
                 let method = call.method.to_string();
                 let message = match method.as_str() {
@@ -104,17 +111,6 @@ impl Refusals<'_> {
             _ => None,
         }
     }
-
-    fn assigned(&self, left: &Expr) -> Option<Error> {
-        let name = root(left).filter(|name| self.scope.is_unknown(name))?;
-        Some(at(left, errors::assigned(&name.to_string())))
-    }
-}
-
-/// `Real::value` and `Scalar::value`.
-fn is_plain_value(path: &Path) -> bool {
-    let words: Vec<_> = path.segments.iter().map(|segment| &segment.ident).collect();
-    matches!(words[..], [.., number, value] if (number == "Real" || number == "Scalar") && value == "value")
 }
 
 /// Whether it is a constructor with its variations.
@@ -137,7 +133,7 @@ impl<'a> Walk<'a> for Refusals<'_> {
         (self.is_recorded, self.closures) = (is_recorded, 0);
     }
 
-    fn bind(&mut self, pat: &'a Pat, _: &'a Expr) {
+    fn bind(&mut self, pat: &'a Pat, _: Option<&'a Expr>) {
         self.shadowed.extend(bound_names(pat));
     }
 }

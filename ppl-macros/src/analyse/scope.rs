@@ -1,7 +1,6 @@
 //! What the names in scope stand for.
 
 use std::collections::HashMap;
-use std::rc::Rc;
 
 use syn::{Expr, Ident};
 
@@ -16,13 +15,13 @@ pub(crate) enum Meaning {
     Derived,
 }
 
-/// The names at one place of a body; copies are cheap.
+/// The names at one place of a body.
 #[derive(Clone, Default)]
-pub(crate) struct Scope(Rc<HashMap<Ident, Meaning>>);
+pub(crate) struct Scope(HashMap<Ident, Meaning>);
 
 impl Scope {
     pub(super) fn bind(&mut self, names: impl IntoIterator<Item = Ident>, meaning: Meaning) {
-        Rc::make_mut(&mut self.0).extend(names.into_iter().map(|name| (name, meaning)));
+        self.0.extend(names.into_iter().map(|name| (name, meaning)));
     }
 
     pub(crate) fn contains(&self, name: &Ident) -> bool {

@@ -1,48 +1,22 @@
 //! Formulas that one observation uses once: they need not become numbers before it.
 
-use std::collections::HashSet;
-
-use syn::visit::Visit;
 use syn::{Expr, Ident, Pat};
 
 use super::activity::Activity;
-use crate::ast::{Block, Id, Init, Kind, Left, Statement};
+use crate::ast::{Flow, Init, Kind, Left, Statement};
 use crate::syntax::expressions::{is_function, is_type, operations};
 use crate::syntax::tokens::count;
-use crate::walk::{self, Walk};
 
-/// The declarations of a body that can stay formulas.
-pub(super) fn open(body: &Block, activity: &Activity) -> HashSet<Id> {
-    let mut uses = Uses { activity, open: HashSet::new() };
-    uses.block(body);
-    uses.open
+/// Whether a declaration can stay a formula, by what follows in its block.
+pub(super) fn stays_open(statement: &Statement, after: &[Statement], activity: &Activity) -> bool {
+    formula(statement)
+        .is_some_and(|(name, value)| activity.mentions(value) && is_used_once(name, after))
 }
-
-struct Uses<'a> {
-    activity: &'a Activity,
-    open: HashSet<Id>,
-}
-
-impl<'a> Walk<'a> for Uses<'_> {
-    fn block(&mut self, block: &'a Block) {
-        for (i, statement) in block.statements.iter().enumerate() {
-            if let Some((name, value)) = formula(statement)
-                && self.activity.mentions(value)
-                && is_used_once(name, &block.statements[i + 1..])
-            {
-                self.open.insert(statement.id);
-            }
-        }
-        walk::block(self, block);
-    }
-}
-
-impl<'a> Visit<'a> for Uses<'_> {}
 
 /// `let name = arithmetic;`.
 fn formula(statement: &Statement) -> Option<(&Ident, &Expr)> {
     let Kind::Let { pat: Pat::Ident(pat), init, .. } = &statement.kind else { return None };
-    let Some(Init::Value { value, diverge: None, .. }) = init else { return None };
+    let Some(Init { value: Flow::Value(value), diverge: None, .. }) = init else { return None };
     (pat.mutability.is_none() && operations(value) > 0).then_some((&pat.ident, value))
 }
 

@@ -1,4 +1,4 @@
-//! The arguments of a model in the type that holds them.
+//! The arguments of a model, and the type that holds them.
 //!
 //! It is generic over the type of each: so that lifetimes which the user has left out stay out. The
 //! constants of the model are its own too, since no type of the data need speak of them.
@@ -14,8 +14,8 @@ pub(super) struct Data {
     pub(super) declaration: TokenStream,
     /// With the types of the data.
     pub(super) applied: TokenStream,
-    /// With the constants alone.
-    pub(super) given: TokenStream,
+    /// The data in it.
+    pub(super) made: TokenStream,
 }
 
 pub(super) fn data(model: &Model) -> Data {
@@ -32,6 +32,10 @@ pub(super) fn data(model: &Model) -> Data {
     let types: Vec<_> = model.arguments.iter().map(|argument| &argument.ty).collect();
     let own: Vec<_> = (0..names.len()).map(|i| format_ident!("__T{i}")).collect();
     let inferred = names.iter().map(|_| quote!(_));
+    let fields = model.arguments.iter().map(|Argument { name, ty, .. }| match is_number(ty) {
+        true => quote!(#name: ::core::convert::Into::into(#name)),
+        false => quote!(#name),
+    });
     Data {
         declaration: quote_spanned! {span=>
             struct __Data<#(#constants,)* #(#own),*> {
@@ -39,7 +43,7 @@ pub(super) fn data(model: &Model) -> Data {
             }
         },
         applied: quote_spanned!(span=> __Data<#(#given,)* #(#types),*>),
-        given: quote_spanned!(span=> __Data::<#(#given,)* #(#inferred),*>),
+        made: quote_spanned!(span=> __Data::<#(#given,)* #(#inferred),*> { #(#fields),* }),
     }
 }
 

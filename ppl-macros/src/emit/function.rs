@@ -2,17 +2,18 @@
 //! submodel need, which are generic over the numbers of the context that they run in, since its
 //! arguments may be unknowns.
 
-use proc_macro2::{Span, TokenStream};
+use proc_macro2::{Literal, Span, TokenStream};
 use quote::{quote, quote_spanned};
 use syn::{Ident, Type, parse_quote};
 
 use super::data::{Data, add_sync, binding, data, is_number};
-use super::names::{cx, table, value as end};
+use super::names::{cx, value as end};
 use super::statements::statements;
-use crate::ast::{Kind, Model};
-use crate::plan::Plan;
+use crate::analyse::{Analysis, Site};
+use crate::ast::{Argument, Kind, Model, Statement};
+use crate::syntax::tokens::line;
 
-pub(crate) fn function(model: &Model, plan: &Plan) -> TokenStream {
+pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
     let span = Span::mixed_site();
     let Model { attrs, vis, fn_token, name, arguments, errors, .. } = model;
     let mut generics = model.generics.clone();
@@ -21,38 +22,19 @@ pub(crate) fn function(model: &Model, plan: &Plan) -> TokenStream {
         None => add_sync(&mut generics),
     }
     let (introduced, _, bounds) = generics.split_for_impl();
-    let Data { declaration, applied, given } = data(model);
-    let parameters = arguments.iter().map(|argument| {
-        let (attrs, name, colon, ty) =
-            (&argument.attrs, &argument.name, argument.colon, &argument.ty);
-        match is_number(ty) {
-            true => quote!(#(#attrs)* #name #colon impl ::core::convert::Into<#ty>),
-            false => quote!(#(#attrs)* #name #colon #ty),
-        }
+    let parameters = arguments.iter().map(|Argument { attrs, name, colon, ty }| {
+        let ty = if is_number(ty) { quote!(impl ::core::convert::Into<#ty>) } else { quote!(#ty) };
+        quote!(#(#attrs)* #name #colon #ty)
     });
-    let fields = arguments.iter().map(|argument| {
-        let name = &argument.name;
-        match is_number(&argument.ty) {
-            true => quote!(#name: ::core::convert::Into::into(#name)),
-            false => quote!(#name),
-        }
-    });
-    let made = quote!(#given { #(#fields),* });
-    let (returned, made) = match &model.value {
-        Some(value) => (
-            quote!(::ppl::Part<impl ::ppl::Submodel<__S, Value = #value>>),
-            quote!(::ppl::Part(#made)),
-        ),
-        None => (quote!(::ppl::Bound<impl ::ppl::Model>), quote!(::ppl::Bound::new(#made))),
-    };
+    let Data { declaration, applied, made } = data(model);
     let (cx, this) = (cx(), Ident::new("self", span));
-    let (sites, bindings) = (table(&plan.sites), arguments.iter().map(binding));
-    let statements = statements(plan);
+    let (statements, sites) = statements(model, analysis);
+    let (sites, bindings) = (table(&sites), arguments.iter().map(binding));
     let body = quote!(#sites #(#bindings)* #statements);
-    let implementation = match &model.value {
+    let (returned, made, implementation) = match &model.value {
         Some(value) => {
-            let end = ending(plan, value);
-            quote_spanned! {span=>
+            let end = ending(model, analysis, value);
+            let implementation = quote_spanned! {span=>
                 impl #introduced ::ppl::Submodel<__S> for #applied #bounds {
                     type Value = #value;
                     fn run<__C: ::ppl::Context<Number = __S>>(
@@ -63,11 +45,13 @@ pub(crate) fn function(model: &Model, plan: &Plan) -> TokenStream {
                         #end
                     }
                 }
-            }
+            };
+            let returned = quote!(::ppl::Part<impl ::ppl::Submodel<__S, Value = #value>>);
+            (returned, quote!(::ppl::Part(#made)), implementation)
         }
         None => {
-            let is_static = plan.is_static;
-            quote_spanned! {span=>
+            let is_static = analysis.is_static;
+            let implementation = quote_spanned! {span=>
                 impl #introduced ::ppl::Model for #applied #bounds {
                     const STATIC: bool = #is_static;
                     fn run<__C: ::ppl::Context>(
@@ -82,7 +66,9 @@ pub(crate) fn function(model: &Model, plan: &Plan) -> TokenStream {
                         ::core::result::Result::Ok(())
                     }
                 }
-            }
+            };
+            let returned = quote!(::ppl::Bound<impl ::ppl::Model>);
+            (returned, quote!(::ppl::Bound::new(#made)), implementation)
         }
     };
     let errors = errors.iter().map(syn::Error::to_compile_error);
@@ -104,21 +90,43 @@ pub(crate) fn function(model: &Model, plan: &Plan) -> TokenStream {
     }
 }
 
-/// What the statements of a submodel end with.
-fn ending(plan: &Plan, value: &Type) -> TokenStream {
+/// The places of a model.
+fn table(sites: &[Site]) -> Option<TokenStream> {
     let span = Span::mixed_site();
-    match plan.body.statements.last() {
-        Some(last) if matches!(last.kind, Kind::End(_)) => {
+    let count = Literal::usize_unsuffixed(sites.len());
+    let entries = sites.iter().map(|Site { name, text, span: place, repeated, plates, dims }| {
+        let line = Literal::usize_unsuffixed(line(*place));
+        let in_loop = match plates.is_empty() {
+            false => Some(quote!(.along(&[#(#plates),*]))),
+            true => repeated.then(|| quote!(.in_loop())),
+        };
+        let dims = (!dims.is_empty()).then(|| quote!(.dims(&[#(#dims),*])));
+        quote_spanned!(span=> ::ppl::Site::at(#name, #text, ::core::file!(), #line)#in_loop #dims)
+    });
+    let table = quote_spanned! {span=>
+        static __SITES: [::ppl::Site; #count] = [#(#entries),*];
+    };
+    (!sites.is_empty()).then_some(table)
+}
+
+/// What the statements of a submodel end with.
+fn ending(model: &Model, analysis: &Analysis, value: &Type) -> TokenStream {
+    let span = Span::mixed_site();
+    let is_end = |last: &&Statement| {
+        matches!(last.kind, Kind::End(_)) && !analysis.facts.errors.contains_key(&last.id)
+    };
+    match model.body.statements.last().filter(is_end) {
+        Some(last) => {
             // where a wrong type is reported
             let span = span.located_at(last.span);
             let mut end = end();
             end.set_span(span);
             quote_spanned!(span=> ::core::result::Result::Ok(#end))
         }
-        _ if matches!(value, Type::Tuple(tuple) if tuple.elems.is_empty()) => {
+        None if matches!(value, Type::Tuple(tuple) if tuple.elems.is_empty()) => {
             quote_spanned!(span=> ::core::result::Result::Ok(()))
         }
         // an error stands in its place
-        _ => quote_spanned!(span=> ::core::unreachable!()),
+        None => quote_spanned!(span=> ::core::unreachable!()),
     }
 }

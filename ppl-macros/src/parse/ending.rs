@@ -2,7 +2,7 @@
 
 use syn::{Expr, Result, Stmt, Type};
 
-use crate::ast::{Block, Flow, Init, Kind, Mark, Statement};
+use crate::ast::{Block, Flow, Kind, Mark, Statement};
 use crate::errors::{self, at};
 use crate::syntax::expressions::is_assignment;
 
@@ -44,11 +44,11 @@ fn submodel(body: &mut Block, ty: &Type) -> Result<()> {
     let end = match &last.kind {
         Kind::Flow(
             flow @ (Flow::Match { .. } | Flow::Block(_) | Flow::If { otherwise: Some(_), .. }),
-        ) if is_unmarked && !is_unit => Init::Flow(Default::default(), flow.clone()),
+        ) if is_unmarked && !is_unit => flow.clone(),
         Kind::Rust(Stmt::Expr(value, None))
             if is_unmarked && !matches!(value, Expr::While(_) | Expr::Loop(_)) =>
         {
-            Init::Value { eq: Default::default(), value: value.clone(), diverge: None }
+            Flow::Value(value.clone())
         }
         // what is broken may have been the value
         Kind::Broken { .. } => return Ok(()),

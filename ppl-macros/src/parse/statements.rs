@@ -7,7 +7,7 @@ use syn::parse::discouraged::Speculative;
 use syn::{Attribute, Error, Expr, Ident, Pat, PatType, Result, Stmt, Token, braced, token};
 
 use super::attributes::{Head, head};
-use crate::ast::{Arm, ArmBody, Block, Flow, For, Id, Init, Kind, Left, Statement};
+use crate::ast::{Arm, Block, Flow, For, Id, Init, Kind, Left, Statement};
 use crate::errors::{self, at};
 use crate::syntax::expressions::{calls_function, plain_function};
 use crate::syntax::patterns::bound_names;
@@ -125,20 +125,15 @@ impl Reader {
         if input.peek(Token![~]) {
             return Err(input.error(errors::TILDE_EQUALS));
         }
-        if starts_flow(input) && tilde_in_braces(input) {
-            return Ok(Init::Flow(eq, self.flow(input)?));
-        }
-        let value = expression(input, |input| input.parse())?;
-        let diverge = if input.peek(Token![else]) {
-            let else_token = input.parse()?;
-            if !input.peek(token::Brace) {
-                return Err(input.error(errors::ELSE));
-            }
-            Some((else_token, expression(input, Expr::parse_with_earlier_boundary_rule)?))
-        } else {
-            None
+        let value = match starts_flow(input) && tilde_in_braces(input) {
+            true => self.flow(input)?,
+            false => Flow::Value(expression(input, |input| input.parse())?),
         };
-        Ok(Init::Value { eq, value, diverge })
+        let diverge = match input.parse()? {
+            Some(else_token) => Some((else_token, self.block(input)?)),
+            None => None,
+        };
+        Ok(Init { eq, value, diverge })
     }
 
     fn flow(&self, input: ParseStream) -> Result<Flow> {
@@ -146,14 +141,12 @@ impl Reader {
             let if_token = input.parse()?;
             let condition = Expr::parse_without_eager_brace(input)?;
             let then = self.block(input)?;
-            let otherwise = if input.peek(Token![else]) {
-                let else_token = input.parse()?;
-                if !input.peek(Token![if]) && !input.peek(token::Brace) {
-                    return Err(input.error(errors::ELSE));
+            let otherwise = match input.parse()? {
+                Some(else_token) if input.peek(Token![if]) => {
+                    Some((else_token, Box::new(self.flow(input)?)))
                 }
-                Some((else_token, Box::new(self.flow(input)?)))
-            } else {
-                None
+                Some(else_token) => Some((else_token, Box::new(Flow::Block(self.block(input)?)))),
+                None => None,
             };
             return Ok(Flow::If { if_token, condition, then, otherwise });
         }
@@ -188,7 +181,7 @@ impl Reader {
             if input.peek(Token![if]) { Some((input.parse()?, input.parse()?)) } else { None };
         let arrow = input.parse()?;
         let body = if input.peek(token::Brace) {
-            ArmBody::Block(self.block(input)?)
+            Flow::Block(self.block(input)?)
         } else {
             let value = expression(input, Expr::parse_with_earlier_boundary_rule)?;
             let is_factor = |value: &Expr| match value {
@@ -198,10 +191,10 @@ impl Reader {
             if input.peek(Token![~]) || is_factor(&value) {
                 return Err(at(value, errors::TILDE_IN_ARM));
             }
-            ArmBody::Value(value)
+            Flow::Value(value)
         };
         let comma: Option<Token![,]> = input.parse()?;
-        if comma.is_none() && matches!(body, ArmBody::Value(_)) && !input.is_empty() {
+        if comma.is_none() && matches!(body, Flow::Value(_)) && !input.is_empty() {
             return Err(input.error(errors::ARM_COMMA));
         }
         Ok(Arm { pat, guard, arrow, body })

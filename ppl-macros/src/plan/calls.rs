@@ -7,7 +7,7 @@ use syn::spanned::Spanned;
 use syn::{Expr, ExprBinary, ExprCall, ExprIndex, ExprTry, Ident, Macro};
 
 /// A name of the macro's own where `tokens` stand.
-fn here(tokens: &impl Spanned) -> Span {
+pub(crate) fn here(tokens: &impl Spanned) -> Span {
     Span::mixed_site().located_at(tokens.span())
 }
 

@@ -13,7 +13,7 @@ use syn::{Expr, Lit, Pat, Stmt, UnOp};
 
 use super::calls::{literal, real};
 use crate::analyse::Activity;
-use crate::ast::{ArmBody, Block, Flow, Kind};
+use crate::ast::{Block, Flow, Kind};
 use crate::syntax::expressions::{is_arithmetic, is_type};
 
 /// Literals in an array, at the ends of the arms of a branch in an expression, or assigned.
@@ -113,14 +113,11 @@ fn ends_of_arms(flow: &mut Flow) -> Vec<&mut Expr> {
             found.extend(ends_of_arms(otherwise));
             found
         }
-        Flow::Match { arms, .. } => arms
-            .iter_mut()
-            .flat_map(|arm| match &mut arm.body {
-                ArmBody::Block(block) => ends_of_block(block),
-                ArmBody::Value(value) => ends(value),
-            })
-            .collect(),
+        Flow::Match { arms, .. } => {
+            arms.iter_mut().flat_map(|arm| ends_of_arms(&mut arm.body)).collect()
+        }
         Flow::Block(block) => ends_of_block(block),
+        Flow::Value(value) => ends(value),
         Flow::If { .. } => Vec::new(),
     }
 }

@@ -1,7 +1,8 @@
 //! Arithmetic, calls and iterators as they are written.
 
 use quote::ToTokens;
-use syn::{BinOp, Expr, ExprCall, ExprMethodCall, Ident, UnOp};
+use syn::ext::IdentExt;
+use syn::{BinOp, Expr, ExprCall, ExprMethodCall, Ident, Path, UnOp};
 
 use crate::syntax::tokens::says;
 
@@ -28,8 +29,13 @@ pub(crate) fn calls_function(expr: &Expr) -> bool {
 
 fn last_word(function: &Expr) -> Option<String> {
     let Expr::Path(path) = function else { return None };
-    let word = path.path.segments.last()?.ident.to_string();
-    Some(word.strip_prefix("r#").map_or(word.clone(), str::to_owned))
+    Some(path.path.segments.last()?.ident.unraw().to_string())
+}
+
+/// Whether a path ends with these words.
+pub(crate) fn ends_with(path: &Path, words: &[&str]) -> bool {
+    let mut named = path.segments.iter().rev().map(|segment| &segment.ident);
+    words.iter().rev().all(|word| named.next().is_some_and(|name| name == word))
 }
 
 /// Number of operations that a formula would join.
@@ -99,6 +105,15 @@ pub(crate) fn is_comparison(op: &BinOp) -> bool {
         op,
         BinOp::Eq(_) | BinOp::Ne(_) | BinOp::Lt(_) | BinOp::Le(_) | BinOp::Gt(_) | BinOp::Ge(_)
     )
+}
+
+/// The place that is changed by `place = value` or `place += value`, and the value.
+pub(crate) fn assignment(expr: &Expr) -> Option<(&Expr, &Expr)> {
+    match expr {
+        Expr::Assign(assign) => Some((&assign.left, &assign.right)),
+        Expr::Binary(update) if is_assignment(&update.op) => Some((&update.left, &update.right)),
+        _ => None,
+    }
 }
 
 /// `+=` and its kind.

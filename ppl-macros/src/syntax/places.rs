@@ -58,15 +58,3 @@ pub(crate) fn plain_name(place: &Expr) -> Option<&Ident> {
         _ => None,
     }
 }
-
-/// Whether there is an index in the place.
-pub(crate) fn has_index(place: &Expr) -> bool {
-    match place {
-        Expr::Index(_) => true,
-        Expr::Field(field) => has_index(&field.base),
-        Expr::Unary(unary) if matches!(unary.op, UnOp::Deref(_)) => has_index(&unary.expr),
-        Expr::Paren(paren) => has_index(&paren.expr),
-        Expr::Group(group) => has_index(&group.expr),
-        _ => false,
-    }
-}
