@@ -39,14 +39,19 @@ impl Activity {
         self.active.iter()
     }
 
+    /// Whether a name may hold unknowns.
+    pub(crate) fn is_active(&self, name: &Ident) -> bool {
+        self.active.contains(name)
+    }
+
     /// Whether Rust mentions a name that may hold unknowns.
     pub(crate) fn mentions(&self, tokens: &impl ToTokens) -> bool {
-        mentions(tokens.to_token_stream(), &|name| self.active.contains(name))
+        mentions(tokens.to_token_stream(), &|name| self.is_active(name))
     }
 
     /// Whether the value of an expression may hold unknowns.
     pub(crate) fn holds(&self, expr: &Expr) -> bool {
-        holds(expr, &|name| self.active.contains(name))
+        holds(expr, &|name| self.is_active(name))
     }
 
     /// Whether a name is changed to something that may hold unknowns.

@@ -3,19 +3,19 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use proc_macro2::Span;
+use quote::ToTokens;
 use syn::ext::IdentExt;
-use syn::{Error, Expr, Pat, Result, Stmt, Token};
+use syn::{Error, Expr, Ident, Pat, Result, Stmt, Token};
 
 use super::activity::Activity;
-use super::check::{check_dims, check_mark, recorded_name};
+use super::check::check;
 use super::names::{Names, Site};
 use super::plates::Plate;
-use super::refusals::refusals;
-use super::scope::{Meaning, Scope};
+use super::refusals::{Scope, refusals};
 use super::uses::stays_open;
 use crate::ast::{Block, Flow, Id, Init, Kind, Left, Mark, Statement};
-use crate::errors::{self, at};
-use crate::syntax::patterns::{bound_by_condition, bound_names};
+use crate::errors::{self, about, at};
+use crate::syntax::patterns::{bound_by_condition, bound_names, only_name};
 use crate::syntax::places::{Place, place, plain_name};
 
 /// What is known of statements.
@@ -67,6 +67,10 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
+    fn bind(&mut self, names: impl IntoIterator<Item = Ident>, is_unknown: bool) {
+        self.scope.extend(names.into_iter().map(|name| (name, is_unknown)));
+    }
+
     fn block(&mut self, block: &Block) {
         let scope = self.scope.clone();
         let mut is_ending = false;
@@ -83,7 +87,7 @@ impl Reader<'_> {
             };
             self.is_predicted = outer;
             if let Err(error) = result {
-                self.scope.bind(statement.declared(), Meaning::Known);
+                self.bind(statement.declared(), false);
                 self.facts.errors.insert(statement.id, error);
             }
         }
@@ -92,11 +96,10 @@ impl Reader<'_> {
 
     /// `after` is what follows in its block.
     fn statement(&mut self, statement: &Statement, after: &[Statement]) -> Result<()> {
-        let Statement { id, mark, dims, kind, span, .. } = statement;
-        check_mark(*mark, kind, *span)?;
-        check_dims(dims, *mark, kind)?;
+        let Statement { id, mark, dims, kind, .. } = statement;
+        check(statement)?;
         let is_recorded = self.is_predicted || *mark != Mark::None;
-        let refused = refusals(statement, &self.scope, is_recorded);
+        let refused = refusals(statement, self.activity, &self.scope, is_recorded);
         let (names, mut name) = (statement.declared(), None);
         match kind {
             Kind::Tilde { left, tilde, .. } => name = Some(self.tilde(*id, left, tilde)?),
@@ -112,8 +115,8 @@ impl Reader<'_> {
                 let dimension = dims.first().map(|dim| dim.name.unraw().to_string());
                 self.plates.push((self.loops, dimension));
                 self.loops += 1;
-                let (scope, meaning) = (self.scope.clone(), self.scope.meaning(&plate.iter));
-                self.scope.bind(bound_names(&plate.pat), meaning);
+                let scope = self.scope.clone();
+                self.bind(bound_names(&plate.pat), false);
                 self.block(&plate.body);
                 self.scope = scope;
                 self.plates.pop();
@@ -139,10 +142,10 @@ impl Reader<'_> {
             Left::Unknown(_, name) | Left::Part(_, name) => {
                 let plain = name.unraw().to_string();
                 self.recorded.declare(&plain, name)?;
-                if self.scope.contains(name) {
-                    return Err(at(name, errors::declared_data(&plain)));
+                if self.scope.contains_key(name) {
+                    return Err(about(plain, name, errors::DECLARED_DATA));
                 }
-                self.scope.bind([name.clone()], Meaning::Unknown);
+                self.bind([name.clone()], true);
                 Ok(plain)
             }
             Left::Place(written) | Left::Missing(written) => {
@@ -151,7 +154,7 @@ impl Reader<'_> {
                 let plate = self.plates.last().map(|(number, _)| *number);
                 self.recorded.observe(id, &place, written, plate)?;
                 if let (Left::Missing(_), Some(name)) = (left, plain_name(written)) {
-                    self.scope.bind([name.clone()], Meaning::Unknown);
+                    self.bind([name.clone()], true);
                 }
                 Ok(place.name)
             }
@@ -174,16 +177,22 @@ impl Reader<'_> {
         after: &[Statement],
     ) -> Result<()> {
         if statement.mark != Mark::None {
-            let name = recorded_name(pat, init.is_some())?;
+            let pat = match pat {
+                Pat::Type(typed) => &*typed.pat,
+                other => other,
+            };
+            let name = only_name(pat).filter(|_| init.is_some());
+            let name = name.ok_or_else(|| at(pat, errors::RECORDED_NAME))?;
             self.recorded.declare(&name.unraw().to_string(), pat)?;
         }
         let (names, change) = (bound_names(pat), self.activity.change(pat, after));
         let value = init.and_then(|init| init.value.rust());
-        if let (Some(value), [only], Some(true)) = (value, &*names, change)
+        if let (Some(value), Some(true)) = (value, change)
             && place(value).is_ok_and(|place| !place.is_path)
             && !self.activity.mentions(value)
         {
-            return Err(at(value, errors::begins_as_data(&only.to_string(), value)));
+            let written = value.to_token_stream().to_string().replace(' ', "");
+            return Err(about(written, value, errors::BEGINS_AS_DATA));
         }
         if change.is_some() {
             self.facts.begins.insert(statement.id);
@@ -191,19 +200,11 @@ impl Reader<'_> {
         if stays_open(statement, after, self.activity) {
             self.facts.open.insert(statement.id);
         }
-        let meaning = match init {
-            Some(Init { value, diverge, .. }) => {
-                self.flow(value);
-                diverge.iter().for_each(|(_, block)| self.block(block));
-                match value.rust().filter(|_| change.is_none()) {
-                    Some(value) => self.scope.meaning(value),
-                    None => Meaning::Derived,
-                }
-            }
-            None if change.is_some() => Meaning::Derived,
-            None => Meaning::Known,
-        };
-        self.scope.bind(names, meaning);
+        if let Some(Init { value, diverge, .. }) = init {
+            self.flow(value);
+            diverge.iter().for_each(|(_, block)| self.block(block));
+        }
+        self.bind(names, false);
         Ok(())
     }
 
@@ -211,12 +212,13 @@ impl Reader<'_> {
     fn in_scope(&self, left: &Expr) -> Result<Place> {
         let place = place(left)?;
         let name = place.root.to_string();
-        if self.scope.is_unknown(&place.root) {
-            return Err(at(left, errors::observed_unknown(&place.name)));
+        if self.scope.get(&place.root) == Some(&true) {
+            return Err(about(place.name, left, errors::OBSERVED_UNKNOWN));
         }
         let is_variable = !place.is_path && !name.starts_with(char::is_uppercase);
-        if is_variable && !self.has_items && name != "self" && !self.scope.contains(&place.root) {
-            return Err(at(&place.root, errors::not_in_scope(&name, &self.scope.names())));
+        if is_variable && !self.has_items && name != "self" && !self.scope.contains_key(&place.root)
+        {
+            return Err(about(name, &place.root, errors::NOT_IN_SCOPE));
         }
         Ok(place)
     }
@@ -240,7 +242,7 @@ impl Reader<'_> {
         let (scope, before) = (self.scope.clone(), self.recorded.clone());
         match flow {
             Flow::If { condition, then, otherwise, .. } => {
-                self.scope.bind(bound_by_condition(condition), scope.meaning(condition));
+                self.bind(bound_by_condition(condition), false);
                 self.block(then);
                 self.scope.clone_from(&scope);
                 if let Some((_, flow)) = otherwise {
@@ -249,10 +251,10 @@ impl Reader<'_> {
                     self.recorded.merge(then);
                 }
             }
-            Flow::Match { scrutinee, arms, .. } => {
+            Flow::Match { arms, .. } => {
                 let mut after = before.clone();
                 for arm in arms {
-                    self.scope.bind(bound_names(&arm.pat), scope.meaning(scrutinee));
+                    self.bind(bound_names(&arm.pat), false);
                     self.flow(&arm.body);
                     self.scope.clone_from(&scope);
                     after.merge(std::mem::replace(&mut self.recorded, before.clone()));

@@ -8,7 +8,6 @@ mod facts;
 mod names;
 mod plates;
 mod refusals;
-mod scope;
 mod uses;
 
 use quote::ToTokens;
@@ -16,7 +15,7 @@ use quote::ToTokens;
 use crate::ast::{Argument, Model};
 use crate::syntax::tokens::says;
 use facts::{Facts, facts};
-use scope::{Meaning, Scope};
+use refusals::Scope;
 
 pub(crate) use activity::Activity;
 pub(crate) use names::Site;
@@ -35,12 +34,10 @@ impl Analysis {
         // arguments of submodels may be unknown
         let is_number =
             |data: &&Argument| model.value.is_some() && says(data.ty.to_token_stream(), "Real");
-        let (numbers, data): (Vec<_>, Vec<_>) = model.arguments.iter().partition(is_number);
-        let numbers: Vec<_> = numbers.iter().map(|number| number.name.clone()).collect();
-        let mut scope = Scope::default();
-        scope.bind(data.iter().map(|data| data.name.clone()), Meaning::Known);
-        scope.bind(numbers.clone(), Meaning::Derived);
+        let numbers = model.arguments.iter().filter(is_number).map(|data| data.name.clone());
         let activity = Activity::of(&model.body, numbers);
+        let names = model.arguments.iter().map(|data| data.name.clone());
+        let scope: Scope = names.map(|name| (name, false)).collect();
         Self {
             is_static: branches::is_static(&model.body, &activity),
             facts: facts(&model.body, &activity, scope),

@@ -7,7 +7,7 @@ use quote::ToTokens;
 use syn::{Expr, Result};
 
 use crate::ast::Id;
-use crate::errors::{self, at};
+use crate::errors::{self, about};
 use crate::syntax::places::Place;
 
 /// A place of the model, as `ppl::Site` will hold it.
@@ -51,7 +51,7 @@ impl Names {
     pub(super) fn declare(&mut self, name: &str, tokens: impl ToTokens) -> Result<()> {
         match self.take(name) {
             true => Ok(()),
-            false => Err(at(tokens, errors::declared_twice(name))),
+            false => Err(about(name, tokens, errors::DECLARED_TWICE)),
         }
     }
 
@@ -75,7 +75,7 @@ impl Names {
         };
         match is_new {
             true => Ok(()),
-            false => Err(at(written, errors::observed_twice(&place.name))),
+            false => Err(about(&place.name, written, errors::OBSERVED_TWICE)),
         }
     }
 

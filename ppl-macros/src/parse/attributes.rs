@@ -1,13 +1,12 @@
 //! What stands before a statement in `#[…]`.
 
 use quote::ToTokens;
-use syn::ext::IdentExt;
 use syn::parse::ParseStream;
 use syn::punctuated::Punctuated;
 use syn::{Attribute, Ident, Meta, Result, Token};
 
 use crate::ast::{Dim, Mark};
-use crate::errors::{self, at};
+use crate::errors::{self, about, at};
 
 /// The attributes of a statement.
 #[derive(Default)]
@@ -36,12 +35,11 @@ pub(super) fn head(attrs: Vec<Attribute>) -> Result<Head> {
             }
             // comments that would document nothing for rustdoc
             "doc" => continue,
-            "dims" => return Err(at(&attr, errors::TWO_DIMS)),
-            "track" | "predict" => return Err(at(&attr, errors::bare(&name))),
-            _ => return Err(at(&attr, errors::attribute(&name))),
+            _ => Mark::None,
         };
-        if head.mark != Mark::None {
-            return Err(at(&attr, errors::TWO_MARKS));
+        if new == Mark::None || head.mark != Mark::None {
+            let written = attr.meta.to_token_stream().to_string().replace(' ', "");
+            return Err(about(written, &attr, errors::ATTRIBUTE));
         }
         head.mark = new;
     }
@@ -69,12 +67,9 @@ fn dims(attr: &Attribute) -> Result<Vec<Dim>> {
         return Err(at(attr, errors::DIMS_NAMES));
     }
     for (k, dim) in dims.iter().enumerate() {
-        let name = dim.name.unraw().to_string();
-        if name == "chain" || name == "draw" {
+        let is_taken = dims[..k].iter().any(|other| other.name == dim.name);
+        if is_taken || dim.name == "chain" || dim.name == "draw" {
             return Err(at(&dim.name, errors::DIMS_TAKEN));
-        }
-        if dims[..k].iter().any(|other| other.name == dim.name) {
-            return Err(at(&dim.name, errors::dims_twice(&name)));
         }
     }
     Ok(dims)

@@ -1,30 +1,30 @@
 //! The function that declares a model: name, generics, data.
 
 use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
-use quote::format_ident;
+use quote::{ToTokens, format_ident};
 use syn::ext::IdentExt;
 use syn::parse::discouraged::Speculative;
 use syn::parse::{ParseStream, Parser};
 use syn::spanned::Spanned;
-use syn::visit::{self, Visit};
 use syn::visit_mut::{self, VisitMut};
 use syn::{
     Attribute, Error, Generics, Ident, LitStr, Pat, Receiver, Result, ReturnType, Token, Type,
     TypeReference, Visibility, parenthesized, parse_quote, parse_quote_spanned, token,
 };
 
-use super::ending::ended;
+use super::ending::end;
 use super::statements::Reader;
 use crate::ast::{Argument, Block, Model};
-use crate::errors::{self, at};
-use crate::syntax::tokens::is;
+use crate::errors::{self, about, at};
+use crate::syntax::patterns::only_name;
+use crate::syntax::tokens::{is, says};
 
 /// All models of one invocation.
 pub(crate) fn models(input: TokenStream) -> Vec<Result<Model>> {
     let parser = |input: ParseStream| {
         let mut models = Vec::new();
         if input.is_empty() {
-            models.push(Err(Error::new(Span::call_site(), errors::EMPTY)));
+            models.push(Err(Error::new(Span::call_site(), errors::NO_FUNCTION)));
         }
         while !input.is_empty() {
             let ahead = input.fork();
@@ -82,7 +82,7 @@ fn model(input: ParseStream, vis: &mut Visibility, name: &mut Option<Ident>) -> 
     {
         let qualifier: Ident = input.call(Ident::parse_any)?;
         let _abi: Option<LitStr> = input.parse()?;
-        errors.push(at(&qualifier, errors::qualifier(&qualifier.to_string())));
+        errors.push(about(&qualifier, &qualifier, errors::QUALIFIER));
     }
     if !input.peek(Token![fn]) {
         return Err(input.error(errors::NO_FUNCTION));
@@ -98,16 +98,16 @@ fn model(input: ParseStream, vis: &mut Visibility, name: &mut Option<Ident>) -> 
     };
     match &mut value {
         Some(ty) => {
-            if let Some(reference) = Found::of(ty).elided {
-                return Err(at(reference, errors::VALUE_REFERENCE));
+            if let Type::Reference(TypeReference { lifetime: None, .. }) = ty {
+                return Err(at(ty, errors::VALUE_REFERENCE));
             }
             let types = arguments.iter_mut().map(|argument| &mut argument.ty);
             types.chain([ty]).for_each(|ty| NumberType.visit_type_mut(ty));
         }
         None => {
-            let mut types = arguments.iter().map(|argument| &argument.ty);
-            if let Some(found) = types.find_map(|ty| Found::of(ty).real) {
-                return Err(at(found, errors::REAL_DATA));
+            let is_real = |argument: &&Argument| says(argument.ty.to_token_stream(), "Real");
+            if let Some(argument) = arguments.iter().find(is_real) {
+                return Err(at(&argument.ty, errors::REAL_DATA));
             }
         }
     }
@@ -115,8 +115,8 @@ fn model(input: ParseStream, vis: &mut Visibility, name: &mut Option<Ident>) -> 
     if !input.peek(token::Brace) {
         return Err(input.error(errors::NO_BODY));
     }
-    let (body, end) = ended(Reader::default().block(input)?, value.as_ref());
-    errors.extend(end.err());
+    let mut body = Reader::default().block(input)?;
+    errors.extend(end(&mut body, value.as_ref()).err());
     let (vis, name) = (vis.clone(), ident);
     Ok(Model { attrs, vis, fn_token, name, generics, arguments, value, body, errors })
 }
@@ -131,7 +131,7 @@ fn arguments(input: ParseStream, errors: &mut Vec<Error>) -> Result<Vec<Argument
             content.advance_to(&ahead);
             errors.push(at(receiver, errors::SELF_ARGUMENT));
         } else {
-            arguments.push(argument(&content, errors)?);
+            arguments.push(argument(&content)?);
         }
         if !content.is_empty() {
             content.parse::<Token![,]>()?;
@@ -140,70 +140,27 @@ fn arguments(input: ParseStream, errors: &mut Vec<Error>) -> Result<Vec<Argument
     Ok(arguments)
 }
 
-fn argument(input: ParseStream, errors: &mut Vec<Error>) -> Result<Argument> {
+fn argument(input: ParseStream) -> Result<Argument> {
     let attrs = input.call(Attribute::parse_outer)?;
     let pat = Pat::parse_single(input)?;
-    let name = match pat {
-        Pat::Ident(pat) if pat.by_ref.is_none() && pat.subpat.is_none() => {
-            if let Some(mutability) = pat.mutability {
-                errors.push(at(mutability, errors::MUT_ARGUMENT));
-            }
-            pat.ident
-        }
-        other => return Err(at(other, errors::ARGUMENT_PATTERN)),
-    };
+    let name = only_name(&pat).ok_or_else(|| at(&pat, errors::ARGUMENT_PATTERN))?.clone();
     if !input.peek(Token![:]) {
-        return Err(at(&name, errors::argument_type(&name.to_string())));
+        return Err(about(&name, &name, errors::ARGUMENT_TYPE));
     }
     let argument = Argument { attrs, name, colon: input.parse()?, ty: input.parse()? };
-    match Found::of(&argument.ty).refused {
-        Some(error) => Err(error),
+    match refused(&argument.ty) {
+        Some(message) => Err(at(&argument.ty, message)),
         None => Ok(argument),
     }
 }
 
-/// What a type has inside.
-#[derive(Default)]
-struct Found {
-    /// What data cannot have.
-    refused: Option<Error>,
-    /// `Real`.
-    real: Option<Type>,
-    /// A reference without a lifetime.
-    elided: Option<TypeReference>,
-}
-
-impl Found {
-    fn of(ty: &Type) -> Self {
-        let mut found = Self::default();
-        found.visit_type(ty);
-        found
-    }
-}
-
-impl<'a> Visit<'a> for Found {
-    fn visit_type(&mut self, ty: &'a Type) {
-        match ty {
-            Type::ImplTrait(_) => self.refused = Some(at(ty, errors::IMPL_TRAIT)),
-            Type::Path(path) if path.path.is_ident("Real") => self.real = Some(ty.clone()),
-            // what it takes and returns is not data of the model
-            Type::FnPtr(_) => {}
-            _ => visit::visit_type(self, ty),
-        }
-    }
-
-    fn visit_type_reference(&mut self, ty: &'a TypeReference) {
-        if ty.mutability.is_some() {
-            self.refused = Some(at(ty, errors::MUT_REFERENCE));
-        }
-        if ty.lifetime.is_none() {
-            self.elided = Some(ty.clone());
-        }
-        visit::visit_type_reference(self, ty);
-    }
-
-    // nor is this
-    fn visit_parenthesized_generic_arguments(&mut self, _: &'a syn::ParenthesizedGenericArguments) {
+/// Why data cannot have a type.
+fn refused(ty: &Type) -> Option<&'static str> {
+    match ty {
+        Type::ImplTrait(_) => Some(errors::IMPL_TRAIT),
+        Type::Reference(reference) if reference.mutability.is_some() => Some(errors::MUT_REFERENCE),
+        Type::Reference(reference) => refused(&reference.elem),
+        _ => None,
     }
 }
 

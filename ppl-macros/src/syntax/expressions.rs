@@ -84,14 +84,6 @@ pub(crate) fn plain_function(call: &ExprCall) -> Option<&Ident> {
     }
 }
 
-/// `f64::exp(…)` and its kind: a function of plain numbers.
-pub(crate) fn function_of_f64(call: &ExprCall) -> Option<&Ident> {
-    let Expr::Path(path) = &*call.func else { return None };
-    let mut words = path.path.segments.iter().rev().map(|segment| &segment.ident);
-    let function = words.next()?;
-    words.next().is_some_and(|number| number == "f64").then_some(function)
-}
-
 pub(crate) fn is_function(call: &ExprMethodCall) -> bool {
     FUNCTIONS.iter().any(|name| call.method == name)
 }

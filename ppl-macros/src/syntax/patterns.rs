@@ -20,6 +20,15 @@ pub(crate) fn bound_names(pat: &Pat) -> Vec<Ident> {
     names.0
 }
 
+/// The name, if a pattern is nothing else.
+pub(crate) fn only_name(pat: &Pat) -> Option<&Ident> {
+    let Pat::Ident(PatIdent { by_ref: None, mutability: None, subpat: None, ident, .. }) = pat
+    else {
+        return None;
+    };
+    Some(ident)
+}
+
 /// What an expression of Rust binds, with what its patterns take apart.
 pub(crate) fn bindings(expr: &Expr) -> Vec<(&Pat, &Expr)> {
     match expr {
@@ -41,17 +50,4 @@ pub(crate) fn bound_by_condition(condition: &Expr) -> Vec<Ident> {
         }
         _ => Vec::new(),
     }
-}
-
-/// The names that are bound inside an expression, wherever in it.
-pub(crate) fn bound_inside(expr: &Expr) -> Vec<Ident> {
-    struct Inside(Vec<Ident>);
-    impl<'a> Visit<'a> for Inside {
-        fn visit_pat(&mut self, pat: &'a Pat) {
-            self.0.extend(bound_names(pat));
-        }
-    }
-    let mut inside = Inside(Vec::new());
-    inside.visit_expr(expr);
-    inside.0
 }

@@ -8,28 +8,21 @@ use syn::{Error, Expr, Result, Token, token};
 use crate::errors;
 use crate::syntax::tokens::{between, is};
 
-/// An expression. If it cannot be read because of a `~` inside, the error says so.
+/// An expression without a `~` inside, which is an error even where any tokens can stand.
 pub(crate) fn expression(
     input: ParseStream,
     parse: impl FnOnce(ParseStream) -> Result<Expr>,
 ) -> Result<Expr> {
     let begin = input.cursor();
-    let in_loop = input.peek(Token![while]) || input.peek(Token![loop]);
     let result = parse(input);
     let trees = match &result {
         Ok(_) => between(begin, input.cursor()),
         Err(_) => rest_of_statement(begin),
     };
-    if let Some(tilde) = trees.iter().find_map(nested_tilde) {
-        let message = if in_loop { errors::TILDE_IN_LOOP } else { errors::TILDE_INSIDE };
-        return Err(Error::new(tilde, message));
+    match trees.iter().find_map(nested_tilde) {
+        Some(tilde) => Err(Error::new(tilde, errors::TILDE_INSIDE)),
+        None => result,
     }
-    if result.is_err()
-        && let Some(pair) = trees.windows(2).find(|pair| is(&pair[0], '=') && is(&pair[1], '~'))
-    {
-        return Err(Error::new(pair[1].span(), errors::TILDE_EQUALS));
-    }
-    result
 }
 
 /// Whether the control flow that begins here has statements of the model inside.
@@ -81,15 +74,13 @@ pub(crate) fn starts_flow(input: ParseStream) -> bool {
 
 /// Whether an item begins here: a constant, a function, an import.
 pub(crate) fn starts_item(input: ParseStream) -> bool {
-    input.peek(Token![const]) && !input.peek2(token::Brace)
-        || input.peek(Token![static])
-        || input.peek(Token![use])
-        || input.peek(Token![fn])
-        || input.peek(Token![struct])
-        || input.peek(Token![enum])
-        || input.peek(Token![type])
-        || input.peek(Token![impl])
-        || input.peek(Token![trait])
+    const ITEMS: [&str; 9] =
+        ["const", "static", "use", "fn", "struct", "enum", "type", "impl", "trait"];
+    starts_with(input, &ITEMS) && !input.peek2(token::Brace)
+}
+
+fn starts_with(input: ParseStream, words: &[&str]) -> bool {
+    input.cursor().ident().is_some_and(|(found, _)| words.iter().any(|word| found == word))
 }
 
 /// Goes to the end of a statement that could not be read: behind its `;`, behind the block that
@@ -100,11 +91,7 @@ pub(crate) fn resynchronise(input: ParseStream) {
         skip();
         skip();
     }
-    let flow = input.peek(Token![for])
-        || input.peek(Token![if])
-        || input.peek(Token![match])
-        || input.peek(Token![while])
-        || input.peek(Token![loop]);
+    let flow = starts_with(input, &["for", "if", "match", "while", "loop"]);
     let mut previous = skip();
     while let Some(last) = previous {
         if is(&last, ';') {

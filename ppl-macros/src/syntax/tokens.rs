@@ -59,15 +59,6 @@ pub(crate) fn between(mut begin: Cursor, end: Cursor) -> Vec<TokenTree> {
     trees
 }
 
-/// The last token between two positions.
-pub(crate) fn last_span(begin: Cursor, end: Cursor) -> Span {
-    match between(begin, end).last() {
-        Some(TokenTree::Group(group)) => group.span_close(),
-        Some(tree) => tree.span(),
-        None => begin.span(),
-    }
-}
-
 /// Tokens as they stand in the source, on one line, without attributes and the final `;`, cut to a
 /// readable length.
 pub(crate) fn source(tokens: &[TokenTree]) -> String {
