@@ -37,12 +37,6 @@ pub(crate) struct Block {
     pub(crate) statements: Vec<Statement>,
 }
 
-impl Block {
-    pub(crate) fn empty() -> Self {
-        Self { brace: Default::default(), statements: Vec::new() }
-    }
-}
-
 /// By which analyses speak of a statement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Id(pub(crate) usize);

@@ -24,7 +24,6 @@ pub(crate) const MUT_REFERENCE: &str =
     "data do not change while a model is sampled: take `&` instead of `&mut`";
 pub(crate) const ARGUMENT_PATTERN: &str =
     "an argument has a plain name: copy it or take it apart with `let` in the body";
-pub(crate) const ARGUMENT_TYPE: &str = "the type of `{}` is missing: for example `{}: &[f64]`";
 pub(crate) const MISSING_SEMICOLON: &str = "missing `;` after this statement";
 pub(crate) const NO_DISTRIBUTION: &str =
     "nothing on the right of `~`: write a distribution, as in `~ Normal(0.0, 1.0)`";

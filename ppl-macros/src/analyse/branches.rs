@@ -85,24 +85,21 @@ impl<'a> Visit<'a> for Branches<'_> {
             Expr::MethodCall(call) if call.method == "value" => self.is_static = false,
             Expr::Path(path) if ends_with(&path.path, &["value"]) => self.is_static = false,
             Expr::Macro(call) if says(call.mac.tokens.clone(), "value") => self.is_static = false,
-            Expr::Call(call) if matches!(&*call.func, Expr::Path(path) if ends_with(&path.path, &["Real", "from"])) => {
-                self.decides(&call.args)
-            }
+            Expr::Call(call) if is_conversion(&call.func) => self.decides(&call.args),
             _ => {}
         }
         visit::visit_expr(self, expr);
     }
 }
 
+fn is_conversion(function: &Expr) -> bool {
+    matches!(function, Expr::Path(path) if ends_with(&path.path, &["Real", "from"]))
+}
+
 /// Whether a block is `reject!(…);` alone.
 fn only_rejects(block: &Block) -> bool {
     let [only] = block.statements.as_slice() else { return false };
-    let mac = match &only.kind {
-        Kind::Rust(Stmt::Macro(call)) => &call.mac,
-        Kind::Rust(Stmt::Expr(Expr::Macro(call), _)) => &call.mac,
-        _ => return false,
-    };
-    mac.path.is_ident("reject")
+    matches!(&only.kind, Kind::Rust(Stmt::Expr(Expr::Macro(call), _)) if call.mac.path.is_ident("reject"))
 }
 
 /// Whether nothing that follows in its block asks for what `#[track] let` records.

@@ -62,7 +62,7 @@ struct Reader<'a> {
     loops: usize,
     /// Inside `#[predict] for`.
     is_predicted: bool,
-    /// Whether items or macros may have declared names.
+    /// Whether items may have declared names.
     has_items: bool,
 }
 
@@ -115,17 +115,12 @@ impl Reader<'_> {
                 let dimension = dims.first().map(|dim| dim.name.unraw().to_string());
                 self.plates.push((self.loops, dimension));
                 self.loops += 1;
-                let scope = self.scope.clone();
-                self.bind(bound_names(&plate.pat), false);
-                self.block(&plate.body);
-                self.scope = scope;
+                self.within(bound_names(&plate.pat), |reader| reader.block(&plate.body));
                 self.plates.pop();
             }
             Kind::Flow(flow) | Kind::End(flow) => self.flow(flow),
-            Kind::Rust(stmt) => {
-                self.has_items |= matches!(stmt, Stmt::Item(_) | Stmt::Macro(_));
-            }
-            Kind::Broken { .. } => {}
+            Kind::Rust(Stmt::Item(_)) => self.has_items = true,
+            Kind::Rust(_) | Kind::Broken { .. } => {}
         }
         if let Some(error) = refused {
             return Err(error);
@@ -239,12 +234,10 @@ impl Reader<'_> {
 
     /// The statements inside control flow. Of several arms one runs: each may use a name.
     fn flow(&mut self, flow: &Flow) {
-        let (scope, before) = (self.scope.clone(), self.recorded.clone());
         match flow {
             Flow::If { condition, then, otherwise, .. } => {
-                self.bind(bound_by_condition(condition), false);
-                self.block(then);
-                self.scope.clone_from(&scope);
+                let before = self.recorded.clone();
+                self.within(bound_by_condition(condition), |reader| reader.block(then));
                 if let Some((_, flow)) = otherwise {
                     let then = std::mem::replace(&mut self.recorded, before);
                     self.flow(flow);
@@ -252,11 +245,10 @@ impl Reader<'_> {
                 }
             }
             Flow::Match { arms, .. } => {
+                let before = self.recorded.clone();
                 let mut after = before.clone();
                 for arm in arms {
-                    self.bind(bound_names(&arm.pat), false);
-                    self.flow(&arm.body);
-                    self.scope.clone_from(&scope);
+                    self.within(bound_names(&arm.pat), |reader| reader.flow(&arm.body));
                     after.merge(std::mem::replace(&mut self.recorded, before.clone()));
                 }
                 self.recorded = after;
@@ -264,6 +256,13 @@ impl Reader<'_> {
             Flow::Block(block) => self.block(block),
             Flow::Value(_) => {}
         }
+    }
+
+    /// Reads where names are in scope that were not before.
+    fn within(&mut self, names: Vec<Ident>, read: impl FnOnce(&mut Self)) {
+        let scope = self.scope.clone();
+        self.bind(names, false);
+        read(self);
         self.scope = scope;
     }
 }

@@ -10,7 +10,7 @@ use syn::{Error, Expr, Ident, Pat};
 use super::names::{cx, cx_at, sum_of, value};
 use crate::analyse::{Analysis, Site};
 use crate::ast::{Arm, Block, Flow, For, Id, Kind, Left, Mark, Model, Statement};
-use crate::plan::{At, Plan, Sums, here, shared_name, site};
+use crate::plan::{Plan, Sums, here, shared_name, site};
 
 /// The statements of a body in order, and the places that they speak of.
 pub(super) fn statements(model: &Model, analysis: &Analysis) -> (TokenStream, Vec<Site>) {
@@ -63,7 +63,7 @@ impl Emitter<'_> {
             let error = broken(&statement.declared(), error);
             return quote!(#(#attrs)* #error);
         }
-        let around = self.plan.go(At::the(statement.id));
+        let around = self.plan.go(statement.id);
         let labels = statement.dims.iter().filter_map(|dim| {
             let (name, labels) = (dim.name.unraw().to_string(), dim.labels.as_ref()?);
             let labels = self.plan.written(labels, Plan::labels);
@@ -233,7 +233,7 @@ impl Emitter<'_> {
                 body.statements.as_slice()
             && !self.analysis.facts.errors.contains_key(id)
         {
-            let around = self.plan.go(At::the(*id));
+            let around = self.plan.go(*id);
             let (cx, site) = (cx_at(tilde.span()), site(self.plan.site()));
             let right = self.plan.written(right, Plan::distribution);
             self.plan.go(around);

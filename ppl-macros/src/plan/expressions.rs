@@ -138,8 +138,7 @@ impl Plan<'_> {
         let name = path.path.get_ident()?;
         let sums = self.sums.as_mut().filter(|_| self.shared.contains(name))?;
         sums.names.insert(name.clone());
-        let shared = calls::shared_name(name);
-        Some(calls::finished(&shared))
+        Some(Expr::Verbatim(calls::shared_name(name).into_token_stream()))
     }
 
     /// `name += …` as `name = …`, a formula.

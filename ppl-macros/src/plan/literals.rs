@@ -8,6 +8,7 @@
 //! A variable that begins as a literal, as in `let mut s = 0.0;`, is a number of the model if what follows
 //! changes it to something that may hold unknowns, and so are the elements of `vec![0.0; n]`.
 
+use proc_macro2::TokenTree;
 use quote::{ToTokens, quote};
 use syn::{Expr, Lit, Pat, Stmt, UnOp};
 
@@ -168,14 +169,10 @@ fn is_lifted(expr: &mut Expr) -> bool {
             let tokens = &call.mac.tokens;
             let Ok(mut elements) = syn::parse2(quote!([#tokens])) else { return false };
             let is_lifted = is_lifted(&mut elements);
-            call.mac.tokens = match elements {
-                Expr::Repeat(repeat) => {
-                    let (element, length) = (&repeat.expr, &repeat.len);
-                    quote!(#element; #length)
-                }
-                Expr::Array(array) => array.elems.to_token_stream(),
-                _ => return false,
-            };
+            // without the brackets
+            if let Some(TokenTree::Group(list)) = elements.to_token_stream().into_iter().next() {
+                call.mac.tokens = list.stream();
+            }
             is_lifted
         }
         number if is_literal(number) => {

@@ -5,7 +5,7 @@ mod calls;
 mod expressions;
 mod literals;
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use syn::visit_mut::VisitMut;
 use syn::{Expr, Ident, Pat};
@@ -22,7 +22,10 @@ pub(crate) struct Plan<'a> {
     formulas: bool,
     /// The places that statements speak of.
     pub(crate) sites: Vec<Site>,
-    at: At,
+    /// The numbers of the places: statements that never say where they are have none.
+    numbers: HashMap<Id, usize>,
+    /// The statement around.
+    at: Id,
     /// What the outermost loop around sums up apart.
     sums: Option<Sums>,
     /// Active names from outside of it that are the same in every iteration; none where a name may
@@ -30,18 +33,6 @@ pub(crate) struct Plan<'a> {
     shared: HashSet<Ident>,
     /// Closures around in the statement.
     closures: usize,
-}
-
-/// The statement around, and the number of its place: those that never say where they are have none.
-pub(crate) struct At {
-    statement: Id,
-    site: Option<usize>,
-}
-
-impl At {
-    pub(crate) fn the(statement: Id) -> Self {
-        Self { statement, site: None }
-    }
 }
 
 /// What a loop sums up apart for all loops inside.
@@ -59,7 +50,8 @@ impl<'a> Plan<'a> {
             analysis,
             formulas: model.value.is_none(),
             sites: Vec::new(),
-            at: At::the(Id(0)),
+            numbers: HashMap::new(),
+            at: Id(0),
             sums: None,
             shared: HashSet::new(),
             closures: 0,
@@ -67,14 +59,14 @@ impl<'a> Plan<'a> {
     }
 
     /// Goes on inside another statement; returns where it was.
-    pub(crate) fn go(&mut self, at: At) -> At {
-        std::mem::replace(&mut self.at, at)
+    pub(crate) fn go(&mut self, statement: Id) -> Id {
+        std::mem::replace(&mut self.at, statement)
     }
 
     /// The place of the statement.
     pub(crate) fn site(&mut self) -> usize {
-        let (sites, site) = (&mut self.sites, self.analysis.facts.sites.get(&self.at.statement));
-        *self.at.site.get_or_insert_with(|| {
+        let (sites, site) = (&mut self.sites, self.analysis.facts.sites.get(&self.at));
+        *self.numbers.entry(self.at).or_insert_with(|| {
             sites.extend(site.cloned());
             sites.len().saturating_sub(1)
         })
@@ -123,10 +115,10 @@ impl<'a> Plan<'a> {
 
     /// What a name is declared with, by the statement around.
     pub(crate) fn declared(&mut self, pat: &Pat, value: &mut Expr) {
-        if self.analysis.facts.begins.contains(&self.at.statement) {
+        if self.analysis.facts.begins.contains(&self.at) {
             literals::begin(pat, value);
         }
-        match self.formulas && self.analysis.facts.open.contains(&self.at.statement) {
+        match self.formulas && self.analysis.facts.open.contains(&self.at) {
             true => self.open(value),
             false => self.visit_expr_mut(value),
         }

@@ -79,7 +79,8 @@ pub(crate) fn starts_item(input: ParseStream) -> bool {
     starts_with(input, &ITEMS) && !input.peek2(token::Brace)
 }
 
-fn starts_with(input: ParseStream, words: &[&str]) -> bool {
+/// Whether one of these words begins here.
+pub(crate) fn starts_with(input: ParseStream, words: &[&str]) -> bool {
     input.cursor().ident().is_some_and(|(found, _)| words.iter().any(|word| found == word))
 }
 
