@@ -28,8 +28,6 @@ pub(crate) const MISSING_SEMICOLON: &str = "missing `;` after this statement";
 pub(crate) const NO_DISTRIBUTION: &str =
     "nothing on the right of `~`: write a distribution, as in `~ Normal(0.0, 1.0)`";
 pub(crate) const NO_NAME: &str = "a name is missing: `let x ~ Normal(0.0, 1.0);`";
-pub(crate) const TWO_TILDES: &str =
-    "two `~` in one statement: is a `;` missing? A statement has one distribution";
 pub(crate) const TILDE_EQUALS: &str =
     "write `~` alone: `x ~ D` has a distribution, `x = …` a value";
 pub(crate) const TILDE_INSIDE: &str = "`~` is a statement: it can stand in the body of the model, \

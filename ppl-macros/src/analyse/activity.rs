@@ -10,7 +10,7 @@ use syn::{Expr, Ident, Item, Local, Pat, PatIdent, Stmt};
 use super::changes::Changes;
 use crate::ast::{Block, Kind, Left, Statement};
 use crate::syntax::expressions::{assignment, is_comparison};
-use crate::syntax::patterns::{bindings, bound_names};
+use crate::syntax::patterns::bound_names;
 use crate::syntax::places::root;
 use crate::syntax::tokens::mentions;
 use crate::walk::{self, Walk};
@@ -22,8 +22,6 @@ pub(crate) struct Activity {
     active: HashSet<Ident>,
     /// Those that are changed to something that does.
     changed: HashSet<Ident>,
-    /// Those that are changed so by `=` and its kind.
-    assigned: HashSet<Ident>,
 }
 
 impl Activity {
@@ -59,21 +57,20 @@ impl Activity {
         self.changed.contains(name)
     }
 
-    /// Whether what follows in its block changes a declared name to something that may hold unknowns,
-    /// and if so, whether by `=` and its kind.
-    pub(super) fn change(&self, pat: &Pat, after: &[Statement]) -> Option<bool> {
-        let Pat::Ident(PatIdent { ident: name, .. }) = pat else { return None };
+    /// Whether what follows in its block changes a declared name to something that may hold unknowns.
+    pub(super) fn begins(&self, pat: &Pat, after: &[Statement]) -> bool {
+        let Pat::Ident(PatIdent { ident: name, .. }) = pat else { return false };
         if !self.is_changed(name) {
-            return None;
+            return false;
         }
         let mut later = Self { active: self.active.clone(), ..Self::default() };
         later.read(after);
-        later.is_changed(name).then(|| later.assigned.contains(name))
+        later.is_changed(name)
     }
 
     /// Reads until nothing new is found: what a loop changes is read at its begin too.
     fn read(&mut self, statements: &[Statement]) {
-        let size = |found: &Self| (found.active.len(), found.changed.len(), found.assigned.len());
+        let size = |found: &Self| (found.active.len(), found.changed.len());
         loop {
             let before = size(self);
             statements.iter().for_each(|statement| self.statement(statement));
@@ -136,16 +133,21 @@ impl<'a> Visit<'a> for Activity {
 
     fn visit_expr(&mut self, expr: &'a Expr) {
         visit::visit_expr(self, expr);
-        bindings(expr).into_iter().for_each(|(pat, value)| self.bind(pat, Some(value)));
         match expr {
             Expr::Call(_) if self.holds(expr) => self.changes(Changes::of(expr)),
-            Expr::ForLoop(each) => self.changes_elements(&each.pat, &each.expr),
+            Expr::ForLoop(each) => {
+                self.bind(&each.pat, Some(&each.expr));
+                self.changes_elements(&each.pat, &each.expr);
+            }
+            Expr::Let(binding) => self.bind(&binding.pat, Some(&binding.expr)),
+            Expr::Match(choice) => {
+                choice.arms.iter().for_each(|arm| self.bind(&arm.pat, Some(&choice.expr)));
+            }
             _ => {}
         }
         if let Some((place, value)) = assignment(expr)
             && self.holds(value)
         {
-            self.assigned.extend(root(place));
             self.changes(root(place));
         }
     }

@@ -98,8 +98,12 @@ fn is_conversion(function: &Expr) -> bool {
 
 /// Whether a block is `reject!(…);` alone.
 fn only_rejects(block: &Block) -> bool {
-    let [only] = block.statements.as_slice() else { return false };
-    matches!(&only.kind, Kind::Rust(Stmt::Expr(Expr::Macro(call), _)) if call.mac.path.is_ident("reject"))
+    match block.statements.as_slice() {
+        [Statement { kind: Kind::Rust(Stmt::Expr(Expr::Macro(only), _)), .. }] => {
+            only.mac.path.is_ident("reject")
+        }
+        _ => false,
+    }
 }
 
 /// Whether nothing that follows in its block asks for what `#[track] let` records.

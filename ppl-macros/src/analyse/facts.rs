@@ -2,21 +2,19 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use proc_macro2::Span;
 use quote::ToTokens;
 use syn::ext::IdentExt;
-use syn::{Error, Expr, Ident, Pat, Result, Stmt, Token};
+use syn::{Error, Expr, Ident, Pat, Result};
 
 use super::activity::Activity;
-use super::check::check;
 use super::names::{Names, Site};
 use super::plates::Plate;
 use super::refusals::{Scope, refusals};
 use super::uses::stays_open;
 use crate::ast::{Block, Flow, Id, Init, Kind, Left, Mark, Statement};
 use crate::errors::{self, about, at};
-use crate::syntax::patterns::{bound_by_condition, bound_names, only_name};
-use crate::syntax::places::{Place, place, plain_name};
+use crate::syntax::patterns::{bound_by_condition, bound_names, is_constant, only_name};
+use crate::syntax::places::{Place, place, plain_name, root};
 
 /// What is known of statements.
 #[derive(Default)]
@@ -41,9 +39,7 @@ pub(super) fn facts(body: &Block, activity: &Activity, scope: Scope) -> Facts {
         scope,
         recorded: Names::default(),
         plates: Vec::new(),
-        loops: 0,
         is_predicted: false,
-        has_items: false,
     };
     reader.block(body);
     reader.recorded.stack(&mut reader.facts.sites);
@@ -56,14 +52,10 @@ struct Reader<'a> {
     scope: Scope,
     /// Names in the results so far, on the way to here.
     recorded: Names,
-    /// The plates around: their numbers, and the dimension along which each stacks.
-    plates: Vec<(usize, Option<String>)>,
-    /// How many plates there were so far.
-    loops: usize,
+    /// The plates around, and the dimension along which each stacks.
+    plates: Vec<(Id, Option<String>)>,
     /// Inside `#[predict] for`.
     is_predicted: bool,
-    /// Whether items may have declared names.
-    has_items: bool,
 }
 
 impl Reader<'_> {
@@ -97,42 +89,36 @@ impl Reader<'_> {
     /// `after` is what follows in its block.
     fn statement(&mut self, statement: &Statement, after: &[Statement]) -> Result<()> {
         let Statement { id, mark, dims, kind, .. } = statement;
-        check(statement)?;
+        check(statement, self.is_predicted)?;
         let is_recorded = self.is_predicted || *mark != Mark::None;
         let refused = refusals(statement, self.activity, &self.scope, is_recorded);
-        let (names, mut name) = (statement.declared(), None);
+        let first = statement.declared().first().map(|name| name.unraw().to_string());
+        let mut name = first.unwrap_or_default();
         match kind {
-            Kind::Tilde { left, tilde, .. } => name = Some(self.tilde(*id, left, tilde)?),
+            Kind::Tilde { left, .. } => name = self.tilde(*id, left)?,
             Kind::Let { pat, init, .. } => {
                 self.declaration(statement, pat, init.as_ref(), after)?;
             }
-            Kind::Factor { name: factor, .. } => {
-                self.in_density(factor.span())?;
-                name = Some(factor.to_string());
-            }
+            Kind::Factor { name: factor, .. } => name = factor.to_string(),
             Kind::For(plate) => {
                 self.facts.plates.insert(*id, Plate::of(statement, plate, self.activity));
                 let dimension = dims.first().map(|dim| dim.name.unraw().to_string());
-                self.plates.push((self.loops, dimension));
-                self.loops += 1;
+                self.plates.push((*id, dimension));
                 self.within(bound_names(&plate.pat), |reader| reader.block(&plate.body));
                 self.plates.pop();
             }
             Kind::Flow(flow) | Kind::End(flow) => self.flow(flow),
-            Kind::Rust(Stmt::Item(_)) => self.has_items = true,
             Kind::Rust(_) | Kind::Broken { .. } => {}
         }
         if let Some(error) = refused {
             return Err(error);
         }
-        let first = names.first().map(|name| name.unraw().to_string());
-        let site = self.site(statement, name.or(first).unwrap_or_default());
-        self.facts.sites.insert(*id, site);
+        self.facts.sites.insert(*id, self.site(statement, name));
         Ok(())
     }
 
     /// What stands before `~`, and its name in the results.
-    fn tilde(&mut self, id: Id, left: &Left, tilde: &Token![~]) -> Result<String> {
+    fn tilde(&mut self, id: Id, left: &Left) -> Result<String> {
         match left {
             Left::Unknown(_, name) | Left::Part(_, name) => {
                 let plain = name.unraw().to_string();
@@ -144,23 +130,14 @@ impl Reader<'_> {
                 Ok(plain)
             }
             Left::Place(written) | Left::Missing(written) => {
-                self.in_density(tilde.span)?;
                 let place = self.in_scope(written)?;
-                let plate = self.plates.last().map(|(number, _)| *number);
+                let plate = self.plates.last().map(|(id, _)| *id);
                 self.recorded.observe(id, &place, written, plate)?;
                 if let (Left::Missing(_), Some(name)) = (left, plain_name(written)) {
                     self.bind([name.clone()], true);
                 }
                 Ok(place.name)
             }
-        }
-    }
-
-    /// Predictions have no density.
-    fn in_density(&self, span: Span) -> Result<()> {
-        match self.is_predicted {
-            true => Err(Error::new(span, errors::OBSERVE_IN_PREDICTION)),
-            false => Ok(()),
         }
     }
 
@@ -172,24 +149,18 @@ impl Reader<'_> {
         after: &[Statement],
     ) -> Result<()> {
         if statement.mark != Mark::None {
-            let pat = match pat {
-                Pat::Type(typed) => &*typed.pat,
-                other => other,
-            };
             let name = only_name(pat).filter(|_| init.is_some());
             let name = name.ok_or_else(|| at(pat, errors::RECORDED_NAME))?;
-            self.recorded.declare(&name.unraw().to_string(), pat)?;
+            self.recorded.declare(&name.unraw().to_string(), name)?;
         }
-        let (names, change) = (bound_names(pat), self.activity.change(pat, after));
-        let value = init.and_then(|init| init.value.rust());
-        if let (Some(value), Some(true)) = (value, change)
-            && place(value).is_ok_and(|place| !place.is_path)
-            && !self.activity.mentions(value)
-        {
-            let written = value.to_token_stream().to_string().replace(' ', "");
-            return Err(about(written, value, errors::BEGINS_AS_DATA));
-        }
-        if change.is_some() {
+        if self.activity.begins(pat, after) {
+            if let Some(value) = init.and_then(|init| init.value.rust())
+                && root(value).is_some_and(|root| !is_constant(&root))
+                && !self.activity.mentions(value)
+            {
+                let written = value.to_token_stream().to_string().replace(' ', "");
+                return Err(about(written, value, errors::BEGINS_AS_DATA));
+            }
             self.facts.begins.insert(statement.id);
         }
         if stays_open(statement, after, self.activity) {
@@ -199,23 +170,20 @@ impl Reader<'_> {
             self.flow(value);
             diverge.iter().for_each(|(_, block)| self.block(block));
         }
-        self.bind(names, false);
+        self.bind(bound_names(pat), false);
         Ok(())
     }
 
     /// What is observed has to be there, and without a distribution.
     fn in_scope(&self, left: &Expr) -> Result<Place> {
         let place = place(left)?;
-        let name = place.root.to_string();
-        if self.scope.get(&place.root) == Some(&true) {
-            return Err(about(place.name, left, errors::OBSERVED_UNKNOWN));
+        match self.scope.get(&place.root) {
+            Some(true) => Err(about(place.name, left, errors::OBSERVED_UNKNOWN)),
+            None if !is_constant(&place.root) => {
+                Err(about(&place.root, &place.root, errors::NOT_IN_SCOPE))
+            }
+            _ => Ok(place),
         }
-        let is_variable = !place.is_path && !name.starts_with(char::is_uppercase);
-        if is_variable && !self.has_items && name != "self" && !self.scope.contains_key(&place.root)
-        {
-            return Err(about(name, &place.root, errors::NOT_IN_SCOPE));
-        }
-        Ok(place)
     }
 
     /// The place of a statement under this name.
@@ -264,5 +232,38 @@ impl Reader<'_> {
         self.bind(names, false);
         read(self);
         self.scope = scope;
+    }
+}
+
+/// Whether the mark and the dimensions of a statement go with the rest of it, and it with a prediction
+/// around it, which has no density.
+fn check(statement: &Statement, is_predicted: bool) -> Result<()> {
+    let Statement { mark, dims, kind, span, .. } = statement;
+    let takes_mark = match kind {
+        Kind::Let { .. } | Kind::Tilde { left: Left::Part(..), .. } => true,
+        Kind::For(_) | Kind::Tilde { left: Left::Unknown(..), .. } => *mark != Mark::Track,
+        _ => *mark == Mark::None,
+    };
+    if !takes_mark {
+        let is_track = *mark == Mark::Track;
+        let message = if is_track { errors::TRACK_WHAT } else { errors::PREDICT_WHAT };
+        return Err(Error::new(*span, message));
+    }
+    let is_in_density = match kind {
+        Kind::Tilde { left, .. } => matches!(left, Left::Place(_) | Left::Missing(_)),
+        other => matches!(other, Kind::Factor { .. }),
+    };
+    if is_predicted && is_in_density {
+        return Err(Error::new(*span, errors::OBSERVE_IN_PREDICTION));
+    }
+    let takes_dims = match kind {
+        Kind::For(_) => dims.len() == 1,
+        Kind::Tilde { left, .. } => !matches!(left, Left::Part(..)),
+        Kind::Let { .. } => *mark != Mark::None,
+        _ => false,
+    };
+    match dims.first() {
+        Some(first) if !takes_dims => Err(at(&first.name, errors::DIMS_WHAT)),
+        _ => Ok(()),
     }
 }

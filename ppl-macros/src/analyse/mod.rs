@@ -3,7 +3,6 @@
 mod activity;
 mod branches;
 mod changes;
-mod check;
 mod facts;
 mod names;
 mod plates;

@@ -33,7 +33,7 @@ struct Taken {
     /// By one statement, for all of it.
     is_whole: bool,
     /// By observations of entries: as written, and in which loop.
-    entries: HashSet<(String, Option<usize>)>,
+    entries: HashSet<(String, Option<Id>)>,
     /// The statements with these.
     observed: BTreeSet<Id>,
     /// Whether there are several of them on one way.
@@ -55,14 +55,14 @@ impl Names {
         }
     }
 
-    /// Takes the name of a place in the loop of this number. Statements may observe entries of
+    /// Takes the name of a place in this innermost loop. Statements may observe entries of
     /// one name in turn, but not the same entry twice.
     pub(super) fn observe(
         &mut self,
         statement: Id,
         place: &Place,
         written: &Expr,
-        innermost: Option<usize>,
+        innermost: Option<Id>,
     ) -> Result<()> {
         let is_new = if place.is_entry {
             let taken = self.0.entry(place.name.clone()).or_default();

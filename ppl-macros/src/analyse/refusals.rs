@@ -130,12 +130,10 @@ impl<'a> Visit<'a> for Refusals<'_> {
     }
 
     fn visit_macro(&mut self, mac: &'a Macro) {
-        if mac.path.is_ident("reject") {
-            if self.closures > 0 {
-                self.add(at(&mac.path, errors::REJECT_IN_CLOSURE));
-            } else if mac.tokens.is_empty() {
-                self.add(at(mac, errors::REJECT_REASON));
-            }
+        if mac.path.is_ident("reject") && self.closures > 0 {
+            self.add(at(&mac.path, errors::REJECT_IN_CLOSURE));
+        } else if mac.path.is_ident("reject") && mac.tokens.is_empty() {
+            self.add(at(mac, errors::REJECT_REASON));
         }
         if mac.path.is_ident("vec") {
             let tokens = &mac.tokens;

@@ -4,17 +4,18 @@ use syn::{Expr, Ident, Pat};
 
 use super::activity::Activity;
 use crate::ast::{Flow, Init, Kind, Left, Statement};
-use crate::syntax::expressions::{is_function, is_type, operations};
+use crate::syntax::expressions::{formula, is_type, operations};
+use crate::syntax::places::plain_name;
 use crate::syntax::tokens::count;
 
 /// Whether a declaration can stay a formula, by what follows in its block.
 pub(super) fn stays_open(statement: &Statement, after: &[Statement], activity: &Activity) -> bool {
-    formula(statement)
+    arithmetic(statement)
         .is_some_and(|(name, value)| activity.mentions(value) && is_used_once(name, after))
 }
 
 /// `let name = arithmetic;`.
-fn formula(statement: &Statement) -> Option<(&Ident, &Expr)> {
+fn arithmetic(statement: &Statement) -> Option<(&Ident, &Expr)> {
     let Kind::Let { pat: Pat::Ident(pat), init, .. } = &statement.kind else { return None };
     let Some(Init { value: Flow::Value(value), diverge: None, .. }) = init else { return None };
     (pat.mutability.is_none() && operations(value) > 0).then_some((&pat.ident, value))
@@ -26,7 +27,7 @@ fn is_used_once(name: &Ident, after: &[Statement]) -> bool {
     let uses = |statement: &Statement| count(statement.tokens.clone(), name);
     let mut using = after.iter().enumerate().filter(|(_, statement)| uses(statement) > 0);
     let (Some((i, user)), None) = (using.next(), using.next()) else { return false };
-    let as_operand = match (&user.kind, formula(user)) {
+    let as_operand = match (&user.kind, arithmetic(user)) {
         (Kind::Tilde { left: Left::Place(_), right, .. }, _) => parameters(right, name),
         (_, Some((next, value))) if is_used_once(next, &after[i + 1..]) => operands(value, name),
         _ => 0,
@@ -50,13 +51,7 @@ fn parameters(distribution: &Expr, name: &Ident) -> usize {
 
 /// How often the name is an operand of the arithmetic.
 fn operands(expr: &Expr, name: &Ident) -> usize {
-    match expr {
-        Expr::Path(path) => usize::from(path.path.is_ident(name)),
-        Expr::Paren(paren) => operands(&paren.expr, name),
-        Expr::Group(group) => operands(&group.expr, name),
-        Expr::Unary(unary) => operands(&unary.expr, name),
-        Expr::Binary(binary) => operands(&binary.left, name) + operands(&binary.right, name),
-        Expr::MethodCall(call) if is_function(call) => operands(&call.receiver, name),
-        _ => 0,
-    }
+    let mut operands = Vec::new();
+    formula(expr, &mut operands);
+    operands.into_iter().filter(|operand| plain_name(operand) == Some(name)).count()
 }

@@ -1,17 +1,18 @@
 //! The function that the user has declared: it binds data to a model, or takes what the statements of a
 //! submodel need, which are generic over the numbers of the context that they run in, since its
 //! arguments may be unknowns.
+//!
+//! The type that holds the data is generic over the type of each: so that lifetimes which the user has
+//! left out stay out. The constants of the model are its own too, since no type of the data need speak
+//! of them.
 
 use proc_macro2::{Literal, Span, TokenStream};
-use quote::{quote, quote_spanned};
+use quote::{format_ident, quote, quote_spanned};
 use syn::{Ident, Type, parse_quote};
 
-use super::data::{Data, add_sync, binding, data, is_number};
-use super::names::{cx, value as end};
-use super::statements::statements;
+use super::statements::{cx, statements};
 use crate::analyse::{Analysis, Site};
 use crate::ast::{Argument, Kind, Model, Statement};
-use crate::syntax::tokens::line;
 
 pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
     let span = Span::mixed_site();
@@ -19,58 +20,68 @@ pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
     let mut generics = model.generics.clone();
     match &model.value {
         Some(_) => generics.params.push(parse_quote!(__S: ::ppl::Scalar)),
-        None => add_sync(&mut generics),
+        // threads share the data
+        None => generics.type_params_mut().for_each(|parameter| {
+            parameter.bounds.push(parse_quote!(::core::marker::Sync));
+        }),
     }
     let (introduced, _, bounds) = generics.split_for_impl();
     let parameters = arguments.iter().map(|Argument { attrs, name, colon, ty }| {
         let ty = if is_number(ty) { quote!(impl ::core::convert::Into<#ty>) } else { quote!(#ty) };
         quote!(#(#attrs)* #name #colon #ty)
     });
-    let Data { declaration, applied, made } = data(model);
+    let fields = arguments.iter().map(|Argument { name, ty, .. }| match is_number(ty) {
+        true => quote!(#name: ::core::convert::Into::into(#name)),
+        false => quote!(#name),
+    });
+    let constants: Vec<_> = model.generics.const_params().collect();
+    // in braces: a bare name would be taken for that of a type, if there is one in scope
+    let given = constants.iter().map(|constant| &constant.ident);
+    let given: Vec<_> = given.map(|name| quote_spanned!(name.span()=> { #name })).collect();
+    let names: Vec<_> = arguments.iter().map(|argument| &argument.name).collect();
+    let types = arguments.iter().map(|argument| &argument.ty);
+    let own: Vec<_> = (0..names.len()).map(|i| format_ident!("__T{i}")).collect();
+    let inferred = names.iter().map(|_| quote!(_));
+    // where data are refused, as those that threads cannot share
+    let at_name = span.located_at(name.span());
+    let data = quote_spanned!(at_name=> __Data<#(#given,)* #(#types),*>);
+    let declaration = quote_spanned! {at_name=>
+        struct __Data<#(#constants,)* #(#own),*> {
+            #(#names: #own,)*
+        }
+    };
+    let made = quote_spanned!(at_name=> __Data::<#(#given,)* #(#inferred),*> { #(#fields),* });
+    let is_static = analysis.is_static;
+    let (returned, made, interface, item, context, output) = match &model.value {
+        Some(value) => (
+            quote!(::ppl::Part<impl ::ppl::Submodel<__S, Value = #value>>),
+            quote!(::ppl::Part(#made)),
+            quote!(::ppl::Submodel<__S>),
+            quote!(type Value = #value;),
+            quote!(::ppl::Context<Number = __S>),
+            quote!(Self::Value),
+        ),
+        None => (
+            quote!(::ppl::Bound<impl ::ppl::Model>),
+            quote!(::ppl::Bound::new(#made)),
+            quote!(::ppl::Model),
+            quote!(const STATIC: bool = #is_static;),
+            quote!(::ppl::Context),
+            quote!(()),
+        ),
+    };
+    let formulas = model.value.is_none().then(|| {
+        quote_spanned! {span=>
+            #[allow(unused_imports)]
+            use ::ppl::__private::{
+                Apart as _, At as _, Number as _, Of as __Of, Other as _, Together as _,
+            };
+        }
+    });
     let (cx, this) = (cx(), Ident::new("self", span));
     let (statements, sites) = statements(model, analysis);
     let (sites, bindings) = (table(&sites), arguments.iter().map(binding));
-    let body = quote!(#sites #(#bindings)* #statements);
-    let (returned, made, implementation) = match &model.value {
-        Some(value) => {
-            let end = ending(model, analysis, value);
-            let implementation = quote_spanned! {span=>
-                impl #introduced ::ppl::Submodel<__S> for #applied #bounds {
-                    type Value = #value;
-                    fn run<__C: ::ppl::Context<Number = __S>>(
-                        &#this,
-                        #cx: &mut __C,
-                    ) -> ::core::result::Result<Self::Value, ::ppl::Rejection> {
-                        #body
-                        #end
-                    }
-                }
-            };
-            let returned = quote!(::ppl::Part<impl ::ppl::Submodel<__S, Value = #value>>);
-            (returned, quote!(::ppl::Part(#made)), implementation)
-        }
-        None => {
-            let is_static = analysis.is_static;
-            let implementation = quote_spanned! {span=>
-                impl #introduced ::ppl::Model for #applied #bounds {
-                    const STATIC: bool = #is_static;
-                    fn run<__C: ::ppl::Context>(
-                        &#this,
-                        #cx: &mut __C,
-                    ) -> ::core::result::Result<(), ::ppl::Rejection> {
-                        #[allow(unused_imports)]
-                        use ::ppl::__private::{
-                            Apart as _, At as _, Number as _, Of as __Of, Other as _, Together as _,
-                        };
-                        #body
-                        ::core::result::Result::Ok(())
-                    }
-                }
-            };
-            let returned = quote!(::ppl::Bound<impl ::ppl::Model>);
-            (returned, quote!(::ppl::Bound::new(#made)), implementation)
-        }
-    };
+    let end = ending(model, analysis);
     let errors = errors.iter().map(syn::Error::to_compile_error);
     quote_spanned! {span=>
         #(#errors)*
@@ -84,10 +95,44 @@ pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
         )]
         #vis #fn_token #name #introduced(#(#parameters),*) -> #returned #bounds {
             #declaration
-            #implementation
+            impl #introduced #interface for #data #bounds {
+                #item
+                fn run<__C: #context>(
+                    &#this,
+                    #cx: &mut __C,
+                ) -> ::core::result::Result<#output, ::ppl::Rejection> {
+                    #formulas
+                    #sites
+                    #(#bindings)*
+                    #statements
+                    #end
+                }
+            }
             #made
         }
     }
+}
+
+/// `Real` in the signature of a submodel, which takes plain numbers too.
+fn is_number(ty: &Type) -> bool {
+    *ty == parse_quote!(::ppl::Real<__S>)
+}
+
+/// Data in the body: references and numbers as they are, everything else behind `&`.
+fn binding(argument: &Argument) -> TokenStream {
+    const NUMBERS: [&str; 16] = [
+        "f64", "f32", "usize", "u8", "u16", "u32", "u64", "u128", "isize", "i8", "i16", "i32",
+        "i64", "i128", "bool", "char",
+    ];
+    let span = Span::mixed_site();
+    let (name, this) = (&argument.name, Ident::new("self", span));
+    let is_copied = match &argument.ty {
+        Type::Reference(_) => true,
+        Type::Path(path) => NUMBERS.iter().any(|number| path.path.is_ident(number)),
+        _ => false,
+    };
+    let borrow = (!is_copied && !is_number(&argument.ty)).then(|| quote!(&));
+    quote_spanned!(span=> let #name = #borrow #this.#name;)
 }
 
 /// The places of a model.
@@ -95,7 +140,8 @@ fn table(sites: &[Site]) -> Option<TokenStream> {
     let span = Span::mixed_site();
     let count = Literal::usize_unsuffixed(sites.len());
     let entries = sites.iter().map(|Site { name, text, span: place, repeated, plates, dims }| {
-        let line = Literal::usize_unsuffixed(line(*place));
+        let line = if proc_macro::is_available() { place.unwrap().line() } else { 0 };
+        let line = Literal::usize_unsuffixed(line);
         let in_loop = match plates.is_empty() {
             false => Some(quote!(.along(&[#(#plates),*]))),
             true => repeated.then(|| quote!(.in_loop())),
@@ -109,24 +155,16 @@ fn table(sites: &[Site]) -> Option<TokenStream> {
     (!sites.is_empty()).then_some(table)
 }
 
-/// What the statements of a submodel end with.
-fn ending(model: &Model, analysis: &Analysis, value: &Type) -> TokenStream {
-    let span = Span::mixed_site();
-    let is_end = |last: &&Statement| {
+/// What follows the statements, if they do not end with a value.
+fn ending(Model { value, body, .. }: &Model, analysis: &Analysis) -> Option<TokenStream> {
+    let is_end = |last: &Statement| {
         matches!(last.kind, Kind::End(_)) && !analysis.facts.errors.contains_key(&last.id)
     };
-    match model.body.statements.last().filter(is_end) {
-        Some(last) => {
-            // where a wrong type is reported
-            let span = span.located_at(last.span);
-            let mut end = end();
-            end.set_span(span);
-            quote_spanned!(span=> ::core::result::Result::Ok(#end))
-        }
-        None if matches!(value, Type::Tuple(tuple) if tuple.elems.is_empty()) => {
-            quote_spanned!(span=> ::core::result::Result::Ok(()))
-        }
+    let is_unit = |ty: &Type| matches!(ty, Type::Tuple(tuple) if tuple.elems.is_empty());
+    match body.statements.last() {
+        Some(last) if is_end(last) => None,
+        _ if value.as_ref().is_none_or(is_unit) => Some(quote!(::core::result::Result::Ok(()))),
         // an error stands in its place
-        None => quote_spanned!(span=> ::core::unreachable!()),
+        _ => Some(quote!(::core::unreachable!())),
     }
 }

@@ -1,16 +1,16 @@
 //! Statements as Rust, by what was found out about them.
 
 use proc_macro2::{Span, TokenStream};
-use quote::{ToTokens, quote, quote_spanned};
+use quote::{ToTokens, format_ident, quote, quote_spanned};
 use syn::ext::IdentExt;
 use syn::spanned::Spanned;
 use syn::visit_mut::VisitMut;
-use syn::{Error, Expr, Ident, Pat};
+use syn::{Error, Expr, Ident};
 
-use super::names::{cx, cx_at, sum_of, value};
 use crate::analyse::{Analysis, Site};
 use crate::ast::{Arm, Block, Flow, For, Id, Kind, Left, Mark, Model, Statement};
 use crate::plan::{Plan, Sums, here, shared_name, site};
+use crate::syntax::patterns::only_name;
 
 /// The statements of a body in order, and the places that they speak of.
 pub(super) fn statements(model: &Model, analysis: &Analysis) -> (TokenStream, Vec<Site>) {
@@ -36,25 +36,25 @@ impl Emitter<'_> {
     /// In a block that is not itself predicted, `#[predict]` opens the part that runs on finished draws
     /// only.
     fn statements(&mut self, block: &Block) -> TokenStream {
-        let (mut tokens, mut predicted) = (TokenStream::new(), TokenStream::new());
-        let mut statements = block.statements.iter().peekable();
-        let is_late = |statement: &Statement| statement.mark == Mark::Predict;
+        let [mut always, mut predicted, mut end] = [(); 3].map(|()| TokenStream::new());
         let outer = self.is_predicted;
-        while let Some(statement) = statements.next_if(|statement| outer || !is_late(statement)) {
-            tokens.extend(self.statement(statement));
-        }
-        self.is_predicted = true;
-        let is_end = |statement: &Statement| matches!(statement.kind, Kind::End(_));
-        while let Some(statement) = statements.next_if(|statement| !is_end(statement)) {
-            predicted.extend(self.statement(statement));
+        for statement in &block.statements {
+            let is_end = matches!(statement.kind, Kind::End(_));
+            let is_late = self.is_predicted || statement.mark == Mark::Predict;
+            self.is_predicted = if is_end { outer } else { is_late };
+            let part = match is_end {
+                true => &mut end,
+                false if is_late && !outer => &mut predicted,
+                false => &mut always,
+            };
+            part.extend(self.statement(statement));
         }
         self.is_predicted = outer;
         if !predicted.is_empty() {
             let cx = cx();
-            tokens.extend(quote_spanned!(Span::mixed_site()=> if #cx.predicts() { #predicted }));
+            predicted = quote_spanned!(Span::mixed_site()=> if #cx.predicts() { #predicted });
         }
-        tokens.extend(statements.map(|value| self.statement(value)));
-        tokens
+        quote!(#always #predicted #end)
     }
 
     fn statement(&mut self, statement: &Statement) -> TokenStream {
@@ -63,7 +63,7 @@ impl Emitter<'_> {
             let error = broken(&statement.declared(), error);
             return quote!(#(#attrs)* #error);
         }
-        let around = self.plan.go(statement.id);
+        let around = std::mem::replace(&mut self.plan.at, statement.id);
         let labels = statement.dims.iter().filter_map(|dim| {
             let (name, labels) = (dim.name.unraw().to_string(), dim.labels.as_ref()?);
             let labels = self.plan.written(labels, Plan::labels);
@@ -71,7 +71,7 @@ impl Emitter<'_> {
         });
         let labels: TokenStream = labels.collect();
         let action = self.action(statement);
-        self.plan.go(around);
+        self.plan.at = around;
         quote!(#labels #(#attrs)* #action)
     }
 
@@ -84,22 +84,15 @@ impl Emitter<'_> {
                 let init = init.as_ref().map(|init| {
                     let (eq, diverge) = (&init.eq, init.diverge.as_ref());
                     let value = match &init.value {
-                        Flow::Value(value) => {
-                            let declared =
-                                |plan: &mut Plan, value: &mut _| plan.declared(&pat, value);
-                            self.plan.written(value, declared).to_token_stream()
-                        }
+                        Flow::Value(value) => self.plan.declared(&pat, value).to_token_stream(),
                         flow => self.value(flow),
                     };
                     let diverge = diverge.map(|(els, block)| (els, self.block(block)));
                     let diverge = diverge.map(|(els, block)| quote!(#els #block));
                     quote!(#eq #value #diverge)
                 });
-                let name = match &pat {
-                    Pat::Type(typed) => &*typed.pat,
-                    other => other,
-                };
-                let record = site.map(|site| self.record(site, name));
+                let recorded = site.zip(only_name(&pat));
+                let record = recorded.map(|(site, name)| self.record(site, name));
                 quote!(#let_token #pat #init; #record)
             }
             Kind::Factor { name, weight } => {
@@ -111,8 +104,10 @@ impl Emitter<'_> {
             Kind::For(plate) => self.plate(statement.id, plate),
             Kind::Flow(flow) => self.flow(flow),
             Kind::End(flow) => {
-                let (name, end) = (value(), self.value(flow));
-                quote_spanned!(Span::mixed_site()=> let #name = #end;)
+                let end = self.value(flow);
+                // where a wrong type is reported
+                let span = Span::mixed_site().located_at(statement.span);
+                quote_spanned!(span=> ::core::result::Result::Ok(#end))
             }
             Kind::Rust(stmt) => self.plan.written(stmt, Plan::visit_stmt_mut).to_token_stream(),
             Kind::Broken { names, error } => broken(names, error),
@@ -160,7 +155,8 @@ impl Emitter<'_> {
                     // afterwards the name stands for what is complete
                     let names = statement.declared();
                     return quote_spanned! {span=>
-                        #(#[allow(unused_variables)] let #names =)* #cx.complete(&#site, #right, #datum)?;
+                        #(#[allow(unused_variables)] let #names =)*
+                        #cx.complete(&#site, #right, #datum)?;
                     };
                 }
                 if self.plan.sums_up(number) {
@@ -174,17 +170,17 @@ impl Emitter<'_> {
         }
     }
 
-    fn record(&self, number: usize, name: impl ToTokens + Spanned) -> TokenStream {
+    fn record(&self, number: usize, name: &Ident) -> TokenStream {
         let (cx, site) = (cx(), site(number));
         let value = quote_spanned!(name.span()=> &#name);
         let method = if self.is_predicted { "track_prediction" } else { "track" };
-        let method = Ident::new(method, here(&name));
-        quote_spanned!(here(&name)=> #cx.#method(&#site, #value)?;)
+        let method = Ident::new(method, here(name));
+        quote_spanned!(here(name)=> #cx.#method(&#site, #value)?;)
     }
 
     /// What a declaration or a submodel has as its value.
     fn value(&mut self, flow: &Flow) -> TokenStream {
-        let aligned = self.plan.aligned(flow);
+        let aligned = self.plan.written(flow, Plan::align);
         self.flow(&aligned)
     }
 
@@ -233,10 +229,10 @@ impl Emitter<'_> {
                 body.statements.as_slice()
             && !self.analysis.facts.errors.contains_key(id)
         {
-            let around = self.plan.go(*id);
+            let around = std::mem::replace(&mut self.plan.at, *id);
             let (cx, site) = (cx_at(tilde.span()), site(self.plan.site()));
             let right = self.plan.written(right, Plan::distribution);
-            self.plan.go(around);
+            self.plan.at = around;
             let all = quote_spanned!(here(tilde)=> #cx.condition_all(&#site, #right, #iter)?;);
             return quote!(#(#attrs)* #all);
         }
@@ -257,24 +253,32 @@ impl Emitter<'_> {
         if names.is_empty() && terms.is_empty() {
             return tokens;
         }
-        let declared = names.iter().map(|name| {
-            let sum = shared_name(name);
-            quote_spanned!(name.span()=> let #sum = (&__Of(&#name)).sum();)
-        });
-        let added = names.iter().map(|name| {
-            let sum = shared_name(name);
-            quote_spanned!(name.span()=> #sum.deposit();)
-        });
+        let shared: Vec<_> = names.iter().map(shared_name).collect();
         let sites = terms.iter().map(|&number| site(number));
         let sums: Vec<_> = terms.iter().map(|&number| sum_of(number)).collect();
         quote_spanned! {span=> {
-            #(#declared)*
+            #(let #shared = (&__Of(&#names)).sum();)*
             #(#[allow(unused_mut)] let mut #sums = #cx.total();)*
             #tokens
-            #(#added)*
+            #(#shared.deposit();)*
             #(#cx.add_total(&#sites, #sums)?;)*
         }}
     }
+}
+
+/// The context.
+pub(super) fn cx() -> Ident {
+    cx_at(Span::mixed_site())
+}
+
+/// The context, asked where the user wrote something: there errors are reported.
+fn cx_at(place: Span) -> Ident {
+    Ident::new("cx", Span::mixed_site().located_at(place))
+}
+
+/// The variable that sums up the terms of an observation in a loop.
+fn sum_of(site: usize) -> Ident {
+    format_ident!("terms_{site}", span = Span::mixed_site())
 }
 
 /// The error in place of a statement, and what it would have declared.

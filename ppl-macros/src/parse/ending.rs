@@ -19,7 +19,7 @@ pub(super) fn end(body: &mut Block, value: Option<&Type>) -> Result<()> {
             let error = at(expr, errors::VALUE_AT_END);
             Kind::Broken { names: Vec::new(), error }
         }
-        Kind::Rust(Stmt::Expr(expr, None)) if value.is_some() && is_unmarked && !is_loop(expr) => {
+        Kind::Rust(Stmt::Expr(expr, None)) if value.is_some() && is_unmarked => {
             Kind::End(Flow::Value(expr.clone()))
         }
         Kind::Flow(
@@ -36,10 +36,6 @@ pub(super) fn end(body: &mut Block, value: Option<&Type>) -> Result<()> {
     };
     last.kind = end;
     Ok(())
-}
-
-fn is_loop(expr: &Expr) -> bool {
-    matches!(expr, Expr::While(_) | Expr::Loop(_))
 }
 
 /// Whether an expression at the end of the model is certainly not a statement.

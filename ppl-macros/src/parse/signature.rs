@@ -43,13 +43,12 @@ fn model(input: ParseStream) -> Result<Model> {
         return Err(input.error(errors::NO_FUNCTION));
     }
     let signature: Signature = input.parse()?;
+    let (mut typed, mut errors) = (Vec::new(), Vec::new());
     let Signature { constness, asyncness, safety, abi, variadic, .. } = &signature;
-    let [constness, asyncness] = [quote!(#constness), quote!(#asyncness)];
-    let qualifiers = [constness, asyncness, quote!(#safety), quote!(#abi), quote!(#variadic)];
-    let qualifiers = qualifiers.iter().filter(|qualifier| !qualifier.is_empty());
-    let qualified = qualifiers.map(|qualifier| about(qualifier, qualifier, errors::QUALIFIER));
-    let mut errors: Vec<Error> = qualified.collect();
-    let mut typed = Vec::new();
+    let qualifiers = quote!(#constness #asyncness #safety #abi #variadic);
+    if !qualifiers.is_empty() {
+        errors.push(about(&qualifiers, &qualifiers, errors::QUALIFIER));
+    }
     for argument in signature.inputs {
         match argument {
             FnArg::Typed(argument) => typed.push(argument),

@@ -14,8 +14,8 @@ use crate::syntax::expressions::{calls_function, plain_function};
 use crate::syntax::patterns::{bound_names, only_name};
 use crate::syntax::places::plain_name;
 use crate::syntax::statements::{
-    expression, resynchronise, starts_flow, starts_item, starts_plate, starts_statement,
-    tilde_in_braces,
+    expression, nested_tilde, resynchronise, starts_flow, starts_item, starts_plate,
+    starts_statement,
 };
 use crate::syntax::tokens::{between, is, source};
 
@@ -49,9 +49,8 @@ impl Reader {
             Err(_) => resynchronise(input),
         }
         let trees = between(begin, input.cursor());
-        let mut push = |head: Head, kind| {
+        let mut push = |(attrs, mark, dims): Head, kind| {
             let id = Id(self.next.replace(self.next.get() + 1));
-            let Head { attrs, mark, dims } = head;
             let (text, tokens) = (source(&trees), trees.iter().cloned().collect());
             statements.push(Statement { id, attrs, mark, dims, kind, tokens, text, span });
         };
@@ -86,7 +85,14 @@ impl Reader {
         let kind = if input.peek(Token![let]) {
             self.declaration(input, names)?
         } else if starts_plate(input) {
-            Kind::For(Box::new(self.plate(input)?))
+            Kind::For(Box::new(For {
+                label: input.parse()?,
+                for_token: input.parse()?,
+                pat: Pat::parse_multi_with_leading_vert(input)?,
+                in_token: input.parse()?,
+                iter: Expr::parse_without_eager_brace(input)?,
+                body: self.block(input)?,
+            }))
         } else if starts_flow(input) {
             Kind::Flow(self.flow(input)?)
         } else if starts_item(input) {
@@ -115,8 +121,8 @@ impl Reader {
         let kind = if input.peek(Token![~]) {
             let tilde = input.parse()?;
             let right = distribution(input, tilde)?;
-            let name = only_name(&pat).cloned();
-            let name = name.ok_or_else(|| at(&pat, errors::UNKNOWN_NAME))?;
+            let name = only_name(&pat).filter(|_| !matches!(pat, Pat::Type(_)));
+            let name = name.ok_or_else(|| at(&pat, errors::UNKNOWN_NAME))?.clone();
             let left = match calls_function(&right) {
                 true => Left::Part(let_token, name),
                 false => Left::Unknown(let_token, name),
@@ -134,17 +140,12 @@ impl Reader {
 
     fn init(&self, input: ParseStream) -> Result<Init> {
         let eq: Token![=] = input.parse()?;
-        if input.peek(Token![~]) {
-            return Err(input.error(errors::TILDE_EQUALS));
-        }
-        let value = match starts_flow(input) && tilde_in_braces(input) {
+        let value = match starts_flow(input) && nested_tilde(input.cursor()).is_some() {
             true => self.flow(input)?,
             false => Flow::Value(expression(input, Expr::parse)?),
         };
-        let diverge = match input.parse()? {
-            Some(else_token) => Some((else_token, self.block(input)?)),
-            None => None,
-        };
+        let diverge = input.parse::<Option<_>>()?;
+        let diverge = diverge.map(|els| Ok::<_, Error>((els, self.block(input)?))).transpose()?;
         Ok(Init { eq, value, diverge })
     }
 
@@ -153,13 +154,13 @@ impl Reader {
             let if_token = input.parse()?;
             let condition = Expr::parse_without_eager_brace(input)?;
             let then = self.block(input)?;
-            let otherwise = match input.parse()? {
-                Some(else_token) if input.peek(Token![if]) => {
-                    Some((else_token, Box::new(self.flow(input)?)))
-                }
-                Some(else_token) => Some((else_token, Box::new(Flow::Block(self.block(input)?)))),
-                None => None,
+            let other = || match input.peek(Token![if]) {
+                true => self.flow(input),
+                false => self.block(input).map(Flow::Block),
             };
+            let otherwise = input.parse::<Option<_>>()?;
+            let otherwise = otherwise.map(|els| Ok::<_, Error>((els, Box::new(other()?))));
+            let otherwise = otherwise.transpose()?;
             return Ok(Flow::If { if_token, condition, then, otherwise });
         }
         if input.peek(Token![match]) {
@@ -174,17 +175,6 @@ impl Reader {
             return Ok(Flow::Match { match_token, scrutinee, brace, arms });
         }
         Ok(Flow::Block(self.block(input)?))
-    }
-
-    fn plate(&self, input: ParseStream) -> Result<For> {
-        Ok(For {
-            label: input.parse()?,
-            for_token: input.parse()?,
-            pat: Pat::parse_multi_with_leading_vert(input)?,
-            in_token: input.parse()?,
-            iter: Expr::parse_without_eager_brace(input)?,
-            body: self.block(input)?,
-        })
     }
 
     fn arm(&self, input: ParseStream) -> Result<Arm> {
@@ -212,18 +202,19 @@ fn distribution(input: ParseStream, tilde: Token![~]) -> Result<Expr> {
     if input.is_empty() || input.peek(Token![;]) || starts_statement(input) {
         return Err(at(tilde, errors::NO_DISTRIBUTION));
     }
-    let distribution = expression(input, Expr::parse_with_earlier_boundary_rule)?;
-    if input.peek(Token![~]) {
-        return Err(input.error(errors::TWO_TILDES));
-    }
-    Ok(distribution)
+    expression(input, Expr::parse_with_earlier_boundary_rule)
 }
 
 fn expression_statement(input: ParseStream, names: &mut Vec<Ident>) -> Result<Kind> {
     let value = expression(input, Expr::parse_with_earlier_boundary_rule)?;
     let kind = if input.peek(Token![~]) {
         let tilde = input.parse()?;
-        let incomplete = imputed(&value);
+        let incomplete = match &value {
+            Expr::MethodCall(call) if call.method == "impute" && call.args.is_empty() => {
+                Some(&*call.receiver)
+            }
+            _ => None,
+        };
         names.extend(incomplete.and_then(plain_name).cloned());
         let right = distribution(input, tilde)?;
         let left = match incomplete {
@@ -242,16 +233,6 @@ fn expression_statement(input: ParseStream, names: &mut Vec<Ident>) -> Result<Ki
     };
     input.parse::<Option<Token![;]>>()?;
     Ok(kind)
-}
-
-/// The place in `place.impute()`.
-fn imputed(left: &Expr) -> Option<&Expr> {
-    match left {
-        Expr::MethodCall(call) if call.method == "impute" && call.args.is_empty() => {
-            Some(&call.receiver)
-        }
-        _ => None,
-    }
 }
 
 /// Whether it is a statement without `;` too.

@@ -25,7 +25,7 @@ pub(crate) struct Plan<'a> {
     /// The numbers of the places: statements that never say where they are have none.
     numbers: HashMap<Id, usize>,
     /// The statement around.
-    at: Id,
+    pub(crate) at: Id,
     /// What the outermost loop around sums up apart.
     sums: Option<Sums>,
     /// Active names from outside of it that are the same in every iteration; none where a name may
@@ -56,11 +56,6 @@ impl<'a> Plan<'a> {
             shared: HashSet::new(),
             closures: 0,
         }
-    }
-
-    /// Goes on inside another statement; returns where it was.
-    pub(crate) fn go(&mut self, statement: Id) -> Id {
-        std::mem::replace(&mut self.at, statement)
     }
 
     /// The place of the statement.
@@ -114,14 +109,16 @@ impl<'a> Plan<'a> {
     }
 
     /// What a name is declared with, by the statement around.
-    pub(crate) fn declared(&mut self, pat: &Pat, value: &mut Expr) {
+    pub(crate) fn declared(&mut self, pat: &Pat, value: &Expr) -> Expr {
+        let mut value = value.clone();
         if self.analysis.facts.begins.contains(&self.at) {
-            literals::begin(pat, value);
+            literals::begin(pat, &mut value);
         }
         match self.formulas && self.analysis.facts.open.contains(&self.at) {
-            true => self.open(value),
-            false => self.visit_expr_mut(value),
+            true => self.open(&mut value),
+            false => self.visit_expr_mut(&mut value),
         }
+        value
     }
 
     /// Labels are a closure, where `?` is its own.
@@ -140,9 +137,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Branches with a value: their arms have one type.
-    pub(crate) fn aligned(&self, flow: &Flow) -> Flow {
-        let mut flow = flow.clone();
-        literals::align_arms(&mut flow, &self.analysis.activity);
-        flow
+    pub(crate) fn align(&mut self, flow: &mut Flow) {
+        literals::align_arms(flow, &self.analysis.activity);
     }
 }

@@ -40,15 +40,25 @@ pub(crate) fn ends_with(path: &Path, words: &[&str]) -> bool {
 
 /// Number of operations that a formula would join.
 pub(crate) fn operations(expr: &Expr) -> usize {
+    formula(expr, &mut Vec::new())
+}
+
+/// Adds what a formula is made of; returns the number of operations that join it.
+pub(crate) fn formula<'a>(expr: &'a Expr, operands: &mut Vec<&'a Expr>) -> usize {
     match expr {
-        Expr::Paren(paren) => operations(&paren.expr),
-        Expr::Group(group) => operations(&group.expr),
-        Expr::Unary(unary) if matches!(unary.op, UnOp::Neg(_)) => 1 + operations(&unary.expr),
-        Expr::Binary(binary) if is_arithmetic(&binary.op) => {
-            1 + operations(&binary.left) + operations(&binary.right)
+        Expr::Paren(paren) => formula(&paren.expr, operands),
+        Expr::Group(group) => formula(&group.expr, operands),
+        Expr::Unary(unary) if matches!(unary.op, UnOp::Neg(_)) => {
+            1 + formula(&unary.expr, operands)
         }
-        Expr::MethodCall(call) if is_function(call) => 1 + operations(&call.receiver),
-        other => usize::from(dot(other).is_some()),
+        Expr::Binary(binary) if is_arithmetic(&binary.op) => {
+            1 + formula(&binary.left, operands) + formula(&binary.right, operands)
+        }
+        Expr::MethodCall(call) if is_function(call) => 1 + formula(&call.receiver, operands),
+        other => {
+            operands.push(other);
+            usize::from(dot(other).is_some())
+        }
     }
 }
 
@@ -116,13 +126,9 @@ pub(crate) fn is_assignment(op: &BinOp) -> bool {
 
 /// `+` of `+=`.
 pub(crate) fn without_assignment(op: &BinOp) -> Option<BinOp> {
-    match op {
-        BinOp::AddAssign(_) => Some(BinOp::Add(Default::default())),
-        BinOp::SubAssign(_) => Some(BinOp::Sub(Default::default())),
-        BinOp::MulAssign(_) => Some(BinOp::Mul(Default::default())),
-        BinOp::DivAssign(_) => Some(BinOp::Div(Default::default())),
-        _ => None,
-    }
+    let text = op.to_token_stream().to_string();
+    let plain = syn::parse_str(text.strip_suffix('=')?).ok()?;
+    is_arithmetic(&plain).then_some(plain)
 }
 
 /// Whether an iterator over unknowns runs over all of them.

@@ -1,59 +1,36 @@
 //! Where a statement begins, where it ends, and where a `~` hides in it.
 
-use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
+use proc_macro2::{Delimiter, Span, TokenTree};
 use syn::buffer::Cursor;
 use syn::parse::ParseStream;
 use syn::{Error, Expr, Result, Token, token};
 
 use crate::errors;
-use crate::syntax::tokens::{between, is};
+use crate::syntax::tokens::is;
 
-/// An expression without a `~` inside, which is an error even where any tokens can stand.
+/// An expression. If it cannot be read because of a `~` inside, the error says so.
 pub(crate) fn expression(
     input: ParseStream,
     parse: impl FnOnce(ParseStream) -> Result<Expr>,
 ) -> Result<Expr> {
     let begin = input.cursor();
-    let result = parse(input);
-    let trees = match &result {
-        Ok(_) => between(begin, input.cursor()),
-        Err(_) => rest_of_statement(begin),
-    };
-    match trees.iter().find_map(nested_tilde) {
-        Some(tilde) => Err(Error::new(tilde, errors::TILDE_INSIDE)),
-        None => result,
-    }
+    parse(input).map_err(|error| match nested_tilde(begin) {
+        Some(tilde) => Error::new(tilde, errors::TILDE_INSIDE),
+        None => error,
+    })
 }
 
-/// Whether the control flow that begins here has statements of the model inside.
-pub(crate) fn tilde_in_braces(input: ParseStream) -> bool {
-    rest_of_statement(input.cursor()).iter().any(|tree| nested_tilde(tree).is_some())
-}
-
-fn nested_tilde(tree: &TokenTree) -> Option<Span> {
-    fn first(stream: TokenStream) -> Option<Span> {
-        stream.into_iter().find_map(|tree| match tree {
-            TokenTree::Punct(punct) if punct.as_char() == '~' => Some(punct.span()),
-            TokenTree::Group(group) => first(group.stream()),
-            _ => None,
+/// The first `~` that is between braces or parentheses of the statement that begins here: control flow
+/// with it has statements of the model inside.
+pub(crate) fn nested_tilde(begin: Cursor) -> Option<Span> {
+    fn inside(tree: TokenTree) -> Option<Span> {
+        let TokenTree::Group(group) = tree else { return None };
+        group.stream().into_iter().find_map(|tree| match is(&tree, '~') {
+            true => Some(tree.span()),
+            false => inside(tree),
         })
     }
-    match tree {
-        TokenTree::Group(group) => first(group.stream()),
-        _ => None,
-    }
-}
-
-fn rest_of_statement(mut cursor: Cursor) -> Vec<TokenTree> {
-    let mut trees = Vec::new();
-    while let Some((tree, next)) = cursor.token_tree() {
-        if is(&tree, ';') {
-            break;
-        }
-        trees.push(tree);
-        cursor = next;
-    }
-    trees
+    begin.token_stream().into_iter().take_while(|tree| !is(tree, ';')).find_map(inside)
 }
 
 /// Whether a new statement certainly begins here.

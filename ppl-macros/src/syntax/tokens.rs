@@ -1,6 +1,6 @@
 //! Questions that are answered by looking at tokens: which names they mention, how the source reads.
 
-use proc_macro2::{Span, TokenStream, TokenTree};
+use proc_macro2::{TokenStream, TokenTree};
 use syn::Ident;
 use syn::buffer::Cursor;
 
@@ -94,9 +94,4 @@ fn written(trees: &[TokenTree]) -> String {
         end = Some((span.end().line(), span.end().column()));
     }
     text
-}
-
-/// The line on which a span begins; 0 outside the compiler.
-pub(crate) fn line(span: Span) -> usize {
-    if proc_macro::is_available() { span.unwrap().line() } else { 0 }
 }
