@@ -88,6 +88,10 @@ pub(crate) const BEGINS_AS_DATA: &str = "this begins as data and becomes what fo
 pub(crate) const PLAIN_VALUE: &str = "`value` drops the derivatives: compare unknowns as they are, \
      `x > 0.0`, and compute with them; what needs a plain number is a function of your own over \
      `Scalar`, or is only recorded, by `#[track]` or `#[predict]`";
+pub(crate) const UNKNOWN_INDEX: &str = "the unknown `{}` is a real number, not an index: sum a \
+     discrete choice out, by `Mixture` or `factor(ln_sum_exp(…))`, and take indices from data";
+pub(crate) const FUNCTION_OF_F64: &str = "`f64::{}` takes plain numbers, without derivatives: write \
+     the method, `x.{}(…)`, which unknowns have too";
 pub(crate) const LOST_DERIVATIVES: &str = "`{}` is a plain number, without derivatives in unknowns: \
      `ln_cdf` and `ln_sf` have them, `.censor(…)` observes what is beyond a limit, and what is only \
      recorded takes `#[track]`";

@@ -66,7 +66,17 @@ impl Refusals<'_> {
                 let name = root(place).filter(|name| self.scope.get(name) == Some(&true))?;
                 Some(about(name, place, errors::ASSIGNED))
             }
+            Expr::Index(index) => {
+                let name = root(&index.index).filter(|name| self.scope.get(name) == Some(&true))?;
+                Some(about(&name, &name, errors::UNKNOWN_INDEX))
+            }
             _ if self.is_recorded => None,
+            Expr::Call(call) if call.args.iter().any(|argument| self.holds(argument)) => {
+                let Expr::Path(function) = &*call.func else { return None };
+                let mut words = function.path.segments.iter().map(|segment| &segment.ident);
+                let method = words.next().filter(|word| *word == "f64").and(words.next())?;
+                Some(about(method, call, errors::FUNCTION_OF_F64))
+            }
             Expr::Path(path) => ["Real", "Scalar"]
                 .iter()
                 .any(|number| ends_with(&path.path, &[number, "value"]))
