@@ -37,12 +37,6 @@ pub(crate) struct Block {
     pub(crate) statements: Vec<Statement>,
 }
 
-impl Block {
-    pub(crate) fn empty() -> Self {
-        Self { brace: Default::default(), statements: Vec::new() }
-    }
-}
-
 /// By which analyses speak of a statement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Id(pub(crate) usize);
@@ -109,7 +103,7 @@ pub(crate) enum Kind {
     /// Branches with statements inside.
     Flow(Flow),
     /// The value that a submodel ends with.
-    End(Init),
+    End(Flow),
     /// Any other Rust.
     Rust(Stmt),
     /// What could not be read, with the names that it would have declared.
@@ -129,12 +123,15 @@ pub(crate) enum Left {
     Missing(Expr),
 }
 
+/// `= value else { … }`.
 #[derive(Clone)]
-pub(crate) enum Init {
-    Value { eq: Token![=], value: Expr, diverge: Option<(Token![else], Expr)> },
-    Flow(Token![=], Flow),
+pub(crate) struct Init {
+    pub(crate) eq: Token![=],
+    pub(crate) value: Flow,
+    pub(crate) diverge: Option<(Token![else], Block)>,
 }
 
+/// Something with a value, that may have statements inside.
 #[derive(Clone)]
 pub(crate) enum Flow {
     If {
@@ -150,6 +147,18 @@ pub(crate) enum Flow {
         arms: Vec<Arm>,
     },
     Block(Block),
+    /// Without statements inside.
+    Value(Expr),
+}
+
+impl Flow {
+    /// The expression, if there are no statements inside.
+    pub(crate) fn rust(&self) -> Option<&Expr> {
+        match self {
+            Self::Value(value) => Some(value),
+            _ => None,
+        }
+    }
 }
 
 #[derive(Clone)]
@@ -167,11 +176,5 @@ pub(crate) struct Arm {
     pub(crate) pat: Pat,
     pub(crate) guard: Option<(Token![if], Expr)>,
     pub(crate) arrow: Token![=>],
-    pub(crate) body: ArmBody,
-}
-
-#[derive(Clone)]
-pub(crate) enum ArmBody {
-    Block(Block),
-    Value(Expr),
+    pub(crate) body: Flow,
 }

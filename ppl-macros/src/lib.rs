@@ -1,9 +1,9 @@
 //! The `model!` macro of `ppl`. The language is described at `ppl::model!`.
 //!
 //! One way: tokens are parsed to a tree of what was written, which nothing changes afterwards;
-//! analyses read it and leave tables by statement; a plan says what will be generated, as data;
-//! and that is emitted. An error stays in the statement where it happened, as a `compile_error!` in
-//! place of it, so that one mistake stays one error and everything else is still there for completion.
+//! analyses read it and leave tables by statement; statements are emitted in order, and a plan writes
+//! the Rust in them. An error stays in the statement where it happened, as a `compile_error!` in place
+//! of it, so that one mistake stays one error and all else is still there for completion.
 //!
 //! The rooms, from the ground up; an import goes down only:
 //!
@@ -11,8 +11,8 @@
 //! 2. `syntax`: questions about Rust as written
 //! 3. `ast`, `walk`, `parse`: what was written, the way through it, and how it is read
 //! 4. `analyse`: which names are active, what a loop writes, where statements stand
-//! 5. `plan`: the same tree with its expressions as they will be written, and tables of decisions beside it
-//! 6. `emit`: tokens
+//! 5. `plan`: expressions as they will be written, and the places and sums that these ask for
+//! 6. `emit`: statements and functions as tokens
 
 mod analyse;
 mod ast;
@@ -41,7 +41,7 @@ fn expand(input: TokenStream) -> TokenStream {
     let models = parse::models(input).into_iter().map(|model| match model {
         Ok(model) => {
             let analysis = Analysis::of(&model);
-            emit::function(&model, &plan::plan(&model, &analysis))
+            emit::function(&model, &analysis)
         }
         Err(error) => error.to_compile_error(),
     });

@@ -4,7 +4,7 @@
 use syn::visit::Visit;
 use syn::{Expr, Pat};
 
-use crate::ast::{ArmBody, Block, Flow, Init, Kind, Left, Statement};
+use crate::ast::{Block, Flow, Init, Kind, Left, Statement};
 
 pub(crate) trait Walk<'a>: Visit<'a> {
     fn block(&mut self, block: &'a Block) {
@@ -23,8 +23,9 @@ pub(crate) trait Walk<'a>: Visit<'a> {
         self.visit_expr(labels);
     }
 
-    /// A pattern takes a value apart: of `let`, of `for` and of the arms of `match`.
-    fn bind(&mut self, pat: &'a Pat, value: &'a Expr) {
+    /// A pattern takes a value apart: of `let`, of `for` and of the arms of `match`. There is no
+    /// expression for it where statements make the value.
+    fn bind(&mut self, pat: &'a Pat, value: Option<&'a Expr>) {
         let _ = value;
         self.visit_pat(pat);
     }
@@ -44,26 +45,20 @@ pub(crate) fn statement<'a>(walk: &mut (impl Walk<'a> + ?Sized), statement: &'a 
             }
             walk.visit_expr(right);
         }
-        Kind::Let { pat, init: Some(Init::Value { value, diverge, .. }), .. } => {
-            walk.visit_expr(value);
-            diverge.iter().for_each(|(_, value)| walk.visit_expr(value));
-            walk.bind(pat, value);
+        Kind::Let { pat, init: Some(Init { value, diverge, .. }), .. } => {
+            walk.flow(value);
+            diverge.iter().for_each(|(_, block)| walk.block(block));
+            walk.bind(pat, value.rust());
         }
-        Kind::Let { pat, init, .. } => {
-            if let Some(Init::Flow(_, flow)) = init {
-                walk.flow(flow);
-            }
-            walk.visit_pat(pat);
-        }
+        Kind::Let { pat, init: None, .. } => walk.visit_pat(pat),
         Kind::For(plate) => {
             walk.visit_expr(&plate.iter);
             plate.label.iter().for_each(|label| walk.visit_label(label));
-            walk.bind(&plate.pat, &plate.iter);
+            walk.bind(&plate.pat, Some(&plate.iter));
             walk.block(&plate.body);
         }
         Kind::Factor { weight, .. } => walk.visit_expr(weight),
-        Kind::Flow(flow) | Kind::End(Init::Flow(_, flow)) => walk.flow(flow),
-        Kind::End(Init::Value { value, .. }) => walk.visit_expr(value),
+        Kind::Flow(flow) | Kind::End(flow) => walk.flow(flow),
         Kind::Rust(stmt) => walk.visit_stmt(stmt),
         Kind::Broken { .. } => {}
     }
@@ -79,14 +74,12 @@ pub(crate) fn flow<'a>(walk: &mut (impl Walk<'a> + ?Sized), flow: &'a Flow) {
         Flow::Match { scrutinee, arms, .. } => {
             walk.visit_expr(scrutinee);
             for arm in arms {
-                walk.bind(&arm.pat, scrutinee);
+                walk.bind(&arm.pat, Some(scrutinee));
                 arm.guard.iter().for_each(|(_, guard)| walk.visit_expr(guard));
-                match &arm.body {
-                    ArmBody::Block(block) => walk.block(block),
-                    ArmBody::Value(value) => walk.visit_expr(value),
-                }
+                walk.flow(&arm.body);
             }
         }
         Flow::Block(block) => walk.block(block),
+        Flow::Value(value) => walk.visit_expr(value),
     }
 }

@@ -1,15 +1,16 @@
 //! Activity: which names may hold unknowns, or what follows from them; also those of variables and
 //! vectors that begin as data and are changed later.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use quote::ToTokens;
 use syn::visit::{self, Visit};
-use syn::{Expr, Ident, Item, Local, Pat, Stmt};
+use syn::{Expr, Ident, Item, Local, Pat, PatIdent, Stmt};
 
-use crate::ast::{Block, Id, Init, Kind, Left, Statement};
-use crate::syntax::expressions::{is_assignment, is_comparison};
-use crate::syntax::patterns::{bindings, bound_names};
+use super::changes::Changes;
+use crate::ast::{Block, Kind, Left, Statement};
+use crate::syntax::expressions::{assignment, is_comparison};
+use crate::syntax::patterns::bound_names;
 use crate::syntax::places::root;
 use crate::syntax::tokens::mentions;
 use crate::walk::{self, Walk};
@@ -21,22 +22,13 @@ pub(crate) struct Activity {
     active: HashSet<Ident>,
     /// Those that are changed to something that does.
     changed: HashSet<Ident>,
-    /// Those that are changed so by `=` and its kind.
-    assigned: HashSet<Ident>,
-    /// Declarations whose names are changed so by what follows in their block, and whether by `=` and
-    /// its kind.
-    begins: HashMap<Id, bool>,
 }
 
 impl Activity {
     /// Of a body whose arguments `given` may hold unknowns.
     pub(crate) fn of(body: &Block, given: impl IntoIterator<Item = Ident>) -> Self {
-        let mut activity = Self::default();
-        activity.active.extend(given);
+        let mut activity = Self { active: given.into_iter().collect(), ..Self::default() };
         activity.read(&body.statements);
-        let mut begins = Begins { activity: &activity, found: HashMap::new() };
-        begins.block(body);
-        activity.begins = begins.found;
         activity
     }
 
@@ -45,14 +37,19 @@ impl Activity {
         self.active.iter()
     }
 
+    /// Whether a name may hold unknowns.
+    pub(crate) fn is_active(&self, name: &Ident) -> bool {
+        self.active.contains(name)
+    }
+
     /// Whether Rust mentions a name that may hold unknowns.
     pub(crate) fn mentions(&self, tokens: &impl ToTokens) -> bool {
-        mentions(tokens.to_token_stream(), &|name| self.active.contains(name))
+        mentions(tokens.to_token_stream(), &|name| self.is_active(name))
     }
 
     /// Whether the value of an expression may hold unknowns.
     pub(crate) fn holds(&self, expr: &Expr) -> bool {
-        holds(expr, &|name| self.active.contains(name))
+        holds(expr, &|name| self.is_active(name))
     }
 
     /// Whether a name is changed to something that may hold unknowns.
@@ -60,49 +57,40 @@ impl Activity {
         self.changed.contains(name)
     }
 
-    /// Whether the name that a statement declares is changed so by what follows in its block.
-    pub(crate) fn begins(&self, statement: Id) -> bool {
-        self.begins.contains_key(&statement)
-    }
-
-    /// Whether it is assigned so.
-    pub(crate) fn is_overwritten(&self, statement: Id) -> bool {
-        self.begins.get(&statement) == Some(&true)
+    /// Whether what follows in its block changes a declared name to something that may hold unknowns.
+    pub(super) fn begins(&self, pat: &Pat, after: &[Statement]) -> bool {
+        let Pat::Ident(PatIdent { ident: name, .. }) = pat else { return false };
+        if !self.is_changed(name) {
+            return false;
+        }
+        let mut later = Self { active: self.active.clone(), ..Self::default() };
+        later.read(after);
+        later.is_changed(name)
     }
 
     /// Reads until nothing new is found: what a loop changes is read at its begin too.
     fn read(&mut self, statements: &[Statement]) {
+        let size = |found: &Self| (found.active.len(), found.changed.len());
         loop {
-            let before = (self.active.len(), self.changed.len(), self.assigned.len());
+            let before = size(self);
             statements.iter().for_each(|statement| self.statement(statement));
-            if before == (self.active.len(), self.changed.len(), self.assigned.len()) {
+            if before == size(self) {
                 return;
             }
         }
     }
 
-    fn derive(&mut self, pat: &Pat, value: &Expr) {
-        if self.holds(value) {
-            self.active.extend(bound_names(pat));
-        }
-    }
-
-    fn change(&mut self, names: impl IntoIterator<Item = Ident>) {
+    fn changes(&mut self, names: impl IntoIterator<Item = Ident>) {
         for name in names {
             self.changed.insert(name.clone());
             self.active.insert(name);
         }
     }
 
-    fn assign(&mut self, place: &Expr) {
-        self.assigned.extend(root(place));
-        self.change(root(place));
-    }
-
     /// `for x in xs.iter_mut() { *x = … }` changes `xs`.
-    fn changed_elements(&mut self, pat: &Pat, iter: &Expr) {
+    fn changes_elements(&mut self, pat: &Pat, iter: &Expr) {
         if bound_names(pat).iter().any(|name| self.is_changed(name)) {
-            self.change(borrowed(iter));
+            self.changes(Changes::of(iter));
         }
     }
 }
@@ -110,30 +98,27 @@ impl Activity {
 impl<'a> Walk<'a> for Activity {
     fn statement(&mut self, statement: &'a Statement) {
         match &statement.kind {
-            Kind::Tilde { left: Left::Unknown(_, name) | Left::Part(_, name), .. } => {
-                self.active.insert(name.clone());
-            }
             Kind::Tilde { left: Left::Missing(place), .. } => self.active.extend(root(place)),
-            Kind::Let { pat, init: Some(Init::Flow(..)), .. } => {
-                self.active.extend(bound_names(pat));
-            }
+            Kind::Tilde { .. } => self.active.extend(statement.declared()),
             _ => {}
         }
         walk::statement(self, statement);
         if let Kind::For(plate) = &statement.kind {
-            self.changed_elements(&plate.pat, &plate.iter);
+            self.changes_elements(&plate.pat, &plate.iter);
         }
     }
 
-    fn bind(&mut self, pat: &'a Pat, value: &'a Expr) {
-        self.derive(pat, value);
+    fn bind(&mut self, pat: &'a Pat, value: Option<&'a Expr>) {
+        if value.is_none_or(|value| self.holds(value)) {
+            self.active.extend(bound_names(pat));
+        }
     }
 }
 
 impl<'a> Visit<'a> for Activity {
     fn visit_local(&mut self, local: &'a Local) {
         visit::visit_local(self, local);
-        local.init.iter().for_each(|init| self.derive(&local.pat, &init.expr));
+        local.init.iter().for_each(|init| self.bind(&local.pat, Some(&init.expr)));
     }
 
     fn visit_stmt(&mut self, stmt: &'a Stmt) {
@@ -141,54 +126,35 @@ impl<'a> Visit<'a> for Activity {
         if let Stmt::Expr(Expr::MethodCall(call), Some(_)) = stmt
             && call.args.iter().any(|argument| self.holds(argument))
         {
-            self.change(root(&call.receiver));
+            self.changes(root(&call.receiver));
         }
         visit::visit_stmt(self, stmt);
     }
 
     fn visit_expr(&mut self, expr: &'a Expr) {
         visit::visit_expr(self, expr);
-        bindings(expr).into_iter().for_each(|(pat, value)| self.derive(pat, value));
         match expr {
-            Expr::Assign(assign) if self.holds(&assign.right) => self.assign(&assign.left),
-            Expr::Binary(binary) if is_assignment(&binary.op) && self.holds(&binary.right) => {
-                self.assign(&binary.left);
+            Expr::Call(_) if self.holds(expr) => self.changes(Changes::of(expr)),
+            Expr::ForLoop(each) => {
+                self.bind(&each.pat, Some(&each.expr));
+                self.changes_elements(&each.pat, &each.expr);
             }
-            Expr::Call(_) if self.holds(expr) => self.change(borrowed(expr)),
-            Expr::ForLoop(each) => self.changed_elements(&each.pat, &each.expr),
+            Expr::Let(binding) => self.bind(&binding.pat, Some(&binding.expr)),
+            Expr::Match(choice) => {
+                choice.arms.iter().for_each(|arm| self.bind(&arm.pat, Some(&choice.expr)));
+            }
             _ => {}
+        }
+        if let Some((place, value)) = assignment(expr)
+            && self.holds(value)
+        {
+            self.changes(root(place));
         }
     }
 
     // functions inside a model are functions of their own
     fn visit_item(&mut self, _: &'a Item) {}
 }
-
-/// Finds which declarations begin what is changed after them.
-struct Begins<'a> {
-    activity: &'a Activity,
-    found: HashMap<Id, bool>,
-}
-
-impl<'a> Walk<'a> for Begins<'_> {
-    fn block(&mut self, block: &'a Block) {
-        for (i, statement) in block.statements.iter().enumerate() {
-            if let Kind::Let { pat: Pat::Ident(pat), .. } = &statement.kind
-                && self.activity.is_changed(&pat.ident)
-            {
-                let mut after =
-                    Activity { active: self.activity.active.clone(), ..Activity::default() };
-                after.read(&block.statements[i + 1..]);
-                if after.is_changed(&pat.ident) {
-                    self.found.insert(statement.id, after.assigned.contains(&pat.ident));
-                }
-            }
-        }
-        walk::block(self, block);
-    }
-}
-
-impl<'a> Visit<'a> for Begins<'_> {}
 
 /// Methods of unknowns, and of arrays of them, whose results are plain numbers.
 const PLAIN: [&str; 4] = ["value", "len", "is_empty", "is_constant"];
@@ -212,26 +178,4 @@ pub(crate) fn holds(expr: &Expr, active: &impl Fn(&Ident) -> bool) -> bool {
     let mut asks = Holds(active, false);
     asks.visit_expr(expr);
     asks.1
-}
-
-/// What an expression borrows for change.
-fn borrowed(expr: &Expr) -> Vec<Ident> {
-    struct Borrowed(Vec<Ident>);
-    impl<'a> Visit<'a> for Borrowed {
-        fn visit_expr(&mut self, expr: &'a Expr) {
-            match expr {
-                Expr::Reference(reference) if reference.mutability.is_some() => {
-                    self.0.extend(root(&reference.expr));
-                }
-                Expr::MethodCall(call) if call.method == "iter_mut" => {
-                    self.0.extend(root(&call.receiver));
-                }
-                _ => {}
-            }
-            visit::visit_expr(self, expr);
-        }
-    }
-    let mut borrowed = Borrowed(Vec::new());
-    borrowed.visit_expr(expr);
-    borrowed.0
 }

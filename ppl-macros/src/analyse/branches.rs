@@ -6,7 +6,7 @@ use syn::{Expr, Stmt};
 
 use super::activity::Activity;
 use crate::ast::{Block, Flow, Init, Kind, Left, Mark, Statement};
-use crate::syntax::expressions::{is_comparison, keeps_its_length};
+use crate::syntax::expressions::{ends_with, is_comparison, keeps_its_length};
 use crate::syntax::patterns::bound_names;
 use crate::syntax::tokens::{mentions, says};
 use crate::walk::{self, Walk};
@@ -46,8 +46,8 @@ impl<'a> Walk<'a> for Branches<'_> {
         match &statement.kind {
             // what it runs is not seen here
             Kind::Tilde { left: Left::Part(..), .. } => self.is_static = false,
-            Kind::Let { init: Some(Init::Value { value, diverge: Some(_), .. }), .. } => {
-                self.decides(value);
+            Kind::Let { init: Some(Init { value, diverge: Some(_), .. }), .. } => {
+                value.rust().iter().for_each(|value| self.decides(value));
             }
             Kind::For(plate) if !keeps_its_length(&plate.iter) => self.decides(&plate.iter),
             _ => {}
@@ -64,7 +64,7 @@ impl<'a> Walk<'a> for Branches<'_> {
                 self.decides(scrutinee);
                 arms.iter().flat_map(|arm| &arm.guard).for_each(|(_, guard)| self.decides(guard));
             }
-            Flow::Block(_) => {}
+            Flow::Block(_) | Flow::Value(_) => {}
         }
         walk::flow(self, flow);
     }
@@ -83,9 +83,7 @@ impl<'a> Visit<'a> for Branches<'_> {
             Expr::Binary(binary) if is_comparison(&binary.op) => self.decides(expr),
             // a number without its derivative
             Expr::MethodCall(call) if call.method == "value" => self.is_static = false,
-            Expr::Path(path) if path.path.segments.last().is_some_and(|s| s.ident == "value") => {
-                self.is_static = false;
-            }
+            Expr::Path(path) if ends_with(&path.path, &["value"]) => self.is_static = false,
             Expr::Macro(call) if says(call.mac.tokens.clone(), "value") => self.is_static = false,
             Expr::Call(call) if is_conversion(&call.func) => self.decides(&call.args),
             _ => {}
@@ -94,27 +92,24 @@ impl<'a> Visit<'a> for Branches<'_> {
     }
 }
 
-/// `Real::from`.
 fn is_conversion(function: &Expr) -> bool {
-    let Expr::Path(path) = function else { return false };
-    let words: Vec<_> = path.path.segments.iter().map(|segment| &segment.ident).collect();
-    matches!(words[..], [.., real, from] if real == "Real" && from == "from")
+    matches!(function, Expr::Path(path) if ends_with(&path.path, &["Real", "from"]))
 }
 
 /// Whether a block is `reject!(…);` alone.
 fn only_rejects(block: &Block) -> bool {
-    let [only] = block.statements.as_slice() else { return false };
-    let mac = match &only.kind {
-        Kind::Rust(Stmt::Macro(call)) => &call.mac,
-        Kind::Rust(Stmt::Expr(Expr::Macro(call), _)) => &call.mac,
-        _ => return false,
-    };
-    mac.path.is_ident("reject")
+    match block.statements.as_slice() {
+        [Statement { kind: Kind::Rust(Stmt::Expr(Expr::Macro(only), _)), .. }] => {
+            only.mac.path.is_ident("reject")
+        }
+        _ => false,
+    }
 }
 
 /// Whether nothing that follows in its block asks for what `#[track] let` records.
 fn is_only_recorded(statement: &Statement, after: &[Statement]) -> bool {
-    let Kind::Let { pat, init: Some(Init::Value { .. }), .. } = &statement.kind else {
+    let Kind::Let { pat, init: Some(Init { value: Flow::Value(_), .. }), .. } = &statement.kind
+    else {
         return false;
     };
     let names = bound_names(pat);

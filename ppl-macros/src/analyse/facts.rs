@@ -1,21 +1,20 @@
 //! Statement by statement: what is wrong with it, and where it stands.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
-use proc_macro2::Span;
+use quote::ToTokens;
 use syn::ext::IdentExt;
-use syn::{Error, Expr, Pat, Result, Stmt, Token};
+use syn::{Error, Expr, Ident, Pat, Result};
 
 use super::activity::Activity;
-use super::check::{check_dims, check_mark, recorded_name};
-use super::names::Names;
-use super::refusals::refusals;
-use super::scope::{Meaning, Scope};
-use super::site::Site;
-use crate::ast::{ArmBody, Block, Flow, Id, Init, Kind, Left, Mark, Statement};
-use crate::errors::{self, at};
-use crate::syntax::patterns::{bound_by_condition, bound_names};
-use crate::syntax::places::{Place, place, plain_name};
+use super::names::{Names, Site};
+use super::plates::Plate;
+use super::refusals::{Scope, refusals};
+use super::uses::stays_open;
+use crate::ast::{Block, Flow, Id, Init, Kind, Left, Mark, Statement};
+use crate::errors::{self, about, at};
+use crate::syntax::patterns::{bound_by_condition, bound_names, is_constant, only_name};
+use crate::syntax::places::{Place, place, plain_name, root};
 
 /// What is known of statements.
 #[derive(Default)]
@@ -24,6 +23,12 @@ pub(crate) struct Facts {
     pub(crate) sites: BTreeMap<Id, Site>,
     /// Why they are refused.
     pub(crate) errors: HashMap<Id, Error>,
+    /// Declarations whose names are changed by what follows to something that may hold unknowns.
+    pub(crate) begins: HashSet<Id>,
+    /// Declarations that can stay formulas.
+    pub(crate) open: HashSet<Id>,
+    /// What is known of loops.
+    pub(crate) plates: HashMap<Id, Plate>,
 }
 
 /// Of all statements of a body whose arguments are in scope.
@@ -34,9 +39,7 @@ pub(super) fn facts(body: &Block, activity: &Activity, scope: Scope) -> Facts {
         scope,
         recorded: Names::default(),
         plates: Vec::new(),
-        loops: 0,
         is_predicted: false,
-        has_items: false,
     };
     reader.block(body);
     reader.recorded.stack(&mut reader.facts.sites);
@@ -49,21 +52,21 @@ struct Reader<'a> {
     scope: Scope,
     /// Names in the results so far, on the way to here.
     recorded: Names,
-    /// The plates around: their numbers, and the dimension along which each stacks.
-    plates: Vec<(usize, Option<String>)>,
-    /// How many plates there were so far.
-    loops: usize,
+    /// The plates around, and the dimension along which each stacks.
+    plates: Vec<(Id, Option<String>)>,
     /// Inside `#[predict] for`.
     is_predicted: bool,
-    /// Whether items or macros may have declared names.
-    has_items: bool,
 }
 
 impl Reader<'_> {
+    fn bind(&mut self, names: impl IntoIterator<Item = Ident>, is_unknown: bool) {
+        self.scope.extend(names.into_iter().map(|name| (name, is_unknown)));
+    }
+
     fn block(&mut self, block: &Block) {
         let scope = self.scope.clone();
         let mut is_ending = false;
-        for statement in &block.statements {
+        for (i, statement) in block.statements.iter().enumerate() {
             let is_marked = statement.mark == Mark::Predict;
             is_ending |= is_marked;
             let is_late = is_ending && !is_marked && !matches!(statement.kind, Kind::End(_));
@@ -72,127 +75,115 @@ impl Reader<'_> {
             let result = match &statement.kind {
                 Kind::Broken { error, .. } => Err(error.clone()),
                 _ if is_late && !outer => Err(Error::new(statement.span, errors::PREDICT_LAST)),
-                _ => self.statement(statement),
+                _ => self.statement(statement, &block.statements[i + 1..]),
             };
             self.is_predicted = outer;
             if let Err(error) = result {
-                self.scope.bind(statement.declared(), Meaning::Known);
+                self.bind(statement.declared(), false);
                 self.facts.errors.insert(statement.id, error);
             }
         }
         self.scope = scope;
     }
 
-    fn statement(&mut self, statement: &Statement) -> Result<()> {
-        let Statement { id, mark, dims, kind, span, .. } = statement;
-        check_mark(*mark, kind, *span)?;
-        check_dims(dims, *mark, kind)?;
+    /// `after` is what follows in its block.
+    fn statement(&mut self, statement: &Statement, after: &[Statement]) -> Result<()> {
+        let Statement { id, mark, dims, kind, .. } = statement;
+        check(statement, self.is_predicted)?;
         let is_recorded = self.is_predicted || *mark != Mark::None;
-        let refused = refusals(statement, &self.scope, is_recorded);
-        let (names, mut name) = (statement.declared(), None);
+        let refused = refusals(statement, self.activity, &self.scope, is_recorded);
+        let first = statement.declared().first().map(|name| name.unraw().to_string());
+        let mut name = first.unwrap_or_default();
         match kind {
-            Kind::Tilde { left, tilde, .. } => name = Some(self.tilde(*id, left, tilde)?),
-            Kind::Let { pat, init, .. } => self.declaration(statement, pat, init.as_ref())?,
-            Kind::Factor { name: factor, .. } => {
-                self.in_density(factor.span())?;
-                name = Some(factor.to_string());
+            Kind::Tilde { left, .. } => name = self.tilde(*id, left)?,
+            Kind::Let { pat, init, .. } => {
+                self.declaration(statement, pat, init.as_ref(), after)?;
             }
+            Kind::Factor { name: factor, .. } => name = factor.to_string(),
             Kind::For(plate) => {
+                self.facts.plates.insert(*id, Plate::of(statement, plate, self.activity));
                 let dimension = dims.first().map(|dim| dim.name.unraw().to_string());
-                self.plates.push((self.loops, dimension));
-                self.loops += 1;
-                let (scope, meaning) = (self.scope.clone(), self.scope.meaning(&plate.iter));
-                self.scope.bind(bound_names(&plate.pat), meaning);
-                self.block(&plate.body);
-                self.scope = scope;
+                self.plates.push((*id, dimension));
+                self.within(bound_names(&plate.pat), |reader| reader.block(&plate.body));
                 self.plates.pop();
             }
-            Kind::Flow(flow) | Kind::End(Init::Flow(_, flow)) => self.flow(flow),
-            Kind::Rust(stmt) => {
-                self.has_items |= matches!(stmt, Stmt::Item(_) | Stmt::Macro(_));
-            }
-            Kind::End(Init::Value { .. }) | Kind::Broken { .. } => {}
+            Kind::Flow(flow) | Kind::End(flow) => self.flow(flow),
+            Kind::Rust(_) | Kind::Broken { .. } => {}
         }
         if let Some(error) = refused {
             return Err(error);
         }
-        let first = names.first().map(|name| name.unraw().to_string());
-        let site = self.site(statement, name.or(first).unwrap_or_default());
-        self.facts.sites.insert(*id, site);
+        self.facts.sites.insert(*id, self.site(statement, name));
         Ok(())
     }
 
     /// What stands before `~`, and its name in the results.
-    fn tilde(&mut self, id: Id, left: &Left, tilde: &Token![~]) -> Result<String> {
+    fn tilde(&mut self, id: Id, left: &Left) -> Result<String> {
         match left {
             Left::Unknown(_, name) | Left::Part(_, name) => {
                 let plain = name.unraw().to_string();
                 self.recorded.declare(&plain, name)?;
-                if self.scope.contains(name) {
-                    return Err(at(name, errors::declared_data(&plain)));
+                if self.scope.contains_key(name) {
+                    return Err(about(plain, name, errors::DECLARED_DATA));
                 }
-                self.scope.bind([name.clone()], Meaning::Unknown);
+                self.bind([name.clone()], true);
                 Ok(plain)
             }
             Left::Place(written) | Left::Missing(written) => {
-                self.in_density(tilde.span)?;
                 let place = self.in_scope(written)?;
-                let plate = self.plates.last().map(|(number, _)| *number);
+                let plate = self.plates.last().map(|(id, _)| *id);
                 self.recorded.observe(id, &place, written, plate)?;
                 if let (Left::Missing(_), Some(name)) = (left, plain_name(written)) {
-                    self.scope.bind([name.clone()], Meaning::Unknown);
+                    self.bind([name.clone()], true);
                 }
                 Ok(place.name)
             }
         }
     }
 
-    /// Predictions have no density.
-    fn in_density(&self, span: Span) -> Result<()> {
-        match self.is_predicted {
-            true => Err(Error::new(span, errors::OBSERVE_IN_PREDICTION)),
-            false => Ok(()),
-        }
-    }
-
-    fn declaration(&mut self, statement: &Statement, pat: &Pat, init: Option<&Init>) -> Result<()> {
+    fn declaration(
+        &mut self,
+        statement: &Statement,
+        pat: &Pat,
+        init: Option<&Init>,
+        after: &[Statement],
+    ) -> Result<()> {
         if statement.mark != Mark::None {
-            let name = recorded_name(pat, init.is_some())?;
-            self.recorded.declare(&name.unraw().to_string(), pat)?;
+            let name = only_name(pat).filter(|_| init.is_some());
+            let name = name.ok_or_else(|| at(pat, errors::RECORDED_NAME))?;
+            self.recorded.declare(&name.unraw().to_string(), name)?;
         }
-        let names = bound_names(pat);
-        if let (Some(Init::Value { value, .. }), [only]) = (init, &*names)
-            && self.activity.is_overwritten(statement.id)
-            && place(value).is_ok_and(|place| !place.is_path)
-            && !self.activity.mentions(value)
-        {
-            return Err(at(value, errors::begins_as_data(&only.to_string(), value)));
-        }
-        let meaning = match init {
-            Some(Init::Flow(_, flow)) => {
-                self.flow(flow);
-                Meaning::Derived
+        if self.activity.begins(pat, after) {
+            if let Some(value) = init.and_then(|init| init.value.rust())
+                && root(value).is_some_and(|root| !is_constant(&root))
+                && !self.activity.mentions(value)
+            {
+                let written = value.to_token_stream().to_string().replace(' ', "");
+                return Err(about(written, value, errors::BEGINS_AS_DATA));
             }
-            _ if self.activity.begins(statement.id) => Meaning::Derived,
-            Some(Init::Value { value, .. }) => self.scope.meaning(value),
-            None => Meaning::Known,
-        };
-        self.scope.bind(names, meaning);
+            self.facts.begins.insert(statement.id);
+        }
+        if stays_open(statement, after, self.activity) {
+            self.facts.open.insert(statement.id);
+        }
+        if let Some(Init { value, diverge, .. }) = init {
+            self.flow(value);
+            diverge.iter().for_each(|(_, block)| self.block(block));
+        }
+        self.bind(bound_names(pat), false);
         Ok(())
     }
 
     /// What is observed has to be there, and without a distribution.
     fn in_scope(&self, left: &Expr) -> Result<Place> {
         let place = place(left)?;
-        let name = place.root.to_string();
-        if self.scope.is_unknown(&place.root) {
-            return Err(at(left, errors::observed_unknown(&place.name)));
+        match self.scope.get(&place.root) {
+            Some(true) => Err(about(place.name, left, errors::OBSERVED_UNKNOWN)),
+            None if !is_constant(&place.root) => {
+                Err(about(&place.root, &place.root, errors::NOT_IN_SCOPE))
+            }
+            _ => Ok(place),
         }
-        let is_variable = !place.is_path && !name.starts_with(char::is_uppercase);
-        if is_variable && !self.has_items && name != "self" && !self.scope.contains(&place.root) {
-            return Err(at(&place.root, errors::not_in_scope(&name, &self.scope.names())));
-        }
-        Ok(place)
     }
 
     /// The place of a statement under this name.
@@ -211,32 +202,68 @@ impl Reader<'_> {
 
     /// The statements inside control flow. Of several arms one runs: each may use a name.
     fn flow(&mut self, flow: &Flow) {
-        let (scope, before) = (self.scope.clone(), self.recorded.clone());
         match flow {
             Flow::If { condition, then, otherwise, .. } => {
-                self.scope.bind(bound_by_condition(condition), scope.meaning(condition));
-                self.block(then);
-                self.scope.clone_from(&scope);
+                let before = self.recorded.clone();
+                self.within(bound_by_condition(condition), |reader| reader.block(then));
                 if let Some((_, flow)) = otherwise {
                     let then = std::mem::replace(&mut self.recorded, before);
                     self.flow(flow);
                     self.recorded.merge(then);
                 }
             }
-            Flow::Match { scrutinee, arms, .. } => {
+            Flow::Match { arms, .. } => {
+                let before = self.recorded.clone();
                 let mut after = before.clone();
                 for arm in arms {
-                    self.scope.bind(bound_names(&arm.pat), scope.meaning(scrutinee));
-                    if let ArmBody::Block(block) = &arm.body {
-                        self.block(block);
-                    }
-                    self.scope.clone_from(&scope);
+                    self.within(bound_names(&arm.pat), |reader| reader.flow(&arm.body));
                     after.merge(std::mem::replace(&mut self.recorded, before.clone()));
                 }
                 self.recorded = after;
             }
             Flow::Block(block) => self.block(block),
+            Flow::Value(_) => {}
         }
+    }
+
+    /// Reads where names are in scope that were not before.
+    fn within(&mut self, names: Vec<Ident>, read: impl FnOnce(&mut Self)) {
+        let scope = self.scope.clone();
+        self.bind(names, false);
+        read(self);
         self.scope = scope;
+    }
+}
+
+/// Whether the mark and the dimensions of a statement go with the rest of it, and it with a prediction
+/// around it, which has no density.
+fn check(statement: &Statement, is_predicted: bool) -> Result<()> {
+    let Statement { mark, dims, kind, span, .. } = statement;
+    let takes_mark = match kind {
+        Kind::Let { .. } | Kind::Tilde { left: Left::Part(..), .. } => true,
+        Kind::For(_) | Kind::Tilde { left: Left::Unknown(..), .. } => *mark != Mark::Track,
+        _ => *mark == Mark::None,
+    };
+    if !takes_mark {
+        let is_track = *mark == Mark::Track;
+        let message = if is_track { errors::TRACK_WHAT } else { errors::PREDICT_WHAT };
+        return Err(Error::new(*span, message));
+    }
+    let is_in_density = match kind {
+        Kind::Tilde { left, .. } => matches!(left, Left::Place(_) | Left::Missing(_)),
+        other => matches!(other, Kind::Factor { .. }),
+    };
+    if is_predicted && is_in_density {
+        return Err(Error::new(*span, errors::OBSERVE_IN_PREDICTION));
+    }
+    let takes_dims = match kind {
+        Kind::For(_) => dims.len() == 1,
+        Kind::Tilde { left, .. } => !matches!(left, Left::Part(..)),
+        Kind::Let { .. } => *mark != Mark::None,
+        _ => false,
+    };
+    match dims.first() {
+        Some(first) if !takes_dims => Err(at(&first.name, errors::DIMS_WHAT)),
+        _ => Ok(()),
     }
 }

@@ -2,99 +2,104 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
+use proc_macro2::Span;
 use quote::ToTokens;
 use syn::{Expr, Result};
 
-use super::site::Site;
 use crate::ast::Id;
-use crate::errors::{self, at};
+use crate::errors::{self, about};
 use crate::syntax::places::Place;
+
+/// A place of the model, as `ppl::Site` will hold it.
+#[derive(Clone)]
+pub(crate) struct Site {
+    pub(crate) name: String,
+    pub(crate) text: String,
+    pub(crate) span: Span,
+    pub(crate) repeated: bool,
+    /// Names of the dimensions along which the plates around stack, the innermost last.
+    pub(crate) plates: Vec<String>,
+    /// Names of the value's own dimensions.
+    pub(crate) dims: Vec<String>,
+}
 
 /// The names taken on the way to a statement.
 #[derive(Clone, Default)]
-pub(super) struct Names {
-    taken: HashMap<String, Taken>,
-    /// The statements that observe entries, by name.
-    observed: HashMap<String, BTreeSet<Id>>,
-    /// Names of which several do on one way.
-    shared: HashSet<String>,
-}
+pub(super) struct Names(HashMap<String, Taken>);
 
-#[derive(Clone)]
-enum Taken {
-    Whole,
+/// By what a name is taken.
+#[derive(Clone, Default)]
+struct Taken {
+    /// By one statement, for all of it.
+    is_whole: bool,
     /// By observations of entries: as written, and in which loop.
-    Entries(HashSet<(String, Option<usize>)>),
+    entries: HashSet<(String, Option<Id>)>,
+    /// The statements with these.
+    observed: BTreeSet<Id>,
+    /// Whether there are several of them on one way.
+    is_shared: bool,
 }
 
 impl Names {
+    /// Takes all of a name, if nothing has it.
+    fn take(&mut self, name: &str) -> bool {
+        let taken = self.0.entry(name.to_owned()).or_default();
+        !std::mem::replace(&mut taken.is_whole, true) && taken.entries.is_empty()
+    }
+
     /// Takes a name for one statement.
     pub(super) fn declare(&mut self, name: &str, tokens: impl ToTokens) -> Result<()> {
-        match self.taken.insert(name.to_owned(), Taken::Whole) {
-            None => Ok(()),
-            Some(_) => Err(at(tokens, errors::declared_twice(name))),
+        match self.take(name) {
+            true => Ok(()),
+            false => Err(about(name, tokens, errors::DECLARED_TWICE)),
         }
     }
 
-    /// Takes the name of a place in the loop of this number. Statements may observe entries of
+    /// Takes the name of a place in this innermost loop. Statements may observe entries of
     /// one name in turn, but not the same entry twice.
     pub(super) fn observe(
         &mut self,
         statement: Id,
         place: &Place,
         written: &Expr,
-        innermost: Option<usize>,
+        innermost: Option<Id>,
     ) -> Result<()> {
-        let name = &place.name;
-        if !place.is_entry {
-            return match self.taken.insert(name.clone(), Taken::Whole) {
-                None => Ok(()),
-                Some(_) => Err(at(written, errors::observed_twice(name))),
-            };
-        }
-        let is_first = !self.taken.contains_key(name);
-        let taken = self.taken.entry(name.clone()).or_insert(Taken::Entries(HashSet::new()));
-        let entry = (written.to_token_stream().to_string(), innermost);
-        let is_new = match taken {
-            Taken::Whole => false,
-            Taken::Entries(entries) => entries.insert(entry),
+        let is_new = if place.is_entry {
+            let taken = self.0.entry(place.name.clone()).or_default();
+            taken.is_shared |= !taken.entries.is_empty();
+            taken.observed.insert(statement);
+            let entry = (written.to_token_stream().to_string(), innermost);
+            !taken.is_whole && taken.entries.insert(entry)
+        } else {
+            self.take(&place.name)
         };
-        if !is_new {
-            return Err(at(written, errors::observed_twice(name)));
+        match is_new {
+            true => Ok(()),
+            false => Err(about(&place.name, written, errors::OBSERVED_TWICE)),
         }
-        self.observed.entry(name.clone()).or_default().insert(statement);
-        if !is_first {
-            self.shared.insert(name.clone());
-        }
-        Ok(())
     }
 
     /// Adds what another arm of a branch took.
     pub(super) fn merge(&mut self, other: Self) {
-        self.shared.extend(other.shared);
-        for (name, statements) in other.observed {
-            self.observed.entry(name).or_default().extend(statements);
-        }
-        for (name, theirs) in other.taken {
-            match (self.taken.get_mut(&name), theirs) {
-                (Some(Taken::Entries(entries)), Taken::Entries(theirs)) => entries.extend(theirs),
-                (_, theirs) => {
-                    self.taken.insert(name, theirs);
-                }
-            }
+        for (name, theirs) in other.0 {
+            let taken = self.0.entry(name).or_default();
+            taken.is_whole |= theirs.is_whole;
+            taken.is_shared |= theirs.is_shared;
+            taken.entries.extend(theirs.entries);
+            taken.observed.extend(theirs.observed);
         }
     }
 
     /// Where several statements observe entries of one name, these stack in the order in which
     /// they run, along the dimension that all their loops name.
     pub(super) fn stack(&self, sites: &mut BTreeMap<Id, Site>) {
-        for statements in self.shared.iter().filter_map(|name| self.observed.get(name)) {
-            let own = statements.iter().filter_map(|id| sites.get(id));
+        for Taken { observed, .. } in self.0.values().filter(|taken| taken.is_shared) {
+            let own = observed.iter().filter_map(|id| sites.get(id));
             let mut plates = own.map(|site| &site.plates).filter(|plates| !plates.is_empty());
             let first = plates.next().cloned().unwrap_or_default();
             let is_same = plates.all(|plates| *plates == first);
             let plates = if is_same { first } else { Vec::new() };
-            for id in statements {
+            for id in observed {
                 if let Some(site) = sites.get_mut(id) {
                     site.repeated = true;
                     site.plates.clone_from(&plates);

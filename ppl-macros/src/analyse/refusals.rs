@@ -1,43 +1,43 @@
 //! What a model cannot do, said where it is written.
 
+use std::collections::HashMap;
+
 use quote::quote;
 use syn::visit::{self, Visit};
-use syn::{Error, Expr, Ident, Item, Local, Macro, Pat, Path};
+use syn::{Error, Expr, Ident, Item, Macro};
 
-use super::activity::holds;
-use super::scope::Scope;
+use super::activity::{Activity, holds};
 use crate::ast::{Block, Statement};
-use crate::errors::{self, at};
-use crate::syntax::expressions::{
-    binds_names, function_of_f64, is_assignment, is_type, plain_function,
-};
-use crate::syntax::patterns::{bindings, bound_inside, bound_names};
-use crate::syntax::places::{plain_name, root};
+use crate::errors::{self, about, at};
+use crate::syntax::expressions::{assignment, ends_with, is_type, plain_function};
+use crate::syntax::patterns::bound_names;
+use crate::syntax::places::root;
 use crate::walk::Walk;
+
+/// The names in scope, and whether `let name ~ …` has declared them.
+pub(super) type Scope = HashMap<Ident, bool>;
 
 /// Why the Rust of a statement is refused, that of statements inside apart. `is_recorded` says that
 /// nobody differentiates what it computes.
-pub(super) fn refusals(statement: &Statement, scope: &Scope, is_recorded: bool) -> Option<Error> {
-    let mut found = Refusals {
-        scope,
-        is_recorded,
-        closures: 0,
-        shadowed: Vec::new(),
-        derived: Vec::new(),
-        error: None,
-    };
+pub(super) fn refusals(
+    statement: &Statement,
+    activity: &Activity,
+    scope: &Scope,
+    is_recorded: bool,
+) -> Option<Error> {
+    let derived = Vec::new();
+    let mut found = Refusals { activity, scope, is_recorded, closures: 0, derived, error: None };
     found.statement(statement);
     found.error
 }
 
 struct Refusals<'a> {
+    activity: &'a Activity,
     scope: &'a Scope,
     is_recorded: bool,
     /// Closures around, where `?` and `return` are their own.
     closures: usize,
-    /// Names that the expression around has bound anew.
-    shadowed: Vec<Ident>,
-    /// Names in the statement that stand for what follows from unknowns.
+    /// Parameters of closures that take parts of what follows from unknowns.
     derived: Vec<Ident>,
     error: Option<Error>,
 }
@@ -50,71 +50,52 @@ impl Refusals<'_> {
         }
     }
 
-    fn is_unknown(&self, name: &Ident) -> bool {
-        self.scope.is_unknown(name) && !self.shadowed.contains(name)
-    }
-
     fn holds(&self, expr: &Expr) -> bool {
-        holds(expr, &|name| self.scope.is_active(name) || self.derived.contains(name))
-    }
-
-    /// What a pattern takes apart may follow from unknowns.
-    fn derive(&mut self, pat: &Pat, value: &Expr) {
-        if self.holds(value) {
-            self.derived.extend(bound_names(pat));
-        }
+        holds(expr, &|name| self.activity.is_active(name) || self.derived.contains(name))
     }
 
     /// Why an expression is refused, what is inside it apart.
     fn refused(&self, expr: &Expr) -> Option<Error> {
         match expr {
             Expr::Return(_) if self.closures == 0 => Some(at(expr, errors::RETURN)),
-            Expr::Await(_) if self.closures == 0 => Some(at(expr, errors::AWAIT)),
-            Expr::Path(path) if path.path.is_ident("self") => Some(at(path, errors::SELF_VALUE)),
-            Expr::Path(path) if !self.is_recorded && is_plain_value(&path.path) => {
-                Some(at(path, errors::PLAIN_VALUE))
-            }
             Expr::Call(call) if plain_function(call).is_some_and(|name| name == "factor") => {
-                Some(at(call, errors::FACTOR_INSIDE))
+                Some(at(call, errors::FACTOR))
             }
-            Expr::Call(call) if !self.is_recorded && self.shadowed.is_empty() => {
-                let function = function_of_f64(call)?;
-                let held = call.args.iter().find(|argument| self.holds(argument))?;
-                Some(at(call, errors::function_of_f64(&function.to_string(), held)))
+            Expr::Assign(_) | Expr::Binary(_) => {
+                let (place, _) = assignment(expr)?;
+                let name = root(place).filter(|name| self.scope.get(name) == Some(&true))?;
+                Some(about(name, place, errors::ASSIGNED))
             }
             Expr::Index(index) => {
-                let name = plain_name(&index.index).filter(|name| self.is_unknown(name))?;
-                Some(at(name, errors::unknown_index(&name.to_string())))
+                let name = root(&index.index).filter(|name| self.scope.get(name) == Some(&true))?;
+                Some(about(&name, &name, errors::UNKNOWN_INDEX))
             }
-            Expr::Assign(assign) => self.assigned(&assign.left),
-            Expr::Binary(binary) if is_assignment(&binary.op) => self.assigned(&binary.left),
-            Expr::MethodCall(call) if !self.is_recorded && self.holds(&call.receiver) => {
-                let method = call.method.to_string();
-                let message = match method.as_str() {
-                    "value" if call.args.is_empty() => errors::PLAIN_VALUE.to_owned(),
+            _ if self.is_recorded => None,
+            Expr::Call(call) if call.args.iter().any(|argument| self.holds(argument)) => {
+                let Expr::Path(function) = &*call.func else { return None };
+                let mut words = function.path.segments.iter().map(|segment| &segment.ident);
+                let method = words.next().filter(|word| *word == "f64").and(words.next())?;
+                Some(about(method, call, errors::FUNCTION_OF_F64))
+            }
+            Expr::Path(path) => ["Real", "Scalar"]
+                .iter()
+                .any(|number| ends_with(&path.path, &[number, "value"]))
+                .then(|| at(path, errors::PLAIN_VALUE)),
+            Expr::MethodCall(call) if self.holds(&call.receiver) => {
+                let method = &call.method;
+                match method.to_string().as_str() {
+                    "value" if call.args.is_empty() => Some(at(method, errors::PLAIN_VALUE)),
                     "cdf" | "sf" | "quantile" | "upper_quantile"
                         if is_distribution(&call.receiver) =>
                     {
-                        errors::lost_derivatives(&method)
+                        Some(about(method, method, errors::LOST_DERIVATIVES))
                     }
-                    _ => return None,
-                };
-                Some(Error::new(call.method.span(), message))
+                    _ => None,
+                }
             }
             _ => None,
         }
     }
-
-    fn assigned(&self, left: &Expr) -> Option<Error> {
-        let name = root(left).filter(|name| self.scope.is_unknown(name))?;
-        Some(at(left, errors::assigned(&name.to_string())))
-    }
-}
-
-/// `Real::value` and `Scalar::value`.
-fn is_plain_value(path: &Path) -> bool {
-    let words: Vec<_> = path.segments.iter().map(|segment| &segment.ident).collect();
-    matches!(words[..], [.., number, value] if (number == "Real" || number == "Scalar") && value == "value")
 }
 
 /// Whether it is a constructor with its variations.
@@ -136,10 +117,6 @@ impl<'a> Walk<'a> for Refusals<'_> {
         self.visit_expr(labels);
         (self.is_recorded, self.closures) = (is_recorded, 0);
     }
-
-    fn bind(&mut self, pat: &'a Pat, _: &'a Expr) {
-        self.shadowed.extend(bound_names(pat));
-    }
 }
 
 impl<'a> Visit<'a> for Refusals<'_> {
@@ -147,36 +124,26 @@ impl<'a> Visit<'a> for Refusals<'_> {
         if let Some(error) = self.refused(expr) {
             return self.add(error);
         }
-        let (closures, shadowed) = (self.closures, self.shadowed.len());
-        if binds_names(expr) {
-            self.shadowed.extend(bound_inside(expr));
+        if let Expr::MethodCall(call) = expr
+            && self.holds(&call.receiver)
+        {
+            let closures = call.args.iter().filter_map(|argument| match argument {
+                Expr::Closure(closure) => Some(closure),
+                _ => None,
+            });
+            self.derived.extend(closures.flat_map(|closure| &closure.inputs).flat_map(bound_names));
         }
-        bindings(expr).into_iter().for_each(|(pat, value)| self.derive(pat, value));
-        if let Expr::MethodCall(call) = expr {
-            for argument in &call.args {
-                if let Expr::Closure(closure) = argument {
-                    closure.inputs.iter().for_each(|input| self.derive(input, &call.receiver));
-                }
-            }
-        }
+        let closures = self.closures;
         self.closures += usize::from(matches!(expr, Expr::Closure(_) | Expr::Async(_)));
         visit::visit_expr(self, expr);
         self.closures = closures;
-        self.shadowed.truncate(shadowed);
-    }
-
-    fn visit_local(&mut self, local: &'a Local) {
-        visit::visit_local(self, local);
-        local.init.iter().for_each(|init| self.derive(&local.pat, &init.expr));
     }
 
     fn visit_macro(&mut self, mac: &'a Macro) {
-        if mac.path.is_ident("reject") {
-            if self.closures > 0 {
-                self.add(at(&mac.path, errors::REJECT_IN_CLOSURE));
-            } else if mac.tokens.is_empty() {
-                self.add(at(mac, errors::REJECT_REASON));
-            }
+        if mac.path.is_ident("reject") && self.closures > 0 {
+            self.add(at(&mac.path, errors::REJECT_IN_CLOSURE));
+        } else if mac.path.is_ident("reject") && mac.tokens.is_empty() {
+            self.add(at(mac, errors::REJECT_REASON));
         }
         if mac.path.is_ident("vec") {
             let tokens = &mac.tokens;

@@ -1,90 +1,87 @@
 //! The function that the user has declared: it binds data to a model, or takes what the statements of a
 //! submodel need, which are generic over the numbers of the context that they run in, since its
 //! arguments may be unknowns.
+//!
+//! The type that holds the data is generic over the type of each: so that lifetimes which the user has
+//! left out stay out. The constants of the model are its own too, since no type of the data need speak
+//! of them.
 
-use proc_macro2::{Span, TokenStream};
-use quote::{quote, quote_spanned};
+use proc_macro2::{Literal, Span, TokenStream};
+use quote::{format_ident, quote, quote_spanned};
 use syn::{Ident, Type, parse_quote};
 
-use super::data::{Data, add_sync, binding, data, is_number};
-use super::names::{cx, table, value as end};
-use super::statements::statements;
-use crate::ast::{Kind, Model};
-use crate::plan::Plan;
+use super::statements::{cx, statements};
+use crate::analyse::{Analysis, Site};
+use crate::ast::{Argument, Kind, Model, Statement};
 
-pub(crate) fn function(model: &Model, plan: &Plan) -> TokenStream {
+pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
     let span = Span::mixed_site();
     let Model { attrs, vis, fn_token, name, arguments, errors, .. } = model;
     let mut generics = model.generics.clone();
     match &model.value {
         Some(_) => generics.params.push(parse_quote!(__S: ::ppl::Scalar)),
-        None => add_sync(&mut generics),
+        // threads share the data
+        None => generics.type_params_mut().for_each(|parameter| {
+            parameter.bounds.push(parse_quote!(::core::marker::Sync));
+        }),
     }
     let (introduced, _, bounds) = generics.split_for_impl();
-    let Data { declaration, applied, given } = data(model);
-    let parameters = arguments.iter().map(|argument| {
-        let (attrs, name, colon, ty) =
-            (&argument.attrs, &argument.name, argument.colon, &argument.ty);
-        match is_number(ty) {
-            true => quote!(#(#attrs)* #name #colon impl ::core::convert::Into<#ty>),
-            false => quote!(#(#attrs)* #name #colon #ty),
-        }
+    let parameters = arguments.iter().map(|Argument { attrs, name, colon, ty }| {
+        let ty = if is_number(ty) { quote!(impl ::core::convert::Into<#ty>) } else { quote!(#ty) };
+        quote!(#(#attrs)* #name #colon #ty)
     });
-    let fields = arguments.iter().map(|argument| {
-        let name = &argument.name;
-        match is_number(&argument.ty) {
-            true => quote!(#name: ::core::convert::Into::into(#name)),
-            false => quote!(#name),
-        }
+    let fields = arguments.iter().map(|Argument { name, ty, .. }| match is_number(ty) {
+        true => quote!(#name: ::core::convert::Into::into(#name)),
+        false => quote!(#name),
     });
-    let made = quote!(#given { #(#fields),* });
-    let (returned, made) = match &model.value {
+    let constants: Vec<_> = model.generics.const_params().collect();
+    // in braces: a bare name would be taken for that of a type, if there is one in scope
+    let given = constants.iter().map(|constant| &constant.ident);
+    let given: Vec<_> = given.map(|name| quote_spanned!(name.span()=> { #name })).collect();
+    let names: Vec<_> = arguments.iter().map(|argument| &argument.name).collect();
+    let types = arguments.iter().map(|argument| &argument.ty);
+    let own: Vec<_> = (0..names.len()).map(|i| format_ident!("__T{i}")).collect();
+    let inferred = names.iter().map(|_| quote!(_));
+    // where data are refused, as those that threads cannot share
+    let at_name = span.located_at(name.span());
+    let data = quote_spanned!(at_name=> __Data<#(#given,)* #(#types),*>);
+    let declaration = quote_spanned! {at_name=>
+        struct __Data<#(#constants,)* #(#own),*> {
+            #(#names: #own,)*
+        }
+    };
+    let made = quote_spanned!(at_name=> __Data::<#(#given,)* #(#inferred),*> { #(#fields),* });
+    let is_static = analysis.is_static;
+    let (returned, made, interface, item, context, output) = match &model.value {
         Some(value) => (
             quote!(::ppl::Part<impl ::ppl::Submodel<__S, Value = #value>>),
             quote!(::ppl::Part(#made)),
+            quote!(::ppl::Submodel<__S>),
+            quote!(type Value = #value;),
+            quote!(::ppl::Context<Number = __S>),
+            quote!(Self::Value),
         ),
-        None => (quote!(::ppl::Bound<impl ::ppl::Model>), quote!(::ppl::Bound::new(#made))),
+        None => (
+            quote!(::ppl::Bound<impl ::ppl::Model>),
+            quote!(::ppl::Bound::new(#made)),
+            quote!(::ppl::Model),
+            quote!(const STATIC: bool = #is_static;),
+            quote!(::ppl::Context),
+            quote!(()),
+        ),
     };
+    let formulas = model.value.is_none().then(|| {
+        quote_spanned! {span=>
+            #[allow(unused_imports)]
+            use ::ppl::__private::{
+                Apart as _, At as _, Number as _, Of as __Of, Other as _, Together as _,
+            };
+        }
+    });
     let (cx, this) = (cx(), Ident::new("self", span));
-    let (sites, bindings) = (table(&plan.sites), arguments.iter().map(binding));
-    let statements = statements(plan);
-    let body = quote!(#sites #(#bindings)* #statements);
-    let implementation = match &model.value {
-        Some(value) => {
-            let end = ending(plan, value);
-            quote_spanned! {span=>
-                impl #introduced ::ppl::Submodel<__S> for #applied #bounds {
-                    type Value = #value;
-                    fn run<__C: ::ppl::Context<Number = __S>>(
-                        &#this,
-                        #cx: &mut __C,
-                    ) -> ::core::result::Result<Self::Value, ::ppl::Rejection> {
-                        #body
-                        #end
-                    }
-                }
-            }
-        }
-        None => {
-            let is_static = plan.is_static;
-            quote_spanned! {span=>
-                impl #introduced ::ppl::Model for #applied #bounds {
-                    const STATIC: bool = #is_static;
-                    fn run<__C: ::ppl::Context>(
-                        &#this,
-                        #cx: &mut __C,
-                    ) -> ::core::result::Result<(), ::ppl::Rejection> {
-                        #[allow(unused_imports)]
-                        use ::ppl::__private::{
-                            Apart as _, At as _, Number as _, Of as __Of, Other as _, Together as _,
-                        };
-                        #body
-                        ::core::result::Result::Ok(())
-                    }
-                }
-            }
-        }
-    };
+    let (statements, sites) = statements(model, analysis);
+    let (sites, bindings) = (table(&sites), arguments.iter().map(binding));
+    let end = ending(model, analysis);
     let errors = errors.iter().map(syn::Error::to_compile_error);
     quote_spanned! {span=>
         #(#errors)*
@@ -98,27 +95,76 @@ pub(crate) fn function(model: &Model, plan: &Plan) -> TokenStream {
         )]
         #vis #fn_token #name #introduced(#(#parameters),*) -> #returned #bounds {
             #declaration
-            #implementation
+            impl #introduced #interface for #data #bounds {
+                #item
+                fn run<__C: #context>(
+                    &#this,
+                    #cx: &mut __C,
+                ) -> ::core::result::Result<#output, ::ppl::Rejection> {
+                    #formulas
+                    #sites
+                    #(#bindings)*
+                    #statements
+                    #end
+                }
+            }
             #made
         }
     }
 }
 
-/// What the statements of a submodel end with.
-fn ending(plan: &Plan, value: &Type) -> TokenStream {
+/// `Real` in the signature of a submodel, which takes plain numbers too.
+fn is_number(ty: &Type) -> bool {
+    *ty == parse_quote!(::ppl::Real<__S>)
+}
+
+/// Data in the body: references and numbers as they are, everything else behind `&`.
+fn binding(argument: &Argument) -> TokenStream {
+    const NUMBERS: [&str; 16] = [
+        "f64", "f32", "usize", "u8", "u16", "u32", "u64", "u128", "isize", "i8", "i16", "i32",
+        "i64", "i128", "bool", "char",
+    ];
     let span = Span::mixed_site();
-    match plan.body.statements.last() {
-        Some(last) if matches!(last.kind, Kind::End(_)) => {
-            // where a wrong type is reported
-            let span = span.located_at(last.span);
-            let mut end = end();
-            end.set_span(span);
-            quote_spanned!(span=> ::core::result::Result::Ok(#end))
-        }
-        _ if matches!(value, Type::Tuple(tuple) if tuple.elems.is_empty()) => {
-            quote_spanned!(span=> ::core::result::Result::Ok(()))
-        }
+    let (name, this) = (&argument.name, Ident::new("self", span));
+    let is_copied = match &argument.ty {
+        Type::Reference(_) => true,
+        Type::Path(path) => NUMBERS.iter().any(|number| path.path.is_ident(number)),
+        _ => false,
+    };
+    let borrow = (!is_copied && !is_number(&argument.ty)).then(|| quote!(&));
+    quote_spanned!(span=> let #name = #borrow #this.#name;)
+}
+
+/// The places of a model.
+fn table(sites: &[Site]) -> Option<TokenStream> {
+    let span = Span::mixed_site();
+    let count = Literal::usize_unsuffixed(sites.len());
+    let entries = sites.iter().map(|Site { name, text, span: place, repeated, plates, dims }| {
+        let line = if proc_macro::is_available() { place.unwrap().line() } else { 0 };
+        let line = Literal::usize_unsuffixed(line);
+        let in_loop = match plates.is_empty() {
+            false => Some(quote!(.along(&[#(#plates),*]))),
+            true => repeated.then(|| quote!(.in_loop())),
+        };
+        let dims = (!dims.is_empty()).then(|| quote!(.dims(&[#(#dims),*])));
+        quote_spanned!(span=> ::ppl::Site::at(#name, #text, ::core::file!(), #line)#in_loop #dims)
+    });
+    let table = quote_spanned! {span=>
+        static __SITES: [::ppl::Site; #count] = [#(#entries),*];
+    };
+    (!sites.is_empty()).then_some(table)
+}
+
+/// What follows the statements, if they do not end with a value.
+fn ending(Model { value, body, .. }: &Model, analysis: &Analysis) -> Option<TokenStream> {
+    let is_end = |last: &Statement| {
+        matches!(last.kind, Kind::End(_)) && !analysis.facts.errors.contains_key(&last.id)
+    };
+    let is_unit = |ty: &Type| matches!(ty, Type::Tuple(tuple) if tuple.elems.is_empty());
+    match body.statements.last() {
+        Some(last) if is_end(last) => None,
+        _ if value.as_ref().is_none_or(is_unit) => Some(quote!(::core::result::Result::Ok(()))),
         // an error stands in its place
-        _ => quote_spanned!(span=> ::core::unreachable!()),
+        _ => Some(quote!(::core::unreachable!())),
     }
 }

@@ -1,124 +1,142 @@
-//! Statements as Rust, by what the plan says of them.
+//! Statements as Rust, by what was found out about them.
 
 use proc_macro2::{Span, TokenStream};
-use quote::{ToTokens, quote, quote_spanned};
-use syn::Ident;
+use quote::{ToTokens, format_ident, quote, quote_spanned};
 use syn::ext::IdentExt;
 use syn::spanned::Spanned;
+use syn::visit_mut::VisitMut;
+use syn::{Error, Expr, Ident};
 
-use super::names::{cx, cx_at, site, sum_of, value};
-use crate::ast::{Arm, ArmBody, Block, Flow, For, Id, Init, Kind, Left, Mark, Statement};
-use crate::plan::{Plan, shared_name};
+use crate::analyse::{Analysis, Site};
+use crate::ast::{Arm, Block, Flow, For, Id, Kind, Left, Mark, Model, Statement};
+use crate::plan::{Plan, Sums, here, shared_name, site};
+use crate::syntax::patterns::only_name;
 
-/// The statements of a body in order.
-pub(super) fn statements(plan: &Plan) -> TokenStream {
-    Emitter { plan, is_predicted: false }.statements(&plan.body)
+/// The statements of a body in order, and the places that they speak of.
+pub(super) fn statements(model: &Model, analysis: &Analysis) -> (TokenStream, Vec<Site>) {
+    let plan = Plan::new(model, analysis);
+    let mut emitter = Emitter { analysis, plan, is_predicted: false };
+    (emitter.statements(&model.body), emitter.plan.sites)
 }
 
-#[derive(Clone, Copy)]
 struct Emitter<'a> {
-    plan: &'a Plan,
+    analysis: &'a Analysis,
+    plan: Plan<'a>,
     /// Inside what runs on finished draws only.
     is_predicted: bool,
 }
 
 impl Emitter<'_> {
-    fn block(self, block: &Block) -> TokenStream {
-        let mut tokens = TokenStream::new();
-        block.brace.surround(&mut tokens, |tokens| tokens.extend(self.statements(block)));
+    fn block(&mut self, block: &Block) -> TokenStream {
+        let (mut tokens, statements) = (TokenStream::new(), self.statements(block));
+        block.brace.surround(&mut tokens, |tokens| tokens.extend(statements));
         tokens
     }
 
     /// In a block that is not itself predicted, `#[predict]` opens the part that runs on finished draws
     /// only.
-    fn statements(self, block: &Block) -> TokenStream {
-        let is_late = |statement: &Statement| !self.is_predicted && statement.mark == Mark::Predict;
-        let is_end = |statement: &&Statement| matches!(statement.kind, Kind::End(_));
-        let late = block.statements.iter().position(is_late).unwrap_or(block.statements.len());
-        let (always, predicted) = block.statements.split_at(late);
-        let mut tokens: TokenStream = always.iter().map(|step| self.statement(step)).collect();
-        let (end, predicted): (Vec<_>, Vec<_>) = predicted.iter().partition(is_end);
-        if !predicted.is_empty() {
-            let (cx, own) = (cx(), Self { is_predicted: true, ..self });
-            let predicted = predicted.into_iter().map(|statement| own.statement(statement));
-            tokens
-                .extend(quote_spanned!(Span::mixed_site()=> if #cx.predicts() { #(#predicted)* }));
+    fn statements(&mut self, block: &Block) -> TokenStream {
+        let [mut always, mut predicted, mut end] = [(); 3].map(|()| TokenStream::new());
+        let outer = self.is_predicted;
+        for statement in &block.statements {
+            let is_end = matches!(statement.kind, Kind::End(_));
+            let is_late = self.is_predicted || statement.mark == Mark::Predict;
+            self.is_predicted = if is_end { outer } else { is_late };
+            let part = match is_end {
+                true => &mut end,
+                false if is_late && !outer => &mut predicted,
+                false => &mut always,
+            };
+            part.extend(self.statement(statement));
         }
-        tokens.extend(end.into_iter().map(|value| self.statement(value)));
-        tokens
+        self.is_predicted = outer;
+        if !predicted.is_empty() {
+            let cx = cx();
+            predicted = quote_spanned!(Span::mixed_site()=> if #cx.predicts() { #predicted });
+        }
+        quote!(#always #predicted #end)
     }
 
-    fn statement(self, statement: &Statement) -> TokenStream {
+    fn statement(&mut self, statement: &Statement) -> TokenStream {
         let (cx, attrs) = (cx(), &statement.attrs);
+        if let Some(error) = self.analysis.facts.errors.get(&statement.id) {
+            let error = broken(&statement.declared(), error);
+            return quote!(#(#attrs)* #error);
+        }
+        let around = std::mem::replace(&mut self.plan.at, statement.id);
         let labels = statement.dims.iter().filter_map(|dim| {
-            let span = Span::mixed_site().located_at(dim.name.span());
             let (name, labels) = (dim.name.unraw().to_string(), dim.labels.as_ref()?);
-            Some(quote_spanned!(span=> #cx.coordinates(#name, || #labels);))
+            let labels = self.plan.written(labels, Plan::labels);
+            Some(quote_spanned!(here(&dim.name)=> #cx.coordinates(#name, || #labels);))
         });
+        let labels: TokenStream = labels.collect();
         let action = self.action(statement);
-        quote!(#(#labels)* #(#attrs)* #action)
+        self.plan.at = around;
+        quote!(#labels #(#attrs)* #action)
     }
 
-    fn action(self, statement: &Statement) -> TokenStream {
-        let (number, is_recorded) = (self.plan.site(statement.id), statement.mark != Mark::None);
+    fn action(&mut self, statement: &Statement) -> TokenStream {
         match &statement.kind {
-            Kind::Tilde { left, tilde, right } => {
-                self.tilde(statement, left, right, Span::mixed_site().located_at(tilde.span()))
-            }
+            Kind::Tilde { left, tilde, right } => self.tilde(statement, left, right, here(tilde)),
             Kind::Let { let_token, pat, init } => {
-                let init = init.as_ref().map(|init| self.init(init));
-                let name = match pat {
-                    syn::Pat::Type(typed) => &*typed.pat,
-                    other => other,
-                };
-                let record = is_recorded.then(|| self.record(number, name));
+                let site = (statement.mark != Mark::None).then(|| self.plan.site());
+                let pat = self.plan.written(pat, Plan::visit_pat_mut);
+                let init = init.as_ref().map(|init| {
+                    let (eq, diverge) = (&init.eq, init.diverge.as_ref());
+                    let value = match &init.value {
+                        Flow::Value(value) => self.plan.declared(&pat, value).to_token_stream(),
+                        flow => self.value(flow),
+                    };
+                    let diverge = diverge.map(|(els, block)| (els, self.block(block)));
+                    let diverge = diverge.map(|(els, block)| quote!(#els #block));
+                    quote!(#eq #value #diverge)
+                });
+                let recorded = site.zip(only_name(&pat));
+                let record = recorded.map(|(site, name)| self.record(site, name));
                 quote!(#let_token #pat #init; #record)
             }
             Kind::Factor { name, weight } => {
-                let span = Span::mixed_site().located_at(name.span());
-                let (cx, site) = (cx_at(name.span()), site(number));
+                let (cx, site) = (cx_at(name.span()), site(self.plan.site()));
+                let weight = self.plan.written(weight, Plan::visit_expr_mut);
                 let weight = quote_spanned!(weight.span()=> &(#weight));
-                quote_spanned!(span=> #cx.factor(#site, ::ppl::Datum::lift(#weight))?;)
+                quote_spanned!(here(name)=> #cx.factor(&#site, ::ppl::Datum::lift(#weight))?;)
             }
             Kind::For(plate) => self.plate(statement.id, plate),
             Kind::Flow(flow) => self.flow(flow),
-            Kind::End(init) => {
-                let (name, init) = (value(), self.init(init));
-                quote_spanned!(Span::mixed_site()=> let #name #init;)
+            Kind::End(flow) => {
+                let end = self.value(flow);
+                // where a wrong type is reported
+                let span = Span::mixed_site().located_at(statement.span);
+                quote_spanned!(span=> ::core::result::Result::Ok(#end))
             }
-            Kind::Rust(stmt) => stmt.to_token_stream(),
-            Kind::Broken { names, error } => {
-                let mut errors = error.clone().into_iter().map(|error| error.to_compile_error());
-                // what the names stand for
-                let value = names.first().map(|first| (first, errors.next()));
-                let value = value.map(|(first, error)| quote!(let #first = #error;));
-                let (first, others) = (names.first(), names.iter().skip(1));
-                quote!(#value #(#errors)* #(#[allow(unused_variables)] let #others = #first;)*)
-            }
+            Kind::Rust(stmt) => self.plan.written(stmt, Plan::visit_stmt_mut).to_token_stream(),
+            Kind::Broken { names, error } => broken(names, error),
         }
     }
 
     /// `span` is where the `~` stands: there is reported what does not fit together.
     fn tilde(
-        self,
+        &mut self,
         statement: &Statement,
         left: &Left,
-        right: &syn::Expr,
+        right: &Expr,
         span: Span,
     ) -> TokenStream {
-        let number = self.plan.site(statement.id);
+        let number = self.plan.site();
         let (cx, site) = (cx_at(span), site(number));
         match left {
             // it counts as used: it is in the results
             Left::Unknown(let_token, name) => {
-                let method =
-                    Ident::new(if self.is_predicted { "predict" } else { "unknown" }, span);
+                let right = self.plan.written(right, Plan::distribution);
+                let method = if self.is_predicted { "predict" } else { "unknown" };
+                let method = Ident::new(method, span);
                 quote_spanned! {span=>
                     #[allow(unused_variables)]
-                    #let_token #name = #cx.#method(#site, #right)?;
+                    #let_token #name = #cx.#method(&#site, #right)?;
                 }
             }
             Left::Part(let_token, name) => {
+                let right = self.plan.written(right, Plan::visit_expr_mut);
                 let method = match self.is_predicted {
                     true => quote_spanned!(span=> ::ppl::Prediction::predict),
                     false => quote_spanned!(span=> ::ppl::Declaration::declare),
@@ -126,54 +144,50 @@ impl Emitter<'_> {
                 let record = (statement.mark == Mark::Track).then(|| self.record(number, name));
                 quote_spanned! {span=>
                     #[allow(unused_variables)]
-                    #let_token #name = #method(#right, #site, #cx)?; #record
+                    #let_token #name = #method(#right, &#site, #cx)?; #record
                 }
             }
-            Left::Place(place) => {
+            Left::Place(place) | Left::Missing(place) => {
+                let place = self.plan.written(place, Plan::place);
+                let right = self.plan.written(right, Plan::distribution);
                 let datum = quote_spanned!(place.span()=> &#place);
-                if self.plan.is_summed(number) {
-                    let sum = sum_of(number);
+                if let Left::Missing(_) = left {
+                    // afterwards the name stands for what is complete
+                    let names = statement.declared();
                     return quote_spanned! {span=>
-                        #cx.condition_in_loop(#site, #right, #datum, &mut #sum)?;
+                        #(#[allow(unused_variables)] let #names =)*
+                        #cx.complete(&#site, #right, #datum)?;
                     };
                 }
-                quote_spanned!(span=> #cx.condition(#site, #right, #datum)?;)
-            }
-            Left::Missing(place) => {
-                let datum = quote_spanned!(place.span()=> &#place);
-                // afterwards the name stands for what is complete
-                let names = statement.declared();
-                let names = names.iter().map(|name| quote!(#[allow(unused_variables)] let #name =));
-                quote_spanned!(span=> #(#names)* #cx.complete(#site, #right, #datum)?;)
+                if self.plan.sums_up(number) {
+                    let sum = sum_of(number);
+                    return quote_spanned! {span=>
+                        #cx.condition_in_loop(&#site, #right, #datum, &mut #sum)?;
+                    };
+                }
+                quote_spanned!(span=> #cx.condition(&#site, #right, #datum)?;)
             }
         }
     }
 
-    fn record(self, number: usize, name: impl ToTokens + Spanned) -> TokenStream {
+    fn record(&self, number: usize, name: &Ident) -> TokenStream {
         let (cx, site) = (cx(), site(number));
-        let span = Span::mixed_site().located_at(name.span());
         let value = quote_spanned!(name.span()=> &#name);
         let method = if self.is_predicted { "track_prediction" } else { "track" };
-        let method = Ident::new(method, span);
-        quote_spanned!(span=> #cx.#method(#site, #value)?;)
+        let method = Ident::new(method, here(name));
+        quote_spanned!(here(name)=> #cx.#method(&#site, #value)?;)
     }
 
-    fn init(self, init: &Init) -> TokenStream {
-        match init {
-            Init::Value { eq, value, diverge } => {
-                let diverge = diverge.as_ref().map(|(els, value)| quote!(#els #value));
-                quote!(#eq #value #diverge)
-            }
-            Init::Flow(eq, flow) => {
-                let flow = self.flow(flow);
-                quote!(#eq #flow)
-            }
-        }
+    /// What a declaration or a submodel has as its value.
+    fn value(&mut self, flow: &Flow) -> TokenStream {
+        let aligned = self.plan.written(flow, Plan::align);
+        self.flow(&aligned)
     }
 
-    fn flow(self, flow: &Flow) -> TokenStream {
+    fn flow(&mut self, flow: &Flow) -> TokenStream {
         match flow {
             Flow::If { if_token, condition, then, otherwise } => {
+                let condition = self.plan.written(condition, Plan::visit_expr_mut);
                 let then = self.block(then);
                 let otherwise = otherwise.as_ref().map(|(else_token, other)| {
                     let other = self.flow(other);
@@ -182,43 +196,49 @@ impl Emitter<'_> {
                 quote!(#if_token #condition #then #otherwise)
             }
             Flow::Match { match_token, scrutinee, brace, arms } => {
+                let scrutinee = self.plan.written(scrutinee, Plan::visit_expr_mut);
                 let mut tokens = quote!(#match_token #scrutinee);
                 let arms = arms.iter().map(|arm| self.arm(arm));
                 brace.surround(&mut tokens, |tokens| tokens.extend(arms));
                 tokens
             }
             Flow::Block(block) => self.block(block),
+            Flow::Value(value) => self.plan.written(value, Plan::visit_expr_mut).to_token_stream(),
         }
     }
 
-    fn arm(self, arm: &Arm) -> TokenStream {
+    fn arm(&mut self, arm: &Arm) -> TokenStream {
         let Arm { pat, guard, arrow, body } = arm;
-        let guard = guard.as_ref().map(|(if_token, guard)| quote!(#if_token #guard));
-        let body = match body {
-            ArmBody::Block(block) => self.block(block),
-            ArmBody::Value(value) => quote!(#value,),
-        };
-        quote!(#pat #guard #arrow #body)
+        let guard = guard.as_ref().map(|(if_token, guard)| {
+            let guard = self.plan.written(guard, Plan::visit_expr_mut);
+            quote!(#if_token #guard)
+        });
+        let body = self.flow(body);
+        quote!(#pat #guard #arrow #body,)
     }
 
     /// A loop, between the declarations of what it sums up apart and their additions.
-    fn plate(self, id: Id, plate: &For) -> TokenStream {
+    fn plate(&mut self, statement: Id, plate: &For) -> TokenStream {
         let For { label, for_token, pat, in_token, iter, body } = plate;
         let (cx, span) = (cx(), Span::mixed_site());
-        let Some(planned) = self.plan.plate(id) else {
-            let body = self.block(body);
-            return quote!(#label #for_token #pat #in_token #iter #body);
-        };
-        if planned.is_pooled
-            && let [Statement { id, attrs, kind, .. }] = body.statements.as_slice()
-            && let Kind::Tilde { tilde, right, .. } = kind
+        let iter = self.plan.written(iter, Plan::visit_expr_mut);
+        let pat = self.plan.written(pat, Plan::visit_pat_mut);
+        let known = self.plan.plate(statement);
+        if known.is_some_and(|known| known.is_pooled)
+            && let [Statement { id, attrs, kind: Kind::Tilde { tilde, right, .. }, .. }] =
+                body.statements.as_slice()
+            && !self.analysis.facts.errors.contains_key(id)
         {
-            let (span, site) = (span.located_at(tilde.span()), site(self.plan.site(*id)));
-            let cx = cx_at(span);
-            return quote_spanned!(span=> #(#attrs)* #cx.condition_all(#site, #right, #iter)?;);
+            let around = std::mem::replace(&mut self.plan.at, *id);
+            let (cx, site) = (cx_at(tilde.span()), site(self.plan.site()));
+            let right = self.plan.written(right, Plan::distribution);
+            self.plan.at = around;
+            let all = quote_spanned!(here(tilde)=> #cx.condition_all(&#site, #right, #iter)?;);
+            return quote!(#(#attrs)* #all);
         }
+        let is_outermost = known.is_some_and(|known| self.plan.begin_sums(known));
         let mut body = self.block(body);
-        if planned.unwinds {
+        if known.is_some_and(|known| known.unwinds) {
             body = quote_spanned!(span=> {
                 let mark = #cx.mark();
                 #body
@@ -226,26 +246,46 @@ impl Emitter<'_> {
             });
         }
         let tokens = quote!(#label #for_token #pat #in_token #iter #body);
-        let (names, terms) = (&planned.sums.names, &planned.sums.terms);
+        let Sums { names, terms } = match is_outermost {
+            true => self.plan.end_sums(),
+            false => Sums::default(),
+        };
         if names.is_empty() && terms.is_empty() {
             return tokens;
         }
-        let declared = names.iter().map(|name| {
-            let sum = shared_name(name);
-            quote_spanned!(name.span()=> let #sum = (&__Of(&#name)).sum();)
-        });
-        let added = names.iter().map(|name| {
-            let sum = shared_name(name);
-            quote_spanned!(name.span()=> #sum.deposit();)
-        });
+        let shared: Vec<_> = names.iter().map(shared_name).collect();
         let sites = terms.iter().map(|&number| site(number));
         let sums: Vec<_> = terms.iter().map(|&number| sum_of(number)).collect();
         quote_spanned! {span=> {
-            #(#declared)*
+            #(let #shared = (&__Of(&#names)).sum();)*
             #(#[allow(unused_mut)] let mut #sums = #cx.total();)*
             #tokens
-            #(#added)*
-            #(#cx.add_total(#sites, #sums)?;)*
+            #(#shared.deposit();)*
+            #(#cx.add_total(&#sites, #sums)?;)*
         }}
     }
+}
+
+/// The context.
+pub(super) fn cx() -> Ident {
+    cx_at(Span::mixed_site())
+}
+
+/// The context, asked where the user wrote something: there errors are reported.
+fn cx_at(place: Span) -> Ident {
+    Ident::new("cx", Span::mixed_site().located_at(place))
+}
+
+/// The variable that sums up the terms of an observation in a loop.
+fn sum_of(site: usize) -> Ident {
+    format_ident!("terms_{site}", span = Span::mixed_site())
+}
+
+/// The error in place of a statement, and what it would have declared.
+fn broken(names: &[Ident], error: &Error) -> TokenStream {
+    let mut errors = error.clone().into_iter().map(|error| error.to_compile_error());
+    let value = names.first().map(|first| (first, errors.next()));
+    let value = value.map(|(first, error)| quote!(let #first = #error;));
+    let (first, others) = (names.first(), names.iter().skip(1));
+    quote!(#value #(#errors)* #(#[allow(unused_variables)] let #others = #first;)*)
 }

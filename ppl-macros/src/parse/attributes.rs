@@ -1,67 +1,47 @@
 //! What stands before a statement in `#[…]`.
 
 use quote::ToTokens;
-use syn::ext::IdentExt;
 use syn::parse::ParseStream;
 use syn::punctuated::Punctuated;
 use syn::{Attribute, Ident, Meta, Result, Token};
 
 use crate::ast::{Dim, Mark};
-use crate::errors::{self, at};
+use crate::errors::{self, about, at};
 
-/// The attributes of a statement.
-#[derive(Default)]
-pub(super) struct Head {
-    /// About lints.
-    pub(super) attrs: Vec<Attribute>,
-    pub(super) mark: Mark,
-    pub(super) dims: Vec<Dim>,
-}
+/// The attributes of a statement: about lints, its mark, its dimensions.
+pub(super) type Head = (Vec<Attribute>, Mark, Vec<Dim>);
 
 pub(super) fn head(attrs: Vec<Attribute>) -> Result<Head> {
-    let mut head = Head::default();
+    let (mut lints, mut mark, mut named) = Head::default();
     for attr in attrs {
-        let name = attr.path().to_token_stream().to_string().replace(' ', "");
-        let bare = matches!(attr.meta, Meta::Path(_));
-        let new = match name.as_str() {
-            "track" if bare => Mark::Track,
-            "predict" if bare => Mark::Predict,
-            "dims" if head.dims.is_empty() => {
-                head.dims = dims(&attr)?;
-                continue;
-            }
-            "allow" | "expect" | "warn" | "deny" | "forbid" => {
-                head.attrs.push(attr);
-                continue;
-            }
-            // comments that would document nothing for rustdoc
-            "doc" => continue,
-            "dims" => return Err(at(&attr, errors::TWO_DIMS)),
-            "track" | "predict" => return Err(at(&attr, errors::bare(&name))),
-            _ => return Err(at(&attr, errors::attribute(&name))),
-        };
-        if head.mark != Mark::None {
-            return Err(at(&attr, errors::TWO_MARKS));
+        let is = |name: &&str| attr.path().is_ident(name);
+        let takes_mark = matches!(attr.meta, Meta::Path(_)) && mark == Mark::None;
+        if ["allow", "expect", "warn", "deny", "forbid"].iter().any(is) {
+            lints.push(attr);
+        } else if is(&"dims") && named.is_empty() {
+            named = dims(&attr)?;
+        } else if is(&"track") && takes_mark {
+            mark = Mark::Track;
+        } else if is(&"predict") && takes_mark {
+            mark = Mark::Predict;
+        } else if !is(&"doc") {
+            // a comment would document nothing for rustdoc
+            let written = attr.meta.to_token_stream().to_string().replace(' ', "");
+            return Err(about(written, &attr, errors::ATTRIBUTE));
         }
-        head.mark = new;
     }
-    Ok(head)
+    Ok((lints, mark, named))
 }
 
 /// `#[dims(year, school = names)]`.
 fn dims(attr: &Attribute) -> Result<Vec<Dim>> {
     let dim = |input: ParseStream| {
         let name: Ident = input.parse()?;
-        let labels = match input.parse::<Option<Token![=]>>()? {
-            Some(_) => Some(input.parse()?),
-            None => None,
-        };
+        let eq: Option<Token![=]> = input.parse()?;
+        let labels = eq.map(|_| input.parse()).transpose()?;
         Ok(Dim { name, labels })
     };
-    let Meta::List(list) = &attr.meta else {
-        return Err(at(attr, errors::DIMS_NAMES));
-    };
-    let dims = list.parse_args_with(|input: ParseStream| {
+    let dims = attr.parse_args_with(|input: ParseStream| {
         Punctuated::<_, Token![,]>::parse_terminated_with(input, dim)
     });
     let dims: Vec<Dim> = dims.map_err(|_| at(attr, errors::DIMS_NAMES))?.into_iter().collect();
@@ -69,12 +49,9 @@ fn dims(attr: &Attribute) -> Result<Vec<Dim>> {
         return Err(at(attr, errors::DIMS_NAMES));
     }
     for (k, dim) in dims.iter().enumerate() {
-        let name = dim.name.unraw().to_string();
-        if name == "chain" || name == "draw" {
+        let is_taken = dims[..k].iter().any(|other| other.name == dim.name);
+        if is_taken || dim.name == "chain" || dim.name == "draw" {
             return Err(at(&dim.name, errors::DIMS_TAKEN));
-        }
-        if dims[..k].iter().any(|other| other.name == dim.name) {
-            return Err(at(&dim.name, errors::dims_twice(&name)));
         }
     }
     Ok(dims)

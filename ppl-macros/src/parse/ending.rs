@@ -2,60 +2,39 @@
 
 use syn::{Expr, Result, Stmt, Type};
 
-use crate::ast::{Block, Flow, Init, Kind, Mark, Statement};
+use crate::ast::{Block, Flow, Kind, Mark};
 use crate::errors::{self, at};
 use crate::syntax::expressions::is_assignment;
 
-/// The body of a model, or with `value` that of a submodel that returns it.
-pub(super) fn ended(mut body: Block, value: Option<&Type>) -> (Block, Result<()>) {
-    let result = match value {
-        Some(ty) => submodel(&mut body, ty),
-        None => {
-            model(&mut body);
-            Ok(())
-        }
-    };
-    // `Ok(())` follows what is not the value
-    if let Some(Statement { kind: Kind::Rust(Stmt::Expr(_, semi)), .. }) =
-        body.statements.last_mut()
-    {
-        semi.get_or_insert_default();
-    }
-    (body, result)
-}
-
-/// A model ends with a statement.
-fn model(body: &mut Block) {
-    if let Some(last) = body.statements.last_mut()
-        && let Kind::Rust(Stmt::Expr(value, None)) = &last.kind
-        && is_value(value)
-    {
-        last.kind = Kind::Broken { names: Vec::new(), error: at(value, errors::VALUE_AT_END) };
-    }
-}
-
-/// A submodel ends with its value, unless that is `()`.
-fn submodel(body: &mut Block, ty: &Type) -> Result<()> {
-    let is_unit = matches!(ty, Type::Tuple(tuple) if tuple.elems.is_empty());
-    let Some(last) = body.statements.last_mut() else {
-        return if is_unit { Ok(()) } else { Err(at(ty, errors::NO_VALUE)) };
-    };
+/// Makes the last statement the end of the body: the value of type `value`, if it has one. Says why
+/// not, if that cannot be.
+pub(super) fn end(body: &mut Block, value: Option<&Type>) -> Result<()> {
+    let is_unit = |ty: &Type| matches!(ty, Type::Tuple(tuple) if tuple.elems.is_empty());
+    let needed = value.filter(|ty| !is_unit(ty));
+    let no_value = || needed.map_or(Ok(()), |ty| Err(at(ty, errors::NO_VALUE)));
+    let Some(last) = body.statements.last_mut() else { return no_value() };
     let is_unmarked = last.mark == Mark::None && last.dims.is_empty();
-    let end = match &last.kind {
+    let end = match &mut last.kind {
+        Kind::Rust(Stmt::Expr(expr, None)) if value.is_none() && is_value(expr) => {
+            let error = at(expr, errors::VALUE_AT_END);
+            Kind::Broken { names: Vec::new(), error }
+        }
+        Kind::Rust(Stmt::Expr(expr, None)) if value.is_some() && is_unmarked => {
+            Kind::End(Flow::Value(expr.clone()))
+        }
         Kind::Flow(
             flow @ (Flow::Match { .. } | Flow::Block(_) | Flow::If { otherwise: Some(_), .. }),
-        ) if is_unmarked && !is_unit => Init::Flow(Default::default(), flow.clone()),
-        Kind::Rust(Stmt::Expr(value, None))
-            if is_unmarked && !matches!(value, Expr::While(_) | Expr::Loop(_)) =>
-        {
-            Init::Value { eq: Default::default(), value: value.clone(), diverge: None }
+        ) if needed.is_some() && is_unmarked => Kind::End(flow.clone()),
+        // `Ok(())` follows what is not the value
+        Kind::Rust(Stmt::Expr(_, semi)) => {
+            semi.get_or_insert_default();
+            return no_value();
         }
         // what is broken may have been the value
         Kind::Broken { .. } => return Ok(()),
-        _ if is_unit => return Ok(()),
-        _ => return Err(at(ty, errors::NO_VALUE)),
+        _ => return no_value(),
     };
-    last.kind = Kind::End(end);
+    last.kind = end;
     Ok(())
 }
 

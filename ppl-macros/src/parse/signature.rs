@@ -1,46 +1,35 @@
 //! The function that declares a model: name, generics, data.
 
-use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
-use quote::format_ident;
-use syn::ext::IdentExt;
+use proc_macro2::{Delimiter, TokenStream, TokenTree};
+use quote::{ToTokens, format_ident, quote};
 use syn::parse::discouraged::Speculative;
 use syn::parse::{ParseStream, Parser};
 use syn::spanned::Spanned;
-use syn::visit::{self, Visit};
 use syn::visit_mut::{self, VisitMut};
 use syn::{
-    Attribute, Error, Generics, Ident, LitStr, Pat, Receiver, Result, ReturnType, Token, Type,
-    TypeReference, Visibility, parenthesized, parse_quote, parse_quote_spanned, token,
+    Attribute, Error, FnArg, Ident, PatType, Result, ReturnType, Signature, Type, Visibility,
+    parse_quote_spanned, token,
 };
 
-use super::ending::ended;
+use super::ending::end;
 use super::statements::Reader;
-use crate::ast::{Argument, Block, Model};
-use crate::errors::{self, at};
-use crate::syntax::tokens::is;
+use crate::ast::{Argument, Model};
+use crate::errors::{self, about, at};
+use crate::syntax::patterns::only_name;
+use crate::syntax::statements::starts_with;
+use crate::syntax::tokens::says;
 
 /// All models of one invocation.
 pub(crate) fn models(input: TokenStream) -> Vec<Result<Model>> {
     let parser = |input: ParseStream| {
         let mut models = Vec::new();
-        if input.is_empty() {
-            models.push(Err(Error::new(Span::call_site(), errors::EMPTY)));
-        }
-        while !input.is_empty() {
+        while !input.is_empty() || models.is_empty() {
             let ahead = input.fork();
-            let (mut vis, mut name) = (Visibility::Inherited, None);
-            let model = model(&ahead, &mut vis, &mut name);
-            let model = match (model, name) {
-                (Ok(model), _) => {
-                    input.advance_to(&ahead);
-                    Ok(model)
-                }
-                (Err(error), Some(name)) => Ok(stand_in(vis, name, skip(input), error)),
-                (Err(error), None) => {
-                    skip(input);
-                    Err(error)
-                }
-            };
+            let model = model(&ahead);
+            match &model {
+                Ok(_) => input.advance_to(&ahead),
+                Err(_) => skip(input),
+            }
             models.push(model);
         }
         Ok(models)
@@ -48,162 +37,94 @@ pub(crate) fn models(input: TokenStream) -> Vec<Result<Model>> {
     parser.parse2(input).unwrap_or_else(|error| vec![Err(error)])
 }
 
-/// A model without statements, for one whose signature cannot be used: calls of it compile, and
-/// add no other error.
-fn stand_in(vis: Visibility, name: Ident, arity: usize, error: Error) -> Model {
-    let types: Vec<_> = (0..arity).map(|i| format_ident!("__T{i}")).collect();
-    let arguments = types.iter().enumerate().map(|(i, ty)| Argument {
-        attrs: Vec::new(),
-        name: format_ident!("_{i}"),
-        colon: Default::default(),
-        ty: parse_quote!(#ty),
-    });
-    Model {
-        attrs: Vec::new(),
-        vis,
-        fn_token: Default::default(),
-        name,
-        generics: parse_quote!(<#(#types),*>),
-        arguments: arguments.collect(),
-        value: None,
-        body: Block::empty(),
-        errors: vec![error],
-    }
-}
-
-fn model(input: ParseStream, vis: &mut Visibility, name: &mut Option<Ident>) -> Result<Model> {
-    let mut errors = Vec::new();
-    let attrs = input.call(Attribute::parse_outer)?;
-    *vis = input.parse()?;
-    while input.peek(Token![async])
-        || input.peek(Token![const])
-        || input.peek(Token![unsafe])
-        || input.peek(Token![extern])
-    {
-        let qualifier: Ident = input.call(Ident::parse_any)?;
-        let _abi: Option<LitStr> = input.parse()?;
-        errors.push(at(&qualifier, errors::qualifier(&qualifier.to_string())));
-    }
-    if !input.peek(Token![fn]) {
+fn model(input: ParseStream) -> Result<Model> {
+    let (attrs, vis) = (input.call(Attribute::parse_outer)?, input.parse()?);
+    if !starts_with(input, &["fn", "async", "const", "extern", "unsafe"]) {
         return Err(input.error(errors::NO_FUNCTION));
     }
-    let fn_token = input.parse()?;
-    let ident: Ident = input.parse()?;
-    *name = Some(ident.clone());
-    let mut generics: Generics = input.parse()?;
-    let mut arguments = arguments(input, &mut errors)?;
-    let mut value = match input.parse()? {
+    let signature: Signature = input.parse()?;
+    let (mut typed, mut errors) = (Vec::new(), Vec::new());
+    let Signature { constness, asyncness, safety, abi, variadic, .. } = &signature;
+    let qualifiers = quote!(#constness #asyncness #safety #abi #variadic);
+    if !qualifiers.is_empty() {
+        errors.push(about(&qualifiers, &qualifiers, errors::QUALIFIER));
+    }
+    for argument in signature.inputs {
+        match argument {
+            FnArg::Typed(argument) => typed.push(argument),
+            FnArg::Receiver(receiver) => errors.push(at(receiver, errors::SELF_ARGUMENT)),
+        }
+    }
+    let mut value = match signature.output {
         ReturnType::Type(_, ty) => Some(*ty),
         ReturnType::Default => None,
     };
-    match &mut value {
+    let (name, arity) = (signature.ident, typed.len());
+    let read = arguments(typed, value.as_mut()).and_then(|arguments| {
+        if !input.peek(token::Brace) {
+            return Err(input.error(errors::NO_BODY));
+        }
+        Ok((arguments, Reader::default().block(input)?))
+    });
+    let (arguments, mut body) = match read {
+        Ok(read) => read,
+        Err(error) => {
+            skip(input);
+            return stand_in(&vis, &name, arity, error);
+        }
+    };
+    errors.extend(end(&mut body, value.as_ref()).err());
+    let (fn_token, generics) = (signature.fn_token, signature.generics);
+    Ok(Model { attrs, vis, fn_token, name, generics, arguments, value, body, errors })
+}
+
+/// A model without statements, for one whose signature cannot be used: calls of it compile, and
+/// add no other error.
+fn stand_in(vis: &Visibility, name: &Ident, arity: usize, error: Error) -> Result<Model> {
+    let types: Vec<_> = (0..arity).map(|i| format_ident!("__T{i}")).collect();
+    let names = (0..arity).map(|i| format_ident!("_{i}"));
+    let stand_in = quote!(#vis fn #name<#(#types),*>(#(#names: #types),*) {});
+    Ok(Model { errors: vec![error], ..model.parse2(stand_in)? })
+}
+
+/// The data. In a submodel with this value `Real` becomes the number of the reading that it runs in.
+fn arguments(typed: Vec<PatType>, value: Option<&mut Type>) -> Result<Vec<Argument>> {
+    let arguments: Result<Vec<_>> = typed.into_iter().map(argument).collect();
+    let mut arguments = arguments?;
+    match value {
+        Some(Type::Reference(reference)) if reference.lifetime.is_none() => {
+            return Err(at(reference, errors::VALUE_REFERENCE));
+        }
         Some(ty) => {
-            if let Some(reference) = Found::of(ty).elided {
-                return Err(at(reference, errors::VALUE_REFERENCE));
-            }
             let types = arguments.iter_mut().map(|argument| &mut argument.ty);
             types.chain([ty]).for_each(|ty| NumberType.visit_type_mut(ty));
         }
         None => {
-            let mut types = arguments.iter().map(|argument| &argument.ty);
-            if let Some(found) = types.find_map(|ty| Found::of(ty).real) {
-                return Err(at(found, errors::REAL_DATA));
+            let is_real = |argument: &&Argument| says(argument.ty.to_token_stream(), "Real");
+            if let Some(argument) = arguments.iter().find(is_real) {
+                return Err(at(&argument.ty, errors::REAL_DATA));
             }
-        }
-    }
-    generics.where_clause = input.parse()?;
-    if !input.peek(token::Brace) {
-        return Err(input.error(errors::NO_BODY));
-    }
-    let (body, end) = ended(Reader::default().block(input)?, value.as_ref());
-    errors.extend(end.err());
-    let (vis, name) = (vis.clone(), ident);
-    Ok(Model { attrs, vis, fn_token, name, generics, arguments, value, body, errors })
-}
-
-fn arguments(input: ParseStream, errors: &mut Vec<Error>) -> Result<Vec<Argument>> {
-    let content;
-    parenthesized!(content in input);
-    let mut arguments = Vec::new();
-    while !content.is_empty() {
-        let ahead = content.fork();
-        if let Ok(receiver) = ahead.parse::<Receiver>() {
-            content.advance_to(&ahead);
-            errors.push(at(receiver, errors::SELF_ARGUMENT));
-        } else {
-            arguments.push(argument(&content, errors)?);
-        }
-        if !content.is_empty() {
-            content.parse::<Token![,]>()?;
         }
     }
     Ok(arguments)
 }
 
-fn argument(input: ParseStream, errors: &mut Vec<Error>) -> Result<Argument> {
-    let attrs = input.call(Attribute::parse_outer)?;
-    let pat = Pat::parse_single(input)?;
-    let name = match pat {
-        Pat::Ident(pat) if pat.by_ref.is_none() && pat.subpat.is_none() => {
-            if let Some(mutability) = pat.mutability {
-                errors.push(at(mutability, errors::MUT_ARGUMENT));
-            }
-            pat.ident
-        }
-        other => return Err(at(other, errors::ARGUMENT_PATTERN)),
-    };
-    if !input.peek(Token![:]) {
-        return Err(at(&name, errors::argument_type(&name.to_string())));
-    }
-    let argument = Argument { attrs, name, colon: input.parse()?, ty: input.parse()? };
-    match Found::of(&argument.ty).refused {
-        Some(error) => Err(error),
-        None => Ok(argument),
+fn argument(typed: PatType) -> Result<Argument> {
+    let PatType { attrs, pat, colon_token: colon, ty } = typed;
+    let name = only_name(&pat).ok_or_else(|| at(&pat, errors::ARGUMENT_PATTERN))?.clone();
+    match refused(&ty) {
+        Some(message) => Err(at(ty, message)),
+        None => Ok(Argument { attrs, name, colon, ty: *ty }),
     }
 }
 
-/// What a type has inside.
-#[derive(Default)]
-struct Found {
-    /// What data cannot have.
-    refused: Option<Error>,
-    /// `Real`.
-    real: Option<Type>,
-    /// A reference without a lifetime.
-    elided: Option<TypeReference>,
-}
-
-impl Found {
-    fn of(ty: &Type) -> Self {
-        let mut found = Self::default();
-        found.visit_type(ty);
-        found
-    }
-}
-
-impl<'a> Visit<'a> for Found {
-    fn visit_type(&mut self, ty: &'a Type) {
-        match ty {
-            Type::ImplTrait(_) => self.refused = Some(at(ty, errors::IMPL_TRAIT)),
-            Type::Path(path) if path.path.is_ident("Real") => self.real = Some(ty.clone()),
-            // what it takes and returns is not data of the model
-            Type::FnPtr(_) => {}
-            _ => visit::visit_type(self, ty),
-        }
-    }
-
-    fn visit_type_reference(&mut self, ty: &'a TypeReference) {
-        if ty.mutability.is_some() {
-            self.refused = Some(at(ty, errors::MUT_REFERENCE));
-        }
-        if ty.lifetime.is_none() {
-            self.elided = Some(ty.clone());
-        }
-        visit::visit_type_reference(self, ty);
-    }
-
-    // nor is this
-    fn visit_parenthesized_generic_arguments(&mut self, _: &'a syn::ParenthesizedGenericArguments) {
+/// Why data cannot have a type.
+fn refused(ty: &Type) -> Option<&'static str> {
+    match ty {
+        Type::ImplTrait(_) => Some(errors::IMPL_TRAIT),
+        Type::Reference(reference) if reference.mutability.is_some() => Some(errors::MUT_REFERENCE),
+        Type::Reference(reference) => refused(&reference.elem),
+        _ => None,
     }
 }
 
@@ -222,30 +143,13 @@ impl VisitMut for NumberType {
     }
 }
 
-/// Goes past a model that could not be read, and counts its arguments.
-fn skip(input: ParseStream) -> usize {
-    let mut arguments = None;
+/// Goes past a model that could not be read.
+fn skip(input: ParseStream) {
     while let Ok(tree) = input.parse::<TokenTree>() {
         match tree {
             TokenTree::Group(group) if group.delimiter() == Delimiter::Brace => break,
-            TokenTree::Group(group) if group.delimiter() == Delimiter::Parenthesis => {
-                arguments.get_or_insert_with(|| count(group.stream()));
-            }
             TokenTree::Punct(punct) if punct.as_char() == ';' => break,
             _ => {}
         }
     }
-    arguments.unwrap_or_default()
-}
-
-/// The number of pieces between commas that are not inside `<…>`.
-fn count(arguments: TokenStream) -> usize {
-    let (mut depth, mut is_arrow) = (0, false);
-    let trees: Vec<TokenTree> = arguments.into_iter().collect();
-    let pieces = trees.split(|tree| {
-        depth += i32::from(is(tree, '<')) - i32::from(is(tree, '>') && !is_arrow);
-        is_arrow = is(tree, '-');
-        depth == 0 && is(tree, ',')
-    });
-    pieces.filter(|piece| !piece.is_empty()).count()
 }

@@ -2,21 +2,22 @@
 
 use std::cell::Cell;
 
-use syn::parse::ParseStream;
+use proc_macro2::TokenTree;
 use syn::parse::discouraged::Speculative;
+use syn::parse::{Parse, ParseStream};
 use syn::{Attribute, Error, Expr, Ident, Pat, PatType, Result, Stmt, Token, braced, token};
 
 use super::attributes::{Head, head};
-use crate::ast::{Arm, ArmBody, Block, Flow, For, Id, Init, Kind, Left, Statement};
+use crate::ast::{Arm, Block, Flow, For, Id, Init, Kind, Left, Statement};
 use crate::errors::{self, at};
 use crate::syntax::expressions::{calls_function, plain_function};
-use crate::syntax::patterns::bound_names;
+use crate::syntax::patterns::{bound_names, only_name};
 use crate::syntax::places::plain_name;
 use crate::syntax::statements::{
-    expression, resynchronise, starts_flow, starts_item, starts_plate, starts_statement,
-    tilde_in_braces,
+    expression, nested_tilde, resynchronise, starts_flow, starts_item, starts_plate,
+    starts_statement,
 };
-use crate::syntax::tokens::{between, last_span, source};
+use crate::syntax::tokens::{between, is, source};
 
 /// Reads statements, and counts them.
 #[derive(Default)]
@@ -47,48 +48,62 @@ impl Reader {
             Ok(_) => input.advance_to(&ahead),
             Err(_) => resynchronise(input),
         }
-        let tokens = between(begin, input.cursor());
-        let mut push = |head: Head, kind| {
+        let trees = between(begin, input.cursor());
+        let mut push = |(attrs, mark, dims): Head, kind| {
             let id = Id(self.next.replace(self.next.get() + 1));
-            let Head { attrs, mark, dims } = head;
-            let (text, tokens) = (source(&tokens), tokens.iter().cloned().collect());
+            let (text, tokens) = (source(&trees), trees.iter().cloned().collect());
             statements.push(Statement { id, attrs, mark, dims, kind, tokens, text, span });
         };
-        match result {
-            Ok((head, mut kind, ended)) => {
-                if let (Kind::Rust(Stmt::Expr(_, semi)), false) = (&mut kind, ended) {
-                    semi.get_or_insert_default();
-                }
-                push(head, kind);
-                if !ended {
-                    let span = last_span(begin, input.cursor());
-                    let error = Error::new(span, errors::MISSING_SEMICOLON);
-                    push(Head::default(), Kind::Broken { names: Vec::new(), error });
-                }
+        let (head, mut kind) = match result {
+            Ok(read) => read,
+            Err(error) => return push(Head::default(), Kind::Broken { names, error }),
+        };
+        let is_ended = match &mut kind {
+            Kind::For(_) | Kind::Flow(_) | Kind::Rust(Stmt::Item(_)) => true,
+            Kind::Rust(Stmt::Expr(value, None)) if input.is_empty() || is_braced(value) => true,
+            Kind::Rust(Stmt::Expr(_, semi @ None)) => {
+                semi.get_or_insert_default();
+                false
             }
-            Err(error) => push(Head::default(), Kind::Broken { names, error }),
+            _ => trees.last().is_some_and(|tree| is(tree, ';')),
+        };
+        push(head, kind);
+        if !is_ended && let Some(last) = trees.last() {
+            let span = match last {
+                TokenTree::Group(group) => group.span_close(),
+                other => other.span(),
+            };
+            let error = Error::new(span, errors::MISSING_SEMICOLON);
+            push(Head::default(), Kind::Broken { names: Vec::new(), error });
         }
     }
 
-    /// One statement, and whether it ended as it should. The names that it declares are written to
-    /// `names` as soon as they are known.
-    fn statement(&self, input: ParseStream, names: &mut Vec<Ident>) -> Result<(Head, Kind, bool)> {
+    /// One statement, with the `;` that ends it, if there is one. The names that it declares are
+    /// written to `names` as soon as they are known.
+    fn statement(&self, input: ParseStream, names: &mut Vec<Ident>) -> Result<(Head, Kind)> {
         let head = head(input.call(Attribute::parse_outer)?);
-        let (kind, ended) = if input.peek(Token![let]) {
+        let kind = if input.peek(Token![let]) {
             self.declaration(input, names)?
         } else if starts_plate(input) {
-            (Kind::For(Box::new(self.plate(input)?)), true)
+            Kind::For(Box::new(For {
+                label: input.parse()?,
+                for_token: input.parse()?,
+                pat: Pat::parse_multi_with_leading_vert(input)?,
+                in_token: input.parse()?,
+                iter: Expr::parse_without_eager_brace(input)?,
+                body: self.block(input)?,
+            }))
         } else if starts_flow(input) {
-            (Kind::Flow(self.flow(input)?), true)
+            Kind::Flow(self.flow(input)?)
         } else if starts_item(input) {
-            (Kind::Rust(input.parse()?), true)
+            Kind::Rust(input.parse()?)
         } else {
             expression_statement(input, names)?
         };
-        Ok((head?, kind, ended))
+        Ok((head?, kind))
     }
 
-    fn declaration(&self, input: ParseStream, names: &mut Vec<Ident>) -> Result<(Kind, bool)> {
+    fn declaration(&self, input: ParseStream, names: &mut Vec<Ident>) -> Result<Kind> {
         let let_token: Token![let] = input.parse()?;
         if input.peek(Token![~]) || input.peek(Token![=]) {
             return Err(input.error(errors::NO_NAME));
@@ -103,42 +118,35 @@ impl Reader {
                 ty: input.parse()?,
             });
         }
-        if input.peek(Token![~]) {
+        let kind = if input.peek(Token![~]) {
             let tilde = input.parse()?;
-            let distribution = distribution(input, tilde)?;
-            let name = unknown_name(pat)?;
-            let left = match calls_function(&distribution) {
+            let right = distribution(input, tilde)?;
+            let name = only_name(&pat).filter(|_| !matches!(pat, Pat::Type(_)));
+            let name = name.ok_or_else(|| at(&pat, errors::UNKNOWN_NAME))?.clone();
+            let left = match calls_function(&right) {
                 true => Left::Part(let_token, name),
                 false => Left::Unknown(let_token, name),
             };
-            return Ok((Kind::Tilde { left, tilde, right: distribution }, end(input)));
-        }
-        if input.peek(Token![.]) || input.peek(token::Bracket) {
+            Kind::Tilde { left, tilde, right }
+        } else if input.peek(Token![.]) || input.peek(token::Bracket) {
             return Err(Error::new(let_token.span, errors::LET_PLACE));
-        }
-        let init = if input.peek(Token![=]) { Some(self.init(input)?) } else { None };
-        Ok((Kind::Let { let_token, pat, init }, end(input)))
+        } else {
+            let init = if input.peek(Token![=]) { Some(self.init(input)?) } else { None };
+            Kind::Let { let_token, pat, init }
+        };
+        input.parse::<Option<Token![;]>>()?;
+        Ok(kind)
     }
 
     fn init(&self, input: ParseStream) -> Result<Init> {
         let eq: Token![=] = input.parse()?;
-        if input.peek(Token![~]) {
-            return Err(input.error(errors::TILDE_EQUALS));
-        }
-        if starts_flow(input) && tilde_in_braces(input) {
-            return Ok(Init::Flow(eq, self.flow(input)?));
-        }
-        let value = expression(input, |input| input.parse())?;
-        let diverge = if input.peek(Token![else]) {
-            let else_token = input.parse()?;
-            if !input.peek(token::Brace) {
-                return Err(input.error(errors::ELSE));
-            }
-            Some((else_token, expression(input, Expr::parse_with_earlier_boundary_rule)?))
-        } else {
-            None
+        let value = match starts_flow(input) && nested_tilde(input.cursor()).is_some() {
+            true => self.flow(input)?,
+            false => Flow::Value(expression(input, Expr::parse)?),
         };
-        Ok(Init::Value { eq, value, diverge })
+        let diverge = input.parse::<Option<_>>()?;
+        let diverge = diverge.map(|els| Ok::<_, Error>((els, self.block(input)?))).transpose()?;
+        Ok(Init { eq, value, diverge })
     }
 
     fn flow(&self, input: ParseStream) -> Result<Flow> {
@@ -146,15 +154,13 @@ impl Reader {
             let if_token = input.parse()?;
             let condition = Expr::parse_without_eager_brace(input)?;
             let then = self.block(input)?;
-            let otherwise = if input.peek(Token![else]) {
-                let else_token = input.parse()?;
-                if !input.peek(Token![if]) && !input.peek(token::Brace) {
-                    return Err(input.error(errors::ELSE));
-                }
-                Some((else_token, Box::new(self.flow(input)?)))
-            } else {
-                None
+            let other = || match input.peek(Token![if]) {
+                true => self.flow(input),
+                false => self.block(input).map(Flow::Block),
             };
+            let otherwise = input.parse::<Option<_>>()?;
+            let otherwise = otherwise.map(|els| Ok::<_, Error>((els, Box::new(other()?))));
+            let otherwise = otherwise.transpose()?;
             return Ok(Flow::If { if_token, condition, then, otherwise });
         }
         if input.peek(Token![match]) {
@@ -171,51 +177,21 @@ impl Reader {
         Ok(Flow::Block(self.block(input)?))
     }
 
-    fn plate(&self, input: ParseStream) -> Result<For> {
-        Ok(For {
-            label: input.parse()?,
-            for_token: input.parse()?,
-            pat: Pat::parse_multi_with_leading_vert(input)?,
-            in_token: input.parse()?,
-            iter: Expr::parse_without_eager_brace(input)?,
-            body: self.block(input)?,
-        })
-    }
-
     fn arm(&self, input: ParseStream) -> Result<Arm> {
         let pat = Pat::parse_multi_with_leading_vert(input)?;
         let guard =
             if input.peek(Token![if]) { Some((input.parse()?, input.parse()?)) } else { None };
         let arrow = input.parse()?;
         let body = if input.peek(token::Brace) {
-            ArmBody::Block(self.block(input)?)
+            Flow::Block(self.block(input)?)
         } else {
-            let value = expression(input, Expr::parse_with_earlier_boundary_rule)?;
-            let is_factor = |value: &Expr| match value {
-                Expr::Call(call) => plain_function(call).is_some_and(|name| name == "factor"),
-                _ => false,
-            };
-            if input.peek(Token![~]) || is_factor(&value) {
-                return Err(at(value, errors::TILDE_IN_ARM));
-            }
-            ArmBody::Value(value)
+            Flow::Value(expression(input, Expr::parse_with_earlier_boundary_rule)?)
         };
         let comma: Option<Token![,]> = input.parse()?;
-        if comma.is_none() && matches!(body, ArmBody::Value(_)) && !input.is_empty() {
-            return Err(input.error(errors::ARM_COMMA));
+        if comma.is_none() && matches!(body, Flow::Value(_)) && !input.is_empty() {
+            return Err(input.error(errors::ARM_END));
         }
         Ok(Arm { pat, guard, arrow, body })
-    }
-}
-
-fn unknown_name(pat: Pat) -> Result<Ident> {
-    match pat {
-        Pat::Ident(pat) if pat.by_ref.is_none() && pat.subpat.is_none() => match pat.mutability {
-            Some(mutability) => Err(at(mutability, errors::UNKNOWN_MUT)),
-            None => Ok(pat.ident),
-        },
-        Pat::Type(pat) => Err(at(pat.ty, errors::UNKNOWN_TYPE)),
-        other => Err(at(other, errors::UNKNOWN_PATTERN)),
     }
 }
 
@@ -226,57 +202,44 @@ fn distribution(input: ParseStream, tilde: Token![~]) -> Result<Expr> {
     if input.is_empty() || input.peek(Token![;]) || starts_statement(input) {
         return Err(at(tilde, errors::NO_DISTRIBUTION));
     }
-    let distribution = expression(input, Expr::parse_with_earlier_boundary_rule)?;
-    if input.peek(Token![~]) {
-        return Err(input.error(errors::TWO_TILDES));
-    }
-    Ok(distribution)
+    expression(input, Expr::parse_with_earlier_boundary_rule)
 }
 
-fn expression_statement(input: ParseStream, names: &mut Vec<Ident>) -> Result<(Kind, bool)> {
+fn expression_statement(input: ParseStream, names: &mut Vec<Ident>) -> Result<Kind> {
     let value = expression(input, Expr::parse_with_earlier_boundary_rule)?;
-    if input.peek(Token![~]) {
+    let kind = if input.peek(Token![~]) {
         let tilde = input.parse()?;
-        let incomplete = imputed(&value)?;
-        names.extend(incomplete.as_ref().and_then(plain_name).cloned());
-        let distribution = distribution(input, tilde)?;
-        let left = incomplete.map_or(Left::Place(value), Left::Missing);
-        return Ok((Kind::Tilde { left, tilde, right: distribution }, end(input)));
-    }
-    if let Expr::Call(call) = &value
-        && let Some(name) = plain_function(call).filter(|name| *name == "factor")
-    {
-        let mut weights = call.args.iter();
-        let (Some(weight), None) = (weights.next(), weights.next()) else {
-            return Err(at(call, errors::FACTOR_ARGUMENT));
+        let incomplete = match &value {
+            Expr::MethodCall(call) if call.method == "impute" && call.args.is_empty() => {
+                Some(&*call.receiver)
+            }
+            _ => None,
         };
-        let kind = Kind::Factor { name: name.clone(), weight: weight.clone() };
-        return Ok((kind, end(input)));
-    }
-    let semi: Option<Token![;]> = input.parse()?;
-    let braced = match &value {
+        names.extend(incomplete.and_then(plain_name).cloned());
+        let right = distribution(input, tilde)?;
+        let left = match incomplete {
+            Some(place) => Left::Missing(place.clone()),
+            None => Left::Place(value),
+        };
+        Kind::Tilde { left, tilde, right }
+    } else if let Expr::Call(call) = &value
+        && let (Some(name), Some(weight)) = (plain_function(call), call.args.first())
+        && name == "factor"
+        && call.args.len() == 1
+    {
+        Kind::Factor { name: name.clone(), weight: weight.clone() }
+    } else {
+        return Ok(Kind::Rust(Stmt::Expr(value, input.parse()?)));
+    };
+    input.parse::<Option<Token![;]>>()?;
+    Ok(kind)
+}
+
+/// Whether it is a statement without `;` too.
+fn is_braced(value: &Expr) -> bool {
+    match value {
         Expr::While(_) | Expr::Loop(_) | Expr::Unsafe(_) | Expr::Block(_) => true,
         Expr::Macro(mac) => matches!(mac.mac.delimiter, syn::MacroDelimiter::Brace(_)),
         _ => false,
-    };
-    let ended = semi.is_some() || braced || input.is_empty();
-    Ok((Kind::Rust(Stmt::Expr(value, semi)), ended))
-}
-
-/// The place in `place.impute()`.
-fn imputed(left: &Expr) -> Result<Option<Expr>> {
-    match left {
-        Expr::MethodCall(call) if call.method == "impute" => {
-            if !call.args.is_empty() || call.turbofish.is_some() {
-                return Err(at(call, errors::IMPUTE_ARGUMENTS));
-            }
-            Ok(Some((*call.receiver).clone()))
-        }
-        _ => Ok(None),
     }
-}
-
-/// Takes the `;` and says whether it was there.
-fn end(input: ParseStream) -> bool {
-    matches!(input.parse::<Option<Token![;]>>(), Ok(Some(_)))
 }

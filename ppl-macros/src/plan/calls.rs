@@ -1,13 +1,13 @@
 //! The calls of `ppl` that the macro writes into expressions. Nothing looks at them again.
 
 use proc_macro2::{Literal, Span, TokenStream};
-use quote::{ToTokens, format_ident, quote, quote_spanned};
+use quote::{format_ident, quote, quote_spanned};
 use syn::ext::IdentExt;
 use syn::spanned::Spanned;
 use syn::{Expr, ExprBinary, ExprCall, ExprIndex, ExprTry, Ident, Macro};
 
 /// A name of the macro's own where `tokens` stand.
-fn here(tokens: &impl Spanned) -> Span {
+pub(crate) fn here(tokens: &impl Spanned) -> Span {
     Span::mixed_site().located_at(tokens.span())
 }
 
@@ -101,9 +101,4 @@ pub(crate) fn reject(site_number: usize, mac: &Macro) -> Expr {
     Expr::Verbatim(quote_spanned! {here(&mac.path)=>
         return ::core::result::Result::Err(#site.reject(::std::format!(#reason)))
     })
-}
-
-/// The same tokens, which nothing looks at again.
-pub(crate) fn finished(tokens: &impl ToTokens) -> Expr {
-    Expr::Verbatim(tokens.to_token_stream())
 }

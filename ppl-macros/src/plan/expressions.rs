@@ -10,26 +10,26 @@ use syn::spanned::Spanned;
 use syn::visit_mut::{self, VisitMut};
 use syn::{Expr, ExprAssign, ExprBinary, Ident, Item, Stmt, Type, parse_quote_spanned};
 
-use super::{Planner, calls, literals};
+use super::{Plan, calls, literals};
 use crate::syntax::expressions::{
     binds_names, dot, is_arithmetic, is_assignment, is_function, is_type, operations,
     without_assignment,
 };
 use crate::syntax::patterns::bound_names;
-use crate::syntax::places::{has_index, root};
+use crate::syntax::places::place;
 use crate::syntax::tokens::mentions;
 
 /// Operations that one formula joins: the type of a longer one, as of a sum of a hundred terms, would
 /// pass rustc's limits. Its parts are numbers.
 const LONGEST: usize = 24;
 
-impl Planner<'_> {
+impl Plan<'_> {
     fn is_active(&self, tokens: &impl ToTokens) -> bool {
         self.analysis.activity.mentions(tokens)
     }
 
     /// The right-hand side of `~`: arithmetic in its parameters stays open.
-    pub(super) fn distribution(&mut self, distribution: &mut Expr) {
+    pub(crate) fn distribution(&mut self, distribution: &mut Expr) {
         match distribution {
             _ if !self.formulas => self.visit_expr_mut(distribution),
             Expr::Paren(paren) => self.distribution(&mut paren.expr),
@@ -138,8 +138,7 @@ impl Planner<'_> {
         let name = path.path.get_ident()?;
         let sums = self.sums.as_mut().filter(|_| self.shared.contains(name))?;
         sums.names.insert(name.clone());
-        let shared = calls::shared_name(name);
-        Some(calls::finished(&shared))
+        Some(Expr::Verbatim(calls::shared_name(name).into_token_stream()))
     }
 
     /// `name += …` as `name = …`, a formula.
@@ -167,12 +166,11 @@ impl Planner<'_> {
 /// Whether an element is changed of what the right side mentions. All else stays as it is written.
 fn reads_what_it_changes(binary: &ExprBinary) -> bool {
     let ExprBinary { left, op, right, .. } = binary;
-    is_assignment(op)
-        && has_index(left)
-        && root(left).is_some_and(|root| mentions(right.to_token_stream(), &|name| *name == root))
+    let reads = |name: &Ident| mentions(right.to_token_stream(), &|found| found == name);
+    is_assignment(op) && place(left).is_ok_and(|place| place.is_entry && reads(&place.root))
 }
 
-impl VisitMut for Planner<'_> {
+impl VisitMut for Plan<'_> {
     fn visit_expr_mut(&mut self, expr: &mut Expr) {
         if let Expr::Macro(call) = expr
             && call.mac.path.is_ident("reject")

@@ -8,12 +8,13 @@
 //! A variable that begins as a literal, as in `let mut s = 0.0;`, is a number of the model if what follows
 //! changes it to something that may hold unknowns, and so are the elements of `vec![0.0; n]`.
 
+use proc_macro2::TokenTree;
 use quote::{ToTokens, quote};
 use syn::{Expr, Lit, Pat, Stmt, UnOp};
 
 use super::calls::{literal, real};
 use crate::analyse::Activity;
-use crate::ast::{ArmBody, Block, Flow, Kind};
+use crate::ast::{Block, Flow, Kind};
 use crate::syntax::expressions::{is_arithmetic, is_type};
 
 /// Literals in an array, at the ends of the arms of a branch in an expression, or assigned.
@@ -113,14 +114,11 @@ fn ends_of_arms(flow: &mut Flow) -> Vec<&mut Expr> {
             found.extend(ends_of_arms(otherwise));
             found
         }
-        Flow::Match { arms, .. } => arms
-            .iter_mut()
-            .flat_map(|arm| match &mut arm.body {
-                ArmBody::Block(block) => ends_of_block(block),
-                ArmBody::Value(value) => ends(value),
-            })
-            .collect(),
+        Flow::Match { arms, .. } => {
+            arms.iter_mut().flat_map(|arm| ends_of_arms(&mut arm.body)).collect()
+        }
         Flow::Block(block) => ends_of_block(block),
+        Flow::Value(value) => ends(value),
         Flow::If { .. } => Vec::new(),
     }
 }
@@ -171,14 +169,10 @@ fn is_lifted(expr: &mut Expr) -> bool {
             let tokens = &call.mac.tokens;
             let Ok(mut elements) = syn::parse2(quote!([#tokens])) else { return false };
             let is_lifted = is_lifted(&mut elements);
-            call.mac.tokens = match elements {
-                Expr::Repeat(repeat) => {
-                    let (element, length) = (&repeat.expr, &repeat.len);
-                    quote!(#element; #length)
-                }
-                Expr::Array(array) => array.elems.to_token_stream(),
-                _ => return false,
-            };
+            // without the brackets
+            if let Some(TokenTree::Group(list)) = elements.to_token_stream().into_iter().next() {
+                call.mac.tokens = list.stream();
+            }
             is_lifted
         }
         number if is_literal(number) => {

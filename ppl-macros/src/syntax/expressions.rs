@@ -1,7 +1,8 @@
 //! Arithmetic, calls and iterators as they are written.
 
 use quote::ToTokens;
-use syn::{BinOp, Expr, ExprCall, ExprMethodCall, Ident, UnOp};
+use syn::ext::IdentExt;
+use syn::{BinOp, Expr, ExprCall, ExprMethodCall, Ident, Path, UnOp};
 
 use crate::syntax::tokens::says;
 
@@ -28,21 +29,36 @@ pub(crate) fn calls_function(expr: &Expr) -> bool {
 
 fn last_word(function: &Expr) -> Option<String> {
     let Expr::Path(path) = function else { return None };
-    let word = path.path.segments.last()?.ident.to_string();
-    Some(word.strip_prefix("r#").map_or(word.clone(), str::to_owned))
+    Some(path.path.segments.last()?.ident.unraw().to_string())
+}
+
+/// Whether a path ends with these words.
+pub(crate) fn ends_with(path: &Path, words: &[&str]) -> bool {
+    let mut named = path.segments.iter().rev().map(|segment| &segment.ident);
+    words.iter().rev().all(|word| named.next().is_some_and(|name| name == word))
 }
 
 /// Number of operations that a formula would join.
 pub(crate) fn operations(expr: &Expr) -> usize {
+    formula(expr, &mut Vec::new())
+}
+
+/// Adds what a formula is made of; returns the number of operations that join it.
+pub(crate) fn formula<'a>(expr: &'a Expr, operands: &mut Vec<&'a Expr>) -> usize {
     match expr {
-        Expr::Paren(paren) => operations(&paren.expr),
-        Expr::Group(group) => operations(&group.expr),
-        Expr::Unary(unary) if matches!(unary.op, UnOp::Neg(_)) => 1 + operations(&unary.expr),
-        Expr::Binary(binary) if is_arithmetic(&binary.op) => {
-            1 + operations(&binary.left) + operations(&binary.right)
+        Expr::Paren(paren) => formula(&paren.expr, operands),
+        Expr::Group(group) => formula(&group.expr, operands),
+        Expr::Unary(unary) if matches!(unary.op, UnOp::Neg(_)) => {
+            1 + formula(&unary.expr, operands)
         }
-        Expr::MethodCall(call) if is_function(call) => 1 + operations(&call.receiver),
-        other => usize::from(dot(other).is_some()),
+        Expr::Binary(binary) if is_arithmetic(&binary.op) => {
+            1 + formula(&binary.left, operands) + formula(&binary.right, operands)
+        }
+        Expr::MethodCall(call) if is_function(call) => 1 + formula(&call.receiver, operands),
+        other => {
+            operands.push(other);
+            usize::from(dot(other).is_some())
+        }
     }
 }
 
@@ -78,14 +94,6 @@ pub(crate) fn plain_function(call: &ExprCall) -> Option<&Ident> {
     }
 }
 
-/// `f64::exp(…)` and its kind: a function of plain numbers.
-pub(crate) fn function_of_f64(call: &ExprCall) -> Option<&Ident> {
-    let Expr::Path(path) = &*call.func else { return None };
-    let mut words = path.path.segments.iter().rev().map(|segment| &segment.ident);
-    let function = words.next()?;
-    words.next().is_some_and(|number| number == "f64").then_some(function)
-}
-
 pub(crate) fn is_function(call: &ExprMethodCall) -> bool {
     FUNCTIONS.iter().any(|name| call.method == name)
 }
@@ -101,6 +109,15 @@ pub(crate) fn is_comparison(op: &BinOp) -> bool {
     )
 }
 
+/// The place that is changed by `place = value` or `place += value`, and the value.
+pub(crate) fn assignment(expr: &Expr) -> Option<(&Expr, &Expr)> {
+    match expr {
+        Expr::Assign(assign) => Some((&assign.left, &assign.right)),
+        Expr::Binary(update) if is_assignment(&update.op) => Some((&update.left, &update.right)),
+        _ => None,
+    }
+}
+
 /// `+=` and its kind.
 pub(crate) fn is_assignment(op: &BinOp) -> bool {
     let text = op.to_token_stream().to_string();
@@ -109,13 +126,9 @@ pub(crate) fn is_assignment(op: &BinOp) -> bool {
 
 /// `+` of `+=`.
 pub(crate) fn without_assignment(op: &BinOp) -> Option<BinOp> {
-    match op {
-        BinOp::AddAssign(_) => Some(BinOp::Add(Default::default())),
-        BinOp::SubAssign(_) => Some(BinOp::Sub(Default::default())),
-        BinOp::MulAssign(_) => Some(BinOp::Mul(Default::default())),
-        BinOp::DivAssign(_) => Some(BinOp::Div(Default::default())),
-        _ => None,
-    }
+    let text = op.to_token_stream().to_string();
+    let plain = syn::parse_str(text.strip_suffix('=')?).ok()?;
+    is_arithmetic(&plain).then_some(plain)
 }
 
 /// Whether an iterator over unknowns runs over all of them.

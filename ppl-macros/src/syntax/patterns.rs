@@ -1,57 +1,48 @@
 //! The names that patterns bind.
 
 use syn::visit::{self, Visit};
-use syn::{Expr, Ident, Pat, PatIdent};
+use syn::{Expr, ExprClosure, Ident, Pat, PatIdent};
+
+struct Names(Vec<Ident>);
+
+impl<'a> Visit<'a> for Names {
+    fn visit_pat_ident(&mut self, pat: &'a PatIdent) {
+        if !is_constant(&pat.ident) {
+            self.0.push(pat.ident.clone());
+        }
+        visit::visit_pat_ident(self, pat);
+    }
+
+    // its names are its own
+    fn visit_expr_closure(&mut self, _: &'a ExprClosure) {}
+}
+
+/// A capital letter is a constant or a variant.
+pub(crate) fn is_constant(name: &Ident) -> bool {
+    name.to_string().starts_with(char::is_uppercase)
+}
 
 /// The names that a pattern binds.
 pub(crate) fn bound_names(pat: &Pat) -> Vec<Ident> {
-    struct Names(Vec<Ident>);
-    impl<'a> Visit<'a> for Names {
-        fn visit_pat_ident(&mut self, pat: &'a PatIdent) {
-            // a capital letter is a constant or a variant
-            if !pat.ident.to_string().starts_with(char::is_uppercase) {
-                self.0.push(pat.ident.clone());
-            }
-            visit::visit_pat_ident(self, pat);
-        }
-    }
     let mut names = Names(Vec::new());
     names.visit_pat(pat);
     names.0
 }
 
-/// What an expression of Rust binds, with what its patterns take apart.
-pub(crate) fn bindings(expr: &Expr) -> Vec<(&Pat, &Expr)> {
-    match expr {
-        Expr::ForLoop(each) => vec![(&*each.pat, &*each.expr)],
-        Expr::Let(binding) => vec![(&*binding.pat, &*binding.expr)],
-        Expr::Match(choice) => choice.arms.iter().map(|arm| (&arm.pat, &*choice.expr)).collect(),
-        _ => Vec::new(),
-    }
-}
-
 /// The names that `if let` conditions bind.
 pub(crate) fn bound_by_condition(condition: &Expr) -> Vec<Ident> {
-    match condition {
-        Expr::Let(binding) => bound_names(&binding.pat),
-        Expr::Binary(both) => {
-            let mut names = bound_by_condition(&both.left);
-            names.extend(bound_by_condition(&both.right));
-            names
-        }
-        _ => Vec::new(),
-    }
+    let mut names = Names(Vec::new());
+    names.visit_expr(condition);
+    names.0
 }
 
-/// The names that are bound inside an expression, wherever in it.
-pub(crate) fn bound_inside(expr: &Expr) -> Vec<Ident> {
-    struct Inside(Vec<Ident>);
-    impl<'a> Visit<'a> for Inside {
-        fn visit_pat(&mut self, pat: &'a Pat) {
-            self.0.extend(bound_names(pat));
+/// The name, if a pattern is nothing else, apart from a type.
+pub(crate) fn only_name(pat: &Pat) -> Option<&Ident> {
+    match pat {
+        Pat::Type(typed) => only_name(&typed.pat),
+        Pat::Ident(PatIdent { by_ref: None, mutability: None, subpat: None, ident, .. }) => {
+            Some(ident)
         }
+        _ => None,
     }
-    let mut inside = Inside(Vec::new());
-    inside.visit_expr(expr);
-    inside.0
 }

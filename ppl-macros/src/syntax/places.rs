@@ -13,8 +13,6 @@ pub(crate) struct Place {
     pub(crate) name: String,
     /// Whether it is an entry of something.
     pub(crate) is_entry: bool,
-    /// Whether it is named by its path in a module.
-    pub(crate) is_path: bool,
 }
 
 pub(crate) fn place(expr: &Expr) -> Result<Place> {
@@ -22,12 +20,7 @@ pub(crate) fn place(expr: &Expr) -> Result<Place> {
         Expr::Path(path) if path.qself.is_none() => {
             let root = path.path.segments.last().map(|segment| &segment.ident);
             let root = root.ok_or_else(|| at(expr, errors::NOT_A_PLACE))?;
-            Ok(Place {
-                root: root.clone(),
-                name: root.unraw().to_string(),
-                is_entry: false,
-                is_path: path.path.get_ident().is_none(),
-            })
+            Ok(Place { root: root.clone(), name: root.unraw().to_string(), is_entry: false })
         }
         Expr::Field(field) => {
             let mut place = place(&field.base)?;
@@ -56,17 +49,5 @@ pub(crate) fn plain_name(place: &Expr) -> Option<&Ident> {
     match place {
         Expr::Path(path) => path.path.get_ident(),
         _ => None,
-    }
-}
-
-/// Whether there is an index in the place.
-pub(crate) fn has_index(place: &Expr) -> bool {
-    match place {
-        Expr::Index(_) => true,
-        Expr::Field(field) => has_index(&field.base),
-        Expr::Unary(unary) if matches!(unary.op, UnOp::Deref(_)) => has_index(&unary.expr),
-        Expr::Paren(paren) => has_index(&paren.expr),
-        Expr::Group(group) => has_index(&group.expr),
-        _ => false,
     }
 }

@@ -1,12 +1,12 @@
 //! Where a statement begins, where it ends, and where a `~` hides in it.
 
-use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
+use proc_macro2::{Delimiter, Span, TokenTree};
 use syn::buffer::Cursor;
 use syn::parse::ParseStream;
 use syn::{Error, Expr, Result, Token, token};
 
 use crate::errors;
-use crate::syntax::tokens::{between, is};
+use crate::syntax::tokens::is;
 
 /// An expression. If it cannot be read because of a `~` inside, the error says so.
 pub(crate) fn expression(
@@ -14,53 +14,23 @@ pub(crate) fn expression(
     parse: impl FnOnce(ParseStream) -> Result<Expr>,
 ) -> Result<Expr> {
     let begin = input.cursor();
-    let in_loop = input.peek(Token![while]) || input.peek(Token![loop]);
-    let result = parse(input);
-    let trees = match &result {
-        Ok(_) => between(begin, input.cursor()),
-        Err(_) => rest_of_statement(begin),
-    };
-    if let Some(tilde) = trees.iter().find_map(nested_tilde) {
-        let message = if in_loop { errors::TILDE_IN_LOOP } else { errors::TILDE_INSIDE };
-        return Err(Error::new(tilde, message));
-    }
-    if result.is_err()
-        && let Some(pair) = trees.windows(2).find(|pair| is(&pair[0], '=') && is(&pair[1], '~'))
-    {
-        return Err(Error::new(pair[1].span(), errors::TILDE_EQUALS));
-    }
-    result
+    parse(input).map_err(|error| match nested_tilde(begin) {
+        Some(tilde) => Error::new(tilde, errors::TILDE_INSIDE),
+        None => error,
+    })
 }
 
-/// Whether the control flow that begins here has statements of the model inside.
-pub(crate) fn tilde_in_braces(input: ParseStream) -> bool {
-    rest_of_statement(input.cursor()).iter().any(|tree| nested_tilde(tree).is_some())
-}
-
-fn nested_tilde(tree: &TokenTree) -> Option<Span> {
-    fn first(stream: TokenStream) -> Option<Span> {
-        stream.into_iter().find_map(|tree| match tree {
-            TokenTree::Punct(punct) if punct.as_char() == '~' => Some(punct.span()),
-            TokenTree::Group(group) => first(group.stream()),
-            _ => None,
+/// The first `~` that is between braces or parentheses of the statement that begins here: control flow
+/// with it has statements of the model inside.
+pub(crate) fn nested_tilde(begin: Cursor) -> Option<Span> {
+    fn inside(tree: TokenTree) -> Option<Span> {
+        let TokenTree::Group(group) = tree else { return None };
+        group.stream().into_iter().find_map(|tree| match is(&tree, '~') {
+            true => Some(tree.span()),
+            false => inside(tree),
         })
     }
-    match tree {
-        TokenTree::Group(group) => first(group.stream()),
-        _ => None,
-    }
-}
-
-fn rest_of_statement(mut cursor: Cursor) -> Vec<TokenTree> {
-    let mut trees = Vec::new();
-    while let Some((tree, next)) = cursor.token_tree() {
-        if is(&tree, ';') {
-            break;
-        }
-        trees.push(tree);
-        cursor = next;
-    }
-    trees
+    begin.token_stream().into_iter().take_while(|tree| !is(tree, ';')).find_map(inside)
 }
 
 /// Whether a new statement certainly begins here.
@@ -81,15 +51,14 @@ pub(crate) fn starts_flow(input: ParseStream) -> bool {
 
 /// Whether an item begins here: a constant, a function, an import.
 pub(crate) fn starts_item(input: ParseStream) -> bool {
-    input.peek(Token![const]) && !input.peek2(token::Brace)
-        || input.peek(Token![static])
-        || input.peek(Token![use])
-        || input.peek(Token![fn])
-        || input.peek(Token![struct])
-        || input.peek(Token![enum])
-        || input.peek(Token![type])
-        || input.peek(Token![impl])
-        || input.peek(Token![trait])
+    const ITEMS: [&str; 9] =
+        ["const", "static", "use", "fn", "struct", "enum", "type", "impl", "trait"];
+    starts_with(input, &ITEMS) && !input.peek2(token::Brace)
+}
+
+/// Whether one of these words begins here.
+pub(crate) fn starts_with(input: ParseStream, words: &[&str]) -> bool {
+    input.cursor().ident().is_some_and(|(found, _)| words.iter().any(|word| found == word))
 }
 
 /// Goes to the end of a statement that could not be read: behind its `;`, behind the block that
@@ -100,11 +69,7 @@ pub(crate) fn resynchronise(input: ParseStream) {
         skip();
         skip();
     }
-    let flow = input.peek(Token![for])
-        || input.peek(Token![if])
-        || input.peek(Token![match])
-        || input.peek(Token![while])
-        || input.peek(Token![loop]);
+    let flow = starts_with(input, &["for", "if", "match", "while", "loop"]);
     let mut previous = skip();
     while let Some(last) = previous {
         if is(&last, ';') {

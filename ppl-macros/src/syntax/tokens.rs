@@ -1,6 +1,6 @@
 //! Questions that are answered by looking at tokens: which names they mention, how the source reads.
 
-use proc_macro2::{Span, TokenStream, TokenTree};
+use proc_macro2::{TokenStream, TokenTree};
 use syn::Ident;
 use syn::buffer::Cursor;
 
@@ -59,15 +59,6 @@ pub(crate) fn between(mut begin: Cursor, end: Cursor) -> Vec<TokenTree> {
     trees
 }
 
-/// The last token between two positions.
-pub(crate) fn last_span(begin: Cursor, end: Cursor) -> Span {
-    match between(begin, end).last() {
-        Some(TokenTree::Group(group)) => group.span_close(),
-        Some(tree) => tree.span(),
-        None => begin.span(),
-    }
-}
-
 /// Tokens as they stand in the source, on one line, without attributes and the final `;`, cut to a
 /// readable length.
 pub(crate) fn source(tokens: &[TokenTree]) -> String {
@@ -103,9 +94,4 @@ fn written(trees: &[TokenTree]) -> String {
         end = Some((span.end().line(), span.end().column()));
     }
     text
-}
-
-/// The line on which a span begins; 0 outside the compiler.
-pub(crate) fn line(span: Span) -> usize {
-    if proc_macro::is_available() { span.unwrap().line() } else { 0 }
 }

@@ -58,7 +58,7 @@ const MODELS: &str = r##"
         if mean > LIMIT { reject!("{mean} is above {LIMIT}"); }
         { let b = 2.0 * total; factor(-b.square() * *first); }
         let f = |x: f64| -> Result<f64, ()> { Ok(x) };
-        s.peak[1] ~ Normal(f(1.0).unwrap(), 0.5);
+        ys.peak[1] ~ Normal(f(1.0).unwrap(), 0.5);
     }
 
     fn offsets<T: Into<f64>>(level: Real, scale: T, groups: usize) -> Vec<Real> {

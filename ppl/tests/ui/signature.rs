@@ -49,7 +49,6 @@ ppl::model! {
 ppl::model! {} //~
 
 fn main() {
-    no_type(1.0);
     pattern((1.0, 2.0));
     mutable(1.0);
     mutable_reference(&mut [1.0]);

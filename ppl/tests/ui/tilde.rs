@@ -37,11 +37,6 @@ ppl::model! {
         y ~ Normal(0.0, 1.0);
     }
 
-    fn two_tildes(y: f64) {
-        let mean ~ y ~ Normal(0.0, 1.0); //~
-        y ~ Normal(mean, 1.0);
-    }
-
     fn tilde_equals(y: f64) {
         let mean ~= Normal(0.0, 1.0); //~
         y ~ Normal(mean, 1.0);
