@@ -12,11 +12,11 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
         ("radius_mm = 2.5", "radius_mm = nan", &["specimen.radius_mm = NaN"]),
         ("radius_mm = 2.5", "", &["specimen.radius_mm", "missing", "or a mesh"]),
         (
-            "spacing_mm = 0.7",
+            "spacing_mm = 1.0",
             "spacing_mm = 0.001",
             &["specimen.spacing_mm = 0.001", "tetrahedra", "coarser"],
         ),
-        ("order = 1", "order = 3", &["specimen.order = 3", "order = 2"]),
+        ("order = 2", "order = 3", &["specimen.order = 3", "order = 2"]),
         (
             "fraction = 0.2,",
             "fraction = 20,",

@@ -104,7 +104,7 @@ impl CaseFile {
             1e-6,
             coarsest,
             "mm",
-            "It is the edge of the lattice's cells; 0.7 mm suits a cylinder of 2.5 mm radius.",
+            "It is the edge of the lattice's cells; 1 mm suits a cylinder of 2.5 mm radius.",
         )?;
         let tets = 12.0 * std::f64::consts::PI * radius_mm.powi(2) * height_mm / spacing_mm.powi(3);
         if tets > MOST_TETS {
