@@ -8,11 +8,14 @@ use crate::image::{Cylinder, Volume};
 
 /// Voxels around a grain for which its distance is kept.
 const MARGIN: usize = 3;
+/// Voxels around a grain of which it takes the solid fraction.
+const REACH: usize = 2;
 
 /// Grains of a segmented image: a [`GrainField`] with distances good to a fraction of a voxel.
 ///
-/// A grain takes the solid fraction of its own voxels and of those of the matrix that touch it
-/// (shared among the grains that they touch). Distances are kept in a box around each grain.
+/// A grain takes the solid fraction of its own voxels and of those of the matrix that are at most two
+/// voxels away from it, as far as blur carries it (shared among the grains that are near). Distances are
+/// kept in a box around each grain.
 #[derive(Debug)]
 pub struct VoxelGrains<'a> {
     labels: &'a Volume<u32>,
@@ -166,23 +169,31 @@ fn share(labels: &Volume<u32>, solid: Option<&Volume<f32>>, grain: u32, at: [usi
     let [nx, ny, _] = labels.shape;
     let place = at[0] + nx * (at[1] + ny * at[2]);
     let label = labels.values[place];
-    let fraction = || solid.map_or(0.0, |solid| solid.values[place].clamp(0.0, 1.0));
+    let Some(solid) = solid else { return f32::from(u8::from(label == grain)) };
+    let fraction = solid.values[place].clamp(0.0, 1.0);
     if label == grain {
-        return if solid.is_some() { fraction() } else { 1.0 };
+        return fraction;
     }
-    if label != 0 || solid.is_none() {
+    if label != 0 || fraction == 0.0 {
         return 0.0;
     }
-    let (mut own, mut all) = (0, 0);
-    let range = |k: usize| at[k].saturating_sub(1)..(at[k] + 2).min(labels.shape[k]);
-    for z in range(2) {
-        for y in range(1) {
-            let row = nx * (y + ny * z);
-            for &other in &labels.values[row..][range(0)] {
-                own += u32::from(other == grain);
-                all += u32::from(other > 0);
+    // of the grains that it touches, or else of those beyond one voxel
+    for reach in 1..=REACH {
+        let (mut own, mut all) = (0, 0);
+        let range =
+            |k: usize| at[k].saturating_sub(reach)..(at[k] + reach + 1).min(labels.shape[k]);
+        for z in range(2) {
+            for y in range(1) {
+                let row = nx * (y + ny * z);
+                for &other in &labels.values[row..][range(0)] {
+                    own += u32::from(other == grain);
+                    all += u32::from(other > 0);
+                }
             }
         }
+        if all > 0 {
+            return fraction * own as f32 / all as f32;
+        }
     }
-    if own == 0 { 0.0 } else { fraction() * own as f32 / all as f32 }
+    0.0
 }
