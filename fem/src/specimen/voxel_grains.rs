@@ -8,14 +8,11 @@ use crate::image::{Cylinder, Volume};
 
 /// Voxels around a grain for which its distance is kept.
 const MARGIN: usize = 3;
-/// Voxels around a grain of which it takes the solid fraction.
-const REACH: usize = 2;
 
 /// Grains of a segmented image: a [`GrainField`] with distances good to a fraction of a voxel.
 ///
-/// A grain takes the solid fraction of its own voxels and of those of the matrix that are at most two
-/// voxels away from it, as far as blur carries it (shared among the grains that are near). Distances are
-/// kept in a box around each grain.
+/// A grain takes the solid fraction of its own voxels and of those of the matrix that touch it
+/// (shared among the grains that they touch). Distances are kept in a box around each grain.
 #[derive(Debug)]
 pub struct VoxelGrains<'a> {
     labels: &'a Volume<u32>,
@@ -23,6 +20,8 @@ pub struct VoxelGrains<'a> {
     origin_mm: [f64; 3],
     distances: Vec<Patch>,
     volumes_mm3: Vec<f64>,
+    /// How much of each grain is in the cylinder.
+    inside: Vec<f64>,
 }
 
 impl<'a> VoxelGrains<'a> {
@@ -55,25 +54,43 @@ impl<'a> VoxelGrains<'a> {
         let boxes = boxes(labels);
         let grain = |(k, bounds): (usize, &Option<[[usize; 3]; 2]>)| {
             let number = k as u32 + 1;
-            let Some([low, high]) = bounds else { return (Patch::new([0; 3], [0; 3]), 0.0) };
+            let Some([low, high]) = bounds else { return (Patch::new([0; 3], [0; 3]), (0.0, 0.0)) };
             let low = low.map(|x| x.saturating_sub(MARGIN));
             let size =
                 std::array::from_fn(|k| (high[k] + MARGIN + 1).min(labels.shape[k]) - low[k]);
             let mut patch = Patch::new(low, size);
-            let mut voxels = 0.0;
+            let (mut voxels, mut all) = (0.0, 0.0);
             let places = patch.voxels();
             for (value, place) in patch.values.iter_mut().zip(places) {
                 let at = std::array::from_fn(|k| place[k] + low[k]);
                 *value = share(labels, solid, number, at);
-                if *value > 0.0 && is_inside(at) {
-                    voxels += f64::from(*value);
+                if *value > 0.0 {
+                    all += f64::from(*value);
+                    voxels += if is_inside(at) { f64::from(*value) } else { 0.0 };
                 }
             }
             patch.fractions_to_distances();
-            (patch, voxels * voxel.powi(3))
+            let inside = if all > 0.0 { voxels / all } else { 0.0 };
+            (patch, (voxels * voxel.powi(3), inside))
         };
-        let (distances, volumes_mm3) = boxes.par_iter().enumerate().map(grain).unzip();
-        VoxelGrains { labels, origin_mm, distances, volumes_mm3 }
+        let (distances, volumes): (_, Vec<(f64, f64)>) =
+            boxes.par_iter().enumerate().map(grain).unzip();
+        let (volumes_mm3, inside) = volumes.into_iter().unzip();
+        VoxelGrains { labels, origin_mm, distances, volumes_mm3, inside }
+    }
+
+    /// The same grains, with volumes (mm³) that are known better than by adding up fractions between 0
+    /// and 1, such as those of [`Region`](crate::Region): blur carries some of a grain beyond the voxels
+    /// that touch it, and noise that is cut off at 0 and 1 does not cancel. Of a grain that the cylinder
+    /// cuts the same part counts as before; grains without a number in the list keep their volume.
+    pub fn with_volumes(mut self, volumes_mm3: impl IntoIterator<Item = (u32, f64)>) -> Self {
+        for (grain, volume) in volumes_mm3 {
+            let place = (grain as usize).wrapping_sub(1);
+            if let Some(own) = self.volumes_mm3.get_mut(place) {
+                *own = volume.max(0.0) * self.inside[place];
+            }
+        }
+        self
     }
 
     /// In voxels from the corner of the first.
@@ -177,23 +194,16 @@ fn share(labels: &Volume<u32>, solid: Option<&Volume<f32>>, grain: u32, at: [usi
     if label != 0 || fraction == 0.0 {
         return 0.0;
     }
-    // of the grains that it touches, or else of those beyond one voxel
-    for reach in 1..=REACH {
-        let (mut own, mut all) = (0, 0);
-        let range =
-            |k: usize| at[k].saturating_sub(reach)..(at[k] + reach + 1).min(labels.shape[k]);
-        for z in range(2) {
-            for y in range(1) {
-                let row = nx * (y + ny * z);
-                for &other in &labels.values[row..][range(0)] {
-                    own += u32::from(other == grain);
-                    all += u32::from(other > 0);
-                }
+    let (mut own, mut all) = (0, 0);
+    let range = |k: usize| at[k].saturating_sub(1)..(at[k] + 2).min(labels.shape[k]);
+    for z in range(2) {
+        for y in range(1) {
+            let row = nx * (y + ny * z);
+            for &other in &labels.values[row..][range(0)] {
+                own += u32::from(other == grain);
+                all += u32::from(other > 0);
             }
         }
-        if all > 0 {
-            return fraction * own as f32 / all as f32;
-        }
     }
-    0.0
+    if own == 0 { 0.0 } else { fraction * own as f32 / all as f32 }
 }

@@ -131,6 +131,23 @@ fn grains_finer_than_the_mesh_become_mixtures_of_their_volume() {
 }
 
 #[test]
+fn a_straight_wall_is_told_and_not_laid_to_the_grains() {
+    let field = field(&packing(GrainForm::Polyhedron, 0.1, 0.08));
+    let report = |curved| mesh(Meshing { curved, ..Meshing::new(0.3) }, &field).report;
+    let straight = report(false);
+    // a wall of n flat faces lacks (2 π / n)² / 6 of the section; n is near 2 π / 0.3
+    assert!((straight.volume_error / -0.015 - 1.0).abs() < 0.4, "{}", straight.volume_error);
+    let grains: f64 = straight.grains.iter().map(|grain| grain.achieved_mm3).sum();
+    let mesh_mm3 = CYLINDER * (1.0 + straight.volume_error);
+    assert!((grains / mesh_mm3 / straight.achieved_fraction - 1.0).abs() < 1e-9);
+    let told = straight.warnings();
+    assert!(told.len() == 1 && told[0].contains("order 2"), "{told:?}");
+    let curved = report(true);
+    assert!(curved.warnings().is_empty(), "{:?}", curved.warnings());
+    assert!((curved.achieved_fraction / curved.asked_fraction - 1.0).abs() < 0.005, "{curved}");
+}
+
+#[test]
 fn mixtures_know_the_direction_of_the_interface() {
     let centre = [0.0, 0.0, 0.8];
     let field = GrainList::new(vec![Grain::sphere(centre, 0.6)], RADIUS, HEIGHT);

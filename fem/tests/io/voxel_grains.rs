@@ -112,6 +112,23 @@ fn shares_give_the_volumes_and_surfaces_of_balls() {
 }
 
 #[test]
+fn volumes_that_are_known_better_are_taken_as_far_as_the_cylinder_reaches() {
+    let balls = balls();
+    let (labels, solid, cylinder) = voxels(&balls);
+    // through the second ball, between two layers of voxels and half a voxel below its middle
+    let cut = Cylinder { bottom_mm: cylinder.bottom_mm + 10.0 * VOXEL, ..cylinder };
+    let known = [(2, 0.2), (7, 1.0), (0, 1.0)];
+    let field = VoxelGrains::new(&labels, Some(&solid), &cut).with_volumes(known);
+    let a = (balls[1].centre[2] - 10.0 * VOXEL) / balls[1].bounding_radius_mm();
+    let part = 0.5 + 0.75 * a - 0.25 * a.powi(3);
+    assert!((field.volume_mm3(2) / (0.2 * part) - 1.0).abs() < 1e-3, "{}", field.volume_mm3(2));
+    let own = VoxelGrains::new(&labels, Some(&solid), &cut);
+    for number in [1, 3, 4, 5] {
+        assert_eq!(field.volume_mm3(number), own.volume_mm3(number));
+    }
+}
+
+#[test]
 fn shares_are_meshed_as_the_balls_they_show() {
     let balls = balls();
     let (labels, solid, cylinder) = voxels(&balls);
