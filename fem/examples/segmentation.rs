@@ -1,41 +1,37 @@
 //! Scores and times of the segmentation on volumes of 256³ voxels whose truth is known.
 //!
 //! ```text
-//! cargo run --release -p fem --example segmentation [FOLDER] [SIDE]
+//! cargo run --release -p fem --example segmentation [FOLDER] [SIDE] [VOLUME ...]
 //! ```
 //!
-//! Images and truths are written to FOLDER if it is given; `tests/python/segmentation.py` runs
-//! scikit-image on the same files.
+//! Images and truths are written to FOLDER if it is given and not `-`; `tests/python/segmentation.py` runs
+//! scikit-image on the same files. Volumes are `separate`, `touching`, `fines`, `scanned` and `rough`; all
+//! unless some are named. With the variable STEPS set, the seconds of each step are told too.
 
 #[path = "../tests/support/phantom.rs"]
 mod phantom;
+#[path = "../tests/support/volumes.rs"]
+mod volumes;
 
 use std::path::PathBuf;
 use std::time::Instant;
 
 use fem::{SeedRule, Segmentation, Volume, score, tiff};
-use phantom::Phantom;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
-    let folder = arguments.next().map(PathBuf::from);
+    let folder = arguments.next().filter(|folder| folder != "-").map(PathBuf::from);
     let side: usize = arguments.next().map_or(Ok(256), |side| side.parse())?;
-    let scale = side as f64 / 256.0;
-    let fines = Phantom {
-        radii: vec![(7.5, 0.96), (3.0, 0.04)],
-        fines: 0.02,
-        ..Phantom::new(side, 0.29, 7.5, 1.0)
-    };
-    let phantoms = [
-        ("separate", Phantom::new(side, 0.32, 13.0 * scale, 3.0)),
-        ("touching", Phantom::new(side, 0.53, 15.4 * scale, 0.5)),
-        ("fines", fines),
-    ];
+    let mut names: Vec<String> = arguments.collect();
+    if names.is_empty() {
+        names = volumes::NAMES.map(str::to_owned).to_vec();
+    }
     println!(
         "volume     rule       grains found matched     PQ   Dice   Rand     VI  fraction  voxels   truth  D50 error seconds"
     );
-    for (name, phantom) in phantoms {
-        let taken = phantom.take();
+    for name in names {
+        let taken = volumes::volume(&name, side)
+            .ok_or_else(|| format!("there is no volume `{name}`: take {:?}", volumes::NAMES))?;
         let folder = match &folder {
             Some(folder) => folder.clone(),
             None => std::env::temp_dir().join(format!("segmentation-{}", std::process::id())),

@@ -70,7 +70,9 @@ def d50(labels):
 def main():
     folder = Path(sys.argv[1])
     print("volume     rule     grains found matched     PQ   Dice  D50 error  seconds")
-    for name in ("separate", "touching", "fines"):
+    for name in ("separate", "touching", "fines", "scanned", "rough"):
+        if not (folder / f"{name}.tif").exists():
+            continue
         image, truth = imread(folder / f"{name}.tif"), imread(folder / f"{name}-truth.tif")
         for rule in ("h-maxima", "spacing"):
             start = time.process_time()

@@ -4,6 +4,10 @@
 //! at once. So a turned or mirrored image gives the same partition; only the numbers of the basins
 //! follow the order of the voxels.
 
+use std::collections::HashMap;
+
+use rayon::prelude::*;
+
 use super::filter::highest;
 use super::volume::neighbour_steps;
 
@@ -21,8 +25,13 @@ pub(crate) struct Landscape {
 const SLOPES: [i64; 3] = [10_000, 7_071, 5_774];
 /// Seen, but not yet decided.
 const QUEUED: u32 = u32::MAX;
-/// Not yet joined to anything.
-const UNSEEN: u32 = u32::MAX;
+/// In place of a summit.
+const NO_LAND: u32 = u32::MAX;
+/// Waves of more voxels are decided by several threads.
+const WIDE: usize = 1024;
+
+/// Heights of passes between pairs of summits.
+type Passes = HashMap<[u32; 2], u16>;
 
 impl Landscape {
     /// The heights of the voxels in a set; the others are no land.
@@ -83,44 +92,104 @@ impl Landscape {
     /// of the reconstruction of (heights − h) under the heights. A seed is all land that is connected
     /// to such a top and at most `h` below it; seeds are numbered from 1.
     ///
-    /// Land is taken from the highest on and joined to what it touches; where two hills meet, the lower
-    /// top is a seed if it stands more than `h` above the saddle.
+    /// Every voxel belongs to the summit that it climbs to, which is found for all at once; then summits are
+    /// joined over the passes between them, the highest first, and where two hills meet, the lower top is
+    /// a seed if it stands more than `h` above the pass. As nothing is lost by climbing, the passes are
+    /// those between the voxels themselves.
     ///
     /// # References
     /// P. Soille, Morphological Image Analysis, 2nd ed., Springer 2003, section 6.3.4.
     pub(crate) fn h_maxima(&self, h: u16) -> Seeds {
-        let mut parent = vec![UNSEEN; self.heights.len()];
-        let order = self.descending();
+        let summit_of = self.summits();
+        let summits: Vec<u32> = summit_of
+            .par_iter()
+            .enumerate()
+            .filter(|&(at, &summit)| at == summit as usize)
+            .map(|(at, _)| at as u32)
+            .collect();
+        let passes = self.passes(&summit_of);
+        drop(summit_of);
+        let height = |place: u32| self.heights[summits[place as usize] as usize];
+        let mut parent: Vec<u32> = (0..summits.len() as u32).collect();
         let mut tops = Vec::new();
-        for &at in &order {
-            let height = self.heights[at as usize];
-            parent[at as usize] = at;
-            let mut own = at;
-            for near in self.neighbours(at) {
-                if parent[near] == UNSEEN || parent[near] == own {
-                    continue;
-                }
-                let other = root(&mut parent, near as u32);
-                if other == own {
-                    continue;
-                }
-                let (low, high) = if self.heights[other as usize] < self.heights[own as usize] {
-                    (other, own)
-                } else {
-                    (own, other)
-                };
-                if self.heights[low as usize] - height > h {
-                    tops.push(low);
-                }
-                parent[low as usize] = high;
-                own = high;
+        for (level, ends) in passes {
+            let [a, b] = ends
+                .map(|end| summits.partition_point(|&summit| summit < end) as u32)
+                .map(|place| root(&mut parent, place));
+            if a == b {
+                continue;
             }
+            let (low, high) = if height(a) < height(b) { (a, b) } else { (b, a) };
+            if height(low) - level > h {
+                tops.push(summits[low as usize]);
+            }
+            parent[low as usize] = high;
         }
-        let islands = order.iter().filter(|&&at| parent[at as usize] == at);
-        tops.extend(islands.filter(|&&at| self.heights[at as usize] > h));
-        drop(parent);
+        let islands = (0..summits.len() as u32).filter(|&n| parent[n as usize] == n);
+        tops.extend(islands.filter(|&n| height(n) > h).map(|n| summits[n as usize]));
         tops.sort_unstable();
         self.seeds_around(&tops, Some(h))
+    }
+
+    /// The summit of each voxel of land: where it comes to by going to the highest neighbour again and
+    /// again. On level ground one goes to the neighbour with the lowest number.
+    fn summits(&self) -> Vec<u32> {
+        let rank = |at: usize| (self.heights[at], std::cmp::Reverse(at));
+        let climb = |at: usize| match self.heights[at] {
+            0 => NO_LAND,
+            _ => self.neighbours(at as u32).chain([at]).max_by_key(|&at| rank(at)).unwrap_or(at)
+                as u32,
+        };
+        let up: Vec<u32> = (0..self.heights.len()).into_par_iter().map(climb).collect();
+        let follow = |&first: &u32| {
+            let mut at = first;
+            while at != NO_LAND && up[at as usize] != at {
+                at = up[at as usize];
+            }
+            at
+        };
+        up.par_iter().map(follow).collect()
+    }
+
+    /// The highest pass between each two hills that meet, with their summits; the highest first.
+    fn passes(&self, summit_of: &[u32]) -> Vec<(u16, [u32; 2])> {
+        let area = (self.shape[0] + 2) * (self.shape[1] + 2);
+        let forth: Vec<usize> =
+            self.steps.iter().filter_map(|&s| usize::try_from(s).ok()).collect();
+        let add = |mut passes: Passes, (z, slice): (usize, &[u32])| {
+            // runs of voxels meet the same hill
+            let mut last = ([NO_LAND; 2], 0);
+            for (n, &own) in slice.iter().enumerate().filter(|&(_, &own)| own != NO_LAND) {
+                let at = area * z + n;
+                for near in forth.iter().map(|step| at + step) {
+                    let other = summit_of[near];
+                    if other == own || other == NO_LAND {
+                        continue;
+                    }
+                    let ends = [own.min(other), own.max(other)];
+                    let level = self.heights[at].min(self.heights[near]);
+                    if ends != last.0 || level > last.1 {
+                        let highest = passes.entry(ends).or_insert(level);
+                        *highest = level.max(*highest);
+                        last = (ends, *highest);
+                    }
+                }
+            }
+            passes
+        };
+        let join = |mut a: Passes, b: Passes| {
+            for (ends, level) in b {
+                let highest = a.entry(ends).or_insert(level);
+                *highest = level.max(*highest);
+            }
+            a
+        };
+        let slices = summit_of.par_chunks(area).enumerate();
+        let passes = slices.fold(Passes::new, add).reduce(Passes::new, join);
+        let mut passes: Vec<(u16, [u32; 2])> =
+            passes.into_iter().map(|(ends, level)| (level, ends)).collect();
+        passes.sort_unstable_by(|a, b| b.cmp(a));
+        passes
     }
 
     /// Seeds about tops: what is at most so far below them, or the tops alone.
@@ -216,8 +285,13 @@ impl Landscape {
         for level in (1..waiting.len()).rev() {
             let mut wave = std::mem::take(&mut waiting[level]);
             while !wave.is_empty() {
-                decided.clear();
-                decided.extend(wave.iter().map(|&at| self.decide(&labels, at, grey)));
+                let decide = |&at: &u32| self.decide(&labels, at, grey);
+                if wave.len() > WIDE {
+                    wave.par_iter().map(decide).collect_into_vec(&mut decided);
+                } else {
+                    decided.clear();
+                    decided.extend(wave.iter().map(decide));
+                }
                 for (&at, &label) in wave.iter().zip(&decided) {
                     labels[at as usize] = label;
                 }

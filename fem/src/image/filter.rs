@@ -130,6 +130,11 @@ pub(crate) fn erode(shape: [usize; 3], set: &[u8]) -> Vec<u8> {
     combine(shape, set, u8::min)
 }
 
+/// The voxels of whose 27 neighbours any is in the set: it gains a layer of one voxel.
+pub(crate) fn dilate(shape: [usize; 3], set: &[u8]) -> Vec<u8> {
+    combine(shape, set, u8::max)
+}
+
 /// The highest of the 27 values around each voxel.
 pub(crate) fn highest(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
     combine(shape, values, u16::max)
@@ -198,6 +203,7 @@ mod tests {
                 let (medians, smooth) = (median(shape, &values), binomial(shape, &values));
                 let set: Vec<u8> = values.iter().map(|&value| u8::from(value > most / 4)).collect();
                 let (eroded, raised) = (erode(shape, &set), highest(shape, &values));
+                let dilated = dilate(shape, &set);
                 for at in 0..count {
                     let near = around(shape, at);
                     let mut sorted: Vec<u16> = near.iter().map(|&(n, _)| values[n]).collect();
@@ -207,6 +213,7 @@ mod tests {
                     let sum: u64 = near.iter().map(|&(n, w)| w * u64::from(values[n])).sum();
                     assert_eq!(u64::from(smooth[at]), (sum + 32) / 64);
                     assert_eq!(eroded[at] == 1, near.iter().all(|&(n, _)| set[n] == 1));
+                    assert_eq!(dilated[at] == 1, near.iter().any(|&(n, _)| set[n] == 1));
                 }
             }
         }

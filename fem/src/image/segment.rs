@@ -119,12 +119,18 @@ impl Segmentation {
 
         progress("grains");
         let void = found.void;
-        let matrix: Vec<u8> = (0..labels.len())
-            .into_par_iter()
-            .map(|n| u8::from(labels[n] == 0 && f64::from(smooth.values[n]) >= void) & inside[n])
-            .collect();
-        drop(smooth);
-        let solid = Solid::measure(&grey, &labels, grains, &matrix, &inside);
+        let solid = if self.grain_threshold.is_some() {
+            Solid::above(&smooth, threshold, &labels, grains, &inside)
+        } else {
+            let matrix: Vec<u8> = (0..labels.len())
+                .into_par_iter()
+                .map(|n| {
+                    u8::from(labels[n] == 0 && f64::from(smooth.values[n]) >= void) & inside[n]
+                })
+                .collect();
+            drop(smooth);
+            Solid::measure(&grey, &labels, grains, &matrix, &inside)
+        };
         let labels = grey.with(labels);
         let regions = measure(&labels, &inside, &solid.volumes);
         let voxel_mm = grey.voxel_mm;
@@ -200,7 +206,17 @@ impl Segmentation {
         warnings: &mut Vec<String>,
     ) -> Result<f64, ImageError> {
         if let Some(value) = self.grain_threshold {
-            return Ok(scale.to_16_bits(value));
+            let level = scale.to_16_bits(value);
+            if level <= found.void {
+                let air = scale.to_image(found.void);
+                return Err(ImageError::NoContrast {
+                    what: format!(
+                        "grain_threshold = {value} is not above {air:.5}, from which on there is matrix"
+                    ),
+                    help: "raise it, or give a lower void_threshold",
+                });
+            }
+            return Ok(level);
         }
         let Some(level) = Level::find(smooth, grey, inside, found.void) else {
             return Err(ImageError::NoContrast {

@@ -46,7 +46,8 @@ pub struct Segmentation {
     /// Grey value from which on there is grain; found from the image if absent.
     ///
     /// The one that is found lies about half way between the mean grey values of matrix and grains away
-    /// from their interfaces, where as many voxels are above it as the grey values make up.
+    /// from their interfaces, where as many voxels are above it as the grey values make up. With one
+    /// that is given, a grain's volume is what is above it.
     pub grain_threshold: Option<f64>,
     /// Holes in grains are filled up to this size (voxels).
     pub fill_holes_voxels: usize,
@@ -120,11 +121,14 @@ impl Segmentation {
         if !(0.0..=100.0).contains(&low) || !(0.0..=100.0).contains(&high) || low >= high {
             return refuse("percentiles", low, "two percentages from 0 to 100, the lower first");
         }
-        let by_hand = [self.void_threshold, self.grain_threshold];
-        if let Some(value) = by_hand.into_iter().flatten().find(|value| !value.is_finite()) {
-            return refuse("threshold", value, "a grey value");
+        let by_hand =
+            [("void_threshold", self.void_threshold), ("grain_threshold", self.grain_threshold)];
+        for (field, value) in by_hand {
+            if let Some(value) = value.filter(|value| !value.is_finite()) {
+                return refuse(field, value, "a grey value");
+            }
         }
-        if let [Some(void), Some(grain)] = by_hand
+        if let (Some(void), Some(grain)) = (self.void_threshold, self.grain_threshold)
             && void >= grain
         {
             return refuse("void_threshold", void, "below grain_threshold");

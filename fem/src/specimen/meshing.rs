@@ -207,6 +207,7 @@ impl Meshing {
             euler_characteristic: mesh.euler_characteristic(),
             asked_fraction: of_grains.iter().map(|grain| grain.asked_mm3).sum::<f64>() / cylinder,
             achieved_fraction: achieved.iter().sum::<f64>() / total,
+            volume_error: total / cylinder - 1.0,
             grains: of_grains,
             interface_rms_mm: conformed.interface_rms_mm,
             wall_error_mm: MeshReport::wall_error(&mesh, radius_mm),

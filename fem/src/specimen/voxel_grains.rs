@@ -20,6 +20,8 @@ pub struct VoxelGrains<'a> {
     origin_mm: [f64; 3],
     distances: Vec<Patch>,
     volumes_mm3: Vec<f64>,
+    /// How much of each grain is in the cylinder.
+    inside: Vec<f64>,
 }
 
 impl<'a> VoxelGrains<'a> {
@@ -52,25 +54,43 @@ impl<'a> VoxelGrains<'a> {
         let boxes = boxes(labels);
         let grain = |(k, bounds): (usize, &Option<[[usize; 3]; 2]>)| {
             let number = k as u32 + 1;
-            let Some([low, high]) = bounds else { return (Patch::new([0; 3], [0; 3]), 0.0) };
+            let Some([low, high]) = bounds else { return (Patch::new([0; 3], [0; 3]), (0.0, 0.0)) };
             let low = low.map(|x| x.saturating_sub(MARGIN));
             let size =
                 std::array::from_fn(|k| (high[k] + MARGIN + 1).min(labels.shape[k]) - low[k]);
             let mut patch = Patch::new(low, size);
-            let mut voxels = 0.0;
+            let (mut voxels, mut all) = (0.0, 0.0);
             let places = patch.voxels();
             for (value, place) in patch.values.iter_mut().zip(places) {
                 let at = std::array::from_fn(|k| place[k] + low[k]);
                 *value = share(labels, solid, number, at);
-                if *value > 0.0 && is_inside(at) {
-                    voxels += f64::from(*value);
+                if *value > 0.0 {
+                    all += f64::from(*value);
+                    voxels += if is_inside(at) { f64::from(*value) } else { 0.0 };
                 }
             }
             patch.fractions_to_distances();
-            (patch, voxels * voxel.powi(3))
+            let inside = if all > 0.0 { voxels / all } else { 0.0 };
+            (patch, (voxels * voxel.powi(3), inside))
         };
-        let (distances, volumes_mm3) = boxes.par_iter().enumerate().map(grain).unzip();
-        VoxelGrains { labels, origin_mm, distances, volumes_mm3 }
+        let (distances, volumes): (_, Vec<(f64, f64)>) =
+            boxes.par_iter().enumerate().map(grain).unzip();
+        let (volumes_mm3, inside) = volumes.into_iter().unzip();
+        VoxelGrains { labels, origin_mm, distances, volumes_mm3, inside }
+    }
+
+    /// The same grains, with volumes (mm³) that are known better than by adding up fractions between 0
+    /// and 1, such as those of [`Region`](crate::Region): blur carries some of a grain beyond the voxels
+    /// that touch it, and noise that is cut off at 0 and 1 does not cancel. Of a grain that the cylinder
+    /// cuts the same part counts as before; grains without a number in the list keep their volume.
+    pub fn with_volumes(mut self, volumes_mm3: impl IntoIterator<Item = (u32, f64)>) -> Self {
+        for (grain, volume) in volumes_mm3 {
+            let place = (grain as usize).wrapping_sub(1);
+            if let Some(own) = self.volumes_mm3.get_mut(place) {
+                *own = volume.max(0.0) * self.inside[place];
+            }
+        }
+        self
     }
 
     /// In voxels from the corner of the first.
@@ -166,11 +186,12 @@ fn share(labels: &Volume<u32>, solid: Option<&Volume<f32>>, grain: u32, at: [usi
     let [nx, ny, _] = labels.shape;
     let place = at[0] + nx * (at[1] + ny * at[2]);
     let label = labels.values[place];
-    let fraction = || solid.map_or(0.0, |solid| solid.values[place].clamp(0.0, 1.0));
+    let Some(solid) = solid else { return f32::from(u8::from(label == grain)) };
+    let fraction = solid.values[place].clamp(0.0, 1.0);
     if label == grain {
-        return if solid.is_some() { fraction() } else { 1.0 };
+        return fraction;
     }
-    if label != 0 || solid.is_none() {
+    if label != 0 || fraction == 0.0 {
         return 0.0;
     }
     let (mut own, mut all) = (0, 0);
@@ -184,5 +205,5 @@ fn share(labels: &Volume<u32>, solid: Option<&Volume<f32>>, grain: u32, at: [usi
             }
         }
     }
-    if own == 0 { 0.0 } else { fraction() * own as f32 / all as f32 }
+    if own == 0 { 0.0 } else { fraction * own as f32 / all as f32 }
 }

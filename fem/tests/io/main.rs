@@ -9,4 +9,5 @@ mod meshing;
 mod scanner;
 mod specimen;
 mod stl;
+mod voxel_grains;
 mod vtu;

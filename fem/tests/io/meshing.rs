@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
 use fem::{
-    Grain, GrainField, GrainForm, GrainList, GrainMode, MeshReport, Meshed, Meshing, MeshingError,
-    Packing, Scanner, SizeClass, TetMesh, VoxelGrains,
+    CylinderLattice, Grain, GrainField, GrainForm, GrainList, GrainMode, MeshReport, Meshed,
+    Meshing, MeshingError, Packing, Scanner, SizeClass, TetMesh, VoxelGrains,
 };
 
 const RADIUS: f64 = 1.0;
@@ -131,6 +131,23 @@ fn grains_finer_than_the_mesh_become_mixtures_of_their_volume() {
 }
 
 #[test]
+fn a_straight_wall_is_told_and_not_laid_to_the_grains() {
+    let field = field(&packing(GrainForm::Polyhedron, 0.1, 0.08));
+    let report = |curved| mesh(Meshing { curved, ..Meshing::new(0.3) }, &field).report;
+    let straight = report(false);
+    // a wall of n flat faces lacks (2 π / n)² / 6 of the section; n is near 2 π / 0.3
+    assert!((straight.volume_error / -0.015 - 1.0).abs() < 0.4, "{}", straight.volume_error);
+    let grains: f64 = straight.grains.iter().map(|grain| grain.achieved_mm3).sum();
+    let mesh_mm3 = CYLINDER * (1.0 + straight.volume_error);
+    assert!((grains / mesh_mm3 / straight.achieved_fraction - 1.0).abs() < 1e-9);
+    let told = straight.warnings();
+    assert!(told.len() == 1 && told[0].contains("order 2"), "{told:?}");
+    let curved = report(true);
+    assert!(curved.warnings().is_empty(), "{:?}", curved.warnings());
+    assert!((curved.achieved_fraction / curved.asked_fraction - 1.0).abs() < 0.005, "{curved}");
+}
+
+#[test]
 fn mixtures_know_the_direction_of_the_interface() {
     let centre = [0.0, 0.0, 0.8];
     let field = GrainList::new(vec![Grain::sphere(centre, 0.6)], RADIUS, HEIGHT);
@@ -150,6 +167,45 @@ fn mixtures_know_the_direction_of_the_interface() {
     }
     assert_eq!(mixed, meshed.report.mixed_tets);
     assert!(mixed > 100);
+}
+
+#[test]
+fn whole_tetrahedra_leave_the_lattice_as_it_is() {
+    let spacing_mm = 0.1;
+    let field = field(&packing(GrainForm::Sphere, 0.2, 0.3));
+    let meshed = mesh(Meshing { mode: GrainMode::Whole, ..Meshing::new(spacing_mm) }, &field);
+    let (mesh, report) = (&meshed.mesh, &meshed.report);
+    let lattice = CylinderLattice { radius_mm: RADIUS, height_mm: HEIGHT, spacing_mm };
+    let lattice = lattice.build_round().unwrap();
+    assert_eq!((&mesh.nodes, &mesh.tets), (&lattice.nodes, &lattice.tets));
+    assert!(mesh.mixture.is_none() && report.mixed_tets == 0);
+    assert_eq!(report.grains_in(GrainMode::Whole), field.grains());
+    assert_eq!((report.lost_grains(), report.interface_rms_mm), (0, 0.0));
+
+    // a tetrahedron is of the grain that has its centre, but for those that a surface cuts in half, and
+    // then its centre is near that surface
+    let labels = mesh.grain_of.as_ref().unwrap();
+    let (mut others, mut volumes) = (0.0, vec![0.0; field.grains() + 1]);
+    for (tet, &label) in labels.iter().enumerate() {
+        volumes[label as usize] += mesh.tet_volume(tet);
+        let corners = mesh.corners(tet);
+        let centre = std::array::from_fn(|k| corners.iter().map(|p| p[k]).sum::<f64>() / 4.0);
+        let there = field.grain_at(centre);
+        if there != label {
+            others += mesh.tet_volume(tet);
+            let off = field.distance(there.max(label), centre).abs();
+            assert!(off < 0.25 * spacing_mm, "tetrahedron {tet}: {off} mm");
+        }
+    }
+    assert!(others < 0.02 * mesh.volume(), "{} of the mesh", others / mesh.volume());
+    // one offset for all: their sum is kept, each within the volume of some tetrahedra
+    assert!((report.achieved_fraction / report.asked_fraction - 1.0).abs() < 0.005, "{report}");
+    for (grain, volume) in report.grains.iter().zip(&volumes[1..]) {
+        assert!((grain.achieved_mm3 - volume).abs() < 1e-12);
+        assert!(grain.volume_error().abs() < 0.05, "{grain:?}");
+    }
+    let region = mesh.region_volume("grain").unwrap();
+    assert!((region / mesh.volume() - report.achieved_fraction).abs() < 1e-12);
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! STL surfaces: closed, outward, and as large as the tetrahedra that they enclose.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use fem::stl::{self, Triangle};
-use fem::{CylinderLattice, Packing, TetMesh, label};
+use fem::{CylinderLattice, GrainList, GrainMode, Meshing, Packing, SizeClass, TetMesh, label};
 
 fn specimen() -> TetMesh {
     let lattice = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 0.35 };
@@ -38,11 +38,7 @@ fn assert_closed(surface: &[Triangle]) -> usize {
 fn grains_are_closed_outward_and_as_large_as_their_tetrahedra() {
     let mesh = specimen();
     let surfaces = stl::grains(&mesh);
-    let grain_of = mesh.grain_of.as_ref().unwrap();
-    let mut volumes = BTreeMap::new();
-    for (tet, &grain) in grain_of.iter().enumerate().filter(|(_, g)| **g > 0) {
-        *volumes.entry(grain).or_default() += mesh.tet_volume(tet);
-    }
+    let volumes = grain_volumes(&mesh);
     assert!(surfaces.len() > 10 && surfaces.keys().eq(volumes.keys()));
     let mut pinched = 0;
     for (grain, surface) in &surfaces {
@@ -55,6 +51,60 @@ fn grains_are_closed_outward_and_as_large_as_their_tetrahedra() {
     let whole = stl::specimen(&mesh);
     assert_eq!(assert_closed(&whole), 0, "two triangles at every edge");
     assert!((stl::enclosed_volume(&whole) / mesh.volume() - 1.0).abs() < 1e-12);
+}
+
+/// Volumes of the grains by their tetrahedra.
+fn grain_volumes(mesh: &TetMesh) -> BTreeMap<u32, f64> {
+    let mut volumes = BTreeMap::new();
+    for (tet, &grain) in mesh.grain_of.iter().flatten().enumerate().filter(|(_, g)| **g > 0) {
+        *volumes.entry(grain).or_default() += mesh.tet_volume(tet);
+    }
+    volumes
+}
+
+#[test]
+fn grains_that_a_mesh_follows_are_closed_outward_and_as_large_as_in_the_mesh() {
+    // in contact, so that some faces belong to two grains, in opposite senses
+    let sizes = vec![SizeClass { median_radius_mm: 0.3, spread: 0.1, share: 1.0 }];
+    let packing = Packing { film_mm: 0.0, sizes, ..Packing::new(0.45, 5) };
+    let grains = GrainList::new(packing.fill(1.0, 1.6).unwrap(), 1.0, 1.6);
+    let meshing = Meshing { mode: GrainMode::Conforming, ..Meshing::new(0.15) };
+    let mut mesh = meshing.build(1.0, 1.6, &grains).unwrap().mesh;
+    assert!(!mesh.edge_points.is_empty());
+    let (curved, in_mesh) = (stl::grains(&mesh), grain_volumes(&mesh));
+    mesh.edge_points.clear();
+    let (straight, in_straight) = (stl::grains(&mesh), grain_volumes(&mesh));
+    assert!(straight.len() > 10 && straight.keys().eq(in_straight.keys()));
+    assert!(curved.keys().eq(straight.keys()));
+
+    let faces = |surface: &[Triangle]| -> BTreeSet<[[u64; 3]; 3]> {
+        let corners = surface.iter().map(|triangle| triangle.map(|p| p.map(f64::to_bits)));
+        corners
+            .map(|c| (0..3).map(|k| [c[k], c[(k + 1) % 3], c[(k + 2) % 3]]).min().unwrap())
+            .collect()
+    };
+    let mut shared = 0;
+    let [mut bulges, mut more] = [0.0_f64; 2];
+    for (grain, flat) in &straight {
+        assert_closed(flat);
+        assert_closed(&curved[grain]);
+        let (enclosed, expected): (f64, f64) = (stl::enclosed_volume(flat), in_straight[grain]);
+        assert!((enclosed / expected - 1.0).abs() < 1e-12, "{grain}: {enclosed} {expected} mm³");
+        let round = stl::enclosed_volume(&curved[grain]);
+        let between = expected + 0.75 * (in_mesh[grain] - expected);
+        assert!((round / between - 1.0).abs() < 0.003, "{grain}: {round}, about {between} mm³");
+        bulges += in_mesh[grain] - expected;
+        more += round - enclosed;
+        let reversed: Vec<Triangle> = flat.iter().map(|&[a, b, c]| [a, c, b]).collect();
+        let others = straight.iter().filter(|(other, _)| *other > grain);
+        for (_, other) in others {
+            shared += faces(&reversed).intersection(&faces(other)).count();
+        }
+    }
+    assert!(shared > 20, "{shared} faces between grains");
+    // a quadratic face bulges over the plane of its corners by the mean height of its middles; the four
+    // triangles that it becomes by three quarters of that, but for products of heights
+    assert!((more / bulges - 0.75).abs() < 0.02, "{more} of {bulges} mm³");
 }
 
 #[test]

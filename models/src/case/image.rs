@@ -1,13 +1,15 @@
 //! `[specimen.image]`: an image of a specimen, and how its grains are found.
 
+use std::fmt;
 use std::path::PathBuf;
 
 use fem::Segmentation;
-use serde::{Deserialize, Serialize};
+use serde::de::value::{MapAccessDeserializer, StringDeserializer};
+use serde::de::{DeserializeSeed, IntoDeserializer, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// `[specimen.image]`: where grey values come from, and how grains are found in them.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ImageCase {
     /// A TIFF file of many pages, or a folder of slices; without it `[specimen.scan]` makes the image.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -18,4 +20,93 @@ pub struct ImageCase {
     /// How grains are found.
     #[serde(flatten)]
     pub segmentation: Segmentation,
+}
+
+/// The keys of `[specimen.image]` that are not those of a segmentation.
+pub(super) const OWN_KEYS: [&str; 2] = ["stack", "voxel_mm"];
+
+/// Not derived: `flatten` gathers the whole table before it reads any of it, so that errors would name the
+/// table and neither key nor value.
+impl<'de> Deserialize<'de> for ImageCase {
+    fn deserialize<D: Deserializer<'de>>(table: D) -> Result<Self, D::Error> {
+        table.deserialize_map(Table)
+    }
+}
+
+struct Table;
+
+impl<'de> Visitor<'de> for Table {
+    type Value = ImageCase;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a table")
+    }
+
+    fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<ImageCase, M::Error> {
+        let (mut stack, mut voxel_mm) = (None, None);
+        let others = Others { map, stack: &mut stack, voxel_mm: &mut voxel_mm };
+        let segmentation = Segmentation::deserialize(MapAccessDeserializer::new(others))?;
+        Ok(ImageCase { stack, voxel_mm, segmentation })
+    }
+}
+
+/// A table without our own keys, which are read on the way.
+struct Others<'a, M> {
+    map: M,
+    stack: &'a mut Option<PathBuf>,
+    voxel_mm: &'a mut Option<f64>,
+}
+
+impl<'de, M: MapAccess<'de>> MapAccess<'de> for Others<'_, M> {
+    type Error = M::Error;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(
+        &mut self,
+        mut seed: K,
+    ) -> Result<Option<K::Value>, M::Error> {
+        loop {
+            match self.map.next_key_seed(KeySeed(seed))? {
+                None => return Ok(None),
+                Some(Key::Other(key)) => return Ok(Some(key)),
+                Some(Key::Stack(again)) => {
+                    *self.stack = Some(self.map.next_value()?);
+                    seed = again;
+                }
+                Some(Key::Voxel(again)) => {
+                    *self.voxel_mm = Some(self.map.next_value()?);
+                    seed = again;
+                }
+            }
+        }
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, M::Error> {
+        self.map.next_value_seed(seed)
+    }
+}
+
+/// A key, or one of ours and what was to read it.
+enum Key<K, V> {
+    Stack(K),
+    Voxel(K),
+    Other(V),
+}
+
+/// Reads a key where it stands, so that an error about it knows the place.
+struct KeySeed<K>(K);
+
+impl<'de, K: DeserializeSeed<'de>> DeserializeSeed<'de> for KeySeed<K> {
+    type Value = Key<K, K::Value>;
+
+    fn deserialize<D: Deserializer<'de>>(self, key: D) -> Result<Self::Value, D::Error> {
+        let name = String::deserialize(key)?;
+        match name.as_str() {
+            "stack" => Ok(Key::Stack(self.0)),
+            "voxel_mm" => Ok(Key::Voxel(self.0)),
+            _ => {
+                let name: StringDeserializer<D::Error> = name.into_deserializer();
+                self.0.deserialize(name).map(Key::Other)
+            }
+        }
+    }
 }

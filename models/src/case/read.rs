@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::Case;
+use super::image::OWN_KEYS;
 use crate::error::{InputError, closest};
 
 /// A case together with the file that it came from.
@@ -110,8 +111,11 @@ fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
     let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     let (problem, help) = match names.split_first() {
         Some((key, known)) if message.starts_with("unknown field") => {
-            // of a table whose keys are several types' the parser lists none
-            let known = if known.is_empty() { image_keys() } else { known.to_vec() };
+            let mut known = known.to_vec();
+            if place.contains("specimen.image") {
+                // the parser lists those of the segmentation
+                known.extend(OWN_KEYS);
+            }
             let help = format!("{}Keys here: {}.", did_you_mean(key, &known), known.join(", "));
             (format!("unknown key {key:?}"), help)
         }
@@ -123,32 +127,28 @@ fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
             format!("the key {key} is missing"),
             "Add it; breccia init writes a case that explains every key.".to_owned(),
         ),
-        _ => (
-            in_plain_words(message.trim_end_matches('.')),
-            "breccia init writes a case that explains every key.".to_owned(),
-        ),
+        _ => {
+            let message = message.trim_end_matches('.');
+            let help = "breccia init writes a case that explains every key.";
+            (in_plain_words(message), format!("{}{help}", how_to_write(message)))
+        }
     };
     InputError::new(path, place, value, problem, help)
 }
 
-/// The keys of `[specimen.image]`.
-fn image_keys() -> Vec<&'static str> {
-    vec![
-        "stack",
-        "voxel_mm",
-        "specimen",
-        "percentiles",
-        "median",
-        "beam_hardening",
-        "void_threshold",
-        "grain_threshold",
-        "fill_holes_voxels",
-        "seeds",
-        "h_voxels",
-        "smoothing_passes",
-        "spacing_voxels",
-        "min_grain_voxels",
-    ]
+/// How a value of the type that the parser expected is written, as a sentence; empty for types that
+/// explain themselves.
+fn how_to_write(message: &str) -> &'static str {
+    match message.rsplit_once("expected ") {
+        _ if !message.starts_with("invalid type") => "",
+        Some((_, "f64")) => "Write a number without quotes and unit. ",
+        Some((_, "u8" | "u16" | "u32" | "u64" | "usize" | "i32" | "i64")) => {
+            "Write a whole number without quotes, unit and decimal point. "
+        }
+        Some((_, "a boolean")) => "Write true or false without quotes. ",
+        Some((_, "a string" | "path string")) => "Write it in quotes. ",
+        _ => "",
+    }
 }
 
 /// The parser's message with TOML's words for Rust's types, on one line.
@@ -160,6 +160,8 @@ fn in_plain_words(message: &str) -> String {
         "f64" => "a number",
         "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number, not below 0",
         "i32" | "i64" => "a whole number",
+        "a boolean" => "true or false",
+        "path string" => "a path",
         other => other,
     };
     format!("{found}expected {expected}").replace('\n', "; ")
@@ -304,18 +306,40 @@ mod tests {
     }
 
     #[test]
-    fn the_keys_of_an_image_are_known() {
+    fn the_keys_of_an_image_are_known_and_misspelt_ones_named() {
         let stack = Some("scan.tif".into());
         let mut image = ImageCase { stack, voxel_mm: Some(0.05), ..ImageCase::default() };
         image.segmentation.void_threshold = Some(1.0);
         image.segmentation.grain_threshold = Some(2.0);
-        let mut known = image_keys();
-        known.sort_unstable();
         let table = toml::Table::try_from(&image).unwrap();
-        assert_eq!(table.keys().collect::<Vec<_>>(), known);
+        let again: ImageCase = table.clone().try_into().unwrap();
+        assert_eq!(again, image);
         let slip = message(&with("h_voxels = ", "h_voxel = "));
-        for part in ["unknown key \"h_voxel\"", "mean \"h_voxels\"?"] {
+        let parts =
+            ["specimen.image.h_voxel = 0.5", "unknown key \"h_voxel\"", "mean \"h_voxels\"?"];
+        for part in parts.into_iter().chain(table.keys().map(String::as_str)) {
             assert!(slip.contains(part), "{part:?} is not in {slip:?}");
+        }
+        let slip = message(&with("# voxel_mm = ", "voxel_m = "));
+        assert!(slip.contains("mean \"voxel_mm\"?"), "{slip}");
+    }
+
+    #[test]
+    fn wrong_types_in_an_image_are_named_with_their_key_and_the_mend() {
+        for (from, key, value, mend) in [
+            ("h_voxels = 0.5", "h_voxels", "\"0.5 voxels\"", "Write a number without quotes"),
+            ("# grain_threshold = 30000.0", "grain_threshold", "\"bright\"", "Write a number"),
+            ("# voxel_mm = 0.0275", "voxel_mm", "\"27.5 µm\"", "Write a number without quotes"),
+            ("min_grain_voxels = 30", "min_grain_voxels", "30.5", "Write a whole number"),
+            ("median = true", "median", "\"yes\"", "Write true or false"),
+            ("# stack = \"scan.tif\"", "stack", "7", "Write it in quotes"),
+            ("seeds = \"h-maxima\"", "seeds", "\"h-maxma\"", "mean \"h-maxima\"?"),
+            ("percentiles = [0.1, 99.9]", "percentiles", "[0.1]", "expected"),
+        ] {
+            let error = message(&with(from, &format!("{key} = {value}")));
+            for part in [&format!("specimen.image.{key} = {value}: "), mend] {
+                assert!(error.contains(part), "{part:?} is not in {error:?}");
+            }
         }
     }
 

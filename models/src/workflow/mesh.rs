@@ -12,7 +12,7 @@ use super::specimen::{Scanned, direct_mesh, labelled_mesh};
 use super::task::Task;
 use crate::progress::say;
 use crate::report::{mesh_picture, mesh_quality};
-use crate::table::CsvTable;
+use crate::table::{CsvTable, TableRow};
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let setup = task.inputs.setup();
@@ -57,8 +57,16 @@ fn build(inputs: &Inputs<'_>) -> Result<(TetMesh, Option<MeshReport>), WorkflowE
     }
     inputs.check_spacing(meshing.spacing_mm, cylinder.radius_mm, cylinder.height_mm())?;
     let Meshed { mesh, report } =
-        labelled_mesh(inputs.case_path(), &labels, &solid, &cylinder, &meshing)?;
+        labelled_mesh(inputs.case_path(), &labels, &solid, volumes(inputs)?, &cylinder, &meshing)?;
     Ok((mesh, Some(report)))
+}
+
+/// Number and volume (mm³) of each grain, as grey values gave them.
+fn volumes(inputs: &Inputs<'_>) -> Result<Vec<(u32, f64)>, WorkflowError> {
+    let path = inputs.file("grains.csv")?;
+    let table = CsvTable::read(&path, &["id", "volume_mm3"])?;
+    let grain = |row: TableRow<'_>| Ok((row.number("id")? as u32, row.number("volume_mm3")?));
+    table.rows().map(grain).collect()
 }
 
 /// Where the specimen stands in its image.

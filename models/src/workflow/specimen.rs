@@ -131,15 +131,17 @@ pub(super) fn packed_mesh(
     built.map_err(|source| WorkflowError::Meshing { file: case.to_owned(), source })
 }
 
-/// The mesh of labelled voxels with the grain fraction of each.
+/// The mesh of labelled voxels with the grain fraction of each, and numbers and volumes (mm³) of the
+/// grains.
 pub(super) fn labelled_mesh(
     case: &Path,
     labels: &Volume<u32>,
     solid: &Volume<f32>,
+    volumes: Vec<(u32, f64)>,
     cylinder: &Cylinder,
     meshing: &Meshing,
 ) -> Result<Meshed, WorkflowError> {
-    let grains = VoxelGrains::new(labels, Some(solid), cylinder);
+    let grains = VoxelGrains::new(labels, Some(solid), cylinder).with_volumes(volumes);
     let built = meshing.build(cylinder.radius_mm, cylinder.height_mm(), &grains);
     built.map_err(|source| WorkflowError::Meshing { file: case.to_owned(), source })
 }
@@ -180,7 +182,8 @@ pub(super) fn mesh_of(file: &CaseFile) -> Result<TetMesh, WorkflowError> {
         let Segmented { labels, solid, cylinder, .. } = &found;
         let size = [cylinder.radius_mm, cylinder.height_mm()];
         file.check_spacing("specimen.spacing_mm", meshing.spacing_mm, size[0], size[1])?;
-        return Ok(labelled_mesh(&file.path, labels, solid, cylinder, &meshing)?.mesh);
+        let volumes = found.regions.iter().map(|grain| (grain.id, grain.volume_mm3)).collect();
+        return Ok(labelled_mesh(&file.path, labels, solid, volumes, cylinder, &meshing)?.mesh);
     }
     Ok(direct_mesh(&file.path, &geometry)?.0)
 }
