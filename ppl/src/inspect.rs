@@ -233,3 +233,7 @@ fn first_without(entry: &Entry) -> Option<String> {
     let values = &entry.values[index * size..(index + 1) * size];
     Some(datum(&entry.variable.name, (entry.log_likelihood.len() > 1).then_some(index), values))
 }
+
+#[cfg(test)]
+#[path = "../tests/unit/inspect.rs"]
+mod tests;
