@@ -114,8 +114,15 @@ fn quantities(mesh: &TetMesh) -> Result<Vec<(String, f64)>, WorkflowError> {
     ]
     .map(|(name, value)| (name.to_owned(), value))
     .to_vec();
+    let grains = grain_fraction(mesh) * mesh.volume();
     for name in &mesh.regions {
-        rows.push((format!("volume_{name}_mm3"), mesh.region_volume(name)?));
+        // what grains have of mixed tetrahedra is theirs
+        let volume = match (name.as_str(), mesh.mixture.is_some()) {
+            ("grain", true) => grains,
+            ("matrix", true) => mesh.volume() - grains,
+            _ => mesh.region_volume(name)?,
+        };
+        rows.push((format!("volume_{name}_mm3"), volume));
     }
     Ok(rows)
 }

@@ -1,4 +1,5 @@
 use crate::Model;
+use crate::prelude::*;
 
 crate::model! {
     fn line(x: &[[f64; 2]], y: &[f64]) {
