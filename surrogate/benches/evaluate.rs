@@ -1,7 +1,7 @@
 //! Nanoseconds per evaluation: three inputs, three outputs, order 3 (the paper's surrogate) and 8.
 
 use divan::{Bencher, black_box};
-use surrogate::{Dataset, DesignMethod, FitOptions, Input, OrderRule, Pce};
+use surrogate::{Dataset, DesignMethod, FitOptions, Input, OrderRule, Pce, Scale, Scales};
 
 #[global_allocator]
 static ALLOCATIONS: divan::AllocProfiler = divan::AllocProfiler::system();
@@ -24,7 +24,8 @@ fn runs(n: usize) -> Dataset {
 }
 
 fn pce(order: usize) -> Pce<3, 3> {
-    let options = FitOptions { rule: OrderRule::Fixed(order), ..FitOptions::default() };
+    let (rule, scales) = (OrderRule::Fixed(order), Scales::Linear);
+    let options = FitOptions { rule, scales, ..FitOptions::default() };
     Pce::fit(&runs(400), &options).expect("enough rows").pce
 }
 
@@ -39,6 +40,12 @@ fn value(bencher: Bencher<'_, '_>, order: usize) {
 #[divan::bench(args = [3, 8])]
 fn value_and_jacobian(bencher: Bencher<'_, '_>, order: usize) {
     let pce = pce(order);
+    bencher.bench(|| black_box(&pce).value_and_jacobian(black_box(&X)));
+}
+
+#[divan::bench(args = [3, 8])]
+fn value_and_jacobian_on_logarithmic_scales(bencher: Bencher<'_, '_>, order: usize) {
+    let pce = pce(order).with_scales([Scale::Log; 3], [Scale::Log; 3]).expect("bounds above 0");
     bencher.bench(|| black_box(&pce).value_and_jacobian(black_box(&X)));
 }
 

@@ -56,18 +56,6 @@ impl Input {
     pub fn contains(&self, x: f64) -> bool {
         self.lower <= x && x <= self.upper
     }
-
-    /// The affine map of the interval onto [−1, 1].
-    #[inline]
-    pub(crate) fn to_unit(&self, x: f64) -> f64 {
-        ((x - self.lower) - (self.upper - x)) / (self.upper - self.lower)
-    }
-
-    /// The slope of [`Self::to_unit`].
-    #[inline]
-    pub(crate) fn unit_slope(&self) -> f64 {
-        2.0 / (self.upper - self.lower)
-    }
 }
 
 /// Runs of a computer model: `n` rows of named bounded inputs and named outputs.

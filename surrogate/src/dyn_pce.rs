@@ -4,6 +4,7 @@ use crate::dataset::{Input, check_count, check_distinct, check_name};
 use crate::error::SurrogateError;
 use crate::legendre::{MAX_ORDER, legendre, norm};
 use crate::multi_index::graded;
+use crate::scale::{Axis, Scale};
 
 /// A polynomial chaos expansion of `m` outputs in `d` inputs on a box.
 ///
@@ -11,8 +12,12 @@ use crate::multi_index::graded;
 /// ψ_k = √(2k+1) P_k orthonormal Legendre polynomials for the uniform distribution. Inputs and
 /// outputs have the units of the dataset it was fitted to.
 ///
+/// **Scales** ([`DynPce::with_scales`]): on a logarithmic [`Scale`] t is the affine image of ln x, and
+/// the sum is the logarithm of the output. Values and derivatives are those of the numbers themselves
+/// all the same.
+///
 /// **Outside the box** (see [`BoxPosition`]): silent inside; up to a tolerance outside, by
-/// default 1 % of an input's width, the polynomial is continued as it is, smooth and with
+/// default 1 % of an input's width on its scale, the polynomial is continued as it is, smooth and with
 /// its exact gradient, and [`DynPce::position`] tells so; farther out every evaluation is an error.
 ///
 /// Degrees go up to [`MAX_ORDER`]. Where `d` and `m` are known at compile time, [`Pce`](crate::Pce)
@@ -36,7 +41,9 @@ use crate::multi_index::graded;
 #[derive(Clone, Debug, PartialEq)]
 pub struct DynPce {
     inputs: Vec<Input>,
+    axes: Vec<Axis>,
     outputs: Vec<String>,
+    output_scales: Vec<Scale>,
     /// In the graded order of the multi-indices.
     terms: Vec<(Vec<u8>, Vec<f64>)>,
     tolerance: f64,
@@ -102,10 +109,42 @@ impl DynPce {
             }
         }
         let degree = terms.iter().flat_map(|(index, _)| index).copied().max().unwrap_or(0).into();
-        Ok(Self { inputs, outputs, terms, tolerance: 0.01, degree })
+        let axes = inputs.iter().map(|i| Axis::new(i, Scale::Linear)).collect::<Result<_, _>>()?;
+        let output_scales = vec![Scale::Linear; outputs.len()];
+        Ok(Self { inputs, axes, outputs, output_scales, terms, tolerance: 0.01, degree })
     }
 
-    /// Sets how far outside the box, as a fraction of each input's width, evaluation is still allowed.
+    /// The expansion with the same coefficients on other scales, one for each input and each output.
+    ///
+    /// # Errors
+    /// Another number of scales; a logarithm of an input whose lower bound is not above 0.
+    ///
+    /// ```
+    /// use surrogate::{DynPce, Input, Scale};
+    /// // ln y = 2 + ½ ln x on [1, 100], where ln x = ln 10 (1 + t)
+    /// let x = Input::new("x", 1.0, 100.0)?;
+    /// let half = 0.5 * 10f64.ln();
+    /// let terms = [(vec![0], vec![2.0 + half]), (vec![1], vec![half / 3f64.sqrt()])];
+    /// let pce = DynPce::from_terms(vec![x], vec!["y".into()], terms)?
+    ///     .with_scales(&[Scale::Log], &[Scale::Log])?;
+    /// let (value, jacobian) = pce.value_and_jacobian(&[25.0])?;
+    /// assert!((value[0] - 5.0 * 2f64.exp()).abs() < 1e-12);
+    /// assert!((jacobian[0][0] - value[0] / 50.0).abs() < 1e-12);
+    /// # Ok::<(), surrogate::SurrogateError>(())
+    /// ```
+    pub fn with_scales(
+        mut self,
+        inputs: &[Scale],
+        outputs: &[Scale],
+    ) -> Result<Self, SurrogateError> {
+        self.axes = axes(&self.inputs, inputs)?;
+        check_count("scales of outputs", self.outputs.len(), outputs.len())?;
+        self.output_scales = outputs.to_vec();
+        Ok(self)
+    }
+
+    /// Sets how far outside the box, as a fraction of each input's width on its scale, evaluation is
+    /// still allowed.
     ///
     /// # Errors
     /// A tolerance that is negative or not finite.
@@ -124,13 +163,33 @@ impl DynPce {
     /// The expansion with each output multiplied by a factor of its own, as by a change of its unit.
     ///
     /// # Errors
-    /// Another number of factors than of outputs; a factor that leaves no finite coefficient.
+    /// Another number of factors than of outputs; a factor that leaves no finite coefficient; one that
+    /// is not above 0 for an output on a logarithmic scale.
     pub fn scale_outputs(mut self, factors: &[f64]) -> Result<Self, SurrogateError> {
         check_count("factors", self.outputs.len(), factors.len())?;
-        for (_, c) in &mut self.terms {
-            c.iter_mut().zip(factors).for_each(|(c, factor)| *c *= factor);
+        let constant = vec![0; self.inputs.len()];
+        // a factor is a summand of a logarithm; the constant term is the first where there is one
+        if self.output_scales.contains(&Scale::Log) && self.terms[0].0 != constant {
+            self.terms.insert(0, (constant, vec![0.0; self.outputs.len()]));
         }
-        Self::from_terms(self.inputs, self.outputs, self.terms)?.with_tolerance(self.tolerance)
+        for (m, (scale, &factor)) in self.output_scales.iter().zip(factors).enumerate() {
+            match scale {
+                Scale::Linear => self.terms.iter_mut().for_each(|(_, c)| c[m] *= factor),
+                Scale::Log if factor > 0.0 => self.terms[0].1[m] += factor.ln(),
+                Scale::Log => {
+                    return Err(SurrogateError::Option {
+                        option: "factor of a logarithmic output",
+                        value: factor.to_string(),
+                        allowed: "above 0".to_owned(),
+                    });
+                }
+            }
+        }
+        let (inputs, outputs, tolerance) =
+            (self.input_scales(), self.output_scales, self.tolerance);
+        Self::from_terms(self.inputs, self.outputs, self.terms)?
+            .with_scales(&inputs, &outputs)?
+            .with_tolerance(tolerance)
     }
 
     /// The inputs with the box.
@@ -143,12 +202,36 @@ impl DynPce {
         &self.outputs
     }
 
+    /// The scale of each input.
+    pub fn input_scales(&self) -> Vec<Scale> {
+        self.axes.iter().map(|axis| axis.scale).collect()
+    }
+
+    /// The scale of each output.
+    pub fn output_scales(&self) -> &[Scale] {
+        &self.output_scales
+    }
+
+    /// Whether no input and no output is on a logarithmic scale.
+    pub fn is_linear(&self) -> bool {
+        self.axes
+            .iter()
+            .map(|axis| axis.scale)
+            .chain(self.output_scales.iter().copied())
+            .all(|scale| scale == Scale::Linear)
+    }
+
+    /// The intervals of the inputs on their scales.
+    pub(crate) fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
     /// Multi-indices with their orthonormal coefficients of all outputs, in graded order.
     pub fn terms(&self) -> &[(Vec<u8>, Vec<f64>)] {
         &self.terms
     }
 
-    /// The tolerance outside the box, as a fraction of each input's width.
+    /// The tolerance outside the box, as a fraction of each input's width on its scale.
     pub fn tolerance(&self) -> f64 {
         self.tolerance
     }
@@ -162,10 +245,9 @@ impl DynPce {
         if self.inputs.iter().zip(x).all(|(input, &x)| input.contains(x)) {
             return Ok(BoxPosition::Inside);
         }
-        for (input, &value) in self.inputs.iter().zip(x) {
-            let margin = self.tolerance * (input.upper - input.lower);
-            // NaN fails the comparison too
-            if !(input.lower - margin <= value && value <= input.upper + margin) {
+        for ((input, axis), &value) in self.inputs.iter().zip(&self.axes).zip(x) {
+            // the bounds themselves may be lost in the rounding of their logarithms
+            if !(input.contains(value) || axis.is_near(value, self.tolerance)) {
                 return Err(SurrogateError::OutsideBox {
                     input: input.name.clone(),
                     value,
@@ -190,6 +272,9 @@ impl DynPce {
             let weight: f64 =
                 index.iter().zip(&basis).map(|(&a, psi)| psi[usize::from(a)][0]).product();
             value.iter_mut().zip(c).for_each(|(value, c)| *value += c * weight);
+        }
+        for (value, scale) in value.iter_mut().zip(&self.output_scales) {
+            *value = scale.value_and_slope(*value).0;
         }
         Ok(value)
     }
@@ -220,16 +305,30 @@ impl DynPce {
                 row.iter_mut().zip(&slopes).for_each(|(entry, slope)| *entry += c * slope);
             }
         }
+        for ((value, row), scale) in value.iter_mut().zip(&mut jacobian).zip(&self.output_scales) {
+            let (y, slope) = scale.value_and_slope(*value);
+            *value = y;
+            row.iter_mut().for_each(|entry| *entry *= slope);
+        }
         Ok((value, jacobian))
     }
 
     /// ψ_k(t_i) and dψ_k/dx_i for each input and all degrees that occur.
     fn basis(&self, x: &[f64]) -> Vec<Vec<[f64; 2]>> {
-        let polynomials = |(input, &x): (&Input, &f64)| {
-            let slope = input.unit_slope();
-            let p = legendre::<{ MAX_ORDER + 1 }>(input.to_unit(x));
+        let polynomials = |(axis, &x): (&Axis, &f64)| {
+            let slope = axis.slope_at(x);
+            let p = legendre::<{ MAX_ORDER + 1 }>(axis.to_unit(x));
             (0..=self.degree).map(|k| [norm(k) * p[k][0], norm(k) * p[k][1] * slope]).collect()
         };
-        self.inputs.iter().zip(x).map(polynomials).collect()
+        self.axes.iter().zip(x).map(polynomials).collect()
     }
+}
+
+/// The intervals of the inputs on their scales.
+///
+/// # Errors
+/// Another number of scales than of inputs; a logarithm of an interval that reaches 0.
+pub(crate) fn axes(inputs: &[Input], scales: &[Scale]) -> Result<Vec<Axis>, SurrogateError> {
+    check_count("scales of inputs", inputs.len(), scales.len())?;
+    inputs.iter().zip(scales).map(|(input, &scale)| Axis::new(input, scale)).collect()
 }

@@ -82,6 +82,24 @@ pub enum SurrogateError {
         /// Upper bound.
         upper: f64,
     },
+    /// A logarithm of a number that has none.
+    #[error(
+        "`{name}` reaches {value}, which has no logarithm; raise it above 0 or leave `{name}` linear"
+    )]
+    Logarithm {
+        /// The input, whose lower bound it is, or the output.
+        name: String,
+        /// The number.
+        value: f64,
+    },
+    /// A name that is neither an input nor an output.
+    #[error("`{name}` is neither an input nor an output; there are: {known}")]
+    UnknownName {
+        /// The name.
+        name: String,
+        /// The names that there are.
+        known: String,
+    },
     /// A number of inputs, outputs or cells other than the one expected.
     #[error("expected {expected} {what}, found {found}")]
     Count {

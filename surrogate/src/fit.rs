@@ -9,22 +9,24 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
 use crate::dataset::{Dataset, check_count};
+use crate::design_matrix::{Regression, select};
 use crate::dyn_pce::DynPce;
 use crate::error::SurrogateError;
 use crate::legendre::{MAX_ORDER, basis_row};
 use crate::multi_index::Truncation;
 use crate::pce::Pce;
 use crate::regression::NestedLeastSquares;
+use crate::report::{FitReport, covariance, mean_products};
+use crate::scale_choice::{Scales, choose};
 use crate::select::{
-    FitReport, Holdout, LeaveOneOutError, OrderReport, OrderRule, SplitError, by_loo, by_split,
-    covariance, relative_squares,
+    Holdout, LeaveOneOutError, OrderReport, OrderRule, SplitError, Truth, by_loo, by_split,
 };
 
 /// Most inputs for which the 2^d corners of the box are visited.
 const MAX_CORNER_INPUTS: usize = 10;
 
 /// What [`DynPce::fit`] may do.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FitOptions {
     /// Highest order looked at, up to [`MAX_ORDER`].
     pub max_order: usize,
@@ -32,17 +34,20 @@ pub struct FitOptions {
     pub truncation: Truncation,
     /// How the order is chosen.
     pub rule: OrderRule,
+    /// Which inputs and outputs are expanded in logarithms.
+    pub scales: Scales,
     /// The split into training and validation rows, reported whatever the rule.
     pub split: Holdout,
 }
 
 impl Default for FitOptions {
-    /// Orders 0 to 8, total degree, corrected leave-one-out.
+    /// Orders 0 to 8, total degree, corrected leave-one-out for the order and the scales.
     fn default() -> Self {
         Self {
             max_order: 8,
             truncation: Truncation::TotalDegree,
             rule: OrderRule::CorrectedLoo,
+            scales: Scales::Auto,
             split: Holdout::default(),
         }
     }
@@ -97,42 +102,32 @@ impl DynPce {
     /// # Ok::<(), surrogate::SurrogateError>(())
     /// ```
     pub fn fit(data: &Dataset, options: &FitOptions) -> Result<PceFit, SurrogateError> {
-        let variance = check(data, options)?;
-        let (inputs, outputs) = (data.inputs(), data.outputs());
-        let (n, d, m) = (data.len(), inputs.len(), outputs.len());
-        let unit = |x: &[f64]| -> Vec<f64> {
-            inputs.iter().zip(x).map(|(input, &x)| input.to_unit(x)).collect()
-        };
-        let y = Mat::from_fn(n, m, |i, m| data.row(i).1[m]);
-        let counts: Vec<usize> =
-            (0..=options.max_order).map(|p| options.truncation.count(d, p)).collect();
-        // leaving one row out must leave at least as many rows as terms
-        let estimable = counts.iter().take_while(|&&terms| terms < n).count();
-        let columns = options.truncation.nested(d, estimable - 1);
-        let rows: Vec<Vec<f64>> = data.rows().map(|(x, _)| basis_row(&columns, &unit(x))).collect();
+        check(options)?;
+        let regression = Regression::new(data, options.truncation, options.max_order)?;
+        let scales = choose(&regression, &options.scales, options.rule)?;
+        let rows = regression.basis(&scales.inputs)?;
+        let targets = regression.targets(&scales.outputs)?;
+        let Regression { y, variance, counts, columns, .. } = &regression;
+        let (n, m) = y.shape();
 
         let all: Vec<usize> = (0..n).collect();
-        let fit = NestedLeastSquares::new(select(&rows, &all), y.clone());
-        let sizes: Vec<usize> =
-            counts.iter().copied().filter(|&terms| terms < n && terms <= fit.rank()).collect();
-        let prefixes = fit.sweep(&sizes);
-        let (train, splits) = split_errors(&rows, &y, &counts, &variance, &options.split);
+        let fit = NestedLeastSquares::new(select(&rows, &all), targets.clone());
+        let prefixes = fit.sweep(&regression.sizes(&fit));
+        let truth = Truth { y, scales: &scales.outputs, variance };
+        let (train, splits) = split_errors(&rows, &targets, counts, &truth, &options.split);
         let orders: Vec<OrderReport> = counts
             .iter()
             .enumerate()
             .map(|(order, &terms)| OrderReport {
                 order,
                 terms,
-                loo: prefixes.get(order).and_then(|p| LeaveOneOutError::new(p, &variance)),
+                loo: prefixes.get(order).and_then(|p| LeaveOneOutError::new(p, &truth)),
                 split: splits.get(order).cloned(),
             })
             .collect();
 
-        let not_estimable = |order: usize| SurrogateError::NotEstimable {
-            order,
-            terms: options.truncation.count(d, order),
-            rows: n,
-        };
+        let not_estimable =
+            |order: usize| SurrogateError::NotEstimable { order, terms: counts[order], rows: n };
         let order_by_loo = by_loo(&orders).ok_or_else(|| not_estimable(0))?;
         let order_by_split =
             by_split(&orders, options.split.tolerance).ok_or_else(|| not_estimable(0))?;
@@ -147,17 +142,23 @@ impl DynPce {
         let terms = prefix.terms;
         let coefficients = fit.coefficients(terms);
         let term = |j: usize| (columns[j].clone(), (0..m).map(|m| coefficients[(j, m)]).collect());
-        let pce = DynPce::from_terms(inputs.to_vec(), outputs.to_vec(), (0..terms).map(term))?;
+        let (inputs, outputs) = (data.inputs().to_vec(), data.outputs().to_vec());
+        let pce = DynPce::from_terms(inputs, outputs, (0..terms).map(term))?
+            .with_scales(&scales.inputs, &scales.outputs)?;
         let report = FitReport {
             rows: n,
             train_rows: train,
-            outputs: outputs.to_vec(),
+            outputs: data.outputs().to_vec(),
+            logarithmic: pce.logarithmic(),
+            linear_error: scales.linear_error,
             orders,
             rule: options.rule,
             order,
             order_by_loo,
             order_by_split,
             loo_covariance: covariance(&loo_residuals),
+            residual_covariance: mean_products(&prefix.residuals, n - terms),
+            mean_leverage: prefix.trace,
             largest_leverage: prefix.leverages.iter().copied().fold(0.0, f64::max),
             largest_corner_leverage: None,
         };
@@ -178,7 +179,7 @@ impl<P: Borrow<DynPce>> PceFit<P> {
     pub fn leverage(&self, x: &[f64]) -> Result<f64, SurrogateError> {
         let pce = self.pce.borrow();
         pce.position(x)?;
-        let t: Vec<f64> = pce.inputs().iter().zip(x).map(|(i, &x)| i.to_unit(x)).collect();
+        let t: Vec<f64> = pce.axes().iter().zip(x).map(|(axis, &x)| axis.to_unit(x)).collect();
         Ok(self.unit_leverage(&t))
     }
 
@@ -198,8 +199,7 @@ impl<P: Borrow<DynPce>> PceFit<P> {
     }
 }
 
-/// The outputs' variances, once all is in order.
-fn check(data: &Dataset, options: &FitOptions) -> Result<Vec<f64>, SurrogateError> {
+fn check(options: &FitOptions) -> Result<(), SurrogateError> {
     let refuse = |option, value: String, allowed: String| {
         Err(SurrogateError::Option { option, value, allowed })
     };
@@ -224,33 +224,15 @@ fn check(data: &Dataset, options: &FitOptions) -> Result<Vec<f64>, SurrogateErro
             "above 0, at most 1".to_owned(),
         );
     }
-    options.split.check()?;
-    if data.len() < 2 {
-        return Err(SurrogateError::Count {
-            what: "rows, at least",
-            expected: 2,
-            found: data.len(),
-        });
-    }
-    let n = data.len() as f64;
-    let mut variance = Vec::new();
-    for (m, name) in data.outputs().iter().enumerate() {
-        let first = data.row(0).1[m];
-        if data.rows().all(|(_, y)| y[m] == first) {
-            return Err(SurrogateError::ConstantOutput { output: name.clone(), value: first });
-        }
-        let mean = data.rows().map(|(_, y)| y[m]).sum::<f64>() / n;
-        variance.push(data.rows().map(|(_, y)| (y[m] - mean).powi(2)).sum::<f64>() / n);
-    }
-    Ok(variance)
+    options.split.check()
 }
 
 /// The number of training rows and the errors of the orders that they determine.
 fn split_errors(
     rows: &[Vec<f64>],
-    y: &Mat<f64>,
+    targets: &Mat<f64>,
     counts: &[usize],
-    variance: &[f64],
+    truth: &Truth<'_>,
     split: &Holdout,
 ) -> (usize, Vec<SplitError>) {
     let n = rows.len();
@@ -258,28 +240,28 @@ fn split_errors(
     order.shuffle(&mut Xoshiro256PlusPlus::seed_from_u64(split.seed));
     let (train, validation) =
         order.split_at(((split.train_fraction * n as f64).round() as usize).clamp(1, n - 1));
-    let part = |chosen: &[usize]| Mat::from_fn(chosen.len(), y.ncols(), |i, m| y[(chosen[i], m)]);
+    let part = |matrix: &Mat<f64>, chosen: &[usize]| {
+        Mat::from_fn(chosen.len(), matrix.ncols(), |i, m| matrix[(chosen[i], m)])
+    };
+    let error = |residuals: &Mat<f64>, chosen: &[usize]| {
+        Truth { y: &part(truth.y, chosen), ..*truth }.relative_squares(residuals)
+    };
 
     let mut psi = select(rows, train);
     let usable = psi.ncols().min(train.len());
     psi.truncate(train.len(), usable);
-    let fit = NestedLeastSquares::new(psi, part(train));
+    let fit = NestedLeastSquares::new(psi, part(targets, train));
     let sizes: Vec<usize> = counts.iter().copied().filter(|&terms| terms <= fit.rank()).collect();
     let errors = fit.sweep(&sizes).into_iter().map(|prefix| {
         let c = fit.coefficients(prefix.terms);
-        let residuals = Mat::from_fn(validation.len(), y.ncols(), |i, m| {
+        let residuals = Mat::from_fn(validation.len(), targets.ncols(), |i, m| {
             let row = &rows[validation[i]];
-            y[(validation[i], m)] - (0..prefix.terms).map(|j| row[j] * c[(j, m)]).sum::<f64>()
+            targets[(validation[i], m)] - (0..prefix.terms).map(|j| row[j] * c[(j, m)]).sum::<f64>()
         });
         SplitError {
-            train: relative_squares(&prefix.residuals, variance),
-            validation: relative_squares(&residuals, variance),
+            train: error(&prefix.residuals, train),
+            validation: error(&residuals, validation),
         }
     });
     (train.len(), errors.collect())
-}
-
-/// The design matrix of the chosen rows.
-fn select(rows: &[Vec<f64>], chosen: &[usize]) -> Mat<f64> {
-    Mat::from_fn(chosen.len(), rows[0].len(), |i, j| rows[chosen[i]][j])
 }

@@ -38,14 +38,15 @@
 //!
 //! 1. `error`, `dataset`, `dataset_csv`: what was run, and its file
 //! 2. `sobol_sequence`, `design`: where to run
-//! 3. `legendre`, `multi_index`: one-dimensional polynomials and their products
+//! 3. `scale`, `legendre`, `multi_index`: coordinates, one-dimensional polynomials and their products
 //! 4. `dyn_pce`, `kernel`, `pce`: the expansion, with sizes known at run time and at compile time
-//! 5. `pce_file`, `sobol`, `differentiable`: its file, its moments, its use in a model
-//! 6. `regression`, `select`, `fit`: from a dataset to an expansion
+//! 5. `pce_file`, `quadrature`, `sobol`, `differentiable`: its file, its moments, its use in a model
+//! 6. `regression`, `select`, `report`, `design_matrix`, `scale_choice`, `fit`: from a dataset to an expansion
 
 mod dataset;
 mod dataset_csv;
 mod design;
+mod design_matrix;
 mod differentiable;
 mod dyn_pce;
 mod error;
@@ -55,7 +56,11 @@ mod legendre;
 mod multi_index;
 mod pce;
 mod pce_file;
+mod quadrature;
 mod regression;
+mod report;
+mod scale;
+mod scale_choice;
 mod select;
 mod sobol;
 mod sobol_sequence;
@@ -69,5 +74,8 @@ pub use legendre::MAX_ORDER;
 pub use multi_index::Truncation;
 pub use pce::Pce;
 pub use rand;
-pub use select::{FitReport, Holdout, LeaveOneOutError, OrderReport, OrderRule, SplitError};
+pub use report::FitReport;
+pub use scale::Scale;
+pub use scale_choice::Scales;
+pub use select::{Holdout, LeaveOneOutError, OrderReport, OrderRule, SplitError};
 pub use sobol::SobolIndices;

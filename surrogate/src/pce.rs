@@ -7,6 +7,7 @@ use crate::dataset::{Input, check_count};
 use crate::dyn_pce::{BoxPosition, DynPce};
 use crate::error::SurrogateError;
 use crate::kernel::PceKernel;
+use crate::scale::{Axis, Scale};
 
 /// A polynomial chaos expansion of `M` outputs in `D` inputs on a box: a [`DynPce`] whose evaluation
 /// allocates nothing.
@@ -33,6 +34,15 @@ pub struct Pce<const D: usize, const M: usize> {
     /// dt/dx, kept because divisions would be a tenth of an evaluation.
     slopes: [f64; D],
     kernel: PceKernel<D, M>,
+    /// None where all scales are linear: such an expansion pays one comparison for them.
+    scales: Option<Scaling<D, M>>,
+}
+
+/// The scales of an expansion, of which at least one is logarithmic.
+#[derive(Clone, Copy, Debug)]
+struct Scaling<const D: usize, const M: usize> {
+    axes: [Axis; D],
+    outputs: [Scale; M],
 }
 
 impl<const D: usize, const M: usize> Deref for Pce<D, M> {
@@ -71,8 +81,12 @@ impl<const D: usize, const M: usize> TryFrom<DynPce> for Pce<D, M> {
         let kernel = PceKernel::new(terms);
         let input = |d: usize| &expansion.inputs()[d];
         let bounds = std::array::from_fn(|d| [input(d).lower, input(d).upper]);
-        let slopes = std::array::from_fn(|d| input(d).unit_slope());
-        Ok(Self { expansion, bounds, slopes, kernel })
+        let slopes = std::array::from_fn(|d| 2.0 / (input(d).upper - input(d).lower));
+        let scales = (!expansion.is_linear()).then(|| Scaling {
+            axes: std::array::from_fn(|d| expansion.axes()[d]),
+            outputs: std::array::from_fn(|m| expansion.output_scales()[m]),
+        });
+        Ok(Self { expansion, bounds, slopes, kernel, scales })
     }
 }
 
@@ -97,6 +111,18 @@ impl<const D: usize, const M: usize> Pce<D, M> {
     pub fn with_tolerance(mut self, tolerance: f64) -> Result<Self, SurrogateError> {
         self.expansion = self.expansion.with_tolerance(tolerance)?;
         Ok(self)
+    }
+
+    /// As [`DynPce::with_scales`].
+    ///
+    /// # Errors
+    /// As [`DynPce::with_scales`].
+    pub fn with_scales(
+        self,
+        inputs: [Scale; D],
+        outputs: [Scale; M],
+    ) -> Result<Self, SurrogateError> {
+        self.expansion.with_scales(&inputs, &outputs)?.try_into()
     }
 
     /// Whether `x` lies inside the box or within the tolerance of it.
@@ -125,7 +151,10 @@ impl<const D: usize, const M: usize> Pce<D, M> {
     #[inline]
     pub fn value(&self, x: &[f64; D]) -> Result<[f64; M], SurrogateError> {
         self.position(x)?;
-        Ok(self.kernel.value(&self.to_unit(x)))
+        match &self.scales {
+            None => Ok(self.kernel.value(&self.to_unit(x))),
+            Some(scales) => Ok(scales.value(&self.kernel, x)),
+        }
     }
 
     /// The outputs at `x` and their derivatives, `jacobian[m][d]` = ∂f_m/∂x_d in the outputs' per the inputs' units.
@@ -138,6 +167,9 @@ impl<const D: usize, const M: usize> Pce<D, M> {
         x: &[f64; D],
     ) -> Result<([f64; M], [[f64; D]; M]), SurrogateError> {
         self.position(x)?;
+        if let Some(scales) = &self.scales {
+            return Ok(scales.value_and_jacobian(&self.kernel, x));
+        }
         let (value, mut jacobian) = self.kernel.value_and_jacobian(&self.to_unit(x));
         for row in &mut jacobian {
             for d in 0..D {
@@ -153,5 +185,36 @@ impl<const D: usize, const M: usize> Pce<D, M> {
             let [lower, upper] = self.bounds[d];
             0.5 * self.slopes[d] * ((x[d] - lower) - (upper - x[d]))
         })
+    }
+}
+
+/// Out of line, so that the code of a linear expansion stays as small as it is alone.
+impl<const D: usize, const M: usize> Scaling<D, M> {
+    #[inline(never)]
+    fn value(&self, kernel: &PceKernel<D, M>, x: &[f64; D]) -> [f64; M] {
+        let mut value = kernel.value(&std::array::from_fn(|d| self.axes[d].to_unit(x[d])));
+        for m in 0..M {
+            value[m] = self.outputs[m].value_and_slope(value[m]).0;
+        }
+        value
+    }
+
+    #[inline(never)]
+    fn value_and_jacobian(
+        &self,
+        kernel: &PceKernel<D, M>,
+        x: &[f64; D],
+    ) -> ([f64; M], [[f64; D]; M]) {
+        let t = std::array::from_fn(|d| self.axes[d].to_unit(x[d]));
+        let slopes: [f64; D] = std::array::from_fn(|d| self.axes[d].slope_at(x[d]));
+        let (mut value, mut jacobian) = kernel.value_and_jacobian(&t);
+        for m in 0..M {
+            let (y, slope) = self.outputs[m].value_and_slope(value[m]);
+            value[m] = y;
+            for d in 0..D {
+                jacobian[m][d] *= slope * slopes[d];
+            }
+        }
+        (value, jacobian)
     }
 }

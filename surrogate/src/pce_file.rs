@@ -9,6 +9,7 @@ use crate::dataset::Input;
 use crate::dyn_pce::DynPce;
 use crate::error::SurrogateError;
 use crate::pce::Pce;
+use crate::scale::Scale;
 
 /// The form in which a surrogate is stored: no number's meaning depends on its position.
 #[derive(Serialize, Deserialize)]
@@ -18,6 +19,9 @@ struct PceFile {
     inputs: Vec<Input>,
     outputs: Vec<String>,
     tolerance: f64,
+    /// Names of the inputs and outputs on a logarithmic scale; older files have none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    logarithmic: Vec<String>,
     terms: Vec<Term>,
 }
 
@@ -46,6 +50,7 @@ impl Serialize for DynPce {
             inputs: self.inputs().to_vec(),
             outputs: self.outputs().to_vec(),
             tolerance: self.tolerance(),
+            logarithmic: self.logarithmic(),
             terms: self.terms().iter().map(term).collect(),
         }
         .serialize(serializer)
@@ -54,8 +59,10 @@ impl Serialize for DynPce {
 
 impl<'de> Deserialize<'de> for DynPce {
     fn deserialize<S: Deserializer<'de>>(deserializer: S) -> Result<Self, S::Error> {
-        let PceFile { inputs, outputs, tolerance, terms, .. } = PceFile::deserialize(deserializer)?;
+        let PceFile { inputs, outputs, tolerance, logarithmic, terms, .. } =
+            PceFile::deserialize(deserializer)?;
         DynPce::from_terms(inputs, outputs, terms.into_iter().map(|t| (t.index, t.coefficients)))
+            .and_then(|pce| pce.with_logarithmic(&logarithmic))
             .and_then(|pce| pce.with_tolerance(tolerance))
             .map_err(serde::de::Error::custom)
     }
@@ -74,6 +81,28 @@ impl<'de, const D: usize, const M: usize> Deserialize<'de> for Pce<D, M> {
 }
 
 impl DynPce {
+    /// The names of the inputs and outputs on a logarithmic scale.
+    pub fn logarithmic(&self) -> Vec<String> {
+        let inputs = self.inputs().iter().map(|i| &i.name).zip(self.input_scales());
+        let outputs = self.outputs().iter().zip(self.output_scales().iter().copied());
+        let all = inputs.chain(outputs).filter(|(_, scale)| *scale == Scale::Log);
+        all.map(|(name, _)| name.clone()).collect()
+    }
+
+    /// The expansion with the named inputs and outputs on a logarithmic scale, the others linear.
+    fn with_logarithmic(self, names: &[String]) -> Result<Self, SurrogateError> {
+        let known: Vec<&String> =
+            self.inputs().iter().map(|i| &i.name).chain(self.outputs()).collect();
+        if let Some(name) = names.iter().find(|name| !known.contains(name)) {
+            let known = known.into_iter().map(String::as_str).collect::<Vec<_>>().join(", ");
+            return Err(SurrogateError::UnknownName { name: name.clone(), known });
+        }
+        let scale = |name| if names.contains(name) { Scale::Log } else { Scale::Linear };
+        let inputs: Vec<Scale> = self.inputs().iter().map(|i| scale(&i.name)).collect();
+        let outputs: Vec<Scale> = self.outputs().iter().map(scale).collect();
+        self.with_scales(&inputs, &outputs)
+    }
+
     /// Writes the expansion as JSON.
     ///
     /// # Errors

@@ -1,12 +1,11 @@
 //! How good each order is, and which one to take.
 
-use std::fmt;
-
 use faer::Mat;
 use serde::{Deserialize, Serialize};
 
 use crate::error::SurrogateError;
 use crate::regression::Prefix;
+use crate::scale::Scale;
 
 /// How the order of an expansion is chosen. Errors are averaged over the outputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -58,7 +57,8 @@ impl Holdout {
     }
 }
 
-/// Leave-one-out errors of one order, per output, as fractions of the output's variance.
+/// Leave-one-out errors of one order, per output, as fractions of the output's variance. They are errors
+/// of the output itself, whatever its scale.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeaveOneOutError {
     /// mean ((y_i − f_i)/(1 − h_i))² / mean (y_i − ȳ)².
@@ -70,8 +70,8 @@ pub struct LeaveOneOutError {
 
 impl LeaveOneOutError {
     /// None where some row alone determines a coefficient.
-    pub(crate) fn new(prefix: &Prefix, variance: &[f64]) -> Option<Self> {
-        let plain = relative_squares(&prefix.loo_residuals()?, variance);
+    pub(crate) fn new(prefix: &Prefix, truth: &Truth<'_>) -> Option<Self> {
+        let plain = truth.relative_squares(&prefix.loo_residuals()?);
         let corrected = plain.iter().map(|e| e * prefix.correction()).collect();
         Some(Self { plain, corrected })
     }
@@ -99,74 +99,6 @@ pub struct OrderReport {
     pub split: Option<SplitError>,
 }
 
-/// How the order was chosen and how good the surrogate is.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FitReport {
-    /// Number of rows.
-    pub rows: usize,
-    /// Number of rows in the training part of the split.
-    pub train_rows: usize,
-    /// The outputs' names.
-    pub outputs: Vec<String>,
-    /// Errors of every order that was looked at.
-    pub orders: Vec<OrderReport>,
-    /// The rule that chose.
-    pub rule: OrderRule,
-    /// The order chosen.
-    pub order: usize,
-    /// The order that the corrected leave-one-out error chooses.
-    pub order_by_loo: usize,
-    /// The order that the split chooses.
-    pub order_by_split: usize,
-    /// Covariance (outputs × outputs) of the leave-one-out residuals at the chosen order, in the
-    /// outputs' units: the surrogate's error for a calibration.
-    pub loo_covariance: Vec<Vec<f64>>,
-    /// Largest leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x) of a row.
-    pub largest_leverage: f64,
-    /// Largest leverage of a corner of the box; None above 10 inputs, which have too many corners.
-    pub largest_corner_leverage: Option<f64>,
-}
-
-impl FitReport {
-    /// The entry of the chosen order.
-    pub fn chosen(&self) -> Option<&OrderReport> {
-        self.orders.iter().find(|o| o.order == self.order)
-    }
-}
-
-impl fmt::Display for FitReport {
-    /// A table of the orders, errors averaged over the outputs.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "order  terms        LOO  corrected      train  validation")?;
-        for o in &self.orders {
-            write!(f, "{:5}  {:5}", o.order, o.terms)?;
-            match &o.loo {
-                Some(loo) => {
-                    write!(f, "  {:9.3e}  {:9.3e}", mean(&loo.plain), mean(&loo.corrected))?
-                }
-                None => write!(f, "  not estimable with {} rows", self.rows)?,
-            }
-            match &o.split {
-                Some(s) => writeln!(f, "  {:9.3e}   {:9.3e}", mean(&s.train), mean(&s.validation))?,
-                None if o.loo.is_some() => {
-                    writeln!(f, "  not estimable with {} training rows", self.train_rows)?;
-                }
-                None => writeln!(f)?,
-            }
-        }
-        let rule = match self.rule {
-            OrderRule::CorrectedLoo => "corrected leave-one-out",
-            OrderRule::Split => "training and validation",
-            OrderRule::Fixed(_) => "request",
-        };
-        writeln!(
-            f,
-            "order {} by {rule} (leave-one-out: {}, training and validation: {}); errors are fractions of the variance",
-            self.order, self.order_by_loo, self.order_by_split
-        )
-    }
-}
-
 /// The least corrected leave-one-out error.
 pub(crate) fn by_loo(orders: &[OrderReport]) -> Option<usize> {
     let errors = orders.iter().filter_map(|o| Some((o.order, error(&o.loo.as_ref()?.corrected))));
@@ -185,31 +117,32 @@ pub(crate) fn by_split(orders: &[OrderReport], tolerance: f64) -> Option<usize> 
 }
 
 /// The mean over the outputs; below the floor an error is rounding, and orders tie.
-fn error(fractions: &[f64]) -> f64 {
-    mean(fractions).max(1e-24)
+pub(crate) fn error(fractions: &[f64]) -> f64 {
+    mean(fractions).max(ROUNDING)
 }
 
-fn mean(x: &[f64]) -> f64 {
+/// A squared relative error that is rounding.
+pub(crate) const ROUNDING: f64 = 1e-24;
+
+pub(crate) fn mean(x: &[f64]) -> f64 {
     x.iter().sum::<f64>() / x.len() as f64
 }
 
-/// Mean squares of the columns as fractions of the variances.
-pub(crate) fn relative_squares(residuals: &Mat<f64>, variance: &[f64]) -> Vec<f64> {
-    let n = residuals.nrows() as f64;
-    variance
-        .iter()
-        .enumerate()
-        .map(|(m, v)| residuals.col(m).iter().map(|r| r * r).sum::<f64>() / n / v)
-        .collect()
+/// What residuals are measured by: the outputs' numbers, scales and variances.
+pub(crate) struct Truth<'a> {
+    /// rows × outputs, in their own units
+    pub(crate) y: &'a Mat<f64>,
+    pub(crate) scales: &'a [Scale],
+    pub(crate) variance: &'a [f64],
 }
 
-/// The covariance of the rows, with divisor n − 1.
-pub(crate) fn covariance(rows: &Mat<f64>) -> Vec<Vec<f64>> {
-    let (n, m) = rows.shape();
-    let means: Vec<f64> = (0..m).map(|j| rows.col(j).iter().sum::<f64>() / n as f64).collect();
-    let entry = |j: usize, k: usize| {
-        (0..n).map(|i| (rows[(i, j)] - means[j]) * (rows[(i, k)] - means[k])).sum::<f64>()
-            / (n - 1) as f64
-    };
-    (0..m).map(|j| (0..m).map(|k| entry(j, k)).collect()).collect()
+impl Truth<'_> {
+    /// Mean squares, in the outputs' own units, of residuals on their scales, as fractions of the variances.
+    pub(crate) fn relative_squares(&self, residuals: &Mat<f64>) -> Vec<f64> {
+        let n = residuals.nrows();
+        let square =
+            |i: usize, m: usize| self.scales[m].residual(self.y[(i, m)], residuals[(i, m)]).powi(2);
+        let of = |m: usize| (0..n).map(|i| square(i, m)).sum::<f64>() / n as f64 / self.variance[m];
+        (0..self.variance.len()).map(of).collect()
+    }
 }

@@ -143,8 +143,8 @@ fn surrogate_warning(
     specimens: &[Vec<f64>],
 ) -> Result<Option<String>, WorkflowError> {
     let report: FitReport = inputs.json("surrogate_error.json")?;
-    let covariance = report.loo_covariance;
     let (n, mean) = (specimens.len() as f64, column_means(specimens));
+    let covariance = report.lack_of_fit(&mean)?;
     let worst = quantities
         .iter()
         .enumerate()
