@@ -28,7 +28,7 @@ impl TensorGrid {
         let (mut nodes, mut weights) = (Vec::new(), Vec::new());
         for (axis, active) in pce.axes().iter().zip(active) {
             let rule = gauss_legendre(if active { n } else { 1 });
-            let x: Vec<f64> = rule.iter().map(|(t, _)| axis.from_unit(*t)).collect();
+            let x: Vec<f64> = rule.iter().map(|(t, _)| axis.at_unit(*t)).collect();
             // uniform in x: the density of t is proportional to dx/dt
             let w: Vec<f64> =
                 rule.iter().zip(&x).map(|((_, w), &x)| w / axis.slope_at(x)).collect();

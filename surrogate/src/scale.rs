@@ -87,7 +87,7 @@ impl Axis {
     }
 
     /// The value at t ∈ [−1, 1].
-    pub(crate) fn from_unit(self, t: f64) -> f64 {
+    pub(crate) fn at_unit(self, t: f64) -> f64 {
         let z = 0.5 * ((1.0 - t) * self.lower + (1.0 + t) * self.upper);
         self.scale.value_and_slope(z).0
     }
@@ -126,13 +126,13 @@ mod tests {
             let axis = Axis::new(&input, scale).unwrap();
             assert_relative_eq!(axis.to_unit(1e-5), -1.0, epsilon = 1e-14);
             assert_relative_eq!(axis.to_unit(5e-3), 1.0, epsilon = 1e-14);
-            assert_relative_eq!(axis.from_unit(axis.to_unit(7e-4)), 7e-4, max_relative = 1e-13);
+            assert_relative_eq!(axis.at_unit(axis.to_unit(7e-4)), 7e-4, max_relative = 1e-13);
             let h = 1e-9;
             let slope = (axis.to_unit(7e-4 + h) - axis.to_unit(7e-4 - h)) / (2.0 * h);
             assert_relative_eq!(axis.slope_at(7e-4), slope, max_relative = 1e-7);
         }
         // the middle of a logarithmic interval is the geometric mean of its bounds
-        let middle = Axis::new(&input, Scale::Log).unwrap().from_unit(0.0);
+        let middle = Axis::new(&input, Scale::Log).unwrap().at_unit(0.0);
         assert_relative_eq!(middle, (1e-5 * 5e-3f64).sqrt(), max_relative = 1e-13);
     }
 
