@@ -29,20 +29,14 @@ use crate::scale::{Axis, Scale};
 #[derive(Clone, Debug)]
 pub struct Pce<const D: usize, const M: usize> {
     expansion: DynPce,
-    /// The box, where evaluation finds it without going through the inputs.
-    bounds: [[f64; 2]; D],
+    /// The box where all scales are linear, and empty otherwise: an evaluation inside pays for scales
+    /// nothing beyond the comparisons that it needs anyway.
+    plain_box: [[f64; 2]; D],
     /// dt/dx, kept because divisions would be a tenth of an evaluation.
     slopes: [f64; D],
     kernel: PceKernel<D, M>,
-    /// None where all scales are linear: such an expansion pays one comparison for them.
-    scales: Option<Scaling<D, M>>,
-}
-
-/// The scales of an expansion, of which at least one is logarithmic.
-#[derive(Clone, Copy, Debug)]
-struct Scaling<const D: usize, const M: usize> {
     axes: [Axis; D],
-    outputs: [Scale; M],
+    output_scales: [Scale; M],
 }
 
 impl<const D: usize, const M: usize> Deref for Pce<D, M> {
@@ -80,13 +74,14 @@ impl<const D: usize, const M: usize> TryFrom<DynPce> for Pce<D, M> {
             .map(|(index, c)| (std::array::from_fn(|d| index[d]), std::array::from_fn(|m| c[m])));
         let kernel = PceKernel::new(terms);
         let input = |d: usize| &expansion.inputs()[d];
-        let bounds = std::array::from_fn(|d| [input(d).lower, input(d).upper]);
-        let slopes = std::array::from_fn(|d| 2.0 / (input(d).upper - input(d).lower));
-        let scales = (!expansion.is_linear()).then(|| Scaling {
-            axes: std::array::from_fn(|d| expansion.axes()[d]),
-            outputs: std::array::from_fn(|m| expansion.output_scales()[m]),
+        let linear = expansion.is_linear();
+        let plain_box = std::array::from_fn(|d| {
+            if linear { [input(d).lower, input(d).upper] } else { [f64::NAN; 2] }
         });
-        Ok(Self { expansion, bounds, slopes, kernel, scales })
+        let slopes = std::array::from_fn(|d| 2.0 / (input(d).upper - input(d).lower));
+        let axes = std::array::from_fn(|d| expansion.axes()[d]);
+        let output_scales = std::array::from_fn(|m| expansion.output_scales()[m]);
+        Ok(Self { expansion, plain_box, slopes, kernel, axes, output_scales })
     }
 }
 
@@ -131,17 +126,7 @@ impl<const D: usize, const M: usize> Pce<D, M> {
     /// A point farther outside, or NaN.
     #[inline]
     pub fn position(&self, x: &[f64; D]) -> Result<BoxPosition, SurrogateError> {
-        if self.bounds.iter().zip(x).all(|([lower, upper], x)| lower <= x && x <= upper) {
-            Ok(BoxPosition::Inside)
-        } else {
-            self.near(x)
-        }
-    }
-
-    /// Out of line, so that points inside the box pay only the comparisons.
-    #[cold]
-    fn near(&self, x: &[f64; D]) -> Result<BoxPosition, SurrogateError> {
-        self.expansion.position(x)
+        if self.is_plain(x) { Ok(BoxPosition::Inside) } else { self.expansion.position(x) }
     }
 
     /// The outputs at `x`, in the inputs' units.
@@ -150,11 +135,10 @@ impl<const D: usize, const M: usize> Pce<D, M> {
     /// A point outside the box by more than the tolerance, or NaN.
     #[inline]
     pub fn value(&self, x: &[f64; D]) -> Result<[f64; M], SurrogateError> {
-        self.position(x)?;
-        match &self.scales {
-            None => Ok(self.kernel.value(&self.to_unit(x))),
-            Some(scales) => Ok(scales.value(&self.kernel, x)),
+        if !self.is_plain(x) {
+            return self.general_value(x);
         }
+        Ok(self.kernel.value(&self.to_unit(x)))
     }
 
     /// The outputs at `x` and their derivatives, `jacobian[m][d]` = ∂f_m/∂x_d in the outputs' per the inputs' units.
@@ -166,9 +150,8 @@ impl<const D: usize, const M: usize> Pce<D, M> {
         &self,
         x: &[f64; D],
     ) -> Result<([f64; M], [[f64; D]; M]), SurrogateError> {
-        self.position(x)?;
-        if let Some(scales) = &self.scales {
-            return Ok(scales.value_and_jacobian(&self.kernel, x));
+        if !self.is_plain(x) {
+            return self.general_value_and_jacobian(x);
         }
         let (value, mut jacobian) = self.kernel.value_and_jacobian(&self.to_unit(x));
         for row in &mut jacobian {
@@ -179,42 +162,48 @@ impl<const D: usize, const M: usize> Pce<D, M> {
         Ok((value, jacobian))
     }
 
+    /// Whether all scales are linear and `x` lies inside the box, which is the common case.
     #[inline]
-    fn to_unit(&self, x: &[f64; D]) -> [f64; D] {
-        std::array::from_fn(|d| {
-            let [lower, upper] = self.bounds[d];
-            0.5 * self.slopes[d] * ((x[d] - lower) - (upper - x[d]))
-        })
+    fn is_plain(&self, x: &[f64; D]) -> bool {
+        self.plain_box.iter().zip(x).all(|([lower, upper], x)| lower <= x && x <= upper)
     }
-}
 
-/// Out of line, so that the code of a linear expansion stays as small as it is alone.
-impl<const D: usize, const M: usize> Scaling<D, M> {
+    #[cold]
     #[inline(never)]
-    fn value(&self, kernel: &PceKernel<D, M>, x: &[f64; D]) -> [f64; M] {
-        let mut value = kernel.value(&std::array::from_fn(|d| self.axes[d].to_unit(x[d])));
+    fn general_value(&self, x: &[f64; D]) -> Result<[f64; M], SurrogateError> {
+        self.position(x)?;
+        let mut value = self.kernel.value(&std::array::from_fn(|d| self.axes[d].to_unit(x[d])));
         for m in 0..M {
-            value[m] = self.outputs[m].value_and_slope(value[m]).0;
+            value[m] = self.output_scales[m].value_and_slope(value[m]).0;
         }
-        value
+        Ok(value)
     }
 
+    #[cold]
     #[inline(never)]
-    fn value_and_jacobian(
+    fn general_value_and_jacobian(
         &self,
-        kernel: &PceKernel<D, M>,
         x: &[f64; D],
-    ) -> ([f64; M], [[f64; D]; M]) {
+    ) -> Result<([f64; M], [[f64; D]; M]), SurrogateError> {
+        self.position(x)?;
         let t = std::array::from_fn(|d| self.axes[d].to_unit(x[d]));
         let slopes: [f64; D] = std::array::from_fn(|d| self.axes[d].slope_at(x[d]));
-        let (mut value, mut jacobian) = kernel.value_and_jacobian(&t);
+        let (mut value, mut jacobian) = self.kernel.value_and_jacobian(&t);
         for m in 0..M {
-            let (y, slope) = self.outputs[m].value_and_slope(value[m]);
+            let (y, slope) = self.output_scales[m].value_and_slope(value[m]);
             value[m] = y;
             for d in 0..D {
                 jacobian[m][d] *= slope * slopes[d];
             }
         }
-        (value, jacobian)
+        Ok((value, jacobian))
+    }
+
+    #[inline]
+    fn to_unit(&self, x: &[f64; D]) -> [f64; D] {
+        std::array::from_fn(|d| {
+            let [lower, upper] = self.plain_box[d];
+            0.5 * self.slopes[d] * ((x[d] - lower) - (upper - x[d]))
+        })
     }
 }
