@@ -24,6 +24,9 @@ pub struct CoverageStudy {
     pub scatter: ByParameter<f64>,
     /// Relative standard deviation of each QoI beside that: microstructure and measurement.
     pub noise: f64,
+    /// Covariance of the error that the specimens of an experiment share, relative to their means;
+    /// empty for none.
+    pub shared: Vec<Vec<f64>>,
     /// Sampler of every calibration; its seed is replaced.
     pub sampler: ppl::Nuts<'static>,
     /// Seed of everything.
@@ -38,6 +41,7 @@ impl Default for CoverageStudy {
             inner: 0.8,
             scatter: ByParameter::default(),
             noise: 0.01,
+            shared: Vec::new(),
             sampler: ppl::Nuts::default()
                 .chains(2)
                 .warmup(400)
@@ -91,7 +95,13 @@ impl CoverageStudy {
             let specimens: Vec<Vec<f64>> =
                 (0..self.specimens).map(|_| self.specimen(pce, &truth, &mut rng)).collect();
             let seed = self.seed.wrapping_add(repeat as u64);
-            let result = calibrate(pce, &specimens, &self.sampler.clone().seed(seed), seed)?;
+            let result = calibrate(
+                pce,
+                &specimens,
+                &self.shared_or_none(pce),
+                &self.sampler.clone().seed(seed),
+                seed,
+            )?;
             let summary = result.posterior.summary();
             for (i, truth) in truth.iter().enumerate() {
                 let Some(row) = summary.row(&format!("theta[{i}]")) else { continue };
@@ -102,6 +112,12 @@ impl CoverageStudy {
             told(repeat + 1);
         }
         Ok(found)
+    }
+
+    /// The covariance of the shared error; zeros where none is given.
+    fn shared_or_none(&self, pce: &DynPce) -> Vec<Vec<f64>> {
+        let size = pce.outputs().len();
+        if self.shared.is_empty() { vec![vec![0.0; size]; size] } else { self.shared.clone() }
     }
 
     /// QoIs of one specimen; parameters that scatter out of the surrogate's box are drawn again.

@@ -44,13 +44,16 @@ mod workflow;
 pub use case::{
     AdaptiveCase, ArcLengthCase, ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase,
     ConfirmCase, DesignCase, ExperimentsCase, ImageCase, MaterialCase, MaterialParameter,
-    MeasureCase, NoiseCase, OutputCase, PrescribeCase, PriorBounds, PriorCase, Property, QoiCase,
-    SpecimenCase, SpecimenGeometry, SurrogateCase, TestCase, TractionCase, VirtualCase,
+    MeasureCase, Microstructure, NoiseCase, OutputCase, PrescribeCase, PriorBounds, PriorCase,
+    Property, QoiCase, SpecimenCase, SpecimenGeometry, SurrogateCase, TestCase, TractionCase,
+    VirtualCase,
 };
 pub use coverage::{Coverage, CoverageStudy};
 pub use error::InputError;
 pub use experiment::{Specimen, SpecimenTable, TestCurve};
-pub use fracture::{Calibration, CalibrationError, calibrate, calibration, calibration_on};
+pub use fracture::{
+    Calibration, CalibrationError, Specimens, calibrate, calibration, calibration_on,
+};
 pub use qoi::{QoiError, Qois, Quantity};
 pub use virtual_specimen::VirtualSpecimen;
 pub use workflow::{STAGES, Stage, Workflow, WorkflowError, simulate};

@@ -2,7 +2,7 @@
 //! and the posterior of two long independent runs (Stan and nutpie) within 4 standard errors.
 
 use breccia_tests::{Instance, assert_moments_of, number, numbers};
-use models::{calibration, calibration_on};
+use models::{Specimens, calibration, calibration_on};
 use ppl::prelude::*;
 use ppl::{Bound, Model, Nuts, Workspace};
 use serde_json::Value;
@@ -80,7 +80,8 @@ fn sizes_from_the_data_change_nothing() {
     let prior = Instance::prior();
     let fixed = calibration(&instance.pce, &instance.qois, &prior);
     let qois: Vec<Vec<f64>> = instance.qois.iter().map(|y| y.to_vec()).collect();
-    let by_data = calibration_on(&instance.pce, &qois);
+    let specimens = Specimens::new(&qois).unwrap();
+    let by_data = calibration_on(&instance.pce, &specimens);
     let golden = &instance.json["golden_gradient_stan_coordinates"];
     let y = numbers::<9>(&golden["u"]);
     approx::assert_relative_eq!(density(&by_data, &y), density(&fixed, &y), max_relative = 1e-12);

@@ -25,6 +25,22 @@ pub struct DesignCase {
     pub seed: u64,
     /// How the prior box is filled.
     pub method: DesignMethod,
+    /// On what the runs are made, if the specimen is a packing.
+    pub microstructure: Microstructure,
+}
+
+/// `design.microstructure`: the packings that an ensemble is made on.
+///
+/// With one packing its deviation from the others enters the posterior unseen; with one a run, the
+/// residuals of the surrogate show how packings scatter, and the posterior can take it in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Microstructure {
+    /// Every run has a packing of its own.
+    #[default]
+    PerRun,
+    /// All runs share the case's specimen (the paper).
+    One,
 }
 
 /// `[surrogate]`.
@@ -69,7 +85,12 @@ impl Default for QoiCase {
 
 impl Default for DesignCase {
     fn default() -> Self {
-        Self { runs: 100, seed: 1, method: DesignMethod::LatinHypercube }
+        Self {
+            runs: 100,
+            seed: 1,
+            method: DesignMethod::LatinHypercube,
+            microstructure: Microstructure::default(),
+        }
     }
 }
 

@@ -24,7 +24,9 @@ use fem::gmsh::PhysicalGroup;
 use fem::{GrainMode, Homogenisation, Meshing, Order, Packing, PhaseField, Scanner, SolverOptions};
 use serde::{Deserialize, Serialize};
 
-pub use calibration::{CalibrationCase, ConfirmCase, DesignCase, QoiCase, SurrogateCase};
+pub use calibration::{
+    CalibrationCase, ConfirmCase, DesignCase, Microstructure, QoiCase, SurrogateCase,
+};
 pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
 pub use experiments::{ExperimentsCase, NoiseCase, VirtualCase};
 pub use geometry::SpecimenGeometry;

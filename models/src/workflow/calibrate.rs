@@ -8,6 +8,7 @@ use surrogate::{Dataset, DynPce, FitReport, Input};
 
 use super::WorkflowError;
 use super::inputs::Inputs;
+use super::packings::has_packing_per_run;
 use super::task::Task;
 use crate::error::InputError;
 use crate::fracture::{calibrate, column_means, short_name};
@@ -33,7 +34,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         .threads(task.threads)
         .progress(&bar)
         .interrupt(task.interrupt);
-    let result = calibrate(&pce, &specimens, &sampler, settings.seed);
+    let shared = shared_error(inputs, &column_means(&specimens))?;
+    let result = calibrate(&pce, &specimens, &shared, &sampler, settings.seed);
     drop(bar);
     task.check_interrupt()?;
     let result = result?;
@@ -65,7 +67,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     task.write("summary.txt", &plain(format!("{summary}\n")))?;
     let mut warnings: Vec<String> =
         summary.warnings.iter().map(|warning| plain(warning.to_string())).collect();
-    warnings.extend(surrogate_warning(inputs, &summary, pce.outputs(), &specimens)?);
+    warnings.extend(shared_error_warning(&summary, pce.outputs(), specimens.len(), &shared));
     warnings.extend(range_warnings(inputs, &specimens)?);
     let lines: String = warnings.iter().map(|line| format!("{line}\n")).collect();
     task.write("warnings.txt", &lines)?;
@@ -134,31 +136,44 @@ fn write_draws(
     task.write_csv("posterior.csv", header, rows)
 }
 
-/// Whether the surrogate's own error could matter: n S/Σ above 0.1 for some quantity, with S its
-/// leave-one-out variance, Σ the variance between n specimens.
-fn surrogate_warning(
-    inputs: &Inputs<'_>,
+/// The covariance of the surrogate's error, which all specimens share, relative to their means.
+///
+/// Where each run had a packing of its own, the residuals of the surrogate are scatter between packings,
+/// which the specimens have too; what is shared is the error of the mean response. Else it is what the
+/// polynomial misses of the one specimen's response.
+fn shared_error(inputs: &Inputs<'_>, means: &[f64]) -> Result<Vec<Vec<f64>>, WorkflowError> {
+    let report: FitReport = inputs.json("surrogate_error.json")?;
+    let covariance = match has_packing_per_run(inputs)? {
+        true => report.mean_error(means)?,
+        false => report.lack_of_fit(means)?,
+    };
+    let row =
+        |(row, a): (&Vec<f64>, &f64)| row.iter().zip(means).map(|(c, b)| c / (a * b)).collect();
+    Ok(covariance.iter().zip(means).map(row).collect())
+}
+
+/// Whether the shared error widens the posterior: n S/Σ above 0.1 for some quantity, with S its
+/// variance, Σ that between n specimens, both relative.
+fn shared_error_warning(
     summary: &Summary,
     quantities: &[String],
-    specimens: &[Vec<f64>],
-) -> Result<Option<String>, WorkflowError> {
-    let report: FitReport = inputs.json("surrogate_error.json")?;
-    let (n, mean) = (specimens.len() as f64, column_means(specimens));
-    let covariance = report.lack_of_fit(&mean)?;
+    specimens: usize,
+    shared: &[Vec<f64>],
+) -> Option<String> {
     let worst = quantities
         .iter()
         .enumerate()
         .filter_map(|(m, name)| {
-            let sd = summary.row(&format!("sd[{}]", short_name(name)))?.mean * mean[m];
-            Some((n * covariance[m][m] / (sd * sd), name))
+            let sd = summary.row(&format!("sd[{}]", short_name(name)))?.mean;
+            Some((specimens as f64 * shared[m][m] / (sd * sd), name))
         })
         .max_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(worst.filter(|(ratio, _)| *ratio > 0.1).map(|(ratio, name)| {
+    worst.filter(|(ratio, _)| *ratio > 0.1).map(|(ratio, name)| {
         format!(
             "The surrogate's error is not small against the scatter of the specimens: n S/Σ = {ratio:.2} \
-             for {name}. Intervals may be too narrow: add runs to the design."
+             for {name}. The intervals hold it: more runs in the design would make them narrower."
         )
-    }))
+    })
 }
 
 /// Experimental means that no simulation of the ensemble reaches: the prior box does not hold the

@@ -1,14 +1,20 @@
 //! Stage `ensemble`: the simulations that the surrogate learns from.
 
+use std::borrow::Cow;
+
 use fem::{RunInput, RunRecord, RunStatus, gmsh, write_curve};
 use surrogate::Dataset;
 
 use super::WorkflowError;
 use super::files::write;
+use super::packings::Packings;
 use super::runs::run_ensemble;
 use super::simulator::{Simulator, simulated_qois};
 use super::task::Task;
 use crate::case::QoiCase;
+
+/// What is known of a run beside its numbers; the seed is that of a packing of its own.
+const NOTES: [&str; 3] = ["run", "seconds", "packing_seed"];
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
@@ -17,22 +23,33 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let points = design.method.sample(&prior, design.runs, design.seed)?;
     let runs: Vec<RunInput> =
         points.into_iter().enumerate().map(|(i, inputs)| RunInput { id: i + 1, inputs }).collect();
-    let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
-    let simulator = Simulator::new(&inputs.setup(), mesh, inputs.parameters()?)?;
     let names: Vec<String> = prior.iter().map(|input| input.name.clone()).collect();
-    let records = run_ensemble(task, "ensemble", &names, &runs, &|_| &simulator)?;
+    let packings = Packings::of(inputs, runs.len())?;
+    let records = match &packings {
+        Some(packings) => run_ensemble(task, "ensemble", &names, &runs, &|run| {
+            packings.simulator(run.id - 1).map(Cow::Owned)
+        })?,
+        None => {
+            let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
+            let simulator = Simulator::new(&inputs.setup(), mesh, inputs.parameters()?)?;
+            run_ensemble(task, "ensemble", &names, &runs, &|_| Ok(Cow::Borrowed(&simulator)))?
+        }
+    };
 
     // how quantities are taken from curves is not part of what names the ensemble
     let qoi = inputs.qoi();
     let outputs = qoi.quantities.iter().map(|q| q.column().to_owned()).collect();
-    let mut data =
-        Dataset::new(prior, outputs, "breccia ensemble")?.with_notes(&["run", "seconds"])?;
+    let mut data = Dataset::new(prior, outputs, "breccia ensemble")?.with_notes(&NOTES)?;
     let mut failed = Vec::new();
     for record in &records {
         write_curve(task.product(&format!("curves/run-{:03}.csv", record.id))?, &record.curve)?;
         let (id, seconds) = (record.id.to_string(), format!("{:.3}", record.seconds));
         match quantities(record, qoi) {
-            Ok(values) => data.push_noted(&record.inputs, &values, &[&id, &seconds])?,
+            Ok(values) => {
+                let seed = packings.as_ref().map(|p| p.seeds[record.id - 1].to_string());
+                let seed = seed.unwrap_or_default();
+                data.push_noted(&record.inputs, &values, &[&id, &seconds, &seed])?;
+            }
             Err(reason) => {
                 let values = record.inputs.iter().map(f64::to_string);
                 failed.push(

@@ -1,5 +1,7 @@
 //! Stage `experiments`: specimens, measured or virtual, to quantities of interest.
 
+use std::borrow::Cow;
+
 use fem::{Meshing, Packing, RunInput, RunRecord, RunStatus, gmsh};
 use rayon::prelude::*;
 
@@ -136,8 +138,9 @@ fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowErro
         .map(|(id, (_, parameters))| RunInput { id, inputs: parameters.clone() })
         .collect();
     let names: Vec<String> = truth.names().collect();
-    let records =
-        run_ensemble(task, "experiments/runs", &names, &runs, &|run| &tests[run.id - 1].0)?;
+    let records = run_ensemble(task, "experiments/runs", &names, &runs, &|run| {
+        Ok(Cow::Borrowed(&tests[run.id - 1].0))
+    })?;
     for (record, name) in
         records.iter().zip(specimens.iter().map(|v| v.id.as_str()).chain(["bias", "bias"]))
     {

@@ -10,13 +10,14 @@ use super::segment::{WHOLE, write_picture};
 use super::simulator::{Simulator, height_mm};
 use super::specimen::{Scanned, direct_mesh, labelled_mesh};
 use super::task::Task;
+use crate::case::SpecimenGeometry;
 use crate::progress::say;
 use crate::report::{mesh_picture, mesh_quality};
 use crate::table::{CsvTable, TableRow};
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let setup = task.inputs.setup();
-    let (mesh, report) = build(&task.inputs)?;
+    let (mesh, report) = build(&task.inputs, 1.0)?;
     for warning in report.iter().flat_map(MeshReport::warnings) {
         say("note", &warning);
     }
@@ -40,8 +41,25 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(format!("{tets} tetrahedra, {nodes} nodes, {part:.1} % grains"))
 }
 
-fn build(inputs: &Inputs<'_>) -> Result<(TetMesh, Option<MeshReport>), WorkflowError> {
-    let geometry = inputs.geometry()?;
+/// The specimen's mesh with half the spacing of the case; none of a mesh file.
+pub(super) fn finer(inputs: &Inputs<'_>) -> Result<Option<TetMesh>, WorkflowError> {
+    match inputs.geometry()? {
+        SpecimenGeometry::Mesh { .. } => Ok(None),
+        _ => Ok(Some(build(inputs, 0.5)?.0)),
+    }
+}
+
+/// The mesh with a multiple of the case's spacing.
+fn build(
+    inputs: &Inputs<'_>,
+    spacings: f64,
+) -> Result<(TetMesh, Option<MeshReport>), WorkflowError> {
+    let mut geometry = inputs.geometry()?;
+    if let SpecimenGeometry::Cylinder { meshing, .. } | SpecimenGeometry::Image { meshing, .. } =
+        &mut geometry
+    {
+        meshing.spacing_mm *= spacings;
+    }
     let Some((_, meshing)) = Scanned::of(&geometry) else {
         return direct_mesh(inputs.case_path(), &geometry);
     };

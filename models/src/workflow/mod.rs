@@ -25,6 +25,7 @@ mod experiments;
 mod files;
 mod inputs;
 mod mesh;
+mod packings;
 mod report;
 mod runs;
 mod segment;

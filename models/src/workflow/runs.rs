@@ -1,9 +1,10 @@
 //! Many simulations with a bar, resumed after an interruption.
 
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 use std::sync::atomic::Ordering;
 
-use fem::{CurvePoint, Ensemble, EnsembleProgress, Fields, RunInput, RunRecord};
+use fem::{CurvePoint, Ensemble, EnsembleProgress, FemError, Fields, RunInput, RunRecord};
 
 use super::WorkflowError;
 use super::content_hash::ContentHash;
@@ -21,7 +22,7 @@ pub(super) fn run_ensemble<'s>(
     folder: &str,
     names: &[String],
     runs: &[RunInput],
-    simulator: &(dyn Fn(&RunInput) -> &'s Simulator + Sync),
+    simulator: &(dyn Fn(&RunInput) -> Result<Cow<'s, Simulator>, FemError> + Sync),
 ) -> Result<Vec<RunRecord>, WorkflowError> {
     let manifest = task.inputs.manifest();
     let directory = task.path(folder).join(ContentHash::of(&manifest).to_string());
@@ -34,7 +35,7 @@ pub(super) fn run_ensemble<'s>(
         &names,
         task.threads,
         &|run, done| {
-            let simulator = simulator(run);
+            let simulator = simulator(run)?;
             simulator.run(&run.inputs, &mut |point: &CurvePoint, _: &Fields| {
                 done(simulator.fraction_done(point));
                 match interrupt.load(Ordering::Relaxed) {

@@ -67,7 +67,13 @@ pub static STAGES: [Stage; 8] = [
     Stage {
         name: "confirm",
         about: "Simulate at the mode and at posterior draws: confirm.csv",
-        products: &["confirm.csv", "confirm_runs.csv", "curves/map.csv", "curves/draw-*"],
+        products: &[
+            "confirm.csv",
+            "confirm_runs.csv",
+            "curves/map.csv",
+            "curves/draw-*",
+            "curves/finer-map.csv",
+        ],
         run: confirm::run,
     },
     Stage {

@@ -1,5 +1,7 @@
 //! The paper's calibration: matrix parameters from the quantities of interest of specimens.
 
+mod specimens;
+
 use ppl::prelude::*;
 use ppl::{Map, Mode, Nuts, OptimizeError, Posterior, PosteriorError, Rejection, SampleError};
 use rand::SeedableRng;
@@ -7,6 +9,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use surrogate::{DynPce, SurrogateError};
 
 use crate::qoi::Quantity;
+pub use specimens::Specimens;
 
 ppl::model! {
     /// Matrix parameters of a bonded granular material from specimen QoIs: the paper's three, with all
@@ -39,8 +42,12 @@ ppl::model! {
     }
 
     /// The same for as many parameters as the surrogate has inputs, uniform on its box, and as many
-    /// QoIs as it has outputs.
-    pub fn calibration_on(forward: &DynPce, qois: &[Vec<f64>]) {
+    /// QoIs as it has outputs; specimens may share an error of the forward model.
+    ///
+    /// # Reference
+    /// Kennedy & O'Hagan (2001), *Bayesian Calibration of Computer Models*,
+    /// doi:10.1111/1467-9868.00294, for an error of the model beside that of the data.
+    pub fn calibration_on(forward: &DynPce, specimens: &Specimens) {
         let mut point: Vec<Real> = Vec::new();
         for input in forward.inputs() {
             let theta ~ Uniform(input.lower, input.upper);
@@ -53,10 +60,13 @@ ppl::model! {
         let chol = corr.scale_rows(&sd)?;
 
         #[track] let mean = forward.at(&point);
-        for y in qois {
-            y ~ MvNormalCholesky(&mean, &chol);
+        // differences between specimens show their scatter alone, their mean what they share too
+        for contrast in &specimens.contrasts {
+            contrast ~ MvNormalCholesky(vec![0.0; k], &chol);
         }
-        #[predict] let new_specimen ~ MvNormalCholesky(&mean, &chol);
+        let of_total = specimens.factor_of_total(&chol)?;
+        specimens.total ~ MvNormalCholesky(specimens.mean_of_total(&mean), &of_total);
+        #[predict] let new_specimen ~ specimens.new_specimen(&mean, &chol)?;
     }
 }
 
@@ -109,11 +119,13 @@ pub struct Calibration {
 /// Calibrates the inputs of a surrogate against the quantities of interest of specimens: one row a
 /// specimen, in the order of the surrogate's outputs.
 ///
-/// The surrogate's box is the prior's. The sampler brings chains, draws and seed; starts of the search
+/// `shared` is the covariance of the error that all specimens share, relative to their means: that of the
+/// surrogate, the mesh and the geometry; zeros are the paper's likelihood. The surrogate's box is the
+/// prior's. The sampler brings chains, draws and seed; starts of the search
 /// for the mode are seeded with `seed`.
 ///
 /// # Errors
-/// Fewer than two specimens, rows of another length, or a surrogate that rejects every start.
+/// Fewer than two specimens, rows or a covariance of another size, or a surrogate that rejects every start.
 ///
 /// # Example
 /// ```no_run
@@ -122,7 +134,7 @@ pub struct Calibration {
 /// use surrogate::DynPce;
 ///
 /// fn first(pce: &DynPce, specimens: &[Vec<f64>]) -> Result<f64, CalibrationError> {
-///     let result = calibrate(pce, specimens, &Nuts::default().seed(7), 7)?;
+///     let result = calibrate(pce, specimens, &vec![vec![0.0; 3]; 3], &Nuts::default().seed(7), 7)?;
 ///     println!("{}", result.posterior.summary());
 ///     Ok(result.map[0])
 /// }
@@ -130,13 +142,14 @@ pub struct Calibration {
 pub fn calibrate(
     pce: &DynPce,
     specimens: &[Vec<f64>],
+    shared: &[Vec<f64>],
     sampler: &Nuts<'_>,
     seed: u64,
 ) -> Result<Calibration, CalibrationError> {
+    let expected = pce.outputs().len();
     if specimens.len() < 2 {
         return Err(CalibrationError::TooFew(specimens.len()));
     }
-    let expected = pce.outputs().len();
     if let Some(row) = specimens.iter().find(|row| row.len() != expected) {
         return Err(CalibrationError::Quantities { expected, found: row.len() });
     }
@@ -148,7 +161,8 @@ pub fn calibrate(
         .collect();
     let factors: Vec<f64> = mean.iter().map(|mean| mean.recip()).collect();
     let forward = pce.clone().scale_outputs(&factors)?;
-    let model = calibration_on(&forward, &relative);
+    let specimens = Specimens::new(&relative)?.sharing(shared.to_vec())?;
+    let model = calibration_on(&forward, &specimens);
     let chains = sampler.run(&model).map_err(SampleError::from)?;
     let mut posterior = Posterior::from_chains(&model, chains, seed)?;
     let names: Vec<&str> = pce.inputs().iter().map(|input| input.name.as_str()).collect();

@@ -1,0 +1,202 @@
+//! The specimens of a calibration as their likelihood takes them: what differs between them, and
+//! what they share.
+//!
+//! y_k = m + δ + e_k with e_k ~ N(0, Σ) for each specimen and one δ ~ N(0, S) for all: the error of
+//! the forward model, which more specimens do not average away. An orthogonal transform takes the n
+//! rows apart: n − 1 contrasts z_j ~ N(0, Σ), in which δ and m cancel, and √n ȳ ~ N(√n m, Σ + nS).
+//! Their joint density is that of the rows with δ integrated out.
+
+use ppl::DomainError;
+use ppl::prelude::*;
+
+use super::CalibrationError;
+
+/// Quantities of interest of specimens, relative to their means, and the covariance of the error that
+/// all share.
+#[derive(Clone, Debug)]
+pub struct Specimens {
+    /// n − 1 contrasts between specimens.
+    pub(super) contrasts: Vec<Vec<f64>>,
+    /// √n times their mean.
+    pub(super) total: Vec<f64>,
+    /// S, quantities × quantities; zero is the paper's likelihood.
+    shared: Vec<Vec<f64>>,
+}
+
+impl Specimens {
+    /// Specimens without a shared error: one row each, in the order of the forward model's outputs.
+    ///
+    /// # Errors
+    /// Fewer than two specimens, or rows of different lengths.
+    pub fn new(qois: &[Vec<f64>]) -> Result<Self, CalibrationError> {
+        let [first, _, ..] = qois else { return Err(CalibrationError::TooFew(qois.len())) };
+        let expected = first.len();
+        if let Some(row) = qois.iter().find(|row| row.len() != expected) {
+            return Err(CalibrationError::Quantities { expected, found: row.len() });
+        }
+        let (contrasts, total) = helmert(qois);
+        let shared = vec![vec![0.0; expected]; expected];
+        Ok(Self { contrasts, total, shared })
+    }
+
+    /// With the covariance S of the error δ that all specimens share, in the same relative quantities:
+    /// of the surrogate, of the mesh, of the geometry.
+    ///
+    /// # Errors
+    /// Another size than that of the quantities.
+    pub fn sharing(mut self, covariance: Vec<Vec<f64>>) -> Result<Self, CalibrationError> {
+        let expected = self.total.len();
+        let wrong = |found: usize| CalibrationError::Quantities { expected, found };
+        if covariance.len() != expected {
+            return Err(wrong(covariance.len()));
+        }
+        if let Some(row) = covariance.iter().find(|row| row.len() != expected) {
+            return Err(wrong(row.len()));
+        }
+        self.shared = covariance;
+        Ok(self)
+    }
+
+    /// Number of specimens.
+    pub fn len(&self) -> usize {
+        self.contrasts.len() + 1
+    }
+
+    /// Never: there are at least two.
+    pub fn is_empty(&self) -> bool {
+        false
+    }
+
+    /// The mean of √n ȳ where the forward model says `mean`.
+    pub(super) fn mean_of_total<R: Scalar>(&self, mean: &[R]) -> Vec<R> {
+        let root = (self.len() as f64).sqrt();
+        mean.iter().map(|&m| m * root).collect()
+    }
+
+    /// The factor of Σ + nS, from that of Σ.
+    pub(super) fn factor_of_total<R: Scalar>(
+        &self,
+        scatter: &DynCholeskyFactor<R>,
+    ) -> Result<DynCholeskyFactor<R>, DomainError> {
+        let n = self.len() as f64;
+        if self.shared.iter().flatten().all(|&s| s == 0.0) {
+            return Ok(scatter.clone());
+        }
+        let mut covariance = scatter.covariance();
+        for (row, shared) in covariance.iter_mut().zip(&self.shared) {
+            row.iter_mut().zip(shared).for_each(|(entry, s)| *entry += n * s);
+        }
+        DynCholeskyFactor::of_covariance(&covariance)
+    }
+
+    /// A new specimen, which shares δ with those seen: δ given them is
+    /// N(W ᵀ w, S − WᵀW) with L Lᵀ = Σ + nS, W = √n L⁻¹ S and w = L⁻¹ (√n ȳ − √n m).
+    pub(super) fn new_specimen<R: Scalar>(
+        &self,
+        mean: &[R],
+        scatter: &DynCholeskyFactor<R>,
+    ) -> Result<MvNormalCholesky<Vec<R>, DynCholeskyFactor<R>>, DomainError> {
+        let factor = self.factor_of_total(scatter)?;
+        let root = (self.len() as f64).sqrt();
+        let expected = self.mean_of_total(mean);
+        let gap: Vec<R> = self.total.iter().zip(expected).map(|(&y, m)| -(m - y)).collect();
+        let whitened = factor.solve_lower(&gap)?;
+        let columns = self.shared.iter().map(|column| {
+            let column: Vec<R> = column.iter().map(|&s| R::from(root * s)).collect();
+            factor.solve_lower(&column)
+        });
+        let columns: Vec<Vec<R>> = columns.collect::<Result<_, _>>()?;
+        let dot = |a: &[R], b: &[R]| -> R { a.iter().zip(b).map(|(&a, &b)| a * b).sum() };
+        let shifted: Vec<R> =
+            mean.iter().zip(&columns).map(|(&m, column)| m + dot(column, &whitened)).collect();
+        let mut covariance = scatter.covariance();
+        for (i, row) in covariance.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                *entry = *entry - dot(&columns[i], &columns[j]) + self.shared[i][j];
+            }
+        }
+        Ok(MvNormalCholesky(shifted, DynCholeskyFactor::of_covariance(&covariance)?))
+    }
+}
+
+/// Helmert's orthogonal transform of rows: contrasts √(j/(j+1)) (mean of the first j − row j + 1), and
+/// √n times the mean.
+fn helmert(rows: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<f64>) {
+    let mut mean = rows[0].clone();
+    let mut contrasts = Vec::with_capacity(rows.len() - 1);
+    for (j, row) in (1..).zip(&rows[1..]) {
+        let j = f64::from(j);
+        let weight = (j / (j + 1.0)).sqrt();
+        contrasts.push(mean.iter().zip(row).map(|(m, x)| weight * (m - x)).collect());
+        mean.iter_mut().zip(row).for_each(|(m, x)| *m += (x - *m) / (j + 1.0));
+    }
+    let root = (rows.len() as f64).sqrt();
+    (contrasts, mean.iter().map(|m| root * m).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const QOIS: [[f64; 2]; 4] = [[1.02, 0.97], [0.98, 1.05], [1.05, 1.01], [0.95, 0.96]];
+    const FACTOR: [[f64; 2]; 2] = [[0.05, 0.0], [0.02, 0.04]];
+    const SHARED: [[f64; 2]; 2] = [[9e-4, 2e-4], [2e-4, 4e-4]];
+    const MEAN: [f64; 2] = [1.01, 0.99];
+
+    fn specimens() -> Specimens {
+        let rows: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
+        Specimens::new(&rows).unwrap().sharing(SHARED.map(Vec::from).to_vec()).unwrap()
+    }
+
+    fn scatter() -> DynCholeskyFactor<f64> {
+        DynCholeskyFactor::new(&FACTOR.map(Vec::from)).unwrap()
+    }
+
+    /// Rows of several specimens as one normal vector: Σ on the diagonal, S everywhere.
+    fn joint(n: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let sigma = scatter().covariance();
+        let entry = |a: usize, b: usize| {
+            let own = if a / 2 == b / 2 { sigma[a % 2][b % 2] } else { 0.0 };
+            own + SHARED[a % 2][b % 2]
+        };
+        let size = 2 * n;
+        let mean = (0..size).map(|a| MEAN[a % 2]).collect();
+        (mean, (0..size).map(|a| (0..size).map(|b| entry(a, b)).collect()).collect())
+    }
+
+    fn ln_density(n: usize, x: &[f64]) -> f64 {
+        let (mean, covariance) = joint(n);
+        let factor = DynCholeskyFactor::of_covariance(&covariance).unwrap();
+        MvNormalCholesky(mean, factor).ln_density(&x.to_vec())
+    }
+
+    #[test]
+    fn contrasts_and_total_have_the_density_of_all_rows_at_once() {
+        let specimens = specimens();
+        let contrast = MvNormalCholesky(vec![0.0; 2], scatter());
+        let apart: f64 = specimens.contrasts.iter().map(|z| contrast.ln_density(z)).sum();
+        let factor = specimens.factor_of_total(&scatter()).unwrap();
+        let total = MvNormalCholesky(specimens.mean_of_total(&MEAN), factor);
+        let found = apart + total.ln_density(&specimens.total);
+        let expected = ln_density(4, &QOIS.concat());
+        assert!((found - expected).abs() < 1e-11, "{found} {expected}");
+    }
+
+    #[test]
+    fn a_new_specimen_has_the_conditional_density_of_the_joint_one() {
+        let specimens = specimens();
+        let new = [1.03, 0.98];
+        let found = specimens.new_specimen(&MEAN, &scatter()).unwrap().ln_density(&new.to_vec());
+        let all = [QOIS.concat(), new.to_vec()].concat();
+        let expected = ln_density(5, &all) - ln_density(4, &QOIS.concat());
+        assert!((found - expected).abs() < 1e-11, "{found} {expected}");
+    }
+
+    #[test]
+    fn sizes_that_do_not_fit_are_refused() {
+        assert!(Specimens::new(&[vec![1.0]]).is_err());
+        assert!(Specimens::new(&[vec![1.0], vec![1.0, 2.0]]).is_err());
+        assert!(specimens().sharing(vec![vec![0.0; 2]]).is_err());
+        assert!(specimens().sharing(vec![vec![0.0]; 2]).is_err());
+    }
+}
