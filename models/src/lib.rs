@@ -24,10 +24,11 @@
 //! 3. `case`: the TOML case, with fem's own types where they are the same
 //! 4. `virtual_specimen`: specimens with a known truth
 //! 5. `fracture`, `hyperelastic`: calibration models, each the pattern that a user copies
-//! 6. `coverage`: whether intervals hold what they promise
+//! 6. `coverage`, `budget`: whether intervals hold what they promise, and what widens them
 //! 7. `report`: figures and the page; knows results, not the workflow
 //! 8. `workflow`: stages, one row of a table each, whose inputs are what they read
 
+mod budget;
 mod case;
 mod coverage;
 mod error;

@@ -3,15 +3,15 @@
 use std::sync::Mutex;
 
 use ppl::diagnostics::e_bfmi;
-use ppl::{ChainStatus, Nuts, Posterior, Progress, Summary};
-use surrogate::{Dataset, DynPce, FitReport, Input};
+use ppl::{ChainStatus, Nuts, Posterior, Progress};
+use surrogate::{Dataset, DynPce, Input};
 
 use super::WorkflowError;
 use super::inputs::Inputs;
-use super::packings::has_packing_per_run;
 use super::task::Task;
+use super::uncertainty::{shared_error, shared_error_warning, write_uncertainty};
 use crate::error::InputError;
-use crate::fracture::{calibrate, column_means, short_name};
+use crate::fracture::{calibrate, column_means};
 use crate::progress::{Bar, say};
 use crate::table::{CsvTable, TableRow};
 
@@ -73,6 +73,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     task.write("warnings.txt", &lines)?;
     write_sampling(task, posterior)?;
     write_map(task, pce.inputs(), &result.map)?;
+    write_uncertainty(task, &pce, posterior, &summary, &specimens, shared)?;
     Ok(format!(
         "{} draws in {} chains, {} divergences",
         summary.draws * summary.chains,
@@ -134,46 +135,6 @@ fn write_draws(
         place.into_iter().chain(numbers).collect::<Vec<_>>()
     });
     task.write_csv("posterior.csv", header, rows)
-}
-
-/// The covariance of the surrogate's error, which all specimens share, relative to their means.
-///
-/// Where each run had a packing of its own, the residuals of the surrogate are scatter between packings,
-/// which the specimens have too; what is shared is the error of the mean response. Else it is what the
-/// polynomial misses of the one specimen's response.
-fn shared_error(inputs: &Inputs<'_>, means: &[f64]) -> Result<Vec<Vec<f64>>, WorkflowError> {
-    let report: FitReport = inputs.json("surrogate_error.json")?;
-    let covariance = match has_packing_per_run(inputs)? {
-        true => report.mean_error(means)?,
-        false => report.lack_of_fit(means)?,
-    };
-    let row =
-        |(row, a): (&Vec<f64>, &f64)| row.iter().zip(means).map(|(c, b)| c / (a * b)).collect();
-    Ok(covariance.iter().zip(means).map(row).collect())
-}
-
-/// Whether the shared error widens the posterior: n S/Σ above 0.1 for some quantity, with S its
-/// variance, Σ that between n specimens, both relative.
-fn shared_error_warning(
-    summary: &Summary,
-    quantities: &[String],
-    specimens: usize,
-    shared: &[Vec<f64>],
-) -> Option<String> {
-    let worst = quantities
-        .iter()
-        .enumerate()
-        .filter_map(|(m, name)| {
-            let sd = summary.row(&format!("sd[{}]", short_name(name)))?.mean;
-            Some((specimens as f64 * shared[m][m] / (sd * sd), name))
-        })
-        .max_by(|a, b| a.0.total_cmp(&b.0));
-    worst.filter(|(ratio, _)| *ratio > 0.1).map(|(ratio, name)| {
-        format!(
-            "The surrogate's error is not small against the scatter of the specimens: n S/Σ = {ratio:.2} \
-             for {name}. The intervals hold it: more runs in the design would make them narrower."
-        )
-    })
 }
 
 /// Experimental means that no simulation of the ensemble reaches: the prior box does not hold the

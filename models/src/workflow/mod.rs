@@ -8,8 +8,8 @@
 //! | experiments | `mesh.msh`, `experiments/` | virtual: `experiments/{specimens,truth,bias}.csv`, `experiments/curves/`; `experiments.csv` |
 //! | ensemble | `mesh.msh` | `ensemble/` (one file a run, for resuming), `runs.csv` (a [`surrogate::Dataset`]), `failed_runs.csv`, `curves/run-*.csv` |
 //! | surrogate | `runs.csv` | `surrogate.json`, `surrogate_orders.csv`, `surrogate_error.json` |
-//! | calibrate | `surrogate.json`, `experiments.csv` | `posterior.zarr`, `posterior.csv`, `sampling.csv`, `summary.csv`, `summary.txt`, `warnings.txt`, `map.csv` |
-//! | confirm | `map.csv`, `posterior.csv`, `mesh.msh` | `confirm.csv`, `confirm_runs.csv`, `curves/map.csv`, `curves/draw-*.csv` |
+//! | calibrate | `surrogate.json`, `experiments.csv` | `posterior.zarr`, `posterior.csv`, `sampling.csv`, `summary.csv`, `summary.txt`, `warnings.txt`, `map.csv`, `uncertainty.csv` |
+//! | confirm | `map.csv`, `posterior.csv`, `mesh.msh` | `confirm.csv`, `confirm_runs.csv`, `curves/map.csv`, `curves/draw-*.csv`, `curves/finer-map.csv` |
 //! | report | all of these | `report.html` |
 //!
 //! `stages.toml` remembers what each finished stage has read, key by key of the case and file by file,
@@ -38,6 +38,7 @@ mod surrogate;
 mod task;
 #[cfg(test)]
 mod tests;
+mod uncertainty;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -61,6 +61,7 @@ pub static STAGES: [Stage; 8] = [
             "summary.txt",
             "warnings.txt",
             "map.csv",
+            "uncertainty.csv",
         ],
         run: calibrate::run,
     },

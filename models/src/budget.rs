@@ -1,0 +1,116 @@
+//! Where the uncertainty of a calibrated parameter comes from.
+
+use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
+
+/// Shares of the sources in the posterior variance of each parameter, `shares[parameter][source]`; those
+/// of a parameter sum to 1.
+///
+/// Linearised at the posterior mean: with J the derivatives of the quantities (quantities × parameters),
+/// C = Σ_s C_s the covariances of their means by source, and P the inverse variances of the prior, the
+/// estimate moves with the quantities by G = (JᵀC⁻¹J + P)⁻¹ JᵀC⁻¹, and a source's part of its variance
+/// is that of G C_s Gᵀ. None if C is not positive definite.
+pub(crate) fn shares(
+    jacobian: &[Vec<f64>],
+    prior_variances: &[f64],
+    sources: &[DMatrix<f64>],
+) -> Option<Vec<Vec<f64>>> {
+    let j = matrix(jacobian);
+    let total: DMatrix<f64> = sources.iter().sum();
+    let precision = Cholesky::new(total)?;
+    let weighted = precision.solve(&j).transpose();
+    let mut information = &weighted * &j;
+    for (i, variance) in prior_variances.iter().enumerate() {
+        information[(i, i)] += variance.recip();
+    }
+    let gain = Cholesky::new(information)?.solve(&weighted);
+    let parts: Vec<DMatrix<f64>> =
+        sources.iter().map(|source| &gain * source * gain.transpose()).collect();
+    let of = |i: usize| {
+        let sum: f64 = parts.iter().map(|part| part[(i, i)]).sum();
+        parts.iter().map(|part| part[(i, i)] / sum).collect()
+    };
+    Some((0..prior_variances.len()).map(of).collect())
+}
+
+/// The largest multiple, at most 1, of a part that a whole covariance can hold: whole − multiple · part
+/// stays positive semidefinite.
+pub(crate) fn largest_part(whole: &DMatrix<f64>, part: &DMatrix<f64>) -> f64 {
+    let Some(factor) = Cholesky::new(whole.clone()) else { return 0.0 };
+    let Some(inverse) = factor.l().try_inverse() else { return 0.0 };
+    let relative = &inverse * part * inverse.transpose();
+    let largest = SymmetricEigen::new(relative).eigenvalues.max();
+    if largest > 1.0 { largest.recip() } else { 1.0 }
+}
+
+/// A matrix from its rows.
+pub(crate) fn matrix(rows: &[Vec<f64>]) -> DMatrix<f64> {
+    let columns = rows.first().map_or(0, Vec::len);
+    DMatrix::from_fn(rows.len(), columns, |i, j| rows[i][j])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_quantity_shares_as_its_variances_do_and_one_of_two_is_left_alone() {
+        let sources = [matrix(&[vec![3e-4]]), matrix(&[vec![1e-4]])];
+        let found = shares(&[vec![2.0]], &[1e6], &sources).unwrap();
+        assert!((found[0][0] - 0.75).abs() < 1e-12 && (found[0][1] - 0.25).abs() < 1e-12);
+
+        // two parameters, each seen by one quantity, which only one source disturbs
+        let diagonal = |a: f64, b: f64| matrix(&[vec![a, 0.0], vec![0.0, b]]);
+        let found = shares(
+            &[vec![1.0, 0.0], vec![0.0, 5.0]],
+            &[1.0, 1.0],
+            &[diagonal(1e-3, 0.0), diagonal(0.0, 1e-3)],
+        );
+        assert_eq!(found.unwrap(), [[1.0, 0.0], [0.0, 1.0]]);
+    }
+
+    /// Against the variance of the estimate as it follows from draws of the quantities' errors.
+    #[test]
+    fn shares_are_those_of_the_estimates_of_disturbed_quantities() {
+        use rand::{Rng, SeedableRng};
+        let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(3);
+        let mut normal = || rng.sample::<f64, _>(rand_distr::StandardNormal);
+        let jacobian = vec![vec![1.0, 0.3], vec![0.6, -0.4], vec![-0.2, 0.9]];
+        let factors = [
+            matrix(&[vec![0.03, 0.0, 0.0], vec![0.01, 0.02, 0.0], vec![0.0, 0.01, 0.04]]),
+            matrix(&[vec![0.02, 0.0, 0.0], vec![-0.01, 0.01, 0.0], vec![0.02, 0.0, 0.01]]),
+        ];
+        let sources = factors.each_ref().map(|l| l * l.transpose());
+        let found = shares(&jacobian, &[0.5, 0.2], &sources).unwrap();
+        // ridge regression of the errors, written out as normal equations
+        let j = matrix(&jacobian);
+        let inverse = (&sources[0] + &sources[1]).try_inverse().unwrap();
+        let prior = DMatrix::from_diagonal(&nalgebra::dvector![2.0, 5.0]);
+        let normal_equations = j.transpose() * &inverse * &j + prior;
+        let draws = 40_000;
+        let mut variances = [[0.0; 2]; 2];
+        for _ in 0..draws {
+            for (source, factor) in factors.iter().enumerate() {
+                let error = factor * nalgebra::dvector![normal(), normal(), normal()];
+                let right = j.transpose() * &inverse * error;
+                let estimate = normal_equations.clone().lu().solve(&right).unwrap();
+                for i in 0..2 {
+                    variances[i][source] += estimate[i] * estimate[i] / f64::from(draws);
+                }
+            }
+        }
+        for i in 0..2 {
+            let share = variances[i][0] / (variances[i][0] + variances[i][1]);
+            // four standard errors of a share from two sample variances
+            let tolerance = 4.0 * share * (1.0 - share) * (4.0 / f64::from(draws)).sqrt();
+            assert!((share - found[i][0]).abs() < tolerance, "{share} {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_part_is_cut_to_what_the_whole_can_hold() {
+        let whole = matrix(&[vec![4.0, 0.0], vec![0.0, 1.0]]);
+        let part = matrix(&[vec![1.0, 0.0], vec![0.0, 2.0]]);
+        assert!((largest_part(&whole, &part) - 0.5).abs() < 1e-12);
+        assert_eq!(largest_part(&whole, &matrix(&[vec![1.0, 0.0], vec![0.0, 0.5]])), 1.0);
+    }
+}
