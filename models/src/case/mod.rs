@@ -26,7 +26,7 @@ use serde::{Deserialize, Serialize};
 
 pub use calibration::{CalibrationCase, ConfirmCase, DesignCase, QoiCase, SurrogateCase};
 pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
-pub use experiments::{ExperimentsCase, NoiseCase, VirtualCase};
+pub use experiments::{ExperimentsCase, NoiseCase, Toe, VirtualCase};
 pub use geometry::SpecimenGeometry;
 pub use image::ImageCase;
 pub use material::MaterialCase;
