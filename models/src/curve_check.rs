@@ -89,7 +89,7 @@ impl InspectedCurve {
         for _ in 0..4 {
             let Ok(qois) = Qois::of(&curve, slope_fraction) else { break };
             let toe = toe_mm(&curve, &qois, slope_fraction);
-            curve.displacement_mm.iter_mut().for_each(|u| *u -= toe);
+            curve = curve.shift_displacement(-toe);
             moved += toe;
         }
         (curve, moved)
@@ -306,7 +306,9 @@ mod tests {
     /// The viscous closed form, 44 steps to 0.22 mm, peak 147 N at 0.12 mm.
     fn viscous() -> TestCurve {
         let displacement_mm: Vec<f64> = (0..=44).map(|i| 0.005 * f64::from(i)).collect();
-        let force = |u: f64| 147.0 * (1.0_f64 / 3.0).exp() * (u / 0.12) * (-(u / 0.12_f64).powi(3) / 3.0).exp();
+        let force = |u: f64| {
+            147.0 * (1.0_f64 / 3.0).exp() * (u / 0.12) * (-(u / 0.12_f64).powi(3) / 3.0).exp()
+        };
         let force_n = displacement_mm.iter().map(|&u| force(u)).collect();
         TestCurve { displacement_mm, force_n }
     }

@@ -32,6 +32,14 @@ impl TestCurve {
         }
     }
 
+    /// The curve with `by_mm` added to every displacement.
+    pub fn shift_displacement(&self, by_mm: f64) -> Self {
+        Self {
+            displacement_mm: self.displacement_mm.iter().map(|u| u + by_mm).collect(),
+            force_n: self.force_n.clone(),
+        }
+    }
+
     /// Reads `displacement_mm,force_N`.
     ///
     /// # Errors

@@ -10,6 +10,7 @@ mod fuzz;
 mod geometry;
 mod image;
 mod material;
+mod own_data;
 mod parameter;
 mod read;
 mod simulation;

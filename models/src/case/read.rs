@@ -108,7 +108,9 @@ fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
         let help = "Write matrix.young_mpa = … in place of young_mpa = …, grain.toughness_n_per_mm = … and so on.";
         return InputError::new(path, place, value, problem, help);
     }
-    if message.contains("expected newtype variant") || message.contains("invalid type: unit variant") {
+    if message.contains("expected newtype variant")
+        || message.contains("invalid type: unit variant")
+    {
         let problem = "this name needs a value of its own";
         let help = format!("Write {} in place of it.", with_value(&place, &value));
         return InputError::new(path, place, value, problem, help);
