@@ -293,6 +293,16 @@ mod tests {
                 CURVE.into(),
                 &["height_mm", "missing", "hight_mm"],
             ),
+            (
+                "id,hieght,radius_mm,group\nS-1,4.4,2.5,50C\n".into(),
+                CURVE.into(),
+                &["height_mm", "missing", "Is the column \"hieght\" meant?"],
+            ),
+            (
+                good.replace("group\n", "group,radius_mm\n").replace("50C\n", "50C,2.6\n"),
+                CURVE.into(),
+                &["column = radius_mm", "occurs twice"],
+            ),
             (good.replace(',', ";"), CURVE.into(), &["comma"]),
             (format!("{header}S-1,4,4,2.5,50C\n"), CURVE.into(), &["line 2", "decimal point"]),
             (header.into(), CURVE.into(), &["no specimen"]),
