@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use models::{Case, CaseFile, InputError, STAGES, Stage, Workflow, WorkflowError};
 
@@ -22,12 +23,17 @@ struct Cli {
     /// Simulations at the same time; results do not depend on it [default: all cores]
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
+
+    /// Calibrate against data that no simulation reaches; nothing is called identified then
+    #[arg(long, global = true)]
+    accept_out_of_range: bool,
 }
 
 const EXAMPLES: &str = "\
 Examples:
   breccia                                   the default case, results in breccia-out/
   breccia init my.toml                      write a case that explains every key
+  breccia init --own-data my-tests          a case for your own curves, with examples
   breccia simulate my.toml --out try        one simulation: try/curve.csv
   breccia run my.toml --out results         everything; interrupt it and run it again to go on
   breccia calibrate --out results           one stage again, after results/case.toml was edited
@@ -41,11 +47,15 @@ enum Command {
     #[command(after_help = "Example:\n  breccia run my.toml --out results --threads 2")]
     Run(CaseAndFolder),
     /// Write the default case, every key explained
-    #[command(after_help = "Example:\n  breccia init my.toml")]
+    #[command(after_help = "Examples:\n  breccia init my.toml\n  breccia init --own-data my-tests")]
     Init {
         /// The file to write; an existing one is never replaced
         #[arg(default_value = "case.toml")]
         file: PathBuf,
+
+        /// Write a case for measured specimens instead, with a table and curves to be replaced
+        #[arg(long, value_name = "DIR", conflicts_with = "file")]
+        own_data: Option<PathBuf>,
     },
     /// Run one compression test with the case's own parameters: curve.csv
     #[command(after_help = "Example:\n  breccia simulate my.toml --out try")]
@@ -60,6 +70,10 @@ struct CaseAndFolder {
     /// Where results are written, and found again
     #[arg(long, value_name = "DIR", default_value = "breccia-out")]
     out: PathBuf,
+
+    /// Give DIR to this case though it has the results of another: what differs is made again
+    #[arg(long)]
+    reuse: bool,
 }
 
 impl CaseAndFolder {
@@ -73,32 +87,54 @@ impl CaseAndFolder {
     }
 }
 
-/// Raised by Ctrl-C; a second one ends the program at once.
+/// How a request is carried out.
+struct Manner {
+    threads: usize,
+    accept_out_of_range: bool,
+}
+
+impl Manner {
+    fn open<'a>(
+        &self,
+        file: &CaseFile,
+        out: &Path,
+        reuse: bool,
+    ) -> Result<Workflow<'a>, WorkflowError> {
+        let open = if reuse { Workflow::reuse } else { Workflow::open };
+        let workflow = open(file, out, self.threads, &INTERRUPT)?;
+        Ok(if self.accept_out_of_range { workflow.accept_out_of_range() } else { workflow })
+    }
+}
+
+/// Raised by Ctrl-C, and by the signals TERM and HUP; a second one ends the program at once.
 static INTERRUPT: AtomicBool = AtomicBool::new(false);
 
 /// Runs the program: exit code 0 when all is done, 1 after an error, 2 for a wrong command line,
-/// 130 after Ctrl-C.
+/// 130 after Ctrl-C or another signal to end.
 pub(crate) fn main() -> ExitCode {
-    let (threads, request) = request();
+    let (manner, request) = request();
     let handler = ctrlc::set_handler(|| {
         if INTERRUPT.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
-        eprintln!("\nstopping after the current load steps; press Ctrl-C again to stop at once");
+        // the terminal may be gone
+        let _ = writeln!(
+            std::io::stderr(),
+            "\nstopping after the current load steps; press Ctrl-C again to stop at once"
+        );
     });
     if let Err(error) = handler {
         eprintln!("note: Ctrl-C will not end cleanly ({error})");
     }
-    let threads = threads
-        .map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
-    match run(request, threads) {
+    let mut stderr = std::io::stderr();
+    match run(request, &manner) {
         Ok(()) => ExitCode::SUCCESS,
         Err(WorkflowError::Interrupted) => {
-            eprintln!("{}", WorkflowError::Interrupted);
+            let _ = writeln!(stderr, "{}", WorkflowError::Interrupted);
             ExitCode::from(130)
         }
         Err(error) => {
-            eprintln!("error: {error}");
+            let _ = writeln!(stderr, "error: {error}");
             ExitCode::FAILURE
         }
     }
@@ -113,7 +149,7 @@ enum Request {
 }
 
 /// Reads the command line, to which every stage of the table adds a command.
-fn request() -> (Option<u16>, Request) {
+fn request() -> (Manner, Request) {
     let stages = STAGES.iter().map(|stage| {
         let example = format!("Example:\n  breccia {} my.toml --out results", stage.name);
         let writes = format!("Writes {}.\n{example}", stage.products.join(", "));
@@ -121,8 +157,12 @@ fn request() -> (Option<u16>, Request) {
             .about(stage.about)
             .after_help(writes)
     });
-    let matches = Cli::command().subcommands(stages).get_matches();
+    let matches = Cli::command().subcommands(stages).try_get_matches();
+    let matches = matches.unwrap_or_else(|error| with_hint(error).exit());
     let threads = matches.get_one::<u16>("threads").copied();
+    let threads = threads
+        .map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
+    let manner = Manner { threads, accept_out_of_range: matches.get_flag("accept_out_of_range") };
     let stage = matches.subcommand().and_then(|(name, own)| Some((Stage::named(name)?, own)));
     let request = match stage {
         Some((stage, own)) => {
@@ -131,33 +171,46 @@ fn request() -> (Option<u16>, Request) {
         None => Cli::from_arg_matches(&matches)
             .map(|cli| cli.command.map_or(Request::Default, Request::Command)),
     };
-    (threads, request.unwrap_or_else(|error| error.exit()))
+    (manner, request.unwrap_or_else(|error| error.exit()))
 }
 
-fn run(request: Request, threads: usize) -> Result<(), WorkflowError> {
+/// A case in the place of a command is meant to be run.
+fn with_hint(error: clap::Error) -> clap::Error {
+    match error.get(ContextKind::InvalidSubcommand) {
+        Some(ContextValue::String(word)) if word.ends_with(".toml") => Cli::command().error(
+            ErrorKind::InvalidSubcommand,
+            format!("{word:?} is no command; did you mean `breccia run {word}`?"),
+        ),
+        _ => error,
+    }
+}
+
+fn run(request: Request, manner: &Manner) -> Result<(), WorkflowError> {
     match request {
         // no command, no surprises: the default case, not whatever lies in the folder
-        Request::Default => run_all(&CaseFile::default_case(), Path::new("breccia-out"), threads),
-        Request::Command(Command::Run(target)) => {
-            run_all(&target.case_file()?, &target.out, threads)
+        Request::Default => {
+            run_all(&CaseFile::default_case(), Path::new("breccia-out"), false, manner)
         }
-        Request::Command(Command::Init { file }) => init(&file),
+        Request::Command(Command::Run(target)) => {
+            run_all(&target.case_file()?, &target.out, target.reuse, manner)
+        }
+        Request::Command(Command::Init { own_data: Some(folder), .. }) => init_own_data(&folder),
+        Request::Command(Command::Init { file, own_data: None }) => init(&file),
         Request::Command(Command::Simulate(target)) => {
             let path = models::simulate(&target.case_file()?, &target.out, &INTERRUPT)?;
             println!("{}", path.display());
             Ok(())
         }
         Request::Stage(stage, target) => {
-            Workflow::open(&target.case_file()?, &target.out, threads, &INTERRUPT)?.run(stage)
+            manner.open(&target.case_file()?, &target.out, target.reuse)?.run(stage)
         }
     }
 }
 
-fn run_all(file: &CaseFile, out: &Path, threads: usize) -> Result<(), WorkflowError> {
+fn run_all(file: &CaseFile, out: &Path, reuse: bool, manner: &Manner) -> Result<(), WorkflowError> {
     // before anything is made, and in the user's own file
     file.table()?;
-    let workflow = Workflow::open(file, out, threads, &INTERRUPT)?;
-    workflow.run_all()?;
+    manner.open(file, out, reuse)?.run_all()?;
     for name in ["summary.txt", "map.csv", "confirm.csv"] {
         let path = out.join(name);
         let text = std::fs::read_to_string(&path)
@@ -168,11 +221,36 @@ fn run_all(file: &CaseFile, out: &Path, threads: usize) -> Result<(), WorkflowEr
     Ok(())
 }
 
-fn init(file: &Path) -> Result<(), WorkflowError> {
+fn init_own_data(folder: &Path) -> Result<(), WorkflowError> {
+    // nothing of a person's is replaced, and nothing is left half done
+    if let Some((name, _)) = Case::OWN_DATA.iter().find(|(name, _)| folder.join(name).exists()) {
+        let source = std::io::ErrorKind::AlreadyExists.into();
+        return Err(WorkflowError::Init { path: folder.join(name), source });
+    }
+    for (name, text) in Case::OWN_DATA {
+        let path = folder.join(name);
+        path.parent()
+            .map_or(Ok(()), std::fs::create_dir_all)
+            .map_err(|source| WorkflowError::Init { path: path.clone(), source })?;
+        create(&path, text)?;
+    }
+    let [table, curves, case] = ["specimens.csv", "curves", "case.toml"]
+        .map(|name| folder.join(name).display().to_string());
+    println!("wrote {case} with examples: put your own specimens into {table} and {curves}");
+    println!("next: breccia run {case} --out results");
+    Ok(())
+}
+
+/// Writes a file that must not be there yet.
+fn create(file: &Path, text: &str) -> Result<(), WorkflowError> {
     let created = std::fs::OpenOptions::new().write(true).create_new(true).open(file);
     created
-        .and_then(|mut f| f.write_all(Case::TEMPLATE.as_bytes()))
-        .map_err(|source| WorkflowError::Init { path: file.to_owned(), source })?;
+        .and_then(|mut f| f.write_all(text.as_bytes()))
+        .map_err(|source| WorkflowError::Init { path: file.to_owned(), source })
+}
+
+fn init(file: &Path) -> Result<(), WorkflowError> {
+    create(file, Case::TEMPLATE)?;
     println!("wrote {}; next: breccia run {} --out results", file.display(), file.display());
     Ok(())
 }

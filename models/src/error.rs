@@ -38,10 +38,10 @@ impl InputError {
     ) -> Self {
         Self {
             file: file.display().to_string(),
-            place: place.into(),
-            value: value.into(),
-            problem: problem.into(),
-            help: help.into(),
+            place: shortened(place.into(), 200),
+            value: shortened(value.into(), 100),
+            problem: shortened(problem.into(), 500),
+            help: shortened(help.into(), 2000),
         }
     }
 
@@ -59,16 +59,36 @@ fn located(place: &str, value: &str) -> String {
     }
 }
 
-/// The candidate that `word` was probably meant to be, by edit distance.
+/// The text, cut where it is longer than this many characters: what a broken file holds may be as long
+/// as the file.
+fn shortened(text: String, most: usize) -> String {
+    let Some((end, _)) = text.char_indices().nth(most) else { return text };
+    let rest = text[end..].chars().count();
+    format!("{}… ({rest} characters more)", &text[..end])
+}
+
+/// The candidate that `word` was probably meant to be, by edit distance; its unit may have been left
+/// out, as in `height` for `height_mm`.
 pub(crate) fn closest<'a>(
     word: &str,
     candidates: impl IntoIterator<Item = &'a str>,
 ) -> Option<&'a str> {
-    let (distance, best) = candidates
+    // of a long text, nothing is a slip, and distances are costly
+    if word.len() > 100 {
+        return None;
+    }
+    let distance = |candidate: &str| {
+        let stems = candidate.match_indices('_').map(|(end, _)| &candidate[..end]);
+        stems.chain([candidate]).map(|stem| strsim::osa_distance(word, stem)).min()
+    };
+    // the whole word decides between candidates that begin alike
+    let (distance, _, best) = candidates
         .into_iter()
-        .map(|candidate| (strsim::levenshtein(word, candidate), candidate))
+        .filter_map(|candidate| {
+            Some((distance(candidate)?, strsim::osa_distance(word, candidate), candidate))
+        })
         .min()?;
-    (distance <= 1 + word.chars().count() / 3).then_some(best)
+    (distance <= 1 + word.chars().count() / 4).then_some(best)
 }
 
 #[cfg(test)]
@@ -79,6 +99,23 @@ mod tests {
     fn a_slip_of_the_pen_is_recognised_and_another_word_is_not() {
         let keys = ["radius_mm", "height_mm", "spacing_mm"];
         assert_eq!(closest("radus_mm", keys), Some("radius_mm"));
+        assert_eq!(closest("hieght_mm", keys), Some("height_mm"));
         assert_eq!(closest("temperature", keys), None);
+    }
+
+    #[test]
+    fn a_unit_that_was_left_out_is_recognised() {
+        let keys = ["radius_mm", "height_mm", "spacing_mm", "viscosity_mpa_s"];
+        assert_eq!(closest("hieght", keys), Some("height_mm"));
+        assert_eq!(closest("viscosty", keys), Some("viscosity_mpa_s"));
+        assert_eq!(closest("temperature", keys), None);
+    }
+
+    #[test]
+    fn a_message_is_never_as_long_as_a_broken_file() {
+        let long = "ü".repeat(100_000);
+        let error = InputError::new("x.csv".as_ref(), &long, &long, &long, &long).to_string();
+        assert!(error.chars().count() < 4000, "{} characters", error.chars().count());
+        assert!(error.contains("characters more"), "{error}");
     }
 }

@@ -32,6 +32,14 @@ impl TestCurve {
         }
     }
 
+    /// The curve with `by_mm` added to every displacement.
+    pub fn shift_displacement(&self, by_mm: f64) -> Self {
+        Self {
+            displacement_mm: self.displacement_mm.iter().map(|u| u + by_mm).collect(),
+            force_n: self.force_n.clone(),
+        }
+    }
+
     /// Reads `displacement_mm,force_N`.
     ///
     /// # Errors
@@ -284,6 +292,16 @@ mod tests {
                 "id,hight_mm,radius_mm,group\nS-1,4.4,2.5,50C\n".into(),
                 CURVE.into(),
                 &["height_mm", "missing", "hight_mm"],
+            ),
+            (
+                "id,hieght,radius_mm,group\nS-1,4.4,2.5,50C\n".into(),
+                CURVE.into(),
+                &["height_mm", "missing", "Is the column \"hieght\" meant?"],
+            ),
+            (
+                good.replace("group\n", "group,radius_mm\n").replace("50C\n", "50C,2.6\n"),
+                CURVE.into(),
+                &["column = radius_mm", "occurs twice"],
             ),
             (good.replace(',', ";"), CURVE.into(), &["comma"]),
             (format!("{header}S-1,4,4,2.5,50C\n"), CURVE.into(), &["line 2", "decimal point"]),

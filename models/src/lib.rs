@@ -21,16 +21,18 @@
 //!
 //! 1. `error`, `table`, `progress`: mistakes in files, small tables, bars
 //! 2. `experiment`, `qoi`: specimens with their curves, quantities of interest
-//! 3. `case`: the TOML case, with fem's own types where they are the same
-//! 4. `virtual_specimen`: specimens with a known truth
-//! 5. `fracture`, `hyperelastic`: calibration models, each the pattern that a user copies
-//! 6. `coverage`, `budget`: whether intervals hold what they promise, and what widens them
-//! 7. `report`: figures and the page; knows results, not the workflow
-//! 8. `workflow`: stages, one row of a table each, whose inputs are what they read
+//! 3. `curve_check`: what a look at a measured curve shows
+//! 4. `case`: the TOML case, with fem's own types where they are the same
+//! 5. `virtual_specimen`: specimens with a known truth
+//! 6. `fracture`, `hyperelastic`: calibration models, each the pattern that a user copies
+//! 7. `coverage`, `budget`: whether intervals hold what they promise, and what widens them
+//! 8. `report`: figures and the page; knows results, not the workflow
+//! 9. `workflow`: stages, one row of a table each, whose inputs are what they read
 
 mod budget;
 mod case;
 mod coverage;
+mod curve_check;
 mod error;
 mod experiment;
 mod fracture;
@@ -46,7 +48,7 @@ pub use case::{
     AdaptiveCase, ArcLengthCase, ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase,
     ConfirmCase, DesignCase, ExperimentsCase, ImageCase, MaterialCase, MaterialParameter,
     MeasureCase, Microstructure, NoiseCase, OutputCase, PrescribeCase, PriorBounds, PriorCase,
-    Property, QoiCase, SpecimenCase, SpecimenGeometry, SurrogateCase, TestCase, TractionCase,
+    Property, QoiCase, SpecimenCase, SpecimenGeometry, SurrogateCase, TestCase, Toe, TractionCase,
     VirtualCase,
 };
 pub use coverage::{Coverage, CoverageStudy};

@@ -1,5 +1,6 @@
 //! Progress on stderr: a bar on a terminal, a line now and then elsewhere.
 
+use std::io::Write as _;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -32,7 +33,7 @@ impl Bar {
         if self.bar.is_hidden() {
             let tenth = 10 * position / RESOLUTION;
             if tenth > self.told.fetch_max(tenth, Ordering::Relaxed) {
-                eprintln!("{:>10} {:>3} %  {message}", self.title, 10 * tenth);
+                say(&self.title, &format!("{:>3} %  {message}", 10 * tenth));
             }
         } else {
             self.bar.set_message(message.to_owned());
@@ -56,5 +57,6 @@ impl Drop for Bar {
 
 /// A stage's own line.
 pub(crate) fn say(title: &str, message: &str) {
-    eprintln!("{title:>10} {message}");
+    // a terminal that has gone away is no reason to stop
+    let _ = writeln!(std::io::stderr(), "{title:>10} {message}");
 }

@@ -163,13 +163,11 @@ impl Qois {
         let (displacement_at_peak_mm, peak_force_n) = peak(u, force)?;
         let centre = slope_fraction * displacement_at_peak_mm;
         let half = SLOPE_WINDOW * displacement_at_peak_mm;
-        let inside: Vec<(f64, f64)> = u
-            .iter()
-            .zip(force)
-            .map(|(&x, &y)| (x - centre, y))
-            // a point on the border belongs to the window whatever the rounding
-            .filter(|(x, _)| x.abs() <= half * (1.0 + 1e-9))
-            .collect();
+        let inside: Vec<(f64, f64)> =
+            Self::slope_points(curve, slope_fraction, displacement_at_peak_mm)
+                .into_iter()
+                .map(|(x, y)| (x - centre, y))
+                .collect();
         let slope_n_per_mm = line_slope(&inside).ok_or(QoiError::NoSlope {
             points: inside.len(),
             from_mm: centre - half,
@@ -177,6 +175,18 @@ impl Qois {
         })?;
         let work_to_peak_n_mm = work(u, force, (displacement_at_peak_mm, peak_force_n));
         Ok(Self { slope_n_per_mm, peak_force_n, displacement_at_peak_mm, work_to_peak_n_mm })
+    }
+
+    /// The points that the slope is taken from, of a curve with its peak at `peak_mm`.
+    pub(crate) fn slope_points(
+        curve: &TestCurve,
+        slope_fraction: f64,
+        peak_mm: f64,
+    ) -> Vec<(f64, f64)> {
+        let (centre, half) = (slope_fraction * peak_mm, SLOPE_WINDOW * peak_mm);
+        let points = curve.displacement_mm.iter().copied().zip(curve.force_n.iter().copied());
+        // a point on the border belongs to the window whatever the rounding
+        points.filter(|(x, _)| (x - centre).abs() <= half * (1.0 + 1e-9)).collect()
     }
 
     /// One of them.

@@ -24,6 +24,11 @@ impl<'a> CsvTable<'a> {
             Ok(header) => header.iter().map(str::to_owned).collect(),
             Err(e) => return Err(malformed(file, &e)),
         };
+        let twice = |(i, name): (usize, &String)| !name.is_empty() && columns[..i].contains(name);
+        if let Some(i) = columns.iter().enumerate().position(twice) {
+            let help = "Give each column a name of its own: which one counts is not known.";
+            return Err(InputError::new(file, "line 1, column", &columns[i], "occurs twice", help));
+        }
         for &column in required {
             if !columns.iter().any(|c| c == column) {
                 return Err(missing_column(file, column, &columns, required));

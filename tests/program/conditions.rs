@@ -120,6 +120,21 @@ fn a_cube_of_rubber_is_damaged_as_its_split_says() {
     }
 }
 
+/// Seen: the force on a body that is moved against the direction of its measure is negative, below any
+/// fraction of a peak that counts from zero up.
+#[test]
+fn stop_below_peak_looks_at_the_size_of_the_force() {
+    let dir = tempfile::tempdir().unwrap();
+    fem::gmsh::write(dir.path().join("cube.msh"), &cube()).unwrap();
+    let case = stretched(1, -0.4).replace("steps = 5", "steps = 5\nstop_below_peak = 0.9");
+    std::fs::write(dir.path().join("case.toml"), case).unwrap();
+    let (code, _, err) = said(&breccia(dir.path(), &["simulate", "case.toml", "--out", "out"]));
+    assert_eq!(code, Some(0), "{err}");
+    let curve = curve(&dir.path().join("out/curve.csv"));
+    assert!(curve.iter().all(|row| row[2] < 0.0), "{curve:?}");
+    assert_eq!(curve.len(), 5);
+}
+
 #[test]
 fn a_cylinder_under_a_dead_load_shortens_as_its_law_says() {
     let dir = tempfile::tempdir().unwrap();

@@ -86,6 +86,23 @@ fn init_writes_a_case_that_is_valid_and_never_replaces_a_file() {
 }
 
 #[test]
+fn init_writes_a_case_for_own_specimens_and_never_replaces_a_file() {
+    let dir = tempfile::tempdir().unwrap();
+    let (code, out, err) = said(&breccia(dir.path(), &["init", "--own-data", "tests/mine"]));
+    assert!(code == Some(0) && out.contains("breccia run tests/mine/case.toml"), "{out} {err}");
+    for (name, text) in models::Case::OWN_DATA {
+        let written = std::fs::read_to_string(dir.path().join("tests/mine").join(name)).unwrap();
+        assert_eq!(written, text);
+        let says = text.to_lowercase();
+        assert!(says.contains("example") && says.contains("simulation"), "{name} says what it is");
+    }
+    std::fs::remove_file(dir.path().join("tests/mine/case.toml")).unwrap();
+    let (code, _, err) = said(&breccia(dir.path(), &["init", "--own-data", "tests/mine"]));
+    assert!(code == Some(1) && err.contains("specimens.csv"), "{err}");
+    assert!(!dir.path().join("tests/mine/case.toml").exists(), "all or nothing");
+}
+
+#[test]
 fn mistakes_name_file_key_value_and_help_and_fail() {
     let dir = tempfile::tempdir().unwrap();
     let cylinder = fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 };
@@ -150,6 +167,11 @@ fn a_wrong_command_line_and_a_missing_case_fail() {
     assert!(code == Some(2) && err.contains("simulate"), "{err}");
     let (code, _, err) = said(&breccia(dir.path(), &["run", "gone.toml"]));
     assert!(code == Some(1) && err.contains("gone.toml") && err.contains("breccia init"), "{err}");
+    for command in ["my.toml", "./cases/my.toml"] {
+        let (code, _, err) = said(&breccia(dir.path(), &[command]));
+        let hint = format!("did you mean `breccia run {command}`?");
+        assert!(code == Some(2) && err.contains(&hint), "{err}");
+    }
     let (code, _, _) = said(&breccia(dir.path(), &["run", "--threads", "0"]));
     assert_eq!(code, Some(2));
 }
@@ -157,7 +179,8 @@ fn a_wrong_command_line_and_a_missing_case_fail() {
 #[test]
 fn a_stage_out_of_order_says_which_comes_first() {
     let dir = tempfile::tempdir().unwrap();
-    std::fs::write(dir.path().join("case.toml"), SMALL).unwrap();
+    let case = SMALL.replace("steps = 4", "steps = 40");
+    std::fs::write(dir.path().join("case.toml"), case).unwrap();
     for (stage, first) in
         [("ensemble", "mesh"), ("surrogate", "ensemble"), ("calibrate", "surrogate")]
     {
@@ -175,6 +198,8 @@ fn simulate_writes_a_curve_in_the_documented_columns() {
     std::fs::write(dir.path().join("case.toml"), SMALL).unwrap();
     let (code, out, err) = said(&breccia(dir.path(), &["simulate", "case.toml", "--out", "try"]));
     assert_eq!(code, Some(0), "{err}");
+    // a lattice of 1.5 mm does not resolve cracks of 0.06 mm, and that is said
+    assert!(err.contains("mm apart, cracks 0.06 mm wide"), "{err}");
     assert_eq!(Path::new(out.trim()), Path::new("try").join("curve.csv"));
     let text = std::fs::read_to_string(dir.path().join("try/curve.csv")).unwrap();
     let header = "time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,phi_max,newton,linear";

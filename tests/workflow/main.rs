@@ -1,5 +1,6 @@
 //! The whole workflow on a tiny case: every documented file, skipping, kill and resume.
 
+mod own_data;
 mod stages;
 
 use std::collections::BTreeMap;
@@ -120,6 +121,8 @@ fn from_an_empty_directory_to_every_documented_file() {
             "experiments.csv",
             "id,group,height_mm,radius_mm,displacement_factor,slope_fraction,slope_N_per_mm,peak_force_N,displacement_at_peak_mm",
         ),
+        ("curve_checks.csv", "id,finding,value,help"),
+        ("range.csv", "qoi,experiment_mean,low,high,inside"),
         ("experiments/specimens.csv", "id,height_mm,radius_mm,group"),
         ("experiments/curves/V-01.csv", "displacement_mm,force_N"),
         ("experiments/bias.csv", "quantity,surrogate_mesh,experiments_mesh,percent_bias"),
@@ -272,21 +275,24 @@ fn killed_at_any_moment_it_goes_on_and_ends_at_the_same_numbers() {
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_ends_cleanly_and_says_how_to_go_on() {
+fn signals_to_end_keep_what_is_finished_and_say_how_to_go_on() {
     let dir = case_folder();
     let runs = dir.path().join("out/ensemble");
-    let child = start(dir.path(), &["run", "tiny.toml", "--out", "out", "--threads", "1"]);
-    let deadline = Instant::now() + Duration::from_secs(300);
-    while finished(&runs).is_empty() {
-        assert!(Instant::now() < deadline, "no run is ever finished");
-        std::thread::sleep(Duration::from_millis(5));
+    for signal in ["-INT", "-TERM", "-HUP"] {
+        let before = finished(&runs).len();
+        let mut child = start(dir.path(), &["run", "tiny.toml", "--out", "out", "--threads", "1"]);
+        let deadline = Instant::now() + Duration::from_secs(300);
+        while finished(&runs).len() == before && child.try_wait().unwrap().is_none() {
+            assert!(Instant::now() < deadline, "no run is ever finished");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let status = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
+        assert!(status.success());
+        let output = child.wait_with_output().unwrap();
+        let err = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(130), "{signal}: {err}");
+        assert!(err.contains("the same command goes on"), "{signal}: {err}");
+        let kept = finished(&runs).len();
+        assert!((before + 1..12).contains(&kept), "{signal}: {kept} runs");
     }
-    let status = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(status.success());
-    let output = child.wait_with_output().unwrap();
-    let err = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(130), "{err}");
-    assert!(err.contains("the same command goes on"), "{err}");
-    let kept = finished(&runs).len();
-    assert!((1..12).contains(&kept), "{kept} runs");
 }

@@ -159,10 +159,11 @@ impl<'a> LoadStepper<'a> {
         for (surface, &force) in &state.reaction {
             state.reactions.entry(surface.clone()).or_default().push(force);
         }
-        state.peak = state.peak.max(point.force_n);
+        // of the force's size: a body that is pulled has a negative one
+        state.peak = state.peak.max(point.force_n.abs());
         // counted anew for the next point
         (state.point.newton, state.point.linear) = (0, 0);
-        let below = |fraction| point.force_n < (1.0 - fraction) * state.peak;
+        let below = |fraction| point.force_n.abs() < (1.0 - fraction) * state.peak;
         if self.problem.parts.schedule.stop_below_peak.is_some_and(below) {
             self.end = Some(End::BelowPeak);
         } else if state.clock >= 1.0 {

@@ -16,9 +16,23 @@ pub struct ExperimentsCase {
     /// Calibrate against this group of specimens only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
+    /// What is done about the soft start of a curve.
+    #[serde(default)]
+    pub toe: Toe,
     /// Simulated specimens with a known truth.
     #[serde(rename = "virtual", skip_serializing_if = "Option::is_none")]
     pub virtual_specimens: Option<VirtualCase>,
+}
+
+/// What is done about the soft start of a curve, where platens and specimen settle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Toe {
+    /// It is measured and told.
+    #[default]
+    Report,
+    /// Displacement is counted from where the curve without it would leave zero force.
+    Correct,
 }
 
 /// `experiments.virtual`: specimens that are simulated with a known truth.

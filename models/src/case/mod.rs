@@ -10,6 +10,7 @@ mod fuzz;
 mod geometry;
 mod image;
 mod material;
+mod own_data;
 mod parameter;
 mod read;
 mod simulation;
@@ -28,7 +29,7 @@ pub use calibration::{
     CalibrationCase, ConfirmCase, DesignCase, Microstructure, QoiCase, SurrogateCase,
 };
 pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
-pub use experiments::{ExperimentsCase, NoiseCase, VirtualCase};
+pub use experiments::{ExperimentsCase, NoiseCase, Toe, VirtualCase};
 pub use geometry::SpecimenGeometry;
 pub use image::ImageCase;
 pub use material::MaterialCase;

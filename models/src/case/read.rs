@@ -108,6 +108,13 @@ fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
         let help = "Write matrix.young_mpa = … in place of young_mpa = …, grain.toughness_n_per_mm = … and so on.";
         return InputError::new(path, place, value, problem, help);
     }
+    if message.contains("expected newtype variant")
+        || message.contains("invalid type: unit variant")
+    {
+        let problem = "this name needs a value of its own";
+        let help = format!("Write {} in place of it.", with_value(&place, &value));
+        return InputError::new(path, place, value, problem, help);
+    }
     let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     let (problem, help) = match names.split_first() {
         Some((key, known)) if message.starts_with("unknown field") => {
@@ -134,6 +141,14 @@ fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
         }
     };
     InputError::new(path, place, value, problem, help)
+}
+
+/// A name that stands without its value, as `"fixed"`, with one: `rule = { fixed = 3 }`.
+fn with_value(place: &str, value: &str) -> String {
+    let key = place.rsplit('.').next().unwrap_or(place);
+    let name = value.trim_matches(['"', '\'']);
+    let value = if name == "fixed" { "3" } else { "{ … }" };
+    format!("{key} = {{ {name} = {value} }}")
 }
 
 /// How a value of the type that the parser expected is written, as a sentence; empty for types that

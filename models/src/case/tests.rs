@@ -55,6 +55,23 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
             &["material.matrix.law", "unknown key \"c10_mp\"", "mean \"c10_mpa\"?"],
         ),
         ("[material.grain]", "[material.grian]", &["material.grain", "material.grian", "meant"]),
+        (
+            "[phase_field] ",
+            "[material.grian]\nyoung_mpa = 1.0\npoisson = 0.2\n[phase_field] ",
+            &["material.grian", "no region", "mean material.grain?"],
+        ),
+        ("height_mm = 4.4", "hieght = 4.4", &["specimen.hieght", "mean \"height_mm\"?"]),
+        ("max_order = 8", "max_order = 0", &["surrogate.max_order = 0", "a constant"]),
+        (
+            "rule = \"corrected-loo\"",
+            "rule = \"fixed\"",
+            &["surrogate.rule = \"fixed\"", "a value of its own", "rule = { fixed = 3 }"],
+        ),
+        (
+            "rule = \"corrected-loo\"",
+            "rule = { fixed = 0 }",
+            &["surrogate.rule.fixed = 0", "at most max_order"],
+        ),
         ("length_mm = 0.06", "length_mm = 0.0", &["phase_field.length_mm = 0"]),
         (
             "displacement_mm = 0.22",
@@ -283,4 +300,18 @@ fn a_single_simulation_does_not_need_the_specimen_table() {
     let table = dir.path().join("specimens.csv");
     std::fs::write(&table, "").unwrap();
     assert_eq!(file.table().unwrap(), Some(table));
+}
+
+#[test]
+fn load_steps_too_few_for_an_ensemble_are_refused_as_such() {
+    let with = |steps: &str| {
+        let text = Case::TEMPLATE.replacen("steps = 88", steps, 1);
+        CaseFile::parse(&text, Path::new("case.toml")).unwrap().check_steps()
+    };
+    let message = with("steps = 1").unwrap_err().to_string();
+    for part in ["case.toml", "test.steps = 1", "44 steps"] {
+        assert!(message.contains(part), "{part:?} is not in {message:?}");
+    }
+    assert_eq!(with("steps = 44"), Ok(()));
+    assert_eq!(with(""), Ok(()), "steps that adapt are as many as it takes");
 }

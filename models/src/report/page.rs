@@ -3,7 +3,7 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use ppl::diagnostics::Identification;
 
-use super::results::{CalibratedParameter, PictureContent, Results, mean};
+use super::results::{CalibratedParameter, PictureContent, Results, Verdict, mean};
 use super::{data_uri, figures};
 
 const STYLE: &str = include_str!("style.css");
@@ -76,7 +76,7 @@ fn answer(results: &Results) -> Markup {
 }
 
 fn verdict(p: &CalibratedParameter) -> Markup {
-    let identified = p.verdict() == Identification::Identified;
+    let identified = p.verdict() == Verdict::Learnt(Identification::Identified);
     let class = if identified { "verdict good" } else { "verdict weak" };
     html! { span class=(class) { (p.verdict()) } }
 }

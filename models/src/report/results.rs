@@ -1,5 +1,7 @@
 //! What a report tells, as plain numbers.
 
+use std::fmt;
+
 use ppl::diagnostics::Identification;
 
 /// A curve of displacement in mm and force in N.
@@ -123,7 +125,35 @@ pub(crate) struct CalibratedParameter {
     pub(crate) contraction: f64,
     /// The truth, of virtual specimens.
     pub(crate) truth: Option<f64>,
+    /// Whether the data lie outside what any simulation reaches.
+    pub(crate) out_of_range: bool,
 }
+
+/// What the data said about a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// Nothing that counts: no simulation reaches them.
+    OutOfRange,
+    /// It is where the prior ends.
+    AtBound,
+    /// So much.
+    Learnt(Identification),
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::OutOfRange => f.pad("data out of range"),
+            Self::AtBound => f.pad("at the bound of its prior"),
+            Self::Learnt(label) => label.fmt(f),
+        }
+    }
+}
+
+/// A mode within this fraction of the prior's width from a bound is at it, and so is a draw.
+const MARGIN: f64 = 0.01;
+/// More than this fraction of the draws there, and the prior cuts the posterior.
+const MOST_AT_BOUND: f64 = 0.05;
 
 impl CalibratedParameter {
     /// All draws, chain after chain.
@@ -132,12 +162,55 @@ impl CalibratedParameter {
     }
 
     /// What the data said.
-    pub(crate) fn verdict(&self) -> Identification {
-        Identification::of(self.contraction)
+    pub(crate) fn verdict(&self) -> Verdict {
+        match Identification::of(self.contraction) {
+            _ if self.out_of_range => Verdict::OutOfRange,
+            Identification::Identified if self.is_at_bound() => Verdict::AtBound,
+            label => Verdict::Learnt(label),
+        }
+    }
+
+    /// Whether mode or draws press against an end of the prior.
+    fn is_at_bound(&self) -> bool {
+        let (lower, upper) = self.prior;
+        let margin = MARGIN * (upper - lower);
+        let near = |x: f64| x < lower + margin || x > upper - margin;
+        let (all, at_bound) = (self.draws().count(), self.draws().filter(|&x| near(x)).count());
+        near(self.map) || at_bound as f64 > MOST_AT_BOUND * all as f64
     }
 }
 
 /// The mean; NaN of nothing.
 pub(crate) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameter(map: f64, draws: Vec<f64>) -> CalibratedParameter {
+        let chains = vec![draws];
+        CalibratedParameter {
+            prior: (0.0, 100.0),
+            map,
+            chains,
+            contraction: 0.9,
+            ..Default::default()
+        }
+    }
+
+    #[test]
+    fn nothing_at_a_bound_or_out_of_range_is_called_identified() {
+        let middle: Vec<f64> = (0..100).map(|i| 40.0 + 0.2 * f64::from(i)).collect();
+        let cut: Vec<f64> = (0..100).map(|i| 90.0 + 0.1 * f64::from(i)).collect();
+        let identified = Verdict::Learnt(Identification::Identified);
+        assert_eq!(parameter(50.0, middle.clone()).verdict(), identified);
+        assert_eq!(parameter(99.5, middle.clone()).verdict(), Verdict::AtBound);
+        assert_eq!(parameter(95.0, cut).verdict(), Verdict::AtBound);
+        let outside = CalibratedParameter { out_of_range: true, ..parameter(50.0, middle.clone()) };
+        assert_eq!(outside.verdict(), Verdict::OutOfRange);
+        let unknown = CalibratedParameter { contraction: 0.0, ..parameter(99.5, middle) };
+        assert_eq!(unknown.verdict().to_string(), "not identified");
+    }
 }

@@ -4,9 +4,10 @@ use std::sync::Mutex;
 
 use ppl::diagnostics::e_bfmi;
 use ppl::{ChainStatus, Nuts, Posterior, Progress};
-use surrogate::{Dataset, DynPce, Input};
+use surrogate::{DynPce, Input};
 
 use super::WorkflowError;
+use super::gate::{check_range, labelled};
 use super::inputs::Inputs;
 use super::task::Task;
 use super::uncertainty::{shared_error, shared_error_warning, write_uncertainty};
@@ -23,6 +24,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         return Err(WorkflowError::OtherCase { path, stage: "surrogate" });
     }
     let specimens = read_experiments(inputs, pce.outputs())?;
+    let outside = check_range(task, &specimens)?;
     let settings = inputs.calibration();
     let bar = ChainsBar::new(settings.chains);
     let sampler = Nuts::default()
@@ -64,11 +66,11 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
             .map(|input| &input.name)
             .fold(text, |text, name| text.replace(&format!("theta[{name}]"), name))
     };
-    task.write("summary.txt", &plain(format!("{summary}\n")))?;
-    let mut warnings: Vec<String> =
-        summary.warnings.iter().map(|warning| plain(warning.to_string())).collect();
+    task.write("summary.txt", &labelled(plain(format!("{summary}\n")), &outside))?;
+    let mut warnings = outside;
+    warnings.extend(summary.warnings.iter().map(|warning| plain(warning.to_string())));
     warnings.extend(shared_error_warning(&summary, pce.outputs(), specimens.len(), &shared));
-    warnings.extend(range_warnings(inputs, &specimens)?);
+    warnings.iter().for_each(|warning| say("note", warning));
     let lines: String = warnings.iter().map(|line| format!("{line}\n")).collect();
     task.write("warnings.txt", &lines)?;
     write_sampling(task, posterior)?;
@@ -135,28 +137,6 @@ fn write_draws(
         place.into_iter().chain(numbers).collect::<Vec<_>>()
     });
     task.write_csv("posterior.csv", header, rows)
-}
-
-/// Experimental means that no simulation of the ensemble reaches: the prior box does not hold the
-/// material, and the posterior will press against its walls.
-fn range_warnings(
-    inputs: &Inputs<'_>,
-    specimens: &[Vec<f64>],
-) -> Result<Vec<String>, WorkflowError> {
-    let data = Dataset::read_csv(inputs.file("runs.csv")?)?;
-    let means = column_means(specimens);
-    let outside = data.outputs().iter().zip(means).enumerate().filter_map(|(m, (name, mean))| {
-        let values = data.rows().map(|(_, qois)| qois[m]);
-        let (low, high) =
-            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), q| (a.min(q), b.max(q)));
-        (!(low..=high).contains(&mean)).then(|| {
-            format!(
-                "The experimental mean of {name} is {mean:.4}, outside what the ensemble reaches \
-                 ({low:.4} to {high:.4}): widen the prior, or look for what the model leaves out."
-            )
-        })
-    });
-    Ok(outside.collect())
 }
 
 /// How the sampler did, chain by chain.

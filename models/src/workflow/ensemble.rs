@@ -18,6 +18,7 @@ const NOTES: [&str; 3] = ["run", "seconds", "packing_seed"];
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
+    inputs.check_steps()?;
     let prior = inputs.prior()?;
     let design = inputs.design();
     let points = design.method.sample(&prior, design.runs, design.seed)?;

@@ -65,6 +65,32 @@ pub enum WorkflowError {
         /// The stage that writes it.
         stage: &'static str,
     },
+    /// A result of another stage was made from something else than is there now.
+    #[error(
+        "{} is not up to date: {change}; run `breccia {stage}` again, or `breccia run` for all stages",
+        path.display()
+    )]
+    Stale {
+        /// The file.
+        path: PathBuf,
+        /// The stage that writes it.
+        stage: String,
+        /// What has changed.
+        change: String,
+    },
+    /// The folder has the results of another case.
+    #[error(
+        "{} has the results of another case, {}; name another folder with --out, or give it to this \
+         case with --reuse: what differs is then made again",
+        path.display(),
+        owner.display()
+    )]
+    OtherFolder {
+        /// The folder.
+        path: PathBuf,
+        /// The other case.
+        owner: PathBuf,
+    },
     /// The mesh cannot be read or written.
     #[error(transparent)]
     Mesh(#[from] MeshError),

@@ -7,9 +7,11 @@ use rayon::prelude::*;
 
 use super::WorkflowError;
 use super::files::{SPECIMENS, write};
+use super::gate::check_closed_form;
 use super::runs::run_ensemble;
 use super::simulator::{Simulator, height_mm, radius_mm, recorded, simulated_qois};
 use super::specimen::packed_mesh;
+use super::specimen_checks::checked;
 use super::task::Task;
 use crate::case::{ByParameter, MaterialParameter, QoiCase, SpecimenGeometry};
 use crate::error::InputError;
@@ -24,10 +26,12 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         true => test_virtual_specimens(task)?,
         false => inputs.specimen_table()?,
     };
-    let table = inputs.chosen(table)?;
     let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
     let scale =
         MeshScale { height_mm: height_mm(&mesh), radius_mm: radius_mm(&mesh), qoi: inputs.qoi() };
+    let size = [scale.height_mm, scale.radius_mm];
+    let table = checked(task, inputs.chosen(table)?, size)?;
+    check_closed_form(task, &table, size)?;
     let rows = table
         .specimens
         .iter()
@@ -54,16 +58,6 @@ impl MeshScale<'_> {
         let factor = mesh_height / height_mm;
         let differs = (factor - 1.0).abs() > 1e-9;
         let factor = if differs { factor } else { 1.0 };
-        if !(0.1..=10.0).contains(&factor) {
-            return Err(InputError::new(
-                &task.path(SPECIMENS),
-                format!("specimen {id}, column height_mm"),
-                height_mm.to_string(),
-                format!("is far from the mesh's height of {mesh_height:.4} mm"),
-                "Write heights in mm.",
-            )
-            .into());
-        }
         if differs {
             say(
                 "note",
@@ -98,6 +92,7 @@ impl MeshScale<'_> {
 /// Simulates the virtual specimens and writes them as measured ones.
 fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowError> {
     let inputs = &task.inputs;
+    inputs.check_steps()?;
     let geometry = inputs.geometry()?;
     let SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, meshing, .. } = &geometry else {
         let message = "virtual specimens need a cylinder to put their own grains in";

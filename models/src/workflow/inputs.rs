@@ -18,7 +18,7 @@ use super::specimen::{Scanned, Source};
 use crate::case::{
     ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase,
     MaterialCase, MaterialParameter, NoiseCase, PriorCase, QoiCase, SpecimenGeometry,
-    SurrogateCase, TestCase, VirtualCase,
+    SurrogateCase, TestCase, Toe, VirtualCase,
 };
 use crate::experiment::SpecimenTable;
 
@@ -32,6 +32,16 @@ pub(super) struct Sources {
     files: BTreeMap<String, String>,
 }
 
+impl Sources {
+    /// Names of the files.
+    pub(super) fn files(&self) -> impl Iterator<Item = &str> {
+        self.files.keys().map(String::as_str)
+    }
+}
+
+/// Refuses a file by its name.
+type Guard<'a> = &'a dyn Fn(&str) -> Result<(), WorkflowError>;
+
 /// The case and the directory of the results as a stage sees them.
 pub(super) struct Inputs<'a> {
     file: &'a CaseFile,
@@ -39,6 +49,8 @@ pub(super) struct Inputs<'a> {
     values: toml::Table,
     /// The name of the stage that writes a file.
     writer: fn(&str) -> Option<&'static str>,
+    /// Refuses what was made from something else than is there now.
+    guard: Option<Guard<'a>>,
     /// Not for threads: simulations under way cannot read what the run was not named by.
     read: RefCell<Sources>,
 }
@@ -51,7 +63,12 @@ impl<'a> Inputs<'a> {
         writer: fn(&str) -> Option<&'static str>,
     ) -> Self {
         let values = toml::Table::try_from(&file.case).unwrap_or_default();
-        Self { file, dir, values, writer, read: RefCell::default() }
+        Self { file, dir, values, writer, guard: None, read: RefCell::default() }
+    }
+
+    /// The same for a stage at work, to which a file is given only if the guard lets it pass.
+    pub(super) fn guarded(self, guard: Guard<'a>) -> Self {
+        Self { guard: Some(guard), ..self }
     }
 
     /// What has been read so far.
@@ -254,6 +271,17 @@ impl Inputs<'_> {
         }
     }
 
+    /// What is done about the soft start of curves.
+    pub(super) fn toe(&self) -> Toe {
+        self.reads("experiments.toe");
+        self.file.case.experiments.as_ref().map(|e| e.toe).unwrap_or_default()
+    }
+
+    /// Refuses load steps too few for curves that quantities of interest are taken from.
+    pub(super) fn check_steps(&self) -> Result<(), WorkflowError> {
+        Ok(self.file.check_steps()?)
+    }
+
     /// The table of the specimens with their curves.
     pub(super) fn specimen_table(&self) -> Result<SpecimenTable, WorkflowError> {
         self.file.table()?;
@@ -274,7 +302,7 @@ impl Inputs<'_> {
         let path = self.reads_file(name);
         match self.writer_of(name) {
             Some(stage) if !path.is_file() => Err(WorkflowError::Missing { path, stage }),
-            _ => Ok(path),
+            _ => self.guard.map_or(Ok(()), |guard| guard(name)).map(|()| path),
         }
     }
 

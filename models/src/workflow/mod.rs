@@ -2,36 +2,43 @@
 //!
 //! | stage | reads | writes |
 //! |---|---|---|
-//! | (opening) | the case and what it names | `case.toml` (every default written out), `specimen.msh` or `experiments/` (copies) |
+//! | (opening) | the case and what it names | `case.toml` (every default written out), `specimen.msh` or `experiments/` (copies), `origin.toml` (whose case it is) |
 //! | segment | the image, or a packing to be scanned | `scan.tif` (virtual), `labels.tif`, `solid.tif` (part of each voxel that is grain), `grains.csv`, `segment.csv` (`quantity,value`), `slices.png`, `grains.png`, `grain_sizes.svg` |
 //! | mesh | `case.toml`; `labels.tif`, `solid.tif`, `segment.csv` where there is an image | `mesh.vtu` (regions, grains), `mesh.msh` (Gmsh 4.1), `mesh.csv` (`quantity,value`), `mesh.png` (cut open), `mesh_quality.svg` |
-//! | experiments | `mesh.msh`, `experiments/` | virtual: `experiments/{specimens,truth,bias}.csv`, `experiments/curves/`; `experiments.csv` |
+//! | experiments | `mesh.msh`, `experiments/` | virtual: `experiments/{specimens,truth,bias}.csv`, `experiments/curves/`; `experiments.csv`, `curve_checks.csv` (`id,finding,value,help`) |
 //! | ensemble | `mesh.msh` | `ensemble/` (one file a run, for resuming), `runs.csv` (a [`surrogate::Dataset`]), `failed_runs.csv`, `curves/run-*.csv` |
 //! | surrogate | `runs.csv` | `surrogate.json`, `surrogate_orders.csv`, `surrogate_error.json` |
-//! | calibrate | `surrogate.json`, `experiments.csv` | `posterior.zarr`, `posterior.csv`, `sampling.csv`, `summary.csv`, `summary.txt`, `warnings.txt`, `map.csv`, `uncertainty.csv` |
+//! | calibrate | `surrogate.json`, `experiments.csv` | `posterior.zarr`, `posterior.csv`, `sampling.csv`, `summary.csv`, `summary.txt`, `warnings.txt`, `range.csv` (`qoi,experiment_mean,low,high,inside`), `map.csv`, `uncertainty.csv` |
 //! | confirm | `map.csv`, `posterior.csv`, `mesh.msh` | `confirm.csv`, `confirm_runs.csv`, `curves/map.csv`, `curves/draw-*.csv`, `curves/finer-map.csv` |
 //! | report | all of these | `report.html` |
 //!
 //! `stages.toml` remembers what each finished stage has read, key by key of the case and file by file,
 //! and what it wrote. A stage is done again when one of them has changed, so the same command after an
-//! interruption goes on where it stopped, and repairs a damaged result.
+//! interruption goes on where it stopped, and repairs a damaged result. A stage that is run by itself
+//! takes no file that was made from something else than is there now, and a directory belongs to one case.
 
 mod calibrate;
 mod confirm;
 mod content_hash;
+mod copies;
 mod ensemble;
 mod error;
 mod experiments;
 mod files;
+mod freshness;
+mod gate;
 mod inputs;
+mod leftovers;
 mod mesh;
 mod packings;
 mod report;
+mod resolution;
 mod runs;
 mod segment;
 mod simulate;
 mod simulator;
 mod specimen;
+mod specimen_checks;
 mod stage;
 mod stages;
 mod surrogate;
@@ -40,7 +47,6 @@ mod task;
 mod tests;
 mod uncertainty;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -51,11 +57,13 @@ pub use stage::Stage;
 pub use stages::STAGES;
 
 use crate::case::CaseFile;
-use crate::experiment::SpecimenTable;
 use crate::progress::say;
-use files::{SPECIMENS, same_file, write};
+use copies::Copies;
+use files::write;
+use freshness::{Freshness, Records};
 use inputs::Inputs;
-use task::{StageRecord, Task};
+use leftovers::remove_leftovers;
+use task::Task;
 
 /// A case being worked on in a directory.
 ///
@@ -76,6 +84,9 @@ pub struct Workflow<'a> {
     dir: PathBuf,
     threads: usize,
     interrupt: &'a AtomicBool,
+    accept_out_of_range: bool,
+    copies: Copies,
+    freshness: Freshness,
 }
 
 impl<'a> Workflow<'a> {
@@ -86,45 +97,58 @@ impl<'a> Workflow<'a> {
     /// [`WorkflowError::Interrupted`] is returned.
     ///
     /// # Errors
-    /// A file that the case names is wrong; the directory cannot be written.
+    /// A file that the case names is wrong; the directory has the results of another case, or cannot
+    /// be written.
     pub fn open(
         source: &CaseFile,
         dir: &Path,
         threads: usize,
         interrupt: &'a AtomicBool,
     ) -> Result<Self, WorkflowError> {
+        let copies = Copies::of(source, dir)?;
+        copies.check_owner(source, dir)?;
+        Self::with(copies, source, dir, threads, interrupt)
+    }
+
+    /// Like [`Workflow::open`] for a directory that may have the results of another case: what differs
+    /// is made again.
+    ///
+    /// # Errors
+    /// As [`Workflow::open`].
+    pub fn reuse(
+        source: &CaseFile,
+        dir: &Path,
+        threads: usize,
+        interrupt: &'a AtomicBool,
+    ) -> Result<Self, WorkflowError> {
+        Self::with(Copies::of(source, dir)?, source, dir, threads, interrupt)
+    }
+
+    fn with(
+        copies: Copies,
+        source: &CaseFile,
+        dir: &Path,
+        threads: usize,
+        interrupt: &'a AtomicBool,
+    ) -> Result<Self, WorkflowError> {
         std::fs::create_dir_all(dir).map_err(|e| WorkflowError::results(dir, e))?;
-        let mut file = CaseFile { path: dir.join("case.toml"), case: source.case.clone() };
-        if let Some(mesh) = &mut file.case.specimen.mesh {
-            let (from, to) = (source.beside(mesh), dir.join("specimen.msh"));
-            if !same_file(&from, &to) {
-                std::fs::copy(&from, &to).map_err(|e| WorkflowError::io(&from, e))?;
-            }
-            *mesh = "specimen.msh".into();
-        }
-        if let Some(stack) = file.case.specimen.image.as_mut().and_then(|i| i.stack.as_mut()) {
-            // too large to be copied
-            let from = source.beside(stack);
-            *stack = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
-        }
-        if let Some(table) = file.case.experiments.as_mut().and_then(|e| e.table.as_mut()) {
-            let (from, to) = (source.beside(table), dir.join(SPECIMENS));
-            if from.is_file() {
-                let specimens = SpecimenTable::read(&from)?;
-                if !same_file(&from, &to) {
-                    let files = specimens.to_files().map_err(|e| WorkflowError::io(&to, e))?;
-                    for (path, text) in files {
-                        write(&dir.join("experiments").join(path), &text)?;
-                    }
-                }
-                *table = SPECIMENS.into();
-            } else {
-                // a mesh can be made before the specimens are tested; the experiments stage asks again
-                *table = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
-            }
-        }
-        write(&file.path, file.case.to_toml().as_bytes())?;
-        Ok(Self { file, dir: dir.to_owned(), threads, interrupt })
+        copies.write(source, dir)?;
+        let file = CaseFile { path: dir.join("case.toml"), case: copies.case.clone() };
+        Ok(Self {
+            file,
+            dir: dir.to_owned(),
+            threads,
+            interrupt,
+            accept_out_of_range: false,
+            copies,
+            freshness: Freshness::default(),
+        })
+    }
+
+    /// The same, calibrating even against data that no simulation reaches; nothing is called identified
+    /// then.
+    pub fn accept_out_of_range(self) -> Self {
+        Self { accept_out_of_range: true, ..self }
     }
 
     /// Runs every stage that is not finished already.
@@ -132,20 +156,44 @@ impl<'a> Workflow<'a> {
     /// # Errors
     /// What ended a stage.
     pub fn run_all(&self) -> Result<(), WorkflowError> {
-        self.file.table()?;
-        STAGES.iter().try_for_each(|stage| self.run(stage))
+        let ready = self.file.table().and_then(|_| self.file.check_steps());
+        ready.map_err(|e| self.copies.named_by_owner(e.into()))?;
+        STAGES.iter().try_for_each(|stage| self.make(stage))
     }
 
     /// Runs one stage, unless it is finished and what it read and what it wrote are unchanged.
     ///
     /// # Errors
-    /// What ended the stage; a stage before it that has not been run.
+    /// What ended the stage; a stage before it that has not been run, or has to be run again.
     pub fn run(&self, stage: &'static Stage) -> Result<(), WorkflowError> {
+        if stage.name == "report" {
+            self.check_all_before(stage)?;
+        }
+        self.make(stage)
+    }
+
+    /// A report shows what all stages left: none of those that have been run may be due.
+    fn check_all_before(&self, stage: &Stage) -> Result<(), WorkflowError> {
+        let records = self.finished();
+        let inputs = self.inputs();
+        for earlier in STAGES.iter().take_while(|earlier| earlier.name != stage.name) {
+            let change = records.get(earlier.name).and_then(|r| r.change(&inputs, &self.dir));
+            if let Some(change) = change {
+                let path = self.dir.join(earlier.products[0]);
+                return Err(WorkflowError::Stale { path, stage: earlier.name.to_owned(), change });
+            }
+        }
+        Ok(())
+    }
+
+    fn inputs(&self) -> Inputs<'_> {
+        Inputs::new(&self.file, &self.dir, Stage::that_writes)
+    }
+
+    fn make(&self, stage: &'static Stage) -> Result<(), WorkflowError> {
         let mut finished = self.finished();
-        let earlier = finished.get(stage.name).cloned();
-        let inputs = Inputs::new(&self.file, &self.dir, Stage::that_writes);
-        if let Some(earlier) = &earlier {
-            match earlier.change(&inputs, &self.dir) {
+        if let Some(earlier) = finished.get(stage.name) {
+            match earlier.change(&self.inputs(), &self.dir) {
                 None => {
                     say(stage.name, "finished before, unchanged");
                     return Ok(());
@@ -154,13 +202,16 @@ impl<'a> Workflow<'a> {
             }
         }
         let start = Instant::now();
-        let task = Task::new(stage.name, inputs, &self.dir, self.threads, self.interrupt);
-        let result = (stage.run)(&task)?;
+        self.freshness.clear();
+        let unguarded = self.inputs();
+        let guard = |name: &str| self.freshness.check(name, &finished, &unguarded, &self.dir);
+        let inputs = self.inputs().guarded(&guard);
+        let mut task = Task::new(stage.name, inputs, &self.dir, self.threads, self.interrupt);
+        task.accept_out_of_range = self.accept_out_of_range;
+        let result = (stage.run)(&task).map_err(|error| self.copies.named_by_owner(error))?;
         say(stage.name, &format!("{result} ({:.1} s)", start.elapsed().as_secs_f64()));
         let trace = task.trace()?;
-        if let Some(earlier) = earlier {
-            earlier.remove_stale(&trace, &self.dir)?;
-        }
+        remove_leftovers(stage, &trace, &self.dir)?;
         finished.insert(stage.name.to_owned(), trace);
         let text = toml::to_string(&finished).expect("names and fingerprints are plain text");
         write(&self.dir.join("stages.toml"), text.as_bytes())
@@ -171,14 +222,12 @@ impl<'a> Workflow<'a> {
     pub fn due(&self, stage: &Stage) -> Option<String> {
         match self.finished().get(stage.name) {
             None => Some("it has not been run".to_owned()),
-            Some(trace) => {
-                trace.change(&Inputs::new(&self.file, &self.dir, Stage::that_writes), &self.dir)
-            }
+            Some(trace) => trace.change(&self.inputs(), &self.dir),
         }
     }
 
     /// The stages that have been run to their end.
-    fn finished(&self) -> BTreeMap<String, StageRecord> {
+    fn finished(&self) -> Records {
         std::fs::read_to_string(self.dir.join("stages.toml"))
             .ok()
             .and_then(|text| toml::from_str(&text).ok())

@@ -31,6 +31,7 @@ pub static STAGES: [Stage; 8] = [
         about: "Take the quantities of interest of the specimens, or make virtual ones: experiments.csv",
         products: &[
             "experiments.csv",
+            "curve_checks.csv",
             "experiments/specimens.csv",
             "experiments/truth.csv",
             "experiments/bias.csv",
@@ -60,6 +61,7 @@ pub static STAGES: [Stage; 8] = [
             "summary.csv",
             "summary.txt",
             "warnings.txt",
+            "range.csv",
             "map.csv",
             "uncertainty.csv",
         ],

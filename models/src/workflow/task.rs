@@ -26,27 +26,33 @@ pub(super) struct StageRecord {
 impl StageRecord {
     /// Why the stage has to be run again, in words; nothing if it has not.
     pub(super) fn change(&self, inputs: &Inputs<'_>, dir: &Path) -> Option<String> {
+        let damaged = || self.products.keys().find(|name| !self.wrote(name, dir));
+        self.source_change(inputs)
+            .or_else(|| damaged().map(|name| format!("{name} is missing or was changed")))
+    }
+
+    /// What has changed of all that the stage has read, in words.
+    pub(super) fn source_change(&self, inputs: &Inputs<'_>) -> Option<String> {
         if self.program != env!("CARGO_PKG_VERSION") {
             return Some("another version of the program ran it".to_owned());
         }
-        let is_whole = |name: &str, sum: &str| {
-            ContentHash::of_path(&dir.join(name)).is_ok_and(|now| now.to_string() == sum)
-        };
-        let damaged = || self.products.iter().find(|(name, sum)| !is_whole(name, sum));
-        inputs
-            .change(&self.sources)
-            .or_else(|| damaged().map(|(name, _)| format!("{name} is missing or was changed")))
+        inputs.change(&self.sources)
     }
 
-    /// Removes what this run wrote and the next one did not.
-    pub(super) fn remove_stale(&self, next: &StageRecord, dir: &Path) -> Result<(), WorkflowError> {
-        for name in self.products.keys().filter(|name| !next.products.contains_key(*name)) {
-            let path = dir.join(name);
-            if path.is_file() {
-                std::fs::remove_file(&path).map_err(|e| WorkflowError::io(&path, e))?;
-            }
-        }
-        Ok(())
+    /// Names of the files that it has read.
+    pub(super) fn files_read(&self) -> impl Iterator<Item = &str> {
+        self.sources.files()
+    }
+
+    /// Whether a file or folder is one of its products.
+    pub(super) fn has_written(&self, name: &str) -> bool {
+        self.products.contains_key(name)
+    }
+
+    /// Whether a product is as it was written.
+    pub(super) fn wrote(&self, name: &str, dir: &Path) -> bool {
+        let now = ContentHash::of_path(&dir.join(name)).map(|sum| sum.to_string());
+        self.products.get(name).is_some_and(|sum| now.is_ok_and(|now| now == *sum))
     }
 }
 
@@ -55,6 +61,8 @@ pub(super) struct Task<'a> {
     pub(super) inputs: Inputs<'a>,
     pub(super) threads: usize,
     pub(super) interrupt: &'a AtomicBool,
+    /// Whether a calibration goes on against data that no simulation reaches.
+    pub(super) accept_out_of_range: bool,
     /// Name of the stage.
     stage: &'static str,
     dir: &'a Path,
@@ -69,7 +77,9 @@ impl<'a> Task<'a> {
         threads: usize,
         interrupt: &'a AtomicBool,
     ) -> Self {
-        Self { inputs, threads, interrupt, stage, dir, products: RefCell::default() }
+        let accept_out_of_range = false;
+        let products = RefCell::default();
+        Self { inputs, threads, interrupt, accept_out_of_range, stage, dir, products }
     }
 
     /// The name of the stage.

@@ -52,11 +52,13 @@ fn the_specimen_table_is_needed_from_the_experiments_on_and_heights_are_in_mm() 
     assert!(missing.contains("experiments.table") && missing.contains("no such"), "{missing}");
 
     std::fs::create_dir(dir.path().join("curves")).unwrap();
-    let table = "id,height_mm,radius_mm,group\nS-1,4400,2.5,50C\n";
+    let table = "id,height_mm,radius_mm,group\nS-1,4400,2.5,50C\nS-2,4.4,2.5,50C\n";
     std::fs::write(dir.path().join("specimens.csv"), table).unwrap();
     let curve =
         "displacement_mm,force_N\n0,0\n0.03,48\n0.04,64\n0.05,80\n0.1,140\n0.12,147\n0.14,140\n";
-    std::fs::write(dir.path().join("curves/S-1.csv"), curve).unwrap();
+    for id in ["S-1", "S-2"] {
+        std::fs::write(dir.path().join(format!("curves/{id}.csv")), curve).unwrap();
+    }
     let workflow = Workflow::open(&case, &out, 1, &interrupt).unwrap();
     let slip = workflow.run(stage("experiments")).unwrap_err().to_string();
     for part in ["specimens.csv", "S-1", "height_mm = 4400", "4.4000 mm", "in mm"] {

@@ -48,9 +48,7 @@ pub(super) fn find(posterior: &Posterior, names: &ShownNames, warnings: &mut War
             WarningKind::Divergences,
             &format!("{divergences} of {total} trajectories "),
             &format!("diverged{of_these}{place}"),
-            "The posterior is too curved there for the step size, and draws are missing: raise \
-             the target acceptance (to 0.95, then 0.99), take the slower warmup of \
-             `Nuts::stan_compatible`, or reparametrise",
+            too_curved(runs),
         );
     }
 
@@ -81,6 +79,23 @@ fn maps(runs: &[Chain]) -> String {
 
 /// The parameters whose divergences lie farthest from the centre of the posterior, in units of the
 /// width of its central half: in heavy tails, where many of them are, there may be no other width.
+/// What to try where trajectories diverge, given the acceptance that was aimed at.
+fn too_curved(runs: &[Chain]) -> &'static str {
+    let target = runs.iter().map(|run| run.warmup.target_acceptance).fold(0.0, f64::max);
+    if target < 0.95 {
+        "The posterior is too curved there for the step size, and draws are missing: raise the \
+         target acceptance (to 0.95, then 0.99), take the slower warmup of \
+         `Nuts::stan_compatible`, or reparametrise"
+    } else if target < 0.99 {
+        "The posterior is too curved there for the step size, and draws are missing: raise the \
+         target acceptance to 0.99, take the slower warmup of `Nuts::stan_compatible`, or \
+         reparametrise"
+    } else {
+        "The posterior is too curved there for any step size that is worth its time, and draws are \
+         missing: reparametrise, or give stronger priors"
+    }
+}
+
 fn where_divergences_are(posterior: &Posterior, names: &ShownNames) -> String {
     let points: Vec<_> = posterior.divergences.iter().filter(|p| !p.values.is_empty()).collect();
     let Some(first) = points.first() else {

@@ -226,12 +226,29 @@ fn divergences_are_located_in_the_neck_of_a_funnel() {
     let summary = posterior.summary();
     let found = summary.warnings.iter().find(|f| f.kind == WarningKind::Divergences);
     assert!(found.is_some_and(|f| f.what.contains("v ≈ ")), "{summary}");
+    assert!(found.is_some_and(|f| f.advice.contains("to 0.95, then 0.99")), "{summary}");
     let v =
         posterior.divergences.iter().filter_map(|d| d.values.iter().find(|(name, _)| name == "v"));
     let v: Vec<f64> = v.map(|(_, value)| *value).collect();
     let mean = v.iter().sum::<f64>() / v.len() as f64;
     let everywhere = summary.row("v").expect("a parameter").mean;
     assert!(mean < everywhere - 0.5, "diverged at {mean}, drawn around {everywhere}");
+}
+
+#[test]
+fn nobody_is_told_to_raise_the_target_acceptance_to_what_it_is() {
+    let model = funnel();
+    for (target, advice) in [(0.95, "acceptance to 0.99,"), (0.99, "reparametrise, or give")] {
+        let mut seeds = (0..40).map(|seed| {
+            let sampler = Nuts::default().chains(4).warmup(100).draws(1000).seed(seed);
+            let run = sampler.target_accept(target).run(&model).expect("runs");
+            Posterior::from_chains(&model, run, seed).expect("its chains")
+        });
+        let diverged = seeds.find(|posterior| posterior.chains.divergences() > 0);
+        let summary = diverged.expect("a funnel has a neck").summary();
+        let found = summary.warnings.iter().find(|f| f.kind == WarningKind::Divergences);
+        assert!(found.is_some_and(|f| f.advice.contains(advice)), "{summary}");
+    }
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Quantities of interest, prior, surrogate, sampler and experiments.
 
+use ::surrogate::OrderRule;
 use fem::FemError;
 
 use super::super::{
@@ -7,6 +8,9 @@ use super::super::{
 };
 use crate::error::InputError;
 use crate::qoi::Quantity;
+
+/// A slope's window is a fifth of the displacement at peak wide and has to hold two points.
+const LEAST_STEPS: f64 = 10.0;
 
 impl CaseFile {
     pub(super) fn check_calibration(&self) -> Result<(), InputError> {
@@ -25,14 +29,14 @@ impl CaseFile {
         }
         let runs_help = "The paper uses 100; order 3 in three parameters needs more than 20.";
         self.within("design.runs", case.design.runs as f64, 4.0, 1e6, "runs", runs_help)?;
-        self.within(
-            "surrogate.max_order",
-            case.surrogate.max_order as f64,
-            0.0,
-            8.0,
-            whole,
-            "Orders 0 to 8 are tried; the paper's choice is 3.",
-        )?;
+        let max_order = case.surrogate.max_order as f64;
+        let help = "Orders up to this one are tried: order 0 alone is a constant, from which \
+                    nothing can be calibrated; the paper's choice is 3.";
+        self.within("surrogate.max_order", max_order, 1.0, 8.0, whole, help)?;
+        if let OrderRule::Fixed(order) = case.surrogate.rule {
+            let help = "Write rule = { fixed = 3 }, at most max_order.";
+            self.within("surrogate.rule.fixed", order as f64, 1.0, max_order, whole, help)?;
+        }
         let c = &case.calibration;
         self.within(
             "calibration.chains",
@@ -70,6 +74,18 @@ impl CaseFile {
             "simulations",
             "A few show the posterior's spread.",
         )
+    }
+
+    /// Refuses load steps too few for curves that quantities of interest are taken from. A single
+    /// simulation may have fewer, so that [`CaseFile::read`] does not ask.
+    ///
+    /// # Errors
+    /// Names the key and what to write.
+    pub(crate) fn check_steps(&self) -> Result<(), InputError> {
+        let Some(steps) = self.case.test.steps else { return Ok(()) };
+        let help = "A curve that a slope and a peak are taken from has points on both sides of \
+                    the peak: the paper takes 44 steps. Leave it out for adaptive steps.";
+        self.within("test.steps", f64::from(steps), LEAST_STEPS, 1e9, "steps", help)
     }
 
     fn check_quantities(&self, quantities: &[Quantity]) -> Result<(), InputError> {

@@ -6,6 +6,9 @@ mod simulation;
 use super::{CaseFile, SpecimenGeometry};
 use crate::error::{InputError, closest};
 
+/// What the regions of most specimens are called.
+const USUAL_REGIONS: [&str; 2] = ["matrix", "grain"];
+
 impl CaseFile {
     /// Names of the regions whose materials the case must give.
     fn regions(&self, geometry: &SpecimenGeometry) -> Vec<String> {
@@ -22,10 +25,11 @@ impl CaseFile {
     pub(super) fn validate(&self) -> Result<(), InputError> {
         let geometry = self.geometry()?;
         self.check_specimen(&geometry)?;
-        for region in self.regions(&geometry) {
-            if !self.case.material.contains_key(&region) {
+        let regions = self.regions(&geometry);
+        for region in &regions {
+            if !self.case.material.contains_key(region) {
                 let given: Vec<&str> = self.case.material.keys().map(String::as_str).collect();
-                let hint = closest(&region, given.iter().copied())
+                let hint = closest(region, given.iter().copied())
                     .map(|slip| format!("Is material.{slip} meant? "))
                     .unwrap_or_default();
                 return Err(self.error(
@@ -36,12 +40,31 @@ impl CaseFile {
                 ));
             }
         }
+        self.check_used(&regions)?;
         for (region, material) in &self.case.material {
             self.check_material(region, material)?;
         }
         self.check_test()?;
         self.check_calibration()?;
         self.check_experiments(&geometry)
+    }
+
+    /// Refuses materials that no region can have. A material of grains may wait for them.
+    fn check_used(&self, regions: &[String]) -> Result<(), InputError> {
+        let known: Vec<&str> = regions.iter().map(String::as_str).chain(USUAL_REGIONS).collect();
+        let mut given = self.case.material.keys();
+        let Some(unknown) = given.find(|region| !known.contains(&region.as_str())) else {
+            return Ok(());
+        };
+        let hint = closest(unknown, known.iter().copied())
+            .map(|region| format!("Did you mean material.{region}? "))
+            .unwrap_or_default();
+        Err(self.error(
+            &format!("material.{unknown}"),
+            "",
+            "belongs to no region of the specimen",
+            format!("{hint}The regions are: {}.", regions.join(", ")),
+        ))
     }
 
     /// Refuses a value outside `lower..=upper`, NaN included.

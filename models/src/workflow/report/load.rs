@@ -7,7 +7,7 @@ use surrogate::{Dataset, DynPce, FitReport, OrderRule};
 
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
-use crate::case::{Case, MaterialParameter, PriorBounds};
+use crate::case::{Case, MaterialParameter, PriorBounds, Toe};
 use crate::error::InputError;
 use crate::qoi::Quantity;
 use crate::report::{
@@ -163,11 +163,17 @@ fn parameters(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<CalibratedParamete
     let summary = CsvTable::read(&summary, &["parameter", "mean", "sd", "contraction"])?;
     let map = CsvTable::read(&map, &["parameter", "map"])?;
     let one_region = |p: &MaterialParameter| prior.parameters().all(|q| q.region == p.region);
+    let out_of_range = is_out_of_range(inputs)?;
     let mut parameters = Vec::new();
     for ((parameter, &PriorBounds([lower, upper])), name) in prior.iter().zip(&names[1..]) {
         let mut chains: Vec<Vec<f64>> = Vec::new();
         for row in draws.rows() {
-            let chain = row.number("chain")? as usize;
+            let chain = row.number("chain")?;
+            if !(0.0..case.calibration.chains as f64).contains(&chain) || chain.fract() != 0.0 {
+                let help = "Run `breccia calibrate` again.";
+                return Err(row.error("chain", "is no chain of this case", help).into());
+            }
+            let chain = chain as usize;
             chains.resize_with(chains.len().max(chain + 1), Vec::new);
             chains[chain].push(row.number(name)?);
         }
@@ -185,9 +191,17 @@ fn parameters(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<CalibratedParamete
             contraction: of(&summary, "contraction")?,
             map: of(&map, "map")?,
             truth: map.named("parameter", name)?.text("truth").parse().ok(),
+            out_of_range,
         });
     }
     Ok(parameters)
+}
+
+/// Whether the calibration went on against data that no simulation reaches.
+fn is_out_of_range(inputs: &Inputs<'_>) -> Result<bool, WorkflowError> {
+    let path = inputs.file("range.csv")?;
+    let table = CsvTable::read(&path, &["inside"])?;
+    Ok(table.rows().any(|row| row.text("inside") != "true"))
 }
 
 fn qois(
@@ -238,6 +252,9 @@ fn experiments(inputs: &Inputs<'_>, results: &mut Results) -> Result<(), Workflo
     let table = inputs.chosen(inputs.specimen_table()?)?;
     let path = inputs.file("experiments.csv")?;
     let used = CsvTable::read(&path, &["id", "displacement_factor"])?;
+    let corrected = inputs.toe() == Toe::Correct;
+    let looked = inputs.file("curve_checks.csv")?;
+    let looked = CsvTable::read(&looked, &["id", "finding", "value"])?;
     let end = results.ensemble.iter().flatten().map(|p| p.0).fold(0.0, f64::max);
     for specimen in table.specimens {
         let factor = used.named("id", &specimen.id)?.number("displacement_factor")?;
@@ -248,12 +265,20 @@ fn experiments(inputs: &Inputs<'_>, results: &mut Results) -> Result<(), Workflo
                 specimen.id, specimen.height_mm
             ));
         }
-        let curve = specimen.curve.scale_displacement(factor);
+        let toe = if corrected { toe_mm(&looked, &specimen.id)? } else { 0.0 };
+        let curve = specimen.curve.shift_displacement(-toe).scale_displacement(factor);
         // what was measured beyond the simulated range would hide the rest
         let points = curve.displacement_mm.into_iter().zip(curve.force_n);
         results.experiments.push((specimen.id, points.filter(|p| p.0 <= 1.05 * end).collect()));
     }
     Ok(())
+}
+
+/// Where a specimen's curve begins to carry load.
+fn toe_mm(looked: &CsvTable<'_>, id: &str) -> Result<f64, InputError> {
+    let mut rows = looked.rows();
+    let toe = rows.find(|row| row.text("id") == id && row.text("finding") == "toe");
+    toe.map_or(Ok(0.0), |row| row.number("value"))
 }
 
 /// What belongs to the reading of results on virtual specimens.

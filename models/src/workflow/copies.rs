@@ -1,0 +1,167 @@
+//! The folder of the results as a case of its own: what is copied there, whose case it is, and how
+//! messages name a person's files and not our copies of them.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::WorkflowError;
+use super::files::{SPECIMENS, same_file, write};
+use crate::case::{Case, CaseFile};
+use crate::error::InputError;
+use crate::experiment::SpecimenTable;
+
+/// Which case a folder belongs to.
+const ORIGIN: &str = "origin.toml";
+
+/// `origin.toml`.
+#[derive(Serialize, Deserialize)]
+struct Origin {
+    /// The case's file.
+    case: PathBuf,
+}
+
+/// A case whose files lie beside it in the folder of the results.
+#[derive(Clone, Debug)]
+pub(super) struct Copies {
+    /// The case; what it names is in the folder.
+    pub(super) case: Case,
+    /// Places in the folder, and what is written there.
+    files: Vec<(PathBuf, Vec<u8>)>,
+    /// Our copies and the person's own files or folders.
+    originals: Vec<(PathBuf, PathBuf)>,
+}
+
+impl Copies {
+    /// What of a case goes to `dir`; nothing is written yet.
+    ///
+    /// # Errors
+    /// A file that the case names is wrong.
+    pub(super) fn of(source: &CaseFile, dir: &Path) -> Result<Self, WorkflowError> {
+        let mut copies =
+            Self { case: source.case.clone(), files: Vec::new(), originals: Vec::new() };
+        if source.path.is_file() {
+            copies.originals.push((dir.join("case.toml"), source.path.clone()));
+        }
+        if let Some(mesh) = &mut copies.case.specimen.mesh {
+            let (from, to) = (source.beside(mesh), dir.join("specimen.msh"));
+            if !same_file(&from, &to) {
+                let content = std::fs::read(&from).map_err(|e| WorkflowError::io(&from, e))?;
+                copies.files.push((to.clone(), content));
+                copies.originals.push((to, from));
+            }
+            *mesh = "specimen.msh".into();
+        }
+        if let Some(stack) = copies.case.specimen.image.as_mut().and_then(|i| i.stack.as_mut()) {
+            // too large to be copied
+            let from = source.beside(stack);
+            *stack = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
+        }
+        if let Some(table) = copies.case.experiments.as_mut().and_then(|e| e.table.as_mut()) {
+            let (from, to) = (source.beside(table), dir.join(SPECIMENS));
+            if from.is_file() {
+                let specimens = SpecimenTable::read(&from)?;
+                if !same_file(&from, &to) {
+                    let files = specimens.to_files().map_err(|e| WorkflowError::io(&to, e))?;
+                    let folder = dir.join("experiments");
+                    copies.files.extend(files.into_iter().map(|(p, text)| (folder.join(p), text)));
+                    let curves = from.with_file_name("curves");
+                    copies.originals.extend([(to, from), (folder.join("curves"), curves)]);
+                }
+                *table = SPECIMENS.into();
+            } else {
+                // a mesh can be made before the specimens are tested; the experiments stage asks again
+                *table = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
+            }
+        }
+        Ok(copies)
+    }
+
+    /// Refuses a folder with results of another case.
+    ///
+    /// A case is known by its file, or else by what it tests and calibrates: specimen, prior and
+    /// experiments, curves and mesh included. Other values in one file are the same case going on.
+    ///
+    /// # Errors
+    /// [`WorkflowError::OtherFolder`].
+    pub(super) fn check_owner(&self, source: &CaseFile, dir: &Path) -> Result<(), WorkflowError> {
+        if !dir.join("stages.toml").is_file() || same_file(&source.path, &dir.join("case.toml")) {
+            return Ok(());
+        }
+        let owner: Option<Origin> = std::fs::read_to_string(dir.join(ORIGIN))
+            .ok()
+            .and_then(|text| toml::from_str(&text).ok());
+        let is_named = owner.as_ref().is_some_and(|owner| owner.case == name_of(source));
+        if is_named || self.is_alike(dir) {
+            return Ok(());
+        }
+        let owner = owner.map_or_else(|| dir.join("case.toml"), |owner| owner.case);
+        Err(WorkflowError::OtherFolder { path: dir.to_owned(), owner })
+    }
+
+    /// Whether the case in the folder tests and calibrates the same.
+    fn is_alike(&self, dir: &Path) -> bool {
+        let there: Option<toml::Table> =
+            std::fs::read_to_string(dir.join("case.toml")).ok().and_then(|text| text.parse().ok());
+        let (Some(there), Ok(here)) = (there, toml::Table::try_from(&self.case)) else {
+            return false;
+        };
+        let part = |key: &str| there.get(key) == here.get(key);
+        ["specimen", "prior", "experiments"].into_iter().all(part)
+            && self
+                .files
+                .iter()
+                .all(|(path, content)| std::fs::read(path).is_ok_and(|now| now == *content))
+    }
+
+    /// Writes the case and what it names, and whose they are.
+    ///
+    /// # Errors
+    /// The folder cannot be written.
+    pub(super) fn write(&self, source: &CaseFile, dir: &Path) -> Result<(), WorkflowError> {
+        for (path, content) in &self.files {
+            write(path, content)?;
+        }
+        let case = dir.join("case.toml");
+        if !same_file(&source.path, &case) {
+            let origin = Origin { case: name_of(source) };
+            let path = dir.join(ORIGIN);
+            let text = toml::to_string(&origin)
+                .map_err(|e| WorkflowError::Unusable(format!("{}: {e}", path.display())))?;
+            write(&path, text.as_bytes())?;
+        }
+        write(&case, self.case.to_toml().as_bytes())
+    }
+
+    /// The error with the names of a person's own files in place of those of our copies.
+    pub(super) fn named_by_owner(&self, error: WorkflowError) -> WorkflowError {
+        use WorkflowError as E;
+        let own = |path: PathBuf| self.original(&path).unwrap_or(path);
+        match error {
+            E::Input(e) => {
+                let file = own(PathBuf::from(&e.file)).display().to_string();
+                E::Input(InputError { file, ..e })
+            }
+            E::UnsoundMesh { path, source } => E::UnsoundMesh { path: own(path), source },
+            E::Meshing { file, source } => E::Meshing { file: own(file), source },
+            E::Segmentation { file, source } => E::Segmentation { file: own(file), source },
+            E::Scan { file, source } => E::Scan { file: own(file), source },
+            E::Packing { file, source } => E::Packing { file: own(file), source },
+            E::Test { file, source } => E::Test { file: own(file), source },
+            other => other,
+        }
+    }
+
+    /// The person's own file behind a copy.
+    fn original(&self, path: &Path) -> Option<PathBuf> {
+        self.originals.iter().find_map(|(copy, own)| {
+            let rest = path.strip_prefix(copy).ok()?;
+            Some(if rest.as_os_str().is_empty() { own.clone() } else { own.join(rest) })
+        })
+    }
+}
+
+/// What a case is known by: the place of its file, if it has one.
+fn name_of(source: &CaseFile) -> PathBuf {
+    source.path.canonicalize().unwrap_or_else(|_| source.path.clone())
+}

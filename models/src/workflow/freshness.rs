@@ -1,0 +1,63 @@
+//! Whether what stages have written belongs to the case as it is now.
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use super::WorkflowError;
+use super::inputs::Inputs;
+use super::task::StageRecord;
+
+/// What each finished stage has read and written.
+pub(super) type Records = BTreeMap<String, StageRecord>;
+
+/// Files that were found to be as their stage wrote them, from inputs that are still the same.
+#[derive(Debug, Default)]
+pub(super) struct Freshness {
+    checked: RefCell<BTreeSet<String>>,
+}
+
+impl Freshness {
+    /// Forgets what was found: a stage is being made again.
+    pub(super) fn clear(&self) {
+        self.checked.borrow_mut().clear();
+    }
+
+    /// Refuses a file that its stage did not write as it is, or wrote from what has changed since, up
+    /// to the case.
+    ///
+    /// # Errors
+    /// [`WorkflowError::Stale`].
+    pub(super) fn check(
+        &self,
+        name: &str,
+        records: &Records,
+        inputs: &Inputs<'_>,
+        dir: &Path,
+    ) -> Result<(), WorkflowError> {
+        let Some(stage) = inputs.writer_of(name) else { return Ok(()) };
+        if self.checked.borrow().contains(name) {
+            return Ok(());
+        }
+        let refuse = |change: String| {
+            Err(WorkflowError::Stale { path: dir.join(name), stage: stage.to_owned(), change })
+        };
+        let Some(record) = records.get(stage) else {
+            return refuse(format!("the stage {stage} has not been finished"));
+        };
+        if let Some(change) = record.source_change(inputs) {
+            return refuse(change);
+        }
+        if !record.wrote(name, dir) {
+            return refuse("it was changed, or is of an interrupted run".to_owned());
+        }
+        for file in record.files_read() {
+            // specimens that were measured are beside those that a stage writes
+            if inputs.writer_of(file) != Some(stage) && dir.join(file).exists() {
+                self.check(file, records, inputs, dir)?;
+            }
+        }
+        self.checked.borrow_mut().insert(name.to_owned());
+        Ok(())
+    }
+}

@@ -1,0 +1,33 @@
+//! Whether a mesh resolves the width of a crack.
+
+use fem::{CrackDensity, Quality, TetMesh};
+
+use crate::case::Case;
+
+/// What to say of a simulation on a mesh whose nodes are farther apart than the crack is wide; nothing
+/// where they are not, or nothing can break.
+///
+/// On nodes h apart the effective toughness is Gc (1 + h/(2 l₀)) for AT2 and Gc (1 + 3h/(8 l₀)) for AT1.
+///
+/// # Reference
+/// Bourdin, Francfort & Marigo, The variational approach to fracture, J. Elasticity 91 (2008), section
+/// 8.1.1: Gc (1 + h/(4 c l₀)) with c = 1/2 and 2/3.
+pub(super) fn resolution_note(case: &Case, mesh: &TetMesh) -> Option<String> {
+    let field = case.phase_field.as_ref()?;
+    let breaks = |region: &String| case.material.get(region)?.toughness_n_per_mm;
+    mesh.regions.iter().find_map(breaks)?;
+    let (order, width) = (f64::from(u8::from(case.specimen.order)), field.length_mm);
+    let apart = Quality::of(mesh).mean_edge_mm / order;
+    let part = match field.model {
+        CrackDensity::At2 => 1.0 / 2.0,
+        CrackDensity::At1 => 3.0 / 8.0,
+    };
+    (apart > width).then(|| {
+        format!(
+            "nodes are {apart:.3} mm apart, cracks {width} mm wide: where a crack forms, the mesh makes \
+             the effective toughness {:.1} times as large, Gc (1 + {part} h/l0); take a finer mesh, or \
+             compare two",
+            1.0 + part * apart / width
+        )
+    })
+}

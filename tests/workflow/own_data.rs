@@ -1,0 +1,360 @@
+//! A person's own curves, from the shipped example to the posterior, and what can go wrong on the way.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use super::{breccia, number, table};
+
+/// The example, smaller still: a case of seconds.
+fn smaller(folder: &Path) {
+    let path = folder.join("case.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let changed = text
+        .replace("spacing_mm = 1.2", "spacing_mm = 1.5")
+        .replace("runs = 24", "runs = 12")
+        .replace("max_order = 3", "max_order = 2")
+        .replace("draws = 1000 ", "warmup = 200\nchains = 2\ndraws = 200 ")
+        .replace("draws = 2 ", "draws = 1 ");
+    assert_ne!(changed, text);
+    std::fs::write(path, changed).unwrap();
+}
+
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let target = to.join(entry.file_name());
+        match entry.path().is_dir() {
+            true => copy(&entry.path(), &target),
+            false => drop(std::fs::copy(entry.path(), target).unwrap()),
+        }
+    }
+}
+
+/// A folder with the small example in `mine`, finished in `out`.
+fn finished() -> tempfile::TempDir {
+    static ONCE: OnceLock<tempfile::TempDir> = OnceLock::new();
+    let whole = ONCE.get_or_init(|| {
+        let dir = tempfile::tempdir().unwrap();
+        let (code, _, err) = breccia(dir.path(), &["init", "--own-data", "mine"]);
+        assert_eq!(code, Some(0), "{err}");
+        smaller(&dir.path().join("mine"));
+        let (code, _, err) = breccia(dir.path(), &["run", "mine/case.toml", "--out", "out"]);
+        assert_eq!(code, Some(0), "{err}");
+        dir
+    });
+    let dir = tempfile::tempdir().unwrap();
+    copy(whole.path(), dir.path());
+    // the case is known by its place: that of the copy
+    let origin = dir.path().join("out/origin.toml");
+    let text = std::fs::read_to_string(&origin).unwrap();
+    let [old, new] = [whole, &dir].map(|d| d.path().canonicalize().unwrap());
+    let text = text.replace(&old.display().to_string(), &new.display().to_string());
+    std::fs::write(origin, text).unwrap();
+    dir
+}
+
+fn edit(path: &Path, change: impl Fn(&str) -> String) {
+    let text = std::fs::read_to_string(path).unwrap();
+    let changed = change(&text);
+    assert_ne!(changed, text, "{}", path.display());
+    std::fs::write(path, changed).unwrap();
+}
+
+/// A curve with every reading changed.
+fn readings(text: &str, change: impl Fn(f64, f64) -> (f64, f64)) -> String {
+    let line = |line: &str| match line.split_once(',') {
+        Some((u, force)) if !line.starts_with(['#', 'd']) => {
+            let (u, force) = change(u.parse().unwrap(), force.parse().unwrap());
+            format!("{u},{force}\n")
+        }
+        _ => format!("{line}\n"),
+    };
+    text.lines().map(line).collect()
+}
+
+/// The way of the README: `init --own-data`, own curves in place of the examples, `run`.
+#[test]
+fn a_folder_of_curves_becomes_a_posterior() {
+    let dir = tempfile::tempdir().unwrap();
+    let (code, out, err) = breccia(dir.path(), &["init", "--own-data", "mine"]);
+    assert!(code == Some(0) && out.contains("breccia run mine/case.toml"), "{out} {err}");
+    // a person's four curves take the place of the five
+    for k in 1..=5 {
+        let path = dir.path().join(format!("mine/curves/S-0{k}.csv"));
+        if k < 5 {
+            let own = dir.path().join(format!("mine/curves/mix A {k}.csv"));
+            let text = std::fs::read_to_string(&path).unwrap();
+            std::fs::write(own, readings(&text, |u, f| (u, 1.01 * f))).unwrap();
+        }
+        std::fs::remove_file(path).unwrap();
+    }
+    let rows = (1..=4).map(|k| format!("{},2.5,mix A {k},A\n", 4.4 + 0.01 * f64::from(k)));
+    let text = format!("height_mm,radius_mm,id,group\n{}", rows.collect::<String>());
+    std::fs::write(dir.path().join("mine/specimens.csv"), text).unwrap();
+
+    let (code, out, err) = breccia(dir.path(), &["run", "mine/case.toml", "--out", "out"]);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(out.contains("matrix.young_mpa") && out.contains("report:"), "{out}");
+    assert!(err.contains("mix A 1 is 4.41 mm high"), "{err}");
+    assert!(err.contains("the curves begin to carry load at"), "{err}");
+    let results = dir.path().join("out");
+    assert_eq!(table(&results.join("experiments.csv")).len(), 4);
+    let map = table(&results.join("map.csv"));
+    // what the examples were simulated with, within their scatter and that of the packings
+    for (row, [truth, within]) in map.iter().zip([[280.0, 0.12], [0.3, 0.2]]) {
+        let map = number(row, "map");
+        assert!((map / truth - 1.0).abs() < within, "{row:?}");
+    }
+    for row in table(&results.join("range.csv")) {
+        assert_eq!(row["inside"], "true");
+    }
+    assert!(results.join("report.html").is_file());
+}
+
+#[test]
+fn what_is_deleted_or_damaged_is_made_again_and_leftovers_go() {
+    let dir = finished();
+    let out = dir.path().join("out");
+    let zarr = out.join("posterior.zarr");
+    let read = |name: &str| std::fs::read(out.join(name)).unwrap();
+    let names = ["summary.txt", "mesh.vtu", "curves/run-003.csv", "curve_checks.csv", "range.csv"];
+    let whole = names.map(read);
+    let group = std::fs::read(zarr.join("zarr.json")).unwrap();
+    // deleted, cut, and left over from a larger design
+    for name in &names[..2] {
+        std::fs::remove_file(out.join(name)).unwrap();
+    }
+    for (name, content) in names.iter().zip(&whole).skip(2) {
+        std::fs::write(out.join(name), &content[..content.len() / 2]).unwrap();
+    }
+    for leftover in ["curves/run-099.csv", "curves/draw-7.csv"] {
+        std::fs::write(out.join(leftover), "time_s\n").unwrap();
+    }
+    std::fs::remove_file(zarr.join("zarr.json")).unwrap();
+    let run = || breccia(dir.path(), &["run", "mine/case.toml", "--out", "out"]);
+    let (code, _, err) = run();
+    assert_eq!(code, Some(0), "{err}");
+    assert!(names.map(read) == whole, "{err}");
+    assert!(std::fs::read(zarr.join("zarr.json")).unwrap() == group);
+    for leftover in ["curves/run-099.csv", "curves/draw-7.csv"] {
+        assert!(!out.join(leftover).exists(), "{leftover}");
+    }
+    // the whole store, and a file in its place
+    std::fs::remove_dir_all(&zarr).unwrap();
+    assert_eq!(run().0, Some(0));
+    assert!(std::fs::read(zarr.join("zarr.json")).unwrap() == group);
+    std::fs::remove_dir_all(&zarr).unwrap();
+    std::fs::write(&zarr, "no store").unwrap();
+    let (code, _, err) = run();
+    assert_eq!(code, Some(0), "{err}");
+    assert!(std::fs::read(zarr.join("zarr.json")).unwrap() == group);
+    let (_, _, err) = run();
+    assert!(!err.contains("again"), "{err}");
+
+    // a smaller design leaves no curves of the larger one
+    edit(&dir.path().join("mine/case.toml"), |text| text.replace("runs = 12", "runs = 11"));
+    let (code, _, err) = run();
+    assert_eq!(code, Some(0), "{err}");
+    assert!(out.join("curves/run-011.csv").exists() && !out.join("curves/run-012.csv").exists());
+}
+
+#[test]
+fn a_folder_belongs_to_one_case_and_a_report_to_one_state_of_it() {
+    let dir = finished();
+    let case = dir.path().join("mine/case.toml");
+    let report = std::fs::read(dir.path().join("out/report.html")).unwrap();
+
+    // another file with the same case is the same case
+    std::fs::copy(&case, dir.path().join("mine/moved.toml")).unwrap();
+    let (code, _, err) = breccia(dir.path(), &["report", "mine/moved.toml", "--out", "out"]);
+    assert_eq!(code, Some(0), "{err}");
+    // another file with another box is another case, and so is one with other curves
+    let other = dir.path().join("mine/other.toml");
+    std::fs::copy(&case, &other).unwrap();
+    edit(&other, |text| text.replace("[220.0, 340.0]", "[200.0, 340.0]"));
+    copy(&dir.path().join("mine"), &dir.path().join("theirs"));
+    edit(&dir.path().join("theirs/curves/S-02.csv"), |text| text.replace(".5", ".6"));
+    for stranger in ["mine/other.toml", "theirs/case.toml"] {
+        for command in ["run", "report", "calibrate", "mesh"] {
+            let (code, _, err) = breccia(dir.path(), &[command, stranger, "--out", "out"]);
+            assert_eq!(code, Some(1), "{command} {stranger}");
+            for part in ["out has the results of another case", "mine", "--out", "--reuse"] {
+                assert!(err.contains(part), "{part:?} is not in {err:?}");
+            }
+        }
+    }
+    let (code, _, err) = breccia(dir.path(), &["report", "--out", "out"]);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(std::fs::read(dir.path().join("out/report.html")).unwrap() == report);
+
+    // a report does not mix the numbers of two states of a case, nor does any other stage
+    edit(&case, |text| text.replace("[220.0, 340.0]", "[230.0, 340.0]"));
+    for stage in ["report", "surrogate", "confirm"] {
+        let (code, _, err) = breccia(dir.path(), &[stage, "mine/case.toml", "--out", "out"]);
+        assert_eq!(code, Some(1), "{stage}: {err}");
+        for part in ["not up to date", "prior has changed", "run `breccia "] {
+            assert!(err.contains(part), "{stage}: {part:?} is not in {err:?}");
+        }
+    }
+    let (code, _, err) =
+        breccia(dir.path(), &["experiments", "mine/other.toml", "--out", "out", "--reuse"]);
+    assert_eq!(code, Some(0), "{err}");
+    let (code, _, err) = breccia(dir.path(), &["run", "mine/other.toml", "--out", "out"]);
+    assert_eq!(code, Some(0), "{err}");
+    let runs = std::fs::read_to_string(dir.path().join("out/runs.csv")).unwrap();
+    assert!(runs.contains("# input,matrix.young_mpa,200.0,340.0"), "{runs}");
+}
+
+#[test]
+fn a_chain_that_does_not_exist_is_an_error() {
+    let dir = finished();
+    let path = dir.path().join("out/posterior.csv");
+    edit(&path, |text| text.replacen("\n1,", "\n1e18,", 1));
+    let report = || breccia(dir.path(), &["report", "--out", "out"]);
+    let (code, _, err) = report();
+    assert!(code == Some(1) && err.contains("posterior.csv"), "{err}");
+    // the same where nobody has noticed the change
+    let text = std::fs::read(&path).unwrap();
+    let sum = text.iter().copied().chain((text.len() as u64).to_le_bytes());
+    let sum = sum.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    edit(&dir.path().join("out/stages.toml"), |text| {
+        let start = text.find("\"posterior.csv\" = \"").expect("a product of calibrate");
+        let start = start + "\"posterior.csv\" = \"".len();
+        let end = start + text[start..].find('"').unwrap();
+        format!("{}{sum:016x}{}", &text[..start], &text[end..])
+    });
+    let (code, _, err) = report();
+    assert!(code == Some(1) && err.contains("chain = 1e18: is no chain of this case"), "{err}");
+}
+
+/// What the program says of a changed example, run into a new folder; nothing is simulated.
+fn refused(change: impl Fn(&Path)) -> String {
+    let dir = tempfile::tempdir().unwrap();
+    let (code, _, err) = breccia(dir.path(), &["init", "--own-data", "mine"]);
+    assert_eq!(code, Some(0), "{err}");
+    smaller(&dir.path().join("mine"));
+    change(&dir.path().join("mine"));
+    let (code, _, err) = breccia(dir.path(), &["run", "mine/case.toml", "--out", "out"]);
+    assert_eq!(code, Some(1), "{err}");
+    assert!(!dir.path().join("out/ensemble").exists(), "refused after the ensemble: {err}");
+    let error = err.lines().find(|line| line.starts_with("error: ")).unwrap_or_default();
+    assert!(!error.contains("out/"), "not the person's own file: {error}");
+    err
+}
+
+#[test]
+fn specimens_that_cannot_be_meant_are_refused_before_the_ensemble_by_the_persons_own_file() {
+    type Change = fn(f64, f64) -> (f64, f64);
+    let curves: [(Change, &[&str]); 6] = [
+        (|u, f| (u, 1e-3 * f), &["peak_force_N", "Is force_kN meant?", "read as N"]),
+        (|u, f| (1e-3 * u, f), &["Is displacement in m?", "read as mm"]),
+        (|u, f| (-u, f), &["displacements that fall", "Compression is positive"]),
+        (|u, f| (f, u), &["columns swapped"]),
+        (|u, f| (u, if (60.0..70.0).contains(&f) { 400.0 } else { f }), &["single reading"]),
+        (|u, f| (u, if u > 0.1 { 150.0 + u } else { f }), &["no peak"]),
+    ];
+    for (change, parts) in curves {
+        let err = refused(|mine| {
+            edit(&mine.join("curves/S-03.csv"), |text| readings(text, change));
+        });
+        for part in ["error: mine/curves/S-03.csv: "].iter().chain(parts) {
+            assert!(err.contains(part), "{part:?} is not in {err:?}");
+        }
+    }
+    let tables: [(&str, &str, &[&str]); 4] = [
+        ("S-02,4.4,", "S-02,0.44,", &["specimen S-02, column height_mm = 0.44", "in mm"]),
+        ("S-02,4.4,2.5", "S-02,4.4,5.0", &["specimen S-02, column radius_mm = 5", "in mm"]),
+        (
+            "S-02,4.4,2.5,50C\nS-03,4.4,2.5,50C\nS-04,4.4,2.5,50C\nS-05,4.4,2.5,50C\n",
+            "",
+            &["specimen = S-01", "at least two"],
+        ),
+        ("height_mm", "hieght", &["\"hieght\" meant"]),
+    ];
+    for (from, to, parts) in tables {
+        let err = refused(|mine| edit(&mine.join("specimens.csv"), |text| text.replace(from, to)));
+        for part in ["error: mine/specimens.csv: "].iter().chain(parts) {
+            assert!(err.contains(part), "{part:?} is not in {err:?}");
+        }
+    }
+    let err = refused(|mine| {
+        edit(&mine.join("case.toml"), |text| text.replace("steps = 44", "steps = 1"));
+    });
+    assert!(err.contains("mine/case.toml: test.steps = 1"), "{err}");
+}
+
+#[test]
+fn soft_starts_are_told_and_taken_away_on_request() {
+    let dir = finished();
+    for k in 1..=5 {
+        edit(&dir.path().join(format!("mine/curves/S-0{k}.csv")), |text| {
+            readings(text, |u, f| (u + 0.02 * (1.0 - (-u.max(0.0) / 0.004).exp()), f))
+        });
+    }
+    let experiments = || {
+        let (code, _, err) =
+            breccia(dir.path(), &["experiments", "mine/case.toml", "--out", "out"]);
+        assert_eq!(code, Some(0), "{err}");
+        let rows = table(&dir.path().join("out/experiments.csv"));
+        let mean = rows.iter().map(|row| number(row, "displacement_at_peak_mm")).sum::<f64>() / 5.0;
+        (mean, err)
+    };
+    let before = table(&dir.path().join("out/experiments.csv"));
+    let before: f64 =
+        before.iter().map(|row| number(row, "displacement_at_peak_mm")).sum::<f64>() / 5.0;
+    let (left_in, err) = experiments();
+    assert!(err.contains("S-05 begins to carry load at") && err.contains("left in"), "{err}");
+    assert!((left_in - before - 0.02).abs() < 1e-3, "{left_in} after {before}");
+    edit(&dir.path().join("mine/case.toml"), |text| {
+        text.replace("toe = \"report\" ", "toe = \"correct\"")
+    });
+    let (corrected, err) = experiments();
+    assert!(err.contains("taken away"), "{err}");
+    assert!((corrected - before).abs() < 1e-3, "{corrected}, not {before}");
+    let checks = table(&dir.path().join("out/curve_checks.csv"));
+    let toes = checks.iter().filter(|row| row["finding"] == "toe");
+    let toes: Vec<f64> = toes.map(|row| number(row, "value")).collect();
+    assert!(toes.len() == 5 && toes.iter().all(|toe| (toe - 0.02).abs() < 3e-3), "{toes:?}");
+}
+
+#[test]
+fn data_that_no_simulation_reaches_stop_the_calibration_unless_accepted() {
+    let dir = finished();
+    let out = dir.path().join("out");
+    let summary = std::fs::read_to_string(out.join("summary.txt")).unwrap();
+    assert!(!summary.contains("out of range"), "{summary}");
+    for k in 1..=5 {
+        edit(&dir.path().join(format!("mine/curves/S-0{k}.csv")), |text| {
+            readings(text, |u, f| (u, 1.6 * f))
+        });
+    }
+    let run = |extra: &[&str]| {
+        let command = [&["run", "mine/case.toml", "--out", "out"], extra].concat();
+        breccia(dir.path(), &command)
+    };
+    let (code, _, err) = run(&[]);
+    assert_eq!(code, Some(1), "{err}");
+    for part in [
+        "error: mine/specimens.csv: mean of ",
+        "_N",
+        "over 5 specimens = ",
+        "lies outside what the ensemble reaches",
+        "widen the box of [prior]",
+        "--accept-out-of-range",
+    ] {
+        assert!(err.contains(part), "{part:?} is not in {err:?}");
+    }
+    let (code, text, err) = run(&["--accept-out-of-range"]);
+    assert_eq!(code, Some(0), "{err}");
+    let read = |name: &str| std::fs::read_to_string(PathBuf::from(&out).join(name)).unwrap();
+    for told in [&err, &text, &read("warnings.txt"), &read("summary.txt"), &read("report.html")] {
+        assert!(told.contains("Data out of range: the experimental mean of"), "{told}");
+        assert!(told.contains("Nothing here is identified"), "{told}");
+    }
+    let report = read("report.html");
+    assert!(report.contains(">data out of range</span>"));
+    assert!(!report.contains("identified</span>") && !report.contains("verdict good"));
+}
