@@ -228,6 +228,7 @@ fn a_chain_that_does_not_exist_is_an_error() {
     assert!(code == Some(1) && err.contains("posterior.csv"), "{err}");
     // the same where nobody notices the change
     edit(&dir.path().join("out/stages.toml"), |text| text.replace(&whole, &sum()));
+    std::fs::remove_file(dir.path().join("out/report.html")).unwrap();
     let (code, _, err) = report();
     assert!(code == Some(1) && err.contains("chain = 1e18: is no chain of this case"), "{err}");
 }
