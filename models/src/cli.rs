@@ -23,10 +23,6 @@ struct Cli {
     /// Simulations at the same time; results do not depend on it [default: all cores]
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-
-    /// Calibrate against data that no simulation reaches; nothing is called identified then
-    #[arg(long, global = true)]
-    accept_out_of_range: bool,
 }
 
 const EXAMPLES: &str = "\
@@ -47,7 +43,7 @@ enum Command {
     #[command(after_help = "Example:\n  breccia run my.toml --out results --threads 2")]
     Run(CaseAndFolder),
     /// Write the default case, every key explained
-    #[command(after_help = "Examples:\n  breccia init my.toml\n  breccia init --own-data my-tests")]
+    #[command(after_help = "Example:\n  breccia init my.toml\n  breccia init --own-data my-tests")]
     Init {
         /// The file to write; an existing one is never replaced
         #[arg(default_value = "case.toml")]
@@ -74,6 +70,10 @@ struct CaseAndFolder {
     /// Give DIR to this case though it has the results of another: what differs is made again
     #[arg(long)]
     reuse: bool,
+
+    /// Calibrate against data that no simulation reaches; nothing is called identified then
+    #[arg(long)]
+    accept_out_of_range: bool,
 }
 
 impl CaseAndFolder {
@@ -85,23 +85,10 @@ impl CaseAndFolder {
             None => Ok(CaseFile::default_case()),
         }
     }
-}
 
-/// How a request is carried out.
-struct Manner {
-    threads: usize,
-    accept_out_of_range: bool,
-}
-
-impl Manner {
-    fn open<'a>(
-        &self,
-        file: &CaseFile,
-        out: &Path,
-        reuse: bool,
-    ) -> Result<Workflow<'a>, WorkflowError> {
-        let open = if reuse { Workflow::reuse } else { Workflow::open };
-        let workflow = open(file, out, self.threads, &INTERRUPT)?;
+    fn open<'a>(&self, file: &CaseFile, threads: usize) -> Result<Workflow<'a>, WorkflowError> {
+        let open = if self.reuse { Workflow::reuse } else { Workflow::open };
+        let workflow = open(file, &self.out, threads, &INTERRUPT)?;
         Ok(if self.accept_out_of_range { workflow.accept_out_of_range() } else { workflow })
     }
 }
@@ -112,7 +99,7 @@ static INTERRUPT: AtomicBool = AtomicBool::new(false);
 /// Runs the program: exit code 0 when all is done, 1 after an error, 2 for a wrong command line,
 /// 130 after Ctrl-C or another signal to end.
 pub(crate) fn main() -> ExitCode {
-    let (manner, request) = request();
+    let (threads, request) = request();
     let handler = ctrlc::set_handler(|| {
         if INTERRUPT.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
@@ -127,7 +114,7 @@ pub(crate) fn main() -> ExitCode {
         eprintln!("note: Ctrl-C will not end cleanly ({error})");
     }
     let mut stderr = std::io::stderr();
-    match run(request, &manner) {
+    match run(request, threads) {
         Ok(()) => ExitCode::SUCCESS,
         Err(WorkflowError::Interrupted) => {
             let _ = writeln!(stderr, "{}", WorkflowError::Interrupted);
@@ -149,7 +136,7 @@ enum Request {
 }
 
 /// Reads the command line, to which every stage of the table adds a command.
-fn request() -> (Manner, Request) {
+fn request() -> (usize, Request) {
     let stages = STAGES.iter().map(|stage| {
         let example = format!("Example:\n  breccia {} my.toml --out results", stage.name);
         let writes = format!("Writes {}.\n{example}", stage.products.join(", "));
@@ -162,7 +149,6 @@ fn request() -> (Manner, Request) {
     let threads = matches.get_one::<u16>("threads").copied();
     let threads = threads
         .map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
-    let manner = Manner { threads, accept_out_of_range: matches.get_flag("accept_out_of_range") };
     let stage = matches.subcommand().and_then(|(name, own)| Some((Stage::named(name)?, own)));
     let request = match stage {
         Some((stage, own)) => {
@@ -171,7 +157,7 @@ fn request() -> (Manner, Request) {
         None => Cli::from_arg_matches(&matches)
             .map(|cli| cli.command.map_or(Request::Default, Request::Command)),
     };
-    (manner, request.unwrap_or_else(|error| error.exit()))
+    (threads, request.unwrap_or_else(|error| error.exit()))
 }
 
 /// A case in the place of a command is meant to be run.
@@ -185,14 +171,18 @@ fn with_hint(error: clap::Error) -> clap::Error {
     }
 }
 
-fn run(request: Request, manner: &Manner) -> Result<(), WorkflowError> {
+fn run(request: Request, threads: usize) -> Result<(), WorkflowError> {
     match request {
         // no command, no surprises: the default case, not whatever lies in the folder
         Request::Default => {
-            run_all(&CaseFile::default_case(), Path::new("breccia-out"), false, manner)
+            let (file, out) = (CaseFile::default_case(), Path::new("breccia-out"));
+            run_all(&Workflow::open(&file, out, threads, &INTERRUPT)?)
         }
         Request::Command(Command::Run(target)) => {
-            run_all(&target.case_file()?, &target.out, target.reuse, manner)
+            let file = target.case_file()?;
+            // before anything is made, and in the user's own file
+            file.table()?;
+            run_all(&target.open(&file, threads)?)
         }
         Request::Command(Command::Init { own_data: Some(folder), .. }) => init_own_data(&folder),
         Request::Command(Command::Init { file, own_data: None }) => init(&file),
@@ -201,16 +191,13 @@ fn run(request: Request, manner: &Manner) -> Result<(), WorkflowError> {
             println!("{}", path.display());
             Ok(())
         }
-        Request::Stage(stage, target) => {
-            manner.open(&target.case_file()?, &target.out, target.reuse)?.run(stage)
-        }
+        Request::Stage(stage, target) => target.open(&target.case_file()?, threads)?.run(stage),
     }
 }
 
-fn run_all(file: &CaseFile, out: &Path, reuse: bool, manner: &Manner) -> Result<(), WorkflowError> {
-    // before anything is made, and in the user's own file
-    file.table()?;
-    manner.open(file, out, reuse)?.run_all()?;
+fn run_all(workflow: &Workflow<'_>) -> Result<(), WorkflowError> {
+    workflow.run_all()?;
+    let out = workflow.dir();
     for name in ["summary.txt", "map.csv", "confirm.csv"] {
         let path = out.join(name);
         let text = std::fs::read_to_string(&path)

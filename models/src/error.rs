@@ -67,6 +67,11 @@ fn shortened(text: String, most: usize) -> String {
     format!("{}… ({rest} characters more)", &text[..end])
 }
 
+/// The word, and what of it stands before each of its underscores.
+fn stems(word: &str) -> impl Iterator<Item = &str> {
+    word.match_indices('_').map(|(end, _)| &word[..end]).chain([word])
+}
+
 /// The candidate that `word` was probably meant to be, by edit distance; its unit may have been left
 /// out, as in `height` for `height_mm`.
 pub(crate) fn closest<'a>(
@@ -78,8 +83,9 @@ pub(crate) fn closest<'a>(
         return None;
     }
     let distance = |candidate: &str| {
-        let stems = candidate.match_indices('_').map(|(end, _)| &candidate[..end]);
-        stems.chain([candidate]).map(|stem| strsim::osa_distance(word, stem)).min()
+        let short = stems(candidate).map(|stem| strsim::osa_distance(word, stem));
+        let long = stems(word).map(|stem| strsim::osa_distance(stem, candidate));
+        short.chain(long).min()
     };
     // the whole word decides between candidates that begin alike
     let (distance, _, best) = candidates
@@ -109,6 +115,7 @@ mod tests {
         assert_eq!(closest("hieght", keys), Some("height_mm"));
         assert_eq!(closest("viscosty", keys), Some("viscosity_mpa_s"));
         assert_eq!(closest("temperature", keys), None);
+        assert_eq!(closest("height_mm", ["id", "hieght", "radius_mm"]), Some("hieght"));
     }
 
     #[test]

@@ -48,7 +48,8 @@ pub(super) fn check_range(
         [range.name.clone(), range.value.to_string(), low, high, range.is_inside().to_string()]
     });
     task.write_csv("range.csv", ["qoi", "experiment_mean", "low", "high", "inside"], rows)?;
-    let outside: Vec<&Range> = ranges.iter().filter(|range| !range.is_inside()).collect();
+    let mut outside: Vec<&Range> = ranges.iter().filter(|range| !range.is_inside()).collect();
+    outside.sort_by_key(|range| Quantity::of_column(&range.name).map(telling));
     if let ([first, rest @ ..], false) = (&outside[..], task.accept_out_of_range) {
         let others: Vec<String> = rest.iter().map(|range| format!("; {}", range.words())).collect();
         let cause = outside.iter().find_map(|range| range.cause()).unwrap_or(
@@ -97,12 +98,14 @@ pub(super) fn check_closed_form(
     }
     let (setup, qoi) = (inputs.setup(), inputs.qoi());
     let Some(form) = ClosedForm::of(&setup, inputs.prior_table().as_ref()) else { return Ok(()) };
+    let mut quantities = qoi.quantities.clone();
+    quantities.sort_by_key(|&quantity| telling(quantity));
     for specimen in &table.specimens {
         let curve = specimen.curve.scale_displacement(height_mm / specimen.height_mm);
         let fraction = specimen.slope_fraction.unwrap_or(qoi.slope_fraction);
         // curves without quantities are refused elsewhere
         let Ok(qois) = Qois::of(&curve, fraction) else { continue };
-        for &quantity in &qoi.quantities {
+        for &quantity in &quantities {
             let Some([low, high]) = form.range(quantity, height_mm, radius_mm) else { continue };
             let range = Range {
                 name: quantity.column().to_owned(),
@@ -127,6 +130,16 @@ pub(super) fn check_closed_form(
         }
     }
     Ok(())
+}
+
+/// How well a quantity tells what is wrong, best first: a slope mixes two units.
+fn telling(quantity: Quantity) -> usize {
+    match quantity {
+        Quantity::PeakForce => 0,
+        Quantity::DisplacementAtPeak => 1,
+        Quantity::WorkToPeak => 2,
+        Quantity::Slope => 3,
+    }
 }
 
 /// A measured quantity and what simulations reach.

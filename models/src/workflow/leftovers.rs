@@ -1,4 +1,4 @@
-//! What a stage wrote for another case or design, and does not write any more.
+//! What must go: products of another case or design, and damaged ones.
 
 use std::path::Path;
 
@@ -30,14 +30,31 @@ pub(super) fn remove_leftovers(
             };
             let place = if folder.is_empty() { name } else { format!("{folder}/{name}") };
             if is_meant && !record.has_written(&place) {
-                let path = entry.path();
-                let removed = match path.is_dir() {
-                    true => std::fs::remove_dir_all(&path),
-                    false => std::fs::remove_file(&path),
-                };
-                removed.map_err(|e| WorkflowError::io(&path, e))?;
+                remove(&entry.path())?;
             }
         }
     }
     Ok(())
+}
+
+/// Removes products that are not as the last run wrote them: what is half there must not stand in the
+/// way of what is made again.
+///
+/// # Errors
+/// A file that cannot be removed.
+pub(super) fn remove_damaged(record: &StageRecord, dir: &Path) -> Result<(), WorkflowError> {
+    let damaged = record.products().filter(|name| !record.wrote(name, dir));
+    damaged
+        .map(|name| dir.join(name))
+        .filter(|path| path.exists())
+        .try_for_each(|path| remove(&path))
+}
+
+/// Removes a file or a whole folder.
+fn remove(path: &Path) -> Result<(), WorkflowError> {
+    let removed = match path.is_dir() {
+        true => std::fs::remove_dir_all(path),
+        false => std::fs::remove_file(path),
+    };
+    removed.map_err(|e| WorkflowError::io(path, e))
 }

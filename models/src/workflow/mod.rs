@@ -62,7 +62,7 @@ use copies::Copies;
 use files::write;
 use freshness::{Freshness, Records};
 use inputs::Inputs;
-use leftovers::remove_leftovers;
+use leftovers::{remove_damaged, remove_leftovers};
 use task::Task;
 
 /// A case being worked on in a directory.
@@ -169,6 +169,14 @@ impl<'a> Workflow<'a> {
         if stage.name == "report" {
             self.check_all_before(stage)?;
         }
+        let finished = self.finished();
+        let inputs = self.inputs();
+        // what it read the last time may be as it was, and yet be due itself
+        for name in finished.get(stage.name).into_iter().flat_map(|record| record.files_read()) {
+            if inputs.writer_of(name) != Some(stage.name) && self.dir.join(name).exists() {
+                self.freshness.check(name, &finished, &inputs, &self.dir)?;
+            }
+        }
         self.make(stage)
     }
 
@@ -196,9 +204,12 @@ impl<'a> Workflow<'a> {
             match earlier.change(&self.inputs(), &self.dir) {
                 None => {
                     say(stage.name, "finished before, unchanged");
-                    return Ok(());
+                    return remove_leftovers(stage, earlier, &self.dir);
                 }
-                Some(change) => say(stage.name, &format!("again, since {change}")),
+                Some(change) => {
+                    say(stage.name, &format!("again, since {change}"));
+                    remove_damaged(earlier, &self.dir)?;
+                }
             }
         }
         let start = Instant::now();

@@ -44,6 +44,11 @@ impl StageRecord {
         self.sources.files()
     }
 
+    /// Names of its products.
+    pub(super) fn products(&self) -> impl Iterator<Item = &str> {
+        self.products.keys().map(String::as_str)
+    }
+
     /// Whether a file or folder is one of its products.
     pub(super) fn has_written(&self, name: &str) -> bool {
         self.products.contains_key(name)
