@@ -7,7 +7,7 @@ use surrogate::{Dataset, DynPce, FitReport, OrderRule};
 
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
-use crate::case::{Case, MaterialParameter, PriorBounds, Toe};
+use crate::case::{Case, MaterialParameter, Microstructure, PriorBounds, Toe};
 use crate::error::InputError;
 use crate::qoi::Quantity;
 use crate::report::{
@@ -287,12 +287,12 @@ fn notes(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<String>, WorkflowError>
         return Ok(Vec::new());
     }
     let mut notes = bias(inputs, &case.qoi.quantities)?;
-    if case.specimen.grains.is_some() {
+    if case.specimen.grains.is_some() && case.design.microstructure == Microstructure::One {
         notes.push(
             "Every virtual specimen has a packing of its own, the surrogate has one. By how much \
              that one differs from their mean, in slope and peak, the calibrated parameters take \
              up (the viscosity with the third power of the displacement at peak), and no interval \
-             includes it: calibrate on several packings to see it."
+             includes it: design.microstructure = \"per-run\" makes it seen."
                 .to_owned(),
         );
     }
@@ -330,7 +330,9 @@ fn settings(case: &Case) -> Vec<(String, String)> {
                 sampler.chains, sampler.warmup, sampler.draws, sampler.seed
             ),
         ),
-        row("likelihood", "multivariate normal QoIs, LKJ(3), scales Normal(0.15, 0.25) > 0".into()),
+        row("likelihood", "multivariate normal QoIs, LKJ(3), scales Normal(0.15, 0.25) > 0; one error of the surrogate \
+             shared by all specimens"
+                .into()),
         row("program", format!("breccia {}", env!("CARGO_PKG_VERSION"))),
         row(
             "method",
