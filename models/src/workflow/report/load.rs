@@ -42,6 +42,8 @@ pub(super) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
     for (qoi, total) in results.qois.iter_mut().zip(pce.sobol().total) {
         qoi.sobol_total = total;
     }
+    results.notes.extend(mesh_errors(inputs, &case.qoi.quantities)?);
+    results.notes.extend(budget(inputs)?);
     ensemble(inputs, &data, &mut results)?;
     experiments(inputs, &mut results)?;
     for k in 1..=case.confirm.draws {
@@ -297,6 +299,44 @@ fn notes(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<String>, WorkflowError>
         );
     }
     Ok(notes)
+}
+
+/// What the mesh is estimated to do at the mode, where that is known.
+fn mesh_errors(
+    inputs: &Inputs<'_>,
+    quantities: &[Quantity],
+) -> Result<Option<String>, WorkflowError> {
+    let path = inputs.file("confirm.csv")?;
+    let table = CsvTable::read(&path, &["qoi", "mesh_error_percent"])?;
+    let mut parts = Vec::new();
+    for quantity in quantities {
+        let row = table.named("qoi", quantity.column())?;
+        let Ok(percent) = row.text("mesh_error_percent").parse::<f64>() else { return Ok(None) };
+        parts.push(format!("{} {percent:+.1} %", quantity.label()));
+    }
+    Ok(Some(format!(
+        "Error of the mesh at the mode, estimated from one simulation with half the spacing: {}. No \
+         interval holds it.",
+        parts.join(", ")
+    )))
+}
+
+/// What widens the interval of each parameter.
+fn budget(inputs: &Inputs<'_>) -> Result<Vec<String>, WorkflowError> {
+    let Some(path) = inputs.file_if_there("uncertainty.csv") else { return Ok(Vec::new()) };
+    let table = CsvTable::read(&path, &["parameter", "source", "share"])?;
+    let mut lines: Vec<(String, Vec<String>)> = Vec::new();
+    for row in table.rows() {
+        let part = format!("{} {:.0} %", row.text("source"), 100.0 * row.number("share")?);
+        match lines.last_mut() {
+            Some((parameter, parts)) if parameter == row.text("parameter") => parts.push(part),
+            _ => lines.push((row.text("parameter").to_owned(), vec![part])),
+        }
+    }
+    let line = |(parameter, parts): (String, Vec<String>)| {
+        format!("What widens the interval of {parameter}, beside its prior: {}.", parts.join(", "))
+    };
+    Ok(lines.into_iter().map(line).collect())
 }
 
 /// What the coarse mesh of the surrogate does, where the virtual specimens had a finer one.
