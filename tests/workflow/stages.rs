@@ -15,9 +15,9 @@ fn readers(key: &str) -> &'static [&'static str] {
     match key.split('.').collect::<Vec<_>>()[..] {
         ["specimen", "order" | "homogenisation"] => simulating,
         ["specimen", "image" | "scan" | "grains" | "radius_mm" | "height_mm", ..] => {
-            &["segment", "mesh", "experiments"]
+            &["segment", "mesh", "experiments", "ensemble", "confirm"]
         }
-        ["specimen", ..] => &["mesh", "experiments"],
+        ["specimen", ..] => simulating,
         ["material" | "phase_field" | "test" | "solver", ..] => simulating,
         // of single simulations
         ["output", ..] => &[],
@@ -49,6 +49,7 @@ fn changed(key: &str, value: &Value) -> Value {
         "auto" => "vertex",
         "sliding" => "unilateral",
         "latin-hypercube" => "sobol",
+        "per-run" => "one",
         "corrected-loo" => "split",
         "polyhedron" => "sphere",
         "slope" => "work-to-peak",

@@ -7,14 +7,14 @@ use surrogate::Dataset;
 
 use super::WorkflowError;
 use super::files::write;
-use super::packings::Packings;
+use super::packings::{Packings, SEED};
 use super::runs::run_ensemble;
 use super::simulator::{Simulator, simulated_qois};
 use super::task::Task;
 use crate::case::QoiCase;
 
 /// What is known of a run beside its numbers; the seed is that of a packing of its own.
-const NOTES: [&str; 3] = ["run", "seconds", "packing_seed"];
+const NOTES: [&str; 3] = ["run", "seconds", SEED];
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;

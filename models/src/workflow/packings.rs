@@ -3,12 +3,16 @@
 use fem::{FemError, GrainList, Meshing, MeshingError, Packing};
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use surrogate::Dataset;
 
 use super::WorkflowError;
 use super::inputs::Inputs;
 use super::simulator::{Setup, Simulator};
 use super::specimen::packed_mesh;
 use crate::case::{MaterialParameter, Microstructure, SpecimenGeometry};
+
+/// The column of `runs.csv` with the seed of a packing of its own; empty without one.
+pub(super) const SEED: &str = "packing_seed";
 
 /// The packings of an ensemble, meshed when their run begins: a thousand meshes need not be kept.
 pub(super) struct Packings<'a> {
@@ -75,9 +79,9 @@ fn per_run(inputs: &Inputs<'_>) -> Result<Option<(Packing, [f64; 2], Meshing)>, 
     })
 }
 
-/// Whether each run of the ensemble has a packing of its own.
-pub(super) fn has_packing_per_run(inputs: &Inputs<'_>) -> Result<bool, WorkflowError> {
-    Ok(per_run(inputs)?.is_some())
+/// Whether each run of a dataset had a packing of its own.
+pub(super) fn has_packing_per_run(runs: &Dataset) -> bool {
+    !runs.is_empty() && (0..runs.len()).all(|i| runs.note(i, SEED).is_some_and(|s| !s.is_empty()))
 }
 
 fn unsupported(message: &str) -> FemError {

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 use ppl::{Posterior, Summary};
-use surrogate::{DynPce, FitReport};
+use surrogate::{Dataset, DynPce, FitReport};
 
 use super::WorkflowError;
 use super::inputs::Inputs;
@@ -21,7 +21,8 @@ pub(super) fn shared_error(
     means: &[f64],
 ) -> Result<Vec<Vec<f64>>, WorkflowError> {
     let report: FitReport = inputs.json("surrogate_error.json")?;
-    let covariance = match has_packing_per_run(inputs)? {
+    let runs = Dataset::read_csv(inputs.file("runs.csv")?)?;
+    let covariance = match has_packing_per_run(&runs) {
         true => report.mean_error(means)?,
         false => report.lack_of_fit(means)?,
     };
@@ -79,7 +80,7 @@ pub(super) fn write_uncertainty(
     };
     let mut sources = vec![("surrogate", matrix(&shared))];
     let mut own = scatter.clone();
-    if has_packing_per_run(&task.inputs)? {
+    if has_packing_per_run(&Dataset::read_csv(task.inputs.file("runs.csv")?)?) {
         let report: FitReport = task.inputs.json("surrogate_error.json")?;
         let packings = relative(report.scatter(&means)?);
         let packings = &packings * largest_part(&scatter, &packings);
