@@ -43,10 +43,6 @@ impl<'a> CsvTable<'a> {
         Ok(Self { file, columns, rows })
     }
 
-    pub(crate) fn columns(&self) -> &[String] {
-        &self.columns
-    }
-
     /// The first row with this `text` under `column`.
     pub(crate) fn named(&self, column: &str, text: &str) -> Result<TableRow<'_>, InputError> {
         self.rows().find(|row| row.text(column) == text).ok_or_else(|| {
@@ -67,11 +63,6 @@ pub(crate) struct TableRow<'a> {
 }
 
 impl<'a> TableRow<'a> {
-    /// All cells in order.
-    pub(crate) fn cells(&self) -> &'a [String] {
-        &self.table.rows[self.index].1
-    }
-
     /// The cell under `column`; empty where the table has no such column.
     pub(crate) fn text(&self, column: &str) -> &'a str {
         let place = self.table.columns.iter().position(|c| c == column);

@@ -24,8 +24,8 @@ impl Layout {
     }
 
     /// The names of all numbers of a quantity, with labels for indices where its dimensions have
-    /// them, each its own.
-    pub(crate) fn labelled(&self, variable: &Variable) -> Vec<String> {
+    /// them, each its own: `sd[north]`, `sd[south]`.
+    pub fn labelled(&self, variable: &Variable) -> Vec<String> {
         let labels: Vec<Option<&Vec<String>>> = variable
             .dims
             .iter()

@@ -126,6 +126,9 @@ fn from_an_empty_directory_to_every_documented_file() {
         ("experiments/specimens.csv", "id,height_mm,radius_mm,group"),
         ("experiments/curves/V-01.csv", "displacement_mm,force_N"),
         ("experiments/bias.csv", "quantity,surrogate_mesh,experiments_mesh,percent_bias"),
+        ("predictive.csv", "chain,draw,slope_N_per_mm,peak_force_N,displacement_at_peak_mm"),
+        ("fields/map.csv", "state,time_s,displacement_mm,force_N,picture"),
+        ("curves/baseline.csv", "time_s,displacement_mm,force_N"),
         ("summary.csv", "parameter,mean,sd,q05,q50,q95,rhat,ess_bulk,ess_tail,contraction"),
         ("map.csv", "parameter,map,truth"),
         ("confirm.csv", "qoi,experiment_mean,map_simulation,percent_error"),
@@ -152,6 +155,10 @@ fn from_an_empty_directory_to_every_documented_file() {
         "surrogate.json",
         "posterior.zarr/zarr.json",
         "posterior.csv",
+        "fields/map.pvd",
+        "fields/map-rising.vtu",
+        "fields/map-peak.vtu",
+        "fields/map-peak.png",
         "report.html",
     ] {
         assert!(results.join(name).is_file(), "{name}");
@@ -198,13 +205,62 @@ fn from_an_empty_directory_to_every_documented_file() {
         assert!(error < 10.0, "{row:?}");
     }
 
-    // the same command again does nothing
+    // fields are those of the confirming simulation, and its peak is among them
+    let curve = table(&results.join("curves/map.csv"));
+    let states = table(&results.join("fields/map.csv"));
+    let of = |rows: &[BTreeMap<String, String>]| -> Vec<[f64; 2]> {
+        rows.iter().map(|r| ["displacement_mm", "force_N"].map(|c| number(r, c))).collect()
+    };
+    let (curve, states) = (of(&curve), of(&states));
+    assert!(states.iter().all(|state| curve.contains(state)), "{states:?}");
+    let highest = curve.iter().map(|point| point[1]).fold(0.0, f64::max);
+    assert_eq!(states[1][1], highest);
+    let fields = std::fs::read_to_string(results.join("fields/map-peak.vtu")).unwrap();
+    for name in ["displacement_mm", "damage", "energy_density_mpa", "stress_mpa", "von_mises_mpa"] {
+        assert!(fields.contains(&format!("Name=\"{name}\"")), "{name}");
+    }
+
+    // what a person reads has names, and the units of the experiments
+    let summary = std::fs::read_to_string(results.join("summary.csv")).unwrap();
+    assert!(summary.contains("correlation[peak-force,slope]") && !summary.contains("corr["));
+    let slopes = |rows: &[BTreeMap<String, String>]| {
+        rows.iter().map(|row| number(row, "slope_N_per_mm")).sum::<f64>() / rows.len() as f64
+    };
+    let measured = slopes(&table(&results.join("experiments.csv")));
+    let predicted = slopes(&table(&results.join("predictive.csv")));
+    assert!((predicted / measured - 1.0).abs() < 0.05, "{predicted} {measured}");
+    let store = results.join("posterior.zarr");
+    let text = |path: &str| {
+        let bytes = std::fs::read(store.join(path)).unwrap_or_else(|e| panic!("{path}: {e}"));
+        String::from_utf8_lossy(&bytes).into_owned()
+    };
+    assert!(text("observed_data/qois/zarr.json").contains("\"specimen\""));
+    assert!(text("observed_data/specimen/c/0").contains("V-02"));
+    assert!(text("posterior/qoi/c/0").contains("slope_N_per_mm"));
+    assert!(text("posterior/parameter/c/0").contains("matrix.young_mpa"));
+
+    // the page says what it should, and is the same again
+    let page = std::fs::read_to_string(results.join("report.html")).unwrap();
+    for part in [
+        "Where the uncertainty comes from",
+        "divergent transitions",
+        "correlation[peak-force,slope]",
+        "Damage at the MAP",
+        "prefers-color-scheme: dark",
+        "<svg viewBox=",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    std::fs::remove_file(results.join("report.html")).unwrap();
+
+    // the same command again makes only that
     let stamp = |name: &str| std::fs::metadata(results.join(name)).unwrap().modified().unwrap();
     let names = ["runs.csv", "surrogate.json", "map.csv", "confirm.csv"];
     let before = names.map(stamp);
     let (code, _, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "results"]);
     assert_eq!(code, Some(0), "{err}");
     assert_eq!(names.map(stamp), before);
+    assert!(page == std::fs::read_to_string(results.join("report.html")).unwrap());
 
     // the directory is a case of its own; a change of the sampler leaves the simulations alone
     let case = results.join("case.toml");

@@ -33,6 +33,8 @@ pub enum Values<'a> {
     Scalar(&'a [f64]),
     /// Vectors.
     Vector(&'a [[f64; 3]]),
+    /// Symmetric tensors: xx, yy, zz, xy, yz, xz.
+    Tensor(&'a [[f64; 6]]),
     /// Labels.
     Label(&'a [u32]),
 }
@@ -46,6 +48,11 @@ impl<'a> Field<'a> {
     /// A field of vectors.
     pub fn vector(name: &'a str, values: &'a [[f64; 3]]) -> Field<'a> {
         Field { name, values: Values::Vector(values) }
+    }
+
+    /// A field of symmetric tensors: xx, yy, zz, xy, yz, xz.
+    pub fn tensor(name: &'a str, values: &'a [[f64; 6]]) -> Field<'a> {
+        Field { name, values: Values::Tensor(values) }
     }
 
     /// A field of labels.
@@ -115,6 +122,7 @@ pub(crate) fn write_straight(
 enum Owned {
     Scalar(Vec<f64>),
     Vector(Vec<[f64; 3]>),
+    Tensor(Vec<[f64; 6]>),
     Label(Vec<u32>),
 }
 
@@ -126,10 +134,8 @@ impl Field<'_> {
                 let middles = ends.map(|[a, b]| 0.5 * (v[a] + v[b]));
                 Owned::Scalar(v.iter().copied().chain(middles).collect())
             }
-            Values::Vector(v) => {
-                let middles = ends.map(|[a, b]| [0, 1, 2].map(|k| 0.5 * (v[a][k] + v[b][k])));
-                Owned::Vector(v.iter().copied().chain(middles).collect())
-            }
+            Values::Vector(v) => Owned::Vector(with_middles(v, ends)),
+            Values::Tensor(v) => Owned::Tensor(with_middles(v, ends)),
             Values::Label(v) => {
                 Owned::Label(v.iter().copied().chain(ends.map(|[a, _]| v[a])).collect())
             }
@@ -137,11 +143,22 @@ impl Field<'_> {
     }
 }
 
+fn with_middles<const K: usize>(
+    values: &[[f64; K]],
+    ends: impl Iterator<Item = [usize; 2]>,
+) -> Vec<[f64; K]> {
+    let middle = |[a, b]: [usize; 2]| -> [f64; K] {
+        std::array::from_fn(|k| 0.5 * (values[a][k] + values[b][k]))
+    };
+    values.iter().copied().chain(ends.map(middle)).collect()
+}
+
 impl Owned {
     fn named<'a>(&'a self, name: &'a str) -> Field<'a> {
         match self {
             Owned::Scalar(values) => Field::scalar(name, values),
             Owned::Vector(values) => Field::vector(name, values),
+            Owned::Tensor(values) => Field::tensor(name, values),
             Owned::Label(values) => Field::label(name, values),
         }
     }
@@ -254,6 +271,7 @@ fn check(path: &Path, what: &str, fields: &[Field], expected: usize) -> Result<(
         let length = match values {
             Values::Scalar(values) => values.len(),
             Values::Vector(values) => values.len(),
+            Values::Tensor(values) => values.len(),
             Values::Label(values) => values.len(),
         };
         if length != expected {
@@ -274,6 +292,9 @@ fn field(out: &mut String, field: &Field) -> fmt::Result {
         }
         Values::Vector(values) => {
             array(out, "Float64", field.name, 3, values.iter().flatten().map(|x| x.to_le_bytes()))
+        }
+        Values::Tensor(values) => {
+            array(out, "Float64", field.name, 6, values.iter().flatten().map(|x| x.to_le_bytes()))
         }
         Values::Label(values) => {
             array(out, "UInt32", field.name, 1, values.iter().map(|x| x.to_le_bytes()))

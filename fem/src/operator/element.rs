@@ -60,11 +60,11 @@ pub(crate) struct ElementResidual<T, const N: usize> {
 }
 
 /// The state at an elastic point.
-struct At<T> {
+pub(super) struct At<T> {
     /// Volume that the point stands for.
-    weight: T,
-    principal: Principal<T>,
-    response: Response<T>,
+    pub(super) weight: T,
+    pub(super) principal: Principal<T>,
+    pub(super) response: Response<T>,
 }
 
 impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
@@ -111,7 +111,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
 
     /// Elastic point q, with damage `phi` at the damage points.
     #[inline(always)]
-    fn at<const TANGENT: bool>(&self, q: usize, phi: &[T; MOST_POINTS]) -> At<T> {
+    pub(super) fn at<const TANGENT: bool>(&self, q: usize, phi: &[T; MOST_POINTS]) -> At<T> {
         let du = self.differences(q, &self.displacement);
         let barycentric = &self.geometry(q).barycentric;
         let mut h = [[self.constant(0.0); 3]; 3];
@@ -176,7 +176,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
 
     /// φ at the damage points.
     #[inline(always)]
-    fn damage_at_points(&self) -> [T; MOST_POINTS] {
+    pub(super) fn damage_at_points(&self) -> [T; MOST_POINTS] {
         let mut phi = [self.constant(0.0); MOST_POINTS];
         for p in 0..self.rule.damage.len() {
             phi[p] = self.interpolate(&self.damage, self.shape(p));

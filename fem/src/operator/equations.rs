@@ -1,5 +1,6 @@
 //! What solvers ask of the equations: the seam between methods and machines.
 
+use super::cell_stress::CellStress;
 use super::layout::LANES;
 use super::pattern::Tangent;
 use super::residual::{Increment, Residual};
@@ -30,6 +31,9 @@ pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
 
     /// ψ⁺ at each elastic point, element after element, or the largest value so far.
     fn driving_energies(&self, increment: &Increment, out: &mut [f64]) -> Result<(), Inverted>;
+
+    /// Stress and elastic energy of each element.
+    fn stresses(&self, increment: &Increment) -> Result<Vec<CellStress>, Inverted>;
 
     /// The numbers of the tangents of elements, as [`PointData`](super::point_data::PointData) orders them:
     /// `write` gets the number of a batch of [`LANES`] elements and its numbers.

@@ -9,6 +9,7 @@
 mod backend;
 mod blocks;
 mod bounds;
+mod cell_stress;
 mod deterministic_reduce;
 mod element;
 mod equations;
@@ -26,6 +27,7 @@ pub(crate) use backend::{Assembly, product};
 #[cfg(test)]
 pub(crate) use backend::{MatrixFree, dispatch};
 pub(crate) use bounds::Bounds;
+pub(crate) use cell_stress::CellStress;
 pub(crate) use equations::{Coupling, Operator, Product};
 pub(crate) use graph::Graph;
 #[cfg(test)]

@@ -8,10 +8,11 @@ use super::discretisation::Discretisation;
 use super::schedule::Schedule;
 use crate::boundary::{Conditions, ExternalForces};
 use crate::element::{Order, PointValues};
-use crate::error::FemError;
+use crate::error::{FemError, MeshError};
 use crate::fields::Fields;
 use crate::material::{Material, PointMaterial};
 use crate::mesh::{TetMesh, vtu};
+use crate::operator::{CellStress, Increment, StepContext};
 use crate::solve::Solver;
 
 /// A body with materials, conditions on its surfaces and loads, followed through time.
@@ -130,28 +131,86 @@ impl Problem {
         self.discretisation.nodes()
     }
 
-    /// Writes the mesh with `displacement_mm`, `damage` and its regions for ParaView (`.vtu`);
-    /// quadratic elements are written as such.
+    /// Writes the mesh for ParaView (`.vtu`), quadratic elements as such: at the nodes `displacement_mm` and
+    /// `damage`; of each element its region, its elastic energy over its reference volume
+    /// `energy_density_mpa` (N mm/mm³), and its mean Cauchy stress `stress_mpa` with von Mises' measure
+    /// `von_mises_mpa`.
     ///
     /// # Errors
-    /// [`FemError::Mesh`] if the fields are those of another problem or the file cannot be written.
+    /// [`FemError::Mesh`] if the fields are those of another problem, turn an element inside out, or the
+    /// file cannot be written.
     pub fn write_vtu(&self, path: impl AsRef<Path>, fields: &Fields) -> Result<(), FemError> {
         let points = [
             vtu::Field::vector("displacement_mm", &fields.displacement),
             vtu::Field::scalar("damage", &fields.damage),
         ];
+        let path = path.as_ref();
+        let stresses = self.stresses(path, fields)?;
+        let energy: Vec<f64> = stresses.iter().map(|s| s.energy_density_mpa).collect();
+        let stress: Vec<[f64; 6]> = stresses.iter().map(|s| s.stress_mpa).collect();
+        let von_mises: Vec<f64> = stresses.iter().map(CellStress::von_mises_mpa).collect();
+        let cells = [
+            vtu::Field::scalar("energy_density_mpa", &energy),
+            vtu::Field::tensor("stress_mpa", &stress),
+            vtu::Field::scalar("von_mises_mpa", &von_mises),
+        ];
         match self.parts.order {
-            Order::Linear => vtu::write_straight(path.as_ref(), self.mesh(), &points, &[])?,
+            Order::Linear => vtu::write_straight(path, self.mesh(), &points, &cells)?,
             Order::Quadratic => {
-                let nodes_of = |tet| {
-                    let nodes = self.discretisation.operator.domain().nodes_of(tet);
-                    nodes.try_into().expect("a quadratic tetrahedron has ten nodes")
-                };
-                let tets: Vec<[u32; 10]> = (0..self.mesh().tets.len()).map(nodes_of).collect();
-                vtu::write_quadratic(path, self.mesh(), self.nodes(), &tets, &points, &[])?;
+                let tets = self.quadratic_tets();
+                vtu::write_quadratic(path, self.mesh(), self.nodes(), &tets, &points, &cells)?;
             }
         }
         Ok(())
+    }
+
+    /// Stress and energy of each element, for a file.
+    fn stresses(&self, path: &Path, fields: &Fields) -> Result<Vec<CellStress>, MeshError> {
+        let unfit = |message: &str| MeshError::File {
+            path: path.into(),
+            place: "fields".into(),
+            message: message.into(),
+        };
+        let nodes = self.nodes().len();
+        if fields.displacement.len() != nodes || fields.damage.len() != nodes {
+            return Err(unfit(&format!("are not those of this problem, which has {nodes} nodes")));
+        }
+        let context = StepContext::new(&fields.damage, 1.0);
+        let increment = Increment { materials: &self.points, fields, context };
+        let stresses = self.discretisation.operator.stresses(&increment);
+        stresses.map_err(|_| unfit("turn an element inside out; a state that was solved does not"))
+    }
+
+    fn quadratic_tets(&self) -> Vec<[u32; 10]> {
+        let nodes_of = |tet| {
+            let nodes = self.discretisation.operator.domain().nodes_of(tet);
+            nodes.try_into().expect("a quadratic tetrahedron has ten nodes")
+        };
+        (0..self.mesh().tets.len()).map(nodes_of).collect()
+    }
+
+    /// Linear tetrahedra on [`nodes`](Self::nodes) that fill the body: those of the mesh, or eight in a row for
+    /// each quadratic one. For pictures.
+    pub fn linear_tets(&self) -> Vec<[u32; 4]> {
+        // corners 0–3, then the middles of the edges 01, 12, 20, 03, 13, 23; the octahedron between them
+        // is cut along the middles of 20 and 13
+        const PARTS: [[usize; 4]; 8] = [
+            [0, 4, 6, 7],
+            [4, 1, 5, 8],
+            [6, 5, 2, 9],
+            [7, 8, 9, 3],
+            [4, 5, 6, 8],
+            [5, 9, 6, 8],
+            [9, 7, 6, 8],
+            [7, 4, 6, 8],
+        ];
+        match self.parts.order {
+            Order::Linear => self.mesh().tets.clone(),
+            Order::Quadratic => {
+                let parts = |tet: &[u32; 10]| PARTS.map(|part| part.map(|k| tet[k]));
+                self.quadratic_tets().iter().flat_map(parts).collect()
+            }
+        }
     }
 
     /// Number of equations.

@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use fem::vtu::{self, Field};
-use fem::{CylinderLattice, MeshError, TetMesh};
+use fem::{CompressionTest, CylinderLattice, Material, MeshError, Order, Schedule, TetMesh};
 
 fn mesh() -> TetMesh {
     let mut mesh =
@@ -71,6 +71,97 @@ fn arrays_hold_the_mesh_and_the_fields() {
         .collect();
     assert_eq!(nodes, mesh.tets.concat());
     assert_eq!(array(&text, "types"), vec![10; mesh.tets.len()]);
+}
+
+/// A cylinder in uniaxial compression: τ = E ε with ε = ln λ along the axis, J = λ^(1 − 2ν) and ψ = ½ E ε².
+#[test]
+fn a_problem_writes_the_stress_and_the_energy_of_the_closed_form() {
+    let (young, poisson, stretch) = (275.0, 0.25, 1.0 - 0.22 / 4.4);
+    let strain = f64::ln(stretch);
+    let stress = young * strain / stretch.powf(1.0 - 2.0 * poisson);
+    let dir = tempfile::tempdir().unwrap();
+    for order in [Order::Linear, Order::Quadratic] {
+        let problem = CompressionTest::new(0.22, Schedule::fixed(1.0, 1))
+            .builder(mesh())
+            .unwrap()
+            .order(order)
+            .materials([Material::hencky(young, poisson)])
+            .build()
+            .unwrap();
+        let outcome = problem.run(&mut ());
+        let path = dir.path().join("fields.vtu");
+        problem.write_vtu(&path, &outcome.fields).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let reals = |name: &str| -> Vec<f64> {
+            let numbers = array(&text, name);
+            numbers.chunks(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect()
+        };
+        let close = |a: f64, b: f64| (a - b).abs() < 1e-6 * young;
+        let tensors = reals("stress_mpa");
+        assert_eq!(tensors.len(), 6 * problem.mesh().tets.len());
+        for six in tensors.chunks(6) {
+            assert!(close(six[2], stress), "{order:?}: {six:?} {stress}");
+            assert!([0, 1, 3, 4, 5].iter().all(|&k| close(six[k], 0.0)), "{order:?}: {six:?}");
+        }
+        assert!(reals("von_mises_mpa").iter().all(|&x| close(x, stress.abs())));
+        let energy = 0.5 * young * strain * strain;
+        assert!(reals("energy_density_mpa").iter().all(|&x| close(x, energy)));
+    }
+}
+
+#[test]
+fn a_sheared_bar_has_its_shear_in_the_right_place() {
+    // simple shear u_x = γ z: σ_xz = μ γ to first order, the others of second
+    let gamma = 1e-4;
+    let problem = CompressionTest::new(0.22, Schedule::fixed(1.0, 1))
+        .builder(mesh())
+        .unwrap()
+        .materials([Material::hencky(10.0, 0.25)])
+        .build()
+        .unwrap();
+    let displacement = problem.nodes().iter().map(|x| [gamma * x[2], 0.0, 0.0]).collect();
+    let damage = vec![0.0; problem.nodes().len()];
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("fields.vtu");
+    problem.write_vtu(&path, &fem::Fields { displacement, damage }).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    let numbers = array(&text, "stress_mpa");
+    let numbers: Vec<f64> =
+        numbers.chunks(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect();
+    for six in numbers.chunks(6) {
+        for (k, entry) in six.iter().enumerate() {
+            let expected = if k == 5 { 4.0 * gamma } else { 0.0 };
+            assert!((entry - expected).abs() < 10.0 * gamma * gamma, "{six:?}");
+        }
+    }
+    assert!(text.contains("Name=\"stress_mpa\" NumberOfComponents=\"6\""));
+}
+
+#[test]
+fn linear_tetrahedra_fill_the_body_whatever_the_order() {
+    let problem = |order| {
+        CompressionTest::new(0.22, Schedule::fixed(1.0, 1))
+            .builder(mesh())
+            .unwrap()
+            .order(order)
+            .materials([Material::hencky(10.0, 0.25)])
+            .build()
+            .unwrap()
+    };
+    let whole = mesh();
+    assert_eq!(problem(Order::Linear).linear_tets(), whole.tets);
+    let quadratic = problem(Order::Quadratic);
+    let parts = TetMesh {
+        nodes: quadratic.nodes().to_vec(),
+        tets: quadratic.linear_tets(),
+        ..TetMesh::default()
+    };
+    assert_eq!(parts.tets.len(), 8 * whole.tets.len());
+    for (tet, eight) in parts.volumes().chunks(8).enumerate() {
+        // positive, each an eighth: none overlaps and none is missing
+        let part = whole.tet_volume(tet) / 8.0;
+        assert!(eight.iter().all(|v| (v - part).abs() < 1e-12), "{eight:?} {part}");
+    }
 }
 
 #[test]

@@ -49,24 +49,27 @@ ppl::model! {
     /// doi:10.1111/1467-9868.00294, for an error of the model beside that of the data.
     pub fn calibration_on(forward: &DynPce, specimens: &Specimens) {
         let mut point: Vec<Real> = Vec::new();
+        #[dims(parameter)]
         for input in forward.inputs() {
             let theta ~ Uniform(input.lower, input.upper);
             point.push(theta);
         }
 
         let k = forward.outputs().len();
-        let sd   ~ Normal(0.15, 0.25).truncate(0.0..).iid(k);
+        #[dims(quantity)] let sd ~ Normal(0.15, 0.25).truncate(0.0..).iid(k);
         let corr ~ LkjCholesky::of(k, 3.0);
         let chol = corr.scale_rows(&sd)?;
+        // what a person reads: the factor's own entries mean little
+        #[dims(quantity, other)] #[track] let correlation = corr.covariance();
 
-        #[track] let mean = forward.at(&point);
+        #[dims(qoi)] #[track] let mean = forward.at(&point);
         // differences between specimens show their scatter alone, their mean what they share too
         for contrast in &specimens.contrasts {
             contrast ~ MvNormalCholesky(vec![0.0; k], &chol);
         }
         let of_total = specimens.factor_of_total(&chol)?;
         specimens.total ~ MvNormalCholesky(specimens.mean_of_total(&mean), &of_total);
-        #[predict] let new_specimen ~ specimens.new_specimen(&mean, &chol)?;
+        #[dims(qoi)] #[predict] let new_specimen ~ specimens.new_specimen(&mean, &chol)?;
     }
 }
 
@@ -107,8 +110,9 @@ pub enum CalibrationError {
 /// Posterior and mode of a calibration.
 #[derive(Clone, Debug)]
 pub struct Calibration {
-    /// Draws, predictions, prior, log-likelihoods; the parameters are `theta`, labelled by the names of
-    /// the surrogate's inputs.
+    /// Draws, predictions, prior, log-likelihoods. The parameters are `theta`, labelled by the names of
+    /// the surrogate's inputs; `mean` and `new_specimen` are in the units of its outputs, by whose names they
+    /// are labelled; `sd` is relative to the means of the specimens.
     pub posterior: Posterior,
     /// Joint mode over the constrained values (no Jacobian), in the order of the surrogate's inputs.
     pub map: Vec<f64>,
@@ -167,17 +171,32 @@ pub fn calibrate(
     let mut posterior = Posterior::from_chains(&model, chains, seed)?;
     let names: Vec<&str> = pce.inputs().iter().map(|input| input.name.as_str()).collect();
     posterior.label("theta", 0, &names)?;
-    let quantities: Vec<String> = pce.outputs().iter().map(|name| short_name(name)).collect();
-    let quantities: Vec<&str> = quantities.iter().map(String::as_str).collect();
-    for (name, dimensions) in [("sd", 1), ("corr", 2), ("mean", 1), ("new_specimen", 1)] {
-        for dimension in 0..dimensions {
-            posterior.label(name, dimension, &quantities)?;
-        }
-    }
+    let short: Vec<String> = pce.outputs().iter().map(|name| short_name(name)).collect();
+    let short: Vec<&str> = short.iter().map(String::as_str).collect();
+    posterior.label("corr", 0, &short)?;
+    posterior.label("corr", 1, &short)?;
+    posterior.label("correlation", 0, &short)?;
+    posterior.label("correlation", 1, &short)?;
+    let outputs: Vec<&str> = pce.outputs().iter().map(String::as_str).collect();
+    posterior.label("mean", 0, &outputs)?;
+    to_units(&mut posterior, &mean);
     let mode = Map::default().seed(seed).find(&model)?;
     let record = model.constrain(&mode.point, &mut Xoshiro256PlusPlus::seed_from_u64(seed))?;
     let map = record.values("theta").map_or_else(Vec::new, <[f64]>::to_vec);
     Ok(Calibration { posterior, map, mode })
+}
+
+/// Quantities of interest as the surrogate has them, from those relative to these means.
+fn to_units(posterior: &mut Posterior, means: &[f64]) {
+    let Posterior { posterior, predictive, prior, prior_predictive, .. } = posterior;
+    let groups = [Some(posterior), Some(predictive), prior.as_mut(), prior_predictive.as_mut()];
+    for values in groups.into_iter().flatten().flat_map(|group| &mut group.variables) {
+        if let "mean" | "new_specimen" = values.name.as_str() {
+            for row in values.data.chunks_mut(means.len()) {
+                row.iter_mut().zip(means).for_each(|(value, mean)| *value *= mean);
+            }
+        }
+    }
 }
 
 /// The name of a surrogate's output in tables, where it is relative and has no unit.

@@ -23,6 +23,12 @@ impl Camera {
         Self { right, up: cross(towards, right), towards }
     }
 
+    /// The way to the viewer in the plane across the axis.
+    pub(super) fn ahead(&self) -> [f64; 3] {
+        let azimuth = VIEW.0.to_radians();
+        [azimuth.cos(), azimuth.sin(), 0.0]
+    }
+
     /// To the right, downwards and towards the viewer.
     pub(super) fn project(&self, p: [f64; 3]) -> [f64; 3] {
         [dot(p, self.right), -dot(p, self.up), dot(p, self.towards)]

@@ -5,18 +5,14 @@ use std::collections::HashMap;
 use fem::TetMesh;
 
 use super::camera::{Camera, cross, dot, light, sub};
-use super::raster::{Colour, Raster, grain_colour, lit};
+use super::canvas::Canvas;
+use super::raster::{Raster, grain_colour, lit};
 
 /// Matrix whose centre lies in this sector about the axis is taken away, in degrees of azimuth.
 const CUT: (f64, f64) = (-100.0, -4.0);
 /// Longer side of the picture in pixels, of which four make one at the end.
 const SIDE: f64 = 1500.0;
-const PAPER: Colour = [255; 3];
 const MATRIX: [f64; 3] = [226.0, 222.0, 214.0];
-/// Half the width of an edge in pixels.
-const EDGE: f64 = 0.8;
-/// Triangles of a smaller height in pixels are shown without their edges, which would cover them.
-const LEAST_HEIGHT: f64 = 7.0;
 
 /// The mesh with a sector of the matrix cut out, so that the grains show; mixed tetrahedra are coloured
 /// by how much of them is grain.
@@ -39,9 +35,12 @@ pub fn mesh_picture(mesh: &TetMesh) -> Raster {
             let [x, y, depth] = camera.project(p);
             [(x - low[0] + pad) * scale, (y - low[1] + pad) * scale, depth * scale]
         });
-        canvas.fill(placed, colour(mesh, tet), brightness);
+        let colour = colour(mesh, tet);
+        canvas.fill(placed, |_, on_edge| {
+            Some(lit(colour, brightness * if on_edge { 0.72 } else { 1.0 }))
+        });
     }
-    canvas.picture.halved()
+    canvas.picture()
 }
 
 /// The faces of what is kept that belong to one tetrahedron, with it; in an order that does not depend
@@ -109,76 +108,9 @@ fn centroid(mesh: &TetMesh, tet: usize) -> [f64; 3] {
     [0, 1, 2].map(|k| corners.iter().map(|p| p[k]).sum::<f64>() / 4.0)
 }
 
-/// A picture in which the nearest of several surfaces is seen.
-struct Canvas {
-    picture: Raster,
-    depth: Vec<f64>,
-}
-
-impl Canvas {
-    fn new(width: usize, height: usize) -> Self {
-        let depth = vec![f64::NEG_INFINITY; width * height];
-        Self { picture: Raster::new(width, height, PAPER), depth }
-    }
-
-    /// A triangle in pixels and depth, its edges darker.
-    fn fill(&mut self, corners: [[f64; 3]; 3], colour: [f64; 3], brightness: f64) {
-        let [a, b, c] = corners;
-        let twice_area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
-        if twice_area.abs() < 1e-9 {
-            return;
-        }
-        // distance of a corner from the edge opposite, by which a weight becomes a distance
-        let length = |p: [f64; 3], q: [f64; 3]| (q[0] - p[0]).hypot(q[1] - p[1]);
-        let heights = [length(b, c), length(c, a), length(a, b)].map(|l| twice_area.abs() / l);
-        let has_edges = heights.iter().all(|&h| h >= LEAST_HEIGHT);
-        let bounds = |k: usize, most: usize| {
-            let values = corners.map(|p| p[k]);
-            let low = values.into_iter().fold(f64::INFINITY, f64::min).floor().max(0.0);
-            let high = values.into_iter().fold(f64::NEG_INFINITY, f64::max).ceil().max(0.0);
-            low as usize..(high as usize).min(most)
-        };
-        for y in bounds(1, self.picture.height()) {
-            for x in bounds(0, self.picture.width()) {
-                let p = [x as f64 + 0.5, y as f64 + 0.5];
-                let weight = |u: [f64; 3], v: [f64; 3]| {
-                    ((v[0] - u[0]) * (p[1] - u[1]) - (v[1] - u[1]) * (p[0] - u[0])) / twice_area
-                };
-                let weights = [weight(b, c), weight(c, a), weight(a, b)];
-                if weights.iter().any(|&w| w < 0.0) {
-                    continue;
-                }
-                let depth = (0..3).map(|k| weights[k] * corners[k][2]).sum::<f64>();
-                let place = y * self.picture.width() + x;
-                if depth > self.depth[place] {
-                    self.depth[place] = depth;
-                    let near = (0..3).any(|k| weights[k] * heights[k] < EDGE);
-                    let dark = if has_edges && near { 0.72 } else { 1.0 };
-                    self.picture.set(x, y, lit(colour, brightness * dark));
-                }
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_nearer_of_two_triangles_is_seen_whatever_the_order() {
-        let triangle = |depth: f64| [[0.0, 0.0, depth], [40.0, 0.0, depth], [0.0, 40.0, depth]];
-        let (near, far) = ([200.0, 0.0, 0.0], [0.0, 200.0, 0.0]);
-        for order in [[(2.0, near), (1.0, far)], [(1.0, far), (2.0, near)]] {
-            let mut canvas = Canvas::new(40, 40);
-            for (depth, colour) in order {
-                canvas.fill(triangle(depth), colour, 1.0);
-            }
-            let mut expected = Canvas::new(40, 40);
-            expected.fill(triangle(2.0), near, 1.0);
-            assert_eq!(canvas.picture, expected.picture);
-        }
-    }
 
     #[test]
     fn a_sector_of_the_matrix_is_cut_away_and_grains_stay() {

@@ -1,7 +1,10 @@
 //! The report: figures and one self-contained HTML page, from plain results.
 
 mod camera;
+mod canvas;
+mod damage_picture;
 mod data_uri;
+mod digits;
 mod figures;
 mod grain_picture;
 mod mesh_picture;
@@ -11,11 +14,14 @@ mod results;
 mod specimen_figures;
 mod style;
 
+pub use damage_picture::{DamagedBody, damage_picture};
+pub(crate) use digits::number;
 pub use grain_picture::grain_picture;
 pub use mesh_picture::mesh_picture;
-pub(crate) use page::{number, page};
+pub(crate) use page::page;
 pub use raster::{Raster, side_by_side};
 pub(crate) use results::{
-    CalibratedParameter, OrderErrors, Picture, PictureContent, Points, Qoi, Results, mean,
+    CalibratedParameter, DamageState, Finding, LeftOut, OrderErrors, Picture, PictureContent,
+    Points, Qoi, Results, Summarised, mean,
 };
 pub(crate) use specimen_figures::{grain_sizes, mesh_quality};

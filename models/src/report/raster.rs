@@ -47,6 +47,11 @@ impl Raster {
         self.height
     }
 
+    #[cfg(test)]
+    pub(super) fn at(&self, x: usize, y: usize) -> Colour {
+        self.pixels[y * self.width + x]
+    }
+
     pub(super) fn set(&mut self, x: usize, y: usize, colour: Colour) {
         self.pixels[y * self.width + x] = colour;
     }

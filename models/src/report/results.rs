@@ -20,6 +20,8 @@ pub(crate) struct Results {
     pub(crate) image_facts: Vec<(String, String)>,
     /// Facts about the mesh: name and value.
     pub(crate) mesh_facts: Vec<(String, String)>,
+    /// What was found when the measured curves were looked at.
+    pub(crate) findings: Vec<Finding>,
     /// Measured curves by specimen.
     pub(crate) experiments: Vec<(String, Points)>,
     /// Simulated curves of the ensemble.
@@ -30,6 +32,10 @@ pub(crate) struct Results {
     pub(crate) ensemble_seconds: f64,
     /// The simulation at the MAP.
     pub(crate) map_curve: Points,
+    /// The simulation with the case's own materials; none of results from before there was one.
+    pub(crate) baseline_curve: Option<Points>,
+    /// Damage in the simulation at the MAP, as it grows.
+    pub(crate) damage: Vec<DamageState>,
     /// Simulations at posterior draws.
     pub(crate) posterior_curves: Vec<Points>,
     /// The quantities of interest.
@@ -42,14 +48,68 @@ pub(crate) struct Results {
     pub(crate) order_rule: String,
     /// The calibrated parameters.
     pub(crate) parameters: Vec<CalibratedParameter>,
-    /// The summary table, header first.
-    pub(crate) summary: Vec<Vec<String>>,
+    /// What makes the width of each parameter's interval: its label, and sources with their shares.
+    pub(crate) budget: Vec<(String, Vec<(String, f64)>)>,
+    /// Every number that was sampled.
+    pub(crate) summary: Vec<Summarised>,
+    /// Divergent transitions of all chains after warmup.
+    pub(crate) divergences: u64,
+    /// Leave-one-out predictions, specimen by specimen; empty if there are none.
+    pub(crate) loo: Vec<LeftOut>,
     /// Warnings in words; empty if nothing is to be said.
     pub(crate) warnings: Vec<String>,
     /// Notes that belong to the reading: scaled displacements, mesh bias and the like.
     pub(crate) notes: Vec<String>,
     /// Settings of the run: name and value.
     pub(crate) settings: Vec<(String, String)>,
+}
+
+/// What was found in one measured curve.
+#[derive(Clone, Debug)]
+pub(crate) struct Finding {
+    /// The specimen.
+    pub(crate) specimen: String,
+    /// What.
+    pub(crate) finding: String,
+    /// How much of it, and what to do.
+    pub(crate) help: String,
+}
+
+/// A specimen as the others predict it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LeftOut {
+    /// The specimen.
+    pub(crate) specimen: String,
+    /// Log predictive density.
+    pub(crate) elpd: f64,
+    /// Shape of the tail of the importance weights.
+    pub(crate) pareto_k: f64,
+}
+
+/// A moment of a simulation.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct DamageState {
+    /// Displacement in mm.
+    pub(crate) displacement_mm: f64,
+    /// Force in N.
+    pub(crate) force_n: f64,
+    /// Damage in the specimen cut open, a PNG.
+    pub(crate) picture: Vec<u8>,
+}
+
+/// One number that was sampled.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Summarised {
+    /// What it is.
+    pub(crate) name: String,
+    /// Mean, sd, 5, 50 and 95 % quantiles, each with its Monte Carlo error (NaN: not known).
+    pub(crate) moments: [(f64, f64); 5],
+    /// How well chains agree: 1 where they do.
+    pub(crate) rhat: f64,
+    /// Effective sample size of the bulk.
+    pub(crate) ess_bulk: f64,
+    /// Effective sample size of the tails.
+    pub(crate) ess_tail: f64,
 }
 
 /// A picture with what it shows.
@@ -79,10 +139,14 @@ pub(crate) struct Qoi {
     pub(crate) experiments: Vec<f64>,
     /// One value a run of the ensemble.
     pub(crate) ensemble: Vec<f64>,
+    /// Draws of what a new specimen will show.
+    pub(crate) predictive: Vec<f64>,
     /// The simulation at the MAP.
     pub(crate) map: f64,
     /// Relative difference of that to the experimental mean, in per cent.
     pub(crate) percent_error: f64,
+    /// What the mesh is estimated to do to it, in per cent, where that is known.
+    pub(crate) mesh_error_percent: Option<f64>,
     /// Total Sobol index for every parameter.
     pub(crate) sobol_total: Vec<f64>,
 }
@@ -109,16 +173,18 @@ pub(crate) struct CalibratedParameter {
     pub(crate) label: String,
     /// Ends of the prior box.
     pub(crate) prior: (f64, f64),
+    /// Where the runs of the ensemble lie.
+    pub(crate) design: Vec<f64>,
     /// Draws by chain.
     pub(crate) chains: Vec<Vec<f64>>,
-    /// Mean, sd, 5 % and 95 % quantiles.
-    pub(crate) mean: f64,
-    /// Standard deviation.
-    pub(crate) sd: f64,
-    /// 5 % quantile.
-    pub(crate) q05: f64,
-    /// 95 % quantile.
-    pub(crate) q95: f64,
+    /// Mean with its Monte Carlo error.
+    pub(crate) mean: (f64, f64),
+    /// Standard deviation with its Monte Carlo error.
+    pub(crate) sd: (f64, f64),
+    /// 5 % quantile with its Monte Carlo error.
+    pub(crate) q05: (f64, f64),
+    /// 95 % quantile with its Monte Carlo error.
+    pub(crate) q95: (f64, f64),
     /// Joint mode.
     pub(crate) map: f64,
     /// 1 − posterior variance / prior variance.

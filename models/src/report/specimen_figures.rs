@@ -20,10 +20,9 @@ pub(crate) fn grain_sizes(grains: &[(f64, f64)]) -> String {
     })
     .collect();
     let most = sorted.last().map_or(1.0, |grain| 1.05 * grain.0);
-    let layout =
-        panel(&plots, "diameter of the sphere of a grain's volume (mm)", "fraction up to it")
-            .with_legend_position(LegendPosition::InsideBottomRight);
-    let figure = single(plots, framed(layout, (0.0, most), (0.0, 1.0)), 620.0, 360.0);
+    let layout = panel(&plots, "diameter of an equal sphere (mm)", "fraction up to it")
+        .with_legend_position(LegendPosition::InsideBottomRight);
+    let figure = single(plots, framed(layout, (0.0, most), (0.0, 1.0)), 460.0, 340.0);
     named_clips(&figure, "grain-sizes")
 }
 
@@ -53,7 +52,7 @@ pub(crate) fn mesh_quality(angles_deg: &[f64]) -> String {
     let bars = Histogram::new().with_precomputed(edges, counts).with_color(ENSEMBLE);
     let plots: Vec<Plot> = vec![bars.into()];
     let layout = panel(&plots, "smallest dihedral angle (°)", "tetrahedra");
-    let figure = single(plots, framed(layout, (0.0, MOST), (0.0, top)), 620.0, 320.0);
+    let figure = single(plots, framed(layout, (0.0, MOST), (0.0, top)), 460.0, 340.0);
     named_clips(&figure, "mesh-quality")
 }
 

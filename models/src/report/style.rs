@@ -6,8 +6,16 @@ use kuva::prelude::*;
 pub(super) const MEASURED: &str = "#3a3a3a";
 /// The ensemble that trained the surrogate.
 pub(super) const ENSEMBLE: &str = "#9cc3e6";
+/// Where in the prior's box the ensemble lies.
+pub(super) const DESIGN: &str = "#1f5f99";
+/// The simulation at the case's own materials.
+pub(super) const BASELINE: &str = "#d99a2b";
 /// The posterior and what follows from it.
 pub(super) const POSTERIOR: &str = "#c0504d";
+/// Curves at draws of the posterior.
+pub(super) const DRAWS: &str = "#e3a8a6";
+/// Bars of draws of the posterior.
+pub(super) const DRAWS_FILL: &str = "#efc9c8";
 /// The prior.
 pub(super) const PRIOR: &str = "#8a8a8a";
 /// The truth of virtual specimens.
@@ -47,7 +55,7 @@ pub(super) fn framed(layout: Layout, x: (f64, f64), y: (f64, f64)) -> Layout {
 
 /// One panel as SVG.
 pub(super) fn single(plots: Vec<Plot>, layout: Layout, width: f64, height: f64) -> String {
-    strip(render_to_svg(plots, layout.with_width(width).with_height(height)))
+    embedded(render_to_svg(plots, layout.with_width(width).with_height(height)))
 }
 
 /// The same figure with clip paths named after it.
@@ -71,25 +79,40 @@ pub(super) fn named_clips(svg: &str, figure: &str) -> String {
     named
 }
 
-/// A grid of panels as SVG.
-pub(super) fn grid(
-    rows: usize,
-    columns: usize,
-    panels: Vec<(Vec<Plot>, Layout)>,
-    cell: (f64, f64),
-) -> String {
-    let (plots, layouts) = panels.into_iter().unzip();
-    let scene = Figure::new(rows, columns)
-        .with_plots(plots)
-        .with_layouts(layouts)
-        .with_cell_size(cell.0, cell.1)
-        .with_spacing(14.0)
-        .with_padding(6.0)
-        .render();
-    strip(SvgBackend.render_scene(&scene))
+/// Everything before `<svg` is for files, not for pages; with a box of its own units it can be of any size.
+fn embedded(svg: String) -> String {
+    let Some(start) = svg.find("<svg") else { return String::new() };
+    let svg = &svg[start..];
+    let side = |name: &str| {
+        let value = svg.split_once(&format!(" {name}=\""))?.1;
+        value.split('"').next()
+    };
+    match (side("width"), side("height")) {
+        (Some(width), Some(height)) => {
+            format!("<svg viewBox=\"0 0 {width} {height}\"{}", &svg["<svg".len()..])
+        }
+        _ => svg.to_owned(),
+    }
 }
 
-/// Everything before `<svg` is for files, not for pages.
-fn strip(svg: String) -> String {
-    svg.find("<svg").map_or_else(String::new, |start| svg[start..].to_owned())
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_figure_can_be_of_any_size() {
+        let plots = || -> Vec<Plot> { vec![LinePlot::new().with_data([(0.0, 1.0)]).into()] };
+        let svg = single(plots(), panel(&plots(), "x", "y"), 760.0, 430.5);
+        assert!(svg.starts_with("<svg viewBox=\"0 0 760 430.5\" "), "{}", &svg[..80]);
+        assert_eq!(embedded("nothing".into()), "");
+    }
+
+    #[test]
+    fn clip_paths_are_named_alike_whenever_a_figure_is_drawn() {
+        let drawn = |first: usize| {
+            format!("#kuva-clip-{first} #kuva-clip-{} #kuva-clip-{first}", first + 1)
+        };
+        assert_eq!(named_clips(&drawn(17), "a"), named_clips(&drawn(3), "a"));
+        assert_eq!(named_clips(&drawn(17), "a"), "#a-clip-0 #a-clip-1 #a-clip-0");
+    }
 }

@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 
 use ppl::diagnostics::e_bfmi;
-use ppl::{ChainStatus, Nuts, Posterior, Progress};
+use ppl::{ChainStatus, Nuts, Posterior, Progress, Role, Values, Variable};
 use surrogate::{DynPce, Input};
 
 use super::WorkflowError;
@@ -12,7 +12,7 @@ use super::inputs::Inputs;
 use super::task::Task;
 use super::uncertainty::{shared_error, shared_error_warning, write_uncertainty};
 use crate::error::InputError;
-use crate::fracture::{calibrate, column_means};
+use crate::fracture::{CalibrationError, calibrate, column_means};
 use crate::progress::{Bar, say};
 use crate::table::{CsvTable, TableRow};
 
@@ -40,7 +40,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let result = calibrate(&pce, &specimens, &shared, &sampler, settings.seed);
     drop(bar);
     task.check_interrupt()?;
-    let result = result?;
+    let mut result = result?;
     if !result.mode.converged {
         let mode = &result.mode;
         say(
@@ -48,11 +48,14 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
             &format!("the mode is not sharp: {} of {} searches agree", mode.agreeing, mode.starts),
         );
     }
+    name_specimens(inputs, &mut result.posterior, &specimens, pce.outputs())?;
     let posterior = &result.posterior;
     let zarr = task.product("posterior.zarr")?;
     posterior.write_zarr(&zarr).map_err(|e| WorkflowError::io(&zarr, e))?;
-    write_draws(task, posterior, pce.inputs())?;
+    write_draws(task, posterior)?;
+    write_predictions(task, posterior, pce.outputs())?;
     let mut summary = posterior.summary();
+    summary.rows.retain(|row| is_for_people(posterior, &row.name));
     for row in &mut summary.rows {
         row.name = parameter_name(&row.name);
         row.place.clone_from(&row.name);
@@ -113,19 +116,63 @@ fn write_map(task: &Task<'_>, parameters: &[Input], map: &[f64]) -> Result<(), W
     task.write_csv("map.csv", ["parameter", "map", "truth"], rows)
 }
 
-/// One line a draw, one column a number.
-fn write_draws(
+/// Whether a number is of use in a table: of the factor of the correlations none is, of the symmetric matrix
+/// one triangle.
+fn is_for_people(posterior: &Posterior, name: &str) -> bool {
+    let of = |quantity: &str| {
+        let variable = posterior.layout.variables.iter().find(|v| v.name == quantity)?;
+        let place = posterior.layout.labelled(variable).iter().position(|own| own == name)?;
+        let columns = *variable.shape.last()?;
+        Some((place / columns, place % columns))
+    };
+    of("corr").is_none() && of("correlation").is_none_or(|(row, column)| row > column)
+}
+
+/// Puts the specimens into the observed data as people know them: by name, one column a quantity.
+fn name_specimens(
+    inputs: &Inputs<'_>,
+    posterior: &mut Posterior,
+    specimens: &[Vec<f64>],
+    quantities: &[String],
+) -> Result<(), WorkflowError> {
+    let path = inputs.file("experiments.csv")?;
+    let table = CsvTable::read(&path, &["id"])?;
+    let ids: Vec<&str> = table.rows().map(|row| row.text("id")).collect();
+    let (name, shape) = ("qois".to_owned(), vec![specimens.len(), quantities.len()]);
+    posterior.layout.variables.push(Variable {
+        name: name.clone(),
+        shape: shape.clone(),
+        dims: vec!["specimen".to_owned(), "qoi".to_owned()],
+        role: Role::Observed,
+    });
+    posterior.observed.variables.push(Values { name, shape, data: specimens.concat() });
+    Ok(posterior.label("qois", 0, &ids).map_err(CalibrationError::Label)?)
+}
+
+/// What new specimens would show, one line a draw.
+fn write_predictions(
     task: &Task<'_>,
     posterior: &Posterior,
-    parameters: &[Input],
+    quantities: &[String],
 ) -> Result<(), WorkflowError> {
+    let group = &posterior.predictive;
+    let drawn = group.get("new_specimen").map_or(&[][..], |values| &values.data);
+    let rows = drawn.chunks(quantities.len()).enumerate().map(|(row, values)| {
+        let place = [row / group.draws, row % group.draws].map(|i| i.to_string());
+        place.into_iter().chain(values.iter().map(f64::to_string)).collect::<Vec<_>>()
+    });
+    let quantities = quantities.iter().map(String::as_str);
+    task.write_csv("predictive.csv", ["chain", "draw"].into_iter().chain(quantities), rows)
+}
+
+/// One line a draw, one column a number.
+fn write_draws(task: &Task<'_>, posterior: &Posterior) -> Result<(), WorkflowError> {
     let group = &posterior.posterior;
     let mut header = vec!["chain".to_owned(), "draw".to_owned()];
-    for variable in &group.variables {
-        match variable.name.as_str() {
-            "theta" => header.extend(parameters.iter().map(|input| input.name.clone())),
-            _ => header.extend(variable.elements()),
-        }
+    for values in &group.variables {
+        let variable = posterior.layout.variables.iter().find(|v| v.name == values.name);
+        let names = variable.map_or_else(|| values.elements(), |v| posterior.layout.labelled(v));
+        header.extend(names.iter().map(|name| parameter_name(name)));
     }
     let count = group.chains * group.draws;
     let rows = (0..count).map(|row| {

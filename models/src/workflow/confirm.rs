@@ -8,6 +8,7 @@ use fem::{RunInput, RunRecord, gmsh, write_curve};
 use super::WorkflowError;
 use super::calibrate::read_experiments;
 use super::ensemble::quantities;
+use super::map_fields::write_fields;
 use super::mesh::finer;
 use super::runs::run_ensemble;
 use super::simulator::Simulator;
@@ -23,6 +24,7 @@ const WORTH_TELLING: f64 = 2.0;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
+    baseline(task)?;
     let (names, mode) = read_map(&inputs.file("map.csv")?)?;
     let mut points = vec![mode];
     points.extend(read_draws(&inputs.file("posterior.csv")?, &names, inputs.confirm().draws)?);
@@ -61,6 +63,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let map = quantities(&records[0], qoi).map_err(|reason| {
         WorkflowError::Unusable(format!("the simulation at the mode: {reason}"))
     })?;
+    write_fields(task, &simulator, &records[0].inputs, &records[0].curve)?;
     let mesh_errors = mesh_errors(task, &names, &records[0], &map)?;
     let experiments = column_means(&read_experiments(inputs, &columns)?);
     let errors: Vec<f64> =
@@ -82,6 +85,17 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         told += &format!("; error of its mesh, estimated: {} %", errors.join(", "));
     }
     Ok(told)
+}
+
+/// The simulation with the materials as the case has them: what calibration is to improve upon.
+fn baseline(task: &Task<'_>) -> Result<(), WorkflowError> {
+    let inputs = &task.inputs;
+    let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
+    let simulator = Simulator::new(&inputs.setup(), mesh, Vec::new())?;
+    let run = RunInput { id: 1, inputs: Vec::new() };
+    let records =
+        run_ensemble(task, "confirm/baseline", &[], &[run], &|_| Ok(Cow::Borrowed(&simulator)))?;
+    Ok(write_curve(task.product("curves/baseline.csv")?, &records[0].curve)?)
 }
 
 /// The error in % of each quantity by the mesh, from a second simulation at the mode with half the

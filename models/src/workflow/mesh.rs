@@ -106,15 +106,21 @@ fn quantity(inputs: &Inputs<'_>, name: &str) -> Result<f64, WorkflowError> {
 
 /// Part of the volume that is grain, mixed tetrahedra by their parts.
 fn grain_fraction(mesh: &TetMesh) -> f64 {
-    let Some(region) = mesh.regions.iter().position(|region| region == "grain") else { return 0.0 };
     let volumes = mesh.volumes();
-    let part = |tet: usize| match &mesh.mixture {
-        _ if usize::from(mesh.region_of[tet]) == region => 1.0,
-        Some(mixture) => f64::from(mixture[tet].fraction),
-        None => 0.0,
-    };
-    let grains: f64 = volumes.iter().enumerate().map(|(tet, volume)| part(tet) * volume).sum();
+    let grains: f64 = grain_parts(mesh).iter().zip(&volumes).map(|(part, v)| part * v).sum();
     grains / volumes.iter().sum::<f64>()
+}
+
+/// How much of each tetrahedron is grain.
+pub(super) fn grain_parts(mesh: &TetMesh) -> Vec<f64> {
+    let region = mesh.regions.iter().position(|region| region == "grain");
+    let part = |tet: usize| match (region, &mesh.mixture) {
+        (None, _) => 0.0,
+        (Some(region), _) if usize::from(mesh.region_of[tet]) == region => 1.0,
+        (_, Some(mixture)) => f64::from(mixture[tet].fraction),
+        (_, None) => 0.0,
+    };
+    (0..mesh.tets.len()).map(part).collect()
 }
 
 /// What any mesh has.

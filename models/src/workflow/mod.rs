@@ -29,6 +29,7 @@ mod freshness;
 mod gate;
 mod inputs;
 mod leftovers;
+mod map_fields;
 mod mesh;
 mod packings;
 mod report;

@@ -104,17 +104,22 @@ impl Simulator {
         Ok(Self { problem, materials, parameters, duration_s: setup.test.duration_s })
     }
 
+    /// The test with these values of the parameters.
+    pub(super) fn at(&self, values: &[f64]) -> Result<Problem, FemError> {
+        let mut materials = self.materials.clone();
+        for ((region, parameter), &value) in self.parameters.iter().zip(values) {
+            parameter.property.set(&mut materials[*region], value);
+        }
+        self.problem.with_materials(in_fem(&materials)?)
+    }
+
     /// Runs with these values of the parameters.
     pub(super) fn run(
         &self,
         values: &[f64],
         observer: &mut dyn fem::Observer,
     ) -> Result<Outcome, FemError> {
-        let mut materials = self.materials.clone();
-        for ((region, parameter), &value) in self.parameters.iter().zip(values) {
-            parameter.property.set(&mut materials[*region], value);
-        }
-        Ok(self.problem.with_materials(in_fem(&materials)?)?.run(observer))
+        Ok(self.at(values)?.run(observer))
     }
 
     /// The test with the case's own materials.

@@ -57,6 +57,7 @@ pub static STAGES: [Stage; 8] = [
         products: &[
             "posterior.zarr",
             "posterior.csv",
+            "predictive.csv",
             "sampling.csv",
             "summary.csv",
             "summary.txt",
@@ -69,13 +70,15 @@ pub static STAGES: [Stage; 8] = [
     },
     Stage {
         name: "confirm",
-        about: "Simulate at the mode and at posterior draws: confirm.csv",
+        about: "Simulate at the mode and at posterior draws: confirm.csv, fields/map.pvd (for ParaView)",
         products: &[
             "confirm.csv",
             "confirm_runs.csv",
+            "curves/baseline.csv",
             "curves/map.csv",
             "curves/draw-*",
             "curves/finer-map.csv",
+            "fields/map*",
         ],
         run: confirm::run,
     },

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::gather::Gather;
 use crate::element::{Domain, Space};
 use crate::material::{Homogenisation, Inverted};
+use crate::operator::cell_stress::CellStress;
 use crate::operator::deterministic_reduce::deterministic_reduce;
 use crate::operator::element::ElementResidual;
 use crate::operator::equations::{Coupling, Operator};
@@ -89,6 +90,14 @@ impl<const N: usize> Operator for Assembly<N> {
         let batch = LANES * self.space.rule.points.len();
         let batches = out.par_chunks_mut(batch).enumerate().with_min_len(LEAST);
         batches.try_for_each(|(batch, out)| gather.driving_energies(batch * LANES, out))
+    }
+
+    fn stresses(&self, increment: &Increment) -> Result<Vec<CellStress>, Inverted> {
+        let gather = self.gather(increment);
+        let mut out = vec![CellStress::default(); self.space.tets.len()];
+        let batches = out.par_chunks_mut(LANES).enumerate().with_min_len(LEAST);
+        batches.try_for_each(|(batch, out)| gather.stresses(batch * LANES, out))?;
+        Ok(out)
     }
 
     fn point_data(

@@ -29,7 +29,8 @@ pub(crate) struct Gather<'a, const N: usize> {
     rule: Homogenisation,
     /// K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt by region.
     constants: Vec<[f64; CONSTANTS]>,
-    places: [usize; LANES],
+    /// Where each row of a batch is in the lanes.
+    pub(super) places: [usize; LANES],
 }
 
 /// Constants of a region.
@@ -118,7 +119,7 @@ impl<'a, const N: usize> Gather<'a, N> {
 
     /// The element of each lane, so that the rows that are written back have the order of the
     /// elements; lanes without one have the last one again.
-    fn rows(&self, first: usize, count: usize) -> [usize; LANES] {
+    pub(super) fn rows(&self, first: usize, count: usize) -> [usize; LANES] {
         let mut tets = [first; LANES];
         for row in 0..LANES {
             tets[self.places[row]] = first + row.min(count - 1);
@@ -279,7 +280,7 @@ impl<'a, const N: usize> Gather<'a, N> {
 
 /// Whether all elements are sound.
 #[inline(always)]
-fn check<T: Lanes>(sound: T) -> Result<(), Inverted> {
+pub(super) fn check<T: Lanes>(sound: T) -> Result<(), Inverted> {
     let mut lanes = [1.0; POINTS];
     sound.store(&mut lanes);
     if lanes == [1.0; POINTS] { Ok(()) } else { Err(Inverted) }

@@ -6,6 +6,7 @@ mod chunk;
 mod gather;
 mod lanes;
 mod matrix_free;
+mod stresses;
 
 pub(crate) use assembly::Assembly;
 #[cfg(test)]

@@ -1,0 +1,63 @@
+//! Stress and energy of an element as a whole, for results.
+
+use super::element::{ElementState, MOST_POINTS};
+use crate::material::{Law, Scalar};
+
+/// Numbers of [`ElementState::stress_sums`].
+pub(crate) const SUMS: usize = 9;
+/// Rows and columns of xx, yy, zz, xy, yz, xz: the order of VTK.
+const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
+
+/// The state of an element, by its volume.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct CellStress {
+    /// Elastic energy over the reference volume, N mm/mm³ = MPa.
+    pub(crate) energy_density_mpa: f64,
+    /// Mean Cauchy stress over the current volume, MPa: xx, yy, zz, xy, yz, xz.
+    pub(crate) stress_mpa: [f64; 6],
+}
+
+impl CellStress {
+    pub(crate) fn of([energy, volume, deformed, stress @ ..]: [f64; SUMS]) -> Self {
+        Self {
+            energy_density_mpa: energy / volume,
+            stress_mpa: stress.map(|entry| entry / deformed),
+        }
+    }
+
+    /// √(3/2) of the norm of the deviator, MPa.
+    pub(crate) fn von_mises_mpa(&self) -> f64 {
+        let [xx, yy, zz, xy, yz, xz] = self.stress_mpa;
+        let normal = (xx - yy).powi(2) + (yy - zz).powi(2) + (zz - xx).powi(2);
+        let shear = xy * xy + yz * yz + xz * xz;
+        (0.5 * normal + 3.0 * shear).sqrt()
+    }
+}
+
+impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
+    /// ∫ψ dV, ∫dV, ∫J dV and the entries of ∫τ dV, with τ = J σ; whether the element is sound.
+    #[inline(always)]
+    pub(crate) fn stress_sums(&self) -> ([T; SUMS], T) {
+        let zero = self.local.constant(0.0);
+        let one = zero.constant(1.0);
+        let (mut sums, mut sound) = ([zero; SUMS], one);
+        let phi: [T; MOST_POINTS] = self.damage_at_points();
+        for q in 0..self.rule.points.len() {
+            let at = self.at::<false>(q, &phi);
+            sound = sound.min(at.principal.sound);
+            let [a, b, c] = at.principal.strains.excess;
+            let change = ((one + a) * (one + b) * (one + c)).sqrt();
+            sums[0] = at.weight.mul_add(at.response.energy, sums[0]);
+            sums[1] += at.weight;
+            sums[2] = at.weight.mul_add(change, sums[2]);
+            for (entry, (i, j)) in ENTRIES.into_iter().enumerate() {
+                let (n, m) = (&at.principal.basis[i], &at.principal.basis[j]);
+                for k in 0..3 {
+                    let part = at.response.stress[k] * n[k] * m[k];
+                    sums[3 + entry] = at.weight.mul_add(part, sums[3 + entry]);
+                }
+            }
+        }
+        (sums, sound)
+    }
+}

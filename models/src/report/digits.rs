@@ -1,0 +1,76 @@
+//! How many digits of a number are shown.
+
+/// Four significant digits, scientific where that is shorter to read.
+pub(crate) fn number(x: f64) -> String {
+    let magnitude = x.abs();
+    if x == 0.0 || !x.is_finite() {
+        return x.to_string();
+    }
+    if !(1e-3..1e5).contains(&magnitude) {
+        return format!("{x:.3e}");
+    }
+    let decimals = (3 - magnitude.log10().floor() as i32).max(0) as usize;
+    format!("{x:.decimals$}")
+}
+
+/// As many digits as the error allows: it is at most five units of the last one. Four significant ones where
+/// the error is not known, and never more than six.
+pub(super) fn within((x, error): (f64, f64)) -> String {
+    if !x.is_finite() {
+        return "–".to_owned();
+    }
+    if !(error.is_finite() && error > 0.0) {
+        return number(x);
+    }
+    // the place of the last digit, as a power of ten
+    let last = (2.0 * error).log10().floor() as i32;
+    let first = if x == 0.0 { last } else { x.abs().log10().floor() as i32 };
+    let last = last.max(first - 5);
+    if last > 0 && first < 5 {
+        // whole numbers are read more easily than powers
+        let unit = 10f64.powi(last);
+        return format!("{:.0}", (x / unit).round() * unit);
+    }
+    if !(-4..5).contains(&first) {
+        let decimals = (first - last).max(0) as usize;
+        return format!("{x:.decimals$e}");
+    }
+    let decimals = (-last).max(0) as usize;
+    let text = format!("{x:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(zero) if zero.bytes().all(|c| matches!(c, b'0' | b'.')) => zero.to_owned(),
+        _ => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_digits() {
+        assert_eq!(number(275.0), "275.0");
+        assert_eq!(number(0.0025), "0.002500");
+        assert_eq!(number(-1.0), "-1.000");
+        assert_eq!(number(22000.0), "22000");
+        assert_eq!(number(0.000_01), "1.000e-5");
+        assert_eq!(number(0.0), "0");
+    }
+
+    #[test]
+    fn the_error_is_at_most_five_units_of_the_last_digit_shown() {
+        assert_eq!(within((283.4567, 0.08)), "283.5");
+        assert_eq!(within((283.4567, 0.49)), "283.5");
+        assert_eq!(within((283.4567, 0.51)), "283");
+        assert_eq!(within((283.4567, 12.0)), "280");
+        assert_eq!(within((0.298_34, 1.2e-4)), "0.2983");
+        assert_eq!(within((0.002_503, 2.3e-5)), "0.00250");
+        assert_eq!(within((2.503e-5, 2.3e-7)), "2.50e-5");
+        assert_eq!(within((0.0, 0.004)), "0.000");
+        assert_eq!(within((-0.4321, 0.004)), "-0.432");
+        assert_eq!(within((-0.002, 0.02)), "0.00", "zero has no sign");
+        assert_eq!(within((283.4567, 1e-12)), "283.457");
+        assert_eq!(within((283.4567, f64::NAN)), "283.5");
+        assert_eq!(within((f64::NAN, 0.1)), "–");
+    }
+}

@@ -1,0 +1,38 @@
+//! Errors of the surrogate.
+
+use kuva::prelude::*;
+
+use super::draw::line;
+use crate::report::results::{OrderErrors, Results};
+use crate::report::style::{PRIOR, SERIES, panel, single};
+
+/// One of the errors of an order.
+type ErrorOf = fn(&OrderErrors) -> Option<f64>;
+
+/// Errors of the expansion by order, on a logarithmic scale.
+pub(in crate::report) fn orders(results: &Results) -> String {
+    let series: [(&str, ErrorOf); 4] = [
+        ("corrected LOO", |o| o.corrected),
+        ("LOO", |o| o.loo),
+        ("validation (30 %)", |o| o.validation),
+        ("training (70 %)", |o| o.training),
+    ];
+    let mut plots: Vec<Plot> = Vec::new();
+    for ((name, error), color) in series.into_iter().zip(SERIES) {
+        let points: Vec<(f64, f64)> = results
+            .orders
+            .iter()
+            .filter_map(|o| Some((o.order as f64, error(o)?.max(1e-16))))
+            .collect();
+        let dots = ScatterPlot::new().with_data(points.clone()).with_color(color).with_size(3.5);
+        plots.push(line(points, color, 1.8).with_legend(name).into());
+        plots.push(dots.into());
+    }
+    let layout = panel(&plots, "order", "relative error")
+        .with_log_y()
+        .with_legend_position(LegendPosition::OutsideRightTop)
+        .with_reference_line(
+            ReferenceLine::vertical(results.chosen_order as f64).with_color(PRIOR),
+        );
+    single(plots, layout, 600.0, 330.0)
+}

@@ -1,0 +1,225 @@
+//! What was found, what speaks against it, and what makes it uncertain.
+
+use maud::{Markup, html};
+use ppl::diagnostics::Identification;
+
+use super::table;
+use crate::report::digits::{number, within};
+use crate::report::results::{CalibratedParameter, Results, Verdict};
+
+pub(super) fn parameters(results: &Results) -> Markup {
+    let with_truth = results.parameters.iter().any(|p| p.truth.is_some());
+    let header = html! {
+        th { "parameter" } th { "MAP" } th { "mean ± sd" } th { "90 % interval" }
+        th { "prior" } th { "contraction" } th { "from the data" }
+        @if with_truth { th { "truth" } }
+    };
+    let rows = html! {
+        @for p in &results.parameters {
+            tr {
+                td.name { (p.label) }
+                td data-is="MAP" { (within((p.map, p.mean.1))) }
+                td data-is="mean ± sd" { (within(p.mean)) " ± " (within(p.sd)) }
+                td data-is="90 % interval" { (within(p.q05)) " … " (within(p.q95)) }
+                td data-is="prior" { (plain(p.prior.0)) " … " (plain(p.prior.1)) }
+                td data-is="contraction" { (format!("{:.2}", p.contraction)) }
+                td data-is="from the data" { (verdict(p)) }
+                @if with_truth {
+                    td data-is="truth" { @if let Some(t) = p.truth { (plain(t)) } }
+                }
+            }
+        }
+    };
+    html! {
+        section {
+            h2 { "Calibrated parameters" }
+            div.cards { (table(header, rows)) }
+            p.caption {
+                "As many digits as the Monte Carlo error allows. Contraction is 1 − posterior variance / \
+                 prior variance: 0 where the data taught \
+                 nothing, 1 where they fixed the parameter. MAP is the joint mode over the \
+                 constrained parameters; for a parameter that is not identified it is as good as \
+                 any other point of its posterior."
+            }
+        }
+    }
+}
+
+/// A number of the case, as it stands there where that is short.
+fn plain(x: f64) -> String {
+    let (short, whole) = (number(x), x.to_string());
+    if whole.len() <= short.len() { whole } else { short }
+}
+
+fn verdict(p: &CalibratedParameter) -> Markup {
+    let identified = p.verdict() == Verdict::Learnt(Identification::Identified);
+    let class = if identified { "verdict good" } else { "verdict weak" };
+    html! { span class=(class) { (p.verdict()) } }
+}
+
+pub(super) fn warnings(results: &Results) -> Markup {
+    html! {
+        section {
+            h2 { "What to know before using them" }
+            @if results.warnings.is_empty() {
+                p.good { "The sampler found nothing to warn about." }
+            } @else {
+                ul.warnings { @for text in &results.warnings { li { (text) } } }
+            }
+            @if !results.notes.is_empty() {
+                ul { @for text in &results.notes { li { (text) } } }
+            }
+        }
+    }
+}
+
+/// Sources in the order of their colours; another one gets what is left.
+const SOURCES: [&str; 4] = ["specimens", "geometry", "surrogate", "mesh"];
+
+/// What widens each interval, a bar a parameter.
+pub(super) fn budget(results: &Results) -> Markup {
+    let sources = sources(&results.budget);
+    if sources.is_empty() {
+        return html! {};
+    }
+    let header = html! {
+        th { "share of the variance" }
+        @for source in &sources {
+            th { span class={ "key " (colour(source)) } {} (source) }
+        }
+    };
+    let rows = html! {
+        @for (parameter, parts) in &results.budget {
+            tr {
+                td.name { (parameter) (bar(parts)) }
+                @for source in &sources {
+                    td { @if let Some(share) = share(parts, source) { (percent(share)) } }
+                }
+            }
+        }
+    };
+    html! {
+        section {
+            h2 { "Where the uncertainty comes from" }
+            (table(header, rows))
+            p.caption {
+                "Shares of the posterior variance beside that of the prior, linearised at the posterior \
+                 mean. Specimens: scatter between them, which more of them average away. Geometry: \
+                 packings that differ. Surrogate: its error, which more runs make smaller."
+                @if !sources.contains(&"mesh") {
+                    " No interval holds the error of the mesh; what is known of it stands at the \
+                     confirming simulation."
+                }
+            }
+        }
+    }
+}
+
+/// The sources that occur, known ones first.
+fn sources(budget: &[(String, Vec<(String, f64)>)]) -> Vec<&str> {
+    let mut found: Vec<&str> = Vec::new();
+    for (source, _) in budget.iter().flat_map(|(_, parts)| parts) {
+        if !found.contains(&source.as_str()) {
+            found.push(source);
+        }
+    }
+    let place = |source: &&str| SOURCES.iter().position(|s| s == source).unwrap_or(SOURCES.len());
+    found.sort_by_key(place);
+    found
+}
+
+fn share(parts: &[(String, f64)], source: &str) -> Option<f64> {
+    parts.iter().find(|(name, _)| name == source).map(|(_, share)| *share)
+}
+
+/// The class of a source in the style sheet.
+fn colour(source: &str) -> &str {
+    if SOURCES.contains(&source) { source } else { "other" }
+}
+
+fn percent(share: f64) -> String {
+    match 100.0 * share {
+        percent if percent > 0.0 && percent < 0.5 => "< 1 %".to_owned(),
+        percent => format!("{percent:.0} %"),
+    }
+}
+
+/// Shares one after the other, as wide together as the bar.
+fn bar(parts: &[(String, f64)]) -> Markup {
+    let names: Vec<String> =
+        parts.iter().map(|(source, share)| format!("{source} {}", percent(*share))).collect();
+    let mut ordered: Vec<&(String, f64)> = parts.iter().collect();
+    let place = |part: &&(String, f64)| SOURCES.iter().position(|s| *s == part.0);
+    ordered.sort_by_key(|part| place(part).unwrap_or(SOURCES.len()));
+    let ends = ordered.iter().scan(0.0, |end, part| {
+        *end += 100.0 * part.1;
+        Some(*end)
+    });
+    html! {
+        svg.bar viewBox="0 0 100 10" preserveAspectRatio="none" role="img"
+            aria-label=(names.join(", ")) {
+            @for ((source, share), end) in ordered.iter().zip(ends) {
+                @let (left, width) = (end - 100.0 * share, 100.0 * share);
+                rect class=(colour(source)) x=(format!("{left:.2}")) width=(format!("{width:.2}"))
+                    height="10" {}
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn results() -> Results {
+        let parts = |shares: [f64; 3]| -> Vec<(String, f64)> {
+            ["surrogate", "geometry", "specimens"]
+                .map(str::to_owned)
+                .into_iter()
+                .zip(shares)
+                .collect()
+        };
+        let budget = vec![
+            ("E (MPa)".to_owned(), parts([0.056, 0.148, 0.796])),
+            ("ξ (MPa s)".to_owned(), parts([0.001, 0.4, 0.599])),
+        ];
+        Results { budget, ..Results::default() }
+    }
+
+    #[test]
+    fn shares_stand_in_one_order_and_fill_the_bar() {
+        let html = budget(&results()).into_string();
+        for cell in ["80 %", "15 %", "6 %", "60 %", "40 %", "&lt; 1 %"] {
+            assert!(html.contains(&format!("<td>{cell}</td>")), "{cell}: {html}");
+        }
+        let bar = &html[html.find("<svg").unwrap()..html.find("</svg>").unwrap()];
+        let rects: Vec<&str> = bar.split("<rect").skip(1).collect();
+        assert!(rects[0].contains("class=\"specimens\" x=\"0.00\" width=\"79.60\""), "{bar}");
+        assert!(rects[1].contains("class=\"geometry\" x=\"79.60\" width=\"14.80\""), "{bar}");
+        assert!(rects[2].contains("class=\"surrogate\" x=\"94.40\" width=\"5.60\""), "{bar}");
+    }
+
+    #[test]
+    fn without_a_budget_there_is_no_section() {
+        assert_eq!(budget(&Results::default()).into_string(), "");
+    }
+
+    #[test]
+    fn parameters_have_the_digits_of_their_errors() {
+        let parameter = CalibratedParameter {
+            label: "E (MPa)".into(),
+            prior: (250.0, 300.0),
+            mean: (283.4567, 0.08),
+            sd: (4.5123, 0.06),
+            q05: (276.312, 0.2),
+            q95: (291.04, 0.15),
+            map: 283.2911,
+            ..Default::default()
+        };
+        let results = Results { parameters: vec![parameter], ..Results::default() };
+        let html = parameters(&results).into_string();
+        for cell in ["283.3", "283.5 ± 4.5", "276.3 … 291.0", "250 … 300"] {
+            assert!(html.contains(&format!(">{cell}</td>")), "{cell}: {html}");
+        }
+    }
+}

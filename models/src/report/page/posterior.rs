@@ -1,0 +1,172 @@
+//! The posterior, how it was sampled, and what it predicts.
+
+use maud::{Markup, PreEscaped, html};
+
+use super::{panels, table};
+use crate::report::digits::within;
+use crate::report::figures::{self, Place};
+use crate::report::results::{LeftOut, Results};
+
+/// Above this shape of the tail the estimate of one that is left out is not to be relied upon
+/// (Vehtari, Gelman & Gabry 2017, doi:10.1007/s11222-016-9696-4).
+const MOST_K: f64 = 0.7;
+
+pub(super) fn posterior(results: &Results) -> Markup {
+    html! {
+        section {
+            h2 { "Posterior" }
+            (pairs(&figures::posterior(&results.parameters), html! {
+                "Axes span the prior box. Diagonal: posterior (red) and prior (dashed), MAP \
+                 dotted. Below: contours that enclose 10, 50 and 90 % of the mass. Above: draws. "
+                @if results.parameters.iter().any(|p| p.truth.is_some()) {
+                    "Green: the truth of the virtual specimens."
+                }
+            }))
+            (table(
+                html! {
+                    th { "quantity" } th { "mean" } th { "sd" } th { "5 %" } th { "50 %" } th { "95 %" }
+                    th { "R̂" } th { "ESS, bulk" } th { "ESS, tail" }
+                },
+                html! { @for row in &results.summary { tr {
+                    td.name { (row.name) }
+                    @for moment in row.moments { td { (within(moment)) } }
+                    td { (or_dash(row.rhat, 3)) }
+                    td { (or_dash(row.ess_bulk, 0)) }
+                    td { (or_dash(row.ess_tail, 0)) }
+                } } },
+            ))
+            p.caption {
+                "As many digits as the Monte Carlo error allows. Scatter between specimens (sd) is relative \
+                 to their means."
+            }
+        }
+    }
+}
+
+fn or_dash(x: f64, decimals: usize) -> String {
+    if x.is_finite() { format!("{x:.decimals$}") } else { "–".to_owned() }
+}
+
+/// A matrix of panels; a narrow page leaves the ones above the diagonal out and puts two in a row.
+pub(super) fn pairs(matrix: &[(Place, String)], caption: Markup) -> Markup {
+    let columns = matrix.iter().filter(|(place, _)| *place == Place::Diagonal).count();
+    let class = |place: Place| match place {
+        Place::Above => "above",
+        Place::Diagonal | Place::Below => "kept",
+    };
+    html! {
+        figure {
+            div.pairs style={ "--columns: " (columns) } {
+                @for (place, svg) in matrix { div class=(class(*place)) { (PreEscaped(svg)) } }
+            }
+            figcaption { (caption) }
+        }
+    }
+}
+
+pub(super) fn sampling(results: &Results) -> Markup {
+    let chains = results.parameters.iter().map(|p| p.chains.len()).max().unwrap_or(0);
+    let draws = results.parameters.iter().map(|p| p.draws().count()).max().unwrap_or(0);
+    html! {
+        section {
+            h2 { "Sampling" }
+            p {
+                (draws) " draws in " (chains) " chains. "
+                @match results.divergences {
+                    0 => span.good { "No divergent transitions." },
+                    n => span.bad { (n) " divergent transitions: the posterior has a part that the \
+                                     sampler did not reach." },
+                }
+            }
+            (panels(&figures::ranks(&results.parameters), html! {
+                "Ranks of each chain's draws among those of all, one colour a chain: even where chains \
+                 found the same posterior."
+            }))
+            figure {
+                @for trace in figures::traces(&results.parameters) { (PreEscaped(trace)) }
+                figcaption { "Draws in order, one colour a chain." }
+            }
+        }
+    }
+}
+
+pub(super) fn predictions(results: &Results) -> Markup {
+    let predicted = figures::predictive(results);
+    if predicted.is_empty() && results.loo.is_empty() {
+        return html! {};
+    }
+    html! {
+        section {
+            h2 { "Prediction against experiment" }
+            @if !predicted.is_empty() {
+                (panels(&predicted, html! {
+                    "Bars: what the posterior predicts of a new specimen, 99 % of the draws. Outline and dots: \
+                     the experiments; dashed: their mean."
+                }))
+            }
+            (left_out(&results.loo))
+        }
+    }
+}
+
+/// Each specimen as the others predict it.
+fn left_out(loo: &[LeftOut]) -> Markup {
+    if loo.is_empty() {
+        return html! {};
+    }
+    let total: f64 = loo.iter().map(|one| one.elpd).sum();
+    let bad = loo.iter().filter(|one| one.pareto_k > MOST_K).count();
+    html! {
+        h3 { "Each specimen left out in turn" }
+        (table(
+            html! { th { "specimen" } th { "log predictive density" } th { "Pareto k̂" } th {} },
+            html! {
+                @for one in loo { tr {
+                    td.name { (one.specimen) }
+                    td { (format!("{:.2}", one.elpd)) }
+                    td { (format!("{:.2}", one.pareto_k)) }
+                    td { @if one.pareto_k > MOST_K { span.verdict.weak { "not reliable" } } }
+                } }
+                tr { td.name { "all" } td { (format!("{total:.2}")) } td {} td {} }
+            },
+        ))
+        p.caption {
+            "PSIS-LOO. A specimen whose density is far below the others' is not like them. "
+            @if bad == 0 {
+                "Every k̂ is at most " (MOST_K) ": the estimates can be relied upon."
+            } @else {
+                "k̂ above " (MOST_K) ": the posterior without that specimen is too far from the one with it."
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::results::CalibratedParameter;
+
+    fn left(pareto_k: f64) -> LeftOut {
+        LeftOut { specimen: "V-01".into(), elpd: 4.25, pareto_k }
+    }
+
+    #[test]
+    fn a_large_k_is_said() {
+        let html = left_out(&[left(0.3), left(0.9)]).into_string();
+        assert_eq!(html.matches("not reliable").count(), 1);
+        assert!(html.contains("8.50"), "the sum: {html}");
+        assert!(left_out(&[left(0.3)]).into_string().contains("can be relied upon"));
+        assert_eq!(left_out(&[]).into_string(), "");
+    }
+
+    #[test]
+    fn divergences_are_said_and_so_is_that_there_are_none() {
+        let chains = vec![vec![1.0, 2.0, 4.0], vec![3.0, 1.5, 2.5]];
+        let parameter = CalibratedParameter { chains, ..Default::default() };
+        let mut results = Results { parameters: vec![parameter], ..Results::default() };
+        let html = sampling(&results).into_string();
+        assert!(html.contains("6 draws in 2 chains") && html.contains("No divergent transitions"));
+        results.divergences = 3;
+        assert!(sampling(&results).into_string().contains("3 divergent transitions"));
+    }
+}

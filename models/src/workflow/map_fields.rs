@@ -1,0 +1,137 @@
+//! Fields of the simulation at the mode, as damage grows.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use fem::{CurvePoint, Fields, Observer, Problem, vtu};
+
+use super::WorkflowError;
+use super::mesh::grain_parts;
+use super::segment::write_picture;
+use super::simulator::Simulator;
+use super::task::Task;
+use crate::progress::Bar;
+use crate::report::{DamagedBody, damage_picture};
+
+/// The first state that is kept lies at this part of the displacement at the highest force.
+const EARLY: f64 = 0.5;
+
+/// Simulates once more the run of this curve, and writes its fields while force rises, at its peak and at the
+/// end: `fields/map-*.vtu` with their collection `fields/map.pvd` for ParaView, a picture of the damage of
+/// each, and `fields/map.csv`.
+///
+/// That a run is not kept with all its fields is what lets ensembles be large.
+pub(super) fn write_fields(
+    task: &Task<'_>,
+    simulator: &Simulator,
+    values: &[f64],
+    curve: &[CurvePoint],
+) -> Result<(), WorkflowError> {
+    let problem = simulator.at(values)?;
+    let mut states = States::new(task.interrupt, moments(curve));
+    problem.run(&mut states);
+    task.check_interrupt()?;
+    let States { kept, .. } = states;
+    let tets = problem.linear_tets();
+    let grain = grain_of(&problem, tets.len());
+    let (mut rows, mut steps) = (Vec::new(), Vec::new());
+    for (name, point, fields) in &kept {
+        let file = format!("map-{name}.vtu");
+        problem.write_vtu(task.product(&format!("fields/{file}"))?, fields)?;
+        steps.push((point.time_s, file));
+        let picture = format!("fields/map-{name}.png");
+        let body = DamagedBody {
+            nodes: problem.nodes(),
+            tets: &tets,
+            grain: &grain,
+            displacement: &fields.displacement,
+            damage: &fields.damage,
+        };
+        write_picture(task, &picture, &damage_picture(&body))?;
+        let numbers = [point.time_s, point.displacement_mm, point.force_n].map(|x| x.to_string());
+        rows.push(
+            [name.to_string()].into_iter().chain(numbers).chain([picture]).collect::<Vec<_>>(),
+        );
+    }
+    let steps: Vec<(f64, &str)> = steps.iter().map(|(time, file)| (*time, file.as_str())).collect();
+    vtu::write_pvd(task.product("fields/map.pvd")?, &steps)?;
+    let header = ["state", "time_s", "displacement_mm", "force_N", "picture"];
+    task.write_csv("fields/map.csv", header, rows)
+}
+
+/// The steps whose fields are kept, each with its name: on the way to the peak, there, and the last one;
+/// fewer of a curve that has fewer.
+fn moments(curve: &[CurvePoint]) -> Vec<(usize, &'static str)> {
+    let highest = |a: &usize, b: &usize| curve[*a].force_n.total_cmp(&curve[*b].force_n);
+    let Some(peak) = (0..curve.len()).max_by(highest) else { return Vec::new() };
+    let early =
+        |i: &usize| curve[*i].displacement_mm.abs() >= EARLY * curve[peak].displacement_mm.abs();
+    let first = (0..peak).find(early);
+    let last = curve.len() - 1;
+    let mut moments: Vec<(usize, &str)> = first.map(|i| (i, "rising")).into_iter().collect();
+    moments.push((peak, "peak"));
+    if last > peak {
+        moments.push((last, "last"));
+    }
+    moments
+}
+
+/// How much of each linear tetrahedron of a problem is grain.
+fn grain_of(problem: &Problem, tets: usize) -> Vec<f64> {
+    let parts = grain_parts(problem.mesh());
+    let each = tets / parts.len().max(1);
+    parts.into_iter().flat_map(|part| std::iter::repeat_n(part, each)).collect()
+}
+
+/// Keeps the fields of some steps of a run, and ends it with the last of them.
+struct States<'a> {
+    interrupt: &'a AtomicBool,
+    wanted: Vec<(usize, &'static str)>,
+    steps: usize,
+    kept: Vec<(&'static str, CurvePoint, Fields)>,
+    bar: Bar,
+}
+
+impl<'a> States<'a> {
+    fn new(interrupt: &'a AtomicBool, wanted: Vec<(usize, &'static str)>) -> Self {
+        Self { interrupt, wanted, steps: 0, kept: Vec::new(), bar: Bar::new("confirm") }
+    }
+}
+
+impl Observer for States<'_> {
+    fn step(&mut self, point: &CurvePoint, fields: &Fields) -> ControlFlow<()> {
+        if let Some((_, name)) = self.wanted.iter().find(|(step, _)| *step == self.steps) {
+            self.kept.push((name, *point, fields.clone()));
+        }
+        self.steps += 1;
+        let end = self.wanted.last().map_or(0, |(step, _)| step + 1);
+        self.bar.set(self.steps as f64 / end.max(1) as f64, "fields at the mode");
+        match self.steps >= end || self.interrupt.load(Ordering::Relaxed) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(forces: &[f64]) -> Vec<CurvePoint> {
+        let point = |(i, &force_n): (usize, &f64)| CurvePoint {
+            displacement_mm: 0.01 * (i + 1) as f64,
+            force_n,
+            ..CurvePoint::default()
+        };
+        forces.iter().enumerate().map(point).collect()
+    }
+
+    #[test]
+    fn rising_peak_and_last_as_far_as_a_curve_has_them() {
+        let whole = curve(&[10.0, 20.0, 28.0, 33.0, 35.0, 34.0, 30.0]);
+        assert_eq!(moments(&whole), [(2, "rising"), (4, "peak"), (6, "last")]);
+        assert_eq!(moments(&whole[..5]), [(2, "rising"), (4, "peak")]);
+        assert_eq!(moments(&whole[..1]), [(0, "peak")]);
+        assert_eq!(moments(&[]), []);
+    }
+}

@@ -1,0 +1,187 @@
+//! The numbers of a report, from the files that the stages left.
+
+mod confirmed;
+mod measured;
+mod notes;
+mod posterior;
+
+use std::path::Path;
+
+use fem::read_curve;
+use surrogate::{Dataset, DynPce, FitReport, OrderRule};
+
+use super::super::WorkflowError;
+use super::super::inputs::Inputs;
+use crate::case::Case;
+use crate::error::InputError;
+use crate::report::{OrderErrors, Picture, PictureContent, Points, Results, mean, number};
+use crate::table::{CsvTable, TableRow};
+
+/// Reads the results.
+pub(super) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
+    let case = inputs.case();
+    let quantities = &case.qoi.quantities;
+    let pce: DynPce = inputs.json("surrogate.json")?;
+    let fit: FitReport = inputs.json("surrogate_error.json")?;
+    let data = Dataset::read_csv(inputs.file("runs.csv")?)?;
+    let mut results = Results {
+        title: title(case),
+        case_toml: case.to_toml(),
+        pictures: pictures(inputs)?,
+        image_facts: image_facts(inputs)?,
+        mesh_facts: facts(&inputs.file("mesh.csv")?)?,
+        findings: measured::findings(inputs)?,
+        map_curve: curve(inputs, "curves/map.csv")?,
+        baseline_curve: Some(curve(inputs, "curves/baseline.csv")?),
+        damage: confirmed::damage(inputs)?,
+        orders: orders(&fit),
+        chosen_order: fit.order,
+        order_rule: rule_in_words(case.surrogate.rule),
+        parameters: posterior::parameters(inputs, case, &data)?,
+        budget: posterior::budget(inputs, case)?,
+        summary: posterior::summary(inputs)?,
+        divergences: posterior::divergences(inputs)?,
+        loo: posterior::left_out(inputs)?,
+        warnings: inputs.text("warnings.txt")?.lines().map(str::to_owned).collect(),
+        settings: settings(case),
+        notes: notes::of_virtual_specimens(inputs, case)?,
+        qois: confirmed::qois(inputs, quantities, &data)?,
+        ..Results::default()
+    };
+    for (qoi, total) in results.qois.iter_mut().zip(pce.sobol().total) {
+        qoi.sobol_total = total;
+    }
+    results.notes.extend(notes::mesh_errors(inputs, quantities)?);
+    measured::ensemble(inputs, &data, &mut results)?;
+    measured::experiments(inputs, &mut results)?;
+    for k in 1..=case.confirm.draws {
+        results.posterior_curves.push(curve(inputs, &format!("curves/draw-{k}.csv"))?);
+    }
+    Ok(results)
+}
+
+fn title(case: &Case) -> String {
+    let mut regions: Vec<&str> =
+        case.prior.iter().flat_map(|prior| prior.parameters()).map(|p| p.region.as_str()).collect();
+    regions.dedup();
+    let regions = regions.join(" and the ");
+    let experiments = case.experiments.as_ref();
+    match experiments.and_then(|e| e.virtual_specimens.as_ref()) {
+        Some(v) => {
+            format!("Calibration of the {regions}: {} virtual specimens {}", v.specimens, v.group)
+        }
+        None => match experiments.and_then(|e| e.group.as_deref()) {
+            Some(group) => format!("Calibration of the {regions}: specimens {group}"),
+            None => format!("Calibration of the {regions}"),
+        },
+    }
+}
+
+fn rule_in_words(rule: OrderRule) -> String {
+    match rule {
+        OrderRule::CorrectedLoo => "the order with the least corrected leave-one-out error".into(),
+        OrderRule::Split => {
+            "the smallest order within 5 % of the least validation error of a 70/30 split".into()
+        }
+        OrderRule::Fixed(order) => format!("order {order} was asked for"),
+    }
+}
+
+fn curve(inputs: &Inputs<'_>, name: &str) -> Result<Points, WorkflowError> {
+    let points = read_curve(inputs.file(name)?)?;
+    // a recorded curve starts with its first step
+    Ok([(0.0, 0.0)]
+        .into_iter()
+        .chain(points.iter().map(|p| (p.displacement_mm, p.force_n)))
+        .collect())
+}
+
+/// What the stages `segment` and `mesh` drew, as far as they did.
+fn pictures(inputs: &Inputs<'_>) -> Result<Vec<Picture>, WorkflowError> {
+    let files = [
+        (
+            "slices.png",
+            "Slices through the middle of the image with the outlines of the grains found.",
+        ),
+        ("grains.png", "The grains that were found."),
+        ("grain_sizes.svg", "Sizes of the grains."),
+        ("mesh.png", "The mesh with a sector of the matrix cut away."),
+        (
+            "mesh_quality.svg",
+            "Shape of the tetrahedra: 70.5° is the best, below 10° computing suffers.",
+        ),
+    ];
+    let mut pictures = Vec::new();
+    for (name, caption) in files {
+        let Some(path) = inputs.file_if_there(name) else { continue };
+        let content = match name.ends_with(".svg") {
+            true => std::fs::read_to_string(&path).map(PictureContent::Svg),
+            false => std::fs::read(&path).map(PictureContent::Png),
+        };
+        let content = content.map_err(|e| WorkflowError::io(&path, e))?;
+        pictures.push(Picture { caption, content });
+    }
+    Ok(pictures)
+}
+
+fn image_facts(inputs: &Inputs<'_>) -> Result<Vec<(String, String)>, WorkflowError> {
+    inputs.file_if_there("segment.csv").map_or(Ok(Vec::new()), |path| facts(&path))
+}
+
+fn facts(path: &Path) -> Result<Vec<(String, String)>, WorkflowError> {
+    let table = CsvTable::read(path, &["quantity", "value"])?;
+    let fact = |row: TableRow| {
+        let value = row.number("value")?;
+        let whole = value.fract() == 0.0 && value.abs() < 1e15;
+        let shown = if whole { value.to_string() } else { number(value) };
+        Ok((with_unit(row.text("quantity")), shown))
+    };
+    Ok(table.rows().map(fact).collect::<Result<_, InputError>>()?)
+}
+
+/// The name of a quantity in words, its unit in brackets.
+fn with_unit(name: &str) -> String {
+    let units = [("_mm3", " (mm³)"), ("_mm", " (mm)"), ("_deg", " (°)")];
+    let (name, unit) = units
+        .into_iter()
+        .find_map(|(end, unit)| Some((name.strip_suffix(end)?, unit)))
+        .unwrap_or((name, ""));
+    name.replace('_', " ") + unit
+}
+
+/// Errors by order, averaged over the quantities.
+fn orders(fit: &FitReport) -> Vec<OrderErrors> {
+    fit.orders
+        .iter()
+        .map(|o| OrderErrors {
+            order: o.order,
+            loo: o.loo.as_ref().map(|e| mean(&e.plain)),
+            corrected: o.loo.as_ref().map(|e| mean(&e.corrected)),
+            training: o.split.as_ref().map(|e| mean(&e.train)),
+            validation: o.split.as_ref().map(|e| mean(&e.validation)),
+        })
+        .collect()
+}
+
+fn settings(case: &Case) -> Vec<(String, String)> {
+    let sampler = &case.calibration;
+    let row = |name: &str, value: String| (name.to_owned(), value);
+    vec![
+        row("design", format!("{} runs, seed {}", case.design.runs, case.design.seed)),
+        row(
+            "sampler",
+            format!(
+                "NUTS, {} chains of {} + {} draws, seed {}",
+                sampler.chains, sampler.warmup, sampler.draws, sampler.seed
+            ),
+        ),
+        row("likelihood", "multivariate normal QoIs, LKJ(3), scales Normal(0.15, 0.25) > 0; one error of the surrogate \
+             shared by all specimens"
+                .into()),
+        row("program", format!("breccia {}", env!("CARGO_PKG_VERSION"))),
+        row(
+            "method",
+            "Schmid et al., phase-field calibration with uncertainty quantification".into(),
+        ),
+    ]
+}

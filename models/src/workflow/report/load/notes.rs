@@ -1,0 +1,67 @@
+//! What belongs to the reading of the results, in sentences.
+
+use super::super::super::WorkflowError;
+use super::super::super::inputs::Inputs;
+use crate::case::{Case, Microstructure};
+use crate::qoi::Quantity;
+use crate::table::CsvTable;
+
+/// What belongs to the reading of results on virtual specimens.
+pub(super) fn of_virtual_specimens(
+    inputs: &Inputs<'_>,
+    case: &Case,
+) -> Result<Vec<String>, WorkflowError> {
+    if !inputs.are_specimens_virtual()? {
+        return Ok(Vec::new());
+    }
+    let mut notes = bias(inputs, &case.qoi.quantities)?;
+    if case.specimen.grains.is_some() && case.design.microstructure == Microstructure::One {
+        notes.push(
+            "Every virtual specimen has a packing of its own, the surrogate has one. By how much \
+             that one differs from their mean, in slope and peak, the calibrated parameters take \
+             up (the viscosity with the third power of the displacement at peak), and no interval \
+             includes it: design.microstructure = \"per-run\" makes it seen."
+                .to_owned(),
+        );
+    }
+    Ok(notes)
+}
+
+/// What the mesh is estimated to do at the mode, where that is known.
+pub(super) fn mesh_errors(
+    inputs: &Inputs<'_>,
+    quantities: &[Quantity],
+) -> Result<Option<String>, WorkflowError> {
+    let path = inputs.file("confirm.csv")?;
+    let table = CsvTable::read(&path, &["qoi", "mesh_error_percent"])?;
+    let mut parts = Vec::new();
+    for quantity in quantities {
+        let row = table.named("qoi", quantity.column())?;
+        let Ok(percent) = row.text("mesh_error_percent").parse::<f64>() else { return Ok(None) };
+        parts.push(format!("{} {percent:+.1} %", quantity.label()));
+    }
+    Ok(Some(format!(
+        "Error of the mesh at the mode, estimated from one simulation with half the spacing: {}. No \
+         interval holds it.",
+        parts.join(", ")
+    )))
+}
+
+/// What the coarse mesh of the surrogate does, where the virtual specimens had a finer one.
+fn bias(inputs: &Inputs<'_>, quantities: &[Quantity]) -> Result<Vec<String>, WorkflowError> {
+    let Some(path) = inputs.file_if_there("experiments/bias.csv") else { return Ok(Vec::new()) };
+    let table = CsvTable::read(&path, &["quantity", "surrogate_mesh", "experiments_mesh"])?;
+    let mesh = table.named("quantity", "spacing_mm")?;
+    let mut parts = Vec::new();
+    for quantity in quantities {
+        let percent = table.named("quantity", quantity.column())?.number("percent_bias")?;
+        parts.push(format!("{} {percent:+.1} %", quantity.label()));
+    }
+    Ok(vec![format!(
+        "The virtual specimens were meshed at {} mm, the surrogate's at {} mm. At the true \
+         parameters the coarser mesh changes: {}. The calibrated parameters make up for that.",
+        mesh.text("experiments_mesh"),
+        mesh.text("surrogate_mesh"),
+        parts.join(", ")
+    )])
+}

@@ -1,0 +1,168 @@
+//! The posterior: parameters, every number that was sampled, what widens the intervals.
+
+use ppl::diagnostics::{mcse_mean, mcse_quantile, mcse_sd};
+use surrogate::Dataset;
+
+use super::super::super::WorkflowError;
+use super::super::super::inputs::Inputs;
+use crate::case::{Case, MaterialParameter, PriorBounds};
+use crate::error::InputError;
+use crate::report::{CalibratedParameter, LeftOut, Summarised};
+use crate::table::CsvTable;
+
+/// Columns of the summary in the order in which the report shows them.
+const MOMENTS: [&str; 5] = ["mean", "sd", "q05", "q50", "q95"];
+
+/// The parameters of the case with their draws and where the design has its runs.
+pub(super) fn parameters(
+    inputs: &Inputs<'_>,
+    case: &Case,
+    data: &Dataset,
+) -> Result<Vec<CalibratedParameter>, WorkflowError> {
+    let Some(prior) = &case.prior else { return Ok(Vec::new()) };
+    let [draws, summary, map] = ["posterior.csv", "summary.csv", "map.csv"].map(|f| inputs.file(f));
+    let (draws, summary, map) = (draws?, summary?, map?);
+    let names: Vec<String> = prior.names().collect();
+    let draws = CsvTable::read(&draws, &["chain"])?;
+    let summary = CsvTable::read(&summary, &["parameter", "contraction"])?;
+    let map = CsvTable::read(&map, &["parameter", "map"])?;
+    let out_of_range = is_out_of_range(inputs)?;
+    let mut parameters = Vec::new();
+    for ((parameter, &PriorBounds([lower, upper])), name) in prior.iter().zip(&names) {
+        let chains = chains(&draws, name)?;
+        let [mean, sd, q05, _, q95] = moments(&summary, name, &chains)?;
+        let place = data.inputs().iter().position(|input| input.name == *name);
+        parameters.push(CalibratedParameter {
+            label: label(case, parameter),
+            prior: (lower, upper),
+            design: place.map_or(Vec::new(), |i| data.rows().map(|(x, _)| x[i]).collect()),
+            chains,
+            mean,
+            sd,
+            q05,
+            q95,
+            contraction: summary.named("parameter", name)?.number("contraction")?,
+            map: map.named("parameter", name)?.number("map")?,
+            truth: map.named("parameter", name)?.text("truth").parse().ok(),
+            out_of_range,
+        });
+    }
+    Ok(parameters)
+}
+
+/// Name and unit of a parameter, with its region if there are others.
+fn label(case: &Case, parameter: &MaterialParameter) -> String {
+    let all = || case.prior.iter().flat_map(|prior| prior.parameters());
+    parameter.label(all().all(|other| other.region == parameter.region))
+}
+
+/// The draws of one column, chain by chain.
+fn chains(draws: &CsvTable<'_>, name: &str) -> Result<Vec<Vec<f64>>, InputError> {
+    let mut chains: Vec<Vec<f64>> = Vec::new();
+    for row in draws.rows() {
+        let chain = row.number("chain")?;
+        // chains follow each other
+        if chain != chains.len() as f64 && chain + 1.0 != chains.len() as f64 {
+            let help = "Run `breccia calibrate` again.";
+            return Err(row.error("chain", "does not follow the one before", help));
+        }
+        if chain == chains.len() as f64 {
+            chains.push(Vec::new());
+        }
+        if let Some(last) = chains.last_mut() {
+            last.push(row.number(name)?);
+        }
+    }
+    Ok(chains)
+}
+
+/// Mean, sd and quantiles of the summary with the Monte Carlo errors of these chains.
+fn moments(
+    summary: &CsvTable<'_>,
+    name: &str,
+    chains: &[Vec<f64>],
+) -> Result<[(f64, f64); 5], InputError> {
+    let row = summary.named("parameter", name)?;
+    let chains: Vec<&[f64]> = chains.iter().map(Vec::as_slice).collect();
+    let errors = [
+        mcse_mean(&chains),
+        mcse_sd(&chains),
+        mcse_quantile(&chains, 0.05),
+        mcse_quantile(&chains, 0.5),
+        mcse_quantile(&chains, 0.95),
+    ];
+    let mut moments = [(0.0, 0.0); 5];
+    for ((moment, column), error) in moments.iter_mut().zip(MOMENTS).zip(errors) {
+        *moment = (row.number(column)?, error);
+    }
+    Ok(moments)
+}
+
+/// Every number that was sampled.
+pub(super) fn summary(inputs: &Inputs<'_>) -> Result<Vec<Summarised>, WorkflowError> {
+    let (draws, summary) = (inputs.file("posterior.csv")?, inputs.file("summary.csv")?);
+    let draws = CsvTable::read(&draws, &["chain"])?;
+    let summary = CsvTable::read(&summary, &["parameter"])?;
+    let mut rows = Vec::new();
+    for row in summary.rows() {
+        let name = row.text("parameter");
+        let number = |column: &str| row.text(column).parse().unwrap_or(f64::NAN);
+        rows.push(Summarised {
+            moments: moments(&summary, name, &chains(&draws, name)?)?,
+            name: name.to_owned(),
+            rhat: number("rhat"),
+            ess_bulk: number("ess_bulk"),
+            ess_tail: number("ess_tail"),
+        });
+    }
+    Ok(rows)
+}
+
+/// Divergent transitions after warmup, in all chains.
+pub(super) fn divergences(inputs: &Inputs<'_>) -> Result<u64, WorkflowError> {
+    let path = inputs.file("sampling.csv")?;
+    let table = CsvTable::read(&path, &["divergences"])?;
+    let counts = table.rows().map(|row| row.number("divergences"));
+    Ok(counts.sum::<Result<f64, _>>()? as u64)
+}
+
+/// Each specimen as the others predict it, where that is known.
+pub(super) fn left_out(inputs: &Inputs<'_>) -> Result<Vec<LeftOut>, WorkflowError> {
+    let Some(path) = inputs.file_if_there("loo.csv") else { return Ok(Vec::new()) };
+    let table = CsvTable::read(&path, &["specimen", "elpd", "pareto_k"])?;
+    let mut rows = Vec::new();
+    for row in table.rows() {
+        let specimen = row.text("specimen").to_owned();
+        let (elpd, pareto_k) = (row.number("elpd")?, row.number("pareto_k")?);
+        rows.push(LeftOut { specimen, elpd, pareto_k });
+    }
+    Ok(rows)
+}
+
+/// A parameter's label with sources and their shares.
+type Shares = (String, Vec<(String, f64)>);
+
+/// What widens the interval of each parameter, in the order of the file.
+pub(super) fn budget(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<Shares>, WorkflowError> {
+    let Some(path) = inputs.file_if_there("uncertainty.csv") else { return Ok(Vec::new()) };
+    let table = CsvTable::read(&path, &["parameter", "source", "share"])?;
+    let mut budget: Vec<Shares> = Vec::new();
+    for row in table.rows() {
+        let name = row.text("parameter");
+        let known: Result<MaterialParameter, _> = name.parse();
+        let label = known.map_or_else(|_| name.to_owned(), |p| label(case, &p));
+        let part = (row.text("source").to_owned(), row.number("share")?);
+        match budget.last_mut() {
+            Some((parameter, parts)) if *parameter == label => parts.push(part),
+            _ => budget.push((label, vec![part])),
+        }
+    }
+    Ok(budget)
+}
+
+/// Whether the calibration went on against data that no simulation reaches.
+fn is_out_of_range(inputs: &Inputs<'_>) -> Result<bool, WorkflowError> {
+    let path = inputs.file("range.csv")?;
+    let table = CsvTable::read(&path, &["inside"])?;
+    Ok(table.rows().any(|row| row.text("inside") != "true"))
+}
