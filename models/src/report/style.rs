@@ -24,12 +24,19 @@ pub(super) const TRUTH: &str = "#2e8b57";
 pub(super) const SERIES: [&str; 6] =
     ["#1f5f99", "#c0504d", "#d99a2b", "#2e8b57", "#7a5aa6", "#4a4a4a"];
 
+/// Axes and their ticks.
+const AXIS: &str = "#555555";
+/// Text.
+const TEXT: &str = "#222222";
+/// Lines of the grid.
+const GRID: &str = "#ececec";
+
 fn theme() -> Theme {
     Theme {
-        axis_color: "#555555".into(),
-        tick_color: "#555555".into(),
-        text_color: "#222222".into(),
-        grid_color: "#ececec".into(),
+        axis_color: AXIS.into(),
+        tick_color: AXIS.into(),
+        text_color: TEXT.into(),
+        grid_color: GRID.into(),
         legend_border: "none".into(),
         font_family: Some("Helvetica, Arial, sans-serif".into()),
         ..Theme::light()
@@ -105,6 +112,15 @@ mod tests {
         let svg = single(plots(), panel(&plots(), "x", "y"), 760.0, 430.5);
         assert!(svg.starts_with("<svg viewBox=\"0 0 760 430.5\" "), "{}", &svg[..80]);
         assert_eq!(embedded("nothing".into()), "");
+    }
+
+    #[test]
+    fn the_page_knows_every_colour_that_the_dark_would_change() {
+        let sheet = include_str!("style.css");
+        let drawn = [MEASURED, ENSEMBLE, DESIGN, POSTERIOR, DRAWS_FILL, AXIS, TEXT, GRID];
+        for colour in drawn {
+            assert!(sheet.contains(&format!("=\"{colour}\"]")), "{colour}");
+        }
     }
 
     #[test]

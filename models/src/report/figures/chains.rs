@@ -101,7 +101,8 @@ mod tests {
     fn each_parameter_has_its_panels() {
         let chains = vec![vec![1.0, 3.0, 2.0], vec![2.5, 1.5, 0.5]];
         let p = CalibratedParameter { label: "E (MPa)".into(), chains, ..Default::default() };
-        for figure in [traces(&[p.clone()]), ranks(&[p])] {
+        let p = std::slice::from_ref(&p);
+        for figure in [traces(p), ranks(p)] {
             assert!(figure.len() == 1 && figure[0].contains("E (MPa)"));
         }
     }

@@ -104,7 +104,7 @@ fn marginal(
     marks: bool,
 ) -> (Vec<Plot>, (f64, f64)) {
     let bins = look.bins as f64;
-    let edges: Vec<f64> = (0..=look.bins).map(|i| lerp(p.prior, i as f64 / bins)).collect();
+    let edges: Vec<f64> = (0..=look.bins).map(|i| lerp(axis(p.prior), i as f64 / bins)).collect();
     let width = edges[1] - edges[0];
     let scale = 1.0 / (values.len().max(1) as f64 * width);
     let flat = 1.0 / (p.prior.1 - p.prior.0);

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use ppl::diagnostics::Identification;
 
-use super::table;
+use super::parts::table;
 use crate::report::digits::{number, within};
 use crate::report::results::{CalibratedParameter, Results, Verdict};
 

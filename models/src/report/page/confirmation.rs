@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::{figure, image, panels, table};
+use super::parts::{figure, image, panels, table};
 use crate::report::damage_picture::LEGEND;
 use crate::report::digits::number;
 use crate::report::figures;

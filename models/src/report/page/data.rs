@@ -2,9 +2,9 @@
 
 use maud::{Markup, html};
 
-use super::{figure, panels, table};
+use super::parts::{figure, pairs, panels, table};
 use crate::report::figures;
-use crate::report::results::Results;
+use crate::report::results::{Finding, Results};
 
 pub(super) fn curves(results: &Results) -> Markup {
     html! {
@@ -28,21 +28,47 @@ pub(super) fn curves(results: &Results) -> Markup {
     }
 }
 
-/// What was seen in the measured curves.
+/// What was seen in the measured curves, what is alike told once.
 fn findings(results: &Results) -> Markup {
+    let kinds = kinds(&results.findings);
     html! {
         h3 { "Looked at" }
-        @if results.findings.is_empty() {
+        @if kinds.is_empty() {
             p.good { "Nothing was found in the measured curves that one has to know." }
         } @else {
             (table(
-                html! { th { "specimen" } th.text { "finding" } th.text {} },
-                html! { @for f in &results.findings { tr {
-                    td.name { (f.specimen) } td.name { (f.finding) } td.text { (f.help) }
+                html! { th { "finding" } th.text { "specimens" } th.text {} },
+                html! { @for kind in &kinds { tr {
+                    td.name { (kind.finding) }
+                    td.text { (kind.specimens.join("; ")) }
+                    td.text { (kind.advice) }
                 } } },
             ))
         }
     }
+}
+
+/// Findings of one kind.
+struct Kind<'a> {
+    finding: &'a str,
+    /// Each specimen with what it does.
+    specimens: Vec<String>,
+    /// What is said of all of them.
+    advice: &'a str,
+}
+
+/// Findings that are called alike and end with the same sentences, in the order of the first.
+fn kinds(findings: &[Finding]) -> Vec<Kind<'_>> {
+    let mut kinds: Vec<Kind<'_>> = Vec::new();
+    for Finding { specimen, finding, help } in findings {
+        let (own, advice) = help.split_once(". ").unwrap_or((help, ""));
+        let told = format!("{specimen} {}", own.trim_end_matches('.'));
+        match kinds.iter_mut().find(|kind| kind.finding == finding && kind.advice == advice) {
+            Some(kind) => kind.specimens.push(told),
+            None => kinds.push(Kind { finding, specimens: vec![told], advice }),
+        }
+    }
+    kinds
 }
 
 pub(super) fn surrogate(results: &Results) -> Markup {
@@ -50,7 +76,7 @@ pub(super) fn surrogate(results: &Results) -> Markup {
         section {
             h2 { "Prior, design and surrogate" }
             @if results.parameters.iter().any(|p| !p.design.is_empty()) {
-                (super::posterior::pairs(&figures::design(&results.parameters), html! {
+                (pairs(&figures::design(&results.parameters), html! {
                     "The simulations of the ensemble in the prior box, which the axes span. Diagonal: \
                      where they lie, and the prior (dashed). Below: contours that enclose 10, 50 and \
                      90 % of them. Above: the points."
@@ -75,5 +101,33 @@ pub(super) fn surrogate(results: &Results) -> Markup {
             p.caption { "Fraction of each quantity's variance over the prior box that involves the \
                          parameter: a parameter with small indices cannot be identified." }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn finding(specimen: &str, finding: &str, help: &str) -> Finding {
+        let [specimen, finding, help] = [specimen, finding, help].map(str::to_owned);
+        Finding { specimen, finding, help }
+    }
+
+    #[test]
+    fn what_is_alike_is_told_once() {
+        let results = Results {
+            findings: vec![
+                finding("S-1", "toe", "begins to carry load at 0.01 mm. Correct it."),
+                finding("S-2", "spike", "has a spike at 0.1 mm."),
+                finding("S-3", "toe", "begins to carry load at 0.02 mm. Correct it."),
+            ],
+            ..Results::default()
+        };
+        let html = findings(&results).into_string();
+        let toes = "S-1 begins to carry load at 0.01 mm; S-3 begins to carry load at 0.02 mm";
+        assert!(html.contains(toes), "{html}");
+        assert_eq!(html.matches("Correct it.").count(), 1);
+        assert!(html.contains("S-2 has a spike at 0.1 mm<"), "{html}");
+        assert!(findings(&Results::default()).into_string().contains("Nothing was found"));
     }
 }

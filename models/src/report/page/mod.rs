@@ -3,12 +3,14 @@
 mod answer;
 mod confirmation;
 mod data;
+mod parts;
 mod posterior;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::data_uri;
-use super::results::{PictureContent, Results};
+use parts::{captioned, facts};
+
+use super::results::Results;
 use super::style::named_clips;
 
 const STYLE: &str = include_str!("../style.css");
@@ -74,52 +76,5 @@ fn details(results: &Results) -> Markup {
                 pre { (results.case_toml) }
             }
         }
-    }
-}
-
-/// A picture over what it shows.
-fn captioned(content: &PictureContent, caption: &str) -> Markup {
-    html! {
-        figure {
-            @match content {
-                PictureContent::Svg(svg) => (PreEscaped(svg)),
-                PictureContent::Png(bytes) => (image(bytes, caption)),
-            }
-            figcaption { (caption) }
-        }
-    }
-}
-
-fn image(png: &[u8], shows: &str) -> Markup {
-    html! { img src=(data_uri::of_png(png)) alt=(shows); }
-}
-
-/// A figure over what it shows.
-fn figure(svg: &str, caption: Markup) -> Markup {
-    html! { figure { (PreEscaped(svg)) figcaption { (caption) } } }
-}
-
-/// Panels beside each other, as many as the page is wide, over what they show.
-fn panels(svgs: &[String], caption: Markup) -> Markup {
-    html! {
-        figure {
-            div.panels { @for svg in svgs { (PreEscaped(svg)) } }
-            figcaption { (caption) }
-        }
-    }
-}
-
-/// A table that scrolls by itself where the page is too narrow for it.
-fn table(header: Markup, rows: Markup) -> Markup {
-    html! {
-        div.scroll { table { thead { tr { (header) } } tbody { (rows) } } }
-    }
-}
-
-fn facts(pairs: &[(String, String)]) -> Markup {
-    html! {
-        table.facts { tbody {
-            @for (name, value) in pairs { tr { td.name { (name) } td { (value) } } }
-        } }
     }
 }

@@ -2,9 +2,9 @@
 
 use maud::{Markup, PreEscaped, html};
 
-use super::{panels, table};
+use super::parts::{pairs, panels, table};
 use crate::report::digits::within;
-use crate::report::figures::{self, Place};
+use crate::report::figures;
 use crate::report::results::{LeftOut, Results};
 
 /// Above this shape of the tail the estimate of one that is left out is not to be relied upon
@@ -45,23 +45,6 @@ pub(super) fn posterior(results: &Results) -> Markup {
 
 fn or_dash(x: f64, decimals: usize) -> String {
     if x.is_finite() { format!("{x:.decimals$}") } else { "–".to_owned() }
-}
-
-/// A matrix of panels; a narrow page leaves the ones above the diagonal out and puts two in a row.
-pub(super) fn pairs(matrix: &[(Place, String)], caption: Markup) -> Markup {
-    let columns = matrix.iter().filter(|(place, _)| *place == Place::Diagonal).count();
-    let class = |place: Place| match place {
-        Place::Above => "above",
-        Place::Diagonal | Place::Below => "kept",
-    };
-    html! {
-        figure {
-            div.pairs style={ "--columns: " (columns) } {
-                @for (place, svg) in matrix { div class=(class(*place)) { (PreEscaped(svg)) } }
-            }
-            figcaption { (caption) }
-        }
-    }
 }
 
 pub(super) fn sampling(results: &Results) -> Markup {

@@ -1,14 +1,24 @@
 //! Curves: those of the ensemble, those measured, and what was seen in them.
 
+use fem::read_curve;
 use surrogate::Dataset;
 
 use super::super::super::WorkflowError;
 use super::super::super::inputs::Inputs;
-use super::curve;
 use crate::case::Toe;
 use crate::error::InputError;
-use crate::report::{Finding, Results};
+use crate::report::{Finding, Points, Results};
 use crate::table::{CsvTable, TableRow};
+
+/// A simulated curve from the origin on.
+pub(super) fn curve(inputs: &Inputs<'_>, name: &str) -> Result<Points, WorkflowError> {
+    let points = read_curve(inputs.file(name)?)?;
+    // a recorded curve starts with its first step
+    Ok([(0.0, 0.0)]
+        .into_iter()
+        .chain(points.iter().map(|p| (p.displacement_mm, p.force_n)))
+        .collect())
+}
 
 /// What was found when the measured curves were looked at.
 pub(super) fn findings(inputs: &Inputs<'_>) -> Result<Vec<Finding>, WorkflowError> {

@@ -7,14 +7,13 @@ mod posterior;
 
 use std::path::Path;
 
-use fem::read_curve;
 use surrogate::{Dataset, DynPce, FitReport, OrderRule};
 
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
 use crate::case::Case;
 use crate::error::InputError;
-use crate::report::{OrderErrors, Picture, PictureContent, Points, Results, mean, number};
+use crate::report::{OrderErrors, Picture, PictureContent, Results, mean, number};
 use crate::table::{CsvTable, TableRow};
 
 /// Reads the results.
@@ -31,8 +30,8 @@ pub(super) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
         image_facts: image_facts(inputs)?,
         mesh_facts: facts(&inputs.file("mesh.csv")?)?,
         findings: measured::findings(inputs)?,
-        map_curve: curve(inputs, "curves/map.csv")?,
-        baseline_curve: Some(curve(inputs, "curves/baseline.csv")?),
+        map_curve: measured::curve(inputs, "curves/map.csv")?,
+        baseline_curve: Some(measured::curve(inputs, "curves/baseline.csv")?),
         damage: confirmed::damage(inputs)?,
         orders: orders(&fit),
         chosen_order: fit.order,
@@ -55,7 +54,7 @@ pub(super) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
     measured::ensemble(inputs, &data, &mut results)?;
     measured::experiments(inputs, &mut results)?;
     for k in 1..=case.confirm.draws {
-        results.posterior_curves.push(curve(inputs, &format!("curves/draw-{k}.csv"))?);
+        results.posterior_curves.push(measured::curve(inputs, &format!("curves/draw-{k}.csv"))?);
     }
     Ok(results)
 }
@@ -85,15 +84,6 @@ fn rule_in_words(rule: OrderRule) -> String {
         }
         OrderRule::Fixed(order) => format!("order {order} was asked for"),
     }
-}
-
-fn curve(inputs: &Inputs<'_>, name: &str) -> Result<Points, WorkflowError> {
-    let points = read_curve(inputs.file(name)?)?;
-    // a recorded curve starts with its first step
-    Ok([(0.0, 0.0)]
-        .into_iter()
-        .chain(points.iter().map(|p| (p.displacement_mm, p.force_n)))
-        .collect())
 }
 
 /// What the stages `segment` and `mesh` drew, as far as they did.

@@ -1,0 +1,71 @@
+//! What sections are made of.
+
+use maud::{Markup, PreEscaped, html};
+
+use crate::report::data_uri;
+use crate::report::figures::Place;
+use crate::report::results::PictureContent;
+
+/// A picture over what it shows.
+pub(super) fn captioned(content: &PictureContent, caption: &str) -> Markup {
+    html! {
+        figure {
+            @match content {
+                PictureContent::Svg(svg) => (PreEscaped(svg)),
+                PictureContent::Png(bytes) => (image(bytes, caption)),
+            }
+            figcaption { (caption) }
+        }
+    }
+}
+
+pub(super) fn image(png: &[u8], shows: &str) -> Markup {
+    html! { img src=(data_uri::of_png(png)) alt=(shows); }
+}
+
+/// A figure over what it shows.
+pub(super) fn figure(svg: &str, caption: Markup) -> Markup {
+    html! { figure { (PreEscaped(svg)) figcaption { (caption) } } }
+}
+
+/// Panels beside each other, as many as the page is wide, over what they show.
+pub(super) fn panels(svgs: &[String], caption: Markup) -> Markup {
+    html! {
+        figure {
+            div.panels { @for svg in svgs { (PreEscaped(svg)) } }
+            figcaption { (caption) }
+        }
+    }
+}
+
+/// A table that scrolls by itself where the page is too narrow for it.
+pub(super) fn table(header: Markup, rows: Markup) -> Markup {
+    html! {
+        div.scroll { table { thead { tr { (header) } } tbody { (rows) } } }
+    }
+}
+
+pub(super) fn facts(pairs: &[(String, String)]) -> Markup {
+    html! {
+        table.facts { tbody {
+            @for (name, value) in pairs { tr { td.name { (name) } td { (value) } } }
+        } }
+    }
+}
+
+/// A matrix of panels; a narrow page leaves the ones above the diagonal out and puts two in a row.
+pub(super) fn pairs(matrix: &[(Place, String)], caption: Markup) -> Markup {
+    let columns = matrix.iter().filter(|(place, _)| *place == Place::Diagonal).count();
+    let class = |place: Place| match place {
+        Place::Above => "above",
+        Place::Diagonal | Place::Below => "kept",
+    };
+    html! {
+        figure {
+            div.pairs style={ "--columns: " (columns) } {
+                @for (place, svg) in matrix { div class=(class(*place)) { (PreEscaped(svg)) } }
+            }
+            figcaption { (caption) }
+        }
+    }
+}
