@@ -146,22 +146,7 @@ pub fn calibrate(
     sampler: &Nuts<'_>,
     seed: u64,
 ) -> Result<Calibration, CalibrationError> {
-    let expected = pce.outputs().len();
-    if specimens.len() < 2 {
-        return Err(CalibrationError::TooFew(specimens.len()));
-    }
-    if let Some(row) = specimens.iter().find(|row| row.len() != expected) {
-        return Err(CalibrationError::Quantities { expected, found: row.len() });
-    }
-    // quantities relative to their experimental means
-    let mean = column_means(specimens);
-    let relative: Vec<Vec<f64>> = specimens
-        .iter()
-        .map(|row| row.iter().zip(&mean).map(|(y, mean)| y / mean).collect())
-        .collect();
-    let factors: Vec<f64> = mean.iter().map(|mean| mean.recip()).collect();
-    let forward = pce.clone().scale_outputs(&factors)?;
-    let specimens = Specimens::new(&relative)?.sharing(shared.to_vec())?;
+    let (forward, specimens) = relative_to_means(pce, specimens, shared)?;
     let model = calibration_on(&forward, &specimens);
     let chains = sampler.run(&model).map_err(SampleError::from)?;
     let mut posterior = Posterior::from_chains(&model, chains, seed)?;
@@ -178,6 +163,43 @@ pub fn calibrate(
     let record = model.constrain(&mode.point, &mut Xoshiro256PlusPlus::seed_from_u64(seed))?;
     let map = record.values("theta").map_or_else(Vec::new, <[f64]>::to_vec);
     Ok(Calibration { posterior, map, mode })
+}
+
+/// The draws alone of [`calibrate`], unlabelled.
+pub(crate) fn sample(
+    pce: &DynPce,
+    specimens: &[Vec<f64>],
+    shared: &[Vec<f64>],
+    sampler: &Nuts<'_>,
+    seed: u64,
+) -> Result<Posterior, CalibrationError> {
+    let (forward, specimens) = relative_to_means(pce, specimens, shared)?;
+    let model = calibration_on(&forward, &specimens);
+    let chains = sampler.run(&model).map_err(SampleError::from)?;
+    Ok(Posterior::from_chains(&model, chains, seed)?)
+}
+
+/// Surrogate and specimens with the specimens' means as units.
+fn relative_to_means(
+    pce: &DynPce,
+    specimens: &[Vec<f64>],
+    shared: &[Vec<f64>],
+) -> Result<(DynPce, Specimens), CalibrationError> {
+    let expected = pce.outputs().len();
+    if specimens.len() < 2 {
+        return Err(CalibrationError::TooFew(specimens.len()));
+    }
+    if let Some(row) = specimens.iter().find(|row| row.len() != expected) {
+        return Err(CalibrationError::Quantities { expected, found: row.len() });
+    }
+    let mean = column_means(specimens);
+    let relative: Vec<Vec<f64>> = specimens
+        .iter()
+        .map(|row| row.iter().zip(&mean).map(|(y, mean)| y / mean).collect())
+        .collect();
+    let factors: Vec<f64> = mean.iter().map(|mean| mean.recip()).collect();
+    let forward = pce.clone().scale_outputs(&factors)?;
+    Ok((forward, Specimens::new(&relative)?.sharing(shared.to_vec())?))
 }
 
 /// The name of a surrogate's output in tables, where it is relative and has no unit.

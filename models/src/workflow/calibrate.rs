@@ -37,7 +37,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         .progress(&bar)
         .interrupt(task.interrupt);
     let shared = shared_error(inputs, &column_means(&specimens))?;
-    let result = calibrate(&pce, &specimens, &shared, &sampler, settings.seed);
+    let result = calibrate(&pce, &specimens, &shared.total(), &sampler, settings.seed);
     drop(bar);
     task.check_interrupt()?;
     let result = result?;
@@ -69,7 +69,12 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     task.write("summary.txt", &labelled(plain(format!("{summary}\n")), &outside))?;
     let mut warnings = outside;
     warnings.extend(summary.warnings.iter().map(|warning| plain(warning.to_string())));
-    warnings.extend(shared_error_warning(&summary, pce.outputs(), specimens.len(), &shared));
+    warnings.extend(shared_error_warning(
+        &summary,
+        pce.outputs(),
+        specimens.len(),
+        &shared.total(),
+    ));
     warnings.iter().for_each(|warning| say("note", warning));
     let lines: String = warnings.iter().map(|line| format!("{line}\n")).collect();
     task.write("warnings.txt", &lines)?;

@@ -17,7 +17,7 @@ use super::simulator::Setup;
 use super::specimen::{Scanned, Source};
 use crate::case::{
     ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase,
-    MaterialCase, MaterialParameter, NoiseCase, PriorCase, QoiCase, SpecimenGeometry,
+    FidelityCase, MaterialCase, MaterialParameter, NoiseCase, PriorCase, QoiCase, SpecimenGeometry,
     SurrogateCase, TestCase, Toe, VirtualCase,
 };
 use crate::experiment::SpecimenTable;
@@ -144,6 +144,7 @@ parts! {
     qoi: qoi => QoiCase;
     prior_table: prior => Option<PriorCase>;
     design: design => DesignCase;
+    fidelity: fidelity => FidelityCase;
     surrogate: surrogate => SurrogateCase;
     calibration: calibration => CalibrationCase;
     confirm: confirm => ConfirmCase;
@@ -187,6 +188,7 @@ impl Inputs<'_> {
             material: self.material(),
             phase_field: self.phase_field().as_ref(),
             test: self.test(),
+            steps: None,
             conditions: self.conditions().as_ref(),
             solver: self.solver(),
         }

@@ -42,7 +42,14 @@ pub static STAGES: [Stage; 8] = [
     Stage {
         name: "ensemble",
         about: "Run the simulations of the design, resuming what is finished: runs.csv, curves/",
-        products: &["runs.csv", "failed_runs.csv", "curves/run-*"],
+        products: &[
+            "runs.csv",
+            "failed_runs.csv",
+            "fidelity_runs.csv",
+            "fidelity.csv",
+            "fidelity.json",
+            "curves/run-*",
+        ],
         run: ensemble::run,
     },
     Stage {
