@@ -8,7 +8,8 @@
 //! Prints `setting,parameter,nominal,covered,laboratories,mean_width`. Emulated laboratories draw
 //! specimens and ensembles anew from the surrogate and the scatter between packings; simulated ones are
 //! real simulations of specimens with packings of their own, on the cheapest mesh of the case. Settings:
-//! the exact forward model, a packing for each run with its shared error, and one packing (the paper).
+//! the exact forward model, a packing for each run with its shared error, the same with the stiffness of
+//! each specimen's own microstructure known, and one packing (the paper).
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -17,7 +18,7 @@ use clap::Parser;
 use models::{
     CaseFile, CoverageRow, CoverageStudy, Emulated, Setting, VirtualCase, simulate_laboratories,
 };
-use surrogate::{DynPce, FitOptions, FitReport};
+use surrogate::{Dataset, DynPce, FitOptions, PceFit};
 
 /// Fraction of each side of the prior box that truths are drawn from.
 const INNER: f64 = 0.8;
@@ -76,6 +77,8 @@ fn main() -> Result<(), Error> {
         let settings = [
             Setting::exact("exact", DynPce::fit(&made.many, &fit)?.pce),
             Setting::shared("packing per run", DynPce::fit(&made.per_run, &fit)?),
+            Setting::shared("stiffness known", DynPce::fit(&made.with_stiffness, &fit)?)
+                .knowing_stiffness(),
             Setting::exact("one packing", DynPce::fit(&made.one_packing, &fit)?.pce),
         ];
         let make = |k: usize| Ok::<_, Error>((made.laboratories[k].clone(), settings.to_vec()));
@@ -91,9 +94,8 @@ fn world(
     specimens: &VirtualCase,
     fit: &FitOptions,
 ) -> Result<Emulated, Error> {
-    let response = DynPce::read(arguments.results.join("surrogate.json"))?;
-    let text = std::fs::read_to_string(arguments.results.join("surrogate_error.json"))?;
-    let report: FitReport = serde_json::from_str(&text)?;
+    let runs = Dataset::read_csv(arguments.results.join("runs.csv"))?;
+    let PceFit { pce: response, report, .. } = DynPce::fit(&runs, fit)?;
     let mean = response.mean();
     let scatter = report.scatter(&mean)?;
     let packings = (0..mean.len())

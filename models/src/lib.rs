@@ -56,7 +56,7 @@ pub use coverage::{CoverageRow, CoverageStudy, Emulated, Laboratory, Setting};
 pub use error::InputError;
 pub use experiment::{Specimen, SpecimenTable, TestCurve};
 pub use fracture::{
-    Calibration, CalibrationError, Specimens, calibrate, calibration, calibration_on,
+    Calibration, CalibrationError, Evidence, Specimens, calibrate, calibration, calibration_on,
 };
 pub use qoi::{QoiError, Qois, Quantity};
 pub use virtual_specimen::VirtualSpecimen;

@@ -99,6 +99,23 @@ impl CaseFile {
         }
         Ok(())
     }
+
+    /// Checks the spacing of the second mesh at the mode.
+    pub(super) fn check_second_mesh(&self, geometry: &SpecimenGeometry) -> Result<(), InputError> {
+        let key = "confirm.second_spacing_mm";
+        let Some(spacing_mm) = self.case.confirm.second_spacing_mm else { return Ok(()) };
+        if self.case.specimen.spacing_mm == Some(spacing_mm) {
+            let help = "Another spacing shows what the mesh does: half of it, or 1.2 times.";
+            return Err(self.error(key, spacing_mm.to_string(), "is that of the specimen", help));
+        }
+        self.within(key, spacing_mm, 1e-3, 1e3, "mm", "Half of specimen.spacing_mm is usual.")?;
+        match geometry {
+            SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } => {
+                self.check_spacing(key, spacing_mm, *radius_mm, *height_mm)
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 fn eight() -> usize {

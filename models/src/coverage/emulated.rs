@@ -56,7 +56,7 @@ impl Emulated {
                 DynPce::fit(&self.ensemble(false, &mut rng)?, &self.fit)?.pce,
             ),
         ];
-        Ok((Laboratory { truth, specimens }, settings))
+        Ok((Laboratory { truth, specimens, stiffness_ratios: Vec::new() }, settings))
     }
 
     /// A truth in the inner part of the box.

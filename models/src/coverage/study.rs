@@ -4,7 +4,7 @@ use ppl::Nuts;
 use rayon::prelude::*;
 use surrogate::{DynPce, FitReport, PceFit};
 
-use crate::fracture::{CalibrationError, column_means, sample};
+use crate::fracture::{CalibrationError, Evidence, column_means, sample};
 use crate::shared_error::relative;
 
 /// The central intervals that are looked at.
@@ -17,6 +17,8 @@ pub struct Laboratory {
     pub truth: Vec<f64>,
     /// Quantities of interest, one row a specimen.
     pub specimens: Vec<Vec<f64>>,
+    /// The stiffness ratio of each specimen's microstructure, if it was scanned.
+    pub stiffness_ratios: Vec<f64>,
 }
 
 /// A forward model, and the error that a calibration with it admits.
@@ -28,24 +30,31 @@ pub struct Setting {
     pub forward: DynPce,
     /// How well it is known as the mean response over packings; none: it is taken to be exact.
     pub error: Option<FitReport>,
+    /// Whether its last input is the stiffness ratio, which is known of each specimen.
+    pub knows_stiffness: bool,
 }
 
 impl Setting {
     /// A forward model that is taken to be exact.
     pub fn exact(name: impl Into<String>, forward: DynPce) -> Self {
-        Self { name: name.into(), forward, error: None }
+        Self { name: name.into(), forward, error: None, knows_stiffness: false }
     }
 
     /// A forward model from runs with a packing each, whose error all specimens share.
     pub fn shared(name: impl Into<String>, fit: PceFit) -> Self {
-        Self { name: name.into(), forward: fit.pce, error: Some(fit.report) }
+        Self { error: Some(fit.report), ..Self::exact(name, fit.pce) }
+    }
+
+    /// The same with the stiffness ratio of each specimen's own microstructure as its last input.
+    pub fn knowing_stiffness(self) -> Self {
+        Self { knows_stiffness: true, ..self }
     }
 
     /// The covariance of its error relative to the specimens' means.
     fn shared_error(&self, means: &[f64]) -> Result<Vec<Vec<f64>>, CalibrationError> {
         match &self.error {
             Some(report) => Ok(relative(report.mean_error(means)?, means)),
-            None => Ok(vec![vec![0.0; means.len()]; means.len()]),
+            None => Ok(Vec::new()),
         }
     }
 }
@@ -112,11 +121,12 @@ impl CoverageStudy {
                     .map(|setting| self.intervals(setting, &laboratory, seed))
                     .collect::<Result<Intervals, CalibrationError>>()?;
                 let named = |setting: &Setting| {
-                    let inputs = setting.forward.inputs().iter();
+                    let inputs = setting.forward.inputs().iter().take(laboratory.truth.len());
                     (setting.name.clone(), inputs.map(|input| input.name.clone()).collect())
                 };
+                let names = settings.iter().map(named).collect();
                 told(k);
-                Ok((laboratory.truth, intervals, settings.iter().map(named).collect()))
+                Ok((laboratory.truth, intervals, names))
             })
             .collect::<Result<_, E>>()?;
         let Some((_, _, names)) = found.first() else { return Ok(Vec::new()) };
@@ -153,9 +163,15 @@ impl CoverageStudy {
         seed: u64,
     ) -> Result<Vec<[[f64; 2]; NOMINAL.len()]>, CalibrationError> {
         let shared = setting.shared_error(&column_means(&laboratory.specimens))?;
+        let known: Vec<Vec<f64>> = match setting.knows_stiffness {
+            true => laboratory.stiffness_ratios.iter().map(|&ratio| vec![ratio]).collect(),
+            false => Vec::new(),
+        };
+        let size = laboratory.truth.len();
+        let evidence = Evidence { qois: laboratory.specimens.clone(), known, shared };
         let sampler = self.sampler.clone().seed(seed).threads(1);
-        let posterior = sample(&setting.forward, &laboratory.specimens, &shared, &sampler, seed)?;
-        let (size, group) = (setting.forward.inputs().len(), &posterior.posterior);
+        let posterior = sample(&setting.forward, &evidence, &sampler, seed)?;
+        let group = &posterior.posterior;
         let theta = group.variables.iter().find(|variable| variable.name == "theta");
         let theta = theta.map_or(&[][..], |variable| &variable.data[..]);
         let of = |i: usize| {

@@ -160,6 +160,7 @@ fn surrogate(results: &Results) -> Markup {
                 thead { tr {
                     th { "total Sobol index" }
                     @for p in &results.parameters { th { (p.label) } }
+                    @for name in &results.known_inputs { th { (name) } }
                 } }
                 tbody { @for qoi in &results.qois { tr {
                     td.name { (qoi.label) }

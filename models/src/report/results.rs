@@ -40,6 +40,8 @@ pub(crate) struct Results {
     pub(crate) chosen_order: usize,
     /// In words, how it was chosen.
     pub(crate) order_rule: String,
+    /// Inputs of the surrogate beside the parameters: what is known of each specimen.
+    pub(crate) known_inputs: Vec<String>,
     /// The calibrated parameters.
     pub(crate) parameters: Vec<CalibratedParameter>,
     /// The summary table, header first.

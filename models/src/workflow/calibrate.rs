@@ -9,17 +9,19 @@ use surrogate::{DynPce, Input};
 use super::WorkflowError;
 use super::gate::{check_range, labelled};
 use super::inputs::Inputs;
+use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use super::uncertainty::{shared_error, shared_error_warning, write_uncertainty};
 use crate::error::InputError;
-use crate::fracture::{calibrate, column_means};
+use crate::fracture::{Evidence, calibrate, column_means};
 use crate::progress::{Bar, say};
 use crate::table::{CsvTable, TableRow};
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
     let pce: DynPce = inputs.json("surrogate.json")?;
-    if pce.inputs() != inputs.prior()? {
+    let prior = inputs.prior()?;
+    if !pce.inputs().starts_with(&prior) {
         let path = task.path("surrogate.json");
         return Err(WorkflowError::OtherCase { path, stage: "surrogate" });
     }
@@ -37,7 +39,9 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         .progress(&bar)
         .interrupt(task.interrupt);
     let shared = shared_error(inputs, &column_means(&specimens))?;
-    let result = calibrate(&pce, &specimens, &shared.total(), &sampler, settings.seed);
+    let known = known_inputs(inputs, &pce)?;
+    let evidence = Evidence { qois: specimens, known, shared: shared.total() };
+    let result = calibrate(&pce, &evidence, &sampler, settings.seed);
     drop(bar);
     task.check_interrupt()?;
     let result = result?;
@@ -51,7 +55,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let posterior = &result.posterior;
     let zarr = task.product("posterior.zarr")?;
     posterior.write_zarr(&zarr).map_err(|e| WorkflowError::io(&zarr, e))?;
-    write_draws(task, posterior, pce.inputs())?;
+    write_draws(task, posterior, &prior)?;
     let mut summary = posterior.summary();
     for row in &mut summary.rows {
         row.name = parameter_name(&row.name);
@@ -61,7 +65,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     summary.write_csv(&table).map_err(|e| WorkflowError::io(&table, e))?;
     // warnings name parameters as the model does
     let plain = |text: String| {
-        pce.inputs()
+        prior
             .iter()
             .map(|input| &input.name)
             .fold(text, |text, name| text.replace(&format!("theta[{name}]"), name))
@@ -72,15 +76,15 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     warnings.extend(shared_error_warning(
         &summary,
         pce.outputs(),
-        specimens.len(),
-        &shared.total(),
+        evidence.qois.len(),
+        &evidence.shared,
     ));
     warnings.iter().for_each(|warning| say("note", warning));
     let lines: String = warnings.iter().map(|line| format!("{line}\n")).collect();
     task.write("warnings.txt", &lines)?;
     write_sampling(task, posterior)?;
-    write_map(task, pce.inputs(), &result.map)?;
-    write_uncertainty(task, &pce, posterior, &summary, &specimens, shared)?;
+    write_map(task, &prior, &result.map)?;
+    write_uncertainty(task, &pce, posterior, &summary, &evidence, shared)?;
     Ok(format!(
         "{} draws in {} chains, {} divergences",
         summary.draws * summary.chains,
@@ -99,6 +103,16 @@ pub(super) fn read_experiments(
     let table = CsvTable::read(&path, &columns)?;
     let row = |row: TableRow| columns.iter().map(|column| row.positive(column)).collect();
     Ok(table.rows().map(row).collect::<Result<_, InputError>>()?)
+}
+
+/// The stiffness ratio of each specimen's microstructure, if the surrogate takes it.
+fn known_inputs(inputs: &Inputs<'_>, pce: &DynPce) -> Result<Vec<Vec<f64>>, WorkflowError> {
+    match pce.inputs().last() {
+        Some(input) if input.name == STIFFNESS_RATIO => {
+            read_experiments(inputs, &[STIFFNESS_RATIO])
+        }
+        _ => Ok(Vec::new()),
+    }
 }
 
 /// The path of a parameter from its name in the posterior: `theta[matrix.young_mpa]`.

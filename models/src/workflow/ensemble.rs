@@ -9,11 +9,12 @@ use super::files::write;
 use super::levels::{Level, LevelRuns, Runner};
 use super::packings::{Packings, SEED};
 use super::simulator::simulated_qois;
+use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use crate::case::QoiCase;
 
-/// What is known of a run beside its numbers; the seed is that of a packing of its own.
-const NOTES: [&str; 3] = ["run", "seconds", SEED];
+/// What is known of a run beside its numbers; seed and stiffness are those of a packing of its own.
+const NOTES: [&str; 4] = ["run", "seconds", SEED, STIFFNESS_RATIO];
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
@@ -39,16 +40,18 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         .map(|pair| Correction::between(&prior, &outputs, &pair[0], &pair[1]))
         .collect::<Result<Vec<_>, _>>()?;
     let first = &done[0];
+    let stiffness = packings.as_ref().map(|p| p.stiffness_ratios(&levels[0])).transpose()?;
     let mut data = Dataset::new(prior, outputs, "breccia ensemble")?.with_notes(&NOTES)?;
     for (record, quantities) in first.usable() {
         let mut quantities = quantities.to_vec();
         for correction in &corrections {
             quantities = correction.apply(&record.inputs, &quantities)?;
         }
-        let seed = packings.as_ref().map(|p| p.seeds[record.id - 1].to_string());
-        let seed = seed.unwrap_or_default();
         let (id, seconds) = (record.id.to_string(), format!("{:.3}", record.seconds));
-        data.push_noted(&record.inputs, &quantities, &[&id, &seconds, &seed])?;
+        let seed = packings.as_ref().map(|p| p.seeds[record.id - 1].to_string());
+        let ratio = stiffness.as_ref().map(|ratios| ratios[record.id - 1].to_string());
+        let [seed, ratio] = [seed, ratio].map(Option::unwrap_or_default);
+        data.push_noted(&record.inputs, &quantities, &[&id, &seconds, &seed, &ratio])?;
     }
     for record in &first.records {
         write_curve(task.product(&format!("curves/run-{:03}.csv", record.id))?, &record.curve)?;

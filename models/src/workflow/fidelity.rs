@@ -260,7 +260,7 @@ mod tests {
         assert!((found[1] / (7.0 * plane(&at).powi(2)) - 1.0).abs() < 1e-12, "{found:?}");
         assert!(error_of(correction.report(), true).unwrap()[0][0].abs() < 1e-20);
 
-        let noise = [0.02, -0.01, 0.0, 0.013, -0.02, 0.01, -0.03, 0.007, 0.01];
+        let noise: [f64; 9] = [0.02, -0.01, 0.0, 0.013, -0.02, 0.01, -0.03, 0.007, 0.01];
         let better: Vec<[f64; 2]> = cheap
             .iter()
             .zip(noise)

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use ::surrogate::Input;
-use fem::{Homogenisation, Order, PhaseField, SolverOptions};
+use fem::{Homogenisation, Order, PhaseField, Segmentation, SolverOptions};
 use serde::{Deserialize, Serialize};
 
 use super::WorkflowError;
@@ -170,6 +170,7 @@ virtual_parts! {
     truth => ByParameter<f64>;
     scatter => ByParameter<f64>;
     noise => NoiseCase;
+    scans => bool;
 }
 
 impl Inputs<'_> {
@@ -215,6 +216,13 @@ impl Inputs<'_> {
             self.reads_file(&path.to_string_lossy());
         }
         Ok(scanned)
+    }
+
+    /// How images of specimens are segmented, and the edge of a voxel where the case gives it.
+    pub(super) fn segmentation(&self) -> (Segmentation, Option<f64>) {
+        self.reads("specimen.image");
+        let image = self.file.case.specimen.image.clone().unwrap_or_default();
+        (image.segmentation, image.voxel_mm)
     }
 
     /// The case's file, for messages.
@@ -290,6 +298,9 @@ impl Inputs<'_> {
         let table = SpecimenTable::read(&self.reads_file(SPECIMENS))?;
         for specimen in &table.specimens {
             self.reads_file(&format!("experiments/curves/{}.csv", specimen.id));
+            if let Some(image) = &specimen.image {
+                self.reads_file(&Path::new("experiments").join(image).to_string_lossy());
+            }
         }
         Ok(table)
     }

@@ -9,11 +9,14 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use surrogate::{Dataset, DesignMethod, Input};
 
 use super::WorkflowError;
+use super::ensemble::quantities;
 use super::inputs::Inputs;
 use super::levels::{Level, Runner};
 use super::packings::Packings;
 use super::simulator::recorded;
 use super::stage::Stage;
+use super::stiffness::STIFFNESS_RATIO;
+use super::surrogate::with_stiffness_ratio;
 use super::task::Task;
 use crate::case::{ByParameter, CaseFile};
 use crate::coverage::Laboratory;
@@ -30,6 +33,8 @@ pub struct SimulatedLaboratories {
     pub per_run: Dataset,
     /// The same on the case's own packing: the paper's way.
     pub one_packing: Dataset,
+    /// The runs of `per_run` with the stiffness ratio of each packing as their last input.
+    pub with_stiffness: Dataset,
     /// Many more runs with a packing each, for a forward model next to the exact one.
     pub many: Dataset,
 }
@@ -64,7 +69,10 @@ pub fn simulate_laboratories(
     let points = DesignMethod::Sobol.sample(&study.prior, many, design.seed ^ 1)?;
     let many = study.ensemble(&points, seeds(&mut rng, many))?;
     let laboratories = study.laboratories(laboratories, inner)?;
-    Ok(SimulatedLaboratories { laboratories, per_run, one_packing, many })
+    let seen: Vec<f64> =
+        laboratories.iter().flat_map(|l| l.stiffness_ratios.iter().copied()).collect();
+    let with_stiffness = with_stiffness_ratio(&per_run, &seen)?.unwrap_or_else(|| per_run.clone());
+    Ok(SimulatedLaboratories { laboratories, per_run, with_stiffness, one_packing, many })
 }
 
 struct Study<'a> {
@@ -80,12 +88,12 @@ impl Study<'_> {
         })
     }
 
-    /// Runs on packings of these seeds, by the cheapest level of the case.
+    /// Runs on packings of these seeds, by the cheapest level of the case, and their stiffness ratios.
     fn records(
         &self,
         points: &[Vec<f64>],
         seeds: Vec<u64>,
-    ) -> Result<Vec<RunRecord>, WorkflowError> {
+    ) -> Result<(Vec<RunRecord>, Vec<f64>), WorkflowError> {
         let names: Vec<String> = self.prior.iter().map(|input| input.name.clone()).collect();
         // nothing of the case names these runs but what they are made of
         let kept = format!("{seeds:?}\n{points:?}\n");
@@ -95,16 +103,20 @@ impl Study<'_> {
         level.manifest += &kept;
         let runner = Runner { task: self.task, names: &names, packings: Some(&packings) };
         let run = |(i, inputs): (usize, &Vec<f64>)| RunInput { id: i + 1, inputs: inputs.clone() };
-        runner.run(&level, &points.iter().enumerate().map(run).collect::<Vec<_>>())
+        let records =
+            runner.run(&level, &points.iter().enumerate().map(run).collect::<Vec<_>>())?;
+        Ok((records, packings.stiffness_ratios(&level)?))
     }
 
     fn ensemble(&self, points: &[Vec<f64>], seeds: Vec<u64>) -> Result<Dataset, WorkflowError> {
         let qoi = self.task.inputs.qoi();
         let outputs = qoi.quantities.iter().map(|q| q.column().to_owned()).collect();
-        let mut data = Dataset::new(self.prior.clone(), outputs, "coverage")?;
-        for record in self.records(points, seeds)? {
-            if let Ok(quantities) = super::ensemble::quantities(&record, qoi) {
-                data.push(&record.inputs, &quantities)?;
+        let mut data = Dataset::new(self.prior.clone(), outputs, "coverage")?
+            .with_notes(&[STIFFNESS_RATIO])?;
+        let (records, ratios) = self.records(points, seeds)?;
+        for (record, ratio) in records.iter().zip(ratios) {
+            if let Ok(values) = quantities(record, qoi) {
+                data.push_noted(&record.inputs, &values, &[&ratio.to_string()])?;
             }
         }
         Ok(data)
@@ -135,7 +147,8 @@ impl Study<'_> {
             truths.push(truth);
         }
         let points: Vec<Vec<f64>> = drawn.iter().map(|v| v.parameters.clone()).collect();
-        let records = self.records(&points, drawn.iter().map(|v| v.packing_seed).collect())?;
+        let seeds = drawn.iter().map(|v| v.packing_seed).collect();
+        let (records, ratios) = self.records(&points, seeds)?;
         let measured = drawn.iter().zip(&records).map(|(specimen, record)| {
             let curve = specimen.measure(&recorded(&record.curve), inputs.noise()?);
             let qois = Qois::of(&curve, qoi.slope_fraction).map_err(|error| {
@@ -145,8 +158,12 @@ impl Study<'_> {
             Ok(qois.values(&qoi.quantities))
         });
         let measured: Vec<Vec<f64>> = measured.collect::<Result<_, WorkflowError>>()?;
-        let tests = measured.chunks(specimens).map(<[_]>::to_vec);
-        let laboratory = |(truth, specimens)| Laboratory { truth, specimens };
+        let tests = measured.chunks(specimens).zip(ratios.chunks(specimens));
+        let laboratory = |(truth, (specimens, ratios)): (_, (&[Vec<f64>], &[f64]))| Laboratory {
+            truth,
+            specimens: specimens.to_vec(),
+            stiffness_ratios: ratios.to_vec(),
+        };
         Ok(truths.into_iter().zip(tests).map(laboratory).collect())
     }
 }

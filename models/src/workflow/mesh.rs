@@ -41,17 +41,6 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(format!("{tets} tetrahedra, {nodes} nodes, {part:.1} % grains"))
 }
 
-/// The specimen's mesh with half the spacing of the case; none of a mesh file.
-pub(super) fn finer(inputs: &Inputs<'_>) -> Result<Option<TetMesh>, WorkflowError> {
-    match inputs.geometry()? {
-        SpecimenGeometry::Mesh { .. } => Ok(None),
-        _ => {
-            let half = |m: &Meshing| Meshing { spacing_mm: 0.5 * m.spacing_mm, ..*m };
-            Ok(Some(mesh_with(inputs, &half)?.0))
-        }
-    }
-}
-
 /// The specimen's mesh by what `changed` makes of the case's mesher.
 pub(super) fn mesh_with(
     inputs: &Inputs<'_>,

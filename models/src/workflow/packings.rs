@@ -1,8 +1,9 @@
 //! A packing of its own for each run of an ensemble.
 
-use fem::{FemError, GrainList, Meshing, MeshingError, Packing};
+use fem::{FemError, GrainList, Meshing, MeshingError, Packing, TetMesh};
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
 use surrogate::Dataset;
 
 use super::WorkflowError;
@@ -10,6 +11,7 @@ use super::inputs::Inputs;
 use super::levels::Level;
 use super::simulator::Simulator;
 use super::specimen::packed_mesh;
+use super::stiffness::stiffness_ratio;
 use crate::case::{MaterialParameter, Microstructure, SpecimenGeometry};
 
 /// The column of `runs.csv` with the seed of a packing of its own; empty without one.
@@ -86,20 +88,32 @@ impl Packings {
         Simulator::new(&level.setup, mesh, self.parameters.clone()).map(drop)
     }
 
-    /// The test of a level on the packing of a run, by its place.
-    pub(super) fn simulator(&self, run: usize, level: &Level<'_>) -> Result<Simulator, FemError> {
+    /// The stiffness ratio of the packing of each run, on the mesh of a level.
+    ///
+    /// # Errors
+    /// A packing that cannot be meshed, an elastic solve that fails.
+    pub(super) fn stiffness_ratios(&self, level: &Level<'_>) -> Result<Vec<f64>, FemError> {
+        let ratio = |run| stiffness_ratio(&level.setup, self.mesh(run, level)?);
+        (0..self.seeds.len()).into_par_iter().map(ratio).collect()
+    }
+
+    /// The packing of a run on the mesh of a level.
+    fn mesh(&self, run: usize, level: &Level<'_>) -> Result<TetMesh, FemError> {
         let [radius_mm, height_mm] = self.size_mm;
         let built = level.meshing(&self.meshing).build(radius_mm, height_mm, &self.grains[run]);
-        let mesh = built.map_err(|error| match error {
+        built.map(|meshed| meshed.mesh).map_err(|error| match error {
             MeshingError::Unsound(error) => FemError::Mesh(error),
             other => unsupported(&other.to_string()),
-        })?;
-        Simulator::new(&level.setup, mesh.mesh, self.parameters.clone()).map_err(
-            |error| match error {
-                WorkflowError::Test { source, .. } => source,
-                other => unsupported(&other.to_string()),
-            },
-        )
+        })
+    }
+
+    /// The test of a level on the packing of a run, by its place.
+    pub(super) fn simulator(&self, run: usize, level: &Level<'_>) -> Result<Simulator, FemError> {
+        let mesh = self.mesh(run, level)?;
+        Simulator::new(&level.setup, mesh, self.parameters.clone()).map_err(|error| match error {
+            WorkflowError::Test { source, .. } => source,
+            other => unsupported(&other.to_string()),
+        })
     }
 }
 

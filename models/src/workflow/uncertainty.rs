@@ -10,7 +10,7 @@ use super::inputs::Inputs;
 use super::packings::has_packing_per_run;
 use super::task::Task;
 use crate::budget::{largest_part, matrix, shares};
-use crate::fracture::{column_means, short_name};
+use crate::fracture::{Evidence, column_means, short_name};
 use crate::shared_error::relative;
 
 /// The covariances (quantities × quantities, relative to the specimens' means) of the errors that all
@@ -91,12 +91,15 @@ pub(super) fn write_uncertainty(
     pce: &DynPce,
     posterior: &Posterior,
     summary: &Summary,
-    specimens: &[Vec<f64>],
+    evidence: &Evidence,
     shared: SharedError,
 ) -> Result<(), WorkflowError> {
-    let (n, means) = (specimens.len() as f64, column_means(specimens));
+    let (n, means) = (evidence.qois.len() as f64, column_means(&evidence.qois));
+    // what is known of the specimens takes no part, and stands at its mean
+    let known = column_means(&evidence.known);
+    let unknown = &pce.inputs()[..pce.inputs().len() - known.len()];
     let mean_of = |name: &str| summary.row(name).map(|row| row.mean);
-    let place: Option<Vec<f64>> = pce.inputs().iter().map(|input| mean_of(&input.name)).collect();
+    let place: Option<Vec<f64>> = unknown.iter().map(|input| mean_of(&input.name)).collect();
     let (Some(place), Some(scatter)) = (place, mean_scatter(posterior, means.len())) else {
         return Ok(());
     };
@@ -112,17 +115,17 @@ pub(super) fn write_uncertainty(
     }
     sources.push(("specimens", own / n));
 
-    let (_, jacobian) = pce.value_and_jacobian(&place)?;
+    let (_, jacobian) = pce.value_and_jacobian(&[place, known].concat())?;
     let jacobian: Vec<Vec<f64>> = jacobian
         .iter()
         .zip(&means)
-        .map(|(row, mean)| row.iter().map(|slope| slope / mean).collect())
+        .map(|(row, mean)| row[..unknown.len()].iter().map(|slope| slope / mean).collect())
         .collect();
     let prior: Vec<f64> =
-        pce.inputs().iter().map(|input| (input.upper - input.lower).powi(2) / 12.0).collect();
+        unknown.iter().map(|input| (input.upper - input.lower).powi(2) / 12.0).collect();
     let (names, covariances): (Vec<&str>, Vec<DMatrix<f64>>) = sources.into_iter().unzip();
     let Some(shares) = shares(&jacobian, &prior, &covariances) else { return Ok(()) };
-    let rows = pce.inputs().iter().zip(&shares).flat_map(|(input, shares)| {
+    let rows = unknown.iter().zip(&shares).flat_map(|(input, shares)| {
         let row = |(source, share): (&&str, &f64)| {
             [input.name.clone(), (*source).to_owned(), share.to_string()]
         };

@@ -244,6 +244,14 @@ impl CaseFile {
             "specimens",
             "The paper has 8 curves at 50 °C.",
         )?;
+        if v.scans && !matches!(geometry, SpecimenGeometry::Cylinder { scan: Some(_), .. }) {
+            return Err(self.error(
+                "experiments.virtual.scans",
+                "true",
+                "there is no scanner",
+                "Add a table [specimen.scan], or leave out scans.",
+            ));
+        }
         if let Some(spacing) = v.spacing_mm {
             self.check_spacing("experiments.virtual.spacing_mm", spacing, *radius_mm, *height_mm)?;
         }

@@ -47,6 +47,7 @@ impl CaseFile {
         self.check_test()?;
         self.check_calibration()?;
         self.check_fidelity(&geometry)?;
+        self.check_second_mesh(&geometry)?;
         self.check_experiments(&geometry)
     }
 

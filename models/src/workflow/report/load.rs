@@ -7,6 +7,7 @@ use surrogate::{Dataset, DynPce, FitReport, OrderRule};
 
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
+use super::levels::corrected;
 use crate::case::{Case, MaterialParameter, Microstructure, PriorBounds, Toe};
 use crate::error::InputError;
 use crate::qoi::Quantity;
@@ -30,6 +31,7 @@ pub(super) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
         map_curve: curve(inputs, "curves/map.csv")?,
         orders: orders(&fit),
         chosen_order: fit.order,
+        known_inputs: known_inputs(&pce, case),
         order_rule: rule_in_words(case.surrogate.rule),
         parameters: parameters(inputs, case)?,
         summary: summary(inputs)?,
@@ -45,6 +47,7 @@ pub(super) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
     results.notes.extend(mesh_errors(inputs, &case.qoi.quantities)?);
     results.notes.extend(budget(inputs)?);
     ensemble(inputs, &data, &mut results)?;
+    corrected(inputs, &case.qoi.quantities, &data, &mut results)?;
     experiments(inputs, &mut results)?;
     for k in 1..=case.confirm.draws {
         results.posterior_curves.push(curve(inputs, &format!("curves/draw-{k}.csv"))?);
@@ -67,6 +70,12 @@ fn title(case: &Case) -> String {
             None => format!("Calibration of the {regions}"),
         },
     }
+}
+
+/// Inputs of the surrogate that are not calibrated.
+fn known_inputs(pce: &DynPce, case: &Case) -> Vec<String> {
+    let calibrated = case.prior.as_ref().map_or(0, |prior| prior.parameters().len());
+    pce.inputs().iter().skip(calibrated).map(|input| input.name.replace('_', " ")).collect()
 }
 
 fn rule_in_words(rule: OrderRule) -> String {
@@ -315,7 +324,7 @@ fn mesh_errors(
         parts.push(format!("{} {percent:+.1} %", quantity.label()));
     }
     Ok(Some(format!(
-        "Error of the mesh at the mode, estimated from one simulation with half the spacing: {}. No \
+        "Error of the mesh at the mode, estimated from a second one with another spacing: {}. No \
          interval holds it.",
         parts.join(", ")
     )))
