@@ -7,6 +7,7 @@ fn the_stiffness_of_scanned_specimens_is_an_input_of_the_surrogate() {
     let dir = tempfile::tempdir().unwrap();
     let case = TINY
         .replace("spacing_mm = 1.25\n", "scans = true\n")
+        .replace("spacing_mm = 1.5", "spacing_mm = 1.4")
         .replace("fraction = 0.05", "fraction = 0.12");
     std::fs::write(dir.path().join("tiny.toml"), &case).unwrap();
     let (code, _, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "results"]);

@@ -3,6 +3,7 @@
 use fem::{Packing, Scanner, Segmented};
 
 use super::WorkflowError;
+use super::files::SPECIMENS;
 use super::levels::Level;
 use super::segment::write_16_bits;
 use super::specimen::{Scanned, Source, labelled_mesh};
@@ -77,23 +78,24 @@ pub(super) fn stiffness_ratios(
     let level = Level::all(inputs, true)?.swap_remove(0);
     let meshing = level.meshing(&meshing);
     let (segmentation, voxel_mm) = inputs.segmentation();
-    let (case, setup, table_file) =
-        (inputs.case_path(), level.setup, task.path(super::files::SPECIMENS));
+    let (setup, table_file) = (level.setup, task.path(SPECIMENS));
     let bar = Bar::new(task.stage());
     let ratio = |specimen: &Specimen| -> Result<Option<f64>, WorkflowError> {
         let Some(image) = &specimen.image else { return Ok(None) };
+        let image = table_file.with_file_name(image);
         bar.set(0.0, &format!("the image of {}", specimen.id));
         let scanned = Scanned {
-            source: Source::Stack(table_file.with_file_name(image), voxel_mm),
+            source: Source::Stack(image.clone(), voxel_mm),
             segmentation: segmentation.clone(),
             size_mm: [None; 2],
         };
-        let grey = scanned.image(case)?;
-        let found = scanned.segment(case, &grey, &mut |_| ())?;
+        // errors name the image: the case's own specimen may be fine
+        let grey = scanned.image(&image)?;
+        let found = scanned.segment(&image, &grey, &mut |_| ())?;
         drop(grey);
         let Segmented { labels, solid, cylinder, .. } = &found;
         let volumes = found.regions.iter().map(|grain| (grain.id, grain.volume_mm3)).collect();
-        let mesh = labelled_mesh(case, labels, solid, volumes, cylinder, &meshing)?.mesh;
+        let mesh = labelled_mesh(&image, labels, solid, volumes, cylinder, &meshing)?.mesh;
         Ok(Some(stiffness_ratio(&setup, mesh)?))
     };
     // one after the other: an image may fill the memory, and its segmentation all processors
