@@ -64,8 +64,8 @@ impl Input {
 /// may have notes, such as the number of the run: columns of text that mean nothing to a fit.
 /// [`Dataset::write_csv`] keeps all of it as one file that other tools read.
 ///
-/// A row may have the derivative of every output in every input too, which a fit then uses:
-/// [`Dataset::with_derivatives`].
+/// A row may have the derivative of every output in every input too, or in the first of them, which a fit
+/// then uses: [`Dataset::with_derivatives`].
 ///
 /// ```
 /// use surrogate::{Dataset, Input};
@@ -84,9 +84,9 @@ pub struct Dataset {
     notes: Vec<String>,
     x: Vec<f64>,
     y: Vec<f64>,
-    /// Whether rows have derivatives.
-    differentiated: bool,
-    /// rows × outputs × inputs; empty without derivatives.
+    /// The number of inputs, from the first on, in which rows have derivatives.
+    differentiated: usize,
+    /// rows × outputs × those inputs; empty without derivatives.
     slopes: Vec<f64>,
     /// One text a row and note.
     noted: Vec<String>,
@@ -125,7 +125,7 @@ impl Dataset {
             notes: Vec::new(),
             x: Vec::new(),
             y: Vec::new(),
-            differentiated: false,
+            differentiated: 0,
             slopes: Vec::new(),
             noted: Vec::new(),
         })
@@ -145,9 +145,21 @@ impl Dataset {
     /// assert_eq!(runs.derivatives(0), Some(&[0.04, 0.2][..]));
     /// # Ok::<(), surrogate::SurrogateError>(())
     /// ```
-    pub fn with_derivatives(mut self) -> Result<Self, SurrogateError> {
+    pub fn with_derivatives(self) -> Result<Self, SurrogateError> {
+        let all = self.inputs.len();
+        self.with_derivatives_in(all)
+    }
+
+    /// The same with the derivatives in the first `inputs` alone; of the others only values are known.
+    ///
+    /// # Errors
+    /// As [`Self::with_derivatives`]; more inputs than there are.
+    pub fn with_derivatives_in(mut self, inputs: usize) -> Result<Self, SurrogateError> {
         check_count("rows before derivatives are declared", 0, self.len())?;
-        self.differentiated = true;
+        if inputs > self.inputs.len() {
+            check_count("inputs with derivatives", self.inputs.len(), inputs)?;
+        }
+        self.differentiated = inputs;
         check_distinct(self.columns().iter())?;
         Ok(self)
     }
@@ -211,7 +223,7 @@ impl Dataset {
     ) -> Result<(), SurrogateError> {
         check_count("outputs with derivatives", self.outputs.len(), jacobian.len())?;
         for row in jacobian {
-            check_count("derivatives of an output", self.inputs.len(), row.as_ref().len())?;
+            check_count("derivatives of an output", self.differentiated, row.as_ref().len())?;
         }
         let slopes: Vec<f64> = jacobian.iter().flat_map(|row| row.as_ref()).copied().collect();
         self.add(x, y, &slopes, notes)
@@ -273,13 +285,13 @@ impl Dataset {
         self.noted.get(i * self.notes.len() + place).map(String::as_str)
     }
 
-    /// Whether rows have the derivative of every output in every input.
-    pub fn has_derivatives(&self) -> bool {
+    /// In how many inputs, from the first on, rows have the derivative of every output.
+    pub fn inputs_with_derivatives(&self) -> usize {
         self.differentiated
     }
 
-    /// The derivatives of row `i`, counted from 0, outputs × inputs, those of one output beside each
-    /// other. None without derivatives or without such a row.
+    /// The derivatives of row `i`, counted from 0, outputs × inputs with derivatives, those of one output
+    /// beside each other. None without derivatives or without such a row.
     pub fn derivatives(&self, i: usize) -> Option<&[f64]> {
         let size = self.slopes_per_row();
         if size == 0 { None } else { self.slopes.get(i * size..(i + 1) * size) }
@@ -289,22 +301,20 @@ impl Dataset {
     pub(crate) fn derivative_columns(&self) -> Vec<String> {
         let of = |output: &String| {
             let column = move |input: &Input| format!("d_{output}_d_{}", input.name);
-            self.inputs.iter().map(column).collect::<Vec<_>>()
+            self.inputs[..self.differentiated].iter().map(column).collect::<Vec<_>>()
         };
         self.outputs.iter().flat_map(of).collect()
     }
 
     fn slopes_per_row(&self) -> usize {
-        if self.differentiated { self.inputs.len() * self.outputs.len() } else { 0 }
+        self.differentiated * self.outputs.len()
     }
 
     /// The names of all columns: inputs, outputs, derivatives, notes.
     pub(crate) fn columns(&self) -> Vec<String> {
         let mut columns: Vec<String> = self.inputs.iter().map(|i| i.name.clone()).collect();
         columns.extend_from_slice(&self.outputs);
-        if self.differentiated {
-            columns.extend(self.derivative_columns());
-        }
+        columns.extend(self.derivative_columns());
         columns.extend_from_slice(&self.notes);
         columns
     }

@@ -87,10 +87,7 @@ fn parse(text: &str) -> Located<Dataset> {
         .from_reader(text.as_bytes());
     let header = reader.headers().map_err(|e| syntax(text, &e))?.clone();
     let header_line = line_at(text, header.position());
-    let dataset = match derivatives_in(&dataset, &header).map_err(|e| (header_line, e))? {
-        true => dataset.with_derivatives().map_err(|e| (header_line, e))?,
-        false => dataset,
-    };
+    let dataset = with_derivatives(dataset, &header).map_err(|e| (header_line, e))?;
     let mut columns = Vec::new();
     for name in dataset.columns() {
         let mut places = header.iter().enumerate().filter(|(_, h)| *h == name).map(|(i, _)| i);
@@ -124,17 +121,24 @@ fn parse(text: &str) -> Located<Dataset> {
     Ok(dataset)
 }
 
-/// Whether the header has the columns of derivatives: all of them or none.
-fn derivatives_in(dataset: &Dataset, header: &csv::StringRecord) -> Result<bool, SurrogateError> {
-    let (there, missing): (Vec<String>, Vec<String>) = dataset
-        .derivative_columns()
-        .into_iter()
-        .partition(|name| header.iter().any(|column| column == name));
-    match (there.first(), missing.first()) {
-        (Some(there), Some(missing)) => {
+/// The dataset with the derivatives that the header has columns of: in the inputs up to the last that has
+/// one, and there all of them.
+fn with_derivatives(
+    dataset: Dataset,
+    header: &csv::StringRecord,
+) -> Result<Dataset, SurrogateError> {
+    let all = dataset.inputs().len();
+    let dataset = dataset.with_derivatives_in(all)?;
+    let is_there = |name: &String| header.iter().any(|column| column == name);
+    // of each output one column an input
+    let places = dataset.derivative_columns().into_iter().enumerate();
+    let (there, missing): (Vec<_>, Vec<_>) = places.partition(|(_, name)| is_there(name));
+    let inputs = there.iter().map(|(place, _)| place % all + 1).max().unwrap_or(0);
+    match (there.first(), missing.iter().find(|(place, _)| place % all < inputs)) {
+        (Some((_, there)), Some((_, missing))) => {
             Err(SurrogateError::SomeDerivatives { there: there.clone(), missing: missing.clone() })
         }
-        (there, _) => Ok(there.is_some()),
+        _ => dataset.with_derivatives_in(inputs),
     }
 }
 

@@ -58,8 +58,7 @@ impl<'a> Regression<'a> {
             variance.push(y.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / n as f64);
         }
         let counts: Vec<usize> = (0..=max_order).map(|p| truncation.count(d, p)).collect();
-        let per_run = if data.has_derivatives() { 1 + d } else { 1 };
-        let most = (n - 1) * per_run;
+        let most = (n - 1) * (1 + data.inputs_with_derivatives());
         let estimable = counts.iter().take_while(|&&terms| terms <= most).count();
         let columns = truncation.nested(d, estimable - 1);
         Ok(Self { data, y, variance, counts, columns, most })
@@ -95,7 +94,7 @@ impl<'a> Regression<'a> {
         targets: &[(usize, Scale)],
     ) -> Result<Equations, SurrogateError> {
         let (n, axes) = (self.data.len(), axes(self.data.inputs(), inputs)?);
-        let slopes = if self.data.has_derivatives() { axes.len() } else { 0 };
+        let slopes = self.data.inputs_with_derivatives();
         let unit: Vec<Vec<f64>> = self
             .data
             .rows()
@@ -103,7 +102,7 @@ impl<'a> Regression<'a> {
             .collect();
         let mut rows: Vec<Vec<f64>> = unit.iter().map(|t| basis_row(&self.columns, t)).collect();
         if slopes > 0 {
-            rows.extend(unit.iter().flat_map(|t| basis_slopes(&self.columns, t)));
+            rows.extend(unit.iter().flat_map(|t| basis_slopes(&self.columns, t).into_iter().take(slopes)));
         }
         let targets = Mat::from_fn(rows.len(), targets.len(), |row, k| {
             let (m, scale) = targets[k];
@@ -120,7 +119,7 @@ impl<'a> Regression<'a> {
         let slopes = self.data.derivatives(run).unwrap_or_default();
         let x = self.data.row(run).0[input];
         let by = scale.slope_at(self.y[(run, output)]) * axes[input].slope_at(x);
-        slopes[output * axes.len() + input] / by
+        slopes[output * self.data.inputs_with_derivatives() + input] / by
     }
 
     /// The least value of an output.

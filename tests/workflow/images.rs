@@ -62,7 +62,8 @@ fn the_stiffness_of_scanned_specimens_is_an_input_of_the_surrogate() {
     std::fs::write(dir.path().join("measured.toml"), case).unwrap();
     for (table_text, known) in [(written.clone(), 3), (written.replace("scans/V-02.tif", ""), 2)] {
         std::fs::write(measured.join("specimens.csv"), table_text).unwrap();
-        let (code, _, err) = breccia(dir.path(), &["experiments", "measured.toml", "--out", "own"]);
+        let stage = |name| breccia(dir.path(), &[name, "measured.toml", "--out", "own"]);
+        let (_, _, (code, _, err)) = (stage("segment"), stage("mesh"), stage("experiments"));
         assert_eq!(code, Some(0), "{err}");
         assert_eq!(err.contains("2 of 3 specimens have an image"), known == 2, "{err}");
         let rows = table(&dir.path().join("own/experiments.csv"));
