@@ -210,6 +210,54 @@ mod tests {
         }
     }
 
+    /// Runs of three rows: the value among the first rows, two derivatives after them.
+    #[test]
+    fn fast_leave_one_run_out_is_brute_force() {
+        let (runs, block, p) = (9, 3, 11);
+        let psi = Mat::from_fn(runs * block, p, |i, j| {
+            ((i * i) as f64 * 0.37 + (i * j) as f64 * 0.73).sin()
+        });
+        let (_, y) = example(runs * block, p);
+        let of_run = |run: usize| [run, runs + 2 * run, runs + 2 * run + 1];
+        let whole = NestedLeastSquares::new(psi.clone(), y.clone(), runs);
+        let prefix = &whole.sweep(&[p])[0];
+        let fast = prefix.left_out().unwrap();
+        let c = whole.coefficients(p);
+        let mut changes = Mat::<f64>::zeros(2, 2);
+        for left_out in 0..runs {
+            let kept: Vec<usize> =
+                (0..runs * block).filter(|row| !of_run(left_out).contains(row)).collect();
+            let fit = NestedLeastSquares::new(
+                Mat::from_fn(kept.len(), p, |i, j| psi[(kept[i], j)]),
+                Mat::from_fn(kept.len(), 2, |i, m| y[(kept[i], m)]),
+                runs - 1,
+            );
+            let rest = fit.coefficients(p);
+            for row in of_run(left_out) {
+                for m in 0..2 {
+                    let f: f64 = (0..p).map(|j| psi[(row, j)] * rest[(j, m)]).sum();
+                    let expected = y[(row, m)] - f;
+                    assert_relative_eq!(
+                        fast[(row, m)],
+                        expected,
+                        epsilon = 1e-12,
+                        max_relative = 1e-12
+                    );
+                }
+            }
+            changes += (&c - &rest).transpose() * (&c - &rest);
+        }
+        let jackknife = whole.jackknife(prefix, &fast);
+        for (m, row) in jackknife.iter().enumerate() {
+            for (k, found) in row.iter().enumerate() {
+                assert_relative_eq!(*found, changes[(m, k)], max_relative = 1e-11);
+            }
+        }
+        assert_relative_eq!(prefix.leverages().sum::<f64>() + prefix.freedom(), runs as f64);
+        let all: f64 = (0..block).map(|place| prefix.leverage_at(place)).sum();
+        assert_relative_eq!(all, p as f64, max_relative = 1e-12);
+    }
+
     #[test]
     fn a_row_that_alone_determines_a_coefficient_has_no_leave_one_out() {
         let psi = Mat::from_fn(10, 2, |i, j| if j == 0 { 1.0 } else { f64::from(i == 3) });

@@ -7,8 +7,11 @@
 //! 149; at rest it is the restricted maximum likelihood).
 //!
 //! No fixed ratio would do. Of what a smooth model has beyond order p, the derivative is larger than the
-//! value, like p^(3/2); but if each run has a packing of its own, values scatter by per cents where
-//! logarithmic derivatives hardly do, and then it is the derivatives that know the response.
+//! value, like p^(3/2), and a weight of 0.3 suits order 3; but if each run has a packing of its own, values
+//! scatter by per cents where logarithmic derivatives hardly do, and then it is the derivatives that know
+//! the response: with 3 and 1 %, 30 runs and order 3, the weight of 0.3 leaves twice to six times the
+//! squared error of the estimated ones. Ratios for each input cost nothing and serve inputs that matter
+//! little, whose derivatives are known best.
 
 use crate::design_matrix::{Equations, Regression};
 use crate::leave_out::{Prefix, row_of};
