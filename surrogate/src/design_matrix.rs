@@ -102,7 +102,9 @@ impl<'a> Regression<'a> {
             .collect();
         let mut rows: Vec<Vec<f64>> = unit.iter().map(|t| basis_row(&self.columns, t)).collect();
         if slopes > 0 {
-            rows.extend(unit.iter().flat_map(|t| basis_slopes(&self.columns, t).into_iter().take(slopes)));
+            rows.extend(
+                unit.iter().flat_map(|t| basis_slopes(&self.columns, t).into_iter().take(slopes)),
+            );
         }
         let targets = Mat::from_fn(rows.len(), targets.len(), |row, k| {
             let (m, scale) = targets[k];

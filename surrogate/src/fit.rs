@@ -160,7 +160,8 @@ impl DynPce {
             order_by_split,
             loo_covariance: covariance(&left_out.get(..n, ..).to_owned()),
             residual_covariance: mean_products(&prefix.value_residuals(), prefix.freedom()),
-            mean_covariance: (data.inputs_with_derivatives() > 0).then(|| fit.jackknife(prefix, &left_out)),
+            mean_covariance: (data.inputs_with_derivatives() > 0)
+                .then(|| fit.jackknife(prefix, &left_out)),
             derivative_weights: weights,
             mean_leverage: prefix.trace,
             largest_leverage: prefix.leverages().fold(0.0, f64::max),

@@ -73,9 +73,9 @@ fn dataset(inputs: &[Input], outputs: usize, with_derivatives: bool) -> Dataset 
 }
 
 fn add(data: &mut Dataset, x: &[f64], y: &[f64], jacobian: &[Vec<f64>]) {
-    match data.has_derivatives() {
-        true => data.push_differentiated(x, y, jacobian, &[]).unwrap(),
-        false => data.push(x, y).unwrap(),
+    match data.inputs_with_derivatives() {
+        1.. => data.push_differentiated(x, y, jacobian, &[]).unwrap(),
+        0 => data.push(x, y).unwrap(),
     }
 }
 
@@ -172,6 +172,34 @@ fn derivatives_that_are_not_all_there_are_refused() {
     assert!(matches!(unasked, Err(SurrogateError::Count { expected: 0, found: 9, .. })));
     let taken = Dataset::new(prior(), vec!["f".into(), "d_f_d_young".into()], "").unwrap();
     assert!(matches!(taken.with_derivatives(), Err(SurrogateError::DuplicateName { .. })));
+}
+
+/// Derivatives in the first inputs alone: files, and a fit that they determine with few runs.
+#[test]
+fn derivatives_may_be_known_in_the_first_inputs_alone() {
+    let inputs: Vec<Input> =
+        ["a", "b", "k"].map(|name| Input::new(name, -1.0, 2.0).unwrap()).to_vec();
+    // 10 terms of order 2, k only to the first power
+    let model = |x: &[f64]| 3.0 + x[0] * x[1] - 0.5 * x[1] * x[1] + x[2] * (1.0 + 0.3 * x[0]);
+    let data = Dataset::new(inputs.clone(), vec!["f".into()], "closed form").unwrap();
+    let mut data = data.with_derivatives_in(2).unwrap();
+    for x in DesignMethod::Sobol.sample(&inputs, 7, 1).unwrap() {
+        let slopes = [x[1] + 0.3 * x[2], x[0] - x[1]];
+        data.push_differentiated(&x, &[model(&x)], &[slopes], &[]).unwrap();
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("runs.csv");
+    data.write_csv(&path).unwrap();
+    assert!(!std::fs::read_to_string(&path).unwrap().contains("d_f_d_k"));
+    let again = Dataset::read_csv(&path).unwrap();
+    assert_eq!((again.inputs_with_derivatives(), &again), (2, &data));
+    let fit = DynPce::fit(&again, &fixed(2, Scales::Linear)).unwrap();
+    for x in DesignMethod::MonteCarlo.sample(&inputs, 20, 5).unwrap() {
+        let (found, expected) = (fit.pce.value(&x).unwrap()[0], model(&x));
+        assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+    }
+    let more = Dataset::new(inputs, vec!["f".into()], "").unwrap().with_derivatives_in(4);
+    assert!(matches!(more, Err(SurrogateError::Count { expected: 3, found: 4, .. })));
 }
 
 /// A cubic of 20 terms from 8 runs, and power laws, which are polynomials between logarithms.

@@ -63,11 +63,8 @@ ppl::model! {
         let (response, expected) = specimens.expected(forward, &point);
         #[track] let mean = response;
         // differences between specimens show their scatter alone, their mean what they share too
-        for contrast in &specimens.contrasts {
-            contrast ~ MvNormalCholesky(vec![0.0; k], &chol);
-        }
-        for (own_contrast, expected) in specimens.own_contrasts.iter().zip(&expected) {
-            own_contrast ~ MvNormalCholesky(expected, &chol);
+        for (contrast, expected) in specimens.contrasts.iter().zip(&expected) {
+            contrast ~ MvNormalCholesky(expected, &chol);
         }
         let of_total = specimens.factor_of_total(&chol)?;
         specimens.total ~ MvNormalCholesky(specimens.mean_of_total(&mean), &of_total);

@@ -19,14 +19,10 @@ use super::CalibrationError;
 /// all share.
 #[derive(Clone, Debug)]
 pub struct Specimens {
-    /// n − 1 contrasts between specimens that have one mean; none where each has its own.
+    /// n − 1 contrasts between specimens.
     pub(super) contrasts: Vec<Vec<f64>>,
-    /// n − 1 contrasts between specimens that each have a mean of their own, else none.
-    pub(super) own_contrasts: Vec<Vec<f64>>,
     /// The last inputs of the forward model, known of each specimen; no rows if nothing is known.
     known: Vec<Vec<f64>>,
-    /// Number of specimens.
-    count: usize,
     /// √n times their mean.
     pub(super) total: Vec<f64>,
     /// S, quantities × quantities; zero is the paper's likelihood.
@@ -46,8 +42,7 @@ impl Specimens {
         }
         let (contrasts, total) = helmert(qois);
         let shared = vec![vec![0.0; expected]; expected];
-        let (own_contrasts, known, count) = (Vec::new(), Vec::new(), qois.len());
-        Ok(Self { contrasts, own_contrasts, known, count, total, shared })
+        Ok(Self { contrasts, known: Vec::new(), total, shared })
     }
 
     /// With what is known of each specimen: one row each, the last inputs of the forward model.
@@ -56,13 +51,10 @@ impl Specimens {
     /// Another number of rows than of specimens, or rows of different lengths.
     pub fn knowing(mut self, known: Vec<Vec<f64>>) -> Result<Self, CalibrationError> {
         let width = known.first().map_or(0, Vec::len);
-        if known.len() != self.count || known.iter().any(|row| row.len() != width) {
-            return Err(CalibrationError::Known { expected: self.count, found: known.len() });
+        if known.len() != self.len() || known.iter().any(|row| row.len() != width) {
+            return Err(CalibrationError::Known { expected: self.len(), found: known.len() });
         }
-        if width > 0 {
-            self.own_contrasts = std::mem::take(&mut self.contrasts);
-            self.known = known;
-        }
+        self.known = known;
         Ok(self)
     }
 
@@ -77,8 +69,10 @@ impl Specimens {
         forward: &DynPce,
         point: &[R],
     ) -> (Vec<R>, Vec<Vec<R>>) {
-        if self.known.is_empty() {
-            return (forward.at(point), Vec::new());
+        if self.known_inputs() == 0 {
+            let mean = forward.at(point);
+            let zeros = vec![R::from(0.0); mean.len()];
+            return (mean, vec![zeros; self.contrasts.len()]);
         }
         let response = |known: &Vec<f64>| -> Vec<R> {
             let known = known.iter().map(|&x| R::from(x));
@@ -86,7 +80,7 @@ impl Specimens {
         };
         let rows: Vec<Vec<R>> = self.known.iter().map(response).collect();
         let (contrasts, total) = helmert(&rows);
-        let root = (self.count as f64).sqrt();
+        let root = (self.len() as f64).sqrt();
         (total.into_iter().map(|sum| sum / root).collect(), contrasts)
     }
 
@@ -110,7 +104,7 @@ impl Specimens {
 
     /// Number of specimens.
     pub fn len(&self) -> usize {
-        self.count
+        self.contrasts.len() + 1
     }
 
     /// Never: there are at least two.
@@ -257,10 +251,10 @@ mod tests {
         let forward = DynPce::from_terms(inputs, vec!["a".into(), "b".into()], terms).unwrap();
         let known = [0.9, 1.2, 1.0, 0.7];
         let specimens = specimens().knowing(known.map(|k| vec![k]).to_vec()).unwrap();
-        assert!(specimens.contrasts.is_empty() && specimens.known_inputs() == 1);
+        assert_eq!(specimens.known_inputs(), 1);
         let (mean, means) = specimens.expected(&forward, &[1.3]);
         let apart: f64 = specimens
-            .own_contrasts
+            .contrasts
             .iter()
             .zip(means)
             .map(|(z, mean)| MvNormalCholesky(mean, scatter()).ln_density(z))
