@@ -1,40 +1,136 @@
-//! How often do the 90 % intervals of the calibration cover the truth?
+//! How often do the intervals of a calibration cover the truth?
 //!
 //! ```text
-//! breccia run                                                  # leaves breccia-out/surrogate.json
-//! cargo run --release -p models --example coverage             # 40 experiments on it
-//! cargo run --release -p models --example coverage -- results 100
+//! breccia run                                                      # leaves results in breccia-out
+//! cargo run --release -p models --example coverage -- breccia-out
+//! cargo run --release -p models --example coverage -- breccia-out --simulate 40
 //! ```
-//! Arguments: the directory of a finished run, and the number of virtual experiments.
+//! Prints `setting,parameter,nominal,covered,laboratories,mean_width`. Emulated laboratories draw
+//! specimens and ensembles anew from the surrogate and the scatter between packings; simulated ones are
+//! real simulations of specimens with packings of their own, on the cheapest mesh of the case. Settings:
+//! the exact forward model, a packing for each run with its shared error, the same with the stiffness of
+//! each specimen's own microstructure known, and one packing (the paper).
 
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use models::{CaseFile, CoverageStudy};
-use surrogate::DynPce;
+use clap::Parser;
+use models::{
+    CaseFile, CoverageRow, CoverageStudy, Emulated, Setting, VirtualCase, simulate_laboratories,
+};
+use surrogate::{Dataset, DynPce, FitOptions, PceFit};
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut arguments = std::env::args().skip(1);
-    let dir = PathBuf::from(arguments.next().unwrap_or_else(|| "breccia-out".into()));
-    let repeats = arguments.next().map_or(Ok(40), |n| n.parse())?;
-    let case = CaseFile::read(&dir.join("case.toml"))?.case;
-    let pce = DynPce::read(dir.join("surrogate.json"))?;
+/// Fraction of each side of the prior box that truths are drawn from.
+const INNER: f64 = 0.8;
 
-    let mut study = CoverageStudy { repeats, ..CoverageStudy::default() };
-    if let Some(specimens) = case.experiments.and_then(|e| e.virtual_specimens) {
-        study.specimens = specimens.specimens;
-        study.scatter = specimens.scatter;
-    }
-    let found = study.run(&pce, |done| {
-        if done % 10 == 0 {
-            eprintln!("{done} of {repeats} experiments");
-        }
-    })?;
-    println!("{repeats} experiments; at least {:.3} is expected", found.least());
-    for (i, input) in pce.inputs().iter().enumerate() {
-        println!(
-            "{:<26} covered {:.3}   mean contraction {:.3}",
-            input.name, found.covered[i], found.contraction[i]
-        );
+/// How often do the intervals of a calibration cover the truth?
+#[derive(Parser)]
+struct Arguments {
+    /// A finished run.
+    results: PathBuf,
+    /// Emulated laboratories.
+    #[arg(long, default_value_t = 300)]
+    emulate: usize,
+    /// Laboratories with real simulations of their specimens.
+    #[arg(long, default_value_t = 0)]
+    simulate: usize,
+    /// Runs that the exact forward model of the latter is made of.
+    #[arg(long, default_value_t = 600)]
+    exact_runs: usize,
+    /// Simulations at the same time; 0: all cores.
+    #[arg(long, default_value_t = 0)]
+    threads: usize,
+}
+
+type Error = Box<dyn std::error::Error + Send + Sync>;
+
+fn main() -> Result<(), Error> {
+    let arguments = Arguments::parse();
+    let file = CaseFile::read(&arguments.results.join("case.toml"))?;
+    let case = &file.case;
+    let specimens = case.experiments.as_ref().and_then(|e| e.virtual_specimens.clone());
+    let specimens =
+        specimens.ok_or("the case has no virtual specimens: there is no scatter to draw from")?;
+    let fit = FitOptions {
+        max_order: case.surrogate.max_order,
+        rule: case.surrogate.rule,
+        ..FitOptions::default()
+    };
+    println!("setting,parameter,nominal,covered,laboratories,mean_width");
+    let study = CoverageStudy::default();
+    let world = world(&arguments, case, &specimens, &fit)?;
+    let told = counter(arguments.emulate);
+    let rows =
+        study.run(arguments.emulate, |k| Ok::<_, Error>(world.laboratory(k as u64)?), told)?;
+    print("emulated", &rows);
+    if arguments.simulate > 0 {
+        let interrupt = AtomicBool::new(false);
+        let counts = [arguments.simulate, arguments.exact_runs];
+        let made = simulate_laboratories(
+            &file,
+            &arguments.results,
+            counts,
+            INNER,
+            arguments.threads,
+            &interrupt,
+        )?;
+        let settings = [
+            Setting::exact("exact", DynPce::fit(&made.many, &fit)?.pce),
+            Setting::shared("packing per run", DynPce::fit(&made.per_run, &fit)?),
+            Setting::shared("stiffness known", DynPce::fit(&made.with_stiffness, &fit)?)
+                .knowing_stiffness(),
+            Setting::exact("one packing", DynPce::fit(&made.one_packing, &fit)?.pce),
+        ];
+        let make = |k: usize| Ok::<_, Error>((made.laboratories[k].clone(), settings.to_vec()));
+        print("simulated", &study.run(arguments.simulate, make, counter(arguments.simulate))?);
     }
     Ok(())
+}
+
+/// The surrogate of the results as the mean response, with their scatter between packings.
+fn world(
+    arguments: &Arguments,
+    case: &models::Case,
+    specimens: &VirtualCase,
+    fit: &FitOptions,
+) -> Result<Emulated, Error> {
+    let runs = Dataset::read_csv(arguments.results.join("runs.csv"))?;
+    let PceFit { pce: response, report, .. } = DynPce::fit(&runs, fit)?;
+    let mean = response.mean();
+    let scatter = report.scatter(&mean)?;
+    let packings = (0..mean.len())
+        .map(|i| (0..mean.len()).map(|j| scatter[i][j] / (mean[i] * mean[j])).collect())
+        .collect();
+    let of = |name: &String| specimens.scatter.get(&name.parse().ok()?).copied();
+    let scatter = response.inputs().iter().map(|input| of(&input.name).unwrap_or(0.0)).collect();
+    Ok(Emulated {
+        response,
+        packings,
+        scatter,
+        noise: 0.003,
+        specimens: specimens.specimens,
+        inner: INNER,
+        runs: case.design.runs,
+        method: case.design.method,
+        fit: fit.clone(),
+    })
+}
+
+fn print(kind: &str, rows: &[CoverageRow]) {
+    for row in rows {
+        let CoverageRow { setting, parameter, nominal, covered, laboratories, mean_width } = row;
+        println!(
+            "{kind}: {setting},{parameter},{nominal},{covered:.3},{laboratories},{mean_width:.4}"
+        );
+    }
+}
+
+fn counter(all: usize) -> impl Fn(usize) + Sync {
+    let done = AtomicUsize::new(0);
+    move |_| {
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        if done.is_multiple_of(10) {
+            eprintln!("{done} of {all} laboratories");
+        }
+    }
 }

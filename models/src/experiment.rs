@@ -2,6 +2,8 @@
 //!
 //! `specimens.csv` has the columns `id,height_mm,radius_mm,group` and, if a curve is to have its
 //! slope taken elsewhere than the others, `slope_fraction` (empty: the case's value).
+//! A column `image` names a scan of each specimen, a TIFF file or a folder of slices, by its path from the
+//! table's folder (empty: none).
 //! `curves/<id>.csv` beside it has `displacement_mm,force_N`, compression positive.
 //! Lines that start with `#` are comments; columns may come in any order; further ones are ignored.
 
@@ -96,6 +98,8 @@ pub struct Specimen {
     pub group: String,
     /// Where the initial slope is taken, as a fraction of the displacement at peak, if not where the case says.
     pub slope_fraction: Option<f64>,
+    /// A scan of it, from the folder of the table.
+    pub image: Option<PathBuf>,
     /// What the test recorded.
     pub curve: TestCurve,
 }
@@ -146,6 +150,13 @@ impl SpecimenTable {
                     "It is a fraction of the displacement at peak; the paper takes 0.3 or 0.55.",
                 ));
             }
+            let image = Some(row.text("image")).filter(|name| !name.is_empty()).map(PathBuf::from);
+            if let Some(image) = image.as_ref().filter(|i| !file.with_file_name(i).exists()) {
+                let problem = format!("there is no {}", file.with_file_name(image).display());
+                let help = "Name a TIFF file or a folder of slices by its path from the table's folder, \
+                            or leave the cell empty.";
+                return Err(row.error("image", &problem, help));
+            }
             let curve = TestCurve::read(&curve_file(file, &id))?;
             specimens.push(Specimen {
                 id,
@@ -153,6 +164,7 @@ impl SpecimenTable {
                 radius_mm,
                 group: row.text("group").to_owned(),
                 slope_fraction,
+                image,
                 curve,
             });
         }
@@ -173,18 +185,23 @@ impl SpecimenTable {
     /// # Errors
     /// None: text in memory can always be written.
     pub fn to_files(&self) -> io::Result<Vec<(PathBuf, Vec<u8>)>> {
-        let has_fractions = self.specimens.iter().any(|s| s.slope_fraction.is_some());
-        let columns = if has_fractions { 5 } else { 4 };
+        // columns that no specimen fills are left out
+        let written = [
+            ("slope_fraction", self.specimens.iter().any(|s| s.slope_fraction.is_some())),
+            ("image", self.specimens.iter().any(|s| s.image.is_some())),
+        ];
         let rows = self.specimens.iter().map(|s| {
             let fraction = s.slope_fraction.map(|f| f.to_string()).unwrap_or_default();
+            let image = s.image.as_ref().map(|i| i.display().to_string()).unwrap_or_default();
             let Specimen { id, height_mm, radius_mm, group, .. } = s;
-            [id.clone(), height_mm.to_string(), radius_mm.to_string(), group.clone(), fraction]
-                .into_iter()
-                .take(columns)
+            let always = [id.clone(), height_mm.to_string(), radius_mm.to_string(), group.clone()];
+            let optional = [fraction, image].into_iter().zip(written).filter(|(_, (_, has))| *has);
+            always.into_iter().chain(optional.map(|(cell, _)| cell)).collect::<Vec<_>>()
         });
-        let header = ["id", "height_mm", "radius_mm", "group", "slope_fraction"];
+        let optional = written.iter().filter(|(_, has)| *has).map(|(name, _)| *name);
+        let header = ["id", "height_mm", "radius_mm", "group"].into_iter().chain(optional);
         let table = PathBuf::from("specimens.csv");
-        let mut files = vec![(table.clone(), to_csv(header.into_iter().take(columns), rows)?)];
+        let mut files = vec![(table.clone(), to_csv(header, rows)?)];
         for specimen in &self.specimens {
             files.push((curve_file(&table, &specimen.id), specimen.curve.to_csv()?));
         }
@@ -244,12 +261,17 @@ mod tests {
             radius_mm: 2.5,
             group: "50C".into(),
             slope_fraction,
+            image: None,
             curve: curve.clone(),
         };
         for fraction in [None, Some(0.55)] {
-            let table =
+            let mut table =
                 SpecimenTable { specimens: vec![specimen("S-1", fraction), specimen("S-2", None)] };
             let dir = tempfile::tempdir().unwrap();
+            if fraction.is_some() {
+                std::fs::write(dir.path().join("scan.tif"), "").unwrap();
+                table.specimens[1].image = Some("scan.tif".into());
+            }
             std::fs::create_dir(dir.path().join("curves")).unwrap();
             for (path, text) in table.to_files().unwrap() {
                 std::fs::write(dir.path().join(path), text).unwrap();

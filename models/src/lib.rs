@@ -40,23 +40,26 @@ pub mod hyperelastic;
 mod progress;
 mod qoi;
 pub mod report;
+mod shared_error;
 mod table;
 mod virtual_specimen;
 mod workflow;
 
 pub use case::{
     AdaptiveCase, ArcLengthCase, ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase,
-    ConfirmCase, DesignCase, ExperimentsCase, ImageCase, MaterialCase, MaterialParameter,
-    MeasureCase, Microstructure, NoiseCase, OutputCase, PrescribeCase, PriorBounds, PriorCase,
-    Property, QoiCase, SpecimenCase, SpecimenGeometry, SurrogateCase, TestCase, Toe, TractionCase,
-    VirtualCase,
+    ConfirmCase, DesignCase, ExperimentsCase, FidelityCase, ImageCase, LevelCase, MaterialCase,
+    MaterialParameter, MeasureCase, Microstructure, NoiseCase, OutputCase, PrescribeCase,
+    PriorBounds, PriorCase, Property, QoiCase, SpecimenCase, SpecimenGeometry, SurrogateCase,
+    TestCase, Toe, TractionCase, VirtualCase,
 };
-pub use coverage::{Coverage, CoverageStudy};
+pub use coverage::{CoverageRow, CoverageStudy, Emulated, Laboratory, Setting};
 pub use error::InputError;
 pub use experiment::{Specimen, SpecimenTable, TestCurve};
 pub use fracture::{
-    Calibration, CalibrationError, Specimens, calibrate, calibration, calibration_on,
+    Calibration, CalibrationError, Evidence, Specimens, calibrate, calibration, calibration_on,
 };
 pub use qoi::{QoiError, Qois, Quantity};
 pub use virtual_specimen::VirtualSpecimen;
-pub use workflow::{STAGES, Stage, Workflow, WorkflowError, simulate};
+pub use workflow::{
+    STAGES, SimulatedLaboratories, Stage, Workflow, WorkflowError, simulate, simulate_laboratories,
+};

@@ -64,6 +64,9 @@ impl Input {
 /// may have notes, such as the number of the run: columns of text that mean nothing to a fit.
 /// [`Dataset::write_csv`] keeps all of it as one file that other tools read.
 ///
+/// A row may have the derivative of every output in every input too, or in the first of them, which a fit
+/// then uses: [`Dataset::with_derivatives`].
+///
 /// ```
 /// use surrogate::{Dataset, Input};
 /// let inputs = vec![Input::new("young_mpa", 250.0, 300.0)?];
@@ -81,6 +84,10 @@ pub struct Dataset {
     notes: Vec<String>,
     x: Vec<f64>,
     y: Vec<f64>,
+    /// The number of inputs, from the first on, in which rows have derivatives.
+    differentiated: usize,
+    /// rows × outputs × those inputs; empty without derivatives.
+    slopes: Vec<f64>,
     /// One text a row and note.
     noted: Vec<String>,
 }
@@ -111,8 +118,50 @@ impl Dataset {
         check_distinct(inputs.iter().map(|i| &i.name).chain(&outputs))?;
         // one kind of line break, so that the text survives the file
         let provenance: String = provenance.into().replace("\r\n", "\n").replace('\r', "\n");
-        let (notes, noted) = (Vec::new(), Vec::new());
-        Ok(Self { inputs, outputs, provenance, notes, x: Vec::new(), y: Vec::new(), noted })
+        Ok(Self {
+            inputs,
+            outputs,
+            provenance,
+            notes: Vec::new(),
+            x: Vec::new(),
+            y: Vec::new(),
+            differentiated: 0,
+            slopes: Vec::new(),
+            noted: Vec::new(),
+        })
+    }
+
+    /// The dataset, still without rows, with the derivative of every output in every input as further
+    /// columns, named `d_<output>_d_<input>`.
+    ///
+    /// # Errors
+    /// Rows that are there already; a name that one of these columns repeats.
+    ///
+    /// ```
+    /// # use surrogate::{Dataset, Input};
+    /// let inputs = vec![Input::new("a", 0.0, 1.0)?, Input::new("b", 0.0, 1.0)?];
+    /// let mut runs = Dataset::new(inputs, vec!["f".into()], "f = a b²")?.with_derivatives()?;
+    /// runs.push_differentiated(&[0.5, 0.2], &[0.02], &[[0.04, 0.2]], &[])?;
+    /// assert_eq!(runs.derivatives(0), Some(&[0.04, 0.2][..]));
+    /// # Ok::<(), surrogate::SurrogateError>(())
+    /// ```
+    pub fn with_derivatives(self) -> Result<Self, SurrogateError> {
+        let all = self.inputs.len();
+        self.with_derivatives_in(all)
+    }
+
+    /// The same with the derivatives in the first `inputs` alone; of the others only values are known.
+    ///
+    /// # Errors
+    /// As [`Self::with_derivatives`]; more inputs than there are.
+    pub fn with_derivatives_in(mut self, inputs: usize) -> Result<Self, SurrogateError> {
+        check_count("rows before derivatives are declared", 0, self.len())?;
+        if inputs > self.inputs.len() {
+            check_count("inputs with derivatives", self.inputs.len(), inputs)?;
+        }
+        self.differentiated = inputs;
+        check_distinct(self.columns().iter())?;
+        Ok(self)
     }
 
     /// The dataset with further columns of text; rows that are there already have them empty.
@@ -133,7 +182,7 @@ impl Dataset {
         for name in &self.notes {
             check_name(name)?;
         }
-        check_distinct(self.columns())?;
+        check_distinct(self.columns().iter())?;
         self.noted = vec![String::new(); self.len() * names.len()];
         Ok(self)
     }
@@ -156,13 +205,46 @@ impl Dataset {
         y: &[f64],
         notes: &[&str],
     ) -> Result<(), SurrogateError> {
+        self.add(x, y, &[], notes)
+    }
+
+    /// Adds a row with its derivatives, `jacobian[m][d]` = ∂y_m/∂x_d in the outputs' per the inputs' units,
+    /// and its notes.
+    ///
+    /// # Errors
+    /// As [`Self::push`]; a dataset [without derivatives](Self::with_derivatives), a derivative that is
+    /// not finite.
+    pub fn push_differentiated(
+        &mut self,
+        x: &[f64],
+        y: &[f64],
+        jacobian: &[impl AsRef<[f64]>],
+        notes: &[&str],
+    ) -> Result<(), SurrogateError> {
+        check_count("outputs with derivatives", self.outputs.len(), jacobian.len())?;
+        for row in jacobian {
+            check_count("derivatives of an output", self.differentiated, row.as_ref().len())?;
+        }
+        let slopes: Vec<f64> = jacobian.iter().flat_map(|row| row.as_ref()).copied().collect();
+        self.add(x, y, &slopes, notes)
+    }
+
+    /// Adds a row of inputs, outputs, derivatives output after output, and notes.
+    pub(crate) fn add(
+        &mut self,
+        x: &[f64],
+        y: &[f64],
+        slopes: &[f64],
+        notes: &[&str],
+    ) -> Result<(), SurrogateError> {
         check_count("notes", self.notes.len(), notes.len())?;
         check_count("input values", self.inputs.len(), x.len())?;
         check_count("output values", self.outputs.len(), y.len())?;
-        let names = self.inputs.iter().map(|i| &i.name).chain(&self.outputs);
-        for (column, &value) in names.zip(x.iter().chain(y)) {
+        check_count("derivatives", self.slopes_per_row(), slopes.len())?;
+        for (place, &value) in x.iter().chain(y).chain(slopes).enumerate() {
             if !value.is_finite() {
-                return Err(SurrogateError::NotFinite { column: column.clone(), value });
+                let column = self.columns().swap_remove(place);
+                return Err(SurrogateError::NotFinite { column, value });
             }
         }
         for (input, &value) in self.inputs.iter().zip(x) {
@@ -177,6 +259,7 @@ impl Dataset {
         }
         self.x.extend_from_slice(x);
         self.y.extend_from_slice(y);
+        self.slopes.extend_from_slice(slopes);
         self.noted.extend(notes.iter().map(|note| (*note).to_owned()));
         Ok(())
     }
@@ -202,9 +285,38 @@ impl Dataset {
         self.noted.get(i * self.notes.len() + place).map(String::as_str)
     }
 
-    /// The names of all columns: inputs, outputs, notes.
-    pub(crate) fn columns(&self) -> impl Iterator<Item = &String> {
-        self.inputs.iter().map(|i| &i.name).chain(&self.outputs).chain(&self.notes)
+    /// In how many inputs, from the first on, rows have the derivative of every output.
+    pub fn inputs_with_derivatives(&self) -> usize {
+        self.differentiated
+    }
+
+    /// The derivatives of row `i`, counted from 0, outputs × inputs with derivatives, those of one output
+    /// beside each other. None without derivatives or without such a row.
+    pub fn derivatives(&self, i: usize) -> Option<&[f64]> {
+        let size = self.slopes_per_row();
+        if size == 0 { None } else { self.slopes.get(i * size..(i + 1) * size) }
+    }
+
+    /// The names of the derivatives' columns, in their order.
+    pub(crate) fn derivative_columns(&self) -> Vec<String> {
+        let of = |output: &String| {
+            let column = move |input: &Input| format!("d_{output}_d_{}", input.name);
+            self.inputs[..self.differentiated].iter().map(column).collect::<Vec<_>>()
+        };
+        self.outputs.iter().flat_map(of).collect()
+    }
+
+    fn slopes_per_row(&self) -> usize {
+        self.differentiated * self.outputs.len()
+    }
+
+    /// The names of all columns: inputs, outputs, derivatives, notes.
+    pub(crate) fn columns(&self) -> Vec<String> {
+        let mut columns: Vec<String> = self.inputs.iter().map(|i| i.name.clone()).collect();
+        columns.extend_from_slice(&self.outputs);
+        columns.extend(self.derivative_columns());
+        columns.extend_from_slice(&self.notes);
+        columns
     }
 
     /// Where the rows came from.

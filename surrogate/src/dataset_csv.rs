@@ -16,6 +16,7 @@ impl Dataset {
     /// young_mpa,force_n
     /// 275.0,147.1
     /// ```
+    /// Derivatives stand after the outputs, in columns such as `d_force_n_d_young_mpa`.
     /// Other tools read it with their comment option (`comment="#"` in pandas). Numbers are the
     /// shortest text that parses to the same 64 bits.
     ///
@@ -45,7 +46,7 @@ impl Dataset {
         }
         writer.write_record(self.columns())?;
         for (i, (x, y)) in self.rows().enumerate() {
-            for value in x.iter().chain(y) {
+            for value in x.iter().chain(y).chain(self.derivatives(i).unwrap_or_default()) {
                 writer.write_field(format!("{value:?}"))?;
             }
             let notes = self.notes().iter().filter_map(|name| self.note(i, name));
@@ -56,11 +57,12 @@ impl Dataset {
 
     /// Reads what [`Dataset::write_csv`] writes.
     ///
-    /// Columns are found by name, in any order; columns that no `#` line declares are notes.
+    /// Columns are found by name, in any order. The columns of derivatives are all there or none; others
+    /// that no `#` line declares are notes.
     ///
     /// # Errors
     /// The file cannot be read; a declaration is malformed or missing; a declared column is
-    /// missing or occurs twice; a cell is no finite number or lies outside its bounds. Each
+    /// missing or occurs twice; some derivatives have a column and others none; a cell is no finite number or lies outside its bounds. Each
     /// names file, line, column and value.
     pub fn read_csv(path: impl AsRef<Path>) -> Result<Self, SurrogateError> {
         let path = path.as_ref();
@@ -85,23 +87,25 @@ fn parse(text: &str) -> Located<Dataset> {
         .from_reader(text.as_bytes());
     let header = reader.headers().map_err(|e| syntax(text, &e))?.clone();
     let header_line = line_at(text, header.position());
+    let dataset = with_derivatives(dataset, &header).map_err(|e| (header_line, e))?;
     let mut columns = Vec::new();
-    for name in dataset.inputs().iter().map(|i| &i.name).chain(dataset.outputs()) {
-        let mut places = header.iter().enumerate().filter(|(_, h)| h == name).map(|(i, _)| i);
+    for name in dataset.columns() {
+        let mut places = header.iter().enumerate().filter(|(_, h)| *h == name).map(|(i, _)| i);
         let place = places.next().ok_or_else(|| {
             let found = header.iter().collect::<Vec<_>>().join(", ");
             (header_line, SurrogateError::MissingColumn { column: name.clone(), found })
         })?;
         if places.next().is_some() {
-            return Err((header_line, SurrogateError::DuplicateName { name: name.clone() }));
+            return Err((header_line, SurrogateError::DuplicateName { name }));
         }
-        columns.push((name.clone(), place));
+        columns.push((name, place));
     }
     let notes: Vec<usize> =
         (0..header.len()).filter(|i| columns.iter().all(|(_, place)| place != i)).collect();
     let names: Vec<&str> = notes.iter().map(|&i| &header[i]).collect();
     let mut dataset = dataset.with_notes(&names).map_err(|e| (header_line, e))?;
     let inputs = dataset.inputs().len();
+    let numbers = inputs + dataset.outputs().len();
     for record in reader.records() {
         let record = record.map_err(|e| syntax(text, &e))?;
         let here = |e| (line_at(text, record.position()), e);
@@ -111,9 +115,31 @@ fn parse(text: &str) -> Located<Dataset> {
             .collect::<Result<_, _>>()
             .map_err(here)?;
         let notes: Vec<&str> = notes.iter().map(|&i| &record[i]).collect();
-        dataset.push_noted(&cells[..inputs], &cells[inputs..], &notes).map_err(here)?;
+        let (x, y, slopes) = (&cells[..inputs], &cells[inputs..numbers], &cells[numbers..]);
+        dataset.add(x, y, slopes, &notes).map_err(here)?;
     }
     Ok(dataset)
+}
+
+/// The dataset with the derivatives that the header has columns of: in the inputs up to the last that has
+/// one, and there all of them.
+fn with_derivatives(
+    dataset: Dataset,
+    header: &csv::StringRecord,
+) -> Result<Dataset, SurrogateError> {
+    let all = dataset.inputs().len();
+    let dataset = dataset.with_derivatives_in(all)?;
+    let is_there = |name: &String| header.iter().any(|column| column == name);
+    // of each output one column an input
+    let places = dataset.derivative_columns().into_iter().enumerate();
+    let (there, missing): (Vec<_>, Vec<_>) = places.partition(|(_, name)| is_there(name));
+    let inputs = there.iter().map(|(place, _)| place % all + 1).max().unwrap_or(0);
+    match (there.first(), missing.iter().find(|(place, _)| place % all < inputs)) {
+        (Some((_, there)), Some((_, missing))) => {
+            Err(SurrogateError::SomeDerivatives { there: there.clone(), missing: missing.clone() })
+        }
+        _ => dataset.with_derivatives_in(inputs),
+    }
 }
 
 /// The leading `#` lines: an empty dataset.

@@ -5,22 +5,35 @@ use faer::Mat;
 use crate::dataset::{Dataset, check_count};
 use crate::dyn_pce::axes;
 use crate::error::SurrogateError;
-use crate::legendre::basis_row;
+use crate::legendre::{basis_row, basis_slopes};
 use crate::multi_index::Truncation;
 use crate::regression::NestedLeastSquares;
-use crate::scale::Scale;
+use crate::scale::{Axis, Scale};
 
 /// What a fit knows before scales and order are chosen.
 pub(crate) struct Regression<'a> {
     pub(crate) data: &'a Dataset,
-    /// rows × outputs, in their units
+    /// runs × outputs, in their units
     pub(crate) y: Mat<f64>,
-    /// Of each output over the rows.
+    /// Of each output over the runs.
     pub(crate) variance: Vec<f64>,
     /// Number of terms of order 0, 1, …
     pub(crate) counts: Vec<usize>,
-    /// Multi-indices of the orders that the rows may determine, nested.
+    /// Multi-indices of the orders that the runs may determine, nested.
     pub(crate) columns: Vec<Vec<u8>>,
+    /// Most terms that the rows of all runs but one may determine.
+    most: usize,
+}
+
+/// Rows of a least squares problem: for each run its value, then, run after run, its derivatives by each
+/// input's coordinate t on [−1, 1] where the data have them.
+pub(crate) struct Equations {
+    /// Of the basis.
+    pub(crate) rows: Vec<Vec<f64>>,
+    /// rows × targets
+    pub(crate) targets: Mat<f64>,
+    /// Derivatives of a target in a run.
+    slopes: usize,
 }
 
 impl<'a> Regression<'a> {
@@ -45,30 +58,21 @@ impl<'a> Regression<'a> {
             variance.push(y.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / n as f64);
         }
         let counts: Vec<usize> = (0..=max_order).map(|p| truncation.count(d, p)).collect();
-        // leaving one row out must leave at least as many rows as terms
-        let estimable = counts.iter().take_while(|&&terms| terms < n).count();
+        let most = (n - 1) * (1 + data.inputs_with_derivatives());
+        let estimable = counts.iter().take_while(|&&terms| terms <= most).count();
         let columns = truncation.nested(d, estimable - 1);
-        Ok(Self { data, y, variance, counts, columns })
+        Ok(Self { data, y, variance, counts, columns, most })
     }
 
-    /// ψ of every row and column, with the inputs on their scales.
+    /// The equations with the inputs and outputs on their scales.
     ///
     /// # Errors
-    /// As [`axes`].
-    pub(crate) fn basis(&self, inputs: &[Scale]) -> Result<Vec<Vec<f64>>, SurrogateError> {
-        let axes = axes(self.data.inputs(), inputs)?;
-        let row = |(x, _): (&[f64], &[f64])| {
-            let t: Vec<f64> = axes.iter().zip(x).map(|(axis, &x)| axis.to_unit(x)).collect();
-            basis_row(&self.columns, &t)
-        };
-        Ok(self.data.rows().map(row).collect())
-    }
-
-    /// The outputs on their scales, rows × outputs.
-    ///
-    /// # Errors
-    /// Another number of scales; the logarithm of an output that is not above 0 in some row.
-    pub(crate) fn targets(&self, outputs: &[Scale]) -> Result<Mat<f64>, SurrogateError> {
+    /// As [`axes`]; another number of scales, the logarithm of an output that is not above 0 in some row.
+    pub(crate) fn equations(
+        &self,
+        inputs: &[Scale],
+        outputs: &[Scale],
+    ) -> Result<Equations, SurrogateError> {
         check_count("scales of outputs", self.y.ncols(), outputs.len())?;
         for (m, name) in self.data.outputs().iter().enumerate() {
             let least = self.least(m);
@@ -76,9 +80,48 @@ impl<'a> Regression<'a> {
                 return Err(SurrogateError::Logarithm { name: name.clone(), value: least });
             }
         }
-        Ok(Mat::from_fn(self.y.nrows(), self.y.ncols(), |i, m| {
-            outputs[m].coordinate(self.y[(i, m)])
-        }))
+        let targets: Vec<(usize, Scale)> = outputs.iter().copied().enumerate().collect();
+        self.equations_for(inputs, &targets)
+    }
+
+    /// The equations for any outputs, each on a scale that it has.
+    ///
+    /// # Errors
+    /// As [`axes`].
+    pub(crate) fn equations_for(
+        &self,
+        inputs: &[Scale],
+        targets: &[(usize, Scale)],
+    ) -> Result<Equations, SurrogateError> {
+        let (n, axes) = (self.data.len(), axes(self.data.inputs(), inputs)?);
+        let slopes = self.data.inputs_with_derivatives();
+        let unit: Vec<Vec<f64>> = self
+            .data
+            .rows()
+            .map(|(x, _)| axes.iter().zip(x).map(|(axis, &x)| axis.to_unit(x)).collect())
+            .collect();
+        let mut rows: Vec<Vec<f64>> = unit.iter().map(|t| basis_row(&self.columns, t)).collect();
+        if slopes > 0 {
+            rows.extend(
+                unit.iter().flat_map(|t| basis_slopes(&self.columns, t).into_iter().take(slopes)),
+            );
+        }
+        let targets = Mat::from_fn(rows.len(), targets.len(), |row, k| {
+            let (m, scale) = targets[k];
+            match row.checked_sub(n) {
+                None => scale.coordinate(self.y[(row, m)]),
+                Some(row) => self.slope(&axes, scale, row / slopes, m, row % slopes),
+            }
+        });
+        Ok(Equations { rows, targets, slopes })
+    }
+
+    /// dz/dt of an output on its scale by an input's coordinate: (∂y/∂x) / (dy/dz · dt/dx).
+    fn slope(&self, axes: &[Axis], scale: Scale, run: usize, output: usize, input: usize) -> f64 {
+        let slopes = self.data.derivatives(run).unwrap_or_default();
+        let x = self.data.row(run).0[input];
+        let by = scale.slope_at(self.y[(run, output)]) * axes[input].slope_at(x);
+        slopes[output * self.data.inputs_with_derivatives() + input] / by
     }
 
     /// The least value of an output.
@@ -86,14 +129,59 @@ impl<'a> Regression<'a> {
         self.y.col(output).iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// The numbers of terms that a factorisation of all rows determines, with a row to spare.
+    /// The numbers of terms that a factorisation of all rows determines, with a run to spare.
     pub(crate) fn sizes(&self, fit: &NestedLeastSquares) -> Vec<usize> {
-        let determined = |terms: &usize| *terms < self.data.len() && *terms <= fit.rank();
+        let determined = |terms: &usize| *terms <= self.most && *terms <= fit.rank();
         self.counts.iter().copied().filter(determined).collect()
     }
 }
 
-/// The design matrix of the chosen rows.
-pub(crate) fn select(rows: &[Vec<f64>], chosen: &[usize]) -> Mat<f64> {
-    Mat::from_fn(chosen.len(), rows[0].len(), |i, j| rows[chosen[i]][j])
+impl Equations {
+    pub(crate) fn runs(&self) -> usize {
+        self.rows.len() / (1 + self.slopes)
+    }
+
+    /// The factorisation for the chosen runs, with rows of derivatives times the weights of their inputs.
+    pub(crate) fn least_squares(&self, chosen: &[usize], weights: &[f64]) -> NestedLeastSquares {
+        let (all, n) = (self.runs(), chosen.len());
+        let count = n * (1 + self.slopes);
+        let place = |row: usize| match row.checked_sub(n) {
+            None => (chosen[row], 1.0),
+            Some(row) => {
+                let (run, input) = (chosen[row / self.slopes], row % self.slopes);
+                (all + run * self.slopes + input, weights[input])
+            }
+        };
+        let places: Vec<(usize, f64)> = (0..count).map(place).collect();
+        let usable = self.rows[0].len().min(count);
+        let psi = Mat::from_fn(count, usable, |i, j| places[i].1 * self.rows[places[i].0][j]);
+        let targets = Mat::from_fn(count, self.targets.ncols(), |i, m| {
+            places[i].1 * self.targets[(places[i].0, m)]
+        });
+        NestedLeastSquares::new(psi, targets, n)
+    }
+
+    /// Of each target over the runs.
+    pub(crate) fn variances(&self) -> Vec<f64> {
+        let n = self.runs();
+        let variance = |m: usize| {
+            let values = || (0..n).map(|i| self.targets[(i, m)]);
+            let mean = values().sum::<f64>() / n as f64;
+            values().map(|z| (z - mean).powi(2)).sum::<f64>() / n as f64
+        };
+        (0..self.targets.ncols()).map(variance).collect()
+    }
+
+    /// The standard deviation of the values per root mean square of the derivatives by each coordinate,
+    /// both averaged over the targets as fractions of their variances; empty without derivatives.
+    pub(crate) fn values_per_slope(&self, variances: &[f64]) -> Vec<f64> {
+        let n = self.runs();
+        let ratio = |j: usize| {
+            let square = |i: usize, m: usize| self.targets[(n + i * self.slopes + j, m)].powi(2);
+            let of = |(m, v): (usize, &f64)| (0..n).map(|i| square(i, m)).sum::<f64>() / v;
+            let sum: f64 = variances.iter().enumerate().map(of).sum();
+            ((n * variances.len()) as f64 / sum).sqrt()
+        };
+        (0..self.slopes).map(ratio).collect()
+    }
 }

@@ -56,6 +56,16 @@ pub enum SurrogateError {
         /// The names in the header.
         found: String,
     },
+    /// Derivatives of some outputs in some inputs only.
+    #[error(
+        "column `{missing}` is missing although there is `{there}`; give the derivative of every output in every input, or none"
+    )]
+    SomeDerivatives {
+        /// A column that is there.
+        there: String,
+        /// One that is not.
+        missing: String,
+    },
     /// A name that cannot head a CSV column.
     #[error(
         "`{name}` cannot name a column; use visible text without line breaks that does not start with #"

@@ -9,18 +9,18 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
 use crate::dataset::{Dataset, check_count};
-use crate::design_matrix::{Regression, select};
+use crate::design_matrix::{Equations, Regression};
 use crate::dyn_pce::DynPce;
 use crate::error::SurrogateError;
 use crate::legendre::{MAX_ORDER, basis_row};
 use crate::multi_index::Truncation;
 use crate::pce::Pce;
-use crate::regression::NestedLeastSquares;
 use crate::report::{FitReport, covariance, mean_products};
 use crate::scale_choice::{Scales, choose};
 use crate::select::{
     Holdout, LeaveOneOutError, OrderReport, OrderRule, SplitError, Truth, by_loo, by_split,
 };
+use crate::weights::{WeightedFit, fit_weighted};
 
 /// Most inputs for which the 2^d corners of the box are visited.
 const MAX_CORNER_INPUTS: usize = 10;
@@ -85,6 +85,10 @@ impl DynPce {
     /// fitted to all rows. An order needs more rows than terms; the others are reported as not
     /// estimable.
     ///
+    /// Where the dataset [has derivatives](Dataset::with_derivatives), they are fitted with the values in
+    /// one weighted least squares problem: a run counts as one row for its value and one for each input, so
+    /// that fewer runs than terms may do. Leaving a run out leaves out all its rows.
+    ///
     /// # Errors
     /// A dataset with fewer than two rows or a constant output; an option out of range; a fixed order
     /// that the rows do not determine.
@@ -105,16 +109,14 @@ impl DynPce {
         check(options)?;
         let regression = Regression::new(data, options.truncation, options.max_order)?;
         let scales = choose(&regression, &options.scales, options.rule)?;
-        let rows = regression.basis(&scales.inputs)?;
-        let targets = regression.targets(&scales.outputs)?;
+        let equations = regression.equations(&scales.inputs, &scales.outputs)?;
         let Regression { y, variance, counts, columns, .. } = &regression;
         let (n, m) = y.shape();
 
-        let all: Vec<usize> = (0..n).collect();
-        let fit = NestedLeastSquares::new(select(&rows, &all), targets.clone());
-        let prefixes = fit.sweep(&regression.sizes(&fit));
         let truth = Truth { y, scales: &scales.outputs, variance };
-        let (train, splits) = split_errors(&rows, &targets, counts, &truth, &options.split);
+        let WeightedFit { fit, prefixes, weights } =
+            fit_weighted(&regression, &equations, &truth, options.rule);
+        let (train, splits) = split_errors(&equations, &weights, counts, &truth, &options.split);
         let orders: Vec<OrderReport> = counts
             .iter()
             .enumerate()
@@ -137,7 +139,7 @@ impl DynPce {
             OrderRule::Fixed(order) => order,
         };
         let prefix = prefixes.get(order).ok_or_else(|| not_estimable(order))?;
-        let loo_residuals = prefix.loo_residuals().ok_or_else(|| not_estimable(order))?;
+        let left_out = prefix.left_out().ok_or_else(|| not_estimable(order))?;
 
         let terms = prefix.terms;
         let coefficients = fit.coefficients(terms);
@@ -156,10 +158,13 @@ impl DynPce {
             order,
             order_by_loo,
             order_by_split,
-            loo_covariance: covariance(&loo_residuals),
-            residual_covariance: mean_products(&prefix.residuals, n - terms),
+            loo_covariance: covariance(&left_out.get(..n, ..).to_owned()),
+            residual_covariance: mean_products(&prefix.value_residuals(), prefix.freedom()),
+            mean_covariance: (data.inputs_with_derivatives() > 0)
+                .then(|| fit.jackknife(prefix, &left_out)),
+            derivative_weights: weights,
             mean_leverage: prefix.trace,
-            largest_leverage: prefix.leverages.iter().copied().fold(0.0, f64::max),
+            largest_leverage: prefix.leverages().fold(0.0, f64::max),
             largest_corner_leverage: None,
         };
         let r_inverse = fit.r_inverse(terms);
@@ -229,28 +234,24 @@ fn check(options: &FitOptions) -> Result<(), SurrogateError> {
 
 /// The number of training rows and the errors of the orders that they determine.
 fn split_errors(
-    rows: &[Vec<f64>],
-    targets: &Mat<f64>,
+    equations: &Equations,
+    weights: &[f64],
     counts: &[usize],
     truth: &Truth<'_>,
     split: &Holdout,
 ) -> (usize, Vec<SplitError>) {
-    let n = rows.len();
+    let n = equations.runs();
     let mut order: Vec<usize> = (0..n).collect();
     order.shuffle(&mut Xoshiro256PlusPlus::seed_from_u64(split.seed));
     let (train, validation) =
         order.split_at(((split.train_fraction * n as f64).round() as usize).clamp(1, n - 1));
-    let part = |matrix: &Mat<f64>, chosen: &[usize]| {
-        Mat::from_fn(chosen.len(), matrix.ncols(), |i, m| matrix[(chosen[i], m)])
-    };
     let error = |residuals: &Mat<f64>, chosen: &[usize]| {
-        Truth { y: &part(truth.y, chosen), ..*truth }.relative_squares(residuals)
+        let y = Mat::from_fn(chosen.len(), truth.y.ncols(), |i, m| truth.y[(chosen[i], m)]);
+        Truth { y: &y, ..*truth }.relative_squares(residuals)
     };
 
-    let mut psi = select(rows, train);
-    let usable = psi.ncols().min(train.len());
-    psi.truncate(train.len(), usable);
-    let fit = NestedLeastSquares::new(psi, part(targets, train));
+    let Equations { rows, targets, .. } = equations;
+    let fit = equations.least_squares(train, weights);
     let sizes: Vec<usize> = counts.iter().copied().filter(|&terms| terms <= fit.rank()).collect();
     let errors = fit.sweep(&sizes).into_iter().map(|prefix| {
         let c = fit.coefficients(prefix.terms);
@@ -259,7 +260,7 @@ fn split_errors(
             targets[(validation[i], m)] - (0..prefix.terms).map(|j| row[j] * c[(j, m)]).sum::<f64>()
         });
         SplitError {
-            train: error(&prefix.residuals, train),
+            train: error(&prefix.value_residuals(), train),
             validation: error(&residuals, validation),
         }
     });

@@ -28,15 +28,31 @@ pub(crate) fn norm(k: usize) -> f64 {
 
 /// Π_i ψ_(a_i)(t_i) for each multi-index, with ψ_k = √(2k+1) P_k.
 pub(crate) fn basis_row(indices: &[Vec<u8>], t: &[f64]) -> Vec<f64> {
-    let psi: Vec<[f64; MAX_ORDER + 1]> = t
-        .iter()
-        .map(|&t| {
-            let p = legendre::<{ MAX_ORDER + 1 }>(t);
-            std::array::from_fn(|k| norm(k) * p[k][0])
-        })
-        .collect();
-    let product = |a: &Vec<u8>| a.iter().zip(&psi).map(|(&k, psi)| psi[usize::from(k)]).product();
+    let psi = orthonormal(t);
+    let product =
+        |a: &Vec<u8>| a.iter().zip(&psi).map(|(&k, psi)| psi[usize::from(k)][0]).product();
     indices.iter().map(product).collect()
+}
+
+/// The derivatives of [`basis_row`] in t_1, t_2, …, a row each.
+pub(crate) fn basis_slopes(indices: &[Vec<u8>], t: &[f64]) -> Vec<Vec<f64>> {
+    let psi = orthonormal(t);
+    let product = |a: &Vec<u8>, d: usize| {
+        let factor = |(i, psi): (usize, &Polynomials)| psi[usize::from(a[i])][usize::from(i == d)];
+        psi.iter().enumerate().map(factor).product()
+    };
+    (0..t.len()).map(|d| indices.iter().map(|a| product(a, d)).collect()).collect()
+}
+
+type Polynomials = [[f64; 2]; MAX_ORDER + 1];
+
+/// The pairs (ψ_k(t), ψ_k'(t)) at each coordinate.
+fn orthonormal(t: &[f64]) -> Vec<Polynomials> {
+    let at = |&t: &f64| {
+        let p = legendre::<{ MAX_ORDER + 1 }>(t);
+        std::array::from_fn(|k| p[k].map(|p| norm(k) * p))
+    };
+    t.iter().map(at).collect()
 }
 
 #[cfg(test)]

@@ -41,7 +41,8 @@
 //! 3. `scale`, `legendre`, `multi_index`: coordinates, one-dimensional polynomials and their products
 //! 4. `dyn_pce`, `kernel`, `pce`: the expansion, with sizes known at run time and at compile time
 //! 5. `pce_file`, `quadrature`, `sobol`, `differentiable`: its file, its moments, its use in a model
-//! 6. `regression`, `select`, `report`, `design_matrix`, `scale_choice`, `fit`: from a dataset to an expansion
+//! 6. `leave_out`, `regression`, `select`, `report`, `design_matrix`, `weights`, `scale_choice`, `fit`: from
+//!    a dataset to an expansion
 
 mod dataset;
 mod dataset_csv;
@@ -52,6 +53,7 @@ mod dyn_pce;
 mod error;
 mod fit;
 mod kernel;
+mod leave_out;
 mod legendre;
 mod multi_index;
 mod pce;
@@ -64,6 +66,7 @@ mod scale_choice;
 mod select;
 mod sobol;
 mod sobol_sequence;
+mod weights;
 
 pub use dataset::{Dataset, Input};
 pub use design::DesignMethod;

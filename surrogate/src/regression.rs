@@ -4,6 +4,8 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::{householder, qr::no_pivoting::factor, triangular_inverse};
 use faer::{Conj, Mat, Par};
 
+use crate::leave_out::{Prefix, row_of};
+
 /// Ψ = Q R with thin Q, for all outputs at once.
 ///
 /// The first k columns of Q and the leading block of R are the factorisation of the first k
@@ -14,25 +16,16 @@ pub(crate) struct NestedLeastSquares {
     /// Qᵀ Y
     projections: Mat<f64>,
     y: Mat<f64>,
-}
-
-/// The fit of the first columns.
-pub(crate) struct Prefix {
-    pub(crate) terms: usize,
-    /// y − f, rows × outputs
-    pub(crate) residuals: Mat<f64>,
-    /// h_i = |Q_i|²
-    pub(crate) leverages: Vec<f64>,
-    /// tr (ΨᵀΨ)⁻¹ = |R⁻¹|²_F
-    pub(crate) trace: f64,
+    runs: usize,
 }
 
 impl NestedLeastSquares {
-    /// Factorises Ψ (rows × terms), which must not have more columns than rows.
+    /// Factorises Ψ (rows × terms), which must not have more columns than rows: one row for the value of
+    /// each run, then, run after run, those of its derivatives.
     ///
     /// Columns that depend on earlier ones to working precision end the factorisation:
     /// [`Self::rank`] is the length of the prefix that can be used.
-    pub(crate) fn new(psi: Mat<f64>, y: Mat<f64>) -> Self {
+    pub(crate) fn new(psi: Mat<f64>, y: Mat<f64>, runs: usize) -> Self {
         let (q, r) = thin_qr(psi);
         let largest = (0..r.ncols()).map(|j| r[(j, j)].abs()).fold(0.0, f64::max);
         let floor = largest * f64::EPSILON * q.nrows() as f64;
@@ -46,7 +39,7 @@ impl NestedLeastSquares {
         let projections = Mat::from_fn(rank, y.ncols(), |j, m| {
             (0..q.nrows()).map(|i| q[(i, j)] * y[(i, m)]).sum()
         });
-        Self { q, r_inverse, projections, y }
+        Self { q, r_inverse, projections, y, runs }
     }
 
     pub(crate) fn rank(&self) -> usize {
@@ -55,25 +48,52 @@ impl NestedLeastSquares {
 
     /// The fits with the first `sizes[0]`, `sizes[1]`, … columns; sizes increase up to the rank.
     pub(crate) fn sweep(&self, sizes: &[usize]) -> Vec<Prefix> {
-        let n = self.q.nrows();
-        let (mut residuals, mut leverages, mut trace) = (self.y.clone(), vec![0.0; n], 0.0);
+        let (rows, runs) = (self.q.nrows(), self.runs);
+        let block = rows / runs;
+        let (mut residuals, mut trace) = (self.y.clone(), 0.0);
+        let mut hat = vec![0.0; runs * block * block];
         let mut done = 0;
         let mut prefixes = Vec::new();
         for &terms in sizes {
             for j in done..terms {
-                for i in 0..n {
-                    leverages[i] += self.q[(i, j)].powi(2);
+                for i in 0..rows {
                     for m in 0..residuals.ncols() {
                         residuals[(i, m)] -= self.q[(i, j)] * self.projections[(j, m)];
+                    }
+                }
+                for (run, hat) in hat.chunks_mut(block * block).enumerate() {
+                    let q = |place| self.q[(row_of(runs, block, run, place), j)];
+                    for (a, row) in hat.chunks_mut(block).enumerate() {
+                        row.iter_mut().enumerate().for_each(|(b, h)| *h += q(a) * q(b));
                     }
                 }
                 trace += (0..=j).map(|i| self.r_inverse[(i, j)].powi(2)).sum::<f64>();
             }
             done = terms;
-            let (residuals, leverages) = (residuals.clone(), leverages.clone());
-            prefixes.push(Prefix { terms, residuals, leverages, trace });
+            let (residuals, hat) = (residuals.clone(), hat.clone());
+            prefixes.push(Prefix { terms, runs, residuals, hat, trace });
         }
         prefixes
+    }
+
+    /// The covariance (outputs × outputs) of the fit with the first `terms` columns, averaged over the box,
+    /// from what leaving out each run changes: Σ_b Δ_bᵀ Δ_b with Δ_b = R⁻¹ Q_bᵀ (I − H_bb)⁻¹ r_b. It
+    /// holds however the errors within a run hang together.
+    pub(crate) fn jackknife(&self, prefix: &Prefix, left_out: &Mat<f64>) -> Vec<Vec<f64>> {
+        let (runs, outputs) = (self.runs, left_out.ncols());
+        let block = self.q.nrows() / runs;
+        let mut total = Mat::zeros(outputs, outputs);
+        for run in 0..runs {
+            let moved = Mat::from_fn(prefix.terms, outputs, |j, m| {
+                let at = |place| row_of(runs, block, run, place);
+                (0..block)
+                    .map(|place| self.q[(at(place), j)] * left_out[(at(place), m)])
+                    .sum::<f64>()
+            });
+            let change = self.r_inverse.get(..prefix.terms, ..prefix.terms) * moved;
+            total += change.transpose() * &change;
+        }
+        (0..outputs).map(|m| (0..outputs).map(|k| total[(m, k)]).collect()).collect()
     }
 
     /// The coefficients (terms × outputs) of the fit with the first `terms` columns.
@@ -86,26 +106,6 @@ impl NestedLeastSquares {
     /// The leading block of R⁻¹.
     pub(crate) fn r_inverse(&self, terms: usize) -> Mat<f64> {
         self.r_inverse.get(..terms, ..terms).to_owned()
-    }
-}
-
-impl Prefix {
-    /// The residuals (rows × outputs) at each row of the fit to all the other rows:
-    /// (y_i − f_i)/(1 − h_i). None if some row alone determines a coefficient.
-    pub(crate) fn loo_residuals(&self) -> Option<Mat<f64>> {
-        // below, 1 − h is mostly rounding and the row's removal leaves the others short of rank
-        let determined = |h: &f64| 1.0 - h > 1e-10;
-        self.leverages.iter().all(determined).then(|| {
-            Mat::from_fn(self.residuals.nrows(), self.residuals.ncols(), |i, m| {
-                self.residuals[(i, m)] / (1.0 - self.leverages[i])
-            })
-        })
-    }
-
-    /// N/(N−P) · (1 + tr (ΨᵀΨ)⁻¹): Chapelle's correction of the leave-one-out error.
-    pub(crate) fn correction(&self) -> f64 {
-        let n = self.residuals.nrows() as f64;
-        n / (n - self.terms as f64) * (1.0 + self.trace)
     }
 }
 
@@ -154,11 +154,11 @@ mod tests {
     #[test]
     fn every_prefix_solves_its_own_normal_equations() {
         let (psi, y) = example(30, 12);
-        let fit = NestedLeastSquares::new(psi.clone(), y.clone());
+        let fit = NestedLeastSquares::new(psi.clone(), y.clone(), psi.nrows());
         assert_eq!(fit.rank(), 2, "sin(a + j b) spans two dimensions");
         let psi =
             Mat::from_fn(30, 12, |i, j| ((i * i + 3 * j) as f64 * 0.37).sin() + f64::from(i == j));
-        let fit = NestedLeastSquares::new(psi.clone(), y.clone());
+        let fit = NestedLeastSquares::new(psi.clone(), y.clone(), psi.nrows());
         assert_eq!(fit.rank(), 12);
         for prefix in fit.sweep(&[1, 4, 12]) {
             let a = psi.get(.., ..prefix.terms);
@@ -168,7 +168,7 @@ mod tests {
             assert!(gradient.norm_max() < 1e-12);
             assert!((residuals - &prefix.residuals).norm_max() < 1e-12);
             assert_relative_eq!(
-                prefix.leverages.iter().sum::<f64>(),
+                prefix.leverages().sum::<f64>(),
                 prefix.terms as f64,
                 max_relative = 1e-12
             );
@@ -187,13 +187,15 @@ mod tests {
         let psi =
             Mat::from_fn(n, p, |i, j| ((i * i + 3 * j) as f64 * 0.37).sin() + f64::from(i == j));
         let (_, y) = example(n, p);
-        let fast =
-            NestedLeastSquares::new(psi.clone(), y.clone()).sweep(&[p])[0].loo_residuals().unwrap();
+        let fast = NestedLeastSquares::new(psi.clone(), y.clone(), psi.nrows()).sweep(&[p])[0]
+            .loo_residuals()
+            .unwrap();
         for left_out in 0..n {
             let kept = |i: usize| if i < left_out { i } else { i + 1 };
             let fit = NestedLeastSquares::new(
                 Mat::from_fn(n - 1, p, |i, j| psi[(kept(i), j)]),
                 Mat::from_fn(n - 1, 2, |i, m| y[(kept(i), m)]),
+                n - 1,
             );
             let c = fit.coefficients(p);
             for m in 0..2 {
@@ -208,11 +210,59 @@ mod tests {
         }
     }
 
+    /// Runs of three rows: the value among the first rows, two derivatives after them.
+    #[test]
+    fn fast_leave_one_run_out_is_brute_force() {
+        let (runs, block, p) = (9, 3, 11);
+        let psi = Mat::from_fn(runs * block, p, |i, j| {
+            ((i * i) as f64 * 0.37 + (i * j) as f64 * 0.73).sin()
+        });
+        let (_, y) = example(runs * block, p);
+        let of_run = |run: usize| [run, runs + 2 * run, runs + 2 * run + 1];
+        let whole = NestedLeastSquares::new(psi.clone(), y.clone(), runs);
+        let prefix = &whole.sweep(&[p])[0];
+        let fast = prefix.left_out().unwrap();
+        let c = whole.coefficients(p);
+        let mut changes = Mat::<f64>::zeros(2, 2);
+        for left_out in 0..runs {
+            let kept: Vec<usize> =
+                (0..runs * block).filter(|row| !of_run(left_out).contains(row)).collect();
+            let fit = NestedLeastSquares::new(
+                Mat::from_fn(kept.len(), p, |i, j| psi[(kept[i], j)]),
+                Mat::from_fn(kept.len(), 2, |i, m| y[(kept[i], m)]),
+                runs - 1,
+            );
+            let rest = fit.coefficients(p);
+            for row in of_run(left_out) {
+                for m in 0..2 {
+                    let f: f64 = (0..p).map(|j| psi[(row, j)] * rest[(j, m)]).sum();
+                    let expected = y[(row, m)] - f;
+                    assert_relative_eq!(
+                        fast[(row, m)],
+                        expected,
+                        epsilon = 1e-12,
+                        max_relative = 1e-12
+                    );
+                }
+            }
+            changes += (&c - &rest).transpose() * (&c - &rest);
+        }
+        let jackknife = whole.jackknife(prefix, &fast);
+        for (m, row) in jackknife.iter().enumerate() {
+            for (k, found) in row.iter().enumerate() {
+                assert_relative_eq!(*found, changes[(m, k)], max_relative = 1e-11);
+            }
+        }
+        assert_relative_eq!(prefix.leverages().sum::<f64>() + prefix.freedom(), runs as f64);
+        let all: f64 = (0..block).map(|place| prefix.leverage_at(place)).sum();
+        assert_relative_eq!(all, p as f64, max_relative = 1e-12);
+    }
+
     #[test]
     fn a_row_that_alone_determines_a_coefficient_has_no_leave_one_out() {
         let psi = Mat::from_fn(10, 2, |i, j| if j == 0 { 1.0 } else { f64::from(i == 3) });
         let y = Mat::from_fn(10, 1, |i, _| i as f64);
-        let fit = NestedLeastSquares::new(psi, y);
+        let fit = NestedLeastSquares::new(psi, y, 10);
         let prefixes = fit.sweep(&[1, 2]);
         assert!(prefixes[0].loo_residuals().is_some());
         assert!(prefixes[1].loo_residuals().is_none());

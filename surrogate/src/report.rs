@@ -37,8 +37,17 @@ pub struct FitReport {
     /// Covariance (outputs × outputs) of the leave-one-out residuals at the chosen order, on the outputs'
     /// scales.
     pub(crate) loo_covariance: Vec<Vec<f64>>,
-    /// RᵀR/(N − P) of the residuals of the fit, on the outputs' scales.
+    /// RᵀR/(N − P) of the residuals of the fit, on the outputs' scales; with derivatives N − P stands for
+    /// the degrees of freedom that the terms leave to the values.
     pub(crate) residual_covariance: Vec<Vec<f64>>,
+    /// Where derivatives were fitted too: of each input, the weight of a row of derivatives by its coordinate
+    /// on [−1, 1], which is the standard deviation of the values' errors per that of these derivatives'.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub derivative_weights: Vec<f64>,
+    /// Where derivatives were fitted too: the covariance of the fit, averaged over the box, on the outputs'
+    /// scales.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) mean_covariance: Option<Vec<Vec<f64>>>,
     /// Mean leverage over the box, tr (ΨᵀΨ)⁻¹: inputs uniform on their scales.
     pub mean_leverage: f64,
     /// Largest leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x) of a row.
@@ -84,13 +93,17 @@ impl FitReport {
     /// s² times the mean leverage (outputs × outputs, in their units), where the outputs are `at`.
     ///
     /// Right where the residuals are scatter between specimens and not a polynomial's failure to follow
-    /// the model. At a place of its own the error is [`Self::scatter`] times
+    /// the model. Where derivatives were fitted too, it is the jackknife's: what leaving out each run changes,
+    /// since the errors of a run's value and derivatives hang together. At a place of its own the error is [`Self::scatter`] times
     /// [`PceFit::leverage`](crate::PceFit::leverage) there.
     ///
     /// # Errors
     /// As [`Self::lack_of_fit`].
     pub fn mean_error(&self, at: &[f64]) -> Result<Vec<Vec<f64>>, SurrogateError> {
-        self.in_units(&self.residual_covariance, self.mean_leverage, at)
+        match &self.mean_covariance {
+            Some(covariance) => self.in_units(covariance, 1.0, at),
+            None => self.in_units(&self.residual_covariance, self.mean_leverage, at),
+        }
     }
 
     /// A covariance on the outputs' scales, times a factor, by the derivatives of the outputs there.
@@ -143,6 +156,12 @@ impl fmt::Display for FitReport {
             "order {} by {rule} (leave-one-out: {}, training and validation: {}); errors are fractions of the variance",
             self.order, self.order_by_loo, self.order_by_split
         )?;
+        if !self.derivative_weights.is_empty() {
+            let weights: Vec<String> =
+                self.derivative_weights.iter().map(|w| format!("{w:.3}")).collect();
+            let weights = weights.join(", ");
+            writeln!(f, "with derivatives, weighted {weights} against values")?;
+        }
         if let (false, Some(linear)) = (self.logarithmic.is_empty(), self.linear_error) {
             let names = self.logarithmic.join(", ");
             writeln!(f, "logarithmic: {names}; without logarithms corrected LOO is {linear:.3e}")?;
@@ -156,14 +175,14 @@ pub(crate) fn covariance(rows: &Mat<f64>) -> Vec<Vec<f64>> {
     let n = rows.nrows();
     let means: Vec<f64> = rows.col_iter().map(|c| c.iter().sum::<f64>() / n as f64).collect();
     let centred = Mat::from_fn(n, rows.ncols(), |i, j| rows[(i, j)] - means[j]);
-    mean_products(&centred, n - 1)
+    mean_products(&centred, (n - 1) as f64)
 }
 
 /// RᵀR over a divisor.
-pub(crate) fn mean_products(rows: &Mat<f64>, divisor: usize) -> Vec<Vec<f64>> {
+pub(crate) fn mean_products(rows: &Mat<f64>, divisor: f64) -> Vec<Vec<f64>> {
     let m = rows.ncols();
     let entry = |j: usize, k: usize| {
-        (0..rows.nrows()).map(|i| rows[(i, j)] * rows[(i, k)]).sum::<f64>() / divisor as f64
+        (0..rows.nrows()).map(|i| rows[(i, j)] * rows[(i, k)]).sum::<f64>() / divisor
     };
     (0..m).map(|j| (0..m).map(|k| entry(j, k)).collect()).collect()
 }

@@ -3,11 +3,11 @@
 use faer::Mat;
 use serde::{Deserialize, Serialize};
 
-use crate::design_matrix::{Regression, select};
+use crate::design_matrix::Regression;
 use crate::error::SurrogateError;
-use crate::regression::NestedLeastSquares;
 use crate::scale::Scale;
 use crate::select::{LeaveOneOutError, OrderRule, ROUNDING, Truth, error};
+use crate::weights::{WeightedFit, fit_weighted};
 
 /// A logarithm is taken only where it leaves less than this fraction of the squared error: below,
 /// the choice would follow the noise of single rows.
@@ -120,21 +120,18 @@ impl Candidate {
         let (y, outputs) = (&regression.y, regression.y.ncols());
         // every output linear, then the logarithms of those that have one
         let logs: Vec<usize> = (0..outputs).filter(|&m| regression.least(m) > 0.0).collect();
-        let source: Vec<usize> = (0..outputs).chain(logs.iter().copied()).collect();
-        let scales: Vec<Scale> = (0..source.len())
-            .map(|k| if k < outputs { Scale::Linear } else { Scale::Log })
-            .collect();
-        let truth = Mat::from_fn(y.nrows(), source.len(), |i, k| y[(i, source[k])]);
-        let variance: Vec<f64> = source.iter().map(|&m| regression.variance[m]).collect();
-        let targets =
-            Mat::from_fn(y.nrows(), source.len(), |i, k| scales[k].coordinate(truth[(i, k)]));
+        let linear = (0..outputs).map(|m| (m, Scale::Linear));
+        let source: Vec<(usize, Scale)> =
+            linear.chain(logs.iter().map(|&m| (m, Scale::Log))).collect();
+        let scales: Vec<Scale> = source.iter().map(|(_, scale)| *scale).collect();
+        let truth = Mat::from_fn(y.nrows(), source.len(), |i, k| y[(i, source[k].0)]);
+        let variance: Vec<f64> = source.iter().map(|&(m, _)| regression.variance[m]).collect();
         let truth = Truth { y: &truth, scales: &scales, variance: &variance };
 
-        let rows = regression.basis(&inputs)?;
-        let all: Vec<usize> = (0..rows.len()).collect();
-        let fit = NestedLeastSquares::new(select(&rows, &all), targets);
+        let equations = regression.equations_for(&inputs, &source)?;
+        let WeightedFit { prefixes, .. } = fit_weighted(regression, &equations, &truth, rule);
         let (mut best, mut linear_error): (Option<(f64, Vec<Scale>)>, _) = (None, f64::INFINITY);
-        for (order, prefix) in fit.sweep(&regression.sizes(&fit)).iter().enumerate() {
+        for (order, prefix) in prefixes.iter().enumerate() {
             if matches!(rule, OrderRule::Fixed(fixed) if fixed != order) {
                 continue;
             }

@@ -4,7 +4,7 @@ use faer::Mat;
 use serde::{Deserialize, Serialize};
 
 use crate::error::SurrogateError;
-use crate::regression::Prefix;
+use crate::leave_out::Prefix;
 use crate::scale::Scale;
 
 /// How the order of an expansion is chosen. Errors are averaged over the outputs.
@@ -61,7 +61,7 @@ impl Holdout {
 /// of the output itself, whatever its scale.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeaveOneOutError {
-    /// mean ((y_i − f_i)/(1 − h_i))² / mean (y_i − ȳ)².
+    /// mean ((y_i − f_i)/(1 − h_i))² / mean (y_i − ȳ)²; with derivatives, the run's are left out too.
     pub plain: Vec<f64>,
     /// The same times N/(N−P) · (1 + tr (ΨᵀΨ)⁻¹), which charges for few rows per term
     /// (Chapelle, Vapnik & Bengio 2002; Blatman & Sudret 2011, doi:10.1016/j.jcp.2010.12.021).
@@ -69,7 +69,7 @@ pub struct LeaveOneOutError {
 }
 
 impl LeaveOneOutError {
-    /// None where some row alone determines a coefficient.
+    /// None where some run alone determines a coefficient.
     pub(crate) fn new(prefix: &Prefix, truth: &Truth<'_>) -> Option<Self> {
         let plain = truth.relative_squares(&prefix.loo_residuals()?);
         let corrected = plain.iter().map(|e| e * prefix.correction()).collect();

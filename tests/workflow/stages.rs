@@ -24,6 +24,7 @@ fn readers(key: &str) -> &'static [&'static str] {
         ["qoi", ..] => &["experiments", "ensemble", "confirm"],
         ["prior", ..] => &["ensemble", "calibrate"],
         ["design", ..] => &["ensemble"],
+        ["fidelity", ..] => &["experiments", "ensemble"],
         ["surrogate", ..] => &["surrogate"],
         ["experiments", "virtual", "truth", ..] => &["experiments", "calibrate"],
         ["experiments", ..] => &["experiments"],

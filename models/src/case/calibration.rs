@@ -75,6 +75,10 @@ pub struct CalibrationCase {
 pub struct ConfirmCase {
     /// Simulations at posterior draws, beside the one at the MAP.
     pub draws: usize,
+    /// Spacing in mm of the second mesh at the MAP, from which the error of the specimen's mesh is
+    /// estimated; absent: half of the specimen's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub second_spacing_mm: Option<f64>,
 }
 
 impl Default for QoiCase {
@@ -108,6 +112,6 @@ impl Default for CalibrationCase {
 
 impl Default for ConfirmCase {
     fn default() -> Self {
-        Self { draws: 4 }
+        Self { draws: 4, second_spacing_mm: None }
     }
 }

@@ -50,6 +50,9 @@ pub struct VirtualCase {
     /// Lattice spacing in mm of the virtual specimens, if finer than the case's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spacing_mm: Option<f64>,
+    /// Whether each specimen is scanned too, as `[specimen.scan]` says.
+    #[serde(default)]
+    pub scans: bool,
     /// Medians over the specimens of the parameters that `[prior]` calibrates.
     pub truth: ByParameter<f64>,
     /// Standard deviation of the logarithm of each parameter, from specimen to specimen.

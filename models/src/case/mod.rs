@@ -5,6 +5,7 @@
 mod calibration;
 mod conditions;
 mod experiments;
+mod fidelity;
 #[cfg(test)]
 mod fuzz;
 mod geometry;
@@ -30,6 +31,7 @@ pub use calibration::{
 };
 pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
 pub use experiments::{ExperimentsCase, NoiseCase, Toe, VirtualCase};
+pub use fidelity::{FidelityCase, LevelCase};
 pub use geometry::SpecimenGeometry;
 pub use image::ImageCase;
 pub use material::MaterialCase;
@@ -75,6 +77,9 @@ pub struct Case {
     /// The runs that the surrogate learns from.
     #[serde(default)]
     pub design: DesignCase,
+    /// Cheaper meshes for them.
+    #[serde(default)]
+    pub fidelity: FidelityCase,
     /// How the surrogate's order is chosen.
     #[serde(default)]
     pub surrogate: SurrogateCase,

@@ -267,6 +267,7 @@ mod tests {
             remove_rigid_motions: true,
             measure: MeasureCase { surface: surface(), direction: [0.0; 3] },
         });
+        full.confirm.second_spacing_mm = Some(0.5);
         let experiments = full.experiments.as_mut().unwrap();
         experiments.table = Some("specimens.csv".into());
         experiments.group = Some("50C".into());

@@ -42,7 +42,8 @@ ppl::model! {
     }
 
     /// The same for as many parameters as the surrogate has inputs, uniform on its box, and as many
-    /// QoIs as it has outputs; specimens may share an error of the forward model.
+    /// QoIs as it has outputs; specimens may share an error of the forward model, and the last inputs
+    /// may be known of each.
     ///
     /// # Reference
     /// Kennedy & O'Hagan (2001), *Bayesian Calibration of Computer Models*,
@@ -50,7 +51,7 @@ ppl::model! {
     pub fn calibration_on(forward: &DynPce, specimens: &Specimens) {
         let mut point: Vec<Real> = Vec::new();
         #[dims(parameter)]
-        for input in forward.inputs() {
+        for input in &forward.inputs()[..forward.inputs().len() - specimens.known_inputs()] {
             let theta ~ Uniform(input.lower, input.upper);
             point.push(theta);
         }
@@ -62,10 +63,11 @@ ppl::model! {
         // what a person reads: the factor's own entries mean little
         #[dims(quantity, other)] #[track] let correlation = corr.covariance();
 
-        #[dims(qoi)] #[track] let mean = forward.at(&point);
+        let (response, expected) = specimens.expected(forward, &point);
+        #[dims(qoi)] #[track] let mean = response;
         // differences between specimens show their scatter alone, their mean what they share too
-        for contrast in &specimens.contrasts {
-            contrast ~ MvNormalCholesky(vec![0.0; k], &chol);
+        for (contrast, expected) in specimens.contrasts.iter().zip(&expected) {
+            contrast ~ MvNormalCholesky(expected, &chol);
         }
         let of_total = specimens.factor_of_total(&chol)?;
         specimens.total ~ MvNormalCholesky(specimens.mean_of_total(&mean), &of_total);
@@ -79,6 +81,16 @@ pub enum CalibrationError {
     /// Covariances need at least two specimens.
     #[error("{0} specimen: a calibration with scatter between specimens needs at least two")]
     TooFew(usize),
+    /// Something is known of other specimens than there are, or not the same of each.
+    #[error(
+        "known inputs of the forward model are given for {found} specimens, of {expected}, or not as many of each"
+    )]
+    Known {
+        /// Number of specimens.
+        expected: usize,
+        /// Number of rows.
+        found: usize,
+    },
     /// Specimens with other quantities than the surrogate gives.
     #[error("a specimen has {found} quantities of interest, the surrogate has {expected}")]
     Quantities {
@@ -120,56 +132,50 @@ pub struct Calibration {
     pub mode: Mode,
 }
 
-/// Calibrates the inputs of a surrogate against the quantities of interest of specimens: one row a
-/// specimen, in the order of the surrogate's outputs.
-///
-/// `shared` is the covariance of the error that all specimens share, relative to their means: that of the
-/// surrogate, the mesh and the geometry; zeros are the paper's likelihood. The surrogate's box is the
-/// prior's. The sampler brings chains, draws and seed; starts of the search
-/// for the mode are seeded with `seed`.
+/// What experiments say of the specimens.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Evidence {
+    /// Quantities of interest, one row a specimen, in the order of the surrogate's outputs.
+    pub qois: Vec<Vec<f64>>,
+    /// The surrogate's last inputs of each specimen, where they are known: the stiffness ratio of its own
+    /// microstructure. Empty: all inputs are to be found.
+    pub known: Vec<Vec<f64>>,
+    /// Covariance of the error that all specimens share, relative to their means: that of the surrogate,
+    /// the mesh and the geometry. Empty: none, the paper's likelihood.
+    pub shared: Vec<Vec<f64>>,
+}
+
+/// Calibrates the inputs of a surrogate against specimens. The surrogate's box is the prior's. The sampler
+/// brings chains, draws and seed; starts of the search for the mode are seeded with `seed`.
 ///
 /// # Errors
 /// Fewer than two specimens, rows or a covariance of another size, or a surrogate that rejects every start.
 ///
 /// # Example
 /// ```no_run
-/// use models::{CalibrationError, calibrate};
+/// use models::{CalibrationError, Evidence, calibrate};
 /// use ppl::Nuts;
 /// use surrogate::DynPce;
 ///
-/// fn first(pce: &DynPce, specimens: &[Vec<f64>]) -> Result<f64, CalibrationError> {
-///     let result = calibrate(pce, specimens, &vec![vec![0.0; 3]; 3], &Nuts::default().seed(7), 7)?;
+/// fn first(pce: &DynPce, qois: Vec<Vec<f64>>) -> Result<f64, CalibrationError> {
+///     let evidence = Evidence { qois, ..Evidence::default() };
+///     let result = calibrate(pce, &evidence, &Nuts::default().seed(7), 7)?;
 ///     println!("{}", result.posterior.summary());
 ///     Ok(result.map[0])
 /// }
 /// ```
 pub fn calibrate(
     pce: &DynPce,
-    specimens: &[Vec<f64>],
-    shared: &[Vec<f64>],
+    evidence: &Evidence,
     sampler: &Nuts<'_>,
     seed: u64,
 ) -> Result<Calibration, CalibrationError> {
-    let expected = pce.outputs().len();
-    if specimens.len() < 2 {
-        return Err(CalibrationError::TooFew(specimens.len()));
-    }
-    if let Some(row) = specimens.iter().find(|row| row.len() != expected) {
-        return Err(CalibrationError::Quantities { expected, found: row.len() });
-    }
-    // quantities relative to their experimental means
-    let mean = column_means(specimens);
-    let relative: Vec<Vec<f64>> = specimens
-        .iter()
-        .map(|row| row.iter().zip(&mean).map(|(y, mean)| y / mean).collect())
-        .collect();
-    let factors: Vec<f64> = mean.iter().map(|mean| mean.recip()).collect();
-    let forward = pce.clone().scale_outputs(&factors)?;
-    let specimens = Specimens::new(&relative)?.sharing(shared.to_vec())?;
+    let (forward, specimens) = relative_to_means(pce, evidence)?;
     let model = calibration_on(&forward, &specimens);
     let chains = sampler.run(&model).map_err(SampleError::from)?;
     let mut posterior = Posterior::from_chains(&model, chains, seed)?;
-    let names: Vec<&str> = pce.inputs().iter().map(|input| input.name.as_str()).collect();
+    let unknown = &pce.inputs()[..pce.inputs().len() - specimens.known_inputs()];
+    let names: Vec<&str> = unknown.iter().map(|input| input.name.as_str()).collect();
     posterior.label("theta", 0, &names)?;
     let short: Vec<String> = pce.outputs().iter().map(|name| short_name(name)).collect();
     let short: Vec<&str> = short.iter().map(String::as_str).collect();
@@ -179,7 +185,7 @@ pub fn calibrate(
     posterior.label("correlation", 1, &short)?;
     let outputs: Vec<&str> = pce.outputs().iter().map(String::as_str).collect();
     posterior.label("mean", 0, &outputs)?;
-    to_units(&mut posterior, &mean);
+    to_units(&mut posterior, &column_means(&evidence.qois));
     let mode = Map::default().seed(seed).find(&model)?;
     let record = model.constrain(&mode.point, &mut Xoshiro256PlusPlus::seed_from_u64(seed))?;
     let map = record.values("theta").map_or_else(Vec::new, <[f64]>::to_vec);
@@ -197,6 +203,47 @@ fn to_units(posterior: &mut Posterior, means: &[f64]) {
             }
         }
     }
+}
+
+/// The draws alone of [`calibrate`], unlabelled.
+pub(crate) fn sample(
+    pce: &DynPce,
+    evidence: &Evidence,
+    sampler: &Nuts<'_>,
+    seed: u64,
+) -> Result<Posterior, CalibrationError> {
+    let (forward, specimens) = relative_to_means(pce, evidence)?;
+    let model = calibration_on(&forward, &specimens);
+    let chains = sampler.run(&model).map_err(SampleError::from)?;
+    Ok(Posterior::from_chains(&model, chains, seed)?)
+}
+
+/// Surrogate and specimens with the specimens' means as units.
+fn relative_to_means(
+    pce: &DynPce,
+    evidence: &Evidence,
+) -> Result<(DynPce, Specimens), CalibrationError> {
+    let Evidence { qois, known, shared } = evidence;
+    let expected = pce.outputs().len();
+    if qois.len() < 2 {
+        return Err(CalibrationError::TooFew(qois.len()));
+    }
+    if let Some(row) = qois.iter().find(|row| row.len() != expected) {
+        return Err(CalibrationError::Quantities { expected, found: row.len() });
+    }
+    let mean = column_means(qois);
+    let relative: Vec<Vec<f64>> =
+        qois.iter().map(|row| row.iter().zip(&mean).map(|(y, mean)| y / mean).collect()).collect();
+    let factors: Vec<f64> = mean.iter().map(|mean| mean.recip()).collect();
+    let forward = pce.clone().scale_outputs(&factors)?;
+    let mut specimens = Specimens::new(&relative)?;
+    if !shared.is_empty() {
+        specimens = specimens.sharing(shared.clone())?;
+    }
+    if !known.is_empty() {
+        specimens = specimens.knowing(known.clone())?;
+    }
+    Ok((forward, specimens))
 }
 
 /// The name of a surrogate's output in tables, where it is relative and has no unit.

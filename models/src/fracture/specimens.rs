@@ -5,9 +5,13 @@
 //! the forward model, which more specimens do not average away. An orthogonal transform takes the n
 //! rows apart: n − 1 contrasts z_j ~ N(0, Σ), in which δ and m cancel, and √n ȳ ~ N(√n m, Σ + nS).
 //! Their joint density is that of the rows with δ integrated out.
+//!
+//! Where something is known of each specimen that the forward model takes, such as the stiffness of its
+//! own microstructure, each has an m_k of its own: the transform of these is the mean of that of the rows.
 
 use ppl::DomainError;
 use ppl::prelude::*;
+use surrogate::DynPce;
 
 use super::CalibrationError;
 
@@ -17,6 +21,8 @@ use super::CalibrationError;
 pub struct Specimens {
     /// n − 1 contrasts between specimens.
     pub(super) contrasts: Vec<Vec<f64>>,
+    /// The last inputs of the forward model, known of each specimen; no rows if nothing is known.
+    known: Vec<Vec<f64>>,
     /// √n times their mean.
     pub(super) total: Vec<f64>,
     /// S, quantities × quantities; zero is the paper's likelihood.
@@ -36,7 +42,46 @@ impl Specimens {
         }
         let (contrasts, total) = helmert(qois);
         let shared = vec![vec![0.0; expected]; expected];
-        Ok(Self { contrasts, total, shared })
+        Ok(Self { contrasts, known: Vec::new(), total, shared })
+    }
+
+    /// With what is known of each specimen: one row each, the last inputs of the forward model.
+    ///
+    /// # Errors
+    /// Another number of rows than of specimens, or rows of different lengths.
+    pub fn knowing(mut self, known: Vec<Vec<f64>>) -> Result<Self, CalibrationError> {
+        let width = known.first().map_or(0, Vec::len);
+        if known.len() != self.len() || known.iter().any(|row| row.len() != width) {
+            return Err(CalibrationError::Known { expected: self.len(), found: known.len() });
+        }
+        self.known = known;
+        Ok(self)
+    }
+
+    /// How many inputs of the forward model are known of each specimen.
+    pub(super) fn known_inputs(&self) -> usize {
+        self.known.first().map_or(0, Vec::len)
+    }
+
+    /// The mean response over the specimens at parameters `point`, and the means of the contrasts.
+    pub(super) fn expected<R: Scalar>(
+        &self,
+        forward: &DynPce,
+        point: &[R],
+    ) -> (Vec<R>, Vec<Vec<R>>) {
+        if self.known_inputs() == 0 {
+            let mean = forward.at(point);
+            let zeros = vec![R::from(0.0); mean.len()];
+            return (mean, vec![zeros; self.contrasts.len()]);
+        }
+        let response = |known: &Vec<f64>| -> Vec<R> {
+            let known = known.iter().map(|&x| R::from(x));
+            forward.at(&point.iter().copied().chain(known).collect::<Vec<R>>())
+        };
+        let rows: Vec<Vec<R>> = self.known.iter().map(response).collect();
+        let (contrasts, total) = helmert(&rows);
+        let root = (self.len() as f64).sqrt();
+        (total.into_iter().map(|sum| sum / root).collect(), contrasts)
     }
 
     /// With the covariance S of the error δ that all specimens share, in the same relative quantities:
@@ -121,17 +166,17 @@ impl Specimens {
 
 /// Helmert's orthogonal transform of rows: contrasts √(j/(j+1)) (mean of the first j − row j + 1), and
 /// √n times the mean.
-fn helmert(rows: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<f64>) {
+fn helmert<R: Scalar>(rows: &[Vec<R>]) -> (Vec<Vec<R>>, Vec<R>) {
     let mut mean = rows[0].clone();
     let mut contrasts = Vec::with_capacity(rows.len() - 1);
     for (j, row) in (1..).zip(&rows[1..]) {
         let j = f64::from(j);
         let weight = (j / (j + 1.0)).sqrt();
-        contrasts.push(mean.iter().zip(row).map(|(m, x)| weight * (m - x)).collect());
-        mean.iter_mut().zip(row).for_each(|(m, x)| *m += (x - *m) / (j + 1.0));
+        contrasts.push(mean.iter().zip(row).map(|(&m, &x)| (m - x) * weight).collect());
+        mean.iter_mut().zip(row).for_each(|(m, &x)| *m = *m + (x - *m) / (j + 1.0));
     }
     let root = (rows.len() as f64).sqrt();
-    (contrasts, mean.iter().map(|m| root * m).collect())
+    (contrasts, mean.iter().map(|&m| m * root).collect())
 }
 
 #[cfg(test)]
@@ -192,11 +237,51 @@ mod tests {
         assert!((found - expected).abs() < 1e-11, "{found} {expected}");
     }
 
+    /// Rows with means of their own, as a forward model with one parameter and one known input gives them.
+    #[test]
+    fn what_is_known_of_each_specimen_moves_its_own_mean() {
+        use surrogate::Input;
+        let inputs = ["theta", "k"].map(|name| Input::new(name, 0.0, 2.0).unwrap()).to_vec();
+        let terms = [
+            (vec![0, 0], vec![1.0, 1.1]),
+            (vec![1, 0], vec![0.2, -0.1]),
+            (vec![0, 1], vec![0.3, 0.05]),
+            (vec![1, 1], vec![0.02, 0.04]),
+        ];
+        let forward = DynPce::from_terms(inputs, vec!["a".into(), "b".into()], terms).unwrap();
+        let known = [0.9, 1.2, 1.0, 0.7];
+        let specimens = specimens().knowing(known.map(|k| vec![k]).to_vec()).unwrap();
+        assert_eq!(specimens.known_inputs(), 1);
+        let (mean, means) = specimens.expected(&forward, &[1.3]);
+        let apart: f64 = specimens
+            .contrasts
+            .iter()
+            .zip(means)
+            .map(|(z, mean)| MvNormalCholesky(mean, scatter()).ln_density(z))
+            .sum();
+        let factor = specimens.factor_of_total(&scatter()).unwrap();
+        let total = MvNormalCholesky(specimens.mean_of_total(&mean), factor);
+        let found = apart + total.ln_density(&specimens.total);
+        // the joint density of all rows about their own means
+        let own: Vec<f64> = known.iter().flat_map(|&k| forward.value(&[1.3, k]).unwrap()).collect();
+        let shifted: Vec<f64> = QOIS
+            .concat()
+            .iter()
+            .zip(&own)
+            .zip([MEAN; 4].concat())
+            .map(|((y, m), c)| y - m + c)
+            .collect();
+        let expected = ln_density(4, &shifted);
+        assert!((found - expected).abs() < 1e-11, "{found} {expected}");
+    }
+
     #[test]
     fn sizes_that_do_not_fit_are_refused() {
         assert!(Specimens::new(&[vec![1.0]]).is_err());
         assert!(Specimens::new(&[vec![1.0], vec![1.0, 2.0]]).is_err());
         assert!(specimens().sharing(vec![vec![0.0; 2]]).is_err());
         assert!(specimens().sharing(vec![vec![0.0]; 2]).is_err());
+        assert!(specimens().knowing(vec![vec![1.0]; 3]).is_err());
+        assert!(specimens().knowing(vec![vec![1.0], vec![], vec![1.0], vec![1.0]]).is_err());
     }
 }

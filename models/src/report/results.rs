@@ -46,6 +46,8 @@ pub(crate) struct Results {
     pub(crate) chosen_order: usize,
     /// In words, how it was chosen.
     pub(crate) order_rule: String,
+    /// Inputs of the surrogate beside the parameters: what is known of each specimen.
+    pub(crate) known_inputs: Vec<String>,
     /// The calibrated parameters.
     pub(crate) parameters: Vec<CalibratedParameter>,
     /// What makes the width of each parameter's interval: its label, and sources with their shares.

@@ -9,17 +9,19 @@ use surrogate::{DynPce, Input};
 use super::WorkflowError;
 use super::gate::{check_range, labelled};
 use super::inputs::Inputs;
+use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use super::uncertainty::{shared_error, shared_error_warning, write_uncertainty};
 use crate::error::InputError;
-use crate::fracture::{CalibrationError, calibrate, column_means};
+use crate::fracture::{CalibrationError, Evidence, calibrate, column_means};
 use crate::progress::{Bar, say};
 use crate::table::{CsvTable, TableRow};
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
     let pce: DynPce = inputs.json("surrogate.json")?;
-    if pce.inputs() != inputs.prior()? {
+    let prior = inputs.prior()?;
+    if !pce.inputs().starts_with(&prior) {
         let path = task.path("surrogate.json");
         return Err(WorkflowError::OtherCase { path, stage: "surrogate" });
     }
@@ -37,7 +39,9 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         .progress(&bar)
         .interrupt(task.interrupt);
     let shared = shared_error(inputs, &column_means(&specimens))?;
-    let result = calibrate(&pce, &specimens, &shared, &sampler, settings.seed);
+    let known = known_inputs(inputs, &pce)?;
+    let evidence = Evidence { qois: specimens, known, shared: shared.total() };
+    let result = calibrate(&pce, &evidence, &sampler, settings.seed);
     drop(bar);
     task.check_interrupt()?;
     let mut result = result?;
@@ -48,7 +52,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
             &format!("the mode is not sharp: {} of {} searches agree", mode.agreeing, mode.starts),
         );
     }
-    name_specimens(inputs, &mut result.posterior, &specimens, pce.outputs())?;
+    name_specimens(inputs, &mut result.posterior, &evidence.qois, pce.outputs())?;
     let posterior = &result.posterior;
     let zarr = task.product("posterior.zarr")?;
     posterior.write_zarr(&zarr).map_err(|e| WorkflowError::io(&zarr, e))?;
@@ -64,7 +68,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     summary.write_csv(&table).map_err(|e| WorkflowError::io(&table, e))?;
     // warnings name parameters as the model does
     let plain = |text: String| {
-        pce.inputs()
+        prior
             .iter()
             .map(|input| &input.name)
             .fold(text, |text, name| text.replace(&format!("theta[{name}]"), name))
@@ -72,13 +76,18 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     task.write("summary.txt", &labelled(plain(format!("{summary}\n")), &outside))?;
     let mut warnings = outside;
     warnings.extend(summary.warnings.iter().map(|warning| plain(warning.to_string())));
-    warnings.extend(shared_error_warning(&summary, pce.outputs(), specimens.len(), &shared));
+    warnings.extend(shared_error_warning(
+        &summary,
+        pce.outputs(),
+        evidence.qois.len(),
+        &evidence.shared,
+    ));
     warnings.iter().for_each(|warning| say("note", warning));
     let lines: String = warnings.iter().map(|line| format!("{line}\n")).collect();
     task.write("warnings.txt", &lines)?;
     write_sampling(task, posterior)?;
-    write_map(task, pce.inputs(), &result.map)?;
-    write_uncertainty(task, &pce, posterior, &summary, &specimens, shared)?;
+    write_map(task, &prior, &result.map)?;
+    write_uncertainty(task, &pce, posterior, &summary, &evidence, shared)?;
     Ok(format!(
         "{} draws in {} chains, {} divergences",
         summary.draws * summary.chains,
@@ -97,6 +106,16 @@ pub(super) fn read_experiments(
     let table = CsvTable::read(&path, &columns)?;
     let row = |row: TableRow| columns.iter().map(|column| row.positive(column)).collect();
     Ok(table.rows().map(row).collect::<Result<_, InputError>>()?)
+}
+
+/// The stiffness ratio of each specimen's microstructure, if the surrogate takes it.
+fn known_inputs(inputs: &Inputs<'_>, pce: &DynPce) -> Result<Vec<Vec<f64>>, WorkflowError> {
+    match pce.inputs().last() {
+        Some(input) if input.name == STIFFNESS_RATIO => {
+            read_experiments(inputs, &[STIFFNESS_RATIO])
+        }
+        _ => Ok(Vec::new()),
+    }
 }
 
 /// The path of a parameter from its name in the posterior: `theta[matrix.young_mpa]`.

@@ -3,13 +3,13 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use fem::{RunInput, RunRecord, gmsh, write_curve};
+use fem::{RunInput, gmsh, write_curve};
 
 use super::WorkflowError;
 use super::calibrate::read_experiments;
 use super::ensemble::quantities;
 use super::map_fields::write_fields;
-use super::mesh::finer;
+use super::mesh_error::mesh_errors;
 use super::runs::run_ensemble;
 use super::simulator::Simulator;
 use super::task::Task;
@@ -18,9 +18,6 @@ use crate::error::InputError;
 use crate::fracture::column_means;
 use crate::progress::say;
 use crate::table::CsvTable;
-
-/// Errors of the mesh above so many % are told.
-const WORTH_TELLING: f64 = 2.0;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
@@ -64,7 +61,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         WorkflowError::Unusable(format!("the simulation at the mode: {reason}"))
     })?;
     write_fields(task, &simulator, &records[0].inputs, &records[0].curve)?;
-    let mesh_errors = mesh_errors(task, &names, &records[0], &map)?;
+    let mesh_errors = mesh_errors(task, &names, parameters(&names)?, &records[0], &map)?;
     let experiments = column_means(&read_experiments(inputs, &columns)?);
     let errors: Vec<f64> =
         map.iter().zip(&experiments).map(|(map, mean)| 100.0 * (map / mean - 1.0).abs()).collect();
@@ -96,55 +93,6 @@ fn baseline(task: &Task<'_>) -> Result<(), WorkflowError> {
     let records =
         run_ensemble(task, "confirm/baseline", &[], &[run], &|_| Ok(Cow::Borrowed(&simulator)))?;
     Ok(write_curve(task.product("curves/baseline.csv")?, &records[0].curve)?)
-}
-
-/// The error in % of each quantity by the mesh, from a second simulation at the mode with half the
-/// spacing: (q_h − q)/q with q = 2 q_(h/2) − q_h.
-///
-/// That supposes an error of first order in the spacing, which is on the safe side where the elements
-/// resolve the grains and no more than an estimate where they do not. None for a mesh from a file, and
-/// where the finer simulation has no quantities.
-fn mesh_errors(
-    task: &Task<'_>,
-    names: &[String],
-    mode: &RunRecord,
-    coarse: &[f64],
-) -> Result<Option<Vec<f64>>, WorkflowError> {
-    let inputs = &task.inputs;
-    let Some(mesh) = finer(inputs)? else { return Ok(None) };
-    let simulator = Simulator::new(&inputs.setup(), mesh, parameters(names)?)?;
-    let run = RunInput { id: 1, inputs: mode.inputs.clone() };
-    let records =
-        run_ensemble(task, "confirm/finer", names, &[run], &|_| Ok(Cow::Borrowed(&simulator)))?;
-    write_curve(task.product("curves/finer-map.csv")?, &records[0].curve)?;
-    let fine = match quantities(&records[0], inputs.qoi()) {
-        Ok(fine) => fine,
-        Err(reason) => {
-            say(
-                "note",
-                &format!("the error of the mesh is not known: with half the spacing, {reason}"),
-            );
-            return Ok(None);
-        }
-    };
-    let errors: Vec<f64> = coarse
-        .iter()
-        .zip(fine)
-        .map(|(coarse, fine)| 100.0 * (coarse / (2.0 * fine - coarse) - 1.0))
-        .collect();
-    let quantities = inputs.qoi().quantities.iter();
-    for (quantity, error) in
-        quantities.zip(&errors).filter(|(_, error)| error.abs() > WORTH_TELLING)
-    {
-        say(
-            "note",
-            &format!(
-                "the mesh is estimated to change {quantity} by {error:+.1} %, which no interval holds: \
-                 take a smaller specimen.spacing_mm, or quadratic elements"
-            ),
-        );
-    }
-    Ok(Some(errors))
 }
 
 /// The parameters of these paths.

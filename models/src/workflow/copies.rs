@@ -60,8 +60,14 @@ impl Copies {
         if let Some(table) = copies.case.experiments.as_mut().and_then(|e| e.table.as_mut()) {
             let (from, to) = (source.beside(table), dir.join(SPECIMENS));
             if from.is_file() {
-                let specimens = SpecimenTable::read(&from)?;
+                let mut specimens = SpecimenTable::read(&from)?;
                 if !same_file(&from, &to) {
+                    // scans are too large to be copied
+                    for image in specimens.specimens.iter_mut().filter_map(|s| s.image.as_mut()) {
+                        let place = from.with_file_name(&*image);
+                        *image = std::path::absolute(&place)
+                            .map_err(|e| WorkflowError::io(&place, e))?;
+                    }
                     let files = specimens.to_files().map_err(|e| WorkflowError::io(&to, e))?;
                     let folder = dir.join("experiments");
                     copies.files.extend(files.into_iter().map(|(p, text)| (folder.join(p), text)));

@@ -1,20 +1,20 @@
 //! Stage `ensemble`: the simulations that the surrogate learns from.
 
-use std::borrow::Cow;
-
-use fem::{RunInput, RunRecord, RunStatus, gmsh, write_curve};
-use surrogate::Dataset;
+use fem::{RunInput, RunRecord, RunStatus, write_curve};
+use surrogate::{Dataset, Input};
 
 use super::WorkflowError;
+use super::fidelity::{Correction, spread, write_corrections};
 use super::files::write;
+use super::levels::{Level, LevelRuns, Runner};
 use super::packings::{Packings, SEED};
-use super::runs::run_ensemble;
-use super::simulator::{Simulator, simulated_qois};
+use super::simulator::simulated_qois;
+use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use crate::case::QoiCase;
 
-/// What is known of a run beside its numbers; the seed is that of a packing of its own.
-const NOTES: [&str; 3] = ["run", "seconds", SEED];
+/// What is known of a run beside its numbers; seed and stiffness are those of a packing of its own.
+const NOTES: [&str; 4] = ["run", "seconds", SEED, STIFFNESS_RATIO];
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
@@ -24,48 +24,96 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let points = design.method.sample(&prior, design.runs, design.seed)?;
     let runs: Vec<RunInput> =
         points.into_iter().enumerate().map(|(i, inputs)| RunInput { id: i + 1, inputs }).collect();
-    let names: Vec<String> = prior.iter().map(|input| input.name.clone()).collect();
     let packings = Packings::of(inputs, runs.len())?;
-    let records = match &packings {
-        Some(packings) => run_ensemble(task, "ensemble", &names, &runs, &|run| {
-            packings.simulator(run.id - 1).map(Cow::Owned)
-        })?,
-        None => {
-            let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
-            let simulator = Simulator::new(&inputs.setup(), mesh, inputs.parameters()?)?;
-            run_ensemble(task, "ensemble", &names, &runs, &|_| Ok(Cow::Borrowed(&simulator)))?
-        }
-    };
+    let levels = Level::all(inputs, packings.is_some())?;
+    if let Some(packings) = &packings {
+        levels.iter().try_for_each(|level| packings.check(level))?;
+    }
+    let names: Vec<String> = prior.iter().map(|input| input.name.clone()).collect();
+    let runner = Runner { task, names: &names, packings: packings.as_ref() };
+    let done = all_levels(&runner, &levels, &prior, &runs)?;
 
-    // how quantities are taken from curves is not part of what names the ensemble
-    let qoi = inputs.qoi();
-    let outputs = qoi.quantities.iter().map(|q| q.column().to_owned()).collect();
+    let outputs: Vec<String> =
+        inputs.qoi().quantities.iter().map(|q| q.column().to_owned()).collect();
+    let corrections = done
+        .windows(2)
+        .map(|pair| Correction::between(&prior, &outputs, &pair[0], &pair[1]))
+        .collect::<Result<Vec<_>, _>>()?;
+    let first = &done[0];
+    let stiffness = packings.as_ref().map(|p| p.stiffness_ratios(&levels[0])).transpose()?;
     let mut data = Dataset::new(prior, outputs, "breccia ensemble")?.with_notes(&NOTES)?;
-    let mut failed = Vec::new();
-    for record in &records {
-        write_curve(task.product(&format!("curves/run-{:03}.csv", record.id))?, &record.curve)?;
-        let (id, seconds) = (record.id.to_string(), format!("{:.3}", record.seconds));
-        match quantities(record, qoi) {
-            Ok(values) => {
-                let seed = packings.as_ref().map(|p| p.seeds[record.id - 1].to_string());
-                let seed = seed.unwrap_or_default();
-                data.push_noted(&record.inputs, &values, &[&id, &seconds, &seed])?;
-            }
-            Err(reason) => {
-                let values = record.inputs.iter().map(f64::to_string);
-                failed.push(
-                    [id].into_iter().chain(values).chain([seconds, reason]).collect::<Vec<_>>(),
-                );
-            }
+    for (record, quantities) in first.usable() {
+        let mut quantities = quantities.to_vec();
+        for correction in &corrections {
+            quantities = correction.apply(&record.inputs, &quantities)?;
         }
+        let (id, seconds) = (record.id.to_string(), format!("{:.3}", record.seconds));
+        let seed = packings.as_ref().map(|p| p.seeds[record.id - 1].to_string());
+        let ratio = stiffness.as_ref().map(|ratios| ratios[record.id - 1].to_string());
+        let [seed, ratio] = [seed, ratio].map(Option::unwrap_or_default);
+        data.push_noted(&record.inputs, &quantities, &[&id, &seconds, &seed, &ratio])?;
+    }
+    for record in &first.records {
+        write_curve(task.product(&format!("curves/run-{:03}.csv", record.id))?, &record.curve)?;
     }
     let path = task.product("runs.csv")?;
     write(&path, &data.to_csv().map_err(|e| WorkflowError::io(&path, e))?)?;
+    write_failures(task, &names, &done)?;
+    if !corrections.is_empty() {
+        write_corrections(task, &data, &done, &corrections, packings.is_some())?;
+    }
+    let seconds: f64 = done.iter().flat_map(|level| &level.records).map(|r| r.seconds).sum();
+    let told = format!("{} of {} runs usable, ", data.len(), runs.len());
+    Ok(told
+        + &match &done[1..] {
+            [] => format!("{:.1} s a run", seconds / runs.len() as f64),
+            better => {
+                let counts: Vec<_> = better.iter().map(|l| l.records.len().to_string()).collect();
+                format!("{} repeated on a better mesh, {seconds:.0} s in all", counts.join(" and "))
+            }
+        })
+}
+
+/// All runs on the first level, and from each to the next as many as it says, spread over the box.
+fn all_levels(
+    runner: &Runner<'_>,
+    levels: &[Level<'_>],
+    prior: &[Input],
+    runs: &[RunInput],
+) -> Result<Vec<LevelRuns>, WorkflowError> {
+    let mut runs = runs.to_vec();
+    let mut done: Vec<LevelRuns> = Vec::new();
+    for level in levels {
+        let records = runner.run(level, &runs)?;
+        let level_runs = LevelRuns::new(records, runner.task.inputs.qoi());
+        let usable: Vec<&RunRecord> = level_runs.usable().map(|(record, _)| record).collect();
+        let points: Vec<&[f64]> = usable.iter().map(|record| &record.inputs[..]).collect();
+        let repeated = spread(prior, &points, level.repeats);
+        let input = |i: usize| RunInput { id: usable[i].id, inputs: usable[i].inputs.clone() };
+        runs = repeated.into_iter().map(input).collect();
+        done.push(level_runs);
+    }
+    Ok(done)
+}
+
+/// `failed_runs.csv`: runs without quantities, with the reason.
+fn write_failures(
+    task: &Task<'_>,
+    names: &[String],
+    done: &[LevelRuns],
+) -> Result<(), WorkflowError> {
+    let row = |level: usize, record: &RunRecord, reason: &str| {
+        let place = if level == 0 { String::new() } else { format!("on level {}: ", level + 1) };
+        let values = record.inputs.iter().map(f64::to_string);
+        let rest = [format!("{:.3}", record.seconds), format!("{place}{reason}")];
+        [record.id.to_string()].into_iter().chain(values).chain(rest).collect::<Vec<_>>()
+    };
+    let rows = done.iter().enumerate().flat_map(|(level, runs)| {
+        runs.failed().map(move |(record, reason)| row(level, record, reason))
+    });
     let header =
         ["run"].into_iter().chain(names.iter().map(String::as_str)).chain(["seconds", "reason"]);
-    task.write_csv("failed_runs.csv", header, failed)?;
-    let (all, seconds) = (records.len(), records.iter().map(|r| r.seconds).sum::<f64>());
-    Ok(format!("{} of {all} runs usable, {:.1} s a run", data.len(), seconds / all as f64))
+    task.write_csv("failed_runs.csv", header, rows)
 }
 
 /// The case's quantities of a run, or why it has none.

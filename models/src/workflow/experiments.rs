@@ -12,6 +12,8 @@ use super::runs::run_ensemble;
 use super::simulator::{Simulator, height_mm, radius_mm, recorded, simulated_qois};
 use super::specimen::packed_mesh;
 use super::specimen_checks::checked;
+use super::specimen_images::{scan, stiffness_ratios};
+use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use crate::case::{ByParameter, MaterialParameter, QoiCase, SpecimenGeometry};
 use crate::error::InputError;
@@ -32,14 +34,19 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let size = [scale.height_mm, scale.radius_mm];
     let table = checked(task, inputs.chosen(table)?, size)?;
     check_closed_form(task, &table, size)?;
-    let rows = table
+    let mut rows = table
         .specimens
         .iter()
         .map(|specimen| scale.row(task, specimen))
         .collect::<Result<Vec<_>, _>>()?;
+    let ratios = stiffness_ratios(task, &table)?;
+    for (row, ratio) in rows.iter_mut().zip(&ratios) {
+        row.push(ratio.map(|ratio| ratio.to_string()).unwrap_or_default());
+    }
     let header = ["id", "group", "height_mm", "radius_mm", "displacement_factor", "slope_fraction"];
     let columns = scale.qoi.quantities.iter().map(|quantity| quantity.column());
-    task.write_csv("experiments.csv", header.into_iter().chain(columns), rows)?;
+    let header = header.into_iter().chain(columns).chain([STIFFNESS_RATIO]);
+    task.write_csv("experiments.csv", header, rows)?;
     Ok(format!("{} specimens", table.specimens.len()))
 }
 
@@ -148,6 +155,10 @@ fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowErro
     if let [coarse, fine] = &records[specimens.len()..] {
         write_bias(task, [spacing_mm, spacing], [coarse, fine])?;
     }
+    if *inputs.scans()? {
+        let size = [*radius_mm, *height_mm];
+        scan(task, &specimens, grains.as_ref(), size)?;
+    }
     write_specimens(task, truth, &specimens, &records, [*height_mm, *radius_mm])
 }
 
@@ -159,12 +170,15 @@ fn write_specimens(
     [height_mm, radius_mm]: [f64; 2],
 ) -> Result<SpecimenTable, WorkflowError> {
     let (group, noise) = (task.inputs.group()?, task.inputs.noise()?);
+    let scanned = *task.inputs.scans()?;
+    let image = |id: &str| scanned.then(|| format!("scans/{id}.tif").into());
     let measured = specimens.iter().zip(records).map(|(v, record)| Specimen {
         id: v.id.clone(),
         height_mm,
         radius_mm,
         group: group.clone(),
         slope_fraction: None,
+        image: image(&v.id),
         curve: v.measure(&recorded(&record.curve), noise),
     });
     let table = SpecimenTable { specimens: measured.collect() };

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use ::surrogate::Input;
-use fem::{Homogenisation, Order, PhaseField, SolverOptions};
+use fem::{Homogenisation, Order, PhaseField, Segmentation, SolverOptions};
 use serde::{Deserialize, Serialize};
 
 use super::WorkflowError;
@@ -17,7 +17,7 @@ use super::simulator::Setup;
 use super::specimen::{Scanned, Source};
 use crate::case::{
     ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase,
-    MaterialCase, MaterialParameter, NoiseCase, PriorCase, QoiCase, SpecimenGeometry,
+    FidelityCase, MaterialCase, MaterialParameter, NoiseCase, PriorCase, QoiCase, SpecimenGeometry,
     SurrogateCase, TestCase, Toe, VirtualCase,
 };
 use crate::experiment::SpecimenTable;
@@ -144,6 +144,7 @@ parts! {
     qoi: qoi => QoiCase;
     prior_table: prior => Option<PriorCase>;
     design: design => DesignCase;
+    fidelity: fidelity => FidelityCase;
     surrogate: surrogate => SurrogateCase;
     calibration: calibration => CalibrationCase;
     confirm: confirm => ConfirmCase;
@@ -169,6 +170,7 @@ virtual_parts! {
     truth => ByParameter<f64>;
     scatter => ByParameter<f64>;
     noise => NoiseCase;
+    scans => bool;
 }
 
 impl Inputs<'_> {
@@ -187,6 +189,7 @@ impl Inputs<'_> {
             material: self.material(),
             phase_field: self.phase_field().as_ref(),
             test: self.test(),
+            steps: None,
             conditions: self.conditions().as_ref(),
             solver: self.solver(),
         }
@@ -213,6 +216,13 @@ impl Inputs<'_> {
             self.reads_file(&path.to_string_lossy());
         }
         Ok(scanned)
+    }
+
+    /// How images of specimens are segmented, and the edge of a voxel where the case gives it.
+    pub(super) fn segmentation(&self) -> (Segmentation, Option<f64>) {
+        self.reads("specimen.image");
+        let image = self.file.case.specimen.image.clone().unwrap_or_default();
+        (image.segmentation, image.voxel_mm)
     }
 
     /// The case's file, for messages.
@@ -288,6 +298,9 @@ impl Inputs<'_> {
         let table = SpecimenTable::read(&self.reads_file(SPECIMENS))?;
         for specimen in &table.specimens {
             self.reads_file(&format!("experiments/curves/{}.csv", specimen.id));
+            if let Some(image) = &specimen.image {
+                self.reads_file(&Path::new("experiments").join(image).to_string_lossy());
+            }
         }
         Ok(table)
     }

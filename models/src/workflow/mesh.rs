@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use fem::{Cylinder, MeshReport, Meshed, Quality, TetMesh, gmsh, tiff, vtu};
+use fem::{Cylinder, MeshReport, Meshed, Meshing, Quality, TetMesh, gmsh, tiff, vtu};
 
 use super::WorkflowError;
 use super::inputs::Inputs;
@@ -17,7 +17,7 @@ use crate::table::{CsvTable, TableRow};
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let setup = task.inputs.setup();
-    let (mesh, report) = build(&task.inputs, 1.0)?;
+    let (mesh, report) = mesh_with(&task.inputs, &|meshing| *meshing)?;
     for warning in report.iter().flat_map(MeshReport::warnings) {
         say("note", &warning);
     }
@@ -41,24 +41,16 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(format!("{tets} tetrahedra, {nodes} nodes, {part:.1} % grains"))
 }
 
-/// The specimen's mesh with half the spacing of the case; none of a mesh file.
-pub(super) fn finer(inputs: &Inputs<'_>) -> Result<Option<TetMesh>, WorkflowError> {
-    match inputs.geometry()? {
-        SpecimenGeometry::Mesh { .. } => Ok(None),
-        _ => Ok(Some(build(inputs, 0.5)?.0)),
-    }
-}
-
-/// The mesh with a multiple of the case's spacing.
-fn build(
+/// The specimen's mesh by what `changed` makes of the case's mesher.
+pub(super) fn mesh_with(
     inputs: &Inputs<'_>,
-    spacings: f64,
+    changed: &dyn Fn(&Meshing) -> Meshing,
 ) -> Result<(TetMesh, Option<MeshReport>), WorkflowError> {
     let mut geometry = inputs.geometry()?;
     if let SpecimenGeometry::Cylinder { meshing, .. } | SpecimenGeometry::Image { meshing, .. } =
         &mut geometry
     {
-        meshing.spacing_mm *= spacings;
+        *meshing = changed(meshing);
     }
     let Some((_, meshing)) = Scanned::of(&geometry) else {
         return direct_mesh(inputs.case_path(), &geometry);

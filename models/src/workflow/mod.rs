@@ -6,10 +6,10 @@
 //! | segment | the image, or a packing to be scanned | `scan.tif` (virtual), `labels.tif`, `solid.tif` (part of each voxel that is grain), `grains.csv`, `segment.csv` (`quantity,value`), `slices.png`, `grains.png`, `grain_sizes.svg` |
 //! | mesh | `case.toml`; `labels.tif`, `solid.tif`, `segment.csv` where there is an image | `mesh.vtu` (regions, grains), `mesh.msh` (Gmsh 4.1), `mesh.csv` (`quantity,value`), `mesh.png` (cut open), `mesh_quality.svg` |
 //! | experiments | `mesh.msh`, `experiments/` | virtual: `experiments/{specimens,truth,bias}.csv`, `experiments/curves/`; `experiments.csv`, `curve_checks.csv` (`id,finding,value,help`) |
-//! | ensemble | `mesh.msh` | `ensemble/` (one file a run, for resuming), `runs.csv` (a [`surrogate::Dataset`]), `failed_runs.csv`, `curves/run-*.csv` |
+//! | ensemble | `mesh.msh`, `labels.tif` and `solid.tif` where all runs share an image | `ensemble/` (one file a run, for resuming), `runs.csv` (a [`surrogate::Dataset`]), `failed_runs.csv`, `curves/run-*.csv`; with `[fidelity]` `fidelity.csv` (`level,qoi,order,ratio,scatter_percent,error_percent,runs`), `fidelity_runs.csv` (as simulated), `fidelity.json` |
 //! | surrogate | `runs.csv` | `surrogate.json`, `surrogate_orders.csv`, `surrogate_error.json` |
-//! | calibrate | `surrogate.json`, `experiments.csv` | `posterior.zarr`, `posterior.csv`, `sampling.csv`, `summary.csv`, `summary.txt`, `warnings.txt`, `range.csv` (`qoi,experiment_mean,low,high,inside`), `map.csv`, `uncertainty.csv` |
-//! | confirm | `map.csv`, `posterior.csv`, `mesh.msh` | `confirm.csv`, `confirm_runs.csv`, `curves/map.csv`, `curves/draw-*.csv`, `curves/finer-map.csv` |
+//! | calibrate | `surrogate.json`, `experiments.csv` | `posterior.zarr`, `posterior.csv`, `predictive.csv`, `sampling.csv`, `summary.csv`, `summary.txt`, `warnings.txt`, `range.csv` (`qoi,experiment_mean,low,high,inside`), `map.csv`, `uncertainty.csv` |
+//! | confirm | `map.csv`, `posterior.csv`, `mesh.msh` | `confirm.csv`, `confirm_runs.csv`, `curves/baseline.csv`, `curves/map.csv`, `curves/draw-*.csv`, `fields/map*` (`.vtu`, `.pvd`, pictures, `map.csv`), `curves/second-mesh.csv` |
 //! | report | all of these | `report.html` |
 //!
 //! `stages.toml` remembers what each finished stage has read, key by key of the case and file by file,
@@ -24,13 +24,17 @@ mod copies;
 mod ensemble;
 mod error;
 mod experiments;
+mod fidelity;
 mod files;
 mod freshness;
 mod gate;
 mod inputs;
+mod laboratories;
 mod leftovers;
+mod levels;
 mod map_fields;
 mod mesh;
+mod mesh_error;
 mod packings;
 mod report;
 mod resolution;
@@ -40,8 +44,10 @@ mod simulate;
 mod simulator;
 mod specimen;
 mod specimen_checks;
+mod specimen_images;
 mod stage;
 mod stages;
+mod stiffness;
 mod surrogate;
 mod task;
 #[cfg(test)]
@@ -53,6 +59,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 pub use error::WorkflowError;
+pub use laboratories::{SimulatedLaboratories, simulate_laboratories};
 pub use simulate::simulate;
 pub use stage::Stage;
 pub use stages::STAGES;

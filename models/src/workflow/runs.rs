@@ -24,9 +24,20 @@ pub(super) fn run_ensemble<'s>(
     runs: &[RunInput],
     simulator: &(dyn Fn(&RunInput) -> Result<Cow<'s, Simulator>, FemError> + Sync),
 ) -> Result<Vec<RunRecord>, WorkflowError> {
-    let manifest = task.inputs.manifest();
-    let directory = task.path(folder).join(ContentHash::of(&manifest).to_string());
-    let ensemble = Ensemble::open(directory, &manifest)?;
+    run_named(task, folder, &task.inputs.manifest(), names, runs, simulator)
+}
+
+/// The same for runs that are named by a part of what the stage has read.
+pub(super) fn run_named<'s>(
+    task: &Task<'_>,
+    folder: &str,
+    manifest: &str,
+    names: &[String],
+    runs: &[RunInput],
+    simulator: &(dyn Fn(&RunInput) -> Result<Cow<'s, Simulator>, FemError> + Sync),
+) -> Result<Vec<RunRecord>, WorkflowError> {
+    let directory = task.path(folder).join(ContentHash::of(manifest).to_string());
+    let ensemble = Ensemble::open(directory, manifest)?;
     let bar = EnsembleBar(Bar::new(task.stage()));
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let interrupt = task.interrupt;

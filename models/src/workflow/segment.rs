@@ -49,7 +49,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
 }
 
 /// Writes values times a factor as whole numbers of 16 bits.
-fn write_16_bits(
+pub(super) fn write_16_bits(
     task: &Task<'_>,
     name: &str,
     volume: &Volume<f32>,

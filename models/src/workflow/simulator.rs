@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use fem::{
-    CompressionTest, CurvePoint, End, FemError, Homogenisation, Order, Outcome, PhaseField,
-    Problem, SolverOptions, TetMesh,
+    CompressionTest, CurvePoint, End, FemError, FixedSteps, Homogenisation, Order, Outcome,
+    PhaseField, Problem, SolverOptions, TetMesh,
 };
 
 use super::WorkflowError;
@@ -23,6 +24,8 @@ pub(super) struct Setup<'a> {
     pub(super) material: &'a BTreeMap<String, MaterialCase>,
     pub(super) phase_field: Option<&'a PhaseField>,
     pub(super) test: &'a TestCase,
+    /// Number of equal load steps, if not those of the test.
+    pub(super) steps: Option<u32>,
     pub(super) conditions: Option<&'a ConditionsCase>,
     pub(super) solver: &'a SolverOptions,
 }
@@ -36,6 +39,7 @@ impl<'a> From<&'a CaseFile> for Setup<'a> {
             material: &case.material,
             phase_field: case.phase_field.as_ref(),
             test: &case.test,
+            steps: None,
             conditions: case.conditions.as_ref(),
             solver: &case.solver,
         }
@@ -138,7 +142,10 @@ fn problem(
     mesh: TetMesh,
     materials: Vec<fem::Material>,
 ) -> Result<Problem, FemError> {
-    let schedule = setup.test.schedule();
+    let mut schedule = setup.test.schedule();
+    if let Some(steps) = setup.steps {
+        schedule.steps = Arc::new(FixedSteps(steps));
+    }
     let parts = match setup.conditions {
         Some(conditions) => Problem::builder(mesh)
             .conditions(conditions.in_fem(schedule.duration_s))

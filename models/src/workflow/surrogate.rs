@@ -1,12 +1,18 @@
 //! Stage `surrogate`: polynomial chaos from the finished runs.
 
-use surrogate::{Dataset, DynPce, FitOptions, OrderReport};
+use surrogate::{Dataset, DynPce, FitOptions, Input, OrderReport, SurrogateError};
 
 use super::WorkflowError;
+use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
+use crate::error::InputError;
+use crate::table::CsvTable;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
-    let data = Dataset::read_csv(task.inputs.file("runs.csv")?)?;
+    let runs = Dataset::read_csv(task.inputs.file("runs.csv")?)?;
+    let known = known_of_specimens(task)?;
+    let with_stiffness = known.map(|known| with_stiffness_ratio(&runs, &known)).transpose()?;
+    let data = with_stiffness.flatten().unwrap_or(runs);
     let case = task.inputs.surrogate();
     let options =
         FitOptions { max_order: case.max_order, rule: case.rule, ..FitOptions::default() };
@@ -24,6 +30,39 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         format!(", leave-one-out error {} of the variance", fractions.join(", "))
     });
     Ok(format!("order {} from {} runs{error}", fit.report.order, data.len()))
+}
+
+/// The stiffness ratios of the specimens, if that of each is known.
+fn known_of_specimens(task: &Task<'_>) -> Result<Option<Vec<f64>>, WorkflowError> {
+    let path = task.inputs.file("experiments.csv")?;
+    let table = CsvTable::read(&path, &["id"])?;
+    if table.rows().any(|row| row.text(STIFFNESS_RATIO).is_empty()) {
+        return Ok(None);
+    }
+    let ratios = table.rows().map(|row| row.positive(STIFFNESS_RATIO));
+    Ok(Some(ratios.collect::<Result<_, InputError>>()?))
+}
+
+/// The runs with the stiffness ratio of the packing of each as one more input, over the range of runs
+/// and specimens; none if a run has none.
+pub(super) fn with_stiffness_ratio(
+    runs: &Dataset,
+    specimens: &[f64],
+) -> Result<Option<Dataset>, SurrogateError> {
+    let ratio = |i: usize| runs.note(i, STIFFNESS_RATIO)?.parse::<f64>().ok();
+    let Some(ratios) = (0..runs.len()).map(ratio).collect::<Option<Vec<f64>>>() else {
+        return Ok(None);
+    };
+    let all = || ratios.iter().chain(specimens).copied();
+    let (low, high) =
+        (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+    let mut inputs = runs.inputs().to_vec();
+    inputs.push(Input::new(STIFFNESS_RATIO, low, high)?);
+    let mut data = Dataset::new(inputs, runs.outputs().to_vec(), runs.provenance())?;
+    for ((x, y), ratio) in runs.rows().zip(&ratios) {
+        data.push(&[x, &[*ratio]].concat(), y)?;
+    }
+    Ok(Some(data))
 }
 
 /// Errors of every order and quantity, as fractions of the quantity's variance over the design.

@@ -5,13 +5,32 @@ use ppl::{Posterior, Summary};
 use surrogate::{Dataset, DynPce, FitReport};
 
 use super::WorkflowError;
+use super::fidelity::{added, error_of_all};
 use super::inputs::Inputs;
 use super::packings::has_packing_per_run;
 use super::task::Task;
 use crate::budget::{largest_part, matrix, shares};
-use crate::fracture::{column_means, short_name};
+use crate::fracture::{Evidence, column_means, short_name};
+use crate::shared_error::relative;
 
-/// The covariance of the surrogate's error, which all specimens share, relative to their means.
+/// The covariances (quantities × quantities, relative to the specimens' means) of the errors that all
+/// specimens share.
+pub(super) struct SharedError {
+    /// Of the surrogate.
+    surrogate: Vec<Vec<f64>>,
+    /// Of the corrections from cheaper meshes, if there are any.
+    mesh: Option<Vec<Vec<f64>>>,
+}
+
+impl SharedError {
+    /// Their sum: the errors are of different runs.
+    pub(super) fn total(&self) -> Vec<Vec<f64>> {
+        let surrogate = self.surrogate.clone();
+        self.mesh.as_ref().map_or(surrogate, |mesh| added(&self.surrogate, mesh))
+    }
+}
+
+/// What all specimens share: the error of the surrogate, and that of `[fidelity]`.
 ///
 /// Where each run had a packing of its own, the residuals of the surrogate are scatter between packings,
 /// which the specimens have too; what is shared is the error of the mean response. Else it is what the
@@ -19,16 +38,20 @@ use crate::fracture::{column_means, short_name};
 pub(super) fn shared_error(
     inputs: &Inputs<'_>,
     means: &[f64],
-) -> Result<Vec<Vec<f64>>, WorkflowError> {
+) -> Result<SharedError, WorkflowError> {
     let report: FitReport = inputs.json("surrogate_error.json")?;
     let runs = Dataset::read_csv(inputs.file("runs.csv")?)?;
-    let covariance = match has_packing_per_run(&runs) {
+    let packing_per_run = has_packing_per_run(&runs);
+    let covariance = match packing_per_run {
         true => report.mean_error(means)?,
         false => report.lack_of_fit(means)?,
     };
-    let row =
-        |(row, a): (&Vec<f64>, &f64)| row.iter().zip(means).map(|(c, b)| c / (a * b)).collect();
-    Ok(covariance.iter().zip(means).map(row).collect())
+    let surrogate = relative(covariance, means);
+    let mesh = match inputs.file_if_there("fidelity.json") {
+        Some(_) => error_of_all(&inputs.json::<Vec<FitReport>>("fidelity.json")?, packing_per_run)?,
+        None => None,
+    };
+    Ok(SharedError { surrogate, mesh })
 }
 
 /// Whether the shared error widens the posterior: n S/Σ above 0.1 for some quantity, with S its
@@ -49,57 +72,60 @@ pub(super) fn shared_error_warning(
         .max_by(|a, b| a.0.total_cmp(&b.0));
     worst.filter(|(ratio, _)| *ratio > 0.1).map(|(ratio, name)| {
         format!(
-            "The surrogate's error is not small against the scatter of the specimens: n S/Σ = {ratio:.2} \
-             for {name}. The intervals hold it: more runs in the design would make them narrower."
+            "The error of the forward model is not small against the scatter of the specimens: n S/Σ = \
+             {ratio:.2} for {name}. The intervals hold it: more runs in the design, or more repeats in \
+             [fidelity], would make them narrower."
         )
     })
 }
 
-/// `uncertainty.csv`: the shares of the posterior variance of each parameter by source. The mesh has none,
-/// since no interval holds its error: see `confirm.csv`.
+/// `uncertainty.csv`: the shares of the posterior variance of each parameter by source.
 ///
 /// - specimens: the scatter between specimens less that of packings, over n;
 /// - geometry: the scatter of packings over n, where each run had one of its own;
-/// - surrogate: the error that is shared.
+/// - surrogate: its error, which is shared;
+/// - mesh: the error of the correction from cheaper meshes. What the specimen's own mesh errs by is in no
+///   interval: see `confirm.csv`.
 pub(super) fn write_uncertainty(
     task: &Task<'_>,
     pce: &DynPce,
     posterior: &Posterior,
     summary: &Summary,
-    specimens: &[Vec<f64>],
-    shared: Vec<Vec<f64>>,
+    evidence: &Evidence,
+    shared: SharedError,
 ) -> Result<(), WorkflowError> {
-    let (n, means) = (specimens.len() as f64, column_means(specimens));
+    let (n, means) = (evidence.qois.len() as f64, column_means(&evidence.qois));
+    // what is known of the specimens takes no part, and stands at its mean
+    let known = column_means(&evidence.known);
+    let unknown = &pce.inputs()[..pce.inputs().len() - known.len()];
     let mean_of = |name: &str| summary.row(name).map(|row| row.mean);
-    let place: Option<Vec<f64>> = pce.inputs().iter().map(|input| mean_of(&input.name)).collect();
+    let place: Option<Vec<f64>> = unknown.iter().map(|input| mean_of(&input.name)).collect();
     let (Some(place), Some(scatter)) = (place, mean_scatter(posterior, means.len())) else {
         return Ok(());
     };
-    let relative = |rows: Vec<Vec<f64>>| -> DMatrix<f64> {
-        DMatrix::from_fn(means.len(), means.len(), |i, j| rows[i][j] / (means[i] * means[j]))
-    };
-    let mut sources = vec![("surrogate", matrix(&shared))];
+    let mut sources = vec![("surrogate", matrix(&shared.surrogate))];
+    sources.extend(shared.mesh.as_ref().map(|mesh| ("mesh", matrix(mesh))));
     let mut own = scatter.clone();
     if has_packing_per_run(&Dataset::read_csv(task.inputs.file("runs.csv")?)?) {
         let report: FitReport = task.inputs.json("surrogate_error.json")?;
-        let packings = relative(report.scatter(&means)?);
+        let packings = matrix(&relative(report.scatter(&means)?, &means));
         let packings = &packings * largest_part(&scatter, &packings);
         own -= &packings;
         sources.push(("geometry", packings / n));
     }
     sources.push(("specimens", own / n));
 
-    let (_, jacobian) = pce.value_and_jacobian(&place)?;
+    let (_, jacobian) = pce.value_and_jacobian(&[place, known].concat())?;
     let jacobian: Vec<Vec<f64>> = jacobian
         .iter()
         .zip(&means)
-        .map(|(row, mean)| row.iter().map(|slope| slope / mean).collect())
+        .map(|(row, mean)| row[..unknown.len()].iter().map(|slope| slope / mean).collect())
         .collect();
     let prior: Vec<f64> =
-        pce.inputs().iter().map(|input| (input.upper - input.lower).powi(2) / 12.0).collect();
+        unknown.iter().map(|input| (input.upper - input.lower).powi(2) / 12.0).collect();
     let (names, covariances): (Vec<&str>, Vec<DMatrix<f64>>) = sources.into_iter().unzip();
     let Some(shares) = shares(&jacobian, &prior, &covariances) else { return Ok(()) };
-    let rows = pce.inputs().iter().zip(&shares).flat_map(|(input, shares)| {
+    let rows = unknown.iter().zip(&shares).flat_map(|(input, shares)| {
         let row = |(source, share): (&&str, &f64)| {
             [input.name.clone(), (*source).to_owned(), share.to_string()]
         };

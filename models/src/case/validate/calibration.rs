@@ -82,10 +82,15 @@ impl CaseFile {
     /// # Errors
     /// Names the key and what to write.
     pub(crate) fn check_steps(&self) -> Result<(), InputError> {
-        let Some(steps) = self.case.test.steps else { return Ok(()) };
+        let steps = self.case.test.steps;
+        steps.map_or(Ok(()), |steps| self.check_number_of_steps("test.steps", steps))
+    }
+
+    /// The same for the steps that a key gives.
+    pub(crate) fn check_number_of_steps(&self, key: &str, steps: u32) -> Result<(), InputError> {
         let help = "A curve that a slope and a peak are taken from has points on both sides of \
                     the peak: the paper takes 44 steps. Leave it out for adaptive steps.";
-        self.within("test.steps", f64::from(steps), LEAST_STEPS, 1e9, "steps", help)
+        self.within(key, f64::from(steps), LEAST_STEPS, 1e9, "steps", help)
     }
 
     fn check_quantities(&self, quantities: &[Quantity]) -> Result<(), InputError> {
@@ -239,6 +244,14 @@ impl CaseFile {
             "specimens",
             "The paper has 8 curves at 50 °C.",
         )?;
+        if v.scans && !matches!(geometry, SpecimenGeometry::Cylinder { scan: Some(_), .. }) {
+            return Err(self.error(
+                "experiments.virtual.scans",
+                "true",
+                "there is no scanner",
+                "Add a table [specimen.scan], or leave out scans.",
+            ));
+        }
         if let Some(spacing) = v.spacing_mm {
             self.check_spacing("experiments.virtual.spacing_mm", spacing, *radius_mm, *height_mm)?;
         }

@@ -46,6 +46,8 @@ impl CaseFile {
         }
         self.check_test()?;
         self.check_calibration()?;
+        self.check_fidelity(&geometry)?;
+        self.check_second_mesh(&geometry)?;
         self.check_experiments(&geometry)
     }
 
@@ -68,7 +70,7 @@ impl CaseFile {
     }
 
     /// Refuses a value outside `lower..=upper`, NaN included.
-    fn within(
+    pub(super) fn within(
         &self,
         key: &str,
         value: f64,

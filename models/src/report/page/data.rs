@@ -92,6 +92,7 @@ pub(super) fn surrogate(results: &Results) -> Markup {
                 html! {
                     th { "total Sobol index" }
                     @for p in &results.parameters { th { (p.label) } }
+                    @for name in &results.known_inputs { th { (name) } }
                 },
                 html! { @for qoi in &results.qois { tr {
                     td.name { (qoi.label) }

@@ -1,5 +1,6 @@
 //! Stage `report`: figures and tables of the whole job on one page.
 
+mod levels;
 mod load;
 
 use super::WorkflowError;

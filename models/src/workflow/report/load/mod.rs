@@ -11,6 +11,7 @@ use surrogate::{Dataset, DynPce, FitReport, OrderRule};
 
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
+use super::levels::corrected;
 use crate::case::Case;
 use crate::error::InputError;
 use crate::report::{OrderErrors, Picture, PictureContent, Results, mean, number};
@@ -35,6 +36,7 @@ pub(super) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
         damage: confirmed::damage(inputs)?,
         orders: orders(&fit),
         chosen_order: fit.order,
+        known_inputs: known_inputs(&pce, case),
         order_rule: rule_in_words(case.surrogate.rule),
         parameters: posterior::parameters(inputs, case, &data)?,
         budget: posterior::budget(inputs, case)?,
@@ -52,6 +54,7 @@ pub(super) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
     }
     results.notes.extend(notes::mesh_errors(inputs, quantities)?);
     measured::ensemble(inputs, &data, &mut results)?;
+    corrected(inputs, quantities, &data, &mut results)?;
     measured::experiments(inputs, &mut results)?;
     for k in 1..=case.confirm.draws {
         results.posterior_curves.push(measured::curve(inputs, &format!("curves/draw-{k}.csv"))?);
@@ -74,6 +77,12 @@ fn title(case: &Case) -> String {
             None => format!("Calibration of the {regions}"),
         },
     }
+}
+
+/// Inputs of the surrogate that are not calibrated.
+fn known_inputs(pce: &DynPce, case: &Case) -> Vec<String> {
+    let calibrated = case.prior.as_ref().map_or(0, |prior| prior.parameters().len());
+    pce.inputs().iter().skip(calibrated).map(|input| input.name.replace('_', " ")).collect()
 }
 
 fn rule_in_words(rule: OrderRule) -> String {

@@ -41,7 +41,7 @@ pub(super) fn mesh_errors(
         parts.push(format!("{} {percent:+.1} %", quantity.label()));
     }
     Ok(Some(format!(
-        "Error of the mesh at the mode, estimated from one simulation with half the spacing: {}. No \
+        "Error of the mesh at the mode, estimated from a second one with another spacing: {}. No \
          interval holds it.",
         parts.join(", ")
     )))

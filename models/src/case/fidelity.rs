@@ -1,0 +1,123 @@
+//! `[fidelity]`: cheaper meshes for the runs of the design.
+
+use fem::{GrainMode, Homogenisation, Meshing, Order};
+use serde::{Deserialize, Serialize};
+
+use super::{Case, CaseFile, SpecimenGeometry};
+use crate::error::InputError;
+
+/// `[fidelity]`: the runs of the design are made on the first of these meshes, some of them are repeated
+/// on the next, and so on to the specimen's own mesh; the ratios correct them all.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FidelityCase {
+    /// The meshes, cheapest first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub levels: Vec<LevelCase>,
+}
+
+/// One of `fidelity.levels`; what is left out is as for the specimen's own mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LevelCase {
+    /// Edge in mm of the hexahedra that are split into tetrahedra.
+    pub spacing_mm: f64,
+    /// Element order, 1 or 2.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub order: Option<Order>,
+    /// How grains become part of the mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grain_mode: Option<GrainMode>,
+    /// What gives the moduli of tetrahedra which are partly grain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub homogenisation: Option<Homogenisation>,
+    /// Number of equal load steps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps: Option<u32>,
+    /// How many of its runs are repeated on the next level.
+    #[serde(default = "eight")]
+    pub repeats: usize,
+}
+
+impl LevelCase {
+    /// The specimen's mesher as this level has it.
+    pub(crate) fn meshing(&self, specimen: &Meshing) -> Meshing {
+        Meshing {
+            spacing_mm: self.spacing_mm,
+            mode: self.grain_mode.unwrap_or(specimen.mode),
+            curved: self.order.map_or(specimen.curved, |order| order == Order::Quadratic),
+            ..*specimen
+        }
+    }
+
+    /// Whether its runs are those of the specimen's own mesh.
+    fn repeats_the_specimen(&self, case: &Case) -> bool {
+        let specimen = &case.specimen;
+        specimen.spacing_mm == Some(self.spacing_mm)
+            && self.order.is_none_or(|order| order == specimen.order)
+            && self.grain_mode.is_none_or(|mode| mode == specimen.grain_mode)
+            && self.homogenisation.is_none_or(|rule| rule == specimen.homogenisation)
+            && self.steps.is_none_or(|steps| case.test.steps == Some(steps))
+    }
+}
+
+impl CaseFile {
+    /// Checks the levels against the specimen and the design.
+    pub(super) fn check_fidelity(&self, geometry: &SpecimenGeometry) -> Result<(), InputError> {
+        let case = &self.case;
+        let mut runs = case.design.runs;
+        for (i, level) in case.fidelity.levels.iter().enumerate() {
+            let key = |name: &str| format!("fidelity.levels[{i}].{name}");
+            if let SpecimenGeometry::Mesh { .. } = geometry {
+                return Err(self.error(
+                    "fidelity.levels",
+                    "",
+                    "needs a specimen that is meshed here: specimen.mesh is a finished mesh",
+                    "Leave out [fidelity], or describe the specimen by a packing or an image.",
+                ));
+            }
+            let help = "A spacing takes some elements over a grain: 0.7 is coarse, 0.35 fine for the paper's.";
+            self.within(&key("spacing_mm"), level.spacing_mm, 1e-3, 1e3, "mm", help)?;
+            if let SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } = geometry {
+                self.check_spacing(&key("spacing_mm"), level.spacing_mm, *radius_mm, *height_mm)?;
+            }
+            if level.repeats_the_specimen(case) {
+                return Err(self.error(
+                    &format!("fidelity.levels[{i}]"),
+                    "",
+                    "is the specimen's own mesh, to which the others are compared",
+                    "Name a cheaper mesh: a larger spacing_mm, or order = 1.",
+                ));
+            }
+            if let Some(steps) = level.steps {
+                self.check_number_of_steps(&key("steps"), steps)?;
+            }
+            let help = "Each level repeats runs of the one before: 3 at least show a scatter, 8 are ample.";
+            let most = runs as f64;
+            self.within(&key("repeats"), level.repeats as f64, 3.0, most, "runs", help)?;
+            runs = level.repeats;
+        }
+        Ok(())
+    }
+
+    /// Checks the spacing of the second mesh at the mode.
+    pub(super) fn check_second_mesh(&self, geometry: &SpecimenGeometry) -> Result<(), InputError> {
+        let key = "confirm.second_spacing_mm";
+        let Some(spacing_mm) = self.case.confirm.second_spacing_mm else { return Ok(()) };
+        if self.case.specimen.spacing_mm == Some(spacing_mm) {
+            let help = "Another spacing shows what the mesh does: half of it, or 1.2 times.";
+            return Err(self.error(key, spacing_mm.to_string(), "is that of the specimen", help));
+        }
+        self.within(key, spacing_mm, 1e-3, 1e3, "mm", "Half of specimen.spacing_mm is usual.")?;
+        match geometry {
+            SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } => {
+                self.check_spacing(key, spacing_mm, *radius_mm, *height_mm)
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+fn eight() -> usize {
+    8
+}

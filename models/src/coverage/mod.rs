@@ -1,0 +1,8 @@
+//! Do the intervals hold what they promise? Experiments with a known truth, calibrated by several
+//! forward models side by side.
+
+mod emulated;
+mod study;
+
+pub use emulated::Emulated;
+pub use study::{CoverageRow, CoverageStudy, Laboratory, Setting};

@@ -1,0 +1,289 @@
+//! Quantities on a cheap mesh, corrected by those of a few runs that are repeated on a better one.
+
+use std::collections::BTreeMap;
+
+use surrogate::{
+    Dataset, DynPce, FitOptions, FitReport, Input, PceFit, Scale, Scales, SurrogateError,
+};
+
+use super::WorkflowError;
+use super::levels::LevelRuns;
+use super::task::Task;
+
+/// The ratio of quantities on one mesh to those on a cheaper one, over the prior box.
+///
+/// A constant or a plane, whichever leaves less out: the logarithm of the ratio is fitted, since errors
+/// of meshes are relative.
+pub(super) struct Correction {
+    fit: PceFit,
+}
+
+impl Correction {
+    /// From runs made on both meshes: inputs, quantities on the cheaper one, those on the better one.
+    ///
+    /// # Errors
+    /// Too few runs; ratios that are all the same.
+    pub(super) fn of(
+        inputs: &[Input],
+        quantities: &[String],
+        runs: &[(&[f64], &[f64], &[f64])],
+    ) -> Result<Self, SurrogateError> {
+        let mut ratios = Dataset::new(inputs.to_vec(), quantities.to_vec(), "breccia fidelity")?;
+        for (inputs, cheap, better) in runs {
+            let ratio: Vec<f64> = better.iter().zip(*cheap).map(|(b, c)| b / c).collect();
+            ratios.push(inputs, &ratio)?;
+        }
+        let scales = Scales::Given {
+            inputs: vec![Scale::Linear; inputs.len()],
+            outputs: vec![Scale::Log; quantities.len()],
+        };
+        let options = FitOptions { max_order: 1, scales, ..FitOptions::default() };
+        Ok(Self { fit: DynPce::fit(&ratios, &options)? })
+    }
+
+    /// From the runs of a level and those that were repeated on the next.
+    ///
+    /// # Errors
+    /// Too few runs that are usable on both.
+    pub(super) fn between(
+        inputs: &[Input],
+        quantities: &[String],
+        cheap: &LevelRuns,
+        better: &LevelRuns,
+    ) -> Result<Self, WorkflowError> {
+        let cheap: BTreeMap<usize, &[f64]> = cheap.usable().map(|(run, q)| (run.id, q)).collect();
+        let runs: Vec<(&[f64], &[f64], &[f64])> = better
+            .usable()
+            .filter_map(|(run, better)| Some((&run.inputs[..], *cheap.get(&run.id)?, better)))
+            .collect();
+        if runs.len() < LEAST_REPEATS {
+            return Err(WorkflowError::Unusable(format!(
+                "{} of the {} runs that [fidelity] repeats on a better mesh are usable, which is too few for a \
+                 correction; see failed_runs.csv, or repeat more",
+                runs.len(),
+                better.records.len()
+            )));
+        }
+        Ok(Self::of(inputs, quantities, &runs)?)
+    }
+
+    /// What quantities on the cheaper mesh become.
+    ///
+    /// # Errors
+    /// Inputs outside the box.
+    pub(super) fn apply(
+        &self,
+        inputs: &[f64],
+        quantities: &[f64],
+    ) -> Result<Vec<f64>, SurrogateError> {
+        let ratios = self.fit.pce.value(inputs)?;
+        Ok(quantities.iter().zip(ratios).map(|(q, ratio)| q * ratio).collect())
+    }
+
+    /// How well it is known.
+    pub(super) fn report(&self) -> &FitReport {
+        &self.fit.report
+    }
+
+    /// The mean ratio of each quantity over the box.
+    pub(super) fn mean_ratios(&self) -> Vec<f64> {
+        self.fit.pce.mean()
+    }
+}
+
+/// Least number of ratios that show how they scatter.
+const LEAST_REPEATS: usize = 3;
+
+/// Writes `fidelity_runs.csv`, `fidelity.csv` and `fidelity.json`: the quantities of all levels as they
+/// were simulated, the corrections, and how well those are known. `data` has the corrected runs.
+pub(super) fn write_corrections(
+    task: &Task<'_>,
+    data: &Dataset,
+    levels: &[LevelRuns],
+    corrections: &[Correction],
+    packing_per_run: bool,
+) -> Result<(), WorkflowError> {
+    let names = data.inputs().iter().map(|input| input.name.as_str());
+    let outputs = data.outputs().iter().map(String::as_str);
+    let header = ["level", "run"].into_iter().chain(names).chain(outputs).chain(["seconds"]);
+    let rows = levels.iter().zip(1..).flat_map(|(runs, level)| {
+        runs.usable().map(move |(run, quantities)| {
+            let numbers = run.inputs.iter().chain(quantities).map(f64::to_string);
+            let place = [level, run.id].map(|n: usize| n.to_string());
+            let seconds = [format!("{:.3}", run.seconds)];
+            place.into_iter().chain(numbers).chain(seconds).collect::<Vec<_>>()
+        })
+    });
+    task.write_csv("fidelity_runs.csv", header, rows)?;
+
+    let mut rows = Vec::new();
+    for (level, correction) in (1..).zip(corrections) {
+        let report = correction.report();
+        let scatter = report.scatter(&vec![1.0; report.outputs.len()])?;
+        let error = error_of(report, packing_per_run)?;
+        for (m, ratio) in correction.mean_ratios().into_iter().enumerate() {
+            let percent = |variance: f64| (100.0 * variance.sqrt()).to_string();
+            rows.push([
+                level.to_string(),
+                report.outputs[m].clone(),
+                report.order.to_string(),
+                ratio.to_string(),
+                percent(scatter[m][m]),
+                percent(error[m][m]),
+                report.rows.to_string(),
+            ]);
+        }
+    }
+    let header = ["level", "qoi", "order", "ratio", "scatter_percent", "error_percent", "runs"];
+    task.write_csv("fidelity.csv", header, rows)?;
+    let reports: Vec<&FitReport> = corrections.iter().map(Correction::report).collect();
+    task.write_json("fidelity.json", &reports)
+}
+
+/// The relative covariance (quantities × quantities) of the error of a correction.
+///
+/// Where each run had a packing of its own, ratios scatter between packings, as those of the specimens
+/// do: what is shared is the error of their mean. On one specimen it is what the ratio misses.
+///
+/// # Errors
+/// Never with a report of the program's own.
+pub(super) fn error_of(
+    report: &FitReport,
+    packing_per_run: bool,
+) -> Result<Vec<Vec<f64>>, SurrogateError> {
+    let ones = vec![1.0; report.outputs.len()];
+    match packing_per_run {
+        true => report.mean_error(&ones),
+        false => report.lack_of_fit(&ones),
+    }
+}
+
+/// The error of all corrections together, relative; none without levels.
+///
+/// # Errors
+/// As [`error_of`].
+pub(super) fn error_of_all(
+    reports: &[FitReport],
+    packing_per_run: bool,
+) -> Result<Option<Vec<Vec<f64>>>, WorkflowError> {
+    let mut sum: Option<Vec<Vec<f64>>> = None;
+    for report in reports {
+        let error = error_of(report, packing_per_run)?;
+        sum = Some(match sum {
+            None => error,
+            Some(sum) => added(&sum, &error),
+        });
+    }
+    Ok(sum)
+}
+
+/// The sum of two matrices of one shape, by rows.
+pub(super) fn added(a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let row = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| a + b).collect();
+    a.iter().zip(b).map(row).collect()
+}
+
+/// `count` points that fill a box, as indices of `points`: from the one nearest to the middle on, each
+/// the farthest from those before. A shorter choice is the beginning of a longer one.
+pub(super) fn spread(inputs: &[Input], points: &[&[f64]], count: usize) -> Vec<usize> {
+    let unit: Vec<Vec<f64>> = points
+        .iter()
+        .map(|point| {
+            let place =
+                |(input, x): (&Input, &f64)| (x - input.lower) / (input.upper - input.lower);
+            inputs.iter().zip(*point).map(place).collect()
+        })
+        .collect();
+    let squared = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+    let middle = vec![0.5; inputs.len()];
+    let nearest = (0..unit.len())
+        .min_by(|&a, &b| squared(&unit[a], &middle).total_cmp(&squared(&unit[b], &middle)));
+    let mut chosen: Vec<usize> = nearest.into_iter().collect();
+    // distance of each point to the nearest chosen one
+    let mut gap = vec![f64::INFINITY; unit.len()];
+    while let Some(&last) = chosen.last().filter(|_| chosen.len() < count.min(unit.len())) {
+        gap.iter_mut().zip(&unit).for_each(|(gap, at)| *gap = gap.min(squared(at, &unit[last])));
+        let farthest = (0..unit.len()).rev().max_by(|&a, &b| gap[a].total_cmp(&gap[b]));
+        chosen.extend(farthest);
+    }
+    chosen.truncate(count);
+    chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn input(name: &str) -> Input {
+        Input::new(name, 0.0, 2.0).unwrap()
+    }
+
+    #[test]
+    fn chosen_points_are_the_middle_and_then_the_corners() {
+        let inputs = [input("a"), input("b")];
+        let points: Vec<[f64; 2]> =
+            (0..25).map(|i| [(i % 5) as f64 * 0.5, (i / 5) as f64 * 0.5]).collect();
+        let points: Vec<&[f64]> = points.iter().map(|p| &p[..]).collect();
+        let mut five = spread(&inputs, &points, 5);
+        assert_eq!(five[0], 12);
+        assert_eq!(spread(&inputs, &points, 3), five[..3]);
+        five.sort_unstable();
+        assert_eq!(five, [0, 4, 12, 20, 24]);
+        assert_eq!(spread(&inputs, &points, 99).len(), 25);
+        assert_eq!(spread(&inputs, &[], 2), Vec::<usize>::new());
+    }
+
+    /// A ratio that is the exponential of a plane is found again; a constant one with scatter has the
+    /// error of a mean of logarithms.
+    #[test]
+    fn ratios_are_found_again_with_their_errors() {
+        let inputs = [input("a"), input("b")];
+        let names = ["q".to_owned(), "r".to_owned()];
+        let points: Vec<[f64; 2]> = (0..9).map(|i| [(i % 3) as f64, (i / 3) as f64]).collect();
+        let plane = |x: &[f64]| (0.2 - 0.1 * x[0] + 0.03 * x[1]).exp();
+        let cheap: Vec<[f64; 2]> = points.iter().map(|x| [3.0 + x[0], 5.0]).collect();
+        let better: Vec<[f64; 2]> = points
+            .iter()
+            .zip(&cheap)
+            .map(|(x, cheap)| [cheap[0] * plane(x), cheap[1] * plane(x).powi(2)])
+            .collect();
+        let runs: Vec<(&[f64], &[f64], &[f64])> = points
+            .iter()
+            .zip(cheap.iter().zip(&better))
+            .map(|(x, (c, b))| (&x[..], &c[..], &b[..]))
+            .collect();
+        let correction = Correction::of(&inputs, &names, &runs).unwrap();
+        assert_eq!(correction.report().order, 1);
+        let at = [0.4, 1.7];
+        let found = correction.apply(&at, &[2.0, 7.0]).unwrap();
+        assert!((found[0] / (2.0 * plane(&at)) - 1.0).abs() < 1e-12, "{found:?}");
+        assert!((found[1] / (7.0 * plane(&at).powi(2)) - 1.0).abs() < 1e-12, "{found:?}");
+        assert!(error_of(correction.report(), true).unwrap()[0][0].abs() < 1e-20);
+
+        let noise: [f64; 9] = [0.02, -0.01, 0.0, 0.013, -0.02, 0.01, -0.03, 0.007, 0.01];
+        let better: Vec<[f64; 2]> = cheap
+            .iter()
+            .zip(noise)
+            .map(|(cheap, e)| [cheap[0] * 0.8 * e.exp(), cheap[1] * 1.1 * (-2.0 * e).exp()])
+            .collect();
+        let runs: Vec<(&[f64], &[f64], &[f64])> = points
+            .iter()
+            .zip(cheap.iter().zip(&better))
+            .map(|(x, (c, b))| (&x[..], &c[..], &b[..]))
+            .collect();
+        let correction = Correction::of(&inputs, &names, &runs).unwrap();
+        assert_eq!(correction.report().order, 0);
+        let mean = noise.iter().sum::<f64>() / 9.0;
+        let found = correction.apply(&at, &[1.0, 1.0]).unwrap();
+        assert!((found[0] / (0.8 * mean.exp()) - 1.0).abs() < 1e-12);
+        let variance = noise.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / 8.0;
+        let error = error_of(correction.report(), true).unwrap();
+        assert!((error[0][0] / (variance / 9.0) - 1.0).abs() < 1e-9);
+        assert!((error[0][1] / (-2.0 * variance / 9.0) - 1.0).abs() < 1e-9);
+        let twice = error_of_all(&[correction.report().clone(), correction.report().clone()], true);
+        assert!((twice.unwrap().unwrap()[0][0] / (2.0 * error[0][0]) - 1.0).abs() < 1e-12);
+        // on one specimen, the error of the prediction: leave-one-out
+        let left_out = error_of(correction.report(), false).unwrap();
+        assert!((left_out[0][0] / (variance * (9.0f64 / 8.0).powi(2)) - 1.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,135 @@
+//! The meshes that the runs of an ensemble are made on, from the cheapest to the specimen's own.
+
+use std::borrow::Cow;
+
+use fem::{Meshing, RunInput, RunRecord, TetMesh, gmsh};
+
+use super::WorkflowError;
+use super::ensemble::quantities;
+use super::inputs::Inputs;
+use super::mesh::mesh_with;
+use super::packings::Packings;
+use super::runs::run_named;
+use super::simulator::{Setup, Simulator};
+use super::task::Task;
+use crate::case::{LevelCase, QoiCase};
+
+/// A mesh and the steps that runs are made with.
+pub(super) struct Level<'a> {
+    /// What its runs are named by.
+    pub(super) manifest: String,
+    /// How many of its runs are repeated on the next level.
+    pub(super) repeats: usize,
+    pub(super) setup: Setup<'a>,
+    case: Option<&'a LevelCase>,
+}
+
+impl<'a> Level<'a> {
+    /// The levels of a case; without `[fidelity]` there is the specimen's own alone.
+    ///
+    /// To be called after prior, design and packings are read: what was read until now names the runs
+    /// of all levels, and another level leaves those of the others as they are.
+    ///
+    /// # Errors
+    /// No mesh where all runs share it.
+    pub(super) fn all(
+        inputs: &'a Inputs<'_>,
+        packing_per_run: bool,
+    ) -> Result<Vec<Self>, WorkflowError> {
+        let setup = inputs.setup();
+        if !packing_per_run {
+            inputs.file("mesh.msh")?;
+        }
+        let manifest = inputs.manifest();
+        let cheaper = inputs.fidelity().levels.iter().map(|case| Level {
+            manifest: format!("{manifest}{}", described(case)),
+            repeats: case.repeats,
+            setup: Setup {
+                order: case.order.unwrap_or(setup.order),
+                homogenisation: case.homogenisation.unwrap_or(setup.homogenisation),
+                steps: case.steps,
+                ..setup
+            },
+            case: Some(case),
+        });
+        let own = Level { manifest: manifest.clone(), repeats: 0, setup, case: None };
+        Ok(cheaper.chain([own]).collect())
+    }
+
+    /// The specimen's mesher as this level has it.
+    pub(super) fn meshing(&self, specimen: &Meshing) -> Meshing {
+        self.case.map_or(*specimen, |case| case.meshing(specimen))
+    }
+
+    /// The specimen's mesh on this level.
+    pub(super) fn mesh(&self, inputs: &Inputs<'_>) -> Result<TetMesh, WorkflowError> {
+        match self.case {
+            Some(_) => Ok(mesh_with(inputs, &|specimen| self.meshing(specimen))?.0),
+            None => Ok(gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?),
+        }
+    }
+}
+
+/// Makes the runs of a level.
+pub(super) struct Runner<'a> {
+    pub(super) task: &'a Task<'a>,
+    /// Names of the inputs.
+    pub(super) names: &'a [String],
+    /// Of each run, if they have their own.
+    pub(super) packings: Option<&'a Packings>,
+}
+
+impl Runner<'_> {
+    /// What is not finished yet of these runs; records in their order.
+    pub(super) fn run(
+        &self,
+        level: &Level<'_>,
+        runs: &[RunInput],
+    ) -> Result<Vec<RunRecord>, WorkflowError> {
+        let Self { task, names, packings } = *self;
+        if let Some(packings) = packings {
+            return run_named(task, "ensemble", &level.manifest, names, runs, &|run| {
+                packings.simulator(run.id - 1, level).map(Cow::Owned)
+            });
+        }
+        let mesh = level.mesh(&task.inputs)?;
+        let simulator = Simulator::new(&level.setup, mesh, task.inputs.parameters()?)?;
+        run_named(task, "ensemble", &level.manifest, names, runs, &|_| {
+            Ok(Cow::Borrowed(&simulator))
+        })
+    }
+}
+
+/// The runs of a level with their quantities of interest.
+pub(super) struct LevelRuns {
+    pub(super) records: Vec<RunRecord>,
+    /// Of each record its quantities, or why there are none.
+    quantities: Vec<Result<Vec<f64>, String>>,
+}
+
+impl LevelRuns {
+    pub(super) fn new(records: Vec<RunRecord>, qoi: &QoiCase) -> Self {
+        let quantities = records.iter().map(|record| quantities(record, qoi)).collect();
+        Self { records, quantities }
+    }
+
+    /// Runs with quantities.
+    pub(super) fn usable(&self) -> impl Iterator<Item = (&RunRecord, &[f64])> {
+        let all = self.records.iter().zip(&self.quantities);
+        all.filter_map(|(record, found)| Some((record, found.as_deref().ok()?)))
+    }
+
+    /// Runs without, and why.
+    pub(super) fn failed(&self) -> impl Iterator<Item = (&RunRecord, &str)> {
+        let all = self.records.iter().zip(&self.quantities);
+        all.filter_map(|(record, found)| Some((record, found.as_ref().err()?.as_str())))
+    }
+}
+
+/// What the runs of a level depend on, one line.
+fn described(case: &LevelCase) -> String {
+    let LevelCase { spacing_mm, order, grain_mode, homogenisation, steps, repeats: _ } = case;
+    format!(
+        "level = {spacing_mm} mm, {order:?}, {grain_mode:?}, {homogenisation:?}, {steps:?} steps\n"
+    )
+}

@@ -1,0 +1,121 @@
+//! The error of the mesh at the mode, from a second one.
+
+use std::borrow::Cow;
+
+use fem::{Meshing, Order, RunInput, RunRecord, write_curve};
+
+use super::WorkflowError;
+use super::ensemble::quantities;
+use super::inputs::Inputs;
+use super::mesh::mesh_with;
+use super::runs::run_ensemble;
+use super::simulator::Simulator;
+use super::task::Task;
+use crate::case::{MaterialParameter, SpecimenGeometry};
+use crate::progress::say;
+use crate::table::CsvTable;
+
+/// Errors of the mesh above so many % are told.
+const WORTH_TELLING: f64 = 2.0;
+
+/// The error in % of each quantity by the mesh: q_h/q − 1, with q extrapolated from the simulation at the
+/// mode and one on a mesh of another spacing, half of the specimen's or `confirm.second_spacing_mm`.
+///
+/// Errors are taken to be of first order in the spacing with linear elements, and of second with
+/// quadratic ones. None for a mesh from a file, and where the second simulation has no quantities.
+///
+/// # Reference
+/// Richardson's extrapolation; Roache (1994), *Perspective: a method for uniform reporting of grid
+/// refinement studies*, doi:10.1115/1.2910291.
+pub(super) fn mesh_errors(
+    task: &Task<'_>,
+    names: &[String],
+    parameters: Vec<MaterialParameter>,
+    mode: &RunRecord,
+    own: &[f64],
+) -> Result<Option<Vec<f64>>, WorkflowError> {
+    let inputs = &task.inputs;
+    let spacing_mm = match inputs.geometry()? {
+        SpecimenGeometry::Mesh { .. } => return Ok(None),
+        SpecimenGeometry::Cylinder { meshing, .. } | SpecimenGeometry::Image { meshing, .. } => {
+            meshing.spacing_mm
+        }
+    };
+    let second_mm = inputs.confirm().second_spacing_mm.unwrap_or(0.5 * spacing_mm);
+    let second = |specimen: &Meshing| Meshing { spacing_mm: second_mm, ..*specimen };
+    let mesh = mesh_with(inputs, &second)?.0;
+    let simulator = Simulator::new(&inputs.setup(), mesh, parameters)?;
+    let run = RunInput { id: 1, inputs: mode.inputs.clone() };
+    let records =
+        run_ensemble(task, "confirm/second", names, &[run], &|_| Ok(Cow::Borrowed(&simulator)))?;
+    write_curve(task.product("curves/second-mesh.csv")?, &records[0].curve)?;
+    let other = match quantities(&records[0], inputs.qoi()) {
+        Ok(other) => other,
+        Err(reason) => {
+            say(
+                "note",
+                &format!("the error of the mesh is not known: at {second_mm} mm, {reason}"),
+            );
+            return Ok(None);
+        }
+    };
+    let order = match inputs.order() {
+        Order::Linear => 1.0,
+        Order::Quadratic => 2.0,
+    };
+    let errors: Vec<f64> = own
+        .iter()
+        .zip(other)
+        .map(|(&own, other)| {
+            100.0 * (own / extrapolated([spacing_mm, second_mm], [own, other], order) - 1.0)
+        })
+        .collect();
+    tell(inputs, &errors)?;
+    Ok(Some(errors))
+}
+
+/// What values at two spacings tend to, if their errors go with a power of the spacing.
+fn extrapolated([h, other]: [f64; 2], [at_h, at_other]: [f64; 2], order: f64) -> f64 {
+    at_h + (at_h - at_other) / ((other / h).powf(order) - 1.0)
+}
+
+/// Says which errors matter, and whether they are above the posterior's own width.
+fn tell(inputs: &Inputs<'_>, errors: &[f64]) -> Result<(), WorkflowError> {
+    let path = inputs.file("summary.csv")?;
+    let summary = CsvTable::read(&path, &["parameter", "mean", "sd"])?;
+    for (quantity, error) in inputs.qoi().quantities.iter().zip(errors) {
+        let row = summary.named("parameter", &format!("mean[{}]", quantity.column()))?;
+        let width = 100.0 * row.number("sd")? / row.number("mean")?;
+        let about = match error.abs() {
+            error if error > width => {
+                format!("more than the {width:.1} % to which the posterior knows it")
+            }
+            error if error > WORTH_TELLING => "which no interval holds".to_owned(),
+            _ => continue,
+        };
+        say(
+            "note",
+            &format!(
+                "the mesh is estimated to change {quantity} by {error:+.1} %, {about}: take a smaller \
+                 specimen.spacing_mm, quadratic elements, or correct runs by [fidelity]"
+            ),
+        );
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::extrapolated;
+
+    #[test]
+    fn errors_of_the_supposed_order_are_taken_away_from_either_side() {
+        for order in [1.0, 2.0] {
+            let at = |h: f64| 7.0 + 0.3 * h.powf(order);
+            for other in [0.25, 0.7] {
+                let found = extrapolated([0.5, other], [at(0.5), at(other)], order);
+                assert!((found - 7.0).abs() < 1e-12, "{found}");
+            }
+        }
+    }
+}

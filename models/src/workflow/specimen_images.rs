@@ -1,0 +1,103 @@
+//! Scans of specimens: made of virtual ones, and what their microstructures do to the stiffness.
+
+use fem::{Packing, Scanner, Segmented};
+
+use super::WorkflowError;
+use super::files::SPECIMENS;
+use super::levels::Level;
+use super::segment::write_16_bits;
+use super::specimen::{Scanned, Source, labelled_mesh};
+use super::stiffness::stiffness_ratio;
+use super::task::Task;
+use crate::case::SpecimenGeometry;
+use crate::experiment::{Specimen, SpecimenTable};
+use crate::progress::{Bar, say};
+use crate::virtual_specimen::VirtualSpecimen;
+
+/// Scans virtual specimens in a cylinder [radius, height] in mm, each with noise of its own.
+///
+/// # Errors
+/// A case without a scanner or without grains.
+pub(super) fn scan(
+    task: &Task<'_>,
+    specimens: &[VirtualSpecimen],
+    packing: Option<&Packing>,
+    size_mm: [f64; 2],
+) -> Result<(), WorkflowError> {
+    let geometry = task.inputs.geometry()?;
+    let (SpecimenGeometry::Cylinder { scan: Some((scanner, segmentation)), .. }, Some(packing)) =
+        (geometry, packing)
+    else {
+        let message = "experiments.virtual.scans = true needs specimen.grains and [specimen.scan]";
+        return Err(WorkflowError::Unusable(message.to_owned()));
+    };
+    for specimen in specimens {
+        let seed = specimen.packing_seed;
+        let packing = Packing { seed, ..packing.clone() };
+        let scanned = Scanned {
+            source: Source::Scan(Scanner { seed, ..scanner }, packing, size_mm),
+            segmentation: segmentation.clone(),
+            size_mm: size_mm.map(Some),
+        };
+        let grey = scanned.image(task.inputs.case_path())?;
+        write_16_bits(task, &format!("experiments/scans/{}.tif", specimen.id), &grey, 1.0)?;
+    }
+    Ok(())
+}
+
+/// The stiffness ratio of each specimen that has an image, on the cheapest mesh of the case, as it is
+/// worked out for the packing of each run.
+///
+/// # Errors
+/// An image that cannot be read, segmented or meshed.
+pub(super) fn stiffness_ratios(
+    task: &Task<'_>,
+    table: &SpecimenTable,
+) -> Result<Vec<Option<f64>>, WorkflowError> {
+    let inputs = &task.inputs;
+    let seen = table.specimens.iter().filter(|specimen| specimen.image.is_some()).count();
+    if seen == 0 {
+        return Ok(vec![None; table.specimens.len()]);
+    }
+    if seen < table.specimens.len() {
+        say(
+            "note",
+            &format!(
+                "{seen} of {} specimens have an image: their microstructures are taken into account only \
+                 where all have one",
+                table.specimens.len()
+            ),
+        );
+    }
+    let meshing = match inputs.geometry()? {
+        SpecimenGeometry::Cylinder { meshing, .. } | SpecimenGeometry::Image { meshing, .. } => {
+            meshing
+        }
+        SpecimenGeometry::Mesh { .. } => return Ok(vec![None; table.specimens.len()]),
+    };
+    let level = Level::all(inputs, true)?.swap_remove(0);
+    let meshing = level.meshing(&meshing);
+    let (segmentation, voxel_mm) = inputs.segmentation();
+    let (setup, table_file) = (level.setup, task.path(SPECIMENS));
+    let bar = Bar::new(task.stage());
+    let ratio = |specimen: &Specimen| -> Result<Option<f64>, WorkflowError> {
+        let Some(image) = &specimen.image else { return Ok(None) };
+        let image = table_file.with_file_name(image);
+        bar.set(0.0, &format!("the image of {}", specimen.id));
+        let scanned = Scanned {
+            source: Source::Stack(image.clone(), voxel_mm),
+            segmentation: segmentation.clone(),
+            size_mm: [None; 2],
+        };
+        // errors name the image: the case's own specimen may be fine
+        let grey = scanned.image(&image)?;
+        let found = scanned.segment(&image, &grey, &mut |_| ())?;
+        drop(grey);
+        let Segmented { labels, solid, cylinder, .. } = &found;
+        let volumes = found.regions.iter().map(|grain| (grain.id, grain.volume_mm3)).collect();
+        let mesh = labelled_mesh(&image, labels, solid, volumes, cylinder, &meshing)?.mesh;
+        Ok(Some(stiffness_ratio(&setup, mesh)?))
+    };
+    // one after the other: an image may fill the memory, and its segmentation all processors
+    table.specimens.iter().map(ratio).collect()
+}

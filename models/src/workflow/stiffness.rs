@@ -1,0 +1,97 @@
+//! What a microstructure does to the stiffness: one number of its mesh, from elastic solves.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use fem::{CompressionTest, FemError, FixedSteps, Schedule, TetMesh};
+
+use super::simulator::{Setup, height_mm};
+use crate::case::MaterialCase;
+
+/// The column of `runs.csv` and `experiments.csv`, and the surrogate's input.
+pub(super) const STIFFNESS_RATIO: &str = "stiffness_ratio";
+
+/// The compression, as a part of the height, at which stiffness is taken.
+const SMALL: f64 = 1e-4;
+
+/// The stiffness of a mesh under sliding platens with the case's own materials, undamaged, over that with
+/// the material `matrix` everywhere. The ratio leaves the size of the specimen out, and most of what the
+/// mesh errs by.
+///
+/// # Errors
+/// Materials that the mesh does not take; a solve that fails.
+pub(super) fn stiffness_ratio(setup: &Setup<'_>, mesh: TetMesh) -> Result<f64, FemError> {
+    let own: Vec<&str> = mesh.regions.iter().map(String::as_str).collect();
+    let grainless: Vec<&str> = own.iter().map(|_| "matrix").collect();
+    let with_grains = stiffness(setup, mesh.clone(), &own)?;
+    Ok(with_grains / stiffness(setup, mesh.clone(), &grainless)?)
+}
+
+/// Force over displacement (N/mm) where each region of the mesh has the case's material of this name.
+fn stiffness(setup: &Setup<'_>, mesh: TetMesh, materials: &[&str]) -> Result<f64, FemError> {
+    let displacement_mm = SMALL * height_mm(&mesh);
+    let schedule =
+        Schedule { duration_s: 1.0, steps: Arc::new(FixedSteps(1)), stop_below_peak: None };
+    let problem = CompressionTest::new(displacement_mm, schedule)
+        .builder(mesh)?
+        .order(setup.order)
+        .homogenisation(setup.homogenisation)
+        .materials(elastic(setup.material, materials)?)
+        .options(*setup.solver)
+        .build()?;
+    let outcome = problem.run(&mut ());
+    match (outcome.curve.last(), outcome.end) {
+        (_, fem::End::Failed(error)) => Err(error),
+        (Some(point), _) => Ok(point.force_n / point.displacement_mm),
+        (None, _) => Ok(f64::NAN),
+    }
+}
+
+/// Materials of these names without damage.
+fn elastic(
+    materials: &BTreeMap<String, MaterialCase>,
+    names: &[&str],
+) -> Result<Vec<fem::Material>, FemError> {
+    let material = |name: &&str| {
+        let material = materials.get(*name).ok_or_else(|| FemError::Unsupported {
+            entity: format!("the region {name}"),
+            message: format!("has no [material.{name}] in the case"),
+            help: "its stiffness ratio is over that of the material `matrix`".to_owned(),
+        })?;
+        MaterialCase { toughness_n_per_mm: None, viscosity_mpa_s: 0.0, ..material.clone() }.in_fem()
+    };
+    names.iter().map(material).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use fem::{CylinderLattice, SolverOptions};
+
+    use super::*;
+    use crate::case::CaseFile;
+
+    /// Two materials without lateral strain, one on the other: their compliances add.
+    #[test]
+    fn layers_in_series_have_the_mean_of_their_compliances() {
+        let mut file = CaseFile::default_case();
+        for (region, young_mpa) in [("matrix", 275.0), ("grain", 22_000.0)] {
+            let material = file.case.material.get_mut(region).unwrap();
+            (material.young_mpa, material.poisson) = (Some(young_mpa), Some(0.0));
+        }
+        let lattice = CylinderLattice { radius_mm: 2.5, height_mm: 4.0, spacing_mm: 1.0 };
+        let mut mesh = lattice.build().unwrap();
+        mesh.regions = vec!["matrix".into(), "grain".into()];
+        let upper = |tet: &[u32; 4]| {
+            tet.iter().map(|&node| mesh.nodes[node as usize][2]).sum::<f64>() / 4.0 > 3.0
+        };
+        mesh.region_of = mesh.tets.iter().map(|tet| u16::from(upper(tet))).collect();
+        let solver = SolverOptions { tolerance: 1e-11, ..SolverOptions::default() };
+        for order in [fem::Order::Linear, fem::Order::Quadratic] {
+            let setup = Setup { order, solver: &solver, ..Setup::from(&file) };
+            let found = stiffness_ratio(&setup, mesh.clone()).unwrap();
+            let expected = 1.0 / (0.75 + 0.25 * 275.0 / 22_000.0);
+            // the strain of 1e-4 is not infinitesimal
+            assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
+        }
+    }
+}
