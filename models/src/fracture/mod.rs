@@ -123,13 +123,39 @@ pub enum CalibrationError {
 #[derive(Clone, Debug)]
 pub struct Calibration {
     /// Draws, predictions, prior, log-likelihoods. The parameters are `theta`, labelled by the names of
-    /// the surrogate's inputs; `mean` and `new_specimen` are in the units of its outputs, by whose names they
-    /// are labelled; `sd` is relative to the means of the specimens.
+    /// the surrogate's inputs; quantities are relative to the means of the specimens.
     pub posterior: Posterior,
     /// Joint mode over the constrained values (no Jacobian), in the order of the surrogate's inputs.
     pub map: Vec<f64>,
     /// How the mode was found.
     pub mode: Mode,
+}
+
+impl Calibration {
+    /// The posterior with `mean` and `new_specimen` in the units of the surrogate's outputs, labelled by
+    /// their names; `means` are those of the specimens. `sd` stays relative.
+    ///
+    /// # Errors
+    /// Other outputs than the calibration's.
+    pub fn in_units(
+        &self,
+        outputs: &[String],
+        means: &[f64],
+    ) -> Result<Posterior, ppl::LabelError> {
+        let mut whole = self.posterior.clone();
+        let outputs: Vec<&str> = outputs.iter().map(String::as_str).collect();
+        whole.label("mean", 0, &outputs)?;
+        let Posterior { posterior, predictive, prior, prior_predictive, .. } = &mut whole;
+        let groups = [Some(posterior), Some(predictive), prior.as_mut(), prior_predictive.as_mut()];
+        for values in groups.into_iter().flatten().flat_map(|group| &mut group.variables) {
+            if let "mean" | "new_specimen" = values.name.as_str() {
+                for row in values.data.chunks_mut(means.len()) {
+                    row.iter_mut().zip(means).for_each(|(value, mean)| *value *= mean);
+                }
+            }
+        }
+        Ok(whole)
+    }
 }
 
 /// What experiments say of the specimens.
@@ -183,26 +209,11 @@ pub fn calibrate(
     posterior.label("corr", 1, &short)?;
     posterior.label("correlation", 0, &short)?;
     posterior.label("correlation", 1, &short)?;
-    let outputs: Vec<&str> = pce.outputs().iter().map(String::as_str).collect();
-    posterior.label("mean", 0, &outputs)?;
-    to_units(&mut posterior, &column_means(&evidence.qois));
+    posterior.label("mean", 0, &short)?;
     let mode = Map::default().seed(seed).find(&model)?;
     let record = model.constrain(&mode.point, &mut Xoshiro256PlusPlus::seed_from_u64(seed))?;
     let map = record.values("theta").map_or_else(Vec::new, <[f64]>::to_vec);
     Ok(Calibration { posterior, map, mode })
-}
-
-/// Quantities of interest as the surrogate has them, from those relative to these means.
-fn to_units(posterior: &mut Posterior, means: &[f64]) {
-    let Posterior { posterior, predictive, prior, prior_predictive, .. } = posterior;
-    let groups = [Some(posterior), Some(predictive), prior.as_mut(), prior_predictive.as_mut()];
-    for values in groups.into_iter().flatten().flat_map(|group| &mut group.variables) {
-        if let "mean" | "new_specimen" = values.name.as_str() {
-            for row in values.data.chunks_mut(means.len()) {
-                row.iter_mut().zip(means).for_each(|(value, mean)| *value *= mean);
-            }
-        }
-    }
 }
 
 /// The draws alone of [`calibrate`], unlabelled.

@@ -44,7 +44,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let result = calibrate(&pce, &evidence, &sampler, settings.seed);
     drop(bar);
     task.check_interrupt()?;
-    let mut result = result?;
+    let result = result?;
     if !result.mode.converged {
         let mode = &result.mode;
         say(
@@ -52,8 +52,10 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
             &format!("the mode is not sharp: {} of {} searches agree", mode.agreeing, mode.starts),
         );
     }
-    name_specimens(inputs, &mut result.posterior, &evidence.qois, pce.outputs())?;
-    let posterior = &result.posterior;
+    let means = column_means(&evidence.qois);
+    let mut posterior = result.in_units(pce.outputs(), &means).map_err(CalibrationError::Label)?;
+    name_specimens(inputs, &mut posterior, &evidence.qois, pce.outputs())?;
+    let posterior = &posterior;
     let zarr = task.product("posterior.zarr")?;
     posterior.write_zarr(&zarr).map_err(|e| WorkflowError::io(&zarr, e))?;
     write_draws(task, posterior)?;
