@@ -369,7 +369,7 @@ mod tests {
         let text = message(&with("radius_mm = 2.5", "radius_mm = \"2.5 mm\""));
         assert!(text.contains("specimen.radius_mm = \"2.5 mm\""), "{text}");
         assert!(text.contains("expected a number"), "{text}");
-        let part = message(&with("steps = 88", "steps = 8.5"));
+        let part = message(&with("steps = 44", "steps = 8.5"));
         assert!(part.contains("expected a whole number"), "{part}");
         let three = message(&with("[250.0, 300.0]", "[250.0, 300.0, 1.0]"));
         assert!(three.contains("young_mpa") && three.contains("[lower, upper]"), "{three}");

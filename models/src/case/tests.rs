@@ -12,7 +12,7 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
         ("radius_mm = 2.5", "radius_mm = nan", &["specimen.radius_mm = NaN"]),
         ("radius_mm = 2.5", "", &["specimen.radius_mm", "missing", "or a mesh"]),
         (
-            "spacing_mm = 1.0",
+            "spacing_mm = 0.42",
             "spacing_mm = 0.001",
             &["specimen.spacing_mm = 0.001", "tetrahedra", "coarser"],
         ),
@@ -79,7 +79,7 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
             &["test.displacement_mm = 4", "half the height"],
         ),
         ("duration_s = 1.0", "duration_s = 0.0", &["test.duration_s = 0"]),
-        ("steps = 88", "steps = 0", &["test.steps = 0", "steps = 44"]),
+        ("steps = 44", "steps = 0", &["test.steps = 0", "steps = 44"]),
         ("friction = 0.0", "friction = 0.3", &["test.friction = 0.3", "platens = \"unilateral\""]),
         (
             "slip_velocity_mm_per_s = 0.001",
@@ -93,7 +93,7 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
         ),
         ("platens = \"sliding\"", "platens = \"slidin\"", &["test.platens", "\"sliding\"?"]),
         ("tolerance = 1e-8", "tolerance = 1.0", &["solver.tolerance = 1", "1e-8"]),
-        ("stop_below_peak = 0.1", "stop_below_peak = 10", &["test.stop_below_peak = 10", "10 %"]),
+        ("stop_below_peak = 0.03", "stop_below_peak = 10", &["test.stop_below_peak = 10", "10 %"]),
         (
             "matrix.young_mpa = [250.0, 300.0]",
             "matrix.young_mpa = [300.0, 250.0]",
@@ -153,7 +153,7 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
             "min_dihedral_deg = 60.0",
             &["specimen", "min_dihedral_deg = 60"],
         ),
-        ("grain_mode = \"auto\"", "grain_mode = \"aut\"", &["specimen.grain_mode", "\"auto\"?"]),
+        ("grain_mode = \"fraction\"", "grain_mode = \"aut\"", &["specimen.grain_mode", "\"auto\"?"]),
         (
             "quantities = [\"slope\", ",
             "quantities = [\"slop\", ",
@@ -305,7 +305,7 @@ fn a_single_simulation_does_not_need_the_specimen_table() {
 #[test]
 fn load_steps_too_few_for_an_ensemble_are_refused_as_such() {
     let with = |steps: &str| {
-        let text = Case::TEMPLATE.replacen("steps = 88", steps, 1);
+        let text = Case::TEMPLATE.replacen("steps = 44", steps, 1);
         CaseFile::parse(&text, Path::new("case.toml")).unwrap().check_steps()
     };
     let message = with("steps = 1").unwrap_err().to_string();
