@@ -1,5 +1,6 @@
 //! The paper's calibration: matrix parameters from the quantities of interest of specimens.
 
+mod loo;
 mod specimens;
 
 use ppl::prelude::*;
@@ -129,6 +130,8 @@ pub struct Calibration {
     pub map: Vec<f64>,
     /// How the mode was found.
     pub mode: Mode,
+    /// What it was calibrated to, relative to the means.
+    specimens: Specimens,
 }
 
 impl Calibration {
@@ -213,7 +216,7 @@ pub fn calibrate(
     let mode = Map::default().seed(seed).find(&model)?;
     let record = model.constrain(&mode.point, &mut Xoshiro256PlusPlus::seed_from_u64(seed))?;
     let map = record.values("theta").map_or_else(Vec::new, <[f64]>::to_vec);
-    Ok(Calibration { posterior, map, mode })
+    Ok(Calibration { posterior, map, mode, specimens })
 }
 
 /// The draws alone of [`calibrate`], unlabelled.

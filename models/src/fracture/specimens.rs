@@ -19,6 +19,7 @@ use super::CalibrationError;
 /// all share.
 #[derive(Clone, Debug)]
 pub struct Specimens {
+    rows: Vec<Vec<f64>>,
     /// n − 1 contrasts between specimens.
     pub(super) contrasts: Vec<Vec<f64>>,
     /// The last inputs of the forward model, known of each specimen; no rows if nothing is known.
@@ -42,7 +43,7 @@ impl Specimens {
         }
         let (contrasts, total) = helmert(qois);
         let shared = vec![vec![0.0; expected]; expected];
-        Ok(Self { contrasts, known: Vec::new(), total, shared })
+        Ok(Self { rows: qois.to_vec(), contrasts, known: Vec::new(), total, shared })
     }
 
     /// With what is known of each specimen: one row each, the last inputs of the forward model.
@@ -123,7 +124,16 @@ impl Specimens {
         &self,
         scatter: &DynCholeskyFactor<R>,
     ) -> Result<DynCholeskyFactor<R>, DomainError> {
-        let n = self.len() as f64;
+        self.factor_of(self.len(), scatter)
+    }
+
+    /// The factor of Σ + nS for any number n of specimens.
+    fn factor_of<R: Scalar>(
+        &self,
+        specimens: usize,
+        scatter: &DynCholeskyFactor<R>,
+    ) -> Result<DynCholeskyFactor<R>, DomainError> {
+        let n = specimens as f64;
         if self.shared.iter().flatten().all(|&s| s == 0.0) {
             return Ok(scatter.clone());
         }
@@ -134,34 +144,90 @@ impl Specimens {
         DynCholeskyFactor::of_covariance(&covariance)
     }
 
-    /// A new specimen, which shares δ with those seen: δ given them is
-    /// N(W ᵀ w, S − WᵀW) with L Lᵀ = Σ + nS, W = √n L⁻¹ S and w = L⁻¹ (√n ȳ − √n m).
+    /// A new specimen, which shares δ with those seen.
     pub(super) fn new_specimen<R: Scalar>(
         &self,
         mean: &[R],
         scatter: &DynCholeskyFactor<R>,
     ) -> Result<MvNormalCholesky<Vec<R>, DynCholeskyFactor<R>>, DomainError> {
-        let factor = self.factor_of_total(scatter)?;
-        let root = (self.len() as f64).sqrt();
-        let expected = self.mean_of_total(mean);
-        let gap: Vec<R> = self.total.iter().zip(expected).map(|(&y, m)| -(m - y)).collect();
-        let whitened = factor.solve_lower(&gap)?;
+        self.after(self.len(), scatter)?.specimen(mean, &self.total)
+    }
+
+    /// log p(y_k | y_−k, m, Σ) of each specimen k given the others, with δ integrated out; the covariance
+    /// is the same for all k, so that n of them cost little more than one.
+    ///
+    /// # Errors
+    /// A covariance that is not positive definite, or a mean of another size.
+    pub fn ln_conditionals(
+        &self,
+        mean: &[f64],
+        scatter: &DynCholeskyFactor<f64>,
+    ) -> Result<Vec<f64>, DomainError> {
+        let others = self.len() - 1;
+        let after = self.after(others, scatter)?;
+        let (root, all) = ((others as f64).sqrt(), (self.len() as f64).sqrt());
+        let of = |row: &Vec<f64>| {
+            let total: Vec<f64> =
+                self.total.iter().zip(row).map(|(total, y)| (all * total - y) / root).collect();
+            Ok(after.specimen(mean, &total)?.ln_density(row))
+        };
+        self.rows.iter().map(of).collect()
+    }
+
+    /// What specimens that were seen tell of one more: δ given them is N(Wᵀ w, S − WᵀW) with
+    /// L Lᵀ = Σ + nS, W = √n L⁻¹ S and w = L⁻¹ (√n ȳ − √n m).
+    fn after<R: Scalar>(
+        &self,
+        seen: usize,
+        scatter: &DynCholeskyFactor<R>,
+    ) -> Result<After<R>, DomainError> {
+        let factor = self.factor_of(seen, scatter)?;
+        let root = (seen as f64).sqrt();
         let columns = self.shared.iter().map(|column| {
             let column: Vec<R> = column.iter().map(|&s| R::from(root * s)).collect();
             factor.solve_lower(&column)
         });
         let columns: Vec<Vec<R>> = columns.collect::<Result<_, _>>()?;
-        let dot = |a: &[R], b: &[R]| -> R { a.iter().zip(b).map(|(&a, &b)| a * b).sum() };
-        let shifted: Vec<R> =
-            mean.iter().zip(&columns).map(|(&m, column)| m + dot(column, &whitened)).collect();
         let mut covariance = scatter.covariance();
         for (i, row) in covariance.iter_mut().enumerate() {
             for (j, entry) in row.iter_mut().enumerate() {
                 *entry = *entry - dot(&columns[i], &columns[j]) + self.shared[i][j];
             }
         }
-        Ok(MvNormalCholesky(shifted, DynCholeskyFactor::of_covariance(&covariance)?))
+        let own = DynCholeskyFactor::of_covariance(&covariance)?;
+        Ok(After { root, factor, columns, own })
     }
+}
+
+/// The distribution of a specimen after n others, but for their total.
+struct After<R> {
+    /// √n
+    root: f64,
+    /// L
+    factor: DynCholeskyFactor<R>,
+    /// Those of W.
+    columns: Vec<Vec<R>>,
+    /// The factor of Σ + S − WᵀW.
+    own: DynCholeskyFactor<R>,
+}
+
+impl<R: Scalar> After<R> {
+    /// One more specimen where the forward model says `mean` and the others' √n ȳ is `total`.
+    fn specimen(
+        &self,
+        mean: &[R],
+        total: &[f64],
+    ) -> Result<MvNormalCholesky<Vec<R>, DynCholeskyFactor<R>>, DomainError> {
+        let gap: Vec<R> = total.iter().zip(mean).map(|(&y, &m)| -(m * self.root - y)).collect();
+        let whitened = self.factor.solve_lower(&gap)?;
+        let shifted: Vec<R> =
+            mean.iter().zip(&self.columns).map(|(&m, column)| m + dot(column, &whitened)).collect();
+        Ok(MvNormalCholesky(shifted, self.own.clone()))
+    }
+}
+
+fn dot<R: Scalar>(a: &[R], b: &[R]) -> R {
+    a.iter().zip(b).map(|(&a, &b)| a * b).sum()
 }
 
 /// Helmert's orthogonal transform of rows: contrasts √(j/(j+1)) (mean of the first j − row j + 1), and
@@ -273,6 +339,35 @@ mod tests {
             .collect();
         let expected = ln_density(4, &shifted);
         assert!((found - expected).abs() < 1e-11, "{found} {expected}");
+    }
+
+    /// log p(y) − log p(y_−k) with the covariance of all rows built directly.
+    #[test]
+    fn each_specimen_has_its_conditional_density_given_the_others() {
+        let found = specimens().ln_conditionals(&MEAN, &scatter()).unwrap();
+        let all = ln_density(4, &QOIS.concat());
+        assert_eq!(found.len(), 4);
+        for (k, found) in found.iter().enumerate() {
+            let others: Vec<f64> = (0..4).filter(|&i| i != k).flat_map(|i| QOIS[i]).collect();
+            let expected = all - ln_density(3, &others);
+            assert!((found - expected).abs() < 1e-10, "{k}: {found} {expected}");
+        }
+        // two specimens, of which one is left
+        let two: Vec<Vec<f64>> = QOIS[..2].iter().map(|row| row.to_vec()).collect();
+        let two = Specimens::new(&two).unwrap().sharing(SHARED.map(Vec::from).to_vec()).unwrap();
+        let found = two.ln_conditionals(&MEAN, &scatter()).unwrap();
+        let expected = ln_density(2, &QOIS[..2].concat()) - ln_density(1, &QOIS[1]);
+        assert!((found[0] - expected).abs() < 1e-10, "{} {expected}", found[0]);
+    }
+
+    #[test]
+    fn without_a_shared_error_specimens_are_independent() {
+        let rows: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
+        let found = Specimens::new(&rows).unwrap().ln_conditionals(&MEAN, &scatter()).unwrap();
+        for (row, found) in rows.iter().zip(found) {
+            let expected = MvNormalCholesky(MEAN.to_vec(), scatter()).ln_density(row);
+            assert!((found - expected).abs() < 1e-10, "{found} {expected}");
+        }
     }
 
     #[test]

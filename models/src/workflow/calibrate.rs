@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use ppl::diagnostics::e_bfmi;
+use ppl::diagnostics::{LooPoint, e_bfmi};
 use ppl::{ChainStatus, Nuts, Posterior, Progress, Role, Values, Variable};
 use surrogate::{DynPce, Input};
 
@@ -13,7 +13,7 @@ use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use super::uncertainty::{shared_error, shared_error_warning, write_uncertainty};
 use crate::error::InputError;
-use crate::fracture::{CalibrationError, Evidence, calibrate, column_means};
+use crate::fracture::{Calibration, CalibrationError, Evidence, calibrate, column_means};
 use crate::progress::{Bar, say};
 use crate::table::{CsvTable, TableRow};
 
@@ -78,6 +78,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     task.write("summary.txt", &labelled(plain(format!("{summary}\n")), &outside))?;
     let mut warnings = outside;
     warnings.extend(summary.warnings.iter().map(|warning| plain(warning.to_string())));
+    warnings.extend(write_loo(task, &result)?);
     warnings.extend(shared_error_warning(
         &summary,
         pce.outputs(),
@@ -118,6 +119,32 @@ fn known_inputs(inputs: &Inputs<'_>, pce: &DynPce) -> Result<Vec<Vec<f64>>, Work
         }
         _ => Ok(Vec::new()),
     }
+}
+
+/// `loo.csv`: how each specimen is predicted by a calibration to the others. What warns of specimens whose
+/// line cannot be relied on.
+fn write_loo(task: &Task<'_>, result: &Calibration) -> Result<Vec<String>, WorkflowError> {
+    let path = task.inputs.file("experiments.csv")?;
+    let ids = CsvTable::read(&path, &["id"])?;
+    let ids: Vec<String> = ids.rows().map(|row| row.text("id").to_owned()).collect();
+    let loo = match result.loo() {
+        Ok(loo) => loo,
+        Err(error) => return Ok(vec![format!("Specimens are not left out: {error}.")]),
+    };
+    let row = |(id, point): (&String, &LooPoint)| {
+        [id.clone(), point.elpd.to_string(), point.pareto_k.to_string()]
+    };
+    let rows = ids.iter().zip(&loo.points).map(row);
+    task.write_csv("loo.csv", ["specimen", "elpd", "pareto_k"], rows)?;
+    let warning = |specimen: usize| {
+        let (id, k) = (ids.get(specimen)?, loo.points[specimen].pareto_k);
+        Some(format!(
+            "Specimen {id} carries much of the posterior: Pareto k = {k:.2} is above {:.2}, so that its \
+             line of loo.csv cannot be relied on. Look at its curve, or calibrate without it and compare.",
+            loo.threshold
+        ))
+    };
+    Ok(loo.unreliable().into_iter().filter_map(warning).collect())
 }
 
 /// The path of a parameter from its name in the posterior: `theta[matrix.young_mpa]`.

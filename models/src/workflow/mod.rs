@@ -8,7 +8,7 @@
 //! | experiments | `mesh.msh`, `experiments/` | virtual: `experiments/{specimens,truth,bias}.csv`, `experiments/curves/`; `experiments.csv`, `curve_checks.csv` (`id,finding,value,help`) |
 //! | ensemble | `mesh.msh`, `labels.tif` and `solid.tif` where all runs share an image | `ensemble/` (one file a run, for resuming), `runs.csv` (a [`surrogate::Dataset`]), `failed_runs.csv`, `curves/run-*.csv`; with `[fidelity]` `fidelity.csv` (`level,qoi,order,ratio,scatter_percent,error_percent,runs`), `fidelity_runs.csv` (as simulated), `fidelity.json` |
 //! | surrogate | `runs.csv` | `surrogate.json`, `surrogate_orders.csv`, `surrogate_error.json` |
-//! | calibrate | `surrogate.json`, `experiments.csv` | `posterior.zarr`, `posterior.csv`, `predictive.csv`, `sampling.csv`, `summary.csv`, `summary.txt`, `warnings.txt`, `range.csv` (`qoi,experiment_mean,low,high,inside`), `map.csv`, `uncertainty.csv` |
+//! | calibrate | `surrogate.json`, `experiments.csv` | `posterior.zarr`, `posterior.csv`, `predictive.csv`, `sampling.csv`, `summary.csv`, `summary.txt`, `warnings.txt`, `range.csv` (`qoi,experiment_mean,low,high,inside`), `map.csv`, `uncertainty.csv`, `loo.csv` (`specimen,elpd,pareto_k`) |
 //! | confirm | `map.csv`, `posterior.csv`, `mesh.msh` | `confirm.csv`, `confirm_runs.csv`, `curves/baseline.csv`, `curves/map.csv`, `curves/draw-*.csv`, `fields/map*` (`.vtu`, `.pvd`, pictures, `map.csv`), `curves/second-mesh.csv` |
 //! | report | all of these | `report.html` |
 //!

@@ -73,6 +73,7 @@ pub static STAGES: [Stage; 8] = [
             "range.csv",
             "map.csv",
             "uncertainty.csv",
+            "loo.csv",
         ],
         run: calibrate::run,
     },

@@ -1,0 +1,97 @@
+//! Leaving out one specimen after the other.
+
+use ppl::Posterior;
+use ppl::diagnostics::{Loo, LooError};
+use ppl::prelude::*;
+
+use super::Calibration;
+use super::specimens::Specimens;
+
+impl Calibration {
+    /// Leave-one-out cross-validation over the specimens: how well each is predicted by a calibration to
+    /// all the others, as log densities of quantities relative to the means of all, and how much the
+    /// posterior leans on it.
+    ///
+    /// Specimens that share an error are not independent given the parameters: what is left out is
+    /// p(y_k | y_−k, θ), in which the others tell of that error. [`Posterior::loo`] would leave out contrasts.
+    ///
+    /// # Errors
+    /// Fewer than 25 draws; a draw at which a specimen has no density.
+    ///
+    /// # Reference
+    /// Bürkner, Gabry & Vehtari (2021), doi:10.1007/s00180-020-01045-4, for normal models that do not
+    /// factorise.
+    pub fn loo(&self) -> Result<Loo, LooError> {
+        let group = &self.posterior.posterior;
+        let rows = ln_conditionals(&self.posterior, &self.specimens);
+        Loo::new(group.chains, group.draws, self.specimens.len(), &rows)
+    }
+}
+
+/// [`Specimens::ln_conditionals`] at every draw, a row each; NaN where there is none.
+fn ln_conditionals(posterior: &Posterior, specimens: &Specimens) -> Vec<f64> {
+    let group = &posterior.posterior;
+    let of = |name: &str| group.variables.iter().find(|v| v.name == name).map(|v| &v.data[..]);
+    let (Some(mean), Some(sd), Some(corr)) = (of("mean"), of("sd"), of("corr")) else {
+        return Vec::new();
+    };
+    let size = mean.len() / (group.chains * group.draws).max(1);
+    let draws = mean.chunks(size).zip(sd.chunks(size)).zip(corr.chunks(size * size));
+    let conditionals = draws.flat_map(|((mean, sd), corr)| {
+        let row = |(row, sd): (&[f64], &f64)| row.iter().map(|x| sd * x).collect();
+        let factor: Vec<Vec<f64>> = corr.chunks(size).zip(sd).map(row).collect();
+        DynCholeskyFactor::new(&factor)
+            .and_then(|factor| specimens.ln_conditionals(mean, &factor))
+            .unwrap_or_else(|_| vec![f64::NAN; specimens.len()])
+    });
+    conditionals.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use ppl::Nuts;
+    use surrogate::{DynPce, Input};
+
+    use super::*;
+    use crate::fracture::{calibrate, calibration_on};
+
+    /// Six specimens of two quantities, with means of 1; the last stands apart.
+    const QOIS: [[f64; 2]; 6] =
+        [[0.97, 0.99], [1.00, 0.95], [0.95, 0.97], [1.02, 1.01], [0.98, 1.00], [1.08, 1.08]];
+
+    /// Both quantities grow with the one parameter, from 0.8 to 1.2 and from 0.9 to 1.1.
+    fn forward() -> DynPce {
+        let x = Input::new("matrix.young_mpa", 250.0, 300.0).unwrap();
+        let slopes = [0.2, 0.1].map(|s| s / 3f64.sqrt()).to_vec();
+        let outputs = ["slope_N_per_mm", "peak_force_N"].map(str::to_owned).to_vec();
+        DynPce::from_terms(vec![x], outputs, [(vec![0], vec![1.0; 2]), (vec![1], slopes)]).unwrap()
+    }
+
+    /// log of the mean of p(y_k | y_−k, θ) over posteriors fitted without specimen k.
+    #[test]
+    fn smoothed_weights_do_what_refits_do() {
+        let qois: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
+        let shared = vec![vec![4e-4, 1e-4], vec![1e-4, 3e-4]];
+        let sampler = Nuts::default().chains(2).draws(1500).seed(3);
+        let result = calibrate(&forward(), &qois, &shared, &sampler, 3).unwrap();
+        let loo = result.loo().unwrap();
+        assert_eq!(loo.points.len(), 6);
+        let all = Specimens::new(&qois).unwrap().sharing(shared.clone()).unwrap();
+        for (k, point) in loo.points.iter().enumerate() {
+            let mut others = qois.clone();
+            others.remove(k);
+            let others = Specimens::new(&others).unwrap().sharing(shared.clone()).unwrap();
+            let pce = forward();
+            let model = calibration_on(&pce, &others);
+            let posterior =
+                Posterior::from_chains(&model, sampler.run(&model).unwrap(), 3).unwrap();
+            let rows = ln_conditionals(&posterior, &all);
+            let mean = rows.iter().skip(k).step_by(6).map(|l| l.exp()).sum::<f64>() / 3000.0;
+            assert!(point.pareto_k < 0.7, "{k}: {point:?}");
+            let gap = point.elpd - mean.ln();
+            assert!(gap.abs() < 0.15, "{k}: {point:?} {}", mean.ln());
+        }
+        let least = loo.points.iter().map(|p| p.elpd).fold(f64::INFINITY, f64::min);
+        assert_eq!(loo.points[5].elpd, least, "{:?}", loo.points);
+    }
+}
