@@ -133,6 +133,7 @@ fn from_an_empty_directory_to_every_documented_file() {
         ("curves/baseline.csv", "time_s,displacement_mm,force_N"),
         ("summary.csv", "parameter,mean,sd,q05,q50,q95,rhat,ess_bulk,ess_tail,contraction"),
         ("map.csv", "parameter,map,truth"),
+        ("loo.csv", "specimen,elpd,pareto_k\nV-01,"),
         ("confirm.csv", "qoi,experiment_mean,map_simulation,percent_error"),
         (
             "curves/run-001.csv",

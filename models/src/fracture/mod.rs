@@ -216,6 +216,7 @@ pub fn calibrate(
     let mode = Map::default().seed(seed).find(&model)?;
     let record = model.constrain(&mode.point, &mut Xoshiro256PlusPlus::seed_from_u64(seed))?;
     let map = record.values("theta").map_or_else(Vec::new, <[f64]>::to_vec);
+    drop(model);
     Ok(Calibration { posterior, map, mode, specimens })
 }
 

@@ -200,7 +200,7 @@ impl Specimens {
 }
 
 /// The distribution of a specimen after n others, but for their total.
-struct After<R> {
+struct After<R: Scalar> {
     /// √n
     root: f64,
     /// L
