@@ -153,7 +153,11 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
             "min_dihedral_deg = 60.0",
             &["specimen", "min_dihedral_deg = 60"],
         ),
-        ("grain_mode = \"fraction\"", "grain_mode = \"aut\"", &["specimen.grain_mode", "\"auto\"?"]),
+        (
+            "grain_mode = \"fraction\"",
+            "grain_mode = \"aut\"",
+            &["specimen.grain_mode", "\"auto\"?"],
+        ),
         (
             "quantities = [\"slope\", ",
             "quantities = [\"slop\", ",

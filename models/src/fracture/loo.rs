@@ -3,6 +3,7 @@
 use ppl::Posterior;
 use ppl::diagnostics::{Loo, LooError};
 use ppl::prelude::*;
+use surrogate::DynPce;
 
 use super::Calibration;
 use super::specimens::Specimens;
@@ -23,25 +24,34 @@ impl Calibration {
     /// factorise.
     pub fn loo(&self) -> Result<Loo, LooError> {
         let group = &self.posterior.posterior;
-        let rows = ln_conditionals(&self.posterior, &self.specimens);
+        let rows = ln_conditionals(&self.posterior, &self.forward, &self.specimens);
         Loo::new(group.chains, group.draws, self.specimens.len(), &rows)
     }
 }
 
 /// [`Specimens::ln_conditionals`] at every draw, a row each; NaN where there is none.
-fn ln_conditionals(posterior: &Posterior, specimens: &Specimens) -> Vec<f64> {
+fn ln_conditionals(posterior: &Posterior, forward: &DynPce, specimens: &Specimens) -> Vec<f64> {
     let group = &posterior.posterior;
     let of = |name: &str| group.variables.iter().find(|v| v.name == name).map(|v| &v.data[..]);
-    let (Some(mean), Some(sd), Some(corr)) = (of("mean"), of("sd"), of("corr")) else {
+    let (Some(theta), Some(mean), Some(sd), Some(corr)) =
+        (of("theta"), of("mean"), of("sd"), of("corr"))
+    else {
         return Vec::new();
     };
-    let size = mean.len() / (group.chains * group.draws).max(1);
-    let draws = mean.chunks(size).zip(sd.chunks(size)).zip(corr.chunks(size * size));
-    let conditionals = draws.flat_map(|((mean, sd), corr)| {
+    let count = (group.chains * group.draws).max(1);
+    let (inputs, size) = ((theta.len() / count).max(1), mean.len() / count);
+    let draws = theta
+        .chunks(inputs)
+        .zip(mean.chunks(size))
+        .zip(sd.chunks(size))
+        .zip(corr.chunks(size * size));
+    let conditionals = draws.flat_map(|(((theta, mean), sd), corr)| {
         let row = |(row, sd): (&[f64], &f64)| row.iter().map(|x| sd * x).collect();
         let factor: Vec<Vec<f64>> = corr.chunks(size).zip(sd).map(row).collect();
         DynCholeskyFactor::new(&factor)
-            .and_then(|factor| specimens.ln_conditionals(mean, &factor))
+            .and_then(|factor| {
+                specimens.about(forward, theta, mean)?.ln_conditionals(mean, &factor)
+            })
             .unwrap_or_else(|_| vec![f64::NAN; specimens.len()])
     });
     conditionals.collect()
@@ -50,10 +60,10 @@ fn ln_conditionals(posterior: &Posterior, specimens: &Specimens) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use ppl::Nuts;
-    use surrogate::{DynPce, Input};
+    use surrogate::Input;
 
     use super::*;
-    use crate::fracture::{calibrate, calibration_on};
+    use crate::fracture::{Evidence, calibrate, calibration_on};
 
     /// Six specimens of two quantities, with means of 1; the last stands apart.
     const QOIS: [[f64; 2]; 6] =
@@ -73,7 +83,8 @@ mod tests {
         let qois: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
         let shared = vec![vec![4e-4, 1e-4], vec![1e-4, 3e-4]];
         let sampler = Nuts::default().chains(2).draws(1500).seed(3);
-        let result = calibrate(&forward(), &qois, &shared, &sampler, 3).unwrap();
+        let evidence = Evidence { qois: qois.clone(), known: Vec::new(), shared: shared.clone() };
+        let result = calibrate(&forward(), &evidence, &sampler, 3).unwrap();
         let loo = result.loo().unwrap();
         assert_eq!(loo.points.len(), 6);
         let all = Specimens::new(&qois).unwrap().sharing(shared.clone()).unwrap();
@@ -85,7 +96,7 @@ mod tests {
             let model = calibration_on(&pce, &others);
             let posterior =
                 Posterior::from_chains(&model, sampler.run(&model).unwrap(), 3).unwrap();
-            let rows = ln_conditionals(&posterior, &all);
+            let rows = ln_conditionals(&posterior, &pce, &all);
             let mean = rows.iter().skip(k).step_by(6).map(|l| l.exp()).sum::<f64>() / 3000.0;
             // without the last the posterior is another, which its weights cannot reach
             let reliable = k < 5;

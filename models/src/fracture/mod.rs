@@ -132,6 +132,8 @@ pub struct Calibration {
     pub mode: Mode,
     /// What it was calibrated to, relative to the means.
     specimens: Specimens,
+    /// By this surrogate, relative likewise.
+    forward: DynPce,
 }
 
 impl Calibration {
@@ -217,7 +219,7 @@ pub fn calibrate(
     let record = model.constrain(&mode.point, &mut Xoshiro256PlusPlus::seed_from_u64(seed))?;
     let map = record.values("theta").map_or_else(Vec::new, <[f64]>::to_vec);
     drop(model);
-    Ok(Calibration { posterior, map, mode, specimens })
+    Ok(Calibration { posterior, map, mode, specimens, forward })
 }
 
 /// The draws alone of [`calibrate`], unlabelled.

@@ -9,6 +9,8 @@
 //! Where something is known of each specimen that the forward model takes, such as the stiffness of its
 //! own microstructure, each has an m_k of its own: the transform of these is the mean of that of the rows.
 
+use std::borrow::Cow;
+
 use ppl::DomainError;
 use ppl::prelude::*;
 use surrogate::DynPce;
@@ -83,6 +85,26 @@ impl Specimens {
         let (contrasts, total) = helmert(&rows);
         let root = (self.len() as f64).sqrt();
         (total.into_iter().map(|sum| sum / root).collect(), contrasts)
+    }
+
+    /// The specimens as they would be if all had the mean response `mean` at the parameters `point`: each
+    /// moved by what its own known inputs make of it.
+    pub(super) fn about(
+        &self,
+        forward: &DynPce,
+        point: &[f64],
+        mean: &[f64],
+    ) -> Result<Cow<'_, Self>, DomainError> {
+        if self.known_inputs() == 0 {
+            return Ok(Cow::Borrowed(self));
+        }
+        let mut rows = self.rows.clone();
+        for (row, known) in rows.iter_mut().zip(&self.known) {
+            let own = forward.value(&[point, known].concat())?;
+            row.iter_mut().zip(own).zip(mean).for_each(|((y, own), mean)| *y += mean - own);
+        }
+        let (contrasts, total) = helmert(&rows);
+        Ok(Cow::Owned(Self { rows, contrasts, total, known: Vec::new(), ..self.clone() }))
     }
 
     /// With the covariance S of the error δ that all specimens share, in the same relative quantities:
@@ -339,6 +361,13 @@ mod tests {
             .collect();
         let expected = ln_density(4, &shifted);
         assert!((found - expected).abs() < 1e-11, "{found} {expected}");
+        // and each has its density given the others
+        let about = specimens.about(&forward, &[1.3], &mean).unwrap();
+        for (k, found) in about.ln_conditionals(&mean, &scatter()).unwrap().iter().enumerate() {
+            let others = [&shifted[..2 * k], &shifted[2 * k + 2..]].concat();
+            let conditional = expected - ln_density(3, &others);
+            assert!((found - conditional).abs() < 1e-10, "{k}: {found} {conditional}");
+        }
     }
 
     /// log p(y) − log p(y_−k) with the covariance of all rows built directly.
