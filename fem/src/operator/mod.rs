@@ -16,6 +16,7 @@ mod graph;
 mod layout;
 mod pattern;
 mod point_data;
+mod rates;
 mod residual;
 #[cfg(test)]
 #[path = "../../tests/unit/operator.rs"]
@@ -32,5 +33,5 @@ pub(crate) use graph::Graph;
 pub(crate) use layout::LANES;
 pub(crate) use layout::Layout;
 pub(crate) use pattern::{Pattern, Tangent};
-pub(crate) use residual::{Increment, NodeBlock, Residual, StepContext};
+pub(crate) use residual::{Increment, NodeBlock, Residual, Shift, StepContext};
 pub(crate) use unknowns::{NONE, Unknowns};

@@ -6,6 +6,8 @@ mod chunk;
 mod gather;
 mod lanes;
 mod matrix_free;
+mod regions;
+mod shifts;
 
 pub(crate) use assembly::Assembly;
 #[cfg(test)]

@@ -166,4 +166,12 @@ impl LinearSolver for Direct<'_> {
             self.definite = self.tangent.symmetric;
         }
     }
+
+    fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]) {
+        self.tangent.multiply(x, y);
+    }
+
+    fn weight(&self) -> &[Nodal] {
+        &self.weight
+    }
 }
