@@ -4,10 +4,10 @@ use crate::support::{
     HEIGHT, RADIUS, between, grain, loading, matrix, phase_field, prism, with_options,
 };
 use fem::{
-    Axis, CompressionTest, Conditions, ContactPoint, CrackDensity, DamageQuadrature, End, Fracture,
-    Friction, Irreversibility, LinearScheme, Material, MaterialParameter, Mixture, Order, Outcome,
-    PhaseField, Platens, Problem, SaintVenantKirchhoff, Schedule, Scheme, SolverOptions, Split,
-    TetMesh,
+    Axis, CompressionTest, Conditions, CrackDensity, DamageQuadrature, End, Fracture, Friction,
+    Irreversibility, LinearScheme, Material, MaterialParameter, Mixture, Order, Outcome,
+    PhaseField, Platen, Platens, Problem, SaintVenantKirchhoff, Schedule, Scheme, SolverOptions,
+    Split, TetMesh,
 };
 
 /// A parameter, and the materials as a function of it.
@@ -109,34 +109,41 @@ fn forces(problem: &Problem) -> Vec<f64> {
 fn differentiated(problem: &Problem, parameters: &[Named]) -> Outcome {
     let with = problem.with_sensitivities(parameters.iter().map(Named::parameter).collect());
     let outcome = with.expect("valid parameters").run(&mut ());
+    assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
     let names = parameters.iter().map(|of| of.name.to_owned());
     assert_eq!(outcome.sensitivities.names, names.collect::<Vec<_>>());
     assert_eq!(outcome.sensitivities.force_n.len(), outcome.curve.len());
     outcome
 }
 
-/// ∂F/∂θ by runs on either side, so near that hardly a point meets a kink on the way.
-fn differences(problem: &Problem, of: &Named) -> Vec<f64> {
-    let reach = 2e-5 * of.value;
+/// ∂F/∂θ by runs on either side, at θ (1 ± reach).
+fn differences(problem: &Problem, of: &Named, reach: f64) -> Vec<f64> {
+    let reach = reach * of.value;
     let at = |x: f64| forces(&problem.with_materials((of.materials)(x)).expect("valid"));
     let pairs = at(of.value + reach).into_iter().zip(at(of.value - reach));
     pairs.map(|(above, below)| (above - below) / (2.0 * reach)).collect()
 }
 
+/// So near that hardly a point meets a kink on the way, and so far that 1e-12 of the force does not count.
+const REACH: f64 = 2e-5;
+
 /// The derivatives agree with differences of runs to 1e-5 of their size, and leave the curve as it is.
 fn assert_differences(problem: &Problem, parameters: &[Named], what: &str) {
+    assert_differences_of(REACH, problem, parameters, what);
+}
+
+fn assert_differences_of(reach: f64, problem: &Problem, parameters: &[Named], what: &str) {
     let outcome = differentiated(problem, parameters);
     for (point, force) in outcome.curve.iter().zip(forces(problem)) {
-        assert!((point.force_n - force).abs() < 1e-9 * force.abs(), "{what}: {point:?}");
+        assert!((point.force_n - force).abs() <= 1e-9 * force.abs(), "{what}: {point:?}");
     }
     for (k, of) in parameters.iter().enumerate() {
-        let exact = differences(problem, of);
+        let exact = differences(problem, of, reach);
         assert_eq!(exact.len(), outcome.curve.len(), "{what}");
         let size = exact.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         assert!(size > 0.0, "{what}: {} has no influence", of.name);
         let rows = outcome.sensitivities.force_n.iter().zip(&exact);
         let worst = rows.fold(0.0f64, |m, (row, exact)| m.max((row[k] - exact).abs()));
-        eprintln!("{what}, {}: {:.1e}", of.name, worst / size);
         assert!(worst < 1e-5 * size, "{what}, {}: {worst:e} of {size:e}", of.name);
     }
 }
@@ -290,7 +297,7 @@ fn a_uniform_bar_has_the_derivatives_of_its_closed_form() {
 /// A ball that more and more nodes of the top meet.
 fn under_a_ball(problem: &Problem) -> Problem {
     let centre = [1.1 * RADIUS, 0.8 * RADIUS, HEIGHT + 6.0];
-    let ball = Platen::sphere(centre, 6.0).moving(|time_s| [0.0, 0.0, -0.6 * time_s]);
+    let ball = Platen::sphere(centre, 6.0).moving(|time_s| [0.0, 0.0, -0.25 * time_s]);
     let conditions = Conditions::new()
         .fix("bottom", Axis::ALL)
         .platen("top", ball)
@@ -298,35 +305,32 @@ fn under_a_ball(problem: &Problem) -> Problem {
     problem.with_conditions(conditions).expect("valid conditions")
 }
 
+/// Passes over the pressures end when the forces change by 1e-8: too much for the reach of the others.
+const CONTACT_REACH: f64 = 5e-4;
+
+/// The derivatives agree with differences where some nodes of a surface touch and some do not.
+fn assert_contact(problem: &Problem, surface: &str, parameters: &[Named], what: &str) {
+    let points = &differentiated(problem, parameters).contact[surface];
+    let touching = points.iter().filter(|point| point.pressure_mpa > 0.0).count();
+    assert!(touching > 2 && touching < points.len(), "{what}: {touching} of {}", points.len());
+    assert_differences_of(CONTACT_REACH, problem, parameters, what);
+}
+
 #[test]
 fn contact_is_differentiated_with_its_pressures() {
-    let three = || all().into_iter().take(3).collect::<Vec<_>>();
-    for order in [Order::Linear, Order::Quadratic] {
-        let sliding = case(order, phase_field(Split::None)).of_grains();
-        let lifting = between(
-            &sliding,
-            &loading(0.16, 1.0, STEPS as u32),
-            Platens::Unilateral(Friction::none()),
-        );
-        // while the ends stay on the platens, these are those that hold them
-        let [held, pressed] = [&sliding, &lifting].map(|problem| differentiated(problem, &three()));
-        let on = |points: &Vec<ContactPoint>| points.iter().all(|point| point.pressure_mpa > 0.0);
-        assert!(pressed.contact.values().all(on));
-        let rows = held.sensitivities.force_n.iter().zip(&pressed.sensitivities.force_n);
-        for (k, (row, other)) in rows.enumerate() {
-            for (parameter, (a, b)) in three().iter().zip(row.iter().zip(other)) {
-                let size = 1e-3 * held.curve[k].force_n / parameter.value;
-                let error = (a - b).abs() / (a.abs() + size);
-                assert!(error < 1e-5, "{order:?}, {}: {a} and {b}", parameter.name);
-            }
-        }
-        let ball = under_a_ball(&sliding);
-        let outcome = differentiated(&ball, &three());
-        let touching = outcome.contact["top"].iter().filter(|point| point.pressure_mpa > 0.0);
-        let count = touching.count();
-        assert!(count > 2 && count < outcome.contact["top"].len(), "{count}");
-        assert_differences(&ball, &three(), &format!("{order:?} under a ball"));
-    }
+    let case = || case(Order::Linear, phase_field(Split::None));
+    let options = SolverOptions { tolerance: 1e-10, ..SolverOptions::default() };
+    let sliding = Case { options, ..case() }.of_grains();
+    // the ends of a composite lift off here and there
+    let way = loading(0.16, 1.0, STEPS as u32);
+    let lifting = between(&sliding, &way, Platens::Unilateral(Friction::none()));
+    assert_contact(&lifting, "top", &all()[..3], "plane");
+
+    // elastic: a step that is cut where the ball meets a node leaves no trace
+    let Case { mesh, order, loading, .. } = case();
+    let elastic = with_options(mesh, order, vec![matrix(), grain()], None, loading, options);
+    let ball = under_a_ball(&elastic.expect("valid input"));
+    assert_contact(&ball, "top", &[0, 5].map(|k| all().swap_remove(k)), "ball");
 }
 
 #[test]
