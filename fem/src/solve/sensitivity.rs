@@ -21,8 +21,6 @@ use crate::operator::{Increment, Shift, StepContext};
 
 /// Residual of a solution, relative to that without a change of the free values.
 const TOLERANCE: f64 = 1e-7;
-    std::env::var("TOL").ok().and_then(|x| x.parse().ok()).unwrap_or(1e-7)
-});
 /// Most corrections of a solution, and passes over the pressures.
 const CORRECTIONS: usize = 4;
 const PASSES: usize = 60;
