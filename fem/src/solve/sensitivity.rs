@@ -81,6 +81,10 @@ impl Directions {
     }
 }
 
+fn negate(x: &mut [Nodal]) {
+    x.as_flattened_mut().iter_mut().for_each(|x| *x = -*x);
+}
+
 impl<E: External> Solver<'_, E> {
     /// The rates of the equilibrium `fields`, the last that was found, with every parameter;
     /// `follows` says that the lower bounds are what the increment began with.
@@ -101,12 +105,9 @@ impl<E: External> Solver<'_, E> {
         let mut directions = Directions::default();
         let mut all = Vec::with_capacity(known.len());
         for (known, mut right) in known.iter().zip(residuals) {
-            right.as_flattened_mut().iter_mut().for_each(|r| *r = -*r);
+            negate(&mut right);
             let held = self.held(fields, context, follows, known.shift.before);
-            let (values, contact) =
-                self.solve_rates(held, &mut right, fields, known, &mut directions)?;
-            right.as_flattened_mut().iter_mut().for_each(|r| *r = -*r);
-            all.push(Rates { values, residual: right, contact });
+            all.push(self.solve_rates(held, right, fields, known, &mut directions)?);
         }
         Ok(all)
     }
@@ -130,26 +131,28 @@ impl<E: External> Solver<'_, E> {
         held
     }
 
-    /// The rates and those of the contact forces, with the constrained values as they are in `x`;
-    /// `residual` is the right-hand side without them, and at the end all that is left of it.
+    /// The rates with one parameter, with the constrained values as they are in `x`; `residual` is the
+    /// right-hand side without them.
     fn solve_rates(
         &mut self,
         mut x: Vec<Nodal>,
-        residual: &mut [Nodal],
+        mut residual: Vec<Nodal>,
         fields: &Fields,
         known: &Known,
         directions: &mut Directions,
-    ) -> Result<(Vec<Nodal>, Vec<(u32, [f64; 3])>), StepFailure> {
+    ) -> Result<Rates, StepFailure> {
         let mut product = vec![[0.0; 4]; x.len()];
         if x.iter().any(|x| x[3] != 0.0) {
             self.linear.multiply(&x, &mut product);
-            add_scaled(residual, -1.0, &product);
+            add_scaled(&mut residual, -1.0, &product);
         }
         let weight = self.linear.weight().to_vec();
         let norm = |r: &[Nodal]| weighted_dot(&weight, r, r).sqrt();
-        let size = norm(residual);
+        let size = norm(&residual);
+        let mut contact: Vec<(u32, [f64; 3])> = Vec::new();
         if size == 0.0 {
-            return Ok((x, Vec::new()));
+            negate(&mut residual);
+            return Ok(Rates { values: x, residual, contact });
         }
         for guess in [known.shift.before, known.change] {
             if guess.iter().any(|g| *g != [0.0; 4]) {
@@ -159,9 +162,8 @@ impl<E: External> Solver<'_, E> {
                 directions.add(direction, product.clone(), &weight);
             }
         }
-        let mut contact: Vec<(u32, [f64; 3])> = Vec::new();
         for _ in 0..PASSES {
-            self.correct(&mut x, residual, size, directions)?;
+            self.correct(&mut x, &mut residual, size, directions)?;
             let lacking = self.external.follow(fields, &x);
             if contact.is_empty() {
                 contact = lacking.iter().map(|(node, _)| (*node, [0.0; 3])).collect();
@@ -172,9 +174,10 @@ impl<E: External> Solver<'_, E> {
                     residual[*node as usize][k] += force[k];
                 }
             }
-            if norm(residual) <= TOLERANCE * size {
+            if norm(&residual) <= TOLERANCE * size {
                 self.turn(fields, &x, &mut contact);
-                return Ok((x, contact));
+                negate(&mut residual);
+                return Ok(Rates { values: x, residual, contact });
             }
         }
         Err(StepFailure::Contact)
