@@ -6,12 +6,15 @@ use crate::fields::Fields;
 use crate::operator::Shift;
 use crate::solve::Known;
 
+/// Earlier equilibria whose rates are kept: with the last one they follow a cubic in time.
+const EARLIER: usize = 3;
+
 impl LoadStepper<'_> {
     /// Takes the derivatives from the state to `fields`, the equilibrium that the solver has found at
     /// `target`; without equilibrium of the rates there are none from here on.
     pub(super) fn differentiate(&mut self, fields: &Fields, target: f64) {
         let (problem, state) = (self.problem, &mut self.state);
-        let Derivatives { values, change, lost, .. } = &state.derivatives;
+        let Derivatives { values, earlier, lost, .. } = &state.derivatives;
         if values.is_empty() || *lost {
             return;
         }
@@ -20,12 +23,10 @@ impl LoadStepper<'_> {
         let known: Vec<Known> = problem
             .shifts
             .iter()
-            .zip(values)
-            .enumerate()
-            .map(|(k, (shift, before))| {
+            .zip(values.iter().zip(earlier))
+            .map(|(shift, (before, earlier))| {
                 let (below, above) = (&shift.below[..], &shift.above[..]);
-                let shift = Shift { below, above, width: shift.width, before };
-                Known { shift, change: change.get(k).map_or(&[], Vec::as_slice) }
+                Known { shift: Shift { below, above, width: shift.width, before }, earlier }
             })
             .collect();
         let rates = self.solver.differentiate(fields, context, &known, state.memory.follows());
@@ -42,12 +43,10 @@ impl LoadStepper<'_> {
         derivatives.force_n =
             rates.iter().map(|r| boundary.force_rate(&r.residual, &r.contact)).collect();
         let before = std::mem::take(&mut derivatives.values);
-        derivatives.values = rates.into_iter().map(|rates| rates.values).collect();
-        derivatives.change = before;
-        let changes = derivatives.change.iter_mut().zip(&derivatives.values);
-        for (change, values) in changes {
-            let pairs = change.as_flattened_mut().iter_mut().zip(values.as_flattened());
-            pairs.for_each(|(change, value)| *change = value - *change);
+        for (earlier, before) in derivatives.earlier.iter_mut().zip(before) {
+            earlier.insert(0, before);
+            earlier.truncate(EARLIER);
         }
+        derivatives.values = rates.into_iter().map(|rates| rates.values).collect();
     }
 }

@@ -44,8 +44,8 @@ pub(crate) struct RunState {
 pub(crate) struct Derivatives {
     /// Of u_x, u_y, u_z, φ at the nodes.
     pub(crate) values: Vec<Vec<[f64; 4]>>,
-    /// Their change over the increment before; empty at first.
-    pub(crate) change: Vec<Vec<[f64; 4]>>,
+    /// The same at the equilibria before it, the last one first: where the next solution starts.
+    pub(crate) earlier: Vec<Vec<Vec<[f64; 4]>>>,
     /// Of the force, N.
     pub(crate) force_n: Vec<f64>,
     /// Of the force at the points of the curve.
@@ -63,8 +63,9 @@ impl RunState {
     ) -> Self {
         let nodes = domain.nodes().len();
         let values = vec![vec![[0.0; 4]; nodes]; parameters];
+        let earlier = vec![Vec::new(); parameters];
         Self {
-            derivatives: Derivatives { values, ..Derivatives::default() },
+            derivatives: Derivatives { values, earlier, ..Derivatives::default() },
             fields: Fields::zero(nodes),
             memory: Memory::new(phase_field, domain.operator.as_ref(), nodes),
             forces: vec![[0.0; 3]; nodes],

@@ -9,8 +9,10 @@
 //! by passes: with it fixed the tangent's penalty lets the gap open a little, and the pressure follows.
 //!
 //! The systems of one equilibrium have one matrix, and their solutions change little from step to
-//! step. Each starts from the combination of the rates before, of their change and of the
-//! corrections found so far that leaves the least residual, as in generalised conjugate residuals.
+//! step. Each starts from the combination of the rates at the equilibria before and of the corrections
+//! found so far that leaves the least residual, as in generalised conjugate residuals.
+
+use std::iter;
 
 use super::external::External;
 use super::linear::{Nodal, add_scaled, mask, weighted_dot};
@@ -43,8 +45,8 @@ pub(crate) struct Rates {
 pub(crate) struct Known<'a> {
     /// The parameter, with the rates where the increment began.
     pub(crate) shift: Shift<'a>,
-    /// The change of the rates over the increment before; empty in the first.
-    pub(crate) change: &'a [Nodal],
+    /// The rates of earlier equilibria, each of which is a direction to start with.
+    pub(crate) earlier: &'a [Vec<Nodal>],
 }
 
 /// Directions whose products with the tangent are orthonormal.
@@ -154,7 +156,8 @@ impl<E: External> Solver<'_, E> {
             negate(&mut residual);
             return Ok(Rates { values: x, residual, contact });
         }
-        for guess in [known.shift.before, known.change] {
+        let earlier = known.earlier.iter().map(Vec::as_slice);
+        for guess in iter::once(known.shift.before).chain(earlier) {
             if guess.iter().any(|g| *g != [0.0; 4]) {
                 let mut direction = guess.to_vec();
                 mask(&self.free, &mut direction);
