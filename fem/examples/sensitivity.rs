@@ -31,7 +31,6 @@ fn main() -> Result<(), Failure> {
         let with = plain.with_sensitivities(parameters())?;
         println!("{name}_unknowns,{},1", plain.unknowns());
         let mut least = [f64::INFINITY; 2];
-        let mut effort = Default::default();
         for _ in 0..repetitions {
             for (problem, least) in [&plain, &with].into_iter().zip(&mut least) {
                 let begin = processor_seconds();
@@ -40,16 +39,11 @@ fn main() -> Result<(), Failure> {
                 if outcome.curve.len() != 44 {
                     return Err(format!("{name} ended early: {:?}", outcome.end).into());
                 }
-                effort = outcome.effort;
-                println!("{name}_linear_iterations,{},1", effort.linear);
-                println!("{name}_newton_iterations,{},1", effort.iterations);
-                println!("{name}_factorisations,{},1", effort.factorisations);
             }
         }
         println!("{name}_without,{:.3},s", least[0]);
         println!("{name}_with,{:.3},s", least[1]);
         println!("{name}_added,{:.3},1", least[1] / least[0] - 1.0);
-        let _ = effort;
     }
     Ok(())
 }
