@@ -63,7 +63,8 @@
 //! 7. `element`: linear and quadratic tetrahedra, quadrature, the space on a mesh
 //! 8. `material`: laws, damage, and what they give at a point
 //! 9. `operator`: residual and tangent of a whole mesh, bounds of the unknowns
-//! 10. `solve`: Newton, alternate minimisation, arc length, contact passes, linear solvers
+//! 10. `solve`: Newton, alternate minimisation, arc length, contact passes, rates with parameters, linear
+//!     solvers
 //! 11. `boundary`: conditions, loads, platens and contact
 //! 12. `problem`: a problem, its load steps, curves and checkpoints
 //! 13. `ensemble`: many runs in a directory
@@ -109,8 +110,9 @@ pub use mesh::{CylinderLattice, LatticeError, Mixture, Quality, TetMesh, gmsh, s
 pub use num_dual::DualNum;
 pub use problem::{
     AdaptiveSteps, ArcLength, Checkpoint, CompressionTest, CurvePoint, CurveWriter, End,
-    FixedSteps, Friction, LoadStepper, Observer, Outcome, Platens, Problem, ProblemBuilder,
-    Progress, Schedule, Step, StepController, read_curve, write_curve,
+    FixedSteps, Friction, LoadStepper, MaterialParameter, Observer, Outcome, Platens, Problem,
+    ProblemBuilder, Progress, Schedule, Sensitivities, Step, StepController, read_curve,
+    write_curve,
 };
 pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};
 pub use specimen::{

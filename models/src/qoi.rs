@@ -1,7 +1,10 @@
 //! Quantities of interest of a force–displacement curve: initial slope, peak force, displacement at peak,
 //! work up to the peak.
 
+mod rates;
+
 use std::fmt;
+use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
@@ -212,8 +215,8 @@ fn work(u: &[f64], force: &[f64], peak: (f64, f64)) -> f64 {
     points.windows(2).map(|w| 0.5 * (w[0].1 + w[1].1) * (w[1].0 - w[0].0)).sum()
 }
 
-/// Location and value of the maximum.
-fn peak(u: &[f64], force: &[f64]) -> Result<(f64, f64), QoiError> {
+/// The highest point, and the points around it whose parabola locates the peak.
+fn peak_points(u: &[f64], force: &[f64]) -> Result<(usize, RangeInclusive<usize>), QoiError> {
     let last = force.len() - 1;
     let top = (0..=last).max_by(|&i, &j| force[i].total_cmp(&force[j])).unwrap_or(0);
     if top == 0 || top == last {
@@ -223,9 +226,15 @@ fn peak(u: &[f64], force: &[f64]) -> Result<(f64, f64), QoiError> {
     let high = |i: usize| force[i] >= TOP * force[top];
     let first = (0..top).rev().take_while(|&i| high(i)).last().unwrap_or(top - 1);
     let end = (top + 1..=last).take_while(|&i| high(i)).last().unwrap_or(top + 1);
-    let points: Vec<(f64, f64)> = (first..=end).map(|i| (u[i] - u[top], force[i])).collect();
+    Ok((top, first..=end))
+}
+
+/// Location and value of the maximum.
+fn peak(u: &[f64], force: &[f64]) -> Result<(f64, f64), QoiError> {
+    let (top, around) = peak_points(u, force)?;
+    let points: Vec<(f64, f64)> = around.map(|i| (u[i] - u[top], force[i])).collect();
     // the vertex must lie among the points it was fitted to
-    match parabola_vertex(&points) {
+    match Parabola::of(&points).vertex() {
         Some((x, y)) if points[0].0 <= x && x <= points[points.len() - 1].0 => Ok((u[top] + x, y)),
         _ => Err(QoiError::Unresolved { displacement_mm: u[top] }),
     }
@@ -245,22 +254,40 @@ fn line_slope(points: &[(f64, f64)]) -> Option<f64> {
     (sxx > 0.0).then_some(sxy / sxx)
 }
 
-/// Vertex of the least-squares parabola, if it opens downwards.
-///
-/// Written in the polynomials 1, x − a, (x − a)(x − b) − s that are orthogonal over the points, so
-/// that each coefficient is one projection.
-fn parabola_vertex(points: &[(f64, f64)]) -> Option<(f64, f64)> {
-    let a = mean(points.iter().map(|p| p.0));
-    let norm1: f64 = points.iter().map(|(x, _)| (x - a).powi(2)).sum();
-    let b = points.iter().map(|(x, _)| x * (x - a).powi(2)).sum::<f64>() / norm1;
-    let s = norm1 / points.len() as f64;
-    let second = |x: f64| (x - a) * (x - b) - s;
-    let norm2: f64 = points.iter().map(|(x, _)| second(*x).powi(2)).sum();
-    let c0 = mean(points.iter().map(|p| p.1));
-    let c1 = points.iter().map(|(x, y)| y * (x - a)).sum::<f64>() / norm1;
-    let c2 = points.iter().map(|(x, y)| y * second(*x)).sum::<f64>() / norm2;
-    let x = 0.5 * (a + b) - 0.5 * c1 / c2;
-    (c2 < 0.0).then(|| (x, c0 + c1 * (x - a) + c2 * second(x)))
+/// A least-squares parabola, in the polynomials 1, x − a, (x − a)(x − b) − s that are orthogonal over
+/// the points, so that each coefficient is one projection.
+struct Parabola {
+    a: f64,
+    b: f64,
+    s: f64,
+    coefficients: [f64; 3],
+}
+
+impl Parabola {
+    fn of(points: &[(f64, f64)]) -> Self {
+        let a = mean(points.iter().map(|p| p.0));
+        let norm1: f64 = points.iter().map(|(x, _)| (x - a).powi(2)).sum();
+        let b = points.iter().map(|(x, _)| x * (x - a).powi(2)).sum::<f64>() / norm1;
+        let s = norm1 / points.len() as f64;
+        let second = |x: f64| (x - a) * (x - b) - s;
+        let norm2: f64 = points.iter().map(|(x, _)| second(*x).powi(2)).sum();
+        let c0 = mean(points.iter().map(|p| p.1));
+        let c1 = points.iter().map(|(x, y)| y * (x - a)).sum::<f64>() / norm1;
+        let c2 = points.iter().map(|(x, y)| y * second(*x)).sum::<f64>() / norm2;
+        Self { a, b, s, coefficients: [c0, c1, c2] }
+    }
+
+    fn at(&self, x: f64) -> f64 {
+        let Self { a, b, s, coefficients: [c0, c1, c2] } = self;
+        c0 + c1 * (x - a) + c2 * ((x - a) * (x - b) - s)
+    }
+
+    /// Its vertex, if it opens downwards.
+    fn vertex(&self) -> Option<(f64, f64)> {
+        let [_, c1, c2] = self.coefficients;
+        let x = 0.5 * (self.a + self.b) - 0.5 * c1 / c2;
+        (c2 < 0.0).then(|| (x, self.at(x)))
+    }
 }
 
 #[cfg(test)]

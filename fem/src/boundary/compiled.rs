@@ -178,6 +178,24 @@ impl Boundary {
         };
         [travel, along(reactions[&probe.surface])]
     }
+
+    /// The rate of the force on the surface that is measured, from the rates of the residual and of the
+    /// contact forces, platen by platen.
+    pub(crate) fn force_rate(&self, residual: &[[f64; 4]], contact: &[(u32, [f64; 3])]) -> f64 {
+        let Some(probe) = &self.probe else { return 0.0 };
+        let along = |v: &[f64]| -> f64 { (0..3).map(|k| v[k] * probe.direction[k]).sum() };
+        let mut first = 0;
+        for platen in &self.contacts {
+            let count = platen.count();
+            if platen.surface == probe.surface {
+                let own = contact.iter().skip(first).take(count);
+                return own.map(|(_, force)| along(force)).sum();
+            }
+            first += count;
+        }
+        let nodes = &self.surfaces[&probe.surface];
+        nodes.iter().map(|&n| along(&residual[n as usize])).sum()
+    }
 }
 
 /// The triangles of a surface.

@@ -169,6 +169,11 @@ impl Conditions {
         self
     }
 
+    /// Whether a platen resists sliding.
+    pub(crate) fn has_friction(&self) -> bool {
+        self.platens.iter().any(|(_, platen)| platen.resists_sliding())
+    }
+
     /// Whether nothing but prescribed values acts.
     pub(crate) fn only_prescribe(&self) -> bool {
         let loaded = self.body_force.is_some() || self.damage_source.is_some();

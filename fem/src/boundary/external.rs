@@ -52,6 +52,10 @@ impl External for ExternalForces {
         })
     }
 
+    fn follow(&self, fields: &Fields, rates: &[[f64; 4]]) -> Vec<(u32, [f64; 3])> {
+        self.contacts.iter().flat_map(|c| c.follow(fields, rates)).collect()
+    }
+
     fn blunt(&mut self, factor: f64) {
         self.contacts.iter_mut().for_each(|c| c.bluntness = factor);
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::problem::CurvePoint;
+use crate::problem::{CurvePoint, Sensitivities};
 
 /// A run to be made.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +31,9 @@ pub struct RunRecord {
     pub seconds: f64,
     /// The curve; of a failed run as far as it came.
     pub curve: Vec<CurvePoint>,
+    /// The derivatives of the force along it, where they were asked for.
+    #[serde(default, skip_serializing_if = "Sensitivities::is_empty")]
+    pub sensitivities: Sensitivities,
 }
 
 /// Whether a run finished.
@@ -61,7 +64,7 @@ impl RunRecord {
         run: &RunInput,
         names: &[&str],
         end: Result<RunEnd, String>,
-        curve: Vec<CurvePoint>,
+        (curve, sensitivities): (Vec<CurvePoint>, Sensitivities),
         seconds: f64,
     ) -> RunRecord {
         let (end, status) = match end {
@@ -69,7 +72,8 @@ impl RunRecord {
             Err(reason) => (RunEnd::Failed, RunStatus::Failed(reason)),
         };
         let names = names.iter().map(|name| name.to_string()).collect();
-        RunRecord { id: run.id, names, inputs: run.inputs.clone(), status, end, seconds, curve }
+        let (id, inputs) = (run.id, run.inputs.clone());
+        RunRecord { id, names, inputs, status, end, seconds, curve, sensitivities }
     }
 
     /// Names and values of the inputs as a person reads them.

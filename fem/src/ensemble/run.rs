@@ -290,25 +290,26 @@ impl Shift<'_> {
         let start = Instant::now();
         let outcome = catch_unwind(AssertUnwindSafe(|| (self.job)(run, &done)));
         let seconds = start.elapsed().as_secs_f64();
-        let (end, curve) = match outcome {
-            Ok(Ok(Outcome { end, curve, .. })) => match end {
-                End::Displacement => (Ok(RunEnd::Displacement), curve),
-                End::BelowPeak => (Ok(RunEnd::BelowPeak), curve),
-                End::Failed(error) => (Err(error.to_string()), curve),
+        let nothing = Default::default;
+        let (end, yields) = match outcome {
+            Ok(Ok(Outcome { end, curve, sensitivities, .. })) => match end {
+                End::Displacement => (Ok(RunEnd::Displacement), (curve, sensitivities)),
+                End::BelowPeak => (Ok(RunEnd::BelowPeak), (curve, sensitivities)),
+                End::Failed(error) => (Err(error.to_string()), (curve, sensitivities)),
                 End::Interrupted if self.interrupt.load(Ordering::Relaxed) => return None,
-                End::Interrupted => (Err("the run was stopped by its observer".into()), Vec::new()),
+                End::Interrupted => (Err("the run was stopped by its observer".into()), nothing()),
             },
-            Ok(Err(error)) => (Err(error.to_string()), Vec::new()),
+            Ok(Err(error)) => (Err(error.to_string()), nothing()),
             Err(panic) => {
                 let text = panic
                     .downcast_ref::<String>()
                     .map(String::as_str)
                     .or_else(|| panic.downcast_ref::<&str>().copied())
                     .unwrap_or("no message");
-                (Err(format!("the simulation panicked: {text}")), Vec::new())
+                (Err(format!("the simulation panicked: {text}")), nothing())
             }
         };
-        let record = RunRecord::new(run, self.names, end, curve, seconds);
+        let record = RunRecord::new(run, self.names, end, yields, seconds);
         // JSON has no infinities: such a curve could be written but never read again
         let is_readable = serde_json::to_vec(&record)
             .and_then(|bytes| serde_json::from_slice::<RunRecord>(&bytes))
@@ -317,7 +318,7 @@ impl Shift<'_> {
             return Some(record);
         }
         let reason = "the curve has values that are not finite".into();
-        Some(RunRecord::new(run, self.names, Err(reason), Vec::new(), seconds))
+        Some(RunRecord::new(run, self.names, Err(reason), nothing(), seconds))
     }
 
     fn tell(&self) {

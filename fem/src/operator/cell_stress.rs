@@ -38,7 +38,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
     /// ∫ψ dV, ∫dV, ∫J dV and the entries of ∫τ dV, with τ = J σ; whether the element is sound.
     #[inline(always)]
     pub(crate) fn stress_sums(&self) -> ([T; SUMS], T) {
-        let zero = self.local.constant(0.0);
+        let zero = self.constants.local.constant(0.0);
         let one = zero.constant(1.0);
         let (mut sums, mut sound) = ([zero; SUMS], one);
         let phi: [T; MOST_POINTS] = self.damage_at_points();

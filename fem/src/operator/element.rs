@@ -7,7 +7,7 @@
 //! cannot be damaged is one with η = 1 and no toughness; of a mixture the matrix alone is damaged, so
 //! that its energy is not linear in g.
 //!
-//! A new term of the energy goes into the two readings here, and, if it adds to the numbers of an
+//! A new term of the energy goes into the two readings here, into the third of `rates.rs`, and, if it adds to the numbers of an
 //! elastic point, into `point_data.rs`.
 
 use super::point_data::{self, PointData};
@@ -23,7 +23,7 @@ pub(crate) const MOST_POINTS: usize = 14;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ElementState<'a, T, L, const N: usize> {
     pub(crate) rule: &'a Rule,
-    pub(crate) law: L,
+    pub(crate) constants: Constants<T, L>,
     pub(crate) density: CrackDensity,
     /// u, mm.
     pub(crate) displacement: [[T; 3]; N],
@@ -35,6 +35,14 @@ pub(crate) struct ElementState<'a, T, L, const N: usize> {
     pub(crate) geometry: &'a [Geometry<T>],
     /// Whether all lanes are straight and none is a mixture.
     pub(crate) plain: bool,
+    /// The largest ψ⁺ so far by elastic point; `None`: the current one drives damage.
+    pub(crate) history: Option<&'a [T; MOST_POINTS]>,
+}
+
+/// What the parameters of the material are at the points of an element.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Constants<T, L> {
+    pub(crate) law: L,
     pub(crate) degradation: Degradation<T>,
     /// Gc/(c₀ ℓ₀), MPa.
     pub(crate) local: T,
@@ -42,8 +50,6 @@ pub(crate) struct ElementState<'a, T, L, const N: usize> {
     pub(crate) gradient: T,
     /// ξ/Δt, MPa.
     pub(crate) viscous: T,
-    /// The largest ψ⁺ so far by elastic point; `None`: the current one drives damage.
-    pub(crate) history: Option<&'a [T; MOST_POINTS]>,
 }
 
 /// The contributions of an element to the residual.
@@ -69,25 +75,25 @@ pub(super) struct At<T> {
 
 impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
     #[inline(always)]
-    fn constant(&self, x: f64) -> T {
-        self.local.constant(x)
+    pub(super) fn constant(&self, x: f64) -> T {
+        self.constants.local.constant(x)
     }
 
     /// How the element lies in space at elastic point q.
     #[inline(always)]
-    fn geometry(&self, q: usize) -> &Geometry<T> {
+    pub(super) fn geometry(&self, q: usize) -> &Geometry<T> {
         &self.geometry[if self.geometry.len() == 1 { 0 } else { q }]
     }
 
     /// The volume that elastic point q stands for.
     #[inline(always)]
-    fn weight(&self, q: usize) -> T {
+    pub(super) fn weight(&self, q: usize) -> T {
         self.geometry(q).volume * self.constant(self.rule.points[q].weight)
     }
 
     /// The volume that damage point p stands for: that of the elastic points which see it.
     #[inline(always)]
-    fn damage_weight(&self, p: usize) -> T {
+    pub(super) fn damage_weight(&self, p: usize) -> T {
         if self.geometry.len() == 1 {
             return self.geometry[0].volume * self.constant(self.rule.damage[p].weight);
         }
@@ -105,13 +111,23 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
     }
 
     #[inline(always)]
-    fn shape(&self, p: usize) -> &[f64; N] {
+    pub(super) fn shape(&self, p: usize) -> &[f64; N] {
         self.rule.damage[p].shape.first_chunk().expect("a value of each node")
     }
 
     /// Elastic point q, with damage `phi` at the damage points.
     #[inline(always)]
     pub(super) fn at<const TANGENT: bool>(&self, q: usize, phi: &[T; MOST_POINTS]) -> At<T> {
+        let principal = self.principal(q);
+        let Constants { law, degradation, .. } = &self.constants;
+        let g = self.stiffness_at(q, phi, degradation);
+        let response = law.respond::<TANGENT>(&principal.strains, g);
+        At { weight: self.weight(q), principal, response }
+    }
+
+    /// The strains at elastic point q.
+    #[inline(always)]
+    pub(super) fn principal(&self, q: usize) -> Principal<T> {
         let du = self.differences(q, &self.displacement);
         let barycentric = &self.geometry(q).barycentric;
         let mut h = [[self.constant(0.0); 3]; 3];
@@ -122,14 +138,12 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
                 }
             }
         }
-        let principal = Principal::new(&h);
-        let response = self.law.respond::<TANGENT>(&principal.strains, self.stiffness_at(q, phi));
-        At { weight: self.weight(q), principal, response }
+        Principal::new(&h)
     }
 
     /// ∂u/∂λ_k − ∂u/∂λ₀ at elastic point q, by k.
     #[inline(always)]
-    fn differences<const C: usize>(&self, q: usize, u: &[[T; C]; N]) -> [[T; C]; 3] {
+    pub(super) fn differences<const C: usize>(&self, q: usize, u: &[[T; C]; N]) -> [[T; C]; 3] {
         let slopes = self.slopes(q);
         let mut du = [[self.constant(0.0); C]; 3];
         for k in 0..3 {
@@ -148,7 +162,13 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
 
     /// Adds what belongs to the differences to the nodes.
     #[inline(always)]
-    fn add_flux(&self, q: usize, flux: &[[T; 4]; 3], fields: usize, nodal: &mut [[T; 4]; N]) {
+    pub(super) fn add_flux(
+        &self,
+        q: usize,
+        flux: &[[T; 4]; 3],
+        fields: usize,
+        nodal: &mut [[T; 4]; N],
+    ) {
         let slopes = self.slopes(q);
         for c in 0..fields {
             for k in 0..3 {
@@ -166,7 +186,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
     }
 
     #[inline(always)]
-    fn interpolate(&self, field: &[T; N], shape: &[f64; N]) -> T {
+    pub(super) fn interpolate(&self, field: &[T; N], shape: &[f64; N]) -> T {
         let mut sum = self.constant(0.0);
         for a in 0..N {
             sum = field[a].mul_add(self.constant(shape[a]), sum);
@@ -186,14 +206,19 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
 
     /// g_q = Σ_p C_qp g(φ_p), one where nothing can be damaged.
     #[inline(always)]
-    fn stiffness_at(&self, q: usize, phi: &[T; MOST_POINTS]) -> T {
+    pub(super) fn stiffness_at(
+        &self,
+        q: usize,
+        phi: &[T; MOST_POINTS],
+        degradation: &Degradation<T>,
+    ) -> T {
         let row = &self.rule.mixing[q];
         if row.is_empty() {
             return self.constant(1.0);
         }
         let mut sum = self.constant(0.0);
         for (&c, &phi) in row.iter().zip(phi) {
-            sum = self.constant(c).mul_add(self.degradation.value(phi), sum);
+            sum = self.constant(c).mul_add(degradation.value(phi), sum);
         }
         sum
     }
@@ -272,7 +297,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
                         gradient[x] = change[k][0].mul_add(barycentric[k][x], gradient[x]);
                     }
                 }
-                let stiffness = at.weight * self.gradient;
+                let stiffness = at.weight * self.constants.gradient;
                 fracture = stiffness.mul_add(dot(&gradient, &gradient), fracture);
                 for k in 0..3 {
                     flux[k][3] = (stiffness + stiffness) * dot(&gradient, &barycentric[k]);
@@ -285,11 +310,11 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
             let weight = self.damage_weight(p);
             let [alpha, slope, _] = self.density.local(phi[p]);
             let growth = phi[p] - self.interpolate(&self.before, shape);
-            let rate = self.viscous * growth;
-            fracture = (weight * self.local).mul_add(alpha, fracture);
+            let rate = self.constants.viscous * growth;
+            fracture = (weight * self.constants.local).mul_add(alpha, fracture);
             viscous = (weight * rate).mul_add(growth, viscous);
-            let force = self.degradation.slope(phi[p]) * driving[p];
-            let local = weight.mul_add(self.local.mul_add(slope, rate), force);
+            let force = self.constants.degradation.slope(phi[p]) * driving[p];
+            let local = weight.mul_add(self.constants.local.mul_add(slope, rate), force);
             for a in 0..N {
                 if shape[a] != 0.0 {
                     let shape = self.constant(shape[a]);
@@ -341,7 +366,7 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
             // one for all points if there is one geometry
             if !self.plain || q == 0 {
                 let volume = if self.plain { self.geometry[0].volume } else { at.weight };
-                let stiffness = volume * (self.gradient + self.gradient);
+                let stiffness = volume * (self.constants.gradient + self.constants.gradient);
                 for k in 0..3 {
                     for l in 0..=k {
                         let product = dot(&barycentric[k], &barycentric[l]);
@@ -351,12 +376,13 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
             }
         }
         for p in 0..self.rule.damage.len() {
-            out[p] = self.degradation.slope(phi[p]);
+            out[p] = self.constants.degradation.slope(phi[p]);
             // g″ Σ w ψ⁺ + w (Gc/(c₀ ℓ₀) α″ + ξ/Δt); one place where it is the same at all points
             let [.., curvature] = self.density.local(phi[p]);
-            let stiffness = self.local.mul_add(curvature, self.viscous);
+            let stiffness = self.constants.local.mul_add(curvature, self.constants.viscous);
             let weight = self.damage_weight(p);
-            let local = self.degradation.curvature().mul_add(driving[p], weight * stiffness);
+            let curvature = self.constants.degradation.curvature();
+            let local = curvature.mul_add(driving[p], weight * stiffness);
             out[data.local(p)] = local;
         }
         sound

@@ -3,7 +3,7 @@
 use super::cell_stress::CellStress;
 use super::layout::LANES;
 use super::pattern::Tangent;
-use super::residual::{Increment, Residual};
+use super::residual::{Increment, Residual, Shift};
 use crate::element::Domain;
 use crate::material::Inverted;
 
@@ -43,6 +43,15 @@ pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
         coupling: Coupling,
         tets: &[u32],
         write: &mut dyn FnMut(usize, &[[f64; LANES]]),
+    ) -> Result<(), Inverted>;
+
+    /// How the residual at fixed fields changes with parameters: ∂R/∂θ + ∂R/∂φ_n ∂φ_n/∂θ of every
+    /// node, prescribed values included, a vector for each shift. Not for damage with a history.
+    fn rates(
+        &self,
+        increment: &Increment,
+        shifts: &[Shift],
+        out: &mut [Vec<[f64; 4]>],
     ) -> Result<(), Inverted>;
 
     /// The geometry.

@@ -17,6 +17,7 @@ mod graph;
 mod layout;
 mod pattern;
 mod point_data;
+mod rates;
 mod residual;
 #[cfg(test)]
 #[path = "../../tests/unit/operator.rs"]
@@ -34,5 +35,5 @@ pub(crate) use graph::Graph;
 pub(crate) use layout::LANES;
 pub(crate) use layout::Layout;
 pub(crate) use pattern::{Pattern, Tangent};
-pub(crate) use residual::{Increment, NodeBlock, Residual, StepContext};
+pub(crate) use residual::{Increment, NodeBlock, Residual, Shift, StepContext};
 pub(crate) use unknowns::{NONE, Unknowns};

@@ -41,6 +41,18 @@ impl<'a> StepContext<'a> {
     }
 }
 
+/// A parameter of the materials, by those on either side of its value.
+#[derive(Clone, Copy)]
+pub(crate) struct Shift<'a> {
+    /// By region.
+    pub(crate) below: &'a [PointMaterial],
+    pub(crate) above: &'a [PointMaterial],
+    /// The difference of the parameter between them.
+    pub(crate) width: f64,
+    /// The rates of the nodal values u_x, u_y, u_z, φ with the parameter where the increment began.
+    pub(crate) before: &'a [[f64; 4]],
+}
+
 /// Residual and energies at the current fields.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Residual {

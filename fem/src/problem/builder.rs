@@ -34,6 +34,7 @@ impl Problem {
             conditions: Arc::default(),
             schedule: Schedule::adaptive(1.0),
             options: SolverOptions::default(),
+            parameters: Arc::default(),
         };
         ProblemBuilder { parts, scheduled: false }
     }

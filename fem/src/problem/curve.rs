@@ -62,6 +62,27 @@ impl CurvePoint {
     }
 }
 
+/// The derivatives of the force by parameters of the materials along a curve, at the times and
+/// displacements of its points; [`Problem::with_sensitivities`](crate::Problem::with_sensitivities)
+/// asks for them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sensitivities {
+    /// The names of the parameters.
+    pub names: Vec<String>,
+    /// ∂F/∂θ in N for each unit of the parameter: a row for each point of the curve, a column for
+    /// each parameter. Fewer rows than points where the tangent became singular, and with it the
+    /// derivatives from there on ceased to exist.
+    pub force_n: Vec<Vec<f64>>,
+}
+
+impl Sensitivities {
+    /// Whether there are no parameters.
+    pub fn is_empty(&self) -> bool {
+        self.names.is_empty()
+    }
+}
+
 /// Why a test ended.
 #[derive(Clone, Debug, Default)]
 pub enum End {
@@ -81,6 +102,8 @@ pub enum End {
 pub struct Outcome {
     /// One point a load step; the unloaded start is not among them.
     pub curve: Vec<CurvePoint>,
+    /// The derivatives of the force along the curve, if any were asked for.
+    pub sensitivities: Sensitivities,
     /// Why it ended.
     pub end: End,
     /// The fields at the last point.

@@ -41,11 +41,13 @@ pub fn write_curve(path: impl AsRef<Path>, curve: &[CurvePoint]) -> Result<(), F
 
 /// Writes a curve as it grows: every point is in the file once [`push`](Self::push) returns.
 ///
-/// The columns are those of [`write_curve`].
+/// The columns are those of [`write_curve`], and behind them `d_force_d_<name>` for each parameter that
+/// the force is differentiated by, N for each unit of the parameter.
 #[derive(Debug)]
 pub struct CurveWriter {
     path: PathBuf,
     writer: csv::Writer<File>,
+    parameters: usize,
 }
 
 impl CurveWriter {
@@ -54,10 +56,20 @@ impl CurveWriter {
     /// # Errors
     /// [`FemError::Io`] when the file cannot be written.
     pub fn create(path: impl AsRef<Path>) -> Result<Self, FemError> {
+        Self::with_parameters(path, &[])
+    }
+
+    /// The same with a column for each parameter, as [`Sensitivities`](crate::Sensitivities) names them.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create).
+    pub fn with_parameters(path: impl AsRef<Path>, names: &[String]) -> Result<Self, FemError> {
         let path = path.as_ref().to_owned();
         let file = File::create(&path).map_err(|error| FemError::io("write", &path, error))?;
-        let mut out = Self { path, writer: csv::Writer::from_writer(file) };
-        out.write(COLUMNS)?;
+        let writer = csv::Writer::from_writer(file);
+        let mut out = Self { path, writer, parameters: names.len() };
+        let derivatives = names.iter().map(|name| format!("d_force_d_{name}"));
+        out.write(COLUMNS.map(String::from).into_iter().chain(derivatives))?;
         Ok(out)
     }
 
@@ -66,7 +78,20 @@ impl CurveWriter {
     /// # Errors
     /// As [`create`](Self::create).
     pub fn push(&mut self, p: &CurvePoint) -> Result<(), FemError> {
-        self.write([
+        self.push_differentiated(p, &[])
+    }
+
+    /// Adds a point with the derivatives of its force, a row of
+    /// [`Sensitivities::force_n`](crate::Sensitivities); those that are missing leave their cells empty.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create).
+    pub fn push_differentiated(
+        &mut self,
+        p: &CurvePoint,
+        derivatives: &[f64],
+    ) -> Result<(), FemError> {
+        let numbers = [
             p.time_s.to_string(),
             p.displacement_mm.to_string(),
             p.force_n.to_string(),
@@ -81,10 +106,12 @@ impl CurveWriter {
             p.friction_n_mm.to_string(),
             p.balance_n_mm().to_string(),
             p.residual.to_string(),
-        ])
+        ];
+        let cell = |k: usize| derivatives.get(k).map_or(String::new(), f64::to_string);
+        self.write(numbers.into_iter().chain((0..self.parameters).map(cell)))
     }
 
-    fn write(&mut self, line: [impl AsRef<[u8]>; COLUMNS.len()]) -> Result<(), FemError> {
+    fn write(&mut self, line: impl Iterator<Item = String>) -> Result<(), FemError> {
         let written = self.writer.write_record(line).map_err(std::io::Error::from);
         written
             .and_then(|()| self.writer.flush())

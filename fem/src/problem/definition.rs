@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::fingerprint::Fingerprint;
+use super::parameter::MaterialParameter;
 use super::schedule::{Schedule, check_crack_energy};
 use crate::boundary::Conditions;
 use crate::element::Order;
@@ -22,6 +23,8 @@ pub(super) struct Definition {
     pub(super) conditions: Arc<Conditions>,
     pub(super) schedule: Schedule,
     pub(super) options: SolverOptions,
+    /// Those that the force is differentiated by.
+    pub(super) parameters: Arc<[MaterialParameter]>,
 }
 
 impl Definition {
@@ -44,7 +47,42 @@ impl Definition {
         field.map_or(Ok(()), PhaseField::validate)?;
         self.options.validate()?;
         self.schedule.validate()?;
-        check_crack_energy(&self.schedule, &self.materials, field, &self.conditions)
+        check_crack_energy(&self.schedule, &self.materials, field, &self.conditions)?;
+        if self.parameters.is_empty() { Ok(()) } else { self.validate_parameters() }
+    }
+
+    /// Checks that the equations have the derivatives that are asked for.
+    fn validate_parameters(&self) -> Result<(), FemError> {
+        let refused =
+            |message: &str, help: &str| Err(FemError::unsupported("sensitivities", message, help));
+        if self.phase_field.as_ref().is_some_and(|field| !field.is_variational()) {
+            return refused(
+                "with a history or a hybrid split the tangent at hand is not the derivative of the \
+                 residual",
+                "take irreversibility = \"active-set\" or \"none\" and no hybrid split, or differences \
+                 of runs",
+            );
+        }
+        if self.schedule.steps.controls_crack_energy() {
+            return refused(
+                "with arc-length steps the displacement of a point moves with the parameters",
+                "take fixed or adaptive steps",
+            );
+        }
+        if self.conditions.has_friction() {
+            return refused(
+                "the friction and the drag of platens are not differentiated",
+                "take platens without them, or differences of runs",
+            );
+        }
+        for (k, parameter) in self.parameters.iter().enumerate() {
+            parameter.validate(&self.mesh.regions, &self.materials, self.phase_field.as_ref())?;
+            if self.parameters[..k].iter().any(|other| other.name == parameter.name) {
+                let message = format!("two parameters have the name '{}'", parameter.name);
+                return refused(&message, "give each a name of its own");
+            }
+        }
+        Ok(())
     }
 
     /// Checks that there are two phases to mix, of a law whose moduli can be.
@@ -71,18 +109,18 @@ impl Definition {
         self.materials.iter().map(breaks).collect()
     }
 
-    /// The materials as the points of a region see them.
-    pub(super) fn points(&self) -> Arc<[PointMaterial]> {
-        self.materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect()
+    /// Materials as the points of a region see them.
+    pub(super) fn points(&self, materials: &[Material]) -> Arc<[PointMaterial]> {
+        materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect()
     }
 
     /// A number that tells these parts from others; of functions, only what they are described as.
     pub(super) fn fingerprint(&self) -> u64 {
         let Self { mesh, order, materials, homogenisation, phase_field, .. } = self;
-        let Self { conditions, schedule, options, .. } = self;
+        let Self { conditions, schedule, options, parameters, .. } = self;
         let words = format!(
             "{order:?} {materials:?} {homogenisation:?} {phase_field:?} {conditions:?} {schedule:?} \
-             {options:?}"
+             {options:?} {parameters:?}"
         );
         let mut print = Fingerprint::new().add(words.as_bytes());
         for x in mesh.nodes.as_flattened() {

@@ -68,6 +68,7 @@ impl LoadStepper<'_> {
 
     /// Takes the equilibrium that the solver found at `target` as the state.
     fn accept(&mut self, before: Effort, fields: Fields, target: f64) -> Result<(), StepFailure> {
+        self.differentiate(&fields, target);
         let (problem, solver, state) = (self.problem, &self.solver, &mut self.state);
         let domain = problem.discretisation.as_ref();
         let step = target - state.clock;

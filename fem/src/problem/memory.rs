@@ -39,6 +39,11 @@ impl Memory {
         StepContext { history, bounds, ..StepContext::new(damage_before, duration) }
     }
 
+    /// Whether the lower bounds of an increment are the damage that it begins with.
+    pub(crate) fn follows(&self) -> bool {
+        self.ratchet
+    }
+
     /// Takes an equilibrium into memory.
     pub(crate) fn record(
         &mut self,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::definition::Definition;
 use super::discretisation::Discretisation;
+use super::parameter::MaterialParameter;
 use super::schedule::Schedule;
 use crate::boundary::{Conditions, ExternalForces};
 use crate::element::{Order, PointValues};
@@ -52,6 +53,16 @@ pub struct Problem {
     pub(crate) discretisation: Arc<Discretisation>,
     /// The materials as the points of a region see them.
     pub(crate) points: Arc<[PointMaterial]>,
+    /// The same on either side of the value of each parameter.
+    pub(super) shifts: Arc<[PointShift]>,
+}
+
+/// The materials on either side of a parameter's value, as the points of a region see them.
+#[derive(Debug)]
+pub(super) struct PointShift {
+    pub(super) below: Arc<[PointMaterial]>,
+    pub(super) above: Arc<[PointMaterial]>,
+    pub(super) width: f64,
 }
 
 impl Problem {
@@ -59,23 +70,72 @@ impl Problem {
     pub(super) fn new(parts: Definition) -> Result<Self, FemError> {
         parts.validate()?;
         let discretisation = Arc::new(Discretisation::new(&parts)?);
-        Ok(Self { points: parts.points(), parts, discretisation })
+        Ok(Self::with(parts, discretisation))
     }
 
-    /// The same problem with other materials; mesh, unknowns and the structure of the factor are
-    /// shared unless a region gains or loses its toughness.
+    fn with(parts: Definition, discretisation: Arc<Discretisation>) -> Self {
+        let shift = |parameter: &MaterialParameter| PointShift {
+            below: parts.points(&parameter.below),
+            above: parts.points(&parameter.above),
+            width: parameter.width,
+        };
+        let shifts = parts.parameters.iter().map(shift).collect();
+        Self { points: parts.points(&parts.materials), shifts, parts, discretisation }
+    }
+
+    /// The same problem with other materials, without parameters to differentiate by; mesh, unknowns
+    /// and the structure of the factor are shared unless a region gains or loses its toughness.
     ///
     /// # Errors
     /// As [`ProblemBuilder::build`](crate::ProblemBuilder::build).
     pub fn with_materials(&self, materials: Vec<Material>) -> Result<Self, FemError> {
-        let parts = Definition { materials, ..self.parts.clone() };
+        let parts = Definition { materials, parameters: Arc::default(), ..self.parts.clone() };
         parts.validate()?;
         let discretisation = if parts.damaged() == self.discretisation.damaged {
             Arc::clone(&self.discretisation)
         } else {
             Arc::new(Discretisation::new(&parts)?)
         };
-        Ok(Self { points: parts.points(), parts, discretisation })
+        Ok(Self::with(parts, discretisation))
+    }
+
+    /// The same problem, whose runs also give the derivatives of the force by parameters of the
+    /// materials along the whole curve; everything else is shared.
+    ///
+    /// Every accepted increment solves one more linear system for each parameter, with the tangent at
+    /// hand; what damage passes on from increment to increment is carried along, and a node that the
+    /// irreversibility holds moves with the bound that holds it. The derivatives are those at fixed
+    /// steps: steps that a controller chooses are taken as they are. Where the equations have a kink
+    /// (tr ε = 0 of a split, a node about to leave its bound) they are those of one side; where the
+    /// tangent is singular they end, see [`Sensitivities`](crate::Sensitivities).
+    ///
+    /// # Errors
+    /// [`FemError::Unsupported`] for damage that makes no energy stationary (a history, a hybrid
+    /// split), arc-length steps and platens with friction or drag;
+    /// [`FemError::Parameter`] and others as [`ProblemBuilder::build`](crate::ProblemBuilder::build)
+    /// for materials that are not on either side of those of the problem.
+    ///
+    /// # Example
+    /// The force of an elastic body is proportional to its stiffness:
+    /// ```
+    /// use fem::{CompressionTest, CylinderLattice, Material, MaterialParameter, Schedule};
+    ///
+    /// let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
+    /// let young = MaterialParameter::new("young_mpa", 275.0, |x| vec![Material::hencky(x, 0.25)]);
+    /// let problem = CompressionTest::new(0.22, Schedule::fixed(1.0, 2))
+    ///     .builder(mesh)?
+    ///     .materials([Material::hencky(275.0, 0.25)])
+    ///     .build()?
+    ///     .with_sensitivities(vec![young])?;
+    /// let outcome = problem.run(&mut ());
+    /// let (force, rate) = (outcome.curve[1].force_n, outcome.sensitivities.force_n[1][0]);
+    /// assert!((275.0 * rate - force).abs() < 1e-6 * force);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn with_sensitivities(&self, parameters: Vec<MaterialParameter>) -> Result<Self, FemError> {
+        let parts = Definition { parameters: parameters.into(), ..self.parts.clone() };
+        parts.validate()?;
+        Ok(Self::with(parts, Arc::clone(&self.discretisation)))
     }
 
     /// The same problem under other conditions; mesh and space are shared, and so is the order of
@@ -87,7 +147,7 @@ impl Problem {
         let parts = Definition { conditions: Arc::new(conditions), ..self.parts.clone() };
         parts.validate()?;
         let discretisation = Arc::new(self.discretisation.with_conditions(&parts)?);
-        Ok(Self { parts, discretisation, points: Arc::clone(&self.points) })
+        Ok(Self::with(parts, discretisation))
     }
 
     /// A solver that remembers nothing.

@@ -36,13 +36,36 @@ pub(crate) struct RunState {
     pub(crate) taken: Option<Step>,
     pub(crate) peak: f64,
     pub(crate) effort: Effort,
+    pub(crate) derivatives: Derivatives,
+}
+
+/// The rates of the last equilibrium with the parameters, one after the other.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Derivatives {
+    /// Of u_x, u_y, u_z, φ at the nodes.
+    pub(crate) values: Vec<Vec<[f64; 4]>>,
+    /// The same at the equilibria before it, the last one first: where the next solution starts.
+    pub(crate) earlier: Vec<Vec<Vec<[f64; 4]>>>,
+    /// Of the force, N.
+    pub(crate) force_n: Vec<f64>,
+    /// Of the force at the points of the curve.
+    pub(crate) curve: Vec<Vec<f64>>,
+    /// Whether an equilibrium had none, so that those behind it have none either.
+    pub(crate) lost: bool,
 }
 
 impl RunState {
     /// The unloaded body.
-    pub(crate) fn new(domain: &Discretisation, phase_field: Option<&PhaseField>) -> Self {
+    pub(crate) fn new(
+        domain: &Discretisation,
+        phase_field: Option<&PhaseField>,
+        parameters: usize,
+    ) -> Self {
         let nodes = domain.nodes().len();
+        let values = vec![vec![[0.0; 4]; nodes]; parameters];
+        let earlier = vec![Vec::new(); parameters];
         Self {
+            derivatives: Derivatives { values, earlier, ..Derivatives::default() },
             fields: Fields::zero(nodes),
             memory: Memory::new(phase_field, domain.operator.as_ref(), nodes),
             forces: vec![[0.0; 3]; nodes],

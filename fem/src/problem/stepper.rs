@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::checkpoint::Checkpoint;
 use super::controller::{Progress, Step};
-use super::curve::{CurvePoint, End, Outcome};
+use super::curve::{CurvePoint, End, Outcome, Sensitivities};
 use super::problem::Problem;
 use super::state::RunState;
 use crate::boundary::ExternalForces;
@@ -61,7 +61,7 @@ impl<'a> LoadStepper<'a> {
     /// A run from the unloaded body.
     pub(super) fn new(problem: &'a Problem) -> Self {
         let field = problem.parts.phase_field.as_ref();
-        let state = RunState::new(&problem.discretisation, field);
+        let state = RunState::new(&problem.discretisation, field, problem.shifts.len());
         Self { problem, solver: problem.solver(), state, checkpoint: None, end: None }
     }
 
@@ -104,6 +104,12 @@ impl<'a> LoadStepper<'a> {
         &self.state.curve
     }
 
+    /// The derivatives of the force at the points so far.
+    pub fn sensitivities(&self) -> Sensitivities {
+        let names = self.problem.parts.parameters.iter().map(|p| p.name.clone()).collect();
+        Sensitivities { names, force_n: self.state.derivatives.curve.clone() }
+    }
+
     /// Work done by the solver so far.
     pub fn effort(&self) -> Effort {
         self.solver.effort
@@ -112,9 +118,11 @@ impl<'a> LoadStepper<'a> {
     /// What the run has yielded; a run that had not ended yet is [`End::Interrupted`].
     pub fn finish(self) -> Outcome {
         let contact = self.solver.external.contact_points(&self.state.fields);
+        let sensitivities = self.sensitivities();
         let RunState { curve, fields, reactions, .. } = self.state;
         let end = self.end.unwrap_or(End::Interrupted);
-        Outcome { curve, end, fields, reactions, contact, effort: self.solver.effort }
+        let effort = self.solver.effort;
+        Outcome { curve, sensitivities, end, fields, reactions, contact, effort }
     }
 
     /// Steps up to the next point of the curve.
@@ -156,6 +164,10 @@ impl<'a> LoadStepper<'a> {
         let state = &mut self.state;
         let point = state.point;
         state.curve.push(point);
+        let derivatives = &mut state.derivatives;
+        if !(derivatives.lost || derivatives.values.is_empty()) {
+            derivatives.curve.push(derivatives.force_n.clone());
+        }
         for (surface, &force) in &state.reaction {
             state.reactions.entry(surface.clone()).or_default().push(force);
         }

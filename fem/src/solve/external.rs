@@ -21,6 +21,10 @@ pub(crate) trait External: Clone + Default {
     /// change and of the new contact forces, N².
     fn augment(&mut self, fields: &Fields) -> [f64; 2];
 
+    /// What contact without friction lacks where the rates of its gaps are not zero: the forces of the
+    /// pressures that those of the displacement in `rates` ask for, −γ A (n·du/dθ) n, N.
+    fn follow(&self, fields: &Fields, rates: &[[f64; 4]]) -> Vec<(u32, [f64; 3])>;
+
     /// Lets friction fade below a multiple of its slip velocity.
     fn blunt(&mut self, factor: f64);
 }
@@ -44,6 +48,10 @@ impl External for () {
 
     fn augment(&mut self, _: &Fields) -> [f64; 2] {
         [0.0; 2]
+    }
+
+    fn follow(&self, _: &Fields, _: &[[f64; 4]]) -> Vec<(u32, [f64; 3])> {
+        Vec::new()
     }
 
     fn blunt(&mut self, _: f64) {}

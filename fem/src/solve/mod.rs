@@ -1,4 +1,4 @@
-//! Newton, alternate minimisation, arc length, bounds, and linear solvers.
+//! Newton, alternate minimisation, arc length, bounds, rates with parameters, and linear solvers.
 
 mod alternate;
 mod arc_length;
@@ -8,6 +8,7 @@ mod linear;
 mod newton;
 mod norms;
 mod options;
+mod sensitivity;
 
 pub use newton::Effort;
 pub use options::{LinearScheme, Scheme, SolverOptions};
@@ -18,3 +19,4 @@ pub(crate) use linear::LinearPlan;
 #[cfg(feature = "bench-internals")]
 pub(crate) use linear::{LinearSolver, Nodal};
 pub(crate) use newton::Solver;
+pub(crate) use sensitivity::Known;

@@ -55,11 +55,11 @@ pub(crate) struct Solver<'a, E> {
     pub(crate) external: E,
     /// Residual and energies at the last fields that were accepted.
     pub(crate) residual: Residual,
-    linear: Box<dyn LinearSolver + 'a>,
+    pub(super) linear: Box<dyn LinearSolver + 'a>,
     /// The values that are not prescribed.
-    unknown: Vec<[bool; 4]>,
+    pub(super) unknown: Vec<[bool; 4]>,
     /// Those that no bound holds, at the fields evaluated last.
-    free: Vec<[bool; 4]>,
+    pub(super) free: Vec<[bool; 4]>,
     /// Those that the tangent at hand takes as free.
     linearised: Vec<[bool; 4]>,
     factor: Linearisation,
@@ -245,6 +245,18 @@ impl<'a, E: External> Solver<'a, E> {
         self.coupling = Coupling::Full;
         self.effort.iterations += 1;
         self.factorise(fields, context)
+    }
+
+    /// Takes over the tangent of both fields at an equilibrium; the next increment begins with it.
+    pub(super) fn linearise_at(
+        &mut self,
+        fields: &Fields,
+        context: StepContext,
+    ) -> Result<(), StepFailure> {
+        self.coupling = Coupling::Full;
+        self.factorise(fields, context)?;
+        self.factor = Linearisation::Kept;
+        Ok(())
     }
 
     /// Solves with the tangent at hand.

@@ -1,6 +1,6 @@
-//! Curves that are not what they should be.
+//! Curves with derivatives, and those that are not what they should be.
 
-use fem::read_curve;
+use fem::{CurvePoint, CurveWriter, read_curve};
 
 #[test]
 fn errors_name_the_line_and_the_column() {
@@ -25,4 +25,30 @@ fn errors_name_the_line_and_the_column() {
     );
     refused(&format!("{header}\n0,0\n"), ["curve.csv", "not a table", "2 fields"]);
     assert!(read_curve(dir.path().join("absent.csv")).is_err());
+}
+
+#[test]
+fn derivatives_are_columns_behind_the_others() {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let names = ["young_mpa", "Gc, N/mm"].map(String::from);
+    let mut writer = CurveWriter::with_parameters(file.path(), &names).unwrap();
+    let points = [1.0, 2.0, 3.0].map(|time_s| CurvePoint { time_s, ..CurvePoint::default() });
+    writer.push_differentiated(&points[0], &[0.1, 1.0 / 3.0]).unwrap();
+    writer.push_differentiated(&points[1], &[-2.5, 4.0]).unwrap();
+    // where there are none any more
+    writer.push(&points[2]).unwrap();
+    drop(writer);
+    let mut reader = csv::Reader::from_path(file.path()).unwrap();
+    let header = reader.headers().unwrap().clone();
+    let places = ["d_force_d_young_mpa", "d_force_d_Gc, N/mm"]
+        .map(|name| header.iter().position(|h| h == name).unwrap());
+    assert_eq!(places, [header.len() - 2, header.len() - 1]);
+    let cells: Vec<[String; 2]> = reader
+        .records()
+        .map(|record| places.map(|k| record.as_ref().unwrap()[k].to_owned()))
+        .collect();
+    let number = |k: usize, j: usize| cells[k][j].parse::<f64>().unwrap();
+    assert_eq!([number(0, 0), number(0, 1), number(1, 0)], [0.1, 1.0 / 3.0, -2.5]);
+    assert_eq!(cells[2], ["", ""]);
+    assert_eq!(read_curve(file.path()).unwrap(), points);
 }

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use fem::{
     CurvePoint, End, Ensemble, EnsembleError, EnsembleProgress, FemError, Outcome, RunEnd,
-    RunInput, RunRecord, RunStatus,
+    RunInput, RunRecord, RunStatus, Sensitivities,
 };
 
 const FINGERPRINT: &str = "mesh = cylinder\nload = 0.22 mm";
@@ -74,6 +74,28 @@ fn records_do_not_depend_on_the_number_of_threads_and_are_not_made_again() {
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
     assert_eq!(files.len(), 14, "{files:?}");
+}
+
+#[test]
+fn derivatives_are_kept_with_their_curve() {
+    let dir = tempfile::tempdir().unwrap();
+    let differentiated = |run: &RunInput, _: &dyn Fn(f64)| {
+        let force_n = vec![vec![0.1 * run.inputs[0], 1.0 / 3.0]; 20];
+        let sensitivities = Sensitivities { names: NAMES.map(String::from).into(), force_n };
+        Ok(Outcome { sensitivities, ..outcome(run, End::Displacement) })
+    };
+    let ensemble = in_directory(dir.path());
+    let made = ensemble.run(&runs(2), &NAMES, 1, &differentiated, &(), &NEVER).unwrap();
+    let again = ensemble.run(&runs(2), &NAMES, 1, &never_called, &(), &NEVER).unwrap();
+    assert_eq!(again, made);
+    assert_eq!(again[1].sensitivities.force_n[19], [0.1 * runs(2)[1].inputs[0], 1.0 / 3.0]);
+    // records of runs without them, those of earlier versions too, have no such entry
+    let plain = in_directory(tempfile::tempdir().unwrap().path())
+        .run(&runs(1), &NAMES, 1, &simple, &(), &NEVER)
+        .unwrap();
+    let text = serde_json::to_string(&plain[0]).unwrap();
+    assert!(plain[0].sensitivities.is_empty() && !text.contains("sensitivities"), "{text}");
+    assert_eq!(serde_json::from_str::<RunRecord>(&text).unwrap(), plain[0]);
 }
 
 #[test]

@@ -6,7 +6,8 @@ use crate::support::column::snap_back;
 use crate::support::{between, grain, loading, matrix, phase_field, prism};
 use fem::{
     Checkpoint, CheckpointError, CrackDensity, CurvePoint, End, FemError, Fields, Friction,
-    Irreversibility, Observer, Order, Outcome, PhaseField, Platens, Problem, Split,
+    Irreversibility, MaterialParameter, Observer, Order, Outcome, PhaseField, Platens, Problem,
+    Split,
 };
 
 fn test(field: PhaseField) -> Problem {
@@ -68,9 +69,14 @@ fn a_continued_run_is_the_uninterrupted_one_bit_by_bit() {
     };
     let history =
         PhaseField { irreversibility: Irreversibility::History, ..phase_field(Split::None) };
+    let young = MaterialParameter::new("young", 275.0, |x| {
+        let elasticity = fem::Material::hencky(x, 0.25).elasticity;
+        vec![fem::Material { elasticity, ..matrix() }, grain()]
+    });
+    let differentiated = test(ratchet).with_sensitivities(vec![young]).expect("valid");
     let cases = [
         test(phase_field(Split::None)),
-        test(ratchet),
+        differentiated,
         test(history),
         between(
             &test(phase_field(Split::None)),
@@ -89,6 +95,9 @@ fn a_continued_run_is_the_uninterrupted_one_bit_by_bit() {
         assert_eq!(outcome.fields, reference.fields, "case {k}");
         assert_eq!(outcome.reactions, reference.reactions, "case {k}");
         assert_eq!(outcome.effort, reference.effort, "case {k}");
+        assert_eq!(outcome.sensitivities, reference.sensitivities, "case {k}");
+        let rows = if k == 1 { reference.curve.len() } else { 0 };
+        assert_eq!(reference.sensitivities.force_n.len(), rows);
     }
 }
 

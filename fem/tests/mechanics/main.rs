@@ -16,4 +16,5 @@ mod mixture;
 mod notched_plate;
 mod reference_cylinder;
 mod refusals;
+mod sensitivity;
 mod solution;

@@ -8,13 +8,13 @@ use super::{Law, cube, materials, mixed};
 use crate::element::{DamageRule, Domain, Geometry, Linear, Quadratic, Rule, Space, Tetrahedron};
 use crate::fields::Fields;
 use crate::material::{
-    CrackDensity, FormulaLaw, Homogenisation, Material, MixedPhases, PhaseField, PointMaterial,
-    Split,
+    CrackDensity, Degradation, FormulaLaw, Homogenisation, Material, MixedPhases, PhaseField,
+    PointMaterial, Split,
 };
 use crate::mesh::{Mixture, TetMesh};
 use crate::operator::backend::{Buffers, Gather};
 use crate::operator::blocks::{Blocks, write_blocks};
-use crate::operator::element::{ElementState, MOST_POINTS};
+use crate::operator::element::{Constants, ElementState, MOST_POINTS};
 use crate::operator::point_data::PointData;
 use crate::operator::{Assembly, Coupling, Increment, LANES, Operator, Residual, StepContext};
 
@@ -128,7 +128,7 @@ fn assert_derivatives<const N: usize, T: Tetrahedron<N>>(
         });
         let [d, e] = &directions;
         let dual = |x: f64, a: usize, k: usize| HyperDual64::new(x, d[a][k], e[a][k], 0.0);
-        let law = element.law.formula().expect("a law that is written out");
+        let law = element.constants.law.formula().expect("a law that is written out");
         let phases = law.phases.map(|phases| MixedPhases {
             rule: phases.rule,
             matrix: phases.matrix.map(HyperDual64::from),
@@ -143,7 +143,13 @@ fn assert_derivatives<const N: usize, T: Tetrahedron<N>>(
         let geometry: Vec<_> = element.geometry.iter().map(dual_geometry).collect();
         let of_duals = ElementState::<_, _, N> {
             rule: element.rule,
-            law: FormulaLaw { formula: law.formula, degraded: law.degraded, moduli, phases },
+            constants: Constants {
+                law: FormulaLaw { formula: law.formula, degraded: law.degraded, moduli, phases },
+                degradation: Degradation { soft: element.constants.degradation.soft.into() },
+                local: element.constants.local.into(),
+                gradient: element.constants.gradient.into(),
+                viscous: element.constants.viscous.into(),
+            },
             density: element.density,
             displacement: std::array::from_fn(|a| {
                 std::array::from_fn(|k| dual(element.displacement[a][k], a, k))
@@ -152,10 +158,6 @@ fn assert_derivatives<const N: usize, T: Tetrahedron<N>>(
             before: element.before.map(HyperDual64::from),
             geometry: &geometry,
             plain: element.plain,
-            degradation: crate::material::Degradation { soft: element.degradation.soft.into() },
-            local: element.local.into(),
-            gradient: element.gradient.into(),
-            viscous: element.viscous.into(),
             history: None,
         };
         let [elastic, fracture, viscous] = of_duals.residual().energies;

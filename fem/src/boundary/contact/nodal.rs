@@ -78,6 +78,11 @@ impl Contact {
         Ok(Self { surface: surface.into(), platen, nodes })
     }
 
+    /// How many nodes can touch.
+    pub(crate) fn count(&self) -> usize {
+        self.nodes.len()
+    }
+
     /// The directions in which contact can hold the surface (x, direction).
     pub(crate) fn directions(&self, each: &mut dyn FnMut([f64; 3], [f64; 3])) {
         for (_, _, x) in &self.nodes {
@@ -174,6 +179,12 @@ impl ContactStep {
         (node.pressure - self.penalty * proximity.gap).max(0.0)
     }
 
+    /// Whether the pressure follows the gap: at the kink of ⟨·⟩₊ either slope is a generalised derivative,
+    /// and a node that just touches holds.
+    fn touches(&self, node: &Node, proximity: &Proximity) -> bool {
+        node.pressure - self.penalty * (proximity.gap - self.touch) > 0.0
+    }
+
     /// v_t, mm/s.
     fn slip(&self, node: &Node, proximity: &Proximity, fields: &Fields) -> Vector3<f64> {
         let u = Vector3::from(fields.displacement[node.node as usize]);
@@ -215,8 +226,7 @@ impl ContactStep {
             let proximity = self.proximity(node, fields);
             let pressure = self.pressure(node, &proximity);
             let mut block = Matrix3::zeros();
-            // at the kink of ⟨·⟩₊ either slope is a generalised derivative: a node that just touches holds
-            let touches = node.pressure - self.penalty * (proximity.gap - self.touch) > 0.0;
+            let touches = self.touches(node, &proximity);
             if touches {
                 let n = proximity.normal;
                 block += n * n.transpose() * self.penalty - proximity.curvature * pressure;
@@ -233,6 +243,25 @@ impl ContactStep {
             }
             let block = block * node.area;
             (node.node, std::array::from_fn(|i| std::array::from_fn(|j| block[(i, j)])))
+        })
+    }
+
+    /// −γ A (n·du/dθ) n of the nodes that touch, N, and zero of the others: what their pressures lack to
+    /// keep their gaps closed.
+    pub(crate) fn follow(
+        &self,
+        fields: &Fields,
+        rates: &[[f64; 4]],
+    ) -> impl Iterator<Item = (u32, [f64; 3])> {
+        self.nodes.iter().map(|node| {
+            let proximity = self.proximity(node, fields);
+            let [x, y, z, _] = rates[node.node as usize];
+            let mut force = Vector3::zeros();
+            if self.touches(node, &proximity) {
+                let closing = -proximity.normal.dot(&Vector3::new(x, y, z));
+                force = proximity.normal * (self.penalty * node.area * closing);
+            }
+            (node.node, force.into())
         })
     }
 

@@ -86,7 +86,7 @@ impl Platen {
     }
 
     /// Whether sliding is resisted.
-    pub(super) fn resists_sliding(&self) -> bool {
+    pub(crate) fn resists_sliding(&self) -> bool {
         self.friction > 0.0 || self.drag > 0.0
     }
 

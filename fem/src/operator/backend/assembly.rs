@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::gather::Gather;
+use super::shifts::Shifts;
 use crate::element::{Domain, Space};
 use crate::material::{Homogenisation, Inverted};
 use crate::operator::cell_stress::CellStress;
@@ -11,7 +12,8 @@ use crate::operator::element::ElementResidual;
 use crate::operator::equations::{Coupling, Operator};
 use crate::operator::layout::LANES;
 use crate::operator::pattern::Tangent;
-use crate::operator::residual::{Increment, Residual};
+use crate::operator::rates::{AT_ONCE, Rates};
+use crate::operator::residual::{Increment, Residual, Shift};
 
 /// Batches that are worth a thread.
 const LEAST: usize = 512;
@@ -109,6 +111,32 @@ impl<const N: usize> Operator for Assembly<N> {
     ) -> Result<(), Inverted> {
         let coupled = coupling == Coupling::Full;
         self.gather(increment).point_data(tets, coupled, write)
+    }
+
+    fn rates(
+        &self,
+        increment: &Increment,
+        shifts: &[Shift],
+        out: &mut [Vec<[f64; 4]>],
+    ) -> Result<(), Inverted> {
+        let gather = self.gather(increment);
+        for (shifts, out) in shifts.chunks(AT_ONCE).zip(out.chunks_mut(AT_ONCE)) {
+            let shifts = Shifts::new(&gather, self.rule, increment.context.duration, shifts);
+            out.iter_mut().for_each(|out| out.fill([0.0; 4]));
+            let compute = |first: usize, to: &mut [_]| shifts.rates(first, to);
+            let add = |first: usize, elements: &[Rates<f64, N>]| {
+                for (element, nodes) in elements.iter().zip(&self.space.tets[first..]) {
+                    for (out, element) in out.iter_mut().zip(element) {
+                        for (&node, rate) in nodes.iter().zip(element) {
+                            (0..4).for_each(|k| out[node as usize][k] += rate[k]);
+                        }
+                    }
+                }
+            };
+            let blank = [[[0.0; 4]; N]; AT_ONCE];
+            deterministic_reduce::<N, _>(self.space.tets.len(), blank, compute, add)?;
+        }
+        Ok(())
     }
 
     fn domain(&self) -> &dyn Domain {

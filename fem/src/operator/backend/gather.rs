@@ -3,10 +3,10 @@
 use faer::traits::pulp::{Simd, WithSimd};
 
 use super::lanes::{Precision, Rows, dispatch, places};
+use super::regions::Regions;
 use crate::element::{Domain, Geometry, Space};
 use crate::material::{
-    CrackDensity, Degradation, Degraded, Formula, Homogenisation, Inverted, LaneLaw, Lanes,
-    MOST_GRAIN, MixedPhases, POINTS, PointMaterial, REGISTERS, SimdF64,
+    CrackDensity, Homogenisation, Inverted, LaneLaw, Lanes, POINTS, REGISTERS, SimdF64,
 };
 use crate::operator::blocks::write_blocks;
 use crate::operator::element::{ElementResidual, ElementState, MOST_POINTS};
@@ -20,21 +20,13 @@ const FEW: usize = 51;
 
 /// What the elements of a mesh have in common in an increment.
 pub(crate) struct Gather<'a, const N: usize> {
-    space: &'a Space<N>,
+    pub(super) space: &'a Space<N>,
     increment: &'a Increment<'a>,
-    degraded: Degraded,
     density: CrackDensity,
-    /// The formula that all regions have.
-    formula: Option<Formula>,
-    rule: Homogenisation,
-    /// K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt by region.
-    constants: Vec<[f64; CONSTANTS]>,
+    regions: Regions<'a>,
     /// Where each row of a batch is in the lanes.
     pub(super) places: [usize; LANES],
 }
-
-/// Constants of a region.
-const CONSTANTS: usize = 6;
 
 /// What the values of elements refer to, as their owner keeps it.
 pub(crate) struct Buffers<T> {
@@ -60,25 +52,14 @@ impl<'a, const N: usize> Gather<'a, N> {
         rule: Homogenisation,
         increment: &'a Increment<'a>,
     ) -> Self {
+        let Increment { materials, context, .. } = increment;
         // one damage model for all regions
-        let damage = increment.materials.iter().find_map(|m| m.damage.as_ref());
-        let constants = increment.materials.iter().map(|m| {
-            let [soft, local, gradient, viscosity] = match &m.damage {
-                Some(d) => [1.0 - d.residual, d.local, d.gradient, d.viscosity],
-                None => [0.0; 4],
-            };
-            let viscous = viscosity / increment.context.duration;
-            [m.moduli.bulk, m.moduli.shear, soft, local, gradient, viscous]
-        });
-        let first = increment.materials.first().and_then(PointMaterial::formula);
+        let damage = materials.iter().find_map(|m| m.damage.as_ref());
         Self {
             space,
             increment,
-            degraded: damage.map_or(Degraded::ALL, |d| d.degraded),
             density: damage.map_or(CrackDensity::At2, |d| d.density),
-            formula: first.filter(|_| increment.materials.iter().all(|m| m.formula() == first)),
-            rule,
-            constants: constants.collect(),
+            regions: Regions::new(materials, rule, context.duration),
             places: places::<f64>(),
         }
     }
@@ -159,66 +140,23 @@ impl<'a, const N: usize> Gather<'a, N> {
             damage[a] = T::load(token, &columns[3]);
             before[a] = T::load(token, &columns[4]);
         }
-        let mut columns = [[0.0; POINTS]; CONSTANTS + 3];
-        let mut materials = [&increment.materials[0]; POINTS];
-        let (mut curved, mut mixed) = (false, false);
+        let (constants, mixed) = self.regions.of(token, space, &tets);
+        let mut curved = false;
         for lane in 0..T::COUNT {
-            let region = usize::from(space.region[tets[lane]]);
-            materials[lane] = &increment.materials[region];
-            let constants = &self.constants[region];
-            for k in 0..CONSTANTS {
-                columns[k][lane] = constants[k];
-            }
-            // one phase is a mixture of it with itself
-            columns[CONSTANTS + 1][lane] = constants[0];
-            columns[CONSTANTS + 2][lane] = constants[1];
             curved |= space.is_curved(tets[lane]);
-            let fraction = space.fraction(tets[lane]);
-            if fraction > 0.0 {
-                mixed = true;
-                self.mix(lane, fraction, &mut columns);
-            }
-        }
-        let mut numbers = [zero; CONSTANTS + 3];
-        for k in 0..CONSTANTS + 3 {
-            numbers[k] = T::load(token, &columns[k]);
-        }
-        let [bulk, shear, soft, local, gradient, viscous, fraction, grain_bulk, grain_shear] =
-            numbers;
-        let mut phases = None;
-        if mixed {
-            let (matrix, grain) = ([bulk, shear], [grain_bulk, grain_shear]);
-            phases = Some(MixedPhases { rule: self.rule, matrix, grain, fraction });
         }
         self.locate(token, tets, curved, buffers);
         ElementState {
             rule: &space.rule,
-            law: LaneLaw::new(self.formula, self.degraded, [bulk, shear], phases, materials),
+            constants,
             density: self.density,
             displacement,
             damage,
             before,
             geometry: if curved { &buffers.curved[..] } else { &buffers.straight[..] },
             plain: !curved && !mixed,
-            degradation: Degradation { soft },
-            local,
-            gradient,
-            viscous,
             history: buffers.history.as_ref(),
         }
-    }
-
-    /// Makes the constants of a lane those of a mixture, with the fraction and the moduli of the
-    /// grain behind them.
-    fn mix(&self, lane: usize, fraction: f64, columns: &mut [[f64; POINTS]; CONSTANTS + 3]) {
-        if fraction > MOST_GRAIN {
-            columns[2..CONSTANTS].iter_mut().for_each(|column| column[lane] = 0.0);
-        }
-        columns[3..CONSTANTS].iter_mut().for_each(|column| column[lane] *= 1.0 - fraction);
-        let [bulk, shear, ..] = self.constants[1];
-        columns[CONSTANTS][lane] = fraction;
-        columns[CONSTANTS + 1][lane] = bulk;
-        columns[CONSTANTS + 2][lane] = shear;
     }
 
     /// Fills the buffers: geometry, and the largest ψ⁺ so far at the elastic points if it is kept.
@@ -288,7 +226,7 @@ pub(super) fn check<T: Lanes>(sound: T) -> Result<(), Inverted> {
 
 /// Writes four numbers of each element as rows, in the order of the elements.
 #[inline(always)]
-fn store_rows<S: Simd>(simd: S, columns: &[SimdF64<S>; 4], rows: &mut Rows<f64>) {
+pub(super) fn store_rows<S: Simd>(simd: S, columns: &[SimdF64<S>; 4], rows: &mut Rows<f64>) {
     for r in 0..REGISTERS {
         let mut parts = [SimdF64::<S, 1>::splat(simd, 0.0); 4];
         for c in 0..4 {

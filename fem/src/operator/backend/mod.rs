@@ -6,6 +6,8 @@ mod chunk;
 mod gather;
 mod lanes;
 mod matrix_free;
+mod regions;
+mod shifts;
 mod stresses;
 
 pub(crate) use assembly::Assembly;

@@ -19,7 +19,7 @@ use crate::operator::{Coupling, Increment, Operator, Pattern, Tangent};
 const WORN: u32 = 12;
 const POOR: u32 = 30;
 /// Iterations that cost as much as a factor does: from three thousand unknowns to twenty thousand.
-const FACTOR_IN_ITERATIONS: u32 = 20;
+const FACTOR_IN_ITERATIONS: f64 = 20.0;
 /// Residual of a solution that is accepted although the tolerance was not reached.
 const USELESS: f64 = 1e-3;
 
@@ -34,9 +34,10 @@ pub(crate) struct Direct<'a> {
     factor: Factor,
     /// Whether it has to be made anew before it is used.
     worn: bool,
-    /// Iterations that the factor took when it was fresh, and those that its age has cost since.
-    at_first: u32,
-    excess: u32,
+    /// Iterations that the factor took for a digit when it was fresh, and those that its age has cost
+    /// since.
+    at_first: f64,
+    excess: f64,
     /// Whether the factor is that of the tangent.
     fresh: bool,
     /// Whether this tangent needs a factor with pivots.
@@ -61,8 +62,8 @@ impl<'a> Direct<'a> {
             coupling: Coupling::Full,
             factor: Factor::Absent,
             worn: true,
-            at_first: 0,
-            excess: 0,
+            at_first: 0.0,
+            excess: 0.0,
             fresh: false,
             pivots: false,
             definite: true,
@@ -83,11 +84,12 @@ impl<'a> Direct<'a> {
     }
 
     /// Gives the factor up once its age has cost as much as a new one.
-    fn age(&mut self, iterations: u32) {
+    fn age(&mut self, iterations: u32, tolerance: f64) {
+        let (iterations, digits) = (f64::from(iterations), -tolerance.log10());
         if self.fresh {
-            (self.at_first, self.excess) = (iterations, 0);
+            (self.at_first, self.excess) = (iterations / digits.max(1.0), 0.0);
         }
-        self.excess += iterations.saturating_sub(self.at_first);
+        self.excess += (iterations - self.at_first * digits).max(0.0);
         self.worn = self.excess >= FACTOR_IN_ITERATIONS;
     }
 
@@ -151,7 +153,7 @@ impl LinearSolver for Direct<'_> {
             effort.iterations += ending.iterations;
             effort.residual = ending.residual;
             if ending.stop == Stop::Converged {
-                self.age(ending.iterations);
+                self.age(ending.iterations, tolerance);
                 return Ok(effort);
             }
             if self.fresh {
@@ -165,5 +167,13 @@ impl LinearSolver for Direct<'_> {
             // negative curvature may have been the old factor's
             self.definite = self.tangent.symmetric;
         }
+    }
+
+    fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]) {
+        self.tangent.multiply(x, y);
+    }
+
+    fn weight(&self) -> &[Nodal] {
+        &self.weight
     }
 }

@@ -156,4 +156,15 @@ impl LinearSolver for Iterative<'_> {
             self.split = None;
         }
     }
+
+    fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]) {
+        match &mut self.quadratic {
+            Some(quadratic) => quadratic.multiply_whole(x, y),
+            None => self.tangent.multiply(x, y),
+        }
+    }
+
+    fn weight(&self) -> &[Nodal] {
+        &self.weight
+    }
 }

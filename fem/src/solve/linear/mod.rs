@@ -17,6 +17,7 @@ mod vector;
 
 pub(crate) use plan::LinearPlan;
 pub(crate) use vector::Nodal;
+pub(super) use vector::{add_scaled, mask, weighted_dot};
 
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment};
@@ -43,6 +44,12 @@ pub(crate) trait LinearSolver: Send {
         step: &mut [Nodal],
         tolerance: f64,
     ) -> Result<LinearEffort, Singular>;
+
+    /// y = A x with the rows and columns of all values, those of supports and bounds too.
+    fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]);
+
+    /// 1/|A_ii| of the values that are solved for, zero in the others: the weight of the norm.
+    fn weight(&self) -> &[Nodal];
 }
 
 /// What a solution took.

@@ -31,7 +31,8 @@ struct FreeTangent {
 }
 
 impl FreeTangent {
-    fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]) {
+    /// y = A x on all values.
+    fn multiply_whole(&mut self, x: &[Nodal], y: &mut [Nodal]) {
         self.product.apply(x, y);
         for (node, block) in &self.contact {
             let (x, y) = (&x[*node as usize], &mut y[*node as usize]);
@@ -39,6 +40,10 @@ impl FreeTangent {
                 y[i] += (0..3).map(|j| block[i][j] * x[j]).sum::<f64>();
             }
         }
+    }
+
+    fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]) {
+        self.multiply_whole(x, y);
         mask(&self.free, y);
     }
 
@@ -74,6 +79,11 @@ impl QuadraticLevel {
 
     pub(super) fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]) {
         self.matrix.multiply(x, y);
+    }
+
+    /// The same for all values, those that are constrained too.
+    pub(super) fn multiply_whole(&mut self, x: &[Nodal], y: &mut [Nodal]) {
+        self.matrix.multiply_whole(x, y);
     }
 
     pub(super) fn diagonal(&mut self) -> Vec<Nodal> {

@@ -9,7 +9,7 @@ pub(crate) type Nodal = [f64; 4];
 pub(super) const CHUNK: usize = 4096;
 
 /// Σ w a b, the inner product with a diagonal weight.
-pub(super) fn weighted_dot(w: &[Nodal], a: &[Nodal], b: &[Nodal]) -> f64 {
+pub(in crate::solve) fn weighted_dot(w: &[Nodal], a: &[Nodal], b: &[Nodal]) -> f64 {
     let part = |((w, a), b): ((&[Nodal], &[Nodal]), &[Nodal])| {
         let mut sum = [0.0; 4];
         for ((w, a), b) in w.iter().zip(a).zip(b) {
@@ -40,7 +40,7 @@ pub(super) fn dot(a: &[Nodal], b: &[Nodal]) -> f64 {
 }
 
 /// y ← y + a x.
-pub(super) fn add_scaled(y: &mut [Nodal], a: f64, x: &[Nodal]) {
+pub(in crate::solve) fn add_scaled(y: &mut [Nodal], a: f64, x: &[Nodal]) {
     y.par_chunks_mut(CHUNK).zip(x.par_chunks(CHUNK)).for_each(|(y, x)| {
         for (y, x) in y.iter_mut().zip(x) {
             for k in 0..4 {
@@ -62,7 +62,7 @@ pub(super) fn scale_and_add(y: &mut [Nodal], a: f64, x: &[Nodal]) {
 }
 
 /// Sets the constrained values to zero.
-pub(super) fn mask(free: &[[bool; 4]], x: &mut [Nodal]) {
+pub(in crate::solve) fn mask(free: &[[bool; 4]], x: &mut [Nodal]) {
     for (x, free) in x.iter_mut().zip(free) {
         for k in 0..4 {
             x[k] = if free[k] { x[k] } else { 0.0 };

@@ -1,0 +1,102 @@
+//! The constants of the materials, as elements side by side take them.
+
+use crate::element::Space;
+use crate::material::{
+    Degradation, Degraded, Formula, Homogenisation, LaneLaw, Lanes, MOST_GRAIN, MixedPhases,
+    POINTS, PointMaterial,
+};
+use crate::operator::element::Constants;
+
+/// The materials of all regions in an increment.
+pub(super) struct Regions<'a> {
+    materials: &'a [PointMaterial],
+    degraded: Degraded,
+    /// The formula that all regions have.
+    formula: Option<Formula>,
+    rule: Homogenisation,
+    /// K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt by region.
+    constants: Vec<[f64; CONSTANTS]>,
+}
+
+/// Constants of a region.
+const CONSTANTS: usize = 6;
+
+/// Those of the lanes; behind them the fraction and the moduli of the grain.
+type Columns = [[f64; POINTS]; CONSTANTS + 3];
+
+impl<'a> Regions<'a> {
+    pub(super) fn new(materials: &'a [PointMaterial], rule: Homogenisation, duration: f64) -> Self {
+        // one damage model for all regions
+        let damage = materials.iter().find_map(|m| m.damage.as_ref());
+        let constants = materials.iter().map(|m| {
+            let [soft, local, gradient, viscosity] = match &m.damage {
+                Some(d) => [1.0 - d.residual, d.local, d.gradient, d.viscosity],
+                None => [0.0; 4],
+            };
+            [m.moduli.bulk, m.moduli.shear, soft, local, gradient, viscosity / duration]
+        });
+        let first = materials.first().and_then(PointMaterial::formula);
+        Self {
+            materials,
+            degraded: damage.map_or(Degraded::ALL, |d| d.degraded),
+            formula: first.filter(|_| materials.iter().all(|m| m.formula() == first)),
+            rule,
+            constants: constants.collect(),
+        }
+    }
+
+    /// The constants of the elements of each lane, and whether one of them is a mixture.
+    #[inline(always)]
+    pub(super) fn of<T: Lanes, const N: usize>(
+        &self,
+        token: T::Token,
+        space: &Space<N>,
+        tets: &[usize; POINTS],
+    ) -> (Constants<T, LaneLaw<'_, T>>, bool) {
+        let mut columns: Columns = [[0.0; POINTS]; CONSTANTS + 3];
+        let mut materials = [&self.materials[0]; POINTS];
+        let mut mixed = false;
+        for lane in 0..T::COUNT {
+            let region = usize::from(space.region[tets[lane]]);
+            materials[lane] = &self.materials[region];
+            let constants = &self.constants[region];
+            for k in 0..CONSTANTS {
+                columns[k][lane] = constants[k];
+            }
+            // one phase is a mixture of it with itself
+            columns[CONSTANTS + 1][lane] = constants[0];
+            columns[CONSTANTS + 2][lane] = constants[1];
+            let fraction = space.fraction(tets[lane]);
+            if fraction > 0.0 {
+                mixed = true;
+                self.mix(lane, fraction, &mut columns);
+            }
+        }
+        let mut numbers = [T::load(token, &columns[0]); CONSTANTS + 3];
+        for k in 1..CONSTANTS + 3 {
+            numbers[k] = T::load(token, &columns[k]);
+        }
+        let [bulk, shear, soft, local, gradient, viscous, fraction, grain_bulk, grain_shear] =
+            numbers;
+        let mut phases = None;
+        if mixed {
+            let (matrix, grain) = ([bulk, shear], [grain_bulk, grain_shear]);
+            phases = Some(MixedPhases { rule: self.rule, matrix, grain, fraction });
+        }
+        let law = LaneLaw::new(self.formula, self.degraded, [bulk, shear], phases, materials);
+        let degradation = Degradation { soft };
+        (Constants { law, degradation, local, gradient, viscous }, mixed)
+    }
+
+    /// Makes the constants of a lane those of a mixture.
+    fn mix(&self, lane: usize, fraction: f64, columns: &mut Columns) {
+        if fraction > MOST_GRAIN {
+            columns[2..CONSTANTS].iter_mut().for_each(|column| column[lane] = 0.0);
+        }
+        columns[3..CONSTANTS].iter_mut().for_each(|column| column[lane] *= 1.0 - fraction);
+        let [bulk, shear, ..] = self.constants[1];
+        columns[CONSTANTS][lane] = fraction;
+        columns[CONSTANTS + 1][lane] = bulk;
+        columns[CONSTANTS + 2][lane] = shear;
+    }
+}

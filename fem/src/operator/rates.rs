@@ -1,0 +1,121 @@
+//! How the residual of an element changes with a parameter of its material and with the damage that
+//! the increment began with.
+//!
+//! The equations are read at the constants on either side of the parameter's value, with the strains
+//! of one evaluation, and what differs is kept: exact where the residual is linear in the parameter,
+//! as in E, Gc, ξ and η of one phase, and of second order in the distance elsewhere.
+
+use super::element::{Constants, ElementState, MOST_POINTS};
+use crate::material::{Law, Principal, Scalar, dot};
+
+/// Parameters whose rates are computed together, with the strains of one evaluation.
+pub(crate) const AT_ONCE: usize = 4;
+
+/// A parameter in an element, or in one of each lane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Moved<T, L, const N: usize> {
+    pub(crate) below: Constants<T, L>,
+    pub(crate) above: Constants<T, L>,
+    /// One over the difference of the parameter.
+    pub(crate) per_unit: T,
+    /// ∂φ_n/∂θ of the nodes.
+    pub(crate) before: [T; N],
+}
+
+/// Numbers of a node for each parameter.
+pub(crate) type Rates<T, const N: usize> = [[[T; 4]; N]; AT_ONCE];
+
+impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
+    /// Adds ∂R/∂θ + ∂R/∂φ_n ∂φ_n/∂θ of the nodes, parameter by parameter, for damage that ψ⁺ drives
+    /// without a history. Returns whether the element is sound.
+    #[inline(always)]
+    pub(crate) fn rates(&self, moved: &[Moved<T, L, N>], out: &mut Rates<T, N>) -> T {
+        let zero = self.constant(0.0);
+        let phi = self.damage_at_points();
+        let damaged = !self.rule.damage.is_empty();
+        // g′ Σ w C ψ⁺ at the damage points, above less below
+        let mut force = [[zero; MOST_POINTS]; AT_ONCE];
+        let mut sound = self.constant(1.0);
+        let mut damage = [[zero]; N];
+        for a in 0..N {
+            damage[a] = [self.damage[a]];
+        }
+        for q in 0..self.rule.points.len() {
+            let principal = self.principal(q);
+            let (weight, barycentric) = (self.weight(q), &self.geometry(q).barycentric);
+            sound = sound.min(principal.sound);
+            let mut slope = [zero; 3];
+            if damaged {
+                let change = self.differences(q, &damage);
+                for k in 0..3 {
+                    for x in 0..3 {
+                        slope[x] = change[k][0].mul_add(barycentric[k][x], slope[x]);
+                    }
+                }
+            }
+            for (m, moved) in moved.iter().enumerate() {
+                let [below, above] = [&moved.below, &moved.above];
+                let (low, soft) = self.part(q, &principal, below, &phi);
+                let (high, hard) = self.part(q, &principal, above, &phi);
+                let mut stress = high;
+                for i in 0..3 {
+                    stress[i] = high[i] - low[i];
+                }
+                let piola = principal.piola(&stress, weight * moved.per_unit);
+                let mut flux = [[zero; 4]; 3];
+                for k in 0..3 {
+                    for i in 0..3 {
+                        flux[k][i] = dot(&piola[i], &barycentric[k]);
+                    }
+                }
+                if damaged {
+                    let stiffness = weight * moved.per_unit * (above.gradient - below.gradient);
+                    for k in 0..3 {
+                        flux[k][3] = (stiffness + stiffness) * dot(&slope, &barycentric[k]);
+                    }
+                    for (p, &c) in self.rule.mixing[q].iter().enumerate() {
+                        let share = weight * self.constant(c);
+                        let drive = above.degradation.slope(phi[p]) * hard
+                            - below.degradation.slope(phi[p]) * soft;
+                        force[m][p] = share.mul_add(drive, force[m][p]);
+                    }
+                }
+                self.add_flux(q, &flux, if damaged { 4 } else { 3 }, &mut out[m]);
+            }
+        }
+        for p in 0..self.rule.damage.len() {
+            let shape = self.shape(p);
+            let weight = self.damage_weight(p);
+            let [_, slope, _] = self.density.local(phi[p]);
+            let growth = phi[p] - self.interpolate(&self.before, shape);
+            for (m, moved) in moved.iter().enumerate() {
+                let [below, above] = [&moved.below, &moved.above];
+                let local = (above.local - below.local)
+                    .mul_add(slope, (above.viscous - below.viscous) * growth);
+                let own = moved.per_unit * weight.mul_add(local, force[m][p]);
+                let passed = self.constants.viscous * self.interpolate(&moved.before, shape);
+                let rate = own - weight * passed;
+                for a in 0..N {
+                    if shape[a] != 0.0 {
+                        out[m][a][3] = self.constant(shape[a]).mul_add(rate, out[m][a][3]);
+                    }
+                }
+            }
+        }
+        sound
+    }
+
+    /// Stress and driving energy at elastic point q for other constants.
+    #[inline(always)]
+    fn part(
+        &self,
+        q: usize,
+        principal: &Principal<T>,
+        constants: &Constants<T, L>,
+        phi: &[T; MOST_POINTS],
+    ) -> ([T; 3], T) {
+        let g = self.stiffness_at(q, phi, &constants.degradation);
+        let response = constants.law.respond::<false>(&principal.strains, g);
+        (response.stress, response.driving)
+    }
+}

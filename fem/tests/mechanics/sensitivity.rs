@@ -1,0 +1,375 @@
+//! Derivatives of the force along the curve, against differences of whole runs and by similarity.
+
+use crate::support::{
+    HEIGHT, RADIUS, between, grain, loading, matrix, phase_field, prism, with_options,
+};
+use fem::{
+    Axis, CompressionTest, Conditions, CrackDensity, DamageQuadrature, End, Fracture, Friction,
+    Irreversibility, LinearScheme, Material, MaterialParameter, Mixture, Order, Outcome,
+    PhaseField, Platen, Platens, Problem, SaintVenantKirchhoff, Schedule, Scheme, SolverOptions,
+    Split, TetMesh,
+};
+
+/// A parameter, and the materials as a function of it.
+struct Named {
+    name: &'static str,
+    value: f64,
+    materials: fn(f64) -> Vec<Material>,
+}
+
+fn named(name: &'static str, value: f64, materials: fn(f64) -> Vec<Material>) -> Named {
+    Named { name, value, materials }
+}
+
+impl Named {
+    fn parameter(&self) -> MaterialParameter {
+        MaterialParameter::new(self.name, self.value, self.materials)
+    }
+}
+
+/// A material with another fracture.
+fn breaking(material: Material, change: impl FnOnce(&mut Fracture)) -> Material {
+    let mut fracture = material.fracture.expect("the baseline breaks");
+    change(&mut fracture);
+    material.with_fracture(fracture)
+}
+
+fn elastic(material: Material, young_mpa: f64, poisson: f64) -> Material {
+    Material { elasticity: Material::hencky(young_mpa, poisson).elasticity, ..material }
+}
+
+/// Every number of matrix and grain.
+fn all() -> Vec<Named> {
+    vec![
+        named("young", 275.0, |x| vec![elastic(matrix(), x, 0.25), grain()]),
+        named("toughness", 0.0025, |x| {
+            vec![breaking(matrix(), |f| f.toughness_n_per_mm = x), grain()]
+        }),
+        named("viscosity", 0.3, |x| vec![breaking(matrix(), |f| f.viscosity_mpa_s = x), grain()]),
+        named("poisson", 0.25, |x| vec![elastic(matrix(), 275.0, x), grain()]),
+        named("residual", 0.01, |x| {
+            vec![breaking(matrix(), |f| f.residual_stiffness = x), grain()]
+        }),
+        named("grain_young", 22_000.0, |x| vec![matrix(), elastic(grain(), x, 0.25)]),
+        named("grain_toughness", 1.83, |x| {
+            vec![matrix(), breaking(grain(), |f| f.toughness_n_per_mm = x)]
+        }),
+        named("grain_viscosity", 0.1, |x| {
+            vec![matrix(), breaking(grain(), |f| f.viscosity_mpa_s = x)]
+        }),
+    ]
+}
+
+/// A compression test of grains in a matrix.
+struct Case {
+    mesh: TetMesh,
+    order: Order,
+    field: PhaseField,
+    options: SolverOptions,
+    loading: CompressionTest,
+}
+
+fn case(order: Order, field: PhaseField) -> Case {
+    let cells = if order == Order::Linear { 3 } else { 2 };
+    Case {
+        mesh: prism(cells, true),
+        order,
+        field,
+        options: SolverOptions { tolerance: 1e-12, ..SolverOptions::default() },
+        loading: loading(0.16, 1.0, STEPS as u32),
+    }
+}
+
+impl Case {
+    fn multigrid(mut self) -> Self {
+        self.options.linear = LinearScheme::Multigrid;
+        self
+    }
+
+    fn problem(self, materials: Vec<Material>) -> Problem {
+        let Self { mesh, order, field, options, loading } = self;
+        with_options(mesh, order, materials, Some(field), loading, options).expect("valid input")
+    }
+
+    fn of_grains(self) -> Problem {
+        self.problem(vec![matrix(), grain()])
+    }
+}
+
+const STEPS: usize = 8;
+const FREE: Irreversibility = Irreversibility::None;
+const KEPT: Irreversibility = Irreversibility::ActiveSet;
+
+fn forces(problem: &Problem) -> Vec<f64> {
+    let outcome = problem.run(&mut ());
+    assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
+    outcome.curve.iter().map(|point| point.force_n).collect()
+}
+
+fn differentiated(problem: &Problem, parameters: &[Named]) -> Outcome {
+    let with = problem.with_sensitivities(parameters.iter().map(Named::parameter).collect());
+    let outcome = with.expect("valid parameters").run(&mut ());
+    assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
+    let names = parameters.iter().map(|of| of.name.to_owned());
+    assert_eq!(outcome.sensitivities.names, names.collect::<Vec<_>>());
+    assert_eq!(outcome.sensitivities.force_n.len(), outcome.curve.len());
+    outcome
+}
+
+/// ∂F/∂θ by runs on either side, at θ (1 ± reach).
+fn differences(problem: &Problem, of: &Named, reach: f64) -> Vec<f64> {
+    let reach = reach * of.value;
+    let at = |x: f64| forces(&problem.with_materials((of.materials)(x)).expect("valid"));
+    let pairs = at(of.value + reach).into_iter().zip(at(of.value - reach));
+    pairs.map(|(above, below)| (above - below) / (2.0 * reach)).collect()
+}
+
+/// So near that hardly a point meets a kink on the way, and so far that 1e-12 of the force does not count.
+const REACH: f64 = 2e-5;
+
+/// The derivatives agree with differences of runs to 1e-5 of their size, and leave the curve as it is.
+fn assert_differences(problem: &Problem, parameters: &[Named], what: &str) {
+    assert_differences_of(REACH, problem, parameters, what);
+}
+
+fn assert_differences_of(reach: f64, problem: &Problem, parameters: &[Named], what: &str) {
+    let outcome = differentiated(problem, parameters);
+    for (point, force) in outcome.curve.iter().zip(forces(problem)) {
+        assert!((point.force_n - force).abs() <= 1e-9 * force.abs(), "{what}: {point:?}");
+    }
+    for (k, of) in parameters.iter().enumerate() {
+        let exact = differences(problem, of, reach);
+        assert_eq!(exact.len(), outcome.curve.len(), "{what}");
+        let size = exact.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        assert!(size > 0.0, "{what}: {} has no influence", of.name);
+        let rows = outcome.sensitivities.force_n.iter().zip(&exact);
+        let worst = rows.fold(0.0f64, |m, (row, exact)| m.max((row[k] - exact).abs()));
+        assert!(worst < 1e-5 * size, "{what}, {}: {worst:e} of {size:e}", of.name);
+    }
+}
+
+#[test]
+fn every_parameter_is_differentiated() {
+    for order in [Order::Linear, Order::Quadratic] {
+        let problem = case(order, phase_field(Split::None)).of_grains();
+        assert_differences(&problem, &all(), &format!("{order:?}"));
+    }
+}
+
+#[test]
+fn every_split_and_rule_is_differentiated_whatever_the_solver() {
+    let field = |split, model, irreversibility, quadrature| PhaseField {
+        split,
+        model,
+        irreversibility,
+        quadrature,
+        ..PhaseField::new(0.06)
+    };
+    let (at1, at2) = (CrackDensity::At1, CrackDensity::At2);
+    let (auto, gauss) = (DamageQuadrature::Auto, DamageQuadrature::Consistent);
+    let fields = [
+        field(Split::None, at1, FREE, auto),
+        field(Split::VolumetricDeviatoric, at2, KEPT, gauss),
+        field(Split::VolumetricDeviatoric, at1, KEPT, auto),
+        field(Split::Spectral, at2, FREE, auto),
+        field(Split::Spectral, at2, KEPT, gauss),
+    ];
+    for (k, field) in fields.into_iter().enumerate() {
+        for order in [Order::Linear, Order::Quadratic] {
+            for multigrid in [false, true] {
+                let case = case(order, field);
+                let problem = if multigrid { case.multigrid() } else { case }.of_grains();
+                let what = format!("{field:?}, {order:?}, multigrid {multigrid}");
+                assert_differences(&problem, &all()[k % 2..][..3], &what);
+            }
+        }
+    }
+}
+
+/// Up, half the way back, and up again further: damage that is kept does not follow.
+#[test]
+fn damage_that_is_held_moves_with_what_holds_it() {
+    for irreversibility in [FREE, KEPT] {
+        let field = PhaseField { irreversibility, ..phase_field(Split::None) };
+        let down = |time_s: f64| {
+            let way = if time_s < 0.4 { time_s } else { 0.4 - (time_s - 0.4).min(0.2) };
+            0.3 * (way + 2.0 * (time_s - 0.6).max(0.0))
+        };
+        let conditions = Conditions::new()
+            .fix("bottom", [Axis::Z])
+            .prescribe("top", [Axis::Z], move |_, time_s| [0.0, 0.0, -down(time_s)])
+            .remove_rigid_motions()
+            .measure("top", [0.0, 0.0, -1.0]);
+        let mut case = case(Order::Linear, field);
+        case.loading = loading(0.16, 1.0, 20);
+        let problem = case.of_grains().with_conditions(conditions).expect("valid");
+        assert_differences(&problem, &all()[..4], &format!("{irreversibility:?}"));
+    }
+}
+
+#[test]
+fn other_laws_mixtures_and_ways_to_solve_are_differentiated() {
+    let three = || all().into_iter().take(3).collect::<Vec<_>>();
+    let mut turns = case(Order::Linear, phase_field(Split::None));
+    turns.options.scheme = Scheme::Alternate;
+    turns.options.alternations = 2000;
+    turns.options.tolerance = 1e-11;
+    assert_differences(&turns.of_grains(), &three(), "in turns");
+
+    let mut adaptive = case(Order::Linear, phase_field(Split::None));
+    adaptive.loading = CompressionTest::new(0.16, Schedule::adaptive(1.0));
+    assert_differences(&adaptive.of_grains(), &three(), "adaptive steps");
+
+    let mut mixed = case(Order::Quadratic, phase_field(Split::VolumetricDeviatoric));
+    let fractions = mixed.mesh.region_of.iter().enumerate().map(|(tet, &region)| {
+        let fraction = if region == 0 { [0.0, 0.3, 0.7][tet % 3] } else { 0.0 };
+        Mixture { fraction, ..Mixture::default() }
+    });
+    mixed.mesh.mixture = Some(fractions.collect());
+    assert_differences(&mixed.of_grains(), &all()[..6], "mixtures");
+
+    fn rubber(shear_mpa: f64) -> Vec<Material> {
+        let law = SaintVenantKirchhoff { lame_mpa: 110.0, shear_mpa };
+        let matrix = Material::hyperelastic(law).expect("a law");
+        let grain =
+            Material { elasticity: Material::neo_hookean(22_000.0, 0.25).elasticity, ..grain() };
+        vec![Material { fracture: crate::support::matrix().fracture, ..matrix }, grain]
+    }
+    let laws = case(Order::Linear, phase_field(Split::VolumetricDeviatoric));
+    let shear = [named("shear", 110.0, rubber)];
+    assert_differences(&laws.problem(rubber(110.0)), &shear, "laws of the user");
+}
+
+/// Moduli, toughnesses and viscosities times s give s times the force: Σ θ ∂F/∂θ = F.
+#[test]
+fn derivatives_add_up_to_the_force() {
+    for order in [Order::Linear, Order::Quadratic] {
+        let all = all();
+        let scaled: Vec<&Named> = [0, 1, 2, 5, 6, 7].map(|k| &all[k]).into();
+        let problem = case(order, phase_field(Split::VolumetricDeviatoric)).of_grains();
+        let parameters = scaled.iter().map(|of| of.parameter()).collect();
+        let outcome = problem.with_sensitivities(parameters).expect("valid").run(&mut ());
+        let rows = outcome.curve.iter().zip(&outcome.sensitivities.force_n);
+        assert_eq!(rows.len(), STEPS);
+        for (point, row) in rows {
+            let sum: f64 = row.iter().zip(&scaled).map(|(d, of)| d * of.value).sum();
+            let close = (sum - point.force_n).abs() < 1e-6 * point.force_n;
+            assert!(close, "{order:?}: {sum} and {}", point.force_n);
+        }
+    }
+}
+
+/// AT1 without viscosity in a bar: F ∝ E below ε_c = √(3 Gc/(8 ℓ₀ E)), F ∝ Gc²/E above.
+#[test]
+fn a_uniform_bar_has_the_derivatives_of_its_closed_form() {
+    fn bar(young_mpa: f64, toughness: f64) -> Vec<Material> {
+        vec![Material::hencky(young_mpa, 0.25).with_fracture(Fracture::new(toughness))]
+    }
+    let (young, toughness) = (275.0, 0.0025);
+    let critical = f64::sqrt(3.0 * toughness / (8.0 * 0.06 * young));
+    let field =
+        PhaseField { model: CrackDensity::At1, irreversibility: KEPT, ..PhaseField::new(0.06) };
+    let mut bar_case = case(Order::Linear, field);
+    bar_case.mesh = prism(1, false);
+    bar_case.loading = loading(HEIGHT * (1.0 - f64::exp(-1.2 * critical)), 1.0, 24);
+    let parameters = vec![
+        MaterialParameter::new("young", young, |x| bar(x, 0.0025)),
+        MaterialParameter::new("toughness", toughness, |x| bar(275.0, x)),
+    ];
+    let problem = bar_case.problem(bar(young, toughness)).with_sensitivities(parameters);
+    let outcome = problem.expect("valid").run(&mut ());
+    assert_eq!(outcome.sensitivities.force_n.len(), 24);
+    let mut broken = 0;
+    for (point, row) in outcome.curve.iter().zip(&outcome.sensitivities.force_n) {
+        let sound = -(1.0 - point.displacement_mm / HEIGHT).ln() < critical;
+        broken += usize::from(!sound);
+        let [by_young, by_toughness] = if sound { [1.0, 0.0] } else { [-1.0, 2.0] };
+        let force = point.force_n;
+        let near = |x: f64, exact: f64| (x - exact * force).abs() < 1e-6 * force;
+        assert!(
+            near(young * row[0], by_young) && near(toughness * row[1], by_toughness),
+            "{row:?}"
+        );
+    }
+    assert!((3..10).contains(&broken), "{broken}");
+}
+
+/// A ball that more and more nodes of the top meet.
+fn under_a_ball(problem: &Problem) -> Problem {
+    let centre = [1.1 * RADIUS, 0.8 * RADIUS, HEIGHT + 6.0];
+    let ball = Platen::sphere(centre, 6.0).moving(|time_s| [0.0, 0.0, -0.25 * time_s]);
+    let conditions = Conditions::new()
+        .fix("bottom", Axis::ALL)
+        .platen("top", ball)
+        .measure("top", [0.0, 0.0, -1.0]);
+    problem.with_conditions(conditions).expect("valid conditions")
+}
+
+/// Passes over the pressures end when the forces change by 1e-8: too much for the reach of the others.
+const CONTACT_REACH: f64 = 5e-4;
+
+/// The derivatives agree with differences where some nodes of a surface touch and some do not.
+fn assert_contact(problem: &Problem, surface: &str, parameters: &[Named], what: &str) {
+    let points = &differentiated(problem, parameters).contact[surface];
+    let touching = points.iter().filter(|point| point.pressure_mpa > 0.0).count();
+    assert!(touching > 2 && touching < points.len(), "{what}: {touching} of {}", points.len());
+    assert_differences_of(CONTACT_REACH, problem, parameters, what);
+}
+
+#[test]
+fn contact_is_differentiated_with_its_pressures() {
+    let case = || case(Order::Linear, phase_field(Split::None));
+    let options = SolverOptions { tolerance: 1e-10, ..SolverOptions::default() };
+    let sliding = Case { options, ..case() }.of_grains();
+    // the ends of a composite lift off here and there
+    let way = loading(0.16, 1.0, STEPS as u32);
+    let lifting = between(&sliding, &way, Platens::Unilateral(Friction::none()));
+    assert_contact(&lifting, "top", &all()[..3], "plane");
+
+    // elastic: a step that is cut where the ball meets a node leaves no trace
+    let Case { mesh, order, loading, .. } = case();
+    let elastic = with_options(mesh, order, vec![matrix(), grain()], None, loading, options);
+    let ball = under_a_ball(&elastic.expect("valid input"));
+    assert_contact(&ball, "top", &[0, 5].map(|k| all().swap_remove(k)), "ball");
+}
+
+#[test]
+fn what_has_no_derivatives_is_refused_with_what_helps() {
+    let problem = |field| case(Order::Linear, field).of_grains();
+    let young = || all()[0].parameter();
+    let refused = |problem: &Problem, parameters: Vec<MaterialParameter>, parts: &[&str]| {
+        let message = problem.with_sensitivities(parameters).expect_err("refused").to_string();
+        for part in parts {
+            assert!(message.contains(part), "'{part}' is not in: {message}");
+        }
+    };
+    let plain = phase_field(Split::None);
+    let history = PhaseField { irreversibility: Irreversibility::History, ..plain };
+    refused(&problem(history), vec![young()], &["history", "active-set"]);
+    let hybrid = PhaseField { hybrid: true, split: Split::Spectral, ..plain };
+    refused(&problem(hybrid), vec![young()], &["hybrid", "differences of runs"]);
+    let snaps = crate::support::column::snap_back(CrackDensity::At2);
+    let by = |x| {
+        let elastic = Material::hencky(x, 0.0);
+        vec![elastic.clone().with_fracture(Fracture::new(0.1)), elastic]
+    };
+    refused(&snaps, vec![MaterialParameter::new("young", 100.0, by)], &["arc-length", "adaptive"]);
+    let sliding = problem(plain);
+    let rough = Friction { coefficient: 0.1, ..Friction::none() };
+    let rubs = between(&sliding, &loading(0.16, 1.0, 8), Platens::Unilateral(rough));
+    refused(&rubs, vec![young()], &["friction", "without them"]);
+
+    refused(&sliding, vec![young(), young()], &["two parameters", "'young'"]);
+    let stale =
+        MaterialParameter::new("young", 300.0, |x| vec![elastic(matrix(), x, 0.25), grain()]);
+    refused(&sliding, vec![stale], &["'young'", "'matrix'", "275", "around the materials"]);
+    let none = MaterialParameter { width: 0.0, ..young() };
+    refused(&sliding, vec![none], &["width = 0", "positive"]);
+    let few = MaterialParameter::new("young", 275.0, |x| vec![elastic(matrix(), x, 0.25)]);
+    refused(&sliding, vec![few], &["1 materials for 2 regions"]);
+    let other =
+        MaterialParameter { below: vec![Material::hencky(275.0, 0.25), grain()], ..young() };
+    refused(&sliding, vec![other], &["'matrix'", "toughness"]);
+    let wrong = MaterialParameter { above: vec![Material::hencky(-1.0, 0.25), grain()], ..young() };
+    refused(&sliding, vec![wrong], &["material.matrix", "young_mpa = -1"]);
+}

@@ -1,0 +1,114 @@
+//! How quantities of interest change with the forces of their curve.
+
+use super::{Parabola, QoiError, Qois, line_slope, peak_points, work};
+use crate::experiment::TestCurve;
+
+impl Qois {
+    /// The rates of the quantities with a parameter, from those of the force at each point, N for
+    /// each unit of the parameter: the quantities are differentiated through, by the chain rule.
+    ///
+    /// A curve that has its unloaded start has a rate of zero there. The displacements do not move,
+    /// and neither does the choice of the points that make the parabola of the peak and the line of
+    /// the slope: these are the derivatives but where a point is about to enter or to leave the
+    /// choice, at which the quantities jump.
+    ///
+    /// # Errors
+    /// As [`Qois::of`]; [`QoiError::TooShort`] also where there is not one rate for each force.
+    ///
+    /// # Example
+    /// The peak of F = θ (u − u²/0.2) goes with θ, and where it is does not:
+    /// ```
+    /// use models::{Qois, TestCurve};
+    /// let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
+    /// let rates: Vec<f64> = displacement_mm.iter().map(|u| u - u * u / 0.2).collect();
+    /// let force_n = rates.iter().map(|rate| 2000.0 * rate).collect();
+    /// let rates = Qois::rates(&TestCurve { displacement_mm, force_n }, 0.3, &rates)?;
+    /// assert!((rates.peak_force_n - 100.0 / 2000.0).abs() < 1e-12);
+    /// assert!(rates.displacement_at_peak_mm.abs() < 1e-12);
+    /// # Ok::<(), models::QoiError>(())
+    /// ```
+    pub fn rates(
+        curve: &TestCurve,
+        slope_fraction: f64,
+        force_rates: &[f64],
+    ) -> Result<Self, QoiError> {
+        let own = Self::of(curve, slope_fraction)?;
+        let (u, force) = (&curve.displacement_mm, &curve.force_n);
+        if force_rates.len() != force.len() {
+            return Err(QoiError::TooShort { points: force_rates.len().min(force.len()) });
+        }
+        let (top, around) = peak_points(u, force)?;
+        let parabola = |y: &[f64]| {
+            let points: Vec<_> = around.clone().map(|i| (u[i] - u[top], y[i])).collect();
+            Parabola::of(&points)
+        };
+        // both in the same polynomials, so that the coefficients of the second are the rates of the first
+        let (peak, change) = (parabola(force), parabola(force_rates));
+        let ([_, c1, c2], [_, d1, d2]) = (peak.coefficients, change.coefficients);
+        let shift = -0.5 * (d1 * c2 - c1 * d2) / (c2 * c2);
+        // the slope at the vertex is zero: its shift does not count
+        let at = own.displacement_at_peak_mm;
+        let peak_force_n = change.at(at - u[top]);
+
+        let moved = TestCurve { displacement_mm: u.clone(), force_n: force_rates.to_vec() };
+        let inside = Self::slope_points(&moved, slope_fraction, at);
+        let slope_n_per_mm = line_slope(&inside).unwrap_or(0.0);
+
+        let before = u.iter().zip(force).take_while(|(x, _)| **x < at).last();
+        let end = before.map_or(0.0, |(_, last)| 0.5 * (last + own.peak_force_n));
+        let work_to_peak_n_mm = work(u, force_rates, (at, peak_force_n)) + end * shift;
+        Ok(Self { slope_n_per_mm, peak_force_n, displacement_at_peak_mm: shift, work_to_peak_n_mm })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+    use crate::qoi::Quantity;
+
+    /// F = A E ε exp(−(ε/ε_pk)³/3) with ε_pk = (ε̇ ξ/(2E))^(1/3), as a function of E and ξ.
+    fn viscous(young: f64, viscosity: f64) -> TestCurve {
+        let (area, height) = (19.6, 4.4);
+        let peak = (0.05 * viscosity / (2.0 * young)).cbrt();
+        let displacement_mm: Vec<f64> = (0..=60).map(|i| 0.003 * f64::from(i)).collect();
+        let force = |u: &f64| {
+            let strain = u / height;
+            area * young * strain * (-(strain / peak).powi(3) / 3.0).exp()
+        };
+        TestCurve { force_n: displacement_mm.iter().map(force).collect(), displacement_mm }
+    }
+
+    #[test]
+    fn quantities_are_differentiated_through() {
+        let at = [275.0, 0.3];
+        for k in 0..2 {
+            for fraction in [0.3, 0.55] {
+                let reach = 1e-5 * at[k];
+                let [low, high] = [-1.0, 1.0].map(|side| {
+                    let mut moved = at;
+                    moved[k] += side * reach;
+                    viscous(moved[0], moved[1])
+                });
+                let difference = |a: f64, b: f64| (b - a) / (2.0 * reach);
+                let forces = low.force_n.iter().zip(&high.force_n);
+                let force_rates: Vec<f64> = forces.map(|(a, b)| difference(*a, *b)).collect();
+                let rates = Qois::rates(&viscous(at[0], at[1]), fraction, &force_rates).unwrap();
+                let [low, high] = [low, high].map(|curve| Qois::of(&curve, fraction).unwrap());
+                for quantity in Quantity::ALL {
+                    let exact = difference(low.get(quantity), high.get(quantity));
+                    assert!(exact.abs() > 1e-6, "{quantity} does not depend on parameter {k}");
+                    assert_relative_eq!(rates.get(quantity), exact, max_relative = 1e-6);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn each_force_needs_its_rate() {
+        let curve = viscous(275.0, 0.3);
+        let short = Qois::rates(&curve, 0.3, &curve.force_n[..7]).unwrap_err();
+        assert_eq!(short, QoiError::TooShort { points: 7 });
+    }
+}
