@@ -40,7 +40,6 @@ pub mod hyperelastic;
 mod progress;
 mod qoi;
 pub mod report;
-mod shared_error;
 mod table;
 mod virtual_specimen;
 mod workflow;

@@ -141,8 +141,8 @@ fn derivatives_that_are_not_all_there_are_refused() {
     let head = "# input,a,0,1\n# input,b.mpa,0,1\n# output,f\n";
     for (lines, words) in [
         (
-            "a,b.mpa,f,d_f_d_a\n",
-            "line 4: column `d_f_d_b.mpa` is missing although there is `d_f_d_a`; give",
+            "a,b.mpa,f,d_f_d_b.mpa\n",
+            "line 4: column `d_f_d_a` is missing although there is `d_f_d_b.mpa`; give",
         ),
         ("a,b.mpa,f,d_f_d_a,d_f_d_a,d_f_d_b.mpa\n", "line 4: the name `d_f_d_a` occurs twice"),
         (

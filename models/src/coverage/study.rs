@@ -4,8 +4,7 @@ use ppl::Nuts;
 use rayon::prelude::*;
 use surrogate::{DynPce, FitReport, PceFit};
 
-use crate::fracture::{CalibrationError, Evidence, column_means, sample};
-use crate::shared_error::relative;
+use crate::fracture::{CalibrationError, Evidence, column_means, relative_covariance, sample};
 
 /// The central intervals that are looked at.
 const NOMINAL: [f64; 3] = [0.5, 0.9, 0.95];
@@ -53,7 +52,7 @@ impl Setting {
     /// The covariance of its error relative to the specimens' means.
     fn shared_error(&self, means: &[f64]) -> Result<Vec<Vec<f64>>, CalibrationError> {
         match &self.error {
-            Some(report) => Ok(relative(report.mean_error(means)?, means)),
+            Some(report) => Ok(relative_covariance(report.mean_error(means)?, means)),
             None => Ok(Vec::new()),
         }
     }

@@ -274,3 +274,10 @@ pub(crate) fn column_means(rows: &[Vec<f64>]) -> Vec<f64> {
     let mean = |m: usize| rows.iter().map(|row| row[m]).sum::<f64>() / rows.len() as f64;
     (0..columns).map(mean).collect()
 }
+
+/// A covariance (quantities × quantities) relative to the quantities' means.
+pub(crate) fn relative_covariance(covariance: Vec<Vec<f64>>, means: &[f64]) -> Vec<Vec<f64>> {
+    let row =
+        |(row, a): (Vec<f64>, &f64)| row.iter().zip(means).map(|(c, b)| c / (a * b)).collect();
+    covariance.into_iter().zip(means).map(row).collect()
+}

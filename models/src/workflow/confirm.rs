@@ -7,11 +7,10 @@ use fem::{RunInput, gmsh, write_curve};
 
 use super::WorkflowError;
 use super::calibrate::read_experiments;
-use super::ensemble::quantities;
 use super::map_fields::write_fields;
 use super::mesh_error::mesh_errors;
 use super::runs::run_ensemble;
-use super::simulator::Simulator;
+use super::simulator::{Simulator, quantities};
 use super::task::Task;
 use crate::case::MaterialParameter;
 use crate::error::InputError;

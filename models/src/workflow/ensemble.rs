@@ -1,17 +1,16 @@
 //! Stage `ensemble`: the simulations that the surrogate learns from.
 
-use fem::{RunInput, RunRecord, RunStatus, write_curve};
+use fem::{RunInput, RunRecord, write_curve};
 use surrogate::{Dataset, Input};
 
 use super::WorkflowError;
 use super::fidelity::{Correction, spread, write_corrections};
 use super::files::write;
-use super::levels::{Level, LevelRuns, Runner};
+use super::level_runs::{LevelRuns, Runner};
+use super::levels::Level;
 use super::packings::{Packings, SEED};
-use super::simulator::simulated_qois;
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
-use crate::case::QoiCase;
 
 /// What is known of a run beside its numbers; seed and stiffness are those of a packing of its own.
 const NOTES: [&str; 4] = ["run", "seconds", SEED, STIFFNESS_RATIO];
@@ -114,14 +113,4 @@ fn write_failures(
     let header =
         ["run"].into_iter().chain(names.iter().map(String::as_str)).chain(["seconds", "reason"]);
     task.write_csv("failed_runs.csv", header, rows)
-}
-
-/// The case's quantities of a run, or why it has none.
-pub(super) fn quantities(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, String> {
-    match &record.status {
-        RunStatus::Failed(reason) => Err(format!("failed: {reason}")),
-        RunStatus::Finished => simulated_qois(&record.curve, qoi.slope_fraction)
-            .map(|qois| qois.values(&qoi.quantities))
-            .map_err(|error| format!("unusable: {error}")),
-    }
 }

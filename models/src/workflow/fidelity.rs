@@ -7,7 +7,7 @@ use surrogate::{
 };
 
 use super::WorkflowError;
-use super::levels::LevelRuns;
+use super::level_runs::LevelRuns;
 use super::task::Task;
 
 /// The ratio of quantities on one mesh to those on a cheaper one, over the prior box.

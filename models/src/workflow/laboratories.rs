@@ -9,11 +9,11 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use surrogate::{Dataset, DesignMethod, Input};
 
 use super::WorkflowError;
-use super::ensemble::quantities;
 use super::inputs::Inputs;
-use super::levels::{Level, Runner};
+use super::level_runs::Runner;
+use super::levels::Level;
 use super::packings::Packings;
-use super::simulator::recorded;
+use super::simulator::{quantities, recorded};
 use super::stage::Stage;
 use super::stiffness::STIFFNESS_RATIO;
 use super::surrogate::with_stiffness_ratio;

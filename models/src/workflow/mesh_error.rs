@@ -5,11 +5,10 @@ use std::borrow::Cow;
 use fem::{Meshing, Order, RunInput, RunRecord, write_curve};
 
 use super::WorkflowError;
-use super::ensemble::quantities;
 use super::inputs::Inputs;
 use super::mesh::mesh_with;
 use super::runs::run_ensemble;
-use super::simulator::Simulator;
+use super::simulator::{Simulator, quantities};
 use super::task::Task;
 use crate::case::{MaterialParameter, SpecimenGeometry};
 use crate::progress::say;

@@ -31,6 +31,7 @@ mod gate;
 mod inputs;
 mod laboratories;
 mod leftovers;
+mod level_runs;
 mod levels;
 mod map_fields;
 mod mesh;

@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use fem::{
     CompressionTest, CurvePoint, End, FemError, FixedSteps, Homogenisation, Order, Outcome,
-    PhaseField, Problem, SolverOptions, TetMesh,
+    PhaseField, Problem, RunRecord, RunStatus, SolverOptions, TetMesh,
 };
 
 use super::WorkflowError;
-use crate::case::{CaseFile, ConditionsCase, MaterialCase, MaterialParameter, TestCase};
+use crate::case::{CaseFile, ConditionsCase, MaterialCase, MaterialParameter, QoiCase, TestCase};
 use crate::experiment::TestCurve;
 use crate::qoi::{QoiError, Qois};
 
@@ -192,4 +192,14 @@ pub(super) fn failure(end: &End) -> Option<FemError> {
 
 fn in_fem(materials: &[MaterialCase]) -> Result<Vec<fem::Material>, FemError> {
     materials.iter().map(MaterialCase::in_fem).collect()
+}
+
+/// The case's quantities of a run, or why it has none.
+pub(super) fn quantities(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, String> {
+    match &record.status {
+        RunStatus::Failed(reason) => Err(format!("failed: {reason}")),
+        RunStatus::Finished => simulated_qois(&record.curve, qoi.slope_fraction)
+            .map(|qois| qois.values(&qoi.quantities))
+            .map_err(|error| format!("unusable: {error}")),
+    }
 }

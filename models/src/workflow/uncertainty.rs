@@ -10,8 +10,7 @@ use super::inputs::Inputs;
 use super::packings::has_packing_per_run;
 use super::task::Task;
 use crate::budget::{largest_part, matrix, shares};
-use crate::fracture::{Evidence, column_means, short_name};
-use crate::shared_error::relative;
+use crate::fracture::{Evidence, column_means, relative_covariance, short_name};
 
 /// The covariances (quantities × quantities, relative to the specimens' means) of the errors that all
 /// specimens share.
@@ -46,7 +45,7 @@ pub(super) fn shared_error(
         true => report.mean_error(means)?,
         false => report.lack_of_fit(means)?,
     };
-    let surrogate = relative(covariance, means);
+    let surrogate = relative_covariance(covariance, means);
     let mesh = match inputs.file_if_there("fidelity.json") {
         Some(_) => error_of_all(&inputs.json::<Vec<FitReport>>("fidelity.json")?, packing_per_run)?,
         None => None,
@@ -108,7 +107,7 @@ pub(super) fn write_uncertainty(
     let mut own = scatter.clone();
     if has_packing_per_run(&Dataset::read_csv(task.inputs.file("runs.csv")?)?) {
         let report: FitReport = task.inputs.json("surrogate_error.json")?;
-        let packings = matrix(&relative(report.scatter(&means)?, &means));
+        let packings = matrix(&relative_covariance(report.scatter(&means)?, &means));
         let packings = &packings * largest_part(&scatter, &packings);
         own -= &packings;
         sources.push(("geometry", packings / n));

@@ -1,0 +1,69 @@
+//! The runs of a level: made, and with their quantities of interest.
+
+use std::borrow::Cow;
+
+use fem::{RunInput, RunRecord};
+
+use super::WorkflowError;
+use super::levels::Level;
+use super::packings::Packings;
+use super::runs::run_named;
+use super::simulator::{Simulator, quantities};
+use super::task::Task;
+use crate::case::QoiCase;
+
+/// Makes the runs of a level.
+pub(super) struct Runner<'a> {
+    pub(super) task: &'a Task<'a>,
+    /// Names of the inputs.
+    pub(super) names: &'a [String],
+    /// Of each run, if they have their own.
+    pub(super) packings: Option<&'a Packings>,
+}
+
+impl Runner<'_> {
+    /// What is not finished yet of these runs; records in their order.
+    pub(super) fn run(
+        &self,
+        level: &Level<'_>,
+        runs: &[RunInput],
+    ) -> Result<Vec<RunRecord>, WorkflowError> {
+        let Self { task, names, packings } = *self;
+        if let Some(packings) = packings {
+            return run_named(task, "ensemble", &level.manifest, names, runs, &|run| {
+                packings.simulator(run.id - 1, level).map(Cow::Owned)
+            });
+        }
+        let mesh = level.mesh(&task.inputs)?;
+        let simulator = Simulator::new(&level.setup, mesh, task.inputs.parameters()?)?;
+        run_named(task, "ensemble", &level.manifest, names, runs, &|_| {
+            Ok(Cow::Borrowed(&simulator))
+        })
+    }
+}
+
+/// The runs of a level with their quantities of interest.
+pub(super) struct LevelRuns {
+    pub(super) records: Vec<RunRecord>,
+    /// Of each record its quantities, or why there are none.
+    quantities: Vec<Result<Vec<f64>, String>>,
+}
+
+impl LevelRuns {
+    pub(super) fn new(records: Vec<RunRecord>, qoi: &QoiCase) -> Self {
+        let quantities = records.iter().map(|record| quantities(record, qoi)).collect();
+        Self { records, quantities }
+    }
+
+    /// Runs with quantities.
+    pub(super) fn usable(&self) -> impl Iterator<Item = (&RunRecord, &[f64])> {
+        let all = self.records.iter().zip(&self.quantities);
+        all.filter_map(|(record, found)| Some((record, found.as_deref().ok()?)))
+    }
+
+    /// Runs without, and why.
+    pub(super) fn failed(&self) -> impl Iterator<Item = (&RunRecord, &str)> {
+        let all = self.records.iter().zip(&self.quantities);
+        all.filter_map(|(record, found)| Some((record, found.as_ref().err()?.as_str())))
+    }
+}
