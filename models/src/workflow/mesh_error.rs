@@ -96,7 +96,7 @@ fn tell(inputs: &Inputs<'_>, errors: &[f64]) -> Result<(), WorkflowError> {
             "note",
             &format!(
                 "the mesh is estimated to change {quantity} by {error:+.1} %, {about}: take a smaller \
-                 specimen.spacing_mm, quadratic elements, or correct runs by [fidelity]"
+                 specimen.spacing_mm, for which few runs pay with [fidelity], or quadratic elements"
             ),
         );
     }

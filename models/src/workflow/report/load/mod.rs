@@ -174,7 +174,7 @@ fn settings(case: &Case) -> Vec<(String, String)> {
                 sampler.chains, sampler.warmup, sampler.draws, sampler.seed
             ),
         ),
-        row("likelihood", "multivariate normal QoIs, LKJ(3), scales Normal(0.15, 0.25) > 0; one error of the surrogate \
+        row("likelihood", "multivariate normal QoIs, LKJ(3), scales Normal(0.15, 0.25) > 0; one error of surrogate and mesh correction \
              shared by all specimens"
                 .into()),
         row("program", format!("breccia {}", env!("CARGO_PKG_VERSION"))),
