@@ -22,7 +22,8 @@ pub(crate) struct Regression<'a> {
     /// Multi-indices of the orders that the runs may determine, nested.
     pub(crate) columns: Vec<Vec<u8>>,
     /// Most terms that the rows of all runs but one may determine.
-    most: usize,
+    pub(crate) most: usize,
+    pub(crate) truncation: Truncation,
 }
 
 /// Rows of a least squares problem: for each run its value, then, run after run, its derivatives by each
@@ -61,7 +62,27 @@ impl<'a> Regression<'a> {
         let most = (n - 1) * (1 + data.inputs_with_derivatives());
         let estimable = counts.iter().take_while(|&&terms| terms <= most).count();
         let columns = truncation.nested(d, estimable - 1);
-        Ok(Self { data, y, variance, counts, columns, most })
+        Ok(Self { data, y, variance, counts, columns, most, truncation })
+    }
+
+    /// The same data with all terms of one order, if they are not more than `limit`, whether or not the runs
+    /// determine them.
+    pub(crate) fn with_order(
+        &self,
+        truncation: Truncation,
+        order: usize,
+        limit: usize,
+    ) -> Option<Self> {
+        let d = self.data.inputs().len();
+        (truncation.count(d, order) <= limit).then(|| Self {
+            data: self.data,
+            y: self.y.clone(),
+            variance: self.variance.clone(),
+            counts: Vec::new(),
+            columns: truncation.nested(d, order),
+            most: self.most,
+            truncation,
+        })
     }
 
     /// The equations with the inputs and outputs on their scales.
@@ -141,8 +162,15 @@ impl Equations {
         self.rows.len() / (1 + self.slopes)
     }
 
-    /// The factorisation for the chosen runs, with rows of derivatives times the weights of their inputs.
+    /// The factorisation for the chosen runs, of not more columns than they have rows.
     pub(crate) fn least_squares(&self, chosen: &[usize], weights: &[f64]) -> NestedLeastSquares {
+        let (mut psi, targets) = self.weighted(chosen, weights);
+        psi.truncate(psi.nrows(), psi.ncols().min(psi.nrows()));
+        NestedLeastSquares::new(psi, targets, chosen.len())
+    }
+
+    /// Basis and targets of the chosen runs, rows of derivatives times the weights of their inputs.
+    pub(crate) fn weighted(&self, chosen: &[usize], weights: &[f64]) -> (Mat<f64>, Mat<f64>) {
         let (all, n) = (self.runs(), chosen.len());
         let count = n * (1 + self.slopes);
         let place = |row: usize| match row.checked_sub(n) {
@@ -153,12 +181,19 @@ impl Equations {
             }
         };
         let places: Vec<(usize, f64)> = (0..count).map(place).collect();
-        let usable = self.rows[0].len().min(count);
-        let psi = Mat::from_fn(count, usable, |i, j| places[i].1 * self.rows[places[i].0][j]);
+        let terms = self.rows[0].len();
+        let psi = Mat::from_fn(count, terms, |i, j| places[i].1 * self.rows[places[i].0][j]);
         let targets = Mat::from_fn(count, self.targets.ncols(), |i, m| {
             places[i].1 * self.targets[(places[i].0, m)]
         });
-        NestedLeastSquares::new(psi, targets, n)
+        (psi, targets)
+    }
+
+    /// Only these columns, in this order.
+    pub(crate) fn with_columns(&self, columns: &[usize]) -> Self {
+        let row = |row: &Vec<f64>| columns.iter().map(|&j| row[j]).collect();
+        let rows = self.rows.iter().map(row).collect();
+        Self { rows, targets: self.targets.clone(), slopes: self.slopes }
     }
 
     /// Of each target over the runs.

@@ -1,29 +1,43 @@
-//! From a dataset to an expansion: all orders out of one factorisation, one of them chosen.
+//! From a dataset to an expansion of the order, and with the terms, that leave out the least.
 
 use std::borrow::Borrow;
 
 use faer::Mat;
-use rand::SeedableRng;
-use rand::seq::SliceRandom;
-use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
 use crate::dataset::{Dataset, check_count};
-use crate::design_matrix::{Equations, Regression};
+use crate::design_matrix::Regression;
 use crate::dyn_pce::DynPce;
 use crate::error::SurrogateError;
 use crate::legendre::{MAX_ORDER, basis_row};
 use crate::multi_index::Truncation;
+use crate::orders::{Fitted, Orders, all_terms};
 use crate::pce::Pce;
 use crate::report::{FitReport, covariance, mean_products};
 use crate::scale_choice::{Scales, choose};
-use crate::select::{
-    Holdout, LeaveOneOutError, OrderReport, OrderRule, SplitError, Truth, by_loo, by_split,
-};
-use crate::weights::{WeightedFit, fit_weighted};
+use crate::select::{Holdout, OrderRule, Truth, by_loo, by_split};
+use crate::sparse::sparse;
 
 /// Most inputs for which the 2^d corners of the box are visited.
 const MAX_CORNER_INPUTS: usize = 10;
+
+/// Which terms of an order an expansion has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Terms {
+    /// All of them: for few inputs, and where runs scatter.
+    #[default]
+    All,
+    /// Those that matter, of which there may be more than runs: for many inputs or high orders.
+    ///
+    /// Terms are added one after the other, each the one that leaves the least of the outputs
+    /// (orthogonal least squares: Chen, Billings & Luo 1989, doi:10.1080/00207178908953472). Of each order
+    /// hyperbolic truncations of several exponents are tried, from main effects to its total degree, as
+    /// Blatman & Sudret do (2011, doi:10.1016/j.jcp.2010.12.021). Number of terms, truncation and order are those
+    /// of the least error of tenfold cross-validation in which each fold chooses its own terms: to leave
+    /// out a run behind terms that it has helped to choose says little.
+    Sparse,
+}
 
 /// What [`DynPce::fit`] may do.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,6 +46,8 @@ pub struct FitOptions {
     pub max_order: usize,
     /// The terms that an order stands for.
     pub truncation: Truncation,
+    /// Whether an order has all of them, or those that matter.
+    pub terms: Terms,
     /// How the order is chosen.
     pub rule: OrderRule,
     /// Which inputs and outputs are expanded in logarithms.
@@ -46,6 +62,7 @@ impl Default for FitOptions {
         Self {
             max_order: 8,
             truncation: Truncation::TotalDegree,
+            terms: Terms::All,
             rule: OrderRule::CorrectedLoo,
             scales: Scales::Auto,
             split: Holdout::default(),
@@ -109,27 +126,20 @@ impl DynPce {
         check(options)?;
         let regression = Regression::new(data, options.truncation, options.max_order)?;
         let scales = choose(&regression, &options.scales, options.rule)?;
-        let equations = regression.equations(&scales.inputs, &scales.outputs)?;
-        let Regression { y, variance, counts, columns, .. } = &regression;
-        let (n, m) = y.shape();
+        let truth =
+            Truth { y: &regression.y, scales: &scales.outputs, variance: &regression.variance };
+        let (n, m) = truth.y.shape();
+        let looks = (options.rule, &options.split);
+        let Orders { reports: orders, fitted, train, weights } = match options.terms {
+            Terms::All => all_terms(&regression, &scales, &truth, looks)?,
+            Terms::Sparse => sparse(&regression, &scales, &truth, looks)?,
+        };
 
-        let truth = Truth { y, scales: &scales.outputs, variance };
-        let WeightedFit { fit, prefixes, weights } =
-            fit_weighted(&regression, &equations, &truth, options.rule);
-        let (train, splits) = split_errors(&equations, &weights, counts, &truth, &options.split);
-        let orders: Vec<OrderReport> = counts
-            .iter()
-            .enumerate()
-            .map(|(order, &terms)| OrderReport {
-                order,
-                terms,
-                loo: prefixes.get(order).and_then(|p| LeaveOneOutError::new(p, &truth)),
-                split: splits.get(order).cloned(),
-            })
-            .collect();
-
-        let not_estimable =
-            |order: usize| SurrogateError::NotEstimable { order, terms: counts[order], rows: n };
+        let not_estimable = |order: usize| SurrogateError::NotEstimable {
+            order,
+            terms: orders.get(order).map_or(1, |o| o.terms),
+            rows: n,
+        };
         let order_by_loo = by_loo(&orders).ok_or_else(|| not_estimable(0))?;
         let order_by_split =
             by_split(&orders, options.split.tolerance).ok_or_else(|| not_estimable(0))?;
@@ -138,7 +148,8 @@ impl DynPce {
             OrderRule::Split => order_by_split,
             OrderRule::Fixed(order) => order,
         };
-        let prefix = prefixes.get(order).ok_or_else(|| not_estimable(order))?;
+        let Fitted { fit, prefix, columns, cross_validated } =
+            fitted.get(order).ok_or_else(|| not_estimable(order))?;
         let left_out = prefix.left_out().ok_or_else(|| not_estimable(order))?;
 
         let terms = prefix.terms;
@@ -158,7 +169,9 @@ impl DynPce {
             order,
             order_by_loo,
             order_by_split,
-            loo_covariance: covariance(&left_out.get(..n, ..).to_owned()),
+            loo_covariance: covariance(
+                &cross_validated.clone().unwrap_or_else(|| left_out.get(..n, ..).to_owned()),
+            ),
             residual_covariance: mean_products(&prefix.value_residuals(), prefix.freedom()),
             mean_covariance: (data.inputs_with_derivatives() > 0)
                 .then(|| fit.jackknife(prefix, &left_out)),
@@ -230,39 +243,4 @@ fn check(options: &FitOptions) -> Result<(), SurrogateError> {
         );
     }
     options.split.check()
-}
-
-/// The number of training rows and the errors of the orders that they determine.
-fn split_errors(
-    equations: &Equations,
-    weights: &[f64],
-    counts: &[usize],
-    truth: &Truth<'_>,
-    split: &Holdout,
-) -> (usize, Vec<SplitError>) {
-    let n = equations.runs();
-    let mut order: Vec<usize> = (0..n).collect();
-    order.shuffle(&mut Xoshiro256PlusPlus::seed_from_u64(split.seed));
-    let (train, validation) =
-        order.split_at(((split.train_fraction * n as f64).round() as usize).clamp(1, n - 1));
-    let error = |residuals: &Mat<f64>, chosen: &[usize]| {
-        let y = Mat::from_fn(chosen.len(), truth.y.ncols(), |i, m| truth.y[(chosen[i], m)]);
-        Truth { y: &y, ..*truth }.relative_squares(residuals)
-    };
-
-    let Equations { rows, targets, .. } = equations;
-    let fit = equations.least_squares(train, weights);
-    let sizes: Vec<usize> = counts.iter().copied().filter(|&terms| terms <= fit.rank()).collect();
-    let errors = fit.sweep(&sizes).into_iter().map(|prefix| {
-        let c = fit.coefficients(prefix.terms);
-        let residuals = Mat::from_fn(validation.len(), targets.ncols(), |i, m| {
-            let row = &rows[validation[i]];
-            targets[(validation[i], m)] - (0..prefix.terms).map(|j| row[j] * c[(j, m)]).sum::<f64>()
-        });
-        SplitError {
-            train: error(&prefix.value_residuals(), train),
-            validation: error(&residuals, validation),
-        }
-    });
-    (train.len(), errors.collect())
 }

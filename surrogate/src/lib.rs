@@ -29,7 +29,8 @@
 //! # Ok::<(), surrogate::SurrogateError>(())
 //! ```
 //!
-//! Scope: uniform inputs on a box, dense expansions by least squares up to order 16. [`Pce`] is for numbers
+//! Scope: uniform inputs on a box, expansions by least squares up to order 16, with all terms or those that
+//! matter ([`Terms`]). [`Pce`] is for numbers
 //! of inputs and outputs that are known at compile time, [`DynPce`] for those that a file decides.
 //!
 //! # Rooms
@@ -41,8 +42,8 @@
 //! 3. `scale`, `legendre`, `multi_index`: coordinates, one-dimensional polynomials and their products
 //! 4. `dyn_pce`, `kernel`, `pce`: the expansion, with sizes known at run time and at compile time
 //! 5. `pce_file`, `quadrature`, `sobol`, `differentiable`: its file, its moments, its use in a model
-//! 6. `leave_out`, `regression`, `select`, `report`, `design_matrix`, `weights`, `scale_choice`, `fit`: from
-//!    a dataset to an expansion
+//! 6. `leave_out`, `regression`, `select`, `report`, `design_matrix`, `weights`, `scale_choice`, `orders`,
+//!    `sparse`, `fit`: from a dataset to an expansion
 
 mod dataset;
 mod dataset_csv;
@@ -56,6 +57,7 @@ mod kernel;
 mod leave_out;
 mod legendre;
 mod multi_index;
+mod orders;
 mod pce;
 mod pce_file;
 mod quadrature;
@@ -66,13 +68,14 @@ mod scale_choice;
 mod select;
 mod sobol;
 mod sobol_sequence;
+mod sparse;
 mod weights;
 
 pub use dataset::{Dataset, Input};
 pub use design::DesignMethod;
 pub use dyn_pce::{BoxPosition, DynPce};
 pub use error::SurrogateError;
-pub use fit::{FitOptions, PceFit};
+pub use fit::{FitOptions, PceFit, Terms};
 pub use legendre::MAX_ORDER;
 pub use multi_index::Truncation;
 pub use pce::Pce;

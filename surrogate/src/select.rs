@@ -64,7 +64,8 @@ pub struct LeaveOneOutError {
     /// mean ((y_i − f_i)/(1 − h_i))² / mean (y_i − ȳ)²; with derivatives, the run's are left out too.
     pub plain: Vec<f64>,
     /// The same times N/(N−P) · (1 + tr (ΨᵀΨ)⁻¹), which charges for few rows per term
-    /// (Chapelle, Vapnik & Bengio 2002; Blatman & Sudret 2011, doi:10.1016/j.jcp.2010.12.021).
+    /// (Chapelle, Vapnik & Bengio 2002; Blatman & Sudret 2011, doi:10.1016/j.jcp.2010.12.021). Of an
+    /// expansion with [the terms that matter](crate::Terms::Sparse): the error of cross-validation.
     pub corrected: Vec<f64>,
 }
 

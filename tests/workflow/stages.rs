@@ -51,6 +51,7 @@ fn changed(key: &str, value: &Value) -> Value {
         "sliding" => "unilateral",
         "latin-hypercube" => "sobol",
         "per-run" => "one",
+        "all" => "sparse",
         "corrected-loo" => "split",
         "polyhedron" => "sphere",
         "slope" => "work-to-peak",

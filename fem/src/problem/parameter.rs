@@ -1,5 +1,7 @@
 //! Parameters of the materials that the force is differentiated by.
 
+use std::convert::Infallible;
+
 use crate::error::FemError;
 use crate::material::{Material, PhaseField};
 
@@ -34,9 +36,23 @@ impl MaterialParameter {
         value: f64,
         materials: impl Fn(f64) -> Vec<Material>,
     ) -> Self {
+        let Ok(parameter) = Self::try_new(name, value, |x| Ok::<_, Infallible>(materials(x)));
+        parameter
+    }
+
+    /// The same where a value may make no material.
+    ///
+    /// # Errors
+    /// Those of `materials`.
+    pub fn try_new<E>(
+        name: impl Into<String>,
+        value: f64,
+        materials: impl Fn(f64) -> Result<Vec<Material>, E>,
+    ) -> Result<Self, E> {
         let reach = REACH * value.abs();
         let [low, high] = if reach > 0.0 { [value - reach, value + reach] } else { [0.0, REACH] };
-        Self { name: name.into(), below: materials(low), above: materials(high), width: high - low }
+        let (below, above) = (materials(low)?, materials(high)?);
+        Ok(Self { name: name.into(), below, above, width: high - low })
     }
 
     /// Refuses what is no neighbourhood of the materials of a problem.

@@ -1,6 +1,6 @@
 //! What a calibration takes beside its simulations: quantities of interest, surrogate, sampler.
 
-use ::surrogate::{DesignMethod, OrderRule};
+use ::surrogate::{DesignMethod, OrderRule, Terms};
 use serde::{Deserialize, Serialize};
 
 use crate::qoi::Quantity;
@@ -27,6 +27,10 @@ pub struct DesignCase {
     pub method: DesignMethod,
     /// On what the runs are made, if the specimen is a packing.
     pub microstructure: Microstructure,
+    /// Whether runs give the derivatives of their quantities by what is calibrated too, from which the
+    /// surrogate learns as it does from more runs.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub derivatives: bool,
 }
 
 /// `design.microstructure`: the packings that an ensemble is made on.
@@ -51,6 +55,8 @@ pub struct SurrogateCase {
     pub max_order: usize,
     /// Rule that chooses the order.
     pub rule: OrderRule,
+    /// Whether an order has all its terms, or those that matter.
+    pub terms: Terms,
 }
 
 /// `[calibration]`.
@@ -94,13 +100,14 @@ impl Default for DesignCase {
             seed: 1,
             method: DesignMethod::LatinHypercube,
             microstructure: Microstructure::default(),
+            derivatives: false,
         }
     }
 }
 
 impl Default for SurrogateCase {
     fn default() -> Self {
-        Self { max_order: 8, rule: OrderRule::CorrectedLoo }
+        Self { max_order: 8, rule: OrderRule::CorrectedLoo, terms: Terms::All }
     }
 }
 

@@ -26,7 +26,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let packings = Packings::of(inputs, runs.len())?;
     let levels = Level::all(inputs, packings.is_some())?;
     if let Some(packings) = &packings {
-        levels.iter().try_for_each(|level| packings.check(level))?;
+        levels.iter().try_for_each(|level| packings.check(level, &runs[0].inputs))?;
     }
     let names: Vec<String> = prior.iter().map(|input| input.name.clone()).collect();
     let runner = Runner { task, names: &names, packings: packings.as_ref() };
@@ -40,17 +40,24 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         .collect::<Result<Vec<_>, _>>()?;
     let first = &done[0];
     let stiffness = packings.as_ref().map(|p| p.stiffness_ratios(&levels[0])).transpose()?;
-    let mut data = Dataset::new(prior, outputs, "breccia ensemble")?.with_notes(&NOTES)?;
-    for (record, quantities) in first.usable() {
-        let mut quantities = quantities.to_vec();
+    let differentiated = if inputs.design().derivatives { prior.len() } else { 0 };
+    let mut data = Dataset::new(prior, outputs, "breccia ensemble")?
+        .with_derivatives_in(differentiated)?
+        .with_notes(&NOTES)?;
+    for (record, quantities, jacobian) in first.differentiated() {
+        let (mut quantities, mut jacobian) = (quantities.to_vec(), jacobian.to_vec());
         for correction in &corrections {
-            quantities = correction.apply(&record.inputs, &quantities)?;
+            correction.apply(&record.inputs, &mut quantities, &mut jacobian)?;
         }
         let (id, seconds) = (record.id.to_string(), format!("{:.3}", record.seconds));
         let seed = packings.as_ref().map(|p| p.seeds[record.id - 1].to_string());
         let ratio = stiffness.as_ref().map(|ratios| ratios[record.id - 1].to_string());
         let [seed, ratio] = [seed, ratio].map(Option::unwrap_or_default);
-        data.push_noted(&record.inputs, &quantities, &[&id, &seconds, &seed, &ratio])?;
+        let notes: [&str; 4] = [&id, &seconds, &seed, &ratio];
+        match differentiated {
+            0 => data.push_noted(&record.inputs, &quantities, &notes)?,
+            _ => data.push_differentiated(&record.inputs, &quantities, &jacobian, &notes)?,
+        }
     }
     for record in &first.records {
         write_curve(task.product(&format!("curves/run-{:03}.csv", record.id))?, &record.curve)?;
@@ -84,7 +91,8 @@ fn all_levels(
     let mut done: Vec<LevelRuns> = Vec::new();
     for level in levels {
         let records = runner.run(level, &runs)?;
-        let level_runs = LevelRuns::new(records, runner.task.inputs.qoi());
+        let qoi = runner.task.inputs.qoi();
+        let level_runs = LevelRuns::new(records, qoi, level.setup.derivatives);
         let usable: Vec<&RunRecord> = level_runs.usable().map(|(record, _)| record).collect();
         let points: Vec<&[f64]> = usable.iter().map(|record| &record.inputs[..]).collect();
         let repeated = spread(prior, &points, level.repeats);

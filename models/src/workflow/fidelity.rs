@@ -67,17 +67,28 @@ impl Correction {
         Ok(Self::of(inputs, quantities, &runs)?)
     }
 
-    /// What quantities on the cheaper mesh become.
+    /// Makes quantities on the cheaper mesh, and their derivatives where there are some (quantities ×
+    /// inputs), those on the better one.
     ///
     /// # Errors
     /// Inputs outside the box.
     pub(super) fn apply(
         &self,
         inputs: &[f64],
-        quantities: &[f64],
-    ) -> Result<Vec<f64>, SurrogateError> {
-        let ratios = self.fit.pce.value(inputs)?;
-        Ok(quantities.iter().zip(ratios).map(|(q, ratio)| q * ratio).collect())
+        quantities: &mut [f64],
+        jacobian: &mut [Vec<f64>],
+    ) -> Result<(), SurrogateError> {
+        let (ratios, slopes) = self.fit.pce.value_and_jacobian(inputs)?;
+        // the product rule
+        for ((rates, quantity), (ratio, slopes)) in
+            jacobian.iter_mut().zip(&*quantities).zip(ratios.iter().zip(slopes))
+        {
+            for (rate, slope) in rates.iter_mut().zip(slopes) {
+                *rate = *rate * ratio + quantity * slope;
+            }
+        }
+        quantities.iter_mut().zip(ratios).for_each(|(quantity, ratio)| *quantity *= ratio);
+        Ok(())
     }
 
     /// How well it is known.
@@ -255,8 +266,18 @@ mod tests {
         let correction = Correction::of(&inputs, &names, &runs).unwrap();
         assert_eq!(correction.report().order, 1);
         let at = [0.4, 1.7];
-        let found = correction.apply(&at, &[2.0, 7.0]).unwrap();
-        assert!((found[0] / (2.0 * plane(&at)) - 1.0).abs() < 1e-12, "{found:?}");
+        // q = 2 x₀ and r = 7: the derivatives of their products with the ratios
+        let (mut found, mut rates) = ([2.0 * at[0], 7.0], [vec![2.0, 0.0], vec![0.0, 0.0]]);
+        correction.apply(&at, &mut found, &mut rates).unwrap();
+        let (one, two) = (plane(&at), plane(&at).powi(2));
+        let exact = [
+            [2.0 * one - 0.1 * 2.0 * at[0] * one, 0.03 * 2.0 * at[0] * one],
+            [-0.2 * 7.0 * two, 0.06 * 7.0 * two],
+        ];
+        for (rate, exact) in rates.iter().flatten().zip(exact.as_flattened()) {
+            assert!((rate - exact).abs() < 1e-11, "{rates:?}");
+        }
+        assert!((found[0] / (2.0 * at[0] * plane(&at)) - 1.0).abs() < 1e-12, "{found:?}");
         assert!((found[1] / (7.0 * plane(&at).powi(2)) - 1.0).abs() < 1e-12, "{found:?}");
         assert!(error_of(correction.report(), true).unwrap()[0][0].abs() < 1e-20);
 
@@ -274,7 +295,8 @@ mod tests {
         let correction = Correction::of(&inputs, &names, &runs).unwrap();
         assert_eq!(correction.report().order, 0);
         let mean = noise.iter().sum::<f64>() / 9.0;
-        let found = correction.apply(&at, &[1.0, 1.0]).unwrap();
+        let mut found = [1.0, 1.0];
+        correction.apply(&at, &mut found, &mut []).unwrap();
         assert!((found[0] / (0.8 * mean.exp()) - 1.0).abs() < 1e-12);
         let variance = noise.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / 8.0;
         let error = error_of(correction.report(), true).unwrap();

@@ -192,6 +192,7 @@ impl Inputs<'_> {
             steps: None,
             conditions: self.conditions().as_ref(),
             solver: self.solver(),
+            derivatives: false,
         }
     }
 

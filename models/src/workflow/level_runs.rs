@@ -8,7 +8,7 @@ use super::WorkflowError;
 use super::levels::Level;
 use super::packings::Packings;
 use super::runs::run_named;
-use super::simulator::{Simulator, quantities};
+use super::simulator::{Simulator, jacobian, quantities};
 use super::task::Task;
 use crate::case::QoiCase;
 
@@ -36,6 +36,9 @@ impl Runner<'_> {
         }
         let mesh = level.mesh(&task.inputs)?;
         let simulator = Simulator::new(&level.setup, mesh, task.inputs.parameters()?)?;
+        if let Some(run) = runs.first() {
+            simulator.check(&level.setup, &run.inputs)?;
+        }
         run_named(task, "ensemble", &level.manifest, names, runs, &|_| {
             Ok(Cow::Borrowed(&simulator))
         })
@@ -46,24 +49,45 @@ impl Runner<'_> {
 pub(super) struct LevelRuns {
     pub(super) records: Vec<RunRecord>,
     /// Of each record its quantities, or why there are none.
-    quantities: Vec<Result<Vec<f64>, String>>,
+    found: Vec<Result<Found, String>>,
+}
+
+/// What a run says.
+struct Found {
+    quantities: Vec<f64>,
+    /// Quantities × parameters; empty where it was not differentiated.
+    jacobian: Vec<Vec<f64>>,
 }
 
 impl LevelRuns {
-    pub(super) fn new(records: Vec<RunRecord>, qoi: &QoiCase) -> Self {
-        let quantities = records.iter().map(|record| quantities(record, qoi)).collect();
-        Self { records, quantities }
+    /// With the derivatives of the quantities where they are asked for.
+    pub(super) fn new(records: Vec<RunRecord>, qoi: &QoiCase, derivatives: bool) -> Self {
+        let found = |record| {
+            let jacobian = || if derivatives { jacobian(record, qoi) } else { Ok(Vec::new()) };
+            Ok(Found { quantities: quantities(record, qoi)?, jacobian: jacobian()? })
+        };
+        let found = records.iter().map(found).collect();
+        Self { records, found }
     }
 
     /// Runs with quantities.
     pub(super) fn usable(&self) -> impl Iterator<Item = (&RunRecord, &[f64])> {
-        let all = self.records.iter().zip(&self.quantities);
-        all.filter_map(|(record, found)| Some((record, found.as_deref().ok()?)))
+        self.differentiated().map(|(record, quantities, _)| (record, quantities))
+    }
+
+    /// Runs with quantities and their derivatives, quantities × parameters; those are empty where they
+    /// were not asked for.
+    pub(super) fn differentiated(&self) -> impl Iterator<Item = (&RunRecord, &[f64], &[Vec<f64>])> {
+        let all = self.records.iter().zip(&self.found);
+        all.filter_map(|(record, found)| {
+            let Found { quantities, jacobian } = found.as_ref().ok()?;
+            Some((record, &quantities[..], &jacobian[..]))
+        })
     }
 
     /// Runs without, and why.
     pub(super) fn failed(&self) -> impl Iterator<Item = (&RunRecord, &str)> {
-        let all = self.records.iter().zip(&self.quantities);
+        let all = self.records.iter().zip(&self.found);
         all.filter_map(|(record, found)| Some((record, found.as_ref().err()?.as_str())))
     }
 }

@@ -30,23 +30,28 @@ impl<'a> Level<'a> {
         inputs: &'a Inputs<'_>,
         packing_per_run: bool,
     ) -> Result<Vec<Self>, WorkflowError> {
+        // quantities of better levels are only compared with those of the first
+        let derivatives = inputs.design().derivatives;
         let setup = inputs.setup();
         if !packing_per_run {
             inputs.file("mesh.msh")?;
         }
         let manifest = inputs.manifest();
-        let cheaper = inputs.fidelity().levels.iter().map(|case| Level {
+        let levels = &inputs.fidelity().levels;
+        let cheaper = levels.iter().enumerate().map(|(place, case)| Level {
             manifest: format!("{manifest}{}", described(case)),
             repeats: case.repeats,
             setup: Setup {
                 order: case.order.unwrap_or(setup.order),
                 homogenisation: case.homogenisation.unwrap_or(setup.homogenisation),
                 steps: case.steps,
+                derivatives: derivatives && place == 0,
                 ..setup
             },
             case: Some(case),
         });
-        let own = Level { manifest: manifest.clone(), repeats: 0, setup, case: None };
+        let setup_of_own = Setup { derivatives: derivatives && levels.is_empty(), ..setup };
+        let own = Level { manifest: manifest.clone(), repeats: 0, setup: setup_of_own, case: None };
         Ok(cheaper.chain([own]).collect())
     }
 

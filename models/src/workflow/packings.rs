@@ -78,14 +78,15 @@ impl Packings {
         self.own.seed
     }
 
-    /// Checks materials and test of a level on the case's own packing, before any run begins.
+    /// Checks materials and test of a level on the case's own packing with these values of the
+    /// parameters, before any run begins.
     ///
     /// # Errors
     /// A case that makes no simulation.
-    pub(super) fn check(&self, level: &Level<'_>) -> Result<(), WorkflowError> {
+    pub(super) fn check(&self, level: &Level<'_>, values: &[f64]) -> Result<(), WorkflowError> {
         let meshing = level.meshing(&self.meshing);
         let mesh = packed_mesh(level.setup.path, self.size_mm, Some(&self.own), &meshing)?.mesh;
-        Simulator::new(&level.setup, mesh, self.parameters.clone()).map(drop)
+        Simulator::new(&level.setup, mesh, self.parameters.clone())?.check(&level.setup, values)
     }
 
     /// The stiffness ratio of the packing of each run, on the mesh of a level.

@@ -1,6 +1,7 @@
 //! From a case to a simulation.
 
 use std::collections::BTreeMap;
+use std::iter;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -28,6 +29,8 @@ pub(super) struct Setup<'a> {
     pub(super) steps: Option<u32>,
     pub(super) conditions: Option<&'a ConditionsCase>,
     pub(super) solver: &'a SolverOptions,
+    /// Whether runs give the derivatives of the force by their parameters.
+    pub(super) derivatives: bool,
 }
 
 impl<'a> From<&'a CaseFile> for Setup<'a> {
@@ -42,6 +45,7 @@ impl<'a> From<&'a CaseFile> for Setup<'a> {
             steps: None,
             conditions: case.conditions.as_ref(),
             solver: &case.solver,
+            derivatives: false,
         }
     }
 }
@@ -70,6 +74,7 @@ pub(super) struct Simulator {
     /// Region of the mesh and property of each parameter.
     parameters: Vec<(usize, MaterialParameter)>,
     duration_s: f64,
+    derivatives: bool,
 }
 
 impl Simulator {
@@ -105,7 +110,8 @@ impl Simulator {
         let problem = in_fem(&materials)
             .and_then(|materials| problem(setup, mesh, materials))
             .map_err(|source| WorkflowError::Test { file: setup.path.to_owned(), source })?;
-        Ok(Self { problem, materials, parameters, duration_s: setup.test.duration_s })
+        let duration_s = setup.test.duration_s;
+        Ok(Self { problem, materials, parameters, duration_s, derivatives: setup.derivatives })
     }
 
     /// The test with these values of the parameters.
@@ -114,7 +120,29 @@ impl Simulator {
         for ((region, parameter), &value) in self.parameters.iter().zip(values) {
             parameter.property.set(&mut materials[*region], value);
         }
-        self.problem.with_materials(in_fem(&materials)?)
+        let problem = self.problem.with_materials(in_fem(&materials)?)?;
+        if !self.derivatives {
+            return Ok(problem);
+        }
+        let by = |((region, parameter), &value): (&(usize, MaterialParameter), &f64)| {
+            fem::MaterialParameter::try_new(parameter.to_string(), value, |value| {
+                let mut materials = materials.clone();
+                parameter.property.set(&mut materials[*region], value);
+                in_fem(&materials)
+            })
+        };
+        let parameters = self.parameters.iter().zip(values).map(by).collect::<Result<_, _>>()?;
+        problem.with_sensitivities(parameters)
+    }
+
+    /// Refuses materials and derivatives that make no simulation; the case is named by its `setup`.
+    pub(super) fn check(&self, setup: &Setup<'_>, values: &[f64]) -> Result<(), WorkflowError> {
+        let plain = Self { derivatives: false, ..self.clone() };
+        let file = setup.path.to_owned();
+        plain.at(values).map_err(|source| WorkflowError::Test { file: file.clone(), source })?;
+        self.at(values).map(drop).map_err(|error| {
+            WorkflowError::Unusable(format!("{}: design.derivatives: {error}", file.display()))
+        })
     }
 
     /// Runs with these values of the parameters.
@@ -202,4 +230,27 @@ pub(super) fn quantities(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, 
             .map(|qois| qois.values(&qoi.quantities))
             .map_err(|error| format!("unusable: {error}")),
     }
+}
+
+/// The derivatives of those quantities by each parameter that the force was differentiated by,
+/// quantities × parameters, or why there are none.
+pub(super) fn jacobian(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<Vec<f64>>, String> {
+    let (curve, found) = (recorded(&record.curve), &record.sensitivities);
+    if found.force_n.len() < record.curve.len() {
+        return Err(format!(
+            "without derivatives from {} mm on, where the tangent is singular",
+            record.curve[found.force_n.len()].displacement_mm
+        ));
+    }
+    let column = |parameter: usize| {
+        // the unloaded start stays where it is
+        let rates = found.force_n.iter().map(|row| row[parameter]);
+        let rates: Vec<f64> = iter::once(0.0).chain(rates).collect();
+        Qois::rates(&curve, qoi.slope_fraction, &rates)
+            .map(|rates| rates.values(&qoi.quantities))
+            .map_err(|error| format!("without derivatives: {error}"))
+    };
+    let columns = (0..found.names.len()).map(column).collect::<Result<Vec<_>, _>>()?;
+    let row = |quantity: usize| columns.iter().map(|column| column[quantity]).collect();
+    Ok((0..qoi.quantities.len()).map(row).collect())
 }

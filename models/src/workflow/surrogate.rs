@@ -14,8 +14,12 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let with_stiffness = known.map(|known| with_stiffness_ratio(&runs, &known)).transpose()?;
     let data = with_stiffness.flatten().unwrap_or(runs);
     let case = task.inputs.surrogate();
-    let options =
-        FitOptions { max_order: case.max_order, rule: case.rule, ..FitOptions::default() };
+    let options = FitOptions {
+        max_order: case.max_order,
+        rule: case.rule,
+        terms: case.terms,
+        ..FitOptions::default()
+    };
     let fit = DynPce::fit(&data, &options)?;
     task.write_csv(
         "surrogate_orders.csv",
@@ -58,9 +62,19 @@ pub(super) fn with_stiffness_ratio(
         (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
     let mut inputs = runs.inputs().to_vec();
     inputs.push(Input::new(STIFFNESS_RATIO, low, high)?);
-    let mut data = Dataset::new(inputs, runs.outputs().to_vec(), runs.provenance())?;
-    for ((x, y), ratio) in runs.rows().zip(&ratios) {
-        data.push(&[x, &[*ratio]].concat(), y)?;
+    // derivatives, where there are some, are those at a given ratio
+    let differentiated = runs.inputs_with_derivatives();
+    let mut data = Dataset::new(inputs, runs.outputs().to_vec(), runs.provenance())?
+        .with_derivatives_in(differentiated)?;
+    for (i, ((x, y), ratio)) in runs.rows().zip(&ratios).enumerate() {
+        let x = [x, &[*ratio]].concat();
+        match runs.derivatives(i) {
+            None => data.push(&x, y)?,
+            Some(slopes) => {
+                let jacobian: Vec<&[f64]> = slopes.chunks(differentiated).collect();
+                data.push_differentiated(&x, y, &jacobian, &[])?;
+            }
+        }
     }
     Ok(Some(data))
 }

@@ -1,0 +1,105 @@
+//! Every order that is looked at, fitted and with its errors: all orders out of one factorisation.
+
+use std::rc::Rc;
+
+use faer::Mat;
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use crate::design_matrix::{Equations, Regression};
+use crate::error::SurrogateError;
+use crate::leave_out::Prefix;
+use crate::regression::NestedLeastSquares;
+use crate::scale_choice::ChosenScales;
+use crate::select::{Holdout, LeaveOneOutError, OrderReport, OrderRule, SplitError, Truth};
+use crate::weights::{WeightedFit, fit_weighted};
+
+/// All orders that were looked at.
+pub(crate) struct Orders {
+    /// Of order 0, 1, …
+    pub(crate) reports: Vec<OrderReport>,
+    /// Of those that the runs determine.
+    pub(crate) fitted: Vec<Fitted>,
+    /// Number of training rows of the split.
+    pub(crate) train: usize,
+    /// Of rows of derivatives by each input.
+    pub(crate) weights: Vec<f64>,
+}
+
+/// The fit of an order.
+pub(crate) struct Fitted {
+    pub(crate) fit: Rc<NestedLeastSquares>,
+    pub(crate) prefix: Prefix,
+    /// Multi-indices, of which the order has the first.
+    pub(crate) columns: Rc<Vec<Vec<u8>>>,
+    /// Residuals (runs × outputs) of cross-validation, where those of leaving out a run would flatter.
+    pub(crate) cross_validated: Option<Mat<f64>>,
+}
+
+/// The orders with all terms of the regression's truncation.
+///
+/// # Errors
+/// As [`Regression::equations`].
+pub(crate) fn all_terms(
+    regression: &Regression<'_>,
+    scales: &ChosenScales,
+    truth: &Truth<'_>,
+    (rule, split): (OrderRule, &Holdout),
+) -> Result<Orders, SurrogateError> {
+    let equations = regression.equations(&scales.inputs, &scales.outputs)?;
+    let counts = &regression.counts;
+    let WeightedFit { fit, prefixes, weights } = fit_weighted(regression, &equations, truth, rule);
+    let (train, splits) = split_errors(&equations, &weights, counts, truth, split);
+    let report = |(order, &terms): (usize, &usize)| OrderReport {
+        order,
+        terms,
+        loo: prefixes.get(order).and_then(|p| LeaveOneOutError::new(p, truth)),
+        split: splits.get(order).cloned(),
+    };
+    let reports = counts.iter().enumerate().map(report).collect();
+    let (fit, columns) = (Rc::new(fit), Rc::new(regression.columns.clone()));
+    let fitted = |prefix| Fitted {
+        fit: Rc::clone(&fit),
+        prefix,
+        columns: Rc::clone(&columns),
+        cross_validated: None,
+    };
+    let fitted = prefixes.into_iter().map(fitted).collect();
+    Ok(Orders { reports, fitted, train, weights })
+}
+
+/// The number of training rows and the errors of the orders that they determine.
+pub(crate) fn split_errors(
+    equations: &Equations,
+    weights: &[f64],
+    counts: &[usize],
+    truth: &Truth<'_>,
+    split: &Holdout,
+) -> (usize, Vec<SplitError>) {
+    let n = equations.runs();
+    let mut order: Vec<usize> = (0..n).collect();
+    order.shuffle(&mut Xoshiro256PlusPlus::seed_from_u64(split.seed));
+    let (train, validation) =
+        order.split_at(((split.train_fraction * n as f64).round() as usize).clamp(1, n - 1));
+    let error = |residuals: &Mat<f64>, chosen: &[usize]| {
+        let y = Mat::from_fn(chosen.len(), truth.y.ncols(), |i, m| truth.y[(chosen[i], m)]);
+        Truth { y: &y, ..*truth }.relative_squares(residuals)
+    };
+
+    let Equations { rows, targets, .. } = equations;
+    let fit = equations.least_squares(train, weights);
+    let sizes: Vec<usize> = counts.iter().copied().filter(|&terms| terms <= fit.rank()).collect();
+    let errors = fit.sweep(&sizes).into_iter().map(|prefix| {
+        let c = fit.coefficients(prefix.terms);
+        let residuals = Mat::from_fn(validation.len(), targets.ncols(), |i, m| {
+            let row = &rows[validation[i]];
+            targets[(validation[i], m)] - (0..prefix.terms).map(|j| row[j] * c[(j, m)]).sum::<f64>()
+        });
+        SplitError {
+            train: error(&prefix.value_residuals(), train),
+            validation: error(&residuals, validation),
+        }
+    });
+    (train.len(), errors.collect())
+}
