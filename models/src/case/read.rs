@@ -292,7 +292,7 @@ mod tests {
         let text = "[specimen]\nradius_mm = 2.5\nheight_mm = 4\nspacing_mm = 0.7\n\
                     [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n";
         let case = CaseFile::parse(text, Path::new("case.toml")).unwrap().case;
-        assert_eq!((case.specimen.order, case.test.duration_s), (fem::Order::Linear, 1.0));
+        assert_eq!((case.specimen.order, case.test.duration_s), (fem::Order::Quadratic, 1.0));
         assert_eq!(case.material["matrix"].residual_stiffness, 0.01);
         assert_eq!((case.design.runs, case.qoi.slope_fraction), (100, 0.3));
     }
