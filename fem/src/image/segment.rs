@@ -47,6 +47,10 @@ pub struct Segmented {
 /// counts as solid if at most so many are.
 const AIR_IN_CORNERS: f64 = 0.9;
 const AIR_IN_MIDDLE: f64 = 0.5;
+/// A grain of more than this share of the specimen is told, and one of more than this share of all grains
+/// where there are so many.
+const MOST: f64 = 0.5;
+const MANY: usize = 10;
 /// Voxels at the wall that hold some air.
 const WALL: f64 = 2.0;
 
@@ -133,6 +137,7 @@ impl Segmentation {
         };
         let labels = grey.with(labels);
         let regions = measure(&labels, &inside, &solid.volumes);
+        warnings.extend(self.one_for_all(&regions, &inside, scale.to_image(threshold)));
         let voxel_mm = grey.voxel_mm;
         let (cylinder, volume_mm3) = match found.fit {
             Some(fit) => (fit.in_mm(voxel_mm), fit.in_mm(voxel_mm).volume_mm3()),
@@ -231,6 +236,30 @@ impl Segmentation {
             );
         }
         Ok(level.value)
+    }
+
+    /// What is to be said where one grain is most of the specimen, or most of many grains.
+    fn one_for_all(&self, regions: &[Region], inside: &[u8], threshold: f64) -> Option<String> {
+        let largest = regions.iter().max_by_key(|grain| grain.voxels)?;
+        let all: usize = regions.iter().map(|grain| grain.voxels).sum();
+        let specimen: usize = inside.par_iter().map(|&voxel| usize::from(voxel)).sum();
+        let share = |whole: usize| largest.voxels as f64 / whole as f64;
+        let (part, whole) = if share(specimen) > MOST {
+            (share(specimen), "the specimen")
+        } else if regions.len() >= MANY && share(all) > MOST {
+            (share(all), "all grains")
+        } else {
+            return None;
+        };
+        let mend = match self.grain_threshold {
+            None => "give grain_threshold in [specimen.image]; found was",
+            Some(_) => "try another grain_threshold in [specimen.image]; given was",
+        };
+        Some(format!(
+            "grain {} is {:.0} % of {whole}, so that it is hardly one grain: look at the slices, and {mend} {threshold:.5}",
+            largest.id,
+            100.0 * part
+        ))
     }
 
     fn label(
