@@ -15,7 +15,6 @@ use super::settings::{SeedRule, Segmentation, SpecimenForm};
 use super::solid::Solid;
 use super::statistics::SpecimenStatistics;
 use super::threshold::{WIDTH, class_means, histogram, otsu};
-use super::volume::MAX_VOXELS;
 use super::{ImageError, Region, Volume};
 
 /// An image in grains.
@@ -71,11 +70,6 @@ impl Segmentation {
     ) -> Result<Segmented, ImageError> {
         self.check()?;
         image.check()?;
-        // the landscape has a rim of one voxel, and its voxels are numbered by 32 bits too
-        let rimmed = image.shape.iter().fold(1_u64, |n, &side| n.saturating_mul(side as u64 + 2));
-        if rimmed > MAX_VOXELS {
-            return Err(ImageError::TooManyVoxels { voxels: rimmed, limit: MAX_VOXELS });
-        }
         progress("grey values");
         let (mut grey, scale) = rescale(image, self.percentiles)?;
         let mut smooth =

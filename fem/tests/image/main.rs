@@ -1,5 +1,6 @@
 //! Images: stacks from files, and grains from stacks.
 
+mod binning;
 #[path = "../support/phantom.rs"]
 mod phantom;
 mod segment;

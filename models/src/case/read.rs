@@ -324,7 +324,7 @@ mod tests {
     #[test]
     fn the_keys_of_an_image_are_known_and_misspelt_ones_named() {
         let stack = Some("scan.tif".into());
-        let mut image = ImageCase { stack, voxel_mm: Some(0.05), ..ImageCase::default() };
+        let mut image = ImageCase { stack, voxel_mm: Some(0.05), bin: 3, ..ImageCase::default() };
         image.segmentation.void_threshold = Some(1.0);
         image.segmentation.grain_threshold = Some(2.0);
         let table = toml::Table::try_from(&image).unwrap();
@@ -349,6 +349,7 @@ mod tests {
             ("min_grain_voxels = 30", "min_grain_voxels", "30.5", "Write a whole number"),
             ("median = true", "median", "\"yes\"", "Write true or false"),
             ("# stack = \"scan.tif\"", "stack", "7", "Write it in quotes"),
+            ("bin = 1", "bin", "2.5", "Write a whole number"),
             ("seeds = \"h-maxima\"", "seeds", "\"h-maxma\"", "mean \"h-maxima\"?"),
             ("percentiles = [0.1, 99.9]", "percentiles", "[0.1]", "expected"),
         ] {
