@@ -4,9 +4,10 @@ use rayon::prelude::*;
 
 use super::basins::Landscape;
 use super::components::fill_holes;
-use super::cylinder::{self, Cylinder, Fit};
+use super::cylinder::Cylinder;
 use super::distance::{FixedDistance, fixed_point, squared_distance};
 use super::filter::{binomial, median};
+use super::fit::{Fit, fit};
 use super::grey::{Scale, rescale};
 use super::hardening::Cupping;
 use super::level::{Level, core_mean};
@@ -176,12 +177,13 @@ impl Segmentation {
         if self.specimen == SpecimenForm::Auto && !stands_in_air(image, void) {
             return Ok(block);
         }
-        match cylinder::fit(image, by_hand.unwrap_or((air + matrix) / 2.0)) {
+        let edge = by_hand.unwrap_or((air + matrix) / 2.0);
+        match fit(image, edge, self.follow_lean) {
             Ok(fit) => {
-                let lean = fit.lean[0].hypot(fit.lean[1]);
-                if lean > 2.0 {
+                if fit.lean == [0.0; 2] && fit.wander > 2.0 {
                     warnings.push(format!(
-                        "the specimen's axis leans by {lean:.1} voxels over its height: turn the image upright"
+                        "the specimen's axis leans by {:.1} voxels over its height: set follow_lean = true in [specimen.image], or turn the image upright",
+                        fit.wander
                     ));
                 }
                 Ok(Found { fit: Some(fit), air, void })
