@@ -9,6 +9,7 @@ const CASE: &str = r#"
 radius_mm = 2.5
 height_mm = 4.4
 spacing_mm = 1.5
+order = 1
 grain_mode = "whole"
 grains = { fraction = 0.2, seed = 1 }
 [material.matrix]

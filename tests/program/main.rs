@@ -11,6 +11,7 @@ use std::process::{Command, Output};
 /// Two regions, a few dozen tetrahedra, an elastic test of one step: fast.
 const SMALL: &str = r#"
 [specimen]
+order = 1
 radius_mm = 2.5
 height_mm = 4.4
 spacing_mm = 1.5

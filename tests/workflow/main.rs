@@ -17,6 +17,7 @@ const TINY: &str = r#"
 radius_mm = 2.5
 height_mm = 4.4
 spacing_mm = 1.5
+order = 1
 grains = { fraction = 0.05, seed = 1, film_mm = 0.5 }
 [specimen.scan]
 voxel_mm = 0.1

@@ -62,6 +62,8 @@ fn changed(key: &str, value: &Value) -> Value {
         Value::Boolean(flag) => (!flag).into(),
         Value::Integer(_) if key.ends_with("projections") => 32.into(),
         Value::Integer(n) => (n + 1).into(),
+        // a number that may be 0
+        Value::Float(_) if key.ends_with("lean") => 0.01.into(),
         Value::Float(x) => (0.99 * x).into(),
         Value::String(_) if key.ends_with("group") => "60C".into(),
         Value::String(word) => name(word).into(),

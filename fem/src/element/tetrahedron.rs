@@ -3,11 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 /// Polynomial order of displacement and damage; 1 or 2 in a file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "u8", into = "u8")]
 pub enum Order {
     /// P1: four nodes.
-    #[default]
     Linear,
     /// P2: ten nodes, the midpoints of the edges 01, 12, 20, 03, 13, 23 after the vertices.
     Quadratic,

@@ -54,12 +54,17 @@ pub enum ImageError {
         file_bytes: u64,
     },
     /// More voxels than can be numbered.
-    #[error("{voxels} voxels are more than {limit}; crop the image, or merge voxels two by two")]
+    #[error(
+        "{} × {} × {} voxels are more than {limit}; crop the image, or average blocks of voxels while it is read: bin = {bin} in [specimen.image] is the least that fits",
+        shape[0], shape[1], shape[2]
+    )]
     TooManyVoxels {
-        /// Voxels of the image.
-        voxels: u64,
-        /// The most that are taken.
+        /// Voxels along x, y, z of the image as it is stored.
+        shape: [usize; 3],
+        /// The most voxels that are taken.
         limit: u64,
+        /// The least number of voxels along the edge of a block that makes few enough of them.
+        bin: usize,
     },
     /// No voxel size in the file and none given.
     #[error("{}: {message}; give voxel_mm", path.display())]

@@ -4,10 +4,12 @@
 //! rim ("cupping"). Matrix and grains are dimmed by nearly the same factor, 1 + a s + b s² with
 //! s = (r/R)², which is fitted to the mean grey values of both classes in rings.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
-use super::cylinder::Fit;
 use super::filter::erode;
+use super::fit::Fit;
 use super::threshold::{WIDTH, histogram, otsu};
 
 /// Rings of equal area.
@@ -78,31 +80,31 @@ impl Cupping {
         cylinder: &Fit,
         level: f64,
     ) -> [Rings; 2] {
-        let [nx, ny, _] = shape;
-        let area = nx * ny;
-        let s: Vec<f64> = (0..area).map(|n| relative(cylinder, n % nx, n / nx)).collect();
-        let limits: Vec<f64> =
-            s.iter().map(|&s| self.air + (level - self.air) * self.at(s.min(1.0))).collect();
-        let rings: Vec<usize> =
-            s.iter().map(|&s| ((s * RINGS as f64) as usize).min(RINGS - 1)).collect();
+        let area = shape[0] * shape[1];
+        let columns = Columns::new(cylinder, shape);
         [false, true].map(|grain| {
             let mut class = vec![0; values.len()];
             let slices = class.par_chunks_mut(area).zip(values.par_chunks(area));
-            slices.zip(solid.par_chunks(area)).for_each(|((class, values), solid)| {
-                for n in 0..area {
-                    class[n] = u8::from((f64::from(values[n]) >= limits[n]) == grain) & solid[n];
-                }
-            });
+            slices.zip(solid.par_chunks(area)).enumerate().for_each(
+                |(z, ((class, values), solid))| {
+                    let s = columns.at(z);
+                    for n in 0..area {
+                        let limit = self.air + (level - self.air) * self.at(s[n].min(1.0));
+                        class[n] = u8::from((f64::from(values[n]) >= limit) == grain) & solid[n];
+                    }
+                },
+            );
             let core = erode(shape, &erode(shape, &class));
-            let add = |mut sums: Rings, (values, core): (&[u16], &[u8])| {
+            let add = |mut sums: Rings, (z, (values, core)): (usize, (&[u16], &[u8]))| {
+                let s = columns.at(z);
                 for n in (0..area).filter(|&n| core[n] != 0) {
-                    let sum = &mut sums[rings[n]];
+                    let sum = &mut sums[((s[n] * RINGS as f64) as usize).min(RINGS - 1)];
                     *sum = (sum.0 + 1, sum.1 + u64::from(values[n]));
                 }
                 sums
             };
             let none = || vec![(0, 0); RINGS];
-            let both = values.par_chunks(area).zip(core.par_chunks(area));
+            let both = values.par_chunks(area).zip(core.par_chunks(area)).enumerate();
             both.fold(none, add)
                 .reduce(none, |a, b| a.iter().zip(b).map(|(a, b)| (a.0 + b.0, a.1 + b.1)).collect())
         })
@@ -148,12 +150,10 @@ impl Cupping {
 
     /// Takes the profile out of grey values; beyond the wall it goes on as at the wall.
     pub(crate) fn correct(&self, values: &mut [u16], shape: [usize; 3], cylinder: &Fit) {
-        let [nx, ny, _] = shape;
-        let factors: Vec<f64> = (0..nx * ny)
-            .map(|n| 1.0 / self.at(relative(cylinder, n % nx, n / nx).min(1.0)))
-            .collect();
-        values.par_chunks_mut(nx * ny).for_each(|slice| {
-            for (value, factor) in slice.iter_mut().zip(&factors) {
+        let columns = Columns::new(cylinder, shape);
+        values.par_chunks_mut(shape[0] * shape[1]).enumerate().for_each(|(z, slice)| {
+            for (value, s) in slice.iter_mut().zip(columns.at(z).iter()) {
+                let factor = 1.0 / self.at(s.min(1.0));
                 let corrected = self.air + (f64::from(*value) - self.air) * factor;
                 *value = corrected.round().clamp(0.0, 65535.0) as u16;
             }
@@ -161,9 +161,27 @@ impl Cupping {
     }
 }
 
-/// (r/R)² of a column of voxels.
-fn relative(cylinder: &Fit, x: usize, y: usize) -> f64 {
-    cylinder.squared_radius(x, y) / (cylinder.radius * cylinder.radius)
+/// (r/R)² of voxels, slice by slice: all slices of an upright cylinder are alike.
+struct Columns<'a> {
+    cylinder: &'a Fit,
+    section: [usize; 2],
+    upright: Option<Vec<f64>>,
+}
+
+impl<'a> Columns<'a> {
+    fn new(cylinder: &'a Fit, [nx, ny, _]: [usize; 3]) -> Self {
+        let section = [nx, ny];
+        let is_upright = cylinder.lean == [0.0; 2];
+        let upright = is_upright.then(|| cylinder.relative_squares(section, 0));
+        Columns { cylinder, section, upright }
+    }
+
+    fn at(&self, z: usize) -> Cow<'_, [f64]> {
+        match &self.upright {
+            Some(all) => Cow::Borrowed(all),
+            None => Cow::Owned(self.cylinder.relative_squares(self.section, z)),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -176,38 +194,46 @@ mod tests {
     fn a_known_profile_is_found_and_taken_out() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
         let shape = [64, 64, 24];
-        let cylinder = Fit {
-            centre: [32.0, 32.0],
-            radius: 30.0,
-            bottom: 0.0,
-            top: 24.0,
-            lean: [0.0; 2],
-            scatter: 0.0,
-        };
+        for lean in [[0.0, 0.0], [0.15, -0.1]] {
+            let cylinder = Fit {
+                centre: [32.0, 32.0],
+                radius: 30.0,
+                bottom: 0.0,
+                top: 24.0,
+                lean,
+                wander: 0.0,
+                scatter: 0.0,
+            };
+            a_profile_is_taken_out_of(&cylinder, shape, &mut rng);
+        }
+    }
+
+    fn a_profile_is_taken_out_of(cylinder: &Fit, shape: [usize; 3], rng: &mut impl Rng) {
         let set = cylinder.inside(shape, 2.0);
+        let relative = |x, y, z| cylinder.place([x, y, z])[0] / cylinder.radius.powi(2);
         let truth = |s: f64| 0.88 + 0.2 * s + 0.05 * s * s;
         let mut values = Vec::new();
         let mut clean = Vec::new();
         for n in 0..set.len() {
             let (x, y, z) = (n % 64, n / 64 % 64, n / 4096);
             // grains are more frequent outside, which must not be taken for cupping
-            let s = relative(&cylinder, x, y);
+            let s = relative(x, y, z);
             let grain = (x / 9 + y / 9 + z / 12) % 5 < if s > 0.5 { 3 } else { 1 };
             let material = if grain { 35_000.0 } else { 20_000.0 };
             let noise = rng.random_range(-800.0..800.0);
             values.push((9000.0 + material * truth(s.min(1.0)) + noise) as u16);
             clean.push(9000.0 + material);
         }
-        let found = Cupping::fit(&values, shape, &set, &cylinder, 9000.0, 15_000.0);
+        let found = Cupping::fit(&values, shape, &set, cylinder, 9000.0, 15_000.0);
         assert!((found.rim_over_centre() - truth(1.0) / truth(0.0)).abs() < 0.01, "{found:?}");
-        found.correct(&mut values, shape, &cylinder);
+        found.correct(&mut values, shape, cylinder);
         let ratio = |n: usize| (f64::from(values[n]) - 9000.0) / (clean[n] - 9000.0);
         let inside: Vec<usize> = (0..set.len()).filter(|&n| set[n] == 1).collect();
         for part in [0.0..0.2, 0.4..0.6, 0.7..0.9] {
             let ring = inside
                 .iter()
                 .copied()
-                .filter(|&n| part.contains(&relative(&cylinder, n % 64, n / 64 % 64)));
+                .filter(|&n| part.contains(&relative(n % 64, n / 64 % 64, n / 4096)));
             let ratios: Vec<f64> = ring.map(ratio).collect();
             let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
             assert!((mean - 0.9967).abs() < 0.005, "{part:?}: {mean}");

@@ -9,6 +9,7 @@ mod cylinder;
 mod distance;
 mod error;
 mod filter;
+mod fit;
 mod grey;
 mod hardening;
 mod level;

@@ -4,9 +4,10 @@ use rayon::prelude::*;
 
 use super::basins::Landscape;
 use super::components::fill_holes;
-use super::cylinder::{self, Cylinder, Fit};
+use super::cylinder::Cylinder;
 use super::distance::{FixedDistance, fixed_point, squared_distance};
 use super::filter::{binomial, median};
+use super::fit::{Fit, fit};
 use super::grey::{Scale, rescale};
 use super::hardening::Cupping;
 use super::level::{Level, core_mean};
@@ -15,7 +16,6 @@ use super::settings::{SeedRule, Segmentation, SpecimenForm};
 use super::solid::Solid;
 use super::statistics::SpecimenStatistics;
 use super::threshold::{WIDTH, class_means, histogram, otsu};
-use super::volume::MAX_VOXELS;
 use super::{ImageError, Region, Volume};
 
 /// An image in grains.
@@ -47,6 +47,10 @@ pub struct Segmented {
 /// counts as solid if at most so many are.
 const AIR_IN_CORNERS: f64 = 0.9;
 const AIR_IN_MIDDLE: f64 = 0.5;
+/// A grain of more than this share of the specimen is told, and one of more than this share of all grains
+/// where there are so many.
+const MOST: f64 = 0.5;
+const MANY: usize = 10;
 /// Voxels at the wall that hold some air.
 const WALL: f64 = 2.0;
 
@@ -67,11 +71,6 @@ impl Segmentation {
     ) -> Result<Segmented, ImageError> {
         self.check()?;
         image.check()?;
-        // the landscape has a rim of one voxel, and its voxels are numbered by 32 bits too
-        let rimmed = image.shape.iter().fold(1_u64, |n, &side| n.saturating_mul(side as u64 + 2));
-        if rimmed > MAX_VOXELS {
-            return Err(ImageError::TooManyVoxels { voxels: rimmed, limit: MAX_VOXELS });
-        }
         progress("grey values");
         let (mut grey, scale) = rescale(image, self.percentiles)?;
         let mut smooth =
@@ -133,6 +132,7 @@ impl Segmentation {
         };
         let labels = grey.with(labels);
         let regions = measure(&labels, &inside, &solid.volumes);
+        warnings.extend(self.one_for_all(&regions, &inside, scale.to_image(threshold)));
         let voxel_mm = grey.voxel_mm;
         let (cylinder, volume_mm3) = match found.fit {
             Some(fit) => (fit.in_mm(voxel_mm), fit.in_mm(voxel_mm).volume_mm3()),
@@ -177,12 +177,13 @@ impl Segmentation {
         if self.specimen == SpecimenForm::Auto && !stands_in_air(image, void) {
             return Ok(block);
         }
-        match cylinder::fit(image, by_hand.unwrap_or((air + matrix) / 2.0)) {
+        let edge = by_hand.unwrap_or((air + matrix) / 2.0);
+        match fit(image, edge, self.follow_lean) {
             Ok(fit) => {
-                let lean = fit.lean[0].hypot(fit.lean[1]);
-                if lean > 2.0 {
+                if fit.lean == [0.0; 2] && fit.wander > 2.0 {
                     warnings.push(format!(
-                        "the specimen's axis leans by {lean:.1} voxels over its height: turn the image upright"
+                        "the specimen's axis leans by {:.1} voxels over its height: set follow_lean = true in [specimen.image], or turn the image upright",
+                        fit.wander
                     ));
                 }
                 Ok(Found { fit: Some(fit), air, void })
@@ -231,6 +232,30 @@ impl Segmentation {
             );
         }
         Ok(level.value)
+    }
+
+    /// What is to be said where one grain is most of the specimen, or most of many grains.
+    fn one_for_all(&self, regions: &[Region], inside: &[u8], threshold: f64) -> Option<String> {
+        let largest = regions.iter().max_by_key(|grain| grain.voxels)?;
+        let all: usize = regions.iter().map(|grain| grain.voxels).sum();
+        let specimen: usize = inside.par_iter().map(|&voxel| usize::from(voxel)).sum();
+        let share = |whole: usize| largest.voxels as f64 / whole as f64;
+        let (part, whole) = if share(specimen) > MOST {
+            (share(specimen), "the specimen")
+        } else if regions.len() >= MANY && share(all) > MOST {
+            (share(all), "all grains")
+        } else {
+            return None;
+        };
+        let mend = match self.grain_threshold {
+            None => "give grain_threshold in [specimen.image]; found was",
+            Some(_) => "try another grain_threshold in [specimen.image]; given was",
+        };
+        Some(format!(
+            "grain {} is {:.0} % of {whole}, so that it is hardly one grain: look at the slices, and {mend} {threshold:.5}",
+            largest.id,
+            100.0 * part
+        ))
     }
 
     fn label(

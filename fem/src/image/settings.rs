@@ -39,6 +39,9 @@ pub struct Segmentation {
     pub percentiles: [f64; 2],
     /// Whether a median of 3³ voxels is taken before voxels are classified.
     pub median: bool,
+    /// Whether a cylinder whose axis wanders by more than a voxel between its ends is taken as it leans;
+    /// else it is taken as upright. The image is not turned: labels keep its voxels.
+    pub follow_lean: bool,
     /// Whether the brightness of a cylinder as a function of the radius is evened out.
     pub beam_hardening: bool,
     /// Grey value below which there is air, or a void; found from the image if absent.
@@ -71,7 +74,7 @@ pub enum SpecimenForm {
     /// A cylinder if the corners of the slices are air and the middle is not, else a block.
     #[default]
     Auto,
-    /// A whole cylinder in air, its axis along z.
+    /// A whole cylinder in air, its axis about along z.
     Cylinder,
     /// A block cut out of a specimen: all of the image belongs to it.
     Block,
@@ -96,6 +99,7 @@ impl Default for Segmentation {
             specimen: SpecimenForm::Auto,
             percentiles: [0.1, 99.9],
             median: true,
+            follow_lean: true,
             beam_hardening: true,
             void_threshold: None,
             grain_threshold: None,

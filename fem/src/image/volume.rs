@@ -2,8 +2,24 @@
 
 use super::ImageError;
 
-/// The most voxels of a volume: they are numbered by 32 bits.
+/// The most voxels of a volume with a rim of one voxel around it: they are numbered by 32 bits.
 pub(crate) const MAX_VOXELS: u64 = u32::MAX as u64;
+
+/// Whether the voxels of a shape can be numbered once blocks of `bin` voxels along each edge are one.
+///
+/// # Errors
+/// [`ImageError::TooManyVoxels`], with the least `bin` that would do.
+pub(crate) fn check_count(shape: [usize; 3], bin: usize) -> Result<(), ImageError> {
+    let rimmed = |bin: usize| {
+        let along = shape.map(|side| (side / bin) as u64 + 2);
+        along.into_iter().fold(1, u64::saturating_mul)
+    };
+    if rimmed(bin) <= MAX_VOXELS {
+        return Ok(());
+    }
+    let least = (bin + 1..).find(|&bin| rimmed(bin) <= MAX_VOXELS).unwrap_or(usize::MAX);
+    Err(ImageError::TooManyVoxels { shape, limit: MAX_VOXELS, bin: least })
+}
 
 /// Values on a grid of cubic voxels, x fastest, then y, then z (the slices).
 ///
@@ -44,10 +60,7 @@ impl<T> Volume<T> {
         if voxels != Some(self.values.len() as u64) || self.values.is_empty() {
             return Err(ImageError::Shape { shape: self.shape, values: self.values.len() });
         }
-        if self.values.len() as u64 > MAX_VOXELS {
-            let voxels = self.values.len() as u64;
-            return Err(ImageError::TooManyVoxels { voxels, limit: MAX_VOXELS });
-        }
+        check_count(self.shape, 1)?;
         if !(self.voxel_mm.is_finite() && self.voxel_mm > 0.0) {
             return Err(ImageError::Parameter {
                 field: "voxel_mm",
@@ -93,4 +106,32 @@ pub(crate) fn voxel_at([nx, ny, _]: [usize; 3], index: usize) -> [usize; 3] {
 pub(crate) fn neighbour_steps() -> impl Iterator<Item = [isize; 3]> {
     let all = (0..27).map(|n| [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1]);
     all.filter(|step| *step != [0, 0, 0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_least_block_that_fits_is_named() {
+        for (shape, bin, least) in [
+            ([1600, 1600, 1600], 1, None),
+            // 4.29e9 voxels alone would do, but not with the rim
+            ([1625, 1625, 1626], 1, Some(2)),
+            ([4000, 4000, 5000], 1, Some(3)),
+            ([4000, 4000, 5000], 2, Some(3)),
+            ([4000, 4000, 5000], 3, None),
+        ] {
+            match (check_count(shape, bin), least) {
+                (Ok(()), None) => {}
+                (Err(error @ ImageError::TooManyVoxels { .. }), Some(least)) => {
+                    assert_eq!(check_count(shape, least).map_err(|e| e.to_string()), Ok(()));
+                    assert!(least == bin + 1 || check_count(shape, least - 1).is_err());
+                    let mend = format!("bin = {least} in [specimen.image]");
+                    assert!(error.to_string().contains(&mend), "{error}");
+                }
+                (other, _) => panic!("{shape:?}, {bin}: {other:?}"),
+            }
+        }
+    }
 }

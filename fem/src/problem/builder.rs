@@ -14,8 +14,8 @@ use crate::solve::{Scheme, SolverOptions};
 
 /// The parts of a [`Problem`] before they are checked.
 ///
-/// Materials and a schedule are needed; without more, elements are linear, nothing breaks, no
-/// condition acts and the solver has its default settings.
+/// Materials and a schedule are needed; without more, elements are linear on the vertices of the mesh,
+/// nothing breaks, no condition acts and the solver has its default settings.
 #[derive(Clone, Debug)]
 pub struct ProblemBuilder {
     parts: Definition,

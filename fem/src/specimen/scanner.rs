@@ -50,6 +50,9 @@ pub struct Scanner {
     /// Voxels of air around the cylinder.
     #[serde(default = "default_margin")]
     pub margin: usize,
+    /// How far the axis of the specimen goes along x and y for each mm along z.
+    #[serde(default)]
+    pub lean: [f64; 2],
     /// Directions over half a turn; 0 takes as many as the slice is wide.
     #[serde(default)]
     pub projections: usize,
@@ -131,6 +134,7 @@ impl Scanner {
             voxel_mm,
             seed,
             margin: default_margin(),
+            lean: [0.0; 2],
             projections: 0,
             photons: default_photons(),
             grain_attenuation: default_attenuation(),
@@ -154,6 +158,8 @@ impl Scanner {
                 (2..=1000).contains(&self.margin),
                 "from 2 to 1000 voxels",
             ),
+            ("lean", self.lean[0], self.lean[0].abs() <= 0.3, "slopes from -0.3 to 0.3"),
+            ("lean", self.lean[1], self.lean[1].abs() <= 0.3, "slopes from -0.3 to 0.3"),
             (
                 "projections",
                 self.projections as f64,
@@ -183,7 +189,7 @@ impl Scanner {
         }
     }
 
-    /// Scans a cylinder that stands on z = 0 with its axis on z. The same seed gives the same volume
+    /// Scans a cylinder that stands on z = 0 with its axis on z; in the scanner it leans by `lean`. The same seed gives the same volume
     /// for any number of threads.
     ///
     /// # Errors
@@ -203,17 +209,28 @@ impl Scanner {
         }
         let across =
             |length: f64| (length / self.voxel_mm - 1e-9).ceil() + 2.0 * self.margin as f64;
-        let voxels = across(2.0 * radius_mm).powi(2) * across(height_mm);
+        // a leaning specimen takes more room, in all directions of a slice, as the detector has one width
+        let slope = self.lean[0].hypot(self.lean[1]);
+        let (sin, cos) = slope.atan().sin_cos();
+        let width = across(2.0 * radius_mm + height_mm * sin);
+        let slices = across(height_mm * cos + 2.0 * radius_mm * sin);
+        let voxels = width * width * slices;
         if voxels > MAX_VOXELS {
             let requirement = "a size that makes at most 1e9 voxels";
             return Err(ScanError { field: "voxel_mm", value: self.voxel_mm, requirement });
         }
-        let (width, slices) = (across(2.0 * radius_mm) as usize, across(height_mm) as usize);
+        let (width, slices) = (width as usize, slices as usize);
         let shape = [width, width, slices];
         let size = shape.map(|count| count as f64 * self.voxel_mm);
         let bottom_mm = 0.5 * (size[2] - height_mm);
-        let origin_mm = [0.5 * size[0], 0.5 * size[1], bottom_mm];
-        let grid = Grid { shape, voxel_mm: self.voxel_mm, origin_mm };
+        let cylinder = Cylinder {
+            centre_mm: [0.5 * size[0], 0.5 * size[1]],
+            radius_mm,
+            bottom_mm,
+            top_mm: bottom_mm + height_mm,
+            lean: self.lean,
+        };
+        let grid = Grid { shape, voxel_mm: self.voxel_mm, cylinder };
         let (labels, mut shares) = grid.fill(grains, radius_mm, height_mm);
         grid.texture(&mut shares, self.texture, TEXTURE_CELL, mixed(self.seed));
         grid.blur(&mut shares, self.blur);
@@ -233,12 +250,7 @@ impl Scanner {
         Ok(Scan {
             grey: Volume { shape, voxel_mm, values: grey },
             labels: Volume { shape, voxel_mm, values: labels },
-            cylinder: Cylinder {
-                centre_mm: [origin_mm[0], origin_mm[1]],
-                radius_mm,
-                bottom_mm,
-                top_mm: bottom_mm + height_mm,
-            },
+            cylinder,
         })
     }
 

@@ -16,8 +16,8 @@ const MARGIN: usize = 3;
 #[derive(Debug)]
 pub struct VoxelGrains<'a> {
     labels: &'a Volume<u32>,
-    /// Specimen coordinates of the corner of the first voxel (mm).
-    origin_mm: [f64; 3],
+    /// Where the specimen is in the image.
+    cylinder: Cylinder,
     distances: Vec<Patch>,
     volumes_mm3: Vec<f64>,
     /// How much of each grain is in the cylinder.
@@ -42,14 +42,10 @@ impl<'a> VoxelGrains<'a> {
             assert_eq!(solid.shape, labels.shape, "labels and solid fractions of the same voxels");
             assert_eq!(solid.values.len(), count, "one solid fraction per voxel");
         }
-        let [x, y] = cylinder.centre_mm;
-        let origin_mm = [-x, -y, -cylinder.bottom_mm];
         let voxel = labels.voxel_mm;
         let is_inside = |at: [usize; 3]| {
-            let [x, y, z] = at.map(|k| (k as f64 + 0.5) * voxel);
-            let [cx, cy] = cylinder.centre_mm;
-            (x - cx).hypot(y - cy) < cylinder.radius_mm
-                && (cylinder.bottom_mm..cylinder.top_mm).contains(&z)
+            let [x, y, z] = cylinder.to_specimen(at.map(|k| (k as f64 + 0.5) * voxel));
+            x.hypot(y) < cylinder.radius_mm && (0.0..cylinder.height_mm()).contains(&z)
         };
         let boxes = boxes(labels);
         let grain = |(k, bounds): (usize, &Option<[[usize; 3]; 2]>)| {
@@ -76,7 +72,7 @@ impl<'a> VoxelGrains<'a> {
         let (distances, volumes): (_, Vec<(f64, f64)>) =
             boxes.par_iter().enumerate().map(grain).unzip();
         let (volumes_mm3, inside) = volumes.into_iter().unzip();
-        VoxelGrains { labels, origin_mm, distances, volumes_mm3, inside }
+        VoxelGrains { labels, cylinder: *cylinder, distances, volumes_mm3, inside }
     }
 
     /// The same grains, with volumes (mm³) that are known better than by adding up fractions between 0
@@ -95,7 +91,7 @@ impl<'a> VoxelGrains<'a> {
 
     /// In voxels from the corner of the first.
     fn voxels(&self, x: [f64; 3]) -> [f64; 3] {
-        std::array::from_fn(|k| (x[k] - self.origin_mm[k]) / self.labels.voxel_mm)
+        self.cylinder.to_image(x).map(|x| x / self.labels.voxel_mm)
     }
 }
 

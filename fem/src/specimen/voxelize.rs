@@ -3,21 +3,22 @@
 use rayon::prelude::*;
 
 use super::GrainField;
+use crate::image::Cylinder;
 
 /// Voxels along x that look for their grains together.
 const RUN: usize = 8;
 
-/// A grid around a cylinder: voxel (i, j, k) has its centre at `(i + ½, j + ½, k + ½) · voxel −
-/// origin` in the specimen's coordinates.
+/// A grid around a cylinder: voxel (i, j, k) has its centre at `(i + ½, j + ½, k + ½) · voxel` in the image.
 pub(super) struct Grid {
     pub(super) shape: [usize; 3],
     pub(super) voxel_mm: f64,
-    pub(super) origin_mm: [f64; 3],
+    pub(super) cylinder: Cylinder,
 }
 
 impl Grid {
-    fn centre(&self, at: [usize; 3]) -> [f64; 3] {
-        std::array::from_fn(|k| (at[k] as f64 + 0.5) * self.voxel_mm - self.origin_mm[k])
+    /// A point of the image, in voxels, in the specimen's coordinates (mm).
+    fn point(&self, at: [f64; 3]) -> [f64; 3] {
+        self.cylinder.to_specimen(at.map(|x| x * self.voxel_mm))
     }
 
     /// The grain at the centre of each voxel, or 0, and the shares of matrix and grain in it.
@@ -33,16 +34,14 @@ impl Grid {
             let mut values = Vec::with_capacity(nx);
             let mut near = Vec::new();
             for i in 0..nx {
-                let x = self.centre([i, j, k]);
+                let [x, y, z] = [i, j, k].map(|x| x as f64 + 0.5);
                 if i % RUN == 0 {
-                    let run = 0.5 * RUN as f64 * self.voxel_mm;
+                    let half = 0.5 * RUN as f64;
                     near.clear();
-                    field.near(
-                        [x[0] - 0.5 * self.voxel_mm + run, x[1], x[2]],
-                        run + self.voxel_mm,
-                        &mut near,
-                    );
+                    let middle = self.point([x - 0.5 + half, y, z]);
+                    field.near(middle, (half + 1.0) * self.voxel_mm, &mut near);
                 }
+                let x = self.point([x, y, z]);
                 values.push(self.voxel(field, &near, x, radius, height));
             }
             values

@@ -235,6 +235,48 @@ fn grains_without_an_inside_have_their_volume() {
 }
 
 #[test]
+fn one_grain_that_is_most_of_the_specimen_is_told() {
+    let taken = phantom();
+    let found = run(&taken.image);
+    let told = |settings: Segmentation, image: &Volume<f32>| {
+        let found = settings.run(image, &mut |_| {}).unwrap();
+        let about = |warning: &&String| warning.contains("hardly one grain");
+        (found.regions.len(), found.warnings.iter().find(about).cloned())
+    };
+    assert_eq!(told(Segmentation::default(), &taken.image).1, None);
+    // matrix counts as grain below this threshold
+    let low = 0.7 * found.void_threshold.unwrap() + 0.3 * found.grain_threshold;
+    let low = Segmentation { grain_threshold: Some(low), ..Segmentation::default() };
+    let (_, warning) = told(low, &taken.image);
+    let warning = warning.expect("matrix and grains are one");
+    let share: f64 = warning.split_whitespace().nth(3).unwrap().parse().unwrap();
+    assert!((90.0..=100.0).contains(&share), "{warning}");
+    for part in ["grain 1 is", "% of the specimen", "try another grain_threshold"] {
+        assert!(warning.contains(part), "{part:?} is not in {warning:?}");
+    }
+    // many grains of which one holds most: balls and a slab, which is a quarter of the block
+    let (mut balls, _) = pebbles(2.7);
+    let slab = balls.values.len() / 4;
+    balls.values[..slab].fill(34_000.0);
+    let block = Segmentation {
+        specimen: SpecimenForm::Block,
+        median: false,
+        min_grain_voxels: 10,
+        ..Segmentation::default()
+    };
+    let (grains, warning) = told(block.clone(), &balls);
+    let warning = warning.expect("the slab is most of the grains");
+    assert!(grains > 100, "{grains}");
+    for part in ["% of all grains", "give grain_threshold in [specimen.image]; found was 32"] {
+        assert!(warning.contains(part), "{part:?} is not in {warning:?}");
+    }
+    // one grain alone may be all of the few that there are
+    let few =
+        Volume::new([20; 3], 0.01, (0..8000).map(|n| if n < 3000 { 2.0 } else { 1.0 }).collect());
+    assert_eq!(told(block, &few.unwrap()), (1, None));
+}
+
+#[test]
 fn a_threshold_within_air_is_refused() {
     let taken = phantom();
     let void = run(&taken.image).void_threshold.unwrap();

@@ -34,6 +34,7 @@ fn voxels(balls: &[Grain]) -> (Volume<u32>, Volume<f32>, Cylinder) {
         radius_mm: RADIUS,
         bottom_mm: air,
         top_mm: HEIGHT + air,
+        lean: [0.0; 2],
     };
     let origin = [RADIUS + air, RADIUS + air, air];
     let distance = |x: [f64; 3]| {

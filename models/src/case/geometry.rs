@@ -31,6 +31,8 @@ pub enum SpecimenGeometry {
         stack: PathBuf,
         /// Edge of a voxel in mm, if the file's tags are not to be trusted.
         voxel_mm: Option<f64>,
+        /// Voxels along the edge of the blocks that are averaged while the file is read.
+        bin: usize,
         /// How grains are found.
         segmentation: Segmentation,
         /// Radius in mm, if not that of the image.
@@ -80,6 +82,7 @@ impl CaseFile {
             return Ok(SpecimenGeometry::Image {
                 stack,
                 voxel_mm: image.voxel_mm,
+                bin: image.bin,
                 segmentation: image.segmentation,
                 radius_mm: s.radius_mm,
                 height_mm: s.height_mm,

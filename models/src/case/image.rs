@@ -9,7 +9,7 @@ use serde::de::{DeserializeSeed, IntoDeserializer, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// `[specimen.image]`: where grey values come from, and how grains are found in them.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ImageCase {
     /// A TIFF file of many pages, or a folder of slices; without it `[specimen.scan]` makes the image.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -17,13 +17,36 @@ pub struct ImageCase {
     /// Edge of a voxel in mm; without it the file's tags say it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub voxel_mm: Option<f64>,
+    /// Voxels along the edge of the blocks that are averaged while the file is read.
+    pub bin: usize,
     /// How grains are found.
     #[serde(flatten)]
     pub segmentation: Segmentation,
 }
 
+impl Default for ImageCase {
+    fn default() -> Self {
+        Self::of(Own::default(), Segmentation::default())
+    }
+}
+
+impl ImageCase {
+    fn of(own: Own, segmentation: Segmentation) -> Self {
+        let Own { stack, voxel_mm, bin } = own;
+        ImageCase { stack, voxel_mm, bin: bin.unwrap_or(1), segmentation }
+    }
+}
+
 /// The keys of `[specimen.image]` that are not those of a segmentation.
-pub(super) const OWN_KEYS: [&str; 2] = ["stack", "voxel_mm"];
+pub(super) const OWN_KEYS: [&str; 3] = ["stack", "voxel_mm", "bin"];
+
+/// Their values, where they are given.
+#[derive(Default)]
+struct Own {
+    stack: Option<PathBuf>,
+    voxel_mm: Option<f64>,
+    bin: Option<usize>,
+}
 
 /// Not derived: `flatten` gathers the whole table before it reads any of it, so that errors would name the
 /// table and neither key nor value.
@@ -43,18 +66,17 @@ impl<'de> Visitor<'de> for Table {
     }
 
     fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<ImageCase, M::Error> {
-        let (mut stack, mut voxel_mm) = (None, None);
-        let others = Others { map, stack: &mut stack, voxel_mm: &mut voxel_mm };
+        let mut own = Own::default();
+        let others = Others { map, own: &mut own };
         let segmentation = Segmentation::deserialize(MapAccessDeserializer::new(others))?;
-        Ok(ImageCase { stack, voxel_mm, segmentation })
+        Ok(ImageCase::of(own, segmentation))
     }
 }
 
 /// A table without our own keys, which are read on the way.
 struct Others<'a, M> {
     map: M,
-    stack: &'a mut Option<PathBuf>,
-    voxel_mm: &'a mut Option<f64>,
+    own: &'a mut Own,
 }
 
 impl<'de, M: MapAccess<'de>> MapAccess<'de> for Others<'_, M> {
@@ -69,11 +91,15 @@ impl<'de, M: MapAccess<'de>> MapAccess<'de> for Others<'_, M> {
                 None => return Ok(None),
                 Some(Key::Other(key)) => return Ok(Some(key)),
                 Some(Key::Stack(again)) => {
-                    *self.stack = Some(self.map.next_value()?);
+                    self.own.stack = Some(self.map.next_value()?);
                     seed = again;
                 }
                 Some(Key::Voxel(again)) => {
-                    *self.voxel_mm = Some(self.map.next_value()?);
+                    self.own.voxel_mm = Some(self.map.next_value()?);
+                    seed = again;
+                }
+                Some(Key::Bin(again)) => {
+                    self.own.bin = Some(self.map.next_value()?);
                     seed = again;
                 }
             }
@@ -89,6 +115,7 @@ impl<'de, M: MapAccess<'de>> MapAccess<'de> for Others<'_, M> {
 enum Key<K, V> {
     Stack(K),
     Voxel(K),
+    Bin(K),
     Other(V),
 }
 
@@ -103,6 +130,7 @@ impl<'de, K: DeserializeSeed<'de>> DeserializeSeed<'de> for KeySeed<K> {
         match name.as_str() {
             "stack" => Ok(Key::Stack(self.0)),
             "voxel_mm" => Ok(Key::Voxel(self.0)),
+            "bin" => Ok(Key::Bin(self.0)),
             _ => {
                 let name: StringDeserializer<D::Error> = name.into_deserializer();
                 self.0.deserialize(name).map(Key::Other)

@@ -292,7 +292,7 @@ mod tests {
         let text = "[specimen]\nradius_mm = 2.5\nheight_mm = 4\nspacing_mm = 0.7\n\
                     [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n";
         let case = CaseFile::parse(text, Path::new("case.toml")).unwrap().case;
-        assert_eq!((case.specimen.order, case.test.duration_s), (fem::Order::Linear, 1.0));
+        assert_eq!((case.specimen.order, case.test.duration_s), (fem::Order::Quadratic, 1.0));
         assert_eq!(case.material["matrix"].residual_stiffness, 0.01);
         assert_eq!((case.design.runs, case.qoi.slope_fraction), (100, 0.3));
     }
@@ -324,7 +324,7 @@ mod tests {
     #[test]
     fn the_keys_of_an_image_are_known_and_misspelt_ones_named() {
         let stack = Some("scan.tif".into());
-        let mut image = ImageCase { stack, voxel_mm: Some(0.05), ..ImageCase::default() };
+        let mut image = ImageCase { stack, voxel_mm: Some(0.05), bin: 3, ..ImageCase::default() };
         image.segmentation.void_threshold = Some(1.0);
         image.segmentation.grain_threshold = Some(2.0);
         let table = toml::Table::try_from(&image).unwrap();
@@ -349,6 +349,7 @@ mod tests {
             ("min_grain_voxels = 30", "min_grain_voxels", "30.5", "Write a whole number"),
             ("median = true", "median", "\"yes\"", "Write true or false"),
             ("# stack = \"scan.tif\"", "stack", "7", "Write it in quotes"),
+            ("bin = 1", "bin", "2.5", "Write a whole number"),
             ("seeds = \"h-maxima\"", "seeds", "\"h-maxma\"", "mean \"h-maxima\"?"),
             ("percentiles = [0.1, 99.9]", "percentiles", "[0.1]", "expected"),
         ] {

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use ::surrogate::Input;
-use fem::{Homogenisation, Order, PhaseField, Segmentation, SolverOptions};
+use fem::{Homogenisation, Order, PhaseField, SolverOptions};
 use serde::{Deserialize, Serialize};
 
 use super::WorkflowError;
@@ -17,8 +17,8 @@ use super::simulator::Setup;
 use super::specimen::{Scanned, Source};
 use crate::case::{
     ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase,
-    FidelityCase, MaterialCase, MaterialParameter, NoiseCase, PriorCase, QoiCase, SpecimenGeometry,
-    SurrogateCase, TestCase, Toe, VirtualCase,
+    FidelityCase, ImageCase, MaterialCase, MaterialParameter, NoiseCase, PriorCase, QoiCase,
+    SpecimenGeometry, SurrogateCase, TestCase, Toe, VirtualCase,
 };
 use crate::experiment::SpecimenTable;
 
@@ -213,17 +213,16 @@ impl Inputs<'_> {
             self.reads(&format!("specimen.{key}"));
         }
         let scanned = Scanned::of(&self.file.geometry()?).map(|(scanned, _)| scanned);
-        if let Some(Scanned { source: Source::Stack(path, _), .. }) = &scanned {
+        if let Some(Scanned { source: Source::Stack { path, .. }, .. }) = &scanned {
             self.reads_file(&path.to_string_lossy());
         }
         Ok(scanned)
     }
 
-    /// How images of specimens are segmented, and the edge of a voxel where the case gives it.
-    pub(super) fn segmentation(&self) -> (Segmentation, Option<f64>) {
+    /// How images of specimens are read and segmented.
+    pub(super) fn image(&self) -> ImageCase {
         self.reads("specimen.image");
-        let image = self.file.case.specimen.image.clone().unwrap_or_default();
-        (image.segmentation, image.voxel_mm)
+        self.file.case.specimen.image.clone().unwrap_or_default()
     }
 
     /// The case's file, for messages.

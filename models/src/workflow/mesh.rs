@@ -87,6 +87,7 @@ fn cylinder(inputs: &Inputs<'_>) -> Result<Cylinder, WorkflowError> {
         radius_mm: number("radius_mm")?,
         bottom_mm: number("bottom_mm")?,
         top_mm: number("top_mm")?,
+        lean: [number("lean_x")?, number("lean_y")?],
     })
 }
 

@@ -133,6 +133,8 @@ fn quantities(found: &Segmented) -> Vec<(&'static str, String)> {
         ("centre_y_mm", number(cylinder.centre_mm[1])),
         ("bottom_mm", number(cylinder.bottom_mm)),
         ("top_mm", number(cylinder.top_mm)),
+        ("lean_x", number(cylinder.lean[0])),
+        ("lean_y", number(cylinder.lean[1])),
         ("volume_mm3", number(s.volume_mm3)),
         ("voxel_mm", number(labels.voxel_mm)),
         ("d10_mm", number(s.d10_mm)),

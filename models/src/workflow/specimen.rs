@@ -12,8 +12,9 @@ use crate::case::{CaseFile, SpecimenGeometry};
 
 /// Where grey values come from.
 pub(super) enum Source {
-    /// A file or a folder, and the edge of a voxel if its tags do not say it.
-    Stack(PathBuf, Option<f64>),
+    /// A file or a folder, the edge of a voxel if its tags do not say it, and how many voxels along the
+    /// edge of a block are averaged.
+    Stack { path: PathBuf, voxel_mm: Option<f64>, bin: usize },
     /// A virtual scan of a packing in a cylinder of this radius and height (mm).
     Scan(Scanner, Packing, [f64; 2]),
 }
@@ -33,13 +34,14 @@ impl Scanned {
             SpecimenGeometry::Image {
                 stack,
                 voxel_mm,
+                bin,
                 segmentation,
                 radius_mm,
                 height_mm,
                 meshing,
             } => {
                 let scanned = Self {
-                    source: Source::Stack(stack.clone(), *voxel_mm),
+                    source: Source::Stack { path: stack.clone(), voxel_mm: *voxel_mm, bin: *bin },
                     segmentation: segmentation.clone(),
                     size_mm: [*radius_mm, *height_mm],
                 };
@@ -67,7 +69,7 @@ impl Scanned {
     /// The grey values.
     pub(super) fn image(&self, case: &Path) -> Result<Volume<f32>, WorkflowError> {
         match &self.source {
-            Source::Stack(path, voxel_mm) => Ok(tiff::read(path, *voxel_mm)?),
+            Source::Stack { path, voxel_mm, bin } => Ok(tiff::read_binned(path, *voxel_mm, *bin)?),
             Source::Scan(scanner, packing, [radius_mm, height_mm]) => {
                 let grains = packed(case, Some(packing), *radius_mm, *height_mm)?;
                 let scan = scanner.scan(*radius_mm, *height_mm, &grains);

@@ -9,7 +9,7 @@ use super::segment::write_16_bits;
 use super::specimen::{Scanned, Source, labelled_mesh};
 use super::stiffness::stiffness_ratio;
 use super::task::Task;
-use crate::case::SpecimenGeometry;
+use crate::case::{ImageCase, SpecimenGeometry};
 use crate::experiment::{Specimen, SpecimenTable};
 use crate::progress::{Bar, say};
 use crate::virtual_specimen::VirtualSpecimen;
@@ -77,7 +77,7 @@ pub(super) fn stiffness_ratios(
     };
     let level = Level::all(inputs, true)?.swap_remove(0);
     let meshing = level.meshing(&meshing);
-    let (segmentation, voxel_mm) = inputs.segmentation();
+    let ImageCase { segmentation, voxel_mm, bin, .. } = inputs.image();
     let (setup, table_file) = (level.setup, task.path(SPECIMENS));
     let bar = Bar::new(task.stage());
     let ratio = |specimen: &Specimen| -> Result<Option<f64>, WorkflowError> {
@@ -85,7 +85,7 @@ pub(super) fn stiffness_ratios(
         let image = table_file.with_file_name(image);
         bar.set(0.0, &format!("the image of {}", specimen.id));
         let scanned = Scanned {
-            source: Source::Stack(image.clone(), voxel_mm),
+            source: Source::Stack { path: image.clone(), voxel_mm, bin },
             segmentation: segmentation.clone(),
             size_mm: [None; 2],
         };

@@ -6,7 +6,8 @@
 mod page;
 mod read;
 mod resolution;
+mod stack;
 mod write;
 
-pub use read::{read, read_labels};
+pub use read::{read, read_binned, read_labels};
 pub use write::write_labels;

@@ -1,19 +1,13 @@
-//! Stacks from files.
-
-use std::cmp::Ordering;
-use std::ops::Range;
-use std::path::{Path, PathBuf};
+//! Values of stacks: as they are, or averaged over blocks of voxels on the way.
 
 use ::tiff::decoder::DecodingResult;
 use rayon::prelude::*;
 
-use super::page::{Declared, declared, open, refused, samples};
-use super::resolution::{VoxelSize, declared_images, voxel_size};
-use crate::image::volume::MAX_VOXELS;
-use crate::image::{ImageError, Volume};
+use std::path::Path;
 
-/// No compression that is read packs more bytes into one than this.
-const DENSEST: u64 = 3000;
+use super::page::{Reader, open, refused, samples};
+use super::stack::Stack;
+use crate::image::{ImageError, Volume};
 
 /// Reads a stack of grey values: a file of many pages, or a folder whose `.tif` and `.tiff` files are
 /// the slices in the natural order of their names (`slice9` before `slice10`).
@@ -23,18 +17,66 @@ const DENSEST: u64 = 3000;
 ///
 /// # Errors
 /// [`ImageError`] with file and page: no pages, pages of unlike size, colours, pages cut short,
-/// values that are no numbers, voxels that are no cubes, no voxel size.
+/// values that are no numbers, voxels that are no cubes, no voxel size, more voxels than can be numbered.
 ///
 /// # References
 /// TIFF, revision 6.0, Adobe 1992.
 pub fn read(path: &Path, voxel_mm: Option<f64>) -> Result<Volume<f32>, ImageError> {
-    read_as(path, voxel_mm, &|samples, slice: &mut [f32]| {
-        fill(samples, slice)?;
-        match slice.iter().position(|value| !value.is_finite()) {
-            Some(at) => Err((at, f64::from(slice[at]))),
-            None => Ok(()),
+    read_as(path, voxel_mm, &grey)
+}
+
+/// Reads a stack of grey values, see [`read`], and takes the mean of each block of `bin` × `bin` × `bin`
+/// voxels for one voxel, for stacks that are larger than the memory or finer than they need be.
+///
+/// `voxel_mm` and the tags are those of the stack; the voxels that come back are `bin` times as wide. Along
+/// each axis the last voxels that fill no block, fewer than `bin`, are left out: so every voxel is a cube
+/// that is wholly known, and its distance from the corner of the image is true.
+///
+/// The stack is read in slabs of `bin` pages, of which only the sums are kept. So the memory is that of the
+/// reduced volume (4 bytes a voxel) and, for each thread, of one page as it is stored, the same page as
+/// numbers of 4 bytes, and one reduced slice of 8 bytes a voxel, however large the stack is.
+///
+/// # Errors
+/// As of [`read`], where only the voxels that are left are counted; a `bin` of 0, and one that is larger
+/// than the shortest edge.
+pub fn read_binned(
+    path: &Path,
+    voxel_mm: Option<f64>,
+    bin: usize,
+) -> Result<Volume<f32>, ImageError> {
+    if bin == 1 {
+        return read(path, voxel_mm);
+    }
+    let stack = Stack::scan(path, voxel_mm, bin)?;
+    let [width, height, _] = stack.shape;
+    let shape = stack.shape.map(|side| side / bin);
+    let area = shape[0] * shape[1];
+    let mut values = vec![0.0_f32; area * shape[2]];
+    let slab_at_a_time = |first: usize, slabs: &mut [f32]| -> Result<(), ImageError> {
+        let mut slices = Slices::new(&stack);
+        let (mut page, mut sums) = (vec![0.0_f32; width * height], vec![0.0_f64; area]);
+        for (slab, means) in (first..).zip(slabs.chunks_exact_mut(area)) {
+            sums.fill(0.0);
+            for slice in bin * slab..bin * (slab + 1) {
+                slices.read(slice, &mut page, &grey)?;
+                // rows beyond the last whole block fall away with the end of `sums`
+                let bands = page.chunks_exact(width * bin).zip(sums.chunks_exact_mut(shape[0]));
+                for (band, sums) in bands {
+                    for row in band.chunks_exact(width) {
+                        let blocks = row.chunks_exact(bin).zip(sums.iter_mut());
+                        blocks.for_each(|(block, sum)| {
+                            *sum += block.iter().copied().map(f64::from).sum::<f64>();
+                        });
+                    }
+                }
+            }
+            let voxels = bin.pow(3) as f64;
+            means.iter_mut().zip(&sums).for_each(|(mean, sum)| *mean = (sum / voxels) as f32);
         }
-    })
+        Ok(())
+    };
+    in_portions(&mut values, area, slab_at_a_time)?;
+    Ok(Volume { shape, voxel_mm: stack.voxel_mm * bin as f64, values })
 }
 
 /// Reads a stack of labels; see [`read`].
@@ -58,176 +100,84 @@ pub fn read_labels(path: &Path, voxel_mm: Option<f64>) -> Result<Volume<u32>, Im
 /// Puts the samples of a page into a slice; the place and value of the first that cannot be.
 type Convert<T> = dyn Fn(&DecodingResult, &mut [T]) -> Result<(), (usize, f64)> + Sync;
 
+fn grey(samples: &DecodingResult, slice: &mut [f32]) -> Result<(), (usize, f64)> {
+    fill(samples, slice)?;
+    match slice.iter().position(|value| !value.is_finite()) {
+        Some(at) => Err((at, f64::from(slice[at]))),
+        None => Ok(()),
+    }
+}
+
 fn read_as<T: Copy + Default + Send>(
     path: &Path,
     voxel_mm: Option<f64>,
     convert: &Convert<T>,
 ) -> Result<Volume<T>, ImageError> {
-    let stack = Stack::scan(path, voxel_mm)?;
+    let stack = Stack::scan(path, voxel_mm, 1)?;
     let [width, height, depth] = stack.shape;
     let area = width * height;
     let mut values = vec![T::default(); area * depth];
-
-    let tasks = stack.tasks();
-    let mut rest = values.as_mut_slice();
-    let mut work = Vec::with_capacity(tasks.len());
-    for (source, pages) in tasks {
-        let (own, others) = rest.split_at_mut(area * pages.len());
-        rest = others;
-        work.push((source, pages, own));
-    }
-    // the first error in the order of the slices, whichever thread was the fastest
-    let done: Vec<Result<(), ImageError>> = work
-        .into_par_iter()
-        .map(|(source, pages, own)| source.decode(pages, area, own, convert))
-        .collect();
-    done.into_iter().collect::<Result<(), _>>()?;
+    in_portions(&mut values, area, |first, portion| {
+        let mut slices = Slices::new(&stack);
+        let mut own = (first..).zip(portion.chunks_exact_mut(area));
+        own.try_for_each(|(slice, into)| slices.read(slice, into, convert))
+    })?;
     Ok(Volume { shape: stack.shape, voxel_mm: stack.voxel_mm, values })
 }
 
-/// A file and its pages.
-#[derive(Debug)]
-struct Source {
-    path: PathBuf,
-    bytes: u64,
-    /// Numbers (from 0) of the pages that are slices.
-    pages: Vec<usize>,
+/// Shares slices of `area` values among the threads, each portion with the number of its first slice.
+///
+/// # Errors
+/// The first in the order of the slices, whichever thread was the fastest.
+fn in_portions<T: Send>(
+    values: &mut [T],
+    area: usize,
+    each: impl Fn(usize, &mut [T]) -> Result<(), ImageError> + Sync,
+) -> Result<(), ImageError> {
+    let slices = values.len() / area;
+    let portion = slices.div_ceil(2 * rayon::current_num_threads()).max(1);
+    let done: Vec<Result<(), ImageError>> = values
+        .par_chunks_mut(portion * area)
+        .enumerate()
+        .map(|(number, values)| each(number * portion, values))
+        .collect();
+    done.into_iter().collect()
 }
 
-/// All files of a stack and what they declare.
-#[derive(Debug)]
-struct Stack {
-    sources: Vec<Source>,
-    shape: [usize; 3],
-    voxel_mm: f64,
+/// Slices of a stack one after the other; a file stays open as long as slices come from it.
+struct Slices<'a> {
+    stack: &'a Stack,
+    /// A file, by its number, and its decoder.
+    open: Option<(usize, Reader)>,
 }
 
-impl Stack {
-    fn scan(path: &Path, voxel_mm: Option<f64>) -> Result<Stack, ImageError> {
-        let files = if path.is_dir() { slices_of(path)? } else { vec![path.to_owned()] };
-        let mut sources = Vec::with_capacity(files.len());
-        let mut first: Option<Declared> = None;
-        let mut size = voxel_mm.map(VoxelSize::Cube);
-        let (mut declared_bytes, mut file_bytes, mut depth) = (0_u64, 0_u64, 0_usize);
-        for file in files {
-            let meta =
-                std::fs::metadata(&file).map_err(|error| ImageError::io("read", &file, error))?;
-            let bytes = meta.len();
-            file_bytes += bytes;
-            let mut decoder = open(&file, bytes.saturating_mul(DENSEST))?;
-            let images = declared_images(&mut decoder).unwrap_or(1);
-            let mut pages = Vec::new();
-            for number in 0.. {
-                if number > 0 {
-                    if !decoder.more_images() {
-                        break;
-                    }
-                    decoder.next_image().map_err(|error| refused(&file, number + 1, &error))?;
-                }
-                let this = declared(&file, number + 1, &mut decoder, bytes)?;
-                if this.preview {
-                    continue;
-                }
-                size.get_or_insert_with(|| voxel_size(&mut decoder));
-                same_size(&file, number, first.get_or_insert(this), &this)?;
-                declared_bytes = declared_bytes.saturating_add(this.bytes());
-                pages.push(number);
-            }
-            if pages.len() == 1 && images > 1 {
-                return Err(ImageError::Page {
-                    path: file,
-                    page: 1,
-                    message: format!("it is the only page, but {images} images are declared"),
-                    help: "save the stack as BigTIFF, or as one file for each slice",
-                });
-            }
-            if declared_bytes > file_bytes.saturating_mul(DENSEST) {
-                return Err(ImageError::Implausible { path: file, declared_bytes, file_bytes });
-            }
-            depth += pages.len();
-            sources.push(Source { path: file, bytes, pages });
-        }
-        let (Some(page), Some(size)) = (first, size) else {
-            let help = "give a file or folder of slices";
-            return Err(ImageError::Empty { path: path.into(), what: "page", help });
-        };
-        let shape = [page.width, page.height, depth];
-        let voxels = shape.iter().fold(1_u64, |n, &side| n.saturating_mul(side as u64));
-        if voxels > MAX_VOXELS {
-            return Err(ImageError::TooManyVoxels { voxels, limit: MAX_VOXELS });
-        }
-        let voxel_mm = match size {
-            VoxelSize::Cube(edge) if edge.is_finite() && edge > 0.0 => edge,
-            VoxelSize::Cube(value) => {
-                let requirement = "a length above 0 (mm)";
-                return Err(ImageError::Parameter { field: "voxel_mm", value, requirement });
-            }
-            VoxelSize::Unlike(size_mm) => {
-                return Err(ImageError::Anisotropic { path: path.into(), size_mm });
-            }
-            VoxelSize::Unknown(message) => {
-                return Err(ImageError::NoVoxelSize { path: path.into(), message });
-            }
-        };
-        Ok(Stack { sources, shape, voxel_mm })
+impl<'a> Slices<'a> {
+    fn new(stack: &'a Stack) -> Self {
+        Slices { stack, open: None }
     }
 
-    /// Portions of pages of one file each, in order, for the threads to share.
-    fn tasks(&self) -> Vec<(&Source, Range<usize>)> {
-        let threads = rayon::current_num_threads();
-        let mut tasks = Vec::new();
-        for source in &self.sources {
-            let portion = source.pages.len().div_ceil(2 * threads).max(1);
-            for start in (0..source.pages.len()).step_by(portion) {
-                tasks.push((source, start..(start + portion).min(source.pages.len())));
-            }
-        }
-        tasks
-    }
-}
-
-impl Source {
-    fn decode<T>(
-        &self,
-        pages: Range<usize>,
-        area: usize,
-        values: &mut [T],
+    fn read<T>(
+        &mut self,
+        slice: usize,
+        into: &mut [T],
         convert: &Convert<T>,
     ) -> Result<(), ImageError> {
-        let mut decoder = open(&self.path, self.bytes.saturating_mul(DENSEST))?;
-        for (&number, slice) in self.pages[pages].iter().zip(values.chunks_exact_mut(area)) {
-            let page = number + 1;
-            decoder.seek_to_image(number).map_err(|error| refused(&self.path, page, &error))?;
-            let samples = samples(&self.path, page, &mut decoder)?;
-            convert(&samples, slice).map_err(|(at, value)| ImageError::Page {
-                path: self.path.clone(),
-                page,
-                message: format!("voxel {at} has the value {value}"),
-                help: "replace such voxels before",
-            })?;
-        }
-        Ok(())
+        let (file, number) = self.stack.slices[slice];
+        let source = &self.stack.files[file];
+        let (path, page) = (&source.path, number + 1);
+        let decoder = match &mut self.open {
+            Some((open, decoder)) if *open == file => decoder,
+            other => &mut other.insert((file, open(path, source.most_bytes())?)).1,
+        };
+        decoder.seek_to_image(number).map_err(|error| refused(path, page, &error))?;
+        let samples = samples(path, page, decoder)?;
+        convert(&samples, into).map_err(|(at, value)| ImageError::Page {
+            path: path.clone(),
+            page,
+            message: format!("voxel {at} has the value {value}"),
+            help: "replace such voxels before",
+        })
     }
-}
-
-fn same_size(
-    path: &Path,
-    number: usize,
-    first: &Declared,
-    this: &Declared,
-) -> Result<(), ImageError> {
-    if (first.width, first.height) == (this.width, this.height) {
-        return Ok(());
-    }
-    Err(ImageError::Page {
-        path: path.into(),
-        page: number + 1,
-        message: format!(
-            "{} × {} voxels, but the first page has {} × {}",
-            this.width, this.height, first.width, first.height
-        ),
-        help: "crop all slices alike, and keep other files out of the folder",
-    })
 }
 
 /// Samples of any kind as numbers of one kind; the place of a missing one.
@@ -265,65 +215,5 @@ impl FromSample for f32 {
 impl FromSample for f64 {
     fn from_f64(value: f64) -> Self {
         value
-    }
-}
-
-/// The slices in a folder, in the natural order of their names.
-fn slices_of(folder: &Path) -> Result<Vec<PathBuf>, ImageError> {
-    let failed = |source| ImageError::io("read", folder, source);
-    let mut slices = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
-        let hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
-        let extension = path.extension().map(|end| end.to_string_lossy().to_ascii_lowercase());
-        if !hidden && matches!(extension.as_deref(), Some("tif" | "tiff")) {
-            slices.push(path);
-        }
-    }
-    if slices.is_empty() {
-        let help = "a folder holds one .tif or .tiff file for each slice";
-        return Err(ImageError::Empty { path: folder.into(), what: "slice", help });
-    }
-    slices.sort_by(|a, b| natural(&name(a), &name(b)).then_with(|| a.cmp(b)));
-    Ok(slices)
-}
-
-fn name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// The order in which a person counts: numbers within names by their value.
-fn natural(a: &str, b: &str) -> Ordering {
-    fn parts(text: &str) -> Vec<&str> {
-        let digit = |c: char| c.is_ascii_digit();
-        let mut parts = Vec::new();
-        let mut rest = text;
-        while let Some(first) = rest.chars().next() {
-            let end = rest.find(|c| digit(c) != digit(first)).unwrap_or(rest.len());
-            let (part, after) = rest.split_at(end);
-            parts.push(part);
-            rest = after;
-        }
-        parts
-    }
-    let key = |part: &str| match part.starts_with(|c: char| c.is_ascii_digit()) {
-        true => {
-            let digits = part.trim_start_matches('0').to_owned();
-            (0, digits.len(), digits)
-        }
-        false => (1, 0, part.to_owned()),
-    };
-    parts(a).into_iter().map(key).cmp(parts(b).into_iter().map(key))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::natural;
-
-    #[test]
-    fn names_are_counted() {
-        let mut names = ["s10.tif", "s9.tif", "s010b.tif", "s1.tif", "a2_10.tif", "a2_9.tif"];
-        names.sort_by(|a, b| natural(a, b));
-        assert_eq!(names, ["a2_9.tif", "a2_10.tif", "s1.tif", "s9.tif", "s10.tif", "s010b.tif"]);
     }
 }

@@ -26,6 +26,7 @@ impl CaseFile {
             }
             SpecimenGeometry::Image {
                 voxel_mm,
+                bin,
                 segmentation,
                 radius_mm,
                 height_mm,
@@ -37,6 +38,8 @@ impl CaseFile {
                         "It is the edge of a voxel; leave it out where the file's tags say it.";
                     self.within("specimen.image.voxel_mm", voxel_mm, 1e-9, 1e2, "mm", help)?;
                 }
+                let help = "It averages blocks of so many voxels along each edge; 1 leaves them as they are.";
+                self.within("specimen.image.bin", *bin as f64, 1.0, 1000.0, "voxels", help)?;
                 self.check_segmentation(segmentation)?;
                 let size = [*radius_mm, *height_mm];
                 self.check_size(size)?;
