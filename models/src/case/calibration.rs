@@ -11,8 +11,11 @@ use crate::qoi::Quantity;
 pub struct QoiCase {
     /// Where the initial slope is taken, as a fraction of the displacement at peak.
     pub slope_fraction: f64,
-    /// What specimens and simulations are compared by.
+    /// What specimens and simulations are compared by; with `calibration.likelihood = "curve"` those of
+    /// the curve stand here in place of what was written.
     pub quantities: Vec<Quantity>,
+    /// Where the shape of a curve is compared, in per cent of the displacement at peak.
+    pub curve_percent: Vec<u8>,
 }
 
 /// `[design]`.
@@ -57,6 +60,8 @@ pub struct SurrogateCase {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CalibrationCase {
+    /// What of the curves is compared.
+    pub likelihood: Likelihood,
     /// Markov chains.
     pub chains: usize,
     /// Warmup draws a chain.
@@ -67,6 +72,17 @@ pub struct CalibrationCase {
     pub target_accept: f64,
     /// Seed of the chains.
     pub seed: u64,
+}
+
+/// `calibration.likelihood`: what of the curves is compared.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Likelihood {
+    /// The quantities of `qoi.quantities`.
+    #[default]
+    Quantities,
+    /// The curve as a whole: its peak, where that is, and its shape at `qoi.curve_percent`.
+    Curve,
 }
 
 /// `[confirm]`.
@@ -83,7 +99,11 @@ pub struct ConfirmCase {
 
 impl Default for QoiCase {
     fn default() -> Self {
-        Self { slope_fraction: 0.3, quantities: Quantity::OF_THE_PAPER.to_vec() }
+        Self {
+            slope_fraction: 0.3,
+            quantities: Quantity::OF_THE_PAPER.to_vec(),
+            curve_percent: vec![25, 50, 75],
+        }
     }
 }
 
@@ -106,7 +126,8 @@ impl Default for SurrogateCase {
 
 impl Default for CalibrationCase {
     fn default() -> Self {
-        Self { chains: 4, warmup: 1000, draws: 2000, target_accept: 0.95, seed: 7 }
+        let likelihood = Likelihood::default();
+        Self { likelihood, chains: 4, warmup: 1000, draws: 2000, target_accept: 0.95, seed: 7 }
     }
 }
 

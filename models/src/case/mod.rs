@@ -27,7 +27,7 @@ use fem::{GrainMode, Homogenisation, Meshing, Order, Packing, PhaseField, Scanne
 use serde::{Deserialize, Serialize};
 
 pub use calibration::{
-    CalibrationCase, ConfirmCase, DesignCase, Microstructure, QoiCase, SurrogateCase,
+    CalibrationCase, ConfirmCase, DesignCase, Likelihood, Microstructure, QoiCase, SurrogateCase,
 };
 pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
 pub use experiments::{ExperimentsCase, NoiseCase, Toe, VirtualCase};

@@ -4,9 +4,10 @@ use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use super::Case;
 use super::image::OWN_KEYS;
+use super::{Case, Likelihood};
 use crate::error::{InputError, closest};
+use crate::qoi::Quantity;
 
 /// A case together with the file that it came from.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,8 +44,12 @@ impl CaseFile {
         if let Some(v) = case.experiments.as_mut().and_then(|e| e.virtual_specimens.as_mut()) {
             v.complete();
         }
-        let file = Self { path: path.to_owned(), case };
+        let mut file = Self { path: path.to_owned(), case };
         file.validate()?;
+        if file.case.calibration.likelihood == Likelihood::Curve {
+            let qoi = &mut file.case.qoi;
+            qoi.quantities = Quantity::of_curve(&qoi.curve_percent);
+        }
         Ok(file)
     }
 

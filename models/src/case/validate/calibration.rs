@@ -24,6 +24,7 @@ impl CaseFile {
             "The paper takes 0.3.",
         )?;
         self.check_quantities(&case.qoi.quantities)?;
+        self.check_curve_percent(&case.qoi.curve_percent)?;
         if let Some(prior) = &case.prior {
             self.check_prior(prior)?;
         }
@@ -106,6 +107,26 @@ impl CaseFile {
             return refuse("one is named twice");
         }
         Ok(())
+    }
+
+    fn check_curve_percent(&self, percent: &[u8]) -> Result<(), InputError> {
+        let key = "qoi.curve_percent";
+        let help = "Write them in order, as in curve_percent = [25, 50, 75]; the peak itself is \
+                    compared besides.";
+        for &one in percent {
+            let most = f64::from(Quantity::LARGEST_PERCENT);
+            self.within(key, f64::from(one), 1.0, most, "% of the displacement at peak", help)?;
+        }
+        let ascends = percent.windows(2).all(|pair| pair[0] < pair[1]);
+        if ascends && !percent.is_empty() && !percent.contains(&100) {
+            return Ok(());
+        }
+        let problem = match ascends {
+            true if percent.is_empty() => "names no part of the curve",
+            true => "at 100 % the force is that of the peak",
+            false => "are not in ascending order",
+        };
+        Err(self.error(key, format!("{percent:?}"), problem, help))
     }
 
     fn check_prior(&self, prior: &PriorCase) -> Result<(), InputError> {

@@ -12,7 +12,7 @@ use surrogate::{Dataset, DynPce, FitReport, OrderRule};
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
 use super::levels::corrected;
-use crate::case::Case;
+use crate::case::{Case, Likelihood};
 use crate::error::InputError;
 use crate::report::{OrderErrors, Picture, PictureContent, Results, mean, number};
 use crate::table::{CsvTable, TableRow};
@@ -174,9 +174,17 @@ fn settings(case: &Case) -> Vec<(String, String)> {
                 sampler.chains, sampler.warmup, sampler.draws, sampler.seed
             ),
         ),
-        row("likelihood", "multivariate normal QoIs, LKJ(3), scales Normal(0.15, 0.25) > 0; one error of surrogate and mesh correction \
-             shared by all specimens"
-                .into()),
+        row(
+            "likelihood",
+            format!(
+                "multivariate normal {}, LKJ(3), scales Normal(0.15, 0.25) > 0; one error of \
+                 surrogate and mesh correction shared by all specimens",
+                match sampler.likelihood {
+                    Likelihood::Quantities => "QoIs",
+                    Likelihood::Curve => "curves (peak, its displacement, shape)",
+                }
+            ),
+        ),
         row("program", format!("breccia {}", env!("CARGO_PKG_VERSION"))),
         row(
             "method",
