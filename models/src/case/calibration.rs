@@ -1,5 +1,7 @@
 //! What a calibration takes beside its simulations: quantities of interest, surrogate, sampler.
 
+use std::collections::BTreeMap;
+
 use ::surrogate::{DesignMethod, OrderRule};
 use serde::{Deserialize, Serialize};
 
@@ -72,6 +74,34 @@ pub struct CalibrationCase {
     pub target_accept: f64,
     /// Seed of the chains.
     pub seed: u64,
+    /// What the model itself may be off by.
+    #[serde(skip_serializing_if = "DiscrepancyCase::is_empty")]
+    pub discrepancy: DiscrepancyCase,
+}
+
+/// `[calibration.discrepancy]`: the prior of a systematic error of the model that all specimens share.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DiscrepancyCase {
+    /// Standard deviation of the relative error of quantities in %; what is not named has none.
+    pub percent: BTreeMap<Quantity, f64>,
+}
+
+impl DiscrepancyCase {
+    fn is_empty(&self) -> bool {
+        self.percent.is_empty()
+    }
+
+    /// The covariance (quantities × quantities, relative) of the error, quantities by their columns; none
+    /// where there is no error.
+    pub(crate) fn covariance(&self, columns: &[String]) -> Option<Vec<Vec<f64>>> {
+        let percent = |column: &String| self.percent.get(&Quantity::of_column(column)?);
+        let variance = |column| (0.01 * percent(column).unwrap_or(&0.0)).powi(2);
+        let entry = |i: usize, j: usize| if i == j { variance(&columns[i]) } else { 0.0 };
+        let size = columns.len();
+        let rows = || (0..size).map(|i| (0..size).map(|j| entry(i, j)).collect()).collect();
+        (!self.is_empty()).then(rows)
+    }
 }
 
 /// `calibration.likelihood`: what of the curves is compared.
@@ -126,8 +156,15 @@ impl Default for SurrogateCase {
 
 impl Default for CalibrationCase {
     fn default() -> Self {
-        let likelihood = Likelihood::default();
-        Self { likelihood, chains: 4, warmup: 1000, draws: 2000, target_accept: 0.95, seed: 7 }
+        Self {
+            likelihood: Likelihood::default(),
+            chains: 4,
+            warmup: 1000,
+            draws: 2000,
+            target_accept: 0.95,
+            seed: 7,
+            discrepancy: DiscrepancyCase::default(),
+        }
     }
 }
 

@@ -4,10 +4,9 @@ use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use super::Case;
 use super::image::OWN_KEYS;
-use super::{Case, Likelihood};
 use crate::error::{InputError, closest};
-use crate::qoi::Quantity;
 
 /// A case together with the file that it came from.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,10 +45,7 @@ impl CaseFile {
         }
         let mut file = Self { path: path.to_owned(), case };
         file.validate()?;
-        if file.case.calibration.likelihood == Likelihood::Curve {
-            let qoi = &mut file.case.qoi;
-            qoi.quantities = Quantity::of_curve(&qoi.curve_percent);
-        }
+        file.case.qoi.quantities = file.case.compared();
         Ok(file)
     }
 

@@ -4,7 +4,8 @@ use ::surrogate::OrderRule;
 use fem::FemError;
 
 use super::super::{
-    CaseFile, MaterialParameter, PriorBounds, PriorCase, SpecimenGeometry, VirtualCase,
+    CaseFile, DiscrepancyCase, MaterialParameter, PriorBounds, PriorCase, SpecimenGeometry,
+    VirtualCase,
 };
 use crate::error::InputError;
 use crate::qoi::Quantity;
@@ -67,6 +68,7 @@ impl CaseFile {
         self.within("calibration.draws", kept, 20.0, 1e7, "draws of all chains together", help)?;
         let help = "0.95 follows the posterior's narrow parts; 0.8 is faster.";
         self.within("calibration.target_accept", c.target_accept, 0.5, 0.999, "", help)?;
+        self.check_discrepancy(&c.discrepancy)?;
         self.within(
             "confirm.draws",
             case.confirm.draws as f64,
@@ -127,6 +129,22 @@ impl CaseFile {
             false => "are not in ascending order",
         };
         Err(self.error(key, format!("{percent:?}"), problem, help))
+    }
+
+    fn check_discrepancy(&self, discrepancy: &DiscrepancyCase) -> Result<(), InputError> {
+        let compared = self.case.compared();
+        for (quantity, &percent) in &discrepancy.percent {
+            let key = format!("calibration.discrepancy.percent.{quantity}");
+            if !compared.contains(quantity) {
+                let known: Vec<String> = compared.iter().map(Quantity::to_string).collect();
+                let help = format!("What is compared is: {}.", known.join(", "));
+                return Err(self.error(&key, percent.to_string(), "is not compared", help));
+            }
+            let help = "It is the standard deviation of the model's own error: 3.0 for one that may \
+                        be 3 % off. Leave the quantity out where there is none.";
+            self.within(&key, percent, 1e-3, 100.0, "%", help)?;
+        }
+        Ok(())
     }
 
     fn check_prior(&self, prior: &PriorCase) -> Result<(), InputError> {
