@@ -13,7 +13,9 @@ const SPECIMENS: usize = 50;
 fn specimens(more: f64) -> Vec<Vec<f64>> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
     let mut normal = || rng.sample::<f64, _>(rand_distr::StandardNormal);
-    (0..SPECIMENS).map(|_| vec![1.0 + 0.02 * normal(), (1.0 + more) * (1.0 + 0.03 * normal())]).collect()
+    (0..SPECIMENS)
+        .map(|_| vec![1.0 + 0.02 * normal(), (1.0 + more) * (1.0 + 0.03 * normal())])
+        .collect()
 }
 
 fn forward() -> DynPce {

@@ -1,6 +1,6 @@
 //! The shape of a curve: its force at parts of the displacement at peak, over the peak force.
 
-use super::QoiError;
+use super::error::QoiError;
 use super::fits::Parabola;
 use crate::experiment::TestCurve;
 
