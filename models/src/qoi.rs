@@ -1,79 +1,24 @@
 //! Quantities of interest of a force–displacement curve: initial slope, peak force, displacement at peak,
-//! work up to the peak.
+//! work up to the peak, and the shape of the curve.
 
+mod error;
+mod fits;
+mod quantity;
 mod rates;
+mod relative_force;
 
-use std::fmt;
 use std::ops::RangeInclusive;
 
-use serde::{Deserialize, Serialize};
-
 use crate::experiment::TestCurve;
+pub use error::QoiError;
+use fits::{Parabola, line_slope};
+pub use quantity::Quantity;
+use relative_force::relative_force;
 
 /// Points of at least this fraction of the highest force make the parabola that locates the peak.
 const TOP: f64 = 0.97;
 /// Half width of the slope's window in units of the displacement at peak.
 const SLOPE_WINDOW: f64 = 0.1;
-
-/// A number of a curve that a calibration can compare.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Quantity {
-    /// Slope of the rising branch in N/mm.
-    Slope,
-    /// Peak force in N.
-    PeakForce,
-    /// Displacement at the peak force in mm.
-    DisplacementAtPeak,
-    /// Work of the force up to its peak in N mm.
-    WorkToPeak,
-}
-
-impl Quantity {
-    /// All of them.
-    pub const ALL: [Self; 4] =
-        [Self::Slope, Self::PeakForce, Self::DisplacementAtPeak, Self::WorkToPeak];
-
-    /// What the paper calibrates against.
-    pub const OF_THE_PAPER: [Self; 3] = [Self::Slope, Self::PeakForce, Self::DisplacementAtPeak];
-
-    /// Name with unit: the column of every table, the output of every surrogate.
-    pub fn column(self) -> &'static str {
-        match self {
-            Self::Slope => "slope_N_per_mm",
-            Self::PeakForce => "peak_force_N",
-            Self::DisplacementAtPeak => "displacement_at_peak_mm",
-            Self::WorkToPeak => "work_to_peak_N_mm",
-        }
-    }
-
-    /// The quantity of a column.
-    pub fn of_column(column: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|quantity| quantity.column() == column)
-    }
-
-    /// Name and unit for figures.
-    pub(crate) fn label(self) -> &'static str {
-        match self {
-            Self::Slope => "initial slope (N/mm)",
-            Self::PeakForce => "peak force (N)",
-            Self::DisplacementAtPeak => "displacement at peak (mm)",
-            Self::WorkToPeak => "work to the peak (N mm)",
-        }
-    }
-}
-
-impl fmt::Display for Quantity {
-    /// As the case names it.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Slope => "slope",
-            Self::PeakForce => "peak-force",
-            Self::DisplacementAtPeak => "displacement-at-peak",
-            Self::WorkToPeak => "work-to-peak",
-        })
-    }
-}
 
 /// The numbers of a curve that a calibration can compare.
 ///
@@ -108,49 +53,6 @@ pub struct Qois {
     pub displacement_at_peak_mm: f64,
     /// Work of the force up to its peak in N mm.
     pub work_to_peak_n_mm: f64,
-}
-
-/// Why a curve has no quantities of interest.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum QoiError {
-    /// Too short, or not one force for each displacement.
-    #[error("the curve has {points} points: at least 5 are needed")]
-    TooShort {
-        /// Points of the curve.
-        points: usize,
-    },
-    /// The highest point is the first or the last.
-    #[error(
-        "no peak: the force is highest at the {end} of the curve ({displacement_mm} mm); \
-         a test must go on until the force falls"
-    )]
-    NoPeak {
-        /// `start` or `end`.
-        end: &'static str,
-        /// Displacement of the highest point in mm.
-        displacement_mm: f64,
-    },
-    /// The points around the highest one do not form a maximum.
-    #[error(
-        "the peak near {displacement_mm} mm is not resolved: its points form no downward parabola"
-    )]
-    Unresolved {
-        /// Displacement of the highest point in mm.
-        displacement_mm: f64,
-    },
-    /// Too few points to take a slope from.
-    #[error(
-        "only {points} points between {from_mm} and {to_mm} mm: the slope needs at least 2; \
-         record more points or choose another slope fraction"
-    )]
-    NoSlope {
-        /// Points in the window.
-        points: usize,
-        /// Start of the window in mm.
-        from_mm: f64,
-        /// End of the window in mm.
-        to_mm: f64,
-    },
 }
 
 impl Qois {
@@ -192,19 +94,33 @@ impl Qois {
         points.filter(|(x, _)| (x - centre).abs() <= half * (1.0 + 1e-9)).collect()
     }
 
-    /// One of them.
-    pub fn get(&self, quantity: Quantity) -> f64 {
+    /// These quantities of a curve.
+    ///
+    /// # Errors
+    /// As [`Qois::of`]; a relative force at a displacement that the curve does not reach.
+    pub fn values_of(
+        curve: &TestCurve,
+        slope_fraction: f64,
+        quantities: &[Quantity],
+    ) -> Result<Vec<f64>, QoiError> {
+        let own = Self::of(curve, slope_fraction)?;
+        let peak = [own.displacement_at_peak_mm, own.peak_force_n];
+        let value = |&quantity: &Quantity| match quantity {
+            Quantity::RelativeForce(percent) => relative_force(curve, percent, peak),
+            scalar => Ok(own.scalar(scalar)),
+        };
+        quantities.iter().map(value).collect()
+    }
+
+    /// One that is not of the shape; NaN for others.
+    fn scalar(&self, quantity: Quantity) -> f64 {
         match quantity {
             Quantity::Slope => self.slope_n_per_mm,
             Quantity::PeakForce => self.peak_force_n,
             Quantity::DisplacementAtPeak => self.displacement_at_peak_mm,
             Quantity::WorkToPeak => self.work_to_peak_n_mm,
+            Quantity::RelativeForce(_) => f64::NAN,
         }
-    }
-
-    /// Some of them, in this order.
-    pub fn values(&self, quantities: &[Quantity]) -> Vec<f64> {
-        quantities.iter().map(|&quantity| self.get(quantity)).collect()
     }
 }
 
@@ -237,56 +153,6 @@ fn peak(u: &[f64], force: &[f64]) -> Result<(f64, f64), QoiError> {
     match Parabola::of(&points).vertex() {
         Some((x, y)) if points[0].0 <= x && x <= points[points.len() - 1].0 => Ok((u[top] + x, y)),
         _ => Err(QoiError::Unresolved { displacement_mm: u[top] }),
-    }
-}
-
-fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
-    let n = values.len() as f64;
-    values.sum::<f64>() / n
-}
-
-/// Slope of the least-squares line, unless all points have one abscissa.
-fn line_slope(points: &[(f64, f64)]) -> Option<f64> {
-    let centre = mean(points.iter().map(|p| p.0));
-    let (sxy, sxx) = points.iter().fold((0.0, 0.0), |(sxy, sxx), (x, y)| {
-        (sxy + (x - centre) * y, sxx + (x - centre).powi(2))
-    });
-    (sxx > 0.0).then_some(sxy / sxx)
-}
-
-/// A least-squares parabola, in the polynomials 1, x − a, (x − a)(x − b) − s that are orthogonal over
-/// the points, so that each coefficient is one projection.
-struct Parabola {
-    a: f64,
-    b: f64,
-    s: f64,
-    coefficients: [f64; 3],
-}
-
-impl Parabola {
-    fn of(points: &[(f64, f64)]) -> Self {
-        let a = mean(points.iter().map(|p| p.0));
-        let norm1: f64 = points.iter().map(|(x, _)| (x - a).powi(2)).sum();
-        let b = points.iter().map(|(x, _)| x * (x - a).powi(2)).sum::<f64>() / norm1;
-        let s = norm1 / points.len() as f64;
-        let second = |x: f64| (x - a) * (x - b) - s;
-        let norm2: f64 = points.iter().map(|(x, _)| second(*x).powi(2)).sum();
-        let c0 = mean(points.iter().map(|p| p.1));
-        let c1 = points.iter().map(|(x, y)| y * (x - a)).sum::<f64>() / norm1;
-        let c2 = points.iter().map(|(x, y)| y * second(*x)).sum::<f64>() / norm2;
-        Self { a, b, s, coefficients: [c0, c1, c2] }
-    }
-
-    fn at(&self, x: f64) -> f64 {
-        let Self { a, b, s, coefficients: [c0, c1, c2] } = self;
-        c0 + c1 * (x - a) + c2 * ((x - a) * (x - b) - s)
-    }
-
-    /// Its vertex, if it opens downwards.
-    fn vertex(&self) -> Option<(f64, f64)> {
-        let [_, c1, c2] = self.coefficients;
-        let x = 0.5 * (self.a + self.b) - 0.5 * c1 / c2;
-        (c2 < 0.0).then(|| (x, self.at(x)))
     }
 }
 
@@ -361,9 +227,9 @@ mod tests {
         let own = Qois::of(&base, 0.3).unwrap();
         let scaled = Qois::of(&base.scale_displacement(1.1), 0.3).unwrap();
         let factors = [1.0 / 1.1, 1.0, 1.1, 1.1];
-        for (quantity, factor) in Quantity::ALL.into_iter().zip(factors) {
-            let expected = factor * own.get(quantity);
-            assert_relative_eq!(scaled.get(quantity), expected, max_relative = 1e-12);
+        for (quantity, factor) in Quantity::SCALARS.into_iter().zip(factors) {
+            let expected = factor * own.scalar(quantity);
+            assert_relative_eq!(scaled.scalar(quantity), expected, max_relative = 1e-12);
         }
     }
 
@@ -408,15 +274,5 @@ mod tests {
         let qois = Qois::of(&curve(0.0002, 900, parabola), 0.3).unwrap();
         let exact = 2.0 / 3.0 * peak * place;
         assert_relative_eq!(qois.work_to_peak_n_mm, exact, max_relative = 1e-5);
-    }
-
-    #[test]
-    fn quantities_are_known_by_their_columns_and_by_their_names_in_a_case() {
-        for quantity in Quantity::ALL {
-            assert_eq!(Quantity::of_column(quantity.column()), Some(quantity));
-            let name = toml::Value::try_from(quantity).unwrap();
-            assert_eq!(name.as_str(), Some(quantity.to_string().as_str()));
-        }
-        assert_eq!(Quantity::of_column("colour"), None);
     }
 }

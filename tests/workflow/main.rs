@@ -1,6 +1,8 @@
 //! The whole workflow on a tiny case: every documented file, skipping, kill and resume.
 
+mod curve;
 mod derivatives;
+mod discrepancy;
 mod fidelity;
 mod images;
 mod own_data;

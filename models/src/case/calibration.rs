@@ -1,5 +1,7 @@
 //! What a calibration takes beside its simulations: quantities of interest, surrogate, sampler.
 
+use std::collections::BTreeMap;
+
 use ::surrogate::{DesignMethod, OrderRule, Terms};
 use serde::{Deserialize, Serialize};
 
@@ -11,8 +13,11 @@ use crate::qoi::Quantity;
 pub struct QoiCase {
     /// Where the initial slope is taken, as a fraction of the displacement at peak.
     pub slope_fraction: f64,
-    /// What specimens and simulations are compared by.
+    /// What specimens and simulations are compared by; with `calibration.likelihood = "curve"` those of
+    /// the curve stand here in place of what was written.
     pub quantities: Vec<Quantity>,
+    /// Where the shape of a curve is compared, in per cent of the displacement at peak.
+    pub curve_percent: Vec<u8>,
 }
 
 /// `[design]`.
@@ -63,6 +68,8 @@ pub struct SurrogateCase {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CalibrationCase {
+    /// What of the curves is compared.
+    pub likelihood: Likelihood,
     /// Markov chains.
     pub chains: usize,
     /// Warmup draws a chain.
@@ -73,6 +80,45 @@ pub struct CalibrationCase {
     pub target_accept: f64,
     /// Seed of the chains.
     pub seed: u64,
+    /// What the model itself may be off by.
+    #[serde(skip_serializing_if = "DiscrepancyCase::is_empty")]
+    pub discrepancy: DiscrepancyCase,
+}
+
+/// `[calibration.discrepancy]`: the prior of a systematic error of the model that all specimens share.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DiscrepancyCase {
+    /// Standard deviation of the relative error of quantities in %; what is not named has none.
+    pub percent: BTreeMap<Quantity, f64>,
+}
+
+impl DiscrepancyCase {
+    fn is_empty(&self) -> bool {
+        self.percent.is_empty()
+    }
+
+    /// The covariance (quantities × quantities, relative) of the error, quantities by their columns; none
+    /// where there is no error.
+    pub(crate) fn covariance(&self, columns: &[String]) -> Option<Vec<Vec<f64>>> {
+        let percent = |column: &String| self.percent.get(&Quantity::of_column(column)?);
+        let variance = |column| (0.01 * percent(column).unwrap_or(&0.0)).powi(2);
+        let entry = |i: usize, j: usize| if i == j { variance(&columns[i]) } else { 0.0 };
+        let size = columns.len();
+        let rows = || (0..size).map(|i| (0..size).map(|j| entry(i, j)).collect()).collect();
+        (!self.is_empty()).then(rows)
+    }
+}
+
+/// `calibration.likelihood`: what of the curves is compared.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Likelihood {
+    /// The quantities of `qoi.quantities`.
+    #[default]
+    Quantities,
+    /// The curve as a whole: its peak, where that is, and its shape at `qoi.curve_percent`.
+    Curve,
 }
 
 /// `[confirm]`.
@@ -89,7 +135,11 @@ pub struct ConfirmCase {
 
 impl Default for QoiCase {
     fn default() -> Self {
-        Self { slope_fraction: 0.3, quantities: Quantity::OF_THE_PAPER.to_vec() }
+        Self {
+            slope_fraction: 0.3,
+            quantities: Quantity::OF_THE_PAPER.to_vec(),
+            curve_percent: vec![25, 50, 75],
+        }
     }
 }
 
@@ -113,7 +163,15 @@ impl Default for SurrogateCase {
 
 impl Default for CalibrationCase {
     fn default() -> Self {
-        Self { chains: 4, warmup: 1000, draws: 2000, target_accept: 0.95, seed: 7 }
+        Self {
+            likelihood: Likelihood::default(),
+            chains: 4,
+            warmup: 1000,
+            draws: 2000,
+            target_accept: 0.95,
+            seed: 7,
+            discrepancy: DiscrepancyCase::default(),
+        }
     }
 }
 

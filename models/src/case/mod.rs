@@ -26,8 +26,10 @@ use fem::gmsh::PhysicalGroup;
 use fem::{GrainMode, Homogenisation, Meshing, Order, Packing, PhaseField, Scanner, SolverOptions};
 use serde::{Deserialize, Serialize};
 
+use crate::qoi::Quantity;
 pub use calibration::{
-    CalibrationCase, ConfirmCase, DesignCase, Microstructure, QoiCase, SurrogateCase,
+    CalibrationCase, ConfirmCase, DesignCase, DiscrepancyCase, Likelihood, Microstructure, QoiCase,
+    SurrogateCase,
 };
 pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
 pub use experiments::{ExperimentsCase, NoiseCase, Toe, VirtualCase};
@@ -144,6 +146,14 @@ pub struct SpecimenCase {
 }
 
 impl Case {
+    /// What specimens and simulations are compared by.
+    pub(crate) fn compared(&self) -> Vec<Quantity> {
+        match self.calibration.likelihood {
+            Likelihood::Quantities => self.qoi.quantities.clone(),
+            Likelihood::Curve => Quantity::of_curve(&self.qoi.curve_percent),
+        }
+    }
+
     /// The shipped default case, every key explained.
     pub const TEMPLATE: &str = include_str!("../../cases/default.toml");
 }

@@ -43,8 +43,9 @@ impl CaseFile {
         if let Some(v) = case.experiments.as_mut().and_then(|e| e.virtual_specimens.as_mut()) {
             v.complete();
         }
-        let file = Self { path: path.to_owned(), case };
+        let mut file = Self { path: path.to_owned(), case };
         file.validate()?;
+        file.case.qoi.quantities = file.case.compared();
         Ok(file)
     }
 

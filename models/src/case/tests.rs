@@ -168,6 +168,40 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
             "quantities = [\"slope\", \"slope\", ",
             &["qoi.quantities", "named twice"],
         ),
+        (
+            "curve_percent = [25, 50, 75]",
+            "curve_percent = [50, 25]",
+            &["qoi.curve_percent = [50, 25]", "ascending order"],
+        ),
+        (
+            "curve_percent = [25, 50, 75]",
+            "curve_percent = [0, 25]",
+            &["qoi.curve_percent = 0", "1 and 199"],
+        ),
+        (
+            "curve_percent = [25, 50, 75]",
+            "curve_percent = [50, 100]",
+            &["qoi.curve_percent = [50, 100]", "that of the peak"],
+        ),
+        (
+            "quantities = [\"slope\", ",
+            "quantities = [\"force-at-0-percent\", ",
+            &["qoi.quantities", "\"force-at-50-percent\"?"],
+        ),
+        (
+            "# percent = { slope = 3.0,",
+            "[calibration.discrepancy]\npercent = { work-to-peak = 3.0,",
+            &[
+                "calibration.discrepancy.percent.work-to-peak = 3",
+                "not compared",
+                "slope, peak-force",
+            ],
+        ),
+        (
+            "# percent = { slope = 3.0,",
+            "[calibration.discrepancy]\npercent = { slope = -3.0,",
+            &["calibration.discrepancy.percent.slope = -3", "standard deviation"],
+        ),
         ("runs = 100", "runs = 2", &["design.runs = 2"]),
         ("chains = 4", "chains = 0", &["calibration.chains = 0"]),
         ("specimens = 8", "specimens = 1", &["experiments.virtual.specimens = 1"]),

@@ -1,6 +1,8 @@
 //! How quantities of interest change with the forces of their curve.
 
-use super::{Parabola, QoiError, Qois, line_slope, peak_points, work};
+use super::fits::{Parabola, line_slope};
+use super::relative_force::reading;
+use super::{QoiError, Qois, Quantity, peak_points, work};
 use crate::experiment::TestCurve;
 
 impl Qois {
@@ -59,6 +61,34 @@ impl Qois {
         let work_to_peak_n_mm = work(u, force_rates, (at, peak_force_n)) + end * shift;
         Ok(Self { slope_n_per_mm, peak_force_n, displacement_at_peak_mm: shift, work_to_peak_n_mm })
     }
+
+    /// The rates of these quantities, as [`Qois::rates`]; those of the shape follow the displacement at
+    /// peak.
+    ///
+    /// # Errors
+    /// As [`Qois::rates`] and [`Qois::values_of`].
+    pub fn rates_of(
+        curve: &TestCurve,
+        slope_fraction: f64,
+        quantities: &[Quantity],
+        force_rates: &[f64],
+    ) -> Result<Vec<f64>, QoiError> {
+        let own = Self::of(curve, slope_fraction)?;
+        let rates = Self::rates(curve, slope_fraction, force_rates)?;
+        let of_shape = |percent: u8| {
+            let at = own.displacement_at_peak_mm;
+            let force = reading(curve, &curve.force_n, percent, at)?;
+            let fixed = reading(curve, force_rates, percent, at)?.force;
+            let moved = 0.01 * f64::from(percent) * rates.displacement_at_peak_mm * force.slope;
+            let relative = force.force / own.peak_force_n;
+            Ok((fixed + moved - relative * rates.peak_force_n) / own.peak_force_n)
+        };
+        let rate = |&quantity: &Quantity| match quantity {
+            Quantity::RelativeForce(percent) => of_shape(percent),
+            scalar => Ok(rates.scalar(scalar)),
+        };
+        quantities.iter().map(rate).collect()
+    }
 }
 
 #[cfg(test)]
@@ -66,7 +96,6 @@ mod tests {
     use approx::assert_relative_eq;
 
     use super::*;
-    use crate::qoi::Quantity;
 
     /// F = A E ε exp(−(ε/ε_pk)³/3) with ε_pk = (ε̇ ξ/(2E))^(1/3), as a function of E and ξ.
     fn viscous(young: f64, viscosity: f64) -> TestCurve {
@@ -83,6 +112,8 @@ mod tests {
     #[test]
     fn quantities_are_differentiated_through() {
         let at = [275.0, 0.3];
+        let shape = [30, 72, 110].map(Quantity::RelativeForce);
+        let quantities = [&Quantity::SCALARS[..], &shape].concat();
         for k in 0..2 {
             for fraction in [0.3, 0.55] {
                 let reach = 1e-5 * at[k];
@@ -94,12 +125,15 @@ mod tests {
                 let difference = |a: f64, b: f64| (b - a) / (2.0 * reach);
                 let forces = low.force_n.iter().zip(&high.force_n);
                 let force_rates: Vec<f64> = forces.map(|(a, b)| difference(*a, *b)).collect();
-                let rates = Qois::rates(&viscous(at[0], at[1]), fraction, &force_rates).unwrap();
-                let [low, high] = [low, high].map(|curve| Qois::of(&curve, fraction).unwrap());
-                for quantity in Quantity::ALL {
-                    let exact = difference(low.get(quantity), high.get(quantity));
-                    assert!(exact.abs() > 1e-6, "{quantity} does not depend on parameter {k}");
-                    assert_relative_eq!(rates.get(quantity), exact, max_relative = 1e-6);
+                let of = |curve: &TestCurve| Qois::values_of(curve, fraction, &quantities).unwrap();
+                let rates =
+                    Qois::rates_of(&viscous(at[0], at[1]), fraction, &quantities, &force_rates);
+                let exact = of(&low).into_iter().zip(of(&high)).map(|(a, b)| difference(a, b));
+                for ((quantity, rate), exact) in quantities.iter().zip(rates.unwrap()).zip(exact) {
+                    let shape = matches!(quantity, Quantity::RelativeForce(_));
+                    // that of the viscous limit is always the same but for where the points lie
+                    assert!(shape || exact.abs() > 1e-6, "{quantity} does not depend on {k}");
+                    assert_relative_eq!(rate, exact, max_relative = 1e-6, epsilon = 1e-10);
                 }
             }
         }

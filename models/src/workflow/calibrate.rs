@@ -83,7 +83,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         &summary,
         pce.outputs(),
         evidence.qois.len(),
-        &evidence.shared,
+        &shared.of_runs(),
     ));
     warnings.iter().for_each(|warning| say("note", warning));
     let lines: String = warnings.iter().map(|line| format!("{line}\n")).collect();

@@ -9,7 +9,7 @@ use super::WorkflowError;
 use super::files::{SPECIMENS, write};
 use super::gate::check_closed_form;
 use super::runs::run_ensemble;
-use super::simulator::{Simulator, height_mm, radius_mm, recorded, simulated_qois};
+use super::simulator::{Simulator, height_mm, radius_mm, recorded};
 use super::specimen::packed_mesh;
 use super::specimen_checks::checked;
 use super::specimen_images::{scan, stiffness_ratios};
@@ -83,7 +83,8 @@ impl MeshScale<'_> {
             );
         }
         let fraction = specimen.slope_fraction.unwrap_or(self.qoi.slope_fraction);
-        let qois = Qois::of(&specimen.curve.scale_displacement(factor), fraction).map_err(|e| {
+        let curve = specimen.curve.scale_displacement(factor);
+        let values = Qois::values_of(&curve, fraction, &self.qoi.quantities).map_err(|e| {
             let curve = task.path("experiments/curves").join(format!("{id}.csv"));
             let help = "Correct the curve or leave the specimen out of the table.";
             InputError::new(&curve, "", "", e.to_string(), help)
@@ -91,7 +92,7 @@ impl MeshScale<'_> {
         Ok([id.clone(), group.clone()]
             .into_iter()
             .chain([*height_mm, *radius_mm, factor, fraction].map(|x| x.to_string()))
-            .chain(qois.values(&self.qoi.quantities).iter().map(f64::to_string))
+            .chain(values.iter().map(f64::to_string))
             .collect())
     }
 }
@@ -204,7 +205,7 @@ fn write_bias(
 ) -> Result<(), WorkflowError> {
     let qoi = task.inputs.qoi();
     let qois = |record: &RunRecord| {
-        simulated_qois(&record.curve, qoi.slope_fraction)
+        Qois::values_of(&recorded(&record.curve), qoi.slope_fraction, &qoi.quantities)
             .map_err(|e| WorkflowError::Unusable(format!("the comparison of the two meshes: {e}")))
     };
     let (coarse, fine) = (qois(runs[0])?, qois(runs[1])?);
@@ -212,7 +213,8 @@ fn write_bias(
         [name.to_owned(), a.to_string(), b.to_string(), (100.0 * (a / b - 1.0)).to_string()]
     };
     let mut rows = vec![row("spacing_mm", spacing_mm[0], spacing_mm[1])];
-    rows.extend(qoi.quantities.iter().map(|&q| row(q.column(), coarse.get(q), fine.get(q))));
+    let both = coarse.into_iter().zip(fine);
+    rows.extend(qoi.quantities.iter().zip(both).map(|(q, (a, b))| row(q.column(), a, b)));
     let header = ["quantity", "surrogate_mesh", "experiments_mesh", "percent_bias"];
     task.write_csv("experiments/bias.csv", header, rows)
 }

@@ -104,12 +104,12 @@ pub(super) fn check_closed_form(
         let curve = specimen.curve.scale_displacement(height_mm / specimen.height_mm);
         let fraction = specimen.slope_fraction.unwrap_or(qoi.slope_fraction);
         // curves without quantities are refused elsewhere
-        let Ok(qois) = Qois::of(&curve, fraction) else { continue };
-        for &quantity in &quantities {
+        let Ok(values) = Qois::values_of(&curve, fraction, &quantities) else { continue };
+        for (&quantity, value) in quantities.iter().zip(values) {
             let Some([low, high]) = form.range(quantity, height_mm, radius_mm) else { continue };
             let range = Range {
                 name: quantity.column().to_owned(),
-                value: qois.get(quantity),
+                value,
                 reached: [low / GENEROUS, high * GENEROUS],
             };
             if range.is_inside() {
@@ -139,6 +139,7 @@ fn telling(quantity: Quantity) -> usize {
         Quantity::DisplacementAtPeak => 1,
         Quantity::WorkToPeak => 2,
         Quantity::Slope => 3,
+        Quantity::RelativeForce(_) => 4,
     }
 }
 
@@ -189,6 +190,8 @@ impl Range {
             (Quantity::Slope | Quantity::WorkToPeak, false) => {
                 "Is displacement in m, or force in mN? The columns are read as mm and N."
             }
+            // units do not change the shape
+            (Quantity::RelativeForce(_), _) => return None,
         })
     }
 }
@@ -249,7 +252,7 @@ impl ClosedForm {
             Quantity::DisplacementAtPeak => {
                 Some([peak(stiff, 0)?[0] * height_mm, peak(soft, 1)?[0] * height_mm])
             }
-            Quantity::WorkToPeak => None,
+            Quantity::WorkToPeak | Quantity::RelativeForce(_) => None,
         }
     }
 }

@@ -151,11 +151,10 @@ impl Study<'_> {
         let (records, ratios) = self.records(&points, seeds)?;
         let measured = drawn.iter().zip(&records).map(|(specimen, record)| {
             let curve = specimen.measure(&recorded(&record.curve), inputs.noise()?);
-            let qois = Qois::of(&curve, qoi.slope_fraction).map_err(|error| {
+            Qois::values_of(&curve, qoi.slope_fraction, &qoi.quantities).map_err(|error| {
                 let message = format!("a specimen of laboratory {}: {error}", record.id);
                 WorkflowError::Unusable(message)
-            })?;
-            Ok(qois.values(&qoi.quantities))
+            })
         });
         let measured: Vec<Vec<f64>> = measured.collect::<Result<_, WorkflowError>>()?;
         let tests = measured.chunks(specimens).zip(ratios.chunks(specimens));

@@ -13,7 +13,7 @@ use fem::{
 use super::WorkflowError;
 use crate::case::{CaseFile, ConditionsCase, MaterialCase, MaterialParameter, QoiCase, TestCase};
 use crate::experiment::TestCurve;
-use crate::qoi::{QoiError, Qois};
+use crate::qoi::Qois;
 
 /// The parts of a case that a simulation is set up from, beside its mesh.
 #[derive(Clone, Copy)]
@@ -205,11 +205,6 @@ pub(super) fn recorded(points: &[CurvePoint]) -> TestCurve {
     curve
 }
 
-/// Quantities of interest of a simulated curve.
-pub(super) fn simulated_qois(points: &[CurvePoint], slope_fraction: f64) -> Result<Qois, QoiError> {
-    Qois::of(&recorded(points), slope_fraction)
-}
-
 /// The error of a run that did not reach its end.
 pub(super) fn failure(end: &End) -> Option<FemError> {
     match end {
@@ -226,9 +221,10 @@ fn in_fem(materials: &[MaterialCase]) -> Result<Vec<fem::Material>, FemError> {
 pub(super) fn quantities(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, String> {
     match &record.status {
         RunStatus::Failed(reason) => Err(format!("failed: {reason}")),
-        RunStatus::Finished => simulated_qois(&record.curve, qoi.slope_fraction)
-            .map(|qois| qois.values(&qoi.quantities))
-            .map_err(|error| format!("unusable: {error}")),
+        RunStatus::Finished => {
+            Qois::values_of(&recorded(&record.curve), qoi.slope_fraction, &qoi.quantities)
+                .map_err(|error| format!("unusable: {error}"))
+        }
     }
 }
 

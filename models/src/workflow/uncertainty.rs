@@ -19,17 +19,26 @@ pub(super) struct SharedError {
     surrogate: Vec<Vec<f64>>,
     /// Of the corrections from cheaper meshes, if there are any.
     mesh: Option<Vec<Vec<f64>>>,
+    /// Of the model itself, as the case has it.
+    discrepancy: Option<Vec<Vec<f64>>>,
 }
 
 impl SharedError {
-    /// Their sum: the errors are of different runs.
+    /// Their sum: the errors are of different runs, and what the model is off by is of none.
     pub(super) fn total(&self) -> Vec<Vec<f64>> {
+        let of_runs = self.of_runs();
+        self.discrepancy.as_ref().map_or_else(|| of_runs.clone(), |model| added(&of_runs, model))
+    }
+
+    /// That of surrogate and corrections, which more runs make smaller.
+    pub(super) fn of_runs(&self) -> Vec<Vec<f64>> {
         let surrogate = self.surrogate.clone();
         self.mesh.as_ref().map_or(surrogate, |mesh| added(&self.surrogate, mesh))
     }
 }
 
-/// What all specimens share: the error of the surrogate, and that of `[fidelity]`.
+/// What all specimens share: the error of the surrogate, that of `[fidelity]`, and that of the model as
+/// `[calibration.discrepancy]` has it.
 ///
 /// Where each run had a packing of its own, the residuals of the surrogate are scatter between packings,
 /// which the specimens have too; what is shared is the error of the mean response. Else it is what the
@@ -50,7 +59,8 @@ pub(super) fn shared_error(
         Some(_) => error_of_all(&inputs.json::<Vec<FitReport>>("fidelity.json")?, packing_per_run)?,
         None => None,
     };
-    Ok(SharedError { surrogate, mesh })
+    let discrepancy = inputs.calibration().discrepancy.covariance(&report.outputs);
+    Ok(SharedError { surrogate, mesh, discrepancy })
 }
 
 /// Whether the shared error widens the posterior: n S/Σ above 0.1 for some quantity, with S its
@@ -83,6 +93,7 @@ pub(super) fn shared_error_warning(
 /// - specimens: the scatter between specimens less that of packings, over n;
 /// - geometry: the scatter of packings over n, where each run had one of its own;
 /// - surrogate: its error, which is shared;
+/// - discrepancy: what the case says the model itself may be off by;
 /// - mesh: the error of the correction from cheaper meshes. What the specimen's own mesh errs by is in no
 ///   interval: see `confirm.csv`.
 pub(super) fn write_uncertainty(
@@ -104,6 +115,7 @@ pub(super) fn write_uncertainty(
     };
     let mut sources = vec![("surrogate", matrix(&shared.surrogate))];
     sources.extend(shared.mesh.as_ref().map(|mesh| ("mesh", matrix(mesh))));
+    sources.extend(shared.discrepancy.as_ref().map(|model| ("discrepancy", matrix(model))));
     let mut own = scatter.clone();
     if has_packing_per_run(&Dataset::read_csv(task.inputs.file("runs.csv")?)?) {
         let report: FitReport = task.inputs.json("surrogate_error.json")?;

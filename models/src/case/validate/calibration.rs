@@ -4,7 +4,8 @@ use ::surrogate::OrderRule;
 use fem::FemError;
 
 use super::super::{
-    CaseFile, MaterialParameter, PriorBounds, PriorCase, SpecimenGeometry, VirtualCase,
+    CaseFile, DiscrepancyCase, MaterialParameter, PriorBounds, PriorCase, SpecimenGeometry,
+    VirtualCase,
 };
 use crate::error::InputError;
 use crate::qoi::Quantity;
@@ -24,6 +25,7 @@ impl CaseFile {
             "The paper takes 0.3.",
         )?;
         self.check_quantities(&case.qoi.quantities)?;
+        self.check_curve_percent(&case.qoi.curve_percent)?;
         if let Some(prior) = &case.prior {
             self.check_prior(prior)?;
         }
@@ -66,6 +68,7 @@ impl CaseFile {
         self.within("calibration.draws", kept, 20.0, 1e7, "draws of all chains together", help)?;
         let help = "0.95 follows the posterior's narrow parts; 0.8 is faster.";
         self.within("calibration.target_accept", c.target_accept, 0.5, 0.999, "", help)?;
+        self.check_discrepancy(&c.discrepancy)?;
         self.within(
             "confirm.draws",
             case.confirm.draws as f64,
@@ -104,6 +107,42 @@ impl CaseFile {
         }
         if (1..quantities.len()).any(|i| quantities[..i].contains(&quantities[i])) {
             return refuse("one is named twice");
+        }
+        Ok(())
+    }
+
+    fn check_curve_percent(&self, percent: &[u8]) -> Result<(), InputError> {
+        let key = "qoi.curve_percent";
+        let help = "Write them in order, as in curve_percent = [25, 50, 75]; the peak itself is \
+                    compared besides.";
+        for &one in percent {
+            let most = f64::from(Quantity::LARGEST_PERCENT);
+            self.within(key, f64::from(one), 1.0, most, "% of the displacement at peak", help)?;
+        }
+        let ascends = percent.windows(2).all(|pair| pair[0] < pair[1]);
+        if ascends && !percent.is_empty() && !percent.contains(&100) {
+            return Ok(());
+        }
+        let problem = match ascends {
+            true if percent.is_empty() => "names no part of the curve",
+            true => "at 100 % the force is that of the peak",
+            false => "are not in ascending order",
+        };
+        Err(self.error(key, format!("{percent:?}"), problem, help))
+    }
+
+    fn check_discrepancy(&self, discrepancy: &DiscrepancyCase) -> Result<(), InputError> {
+        let compared = self.case.compared();
+        for (quantity, &percent) in &discrepancy.percent {
+            let key = format!("calibration.discrepancy.percent.{quantity}");
+            if !compared.contains(quantity) {
+                let known: Vec<String> = compared.iter().map(Quantity::to_string).collect();
+                let help = format!("What is compared is: {}.", known.join(", "));
+                return Err(self.error(&key, percent.to_string(), "is not compared", help));
+            }
+            let help = "It is the standard deviation of the model's own error: 3.0 for one that may \
+                        be 3 % off. Leave the quantity out where there is none.";
+            self.within(&key, percent, 1e-3, 100.0, "%", help)?;
         }
         Ok(())
     }

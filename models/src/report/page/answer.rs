@@ -106,6 +106,10 @@ pub(super) fn budget(results: &Results) -> Markup {
                 "Shares of the posterior variance beside that of the prior, linearised at the posterior \
                  mean. Specimens: scatter between them, which more of them average away. Geometry: \
                  packings that differ. Surrogate: its error, which more runs make smaller."
+                @if sources.contains(&"discrepancy") {
+                    " Discrepancy: what the case says the model itself may be off by, which data do \
+                     not tell."
+                }
                 @if !sources.contains(&"mesh") {
                     " No interval holds the error of the mesh; what is known of it stands at the \
                      confirming simulation."

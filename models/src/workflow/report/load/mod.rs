@@ -12,8 +12,9 @@ use surrogate::{Dataset, DynPce, FitReport, OrderRule};
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
 use super::levels::corrected;
-use crate::case::Case;
+use crate::case::{CalibrationCase, Case, Likelihood};
 use crate::error::InputError;
+use crate::qoi::Quantity;
 use crate::report::{OrderErrors, Picture, PictureContent, Results, mean, number};
 use crate::table::{CsvTable, TableRow};
 
@@ -162,6 +163,12 @@ fn orders(fit: &FitReport) -> Vec<OrderErrors> {
         .collect()
 }
 
+fn discrepancy_in_words(calibration: &CalibrationCase) -> String {
+    let part = |(quantity, percent): (&Quantity, &f64)| format!("{quantity} {percent} %");
+    let parts: Vec<String> = calibration.discrepancy.percent.iter().map(part).collect();
+    if parts.is_empty() { "none".to_owned() } else { parts.join(", ") }
+}
+
 fn settings(case: &Case) -> Vec<(String, String)> {
     let sampler = &case.calibration;
     let row = |name: &str, value: String| (name.to_owned(), value);
@@ -174,9 +181,18 @@ fn settings(case: &Case) -> Vec<(String, String)> {
                 sampler.chains, sampler.warmup, sampler.draws, sampler.seed
             ),
         ),
-        row("likelihood", "multivariate normal QoIs, LKJ(3), scales Normal(0.15, 0.25) > 0; one error of surrogate and mesh correction \
-             shared by all specimens"
-                .into()),
+        row(
+            "likelihood",
+            format!(
+                "multivariate normal {}, LKJ(3), scales Normal(0.15, 0.25) > 0; one error of \
+                 surrogate and mesh correction shared by all specimens",
+                match sampler.likelihood {
+                    Likelihood::Quantities => "QoIs",
+                    Likelihood::Curve => "curves (peak, its displacement, shape)",
+                }
+            ),
+        ),
+        row("discrepancy of the model", discrepancy_in_words(sampler)),
         row("program", format!("breccia {}", env!("CARGO_PKG_VERSION"))),
         row(
             "method",

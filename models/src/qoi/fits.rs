@@ -1,0 +1,57 @@
+//! Least-squares lines and parabolas.
+
+fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let n = values.len() as f64;
+    values.sum::<f64>() / n
+}
+
+/// Slope of the least-squares line, unless all points have one abscissa.
+pub(super) fn line_slope(points: &[(f64, f64)]) -> Option<f64> {
+    let centre = mean(points.iter().map(|p| p.0));
+    let (sxy, sxx) = points.iter().fold((0.0, 0.0), |(sxy, sxx), (x, y)| {
+        (sxy + (x - centre) * y, sxx + (x - centre).powi(2))
+    });
+    (sxx > 0.0).then_some(sxy / sxx)
+}
+
+/// A least-squares parabola, in the polynomials 1, x − a, (x − a)(x − b) − s that are orthogonal over
+/// the points, so that each coefficient is one projection.
+pub(super) struct Parabola {
+    a: f64,
+    b: f64,
+    s: f64,
+    pub(super) coefficients: [f64; 3],
+}
+
+impl Parabola {
+    pub(super) fn of(points: &[(f64, f64)]) -> Self {
+        let a = mean(points.iter().map(|p| p.0));
+        let norm1: f64 = points.iter().map(|(x, _)| (x - a).powi(2)).sum();
+        let b = points.iter().map(|(x, _)| x * (x - a).powi(2)).sum::<f64>() / norm1;
+        let s = norm1 / points.len() as f64;
+        let second = |x: f64| (x - a) * (x - b) - s;
+        let norm2: f64 = points.iter().map(|(x, _)| second(*x).powi(2)).sum();
+        let c0 = mean(points.iter().map(|p| p.1));
+        let c1 = points.iter().map(|(x, y)| y * (x - a)).sum::<f64>() / norm1;
+        let c2 = points.iter().map(|(x, y)| y * second(*x)).sum::<f64>() / norm2;
+        Self { a, b, s, coefficients: [c0, c1, c2] }
+    }
+
+    pub(super) fn at(&self, x: f64) -> f64 {
+        let Self { a, b, s, coefficients: [c0, c1, c2] } = self;
+        c0 + c1 * (x - a) + c2 * ((x - a) * (x - b) - s)
+    }
+
+    /// Its derivative.
+    pub(super) fn slope_at(&self, x: f64) -> f64 {
+        let [_, c1, c2] = self.coefficients;
+        c1 + c2 * (2.0 * x - self.a - self.b)
+    }
+
+    /// Its vertex, if it opens downwards.
+    pub(super) fn vertex(&self) -> Option<(f64, f64)> {
+        let [_, c1, c2] = self.coefficients;
+        let x = 0.5 * (self.a + self.b) - 0.5 * c1 / c2;
+        (c2 < 0.0).then(|| (x, self.at(x)))
+    }
+}

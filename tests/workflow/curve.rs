@@ -1,0 +1,75 @@
+//! Curves as a whole instead of three quantities, with runs on two meshes, through all stages.
+
+use super::{TINY, breccia, number, table};
+
+const COLUMNS: [&str; 5] = [
+    "peak_force_N",
+    "displacement_at_peak_mm",
+    "relative_force_at_30_percent",
+    "relative_force_at_70_percent",
+    "relative_force_at_110_percent",
+];
+
+fn case(percent: &str) -> String {
+    TINY.replace("spacing_mm = 1.5\n", "spacing_mm = 1.5\norder = 2\n")
+        .replace("spacing_mm = 1.25\n", "")
+        .replace(
+            "[surrogate]",
+            &format!(
+                "[fidelity]\nlevels = [{{ spacing_mm = 1.5, order = 1, repeats = 4 }}]\n\
+                 [qoi]\ncurve_percent = [{percent}]\n[surrogate]"
+            ),
+        )
+        .replace("chains = 2\n", "chains = 2\nlikelihood = \"curve\"\n")
+}
+
+#[test]
+fn curves_are_calibrated_against_from_runs_to_the_report() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("tiny.toml"), case("30, 70, 110")).unwrap();
+    let run = ["run", "tiny.toml", "--out", "results", "--accept-out-of-range"];
+    let (code, _, err) = breccia(dir.path(), &run);
+    assert_eq!(code, Some(0), "{err}");
+    let results = dir.path().join("results");
+    for (file, column) in [("fidelity.csv", "qoi"), ("range.csv", "qoi"), ("confirm.csv", "qoi")] {
+        let named: Vec<String> =
+            table(&results.join(file)).iter().map(|row| row[column].clone()).collect();
+        assert_eq!(named, COLUMNS, "{file}");
+    }
+    // runs and specimens are read alike, and the shape is what it says
+    let shape = |row: &std::collections::BTreeMap<String, String>| {
+        COLUMNS[2..].iter().map(|column| number(row, column)).collect::<Vec<_>>()
+    };
+    for file in ["runs.csv", "experiments.csv", "predictive.csv"] {
+        let rows = table(&results.join(file));
+        assert!(rows.len() >= 3, "{file}");
+        for row in &rows {
+            let [rise, late, after] = shape(row)[..] else { panic!("{row:?}") };
+            assert!(0.2 < rise && rise < late && late < 1.1, "{file}: {row:?}");
+            assert!(0.7 < after && after < 1.1, "{file}: {row:?}");
+        }
+    }
+    let confirmed = table(&results.join("confirm.csv"));
+    for row in &confirmed[2..] {
+        assert!(number(row, "percent_error").abs() < 10.0, "{row:?}");
+    }
+    let summary = std::fs::read_to_string(results.join("summary.csv")).unwrap();
+    assert!(summary.contains("mean[relative_force_at_70_percent]"), "{summary}");
+    assert!(summary.contains("correlation[force-at-70-percent,peak-force]"), "{summary}");
+    let report = std::fs::read_to_string(results.join("report.html")).unwrap();
+    assert!(report.contains("force at 70 % of the displacement at peak"));
+    assert!(report.contains("curves (peak, its displacement, shape)"));
+}
+
+#[test]
+fn percentages_that_no_curve_reaches_are_refused_by_name() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("tiny.toml"), case("30, 190")).unwrap();
+    let (code, _, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "results"]);
+    assert_eq!(code, Some(1), "{err}");
+    assert!(err.contains("190 %") && err.contains("qoi.curve_percent"), "{err}");
+    std::fs::write(dir.path().join("tiny.toml"), case("70, 30")).unwrap();
+    let (code, _, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "other"]);
+    assert_eq!(code, Some(1), "{err}");
+    assert!(err.contains("qoi.curve_percent") && err.contains("ascending"), "{err}");
+}
