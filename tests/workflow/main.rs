@@ -3,6 +3,7 @@
 mod fidelity;
 mod images;
 mod own_data;
+mod sharing;
 mod stages;
 
 use std::collections::BTreeMap;
