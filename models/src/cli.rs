@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use models::{
-    Case, CaseFile, InputError, STAGES, SlurmError, SlurmJobs, Stage, StageStatus, Workflow,
-    WorkflowError,
+    Case, CaseFile, InputError, STAGES, SlurmError, SlurmJobs, Stage, StageStatus, Study,
+    StudyFile, Workflow, WorkflowError,
 };
 
 /// Calibrates the fracture of bonded granular materials, with uncertainty.
@@ -38,6 +38,7 @@ Examples:
   breccia calibrate --out results           one stage again, after results/case.toml was edited
   breccia status results                    how far it is, from any machine that sees the folder
   breccia ensemble --out results --slurm    its simulations as jobs of a Slurm cluster
+  breccia study my-study.toml --out study   several calibrations and what they say together
 
 Stages, in order: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, report.
 `breccia help STAGE` says what each reads and writes.";
@@ -61,13 +62,31 @@ enum Command {
     /// Run one compression test with the case's own parameters: curve.csv
     #[command(after_help = "Example:\n  breccia simulate my.toml --out try")]
     Simulate(CaseAndFolder),
+    /// Run several calibrations that belong together, and compare them: study.csv, report.html
+    #[command(
+        after_help = "Writes a folder of results for each case, with all that `run` writes, and in DIR study.csv\n\
+                      and report.html. Interrupt it and run it again to go on.\n\
+                      Example:\n  breccia study studies/bonded-granular.toml --out study"
+    )]
+    Study {
+        /// The study: a base case, and what each laboratory and each case has otherwise
+        file: PathBuf,
+
+        /// Where results are written, and found again
+        #[arg(long, value_name = "DIR", default_value = "breccia-study")]
+        out: PathBuf,
+
+        /// Give a key of all cases another value, as --set specimen.spacing_mm=0.3; may be repeated
+        #[arg(long, value_name = "KEY=VALUE")]
+        set: Vec<String>,
+    },
     /// Show how far results are, from any machine that sees the folder; changes nothing
     #[command(
         after_help = "Prints a line a stage. Exit code 0: all is done; 3: work is left; 1: no results.\n\
                       Example:\n  breccia status results"
     )]
     Status {
-        /// The folder that `run`, or a stage, was told with --out
+        /// The folder that `run`, `study` or a stage was told with --out
         #[arg(default_value = "breccia-out")]
         dir: PathBuf,
     },
@@ -247,6 +266,14 @@ fn run(request: Request, threads: usize) -> Result<ExitCode, Failure> {
             let path = models::simulate(&file, &target.out, &INTERRUPT)?;
             println!("{}", path.display());
         }
+        Request::Command(Command::Study { file, out, set }) => {
+            let file = StudyFile::read(&file, &set).map_err(WorkflowError::from)?;
+            let study = Study::open(file, &out, threads, &INTERRUPT)?;
+            study.run()?;
+            for name in ["study.csv", "report.html"] {
+                println!("{}", study.dir().join(name).display());
+            }
+        }
         Request::Command(Command::Status { dir }) => return status(&dir),
         Request::Stage(stage, target, sharing) => {
             let file = target.case_file().map_err(WorkflowError::from)?;
@@ -265,13 +292,22 @@ fn run(request: Request, threads: usize) -> Result<ExitCode, Failure> {
 
 /// Prints how far a folder is: exit code 3 while work is left.
 fn status(dir: &Path) -> Result<ExitCode, Failure> {
-    let stages = models::status(dir)?;
     // whoever reads may have enough after a line
     let mut stdout = std::io::stdout();
-    for stage in &stages {
-        let _ = writeln!(stdout, "{stage}");
+    let parts = match models::study_status(dir)? {
+        Some(parts) => parts,
+        None => vec![(String::new(), models::status(dir)?)],
+    };
+    for (name, stages) in &parts {
+        if !name.is_empty() {
+            let _ = writeln!(stdout, "{name}");
+        }
+        for stage in stages {
+            let _ = writeln!(stdout, "{stage}");
+        }
     }
-    Ok(if stages.iter().all(StageStatus::is_done) { ExitCode::SUCCESS } else { ExitCode::from(3) })
+    let mut stages = parts.iter().flat_map(|(_, stages)| stages);
+    Ok(if stages.all(StageStatus::is_done) { ExitCode::SUCCESS } else { ExitCode::from(3) })
 }
 
 /// Writes the script of the jobs, and submits it if that is asked for.

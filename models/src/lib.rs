@@ -28,7 +28,7 @@
 //! 7. `coverage`, `budget`: whether intervals hold what they promise, and what widens them
 //! 8. `report`: figures and the page; knows results, not the workflow
 //! 9. `workflow`: stages, one row of a table each, whose inputs are what they read
-//! 10. `study`: beyond one process and one case: jobs of a cluster
+//! 10. `study`: beyond one process and one case: several calibrations, jobs of a cluster
 
 mod budget;
 mod case;
@@ -60,7 +60,10 @@ pub use fracture::{
     Calibration, CalibrationError, Evidence, Specimens, calibrate, calibration, calibration_on,
 };
 pub use qoi::{QoiError, Qois, Quantity};
-pub use study::{SlurmError, SlurmJobs, Submitted};
+pub use study::{
+    Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyFile, StudyLaboratory, Submitted,
+    study_status,
+};
 pub use virtual_specimen::VirtualSpecimen;
 pub use workflow::{
     RunCounts, STAGES, SimulatedLaboratories, Stage, StageState, StageStatus, Workflow,

@@ -5,6 +5,7 @@ mod images;
 mod own_data;
 mod sharing;
 mod stages;
+mod study;
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -74,6 +74,7 @@ pub use status::{RunCounts, StageState, StageStatus, status};
 
 use crate::case::CaseFile;
 use crate::progress::say;
+use crate::report::Results;
 use copies::Copies;
 use files::write;
 use freshness::{Freshness, Records, finished_in};
@@ -341,6 +342,14 @@ impl<'a> Workflow<'a> {
 
     fn finished(&self) -> Records {
         finished_in(&self.dir)
+    }
+
+    /// What the report shows, where all stages are done.
+    ///
+    /// # Errors
+    /// A result that is missing or cannot be read.
+    pub(crate) fn results(&self) -> Result<Results, WorkflowError> {
+        report::load(&self.inputs())
     }
 
     /// The directory of the results.

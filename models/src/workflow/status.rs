@@ -164,6 +164,13 @@ fn counts(levels: &[Progress]) -> RunCounts {
 }
 
 impl StageStatus {
+    /// All stages of results that have not begun.
+    pub fn none() -> Vec<StageStatus> {
+        let of =
+            |stage: &Stage| StageStatus { stage: stage.name, state: StageState::ToDo, runs: None };
+        STAGES.iter().map(of).collect()
+    }
+
     /// Whether nothing is left to do.
     pub fn is_done(&self) -> bool {
         self.state == StageState::Done
