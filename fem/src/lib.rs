@@ -92,7 +92,8 @@ pub mod equations {}
 pub use boundary::{Axis, Conditions, ContactPoint, Platen};
 pub use element::{Order, PointValues};
 pub use ensemble::{
-    Ensemble, EnsembleError, EnsembleProgress, RunEnd, RunInput, RunRecord, RunStatus,
+    Ensemble, EnsembleError, EnsembleProgress, EnsembleState, RunEnd, RunInput, RunRecord,
+    RunStatus,
 };
 pub use error::{CheckpointError, CurveFileError, FemError, MeshError, StepFailure};
 pub use fields::Fields;

@@ -7,7 +7,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
-use models::{Case, CaseFile, InputError, STAGES, Stage, Workflow, WorkflowError};
+use models::{
+    Case, CaseFile, InputError, STAGES, SlurmError, SlurmJobs, Stage, StageStatus, Study,
+    StudyFile, Workflow, WorkflowError,
+};
 
 /// Calibrates the fracture of bonded granular materials, with uncertainty.
 ///
@@ -33,6 +36,9 @@ Examples:
   breccia simulate my.toml --out try        one simulation: try/curve.csv
   breccia run my.toml --out results         everything; interrupt it and run it again to go on
   breccia calibrate --out results           one stage again, after results/case.toml was edited
+  breccia status results                    how far it is, from any machine that sees the folder
+  breccia ensemble --out results --slurm    its simulations as jobs of a Slurm cluster
+  breccia study my-study.toml --out study   several calibrations and what they say together
 
 Stages, in order: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, report.
 `breccia help STAGE` says what each reads and writes.";
@@ -56,6 +62,34 @@ enum Command {
     /// Run one compression test with the case's own parameters: curve.csv
     #[command(after_help = "Example:\n  breccia simulate my.toml --out try")]
     Simulate(CaseAndFolder),
+    /// Run several calibrations that belong together, and compare them: study.csv, report.html
+    #[command(
+        after_help = "Writes a folder of results for each case, with all that `run` writes, and in DIR study.csv\n\
+                      and report.html. Interrupt it and run it again to go on.\n\
+                      Example:\n  breccia study studies/bonded-granular.toml --out study"
+    )]
+    Study {
+        /// The study: a base case, and what each laboratory and each case has otherwise
+        file: PathBuf,
+
+        /// Where results are written, and found again
+        #[arg(long, value_name = "DIR", default_value = "breccia-study")]
+        out: PathBuf,
+
+        /// Give a key of all cases another value, as --set specimen.spacing_mm=0.3; may be repeated
+        #[arg(long, value_name = "KEY=VALUE")]
+        set: Vec<String>,
+    },
+    /// Show how far results are, from any machine that sees the folder; changes nothing
+    #[command(
+        after_help = "Prints a line a stage. Exit code 0: all is done; 3: work is left; 1: no results.\n\
+                      Example:\n  breccia status results"
+    )]
+    Status {
+        /// The folder that `run`, `study` or a stage was told with --out
+        #[arg(default_value = "breccia-out")]
+        dir: PathBuf,
+    },
 }
 
 #[derive(Args)]
@@ -74,6 +108,46 @@ struct CaseAndFolder {
     /// Calibrate against data that no simulation reaches; nothing is called identified then
     #[arg(long)]
     accept_out_of_range: bool,
+}
+
+/// How the work of a stage is shared with other processes.
+#[derive(Args)]
+struct Sharing {
+    /// Take part in the runs until none is left to begin; another process writes what they give
+    #[arg(long)]
+    share: bool,
+
+    /// Submit the runs to Slurm: an array of jobs that share DIR, and one that collects after them
+    #[arg(long, conflicts_with = "share")]
+    slurm: bool,
+
+    /// Write the script of those jobs to FILE; without --slurm nothing is submitted
+    #[arg(long, value_name = "FILE", conflicts_with = "share")]
+    slurm_script: Option<PathBuf>,
+
+    /// Jobs of the array
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    tasks: u16,
+
+    /// Processors of a job, and so many runs at the same time
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    cpus: u16,
+
+    /// Limit of time of a job, as Slurm writes it, such as 4:00:00
+    #[arg(long, value_name = "TIME")]
+    time: Option<String>,
+
+    /// Memory of a job, as Slurm writes it, such as 8G
+    #[arg(long, value_name = "SIZE")]
+    memory: Option<String>,
+
+    /// Partition of the cluster
+    #[arg(long, value_name = "NAME")]
+    partition: Option<String>,
+
+    /// Any other option of sbatch, such as --sbatch=--account=rocks; may be repeated
+    #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
+    sbatch: Vec<String>,
 }
 
 impl CaseAndFolder {
@@ -96,8 +170,8 @@ impl CaseAndFolder {
 /// Raised by Ctrl-C, and by the signals TERM and HUP; a second one ends the program at once.
 static INTERRUPT: AtomicBool = AtomicBool::new(false);
 
-/// Runs the program: exit code 0 when all is done, 1 after an error, 2 for a wrong command line,
-/// 130 after Ctrl-C or another signal to end.
+/// Runs the program: exit code 0 when all is done, 1 after an error, 2 for a wrong command line, 3 where
+/// `status` finds work left, 130 after Ctrl-C or another signal to end.
 pub(crate) fn main() -> ExitCode {
     let (threads, request) = request();
     let handler = ctrlc::set_handler(|| {
@@ -115,8 +189,8 @@ pub(crate) fn main() -> ExitCode {
     }
     let mut stderr = std::io::stderr();
     match run(request, threads) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(WorkflowError::Interrupted) => {
+        Ok(code) => code,
+        Err(Failure::Workflow(WorkflowError::Interrupted)) => {
             let _ = writeln!(stderr, "{}", WorkflowError::Interrupted);
             ExitCode::from(130)
         }
@@ -132,7 +206,7 @@ enum Request {
     /// No command: the default case.
     Default,
     Command(Command),
-    Stage(&'static Stage, CaseAndFolder),
+    Stage(&'static Stage, CaseAndFolder, Option<Sharing>),
 }
 
 /// Reads the command line, to which every stage of the table adds a command.
@@ -140,9 +214,9 @@ fn request() -> (usize, Request) {
     let stages = STAGES.iter().map(|stage| {
         let example = format!("Example:\n  breccia {} my.toml --out results", stage.name);
         let writes = format!("Writes {}.\n{example}", stage.products.join(", "));
-        CaseAndFolder::augment_args(clap::Command::new(stage.name))
-            .about(stage.about)
-            .after_help(writes)
+        let command = CaseAndFolder::augment_args(clap::Command::new(stage.name));
+        let command = if stage.is_shared() { Sharing::augment_args(command) } else { command };
+        command.about(stage.about).after_help(writes)
     });
     let matches = Cli::command().subcommands(stages).try_get_matches();
     let matches = matches.unwrap_or_else(|error| with_hint(error).exit());
@@ -151,9 +225,10 @@ fn request() -> (usize, Request) {
         .map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
     let stage = matches.subcommand().and_then(|(name, own)| Some((Stage::named(name)?, own)));
     let request = match stage {
-        Some((stage, own)) => {
-            CaseAndFolder::from_arg_matches(own).map(|t| Request::Stage(stage, t))
-        }
+        Some((stage, own)) => CaseAndFolder::from_arg_matches(own).and_then(|target| {
+            let sharing = stage.is_shared().then(|| Sharing::from_arg_matches(own)).transpose()?;
+            Ok(Request::Stage(stage, target, sharing))
+        }),
         None => Cli::from_arg_matches(&matches)
             .map(|cli| cli.command.map_or(Request::Default, Request::Command)),
     };
@@ -171,28 +246,121 @@ fn with_hint(error: clap::Error) -> clap::Error {
     }
 }
 
-fn run(request: Request, threads: usize) -> Result<(), WorkflowError> {
+fn run(request: Request, threads: usize) -> Result<ExitCode, Failure> {
     match request {
         // no command, no surprises: the default case, not whatever lies in the folder
         Request::Default => {
             let (file, out) = (CaseFile::default_case(), Path::new("breccia-out"));
-            run_all(&Workflow::open(&file, out, threads, &INTERRUPT)?)
+            run_all(&Workflow::open(&file, out, threads, &INTERRUPT)?)?;
         }
         Request::Command(Command::Run(target)) => {
-            let file = target.case_file()?;
+            let file = target.case_file().map_err(WorkflowError::from)?;
             // before anything is made, and in the user's own file
-            file.table()?;
-            run_all(&target.open(&file, threads)?)
+            file.table().map_err(WorkflowError::from)?;
+            run_all(&target.open(&file, threads)?)?;
         }
-        Request::Command(Command::Init { own_data: Some(folder), .. }) => init_own_data(&folder),
-        Request::Command(Command::Init { file, own_data: None }) => init(&file),
+        Request::Command(Command::Init { own_data: Some(folder), .. }) => init_own_data(&folder)?,
+        Request::Command(Command::Init { file, own_data: None }) => init(&file)?,
         Request::Command(Command::Simulate(target)) => {
-            let path = models::simulate(&target.case_file()?, &target.out, &INTERRUPT)?;
+            let file = target.case_file().map_err(WorkflowError::from)?;
+            let path = models::simulate(&file, &target.out, &INTERRUPT)?;
             println!("{}", path.display());
-            Ok(())
         }
-        Request::Stage(stage, target) => target.open(&target.case_file()?, threads)?.run(stage),
+        Request::Command(Command::Study { file, out, set }) => {
+            let file = StudyFile::read(&file, &set).map_err(WorkflowError::from)?;
+            let study = Study::open(file, &out, threads, &INTERRUPT)?;
+            study.run()?;
+            for name in ["study.csv", "report.html"] {
+                println!("{}", study.dir().join(name).display());
+            }
+        }
+        Request::Command(Command::Status { dir }) => return status(&dir),
+        Request::Stage(stage, target, sharing) => {
+            let file = target.case_file().map_err(WorkflowError::from)?;
+            let workflow = target.open(&file, threads)?;
+            match sharing {
+                Some(sharing) if sharing.share => workflow.share(stage)?,
+                Some(sharing) if sharing.slurm || sharing.slurm_script.is_some() => {
+                    slurm(&workflow, stage, &sharing)?;
+                }
+                _ => workflow.run(stage)?,
+            }
+        }
     }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Prints how far a folder is: exit code 3 while work is left.
+fn status(dir: &Path) -> Result<ExitCode, Failure> {
+    // whoever reads may have enough after a line
+    let mut stdout = std::io::stdout();
+    let parts = match models::study_status(dir)? {
+        Some(parts) => parts,
+        None => vec![(String::new(), models::status(dir)?)],
+    };
+    for (name, stages) in &parts {
+        if !name.is_empty() {
+            let _ = writeln!(stdout, "{name}");
+        }
+        for stage in stages {
+            let _ = writeln!(stdout, "{stage}");
+        }
+    }
+    let mut stages = parts.iter().flat_map(|(_, stages)| stages);
+    Ok(if stages.all(StageStatus::is_done) { ExitCode::SUCCESS } else { ExitCode::from(3) })
+}
+
+/// Writes the script of the jobs, and submits it if that is asked for.
+fn slurm(workflow: &Workflow<'_>, stage: &'static Stage, asked: &Sharing) -> Result<(), Failure> {
+    // what would fail on the cluster fails here; what is finished is not submitted
+    if !workflow.rehearse(stage)? && asked.slurm {
+        println!("nothing is submitted");
+        return Ok(());
+    }
+    let absolute = |path: &Path| std::path::absolute(path).map_err(|e| file_error(path, e));
+    let jobs = SlurmJobs {
+        program: std::env::current_exe().map_err(|e| file_error(Path::new("breccia"), e))?,
+        results: absolute(workflow.dir())?,
+        tasks: asked.tasks.into(),
+        cpus: asked.cpus.into(),
+        time: asked.time.clone(),
+        memory: asked.memory.clone(),
+        partition: asked.partition.clone(),
+        options: asked.sbatch.clone(),
+    };
+    let logs = jobs.logs();
+    std::fs::create_dir_all(&logs).map_err(|e| file_error(&logs, e))?;
+    let script = asked.slurm_script.clone().unwrap_or_else(|| logs.join("ensemble.sbatch"));
+    std::fs::write(&script, jobs.script()?).map_err(|e| file_error(&script, e))?;
+    println!("wrote {}", script.display());
+    if asked.slurm {
+        let submitted = SlurmJobs::submit(&script)?;
+        let (tasks, cpus) = (jobs.tasks, jobs.cpus);
+        println!("job {}: {tasks} tasks of {cpus} processors make the runs", submitted.array);
+        let runs = workflow.dir().join("runs.csv");
+        println!(
+            "job {}: collects them into {} once those have ended, however they end",
+            submitted.collecting,
+            runs.display()
+        );
+        println!("next: breccia status {}", workflow.dir().display());
+    } else {
+        println!("next: sbatch {}", script.display());
+    }
+    Ok(())
+}
+
+/// What ends the program.
+#[derive(Debug, thiserror::Error)]
+enum Failure {
+    #[error(transparent)]
+    Workflow(#[from] WorkflowError),
+    #[error(transparent)]
+    Slurm(#[from] SlurmError),
+}
+
+fn file_error(path: &Path, source: std::io::Error) -> WorkflowError {
+    WorkflowError::Io { path: path.to_owned(), source }
 }
 
 fn run_all(workflow: &Workflow<'_>) -> Result<(), WorkflowError> {

@@ -28,6 +28,7 @@
 //! 7. `coverage`, `budget`: whether intervals hold what they promise, and what widens them
 //! 8. `report`: figures and the page; knows results, not the workflow
 //! 9. `workflow`: stages, one row of a table each, whose inputs are what they read
+//! 10. `study`: beyond one process and one case: several calibrations, jobs of a cluster
 
 mod budget;
 mod case;
@@ -40,6 +41,7 @@ pub mod hyperelastic;
 mod progress;
 mod qoi;
 pub mod report;
+mod study;
 mod table;
 mod virtual_specimen;
 mod workflow;
@@ -58,7 +60,12 @@ pub use fracture::{
     Calibration, CalibrationError, Evidence, Specimens, calibrate, calibration, calibration_on,
 };
 pub use qoi::{QoiError, Qois, Quantity};
+pub use study::{
+    Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyFile, StudyLaboratory, Submitted,
+    study_status,
+};
 pub use virtual_specimen::VirtualSpecimen;
 pub use workflow::{
-    STAGES, SimulatedLaboratories, Stage, Workflow, WorkflowError, simulate, simulate_laboratories,
+    RunCounts, STAGES, SimulatedLaboratories, Stage, StageState, StageStatus, Workflow,
+    WorkflowError, simulate, simulate_laboratories, status,
 };

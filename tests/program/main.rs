@@ -64,6 +64,8 @@ fn help_teaches_with_an_example_for_every_command() {
         "calibrate",
         "confirm",
         "report",
+        "study",
+        "status",
     ];
     for command in commands {
         assert!(help.contains(&format!("\n  {command} ")), "{command} is not in {help}");

@@ -6,7 +6,9 @@ mod discrepancy;
 mod fidelity;
 mod images;
 mod own_data;
+mod sharing;
 mod stages;
+mod study;
 
 use std::collections::BTreeMap;
 use std::path::Path;

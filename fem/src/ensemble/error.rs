@@ -77,7 +77,31 @@ pub enum EnsembleError {
         /// What the system says.
         source: rayon::ThreadPoolBuildError,
     },
-    /// A file that cannot be read or written.
+    /// A run, or the manifest, cannot be written: a full disk, a quota.
+    #[error(
+        "cannot write {}: {source}; what was finished before is kept: make room, and the same command \
+         goes on from there",
+        path.display()
+    )]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// The file system refuses a lock.
+    #[error(
+        "cannot lock {}: {source}; processes that share an ensemble need locks that all machines see \
+         (a local disk, NFS with its lock service, Lustre mounted with flock): take a directory there",
+        path.display()
+    )]
+    Lock {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// A file that cannot be read or made.
     #[error("cannot {action} {}: {source}", path.display())]
     Io {
         /// What was tried.

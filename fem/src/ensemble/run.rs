@@ -24,7 +24,13 @@ type Job<'a> = &'a (dyn Fn(&RunInput, &dyn Fn(f64)) -> Result<Outcome, FemError>
 /// the program at any moment loses at most the runs under way, and the same command resumes.
 /// Several processes, on one machine or on several with a common file system that has locks, can
 /// share the directory: each run is locked by the one that makes it, and the lock dies with its
-/// process. A failed run is recorded with its reason and the ensemble goes on.
+/// process. Nothing is decided by a clock. A failed run is recorded with its reason and the ensemble
+/// goes on.
+///
+/// What is assumed of the file system: renaming a file is atomic, and a lock (`flock`) that one
+/// machine holds is seen by all. Where locks are refused nothing is run. Where they are granted but
+/// reach only one machine, a run may be made twice: the first record is kept, and the second maker
+/// says so ([`EnsembleProgress::warning`]).
 ///
 /// # Example
 /// ```
@@ -57,6 +63,7 @@ type Job<'a> = &'a (dyn Fn(&RunInput, &dyn Fn(f64)) -> Result<Outcome, FemError>
 pub struct Ensemble {
     store: Store,
     retry_failed: bool,
+    leave_to_others: bool,
 }
 
 impl Ensemble {
@@ -71,12 +78,19 @@ impl Ensemble {
     /// [`EnsembleError::Manifest`] or [`EnsembleError::Io`] if it cannot be used.
     pub fn open(directory: impl AsRef<Path>, fingerprint: &str) -> Result<Ensemble, EnsembleError> {
         let store = Store::open(directory.as_ref(), fingerprint)?;
-        Ok(Ensemble { store, retry_failed: false })
+        Ok(Ensemble { store, retry_failed: false, leave_to_others: false })
     }
 
     /// Whether runs that are recorded as failed are made again (by default not).
     pub fn retry_failed(mut self, retry: bool) -> Ensemble {
         self.retry_failed = retry;
+        self
+    }
+
+    /// Whether to end, with the records at hand, once all that is missing is under way in other
+    /// processes (by default their ends are waited for, and the runs of one that dies are made here).
+    pub fn leave_to_others(mut self, leave: bool) -> Ensemble {
+        self.leave_to_others = leave;
         self
     }
 
@@ -247,6 +261,7 @@ impl Shift<'_> {
                     state.fractions[k] = 1.0;
                     state.records[k] = Some(record);
                 }
+                Ok(Attempt::Elsewhere) if self.ensemble.leave_to_others => {}
                 Ok(Attempt::Elsewhere) => self.state().queue.push_back((k, true)),
                 Ok(Attempt::Interrupted) => return,
                 Err(error) => self.state().error = Some(error),
@@ -272,6 +287,19 @@ impl Shift<'_> {
         }
         self.progress.started(run.id);
         let Some(record) = self.make(k) else { return Ok(Attempt::Interrupted) };
+        // nobody else can have written it, if the lock held
+        if let StoredRun::Record(other) = store.read(run.id)?
+            && !self.is_to_be_retried(&other)
+        {
+            self.progress.warning(&format!(
+                "run {} was made by another process too, which has written {} first; its record is \
+                 kept. The locks of this file system do not reach all machines: use one machine, or \
+                 another file system",
+                run.id,
+                store.path(run.id).display()
+            ));
+            return Ok(Attempt::Ended(other));
+        }
         store.write(&record)?;
         store.remove_lock(run.id);
         self.progress.ended(&record);

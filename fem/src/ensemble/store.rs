@@ -33,17 +33,22 @@ pub(super) enum StoredRun {
 }
 
 impl Store {
+    /// The files of a directory, without asking whose they are.
+    pub(super) fn at(directory: &Path) -> Store {
+        Store { directory: directory.into() }
+    }
+
     /// Opens the directory, or makes it with the fingerprint.
     pub(super) fn open(directory: &Path, fingerprint: &str) -> Result<Store, EnsembleError> {
         fs::create_dir_all(directory).map_err(|e| EnsembleError::io("create", directory, e))?;
-        let store = Store { directory: directory.into() };
+        let store = Store::at(directory);
         let path = directory.join(MANIFEST);
 
         // of several processes that start at once, one writes the manifest
         let lock_path = directory.join(".ensemble.lock");
         let lock =
             File::create(&lock_path).map_err(|e| EnsembleError::io("open", &lock_path, e))?;
-        lock.lock().map_err(|e| EnsembleError::io("lock", &lock_path, e))?;
+        lock.lock().map_err(|source| EnsembleError::Lock { path: lock_path, source })?;
         if !path.exists() {
             let manifest = Manifest { format: FORMAT, fingerprint: fingerprint.into() };
             return store.write_json(MANIFEST, &manifest).map(|()| store);
@@ -97,7 +102,7 @@ impl Store {
             bytes.push(b'\n');
             write_atomically(&path, &bytes)
         };
-        write().map_err(|error| EnsembleError::io("write", &path, error))
+        write().map_err(|source| EnsembleError::Write { path, source })
     }
 
     /// Locks a run for this process, or nothing if another one has it. The system drops the lock
@@ -108,7 +113,7 @@ impl Store {
         match file.try_lock() {
             Ok(()) => Ok(Some(file)),
             Err(TryLockError::WouldBlock) => Ok(None),
-            Err(TryLockError::Error(error)) => Err(EnsembleError::io("lock", &path, error)),
+            Err(TryLockError::Error(source)) => Err(EnsembleError::Lock { path, source }),
         }
     }
 
@@ -122,6 +127,16 @@ impl Store {
     fn lock_path(&self, id: usize) -> PathBuf {
         self.directory.join(format!(".{}.lock", file_name(id)))
     }
+}
+
+/// The number of the run whose record has this name.
+pub(super) fn run_of_record(name: &str) -> Option<usize> {
+    name.strip_prefix("run-")?.strip_suffix(".json")?.parse().ok()
+}
+
+/// The number of the run whose lock has this name.
+pub(super) fn run_of_lock(name: &str) -> Option<usize> {
+    run_of_record(name.strip_prefix('.')?.strip_suffix(".lock")?)
 }
 
 fn file_name(id: usize) -> String {

@@ -15,16 +15,16 @@ use fem::{
 };
 
 const FINGERPRINT: &str = "mesh = cylinder\nload = 0.22 mm";
-const NAMES: [&str; 2] = ["young_mpa", "viscosity_mpa_s"];
+pub(super) const NAMES: [&str; 2] = ["young_mpa", "viscosity_mpa_s"];
 const CHILD_DIRECTORY: &str = "FEM_ENSEMBLE_TEST_DIRECTORY";
-static NEVER: AtomicBool = AtomicBool::new(false);
+pub(super) static NEVER: AtomicBool = AtomicBool::new(false);
 
-fn runs(count: usize) -> Vec<RunInput> {
+pub(super) fn runs(count: usize) -> Vec<RunInput> {
     (1..=count).map(|id| RunInput { id, inputs: vec![250.0 + id as f64 / 3.0, 0.1] }).collect()
 }
 
 /// A cheap stand-in for a simulation whose result depends on its inputs only.
-fn outcome(run: &RunInput, end: End) -> Outcome {
+pub(super) fn outcome(run: &RunInput, end: End) -> Outcome {
     let point = |k: usize| CurvePoint {
         time_s: k as f64 / 7.0,
         force_n: run.inputs[0] * (k as f64).sin(),
@@ -33,7 +33,7 @@ fn outcome(run: &RunInput, end: End) -> Outcome {
     Outcome { curve: (0..20).map(point).collect(), end, ..Outcome::default() }
 }
 
-fn simple(run: &RunInput, _: &dyn Fn(f64)) -> Result<Outcome, FemError> {
+pub(super) fn simple(run: &RunInput, _: &dyn Fn(f64)) -> Result<Outcome, FemError> {
     Ok(outcome(run, End::Displacement))
 }
 
@@ -46,7 +46,7 @@ fn without_seconds(mut records: Vec<RunRecord>) -> Vec<RunRecord> {
     records
 }
 
-fn in_directory(directory: &Path) -> Ensemble {
+pub(super) fn in_directory(directory: &Path) -> Ensemble {
     Ensemble::open(directory, FINGERPRINT).unwrap()
 }
 

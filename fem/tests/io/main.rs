@@ -7,6 +7,7 @@ mod gmsh;
 mod mesh;
 mod meshing;
 mod scanner;
+mod shared_ensemble;
 mod specimen;
 mod stl;
 mod voxel_grains;

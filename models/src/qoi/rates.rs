@@ -1,18 +1,20 @@
 //! How quantities of interest change with the forces of their curve.
 
-use super::fits::{Parabola, line_slope};
+use super::fits::{Parabola, line_slope, slope_by_ends};
 use super::relative_force::reading;
-use super::{QoiError, Qois, Quantity, peak_points, work};
+use super::{QoiError, Qois, Quantity, SLOPE_WINDOW, peak_points, work};
 use crate::experiment::TestCurve;
 
 impl Qois {
     /// The rates of the quantities with a parameter, from those of the force at each point, N for
     /// each unit of the parameter: the quantities are differentiated through, by the chain rule.
     ///
-    /// A curve that has its unloaded start has a rate of zero there. The displacements do not move,
-    /// and neither does the choice of the points that make the parabola of the peak and the line of
-    /// the slope: these are the derivatives but where a point is about to enter or to leave the
-    /// choice, at which the quantities jump.
+    /// A curve that has its unloaded start has a rate of zero there. The displacements do not move. The
+    /// points that make the parabola of the peak are as they are. The window of the slope moves with the
+    /// displacement at peak, and its slope jumps a little whenever a point enters or leaves: the rate
+    /// is that of the line through all of the curve within the window, which is what the jumps amount to.
+    /// Without it the slope of viscous damage (F ∝ v exp(−x³/3) with x = u/d_F, d_F ~ ξ^(1/3)) would seem to grow
+    /// like ξ^0.04, where it does not depend on ξ.
     ///
     /// # Errors
     /// As [`Qois::of`]; [`QoiError::TooShort`] also where there is not one rate for each force.
@@ -54,7 +56,10 @@ impl Qois {
 
         let moved = TestCurve { displacement_mm: u.clone(), force_n: force_rates.to_vec() };
         let inside = Self::slope_points(&moved, slope_fraction, at);
-        let slope_n_per_mm = line_slope(&inside).unwrap_or(0.0);
+        let [from, to] = [slope_fraction - SLOPE_WINDOW, slope_fraction + SLOPE_WINDOW];
+        let [by_from, by_to] = slope_by_ends(u, force, from * at, to * at);
+        let by_window = (from * by_from + to * by_to) * shift;
+        let slope_n_per_mm = line_slope(&inside).unwrap_or(0.0) + by_window;
 
         let before = u.iter().zip(force).take_while(|(x, _)| **x < at).last();
         let end = before.map_or(0.0, |(_, last)| 0.5 * (last + own.peak_force_n));
@@ -113,7 +118,10 @@ mod tests {
     fn quantities_are_differentiated_through() {
         let at = [275.0, 0.3];
         let shape = [30, 72, 110].map(Quantity::RelativeForce);
-        let quantities = [&Quantity::SCALARS[..], &shape].concat();
+        // of the slope below
+        let scalars: Vec<Quantity> =
+            Quantity::SCALARS.into_iter().filter(|q| *q != Quantity::Slope).collect();
+        let quantities = [&scalars[..], &shape].concat();
         for k in 0..2 {
             for fraction in [0.3, 0.55] {
                 let reach = 1e-5 * at[k];
@@ -135,6 +143,53 @@ mod tests {
                     assert!(shape || exact.abs() > 1e-6, "{quantity} does not depend on {k}");
                     assert_relative_eq!(rate, exact, max_relative = 1e-6, epsilon = 1e-10);
                 }
+            }
+        }
+    }
+
+    /// Against the slope of the line through all of the curve within a window that follows the peak.
+    #[test]
+    fn the_window_of_the_slope_follows_the_peak() {
+        let (area, height, at) = (19.6, 4.4, [275.0, 0.3]);
+        let strain_at_peak =
+            |[young, viscosity]: [f64; 2]| (0.05 * viscosity / (2.0 * young)).cbrt();
+        for fraction in [0.3, 0.55] {
+            let slope = |at: [f64; 2]| {
+                // on x = ε/ε_pk, by the midpoint rule
+                let n = 4000;
+                let sum: f64 = (0..n)
+                    .map(|i| {
+                        let from_centre = (f64::from(i) + 0.5) * 0.2 / f64::from(n) - 0.1;
+                        let x = fraction + from_centre;
+                        from_centre * x * (-x.powi(3) / 3.0).exp()
+                    })
+                    .sum();
+                1500.0 * sum * 0.2 / f64::from(n) * area * at[0] / height
+            };
+            let peak = strain_at_peak(at) * height;
+            let displacement_mm: Vec<f64> =
+                (0..=300).map(|i| 0.005 * f64::from(i) * peak).collect();
+            let force = |at: [f64; 2], u: &f64| {
+                let x = u / height / strain_at_peak(at);
+                area * at[0] * u / height * (-x.powi(3) / 3.0).exp()
+            };
+            let forces = |at| displacement_mm.iter().map(|u| force(at, u)).collect::<Vec<f64>>();
+            let curve = TestCurve { displacement_mm: displacement_mm.clone(), force_n: forces(at) };
+            for k in 0..2 {
+                let reach = 1e-4 * at[k];
+                let [low, high] = [-1.0, 1.0].map(|side| {
+                    let mut moved = at;
+                    moved[k] += side * reach;
+                    moved
+                });
+                let exact = (slope(high) - slope(low)) / (2.0 * reach);
+                let difference = |(a, b): (f64, f64)| (b - a) / (2.0 * reach);
+                let rates: Vec<f64> =
+                    forces(low).into_iter().zip(forces(high)).map(difference).collect();
+                let found = Qois::rates(&curve, fraction, &rates).unwrap().slope_n_per_mm;
+                // relative to the slope for its own change of the parameter
+                let scale = slope(at) / at[k];
+                assert!((found - exact).abs() < 1e-3 * scale, "{k}: {found} {exact} of {scale}");
             }
         }
     }

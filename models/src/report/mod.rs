@@ -12,6 +12,7 @@ mod page;
 mod raster;
 mod results;
 mod specimen_figures;
+mod study;
 mod style;
 
 pub use damage_picture::{DamagedBody, damage_picture};
@@ -22,6 +23,7 @@ pub(crate) use page::page;
 pub use raster::{Raster, side_by_side};
 pub(crate) use results::{
     CalibratedParameter, DamageState, Finding, LeftOut, OrderErrors, Picture, PictureContent,
-    Points, Qoi, Results, Summarised, mean,
+    Points, Qoi, Results, Summarised, Verdict, mean,
 };
 pub(crate) use specimen_figures::{grain_sizes, mesh_quality};
+pub(crate) use study::{ComparedCase, Pair, StudyResults, study_page};

@@ -126,7 +126,7 @@ impl Copies {
     /// The folder cannot be written.
     pub(super) fn write(&self, source: &CaseFile, dir: &Path) -> Result<(), WorkflowError> {
         for (path, content) in &self.files {
-            write(path, content)?;
+            write_if_other(path, content)?;
         }
         let case = dir.join("case.toml");
         if !same_file(&source.path, &case) {
@@ -134,9 +134,9 @@ impl Copies {
             let path = dir.join(ORIGIN);
             let text = toml::to_string(&origin)
                 .map_err(|e| WorkflowError::Unusable(format!("{}: {e}", path.display())))?;
-            write(&path, text.as_bytes())?;
+            write_if_other(&path, text.as_bytes())?;
         }
-        write(&case, self.case.to_toml().as_bytes())
+        write_if_other(&case, self.case.to_toml().as_bytes())
     }
 
     /// The error with the names of a person's own files in place of those of our copies.
@@ -165,6 +165,14 @@ impl Copies {
             Some(if rest.as_os_str().is_empty() { own.clone() } else { own.join(rest) })
         })
     }
+}
+
+/// Leaves a file alone that has this content: many processes open one folder, some of them with a full disk.
+fn write_if_other(path: &Path, content: &[u8]) -> Result<(), WorkflowError> {
+    if std::fs::read(path).is_ok_and(|now| now == content) {
+        return Ok(());
+    }
+    write(path, content)
 }
 
 /// What a case is known by: the place of its file, if it has one.

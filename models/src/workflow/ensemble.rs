@@ -1,36 +1,69 @@
 //! Stage `ensemble`: the simulations that the surrogate learns from.
 
-use fem::{RunInput, RunRecord, write_curve};
+use std::path::Path;
+
+use fem::{EnsembleState, RunInput, RunRecord, write_curve};
 use surrogate::{Dataset, Input};
 
 use super::WorkflowError;
 use super::fidelity::{Correction, spread, write_corrections};
 use super::files::write;
-use super::level_runs::{LevelRuns, Runner};
+use super::inputs::Inputs;
+use super::level_runs::{FOLDER, LevelRuns, Runner};
 use super::levels::Level;
 use super::packings::{Packings, SEED};
+use super::runs::place;
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 
 /// What is known of a run beside its numbers; seed and stiffness are those of a packing of its own.
 const NOTES: [&str; 4] = ["run", "seconds", SEED, STIFFNESS_RATIO];
 
-pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
-    let inputs = &task.inputs;
-    inputs.check_steps()?;
-    let prior = inputs.prior()?;
-    let design = inputs.design();
-    let points = design.method.sample(&prior, design.runs, design.seed)?;
-    let runs: Vec<RunInput> =
-        points.into_iter().enumerate().map(|(i, inputs)| RunInput { id: i + 1, inputs }).collect();
-    let packings = Packings::of(inputs, runs.len())?;
-    let levels = Level::all(inputs, packings.is_some())?;
-    if let Some(packings) = &packings {
-        levels.iter().try_for_each(|level| packings.check(level, &runs[0].inputs))?;
+/// The runs of a case and the meshes that they are made on.
+struct Plan<'a> {
+    prior: Vec<Input>,
+    names: Vec<String>,
+    runs: Vec<RunInput>,
+    packings: Option<Packings>,
+    levels: Vec<Level<'a>>,
+}
+
+impl<'a> Plan<'a> {
+    /// What the case asks for; so many of the packings are filled.
+    fn of(inputs: &'a Inputs<'_>, filled: usize) -> Result<Self, WorkflowError> {
+        inputs.check_steps()?;
+        let prior = inputs.prior()?;
+        let design = inputs.design();
+        let points = design.method.sample(&prior, design.runs, design.seed)?;
+        let run = |(i, inputs)| RunInput { id: i + 1, inputs };
+        let runs: Vec<RunInput> = points.into_iter().enumerate().map(run).collect();
+        let packings = Packings::of(inputs, filled.min(runs.len()))?;
+        let levels = Level::all(inputs, packings.is_some())?;
+        let names = prior.iter().map(|input| input.name.clone()).collect();
+        Ok(Self { prior, names, runs, packings, levels })
     }
-    let names: Vec<String> = prior.iter().map(|input| input.name.clone()).collect();
-    let runner = Runner { task, names: &names, packings: packings.as_ref() };
-    let done = all_levels(&runner, &levels, &prior, &runs)?;
+
+    fn runner<'r>(&'r self, task: &'r Task<'r>) -> Runner<'r> {
+        Runner { task, names: &self.names, packings: self.packings.as_ref() }
+    }
+}
+
+/// Makes the runs, which any number of processes share: on one mesh after the other, since which are
+/// repeated is known from those before.
+pub(super) fn share(task: &Task<'_>) -> Result<(), WorkflowError> {
+    let plan = Plan::of(&task.inputs, usize::MAX)?;
+    if let Some(packings) = &plan.packings {
+        plan.levels.iter().try_for_each(|level| packings.check(level, &plan.runs[0].inputs))?;
+    }
+    all_levels(&plan.runner(task), &plan).map(drop)
+}
+
+/// Writes what the runs have given.
+pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
+    let plan = Plan::of(&task.inputs, usize::MAX)?;
+    let done = all_levels(&plan.runner(task), &plan)?;
+    let inputs = &task.inputs;
+    let Plan { prior, names, runs, packings, levels } = plan;
 
     let outputs: Vec<String> =
         inputs.qoi().quantities.iter().map(|q| q.column().to_owned()).collect();
@@ -81,26 +114,57 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
 }
 
 /// All runs on the first level, and from each to the next as many as it says, spread over the box.
-fn all_levels(
-    runner: &Runner<'_>,
-    levels: &[Level<'_>],
-    prior: &[Input],
-    runs: &[RunInput],
-) -> Result<Vec<LevelRuns>, WorkflowError> {
-    let mut runs = runs.to_vec();
+fn all_levels(runner: &Runner<'_>, plan: &Plan<'_>) -> Result<Vec<LevelRuns>, WorkflowError> {
+    let mut runs = plan.runs.clone();
     let mut done: Vec<LevelRuns> = Vec::new();
-    for level in levels {
-        let records = runner.run(level, &runs)?;
+    for (k, level) in plan.levels.iter().enumerate() {
+        // which runs are repeated is known once all have ended; nothing comes after the last mesh
+        let is_last = k + 1 == plan.levels.len();
+        let records = runner.run(level, &runs, !(is_last && runner.task.leave_to_others))?;
         let qoi = runner.task.inputs.qoi();
         let level_runs = LevelRuns::new(records, qoi, level.setup.derivatives);
         let usable: Vec<&RunRecord> = level_runs.usable().map(|(record, _)| record).collect();
         let points: Vec<&[f64]> = usable.iter().map(|record| &record.inputs[..]).collect();
-        let repeated = spread(prior, &points, level.repeats);
+        let repeated = spread(&plan.prior, &points, level.repeats);
         let input = |i: usize| RunInput { id: usable[i].id, inputs: usable[i].inputs.clone() };
         runs = repeated.into_iter().map(input).collect();
         done.push(level_runs);
     }
     Ok(done)
+}
+
+/// How far the runs on a mesh have come.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Progress {
+    pub(super) ended: usize,
+    pub(super) total: usize,
+    pub(super) under_way: usize,
+    /// Of those that ended, without quantities.
+    pub(super) failed: usize,
+    pub(super) damaged: usize,
+    /// Those that ended took this long together.
+    pub(super) seconds: f64,
+}
+
+/// How far the runs of each level have come; nothing is run or written.
+///
+/// # Errors
+/// A case without prior or specimens, or without the mesh that all runs share; files that cannot be read.
+pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>, WorkflowError> {
+    // one packing is as many as it takes to know that there are any
+    let plan = Plan::of(inputs, 1)?;
+    let mut total = plan.runs.len();
+    let mut found = Vec::new();
+    for level in &plan.levels {
+        let state = EnsembleState::of(&place(&dir.join(FOLDER), &level.manifest))?;
+        let runs = LevelRuns::new(state.records, inputs.qoi(), level.setup.derivatives);
+        let (ended, failed) = (runs.records.len().min(total), runs.failed().count());
+        let seconds = runs.records.iter().map(|record| record.seconds).sum();
+        let (under_way, damaged) = (state.under_way.len(), state.damaged.len());
+        found.push(Progress { ended, total, under_way, failed, damaged, seconds });
+        total = level.repeats.min(total - failed.min(total));
+    }
+    Ok(found)
 }
 
 /// `failed_runs.csv`: runs without quantities, with the reason.

@@ -91,6 +91,42 @@ pub enum WorkflowError {
         /// The other case.
         owner: PathBuf,
     },
+    /// The folder has runs by another version of the program.
+    #[error(
+        "{} has runs by another version of the program ({difference}), which may compute something else: \
+         go on with that version, name another folder with --out, or delete this one to make its runs \
+         again",
+        path.display()
+    )]
+    OtherProgram {
+        /// The folder of the runs.
+        path: PathBuf,
+        /// The two versions.
+        difference: String,
+    },
+    /// The file system refuses a lock.
+    #[error(
+        "cannot lock {}: {source}; processes that share results need locks that all machines see (a local \
+         disk, NFS with its lock service, Lustre mounted with flock): name a folder there with --out",
+        path.display()
+    )]
+    Lock {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// A folder that has no results.
+    #[error(
+        "{} is no folder of results: {why}; name the one that `breccia run CASE --out DIR` writes to",
+        path.display()
+    )]
+    NoResults {
+        /// The folder.
+        path: PathBuf,
+        /// What is missing.
+        why: &'static str,
+    },
     /// The mesh cannot be read or written.
     #[error(transparent)]
     Mesh(#[from] MeshError),

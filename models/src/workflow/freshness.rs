@@ -11,6 +11,14 @@ use super::task::StageRecord;
 /// What each finished stage has read and written.
 pub(super) type Records = BTreeMap<String, StageRecord>;
 
+/// The stages that have been run to their end in a folder of results.
+pub(super) fn finished_in(dir: &Path) -> Records {
+    std::fs::read_to_string(dir.join("stages.toml"))
+        .ok()
+        .and_then(|text| toml::from_str(&text).ok())
+        .unwrap_or_default()
+}
+
 /// Files that were found to be as their stage wrote them, from inputs that are still the same.
 #[derive(Debug, Default)]
 pub(super) struct Freshness {

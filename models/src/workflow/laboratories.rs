@@ -104,7 +104,7 @@ impl Study<'_> {
         let runner = Runner { task: self.task, names: &names, packings: Some(&packings) };
         let run = |(i, inputs): (usize, &Vec<f64>)| RunInput { id: i + 1, inputs: inputs.clone() };
         let records =
-            runner.run(&level, &points.iter().enumerate().map(run).collect::<Vec<_>>())?;
+            runner.run(&level, &points.iter().enumerate().map(run).collect::<Vec<_>>(), true)?;
         Ok((records, packings.stiffness_ratios(&level)?))
     }
 

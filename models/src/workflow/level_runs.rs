@@ -12,6 +12,9 @@ use super::simulator::{Simulator, jacobian, quantities};
 use super::task::Task;
 use crate::case::QoiCase;
 
+/// The folder of their ensembles.
+pub(super) const FOLDER: &str = "ensemble";
+
 /// Makes the runs of a level.
 pub(super) struct Runner<'a> {
     pub(super) task: &'a Task<'a>,
@@ -22,15 +25,17 @@ pub(super) struct Runner<'a> {
 }
 
 impl Runner<'_> {
-    /// What is not finished yet of these runs; records in their order.
+    /// What is not finished yet of these runs; records in their order. Unless it shall `wait`, it ends
+    /// once other processes make all that is missing, with the records at hand.
     pub(super) fn run(
         &self,
         level: &Level<'_>,
         runs: &[RunInput],
+        wait: bool,
     ) -> Result<Vec<RunRecord>, WorkflowError> {
         let Self { task, names, packings } = *self;
         if let Some(packings) = packings {
-            return run_named(task, "ensemble", &level.manifest, names, runs, &|run| {
+            return run_named(task, FOLDER, &level.manifest, names, runs, wait, &|run| {
                 packings.simulator(run.id - 1, level).map(Cow::Owned)
             });
         }
@@ -39,7 +44,7 @@ impl Runner<'_> {
         if let Some(run) = runs.first() {
             simulator.check(&level.setup, &run.inputs)?;
         }
-        run_named(task, "ensemble", &level.manifest, names, runs, &|_| {
+        run_named(task, FOLDER, &level.manifest, names, runs, wait, &|_| {
             Ok(Cow::Borrowed(&simulator))
         })
     }

@@ -16,6 +16,10 @@
 //! and what it wrote. A stage is done again when one of them has changed, so the same command after an
 //! interruption goes on where it stopped, and repairs a damaged result. A stage that is run by itself
 //! takes no file that was made from something else than is there now, and a directory belongs to one case.
+//!
+//! Any number of processes may work in one directory, on all machines that see it: they share the runs of
+//! the stage `ensemble`, and of each stage's products one process makes all (a lock in `.locks/`, which
+//! dies with it) while the others wait. [`status`] looks on without changing anything.
 
 mod calibrate;
 mod confirm;
@@ -33,6 +37,7 @@ mod laboratories;
 mod leftovers;
 mod level_runs;
 mod levels;
+mod locks;
 mod map_fields;
 mod mesh;
 mod mesh_error;
@@ -48,6 +53,7 @@ mod specimen_checks;
 mod specimen_images;
 mod stage;
 mod stages;
+mod status;
 mod stiffness;
 mod surrogate;
 mod task;
@@ -64,15 +70,18 @@ pub use laboratories::{SimulatedLaboratories, simulate_laboratories};
 pub use simulate::simulate;
 pub use stage::Stage;
 pub use stages::STAGES;
+pub use status::{RunCounts, StageState, StageStatus, status};
 
 use crate::case::CaseFile;
 use crate::progress::say;
+use crate::report::Results;
 use copies::Copies;
 use files::write;
-use freshness::{Freshness, Records};
+use freshness::{Freshness, Records, finished_in};
 use inputs::Inputs;
 use leftovers::{remove_damaged, remove_leftovers};
-use task::Task;
+use locks::lock;
+use task::{StageRecord, Task};
 
 /// A case being worked on in a directory.
 ///
@@ -178,6 +187,64 @@ impl<'a> Workflow<'a> {
         if stage.name == "report" {
             self.check_all_before(stage)?;
         }
+        self.check_what_it_read(stage)?;
+        self.make(stage)
+    }
+
+    /// Takes part in the work of a stage that processes share, until nothing is left that another process
+    /// does not do already; what the stage writes is left to [`run`](Self::run).
+    ///
+    /// # Errors
+    /// As [`Workflow::run`]; a stage whose work cannot be shared does nothing.
+    pub fn share(&self, stage: &'static Stage) -> Result<(), WorkflowError> {
+        self.check_what_it_read(stage)?;
+        let finished = self.finished();
+        match finished.get(stage.name) {
+            Some(record) if record.change(&self.inputs(), &self.dir).is_none() => {
+                say(stage.name, "finished before, unchanged");
+                Ok(())
+            }
+            _ => self.share_work(stage, &finished, true),
+        }
+    }
+
+    /// Checks all that the shared work of a stage needs, up to its first run; whether there is work left.
+    ///
+    /// # Errors
+    /// As [`Workflow::share`].
+    pub fn rehearse(&self, stage: &'static Stage) -> Result<bool, WorkflowError> {
+        /// An ensemble that is told to end begins no run.
+        static RAISED: AtomicBool = AtomicBool::new(true);
+        let rehearsal = Workflow {
+            file: self.file.clone(),
+            dir: self.dir.clone(),
+            copies: self.copies.clone(),
+            freshness: Freshness::default(),
+            interrupt: &RAISED,
+            ..*self
+        };
+        match rehearsal.share(stage) {
+            Err(WorkflowError::Interrupted) => Ok(true),
+            Ok(()) => Ok(false),
+            Err(error) => Err(error),
+        }
+    }
+
+    fn share_work(
+        &self,
+        stage: &'static Stage,
+        finished: &Records,
+        leave_to_others: bool,
+    ) -> Result<(), WorkflowError> {
+        let Some(share) = stage.share else { return Ok(()) };
+        self.with_task(stage, finished, |mut task| {
+            task.leave_to_others = leave_to_others;
+            share(&task)
+        })
+    }
+
+    /// Refuses a stage that read what is due itself.
+    fn check_what_it_read(&self, stage: &Stage) -> Result<(), WorkflowError> {
         let finished = self.finished();
         let inputs = self.inputs();
         // what it read the last time may be as it was, and yet be due itself
@@ -186,7 +253,7 @@ impl<'a> Workflow<'a> {
                 self.freshness.check(name, &finished, &inputs, &self.dir)?;
             }
         }
-        self.make(stage)
+        Ok(())
     }
 
     /// A report shows what all stages left: none of those that have been run may be due.
@@ -208,31 +275,58 @@ impl<'a> Workflow<'a> {
     }
 
     fn make(&self, stage: &'static Stage) -> Result<(), WorkflowError> {
-        let mut finished = self.finished();
-        if let Some(earlier) = finished.get(stage.name) {
+        let before = self.finished();
+        if let Some(earlier) = before.get(stage.name) {
             match earlier.change(&self.inputs(), &self.dir) {
                 None => {
                     say(stage.name, "finished before, unchanged");
                     return remove_leftovers(stage, earlier, &self.dir);
                 }
-                Some(change) => {
-                    say(stage.name, &format!("again, since {change}"));
-                    remove_damaged(earlier, &self.dir)?;
-                }
+                Some(change) => say(stage.name, &format!("again, since {change}")),
             }
         }
         let start = Instant::now();
+        self.share_work(stage, &before, false)?;
+        // of several processes one goes on; the others find what it has made
+        let _lock = lock(&self.dir, stage.name, self.interrupt)?;
+        let finished = self.finished();
+        if let Some(earlier) = finished.get(stage.name) {
+            if earlier.change(&self.inputs(), &self.dir).is_none() {
+                say(stage.name, "finished by another process");
+                return Ok(());
+            }
+            remove_damaged(earlier, &self.dir)?;
+        }
+        let (result, record) = self.with_task(stage, &finished, |task| {
+            let result = (stage.run)(&task)?;
+            Ok((result, task.trace()?))
+        })?;
+        say(stage.name, &format!("{result} ({:.1} s)", start.elapsed().as_secs_f64()));
+        remove_leftovers(stage, &record, &self.dir)?;
+        self.remember(stage, record)
+    }
+
+    /// Hands a stage its task: what it reads is guarded against what is due.
+    fn with_task<T>(
+        &self,
+        stage: &'static Stage,
+        finished: &Records,
+        work: impl FnOnce(Task<'_>) -> Result<T, WorkflowError>,
+    ) -> Result<T, WorkflowError> {
         self.freshness.clear();
         let unguarded = self.inputs();
-        let guard = |name: &str| self.freshness.check(name, &finished, &unguarded, &self.dir);
+        let guard = |name: &str| self.freshness.check(name, finished, &unguarded, &self.dir);
         let inputs = self.inputs().guarded(&guard);
         let mut task = Task::new(stage.name, inputs, &self.dir, self.threads, self.interrupt);
         task.accept_out_of_range = self.accept_out_of_range;
-        let result = (stage.run)(&task).map_err(|error| self.copies.named_by_owner(error))?;
-        say(stage.name, &format!("{result} ({:.1} s)", start.elapsed().as_secs_f64()));
-        let trace = task.trace()?;
-        remove_leftovers(stage, &trace, &self.dir)?;
-        finished.insert(stage.name.to_owned(), trace);
+        work(task).map_err(|error| self.copies.named_by_owner(error))
+    }
+
+    /// Adds to `stages.toml`, beside what other processes have added meanwhile.
+    fn remember(&self, stage: &Stage, record: StageRecord) -> Result<(), WorkflowError> {
+        let _lock = lock(&self.dir, "stages", self.interrupt)?;
+        let mut finished = self.finished();
+        finished.insert(stage.name.to_owned(), record);
         let text = toml::to_string(&finished).expect("names and fingerprints are plain text");
         write(&self.dir.join("stages.toml"), text.as_bytes())
     }
@@ -246,12 +340,16 @@ impl<'a> Workflow<'a> {
         }
     }
 
-    /// The stages that have been run to their end.
     fn finished(&self) -> Records {
-        std::fs::read_to_string(self.dir.join("stages.toml"))
-            .ok()
-            .and_then(|text| toml::from_str(&text).ok())
-            .unwrap_or_default()
+        finished_in(&self.dir)
+    }
+
+    /// What the report shows, where all stages are done.
+    ///
+    /// # Errors
+    /// A result that is missing or cannot be read.
+    pub(crate) fn results(&self) -> Result<Results, WorkflowError> {
+        report::load(&self.inputs())
     }
 
     /// The directory of the results.

@@ -2,9 +2,13 @@
 
 use std::borrow::Cow;
 use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
 
-use fem::{CurvePoint, Ensemble, EnsembleProgress, FemError, Fields, RunInput, RunRecord};
+use fem::{
+    CurvePoint, Ensemble, EnsembleError, EnsembleProgress, FemError, Fields, RunInput, RunRecord,
+};
 
 use super::WorkflowError;
 use super::content_hash::ContentHash;
@@ -24,21 +28,37 @@ pub(super) fn run_ensemble<'s>(
     runs: &[RunInput],
     simulator: &(dyn Fn(&RunInput) -> Result<Cow<'s, Simulator>, FemError> + Sync),
 ) -> Result<Vec<RunRecord>, WorkflowError> {
-    run_named(task, folder, &task.inputs.manifest(), names, runs, simulator)
+    run_named(task, folder, &task.inputs.manifest(), names, runs, true, simulator)
 }
 
-/// The same for runs that are named by a part of what the stage has read.
+/// The place of the runs that are named by this manifest.
+pub(super) fn place(folder: &Path, manifest: &str) -> PathBuf {
+    folder.join(ContentHash::of(manifest).to_string())
+}
+
+/// The same for runs that are named by a part of what the stage has read. Unless it shall `wait`, it ends
+/// once other processes make all that is missing, with the records at hand.
 pub(super) fn run_named<'s>(
     task: &Task<'_>,
     folder: &str,
     manifest: &str,
     names: &[String],
     runs: &[RunInput],
+    wait: bool,
     simulator: &(dyn Fn(&RunInput) -> Result<Cow<'s, Simulator>, FemError> + Sync),
 ) -> Result<Vec<RunRecord>, WorkflowError> {
-    let directory = task.path(folder).join(ContentHash::of(manifest).to_string());
-    let ensemble = Ensemble::open(directory, manifest)?;
-    let bar = EnsembleBar(Bar::new(task.stage()));
+    let directory = place(&task.path(folder), manifest);
+    // another version may compute something else: its runs are not mixed with those of this one
+    let fingerprint = format!("program = breccia {}\n{manifest}", env!("CARGO_PKG_VERSION"));
+    let ensemble = Ensemble::open(&directory, &fingerprint).map_err(|error| match error {
+        // all else is in the folder's name
+        EnsembleError::Foreign { directory, difference } => {
+            WorkflowError::OtherProgram { path: directory, difference }
+        }
+        other => other.into(),
+    })?;
+    let ensemble = ensemble.leave_to_others(!wait);
+    let bar = EnsembleBar { title: task.stage(), bar: OnceLock::new() };
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let interrupt = task.interrupt;
     let records = ensemble.run(
@@ -62,14 +82,26 @@ pub(super) fn run_named<'s>(
     Ok(records)
 }
 
-struct EnsembleBar(Bar);
+/// A bar that is shown once there is something to do.
+struct EnsembleBar {
+    title: &'static str,
+    bar: OnceLock<Bar>,
+}
+
+impl EnsembleBar {
+    fn bar(&self) -> &Bar {
+        self.bar.get_or_init(|| Bar::new(self.title))
+    }
+}
 
 impl EnsembleProgress for EnsembleBar {
     fn update(&self, finished: usize, total: usize, fraction: f64) {
-        self.0.set(fraction, &format!("{finished} of {total} runs"));
+        if finished < total || self.bar.get().is_some() {
+            self.bar().set(fraction, &format!("{finished} of {total} runs"));
+        }
     }
 
     fn warning(&self, message: &str) {
-        self.0.note(message);
+        self.bar().note(message);
     }
 }

@@ -242,8 +242,7 @@ pub(super) fn jacobian(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<Vec<f64>
         // the unloaded start stays where it is
         let rates = found.force_n.iter().map(|row| row[parameter]);
         let rates: Vec<f64> = iter::once(0.0).chain(rates).collect();
-        Qois::rates(&curve, qoi.slope_fraction, &rates)
-            .map(|rates| rates.values(&qoi.quantities))
+        Qois::rates_of(&curve, qoi.slope_fraction, &qoi.quantities, &rates)
             .map_err(|error| format!("without derivatives: {error}"))
     };
     let columns = (0..found.names.len()).map(column).collect::<Result<Vec<_>, _>>()?;

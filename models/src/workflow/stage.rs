@@ -14,5 +14,14 @@ pub struct Stage {
     pub about: &'static str,
     /// The files that it writes; one that ends with `*` stands for all that begin so.
     pub products: &'static [&'static str],
+    /// Work that several processes can do together, before one of them runs the rest.
+    pub(super) share: Option<fn(&Task<'_>) -> Result<(), WorkflowError>>,
     pub(super) run: fn(&Task<'_>) -> Result<String, WorkflowError>,
+}
+
+impl Stage {
+    /// Whether several processes can do its work together.
+    pub fn is_shared(&self) -> bool {
+        self.share.is_some()
+    }
 }

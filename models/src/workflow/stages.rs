@@ -18,12 +18,14 @@ pub static STAGES: [Stage; 8] = [
             "grains.png",
             "grain_sizes.svg",
         ],
+        share: None,
         run: segment::run,
     },
     Stage {
         name: "mesh",
         about: "Build the mesh: mesh.vtu (for ParaView), mesh.msh (Gmsh), mesh.csv",
         products: &["mesh.msh", "mesh.vtu", "mesh.png", "mesh_quality.svg", "mesh.csv"],
+        share: None,
         run: mesh::run,
     },
     Stage {
@@ -38,6 +40,7 @@ pub static STAGES: [Stage; 8] = [
             "experiments/curves/*",
             "experiments/scans/*",
         ],
+        share: None,
         run: experiments::run,
     },
     Stage {
@@ -51,12 +54,14 @@ pub static STAGES: [Stage; 8] = [
             "fidelity.json",
             "curves/run-*",
         ],
+        share: Some(ensemble::share),
         run: ensemble::run,
     },
     Stage {
         name: "surrogate",
         about: "Fit the polynomial chaos surrogate: surrogate.json",
         products: &["surrogate.json", "surrogate_orders.csv", "surrogate_error.json"],
+        share: None,
         run: surrogate::run,
     },
     Stage {
@@ -75,6 +80,7 @@ pub static STAGES: [Stage; 8] = [
             "uncertainty.csv",
             "loo.csv",
         ],
+        share: None,
         run: calibrate::run,
     },
     Stage {
@@ -89,12 +95,14 @@ pub static STAGES: [Stage; 8] = [
             "curves/second-mesh.csv",
             "fields/map*",
         ],
+        share: None,
         run: confirm::run,
     },
     Stage {
         name: "report",
         about: "Put figures and tables of all stages on one page: report.html",
         products: &["report.html"],
+        share: None,
         run: report::run,
     },
 ];

@@ -68,6 +68,8 @@ pub(super) struct Task<'a> {
     pub(super) interrupt: &'a AtomicBool,
     /// Whether a calibration goes on against data that no simulation reaches.
     pub(super) accept_out_of_range: bool,
+    /// Whether work that other processes do is not waited for.
+    pub(super) leave_to_others: bool,
     /// Name of the stage.
     stage: &'static str,
     dir: &'a Path,
@@ -82,9 +84,16 @@ impl<'a> Task<'a> {
         threads: usize,
         interrupt: &'a AtomicBool,
     ) -> Self {
-        let accept_out_of_range = false;
-        let products = RefCell::default();
-        Self { inputs, threads, interrupt, accept_out_of_range, stage, dir, products }
+        Self {
+            inputs,
+            threads,
+            interrupt,
+            accept_out_of_range: false,
+            leave_to_others: false,
+            stage,
+            dir,
+            products: RefCell::default(),
+        }
     }
 
     /// The name of the stage.

@@ -7,12 +7,14 @@ mod chains;
 mod curves;
 mod density;
 mod draw;
+mod overlay;
 mod pairs;
 mod quantities;
 mod surrogate;
 
 pub(super) use chains::{ranks, traces};
 pub(super) use curves::{confirmation, curves};
+pub(super) use overlay::overlaid;
 pub(super) use pairs::{Place, design, posterior};
 pub(super) use quantities::{map_beside_experiments, of_the_ensemble, predictive};
 pub(super) use surrogate::orders;

@@ -13,7 +13,7 @@ use parts::{captioned, facts};
 use super::results::Results;
 use super::style::named_clips;
 
-const STYLE: &str = include_str!("../style.css");
+pub(super) const STYLE: &str = include_str!("../style.css");
 
 /// The report as HTML, figures inline.
 pub(crate) fn page(results: &Results) -> String {

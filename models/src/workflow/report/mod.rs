@@ -3,11 +3,13 @@
 mod levels;
 mod load;
 
+pub(super) use load::load;
+
 use super::WorkflowError;
 use super::task::Task;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
-    let results = load::load(&task.inputs)?;
+    let results = load(&task.inputs)?;
     task.write("report.html", &crate::report::page(&results))?;
     Ok(task.path("report.html").display().to_string())
 }

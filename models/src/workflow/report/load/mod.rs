@@ -19,7 +19,7 @@ use crate::report::{OrderErrors, Picture, PictureContent, Results, mean, number}
 use crate::table::{CsvTable, TableRow};
 
 /// Reads the results.
-pub(super) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
+pub(in crate::workflow) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
     let case = inputs.case();
     let quantities = &case.qoi.quantities;
     let pce: DynPce = inputs.json("surrogate.json")?;

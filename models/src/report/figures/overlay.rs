@@ -1,0 +1,36 @@
+//! One parameter in several calibrations.
+
+use kuva::prelude::*;
+
+use super::density::density;
+use super::draw::line;
+use crate::report::results::CalibratedParameter;
+use crate::report::style::{SERIES, TRUTH, framed, panel, single};
+
+/// Posterior densities of a parameter, one a case, with priors and truths.
+pub(in crate::report) fn overlaid(label: &str, cases: &[(String, CalibratedParameter)]) -> String {
+    let (lower, upper) = cases.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (_, p)| {
+        (a.min(p.prior.0), b.max(p.prior.1))
+    });
+    let mut plots: Vec<Plot> = Vec::new();
+    let mut top: f64 = 0.0;
+    let colours = SERIES.iter().cycle();
+    for ((name, p), &colour) in cases.iter().zip(colours) {
+        let draws: Vec<f64> = p.draws().collect();
+        let flat = 1.0 / (p.prior.1 - p.prior.0);
+        let points = if draws.is_empty() { Vec::new() } else { density(&draws, p.prior) };
+        top = points.iter().map(|point| point.1).fold(top.max(flat), f64::max);
+        plots.push(line(points, colour, 2.0).with_legend(name.as_str()).into());
+        plots.push(line([(p.prior.0, flat), (p.prior.1, flat)], colour, 1.2).with_dashed().into());
+    }
+    let top = 1.15 * top;
+    let mut truths: Vec<f64> = cases.iter().filter_map(|(_, p)| p.truth).collect();
+    truths.sort_by(f64::total_cmp);
+    truths.dedup();
+    for truth in truths {
+        plots.push(line([(truth, 0.0), (truth, top)], TRUTH, 1.8).into());
+    }
+    let lower = if lower > 0.0 && lower < 0.01 * upper { 0.0 } else { lower };
+    let layout = framed(panel(&plots, label, "density"), (lower, upper), (0.0, top)).with_ticks(4);
+    single(plots, layout, 480.0, 340.0)
+}

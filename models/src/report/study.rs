@@ -1,0 +1,304 @@
+//! What several calibrations say together, on one page.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use ppl::diagnostics::Identification;
+
+use super::digits::{number, within};
+use super::figures::overlaid;
+use super::page::STYLE;
+use super::results::{CalibratedParameter, Qoi, Verdict};
+use super::style::named_clips;
+
+/// Everything that the page of a study shows.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct StudyResults {
+    /// The headline.
+    pub(crate) title: String,
+    /// The calibrations, in order.
+    pub(crate) cases: Vec<ComparedCase>,
+    /// Every two of them, parameter by parameter.
+    pub(crate) pairs: Vec<Pair>,
+    /// The file of the study.
+    pub(crate) text: String,
+}
+
+/// One calibration of a study.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ComparedCase {
+    /// Its name, also of the folder with its own report.
+    pub(crate) name: String,
+    /// Paths of the parameters.
+    pub(crate) names: Vec<String>,
+    /// The parameters.
+    pub(crate) parameters: Vec<CalibratedParameter>,
+    /// The published mode of each, where there is one.
+    pub(crate) reference: Vec<Option<f64>>,
+    /// The quantities of interest with the simulation at the mode.
+    pub(crate) qois: Vec<Qoi>,
+    /// Published differences of that simulation to the experiments in per cent; empty without.
+    pub(crate) reference_errors: Vec<f64>,
+    /// Warnings in words.
+    pub(crate) warnings: Vec<String>,
+    /// What to do about priors that cut a posterior.
+    pub(crate) offers: Vec<String>,
+}
+
+/// Two calibrations of one parameter.
+#[derive(Clone, Debug)]
+pub(crate) struct Pair {
+    /// Their names.
+    pub(crate) cases: [String; 2],
+    /// Label of the parameter.
+    pub(crate) label: String,
+    /// The mass that the posteriors have in common.
+    pub(crate) overlap: f64,
+    /// Ratio of the second to the first: median, 5 and 95 % quantiles.
+    pub(crate) ratio: [f64; 3],
+}
+
+/// Within so many per cent of the experimental mean a simulation is said to reproduce it (the paper).
+const REPRODUCED: f64 = 10.0;
+
+/// The page as HTML, figures inline.
+pub(crate) fn study_page(results: &StudyResults) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (results.title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body { main {
+                h1 { (results.title) }
+                p { "Each case has a report of its own: "
+                    @for (k, case) in results.cases.iter().enumerate() {
+                        @if k > 0 { ", " }
+                        a href={ (case.name) "/report.html" } { (case.name) }
+                    }
+                    "."
+                }
+                (parameters(&results.cases))
+                (overlays(&results.cases))
+                (agreement(&results.pairs))
+                (confirmation(&results.cases))
+                (cautions(&results.cases))
+                section {
+                    h2 { "How it was made" }
+                    details { summary { "The file of the study" } pre { (results.text) } }
+                }
+            } }
+        }
+    };
+    named_clips(&page.into_string(), "study")
+}
+
+fn table(header: Markup, rows: Markup) -> Markup {
+    html! { div.scroll { table { thead { tr { (header) } } tbody { (rows) } } } }
+}
+
+/// Which parameters are identified, and whether rightly.
+fn parameters(cases: &[ComparedCase]) -> Markup {
+    let all = || cases.iter().flat_map(|case| &case.parameters);
+    let with_truth = all().any(|p| p.truth.is_some());
+    let published = cases.iter().flat_map(|case| &case.reference).any(Option::is_some);
+    let inside = |p: &CalibratedParameter| p.truth.map(|t| (p.q05.0..=p.q95.0).contains(&t));
+    let identified =
+        |p: &CalibratedParameter| p.verdict() == Verdict::Learnt(Identification::Identified);
+    let known: Vec<bool> = all().filter(|p| identified(p)).filter_map(inside).collect();
+    html! {
+        section {
+            h2 { "Which parameters are identified?" }
+            (table(
+                html! {
+                    th { "case" } th.text { "parameter" } th { "MAP" }
+                    @if published { th { "published MAP" } }
+                    th { "mean ± sd" } th { "90 % interval" }
+                    @if with_truth { th { "truth" } th { "in the interval" } }
+                    th { "prior" } th { "from the data" }
+                },
+                html! { @for case in cases {
+                    @for (k, p) in case.parameters.iter().enumerate() { tr {
+                        td.name { @if k == 0 { (case.name) } }
+                        td.name { (p.label) }
+                        td { (within((p.map, p.mean.1))) }
+                        @if published {
+                            td { @if let Some(Some(map)) = case.reference.get(k) { (number(*map)) } }
+                        }
+                        td { (within(p.mean)) " ± " (within(p.sd)) }
+                        td { (within(p.q05)) " … " (within(p.q95)) }
+                        @if with_truth {
+                            td { @if let Some(truth) = p.truth { (number(truth)) } }
+                            td { @match inside(p) { Some(true) => "yes", Some(false) => "no", None => "" } }
+                        }
+                        td { (number(p.prior.0)) " … " (number(p.prior.1)) }
+                        td { span class=(if identified(p) { "verdict good" } else { "verdict weak" }) {
+                            (p.verdict())
+                        } }
+                    } }
+                } },
+            ))
+            @if !known.is_empty() {
+                p { "Of " (known.len()) " identified parameters with a known truth "
+                    (known.iter().filter(|inside| **inside).count()) " have it in their 90 % interval." }
+            }
+        }
+    }
+}
+
+/// The posteriors of all cases, parameter by parameter.
+fn overlays(cases: &[ComparedCase]) -> Markup {
+    let mut labels: Vec<&str> = Vec::new();
+    for p in cases.iter().flat_map(|case| &case.parameters) {
+        if !labels.contains(&p.label.as_str()) {
+            labels.push(&p.label);
+        }
+    }
+    let figure = |label: &&str| {
+        let of = |case: &'_ ComparedCase| {
+            let p = case.parameters.iter().find(|p| p.label == **label)?;
+            Some((case.name.clone(), p.clone()))
+        };
+        overlaid(label, &cases.iter().filter_map(of).collect::<Vec<_>>())
+    };
+    html! {
+        section {
+            h2 { "Posteriors of all cases" }
+            figure {
+                div.panels { @for label in &labels { (PreEscaped(figure(label))) } }
+                figcaption { "Densities of the draws; dashed: priors; green: truths." }
+            }
+        }
+    }
+}
+
+/// Do cases agree, and by how much do they differ?
+fn agreement(pairs: &[Pair]) -> Markup {
+    if pairs.is_empty() {
+        return html! {};
+    }
+    html! {
+        section {
+            h2 { "Do the cases agree?" }
+            (table(
+                html! {
+                    th { "case" } th.text { "beside" } th.text { "parameter" } th { "overlap" }
+                    th { "ratio, median" } th { "90 % interval" } th { "differ" }
+                },
+                html! { @for pair in pairs { tr {
+                    td.name { (pair.cases[0]) } td.name { (pair.cases[1]) } td.name { (pair.label) }
+                    td { (format!("{:.0} %", 100.0 * pair.overlap)) }
+                    td { (format!("{:.3}", pair.ratio[0])) }
+                    td { (format!("{:.3} … {:.3}", pair.ratio[1], pair.ratio[2])) }
+                    td { @if pair.ratio[1] > 1.0 || pair.ratio[2] < 1.0 { "yes" } @else { "no" } }
+                } } },
+            ))
+            p.caption {
+                "Overlap: the mass that the two posteriors have in common. Ratio: of the second case to the \
+                 first; they are said to differ where its 90 % interval leaves out 1. Posteriors from the \
+                 same specimens are compared as if they were independent."
+            }
+        }
+    }
+}
+
+/// Do simulations at the mode reproduce the mean quantities?
+fn confirmation(cases: &[ComparedCase]) -> Markup {
+    let all = || cases.iter().flat_map(|case| &case.qois);
+    let (count, good) = (all().count(), all().filter(|q| q.percent_error <= REPRODUCED).count());
+    let published = cases.iter().any(|case| !case.reference_errors.is_empty());
+    html! {
+        section {
+            h2 { "Do simulations at the MAP reproduce the experiments?" }
+            p { (good) " of " (count) " quantities are within " (REPRODUCED) " % of the experimental mean." }
+            (table(
+                html! {
+                    th { "case" } th.text { "quantity" } th { "experimental mean" } th { "at the MAP" }
+                    th { "difference" } @if published { th { "published" } } th { "error of the mesh" }
+                },
+                html! { @for case in cases {
+                    @for (k, qoi) in case.qois.iter().enumerate() { tr {
+                        td.name { @if k == 0 { (case.name) } }
+                        td.name { (qoi.label) }
+                        td { (number(super::results::mean(&qoi.experiments))) }
+                        td { (number(qoi.map)) }
+                        td { (format!("{:.2} %", qoi.percent_error)) }
+                        @if published {
+                            td { @if let Some(e) = case.reference_errors.get(k) { (format!("{e:.2} %")) } }
+                        }
+                        td { @if let Some(e) = qoi.mesh_error_percent { (format!("{e:+.1} %")) } }
+                    } }
+                } },
+            ))
+        }
+    }
+}
+
+fn cautions(cases: &[ComparedCase]) -> Markup {
+    html! {
+        section {
+            h2 { "What to know before using them" }
+            @for case in cases.iter().filter(|c| !c.offers.is_empty() || !c.warnings.is_empty()) {
+                h3 { (case.name) }
+                ul.warnings { @for text in case.offers.iter().chain(&case.warnings) { li { (text) } } }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn case(name: &str, map: f64, error: f64) -> ComparedCase {
+        let draws: Vec<f64> = (0..200).map(|i| map - 5.0 + 0.05 * f64::from(i)).collect();
+        ComparedCase {
+            name: name.into(),
+            names: vec!["matrix.young_mpa".into()],
+            parameters: vec![CalibratedParameter {
+                label: "E (MPa)".into(),
+                prior: (250.0, 350.0),
+                mean: (map, 0.05),
+                sd: (2.9, 0.05),
+                q05: (map - 4.5, 0.1),
+                q95: (map + 4.5, 0.1),
+                map,
+                chains: vec![draws],
+                contraction: 0.99,
+                truth: Some(285.0),
+                ..Default::default()
+            }],
+            reference: vec![Some(286.181)],
+            qois: vec![Qoi { label: "slope".into(), percent_error: error, ..Default::default() }],
+            reference_errors: vec![1.225],
+            ..Default::default()
+        }
+    }
+
+    #[test]
+    fn the_page_answers_with_numbers() {
+        let pair = Pair {
+            cases: ["A".into(), "B".into()],
+            label: "E (MPa)".into(),
+            overlap: 0.25,
+            ratio: [1.05, 1.02, 1.08],
+        };
+        let cases = vec![case("A", 284.0, 2.0), case("B", 300.0, 12.0)];
+        let results =
+            StudyResults { title: "T".into(), cases, pairs: vec![pair], text: "x".into() };
+        let page = study_page(&results);
+        for part in [
+            "Of 2 identified parameters with a known truth 1 have it in their 90 % interval.",
+            "1 of 2 quantities are within 10 %",
+            "href=\"B/report.html\"",
+            "<td>286.2</td>",
+            "<td>25 %</td><td>1.050</td><td>1.020 … 1.080</td><td>yes</td>",
+            "<svg viewBox=",
+        ] {
+            assert!(page.contains(part), "{part}: {page}");
+        }
+        assert_eq!(page, study_page(&results), "the same again");
+    }
+}

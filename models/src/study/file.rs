@@ -1,0 +1,340 @@
+//! The file of a study: a base case, and what each laboratory and each case has otherwise.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use toml::{Table, Value};
+
+use crate::case::{ByParameter, CaseFile};
+use crate::error::InputError;
+
+/// A study: several calibrations that belong together.
+#[derive(Clone, Debug)]
+pub struct StudyFile {
+    /// The file.
+    pub path: PathBuf,
+    /// What it says.
+    pub text: String,
+    /// Its headline.
+    pub title: String,
+    /// Where virtual specimens are tested, each once for all cases that name it.
+    pub laboratories: Vec<StudyLaboratory>,
+    /// The calibrations, in order.
+    pub cases: Vec<StudyCase>,
+}
+
+/// Virtual specimens that several cases calibrate against.
+#[derive(Clone, Debug)]
+pub struct StudyLaboratory {
+    /// Its name, that of a folder.
+    pub name: String,
+    /// A case of which only the experiments are made.
+    pub file: CaseFile,
+}
+
+/// One calibration of a study.
+#[derive(Clone, Debug)]
+pub struct StudyCase {
+    /// Its name, that of a folder.
+    pub name: String,
+    /// The case.
+    pub file: CaseFile,
+    /// Name of the laboratory whose specimens it calibrates against, in place of its own experiments.
+    pub laboratory: Option<String>,
+    /// Published results to be compared with.
+    pub reference: Reference,
+}
+
+/// Published results of a case.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Reference {
+    /// Joint mode.
+    pub map: ByParameter<f64>,
+    /// Differences of the simulation at the mode to the experimental means in per cent, in the order of
+    /// the quantities of interest.
+    pub percent_error: Vec<f64>,
+}
+
+/// A study as it is written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    title: String,
+    base: PathBuf,
+    #[serde(default)]
+    laboratory: Vec<WrittenPart>,
+    #[serde(default)]
+    case: Vec<WrittenPart>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenPart {
+    name: String,
+    #[serde(default)]
+    laboratory: Option<String>,
+    /// Keys of the base case that it has otherwise.
+    #[serde(default)]
+    set: Table,
+    /// Keys of the base case that it has not.
+    #[serde(default)]
+    without: Vec<String>,
+    #[serde(default)]
+    reference: Reference,
+}
+
+impl StudyFile {
+    /// Reads a study and the cases that it is made of.
+    ///
+    /// `set` has keys that all its parts have otherwise than the file says, as `key.by.path=value` with a
+    /// value of TOML.
+    ///
+    /// # Errors
+    /// Names file, key, value and help: of the study, of its base, or of a case that is none.
+    pub fn read(path: &Path, set: &[String]) -> Result<Self, InputError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| InputError::unreadable(path, &e, "Check its name and place."))?;
+        let written: Written = toml::from_str(&text).map_err(|e| {
+            let line = e.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
+            let help = "A study has the keys title, base, and tables [[laboratory]] and [[case]] with name, \
+                        laboratory, set, without, reference.";
+            InputError::new(path, format!("line {line}"), "", e.message().replace('\n', "; "), help)
+        })?;
+        if written.case.is_empty() {
+            let help = "Add a table [[case]] for each calibration.";
+            return Err(InputError::new(path, "case", "", "is missing", help));
+        }
+        check_names(path, &written)?;
+        let base = base(path, &written.base)?;
+        let common = set.iter().map(|entry| parsed(entry, path)).collect::<Result<Vec<_>, _>>()?;
+        let mut laboratories = Vec::new();
+        for part in &written.laboratory {
+            let file = part_of(path, &base, part, &common)?;
+            let experiments = file.case.experiments.as_ref();
+            if experiments.is_none_or(|e| e.virtual_specimens.is_none()) {
+                let help = "Add experiments.virtual to its set: what is tested there.";
+                return Err(InputError::new(
+                    path,
+                    &part.name,
+                    "",
+                    "has no virtual specimens",
+                    help,
+                ));
+            }
+            laboratories.push(StudyLaboratory { name: part.name.clone(), file });
+        }
+        let mut cases = Vec::new();
+        for part in written.case {
+            let is_named = |l: &StudyLaboratory| Some(&l.name) == part.laboratory.as_ref();
+            if part.laboratory.is_some() && !laboratories.iter().any(is_named) {
+                let known: Vec<&str> = laboratories.iter().map(|l| l.name.as_str()).collect();
+                let problem =
+                    format!("there is no laboratory {:?}", part.laboratory.unwrap_or_default());
+                let help = format!("Name one of: {}.", known.join(", "));
+                return Err(InputError::new(path, &part.name, "", problem, help));
+            }
+            let file = part_of(path, &base, &part, &common)?;
+            let WrittenPart { name, laboratory, reference, .. } = part;
+            cases.push(StudyCase { name, file, laboratory, reference });
+        }
+        let title = written.title;
+        Ok(Self { path: path.to_owned(), text, title, laboratories, cases })
+    }
+
+    /// The laboratory of a case.
+    pub fn laboratory(&self, case: &StudyCase) -> Option<&StudyLaboratory> {
+        let name = case.laboratory.as_ref()?;
+        self.laboratories.iter().find(|laboratory| laboratory.name == *name)
+    }
+}
+
+/// The folder of the laboratories among those of the cases.
+pub(super) const LABORATORIES: &str = "laboratories";
+
+/// Names are those of folders beside each other.
+fn check_names(path: &Path, written: &Written) -> Result<(), InputError> {
+    let mut names = vec![LABORATORIES];
+    for WrittenPart { name, .. } in written.laboratory.iter().chain(&written.case) {
+        let refuse =
+            |problem, help| Err(InputError::new(path, "name", format!("{name:?}"), problem, help));
+        let is_plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
+        if !name.chars().all(is_plain) || name.trim_matches('.').is_empty() {
+            return refuse("is the name of a folder", "Use letters, digits and - _ only.");
+        }
+        if names.contains(&name.as_str()) {
+            return refuse("is taken", "Name each laboratory and each case otherwise.");
+        }
+        names.push(name);
+    }
+    Ok(())
+}
+
+/// The base case, what it names being found from anywhere.
+fn base(study: &Path, base: &Path) -> Result<Table, InputError> {
+    let path = study.with_file_name("").join(base);
+    let file = CaseFile::read(&path)?;
+    let mut case = file.case.clone();
+    let absolute = |named: &mut PathBuf| {
+        *named = std::path::absolute(file.beside(named)).unwrap_or_else(|_| file.beside(named));
+    };
+    case.specimen.mesh.iter_mut().for_each(absolute);
+    let stack = case.specimen.image.as_mut().and_then(|image| image.stack.as_mut());
+    stack.into_iter().for_each(absolute);
+    case.experiments.as_mut().and_then(|e| e.table.as_mut()).into_iter().for_each(absolute);
+    let text = std::fs::read_to_string(&path)
+        .map_err(|e| InputError::unreadable(&path, &e, "Check its name and place."))?;
+    // what is written, not its defaults: they may depend on what is set
+    let mut written: Table = text.parse().map_err(|e: toml::de::Error| {
+        InputError::new(&path, "", "", e.message(), "See the base case.")
+    })?;
+    for (key, value) in [
+        ("specimen.mesh", case.specimen.mesh),
+        ("specimen.image.stack", case.specimen.image.and_then(|image| image.stack)),
+        ("experiments.table", case.experiments.and_then(|e| e.table)),
+    ] {
+        if let Some(value) = value {
+            merge(&mut written, &nested(key, value.to_string_lossy().into_owned().into()));
+        }
+    }
+    Ok(written)
+}
+
+/// A part as a case of its own.
+fn part_of(
+    path: &Path,
+    base: &Table,
+    part: &WrittenPart,
+    common: &[Table],
+) -> Result<CaseFile, InputError> {
+    let mut table = base.clone();
+    for key in &part.without {
+        if !remove(&mut table, key) {
+            let help = "Name keys of the base case by their paths.";
+            let place = format!("{}.without", part.name);
+            return Err(InputError::new(path, place, key, "is not in the base case", help));
+        }
+    }
+    merge(&mut table, &part.set);
+    common.iter().for_each(|set| merge(&mut table, set));
+    let text = table.to_string();
+    CaseFile::parse(&text, path).map_err(|error| {
+        // a line of the merged text is none of the file
+        let place = match error.place.strip_prefix("line ").and_then(|rest| rest.split_once(", ")) {
+            Some((_, key)) => key.to_owned(),
+            None => error.place,
+        };
+        InputError { place: format!("{}: {place}", part.name), ..error }
+    })
+}
+
+/// `a.b = value` as tables.
+fn nested(key: &str, value: Value) -> Table {
+    match key.split_once('.') {
+        Some((first, rest)) => Table::from_iter([(first.to_owned(), nested(rest, value).into())]),
+        None => Table::from_iter([(key.to_owned(), value)]),
+    }
+}
+
+/// A key with its value, from the command line.
+fn parsed(entry: &str, path: &Path) -> Result<Table, InputError> {
+    entry.parse().map_err(|_| {
+        let help = "Write a key by its path and a value of TOML, as --set specimen.spacing_mm=0.3.";
+        InputError::new(path, "--set", entry, "is no key with a value", help)
+    })
+}
+
+/// Gives a table what another one has otherwise, key by key.
+fn merge(table: &mut Table, set: &Table) {
+    for (key, value) in set {
+        match (table.get_mut(key), value) {
+            (Some(Value::Table(inner)), Value::Table(set)) => merge(inner, set),
+            _ => drop(table.insert(key.clone(), value.clone())),
+        }
+    }
+}
+
+/// Takes a key out, by its path; whether it was there.
+fn remove(table: &mut Table, key: &str) -> bool {
+    match key.split_once('.') {
+        Some((first, rest)) => match table.get_mut(first) {
+            Some(Value::Table(inner)) => remove(inner, rest),
+            _ => false,
+        },
+        None => table.remove(key).is_some(),
+    }
+}
+
+/// Truths of the parameters that a laboratory tests, by their paths.
+pub(super) fn truths(
+    laboratory: Option<&StudyLaboratory>,
+    own: &CaseFile,
+) -> BTreeMap<String, f64> {
+    let file = laboratory.map_or(own, |laboratory| &laboratory.file);
+    let specimens = file.case.experiments.as_ref().and_then(|e| e.virtual_specimens.as_ref());
+    specimens
+        .into_iter()
+        .flat_map(|specimens| specimens.truth.iter())
+        .map(|(parameter, truth)| (parameter.to_string(), *truth))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn study(text: &str) -> Result<StudyFile, InputError> {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::write(dir.path().join("base.toml"), crate::case::Case::TEMPLATE).unwrap();
+        let path = dir.path().join("study.toml");
+        std::fs::write(&path, text).unwrap();
+        StudyFile::read(&path, &["design.runs=12".to_owned()])
+    }
+
+    const TWO: &str = "title = \"two\"\nbase = \"base.toml\"\n[[laboratory]]\nname = \"50C\"\n\
+        [laboratory.set]\nexperiments.virtual.seed = 5\n\
+        [[case]]\nname = \"b\"\nlaboratory = \"50C\"\nset.specimen.grains.fraction = 0.25\n\
+        without = [\"fidelity\"]\nreference.map.matrix.young_mpa = 295.0\n\
+        [[case]]\nname = \"a\"\nset.design.seed = 3\n";
+
+    #[test]
+    fn cases_are_the_base_with_what_they_have_otherwise_in_the_order_written() {
+        let study = study(TWO).unwrap();
+        assert_eq!(study.cases.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["b", "a"]);
+        let grains = study.cases[0].file.case.specimen.grains.clone().unwrap();
+        assert_eq!((grains.fraction, grains.seed), (0.25, 1), "what is not set is the base's");
+        assert!(study.cases[0].file.case.fidelity.levels.is_empty());
+        assert_eq!(study.cases[1].file.case.fidelity.levels.len(), 1);
+        assert!(
+            study.cases.iter().all(|case| case.file.case.design.runs == 12),
+            "--set is for all"
+        );
+        assert_eq!(study.cases[1].file.case.design.seed, 3);
+        let laboratory = study.laboratory(&study.cases[0]).unwrap();
+        let truths = truths(Some(laboratory), &study.cases[0].file);
+        assert_eq!(truths["matrix.young_mpa"], 280.0);
+        assert!(study.laboratory(&study.cases[1]).is_none());
+        let young = "matrix.young_mpa".parse().unwrap();
+        assert_eq!(study.cases[0].reference.map.get(&young), Some(&295.0));
+    }
+
+    #[test]
+    fn mistakes_are_told_with_their_case_and_key() {
+        for (from, to, parts) in [
+            ("fraction = 0.25", "fracton = 0.25", &["b: ", "fracton", "study.toml"][..]),
+            ("laboratory = \"50C\"", "laboratory = \"60C\"", &["no laboratory \"60C\"", "50C"]),
+            ("[\"fidelity\"]", "[\"fidelty\"]", &["b.without = fidelty", "not in the base case"]),
+            ("name = \"a\"", "name = \"b\"", &["\"b\"", "is taken"]),
+            ("name = \"a\"", "name = \"../a\"", &["../a", "name of a folder"]),
+            ("base.toml", "bse.toml", &["bse.toml", "cannot be read"]),
+            ("title = \"two\"", "titel = \"two\"", &["line 1", "titel"]),
+        ] {
+            assert!(TWO.contains(from), "{from}");
+            let error = study(&TWO.replacen(from, to, 1)).unwrap_err().to_string();
+            for part in parts {
+                assert!(error.contains(part), "{part:?} is not in {error:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! An ensemble as jobs of a Slurm cluster: an array of the ordinary program, all sharing the folder of the
+//! results, and a job after them that writes what the runs have given.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// What the jobs are, and what is asked of the cluster for each.
+#[derive(Clone, Debug)]
+pub struct SlurmJobs {
+    /// The program `breccia`, as all machines see it.
+    pub program: PathBuf,
+    /// The folder of the results, absolute, which all machines see.
+    pub results: PathBuf,
+    /// Tasks of the array.
+    pub tasks: usize,
+    /// Processors of each, and so many runs at the same time.
+    pub cpus: usize,
+    /// Limit of time, as Slurm writes it (`4:00:00`).
+    pub time: Option<String>,
+    /// Memory of a task, as Slurm writes it (`8G`).
+    pub memory: Option<String>,
+    /// Partition.
+    pub partition: Option<String>,
+    /// Any other options of sbatch.
+    pub options: Vec<String>,
+}
+
+/// Numbers of the jobs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Submitted {
+    /// The array that makes the runs.
+    pub array: String,
+    /// The job that collects them.
+    pub collecting: String,
+}
+
+/// Why jobs cannot be submitted.
+#[derive(Debug, thiserror::Error)]
+pub enum SlurmError {
+    /// A path or an option that a script cannot hold.
+    #[error(
+        "{0:?} has a line break or a quote, which a script for Slurm cannot hold; name it otherwise"
+    )]
+    Name(String),
+    /// There is no Slurm here.
+    #[error(
+        "sbatch cannot be started ({0}); submit from a machine of the cluster, or write the script with \
+         --slurm-script FILE and submit it there"
+    )]
+    NoSlurm(io::Error),
+    /// Slurm refuses a job.
+    #[error("sbatch refuses the {job}: {said}")]
+    Refused {
+        /// Which job.
+        job: &'static str,
+        /// What it says.
+        said: String,
+    },
+}
+
+impl SlurmJobs {
+    /// Where the jobs write what they say.
+    pub fn logs(&self) -> PathBuf {
+        self.results.join("slurm")
+    }
+
+    /// The script of all jobs. Submitted by hand it does what [`SlurmJobs::submit`] does.
+    ///
+    /// # Errors
+    /// [`SlurmError::Name`].
+    pub fn script(&self) -> Result<String, SlurmError> {
+        let [program, results] = [&self.program, &self.results].map(|path| plain(path));
+        let (program, results, logs) = (program?, results?, plain(&self.logs())?);
+        let name = self.results.file_name().map_or("results".into(), |name| name.to_string_lossy());
+        // spaces end an option of a script
+        let name: String = name.chars().map(|c| if c.is_whitespace() { '-' } else { c }).collect();
+        let asked = [("time", &self.time), ("mem", &self.memory), ("partition", &self.partition)]
+            .into_iter()
+            .filter_map(|(key, value)| Some(format!("--{key}={}", value.as_deref()?)))
+            .chain(self.options.iter().cloned());
+        let mut options = vec![
+            format!("--job-name=breccia-{name}"),
+            format!("--array=0-{}", self.tasks.max(1) - 1),
+            "--ntasks=1".to_owned(),
+            format!("--cpus-per-task={}", self.cpus.max(1)),
+            // a minute before the end, and when it is cancelled, the program itself is told, which keeps
+            // what is finished
+            "--signal=B:TERM@60".to_owned(),
+            "--requeue".to_owned(),
+            "--open-mode=append".to_owned(),
+            format!("--output=\"{logs}/%A_%a.log\""),
+        ];
+        for option in asked {
+            options.push(plain(Path::new(&option))?);
+        }
+        let options: String = options.iter().map(|option| format!("#SBATCH {option}\n")).collect();
+        let cpus = self.cpus.max(1);
+        Ok(format!(
+            r#"#!/bin/bash
+# The runs of an ensemble by an array of jobs that share one folder, and a job that collects them there
+# (runs.csv) once the array has ended, however it ends. Submit it as often as you like: what is finished is
+# never made again. How far it is:  breccia status '{results}'
+{options}
+program='{program}'
+results='{results}'
+ensemble=("$program" ensemble --out "$results" --threads "${{SLURM_CPUS_PER_TASK:-{cpus}}}")
+
+# exec: signals reach the program
+if [ "${{1:-}}" = collect ] || [ -z "${{SLURM_ARRAY_JOB_ID:-}}" ]; then
+    exec "${{ensemble[@]}}"
+fi
+# submitted by hand: the first task submits the collecting job, or collects by itself where it may not
+if [ "${{1:-}}" != worker ] && [ "$SLURM_ARRAY_TASK_ID" = 0 ] && [ "${{SLURM_RESTART_COUNT:-0}}" = 0 ]; then
+    sbatch --array=0 --dependency="afterany:$SLURM_ARRAY_JOB_ID" "$0" collect || exec "${{ensemble[@]}}"
+fi
+exec "${{ensemble[@]}}" --share
+"#
+        ))
+    }
+
+    /// Submits a script, and the collecting job after it.
+    ///
+    /// # Errors
+    /// [`SlurmError::NoSlurm`], [`SlurmError::Refused`].
+    pub fn submit(script: &Path) -> Result<Submitted, SlurmError> {
+        let array = sbatch("array of jobs", &[], script, "worker")?;
+        let after = format!("--dependency=afterany:{array}");
+        let collecting = sbatch("collecting job", &["--array=0", &after], script, "collect")?;
+        Ok(Submitted { array, collecting })
+    }
+}
+
+/// The number of a job that is submitted.
+fn sbatch(
+    job: &'static str,
+    options: &[&str],
+    script: &Path,
+    part: &str,
+) -> Result<String, SlurmError> {
+    let output = Command::new("sbatch")
+        .arg("--parsable")
+        .args(options)
+        .arg(script)
+        .arg(part)
+        .output()
+        .map_err(SlurmError::NoSlurm)?;
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
+    if !output.status.success() {
+        return Err(SlurmError::Refused { job, said: text(&output.stderr) });
+    }
+    // on several clusters: number;cluster
+    let said = text(&output.stdout);
+    Ok(said.split(';').next().unwrap_or_default().to_owned())
+}
+
+/// A text that stands between quotes in a script and in an option.
+fn plain(path: &Path) -> Result<String, SlurmError> {
+    let text = path.to_string_lossy().into_owned();
+    match text.contains(['\'', '"', '\n', '\\']) {
+        true => Err(SlurmError::Name(text)),
+        false => Ok(text),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_script_asks_for_what_is_wanted_and_refuses_what_it_cannot_hold() {
+        let jobs = SlurmJobs {
+            program: "/opt/breccia/bin/breccia".into(),
+            results: "/scratch/my results".into(),
+            tasks: 8,
+            cpus: 4,
+            time: Some("4:00:00".into()),
+            memory: None,
+            partition: Some("short".into()),
+            options: vec!["--account=rocks".into()],
+        };
+        let script = jobs.script().unwrap();
+        for part in [
+            "#SBATCH --array=0-7\n",
+            "#SBATCH --cpus-per-task=4\n",
+            "#SBATCH --time=4:00:00\n",
+            "#SBATCH --partition=short\n",
+            "#SBATCH --account=rocks\n",
+            "#SBATCH --job-name=breccia-my-results\n",
+            "#SBATCH --output=\"/scratch/my results/slurm/%A_%a.log\"\n",
+            "results='/scratch/my results'\n",
+        ] {
+            assert!(script.contains(part), "{part} is not in {script}");
+        }
+        assert!(!script.contains("--mem"), "{script}");
+        let odd = SlurmJobs { results: "/scratch/it's".into(), ..jobs };
+        assert!(odd.script().unwrap_err().to_string().contains("it's"));
+    }
+}

@@ -1,0 +1,91 @@
+//! Locks of a folder of results: of several processes one makes the products of a stage.
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use super::WorkflowError;
+use crate::progress::say;
+
+/// The folder of the locks; it is there once any stage has begun.
+const FOLDER: &str = ".locks";
+
+/// How long to wait before a lock is tried again.
+const WAIT: Duration = Duration::from_millis(200);
+
+/// Waits for a lock of the folder and takes it. It is given back when the file is dropped or its process
+/// dies, however it dies.
+///
+/// # Errors
+/// [`WorkflowError::Interrupted`] while waiting; a lock that the file system refuses.
+pub(super) fn lock(dir: &Path, name: &str, interrupt: &AtomicBool) -> Result<File, WorkflowError> {
+    let path = place(dir, name);
+    let folder = dir.join(FOLDER);
+    std::fs::create_dir_all(&folder).map_err(|e| WorkflowError::io(&folder, e))?;
+    let mut options = OpenOptions::new();
+    let mut file = options
+        .read(true)
+        .write(true)
+        .create(true)
+        .truncate(false)
+        .open(&path)
+        .map_err(|e| WorkflowError::io(&path, e))?;
+    let mut told = false;
+    loop {
+        match file.try_lock() {
+            Ok(()) => break,
+            Err(TryLockError::WouldBlock) if interrupt.load(Ordering::Relaxed) => {
+                return Err(WorkflowError::Interrupted);
+            }
+            Err(TryLockError::WouldBlock) => {
+                if !std::mem::replace(&mut told, true) {
+                    say(name, &format!("waiting for {}", holder_of(&mut file)));
+                }
+                std::thread::sleep(WAIT);
+            }
+            Err(TryLockError::Error(source)) => return Err(WorkflowError::Lock { path, source }),
+        }
+    }
+    // for people only: a lock without a name locks as well
+    let _ = file
+        .set_len(0)
+        .and_then(|()| write!(file, "process {} on {}", std::process::id(), machine()));
+    Ok(file)
+}
+
+/// Who holds a lock, if anyone does. Nothing is changed.
+pub(super) fn holder(dir: &Path, name: &str) -> Option<String> {
+    let mut file = File::open(place(dir, name)).ok()?;
+    match file.try_lock_shared() {
+        Err(TryLockError::WouldBlock) => Some(holder_of(&mut file)),
+        _ => None,
+    }
+}
+
+/// Whether a stage has ever begun in the folder.
+pub(super) fn has_locks(dir: &Path) -> bool {
+    dir.join(FOLDER).is_dir()
+}
+
+fn place(dir: &Path, name: &str) -> PathBuf {
+    dir.join(FOLDER).join(name)
+}
+
+fn holder_of(file: &mut File) -> String {
+    let mut text = String::new();
+    match file.read_to_string(&mut text) {
+        Ok(_) if !text.is_empty() => text,
+        _ => "another process".to_owned(),
+    }
+}
+
+/// The name of this machine, as far as it is known.
+fn machine() -> String {
+    let named = |variable| std::env::var(variable).ok().filter(|name| !name.is_empty());
+    named("SLURMD_NODENAME")
+        .or_else(|| std::fs::read_to_string("/proc/sys/kernel/hostname").ok())
+        .or_else(|| named("HOSTNAME"))
+        .map_or_else(|| "this machine".to_owned(), |name| name.trim().to_owned())
+}

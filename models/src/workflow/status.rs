@@ -1,0 +1,258 @@
+//! How far a folder of results has come, seen from outside: nothing in it is changed, and it may be
+//! written to meanwhile, from this machine or another one.
+
+use std::fmt;
+use std::path::Path;
+
+use super::WorkflowError;
+use super::ensemble::{Progress, progress};
+use super::freshness::{Freshness, Records, finished_in};
+use super::inputs::Inputs;
+use super::level_runs::FOLDER;
+use super::locks::{has_locks, holder};
+use super::stage::Stage;
+use super::stages::STAGES;
+use crate::case::CaseFile;
+
+/// How far a stage has come.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StageStatus {
+    /// The stage.
+    pub stage: &'static str,
+    /// Whether there is work left.
+    pub state: StageState,
+    /// Of the stage `ensemble` its runs, as far as it is known how many there will be.
+    pub runs: Option<RunCounts>,
+}
+
+/// Whether a stage has work left.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum StageState {
+    /// It is finished, and nothing that it read or wrote has changed.
+    Done,
+    /// A process is at it: who, where that is known.
+    Running(Option<String>),
+    /// It was finished, but has to be run again, for this reason.
+    Stale(String),
+    /// It has begun and no process is at it.
+    Stopped,
+    /// It has not begun.
+    ToDo,
+}
+
+/// The runs of an ensemble on all its meshes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RunCounts {
+    /// Runs that are finished or have failed.
+    pub ended: usize,
+    /// Runs that there will be.
+    pub total: usize,
+    /// Runs that processes are making now.
+    pub under_way: usize,
+    /// Runs that ended without quantities of interest.
+    pub failed: usize,
+    /// Runs whose files cannot be read; they are made again.
+    pub damaged: usize,
+    /// Runs that end in an hour, at the pace of those under way and the mean time of those that ended.
+    pub per_hour: Option<f64>,
+    /// Time left at that pace in seconds.
+    pub seconds_left: Option<f64>,
+    /// Whether that leaves out runs on a mesh on which none has ended yet.
+    pub is_at_least: bool,
+}
+
+/// How far each stage of a folder of results has come.
+///
+/// # Errors
+/// A folder that has no results; a case in it that cannot be read.
+pub fn status(dir: &Path) -> Result<Vec<StageStatus>, WorkflowError> {
+    check_results(dir)?;
+    let file = CaseFile::read(&dir.join("case.toml"))?;
+    let records = finished_in(dir);
+    let inputs = || Inputs::new(&file, dir, Stage::that_writes);
+    let freshness = Freshness::default();
+    let of = |stage: &'static Stage| {
+        let runs = match stage.share {
+            // not known before there is what the runs are made from
+            Some(_) => progress(&inputs(), dir).ok().map(|levels| counts(&levels)),
+            None => None,
+        };
+        let state = state(stage, &records, &inputs(), &freshness, dir, runs.as_ref());
+        StageStatus { stage: stage.name, state, runs }
+    };
+    Ok(STAGES.iter().map(of).collect())
+}
+
+fn check_results(dir: &Path) -> Result<(), WorkflowError> {
+    let refuse = |why| Err(WorkflowError::NoResults { path: dir.to_owned(), why });
+    if !dir.exists() {
+        return refuse("there is no such folder");
+    }
+    if !dir.is_dir() {
+        return refuse("it is a file");
+    }
+    if !dir.join("case.toml").is_file() {
+        return refuse("it has no case.toml");
+    }
+    let begun = has_locks(dir)
+        || ["stages.toml", "origin.toml", FOLDER].iter().any(|n| dir.join(n).exists());
+    if begun { Ok(()) } else { refuse("no stage has been run there") }
+}
+
+fn state(
+    stage: &Stage,
+    records: &Records,
+    inputs: &Inputs<'_>,
+    freshness: &Freshness,
+    dir: &Path,
+    runs: Option<&RunCounts>,
+) -> StageState {
+    let change = records.get(stage.name).map(|record| {
+        record.change(inputs, dir).or_else(|| {
+            // what it read may be as it was, and yet be due itself
+            let of_others =
+                |name: &&str| inputs.writer_of(name) != Some(stage.name) && dir.join(name).exists();
+            record.files_read().filter(of_others).find_map(|name| {
+                match freshness.check(name, records, inputs, dir) {
+                    Err(WorkflowError::Stale { stage, change, .. }) => {
+                        Some(format!("{stage} before it is: {change}"))
+                    }
+                    _ => None,
+                }
+            })
+        })
+    });
+    if let Some(None) = change {
+        return StageState::Done;
+    }
+    let at_it = holder(dir, stage.name);
+    if at_it.is_some() || runs.is_some_and(|runs| runs.under_way > 0) {
+        return StageState::Running(at_it);
+    }
+    match change.flatten() {
+        Some(change) => StageState::Stale(change),
+        None if runs.is_some_and(|runs| runs.ended > 0) => StageState::Stopped,
+        None => StageState::ToDo,
+    }
+}
+
+/// All levels together. How long the rest takes is known from the runs that ended and from how many are
+/// made at once; no clock of another machine is asked.
+fn counts(levels: &[Progress]) -> RunCounts {
+    let sum = |of: fn(&Progress) -> usize| levels.iter().map(of).sum::<usize>();
+    let under_way = sum(|level| level.under_way);
+    let mean = |level: &Progress| (level.ended > 0).then(|| level.seconds / level.ended as f64);
+    let left = |level: &&Progress| level.ended < level.total;
+    let at = levels.iter().find(|level| level.under_way > 0 && level.ended > 0);
+    let pace = |seconds: f64| under_way as f64 / seconds.max(1e-9);
+    let rest: Vec<Option<f64>> = levels
+        .iter()
+        .filter(left)
+        .map(|level| mean(level).map(|seconds| (level.total - level.ended) as f64 / pace(seconds)))
+        .collect();
+    let known: f64 = rest.iter().flatten().sum();
+    RunCounts {
+        ended: sum(|level| level.ended),
+        total: sum(|level| level.total),
+        under_way,
+        failed: sum(|level| level.failed),
+        damaged: sum(|level| level.damaged),
+        per_hour: at.and_then(mean).map(|seconds| 3600.0 * pace(seconds)),
+        seconds_left: at.map(|_| known),
+        is_at_least: rest.contains(&None),
+    }
+}
+
+impl StageStatus {
+    /// All stages of results that have not begun.
+    pub fn none() -> Vec<StageStatus> {
+        let of =
+            |stage: &Stage| StageStatus { stage: stage.name, state: StageState::ToDo, runs: None };
+        STAGES.iter().map(of).collect()
+    }
+
+    /// Whether nothing is left to do.
+    pub fn is_done(&self) -> bool {
+        self.state == StageState::Done
+    }
+}
+
+impl fmt::Display for StageStatus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (word, mut told) = match &self.state {
+            StageState::Done => ("done", vec![]),
+            StageState::Running(at_it) => ("running", at_it.iter().cloned().collect()),
+            StageState::Stale(change) => ("stale", vec![change.clone()]),
+            StageState::Stopped => ("stopped", vec!["no process is at it".to_owned()]),
+            StageState::ToDo => ("to do", vec![]),
+        };
+        if let Some(runs) = self.runs.filter(|_| self.state != StageState::ToDo) {
+            told.insert(0, runs.to_string());
+        }
+        write!(f, "{:<12} {word:<8} {}", self.stage, told.join("; "))
+    }
+}
+
+impl fmt::Display for RunCounts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} of {} runs", self.ended, self.total)?;
+        if self.under_way > 0 {
+            write!(f, ", {} under way", self.under_way)?;
+        }
+        if let Some(rate) = self.per_hour {
+            write!(
+                f,
+                ", {} an hour",
+                if rate < 10.0 { format!("{rate:.1}") } else { format!("{rate:.0}") }
+            )?;
+        }
+        if let Some(seconds) = self.seconds_left {
+            let more = if self.is_at_least { "more than " } else { "" };
+            write!(f, ", {more}{} left", duration(seconds))?;
+        }
+        if self.failed > 0 {
+            write!(f, ", {} failed (failed_runs.csv at the end)", self.failed)?;
+        }
+        if self.damaged > 0 {
+            write!(f, ", {} damaged and made again", self.damaged)?;
+        }
+        Ok(())
+    }
+}
+
+/// A time as a person says it.
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 90.0 => format!("{s:.0} s"),
+        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        s if s < 172_800.0 => format!("{:.1} h", s / 3600.0),
+        s => format!("{:.1} days", s / 86_400.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn level(ended: usize, total: usize, under_way: usize, seconds: f64) -> Progress {
+        Progress { ended, total, under_way, seconds, ..Progress::default() }
+    }
+
+    /// Four at a time of a minute each: 240 an hour, and 60 left take a quarter of an hour.
+    #[test]
+    fn pace_and_time_left_come_from_what_ended_and_what_is_under_way() {
+        let runs = counts(&[level(40, 100, 4, 2400.0)]);
+        assert_eq!((runs.per_hour, runs.seconds_left), (Some(240.0), Some(900.0)));
+        assert_eq!(runs.to_string(), "40 of 100 runs, 4 under way, 240 an hour, 15 min left");
+        // ten on a finer mesh, of which nothing is known
+        let runs = counts(&[level(40, 100, 4, 2400.0), level(0, 10, 0, 0.0)]);
+        assert!(runs.is_at_least && runs.seconds_left == Some(900.0));
+        assert!(runs.to_string().contains("more than 15 min left"));
+        // and of which one took ten minutes: nine more by four
+        let runs = counts(&[level(100, 100, 0, 6000.0), level(1, 10, 4, 600.0)]);
+        assert_eq!((runs.per_hour, runs.seconds_left), (Some(24.0), Some(1350.0)));
+        // nobody is at it: no pace
+        let runs = counts(&[level(40, 100, 0, 2400.0)]);
+        assert_eq!((runs.per_hour, runs.seconds_left), (None, None));
+    }
+}

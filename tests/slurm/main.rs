@@ -1,0 +1,283 @@
+//! An ensemble as jobs of a real Slurm, which these tests start on this machine.
+//!
+//! Needs root and Debian's packages slurm-wlm and munge (`.ci/run` installs them where it can), or a
+//! cluster that is there: SLURM_CONF and sbatch. Without them the tests say that they were skipped.
+
+use std::collections::BTreeMap;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::{Duration, Instant, SystemTime};
+
+/// Many small simulations, of some tenths of a second each: two packings are made beside nothing else.
+const CASE: &str = r#"
+[specimen]
+radius_mm = 2.5
+height_mm = 4.4
+spacing_mm = 1.0
+grains = { fraction = 0.05, seed = 1, film_mm = 0.5 }
+[material.matrix]
+young_mpa = 275.0
+poisson = 0.25
+toughness_n_per_mm = 0.0025
+viscosity_mpa_s = 0.3
+[material.grain]
+young_mpa = 22000.0
+poisson = 0.25
+[phase_field]
+length_mm = 0.06
+[test]
+displacement_mm = 0.22
+steps = 44
+stop_below_peak = 0.1
+[prior]
+matrix.young_mpa = [250.0, 300.0]
+matrix.toughness_n_per_mm = [0.00001, 0.005]
+matrix.viscosity_mpa_s = [0.05, 0.55]
+[design]
+runs = 30
+[fidelity]
+levels = [{ spacing_mm = 1.25, repeats = 4 }]
+"#;
+
+/// A cluster on this machine, which ends with this value.
+struct Cluster {
+    folder: tempfile::TempDir,
+    conf: String,
+}
+
+impl Cluster {
+    /// Starts one, or says why there is none.
+    fn start() -> Result<Self, String> {
+        let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
+        let output = script(folder.path(), "start").map_err(|e| e.to_string())?;
+        let told = String::from_utf8_lossy(&output.stdout);
+        match told.lines().find_map(|line| line.strip_prefix("export SLURM_CONF=")) {
+            Some(conf) if output.status.success() => Ok(Self { conf: conf.to_owned(), folder }),
+            _ => Err(String::from_utf8_lossy(&output.stderr).trim().to_owned()),
+        }
+    }
+
+    fn command(&self, program: &str, folder: &Path) -> Command {
+        let mut command = Command::new(program);
+        command.current_dir(folder).env("SLURM_CONF", &self.conf);
+        // a test may itself run in a job
+        for (name, _) in std::env::vars() {
+            if name.starts_with("SLURM_") && name != "SLURM_CONF" {
+                command.env_remove(name);
+            }
+        }
+        command
+    }
+
+    fn output(&self, program: &str, folder: &Path, arguments: &[&str]) -> Output {
+        let output = self.command(program, folder).args(arguments).output();
+        output.unwrap_or_else(|e| panic!("{program}: {e}"))
+    }
+
+    /// Lines of squeue, one a task or job.
+    fn queue(&self) -> Vec<String> {
+        let output = self.output("squeue", Path::new("/"), &["-h", "-r", "-o", "%i %t"]);
+        String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned).collect()
+    }
+
+    fn wait_until_idle(&self) {
+        wait_for("the queue to be empty", || self.queue().is_empty());
+    }
+}
+
+impl Drop for Cluster {
+    fn drop(&mut self) {
+        let _ = script(self.folder.path(), "stop");
+    }
+}
+
+fn script(root: &Path, what: &str) -> std::io::Result<Output> {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/slurm/start-slurm.sh");
+    Command::new("bash").arg(script).arg(what).env("SLURM_TEST_ROOT", root).output()
+}
+
+fn breccia(cluster: &Cluster, folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let output = cluster.output(env!("CARGO_BIN_EXE_breccia"), folder, arguments);
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
+
+fn wait_for(what: &str, mut holds: impl FnMut() -> bool) {
+    let deadline = Instant::now() + Duration::from_secs(300);
+    while !holds() {
+        assert!(Instant::now() < deadline, "waiting in vain for {what}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// Files of finished runs with their time stamps.
+fn finished(results: &Path) -> BTreeMap<PathBuf, SystemTime> {
+    let entries = |path: &Path| std::fs::read_dir(path).into_iter().flatten().flatten();
+    entries(&results.join("ensemble"))
+        .flat_map(|ensemble| entries(&ensemble.path()).collect::<Vec<_>>())
+        .filter(|e| e.file_name().to_string_lossy().starts_with("run-"))
+        .filter_map(|e| Some((e.path(), e.metadata().ok()?.modified().ok()?)))
+        .collect()
+}
+
+/// The table of the runs without its column of times.
+fn runs(results: &Path) -> Vec<Vec<String>> {
+    let text = std::fs::read_to_string(results.join("runs.csv")).unwrap();
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let seconds = header.iter().position(|column| *column == "seconds").unwrap();
+    let cells = |line: &str| {
+        let cells = line.split(',').enumerate().filter(|(at, _)| *at != seconds);
+        cells.map(|(_, cell)| cell.to_owned()).collect()
+    };
+    lines.map(cells).collect()
+}
+
+/// What the jobs have said.
+fn logs(results: &Path) -> String {
+    let logs = std::fs::read_dir(results.join("slurm")).into_iter().flatten().flatten();
+    logs.filter(|e| e.path().extension().is_some_and(|x| x == "log"))
+        .map(|e| format!("{}:\n{}", e.path().display(), std::fs::read_to_string(e.path()).unwrap()))
+        .collect()
+}
+
+#[test]
+fn jobs_make_what_one_process_would_whatever_happens_to_them() {
+    let cluster = match Cluster::start() {
+        Ok(cluster) => cluster,
+        Err(why) => {
+            // past the test harness, which hides what a passing test prints
+            let note = format!("SKIPPED: no Slurm can be started here ({why})");
+            writeln!(std::io::stderr(), "{note}").expect("stderr is open");
+            return;
+        }
+    };
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    std::fs::write(folder.join("case.toml"), CASE).unwrap();
+    let (code, _, err) = breccia(&cluster, folder, &["ensemble", "case.toml", "--out", "alone"]);
+    assert_eq!(code, Some(0), "{err}");
+    let expected = runs(&folder.join("alone"));
+    assert_eq!(expected.len(), 30);
+
+    submitted_by_the_program(&cluster, folder, &expected);
+    submitted_by_hand(&cluster, folder, &expected);
+    refused(&cluster, folder);
+}
+
+/// One task is cancelled, one put back into the queue and one killed, while they are at work.
+fn submitted_by_the_program(cluster: &Cluster, folder: &Path, expected: &[Vec<String>]) {
+    let submit = [
+        "ensemble",
+        "case.toml",
+        "--out",
+        "jobs",
+        "--slurm",
+        "--tasks",
+        "3",
+        "--time",
+        "10:00",
+        "--memory",
+        "500M",
+        "--partition",
+        "main",
+    ];
+    let results = folder.join("jobs");
+    let (code, out, err) = breccia(cluster, folder, &submit);
+    assert_eq!(code, Some(0), "{err}");
+    let job = out.lines().find_map(|line| line.strip_prefix("job ")?.split(':').next());
+    let job = job.unwrap_or_else(|| panic!("no job number: {out}")).to_owned();
+    assert!(out.contains("ensemble.sbatch") && out.contains("collects them"), "{out}");
+
+    wait_for("three runs", || finished(&results).len() >= 3);
+    let mut seen = finished(&results);
+    let (code, told, _) = breccia(cluster, folder, &["status", "jobs"]);
+    assert!(code == Some(3) && told.contains("of 34 runs"), "{told}");
+    cluster.output("scancel", folder, &[&format!("{job}_0")]);
+    cluster.output("scontrol", folder, &["requeue", &format!("{job}_1")]);
+    // SIGKILL to whatever process of the array is still at work
+    let list = Command::new("pgrep").args(["-f", &format!("--out {}", results.display())]).output();
+    if let Some(pid) = list.ok().and_then(|output| {
+        String::from_utf8_lossy(&output.stdout).lines().next().map(str::to_owned)
+    }) {
+        let _ = Command::new("kill").args(["-9", &pid]).status();
+    }
+    // submitted again meanwhile: more jobs share the same folder
+    let (code, _, err) = breccia(cluster, folder, &submit);
+    assert_eq!(code, Some(0), "{err}");
+    while !cluster.queue().is_empty() {
+        let now = finished(&results);
+        assert!(seen.iter().all(|(run, time)| now.get(run) == Some(time)), "a run was made twice");
+        seen = now;
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    assert!(results.join("runs.csv").is_file(), "{}", logs(&results));
+    assert_eq!(runs(&results), expected, "{}", logs(&results));
+    assert_eq!(finished(&results).len(), 34);
+    let (_, told, _) = breccia(cluster, folder, &["status", "jobs"]);
+    assert!(told.contains("ensemble     done     34 of 34 runs"), "{told}");
+
+    let before = finished(&results);
+    let (code, out, err) = breccia(cluster, folder, &submit);
+    assert!(code == Some(0) && out.contains("nothing is submitted"), "{out} {err}");
+    assert!(cluster.queue().is_empty() && finished(&results) == before);
+}
+
+/// The written script alone, given to sbatch.
+fn submitted_by_hand(cluster: &Cluster, folder: &Path, expected: &[Vec<String>]) {
+    let write = [
+        "ensemble",
+        "case.toml",
+        "--out",
+        "by hand",
+        "--slurm-script",
+        "jobs.sbatch",
+        "--tasks",
+        "2",
+        "--sbatch=--comment=calibration",
+    ];
+    let (code, out, err) = breccia(cluster, folder, &write);
+    assert!(code == Some(0) && out.contains("sbatch jobs.sbatch"), "{out} {err}");
+    assert!(cluster.queue().is_empty(), "only written");
+    let results = folder.join("by hand");
+    for _ in 0..2 {
+        let output = cluster.output("sbatch", folder, &["jobs.sbatch"]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        cluster.wait_until_idle();
+        assert!(results.join("runs.csv").is_file(), "{}", logs(&results));
+        assert_eq!(runs(&results), expected, "{}", logs(&results));
+    }
+}
+
+/// What Slurm refuses is told in its words, and what would fail on the cluster fails before it.
+fn refused(cluster: &Cluster, folder: &Path) {
+    let ensemble = ["ensemble", "case.toml", "--out", "refused", "--slurm"];
+    let (code, _, err) =
+        breccia(cluster, folder, &[&ensemble[..], &["--partition", "gone"]].concat());
+    assert!(
+        code == Some(1) && err.contains("sbatch refuses") && err.contains("partition"),
+        "{err}"
+    );
+    let one = CASE.replace("[design]", "[design]\nmicrostructure = \"one\"");
+    std::fs::write(folder.join("one.toml"), one).unwrap();
+    let (code, _, err) =
+        breccia(cluster, folder, &["ensemble", "one.toml", "--out", "one", "--slurm"]);
+    assert!(code == Some(1) && err.contains("`breccia mesh` first"), "{err}");
+    assert!(cluster.queue().is_empty());
+}
+
+#[test]
+fn without_slurm_the_program_says_so() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("case.toml"), CASE).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_breccia"))
+        .args(["ensemble", "case.toml", "--out", "out", "--slurm"])
+        .current_dir(dir.path())
+        .env("PATH", dir.path())
+        .output()
+        .unwrap();
+    let err = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{err}");
+    assert!(err.contains("sbatch cannot be started") && err.contains("--slurm-script"), "{err}");
+}

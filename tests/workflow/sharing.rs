@@ -1,0 +1,255 @@
+//! One folder of results and several processes: what they share, what ends them, and what is seen of it
+//! from outside.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant, SystemTime};
+
+use super::{TINY, breccia, case_folder, finished, start, without_seconds};
+
+/// Every file below a folder with its time stamp and content.
+fn everything(dir: &Path) -> BTreeMap<PathBuf, (SystemTime, Vec<u8>)> {
+    let mut found = BTreeMap::new();
+    for entry in std::fs::read_dir(dir).unwrap().flatten() {
+        let path = entry.path();
+        match path.is_dir() {
+            true => found.extend(everything(&path)),
+            false => {
+                let stamp = entry.metadata().unwrap().modified().unwrap();
+                let content = std::fs::read(&path).unwrap();
+                found.insert(path, (stamp, content));
+            }
+        }
+    }
+    found
+}
+
+fn wait_for(what: &str, mut holds: impl FnMut() -> bool) {
+    let deadline = Instant::now() + Duration::from_secs(300);
+    while !holds() {
+        assert!(Instant::now() < deadline, "waiting in vain for {what}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// The lines of `breccia status` by stage, and its exit code.
+fn status(folder: &Path, out: &str) -> (Option<i32>, BTreeMap<String, String>) {
+    let (code, told, err) = breccia(folder, &["status", out]);
+    assert_eq!(err, "");
+    let line = |line: &str| {
+        let (stage, rest) = line.split_once(' ').unwrap();
+        (stage.to_owned(), rest.trim().to_owned())
+    };
+    (code, told.lines().map(line).collect())
+}
+
+#[test]
+fn processes_that_share_an_ensemble_make_each_run_once_and_one_collects_them() {
+    let dir = case_folder();
+    let (code, _, err) = breccia(dir.path(), &["ensemble", "tiny.toml", "--out", "alone"]);
+    assert_eq!(code, Some(0), "{err}");
+
+    let worker = ["ensemble", "tiny.toml", "--out", "shared", "--share", "--threads", "1"];
+    let runs = dir.path().join("shared/ensemble");
+    let mut seen = BTreeMap::new();
+    let mut killed = start(dir.path(), &worker);
+    wait_for("two runs", || finished(&runs).len() >= 2);
+    let mut others: Vec<_> = (0..2).map(|_| start(dir.path(), &worker)).collect();
+    // SIGKILL: its run is made by another
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    while others.iter_mut().any(|child| child.try_wait().unwrap().is_none()) {
+        let now = finished(&runs);
+        assert!(
+            seen.iter().all(|(path, time)| now.get(path) == Some(time)),
+            "a run was made twice"
+        );
+        seen = now;
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    for child in others {
+        let output = child.wait_with_output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    assert_eq!(finished(&runs).len(), 12);
+    assert!(!dir.path().join("shared/runs.csv").exists(), "workers write nothing else");
+
+    // two that collect at once: one does, the other finds what it has made
+    let collecting = [(); 2].map(|()| start(dir.path(), &["ensemble", "--out", "shared"]));
+    for child in collecting {
+        let output = child.wait_with_output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    let [alone, shared] = ["alone", "shared"].map(|name| dir.path().join(name));
+    assert_eq!(without_seconds(&alone.join("runs.csv")), without_seconds(&shared.join("runs.csv")));
+    let now = finished(&runs);
+    assert!(seen.iter().all(|(path, time)| now.get(path) == Some(time)), "a run was made twice");
+
+    // submitted again, there is nothing to do
+    let (code, _, err) = breccia(dir.path(), &worker);
+    assert!(code == Some(0) && err.contains("finished before"), "{err}");
+}
+
+#[test]
+fn two_programs_in_one_folder_end_at_what_one_alone_would() {
+    let dir = case_folder();
+    let both = [(); 2].map(|()| start(dir.path(), &["run", "tiny.toml", "--out", "both"]));
+    for child in both {
+        let output = child.wait_with_output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    let (code, stages) = status(dir.path(), "both");
+    assert_eq!(code, Some(0), "{stages:?}");
+    let (code, _, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "one"]);
+    assert_eq!(code, Some(0), "{err}");
+    for name in ["mesh.msh", "experiments.csv", "surrogate.json", "posterior.csv", "map.csv"] {
+        let [a, b] =
+            ["both", "one"].map(|out| std::fs::read(dir.path().join(out).join(name)).unwrap());
+        assert!(a == b, "{name} differs");
+    }
+}
+
+#[test]
+fn status_tells_what_is_done_stale_stopped_and_under_way_and_changes_nothing() {
+    let dir = case_folder();
+    let results = dir.path().join("out");
+    std::fs::create_dir(dir.path().join("empty")).unwrap();
+    breccia(dir.path(), &["init", "--own-data", "own"]);
+    for (folder, why) in [
+        ("gone", "there is no such folder"),
+        ("tiny.toml", "it is a file"),
+        ("empty", "it has no case.toml"),
+        ("own", "no stage has been run there"),
+    ] {
+        let (code, out, err) = breccia(dir.path(), &["status", folder]);
+        assert!(code == Some(1) && out.is_empty(), "{out}");
+        assert!(err.contains(folder) && err.contains(why) && err.contains("--out DIR"), "{err}");
+    }
+
+    // one that is at work, and then is no more
+    let mut child =
+        start(dir.path(), &["ensemble", "tiny.toml", "--out", "out", "--share", "--threads", "1"]);
+    wait_for("a run that has ended", || !finished(&results.join("ensemble")).is_empty());
+    wait_for("a run under way after another", || {
+        let (code, stages) = status(dir.path(), "out");
+        assert!(code == Some(3) && stages.len() == 8, "{stages:?}");
+        assert!(child.try_wait().unwrap().is_none(), "too quick to be seen: {stages:?}");
+        let line = &stages["ensemble"];
+        line.starts_with("running") && line.contains("an hour") && line.contains("left")
+    });
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let before = everything(&results);
+    let (code, stages) = status(dir.path(), "out");
+    assert_eq!(code, Some(3));
+    let made = finished(&results.join("ensemble")).len();
+    let stopped = format!("stopped  {made} of 12 runs; no process is at it");
+    assert_eq!((stages["ensemble"].as_str(), stages["surrogate"].as_str()), (&*stopped, "to do"));
+    assert!(before == everything(&results), "looking has changed something");
+
+    let (code, _, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "out"]);
+    assert_eq!(code, Some(0), "{err}");
+    let before = everything(&results);
+    let (code, stages) = status(dir.path(), "out");
+    assert_eq!(code, Some(0), "{stages:?}");
+    assert!(stages.values().all(|line| line.starts_with("done")), "{stages:?}");
+    assert_eq!(stages["ensemble"], "done     12 of 12 runs");
+    assert!(before == everything(&results), "looking has changed something");
+
+    // what follows from a change is stale with it, though it has not changed itself
+    let case = results.join("case.toml");
+    let text = std::fs::read_to_string(&case).unwrap();
+    std::fs::write(&case, text.replace("max_order = 2", "max_order = 1")).unwrap();
+    let (code, stages) = status(dir.path(), "out");
+    assert_eq!(code, Some(3));
+    assert_eq!(stages["surrogate"], "stale    surrogate has changed in the case");
+    assert!(stages["calibrate"].contains("surrogate before it is: surrogate has changed"));
+    for stage in ["confirm", "report"] {
+        assert!(stages[stage].starts_with("stale"), "{stages:?}");
+    }
+    for stage in ["segment", "mesh", "experiments", "ensemble"] {
+        assert!(stages[stage].starts_with("done"), "{stages:?}");
+    }
+}
+
+#[test]
+fn damaged_and_foreign_runs_are_told_from_good_ones() {
+    let dir = case_folder();
+    let ensemble = ["ensemble", "tiny.toml", "--out", "out"];
+    let (code, _, err) = breccia(dir.path(), &ensemble);
+    assert_eq!(code, Some(0), "{err}");
+    let runs = dir.path().join("out/ensemble");
+    let before = finished(&runs);
+    let folder = before.keys().next().unwrap().parent().unwrap().to_owned();
+    let table = std::fs::read(dir.path().join("out/runs.csv")).unwrap();
+
+    // half a file: made again, and nothing else is
+    let torn = folder.join("run-000003.json");
+    let text = std::fs::read_to_string(&torn).unwrap();
+    std::fs::write(&torn, &text[..text.len() / 2]).unwrap();
+    std::fs::remove_file(dir.path().join("out/runs.csv")).unwrap();
+    let (code, stages) = status(dir.path(), "out");
+    assert!(code == Some(3) && stages["ensemble"].contains("1 damaged"), "{stages:?}");
+    let (code, _, err) = breccia(dir.path(), &ensemble);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(err.contains("run-000003.json is damaged") && err.contains("made again"), "{err}");
+    let now = finished(&runs);
+    let changed: Vec<_> = before.iter().filter(|(path, time)| now[*path] != **time).collect();
+    assert!(changed.len() == 1 && *changed[0].0 == torn, "{changed:?}");
+    let rows = |bytes: &[u8]| String::from_utf8_lossy(bytes).lines().count();
+    assert_eq!(rows(&std::fs::read(dir.path().join("out/runs.csv")).unwrap()), rows(&table));
+
+    // runs by another version are neither taken nor lost
+    let manifest = folder.join("ensemble.json");
+    let text = std::fs::read_to_string(&manifest).unwrap();
+    let own = concat!("breccia ", env!("CARGO_PKG_VERSION"));
+    assert!(text.contains(own), "{text}");
+    std::fs::write(&manifest, text.replace(own, "breccia 0.0.9")).unwrap();
+    std::fs::remove_file(dir.path().join("out/runs.csv")).unwrap();
+    let all = finished(&runs);
+    for sharing in [&[][..], &["--share"], &["--slurm-script", "script.sh"]] {
+        let (code, _, err) = breccia(dir.path(), &[&ensemble, sharing].concat());
+        assert_eq!(code, Some(1), "{err}");
+        for part in ["another version", "breccia 0.0.9", own, "--out", "delete this one"] {
+            assert!(err.contains(part), "{part} is not in {err}");
+        }
+    }
+    assert_eq!(finished(&runs), all);
+}
+
+/// A limit of the size of files stands for a full disk: the system refuses to write, in the middle of a file.
+#[cfg(unix)]
+#[test]
+fn what_cannot_be_written_is_told_and_what_was_finished_is_kept() {
+    let dir = tempfile::tempdir().unwrap();
+    // a curve of the first runs fits, longer ones do not
+    std::fs::write(dir.path().join("tiny.toml"), TINY).unwrap();
+    let program = env!("CARGO_BIN_EXE_breccia");
+    let limited = format!(
+        "trap '' XFSZ; ulimit -f 8; exec '{program}' ensemble tiny.toml --out out --threads 2"
+    );
+    let output = Command::new("bash")
+        .args(["-c", &limited])
+        .current_dir(dir.path())
+        .stdin(Stdio::null())
+        .output()
+        .expect("bash is there");
+    let err = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{err}");
+    for part in ["cannot write", "run-0000", "make room", "goes on"] {
+        assert!(err.contains(part), "{part} is not in {err}");
+    }
+    // no half file has the name of a whole one
+    let kept = finished(&dir.path().join("out/ensemble"));
+    for path in kept.keys() {
+        let text = std::fs::read_to_string(path).unwrap();
+        serde_json::from_str::<serde_json::Value>(&text).unwrap();
+    }
+    assert!(!dir.path().join("out/runs.csv").exists());
+    let (code, _, err) = breccia(dir.path(), &["ensemble", "tiny.toml", "--out", "out"]);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(!err.contains("damaged"), "{err}");
+    let now = finished(&dir.path().join("out/ensemble"));
+    assert!(now.len() == 12 && kept.iter().all(|(path, time)| now[path] == *time));
+}

@@ -1,0 +1,135 @@
+//! A study: several calibrations against the specimens of one laboratory.
+
+use super::{TINY, breccia, finished, number, start, table};
+
+const STUDY: &str = r#"
+title = "Two microstructures"
+base = "base/tiny.toml"
+[[laboratory]]
+name = "L"
+set.experiments.virtual.seed = 12
+[[case]]
+name = "second"
+laboratory = "L"
+set.specimen.grains = { fraction = 0.07, seed = 4 }
+set.design.runs = 14
+reference = { map.matrix.young_mpa = 286.181, percent_error = [1.225, 3.101, 9.091] }
+[[case]]
+name = "first"
+laboratory = "L"
+# so far from the truth that the posterior is cut
+set.prior.matrix.viscosity_mpa_s = [0.05, 0.29]
+set.design.microstructure = "one"
+"#;
+
+#[test]
+fn cases_share_their_specimens_and_are_compared() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::create_dir(dir.path().join("base")).unwrap();
+    std::fs::write(dir.path().join("base/tiny.toml"), TINY).unwrap();
+    std::fs::write(dir.path().join("study.toml"), STUDY).unwrap();
+    let results = dir.path().join("out");
+
+    // killed in the middle, it goes on
+    let study = ["study", "study.toml", "--out", "out"];
+    let runs = results.join("second/ensemble");
+    let mut child = start(dir.path(), &study);
+    while finished(&runs).len() < 3 {
+        assert!(child.try_wait().unwrap().is_none(), "ended before it was killed");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let kept = finished(&runs);
+    let (code, told, err) = breccia(dir.path(), &["status", "out"]);
+    assert_eq!(code, Some(3), "{err}");
+    let lines: Vec<&str> = told.lines().collect();
+    assert_eq!((lines[0], lines[4], lines[13]), ("laboratories/L", "second", "first"), "{told}");
+    assert!(lines[1..4].iter().all(|line| line.contains("done")), "{told}");
+    assert!(lines[14..].iter().all(|line| line.trim_end().ends_with("to do")), "{told}");
+    // the data of this tiny case need not be within reach of its narrow prior
+    let (code, out, err) = breccia(dir.path(), &study);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(out.contains("study.csv") && out.contains("report.html"), "{out}");
+    let now = finished(&runs);
+    assert!(kept.iter().all(|(run, time)| now.get(run) == Some(time)), "a run was run again");
+
+    // one folder a case, with all that `run` writes; both have the laboratory's curves
+    for case in ["first", "second"] {
+        let file = |name: &str| std::fs::read(results.join(case).join(name)).unwrap();
+        let tested = results.join("laboratories/L");
+        for curve in ["experiments/curves/V-01.csv", "experiments/curves/V-03.csv"] {
+            assert!(file(curve) == std::fs::read(tested.join(curve)).unwrap(), "{case}: {curve}");
+        }
+        assert!(!file("report.html").is_empty() && !file("confirm.csv").is_empty());
+    }
+    assert_eq!(table(&results.join("second/runs.csv")).len(), 14);
+
+    // the table has the numbers of the cases, in the order of the study, and the laboratory's truth
+    let text = std::fs::read_to_string(results.join("study.csv")).unwrap();
+    assert!(text.starts_with("case,parameter,map,mean,sd,q05,q95,truth\nsecond,matrix.young_mpa,"));
+    let rows = table(&results.join("study.csv"));
+    assert_eq!(rows.len(), 6);
+    for row in &rows {
+        let case = results.join(&row["case"]);
+        let of = |file: &str| {
+            let rows = table(&case.join(file));
+            rows.into_iter().find(|r| r["parameter"] == row["parameter"]).unwrap()
+        };
+        assert_eq!(number(row, "map"), number(&of("map.csv"), "map"));
+        for column in ["mean", "sd", "q05", "q95"] {
+            assert_eq!(number(row, column), number(&of("summary.csv"), column), "{column}");
+        }
+        let truth = [("young", 275.0), ("tough", 0.0025), ("visco", 0.3)];
+        let truth = truth.iter().find(|(name, _)| row["parameter"].contains(name)).unwrap().1;
+        assert_eq!(number(row, "truth"), truth);
+    }
+
+    let page = std::fs::read_to_string(results.join("report.html")).unwrap();
+    for part in [
+        "Two microstructures",
+        "href=\"second/report.html\"",
+        "published MAP",
+        "286.2",
+        "3.10 %",
+        "Do the cases agree?",
+        "of 6 quantities are within 10 %",
+        "prior.matrix.viscosity_mpa_s = [0.05, 0.53]",
+        "<svg viewBox=",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+
+    // again: nothing to do, the same bytes; one more draw is one stage more
+    let (code, _, err) = breccia(dir.path(), &study);
+    assert_eq!(code, Some(0), "{err}");
+    assert_eq!(std::fs::read_to_string(results.join("report.html")).unwrap(), page);
+    assert_eq!(finished(&runs), now);
+    let (code, told, _) = breccia(dir.path(), &["status", "out"]);
+    assert_eq!(code, Some(0), "{told}");
+    let (code, _, err) =
+        breccia(dir.path(), &[&study[..], &["--set", "calibration.draws=160"]].concat());
+    assert_eq!(code, Some(0), "{err}");
+    assert!(err.contains("calibration has changed in the case"), "{err}");
+    assert_eq!(finished(&runs), now);
+}
+
+#[test]
+fn the_shipped_study_is_the_papers() {
+    let path =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../studies/bonded-granular.toml");
+    let study = models::StudyFile::read(&path, &[]).unwrap();
+    let runs: Vec<_> =
+        study.cases.iter().map(|case| (case.name.as_str(), case.file.case.design.runs)).collect();
+    assert_eq!(
+        runs,
+        [("M-50-02", 100), ("M-50-03", 200), ("M-50-01", 100), ("M-50-01-Cal90", 100)]
+    );
+    for case in &study.cases {
+        let specimens = study.laboratory(case).unwrap().file.case.experiments.clone().unwrap();
+        let count = specimens.virtual_specimens.unwrap().specimens;
+        assert_eq!(count, if case.name.ends_with("90") { 4 } else { 8 });
+    }
+    let mistaken = models::StudyFile::read(&path, &["design.rns=3".to_owned()]).unwrap_err();
+    assert!(mistaken.to_string().contains("design.rns"), "{mistaken}");
+}
