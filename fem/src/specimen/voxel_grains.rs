@@ -12,7 +12,8 @@ const MARGIN: usize = 3;
 /// Grains of a segmented image: a [`GrainField`] with distances good to a fraction of a voxel.
 ///
 /// A grain takes the solid fraction of its own voxels and of those of the matrix that touch it
-/// (shared among the grains that they touch). Distances are kept in a box around each grain.
+/// (shared among the grains that they touch). Distances are kept in a box around each grain; they are zero on
+/// a surface that encloses its volume.
 #[derive(Debug)]
 pub struct VoxelGrains<'a> {
     labels: &'a Volume<u32>,
@@ -66,6 +67,7 @@ impl<'a> VoxelGrains<'a> {
                 }
             }
             patch.fractions_to_distances();
+            patch.enclose(all);
             let inside = if all > 0.0 { voxels / all } else { 0.0 };
             (patch, (voxels * voxel.powi(3), inside))
         };
@@ -78,12 +80,14 @@ impl<'a> VoxelGrains<'a> {
     /// The same grains, with volumes (mm³) that are known better than by adding up fractions between 0
     /// and 1, such as those of [`Region`](crate::Region): blur carries some of a grain beyond the voxels
     /// that touch it, and noise that is cut off at 0 and 1 does not cancel. Of a grain that the cylinder
-    /// cuts the same part counts as before; grains without a number in the list keep their volume.
+    /// cuts the same part counts as before; grains without a number in the list keep their volume. Distances
+    /// are those to a surface that encloses it.
     pub fn with_volumes(mut self, volumes_mm3: impl IntoIterator<Item = (u32, f64)>) -> Self {
         for (grain, volume) in volumes_mm3 {
             let place = (grain as usize).wrapping_sub(1);
             if let Some(own) = self.volumes_mm3.get_mut(place) {
                 *own = volume.max(0.0) * self.inside[place];
+                self.distances[place].enclose(volume / self.labels.voxel_mm.powi(3));
             }
         }
         self

@@ -107,9 +107,10 @@ fn shares_give_the_volumes_and_surfaces_of_balls() {
     let exact: f64 = balls.iter().map(Grain::volume_mm3).sum();
     assert!((sum(&shared) / exact - 1.0).abs() < 3e-4, "{}", sum(&shared) / exact);
     assert!(worst[0] > 0.01, "the test tells nothing: whole voxels are as good");
-    // the smoothing moves the surface of a ball in by σ² / R with σ² = ½ voxel², 0.06 voxels; as much
-    // for the linear interpolation
-    assert!(worst[1] < 0.15 * VOXEL, "{} voxels", worst[1] / VOXEL);
+    // the smoothing moves the surface of a ball in by σ² / R with σ² = ½ voxel², 0.06 voxels, which the
+    // volume makes up for; the linear interpolation is left
+    println!("{} voxels", worst[1] / VOXEL);
+    assert!(worst[1] < 0.08 * VOXEL, "{} voxels", worst[1] / VOXEL);
 }
 
 #[test]
