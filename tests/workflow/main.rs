@@ -6,6 +6,7 @@ mod discrepancy;
 mod fidelity;
 mod images;
 mod own_data;
+mod quadrature;
 mod sharing;
 mod stages;
 mod study;
@@ -228,6 +229,10 @@ fn from_an_empty_directory_to_every_documented_file() {
     for name in ["displacement_mm", "damage", "energy_density_mpa", "stress_mpa", "von_mises_mpa"] {
         assert!(fields.contains(&format!("Name=\"{name}\"")), "{name}");
     }
+
+    // on this mesh a choice of quadrature, which was compared
+    let page = std::fs::read_to_string(results.join("report.html")).unwrap();
+    assert!(page.contains("Where damage is integrated is a choice"));
 
     // what a person reads has names, and the units of the experiments
     let summary = std::fs::read_to_string(results.join("summary.csv")).unwrap();
