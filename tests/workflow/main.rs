@@ -249,6 +249,30 @@ fn from_an_empty_directory_to_every_documented_file() {
         String::from_utf8_lossy(&bytes).into_owned()
     };
     assert!(text("observed_data/qois/zarr.json").contains("\"specimen\""));
+    let units = |array: &str| -> serde_json::Value {
+        let array: serde_json::Value =
+            serde_json::from_str(&text(&format!("{array}/zarr.json"))).unwrap();
+        array["attributes"]["units"].clone()
+    };
+    let of_quantities = serde_json::json!(["N/mm", "N", "mm"]);
+    for array in ["posterior/mean", "posterior_predictive/new_specimen", "observed_data/qois"] {
+        assert_eq!(units(array), of_quantities, "{array}");
+    }
+    assert_eq!(units("posterior/theta"), serde_json::json!(["MPa", "N/mm", "MPa s"]));
+    assert_eq!(units("posterior/sd"), "1");
+    // the specimens as they were measured, and not what the likelihood makes of them
+    let qois: Vec<f64> = std::fs::read(store.join("observed_data/qois/c/0/0"))
+        .unwrap()
+        .chunks(8)
+        .map(|bytes| f64::from_le_bytes(bytes.try_into().unwrap()))
+        .collect();
+    let experiments = table(&results.join("experiments.csv"));
+    for (row, qois) in experiments.iter().zip(qois.chunks(3)) {
+        assert_eq!([number(row, "slope_N_per_mm"), number(row, "peak_force_N")], qois[..2]);
+    }
+    for group in ["observed_data", "posterior_predictive", "prior_predictive"] {
+        assert!(!store.join(group).join("contrast").exists(), "{group}");
+    }
     assert!(text("observed_data/specimen/c/0").contains("V-02"));
     assert!(text("posterior/qoi/c/0").contains("slope_N_per_mm"));
     assert!(text("posterior/parameter/c/0").contains("matrix.young_mpa"));
