@@ -1,5 +1,6 @@
 //! What a model says when it is traced: compiled once, here, and not anew for every model.
 
+use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rand::{RngCore, SeedableRng};
@@ -170,6 +171,7 @@ fn layout(record: Record) -> Layout {
         dim: record.unconstrained.len(),
         variables: record.entries.into_iter().map(|entry| entry.variable).collect(),
         coordinates: record.coordinates,
+        units: BTreeMap::new(),
     }
 }
 

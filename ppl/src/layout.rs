@@ -15,6 +15,8 @@ pub struct Layout {
     pub variables: Vec<Variable>,
     /// Labels of the entries along dimensions, by the name of the dimension.
     pub coordinates: Coordinates,
+    /// Units of quantities, by name: one, or one for each entry along the last dimension.
+    pub units: BTreeMap<String, Vec<String>>,
 }
 
 impl Layout {
@@ -56,18 +58,36 @@ impl Layout {
         dimension: usize,
         labels: &[&str],
     ) -> Result<(), LabelError> {
-        let Some(variable) = self.variables.iter().find(|v| v.name == name) else {
-            let known = self.variables.iter().map(|v| v.name.as_str()).collect::<Vec<_>>();
-            return Err(LabelError::NoQuantity { name: name.to_owned(), known: known.join(", ") });
-        };
+        let variable = self.named(name)?;
         let Some(&entries) = variable.shape.get(dimension) else {
             let (name, dimensions) = (name.to_owned(), variable.shape.len());
             return Err(LabelError::NoDimension { name, dimension, dimensions });
         };
         let named = &variable.dims[dimension];
         check_length(named, variable, entries, labels.len())?;
-        *self.coordinates.labels(named) = labels.iter().map(|&label| label.to_owned()).collect();
+        let labels = labels.iter().map(|&label| label.to_owned()).collect();
+        *self.coordinates.labels(&named.clone()) = labels;
         Ok(())
+    }
+
+    /// Says in what units a quantity is.
+    pub(crate) fn set_units(&mut self, name: &str, units: &[&str]) -> Result<(), LabelError> {
+        let variable = self.named(name)?;
+        if let ([_, _, ..], Some(dimension), Some(&entries)) =
+            (units, variable.dims.last(), variable.shape.last())
+        {
+            check_length(dimension, variable, entries, units.len())?;
+        }
+        let units = units.iter().map(|&unit| unit.to_owned()).collect();
+        self.units.insert(name.to_owned(), units);
+        Ok(())
+    }
+
+    fn named(&self, name: &str) -> Result<&Variable, LabelError> {
+        let known =
+            || self.variables.iter().map(|v| v.name.as_str()).collect::<Vec<_>>().join(", ");
+        let found = self.variables.iter().find(|v| v.name == name);
+        found.ok_or_else(|| LabelError::NoQuantity { name: name.to_owned(), known: known() })
     }
 }
 

@@ -6,6 +6,7 @@ mod discrepancy;
 mod fidelity;
 mod images;
 mod own_data;
+mod quadrature;
 mod sharing;
 mod stages;
 mod study;
@@ -229,6 +230,10 @@ fn from_an_empty_directory_to_every_documented_file() {
         assert!(fields.contains(&format!("Name=\"{name}\"")), "{name}");
     }
 
+    // on this mesh a choice of quadrature, which was compared
+    let page = std::fs::read_to_string(results.join("report.html")).unwrap();
+    assert!(page.contains("Where damage is integrated is a choice"));
+
     // what a person reads has names, and the units of the experiments
     let summary = std::fs::read_to_string(results.join("summary.csv")).unwrap();
     assert!(summary.contains("correlation[peak-force,slope]") && !summary.contains("corr["));
@@ -244,6 +249,30 @@ fn from_an_empty_directory_to_every_documented_file() {
         String::from_utf8_lossy(&bytes).into_owned()
     };
     assert!(text("observed_data/qois/zarr.json").contains("\"specimen\""));
+    let units = |array: &str| -> serde_json::Value {
+        let array: serde_json::Value =
+            serde_json::from_str(&text(&format!("{array}/zarr.json"))).unwrap();
+        array["attributes"]["units"].clone()
+    };
+    let of_quantities = serde_json::json!(["N/mm", "N", "mm"]);
+    for array in ["posterior/mean", "posterior_predictive/new_specimen", "observed_data/qois"] {
+        assert_eq!(units(array), of_quantities, "{array}");
+    }
+    assert_eq!(units("posterior/theta"), serde_json::json!(["MPa", "N/mm", "MPa s"]));
+    assert_eq!(units("posterior/sd"), "1");
+    // the specimens as they were measured, and not what the likelihood makes of them
+    let qois: Vec<f64> = std::fs::read(store.join("observed_data/qois/c/0/0"))
+        .unwrap()
+        .chunks(8)
+        .map(|bytes| f64::from_le_bytes(bytes.try_into().unwrap()))
+        .collect();
+    let experiments = table(&results.join("experiments.csv"));
+    for (row, qois) in experiments.iter().zip(qois.chunks(3)) {
+        assert_eq!([number(row, "slope_N_per_mm"), number(row, "peak_force_N")], qois[..2]);
+    }
+    for group in ["observed_data", "posterior_predictive", "prior_predictive"] {
+        assert!(!store.join(group).join("contrast").exists(), "{group}");
+    }
     assert!(text("observed_data/specimen/c/0").contains("V-02"));
     assert!(text("posterior/qoi/c/0").contains("slope_N_per_mm"));
     assert!(text("posterior/parameter/c/0").contains("matrix.young_mpa"));

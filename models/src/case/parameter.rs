@@ -58,6 +58,11 @@ impl Property {
         }
     }
 
+    /// Its unit; 1 without one.
+    pub fn unit(self) -> &'static str {
+        self.label().split_once(" (").map_or("1", |(_, unit)| unit.trim_end_matches(')'))
+    }
+
     /// What to know before writing it.
     pub(crate) fn help(self) -> &'static str {
         match self {

@@ -69,6 +69,11 @@ impl Quantity {
         shape.or_else(|| Self::SCALARS.into_iter().find(|quantity| quantity.column() == column))
     }
 
+    /// Its unit; 1 without one.
+    pub fn unit(self) -> &'static str {
+        self.label().split_once(" (").map_or("1", |(_, unit)| unit.trim_end_matches(')'))
+    }
+
     /// The quantity that a case names so.
     fn named(name: &str) -> Option<Self> {
         let of_shape = || of_percentage(&name.strip_prefix("force-at-")?.replace('-', "_"));

@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 
 use ppl::diagnostics::{LooPoint, e_bfmi};
-use ppl::{ChainStatus, Nuts, Posterior, Progress, Role, Values, Variable};
+use ppl::{ChainStatus, Nuts, Posterior, Progress};
 use surrogate::{DynPce, Input};
 
 use super::WorkflowError;
@@ -52,10 +52,10 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
             &format!("the mode is not sharp: {} of {} searches agree", mode.agreeing, mode.starts),
         );
     }
-    let means = column_means(&evidence.qois);
-    let mut posterior = result.in_units(pce.outputs(), &means).map_err(CalibrationError::Label)?;
-    name_specimens(inputs, &mut posterior, &evidence.qois, pce.outputs())?;
-    let posterior = &posterior;
+    let ids = specimen_ids(inputs)?;
+    let names: Vec<&str> = ids.iter().map(String::as_str).collect();
+    let posterior = result.in_units(pce.outputs(), &names, &evidence.qois);
+    let posterior = &posterior.map_err(CalibrationError::Label)?;
     let zarr = task.product("posterior.zarr")?;
     posterior.write_zarr(&zarr).map_err(|e| WorkflowError::io(&zarr, e))?;
     write_draws(task, posterior)?;
@@ -78,7 +78,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     task.write("summary.txt", &labelled(plain(format!("{summary}\n")), &outside))?;
     let mut warnings = outside;
     warnings.extend(summary.warnings.iter().map(|warning| plain(warning.to_string())));
-    warnings.extend(write_loo(task, &result)?);
+    warnings.extend(write_loo(task, &result, &ids)?);
     warnings.extend(shared_error_warning(
         &summary,
         pce.outputs(),
@@ -123,10 +123,11 @@ fn known_inputs(inputs: &Inputs<'_>, pce: &DynPce) -> Result<Vec<Vec<f64>>, Work
 
 /// `loo.csv`: how each specimen is predicted by a calibration to the others. What warns of specimens whose
 /// line cannot be relied on.
-fn write_loo(task: &Task<'_>, result: &Calibration) -> Result<Vec<String>, WorkflowError> {
-    let path = task.inputs.file("experiments.csv")?;
-    let ids = CsvTable::read(&path, &["id"])?;
-    let ids: Vec<String> = ids.rows().map(|row| row.text("id").to_owned()).collect();
+fn write_loo(
+    task: &Task<'_>,
+    result: &Calibration,
+    ids: &[String],
+) -> Result<Vec<String>, WorkflowError> {
     let loo = match result.loo() {
         Ok(loo) => loo,
         Err(error) => return Ok(vec![format!("Specimens are not left out: {error}.")]),
@@ -176,25 +177,11 @@ fn is_for_people(posterior: &Posterior, name: &str) -> bool {
     of("corr").is_none() && of("correlation").is_none_or(|(row, column)| row > column)
 }
 
-/// Puts the specimens into the observed data as people know them: by name, one column a quantity.
-fn name_specimens(
-    inputs: &Inputs<'_>,
-    posterior: &mut Posterior,
-    specimens: &[Vec<f64>],
-    quantities: &[String],
-) -> Result<(), WorkflowError> {
+/// The names of the specimens, in the order of their quantities.
+fn specimen_ids(inputs: &Inputs<'_>) -> Result<Vec<String>, WorkflowError> {
     let path = inputs.file("experiments.csv")?;
     let table = CsvTable::read(&path, &["id"])?;
-    let ids: Vec<&str> = table.rows().map(|row| row.text("id")).collect();
-    let (name, shape) = ("qois".to_owned(), vec![specimens.len(), quantities.len()]);
-    posterior.layout.variables.push(Variable {
-        name: name.clone(),
-        shape: shape.clone(),
-        dims: vec!["specimen".to_owned(), "qoi".to_owned()],
-        role: Role::Observed,
-    });
-    posterior.observed.variables.push(Values { name, shape, data: specimens.concat() });
-    Ok(posterior.label("qois", 0, &ids).map_err(CalibrationError::Label)?)
+    Ok(table.rows().map(|row| row.text("id").to_owned()).collect())
 }
 
 /// What new specimens would show, one line a draw.

@@ -12,6 +12,7 @@ use super::inputs::Inputs;
 use super::level_runs::{FOLDER, LevelRuns, Runner};
 use super::levels::Level;
 use super::packings::{Packings, SEED};
+use super::quadrature::compare_quadratures;
 use super::runs::place;
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
@@ -62,9 +63,9 @@ pub(super) fn share(task: &Task<'_>) -> Result<(), WorkflowError> {
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let plan = Plan::of(&task.inputs, usize::MAX)?;
     let done = all_levels(&plan.runner(task), &plan)?;
+    compare_quadratures(&plan.runner(task), &plan.levels[0], &plan.prior, &done[0])?;
     let inputs = &task.inputs;
     let Plan { prior, names, runs, packings, levels } = plan;
-
     let outputs: Vec<String> =
         inputs.qoi().quantities.iter().map(|q| q.column().to_owned()).collect();
     let corrections = done

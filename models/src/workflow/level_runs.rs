@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use fem::{RunInput, RunRecord};
+use fem::{RunInput, RunRecord, TetMesh};
 
 use super::WorkflowError;
 use super::levels::Level;
@@ -47,6 +47,16 @@ impl Runner<'_> {
         run_named(task, FOLDER, &level.manifest, names, runs, wait, &|_| {
             Ok(Cow::Borrowed(&simulator))
         })
+    }
+}
+
+impl Runner<'_> {
+    /// The mesh of a level that a run is made on.
+    pub(super) fn mesh(&self, level: &Level<'_>, run: usize) -> Result<TetMesh, WorkflowError> {
+        match self.packings {
+            Some(packings) => Ok(packings.mesh(run - 1, level)?),
+            None => level.mesh(&self.task.inputs),
+        }
     }
 }
 

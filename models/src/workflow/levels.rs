@@ -1,6 +1,6 @@
 //! The meshes that the runs of an ensemble are made on, from the cheapest to the specimen's own.
 
-use fem::{Meshing, TetMesh, gmsh};
+use fem::{Meshing, PhaseField, TetMesh, gmsh};
 
 use super::WorkflowError;
 use super::inputs::Inputs;
@@ -53,6 +53,19 @@ impl<'a> Level<'a> {
         let setup_of_own = Setup { derivatives: derivatives && levels.is_empty(), ..setup };
         let own = Level { manifest: manifest.clone(), repeats: 0, setup: setup_of_own, case: None };
         Ok(cheaper.chain([own]).collect())
+    }
+
+    /// The same with another phase field and without derivatives, its runs by names of their own.
+    pub(super) fn with_phase_field<'b>(&self, field: &'b PhaseField) -> Level<'b>
+    where
+        'a: 'b,
+    {
+        Level {
+            manifest: format!("{}phase_field = {field:?}\n", self.manifest),
+            repeats: 0,
+            setup: Setup { phase_field: Some(field), derivatives: false, ..self.setup },
+            case: self.case,
+        }
     }
 
     /// The specimen's mesher as this level has it.

@@ -99,7 +99,10 @@ impl Packings {
     }
 
     /// The packing of a run on the mesh of a level.
-    fn mesh(&self, run: usize, level: &Level<'_>) -> Result<TetMesh, FemError> {
+    ///
+    /// # Errors
+    /// A packing that cannot be meshed.
+    pub(super) fn mesh(&self, run: usize, level: &Level<'_>) -> Result<TetMesh, FemError> {
         let [radius_mm, height_mm] = self.size_mm;
         let built = level.meshing(&self.meshing).build(radius_mm, height_mm, &self.grains[run]);
         built.map(|meshed| meshed.mesh).map_err(|error| match error {

@@ -1,8 +1,10 @@
 //! Whether a mesh resolves the width of a crack.
 
+use std::collections::BTreeMap;
+
 use fem::{CrackDensity, Quality, TetMesh};
 
-use crate::case::Case;
+use crate::case::{Case, MaterialCase};
 
 /// What to say of a simulation on a mesh whose nodes are farther apart than the crack is wide; nothing
 /// where they are not, or nothing can break.
@@ -13,9 +15,7 @@ use crate::case::Case;
 /// Bourdin, Francfort & Marigo, The variational approach to fracture, J. Elasticity 91 (2008), section
 /// 8.1.1: Gc (1 + h/(4 c l₀)) with c = 1/2 and 2/3.
 pub(super) fn resolution_note(case: &Case, mesh: &TetMesh) -> Option<String> {
-    let field = case.phase_field.as_ref()?;
-    let breaks = |region: &String| case.material.get(region)?.toughness_n_per_mm;
-    mesh.regions.iter().find_map(breaks)?;
+    let field = case.phase_field.as_ref().filter(|_| can_break(&case.material, mesh))?;
     let (order, width) = (f64::from(u8::from(case.specimen.order)), field.length_mm);
     let apart = Quality::of(mesh).mean_edge_mm / order;
     let part = match field.model {
@@ -30,4 +30,10 @@ pub(super) fn resolution_note(case: &Case, mesh: &TetMesh) -> Option<String> {
             1.0 + part * apart / width
         )
     })
+}
+
+/// Whether a region of the mesh has a toughness.
+pub(super) fn can_break(materials: &BTreeMap<String, MaterialCase>, mesh: &TetMesh) -> bool {
+    let toughness = |region: &String| materials.get(region)?.toughness_n_per_mm;
+    mesh.regions.iter().any(|region| toughness(region).is_some())
 }

@@ -9,6 +9,7 @@ use fem::{Checkpoint, CurvePoint, CurveWriter, FemError, Fields, Observer, vtu};
 
 use super::WorkflowError;
 use super::files::write;
+use super::quadrature::quadrature_note;
 use super::resolution::resolution_note;
 use super::simulator::{Setup, Simulator, failure};
 use super::specimen::mesh_of;
@@ -32,6 +33,7 @@ pub fn simulate(
     let setup = Setup::from(file);
     let mesh = mesh_of(file)?;
     resolution_note(&file.case, &mesh).iter().for_each(|note| say("note", note));
+    quadrature_note(&file.case, &mesh).iter().for_each(|note| say("note", note));
     let simulator = Simulator::new(&setup, mesh, Vec::new())?;
     let test = simulator.problem();
     let state = dir.join("simulate.state");

@@ -52,6 +52,7 @@ pub static STAGES: [Stage; 8] = [
             "fidelity_runs.csv",
             "fidelity.csv",
             "fidelity.json",
+            "quadrature.csv",
             "curves/run-*",
         ],
         share: Some(ensemble::share),

@@ -5,6 +5,8 @@ mod zarr;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use serde_json::{Value, json};
+
 use crate::group::{Group, Values};
 use crate::posterior::Posterior;
 use crate::summary::Summary;
@@ -18,7 +20,8 @@ impl Posterior {
     /// `sample_stats`, `posterior_predictive`, `log_likelihood`, `log_prior`, `observed_data`,
     /// `prior`, `prior_predictive`. Dimensions are `chain`, `draw` and those of `#[dims(…)]`, or
     /// `<name>_dim_0`, …, with labels as coordinates where the model or [`Posterior::label`] gave
-    /// some. An older store at `path` is replaced.
+    /// some, and the attribute `units` where [`Posterior::set_units`] did: a text, or a list along the
+    /// last dimension. An older store at `path` is replaced.
     ///
     /// # Errors
     /// An error of the file system with the path in its words; also if `path` exists and is not
@@ -92,7 +95,24 @@ impl Posterior {
             store.array(group, name, &[(name.clone(), size)], coordinate)?;
             dimensions.push((name.clone(), size));
         }
-        store.array(group, &values.name, &dimensions, ZarrArray::Real(values.data.clone()))
+        let data = ZarrArray::Real(values.data.clone());
+        store.described(
+            group,
+            &values.name,
+            &dimensions,
+            data,
+            self.attributes(group, &values.name),
+        )
+    }
+
+    /// `units`: a text, or a list along the last dimension; densities have none.
+    fn attributes(&self, group: &str, name: &str) -> Value {
+        let units = self.layout.units.get(name).filter(|_| !group.starts_with("log_"));
+        match units.map(Vec::as_slice) {
+            None | Some([]) => json!({}),
+            Some([one]) => json!({ "units": one }),
+            Some(all) => json!({ "units": all }),
+        }
     }
 
     fn write_unconstrained(&self, store: &mut ZarrStore) -> io::Result<()> {

@@ -87,6 +87,18 @@ impl ZarrStore {
         dimensions: &[(String, usize)],
         data: ZarrArray,
     ) -> io::Result<()> {
+        self.described(group, name, dimensions, data, json!({}))
+    }
+
+    /// An array with attributes.
+    pub(super) fn described(
+        &mut self,
+        group: &str,
+        name: &str,
+        dimensions: &[(String, usize)],
+        data: ZarrArray,
+        attributes: Value,
+    ) -> io::Result<()> {
         let names: Vec<&str> = dimensions.iter().map(|(name, _)| name.as_str()).collect();
         let shape: Vec<usize> = dimensions.iter().map(|&(_, size)| size).collect();
         let chunk: Vec<usize> = shape.iter().map(|&size| size.max(1)).collect();
@@ -102,7 +114,7 @@ impl ZarrStore {
                 "chunk_key_encoding": {"name": "default", "configuration": {"separator": "/"}},
                 "fill_value": data.fill_value(),
                 "codecs": [data.codec()],
-                "attributes": {},
+                "attributes": attributes,
                 "dimension_names": names,
             }),
         )?;

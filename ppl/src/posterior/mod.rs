@@ -241,6 +241,15 @@ impl Posterior {
         self.layout.label(name, dimension, labels)
     }
 
+    /// Says in what units a quantity is, for exports: one unit for all of its numbers, or one for each
+    /// entry along its last dimension: `posterior.set_units("mean", &["N/mm", "N", "mm"])?`.
+    ///
+    /// # Errors
+    /// [`LabelError`] for a name that does not exist, or another number of units than of entries.
+    pub fn set_units(&mut self, name: &str, units: &[&str]) -> Result<(), LabelError> {
+        self.layout.set_units(name, units)
+    }
+
     /// Leave-one-out cross-validation over all observation statements. What `factor` adds to the
     /// density is kept throughout; the result says so if there is any.
     ///

@@ -142,6 +142,10 @@ fn dimensions_and_labels_reach_the_store() {
     let mut posterior =
         Nuts::default().chains(1).warmup(100).draws(20).seed(1).sample(&model).unwrap();
     posterior.label("ends", 1, &["lower", "upper"]).unwrap();
+    posterior.set_units("y", &["points"]).unwrap();
+    posterior.set_units("ends", &["points", "1"]).unwrap();
+    assert!(posterior.set_units("ends", &["a", "b", "c"]).is_err());
+    assert!(posterior.set_units("end", &["a"]).is_err());
     let folder = tempfile::tempdir().unwrap();
     let store = folder.path().join("posterior.zarr");
     posterior.write_zarr(&store).unwrap();
@@ -157,6 +161,13 @@ fn dimensions_and_labels_reach_the_store() {
     assert_eq!(dims(&store, "prior/theta"), json!(["chain", "draw", "school"]));
     let missing = "hole.missing_dim_0";
     assert_eq!(dims(&store, "posterior/hole.missing"), json!(["chain", "draw", missing]));
+
+    // units, which densities do not have
+    let units = |name: &str| array(&store, name)["attributes"].clone();
+    assert_eq!(units("observed_data/y"), json!({"units": "points"}));
+    assert_eq!(units("posterior_predictive/y"), json!({"units": "points"}));
+    assert_eq!(units("posterior/ends"), json!({"units": ["points", "1"]}));
+    assert_eq!((units("log_likelihood/y"), units("posterior/mu")), (json!({}), json!({})));
 
     // labels: text, and numbers where all are numbers
     let text = |name: &str| std::fs::read(store.join(name).join("c/0")).unwrap();

@@ -54,6 +54,7 @@ pub(in crate::workflow) fn load(inputs: &Inputs<'_>) -> Result<Results, Workflow
         qoi.sobol_total = total;
     }
     results.notes.extend(notes::mesh_errors(inputs, quantities)?);
+    results.notes.extend(notes::quadrature(inputs, quantities)?);
     measured::ensemble(inputs, &data, &mut results)?;
     corrected(inputs, quantities, &data, &mut results)?;
     measured::experiments(inputs, &mut results)?;

@@ -47,6 +47,25 @@ pub(super) fn mesh_errors(
     )))
 }
 
+/// What the choice of where damage is integrated moves, where it was compared.
+pub(super) fn quadrature(
+    inputs: &Inputs<'_>,
+    quantities: &[Quantity],
+) -> Result<Option<String>, WorkflowError> {
+    let Some(path) = inputs.file_if_there("quadrature.csv") else { return Ok(None) };
+    let table = CsvTable::read(&path, &["qoi", "percent"])?;
+    let mut parts = Vec::new();
+    for quantity in quantities {
+        let percent = table.named("qoi", quantity.column())?.number("percent")?;
+        parts.push(format!("{} {percent:+.1} %", quantity.label()));
+    }
+    Ok(Some(format!(
+        "Where damage is integrated is a choice on a mesh that is coarse for a crack. On the cheapest mesh the \
+         other one would change: {}. No interval holds it.",
+        parts.join(", ")
+    )))
+}
+
 /// What the coarse mesh of the surrogate does, where the virtual specimens had a finer one.
 fn bias(inputs: &Inputs<'_>, quantities: &[Quantity]) -> Result<Vec<String>, WorkflowError> {
     let Some(path) = inputs.file_if_there("experiments/bias.csv") else { return Ok(Vec::new()) };
