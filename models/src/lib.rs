@@ -48,10 +48,10 @@ mod workflow;
 
 pub use case::{
     AdaptiveCase, ArcLengthCase, ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase,
-    ConfirmCase, DesignCase, ExperimentsCase, FidelityCase, ImageCase, LevelCase, MaterialCase,
-    MaterialParameter, MeasureCase, Microstructure, NoiseCase, OutputCase, PrescribeCase,
-    PriorBounds, PriorCase, Property, QoiCase, SpecimenCase, SpecimenGeometry, SurrogateCase,
-    TestCase, Toe, TractionCase, VirtualCase,
+    ConfirmCase, DesignCase, ExperimentsCase, ExtendCase, FidelityCase, ImageCase, LevelCase,
+    MaterialCase, MaterialParameter, MeasureCase, Microstructure, NoiseCase, OutputCase,
+    PrescribeCase, PriorBounds, PriorCase, Property, QoiCase, SpecimenCase, SpecimenGeometry,
+    SurrogateCase, TestCase, Toe, TractionCase, VirtualCase,
 };
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, Laboratory, Setting};
 pub use error::InputError;

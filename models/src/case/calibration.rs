@@ -3,6 +3,7 @@
 use ::surrogate::{DesignMethod, OrderRule};
 use serde::{Deserialize, Serialize};
 
+use super::PriorCase;
 use crate::qoi::Quantity;
 
 /// `[qoi]`.
@@ -27,6 +28,16 @@ pub struct DesignCase {
     pub method: DesignMethod,
     /// On what the runs are made, if the specimen is a packing.
     pub microstructure: Microstructure,
+}
+
+/// `[[extend]]`: a second batch of runs where a posterior was cut by the prior, beside the runs before.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExtendCase {
+    /// Number of simulations.
+    pub runs: usize,
+    /// One parameter and where it is extended to; the others keep to `[prior]`.
+    pub prior: PriorCase,
 }
 
 /// `design.microstructure`: the packings that an ensemble is made on.

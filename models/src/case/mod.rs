@@ -27,7 +27,7 @@ use fem::{GrainMode, Homogenisation, Meshing, Order, Packing, PhaseField, Scanne
 use serde::{Deserialize, Serialize};
 
 pub use calibration::{
-    CalibrationCase, ConfirmCase, DesignCase, Microstructure, QoiCase, SurrogateCase,
+    CalibrationCase, ConfirmCase, DesignCase, ExtendCase, Microstructure, QoiCase, SurrogateCase,
 };
 pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
 pub use experiments::{ExperimentsCase, NoiseCase, Toe, VirtualCase};
@@ -74,6 +74,9 @@ pub struct Case {
     /// What is calibrated and between which bounds; a single simulation needs none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prior: Option<PriorCase>,
+    /// Wider priors, each with runs beside those of `[design]`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub extend: Vec<ExtendCase>,
     /// The runs that the surrogate learns from.
     #[serde(default)]
     pub design: DesignCase,
@@ -143,6 +146,19 @@ pub struct SpecimenCase {
 }
 
 impl Case {
+    /// The prior with all that it is extended by: the box of surrogate and calibration.
+    pub fn whole_prior(&self) -> Option<PriorCase> {
+        let mut prior = self.prior.clone()?;
+        for (parameter, &PriorBounds([lower, upper])) in
+            self.extend.iter().flat_map(|e| e.prior.iter())
+        {
+            let before = prior.get(parameter).map_or([lower, upper], |bounds| bounds.0);
+            let whole = PriorBounds([before[0].min(lower), before[1].max(upper)]);
+            prior.insert(parameter.clone(), whole);
+        }
+        Some(prior)
+    }
+
     /// The shipped default case, every key explained.
     pub const TEMPLATE: &str = include_str!("../../cases/default.toml");
 }
