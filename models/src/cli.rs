@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use models::{
-    Case, CaseFile, InputError, STAGES, Stage, StageStatus, Study, StudyFile, Workflow,
+    Case, CaseFile, InputError, PartStatus, STAGES, Stage, StageStatus, Study, StudyFile, Workflow,
     WorkflowError,
 };
 
@@ -262,9 +262,9 @@ fn status(dir: &Path) -> Result<ExitCode, Failure> {
     let mut stdout = std::io::stdout();
     let parts = match models::study_status(dir)? {
         Some(parts) => parts,
-        None => vec![(String::new(), models::status(dir)?)],
+        None => vec![PartStatus { name: String::new(), stages: models::status(dir)? }],
     };
-    for (name, stages) in &parts {
+    for PartStatus { name, stages } in &parts {
         if !name.is_empty() {
             let _ = writeln!(stdout, "{name}");
         }
@@ -272,7 +272,7 @@ fn status(dir: &Path) -> Result<ExitCode, Failure> {
             let _ = writeln!(stdout, "{stage}");
         }
     }
-    let mut stages = parts.iter().flat_map(|(_, stages)| stages);
+    let mut stages = parts.iter().flat_map(|part| &part.stages);
     Ok(if stages.all(StageStatus::is_done) { ExitCode::SUCCESS } else { ExitCode::from(3) })
 }
 

@@ -61,8 +61,8 @@ pub use fracture::{
 };
 pub use qoi::{QoiError, Qois, Quantity};
 pub use study::{
-    Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyFile, StudyLaboratory, Submitted,
-    study_status,
+    PartStatus, Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyFile, StudyLaboratory,
+    Submitted, study_status,
 };
 pub use virtual_specimen::VirtualSpecimen;
 pub use workflow::{

@@ -195,11 +195,20 @@ fn pairs(cases: &[ComparedCase]) -> Vec<Pair> {
     pairs
 }
 
-/// How far each part of a study has come: its name and its stages. Nothing if the folder is none of a study.
+/// How far a laboratory or a case of a study has come.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartStatus {
+    /// Its folder.
+    pub name: String,
+    /// Its stages.
+    pub stages: Vec<StageStatus>,
+}
+
+/// How far each part of a study has come, in order. Nothing if the folder is none of a study.
 ///
 /// # Errors
 /// A part that cannot be read.
-pub fn study_status(dir: &Path) -> Result<Option<Vec<(String, Vec<StageStatus>)>>, WorkflowError> {
+pub fn study_status(dir: &Path) -> Result<Option<Vec<PartStatus>>, WorkflowError> {
     let Ok(text) = std::fs::read_to_string(dir.join(PARTS)) else { return Ok(None) };
     let Ok(parts) = toml::from_str::<Parts>(&text) else { return Ok(None) };
     let laboratories = parts.laboratories.iter().map(|name| (name, true));
@@ -215,7 +224,7 @@ pub fn study_status(dir: &Path) -> Result<Option<Vec<(String, Vec<StageStatus>)>
         if is_laboratory {
             stages.retain(|stage| TESTING.contains(&stage.stage));
         }
-        Ok((place, stages))
+        Ok(PartStatus { name: place, stages })
     };
     laboratories.chain(cases).map(of).collect::<Result<_, _>>().map(Some)
 }
