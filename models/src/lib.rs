@@ -48,8 +48,8 @@ mod workflow;
 
 pub use case::{
     AdaptiveCase, ArcLengthCase, ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase,
-    ConfirmCase, DesignCase, DiscrepancyCase, ExperimentsCase, FidelityCase, ImageCase, LevelCase,
-    Likelihood, MaterialCase, MaterialParameter, MeasureCase, Microstructure, NoiseCase,
+    ConfirmCase, DesignCase, DiscrepancyCase, ExperimentsCase, ExtendCase, FidelityCase, ImageCase,
+    LevelCase, Likelihood, MaterialCase, MaterialParameter, MeasureCase, Microstructure, NoiseCase,
     OutputCase, PrescribeCase, PriorBounds, PriorCase, Property, QoiCase, SpecimenCase,
     SpecimenGeometry, SurrogateCase, TestCase, Toe, TractionCase, VirtualCase,
 };
@@ -61,8 +61,8 @@ pub use fracture::{
 };
 pub use qoi::{QoiError, Qois, Quantity};
 pub use study::{
-    Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyFile, StudyLaboratory, Submitted,
-    study_status,
+    PartStatus, Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyFile, StudyLaboratory,
+    Submitted, study_status,
 };
 pub use virtual_specimen::VirtualSpecimen;
 pub use workflow::{

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use ::surrogate::{DesignMethod, OrderRule, Terms};
 use serde::{Deserialize, Serialize};
 
+use super::PriorCase;
 use crate::qoi::Quantity;
 
 /// `[qoi]`.
@@ -36,6 +37,16 @@ pub struct DesignCase {
     /// surrogate learns as it does from more runs.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub derivatives: bool,
+}
+
+/// `[[extend]]`: a second batch of runs where a posterior was cut by the prior, beside the runs before.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExtendCase {
+    /// Number of simulations.
+    pub runs: usize,
+    /// One parameter and where it is extended to; the others keep to `[prior]`.
+    pub prior: PriorCase,
 }
 
 /// `design.microstructure`: the packings that an ensemble is made on.

@@ -28,8 +28,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::qoi::Quantity;
 pub use calibration::{
-    CalibrationCase, ConfirmCase, DesignCase, DiscrepancyCase, Likelihood, Microstructure, QoiCase,
-    SurrogateCase,
+    CalibrationCase, ConfirmCase, DesignCase, DiscrepancyCase, ExtendCase, Likelihood,
+    Microstructure, QoiCase, SurrogateCase,
 };
 pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
 pub use experiments::{ExperimentsCase, NoiseCase, Toe, VirtualCase};
@@ -76,6 +76,9 @@ pub struct Case {
     /// What is calibrated and between which bounds; a single simulation needs none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prior: Option<PriorCase>,
+    /// Wider priors, each with runs beside those of `[design]`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub extend: Vec<ExtendCase>,
     /// The runs that the surrogate learns from.
     #[serde(default)]
     pub design: DesignCase,
@@ -152,6 +155,19 @@ impl Case {
             Likelihood::Quantities => self.qoi.quantities.clone(),
             Likelihood::Curve => Quantity::of_curve(&self.qoi.curve_percent),
         }
+    }
+
+    /// The prior with all that it is extended by: the box of surrogate and calibration.
+    pub fn whole_prior(&self) -> Option<PriorCase> {
+        let mut prior = self.prior.clone()?;
+        for (parameter, &PriorBounds([lower, upper])) in
+            self.extend.iter().flat_map(|e| e.prior.iter())
+        {
+            let before = prior.get(parameter).map_or([lower, upper], |bounds| bounds.0);
+            let whole = PriorBounds([before[0].min(lower), before[1].max(upper)]);
+            prior.insert(parameter.clone(), whole);
+        }
+        Some(prior)
     }
 
     /// The shipped default case, every key explained.

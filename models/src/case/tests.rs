@@ -54,6 +54,26 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
             "law = { mooney-rivlin = { c10_mp = 1.0, c01_mpa = 0.1, bulk_mpa = 9.0 } } ",
             &["material.matrix.law", "unknown key \"c10_mp\"", "mean \"c10_mpa\"?"],
         ),
+        (
+            "[design]  ",
+            "[[extend]]\nruns = 9\nprior.matrix.young_mpa = [310.0, 350.0]\n[design]  ",
+            &["extend[0].prior.matrix.young_mpa = [310.0, 350.0]", "[250.0, 300.0] until here"],
+        ),
+        (
+            "[design]  ",
+            "[[extend]]\nruns = 0\nprior.matrix.young_mpa = [300.0, 350.0]\n[design]  ",
+            &["extend[0].runs = 0"],
+        ),
+        (
+            "[design]  ",
+            "[[extend]]\nruns = 9\nprior.matrix.poisson = [0.2, 0.3]\n[design]  ",
+            &["extend[0].prior.matrix.poisson", "is not calibrated"],
+        ),
+        (
+            "[design]  ",
+            "[[extend]]\nruns = 9\nprior.matrix = { young_mpa = [300.0, 350.0], viscosity_mpa_s = [0.5, 0.9] }\n[design]  ",
+            &["extend[0].prior", "several parameters", "[[extend]]"],
+        ),
         ("[material.grain]", "[material.grian]", &["material.grain", "material.grian", "meant"]),
         (
             "[phase_field] ",

@@ -39,8 +39,6 @@ pub(crate) struct ComparedCase {
     pub(crate) reference_errors: Vec<f64>,
     /// Warnings in words.
     pub(crate) warnings: Vec<String>,
-    /// What to do about priors that cut a posterior.
-    pub(crate) offers: Vec<String>,
 }
 
 /// Two calibrations of one parameter.
@@ -240,9 +238,9 @@ fn cautions(cases: &[ComparedCase]) -> Markup {
     html! {
         section {
             h2 { "What to know before using them" }
-            @for case in cases.iter().filter(|c| !c.offers.is_empty() || !c.warnings.is_empty()) {
+            @for case in cases.iter().filter(|case| !case.warnings.is_empty()) {
                 h3 { (case.name) }
-                ul.warnings { @for text in case.offers.iter().chain(&case.warnings) { li { (text) } } }
+                ul.warnings { @for text in &case.warnings { li { (text) } } }
             }
         }
     }

@@ -6,5 +6,5 @@ mod run;
 mod slurm;
 
 pub use file::{Reference, StudyCase, StudyFile, StudyLaboratory};
-pub use run::{Study, study_status};
+pub use run::{PartStatus, Study, study_status};
 pub use slurm::{SlurmError, SlurmJobs, Submitted};

@@ -7,7 +7,7 @@ use super::compare::agreement;
 use super::file::{LABORATORIES, StudyCase, StudyFile, truths};
 use crate::case::{CaseFile, ExperimentsCase};
 use crate::progress::say;
-use crate::report::{CalibratedParameter, ComparedCase, Pair, StudyResults, Verdict, study_page};
+use crate::report::{CalibratedParameter, ComparedCase, Pair, StudyResults, study_page};
 use crate::table::to_csv;
 use crate::workflow::{Stage, StageStatus, Workflow, WorkflowError, status};
 
@@ -111,7 +111,6 @@ impl<'a> Study<'a> {
             .collect();
         Ok(ComparedCase {
             name: case.name.clone(),
-            offers: offers(&names, &results.parameters, file.case.design.runs),
             names,
             parameters: results.parameters,
             reference,
@@ -150,9 +149,6 @@ impl<'a> Study<'a> {
         let table =
             to_csv(header, rows).map_err(|e| WorkflowError::io(&self.dir.join("study.csv"), e))?;
         self.write("study.csv", &table)?;
-        for offer in cases.iter().flat_map(|case| &case.offers) {
-            say("note", offer);
-        }
         let results = StudyResults {
             title: self.file.title.clone(),
             pairs: pairs(&cases),
@@ -178,25 +174,6 @@ impl<'a> Study<'a> {
     }
 }
 
-/// What to write where the prior cuts a posterior: the box as wide again on that side.
-fn offers(names: &[String], parameters: &[CalibratedParameter], runs: usize) -> Vec<String> {
-    let cut = |(name, p): (&String, &CalibratedParameter)| {
-        let (lower, upper) = p.prior;
-        let width = upper - lower;
-        let wider = match p.verdict() == Verdict::AtBound {
-            false => return None,
-            true if p.map - lower > upper - p.map => [lower, upper + width],
-            true => [(lower - width).max(0.5 * lower), upper],
-        };
-        Some(format!(
-            "the prior cuts the posterior of {name}: go on with prior.{name} = {wider:?} and \
-             design.runs = {}",
-            2 * runs
-        ))
-    };
-    names.iter().zip(parameters).filter_map(cut).collect()
-}
-
 /// Every two cases beside each other, parameter by parameter that both have.
 fn pairs(cases: &[ComparedCase]) -> Vec<Pair> {
     let mut pairs = Vec::new();
@@ -218,11 +195,20 @@ fn pairs(cases: &[ComparedCase]) -> Vec<Pair> {
     pairs
 }
 
-/// How far each part of a study has come: its name and its stages. Nothing if the folder is none of a study.
+/// How far a laboratory or a case of a study has come.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartStatus {
+    /// Its folder.
+    pub name: String,
+    /// Its stages.
+    pub stages: Vec<StageStatus>,
+}
+
+/// How far each part of a study has come, in order. Nothing if the folder is none of a study.
 ///
 /// # Errors
 /// A part that cannot be read.
-pub fn study_status(dir: &Path) -> Result<Option<Vec<(String, Vec<StageStatus>)>>, WorkflowError> {
+pub fn study_status(dir: &Path) -> Result<Option<Vec<PartStatus>>, WorkflowError> {
     let Ok(text) = std::fs::read_to_string(dir.join(PARTS)) else { return Ok(None) };
     let Ok(parts) = toml::from_str::<Parts>(&text) else { return Ok(None) };
     let laboratories = parts.laboratories.iter().map(|name| (name, true));
@@ -238,7 +224,7 @@ pub fn study_status(dir: &Path) -> Result<Option<Vec<(String, Vec<StageStatus>)>
         if is_laboratory {
             stages.retain(|stage| TESTING.contains(&stage.stage));
         }
-        Ok((place, stages))
+        Ok(PartStatus { name: place, stages })
     };
     laboratories.chain(cases).map(of).collect::<Result<_, _>>().map(Some)
 }

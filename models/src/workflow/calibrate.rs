@@ -4,9 +4,10 @@ use std::sync::Mutex;
 
 use ppl::diagnostics::{LooPoint, e_bfmi};
 use ppl::{ChainStatus, Nuts, Posterior, Progress};
-use surrogate::{DynPce, Input};
+use surrogate::{DynPce, FitReport, Input};
 
 use super::WorkflowError;
+use super::extension::offers;
 use super::gate::{check_range, labelled};
 use super::inputs::Inputs;
 use super::stiffness::STIFFNESS_RATIO;
@@ -85,6 +86,9 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         evidence.qois.len(),
         &shared.of_runs(),
     ));
+    let draws =
+        |name: &str| posterior.trace(&format!("theta[{name}]")).unwrap_or_default().concat();
+    warnings.extend(offers(&prior, &draws, learnt_from(inputs)?));
     warnings.iter().for_each(|warning| say("note", warning));
     let lines: String = warnings.iter().map(|line| format!("{line}\n")).collect();
     task.write("warnings.txt", &lines)?;
@@ -97,6 +101,11 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         summary.chains,
         posterior.chains.divergences()
     ))
+}
+
+/// How many runs the surrogate has learnt from.
+fn learnt_from(inputs: &Inputs<'_>) -> Result<usize, WorkflowError> {
+    Ok(inputs.json::<FitReport>("surrogate_error.json")?.rows)
 }
 
 /// Columns of `experiments.csv`, one row a specimen.

@@ -33,13 +33,29 @@ impl<'a> Plan<'a> {
     /// What the case asks for; so many of the packings are filled.
     fn of(inputs: &'a Inputs<'_>, filled: usize) -> Result<Self, WorkflowError> {
         inputs.check_steps()?;
-        let prior = inputs.prior()?;
+        let first = inputs.first_prior()?;
         let design = inputs.design();
-        let points = design.method.sample(&prior, design.runs, design.seed)?;
+        let mut points = design.method.sample(&first, design.runs, design.seed)?;
+        let mut packings = Packings::of(inputs, filled.min(points.len()))?;
+        let levels = Level::all(inputs, packings.is_some())?;
+        // what is read from here on leaves the runs before as they are
+        let prior = inputs.prior()?;
+        for (extension, k) in inputs.extend().iter().zip(1..) {
+            let mut within = first.clone();
+            for input in extension.prior.inputs()? {
+                within
+                    .iter_mut()
+                    .filter(|own| own.name == input.name)
+                    .for_each(|own| *own = input.clone());
+            }
+            let seed = design.seed.wrapping_add(k);
+            points.extend(design.method.sample(&within, extension.runs, seed)?);
+        }
+        if !inputs.extend().is_empty() {
+            packings = Packings::of(inputs, filled.min(points.len()))?;
+        }
         let run = |(i, inputs)| RunInput { id: i + 1, inputs };
         let runs: Vec<RunInput> = points.into_iter().enumerate().map(run).collect();
-        let packings = Packings::of(inputs, filled.min(runs.len()))?;
-        let levels = Level::all(inputs, packings.is_some())?;
         let names = prior.iter().map(|input| input.name.clone()).collect();
         Ok(Self { prior, names, runs, packings, levels })
     }

@@ -97,7 +97,7 @@ pub(super) fn check_closed_form(
         return Ok(());
     }
     let (setup, qoi) = (inputs.setup(), inputs.qoi());
-    let Some(form) = ClosedForm::of(&setup, inputs.prior_table().as_ref()) else { return Ok(()) };
+    let Some(form) = ClosedForm::of(&setup, inputs.whole_prior().as_ref()) else { return Ok(()) };
     let mut quantities = qoi.quantities.clone();
     quantities.sort_by_key(|&quantity| telling(quantity));
     for specimen in &table.specimens {

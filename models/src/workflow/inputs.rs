@@ -17,8 +17,8 @@ use super::simulator::Setup;
 use super::specimen::{Scanned, Source};
 use crate::case::{
     ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase,
-    FidelityCase, ImageCase, MaterialCase, MaterialParameter, NoiseCase, PriorCase, QoiCase,
-    SpecimenGeometry, SurrogateCase, TestCase, Toe, VirtualCase,
+    ExtendCase, FidelityCase, ImageCase, MaterialCase, MaterialParameter, NoiseCase, PriorCase,
+    QoiCase, SpecimenGeometry, SurrogateCase, TestCase, Toe, VirtualCase,
 };
 use crate::experiment::SpecimenTable;
 
@@ -143,6 +143,7 @@ parts! {
     solver: solver => SolverOptions;
     qoi: qoi => QoiCase;
     prior_table: prior => Option<PriorCase>;
+    extend: extend => Vec<ExtendCase>;
     design: design => DesignCase;
     fidelity: fidelity => FidelityCase;
     surrogate: surrogate => SurrogateCase;
@@ -240,8 +241,23 @@ impl Inputs<'_> {
         Ok(self.file.check_spacing("specimen.spacing_mm", spacing_mm, radius_mm, height_mm)?)
     }
 
+    /// The prior with all that it is extended by.
+    pub(super) fn whole_prior(&self) -> Option<PriorCase> {
+        self.prior_table();
+        self.extend();
+        self.file.case.whole_prior()
+    }
+
     /// What is calibrated and its box, as the surrogate takes it.
     pub(super) fn prior(&self) -> Result<Vec<Input>, WorkflowError> {
+        match self.whole_prior() {
+            Some(prior) => Ok(prior.inputs()?),
+            None => Err(self.missing("prior", "what is calibrated")),
+        }
+    }
+
+    /// The same without what it is extended by: the box of the first runs.
+    pub(super) fn first_prior(&self) -> Result<Vec<Input>, WorkflowError> {
         match self.prior_table() {
             Some(prior) => Ok(prior.inputs()?),
             None => Err(self.missing("prior", "what is calibrated")),

@@ -28,6 +28,7 @@ mod copies;
 mod ensemble;
 mod error;
 mod experiments;
+mod extension;
 mod fidelity;
 mod files;
 mod freshness;

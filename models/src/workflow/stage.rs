@@ -3,6 +3,9 @@
 use super::WorkflowError;
 use super::task::Task;
 
+/// Work that several processes do together.
+pub(super) type Share = fn(&Task<'_>) -> Result<(), WorkflowError>;
+
 /// A step of the workflow; [`STAGES`](super::STAGES) has them in order.
 ///
 /// What a stage reads is not listed: it is found out when the stage runs.
@@ -15,7 +18,7 @@ pub struct Stage {
     /// The files that it writes; one that ends with `*` stands for all that begin so.
     pub products: &'static [&'static str],
     /// Work that several processes can do together, before one of them runs the rest.
-    pub(super) share: Option<fn(&Task<'_>) -> Result<(), WorkflowError>>,
+    pub(super) share: Option<Share>,
     pub(super) run: fn(&Task<'_>) -> Result<String, WorkflowError>,
 }
 

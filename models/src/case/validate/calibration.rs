@@ -27,8 +27,9 @@ impl CaseFile {
         self.check_quantities(&case.qoi.quantities)?;
         self.check_curve_percent(&case.qoi.curve_percent)?;
         if let Some(prior) = &case.prior {
-            self.check_prior(prior)?;
+            self.check_prior("prior", prior)?;
         }
+        self.check_extensions()?;
         let runs_help = "The paper uses 100; order 3 in three parameters needs more than 20.";
         self.within("design.runs", case.design.runs as f64, 4.0, 1e6, "runs", runs_help)?;
         let max_order = case.surrogate.max_order as f64;
@@ -147,17 +148,50 @@ impl CaseFile {
         Ok(())
     }
 
-    fn check_prior(&self, prior: &PriorCase) -> Result<(), InputError> {
+    /// Each extension goes on where the box before it ends, in one parameter.
+    fn check_extensions(&self) -> Result<(), InputError> {
+        let mut case = self.case.clone();
+        case.extend.clear();
+        for (k, extension) in self.case.extend.iter().enumerate() {
+            let key = format!("extend[{k}]");
+            let help = "As many as the first batch fill a box of the same width alike.";
+            self.within(&format!("{key}.runs"), extension.runs as f64, 1.0, 1e6, "runs", help)?;
+            self.check_prior(&format!("{key}.prior"), &extension.prior)?;
+            let refuse =
+                |key: &str, problem: &str, help: &str| Err(self.error(key, "", problem, help));
+            let mut all = extension.prior.iter();
+            let (Some((parameter, &PriorBounds([lower, upper]))), None) = (all.next(), all.next())
+            else {
+                let help = "Write a table [[extend]] for each parameter.";
+                return refuse(&format!("{key}.prior"), "extends several parameters at once", help);
+            };
+            let place = format!("{key}.prior.{parameter}");
+            let whole = case.whole_prior();
+            let before = whole.as_ref().and_then(|prior| prior.get(parameter));
+            let Some(&PriorBounds([low, high])) = before else {
+                return refuse(&place, "is not calibrated", "Extend a parameter of [prior].");
+            };
+            if lower > high || upper < low || (lower >= low && upper <= high) {
+                let help = format!("It is [{low:?}, {high:?}] until here: begin where that ends.");
+                let problem = "does not go on where the prior ends";
+                return Err(self.error(&place, format!("[{lower:?}, {upper:?}]"), problem, help));
+            }
+            case.extend.push(extension.clone());
+        }
+        Ok(())
+    }
+
+    fn check_prior(&self, table: &str, prior: &PriorCase) -> Result<(), InputError> {
         if prior.parameters().len() == 0 {
             return Err(self.error(
-                "prior",
+                table,
                 "",
                 "names no parameter",
                 "Name what is calibrated with its bounds: matrix.young_mpa = [250.0, 300.0].",
             ));
         }
         for (parameter, &PriorBounds([lower, upper])) in prior.iter() {
-            let key = format!("prior.{parameter}");
+            let key = format!("{table}.{parameter}");
             self.check_parameter(&key, parameter)?;
             let value = format!("[{lower:?}, {upper:?}]");
             for bound in [lower, upper] {

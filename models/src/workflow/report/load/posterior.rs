@@ -19,7 +19,7 @@ pub(super) fn parameters(
     case: &Case,
     data: &Dataset,
 ) -> Result<Vec<CalibratedParameter>, WorkflowError> {
-    let Some(prior) = &case.prior else { return Ok(Vec::new()) };
+    let Some(prior) = case.whole_prior() else { return Ok(Vec::new()) };
     let [draws, summary, map] = ["posterior.csv", "summary.csv", "map.csv"].map(|f| inputs.file(f));
     let (draws, summary, map) = (draws?, summary?, map?);
     let names: Vec<String> = prior.names().collect();

@@ -1,0 +1,78 @@
+//! A prior that cuts the posterior, and the second batch of runs that would help.
+
+use ppl::diagnostics::Identifiability;
+use surrogate::Input;
+
+/// Quantiles that stand for the draws of a uniform prior.
+const QUANTILES: u32 = 1000;
+
+/// For each parameter whose draws pile up at a bound: what to write into the case so that as many runs
+/// again, beyond that bound, are made beside those that there are. `draws` has those of a parameter.
+pub(super) fn offers(
+    prior: &[Input],
+    draws: &dyn Fn(&str) -> Vec<f64>,
+    runs: usize,
+) -> Vec<String> {
+    let offer = |Input { name, lower, upper }: &Input| {
+        let at = |i| lower + (upper - lower) * (f64::from(i) + 0.5) / f64::from(QUANTILES);
+        let before: Vec<f64> = (0..QUANTILES).map(at).collect();
+        let bounds = Some((*lower, *upper));
+        let row = Identifiability::of_draws(name.as_str(), &before, &draws(name), bounds);
+        if !row.truncated() {
+            return None;
+        }
+        let width = upper - lower;
+        // draws that pile up at one bound have their mean nearer to it
+        let is_upper = row.posterior[0] - lower > upper - row.posterior[0];
+        let (word, bound, [from, to]) = match is_upper {
+            true => ("upper", upper, [*upper, upper + width]),
+            // moduli, toughness and viscosity end at zero
+            false => ("lower", lower, [(lower - width).max(0.5 * lower), *lower]),
+        };
+        let [from, to] = [from, to].map(shown);
+        let written =
+            format!("extend = [{{ runs = {runs}, prior = {{ {name} = [{from}, {to}] }} }}]");
+        Some(format!(
+            "the prior cuts the posterior of {name} at its {word} bound {bound}; to go on beyond it with {runs} more \
+             runs, those made being kept, write at the top of the case: {written}"
+        ))
+    };
+    prior.iter().filter_map(offer).collect()
+}
+
+/// A bound without the last digits of a sum, as TOML has numbers.
+fn shown(x: f64) -> String {
+    let digits = 10f64.powi(9 - x.abs().max(1e-12).log10().floor() as i32);
+    format!("{:?}", (x * digits).round() / digits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn draws_that_pile_up_at_a_bound_are_offered_what_lies_beyond() {
+        let prior = [
+            Input::new("matrix.young_mpa", 250.0, 300.0).unwrap(),
+            Input::new("matrix.viscosity_mpa_s", 0.05, 0.55).unwrap(),
+            Input::new("matrix.toughness_n_per_mm", 0.001, 0.005).unwrap(),
+        ];
+        let draws = |low: f64, high: f64, power: f64| -> Vec<f64> {
+            (0..1000).map(|i| low + (high - low) * (f64::from(i) / 999.0).powf(power)).collect()
+        };
+        let after = |name: &str| match name {
+            // crowded at the upper end, in the middle, and flat over all of the box
+            "matrix.young_mpa" => draws(250.0, 300.0, 0.05),
+            "matrix.viscosity_mpa_s" => draws(0.2, 0.3, 1.0),
+            _ => draws(0.001, 0.005, 1.0),
+        };
+        let offers = offers(&prior, &after, 100);
+        assert_eq!(offers.len(), 1, "{offers:?}");
+        let written = "extend = [{ runs = 100, prior = { matrix.young_mpa = [300.0, 350.0] } }]";
+        assert!(
+            offers[0].contains("upper bound 300;") && offers[0].ends_with(written),
+            "{offers:?}"
+        );
+        assert_eq!((shown(0.35 + 0.3), shown(300.0 + 50.0)), ("0.65".into(), "350.0".into()));
+    }
+}
