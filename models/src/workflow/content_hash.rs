@@ -1,6 +1,11 @@
 //! The content of an input or a product as one number, by which a change is noticed.
 
+use std::fs::File;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
+
+/// Bytes of a file that are in memory at a time: stacks may be larger than it.
+const PORTION: usize = 1 << 20;
 
 /// FNV-1a over everything that was added, each entry with its length.
 ///
@@ -23,17 +28,41 @@ impl ContentHash {
         Self::EMPTY.path(path)
     }
 
-    fn bytes(mut self, bytes: &[u8]) -> Self {
-        // the length separates one entry from the next
-        for byte in bytes.iter().copied().chain((bytes.len() as u64).to_le_bytes()) {
+    fn bytes(self, bytes: &[u8]) -> Self {
+        self.portion(bytes).end(bytes.len() as u64)
+    }
+
+    /// Part of an entry.
+    fn portion(mut self, bytes: &[u8]) -> Self {
+        for &byte in bytes {
             self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
         }
         self
     }
 
+    /// The length of an entry separates it from the next.
+    fn end(self, length: u64) -> Self {
+        self.portion(&length.to_le_bytes())
+    }
+
+    fn file(mut self, path: &Path) -> std::io::Result<Self> {
+        let mut reader = BufReader::with_capacity(PORTION, File::open(path)?);
+        let mut length = 0;
+        loop {
+            let portion = reader.fill_buf()?;
+            let count = portion.len();
+            if count == 0 {
+                return Ok(self.end(length));
+            }
+            self = self.portion(portion);
+            length += count as u64;
+            reader.consume(count);
+        }
+    }
+
     fn path(self, path: &Path) -> std::io::Result<Self> {
         if !path.is_dir() {
-            return std::fs::read(path).map(|bytes| self.bytes(&bytes));
+            return self.file(path);
         }
         let mut names = std::fs::read_dir(path)?
             .map(|entry| Ok(entry?.file_name()))
@@ -73,6 +102,17 @@ mod tests {
         };
         assert_ne!(of(["ab", "c"]), of(["a", "bc"]));
         assert_eq!(of(["ab", "c"]), of(["ab", "c"]));
+    }
+
+    #[test]
+    fn a_file_is_its_bytes_in_whatever_portions() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        for length in [0, 1, PORTION - 1, PORTION, 2 * PORTION + 17] {
+            let bytes: Vec<u8> = (0..length).map(|n| (n * n % 251) as u8).collect();
+            std::fs::write(file.path(), &bytes).unwrap();
+            let found = ContentHash::of_path(file.path()).unwrap();
+            assert_eq!(found, ContentHash::EMPTY.bytes(&bytes), "{length} bytes");
+        }
     }
 
     #[test]
