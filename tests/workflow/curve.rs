@@ -11,7 +11,7 @@ const COLUMNS: [&str; 5] = [
 ];
 
 fn case(percent: &str) -> String {
-    TINY.replace("spacing_mm = 1.5\n", "spacing_mm = 1.5\norder = 2\n")
+    TINY.replace("order = 1\n", "order = 2\n")
         .replace("spacing_mm = 1.25\n", "")
         .replace(
             "[surrogate]",
