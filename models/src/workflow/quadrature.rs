@@ -32,7 +32,7 @@ fn choice(
         return None;
     }
     let apart = mesh.mean_edge() / f64::from(u8::from(order));
-    (field.length_mm < 2.0 * apart).then(|| match field.quadrature {
+    (field.length_mm < 2.0 * apart).then_some(match field.quadrature {
         Auto | Vertex => [Vertex, Consistent],
         own @ (Consistent | Eleven) => [own, Vertex],
     })
