@@ -42,8 +42,9 @@
 //! 3. `scale`, `legendre`, `multi_index`: coordinates, one-dimensional polynomials and their products
 //! 4. `dyn_pce`, `kernel`, `pce`: the expansion, with sizes known at run time and at compile time
 //! 5. `pce_file`, `quadrature`, `sobol`, `differentiable`: its file, its moments, its use in a model
-//! 6. `leave_out`, `regression`, `select`, `report`, `design_matrix`, `weights`, `scale_choice`, `orders`,
-//!    `sparse`, `fit`: from a dataset to an expansion
+//! 6. `leave_out`, `regression`, `select`, `report`, `design_matrix`, `weights`, `scale_choice`: least squares and
+//!    its errors
+//! 7. `orders`, `sparse`, `fit`: from a dataset to an expansion
 
 mod dataset;
 mod dataset_csv;
