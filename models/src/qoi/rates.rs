@@ -187,9 +187,11 @@ mod tests {
                 let rates: Vec<f64> =
                     forces(low).into_iter().zip(forces(high)).map(difference).collect();
                 let found = Qois::rates(&curve, fraction, &rates).unwrap().slope_n_per_mm;
-                // relative to the slope for its own change of the parameter
+                // relative to the slope for its own change of the parameter; at fixed readings the rate by the
+                // viscosity would be 0.04 (at 0.3) and 0.26 (at 0.55) off. The parabola does not put the peak
+                // where it is, and with it the window: 0.2 and 0.8 %
                 let scale = slope(at) / at[k];
-                assert!((found - exact).abs() < 1e-3 * scale, "{k}: {found} {exact} of {scale}");
+                assert!((found - exact).abs() < 1e-2 * scale, "{k}: {found} {exact} of {scale}");
             }
         }
     }
