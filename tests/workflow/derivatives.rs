@@ -40,7 +40,8 @@ fn derivatives_of_a_uniform_specimen_add_up() {
 fn derivatives_of_corrected_runs_reach_the_posterior() {
     let dir = tempfile::tempdir().unwrap();
     let case = TINY
-        .replace("spacing_mm = 1.5\n", "spacing_mm = 1.4\norder = 2\n")
+        .replace("order = 1\n", "")
+        .replace("spacing_mm = 1.5\n", "spacing_mm = 1.4\n")
         .replace("spacing_mm = 1.25\n", "scans = true\n")
         .replace(
             "[design]\nruns = 12",

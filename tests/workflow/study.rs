@@ -115,14 +115,16 @@ fn cases_share_their_specimens_and_are_compared() {
     // what is offered is taken: the first batch is kept, and the prior cuts no more
     let first = results.join("first/ensemble");
     let batch = finished(&first);
-    assert_eq!(batch.len(), 40);
+    // with that of the other quadrature in the middle of the box
+    assert_eq!(batch.len(), 41);
     let offered = "set.extend = [{ runs = 40, prior = { matrix.young_mpa = [213.0, 263.0] } }]";
     let extended = STUDY.replace("set.design = {", &format!("{offered}\nset.design = {{"));
     std::fs::write(dir.path().join("study.toml"), extended).unwrap();
     let (code, _, err) = breccia(dir.path(), &study);
     assert_eq!(code, Some(0), "{err}");
     let both = finished(&first);
-    assert_eq!(both.len(), 80);
+    // the middle is elsewhere now
+    assert!((81..=82).contains(&both.len()), "{}", both.len());
     assert!(batch.iter().all(|(run, time)| both.get(run) == Some(time)), "a run was run again");
     let rows = table(&results.join("first/runs.csv"));
     assert!(rows[..40].iter().all(|row| number(row, "matrix.young_mpa") >= 263.0));
