@@ -45,7 +45,7 @@ fn derivatives_of_corrected_runs_reach_the_posterior() {
         .replace("spacing_mm = 1.25\n", "scans = true\n")
         .replace(
             "[design]\nruns = 12",
-            "[fidelity]\nlevels = [{ spacing_mm = 1.5, order = 1, repeats = 3 }]\n[design]\nderivatives = true\nruns = 8",
+            "[fidelity]\nlevels = [{ spacing_mm = 1.4, order = 1, repeats = 3 }]\n[design]\nderivatives = true\nruns = 8",
         );
     std::fs::write(dir.path().join("tiny.toml"), &case).unwrap();
     let (code, _, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "results"]);
