@@ -34,9 +34,9 @@ struct Arguments {
     /// Laboratories with real simulations of their specimens.
     #[arg(long, default_value_t = 0)]
     simulate: usize,
-    /// Runs that the exact forward model of the latter is made of.
-    #[arg(long, default_value_t = 600)]
-    exact_runs: usize,
+    /// Points that the exact forward model of the latter is made of, two runs each.
+    #[arg(long, default_value_t = 300)]
+    exact_points: usize,
     /// Simulations at the same time; 0: all cores.
     #[arg(long, default_value_t = 0)]
     threads: usize,
@@ -65,7 +65,7 @@ fn main() -> Result<(), Error> {
     print("emulated", &rows);
     if arguments.simulate > 0 {
         let interrupt = AtomicBool::new(false);
-        let counts = [arguments.simulate, arguments.exact_runs];
+        let counts = [arguments.simulate, arguments.exact_points];
         let made = simulate_laboratories(
             &file,
             &arguments.results,
@@ -75,7 +75,7 @@ fn main() -> Result<(), Error> {
             &interrupt,
         )?;
         let settings = [
-            Setting::exact("exact", DynPce::fit(&made.many, &fit)?.pce),
+            Setting::exact("exact", DynPce::fit(&made.mean_response, &fit)?.pce),
             Setting::shared("packing per run", DynPce::fit(&made.per_run, &fit)?),
             Setting::shared("stiffness known", DynPce::fit(&made.with_stiffness, &fit)?)
                 .knowing_stiffness(),

@@ -20,6 +20,7 @@ use super::surrogate::with_stiffness_ratio;
 use super::task::Task;
 use crate::case::{ByParameter, CaseFile};
 use crate::coverage::Laboratory;
+use crate::fracture::column_means;
 use crate::qoi::Qois;
 use crate::virtual_specimen::VirtualSpecimen;
 
@@ -35,12 +36,13 @@ pub struct SimulatedLaboratories {
     pub one_packing: Dataset,
     /// The runs of `per_run` with the stiffness ratio of each packing as their last input.
     pub with_stiffness: Dataset,
-    /// Many more runs with a packing each, for a forward model next to the exact one.
-    pub many: Dataset,
+    /// Means over packings at many more points, for a forward model next to the exact one.
+    pub mean_response: Dataset,
 }
 
-/// Simulates laboratories whose truths are drawn from the inner part (a fraction of each side) of the
-/// prior box, and the ensembles to calibrate them by. Runs are kept in `dir/coverage`, so that a study
+/// Simulates so many laboratories whose truths are drawn from the inner part (a fraction of each side) of
+/// the prior box, and the ensembles to calibrate them by: `points` of the mean response take two runs
+/// each. Runs are kept in `dir/coverage`, so that a study
 /// goes on where it stopped.
 ///
 /// # Errors
@@ -48,7 +50,7 @@ pub struct SimulatedLaboratories {
 pub fn simulate_laboratories(
     file: &CaseFile,
     dir: &Path,
-    [laboratories, many]: [usize; 2],
+    [laboratories, points]: [usize; 2],
     inner: f64,
     threads: usize,
     interrupt: &AtomicBool,
@@ -66,13 +68,13 @@ pub fn simulate_laboratories(
     let per_run = study.ensemble(&of_design, seeds(&mut rng, design.runs))?;
     let own = study.packings(Vec::new())?.own_seed();
     let one_packing = study.ensemble(&of_design, vec![own; design.runs])?;
-    let points = DesignMethod::Sobol.sample(&study.prior, many, design.seed ^ 1)?;
-    let many = study.ensemble(&points, seeds(&mut rng, many))?;
+    let at = DesignMethod::Sobol.sample(&study.prior, points, design.seed ^ 1)?;
+    let mean_response = study.mean_response(&at, seeds(&mut rng, points))?;
     let laboratories = study.laboratories(laboratories, inner)?;
     let seen: Vec<f64> =
         laboratories.iter().flat_map(|l| l.stiffness_ratios.iter().copied()).collect();
     let with_stiffness = with_stiffness_ratio(&per_run, &seen)?.unwrap_or_else(|| per_run.clone());
-    Ok(SimulatedLaboratories { laboratories, per_run, with_stiffness, one_packing, many })
+    Ok(SimulatedLaboratories { laboratories, per_run, with_stiffness, one_packing, mean_response })
 }
 
 struct Study<'a> {
@@ -118,6 +120,36 @@ impl Study<'_> {
             if let Ok(values) = quantities(record, qoi) {
                 data.push_noted(&record.inputs, &values, &[&ratio.to_string()])?;
             }
+        }
+        Ok(data)
+    }
+
+    /// The mean over packings at each point: a packing is simulated at its point and in the middle of the
+    /// box, and the ratio is multiplied by the mean of all packings in the middle.
+    ///
+    /// What a packing does to a quantity hardly depends on the parameters, so that it cancels in the ratio:
+    /// the mean is known as that of all packings is, and not as a fit of so many terms to as many packings.
+    fn mean_response(
+        &self,
+        points: &[Vec<f64>],
+        seeds: Vec<u64>,
+    ) -> Result<Dataset, WorkflowError> {
+        let qoi = self.task.inputs.qoi();
+        let middle: Vec<f64> = self.prior.iter().map(|i| 0.5 * (i.lower + i.upper)).collect();
+        let (at_point, _) = self.records(points, seeds.clone())?;
+        let (in_middle, _) = self.records(&vec![middle; points.len()], seeds)?;
+        let both = at_point.iter().zip(&in_middle).filter_map(|(point, middle)| {
+            Some((&point.inputs, quantities(point, qoi).ok()?, quantities(middle, qoi).ok()?))
+        });
+        let both: Vec<_> = both.collect();
+        let middles: Vec<Vec<f64>> = both.iter().map(|(_, _, middle)| middle.clone()).collect();
+        let mean = column_means(&middles);
+        let outputs = qoi.quantities.iter().map(|q| q.column().to_owned()).collect();
+        let mut data = Dataset::new(self.prior.clone(), outputs, "coverage")?;
+        for (inputs, point, middle) in both {
+            let values: Vec<f64> =
+                (0..mean.len()).map(|m| mean[m] * point[m] / middle[m]).collect();
+            data.push(inputs, &values)?;
         }
         Ok(data)
     }
