@@ -13,6 +13,7 @@ use super::super::uncertainty::SharedError;
 use super::present::{Draw, Present, at_draws};
 use crate::case::CandidateCase;
 use crate::further_test::FurtherTest;
+use crate::progress::say;
 use crate::qoi::Quantity;
 
 /// Runs what is not finished of the candidate's ensemble, and takes the test from it.
@@ -43,6 +44,10 @@ pub(super) fn test(
             case.runs,
             failed.first().map_or("make more", String::as_str)
         )));
+    }
+    if let Some(first) = failed.first() {
+        let all = data.len() + failed.len();
+        say("note", &format!("{} of {all} runs have no quantities: {first}", failed.len()));
     }
     let path = task.product(&format!("design/candidate-{place}.csv"))?;
     write(&path, &data.to_csv().map_err(|e| WorkflowError::io(&path, e))?)?;
