@@ -57,12 +57,13 @@ pub use coverage::{CoverageRow, CoverageStudy, Emulated, Laboratory, Setting};
 pub use error::InputError;
 pub use experiment::{Specimen, SpecimenTable, TestCurve};
 pub use fracture::{
-    Calibration, CalibrationError, Evidence, Specimens, calibrate, calibration, calibration_on,
+    Calibration, CalibrationError, Evidence, Specimens, calibrate, calibrate_after, calibration,
+    calibration_on,
 };
 pub use qoi::{QoiError, Qois, Quantity};
 pub use study::{
-    PartStatus, Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyFile, StudyLaboratory,
-    Submitted, study_status,
+    PartStatus, Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyFile, StudyJob,
+    StudyLaboratory, StudyPart, StudySetting, Submitted, study_status,
 };
 pub use virtual_specimen::VirtualSpecimen;
 pub use workflow::{

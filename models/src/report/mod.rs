@@ -23,7 +23,9 @@ pub(crate) use page::page;
 pub use raster::{Raster, side_by_side};
 pub(crate) use results::{
     CalibratedParameter, DamageState, Finding, LeftOut, OrderErrors, Picture, PictureContent,
-    Points, Qoi, Results, Summarised, mean,
+    Points, Qoi, Results, Summarised, Verdict, mean,
 };
 pub(crate) use specimen_figures::{grain_sizes, mesh_quality};
-pub(crate) use study::{ComparedCase, Pair, StudyResults, study_page};
+pub(crate) use study::{
+    ComparedCase, Conclusion, Pair, REPRODUCED, StudyResults, Variant, study_page,
+};
