@@ -3,6 +3,7 @@
 mod compare;
 mod conclude;
 mod file;
+mod keys;
 mod run;
 mod shift;
 mod slurm;

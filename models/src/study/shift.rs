@@ -1,7 +1,7 @@
 //! Laboratories and cases of a study side by side, on the cores of one machine.
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use super::file::{StudyCase, StudyFile, StudyLaboratory, StudySetting, truths};
@@ -82,7 +82,9 @@ impl<'a> Shift<'a> {
                         scope.spawn(move || {
                             shift.part(rank, &name, || {
                                 if !tested.is_none_or(|tested| *tested.wait()) {
-                                    say("left out", "its laboratory has failed");
+                                    if !shift.interrupt.load(Ordering::Relaxed) {
+                                        say("left out", "its laboratory has failed");
+                                    }
                                     return Ok(None);
                                 }
                                 shift.calibrate(rank, &name, setting, case).map(Some)

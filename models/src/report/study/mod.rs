@@ -279,7 +279,7 @@ mod tests {
             "1 of 2 quantities are within 10 %",
             "href=\"B/report.html\"",
             "<td data-is=\"published\">286.2</td>",
-            "<td data-is=\"truth\">285, outside</td>",
+            "<td data-is=\"truth\">285.0, outside</td>",
             "href=\"v/report.html\"",
             "Under V 1 of 2 conclusions survive.",
             "E is identified in every case",
