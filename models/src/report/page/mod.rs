@@ -53,7 +53,7 @@ pub(crate) fn page(results: &Results) -> String {
                         (confirmation::confirmation(results))
                         (confirmation::damage(results))
                     }
-                    @if !results.further.is_empty() { (further::further(results)) }
+                    (further::further(results))
                     (details(results))
                 }
             }
