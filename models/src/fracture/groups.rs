@@ -6,7 +6,7 @@
 //! temperatures tell one covariance, in place of three telling each its own.
 
 use ppl::prelude::*;
-use ppl::{Posterior, SampleError};
+use ppl::Posterior;
 use surrogate::{DynPce, Input};
 
 use super::{CalibrationError, Evidence, Specimens, relative_to_means, short_name};
