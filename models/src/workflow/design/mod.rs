@@ -12,10 +12,6 @@ use crate::further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal}
 use crate::progress::say;
 use present::Present;
 
-/// Draws of the posterior over which is averaged: the standard error of a mean over them is some 5 % of
-/// their spread.
-const DRAWS: usize = 400;
-
 /// The contraction from which on a parameter is called identified.
 const IDENTIFIED: f64 = 0.5;
 

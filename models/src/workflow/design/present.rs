@@ -6,11 +6,14 @@ use super::super::WorkflowError;
 use super::super::calibrate::{known_inputs, read_experiments};
 use super::super::task::Task;
 use super::super::uncertainty::shared_error;
-use super::DRAWS;
 use crate::error::InputError;
 use crate::fracture::{column_means, short_name};
 use crate::further_test::{Belief, FurtherTest, FurtherTestError, TestAtDraw};
 use crate::table::CsvTable;
+
+/// Draws of the posterior over which is averaged: the standard error of a mean over them is some 5 % of
+/// their spread.
+const DRAWS: usize = 400;
 
 /// A draw of a posterior.
 pub(super) struct Draw {
