@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::super::digits::{number, within};
+use super::super::digits::{plain, within};
 use super::super::page::parts::table;
 use super::results::{Conclusion, StudyResults};
 
@@ -25,7 +25,7 @@ pub(super) fn conclusions(results: &StudyResults) -> Markup {
                     @for variant in &results.variants { th.text { (variant.title) } }
                 },
                 html! { @for conclusion in &results.conclusions { tr {
-                    td.name.wrapped { (conclusion.claim) }
+                    td.name.wrapped.claim { (conclusion.claim) }
                     td.text data-is=(results.title) {
                         span { @if let Some((found, _)) = conclusion.found.first() { (found) } }
                     }
@@ -77,7 +77,7 @@ pub(super) fn settings(results: &StudyResults) -> Markup {
                     @for (k, p) in case.parameters.iter().enumerate() { tr {
                         td.name { @if k == 0 { (case.name) } }
                         td.name { (p.label) }
-                        td data-is="truth" { @if let Some(truth) = p.truth { (number(truth)) } }
+                        td data-is="truth" { @if let Some(truth) = p.truth { (plain(truth)) } }
                         @for (title, cases) in all() {
                             td data-is=(title) {
                                 @if let Some(p) = cases.get(c).and_then(|case| case.parameters.get(k)) {

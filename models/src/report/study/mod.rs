@@ -6,7 +6,7 @@ mod results;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use ppl::diagnostics::Identification;
 
-use super::digits::{number, within};
+use super::digits::{number, plain, within};
 use super::figures::overlaid;
 use super::page::STYLE;
 use super::page::parts::table;
@@ -96,12 +96,12 @@ fn parameters(cases: &[ComparedCase]) -> Markup {
                         td data-is="90 % interval" { (within(p.q05)) " … " (within(p.q95)) }
                         @if with_truth {
                             td data-is="truth" { @if let Some(truth) = p.truth {
-                                (number(truth))
+                                (plain(truth))
                                 @if inside(p) == Some(false) { ", outside" }
                             } }
                         }
-                        td data-is="prior" { (number(p.prior.0)) " … " (number(p.prior.1)) }
-                        td data-is="from the data" {
+                        td data-is="prior" { (plain(p.prior.0)) " … " (plain(p.prior.1)) }
+                        td.wrapped data-is="from the data" {
                             span class=(if identified(p) { "verdict good" } else { "verdict weak" }) {
                                 (p.verdict())
                             }
@@ -279,7 +279,7 @@ mod tests {
             "1 of 2 quantities are within 10 %",
             "href=\"B/report.html\"",
             "<td data-is=\"published\">286.2</td>",
-            "<td data-is=\"truth\">285.0, outside</td>",
+            "<td data-is=\"truth\">285, outside</td>",
             "href=\"v/report.html\"",
             "Under V 1 of 2 conclusions survive.",
             "E is identified in every case",
