@@ -25,7 +25,8 @@
 //! 4. `case`: the TOML case, with fem's own types where they are the same
 //! 5. `virtual_specimen`: specimens with a known truth
 //! 6. `fracture`, `hyperelastic`: calibration models, each the pattern that a user copies
-//! 7. `coverage`, `budget`: whether intervals hold what they promise, and what widens them
+//! 7. `coverage`, `budget`, `predicted_curve`: whether intervals hold what they promise, what widens them, and the
+//!    curves that they predict
 //! 8. `report`: figures and the page; knows results, not the workflow
 //! 9. `workflow`: stages, one row of a table each, whose inputs are what they read
 //! 10. `study`: beyond one process and one case: several calibrations, jobs of a cluster
@@ -38,6 +39,7 @@ mod error;
 mod experiment;
 mod fracture;
 pub mod hyperelastic;
+mod predicted_curve;
 mod progress;
 mod qoi;
 pub mod report;
@@ -53,11 +55,12 @@ pub use case::{
     OutputCase, PrescribeCase, PriorBounds, PriorCase, Property, QoiCase, SpecimenCase,
     SpecimenGeometry, SurrogateCase, TestCase, Toe, TractionCase, VirtualCase,
 };
-pub use coverage::{CoverageRow, CoverageStudy, Emulated, Laboratory, Setting};
+pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};
 pub use error::InputError;
 pub use experiment::{Specimen, SpecimenTable, TestCurve};
 pub use fracture::{
-    Calibration, CalibrationError, Evidence, Specimens, calibrate, calibration, calibration_on,
+    Calibration, CalibrationError, Evidence, Population, Specimens, calibrate, calibration,
+    calibration_on,
 };
 pub use qoi::{QoiError, Qois, Quantity};
 pub use study::{

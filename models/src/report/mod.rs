@@ -23,7 +23,7 @@ pub(crate) use page::page;
 pub use raster::{Raster, side_by_side};
 pub(crate) use results::{
     CalibratedParameter, DamageState, Finding, LeftOut, OrderErrors, Picture, PictureContent,
-    Points, Qoi, Results, Summarised, mean,
+    Points, PredictedBand, Qoi, Results, Summarised, mean,
 };
 pub(crate) use specimen_figures::{grain_sizes, mesh_quality};
 pub(crate) use study::{ComparedCase, Pair, StudyResults, study_page};

@@ -38,6 +38,8 @@ pub(crate) struct Results {
     pub(crate) damage: Vec<DamageState>,
     /// Simulations at posterior draws.
     pub(crate) posterior_curves: Vec<Points>,
+    /// What a new specimen's curve will be; none if it is not predicted.
+    pub(crate) predicted_curves: Option<PredictedBand>,
     /// The quantities of interest.
     pub(crate) qois: Vec<Qoi>,
     /// The surrogate, order by order.
@@ -64,6 +66,15 @@ pub(crate) struct Results {
     pub(crate) notes: Vec<String>,
     /// Settings of the run: name and value.
     pub(crate) settings: Vec<(String, String)>,
+}
+
+/// Forces of new specimens along the displacement.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PredictedBand {
+    /// mm
+    pub(crate) displacement_mm: Vec<f64>,
+    /// 5, 25, 50, 75 and 95 % quantiles, N, each along the displacement.
+    pub(crate) force_n: [Vec<f64>; 5],
 }
 
 /// What was found in one measured curve.

@@ -13,7 +13,7 @@ mod quantities;
 mod surrogate;
 
 pub(super) use chains::{ranks, traces};
-pub(super) use curves::{confirmation, curves};
+pub(super) use curves::{confirmation, curves, predicted};
 pub(super) use overlay::overlaid;
 pub(super) use pairs::{Place, design, posterior};
 pub(super) use quantities::{map_beside_experiments, of_the_ensemble, predictive};

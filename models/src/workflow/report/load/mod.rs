@@ -48,6 +48,7 @@ pub(in crate::workflow) fn load(inputs: &Inputs<'_>) -> Result<Results, Workflow
         settings: settings(case),
         notes: notes::of_virtual_specimens(inputs, case)?,
         qois: confirmed::qois(inputs, quantities, &data)?,
+        predicted_curves: confirmed::predicted_curves(inputs)?,
         ..Results::default()
     };
     for (qoi, total) in results.qois.iter_mut().zip(pce.sobol().total) {
@@ -55,6 +56,9 @@ pub(in crate::workflow) fn load(inputs: &Inputs<'_>) -> Result<Results, Workflow
     }
     results.notes.extend(notes::mesh_errors(inputs, quantities)?);
     results.notes.extend(notes::quadrature(inputs, quantities)?);
+    if !results.known_inputs.is_empty() {
+        results.notes.extend(notes::unknown_stiffness(inputs, &data)?);
+    }
     measured::ensemble(inputs, &data, &mut results)?;
     corrected(inputs, quantities, &data, &mut results)?;
     measured::experiments(inputs, &mut results)?;
