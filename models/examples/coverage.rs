@@ -9,16 +9,18 @@
 //! specimens and ensembles anew from the surrogate and the scatter between packings; simulated ones are
 //! real simulations of specimens with packings of their own, on the cheapest mesh of the case. Settings:
 //! the exact forward model, a packing for each run with its shared error, the same with the stiffness of
-//! each specimen's own microstructure known, and one packing (the paper).
+//! the microstructure as an input that is known of no specimen, of half of them and of all, and one packing (the
+//! paper).
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use clap::Parser;
 use models::{
-    CaseFile, CoverageRow, CoverageStudy, Emulated, Setting, VirtualCase, simulate_laboratories,
+    CaseFile, CoverageRow, CoverageStudy, Emulated, Population, Setting, VirtualCase,
+    simulate_laboratories,
 };
-use surrogate::{Dataset, DynPce, FitOptions, PceFit};
+use surrogate::{Dataset, DynPce, FitOptions, Input, PceFit};
 
 /// Fraction of each side of the prior box that truths are drawn from.
 const INNER: f64 = 0.8;
@@ -74,11 +76,20 @@ fn main() -> Result<(), Error> {
             arguments.threads,
             &interrupt,
         )?;
+        let stiffness_fit = DynPce::fit(&made.with_stiffness, &fit)?;
+        let ratios: Vec<Vec<f64>> =
+            made.with_stiffness.rows().map(|(x, _)| x[x.len() - 1..].to_vec()).collect();
+        let population = Population::of(&ratios)?;
+        let with_stiffness = |name: &str, known: usize| {
+            Setting::shared(name, stiffness_fit.clone())
+                .knowing_stiffness(known, Some(population.clone()))
+        };
         let settings = [
             Setting::exact("exact", DynPce::fit(&made.mean_response, &fit)?.pce),
             Setting::shared("packing per run", DynPce::fit(&made.per_run, &fit)?),
-            Setting::shared("stiffness known", DynPce::fit(&made.with_stiffness, &fit)?)
-                .knowing_stiffness(),
+            with_stiffness("stiffness unknown", 0),
+            with_stiffness("stiffness half known", specimens.specimens / 2),
+            with_stiffness("stiffness known", specimens.specimens),
             Setting::exact("one packing", DynPce::fit(&made.one_packing, &fit)?.pce),
         ];
         let make = |k: usize| Ok::<_, Error>((made.laboratories[k].clone(), settings.to_vec()));
@@ -95,16 +106,29 @@ fn world(
     fit: &FitOptions,
 ) -> Result<Emulated, Error> {
     let runs = Dataset::read_csv(arguments.results.join("runs.csv"))?;
-    let PceFit { pce: response, report, .. } = DynPce::fit(&runs, fit)?;
+    let stiffness = stiffness_ratios(&runs)
+        .map(|ratios| {
+            Population::of(&ratios.iter().map(|&k| vec![k]).collect::<Vec<_>>())
+                .map(|p| (ratios, p))
+        })
+        .transpose()?;
+    let (data, stiffness) = match stiffness {
+        None => (runs, None),
+        Some((ratios, p)) => (with_ratios(&runs, &ratios, &p)?, Some([p.mean()[0], p.sd()[0]])),
+    };
+    let PceFit { pce: response, report, .. } = DynPce::fit(&data, fit)?;
     let mean = response.mean();
     let scatter = report.scatter(&mean)?;
     let packings = (0..mean.len())
         .map(|i| (0..mean.len()).map(|j| scatter[i][j] / (mean[i] * mean[j])).collect())
         .collect();
     let of = |name: &String| specimens.scatter.get(&name.parse().ok()?).copied();
-    let scatter = response.inputs().iter().map(|input| of(&input.name).unwrap_or(0.0)).collect();
+    let parameters =
+        &response.inputs()[..response.inputs().len() - usize::from(stiffness.is_some())];
+    let scatter = parameters.iter().map(|input| of(&input.name).unwrap_or(0.0)).collect();
     Ok(Emulated {
         response,
+        stiffness,
         packings,
         scatter,
         noise: 0.003,
@@ -114,6 +138,23 @@ fn world(
         method: case.design.method,
         fit: fit.clone(),
     })
+}
+
+/// The stiffness ratio of the packing of each run, if it had one of its own.
+fn stiffness_ratios(runs: &Dataset) -> Option<Vec<f64>> {
+    (0..runs.len()).map(|i| runs.note(i, "stiffness_ratio")?.parse().ok()).collect()
+}
+
+/// Runs with their ratios as the last input, whose box has room for all that laboratories draw.
+fn with_ratios(runs: &Dataset, ratios: &[f64], p: &Population) -> Result<Dataset, Error> {
+    let reach = |by: f64| p.mean()[0] + by * p.sd()[0];
+    let mut inputs = runs.inputs().to_vec();
+    inputs.push(Input::new("stiffness_ratio", reach(-6.0), reach(6.0))?);
+    let mut data = Dataset::new(inputs, runs.outputs().to_vec(), "coverage")?;
+    for ((x, y), &ratio) in runs.rows().zip(ratios) {
+        data.push(&[x, &[ratio]].concat(), y)?;
+    }
+    Ok(data)
 }
 
 fn print(kind: &str, rows: &[CoverageRow]) {

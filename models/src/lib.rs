@@ -25,7 +25,8 @@
 //! 4. `case`: the TOML case, with fem's own types where they are the same
 //! 5. `virtual_specimen`: specimens with a known truth
 //! 6. `fracture`, `hyperelastic`, `tension`: calibration models, each the pattern that a user copies
-//! 7. `coverage`, `budget`: whether intervals hold what they promise, and what widens them
+//! 7. `coverage`, `budget`, `predicted_curve`: whether intervals hold what they promise, what widens them, and the
+//!    curves that they predict
 //! 8. `further_test`: what would make them narrower
 //! 9. `report`: figures and the page; knows results, not the workflow
 //! 10. `workflow`: stages, one row of a table each, whose inputs are what they read
@@ -40,6 +41,7 @@ mod experiment;
 mod fracture;
 mod further_test;
 pub mod hyperelastic;
+mod predicted_curve;
 mod progress;
 mod qoi;
 pub mod report;
@@ -57,12 +59,12 @@ pub use case::{
     PriorBounds, PriorCase, Property, QoiCase, SpecimenCase, SpecimenGeometry, SurrogateCase,
     TestCase, Toe, TractionCase, VirtualCase,
 };
-pub use coverage::{CoverageRow, CoverageStudy, Emulated, Laboratory, Setting};
+pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};
 pub use error::InputError;
 pub use experiment::{Specimen, SpecimenTable, TestCurve};
 pub use fracture::{
-    Calibration, CalibrationError, Evidence, Groups, Pooling, Specimens, TestGroup, Trend,
-    calibrate, calibrate_after, calibrate_groups, calibration, calibration_on,
+    Calibration, CalibrationError, Evidence, Groups, Pooling, Population, Specimens, TestGroup,
+    Trend, calibrate, calibrate_after, calibrate_groups, calibration, calibration_on,
     calibration_over_groups,
 };
 pub use further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal, Needed, TestAtDraw};

@@ -64,6 +64,22 @@ fn cheap_runs_are_corrected_by_repeated_ones() {
         assert!((found - 1.0).abs() > 1e-3 && (found / expected - 1.0).abs() < 0.05, "{ratio:?}");
         assert!(number(ratio, "error_percent") < number(ratio, "scatter_percent"));
     }
+    // curves of the better mesh correct the shape of those that are predicted
+    for run in better.keys() {
+        assert!(results.join(format!("curves/level-2-run-{run:0>3}.csv")).is_file(), "{run}");
+    }
+    let band = table(&results.join("predictive_curves.csv"));
+    let quantiles = ["q05", "q25", "q50", "q75", "q95"].map(|q| format!("force_N_{q}"));
+    for row in &band {
+        let forces: Vec<f64> = quantiles.iter().map(|q| number(row, q)).collect();
+        assert!(forces.is_sorted(), "{row:?}");
+    }
+    let highest = band.iter().map(|row| number(row, "force_N_q50")).fold(0.0, f64::max);
+    let peaks = table(&results.join("experiments.csv"));
+    let peaks: Vec<f64> = peaks.iter().map(|row| number(row, "peak_force_N")).collect();
+    let mean = peaks.iter().sum::<f64>() / peaks.len() as f64;
+    assert!((highest / mean - 1.0).abs() < 0.1, "{highest} {mean}");
+
     let sources: Vec<String> = table(&results.join("uncertainty.csv"))
         .iter()
         .filter(|row| row["parameter"] == "matrix.young_mpa")

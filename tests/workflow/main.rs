@@ -137,6 +137,10 @@ fn from_an_empty_directory_to_every_documented_file() {
         ("experiments/curves/V-01.csv", "displacement_mm,force_N"),
         ("experiments/bias.csv", "quantity,surrogate_mesh,experiments_mesh,percent_bias"),
         ("predictive.csv", "chain,draw,slope_N_per_mm,peak_force_N,displacement_at_peak_mm"),
+        (
+            "predictive_curves.csv",
+            "displacement_mm,force_N_q05,force_N_q25,force_N_q50,force_N_q75,force_N_q95",
+        ),
         ("fields/map.csv", "state,time_s,displacement_mm,force_N,picture"),
         ("curves/baseline.csv", "time_s,displacement_mm,force_N"),
         ("summary.csv", "parameter,mean,sd,q05,q50,q95,rhat,ess_bulk,ess_tail,contraction"),

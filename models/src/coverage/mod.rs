@@ -5,4 +5,4 @@ mod emulated;
 mod study;
 
 pub use emulated::Emulated;
-pub use study::{CoverageRow, CoverageStudy, Laboratory, Setting};
+pub use study::{CoverageRow, CoverageStudy, KnownStiffness, Laboratory, Setting};

@@ -4,7 +4,9 @@ use ppl::Nuts;
 use rayon::prelude::*;
 use surrogate::{DynPce, FitReport, PceFit};
 
-use crate::fracture::{CalibrationError, Evidence, column_means, relative_covariance, sample};
+use crate::fracture::{
+    CalibrationError, Evidence, Population, column_means, relative_covariance, sample,
+};
 
 /// The central intervals that are looked at.
 const NOMINAL: [f64; 3] = [0.5, 0.9, 0.95];
@@ -20,6 +22,15 @@ pub struct Laboratory {
     pub stiffness_ratios: Vec<f64>,
 }
 
+/// Which specimens' stiffness ratio a calibration knows.
+#[derive(Clone, Debug)]
+pub struct KnownStiffness {
+    /// The first so many of a laboratory.
+    pub specimens: usize,
+    /// What it may be of the others.
+    pub population: Option<Population>,
+}
+
 /// A forward model, and the error that a calibration with it admits.
 #[derive(Clone, Debug)]
 pub struct Setting {
@@ -29,14 +40,14 @@ pub struct Setting {
     pub forward: DynPce,
     /// How well it is known as the mean response over packings; none: it is taken to be exact.
     pub error: Option<FitReport>,
-    /// Whether its last input is the stiffness ratio, which is known of each specimen.
-    pub knows_stiffness: bool,
+    /// What is known of its last input if that is the stiffness ratio.
+    pub stiffness: Option<KnownStiffness>,
 }
 
 impl Setting {
     /// A forward model that is taken to be exact.
     pub fn exact(name: impl Into<String>, forward: DynPce) -> Self {
-        Self { name: name.into(), forward, error: None, knows_stiffness: false }
+        Self { name: name.into(), forward, error: None, stiffness: None }
     }
 
     /// A forward model from runs with a packing each, whose error all specimens share.
@@ -44,9 +55,10 @@ impl Setting {
         Self { error: Some(fit.report), ..Self::exact(name, fit.pce) }
     }
 
-    /// The same with the stiffness ratio of each specimen's own microstructure as its last input.
-    pub fn knowing_stiffness(self) -> Self {
-        Self { knows_stiffness: true, ..self }
+    /// The same with the stiffness ratio of a specimen's own microstructure as its last input, which is known of
+    /// the first so many specimens of a laboratory; of the others the population says what it may be.
+    pub fn knowing_stiffness(self, specimens: usize, population: Option<Population>) -> Self {
+        Self { stiffness: Some(KnownStiffness { specimens, population }), ..self }
     }
 
     /// The covariance of its error relative to the specimens' means.
@@ -162,12 +174,17 @@ impl CoverageStudy {
         seed: u64,
     ) -> Result<Vec<[[f64; 2]; NOMINAL.len()]>, CalibrationError> {
         let shared = setting.shared_error(&column_means(&laboratory.specimens))?;
-        let known: Vec<Vec<f64>> = match setting.knows_stiffness {
-            true => laboratory.stiffness_ratios.iter().map(|&ratio| vec![ratio]).collect(),
-            false => Vec::new(),
+        let ratios = laboratory.stiffness_ratios.iter().enumerate();
+        let (known, population) = match &setting.stiffness {
+            None => (Vec::new(), None),
+            Some(KnownStiffness { specimens, population }) => {
+                let known = ratios.map(|(i, &ratio)| (i < *specimens).then(|| vec![ratio]));
+                (known.collect(), population.clone())
+            }
         };
         let size = laboratory.truth.len();
-        let evidence = Evidence { qois: laboratory.specimens.clone(), known, shared };
+        let qois = laboratory.specimens.clone();
+        let evidence = Evidence { qois, known, population, shared };
         let sampler = self.sampler.clone().seed(seed).threads(1);
         let posterior = sample(&setting.forward, &evidence, &sampler, seed)?;
         let group = &posterior.posterior;

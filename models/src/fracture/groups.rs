@@ -163,8 +163,7 @@ impl Groups {
 /// The inputs of the group's surrogate that are not known of its specimens.
 fn unknown(group: &TestGroup) -> &[Input] {
     let inputs = group.forward.inputs();
-    let known = group.evidence.known.first().map_or(0, Vec::len);
-    &inputs[..inputs.len().saturating_sub(known)]
+    &inputs[..inputs.len().saturating_sub(group.evidence.known_inputs())]
 }
 
 ppl::model! {
@@ -206,14 +205,17 @@ ppl::model! {
         let corr ~ LkjCholesky::of(groups.quantities, 3.0);
         let chol = corr.scale_rows(&sd)?;
         for group in &groups.groups {
-            let (mean, expected) =
-                group.specimens.expected(&group.forward, &at_level[group.level]);
-            for (contrast, expected) in group.specimens.contrasts.iter().zip(&expected) {
-                contrast ~ MvNormalCholesky(expected, &chol);
+            let specimens = &group.specimens;
+            let expected = specimens.expected(&group.forward, &at_level[group.level]);
+            for (contrast, between) in specimens.known.contrasts.iter().zip(&expected.contrasts) {
+                contrast ~ MvNormalCholesky(between, &chol);
             }
-            let of_total = group.specimens.factor_of_total(&chol)?;
-            group.specimens.total ~
-                MvNormalCholesky(group.specimens.mean_of_total(&mean), &of_total);
+            let of_unknown = specimens.factor_of_unknown(&expected, &chol)?;
+            for unknown in &specimens.unknown.contrasts {
+                unknown ~ MvNormalCholesky(specimens.no_contrast(), &of_unknown);
+            }
+            let of_totals = specimens.factor_of_totals(&expected, &chol)?;
+            specimens.totals ~ MvNormalCholesky(specimens.mean_of_totals(&expected), &of_totals);
         }
     }
 }

@@ -33,24 +33,18 @@ impl Calibration {
 fn ln_conditionals(posterior: &Posterior, forward: &DynPce, specimens: &Specimens) -> Vec<f64> {
     let group = &posterior.posterior;
     let of = |name: &str| group.variables.iter().find(|v| v.name == name).map(|v| &v.data[..]);
-    let (Some(theta), Some(mean), Some(sd), Some(corr)) =
-        (of("theta"), of("mean"), of("sd"), of("corr"))
-    else {
+    let (Some(theta), Some(sd), Some(corr)) = (of("theta"), of("sd"), of("corr")) else {
         return Vec::new();
     };
     let count = (group.chains * group.draws).max(1);
-    let (inputs, size) = ((theta.len() / count).max(1), mean.len() / count);
-    let draws = theta
-        .chunks(inputs)
-        .zip(mean.chunks(size))
-        .zip(sd.chunks(size))
-        .zip(corr.chunks(size * size));
-    let conditionals = draws.flat_map(|(((theta, mean), sd), corr)| {
+    let (inputs, size) = ((theta.len() / count).max(1), forward.outputs().len());
+    let draws = theta.chunks(inputs).zip(sd.chunks(size)).zip(corr.chunks(size * size));
+    let conditionals = draws.flat_map(|((theta, sd), corr)| {
         let row = |(row, sd): (&[f64], &f64)| row.iter().map(|x| sd * x).collect();
         let factor: Vec<Vec<f64>> = corr.chunks(size).zip(sd).map(row).collect();
         DynCholeskyFactor::new(&factor)
             .and_then(|factor| {
-                specimens.about(forward, theta, mean)?.ln_conditionals(mean, &factor)
+                specimens.ln_conditionals(&specimens.expected(forward, theta), &factor)
             })
             .unwrap_or_else(|_| vec![f64::NAN; specimens.len()])
     });
@@ -83,7 +77,8 @@ mod tests {
         let qois: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
         let shared = vec![vec![4e-4, 1e-4], vec![1e-4, 3e-4]];
         let sampler = Nuts::default().chains(2).draws(1500).seed(3);
-        let evidence = Evidence { qois: qois.clone(), known: Vec::new(), shared: shared.clone() };
+        let evidence =
+            Evidence { qois: qois.clone(), shared: shared.clone(), ..Evidence::default() };
         let result = calibrate(&forward(), &evidence, &sampler, 3).unwrap();
         let loo = result.loo().unwrap();
         assert_eq!(loo.points.len(), 6);

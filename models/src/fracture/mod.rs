@@ -1,8 +1,13 @@
 //! The paper's calibration: matrix parameters from the quantities of interest of specimens.
 
+mod contrasts;
+mod given_others;
 mod groups;
 mod loo;
+mod population;
 mod specimens;
+#[cfg(test)]
+mod tests;
 
 use ppl::prelude::*;
 use ppl::{
@@ -16,6 +21,7 @@ use surrogate::{DynPce, Input, SurrogateError};
 use crate::case::MaterialParameter;
 use crate::qoi::Quantity;
 pub use groups::{Groups, Pooling, TestGroup, Trend, calibrate_groups, calibration_over_groups};
+pub use population::Population;
 pub use specimens::Specimens;
 
 ppl::model! {
@@ -50,7 +56,7 @@ ppl::model! {
 
     /// The same for as many parameters as the surrogate has inputs, uniform on its box, and as many
     /// QoIs as it has outputs; specimens may share an error of the forward model, and the last inputs
-    /// may be known of each.
+    /// may be known of each, or of some while those of the others come from their population.
     ///
     /// # Reference
     /// Kennedy & O'Hagan (2001), *Bayesian Calibration of Computer Models*,
@@ -70,15 +76,19 @@ ppl::model! {
         // what a person reads: the factor's own entries mean little
         #[dims(quantity, other)] #[track] let correlation = corr.covariance();
 
-        let (response, expected) = specimens.expected(forward, &point);
-        #[dims(qoi)] #[track] let mean = response;
+        let expected = specimens.expected(forward, &point);
+        #[dims(qoi)] #[track] let mean = specimens.mean(&expected);
         // differences between specimens show their scatter alone, their mean what they share too
-        for (contrast, expected) in specimens.contrasts.iter().zip(&expected) {
-            contrast ~ MvNormalCholesky(expected, &chol);
+        for (contrast, between) in specimens.known.contrasts.iter().zip(&expected.contrasts) {
+            contrast ~ MvNormalCholesky(between, &chol);
         }
-        let of_total = specimens.factor_of_total(&chol)?;
-        specimens.total ~ MvNormalCholesky(specimens.mean_of_total(&mean), &of_total);
-        #[dims(qoi)] #[predict] let new_specimen ~ specimens.new_specimen(&mean, &chol)?;
+        let of_unknown = specimens.factor_of_unknown(&expected, &chol)?;
+        for unknown in &specimens.unknown.contrasts {
+            unknown ~ MvNormalCholesky(specimens.no_contrast(), &of_unknown);
+        }
+        let of_totals = specimens.factor_of_totals(&expected, &chol)?;
+        specimens.totals ~ MvNormalCholesky(specimens.mean_of_totals(&expected), &of_totals);
+        #[dims(qoi)] #[predict] let new_specimen ~ specimens.new_specimen(&expected, &chol)?;
     }
 }
 
@@ -96,6 +106,15 @@ pub enum CalibrationError {
         /// Number of specimens.
         expected: usize,
         /// Number of rows.
+        found: usize,
+    },
+    /// Too little is known of what inputs may be that are not known of a specimen.
+    #[error(
+        "some specimens' inputs of the forward model are not known, and {found} others are too few to say what \
+         they may be: it takes four"
+    )]
+    Population {
+        /// Others whose inputs are known.
         found: usize,
     },
     /// Specimens with other quantities than the surrogate gives.
@@ -231,10 +250,30 @@ pub struct Evidence {
     pub qois: Vec<Vec<f64>>,
     /// The surrogate's last inputs of each specimen, where they are known: the stiffness ratio of its own
     /// microstructure. Empty: all inputs are to be found.
-    pub known: Vec<Vec<f64>>,
+    pub known: Vec<Option<Vec<f64>>>,
+    /// What those inputs may be of a specimen of which they are not known.
+    pub population: Option<Population>,
     /// Covariance of the error that all specimens share, relative to their means: that of the surrogate,
     /// the mesh and the geometry. Empty: none, the paper's likelihood.
     pub shared: Vec<Vec<f64>>,
+}
+
+impl Evidence {
+    /// How many of the surrogate's inputs, the last ones, are no parameters.
+    pub fn known_inputs(&self) -> usize {
+        let of_population = self.population.as_ref().map_or(0, |p| p.mean().len());
+        self.known.iter().flatten().next().map_or(of_population, Vec::len)
+    }
+
+    /// These inputs of a specimen in the middle: the mean of those that are known, or of the population where
+    /// some are not.
+    pub fn middle(&self) -> Vec<f64> {
+        let known: Vec<Vec<f64>> = self.known.iter().flatten().cloned().collect();
+        match &self.population {
+            Some(population) if known.len() < self.known.len() => population.mean().to_vec(),
+            _ => column_means(&known),
+        }
+    }
 }
 
 /// Calibrates the inputs of a surrogate against specimens. The surrogate's box is the prior's. The sampler
@@ -337,7 +376,7 @@ fn relative_to_means(
     pce: &DynPce,
     evidence: &Evidence,
 ) -> Result<(DynPce, Specimens), CalibrationError> {
-    let Evidence { qois, known, shared } = evidence;
+    let Evidence { qois, known, population, shared } = evidence;
     let expected = pce.outputs().len();
     if let Some(row) = qois.iter().find(|row| row.len() != expected) {
         return Err(CalibrationError::Quantities { expected, found: row.len() });
@@ -352,7 +391,7 @@ fn relative_to_means(
         specimens = specimens.sharing(shared.clone())?;
     }
     if !known.is_empty() {
-        specimens = specimens.knowing(known.clone())?;
+        specimens = specimens.knowing(known, population.clone())?;
     }
     Ok((forward, specimens))
 }

@@ -8,28 +8,34 @@
 //!
 //! Where something is known of each specimen that the forward model takes, such as the stiffness of its
 //! own microstructure, each has an m_k of its own: the transform of these is the mean of that of the rows.
-
-use std::borrow::Cow;
+//! Specimens of which it is not known are a second group: they scatter by Σ + T, where T = b bᵀ is what their
+//! population does to the response, and share δ and T/N beside, N being how many the population is known
+//! from. Totals of both groups have one joint normal density.
 
 use ppl::DomainError;
 use ppl::prelude::*;
 use surrogate::DynPce;
 
 use super::CalibrationError;
+use super::contrasts::{Group, helmert};
+use super::population::{Population, Spread};
 
 /// Quantities of interest of specimens, relative to their means, and the covariance of the error that
 /// all share.
 #[derive(Clone, Debug)]
 pub struct Specimens {
-    rows: Vec<Vec<f64>>,
-    /// n − 1 contrasts between specimens.
-    pub(super) contrasts: Vec<Vec<f64>>,
-    /// The last inputs of the forward model, known of each specimen; no rows if nothing is known.
-    known: Vec<Vec<f64>>,
-    /// √n times their mean.
-    pub(super) total: Vec<f64>,
+    /// Of each specimen, whether its inputs are known.
+    pub(super) is_known: Vec<bool>,
+    pub(super) known: Group,
+    pub(super) unknown: Group,
+    /// The last inputs of the forward model of the known ones; no rows if there are none to be known.
+    inputs: Vec<Vec<f64>>,
+    /// Of those of the others.
+    population: Option<Population>,
+    /// Totals of the groups that there are, one after the other.
+    pub(super) totals: Vec<f64>,
     /// S, quantities × quantities; zero is the paper's likelihood.
-    shared: Vec<Vec<f64>>,
+    pub(super) shared: Vec<Vec<f64>>,
 }
 
 impl Specimens {
@@ -43,68 +49,83 @@ impl Specimens {
         if let Some(row) = qois.iter().find(|row| row.len() != expected) {
             return Err(CalibrationError::Quantities { expected, found: row.len() });
         }
-        let (contrasts, total) = helmert(qois);
-        let shared = vec![vec![0.0; expected]; expected];
-        Ok(Self { rows: qois.to_vec(), contrasts, known: Vec::new(), total, shared })
+        let known = Group::of(qois.to_vec());
+        Ok(Self {
+            is_known: vec![true; qois.len()],
+            totals: known.total.clone(),
+            known,
+            unknown: Group::default(),
+            inputs: Vec::new(),
+            population: None,
+            shared: vec![vec![0.0; expected]; expected],
+        })
     }
 
-    /// With what is known of each specimen: one row each, the last inputs of the forward model.
+    /// With the last inputs of the forward model, as far as they are known of each specimen, and the population
+    /// that those of the others are taken from.
     ///
     /// # Errors
-    /// Another number of rows than of specimens, or rows of different lengths.
-    pub fn knowing(mut self, known: Vec<Vec<f64>>) -> Result<Self, CalibrationError> {
-        let width = known.first().map_or(0, Vec::len);
-        if known.len() != self.len() || known.iter().any(|row| row.len() != width) {
-            return Err(CalibrationError::Known { expected: self.len(), found: known.len() });
+    /// Another number of entries than of specimens, rows of different lengths, or unknown inputs without a
+    /// population.
+    pub fn knowing(
+        self,
+        inputs: &[Option<Vec<f64>>],
+        population: Option<Population>,
+    ) -> Result<Self, CalibrationError> {
+        let wrong = || CalibrationError::Known { expected: self.len(), found: inputs.len() };
+        let width = population.as_ref().map(|population| population.mean().len());
+        let mut widths = inputs.iter().flatten().map(Vec::len).chain(width);
+        let first = widths.next();
+        if inputs.len() != self.len() || widths.any(|width| Some(width) != first) {
+            return Err(wrong());
         }
-        self.known = known;
-        Ok(self)
+        let is_known: Vec<bool> = inputs.iter().map(Option::is_some).collect();
+        if population.is_none() && is_known.contains(&false) {
+            return Err(CalibrationError::Population { found: 0 });
+        }
+        let rows = self.rows();
+        let of = |known: bool| {
+            let chosen = rows.iter().zip(&is_known).filter(|(_, own)| **own == known);
+            Group::of(chosen.map(|(row, _)| (*row).clone()).collect())
+        };
+        let (known, unknown) = (of(true), of(false));
+        let totals = [&known.total[..], &unknown.total].concat();
+        let population = population.filter(|_| unknown.len() > 0);
+        let inputs = inputs.iter().flatten().cloned().collect();
+        Ok(Self { is_known, known, unknown, inputs, population, totals, ..self })
     }
 
-    /// How many inputs of the forward model are known of each specimen.
+    /// All rows in their order.
+    fn rows(&self) -> Vec<&Vec<f64>> {
+        let (mut known, mut unknown) = (self.known.rows.iter(), self.unknown.rows.iter());
+        let row = |is_known: &bool| if *is_known { known.next() } else { unknown.next() };
+        self.is_known.iter().filter_map(row).collect()
+    }
+
+    /// How many inputs of the forward model are no parameters.
     pub(super) fn known_inputs(&self) -> usize {
-        self.known.first().map_or(0, Vec::len)
+        let of_population = self.population.as_ref().map_or(0, |p| p.mean().len());
+        self.inputs.first().map_or(of_population, Vec::len)
     }
 
-    /// The mean response over the specimens at parameters `point`, and the means of the contrasts.
-    pub(super) fn expected<R: Scalar>(
-        &self,
-        forward: &DynPce,
-        point: &[R],
-    ) -> (Vec<R>, Vec<Vec<R>>) {
+    /// What the forward model says of the specimens at parameters `point`.
+    pub(super) fn expected<R: Scalar>(&self, forward: &DynPce, point: &[R]) -> Expected<R> {
+        let unknown = self.population.as_ref().map(|p| p.response(forward, point));
         if self.known_inputs() == 0 {
             let mean = forward.at(point);
             let zeros = vec![R::from(0.0); mean.len()];
-            return (mean, vec![zeros; self.contrasts.len()]);
+            let contrasts = vec![zeros; self.known.contrasts.len()];
+            return Expected { own: Vec::new(), contrasts, mean, unknown };
         }
-        let response = |known: &Vec<f64>| -> Vec<R> {
-            let known = known.iter().map(|&x| R::from(x));
-            forward.at(&point.iter().copied().chain(known).collect::<Vec<R>>())
+        let response = |inputs: &Vec<f64>| -> Vec<R> {
+            let inputs = inputs.iter().map(|&x| R::from(x));
+            forward.at(&point.iter().copied().chain(inputs).collect::<Vec<R>>())
         };
-        let rows: Vec<Vec<R>> = self.known.iter().map(response).collect();
-        let (contrasts, total) = helmert(&rows);
-        let root = (self.len() as f64).sqrt();
-        (total.into_iter().map(|sum| sum / root).collect(), contrasts)
-    }
-
-    /// The specimens as they would be if all had the mean response `mean` at the parameters `point`: each
-    /// moved by what its own known inputs make of it.
-    pub(super) fn about(
-        &self,
-        forward: &DynPce,
-        point: &[f64],
-        mean: &[f64],
-    ) -> Result<Cow<'_, Self>, DomainError> {
-        if self.known_inputs() == 0 {
-            return Ok(Cow::Borrowed(self));
-        }
-        let mut rows = self.rows.clone();
-        for (row, known) in rows.iter_mut().zip(&self.known) {
-            let own = forward.value(&[point, known].concat())?;
-            row.iter_mut().zip(own).zip(mean).for_each(|((y, own), mean)| *y += mean - own);
-        }
-        let (contrasts, total) = helmert(&rows);
-        Ok(Cow::Owned(Self { rows, contrasts, total, known: Vec::new(), ..self.clone() }))
+        let own: Vec<Vec<R>> = self.inputs.iter().map(response).collect();
+        let (contrasts, total) = helmert(&own);
+        let root = (self.known.len() as f64).sqrt();
+        let mean = total.into_iter().map(|sum| sum / root).collect();
+        Expected { own, contrasts, mean, unknown }
     }
 
     /// With the covariance S of the error δ that all specimens share, in the same relative quantities:
@@ -113,7 +134,7 @@ impl Specimens {
     /// # Errors
     /// Another size than that of the quantities.
     pub fn sharing(mut self, covariance: Vec<Vec<f64>>) -> Result<Self, CalibrationError> {
-        let expected = self.total.len();
+        let expected = self.shared.len();
         let wrong = |found: usize| CalibrationError::Quantities { expected, found };
         if covariance.len() != expected {
             return Err(wrong(covariance.len()));
@@ -127,7 +148,7 @@ impl Specimens {
 
     /// Number of specimens.
     pub fn len(&self) -> usize {
-        self.contrasts.len() + 1
+        self.is_known.len()
     }
 
     /// Never: there is at least one.
@@ -135,283 +156,170 @@ impl Specimens {
         false
     }
 
-    /// The mean of √n ȳ where the forward model says `mean`.
-    pub(super) fn mean_of_total<R: Scalar>(&self, mean: &[R]) -> Vec<R> {
-        let root = (self.len() as f64).sqrt();
-        mean.iter().map(|&m| m * root).collect()
-    }
-
-    /// The factor of Σ + nS, from that of Σ.
-    pub(super) fn factor_of_total<R: Scalar>(
-        &self,
-        scatter: &DynCholeskyFactor<R>,
-    ) -> Result<DynCholeskyFactor<R>, DomainError> {
-        self.factor_of(self.len(), scatter)
-    }
-
-    /// The factor of Σ + nS for any number n of specimens.
-    fn factor_of<R: Scalar>(
-        &self,
-        specimens: usize,
-        scatter: &DynCholeskyFactor<R>,
-    ) -> Result<DynCholeskyFactor<R>, DomainError> {
-        let n = specimens as f64;
-        if self.shared.iter().flatten().all(|&s| s == 0.0) {
-            return Ok(scatter.clone());
+    /// The mean response over all specimens.
+    pub(super) fn mean<R: Scalar>(&self, expected: &Expected<R>) -> Vec<R> {
+        match &expected.unknown {
+            None => expected.mean.clone(),
+            Some(unknown) if self.known.len() == 0 => unknown.mean.clone(),
+            Some(unknown) => {
+                let part = self.known.len() as f64 / self.len() as f64;
+                let both = expected.mean.iter().zip(&unknown.mean);
+                both.map(|(&a, &b)| a * part + b * (1.0 - part)).collect()
+            }
         }
+    }
+
+    /// What contrasts between specimens of which nothing is known are expected to be: zero.
+    pub(super) fn no_contrast<R: Scalar>(&self) -> Vec<R> {
+        vec![R::from(0.0); self.shared.len()]
+    }
+
+    /// The expected totals.
+    pub(super) fn mean_of_totals<R: Scalar>(&self, expected: &Expected<R>) -> Vec<R> {
+        let groups = self.groups().into_iter();
+        groups.flat_map(|(group, size)| scaled(expected.mean_of(group), size)).collect()
+    }
+
+    /// The factor of the totals' covariance, from that of Σ; of one group it is Σ + nS.
+    pub(super) fn factor_of_totals<R: Scalar>(
+        &self,
+        expected: &Expected<R>,
+        scatter: &DynCholeskyFactor<R>,
+    ) -> Result<DynCholeskyFactor<R>, DomainError> {
+        self.factor_of(&self.groups(), expected, scatter)
+    }
+
+    /// The factor of the covariance between specimens of which nothing is known, Σ + T; Σ if there are none.
+    pub(super) fn factor_of_unknown<R: Scalar>(
+        &self,
+        expected: &Expected<R>,
+        scatter: &DynCholeskyFactor<R>,
+    ) -> Result<DynCholeskyFactor<R>, DomainError> {
+        let Some(unknown) = &expected.unknown else { return Ok(scatter.clone()) };
         let mut covariance = scatter.covariance();
-        for (row, shared) in covariance.iter_mut().zip(&self.shared) {
-            row.iter_mut().zip(shared).for_each(|(entry, s)| *entry += n * s);
-        }
+        add(&mut covariance, |i, j| unknown.between(i, j));
         DynCholeskyFactor::of_covariance(&covariance)
     }
 
-    /// A new specimen, which shares δ with those seen.
-    pub(super) fn new_specimen<R: Scalar>(
+    /// The factor of the covariance of the totals of groups of these sizes.
+    pub(super) fn factor_of<R: Scalar>(
         &self,
-        mean: &[R],
+        groups: &[(Kind, usize)],
+        expected: &Expected<R>,
         scatter: &DynCholeskyFactor<R>,
-    ) -> Result<MvNormalCholesky<Vec<R>, DynCholeskyFactor<R>>, DomainError> {
-        self.after(self.len(), scatter)?.specimen(mean, &self.total)
-    }
-
-    /// log p(y_k | y_−k, m, Σ) of each specimen k given the others, with δ integrated out; the covariance
-    /// is the same for all k, so that n of them cost little more than one.
-    ///
-    /// # Errors
-    /// A covariance that is not positive definite, or a mean of another size.
-    pub fn ln_conditionals(
-        &self,
-        mean: &[f64],
-        scatter: &DynCholeskyFactor<f64>,
-    ) -> Result<Vec<f64>, DomainError> {
-        let others = self.len() - 1;
-        let after = self.after(others, scatter)?;
-        // without others there is nothing to divide: 0/1
-        let (root, all) = ((others.max(1) as f64).sqrt(), (self.len() as f64).sqrt());
-        let of = |row: &Vec<f64>| {
-            let total: Vec<f64> =
-                self.total.iter().zip(row).map(|(total, y)| (all * total - y) / root).collect();
-            Ok(after.specimen(mean, &total)?.ln_density(row))
-        };
-        self.rows.iter().map(of).collect()
-    }
-
-    /// What specimens that were seen tell of one more: δ given them is N(Wᵀ w, S − WᵀW) with
-    /// L Lᵀ = Σ + nS, W = √n L⁻¹ S and w = L⁻¹ (√n ȳ − √n m).
-    fn after<R: Scalar>(
-        &self,
-        seen: usize,
-        scatter: &DynCholeskyFactor<R>,
-    ) -> Result<After<R>, DomainError> {
-        let factor = self.factor_of(seen, scatter)?;
-        let root = (seen as f64).sqrt();
-        let columns = self.shared.iter().map(|column| {
-            let column: Vec<R> = column.iter().map(|&s| R::from(root * s)).collect();
-            factor.solve_lower(&column)
-        });
-        let columns: Vec<Vec<R>> = columns.collect::<Result<_, _>>()?;
-        let mut covariance = scatter.covariance();
-        for (i, row) in covariance.iter_mut().enumerate() {
-            for (j, entry) in row.iter_mut().enumerate() {
-                *entry = *entry - dot(&columns[i], &columns[j]) + self.shared[i][j];
-            }
+    ) -> Result<DynCholeskyFactor<R>, DomainError> {
+        let is_shared = self.shared.iter().flatten().any(|&s| s != 0.0);
+        if let ([(Kind::Known, _)], false) = (groups, is_shared) {
+            return Ok(scatter.clone());
         }
-        let own = DynCholeskyFactor::of_covariance(&covariance)?;
-        Ok(After { root, factor, columns, own })
-    }
-}
-
-/// The distribution of a specimen after n others, but for their total.
-struct After<R: Scalar> {
-    /// √n
-    root: f64,
-    /// L
-    factor: DynCholeskyFactor<R>,
-    /// Those of W.
-    columns: Vec<Vec<R>>,
-    /// The factor of Σ + S − WᵀW.
-    own: DynCholeskyFactor<R>,
-}
-
-impl<R: Scalar> After<R> {
-    /// One more specimen where the forward model says `mean` and the others' √n ȳ is `total`.
-    fn specimen(
-        &self,
-        mean: &[R],
-        total: &[f64],
-    ) -> Result<MvNormalCholesky<Vec<R>, DynCholeskyFactor<R>>, DomainError> {
-        let gap: Vec<R> = total.iter().zip(mean).map(|(&y, &m)| -(m * self.root - y)).collect();
-        let whitened = self.factor.solve_lower(&gap)?;
-        let shifted: Vec<R> =
-            mean.iter().zip(&self.columns).map(|(&m, column)| m + dot(column, &whitened)).collect();
-        Ok(MvNormalCholesky(shifted, self.own.clone()))
-    }
-}
-
-fn dot<R: Scalar>(a: &[R], b: &[R]) -> R {
-    a.iter().zip(b).map(|(&a, &b)| a * b).sum()
-}
-
-/// Helmert's orthogonal transform of rows: contrasts √(j/(j+1)) (mean of the first j − row j + 1), and
-/// √n times the mean.
-fn helmert<R: Scalar>(rows: &[Vec<R>]) -> (Vec<Vec<R>>, Vec<R>) {
-    let mut mean = rows[0].clone();
-    let mut contrasts = Vec::with_capacity(rows.len() - 1);
-    for (j, row) in (1..).zip(&rows[1..]) {
-        let j = f64::from(j);
-        let weight = (j / (j + 1.0)).sqrt();
-        contrasts.push(mean.iter().zip(row).map(|(&m, &x)| (m - x) * weight).collect());
-        mean.iter_mut().zip(row).for_each(|(m, &x)| *m = *m + (x - *m) / (j + 1.0));
-    }
-    let root = (rows.len() as f64).sqrt();
-    (contrasts, mean.iter().map(|&m| m * root).collect())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const QOIS: [[f64; 2]; 4] = [[1.02, 0.97], [0.98, 1.05], [1.05, 1.01], [0.95, 0.96]];
-    const FACTOR: [[f64; 2]; 2] = [[0.05, 0.0], [0.02, 0.04]];
-    const SHARED: [[f64; 2]; 2] = [[9e-4, 2e-4], [2e-4, 4e-4]];
-    const MEAN: [f64; 2] = [1.01, 0.99];
-
-    fn specimens() -> Specimens {
-        let rows: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
-        Specimens::new(&rows).unwrap().sharing(SHARED.map(Vec::from).to_vec()).unwrap()
-    }
-
-    fn scatter() -> DynCholeskyFactor<f64> {
-        DynCholeskyFactor::new(&FACTOR.map(Vec::from)).unwrap()
-    }
-
-    /// Rows of several specimens as one normal vector: Σ on the diagonal, S everywhere.
-    fn joint(n: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
-        let sigma = scatter().covariance();
+        let (scatter, size) = (scatter.covariance(), self.shared.len());
         let entry = |a: usize, b: usize| {
-            let own = if a / 2 == b / 2 { sigma[a % 2][b % 2] } else { 0.0 };
-            own + SHARED[a % 2][b % 2]
+            let ((g, n), (h, m)) = (groups[a / size], groups[b / size]);
+            let (i, j) = (a % size, b % size);
+            let shared = self.common(g, h, expected, i, j) * ((n * m) as f64).sqrt();
+            match a / size == b / size {
+                true => self.own(g, expected, &scatter, i, j) + shared,
+                false => shared,
+            }
         };
-        let size = 2 * n;
-        let mean = (0..size).map(|a| MEAN[a % 2]).collect();
-        (mean, (0..size).map(|a| (0..size).map(|b| entry(a, b)).collect()).collect())
+        let all = size * groups.len();
+        let covariance: Vec<Vec<R>> =
+            (0..all).map(|a| (0..all).map(|b| entry(a, b)).collect()).collect();
+        DynCholeskyFactor::of_covariance(&covariance)
     }
 
-    fn ln_density(n: usize, x: &[f64]) -> f64 {
-        let (mean, covariance) = joint(n);
-        let factor = DynCholeskyFactor::of_covariance(&covariance).unwrap();
-        MvNormalCholesky(mean, factor).ln_density(&x.to_vec())
-    }
-
-    #[test]
-    fn contrasts_and_total_have_the_density_of_all_rows_at_once() {
-        let specimens = specimens();
-        let contrast = MvNormalCholesky(vec![0.0; 2], scatter());
-        let apart: f64 = specimens.contrasts.iter().map(|z| contrast.ln_density(z)).sum();
-        let factor = specimens.factor_of_total(&scatter()).unwrap();
-        let total = MvNormalCholesky(specimens.mean_of_total(&MEAN), factor);
-        let found = apart + total.ln_density(&specimens.total);
-        let expected = ln_density(4, &QOIS.concat());
-        assert!((found - expected).abs() < 1e-11, "{found} {expected}");
-    }
-
-    #[test]
-    fn a_new_specimen_has_the_conditional_density_of_the_joint_one() {
-        let specimens = specimens();
-        let new = [1.03, 0.98];
-        let found = specimens.new_specimen(&MEAN, &scatter()).unwrap().ln_density(&new.to_vec());
-        let all = [QOIS.concat(), new.to_vec()].concat();
-        let expected = ln_density(5, &all) - ln_density(4, &QOIS.concat());
-        assert!((found - expected).abs() < 1e-11, "{found} {expected}");
-    }
-
-    /// Rows with means of their own, as a forward model with one parameter and one known input gives them.
-    #[test]
-    fn what_is_known_of_each_specimen_moves_its_own_mean() {
-        use surrogate::Input;
-        let inputs = ["theta", "k"].map(|name| Input::new(name, 0.0, 2.0).unwrap()).to_vec();
-        let terms = [
-            (vec![0, 0], vec![1.0, 1.1]),
-            (vec![1, 0], vec![0.2, -0.1]),
-            (vec![0, 1], vec![0.3, 0.05]),
-            (vec![1, 1], vec![0.02, 0.04]),
-        ];
-        let forward = DynPce::from_terms(inputs, vec!["a".into(), "b".into()], terms).unwrap();
-        let known = [0.9, 1.2, 1.0, 0.7];
-        let specimens = specimens().knowing(known.map(|k| vec![k]).to_vec()).unwrap();
-        assert_eq!(specimens.known_inputs(), 1);
-        let (mean, means) = specimens.expected(&forward, &[1.3]);
-        let apart: f64 = specimens
-            .contrasts
-            .iter()
-            .zip(means)
-            .map(|(z, mean)| MvNormalCholesky(mean, scatter()).ln_density(z))
-            .sum();
-        let factor = specimens.factor_of_total(&scatter()).unwrap();
-        let total = MvNormalCholesky(specimens.mean_of_total(&mean), factor);
-        let found = apart + total.ln_density(&specimens.total);
-        // the joint density of all rows about their own means
-        let own: Vec<f64> = known.iter().flat_map(|&k| forward.value(&[1.3, k]).unwrap()).collect();
-        let shifted: Vec<f64> = QOIS
-            .concat()
-            .iter()
-            .zip(&own)
-            .zip([MEAN; 4].concat())
-            .map(|((y, m), c)| y - m + c)
-            .collect();
-        let expected = ln_density(4, &shifted);
-        assert!((found - expected).abs() < 1e-11, "{found} {expected}");
-        // and each has its density given the others
-        let about = specimens.about(&forward, &[1.3], &mean).unwrap();
-        for (k, found) in about.ln_conditionals(&mean, &scatter()).unwrap().iter().enumerate() {
-            let others = [&shifted[..2 * k], &shifted[2 * k + 2..]].concat();
-            let conditional = expected - ln_density(3, &others);
-            assert!((found - conditional).abs() < 1e-10, "{k}: {found} {conditional}");
+    /// An entry of the covariance of what a specimen of one kind shares with another.
+    pub(super) fn common<R: Scalar>(
+        &self,
+        a: Kind,
+        b: Kind,
+        expected: &Expected<R>,
+        i: usize,
+        j: usize,
+    ) -> R {
+        let shared = R::from(self.shared[i][j]);
+        match &expected.unknown {
+            Some(unknown) if (a, b) == (Kind::Unknown, Kind::Unknown) => {
+                shared + unknown.shared(i, j)
+            }
+            _ => shared,
         }
     }
 
-    /// log p(y) − log p(y_−k) with the covariance of all rows built directly.
-    #[test]
-    fn each_specimen_has_its_conditional_density_given_the_others() {
-        let found = specimens().ln_conditionals(&MEAN, &scatter()).unwrap();
-        let all = ln_density(4, &QOIS.concat());
-        assert_eq!(found.len(), 4);
-        for (k, found) in found.iter().enumerate() {
-            let others: Vec<f64> = (0..4).filter(|&i| i != k).flat_map(|i| QOIS[i]).collect();
-            let expected = all - ln_density(3, &others);
-            assert!((found - expected).abs() < 1e-10, "{k}: {found} {expected}");
-        }
-        // one specimen alone, and two, of which one is left
-        let one = Specimens::new(&[QOIS[0].to_vec()]).unwrap();
-        let one = one.sharing(SHARED.map(Vec::from).to_vec()).unwrap();
-        let found = one.ln_conditionals(&MEAN, &scatter()).unwrap();
-        let expected = ln_density(1, &QOIS[0]);
-        assert!((found[0] - expected).abs() < 1e-10, "{} {expected}", found[0]);
-        let two: Vec<Vec<f64>> = QOIS[..2].iter().map(|row| row.to_vec()).collect();
-        let two = Specimens::new(&two).unwrap().sharing(SHARED.map(Vec::from).to_vec()).unwrap();
-        let found = two.ln_conditionals(&MEAN, &scatter()).unwrap();
-        let expected = ln_density(2, &QOIS[..2].concat()) - ln_density(1, &QOIS[1]);
-        assert!((found[0] - expected).abs() < 1e-10, "{} {expected}", found[0]);
-    }
-
-    #[test]
-    fn without_a_shared_error_specimens_are_independent() {
-        let rows: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
-        let found = Specimens::new(&rows).unwrap().ln_conditionals(&MEAN, &scatter()).unwrap();
-        for (row, found) in rows.iter().zip(found) {
-            let expected = MvNormalCholesky(MEAN.to_vec(), scatter()).ln_density(row);
-            assert!((found - expected).abs() < 1e-10, "{found} {expected}");
+    /// An entry of the covariance of what a specimen has alone.
+    pub(super) fn own<R: Scalar>(
+        &self,
+        kind: Kind,
+        expected: &Expected<R>,
+        scatter: &[Vec<R>],
+        i: usize,
+        j: usize,
+    ) -> R {
+        match (&expected.unknown, kind) {
+            (Some(unknown), Kind::Unknown) => scatter[i][j] + unknown.between(i, j),
+            _ => scatter[i][j],
         }
     }
 
-    #[test]
-    fn sizes_that_do_not_fit_are_refused() {
-        assert!(Specimens::new(&[]).is_err());
-        assert!(Specimens::new(&[vec![1.0], vec![1.0, 2.0]]).is_err());
-        assert!(specimens().sharing(vec![vec![0.0; 2]]).is_err());
-        assert!(specimens().sharing(vec![vec![0.0]; 2]).is_err());
-        assert!(specimens().knowing(vec![vec![1.0]; 3]).is_err());
-        assert!(specimens().knowing(vec![vec![1.0], vec![], vec![1.0], vec![1.0]]).is_err());
+    /// The groups that there are, with their sizes.
+    pub(super) fn groups(&self) -> Vec<(Kind, usize)> {
+        let all = [Kind::Known, Kind::Unknown].map(|kind| (kind, self.group(kind).len()));
+        all.into_iter().filter(|(_, size)| *size > 0).collect()
+    }
+
+    pub(super) fn group(&self, kind: Kind) -> &Group {
+        match kind {
+            Kind::Known => &self.known,
+            Kind::Unknown => &self.unknown,
+        }
+    }
+}
+
+/// Whether the inputs of a specimen are known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Known,
+    Unknown,
+}
+
+/// What the forward model says of specimens at some parameters.
+#[derive(Clone, Debug)]
+pub(super) struct Expected<R> {
+    /// Of each specimen whose inputs are known; nothing where there are none to be known.
+    own: Vec<Vec<R>>,
+    /// Of their contrasts.
+    pub(super) contrasts: Vec<Vec<R>>,
+    /// Their mean.
+    mean: Vec<R>,
+    /// Of each of the others.
+    pub(super) unknown: Option<Spread<R>>,
+}
+
+impl<R> Expected<R> {
+    pub(super) fn mean_of(&self, kind: Kind) -> &[R] {
+        match (kind, &self.unknown) {
+            (Kind::Unknown, Some(unknown)) => &unknown.mean,
+            _ => &self.mean,
+        }
+    }
+
+    /// Of a specimen by its place in its group.
+    pub(super) fn own_mean(&self, kind: Kind, place: usize) -> &[R] {
+        match kind {
+            Kind::Known => self.own.get(place).map_or(&self.mean, |own| own),
+            Kind::Unknown => self.mean_of(kind),
+        }
+    }
+}
+
+/// √n times a mean.
+pub(super) fn scaled<R: Scalar>(mean: &[R], n: usize) -> Vec<R> {
+    let root = (n as f64).sqrt();
+    mean.iter().map(|&m| m * root).collect()
+}
+
+fn add<R: Scalar>(matrix: &mut [Vec<R>], entry: impl Fn(usize, usize) -> R) {
+    for (i, row) in matrix.iter_mut().enumerate() {
+        row.iter_mut().enumerate().for_each(|(j, own)| *own = *own + entry(i, j));
     }
 }

@@ -25,8 +25,8 @@ pub(crate) use page::page;
 pub use raster::{Raster, side_by_side};
 pub(crate) use results::{
     CalibratedParameter, DamageState, Finding, FurtherExpected, FurtherNeeded, FurtherParameter,
-    FurtherTestResult, LeftOut, OrderErrors, Picture, PictureContent, Points, Qoi, Results,
-    Summarised, Verdict, mean,
+    FurtherTestResult, LeftOut, OrderErrors, Picture, PictureContent, Points, PredictedBand, Qoi,
+    Results, Summarised, Verdict, mean,
 };
 pub(crate) use specimen_figures::{grain_sizes, mesh_quality};
 pub(crate) use study::{

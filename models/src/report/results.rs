@@ -40,6 +40,8 @@ pub(crate) struct Results {
     pub(crate) damage: Vec<DamageState>,
     /// Simulations at posterior draws.
     pub(crate) posterior_curves: Vec<Points>,
+    /// What a new specimen's curve will be; none if it is not predicted.
+    pub(crate) predicted_curves: Option<PredictedBand>,
     /// The quantities of interest.
     pub(crate) qois: Vec<Qoi>,
     /// The surrogate, order by order.
@@ -112,6 +114,15 @@ pub(crate) struct FurtherNeeded {
     pub(crate) specimens: Option<usize>,
     /// What any number would give.
     pub(crate) limit: f64,
+}
+
+/// Forces of new specimens along the displacement.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PredictedBand {
+    /// mm
+    pub(crate) displacement_mm: Vec<f64>,
+    /// 5, 25, 50, 75 and 95 % quantiles, N, each along the displacement.
+    pub(crate) force_n: [Vec<f64>; 5],
 }
 
 /// What was found in one measured curve.

@@ -12,7 +12,7 @@ pub(super) const DESIGN: &str = "#1f5f99";
 pub(super) const BASELINE: &str = "#d99a2b";
 /// The posterior and what follows from it.
 pub(super) const POSTERIOR: &str = "#c0504d";
-/// Curves at draws of the posterior.
+/// Curves at draws of the posterior, and the middle half of them.
 pub(super) const DRAWS: &str = "#e3a8a6";
 /// Bars of draws of the posterior.
 pub(super) const DRAWS_FILL: &str = "#efc9c8";
@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn the_page_knows_every_colour_that_the_dark_would_change() {
         let sheet = include_str!("style.css");
-        let drawn = [MEASURED, ENSEMBLE, DESIGN, POSTERIOR, DRAWS_FILL, AXIS, TEXT, GRID];
+        let drawn = [MEASURED, ENSEMBLE, DESIGN, POSTERIOR, DRAWS, DRAWS_FILL, AXIS, TEXT, GRID];
         for colour in drawn {
             assert!(sheet.contains(&format!("=\"{colour}\"]")), "{colour}");
         }

@@ -4,17 +4,21 @@ use std::sync::Mutex;
 
 use ppl::diagnostics::{LooPoint, e_bfmi};
 use ppl::{ChainStatus, Nuts, Posterior, Progress};
-use surrogate::{DynPce, FitReport, Input};
+use surrogate::{Dataset, DynPce, FitReport, Input};
 
 use super::WorkflowError;
 use super::extension::offers;
 use super::gate::{check_range, labelled};
 use super::inputs::Inputs;
+use super::predicted_curves::write_predicted_curves;
+use super::specimen_stiffness::{in_words, of_specimens, population, unlike_design};
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use super::uncertainty::{shared_error, shared_error_warning, write_uncertainty};
 use crate::error::InputError;
-use crate::fracture::{Calibration, CalibrationError, Evidence, calibrate_after, column_means};
+use crate::fracture::{
+    Calibration, CalibrationError, Evidence, Population, calibrate_after, column_means,
+};
 use crate::progress::{Bar, say};
 use crate::table::{CsvTable, TableRow};
 
@@ -40,8 +44,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         .progress(&bar)
         .interrupt(task.interrupt);
     let shared = shared_error(inputs, &column_means(&specimens))?;
-    let known = known_inputs(inputs, &pce)?;
-    let evidence = Evidence { qois: specimens, known, shared: shared.total() };
+    let Known { known, population, warning } = known_inputs(inputs, &pce)?;
+    let evidence = Evidence { qois: specimens, known, population, shared: shared.total() };
     let result = task.on_threads(settings.chains, |threads| {
         let burn_in = settings.burn_in.div_ceil(settings.thin);
         calibrate_after(&pce, &evidence, &sampler.threads(threads), burn_in, settings.seed)
@@ -64,6 +68,9 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     posterior.write_zarr(&zarr).map_err(|e| WorkflowError::io(&zarr, e))?;
     write_draws(task, posterior)?;
     write_predictions(task, posterior, pce.outputs())?;
+    if let Some(told) = write_predicted_curves(task, &pce, posterior, &evidence)? {
+        say("note", &told);
+    }
     let mut summary = posterior.summary();
     summary.rows.retain(|row| is_for_people(posterior, &row.name));
     for row in &mut summary.rows {
@@ -81,6 +88,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     };
     task.write("summary.txt", &labelled(plain(format!("{summary}\n")), &outside))?;
     let mut warnings = outside;
+    warnings.extend(warning);
     warnings.extend(summary.warnings.iter().map(|warning| plain(warning.to_string())));
     warnings.extend(write_loo(task, &result, &ids)?);
     warnings.extend(shared_error_warning(
@@ -123,17 +131,32 @@ pub(super) fn read_experiments(
     Ok(table.rows().map(row).collect::<Result<_, InputError>>()?)
 }
 
-/// The stiffness ratio of each specimen's microstructure, if the surrogate takes it.
+/// The stiffness ratio of each specimen's microstructure as far as it is known, and what is known of the others, if
+/// the surrogate takes it; what there is to say of that.
 pub(super) fn known_inputs(
     inputs: &Inputs<'_>,
     pce: &DynPce,
-) -> Result<Vec<Vec<f64>>, WorkflowError> {
-    match pce.inputs().last() {
-        Some(input) if input.name == STIFFNESS_RATIO => {
-            read_experiments(inputs, &[STIFFNESS_RATIO])
-        }
-        _ => Ok(Vec::new()),
+) -> Result<Known, WorkflowError> {
+    if pce.inputs().last().is_none_or(|input| input.name != STIFFNESS_RATIO) {
+        return Ok(Known::default());
     }
+    let ratios = of_specimens(inputs)?;
+    let runs = Dataset::read_csv(inputs.file("runs.csv")?)?;
+    let population = population(&runs, &ratios);
+    if let Some(told) = population.as_ref().and_then(|p| in_words(&ratios, p)) {
+        say("note", &told);
+    }
+    let warning = unlike_design(&runs, &ratios);
+    let known = ratios.into_iter().map(|ratio| ratio.map(|k| vec![k])).collect();
+    Ok(Known { known, population, warning })
+}
+
+/// What is known of specimens beside their quantities.
+#[derive(Default)]
+pub(super) struct Known {
+    pub(super) known: Vec<Option<Vec<f64>>>,
+    pub(super) population: Option<Population>,
+    warning: Option<String>,
 }
 
 /// `loo.csv`: how each specimen is predicted by a calibration to the others. What warns of specimens whose

@@ -9,7 +9,7 @@ use super::WorkflowError;
 use super::fidelity::{Correction, spread, write_corrections};
 use super::files::write;
 use super::inputs::Inputs;
-use super::level_runs::{FOLDER, LevelRuns, Runner};
+use super::level_runs::{FOLDER, LevelRuns, Runner, curve_of_level};
 use super::levels::Level;
 use super::neighbours::Neighbours;
 use super::packings::{Packings, SEED};
@@ -138,6 +138,12 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let first = &done[0];
     for record in &first.records {
         write_curve(task.product(&format!("curves/run-{:03}.csv", record.id))?, &record.curve)?;
+    }
+    for (level, better) in (2..).zip(&done[1..]) {
+        for record in &better.records {
+            let name = curve_of_level(level, &record.id.to_string());
+            write_curve(task.product(&name)?, &record.curve)?;
+        }
     }
     let path = task.product("runs.csv")?;
     write(&path, &data.to_csv().map_err(|e| WorkflowError::io(&path, e))?)?;

@@ -14,9 +14,9 @@ use super::level_runs::Runner;
 use super::levels::Level;
 use super::packings::Packings;
 use super::simulator::{quantities, recorded};
+use super::specimen_stiffness::with_stiffness_ratio;
 use super::stage::Stage;
 use super::stiffness::STIFFNESS_RATIO;
-use super::surrogate::with_stiffness_ratio;
 use super::task::Task;
 use crate::case::{ByParameter, CaseFile};
 use crate::coverage::Laboratory;
@@ -73,7 +73,8 @@ pub fn simulate_laboratories(
     let laboratories = study.laboratories(laboratories, inner)?;
     let seen: Vec<f64> =
         laboratories.iter().flat_map(|l| l.stiffness_ratios.iter().copied()).collect();
-    let with_stiffness = with_stiffness_ratio(&per_run, &seen)?.unwrap_or_else(|| per_run.clone());
+    let with_stiffness =
+        with_stiffness_ratio(&per_run, &seen, None)?.unwrap_or_else(|| per_run.clone());
     Ok(SimulatedLaboratories { laboratories, per_run, with_stiffness, one_packing, mean_response })
 }
 

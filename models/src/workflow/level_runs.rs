@@ -15,6 +15,11 @@ use crate::case::QoiCase;
 /// The folder of their ensembles.
 pub(super) const FOLDER: &str = "ensemble";
 
+/// The curve of a run that was repeated on a better mesh; the cheapest is level 1.
+pub(super) fn curve_of_level(level: usize, run: &str) -> String {
+    format!("curves/level-{level}-run-{run:0>3}.csv")
+}
+
 /// Makes the runs of a level.
 pub(super) struct Runner<'a> {
     pub(super) task: &'a Task<'a>,

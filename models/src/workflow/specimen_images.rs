@@ -11,7 +11,7 @@ use super::stiffness::stiffness_ratio;
 use super::task::Task;
 use crate::case::{ImageCase, SpecimenGeometry};
 use crate::experiment::{Specimen, SpecimenTable};
-use crate::progress::{Bar, say};
+use crate::progress::Bar;
 use crate::virtual_specimen::VirtualSpecimen;
 
 /// Scans virtual specimens in a cylinder [radius, height] in mm, each with noise of its own.
@@ -58,16 +58,6 @@ pub(super) fn stiffness_ratios(
     let seen = table.specimens.iter().filter(|specimen| specimen.image.is_some()).count();
     if seen == 0 {
         return Ok(vec![None; table.specimens.len()]);
-    }
-    if seen < table.specimens.len() {
-        say(
-            "note",
-            &format!(
-                "{seen} of {} specimens have an image: their microstructures are taken into account only \
-                 where all have one",
-                table.specimens.len()
-            ),
-        );
     }
     let meshing = match inputs.geometry()? {
         SpecimenGeometry::Cylinder { meshing, .. } | SpecimenGeometry::Image { meshing, .. } => {

@@ -1,13 +1,12 @@
 //! Stage `surrogate`: polynomial chaos from the finished runs.
 
-use surrogate::{Dataset, DynPce, FitOptions, Input, OrderReport, PceFit, SurrogateError};
+use surrogate::{Dataset, DynPce, FitOptions, OrderReport, PceFit};
 
 use super::WorkflowError;
 use super::inputs::Inputs;
-use super::stiffness::STIFFNESS_RATIO;
+use super::specimen_stiffness::{of_specimens, population, with_stiffness_ratio};
 use super::task::Task;
-use crate::error::InputError;
-use crate::table::CsvTable;
+use crate::case::SurrogateCase;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let runs = Dataset::read_csv(task.inputs.file("runs.csv")?)?;
@@ -27,67 +26,38 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(format!("order {} from {} runs{error}", fit.report.order, data.len()))
 }
 
-/// The expansion as the case wants it, of runs with the stiffness ratio as an input where that of each
-/// specimen is known; and what it was fitted to.
+/// The expansion as the case wants it, of runs with the stiffness ratio as an input where it is known of
+/// specimens; and what it was fitted to.
 pub(super) fn fitted(
     inputs: &Inputs<'_>,
     runs: Dataset,
 ) -> Result<(Dataset, PceFit), WorkflowError> {
-    let known = known_of_specimens(inputs)?;
-    let with_stiffness = known.map(|known| with_stiffness_ratio(&runs, &known)).transpose()?;
-    let data = with_stiffness.flatten().unwrap_or(runs);
-    let case = inputs.surrogate();
-    let options = FitOptions {
-        max_order: case.max_order,
-        rule: case.rule,
-        terms: case.terms,
-        ..FitOptions::default()
-    };
-    let fit = DynPce::fit(&data, &options)?;
+    let data = knowing_stiffness(inputs, &runs)?.unwrap_or(runs);
+    let fit = DynPce::fit(&data, &fit_options(inputs.surrogate()))?;
     Ok((data, fit))
 }
 
-/// The stiffness ratios of the specimens, if that of each is known.
-fn known_of_specimens(inputs: &Inputs<'_>) -> Result<Option<Vec<f64>>, WorkflowError> {
-    let path = inputs.file("experiments.csv")?;
-    let table = CsvTable::read(&path, &["id"])?;
-    if table.rows().any(|row| row.text(STIFFNESS_RATIO).is_empty()) {
-        return Ok(None);
-    }
-    let ratios = table.rows().map(|row| row.positive(STIFFNESS_RATIO));
-    Ok(Some(ratios.collect::<Result<_, InputError>>()?))
+/// How the case wants surrogates to be fitted.
+pub(super) fn fit_options(case: &SurrogateCase) -> FitOptions {
+    let SurrogateCase { max_order, rule, terms } = *case;
+    FitOptions { max_order, rule, terms, ..FitOptions::default() }
 }
 
-/// The runs with the stiffness ratio of the packing of each as one more input, over the range of runs
-/// and specimens; none if a run has none.
-pub(super) fn with_stiffness_ratio(
+/// The runs with the stiffness ratio as an input, where it is known of each specimen, or of some while a population
+/// tells of the others. Where it is known of none it stays out: the scatter of packings is then in the residuals of
+/// the surrogate and in that of the specimens.
+fn knowing_stiffness(
+    inputs: &Inputs<'_>,
     runs: &Dataset,
-    specimens: &[f64],
-) -> Result<Option<Dataset>, SurrogateError> {
-    let ratio = |i: usize| runs.note(i, STIFFNESS_RATIO)?.parse::<f64>().ok();
-    let Some(ratios) = (0..runs.len()).map(ratio).collect::<Option<Vec<f64>>>() else {
+) -> Result<Option<Dataset>, WorkflowError> {
+    let specimens = of_specimens(inputs)?;
+    let known: Vec<f64> = specimens.iter().flatten().copied().collect();
+    let population = population(runs, &specimens);
+    let are_all_known = known.len() == specimens.len();
+    if known.is_empty() || (!are_all_known && population.is_none()) {
         return Ok(None);
-    };
-    let all = || ratios.iter().chain(specimens).copied();
-    let (low, high) =
-        (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
-    let mut inputs = runs.inputs().to_vec();
-    inputs.push(Input::new(STIFFNESS_RATIO, low, high)?);
-    // derivatives, where there are some, are those at a given ratio
-    let differentiated = runs.inputs_with_derivatives();
-    let mut data = Dataset::new(inputs, runs.outputs().to_vec(), runs.provenance())?
-        .with_derivatives_in(differentiated)?;
-    for (i, ((x, y), ratio)) in runs.rows().zip(&ratios).enumerate() {
-        let x = [x, &[*ratio]].concat();
-        match runs.derivatives(i) {
-            None => data.push(&x, y)?,
-            Some(slopes) => {
-                let jacobian: Vec<&[f64]> = slopes.chunks(differentiated).collect();
-                data.push_differentiated(&x, y, &jacobian, &[])?;
-            }
-        }
     }
-    Ok(Some(data))
+    Ok(with_stiffness_ratio(runs, &known, population.as_ref())?)
 }
 
 /// Errors of every order and quantity, as fractions of the quantity's variance over the design.

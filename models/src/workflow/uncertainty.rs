@@ -10,7 +10,7 @@ use super::inputs::Inputs;
 use super::packings::has_packing_per_run;
 use super::task::Task;
 use crate::budget::{largest_part, matrix, shares};
-use crate::fracture::{Evidence, column_means, relative_covariance, short_name};
+use crate::fracture::{Evidence, Population, column_means, relative_covariance, short_name};
 
 /// The covariances (quantities × quantities, relative to the specimens' means) of the errors that all
 /// specimens share.
@@ -101,7 +101,8 @@ pub(super) fn shared_error_warning(
 /// `uncertainty.csv`: the shares of the posterior variance of each parameter by source.
 ///
 /// - specimens: the scatter between specimens less that of packings, over n;
-/// - geometry: the scatter of packings over n, where each run had one of its own;
+/// - geometry: the scatter of packings over n, where each run had one of its own, and what the stiffness of
+///   specimens without an image leaves open;
 /// - surrogate: its error, which is shared;
 /// - discrepancy: what the case says the model itself may be off by;
 /// - mesh: the error of the correction from cheaper meshes. What the specimen's own mesh errs by is in no
@@ -114,34 +115,61 @@ pub(super) fn write_uncertainty(
     evidence: &Evidence,
     shared: SharedError,
 ) -> Result<(), WorkflowError> {
-    let (n, means) = (evidence.qois.len() as f64, column_means(&evidence.qois));
-    // what is known of the specimens takes no part, and stands at its mean
-    let known = column_means(&evidence.known);
-    let unknown = &pce.inputs()[..pce.inputs().len() - known.len()];
+    let means = column_means(&evidence.qois);
+    let groups = groups(evidence);
+    let unknown = &pce.inputs()[..pce.inputs().len() - groups[0].inputs.len()];
     let mean_of = |name: &str| summary.row(name).map(|row| row.mean);
     let place: Option<Vec<f64>> = unknown.iter().map(|input| mean_of(&input.name)).collect();
     let (Some(place), Some(scatter)) = (place, mean_scatter(posterior, means.len())) else {
         return Ok(());
     };
-    let mut sources = vec![("surrogate", matrix(&shared.surrogate))];
-    sources.extend(shared.mesh.as_ref().map(|mesh| ("mesh", matrix(mesh))));
-    sources.extend(shared.discrepancy.as_ref().map(|model| ("discrepancy", matrix(model))));
+    // an error that all share, and one that each specimen has alone, of the means of both groups
+    let shared_by_all = |part: &[Vec<f64>]| blocks(&groups, |_, _| matrix(part));
+    let of_each = |part: &DMatrix<f64>| {
+        let zero = DMatrix::zeros(means.len(), means.len());
+        blocks(&groups, |g, h| if g == h { part / groups[g].size } else { zero.clone() })
+    };
+    let mut sources = vec![("surrogate", shared_by_all(&shared.surrogate))];
+    sources.extend(shared.mesh.as_ref().map(|mesh| ("mesh", shared_by_all(mesh))));
+    sources.extend(shared.discrepancy.as_ref().map(|model| ("discrepancy", shared_by_all(model))));
+    let mut geometry: Option<DMatrix<f64>> = None;
     let mut own = scatter.clone();
     if has_packing_per_run(&Dataset::read_csv(task.inputs.file("runs.csv")?)?) {
         let report: FitReport = task.inputs.json("surrogate_error.json")?;
         let packings = matrix(&relative_covariance(report.scatter(&means)?, &means));
         let packings = &packings * largest_part(&scatter, &packings);
         own -= &packings;
-        sources.push(("geometry", packings / n));
+        geometry = Some(of_each(&packings));
     }
-    sources.push(("specimens", own / n));
 
-    let (_, jacobian) = pce.value_and_jacobian(&[place, known].concat())?;
-    let jacobian: Vec<Vec<f64>> = jacobian
-        .iter()
-        .zip(&means)
-        .map(|(row, mean)| row[..unknown.len()].iter().map(|slope| slope / mean).collect())
-        .collect();
+    let mut jacobian: Vec<Vec<f64>> = Vec::new();
+    for (g, group) in groups.iter().enumerate() {
+        let (_, slopes) = pce.value_and_jacobian(&[&place[..], &group.inputs].concat())?;
+        let relative = |(row, mean): (&Vec<f64>, &f64)| row.iter().map(|s| s / mean).collect();
+        let slopes: Vec<Vec<f64>> = slopes.iter().zip(&means).map(relative).collect();
+        jacobian.extend(slopes.iter().map(|row| row[..unknown.len()].to_vec()));
+        if let Some(population) = group.population {
+            // what a standard deviation of each unknown input does
+            let column = |row: &Vec<f64>| {
+                row[unknown.len()..]
+                    .iter()
+                    .zip(population.sd())
+                    .map(|(slope, sd)| slope * sd)
+                    .collect()
+            };
+            let columns = matrix(&slopes.iter().map(column).collect::<Vec<_>>());
+            let between = &columns * columns.transpose();
+            let spread = between * (group.size.recip() + population.count().recip());
+            let zero = DMatrix::zeros(means.len(), means.len());
+            let of_group =
+                |a: usize, b: usize| if (a, b) == (g, g) { spread.clone() } else { zero.clone() };
+            let own = blocks(&groups, of_group);
+            geometry = Some(geometry.map_or_else(|| own.clone(), |all| all + &own));
+        }
+    }
+    sources.extend(geometry.map(|geometry| ("geometry", geometry)));
+    sources.push(("specimens", of_each(&own)));
+
     let prior: Vec<f64> =
         unknown.iter().map(|input| (input.upper - input.lower).powi(2) / 12.0).collect();
     let (names, covariances): (Vec<&str>, Vec<DMatrix<f64>>) = sources.into_iter().unzip();
@@ -153,6 +181,43 @@ pub(super) fn write_uncertainty(
         names.iter().zip(shares).map(row).collect::<Vec<_>>()
     });
     task.write_csv("uncertainty.csv", ["parameter", "source", "share"], rows)
+}
+
+/// Specimens that scatter alike.
+struct Group<'a> {
+    size: f64,
+    /// The surrogate's last inputs of their mean.
+    inputs: Vec<f64>,
+    /// Where those are not known of each.
+    population: Option<&'a Population>,
+}
+
+/// Specimens of which all is known, and the others.
+fn groups(evidence: &Evidence) -> Vec<Group<'_>> {
+    let known: Vec<Vec<f64>> = evidence.known.iter().flatten().cloned().collect();
+    let unknown = evidence.known.len() - known.len();
+    let all = evidence.qois.len();
+    let population = evidence.population.as_ref().filter(|_| unknown > 0);
+    let of_known =
+        Group { size: (all - unknown) as f64, inputs: column_means(&known), population: None };
+    let of_unknown = population.map(|population| Group {
+        size: unknown as f64,
+        inputs: population.mean().to_vec(),
+        population: Some(population),
+    });
+    [Some(of_known), of_unknown].into_iter().flatten().filter(|group| group.size > 0.0).collect()
+}
+
+/// A matrix of the means of all groups, from a block for each pair of them.
+fn blocks(groups: &[Group<'_>], block: impl Fn(usize, usize) -> DMatrix<f64>) -> DMatrix<f64> {
+    let size = block(0, 0).nrows();
+    let mut whole = DMatrix::zeros(size * groups.len(), size * groups.len());
+    for g in 0..groups.len() {
+        for h in 0..groups.len() {
+            whole.view_mut((g * size, h * size), (size, size)).copy_from(&block(g, h));
+        }
+    }
+    whole
 }
 
 /// The posterior mean of the covariance between specimens, diag(sd) R diag(sd).

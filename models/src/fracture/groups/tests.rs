@@ -19,7 +19,7 @@ fn proportional(factor: f64) -> DynPce {
 
 fn group(temperature_c: f64, factor: f64, forces: &[f64], shared: f64) -> TestGroup {
     let qois = forces.iter().map(|&force| vec![force]).collect();
-    let evidence = Evidence { qois, known: Vec::new(), shared: vec![vec![shared]] };
+    let evidence = Evidence { qois, shared: vec![vec![shared]], ..Evidence::default() };
     TestGroup { name: "group".into(), temperature_c, forward: proportional(factor), evidence }
 }
 

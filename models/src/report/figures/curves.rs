@@ -3,8 +3,10 @@
 use kuva::prelude::*;
 
 use super::draw::{line, thin};
-use crate::report::results::{Points, Results};
-use crate::report::style::{BASELINE, DRAWS, ENSEMBLE, MEASURED, POSTERIOR, panel, single};
+use crate::report::results::{Points, PredictedBand, Results};
+use crate::report::style::{
+    BASELINE, DRAWS, DRAWS_FILL, ENSEMBLE, MEASURED, POSTERIOR, panel, single,
+};
 
 /// Experimental curves over the ensemble that has to bound them.
 pub(in crate::report) fn curves(results: &Results) -> String {
@@ -20,6 +22,22 @@ pub(in crate::report) fn confirmation(results: &Results) -> String {
     plots.extend(alike(results.baseline_curve.iter(), "baseline", BASELINE, 2.0));
     plots.extend(alike([&results.map_curve].into_iter(), "MAP", POSTERIOR, 2.6));
     force_displacement(plots)
+}
+
+/// What the posterior predicts of the curves of new specimens, and the tested ones.
+pub(in crate::report) fn predicted(results: &Results) -> Option<String> {
+    let PredictedBand { displacement_mm: u, force_n } = results.predicted_curves.as_ref()?;
+    let [q05, q25, q50, q75, q95] = force_n;
+    let band = |low: &Vec<f64>, high: &Vec<f64>, colour: &str, name: &str| -> Plot {
+        let band = BandPlot::new(u.iter().copied(), low.iter().copied(), high.iter().copied());
+        band.with_color(colour).with_opacity(1.0).with_legend(name).into()
+    };
+    let mut plots =
+        vec![band(q05, q95, DRAWS_FILL, "90 % of new ones"), band(q25, q75, DRAWS, "50 %")];
+    plots.extend(measured(results));
+    let median = u.iter().copied().zip(q50.iter().copied());
+    plots.push(line(median, POSTERIOR, 2.0).with_legend("median").into());
+    Some(force_displacement(plots))
 }
 
 fn measured(results: &Results) -> Vec<Plot> {

@@ -14,7 +14,7 @@ mod quantities;
 mod surrogate;
 
 pub(super) use chains::{ranks, traces};
-pub(super) use curves::{confirmation, curves};
+pub(super) use curves::{confirmation, curves, predicted};
 pub(super) use further::further;
 pub(super) use overlay::overlaid;
 pub(super) use pairs::{Place, design, posterior};

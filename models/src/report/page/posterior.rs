@@ -2,7 +2,7 @@
 
 use maud::{Markup, PreEscaped, html};
 
-use super::parts::{pairs, panels, table};
+use super::parts::{figure, pairs, panels, table};
 use crate::report::digits::within;
 use crate::report::figures;
 use crate::report::results::{LeftOut, Results};
@@ -75,12 +75,21 @@ pub(super) fn sampling(results: &Results) -> Markup {
 
 pub(super) fn predictions(results: &Results) -> Markup {
     let predicted = figures::predictive(results);
-    if predicted.is_empty() && results.loo.is_empty() {
+    let curves = figures::predicted(results);
+    if predicted.is_empty() && curves.is_none() && results.loo.is_empty() {
         return html! {};
     }
     html! {
         section {
             h2 { "Prediction against experiment" }
+            @if let Some(svg) = &curves {
+                (figure(svg, html! {
+                    "What the posterior predicts of the curve of a new specimen: at each displacement 50 and 90 % of \
+                     them lie in the bands. Height and width are drawn from the posterior, with the scatter between \
+                     specimens and the error that all share; the shape is that of the runs at the same parameters, with \
+                     the scatter of the experiments' shapes. Dashed: the experiments."
+                }))
+            }
             @if !predicted.is_empty() {
                 (panels(&predicted, html! {
                     "Bars: what the posterior predicts of a new specimen, 99 % of the draws. Outline and dots: \

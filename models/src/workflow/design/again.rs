@@ -6,7 +6,7 @@ use ppl::{Nuts, Posterior};
 use surrogate::{DynPce, Input};
 
 use super::super::WorkflowError;
-use super::super::calibrate::known_inputs;
+use super::super::calibrate::{Known, known_inputs};
 use super::super::ensemble::Plan;
 use super::super::files::write;
 use super::super::inputs::Inputs;
@@ -53,9 +53,10 @@ pub(super) fn test(
     let discrepancy = inputs.calibration().discrepancy.covariance(&fit.report.outputs);
     let shared =
         SharedError::of(&fit.report, &corrections, discrepancy, packing_per_run, &means)?.total();
-    let known = known_inputs(inputs, &fit.pce)?;
-    let (seen, middle) = (qois.len(), column_means(&known));
-    let evidence = Evidence { qois, known, shared: shared.clone() };
+    let Known { known, population, .. } = known_inputs(inputs, &fit.pce)?;
+    let seen = qois.len();
+    let evidence = Evidence { qois, known, population, shared: shared.clone() };
+    let middle = evidence.middle();
     let settings = inputs.calibration();
     let sampler = Nuts::default()
         .chains(settings.chains)

@@ -3,11 +3,11 @@
 use surrogate::{DynPce, Input};
 
 use super::super::WorkflowError;
-use super::super::calibrate::{known_inputs, read_experiments};
+use super::super::calibrate::{Known, known_inputs, read_experiments};
 use super::super::task::Task;
 use super::super::uncertainty::shared_error;
 use crate::error::InputError;
-use crate::fracture::{column_means, short_name};
+use crate::fracture::{Evidence, column_means, short_name};
 use crate::further_test::{Belief, FurtherTest, FurtherTestError, TestAtDraw};
 use crate::table::CsvTable;
 
@@ -42,11 +42,13 @@ impl Present {
         let inputs = &task.inputs;
         let pce: DynPce = inputs.json("surrogate.json")?;
         let (prior, outputs) = (inputs.prior()?, pce.outputs().to_vec());
-        let specimens = read_experiments(inputs, &outputs)?;
-        let shared = shared_error(inputs, &column_means(&specimens))?.total();
-        let known = column_means(&known_inputs(inputs, &pce)?);
+        let qois = read_experiments(inputs, &outputs)?;
+        let shared = shared_error(inputs, &column_means(&qois))?.total();
+        let Known { known, population, .. } = known_inputs(inputs, &pce)?;
+        let evidence = Evidence { qois, known, population, shared };
         let draws = draws(task, &prior, &outputs)?;
-        Ok(Self { prior, draws, outputs, pce, known, specimens: specimens.len(), shared })
+        let (known, specimens) = (evidence.middle(), evidence.qois.len());
+        Ok(Self { prior, draws, outputs, pce, known, specimens, shared: evidence.shared })
     }
 
     pub(super) fn belief(&self) -> Result<Belief, FurtherTestError> {

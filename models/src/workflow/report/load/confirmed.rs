@@ -2,8 +2,9 @@
 
 use super::super::super::WorkflowError;
 use super::super::super::inputs::Inputs;
+use crate::predicted_curve::QUANTILES;
 use crate::qoi::Quantity;
-use crate::report::{DamageState, Qoi};
+use crate::report::{DamageState, PredictedBand, Qoi};
 use crate::table::CsvTable;
 
 /// The quantities of interest of the specimens.
@@ -53,6 +54,23 @@ pub(super) fn at_the_mode(
         qoi.mesh_error_percent = row.text("mesh_error_percent").parse().ok();
     }
     Ok(())
+}
+
+/// What the posterior predicts of new specimens' curves, if it does.
+pub(super) fn predicted_curves(
+    inputs: &Inputs<'_>,
+) -> Result<Option<PredictedBand>, WorkflowError> {
+    let Some(path) = inputs.file_if_there("predictive_curves.csv") else { return Ok(None) };
+    let names = QUANTILES.map(|p| format!("force_N_q{:02.0}", 100.0 * p));
+    let columns: Vec<&str> = names.iter().map(String::as_str).collect();
+    let table = CsvTable::read(&path, &[&["displacement_mm"][..], &columns].concat())?;
+    let column = |name: &str| table.rows().map(|row| row.number(name)).collect::<Result<_, _>>();
+    let mut band =
+        PredictedBand { displacement_mm: column("displacement_mm")?, ..Default::default() };
+    for (force_n, name) in band.force_n.iter_mut().zip(columns) {
+        *force_n = column(name)?;
+    }
+    Ok(Some(band))
 }
 
 /// Damage as it grows, one picture a state.

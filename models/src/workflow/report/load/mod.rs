@@ -73,6 +73,11 @@ pub(in crate::workflow) fn load_done(
         }
     }
     if done("calibrate") {
+        results.predicted_curves = confirmed::predicted_curves(inputs)?;
+        if !results.known_inputs.is_empty() {
+            let data = Dataset::read_csv(inputs.file("runs.csv")?)?;
+            results.notes.extend(notes::unknown_stiffness(inputs, &data)?);
+        }
         results.budget = posterior::budget(inputs, case)?;
         results.summary = posterior::summary(inputs)?;
         results.divergences = posterior::divergences(inputs)?;

@@ -1,7 +1,10 @@
 //! What belongs to the reading of the results, in sentences.
 
+use surrogate::Dataset;
+
 use super::super::super::WorkflowError;
 use super::super::super::inputs::Inputs;
+use super::super::super::specimen_stiffness::{in_words, of_specimens, population};
 use crate::case::{Case, Microstructure};
 use crate::qoi::Quantity;
 use crate::table::CsvTable;
@@ -45,6 +48,15 @@ pub(super) fn mesh_errors(
          interval holds it.",
         parts.join(", ")
     )))
+}
+
+/// Where the stiffness of grains comes from that no image tells.
+pub(super) fn unknown_stiffness(
+    inputs: &Inputs<'_>,
+    runs: &Dataset,
+) -> Result<Option<String>, WorkflowError> {
+    let ratios = of_specimens(inputs)?;
+    Ok(population(runs, &ratios).and_then(|population| in_words(&ratios, &population)))
 }
 
 /// What the choice of where damage is integrated moves, where it was compared.

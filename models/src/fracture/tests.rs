@@ -1,0 +1,273 @@
+//! The likelihood of specimens against the normal density of all their numbers at once.
+
+use ppl::Nuts;
+use ppl::prelude::*;
+use surrogate::{DynPce, Input};
+
+use super::population::Population;
+use super::specimens::Specimens;
+use super::{Evidence, calibrate, relative_to_means};
+
+const QOIS: [[f64; 2]; 4] = [[1.02, 0.97], [0.98, 1.05], [1.05, 1.01], [0.95, 0.96]];
+const FACTOR: [[f64; 2]; 2] = [[0.05, 0.0], [0.02, 0.04]];
+const SHARED: [[f64; 2]; 2] = [[9e-4, 2e-4], [2e-4, 4e-4]];
+/// θ of the forward model below.
+const THETA: f64 = 1.3;
+
+fn specimens() -> Specimens {
+    let rows: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
+    Specimens::new(&rows).unwrap().sharing(SHARED.map(Vec::from).to_vec()).unwrap()
+}
+
+fn scatter() -> DynCholeskyFactor<f64> {
+    DynCholeskyFactor::new(&FACTOR.map(Vec::from)).unwrap()
+}
+
+fn members() -> Vec<Vec<f64>> {
+    [0.8, 0.95, 1.05, 0.9, 1.1, 1.0].map(|k| vec![k]).to_vec()
+}
+
+/// Two quantities of θ and, if it is an input, of k: linear in k.
+fn forward(with_k: bool) -> DynPce {
+    let names = if with_k { &["theta", "k"][..] } else { &["theta"] };
+    let inputs = names.iter().map(|name| Input::new(*name, 0.0, 2.0).unwrap()).collect();
+    let index = |a: u8, b: u8| if with_k { vec![a, b] } else { vec![a] };
+    let mut terms = vec![(index(0, 0), vec![1.0, 1.1]), (index(1, 0), vec![0.2, -0.1])];
+    if with_k {
+        terms.extend([(vec![0, 1], vec![0.3, 0.05]), (vec![1, 1], vec![0.02, 0.04])]);
+    }
+    DynPce::from_terms(inputs, vec!["a".into(), "b".into()], terms).unwrap()
+}
+
+/// Means and covariance of the rows of specimens: Σ on the diagonal, S everywhere, and for those whose k is
+/// not known s² b bᵀ on the diagonal, s²/N b bᵀ everywhere.
+struct Joint {
+    means: Vec<Vec<f64>>,
+    covariance: Vec<Vec<f64>>,
+}
+
+impl Joint {
+    /// Nothing to be known of specimens.
+    fn alike(n: usize) -> Self {
+        let mean = forward(false).value(&[THETA]).unwrap();
+        Self::of(vec![mean; n], &vec![None; n])
+    }
+
+    fn knowing(known: &[Option<f64>]) -> Self {
+        let (pce, k) = (forward(true), members().concat());
+        let n = k.len() as f64;
+        let mean = k.iter().sum::<f64>() / n;
+        let variance = k.iter().map(|k| (k - mean).powi(2)).sum::<f64>() / (n - 3.0);
+        let at = |k: f64| pce.value(&[THETA, k]).unwrap();
+        let slope: Vec<f64> = at(1.5).iter().zip(at(0.5)).map(|(a, b)| a - b).collect();
+        let means = known.iter().map(|k| at(k.unwrap_or(mean))).collect();
+        let unknown: Vec<Option<(Vec<f64>, [f64; 2])>> = known
+            .iter()
+            .map(|k| k.is_none().then(|| (slope.clone(), [variance, variance / n])))
+            .collect();
+        Self::of(means, &unknown)
+    }
+
+    fn of(means: Vec<Vec<f64>>, unknown: &[Option<(Vec<f64>, [f64; 2])>]) -> Self {
+        let sigma = scatter().covariance();
+        let entry = |a: usize, b: usize| {
+            let (g, h, i, j) = (a / 2, b / 2, a % 2, b % 2);
+            let mut entry = SHARED[i][j] + if g == h { sigma[i][j] } else { 0.0 };
+            if let (Some((slope, [own, common])), Some(_)) = (&unknown[g], &unknown[h]) {
+                entry += slope[i] * slope[j] * (common + if g == h { *own } else { 0.0 });
+            }
+            entry
+        };
+        let size = 2 * means.len();
+        let covariance = (0..size).map(|a| (0..size).map(|b| entry(a, b)).collect()).collect();
+        Self { means, covariance }
+    }
+
+    /// The density of the rows of some of the specimens.
+    fn ln_density(&self, rows: &[Vec<f64>], chosen: &[usize]) -> f64 {
+        let places: Vec<usize> = chosen.iter().flat_map(|&k| [2 * k, 2 * k + 1]).collect();
+        let part = |a: &usize| places.iter().map(|&b| self.covariance[*a][b]).collect();
+        let covariance: Vec<Vec<f64>> = places.iter().map(part).collect();
+        let factor = DynCholeskyFactor::of_covariance(&covariance).unwrap();
+        let mean: Vec<f64> = chosen.iter().flat_map(|&k| self.means[k].clone()).collect();
+        let x: Vec<f64> = chosen.iter().flat_map(|&k| rows[k].clone()).collect();
+        MvNormalCholesky(mean, factor).ln_density(&x)
+    }
+}
+
+/// The density of contrasts and totals, that of one more specimen, and those of each given the others.
+fn assert_density_of(specimens: &Specimens, pce: &DynPce, known: Option<&[Option<f64>]>) {
+    let mut rows: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
+    let all: Vec<usize> = (0..rows.len()).collect();
+    let joint = known.map_or_else(|| Joint::alike(rows.len()), Joint::knowing);
+    let expected = specimens.expected(pce, &[THETA]);
+    let between =
+        |z: &Vec<f64>, mean: &Vec<f64>| MvNormalCholesky(mean.clone(), scatter()).ln_density(z);
+    let contrasts = specimens.known.contrasts.iter().zip(&expected.contrasts);
+    let mut found: f64 = contrasts.map(|(z, mean)| between(z, mean)).sum();
+    let of_unknown = specimens.factor_of_unknown(&expected, &scatter()).unwrap();
+    let unknown = MvNormalCholesky(vec![0.0; 2], of_unknown);
+    found += specimens.unknown.contrasts.iter().map(|z| unknown.ln_density(z)).sum::<f64>();
+    let factor = specimens.factor_of_totals(&expected, &scatter()).unwrap();
+    let totals = MvNormalCholesky(specimens.mean_of_totals(&expected), factor);
+    found += totals.ln_density(&specimens.totals);
+    let whole = joint.ln_density(&rows, &all);
+    assert!((found - whole).abs() < 1e-10, "{found} {whole}");
+
+    let conditionals = specimens.ln_conditionals(&expected, &scatter()).unwrap();
+    assert_eq!(conditionals.len(), rows.len());
+    for (k, found) in conditionals.iter().enumerate() {
+        let others: Vec<usize> = all.iter().copied().filter(|&i| i != k).collect();
+        let exact = whole - joint.ln_density(&rows, &others);
+        assert!((found - exact).abs() < 1e-10, "{k}: {found} {exact}");
+    }
+
+    // one more is of the kind that is not known, where there are such
+    if known.is_some_and(|known| !known.contains(&None)) {
+        return;
+    }
+    let more = known.map(|known| [known, &[None]].concat());
+    let joint = more.map_or_else(|| Joint::alike(rows.len() + 1), |more| Joint::knowing(&more));
+    let new = vec![1.03, 0.98];
+    rows.push(new.clone());
+    let found = specimens.new_specimen(&expected, &scatter()).unwrap().ln_density(&new);
+    let exact = joint.ln_density(&rows, &[&all[..], &[4]].concat()) - whole;
+    assert!((found - exact).abs() < 1e-10, "{found} {exact}");
+}
+
+#[test]
+fn contrasts_and_totals_have_the_density_of_all_rows_at_once() {
+    assert_density_of(&specimens(), &forward(false), None);
+}
+
+/// All known, some, one, none: the marginal over an unknown Gaussian input of a linear model is normal.
+#[test]
+fn what_is_known_of_some_specimens_moves_their_means_and_what_is_not_widens_the_others() {
+    let k = [0.9, 1.2, 1.0, 0.7].map(Some);
+    for known in
+        [k, [k[0], None, k[2], None], [None, None, k[2], None], [k[0], k[1], k[2], None], [None; 4]]
+    {
+        let inputs = known.map(|k| k.map(|k| vec![k]));
+        let population = Population::of(&members()).unwrap();
+        let specimens = specimens().knowing(&inputs, Some(population)).unwrap();
+        assert_eq!(specimens.known_inputs(), 1);
+        assert_density_of(&specimens, &forward(true), Some(&known));
+        let (expected, joint) =
+            (specimens.expected(&forward(true), &[THETA]), Joint::knowing(&known));
+        for (i, mean) in specimens.mean(&expected).iter().enumerate() {
+            let exact = joint.means.iter().map(|mean| mean[i]).sum::<f64>() / 4.0;
+            assert!((mean - exact).abs() < 1e-12, "{mean} {exact}");
+        }
+    }
+}
+
+#[test]
+fn two_specimens_of_which_one_is_left() {
+    let rows: Vec<Vec<f64>> = QOIS[..2].iter().map(|row| row.to_vec()).collect();
+    let two = Specimens::new(&rows).unwrap().sharing(SHARED.map(Vec::from).to_vec()).unwrap();
+    let expected = two.expected(&forward(false), &[THETA]);
+    let found = two.ln_conditionals(&expected, &scatter()).unwrap();
+    let joint = Joint::alike(2);
+    let exact = joint.ln_density(&rows, &[0, 1]) - joint.ln_density(&rows, &[1]);
+    assert!((found[0] - exact).abs() < 1e-10, "{} {exact}", found[0]);
+}
+
+#[test]
+fn without_a_shared_error_specimens_are_independent() {
+    let rows: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
+    let specimens = Specimens::new(&rows).unwrap();
+    let expected = specimens.expected(&forward(false), &[THETA]);
+    let found = specimens.ln_conditionals(&expected, &scatter()).unwrap();
+    let mean = forward(false).value(&[THETA]).unwrap();
+    for (row, found) in rows.iter().zip(found) {
+        let exact = MvNormalCholesky(mean.clone(), scatter()).ln_density(row);
+        assert!((found - exact).abs() < 1e-10, "{found} {exact}");
+    }
+}
+
+#[test]
+fn sizes_that_do_not_fit_are_refused() {
+    assert!(Specimens::new(&[vec![1.0]]).is_err());
+    assert!(Specimens::new(&[vec![1.0], vec![1.0, 2.0]]).is_err());
+    assert!(specimens().sharing(vec![vec![0.0; 2]]).is_err());
+    assert!(specimens().sharing(vec![vec![0.0]; 2]).is_err());
+    let one = || Some(vec![1.0]);
+    let population = || Population::of(&members()).ok();
+    assert!(specimens().knowing(&vec![one(); 3], None).is_err());
+    assert!(specimens().knowing(&[one(), Some(vec![]), one(), one()], None).is_err());
+    assert!(specimens().knowing(&[one(), None, one(), one()], None).is_err());
+    assert!(specimens().knowing(&[one(), None, one(), one()], population()).is_ok());
+    let two = vec![Some(vec![1.0, 2.0]); 4];
+    assert!(specimens().knowing(&two, population()).is_err());
+}
+
+ppl::model! {
+    /// The same with the unknown inputs sampled, those that are known given.
+    fn with_latent_inputs(
+        forward: &DynPce,
+        rows: &[Vec<f64>],
+        known: &[Option<f64>],
+        population: &Population,
+        shared: &DynCholeskyFactor<f64>,
+    ) {
+        let input = &forward.inputs()[0];
+        let theta ~ Uniform(input.lower, input.upper);
+        let sd ~ Normal(0.15, 0.25).truncate(0.0..).iid(2);
+        let corr ~ LkjCholesky::of(2, 3.0);
+        let chol = corr.scale_rows(&sd)?;
+        let delta ~ MvNormalCholesky(vec![0.0; 2], shared);
+        let off ~ Normal(0.0, 1.0);
+        let middle = off * (population.sd()[0] / population.count().sqrt()) + population.mean()[0];
+        for (y, known) in rows.iter().zip(known) {
+            let z ~ Normal(0.0, 1.0);
+            let k = match known {
+                Some(k) => Real::from(*k),
+                None => middle + z * population.sd()[0],
+            };
+            let response = forward.at(&[theta, k]);
+            let mean: Vec<Real> = response.iter().zip(&delta).map(|(&m, &d)| m + d).collect();
+            y ~ MvNormalCholesky(mean, &chol);
+        }
+    }
+}
+
+/// The posterior of the marginal likelihood against one in which every unknown is sampled.
+#[test]
+fn inputs_that_are_integrated_out_do_what_sampled_ones_do() {
+    let qois: Vec<Vec<f64>> =
+        [[1.09, 1.02], [0.90, 0.97], [1.02, 1.01], [1.12, 1.03], [0.93, 1.00], [0.94, 0.97]]
+            .map(Vec::from)
+            .to_vec();
+    let known = [None, None, Some(1.02), Some(1.15), None, None];
+    let population = Population::of(&members()).unwrap();
+    let pce = forward(true);
+    let shared: Vec<Vec<f64>> = SHARED.map(Vec::from).to_vec();
+    let evidence = Evidence {
+        qois: qois.clone(),
+        known: known.iter().map(|k| k.map(|k| vec![k])).collect(),
+        population: Some(population.clone()),
+        shared: shared.clone(),
+    };
+    let sampler = Nuts::default().chains(4).draws(4000).seed(5).target_accept(0.95);
+    let marginal = calibrate(&pce, &evidence, &sampler, 5).unwrap().posterior;
+    let (relative, _) = relative_to_means(&pce, &evidence).unwrap();
+    let shared = DynCholeskyFactor::of_covariance(&shared).unwrap();
+    let latent = with_latent_inputs(&relative, &qois, &known, &population, &shared);
+    let latent = sampler.sample(&latent).unwrap();
+    let moments = |trace: Vec<Vec<f64>>| {
+        let chains: Vec<&[f64]> = trace.iter().map(Vec::as_slice).collect();
+        let all = trace.concat();
+        let mean = all.iter().sum::<f64>() / all.len() as f64;
+        let sd = (all.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / all.len() as f64).sqrt();
+        let mcse = [ppl::diagnostics::mcse_mean(&chains), ppl::diagnostics::mcse_sd(&chains)];
+        ([mean, sd], mcse)
+    };
+    for (ours, theirs) in [("theta[theta]", "theta"), ("sd[0]", "sd[0]"), ("sd[1]", "sd[1]")] {
+        let ours = moments(marginal.trace(ours).unwrap());
+        let theirs = moments(latent.trace(theirs).unwrap());
+        for i in 0..2 {
+            let error = ours.1[i].hypot(theirs.1[i]);
+            assert!((ours.0[i] - theirs.0[i]).abs() < 4.0 * error, "{ours:?} {theirs:?}");
+        }
+    }
+}

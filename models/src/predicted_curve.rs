@@ -1,0 +1,279 @@
+//! Curves that a posterior predicts of a new specimen: height and width from its draws, the shape from what runs
+//! and specimens show of it.
+//!
+//! A curve is F(u) = F_p r(u/d_p) with its peak force F_p, the displacement d_p there, and the shape r. A posterior
+//! predicts the first two. The shape at each draw is the forward model's, with the model's own error and with the scatter
+//! that the specimens' shapes show: residuals about their mean in normal proportions, over the root of χ²/(n − 1), which
+//! is Student's distribution with the covariance of the specimens.
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use rand::{Rng, SeedableRng};
+use rand_distr::{ChiSquared, Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use crate::budget::matrix;
+use crate::experiment::TestCurve;
+use crate::qoi::{QoiError, Qois, Quantity};
+
+/// Places of the shape are this far apart, in % of the displacement at peak.
+const STEP: u8 = 5;
+/// Places of a band.
+const PLACES: usize = 80;
+/// Part of the curves that reach the end of a band.
+const REACHING: f64 = 0.9;
+
+/// Quantiles of a band.
+pub(crate) const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
+
+/// How far a curve goes, in % of the displacement at peak.
+pub(crate) fn largest_percentage(curve: &TestCurve) -> Result<f64, QoiError> {
+    let quantities = [Quantity::DisplacementAtPeak];
+    let peak_mm = Qois::values_of(curve, SLOPE_FRACTION, &quantities)?[0];
+    let end = curve.displacement_mm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    Ok(100.0 * end / peak_mm)
+}
+
+/// The percentages of the displacement at peak that the shape is read at, as far as every curve goes.
+pub(crate) fn percentages(reach: f64) -> Vec<u8> {
+    let last = reach.min(f64::from(Quantity::LARGEST_PERCENT)) / f64::from(STEP);
+    (1..=last as u8).map(|i| i * STEP).collect()
+}
+
+/// The shape of a curve at these percentages.
+pub(crate) fn shape(curve: &TestCurve, percent: &[u8]) -> Result<Vec<f64>, QoiError> {
+    let places: Vec<Quantity> = percent.iter().map(|&p| Quantity::RelativeForce(p)).collect();
+    Qois::values_of(curve, SLOPE_FRACTION, &places)
+}
+
+/// Where a slope is taken matters to no shape.
+const SLOPE_FRACTION: f64 = 0.5;
+
+/// A draw of a new specimen.
+#[derive(Clone, Debug)]
+pub(crate) struct PredictedSpecimen {
+    pub(crate) peak_force_n: f64,
+    pub(crate) displacement_at_peak_mm: f64,
+    /// The forward model's shape at the draw's parameters.
+    pub(crate) shape: Vec<f64>,
+}
+
+/// Quantiles of the force of a new specimen along the displacement.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct PredictedCurves {
+    pub(crate) displacement_mm: Vec<f64>,
+    /// [`QUANTILES`] at each displacement, N.
+    pub(crate) force_n: Vec<[f64; QUANTILES.len()]>,
+}
+
+impl PredictedCurves {
+    /// From draws whose shapes, like those of the tested specimens (one row each), are at these percentages;
+    /// `error` is the covariance of the forward model's error of the shape.
+    ///
+    /// The band goes as far as nine of ten draws do; the last tenth is continued by the parabola through its last
+    /// three places.
+    pub(crate) fn of(
+        percent: &[u8],
+        draws: &[PredictedSpecimen],
+        specimens: &[Vec<f64>],
+        error: &[Vec<f64>],
+        seed: u64,
+    ) -> Self {
+        let (Some(&last), false) = (percent.last(), draws.is_empty()) else {
+            return Self::default();
+        };
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let (scatter, error) = (Scatter::of(specimens), root(&matrix(error)));
+        let curves: Vec<(f64, f64, Vec<f64>)> = draws
+            .iter()
+            .map(|draw| {
+                let normal = DVector::from_fn(error.ncols(), |_, _| rng.sample(StandardNormal));
+                let (off, own) = (&error * normal, scatter.draw(&mut rng));
+                let shape = draw.shape.iter().zip(&off).zip(&own).map(|((r, a), b)| r + a + b);
+                (draw.displacement_at_peak_mm, draw.peak_force_n, shape.collect())
+            })
+            .collect();
+        let mut ends: Vec<f64> = curves.iter().map(|(d, ..)| 0.01 * f64::from(last) * d).collect();
+        ends.sort_by(f64::total_cmp);
+        let end = quantile(&ends, 1.0 - REACHING);
+        let at = |i: usize| end * i as f64 / PLACES as f64;
+        let displacement_mm: Vec<f64> = (0..=PLACES).map(at).collect();
+        let quantiles = |u: &f64| {
+            let mut forces: Vec<f64> = curves
+                .iter()
+                .map(|(width, height, shape)| height * relative(percent, shape, 100.0 * u / width))
+                .collect();
+            forces.sort_by(f64::total_cmp);
+            QUANTILES.map(|p| quantile(&forces, p))
+        };
+        let force_n = displacement_mm.iter().map(quantiles).collect();
+        Self { displacement_mm, force_n }
+    }
+}
+
+/// How shapes scatter between specimens.
+struct Scatter {
+    /// Deviations from their mean over √(n − 1), one row a specimen.
+    residuals: Vec<Vec<f64>>,
+}
+
+impl Scatter {
+    fn of(specimens: &[Vec<f64>]) -> Self {
+        let (n, size) = (specimens.len() as f64, specimens.first().map_or(0, Vec::len));
+        let mean: Vec<f64> =
+            (0..size).map(|i| specimens.iter().map(|row| row[i]).sum::<f64>() / n).collect();
+        let root = (n - 1.0).max(1.0).sqrt();
+        let residual =
+            |row: &Vec<f64>| row.iter().zip(&mean).map(|(r, m)| (r - m) / root).collect();
+        Self { residuals: specimens.iter().map(residual).collect() }
+    }
+
+    fn draw<R: Rng>(&self, rng: &mut R) -> Vec<f64> {
+        let mut sum = vec![0.0; self.residuals.first().map_or(0, Vec::len)];
+        let freedom = self.residuals.len() as f64 - 1.0;
+        let Ok(squares) = ChiSquared::new(freedom) else { return sum };
+        let stretch = (freedom / squares.sample(rng)).sqrt();
+        for row in &self.residuals {
+            let weight = stretch * rng.sample::<f64, _>(StandardNormal);
+            sum.iter_mut().zip(row).for_each(|(sum, r)| *sum += weight * r);
+        }
+        sum
+    }
+}
+
+/// A matrix A with A Aᵀ the given covariance, which may be singular.
+fn root(covariance: &DMatrix<f64>) -> DMatrix<f64> {
+    let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(covariance.clone());
+    eigenvectors * DMatrix::from_diagonal(&eigenvalues.map(|value| value.max(0.0).sqrt()))
+}
+
+/// The force over the peak's at a percentage of the displacement at peak: straight between places, from 0 on; beyond the
+/// last, the parabola through the last three.
+fn relative(percent: &[u8], shape: &[f64], at: f64) -> f64 {
+    let place = |i: usize| f64::from(percent[i]);
+    let k = percent.partition_point(|&p| f64::from(p) < at);
+    if k == 0 {
+        return shape[0] * at / place(0);
+    }
+    if k < percent.len() {
+        let part = (at - place(k - 1)) / (place(k) - place(k - 1));
+        return shape[k - 1] + part * (shape[k] - shape[k - 1]);
+    }
+    let Some(first) = k.checked_sub(3) else { return shape[k - 1] };
+    (first..k)
+        .map(|i| {
+            let others = (first..k).filter(|&j| j != i);
+            shape[i] * others.map(|j| (at - place(j)) / (place(i) - place(j))).product::<f64>()
+        })
+        .sum()
+}
+
+/// The quantile of sorted values, between the two nearest.
+fn quantile(sorted: &[f64], p: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    let place = p * last as f64;
+    let (below, part) = (place.floor() as usize, place.fract());
+    sorted[below] + part * (sorted[last.min(below + 1)] - sorted[below])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// x e^((1 − x^a)/a): 1 at its peak, which is at 1 for every a.
+    fn family(a: f64, x: f64) -> f64 {
+        x * ((1.0 - x.powf(a)) / a).exp()
+    }
+
+    fn shape_of(a: f64, percent: &[u8]) -> Vec<f64> {
+        percent.iter().map(|&p| family(a, 0.01 * f64::from(p))).collect()
+    }
+
+    fn curve(height: f64, width: f64, a: f64) -> TestCurve {
+        let displacement_mm: Vec<f64> = (0..=60).map(|i| 0.002 * f64::from(i)).collect();
+        let force_n = displacement_mm.iter().map(|u| height * family(a, u / width)).collect();
+        TestCurve { displacement_mm, force_n }
+    }
+
+    #[test]
+    fn shapes_are_read_as_far_as_every_curve_goes_and_drawn_again() {
+        let curves = [curve(140.0, 0.1, 3.0), curve(120.0, 0.107, 2.5)];
+        let reach = curves.each_ref().map(|curve| largest_percentage(curve).unwrap());
+        let percent = percentages(reach[0].min(reach[1]));
+        assert_eq!((percent[0], *percent.last().unwrap()), (5, 110));
+        let found = shape(&curves[0], &percent).unwrap();
+        for (x, tolerance) in
+            [(2.0, 2e-3), (37.0, 2e-3), (81.0, 6e-3), (100.0, 6e-3), (114.0, 1e-2)]
+        {
+            let exact = family(3.0, 0.01 * x);
+            assert!((relative(&percent, &found, x) - exact).abs() < tolerance, "{x}");
+        }
+        let nothing = TestCurve { displacement_mm: vec![], force_n: vec![] };
+        assert!(largest_percentage(&nothing).is_err());
+    }
+
+    /// Laboratories of eight specimens whose heights, widths and shapes scatter: of new specimens' curves so many
+    /// lie in the band as it says, along the rise and at the peak.
+    #[test]
+    fn bands_hold_the_share_of_new_curves_that_they_state() {
+        let percent: Vec<u8> = (1..=24).map(|i| 5 * i).collect();
+        let (n, laboratories) = (8, 500);
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
+        let mut normal = move || rng.sample::<f64, _>(StandardNormal);
+        let (sd, sd_of_shape, off) = ([7.0, 0.006], 0.25, 0.1);
+        let places = [0.03, 0.07, 0.09, 0.1];
+        let mut inside = [[0.0; 2]; 4];
+        // what a forward model that is off in its shape by a normal error does
+        let slope: Vec<f64> = shape_of(3.01, &percent)
+            .iter()
+            .zip(shape_of(2.99, &percent))
+            .map(|(a, b)| (a - b) / 0.02)
+            .collect();
+        let error: Vec<Vec<f64>> =
+            slope.iter().map(|a| slope.iter().map(|b| a * b * off * off).collect()).collect();
+        for laboratory in 0..laboratories {
+            let truth = 3.0 + off * normal();
+            let specimens: Vec<[f64; 3]> = (0..n)
+                .map(|_| {
+                    [
+                        140.0 + sd[0] * normal(),
+                        0.1 + sd[1] * normal(),
+                        truth + sd_of_shape * normal(),
+                    ]
+                })
+                .collect();
+            let shapes: Vec<Vec<f64>> =
+                specimens.iter().map(|s| shape_of(s[2], &percent)).collect();
+            // the posterior of means with known scatter, and what it predicts
+            let wide = (1.0 + 1.0 / f64::from(n)).sqrt();
+            let mean = |i: usize| specimens.iter().map(|s| s[i]).sum::<f64>() / f64::from(n);
+            let draws: Vec<PredictedSpecimen> = (0..400)
+                .map(|_| PredictedSpecimen {
+                    peak_force_n: mean(0) + wide * sd[0] * normal(),
+                    displacement_at_peak_mm: mean(1) + wide * sd[1] * normal(),
+                    shape: shape_of(3.0, &percent),
+                })
+                .collect();
+            let found = PredictedCurves::of(&percent, &draws, &shapes, &error, laboratory);
+            let new =
+                [140.0 + sd[0] * normal(), 0.1 + sd[1] * normal(), truth + sd_of_shape * normal()];
+            for (inside, u) in inside.iter_mut().zip(places) {
+                let k = found.displacement_mm.partition_point(|d| *d < u);
+                let [a, b] = [k - 1, k].map(|k| (found.displacement_mm[k], found.force_n[k]));
+                let part = (u - a.0) / (b.0 - a.0);
+                let force = new[0] * family(new[2], u / new[1]);
+                for (inside, [low, high]) in inside.iter_mut().zip([[0, 4], [1, 3]]) {
+                    let at = |q: usize| a.1[q] + part * (b.1[q] - a.1[q]);
+                    *inside += f64::from(u8::from((at(low)..=at(high)).contains(&force)));
+                }
+            }
+        }
+        let count = laboratories as f64;
+        for (inside, u) in inside.iter().zip(places) {
+            for (inside, nominal) in inside.iter().zip([0.9, 0.5f64]) {
+                let error = (nominal * (1.0 - nominal) / count).sqrt();
+                let share = inside / count;
+                assert!((share - nominal).abs() < 3.5 * error, "{u}: {share} of {nominal}");
+            }
+        }
+    }
+}

@@ -1,0 +1,268 @@
+//! `predictive_curves.csv`: what the posterior predicts of the curve of a new specimen.
+
+use std::collections::BTreeMap;
+
+use fem::read_curve;
+use ppl::Posterior;
+use surrogate::{Dataset, DynPce, FitReport};
+
+use super::WorkflowError;
+use super::fidelity::{Correction, error_of_all};
+use super::inputs::Inputs;
+use super::level_runs::curve_of_level;
+use super::packings::{SEED, has_packing_per_run};
+use super::simulator::recorded;
+use super::specimen_stiffness::with_stiffness_ratio;
+use super::stiffness::STIFFNESS_RATIO;
+use super::surrogate::fit_options;
+use super::task::Task;
+use crate::case::Toe;
+use crate::curve_check::InspectedCurve;
+use crate::experiment::TestCurve;
+use crate::fracture::{Evidence, column_means};
+use crate::predicted_curve::{
+    PredictedCurves, PredictedSpecimen, QUANTILES, largest_percentage, percentages, shape,
+};
+use crate::qoi::{QoiError, Quantity};
+use crate::table::CsvTable;
+
+/// More draws than this make no band smoother.
+const MOST_DRAWS: usize = 2000;
+
+/// Writes the band; why there is none, if so.
+///
+/// # Errors
+/// The folder cannot be written.
+pub(super) fn write_predicted_curves(
+    task: &Task<'_>,
+    pce: &DynPce,
+    posterior: &Posterior,
+    evidence: &Evidence,
+) -> Result<Option<String>, WorkflowError> {
+    let found = match predicted(&task.inputs, pce, posterior, evidence) {
+        Ok(found) => found,
+        Err(reason) => {
+            return Ok(Some(format!("Curves of new specimens are not predicted: {reason}.")));
+        }
+    };
+    let names = QUANTILES.map(|p| format!("force_N_q{:02.0}", 100.0 * p));
+    let header = ["displacement_mm"].into_iter().chain(names.iter().map(String::as_str));
+    let rows =
+        found.displacement_mm.iter().zip(&found.force_n).map(|(u, forces)| {
+            [u].into_iter().chain(forces).map(f64::to_string).collect::<Vec<_>>()
+        });
+    task.write_csv("predictive_curves.csv", header, rows)?;
+    Ok(None)
+}
+
+/// Why curves are not predicted.
+#[derive(Debug, thiserror::Error)]
+enum Reason {
+    #[error("qoi.quantities lacks {0}, which gives them their size")]
+    Quantity(Quantity),
+    #[error("{0} is not there; make the runs again in a new folder")]
+    NoCurve(String),
+    #[error("the shape of {0}: {1}")]
+    Shape(String, QoiError),
+    #[error(transparent)]
+    Surrogate(#[from] surrogate::SurrogateError),
+    #[error(transparent)]
+    Workflow(#[from] WorkflowError),
+}
+
+fn predicted(
+    inputs: &Inputs<'_>,
+    pce: &DynPce,
+    posterior: &Posterior,
+    evidence: &Evidence,
+) -> Result<PredictedCurves, Reason> {
+    let place = |quantity: Quantity| {
+        let found = pce.outputs().iter().position(|output| output == quantity.column());
+        found.ok_or(Reason::Quantity(quantity))
+    };
+    let size = [place(Quantity::PeakForce)?, place(Quantity::DisplacementAtPeak)?];
+    let curves = Curves::read(inputs)?;
+    let percent = curves.percentages()?;
+    let model = ShapeModel::of(inputs, pce, &curves, evidence, &percent)?;
+    let known = evidence.middle();
+    let draws: Vec<PredictedSpecimen> = draws(posterior, pce.outputs().len())
+        .map(|(theta, predicted)| {
+            let [peak_force_n, displacement_at_peak_mm] = size.map(|m| predicted[m]);
+            let shape = model.pce.value(&[theta, &known[..]].concat())?;
+            Ok(PredictedSpecimen { peak_force_n, displacement_at_peak_mm, shape })
+        })
+        .collect::<Result<_, Reason>>()?;
+    let shapes: Vec<Vec<f64>> = draws.iter().map(|draw| draw.shape.clone()).collect();
+    let error = model.error(&column_means(&shapes))?;
+    let tested = curves.specimens.iter().map(|curve| curve.shape(&percent));
+    let tested: Vec<Vec<f64>> = tested.collect::<Result<_, Reason>>()?;
+    let seed = inputs.calibration().seed;
+    Ok(PredictedCurves::of(&percent, &draws, &tested, &error, seed))
+}
+
+/// Parameters and quantities of a new specimen, draw by draw.
+fn draws(posterior: &Posterior, quantities: usize) -> impl Iterator<Item = (&[f64], &[f64])> {
+    let theta = posterior.posterior.get("theta").map_or(&[][..], |values| &values.data);
+    let new = posterior.predictive.get("new_specimen").map_or(&[][..], |values| &values.data);
+    let count = new.len() / quantities;
+    let all = theta.chunks((theta.len() / count.max(1)).max(1)).zip(new.chunks(quantities));
+    let finite = all.filter(|(_, new)| new.iter().all(|y| y.is_finite()));
+    finite.step_by(count.div_ceil(MOST_DRAWS).max(1))
+}
+
+/// A curve with its name for messages.
+struct Named {
+    name: String,
+    curve: TestCurve,
+}
+
+impl Named {
+    fn simulated(inputs: &Inputs<'_>, name: String) -> Result<Self, Reason> {
+        let path = inputs.file_if_there(&name).ok_or_else(|| Reason::NoCurve(name.clone()))?;
+        let curve = recorded(&read_curve(path).map_err(WorkflowError::from)?);
+        Ok(Self { name, curve })
+    }
+
+    fn shape(&self, percent: &[u8]) -> Result<Vec<f64>, Reason> {
+        shape(&self.curve, percent).map_err(|error| Reason::Shape(self.name.clone(), error))
+    }
+}
+
+/// All curves that tell of the shape.
+struct Curves {
+    runs: Dataset,
+    of_runs: Vec<Named>,
+    /// Of each better level of meshes, by the runs that were repeated there.
+    better: Vec<BTreeMap<String, Named>>,
+    specimens: Vec<Named>,
+}
+
+impl Curves {
+    fn read(inputs: &Inputs<'_>) -> Result<Self, Reason> {
+        let runs = Dataset::read_csv(inputs.file("runs.csv")?)?;
+        let run = |i: usize| runs.note(i, "run").unwrap_or_default();
+        let of_runs = (0..runs.len())
+            .map(|i| Named::simulated(inputs, format!("curves/run-{:0>3}.csv", run(i))))
+            .collect::<Result<_, Reason>>()?;
+        let mut better: Vec<BTreeMap<String, Named>> = Vec::new();
+        if let Some(path) = inputs.file_if_there("fidelity_runs.csv") {
+            let table = CsvTable::read(&path, &["level", "run"]).map_err(WorkflowError::from)?;
+            for row in table.rows() {
+                let (level, run) =
+                    (row.number("level").map_err(WorkflowError::from)?, row.text("run"));
+                let Some(place) = (level as usize).checked_sub(2) else { continue };
+                better.resize_with(better.len().max(place + 1), BTreeMap::new);
+                let curve = Named::simulated(inputs, curve_of_level(level as usize, run))?;
+                better[place].insert(run.to_owned(), curve);
+            }
+        }
+        let specimens = specimens(inputs)?;
+        Ok(Self { runs, of_runs, better, specimens })
+    }
+
+    /// Where all of them have a shape.
+    fn percentages(&self) -> Result<Vec<u8>, Reason> {
+        let better = self.better.iter().flat_map(BTreeMap::values);
+        let mut reach = f64::INFINITY;
+        for named in self.of_runs.iter().chain(better).chain(&self.specimens) {
+            let own = largest_percentage(&named.curve);
+            reach = reach.min(own.map_err(|error| Reason::Shape(named.name.clone(), error))?);
+        }
+        Ok(percentages(reach))
+    }
+}
+
+/// Measured curves as their quantities were taken.
+fn specimens(inputs: &Inputs<'_>) -> Result<Vec<Named>, WorkflowError> {
+    let table = inputs.chosen(inputs.specimen_table()?)?;
+    let path = inputs.file("experiments.csv")?;
+    let used = CsvTable::read(&path, &["id", "displacement_factor", "slope_fraction"])?;
+    let correct = inputs.toe() == Toe::Correct;
+    let mut curves = Vec::new();
+    for specimen in table.specimens {
+        let row = used.named("id", &specimen.id)?;
+        let fraction = row.number("slope_fraction")?;
+        let looked = InspectedCurve::of(&specimen.curve, fraction);
+        let curve = if correct { looked.without_toe(fraction).0 } else { looked.loading };
+        let curve = curve.scale_displacement(row.number("displacement_factor")?);
+        curves.push(Named { name: format!("curves/{}.csv", specimen.id), curve });
+    }
+    Ok(curves)
+}
+
+/// The shape over the parameters, on the specimen's own mesh.
+struct ShapeModel {
+    pce: DynPce,
+    report: FitReport,
+    corrections: Vec<FitReport>,
+    packing_per_run: bool,
+}
+
+impl ShapeModel {
+    fn of(
+        inputs: &Inputs<'_>,
+        pce: &DynPce,
+        curves: &Curves,
+        evidence: &Evidence,
+        percent: &[u8],
+    ) -> Result<Self, Reason> {
+        let Curves { runs, of_runs, better, .. } = curves;
+        let outputs: Vec<String> =
+            percent.iter().map(|&p| Quantity::RelativeForce(p).column().to_owned()).collect();
+        let mut shapes =
+            of_runs.iter().map(|run| run.shape(percent)).collect::<Result<Vec<_>, _>>()?;
+        // as simulated on the level before, by run
+        let run = |i: usize| runs.note(i, "run").unwrap_or_default();
+        let mut before: BTreeMap<&str, Vec<f64>> =
+            (0..runs.len()).map(run).zip(shapes.iter().cloned()).collect();
+        let place: BTreeMap<&str, usize> = (0..runs.len()).map(|i| (run(i), i)).collect();
+        let mut corrections = Vec::new();
+        for level in better {
+            let mut now = BTreeMap::new();
+            for (run, curve) in level {
+                now.insert(run.as_str(), curve.shape(percent)?);
+            }
+            let both: Vec<(&[f64], &[f64], &[f64])> = now
+                .iter()
+                .filter_map(|(run, better)| {
+                    let inputs = runs.row(*place.get(run)?).0;
+                    Some((inputs, before.get(run)?.as_slice(), better.as_slice()))
+                })
+                .collect();
+            let correction = Correction::of(runs.inputs(), &outputs, &both)?;
+            for (i, shape) in shapes.iter_mut().enumerate() {
+                correction.apply(runs.row(i).0, shape, &mut [])?;
+            }
+            corrections.push(correction.report().clone());
+            before = now;
+        }
+        let mut data = Dataset::new(runs.inputs().to_vec(), outputs, "breccia ensemble")?
+            .with_notes(&[SEED, STIFFNESS_RATIO])?;
+        for (i, shape) in shapes.iter().enumerate() {
+            let notes = [SEED, STIFFNESS_RATIO].map(|name| runs.note(i, name).unwrap_or_default());
+            data.push_noted(runs.row(i).0, shape, &notes)?;
+        }
+        if pce.inputs().len() > runs.inputs().len() {
+            let known: Vec<f64> = evidence.known.iter().flatten().flatten().copied().collect();
+            let with_ratio = with_stiffness_ratio(&data, &known, evidence.population.as_ref())?;
+            data = with_ratio.unwrap_or(data);
+        }
+        let fit = DynPce::fit(&data, &fit_options(inputs.surrogate()))?;
+        let packing_per_run = has_packing_per_run(runs);
+        Ok(Self { pce: fit.pce, report: fit.report, corrections, packing_per_run })
+    }
+
+    /// The covariance of its error where the shape is `at`, as for other quantities.
+    fn error(&self, at: &[f64]) -> Result<Vec<Vec<f64>>, Reason> {
+        let mut error = match self.packing_per_run {
+            true => self.report.mean_error(at)?,
+            false => self.report.lack_of_fit(at)?,
+        };
+        if let Some(relative) = error_of_all(&self.corrections, self.packing_per_run)? {
+            for ((row, relative), a) in error.iter_mut().zip(relative).zip(at) {
+                row.iter_mut().zip(relative).zip(at).for_each(|((own, c), b)| *own += a * b * c);
+            }
+        }
+        Ok(error)
+    }
+}
