@@ -185,9 +185,19 @@ fn without_a_shared_error_specimens_are_independent() {
     }
 }
 
+/// As in a group whose covariance others tell.
+#[test]
+fn one_specimen_alone_has_the_density_of_itself() {
+    let one = Specimens::new(&[QOIS[0].to_vec()]).unwrap();
+    let one = one.sharing(SHARED.map(Vec::from).to_vec()).unwrap();
+    let found = one.ln_conditionals(&one.expected(&forward(false), &[THETA]), &scatter()).unwrap();
+    let exact = Joint::alike(1).ln_density(&[QOIS[0].to_vec()], &[0]);
+    assert!((found[0] - exact).abs() < 1e-10, "{} {exact}", found[0]);
+}
+
 #[test]
 fn sizes_that_do_not_fit_are_refused() {
-    assert!(Specimens::new(&[vec![1.0]]).is_err());
+    assert!(Specimens::new(&[]).is_err());
     assert!(Specimens::new(&[vec![1.0], vec![1.0, 2.0]]).is_err());
     assert!(specimens().sharing(vec![vec![0.0; 2]]).is_err());
     assert!(specimens().sharing(vec![vec![0.0]; 2]).is_err());
