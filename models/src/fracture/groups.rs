@@ -212,7 +212,7 @@ ppl::model! {
             }
             let of_unknown = specimens.factor_of_unknown(&expected, &chol)?;
             for unknown in &specimens.unknown.contrasts {
-                unknown ~ MvNormalCholesky(specimens.no_contrast(), &of_unknown);
+                unknown ~ MvNormalCholesky(specimens.no_contrast::<Real>(), &of_unknown);
             }
             let of_totals = specimens.factor_of_totals(&expected, &chol)?;
             specimens.totals ~ MvNormalCholesky(specimens.mean_of_totals(&expected), &of_totals);
