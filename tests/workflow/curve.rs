@@ -67,9 +67,51 @@ fn percentages_that_no_curve_reaches_are_refused_by_name() {
     std::fs::write(dir.path().join("tiny.toml"), case("30, 190")).unwrap();
     let (code, _, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "results"]);
     assert_eq!(code, Some(1), "{err}");
-    assert!(err.contains("190 %") && err.contains("qoi.curve_percent"), "{err}");
+    let parts = ["190 %", "qoi.curve_percent", "test.stop_below_peak = 0.1"];
+    assert!(parts.iter().all(|part| err.contains(part)), "{err}");
     std::fs::write(dir.path().join("tiny.toml"), case("70, 30")).unwrap();
     let (code, _, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "other"]);
     assert_eq!(code, Some(1), "{err}");
     assert!(err.contains("qoi.curve_percent") && err.contains("ascending"), "{err}");
+}
+
+/// What lies past the peak, is negative, or has a displacement in its name goes through all stages too, with its
+/// derivatives and through meshes.
+#[test]
+fn quantities_past_the_peak_and_at_displacements_are_calibrated_against() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = TINY
+        .replace("stop_below_peak = 0.1", "stop_below_peak = 0.2")
+        .replace("runs = 12", "runs = 12\nderivatives = true")
+        .replace(
+            "[surrogate]",
+            "[fidelity]\nlevels = [{ spacing_mm = 1.75, repeats = 4 }]\n[qoi]\nquantities = [\"peak-force\", \
+             \"energy_to_peak\", \"post-peak-slope\", \"force-at-0.025-mm\"]\n[surrogate]",
+        );
+    std::fs::write(dir.path().join("tiny.toml"), case).unwrap();
+    let run = ["run", "tiny.toml", "--out", "results", "--accept-out-of-range"];
+    let (code, _, err) = breccia(dir.path(), &run);
+    assert_eq!(code, Some(0), "{err}");
+    let results = dir.path().join("results");
+    let columns =
+        ["peak_force_N", "energy_to_peak_N_mm", "post_peak_slope_N_per_mm", "force_at_0.025_mm_N"];
+    for file in ["runs.csv", "experiments.csv", "predictive.csv"] {
+        for row in table(&results.join(file)) {
+            let [peak, energy, slope, force] = columns.map(|column| number(&row, column));
+            assert!(slope < 0.0, "{file}: {row:?}");
+            assert!(0.0 < force && force < 1.1 * peak && energy > 0.0, "{file}: {row:?}");
+        }
+    }
+    // a stiffer matrix carries more at a displacement, and falls no less steeply
+    for row in table(&results.join("runs.csv")) {
+        assert!(number(&row, "d_force_at_0.025_mm_N_d_matrix.young_mpa") > 0.0, "{row:?}");
+        assert!(number(&row, "d_post_peak_slope_N_per_mm_d_matrix.young_mpa").is_finite());
+    }
+    for row in table(&results.join("confirm.csv")) {
+        assert!(number(&row, "percent_error").abs() < 20.0, "{row:?}");
+    }
+    let report = std::fs::read_to_string(results.join("report.html")).unwrap();
+    for label in ["slope past the peak (N/mm)", "force at 0.025 mm (N)"] {
+        assert!(report.contains(label), "{label}");
+    }
 }

@@ -83,7 +83,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
     let Plan { prior, names, runs, packings, levels } = plan;
     let outputs: Vec<String> =
-        inputs.qoi().quantities.iter().map(|q| q.column().to_owned()).collect();
+        inputs.qoi().quantities.iter().map(|q| q.column().into_owned()).collect();
     let corrections = done
         .windows(2)
         .map(|pair| Correction::between(&prior, &outputs, &pair[0], &pair[1]))
