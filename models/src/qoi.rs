@@ -270,7 +270,7 @@ mod tests {
     #[test]
     fn the_slope_past_the_peak_is_that_of_the_falling_branch() {
         let parabola = |u: f64| 147.0 * (1.0 - (1.0 - u / 0.1217).powi(2));
-        let slope = |curve| Qois::values_of(curve, 0.3, &[Quantity::PostPeakSlope]);
+        let slope = |curve: &TestCurve| Qois::values_of(curve, 0.3, &[Quantity::PostPeakSlope]);
         for (step, within) in [(0.0002, 1e-5), (0.005, 1e-2)] {
             let found = slope(&curve(step, (0.17 / step) as usize, parabola)).unwrap()[0];
             assert_relative_eq!(found, -147.0 * 0.4 / 0.1217, max_relative = within);
