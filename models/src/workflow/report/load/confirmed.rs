@@ -13,7 +13,8 @@ pub(super) fn experiments(
     quantities: &[Quantity],
     qois: &mut [Qoi],
 ) -> Result<(), WorkflowError> {
-    let columns: Vec<&str> = quantities.iter().map(|quantity| quantity.column()).collect();
+    let columns: Vec<_> = quantities.iter().map(|quantity| quantity.column()).collect();
+    let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
     let path = inputs.file("experiments.csv")?;
     let table = CsvTable::read(&path, &columns)?;
     for (qoi, name) in qois.iter_mut().zip(&columns) {
@@ -28,7 +29,8 @@ pub(super) fn predictive(
     quantities: &[Quantity],
     qois: &mut [Qoi],
 ) -> Result<(), WorkflowError> {
-    let columns: Vec<&str> = quantities.iter().map(|quantity| quantity.column()).collect();
+    let columns: Vec<_> = quantities.iter().map(|quantity| quantity.column()).collect();
+    let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
     let path = inputs.file("predictive.csv")?;
     let table = CsvTable::read(&path, &columns)?;
     for (qoi, name) in qois.iter_mut().zip(&columns) {
