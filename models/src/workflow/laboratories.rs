@@ -145,7 +145,7 @@ impl Study<'_> {
         let both: Vec<_> = both.collect();
         let middles: Vec<Vec<f64>> = both.iter().map(|(_, _, middle)| middle.clone()).collect();
         let mean = column_means(&middles);
-        let outputs = qoi.quantities.iter().map(|q| q.column().to_owned()).collect();
+        let outputs = qoi.quantities.iter().map(|q| q.column().into_owned()).collect();
         let mut data = Dataset::new(self.prior.clone(), outputs, "coverage")?;
         for (inputs, point, middle) in both {
             let values: Vec<f64> =

@@ -77,7 +77,7 @@ fn predicted(
     evidence: &Evidence,
 ) -> Result<PredictedCurves, Reason> {
     let place = |quantity: Quantity| {
-        let found = pce.outputs().iter().position(|output| output == quantity.column());
+        let found = pce.outputs().iter().position(|output| *output == quantity.column());
         found.ok_or(Reason::Quantity(quantity))
     };
     let size = [place(Quantity::PeakForce)?, place(Quantity::DisplacementAtPeak)?];
@@ -208,7 +208,7 @@ impl ShapeModel {
     ) -> Result<Self, Reason> {
         let Curves { runs, of_runs, better, .. } = curves;
         let outputs: Vec<String> =
-            percent.iter().map(|&p| Quantity::RelativeForce(p).column().to_owned()).collect();
+            percent.iter().map(|&p| Quantity::RelativeForce(p).column().into_owned()).collect();
         let mut shapes =
             of_runs.iter().map(|run| run.shape(percent)).collect::<Result<Vec<_>, _>>()?;
         // as simulated on the level before, by run

@@ -50,7 +50,7 @@ pub(super) fn at_the_mode(
     let columns = ["qoi", "map_simulation", "percent_error", "mesh_error_percent"];
     let table = CsvTable::read(&path, &columns)?;
     for (qoi, quantity) in qois.iter_mut().zip(quantities) {
-        let row = table.named("qoi", quantity.column())?;
+        let row = table.named("qoi", &quantity.column())?;
         qoi.map = row.number("map_simulation")?;
         qoi.percent_error = row.number("percent_error")?;
         qoi.mesh_error_percent = row.text("mesh_error_percent").parse().ok();
