@@ -133,10 +133,7 @@ pub(super) fn read_experiments(
 
 /// The stiffness ratio of each specimen's microstructure as far as it is known, and what is known of the others, if
 /// the surrogate takes it; what there is to say of that.
-pub(super) fn known_inputs(
-    inputs: &Inputs<'_>,
-    pce: &DynPce,
-) -> Result<Known, WorkflowError> {
+pub(super) fn known_inputs(inputs: &Inputs<'_>, pce: &DynPce) -> Result<Known, WorkflowError> {
     if pce.inputs().last().is_none_or(|input| input.name != STIFFNESS_RATIO) {
         return Ok(Known::default());
     }
