@@ -27,7 +27,7 @@ use crate::operator::{Increment, Shift, StepContext};
 /// Residual of a solution, relative to that without a change of the free values: where the force depends
 /// on it, where the adjoint corrects the force, and of the adjoint.
 const TOLERANCE: f64 = 1e-7;
-const CORRECTED: f64 = 1e-5;
+const CORRECTED: f64 = 3e-6;
 const ADJOINT: f64 = 1e-3;
 /// Most corrections of all solutions by the factor or the hierarchy at hand, of a solution by the linear
 /// solver, which renews these, and passes over the pressures.

@@ -374,13 +374,18 @@ fn derivatives_end_where_the_tangent_is_singular_and_the_run_goes_on() {
         let same = |other: &[u32; 3]| face.iter().all(|n| other.contains(n));
         hull.iter().filter(|other| same(other)).count() > 1
     };
-    let hull: Vec<[u32; 3]> = hull.iter().filter(|face| !twice(face)).copied().collect();
-    mesh.surfaces.insert("hull".into(), hull);
+    let level = |face: &[u32; 3]| {
+        let z = face.map(|n| mesh.nodes[n as usize][2]);
+        z[0] == z[1] && z[1] == z[2]
+    };
+    let sides = hull.iter().filter(|face| !twice(face) && !level(face)).copied().collect();
+    mesh.surfaces.insert("sides".into(), sides);
     let moved = move |x: [f64; 3], time_s: f64| {
         [0, 1, 2].map(|k| 0.04 * (0.55 - time_s) * (x[k] - centre[k]))
     };
     let conditions = Conditions::new()
-        .prescribe("hull", Axis::ALL, moved)
+        .prescribe("sides", Axis::ALL, moved)
+        .prescribe("bottom", Axis::ALL, moved)
         .prescribe("top", Axis::ALL, moved)
         .measure("top", [0.0, 0.0, -1.0]);
     let foams = |crushed_mpa: f64| {
