@@ -2,6 +2,7 @@
 
 mod camera;
 mod canvas;
+mod chart;
 mod damage_picture;
 mod data_uri;
 mod digits;
@@ -15,6 +16,7 @@ mod specimen_figures;
 mod study;
 mod style;
 
+pub use chart::{Chart, Ink};
 pub use damage_picture::{DamagedBody, damage_picture};
 pub(crate) use digits::number;
 pub use grain_picture::grain_picture;
@@ -22,8 +24,9 @@ pub use mesh_picture::mesh_picture;
 pub(crate) use page::page;
 pub use raster::{Raster, side_by_side};
 pub(crate) use results::{
-    CalibratedParameter, DamageState, Finding, LeftOut, OrderErrors, Picture, PictureContent,
-    Points, Qoi, Results, Summarised, mean,
+    CalibratedParameter, DamageState, Finding, FurtherExpected, FurtherNeeded, FurtherParameter,
+    FurtherTestResult, LeftOut, OrderErrors, Picture, PictureContent, Points, Qoi, Results,
+    Summarised, mean,
 };
 pub(crate) use specimen_figures::{grain_sizes, mesh_quality};
 pub(crate) use study::{ComparedCase, Pair, StudyResults, study_page};
