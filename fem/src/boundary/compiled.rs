@@ -179,6 +179,16 @@ impl Boundary {
         [travel, along(reactions[&probe.surface])]
     }
 
+    /// The functional that the measured force is of the residual, on so many nodes; `None` where it is not,
+    /// and where contact has rates of its own.
+    pub(crate) fn measured(&self, nodes: usize) -> Option<Vec<[f64; 4]>> {
+        let probe = self.probe.as_ref().filter(|_| self.contacts.is_empty())?;
+        let [x, y, z] = probe.direction;
+        let mut out = vec![[0.0; 4]; nodes];
+        self.surfaces[&probe.surface].iter().for_each(|&n| out[n as usize] = [x, y, z, 0.0]);
+        Some(out)
+    }
+
     /// The rate of the force on the surface that is measured, from the rates of the residual and of the
     /// contact forces, platen by platen.
     pub(crate) fn force_rate(&self, residual: &[[f64; 4]], contact: &[(u32, [f64; 3])]) -> f64 {

@@ -18,6 +18,8 @@ pub(crate) struct Moved<T, L, const N: usize> {
     pub(crate) above: Constants<T, L>,
     /// One over the difference of the parameter.
     pub(crate) per_unit: T,
+    /// Whether stress or driving energy differ between the two.
+    pub(crate) responds: bool,
     /// ∂φ_n/∂θ of the nodes.
     pub(crate) before: [T; N],
 }
@@ -55,25 +57,28 @@ impl<T: Scalar, L: Law<T>, const N: usize> ElementState<'_, T, L, N> {
             }
             for (m, moved) in moved.iter().enumerate() {
                 let [below, above] = [&moved.below, &moved.above];
-                let (low, soft) = self.part(q, &principal, below, &phi);
-                let (high, hard) = self.part(q, &principal, above, &phi);
-                let mut stress = high;
-                for i in 0..3 {
-                    stress[i] = high[i] - low[i];
-                }
-                let piola = principal.piola(&stress, weight * moved.per_unit);
                 let mut flux = [[zero; 4]; 3];
-                for k in 0..3 {
-                    for i in 0..3 {
-                        flux[k][i] = dot(&piola[i], &barycentric[k]);
-                    }
-                }
                 if damaged {
                     let stiffness = weight * moved.per_unit * (above.gradient - below.gradient);
                     for k in 0..3 {
                         flux[k][3] = (stiffness + stiffness) * dot(&slope, &barycentric[k]);
                     }
-                    for (p, &c) in self.rule.mixing[q].iter().enumerate() {
+                }
+                if moved.responds {
+                    let (low, soft) = self.part(q, &principal, below, &phi);
+                    let (high, hard) = self.part(q, &principal, above, &phi);
+                    let mut stress = high;
+                    for i in 0..3 {
+                        stress[i] = high[i] - low[i];
+                    }
+                    let piola = principal.piola(&stress, weight * moved.per_unit);
+                    for k in 0..3 {
+                        for i in 0..3 {
+                            flux[k][i] = dot(&piola[i], &barycentric[k]);
+                        }
+                    }
+                    let shares = if damaged { &self.rule.mixing[q][..] } else { &[] };
+                    for (p, &c) in shares.iter().enumerate() {
                         let share = weight * self.constant(c);
                         let drive = above.degradation.slope(phi[p]) * hard
                             - below.degradation.slope(phi[p]) * soft;

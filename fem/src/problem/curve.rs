@@ -71,9 +71,12 @@ pub struct Sensitivities {
     /// The names of the parameters.
     pub names: Vec<String>,
     /// ∂F/∂θ in N for each unit of the parameter: a row for each point of the curve, a column for
-    /// each parameter. Fewer rows than points where the tangent became singular, and with it the
-    /// derivatives from there on ceased to exist.
+    /// each parameter. Fewer rows than points where the derivatives ceased to exist, and with them
+    /// those from there on.
     pub force_n: Vec<Vec<f64>>,
+    /// Why there are none behind the last row: as a rule, that the tangent is singular at the next point.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lost: Option<String>,
 }
 
 impl Sensitivities {

@@ -4,20 +4,21 @@ use super::state::Derivatives;
 use super::stepper::LoadStepper;
 use crate::fields::Fields;
 use crate::operator::Shift;
-use crate::solve::Known;
+use crate::solve::{Known, Measured, Rates};
 
-/// Earlier equilibria whose rates are kept: with the last one they follow a cubic in time.
-const EARLIER: usize = 3;
+/// Earlier equilibria whose rates are kept: with the last one they follow a parabola in time.
+const EARLIER: usize = 2;
 
 impl LoadStepper<'_> {
     /// Takes the derivatives from the state to `fields`, the equilibrium that the solver has found at
-    /// `target`; without equilibrium of the rates there are none from here on.
+    /// `target`; without equilibrium of the rates there are none from here on, and the reason is kept.
     pub(super) fn differentiate(&mut self, fields: &Fields, target: f64) {
         let (problem, state) = (self.problem, &mut self.state);
-        let Derivatives { values, earlier, lost, .. } = &state.derivatives;
-        if values.is_empty() || *lost {
+        if state.derivatives.values.is_empty() {
             return;
         }
+        let mut adjoint = std::mem::take(&mut state.derivatives.adjoint);
+        let Derivatives { values, earlier, .. } = &state.derivatives;
         let duration = (target - state.clock) * problem.parts.schedule.duration_s;
         let context = state.memory.context(&state.fields.damage, duration);
         let known: Vec<Known> = problem
@@ -29,19 +30,24 @@ impl LoadStepper<'_> {
                 Known { shift: Shift { below, above, width: shift.width, before }, earlier }
             })
             .collect();
-        let rates = self.solver.differentiate(fields, context, &known, state.memory.follows());
-        let derivatives = &mut state.derivatives;
-        let Ok(rates) = rates else {
-            *derivatives = Derivatives {
-                lost: true,
-                curve: std::mem::take(&mut derivatives.curve),
-                ..Derivatives::default()
-            };
-            return;
-        };
         let boundary = &problem.discretisation.boundary;
-        derivatives.force_n =
-            rates.iter().map(|r| boundary.force_rate(&r.residual, &r.contact)).collect();
+        let functional = boundary.measured(fields.damage.len());
+        let measured = Measured { of_residual: functional.as_deref(), adjoint: &mut adjoint };
+        let follows = state.memory.follows();
+        let rates = self.solver.differentiate(fields, context, &known, measured, follows);
+        let derivatives = &mut state.derivatives;
+        let rates = match rates {
+            Ok(rates) => rates,
+            Err(reason) => {
+                let curve = std::mem::take(&mut derivatives.curve);
+                let lost = Some(reason.to_string());
+                *derivatives = Derivatives { lost, curve, ..Derivatives::default() };
+                return;
+            }
+        };
+        let force = |r: &Rates| boundary.force_rate(&r.residual, &r.contact) + r.correction;
+        derivatives.force_n = rates.iter().map(force).collect();
+        derivatives.adjoint = adjoint;
         let before = std::mem::take(&mut derivatives.values);
         for (earlier, before) in derivatives.earlier.iter_mut().zip(before) {
             earlier.insert(0, before);

@@ -50,8 +50,10 @@ pub(crate) struct Derivatives {
     pub(crate) force_n: Vec<f64>,
     /// Of the force at the points of the curve.
     pub(crate) curve: Vec<Vec<f64>>,
-    /// Whether an equilibrium had none, so that those behind it have none either.
-    pub(crate) lost: bool,
+    /// The adjoint of the force, where the next one starts; empty where there is none.
+    pub(crate) adjoint: Vec<[f64; 4]>,
+    /// Why an equilibrium had none, so that those behind it have none either.
+    pub(crate) lost: Option<String>,
 }
 
 impl RunState {

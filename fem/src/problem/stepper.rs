@@ -6,7 +6,7 @@ use super::checkpoint::Checkpoint;
 use super::controller::{Progress, Step};
 use super::curve::{CurvePoint, End, Outcome, Sensitivities};
 use super::problem::Problem;
-use super::state::RunState;
+use super::state::{Derivatives, RunState};
 use crate::boundary::ExternalForces;
 use crate::error::{FemError, StepFailure};
 use crate::fields::Fields;
@@ -107,7 +107,8 @@ impl<'a> LoadStepper<'a> {
     /// The derivatives of the force at the points so far.
     pub fn sensitivities(&self) -> Sensitivities {
         let names = self.problem.parts.parameters.iter().map(|p| p.name.clone()).collect();
-        Sensitivities { names, force_n: self.state.derivatives.curve.clone() }
+        let Derivatives { curve, lost, .. } = &self.state.derivatives;
+        Sensitivities { names, force_n: curve.clone(), lost: lost.clone() }
     }
 
     /// Work done by the solver so far.
@@ -165,7 +166,7 @@ impl<'a> LoadStepper<'a> {
         let point = state.point;
         state.curve.push(point);
         let derivatives = &mut state.derivatives;
-        if !(derivatives.lost || derivatives.values.is_empty()) {
+        if !derivatives.values.is_empty() {
             derivatives.curve.push(derivatives.force_n.clone());
         }
         for (surface, &force) in &state.reaction {

@@ -19,4 +19,4 @@ pub(crate) use linear::LinearPlan;
 #[cfg(feature = "bench-internals")]
 pub(crate) use linear::{LinearSolver, Nodal};
 pub(crate) use newton::Solver;
-pub(crate) use sensitivity::Known;
+pub(crate) use sensitivity::{Known, Measured, Rates};

@@ -9,10 +9,13 @@
 //! by passes: with it fixed the tangent's penalty lets the gap open a little, and the pressure follows.
 //!
 //! The systems of one equilibrium have one matrix, and their solutions change little from step to
-//! step. Each starts from the combination of the rates at the equilibria before and of the corrections
-//! found so far that leaves the least residual, as in generalised conjugate residuals.
-
-use std::iter;
+//! step. They are solved together, by generalised conjugate residuals with the factor or the hierarchy at
+//! hand: each takes the combination of the rates at the equilibria before and of all corrections that
+//! leaves the least residual (Eisenstat, Elman & Schultz 1983, doi:10.1137/0720023).
+//!
+//! What residuals ρ do to the measured force f = c·(K x + ∂R/∂θ) is known without solving further: y·ρ
+//! with K y = K c on the free values, the adjoint. That is one system more, but a rough y is enough, as
+//! what it misses is multiplied by ρ; and ρ need only be as small as the rates themselves ask for.
 
 use super::external::External;
 use super::linear::{Nodal, add_scaled, mask, weighted_dot};
@@ -21,9 +24,14 @@ use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::{Increment, Shift, StepContext};
 
-/// Residual of a solution, relative to that without a change of the free values.
+/// Residual of a solution, relative to that without a change of the free values: where the force depends
+/// on it, where the adjoint corrects the force, and of the adjoint.
 const TOLERANCE: f64 = 1e-7;
-/// Most corrections of a solution, and passes over the pressures.
+const CORRECTED: f64 = 3e-6;
+const ADJOINT: f64 = 1e-3;
+/// Most corrections of all solutions by the factor or the hierarchy at hand, of a solution by the linear
+/// solver, which renews these, and passes over the pressures.
+const ROUNDS: usize = 12;
 const CORRECTIONS: usize = 4;
 const PASSES: usize = 60;
 /// A direction that lies in those before it up to this is none of its own.
@@ -38,6 +46,16 @@ pub(crate) struct Rates {
     pub(crate) residual: Vec<Nodal>,
     /// Of the forces of contact.
     pub(crate) contact: Vec<(u32, [f64; 3])>,
+    /// What the rate of the measured force lacks.
+    pub(crate) correction: f64,
+}
+
+/// The force that is measured.
+pub(crate) struct Measured<'a> {
+    /// The functional that it is of the residual; `None`: it is not, and nothing corrects its rates.
+    pub(crate) of_residual: Option<&'a [Nodal]>,
+    /// Its adjoint at the equilibrium before, and then at this one.
+    pub(crate) adjoint: &'a mut Vec<Nodal>,
 }
 
 /// What is known of a parameter before its system is solved.
@@ -49,36 +67,61 @@ pub(crate) struct Known<'a> {
     pub(crate) earlier: &'a [Vec<Nodal>],
 }
 
+/// A system that is being solved.
+struct System {
+    x: Vec<Nodal>,
+    /// Right-hand side less the product with x, on all values.
+    residual: Vec<Nodal>,
+    /// Of the residual at first.
+    size: f64,
+    tolerance: f64,
+}
+
 /// Directions whose products with the tangent are orthonormal.
-#[derive(Default)]
-struct Directions(Vec<[Vec<Nodal>; 2]>);
+struct Directions {
+    weight: Vec<Nodal>,
+    pairs: Vec<[Vec<Nodal>; 2]>,
+}
 
 impl Directions {
+    fn norm(&self, x: &[Nodal]) -> f64 {
+        weighted_dot(&self.weight, x, x).sqrt()
+    }
+
+    /// The residual of a system, relative to its size.
+    fn left(&self, system: &System) -> f64 {
+        if system.size > 0.0 { self.norm(&system.residual) / system.size } else { 0.0 }
+    }
+
+    /// Whether a system is solved; not by a number that is none.
+    fn solved(&self, system: &System) -> bool {
+        self.left(system) <= system.tolerance
+    }
+
     /// Takes up a direction with its product, unless it is one of these.
-    fn add(&mut self, mut direction: Vec<Nodal>, mut product: Vec<Nodal>, weight: &[Nodal]) {
-        let norm = |product: &[Nodal]| weighted_dot(weight, product, product).sqrt();
-        let whole = norm(&product);
-        for [v, p] in &self.0 {
-            let along = weighted_dot(weight, p, &product);
+    fn add(&mut self, mut direction: Vec<Nodal>, mut product: Vec<Nodal>) {
+        let whole = self.norm(&product);
+        for [v, p] in &self.pairs {
+            let along = weighted_dot(&self.weight, p, &product);
             add_scaled(&mut direction, -along, v);
             add_scaled(&mut product, -along, p);
         }
-        let own = norm(&product);
+        let own = self.norm(&product);
         if own > DEPENDENT * whole && own.is_finite() {
             let scale =
                 |x: &mut Vec<Nodal>| x.as_flattened_mut().iter_mut().for_each(|x| *x /= own);
             scale(&mut direction);
             scale(&mut product);
-            self.0.push([direction, product]);
+            self.pairs.push([direction, product]);
         }
     }
 
-    /// Moves x so that its residual is least.
-    fn reduce(&self, x: &mut [Nodal], residual: &mut [Nodal], weight: &[Nodal]) {
-        for [v, p] in &self.0 {
-            let along = weighted_dot(weight, p, residual);
-            add_scaled(x, along, v);
-            add_scaled(residual, -along, p);
+    /// Moves x along the directions from one on so that its residual is least.
+    fn reduce(&self, from: usize, system: &mut System) {
+        for [v, p] in &self.pairs[from..] {
+            let along = weighted_dot(&self.weight, p, &system.residual);
+            add_scaled(&mut system.x, along, v);
+            add_scaled(&mut system.residual, -along, p);
         }
     }
 }
@@ -97,6 +140,7 @@ impl<E: External> Solver<'_, E> {
         fields: &Fields,
         context: StepContext,
         known: &[Known],
+        measured: Measured,
         follows: bool,
     ) -> Result<Vec<Rates>, StepFailure> {
         self.linearise_at(fields, context)?;
@@ -104,14 +148,111 @@ impl<E: External> Solver<'_, E> {
         let mut residuals = vec![vec![[0.0; 4]; fields.damage.len()]; shifts.len()];
         let increment = Increment { materials: self.materials, fields, context };
         self.operator.rates(&increment, &shifts, &mut residuals)?;
-        let mut directions = Directions::default();
-        let mut all = Vec::with_capacity(known.len());
-        for (known, mut right) in known.iter().zip(residuals) {
+        let mut directions =
+            Directions { weight: self.linear.weight().to_vec(), pairs: Vec::new() };
+        let tolerance = if measured.of_residual.is_some() { CORRECTED } else { TOLERANCE };
+        let mut systems = Vec::with_capacity(known.len() + 1);
+        for (shift, mut right) in shifts.iter().zip(residuals) {
             negate(&mut right);
-            let held = self.held(fields, context, follows, known.shift.before);
-            all.push(self.solve_rates(held, right, fields, known, &mut directions)?);
+            let held = self.held(fields, context, follows, shift.before);
+            systems.push(self.system(held, right, tolerance, &directions));
         }
-        Ok(all)
+        if let Some(functional) = measured.of_residual {
+            let mut right = vec![[0.0; 4]; functional.len()];
+            self.linear.multiply(functional, &mut right);
+            mask(&self.free, &mut right);
+            let none = vec![[0.0; 4]; right.len()];
+            systems.push(self.system(none, right, ADJOINT, &directions));
+        }
+        for known in known {
+            self.try_direction(known.shift.before, &mut directions);
+            known.earlier.iter().for_each(|earlier| self.try_direction(earlier, &mut directions));
+        }
+        self.try_direction(measured.adjoint, &mut directions);
+        let mut contacts = vec![Vec::new(); known.len()];
+        for _ in 0..PASSES {
+            self.correct(&mut systems, &mut directions)?;
+            for (system, contact) in systems.iter_mut().zip(&mut contacts) {
+                self.press(fields, system, contact);
+            }
+            if systems.iter().all(|system| directions.solved(system)) {
+                return Ok(self.rates(fields, systems, contacts, measured));
+            }
+        }
+        Err(StepFailure::Contact)
+    }
+
+    /// A system with the constrained values as they are in `x`; `right` is the right-hand side without
+    /// them.
+    fn system(
+        &mut self,
+        x: Vec<Nodal>,
+        mut right: Vec<Nodal>,
+        tolerance: f64,
+        directions: &Directions,
+    ) -> System {
+        if x.iter().any(|x| x[3] != 0.0) {
+            let mut product = vec![[0.0; 4]; x.len()];
+            self.linear.multiply(&x, &mut product);
+            add_scaled(&mut right, -1.0, &product);
+        }
+        System { x, size: directions.norm(&right), residual: right, tolerance }
+    }
+
+    /// Takes up a guess, of which the constrained values do not count.
+    fn try_direction(&mut self, guess: &[Nodal], directions: &mut Directions) {
+        if guess.iter().any(|g| *g != [0.0; 4]) {
+            let mut direction = guess.to_vec();
+            mask(&self.free, &mut direction);
+            self.take_up(direction, directions);
+        }
+    }
+
+    fn take_up(&mut self, direction: Vec<Nodal>, directions: &mut Directions) {
+        let mut product = vec![[0.0; 4]; direction.len()];
+        self.linear.multiply(&direction, &mut product);
+        directions.add(direction, product);
+    }
+
+    /// Adds the rates of pressure that the rates in a system ask for.
+    fn press(&self, fields: &Fields, system: &mut System, contact: &mut Vec<(u32, [f64; 3])>) {
+        if system.size == 0.0 {
+            return;
+        }
+        let lacking = self.external.follow(fields, &system.x);
+        if contact.is_empty() {
+            *contact = lacking.iter().map(|(node, _)| (*node, [0.0; 3])).collect();
+        }
+        for ((node, force), (_, sum)) in lacking.iter().zip(contact) {
+            for k in 0..3 {
+                sum[k] += force[k];
+                system.residual[*node as usize][k] += force[k];
+            }
+        }
+    }
+
+    /// The rates from the systems that are solved.
+    fn rates(
+        &self,
+        fields: &Fields,
+        mut systems: Vec<System>,
+        contacts: Vec<Vec<(u32, [f64; 3])>>,
+        measured: Measured,
+    ) -> Vec<Rates> {
+        *measured.adjoint = match measured.of_residual {
+            Some(_) => systems.pop().map_or(Vec::new(), |system| system.x),
+            None => Vec::new(),
+        };
+        let of_system = |(system, mut contact): (System, Vec<_>)| {
+            let System { x: values, mut residual, .. } = system;
+            self.turn(fields, &values, &mut contact);
+            // zero in constrained values
+            let adjoint = measured.adjoint.as_flattened().iter();
+            let correction = adjoint.zip(residual.as_flattened()).map(|(y, r)| y * r).sum();
+            negate(&mut residual);
+            Rates { values, residual, contact, correction }
+        };
+        systems.into_iter().zip(contacts).map(of_system).collect()
     }
 
     /// The rates of the values that a bound holds, zero in the others.
@@ -133,85 +274,57 @@ impl<E: External> Solver<'_, E> {
         held
     }
 
-    /// The rates with one parameter, with the constrained values as they are in `x`; `residual` is the
-    /// right-hand side without them.
-    fn solve_rates(
-        &mut self,
-        mut x: Vec<Nodal>,
-        mut residual: Vec<Nodal>,
-        fields: &Fields,
-        known: &Known,
-        directions: &mut Directions,
-    ) -> Result<Rates, StepFailure> {
-        let mut product = vec![[0.0; 4]; x.len()];
-        if x.iter().any(|x| x[3] != 0.0) {
-            self.linear.multiply(&x, &mut product);
-            add_scaled(&mut residual, -1.0, &product);
-        }
-        let weight = self.linear.weight().to_vec();
-        let norm = |r: &[Nodal]| weighted_dot(&weight, r, r).sqrt();
-        let size = norm(&residual);
-        let mut contact: Vec<(u32, [f64; 3])> = Vec::new();
-        if size == 0.0 {
-            negate(&mut residual);
-            return Ok(Rates { values: x, residual, contact });
-        }
-        let earlier = known.earlier.iter().map(Vec::as_slice);
-        for guess in iter::once(known.shift.before).chain(earlier) {
-            if guess.iter().any(|g| *g != [0.0; 4]) {
-                let mut direction = guess.to_vec();
-                mask(&self.free, &mut direction);
-                self.linear.multiply(&direction, &mut product);
-                directions.add(direction, product.clone(), &weight);
-            }
-        }
-        for _ in 0..PASSES {
-            self.correct(&mut x, &mut residual, size, directions)?;
-            let lacking = self.external.follow(fields, &x);
-            if contact.is_empty() {
-                contact = lacking.iter().map(|(node, _)| (*node, [0.0; 3])).collect();
-            }
-            for ((node, force), (_, sum)) in lacking.iter().zip(&mut contact) {
-                for k in 0..3 {
-                    sum[k] += force[k];
-                    residual[*node as usize][k] += force[k];
-                }
-            }
-            if norm(&residual) <= TOLERANCE * size {
-                self.turn(fields, &x, &mut contact);
-                negate(&mut residual);
-                return Ok(Rates { values: x, residual, contact });
-            }
-        }
-        Err(StepFailure::Contact)
-    }
-
-    /// Corrects the rates until the residual is small against `size`.
+    /// Corrects the solutions until their residuals are small.
     fn correct(
         &mut self,
-        x: &mut [Nodal],
-        residual: &mut [Nodal],
-        size: f64,
+        systems: &mut [System],
         directions: &mut Directions,
     ) -> Result<(), StepFailure> {
-        let weight = self.linear.weight().to_vec();
-        let norm = |r: &[Nodal]| weighted_dot(&weight, r, r).sqrt();
-        directions.reduce(x, residual, &weight);
-        let mut product = vec![[0.0; 4]; x.len()];
-        let mut left = norm(residual) / size;
-        for _ in 0..CORRECTIONS {
-            if left <= TOLERANCE {
+        systems.iter_mut().for_each(|system| directions.reduce(0, system));
+        for _ in 0..ROUNDS {
+            let open = systems.iter().filter(|system| !directions.solved(system));
+            let open: Vec<&[Nodal]> = open.map(|system| &system.residual[..]).collect();
+            if open.is_empty() {
                 return Ok(());
             }
-            let correction = self.solve_nodal(residual, TOLERANCE / left)?;
-            self.linear.multiply(&correction, &mut product);
-            add_scaled(x, 1.0, &correction);
-            add_scaled(residual, -1.0, &product);
-            directions.add(correction, product.clone(), &weight);
-            left = norm(residual) / size;
+            let known = directions.pairs.len();
+            for correction in self.precondition(&open) {
+                self.take_up(correction, directions);
+            }
+            systems.iter_mut().for_each(|system| directions.reduce(known, system));
+            if directions.pairs.len() == known {
+                break;
+            }
         }
-        // false for a number that is none
-        if left <= TOLERANCE { Ok(()) } else { Err(StepFailure::Singular) }
+        // what is left asks for another factor or hierarchy
+        for k in 0..systems.len() {
+            for _ in 0..CORRECTIONS {
+                if directions.solved(&systems[k]) {
+                    break;
+                }
+                let tolerance = systems[k].tolerance / directions.left(&systems[k]);
+                let correction = self.solve_nodal(&systems[k].residual, tolerance)?;
+                let known = directions.pairs.len();
+                self.take_up(correction, directions);
+                systems.iter_mut().for_each(|system| directions.reduce(known, system));
+            }
+            if !directions.solved(&systems[k]) {
+                return Err(StepFailure::Singular);
+            }
+        }
+        Ok(())
+    }
+
+    /// Residuals times the inverse of the factor or the hierarchy at hand.
+    fn precondition(&mut self, residuals: &[&[Nodal]]) -> Vec<Vec<Nodal>> {
+        let mut right: Vec<Vec<Nodal>> = residuals.iter().map(|r| r.to_vec()).collect();
+        right.iter_mut().for_each(|right| mask(&self.free, right));
+        let right: Vec<&[Nodal]> = right.iter().map(Vec::as_slice).collect();
+        let mut out = vec![vec![[0.0; 4]; self.free.len()]; right.len()];
+        let mut slices: Vec<&mut [Nodal]> = out.iter_mut().map(Vec::as_mut_slice).collect();
+        self.effort.factorisations += self.linear.precondition(&right, &mut slices);
+        self.effort.linear += right.len() as u32;
+        out
     }
 
     /// Adds to the rates of contact forces how they turn with the normal of a curved platen.

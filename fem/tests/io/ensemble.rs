@@ -81,7 +81,8 @@ fn derivatives_are_kept_with_their_curve() {
     let dir = tempfile::tempdir().unwrap();
     let differentiated = |run: &RunInput, _: &dyn Fn(f64)| {
         let force_n = vec![vec![0.1 * run.inputs[0], 1.0 / 3.0]; 20];
-        let sensitivities = Sensitivities { names: NAMES.map(String::from).into(), force_n };
+        let sensitivities =
+            Sensitivities { names: NAMES.map(String::from).into(), force_n, lost: None };
         Ok(Outcome { sensitivities, ..outcome(run, End::Displacement) })
     };
     let ensemble = in_directory(dir.path());

@@ -4,10 +4,10 @@ use crate::support::{
     HEIGHT, RADIUS, between, grain, loading, matrix, phase_field, prism, with_options,
 };
 use fem::{
-    Axis, CompressionTest, Conditions, CrackDensity, DamageQuadrature, End, Fracture, Friction,
-    Irreversibility, LinearScheme, Material, MaterialParameter, Mixture, Order, Outcome,
-    PhaseField, Platen, Platens, Problem, SaintVenantKirchhoff, Schedule, Scheme, SolverOptions,
-    Split, TetMesh,
+    Axis, CompressionTest, Conditions, CrackDensity, DamageQuadrature, DualNum, End, Fracture,
+    Friction, HyperelasticLaw, Irreversibility, LinearScheme, Material, MaterialParameter, Mixture,
+    Order, Outcome, PhaseField, Platen, Platens, PrincipalStrain, Problem, SaintVenantKirchhoff,
+    Schedule, Scheme, SolverOptions, Split, TetMesh,
 };
 
 /// A parameter, and the materials as a function of it.
@@ -331,6 +331,83 @@ fn contact_is_differentiated_with_its_pressures() {
     let elastic = with_options(mesh, order, vec![matrix(), grain()], None, loading, options);
     let ball = under_a_ball(&elastic.expect("valid input"));
     assert_contact(&ball, "top", &[0, 5].map(|k| all().swap_remove(k)), "ball");
+}
+
+/// Stiff where its volume grows and without any stiffness where it shrinks, but for what presses back
+/// once it has shrunk by a thousandth.
+#[derive(Debug)]
+struct Foam {
+    crushed_mpa: f64,
+}
+
+impl HyperelasticLaw for Foam {
+    fn energy<T: DualNum<f64> + Copy>(&self, strain: &PrincipalStrain<T>) -> T {
+        let trace = strain.log_volume();
+        let crushed = trace + 1e-3;
+        if trace.re() >= 0.0 {
+            let squares = strain.log().map(|e| e * e);
+            trace * trace * 50.0 + (squares[0] + squares[1] + squares[2]) * 100.0
+        } else if crushed.re() < 0.0 {
+            crushed * crushed * self.crushed_mpa
+        } else {
+            trace * 0.0
+        }
+    }
+}
+
+/// A body whose hull swells and then shrinks about the one node within: that node has no stiffness
+/// any more, but a force on it for every crushed modulus other than zero.
+#[test]
+fn derivatives_end_where_the_tangent_is_singular_and_the_run_goes_on() {
+    let mut mesh = prism(2, false);
+    let centre = mesh.nodes[13];
+    mesh.regions.push("upper".into());
+    for (tet, region) in mesh.tets.iter().zip(&mut mesh.region_of) {
+        *region = u16::from(tet.iter().any(|&n| mesh.nodes[n as usize][2] == HEIGHT));
+    }
+    let faces = |t: &[u32; 4]| {
+        [[t[0], t[2], t[1]], [t[0], t[1], t[3]], [t[0], t[3], t[2]], [t[1], t[2], t[3]]]
+    };
+    let hull: Vec<[u32; 3]> =
+        mesh.tets.iter().flat_map(faces).filter(|face| !face.contains(&13)).collect();
+    let twice = |face: &[u32; 3]| {
+        let same = |other: &[u32; 3]| face.iter().all(|n| other.contains(n));
+        hull.iter().filter(|other| same(other)).count() > 1
+    };
+    let level = |face: &[u32; 3]| {
+        let z = face.map(|n| mesh.nodes[n as usize][2]);
+        z[0] == z[1] && z[1] == z[2]
+    };
+    let sides = hull.iter().filter(|face| !twice(face) && !level(face)).copied().collect();
+    mesh.surfaces.insert("sides".into(), sides);
+    let moved = move |x: [f64; 3], time_s: f64| {
+        [0, 1, 2].map(|k| 0.04 * (0.55 - time_s) * (x[k] - centre[k]))
+    };
+    let conditions = Conditions::new()
+        .prescribe("sides", Axis::ALL, moved)
+        .prescribe("bottom", Axis::ALL, moved)
+        .prescribe("top", Axis::ALL, moved)
+        .measure("top", [0.0, 0.0, -1.0]);
+    let foams = |crushed_mpa: f64| {
+        let foam = |crushed_mpa| Material::hyperelastic(Foam { crushed_mpa }).expect("a law");
+        vec![foam(0.0), foam(crushed_mpa)]
+    };
+    for linear in [LinearScheme::Direct, LinearScheme::Multigrid] {
+        let problem = Problem::builder(mesh.clone())
+            .materials(foams(0.0))
+            .conditions(conditions.clone())
+            .schedule(Schedule::fixed(1.0, 10))
+            .options(SolverOptions { linear, ..SolverOptions::default() })
+            .build()
+            .and_then(|problem| {
+                problem.with_sensitivities(vec![MaterialParameter::new("crushed", 0.0, foams)])
+            });
+        let outcome = problem.expect("valid input").run(&mut ());
+        assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
+        assert_eq!(outcome.curve.len(), 10);
+        assert_eq!(outcome.sensitivities.force_n, [[0.0]; 5], "{linear:?}");
+        assert_eq!(outcome.sensitivities.lost.as_deref(), Some("the tangent is singular"));
+    }
 }
 
 #[test]

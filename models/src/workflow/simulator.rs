@@ -234,8 +234,9 @@ pub(super) fn jacobian(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<Vec<f64>
     let (curve, found) = (recorded(&record.curve), &record.sensitivities);
     if found.force_n.len() < record.curve.len() {
         return Err(format!(
-            "without derivatives from {} mm on, where the tangent is singular",
-            record.curve[found.force_n.len()].displacement_mm
+            "without derivatives from {} mm on: {}",
+            record.curve[found.force_n.len()].displacement_mm,
+            found.lost.as_deref().unwrap_or("the run was made by another version")
         ));
     }
     let column = |parameter: usize| {

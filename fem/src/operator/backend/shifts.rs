@@ -5,15 +5,24 @@ use faer::traits::pulp::{Simd, WithSimd};
 use super::gather::{Buffers, Gather, check, store_rows};
 use super::lanes::{Rows, dispatch};
 use super::regions::Regions;
-use crate::material::{Homogenisation, Inverted, Lanes, POINTS, SimdF64};
+use crate::material::{Homogenisation, Inverted, Lanes, POINTS, PointMaterial, SimdF64};
 use crate::operator::layout::LANES;
 use crate::operator::rates::{AT_ONCE, Moved, Rates};
 use crate::operator::residual::Shift;
 
+/// A parameter with the materials on either side of its value.
+struct Sides<'a> {
+    below: Regions<'a>,
+    above: Regions<'a>,
+    /// Whether stress or driving energy differ between them.
+    responds: bool,
+    shift: &'a Shift<'a>,
+}
+
 /// At most [`AT_ONCE`] parameters in an increment.
 pub(super) struct Shifts<'a, const N: usize> {
     gather: &'a Gather<'a, N>,
-    shifts: Vec<(Regions<'a>, Regions<'a>, &'a Shift<'a>)>,
+    shifts: Vec<Sides<'a>>,
 }
 
 impl<'a, const N: usize> Shifts<'a, N> {
@@ -26,7 +35,8 @@ impl<'a, const N: usize> Shifts<'a, N> {
         let sides = |shift: &'a Shift<'a>| {
             let [below, above] =
                 [shift.below, shift.above].map(|side| Regions::new(side, rule, duration));
-            (below, above, shift)
+            let same = shift.below.iter().zip(shift.above).all(|(a, b)| respond_alike(a, b));
+            Sides { below, above, responds: !same, shift }
         };
         Self { gather, shifts: shifts.iter().map(sides).collect() }
     }
@@ -35,6 +45,16 @@ impl<'a, const N: usize> Shifts<'a, N> {
     pub(super) fn rates(&self, first: usize, out: &mut [Rates<f64, N>]) -> Result<(), Inverted> {
         dispatch(OfElements { shifts: self, first, out })
     }
+}
+
+/// Whether two materials certainly have the same stress and driving energy.
+fn respond_alike(a: &PointMaterial, b: &PointMaterial) -> bool {
+    let degraded = |m: &PointMaterial| m.damage.map(|d| (d.degraded, d.residual));
+    let moduli = |m: &PointMaterial| [m.moduli.bulk, m.moduli.shear];
+    a.formula().is_some()
+        && a.formula() == b.formula()
+        && moduli(a) == moduli(b)
+        && degraded(a) == degraded(b)
 }
 
 struct OfElements<'a, 'b, const N: usize> {
@@ -59,13 +79,16 @@ impl<const N: usize> WithSimd for OfElements<'_, '_, N> {
                 below: elements.constants,
                 above: elements.constants,
                 per_unit: zero,
+                responds: false,
                 before: [zero; N],
             };
             let mut moved = [none; AT_ONCE];
-            for (moved, (below, above, shift)) in moved.iter_mut().zip(shifts) {
+            for (moved, sides) in moved.iter_mut().zip(shifts) {
+                let Sides { below, above, responds, shift } = sides;
                 moved.below = below.of(simd, space, &tets).0;
                 moved.above = above.of(simd, space, &tets).0;
                 moved.per_unit = SimdF64::splat(simd, 1.0 / shift.width);
+                moved.responds = *responds;
                 for a in 0..N {
                     let mut column = [0.0; POINTS];
                     for lane in 0..SimdF64::<S>::COUNT {

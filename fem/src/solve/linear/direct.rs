@@ -105,10 +105,10 @@ impl<'a> Direct<'a> {
             tangent.multiply(x, y);
             mask(free, y);
         };
-        let mut memory = factor.memory(symbolic);
+        let mut memory = factor.memory(symbolic, 1);
         // the factor may be that of a tangent with other values constrained
         let mut precondition = |x: &[Nodal], y: &mut [Nodal]| {
-            factor.apply(symbolic, &mut memory, x, y);
+            factor.apply(symbolic, &mut memory, &[x], &mut [&mut *y]);
             mask(free, y);
         };
         let mut system = System { apply: &mut apply, precondition: &mut precondition, weight };
@@ -167,6 +167,18 @@ impl LinearSolver for Direct<'_> {
             // negative curvature may have been the old factor's
             self.definite = self.tangent.symmetric;
         }
+    }
+
+    fn precondition(&mut self, right: &[&[Nodal]], out: &mut [&mut [Nodal]]) -> u32 {
+        let renewals = u32::from(self.worn);
+        if self.worn {
+            self.factorise();
+        }
+        let Self { symbolic, free, factor, .. } = self;
+        let mut memory = factor.memory(symbolic, right.len());
+        factor.apply(symbolic, &mut memory, right, out);
+        out.iter_mut().for_each(|out| mask(free, out));
+        renewals
     }
 
     fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]) {

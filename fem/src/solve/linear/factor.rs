@@ -172,47 +172,61 @@ impl Factor {
         Factor::Pivoted { values, subdiagonal, forward, inverse }
     }
 
-    /// What [`apply`](Self::apply) works in.
-    pub(super) fn memory(&self, symbolic: &Symbolic) -> MemBuffer {
+    /// What [`apply`](Self::apply) works in, for so many vectors.
+    pub(super) fn memory(&self, symbolic: &Symbolic, vectors: usize) -> MemBuffer {
         let structure = &symbolic.factor;
         MemBuffer::new(match self {
-            Factor::Single(_) => structure.solve_in_place_scratch::<f32>(1, Par::Seq),
-            _ => structure.solve_in_place_scratch::<f64>(1, Par::Seq),
+            Factor::Single(_) => structure.solve_in_place_scratch::<f32>(vectors, Par::Seq),
+            _ => structure.solve_in_place_scratch::<f64>(vectors, Par::Seq),
         })
     }
 
-    /// y = M⁻¹ x for nodal vectors.
+    /// y = M⁻¹ x for nodal vectors, which read the factor together.
     pub(super) fn apply(
         &self,
         symbolic: &Symbolic,
         memory: &mut MemBuffer,
-        x: &[Nodal],
-        y: &mut [Nodal],
+        x: &[&[Nodal]],
+        y: &mut [&mut [Nodal]],
     ) {
         let n = symbolic.size();
         let places = || symbolic.value_of.iter().map(|&(node, k)| (node as usize, k as usize));
         let stack = MemStack::new(memory);
-        y.fill([0.0; 4]);
+        y.iter_mut().for_each(|y| y.fill([0.0; 4]));
         match self {
             Factor::Absent => {}
             Factor::Single(values) => {
                 // the factor is linear: a right-hand side of size one stays clear of overflow
-                let size = x.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
-                let scale = if size > 0.0 { 1.0 / size } else { 1.0 };
-                let mut work: Vec<f32> =
-                    places().map(|(node, k)| (scale * x[node][k]) as f32).collect();
-                let right = MatMut::from_column_major_slice_mut(&mut work, n, 1);
+                let scale = |x: &&[Nodal]| {
+                    let size = x.as_flattened().iter().fold(0.0f64, |m, v| m.max(v.abs()));
+                    if size > 0.0 { 1.0 / size } else { 1.0 }
+                };
+                let scales: Vec<f64> = x.iter().map(scale).collect();
+                let mut work = Vec::with_capacity(n * x.len());
+                for (x, scale) in x.iter().zip(&scales) {
+                    work.extend(places().map(|(node, k)| (scale * x[node][k]) as f32));
+                }
+                let right = MatMut::from_column_major_slice_mut(&mut work, n, x.len());
                 let factor = LdltRef::new(&symbolic.factor, values);
                 factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, stack);
-                places().zip(&work).for_each(|((node, k), &v)| y[node][k] = f64::from(v) / scale);
+                for ((y, work), scale) in y.iter_mut().zip(work.chunks_exact(n)).zip(scales) {
+                    places()
+                        .zip(work)
+                        .for_each(|((node, k), &v)| y[node][k] = f64::from(v) / scale);
+                }
             }
             Factor::Pivoted { values, subdiagonal, forward, inverse } => {
-                let mut work: Vec<f64> = places().map(|(node, k)| x[node][k]).collect();
-                let right = MatMut::from_column_major_slice_mut(&mut work, n, 1);
+                let mut work = Vec::with_capacity(n * x.len());
+                for x in x {
+                    work.extend(places().map(|(node, k)| x[node][k]));
+                }
+                let right = MatMut::from_column_major_slice_mut(&mut work, n, x.len());
                 let pivots = PermRef::new_checked(forward, inverse, n);
                 let factor = IntranodeLbltRef::new(&symbolic.factor, values, subdiagonal, pivots);
                 factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, stack);
-                places().zip(&work).for_each(|((node, k), &v)| y[node][k] = v);
+                for (y, work) in y.iter_mut().zip(work.chunks_exact(n)) {
+                    places().zip(work).for_each(|((node, k), &v)| y[node][k] = v);
+                }
             }
         }
     }

@@ -86,15 +86,26 @@ impl<'a> Iterative<'a> {
             }
         };
         let mut precondition = |r: &[Nodal], z: &mut [Nodal]| {
-            match quadratic.borrow_mut().as_mut() {
-                Some(quadratic) => quadratic.precondition(r, z, |r, z| split.apply(r, z)),
-                None => split.apply(r, z),
-            }
-            mask(free, z);
+            cycle(quadratic.borrow_mut().as_deref_mut(), split, free, r, z);
         };
         let mut system = System { apply: &mut apply, precondition: &mut precondition, weight };
         solve(&mut system, definite, right, step, tolerance, LIMIT)
     }
+}
+
+/// z ≈ A⁻¹ r by one cycle through the levels.
+fn cycle(
+    quadratic: Option<&mut QuadraticLevel>,
+    split: &FieldSplit,
+    free: &[[bool; 4]],
+    r: &[Nodal],
+    z: &mut [Nodal],
+) {
+    match quadratic {
+        Some(quadratic) => quadratic.precondition(r, z, |r, z| split.apply(r, z)),
+        None => split.apply(r, z),
+    }
+    mask(free, z);
 }
 
 impl LinearSolver for Iterative<'_> {
@@ -155,6 +166,19 @@ impl LinearSolver for Iterative<'_> {
             }
             self.split = None;
         }
+    }
+
+    fn precondition(&mut self, right: &[&[Nodal]], out: &mut [&mut [Nodal]]) -> u32 {
+        let renewals = u32::from(self.split.is_none());
+        if self.split.is_none() {
+            self.renew();
+        }
+        let Self { quadratic, split, free, .. } = self;
+        let split = split.as_ref().expect("the hierarchy is made before it is used");
+        for (r, z) in right.iter().zip(out) {
+            cycle(quadratic.as_mut(), split, free, r, z);
+        }
+        renewals
     }
 
     fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]) {

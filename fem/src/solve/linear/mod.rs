@@ -45,6 +45,10 @@ pub(crate) trait LinearSolver: Send {
         tolerance: f64,
     ) -> Result<LinearEffort, Singular>;
 
+    /// z ≈ A⁻¹ r for several right-hand sides, zero in constrained values, by the factor or the hierarchy at
+    /// hand; returns how many of these had to be made.
+    fn precondition(&mut self, right: &[&[Nodal]], out: &mut [&mut [Nodal]]) -> u32;
+
     /// y = A x with the rows and columns of all values, those of supports and bounds too.
     fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]);
 
