@@ -1,5 +1,6 @@
 //! The paper's calibration: matrix parameters from the quantities of interest of specimens.
 
+mod groups;
 mod loo;
 mod specimens;
 
@@ -14,6 +15,7 @@ use surrogate::{DynPce, Input, SurrogateError};
 
 use crate::case::MaterialParameter;
 use crate::qoi::Quantity;
+pub use groups::{Groups, Pooling, TestGroup, Trend, calibrate_groups, calibration_over_groups};
 pub use specimens::Specimens;
 
 ppl::model! {
@@ -103,6 +105,14 @@ pub enum CalibrationError {
         expected: usize,
         /// Values of the specimen.
         found: usize,
+    },
+    /// Groups of specimens that do not belong together.
+    #[error("{group} {problem}")]
+    Group {
+        /// The group, or the parameter.
+        group: String,
+        /// What is wrong with it.
+        problem: String,
     },
     /// The surrogate is not one of the quantities of interest.
     #[error(transparent)]
@@ -252,6 +262,7 @@ pub fn calibrate(
     sampler: &Nuts<'_>,
     seed: u64,
 ) -> Result<Calibration, CalibrationError> {
+<<<<<<< HEAD
     calibrate_after(pce, evidence, sampler, 0, seed)
 }
 
@@ -266,6 +277,11 @@ pub fn calibrate_after(
     burn_in: usize,
     seed: u64,
 ) -> Result<Calibration, CalibrationError> {
+=======
+    if evidence.qois.len() < 2 {
+        return Err(CalibrationError::TooFew(evidence.qois.len()));
+    }
+>>>>>>> main
     let (forward, specimens) = relative_to_means(pce, evidence)?;
     let model = calibration_on(&forward, &specimens);
     let mut chains = sampler.run(&model).map_err(SampleError::from)?;
@@ -310,6 +326,9 @@ pub(crate) fn sample(
     sampler: &Nuts<'_>,
     seed: u64,
 ) -> Result<Posterior, CalibrationError> {
+    if evidence.qois.len() < 2 {
+        return Err(CalibrationError::TooFew(evidence.qois.len()));
+    }
     let (forward, specimens) = relative_to_means(pce, evidence)?;
     let model = calibration_on(&forward, &specimens);
     let chains = sampler.run(&model).map_err(SampleError::from)?;
@@ -323,9 +342,6 @@ fn relative_to_means(
 ) -> Result<(DynPce, Specimens), CalibrationError> {
     let Evidence { qois, known, shared } = evidence;
     let expected = pce.outputs().len();
-    if qois.len() < 2 {
-        return Err(CalibrationError::TooFew(qois.len()));
-    }
     if let Some(row) = qois.iter().find(|row| row.len() != expected) {
         return Err(CalibrationError::Quantities { expected, found: row.len() });
     }
