@@ -58,13 +58,9 @@ pub use coverage::{CoverageRow, CoverageStudy, Emulated, Laboratory, Setting};
 pub use error::InputError;
 pub use experiment::{Specimen, SpecimenTable, TestCurve};
 pub use fracture::{
-<<<<<<< HEAD
-    Calibration, CalibrationError, Evidence, Specimens, calibrate, calibrate_after, calibration,
-    calibration_on,
-=======
     Calibration, CalibrationError, Evidence, Groups, Pooling, Specimens, TestGroup, Trend,
-    calibrate, calibrate_groups, calibration, calibration_on, calibration_over_groups,
->>>>>>> main
+    calibrate, calibrate_after, calibrate_groups, calibration, calibration_on,
+    calibration_over_groups,
 };
 pub use qoi::{QoiError, Qois, Quantity};
 pub use study::{

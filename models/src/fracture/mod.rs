@@ -262,7 +262,6 @@ pub fn calibrate(
     sampler: &Nuts<'_>,
     seed: u64,
 ) -> Result<Calibration, CalibrationError> {
-<<<<<<< HEAD
     calibrate_after(pce, evidence, sampler, 0, seed)
 }
 
@@ -277,11 +276,9 @@ pub fn calibrate_after(
     burn_in: usize,
     seed: u64,
 ) -> Result<Calibration, CalibrationError> {
-=======
     if evidence.qois.len() < 2 {
         return Err(CalibrationError::TooFew(evidence.qois.len()));
     }
->>>>>>> main
     let (forward, specimens) = relative_to_means(pce, evidence)?;
     let model = calibration_on(&forward, &specimens);
     let mut chains = sampler.run(&model).map_err(SampleError::from)?;
