@@ -4,6 +4,7 @@ mod curve;
 mod derivatives;
 mod discrepancy;
 mod fidelity;
+mod further_tests;
 mod images;
 mod own_data;
 mod quadrature;
@@ -142,6 +143,11 @@ fn from_an_empty_directory_to_every_documented_file() {
         ("map.csv", "parameter,map,truth"),
         ("loo.csv", "specimen,elpd,pareto_k\nV-01,"),
         ("confirm.csv", "qoi,experiment_mean,map_simulation,percent_error"),
+        (
+            "design.csv",
+            "candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90\nmore specimens,",
+        ),
+        ("design_specimens.csv", "candidate,parameter,goal,value,specimens,limit"),
         (
             "curves/run-001.csv",
             "time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,phi_max",

@@ -22,16 +22,19 @@ fn readers(key: &str) -> &'static [&'static str] {
         // of single simulations
         ["output", ..] => &[],
         ["qoi", ..] => &["experiments", "ensemble", "confirm"],
-        ["prior", ..] => &["ensemble", "calibrate"],
+        ["prior", ..] => &["ensemble", "calibrate", "design"],
         ["design", ..] => &["ensemble"],
         ["fidelity", ..] => &["experiments", "ensemble"],
         ["surrogate", ..] => &["surrogate"],
         ["experiments", "virtual", "truth", ..] => &["experiments", "calibrate"],
         ["experiments", ..] => &["experiments"],
         // another likelihood puts other quantities into [qoi]
-        ["calibration", "likelihood"] => &["experiments", "ensemble", "calibrate", "confirm"],
-        ["calibration", ..] => &["calibrate"],
+        ["calibration", "likelihood"] => {
+            &["experiments", "ensemble", "calibrate", "confirm", "design"]
+        }
+        ["calibration", ..] => &["calibrate", "design"],
         ["confirm", ..] => &["confirm"],
+        ["further_tests", ..] => &["design"],
         _ => panic!("{key} is not in the table of this test: say which stages read it"),
     }
 }

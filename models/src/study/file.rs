@@ -6,8 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Table;
 
-use super::keys::{merge, nested, parsed, remove};
-use crate::case::{ByParameter, CaseFile};
+use crate::case::{ByParameter, CaseFile, merge, nested, remove};
 use crate::error::InputError;
 
 /// A study: several calibrations that belong together.
@@ -309,6 +308,14 @@ fn part_of(
             None => error.place,
         };
         InputError { place: format!("{}: {place}", part.name), ..error }
+    })
+}
+
+/// A key with its value, from the command line.
+fn parsed(entry: &str, path: &Path) -> Result<Table, InputError> {
+    entry.parse().map_err(|_| {
+        let help = "Write a key by its path and a value of TOML, as --set specimen.spacing_mm=0.3.";
+        InputError::new(path, "--set", entry, "is no key with a value", help)
     })
 }
 

@@ -124,7 +124,10 @@ pub(super) fn read_experiments(
 }
 
 /// The stiffness ratio of each specimen's microstructure, if the surrogate takes it.
-fn known_inputs(inputs: &Inputs<'_>, pce: &DynPce) -> Result<Vec<Vec<f64>>, WorkflowError> {
+pub(super) fn known_inputs(
+    inputs: &Inputs<'_>,
+    pce: &DynPce,
+) -> Result<Vec<Vec<f64>>, WorkflowError> {
     match pce.inputs().last() {
         Some(input) if input.name == STIFFNESS_RATIO => {
             read_experiments(inputs, &[STIFFNESS_RATIO])

@@ -17,12 +17,13 @@ use super::quadrature::compare_quadratures;
 use super::runs::place;
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
+use crate::qoi::Quantity;
 
 /// What is known of a run beside its numbers; seed and stiffness are those of a packing of its own.
 const NOTES: [&str; 4] = ["run", "seconds", SEED, STIFFNESS_RATIO];
 
 /// The runs of a case and the meshes that they are made on.
-struct Plan<'a> {
+pub(super) struct Plan<'a> {
     prior: Vec<Input>,
     names: Vec<String>,
     runs: Vec<RunInput>,
@@ -32,7 +33,7 @@ struct Plan<'a> {
 
 impl<'a> Plan<'a> {
     /// What the case asks for; so many of the packings are filled.
-    fn of(inputs: &'a Inputs<'_>, filled: usize) -> Result<Self, WorkflowError> {
+    pub(super) fn of(inputs: &'a Inputs<'_>, filled: usize) -> Result<Self, WorkflowError> {
         inputs.check_steps()?;
         let first = inputs.first_prior()?;
         let design = inputs.design();
@@ -64,6 +65,56 @@ impl<'a> Plan<'a> {
     fn runner<'r>(&'r self, task: &'r Task<'r>) -> Runner<'r> {
         Runner { task, names: &self.names, packings: self.packings.as_ref() }
     }
+
+    /// The runs with their quantities, on all levels.
+    pub(super) fn make(&self, task: &Task<'_>) -> Result<Vec<LevelRuns>, WorkflowError> {
+        all_levels(&self.runner(task), self)
+    }
+
+    /// The same on the first level alone, of a case whose mesh no stage has made.
+    pub(super) fn make_cheap(&mut self, task: &Task<'_>) -> Result<LevelRuns, WorkflowError> {
+        self.levels[0].is_made_anew = true;
+        let level = &self.levels[0];
+        let records = self.runner(task).run(level, &self.runs, true)?;
+        Ok(LevelRuns::new(records, task.inputs.qoi(), level.setup.derivatives))
+    }
+
+    /// What a surrogate learns from: the runs of the first level with these quantities, which those on
+    /// better levels correct, and the corrections.
+    pub(super) fn learnt(
+        &self,
+        inputs: &Inputs<'_>,
+        quantities: &[Quantity],
+        done: &[LevelRuns],
+    ) -> Result<(Dataset, Vec<Correction>), WorkflowError> {
+        let Self { prior, packings, levels, .. } = self;
+        let outputs: Vec<String> = quantities.iter().map(|q| q.column().to_owned()).collect();
+        let corrections = done
+            .windows(2)
+            .map(|pair| Correction::between(prior, &outputs, &pair[0], &pair[1]))
+            .collect::<Result<Vec<_>, _>>()?;
+        let stiffness = packings.as_ref().map(|p| p.stiffness_ratios(&levels[0])).transpose()?;
+        let differentiated = if inputs.design().derivatives { prior.len() } else { 0 };
+        let mut data = Dataset::new(prior.clone(), outputs, "breccia ensemble")?
+            .with_derivatives_in(differentiated)?
+            .with_notes(&NOTES)?;
+        for (record, quantities, jacobian) in done[0].differentiated() {
+            let (mut quantities, mut jacobian) = (quantities.to_vec(), jacobian.to_vec());
+            for correction in &corrections {
+                correction.apply(&record.inputs, &mut quantities, &mut jacobian)?;
+            }
+            let (id, seconds) = (record.id.to_string(), format!("{:.3}", record.seconds));
+            let seed = packings.as_ref().map(|p| p.seeds[record.id - 1].to_string());
+            let ratio = stiffness.as_ref().map(|ratios| ratios[record.id - 1].to_string());
+            let [seed, ratio] = [seed, ratio].map(Option::unwrap_or_default);
+            let notes: [&str; 4] = [&id, &seconds, &seed, &ratio];
+            match differentiated {
+                0 => data.push_noted(&record.inputs, &quantities, &notes)?,
+                _ => data.push_differentiated(&record.inputs, &quantities, &jacobian, &notes)?,
+            }
+        }
+        Ok((data, corrections))
+    }
 }
 
 /// Makes the runs, which any number of processes share: on one mesh after the other, since which are
@@ -73,43 +124,18 @@ pub(super) fn share(task: &Task<'_>) -> Result<(), WorkflowError> {
     if let Some(packings) = &plan.packings {
         plan.levels.iter().try_for_each(|level| packings.check(level, &plan.runs[0].inputs))?;
     }
-    all_levels(&plan.runner(task), &plan).map(drop)
+    plan.make(task).map(drop)
 }
 
 /// Writes what the runs have given.
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let plan = Plan::of(&task.inputs, usize::MAX)?;
-    let done = all_levels(&plan.runner(task), &plan)?;
+    let done = plan.make(task)?;
     compare_quadratures(&plan.runner(task), &plan.levels[0], &plan.prior, &done[0])?;
-    let inputs = &task.inputs;
-    let Plan { prior, names, runs, packings, levels } = plan;
-    let outputs: Vec<String> =
-        inputs.qoi().quantities.iter().map(|q| q.column().to_owned()).collect();
-    let corrections = done
-        .windows(2)
-        .map(|pair| Correction::between(&prior, &outputs, &pair[0], &pair[1]))
-        .collect::<Result<Vec<_>, _>>()?;
+    let quantities = &task.inputs.qoi().quantities;
+    let (data, corrections) = plan.learnt(&task.inputs, quantities, &done)?;
+    let Plan { names, runs, packings, .. } = plan;
     let first = &done[0];
-    let stiffness = packings.as_ref().map(|p| p.stiffness_ratios(&levels[0])).transpose()?;
-    let differentiated = if inputs.design().derivatives { prior.len() } else { 0 };
-    let mut data = Dataset::new(prior, outputs, "breccia ensemble")?
-        .with_derivatives_in(differentiated)?
-        .with_notes(&NOTES)?;
-    for (record, quantities, jacobian) in first.differentiated() {
-        let (mut quantities, mut jacobian) = (quantities.to_vec(), jacobian.to_vec());
-        for correction in &corrections {
-            correction.apply(&record.inputs, &mut quantities, &mut jacobian)?;
-        }
-        let (id, seconds) = (record.id.to_string(), format!("{:.3}", record.seconds));
-        let seed = packings.as_ref().map(|p| p.seeds[record.id - 1].to_string());
-        let ratio = stiffness.as_ref().map(|ratios| ratios[record.id - 1].to_string());
-        let [seed, ratio] = [seed, ratio].map(Option::unwrap_or_default);
-        let notes: [&str; 4] = [&id, &seconds, &seed, &ratio];
-        match differentiated {
-            0 => data.push_noted(&record.inputs, &quantities, &notes)?,
-            _ => data.push_differentiated(&record.inputs, &quantities, &jacobian, &notes)?,
-        }
-    }
     for record in &first.records {
         write_curve(task.product(&format!("curves/run-{:03}.csv", record.id))?, &record.curve)?;
     }

@@ -1,8 +1,9 @@
 //! Stage `surrogate`: polynomial chaos from the finished runs.
 
-use surrogate::{Dataset, DynPce, FitOptions, Input, OrderReport, SurrogateError};
+use surrogate::{Dataset, DynPce, FitOptions, Input, OrderReport, PceFit, SurrogateError};
 
 use super::WorkflowError;
+use super::inputs::Inputs;
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use crate::error::InputError;
@@ -10,17 +11,7 @@ use crate::table::CsvTable;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let runs = Dataset::read_csv(task.inputs.file("runs.csv")?)?;
-    let known = known_of_specimens(task)?;
-    let with_stiffness = known.map(|known| with_stiffness_ratio(&runs, &known)).transpose()?;
-    let data = with_stiffness.flatten().unwrap_or(runs);
-    let case = task.inputs.surrogate();
-    let options = FitOptions {
-        max_order: case.max_order,
-        rule: case.rule,
-        terms: case.terms,
-        ..FitOptions::default()
-    };
-    let fit = DynPce::fit(&data, &options)?;
+    let (data, fit) = fitted(&task.inputs, runs)?;
     task.write_csv(
         "surrogate_orders.csv",
         ["order", "terms", "qoi", "loo", "corrected_loo", "train", "validation"],
@@ -36,9 +27,29 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(format!("order {} from {} runs{error}", fit.report.order, data.len()))
 }
 
+/// The expansion as the case wants it, of runs with the stiffness ratio as an input where that of each
+/// specimen is known; and what it was fitted to.
+pub(super) fn fitted(
+    inputs: &Inputs<'_>,
+    runs: Dataset,
+) -> Result<(Dataset, PceFit), WorkflowError> {
+    let known = known_of_specimens(inputs)?;
+    let with_stiffness = known.map(|known| with_stiffness_ratio(&runs, &known)).transpose()?;
+    let data = with_stiffness.flatten().unwrap_or(runs);
+    let case = inputs.surrogate();
+    let options = FitOptions {
+        max_order: case.max_order,
+        rule: case.rule,
+        terms: case.terms,
+        ..FitOptions::default()
+    };
+    let fit = DynPce::fit(&data, &options)?;
+    Ok((data, fit))
+}
+
 /// The stiffness ratios of the specimens, if that of each is known.
-fn known_of_specimens(task: &Task<'_>) -> Result<Option<Vec<f64>>, WorkflowError> {
-    let path = task.inputs.file("experiments.csv")?;
+fn known_of_specimens(inputs: &Inputs<'_>) -> Result<Option<Vec<f64>>, WorkflowError> {
+    let path = inputs.file("experiments.csv")?;
     let table = CsvTable::read(&path, &["id"])?;
     if table.rows().any(|row| row.text(STIFFNESS_RATIO).is_empty()) {
         return Ok(None);

@@ -24,6 +24,22 @@ pub(super) struct SharedError {
 }
 
 impl SharedError {
+    /// From the errors of a surrogate and of the corrections of its runs.
+    pub(super) fn of(
+        surrogate: &FitReport,
+        corrections: &[FitReport],
+        discrepancy: Option<Vec<Vec<f64>>>,
+        packing_per_run: bool,
+        means: &[f64],
+    ) -> Result<Self, WorkflowError> {
+        let covariance = match packing_per_run {
+            true => surrogate.mean_error(means)?,
+            false => surrogate.lack_of_fit(means)?,
+        };
+        let mesh = error_of_all(corrections, packing_per_run)?;
+        Ok(Self { surrogate: relative_covariance(covariance, means), mesh, discrepancy })
+    }
+
     /// Their sum: the errors are of different runs, and what the model is off by is of none.
     pub(super) fn total(&self) -> Vec<Vec<f64>> {
         let of_runs = self.of_runs();
@@ -49,18 +65,12 @@ pub(super) fn shared_error(
 ) -> Result<SharedError, WorkflowError> {
     let report: FitReport = inputs.json("surrogate_error.json")?;
     let runs = Dataset::read_csv(inputs.file("runs.csv")?)?;
-    let packing_per_run = has_packing_per_run(&runs);
-    let covariance = match packing_per_run {
-        true => report.mean_error(means)?,
-        false => report.lack_of_fit(means)?,
-    };
-    let surrogate = relative_covariance(covariance, means);
-    let mesh = match inputs.file_if_there("fidelity.json") {
-        Some(_) => error_of_all(&inputs.json::<Vec<FitReport>>("fidelity.json")?, packing_per_run)?,
-        None => None,
+    let corrections = match inputs.file_if_there("fidelity.json") {
+        Some(_) => inputs.json::<Vec<FitReport>>("fidelity.json")?,
+        None => Vec::new(),
     };
     let discrepancy = inputs.calibration().discrepancy.covariance(&report.outputs);
-    Ok(SharedError { surrogate, mesh, discrepancy })
+    SharedError::of(&report, &corrections, discrepancy, has_packing_per_run(&runs), means)
 }
 
 /// Whether the shared error widens the posterior: n S/Σ above 0.1 for some quantity, with S its

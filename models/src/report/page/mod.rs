@@ -3,6 +3,7 @@
 mod answer;
 mod confirmation;
 mod data;
+mod further;
 pub(super) mod parts;
 mod posterior;
 
@@ -51,6 +52,7 @@ pub(crate) fn page(results: &Results) -> String {
                     @if !results.map_curve.is_empty() {
                         (confirmation::confirmation(results))
                         (confirmation::damage(results))
+                        (further::further(results))
                     }
                     (details(results))
                 }

@@ -1,6 +1,7 @@
 //! The numbers of a report, from the files that the stages left.
 
 mod confirmed;
+mod further;
 mod measured;
 mod notes;
 mod posterior;
@@ -89,6 +90,9 @@ pub(in crate::workflow) fn load_done(
             let draw = measured::curve(inputs, &format!("curves/draw-{k}.csv"))?;
             results.posterior_curves.push(draw);
         }
+    }
+    if done("design") {
+        results.further = further::further(inputs, case)?;
     }
     Ok(results)
 }
