@@ -95,6 +95,18 @@ fn cases_share_their_specimens_and_are_compared() {
         assert!(same(&second.join(name), &dir.path().join("alone").join(name)), "{name}");
     }
 
+    // what is lost in one folder comes back from another one
+    let before = std::fs::read(twin.join("report.html")).unwrap();
+    std::fs::remove_file(twin.join("stages.toml")).unwrap();
+    std::fs::remove_dir_all(twin.join("ensemble")).unwrap();
+    let (code, _, err) = breccia(dir.path(), &study);
+    assert_eq!(code, Some(0), "{err}");
+    for stage in ["segment", "mesh", "experiments", "ensemble", "surrogate"] {
+        assert!(err.contains(&format!("{stage} twin: as in second")), "{stage}: {err}");
+    }
+    assert!(err.contains("calibrate twin: 300 draws"), "{err}");
+    assert!(std::fs::read(twin.join("report.html")).unwrap() == before);
+
     // one folder a case, with all that `run` writes; both have the laboratory's curves
     for case in ["first", "second", "twin"] {
         let file = |name: &str| std::fs::read(results.join(case).join(name)).unwrap();

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Table;
 
-use super::keys::parsed;
 use crate::case::{ByParameter, CaseFile, merge, nested, remove};
 use crate::error::InputError;
 
@@ -309,6 +308,14 @@ fn part_of(
             None => error.place,
         };
         InputError { place: format!("{}: {place}", part.name), ..error }
+    })
+}
+
+/// A key with its value, from the command line.
+fn parsed(entry: &str, path: &Path) -> Result<Table, InputError> {
+    entry.parse().map_err(|_| {
+        let help = "Write a key by its path and a value of TOML, as --set specimen.spacing_mm=0.3.";
+        InputError::new(path, "--set", entry, "is no key with a value", help)
     })
 }
 

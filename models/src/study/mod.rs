@@ -3,7 +3,6 @@
 mod compare;
 mod conclude;
 mod file;
-mod keys;
 mod run;
 mod shift;
 mod slurm;

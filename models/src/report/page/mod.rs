@@ -52,8 +52,8 @@ pub(crate) fn page(results: &Results) -> String {
                     @if !results.map_curve.is_empty() {
                         (confirmation::confirmation(results))
                         (confirmation::damage(results))
+                        (further::further(results))
                     }
-                    (further::further(results))
                     (details(results))
                 }
             }

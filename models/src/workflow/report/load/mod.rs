@@ -99,6 +99,9 @@ pub(in crate::workflow) fn load_done(
             results.posterior_curves.push(draw);
         }
     }
+    if done("design") {
+        results.further = further::further(inputs, case)?;
+    }
     Ok(results)
 }
 
