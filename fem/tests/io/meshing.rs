@@ -102,35 +102,6 @@ fn touching_grains_touch_and_parted_ones_do_not() {
     assert_eq!(shared(0.04), 0);
 }
 
-/// A film of matrix between a grain and a platen or the wall is kept where it is thinner than the mesh; a
-/// grain that is cut by the surface reaches it.
-#[test]
-fn grains_reach_the_surfaces_that_they_touch_alone() {
-    let reached = |from_axis_mm: f64, height_mm: f64| -> BTreeSet<String> {
-        let grain = Grain::sphere([0.6 * from_axis_mm, 0.8 * from_axis_mm, height_mm], 0.4);
-        let field = GrainList::new(vec![grain], RADIUS, HEIGHT);
-        let mode = GrainMode::Conforming;
-        let meshed = mesh(Meshing { mode, ..Meshing::new(0.2) }, &field);
-        let grain = nodes_of(&meshed.mesh, 1);
-        assert!(!grain.is_empty());
-        let touches = |triangles: &[[u32; 3]]| {
-            triangles.as_flattened().iter().any(|node| grain.contains(node))
-        };
-        let surfaces = meshed.mesh.surfaces.iter();
-        surfaces.filter(|(_, at)| touches(at)).map(|(name, _)| name.to_string()).collect()
-    };
-    for film_mm in [0.02, 0.05, 0.1] {
-        let (wall, top) = (RADIUS - 0.4 - film_mm, HEIGHT - 0.4 - film_mm);
-        assert!(reached(0.0, 0.4 + film_mm).is_empty(), "{film_mm}");
-        assert!(reached(wall, 0.8).is_empty(), "{film_mm}");
-        assert!(reached(wall, top).is_empty(), "{film_mm}");
-        let (wall, top) = (wall + film_mm + 0.05, top + film_mm + 0.05);
-        assert_eq!(reached(0.0, 0.35), BTreeSet::from(["bottom".to_owned()]));
-        assert_eq!(reached(wall, 0.8), BTreeSet::from(["side".to_owned()]));
-        assert_eq!(reached(wall, top), BTreeSet::from(["side".to_owned(), "top".to_owned()]));
-    }
-}
-
 #[test]
 fn grains_finer_than_the_mesh_become_mixtures_of_their_volume() {
     let field = field(&packing(GrainForm::Polyhedron, 0.1, 0.08));
