@@ -88,7 +88,7 @@ impl<'a> Plan<'a> {
         done: &[LevelRuns],
     ) -> Result<(Dataset, Vec<Correction>), WorkflowError> {
         let Self { prior, packings, levels, .. } = self;
-        let outputs: Vec<String> = quantities.iter().map(|q| q.column().to_owned()).collect();
+        let outputs: Vec<String> = quantities.iter().map(|q| q.column().into_owned()).collect();
         let corrections = done
             .windows(2)
             .map(|pair| Correction::between(prior, &outputs, &pair[0], &pair[1]))

@@ -12,7 +12,8 @@ pub(super) fn experiments(
     quantities: &[Quantity],
     qois: &mut [Qoi],
 ) -> Result<(), WorkflowError> {
-    let columns: Vec<&str> = quantities.iter().map(|quantity| quantity.column()).collect();
+    let columns: Vec<_> = quantities.iter().map(|quantity| quantity.column()).collect();
+    let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
     let path = inputs.file("experiments.csv")?;
     let table = CsvTable::read(&path, &columns)?;
     for (qoi, name) in qois.iter_mut().zip(&columns) {
@@ -27,7 +28,8 @@ pub(super) fn predictive(
     quantities: &[Quantity],
     qois: &mut [Qoi],
 ) -> Result<(), WorkflowError> {
-    let columns: Vec<&str> = quantities.iter().map(|quantity| quantity.column()).collect();
+    let columns: Vec<_> = quantities.iter().map(|quantity| quantity.column()).collect();
+    let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
     let path = inputs.file("predictive.csv")?;
     let table = CsvTable::read(&path, &columns)?;
     for (qoi, name) in qois.iter_mut().zip(&columns) {
@@ -47,7 +49,7 @@ pub(super) fn at_the_mode(
     let columns = ["qoi", "map_simulation", "percent_error", "mesh_error_percent"];
     let table = CsvTable::read(&path, &columns)?;
     for (qoi, quantity) in qois.iter_mut().zip(quantities) {
-        let row = table.named("qoi", quantity.column())?;
+        let row = table.named("qoi", &quantity.column())?;
         qoi.map = row.number("map_simulation")?;
         qoi.percent_error = row.number("percent_error")?;
         qoi.mesh_error_percent = row.text("mesh_error_percent").parse().ok();
