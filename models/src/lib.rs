@@ -50,8 +50,8 @@ pub use case::{
     AdaptiveCase, ArcLengthCase, ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase,
     ConfirmCase, DesignCase, DiscrepancyCase, ExperimentsCase, ExtendCase, FidelityCase, ImageCase,
     LevelCase, Likelihood, MaterialCase, MaterialParameter, MeasureCase, Microstructure, NoiseCase,
-    OutputCase, PrescribeCase, PriorBounds, PriorCase, Property, QoiCase, SpecimenCase,
-    SpecimenGeometry, SurrogateCase, TestCase, Toe, TractionCase, VirtualCase,
+    OutputCase, PrescribeCase, PriorBounds, PriorCase, Property, QoiCase, SequentialCase,
+    SpecimenCase, SpecimenGeometry, SurrogateCase, TestCase, Toe, TractionCase, VirtualCase,
 };
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, Laboratory, Setting};
 pub use error::InputError;

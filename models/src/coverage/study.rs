@@ -2,9 +2,9 @@
 
 use ppl::Nuts;
 use rayon::prelude::*;
-use surrogate::{DynPce, FitReport, PceFit};
+use surrogate::{CoefficientPosterior, DynPce, PceFit};
 
-use crate::fracture::{CalibrationError, Evidence, column_means, relative_covariance, sample};
+use crate::fracture::{CalibrationError, Evidence, sample};
 
 /// The central intervals that are looked at.
 const NOMINAL: [f64; 3] = [0.5, 0.9, 0.95];
@@ -28,7 +28,7 @@ pub struct Setting {
     /// The forward model.
     pub forward: DynPce,
     /// How well it is known as the mean response over packings; none: it is taken to be exact.
-    pub error: Option<FitReport>,
+    pub error: Option<CoefficientPosterior>,
     /// Whether its last input is the stiffness ratio, which is known of each specimen.
     pub knows_stiffness: bool,
 }
@@ -41,20 +41,12 @@ impl Setting {
 
     /// A forward model from runs with a packing each, whose error all specimens share.
     pub fn shared(name: impl Into<String>, fit: PceFit) -> Self {
-        Self { error: Some(fit.report), ..Self::exact(name, fit.pce) }
+        Self { error: Some(fit.coefficients), ..Self::exact(name, fit.pce) }
     }
 
     /// The same with the stiffness ratio of each specimen's own microstructure as its last input.
     pub fn knowing_stiffness(self) -> Self {
         Self { knows_stiffness: true, ..self }
-    }
-
-    /// The covariance of its error relative to the specimens' means.
-    fn shared_error(&self, means: &[f64]) -> Result<Vec<Vec<f64>>, CalibrationError> {
-        match &self.error {
-            Some(report) => Ok(relative_covariance(report.mean_error(means)?, means)),
-            None => Ok(Vec::new()),
-        }
     }
 }
 
@@ -161,13 +153,13 @@ impl CoverageStudy {
         laboratory: &Laboratory,
         seed: u64,
     ) -> Result<Vec<[[f64; 2]; NOMINAL.len()]>, CalibrationError> {
-        let shared = setting.shared_error(&column_means(&laboratory.specimens))?;
         let known: Vec<Vec<f64>> = match setting.knows_stiffness {
             true => laboratory.stiffness_ratios.iter().map(|&ratio| vec![ratio]).collect(),
             false => Vec::new(),
         };
         let size = laboratory.truth.len();
-        let evidence = Evidence { qois: laboratory.specimens.clone(), known, shared };
+        let (qois, open) = (laboratory.specimens.clone(), setting.error.clone());
+        let evidence = Evidence { qois, known, open, ..Evidence::default() };
         let sampler = self.sampler.clone().seed(seed).threads(1);
         let posterior = sample(&setting.forward, &evidence, &sampler, seed)?;
         let group = &posterior.posterior;

@@ -50,7 +50,7 @@ fn ln_conditionals(posterior: &Posterior, forward: &DynPce, specimens: &Specimen
         let factor: Vec<Vec<f64>> = corr.chunks(size).zip(sd).map(row).collect();
         DynCholeskyFactor::new(&factor)
             .and_then(|factor| {
-                specimens.about(forward, theta, mean)?.ln_conditionals(mean, &factor)
+                specimens.about(forward, theta, mean)?.ln_conditionals(theta, mean, &factor)
             })
             .unwrap_or_else(|_| vec![f64::NAN; specimens.len()])
     });
@@ -83,7 +83,8 @@ mod tests {
         let qois: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
         let shared = vec![vec![4e-4, 1e-4], vec![1e-4, 3e-4]];
         let sampler = Nuts::default().chains(2).draws(1500).seed(3);
-        let evidence = Evidence { qois: qois.clone(), known: Vec::new(), shared: shared.clone() };
+        let (rows, error) = (qois.clone(), shared.clone());
+        let evidence = Evidence { qois: rows, shared: error, ..Evidence::default() };
         let result = calibrate(&forward(), &evidence, &sampler, 3).unwrap();
         let loo = result.loo().unwrap();
         assert_eq!(loo.points.len(), 6);

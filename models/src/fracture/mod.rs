@@ -10,11 +10,12 @@ use ppl::{
 };
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
-use surrogate::{DynPce, Input, SurrogateError};
+use surrogate::{CoefficientPosterior, DynPce, Input, SurrogateError};
 
 use crate::case::MaterialParameter;
 use crate::qoi::Quantity;
 pub use specimens::Specimens;
+pub(crate) use specimens::column_means;
 
 ppl::model! {
     /// Matrix parameters of a bonded granular material from specimen QoIs: the paper's three, with all
@@ -74,9 +75,10 @@ ppl::model! {
         for (contrast, expected) in specimens.contrasts.iter().zip(&expected) {
             contrast ~ MvNormalCholesky(expected, &chol);
         }
-        let of_total = specimens.factor_of_total(&chol)?;
+        let shared = specimens.shared_at(&point)?;
+        let of_total = specimens.factor_of_total(&chol, &shared)?;
         specimens.total ~ MvNormalCholesky(specimens.mean_of_total(&mean), &of_total);
-        #[dims(qoi)] #[predict] let new_specimen ~ specimens.new_specimen(&mean, &chol)?;
+        #[dims(qoi)] #[predict] let new_specimen ~ specimens.new_specimen(&mean, &chol, &shared)?;
     }
 }
 
@@ -222,9 +224,12 @@ pub struct Evidence {
     /// The surrogate's last inputs of each specimen, where they are known: the stiffness ratio of its own
     /// microstructure. Empty: all inputs are to be found.
     pub known: Vec<Vec<f64>>,
-    /// Covariance of the error that all specimens share, relative to their means: that of the surrogate,
-    /// the mesh and the geometry. Empty: none, the paper's likelihood.
+    /// Covariance of the error that all specimens share, relative to their means: that of the mesh, the
+    /// geometry, the surrogate where it is the same everywhere. Empty: none, the paper's likelihood.
     pub shared: Vec<Vec<f64>>,
+    /// What the runs leave open of the surrogate, which is shared too. Right where each run had a packing of
+    /// its own: what a polynomial misses of one specimen belongs to `shared`.
+    pub open: Option<CoefficientPosterior>,
 }
 
 /// Calibrates the inputs of a surrogate against specimens. The surrogate's box is the prior's. The sampler
@@ -291,7 +296,7 @@ fn relative_to_means(
     pce: &DynPce,
     evidence: &Evidence,
 ) -> Result<(DynPce, Specimens), CalibrationError> {
-    let Evidence { qois, known, shared } = evidence;
+    let Evidence { qois, known, shared, open } = evidence;
     let expected = pce.outputs().len();
     if qois.len() < 2 {
         return Err(CalibrationError::TooFew(qois.len()));
@@ -311,19 +316,16 @@ fn relative_to_means(
     if !known.is_empty() {
         specimens = specimens.knowing(known.clone())?;
     }
+    if let Some(open) = open {
+        let scatter = relative_covariance(open.scatter(&mean)?, &mean);
+        specimens = specimens.leaving_open(open.clone(), scatter)?;
+    }
     Ok((forward, specimens))
 }
 
 /// The name of a surrogate's output in tables, where it is relative and has no unit.
 pub(crate) fn short_name(output: &str) -> String {
     Quantity::of_column(output).map_or_else(|| output.to_owned(), |quantity| quantity.to_string())
-}
-
-/// The mean of every column of rows of one length.
-pub(crate) fn column_means(rows: &[Vec<f64>]) -> Vec<f64> {
-    let columns = rows.first().map_or(0, Vec::len);
-    let mean = |m: usize| rows.iter().map(|row| row[m]).sum::<f64>() / rows.len() as f64;
-    (0..columns).map(mean).collect()
 }
 
 /// A covariance (quantities × quantities) relative to the quantities' means.

@@ -4,7 +4,8 @@
 //! y_k = m + δ + e_k with e_k ~ N(0, Σ) for each specimen and one δ ~ N(0, S) for all: the error of
 //! the forward model, which more specimens do not average away. An orthogonal transform takes the n
 //! rows apart: n − 1 contrasts z_j ~ N(0, Σ), in which δ and m cancel, and √n ȳ ~ N(√n m, Σ + nS).
-//! Their joint density is that of the rows with δ integrated out.
+//! Their joint density is that of the rows with δ integrated out. S may depend on the parameters: a surrogate
+//! is known best where its runs are, and its error is S(θ) = s² h(θ), the leverage h times the variance of runs.
 //!
 //! Where something is known of each specimen that the forward model takes, such as the stiffness of its
 //! own microstructure, each has an m_k of its own: the transform of these is the mean of that of the rows.
@@ -13,7 +14,7 @@ use std::borrow::Cow;
 
 use ppl::DomainError;
 use ppl::prelude::*;
-use surrogate::DynPce;
+use surrogate::{CoefficientPosterior, DynPce};
 
 use super::CalibrationError;
 
@@ -28,8 +29,19 @@ pub struct Specimens {
     known: Vec<Vec<f64>>,
     /// √n times their mean.
     pub(super) total: Vec<f64>,
-    /// S, quantities × quantities; zero is the paper's likelihood.
+    /// S but for what follows, quantities × quantities; zero is the paper's likelihood.
     shared: Vec<Vec<f64>>,
+    /// What runs leave open of the forward model.
+    open: Option<Open>,
+}
+
+/// An error of the forward model that is not the same everywhere.
+#[derive(Clone, Debug)]
+struct Open {
+    /// Its leverage h.
+    coefficients: CoefficientPosterior,
+    /// Its covariance per leverage, in the same relative quantities.
+    scatter: Vec<Vec<f64>>,
 }
 
 impl Specimens {
@@ -45,7 +57,8 @@ impl Specimens {
         }
         let (contrasts, total) = helmert(qois);
         let shared = vec![vec![0.0; expected]; expected];
-        Ok(Self { rows: qois.to_vec(), contrasts, known: Vec::new(), total, shared })
+        let (known, open) = (Vec::new(), None);
+        Ok(Self { rows: qois.to_vec(), contrasts, known, total, shared, open })
     }
 
     /// With what is known of each specimen: one row each, the last inputs of the forward model.
@@ -125,6 +138,39 @@ impl Specimens {
         Ok(self)
     }
 
+    /// With what runs leave open of the forward model as a further error that all specimens share: its
+    /// covariance is `scatter`, in the same relative quantities, times the leverage at the parameters.
+    ///
+    /// # Errors
+    /// Another size than that of the quantities.
+    pub fn leaving_open(
+        self,
+        coefficients: CoefficientPosterior,
+        scatter: Vec<Vec<f64>>,
+    ) -> Result<Self, CalibrationError> {
+        let shared = self.shared.clone();
+        // of the same size as the other
+        let checked = self.sharing(scatter)?;
+        let open = Some(Open { coefficients, scatter: checked.shared.clone() });
+        Ok(Self { shared, open, ..checked })
+    }
+
+    /// S at parameters `point`. Inputs that are known of each specimen stand at their mean: of a response that
+    /// is linear in them, that of the mean over the specimens.
+    pub(super) fn shared_at<R: Scalar>(&self, point: &[R]) -> Result<Vec<Vec<R>>, DomainError> {
+        let constant = |row: &Vec<f64>| row.iter().map(|&s| R::from(s)).collect();
+        let mut shared: Vec<Vec<R>> = self.shared.iter().map(constant).collect();
+        if let Some(Open { coefficients, scatter }) = &self.open {
+            let known = column_means(&self.known).into_iter().map(R::from);
+            let place: Vec<R> = point.iter().copied().chain(known).collect();
+            let leverage = coefficients.try_at(&place)?[0];
+            for (row, scatter) in shared.iter_mut().zip(scatter) {
+                row.iter_mut().zip(scatter).for_each(|(entry, &s)| *entry = *entry + leverage * s);
+            }
+        }
+        Ok(shared)
+    }
+
     /// Number of specimens.
     pub fn len(&self) -> usize {
         self.contrasts.len() + 1
@@ -145,25 +191,9 @@ impl Specimens {
     pub(super) fn factor_of_total<R: Scalar>(
         &self,
         scatter: &DynCholeskyFactor<R>,
+        shared: &[Vec<R>],
     ) -> Result<DynCholeskyFactor<R>, DomainError> {
-        self.factor_of(self.len(), scatter)
-    }
-
-    /// The factor of Σ + nS for any number n of specimens.
-    fn factor_of<R: Scalar>(
-        &self,
-        specimens: usize,
-        scatter: &DynCholeskyFactor<R>,
-    ) -> Result<DynCholeskyFactor<R>, DomainError> {
-        let n = specimens as f64;
-        if self.shared.iter().flatten().all(|&s| s == 0.0) {
-            return Ok(scatter.clone());
-        }
-        let mut covariance = scatter.covariance();
-        for (row, shared) in covariance.iter_mut().zip(&self.shared) {
-            row.iter_mut().zip(shared).for_each(|(entry, s)| *entry += n * s);
-        }
-        DynCholeskyFactor::of_covariance(&covariance)
+        factor_of(self.len(), scatter, shared)
     }
 
     /// A new specimen, which shares δ with those seen.
@@ -171,22 +201,25 @@ impl Specimens {
         &self,
         mean: &[R],
         scatter: &DynCholeskyFactor<R>,
+        shared: &[Vec<R>],
     ) -> Result<MvNormalCholesky<Vec<R>, DynCholeskyFactor<R>>, DomainError> {
-        self.after(self.len(), scatter)?.specimen(mean, &self.total)
+        After::new(self.len(), scatter, shared)?.specimen(mean, &self.total)
     }
 
-    /// log p(y_k | y_−k, m, Σ) of each specimen k given the others, with δ integrated out; the covariance
-    /// is the same for all k, so that n of them cost little more than one.
+    /// log p(y_k | y_−k, θ, Σ) of each specimen k given the others, with δ integrated out; the covariance
+    /// is the same for all k, so that n of them cost little more than one. At the parameters `point` the
+    /// specimens' mean is `mean`.
     ///
     /// # Errors
-    /// A covariance that is not positive definite, or a mean of another size.
+    /// A covariance that is not positive definite, parameters outside the box, or a mean of another size.
     pub fn ln_conditionals(
         &self,
+        point: &[f64],
         mean: &[f64],
         scatter: &DynCholeskyFactor<f64>,
     ) -> Result<Vec<f64>, DomainError> {
         let others = self.len() - 1;
-        let after = self.after(others, scatter)?;
+        let after = After::new(others, scatter, &self.shared_at(point)?)?;
         let (root, all) = ((others as f64).sqrt(), (self.len() as f64).sqrt());
         let of = |row: &Vec<f64>| {
             let total: Vec<f64> =
@@ -195,30 +228,23 @@ impl Specimens {
         };
         self.rows.iter().map(of).collect()
     }
+}
 
-    /// What specimens that were seen tell of one more: δ given them is N(Wᵀ w, S − WᵀW) with
-    /// L Lᵀ = Σ + nS, W = √n L⁻¹ S and w = L⁻¹ (√n ȳ − √n m).
-    fn after<R: Scalar>(
-        &self,
-        seen: usize,
-        scatter: &DynCholeskyFactor<R>,
-    ) -> Result<After<R>, DomainError> {
-        let factor = self.factor_of(seen, scatter)?;
-        let root = (seen as f64).sqrt();
-        let columns = self.shared.iter().map(|column| {
-            let column: Vec<R> = column.iter().map(|&s| R::from(root * s)).collect();
-            factor.solve_lower(&column)
-        });
-        let columns: Vec<Vec<R>> = columns.collect::<Result<_, _>>()?;
-        let mut covariance = scatter.covariance();
-        for (i, row) in covariance.iter_mut().enumerate() {
-            for (j, entry) in row.iter_mut().enumerate() {
-                *entry = *entry - dot(&columns[i], &columns[j]) + self.shared[i][j];
-            }
-        }
-        let own = DynCholeskyFactor::of_covariance(&covariance)?;
-        Ok(After { root, factor, columns, own })
+/// The factor of Σ + nS for any number n of specimens.
+fn factor_of<R: Scalar>(
+    specimens: usize,
+    scatter: &DynCholeskyFactor<R>,
+    shared: &[Vec<R>],
+) -> Result<DynCholeskyFactor<R>, DomainError> {
+    let n = specimens as f64;
+    if shared.iter().flatten().all(|s| s.value() == 0.0) {
+        return Ok(scatter.clone());
     }
+    let mut covariance = scatter.covariance();
+    for (row, shared) in covariance.iter_mut().zip(shared) {
+        row.iter_mut().zip(shared).for_each(|(entry, &s)| *entry = *entry + s * n);
+    }
+    DynCholeskyFactor::of_covariance(&covariance)
 }
 
 /// The distribution of a specimen after n others, but for their total.
@@ -234,6 +260,30 @@ struct After<R: Scalar> {
 }
 
 impl<R: Scalar> After<R> {
+    /// What specimens that were seen tell of one more: δ given them is N(Wᵀ w, S − WᵀW) with
+    /// L Lᵀ = Σ + nS, W = √n L⁻¹ S and w = L⁻¹ (√n ȳ − √n m).
+    fn new(
+        seen: usize,
+        scatter: &DynCholeskyFactor<R>,
+        shared: &[Vec<R>],
+    ) -> Result<Self, DomainError> {
+        let factor = factor_of(seen, scatter, shared)?;
+        let root = (seen as f64).sqrt();
+        let columns = shared.iter().map(|column| {
+            let column: Vec<R> = column.iter().map(|&s| s * root).collect();
+            factor.solve_lower(&column)
+        });
+        let columns: Vec<Vec<R>> = columns.collect::<Result<_, _>>()?;
+        let mut covariance = scatter.covariance();
+        for (i, row) in covariance.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                *entry = *entry - dot(&columns[i], &columns[j]) + shared[i][j];
+            }
+        }
+        let own = DynCholeskyFactor::of_covariance(&covariance)?;
+        Ok(Self { root, factor, columns, own })
+    }
+
     /// One more specimen where the forward model says `mean` and the others' √n ȳ is `total`.
     fn specimen(
         &self,
@@ -250,6 +300,13 @@ impl<R: Scalar> After<R> {
 
 fn dot<R: Scalar>(a: &[R], b: &[R]) -> R {
     a.iter().zip(b).map(|(&a, &b)| a * b).sum()
+}
+
+/// The mean of every column of rows of one length; nothing of no rows.
+pub(crate) fn column_means(rows: &[Vec<f64>]) -> Vec<f64> {
+    let columns = rows.first().map_or(0, Vec::len);
+    let mean = |m: usize| rows.iter().map(|row| row[m]).sum::<f64>() / rows.len() as f64;
+    (0..columns).map(mean).collect()
 }
 
 /// Helmert's orthogonal transform of rows: contrasts √(j/(j+1)) (mean of the first j − row j + 1), and
@@ -308,7 +365,8 @@ mod tests {
         let specimens = specimens();
         let contrast = MvNormalCholesky(vec![0.0; 2], scatter());
         let apart: f64 = specimens.contrasts.iter().map(|z| contrast.ln_density(z)).sum();
-        let factor = specimens.factor_of_total(&scatter()).unwrap();
+        let shared = specimens.shared_at(&[1.3_f64]).unwrap();
+        let factor = specimens.factor_of_total(&scatter(), &shared).unwrap();
         let total = MvNormalCholesky(specimens.mean_of_total(&MEAN), factor);
         let found = apart + total.ln_density(&specimens.total);
         let expected = ln_density(4, &QOIS.concat());
@@ -319,7 +377,10 @@ mod tests {
     fn a_new_specimen_has_the_conditional_density_of_the_joint_one() {
         let specimens = specimens();
         let new = [1.03, 0.98];
-        let found = specimens.new_specimen(&MEAN, &scatter()).unwrap().ln_density(&new.to_vec());
+        let found = specimens
+            .new_specimen(&MEAN, &scatter(), &SHARED.map(Vec::from))
+            .unwrap()
+            .ln_density(&new.to_vec());
         let all = [QOIS.concat(), new.to_vec()].concat();
         let expected = ln_density(5, &all) - ln_density(4, &QOIS.concat());
         assert!((found - expected).abs() < 1e-11, "{found} {expected}");
@@ -347,7 +408,8 @@ mod tests {
             .zip(means)
             .map(|(z, mean)| MvNormalCholesky(mean, scatter()).ln_density(z))
             .sum();
-        let factor = specimens.factor_of_total(&scatter()).unwrap();
+        let shared = specimens.shared_at(&[1.3_f64]).unwrap();
+        let factor = specimens.factor_of_total(&scatter(), &shared).unwrap();
         let total = MvNormalCholesky(specimens.mean_of_total(&mean), factor);
         let found = apart + total.ln_density(&specimens.total);
         // the joint density of all rows about their own means
@@ -363,7 +425,9 @@ mod tests {
         assert!((found - expected).abs() < 1e-11, "{found} {expected}");
         // and each has its density given the others
         let about = specimens.about(&forward, &[1.3], &mean).unwrap();
-        for (k, found) in about.ln_conditionals(&mean, &scatter()).unwrap().iter().enumerate() {
+        for (k, found) in
+            about.ln_conditionals(&[1.3], &mean, &scatter()).unwrap().iter().enumerate()
+        {
             let others = [&shifted[..2 * k], &shifted[2 * k + 2..]].concat();
             let conditional = expected - ln_density(3, &others);
             assert!((found - conditional).abs() < 1e-10, "{k}: {found} {conditional}");
@@ -373,7 +437,7 @@ mod tests {
     /// log p(y) − log p(y_−k) with the covariance of all rows built directly.
     #[test]
     fn each_specimen_has_its_conditional_density_given_the_others() {
-        let found = specimens().ln_conditionals(&MEAN, &scatter()).unwrap();
+        let found = specimens().ln_conditionals(&[1.3], &MEAN, &scatter()).unwrap();
         let all = ln_density(4, &QOIS.concat());
         assert_eq!(found.len(), 4);
         for (k, found) in found.iter().enumerate() {
@@ -384,7 +448,7 @@ mod tests {
         // two specimens, of which one is left
         let two: Vec<Vec<f64>> = QOIS[..2].iter().map(|row| row.to_vec()).collect();
         let two = Specimens::new(&two).unwrap().sharing(SHARED.map(Vec::from).to_vec()).unwrap();
-        let found = two.ln_conditionals(&MEAN, &scatter()).unwrap();
+        let found = two.ln_conditionals(&[1.3], &MEAN, &scatter()).unwrap();
         let expected = ln_density(2, &QOIS[..2].concat()) - ln_density(1, &QOIS[1]);
         assert!((found[0] - expected).abs() < 1e-10, "{} {expected}", found[0]);
     }
@@ -392,11 +456,49 @@ mod tests {
     #[test]
     fn without_a_shared_error_specimens_are_independent() {
         let rows: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
-        let found = Specimens::new(&rows).unwrap().ln_conditionals(&MEAN, &scatter()).unwrap();
+        let found =
+            Specimens::new(&rows).unwrap().ln_conditionals(&[1.3], &MEAN, &scatter()).unwrap();
         for (row, found) in rows.iter().zip(found) {
             let expected = MvNormalCholesky(MEAN.to_vec(), scatter()).ln_density(row);
             assert!((found - expected).abs() < 1e-10, "{found} {expected}");
         }
+    }
+
+    /// S(θ) = S + s² h(θ): the joint density of all rows with it built directly, its slope by differences, and
+    /// with what is known of each specimen at its mean.
+    #[test]
+    fn what_runs_leave_open_is_shared_where_the_parameters_are() {
+        use surrogate::{Dataset, FitOptions, Input, OrderRule};
+        let inputs = ["theta", "k"].map(|name| Input::new(name, 0.0, 2.0).unwrap()).to_vec();
+        let mut runs = Dataset::new(inputs, vec!["a".into(), "b".into()], "").unwrap();
+        for i in 0..9 {
+            let (x, k) = (0.25 * f64::from(i), f64::from(i * i % 5) * 0.5);
+            runs.push(&[x, k], &[x + 0.1 * k * k, 1.0 + x * k - 0.3 * x * x]).unwrap();
+        }
+        let options = FitOptions { rule: OrderRule::Fixed(1), ..FitOptions::default() };
+        let open = DynPce::fit(&runs, &options).unwrap().coefficients;
+        let scatter = vec![vec![4e-4, 1e-4], vec![1e-4, 3e-4]];
+        let known = vec![vec![0.9], vec![1.2], vec![1.0], vec![0.7]];
+        let wrong = specimens().leaving_open(open.clone(), vec![vec![0.0]; 2]);
+        assert!(wrong.is_err());
+        let specimens = specimens()
+            .knowing(known)
+            .unwrap()
+            .leaving_open(open.clone(), scatter.clone())
+            .unwrap();
+        let of = |theta: f64| specimens.shared_at(&[theta]).unwrap();
+        let h = open.leverage(&[1.3, 0.95]).unwrap();
+        for (i, row) in of(1.3).iter().enumerate() {
+            for (j, found) in row.iter().enumerate() {
+                let expected = SHARED[i][j] + h * scatter[i][j];
+                assert!((found - expected).abs() < 1e-15, "{found} {expected}");
+            }
+        }
+        let dual = ppl::Dual::variables([1.3]);
+        let slope = specimens.shared_at(&dual).unwrap()[1][0].gradient()[0];
+        let difference = (of(1.3 + 1e-5)[1][0] - of(1.3 - 1e-5)[1][0]) / 2e-5;
+        assert!((slope / difference - 1.0).abs() < 1e-6, "{slope} {difference}");
+        assert!(of(0.1)[0][0] > of(1.0)[0][0], "less is known at the ends");
     }
 
     #[test]

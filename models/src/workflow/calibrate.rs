@@ -4,23 +4,24 @@ use std::sync::Mutex;
 
 use ppl::diagnostics::{LooPoint, e_bfmi};
 use ppl::{ChainStatus, Nuts, Posterior, Progress};
-use surrogate::{DynPce, FitReport, Input};
+use surrogate::Input;
 
 use super::WorkflowError;
 use super::extension::offers;
+use super::fitted::{Fitted, read_experiments};
 use super::gate::{check_range, labelled};
 use super::inputs::Inputs;
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
-use super::uncertainty::{shared_error, shared_error_warning, write_uncertainty};
-use crate::error::InputError;
-use crate::fracture::{Calibration, CalibrationError, Evidence, calibrate, column_means};
+use super::uncertainty::{Budget, SharedError, budget};
+use crate::fracture::{Calibration, CalibrationError, calibrate, column_means};
 use crate::progress::{Bar, say};
-use crate::table::{CsvTable, TableRow};
+use crate::table::CsvTable;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
-    let pce: DynPce = inputs.json("surrogate.json")?;
+    let fitted = Fitted::read(inputs)?;
+    let pce = &fitted.pce;
     let prior = inputs.prior()?;
     if !pce.inputs().starts_with(&prior) {
         let path = task.path("surrogate.json");
@@ -39,10 +40,14 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         .threads(task.threads)
         .progress(&bar)
         .interrupt(task.interrupt);
-    let shared = shared_error(inputs, &column_means(&specimens))?;
-    let known = known_inputs(inputs, &pce)?;
-    let evidence = Evidence { qois: specimens, known, shared: shared.total() };
-    let result = calibrate(&pce, &evidence, &sampler, settings.seed);
+    let means = column_means(&specimens);
+    let shared = SharedError::of(&fitted, &settings.discrepancy, &means)?;
+    let known = match fitted.known_inputs() {
+        0 => Vec::new(),
+        _ => read_experiments(inputs, &[STIFFNESS_RATIO])?,
+    };
+    let evidence = shared.evidence(specimens, known);
+    let result = calibrate(pce, &evidence, &sampler, settings.seed);
     drop(bar);
     task.check_interrupt()?;
     let result = result?;
@@ -80,21 +85,20 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let mut warnings = outside;
     warnings.extend(summary.warnings.iter().map(|warning| plain(warning.to_string())));
     warnings.extend(write_loo(task, &result, &ids)?);
-    warnings.extend(shared_error_warning(
-        &summary,
-        pce.outputs(),
-        evidence.qois.len(),
-        &shared.of_runs(),
-    ));
+    let budget = budget(&fitted, posterior, &evidence, &shared)?;
+    if let Some(budget) = &budget {
+        budget.write(task)?;
+        warnings.extend(budget.warning(&summary, pce.outputs(), evidence.qois.len()));
+        warnings.extend(unreached(inputs, budget));
+    }
     let draws =
         |name: &str| posterior.trace(&format!("theta[{name}]")).unwrap_or_default().concat();
-    warnings.extend(offers(&prior, &draws, learnt_from(inputs)?));
+    warnings.extend(offers(&prior, &draws, fitted.report.rows));
     warnings.iter().for_each(|warning| say("note", warning));
     let lines: String = warnings.iter().map(|line| format!("{line}\n")).collect();
     task.write("warnings.txt", &lines)?;
     write_sampling(task, posterior)?;
     write_map(task, &prior, &result.map)?;
-    write_uncertainty(task, &pce, posterior, &summary, &evidence, shared)?;
     Ok(format!(
         "{} draws in {} chains, {} divergences",
         summary.draws * summary.chains,
@@ -103,31 +107,18 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     ))
 }
 
-/// How many runs the surrogate has learnt from.
-fn learnt_from(inputs: &Inputs<'_>) -> Result<usize, WorkflowError> {
-    Ok(inputs.json::<FitReport>("surrogate_error.json")?.rows)
-}
-
-/// Columns of `experiments.csv`, one row a specimen.
-pub(super) fn read_experiments(
-    inputs: &Inputs<'_>,
-    columns: &[impl AsRef<str>],
-) -> Result<Vec<Vec<f64>>, WorkflowError> {
-    let path = inputs.file("experiments.csv")?;
-    let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
-    let table = CsvTable::read(&path, &columns)?;
-    let row = |row: TableRow| columns.iter().map(|column| row.positive(column)).collect();
-    Ok(table.rows().map(row).collect::<Result<_, InputError>>()?)
-}
-
-/// The stiffness ratio of each specimen's microstructure, if the surrogate takes it.
-fn known_inputs(inputs: &Inputs<'_>, pce: &DynPce) -> Result<Vec<Vec<f64>>, WorkflowError> {
-    match pce.inputs().last() {
-        Some(input) if input.name == STIFFNESS_RATIO => {
-            read_experiments(inputs, &[STIFFNESS_RATIO])
-        }
-        _ => Ok(Vec::new()),
-    }
+/// What to say where the surrogate's share is above what `[sequential]` asks for.
+fn unreached(inputs: &Inputs<'_>, budget: &Budget) -> Option<String> {
+    let asked = inputs.sequential_share()?;
+    let (parameter, share) = budget.largest_share()?;
+    (share > asked).then(|| {
+        format!(
+            "The surrogate's share of the uncertainty of {parameter} is {:.1} %, above the {:.1} % of \
+             sequential.share: raise sequential.most to add more runs.",
+            100.0 * share,
+            100.0 * asked
+        )
+    })
 }
 
 /// `loo.csv`: how each specimen is predicted by a calibration to the others. What warns of specimens whose

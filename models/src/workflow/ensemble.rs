@@ -8,17 +8,20 @@ use surrogate::{Dataset, Input};
 use super::WorkflowError;
 use super::fidelity::{Correction, spread, write_corrections};
 use super::files::write;
+use super::fitted::BATCH;
 use super::inputs::Inputs;
 use super::level_runs::{FOLDER, LevelRuns, Runner};
 use super::levels::Level;
 use super::packings::{Packings, SEED};
 use super::quadrature::compare_quadratures;
 use super::runs::place;
+use super::sequential::{Batches, Look};
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 
-/// What is known of a run beside its numbers; seed and stiffness are those of a packing of its own.
-const NOTES: [&str; 4] = ["run", "seconds", SEED, STIFFNESS_RATIO];
+/// What is known of a run beside its numbers; seed and stiffness are those of a packing of its own. The last
+/// is there where there are batches.
+const NOTES: [&str; 5] = ["run", "seconds", SEED, STIFFNESS_RATIO, BATCH];
 
 /// The runs of a case and the meshes that they are made on.
 struct Plan<'a> {
@@ -27,11 +30,13 @@ struct Plan<'a> {
     runs: Vec<RunInput>,
     packings: Option<Packings>,
     levels: Vec<Level<'a>>,
+    /// Runs that are added where the posterior lives.
+    batches: Option<Batches<'a>>,
 }
 
 impl<'a> Plan<'a> {
-    /// What the case asks for; so many of the packings are filled.
-    fn of(inputs: &'a Inputs<'_>, filled: usize) -> Result<Self, WorkflowError> {
+    /// What the case asks for in a folder of results; so many of the packings are filled.
+    fn of(inputs: &'a Inputs<'_>, dir: &Path, filled: usize) -> Result<Self, WorkflowError> {
         inputs.check_steps()?;
         let first = inputs.first_prior()?;
         let design = inputs.design();
@@ -51,13 +56,20 @@ impl<'a> Plan<'a> {
             let seed = design.seed.wrapping_add(k);
             points.extend(design.method.sample(&within, extension.runs, seed)?);
         }
-        if !inputs.extend().is_empty() {
-            packings = Packings::of(inputs, filled.min(points.len()))?;
+        let batches = Batches::of(inputs, &levels[0], dir.join(FOLDER), points.len())?;
+        let most = points.len() + batches.as_ref().map_or(0, Batches::most);
+        if most > design.runs {
+            packings = Packings::of(inputs, filled.min(most))?;
         }
         let run = |(i, inputs)| RunInput { id: i + 1, inputs };
         let runs: Vec<RunInput> = points.into_iter().enumerate().map(run).collect();
         let names = prior.iter().map(|input| input.name.clone()).collect();
-        Ok(Self { prior, names, runs, packings, levels })
+        Ok(Self { prior, names, runs, packings, levels, batches })
+    }
+
+    /// Columns of the quantities of interest.
+    fn outputs(task: &Task<'_>) -> Vec<String> {
+        task.inputs.qoi().quantities.iter().map(|q| q.column().to_owned()).collect()
     }
 
     fn runner<'r>(&'r self, task: &'r Task<'r>) -> Runner<'r> {
@@ -66,63 +78,48 @@ impl<'a> Plan<'a> {
 }
 
 /// Makes the runs, which any number of processes share: on one mesh after the other, since which are
-/// repeated is known from those before.
+/// repeated is known from those before, and batch after batch.
 pub(super) fn share(task: &Task<'_>) -> Result<(), WorkflowError> {
-    let plan = Plan::of(&task.inputs, usize::MAX)?;
+    let plan = Plan::of(&task.inputs, &task.path(""), usize::MAX)?;
     if let Some(packings) = &plan.packings {
         plan.levels.iter().try_for_each(|level| packings.check(level, &plan.runs[0].inputs))?;
     }
-    all_levels(&plan.runner(task), &plan).map(drop)
+    let runner = plan.runner(task);
+    with_batches(&runner, &plan, all_levels(&runner, &plan)?).map(drop)
 }
 
 /// Writes what the runs have given.
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
-    let plan = Plan::of(&task.inputs, usize::MAX)?;
-    let done = all_levels(&plan.runner(task), &plan)?;
-    compare_quadratures(&plan.runner(task), &plan.levels[0], &plan.prior, &done[0])?;
-    let inputs = &task.inputs;
-    let Plan { prior, names, runs, packings, levels } = plan;
-    let outputs: Vec<String> =
-        inputs.qoi().quantities.iter().map(|q| q.column().to_owned()).collect();
-    let corrections = done
-        .windows(2)
-        .map(|pair| Correction::between(&prior, &outputs, &pair[0], &pair[1]))
-        .collect::<Result<Vec<_>, _>>()?;
-    let first = &done[0];
-    let stiffness = packings.as_ref().map(|p| p.stiffness_ratios(&levels[0])).transpose()?;
-    let differentiated = if inputs.design().derivatives { prior.len() } else { 0 };
-    let mut data = Dataset::new(prior, outputs, "breccia ensemble")?
-        .with_derivatives_in(differentiated)?
-        .with_notes(&NOTES)?;
-    for (record, quantities, jacobian) in first.differentiated() {
-        let (mut quantities, mut jacobian) = (quantities.to_vec(), jacobian.to_vec());
-        for correction in &corrections {
-            correction.apply(&record.inputs, &mut quantities, &mut jacobian)?;
-        }
-        let (id, seconds) = (record.id.to_string(), format!("{:.3}", record.seconds));
-        let seed = packings.as_ref().map(|p| p.seeds[record.id - 1].to_string());
-        let ratio = stiffness.as_ref().map(|ratios| ratios[record.id - 1].to_string());
-        let [seed, ratio] = [seed, ratio].map(Option::unwrap_or_default);
-        let notes: [&str; 4] = [&id, &seconds, &seed, &ratio];
-        match differentiated {
-            0 => data.push_noted(&record.inputs, &quantities, &notes)?,
-            _ => data.push_differentiated(&record.inputs, &quantities, &jacobian, &notes)?,
-        }
-    }
+    let plan = Plan::of(&task.inputs, &task.path(""), usize::MAX)?;
+    let runner = plan.runner(task);
+    let design = all_levels(&runner, &plan)?;
+    compare_quadratures(&runner, &plan.levels[0], &plan.prior, &design[0])?;
+    let Made { done, looks, mut corrected } = with_batches(&runner, &plan, design)?;
+    let data = corrected.data(&plan, task, &done[0])?;
+    let (first, corrections) = (&done[0], &corrected.corrections);
     for record in &first.records {
         write_curve(task.product(&format!("curves/run-{:03}.csv", record.id))?, &record.curve)?;
     }
     let path = task.product("runs.csv")?;
     write(&path, &data.to_csv().map_err(|e| WorkflowError::io(&path, e))?)?;
-    write_failures(task, &names, &done)?;
+    write_failures(task, &plan.names, &done)?;
     if !corrections.is_empty() {
-        write_corrections(task, &data, &done, &corrections, packings.is_some())?;
+        write_corrections(task, &data, &done, corrections, plan.packings.is_some())?;
+    }
+    if let Some(batches) = &plan.batches {
+        batches.write(task, &looks)?;
     }
     let seconds: f64 = done.iter().flat_map(|level| &level.records).map(|r| r.seconds).sum();
-    let told = format!("{} of {} runs usable, ", data.len(), runs.len());
+    let all = first.records.len();
+    let told = match all - plan.runs.len() {
+        0 => format!("{} of {all} runs usable, ", data.len()),
+        placed => {
+            format!("{} of {all} runs usable, {placed} where the posterior lives, ", data.len())
+        }
+    };
     Ok(told
         + &match &done[1..] {
-            [] => format!("{:.1} s a run", seconds / runs.len() as f64),
+            [] => format!("{:.1} s a run", seconds / all as f64),
             better => {
                 let counts: Vec<_> = better.iter().map(|l| l.records.len().to_string()).collect();
                 format!("{} repeated on a better mesh, {seconds:.0} s in all", counts.join(" and "))
@@ -130,13 +127,97 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         })
 }
 
+/// The runs that were made.
+struct Made {
+    /// Of each level; those of batches are among the first one's.
+    done: Vec<LevelRuns>,
+    looks: Vec<Look>,
+    corrected: Corrected,
+}
+
+/// The runs of the design on all levels, with batches after them. Which runs are repeated on a better mesh is
+/// decided by those of the design: corrections hold all over the box.
+fn with_batches(
+    runner: &Runner<'_>,
+    plan: &Plan<'_>,
+    mut done: Vec<LevelRuns>,
+) -> Result<Made, WorkflowError> {
+    let mut corrected = Corrected { corrections: Vec::new(), stiffness: Vec::new() };
+    // a process that leaves runs to others may not have those that correct
+    if runner.task.leave_to_others && plan.batches.is_none() {
+        return Ok(Made { done, looks: Vec::new(), corrected });
+    }
+    let outputs = Plan::outputs(runner.task);
+    for pair in done.windows(2) {
+        let correction = Correction::between(&plan.prior, &outputs, &pair[0], &pair[1])?;
+        corrected.corrections.push(correction);
+    }
+    let looks = match &plan.batches {
+        Some(batches) => batches.make(runner, &mut done[0], &mut |first| {
+            let data = corrected.data(plan, runner.task, first)?;
+            Ok((data, corrected.corrections.iter().map(|c| c.report().clone()).collect()))
+        })?,
+        None => Vec::new(),
+    };
+    Ok(Made { done, looks, corrected })
+}
+
+/// What makes a dataset of runs.
+struct Corrected {
+    corrections: Vec<Correction>,
+    /// The stiffness ratios of the packings of the first runs, as far as they were asked for.
+    stiffness: Vec<f64>,
+}
+
+impl Corrected {
+    /// The usable ones of runs on the first level, corrected, with their derivatives and notes.
+    fn data(
+        &mut self,
+        plan: &Plan<'_>,
+        task: &Task<'_>,
+        first: &LevelRuns,
+    ) -> Result<Dataset, WorkflowError> {
+        let Plan { prior, packings, levels, batches, .. } = plan;
+        if let Some(packings) = packings {
+            let known = self.stiffness.len();
+            let more = packings.stiffness_ratios(&levels[0], known..first.records.len())?;
+            self.stiffness.extend(more);
+        }
+        let differentiated = if task.inputs.design().derivatives { prior.len() } else { 0 };
+        let names = &NOTES[..if batches.is_some() { NOTES.len() } else { NOTES.len() - 1 }];
+        let mut data = Dataset::new(prior.clone(), Plan::outputs(task), "breccia ensemble")?
+            .with_derivatives_in(differentiated)?
+            .with_notes(names)?;
+        for (record, quantities, jacobian) in first.differentiated() {
+            let (mut quantities, mut jacobian) = (quantities.to_vec(), jacobian.to_vec());
+            for correction in &self.corrections {
+                correction.apply(&record.inputs, &mut quantities, &mut jacobian)?;
+            }
+            let (id, seconds) = (record.id.to_string(), format!("{:.3}", record.seconds));
+            let seed = packings.as_ref().map(|p| p.seeds[record.id - 1].to_string());
+            let ratio = self.stiffness.get(record.id - 1).map(f64::to_string);
+            let batch = batches.as_ref().and_then(|b| b.batch_of(record.id));
+            let [seed, ratio] = [seed, ratio].map(Option::unwrap_or_default);
+            let batch = batch.map_or_else(String::new, |batch| batch.to_string());
+            let notes: [&str; NOTES.len()] = [&id, &seconds, &seed, &ratio, &batch];
+            let notes = &notes[..names.len()];
+            match differentiated {
+                0 => data.push_noted(&record.inputs, &quantities, notes)?,
+                _ => data.push_differentiated(&record.inputs, &quantities, &jacobian, notes)?,
+            }
+        }
+        Ok(data)
+    }
+}
+
 /// All runs on the first level, and from each to the next as many as it says, spread over the box.
 fn all_levels(runner: &Runner<'_>, plan: &Plan<'_>) -> Result<Vec<LevelRuns>, WorkflowError> {
     let mut runs = plan.runs.clone();
     let mut done: Vec<LevelRuns> = Vec::new();
     for (k, level) in plan.levels.iter().enumerate() {
-        // which runs are repeated is known once all have ended; nothing comes after the last mesh
-        let is_last = k + 1 == plan.levels.len();
+        // which runs are repeated, or where a batch is placed, is known once all have ended; nothing comes
+        // after the last mesh
+        let is_last = k + 1 == plan.levels.len() && plan.batches.is_none();
         let records = runner.run(level, &runs, !(is_last && runner.task.leave_to_others))?;
         let qoi = runner.task.inputs.qoi();
         let level_runs = LevelRuns::new(records, qoi, level.setup.derivatives);
@@ -169,17 +250,26 @@ pub(super) struct Progress {
 /// A case without prior or specimens, or without the mesh that all runs share; files that cannot be read.
 pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>, WorkflowError> {
     // one packing is as many as it takes to know that there are any
-    let plan = Plan::of(inputs, 1)?;
-    let mut total = plan.runs.len();
-    let mut found = Vec::new();
-    for level in &plan.levels {
-        let state = EnsembleState::of(&place(&dir.join(FOLDER), &level.manifest))?;
-        let runs = LevelRuns::new(state.records, inputs.qoi(), level.setup.derivatives);
+    let plan = Plan::of(inputs, dir, 1)?;
+    let look = |folder: &Path, derivatives: bool, total: usize| {
+        let state = EnsembleState::of(folder)?;
+        let runs = LevelRuns::new(state.records, inputs.qoi(), derivatives);
         let (ended, failed) = (runs.records.len().min(total), runs.failed().count());
         let seconds = runs.records.iter().map(|record| record.seconds).sum();
         let (under_way, damaged) = (state.under_way.len(), state.damaged.len());
-        found.push(Progress { ended, total, under_way, failed, damaged, seconds });
-        total = level.repeats.min(total - failed.min(total));
+        Ok::<_, WorkflowError>(Progress { ended, total, under_way, failed, damaged, seconds })
+    };
+    let mut total = plan.runs.len();
+    let mut found = Vec::new();
+    for level in &plan.levels {
+        let folder = place(&dir.join(FOLDER), &level.manifest);
+        let progress = look(&folder, level.setup.derivatives, total)?;
+        total = level.repeats.min(total - progress.failed.min(total));
+        found.push(progress);
+    }
+    // as far as it is known where they are
+    if let Some((known, folder)) = plan.batches.as_ref().map(Batches::known) {
+        found.push(look(folder, plan.levels[0].setup.derivatives, known)?);
     }
     Ok(found)
 }

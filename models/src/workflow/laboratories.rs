@@ -9,6 +9,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use surrogate::{Dataset, DesignMethod, Input};
 
 use super::WorkflowError;
+use super::fitted::with_stiffness_ratio;
 use super::inputs::Inputs;
 use super::level_runs::Runner;
 use super::levels::Level;
@@ -16,7 +17,6 @@ use super::packings::Packings;
 use super::simulator::{quantities, recorded};
 use super::stage::Stage;
 use super::stiffness::STIFFNESS_RATIO;
-use super::surrogate::with_stiffness_ratio;
 use super::task::Task;
 use crate::case::{ByParameter, CaseFile};
 use crate::coverage::Laboratory;
@@ -105,7 +105,8 @@ impl Study<'_> {
         let run = |(i, inputs): (usize, &Vec<f64>)| RunInput { id: i + 1, inputs: inputs.clone() };
         let records =
             runner.run(&level, &points.iter().enumerate().map(run).collect::<Vec<_>>(), true)?;
-        Ok((records, packings.stiffness_ratios(&level)?))
+        let ratios = packings.stiffness_ratios(&level, 0..packings.seeds.len())?;
+        Ok((records, ratios))
     }
 
     fn ensemble(&self, points: &[Vec<f64>], seeds: Vec<u64>) -> Result<Dataset, WorkflowError> {

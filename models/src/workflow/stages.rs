@@ -53,6 +53,7 @@ pub static STAGES: [Stage; 8] = [
             "fidelity.csv",
             "fidelity.json",
             "quadrature.csv",
+            "sequential.csv",
             "curves/run-*",
         ],
         share: Some(ensemble::share),
@@ -61,7 +62,13 @@ pub static STAGES: [Stage; 8] = [
     Stage {
         name: "surrogate",
         about: "Fit the polynomial chaos surrogate: surrogate.json",
-        products: &["surrogate.json", "surrogate_orders.csv", "surrogate_error.json"],
+        products: &[
+            "surrogate.json",
+            "surrogate_orders.csv",
+            "surrogate_error.json",
+            "surrogate_uncertainty.json",
+            "sobol.csv",
+        ],
         share: None,
         run: surrogate::run,
     },

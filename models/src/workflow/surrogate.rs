@@ -1,82 +1,57 @@
 //! Stage `surrogate`: polynomial chaos from the finished runs.
 
-use surrogate::{Dataset, DynPce, FitOptions, Input, OrderReport, SurrogateError};
+use surrogate::{Dataset, OrderReport};
 
 use super::WorkflowError;
-use super::stiffness::STIFFNESS_RATIO;
+use super::fitted::{Fitted, known_of_specimens};
 use super::task::Task;
-use crate::error::InputError;
-use crate::table::CsvTable;
+
+/// Probability of the intervals of `sobol.csv`, and the seed of the draws that they come from.
+const PROBABILITY: f64 = 0.9;
+const SEED: u64 = 1;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let runs = Dataset::read_csv(task.inputs.file("runs.csv")?)?;
-    let known = known_of_specimens(task)?;
-    let with_stiffness = known.map(|known| with_stiffness_ratio(&runs, &known)).transpose()?;
-    let data = with_stiffness.flatten().unwrap_or(runs);
-    let case = task.inputs.surrogate();
-    let options = FitOptions {
-        max_order: case.max_order,
-        rule: case.rule,
-        terms: case.terms,
-        ..FitOptions::default()
-    };
-    let fit = DynPce::fit(&data, &options)?;
+    let known = known_of_specimens(&task.inputs)?;
+    let fit = Fitted::of(&runs, known.as_deref(), task.inputs.surrogate(), Vec::new())?;
     task.write_csv(
         "surrogate_orders.csv",
         ["order", "terms", "qoi", "loo", "corrected_loo", "train", "validation"],
-        orders_table(&fit.report.orders, data.outputs()),
+        orders_table(&fit.report.orders, runs.outputs()),
     )?;
+    write_sobol(task, &fit)?;
     task.write_json("surrogate_error.json", &fit.report)?;
+    task.write_json("surrogate_uncertainty.json", &fit.open)?;
     task.write_json("surrogate.json", &fit.pce)?;
     let error = fit.report.chosen().and_then(|o| o.loo.as_ref()).map_or_else(String::new, |loo| {
         let fractions: Vec<String> =
             loo.corrected.iter().map(|e| format!("{:.2} %", 100.0 * e)).collect();
         format!(", leave-one-out error {} of the variance", fractions.join(", "))
     });
-    Ok(format!("order {} from {} runs{error}", fit.report.order, data.len()))
+    Ok(format!("order {} from {} runs{error}", fit.report.order, runs.len()))
 }
 
-/// The stiffness ratios of the specimens, if that of each is known.
-fn known_of_specimens(task: &Task<'_>) -> Result<Option<Vec<f64>>, WorkflowError> {
-    let path = task.inputs.file("experiments.csv")?;
-    let table = CsvTable::read(&path, &["id"])?;
-    if table.rows().any(|row| row.text(STIFFNESS_RATIO).is_empty()) {
-        return Ok(None);
-    }
-    let ratios = table.rows().map(|row| row.positive(STIFFNESS_RATIO));
-    Ok(Some(ratios.collect::<Result<_, InputError>>()?))
-}
-
-/// The runs with the stiffness ratio of the packing of each as one more input, over the range of runs
-/// and specimens; none if a run has none.
-pub(super) fn with_stiffness_ratio(
-    runs: &Dataset,
-    specimens: &[f64],
-) -> Result<Option<Dataset>, SurrogateError> {
-    let ratio = |i: usize| runs.note(i, STIFFNESS_RATIO)?.parse::<f64>().ok();
-    let Some(ratios) = (0..runs.len()).map(ratio).collect::<Option<Vec<f64>>>() else {
-        return Ok(None);
-    };
-    let all = || ratios.iter().chain(specimens).copied();
-    let (low, high) =
-        (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
-    let mut inputs = runs.inputs().to_vec();
-    inputs.push(Input::new(STIFFNESS_RATIO, low, high)?);
-    // derivatives, where there are some, are those at a given ratio
-    let differentiated = runs.inputs_with_derivatives();
-    let mut data = Dataset::new(inputs, runs.outputs().to_vec(), runs.provenance())?
-        .with_derivatives_in(differentiated)?;
-    for (i, ((x, y), ratio)) in runs.rows().zip(&ratios).enumerate() {
-        let x = [x, &[*ratio]].concat();
-        match runs.derivatives(i) {
-            None => data.push(&x, y)?,
-            Some(slopes) => {
-                let jacobian: Vec<&[f64]> = slopes.chunks(differentiated).collect();
-                data.push_differentiated(&x, y, &jacobian, &[])?;
-            }
+/// `sobol.csv`: of each quantity and input the index by the input alone and the total one, with the ends of
+/// their 90 % intervals, which are empty where runs are too few to tell.
+fn write_sobol(task: &Task<'_>, fit: &Fitted) -> Result<(), WorkflowError> {
+    let indices = fit.pce.sobol();
+    let intervals = fit.open.sobol_intervals(PROBABILITY, SEED).ok();
+    let mut rows = Vec::new();
+    for (m, quantity) in fit.pce.outputs().iter().enumerate() {
+        for (i, input) in fit.pce.inputs().iter().enumerate() {
+            let ends = intervals.as_ref().map(|ends| [ends.first[m][i], ends.total[m][i]]);
+            let cells = [indices.first[m][i], indices.total[m][i]].into_iter().enumerate();
+            let cells = cells.flat_map(|(kind, index)| {
+                let end =
+                    |e: usize| ends.map_or_else(String::new, |ends| ends[kind][e].to_string());
+                [index.to_string(), end(0), end(1)]
+            });
+            rows.push([quantity.clone(), input.name.clone()].into_iter().chain(cells).collect());
         }
     }
-    Ok(Some(data))
+    let header =
+        ["qoi", "input", "first", "first_q05", "first_q95", "total", "total_q05", "total_q95"];
+    task.write_csv::<_, Vec<String>>("sobol.csv", header, rows)
 }
 
 /// Errors of every order and quantity, as fractions of the quantity's variance over the design.
