@@ -35,7 +35,7 @@ fn batches_are_placed_where_the_posterior_lives() {
     assert_eq!(batches, [[""; 4], [""; 4], ["1"; 4], ["2"; 4]].concat());
     let seeds: BTreeSet<&str> = runs.iter().map(|row| row["packing_seed"].as_str()).collect();
     assert_eq!(seeds.len(), 16, "each has a packing of its own");
-    // E and ξ have been told apart by then: runs lie about their posterior
+    // with twelve runs E and ξ are known well enough that the last four lie about their posterior
     let draws = table(&results.join("posterior.csv"));
     for parameter in ["matrix.young_mpa", "matrix.viscosity_mpa_s"] {
         let values: Vec<f64> = draws.iter().map(|row| number(row, parameter)).collect();
@@ -43,7 +43,7 @@ fn batches_are_placed_where_the_posterior_lives() {
             .iter()
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], &x| [a.min(x), b.max(x)]);
         let margin = 0.5 * (ends[1] - ends[0]);
-        for row in &runs[8..] {
+        for row in &runs[12..] {
             let x = number(row, parameter);
             assert!(ends[0] - margin < x && x < ends[1] + margin, "{parameter}: {x} {ends:?}");
         }
@@ -67,7 +67,7 @@ fn batches_are_placed_where_the_posterior_lives() {
     assert_eq!(finished(&results.join("ensemble")), before);
     run(dir.path(), &case().replace("most = 8", "most = 12"), &all);
     let now = finished(&results.join("ensemble"));
-    assert_eq!(now.len(), 20);
+    assert_eq!(now.len(), before.len() + 4);
     assert!(before.iter().all(|(path, time)| now.get(path) == Some(time)), "a run was made twice");
     assert_eq!(table(&results.join("runs.csv"))[..16], runs[..]);
 
@@ -103,7 +103,8 @@ fn processes_share_batches() {
     let made = finished(&shared.join("ensemble"));
     assert_eq!(made.len(), 8 + 3 + 8);
     run(dir.path(), &case, &["ensemble", "--out", "shared"]);
-    assert_eq!(finished(&shared.join("ensemble")), made);
+    let now = finished(&shared.join("ensemble"));
+    assert!(made.iter().all(|(path, time)| now.get(path) == Some(time)), "a run was made twice");
     for name in ["runs.csv", "sequential.csv", "fidelity.csv"] {
         let [a, b] = [&alone, &shared].map(|dir| without_seconds(&dir.join(name)));
         assert_eq!(a, b, "{name}");
