@@ -194,8 +194,8 @@ fn materials([young_mpa, toughness_n_per_mm, viscosity_mpa_s]: [f64; 3]) -> [Mat
     [matrix, Material::hencky(22_000.0, 0.25)]
 }
 
-/// Slope by least squares through the points around 0.3 of the displacement at the peak, and the peak
-/// by a parabola; not numbers where the force still rises at the end.
+/// Slope of the least-squares line through all of the curve around 0.3 of the displacement at the peak,
+/// straight between its points, and the peak by a parabola; not numbers where the force still rises at the end.
 fn measure(curve: &[CurvePoint]) -> [f64; 3] {
     let top = (0..curve.len())
         .max_by(|&a, &b| curve[a].force_n.total_cmp(&curve[b].force_n))
@@ -205,12 +205,26 @@ fn measure(curve: &[CurvePoint]) -> [f64; 3] {
     let h = b.0 - a.0;
     let (slope, bend) = ((c.1 - a.1) / (2.0 * h), (c.1 - 2.0 * b.1 + a.1) / (h * h));
     let (at, peak) = (b.0 - slope / bend, b.1 - 0.5 * slope * slope / bend);
-    let near = curve.iter().filter(|p| (p.displacement_mm / at - 0.3).abs() <= 0.1);
-    let points: Vec<_> = near.map(|p| (p.displacement_mm, p.force_n)).collect();
-    let count = points.len() as f64;
-    let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / count, y + p.1 / count));
-    let (xy, xx) = points
-        .iter()
-        .fold((0.0, 0.0), |(xy, xx), p| (xy + (p.0 - x) * (p.1 - y), xx + (p.0 - x) * (p.0 - x)));
-    [xy / xx, peak, at]
+    [slope_around(curve, 0.3 * at, 0.1 * at), peak, at]
+}
+
+/// 12/L³ ∫ (u − c) F du over [c − L/2, c + L/2], so that no point enters or leaves by a jump.
+fn slope_around(curve: &[CurvePoint], centre: f64, half: f64) -> f64 {
+    let unloaded = [(-centre, 0.0)].into_iter();
+    let points: Vec<(f64, f64)> =
+        unloaded.chain(curve.iter().map(|p| (p.displacement_mm - centre, p.force_n))).collect();
+    let moment: f64 = points
+        .windows(2)
+        .filter(|ends| ends[0].0 < half && ends[1].0 > -half)
+        .map(|ends| {
+            let ([a, b], rise) = ([ends[0].0, ends[1].0], ends[1].1 - ends[0].1);
+            let force = |u: f64| ends[0].1 + rise * (u - a) / (b - a);
+            let (from, to) = (a.max(-half), b.min(half));
+            let middle = 0.5 * (from + to);
+            // Simpson's rule, exact for a product of two lines
+            let sum = from * force(from) + 4.0 * middle * force(middle) + to * force(to);
+            (to - from) / 6.0 * sum
+        })
+        .sum();
+    1.5 * moment / half.powi(3)
 }

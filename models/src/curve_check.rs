@@ -1,7 +1,7 @@
 //! What a look at a measured curve shows: order and sign, spikes, preload, toe, unloading, sampling.
 
 use crate::experiment::TestCurve;
-use crate::qoi::{QoiError, Qois};
+use crate::qoi::{Line, QoiError, Qois, Window, slope_line};
 
 /// A force at the first reading of more than this fraction of the peak is a preload.
 const PRELOAD: f64 = 0.02;
@@ -273,10 +273,10 @@ fn toe(toe_mm: f64, qois: &Qois) -> Finding {
 /// −v x³/(1 − x³).
 fn toe_mm(curve: &TestCurve, qois: &Qois, slope_fraction: f64) -> f64 {
     let peak = qois.displacement_at_peak_mm;
-    let inside = Qois::slope_points(curve, slope_fraction, peak);
-    let n = inside.len() as f64;
-    let middle = inside.iter().map(|p| p.0).sum::<f64>() / n;
-    let force = inside.iter().map(|p| p.1).sum::<f64>() / n;
+    let window = Window::around(slope_fraction, peak);
+    let Ok(Line { middle_mm: middle, mean: force, .. }) = slope_line(curve, window) else {
+        return 0.0;
+    };
     let line = middle - force / qois.slope_n_per_mm;
     let mut toe = line;
     for _ in 0..50 {
@@ -291,7 +291,7 @@ fn sampling(curve: &TestCurve, qois: &Qois, slope_fraction: f64) -> Option<Findi
     let peak = qois.displacement_at_peak_mm;
     let before: Vec<f64> = curve.displacement_mm.iter().copied().filter(|u| *u < peak).collect();
     let gap = before.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
-    let in_window = Qois::slope_points(curve, slope_fraction, peak).len();
+    let in_window = Window::around(slope_fraction, peak).readings(&curve.displacement_mm);
     (before.len() < SPARSE || in_window < 3 || gap > GAP * peak).then(|| Finding {
         name: "sampling",
         value: before.len() as f64,

@@ -3,6 +3,7 @@
 
 mod error;
 mod fits;
+mod line;
 mod quantity;
 mod rates;
 mod relative_force;
@@ -11,21 +12,22 @@ use std::ops::RangeInclusive;
 
 use crate::experiment::TestCurve;
 pub use error::QoiError;
-use fits::{Parabola, line_slope};
+use fits::Parabola;
+pub(crate) use line::{Line, Window};
 pub use quantity::Quantity;
 use relative_force::relative_force;
 
 /// Points of at least this fraction of the highest force make the parabola that locates the peak.
 const TOP: f64 = 0.97;
-/// Half width of the slope's window in units of the displacement at peak.
-const SLOPE_WINDOW: f64 = 0.1;
 
 /// The numbers of a curve that a calibration can compare.
 ///
 /// - peak (F, d_F): the vertex of the least-squares parabola through the points next to the
 ///   highest one whose force is at least 97 % of its force (always its two neighbours), so that
 ///   neither the load step nor one noisy reading decides it;
-/// - slope m: least-squares line through the points with |d − f·d_F| ≤ 0.1 d_F;
+/// - slope m: least-squares line through all of the curve with |d − f·d_F| ≤ 0.1 d_F, straight between its
+///   readings: no reading enters or leaves by a jump where d_F moves, m follows d_F smoothly, and on dense readings
+///   it is the slope of the line through them;
 /// - work W = ∫ F du up to (d_F, F), by trapezoids.
 ///
 /// # Example
@@ -59,39 +61,17 @@ impl Qois {
     /// The quantities of a curve whose slope is taken around `slope_fraction` · d_F.
     ///
     /// # Errors
-    /// A curve too short, without a peak, or with fewer than two points where the slope is taken.
+    /// A curve too short, without a peak, or without a reading where the slope is taken.
     pub fn of(curve: &TestCurve, slope_fraction: f64) -> Result<Self, QoiError> {
         let (u, force) = (&curve.displacement_mm, &curve.force_n);
         if u.len() < 5 || u.len() != force.len() {
             return Err(QoiError::TooShort { points: u.len().min(force.len()) });
         }
         let (displacement_at_peak_mm, peak_force_n) = peak(u, force)?;
-        let centre = slope_fraction * displacement_at_peak_mm;
-        let half = SLOPE_WINDOW * displacement_at_peak_mm;
-        let inside: Vec<(f64, f64)> =
-            Self::slope_points(curve, slope_fraction, displacement_at_peak_mm)
-                .into_iter()
-                .map(|(x, y)| (x - centre, y))
-                .collect();
-        let slope_n_per_mm = line_slope(&inside).ok_or(QoiError::NoSlope {
-            points: inside.len(),
-            from_mm: centre - half,
-            to_mm: centre + half,
-        })?;
+        let window = Window::around(slope_fraction, displacement_at_peak_mm);
+        let slope_n_per_mm = slope_line(curve, window)?.slope;
         let work_to_peak_n_mm = work(u, force, (displacement_at_peak_mm, peak_force_n));
         Ok(Self { slope_n_per_mm, peak_force_n, displacement_at_peak_mm, work_to_peak_n_mm })
-    }
-
-    /// The points that the slope is taken from, of a curve with its peak at `peak_mm`.
-    pub(crate) fn slope_points(
-        curve: &TestCurve,
-        slope_fraction: f64,
-        peak_mm: f64,
-    ) -> Vec<(f64, f64)> {
-        let (centre, half) = (slope_fraction * peak_mm, SLOPE_WINDOW * peak_mm);
-        let points = curve.displacement_mm.iter().copied().zip(curve.force_n.iter().copied());
-        // a point on the border belongs to the window whatever the rounding
-        points.filter(|(x, _)| (x - centre).abs() <= half * (1.0 + 1e-9)).collect()
     }
 
     /// These quantities of a curve.
@@ -122,6 +102,20 @@ impl Qois {
             Quantity::RelativeForce(_) => f64::NAN,
         }
     }
+}
+
+/// The line that the slope is taken from.
+///
+/// # Errors
+/// No reading in the window, which would leave the chord of two that are farther apart, or readings that begin
+/// after half of it.
+pub(crate) fn slope_line(curve: &TestCurve, window: Window) -> Result<Line, QoiError> {
+    let line = Line::of(&curve.displacement_mm, &curve.force_n, window);
+    line.filter(|_| window.readings(&curve.displacement_mm) > 0).ok_or(QoiError::NoSlope {
+        readings: window.readings(&curve.displacement_mm),
+        from_mm: window.from_mm,
+        to_mm: window.to_mm,
+    })
 }
 
 /// ∫ F du from the first point to the peak, by trapezoids.
@@ -263,7 +257,7 @@ mod tests {
         let short = Qois::of(&curve(0.1, 2, viscous), 0.3).unwrap_err();
         assert_eq!(short, QoiError::TooShort { points: 3 });
         let coarse = Qois::of(&curve(0.044, 4, viscous), 0.45).unwrap_err();
-        assert!(matches!(coarse, QoiError::NoSlope { points: 0 | 1, .. }), "{coarse}");
+        assert!(matches!(coarse, QoiError::NoSlope { readings: 0, .. }), "{coarse}");
     }
 
     /// ∫₀^d_F of the parabola F (1 − (1 − u/d_F)²) is ⅔ F d_F.

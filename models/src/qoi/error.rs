@@ -28,14 +28,14 @@ pub enum QoiError {
         /// Displacement of the highest point in mm.
         displacement_mm: f64,
     },
-    /// Too few points to take a slope from.
+    /// Too few readings to take a slope from.
     #[error(
-        "only {points} points between {from_mm} and {to_mm} mm: the slope needs at least 2; \
-         record more points or choose another slope fraction"
+        "{readings} readings between {from_mm:.4} and {to_mm:.4} mm, where the slope is taken: it needs one \
+         at least, and readings from the first half on; record more or choose another slope fraction"
     )]
     NoSlope {
-        /// Points in the window.
-        points: usize,
+        /// Readings in the window.
+        readings: usize,
         /// Start of the window in mm.
         from_mm: f64,
         /// End of the window in mm.

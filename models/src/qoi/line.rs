@@ -1,0 +1,223 @@
+//! The least-squares line through all of a curve within a window.
+
+/// Half width of a window in units of the displacement at peak.
+const HALF_WIDTH: f64 = 0.1;
+
+/// Displacements in mm between which a line is taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Window {
+    pub(crate) from_mm: f64,
+    pub(crate) to_mm: f64,
+}
+
+impl Window {
+    /// A fifth of the displacement at peak wide, around a fraction of it.
+    pub(crate) fn around(fraction: f64, peak_mm: f64) -> Self {
+        let [from_mm, to_mm] = Self::parts(fraction).map(|part| part * peak_mm);
+        Self { from_mm, to_mm }
+    }
+
+    /// Its ends over the displacement at peak.
+    pub(crate) fn parts(fraction: f64) -> [f64; 2] {
+        [fraction - HALF_WIDTH, fraction + HALF_WIDTH]
+    }
+
+    /// How many readings lie in it.
+    pub(crate) fn readings(self, u: &[f64]) -> usize {
+        // a reading on the border belongs to the window whatever the rounding
+        let slack = 1e-9 * (self.to_mm - self.from_mm);
+        u.iter().filter(|u| (self.from_mm - slack..=self.to_mm + slack).contains(u)).count()
+    }
+}
+
+/// The least-squares line through a curve y(u), u in mm, that is straight between its readings:
+/// over a window of length L with its middle at c,
+/// the slope is 12/L³ ∫ (u − c) y du and the line passes the mean of y at c.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Line {
+    /// In the unit of y for each mm.
+    pub(crate) slope: f64,
+    /// The middle of the window in mm: what of it the readings cover.
+    pub(crate) middle_mm: f64,
+    /// Mean of y over the window.
+    pub(crate) mean: f64,
+    /// What the slope gains for each mm that the window's start, or its end, moves by.
+    pub(crate) slope_by_ends: [f64; 2],
+}
+
+impl Line {
+    /// The line of values y at displacements u in mm; nothing where the readings do not reach into
+    /// the window, or cover less than half of it. Readings may come in any order: noise of a displacement
+    /// makes it go back and forth. Those at one displacement count as their mean.
+    pub(crate) fn of(u: &[f64], y: &[f64], window: Window) -> Option<Self> {
+        let points = distinct(u, y);
+        let (first, last) = (points.first()?.0, points.last()?.0);
+        let (from, to) = (window.from_mm.max(first), window.to_mm.min(last));
+        let (length, middle_mm) = (to - from, 0.5 * (from + to));
+        if !(length > 0.0 && length >= 0.5 * (window.to_mm - window.from_mm)) {
+            return None;
+        }
+        let at = |x: f64| {
+            let k = points.partition_point(|p| p.0 < x).clamp(1, points.len() - 1);
+            let (a, b) = (points[k - 1], points[k]);
+            a.1 + (b.1 - a.1) * (x - a.0) / (b.0 - a.0)
+        };
+        let [start, end] = [from, to].map(|x| (x, at(x)));
+        let inside = points.iter().copied().filter(|p| from < p.0 && p.0 < to);
+        let corners: Vec<_> = [start].into_iter().chain(inside).chain([end]).collect();
+        let (mut area, mut moment) = (0.0, 0.0);
+        for ends in corners.windows(2) {
+            let (x, y) = ([ends[0].0 - middle_mm, ends[1].0 - middle_mm], [ends[0].1, ends[1].1]);
+            let product_in_between = 0.25 * (x[0] + x[1]) * (y[0] + y[1]);
+            area += 0.5 * (x[1] - x[0]) * (y[0] + y[1]);
+            // Simpson's rule, exact for a product of two lines
+            moment += (x[1] - x[0]) / 6.0 * (x[0] * y[0] + 4.0 * product_in_between + x[1] * y[1]);
+        }
+        let factor = 12.0 / length.powi(3);
+        let (at_end, stretched) = (|y: f64| 0.5 * (length * y - area), 3.0 * moment / length);
+        // an end beyond the readings is theirs, which do not move
+        let by_start = if window.from_mm < first { 0.0 } else { at_end(start.1) + stretched };
+        let by_end = if window.to_mm > last { 0.0 } else { at_end(end.1) - stretched };
+        Some(Self {
+            slope: factor * moment,
+            middle_mm,
+            mean: area / length,
+            slope_by_ends: [factor * by_start, factor * by_end],
+        })
+    }
+}
+
+/// The readings by rising displacement, each displacement once.
+fn distinct(u: &[f64], y: &[f64]) -> Vec<(f64, f64)> {
+    let mut readings: Vec<(f64, f64)> = u.iter().copied().zip(y.iter().copied()).collect();
+    readings.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let same = readings.chunk_by(|a, b| a.0 == b.0);
+    same.map(|same| (same[0].0, same.iter().map(|p| p.1).sum::<f64>() / same.len() as f64))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, Normal};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+
+    const WINDOW: Window = Window { from_mm: 0.0237, to_mm: 0.0481 };
+
+    fn readings(step_mm: f64) -> Vec<f64> {
+        (0..).map(|i| step_mm * f64::from(i)).take_while(|u| *u < 0.2).collect()
+    }
+
+    /// Slope of the least-squares line through points.
+    fn line_of_points(points: &[(f64, f64)]) -> f64 {
+        let n = points.len() as f64;
+        let centre = points.iter().map(|p| p.0).sum::<f64>() / n;
+        let [xy, xx] = points.iter().fold([0.0; 2], |[xy, xx], (x, y)| {
+            [xy + (x - centre) * y, xx + (x - centre) * (x - centre)]
+        });
+        xy / xx
+    }
+
+    #[test]
+    fn a_line_is_recovered_wherever_its_readings_lie() {
+        for step in [0.0001, 0.0046, 0.013, 0.05] {
+            let u = readings(step);
+            let y: Vec<f64> = u.iter().map(|u| 3.0 - 1200.0 * u).collect();
+            let line = Line::of(&u, &y, WINDOW).unwrap();
+            assert_relative_eq!(line.slope, -1200.0, max_relative = 1e-12);
+            let mean = 3.0 - 1200.0 * line.middle_mm;
+            assert_relative_eq!(line.mean, mean, max_relative = 1e-12);
+            assert!(line.slope_by_ends.iter().all(|by| by.abs() < 1e-7), "{line:?}");
+        }
+    }
+
+    /// Through y = u², over [a, b]: slope a + b, which each end changes by one.
+    #[test]
+    fn the_line_through_a_parabola_has_the_slope_in_its_middle() {
+        let u = readings(1e-5);
+        let y: Vec<f64> = u.iter().map(|u| u * u).collect();
+        let line = Line::of(&u, &y, WINDOW).unwrap();
+        assert_relative_eq!(line.slope, WINDOW.from_mm + WINDOW.to_mm, max_relative = 1e-8);
+        for by in line.slope_by_ends {
+            assert_relative_eq!(by, 1.0, max_relative = 1e-3);
+        }
+    }
+
+    /// Between readings and across them, against central differences.
+    #[test]
+    fn the_slope_is_smooth_in_the_ends_of_the_window() {
+        let u = readings(0.0046);
+        let y: Vec<f64> = u.iter().map(|u| (40.0 * u).sin()).collect();
+        let reach = 1e-7;
+        for shift in 0..200 {
+            let shift = 1e-4 * f64::from(shift) + 3.3e-6;
+            let window = |ends: [f64; 2]| Window {
+                from_mm: WINDOW.from_mm + shift + ends[0],
+                to_mm: WINDOW.to_mm + shift + ends[1],
+            };
+            let slope = |ends| Line::of(&u, &y, window(ends)).unwrap().slope;
+            let found = Line::of(&u, &y, window([0.0; 2])).unwrap().slope_by_ends;
+            let exact = [[reach, 0.0], [0.0, reach]]
+                .map(|e| (slope(e) - slope(e.map(|e| -e))) / (2.0 * reach));
+            for (found, exact) in found.iter().zip(exact) {
+                assert_relative_eq!(found, &exact, max_relative = 1e-6, epsilon = 1e-5);
+            }
+        }
+    }
+
+    #[test]
+    fn what_the_readings_do_not_cover_is_left_out() {
+        let u: Vec<f64> = readings(0.001).into_iter().filter(|u| *u > 0.0305).collect();
+        let y: Vec<f64> = u.iter().map(|u| u * u).collect();
+        let line = Line::of(&u, &y, WINDOW).unwrap();
+        assert_relative_eq!(line.slope, 0.031 + WINDOW.to_mm, max_relative = 1e-3);
+        assert_eq!(line.slope_by_ends[0], 0.0);
+        assert_eq!(Line::of(&u[10..], &y[10..], WINDOW), None);
+        assert_eq!(Line::of(&[], &[], WINDOW), None);
+    }
+
+    /// A machine that records ten times between two steps of its own displacement, with noise in both: by
+    /// how much the slopes differ, against the standard error of the line through the readings,
+    /// s √12/(L √n).
+    #[test]
+    fn dense_noisy_readings_have_the_slope_of_the_line_through_them() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
+        let noise = Normal::new(0.0, 0.3).unwrap();
+        let jitter = Normal::new(0.0, 2e-4).unwrap();
+        for (step, resolution) in [(1e-5, 1e-4), (1e-5, 0.0), (1e-4, 0.0)] {
+            let (mut squares, trials) = (0.0, 200);
+            let error = {
+                let readings = (WINDOW.to_mm - WINDOW.from_mm) / step;
+                0.3 * 12.0_f64.sqrt() / (WINDOW.to_mm - WINDOW.from_mm) / readings.sqrt()
+            };
+            for _ in 0..trials {
+                let true_u: Vec<f64> = readings(step).into_iter().filter(|u| *u < 0.06).collect();
+                let u: Vec<f64> = true_u
+                    .iter()
+                    .map(|u| match resolution {
+                        0.0 => u + jitter.sample(&mut rng),
+                        resolution => (u / resolution).round() * resolution,
+                    })
+                    .collect();
+                let y: Vec<f64> = true_u
+                    .iter()
+                    .map(|u| 1200.0 * u - 4000.0 * u * u + noise.sample(&mut rng))
+                    .collect();
+                let inside: Vec<(f64, f64)> = u
+                    .iter()
+                    .copied()
+                    .zip(y.iter().copied())
+                    .filter(|p| (WINDOW.from_mm..=WINDOW.to_mm).contains(&p.0))
+                    .collect();
+                let own = Line::of(&u, &y, WINDOW).unwrap().slope;
+                squares += (own - line_of_points(&inside)).powi(2) / f64::from(trials);
+            }
+            // gaps between readings in random order vary as much as they are long, which doubles the
+            // variance at most; the line through the readings explains the other half
+            assert!(squares.sqrt() < 1.2 * error, "{step}: {} N/mm, {error}", squares.sqrt());
+        }
+    }
+}
