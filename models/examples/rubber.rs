@@ -1,15 +1,24 @@
-//! Three laws of rubber elasticity calibrated on Treloar's data and compared by PSIS-LOO.
+//! Three laws of rubber elasticity calibrated on Treloar's data: which fits best, and which predicts a mode of
+//! deformation that it has not seen.
 //!
 //! ```text
-//! cargo run --release --example rubber
+//! cargo run --release -p models --example rubber [picture.png]
 //! ```
+//! Each law is calibrated on all data and compared by PSIS-LOO, then on two modes to predict the third, with
+//! moduli for all modes or for each mode around shared ones. The picture has the predictions of modes not seen.
 
-use models::hyperelastic::{mooney_rivlin, neo_hookean, ogden, treloar_1944};
+use models::hyperelastic::{
+    Deformation, HeldOut, held_out, mooney_rivlin, mooney_rivlin_by_mode, neo_hookean,
+    neo_hookean_by_mode, ogden, ogden_by_mode, treloar_1944,
+};
+use models::report::{Chart, Ink};
 use ppl::diagnostics::{Loo, loo_compare};
 use ppl::prelude::*;
 use ppl::{Bound, Model};
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+type Error = Box<dyn std::error::Error>;
+
+fn main() -> Result<(), Error> {
     let tests = treloar_1944();
     println!("Treloar 1944: {} points in uniaxial, equibiaxial and pure shear\n", tests.len());
     let loos = [
@@ -22,10 +31,55 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "{}",
         loo_compare(&[(loos[0].0, &loos[0].1), (loos[1].0, &loos[1].1), (loos[2].0, &loos[2].1)])?
     );
+
+    println!(
+        "A mode that was not seen: mean log predictive density a point, error, largest R-hat\n"
+    );
+    let mut charts = Vec::new();
+    for mode in Deformation::ALL {
+        let (seen, new): (Vec<_>, Vec<_>) =
+            tests.iter().copied().partition(|test| test.mode != mode);
+        let sampler = Nuts::default().chains(4).draws(2000).target_accept(0.95).seed(1);
+        let show = |name: &str, result: Result<HeldOut, ppl::SampleError>| -> Result<_, Error> {
+            let result = result?;
+            let HeldOut { ln_density, error, rhat, .. } = &result;
+            println!("{mode:?}, {name}: {ln_density:.2}, {:.0} %, {rhat:.3}", 100.0 * error);
+            Ok(result)
+        };
+        let (s, n, nuts) = (&seen[..], &new[..], &sampler);
+        show("neo-Hookean", held_out(&neo_hookean(s), &neo_hookean(n), nuts, 1))?;
+        let neo_by_mode = held_out(&neo_hookean_by_mode(s), &neo_hookean_by_mode(n), nuts, 1);
+        show("neo-Hookean by mode", neo_by_mode)?;
+        show("Mooney–Rivlin", held_out(&mooney_rivlin(s), &mooney_rivlin(n), nuts, 1))?;
+        let mooney_by_mode =
+            held_out(&mooney_rivlin_by_mode(s), &mooney_rivlin_by_mode(n), nuts, 1);
+        show("Mooney–Rivlin by mode", mooney_by_mode)?;
+        let one = show("Ogden", held_out(&ogden(s), &ogden(n), nuts, 1))?;
+        let own = held_out(&ogden_by_mode(s), &ogden_by_mode(n), nuts, 1);
+        let own = show("Ogden by mode", own)?;
+        let stretches: Vec<f64> = new.iter().map(|test| test.stretch).collect();
+        let last = new.last().map_or((8.0, 7.0), |test| (test.stretch, test.stress_mpa));
+        charts.push(
+            Chart::new("stretch", "nominal stress (MPa)")
+                .titled(&format!("{mode:?}, not seen"))
+                .over((1.0, 1.02 * last.0), (0.0, 1.6 * last.1))
+                .band("Ogden by mode, 90 %", Ink::Other, &stretches, &own.predicted, 0.9)
+                .band("Ogden, 90 %", Ink::Posterior, &stretches, &one.predicted, 0.9)
+                .points(
+                    "Treloar 1944",
+                    Ink::Measured,
+                    new.iter().map(|t| (t.stretch, t.stress_mpa)),
+                )
+                .legend_above_left(),
+        );
+    }
+    let picture = std::env::args().nth(1).unwrap_or_else(|| "rubber.png".to_owned());
+    Chart::write_png(picture.as_ref(), charts)?;
+    println!("{picture}");
     Ok(())
 }
 
-fn calibrate<M: Model>(name: &str, model: &Bound<M>) -> Result<Loo, Box<dyn std::error::Error>> {
+fn calibrate<M: Model>(name: &str, model: &Bound<M>) -> Result<Loo, Error> {
     let posterior = Nuts::default().chains(4).draws(2000).seed(1).sample(model)?;
     println!("{name}\n{}", posterior.summary());
     Ok(posterior.loo()?)

@@ -24,7 +24,7 @@
 //! 3. `curve_check`: what a look at a measured curve shows
 //! 4. `case`: the TOML case, with fem's own types where they are the same
 //! 5. `virtual_specimen`: specimens with a known truth
-//! 6. `fracture`, `hyperelastic`: calibration models, each the pattern that a user copies
+//! 6. `fracture`, `hyperelastic`, `tension`: calibration models, each the pattern that a user copies
 //! 7. `coverage`, `budget`: whether intervals hold what they promise, and what widens them
 //! 8. `report`: figures and the page; knows results, not the workflow
 //! 9. `workflow`: stages, one row of a table each, whose inputs are what they read
@@ -43,6 +43,7 @@ mod qoi;
 pub mod report;
 mod study;
 mod table;
+pub mod tension;
 mod virtual_specimen;
 mod workflow;
 
@@ -57,7 +58,8 @@ pub use coverage::{CoverageRow, CoverageStudy, Emulated, Laboratory, Setting};
 pub use error::InputError;
 pub use experiment::{Specimen, SpecimenTable, TestCurve};
 pub use fracture::{
-    Calibration, CalibrationError, Evidence, Specimens, calibrate, calibration, calibration_on,
+    Calibration, CalibrationError, Evidence, Groups, Pooling, Specimens, TestGroup, Trend,
+    calibrate, calibrate_groups, calibration, calibration_on, calibration_over_groups,
 };
 pub use qoi::{QoiError, Qois, Quantity};
 pub use study::{

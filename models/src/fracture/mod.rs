@@ -1,5 +1,6 @@
 //! The paper's calibration: matrix parameters from the quantities of interest of specimens.
 
+mod groups;
 mod loo;
 mod specimens;
 
@@ -14,6 +15,7 @@ use surrogate::{CoefficientPosterior, DynPce, Input, SurrogateError};
 
 use crate::case::MaterialParameter;
 use crate::qoi::Quantity;
+pub use groups::{Groups, Pooling, TestGroup, Trend, calibrate_groups, calibration_over_groups};
 pub use specimens::Specimens;
 pub(crate) use specimens::column_means;
 
@@ -105,6 +107,14 @@ pub enum CalibrationError {
         expected: usize,
         /// Values of the specimen.
         found: usize,
+    },
+    /// Groups of specimens that do not belong together.
+    #[error("{group} {problem}")]
+    Group {
+        /// The group, or the parameter.
+        group: String,
+        /// What is wrong with it.
+        problem: String,
     },
     /// The surrogate is not one of the quantities of interest.
     #[error(transparent)]
@@ -257,6 +267,9 @@ pub fn calibrate(
     sampler: &Nuts<'_>,
     seed: u64,
 ) -> Result<Calibration, CalibrationError> {
+    if evidence.qois.len() < 2 {
+        return Err(CalibrationError::TooFew(evidence.qois.len()));
+    }
     let (forward, specimens) = relative_to_means(pce, evidence)?;
     let model = calibration_on(&forward, &specimens);
     let chains = sampler.run(&model).map_err(SampleError::from)?;
@@ -285,6 +298,9 @@ pub(crate) fn sample(
     sampler: &Nuts<'_>,
     seed: u64,
 ) -> Result<Posterior, CalibrationError> {
+    if evidence.qois.len() < 2 {
+        return Err(CalibrationError::TooFew(evidence.qois.len()));
+    }
     let (forward, specimens) = relative_to_means(pce, evidence)?;
     let model = calibration_on(&forward, &specimens);
     let chains = sampler.run(&model).map_err(SampleError::from)?;
@@ -298,9 +314,6 @@ fn relative_to_means(
 ) -> Result<(DynPce, Specimens), CalibrationError> {
     let Evidence { qois, known, shared, open } = evidence;
     let expected = pce.outputs().len();
-    if qois.len() < 2 {
-        return Err(CalibrationError::TooFew(qois.len()));
-    }
     if let Some(row) = qois.iter().find(|row| row.len() != expected) {
         return Err(CalibrationError::Quantities { expected, found: row.len() });
     }

@@ -48,9 +48,9 @@ impl Specimens {
     /// Specimens without a shared error: one row each, in the order of the forward model's outputs.
     ///
     /// # Errors
-    /// Fewer than two specimens, or rows of different lengths.
+    /// No specimen, or rows of different lengths.
     pub fn new(qois: &[Vec<f64>]) -> Result<Self, CalibrationError> {
-        let [first, _, ..] = qois else { return Err(CalibrationError::TooFew(qois.len())) };
+        let [first, ..] = qois else { return Err(CalibrationError::TooFew(0)) };
         let expected = first.len();
         if let Some(row) = qois.iter().find(|row| row.len() != expected) {
             return Err(CalibrationError::Quantities { expected, found: row.len() });
@@ -176,7 +176,7 @@ impl Specimens {
         self.contrasts.len() + 1
     }
 
-    /// Never: there are at least two.
+    /// Never: there is at least one.
     pub fn is_empty(&self) -> bool {
         false
     }
@@ -220,7 +220,8 @@ impl Specimens {
     ) -> Result<Vec<f64>, DomainError> {
         let others = self.len() - 1;
         let after = After::new(others, scatter, &self.shared_at(point)?)?;
-        let (root, all) = ((others as f64).sqrt(), (self.len() as f64).sqrt());
+        // without others there is nothing to divide: 0/1
+        let (root, all) = ((others.max(1) as f64).sqrt(), (self.len() as f64).sqrt());
         let of = |row: &Vec<f64>| {
             let total: Vec<f64> =
                 self.total.iter().zip(row).map(|(total, y)| (all * total - y) / root).collect();
@@ -445,7 +446,12 @@ mod tests {
             let expected = all - ln_density(3, &others);
             assert!((found - expected).abs() < 1e-10, "{k}: {found} {expected}");
         }
-        // two specimens, of which one is left
+        // one specimen alone, and two, of which one is left
+        let one = Specimens::new(&[QOIS[0].to_vec()]).unwrap();
+        let one = one.sharing(SHARED.map(Vec::from).to_vec()).unwrap();
+        let found = one.ln_conditionals(&[1.3], &MEAN, &scatter()).unwrap();
+        let expected = ln_density(1, &QOIS[0]);
+        assert!((found[0] - expected).abs() < 1e-10, "{} {expected}", found[0]);
         let two: Vec<Vec<f64>> = QOIS[..2].iter().map(|row| row.to_vec()).collect();
         let two = Specimens::new(&two).unwrap().sharing(SHARED.map(Vec::from).to_vec()).unwrap();
         let found = two.ln_conditionals(&[1.3], &MEAN, &scatter()).unwrap();
@@ -503,7 +509,7 @@ mod tests {
 
     #[test]
     fn sizes_that_do_not_fit_are_refused() {
-        assert!(Specimens::new(&[vec![1.0]]).is_err());
+        assert!(Specimens::new(&[]).is_err());
         assert!(Specimens::new(&[vec![1.0], vec![1.0, 2.0]]).is_err());
         assert!(specimens().sharing(vec![vec![0.0; 2]]).is_err());
         assert!(specimens().sharing(vec![vec![0.0]; 2]).is_err());

@@ -2,6 +2,7 @@
 
 mod camera;
 mod canvas;
+mod chart;
 mod damage_picture;
 mod data_uri;
 mod digits;
@@ -15,6 +16,7 @@ mod specimen_figures;
 mod study;
 mod style;
 
+pub use chart::{Chart, Ink};
 pub use damage_picture::{DamagedBody, damage_picture};
 pub(crate) use digits::number;
 pub use grain_picture::grain_picture;

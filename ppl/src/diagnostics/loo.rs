@@ -143,17 +143,10 @@ impl Loo {
             })
             .collect::<Result<_, _>>()?;
 
-        let n = points.len() as f64;
-        let (mean_elpd, variance) = mean_and_variance(points.iter().map(|p| p.elpd));
-        Ok(Self {
-            elpd: n * mean_elpd,
-            se: (n * variance).sqrt(),
-            p_loo: points.iter().map(|p| p.p_loo).sum(),
-            threshold: (1.0 - 1.0 / (total as f64).log10()).min(0.7),
-            points,
-            data: None,
-            has_factors: false,
-        })
+        let threshold = (1.0 - 1.0 / (total as f64).log10()).min(0.7);
+        let (elpd, se, p_loo) = (0.0, 0.0, 0.0);
+        let loo = Self { elpd, se, p_loo, threshold, points, data: None, has_factors: false };
+        Ok(loo.sum_up())
     }
 
     /// Indices of the observations whose estimate cannot be relied on, k above the threshold.
@@ -162,6 +155,37 @@ impl Loo {
     pub fn unreliable(&self) -> Vec<usize> {
         let bad = |p: &LooPoint| p.pareto_k.is_nan() || p.pareto_k > self.threshold;
         (0..self.points.len()).filter(|&i| bad(&self.points[i])).collect()
+    }
+
+    /// With log p(y_i | y_−i) of one observation from a fit without it in place of the estimate. Its k
+    /// becomes −∞: nothing of it is estimated from a tail any more.
+    ///
+    /// ```
+    /// # let log_likelihood: Vec<f64> =
+    /// #     (0..200).map(|i| -0.5 * (i as f64 * 0.7).sin().powi(2)).collect();
+    /// let loo = ppl::diagnostics::Loo::new(1, 100, 2, &log_likelihood)?;
+    /// let refitted = loo.clone().refitted(1, -3.0);
+    /// assert!((refitted.elpd - (loo.points[0].elpd - 3.0)).abs() < 1e-12);
+    /// # Ok::<(), ppl::diagnostics::LooError>(())
+    /// ```
+    ///
+    /// # Panics
+    /// If there is no such observation.
+    pub fn refitted(mut self, observation: usize, elpd: f64) -> Self {
+        let point = &mut self.points[observation];
+        let with_it = point.elpd + point.p_loo;
+        *point = LooPoint { elpd, p_loo: with_it - elpd, pareto_k: f64::NEG_INFINITY };
+        self.sum_up()
+    }
+
+    /// With the sums over the points.
+    fn sum_up(mut self) -> Self {
+        let n = self.points.len() as f64;
+        let (mean, variance) = mean_and_variance(self.points.iter().map(|p| p.elpd));
+        self.elpd = n * mean;
+        self.se = (n * variance).sqrt();
+        self.p_loo = self.points.iter().map(|p| p.p_loo).sum();
+        self
     }
 }
 

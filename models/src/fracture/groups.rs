@@ -1,0 +1,271 @@
+//! All specimens at once: several microstructures, several temperatures, one scatter.
+//!
+//! Specimens come in groups of one microstructure and one temperature. Each group has the surrogate of its
+//! own microstructure; all share the material, whose parameters are constant or follow the temperature, and
+//! the covariance of specimens relative to the means of their group. So twelve specimens at four
+//! temperatures tell one covariance, in place of three telling each its own.
+
+use ppl::Posterior;
+use ppl::prelude::*;
+use surrogate::{DynPce, Input};
+
+use super::{CalibrationError, Evidence, Specimens, relative_to_means, short_name};
+
+/// Specimens of one microstructure, tested at one temperature.
+#[derive(Clone, Debug)]
+pub struct TestGroup {
+    /// Its name in messages.
+    pub name: String,
+    /// Temperature of the tests in °C.
+    pub temperature_c: f64,
+    /// The surrogate of the microstructure; its box is the prior's, and the same in all groups.
+    pub forward: DynPce,
+    /// What the tests say of the specimens: one is enough where other groups have more.
+    pub evidence: Evidence,
+}
+
+/// How a parameter depends on the temperature.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trend {
+    /// Not at all.
+    Constant,
+    /// Its logarithm is linear in the temperature, but for [`Pooling::deviation`].
+    LogLinear,
+}
+
+/// What groups have in common.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pooling {
+    /// A trend for each parameter, in the order of the surrogates' inputs.
+    pub trends: Vec<Trend>,
+    /// How far, as a standard deviation of logarithms, a temperature may be off the line: half-normal prior
+    /// of that scale. 0: not at all.
+    pub deviation: f64,
+}
+
+/// Groups as their likelihood takes them.
+#[derive(Clone, Debug)]
+pub struct Groups {
+    inputs: Vec<Input>,
+    trends: Vec<Trend>,
+    deviation: f64,
+    quantities: usize,
+    /// Temperatures, ascending, and where each lies between the lowest (0) and the highest (1).
+    levels: Vec<(f64, f64)>,
+    groups: Vec<Group>,
+}
+
+/// One of them, relative to the means of its specimens.
+#[derive(Clone, Debug)]
+struct Group {
+    level: usize,
+    forward: DynPce,
+    specimens: Specimens,
+}
+
+impl Groups {
+    /// Checks that the groups belong together.
+    ///
+    /// # Errors
+    /// Less than two specimens in all; surrogates with other inputs or outputs than the first; not a trend
+    /// for each parameter; one that follows the temperature where there is but one temperature, or on a box
+    /// that is not above 0; a deviation that is no number from 0.
+    pub fn new(groups: &[TestGroup], pooling: &Pooling) -> Result<Self, CalibrationError> {
+        let specimens = groups.iter().map(|group| group.evidence.qois.len()).sum();
+        let [first, ..] = groups else { return Err(CalibrationError::TooFew(0)) };
+        if specimens < 2 {
+            return Err(CalibrationError::TooFew(specimens));
+        }
+        let inputs = unknown(first).to_vec();
+        let mut temperatures: Vec<f64> = groups.iter().map(|group| group.temperature_c).collect();
+        temperatures.sort_by(f64::total_cmp);
+        temperatures.dedup();
+        let wrong = |group: &str, problem: String| {
+            Err(CalibrationError::Group { group: group.to_owned(), problem })
+        };
+        for group in groups {
+            if unknown(group) != inputs {
+                return wrong(&group.name, format!("has not the parameters of {}", first.name));
+            }
+            if group.forward.outputs() != first.forward.outputs() {
+                return wrong(&group.name, format!("has not the quantities of {}", first.name));
+            }
+            if !group.temperature_c.is_finite() {
+                return wrong(&group.name, format!("was tested at {} °C", group.temperature_c));
+            }
+        }
+        let Pooling { trends, deviation } = pooling;
+        if trends.len() != inputs.len() {
+            let (found, expected) = (trends.len(), inputs.len());
+            return wrong("pooling", format!("has {found} trends for {expected} parameters"));
+        }
+        if !(*deviation >= 0.0 && deviation.is_finite()) {
+            return wrong(
+                "pooling",
+                format!("has a deviation of {deviation}, not a number from 0"),
+            );
+        }
+        for (input, _) in inputs.iter().zip(trends).filter(|(_, t)| **t == Trend::LogLinear) {
+            if temperatures.len() < 2 {
+                return wrong(&input.name, "follows the temperature, of which there is one".into());
+            }
+            if input.lower <= 0.0 {
+                let problem = format!("has no logarithm at its lower bound {}", input.lower);
+                return wrong(&input.name, problem);
+            }
+        }
+        let (low, high) = (temperatures[0], temperatures[temperatures.len() - 1]);
+        let place = |t: f64| if high > low { (t - low) / (high - low) } else { 0.0 };
+        let prepared = groups.iter().map(|group| {
+            let (forward, specimens) = relative_to_means(&group.forward, &group.evidence)?;
+            let level = temperatures.partition_point(|&t| t < group.temperature_c);
+            Ok(Group { level, forward, specimens })
+        });
+        Ok(Self {
+            trends: trends.clone(),
+            deviation: *deviation,
+            quantities: first.forward.outputs().len(),
+            levels: temperatures.iter().map(|&t| (t, place(t))).collect(),
+            groups: prepared.collect::<Result<_, CalibrationError>>()?,
+            inputs,
+        })
+    }
+
+    /// Inputs that follow the temperature.
+    fn following(&self) -> impl Iterator<Item = &Input> {
+        let with_trends = self.inputs.iter().zip(&self.trends);
+        with_trends.filter(|(_, trend)| **trend == Trend::LogLinear).map(|(input, _)| input)
+    }
+
+    /// Parameters at a temperature: those of the lowest one, but for those with values at the `highest`
+    /// too, which are between on the line, moved by `off` standard units along the logit of the box's
+    /// logarithm. So they stay in the box; in its middle one unit is one of the logarithm.
+    fn parameters<R: Scalar>(&self, place: f64, lowest: &[R], highest: &[R], off: &[R]) -> Vec<R> {
+        let mut following = highest.iter().enumerate();
+        let of = |((input, trend), &low): ((&Input, &Trend), &R)| {
+            let Some((k, &high)) = (*trend == Trend::LogLinear).then(|| following.next()).flatten()
+            else {
+                return low;
+            };
+            let line = low.ln() * (1.0 - place) + high.ln() * place;
+            // rounding may leave the box
+            let inside = |ln: R| ln.exp().clamp(input.lower, input.upper);
+            let Some(&off) = off.get(k) else { return inside(line) };
+            let (bottom, width) = (input.lower.ln(), (input.upper / input.lower).ln());
+            let share = (line - bottom) / width;
+            let logit = share.ln() - (-share).ln_1p() + off * (4.0 / width);
+            inside(logit.logistic() * width + bottom)
+        };
+        self.inputs.iter().zip(&self.trends).zip(lowest).map(of).collect()
+    }
+}
+
+/// The inputs of the group's surrogate that are not known of its specimens.
+fn unknown(group: &TestGroup) -> &[Input] {
+    let inputs = group.forward.inputs();
+    let known = group.evidence.known.first().map_or(0, Vec::len);
+    &inputs[..inputs.len().saturating_sub(known)]
+}
+
+ppl::model! {
+    /// The paper's likelihood for groups of specimens with one relative covariance.
+    ///
+    /// Each parameter is uniform on the box, at the lowest temperature and, where it follows the temperature,
+    /// at the highest too. Between, its logarithm is on the line, or off it by `deviation`. `theta` has
+    /// the parameters at each temperature.
+    pub fn calibration_over_groups(groups: &Groups) {
+        let mut lowest: Vec<Real> = Vec::new();
+        #[dims(parameter)]
+        for input in &groups.inputs {
+            let at_lowest ~ Uniform(input.lower, input.upper);
+            lowest.push(at_lowest);
+        }
+        let mut highest: Vec<Real> = Vec::new();
+        #[dims(following)]
+        for input in groups.following() {
+            let at_highest ~ Uniform(input.lower, input.upper);
+            highest.push(at_highest);
+        }
+        let mut spread: Vec<Real> = Vec::new();
+        if groups.deviation > 0.0 {
+            #[dims(following)] let deviation ~ HalfNormal(groups.deviation).iid(highest.len());
+            spread = deviation;
+        }
+        let mut at_level: Vec<Vec<Real>> = Vec::new();
+        #[dims(temperature)]
+        for level in &groups.levels {
+            let unit ~ Normal(0.0, 1.0).iid(spread.len());
+            let off: Vec<Real> = unit.iter().zip(&spread).map(|(z, s)| *z * *s).collect();
+            #[dims(parameter)]
+            #[track] let theta = groups.parameters(level.1, &lowest, &highest, &off);
+            at_level.push(theta);
+        }
+
+        #[dims(quantity)]
+        let sd ~ Normal(0.15, 0.25).truncate(0.0..).iid(groups.quantities);
+        let corr ~ LkjCholesky::of(groups.quantities, 3.0);
+        let chol = corr.scale_rows(&sd)?;
+        for group in &groups.groups {
+            let (mean, expected) =
+                group.specimens.expected(&group.forward, &at_level[group.level]);
+            for (contrast, expected) in group.specimens.contrasts.iter().zip(&expected) {
+                contrast ~ MvNormalCholesky(expected, &chol);
+            }
+            let shared = group.specimens.shared_at(&at_level[group.level])?;
+            let of_total = group.specimens.factor_of_total(&chol, &shared)?;
+            group.specimens.total ~
+                MvNormalCholesky(group.specimens.mean_of_total(&mean), &of_total);
+        }
+    }
+}
+
+/// Samples [`calibration_over_groups`], and labels parameters and temperatures.
+///
+/// # Errors
+/// Those of [`Groups::new`]; surrogates that reject every start.
+///
+/// # Example
+/// ```no_run
+/// use models::{Pooling, TestGroup, Trend, calibrate_groups};
+/// use ppl::Nuts;
+///
+/// # fn all(groups: Vec<TestGroup>) -> Result<(), models::CalibrationError> {
+/// // E and ξ follow the temperature, Gc does not
+/// let trends = vec![Trend::LogLinear, Trend::Constant, Trend::LogLinear];
+/// let pooling = Pooling { trends, deviation: 0.02 };
+/// let posterior = calibrate_groups(&groups, &pooling, &Nuts::default().seed(7))?;
+/// println!("{}", posterior.summary());
+/// # Ok(()) }
+/// ```
+pub fn calibrate_groups(
+    groups: &[TestGroup],
+    pooling: &Pooling,
+    sampler: &Nuts<'_>,
+) -> Result<Posterior, CalibrationError> {
+    let prepared = Groups::new(groups, pooling)?;
+    let mut posterior = sampler.sample(&calibration_over_groups(&prepared))?;
+    let names = |inputs: &mut dyn Iterator<Item = &Input>| -> Vec<String> {
+        inputs.map(|input| input.name.clone()).collect()
+    };
+    let temperatures: Vec<String> =
+        prepared.levels.iter().map(|(t, _)| format!("{t} °C")).collect();
+    let quantities: Vec<String> =
+        groups[0].forward.outputs().iter().map(|name| short_name(name)).collect();
+    let parameters = names(&mut prepared.inputs.iter());
+    let following = names(&mut prepared.following());
+    let mut label = |name: &str, axis: usize, labels: &[String]| {
+        let labels: Vec<&str> = labels.iter().map(String::as_str).collect();
+        posterior.label(name, axis, &labels)
+    };
+    label("theta", 0, &temperatures)?;
+    label("theta", 1, &parameters)?;
+    label("at_lowest", 0, &parameters)?;
+    if !following.is_empty() {
+        label("at_highest", 0, &following)?;
+    }
+    label("sd", 0, &quantities)?;
+    Ok(posterior)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,96 @@
+//! Metal plasticity from tension tests: the pattern for specimens that differ.
+//!
+//! Each specimen has parameters of its own, drawn from a population that is unknown too: its mean is
+//! "the material", its covariance the scatter between specimens, and a new specimen is predicted from
+//! both. A law is its flow stress ([`HardeningLaw`], some ten lines); Voce and Swift are here, and
+//! leaving out specimens ([`loo_by_specimen`]) says which predicts the next better:
+//!
+//! ```no_run
+//! use models::tension::{Voce, calibrate, read_tension_tests};
+//! use ppl::Nuts;
+//!
+//! let tests = read_tension_tests("tension.csv".as_ref(), 200_000.0)?;
+//! let posterior = calibrate::<Voce>(&tests, &Nuts::default().seed(1))?;
+//! println!("{}", posterior.summary());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Run `cargo run --release -p models --example tension` for eight specimens of 304L steel.
+
+mod experiment;
+mod law;
+mod loo;
+
+use std::marker::PhantomData;
+
+use ppl::diagnostics::LooError;
+use ppl::prelude::*;
+use ppl::{DomainError, LabelError, Posterior, SampleError};
+
+pub use experiment::{HardeningPoint, TensionTest, read_tension_tests};
+pub use law::{HardeningLaw, REFERENCE_STRAIN, Swift, Voce};
+pub use loo::loo_by_specimen;
+
+ppl::model! {
+    /// Specimens about a population: ln θ_k ~ N(μ, diag(s) R diag(s)), and σ ~ N(law(θ_k), sd).
+    ///
+    /// `sd` in MPa holds what one law cannot say of one curve, noise and misfit alike. Each curve tells
+    /// its own parameters well, so that they are their own coordinates (centred).
+    pub fn hardening<L: HardeningLaw>(_law: PhantomData<L>, tests: &[TensionTest]) {
+        let mut mean: Vec<Real> = Vec::new();
+        #[dims(parameter)]
+        for [prior, width] in L::LN_PRIOR {
+            let ln_mean ~ Normal(prior, width);
+            mean.push(ln_mean);
+        }
+        let mean = [mean[0], mean[1], mean[2]];
+        #[dims(parameter)] let scatter ~ HalfNormal(0.2).array::<3>();
+        let corr ~ LkjCholesky::<3>(2.0);
+        let chol = corr.scale_rows(scatter);
+        let sd ~ HalfNormal(30.0);
+        #[dims(specimen)]
+        for test in tests {
+            #[dims(parameter)] let ln_own ~ MvNormalCholesky(mean, chol);
+            let own = ln_own.map(|x| x.exp());
+            for point in &test.points {
+                point.true_stress_mpa ~ Normal(L::stress_mpa(&own, point.plastic_strain), sd);
+            }
+        }
+        #[dims(parameter)] #[predict] let ln_new ~ MvNormalCholesky(mean, chol);
+    }
+}
+
+/// A calibration or a cross-validation that could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum TensionError {
+    /// The sampler could not start.
+    #[error(transparent)]
+    Sample(#[from] SampleError),
+    /// Labels that do not fit.
+    #[error(transparent)]
+    Label(#[from] LabelError),
+    /// Too few draws, or a specimen without density.
+    #[error(transparent)]
+    Loo(#[from] LooError),
+    /// Draws that make no covariance.
+    #[error(transparent)]
+    Domain(#[from] DomainError),
+}
+
+/// Samples [`hardening`], and labels parameters and specimens.
+///
+/// # Errors
+/// A sampler that cannot start; specimens of one name.
+pub fn calibrate<L: HardeningLaw>(
+    tests: &[TensionTest],
+    sampler: &Nuts<'_>,
+) -> Result<Posterior, TensionError> {
+    let mut posterior = sampler.sample(&hardening(PhantomData::<L>, tests))?;
+    let specimens: Vec<&str> = tests.iter().map(|test| test.specimen.as_str()).collect();
+    posterior.label("ln_mean", 0, &L::PARAMETERS)?;
+    posterior.label("ln_own", 0, &specimens)?;
+    Ok(posterior)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,124 @@
+//! The hierarchy against what is known in closed form.
+
+use ppl::check;
+use ppl::rand::SeedableRng;
+use ppl::rand_xoshiro::Xoshiro256PlusPlus;
+
+use super::loo::{ln_density, nodes_of, populations};
+use super::*;
+
+/// σ = 100 (ln a + ε ln b + ε² ln c): linear in what the population is over, so that curves are normal.
+struct Parabola;
+
+impl HardeningLaw for Parabola {
+    const PARAMETERS: [&'static str; 3] = ["a", "b", "c"];
+    const LN_PRIOR: [[f64; 2]; 3] = [[3.0, 0.5], [4.0, 0.5], [-2.0, 0.5]];
+
+    fn stress_mpa<S: Scalar>(&[a, b, c]: &[S; 3], strain: f64) -> S {
+        (a.ln() + b.ln() * strain + c.ln() * (strain * strain)) * 100.0
+    }
+
+    fn uniform_strain<S: Scalar>(_: &[S; 3]) -> S {
+        S::from(0.0)
+    }
+}
+
+fn strains() -> impl Iterator<Item = f64> {
+    (0..12).map(|i| 0.04 * f64::from(i))
+}
+
+/// A specimen of a population with means 3, 4, −2, a scatter of 0.1 and noise of 5 MPa.
+fn specimen(name: usize, rng: &mut Xoshiro256PlusPlus) -> TensionTest {
+    let mut normal = || -> f64 { Normal(0.0, 1.0).draw(rng) };
+    let own = [3.0, 4.0, -2.0].map(|mean: f64| (mean + 0.1 * normal()).exp());
+    let point = |plastic_strain: f64| HardeningPoint {
+        plastic_strain,
+        true_stress_mpa: Parabola::stress_mpa(&own, plastic_strain) + 5.0 * normal(),
+    };
+    let points = strains().map(point).collect();
+    TensionTest { specimen: format!("S{name}"), uniform_strain: 0.5, points }
+}
+
+fn specimens() -> Vec<TensionTest> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(12);
+    (0..6).map(|k| specimen(k, &mut rng)).collect()
+}
+
+fn sampler() -> Nuts<'static> {
+    Nuts::default().chains(2).warmup(400).draws(400).target_accept(0.9).seed(2)
+}
+
+#[test]
+fn gradients_are_derivatives() {
+    let tests = &specimens()[..2];
+    check::gradient(&hardening(PhantomData::<Voce>, tests), 1);
+    check::gradient(&hardening(PhantomData::<Swift>, tests), 2);
+}
+
+/// With a law linear in its unknowns, a curve is N(A μ, A Σ Aᵀ + sd² I) about its population.
+#[test]
+fn a_curve_has_its_marginal_density() {
+    let tests = specimens();
+    let posterior = calibrate::<Parabola>(&tests, &sampler()).unwrap();
+    let nodes = nodes_of::<Parabola>(&posterior, 1, &tests[1]).unwrap();
+    let rows: Vec<[f64; 3]> = strains().map(|e| [100.0, 100.0 * e, 100.0 * e * e]).collect();
+    let y: Vec<f64> = tests[1].points.iter().map(|p| p.true_stress_mpa).collect();
+    let mut gaps = Vec::new();
+    for population in populations(&posterior).unwrap().iter().step_by(80) {
+        let scatter = population.factor.covariance();
+        let mean: Vec<f64> =
+            rows.iter().map(|a| (0..3).map(|i| a[i] * population.mean[i]).sum()).collect();
+        let entry = |m: usize, n: usize| {
+            let pairs = (0..9).map(|k| rows[m][k / 3] * scatter[k / 3][k % 3] * rows[n][k % 3]);
+            pairs.sum::<f64>() + if m == n { population.sd_mpa.powi(2) } else { 0.0 }
+        };
+        let covariance: Vec<Vec<f64>> =
+            (0..y.len()).map(|m| (0..y.len()).map(|n| entry(m, n)).collect()).collect();
+        let factor = DynCholeskyFactor::of_covariance(&covariance).unwrap();
+        let exact: f64 = MvNormalCholesky(mean, factor).ln_density(&y);
+        gaps.push(ln_density(&nodes, &tests[1], population) - exact);
+    }
+    // 400 nodes integrate to some 5 %
+    assert!(gaps.iter().all(|gap| gap.abs() < 0.25), "{gaps:?}");
+}
+
+/// Reweighted draws do what a calibration without the specimen does.
+#[test]
+fn smoothed_weights_do_what_refits_do() {
+    let tests = specimens();
+    let posterior = calibrate::<Parabola>(&tests, &sampler()).unwrap();
+    let loo = loo_by_specimen::<Parabola>(&posterior, &tests, &sampler()).unwrap();
+    assert!(loo.unreliable().is_empty() && loo.points.len() == 6, "{loo}");
+    let weighted: Vec<usize> =
+        (0..6).filter(|&k| loo.points[k].pareto_k > f64::NEG_INFINITY).collect();
+    assert!(!weighted.is_empty(), "{loo:?}");
+    for k in weighted {
+        let mut others = tests.clone();
+        others.remove(k);
+        let refit = calibrate::<Parabola>(&others, &sampler()).unwrap();
+        let nodes = nodes_of::<Parabola>(&posterior, k, &tests[k]).unwrap();
+        let terms: Vec<f64> = populations(&refit)
+            .unwrap()
+            .iter()
+            .map(|population| ln_density(&nodes, &tests[k], population))
+            .collect();
+        let exact = ln_sum_exp(&terms) - (terms.len() as f64).ln();
+        assert!((loo.points[k].elpd - exact).abs() < 0.4, "{k}: {:?} {exact}", loo.points[k]);
+    }
+}
+
+/// Ranks of truths drawn from the prior are uniform among the draws of the posterior.
+#[test]
+fn ranks_are_uniform() {
+    let shape: Vec<TensionTest> = specimens().into_iter().take(3).collect();
+    let quick = Nuts::default().chains(1).warmup(300).draws(200).target_accept(0.9);
+    let report = check::sbc(5).replications(60).ranked_draws(19).sampler(quick).run(|trial| {
+        let truth = hardening(PhantomData::<Parabola>, &shape).draw_prior(&mut trial.rng)?;
+        let stresses = truth.replicate("point.true_stress_mpa").unwrap_or_default();
+        let mut tests = shape.clone();
+        let points = tests.iter_mut().flat_map(|test| &mut test.points);
+        points.zip(stresses).for_each(|(point, stress)| point.true_stress_mpa = *stress);
+        trial.rank(&hardening(PhantomData::<Parabola>, &tests), &truth)
+    });
+    report.unwrap().assert_uniform(1e-3);
+}
