@@ -46,7 +46,7 @@ Examples:
   breccia ensemble --out results --slurm    its simulations as jobs of a Slurm cluster
   breccia study my-study.toml --out study   several calibrations and what they say together
 
-Stages, in order: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, report.
+Stages, in order: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, design, report.
 `breccia help STAGE` says what each reads and writes.";
 
 #[derive(Subcommand)]

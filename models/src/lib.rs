@@ -26,9 +26,10 @@
 //! 5. `virtual_specimen`: specimens with a known truth
 //! 6. `fracture`, `hyperelastic`, `tension`: calibration models, each the pattern that a user copies
 //! 7. `coverage`, `budget`: whether intervals hold what they promise, and what widens them
-//! 8. `report`: figures and the page; knows results, not the workflow
-//! 9. `workflow`: stages, one row of a table each, whose inputs are what they read
-//! 10. `study`: beyond one process and one case: several calibrations, jobs of a cluster
+//! 8. `further_test`: what would make them narrower
+//! 9. `report`: figures and the page; knows results, not the workflow
+//! 10. `workflow`: stages, one row of a table each, whose inputs are what they read
+//! 11. `study`: beyond one process and one case: several calibrations, jobs of a cluster
 
 mod budget;
 mod case;
@@ -37,6 +38,7 @@ mod curve_check;
 mod error;
 mod experiment;
 mod fracture;
+mod further_test;
 pub mod hyperelastic;
 mod progress;
 mod qoi;
@@ -48,11 +50,12 @@ mod virtual_specimen;
 mod workflow;
 
 pub use case::{
-    AdaptiveCase, ArcLengthCase, ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase,
-    ConfirmCase, DesignCase, DiscrepancyCase, ExperimentsCase, ExtendCase, FidelityCase, ImageCase,
-    LevelCase, Likelihood, MaterialCase, MaterialParameter, MeasureCase, Microstructure, NoiseCase,
-    OutputCase, PrescribeCase, PriorBounds, PriorCase, Property, QoiCase, SequentialCase,
-    SpecimenCase, SpecimenGeometry, SurrogateCase, TestCase, Toe, TractionCase, VirtualCase,
+    AdaptiveCase, ArcLengthCase, ByParameter, CalibrationCase, CandidateCase, Case, CaseFile,
+    ConditionsCase, ConfirmCase, DesignCase, DiscrepancyCase, ExperimentsCase, ExtendCase,
+    FidelityCase, FurtherTestsCase, ImageCase, LevelCase, Likelihood, MaterialCase,
+    MaterialParameter, MeasureCase, Microstructure, NoiseCase, OutputCase, PrescribeCase,
+    PriorBounds, PriorCase, Property, QoiCase, SequentialCase, SpecimenCase, SpecimenGeometry,
+    SurrogateCase, TestCase, Toe, TractionCase, VirtualCase,
 };
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, Laboratory, Setting};
 pub use error::InputError;
@@ -61,6 +64,7 @@ pub use fracture::{
     Calibration, CalibrationError, Evidence, Groups, Pooling, Specimens, TestGroup, Trend,
     calibrate, calibrate_groups, calibration, calibration_on, calibration_over_groups,
 };
+pub use further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal, Needed, TestAtDraw};
 pub use qoi::{QoiError, Qois, Quantity};
 pub use study::{
     PartStatus, Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyFile, StudyLaboratory,

@@ -63,6 +63,7 @@ fn help_teaches_with_an_example_for_every_command() {
         "surrogate",
         "calibrate",
         "confirm",
+        "design",
         "report",
         "study",
         "status",

@@ -4,6 +4,7 @@ mod curve;
 mod derivatives;
 mod discrepancy;
 mod fidelity;
+mod further_tests;
 mod images;
 mod own_data;
 mod quadrature;
@@ -147,6 +148,11 @@ fn from_an_empty_directory_to_every_documented_file() {
             "qoi,input,first,first_q05,first_q95,total,total_q05,total_q95\nslope_N_per_mm,",
         ),
         ("confirm.csv", "qoi,experiment_mean,map_simulation,percent_error"),
+        (
+            "design.csv",
+            "candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90\nmore specimens,",
+        ),
+        ("design_specimens.csv", "candidate,parameter,goal,value,specimens,limit"),
         (
             "curves/run-001.csv",
             "time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,phi_max",

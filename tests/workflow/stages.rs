@@ -22,16 +22,19 @@ fn readers(key: &str) -> &'static [&'static str] {
         // of single simulations
         ["output", ..] => &[],
         ["qoi", ..] => &["experiments", "ensemble", "confirm"],
-        ["prior", ..] => &["ensemble", "calibrate"],
+        ["prior", ..] => &["ensemble", "calibrate", "design"],
         ["design", ..] => &["ensemble"],
         ["fidelity", ..] => &["experiments", "ensemble"],
         ["surrogate", ..] => &["surrogate"],
         ["experiments", "virtual", "truth", ..] => &["experiments", "calibrate"],
         ["experiments", ..] => &["experiments"],
         // another likelihood puts other quantities into [qoi]
-        ["calibration", "likelihood"] => &["experiments", "ensemble", "calibrate", "confirm"],
-        ["calibration", ..] => &["calibrate"],
+        ["calibration", "likelihood"] => {
+            &["experiments", "ensemble", "calibrate", "confirm", "design"]
+        }
+        ["calibration", ..] => &["calibrate", "design"],
         ["confirm", ..] => &["confirm"],
+        ["further_tests", ..] => &["design"],
         _ => panic!("{key} is not in the table of this test: say which stages read it"),
     }
 }
@@ -56,7 +59,7 @@ fn changed(key: &str, value: &Value) -> Value {
         "all" => "sparse",
         "corrected-loo" => "split",
         "polyhedron" => "sphere",
-        "slope" => "work-to-peak",
+        "slope" => "energy-to-peak",
         "report" => "correct",
         "quantities" => "curve",
         other => panic!("{key} = {other:?}: give this test another value"),

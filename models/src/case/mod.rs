@@ -6,11 +6,13 @@ mod calibration;
 mod conditions;
 mod experiments;
 mod fidelity;
+mod further;
 #[cfg(test)]
 mod fuzz;
 mod geometry;
 mod image;
 mod material;
+mod overlay;
 mod own_data;
 mod parameter;
 mod read;
@@ -34,9 +36,12 @@ pub use calibration::{
 pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
 pub use experiments::{ExperimentsCase, NoiseCase, Toe, VirtualCase};
 pub use fidelity::{FidelityCase, LevelCase};
+pub(crate) use further::PRESENT;
+pub use further::{CandidateCase, FurtherTestsCase};
 pub use geometry::SpecimenGeometry;
 pub use image::ImageCase;
 pub use material::MaterialCase;
+pub(crate) use overlay::{merge, nested, remove};
 pub use parameter::{ByParameter, MaterialParameter, PriorBounds, PriorCase, Property};
 pub use read::CaseFile;
 pub use simulation::{AdaptiveCase, ArcLengthCase, OutputCase, TestCase};
@@ -100,6 +105,9 @@ pub struct Case {
     /// The simulations that confirm the calibration.
     #[serde(default)]
     pub confirm: ConfirmCase,
+    /// Tests that could be made next.
+    #[serde(default)]
+    pub further_tests: FurtherTestsCase,
 }
 
 /// `[specimen]`: a cylinder with a packing, an image of a specimen, or a mesh file.

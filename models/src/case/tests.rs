@@ -216,14 +216,24 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
         ),
         (
             "quantities = [\"slope\", ",
+            "quantities = [\"post-peak-slope\", ",
+            &["test.stop_below_peak = 0.03", "post-peak-slope", "130 %", "write 0.15 or more"],
+        ),
+        (
+            "quantities = [\"slope\", ",
+            "quantities = [\"force-at-0.25-mm\", ",
+            &["qoi.quantities = force-at-0.25-mm", "test.displacement_mm = 0.22"],
+        ),
+        (
+            "quantities = [\"slope\", ",
             "quantities = [\"force-at-0-percent\", ",
             &["qoi.quantities", "\"force-at-50-percent\"?"],
         ),
         (
             "# percent = { slope = 3.0,",
-            "[calibration.discrepancy]\npercent = { work-to-peak = 3.0,",
+            "[calibration.discrepancy]\npercent = { energy-to-peak = 3.0,",
             &[
-                "calibration.discrepancy.percent.work-to-peak = 3",
+                "calibration.discrepancy.percent.energy-to-peak = 3",
                 "not compared",
                 "slope, peak-force",
             ],

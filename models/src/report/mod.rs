@@ -24,8 +24,9 @@ pub use mesh_picture::mesh_picture;
 pub(crate) use page::page;
 pub use raster::{Raster, side_by_side};
 pub(crate) use results::{
-    CalibratedParameter, DamageState, Finding, LeftOut, OrderErrors, Picture, PictureContent,
-    Points, Qoi, Results, Summarised, mean,
+    CalibratedParameter, DamageState, Finding, FurtherExpected, FurtherNeeded, FurtherParameter,
+    FurtherTestResult, LeftOut, OrderErrors, Picture, PictureContent, Points, Qoi, Results,
+    Summarised, mean,
 };
 pub(crate) use specimen_figures::{grain_sizes, mesh_quality};
 pub(crate) use study::{ComparedCase, Pair, StudyResults, study_page};

@@ -58,12 +58,58 @@ pub(crate) struct Results {
     pub(crate) divergences: u64,
     /// Leave-one-out predictions, specimen by specimen; empty if there are none.
     pub(crate) loo: Vec<LeftOut>,
+    /// What further tests would tell, a parameter each; empty if it was not looked at.
+    pub(crate) further: Vec<FurtherParameter>,
     /// Warnings in words; empty if nothing is to be said.
     pub(crate) warnings: Vec<String>,
     /// Notes that belong to the reading: scaled displacements, mesh bias and the like.
     pub(crate) notes: Vec<String>,
     /// Settings of the run: name and value.
     pub(crate) settings: Vec<(String, String)>,
+}
+
+/// What further tests would tell of a parameter.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct FurtherParameter {
+    /// Label with unit.
+    pub(crate) label: String,
+    /// Its contraction now.
+    pub(crate) now: f64,
+    /// The tests, all with the same numbers of specimens and the same goals.
+    pub(crate) tests: Vec<FurtherTestResult>,
+}
+
+/// What a further test would tell of a parameter.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct FurtherTestResult {
+    /// What it is called.
+    pub(crate) name: String,
+    /// By numbers of further specimens.
+    pub(crate) expected: Vec<FurtherExpected>,
+    /// Numbers of specimens that goals take.
+    pub(crate) needed: Vec<FurtherNeeded>,
+}
+
+/// What is to be expected after further specimens.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct FurtherExpected {
+    /// How many.
+    pub(crate) specimens: usize,
+    /// 1 − posterior variance / prior variance.
+    pub(crate) contraction: f64,
+}
+
+/// How many further specimens a goal takes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct FurtherNeeded {
+    /// Whether a width of the 90 % interval is wanted, and not a contraction.
+    pub(crate) is_width: bool,
+    /// What is wanted.
+    pub(crate) value: f64,
+    /// How many; none where no number suffices.
+    pub(crate) specimens: Option<usize>,
+    /// What any number would give.
+    pub(crate) limit: f64,
 }
 
 /// What was found in one measured curve.

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
-use toml::{Table, Value};
+use toml::Table;
 
-use crate::case::{ByParameter, CaseFile};
+use crate::case::{ByParameter, CaseFile, merge, nested, remove};
 use crate::error::InputError;
 
 /// A study: several calibrations that belong together.
@@ -229,41 +229,12 @@ fn part_of(
     })
 }
 
-/// `a.b = value` as tables.
-fn nested(key: &str, value: Value) -> Table {
-    match key.split_once('.') {
-        Some((first, rest)) => Table::from_iter([(first.to_owned(), nested(rest, value).into())]),
-        None => Table::from_iter([(key.to_owned(), value)]),
-    }
-}
-
 /// A key with its value, from the command line.
 fn parsed(entry: &str, path: &Path) -> Result<Table, InputError> {
     entry.parse().map_err(|_| {
         let help = "Write a key by its path and a value of TOML, as --set specimen.spacing_mm=0.3.";
         InputError::new(path, "--set", entry, "is no key with a value", help)
     })
-}
-
-/// Gives a table what another one has otherwise, key by key.
-fn merge(table: &mut Table, set: &Table) {
-    for (key, value) in set {
-        match (table.get_mut(key), value) {
-            (Some(Value::Table(inner)), Value::Table(set)) => merge(inner, set),
-            _ => drop(table.insert(key.clone(), value.clone())),
-        }
-    }
-}
-
-/// Takes a key out, by its path; whether it was there.
-fn remove(table: &mut Table, key: &str) -> bool {
-    match key.split_once('.') {
-        Some((first, rest)) => match table.get_mut(first) {
-            Some(Value::Table(inner)) => remove(inner, rest),
-            _ => false,
-        },
-        None => table.remove(key).is_some(),
-    }
 }
 
 /// Truths of the parameters that a laboratory tests, by their paths.

@@ -8,10 +8,9 @@ use surrogate::Input;
 
 use super::WorkflowError;
 use super::extension::offers;
-use super::fitted::{Fitted, read_experiments};
+use super::fitted::{Fitted, known_inputs, read_experiments};
 use super::gate::{check_range, labelled};
 use super::inputs::Inputs;
-use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use super::uncertainty::{Budget, SharedError, budget};
 use crate::fracture::{Calibration, CalibrationError, calibrate, column_means};
@@ -42,11 +41,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         .interrupt(task.interrupt);
     let means = column_means(&specimens);
     let shared = SharedError::of(&fitted, &settings.discrepancy, &means)?;
-    let known = match fitted.known_inputs() {
-        0 => Vec::new(),
-        _ => read_experiments(inputs, &[STIFFNESS_RATIO])?,
-    };
-    let evidence = shared.evidence(specimens, known);
+    let evidence = shared.evidence(specimens, known_inputs(inputs, &fitted)?);
     let result = calibrate(pce, &evidence, &sampler, settings.seed);
     drop(bar);
     task.check_interrupt()?;

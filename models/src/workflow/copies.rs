@@ -52,6 +52,17 @@ impl Copies {
             }
             *mesh = "specimen.msh".into();
         }
+        for (place, candidate) in (1..).zip(&mut copies.case.further_tests.candidate) {
+            let Some(mesh) = candidate.mesh() else { continue };
+            let name = format!("candidates/{place}.msh");
+            let (from, to) = (source.beside(Path::new(mesh)), dir.join(&name));
+            if !same_file(&from, &to) {
+                let content = std::fs::read(&from).map_err(|e| WorkflowError::io(&from, e))?;
+                copies.files.push((to.clone(), content));
+                copies.originals.push((to, from));
+            }
+            candidate.set_mesh(&name);
+        }
         if let Some(stack) = copies.case.specimen.image.as_mut().and_then(|i| i.stack.as_mut()) {
             // too large to be copied
             let from = source.beside(stack);

@@ -18,13 +18,14 @@ use super::runs::place;
 use super::sequential::{Batches, Look};
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
+use crate::qoi::Quantity;
 
 /// What is known of a run beside its numbers; seed and stiffness are those of a packing of its own. The last
 /// is there where there are batches.
 const NOTES: [&str; 5] = ["run", "seconds", SEED, STIFFNESS_RATIO, BATCH];
 
 /// The runs of a case and the meshes that they are made on.
-struct Plan<'a> {
+pub(super) struct Plan<'a> {
     prior: Vec<Input>,
     names: Vec<String>,
     runs: Vec<RunInput>,
@@ -35,8 +36,8 @@ struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    /// What the case asks for in a folder of results; so many of the packings are filled.
-    fn of(inputs: &'a Inputs<'_>, dir: &Path, filled: usize) -> Result<Self, WorkflowError> {
+    /// What the case asks for, without batches; so many of the packings are filled.
+    pub(super) fn of(inputs: &'a Inputs<'_>, filled: usize) -> Result<Self, WorkflowError> {
         inputs.check_steps()?;
         let first = inputs.first_prior()?;
         let design = inputs.design();
@@ -56,20 +57,54 @@ impl<'a> Plan<'a> {
             let seed = design.seed.wrapping_add(k);
             points.extend(design.method.sample(&within, extension.runs, seed)?);
         }
-        let batches = Batches::of(inputs, &levels[0], dir.join(FOLDER), points.len())?;
-        let most = points.len() + batches.as_ref().map_or(0, Batches::most);
-        if most > design.runs {
-            packings = Packings::of(inputs, filled.min(most))?;
+        if !inputs.extend().is_empty() {
+            packings = Packings::of(inputs, filled.min(points.len()))?;
         }
         let run = |(i, inputs)| RunInput { id: i + 1, inputs };
         let runs: Vec<RunInput> = points.into_iter().enumerate().map(run).collect();
         let names = prior.iter().map(|input| input.name.clone()).collect();
-        Ok(Self { prior, names, runs, packings, levels, batches })
+        Ok(Self { prior, names, runs, packings, levels, batches: None })
     }
 
-    /// Columns of the quantities of interest.
-    fn outputs(task: &Task<'_>) -> Vec<String> {
-        task.inputs.qoi().quantities.iter().map(|q| q.column().to_owned()).collect()
+    /// The same with the batches that the case asks for, in a folder of results.
+    fn with_batches(
+        inputs: &'a Inputs<'_>,
+        dir: &Path,
+        filled: usize,
+    ) -> Result<Self, WorkflowError> {
+        let mut plan = Self::of(inputs, filled)?;
+        let runs = plan.runs.len();
+        plan.batches = Batches::of(inputs, &plan.levels[0], dir.join(FOLDER), runs)?;
+        if let Some(batches) = &plan.batches {
+            plan.packings = Packings::of(inputs, filled.min(runs + batches.most()))?;
+        }
+        Ok(plan)
+    }
+
+    /// The runs of the design with their quantities, on all levels.
+    pub(super) fn make(&self, task: &Task<'_>) -> Result<Vec<LevelRuns>, WorkflowError> {
+        all_levels(&self.runner(task), self)
+    }
+
+    /// The same on the first level alone, of a case whose mesh no stage has made.
+    pub(super) fn make_cheap(&mut self, task: &Task<'_>) -> Result<LevelRuns, WorkflowError> {
+        self.levels[0].is_made_anew = true;
+        let level = &self.levels[0];
+        let records = self.runner(task).run(level, &self.runs, true)?;
+        Ok(LevelRuns::new(records, task.inputs.qoi(), level.setup.derivatives))
+    }
+
+    /// What a surrogate learns from: the runs of the first level with these quantities, which those on
+    /// better levels correct, and the corrections.
+    pub(super) fn learnt(
+        &self,
+        inputs: &Inputs<'_>,
+        quantities: &[Quantity],
+        done: &[LevelRuns],
+    ) -> Result<(Dataset, Vec<Correction>), WorkflowError> {
+        let mut corrected = Corrected::by(self, quantities, done)?;
+        let data = corrected.data(self, inputs, &done[0])?;
+        Ok((data, corrected.corrections))
     }
 
     fn runner<'r>(&'r self, task: &'r Task<'r>) -> Runner<'r> {
@@ -80,7 +115,7 @@ impl<'a> Plan<'a> {
 /// Makes the runs, which any number of processes share: on one mesh after the other, since which are
 /// repeated is known from those before, and batch after batch.
 pub(super) fn share(task: &Task<'_>) -> Result<(), WorkflowError> {
-    let plan = Plan::of(&task.inputs, &task.path(""), usize::MAX)?;
+    let plan = Plan::with_batches(&task.inputs, &task.path(""), usize::MAX)?;
     if let Some(packings) = &plan.packings {
         plan.levels.iter().try_for_each(|level| packings.check(level, &plan.runs[0].inputs))?;
     }
@@ -90,12 +125,12 @@ pub(super) fn share(task: &Task<'_>) -> Result<(), WorkflowError> {
 
 /// Writes what the runs have given.
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
-    let plan = Plan::of(&task.inputs, &task.path(""), usize::MAX)?;
+    let plan = Plan::with_batches(&task.inputs, &task.path(""), usize::MAX)?;
     let runner = plan.runner(task);
     let design = all_levels(&runner, &plan)?;
     compare_quadratures(&runner, &plan.levels[0], &plan.prior, &design[0])?;
     let Made { done, looks, mut corrected } = with_batches(&runner, &plan, design)?;
-    let data = corrected.data(&plan, task, &done[0])?;
+    let data = corrected.data(&plan, &task.inputs, &done[0])?;
     let (first, corrections) = (&done[0], &corrected.corrections);
     for record in &first.records {
         write_curve(task.product(&format!("curves/run-{:03}.csv", record.id))?, &record.curve)?;
@@ -142,19 +177,16 @@ fn with_batches(
     plan: &Plan<'_>,
     mut done: Vec<LevelRuns>,
 ) -> Result<Made, WorkflowError> {
-    let mut corrected = Corrected { corrections: Vec::new(), stiffness: Vec::new() };
+    let quantities = &runner.task.inputs.qoi().quantities;
     // a process that leaves runs to others may not have those that correct
     if runner.task.leave_to_others && plan.batches.is_none() {
+        let corrected = Corrected::by(plan, quantities, &done[..1])?;
         return Ok(Made { done, looks: Vec::new(), corrected });
     }
-    let outputs = Plan::outputs(runner.task);
-    for pair in done.windows(2) {
-        let correction = Correction::between(&plan.prior, &outputs, &pair[0], &pair[1])?;
-        corrected.corrections.push(correction);
-    }
+    let mut corrected = Corrected::by(plan, quantities, &done)?;
     let looks = match &plan.batches {
         Some(batches) => batches.make(runner, &mut done[0], &mut |first| {
-            let data = corrected.data(plan, runner.task, first)?;
+            let data = corrected.data(plan, &runner.task.inputs, first)?;
             Ok((data, corrected.corrections.iter().map(|c| c.report().clone()).collect()))
         })?,
         None => Vec::new(),
@@ -164,17 +196,33 @@ fn with_batches(
 
 /// What makes a dataset of runs.
 struct Corrected {
+    /// Columns of the quantities.
+    outputs: Vec<String>,
     corrections: Vec<Correction>,
     /// The stiffness ratios of the packings of the first runs, as far as they were asked for.
     stiffness: Vec<f64>,
 }
 
 impl Corrected {
+    /// By the runs of each level that are repeated on the next.
+    fn by(
+        plan: &Plan<'_>,
+        quantities: &[Quantity],
+        done: &[LevelRuns],
+    ) -> Result<Self, WorkflowError> {
+        let outputs: Vec<String> = quantities.iter().map(|q| q.column().into_owned()).collect();
+        let corrections = done
+            .windows(2)
+            .map(|pair| Correction::between(&plan.prior, &outputs, &pair[0], &pair[1]))
+            .collect::<Result<_, _>>()?;
+        Ok(Self { outputs, corrections, stiffness: Vec::new() })
+    }
+
     /// The usable ones of runs on the first level, corrected, with their derivatives and notes.
     fn data(
         &mut self,
         plan: &Plan<'_>,
-        task: &Task<'_>,
+        inputs: &Inputs<'_>,
         first: &LevelRuns,
     ) -> Result<Dataset, WorkflowError> {
         let Plan { prior, packings, levels, batches, .. } = plan;
@@ -183,9 +231,9 @@ impl Corrected {
             let more = packings.stiffness_ratios(&levels[0], known..first.records.len())?;
             self.stiffness.extend(more);
         }
-        let differentiated = if task.inputs.design().derivatives { prior.len() } else { 0 };
+        let differentiated = if inputs.design().derivatives { prior.len() } else { 0 };
         let names = &NOTES[..if batches.is_some() { NOTES.len() } else { NOTES.len() - 1 }];
-        let mut data = Dataset::new(prior.clone(), Plan::outputs(task), "breccia ensemble")?
+        let mut data = Dataset::new(prior.clone(), self.outputs.clone(), "breccia ensemble")?
             .with_derivatives_in(differentiated)?
             .with_notes(names)?;
         for (record, quantities, jacobian) in first.differentiated() {
@@ -250,7 +298,7 @@ pub(super) struct Progress {
 /// A case without prior or specimens, or without the mesh that all runs share; files that cannot be read.
 pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>, WorkflowError> {
     // one packing is as many as it takes to know that there are any
-    let plan = Plan::of(inputs, dir, 1)?;
+    let plan = Plan::with_batches(inputs, dir, 1)?;
     let look = |folder: &Path, derivatives: bool, total: usize| {
         let state = EnsembleState::of(folder)?;
         let runs = LevelRuns::new(state.records, inputs.qoi(), derivatives);

@@ -110,6 +110,17 @@ pub(super) fn read_experiments(
     Ok(table.rows().map(row).collect::<Result<_, InputError>>()?)
 }
 
+/// What is known of each specimen of the inputs of a surrogate, a row each; none if nothing is.
+pub(super) fn known_inputs(
+    inputs: &Inputs<'_>,
+    fitted: &Fitted,
+) -> Result<Vec<Vec<f64>>, WorkflowError> {
+    match fitted.known_inputs() {
+        0 => Ok(Vec::new()),
+        _ => read_experiments(inputs, &[STIFFNESS_RATIO]),
+    }
+}
+
 /// The stiffness ratios of the specimens, if that of each is known.
 pub(super) fn known_of_specimens(inputs: &Inputs<'_>) -> Result<Option<Vec<f64>>, WorkflowError> {
     let path = inputs.file("experiments.csv")?;

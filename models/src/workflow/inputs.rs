@@ -16,9 +16,10 @@ use super::files::SPECIMENS;
 use super::simulator::Setup;
 use super::specimen::{Scanned, Source};
 use crate::case::{
-    ByParameter, CalibrationCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase,
-    ExtendCase, FidelityCase, ImageCase, MaterialCase, MaterialParameter, NoiseCase, PriorCase,
-    QoiCase, SequentialCase, SpecimenGeometry, SurrogateCase, TestCase, Toe, VirtualCase,
+    ByParameter, CalibrationCase, CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase,
+    DesignCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, MaterialCase,
+    MaterialParameter, NoiseCase, PriorCase, QoiCase, SequentialCase, SpecimenGeometry,
+    SurrogateCase, TestCase, Toe, VirtualCase,
 };
 use crate::experiment::SpecimenTable;
 
@@ -64,6 +65,19 @@ impl<'a> Inputs<'a> {
     ) -> Self {
         let values = toml::Table::try_from(&file.case).unwrap_or_default();
         Self { file, dir, values, writer, guard: None, read: RefCell::default() }
+    }
+
+    /// Another case in the same folder.
+    pub(super) fn of<'b>(&self, file: &'b CaseFile) -> Inputs<'b>
+    where
+        'a: 'b,
+    {
+        Inputs::new(file, self.dir, self.writer)
+    }
+
+    /// The same case and folder, of which nothing has been read.
+    pub(super) fn afresh(&self) -> Inputs<'a> {
+        Inputs::new(self.file, self.dir, self.writer)
     }
 
     /// The same for a stage at work, to which a file is given only if the guard lets it pass.
@@ -150,6 +164,7 @@ parts! {
     surrogate: surrogate => SurrogateCase;
     calibration: calibration => CalibrationCase;
     confirm: confirm => ConfirmCase;
+    further_tests: further_tests => FurtherTestsCase;
 }
 
 /// The same below `[experiments.virtual]`, whose parts matter to different steps.
@@ -182,6 +197,19 @@ impl Inputs<'_> {
         &self.file.case
     }
 
+    /// The case that a further test is simulated by. What is read of it is to be said:
+    /// [`Self::reads_with`].
+    pub(super) fn candidate(&self, candidate: &CandidateCase) -> Result<CaseFile, WorkflowError> {
+        Ok(self.file.of_candidate(candidate)?)
+    }
+
+    /// Remembers all that was read elsewhere, at the same keys and of the same files.
+    pub(super) fn reads_with(&self, other: &Inputs<'_>) {
+        let Sources { case, files } = other.sources();
+        case.keys().for_each(|key| self.reads(key));
+        files.keys().for_each(|name| drop(self.reads_file(name)));
+    }
+
     /// What a simulation is set up from.
     pub(super) fn setup(&self) -> Setup<'_> {
         Setup {
@@ -202,9 +230,10 @@ impl Inputs<'_> {
     pub(super) fn geometry(&self) -> Result<SpecimenGeometry, WorkflowError> {
         self.reads("specimen");
         let geometry = self.file.geometry()?;
-        if let SpecimenGeometry::Mesh { .. } = geometry {
+        if let SpecimenGeometry::Mesh { file, .. } = &geometry {
             // the copy beside the case
-            self.reads_file("specimen.msh");
+            let copy = file.strip_prefix(self.dir).unwrap_or(file);
+            self.reads_file(&copy.to_string_lossy());
         }
         Ok(geometry)
     }

@@ -16,6 +16,8 @@ pub(super) struct Level<'a> {
     pub(super) repeats: usize,
     pub(super) setup: Setup<'a>,
     case: Option<&'a LevelCase>,
+    /// Whether its mesh is made from the case and not the one that the stage `mesh` left.
+    pub(super) is_made_anew: bool,
 }
 
 impl<'a> Level<'a> {
@@ -49,9 +51,16 @@ impl<'a> Level<'a> {
                 ..setup
             },
             case: Some(case),
+            is_made_anew: false,
         });
         let setup_of_own = Setup { derivatives: derivatives && levels.is_empty(), ..setup };
-        let own = Level { manifest: manifest.clone(), repeats: 0, setup: setup_of_own, case: None };
+        let own = Level {
+            manifest: manifest.clone(),
+            repeats: 0,
+            setup: setup_of_own,
+            case: None,
+            is_made_anew: false,
+        };
         Ok(cheaper.chain([own]).collect())
     }
 
@@ -65,13 +74,20 @@ impl<'a> Level<'a> {
             repeats: 0,
             setup: Setup { phase_field: Some(field), derivatives: false, ..self.setup },
             case: self.case,
+            is_made_anew: self.is_made_anew,
         }
     }
 
     /// The same for runs with names of their own.
     pub(super) fn named(&self, addition: &str) -> Level<'a> {
         let manifest = format!("{}{addition}", self.manifest);
-        Level { manifest, repeats: 0, setup: self.setup, case: self.case }
+        Level {
+            manifest,
+            repeats: 0,
+            setup: self.setup,
+            case: self.case,
+            is_made_anew: self.is_made_anew,
+        }
     }
 
     /// The specimen's mesher as this level has it.
@@ -81,9 +97,9 @@ impl<'a> Level<'a> {
 
     /// The specimen's mesh on this level.
     pub(super) fn mesh(&self, inputs: &Inputs<'_>) -> Result<TetMesh, WorkflowError> {
-        match self.case {
-            Some(_) => Ok(mesh_with(inputs, &|specimen| self.meshing(specimen))?.0),
-            None => Ok(gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?),
+        match self.case.is_some() || self.is_made_anew {
+            true => Ok(mesh_with(inputs, &|specimen| self.meshing(specimen))?.0),
+            false => Ok(gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?),
         }
     }
 }

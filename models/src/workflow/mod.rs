@@ -10,6 +10,7 @@
 //! | surrogate | `runs.csv`, `experiments.csv` | `surrogate.json`, `surrogate_orders.csv`, `surrogate_error.json`, `surrogate_uncertainty.json` (what runs leave open of its coefficients), `sobol.csv` (`qoi,input,first,first_q05,first_q95,total,total_q05,total_q95`) |
 //! | calibrate | `surrogate.json`, `experiments.csv` | `posterior.zarr`, `posterior.csv`, `predictive.csv`, `sampling.csv`, `summary.csv`, `summary.txt`, `warnings.txt`, `range.csv` (`qoi,experiment_mean,low,high,inside`), `map.csv`, `uncertainty.csv`, `loo.csv` (`specimen,elpd,pareto_k`) |
 //! | confirm | `map.csv`, `posterior.csv`, `mesh.msh` | `confirm.csv`, `confirm_runs.csv`, `curves/baseline.csv`, `curves/map.csv`, `curves/draw-*.csv`, `fields/map*` (`.vtu`, `.pvd`, pictures, `map.csv`), `curves/second-mesh.csv` |
+//! | design | `posterior.csv`, `surrogate.json`, `experiments.csv`; the runs and curves where quantities are taken again | `design.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `design_specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; without specimens where 1000 do not suffice), `design/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
 //! | report | all of these | `report.html` |
 //!
 //! `stages.toml` remembers what each finished stage has read, key by key of the case and file by file,
@@ -25,6 +26,7 @@ mod calibrate;
 mod confirm;
 mod content_hash;
 mod copies;
+mod design;
 mod ensemble;
 mod error;
 mod experiments;

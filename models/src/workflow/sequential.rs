@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use surrogate::{Dataset, FitReport};
 
 use super::WorkflowError;
-use super::fitted::{Fitted, known_of_specimens, read_experiments};
+use super::fitted::{Fitted, known_inputs, known_of_specimens, read_experiments};
 use super::gate::is_in_range;
 use super::inputs::Inputs;
 use super::level_runs::{LevelRuns, Runner};
@@ -191,11 +191,7 @@ impl<'a> Batches<'a> {
         let known = known_of_specimens(inputs)?;
         let fitted = Fitted::of(runs, known.as_deref(), inputs.surrogate(), corrections)?;
         let shared = SharedError::of(&fitted, &settings.discrepancy, &means)?;
-        let known = match fitted.known_inputs() {
-            0 => Vec::new(),
-            _ => known.into_iter().flatten().map(|ratio| vec![ratio]).collect(),
-        };
-        let evidence = shared.evidence(specimens, known);
+        let evidence = shared.evidence(specimens, known_inputs(inputs, &fitted)?);
         let sampler = Nuts::default()
             .chains(settings.chains)
             .warmup(settings.warmup.min(MOST_DRAWS))

@@ -6,7 +6,7 @@ use super::task::Task;
 use crate::case::Toe;
 use crate::curve_check::{Finding, InspectedCurve, Weight};
 use crate::error::InputError;
-use crate::experiment::SpecimenTable;
+use crate::experiment::{SpecimenTable, TestCurve};
 use crate::progress::say;
 
 /// A specimen of so many times the mesh's height, or of this part of it, is not the one that is meshed.
@@ -57,19 +57,9 @@ pub(super) fn checked(
     let (mut rows, mut toes, mut refused) = (Vec::new(), Vec::new(), None);
     for specimen in &mut table.specimens {
         let fraction = specimen.slope_fraction.unwrap_or(fraction);
-        let mut seen = InspectedCurve::of(&specimen.curve, fraction);
-        specimen.curve = seen.loading.clone();
-        if correct {
-            let (curve, moved) = seen.without_toe(fraction);
-            specimen.curve = curve;
-            let toe = seen.findings.iter_mut().find(|finding| finding.name == "toe");
-            if let Some(toe) = toe {
-                toe.value = moved;
-                toe.problem = format!("begins to carry load at {moved:.4} mm");
-                toe.help = "Displacement is counted from there.";
-            }
-        }
-        for Finding { name, value, problem, help, weight } in seen.findings {
+        let (curve, findings) = looked_at(&specimen.curve, fraction, correct);
+        specimen.curve = curve;
+        for Finding { name, value, problem, help, weight } in findings {
             if name == "toe" {
                 toes.push(value);
             }
@@ -97,4 +87,25 @@ pub(super) fn checked(
     let done = if correct { "taken away" } else { "left in" };
     say("note", &format!("the curves begin to carry load at {low:.4} to {high:.4} mm: {done}"));
     Ok(table)
+}
+
+/// The part of a measured curve that quantities are taken from, and what was found in it: it ends with the
+/// loading, and begins where load begins if that is to be corrected.
+pub(super) fn looked_at(
+    curve: &TestCurve,
+    slope_fraction: f64,
+    correct: bool,
+) -> (TestCurve, Vec<Finding>) {
+    let mut seen = InspectedCurve::of(curve, slope_fraction);
+    if !correct {
+        return (seen.loading, seen.findings);
+    }
+    let (curve, moved) = seen.without_toe(slope_fraction);
+    let toe = seen.findings.iter_mut().find(|finding| finding.name == "toe");
+    if let Some(toe) = toe {
+        toe.value = moved;
+        toe.problem = format!("begins to carry load at {moved:.4} mm");
+        toe.help = "Displacement is counted from there.";
+    }
+    (curve, seen.findings)
 }

@@ -1,10 +1,10 @@
 //! The table of the stages: what each is called, what it writes, what runs it.
 
 use super::stage::Stage;
-use super::{calibrate, confirm, ensemble, experiments, mesh, report, segment, surrogate};
+use super::{calibrate, confirm, design, ensemble, experiments, mesh, report, segment, surrogate};
 
 /// All stages in order: a new one is a row here and a file beside this one.
-pub static STAGES: [Stage; 8] = [
+pub static STAGES: [Stage; 9] = [
     Stage {
         name: "segment",
         about: "Find the grains of an image, or of a virtual scan: labels.tif, grains.csv, segment.csv",
@@ -105,6 +105,13 @@ pub static STAGES: [Stage; 8] = [
         ],
         share: None,
         run: confirm::run,
+    },
+    Stage {
+        name: "design",
+        about: "Find which further test would tell more, and how many specimens it takes: design.csv",
+        products: &["design.csv", "design_specimens.csv", "design/*"],
+        share: None,
+        run: design::run,
     },
     Stage {
         name: "report",

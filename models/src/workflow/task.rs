@@ -96,6 +96,14 @@ impl<'a> Task<'a> {
         }
     }
 
+    /// The same stage at work with other inputs in this folder, which it does not remember as its own.
+    pub(super) fn with<'b>(&self, inputs: Inputs<'b>) -> Task<'b>
+    where
+        'a: 'b,
+    {
+        Task::new(self.stage, inputs, self.dir, self.threads, self.interrupt)
+    }
+
     /// The name of the stage.
     pub(super) fn stage(&self) -> &'static str {
         self.stage

@@ -24,8 +24,8 @@ pub(super) struct SharedError {
 
 /// The error of the surrogate.
 enum OfSurrogate {
-    /// What its runs leave open, which depends on the parameters.
-    Open(Box<CoefficientPosterior>),
+    /// What its runs leave open, which depends on the parameters; and its mean over the box.
+    Open(Box<CoefficientPosterior>, Vec<Vec<f64>>),
     /// What it misses of the one specimen's response.
     Misses(Vec<Vec<f64>>),
 }
@@ -43,7 +43,10 @@ impl SharedError {
         means: &[f64],
     ) -> Result<Self, WorkflowError> {
         let surrogate = match fitted.packing_per_run {
-            true => OfSurrogate::Open(Box::new(fitted.open.clone())),
+            true => {
+                let mean = relative_covariance(fitted.report.mean_error(means)?, means);
+                OfSurrogate::Open(Box::new(fitted.open.clone()), mean)
+            }
             false => {
                 let misses = fitted.report.lack_of_fit(means)?;
                 OfSurrogate::Misses(relative_covariance(misses, means))
@@ -54,6 +57,13 @@ impl SharedError {
         Ok(Self { surrogate, mesh, discrepancy })
     }
 
+    /// Their sum, that of the surrogate averaged over the box: where there is no posterior to average over.
+    pub(super) fn total(&self) -> Vec<Vec<f64>> {
+        let (OfSurrogate::Open(_, surrogate) | OfSurrogate::Misses(surrogate)) = &self.surrogate;
+        let all = [&self.mesh, &self.discrepancy].into_iter().flatten();
+        all.fold(surrogate.clone(), |sum, more| added(&sum, more))
+    }
+
     /// Specimens `qois` with these errors; of inputs that are known of them, `known` has a row each.
     pub(super) fn evidence(&self, qois: Vec<Vec<f64>>, known: Vec<Vec<f64>>) -> Evidence {
         let zeros = || {
@@ -61,7 +71,7 @@ impl SharedError {
             vec![vec![0.0; size]; size]
         };
         let (mut shared, open) = match &self.surrogate {
-            OfSurrogate::Open(open) => (zeros(), Some((**open).clone())),
+            OfSurrogate::Open(open, _) => (zeros(), Some((**open).clone())),
             OfSurrogate::Misses(misses) => (misses.clone(), None),
         };
         for more in [&self.mesh, &self.discrepancy].into_iter().flatten() {
@@ -77,7 +87,7 @@ impl SharedError {
         evidence: &Evidence,
     ) -> Result<Vec<Vec<f64>>, WorkflowError> {
         let open = match &self.surrogate {
-            OfSurrogate::Open(open) => open,
+            OfSurrogate::Open(open, _) => open,
             OfSurrogate::Misses(misses) => return Ok(misses.clone()),
         };
         let known = column_means(&evidence.known);

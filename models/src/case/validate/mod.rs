@@ -48,7 +48,8 @@ impl CaseFile {
         self.check_calibration()?;
         self.check_fidelity(&geometry)?;
         self.check_second_mesh(&geometry)?;
-        self.check_experiments(&geometry)
+        self.check_experiments(&geometry)?;
+        self.check_further_tests()
     }
 
     /// Refuses materials that no region can have. A material of grains may wait for them.

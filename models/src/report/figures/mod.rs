@@ -7,6 +7,7 @@ mod chains;
 mod curves;
 mod density;
 mod draw;
+mod further;
 mod overlay;
 mod pairs;
 mod quantities;
@@ -14,6 +15,7 @@ mod surrogate;
 
 pub(super) use chains::{ranks, traces};
 pub(super) use curves::{confirmation, curves};
+pub(super) use further::further;
 pub(super) use overlay::overlaid;
 pub(super) use pairs::{Place, design, posterior};
 pub(super) use quantities::{map_beside_experiments, of_the_ensemble, predictive};

@@ -3,6 +3,7 @@
 mod answer;
 mod confirmation;
 mod data;
+mod further;
 mod parts;
 mod posterior;
 
@@ -41,6 +42,7 @@ pub(crate) fn page(results: &Results) -> String {
                     (posterior::predictions(results))
                     (confirmation::confirmation(results))
                     (confirmation::damage(results))
+                    (further::further(results))
                     (details(results))
                 }
             }

@@ -21,15 +21,15 @@ pub(super) fn qois(
         &confirm,
         &["qoi", "map_simulation", "percent_error", "mesh_error_percent"],
     )?;
-    let columns: Vec<&str> = quantities.iter().map(|quantity| quantity.column()).collect();
+    let columns: Vec<_> = quantities.iter().map(|quantity| quantity.column()).collect();
+    let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
     let experiments = CsvTable::read(&experiments, &columns)?;
     let predictive = CsvTable::read(&predictive, &columns)?;
     let mut qois = Vec::new();
-    for (m, quantity) in quantities.iter().enumerate() {
-        let name = quantity.column();
+    for (m, (quantity, &name)) in quantities.iter().zip(&columns).enumerate() {
         let row = confirm.named("qoi", name)?;
         qois.push(Qoi {
-            label: quantity.label().to_owned(),
+            label: quantity.label().into_owned(),
             experiments: experiments.rows().map(|r| r.number(name)).collect::<Result<_, _>>()?,
             ensemble: data.rows().map(|(_, y)| y[m]).collect(),
             // a draw that could not be predicted is no number

@@ -1,6 +1,7 @@
 //! The numbers of a report, from the files that the stages left.
 
 mod confirmed;
+mod further;
 mod measured;
 mod notes;
 mod posterior;
@@ -44,6 +45,7 @@ pub(in crate::workflow) fn load(inputs: &Inputs<'_>) -> Result<Results, Workflow
         summary: posterior::summary(inputs)?,
         divergences: posterior::divergences(inputs)?,
         loo: posterior::left_out(inputs)?,
+        further: further::further(inputs, case)?,
         warnings: inputs.text("warnings.txt")?.lines().map(str::to_owned).collect(),
         settings: settings(case),
         notes: notes::of_virtual_specimens(inputs, case)?,

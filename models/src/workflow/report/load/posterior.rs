@@ -51,7 +51,7 @@ pub(super) fn parameters(
 }
 
 /// Name and unit of a parameter, with its region if there are others.
-fn label(case: &Case, parameter: &MaterialParameter) -> String {
+pub(super) fn label(case: &Case, parameter: &MaterialParameter) -> String {
     let all = || case.prior.iter().flat_map(|prior| prior.parameters());
     parameter.label(all().all(|other| other.region == parameter.region))
 }

@@ -1,0 +1,243 @@
+//! `[further_tests]`: tests that could be made next, and what they shall tell.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use super::overlay::{merge, nested, remove};
+use super::{ByParameter, Case, CaseFile, Microstructure, SpecimenGeometry};
+use crate::error::InputError;
+use crate::qoi::Quantity;
+
+/// Tables that another test may have otherwise; what is calibrated against what stays.
+const TABLES: [&str; 8] =
+    ["specimen", "material", "phase_field", "test", "conditions", "solver", "design", "fidelity"];
+
+/// `[further_tests]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FurtherTestsCase {
+    /// Numbers of further specimens that are looked at.
+    pub specimens: Vec<usize>,
+    /// Widths of 90 % intervals for which the number of specimens is sought.
+    pub width90: ByParameter<f64>,
+    /// The tests, beside more specimens of the present one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub candidate: Vec<CandidateCase>,
+}
+
+/// `[[further_tests.candidate]]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CandidateCase {
+    /// What it is called.
+    pub name: String,
+    /// What is taken from its curves. Of the present test, beside what the case compares: none; of another
+    /// test: what the case compares.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub quantities: Vec<Quantity>,
+    /// Keys of the case that the test has otherwise; without any it is the present one.
+    #[serde(default, skip_serializing_if = "Table::is_empty")]
+    pub set: Table,
+    /// Keys of the case that the test has not.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub without: Vec<String>,
+    /// Simulations of another test.
+    #[serde(default = "thirty")]
+    pub runs: usize,
+    /// Standard deviation in % of quantities of another test between its specimens, in place of that of the
+    /// present specimens.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub scatter_percent: BTreeMap<Quantity, f64>,
+}
+
+impl Default for FurtherTestsCase {
+    fn default() -> Self {
+        Self {
+            specimens: vec![1, 2, 4, 8, 16, 32],
+            width90: ByParameter::default(),
+            candidate: Vec::new(),
+        }
+    }
+}
+
+impl CandidateCase {
+    /// Whether it is a test of its own, and not the present one looked at otherwise.
+    pub(crate) fn is_another_test(&self) -> bool {
+        !(self.set.is_empty() && self.without.is_empty())
+    }
+
+    /// The mesh file of a specimen of its own, as it is written.
+    pub(crate) fn mesh(&self) -> Option<&str> {
+        self.set.get("specimen")?.get("mesh")?.as_str()
+    }
+
+    /// Takes its mesh from another place.
+    pub(crate) fn set_mesh(&mut self, path: &str) {
+        merge(&mut self.set, &nested("specimen.mesh", path.into()));
+    }
+
+    /// What is taken from its curves, where the case compares `present`.
+    pub(crate) fn measured(&self, present: &[Quantity]) -> Vec<Quantity> {
+        let mut measured = match self.is_another_test() {
+            true if !self.quantities.is_empty() => Vec::new(),
+            _ => present.to_vec(),
+        };
+        let further = self.quantities.iter().filter(|quantity| !measured.contains(quantity));
+        let further: Vec<Quantity> = further.copied().collect();
+        measured.extend(further);
+        measured
+    }
+}
+
+impl CaseFile {
+    /// The case that a candidate's runs are made by, in the folder of this one: nothing is calibrated
+    /// against its own experiments, and all runs are on the cheapest mesh.
+    ///
+    /// # Errors
+    /// Keys that another test cannot have; a case that is none.
+    pub(crate) fn of_candidate(&self, candidate: &CandidateCase) -> Result<Self, InputError> {
+        let place = |rest: &str| format!("further_tests.candidate ({}).{rest}", candidate.name);
+        let refuse = |rest: &str, key: &str| {
+            let problem = "is nothing that another test has otherwise";
+            let help = format!("Name keys of: {}.", TABLES.join(", "));
+            Err(InputError::new(&self.path, place(rest), key, problem, help))
+        };
+        if let Some(key) = candidate.set.keys().find(|key| !TABLES.contains(&key.as_str())) {
+            return refuse("set", key);
+        }
+        let mut case = self.case.clone();
+        case.prior = case.whole_prior();
+        case.extend.clear();
+        case.qoi.quantities = candidate.measured(&case.compared());
+        case.design.runs = candidate.runs;
+        case.fidelity.levels.truncate(1);
+        // no run is repeated
+        case.fidelity.levels.iter_mut().for_each(|level| level.repeats = 3);
+        let has_mesh = candidate.mesh().is_some();
+        if has_mesh {
+            case.fidelity = Default::default();
+        }
+        let Case { calibration, confirm, further_tests, .. } = &mut case;
+        *calibration = Default::default();
+        *confirm = Default::default();
+        *further_tests = Default::default();
+        case.experiments = None;
+        let mut table: Table = Table::try_from(&case).map_err(|e| {
+            let help = "Leave the candidate out.";
+            InputError::new(&self.path, place("set"), "", e.to_string(), help)
+        })?;
+        if let (true, Some(Value::Table(specimen))) = (has_mesh, table.get_mut("specimen")) {
+            // a mesh file replaces all else
+            specimen.retain(|key, _| key == "order");
+        }
+        for key in &candidate.without {
+            let first = key.split('.').next().unwrap_or_default();
+            if !TABLES.contains(&first) {
+                return refuse("without", key);
+            }
+            if !remove(&mut table, key) {
+                let help = "Name keys of this case by their paths.";
+                let problem = "is not in the case";
+                return Err(InputError::new(&self.path, place("without"), key, problem, help));
+            }
+        }
+        merge(&mut table, &candidate.set);
+        Self::parse(&table.to_string(), &self.path).map_err(|error| {
+            // a line of the merged text is none of the file
+            let key = match error.place.strip_prefix("line ").and_then(|rest| rest.split_once(", "))
+            {
+                Some((_, key)) => key.to_owned(),
+                None => error.place,
+            };
+            InputError { place: place(&key), ..error }
+        })
+    }
+
+    /// Checks the candidates, each as a case of its own.
+    pub(super) fn check_further_tests(&self) -> Result<(), InputError> {
+        let further = &self.case.further_tests;
+        // a single simulation calibrates nothing
+        let Some(prior) = self.case.whole_prior() else { return Ok(()) };
+        for &specimens in &further.specimens {
+            let (key, help) = ("further_tests.specimens", "Write them as specimens = [4, 8, 16].");
+            self.within(key, specimens as f64, 1.0, 1e5, "specimens", help)?;
+        }
+        for (parameter, &width) in further.width90.iter() {
+            let key = format!("further_tests.width90.{parameter}");
+            let Some(bounds) = prior.get(parameter) else {
+                let help = "Name a parameter of [prior].";
+                return Err(self.error(&key, width.to_string(), "is not calibrated", help));
+            };
+            let most = bounds.0[1] - bounds.0[0];
+            let help = "It is the width of a 90 % interval, in the parameter's unit.";
+            self.within(&key, width, 1e-9 * most, most, "(the prior's width)", help)?;
+        }
+        let mut names: Vec<&str> = vec![PRESENT];
+        for candidate in &further.candidate {
+            let place = |rest: &str| format!("further_tests.candidate ({}){rest}", candidate.name);
+            let refuse = |rest: &str, value: &str, problem: &str, help: &str| {
+                Err(self.error(&place(rest), value, problem, help))
+            };
+            if names.contains(&candidate.name.as_str()) || candidate.name.trim().is_empty() {
+                let help = "Give each candidate a name of its own.";
+                return refuse(".name", "", "is taken", help);
+            }
+            names.push(&candidate.name);
+            let present = self.case.compared();
+            let measured = candidate.measured(&present);
+            if !candidate.is_another_test() {
+                if measured.len() == present.len() {
+                    let help = "Name further quantities of the present curves, or in set what another test \
+                                has otherwise: more specimens as they are stand in the table anyhow.";
+                    return refuse("", "", "is the present test", help);
+                }
+                if let Some(quantity) = candidate.scatter_percent.keys().next() {
+                    let help = "The present curves show it: leave it out.";
+                    let key = format!(".scatter_percent.{quantity}");
+                    return refuse(&key, "", "is stated of specimens that are there", help);
+                }
+                continue;
+            }
+            for (quantity, &percent) in &candidate.scatter_percent {
+                let key = place(&format!(".scatter_percent.{quantity}"));
+                let help = "It is the standard deviation between specimens: 5.0 for one of 5 %.";
+                self.within(&key, percent, 1e-3, 200.0, "%", help)?;
+                if !measured.contains(quantity) {
+                    let help = "Name quantities of this candidate.";
+                    return Err(self.error(&key, percent.to_string(), "is not measured", help));
+                }
+            }
+            let unknown = measured.iter().find(|quantity| {
+                !present.contains(quantity) && !candidate.scatter_percent.contains_key(quantity)
+            });
+            if let Some(quantity) = unknown {
+                let help = "The present specimens do not show how it scatters: state it in %.";
+                let key = format!(".scatter_percent.{quantity}");
+                return refuse(&key, "", "is missing", help);
+            }
+            let own = self.of_candidate(candidate)?;
+            let is_made_anew = match own.geometry()? {
+                SpecimenGeometry::Mesh { .. } => true,
+                SpecimenGeometry::Cylinder { grains: Some(_), .. } => {
+                    own.case.design.microstructure == Microstructure::PerRun
+                }
+                _ => false,
+            };
+            if own.case.specimen != self.case.specimen && !is_made_anew {
+                let help =
+                    "Give a mesh file, or a packing with design.microstructure = \"per-run\".";
+                return refuse(".set", "specimen", "makes no mesh of its own", help);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What more specimens of the present test are called.
+pub(crate) const PRESENT: &str = "more specimens";
+
+fn thirty() -> usize {
+    30
+}

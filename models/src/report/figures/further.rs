@@ -1,0 +1,71 @@
+//! What further tests would tell.
+
+use kuva::prelude::*;
+
+use super::draw::line;
+use crate::report::results::FurtherParameter;
+use crate::report::style::{PRIOR, SERIES, framed, panel, single};
+
+/// The expected contraction of a parameter by the number of further specimens, one line a test; dashed: what
+/// is known without any.
+pub(in crate::report) fn further(parameter: &FurtherParameter) -> String {
+    let of = |f: fn(usize, usize) -> usize, first: usize| {
+        let tests = parameter.tests.iter().flat_map(|test| &test.expected);
+        tests.map(|expected| expected.specimens).filter(|&n| n > 0).fold(first, f) as f64
+    };
+    let range = match (of(usize::min, usize::MAX), of(usize::max, 1)) {
+        (first, last) if first < last => (first, last),
+        (only, _) => (0.5 * only, 2.0 * only),
+    };
+    let mut plots: Vec<Plot> = Vec::new();
+    for (test, colour) in parameter.tests.iter().zip(SERIES.iter().cycle()) {
+        let points = test.expected.iter().filter(|expected| expected.specimens > 0);
+        let points: Vec<(f64, f64)> = points.map(|e| (e.specimens as f64, e.contraction)).collect();
+        let dots = ScatterPlot::new().with_data(points.clone()).with_color(*colour).with_size(3.5);
+        plots.push(line(points, colour, 1.8).with_legend(test.name.as_str()).into());
+        plots.push(dots.into());
+    }
+    let now = [(range.0, parameter.now), (range.1, parameter.now)];
+    plots.push(line(now, PRIOR, 1.4).with_dashed().with_legend("now").into());
+    let low = floor(parameter);
+    let y = format!("contraction of {}", parameter.label);
+    let layout = framed(panel(&plots, "further specimens", &y), range, (low, 1.0))
+        .with_log_x()
+        .with_legend_position(LegendPosition::OutsideRightTop);
+    single(plots, layout, 640.0, 300.0)
+}
+
+/// Zero, or a round number below what is drawn where nothing is near it.
+fn floor(parameter: &FurtherParameter) -> f64 {
+    let all = parameter.tests.iter().flat_map(|test| &test.expected).map(|e| e.contraction);
+    let least = all.fold(parameter.now, f64::min);
+    if least > 0.5 { (10.0 * least).floor() / 10.0 - 0.1 } else { least.min(0.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::results::{FurtherExpected, FurtherTestResult};
+
+    #[test]
+    fn every_test_has_its_line_and_name() {
+        let expected = [1, 4, 16].map(|specimens| FurtherExpected {
+            specimens,
+            contraction: 1.0 - 1.0 / specimens as f64,
+        });
+        let test = |name: &str| FurtherTestResult {
+            name: name.into(),
+            expected: expected.to_vec(),
+            needed: Vec::new(),
+        };
+        let parameter = FurtherParameter {
+            label: "Gc (N/mm)".into(),
+            now: 0.02,
+            tests: vec![test("more specimens"), test("thirty times slower")],
+        };
+        let svg = further(&parameter);
+        for part in ["Gc (N/mm)", "more specimens", "thirty times slower", "further specimens"] {
+            assert!(svg.contains(part), "{part}");
+        }
+    }
+}

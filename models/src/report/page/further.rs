@@ -1,0 +1,119 @@
+//! Which further test would tell what these leave open.
+
+use maud::{Markup, html};
+
+use super::parts::{figure, table};
+use crate::further_test::FurtherTest;
+use crate::report::digits::number;
+use crate::report::figures;
+use crate::report::results::{FurtherNeeded, FurtherParameter, Results};
+
+pub(super) fn further(results: &Results) -> Markup {
+    if results.further.is_empty() {
+        return html! {};
+    }
+    html! {
+        section {
+            h2 { "What further tests would tell" }
+            p {
+                "Expected contraction, 1 − posterior variance / prior variance, after so many further \
+                 specimens, and the number of them from which on a parameter is expected to be identified \
+                 (contraction " (IDENTIFIED) ") or its 90 % interval to be as narrow as stated. A test whose \
+                 curves are there already tells something with no further specimen."
+            }
+            @for parameter in &results.further { (of(parameter)) }
+            p.caption {
+                "Linear and Gaussian at draws of the posterior, averaged over them. Specimens of another test \
+                 scatter, relative to their means, as the present ones do or as the case says; what they share, \
+                 the error of the surrogate, the mesh and the model, no number of them averages away."
+            }
+        }
+    }
+}
+
+/// As in the table of parameters.
+const IDENTIFIED: f64 = 0.5;
+
+fn of(parameter: &FurtherParameter) -> Markup {
+    let numbers: Vec<usize> = parameter
+        .tests
+        .first()
+        .map_or(Vec::new(), |test| test.expected.iter().map(|e| e.specimens).collect());
+    let goals: Vec<&FurtherNeeded> =
+        parameter.tests.first().map_or(Vec::new(), |test| test.needed.iter().collect());
+    html! {
+        h3 { (parameter.label) }
+        (table(
+            html! {
+                th { "further test" }
+                @for n in &numbers { th { (n) } }
+                @for goal in &goals { th { (wanted(goal)) } }
+            },
+            html! { @for test in &parameter.tests { tr {
+                td.name { (test.name) }
+                @for expected in &test.expected { td { (format!("{:.2}", expected.contraction)) } }
+                @for needed in &test.needed { td { (answer(needed)) } }
+            } } },
+        ))
+        (figure(&figures::further(parameter), html! {
+            "Expected contraction of " (parameter.label) " by further specimens. Dashed: now."
+        }))
+    }
+}
+
+/// What a column of numbers is of.
+fn wanted(goal: &FurtherNeeded) -> String {
+    match goal.is_width {
+        true => format!("until the interval is {}", number(goal.value)),
+        false => "until identified".to_owned(),
+    }
+}
+
+/// A number of specimens, or how far all of them lead.
+fn answer(needed: &FurtherNeeded) -> String {
+    let FurtherNeeded { is_width, value, specimens, limit } = *needed;
+    match specimens {
+        Some(n) => n.to_string(),
+        None if is_width && limit > value => format!("never: {} at best", number(limit)),
+        None if !is_width && limit < value => format!("never: {limit:.2} at best"),
+        None => format!("more than {}", FurtherTest::MOST),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::results::{FurtherExpected, FurtherTestResult};
+
+    #[test]
+    fn a_number_of_specimens_or_that_none_suffices_is_said() {
+        let needed = |specimens, is_width, limit| FurtherNeeded {
+            specimens,
+            is_width,
+            value: if is_width { 0.002 } else { 0.5 },
+            limit,
+        };
+        let test = |name: &str, needed| FurtherTestResult {
+            name: name.into(),
+            expected: vec![FurtherExpected { specimens: 8, contraction: 0.523 }],
+            needed,
+        };
+        let slow = test("slow", vec![needed(Some(7), false, 0.9), needed(None, true, 0.0021)]);
+        let more = test("more", vec![needed(None, false, 0.04), needed(None, true, 0.0043)]);
+        let parameter =
+            FurtherParameter { label: "Gc (N/mm)".into(), now: 0.01, tests: vec![more, slow] };
+        let results = Results { further: vec![parameter], ..Results::default() };
+        let page = further(&results).into_string();
+        for part in [
+            "<td>7</td>",
+            "never: 0.04 at best",
+            "never: 0.002100 at best",
+            "until identified",
+            "until the interval is 0.002000",
+            "<td>0.52</td>",
+        ] {
+            assert!(page.contains(part), "{part}: {page}");
+        }
+        assert_eq!(further(&Results::default()).into_string(), "");
+    }
+}

@@ -1,0 +1,127 @@
+//! The present test with further quantities of its curves: those of the specimens are there, so that what
+//! they tell is found by calibrating to them.
+
+use fem::RunRecord;
+use ppl::{Nuts, Posterior};
+use surrogate::{DynPce, Input};
+
+use super::super::WorkflowError;
+use super::super::ensemble::Plan;
+use super::super::files::write;
+use super::super::fitted::{Fitted, known_inputs, known_of_specimens};
+use super::super::inputs::Inputs;
+use super::super::level_runs::LevelRuns;
+use super::super::specimen_checks::looked_at;
+use super::super::task::Task;
+use super::super::uncertainty::SharedError;
+use super::present::{Draw, at_draws, belief};
+use crate::case::{CandidateCase, QoiCase, Toe};
+use crate::error::InputError;
+use crate::fracture::{column_means, sample};
+use crate::further_test::{Belief, FurtherTest};
+use crate::qoi::{Qois, Quantity};
+use crate::table::CsvTable;
+
+/// Calibrates to what the case compares and the further quantities, of the curves that are there; what is
+/// known then, and more such specimens as a test.
+pub(super) fn test(
+    task: &Task<'_>,
+    case: &CandidateCase,
+    place: usize,
+) -> Result<(Belief, FurtherTest), WorkflowError> {
+    let inputs = &task.inputs;
+    // what is read here names the runs of the ensemble, as it did there
+    let ensemble = task.with(inputs.afresh());
+    let plan = Plan::of(&ensemble.inputs, usize::MAX)?;
+    let qoi = inputs.qoi();
+    let quantities = case.measured(&qoi.quantities);
+    let further = QoiCase { quantities: quantities.clone(), ..qoi.clone() };
+    let done: Vec<LevelRuns> =
+        plan.make(&ensemble)?.into_iter().map(|level| with_quantities(level, &further)).collect();
+    let (data, corrections) = plan.learnt(&ensemble.inputs, &quantities, &done)?;
+    inputs.reads_with(&ensemble.inputs);
+    let path = task.product(&format!("design/candidate-{place}.csv"))?;
+    write(&path, &data.to_csv().map_err(|e| WorkflowError::io(&path, e))?)?;
+    let corrections: Vec<_> = corrections.iter().map(|one| one.report().clone()).collect();
+    let ratios = known_of_specimens(inputs)?;
+    let fit = Fitted::of(&data, ratios.as_deref(), inputs.surrogate(), corrections)?;
+
+    let qois = read_again(inputs, &quantities)?;
+    let means = column_means(&qois);
+    let shared = SharedError::of(&fit, &inputs.calibration().discrepancy, &means)?;
+    let known = known_inputs(inputs, &fit)?;
+    let (seen, middle) = (qois.len(), column_means(&known));
+    let evidence = shared.evidence(qois, known);
+    let shared = shared.total();
+    let settings = inputs.calibration();
+    let sampler = Nuts::default()
+        .chains(settings.chains)
+        .warmup(settings.warmup)
+        .draws(settings.draws)
+        .target_accept(settings.target_accept)
+        .seed(settings.seed)
+        .threads(task.threads)
+        .interrupt(task.interrupt);
+    let posterior = sample(&fit.pce, &evidence, &sampler, settings.seed);
+    task.check_interrupt()?;
+    let draws = draws(&posterior?, &fit.pce);
+    let prior: Vec<Input> = inputs.prior()?;
+    let belief =
+        belief(&prior, &draws).map_err(|error| WorkflowError::Unusable(error.to_string()))?;
+    let draws = at_draws(&fit.pce, &middle, &draws, &|draw| draw.scatter.clone())?;
+    Ok((belief, FurtherTest { draws, shared, seen }))
+}
+
+/// The runs of a level with other quantities.
+fn with_quantities(level: LevelRuns, qoi: &QoiCase) -> LevelRuns {
+    let derivatives = level.records.iter().any(|r: &RunRecord| !r.sensitivities.names.is_empty());
+    LevelRuns::new(level.records, qoi, derivatives)
+}
+
+/// Quantities of the specimens, taken from their curves as the stage `experiments` does.
+fn read_again(
+    inputs: &Inputs<'_>,
+    quantities: &[Quantity],
+) -> Result<Vec<Vec<f64>>, WorkflowError> {
+    let correct = inputs.toe() == Toe::Correct;
+    let specimens = inputs.specimen_table()?;
+    let path = inputs.file("experiments.csv")?;
+    let table = CsvTable::read(&path, &["id", "displacement_factor", "slope_fraction"])?;
+    let mut rows = Vec::new();
+    for row in table.rows() {
+        let id = row.text("id");
+        let Some(specimen) = specimens.specimens.iter().find(|specimen| specimen.id == id) else {
+            let help = "Run `breccia experiments` again.";
+            return Err(row.error("id", "is no specimen of the table", help).into());
+        };
+        let fraction = row.number("slope_fraction")?;
+        let (curve, _) = looked_at(&specimen.curve, fraction, correct);
+        let curve = curve.scale_displacement(row.number("displacement_factor")?);
+        let values = Qois::values_of(&curve, fraction, quantities).map_err(|error| {
+            let help = "Take other quantities: the test did not go on to where these are taken.";
+            InputError::new(&path, "id", id, error.to_string(), help)
+        })?;
+        rows.push(values);
+    }
+    Ok(rows)
+}
+
+/// The draws of a posterior that was sampled just now.
+fn draws(posterior: &Posterior, pce: &DynPce) -> Vec<Draw> {
+    let group = &posterior.posterior;
+    let of = |name: &str| {
+        let found = group.variables.iter().find(|variable| variable.name == name);
+        found.map_or(&[][..], |variable| &variable.data)
+    };
+    let (size, count) = (pce.outputs().len(), group.chains * group.draws);
+    let theta = of("theta");
+    let width = theta.len() / count.max(1);
+    let rows = theta.chunks(width.max(1)).zip(of("sd").chunks(size));
+    rows.zip(of("correlation").chunks(size * size))
+        .map(|((theta, sd), correlation)| {
+            let entry = |a: usize, b: usize| sd[a] * sd[b] * correlation[a * size + b];
+            let scatter = (0..size).map(|a| (0..size).map(|b| entry(a, b)).collect()).collect();
+            Draw { theta: theta.to_vec(), scatter }
+        })
+        .collect()
+}

@@ -1,0 +1,102 @@
+//! Stage `design`: which further test would tell what the present ones leave open, and how many specimens
+//! it takes.
+
+mod again;
+mod other;
+mod present;
+
+use super::WorkflowError;
+use super::task::Task;
+use crate::case::PRESENT;
+use crate::further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal};
+use crate::progress::say;
+use present::Present;
+
+/// The contraction from which on a parameter is called identified.
+const IDENTIFIED: f64 = 0.5;
+
+/// A test with what is known before it is made.
+struct Candidate {
+    name: String,
+    /// Of a test whose curves are there this is more than the calibration knows.
+    belief: Belief,
+    test: FurtherTest,
+}
+
+pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
+    let inputs = &task.inputs;
+    let further = inputs.further_tests();
+    let present = Present::read(task)?;
+    let named = |name: &str, error: FurtherTestError| {
+        WorkflowError::Unusable(format!("the further test {name:?}: {error}"))
+    };
+    let belief = present.belief().map_err(|error| named(PRESENT, error))?;
+    let test = present.test()?;
+    let mut candidates = vec![Candidate { name: PRESENT.to_owned(), belief, test }];
+    for (place, case) in (1..).zip(&further.candidate) {
+        task.check_interrupt()?;
+        say("design", &case.name);
+        let made = match case.is_another_test() {
+            // before it nothing more is known
+            true => other::test(task, &present, case, place)
+                .map(|test| (candidates[0].belief.clone(), test)),
+            false => again::test(task, case, place),
+        };
+        let (belief, test) = made.map_err(|error| match error {
+            WorkflowError::Interrupted => error,
+            error => WorkflowError::Unusable(format!("the further test {:?}: {error}", case.name)),
+        })?;
+        candidates.push(Candidate { name: case.name.clone(), belief, test });
+    }
+    let mut numbers = further.specimens.clone();
+    numbers.sort_unstable();
+    numbers.dedup();
+    let numbers: Vec<usize> = [0].into_iter().chain(numbers).collect();
+    let parameters: Vec<&str> = present.prior.iter().map(|input| input.name.as_str()).collect();
+    let mut rows = Vec::new();
+    let mut needed = Vec::new();
+    for Candidate { name, belief, test } in &candidates {
+        for &specimens in &numbers {
+            let expected = test.expected(belief, specimens).map_err(|error| named(name, error))?;
+            rows.extend(parameters.iter().zip(expected).map(|(parameter, expected)| {
+                let Expected { contraction, range: [low, high], width90 } = expected;
+                let numbers = [contraction, low, high, width90].map(|x| x.to_string());
+                let place = [name.clone(), (*parameter).to_owned(), specimens.to_string()];
+                place.into_iter().chain(numbers).collect::<Vec<_>>()
+            }));
+        }
+        for (i, parameter) in parameters.iter().enumerate() {
+            let mut goals = vec![Goal::Contraction(IDENTIFIED)];
+            let width = further.width90.iter().find(|(own, _)| own.to_string() == **parameter);
+            goals.extend(width.map(|(_, &width)| Goal::Width90(width)));
+            for goal in goals {
+                let found = test.specimens_for(belief, i, goal).map_err(|e| named(name, e))?;
+                let (what, value) = match goal {
+                    Goal::Contraction(value) => ("contraction", value),
+                    Goal::Width90(value) => ("width90", value),
+                };
+                needed.push([
+                    name.clone(),
+                    (*parameter).to_owned(),
+                    what.to_owned(),
+                    value.to_string(),
+                    found.specimens.map(|n| n.to_string()).unwrap_or_default(),
+                    found.limit.to_string(),
+                ]);
+            }
+        }
+    }
+    let header = [
+        "candidate",
+        "parameter",
+        "specimens",
+        "contraction",
+        "contraction_q05",
+        "contraction_q95",
+        "width90",
+    ];
+    task.write_csv("design.csv", header, rows)?;
+    let header = ["candidate", "parameter", "goal", "value", "specimens", "limit"];
+    task.write_csv("design_specimens.csv", header, needed)?;
+    Ok(format!("{} further tests", candidates.len()))
+}

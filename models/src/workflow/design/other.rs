@@ -1,0 +1,127 @@
+//! Another test: a rate, a specimen, a case with other keys, known from a small ensemble of its own.
+
+use surrogate::FitReport;
+
+use super::super::WorkflowError;
+use super::super::ensemble::Plan;
+use super::super::fidelity::error_of_all;
+use super::super::files::write;
+use super::super::fitted::{Fitted, known_of_specimens, with_stiffness_ratio};
+use super::super::packings::has_packing_per_run;
+use super::super::task::Task;
+use super::super::uncertainty::SharedError;
+use super::present::{Draw, Present, at_draws};
+use crate::case::CandidateCase;
+use crate::further_test::FurtherTest;
+use crate::progress::say;
+use crate::qoi::Quantity;
+
+/// Runs what is not finished of the candidate's ensemble, and takes the test from it.
+///
+/// Its error is that of its own runs, and for the quantities that the case compares that of `[fidelity]` and
+/// the discrepancy: the meshes and the model are the same.
+pub(super) fn test(
+    task: &Task<'_>,
+    present: &Present,
+    case: &CandidateCase,
+    place: usize,
+) -> Result<FurtherTest, WorkflowError> {
+    let file = task.inputs.candidate(case)?;
+    let own = task.with(task.inputs.of(&file));
+    // its runs are named by its own specimen too
+    own.inputs.geometry()?;
+    let mut plan = Plan::of(&own.inputs, usize::MAX)?;
+    let quantities = file.case.qoi.quantities.clone();
+    let runs = plan.make_cheap(&own)?;
+    let failed: Vec<String> =
+        runs.failed().map(|(record, why)| format!("run {}: {why}", record.id)).collect();
+    let (data, _) = plan.learnt(&own.inputs, &quantities, &[runs])?;
+    task.inputs.reads_with(&own.inputs);
+    if data.len() < LEAST_RUNS {
+        return Err(WorkflowError::Unusable(format!(
+            "{} of {} runs are usable, which is too few; {}",
+            data.len(),
+            case.runs,
+            failed.first().map_or("make more", String::as_str)
+        )));
+    }
+    if let Some(first) = failed.first() {
+        let all = data.len() + failed.len();
+        say("note", &format!("{} of {all} runs have no quantities: {first}", failed.len()));
+    }
+    let path = task.product(&format!("design/candidate-{place}.csv"))?;
+    write(&path, &data.to_csv().map_err(|e| WorkflowError::io(&path, e))?)?;
+    let ratios = known_of_specimens(&task.inputs)?;
+    let case_of_fit = task.inputs.surrogate();
+    let fit = Fitted::of(&data, ratios.as_deref(), case_of_fit, Vec::new())?;
+    let with_ratios = ratios.map(|ratios| with_stiffness_ratio(&data, &ratios)).transpose()?;
+    let data = with_ratios.flatten().unwrap_or(data);
+    // what is known of specimens is known of further ones too, and stands at its mean
+    let known: Vec<f64> =
+        (present.prior.len()..data.inputs().len()).map(|i| mean_of(&data, i)).collect();
+    let means = fit.pce.value(&[present.mean(), known.clone()].concat())?;
+    let discrepancy = &task.inputs.calibration().discrepancy;
+    let shared = SharedError::of(&fit, discrepancy, &means)?;
+    let mut shared = shared.total();
+    add_error_of_meshes(task, data.outputs(), &mut shared)?;
+    let scatter = |draw: &Draw| scatter(draw, present, case, &quantities);
+    let draws = at_draws(&fit.pce, &known, &present.draws, &scatter)?;
+    Ok(FurtherTest { draws, shared, seen: 0 })
+}
+
+/// Least number of runs that show derivatives.
+const LEAST_RUNS: usize = 4;
+
+fn mean_of(data: &surrogate::Dataset, input: usize) -> f64 {
+    data.rows().map(|(x, _)| x[input]).sum::<f64>() / data.len() as f64
+}
+
+/// Adds what the corrections of `[fidelity]` are off by, for the quantities that they correct.
+fn add_error_of_meshes(
+    task: &Task<'_>,
+    outputs: &[String],
+    shared: &mut [Vec<f64>],
+) -> Result<(), WorkflowError> {
+    if task.inputs.file_if_there("fidelity.json").is_none() {
+        return Ok(());
+    }
+    let reports: Vec<FitReport> = task.inputs.json("fidelity.json")?;
+    let runs = surrogate::Dataset::read_csv(task.inputs.file("runs.csv")?)?;
+    let Some(error) = error_of_all(&reports, has_packing_per_run(&runs))? else { return Ok(()) };
+    let corrected = &reports[0].outputs;
+    let place = |name: &String| corrected.iter().position(|own| own == name);
+    for (row, a) in shared.iter_mut().zip(outputs) {
+        for (entry, b) in row.iter_mut().zip(outputs) {
+            if let (Some(a), Some(b)) = (place(a), place(b)) {
+                *entry += error[a][b];
+            }
+        }
+    }
+    Ok(())
+}
+
+/// How the quantities scatter between specimens: as those of the present test do at this draw, or as the
+/// candidate has it; ones that the present test does not have hang together with nothing.
+fn scatter(
+    draw: &Draw,
+    present: &Present,
+    case: &CandidateCase,
+    quantities: &[Quantity],
+) -> Vec<Vec<f64>> {
+    let place = |quantity: &Quantity| {
+        present.outputs.iter().position(|column| *column == quantity.column())
+    };
+    let sd = |quantity: &Quantity| match (case.scatter_percent.get(quantity), place(quantity)) {
+        (Some(percent), _) => 0.01 * percent,
+        (None, Some(at)) => draw.scatter[at][at].sqrt(),
+        // refused where the case is read
+        (None, None) => f64::NAN,
+    };
+    let correlation = |a: &Quantity, b: &Quantity| match (place(a), place(b)) {
+        _ if a == b => 1.0,
+        (Some(i), Some(j)) => draw.scatter[i][j] / (draw.scatter[i][i] * draw.scatter[j][j]).sqrt(),
+        _ => 0.0,
+    };
+    let row = |a| quantities.iter().map(|b| sd(a) * sd(b) * correlation(a, b)).collect();
+    quantities.iter().map(row).collect()
+}

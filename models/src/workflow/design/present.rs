@@ -1,0 +1,122 @@
+//! What the calibration knows: draws of its posterior, and the present test at them.
+
+use surrogate::{DynPce, Input};
+
+use super::super::WorkflowError;
+use super::super::fitted::{Fitted, known_inputs, read_experiments};
+use super::super::task::Task;
+use super::super::uncertainty::SharedError;
+use crate::error::InputError;
+use crate::fracture::{column_means, short_name};
+use crate::further_test::{Belief, FurtherTest, FurtherTestError, TestAtDraw};
+use crate::table::CsvTable;
+
+/// Draws of the posterior over which is averaged: the standard error of a mean over them is some 5 % of
+/// their spread.
+const DRAWS: usize = 400;
+
+/// A draw of a posterior.
+pub(super) struct Draw {
+    /// The parameters.
+    pub(super) theta: Vec<f64>,
+    /// Covariance (quantities × quantities) between specimens, relative to their means.
+    pub(super) scatter: Vec<Vec<f64>>,
+}
+
+/// The present posterior.
+pub(super) struct Present {
+    /// The parameters with their bounds.
+    pub(super) prior: Vec<Input>,
+    pub(super) draws: Vec<Draw>,
+    /// Columns of the quantities.
+    pub(super) outputs: Vec<String>,
+    pce: DynPce,
+    /// What is known of each specimen, at its mean.
+    known: Vec<f64>,
+    specimens: usize,
+    shared: Vec<Vec<f64>>,
+}
+
+impl Present {
+    pub(super) fn read(task: &Task<'_>) -> Result<Self, WorkflowError> {
+        let inputs = &task.inputs;
+        let fitted = Fitted::read(inputs)?;
+        let (prior, outputs) = (inputs.prior()?, fitted.pce.outputs().to_vec());
+        let specimens = read_experiments(inputs, &outputs)?;
+        let discrepancy = &inputs.calibration().discrepancy;
+        let shared = SharedError::of(&fitted, discrepancy, &column_means(&specimens))?.total();
+        let known = column_means(&known_inputs(inputs, &fitted)?);
+        let pce = fitted.pce;
+        let draws = draws(task, &prior, &outputs)?;
+        Ok(Self { prior, draws, outputs, pce, known, specimens: specimens.len(), shared })
+    }
+
+    pub(super) fn belief(&self) -> Result<Belief, FurtherTestError> {
+        belief(&self.prior, &self.draws)
+    }
+
+    /// More specimens of the present test.
+    pub(super) fn test(&self) -> Result<FurtherTest, WorkflowError> {
+        let scatter = |draw: &Draw| draw.scatter.clone();
+        Ok(FurtherTest {
+            draws: at_draws(&self.pce, &self.known, &self.draws, &scatter)?,
+            shared: self.shared.clone(),
+            seen: self.specimens,
+        })
+    }
+
+    /// The mean of each parameter.
+    pub(super) fn mean(&self) -> Vec<f64> {
+        column_means(&self.draws.iter().map(|draw| draw.theta.clone()).collect::<Vec<_>>())
+    }
+}
+
+/// What draws of a posterior say of the parameters.
+pub(super) fn belief(prior: &[Input], draws: &[Draw]) -> Result<Belief, FurtherTestError> {
+    let bounds: Vec<[f64; 2]> = prior.iter().map(|input| [input.lower, input.upper]).collect();
+    let theta: Vec<Vec<f64>> = draws.iter().map(|draw| draw.theta.clone()).collect();
+    Belief::of_draws(&bounds, &theta)
+}
+
+/// A test whose quantities are those of an expansion, at some of the draws: derivatives are relative to the
+/// quantities there. What is `known` of specimens stands behind the parameters.
+pub(super) fn at_draws(
+    pce: &DynPce,
+    known: &[f64],
+    draws: &[Draw],
+    scatter: &dyn Fn(&Draw) -> Vec<Vec<f64>>,
+) -> Result<Vec<TestAtDraw>, WorkflowError> {
+    let every = (draws.len() / DRAWS).max(1);
+    let at = |draw: &Draw| {
+        let (values, jacobian) = pce.value_and_jacobian(&[&draw.theta[..], known].concat())?;
+        let row = |(row, value): (Vec<f64>, &f64)| {
+            row[..draw.theta.len()].iter().map(|slope| slope / value).collect()
+        };
+        let jacobian = jacobian.into_iter().zip(&values).map(row).collect();
+        Ok(TestAtDraw { jacobian, scatter: scatter(draw) })
+    };
+    draws.iter().step_by(every).map(at).collect()
+}
+
+/// The draws of `posterior.csv`.
+fn draws(task: &Task<'_>, prior: &[Input], outputs: &[String]) -> Result<Vec<Draw>, WorkflowError> {
+    let short: Vec<String> = outputs.iter().map(|name| short_name(name)).collect();
+    let sd: Vec<String> = short.iter().map(|name| format!("sd[{name}]")).collect();
+    let correlation = |a: usize, b: usize| format!("correlation[{},{}]", short[a], short[b]);
+    let size = outputs.len();
+    let pairs: Vec<Vec<String>> =
+        (0..size).map(|a| (0..size).map(|b| correlation(a, b)).collect()).collect();
+    let path = task.inputs.file("posterior.csv")?;
+    let table = CsvTable::read(&path, &["chain"])?;
+    let mut found = Vec::new();
+    for row in table.rows() {
+        let theta = prior.iter().map(|input| row.number(&input.name)).collect::<Result<_, _>>()?;
+        let sd = sd.iter().map(|name| row.number(name)).collect::<Result<Vec<_>, InputError>>()?;
+        let mut scatter = vec![vec![0.0; size]; size];
+        for (a, b) in (0..size).flat_map(|a| (0..size).map(move |b| (a, b))) {
+            scatter[a][b] = sd[a] * sd[b] * row.number(&pairs[a][b])?;
+        }
+        found.push(Draw { theta, scatter });
+    }
+    Ok(found)
+}

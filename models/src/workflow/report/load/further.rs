@@ -1,0 +1,63 @@
+//! What further tests would tell, as the stage `design` found.
+
+use super::super::super::WorkflowError;
+use super::super::super::inputs::Inputs;
+use super::posterior::label;
+use crate::case::{Case, MaterialParameter};
+use crate::report::{FurtherExpected, FurtherNeeded, FurtherParameter, FurtherTestResult};
+use crate::table::{CsvTable, TableRow};
+
+/// A parameter each, in the order of the file; nothing if the stage was not run.
+pub(super) fn further(
+    inputs: &Inputs<'_>,
+    case: &Case,
+) -> Result<Vec<FurtherParameter>, WorkflowError> {
+    let files = ["design.csv", "design_specimens.csv"].map(|name| inputs.file_if_there(name));
+    let [Some(expected), Some(needed)] = files else { return Ok(Vec::new()) };
+    let mut found: Vec<(String, FurtherParameter)> = Vec::new();
+    let expected =
+        CsvTable::read(&expected, &["candidate", "parameter", "specimens", "contraction"])?;
+    for row in expected.rows() {
+        let (specimens, contraction) =
+            (row.number("specimens")? as usize, row.number("contraction")?);
+        let test = test_of(&mut found, case, row);
+        test.expected.push(FurtherExpected { specimens, contraction });
+    }
+    let needed =
+        CsvTable::read(&needed, &["candidate", "parameter", "goal", "value", "specimens"])?;
+    for row in needed.rows() {
+        let one = FurtherNeeded {
+            is_width: row.text("goal") == "width90",
+            value: row.number("value")?,
+            specimens: row.text("specimens").parse().ok(),
+            limit: row.number("limit")?,
+        };
+        test_of(&mut found, case, row).needed.push(one);
+    }
+    for (_, parameter) in &mut found {
+        let first = parameter.tests.first().and_then(|test| test.expected.first());
+        parameter.now = first.map_or(0.0, |expected| expected.contraction);
+    }
+    Ok(found.into_iter().map(|(_, parameter)| parameter).collect())
+}
+
+/// The place of a row.
+fn test_of<'a>(
+    found: &'a mut Vec<(String, FurtherParameter)>,
+    case: &Case,
+    row: TableRow<'_>,
+) -> &'a mut FurtherTestResult {
+    let (path, name) = (row.text("parameter"), row.text("candidate"));
+    let at = found.iter().position(|(own, _)| own == path).unwrap_or_else(|| {
+        let known: Result<MaterialParameter, _> = path.parse();
+        let label = known.map_or_else(|_| path.to_owned(), |parameter| label(case, &parameter));
+        found.push((path.to_owned(), FurtherParameter { label, ..FurtherParameter::default() }));
+        found.len() - 1
+    });
+    let tests = &mut found[at].1.tests;
+    let at = tests.iter().position(|test| test.name == name).unwrap_or_else(|| {
+        tests.push(FurtherTestResult { name: name.to_owned(), ..FurtherTestResult::default() });
+        tests.len() - 1
+    });
+    &mut tests[at]
+}
