@@ -13,7 +13,7 @@ use super::gate::{check_range, labelled};
 use super::inputs::Inputs;
 use super::task::Task;
 use super::uncertainty::{Budget, SharedError, budget};
-use crate::fracture::{Calibration, CalibrationError, calibrate, column_means};
+use crate::fracture::{Calibration, CalibrationError, calibrate_after, column_means};
 use crate::progress::{Bar, say};
 use crate::table::CsvTable;
 
@@ -33,16 +33,19 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let sampler = Nuts::default()
         .chains(settings.chains)
         .warmup(settings.warmup)
-        .draws(settings.draws)
+        .draws(settings.burn_in.div_ceil(settings.thin) + settings.draws)
+        .thin(settings.thin)
         .target_accept(settings.target_accept)
         .seed(settings.seed)
-        .threads(task.threads)
         .progress(&bar)
         .interrupt(task.interrupt);
     let means = column_means(&specimens);
     let shared = SharedError::of(&fitted, &settings.discrepancy, &means)?;
     let evidence = shared.evidence(specimens, known_inputs(inputs, &fitted)?);
-    let result = calibrate(pce, &evidence, &sampler, settings.seed);
+    let result = task.on_threads(settings.chains, |threads| {
+        let burn_in = settings.burn_in.div_ceil(settings.thin);
+        calibrate_after(pce, &evidence, &sampler.threads(threads), burn_in, settings.seed)
+    });
     drop(bar);
     task.check_interrupt()?;
     let result = result?;

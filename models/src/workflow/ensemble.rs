@@ -12,6 +12,7 @@ use super::fitted::BATCH;
 use super::inputs::Inputs;
 use super::level_runs::{FOLDER, LevelRuns, Runner};
 use super::levels::Level;
+use super::neighbours::Neighbours;
 use super::packings::{Packings, SEED};
 use super::quadrature::compare_quadratures;
 use super::runs::place;
@@ -74,7 +75,7 @@ impl<'a> Plan<'a> {
     ) -> Result<Self, WorkflowError> {
         let mut plan = Self::of(inputs, filled)?;
         let runs = plan.runs.len();
-        plan.batches = Batches::of(inputs, &plan.levels[0], dir.join(FOLDER), runs)?;
+        plan.batches = Batches::of(inputs, &plan.levels[0], dir, runs)?;
         if let Some(batches) = &plan.batches {
             plan.packings = Packings::of(inputs, filled.min(runs + batches.most()))?;
         }
@@ -299,6 +300,7 @@ pub(super) struct Progress {
 pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>, WorkflowError> {
     // one packing is as many as it takes to know that there are any
     let plan = Plan::with_batches(inputs, dir, 1)?;
+    let neighbours = Neighbours::of(dir);
     let look = |folder: &Path, derivatives: bool, total: usize| {
         let state = EnsembleState::of(folder)?;
         let runs = LevelRuns::new(state.records, inputs.qoi(), derivatives);
@@ -310,7 +312,7 @@ pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>,
     let mut total = plan.runs.len();
     let mut found = Vec::new();
     for level in &plan.levels {
-        let folder = place(&dir.join(FOLDER), &level.manifest);
+        let folder = place(dir, neighbours.as_ref(), FOLDER, &level.manifest);
         let progress = look(&folder, level.setup.derivatives, total)?;
         total = level.repeats.min(total - progress.failed.min(total));
         found.push(progress);
@@ -320,6 +322,18 @@ pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>,
         found.push(look(folder, plan.levels[0].setup.derivatives, known)?);
     }
     Ok(found)
+}
+
+/// The runs on the first mesh that have ended until now, and on how many meshes there are some.
+///
+/// # Errors
+/// As [`progress`].
+pub(super) fn so_far(inputs: &Inputs<'_>) -> Result<(LevelRuns, usize), WorkflowError> {
+    let plan = Plan::of(inputs, 1)?;
+    let (level, dir) = (&plan.levels[0], inputs.folder());
+    let runs = place(dir, Neighbours::of(dir).as_ref(), FOLDER, &level.manifest);
+    let records = EnsembleState::of(&runs)?.records;
+    Ok((LevelRuns::new(records, inputs.qoi(), level.setup.derivatives), plan.levels.len()))
 }
 
 /// `failed_runs.csv`: runs without quantities, with the reason.

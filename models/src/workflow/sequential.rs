@@ -5,7 +5,7 @@
 //! runs of the batches, so that work that goes on, here or in another process, goes on with the same runs. Whether a
 //! look is the last one is no part of it: with a smaller `share` or a larger `most` the same runs go on.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use fem::{RunInput, RunRecord, write_atomically};
 use ppl::Nuts;
@@ -16,9 +16,10 @@ use super::WorkflowError;
 use super::fitted::{Fitted, known_inputs, known_of_specimens, read_experiments};
 use super::gate::is_in_range;
 use super::inputs::Inputs;
-use super::level_runs::{LevelRuns, Runner};
+use super::level_runs::{FOLDER, LevelRuns, Runner};
 use super::levels::Level;
 use super::locks::lock;
+use super::neighbours::Neighbours;
 use super::runs::place;
 use super::task::Task;
 use super::uncertainty::{Budget, OF_SURROGATE, SharedError, budget, draws_of};
@@ -67,7 +68,7 @@ impl<'a> Batches<'a> {
     pub(super) fn of(
         inputs: &Inputs<'_>,
         level: &Level<'a>,
-        folder: PathBuf,
+        dir: &Path,
         runs: usize,
     ) -> Result<Option<Self>, WorkflowError> {
         let Some(batch) = inputs.sequential_batch() else { return Ok(None) };
@@ -76,7 +77,7 @@ impl<'a> Batches<'a> {
         inputs.calibration();
         let level = level.named(&format!("batches of {batch}\n{}", inputs.manifest()));
         let Some(case) = inputs.sequential().clone() else { return Ok(None) };
-        let folder = place(&folder, &level.manifest);
+        let folder = place(dir, Neighbours::of(dir).as_ref(), FOLDER, &level.manifest);
         Ok(Some(Self { case, level, folder, first: runs + 1 }))
     }
 
@@ -149,7 +150,7 @@ impl<'a> Batches<'a> {
         if let Some(look) = self.kept(k) {
             return Ok(Some(look));
         }
-        let _lock = lock(&task.path(""), "sequential", task.interrupt)?;
+        let _lock = lock(&self.folder, "looks", task.stage(), task.interrupt)?;
         if let Some(look) = self.kept(k) {
             return Ok(Some(look));
         }
@@ -198,9 +199,10 @@ impl<'a> Batches<'a> {
             .draws(settings.draws.min(MOST_DRAWS))
             .target_accept(settings.target_accept)
             .seed(settings.seed)
-            .threads(task.threads)
             .interrupt(task.interrupt);
-        let posterior = sample(&fitted.pce, &evidence, &sampler, settings.seed);
+        let posterior = task.on_threads(settings.chains, |threads| {
+            sample(&fitted.pce, &evidence, &sampler.threads(threads), settings.seed)
+        });
         task.check_interrupt()?;
         let posterior = posterior?;
         let Some(budget) = budget(&fitted, &posterior, &evidence, &shared)? else {

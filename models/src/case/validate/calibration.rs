@@ -67,6 +67,10 @@ impl CaseFile {
             "draws",
             "2000 a chain give quantiles to a few per cent.",
         )?;
+        let help = "1 keeps every step, 10 every tenth.";
+        self.within("calibration.thin", c.thin as f64, 1.0, 1e4, "", help)?;
+        let help = "Steps that are left out after those of tuning.";
+        self.within("calibration.burn_in", c.burn_in as f64, 0.0, 1e7, "", help)?;
         let (kept, help) = ((c.chains * c.draws) as f64, "All draws are kept in memory.");
         self.within("calibration.draws", kept, 20.0, 1e7, "draws of all chains together", help)?;
         let help = "0.95 follows the posterior's narrow parts; 0.8 is faster.";
