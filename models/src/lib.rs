@@ -56,8 +56,8 @@ pub use case::{
     ConditionsCase, ConfirmCase, DesignCase, DiscrepancyCase, ExperimentsCase, ExtendCase,
     FidelityCase, FurtherTestsCase, ImageCase, LevelCase, Likelihood, MaterialCase,
     MaterialParameter, MeasureCase, Microstructure, NoiseCase, OutputCase, PrescribeCase,
-    PriorBounds, PriorCase, Property, QoiCase, SpecimenCase, SpecimenGeometry, SurrogateCase,
-    TestCase, Toe, TractionCase, VirtualCase,
+    PriorBounds, PriorCase, Property, QoiCase, SequentialCase, SpecimenCase, SpecimenGeometry,
+    SurrogateCase, TestCase, Toe, TractionCase, VirtualCase,
 };
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};
 pub use error::InputError;

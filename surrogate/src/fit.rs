@@ -1,15 +1,13 @@
 //! From a dataset to an expansion of the order, and with the terms, that leave out the least.
 
-use std::borrow::Borrow;
-
-use faer::Mat;
 use serde::{Deserialize, Serialize};
 
+use crate::coefficients::CoefficientPosterior;
 use crate::dataset::{Dataset, check_count};
 use crate::design_matrix::Regression;
 use crate::dyn_pce::DynPce;
 use crate::error::SurrogateError;
-use crate::legendre::{MAX_ORDER, basis_row};
+use crate::legendre::MAX_ORDER;
 use crate::multi_index::Truncation;
 use crate::orders::{Fitted, Orders, all_terms};
 use crate::pce::Pce;
@@ -77,9 +75,10 @@ pub struct PceFit<P = DynPce> {
     pub pce: P,
     /// How its order was chosen and how good it is.
     pub report: FitReport,
-    /// R⁻¹ of the design matrix, in the order of the expansion's terms as they were fitted.
-    r_inverse: Mat<f64>,
-    columns: Vec<Vec<u8>>,
+    /// What the runs leave open of its coefficients.
+    pub coefficients: CoefficientPosterior,
+    /// Leave-one-out residuals (a row each, outputs beside each other) on the outputs' scales.
+    left_out: Vec<Vec<f64>>,
 }
 
 impl<const D: usize, const M: usize> Pce<D, M> {
@@ -90,8 +89,8 @@ impl<const D: usize, const M: usize> Pce<D, M> {
     pub fn fit(data: &Dataset, options: &FitOptions) -> Result<PceFit<Pce<D, M>>, SurrogateError> {
         check_count("inputs in the dataset", D, data.inputs().len())?;
         check_count("outputs in the dataset", M, data.outputs().len())?;
-        let PceFit { pce, report, r_inverse, columns } = DynPce::fit(data, options)?;
-        Ok(PceFit { pce: pce.try_into()?, report, r_inverse, columns })
+        let PceFit { pce, report, coefficients, left_out } = DynPce::fit(data, options)?;
+        Ok(PceFit { pce: pce.try_into()?, report, coefficients, left_out })
     }
 }
 
@@ -158,7 +157,9 @@ impl DynPce {
         let (inputs, outputs) = (data.inputs().to_vec(), data.outputs().to_vec());
         let pce = DynPce::from_terms(inputs, outputs, (0..terms).map(term))?
             .with_scales(&scales.inputs, &scales.outputs)?;
-        let report = FitReport {
+        let residuals = cross_validated.as_ref().unwrap_or(&left_out);
+        let residuals = residuals.get(..n, ..).to_owned();
+        let mut report = FitReport {
             rows: n,
             train_rows: train,
             outputs: data.outputs().to_vec(),
@@ -169,9 +170,7 @@ impl DynPce {
             order,
             order_by_loo,
             order_by_split,
-            loo_covariance: covariance(
-                &cross_validated.clone().unwrap_or_else(|| left_out.get(..n, ..).to_owned()),
-            ),
+            loo_covariance: covariance(&residuals),
             residual_covariance: mean_products(&prefix.value_residuals(), prefix.freedom()),
             mean_covariance: (data.inputs_with_derivatives() > 0)
                 .then(|| fit.jackknife(prefix, &left_out)),
@@ -180,14 +179,25 @@ impl DynPce {
             largest_leverage: prefix.leverages().fold(0.0, f64::max),
             largest_corner_leverage: None,
         };
+        let scatter = match (&report.mean_covariance, cross_validated) {
+            (Some(mean), _) => {
+                let row = |row: &Vec<f64>| row.iter().map(|c| c / prefix.trace).collect();
+                mean.iter().map(row).collect()
+            }
+            (None, Some(_)) => report.loo_covariance.clone(),
+            (None, None) => report.residual_covariance.clone(),
+        };
         let r_inverse = fit.r_inverse(terms);
-        let mut fit = PceFit { pce, report, r_inverse, columns: columns[..terms].to_vec() };
-        fit.report.largest_corner_leverage = fit.largest_corner_leverage();
-        Ok(fit)
+        let row = |i: usize| (0..terms).map(|j| r_inverse[(i, j)]).collect();
+        let rows = (0..terms).map(|i| (columns[i].clone(), row(i)));
+        let coefficients = CoefficientPosterior::new(&pce, rows, scatter, prefix.freedom())?;
+        report.largest_corner_leverage = largest_corner_leverage(&coefficients);
+        let left_out = (0..n).map(|i| residuals.row(i).iter().copied().collect()).collect();
+        Ok(PceFit { pce, report, coefficients, left_out })
     }
 }
 
-impl<P: Borrow<DynPce>> PceFit<P> {
+impl<P> PceFit<P> {
     /// The leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x): the variance of the fit at `x` per variance of a row's error.
     ///
     /// Above [`FitReport::largest_leverage`] the fit extrapolates from its rows, even inside the box.
@@ -195,26 +205,42 @@ impl<P: Borrow<DynPce>> PceFit<P> {
     /// # Errors
     /// A point outside the box by more than the tolerance, NaN, or one of another length.
     pub fn leverage(&self, x: &[f64]) -> Result<f64, SurrogateError> {
-        let pce = self.pce.borrow();
-        pce.position(x)?;
-        let t: Vec<f64> = pce.axes().iter().zip(x).map(|(axis, &x)| axis.to_unit(x)).collect();
-        Ok(self.unit_leverage(&t))
+        self.coefficients.leverage(x)
     }
 
-    fn unit_leverage(&self, t: &[f64]) -> f64 {
-        let psi = basis_row(&self.columns, t);
-        let column = |j: usize| (0..=j).map(|i| self.r_inverse[(i, j)] * psi[i]).sum::<f64>();
-        (0..psi.len()).map(|j| column(j).powi(2)).sum()
+    /// The report with the leave-one-out error of these rows alone, counted from 0: those that were run
+    /// where the surrogate will be used. What it misses there is not what it misses all over the box.
+    ///
+    /// # Errors
+    /// No rows; a row that the dataset does not have.
+    pub fn about(&self, rows: &[usize]) -> Result<FitReport, SurrogateError> {
+        if rows.is_empty() {
+            return check_count("rows, at least", 1, 0).map(|()| self.report.clone());
+        }
+        let outputs = self.report.outputs.len();
+        let mut covariance = vec![vec![0.0; outputs]; outputs];
+        for &row in rows {
+            let Some(r) = self.left_out.get(row) else {
+                let (what, found) = ("rows of the dataset", row + 1);
+                return Err(SurrogateError::Count { what, expected: self.left_out.len(), found });
+            };
+            // about 0: that it is off on average is an error too
+            for (line, a) in covariance.iter_mut().zip(r) {
+                line.iter_mut().zip(r).for_each(|(c, b)| *c += a * b / rows.len() as f64);
+            }
+        }
+        Ok(FitReport { loo_covariance: covariance, ..self.report.clone() })
     }
+}
 
-    fn largest_corner_leverage(&self) -> Option<f64> {
-        let d = self.pce.borrow().inputs().len();
-        let corner = |bits: usize| -> Vec<f64> {
-            (0..d).map(|i| if bits >> i & 1 == 1 { 1.0 } else { -1.0 }).collect()
-        };
-        (d <= MAX_CORNER_INPUTS)
-            .then(|| (0..1 << d).map(|bits| self.unit_leverage(&corner(bits))).fold(0.0, f64::max))
-    }
+/// None where there are too many corners.
+fn largest_corner_leverage(coefficients: &CoefficientPosterior) -> Option<f64> {
+    let d = coefficients.estimate().inputs().len();
+    let corner = |bits: usize| -> Vec<f64> {
+        (0..d).map(|i| if bits >> i & 1 == 1 { 1.0 } else { -1.0 }).collect()
+    };
+    let leverage = |bits| coefficients.leverage_at_unit(&corner(bits));
+    (d <= MAX_CORNER_INPUTS).then(|| (0..1 << d).map(leverage).fold(0.0, f64::max))
 }
 
 fn check(options: &FitOptions) -> Result<(), SurrogateError> {

@@ -27,21 +27,25 @@ pub(crate) fn norm(k: usize) -> f64 {
 }
 
 /// Π_i ψ_(a_i)(t_i) for each multi-index, with ψ_k = √(2k+1) P_k.
-pub(crate) fn basis_row(indices: &[Vec<u8>], t: &[f64]) -> Vec<f64> {
+pub(crate) fn basis_row<'a>(indices: impl IntoIterator<Item = &'a Vec<u8>>, t: &[f64]) -> Vec<f64> {
     let psi = orthonormal(t);
     let product =
         |a: &Vec<u8>| a.iter().zip(&psi).map(|(&k, psi)| psi[usize::from(k)][0]).product();
-    indices.iter().map(product).collect()
+    indices.into_iter().map(product).collect()
 }
 
 /// The derivatives of [`basis_row`] in t_1, t_2, …, a row each.
-pub(crate) fn basis_slopes(indices: &[Vec<u8>], t: &[f64]) -> Vec<Vec<f64>> {
+pub(crate) fn basis_slopes<'a>(
+    indices: impl IntoIterator<Item = &'a Vec<u8>> + Clone,
+    t: &[f64],
+) -> Vec<Vec<f64>> {
     let psi = orthonormal(t);
     let product = |a: &Vec<u8>, d: usize| {
         let factor = |(i, psi): (usize, &Polynomials)| psi[usize::from(a[i])][usize::from(i == d)];
         psi.iter().enumerate().map(factor).product()
     };
-    (0..t.len()).map(|d| indices.iter().map(|a| product(a, d)).collect()).collect()
+    let row = |d: usize| indices.clone().into_iter().map(|a| product(a, d)).collect();
+    (0..t.len()).map(row).collect()
 }
 
 type Polynomials = [[f64; 2]; MAX_ORDER + 1];

@@ -44,8 +44,10 @@
 //! 5. `pce_file`, `quadrature`, `sobol`, `differentiable`: its file, its moments, its use in a model
 //! 6. `leave_out`, `regression`, `select`, `report`, `design_matrix`, `weights`, `scale_choice`: least squares and
 //!    its errors
-//! 7. `orders`, `sparse`, `fit`: from a dataset to an expansion
+//! 7. `coefficients`, `intervals`, `placement`: what runs leave open, and where more of them would help
+//! 8. `orders`, `sparse`, `fit`: from a dataset to an expansion
 
+mod coefficients;
 mod dataset;
 mod dataset_csv;
 mod design;
@@ -54,6 +56,7 @@ mod differentiable;
 mod dyn_pce;
 mod error;
 mod fit;
+mod intervals;
 mod kernel;
 mod leave_out;
 mod legendre;
@@ -61,6 +64,7 @@ mod multi_index;
 mod orders;
 mod pce;
 mod pce_file;
+mod placement;
 mod quadrature;
 mod regression;
 mod report;
@@ -72,11 +76,13 @@ mod sobol_sequence;
 mod sparse;
 mod weights;
 
+pub use coefficients::CoefficientPosterior;
 pub use dataset::{Dataset, Input};
 pub use design::DesignMethod;
 pub use dyn_pce::{BoxPosition, DynPce};
 pub use error::SurrogateError;
 pub use fit::{FitOptions, PceFit, Terms};
+pub use intervals::SobolIntervals;
 pub use legendre::MAX_ORDER;
 pub use multi_index::Truncation;
 pub use pce::Pce;

@@ -3,7 +3,7 @@
 use crate::dyn_pce::DynPce;
 
 /// Most points of a grid.
-const MAX_POINTS: usize = 1 << 20;
+pub(crate) const MAX_POINTS: usize = 1 << 20;
 /// Fewest and most points an input: 24 are exact for polynomials of degree 47.
 const POINTS: std::ops::RangeInclusive<usize> = 4..=24;
 
@@ -18,12 +18,12 @@ pub(crate) struct TensorGrid {
 }
 
 impl TensorGrid {
-    /// None with more than ten inputs that take part, which need too many points.
-    pub(crate) fn new(pce: &DynPce) -> Option<Self> {
+    /// None where the inputs that take part need more points than `most`: more than ten do with [`MAX_POINTS`].
+    pub(crate) fn new(pce: &DynPce, most: usize) -> Option<Self> {
         let takes_part = |i: usize| pce.terms().iter().any(|(index, _)| index[i] > 0);
         let active: Vec<bool> = (0..pce.inputs().len()).map(takes_part).collect();
         let dimension = u32::try_from(active.iter().filter(|&&a| a).count()).ok()?;
-        let fits = |n: usize| n.checked_pow(dimension).is_some_and(|points| points <= MAX_POINTS);
+        let fits = |n: usize| n.checked_pow(dimension).is_some_and(|points| points <= most);
         let n = POINTS.rev().find(|&n| fits(n))?;
         let (mut nodes, mut weights) = (Vec::new(), Vec::new());
         for (axis, active) in pce.axes().iter().zip(active) {

@@ -1,7 +1,7 @@
 //! Moments and Sobol indices of an expansion: in closed form on linear scales, by quadrature on others.
 
 use crate::dyn_pce::DynPce;
-use crate::quadrature::TensorGrid;
+use crate::quadrature::{MAX_POINTS, TensorGrid};
 
 /// Fractions of each output's variance that inputs and pairs of inputs cause.
 ///
@@ -26,7 +26,8 @@ impl DynPce {
     /// The mean of each output over the box, inputs uniform: c_0 on linear scales.
     pub fn mean(&self) -> Vec<f64> {
         if !self.is_linear() {
-            return TensorGrid::new(self).map_or_else(|| self.unknown(), |grid| grid.mean());
+            return TensorGrid::new(self, MAX_POINTS)
+                .map_or_else(|| self.unknown(), |grid| grid.mean());
         }
         let constant = self.terms().iter().find(|(index, _)| is_constant(index));
         constant.map_or_else(|| vec![0.0; self.outputs().len()], |(_, c)| c.clone())
@@ -45,7 +46,7 @@ impl DynPce {
     pub fn variance(&self) -> Vec<f64> {
         if !self.is_linear() {
             let all: Vec<usize> = (0..self.inputs().len()).collect();
-            return TensorGrid::new(self)
+            return TensorGrid::new(self, MAX_POINTS)
                 .map_or_else(|| self.unknown(), |grid| grid.variance_by(&all));
         }
         let mut variance = vec![0.0; self.outputs().len()];
@@ -57,6 +58,11 @@ impl DynPce {
 
     /// First-order, total and second-order Sobol indices of each output.
     pub fn sobol(&self) -> SobolIndices {
+        self.sobol_with(MAX_POINTS)
+    }
+
+    /// The same by a quadrature of not more than so many points, where there is need of one.
+    pub(crate) fn sobol_with(&self, most_points: usize) -> SobolIndices {
         let (d, m) = (self.inputs().len(), self.outputs().len());
         let mut indices = SobolIndices {
             first: vec![vec![0.0; d]; m],
@@ -66,7 +72,7 @@ impl DynPce {
         let variance = if self.is_linear() {
             self.sums_of_squares(&mut indices);
             self.variance()
-        } else if let Some(grid) = TensorGrid::new(self) {
+        } else if let Some(grid) = TensorGrid::new(self, most_points) {
             conditional_variances(&grid, d, &mut indices)
         } else {
             self.unknown()

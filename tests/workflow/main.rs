@@ -8,6 +8,7 @@ mod further_tests;
 mod images;
 mod own_data;
 mod quadrature;
+mod sequential;
 mod sharing;
 mod stages;
 mod study;
@@ -146,6 +147,10 @@ fn from_an_empty_directory_to_every_documented_file() {
         ("summary.csv", "parameter,mean,sd,q05,q50,q95,rhat,ess_bulk,ess_tail,contraction"),
         ("map.csv", "parameter,map,truth"),
         ("loo.csv", "specimen,elpd,pareto_k\nV-01,"),
+        (
+            "sobol.csv",
+            "qoi,input,first,first_q05,first_q95,total,total_q05,total_q95\nslope_N_per_mm,",
+        ),
         ("confirm.csv", "qoi,experiment_mean,map_simulation,percent_error"),
         (
             "design.csv",
@@ -173,6 +178,7 @@ fn from_an_empty_directory_to_every_documented_file() {
         "mesh.vtu",
         "mesh.msh",
         "surrogate.json",
+        "surrogate_uncertainty.json",
         "posterior.zarr/zarr.json",
         "posterior.csv",
         "fields/map.pvd",

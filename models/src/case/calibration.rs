@@ -49,6 +49,25 @@ pub struct ExtendCase {
     pub prior: PriorCase,
 }
 
+/// `[sequential]`: batches of runs that are added where the posterior lives, until the surrogate is known well
+/// enough there.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SequentialCase {
+    /// The largest share of the surrogate in the posterior variance of an identified parameter.
+    pub share: f64,
+    /// Number of simulations of a batch.
+    pub batch: usize,
+    /// Most simulations of all batches.
+    pub most: usize,
+}
+
+impl Default for SequentialCase {
+    fn default() -> Self {
+        Self { share: 0.1, batch: 10, most: 50 }
+    }
+}
+
 /// `design.microstructure`: the packings that an ensemble is made on.
 ///
 /// With one packing its deviation from the others enters the posterior unseen; with one a run, the

@@ -31,7 +31,7 @@ use serde::{Deserialize, Serialize};
 use crate::qoi::Quantity;
 pub use calibration::{
     CalibrationCase, ConfirmCase, DesignCase, DiscrepancyCase, ExtendCase, Likelihood,
-    Microstructure, QoiCase, SurrogateCase,
+    Microstructure, QoiCase, SequentialCase, SurrogateCase,
 };
 pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
 pub use experiments::{ExperimentsCase, NoiseCase, Toe, VirtualCase};
@@ -87,6 +87,9 @@ pub struct Case {
     /// The runs that the surrogate learns from.
     #[serde(default)]
     pub design: DesignCase,
+    /// More of them, where the posterior lives.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sequential: Option<SequentialCase>,
     /// Cheaper meshes for them.
     #[serde(default)]
     pub fidelity: FidelityCase,

@@ -74,6 +74,17 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
             "[[extend]]\nruns = 9\nprior.matrix = { young_mpa = [300.0, 350.0], viscosity_mpa_s = [0.5, 0.9] }\n[design]  ",
             &["extend[0].prior", "several parameters", "[[extend]]"],
         ),
+        ("[design]  ", "[sequential]\nshare = 0.0\n[design]  ", &["sequential.share = 0", "0.001"]),
+        (
+            "[design]  ",
+            "[sequential]\nbatch = 20\nmost = 10\n[design]  ",
+            &["sequential.most = 10", "at least one batch"],
+        ),
+        (
+            "[design]  ",
+            "[sequential]\nbatches = 20\n[design]  ",
+            &["sequential", "batches", "mean \"batch\"?"],
+        ),
         ("[material.grain]", "[material.grian]", &["material.grain", "material.grian", "meant"]),
         (
             "[phase_field] ",

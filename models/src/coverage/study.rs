@@ -2,11 +2,9 @@
 
 use ppl::Nuts;
 use rayon::prelude::*;
-use surrogate::{DynPce, FitReport, PceFit};
+use surrogate::{CoefficientPosterior, DynPce, PceFit};
 
-use crate::fracture::{
-    CalibrationError, Evidence, Population, column_means, relative_covariance, sample,
-};
+use crate::fracture::{CalibrationError, Evidence, Population, sample};
 
 /// The central intervals that are looked at.
 const NOMINAL: [f64; 3] = [0.5, 0.9, 0.95];
@@ -39,7 +37,7 @@ pub struct Setting {
     /// The forward model.
     pub forward: DynPce,
     /// How well it is known as the mean response over packings; none: it is taken to be exact.
-    pub error: Option<FitReport>,
+    pub error: Option<CoefficientPosterior>,
     /// What is known of its last input if that is the stiffness ratio.
     pub stiffness: Option<KnownStiffness>,
 }
@@ -52,21 +50,13 @@ impl Setting {
 
     /// A forward model from runs with a packing each, whose error all specimens share.
     pub fn shared(name: impl Into<String>, fit: PceFit) -> Self {
-        Self { error: Some(fit.report), ..Self::exact(name, fit.pce) }
+        Self { error: Some(fit.coefficients), ..Self::exact(name, fit.pce) }
     }
 
     /// The same with the stiffness ratio of a specimen's own microstructure as its last input, which is known of
     /// the first so many specimens of a laboratory; of the others the population says what it may be.
     pub fn knowing_stiffness(self, specimens: usize, population: Option<Population>) -> Self {
         Self { stiffness: Some(KnownStiffness { specimens, population }), ..self }
-    }
-
-    /// The covariance of its error relative to the specimens' means.
-    fn shared_error(&self, means: &[f64]) -> Result<Vec<Vec<f64>>, CalibrationError> {
-        match &self.error {
-            Some(report) => Ok(relative_covariance(report.mean_error(means)?, means)),
-            None => Ok(Vec::new()),
-        }
     }
 }
 
@@ -173,7 +163,6 @@ impl CoverageStudy {
         laboratory: &Laboratory,
         seed: u64,
     ) -> Result<Vec<[[f64; 2]; NOMINAL.len()]>, CalibrationError> {
-        let shared = setting.shared_error(&column_means(&laboratory.specimens))?;
         let ratios = laboratory.stiffness_ratios.iter().enumerate();
         let (known, population) = match &setting.stiffness {
             None => (Vec::new(), None),
@@ -183,8 +172,8 @@ impl CoverageStudy {
             }
         };
         let size = laboratory.truth.len();
-        let qois = laboratory.specimens.clone();
-        let evidence = Evidence { qois, known, population, shared };
+        let (qois, open) = (laboratory.specimens.clone(), setting.error.clone());
+        let evidence = Evidence { qois, known, population, open, ..Evidence::default() };
         let sampler = self.sampler.clone().seed(seed).threads(1);
         let posterior = sample(&setting.forward, &evidence, &sampler, seed)?;
         let group = &posterior.posterior;

@@ -206,7 +206,7 @@ ppl::model! {
         let chol = corr.scale_rows(&sd)?;
         for group in &groups.groups {
             let specimens = &group.specimens;
-            let expected = specimens.expected(&group.forward, &at_level[group.level]);
+            let expected = specimens.expected(&group.forward, &at_level[group.level])?;
             for (contrast, between) in specimens.known.contrasts.iter().zip(&expected.contrasts) {
                 contrast ~ MvNormalCholesky(between, &chol);
             }

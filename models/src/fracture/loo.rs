@@ -44,7 +44,7 @@ fn ln_conditionals(posterior: &Posterior, forward: &DynPce, specimens: &Specimen
         let factor: Vec<Vec<f64>> = corr.chunks(size).zip(sd).map(row).collect();
         DynCholeskyFactor::new(&factor)
             .and_then(|factor| {
-                specimens.ln_conditionals(&specimens.expected(forward, theta), &factor)
+                specimens.ln_conditionals(&specimens.expected(forward, theta)?, &factor)
             })
             .unwrap_or_else(|_| vec![f64::NAN; specimens.len()])
     });

@@ -16,13 +16,14 @@ use ppl::{
 };
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
-use surrogate::{DynPce, Input, SurrogateError};
+use surrogate::{CoefficientPosterior, DynPce, Input, SurrogateError};
 
 use crate::case::MaterialParameter;
 use crate::qoi::Quantity;
 pub use groups::{Groups, Pooling, TestGroup, Trend, calibrate_groups, calibration_over_groups};
 pub use population::Population;
 pub use specimens::Specimens;
+pub(crate) use specimens::column_means;
 
 ppl::model! {
     /// Matrix parameters of a bonded granular material from specimen QoIs: the paper's three, with all
@@ -76,7 +77,7 @@ ppl::model! {
         // what a person reads: the factor's own entries mean little
         #[dims(quantity, other)] #[track] let correlation = corr.covariance();
 
-        let expected = specimens.expected(forward, &point);
+        let expected = specimens.expected(forward, &point)?;
         #[dims(qoi)] #[track] let mean = specimens.mean(&expected);
         // differences between specimens show their scatter alone, their mean what they share too
         for (contrast, between) in specimens.known.contrasts.iter().zip(&expected.contrasts) {
@@ -253,9 +254,12 @@ pub struct Evidence {
     pub known: Vec<Option<Vec<f64>>>,
     /// What those inputs may be of a specimen of which they are not known.
     pub population: Option<Population>,
-    /// Covariance of the error that all specimens share, relative to their means: that of the surrogate,
-    /// the mesh and the geometry. Empty: none, the paper's likelihood.
+    /// Covariance of the error that all specimens share, relative to their means: that of the mesh, the
+    /// geometry, the surrogate where it is the same everywhere. Empty: none, the paper's likelihood.
     pub shared: Vec<Vec<f64>>,
+    /// What the runs leave open of the surrogate, which is shared too. Right where each run had a packing of
+    /// its own: what a polynomial misses of one specimen belongs to `shared`.
+    pub open: Option<CoefficientPosterior>,
 }
 
 impl Evidence {
@@ -376,7 +380,7 @@ fn relative_to_means(
     pce: &DynPce,
     evidence: &Evidence,
 ) -> Result<(DynPce, Specimens), CalibrationError> {
-    let Evidence { qois, known, population, shared } = evidence;
+    let Evidence { qois, known, population, shared, open } = evidence;
     let expected = pce.outputs().len();
     if let Some(row) = qois.iter().find(|row| row.len() != expected) {
         return Err(CalibrationError::Quantities { expected, found: row.len() });
@@ -393,19 +397,16 @@ fn relative_to_means(
     if !known.is_empty() {
         specimens = specimens.knowing(known, population.clone())?;
     }
+    if let Some(open) = open {
+        let scatter = relative_covariance(open.scatter(&mean)?, &mean);
+        specimens = specimens.leaving_open(open.clone(), scatter)?;
+    }
     Ok((forward, specimens))
 }
 
 /// The name of a surrogate's output in tables, where it is relative and has no unit.
 pub(crate) fn short_name(output: &str) -> String {
     Quantity::of_column(output).map_or_else(|| output.to_owned(), |quantity| quantity.to_string())
-}
-
-/// The mean of every column of rows of one length.
-pub(crate) fn column_means(rows: &[Vec<f64>]) -> Vec<f64> {
-    let columns = rows.first().map_or(0, Vec::len);
-    let mean = |m: usize| rows.iter().map(|row| row[m]).sum::<f64>() / rows.len() as f64;
-    (0..columns).map(mean).collect()
 }
 
 /// A covariance (quantities × quantities) relative to the quantities' means.

@@ -4,7 +4,8 @@
 //! y_k = m + δ + e_k with e_k ~ N(0, Σ) for each specimen and one δ ~ N(0, S) for all: the error of
 //! the forward model, which more specimens do not average away. An orthogonal transform takes the n
 //! rows apart: n − 1 contrasts z_j ~ N(0, Σ), in which δ and m cancel, and √n ȳ ~ N(√n m, Σ + nS).
-//! Their joint density is that of the rows with δ integrated out.
+//! Their joint density is that of the rows with δ integrated out. S may depend on the parameters: a surrogate
+//! is known best where its runs are, and its error is S(θ) = s² h(θ), the leverage h times the variance of runs.
 //!
 //! Where something is known of each specimen that the forward model takes, such as the stiffness of its
 //! own microstructure, each has an m_k of its own: the transform of these is the mean of that of the rows.
@@ -14,7 +15,7 @@
 
 use ppl::DomainError;
 use ppl::prelude::*;
-use surrogate::DynPce;
+use surrogate::{CoefficientPosterior, DynPce};
 
 use super::CalibrationError;
 use super::contrasts::{Group, helmert};
@@ -34,8 +35,19 @@ pub struct Specimens {
     population: Option<Population>,
     /// Totals of the groups that there are, one after the other.
     pub(super) totals: Vec<f64>,
-    /// S, quantities × quantities; zero is the paper's likelihood.
+    /// S but for what follows, quantities × quantities; zero is the paper's likelihood.
     pub(super) shared: Vec<Vec<f64>>,
+    /// What runs leave open of the forward model.
+    open: Option<Open>,
+}
+
+/// An error of the forward model that is not the same everywhere.
+#[derive(Clone, Debug)]
+struct Open {
+    /// Its leverage h.
+    coefficients: CoefficientPosterior,
+    /// Its covariance per leverage, in the same relative quantities.
+    scatter: Vec<Vec<f64>>,
 }
 
 impl Specimens {
@@ -58,6 +70,7 @@ impl Specimens {
             inputs: Vec::new(),
             population: None,
             shared: vec![vec![0.0; expected]; expected],
+            open: None,
         })
     }
 
@@ -109,13 +122,21 @@ impl Specimens {
     }
 
     /// What the forward model says of the specimens at parameters `point`.
-    pub(super) fn expected<R: Scalar>(&self, forward: &DynPce, point: &[R]) -> Expected<R> {
+    ///
+    /// # Errors
+    /// Parameters outside the box of an error that is not the same everywhere.
+    pub(super) fn expected<R: Scalar>(
+        &self,
+        forward: &DynPce,
+        point: &[R],
+    ) -> Result<Expected<R>, DomainError> {
+        let shared = self.shared_at(point)?;
         let unknown = self.population.as_ref().map(|p| p.response(forward, point));
         if self.known_inputs() == 0 {
             let mean = forward.at(point);
             let zeros = vec![R::from(0.0); mean.len()];
             let contrasts = vec![zeros; self.known.contrasts.len()];
-            return Expected { own: Vec::new(), contrasts, mean, unknown };
+            return Ok(Expected { own: Vec::new(), contrasts, mean, unknown, shared });
         }
         let response = |inputs: &Vec<f64>| -> Vec<R> {
             let inputs = inputs.iter().map(|&x| R::from(x));
@@ -125,7 +146,7 @@ impl Specimens {
         let (contrasts, total) = helmert(&own);
         let root = (self.known.len() as f64).sqrt();
         let mean = total.into_iter().map(|sum| sum / root).collect();
-        Expected { own, contrasts, mean, unknown }
+        Ok(Expected { own, contrasts, mean, unknown, shared })
     }
 
     /// With the covariance S of the error δ that all specimens share, in the same relative quantities:
@@ -144,6 +165,44 @@ impl Specimens {
         }
         self.shared = covariance;
         Ok(self)
+    }
+
+    /// With what runs leave open of the forward model as a further error that all specimens share: its
+    /// covariance is `scatter`, in the same relative quantities, times the leverage at the parameters.
+    ///
+    /// # Errors
+    /// Another size than that of the quantities.
+    pub fn leaving_open(
+        self,
+        coefficients: CoefficientPosterior,
+        scatter: Vec<Vec<f64>>,
+    ) -> Result<Self, CalibrationError> {
+        let shared = self.shared.clone();
+        // of the same size as the other
+        let checked = self.sharing(scatter)?;
+        let open = Some(Open { coefficients, scatter: checked.shared.clone() });
+        Ok(Self { shared, open, ..checked })
+    }
+
+    /// S at parameters `point`. Inputs that are known of each specimen stand at their mean: of a response that
+    /// is linear in them, that of the mean over the specimens. Where some are not known they stand at that of
+    /// the population.
+    pub(super) fn shared_at<R: Scalar>(&self, point: &[R]) -> Result<Vec<Vec<R>>, DomainError> {
+        let constant = |row: &Vec<f64>| row.iter().map(|&s| R::from(s)).collect();
+        let mut shared: Vec<Vec<R>> = self.shared.iter().map(constant).collect();
+        if let Some(Open { coefficients, scatter }) = &self.open {
+            let middle = match &self.population {
+                Some(population) => population.mean().to_vec(),
+                None => column_means(&self.inputs),
+            };
+            let place: Vec<R> =
+                point.iter().copied().chain(middle.into_iter().map(R::from)).collect();
+            let leverage = coefficients.try_at(&place)?[0];
+            for (row, scatter) in shared.iter_mut().zip(scatter) {
+                row.iter_mut().zip(scatter).for_each(|(entry, &s)| *entry = *entry + leverage * s);
+            }
+        }
+        Ok(shared)
     }
 
     /// Number of specimens.
@@ -208,7 +267,7 @@ impl Specimens {
         expected: &Expected<R>,
         scatter: &DynCholeskyFactor<R>,
     ) -> Result<DynCholeskyFactor<R>, DomainError> {
-        let is_shared = self.shared.iter().flatten().any(|&s| s != 0.0);
+        let is_shared = expected.shared.iter().flatten().any(|s| s.value() != 0.0);
         if let ([(Kind::Known, _)], false) = (groups, is_shared) {
             return Ok(scatter.clone());
         }
@@ -237,7 +296,7 @@ impl Specimens {
         i: usize,
         j: usize,
     ) -> R {
-        let shared = R::from(self.shared[i][j]);
+        let shared = expected.shared[i][j];
         match &expected.unknown {
             Some(unknown) if (a, b) == (Kind::Unknown, Kind::Unknown) => {
                 shared + unknown.shared(i, j)
@@ -293,6 +352,8 @@ pub(super) struct Expected<R> {
     mean: Vec<R>,
     /// Of each of the others.
     pub(super) unknown: Option<Spread<R>>,
+    /// S there.
+    shared: Vec<Vec<R>>,
 }
 
 impl<R> Expected<R> {
@@ -310,6 +371,13 @@ impl<R> Expected<R> {
             Kind::Unknown => self.mean_of(kind),
         }
     }
+}
+
+/// The mean of every column of rows of one length; nothing of no rows.
+pub(crate) fn column_means(rows: &[Vec<f64>]) -> Vec<f64> {
+    let columns = rows.first().map_or(0, Vec::len);
+    let mean = |m: usize| rows.iter().map(|row| row[m]).sum::<f64>() / rows.len() as f64;
+    (0..columns).map(mean).collect()
 }
 
 /// √n times a mean.

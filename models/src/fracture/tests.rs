@@ -100,7 +100,7 @@ fn assert_density_of(specimens: &Specimens, pce: &DynPce, known: Option<&[Option
     let mut rows: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
     let all: Vec<usize> = (0..rows.len()).collect();
     let joint = known.map_or_else(|| Joint::alike(rows.len()), Joint::knowing);
-    let expected = specimens.expected(pce, &[THETA]);
+    let expected = specimens.expected(pce, &[THETA]).unwrap();
     let between =
         |z: &Vec<f64>, mean: &Vec<f64>| MvNormalCholesky(mean.clone(), scatter()).ln_density(z);
     let contrasts = specimens.known.contrasts.iter().zip(&expected.contrasts);
@@ -153,7 +153,7 @@ fn what_is_known_of_some_specimens_moves_their_means_and_what_is_not_widens_the_
         assert_eq!(specimens.known_inputs(), 1);
         assert_density_of(&specimens, &forward(true), Some(&known));
         let (expected, joint) =
-            (specimens.expected(&forward(true), &[THETA]), Joint::knowing(&known));
+            (specimens.expected(&forward(true), &[THETA]).unwrap(), Joint::knowing(&known));
         for (i, mean) in specimens.mean(&expected).iter().enumerate() {
             let exact = joint.means.iter().map(|mean| mean[i]).sum::<f64>() / 4.0;
             assert!((mean - exact).abs() < 1e-12, "{mean} {exact}");
@@ -165,7 +165,7 @@ fn what_is_known_of_some_specimens_moves_their_means_and_what_is_not_widens_the_
 fn two_specimens_of_which_one_is_left() {
     let rows: Vec<Vec<f64>> = QOIS[..2].iter().map(|row| row.to_vec()).collect();
     let two = Specimens::new(&rows).unwrap().sharing(SHARED.map(Vec::from).to_vec()).unwrap();
-    let expected = two.expected(&forward(false), &[THETA]);
+    let expected = two.expected(&forward(false), &[THETA]).unwrap();
     let found = two.ln_conditionals(&expected, &scatter()).unwrap();
     let joint = Joint::alike(2);
     let exact = joint.ln_density(&rows, &[0, 1]) - joint.ln_density(&rows, &[1]);
@@ -176,7 +176,7 @@ fn two_specimens_of_which_one_is_left() {
 fn without_a_shared_error_specimens_are_independent() {
     let rows: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
     let specimens = Specimens::new(&rows).unwrap();
-    let expected = specimens.expected(&forward(false), &[THETA]);
+    let expected = specimens.expected(&forward(false), &[THETA]).unwrap();
     let found = specimens.ln_conditionals(&expected, &scatter()).unwrap();
     let mean = forward(false).value(&[THETA]).unwrap();
     for (row, found) in rows.iter().zip(found) {
@@ -185,12 +185,50 @@ fn without_a_shared_error_specimens_are_independent() {
     }
 }
 
+/// S(θ) = S + s² h(θ): the joint density of all rows with it built directly, its slope by differences, and
+/// with what is known of each specimen at its mean.
+#[test]
+fn what_runs_leave_open_is_shared_where_the_parameters_are() {
+    use surrogate::{Dataset, FitOptions, OrderRule};
+    let inputs = ["theta", "k"].map(|name| Input::new(name, 0.0, 2.0).unwrap()).to_vec();
+    let mut runs = Dataset::new(inputs, vec!["a".into(), "b".into()], "").unwrap();
+    for i in 0..9 {
+        let (x, k) = (0.25 * f64::from(i), f64::from(i * i % 5) * 0.5);
+        runs.push(&[x, k], &[x + 0.1 * k * k, 1.0 + x * k - 0.3 * x * x]).unwrap();
+    }
+    let options = FitOptions { rule: OrderRule::Fixed(1), ..FitOptions::default() };
+    let open = DynPce::fit(&runs, &options).unwrap().coefficients;
+    let scatter = vec![vec![4e-4, 1e-4], vec![1e-4, 3e-4]];
+    let known = [0.9, 1.2, 1.0, 0.7].map(|k| Some(vec![k]));
+    let wrong = specimens().leaving_open(open.clone(), vec![vec![0.0]; 2]);
+    assert!(wrong.is_err());
+    let specimens = specimens()
+        .knowing(&known, None)
+        .unwrap()
+        .leaving_open(open.clone(), scatter.clone())
+        .unwrap();
+    let of = |theta: f64| specimens.shared_at(&[theta]).unwrap();
+    let h = open.leverage(&[1.3, 0.95]).unwrap();
+    for (i, row) in of(1.3).iter().enumerate() {
+        for (j, found) in row.iter().enumerate() {
+            let expected = SHARED[i][j] + h * scatter[i][j];
+            assert!((found - expected).abs() < 1e-15, "{found} {expected}");
+        }
+    }
+    let dual = ppl::Dual::variables([1.3]);
+    let slope = specimens.shared_at(&dual).unwrap()[1][0].gradient()[0];
+    let difference = (of(1.3 + 1e-5)[1][0] - of(1.3 - 1e-5)[1][0]) / 2e-5;
+    assert!((slope / difference - 1.0).abs() < 1e-6, "{slope} {difference}");
+    assert!(of(0.1)[0][0] > of(1.0)[0][0], "less is known at the ends");
+}
+
 /// As in a group whose covariance others tell.
 #[test]
 fn one_specimen_alone_has_the_density_of_itself() {
     let one = Specimens::new(&[QOIS[0].to_vec()]).unwrap();
     let one = one.sharing(SHARED.map(Vec::from).to_vec()).unwrap();
-    let found = one.ln_conditionals(&one.expected(&forward(false), &[THETA]), &scatter()).unwrap();
+    let found =
+        one.ln_conditionals(&one.expected(&forward(false), &[THETA]).unwrap(), &scatter()).unwrap();
     let exact = Joint::alike(1).ln_density(&[QOIS[0].to_vec()], &[0]);
     assert!((found[0] - exact).abs() < 1e-10, "{} {exact}", found[0]);
 }

@@ -208,8 +208,8 @@ pub(crate) struct Qoi {
     pub(crate) percent_error: f64,
     /// What the mesh is estimated to do to it, in per cent, where that is known.
     pub(crate) mesh_error_percent: Option<f64>,
-    /// Total Sobol index for every parameter.
-    pub(crate) sobol_total: Vec<f64>,
+    /// Total Sobol index for every parameter, with the ends of its 90 % interval where there is one.
+    pub(crate) sobol_total: Vec<(f64, Option<[f64; 2]>)>,
 }
 
 /// The surrogate at one order.

@@ -4,27 +4,24 @@ use std::sync::Mutex;
 
 use ppl::diagnostics::{LooPoint, e_bfmi};
 use ppl::{ChainStatus, Nuts, Posterior, Progress};
-use surrogate::{Dataset, DynPce, FitReport, Input};
+use surrogate::Input;
 
 use super::WorkflowError;
 use super::extension::offers;
+use super::fitted::{Fitted, read_experiments};
 use super::gate::{check_range, labelled};
 use super::inputs::Inputs;
 use super::predicted_curves::write_predicted_curves;
-use super::specimen_stiffness::{in_words, of_specimens, population, unlike_design};
-use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
-use super::uncertainty::{shared_error, shared_error_warning, write_uncertainty};
-use crate::error::InputError;
-use crate::fracture::{
-    Calibration, CalibrationError, Evidence, Population, calibrate_after, column_means,
-};
+use super::uncertainty::{Budget, SharedError, budget};
+use crate::fracture::{Calibration, CalibrationError, calibrate_after, column_means};
 use crate::progress::{Bar, say};
-use crate::table::{CsvTable, TableRow};
+use crate::table::CsvTable;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
-    let pce: DynPce = inputs.json("surrogate.json")?;
+    let fitted = Fitted::read(inputs)?;
+    let pce = &fitted.pce;
     let prior = inputs.prior()?;
     if !pce.inputs().starts_with(&prior) {
         let path = task.path("surrogate.json");
@@ -43,12 +40,13 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         .seed(settings.seed)
         .progress(&bar)
         .interrupt(task.interrupt);
-    let shared = shared_error(inputs, &column_means(&specimens))?;
-    let Known { known, population, warning } = known_inputs(inputs, &pce)?;
-    let evidence = Evidence { qois: specimens, known, population, shared: shared.total() };
+    let means = column_means(&specimens);
+    let shared = SharedError::of(&fitted, &settings.discrepancy, &means)?;
+    fitted.known.told.iter().for_each(|told| say("note", told));
+    let evidence = shared.evidence(specimens, &fitted.known);
     let result = task.on_threads(settings.chains, |threads| {
         let burn_in = settings.burn_in.div_ceil(settings.thin);
-        calibrate_after(&pce, &evidence, &sampler.threads(threads), burn_in, settings.seed)
+        calibrate_after(pce, &evidence, &sampler.threads(threads), burn_in, settings.seed)
     });
     drop(bar);
     task.check_interrupt()?;
@@ -88,24 +86,23 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     };
     task.write("summary.txt", &labelled(plain(format!("{summary}\n")), &outside))?;
     let mut warnings = outside;
-    warnings.extend(warning);
+    warnings.extend(fitted.known.warning.clone());
     warnings.extend(summary.warnings.iter().map(|warning| plain(warning.to_string())));
     warnings.extend(write_loo(task, &result, &ids)?);
-    warnings.extend(shared_error_warning(
-        &summary,
-        pce.outputs(),
-        evidence.qois.len(),
-        &shared.of_runs(),
-    ));
+    let budget = budget(&fitted, posterior, &evidence, &shared)?;
+    if let Some(budget) = &budget {
+        budget.write(task)?;
+        warnings.extend(budget.warning(&summary, pce.outputs(), evidence.qois.len()));
+        warnings.extend(unreached(inputs, budget));
+    }
     let draws =
         |name: &str| posterior.trace(&format!("theta[{name}]")).unwrap_or_default().concat();
-    warnings.extend(offers(&prior, &draws, learnt_from(inputs)?));
+    warnings.extend(offers(&prior, &draws, fitted.report.rows));
     warnings.iter().for_each(|warning| say("note", warning));
     let lines: String = warnings.iter().map(|line| format!("{line}\n")).collect();
     task.write("warnings.txt", &lines)?;
     write_sampling(task, posterior)?;
     write_map(task, &prior, &result.map)?;
-    write_uncertainty(task, &pce, posterior, &summary, &evidence, shared)?;
     Ok(format!(
         "{} draws in {} chains, {} divergences",
         summary.draws * summary.chains,
@@ -114,46 +111,18 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     ))
 }
 
-/// How many runs the surrogate has learnt from.
-fn learnt_from(inputs: &Inputs<'_>) -> Result<usize, WorkflowError> {
-    Ok(inputs.json::<FitReport>("surrogate_error.json")?.rows)
-}
-
-/// Columns of `experiments.csv`, one row a specimen.
-pub(super) fn read_experiments(
-    inputs: &Inputs<'_>,
-    columns: &[impl AsRef<str>],
-) -> Result<Vec<Vec<f64>>, WorkflowError> {
-    let path = inputs.file("experiments.csv")?;
-    let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
-    let table = CsvTable::read(&path, &columns)?;
-    let row = |row: TableRow| columns.iter().map(|column| row.positive(column)).collect();
-    Ok(table.rows().map(row).collect::<Result<_, InputError>>()?)
-}
-
-/// The stiffness ratio of each specimen's microstructure as far as it is known, and what is known of the others, if
-/// the surrogate takes it; what there is to say of that.
-pub(super) fn known_inputs(inputs: &Inputs<'_>, pce: &DynPce) -> Result<Known, WorkflowError> {
-    if pce.inputs().last().is_none_or(|input| input.name != STIFFNESS_RATIO) {
-        return Ok(Known::default());
-    }
-    let ratios = of_specimens(inputs)?;
-    let runs = Dataset::read_csv(inputs.file("runs.csv")?)?;
-    let population = population(&runs, &ratios);
-    if let Some(told) = population.as_ref().and_then(|p| in_words(&ratios, p)) {
-        say("note", &told);
-    }
-    let warning = unlike_design(&runs, &ratios);
-    let known = ratios.into_iter().map(|ratio| ratio.map(|k| vec![k])).collect();
-    Ok(Known { known, population, warning })
-}
-
-/// What is known of specimens beside their quantities.
-#[derive(Default)]
-pub(super) struct Known {
-    pub(super) known: Vec<Option<Vec<f64>>>,
-    pub(super) population: Option<Population>,
-    warning: Option<String>,
+/// What to say where the surrogate's share is above what `[sequential]` asks for.
+fn unreached(inputs: &Inputs<'_>, budget: &Budget) -> Option<String> {
+    let asked = inputs.sequential_share()?;
+    let (parameter, share) = budget.largest_share()?;
+    (share > asked).then(|| {
+        format!(
+            "The surrogate's share of the uncertainty of {parameter} is {:.1} %, above the {:.1} % of \
+             sequential.share: raise sequential.most to add more runs.",
+            100.0 * share,
+            100.0 * asked
+        )
+    })
 }
 
 /// `loo.csv`: how each specimen is predicted by a calibration to the others. What warns of specimens whose

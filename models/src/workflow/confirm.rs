@@ -6,7 +6,7 @@ use std::path::Path;
 use fem::{RunInput, gmsh, write_curve};
 
 use super::WorkflowError;
-use super::calibrate::read_experiments;
+use super::fitted::read_experiments;
 use super::map_fields::write_fields;
 use super::mesh_error::mesh_errors;
 use super::runs::run_ensemble;

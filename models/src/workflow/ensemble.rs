@@ -8,6 +8,7 @@ use surrogate::{Dataset, Input};
 use super::WorkflowError;
 use super::fidelity::{Correction, spread, write_corrections};
 use super::files::write;
+use super::fitted::BATCH;
 use super::inputs::Inputs;
 use super::level_runs::{FOLDER, LevelRuns, Runner, curve_of_level};
 use super::levels::Level;
@@ -15,12 +16,14 @@ use super::neighbours::Neighbours;
 use super::packings::{Packings, SEED};
 use super::quadrature::compare_quadratures;
 use super::runs::place;
+use super::sequential::{Batches, Look};
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use crate::qoi::Quantity;
 
-/// What is known of a run beside its numbers; seed and stiffness are those of a packing of its own.
-const NOTES: [&str; 4] = ["run", "seconds", SEED, STIFFNESS_RATIO];
+/// What is known of a run beside its numbers; seed and stiffness are those of a packing of its own. The last
+/// is there where there are batches.
+const NOTES: [&str; 5] = ["run", "seconds", SEED, STIFFNESS_RATIO, BATCH];
 
 /// The runs of a case and the meshes that they are made on.
 pub(super) struct Plan<'a> {
@@ -29,10 +32,12 @@ pub(super) struct Plan<'a> {
     runs: Vec<RunInput>,
     packings: Option<Packings>,
     levels: Vec<Level<'a>>,
+    /// Runs that are added where the posterior lives.
+    batches: Option<Batches<'a>>,
 }
 
 impl<'a> Plan<'a> {
-    /// What the case asks for; so many of the packings are filled.
+    /// What the case asks for, without batches; so many of the packings are filled.
     pub(super) fn of(inputs: &'a Inputs<'_>, filled: usize) -> Result<Self, WorkflowError> {
         inputs.check_steps()?;
         let first = inputs.first_prior()?;
@@ -59,14 +64,25 @@ impl<'a> Plan<'a> {
         let run = |(i, inputs)| RunInput { id: i + 1, inputs };
         let runs: Vec<RunInput> = points.into_iter().enumerate().map(run).collect();
         let names = prior.iter().map(|input| input.name.clone()).collect();
-        Ok(Self { prior, names, runs, packings, levels })
+        Ok(Self { prior, names, runs, packings, levels, batches: None })
     }
 
-    fn runner<'r>(&'r self, task: &'r Task<'r>) -> Runner<'r> {
-        Runner { task, names: &self.names, packings: self.packings.as_ref() }
+    /// The same with the batches that the case asks for, in a folder of results.
+    fn with_batches(
+        inputs: &'a Inputs<'_>,
+        dir: &Path,
+        filled: usize,
+    ) -> Result<Self, WorkflowError> {
+        let mut plan = Self::of(inputs, filled)?;
+        let runs = plan.runs.len();
+        plan.batches = Batches::of(inputs, &plan.levels[0], dir, runs)?;
+        if let Some(batches) = &plan.batches {
+            plan.packings = Packings::of(inputs, filled.min(runs + batches.most()))?;
+        }
+        Ok(plan)
     }
 
-    /// The runs with their quantities, on all levels.
+    /// The runs of the design with their quantities, on all levels.
     pub(super) fn make(&self, task: &Task<'_>) -> Result<Vec<LevelRuns>, WorkflowError> {
         all_levels(&self.runner(task), self)
     }
@@ -87,55 +103,36 @@ impl<'a> Plan<'a> {
         quantities: &[Quantity],
         done: &[LevelRuns],
     ) -> Result<(Dataset, Vec<Correction>), WorkflowError> {
-        let Self { prior, packings, levels, .. } = self;
-        let outputs: Vec<String> = quantities.iter().map(|q| q.column().into_owned()).collect();
-        let corrections = done
-            .windows(2)
-            .map(|pair| Correction::between(prior, &outputs, &pair[0], &pair[1]))
-            .collect::<Result<Vec<_>, _>>()?;
-        let stiffness = packings.as_ref().map(|p| p.stiffness_ratios(&levels[0])).transpose()?;
-        let differentiated = if inputs.design().derivatives { prior.len() } else { 0 };
-        let mut data = Dataset::new(prior.clone(), outputs, "breccia ensemble")?
-            .with_derivatives_in(differentiated)?
-            .with_notes(&NOTES)?;
-        for (record, quantities, jacobian) in done[0].differentiated() {
-            let (mut quantities, mut jacobian) = (quantities.to_vec(), jacobian.to_vec());
-            for correction in &corrections {
-                correction.apply(&record.inputs, &mut quantities, &mut jacobian)?;
-            }
-            let (id, seconds) = (record.id.to_string(), format!("{:.3}", record.seconds));
-            let seed = packings.as_ref().map(|p| p.seeds[record.id - 1].to_string());
-            let ratio = stiffness.as_ref().map(|ratios| ratios[record.id - 1].to_string());
-            let [seed, ratio] = [seed, ratio].map(Option::unwrap_or_default);
-            let notes: [&str; 4] = [&id, &seconds, &seed, &ratio];
-            match differentiated {
-                0 => data.push_noted(&record.inputs, &quantities, &notes)?,
-                _ => data.push_differentiated(&record.inputs, &quantities, &jacobian, &notes)?,
-            }
-        }
-        Ok((data, corrections))
+        let mut corrected = Corrected::by(self, quantities, done)?;
+        let data = corrected.data(self, inputs, &done[0])?;
+        Ok((data, corrected.corrections))
+    }
+
+    fn runner<'r>(&'r self, task: &'r Task<'r>) -> Runner<'r> {
+        Runner { task, names: &self.names, packings: self.packings.as_ref() }
     }
 }
 
 /// Makes the runs, which any number of processes share: on one mesh after the other, since which are
-/// repeated is known from those before.
+/// repeated is known from those before, and batch after batch.
 pub(super) fn share(task: &Task<'_>) -> Result<(), WorkflowError> {
-    let plan = Plan::of(&task.inputs, usize::MAX)?;
+    let plan = Plan::with_batches(&task.inputs, &task.path(""), usize::MAX)?;
     if let Some(packings) = &plan.packings {
         plan.levels.iter().try_for_each(|level| packings.check(level, &plan.runs[0].inputs))?;
     }
-    plan.make(task).map(drop)
+    let runner = plan.runner(task);
+    with_batches(&runner, &plan, all_levels(&runner, &plan)?).map(drop)
 }
 
 /// Writes what the runs have given.
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
-    let plan = Plan::of(&task.inputs, usize::MAX)?;
-    let done = plan.make(task)?;
-    compare_quadratures(&plan.runner(task), &plan.levels[0], &plan.prior, &done[0])?;
-    let quantities = &task.inputs.qoi().quantities;
-    let (data, corrections) = plan.learnt(&task.inputs, quantities, &done)?;
-    let Plan { names, runs, packings, .. } = plan;
-    let first = &done[0];
+    let plan = Plan::with_batches(&task.inputs, &task.path(""), usize::MAX)?;
+    let runner = plan.runner(task);
+    let design = all_levels(&runner, &plan)?;
+    compare_quadratures(&runner, &plan.levels[0], &plan.prior, &design[0])?;
+    let Made { done, looks, mut corrected } = with_batches(&runner, &plan, design)?;
+    let data = corrected.data(&plan, &task.inputs, &done[0])?;
+    let (first, corrections) = (&done[0], &corrected.corrections);
     for record in &first.records {
         write_curve(task.product(&format!("curves/run-{:03}.csv", record.id))?, &record.curve)?;
     }
@@ -147,15 +144,24 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     }
     let path = task.product("runs.csv")?;
     write(&path, &data.to_csv().map_err(|e| WorkflowError::io(&path, e))?)?;
-    write_failures(task, &names, &done)?;
+    write_failures(task, &plan.names, &done)?;
     if !corrections.is_empty() {
-        write_corrections(task, &data, &done, &corrections, packings.is_some())?;
+        write_corrections(task, &data, &done, corrections, plan.packings.is_some())?;
+    }
+    if let Some(batches) = &plan.batches {
+        batches.write(task, &looks)?;
     }
     let seconds: f64 = done.iter().flat_map(|level| &level.records).map(|r| r.seconds).sum();
-    let told = format!("{} of {} runs usable, ", data.len(), runs.len());
+    let all = first.records.len();
+    let told = match all - plan.runs.len() {
+        0 => format!("{} of {all} runs usable, ", data.len()),
+        placed => {
+            format!("{} of {all} runs usable, {placed} where the posterior lives, ", data.len())
+        }
+    };
     Ok(told
         + &match &done[1..] {
-            [] => format!("{:.1} s a run", seconds / runs.len() as f64),
+            [] => format!("{:.1} s a run", seconds / all as f64),
             better => {
                 let counts: Vec<_> = better.iter().map(|l| l.records.len().to_string()).collect();
                 format!("{} repeated on a better mesh, {seconds:.0} s in all", counts.join(" and "))
@@ -163,13 +169,110 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         })
 }
 
+/// The runs that were made.
+struct Made {
+    /// Of each level; those of batches are among the first one's.
+    done: Vec<LevelRuns>,
+    looks: Vec<Look>,
+    corrected: Corrected,
+}
+
+/// The runs of the design on all levels, with batches after them. Which runs are repeated on a better mesh is
+/// decided by those of the design: corrections hold all over the box.
+fn with_batches(
+    runner: &Runner<'_>,
+    plan: &Plan<'_>,
+    mut done: Vec<LevelRuns>,
+) -> Result<Made, WorkflowError> {
+    let quantities = &runner.task.inputs.qoi().quantities;
+    // a process that leaves runs to others may not have those that correct
+    if runner.task.leave_to_others && plan.batches.is_none() {
+        let corrected = Corrected::by(plan, quantities, &done[..1])?;
+        return Ok(Made { done, looks: Vec::new(), corrected });
+    }
+    let mut corrected = Corrected::by(plan, quantities, &done)?;
+    let looks = match &plan.batches {
+        Some(batches) => batches.make(runner, &mut done[0], &mut |first| {
+            let data = corrected.data(plan, &runner.task.inputs, first)?;
+            Ok((data, corrected.corrections.iter().map(|c| c.report().clone()).collect()))
+        })?,
+        None => Vec::new(),
+    };
+    Ok(Made { done, looks, corrected })
+}
+
+/// What makes a dataset of runs.
+struct Corrected {
+    /// Columns of the quantities.
+    outputs: Vec<String>,
+    corrections: Vec<Correction>,
+    /// The stiffness ratios of the packings of the first runs, as far as they were asked for.
+    stiffness: Vec<f64>,
+}
+
+impl Corrected {
+    /// By the runs of each level that are repeated on the next.
+    fn by(
+        plan: &Plan<'_>,
+        quantities: &[Quantity],
+        done: &[LevelRuns],
+    ) -> Result<Self, WorkflowError> {
+        let outputs: Vec<String> = quantities.iter().map(|q| q.column().into_owned()).collect();
+        let corrections = done
+            .windows(2)
+            .map(|pair| Correction::between(&plan.prior, &outputs, &pair[0], &pair[1]))
+            .collect::<Result<_, _>>()?;
+        Ok(Self { outputs, corrections, stiffness: Vec::new() })
+    }
+
+    /// The usable ones of runs on the first level, corrected, with their derivatives and notes.
+    fn data(
+        &mut self,
+        plan: &Plan<'_>,
+        inputs: &Inputs<'_>,
+        first: &LevelRuns,
+    ) -> Result<Dataset, WorkflowError> {
+        let Plan { prior, packings, levels, batches, .. } = plan;
+        if let Some(packings) = packings {
+            let known = self.stiffness.len();
+            let more = packings.stiffness_ratios(&levels[0], known..first.records.len())?;
+            self.stiffness.extend(more);
+        }
+        let differentiated = if inputs.design().derivatives { prior.len() } else { 0 };
+        let names = &NOTES[..if batches.is_some() { NOTES.len() } else { NOTES.len() - 1 }];
+        let mut data = Dataset::new(prior.clone(), self.outputs.clone(), "breccia ensemble")?
+            .with_derivatives_in(differentiated)?
+            .with_notes(names)?;
+        for (record, quantities, jacobian) in first.differentiated() {
+            let (mut quantities, mut jacobian) = (quantities.to_vec(), jacobian.to_vec());
+            for correction in &self.corrections {
+                correction.apply(&record.inputs, &mut quantities, &mut jacobian)?;
+            }
+            let (id, seconds) = (record.id.to_string(), format!("{:.3}", record.seconds));
+            let seed = packings.as_ref().map(|p| p.seeds[record.id - 1].to_string());
+            let ratio = self.stiffness.get(record.id - 1).map(f64::to_string);
+            let batch = batches.as_ref().and_then(|b| b.batch_of(record.id));
+            let [seed, ratio] = [seed, ratio].map(Option::unwrap_or_default);
+            let batch = batch.map_or_else(String::new, |batch| batch.to_string());
+            let notes: [&str; NOTES.len()] = [&id, &seconds, &seed, &ratio, &batch];
+            let notes = &notes[..names.len()];
+            match differentiated {
+                0 => data.push_noted(&record.inputs, &quantities, notes)?,
+                _ => data.push_differentiated(&record.inputs, &quantities, &jacobian, notes)?,
+            }
+        }
+        Ok(data)
+    }
+}
+
 /// All runs on the first level, and from each to the next as many as it says, spread over the box.
 fn all_levels(runner: &Runner<'_>, plan: &Plan<'_>) -> Result<Vec<LevelRuns>, WorkflowError> {
     let mut runs = plan.runs.clone();
     let mut done: Vec<LevelRuns> = Vec::new();
     for (k, level) in plan.levels.iter().enumerate() {
-        // which runs are repeated is known once all have ended; nothing comes after the last mesh
-        let is_last = k + 1 == plan.levels.len();
+        // which runs are repeated, or where a batch is placed, is known once all have ended; nothing comes
+        // after the last mesh
+        let is_last = k + 1 == plan.levels.len() && plan.batches.is_none();
         let records = runner.run(level, &runs, !(is_last && runner.task.leave_to_others))?;
         let qoi = runner.task.inputs.qoi();
         let level_runs = LevelRuns::new(records, qoi, level.setup.derivatives);
@@ -202,18 +305,27 @@ pub(super) struct Progress {
 /// A case without prior or specimens, or without the mesh that all runs share; files that cannot be read.
 pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>, WorkflowError> {
     // one packing is as many as it takes to know that there are any
-    let plan = Plan::of(inputs, 1)?;
+    let plan = Plan::with_batches(inputs, dir, 1)?;
     let neighbours = Neighbours::of(dir);
-    let mut total = plan.runs.len();
-    let mut found = Vec::new();
-    for level in &plan.levels {
-        let state = EnsembleState::of(&place(dir, neighbours.as_ref(), FOLDER, &level.manifest))?;
-        let runs = LevelRuns::new(state.records, inputs.qoi(), level.setup.derivatives);
+    let look = |folder: &Path, derivatives: bool, total: usize| {
+        let state = EnsembleState::of(folder)?;
+        let runs = LevelRuns::new(state.records, inputs.qoi(), derivatives);
         let (ended, failed) = (runs.records.len().min(total), runs.failed().count());
         let seconds = runs.records.iter().map(|record| record.seconds).sum();
         let (under_way, damaged) = (state.under_way.len(), state.damaged.len());
-        found.push(Progress { ended, total, under_way, failed, damaged, seconds });
-        total = level.repeats.min(total - failed.min(total));
+        Ok::<_, WorkflowError>(Progress { ended, total, under_way, failed, damaged, seconds })
+    };
+    let mut total = plan.runs.len();
+    let mut found = Vec::new();
+    for level in &plan.levels {
+        let folder = place(dir, neighbours.as_ref(), FOLDER, &level.manifest);
+        let progress = look(&folder, level.setup.derivatives, total)?;
+        total = level.repeats.min(total - progress.failed.min(total));
+        found.push(progress);
+    }
+    // as far as it is known where they are
+    if let Some((known, folder)) = plan.batches.as_ref().map(Batches::known) {
+        found.push(look(folder, plan.levels[0].setup.derivatives, known)?);
     }
     Ok(found)
 }

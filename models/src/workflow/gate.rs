@@ -73,6 +73,14 @@ pub(super) fn check_range(
     Ok(outside.iter().map(|range| format!("Data out of range: {}", range.warning())).collect())
 }
 
+/// Whether the means of specimens lie within what runs reach.
+pub(super) fn is_in_range(runs: &Dataset, means: &[f64]) -> bool {
+    means.iter().enumerate().all(|(m, mean)| {
+        let values = || runs.rows().map(|(_, qois)| qois[m]);
+        values().any(|q| q <= *mean) && values().any(|q| q >= *mean)
+    })
+}
+
 /// The summary of a posterior of which this is to be said first.
 pub(super) fn labelled(summary: String, outside: &[String]) -> String {
     if outside.is_empty() {

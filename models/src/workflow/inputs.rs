@@ -18,8 +18,8 @@ use super::specimen::{Scanned, Source};
 use crate::case::{
     ByParameter, CalibrationCase, CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase,
     DesignCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, MaterialCase,
-    MaterialParameter, NoiseCase, PriorCase, QoiCase, SpecimenGeometry, SurrogateCase, TestCase,
-    Toe, VirtualCase,
+    MaterialParameter, NoiseCase, PriorCase, QoiCase, SequentialCase, SpecimenGeometry,
+    SurrogateCase, TestCase, Toe, VirtualCase,
 };
 use crate::experiment::SpecimenTable;
 
@@ -165,6 +165,7 @@ parts! {
     extend: extend => Vec<ExtendCase>;
     design: design => DesignCase;
     fidelity: fidelity => FidelityCase;
+    sequential: sequential => Option<SequentialCase>;
     surrogate: surrogate => SurrogateCase;
     calibration: calibration => CalibrationCase;
     confirm: confirm => ConfirmCase;
@@ -309,6 +310,19 @@ impl Inputs<'_> {
             Some(prior) => Ok(prior.parameters().cloned().collect()),
             None => Err(self.missing("prior", "what is calibrated")),
         }
+    }
+
+    /// Runs of a batch, if there are to be batches: what their runs are named by. How many batches there are
+    /// is decided by the rest.
+    pub(super) fn sequential_batch(&self) -> Option<usize> {
+        self.reads("sequential.batch");
+        self.file.case.sequential.as_ref().map(|sequential| sequential.batch)
+    }
+
+    /// The share of the surrogate that is asked for, if there are batches.
+    pub(super) fn sequential_share(&self) -> Option<f64> {
+        self.reads("sequential.share");
+        self.file.case.sequential.as_ref().map(|sequential| sequential.share)
     }
 
     /// Whether the specimens are simulated, and not measured.

@@ -108,7 +108,8 @@ impl Study<'_> {
         let run = |(i, inputs): (usize, &Vec<f64>)| RunInput { id: i + 1, inputs: inputs.clone() };
         let records =
             runner.run(&level, &points.iter().enumerate().map(run).collect::<Vec<_>>(), true)?;
-        Ok((records, packings.stiffness_ratios(&level)?))
+        let ratios = packings.stiffness_ratios(&level, 0..packings.seeds.len())?;
+        Ok((records, ratios))
     }
 
     fn ensemble(&self, points: &[Vec<f64>], seeds: Vec<u64>) -> Result<Dataset, WorkflowError> {

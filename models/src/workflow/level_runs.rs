@@ -90,6 +90,12 @@ impl LevelRuns {
         Self { records, found }
     }
 
+    /// Adds runs that were made after these.
+    pub(super) fn extend(&mut self, more: Self) {
+        self.records.extend(more.records);
+        self.found.extend(more.found);
+    }
+
     /// Runs with quantities.
     pub(super) fn usable(&self) -> impl Iterator<Item = (&RunRecord, &[f64])> {
         self.differentiated().map(|(record, quantities, _)| (record, quantities))

@@ -78,6 +78,18 @@ impl<'a> Level<'a> {
         }
     }
 
+    /// The same for runs with names of their own.
+    pub(super) fn named(&self, addition: &str) -> Level<'a> {
+        let manifest = format!("{}{addition}", self.manifest);
+        Level {
+            manifest,
+            repeats: 0,
+            setup: self.setup,
+            case: self.case,
+            is_made_anew: self.is_made_anew,
+        }
+    }
+
     /// The specimen's mesher as this level has it.
     pub(super) fn meshing(&self, specimen: &Meshing) -> Meshing {
         self.case.map_or(*specimen, |case| case.meshing(specimen))

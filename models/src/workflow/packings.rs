@@ -1,5 +1,7 @@
 //! A packing of its own for each run of an ensemble.
 
+use std::ops::Range;
+
 use fem::{FemError, GrainList, Meshing, MeshingError, Packing, TetMesh};
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -89,13 +91,17 @@ impl Packings {
         Simulator::new(&level.setup, mesh, self.parameters.clone())?.check(&level.setup, values)
     }
 
-    /// The stiffness ratio of the packing of each run, on the mesh of a level.
+    /// The stiffness ratios of the packings of these runs, by their places, on the mesh of a level.
     ///
     /// # Errors
     /// A packing that cannot be meshed, an elastic solve that fails.
-    pub(super) fn stiffness_ratios(&self, level: &Level<'_>) -> Result<Vec<f64>, FemError> {
+    pub(super) fn stiffness_ratios(
+        &self,
+        level: &Level<'_>,
+        runs: Range<usize>,
+    ) -> Result<Vec<f64>, FemError> {
         let ratio = |run| stiffness_ratio(&level.setup, self.mesh(run, level)?);
-        (0..self.seeds.len()).into_par_iter().map(ratio).collect()
+        runs.into_par_iter().map(ratio).collect()
     }
 
     /// The packing of a run on the mesh of a level.

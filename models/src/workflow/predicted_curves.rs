@@ -8,13 +8,14 @@ use surrogate::{Dataset, DynPce, FitReport};
 
 use super::WorkflowError;
 use super::fidelity::{Correction, error_of_all};
+use super::fitted::fit_options;
 use super::inputs::Inputs;
 use super::level_runs::curve_of_level;
 use super::packings::{SEED, has_packing_per_run};
 use super::simulator::recorded;
 use super::specimen_stiffness::with_stiffness_ratio;
 use super::stiffness::STIFFNESS_RATIO;
-use super::surrogate::fit_options;
+
 use super::task::Task;
 use crate::case::Toe;
 use crate::curve_check::InspectedCurve;

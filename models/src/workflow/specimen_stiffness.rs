@@ -1,7 +1,7 @@
 //! Stiffness ratios of runs and specimens: an input of the surrogate, known of those that have an image; of the
 //! others what their population says.
 
-use surrogate::{Dataset, Input, SurrogateError};
+use surrogate::{Dataset, DynPce, Input, SurrogateError};
 
 use super::WorkflowError;
 use super::inputs::Inputs;
@@ -42,6 +42,44 @@ pub(super) fn population(runs: &Dataset, specimens: &[Option<f64>]) -> Option<Po
     Population::of(&all.map(|ratio| vec![ratio]).collect::<Vec<_>>()).ok()
 }
 
+/// What is known of the stiffness ratios of specimens, where a surrogate takes them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct KnownStiffness {
+    /// Of each specimen; none where the surrogate does not take them.
+    ratios: Vec<Option<f64>>,
+    /// What is known of those that are not.
+    pub(super) population: Option<Population>,
+    /// What there is to say of the others, and to warn of.
+    pub(super) told: Option<String>,
+    pub(super) warning: Option<String>,
+}
+
+impl KnownStiffness {
+    /// From runs and specimens, for a surrogate of the runs.
+    pub(super) fn of(pce: &DynPce, runs: &Dataset, specimens: &[Option<f64>]) -> Self {
+        if pce.inputs().last().is_none_or(|input| input.name != STIFFNESS_RATIO) {
+            return Self::default();
+        }
+        let population = population(runs, specimens);
+        Self {
+            told: population.as_ref().and_then(|p| in_words(specimens, p)),
+            warning: unlike_design(runs, specimens),
+            population,
+            ratios: specimens.to_vec(),
+        }
+    }
+
+    /// Whether the surrogate takes the ratio.
+    pub(super) fn is_input(&self) -> bool {
+        !self.ratios.is_empty()
+    }
+
+    /// A row each, as far as it is known.
+    pub(super) fn rows(&self) -> Vec<Option<Vec<f64>>> {
+        self.ratios.iter().map(|ratio| ratio.map(|k| vec![k])).collect()
+    }
+}
+
 /// What is said of specimens of which the ratio is not known.
 pub(super) fn in_words(specimens: &[Option<f64>], population: &Population) -> Option<String> {
     let unknown = specimens.iter().filter(|ratio| ratio.is_none()).count();
@@ -59,7 +97,7 @@ pub(super) fn in_words(specimens: &[Option<f64>], population: &Population) -> Op
 
 /// A warning where specimens with an image are not like the microstructures of the design, to which those without
 /// one are likened: their mean is more than three standard errors off.
-pub(super) fn unlike_design(runs: &Dataset, specimens: &[Option<f64>]) -> Option<String> {
+fn unlike_design(runs: &Dataset, specimens: &[Option<f64>]) -> Option<String> {
     let seen: Vec<f64> = specimens.iter().flatten().copied().collect();
     if seen.is_empty() || seen.len() == specimens.len() {
         return None;
@@ -74,6 +112,25 @@ pub(super) fn unlike_design(runs: &Dataset, specimens: &[Option<f64>]) -> Option
              Look at specimen.grains, or calibrate against those with an image alone."
         )
     })
+}
+
+/// The runs with the stiffness ratio as an input, where it is known of each specimen, or of some while a population
+/// tells of the others. Where it is known of none it stays out: the scatter of packings is then in the residuals of
+/// the surrogate and in that of the specimens.
+///
+/// # Errors
+/// Ratios that are all the same.
+pub(super) fn knowing_stiffness(
+    runs: &Dataset,
+    specimens: &[Option<f64>],
+) -> Result<Option<Dataset>, SurrogateError> {
+    let known: Vec<f64> = specimens.iter().flatten().copied().collect();
+    let population = population(runs, specimens);
+    let are_all_known = known.len() == specimens.len();
+    if known.is_empty() || (!are_all_known && population.is_none()) {
+        return Ok(None);
+    }
+    with_stiffness_ratio(runs, &known, population.as_ref())
 }
 
 /// The runs with the stiffness ratio of the packing of each as one more input, over the range of runs,

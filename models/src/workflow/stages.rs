@@ -53,6 +53,7 @@ pub static STAGES: [Stage; 9] = [
             "fidelity.csv",
             "fidelity.json",
             "quadrature.csv",
+            "sequential.csv",
             "curves/run-*",
             "curves/level-*",
         ],
@@ -62,7 +63,13 @@ pub static STAGES: [Stage; 9] = [
     Stage {
         name: "surrogate",
         about: "Fit the polynomial chaos surrogate: surrogate.json",
-        products: &["surrogate.json", "surrogate_orders.csv", "surrogate_error.json"],
+        products: &[
+            "surrogate.json",
+            "surrogate_orders.csv",
+            "surrogate_error.json",
+            "surrogate_uncertainty.json",
+            "sobol.csv",
+        ],
         share: None,
         run: surrogate::run,
     },

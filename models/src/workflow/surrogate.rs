@@ -1,63 +1,58 @@
 //! Stage `surrogate`: polynomial chaos from the finished runs.
 
-use surrogate::{Dataset, DynPce, FitOptions, OrderReport, PceFit};
+use surrogate::{Dataset, OrderReport};
 
 use super::WorkflowError;
-use super::inputs::Inputs;
-use super::specimen_stiffness::{of_specimens, population, with_stiffness_ratio};
+use super::fitted::Fitted;
+use super::specimen_stiffness::of_specimens;
 use super::task::Task;
-use crate::case::SurrogateCase;
+
+/// Probability of the intervals of `sobol.csv`, and the seed of the draws that they come from.
+const PROBABILITY: f64 = 0.9;
+const SEED: u64 = 1;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let runs = Dataset::read_csv(task.inputs.file("runs.csv")?)?;
-    let (data, fit) = fitted(&task.inputs, runs)?;
+    let specimens = of_specimens(&task.inputs)?;
+    let fit = Fitted::of(&runs, &specimens, task.inputs.surrogate(), Vec::new())?;
     task.write_csv(
         "surrogate_orders.csv",
         ["order", "terms", "qoi", "loo", "corrected_loo", "train", "validation"],
-        orders_table(&fit.report.orders, data.outputs()),
+        orders_table(&fit.report.orders, runs.outputs()),
     )?;
+    write_sobol(task, &fit)?;
     task.write_json("surrogate_error.json", &fit.report)?;
+    task.write_json("surrogate_uncertainty.json", &fit.open)?;
     task.write_json("surrogate.json", &fit.pce)?;
     let error = fit.report.chosen().and_then(|o| o.loo.as_ref()).map_or_else(String::new, |loo| {
         let fractions: Vec<String> =
             loo.corrected.iter().map(|e| format!("{:.2} %", 100.0 * e)).collect();
         format!(", leave-one-out error {} of the variance", fractions.join(", "))
     });
-    Ok(format!("order {} from {} runs{error}", fit.report.order, data.len()))
+    Ok(format!("order {} from {} runs{error}", fit.report.order, runs.len()))
 }
 
-/// The expansion as the case wants it, of runs with the stiffness ratio as an input where it is known of
-/// specimens; and what it was fitted to.
-pub(super) fn fitted(
-    inputs: &Inputs<'_>,
-    runs: Dataset,
-) -> Result<(Dataset, PceFit), WorkflowError> {
-    let data = knowing_stiffness(inputs, &runs)?.unwrap_or(runs);
-    let fit = DynPce::fit(&data, &fit_options(inputs.surrogate()))?;
-    Ok((data, fit))
-}
-
-/// How the case wants surrogates to be fitted.
-pub(super) fn fit_options(case: &SurrogateCase) -> FitOptions {
-    let SurrogateCase { max_order, rule, terms } = *case;
-    FitOptions { max_order, rule, terms, ..FitOptions::default() }
-}
-
-/// The runs with the stiffness ratio as an input, where it is known of each specimen, or of some while a population
-/// tells of the others. Where it is known of none it stays out: the scatter of packings is then in the residuals of
-/// the surrogate and in that of the specimens.
-fn knowing_stiffness(
-    inputs: &Inputs<'_>,
-    runs: &Dataset,
-) -> Result<Option<Dataset>, WorkflowError> {
-    let specimens = of_specimens(inputs)?;
-    let known: Vec<f64> = specimens.iter().flatten().copied().collect();
-    let population = population(runs, &specimens);
-    let are_all_known = known.len() == specimens.len();
-    if known.is_empty() || (!are_all_known && population.is_none()) {
-        return Ok(None);
+/// `sobol.csv`: of each quantity and input the index by the input alone and the total one, with the ends of
+/// their 90 % intervals, which are empty where runs are too few to tell.
+fn write_sobol(task: &Task<'_>, fit: &Fitted) -> Result<(), WorkflowError> {
+    let indices = fit.pce.sobol();
+    let intervals = fit.open.sobol_intervals(PROBABILITY, SEED).ok();
+    let mut rows = Vec::new();
+    for (m, quantity) in fit.pce.outputs().iter().enumerate() {
+        for (i, input) in fit.pce.inputs().iter().enumerate() {
+            let ends = intervals.as_ref().map(|ends| [ends.first[m][i], ends.total[m][i]]);
+            let cells = [indices.first[m][i], indices.total[m][i]].into_iter().enumerate();
+            let cells = cells.flat_map(|(kind, index)| {
+                let end =
+                    |e: usize| ends.map_or_else(String::new, |ends| ends[kind][e].to_string());
+                [index.to_string(), end(0), end(1)]
+            });
+            rows.push([quantity.clone(), input.name.clone()].into_iter().chain(cells).collect());
+        }
     }
-    Ok(with_stiffness_ratio(runs, &known, population.as_ref())?)
+    let header =
+        ["qoi", "input", "first", "first_q05", "first_q95", "total", "total_q05", "total_q95"];
+    task.write_csv::<_, Vec<String>>("sobol.csv", header, rows)
 }
 
 /// Errors of every order and quantity, as fractions of the quantity's variance over the design.

@@ -2,126 +2,161 @@
 
 use nalgebra::DMatrix;
 use ppl::{Posterior, Summary};
-use surrogate::{Dataset, DynPce, FitReport};
+use surrogate::CoefficientPosterior;
 
 use super::WorkflowError;
 use super::fidelity::{added, error_of_all};
-use super::inputs::Inputs;
-use super::packings::has_packing_per_run;
+use super::fitted::Fitted;
+use super::specimen_stiffness::KnownStiffness;
 use super::task::Task;
 use crate::budget::{largest_part, matrix, shares};
+use crate::case::DiscrepancyCase;
 use crate::fracture::{Evidence, Population, column_means, relative_covariance, short_name};
 
 /// The covariances (quantities × quantities, relative to the specimens' means) of the errors that all
 /// specimens share.
 pub(super) struct SharedError {
-    /// Of the surrogate.
-    surrogate: Vec<Vec<f64>>,
+    surrogate: OfSurrogate,
     /// Of the corrections from cheaper meshes, if there are any.
     mesh: Option<Vec<Vec<f64>>>,
     /// Of the model itself, as the case has it.
     discrepancy: Option<Vec<Vec<f64>>>,
 }
 
+/// The error of the surrogate.
+enum OfSurrogate {
+    /// What its runs leave open, which depends on the parameters; and its mean over the box.
+    Open(Box<CoefficientPosterior>, Vec<Vec<f64>>),
+    /// What it misses of the one specimen's response.
+    Misses(Vec<Vec<f64>>),
+}
+
 impl SharedError {
-    /// From the errors of a surrogate and of the corrections of its runs.
+    /// What all specimens share: the error of the surrogate, that of `[fidelity]`, and that of the model as
+    /// `[calibration.discrepancy]` has it.
+    ///
+    /// Where each run had a packing of its own, the residuals of the surrogate are scatter between packings,
+    /// which the specimens have too; what is shared is the error of the mean response, s² h(θ). Else it is
+    /// what the polynomial misses of the one specimen's response.
     pub(super) fn of(
-        surrogate: &FitReport,
-        corrections: &[FitReport],
-        discrepancy: Option<Vec<Vec<f64>>>,
-        packing_per_run: bool,
+        fitted: &Fitted,
+        discrepancy: &DiscrepancyCase,
         means: &[f64],
     ) -> Result<Self, WorkflowError> {
-        let covariance = match packing_per_run {
-            true => surrogate.mean_error(means)?,
-            false => surrogate.lack_of_fit(means)?,
+        let surrogate = match fitted.packing_per_run {
+            true => {
+                let mean = relative_covariance(fitted.report.mean_error(means)?, means);
+                OfSurrogate::Open(Box::new(fitted.open.clone()), mean)
+            }
+            false => {
+                let misses = fitted.report.lack_of_fit(means)?;
+                OfSurrogate::Misses(relative_covariance(misses, means))
+            }
         };
-        let mesh = error_of_all(corrections, packing_per_run)?;
-        Ok(Self { surrogate: relative_covariance(covariance, means), mesh, discrepancy })
+        let mesh = error_of_all(&fitted.corrections, fitted.packing_per_run)?;
+        let discrepancy = discrepancy.covariance(&fitted.report.outputs);
+        Ok(Self { surrogate, mesh, discrepancy })
     }
 
-    /// Their sum: the errors are of different runs, and what the model is off by is of none.
+    /// Their sum, that of the surrogate averaged over the box: where there is no posterior to average over.
     pub(super) fn total(&self) -> Vec<Vec<f64>> {
-        let of_runs = self.of_runs();
-        self.discrepancy.as_ref().map_or_else(|| of_runs.clone(), |model| added(&of_runs, model))
+        let (OfSurrogate::Open(_, surrogate) | OfSurrogate::Misses(surrogate)) = &self.surrogate;
+        let all = [&self.mesh, &self.discrepancy].into_iter().flatten();
+        all.fold(surrogate.clone(), |sum, more| added(&sum, more))
     }
 
-    /// That of surrogate and corrections, which more runs make smaller.
-    pub(super) fn of_runs(&self) -> Vec<Vec<f64>> {
-        let surrogate = self.surrogate.clone();
-        self.mesh.as_ref().map_or(surrogate, |mesh| added(&self.surrogate, mesh))
+    /// Specimens `qois` with these errors, and what is known of their stiffness ratios.
+    pub(super) fn evidence(&self, qois: Vec<Vec<f64>>, known: &KnownStiffness) -> Evidence {
+        let zeros = || {
+            let size = qois.first().map_or(0, Vec::len);
+            vec![vec![0.0; size]; size]
+        };
+        let (mut shared, open) = match &self.surrogate {
+            OfSurrogate::Open(open, _) => (zeros(), Some((**open).clone())),
+            OfSurrogate::Misses(misses) => (misses.clone(), None),
+        };
+        for more in [&self.mesh, &self.discrepancy].into_iter().flatten() {
+            shared = added(&shared, more);
+        }
+        let population = known.population.clone();
+        Evidence { qois, known: known.rows(), population, shared, open }
+    }
+
+    /// That of the surrogate, averaged over the draws of a posterior.
+    fn of_surrogate(
+        &self,
+        posterior: &Posterior,
+        evidence: &Evidence,
+    ) -> Result<Vec<Vec<f64>>, WorkflowError> {
+        let open = match &self.surrogate {
+            OfSurrogate::Open(open, _) => open,
+            OfSurrogate::Misses(misses) => return Ok(misses.clone()),
+        };
+        let known = evidence.middle();
+        let draws = draws_of(posterior, "theta");
+        let some = draws.iter().step_by(draws.len().div_ceil(MOST_DRAWS).max(1));
+        let leverages: Vec<f64> = some
+            .map(|theta| open.leverage(&[&theta[..], &known[..]].concat()))
+            .collect::<Result<_, _>>()?;
+        let mean = leverages.iter().sum::<f64>() / leverages.len().max(1) as f64;
+        let means = column_means(&evidence.qois);
+        let scatter = relative_covariance(open.scatter(&means)?, &means);
+        let row = |row: Vec<f64>| row.into_iter().map(|s| s * mean).collect();
+        Ok(scatter.into_iter().map(row).collect())
     }
 }
 
-/// What all specimens share: the error of the surrogate, that of `[fidelity]`, and that of the model as
-/// `[calibration.discrepancy]` has it.
-///
-/// Where each run had a packing of its own, the residuals of the surrogate are scatter between packings,
-/// which the specimens have too; what is shared is the error of the mean response. Else it is what the
-/// polynomial misses of the one specimen's response.
-pub(super) fn shared_error(
-    inputs: &Inputs<'_>,
-    means: &[f64],
-) -> Result<SharedError, WorkflowError> {
-    let report: FitReport = inputs.json("surrogate_error.json")?;
-    let runs = Dataset::read_csv(inputs.file("runs.csv")?)?;
-    let corrections = match inputs.file_if_there("fidelity.json") {
-        Some(_) => inputs.json::<Vec<FitReport>>("fidelity.json")?,
-        None => Vec::new(),
-    };
-    let discrepancy = inputs.calibration().discrepancy.covariance(&report.outputs);
-    SharedError::of(&report, &corrections, discrepancy, has_packing_per_run(&runs), means)
+/// Draws over which an error is averaged.
+const MOST_DRAWS: usize = 500;
+
+/// Shares of the sources in the posterior variance of each parameter.
+pub(super) struct Budget {
+    pub(super) parameters: Vec<String>,
+    pub(super) sources: Vec<&'static str>,
+    /// Parameters × sources; those of a parameter sum to 1.
+    pub(super) shares: Vec<Vec<f64>>,
+    /// 1 − variance of the posterior over that of the prior, of each parameter.
+    pub(super) contractions: Vec<f64>,
+    /// Of surrogate and corrections together, quantities × quantities.
+    of_runs: Vec<Vec<f64>>,
 }
 
-/// Whether the shared error widens the posterior: n S/Σ above 0.1 for some quantity, with S its
-/// variance, Σ that between n specimens, both relative.
-pub(super) fn shared_error_warning(
-    summary: &Summary,
-    quantities: &[String],
-    specimens: usize,
-    shared: &[Vec<f64>],
-) -> Option<String> {
-    let worst = quantities
-        .iter()
-        .enumerate()
-        .filter_map(|(m, name)| {
-            let sd = summary.row(&format!("sd[{}]", short_name(name)))?.mean;
-            Some((specimens as f64 * shared[m][m] / (sd * sd), name))
-        })
-        .max_by(|a, b| a.0.total_cmp(&b.0));
-    worst.filter(|(ratio, _)| *ratio > 0.1).map(|(ratio, name)| {
-        format!(
-            "The error of the forward model is not small against the scatter of the specimens: n S/Σ = \
-             {ratio:.2} for {name}. The intervals hold it: more runs in the design, or more repeats in \
-             [fidelity], would make them narrower."
-        )
-    })
-}
+/// Parameters of less contraction are not identified.
+const IDENTIFIED: f64 = 0.1;
 
-/// `uncertainty.csv`: the shares of the posterior variance of each parameter by source.
+/// The source whose share more runs make smaller.
+pub(super) const OF_SURROGATE: &str = "surrogate";
+
+/// Where the posterior's width comes from:
 ///
-/// - specimens: the scatter between specimens less that of packings, over n;
+/// - surrogate: its error, which is shared, as it is where the posterior lives;
+/// - mesh: the error of the correction from cheaper meshes. What the specimen's own mesh errs by is in no
+///   interval: see `confirm.csv`;
+/// - discrepancy: what the case says the model itself may be off by;
 /// - geometry: the scatter of packings over n, where each run had one of its own, and what the stiffness of
 ///   specimens without an image leaves open;
-/// - surrogate: its error, which is shared;
-/// - discrepancy: what the case says the model itself may be off by;
-/// - mesh: the error of the correction from cheaper meshes. What the specimen's own mesh errs by is in no
-///   interval: see `confirm.csv`.
-pub(super) fn write_uncertainty(
-    task: &Task<'_>,
-    pce: &DynPce,
+/// - specimens: the scatter between specimens less that of packings, over n.
+///
+/// None if the covariance of them all is not positive definite.
+pub(super) fn budget(
+    fitted: &Fitted,
     posterior: &Posterior,
-    summary: &Summary,
     evidence: &Evidence,
-    shared: SharedError,
-) -> Result<(), WorkflowError> {
+    shared: &SharedError,
+) -> Result<Option<Budget>, WorkflowError> {
     let means = column_means(&evidence.qois);
-    let groups = groups(evidence);
-    let unknown = &pce.inputs()[..pce.inputs().len() - groups[0].inputs.len()];
-    let mean_of = |name: &str| summary.row(name).map(|row| row.mean);
-    let place: Option<Vec<f64>> = unknown.iter().map(|input| mean_of(&input.name)).collect();
-    let (Some(place), Some(scatter)) = (place, mean_scatter(posterior, means.len())) else {
-        return Ok(());
+    let (unknown, groups) = (fitted.unknown(), groups(evidence));
+    let draws = draws_of(posterior, "theta");
+    let means_of_draws = column_means(&draws);
+    let variance = |(i, mean): (usize, &f64)| {
+        draws.iter().map(|draw| (draw[i] - mean).powi(2)).sum::<f64>() / draws.len() as f64
+    };
+    let variances: Vec<f64> = means_of_draws.iter().enumerate().map(variance).collect();
+    let Some(scatter) = mean_scatter(posterior, means.len()) else { return Ok(None) };
+    let of_surrogate = shared.of_surrogate(posterior, evidence)?;
+    let of_runs = match &shared.mesh {
+        Some(mesh) => added(&of_surrogate, mesh),
+        None => of_surrogate.clone(),
     };
     // an error that all share, and one that each specimen has alone, of the means of both groups
     let shared_by_all = |part: &[Vec<f64>]| blocks(&groups, |_, _| matrix(part));
@@ -129,14 +164,13 @@ pub(super) fn write_uncertainty(
         let zero = DMatrix::zeros(means.len(), means.len());
         blocks(&groups, |g, h| if g == h { part / groups[g].size } else { zero.clone() })
     };
-    let mut sources = vec![("surrogate", shared_by_all(&shared.surrogate))];
+    let mut sources = vec![(OF_SURROGATE, shared_by_all(&of_surrogate))];
     sources.extend(shared.mesh.as_ref().map(|mesh| ("mesh", shared_by_all(mesh))));
     sources.extend(shared.discrepancy.as_ref().map(|model| ("discrepancy", shared_by_all(model))));
     let mut geometry: Option<DMatrix<f64>> = None;
     let mut own = scatter.clone();
-    if has_packing_per_run(&Dataset::read_csv(task.inputs.file("runs.csv")?)?) {
-        let report: FitReport = task.inputs.json("surrogate_error.json")?;
-        let packings = matrix(&relative_covariance(report.scatter(&means)?, &means));
+    if fitted.packing_per_run {
+        let packings = matrix(&relative_covariance(fitted.report.scatter(&means)?, &means));
         let packings = &packings * largest_part(&scatter, &packings);
         own -= &packings;
         geometry = Some(of_each(&packings));
@@ -144,7 +178,9 @@ pub(super) fn write_uncertainty(
 
     let mut jacobian: Vec<Vec<f64>> = Vec::new();
     for (g, group) in groups.iter().enumerate() {
-        let (_, slopes) = pce.value_and_jacobian(&[&place[..], &group.inputs].concat())?;
+        // what is known of specimens takes no part, and stands at its mean
+        let place = [&means_of_draws[..], &group.inputs].concat();
+        let (_, slopes) = fitted.pce.value_and_jacobian(&place)?;
         let relative = |(row, mean): (&Vec<f64>, &f64)| row.iter().map(|s| s / mean).collect();
         let slopes: Vec<Vec<f64>> = slopes.iter().zip(&means).map(relative).collect();
         jacobian.extend(slopes.iter().map(|row| row[..unknown.len()].to_vec()));
@@ -172,15 +208,81 @@ pub(super) fn write_uncertainty(
 
     let prior: Vec<f64> =
         unknown.iter().map(|input| (input.upper - input.lower).powi(2) / 12.0).collect();
-    let (names, covariances): (Vec<&str>, Vec<DMatrix<f64>>) = sources.into_iter().unzip();
-    let Some(shares) = shares(&jacobian, &prior, &covariances) else { return Ok(()) };
-    let rows = unknown.iter().zip(&shares).flat_map(|(input, shares)| {
-        let row = |(source, share): (&&str, &f64)| {
-            [input.name.clone(), (*source).to_owned(), share.to_string()]
-        };
-        names.iter().zip(shares).map(row).collect::<Vec<_>>()
-    });
-    task.write_csv("uncertainty.csv", ["parameter", "source", "share"], rows)
+    let contractions =
+        variances.iter().zip(&prior).map(|(after, prior)| 1.0 - after / prior).collect();
+    let parameters = unknown.iter().map(|input| input.name.clone()).collect();
+    let (sources, covariances): (Vec<&str>, Vec<DMatrix<f64>>) = sources.into_iter().unzip();
+    Ok(shares(&jacobian, &prior, &covariances).map(|shares| Budget {
+        parameters,
+        sources,
+        shares,
+        contractions,
+        of_runs,
+    }))
+}
+
+impl Budget {
+    /// The share of a source in the variance of each parameter.
+    pub(super) fn of(&self, source: &str) -> Vec<f64> {
+        let place = self.sources.iter().position(|own| *own == source);
+        self.shares.iter().map(|shares| place.map_or(0.0, |place| shares[place])).collect()
+    }
+
+    /// The parameter with the largest share of the surrogate, and that share, among those that the data
+    /// identify: of others the width is the prior's, whatever is known of the surrogate. If none is
+    /// identified, it may be for want of a surrogate, and all count.
+    pub(super) fn largest_share(&self) -> Option<(&str, f64)> {
+        let all = || self.parameters.iter().zip(self.of(OF_SURROGATE)).zip(&self.contractions);
+        let any = all().any(|(_, contraction)| *contraction >= IDENTIFIED);
+        all()
+            .filter(|(_, contraction)| !any || **contraction >= IDENTIFIED)
+            .map(|((parameter, share), _)| (parameter.as_str(), share))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// `uncertainty.csv`.
+    pub(super) fn write(&self, task: &Task<'_>) -> Result<(), WorkflowError> {
+        let rows = self.parameters.iter().zip(&self.shares).flat_map(|(parameter, shares)| {
+            let row = |(source, share): (&&str, &f64)| {
+                [parameter.clone(), (*source).to_owned(), share.to_string()]
+            };
+            self.sources.iter().zip(shares).map(row).collect::<Vec<_>>()
+        });
+        task.write_csv("uncertainty.csv", ["parameter", "source", "share"], rows)
+    }
+
+    /// Whether the error of the runs widens the posterior: n S/Σ above 0.1 for some quantity, with S its
+    /// variance, Σ that between n specimens, both relative.
+    pub(super) fn warning(
+        &self,
+        summary: &Summary,
+        quantities: &[String],
+        specimens: usize,
+    ) -> Option<String> {
+        let worst = quantities
+            .iter()
+            .enumerate()
+            .filter_map(|(m, name)| {
+                let sd = summary.row(&format!("sd[{}]", short_name(name)))?.mean;
+                Some((specimens as f64 * self.of_runs[m][m] / (sd * sd), name))
+            })
+            .max_by(|a, b| a.0.total_cmp(&b.0));
+        worst.filter(|(ratio, _)| *ratio > 0.1).map(|(ratio, name)| {
+            format!(
+                "The error of the forward model is not small against the scatter of the specimens: n S/Σ = \
+                 {ratio:.2} for {name}. The intervals hold it: more runs in the design, a table [sequential], \
+                 or more repeats in [fidelity], would make them narrower."
+            )
+        })
+    }
+}
+
+/// Draws of a quantity, a row each.
+pub(super) fn draws_of(posterior: &Posterior, name: &str) -> Vec<Vec<f64>> {
+    let group = &posterior.posterior;
+    let Some(values) = group.variables.iter().find(|v| v.name == name) else { return Vec::new() };
+    let size = values.data.len() / (group.chains * group.draws).max(1);
+    values.data.chunks(size.max(1)).map(<[f64]>::to_vec).collect()
 }
 
 /// Specimens that scatter alike.

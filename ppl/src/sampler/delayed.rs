@@ -30,10 +30,11 @@ use crate::{
 /// delayed acceptance, with more the surrogate-transition method: draws are less correlated and a
 /// good q is used up, a poor one is rejected more often. The proposal is that of
 /// [`Metropolis`](super::Metropolis), tuned in the warmup to the acceptance under q; afterwards
-/// nothing is adapted.
+/// nothing is adapted. Since it is tuned by q alone, most of a warmup need not ask p:
+/// [`screened_warmup`](Self::screened_warmup).
 ///
 /// Statistics of a draw: `leapfrogs` counts the evaluations of the *expensive* density (0 or 1 a
-/// transition; [`Chains::evaluations`] adds them up), `acceptance` is its acceptance probability, 0
+/// transition, one more in the first after a screened warmup; [`Chains::evaluations`] adds them up), `acceptance` is its acceptance probability, 0
 /// where the screening did not move; `step_size`, `depth`, `energy` as for Metropolis, with p.
 ///
 /// # Example
@@ -68,11 +69,13 @@ pub type DelayedAcceptance<'a> = Mcmc<'a, Screened>;
 #[derive(Clone, Copy, Debug)]
 pub struct Screened {
     steps: u32,
+    /// Transitions of the warmup on the cheap density alone.
+    alone: usize,
 }
 
 impl Default for DelayedAcceptance<'_> {
     fn default() -> Self {
-        Self { settings: Settings::new(2000, 5000), method: Screened { steps: 1 } }
+        Self { settings: Settings::new(2000, 5000), method: Screened { steps: 1, alone: 0 } }
     }
 }
 
@@ -80,6 +83,39 @@ impl DelayedAcceptance<'_> {
     /// Steps on the cheap density for each decision of the expensive one, at least 1.
     pub fn screening_steps(mut self, steps: u32) -> Self {
         self.method.steps = steps;
+        self
+    }
+
+    /// Makes the first `transitions` of the warmup on the cheap density alone, without asking the expensive
+    /// one: they tune the proposal and go where q says. The rest of the warmup, some tens of transitions,
+    /// leads from there to p. At most the warmup; 0 unless set.
+    ///
+    /// # Example
+    /// ```
+    /// use ppl::prelude::*;
+    /// use ppl::Rejection;
+    ///
+    /// /// A normal density about a place.
+    /// struct About(f64);
+    /// impl LogDensity for About {
+    ///     type Workspace = ();
+    ///     fn dim(&self) -> usize { 1 }
+    ///     fn log_density(&self, y: &[f64], _: &mut ()) -> Result<f64, Rejection> {
+    ///         Ok(-0.5 * (y[0] - self.0).powi(2))
+    ///     }
+    ///     fn gradient(&self, y: &[f64], g: &mut [f64], w: &mut ()) -> Result<f64, Rejection> {
+    ///         g[0] = self.0 - y[0];
+    ///         self.log_density(y, w)
+    ///     }
+    /// }
+    /// let sampler = DelayedAcceptance::default().warmup(1020).screened_warmup(1000).draws(100);
+    /// let chains = sampler.screening_steps(10).run(&About(0.3), &About(0.0))?;
+    /// // for each chain its start, 20 transitions and 100 draws
+    /// assert!(chains.evaluations() <= 4 * 121);
+    /// # Ok::<(), ppl::RunError>(())
+    /// ```
+    pub fn screened_warmup(mut self, transitions: usize) -> Self {
+        self.method.alone = transitions;
         self
     }
 
@@ -127,8 +163,13 @@ impl Method for Screened {
             return Err(RunError::Setting { setting, value, help: "give at least 1" });
         }
         let dim = common_dim(cheap, expensive)?;
-        let shape = || ProposalShape::new(dim, settings.warmup);
-        settings.execute(dim, || Delayed::new(cheap, expensive, shape(), self.steps))
+        let alone = self.alone.min(settings.warmup);
+        let kernel = || Delayed {
+            alone,
+            is_unasked: alone > 0,
+            ..Delayed::new(cheap, expensive, ProposalShape::new(dim, settings.warmup), self.steps)
+        };
+        settings.execute(dim, kernel)
     }
 
     fn resume(
@@ -140,7 +181,15 @@ impl Method for Screened {
         let dim = common_dim(cheap, expensive)?;
         settings.resume(dim, earlier, |chain| match chain.tuning.as_deref() {
             Some(Tuning::Screened(shape, steps)) if *steps == self.steps => {
-                Ok(Delayed::new(cheap, expensive, shape.clone(), *steps))
+                let passed = chain.warmup.stats.len();
+                let length = chain.paused.as_ref().map_or(0, |paused| paused.length);
+                let left = length.saturating_sub(passed);
+                Ok(Delayed {
+                    alone: self.alone.saturating_sub(passed).min(left),
+                    // the expensive density is asked in the first transition that it decides
+                    is_unasked: self.alone > 0 && passed <= self.alone && chain.is_empty(),
+                    ..Delayed::new(cheap, expensive, shape.clone(), *steps)
+                })
             }
             Some(Tuning::Screened(_, steps)) => {
                 let reason = format!("they took {steps} screening steps");
@@ -187,6 +236,10 @@ struct Delayed<'a> {
     next: Vec<f64>,
     walk: Proposal,
     steps: u32,
+    /// Transitions ahead on the cheap density alone.
+    alone: usize,
+    /// Whether the expensive density has not been asked at the current point.
+    is_unasked: bool,
     /// Mean acceptance probability of the last screening.
     screened: f64,
     rejections: Rejections,
@@ -206,6 +259,8 @@ impl<'a> Delayed<'a> {
             next: vec![0.0; dim],
             walk: Proposal::new(shape),
             steps,
+            alone: 0,
+            is_unasked: false,
             screened: 0.0,
             rejections: Rejections::default(),
         }
@@ -234,6 +289,10 @@ impl<'a> Delayed<'a> {
 impl MarkovChain for Delayed<'_> {
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
         self.cheap.begin(y)?;
+        if self.is_unasked {
+            self.expensive.y.copy_from_slice(y);
+            return Ok(());
+        }
         self.expensive.begin(y)
     }
 
@@ -242,6 +301,18 @@ impl MarkovChain for Delayed<'_> {
     }
 
     fn transition(&mut self, rng: &mut Stream) -> Result<DrawStats, StopReason> {
+        if self.alone > 0 {
+            self.alone -= 1;
+            self.screen(rng)?;
+            self.expensive.y.copy_from_slice(&self.cheap.y);
+            let (log_density, scale) = (self.cheap.log_density, self.walk.shape.scale);
+            return Ok(DrawStats::walk(log_density, self.screened, scale, 0));
+        }
+        let asked = std::mem::replace(&mut self.is_unasked, false);
+        if asked {
+            let level = &mut self.expensive;
+            level.log_density = self.rejections.value(&mut *level.density, &level.y)?;
+        }
         let before = self.cheap.log_density;
         let moved = self.screen(rng)?;
         let mut acceptance = 0.0;
@@ -249,7 +320,11 @@ impl MarkovChain for Delayed<'_> {
             let (cheap, level) = (&mut self.cheap, &mut self.expensive);
             let value = self.rejections.value(&mut *level.density, &cheap.y)?;
             let correction = before - cheap.log_density;
-            acceptance = accepting(value - level.log_density + correction);
+            acceptance = match level.log_density == f64::NEG_INFINITY {
+                // the cheap density led where the expensive one is zero: any way out is taken
+                true => f64::from(u8::from(value > f64::NEG_INFINITY)),
+                false => accepting(value - level.log_density + correction),
+            };
             if rng.random::<f64>() < acceptance {
                 level.y.copy_from_slice(&cheap.y);
                 level.log_density = value;
@@ -259,7 +334,7 @@ impl MarkovChain for Delayed<'_> {
             }
         }
         let (log_density, scale) = (self.expensive.log_density, self.walk.shape.scale);
-        Ok(DrawStats::walk(log_density, acceptance, scale, u32::from(moved)))
+        Ok(DrawStats::walk(log_density, acceptance, scale, u32::from(moved) + u32::from(asked)))
     }
 
     fn adapt(&mut self, _: &DrawStats, _: &mut Stream) -> Result<(), StopReason> {
@@ -268,6 +343,7 @@ impl MarkovChain for Delayed<'_> {
     }
 
     fn freeze(&mut self, report: &mut WarmupReport) {
+        self.alone = 0;
         self.walk.shape.report(report);
     }
 
@@ -280,7 +356,7 @@ impl MarkovChain for Delayed<'_> {
     }
 
     fn log_density(&self) -> f64 {
-        self.expensive.log_density
+        if self.is_unasked { self.cheap.log_density } else { self.expensive.log_density }
     }
 
     fn divergence(&self) -> (&[f64], f64) {

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use ppl::prelude::*;
-use ppl::{Chains, RunError};
+use ppl::{Chains, Rejection, RunError};
 
 use crate::targets::{Function, Gaussian, assert_gaussian_moments, assert_mean, half_normal};
 
@@ -68,6 +68,69 @@ fn expensive_evaluations_are_counted() {
     for chain in &chains.chains {
         let decided = chain.warmup.stats.iter().filter(|s| s.leapfrogs == 1);
         assert!(decided.into_iter().all(|s| s.acceptance > 1.0 - 1e-12));
+    }
+}
+
+/// Of a warmup on the screen alone nothing is left after some transitions that are decided, far off as
+/// the screen is; its transitions ask for nothing.
+#[test]
+fn a_warmup_on_the_screen_alone_costs_nothing_and_leaves_no_trace() {
+    let calls = AtomicU64::new(0);
+    let target = Gaussian::autoregressive(2, 0.7, 1.0, 2.0);
+    let counted = Counted { target: &target, calls: &calls };
+    let (chains, draws, thin, decided) = (4, 4000, 5, 60);
+    let sampler = DelayedAcceptance::default().chains(chains).draws(draws).thin(thin).seed(8);
+    let sampler = sampler.screening_steps(3).warmup(600 + decided).screened_warmup(600);
+    let found = sampler.run(&biased(), &counted).expect("runs");
+    assert_eq!(found.evaluations(), calls.load(Ordering::Relaxed));
+    for chain in &found.chains {
+        assert!(chain.warmup.stats[..600].iter().all(|s| s.leapfrogs == 0));
+        assert!(chain.warmup.stats[600].leapfrogs >= 1, "its own start is asked for");
+    }
+    assert_gaussian_moments(&target, &found);
+    // with the whole of it, and longer than the warmup is
+    let all = sampler.screened_warmup(9999).run(&biased(), &target).expect("runs");
+    assert!(all.chains.iter().all(|c| c.warmup.stats.iter().all(|s| s.leapfrogs == 0)));
+    assert_gaussian_moments(&target, &all);
+}
+
+/// Where the screen leads out of the support, the first way back is taken.
+#[test]
+fn a_warmup_on_the_screen_may_end_where_the_density_is_zero() {
+    let mut screen = Gaussian::autoregressive(1, 0.0, 1.2, 1.2);
+    screen.mean.add_scalar_mut(-1.0);
+    let sampler = DelayedAcceptance::default().screening_steps(4).draws(5000).thin(5).seed(5);
+    let sampler = sampler.warmup(540).screened_warmup(500);
+    let chains = sampler.run(&screen, &half_normal()).expect("runs");
+    assert!(chains.chains.iter().any(|c| c.warmup.stats[499].log_density.is_finite()));
+    assert_mean("mean", &chains, (2.0 / std::f64::consts::PI).sqrt(), |y| y[0]);
+}
+
+/// A density that counts how often it is asked.
+struct Counted<'a> {
+    target: &'a Gaussian,
+    calls: &'a AtomicU64,
+}
+
+impl LogDensity for Counted<'_> {
+    type Workspace = <Gaussian as LogDensity>::Workspace;
+
+    fn dim(&self) -> usize {
+        self.target.dim()
+    }
+
+    fn log_density(&self, y: &[f64], w: &mut Self::Workspace) -> Result<f64, Rejection> {
+        self.calls.fetch_add(1, Ordering::Relaxed);
+        self.target.log_density(y, w)
+    }
+
+    fn gradient(
+        &self,
+        y: &[f64],
+        g: &mut [f64],
+        w: &mut Self::Workspace,
+    ) -> Result<f64, Rejection> {
+        self.target.gradient(y, g, w)
     }
 }
 

@@ -165,7 +165,9 @@ fn walks_go_on_too() {
     finished(&walk.thin(3).init_points(start), &half_normal());
     let cheap = Gaussian::autoregressive(3, 0.3, 0.1, 12.0);
     let screened = settings!(DelayedAcceptance::default()).screening_steps(3);
-    finished(&Screened(screened, &cheap), &target);
+    finished(&Screened(screened.clone(), &cheap), &target);
+    // with a warmup most of which asks for nothing
+    finished(&Screened(screened.screened_warmup(120), &cheap), &target);
 }
 
 fn finished(sampler: &impl Sampler, target: &impl Target) {

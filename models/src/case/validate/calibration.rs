@@ -5,7 +5,7 @@ use fem::FemError;
 
 use super::super::{
     CaseFile, DiscrepancyCase, Likelihood, MaterialParameter, PriorBounds, PriorCase,
-    SpecimenGeometry, VirtualCase,
+    SequentialCase, SpecimenGeometry, VirtualCase,
 };
 use crate::error::InputError;
 use crate::qoi::Quantity;
@@ -33,6 +33,7 @@ impl CaseFile {
         self.check_extensions()?;
         let runs_help = "The paper uses 100; order 3 in three parameters needs more than 20.";
         self.within("design.runs", case.design.runs as f64, 4.0, 1e6, "runs", runs_help)?;
+        self.check_sequential()?;
         let max_order = case.surrogate.max_order as f64;
         let help = "Orders up to this one are tried: order 0 alone is a constant, from which \
                     nothing can be calibrated; the paper's choice is 3.";
@@ -190,6 +191,18 @@ impl CaseFile {
             self.within(&key, percent, 1e-3, 100.0, "%", help)?;
         }
         Ok(())
+    }
+
+    fn check_sequential(&self) -> Result<(), InputError> {
+        let Some(SequentialCase { share, batch, most }) = self.case.sequential.as_ref() else {
+            return Ok(());
+        };
+        let help = "0.1: a tenth of the variance of a parameter may come from the surrogate.";
+        self.within("sequential.share", *share, 1e-3, 1.0, "of the variance", help)?;
+        let help = "Between two batches there is a calibration: a few at a time, not one by one.";
+        self.within("sequential.batch", *batch as f64, 2.0, 100.0, "runs", help)?;
+        let help = "The most runs of all batches: at least one batch.";
+        self.within("sequential.most", *most as f64, *batch as f64, 1e6, "runs", help)
     }
 
     /// Each extension goes on where the box before it ends, in one parameter.

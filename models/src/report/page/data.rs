@@ -96,11 +96,16 @@ pub(super) fn surrogate(results: &Results) -> Markup {
                 },
                 html! { @for qoi in &results.qois { tr {
                     td.name { (qoi.label) }
-                    @for s in &qoi.sobol_total { td { (format!("{s:.3}")) } }
+                    @for (index, ends) in &qoi.sobol_total {
+                        td { (format!("{index:.3}"))
+                            @if let Some([low, high]) = ends { (format!(" ({low:.3} … {high:.3})")) }
+                        }
+                    }
                 } } },
             ))
             p.caption { "Fraction of each quantity's variance over the prior box that involves the \
-                         parameter: a parameter with small indices cannot be identified." }
+                         parameter, with the 90 % interval that the runs leave open: a parameter with \
+                         small indices cannot be identified." }
         }
     }
 }

@@ -6,20 +6,19 @@ use ppl::{Nuts, Posterior};
 use surrogate::{DynPce, Input};
 
 use super::super::WorkflowError;
-use super::super::calibrate::{Known, known_inputs};
 use super::super::ensemble::Plan;
 use super::super::files::write;
+use super::super::fitted::Fitted;
 use super::super::inputs::Inputs;
 use super::super::level_runs::LevelRuns;
-use super::super::packings::has_packing_per_run;
 use super::super::specimen_checks::looked_at;
-use super::super::surrogate::fitted;
+use super::super::specimen_stiffness::of_specimens;
 use super::super::task::Task;
 use super::super::uncertainty::SharedError;
 use super::present::{Draw, at_draws, belief};
 use crate::case::{CandidateCase, QoiCase, Toe};
 use crate::error::InputError;
-use crate::fracture::{Evidence, column_means, sample};
+use crate::fracture::{column_means, sample};
 use crate::further_test::{Belief, FurtherTest};
 use crate::qoi::{Qois, Quantity};
 use crate::table::CsvTable;
@@ -44,19 +43,15 @@ pub(super) fn test(
     inputs.reads_with(&ensemble.inputs);
     let path = task.product(&format!("design/candidate-{place}.csv"))?;
     write(&path, &data.to_csv().map_err(|e| WorkflowError::io(&path, e))?)?;
-    let packing_per_run = has_packing_per_run(&data);
-    let (_, fit) = fitted(inputs, data)?;
+    let corrections: Vec<_> = corrections.iter().map(|one| one.report().clone()).collect();
+    let fit = Fitted::of(&data, &of_specimens(inputs)?, inputs.surrogate(), corrections)?;
 
     let qois = read_again(inputs, &quantities)?;
     let means = column_means(&qois);
-    let corrections: Vec<_> = corrections.iter().map(|one| one.report().clone()).collect();
-    let discrepancy = inputs.calibration().discrepancy.covariance(&fit.report.outputs);
-    let shared =
-        SharedError::of(&fit.report, &corrections, discrepancy, packing_per_run, &means)?.total();
-    let Known { known, population, .. } = known_inputs(inputs, &fit.pce)?;
+    let shared = SharedError::of(&fit, &inputs.calibration().discrepancy, &means)?;
     let seen = qois.len();
-    let evidence = Evidence { qois, known, population, shared: shared.clone() };
-    let middle = evidence.middle();
+    let evidence = shared.evidence(qois, &fit.known);
+    let (middle, shared) = (evidence.middle(), shared.total());
     let settings = inputs.calibration();
     let sampler = Nuts::default()
         .chains(settings.chains)

@@ -6,8 +6,9 @@ use super::super::WorkflowError;
 use super::super::ensemble::Plan;
 use super::super::fidelity::error_of_all;
 use super::super::files::write;
+use super::super::fitted::Fitted;
 use super::super::packings::has_packing_per_run;
-use super::super::surrogate::fitted;
+use super::super::specimen_stiffness::{knowing_stiffness, of_specimens};
 use super::super::task::Task;
 use super::super::uncertainty::SharedError;
 use super::present::{Draw, Present, at_draws};
@@ -51,14 +52,15 @@ pub(super) fn test(
     }
     let path = task.product(&format!("design/candidate-{place}.csv"))?;
     write(&path, &data.to_csv().map_err(|e| WorkflowError::io(&path, e))?)?;
-    let packing_per_run = has_packing_per_run(&data);
-    let (data, fit) = fitted(&task.inputs, data)?;
+    let specimens = of_specimens(&task.inputs)?;
+    let fit = Fitted::of(&data, &specimens, task.inputs.surrogate(), Vec::new())?;
+    let data = knowing_stiffness(&data, &specimens)?.unwrap_or(data);
     // what is known of specimens is known of further ones too, and stands at its mean
     let known: Vec<f64> =
         (present.prior.len()..data.inputs().len()).map(|i| mean_of(&data, i)).collect();
     let means = fit.pce.value(&[present.mean(), known.clone()].concat())?;
-    let discrepancy = task.inputs.calibration().discrepancy.covariance(data.outputs());
-    let shared = SharedError::of(&fit.report, &[], discrepancy, packing_per_run, &means)?;
+    let discrepancy = &task.inputs.calibration().discrepancy;
+    let shared = SharedError::of(&fit, discrepancy, &means)?;
     let mut shared = shared.total();
     add_error_of_meshes(task, data.outputs(), &mut shared)?;
     let scatter = |draw: &Draw| scatter(draw, present, case, &quantities);

@@ -3,11 +3,11 @@
 use surrogate::{DynPce, Input};
 
 use super::super::WorkflowError;
-use super::super::calibrate::{Known, known_inputs, read_experiments};
+use super::super::fitted::{Fitted, read_experiments};
 use super::super::task::Task;
-use super::super::uncertainty::shared_error;
+use super::super::uncertainty::SharedError;
 use crate::error::InputError;
-use crate::fracture::{Evidence, column_means, short_name};
+use crate::fracture::{column_means, short_name};
 use crate::further_test::{Belief, FurtherTest, FurtherTestError, TestAtDraw};
 use crate::table::CsvTable;
 
@@ -40,15 +40,16 @@ pub(super) struct Present {
 impl Present {
     pub(super) fn read(task: &Task<'_>) -> Result<Self, WorkflowError> {
         let inputs = &task.inputs;
-        let pce: DynPce = inputs.json("surrogate.json")?;
-        let (prior, outputs) = (inputs.prior()?, pce.outputs().to_vec());
+        let fitted = Fitted::read(inputs)?;
+        let (prior, outputs) = (inputs.prior()?, fitted.pce.outputs().to_vec());
         let qois = read_experiments(inputs, &outputs)?;
-        let shared = shared_error(inputs, &column_means(&qois))?.total();
-        let Known { known, population, .. } = known_inputs(inputs, &pce)?;
-        let evidence = Evidence { qois, known, population, shared };
+        let discrepancy = &inputs.calibration().discrepancy;
+        let shared = SharedError::of(&fitted, discrepancy, &column_means(&qois))?;
+        let evidence = shared.evidence(qois, &fitted.known);
+        let (pce, shared) = (fitted.pce, shared.total());
         let draws = draws(task, &prior, &outputs)?;
         let (known, specimens) = (evidence.middle(), evidence.qois.len());
-        Ok(Self { prior, draws, outputs, pce, known, specimens, shared: evidence.shared })
+        Ok(Self { prior, draws, outputs, pce, known, specimens, shared })
     }
 
     pub(super) fn belief(&self) -> Result<Belief, FurtherTestError> {

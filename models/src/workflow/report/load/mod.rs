@@ -68,9 +68,8 @@ pub(in crate::workflow) fn load_done(
         results.chosen_order = fit.order;
         results.known_inputs = known_inputs(&pce, case);
         results.order_rule = rule_in_words(case.surrogate.rule);
-        for (qoi, total) in results.qois.iter_mut().zip(pce.sobol().total) {
-            qoi.sobol_total = total;
-        }
+        let indices = sobol(inputs, quantities)?;
+        results.qois.iter_mut().zip(indices).for_each(|(qoi, total)| qoi.sobol_total = total);
     }
     if done("calibrate") {
         results.predicted_curves = confirmed::predicted_curves(inputs)?;
@@ -193,6 +192,25 @@ fn with_unit(name: &str) -> String {
         .find_map(|(end, unit)| Some((name.strip_suffix(end)?, unit)))
         .unwrap_or((name, ""));
     name.replace('_', " ") + unit
+}
+
+/// Total Sobol indices of each quantity, with the ends of their intervals where there are some.
+fn sobol(
+    inputs: &Inputs<'_>,
+    quantities: &[Quantity],
+) -> Result<Vec<Vec<(f64, Option<[f64; 2]>)>>, WorkflowError> {
+    let path = inputs.file("sobol.csv")?;
+    let table = CsvTable::read(&path, &["qoi", "total", "total_q05", "total_q95"])?;
+    // an output without variance has none
+    let cell = |row: &TableRow, column| row.text(column).parse::<f64>().ok();
+    let index = |row: TableRow| {
+        let ends = cell(&row, "total_q05").zip(cell(&row, "total_q95"));
+        (cell(&row, "total").unwrap_or(f64::NAN), ends.map(|(low, high)| [low, high]))
+    };
+    let of = |quantity: &Quantity| {
+        table.rows().filter(|row| row.text("qoi") == quantity.column()).map(index).collect()
+    };
+    Ok(quantities.iter().map(of).collect())
 }
 
 /// Errors by order, averaged over the quantities.
