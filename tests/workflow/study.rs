@@ -31,7 +31,7 @@ set.calibration.seed = 8
 "#;
 
 /// A case whose grains do not fit into its specimen.
-const BROKEN: &str = "[[case]]\nname = \"broken\"\nset.specimen.grains.fraction = 0.95\n";
+const BROKEN: &str = "[[case]]\nname = \"broken\"\nset.specimen.grains.fraction = 0.49\n";
 
 #[test]
 fn cases_share_their_specimens_and_are_compared() {
@@ -61,7 +61,8 @@ fn cases_share_their_specimens_and_are_compared() {
     let (code, told, err) = breccia(dir.path(), &["status", "out"]);
     assert_eq!(code, Some(3), "{err}");
     let lines: Vec<&str> = told.lines().collect();
-    assert_eq!((lines[0], lines[4], lines[13]), ("laboratories/L", "second", "first"), "{told}");
+    let parts: Vec<&str> = lines.iter().copied().filter(|line| !line.contains(' ')).collect();
+    assert_eq!(parts, ["laboratories/L", "second", "first", "twin"], "{told}");
     assert!(lines[1..4].iter().all(|line| line.contains("done")), "{told}");
     std::fs::write(dir.path().join("study.toml"), format!("{STUDY}{BROKEN}")).unwrap();
     let (code, _, err) = breccia(dir.path(), &study);
@@ -142,7 +143,7 @@ fn cases_share_their_specimens_and_are_compared() {
     for part in [
         "Two microstructures",
         "href=\"second/report.html\"",
-        "published MAP",
+        "<th>published</th>",
         "286.2",
         "3.10 %",
         "Do the cases agree?",
