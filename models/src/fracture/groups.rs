@@ -5,8 +5,8 @@
 //! the covariance of specimens relative to the means of their group. So twelve specimens at four
 //! temperatures tell one covariance, in place of three telling each its own.
 
-use ppl::prelude::*;
 use ppl::Posterior;
+use ppl::prelude::*;
 use surrogate::{DynPce, Input};
 
 use super::{CalibrationError, Evidence, Specimens, relative_to_means, short_name};
