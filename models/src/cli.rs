@@ -15,7 +15,7 @@ use models::{
     WorkflowError,
 };
 
-use cluster::{Sharing, slurm};
+use cluster::{Jobs, Sharing, slurm, slurm_study};
 use failure::Failure;
 
 /// Calibrates the fracture of bonded granular materials, with uncertainty.
@@ -45,6 +45,7 @@ Examples:
   breccia status results                    how far it is, from any machine that sees the folder
   breccia ensemble --out results --slurm    its simulations as jobs of a Slurm cluster
   breccia study my-study.toml --out study   several calibrations and what they say together
+  breccia study my-study.toml --out study --slurm   the same as jobs of a Slurm cluster
 
 Stages, in order: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, design, report.
 `breccia help STAGE` says what each reads and writes.";
@@ -85,6 +86,17 @@ enum Command {
         /// Give a key of all cases another value, as --set specimen.spacing_mm=0.3; may be repeated
         #[arg(long, value_name = "KEY=VALUE")]
         set: Vec<String>,
+
+        /// Run one laboratory or one case alone, named by its folder within DIR
+        #[arg(long, value_name = "PART", conflicts_with_all = ["slurm", "slurm_script"])]
+        only: Option<String>,
+
+        /// Of that case run the stages up to this one
+        #[arg(long, value_name = "STAGE", requires = "only")]
+        until: Option<String>,
+
+        #[command(flatten)]
+        jobs: Jobs,
     },
     /// Show how far results are, from any machine that sees the folder; changes nothing
     #[command(
@@ -232,9 +244,18 @@ fn run(request: Request, threads: usize) -> Result<ExitCode, Failure> {
             let path = models::simulate(&file, &target.out, &INTERRUPT)?;
             println!("{}", path.display());
         }
-        Request::Command(Command::Study { file, out, set }) => {
-            let file = StudyFile::read(&file, &set).map_err(WorkflowError::from)?;
+        Request::Command(Command::Study { file: path, out, set, only, until, jobs }) => {
+            let file = StudyFile::read(&path, &set).map_err(WorkflowError::from)?;
+            let until = until.map(|name| stage_named(&name)).transpose()?;
             let study = Study::open(file, &out, threads, &INTERRUPT)?;
+            if jobs.are_asked_for() {
+                slurm_study(&study, &path, &set, &jobs)?;
+                return Ok(ExitCode::SUCCESS);
+            }
+            if let Some(part) = only {
+                study.run_part(&part, until)?;
+                return Ok(ExitCode::SUCCESS);
+            }
             study.run()?;
             for name in ["study.csv", "report.html"] {
                 println!("{}", study.dir().join(name).display());
@@ -246,14 +267,23 @@ fn run(request: Request, threads: usize) -> Result<ExitCode, Failure> {
             let workflow = target.open(&file, threads)?;
             match sharing {
                 Some(sharing) if sharing.share => workflow.share(stage)?,
-                Some(sharing) if sharing.slurm || sharing.slurm_script.is_some() => {
-                    slurm(&workflow, stage, &sharing)?;
+                Some(sharing) if sharing.jobs.are_asked_for() => {
+                    slurm(&workflow, stage, &sharing.jobs)?;
                 }
                 _ => workflow.run(stage)?,
             }
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The stage of this name.
+fn stage_named(name: &str) -> Result<&'static Stage, WorkflowError> {
+    Stage::named(name).ok_or_else(|| {
+        let known: Vec<&str> = STAGES.iter().map(|stage| stage.name).collect();
+        let help = format!("Name one of: {}.", known.join(", "));
+        InputError::new(Path::new("--until"), name, "", "is no stage", help).into()
+    })
 }
 
 /// Prints how far a folder is: exit code 3 while work is left.

@@ -62,13 +62,14 @@ pub use error::InputError;
 pub use experiment::{Specimen, SpecimenTable, TestCurve};
 pub use fracture::{
     Calibration, CalibrationError, Evidence, Groups, Pooling, Specimens, TestGroup, Trend,
-    calibrate, calibrate_groups, calibration, calibration_on, calibration_over_groups,
+    calibrate, calibrate_after, calibrate_groups, calibration, calibration_on,
+    calibration_over_groups,
 };
 pub use further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal, Needed, TestAtDraw};
 pub use qoi::{QoiError, Qois, Quantity};
 pub use study::{
-    PartStatus, Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyFile, StudyLaboratory,
-    Submitted, study_status,
+    PartStatus, Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyFile, StudyJob,
+    StudyLaboratory, StudyPart, StudySetting, Submitted, study_status,
 };
 pub use virtual_specimen::VirtualSpecimen;
 pub use workflow::{

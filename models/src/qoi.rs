@@ -1,12 +1,12 @@
-//! Quantities of interest of a force–displacement curve: initial slope, peak force, displacement at peak,
-//! work up to the peak, and the shape of the curve.
+//! Quantities of interest of a force–displacement curve: slopes before and past its peak, peak force, displacement
+//! at peak, energy up to the peak, forces at displacements, and the shape of the curve.
 
 mod error;
 mod fits;
 mod line;
+mod place;
 mod quantity;
 mod rates;
-mod relative_force;
 
 use std::ops::RangeInclusive;
 
@@ -14,8 +14,8 @@ use crate::experiment::TestCurve;
 pub use error::QoiError;
 use fits::Parabola;
 pub(crate) use line::{Line, Window};
+use place::Place;
 pub use quantity::Quantity;
-use relative_force::relative_force;
 
 /// Points of at least this fraction of the highest force make the parabola that locates the peak.
 const TOP: f64 = 0.97;
@@ -54,7 +54,7 @@ pub struct Qois {
     /// Displacement at the peak force in mm.
     pub displacement_at_peak_mm: f64,
     /// Work of the force up to its peak in N mm.
-    pub work_to_peak_n_mm: f64,
+    pub energy_to_peak_n_mm: f64,
 }
 
 impl Qois {
@@ -70,37 +70,50 @@ impl Qois {
         let (displacement_at_peak_mm, peak_force_n) = peak(u, force)?;
         let window = Window::around(slope_fraction, displacement_at_peak_mm);
         let slope_n_per_mm = slope_line(curve, window)?.slope;
-        let work_to_peak_n_mm = work(u, force, (displacement_at_peak_mm, peak_force_n));
-        Ok(Self { slope_n_per_mm, peak_force_n, displacement_at_peak_mm, work_to_peak_n_mm })
+        let energy_to_peak_n_mm = work(u, force, (displacement_at_peak_mm, peak_force_n));
+        Ok(Self { slope_n_per_mm, peak_force_n, displacement_at_peak_mm, energy_to_peak_n_mm })
     }
 
     /// These quantities of a curve.
     ///
     /// # Errors
-    /// As [`Qois::of`]; a relative force at a displacement that the curve does not reach.
+    /// As [`Qois::of`]; [`QoiError::NotReached`] for what is taken beyond the curve's ends.
+    ///
+    /// # Example
+    /// F = 2000 u − 10 000 u² falls by 2 · 10 000 · (1.2 − 1) · 0.1 mm = 400 N/mm past its peak at 0.1 mm:
+    /// ```
+    /// use models::{Qois, Quantity, TestCurve};
+    /// let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
+    /// let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
+    /// let curve = TestCurve { displacement_mm, force_n };
+    /// let quantities = [Quantity::PostPeakSlope, Quantity::ForceAt(50)];   // at 0.05 mm
+    /// let values = Qois::values_of(&curve, 0.3, &quantities)?;
+    /// assert!((values[0] + 400.0).abs() < 1e-6);
+    /// assert!((values[1] - 75.0).abs() < 1e-6);
+    /// # Ok::<(), models::QoiError>(())
+    /// ```
     pub fn values_of(
         curve: &TestCurve,
         slope_fraction: f64,
         quantities: &[Quantity],
     ) -> Result<Vec<f64>, QoiError> {
         let own = Self::of(curve, slope_fraction)?;
-        let peak = [own.displacement_at_peak_mm, own.peak_force_n];
+        let peak_mm = own.displacement_at_peak_mm;
         let value = |&quantity: &Quantity| match quantity {
-            Quantity::RelativeForce(percent) => relative_force(curve, percent, peak),
-            scalar => Ok(own.scalar(scalar)),
+            Quantity::Slope => Ok(own.slope_n_per_mm),
+            Quantity::PeakForce => Ok(own.peak_force_n),
+            Quantity::DisplacementAtPeak => Ok(peak_mm),
+            Quantity::EnergyToPeak => Ok(own.energy_to_peak_n_mm),
+            Quantity::PostPeakSlope => Ok(post_peak_line(curve, peak_mm)?.slope),
+            Quantity::RelativeForce(percent) => {
+                let force = Place::of_the_peak(percent, peak_mm).read(curve, &curve.force_n)?.force;
+                Ok(force / own.peak_force_n)
+            }
+            Quantity::ForceAt(place_um) => {
+                Ok(Place::fixed(place_um).read(curve, &curve.force_n)?.force)
+            }
         };
         quantities.iter().map(value).collect()
-    }
-
-    /// One that is not of the shape; NaN for others.
-    fn scalar(&self, quantity: Quantity) -> f64 {
-        match quantity {
-            Quantity::Slope => self.slope_n_per_mm,
-            Quantity::PeakForce => self.peak_force_n,
-            Quantity::DisplacementAtPeak => self.displacement_at_peak_mm,
-            Quantity::WorkToPeak => self.work_to_peak_n_mm,
-            Quantity::RelativeForce(_) => f64::NAN,
-        }
     }
 }
 
@@ -116,6 +129,26 @@ pub(crate) fn slope_line(curve: &TestCurve, window: Window) -> Result<Line, QoiE
         from_mm: window.from_mm,
         to_mm: window.to_mm,
     })
+}
+
+/// The line that the slope past the peak is taken from.
+///
+/// # Errors
+/// A curve that ends before the window does.
+fn post_peak_line(curve: &TestCurve, peak_mm: f64) -> Result<Line, QoiError> {
+    let window = Window::around(Quantity::POST_PEAK, peak_mm);
+    let ends =
+        |fold: fn(f64, f64) -> f64, start| curve.displacement_mm.iter().copied().fold(start, fold);
+    let to_mm = ends(f64::max, f64::NEG_INFINITY);
+    if to_mm < window.to_mm * (1.0 - 1e-9) {
+        return Err(QoiError::NotReached {
+            quantity: Quantity::PostPeakSlope,
+            place_mm: window.to_mm,
+            from_mm: ends(f64::min, f64::INFINITY),
+            to_mm,
+        });
+    }
+    slope_line(curve, window)
 }
 
 /// ∫ F du from the first point to the peak, by trapezoids.
@@ -218,12 +251,35 @@ mod tests {
     #[test]
     fn quantities_follow_the_units_of_the_curve() {
         let base = curve(0.005, 36, viscous);
-        let own = Qois::of(&base, 0.3).unwrap();
-        let scaled = Qois::of(&base.scale_displacement(1.1), 0.3).unwrap();
-        let factors = [1.0 / 1.1, 1.0, 1.1, 1.1];
-        for (quantity, factor) in Quantity::SCALARS.into_iter().zip(factors) {
-            let expected = factor * own.scalar(quantity);
-            assert_relative_eq!(scaled.scalar(quantity), expected, max_relative = 1e-12);
+        let own = Qois::values_of(&base, 0.3, &Quantity::SCALARS).unwrap();
+        let stretched = base.scale_displacement(1.1);
+        let scaled = Qois::values_of(&stretched, 0.3, &Quantity::SCALARS).unwrap();
+        let factors = [1.0 / 1.1, 1.0, 1.1, 1.1, 1.0 / 1.1];
+        for ((own, scaled), factor) in own.iter().zip(&scaled).zip(factors) {
+            assert_relative_eq!(*scaled, factor * own, max_relative = 1e-12);
+        }
+        // the forces at places that move with the curve
+        let force = |curve: &TestCurve, place_um| {
+            Qois::values_of(curve, 0.3, &[Quantity::ForceAt(place_um)]).unwrap()[0]
+        };
+        assert_relative_eq!(force(&base, 50), force(&stretched, 55), max_relative = 1e-12);
+    }
+
+    /// A line through c (x − 1)² has its slope in the middle of the window; where a curve ends before the
+    /// window does, it is named.
+    #[test]
+    fn the_slope_past_the_peak_is_that_of_the_falling_branch() {
+        let parabola = |u: f64| 147.0 * (1.0 - (1.0 - u / 0.1217).powi(2));
+        let slope = |curve: &TestCurve| Qois::values_of(curve, 0.3, &[Quantity::PostPeakSlope]);
+        for (step, within) in [(0.0002, 1e-5), (0.005, 1e-2)] {
+            let found = slope(&curve(step, (0.17 / step) as usize, parabola)).unwrap()[0];
+            assert_relative_eq!(found, -147.0 * 0.4 / 0.1217, max_relative = within);
+        }
+        let error = slope(&curve(0.005, 31, parabola)).unwrap_err();
+        assert!(matches!(error, QoiError::NotReached { to_mm: 0.155, .. }), "{error:?}");
+        let message = error.to_string();
+        for part in ["0.1582 mm", "130 %", "post-peak-slope", "test.stop_below_peak"] {
+            assert!(message.contains(part), "{part}: {message}");
         }
     }
 
@@ -267,6 +323,6 @@ mod tests {
         let parabola = |u: f64| peak * (1.0 - (1.0 - u / place).powi(2));
         let qois = Qois::of(&curve(0.0002, 900, parabola), 0.3).unwrap();
         let exact = 2.0 / 3.0 * peak * place;
-        assert_relative_eq!(qois.work_to_peak_n_mm, exact, max_relative = 1e-5);
+        assert_relative_eq!(qois.energy_to_peak_n_mm, exact, max_relative = 1e-5);
     }
 }

@@ -164,6 +164,87 @@ fn jobs_make_what_one_process_would_whatever_happens_to_them() {
     submitted_by_the_program(&cluster, folder, &expected);
     submitted_by_hand(&cluster, folder, &expected);
     refused(&cluster, folder);
+    a_whole_study(&cluster, folder);
+}
+
+/// What the case lacks to be calibrated, and a study of it.
+const CALIBRATED: &str = r#"
+[surrogate]
+max_order = 2
+[experiments.virtual]
+specimens = 3
+seed = 11
+truth = { matrix.young_mpa = 275.0, matrix.toughness_n_per_mm = 0.0025, matrix.viscosity_mpa_s = 0.3 }
+[calibration]
+chains = 2
+warmup = 150
+draws = 150
+[confirm]
+draws = 1
+second_spacing_mm = 1.25
+"#;
+const STUDY: &str = r#"
+title = "Two designs"
+base = "whole.toml"
+[[laboratory]]
+name = "L"
+[[case]]
+name = "A"
+laboratory = "L"
+set.design = { runs = 12, microstructure = "one" }
+without = ["fidelity"]
+[[case]]
+name = "B"
+laboratory = "L"
+set.design.runs = 10
+without = ["fidelity"]
+"#;
+
+/// Laboratory, meshes, runs and calibrations as jobs that wait for each other.
+fn a_whole_study(cluster: &Cluster, folder: &Path) {
+    std::fs::write(folder.join("whole.toml"), format!("{CASE}{CALIBRATED}")).unwrap();
+    std::fs::write(folder.join("study.toml"), STUDY).unwrap();
+    let submit = ["study", "study.toml", "--out", "on cluster", "--slurm", "--tasks", "2"];
+    let (code, out, err) = breccia(cluster, folder, &submit);
+    assert_eq!(code, Some(0), "{err}");
+    for part in [
+        "study.sbatch",
+        "laboratories/L: specimens",
+        "A: mesh",
+        "A: runs",
+        "B: calibration",
+        "what all show together",
+    ] {
+        assert!(out.contains(part), "{part}: {out}");
+    }
+    let (code, told, _) = breccia(cluster, folder, &["status", "on cluster"]);
+    assert!(code == Some(3) && told.contains("laboratories/L"), "{told}");
+    // submitted again meanwhile: more jobs share the same folder
+    let (code, _, err) = breccia(cluster, folder, &submit);
+    assert_eq!(code, Some(0), "{err}");
+    cluster.wait_until_idle();
+    let results = folder.join("on cluster");
+    let (code, told, _) = breccia(cluster, folder, &["status", "on cluster"]);
+    assert_eq!(code, Some(0), "{told}\n{}", logs(&results));
+
+    // what one process alone would give
+    let (code, _, err) = breccia(cluster, folder, &["study", "study.toml", "--out", "in one"]);
+    assert_eq!(code, Some(0), "{err}");
+    let read = |name: &str| {
+        let [jobs, alone] =
+            ["on cluster", "in one"].map(|out| std::fs::read(folder.join(out).join(name)).unwrap());
+        (jobs, alone)
+    };
+    for name in ["study.csv", "A/posterior.csv", "B/confirm.csv", "A/mesh.msh"] {
+        let (jobs, alone) = read(name);
+        assert!(jobs == alone, "{name}\n{}", logs(&results));
+    }
+    assert!(results.join("report.html").is_file());
+    let (code, out, _) = breccia(cluster, folder, &submit);
+    assert!(code == Some(0) && out.contains("nothing is submitted"), "{out}");
+    let (code, _, err) =
+        breccia(cluster, folder, &["study", "study.toml", "--out", "in one", "--only", "C"]);
+    assert!(code == Some(1) && err.contains("is no part of the study"), "{err}");
 }
 
 /// One task is cancelled, one put back into the queue and one killed, while they are at work.

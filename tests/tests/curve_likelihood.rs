@@ -65,7 +65,7 @@ fn posterior(specimens: &[TestCurve], quantities: &[Quantity]) -> Vec<[f64; 2]> 
     let inputs: Vec<Input> =
         bounds.map(|(name, low, high)| Input::new(name, low, high).unwrap()).to_vec();
     let points = DesignMethod::Sobol.sample(&inputs, 80, 1).unwrap();
-    let outputs = quantities.iter().map(|q| q.column().to_owned()).collect();
+    let outputs = quantities.iter().map(|q| q.column().into_owned()).collect();
     let mut runs = Dataset::new(inputs, outputs, "formula").unwrap();
     for x in points {
         let curve = curve([x[0], x[1], x[2]], &mut || 0.0);

@@ -48,8 +48,8 @@ fn an_error_of_the_model_is_in_the_intervals_and_in_the_budget() {
     assert!(report.contains("what the case says the model itself may be off by"));
     assert!(report.contains("slope 20 %, peak-force 20 %"));
 
-    case("[calibration.discrepancy]\npercent = { work-to-peak = 3.0 }");
+    case("[calibration.discrepancy]\npercent = { energy-to-peak = 3.0 }");
     let (code, _, err) = breccia(dir.path(), &run);
     assert_eq!(code, Some(1), "{err}");
-    assert!(err.contains("discrepancy.percent.work-to-peak") && err.contains("slope"), "{err}");
+    assert!(err.contains("discrepancy.percent.energy-to-peak") && err.contains("slope"), "{err}");
 }

@@ -16,12 +16,12 @@ specimens = [8, 2]
 width90 = { matrix.toughness_n_per_mm = 0.003, matrix.young_mpa = 1e-4 }
 [[further_tests.candidate]]
 name = "work to the peak"
-quantities = ["work-to-peak"]
+quantities = ["energy-to-peak"]
 [[further_tests.candidate]]
 name = "a hundred times slower"
 runs = 8
-quantities = ["peak-force", "displacement-at-peak", "work-to-peak"]
-scatter_percent = { work-to-peak = 15.0 }
+quantities = ["peak-force", "displacement-at-peak", "energy-to-peak"]
+scatter_percent = { energy-to-peak = 15.0 }
 set.test.duration_s = 100.0
 set.test.displacement_mm = 0.11
 "#

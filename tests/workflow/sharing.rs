@@ -140,9 +140,26 @@ fn status_tells_what_is_done_stale_stopped_and_under_way_and_changes_nothing() {
     });
     child.kill().unwrap();
     child.wait().unwrap();
+
+    // a report shows what there is, and is no product
+    let (code, _, err) = breccia(dir.path(), &["report", "--out", "out"]);
+    assert_eq!(code, Some(0), "{err}");
+    let page = || std::fs::read_to_string(results.join("report.html")).unwrap();
+    for part in [
+        "Not finished",
+        "Missing: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm.",
+        &format!(
+            "{} simulated tests over the prior box",
+            finished(&results.join("ensemble")).len()
+        ),
+        "<svg viewBox=",
+    ] {
+        assert!(page().contains(part), "{part}");
+    }
+    assert!(!page().contains("Calibrated parameters") && !page().contains("NaN"));
     let before = everything(&results);
     let (code, stages) = status(dir.path(), "out");
-    assert_eq!(code, Some(3));
+    assert_eq!((code, stages["report"].as_str()), (Some(3), "to do"));
     let made = finished(&results.join("ensemble")).len();
     let stopped = format!("stopped  {made} of 12 runs; no process is at it");
     assert_eq!((stages["ensemble"].as_str(), stages["surrogate"].as_str()), (&*stopped, "to do"));
@@ -150,6 +167,7 @@ fn status_tells_what_is_done_stale_stopped_and_under_way_and_changes_nothing() {
 
     let (code, _, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "out"]);
     assert_eq!(code, Some(0), "{err}");
+    assert!(!page().contains("Not finished") && page().contains("Calibrated parameters"));
     let before = everything(&results);
     let (code, stages) = status(dir.path(), "out");
     assert_eq!(code, Some(0), "{stages:?}");

@@ -59,7 +59,7 @@ fn changed(key: &str, value: &Value) -> Value {
         "all" => "sparse",
         "corrected-loo" => "split",
         "polyhedron" => "sphere",
-        "slope" => "work-to-peak",
+        "slope" => "energy-to-peak",
         "report" => "correct",
         "quantities" => "curve",
         other => panic!("{key} = {other:?}: give this test another value"),

@@ -1,5 +1,6 @@
 //! Running an ensemble.
 
+use std::any::Any;
 use std::collections::{BTreeSet, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -17,6 +18,15 @@ const WAIT: Duration = Duration::from_millis(200);
 
 /// What makes one run: its inputs, and a function to tell the fraction of it that is done.
 type Job<'a> = &'a (dyn Fn(&RunInput, &dyn Fn(f64)) -> Result<Outcome, FemError> + Sync);
+
+/// What a run waits for before it begins, and holds until it has ended.
+struct Turn(Box<dyn Fn() -> Box<dyn Any> + Send + Sync>);
+
+impl std::fmt::Debug for Turn {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Turn")
+    }
+}
 
 /// A directory of runs that belong together.
 ///
@@ -64,6 +74,7 @@ pub struct Ensemble {
     store: Store,
     retry_failed: bool,
     leave_to_others: bool,
+    turn: Turn,
 }
 
 impl Ensemble {
@@ -78,7 +89,8 @@ impl Ensemble {
     /// [`EnsembleError::Manifest`] or [`EnsembleError::Io`] if it cannot be used.
     pub fn open(directory: impl AsRef<Path>, fingerprint: &str) -> Result<Ensemble, EnsembleError> {
         let store = Store::open(directory.as_ref(), fingerprint)?;
-        Ok(Ensemble { store, retry_failed: false, leave_to_others: false })
+        let turn = Turn(Box::new(|| Box::new(())));
+        Ok(Ensemble { store, retry_failed: false, leave_to_others: false, turn })
     }
 
     /// Whether runs that are recorded as failed are made again (by default not).
@@ -92,6 +104,12 @@ impl Ensemble {
     pub fn leave_to_others(mut self, leave: bool) -> Ensemble {
         self.leave_to_others = leave;
         self
+    }
+
+    /// What each run waits for before it begins, and holds until it has ended: a place among all that is
+    /// computed on this machine, where several ensembles share it (by default nothing).
+    pub fn in_turn(self, turn: impl Fn() -> Box<dyn Any> + Send + Sync + 'static) -> Ensemble {
+        Ensemble { turn: Turn(Box::new(turn)), ..self }
     }
 
     /// Makes all runs that are not on the disk yet, and returns the records in the order asked.
@@ -255,7 +273,14 @@ impl Shift<'_> {
             if was_elsewhere {
                 std::thread::sleep(WAIT);
             }
-            match self.attempt(k) {
+            // before the run is locked: another process may make it meanwhile
+            let turn = (self.ensemble.turn.0)();
+            let attempt = match self.interrupt.load(Ordering::Relaxed) {
+                true => Ok(Attempt::Interrupted),
+                false => self.attempt(k),
+            };
+            drop(turn);
+            match attempt {
                 Ok(Attempt::Ended(record)) => {
                     let mut state = self.state();
                     state.fractions[k] = 1.0;

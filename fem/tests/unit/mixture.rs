@@ -92,6 +92,72 @@ fn layers_across_the_load_are_reuss() {
     }
 }
 
+/// Twice the energy of isotropic moduli for strains 11, 22, 33, 2·23, 2·13, 2·12.
+fn isotropic([k, m]: [f64; 2], e: [f64; 6]) -> f64 {
+    let volume = e[0] + e[1] + e[2];
+    let shear = e[3] * e[3] + e[4] * e[4] + e[5] * e[5];
+    let deviator: f64 = e[..3].iter().map(|e| (e - volume / 3.0).powi(2)).sum();
+    k * volume * volume + m * (2.0 * deviator + shear)
+}
+
+/// The same of layers normal to the third axis, exactly: stresses 33, 13, 23 and strains 11, 22, 12 are the same
+/// in all (Backus, J. Geophys. Res. 67 (1962) 4427, doi:10.1029/JZ067i011p04427).
+fn laminate(phases: [[f64; 2]; 2], fraction: f64, e: [f64; 6]) -> f64 {
+    let mean =
+        |of: &dyn Fn([f64; 2]) -> f64| (1.0 - fraction) * of(phases[0]) + fraction * of(phases[1]);
+    let axial = |[k, m]: [f64; 2]| k + 4.0 / 3.0 * m;
+    let lame = |[k, m]: [f64; 2]| k - 2.0 / 3.0 * m;
+    let across = 1.0 / mean(&|p| 1.0 / axial(p));
+    let drawn = across * mean(&|p| lame(p) / axial(p));
+    let sheared = 1.0 / mean(&|p| 1.0 / p[1]);
+    let in_plane = mean(&|p| p[1]);
+    let coupled = mean(&|p| 2.0 * p[1] * lame(p) / axial(p)) + drawn * drawn / across;
+    let along = coupled + 2.0 * in_plane;
+    along * (e[0] * e[0] + e[1] * e[1])
+        + 2.0 * coupled * e[0] * e[1]
+        + across * e[2] * e[2]
+        + 2.0 * drawn * (e[0] + e[1]) * e[2]
+        + sheared * (e[3] * e[3] + e[4] * e[4])
+        + in_plane * e[5] * e[5]
+}
+
+/// A plane laminate, exact in series and in parallel, is nowhere softer than Reuss' mixture and nowhere stiffer than
+/// Voigt's. Loaded across or sheared out of the plane (series) it is the softest that the rules give, sheared in the
+/// plane (parallel) it is stiffer than all of them.
+#[test]
+fn rules_lie_between_the_series_and_the_parallel_modulus_of_a_laminate() {
+    use rand::{Rng, SeedableRng};
+    let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(5);
+    for (poisson, g, fraction) in [(0.25, 1.0, 0.2), (0.25, 0.1, 0.6), (0.45, 1.0, 0.5)] {
+        let (matrix, grain) = (moduli(275.0, poisson), moduli(22_000.0, 0.25));
+        let phases = [matrix.map(|m| g * m), grain];
+        let of = |rule| at(&MixedPhases { rule, matrix, grain, fraction }, g);
+        let voigt = [0, 1].map(|i| (1.0 - fraction) * phases[0][i] + fraction * phases[1][i]);
+        let slack = 1.0 + 1e-12;
+        for _ in 0..1000 {
+            let e: [f64; 6] = std::array::from_fn(|_| rng.random_range(-1.0..1.0));
+            let exact = laminate(phases, fraction, e);
+            assert!(isotropic(of(Homogenisation::Reuss), e) <= exact * slack, "{e:?}");
+            assert!(exact <= isotropic(voigt, e) * slack, "{e:?}");
+        }
+        let unit = |i: usize| std::array::from_fn(|j| f64::from(u8::from(i == j)));
+        for rule in RULES {
+            let ratio =
+                |i: usize| isotropic(of(rule), unit(i)) / laminate(phases, fraction, unit(i));
+            // across the layers Reuss' is exact where both phases have one Poisson's ratio
+            for (i, is_exact) in [(2, poisson == 0.25), (3, true), (4, true)] {
+                let holds = match rule {
+                    Homogenisation::Reuss if is_exact => (ratio(i) - 1.0).abs() < 1e-12,
+                    Homogenisation::Reuss => ratio(i) < 1.0,
+                    _ => ratio(i) > 1.01,
+                };
+                assert!(holds, "{rule:?}, {poisson}, strain {i}: {}", ratio(i));
+            }
+            assert!(ratio(5) < 0.9, "{rule:?}: {}", ratio(5));
+        }
+    }
+}
+
 #[test]
 fn slopes_and_curvatures_are_derivatives_in_g() {
     for rule in RULES {

@@ -77,16 +77,22 @@ pub struct SurrogateCase {
 
 /// `[calibration]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(try_from = "WrittenCalibration")]
 pub struct CalibrationCase {
     /// What of the curves is compared.
     pub likelihood: Likelihood,
     /// Markov chains.
     pub chains: usize,
-    /// Warmup draws a chain.
+    /// Steps of a chain by which the sampler tunes itself.
     pub warmup: usize,
+    /// Steps after them that are left out too.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub burn_in: usize,
     /// Kept draws a chain.
     pub draws: usize,
+    /// Steps for each kept draw.
+    #[serde(skip_serializing_if = "is_one")]
+    pub thin: usize,
     /// Mean acceptance that the step size is tuned to.
     pub target_accept: f64,
     /// Seed of the chains.
@@ -94,6 +100,77 @@ pub struct CalibrationCase {
     /// What the model itself may be off by.
     #[serde(skip_serializing_if = "DiscrepancyCase::is_empty")]
     pub discrepancy: DiscrepancyCase,
+}
+
+fn is_zero(n: &usize) -> bool {
+    *n == 0
+}
+
+fn is_one(n: &usize) -> bool {
+    *n == 1
+}
+
+/// `[calibration]` as it is written: a preset, and what is otherwise.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct WrittenCalibration {
+    likelihood: Likelihood,
+    sampling: Sampling,
+    chains: Option<usize>,
+    warmup: Option<usize>,
+    burn_in: Option<usize>,
+    draws: Option<usize>,
+    thin: Option<usize>,
+    target_accept: Option<f64>,
+    seed: Option<u64>,
+    discrepancy: DiscrepancyCase,
+}
+
+/// `calibration.sampling`: how chains are drawn, where the case does not say it key by key.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Sampling {
+    /// What a few thousand draws need.
+    #[default]
+    Default,
+    /// Schmid et al.: 50 000 steps in each of four chains after 2 000 of tuning, of which the first 25 000 are
+    /// left out and every tenth of the others is kept.
+    Paper,
+}
+
+impl TryFrom<WrittenCalibration> for CalibrationCase {
+    type Error = String;
+
+    fn try_from(written: WrittenCalibration) -> Result<Self, String> {
+        let own = [
+            ("chains", written.chains),
+            ("warmup", written.warmup),
+            ("burn_in", written.burn_in),
+            ("draws", written.draws),
+            ("thin", written.thin),
+        ];
+        let default = Self::default();
+        let [chains, warmup, burn_in, draws, thin] = match written.sampling {
+            Sampling::Default => [default.chains, default.warmup, 0, default.draws, 1],
+            Sampling::Paper => [4, 2_000, 25_000, 2_500, 10],
+        };
+        if written.sampling == Sampling::Paper
+            && let Some((key, _)) = own.iter().find(|(_, value)| value.is_some())
+        {
+            return Err(format!("sampling = \"paper\" says what {key} is: leave {key} out"));
+        }
+        Ok(Self {
+            likelihood: written.likelihood,
+            chains: written.chains.unwrap_or(chains),
+            warmup: written.warmup.unwrap_or(warmup),
+            burn_in: written.burn_in.unwrap_or(burn_in),
+            draws: written.draws.unwrap_or(draws),
+            thin: written.thin.unwrap_or(thin),
+            target_accept: written.target_accept.unwrap_or(default.target_accept),
+            seed: written.seed.unwrap_or(default.seed),
+            discrepancy: written.discrepancy,
+        })
+    }
 }
 
 /// `[calibration.discrepancy]`: the prior of a systematic error of the model that all specimens share.
@@ -178,7 +255,9 @@ impl Default for CalibrationCase {
             likelihood: Likelihood::default(),
             chains: 4,
             warmup: 1000,
+            burn_in: 0,
             draws: 2000,
+            thin: 1,
             target_accept: 0.95,
             seed: 7,
             discrepancy: DiscrepancyCase::default(),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Case, CaseFile, SpecimenGeometry};
+use super::{CalibrationCase, Case, CaseFile, SpecimenGeometry};
 
 /// Changes of the default case, each with parts of the error that must follow.
 #[test]
@@ -205,14 +205,24 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
         ),
         (
             "quantities = [\"slope\", ",
+            "quantities = [\"post-peak-slope\", ",
+            &["test.stop_below_peak = 0.03", "post-peak-slope", "130 %", "write 0.15 or more"],
+        ),
+        (
+            "quantities = [\"slope\", ",
+            "quantities = [\"force-at-0.25-mm\", ",
+            &["qoi.quantities = force-at-0.25-mm", "test.displacement_mm = 0.22"],
+        ),
+        (
+            "quantities = [\"slope\", ",
             "quantities = [\"force-at-0-percent\", ",
             &["qoi.quantities", "\"force-at-50-percent\"?"],
         ),
         (
             "# percent = { slope = 3.0,",
-            "[calibration.discrepancy]\npercent = { work-to-peak = 3.0,",
+            "[calibration.discrepancy]\npercent = { energy-to-peak = 3.0,",
             &[
-                "calibration.discrepancy.percent.work-to-peak = 3",
+                "calibration.discrepancy.percent.energy-to-peak = 3",
                 "not compared",
                 "slope, peak-force",
             ],
@@ -372,4 +382,24 @@ fn load_steps_too_few_for_an_ensemble_are_refused_as_such() {
     }
     assert_eq!(with("steps = 44"), Ok(()));
     assert_eq!(with(""), Ok(()), "steps that adapt are as many as it takes");
+}
+
+/// 50 000 steps in each of four chains after 2 000 of tuning, the first 25 000 left out, every tenth kept.
+#[test]
+fn the_papers_sampling_is_one_key() {
+    let own = "chains = 4\nwarmup = 1000\ndraws = 2000                     # kept, a chain\n";
+    assert!(Case::TEMPLATE.contains(own));
+    let with = |text: &str| {
+        CaseFile::parse(&text.replace(own, "sampling = \"paper\"\n"), "c.toml".as_ref())
+    };
+    let calibration = with(Case::TEMPLATE).unwrap().case.calibration;
+    let CalibrationCase { chains, warmup, burn_in, draws, thin, .. } = calibration;
+    assert_eq!((chains, warmup, burn_in), (4, 2_000, 25_000));
+    assert_eq!((draws, burn_in + draws * thin), (2_500, 50_000));
+    let written = with(Case::TEMPLATE).unwrap().case.to_toml();
+    let read = CaseFile::parse(&written, "c.toml".as_ref()).unwrap();
+    assert_eq!(read.case.calibration, calibration, "as it is written out");
+    let both = Case::TEMPLATE.replace("chains = 4\n", "chains = 4\nsampling = \"paper\"\n");
+    let error = CaseFile::parse(&both, "c.toml".as_ref()).unwrap_err().to_string();
+    assert!(error.contains("leave chains out"), "{error}");
 }

@@ -1,9 +1,9 @@
-//! Sharing the work of a stage with other processes, and with a cluster.
+//! Sharing the work of a stage, or of a study, with other processes and with a cluster.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use models::{SlurmJobs, Stage, Workflow};
+use models::{SlurmJobs, Stage, Study, Workflow};
 
 use super::failure::{Failure, file_error};
 
@@ -11,18 +11,25 @@ use super::failure::{Failure, file_error};
 #[derive(Args)]
 pub(super) struct Sharing {
     /// Take part in the runs until none is left to begin; another process writes what they give
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["slurm", "slurm_script"])]
     pub(super) share: bool,
 
-    /// Submit the runs to Slurm: an array of jobs that share DIR, and one that collects after them
-    #[arg(long, conflicts_with = "share")]
-    pub(super) slurm: bool,
+    #[command(flatten)]
+    pub(super) jobs: Jobs,
+}
+
+/// What jobs of a cluster are asked for.
+#[derive(Args)]
+pub(super) struct Jobs {
+    /// Submit the work to Slurm: jobs that share DIR, each after those whose results it reads
+    #[arg(long)]
+    slurm: bool,
 
     /// Write the script of those jobs to FILE; without --slurm nothing is submitted
-    #[arg(long, value_name = "FILE", conflicts_with = "share")]
-    pub(super) slurm_script: Option<PathBuf>,
+    #[arg(long, value_name = "FILE")]
+    slurm_script: Option<PathBuf>,
 
-    /// Jobs of the array
+    /// Jobs of the array that makes the runs
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
     tasks: u16,
 
@@ -47,33 +54,56 @@ pub(super) struct Sharing {
     sbatch: Vec<String>,
 }
 
-/// Writes the script of the jobs, and submits it if that is asked for.
+impl Jobs {
+    /// Whether there are to be any.
+    pub(super) fn are_asked_for(&self) -> bool {
+        self.slurm || self.slurm_script.is_some()
+    }
+
+    fn of(&self, results: &Path) -> Result<SlurmJobs, Failure> {
+        Ok(SlurmJobs {
+            program: std::env::current_exe().map_err(|e| file_error(Path::new("breccia"), e))?,
+            results: absolute(results)?,
+            tasks: self.tasks.into(),
+            cpus: self.cpus.into(),
+            time: self.time.clone(),
+            memory: self.memory.clone(),
+            partition: self.partition.clone(),
+            options: self.sbatch.clone(),
+        })
+    }
+
+    /// Writes a script; where it is.
+    fn write(&self, jobs: &SlurmJobs, name: &str, text: &str) -> Result<PathBuf, Failure> {
+        let logs = jobs.logs();
+        std::fs::create_dir_all(&logs).map_err(|e| file_error(&logs, e))?;
+        let script = self.slurm_script.clone().unwrap_or_else(|| logs.join(name));
+        std::fs::write(&script, text).map_err(|e| file_error(&script, e))?;
+        println!("wrote {}", script.display());
+        if !self.slurm {
+            println!("next: sbatch {}", script.display());
+        }
+        Ok(script)
+    }
+}
+
+fn absolute(path: &Path) -> Result<PathBuf, Failure> {
+    Ok(std::path::absolute(path).map_err(|e| file_error(path, e))?)
+}
+
+/// Writes the script of the jobs of a stage, and submits it if that is asked for.
 pub(super) fn slurm(
     workflow: &Workflow<'_>,
     stage: &'static Stage,
-    asked: &Sharing,
+    asked: &Jobs,
 ) -> Result<(), Failure> {
     // what would fail on the cluster fails here; what is finished is not submitted
     if !workflow.rehearse(stage)? && asked.slurm {
         println!("nothing is submitted");
         return Ok(());
     }
-    let absolute = |path: &Path| std::path::absolute(path).map_err(|e| file_error(path, e));
-    let jobs = SlurmJobs {
-        program: std::env::current_exe().map_err(|e| file_error(Path::new("breccia"), e))?,
-        results: absolute(workflow.dir())?,
-        tasks: asked.tasks.into(),
-        cpus: asked.cpus.into(),
-        time: asked.time.clone(),
-        memory: asked.memory.clone(),
-        partition: asked.partition.clone(),
-        options: asked.sbatch.clone(),
-    };
-    let logs = jobs.logs();
-    std::fs::create_dir_all(&logs).map_err(|e| file_error(&logs, e))?;
-    let script = asked.slurm_script.clone().unwrap_or_else(|| logs.join("ensemble.sbatch"));
-    std::fs::write(&script, jobs.script()?).map_err(|e| file_error(&script, e))?;
-    println!("wrote {}", script.display());
+    let jobs = asked.of(workflow.dir())?;
+    let script = asked.write(&jobs, "ensemble.sbatch", &jobs.script()?)?;
     if asked.slurm {
         let submitted = SlurmJobs::submit(&script)?;
         let (tasks, cpus) = (jobs.tasks, jobs.cpus);
@@ -85,8 +115,35 @@ pub(super) fn slurm(
             runs.display()
         );
         println!("next: breccia status {}", workflow.dir().display());
-    } else {
-        println!("next: sbatch {}", script.display());
+    }
+    Ok(())
+}
+
+/// Writes the script of the jobs of a study, and submits what is left of it if that is asked for.
+pub(super) fn slurm_study(
+    study: &Study<'_>,
+    file: &Path,
+    set: &[String],
+    asked: &Jobs,
+) -> Result<(), Failure> {
+    // a case that is none, or a folder of another one, fails here
+    let parts = study.prepare()?;
+    let mut stages = parts.iter().flat_map(|part| &part.status.stages);
+    if asked.slurm
+        && stages.all(|stage| stage.is_done())
+        && study.dir().join("report.html").is_file()
+    {
+        println!("nothing is submitted");
+        return Ok(());
+    }
+    let jobs = asked.of(study.dir())?;
+    let text = jobs.study_script(&absolute(file)?, set)?;
+    let script = asked.write(&jobs, "study.sbatch", &text)?;
+    if asked.slurm {
+        for job in jobs.submit_study(&script, &parts)? {
+            println!("job {}: {}", job.number, job.does);
+        }
+        println!("next: breccia status {}", study.dir().display());
     }
     Ok(())
 }

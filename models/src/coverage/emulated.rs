@@ -133,7 +133,7 @@ mod tests {
     fn viscous_limit(prior: &PriorCase) -> DynPce {
         let inputs = prior.inputs().unwrap();
         let points = DesignMethod::Sobol.sample(&inputs, 128, 1).unwrap();
-        let outputs = Quantity::OF_THE_PAPER.map(|q| q.column().to_owned()).to_vec();
+        let outputs = Quantity::OF_THE_PAPER.map(|q| q.column().into_owned()).to_vec();
         let mut data = Dataset::new(inputs, outputs, "closed form").unwrap();
         for x in points {
             let (young, viscosity) = (x[0], x[2]);

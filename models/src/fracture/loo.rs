@@ -63,7 +63,7 @@ mod tests {
     use surrogate::Input;
 
     use super::*;
-    use crate::fracture::{Evidence, calibrate, calibration_on};
+    use crate::fracture::{Calibration, Evidence, calibrate, calibrate_after, calibration_on};
 
     /// Six specimens of two quantities, with means of 1; the last stands apart.
     const QOIS: [[f64; 2]; 6] =
@@ -107,5 +107,21 @@ mod tests {
         assert_eq!(loo.unreliable(), [5]);
         let least = loo.points.iter().map(|p| p.elpd).fold(f64::INFINITY, f64::min);
         assert_eq!(loo.points[5].elpd, least, "{:?}", loo.points);
+    }
+
+    /// A chain that was drawn longer, without its beginning.
+    #[test]
+    fn a_burn_in_leaves_out_the_first_draws() {
+        let evidence = Evidence { qois: QOIS.map(Vec::from).to_vec(), ..Evidence::default() };
+        let sampler = Nuts::default().chains(2).draws(120).seed(5);
+        let whole = calibrate(&forward(), &evidence, &sampler, 5).unwrap();
+        let late = calibrate_after(&forward(), &evidence, &sampler, 50, 5).unwrap();
+        let traces =
+            |result: &Calibration| result.posterior.trace("theta[matrix.young_mpa]").unwrap();
+        for (whole, late) in traces(&whole).iter().zip(traces(&late)) {
+            assert_eq!(whole[50..], late);
+        }
+        assert_eq!(late.posterior.chains.len(), 70);
+        assert_eq!(late.map, whole.map);
     }
 }

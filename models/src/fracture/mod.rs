@@ -6,8 +6,8 @@ mod specimens;
 
 use ppl::prelude::*;
 use ppl::{
-    Group, Map, Mode, Nuts, OptimizeError, Posterior, PosteriorError, Rejection, Role, SampleError,
-    Values, Variable,
+    Chains, Group, Map, Mode, Nuts, OptimizeError, Posterior, PosteriorError, Rejection, Role,
+    SampleError, Values, Variable,
 };
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -262,12 +262,27 @@ pub fn calibrate(
     sampler: &Nuts<'_>,
     seed: u64,
 ) -> Result<Calibration, CalibrationError> {
+    calibrate_after(pce, evidence, sampler, 0, seed)
+}
+
+/// The same without the first `burn_in` draws of each chain, which the sampler is to draw besides.
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn calibrate_after(
+    pce: &DynPce,
+    evidence: &Evidence,
+    sampler: &Nuts<'_>,
+    burn_in: usize,
+    seed: u64,
+) -> Result<Calibration, CalibrationError> {
     if evidence.qois.len() < 2 {
         return Err(CalibrationError::TooFew(evidence.qois.len()));
     }
     let (forward, specimens) = relative_to_means(pce, evidence)?;
     let model = calibration_on(&forward, &specimens);
-    let chains = sampler.run(&model).map_err(SampleError::from)?;
+    let mut chains = sampler.run(&model).map_err(SampleError::from)?;
+    leave_out(&mut chains, burn_in);
     let mut posterior = Posterior::from_chains(&model, chains, seed)?;
     let unknown = &pce.inputs()[..pce.inputs().len() - specimens.known_inputs()];
     let names: Vec<&str> = unknown.iter().map(|input| input.name.as_str()).collect();
@@ -284,6 +299,21 @@ pub fn calibrate(
     let map = record.values("theta").map_or_else(Vec::new, <[f64]>::to_vec);
     drop(model);
     Ok(Calibration { posterior, map, mode, specimens, forward })
+}
+
+/// Removes the first draws of each chain.
+fn leave_out(chains: &mut Chains, first: usize) {
+    let dim = chains.dim;
+    for chain in &mut chains.chains {
+        let first = first.min(chain.len());
+        chain.draws.drain(..first * dim);
+        chain.stats.drain(..first);
+        chain.divergences.retain_mut(|divergence| {
+            let is_kept = divergence.draw >= first;
+            divergence.draw = divergence.draw.saturating_sub(first);
+            is_kept
+        });
+    }
 }
 
 /// The draws alone of [`calibrate`], unlabelled.

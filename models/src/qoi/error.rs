@@ -1,5 +1,7 @@
 //! Why a curve has no quantities of interest.
 
+use super::quantity::Quantity;
+
 /// Why a curve has no quantities of interest.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum QoiError {
@@ -41,15 +43,16 @@ pub enum QoiError {
         /// End of the window in mm.
         to_mm: f64,
     },
-    /// The curve does not reach where its shape is taken.
+    /// The curve does not reach where a quantity is taken.
     #[error(
-        "the curve goes from {from_mm:.4} to {to_mm:.4} mm and does not reach {percent} % of its \
-         displacement at peak, {place_mm:.4} mm; take smaller percentages (qoi.curve_percent), or go \
-         farther (test.stop_below_peak)"
+        "the curve goes from {from_mm:.4} to {to_mm:.4} mm and does not reach {place_mm:.4} mm{}; go farther \
+         (test.stop_below_peak, test.displacement_mm), or change {}",
+        of_the_peak(*.quantity),
+        key(*.quantity)
     )]
     NotReached {
-        /// Of the displacement at peak.
-        percent: u8,
+        /// What is taken there.
+        quantity: Quantity,
         /// Where that is, in mm.
         place_mm: f64,
         /// First displacement in mm.
@@ -57,4 +60,20 @@ pub enum QoiError {
         /// Last displacement in mm.
         to_mm: f64,
     },
+}
+
+fn of_the_peak(quantity: Quantity) -> String {
+    let part = match quantity {
+        Quantity::RelativeForce(percent) => Some(percent.into()),
+        other => other.reach().map(|reach| 100.0 * reach),
+    };
+    let words = |part: f64| format!(", {part:.0} % of its displacement at peak, for {quantity}");
+    part.map_or_else(|| format!(" for {quantity}"), words)
+}
+
+fn key(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::RelativeForce(_) => "qoi.quantities or qoi.curve_percent",
+        _ => "qoi.quantities",
+    }
 }

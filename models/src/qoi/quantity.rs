@@ -1,7 +1,7 @@
 //! The numbers of a curve that a case can name.
 
+use std::borrow::Cow;
 use std::fmt;
-use std::sync::LazyLock;
 
 use serde::de::{Deserializer, Error};
 use serde::{Deserialize, Serialize, Serializer};
@@ -16,35 +16,46 @@ pub enum Quantity {
     /// Displacement at the peak force in mm.
     DisplacementAtPeak,
     /// Work of the force up to its peak in N mm.
-    WorkToPeak,
+    EnergyToPeak,
+    /// Slope of the falling branch in N/mm, negative where it falls: that of the least-squares line through all of
+    /// the curve from 1.1 to 1.3 of the displacement at peak.
+    PostPeakSlope,
     /// The force at a whole percentage of the displacement at peak, from 1 to 199, over the peak force:
     /// the shape of the curve.
     RelativeForce(u8),
+    /// The force in N at a displacement, which is in µm here and in mm everywhere else.
+    ForceAt(u32),
 }
 
-/// What the quantities are called in a case, the last for any percentage.
-const NAMES: [&str; 5] =
-    ["slope", "peak-force", "displacement-at-peak", "work-to-peak", "force-at-50-percent"];
-
-/// Column and label of the relative force at each percentage.
-static RELATIVE_FORCES: LazyLock<Vec<[String; 2]>> = LazyLock::new(|| {
-    let words = |percent: usize| {
-        let label = format!("force at {percent} % of the displacement at peak / peak force");
-        [format!("relative_force_at_{percent}_percent"), label]
-    };
-    (0..=usize::from(Quantity::LARGEST_PERCENT)).map(words).collect()
-});
+/// What the quantities are called in a case, the last two for any percentage and any whole number of µm.
+const NAMES: [&str; 7] = [
+    "slope",
+    "peak-force",
+    "displacement-at-peak",
+    "energy-to-peak",
+    "post-peak-slope",
+    "force-at-50-percent",
+    "force-at-0.05-mm",
+];
 
 impl Quantity {
-    /// Those that are not of the shape.
-    pub const SCALARS: [Self; 4] =
-        [Self::Slope, Self::PeakForce, Self::DisplacementAtPeak, Self::WorkToPeak];
+    /// Those that no number goes with.
+    pub const SCALARS: [Self; 5] = [
+        Self::Slope,
+        Self::PeakForce,
+        Self::DisplacementAtPeak,
+        Self::EnergyToPeak,
+        Self::PostPeakSlope,
+    ];
 
     /// What the paper calibrates against.
     pub const OF_THE_PAPER: [Self; 3] = [Self::Slope, Self::PeakForce, Self::DisplacementAtPeak];
 
     /// The largest percentage of a relative force.
     pub const LARGEST_PERCENT: u8 = 199;
+
+    /// The middle of the window of the slope past the peak, over the displacement at peak.
+    pub(crate) const POST_PEAK: f64 = 1.2;
 
     /// A curve as a whole: its height, its width, and its shape at percentages of the width.
     pub fn of_curve(percent: &[u8]) -> Vec<Self> {
@@ -53,50 +64,93 @@ impl Quantity {
     }
 
     /// Name with unit: the column of every table, the output of every surrogate.
-    pub fn column(self) -> &'static str {
+    pub fn column(self) -> Cow<'static, str> {
         match self {
-            Self::Slope => "slope_N_per_mm",
-            Self::PeakForce => "peak_force_N",
-            Self::DisplacementAtPeak => "displacement_at_peak_mm",
-            Self::WorkToPeak => "work_to_peak_N_mm",
-            Self::RelativeForce(percent) => &RELATIVE_FORCES[usize::from(percent)][0],
+            Self::Slope => "slope_N_per_mm".into(),
+            Self::PeakForce => "peak_force_N".into(),
+            Self::DisplacementAtPeak => "displacement_at_peak_mm".into(),
+            Self::EnergyToPeak => "energy_to_peak_N_mm".into(),
+            Self::PostPeakSlope => "post_peak_slope_N_per_mm".into(),
+            Self::RelativeForce(percent) => format!("relative_force_at_{percent}_percent").into(),
+            Self::ForceAt(place_um) => format!("force_at_{}_mm_N", mm(place_um)).into(),
         }
     }
 
     /// The quantity of a column.
     pub fn of_column(column: &str) -> Option<Self> {
-        let shape = column.strip_prefix("relative_force_at_").and_then(of_percentage);
-        shape.or_else(|| Self::SCALARS.into_iter().find(|quantity| quantity.column() == column))
+        let shape = || of_percentage(column.strip_prefix("relative_force_at_")?);
+        let force = || of_displacement(column.strip_prefix("force_at_")?.strip_suffix("_N")?);
+        let scalar = Self::SCALARS.into_iter().find(|quantity| quantity.column() == column);
+        scalar.or_else(shape).or_else(force)
     }
 
     /// Its unit; 1 without one.
     pub fn unit(self) -> &'static str {
-        self.label().split_once(" (").map_or("1", |(_, unit)| unit.trim_end_matches(')'))
+        match self {
+            Self::Slope | Self::PostPeakSlope => "N/mm",
+            Self::PeakForce | Self::ForceAt(_) => "N",
+            Self::DisplacementAtPeak => "mm",
+            Self::EnergyToPeak => "N mm",
+            Self::RelativeForce(_) => "1",
+        }
     }
 
-    /// The quantity that a case names so.
+    /// How far a curve has to go past its peak for this, as a part of the displacement at peak; nothing for what
+    /// is taken before, or at a displacement.
+    pub(crate) fn reach(self) -> Option<f64> {
+        match self {
+            Self::PostPeakSlope => Some(1.3),
+            Self::RelativeForce(percent) => {
+                Some(0.01 * f64::from(percent)).filter(|&reach| reach > 1.0)
+            }
+            _ => None,
+        }
+    }
+
+    /// The quantity that a case names so; words may be joined by `_`, too.
     fn named(name: &str) -> Option<Self> {
-        let of_shape = || of_percentage(&name.strip_prefix("force-at-")?.replace('-', "_"));
-        let scalar = NAMES.iter().zip(Self::SCALARS).find(|(own, _)| **own == name);
-        scalar.map(|(_, quantity)| quantity).or_else(of_shape)
+        let name = &name.replace('_', "-");
+        let at = || {
+            let place = name.strip_prefix("force-at-")?.replace('-', "_");
+            of_percentage(&place).or_else(|| of_displacement(&place))
+        };
+        let scalar = NAMES.iter().zip(Self::SCALARS).find(|(own, _)| *own == name);
+        scalar.map(|(_, quantity)| quantity).or_else(at)
     }
 
     /// Name and unit for figures.
-    pub(crate) fn label(self) -> &'static str {
+    pub(crate) fn label(self) -> Cow<'static, str> {
         match self {
-            Self::Slope => "initial slope (N/mm)",
-            Self::PeakForce => "peak force (N)",
-            Self::DisplacementAtPeak => "displacement at peak (mm)",
-            Self::WorkToPeak => "work to the peak (N mm)",
-            Self::RelativeForce(percent) => &RELATIVE_FORCES[usize::from(percent)][1],
+            Self::Slope => "initial slope (N/mm)".into(),
+            Self::PeakForce => "peak force (N)".into(),
+            Self::DisplacementAtPeak => "displacement at peak (mm)".into(),
+            Self::EnergyToPeak => "energy to the peak (N mm)".into(),
+            Self::PostPeakSlope => "slope past the peak (N/mm)".into(),
+            Self::RelativeForce(percent) => {
+                format!("force at {percent} % of the displacement at peak / peak force").into()
+            }
+            Self::ForceAt(place_um) => format!("force at {} mm (N)", mm(place_um)).into(),
         }
     }
+}
+
+/// A displacement given in µm.
+fn mm(place_um: u32) -> f64 {
+    f64::from(place_um) / 1000.0
 }
 
 /// The relative force at `50_percent`.
 fn of_percentage(words: &str) -> Option<Quantity> {
     let percent: u8 = words.strip_suffix("_percent")?.parse().ok()?;
     (1..=Quantity::LARGEST_PERCENT).contains(&percent).then_some(Quantity::RelativeForce(percent))
+}
+
+/// The force at `0.05_mm`, a whole number of µm.
+fn of_displacement(words: &str) -> Option<Quantity> {
+    let place_um = 1000.0 * words.strip_suffix("_mm")?.parse::<f64>().ok()?;
+    let whole = place_um.round();
+    let is_whole = (1.0..=f64::from(u32::MAX)).contains(&whole) && (place_um - whole).abs() < 1e-6;
+    is_whole.then_some(Quantity::ForceAt(whole as u32))
 }
 
 impl fmt::Display for Quantity {
@@ -106,8 +160,10 @@ impl fmt::Display for Quantity {
             Self::Slope => f.write_str(NAMES[0]),
             Self::PeakForce => f.write_str(NAMES[1]),
             Self::DisplacementAtPeak => f.write_str(NAMES[2]),
-            Self::WorkToPeak => f.write_str(NAMES[3]),
+            Self::EnergyToPeak => f.write_str(NAMES[3]),
+            Self::PostPeakSlope => f.write_str(NAMES[4]),
             Self::RelativeForce(percent) => write!(f, "force-at-{percent}-percent"),
+            Self::ForceAt(place_um) => write!(f, "force-at-{}-mm", mm(*place_um)),
         }
     }
 }
@@ -132,16 +188,33 @@ mod tests {
     #[test]
     fn quantities_are_known_by_their_columns_and_by_their_names_in_a_case() {
         let shape = [1, 50, 199].map(Quantity::RelativeForce);
-        for quantity in Quantity::SCALARS.into_iter().chain(shape) {
-            assert_eq!(Quantity::of_column(quantity.column()), Some(quantity));
+        let forces = [1, 50, 1234, 12_000, u32::MAX].map(Quantity::ForceAt);
+        for quantity in Quantity::SCALARS.into_iter().chain(shape).chain(forces) {
+            assert_eq!(Quantity::of_column(&quantity.column()), Some(quantity));
             let name = toml::Value::try_from(quantity).unwrap();
             assert_eq!(name.as_str(), Some(quantity.to_string().as_str()));
             assert_eq!(name.try_into::<Quantity>().unwrap(), quantity);
+            let label = quantity.label();
+            let unit = label.split_once(" (").map_or("1", |(_, unit)| unit.trim_end_matches(')'));
+            assert_eq!(quantity.unit(), unit);
         }
-        for column in ["colour", "relative_force_at_0_percent", "relative_force_at_200_percent"] {
-            assert_eq!(Quantity::of_column(column), None);
+        let named = |name: &str| toml::Value::from(name).try_into::<Quantity>();
+        assert_eq!(named("energy_to_peak").unwrap(), Quantity::EnergyToPeak);
+        assert_eq!(named("force-at-0.050-mm").unwrap(), Quantity::ForceAt(50));
+        for column in [
+            "colour",
+            "relative_force_at_0_percent",
+            "relative_force_at_200_percent",
+            "force_at_0_mm_N",
+            "force_at_0.0005_mm_N",
+            "force_at_-1_mm_N",
+            "force_at_NaN_mm_N",
+        ] {
+            assert_eq!(Quantity::of_column(column), None, "{column}");
         }
-        let error = toml::Value::from("force-at-500-percent").try_into::<Quantity>().unwrap_err();
-        assert!(error.to_string().contains("force-at-50-percent"), "{error}");
+        for name in ["force-at-500-percent", "force-at-1e30-mm", "force-at-inf-mm"] {
+            let error = named(name).unwrap_err().to_string();
+            assert!(error.contains("force-at-50-percent"), "{error}");
+        }
     }
 }

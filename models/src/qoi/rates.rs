@@ -2,8 +2,8 @@
 
 use super::fits::Parabola;
 use super::line::{Line, Window};
-use super::relative_force::reading;
-use super::{QoiError, Qois, Quantity, peak_points, slope_line, work};
+use super::place::Place;
+use super::{QoiError, Qois, Quantity, peak_points, post_peak_line, slope_line, work};
 use crate::experiment::TestCurve;
 
 impl Qois {
@@ -53,20 +53,22 @@ impl Qois {
         let at = own.displacement_at_peak_mm;
         let peak_force_n = change.at(at - u[top]);
 
-        let window = Window::around(slope_fraction, at);
-        let [from, to] = Window::parts(slope_fraction);
-        let [by_from, by_to] = slope_line(curve, window)?.slope_by_ends;
-        let fixed = Line::of(u, force_rates, window).map_or(0.0, |line| line.slope);
-        let slope_n_per_mm = fixed + (from * by_from + to * by_to) * shift;
+        let line = slope_line(curve, Window::around(slope_fraction, at))?;
+        let slope_n_per_mm = line_rate(curve, force_rates, slope_fraction, line, [at, shift]);
 
         let before = u.iter().zip(force).take_while(|(x, _)| **x < at).last();
         let end = before.map_or(0.0, |(_, last)| 0.5 * (last + own.peak_force_n));
-        let work_to_peak_n_mm = work(u, force_rates, (at, peak_force_n)) + end * shift;
-        Ok(Self { slope_n_per_mm, peak_force_n, displacement_at_peak_mm: shift, work_to_peak_n_mm })
+        let energy_to_peak_n_mm = work(u, force_rates, (at, peak_force_n)) + end * shift;
+        Ok(Self {
+            slope_n_per_mm,
+            peak_force_n,
+            displacement_at_peak_mm: shift,
+            energy_to_peak_n_mm,
+        })
     }
 
-    /// The rates of these quantities, as [`Qois::rates`]; those of the shape follow the displacement at
-    /// peak.
+    /// The rates of these quantities, as [`Qois::rates`]; those of the shape and of the falling branch follow
+    /// the displacement at peak.
     ///
     /// # Errors
     /// As [`Qois::rates`] and [`Qois::values_of`].
@@ -78,20 +80,46 @@ impl Qois {
     ) -> Result<Vec<f64>, QoiError> {
         let own = Self::of(curve, slope_fraction)?;
         let rates = Self::rates(curve, slope_fraction, force_rates)?;
+        let peak = [own.displacement_at_peak_mm, rates.displacement_at_peak_mm];
         let of_shape = |percent: u8| {
-            let at = own.displacement_at_peak_mm;
-            let force = reading(curve, &curve.force_n, percent, at)?;
-            let fixed = reading(curve, force_rates, percent, at)?.force;
-            let moved = 0.01 * f64::from(percent) * rates.displacement_at_peak_mm * force.slope;
+            let place = Place::of_the_peak(percent, peak[0]);
+            let force = place.read(curve, &curve.force_n)?;
+            let fixed = place.read(curve, force_rates)?.force;
+            let moved = 0.01 * f64::from(percent) * peak[1] * force.slope;
             let relative = force.force / own.peak_force_n;
             Ok((fixed + moved - relative * rates.peak_force_n) / own.peak_force_n)
         };
         let rate = |&quantity: &Quantity| match quantity {
+            Quantity::Slope => Ok(rates.slope_n_per_mm),
+            Quantity::PeakForce => Ok(rates.peak_force_n),
+            Quantity::DisplacementAtPeak => Ok(rates.displacement_at_peak_mm),
+            Quantity::EnergyToPeak => Ok(rates.energy_to_peak_n_mm),
+            Quantity::PostPeakSlope => {
+                let line = post_peak_line(curve, peak[0])?;
+                Ok(line_rate(curve, force_rates, Quantity::POST_PEAK, line, peak))
+            }
             Quantity::RelativeForce(percent) => of_shape(percent),
-            scalar => Ok(rates.scalar(scalar)),
+            Quantity::ForceAt(place_um) => {
+                Ok(Place::fixed(place_um).read(curve, force_rates)?.force)
+            }
         };
         quantities.iter().map(rate).collect()
     }
+}
+
+/// The rate of the slope of a line whose window goes with the displacement at peak, in mm, which has a rate.
+fn line_rate(
+    curve: &TestCurve,
+    force_rates: &[f64],
+    fraction: f64,
+    line: Line,
+    [peak_mm, peak_rate]: [f64; 2],
+) -> f64 {
+    let ends = Window::parts(fraction).into_iter().zip(line.slope_by_ends);
+    let by_window: f64 = ends.map(|(part, by)| part * by).sum();
+    let window = Window::around(fraction, peak_mm);
+    let fixed = Line::of(&curve.displacement_mm, force_rates, window);
+    fixed.map_or(0.0, |line| line.slope) + by_window * peak_rate
 }
 
 #[cfg(test)]
@@ -116,7 +144,8 @@ mod tests {
     fn quantities_are_differentiated_through() {
         let at = [275.0, 0.3];
         let shape = [30, 72, 110].map(Quantity::RelativeForce);
-        let quantities = [&Quantity::SCALARS[..], &shape].concat();
+        let forces = [20, 123, 160].map(Quantity::ForceAt);
+        let quantities = [&Quantity::SCALARS[..], &shape, &forces].concat();
         for k in 0..2 {
             for fraction in [0.3, 0.55] {
                 let reach = 1e-5 * at[k];

@@ -43,6 +43,12 @@ pub(super) fn within((x, error): (f64, f64)) -> String {
     }
 }
 
+/// A number of the case, as it stands there where that is short.
+pub(super) fn plain(x: f64) -> String {
+    let (short, whole) = (number(x), x.to_string());
+    if whole.len() <= short.len() { whole } else { short }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

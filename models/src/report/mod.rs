@@ -26,7 +26,9 @@ pub use raster::{Raster, side_by_side};
 pub(crate) use results::{
     CalibratedParameter, DamageState, Finding, FurtherExpected, FurtherNeeded, FurtherParameter,
     FurtherTestResult, LeftOut, OrderErrors, Picture, PictureContent, Points, Qoi, Results,
-    Summarised, mean,
+    Summarised, Verdict, mean,
 };
 pub(crate) use specimen_figures::{grain_sizes, mesh_quality};
-pub(crate) use study::{ComparedCase, Pair, StudyResults, study_page};
+pub(crate) use study::{
+    ComparedCase, Conclusion, Pair, REPRODUCED, StudyResults, Variant, study_page,
+};

@@ -12,6 +12,8 @@ pub(crate) type Points = Vec<(f64, f64)>;
 pub(crate) struct Results {
     /// What was calibrated, for the headline.
     pub(crate) title: String,
+    /// Where not all stages are done: each, its state, and what there is to say of it.
+    pub(crate) unfinished: Vec<[String; 3]>,
     /// The effective case, as text.
     pub(crate) case_toml: String,
     /// Pictures of the specimen: its image and its mesh.

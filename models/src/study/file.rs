@@ -16,6 +16,15 @@ pub struct StudyFile {
     pub path: PathBuf,
     /// What it says.
     pub text: String,
+    /// The study as it is written, and after it each of its variants.
+    pub settings: Vec<StudySetting>,
+}
+
+/// All calibrations of a study under one setting.
+#[derive(Clone, Debug)]
+pub struct StudySetting {
+    /// The folder of its results within that of the study: none for the study itself, the name of a variant.
+    pub folder: String,
     /// Its headline.
     pub title: String,
     /// Where virtual specimens are tested, each once for all cases that name it.
@@ -67,9 +76,30 @@ struct Written {
     laboratory: Vec<WrittenPart>,
     #[serde(default)]
     case: Vec<WrittenPart>,
+    #[serde(default)]
+    variant: Vec<WrittenVariant>,
 }
 
+/// Keys that all cases, or all laboratories, have otherwise in a second run of the study.
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenVariant {
+    name: String,
+    title: String,
+    #[serde(default)]
+    set: Table,
+    #[serde(default)]
+    laboratory: WrittenChange,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenChange {
+    #[serde(default)]
+    set: Table,
+}
+
+#[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WrittenPart {
     name: String,
@@ -98,8 +128,9 @@ impl StudyFile {
             .map_err(|e| InputError::unreadable(path, &e, "Check its name and place."))?;
         let written: Written = toml::from_str(&text).map_err(|e| {
             let line = e.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
-            let help = "A study has the keys title, base, and tables [[laboratory]] and [[case]] with name, \
-                        laboratory, set, without, reference.";
+            let help = "A study has the keys title, base, tables [[laboratory]] and [[case]] with name, \
+                        laboratory, set, without, reference, and [[variant]] with name, title, set, \
+                        laboratory.set.";
             InputError::new(path, format!("line {line}"), "", e.message().replace('\n', "; "), help)
         })?;
         if written.case.is_empty() {
@@ -109,54 +140,105 @@ impl StudyFile {
         check_names(path, &written)?;
         let base = base(path, &written.base)?;
         let common = set.iter().map(|entry| parsed(entry, path)).collect::<Result<Vec<_>, _>>()?;
-        let mut laboratories = Vec::new();
-        for part in &written.laboratory {
-            let file = part_of(path, &base, part, &common)?;
-            let experiments = file.case.experiments.as_ref();
-            if experiments.is_none_or(|e| e.virtual_specimens.is_none()) {
-                let help = "Add experiments.virtual to its set: what is tested there.";
-                return Err(InputError::new(
-                    path,
-                    &part.name,
-                    "",
-                    "has no virtual specimens",
-                    help,
-                ));
-            }
-            laboratories.push(StudyLaboratory { name: part.name.clone(), file });
+        let setting =
+            |folder: &str, title: &str, of_cases: &[&Table], of_laboratories: &[&Table]| {
+                let Written { laboratory, case, .. } = &written;
+                let both = |own: &[&Table]| -> Vec<Table> {
+                    own.iter().copied().chain(&common).cloned().collect()
+                };
+                let laboratories = laboratory
+                    .iter()
+                    .map(|part| laboratory_of(path, &base, part, &both(of_laboratories)))
+                    .collect::<Result<Vec<_>, _>>()?;
+                let cases = case
+                    .iter()
+                    .map(|part| case_of(path, &base, part, &both(of_cases), &laboratories))
+                    .collect::<Result<Vec<_>, _>>()?;
+                let (folder, title) = (folder.to_owned(), title.to_owned());
+                Ok::<_, InputError>(StudySetting { folder, title, laboratories, cases })
+            };
+        let mut settings = vec![setting("", &written.title, &[], &[])?];
+        for WrittenVariant { name, title, set, laboratory } in &written.variant {
+            settings.push(setting(name, title, &[set], &[&laboratory.set]).map_err(|error| {
+                InputError { place: format!("{name}: {}", error.place), ..error }
+            })?);
         }
-        let mut cases = Vec::new();
-        for part in written.case {
-            let is_named = |l: &StudyLaboratory| Some(&l.name) == part.laboratory.as_ref();
-            if part.laboratory.is_some() && !laboratories.iter().any(is_named) {
-                let known: Vec<&str> = laboratories.iter().map(|l| l.name.as_str()).collect();
-                let problem =
-                    format!("there is no laboratory {:?}", part.laboratory.unwrap_or_default());
-                let help = format!("Name one of: {}.", known.join(", "));
-                return Err(InputError::new(path, &part.name, "", problem, help));
-            }
-            let file = part_of(path, &base, &part, &common)?;
-            let WrittenPart { name, laboratory, reference, .. } = part;
-            cases.push(StudyCase { name, file, laboratory, reference });
-        }
-        let title = written.title;
-        Ok(Self { path: path.to_owned(), text, title, laboratories, cases })
+        Ok(Self { path: path.to_owned(), text, settings })
     }
+}
 
+impl StudySetting {
     /// The laboratory of a case.
     pub fn laboratory(&self, case: &StudyCase) -> Option<&StudyLaboratory> {
         let name = case.laboratory.as_ref()?;
         self.laboratories.iter().find(|laboratory| laboratory.name == *name)
     }
+
+    /// The folder of a laboratory within that of the study.
+    pub(super) fn laboratory_folder(&self, laboratory: &StudyLaboratory) -> String {
+        self.within(&format!("{LABORATORIES}/{}", laboratory.name))
+    }
+
+    /// Those of all laboratories.
+    pub(super) fn laboratory_folders(&self) -> impl Iterator<Item = String> {
+        self.laboratories.iter().map(|laboratory| self.laboratory_folder(laboratory))
+    }
+
+    /// Those of all cases.
+    pub(super) fn case_folders(&self) -> impl Iterator<Item = String> {
+        self.cases.iter().map(|case| self.within(&case.name))
+    }
+
+    fn within(&self, name: &str) -> String {
+        if self.folder.is_empty() { name.to_owned() } else { format!("{}/{name}", self.folder) }
+    }
 }
 
 /// The folder of the laboratories among those of the cases.
-pub(super) const LABORATORIES: &str = "laboratories";
+const LABORATORIES: &str = "laboratories";
+/// The folder of the runs beside them.
+const RUNS: &str = "runs";
+
+fn laboratory_of(
+    path: &Path,
+    base: &Table,
+    part: &WrittenPart,
+    common: &[Table],
+) -> Result<StudyLaboratory, InputError> {
+    let file = part_of(path, base, part, common)?;
+    let experiments = file.case.experiments.as_ref();
+    if experiments.is_none_or(|e| e.virtual_specimens.is_none()) {
+        let help = "Add experiments.virtual to its set: what is tested there.";
+        return Err(InputError::new(path, &part.name, "", "has no virtual specimens", help));
+    }
+    Ok(StudyLaboratory { name: part.name.clone(), file })
+}
+
+fn case_of(
+    path: &Path,
+    base: &Table,
+    part: &WrittenPart,
+    common: &[Table],
+    laboratories: &[StudyLaboratory],
+) -> Result<StudyCase, InputError> {
+    if let Some(named) = &part.laboratory
+        && !laboratories.iter().any(|laboratory| laboratory.name == *named)
+    {
+        let known: Vec<&str> = laboratories.iter().map(|l| l.name.as_str()).collect();
+        let problem = format!("there is no laboratory {named:?}");
+        let help = format!("Name one of: {}.", known.join(", "));
+        return Err(InputError::new(path, &part.name, "", problem, help));
+    }
+    let file = part_of(path, base, part, common)?;
+    let WrittenPart { name, laboratory, reference, .. } = part.clone();
+    Ok(StudyCase { name, file, laboratory, reference })
+}
 
 /// Names are those of folders beside each other.
 fn check_names(path: &Path, written: &Written) -> Result<(), InputError> {
-    let mut names = vec![LABORATORIES];
-    for WrittenPart { name, .. } in written.laboratory.iter().chain(&written.case) {
+    let mut names = vec![LABORATORIES, RUNS];
+    let parts = written.laboratory.iter().chain(&written.case).map(|part| &part.name);
+    for name in parts.chain(written.variant.iter().map(|variant| &variant.name)) {
         let refuse =
             |problem, help| Err(InputError::new(path, "name", format!("{name:?}"), problem, help));
         let is_plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
@@ -164,7 +246,7 @@ fn check_names(path: &Path, written: &Written) -> Result<(), InputError> {
             return refuse("is the name of a folder", "Use letters, digits and - _ only.");
         }
         if names.contains(&name.as_str()) {
-            return refuse("is taken", "Name each laboratory and each case otherwise.");
+            return refuse("is taken", "Name each laboratory, case and variant otherwise.");
         }
         names.push(name);
     }
@@ -272,6 +354,7 @@ mod tests {
     #[test]
     fn cases_are_the_base_with_what_they_have_otherwise_in_the_order_written() {
         let study = study(TWO).unwrap();
+        let study = &study.settings[0];
         assert_eq!(study.cases.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["b", "a"]);
         let grains = study.cases[0].file.case.specimen.grains.clone().unwrap();
         assert_eq!((grains.fraction, grains.seed), (0.25, 1), "what is not set is the base's");
@@ -291,12 +374,39 @@ mod tests {
     }
 
     #[test]
+    fn a_variant_is_the_study_with_other_keys_in_all_cases_or_laboratories() {
+        let variant = "[[variant]]\nname = \"v\"\ntitle = \"other\"\nset.design.microstructure = \"one\"\n\
+            laboratory.set.experiments.virtual.scans = false\n";
+        let study = study(&format!("{TWO}{variant}")).unwrap();
+        let [own, other] = &study.settings[..] else { panic!("{}", study.settings.len()) };
+        assert_eq!(
+            [&own.title, &other.title, &own.folder, &other.folder],
+            ["two", "other", "", "v"]
+        );
+        for (own, other) in own.cases.iter().zip(&other.cases) {
+            let one = crate::case::Microstructure::One;
+            assert_eq!((&own.name, other.file.case.design.microstructure), (&other.name, one));
+            let changed = crate::case::Case {
+                design: own.file.case.design.clone(),
+                ..other.file.case.clone()
+            };
+            assert_eq!(changed.to_toml(), own.file.case.to_toml(), "all else is as before");
+        }
+        let scans = |setting: &StudySetting| {
+            let experiments = setting.laboratories[0].file.case.experiments.clone().unwrap();
+            experiments.virtual_specimens.unwrap().scans
+        };
+        assert_eq!((scans(own), scans(other)), (true, false));
+    }
+
+    #[test]
     fn mistakes_are_told_with_their_case_and_key() {
         for (from, to, parts) in [
             ("fraction = 0.25", "fracton = 0.25", &["b: ", "fracton", "study.toml"][..]),
             ("laboratory = \"50C\"", "laboratory = \"60C\"", &["no laboratory \"60C\"", "50C"]),
             ("[\"fidelity\"]", "[\"fidelty\"]", &["b.without = fidelty", "not in the base case"]),
             ("name = \"a\"", "name = \"b\"", &["\"b\"", "is taken"]),
+            ("name = \"a\"", "name = \"runs\"", &["\"runs\"", "is taken"]),
             ("name = \"a\"", "name = \"../a\"", &["../a", "name of a folder"]),
             ("base.toml", "bse.toml", &["bse.toml", "cannot be read"]),
             ("title = \"two\"", "titel = \"two\"", &["line 1", "titel"]),

@@ -4,25 +4,16 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use super::compare::agreement;
-use super::file::{LABORATORIES, StudyCase, StudyFile, truths};
-use crate::case::{CaseFile, ExperimentsCase};
+use super::conclude::conclusions;
+use super::file::{StudyFile, StudySetting};
+use super::shift::{Shift, with_specimens};
+use super::slurm_study::StudyPart;
+use super::status::{PartStatus, study_status};
+use crate::case::CaseFile;
 use crate::progress::say;
-use crate::report::{CalibratedParameter, ComparedCase, Pair, StudyResults, study_page};
+use crate::report::{CalibratedParameter, ComparedCase, Pair, StudyResults, Variant, study_page};
 use crate::table::to_csv;
-use crate::workflow::{Stage, StageStatus, Workflow, WorkflowError, status};
-
-/// Which folders belong to a study: what [`study_status`] reads.
-const PARTS: &str = "study.toml";
-
-/// Stages that a laboratory takes.
-const TESTING: [&str; 3] = ["segment", "mesh", "experiments"];
-
-/// The names of the parts of a study, in order.
-#[derive(serde::Serialize, serde::Deserialize)]
-struct Parts {
-    laboratories: Vec<String>,
-    cases: Vec<String>,
-}
+use crate::workflow::{Stage, Together, Workflow, WorkflowError};
 
 /// A study being worked on in a directory.
 #[derive(Debug)]
@@ -47,131 +38,115 @@ impl<'a> Study<'a> {
         // what cases take from a laboratory is named from their own folders
         let dir = std::path::absolute(dir).map_err(|e| WorkflowError::results(dir, e))?;
         std::fs::create_dir_all(&dir).map_err(|e| WorkflowError::results(&dir, e))?;
-        let study = Self { file, dir, threads, interrupt };
-        let parts = Parts {
-            laboratories: study.file.laboratories.iter().map(|l| l.name.clone()).collect(),
-            cases: study.file.cases.iter().map(|case| case.name.clone()).collect(),
-        };
-        let text = toml::to_string(&parts).expect("names are plain text");
-        study.write(PARTS, text.as_bytes())?;
-        Ok(study)
+        let all = || file.settings.iter();
+        let laboratories = all().flat_map(|setting| setting.laboratory_folders()).collect();
+        let cases = all().flat_map(|setting| setting.case_folders()).collect();
+        Together { laboratories, cases }.write(&dir)?;
+        Ok(Self { file, dir, threads, interrupt })
     }
 
     /// Runs all that is not finished: specimens are tested, each case is calibrated, and `study.csv` and
-    /// `report.html` say what they show together. A case that fails leaves the others going on.
+    /// `report.html` say what they show together. Laboratories and cases go on side by side and share the
+    /// cores: where these are scarce the one that stands first in the file is served first. One that fails
+    /// leaves the others going on.
     ///
     /// # Errors
-    /// What ended a laboratory; of cases that failed the first one's, after the others have been run.
+    /// The first failure in the order of the file, after all others have been run.
     pub fn run(&self) -> Result<(), WorkflowError> {
-        for laboratory in &self.file.laboratories {
-            say("laboratory", &laboratory.name);
-            let dir = self.dir.join(LABORATORIES).join(&laboratory.name);
-            let workflow = Workflow::open(&laboratory.file, &dir, self.threads, self.interrupt)?;
-            for stage in TESTING.iter().filter_map(|name| Stage::named(name)) {
-                workflow.run(stage)?;
+        let all = Shift::new(&self.file, &self.dir, self.threads, self.interrupt).run()?;
+        self.conclude(all)
+    }
+
+    /// Runs one laboratory or one case alone, of a case up to a stage if one is named.
+    ///
+    /// # Errors
+    /// What ended it; a name that no part of the study has.
+    pub fn run_part(&self, name: &str, until: Option<&'static Stage>) -> Result<(), WorkflowError> {
+        Shift::new(&self.file, &self.dir, self.threads, self.interrupt).only(name, until)
+    }
+
+    /// Writes the case of each part into its folder, and says how far each is: laboratories first.
+    ///
+    /// # Errors
+    /// A folder that has the results of another case, or cannot be written.
+    pub fn prepare(&self) -> Result<Vec<StudyPart>, WorkflowError> {
+        let open = |file: &CaseFile, name: &str| {
+            let dir = self.dir.join(name);
+            Workflow::open(file, &dir, self.threads, self.interrupt).map(drop)
+        };
+        let mut laboratories_of = Vec::new();
+        for setting in &self.file.settings {
+            for (laboratory, name) in setting.laboratories.iter().zip(setting.laboratory_folders())
+            {
+                open(&laboratory.file, &name)?;
+            }
+            for (case, name) in setting.cases.iter().zip(setting.case_folders()) {
+                open(&with_specimens(&self.dir, setting, case), &name)?;
+                let laboratory = setting.laboratory(case);
+                laboratories_of.push((name, laboratory.map(|l| setting.laboratory_folder(l))));
             }
         }
-        let mut failed = None;
-        let mut done = Vec::new();
-        for case in &self.file.cases {
-            say("case", &case.name);
-            match self.calibrated(case) {
-                Ok(compared) => done.push(compared),
-                Err(WorkflowError::Interrupted) => return Err(WorkflowError::Interrupted),
-                Err(error) => {
-                    say("failed", &format!("{}: {error}", case.name));
-                    failed.get_or_insert(error);
-                }
-            }
-        }
-        if let Some(error) = failed {
-            return Err(error);
-        }
-        self.conclude(done)
+        let part = |status: PartStatus| {
+            let case = laboratories_of.iter().find(|(name, _)| *name == status.name);
+            StudyPart { case: case.map(|(_, laboratory)| laboratory.clone()), status }
+        };
+        let parts = study_status(&self.dir)?.unwrap_or_default();
+        Ok(parts.into_iter().map(part).collect())
     }
 
-    /// Runs a case, and takes from it what is compared.
-    fn calibrated(&self, case: &StudyCase) -> Result<ComparedCase, WorkflowError> {
-        let file = self.with_specimens(case);
-        let dir = self.dir.join(&case.name);
-        let workflow = Workflow::open(&file, &dir, self.threads, self.interrupt)?;
-        workflow.run_all()?;
-        let mut results = workflow.results()?;
-        let names: Vec<String> = file.case.prior.iter().flat_map(|prior| prior.names()).collect();
-        let truths = truths(self.file.laboratory(case), &file);
-        for (parameter, name) in results.parameters.iter_mut().zip(&names) {
-            parameter.truth = truths.get(name).copied();
-        }
-        let reference = names
-            .iter()
-            .map(|name| {
-                let parameter = name.parse().ok()?;
-                case.reference.map.get(&parameter).copied()
-            })
-            .collect();
-        Ok(ComparedCase {
-            name: case.name.clone(),
-            names,
-            parameters: results.parameters,
-            reference,
-            qois: results.qois,
-            reference_errors: case.reference.percent_error.clone(),
-            warnings: results.warnings,
-        })
-    }
-
-    /// The case with the specimens of its laboratory in place of its own.
-    fn with_specimens(&self, case: &StudyCase) -> CaseFile {
-        let mut file = case.file.clone();
-        if let Some(laboratory) = &case.laboratory {
-            let folder = self.dir.join(LABORATORIES).join(laboratory);
-            let toe = file.case.experiments.as_ref().map(|e| e.toe).unwrap_or_default();
-            file.case.experiments = Some(ExperimentsCase {
-                table: Some(folder.join("experiments/specimens.csv")),
-                group: None,
-                toe,
-                virtual_specimens: None,
-            });
-        }
-        file
-    }
-
-    /// Writes what the cases say together.
-    fn conclude(&self, cases: Vec<ComparedCase>) -> Result<(), WorkflowError> {
-        let header = ["case", "parameter", "map", "mean", "sd", "q05", "q95", "truth"];
-        let rows = cases.iter().flat_map(|case| {
-            case.names.iter().zip(&case.parameters).map(|(name, p)| {
-                let numbers = [p.map, p.mean.0, p.sd.0, p.q05.0, p.q95.0].map(|x| x.to_string());
-                let truth = p.truth.map(|truth| truth.to_string()).unwrap_or_default();
-                [case.name.clone(), name.clone()].into_iter().chain(numbers).chain([truth])
-            })
-        });
-        let table =
-            to_csv(header, rows).map_err(|e| WorkflowError::io(&self.dir.join("study.csv"), e))?;
-        self.write("study.csv", &table)?;
-        let results = StudyResults {
-            title: self.file.title.clone(),
+    /// Writes what the cases say together, under each setting, and which of it all settings say.
+    fn conclude(&self, all: Vec<Vec<ComparedCase>>) -> Result<(), WorkflowError> {
+        let settings = &self.file.settings;
+        let of = |(setting, cases): (&StudySetting, Vec<ComparedCase>)| StudyResults {
+            title: setting.title.clone(),
             pairs: pairs(&cases),
             cases,
             text: self.file.text.clone(),
+            ..StudyResults::default()
         };
-        self.write("report.html", study_page(&results).as_bytes())?;
-        say("study", &self.dir.join("report.html").display().to_string());
-        Ok(())
-    }
-
-    fn write(&self, name: &str, content: &[u8]) -> Result<(), WorkflowError> {
-        let path = self.dir.join(name);
-        if std::fs::read(&path).is_ok_and(|now| now == content) {
-            return Ok(());
+        let mut results: Vec<StudyResults> = settings.iter().zip(all).map(of).collect();
+        if results.len() > 1 {
+            results[0].conclusions = conclusions(&results);
+            let variant = |(setting, results): (&StudySetting, &StudyResults)| Variant {
+                title: setting.title.clone(),
+                folder: setting.folder.clone(),
+                cases: results.cases.clone(),
+            };
+            results[0].variants = settings.iter().zip(&results).skip(1).map(variant).collect();
         }
-        fem::write_atomically(&path, content).map_err(|e| WorkflowError::io(&path, e))
+        for (setting, results) in settings.iter().zip(&results) {
+            let dir = self.dir.join(&setting.folder);
+            write(&dir.join("study.csv"), &numbers(&dir, &results.cases)?)?;
+            write(&dir.join("report.html"), study_page(results).as_bytes())?;
+            say("study", &dir.join("report.html").display().to_string());
+        }
+        Ok(())
     }
 
     /// The directory of the results.
     pub fn dir(&self) -> &Path {
         &self.dir
     }
+}
+
+/// `study.csv`.
+fn numbers(dir: &Path, cases: &[ComparedCase]) -> Result<Vec<u8>, WorkflowError> {
+    let header = ["case", "parameter", "map", "mean", "sd", "q05", "q95", "truth"];
+    let rows = cases.iter().flat_map(|case| {
+        case.names.iter().zip(&case.parameters).map(|(name, p)| {
+            let numbers = [p.map, p.mean.0, p.sd.0, p.q05.0, p.q95.0].map(|x| x.to_string());
+            let truth = p.truth.map(|truth| truth.to_string()).unwrap_or_default();
+            [case.name.clone(), name.clone()].into_iter().chain(numbers).chain([truth])
+        })
+    });
+    to_csv(header, rows).map_err(|e| WorkflowError::io(&dir.join("study.csv"), e))
+}
+
+fn write(path: &Path, content: &[u8]) -> Result<(), WorkflowError> {
+    if std::fs::read(path).is_ok_and(|now| now == content) {
+        return Ok(());
+    }
+    fem::write_atomically(path, content).map_err(|e| WorkflowError::io(path, e))
 }
 
 /// Every two cases beside each other, parameter by parameter that both have.
@@ -193,38 +168,4 @@ fn pairs(cases: &[ComparedCase]) -> Vec<Pair> {
         }
     }
     pairs
-}
-
-/// How far a laboratory or a case of a study has come.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PartStatus {
-    /// Its folder.
-    pub name: String,
-    /// Its stages.
-    pub stages: Vec<StageStatus>,
-}
-
-/// How far each part of a study has come, in order. Nothing if the folder is none of a study.
-///
-/// # Errors
-/// A part that cannot be read.
-pub fn study_status(dir: &Path) -> Result<Option<Vec<PartStatus>>, WorkflowError> {
-    let Ok(text) = std::fs::read_to_string(dir.join(PARTS)) else { return Ok(None) };
-    let Ok(parts) = toml::from_str::<Parts>(&text) else { return Ok(None) };
-    let laboratories = parts.laboratories.iter().map(|name| (name, true));
-    let cases = parts.cases.iter().map(|name| (name, false));
-    let of = |(name, is_laboratory): (&String, bool)| {
-        let place = if is_laboratory { format!("{LABORATORIES}/{name}") } else { name.clone() };
-        let mut stages = match status(&dir.join(&place)) {
-            Ok(stages) => stages,
-            // it has not begun
-            Err(WorkflowError::NoResults { .. }) => StageStatus::none(),
-            Err(error) => return Err(error),
-        };
-        if is_laboratory {
-            stages.retain(|stage| TESTING.contains(&stage.stage));
-        }
-        Ok(PartStatus { name: place, stages })
-    };
-    laboratories.chain(cases).map(of).collect::<Result<_, _>>().map(Some)
 }

@@ -65,13 +65,9 @@ impl SlurmJobs {
         self.results.join("slurm")
     }
 
-    /// The script of all jobs. Submitted by hand it does what [`SlurmJobs::submit`] does.
-    ///
-    /// # Errors
-    /// [`SlurmError::Name`].
-    pub fn script(&self) -> Result<String, SlurmError> {
-        let [program, results] = [&self.program, &self.results].map(|path| plain(path));
-        let (program, results, logs) = (program?, results?, plain(&self.logs())?);
+    /// What a script asks of the cluster, beside what it asks for itself; logs have this name.
+    pub(super) fn options(&self, own: &[String], log: &str) -> Result<String, SlurmError> {
+        let logs = plain(&self.logs())?;
         let name = self.results.file_name().map_or("results".into(), |name| name.to_string_lossy());
         // spaces end an option of a script
         let name: String = name.chars().map(|c| if c.is_whitespace() { '-' } else { c }).collect();
@@ -79,9 +75,9 @@ impl SlurmJobs {
             .into_iter()
             .filter_map(|(key, value)| Some(format!("--{key}={}", value.as_deref()?)))
             .chain(self.options.iter().cloned());
-        let mut options = vec![
-            format!("--job-name=breccia-{name}"),
-            format!("--array=0-{}", self.tasks.max(1) - 1),
+        let mut options = vec![format!("--job-name=breccia-{name}")];
+        options.extend_from_slice(own);
+        options.extend([
             "--ntasks=1".to_owned(),
             format!("--cpus-per-task={}", self.cpus.max(1)),
             // a minute before the end, and when it is cancelled, the program itself is told, which keeps
@@ -89,12 +85,23 @@ impl SlurmJobs {
             "--signal=B:TERM@60".to_owned(),
             "--requeue".to_owned(),
             "--open-mode=append".to_owned(),
-            format!("--output=\"{logs}/%A_%a.log\""),
-        ];
+            format!("--output=\"{logs}/{log}.log\""),
+        ]);
         for option in asked {
             options.push(plain(Path::new(&option))?);
         }
-        let options: String = options.iter().map(|option| format!("#SBATCH {option}\n")).collect();
+        Ok(options.iter().map(|option| format!("#SBATCH {option}\n")).collect())
+    }
+
+    /// The script of all jobs. Submitted by hand it does what [`SlurmJobs::submit`] does.
+    ///
+    /// # Errors
+    /// [`SlurmError::Name`].
+    pub fn script(&self) -> Result<String, SlurmError> {
+        let [program, results] = [&self.program, &self.results].map(|path| plain(path));
+        let (program, results) = (program?, results?);
+        let array = format!("--array=0-{}", self.tasks.max(1) - 1);
+        let options = self.options(&[array], "%A_%a")?;
         let cpus = self.cpus.max(1);
         Ok(format!(
             r#"#!/bin/bash
@@ -124,25 +131,25 @@ exec "${{ensemble[@]}}" --share
     /// # Errors
     /// [`SlurmError::NoSlurm`], [`SlurmError::Refused`].
     pub fn submit(script: &Path) -> Result<Submitted, SlurmError> {
-        let array = sbatch("array of jobs", &[], script, "worker")?;
+        let array = sbatch("array of jobs", &[], script, &["worker"])?;
         let after = format!("--dependency=afterany:{array}");
-        let collecting = sbatch("collecting job", &["--array=0", &after], script, "collect")?;
+        let collecting = sbatch("collecting job", &["--array=0", &after], script, &["collect"])?;
         Ok(Submitted { array, collecting })
     }
 }
 
 /// The number of a job that is submitted.
-fn sbatch(
+pub(super) fn sbatch(
     job: &'static str,
     options: &[&str],
     script: &Path,
-    part: &str,
+    part: &[&str],
 ) -> Result<String, SlurmError> {
     let output = Command::new("sbatch")
         .arg("--parsable")
         .args(options)
         .arg(script)
-        .arg(part)
+        .args(part)
         .output()
         .map_err(SlurmError::NoSlurm)?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
@@ -155,7 +162,7 @@ fn sbatch(
 }
 
 /// A text that stands between quotes in a script and in an option.
-fn plain(path: &Path) -> Result<String, SlurmError> {
+pub(super) fn plain(path: &Path) -> Result<String, SlurmError> {
     let text = path.to_string_lossy().into_owned();
     match text.contains(['\'', '"', '\n', '\\']) {
         true => Err(SlurmError::Name(text)),

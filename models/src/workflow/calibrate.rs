@@ -14,7 +14,7 @@ use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use super::uncertainty::{shared_error, shared_error_warning, write_uncertainty};
 use crate::error::InputError;
-use crate::fracture::{Calibration, CalibrationError, Evidence, calibrate, column_means};
+use crate::fracture::{Calibration, CalibrationError, Evidence, calibrate_after, column_means};
 use crate::progress::{Bar, say};
 use crate::table::{CsvTable, TableRow};
 
@@ -33,16 +33,19 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let sampler = Nuts::default()
         .chains(settings.chains)
         .warmup(settings.warmup)
-        .draws(settings.draws)
+        .draws(settings.burn_in.div_ceil(settings.thin) + settings.draws)
+        .thin(settings.thin)
         .target_accept(settings.target_accept)
         .seed(settings.seed)
-        .threads(task.threads)
         .progress(&bar)
         .interrupt(task.interrupt);
     let shared = shared_error(inputs, &column_means(&specimens))?;
     let known = known_inputs(inputs, &pce)?;
     let evidence = Evidence { qois: specimens, known, shared: shared.total() };
-    let result = calibrate(&pce, &evidence, &sampler, settings.seed);
+    let result = task.on_threads(settings.chains, |threads| {
+        let burn_in = settings.burn_in.div_ceil(settings.thin);
+        calibrate_after(&pce, &evidence, &sampler.threads(threads), burn_in, settings.seed)
+    });
     drop(bar);
     task.check_interrupt()?;
     let result = result?;

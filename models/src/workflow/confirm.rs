@@ -34,7 +34,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let records = run_ensemble(task, "confirm", &names, &runs, &|_| Ok(Cow::Borrowed(&simulator)))?;
 
     let qoi = inputs.qoi();
-    let columns: Vec<&str> = qoi.quantities.iter().map(|q| q.column()).collect();
+    let columns: Vec<_> = qoi.quantities.iter().map(|q| q.column()).collect();
+    let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
     let mut rows = Vec::new();
     for (record, label) in records.iter().zip(&labels) {
         write_curve(task.product(&format!("curves/{label}.csv"))?, &record.curve)?;

@@ -11,6 +11,7 @@ use super::files::write;
 use super::inputs::Inputs;
 use super::level_runs::{FOLDER, LevelRuns, Runner};
 use super::levels::Level;
+use super::neighbours::Neighbours;
 use super::packings::{Packings, SEED};
 use super::quadrature::compare_quadratures;
 use super::runs::place;
@@ -87,7 +88,7 @@ impl<'a> Plan<'a> {
         done: &[LevelRuns],
     ) -> Result<(Dataset, Vec<Correction>), WorkflowError> {
         let Self { prior, packings, levels, .. } = self;
-        let outputs: Vec<String> = quantities.iter().map(|q| q.column().to_owned()).collect();
+        let outputs: Vec<String> = quantities.iter().map(|q| q.column().into_owned()).collect();
         let corrections = done
             .windows(2)
             .map(|pair| Correction::between(prior, &outputs, &pair[0], &pair[1]))
@@ -196,10 +197,11 @@ pub(super) struct Progress {
 pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>, WorkflowError> {
     // one packing is as many as it takes to know that there are any
     let plan = Plan::of(inputs, 1)?;
+    let neighbours = Neighbours::of(dir);
     let mut total = plan.runs.len();
     let mut found = Vec::new();
     for level in &plan.levels {
-        let state = EnsembleState::of(&place(&dir.join(FOLDER), &level.manifest))?;
+        let state = EnsembleState::of(&place(dir, neighbours.as_ref(), FOLDER, &level.manifest))?;
         let runs = LevelRuns::new(state.records, inputs.qoi(), level.setup.derivatives);
         let (ended, failed) = (runs.records.len().min(total), runs.failed().count());
         let seconds = runs.records.iter().map(|record| record.seconds).sum();
@@ -208,6 +210,18 @@ pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>,
         total = level.repeats.min(total - failed.min(total));
     }
     Ok(found)
+}
+
+/// The runs on the first mesh that have ended until now, and on how many meshes there are some.
+///
+/// # Errors
+/// As [`progress`].
+pub(super) fn so_far(inputs: &Inputs<'_>) -> Result<(LevelRuns, usize), WorkflowError> {
+    let plan = Plan::of(inputs, 1)?;
+    let (level, dir) = (&plan.levels[0], inputs.folder());
+    let runs = place(dir, Neighbours::of(dir).as_ref(), FOLDER, &level.manifest);
+    let records = EnsembleState::of(&runs)?.records;
+    Ok((LevelRuns::new(records, inputs.qoi(), level.setup.derivatives), plan.levels.len()))
 }
 
 /// `failed_runs.csv`: runs without quantities, with the reason.

@@ -44,7 +44,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         row.push(ratio.map(|ratio| ratio.to_string()).unwrap_or_default());
     }
     let header = ["id", "group", "height_mm", "radius_mm", "displacement_factor", "slope_fraction"];
-    let columns = scale.qoi.quantities.iter().map(|quantity| quantity.column());
+    let columns: Vec<_> = scale.qoi.quantities.iter().map(|quantity| quantity.column()).collect();
+    let columns = columns.iter().map(AsRef::as_ref);
     let header = header.into_iter().chain(columns).chain([STIFFNESS_RATIO]);
     task.write_csv("experiments.csv", header, rows)?;
     Ok(format!("{} specimens", table.specimens.len()))
@@ -214,7 +215,7 @@ fn write_bias(
     };
     let mut rows = vec![row("spacing_mm", spacing_mm[0], spacing_mm[1])];
     let both = coarse.into_iter().zip(fine);
-    rows.extend(qoi.quantities.iter().zip(both).map(|(q, (a, b))| row(q.column(), a, b)));
+    rows.extend(qoi.quantities.iter().zip(both).map(|(q, (a, b))| row(&q.column(), a, b)));
     let header = ["quantity", "surrogate_mesh", "experiments_mesh", "percent_bias"];
     task.write_csv("experiments/bias.csv", header, rows)
 }

@@ -108,7 +108,7 @@ pub(super) fn check_closed_form(
         for (&quantity, value) in quantities.iter().zip(values) {
             let Some([low, high]) = form.range(quantity, height_mm, radius_mm) else { continue };
             let range = Range {
-                name: quantity.column().to_owned(),
+                name: quantity.column().into_owned(),
                 value,
                 reached: [low / GENEROUS, high * GENEROUS],
             };
@@ -137,9 +137,11 @@ fn telling(quantity: Quantity) -> usize {
     match quantity {
         Quantity::PeakForce => 0,
         Quantity::DisplacementAtPeak => 1,
-        Quantity::WorkToPeak => 2,
-        Quantity::Slope => 3,
-        Quantity::RelativeForce(_) => 4,
+        Quantity::ForceAt(_) => 2,
+        Quantity::EnergyToPeak => 3,
+        Quantity::Slope => 4,
+        Quantity::PostPeakSlope => 5,
+        Quantity::RelativeForce(_) => 6,
     }
 }
 
@@ -172,22 +174,26 @@ impl Range {
 
     /// The slip of a unit that explains the distance, where it is about a thousand.
     fn cause(&self) -> Option<&'static str> {
-        let ratio = self.value / (self.reached[0] * self.reached[1]).sqrt();
+        let ratio = self.value.abs() / (self.reached[0] * self.reached[1]).sqrt();
         let thousands = ratio.log10() / 3.0;
         let sign = [-1.0, 1.0].into_iter().find(|sign| (thousands - sign).abs() < 0.25)?;
         Some(match (Quantity::of_column(&self.name)?, sign < 0.0) {
-            (Quantity::PeakForce, true) => "Is force_kN meant? The column force_N is read as N.",
-            (Quantity::PeakForce, false) => "Is force_mN meant? The column force_N is read as N.",
+            (Quantity::PeakForce | Quantity::ForceAt(_), true) => {
+                "Is force_kN meant? The column force_N is read as N."
+            }
+            (Quantity::PeakForce | Quantity::ForceAt(_), false) => {
+                "Is force_mN meant? The column force_N is read as N."
+            }
             (Quantity::DisplacementAtPeak, true) => {
                 "Is displacement in m? The column displacement_mm is read as mm."
             }
             (Quantity::DisplacementAtPeak, false) => {
                 "Is displacement in µm? The column displacement_mm is read as mm."
             }
-            (Quantity::Slope | Quantity::WorkToPeak, true) => {
+            (Quantity::Slope | Quantity::PostPeakSlope | Quantity::EnergyToPeak, true) => {
                 "Is force_kN meant? The column force_N is read as N, displacement_mm as mm."
             }
-            (Quantity::Slope | Quantity::WorkToPeak, false) => {
+            (Quantity::Slope | Quantity::PostPeakSlope | Quantity::EnergyToPeak, false) => {
                 "Is displacement in m, or force in mN? The columns are read as mm and N."
             }
             // units do not change the shape
@@ -252,7 +258,10 @@ impl ClosedForm {
             Quantity::DisplacementAtPeak => {
                 Some([peak(stiff, 0)?[0] * height_mm, peak(soft, 1)?[0] * height_mm])
             }
-            Quantity::WorkToPeak | Quantity::RelativeForce(_) => None,
+            Quantity::EnergyToPeak
+            | Quantity::PostPeakSlope
+            | Quantity::RelativeForce(_)
+            | Quantity::ForceAt(_) => None,
         }
     }
 }
@@ -309,7 +318,7 @@ mod tests {
     #[test]
     fn a_slip_of_a_thousand_is_recognised_and_another_distance_is_not() {
         let cause = |quantity: Quantity, value: f64| {
-            let name = quantity.column().to_owned();
+            let name = quantity.column().into_owned();
             Range { name, value, reached: [120.0, 180.0] }.cause()
         };
         assert!(cause(Quantity::PeakForce, 0.147).unwrap().contains("force_kN"));

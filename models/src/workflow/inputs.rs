@@ -107,6 +107,11 @@ impl<'a> Inputs<'a> {
         .or_else(|| file().map(|(name, _)| format!("{name} has changed")))
     }
 
+    /// The fingerprint of what the case says of the specimen, to tell one from another.
+    pub(super) fn specimen(&self) -> String {
+        self.part("specimen")
+    }
+
     /// The fingerprint of the case at a key; of all of it at the empty one.
     fn part(&self, key: &str) -> String {
         if key.is_empty() {
@@ -253,6 +258,11 @@ impl Inputs<'_> {
     pub(super) fn image(&self) -> ImageCase {
         self.reads("specimen.image");
         self.file.case.specimen.image.clone().unwrap_or_default()
+    }
+
+    /// The directory of the results.
+    pub(super) fn folder(&self) -> &Path {
+        self.dir
     }
 
     /// The case's file, for messages.

@@ -110,7 +110,7 @@ impl Study<'_> {
 
     fn ensemble(&self, points: &[Vec<f64>], seeds: Vec<u64>) -> Result<Dataset, WorkflowError> {
         let qoi = self.task.inputs.qoi();
-        let outputs = qoi.quantities.iter().map(|q| q.column().to_owned()).collect();
+        let outputs = qoi.quantities.iter().map(|q| q.column().into_owned()).collect();
         let mut data = Dataset::new(self.prior.clone(), outputs, "coverage")?
             .with_notes(&[STIFFNESS_RATIO])?;
         let (records, ratios) = self.records(points, seeds)?;

@@ -15,12 +15,17 @@ const FOLDER: &str = ".locks";
 /// How long to wait before a lock is tried again.
 const WAIT: Duration = Duration::from_millis(200);
 
-/// Waits for a lock of the folder and takes it. It is given back when the file is dropped or its process
+/// Waits for a lock of the folder and takes it; who waits says so for a stage. It is given back when the file is dropped or its process
 /// dies, however it dies.
 ///
 /// # Errors
 /// [`WorkflowError::Interrupted`] while waiting; a lock that the file system refuses.
-pub(super) fn lock(dir: &Path, name: &str, interrupt: &AtomicBool) -> Result<File, WorkflowError> {
+pub(super) fn lock(
+    dir: &Path,
+    name: &str,
+    stage: &str,
+    interrupt: &AtomicBool,
+) -> Result<File, WorkflowError> {
     let path = place(dir, name);
     let folder = dir.join(FOLDER);
     std::fs::create_dir_all(&folder).map_err(|e| WorkflowError::io(&folder, e))?;
@@ -41,7 +46,7 @@ pub(super) fn lock(dir: &Path, name: &str, interrupt: &AtomicBool) -> Result<Fil
             }
             Err(TryLockError::WouldBlock) => {
                 if !std::mem::replace(&mut told, true) {
-                    say(name, &format!("waiting for {}", holder_of(&mut file)));
+                    say(stage, &format!("waiting for {}", holder_of(&mut file)));
                 }
                 std::thread::sleep(WAIT);
             }

@@ -84,7 +84,7 @@ fn tell(inputs: &Inputs<'_>, errors: &[f64]) -> Result<(), WorkflowError> {
     let summary = CsvTable::read(&path, &["parameter", "mean", "sd"])?;
     for (quantity, error) in inputs.qoi().quantities.iter().zip(errors) {
         let row = summary.named("parameter", &format!("mean[{}]", quantity.column()))?;
-        let width = 100.0 * row.number("sd")? / row.number("mean")?;
+        let width = (100.0 * row.number("sd")? / row.number("mean")?).abs();
         let about = match error.abs() {
             error if error > width => {
                 format!("more than the {width:.1} % to which the posterior knows it")

@@ -18,6 +18,10 @@
 //! interruption goes on where it stopped, and repairs a damaged result. A stage that is run by itself
 //! takes no file that was made from something else than is there now, and a directory belongs to one case.
 //!
+//! In a study, whose folders lie in one, a stage takes over what a neighbour has made from the same inputs,
+//! and runs that have the same inputs are made once, in the study's `runs/`; each folder keeps all of its own
+//! files, under other names where the file system has such.
+//!
 //! Any number of processes may work in one directory, on all machines that see it: they share the runs of
 //! the stage `ensemble`, and of each stage's products one process makes all (a lock in `.locks/`, which
 //! dies with it) while the others wait. [`status`] looks on without changing anything.
@@ -26,6 +30,7 @@ mod calibrate;
 mod confirm;
 mod content_hash;
 mod copies;
+mod cores;
 mod design;
 mod ensemble;
 mod error;
@@ -40,10 +45,12 @@ mod laboratories;
 mod leftovers;
 mod level_runs;
 mod levels;
+mod links;
 mod locks;
 mod map_fields;
 mod mesh;
 mod mesh_error;
+mod neighbours;
 mod packings;
 mod quadrature;
 mod report;
@@ -69,8 +76,10 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+pub(crate) use cores::Cores;
 pub use error::WorkflowError;
 pub use laboratories::{SimulatedLaboratories, simulate_laboratories};
+pub(crate) use neighbours::Together;
 pub use simulate::simulate;
 pub use stage::Stage;
 pub use stages::STAGES;
@@ -84,7 +93,9 @@ use files::write;
 use freshness::{Freshness, Records, finished_in};
 use inputs::Inputs;
 use leftovers::{remove_damaged, remove_leftovers};
+use links::link;
 use locks::lock;
+use neighbours::Neighbours;
 use task::{StageRecord, Task};
 
 /// A case being worked on in a directory.
@@ -105,10 +116,14 @@ pub struct Workflow<'a> {
     file: CaseFile,
     dir: PathBuf,
     threads: usize,
+    cores: Cores,
+    /// Who is served first where cores are scarce.
+    rank: usize,
     interrupt: &'a AtomicBool,
     accept_out_of_range: bool,
     copies: Copies,
     freshness: Freshness,
+    neighbours: Option<Neighbours>,
 }
 
 impl<'a> Workflow<'a> {
@@ -160,11 +175,19 @@ impl<'a> Workflow<'a> {
             file,
             dir: dir.to_owned(),
             threads,
+            cores: Cores::new(threads),
+            rank: 0,
             interrupt,
             accept_out_of_range: false,
             copies,
             freshness: Freshness::default(),
+            neighbours: Neighbours::of(dir),
         })
+    }
+
+    /// The same beside others on the same cores, of which the one with the lowest rank is served first.
+    pub(crate) fn among(self, cores: &Cores, rank: usize) -> Self {
+        Self { cores: cores.clone(), rank, ..self }
     }
 
     /// The same, calibrating even against data that no simulation reaches; nothing is called identified
@@ -183,16 +206,39 @@ impl<'a> Workflow<'a> {
         STAGES.iter().try_for_each(|stage| self.make(stage))
     }
 
-    /// Runs one stage, unless it is finished and what it read and what it wrote are unchanged.
+    /// Runs one stage, unless it is finished and what it read and what it wrote are unchanged. The stage
+    /// `report` shows what there is where others are under way or to do, and is then run again at the end.
     ///
     /// # Errors
     /// What ended the stage; a stage before it that has not been run, or has to be run again.
     pub fn run(&self, stage: &'static Stage) -> Result<(), WorkflowError> {
         if stage.name == "report" {
+            let mut stages = status(&self.dir).unwrap_or_else(|_| StageStatus::none());
+            stages.retain(|before| before.stage != stage.name);
+            if stages.iter().any(StageStatus::is_unfinished) {
+                return self.report_so_far(&stages);
+            }
             self.check_all_before(stage)?;
         }
         self.check_what_it_read(stage)?;
         self.make(stage)
+    }
+
+    /// Writes a report of what there is until now, which says what is missing. It is no product: the stage
+    /// is still to be run.
+    fn report_so_far(&self, stages: &[StageStatus]) -> Result<(), WorkflowError> {
+        let is_done =
+            |name: &str| stages.iter().any(|status| status.stage == name && status.is_done());
+        let mut results = report::load_done(&self.inputs(), &is_done)?;
+        let row = |status: &StageStatus| {
+            let (state, told) = status.words();
+            [status.stage.to_owned(), state.to_owned(), told]
+        };
+        results.unfinished = stages.iter().map(row).collect();
+        let path = self.dir.join("report.html");
+        write(&path, crate::report::page(&results).as_bytes())?;
+        say("report", &format!("{}, of what is there until now", path.display()));
+        Ok(())
     }
 
     /// Takes part in the work of a stage that processes share, until nothing is left that another process
@@ -222,8 +268,10 @@ impl<'a> Workflow<'a> {
         let rehearsal = Workflow {
             file: self.file.clone(),
             dir: self.dir.clone(),
+            cores: self.cores.clone(),
             copies: self.copies.clone(),
             freshness: Freshness::default(),
+            neighbours: self.neighbours.clone(),
             interrupt: &RAISED,
             ..*self
         };
@@ -292,7 +340,14 @@ impl<'a> Workflow<'a> {
         let start = Instant::now();
         self.share_work(stage, &before, false)?;
         // of several processes one goes on; the others find what it has made
-        let _lock = lock(&self.dir, stage.name, self.interrupt)?;
+        let _lock = lock(&self.dir, stage.name, stage.name, self.interrupt)?;
+        // and of several folders with one specimen
+        let _of_neighbours = match &self.neighbours {
+            Some(neighbours) if stage.is_of_the_specimen() => {
+                Some(neighbours.lock(stage.name, &self.inputs(), self.interrupt)?)
+            }
+            _ => None,
+        };
         let finished = self.finished();
         if let Some(earlier) = finished.get(stage.name) {
             if earlier.change(&self.inputs(), &self.dir).is_none() {
@@ -301,13 +356,52 @@ impl<'a> Workflow<'a> {
             }
             remove_damaged(earlier, &self.dir)?;
         }
-        let (result, record) = self.with_task(stage, &finished, |task| {
-            let result = (stage.run)(&task)?;
-            Ok((result, task.trace()?))
-        })?;
+        let (result, record) = match self.taken_over(stage, &finished)? {
+            Some(taken) => taken,
+            None => self.with_task(stage, &finished, |task| {
+                let result = (stage.run)(&task)?;
+                Ok((result, task.trace()?))
+            })?,
+        };
         say(stage.name, &format!("{result} ({:.1} s)", start.elapsed().as_secs_f64()));
         remove_leftovers(stage, &record, &self.dir)?;
         self.remember(stage, record)
+    }
+
+    /// Takes the products of a neighbour whose stage read the same; what is said of it, and its record.
+    fn taken_over(
+        &self,
+        stage: &Stage,
+        finished: &Records,
+    ) -> Result<Option<(String, StageRecord)>, WorkflowError> {
+        // what was accepted stands in no record
+        let Some(neighbours) = self.neighbours.as_ref().filter(|_| !self.accept_out_of_range)
+        else {
+            return Ok(None);
+        };
+        let inputs = self.inputs();
+        for folder in &neighbours.folders {
+            let Some(record) = finished_in(folder).remove(stage.name) else { continue };
+            if record.source_change(&inputs).is_some()
+                || record.products().any(|name| !record.wrote(name, folder))
+            {
+                continue;
+            }
+            self.freshness.clear();
+            // measured specimens lie where the stage itself would write virtual ones
+            let of_others = |name: &&str| {
+                inputs.writer_of(name) != Some(stage.name) && self.dir.join(name).exists()
+            };
+            for name in record.files_read().filter(of_others) {
+                self.freshness.check(name, finished, &inputs, &self.dir)?;
+            }
+            for name in record.products() {
+                link(&folder.join(name), &self.dir.join(name))?;
+            }
+            let name = folder.strip_prefix(neighbours.root()).unwrap_or(folder).display();
+            return Ok(Some((format!("as in {name}"), record)));
+        }
+        Ok(None)
     }
 
     /// Hands a stage its task: what it reads is guarded against what is due.
@@ -321,14 +415,16 @@ impl<'a> Workflow<'a> {
         let unguarded = self.inputs();
         let guard = |name: &str| self.freshness.check(name, finished, &unguarded, &self.dir);
         let inputs = self.inputs().guarded(&guard);
-        let mut task = Task::new(stage.name, inputs, &self.dir, self.threads, self.interrupt);
+        let cores = (&self.cores, self.threads, self.rank);
+        let mut task = Task::among(stage.name, inputs, &self.dir, cores, self.interrupt);
+        task.neighbours.clone_from(&self.neighbours);
         task.accept_out_of_range = self.accept_out_of_range;
         work(task).map_err(|error| self.copies.named_by_owner(error))
     }
 
     /// Adds to `stages.toml`, beside what other processes have added meanwhile.
     fn remember(&self, stage: &Stage, record: StageRecord) -> Result<(), WorkflowError> {
-        let _lock = lock(&self.dir, "stages", self.interrupt)?;
+        let _lock = lock(&self.dir, "stages", stage.name, self.interrupt)?;
         let mut finished = self.finished();
         finished.insert(stage.name.to_owned(), record);
         let text = toml::to_string(&finished).expect("names and fingerprints are plain text");

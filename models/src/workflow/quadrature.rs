@@ -107,7 +107,7 @@ pub(super) fn compare_quadratures(
     let columns = qoi.quantities.iter().map(|quantity| quantity.column());
     let rows = columns.zip(own.iter().zip(&found)).zip(&percent);
     let rows = rows.map(|((column, (own, other)), percent)| {
-        [column.to_owned(), own.to_string(), other.to_string(), percent.to_string()]
+        [column.into_owned(), own.to_string(), other.to_string(), percent.to_string()]
     });
     let header =
         ["qoi".to_owned(), own_name.to_owned(), other_name.to_owned(), "percent".to_owned()];

@@ -12,9 +12,11 @@ use fem::{
 
 use super::WorkflowError;
 use super::content_hash::ContentHash;
+use super::links::link_records;
+use super::neighbours::Neighbours;
 use super::simulator::Simulator;
 use super::task::Task;
-use crate::progress::Bar;
+use crate::progress::{Bar, speaker};
 
 /// Runs what is not finished yet of an ensemble in `folder/<fingerprint>`, one simulator a run.
 ///
@@ -31,8 +33,14 @@ pub(super) fn run_ensemble<'s>(
     run_named(task, folder, &task.inputs.manifest(), names, runs, true, simulator)
 }
 
-/// The place of the runs that are named by this manifest.
-pub(super) fn place(folder: &Path, manifest: &str) -> PathBuf {
+/// The place of the runs of a kind that are named by this manifest: where neighbours make them too, theirs.
+pub(super) fn place(
+    dir: &Path,
+    neighbours: Option<&Neighbours>,
+    folder: &str,
+    manifest: &str,
+) -> PathBuf {
+    let folder = neighbours.map_or_else(|| dir.join(folder), |others| others.runs(folder));
     folder.join(ContentHash::of(manifest).to_string())
 }
 
@@ -47,7 +55,12 @@ pub(super) fn run_named<'s>(
     wait: bool,
     simulator: &(dyn Fn(&RunInput) -> Result<Cow<'s, Simulator>, FemError> + Sync),
 ) -> Result<Vec<RunRecord>, WorkflowError> {
-    let directory = place(&task.path(folder), manifest);
+    let own = place(&task.path(""), None, folder, manifest);
+    let directory = place(&task.path(""), task.neighbours.as_ref(), folder, manifest);
+    if directory != own {
+        // made before there were neighbours
+        link_records(&own, &directory, false)?;
+    }
     // another version may compute something else: its runs are not mixed with those of this one
     let fingerprint = format!("program = breccia {}\n{manifest}", env!("CARGO_PKG_VERSION"));
     let ensemble = Ensemble::open(&directory, &fingerprint).map_err(|error| match error {
@@ -58,39 +71,48 @@ pub(super) fn run_named<'s>(
         other => other.into(),
     })?;
     let ensemble = ensemble.leave_to_others(!wait);
-    let bar = EnsembleBar { title: task.stage(), bar: OnceLock::new() };
+    let bar = EnsembleBar { title: task.stage(), of: speaker(), bar: OnceLock::new() };
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let interrupt = task.interrupt;
-    let records = ensemble.run(
-        runs,
-        &names,
-        task.threads,
-        &|run, done| {
-            let simulator = simulator(run)?;
-            simulator.run(&run.inputs, &mut |point: &CurvePoint, _: &Fields| {
-                done(simulator.fraction_done(point));
-                match interrupt.load(Ordering::Relaxed) {
-                    true => ControlFlow::Break(()),
-                    false => ControlFlow::Continue(()),
-                }
-            })
-        },
-        &bar,
-        interrupt,
-    )?;
+    let threads = task.threads;
+    let records = task.while_others_compute(|core| {
+        ensemble.in_turn(move || Box::new(core())).run(
+            runs,
+            &names,
+            threads,
+            &|run, done| {
+                let simulator = simulator(run)?;
+                simulator.run(&run.inputs, &mut |point: &CurvePoint, _: &Fields| {
+                    done(simulator.fraction_done(point));
+                    match interrupt.load(Ordering::Relaxed) {
+                        true => ControlFlow::Break(()),
+                        false => ControlFlow::Continue(()),
+                    }
+                })
+            },
+            &bar,
+            interrupt,
+        )
+    })?;
     task.check_interrupt()?;
+    if directory != own {
+        // each folder of results has all that it was made from
+        link_records(&directory, &own, true)?;
+    }
     Ok(records)
 }
 
 /// A bar that is shown once there is something to do.
 struct EnsembleBar {
     title: &'static str,
+    /// For whom the ensemble is made; the bar may be begun by any of its threads.
+    of: Option<String>,
     bar: OnceLock<Bar>,
 }
 
 impl EnsembleBar {
     fn bar(&self) -> &Bar {
-        self.bar.get_or_init(|| Bar::new(self.title))
+        self.bar.get_or_init(|| Bar::of(self.of.clone(), self.title))
     }
 }
 

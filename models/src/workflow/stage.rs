@@ -23,6 +23,11 @@ pub struct Stage {
 }
 
 impl Stage {
+    /// Whether it makes the specimen, which cases of one study may have in common.
+    pub(super) fn is_of_the_specimen(&self) -> bool {
+        matches!(self.name, "segment" | "mesh")
+    }
+
     /// Whether several processes can do its work together.
     pub fn is_shared(&self) -> bool {
         self.share.is_some()

@@ -171,14 +171,20 @@ impl StageStatus {
         STAGES.iter().map(of).collect()
     }
 
+    /// Whether it has not come to its end yet: it is under way, stopped or to do.
+    pub(super) fn is_unfinished(&self) -> bool {
+        !matches!(self.state, StageState::Done | StageState::Stale(_))
+    }
+
     /// Whether nothing is left to do.
     pub fn is_done(&self) -> bool {
         self.state == StageState::Done
     }
 }
 
-impl fmt::Display for StageStatus {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl StageStatus {
+    /// Its state in a word, and what there is to say of it.
+    pub(super) fn words(&self) -> (&'static str, String) {
         let (word, mut told) = match &self.state {
             StageState::Done => ("done", vec![]),
             StageState::Running(at_it) => ("running", at_it.iter().cloned().collect()),
@@ -189,7 +195,14 @@ impl fmt::Display for StageStatus {
         if let Some(runs) = self.runs.filter(|_| self.state != StageState::ToDo) {
             told.insert(0, runs.to_string());
         }
-        write!(f, "{:<12} {word:<8} {}", self.stage, told.join("; "))
+        (word, told.join("; "))
+    }
+}
+
+impl fmt::Display for StageStatus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (word, told) = self.words();
+        write!(f, "{:<12} {word:<8} {told}", self.stage)
     }
 }
 

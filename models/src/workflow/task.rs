@@ -9,8 +9,11 @@ use serde::{Deserialize, Serialize};
 
 use super::WorkflowError;
 use super::content_hash::ContentHash;
+use super::cores::{Core, Cores};
 use super::files::write;
 use super::inputs::{Inputs, Sources};
+use super::links::part_from_other_names;
+use super::neighbours::Neighbours;
 use crate::table::to_csv;
 
 /// What a run of a stage has read and written.
@@ -66,6 +69,8 @@ pub(super) struct Task<'a> {
     pub(super) inputs: Inputs<'a>,
     pub(super) threads: usize,
     pub(super) interrupt: &'a AtomicBool,
+    /// Folders that share their runs with this one.
+    pub(super) neighbours: Option<Neighbours>,
     /// Whether a calibration goes on against data that no simulation reaches.
     pub(super) accept_out_of_range: bool,
     /// Whether work that other processes do is not waited for.
@@ -74,9 +79,15 @@ pub(super) struct Task<'a> {
     stage: &'static str,
     dir: &'a Path,
     products: RefCell<Vec<String>>,
+    cores: Cores,
+    /// Who is served first where cores are scarce.
+    rank: usize,
+    /// What the stage computes on, unless it waits for its runs.
+    core: RefCell<Option<Core>>,
 }
 
 impl<'a> Task<'a> {
+    /// A stage at work on as many cores as it has threads.
     pub(super) fn new(
         stage: &'static str,
         inputs: Inputs<'a>,
@@ -84,10 +95,25 @@ impl<'a> Task<'a> {
         threads: usize,
         interrupt: &'a AtomicBool,
     ) -> Self {
+        Self::among(stage, inputs, dir, (&Cores::new(threads), threads, 0), interrupt)
+    }
+
+    /// The same where others compute on the cores too: it waits for one.
+    pub(super) fn among(
+        stage: &'static str,
+        inputs: Inputs<'a>,
+        dir: &'a Path,
+        (cores, threads, rank): (&Cores, usize, usize),
+        interrupt: &'a AtomicBool,
+    ) -> Self {
         Self {
             inputs,
             threads,
             interrupt,
+            neighbours: None,
+            cores: cores.clone(),
+            rank,
+            core: RefCell::new(Some(cores.take(rank))),
             accept_out_of_range: false,
             leave_to_others: false,
             stage,
@@ -109,6 +135,24 @@ impl<'a> Task<'a> {
         self.stage
     }
 
+    /// Works on runs that wait for cores themselves: the stage's own is free meanwhile.
+    pub(super) fn while_others_compute<T>(
+        &self,
+        work: impl FnOnce(Box<dyn Fn() -> Core + Send + Sync>) -> T,
+    ) -> T {
+        self.core.replace(None);
+        let (cores, rank) = (self.cores.clone(), self.rank);
+        let done = work(Box::new(move || cores.take(rank)));
+        self.core.replace(Some(self.cores.take(self.rank)));
+        done
+    }
+
+    /// Works on so many threads at most, as there are cores that nobody else needs.
+    pub(super) fn on_threads<T>(&self, most: usize, work: impl FnOnce(usize) -> T) -> T {
+        let spare = self.cores.spare(most.min(self.threads).saturating_sub(1));
+        work(1 + spare.len())
+    }
+
     /// A place of the results that is no product, such as the directory of an ensemble.
     pub(super) fn path(&self, name: &str) -> PathBuf {
         self.dir.join(name)
@@ -122,6 +166,7 @@ impl<'a> Task<'a> {
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(|e| WorkflowError::io(folder, e))?;
         }
+        part_from_other_names(&path)?;
         Ok(path)
     }
 

@@ -4,13 +4,13 @@ use ::surrogate::OrderRule;
 use fem::FemError;
 
 use super::super::{
-    CaseFile, DiscrepancyCase, MaterialParameter, PriorBounds, PriorCase, SpecimenGeometry,
-    VirtualCase,
+    CaseFile, DiscrepancyCase, Likelihood, MaterialParameter, PriorBounds, PriorCase,
+    SpecimenGeometry, VirtualCase,
 };
 use crate::error::InputError;
 use crate::qoi::Quantity;
 
-/// A slope's window is a fifth of the displacement at peak wide and has to hold two points.
+/// A slope's window is a fifth of the displacement at peak wide and ought to hold two readings.
 const LEAST_STEPS: f64 = 10.0;
 
 impl CaseFile {
@@ -26,6 +26,7 @@ impl CaseFile {
         )?;
         self.check_quantities(&case.qoi.quantities)?;
         self.check_curve_percent(&case.qoi.curve_percent)?;
+        self.check_reach()?;
         if let Some(prior) = &case.prior {
             self.check_prior("prior", prior)?;
         }
@@ -65,6 +66,10 @@ impl CaseFile {
             "draws",
             "2000 a chain give quantiles to a few per cent.",
         )?;
+        let help = "1 keeps every step, 10 every tenth.";
+        self.within("calibration.thin", c.thin as f64, 1.0, 1e4, "", help)?;
+        let help = "Steps that are left out after those of tuning.";
+        self.within("calibration.burn_in", c.burn_in as f64, 0.0, 1e7, "", help)?;
         let (kept, help) = ((c.chains * c.draws) as f64, "All draws are kept in memory.");
         self.within("calibration.draws", kept, 20.0, 1e7, "draws of all chains together", help)?;
         let help = "0.95 follows the posterior's narrow parts; 0.8 is faster.";
@@ -110,6 +115,45 @@ impl CaseFile {
             return refuse("one is named twice");
         }
         Ok(())
+    }
+
+    /// Refuses a test that ends before what its curve is compared by. How far a force has fallen somewhere
+    /// past its peak is not known before the run: that of viscous damage, x e^((1 − x³)/3) of the peak at x
+    /// displacements at peak, falls faster than a rate-independent one.
+    fn check_reach(&self) -> Result<(), InputError> {
+        let (test, compared) = (&self.case.test, self.case.compared());
+        let farthest = compared.iter().filter_map(|q| Some((q.reach()?, *q)));
+        let farthest = farthest.max_by(|a, b| a.0.total_cmp(&b.0));
+        if let (Some((reach, quantity)), Some(stop)) = (farthest, test.stop_below_peak) {
+            let fall = 1.0 - reach * ((1.0 - reach.powi(3)) / 3.0).exp();
+            if stop < fall {
+                let named = match self.case.calibration.likelihood {
+                    Likelihood::Quantities => "qoi.quantities",
+                    Likelihood::Curve => "qoi.curve_percent",
+                };
+                let problem = format!(
+                    "ends curves before {:.0} % of their displacement at peak, where {named} needs them for \
+                     {quantity}",
+                    100.0 * reach
+                );
+                let enough = (100.0 * fall + 2.0).ceil().min(99.0) / 100.0;
+                let help = format!(
+                    "Viscous damage is {:.0} % below its peak there: write {enough} or more, or leave the key out.",
+                    100.0 * fall
+                );
+                return Err(self.error("test.stop_below_peak", stop.to_string(), problem, help));
+            }
+        }
+        let Some(end) = test.displacement_mm else { return Ok(()) };
+        let is_beyond = |q: &&Quantity| match **q {
+            Quantity::ForceAt(place_um) => f64::from(place_um) > 1000.0 * end.abs(),
+            _ => false,
+        };
+        compared.iter().find(is_beyond).map_or(Ok(()), |quantity| {
+            let problem = format!("lies beyond the end of the test, test.displacement_mm = {end}");
+            let help = "Name a displacement before all peaks, which every run reaches.";
+            Err(self.error("qoi.quantities", quantity.to_string(), problem, help))
+        })
     }
 
     fn check_curve_percent(&self, percent: &[u8]) -> Result<(), InputError> {

@@ -5,7 +5,7 @@ use kuva::prelude::*;
 use super::density::density;
 use super::draw::line;
 use crate::report::results::CalibratedParameter;
-use crate::report::style::{SERIES, TRUTH, framed, panel, single};
+use crate::report::style::{MEASURED, SERIES, framed, panel, single};
 
 /// Posterior densities of a parameter, one a case, with priors and truths.
 pub(in crate::report) fn overlaid(label: &str, cases: &[(String, CalibratedParameter)]) -> String {
@@ -28,7 +28,8 @@ pub(in crate::report) fn overlaid(label: &str, cases: &[(String, CalibratedParam
     truths.sort_by(f64::total_cmp);
     truths.dedup();
     for truth in truths {
-        plots.push(line([(truth, 0.0), (truth, top)], TRUTH, 1.8).into());
+        // green, as truths are elsewhere, is the colour of a case here
+        plots.push(line([(truth, 0.0), (truth, top)], MEASURED, 1.8).with_dotted().into());
     }
     let lower = if lower > 0.0 && lower < 0.01 * upper { 0.0 } else { lower };
     let layout = framed(panel(&plots, label, "density"), (lower, upper), (0.0, top)).with_ticks(4);

@@ -17,7 +17,12 @@ pub(in crate::report) fn of_the_ensemble(results: &Results) -> Vec<String> {
         let range = round_range(qoi.ensemble.iter().chain(&qoi.experiments).copied());
         beside(qoi, range, vec![(edges(range, BINS), &qoi.ensemble, ENSEMBLE)], None)
     };
-    results.qois.iter().map(one).collect()
+    results
+        .qois
+        .iter()
+        .filter(|q| !q.ensemble.is_empty() || !q.experiments.is_empty())
+        .map(one)
+        .collect()
 }
 
 /// What a new specimen will show, and what the tested ones showed.
@@ -50,29 +55,32 @@ pub(in crate::report) fn map_beside_experiments(results: &Results) -> Vec<String
 fn beside<'a>(
     qoi: &'a Qoi,
     range: (f64, f64),
-    mut histograms: Vec<(Vec<f64>, &'a Vec<f64>, &str)>,
+    histograms: Vec<(Vec<f64>, &'a Vec<f64>, &str)>,
     map: Option<f64>,
 ) -> String {
-    let own = round_range(qoi.experiments.iter().copied());
-    let own = (own.0.max(range.0), own.1.min(range.1));
-    histograms.push((edges(own, few(qoi.experiments.len())), &qoi.experiments, MEASURED));
     let mut top: f64 = 0.0;
     let mut plots: Vec<Plot> = Vec::new();
-    let last = histograms.len() - 1;
-    for (i, (edges, values, colour)) in histograms.into_iter().enumerate() {
+    for (edges, values, colour) in histograms {
         let heights = densities(&edges, values);
         top = heights.iter().copied().fold(top, f64::max);
-        plots.push(match i == last {
-            false => Histogram::new().with_precomputed(edges, heights).with_color(colour).into(),
-            // of the experiments the outline, so that what lies behind is seen
-            true => line(outline(&edges, &heights), colour, 1.6).into(),
-        });
+        plots.push(Histogram::new().with_precomputed(edges, heights).with_color(colour).into());
+    }
+    if !qoi.experiments.is_empty() {
+        let own = round_range(qoi.experiments.iter().copied());
+        let own = (own.0.max(range.0), own.1.min(range.1));
+        let edges = edges(own, few(qoi.experiments.len()));
+        let heights = densities(&edges, &qoi.experiments);
+        top = heights.iter().copied().fold(top, f64::max);
+        // the outline, so that what lies behind is seen
+        plots.push(line(outline(&edges, &heights), MEASURED, 1.6).into());
     }
     let top = if top > 0.0 { 1.15 * top } else { 1.0 };
-    let ticks = qoi.experiments.iter().map(|&x| (x, 0.03 * top));
-    plots.push(ScatterPlot::new().with_data(ticks).with_color(MEASURED).with_size(4.0).into());
-    let mean = mean(&qoi.experiments);
-    plots.push(line([(mean, 0.0), (mean, top)], MEASURED, 1.4).with_dashed().into());
+    if !qoi.experiments.is_empty() {
+        let ticks = qoi.experiments.iter().map(|&x| (x, 0.03 * top));
+        plots.push(ScatterPlot::new().with_data(ticks).with_color(MEASURED).with_size(4.0).into());
+        let mean = mean(&qoi.experiments);
+        plots.push(line([(mean, 0.0), (mean, top)], MEASURED, 1.4).with_dashed().into());
+    }
     if let Some(map) = map {
         plots.push(line([(map, 0.0), (map, top)], POSTERIOR, 2.2).into());
     }
@@ -134,6 +142,10 @@ mod tests {
         let predicted = Qoi { predictive: vec![139.0, 144.0, 149.0, 152.0], ..qoi.clone() };
         let results = Results { qois: vec![qoi, predicted], ..Results::default() };
         assert_eq!(of_the_ensemble(&results).len(), 2);
+        let half = Qoi { experiments: Vec::new(), ..results.qois[0].clone() };
+        let qois = vec![half, Qoi::default()];
+        let panels = of_the_ensemble(&Results { qois, ..Results::default() });
+        assert!(panels.len() == 1 && !panels[0].contains("NaN"), "{panels:?}");
         assert_eq!(map_beside_experiments(&results).len(), 2);
         let predictive = predictive(&results);
         assert_eq!(predictive.len(), 1);

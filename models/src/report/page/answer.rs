@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use ppl::diagnostics::Identification;
 
 use super::parts::table;
-use crate::report::digits::{number, within};
+use crate::report::digits::{plain, within};
 use crate::report::results::{CalibratedParameter, Results, Verdict};
 
 pub(super) fn parameters(results: &Results) -> Markup {
@@ -43,12 +43,6 @@ pub(super) fn parameters(results: &Results) -> Markup {
             }
         }
     }
-}
-
-/// A number of the case, as it stands there where that is short.
-fn plain(x: f64) -> String {
-    let (short, whole) = (number(x), x.to_string());
-    if whole.len() <= short.len() { whole } else { short }
 }
 
 fn verdict(p: &CalibratedParameter) -> Markup {

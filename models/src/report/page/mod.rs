@@ -4,7 +4,7 @@ mod answer;
 mod confirmation;
 mod data;
 mod further;
-mod parts;
+pub(super) mod parts;
 mod posterior;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -31,24 +31,64 @@ pub(crate) fn page(results: &Results) -> String {
             body {
                 main {
                     h1 { (results.title) }
-                    (answer::parameters(results))
-                    (answer::warnings(results))
-                    (answer::budget(results))
-                    (specimen(results))
-                    (data::curves(results))
-                    (data::surrogate(results))
-                    (posterior::posterior(results))
-                    (posterior::sampling(results))
-                    (posterior::predictions(results))
-                    (confirmation::confirmation(results))
-                    (confirmation::damage(results))
-                    (further::further(results))
+                    (unfinished(results))
+                    @if !results.parameters.is_empty() {
+                        (answer::parameters(results))
+                        (answer::warnings(results))
+                        (answer::budget(results))
+                    }
+                    @if !results.pictures.is_empty() || !results.mesh_facts.is_empty() {
+                        (specimen(results))
+                    }
+                    @if !results.ensemble.is_empty() || !results.experiments.is_empty() {
+                        (data::curves(results))
+                    }
+                    @if !results.orders.is_empty() { (data::surrogate(results)) }
+                    @if !results.parameters.is_empty() {
+                        (posterior::posterior(results))
+                        (posterior::sampling(results))
+                        (posterior::predictions(results))
+                    }
+                    @if !results.map_curve.is_empty() {
+                        (confirmation::confirmation(results))
+                        (confirmation::damage(results))
+                        (further::further(results))
+                    }
                     (details(results))
                 }
             }
         }
     };
     named_clips(&page.into_string(), "figure")
+}
+
+/// How far it is, where something is missing.
+fn unfinished(results: &Results) -> Markup {
+    if results.unfinished.is_empty() {
+        return html! {};
+    }
+    let missing: Vec<&str> = results
+        .unfinished
+        .iter()
+        .filter(|[_, state, _]| state != "done")
+        .map(|[stage, ..]| stage.as_str())
+        .collect();
+    html! {
+        section {
+            h2 { "Not finished" }
+            p { "This page shows what there was when it was written. Missing: " (missing.join(", ")) ". "
+                code { "breccia report" } " writes it again." }
+            (parts::table(
+                html! { th { "stage" } th.text { "state" } th.text {} },
+                html! { @for [stage, state, told] in &results.unfinished { tr {
+                    td.name { (stage) } td.name { (state) } td.text { (told) }
+                } } },
+            ))
+            @if results.parameters.is_empty() && !results.notes.is_empty() {
+                ul { @for text in &results.notes { li { (text) } } }
+            }
+        }
+    }
 }
 
 fn specimen(results: &Results) -> Markup {
@@ -62,7 +102,9 @@ fn specimen(results: &Results) -> Markup {
                 @if !results.image_facts.is_empty() {
                     div { h3 { "Image" } (facts(&results.image_facts)) }
                 }
-                div { h3 { "Mesh" } (facts(&results.mesh_facts)) }
+                @if !results.mesh_facts.is_empty() {
+                    div { h3 { "Mesh" } (facts(&results.mesh_facts)) }
+                }
             }
         }
     }

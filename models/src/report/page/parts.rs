@@ -39,7 +39,7 @@ pub(super) fn panels(svgs: &[String], caption: Markup) -> Markup {
 }
 
 /// A table that scrolls by itself where the page is too narrow for it.
-pub(super) fn table(header: Markup, rows: Markup) -> Markup {
+pub(in crate::report) fn table(header: Markup, rows: Markup) -> Markup {
     html! {
         div.scroll { table { thead { tr { (header) } } tbody { (rows) } } }
     }

@@ -105,8 +105,9 @@ fn scatter(
     case: &CandidateCase,
     quantities: &[Quantity],
 ) -> Vec<Vec<f64>> {
-    let place =
-        |quantity: &Quantity| present.outputs.iter().position(|column| column == quantity.column());
+    let place = |quantity: &Quantity| {
+        present.outputs.iter().position(|column| *column == quantity.column())
+    };
     let sd = |quantity: &Quantity| match (case.scatter_percent.get(quantity), place(quantity)) {
         (Some(percent), _) => 0.01 * percent,
         (None, Some(at)) => draw.scatter[at][at].sqrt(),

@@ -32,7 +32,7 @@ pub(super) fn corrected(
             results.ensemble_seconds += row.number("seconds")?;
             continue;
         }
-        let value = |m: Option<usize>| m.and_then(|m| row.number(quantities[m].column()).ok());
+        let value = |m: Option<usize>| m.and_then(|m| row.number(&quantities[m].column()).ok());
         simulated.insert(row.text("run").to_owned(), axes.map(value));
     }
     for (i, (curve, (_, corrected))) in results.ensemble.iter_mut().zip(data.rows()).enumerate() {
@@ -48,7 +48,7 @@ pub(super) fn corrected(
     let ratios = CsvTable::read(&ratios, &columns)?;
     for row in ratios.rows() {
         let name = Quantity::of_column(row.text("qoi"))
-            .map_or_else(|| row.text("qoi").to_owned(), |quantity| quantity.label().to_owned());
+            .map_or_else(|| row.text("qoi").to_owned(), |quantity| quantity.label().into_owned());
         results.notes.push(format!(
             "Level {} of the meshes: {name} on the next level is {:.3} times as large, from {} runs on \
              both, known to {:.1} % (runs scatter by {:.1} %). Runs are corrected by it, and the ensemble's \

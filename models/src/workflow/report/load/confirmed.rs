@@ -1,6 +1,4 @@
-//! The simulation at the mode: quantities and damage.
-
-use surrogate::Dataset;
+//! Quantities of interest, measured, predicted and simulated at the mode, and damage there.
 
 use super::super::super::WorkflowError;
 use super::super::super::inputs::Inputs;
@@ -8,39 +6,55 @@ use crate::qoi::Quantity;
 use crate::report::{DamageState, Qoi};
 use crate::table::CsvTable;
 
-/// The quantities of interest in the experiments, the ensemble, new specimens and the simulation at the mode.
-pub(super) fn qois(
+/// The quantities of interest of the specimens.
+pub(super) fn experiments(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],
-    data: &Dataset,
-) -> Result<Vec<Qoi>, WorkflowError> {
-    let files = ["confirm.csv", "experiments.csv", "predictive.csv"];
-    let [confirm, experiments, predictive] = files.map(|file| inputs.file(file));
-    let (confirm, experiments, predictive) = (confirm?, experiments?, predictive?);
-    let confirm = CsvTable::read(
-        &confirm,
-        &["qoi", "map_simulation", "percent_error", "mesh_error_percent"],
-    )?;
-    let columns: Vec<&str> = quantities.iter().map(|quantity| quantity.column()).collect();
-    let experiments = CsvTable::read(&experiments, &columns)?;
-    let predictive = CsvTable::read(&predictive, &columns)?;
-    let mut qois = Vec::new();
-    for (m, quantity) in quantities.iter().enumerate() {
-        let name = quantity.column();
-        let row = confirm.named("qoi", name)?;
-        qois.push(Qoi {
-            label: quantity.label().to_owned(),
-            experiments: experiments.rows().map(|r| r.number(name)).collect::<Result<_, _>>()?,
-            ensemble: data.rows().map(|(_, y)| y[m]).collect(),
-            // a draw that could not be predicted is no number
-            predictive: predictive.rows().filter_map(|r| r.number(name).ok()).collect(),
-            map: row.number("map_simulation")?,
-            percent_error: row.number("percent_error")?,
-            mesh_error_percent: row.text("mesh_error_percent").parse().ok(),
-            sobol_total: Vec::new(),
-        });
+    qois: &mut [Qoi],
+) -> Result<(), WorkflowError> {
+    let columns: Vec<_> = quantities.iter().map(|quantity| quantity.column()).collect();
+    let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
+    let path = inputs.file("experiments.csv")?;
+    let table = CsvTable::read(&path, &columns)?;
+    for (qoi, name) in qois.iter_mut().zip(&columns) {
+        qoi.experiments = table.rows().map(|row| row.number(name)).collect::<Result<_, _>>()?;
     }
-    Ok(qois)
+    Ok(())
+}
+
+/// Those that new specimens will show.
+pub(super) fn predictive(
+    inputs: &Inputs<'_>,
+    quantities: &[Quantity],
+    qois: &mut [Qoi],
+) -> Result<(), WorkflowError> {
+    let columns: Vec<_> = quantities.iter().map(|quantity| quantity.column()).collect();
+    let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
+    let path = inputs.file("predictive.csv")?;
+    let table = CsvTable::read(&path, &columns)?;
+    for (qoi, name) in qois.iter_mut().zip(&columns) {
+        // a draw that could not be predicted is no number
+        qoi.predictive = table.rows().filter_map(|row| row.number(name).ok()).collect();
+    }
+    Ok(())
+}
+
+/// Those of the simulation at the mode.
+pub(super) fn at_the_mode(
+    inputs: &Inputs<'_>,
+    quantities: &[Quantity],
+    qois: &mut [Qoi],
+) -> Result<(), WorkflowError> {
+    let path = inputs.file("confirm.csv")?;
+    let columns = ["qoi", "map_simulation", "percent_error", "mesh_error_percent"];
+    let table = CsvTable::read(&path, &columns)?;
+    for (qoi, quantity) in qois.iter_mut().zip(quantities) {
+        let row = table.named("qoi", &quantity.column())?;
+        qoi.map = row.number("map_simulation")?;
+        qoi.percent_error = row.number("percent_error")?;
+        qoi.mesh_error_percent = row.text("mesh_error_percent").parse().ok();
+    }
+    Ok(())
 }
 
 /// Damage as it grows, one picture a state.

@@ -1,9 +1,10 @@
 //! Curves: those of the ensemble, those measured, and what was seen in them.
 
-use fem::read_curve;
+use fem::{CurvePoint, read_curve};
 use surrogate::Dataset;
 
 use super::super::super::WorkflowError;
+use super::super::super::ensemble::so_far;
 use super::super::super::inputs::Inputs;
 use crate::case::Toe;
 use crate::error::InputError;
@@ -12,12 +13,13 @@ use crate::table::{CsvTable, TableRow};
 
 /// A simulated curve from the origin on.
 pub(super) fn curve(inputs: &Inputs<'_>, name: &str) -> Result<Points, WorkflowError> {
-    let points = read_curve(inputs.file(name)?)?;
-    // a recorded curve starts with its first step
-    Ok([(0.0, 0.0)]
-        .into_iter()
-        .chain(points.iter().map(|p| (p.displacement_mm, p.force_n)))
-        .collect())
+    Ok(from_the_origin(&read_curve(inputs.file(name)?)?))
+}
+
+/// A recorded curve starts with its first step.
+fn from_the_origin(points: &[CurvePoint]) -> Points {
+    let steps = points.iter().map(|p| (p.displacement_mm, p.force_n));
+    [(0.0, 0.0)].into_iter().chain(steps).collect()
 }
 
 /// What was found when the measured curves were looked at.
@@ -32,11 +34,15 @@ pub(super) fn findings(inputs: &Inputs<'_>) -> Result<Vec<Finding>, WorkflowErro
     Ok(table.rows().map(finding).collect())
 }
 
+/// The runs of an ensemble, corrected, with their quantities of interest.
 pub(super) fn ensemble(
     inputs: &Inputs<'_>,
     data: &Dataset,
     results: &mut Results,
 ) -> Result<(), WorkflowError> {
+    for (m, qoi) in results.qois.iter_mut().enumerate() {
+        qoi.ensemble = data.rows().map(|(_, values)| values[m]).collect();
+    }
     for i in 0..data.len() {
         let note = |name: &str| data.note(i, name).unwrap_or_default();
         results.ensemble_seconds += note("seconds").parse().unwrap_or(0.0);
@@ -48,6 +54,25 @@ pub(super) fn ensemble(
         results.failures.push((row.number("run")? as usize, row.text("reason").to_owned()));
     }
     Ok(())
+}
+
+/// The runs that have ended of an ensemble that is under way; none where it cannot begin yet.
+pub(super) fn ensemble_so_far(inputs: &Inputs<'_>, results: &mut Results) {
+    let Ok((runs, meshes)) = so_far(inputs) else { return };
+    for (record, values) in runs.usable() {
+        results.ensemble_seconds += record.seconds;
+        results.ensemble.push(from_the_origin(&record.curve));
+        results.qois.iter_mut().zip(values).for_each(|(qoi, value)| qoi.ensemble.push(*value));
+    }
+    for (record, reason) in runs.failed() {
+        results.failures.push((record.id, reason.to_owned()));
+    }
+    if meshes > 1 && !results.ensemble.is_empty() {
+        results.notes.push(format!(
+            "The runs are those on the first of {meshes} meshes, as simulated: they are corrected by the \
+             others once all have ended."
+        ));
+    }
 }
 
 /// Measured curves, displacements scaled to the height of the mesh as in the calibration.
@@ -72,7 +97,8 @@ pub(super) fn experiments(inputs: &Inputs<'_>, results: &mut Results) -> Result<
         let curve = specimen.curve.shift_displacement(-toe).scale_displacement(factor);
         // what was measured beyond the simulated range would hide the rest
         let points = curve.displacement_mm.into_iter().zip(curve.force_n);
-        results.experiments.push((specimen.id, points.filter(|p| p.0 <= 1.05 * end).collect()));
+        let is_shown = |p: &(f64, f64)| end == 0.0 || p.0 <= 1.05 * end;
+        results.experiments.push((specimen.id, points.filter(is_shown).collect()));
     }
     Ok(())
 }

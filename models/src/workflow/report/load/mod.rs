@@ -16,52 +16,83 @@ use super::levels::corrected;
 use crate::case::{CalibrationCase, Case, Likelihood};
 use crate::error::InputError;
 use crate::qoi::Quantity;
-use crate::report::{OrderErrors, Picture, PictureContent, Results, mean, number};
+use crate::report::{OrderErrors, Picture, PictureContent, Qoi, Results, mean, number};
 use crate::table::{CsvTable, TableRow};
 
 /// Reads the results.
 pub(in crate::workflow) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
+    load_done(inputs, &|_| true)
+}
+
+/// Reads the results of the stages that are done; of an ensemble that is not, the runs that have ended.
+pub(in crate::workflow) fn load_done(
+    inputs: &Inputs<'_>,
+    done: &dyn Fn(&str) -> bool,
+) -> Result<Results, WorkflowError> {
     let case = inputs.case();
     let quantities = &case.qoi.quantities;
-    let pce: DynPce = inputs.json("surrogate.json")?;
-    let fit: FitReport = inputs.json("surrogate_error.json")?;
-    let data = Dataset::read_csv(inputs.file("runs.csv")?)?;
+    let qoi = |quantity: &Quantity| Qoi { label: quantity.label().into_owned(), ..Qoi::default() };
     let mut results = Results {
         title: title(case),
         case_toml: case.to_toml(),
-        pictures: pictures(inputs)?,
-        image_facts: image_facts(inputs)?,
-        mesh_facts: facts(&inputs.file("mesh.csv")?)?,
-        findings: measured::findings(inputs)?,
-        map_curve: measured::curve(inputs, "curves/map.csv")?,
-        baseline_curve: Some(measured::curve(inputs, "curves/baseline.csv")?),
-        damage: confirmed::damage(inputs)?,
-        orders: orders(&fit),
-        chosen_order: fit.order,
-        known_inputs: known_inputs(&pce, case),
-        order_rule: rule_in_words(case.surrogate.rule),
-        parameters: posterior::parameters(inputs, case, &data)?,
-        budget: posterior::budget(inputs, case)?,
-        summary: posterior::summary(inputs)?,
-        divergences: posterior::divergences(inputs)?,
-        loo: posterior::left_out(inputs)?,
-        further: further::further(inputs, case)?,
-        warnings: inputs.text("warnings.txt")?.lines().map(str::to_owned).collect(),
         settings: settings(case),
-        notes: notes::of_virtual_specimens(inputs, case)?,
-        qois: confirmed::qois(inputs, quantities, &data)?,
+        pictures: pictures(inputs, done)?,
+        qois: quantities.iter().map(qoi).collect(),
         ..Results::default()
     };
-    for (qoi, total) in results.qois.iter_mut().zip(pce.sobol().total) {
-        qoi.sobol_total = total;
+    if done("mesh") {
+        results.image_facts = image_facts(inputs)?;
+        results.mesh_facts = facts(&inputs.file("mesh.csv")?)?;
     }
-    results.notes.extend(notes::mesh_errors(inputs, quantities)?);
-    results.notes.extend(notes::quadrature(inputs, quantities)?);
-    measured::ensemble(inputs, &data, &mut results)?;
-    corrected(inputs, quantities, &data, &mut results)?;
-    measured::experiments(inputs, &mut results)?;
-    for k in 1..=case.confirm.draws {
-        results.posterior_curves.push(measured::curve(inputs, &format!("curves/draw-{k}.csv"))?);
+    if done("ensemble") {
+        let data = Dataset::read_csv(inputs.file("runs.csv")?)?;
+        measured::ensemble(inputs, &data, &mut results)?;
+        corrected(inputs, quantities, &data, &mut results)?;
+        if done("calibrate") {
+            results.parameters = posterior::parameters(inputs, case, &data)?;
+        }
+        results.notes.extend(notes::quadrature(inputs, quantities)?);
+    } else {
+        measured::ensemble_so_far(inputs, &mut results);
+    }
+    if done("experiments") {
+        results.findings = measured::findings(inputs)?;
+        results.notes.extend(notes::of_virtual_specimens(inputs, case)?);
+        measured::experiments(inputs, &mut results)?;
+        confirmed::experiments(inputs, quantities, &mut results.qois)?;
+    }
+    if done("surrogate") {
+        let pce: DynPce = inputs.json("surrogate.json")?;
+        let fit: FitReport = inputs.json("surrogate_error.json")?;
+        results.orders = orders(&fit);
+        results.chosen_order = fit.order;
+        results.known_inputs = known_inputs(&pce, case);
+        results.order_rule = rule_in_words(case.surrogate.rule);
+        for (qoi, total) in results.qois.iter_mut().zip(pce.sobol().total) {
+            qoi.sobol_total = total;
+        }
+    }
+    if done("calibrate") {
+        results.budget = posterior::budget(inputs, case)?;
+        results.summary = posterior::summary(inputs)?;
+        results.divergences = posterior::divergences(inputs)?;
+        results.loo = posterior::left_out(inputs)?;
+        results.warnings = inputs.text("warnings.txt")?.lines().map(str::to_owned).collect();
+        confirmed::predictive(inputs, quantities, &mut results.qois)?;
+    }
+    if done("confirm") {
+        results.map_curve = measured::curve(inputs, "curves/map.csv")?;
+        results.baseline_curve = Some(measured::curve(inputs, "curves/baseline.csv")?);
+        results.damage = confirmed::damage(inputs)?;
+        results.notes.extend(notes::mesh_errors(inputs, quantities)?);
+        confirmed::at_the_mode(inputs, quantities, &mut results.qois)?;
+        for k in 1..=case.confirm.draws {
+            let draw = measured::curve(inputs, &format!("curves/draw-{k}.csv"))?;
+            results.posterior_curves.push(draw);
+        }
+    }
+    if done("design") {
+        results.further = further::further(inputs, case)?;
     }
     Ok(results)
 }
@@ -100,7 +131,10 @@ fn rule_in_words(rule: OrderRule) -> String {
 }
 
 /// What the stages `segment` and `mesh` drew, as far as they did.
-fn pictures(inputs: &Inputs<'_>) -> Result<Vec<Picture>, WorkflowError> {
+fn pictures(
+    inputs: &Inputs<'_>,
+    done: &dyn Fn(&str) -> bool,
+) -> Result<Vec<Picture>, WorkflowError> {
     let files = [
         (
             "slices.png",
@@ -115,7 +149,8 @@ fn pictures(inputs: &Inputs<'_>) -> Result<Vec<Picture>, WorkflowError> {
         ),
     ];
     let mut pictures = Vec::new();
-    for (name, caption) in files {
+    let is_done = |name: &str| inputs.writer_of(name).is_some_and(done);
+    for (name, caption) in files.into_iter().filter(|(name, _)| is_done(name)) {
         let Some(path) = inputs.file_if_there(name) else { continue };
         let content = match name.ends_with(".svg") {
             true => std::fs::read_to_string(&path).map(PictureContent::Svg),
@@ -172,6 +207,14 @@ fn discrepancy_in_words(calibration: &CalibrationCase) -> String {
     if parts.is_empty() { "none".to_owned() } else { parts.join(", ") }
 }
 
+/// What is left out after the warmup, if anything is.
+fn left_out(sampler: &CalibrationCase) -> String {
+    match (sampler.burn_in, sampler.thin) {
+        (0, 1) => String::new(),
+        (burn_in, thin) => format!(" (every {thin}th, the first {burn_in} steps left out)"),
+    }
+}
+
 fn settings(case: &Case) -> Vec<(String, String)> {
     let sampler = &case.calibration;
     let row = |name: &str, value: String| (name.to_owned(), value);
@@ -180,8 +223,12 @@ fn settings(case: &Case) -> Vec<(String, String)> {
         row(
             "sampler",
             format!(
-                "NUTS, {} chains of {} + {} draws, seed {}",
-                sampler.chains, sampler.warmup, sampler.draws, sampler.seed
+                "NUTS, {} chains of {} + {} draws{}, seed {}",
+                sampler.chains,
+                sampler.warmup,
+                sampler.draws,
+                left_out(sampler),
+                sampler.seed
             ),
         ),
         row(

@@ -36,7 +36,7 @@ pub(super) fn mesh_errors(
     let table = CsvTable::read(&path, &["qoi", "mesh_error_percent"])?;
     let mut parts = Vec::new();
     for quantity in quantities {
-        let row = table.named("qoi", quantity.column())?;
+        let row = table.named("qoi", &quantity.column())?;
         let Ok(percent) = row.text("mesh_error_percent").parse::<f64>() else { return Ok(None) };
         parts.push(format!("{} {percent:+.1} %", quantity.label()));
     }
@@ -56,7 +56,7 @@ pub(super) fn quadrature(
     let table = CsvTable::read(&path, &["qoi", "percent"])?;
     let mut parts = Vec::new();
     for quantity in quantities {
-        let percent = table.named("qoi", quantity.column())?.number("percent")?;
+        let percent = table.named("qoi", &quantity.column())?.number("percent")?;
         parts.push(format!("{} {percent:+.1} %", quantity.label()));
     }
     Ok(Some(format!(
@@ -73,7 +73,7 @@ fn bias(inputs: &Inputs<'_>, quantities: &[Quantity]) -> Result<Vec<String>, Wor
     let mesh = table.named("quantity", "spacing_mm")?;
     let mut parts = Vec::new();
     for quantity in quantities {
-        let percent = table.named("quantity", quantity.column())?.number("percent_bias")?;
+        let percent = table.named("quantity", &quantity.column())?.number("percent_bias")?;
         parts.push(format!("{} {percent:+.1} %", quantity.label()));
     }
     Ok(vec![format!(

@@ -1,61 +1,19 @@
 //! What several calibrations say together, on one page.
 
+mod conclusions;
+mod results;
+
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use ppl::diagnostics::Identification;
 
-use super::digits::{number, within};
+use super::digits::{number, plain, within};
 use super::figures::overlaid;
 use super::page::STYLE;
-use super::results::{CalibratedParameter, Qoi, Verdict};
+use super::page::parts::table;
+use super::results::{CalibratedParameter, Verdict};
 use super::style::named_clips;
-
-/// Everything that the page of a study shows.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct StudyResults {
-    /// The headline.
-    pub(crate) title: String,
-    /// The calibrations, in order.
-    pub(crate) cases: Vec<ComparedCase>,
-    /// Every two of them, parameter by parameter.
-    pub(crate) pairs: Vec<Pair>,
-    /// The file of the study.
-    pub(crate) text: String,
-}
-
-/// One calibration of a study.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct ComparedCase {
-    /// Its name, also of the folder with its own report.
-    pub(crate) name: String,
-    /// Paths of the parameters.
-    pub(crate) names: Vec<String>,
-    /// The parameters.
-    pub(crate) parameters: Vec<CalibratedParameter>,
-    /// The published mode of each, where there is one.
-    pub(crate) reference: Vec<Option<f64>>,
-    /// The quantities of interest with the simulation at the mode.
-    pub(crate) qois: Vec<Qoi>,
-    /// Published differences of that simulation to the experiments in per cent; empty without.
-    pub(crate) reference_errors: Vec<f64>,
-    /// Warnings in words.
-    pub(crate) warnings: Vec<String>,
-}
-
-/// Two calibrations of one parameter.
-#[derive(Clone, Debug)]
-pub(crate) struct Pair {
-    /// Their names.
-    pub(crate) cases: [String; 2],
-    /// Label of the parameter.
-    pub(crate) label: String,
-    /// The mass that the posteriors have in common.
-    pub(crate) overlap: f64,
-    /// Ratio of the second to the first: median, 5 and 95 % quantiles.
-    pub(crate) ratio: [f64; 3],
-}
-
-/// Within so many per cent of the experimental mean a simulation is said to reproduce it (the paper).
-const REPRODUCED: f64 = 10.0;
+use conclusions::{conclusions, settings};
+pub(crate) use results::{ComparedCase, Conclusion, Pair, REPRODUCED, StudyResults, Variant};
 
 /// The page as HTML, figures inline.
 pub(crate) fn study_page(results: &StudyResults) -> String {
@@ -78,7 +36,18 @@ pub(crate) fn study_page(results: &StudyResults) -> String {
                     }
                     "."
                 }
+                @if !results.variants.is_empty() {
+                    p { "Under other settings: "
+                        @for (k, variant) in results.variants.iter().enumerate() {
+                            @if k > 0 { ", " }
+                            a href={ (variant.folder) "/report.html" } { (variant.title) }
+                        }
+                        "."
+                    }
+                }
                 (parameters(&results.cases))
+                (conclusions(results))
+                (settings(results))
                 (overlays(&results.cases))
                 (agreement(&results.pairs))
                 (confirmation(&results.cases))
@@ -93,10 +62,6 @@ pub(crate) fn study_page(results: &StudyResults) -> String {
     named_clips(&page.into_string(), "study")
 }
 
-fn table(header: Markup, rows: Markup) -> Markup {
-    html! { div.scroll { table { thead { tr { (header) } } tbody { (rows) } } } }
-}
-
 /// Which parameters are identified, and whether rightly.
 fn parameters(cases: &[ComparedCase]) -> Markup {
     let all = || cases.iter().flat_map(|case| &case.parameters);
@@ -109,35 +74,41 @@ fn parameters(cases: &[ComparedCase]) -> Markup {
     html! {
         section {
             h2 { "Which parameters are identified?" }
-            (table(
+            div.cards.tight { (table(
                 html! {
                     th { "case" } th.text { "parameter" } th { "MAP" }
-                    @if published { th { "published MAP" } }
+                    @if published { th { "published" } }
                     th { "mean ± sd" } th { "90 % interval" }
-                    @if with_truth { th { "truth" } th { "in the interval" } }
+                    @if with_truth { th { "truth" } }
                     th { "prior" } th { "from the data" }
                 },
                 html! { @for case in cases {
                     @for (k, p) in case.parameters.iter().enumerate() { tr {
                         td.name { @if k == 0 { (case.name) } }
                         td.name { (p.label) }
-                        td { (within((p.map, p.mean.1))) }
+                        td data-is="MAP" { (within((p.map, p.mean.1))) }
                         @if published {
-                            td { @if let Some(Some(map)) = case.reference.get(k) { (number(*map)) } }
+                            td data-is="published" {
+                                @if let Some(Some(map)) = case.reference.get(k) { (number(*map)) }
+                            }
                         }
-                        td { (within(p.mean)) " ± " (within(p.sd)) }
-                        td { (within(p.q05)) " … " (within(p.q95)) }
+                        td data-is="mean ± sd" { (within(p.mean)) " ± " (within(p.sd)) }
+                        td data-is="90 % interval" { (within(p.q05)) " … " (within(p.q95)) }
                         @if with_truth {
-                            td { @if let Some(truth) = p.truth { (number(truth)) } }
-                            td { @match inside(p) { Some(true) => "yes", Some(false) => "no", None => "" } }
+                            td data-is="truth" { @if let Some(truth) = p.truth {
+                                (plain(truth))
+                                @if inside(p) == Some(false) { ", outside" }
+                            } }
                         }
-                        td { (number(p.prior.0)) " … " (number(p.prior.1)) }
-                        td { span class=(if identified(p) { "verdict good" } else { "verdict weak" }) {
-                            (p.verdict())
-                        } }
+                        td data-is="prior" { (plain(p.prior.0)) " … " (plain(p.prior.1)) }
+                        td.wrapped data-is="from the data" {
+                            span class=(if identified(p) { "verdict good" } else { "verdict weak" }) {
+                                (p.verdict())
+                            }
+                        }
                     } }
                 } },
-            ))
+            )) }
             @if !known.is_empty() {
                 p { "Of " (known.len()) " identified parameters with a known truth "
                     (known.iter().filter(|inside| **inside).count()) " have it in their 90 % interval." }
@@ -166,7 +137,7 @@ fn overlays(cases: &[ComparedCase]) -> Markup {
             h2 { "Posteriors of all cases" }
             figure {
                 div.panels { @for label in &labels { (PreEscaped(figure(label))) } }
-                figcaption { "Densities of the draws; dashed: priors; green: truths." }
+                figcaption { "Densities of the draws; dashed: priors; dotted, upright: truths." }
             }
         }
     }
@@ -190,7 +161,7 @@ fn agreement(pairs: &[Pair]) -> Markup {
                     td { (format!("{:.0} %", 100.0 * pair.overlap)) }
                     td { (format!("{:.3}", pair.ratio[0])) }
                     td { (format!("{:.3} … {:.3}", pair.ratio[1], pair.ratio[2])) }
-                    td { @if pair.ratio[1] > 1.0 || pair.ratio[2] < 1.0 { "yes" } @else { "no" } }
+                    td { @if pair.differ() { "yes" } @else { "no" } }
                 } } },
             ))
             p.caption {
@@ -248,6 +219,7 @@ fn cautions(cases: &[ComparedCase]) -> Markup {
 
 #[cfg(test)]
 mod tests {
+    use super::super::results::Qoi;
     use super::*;
 
     fn case(name: &str, map: f64, error: f64) -> ComparedCase {
@@ -284,14 +256,33 @@ mod tests {
             ratio: [1.05, 1.02, 1.08],
         };
         let cases = vec![case("A", 284.0, 2.0), case("B", 300.0, 12.0)];
-        let results =
-            StudyResults { title: "T".into(), cases, pairs: vec![pair], text: "x".into() };
+        let results = StudyResults {
+            title: "T".into(),
+            cases: cases.clone(),
+            pairs: vec![pair],
+            text: "x".into(),
+            variants: vec![Variant { title: "V".into(), folder: "v".into(), cases }],
+            conclusions: vec![
+                Conclusion {
+                    claim: "E is identified in every case".into(),
+                    found: vec![("2 of 2".into(), true), ("1 of 2".into(), false)],
+                },
+                Conclusion {
+                    claim: "A and B agree".into(),
+                    found: vec![("overlap 25 %".into(), true), ("overlap 31 %".into(), true)],
+                },
+            ],
+        };
         let page = study_page(&results);
         for part in [
             "Of 2 identified parameters with a known truth 1 have it in their 90 % interval.",
             "1 of 2 quantities are within 10 %",
             "href=\"B/report.html\"",
-            "<td>286.2</td>",
+            "<td data-is=\"published\">286.2</td>",
+            "<td data-is=\"truth\">285, outside</td>",
+            "href=\"v/report.html\"",
+            "Under V 1 of 2 conclusions survive.",
+            "E is identified in every case",
             "<td>25 %</td><td>1.050</td><td>1.020 … 1.080</td><td>yes</td>",
             "<svg viewBox=",
         ] {

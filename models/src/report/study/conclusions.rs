@@ -1,0 +1,94 @@
+//! Which conclusions survive another setting.
+
+use maud::{Markup, html};
+
+use super::super::digits::{plain, within};
+use super::super::page::parts::table;
+use super::results::{Conclusion, StudyResults};
+
+/// What the study says, and what is said under each of its other settings.
+pub(super) fn conclusions(results: &StudyResults) -> Markup {
+    if results.variants.is_empty() {
+        return html! {};
+    }
+    let count = results.conclusions.len();
+    let survive = |k: usize| results.conclusions.iter().filter(|c| holds(c, k)).count();
+    html! {
+        section {
+            h2 { "Which conclusions survive?" }
+            @for (k, variant) in results.variants.iter().enumerate() {
+                p { "Under " (variant.title) " " (survive(k)) " of " (count) " conclusions survive." }
+            }
+            div.cards.tight { (table(
+                html! {
+                    th { "conclusion" } th.text { (results.title) }
+                    @for variant in &results.variants { th.text { (variant.title) } }
+                },
+                html! { @for conclusion in &results.conclusions { tr {
+                    td.name.wrapped.claim { (conclusion.claim) }
+                    td.text data-is=(results.title) {
+                        span { @if let Some((found, _)) = conclusion.found.first() { (found) } }
+                    }
+                    @for (k, variant) in results.variants.iter().enumerate() {
+                        td.text data-is=(variant.title) { span {
+                            @let survives = holds(conclusion, k);
+                            span class=(if survives { "verdict good" } else { "verdict weak" }) {
+                                @if survives { "survives" } @else { "does not survive" }
+                            }
+                            " " @if let Some((found, _)) = conclusion.found.get(k + 1) { (found) }
+                        } }
+                    }
+                } } },
+            )) }
+            p.caption {
+                "Each conclusion is what the first setting shows; it survives where the other setting shows \
+                 the same. Cases of one laboratory agree on a parameter where the 90 % interval of the ratio \
+                 of no two of them leaves out 1. Intervals hold the truth as often as they say where so few \
+                 hits as were counted, or fewer, have a chance of at least 5 %."
+            }
+        }
+    }
+}
+
+/// Whether the variant of this number bears a conclusion out.
+fn holds(conclusion: &Conclusion, variant: usize) -> bool {
+    conclusion.found.get(variant + 1).is_some_and(|(_, holds)| *holds)
+}
+
+/// The intervals of all settings beside each other.
+pub(super) fn settings(results: &StudyResults) -> Markup {
+    if results.variants.is_empty() {
+        return html! {};
+    }
+    let all = || {
+        [(&results.title, &results.cases)]
+            .into_iter()
+            .chain(results.variants.iter().map(|variant| (&variant.title, &variant.cases)))
+    };
+    html! {
+        section {
+            h2 { "Intervals under each setting" }
+            div.cards.tight { (table(
+                html! {
+                    th { "case" } th.text { "parameter" } th { "truth" }
+                    @for (title, _) in all() { th { (title) } }
+                },
+                html! { @for (c, case) in results.cases.iter().enumerate() {
+                    @for (k, p) in case.parameters.iter().enumerate() { tr {
+                        td.name { @if k == 0 { (case.name) } }
+                        td.name { (p.label) }
+                        td data-is="truth" { @if let Some(truth) = p.truth { (plain(truth)) } }
+                        @for (title, cases) in all() {
+                            td data-is=(title) {
+                                @if let Some(p) = cases.get(c).and_then(|case| case.parameters.get(k)) {
+                                    (within(p.q05)) " … " (within(p.q95))
+                                }
+                            }
+                        }
+                    } }
+                } },
+            )) }
+            p.caption { "90 % intervals." }
+        }
+    }
+}

@@ -1,0 +1,296 @@
+//! What a study says in sentences, and which of them are said under its other settings too.
+
+use ppl::diagnostics::Identification;
+
+use crate::report::{
+    CalibratedParameter, ComparedCase, Conclusion, Pair, REPRODUCED, StudyResults, Verdict, number,
+};
+
+/// The part of 90 % intervals that holds the truth, if they are right.
+const NOMINAL: f64 = 0.9;
+/// So rarely at least such a count has to come about by chance before it is held against them.
+const CHANCE: f64 = 0.05;
+
+/// Something that calibrations show: a claim in words, and what it rests upon.
+struct Shown {
+    claim: String,
+    found: String,
+}
+
+/// Each conclusion of the first setting, with what every setting shows of it.
+pub(super) fn conclusions(settings: &[StudyResults]) -> Vec<Conclusion> {
+    let shown: Vec<Vec<Shown>> = settings.iter().map(|setting| shown(setting, settings)).collect();
+    let Some(first) = shown.first() else { return Vec::new() };
+    let conclusion = |(k, own): (usize, &Shown)| {
+        let of = |all: &Vec<Shown>| (all[k].found.clone(), all[k].claim == own.claim);
+        Conclusion { claim: own.claim.clone(), found: shown.iter().map(of).collect() }
+    };
+    first.iter().enumerate().map(conclusion).collect()
+}
+
+/// What one setting shows, the same questions in the same order as the others.
+fn shown(setting: &StudyResults, all: &[StudyResults]) -> Vec<Shown> {
+    let cases = &setting.cases;
+    let mut shown: Vec<Shown> =
+        labels(cases).into_iter().map(|label| identification(cases, label)).collect();
+    // what is learnt under no setting has nothing to be compared
+    let learnt: Vec<&str> = labels(cases)
+        .into_iter()
+        .filter(|label| all.iter().any(|s| is_learnt_in(s, label)))
+        .collect();
+    for laboratory in laboratories(cases) {
+        shown.extend(learnt.iter().filter_map(|label| agreement(setting, laboratory, label)));
+    }
+    let pairs = setting.pairs.iter().filter(|pair| is_of_one_specimen(cases, pair));
+    let of_learnt = pairs.filter(|pair| learnt.contains(&pair.label.as_str()));
+    shown.extend(of_learnt.map(|pair| difference(cases, pair)));
+    shown.push(reproduction(cases));
+    shown.extend(coverage(cases));
+    shown
+}
+
+/// Labels of all parameters, in the order of the first that has each.
+fn labels(cases: &[ComparedCase]) -> Vec<&str> {
+    let mut labels: Vec<&str> = Vec::new();
+    for p in cases.iter().flat_map(|case| &case.parameters) {
+        if !labels.contains(&p.label.as_str()) {
+            labels.push(&p.label);
+        }
+    }
+    labels
+}
+
+/// Laboratories in order.
+fn laboratories(cases: &[ComparedCase]) -> Vec<&str> {
+    let mut names: Vec<&str> = cases.iter().filter_map(|case| case.laboratory.as_deref()).collect();
+    names.dedup();
+    names
+}
+
+fn parameter<'c>(case: &'c ComparedCase, label: &str) -> Option<&'c CalibratedParameter> {
+    case.parameters.iter().find(|p| p.label == label)
+}
+
+/// Whether the data narrowed it, be it down to a bound of its prior.
+fn is_learnt(p: &CalibratedParameter) -> bool {
+    matches!(p.verdict(), Verdict::Learnt(Identification::Identified) | Verdict::AtBound)
+}
+
+fn is_learnt_in(setting: &StudyResults, label: &str) -> bool {
+    setting.cases.iter().filter_map(|case| parameter(case, label)).any(is_learnt)
+}
+
+/// In which cases a parameter is identified.
+fn identification(cases: &[ComparedCase], label: &str) -> Shown {
+    let all: Vec<&CalibratedParameter> =
+        cases.iter().filter_map(|case| parameter(case, label)).collect();
+    let learnt = all.iter().filter(|p| is_learnt(p)).count();
+    let at_bound = all.iter().filter(|p| p.verdict() == Verdict::AtBound).count();
+    let claim = match learnt {
+        0 => format!("{label} is identified in no case"),
+        n if n == all.len() => format!("{label} is identified in every case"),
+        _ => format!("{label} is identified in some cases"),
+    };
+    let cut =
+        if at_bound > 0 { format!(", {at_bound} at a bound of its prior") } else { String::new() };
+    Shown { claim, found: format!("{learnt} of {}{cut}", all.len()) }
+}
+
+/// Whether cases against the same specimens give one value.
+fn agreement(setting: &StudyResults, laboratory: &str, label: &str) -> Option<Shown> {
+    let is_there = |name: &String| {
+        let case = setting.cases.iter().find(|case| case.name == *name);
+        case.is_some_and(|case| case.laboratory.as_deref() == Some(laboratory))
+    };
+    let pairs: Vec<&Pair> = setting
+        .pairs
+        .iter()
+        .filter(|pair| pair.label == label && pair.cases.iter().all(is_there))
+        .collect();
+    let farthest =
+        pairs.iter().max_by(|a, b| a.ratio[0].ln().abs().total_cmp(&b.ratio[0].ln().abs()))?;
+    let differ = pairs.iter().filter(|pair| pair.differ()).count();
+    let overlaps = || pairs.iter().map(|pair| 100.0 * pair.overlap);
+    let (least, most) = overlaps().fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
+    let range = if pairs.len() > 1 {
+        format!("{least:.0} to {most:.0} %")
+    } else {
+        format!("{least:.0} %")
+    };
+    let does = if differ == 0 { "agree" } else { "do not agree" };
+    let found = format!(
+        "{differ} of {} pairs differ; they overlap by {range}; farthest apart {} and {}: {}",
+        pairs.len(),
+        farthest.cases[0],
+        farthest.cases[1],
+        ratio(farthest)
+    );
+    Some(Shown { claim: format!("The cases of laboratory {laboratory} {does} on {label}"), found })
+}
+
+/// Whether two cases have one specimen and calibrate it against different ones.
+fn is_of_one_specimen(cases: &[ComparedCase], pair: &Pair) -> bool {
+    let of = |name: &String| cases.iter().find(|case| case.name == *name);
+    match (of(&pair.cases[0]), of(&pair.cases[1])) {
+        (Some(a), Some(b)) => a.specimen == b.specimen && a.laboratory != b.laboratory,
+        _ => false,
+    }
+}
+
+/// How a parameter differs between the materials of two laboratories, on one specimen.
+fn difference(cases: &[ComparedCase], pair: &Pair) -> Shown {
+    let ([a, b], label) = (&pair.cases, &pair.label);
+    let claim = match (pair.differ(), pair.ratio[0] > 1.0) {
+        (false, _) => format!("{label} of {b} and of {a} are not told apart"),
+        (true, true) => format!("{label} of {b} is larger than of {a}"),
+        (true, false) => format!("{label} of {b} is smaller than of {a}"),
+    };
+    let truth = |name: &String| {
+        let case = cases.iter().find(|case| case.name == *name)?;
+        parameter(case, label)?.truth
+    };
+    let truth = truth(b).zip(truth(a)).map(|(b, a)| format!(", of the truths {}", number(b / a)));
+    Shown { claim, found: ratio(pair) + &truth.unwrap_or_default() }
+}
+
+fn ratio(pair: &Pair) -> String {
+    let [median, low, high] = pair.ratio;
+    format!("ratio {median:.3} ({low:.3} … {high:.3})")
+}
+
+/// Whether simulations at the mode are near the experiments.
+fn reproduction(cases: &[ComparedCase]) -> Shown {
+    let errors: Vec<f64> =
+        cases.iter().flat_map(|case| &case.qois).map(|qoi| qoi.percent_error).collect();
+    let good = errors.iter().filter(|error| **error <= REPRODUCED).count();
+    let worst = errors.iter().copied().fold(0.0, f64::max);
+    let which = if good == errors.len() { "all quantities" } else { "not all quantities" };
+    Shown {
+        claim: format!("Simulations at the MAP reproduce {which} within {REPRODUCED} %"),
+        found: format!("{good} of {}, at most {worst:.1} % off", errors.len()),
+    }
+}
+
+/// Whether the intervals of what is identified hold the truth; nothing where none is known.
+fn coverage(cases: &[ComparedCase]) -> Option<Shown> {
+    let identified = |p: &&CalibratedParameter| {
+        p.verdict() == Verdict::Learnt(Identification::Identified) && p.truth.is_some()
+    };
+    let all: Vec<_> = cases.iter().flat_map(|case| &case.parameters).collect();
+    if all.iter().all(|p| p.truth.is_none()) {
+        return None;
+    }
+    let known: Vec<_> = all.into_iter().filter(identified).collect();
+    let holds = |p: &&&CalibratedParameter| {
+        p.truth.is_some_and(|truth| (p.q05.0..=p.q95.0).contains(&truth))
+    };
+    let hits = known.iter().filter(holds).count();
+    let often = if at_most(hits, known.len()) >= CHANCE { "as" } else { "less" };
+    let than = if often == "as" { "as" } else { "than" };
+    Some(Shown {
+        claim: format!(
+            "90 % intervals of what is identified hold the truth {often} often {than} they say"
+        ),
+        found: format!("{hits} of {}", known.len()),
+    })
+}
+
+/// The chance that so many hits or fewer come about of n, each with the nominal one.
+fn at_most(hits: usize, n: usize) -> f64 {
+    let mut term = (1.0 - NOMINAL).powi(n as i32);
+    let mut sum = 0.0;
+    for k in 0..=hits {
+        sum += term;
+        term *= (n as f64 - k as f64) / (k as f64 + 1.0) * NOMINAL / (1.0 - NOMINAL);
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::Qoi;
+
+    #[test]
+    fn chances_are_those_of_the_binomial_distribution() {
+        // of seven: all 0.9⁷ = 0.47830, all but one 7 · 0.9⁶ · 0.1 = 0.37201
+        assert!((at_most(7, 7) - 1.0).abs() < 1e-12);
+        assert!((at_most(5, 7) - (1.0 - 0.478_296_9 - 0.372_008_7)).abs() < 1e-6);
+        assert_eq!(at_most(0, 0), 1.0);
+    }
+
+    fn case(
+        name: &str,
+        laboratory: &str,
+        specimen: &str,
+        mean: f64,
+        sd: f64,
+        truth: f64,
+    ) -> ComparedCase {
+        let draws = (0..200).map(|i| mean + sd * (0.01 * f64::from(i) - 1.0)).collect();
+        ComparedCase {
+            name: name.into(),
+            laboratory: Some(laboratory.into()),
+            specimen: specimen.into(),
+            parameters: vec![CalibratedParameter {
+                label: "E (MPa)".into(),
+                prior: (200.0, 500.0),
+                map: mean,
+                q05: (mean - sd, 0.0),
+                q95: (mean + sd, 0.0),
+                chains: vec![draws],
+                contraction: 0.99,
+                truth: Some(truth),
+                ..Default::default()
+            }],
+            qois: vec![Qoi { percent_error: 2.5, ..Default::default() }],
+            ..Default::default()
+        }
+    }
+
+    fn setting(sd: f64, contraction: f64) -> StudyResults {
+        let mut cases = vec![
+            case("A", "50C", "a", 290.0, sd, 270.0),
+            case("B", "50C", "b", 260.0, sd, 270.0),
+            case("C", "90C", "b", 380.0, sd, 400.0),
+        ];
+        cases.iter_mut().for_each(|case| case.parameters[0].contraction = contraction);
+        let pair = |a: &str, b: &str, ratio: f64| Pair {
+            cases: [a.into(), b.into()],
+            label: "E (MPa)".into(),
+            overlap: 0.0,
+            ratio: [ratio, ratio - 0.01 * sd, ratio + 0.01 * sd],
+        };
+        let pairs = vec![pair("A", "B", 0.897), pair("A", "C", 1.310), pair("B", "C", 1.462)];
+        StudyResults { cases, pairs, ..Default::default() }
+    }
+
+    /// Narrow posteriors that differ, beside wide ones that do not, beside ones that learn nothing.
+    #[test]
+    fn a_conclusion_survives_where_the_other_setting_shows_the_same() {
+        let found = conclusions(&[setting(5.0, 0.99), setting(25.0, 0.95), setting(5.0, 0.1)]);
+        let rows: Vec<(&str, Vec<bool>)> = found
+            .iter()
+            .map(|c| (c.claim.as_str(), c.found.iter().map(|found| found.1).collect()))
+            .collect();
+        let expected: Vec<(&str, Vec<bool>)> = vec![
+            ("E (MPa) is identified in every case", vec![true, true, false]),
+            ("The cases of laboratory 50C do not agree on E (MPa)", vec![true, false, true]),
+            ("E (MPa) of C is larger than of B", vec![true, true, true]),
+            ("Simulations at the MAP reproduce all quantities within 10 %", vec![true, true, true]),
+            (
+                "90 % intervals of what is identified hold the truth less often than they say",
+                vec![true, false, false],
+            ),
+        ];
+        assert_eq!(rows, expected);
+        assert_eq!(found[2].found[0].0, "ratio 1.462 (1.412 … 1.512), of the truths 1.481");
+        assert_eq!(found[4].found[0].0, "0 of 3");
+        assert_eq!(found[4].found[2].0, "0 of 0");
+        assert!(
+            found[1].found[0]
+                .0
+                .starts_with("1 of 1 pairs differ; they overlap by 0 %; farthest apart A and B")
+        );
+    }
+}

@@ -1,0 +1,251 @@
+//! Laboratories and cases of a study side by side, on the cores of one machine.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+use super::file::{StudyCase, StudyFile, StudyLaboratory, StudySetting, truths};
+use crate::case::{CaseFile, ExperimentsCase};
+use crate::error::InputError;
+use crate::progress::{say, speaking_for};
+use crate::report::ComparedCase;
+use crate::workflow::{Cores, STAGES, Stage, Workflow, WorkflowError};
+
+/// Stages that a laboratory takes.
+pub(super) const TESTING: [&str; 3] = ["segment", "mesh", "experiments"];
+
+/// All parts of a study at work.
+pub(super) struct Shift<'a> {
+    file: &'a StudyFile,
+    dir: &'a Path,
+    threads: usize,
+    interrupt: &'a AtomicBool,
+    cores: Cores,
+    /// By the place of the part.
+    failures: Mutex<Vec<(usize, WorkflowError)>>,
+}
+
+/// Says of a laboratory whether its specimens are there: cases wait for it, whatever becomes of it.
+struct Tested<'a>(&'a OnceLock<bool>);
+
+impl Drop for Tested<'_> {
+    fn drop(&mut self) {
+        let _ = self.0.set(false);
+    }
+}
+
+impl<'a> Shift<'a> {
+    pub(super) fn new(
+        file: &'a StudyFile,
+        dir: &'a Path,
+        threads: usize,
+        interrupt: &'a AtomicBool,
+    ) -> Self {
+        let (cores, failures) = (Cores::new(threads), Mutex::default());
+        Self { file, dir, threads, interrupt, cores, failures }
+    }
+
+    /// Runs all that is not finished; what is compared of each case, setting by setting.
+    ///
+    /// # Errors
+    /// An interruption, or else the first failure in the order of the file, once all others have ended.
+    pub(super) fn run(self) -> Result<Vec<Vec<ComparedCase>>, WorkflowError> {
+        let tested: Vec<Vec<OnceLock<bool>>> = self
+            .file
+            .settings
+            .iter()
+            .map(|setting| setting.laboratories.iter().map(|_| OnceLock::new()).collect())
+            .collect();
+        let settings = || self.file.settings.iter().zip(&tested);
+        let shift = &self;
+        let all = std::thread::scope(|scope| {
+            let mut ranks = 0..;
+            let mut next = || ranks.next().unwrap_or_default();
+            for (setting, tested) in settings() {
+                let names = setting.laboratory_folders();
+                for ((laboratory, tested), name) in
+                    setting.laboratories.iter().zip(tested).zip(names)
+                {
+                    let rank = next();
+                    scope.spawn(move || {
+                        let tested = Tested(tested);
+                        let done = shift.part(rank, &name, || shift.test(rank, &name, laboratory));
+                        let _ = tested.0.set(done.is_some());
+                    });
+                }
+            }
+            let begun: Vec<Vec<_>> = settings()
+                .map(|(setting, tested)| {
+                    let cases = setting.cases.iter().zip(setting.case_folders());
+                    let begin = |(case, name): (&'a StudyCase, String)| {
+                        let (rank, tested) = (next(), tested_for(setting, case, tested));
+                        scope.spawn(move || {
+                            shift.part(rank, &name, || {
+                                if !tested.is_none_or(|tested| *tested.wait()) {
+                                    if !shift.interrupt.load(Ordering::Relaxed) {
+                                        say("left out", "its laboratory has failed");
+                                    }
+                                    return Ok(None);
+                                }
+                                shift.calibrate(rank, &name, setting, case).map(Some)
+                            })
+                        })
+                    };
+                    cases.map(begin).collect()
+                })
+                .collect();
+            let end = |case: std::thread::ScopedJoinHandle<'_, Option<Option<ComparedCase>>>| {
+                case.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)).flatten()
+            };
+            begun.into_iter().map(|cases| cases.into_iter().filter_map(end).collect()).collect()
+        });
+        let failures = self.failures.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let is_interruption = |error: &WorkflowError| matches!(error, WorkflowError::Interrupted);
+        let first =
+            failures.into_iter().min_by_key(|(rank, error)| (!is_interruption(error), *rank));
+        first.map_or(Ok(all), |(_, error)| Err(error))
+    }
+
+    /// Works on one part alone, of a case up to a stage if one is named.
+    ///
+    /// # Errors
+    /// What ends it; a part that the study has not.
+    pub(super) fn only(
+        &self,
+        name: &str,
+        until: Option<&'static Stage>,
+    ) -> Result<(), WorkflowError> {
+        let mut known: Vec<String> = Vec::new();
+        for setting in &self.file.settings {
+            for (laboratory, folder) in
+                setting.laboratories.iter().zip(setting.laboratory_folders())
+            {
+                if folder == name {
+                    return self.test(0, name, laboratory);
+                }
+                known.push(folder);
+            }
+            for (case, folder) in setting.cases.iter().zip(setting.case_folders()) {
+                if folder == name {
+                    let file = with_specimens(self.dir, setting, case);
+                    let workflow = self.open(0, name, &file)?;
+                    let Some(last) = until else { return workflow.run_all() };
+                    let before = STAGES.iter().take_while(|stage| stage.name != last.name);
+                    return before.chain([last]).try_for_each(|stage| workflow.run(stage));
+                }
+                known.push(folder);
+            }
+        }
+        let help = format!("Name one of: {}.", known.join(", "));
+        Err(InputError::new(&self.file.path, "--only", name, "is no part of the study", help)
+            .into())
+    }
+
+    /// Works on a part, whose name stands in all that is told meanwhile. A failure is told at once and kept.
+    fn part<T>(
+        &self,
+        rank: usize,
+        name: &str,
+        work: impl FnOnce() -> Result<T, WorkflowError>,
+    ) -> Option<T> {
+        speaking_for(name, || match work() {
+            Ok(done) => Some(done),
+            Err(error) => {
+                if !matches!(error, WorkflowError::Interrupted) {
+                    say("failed", &error.to_string());
+                }
+                let mut failures = self.failures.lock().unwrap_or_else(PoisonError::into_inner);
+                failures.push((rank, error));
+                None
+            }
+        })
+    }
+
+    /// Tests the specimens of a laboratory.
+    fn test(
+        &self,
+        rank: usize,
+        name: &str,
+        laboratory: &StudyLaboratory,
+    ) -> Result<(), WorkflowError> {
+        let workflow = self.open(rank, name, &laboratory.file)?;
+        TESTING
+            .iter()
+            .filter_map(|name| Stage::named(name))
+            .try_for_each(|stage| workflow.run(stage))
+    }
+
+    /// Runs a case, and takes from it what is compared.
+    fn calibrate(
+        &self,
+        rank: usize,
+        name: &str,
+        setting: &StudySetting,
+        case: &StudyCase,
+    ) -> Result<ComparedCase, WorkflowError> {
+        let file = with_specimens(self.dir, setting, case);
+        let workflow = self.open(rank, name, &file)?;
+        workflow.run_all()?;
+        let mut results = workflow.results()?;
+        let names: Vec<String> = file.case.prior.iter().flat_map(|prior| prior.names()).collect();
+        let truths = truths(setting.laboratory(case), &file);
+        for (parameter, name) in results.parameters.iter_mut().zip(&names) {
+            parameter.truth = truths.get(name).copied();
+        }
+        let reference = names
+            .iter()
+            .map(|name| {
+                let parameter = name.parse().ok()?;
+                case.reference.map.get(&parameter).copied()
+            })
+            .collect();
+        Ok(ComparedCase {
+            name: case.name.clone(),
+            laboratory: case.laboratory.clone(),
+            specimen: toml::to_string(&case.file.case.specimen).unwrap_or_default(),
+            names,
+            parameters: results.parameters,
+            reference,
+            qois: results.qois,
+            reference_errors: case.reference.percent_error.clone(),
+            warnings: results.warnings,
+        })
+    }
+
+    fn open(
+        &self,
+        rank: usize,
+        name: &str,
+        file: &CaseFile,
+    ) -> Result<Workflow<'a>, WorkflowError> {
+        let dir = self.dir.join(name);
+        Ok(Workflow::open(file, &dir, self.threads, self.interrupt)?.among(&self.cores, rank))
+    }
+}
+
+/// What says whether the specimens of a case are there, if they are those of a laboratory.
+fn tested_for<'t>(
+    setting: &StudySetting,
+    case: &StudyCase,
+    tested: &'t [OnceLock<bool>],
+) -> Option<&'t OnceLock<bool>> {
+    let named = case.laboratory.as_ref()?;
+    let place = setting.laboratories.iter().position(|laboratory| laboratory.name == *named)?;
+    tested.get(place)
+}
+
+/// A case with the specimens of its laboratory in place of its own.
+pub(super) fn with_specimens(dir: &Path, setting: &StudySetting, case: &StudyCase) -> CaseFile {
+    let mut file = case.file.clone();
+    if let Some(laboratory) = setting.laboratory(case) {
+        let folder = dir.join(setting.laboratory_folder(laboratory));
+        let toe = file.case.experiments.as_ref().map(|e| e.toe).unwrap_or_default();
+        file.case.experiments = Some(ExperimentsCase {
+            table: Some(folder.join("experiments/specimens.csv")),
+            group: None,
+            toe,
+            virtual_specimens: None,
+        });
+    }
+    file
+}

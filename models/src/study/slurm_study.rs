@@ -1,0 +1,159 @@
+//! A study as jobs of a Slurm cluster: of each laboratory one, of each case one that makes its mesh, an array
+//! that makes its runs, and one that does the rest, each after those whose products it reads.
+
+use std::path::Path;
+
+use super::slurm::{SlurmError, SlurmJobs, plain, sbatch};
+use super::status::PartStatus;
+
+/// A laboratory or a case of a study, and how far it is.
+#[derive(Clone, Debug)]
+pub struct StudyPart {
+    /// Its folder within that of the study, and its stages.
+    pub status: PartStatus,
+    /// Whether it is a case; the folder of the laboratory whose specimens it takes, if it is one.
+    pub case: Option<Option<String>>,
+}
+
+/// A job of a study.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StudyJob {
+    /// Its number.
+    pub number: String,
+    /// What it does.
+    pub does: String,
+}
+
+impl SlurmJobs {
+    /// The script of all jobs of a study, which is told by its arguments what to do; without any it does all of
+    /// it in one job.
+    ///
+    /// # Errors
+    /// [`SlurmError::Name`].
+    pub fn study_script(&self, study: &Path, set: &[String]) -> Result<String, SlurmError> {
+        let [program, results] = [&self.program, &self.results].map(|path| plain(path));
+        let (program, results, study) = (program?, results?, plain(study)?);
+        let options = self.options(&[], "%x-%j")?;
+        let mut keys = String::new();
+        for key in set {
+            if key.contains(['\'', '\n', '\\']) {
+                return Err(SlurmError::Name(key.clone()));
+            }
+            keys += &format!(" --set '{key}'");
+        }
+        let cpus = self.cpus.max(1);
+        Ok(format!(
+            r#"#!/bin/bash
+# Parts of a study by jobs that share one folder: what is finished is never made again. How far it is:
+# breccia status '{results}'
+{options}
+program='{program}'
+results='{results}'
+threads="${{SLURM_CPUS_PER_TASK:-{cpus}}}"
+study=("$program" study '{study}' --out "$results" --threads "$threads"{keys})
+
+# exec: signals reach the program
+case "${{1:-}}" in
+mesh) exec "${{study[@]}}" --only "$2" --until mesh ;;
+runs) exec "$program" ensemble --out "$results/$2" --threads "$threads" --share ;;
+part) exec "${{study[@]}}" --only "$2" ;;
+*) exec "${{study[@]}}" ;;
+esac
+"#
+        ))
+    }
+
+    /// Submits what is left of each part, and a job that concludes once all have ended, however they end.
+    ///
+    /// # Errors
+    /// [`SlurmError::NoSlurm`], [`SlurmError::Refused`].
+    pub fn submit_study(
+        &self,
+        script: &Path,
+        parts: &[StudyPart],
+    ) -> Result<Vec<StudyJob>, SlurmError> {
+        let mut jobs: Vec<StudyJob> = Vec::new();
+        // numbers of those that end the parts, by their folders
+        let mut last: Vec<(&str, String)> = Vec::new();
+        for StudyPart { status, case } in parts {
+            let name = status.name.as_str();
+            let done = |stage: &str| status.stages.iter().any(|s| s.stage == stage && s.is_done());
+            if status.stages.iter().all(|stage| stage.is_done()) {
+                continue;
+            }
+            let mut submit = |what: &'static str, after: &[&str], array: bool, part: &[&str]| {
+                let job_name = format!("--job-name=breccia-{}-{}", name.replace('/', "-"), part[0]);
+                let mut options = vec![job_name];
+                if !after.is_empty() {
+                    options.push(format!("--dependency=afterany:{}", after.join(":")));
+                }
+                if array {
+                    options.push(format!("--array=0-{}", self.tasks.max(1) - 1));
+                }
+                let options: Vec<&str> = options.iter().map(String::as_str).collect();
+                let number = sbatch("job", &options, script, part)?;
+                jobs.push(StudyJob { number: number.clone(), does: format!("{name}: {what}") });
+                Ok::<String, SlurmError>(number)
+            };
+            let Some(laboratory) = case else {
+                last.push((name, submit("specimens", &[], false, &["part", name])?));
+                continue;
+            };
+            let mut after = Vec::new();
+            if !done("ensemble") {
+                let mesh = match done("mesh") {
+                    true => None,
+                    false => Some(submit("mesh", &[], false, &["mesh", name])?),
+                };
+                let mesh: Vec<&str> = mesh.iter().map(String::as_str).collect();
+                after.push(submit("runs", &mesh, true, &["runs", name])?);
+            }
+            let tested = laboratory.as_ref().and_then(|l| last.iter().find(|(of, _)| of == l));
+            after.extend(tested.map(|(_, number)| number.clone()));
+            let after: Vec<&str> = after.iter().map(String::as_str).collect();
+            last.push((name, submit("calibration", &after, false, &["part", name])?));
+        }
+        let ends: Vec<&str> = last.iter().map(|(_, number)| number.as_str()).collect();
+        let mut options = vec!["--job-name=breccia-study".to_owned()];
+        if !ends.is_empty() {
+            options.push(format!("--dependency=afterany:{}", ends.join(":")));
+        }
+        let options: Vec<&str> = options.iter().map(String::as_str).collect();
+        let number = sbatch("job", &options, script, &["all"])?;
+        jobs.push(StudyJob { number, does: "what is left, and what all show together".to_owned() });
+        Ok(jobs)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_script_says_what_each_job_does() {
+        let jobs = SlurmJobs {
+            program: "/opt/breccia".into(),
+            results: "/scratch/study".into(),
+            tasks: 4,
+            cpus: 2,
+            time: Some("1:00:00".into()),
+            memory: None,
+            partition: None,
+            options: Vec::new(),
+        };
+        let set = ["qoi.quantities=[\"slope\"]".to_owned()];
+        let script = jobs.study_script(Path::new("/home/me/study.toml"), &set).unwrap();
+        for part in [
+            "#SBATCH --cpus-per-task=2\n",
+            "#SBATCH --time=1:00:00\n",
+            "#SBATCH --output=\"/scratch/study/slurm/%x-%j.log\"\n",
+            "study '/home/me/study.toml' --out \"$results\"",
+            "--set 'qoi.quantities=[\"slope\"]')\n",
+        ] {
+            assert!(script.contains(part), "{part} is not in {script}");
+        }
+        assert!(!script.contains("--array"), "{script}");
+        let odd = ["specimen.image.stack=\"it's\"".to_owned()];
+        assert!(jobs.study_script(Path::new("/s.toml"), &odd).is_err());
+    }
+}
