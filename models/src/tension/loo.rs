@@ -2,14 +2,9 @@
 
 use ppl::diagnostics::Loo;
 use ppl::prelude::*;
-use ppl::rand::SeedableRng;
-use ppl::rand_xoshiro::Xoshiro256PlusPlus;
 use ppl::{DomainError, Posterior};
 
 use super::{HardeningLaw, TensionError, TensionTest, calibrate};
-
-/// Points of the integral over the parameters of a specimen.
-const NODES: usize = 400;
 
 /// A population at one draw of the posterior.
 pub(super) struct Population {
@@ -18,25 +13,28 @@ pub(super) struct Population {
     pub(super) sd_mpa: f64,
 }
 
-/// Parameters that a specimen may have: where the integral over them is evaluated.
-pub(super) struct Node {
+/// What a curve says of its parameters, by its least-squares fit.
+pub(super) struct CurveFit {
+    points: f64,
+    /// The logarithms of the parameters.
     ln_own: [f64; 3],
-    ln_proposal: f64,
-    /// Σ (σ − law)² over the points of the specimen, MPa².
+    /// Σ (σ − law)² there, MPa².
     squares: f64,
+    /// The factor of (JᵀJ)⁻¹, with the derivatives J of the law at the points by them.
+    unit: DynCholeskyFactor<f64>,
 }
 
 /// How well each specimen is predicted from the others by a calibration `posterior` of the law `L`.
 ///
 /// What is left out is a whole curve, since that is what the next specimen brings; single points of a curve
 /// are told by their neighbours, so that leaving out one tests interpolation only. The density
-/// of a curve, p(y_k | μ, s, R, sd) = ∫ p(y_k | θ, sd) N(ln θ; μ, Σ) d ln θ, is integrated over parameters
-/// drawn about those that the posterior gives the specimen. Draws are reweighted (PSIS); where Pareto's k
+/// of a curve, p(y_k | μ, s, R, sd) = ∫ p(y_k | θ, sd) N(ln θ; μ, Σ) d ln θ, has the integral of the law linear about
+/// the curve's least-squares fit. Draws are reweighted (PSIS); where Pareto's k
 /// says that this does not do, `sampler` runs again without the specimen. In place of its k the result then
 /// has −∞.
 ///
 /// # Errors
-/// Fewer than 25 draws; a sampler that cannot start.
+/// Fewer than 25 draws; a sampler that cannot start; a curve that does not tell three parameters.
 ///
 /// # Reference
 /// Merkle, Furr & Rabe-Hesketh (2019), doi:10.1007/s11336-019-09679-0, for leaving out groups by their
@@ -47,21 +45,23 @@ pub fn loo_by_specimen<L: HardeningLaw>(
     sampler: &Nuts<'_>,
 ) -> Result<Loo, TensionError> {
     let drawn = populations(posterior)?;
-    let nodes = tests.iter().enumerate();
-    let nodes: Vec<Vec<Node>> =
-        nodes.map(|(k, test)| nodes_of::<L>(posterior, k, test)).collect::<Result<_, _>>()?;
-    let densities = |population: &Population| {
-        let with_tests = nodes.iter().zip(tests);
-        with_tests.map(|(nodes, test)| ln_density(nodes, test, population)).collect::<Vec<f64>>()
-    };
-    let rows: Vec<f64> = drawn.iter().flat_map(densities).collect();
+    let fits = tests.iter().enumerate();
+    let fits: Vec<CurveFit> =
+        fits.map(|(k, test)| fit_of::<L>(posterior, k, test)).collect::<Result<_, _>>()?;
+    let mut rows = Vec::with_capacity(drawn.len() * tests.len());
+    for population in &drawn {
+        for fit in &fits {
+            rows.push(ln_density(fit, population)?);
+        }
+    }
     let group = &posterior.posterior;
     let mut loo = Loo::new(group.chains, group.draws, tests.len(), &rows)?;
     for k in loo.unreliable() {
         let others: Vec<TensionTest> =
             tests.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, t)| t.clone()).collect();
         let without = populations(&calibrate::<L>(&others, sampler)?)?;
-        let terms: Vec<f64> = without.iter().map(|p| ln_density(&nodes[k], &tests[k], p)).collect();
+        let terms: Vec<f64> =
+            without.iter().map(|p| ln_density(&fits[k], p)).collect::<Result<_, _>>()?;
         loo = loo.refitted(k, ln_sum_exp(&terms) - (terms.len() as f64).ln());
     }
     Ok(loo)
@@ -82,49 +82,75 @@ pub(super) fn populations(posterior: &Posterior) -> Result<Vec<Population>, Doma
     draws.map(population).collect()
 }
 
-/// Parameters drawn from a normal half as wide again as the posterior of those of specimen `k`.
-pub(super) fn nodes_of<L: HardeningLaw>(
+/// The least-squares fit of a curve, by Gauss and Newton from the posterior mean of specimen `k`.
+pub(super) fn fit_of<L: HardeningLaw>(
     posterior: &Posterior,
     k: usize,
     test: &TensionTest,
-) -> Result<Vec<Node>, DomainError> {
-    const WIDER: f64 = 1.5;
-    let data = posterior.values("ln_own").map_or(&[][..], |values| &values.data[..]);
-    let size = 3 * posterior.values("ln_own").map_or(0, |v| v.shape.first().copied().unwrap_or(0));
-    let own: Vec<[f64; 3]> =
-        data.chunks_exact(size.max(1)).map(|row| std::array::from_fn(|i| row[3 * k + i])).collect();
-    let n = own.len() as f64;
-    let mean: [f64; 3] = std::array::from_fn(|i| own.iter().map(|x| x[i]).sum::<f64>() / n);
-    let covariance = |i: usize, j: usize| {
-        let terms = own.iter().map(|x| (x[i] - mean[i]) * (x[j] - mean[j]));
-        WIDER * WIDER * terms.sum::<f64>() / (n - 1.0)
+) -> Result<CurveFit, DomainError> {
+    const STEPS: usize = 20;
+    const DIFFERENCE: f64 = 1e-5;
+    let own = posterior.values("ln_own");
+    let size = own.map_or(1, |values| values.size().max(1));
+    let draws = own.map_or(&[][..], |values| &values.data[..]).chunks_exact(size);
+    let n = draws.len() as f64;
+    let mut ln_own: [f64; 3] =
+        std::array::from_fn(|i| draws.clone().map(|row| row[3 * k + i]).sum::<f64>() / n);
+    let stress = |ln: &[f64; 3], strain: f64| L::stress_mpa(&ln.map(f64::exp), strain);
+    let slopes = |at: &[f64; 3], strain: f64| -> [f64; 3] {
+        std::array::from_fn(|i| {
+            let moved = |by: f64| std::array::from_fn(|j| at[j] + if i == j { by } else { 0.0 });
+            (stress(&moved(DIFFERENCE), strain) - stress(&moved(-DIFFERENCE), strain))
+                / (2.0 * DIFFERENCE)
+        })
     };
-    let matrix: Vec<Vec<f64>> =
-        (0..3).map(|i| (0..3).map(|j| covariance(i, j)).collect()).collect();
-    let rows = DynCholeskyFactor::of_covariance(&matrix)?.rows();
-    let rows = std::array::from_fn(|i| std::array::from_fn(|j| rows[i][j]));
-    let proposal = MvNormalCholesky(mean, CholeskyFactor::new(rows)?);
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(k as u64);
-    let node = |_| {
-        let ln_own: [f64; 3] = proposal.draw(&mut rng);
-        let own = ln_own.map(f64::exp);
-        let misfit = test.points.iter().map(|point| {
-            (point.true_stress_mpa - L::stress_mpa(&own, point.plastic_strain)).powi(2)
-        });
-        Node { ln_own, ln_proposal: proposal.ln_density(&ln_own), squares: misfit.sum() }
-    };
-    Ok((0..NODES).map(node).collect())
+    let mut factor = None;
+    let mut squares = 0.0;
+    for _ in 0..STEPS {
+        let (mut normal, mut right) = (vec![vec![0.0; 3]; 3], [0.0; 3]);
+        squares = 0.0;
+        for point in &test.points {
+            let gap = point.true_stress_mpa - stress(&ln_own, point.plastic_strain);
+            let slopes = slopes(&ln_own, point.plastic_strain);
+            squares += gap * gap;
+            for i in 0..3 {
+                right[i] += slopes[i] * gap;
+                (0..3).for_each(|j| normal[i][j] += slopes[i] * slopes[j]);
+            }
+        }
+        let inverse = inverse(&DynCholeskyFactor::of_covariance(&normal)?)?;
+        for i in 0..3 {
+            ln_own[i] += (0..3).map(|j| inverse[i][j] * right[j]).sum::<f64>();
+        }
+        factor = Some(DynCholeskyFactor::of_covariance(&inverse)?);
+    }
+    let unit = factor.ok_or_else(|| DomainError::new("no step of least squares"))?;
+    Ok(CurveFit { points: test.points.len() as f64, ln_own, squares, unit })
 }
 
-/// ln ∫ p(y | θ, sd) N(ln θ; μ, Σ) d ln θ
-pub(super) fn ln_density(nodes: &[Node], test: &TensionTest, population: &Population) -> f64 {
-    let prior = MvNormalCholesky(population.mean, population.factor);
-    let sd = population.sd_mpa;
-    let normalised = test.points.len() as f64 * (sd * std::f64::consts::TAU.sqrt()).ln();
-    let term = |node: &Node| {
-        let fits = -0.5 * node.squares / (sd * sd) - normalised;
-        fits + prior.ln_density(&node.ln_own) - node.ln_proposal
+/// (L Lᵀ)⁻¹ from the rows of L⁻¹ applied to unit vectors.
+fn inverse(factor: &DynCholeskyFactor<f64>) -> Result<Vec<Vec<f64>>, DomainError> {
+    let column = |i: usize| {
+        let unit: Vec<f64> = (0..3).map(|j| if i == j { 1.0 } else { 0.0 }).collect();
+        factor.solve_lower(&unit)
     };
-    let terms: Vec<f64> = nodes.iter().map(term).collect();
-    ln_sum_exp(&terms) - (NODES as f64).ln()
+    let columns: Vec<Vec<f64>> = (0..3).map(column).collect::<Result<_, _>>()?;
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum();
+    Ok((0..3).map(|i| (0..3).map(|j| product(&columns[i], &columns[j])).collect()).collect())
+}
+
+/// ln ∫ p(y | θ, sd) N(ln θ; μ, Σ) d ln θ with the law linear about the fit: the density of the fit's residuals,
+/// times that of the fitted parameters about the population, N(ln θ̂; μ, Σ + sd² (JᵀJ)⁻¹).
+pub(super) fn ln_density(fit: &CurveFit, population: &Population) -> Result<f64, DomainError> {
+    let variance = population.sd_mpa.powi(2);
+    let own = fit.unit.covariance();
+    let scatter = population.factor.covariance();
+    let both: Vec<Vec<f64>> =
+        (0..3).map(|i| (0..3).map(|j| scatter[i][j] + variance * own[i][j]).collect()).collect();
+    let about =
+        MvNormalCholesky(population.mean.to_vec(), DynCholeskyFactor::of_covariance(&both)?);
+    let volume: f64 = (0..3).map(|i| fit.unit.get(i, i).ln()).sum();
+    let residuals = -0.5 * fit.squares / variance
+        - 0.5 * (fit.points - 3.0) * (std::f64::consts::TAU * variance).ln();
+    Ok(residuals + volume + about.ln_density(&fit.ln_own.to_vec()))
 }
