@@ -295,6 +295,7 @@ fn inputs_that_are_integrated_out_do_what_sampled_ones_do() {
         known: known.iter().map(|k| k.map(|k| vec![k])).collect(),
         population: Some(population.clone()),
         shared: shared.clone(),
+        ..Evidence::default()
     };
     let sampler = Nuts::default().chains(4).draws(4000).seed(5).target_accept(0.95);
     let marginal = calibrate(&pce, &evidence, &sampler, 5).unwrap().posterior;
