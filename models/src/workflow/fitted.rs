@@ -70,8 +70,9 @@ impl Fitted {
     /// # Errors
     /// Their files, where they cannot be read.
     pub(super) fn read(inputs: &Inputs<'_>) -> Result<Self, WorkflowError> {
-        let runs = Dataset::read_csv(inputs.file("runs.csv")?)?;
+        // the stage before it is the one to be named where there is none
         let pce: DynPce = inputs.json("surrogate.json")?;
+        let runs = Dataset::read_csv(inputs.file("runs.csv")?)?;
         let known = KnownStiffness::of(&pce, &runs, &of_specimens(inputs)?);
         Ok(Self {
             pce,
