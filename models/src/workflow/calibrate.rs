@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 
 use ppl::diagnostics::{LooPoint, e_bfmi};
-use ppl::{ChainStatus, Nuts, Posterior, Progress};
+use ppl::{ChainStatus, Nuts, Posterior, Progress, WarningKind};
 use surrogate::Input;
 
 use super::WorkflowError;
@@ -75,6 +75,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         row.name = parameter_name(&row.name);
         row.place.clone_from(&row.name);
     }
+    // specimens of one kind, whose inputs are known or are not, may be missing, and there are always some
+    summary.warnings.retain(|warning| warning.kind != WarningKind::NoData);
     let table = task.product("summary.csv")?;
     summary.write_csv(&table).map_err(|e| WorkflowError::io(&table, e))?;
     // warnings name parameters as the model does
