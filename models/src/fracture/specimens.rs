@@ -199,7 +199,7 @@ impl Specimens {
                 point.iter().copied().chain(middle.into_iter().map(R::from)).collect();
             let leverage = coefficients.try_at(&place)?[0];
             for (row, scatter) in shared.iter_mut().zip(scatter) {
-                row.iter_mut().zip(scatter).for_each(|(entry, &s)| *entry = *entry + leverage * s);
+                row.iter_mut().zip(scatter).for_each(|(entry, &s)| *entry += leverage * s);
             }
         }
         Ok(shared)
@@ -388,6 +388,6 @@ pub(super) fn scaled<R: Scalar>(mean: &[R], n: usize) -> Vec<R> {
 
 fn add<R: Scalar>(matrix: &mut [Vec<R>], entry: impl Fn(usize, usize) -> R) {
     for (i, row) in matrix.iter_mut().enumerate() {
-        row.iter_mut().enumerate().for_each(|(j, own)| *own = *own + entry(i, j));
+        row.iter_mut().enumerate().for_each(|(j, own)| *own += entry(i, j));
     }
 }

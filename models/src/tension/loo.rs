@@ -71,15 +71,13 @@ pub(super) fn populations(posterior: &Posterior) -> Result<Vec<Population>, Doma
     let of = |name: &str| posterior.values(name).map_or(&[][..], |values| &values.data[..]);
     let (means, scatters) = (of("ln_mean").chunks_exact(3), of("scatter").chunks_exact(3));
     let draws = means.zip(scatters).zip(of("corr").chunks_exact(9)).zip(of("sd"));
-    let population = |(((mean, scatter), corr), &sd_mpa): (((&[f64], &[f64]), &[f64]), &f64)| {
+    let mut found = Vec::new();
+    for (((mean, scatter), corr), &sd_mpa) in draws {
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| scatter[i] * corr[3 * i + j]));
-        Ok(Population {
-            mean: [mean[0], mean[1], mean[2]],
-            factor: CholeskyFactor::new(rows)?,
-            sd_mpa,
-        })
-    };
-    draws.map(population).collect()
+        let mean = [mean[0], mean[1], mean[2]];
+        found.push(Population { mean, factor: CholeskyFactor::new(rows)?, sd_mpa });
+    }
+    Ok(found)
 }
 
 /// The least-squares fit of a curve, by Gauss and Newton from the posterior mean of specimen `k`.

@@ -66,7 +66,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     posterior.write_zarr(&zarr).map_err(|e| WorkflowError::io(&zarr, e))?;
     write_draws(task, posterior)?;
     write_predictions(task, posterior, pce.outputs())?;
-    if let Some(told) = write_predicted_curves(task, &pce, posterior, &evidence)? {
+    if let Some(told) = write_predicted_curves(task, pce, posterior, &evidence)? {
         say("note", &told);
     }
     let mut summary = posterior.summary();

@@ -44,6 +44,9 @@ pub(super) struct Batches<'a> {
     first: usize,
 }
 
+/// Runs with their quantities, and how well corrections from them are known.
+type Learnt = (Dataset, Vec<FitReport>);
+
 /// What a calibration to the runs until then said.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Look {
@@ -117,7 +120,7 @@ impl<'a> Batches<'a> {
         &self,
         runner: &Runner<'_>,
         done: &mut LevelRuns,
-        data: &mut dyn FnMut(&LevelRuns) -> Result<(Dataset, Vec<FitReport>), WorkflowError>,
+        data: &mut dyn FnMut(&LevelRuns) -> Result<Learnt, WorkflowError>,
     ) -> Result<Vec<Look>, WorkflowError> {
         let task = runner.task;
         let mut looks = Vec::new();
@@ -146,7 +149,7 @@ impl<'a> Batches<'a> {
         &self,
         task: &Task<'_>,
         k: usize,
-        data: &mut dyn FnMut() -> Result<(Dataset, Vec<FitReport>), WorkflowError>,
+        data: &mut dyn FnMut() -> Result<Learnt, WorkflowError>,
     ) -> Result<Option<Look>, WorkflowError> {
         if let Some(look) = self.kept(k) {
             return Ok(Some(look));

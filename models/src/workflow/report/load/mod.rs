@@ -194,11 +194,14 @@ fn with_unit(name: &str) -> String {
     name.replace('_', " ") + unit
 }
 
+/// An index with the ends of its interval, where there is one.
+type SobolIndex = (f64, Option<[f64; 2]>);
+
 /// Total Sobol indices of each quantity, with the ends of their intervals where there are some.
 fn sobol(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],
-) -> Result<Vec<Vec<(f64, Option<[f64; 2]>)>>, WorkflowError> {
+) -> Result<Vec<Vec<SobolIndex>>, WorkflowError> {
     let path = inputs.file("sobol.csv")?;
     let table = CsvTable::read(&path, &["qoi", "total", "total_q05", "total_q95"])?;
     // an output without variance has none
