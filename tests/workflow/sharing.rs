@@ -133,7 +133,7 @@ fn status_tells_what_is_done_stale_stopped_and_under_way_and_changes_nothing() {
     wait_for("a run that has ended", || !finished(&results.join("ensemble")).is_empty());
     wait_for("a run under way after another", || {
         let (code, stages) = status(dir.path(), "out");
-        assert!(code == Some(3) && stages.len() == 8, "{stages:?}");
+        assert!(code == Some(3) && stages.len() == 9, "{stages:?}");
         assert!(child.try_wait().unwrap().is_none(), "too quick to be seen: {stages:?}");
         let line = &stages["ensemble"];
         line.starts_with("running") && line.contains("an hour") && line.contains("left")
@@ -147,7 +147,7 @@ fn status_tells_what_is_done_stale_stopped_and_under_way_and_changes_nothing() {
     let page = || std::fs::read_to_string(results.join("report.html")).unwrap();
     for part in [
         "Not finished",
-        "Missing: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm.",
+        "Missing: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, design.",
         &format!(
             "{} simulated tests over the prior box",
             finished(&results.join("ensemble")).len()
