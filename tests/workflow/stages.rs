@@ -27,6 +27,8 @@ fn readers(key: &str) -> &'static [&'static str] {
         ["fidelity", ..] => &["experiments", "ensemble"],
         ["surrogate", ..] => &["surrogate"],
         ["experiments", "virtual", "truth", ..] => &["experiments", "calibrate"],
+        // predicted curves stand over the curves as they were taken
+        ["experiments", "toe"] => &["experiments", "calibrate"],
         ["experiments", ..] => &["experiments"],
         // another likelihood puts other quantities into [qoi]
         ["calibration", "likelihood"] => {
