@@ -148,11 +148,6 @@ fn status_tells_what_is_done_stale_stopped_and_under_way_and_changes_nothing() {
     for part in [
         "Not finished",
         "Missing: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, design.",
-        &format!(
-            "{} simulated tests over the prior box",
-            finished(&results.join("ensemble")).len()
-        ),
-        "<svg viewBox=",
     ] {
         assert!(page().contains(part), "{part}");
     }

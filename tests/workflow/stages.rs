@@ -25,7 +25,8 @@ fn readers(key: &str) -> &'static [&'static str] {
         ["prior", ..] => &["ensemble", "calibrate", "design"],
         ["design", ..] => &["ensemble"],
         ["fidelity", ..] => &["experiments", "ensemble"],
-        ["surrogate", ..] => &["surrogate"],
+        // the shape of predicted curves has a surrogate of its own
+        ["surrogate", ..] => &["surrogate", "calibrate"],
         ["experiments", "virtual", "truth", ..] => &["experiments", "calibrate"],
         // predicted curves stand over the curves as they were taken
         ["experiments", "toe"] => &["experiments", "calibrate"],
