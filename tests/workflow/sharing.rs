@@ -177,8 +177,7 @@ fn status_tells_what_is_done_stale_stopped_and_under_way_and_changes_nothing() {
     let (code, stages) = status(dir.path(), "out");
     assert_eq!(code, Some(3));
     assert_eq!(stages["surrogate"], "stale    surrogate has changed in the case");
-    assert!(stages["calibrate"].contains("surrogate before it is: surrogate has changed"));
-    for stage in ["confirm", "report"] {
+    for stage in ["calibrate", "confirm", "report"] {
         assert!(stages[stage].starts_with("stale"), "{stages:?}");
     }
     for stage in ["segment", "mesh", "experiments", "ensemble"] {
