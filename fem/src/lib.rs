@@ -57,22 +57,24 @@
 //! 1. `error`: what can be wrong, with its source
 //! 2. `file`: files that are written whole or not at all
 //! 3. `fields`: displacement and damage at the nodes
-//! 4. `image`: voxels from TIFF stacks, grains from voxels
-//! 5. `mesh`: tetrahedra with named regions and surfaces; Gmsh, ParaView and STL files
-//! 6. `specimen`: grains, packings and their labels
-//! 7. `element`: linear and quadratic tetrahedra, quadrature, the space on a mesh
-//! 8. `material`: laws, damage, and what they give at a point
-//! 9. `operator`: residual and tangent of a whole mesh, bounds of the unknowns
-//! 10. `solve`: Newton, alternate minimisation, arc length, contact passes, rates with parameters, linear
+//! 4. `device`: where kernels run: a graphics card, or this machine in its place
+//! 5. `image`: voxels from TIFF stacks, grains from voxels
+//! 6. `mesh`: tetrahedra with named regions and surfaces; Gmsh, ParaView and STL files
+//! 7. `specimen`: grains, packings and their labels
+//! 8. `element`: linear and quadratic tetrahedra, quadrature, the space on a mesh
+//! 9. `material`: laws, damage, and what they give at a point
+//! 10. `operator`: residual and tangent of a whole mesh, bounds of the unknowns
+//! 11. `solve`: Newton, alternate minimisation, arc length, contact passes, rates with parameters, linear
 //!     solvers
-//! 11. `boundary`: conditions, loads, platens and contact
-//! 12. `problem`: a problem, its load steps, curves and checkpoints
-//! 13. `ensemble`: many runs in a directory
-//! 14. `bench`: what the bench of the engine calls (feature `bench-internals`)
+//! 12. `boundary`: conditions, loads, platens and contact
+//! 13. `problem`: a problem, its load steps, curves and checkpoints
+//! 14. `ensemble`: many runs in a directory
+//! 15. `bench`: what the bench of the engine calls (feature `bench-internals`)
 
 #[cfg(feature = "bench-internals")]
 pub mod bench;
 mod boundary;
+mod device;
 mod element;
 mod ensemble;
 mod error;
@@ -90,6 +92,7 @@ mod specimen;
 pub mod equations {}
 
 pub use boundary::{Axis, Conditions, ContactPoint, Platen};
+pub use device::{ComputeDevice, DeviceError};
 pub use element::{Order, PointValues};
 pub use ensemble::{
     Ensemble, EnsembleError, EnsembleProgress, EnsembleState, RunEnd, RunInput, RunRecord,

@@ -68,7 +68,14 @@ enum Command {
     },
     /// Run one compression test with the case's own parameters: curve.csv
     #[command(after_help = "Example:\n  breccia simulate my.toml --out try")]
-    Simulate(CaseAndFolder),
+    Simulate {
+        #[command(flatten)]
+        target: CaseAndFolder,
+
+        /// Where linear systems are solved
+        #[arg(long, value_enum, default_value_t)]
+        device: models::DeviceChoice,
+    },
     /// Run several calibrations that belong together, and compare them: study.csv, report.html
     #[command(
         after_help = "Writes a folder of results for each case, with all that `run` writes, and in DIR study.csv\n\
@@ -239,9 +246,9 @@ fn run(request: Request, threads: usize) -> Result<ExitCode, Failure> {
         }
         Request::Command(Command::Init { own_data: Some(folder), .. }) => init_own_data(&folder)?,
         Request::Command(Command::Init { file, own_data: None }) => init(&file)?,
-        Request::Command(Command::Simulate(target)) => {
+        Request::Command(Command::Simulate { target, device }) => {
             let file = target.case_file().map_err(WorkflowError::from)?;
-            let path = models::simulate(&file, &target.out, &INTERRUPT)?;
+            let path = models::simulate(&file, &target.out, device, &INTERRUPT)?;
             println!("{}", path.display());
         }
         Request::Command(Command::Study { file: path, out, set, only, until, jobs }) => {

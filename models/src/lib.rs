@@ -75,6 +75,6 @@ pub use study::{
 };
 pub use virtual_specimen::VirtualSpecimen;
 pub use workflow::{
-    RunCounts, STAGES, SimulatedLaboratories, Stage, StageState, StageStatus, Workflow,
-    WorkflowError, simulate, simulate_laboratories, status,
+    DeviceChoice, RunCounts, STAGES, SimulatedLaboratories, Stage, StageState, StageStatus,
+    Workflow, WorkflowError, simulate, simulate_laboratories, status,
 };

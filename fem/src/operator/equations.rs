@@ -4,6 +4,7 @@ use super::cell_stress::CellStress;
 use super::layout::LANES;
 use super::pattern::Tangent;
 use super::residual::{Increment, Residual, Shift};
+use crate::device::{Array, DeviceError};
 use crate::element::Domain;
 use crate::material::Inverted;
 
@@ -58,7 +59,13 @@ pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
     fn domain(&self) -> &dyn Domain;
 }
 
-/// A tangent that is applied without being assembled; a device is one more of these.
+/// A product with vectors that are on a device.
+pub(crate) trait AppliedOnDevice {
+    /// y = A x, four values a node.
+    fn apply(&mut self, x: &Array<f64>, y: &mut Array<f64>) -> Result<(), DeviceError>;
+}
+
+/// A tangent that is applied without being assembled.
 pub(crate) trait Product: std::fmt::Debug + Send {
     /// Takes over the tangent at an increment.
     fn linearise(
@@ -77,6 +84,11 @@ pub(crate) trait Product: std::fmt::Debug + Send {
     /// Adds the tangent of the linear functions on the same elements, whose nodes are the first
     /// four of each element: the level below quadratic elements.
     fn add_linear(&self, out: &mut Tangent);
+
+    /// The same product on a device, if it is on one.
+    fn on_device(&mut self) -> Option<&mut dyn AppliedOnDevice> {
+        None
+    }
 
     /// What the tangent takes in memory.
     #[cfg(feature = "bench-internals")]

@@ -24,12 +24,12 @@ mod residual;
 mod tests;
 mod unknowns;
 
-pub(crate) use backend::{Assembly, product};
+pub(crate) use backend::{Assembly, device_product, product};
 #[cfg(test)]
 pub(crate) use backend::{MatrixFree, dispatch};
 pub(crate) use bounds::Bounds;
 pub(crate) use cell_stress::CellStress;
-pub(crate) use equations::{Coupling, Operator, Product};
+pub(crate) use equations::{AppliedOnDevice, Coupling, Operator, Product};
 pub(crate) use graph::Graph;
 #[cfg(test)]
 pub(crate) use layout::LANES;

@@ -6,6 +6,7 @@ use super::definition::Definition;
 use super::problem::Problem;
 use super::schedule::Schedule;
 use crate::boundary::Conditions;
+use crate::device::ComputeDevice;
 use crate::element::Order;
 use crate::error::FemError;
 use crate::material::{Homogenisation, Material, PhaseField};
@@ -34,6 +35,7 @@ impl Problem {
             conditions: Arc::default(),
             schedule: Schedule::adaptive(1.0),
             options: SolverOptions::default(),
+            device: None,
             parameters: Arc::default(),
         };
         ProblemBuilder { parts, scheduled: false }
@@ -81,6 +83,15 @@ impl ProblemBuilder {
     /// How increments are solved.
     pub fn options(mut self, options: SolverOptions) -> Self {
         self.parts.options = options;
+        self
+    }
+
+    /// Solves linear systems on a device where they are solved by multigrid; a sparse factor, which
+    /// [`LinearScheme::Auto`](crate::LinearScheme) takes where it is small, is the processor's. The result is
+    /// the same to the solver's tolerance. Where a device fails, the processor goes on, and
+    /// [`LoadStepper::machine`](crate::LoadStepper::machine) says so.
+    pub fn device(mut self, device: impl Into<Option<ComputeDevice>>) -> Self {
+        self.parts.device = device.into();
         self
     }
 

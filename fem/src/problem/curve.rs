@@ -118,4 +118,6 @@ pub struct Outcome {
     pub contact: BTreeMap<String, Vec<ContactPoint>>,
     /// Work done by the solver.
     pub effort: Effort,
+    /// Where linear systems were solved, in words: a device by its name, or the processor.
+    pub machine: String,
 }

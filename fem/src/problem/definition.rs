@@ -6,11 +6,12 @@ use super::fingerprint::Fingerprint;
 use super::parameter::MaterialParameter;
 use super::schedule::{Schedule, check_crack_energy};
 use crate::boundary::Conditions;
+use crate::device::ComputeDevice;
 use crate::element::Order;
 use crate::error::FemError;
 use crate::material::{Elasticity, Homogenisation, Material, PhaseField, PointMaterial};
 use crate::mesh::TetMesh;
-use crate::solve::SolverOptions;
+use crate::solve::{LinearScheme, SolverOptions};
 
 /// The parts as they were given, to be shared by problems that differ in some of them.
 #[derive(Clone, Debug)]
@@ -23,6 +24,8 @@ pub(super) struct Definition {
     pub(super) conditions: Arc<Conditions>,
     pub(super) schedule: Schedule,
     pub(super) options: SolverOptions,
+    /// Where linear systems are solved, if not here; no part of the fingerprint, so that a run may go on elsewhere.
+    pub(super) device: Option<ComputeDevice>,
     /// Those that the force is differentiated by.
     pub(super) parameters: Arc<[MaterialParameter]>,
 }
@@ -46,6 +49,13 @@ impl Definition {
         }
         field.map_or(Ok(()), PhaseField::validate)?;
         self.options.validate()?;
+        if self.device.is_some() && self.options.linear == LinearScheme::Direct {
+            return Err(FemError::unsupported(
+                "device",
+                "a sparse factor is made by the processor alone",
+                "take linear = \"multigrid\" or \"auto\", or no device",
+            ));
+        }
         self.schedule.validate()?;
         check_crack_energy(&self.schedule, &self.materials, field, &self.conditions)?;
         if self.parameters.is_empty() { Ok(()) } else { self.validate_parameters() }

@@ -56,6 +56,7 @@ impl Discretisation {
             &carries_damage,
             boundary.constrained(),
             parts.options.linear,
+            parts.device.as_ref(),
         )?;
         Ok(Self {
             operator: Arc::new(Assembly::new(space).homogenised(parts.homogenisation)),

@@ -116,14 +116,20 @@ impl<'a> LoadStepper<'a> {
         self.solver.effort
     }
 
+    /// Where linear systems are solved, in words: a device by its name, or the processor.
+    pub fn machine(&self) -> String {
+        self.solver.machine()
+    }
+
     /// What the run has yielded; a run that had not ended yet is [`End::Interrupted`].
     pub fn finish(self) -> Outcome {
         let contact = self.solver.external.contact_points(&self.state.fields);
         let sensitivities = self.sensitivities();
+        let machine = self.machine();
         let RunState { curve, fields, reactions, .. } = self.state;
         let end = self.end.unwrap_or(End::Interrupted);
         let effort = self.solver.effort;
-        Outcome { curve, sensitivities, end, fields, reactions, contact, effort }
+        Outcome { curve, sensitivities, end, fields, reactions, contact, effort, machine }
     }
 
     /// Steps up to the next point of the curve.

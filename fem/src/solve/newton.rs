@@ -77,6 +77,11 @@ const MOST_CHANGES: u32 = 300;
 const LINEAR_TOLERANCE: f64 = 1e-2;
 
 impl<'a, E: External> Solver<'a, E> {
+    /// Where linear systems are solved, in words.
+    pub(crate) fn machine(&self) -> String {
+        self.linear.machine()
+    }
+
     pub(crate) fn new(
         operator: &'a dyn Operator,
         unknowns: &Unknowns,

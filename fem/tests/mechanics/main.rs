@@ -10,6 +10,7 @@ mod contact;
 mod cook;
 mod curved;
 mod damage;
+mod device;
 mod homogeneous;
 mod manufactured;
 mod mixture;

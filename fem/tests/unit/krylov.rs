@@ -4,8 +4,9 @@ use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::*;
+use crate::solve::linear::vector::{InMemory, Nodal};
 
-type Method = fn(&mut System, &[Nodal], &mut [Nodal], f64, u32) -> Ending;
+type Method = fn(&mut System<InMemory>, &[Nodal], &mut [Nodal], f64, u32) -> Ending;
 
 /// A dense matrix with the given diagonal, a random symmetric rest and a random skew part.
 fn matrix(diagonal: &[f64], symmetric: f64, skew: f64) -> Vec<Vec<f64>> {
@@ -42,7 +43,12 @@ fn solve(method: Method, a: &[Vec<f64>], limit: u32) -> (Ending, f64) {
             *y = std::array::from_fn(|k| w[k] * x[k]);
         }
     };
-    let mut system = System { apply: &mut apply, precondition: &mut precondition, weight: &weight };
+    let mut system = System {
+        vectors: &InMemory,
+        apply: &mut apply,
+        precondition: &mut precondition,
+        weight: &weight,
+    };
     let ending = method(&mut system, &right, &mut x, 1e-11, limit);
     let error = x.as_flattened().iter().zip(&exact).map(|(x, e)| (x - e).abs());
     (ending, error.fold(0.0, f64::max))

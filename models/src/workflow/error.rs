@@ -3,7 +3,10 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use fem::{EnsembleError, FemError, ImageError, MeshError, MeshingError, PackingError, ScanError};
+use fem::{
+    DeviceError, EnsembleError, FemError, ImageError, MeshError, MeshingError, PackingError,
+    ScanError,
+};
 use surrogate::SurrogateError;
 
 use crate::error::InputError;
@@ -15,6 +18,9 @@ pub enum WorkflowError {
     /// A file that a person wrote is wrong.
     #[error(transparent)]
     Input(#[from] InputError),
+    /// The device that was asked for cannot be used.
+    #[error("--device: {0}")]
+    Device(#[from] DeviceError),
     /// A file cannot be read or written.
     #[error("{}: {source}", path.display())]
     Io {

@@ -226,7 +226,8 @@ impl Inputs<'_> {
             test: self.test(),
             steps: None,
             conditions: self.conditions().as_ref(),
-            solver: self.solver(),
+            solver: *self.solver(),
+            device: None,
             derivatives: false,
         }
     }

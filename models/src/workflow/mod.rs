@@ -84,7 +84,7 @@ pub(crate) use cores::Cores;
 pub use error::WorkflowError;
 pub use laboratories::{SimulatedLaboratories, simulate_laboratories};
 pub(crate) use neighbours::Together;
-pub use simulate::simulate;
+pub use simulate::{DeviceChoice, simulate};
 pub use stage::Stage;
 pub use stages::STAGES;
 pub use status::{RunCounts, StageState, StageStatus, status};

@@ -5,7 +5,10 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use fem::{Checkpoint, CurvePoint, CurveWriter, FemError, Fields, Observer, vtu};
+use fem::{
+    Checkpoint, ComputeDevice, CurvePoint, CurveWriter, DeviceError, FemError, Fields,
+    LinearScheme, Observer, SolverOptions, vtu,
+};
 
 use super::WorkflowError;
 use super::files::write;
@@ -15,6 +18,42 @@ use super::simulator::{Setup, Simulator, failure};
 use super::specimen::mesh_of;
 use crate::case::CaseFile;
 use crate::progress::{Bar, say};
+
+/// Where linear systems are solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum DeviceChoice {
+    /// A graphics card if there is one and the mesh is large, otherwise the processor
+    #[default]
+    Auto,
+    /// The processor
+    Cpu,
+    /// An NVIDIA card
+    Cuda,
+    /// This machine in the place of a card, by its C compiler: to test
+    Host,
+}
+
+impl DeviceChoice {
+    /// The device, and the settings of the solver with it.
+    fn device(
+        self,
+        mut options: SolverOptions,
+    ) -> Result<(Option<ComputeDevice>, SolverOptions), DeviceError> {
+        let device = match self {
+            // a factor is asked for, which the processor makes
+            Self::Auto if options.linear == LinearScheme::Direct => None,
+            Self::Auto => ComputeDevice::cuda().ok(),
+            Self::Cpu => None,
+            Self::Cuda => Some(ComputeDevice::cuda()?),
+            Self::Host => Some(ComputeDevice::host()?),
+        };
+        // what is asked for by name is used for small meshes too
+        if matches!(self, Self::Cuda | Self::Host) && options.linear == LinearScheme::Auto {
+            options.linear = LinearScheme::Multigrid;
+        }
+        Ok((device, options))
+    }
+}
 
 /// Runs the case's test and writes to `dir`, as the run goes on: `curve.csv`, the fields
 /// `fields/step-*.vtu` with their collection `fields.pvd` for ParaView, and `simulate.state`, from
@@ -27,10 +66,12 @@ use crate::progress::{Bar, say};
 pub fn simulate(
     file: &CaseFile,
     dir: &Path,
+    device: DeviceChoice,
     interrupt: &AtomicBool,
 ) -> Result<PathBuf, WorkflowError> {
     std::fs::create_dir_all(dir).map_err(|e| WorkflowError::results(dir, e))?;
-    let setup = Setup::from(file);
+    let (device, solver) = device.device(file.case.solver)?;
+    let setup = Setup { device: device.as_ref(), solver, ..Setup::from(file) };
     let mesh = mesh_of(file)?;
     resolution_note(&file.case, &mesh).iter().for_each(|note| say("note", note));
     quadrature_note(&file.case, &mesh).iter().for_each(|note| say("note", note));
@@ -46,6 +87,7 @@ pub fn simulate(
             test.run_resumable(&checkpoint, &mut record)?
         }
     };
+    say("device", &format!("linear systems were solved by {}", outcome.machine));
     let path = record.curve_path.clone();
     let written = record.finish();
     // of a run before this one

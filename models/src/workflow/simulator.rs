@@ -6,8 +6,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use fem::{
-    CompressionTest, CurvePoint, End, FemError, FixedSteps, Homogenisation, Order, Outcome,
-    PhaseField, Problem, RunRecord, RunStatus, SolverOptions, TetMesh,
+    CompressionTest, ComputeDevice, CurvePoint, End, FemError, FixedSteps, Homogenisation, Order,
+    Outcome, PhaseField, Problem, RunRecord, RunStatus, SolverOptions, TetMesh,
 };
 
 use super::WorkflowError;
@@ -28,7 +28,9 @@ pub(super) struct Setup<'a> {
     /// Number of equal load steps, if not those of the test.
     pub(super) steps: Option<u32>,
     pub(super) conditions: Option<&'a ConditionsCase>,
-    pub(super) solver: &'a SolverOptions,
+    pub(super) solver: SolverOptions,
+    /// Where linear systems are solved, if not on the processor.
+    pub(super) device: Option<&'a ComputeDevice>,
     /// Whether runs give the derivatives of the force by their parameters.
     pub(super) derivatives: bool,
 }
@@ -44,7 +46,8 @@ impl<'a> From<&'a CaseFile> for Setup<'a> {
             test: &case.test,
             steps: None,
             conditions: case.conditions.as_ref(),
-            solver: &case.solver,
+            solver: case.solver,
+            device: None,
             derivatives: false,
         }
     }
@@ -191,7 +194,8 @@ fn problem(
         .homogenisation(setup.homogenisation)
         .materials(materials)
         .phase_field(setup.phase_field.copied())
-        .options(*setup.solver)
+        .options(setup.solver)
+        .device(setup.device.cloned())
         .build()
 }
 

@@ -86,7 +86,7 @@ mod tests {
         let solver = SolverOptions { tolerance: 1e-11, ..SolverOptions::default() };
         let homogenisation = Homogenisation::Reuss;
         for order in [Order::Linear, Order::Quadratic] {
-            let setup = Setup { order, homogenisation, solver: &solver, ..Setup::from(&file) };
+            let setup = Setup { order, homogenisation, solver, ..Setup::from(&file) };
             let found = stiffness_ratio(&setup, mesh.clone()).unwrap();
             let expected = 1.0 / (0.75 + 0.25 * 275.0 / 22_000.0);
             assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");

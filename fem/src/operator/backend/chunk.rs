@@ -6,12 +6,13 @@
 use faer::traits::pulp::{Simd, WithSimd};
 
 use super::apply::ElementProduct;
-use super::lanes::{Precision, Rows};
+use super::kinds::{OfKind, of_kind};
+use super::lanes::{Rows, Stored};
 use crate::operator::layout::{Aligned, Chunk, LANES, Layout};
 use crate::operator::point_data::PointData;
 
 /// y += A x for the elements of a chunk, on the values of its nodes.
-pub(super) struct ChunkProduct<'a, T: Precision> {
+pub(super) struct ChunkProduct<'a, T: Stored> {
     pub(super) layout: &'a Layout,
     pub(super) chunk: &'a Chunk,
     pub(super) data: &'a [T::Pack],
@@ -19,34 +20,39 @@ pub(super) struct ChunkProduct<'a, T: Precision> {
     pub(super) y: &'a mut [Aligned],
 }
 
-impl<T: Precision> WithSimd for ChunkProduct<'_, T> {
+impl<T: Stored> WithSimd for ChunkProduct<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let damage = self.layout.rule.damage.len();
-        // without damage nothing else is read of curved elements or mixtures
-        if self.chunk.plain || damage == 0 {
-            match (self.layout.rule.nodes, damage) {
-                (4, 0) => self.elements::<S, true, 4, 3, 0, 0>(simd),
-                (4, _) => self.elements::<S, true, 4, 4, 4, 1>(simd),
-                (_, 0) => self.elements::<S, true, 10, 3, 0, 0>(simd),
-                (_, 10) => self.elements::<S, true, 10, 4, 10, 10>(simd),
-                (_, 11) => self.elements::<S, true, 10, 4, 11, 11>(simd),
-                _ => self.elements::<S, true, 10, 4, 14, 14>(simd),
-            }
-        } else {
-            match (self.layout.rule.nodes, damage) {
-                (4, _) => self.elements::<S, false, 4, 4, 4, 1>(simd),
-                (_, 10) => self.elements::<S, false, 10, 4, 10, 10>(simd),
-                (_, 11) => self.elements::<S, false, 10, 4, 11, 11>(simd),
-                _ => self.elements::<S, false, 10, 4, 14, 14>(simd),
-            }
-        }
+        of_kind(&self.layout.rule, self.chunk.plain, Elements { chunk: self, simd });
     }
 }
 
-impl<T: Precision> ChunkProduct<'_, T> {
+/// The elements of a chunk by some instructions.
+struct Elements<'a, T: Stored, S> {
+    chunk: ChunkProduct<'a, T>,
+    simd: S,
+}
+
+impl<T: Stored, S: Simd> OfKind for Elements<'_, T, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn of_kind<
+        const PLAIN: bool,
+        const N: usize,
+        const C: usize,
+        const D: usize,
+        const L: usize,
+    >(
+        self,
+    ) {
+        self.chunk.elements::<S, PLAIN, N, C, D, L>(self.simd);
+    }
+}
+
+impl<T: Stored> ChunkProduct<'_, T> {
     /// `N` nodes an element, `C` fields, `D` damage points, `L` numbers of their local part.
     #[inline(always)]
     fn elements<

@@ -2,7 +2,7 @@
 
 use faer::traits::pulp::{Simd, WithSimd};
 
-use super::lanes::{Precision, Rows, dispatch, places};
+use super::lanes::{Rows, Stored, dispatch, places};
 use super::regions::Regions;
 use crate::element::{Domain, Geometry, Space};
 use crate::material::{

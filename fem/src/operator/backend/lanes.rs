@@ -2,6 +2,7 @@
 
 use std::marker::PhantomData;
 
+use bytemuck::Pod;
 use faer::traits::pulp::{self, Simd, WithSimd};
 
 use crate::material::{Number, SimdF32, SimdF64};
@@ -12,6 +13,13 @@ use crate::operator::layout::LANES;
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub(crate) struct Pack<T, const W: usize>([T; W]);
+
+impl<T: Copy, const W: usize> Pack<T, W> {
+    /// The same number for all elements.
+    pub(crate) const fn of(x: T) -> Self {
+        Self([x; W])
+    }
+}
 
 impl<T, const W: usize> AsRef<[T]> for Pack<T, W> {
     #[inline(always)]
@@ -32,7 +40,7 @@ impl<T, const W: usize> AsMut<[T]> for Pack<T, W> {
 #[repr(align(32))]
 pub(crate) struct Rows<T>(pub(crate) [[T; 4]; LANES]);
 
-/// The precision of stored numbers.
+/// What a product is computed with.
 pub(crate) trait Precision:
     Copy + Default + Send + Sync + std::fmt::Debug + 'static
 {
@@ -40,6 +48,12 @@ pub(crate) trait Precision:
     /// A register of them.
     type Register<S: Simd>: Number;
 
+    fn splat<S: Simd>(simd: S, x: f64) -> Self::Register<S>;
+    fn load<S: Simd>(simd: S, pack: &Self::Pack, register: usize) -> Self::Register<S>;
+}
+
+/// The precision of stored numbers.
+pub(crate) trait Stored: Precision + Pod {
     /// Numbers in a pack.
     const WIDTH: usize;
     const ZERO: Self::Pack;
@@ -49,11 +63,9 @@ pub(crate) trait Precision:
 
     /// Numbers in a register, which divide a pack.
     fn lanes<S: Simd>() -> usize;
-    fn splat<S: Simd>(simd: S, x: f64) -> Self::Register<S>;
-    fn load<S: Simd>(simd: S, pack: &Self::Pack, register: usize) -> Self::Register<S>;
     fn store<S: Simd>(pack: &mut Self::Pack, register: usize, x: Self::Register<S>);
     /// The four columns of as many rows as a register has lanes, in an order of the lanes that
-    /// [`Precision::rows`] undoes and [`places`] tells.
+    /// [`Stored::rows`] undoes and [`places`] tells.
     fn columns<S: Simd>(simd: S, rows: &Rows<Self>, register: usize) -> [Self::Register<S>; 4];
     /// Writes four columns as rows again.
     fn rows<S: Simd>(
@@ -85,10 +97,10 @@ pub(crate) fn prefetch<T>(data: &[T], index: usize) {
     }
 }
 
-/// The place of each element of a batch in its packs, as [`Precision::columns`] puts it.
-pub(crate) fn places<T: Precision>() -> [usize; LANES] {
+/// The place of each element of a batch in its packs, as [`Stored::columns`] puts it.
+pub(crate) fn places<T: Stored>() -> [usize; LANES] {
     struct Places<T>(PhantomData<T>);
-    impl<T: Precision> WithSimd for Places<T> {
+    impl<T: Stored> WithSimd for Places<T> {
         type Output = [usize; LANES];
 
         #[inline(always)]
@@ -119,8 +131,23 @@ macro_rules! precision {
             type Pack = Pack<$t, $width>;
             type Register<S: Simd> = $number<S, 1>;
 
+            #[inline(always)]
+            fn splat<S: Simd>(simd: S, x: f64) -> Self::Register<S> {
+                $number::splat(simd, x)
+            }
+
+            // numbers of registers are powers of two: the masks spare checks of bounds
+
+            #[inline(always)]
+            fn load<S: Simd>(simd: S, pack: &Self::Pack, register: usize) -> Self::Register<S> {
+                let (registers, _) = S::$load(&pack.0);
+                $number { simd, registers: [registers[register & (registers.len() - 1)]] }
+            }
+        }
+
+        impl Stored for $t {
             const WIDTH: usize = $width;
-            const ZERO: Self::Pack = Pack([0.0; $width]);
+            const ZERO: Self::Pack = Pack::of(0.0);
 
             #[inline(always)]
             fn of(x: f64) -> Self {
@@ -135,19 +162,6 @@ macro_rules! precision {
             #[inline(always)]
             fn lanes<S: Simd>() -> usize {
                 S::$lanes
-            }
-
-            #[inline(always)]
-            fn splat<S: Simd>(simd: S, x: f64) -> Self::Register<S> {
-                $number::splat(simd, x)
-            }
-
-            // numbers of registers are powers of two: the masks spare checks of bounds
-
-            #[inline(always)]
-            fn load<S: Simd>(simd: S, pack: &Self::Pack, register: usize) -> Self::Register<S> {
-                let (registers, _) = S::$load(&pack.0);
-                $number { simd, registers: [registers[register & (registers.len() - 1)]] }
             }
 
             #[inline(always)]

@@ -9,7 +9,7 @@ use faer::traits::pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::chunk::ChunkProduct;
-use super::lanes::{Precision, dispatch, places};
+use super::lanes::{Stored, dispatch, places};
 use crate::element::Rule;
 use crate::material::{Inverted, Lanes, POINTS, SimdF64};
 use crate::operator::blocks::{diagonal, write_blocks};
@@ -22,7 +22,7 @@ use crate::operator::residual::Increment;
 /// Chunks of quadratic elements whose linear tangents are computed before they are added: 16 MB.
 const AT_ONCE: usize = 16;
 /// Elements from which point data are kept in single precision, where they would fill the memory.
-const SINGLE_FROM: usize = 400_000;
+pub(super) const SINGLE_FROM: usize = 400_000;
 
 /// A product for a space, with point data in the precision that its size asks for.
 pub(crate) fn product(layout: Arc<Layout>, tets: usize) -> Box<dyn Product> {
@@ -35,7 +35,7 @@ pub(crate) fn product(layout: Arc<Layout>, tets: usize) -> Box<dyn Product> {
 
 /// The tangent at some fields.
 #[derive(Debug)]
-pub(crate) struct MatrixFree<T: Precision> {
+pub(crate) struct MatrixFree<T: Stored> {
     layout: Arc<Layout>,
     /// Chunk after chunk; batch, then part of the batch that a pack holds, then number of the
     /// element's tangent.
@@ -45,7 +45,7 @@ pub(crate) struct MatrixFree<T: Precision> {
     copies: Vec<Aligned>,
 }
 
-impl<T: Precision> MatrixFree<T> {
+impl<T: Stored> MatrixFree<T> {
     pub(crate) fn new(layout: Arc<Layout>) -> Self {
         let zeros = |chunk: &Chunk| {
             let width = PointData::of(&layout.rule, chunk.plain).width();
@@ -54,9 +54,14 @@ impl<T: Precision> MatrixFree<T> {
         let data = layout.batches.chunks.iter().map(zeros).collect();
         Self { layout, data, places: places::<T>(), copies: Vec::new() }
     }
+
+    /// The numbers of the chunks.
+    pub(super) fn data(&self) -> &[Vec<T::Pack>] {
+        &self.data
+    }
 }
 
-impl<T: Precision> Product for MatrixFree<T> {
+impl<T: Stored> Product for MatrixFree<T> {
     fn linearise(
         &mut self,
         operator: &dyn Operator,
@@ -136,7 +141,7 @@ impl<T: Precision> Product for MatrixFree<T> {
 
 /// The point data of a chunk, read with a rule.
 #[derive(Clone, Copy)]
-struct StoredNumbers<'a, T: Precision> {
+struct StoredNumbers<'a, T: Stored> {
     rule: &'a Rule,
     chunk: &'a Chunk,
     data: &'a [T::Pack],
@@ -150,7 +155,7 @@ struct Slot {
     lane: usize,
 }
 
-impl<T: Precision> StoredNumbers<'_, T> {
+impl<T: Stored> StoredNumbers<'_, T> {
     /// Batches, or parts of them that a number's lanes hold.
     fn parts<S: Simd>(&self) -> usize {
         self.chunk.tets.len() / SimdF64::<S>::COUNT
@@ -186,12 +191,12 @@ impl<T: Precision> StoredNumbers<'_, T> {
 }
 
 /// Calls `add` with the diagonal of each element, node by node.
-struct Diagonal<'a, T: Precision, const N: usize> {
+struct Diagonal<'a, T: Stored, const N: usize> {
     stored: StoredNumbers<'a, T>,
     add: &'a mut dyn FnMut(Slot, usize, &[f64; 4]),
 }
 
-impl<T: Precision, const N: usize> WithSimd for Diagonal<'_, T, N> {
+impl<T: Stored, const N: usize> WithSimd for Diagonal<'_, T, N> {
     type Output = ();
 
     #[inline(always)]
@@ -217,12 +222,12 @@ impl<T: Precision, const N: usize> WithSimd for Diagonal<'_, T, N> {
 }
 
 /// The tangents of the linear functions on the elements of a chunk.
-struct LinearTangents<'a, T: Precision> {
+struct LinearTangents<'a, T: Stored> {
     stored: StoredNumbers<'a, T>,
     elements: &'a mut Vec<(u32, [[Block; 4]; 4])>,
 }
 
-impl<T: Precision> WithSimd for LinearTangents<'_, T> {
+impl<T: Stored> WithSimd for LinearTangents<'_, T> {
     type Output = ();
 
     #[inline(always)]

@@ -1,16 +1,22 @@
-//! The processor: elements side by side in registers, chunks of them on threads.
+//! The processor: elements side by side in registers, chunks of them on threads; and devices, whose kernels
+//! are recorded from those of the processor.
 
 mod apply;
 mod assembly;
 mod chunk;
+mod device_product;
 mod gather;
+mod kinds;
 mod lanes;
 mod matrix_free;
+mod product_source;
+mod recording;
 mod regions;
 mod shifts;
 mod stresses;
 
 pub(crate) use assembly::Assembly;
+pub(crate) use device_product::device_product;
 #[cfg(test)]
 pub(crate) use gather::{Buffers, Gather};
 #[cfg(test)]
@@ -18,3 +24,5 @@ pub(crate) use lanes::dispatch;
 #[cfg(test)]
 pub(crate) use matrix_free::MatrixFree;
 pub(crate) use matrix_free::product;
+#[cfg(test)]
+pub(crate) use product_source::product_kernels;

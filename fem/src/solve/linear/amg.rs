@@ -12,22 +12,22 @@ use super::chebyshev::Chebyshev;
 const COARSEST: usize = 900;
 const MOST_LEVELS: usize = 12;
 /// Degree of the smoother, before and after the coarse correction.
-const DEGREE: usize = 3;
+pub(super) const DEGREE: usize = 3;
 
 /// One level and the way to the next coarser one.
 #[derive(Debug)]
-struct Level<const R: usize> {
-    smoother: Chebyshev<R>,
-    prolong: BlockCsr<f32, R, MODES>,
-    restrict: BlockCsr<f32, MODES, R>,
+pub(super) struct Level<const R: usize> {
+    pub(super) smoother: Chebyshev<R>,
+    pub(super) prolong: BlockCsr<f32, R, MODES>,
+    pub(super) restrict: BlockCsr<f32, MODES, R>,
 }
 
 /// The hierarchy.
 #[derive(Debug)]
 pub(super) struct Amg {
-    fine: Level<3>,
-    coarse: Vec<Level<MODES>>,
-    last: nalgebra::Cholesky<f64, Dyn>,
+    pub(super) fine: Level<3>,
+    pub(super) coarse: Vec<Level<MODES>>,
+    pub(super) last: nalgebra::Cholesky<f64, Dyn>,
 }
 
 impl Amg {

@@ -11,9 +11,9 @@ use super::vector::CHUNK;
 
 /// The smoother acts on eigenvalues above this share of the largest.
 const SHARE: f64 = 0.2;
-const POWER_STEPS: usize = 12;
+pub(super) const POWER_STEPS: usize = 12;
 /// The power iteration stays below the largest eigenvalue.
-const MARGIN: f64 = 1.1;
+pub(super) const MARGIN: f64 = 1.1;
 
 /// Improves x towards A x = b by a polynomial of the given degree.
 ///
@@ -47,7 +47,7 @@ pub(super) fn smooth<T: RealField + Copy, const R: usize>(
 }
 
 /// (momentum, weight) of each step: d ← momentum d + weight D⁻¹ r.
-fn coefficients(largest: f64, degree: usize) -> impl Iterator<Item = (f64, f64)> {
+pub(super) fn coefficients(largest: f64, degree: usize) -> impl Iterator<Item = (f64, f64)> {
     let (low, high) = (SHARE * largest, largest);
     let (centre, half) = (0.5 * (high + low), 0.5 * (high - low));
     let sigma = centre / half;
@@ -92,8 +92,8 @@ pub(super) fn largest_eigenvalue<T: RealField + Copy + Into<f64>, const R: usize
 /// An assembled matrix in single precision with what its smoother needs.
 #[derive(Debug)]
 pub(super) struct Chebyshev<const R: usize> {
-    matrix: BlockCsr<f32, R, R>,
-    inverse: Vec<[[f32; R]; R]>,
+    pub(super) matrix: BlockCsr<f32, R, R>,
+    pub(super) inverse: Vec<[[f32; R]; R]>,
     /// Upper bound of the eigenvalues of D⁻¹ A, with its diagonal blocks D.
     pub(super) largest: f64,
 }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use super::factor::{Factor, Symbolic};
 use super::krylov::{Ending, Stop, System, solve};
-use super::vector::{Nodal, mask, weights};
+use super::vector::{InMemory, Nodal, mask, weights};
 use super::{LinearEffort, LinearSolver, Singular};
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, Operator, Pattern, Tangent};
@@ -111,7 +111,12 @@ impl<'a> Direct<'a> {
             factor.apply(symbolic, &mut memory, &[x], &mut [&mut *y]);
             mask(free, y);
         };
-        let mut system = System { apply: &mut apply, precondition: &mut precondition, weight };
+        let mut system = System {
+            vectors: &InMemory,
+            apply: &mut apply,
+            precondition: &mut precondition,
+            weight,
+        };
         solve(&mut system, definite, right, step, tolerance, limit)
     }
 }

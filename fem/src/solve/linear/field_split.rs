@@ -8,12 +8,12 @@ use super::vector::Nodal;
 use crate::operator::Tangent;
 
 /// Degree of the polynomial in the damage block.
-const DEGREE: usize = 4;
+pub(super) const DEGREE: usize = 4;
 
 #[derive(Debug)]
 pub(super) struct FieldSplit {
-    displacement: Amg,
-    damage: Option<Chebyshev<1>>,
+    pub(super) displacement: Amg,
+    pub(super) damage: Option<Chebyshev<1>>,
 }
 
 impl FieldSplit {

@@ -7,9 +7,11 @@ use std::sync::Arc;
 
 use super::field_split::FieldSplit;
 use super::krylov::{Ending, Stop, System, solve};
+use super::on_device::OnDevice;
 use super::quadratic::QuadraticLevel;
-use super::vector::{Nodal, mask, weights};
+use super::vector::{InMemory, Nodal, mask, weights};
 use super::{LinearEffort, LinearSolver, Singular};
+use crate::device::DeviceError;
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, Operator, Tangent};
 
@@ -26,6 +28,10 @@ pub(crate) struct Iterative<'a> {
     /// The tangent of the linear functions.
     tangent: Tangent,
     quadratic: Option<QuadraticLevel>,
+    /// Where the iterations are done, if not here.
+    device: Option<OnDevice>,
+    /// Why the device is no longer used.
+    lost: Option<DeviceError>,
     split: Option<FieldSplit>,
     /// Whether the hierarchy is that of the current tangent.
     fresh: bool,
@@ -50,6 +56,8 @@ impl<'a> Iterative<'a> {
             points,
             tangent,
             quadratic,
+            device: None,
+            lost: None,
             split: None,
             fresh: false,
             first: None,
@@ -60,21 +68,64 @@ impl<'a> Iterative<'a> {
         }
     }
 
+    /// The same with iterations on a device, which applies the product of the level; or here if it cannot
+    /// be used.
+    pub(super) fn on_device(mut self, device: Result<OnDevice, DeviceError>) -> Self {
+        match device {
+            Ok(device) => self.device = Some(device),
+            Err(error) => self.lost = Some(error),
+        }
+        self
+    }
+
+    /// Does something on the device, if there is one. A device that fails is given up, and its hierarchy with
+    /// it: the processor goes on.
+    fn attempt<T>(
+        &mut self,
+        work: impl FnOnce(&mut OnDevice, &mut QuadraticLevel) -> Result<T, DeviceError>,
+    ) -> Option<T> {
+        let (device, level) = (self.device.as_mut()?, self.quadratic.as_mut()?);
+        match work(device, level) {
+            Ok(value) => Some(value),
+            Err(error) => {
+                (self.device, self.split) = (None, None);
+                self.lost = Some(error);
+                None
+            }
+        }
+    }
+
     fn renew(&mut self) {
         // the old hierarchy goes first, so that two never stand side by side
         self.split = None;
         if let Some(quadratic) = &mut self.quadratic {
             quadratic.add_linear(&mut self.tangent);
-            quadratic.renew(&self.weight);
         }
         let vertices = self.points.len();
         let split = FieldSplit::new(&self.tangent, &self.points, &self.free[..vertices]);
+        let weight = std::mem::take(&mut self.weight);
+        let sent = self.attempt(|device, level| device.renew(level, &weight, &split));
+        self.weight = weight;
+        if let (None, Some(quadratic)) = (sent, &mut self.quadratic) {
+            quadratic.renew(&self.weight);
+        }
         self.split = Some(split);
         self.fresh = true;
         self.first = None;
     }
 
     fn krylov(&mut self, right: &[Nodal], step: &mut [Nodal], tolerance: f64) -> Ending {
+        if self.device.is_some() {
+            let mut definite = self.definite;
+            let limits = (tolerance, LIMIT);
+            let ending = self
+                .attempt(|device, level| device.krylov(level, &mut definite, right, step, limits));
+            self.definite = definite;
+            // the processor makes a hierarchy of its own where the device has failed
+            self.fresh &= ending.is_some();
+            let failed = Ending { stop: Stop::Broken, iterations: 0, residual: 1.0 };
+            return ending.unwrap_or(failed);
+        }
         let Self { tangent, quadratic, split, free, weight, definite, .. } = self;
         let split = split.as_ref().expect("the hierarchy is made before it is used");
         let quadratic = std::cell::RefCell::new(quadratic.as_mut());
@@ -88,7 +139,12 @@ impl<'a> Iterative<'a> {
         let mut precondition = |r: &[Nodal], z: &mut [Nodal]| {
             cycle(quadratic.borrow_mut().as_deref_mut(), split, free, r, z);
         };
-        let mut system = System { apply: &mut apply, precondition: &mut precondition, weight };
+        let mut system = System {
+            vectors: &InMemory,
+            apply: &mut apply,
+            precondition: &mut precondition,
+            weight,
+        };
         solve(&mut system, definite, right, step, tolerance, LIMIT)
     }
 }
@@ -133,6 +189,12 @@ impl LinearSolver for Iterative<'_> {
         self.weight = weights(&diagonal, free);
         self.fresh = false;
         self.definite = symmetric;
+        let weight = std::mem::take(&mut self.weight);
+        self.attempt(|device, level| {
+            device.constrain(free, &weight, level.contact());
+            Ok(())
+        });
+        self.weight = weight;
         Ok(())
     }
 
@@ -173,6 +235,16 @@ impl LinearSolver for Iterative<'_> {
         if self.split.is_none() {
             self.renew();
         }
+        if self.device.is_some() {
+            let done = self.attempt(|device, level| {
+                let mut pairs = right.iter().zip(out.iter_mut());
+                pairs.try_for_each(|(r, z)| device.precondition(level, r, z))
+            });
+            match done {
+                Some(()) => return renewals,
+                None => self.renew(),
+            }
+        }
         let Self { quadratic, split, free, .. } = self;
         let split = split.as_ref().expect("the hierarchy is made before it is used");
         for (r, z) in right.iter().zip(out) {
@@ -190,5 +262,13 @@ impl LinearSolver for Iterative<'_> {
 
     fn weight(&self) -> &[Nodal] {
         &self.weight
+    }
+
+    fn machine(&self) -> String {
+        match (&self.device, &self.lost) {
+            (Some(device), _) => device.name().to_string(),
+            (None, Some(error)) => format!("the processor, since the device failed: {error}"),
+            (None, None) => "the processor".into(),
+        }
     }
 }

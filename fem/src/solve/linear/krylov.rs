@@ -1,21 +1,31 @@
-//! Krylov methods on nodal vectors, each started from zero.
+//! Krylov methods on nodal vectors, wherever these are, each started from zero.
 //!
 //! - conjugate gradients: symmetric positive definite (Hestenes & Stiefel 1952,
 //!   doi:10.6028/jres.049.044);
 //! - flexible GMRES with restarts: anything (Saad 1993, doi:10.1137/0914028).
 
-use super::vector::{Nodal, add_scaled, dot, scale_and_add, weighted_dot};
+use std::borrow::{Borrow, BorrowMut};
+
+use super::vector::Vectors;
 
 /// y = f(x).
-pub(super) type Map<'a> = dyn FnMut(&[Nodal], &mut [Nodal]) + 'a;
+pub(super) type Map<'a, V> = dyn FnMut(&<V as Vectors>::Vector, &mut <V as Vectors>::Vector) + 'a;
 
 /// A linear system without its right-hand side; vectors are zero in constrained values.
-pub(super) struct System<'a> {
-    pub(super) apply: &'a mut Map<'a>,
-    pub(super) precondition: &'a mut Map<'a>,
+pub(super) struct System<'a, V: Vectors> {
+    pub(super) vectors: &'a V,
+    pub(super) apply: &'a mut Map<'a, V>,
+    pub(super) precondition: &'a mut Map<'a, V>,
     /// 1/|A_ii|, the weight of the norm in which residuals are measured, so that forces and damage
     /// count alike.
-    pub(super) weight: &'a [Nodal],
+    pub(super) weight: &'a V::Vector,
+}
+
+impl<V: Vectors> System<'_, V> {
+    /// The norm in which residuals are measured.
+    fn norm(&self, r: &V::Vector) -> f64 {
+        self.vectors.weighted_dot(self.weight, r, r).sqrt()
+    }
 }
 
 /// Why a method ended.
@@ -43,11 +53,11 @@ pub(super) struct Ending {
 const RESTART: usize = 40;
 
 /// Conjugate gradients while the tangent is `definite`, and GMRES from where it turns out not to be.
-pub(super) fn solve(
-    system: &mut System,
+pub(super) fn solve<V: Vectors>(
+    system: &mut System<V>,
     definite: &mut bool,
-    right: &[Nodal],
-    x: &mut [Nodal],
+    right: &V::Vector,
+    x: &mut V::Vector,
     tolerance: f64,
     limit: u32,
 ) -> Ending {
@@ -64,43 +74,45 @@ pub(super) fn solve(
     Ending { iterations: spent + ending.iterations, ..ending }
 }
 
-fn conjugate_gradients(
-    system: &mut System,
-    right: &[Nodal],
-    x: &mut [Nodal],
+fn conjugate_gradients<V: Vectors>(
+    system: &mut System<V>,
+    right: &V::Vector,
+    x: &mut V::Vector,
     tolerance: f64,
     limit: u32,
 ) -> Ending {
-    let n = right.len();
-    x.fill([0.0; 4]);
-    let mut r = right.to_vec();
-    let (mut z, mut p, mut q) = (vec![[0.0; 4]; n], vec![[0.0; 4]; n], vec![[0.0; 4]; n]);
-    let size = weighted_dot(system.weight, &r, &r).sqrt();
+    let vectors = system.vectors;
+    let [mut z, mut p, mut q] = [(); 3].map(|()| vectors.zero(right));
+    let [z, p, q] = [&mut z, &mut p, &mut q].map(BorrowMut::borrow_mut);
+    let mut r = vectors.scaled(right, 1.0);
+    let r: &mut V::Vector = r.borrow_mut();
+    vectors.clear(x);
+    let size = system.norm(r);
     let ending = |stop, iterations, residual| Ending { stop, iterations, residual };
     if size == 0.0 {
         return ending(Stop::Converged, 0, 0.0);
     }
     let (mut before, mut residual) = (0.0, 1.0);
     for iteration in 0..limit {
-        (system.precondition)(&r, &mut z);
-        let product = dot(&r, &z);
+        (system.precondition)(r, z);
+        let product = vectors.dot(r, z);
         if !product.is_finite() {
             return ending(Stop::Broken, iteration, residual);
         }
         if product <= 0.0 {
             return ending(Stop::Indefinite, iteration, residual);
         }
-        scale_and_add(&mut p, if iteration == 0 { 0.0 } else { product / before }, &z);
-        (system.apply)(&p, &mut q);
-        let curvature = dot(&p, &q);
+        vectors.scale_and_add(p, if iteration == 0 { 0.0 } else { product / before }, z);
+        (system.apply)(p, q);
+        let curvature = vectors.dot(p, q);
         if curvature <= 0.0 {
             return ending(Stop::Indefinite, iteration, residual);
         }
         let step = product / curvature;
-        add_scaled(x, step, &p);
-        add_scaled(&mut r, -step, &q);
+        vectors.add_scaled(x, step, p);
+        vectors.add_scaled(r, -step, q);
         before = product;
-        residual = weighted_dot(system.weight, &r, &r).sqrt() / size;
+        residual = system.norm(r) / size;
         if !residual.is_finite() {
             return ending(Stop::Broken, iteration + 1, residual);
         }
@@ -111,18 +123,19 @@ fn conjugate_gradients(
     ending(Stop::Limit, limit, residual)
 }
 
-fn gmres(
-    system: &mut System,
-    right: &[Nodal],
-    x: &mut [Nodal],
+fn gmres<V: Vectors>(
+    system: &mut System<V>,
+    right: &V::Vector,
+    x: &mut V::Vector,
     tolerance: f64,
     limit: u32,
 ) -> Ending {
-    let n = right.len();
+    let vectors = system.vectors;
     let ending = |stop, iterations, residual| Ending { stop, iterations, residual };
-    x.fill([0.0; 4]);
-    let mut r = right.to_vec();
-    let size = weighted_dot(system.weight, &r, &r).sqrt();
+    vectors.clear(x);
+    let mut r = vectors.scaled(right, 1.0);
+    let r: &mut V::Vector = r.borrow_mut();
+    let size = system.norm(r);
     if size == 0.0 {
         return ending(Stop::Converged, 0, 0.0);
     }
@@ -130,24 +143,23 @@ fn gmres(
     let mut norm = size;
     while done < limit {
         let rounds = RESTART.min((limit - done) as usize);
-        let mut basis = vec![scaled(&r, 1.0 / norm)];
-        let mut directions: Vec<Vec<Nodal>> = Vec::new();
+        let mut basis = vec![vectors.scaled(r, 1.0 / norm)];
+        let mut directions: Vec<V::Owned> = Vec::new();
         let mut hessenberg: Vec<Vec<f64>> = Vec::new();
         let mut rotations: Vec<(f64, f64)> = Vec::new();
         let mut g = vec![norm];
         for j in 0..rounds {
-            let mut z = vec![[0.0; 4]; n];
-            (system.precondition)(&basis[j], &mut z);
-            let mut w = vec![[0.0; 4]; n];
-            (system.apply)(&z, &mut w);
+            let (mut z, mut w) = (vectors.zero(right), vectors.zero(right));
+            (system.precondition)(basis[j].borrow(), z.borrow_mut());
+            (system.apply)(z.borrow(), w.borrow_mut());
             directions.push(z);
             let mut column = Vec::with_capacity(j + 2);
             for v in &basis {
-                let h = weighted_dot(system.weight, v, &w);
-                add_scaled(&mut w, -h, v);
+                let h = vectors.weighted_dot(system.weight, v.borrow(), w.borrow());
+                vectors.add_scaled(w.borrow_mut(), -h, v.borrow());
                 column.push(h);
             }
-            let next = weighted_dot(system.weight, &w, &w).sqrt();
+            let next = system.norm(w.borrow());
             if !next.is_finite() {
                 return ending(Stop::Broken, done, norm / size);
             }
@@ -169,14 +181,14 @@ fn gmres(
             if g[j + 1].abs() <= tolerance * size || next == 0.0 {
                 break;
             }
-            basis.push(scaled(&w, 1.0 / next));
+            basis.push(vectors.scaled(w.borrow(), 1.0 / next));
         }
         for (y, z) in back_substitution(&hessenberg, &g).into_iter().zip(&directions) {
-            add_scaled(x, y, z);
+            vectors.add_scaled(x, y, z.borrow());
         }
-        (system.apply)(x, &mut r);
-        scale_and_add(&mut r, -1.0, right);
-        let reached = weighted_dot(system.weight, &r, &r).sqrt();
+        (system.apply)(x, r);
+        vectors.scale_and_add(r, -1.0, right);
+        let reached = system.norm(r);
         if !reached.is_finite() {
             return ending(Stop::Broken, done, reached);
         }
@@ -189,10 +201,6 @@ fn gmres(
         norm = reached;
     }
     ending(Stop::Limit, done, norm / size)
-}
-
-fn scaled(x: &[Nodal], a: f64) -> Vec<Nodal> {
-    x.iter().map(|x| x.map(|v| a * v)).collect()
 }
 
 /// y of R y = g, with the columns of R.

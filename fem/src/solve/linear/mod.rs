@@ -10,6 +10,7 @@ mod factor;
 mod field_split;
 mod iterative;
 mod krylov;
+mod on_device;
 mod ordering;
 mod plan;
 mod quadratic;
@@ -54,6 +55,11 @@ pub(crate) trait LinearSolver: Send {
 
     /// 1/|A_ii| of the values that are solved for, zero in the others: the weight of the norm.
     fn weight(&self) -> &[Nodal];
+
+    /// Where the systems are solved, in words.
+    fn machine(&self) -> String {
+        "the processor".into()
+    }
 }
 
 /// What a solution took.

@@ -6,10 +6,14 @@ use super::LinearSolver;
 use super::direct::Direct;
 use super::factor::Symbolic;
 use super::iterative::Iterative;
+use super::on_device::OnDevice;
 use super::ordering::nested_dissection;
 use super::quadratic::QuadraticLevel;
+use crate::device::ComputeDevice;
 use crate::error::FemError;
-use crate::operator::{Layout, Operator, Pattern, Tangent, Unknowns, product};
+use crate::operator::{
+    Layout, Operator, Pattern, Product, Tangent, Unknowns, device_product, product,
+};
 use crate::solve::LinearScheme;
 
 /// Most unknowns of a factor: it has to fit into memory.
@@ -34,6 +38,8 @@ pub(crate) enum LinearPlan {
         vertices: Arc<Vec<[f64; 3]>>,
         /// The ends of the edge of each midpoint; empty for linear elements.
         parents: Arc<Vec<[u32; 2]>>,
+        /// Where the iterations are done, if not here.
+        device: Option<ComputeDevice>,
     },
 }
 
@@ -46,6 +52,7 @@ impl LinearPlan {
         damaged: &[bool],
         constrained: impl Iterator<Item = (u32, usize)>,
         choice: LinearScheme,
+        device: Option<&ComputeDevice>,
     ) -> Result<(Self, Unknowns), FemError> {
         let damage = damaged.iter().filter(|d| **d).count();
         let size = 3 * points.len() + damage;
@@ -67,7 +74,11 @@ impl LinearPlan {
             }
         }
         let unknowns = in_given_order(damaged, constrained.into_iter());
-        Ok((Self::multigrid(tets, points), unknowns))
+        let mut plan = Self::multigrid(tets, points);
+        if let Self::Multigrid { device: place, .. } = &mut plan {
+            *place = device.cloned();
+        }
+        Ok((plan, unknowns))
     }
 
     /// The same solver where other displacements are constrained.
@@ -100,7 +111,7 @@ impl LinearPlan {
         }
         let vertices = Arc::new(points[..vertices].to_vec());
         let pattern = Arc::new(Pattern::new(&corners, vertices.len()));
-        Self::Multigrid { pattern, vertices, parents: Arc::new(parents) }
+        Self::Multigrid { pattern, vertices, parents: Arc::new(parents), device: None }
     }
 
     /// Entries of the factor; zero for an iterative solver.
@@ -117,14 +128,26 @@ impl LinearPlan {
             Self::Direct { pattern, symbolic, .. } => {
                 Box::new(Direct::new(operator, Arc::clone(pattern), Arc::clone(symbolic)))
             }
-            Self::Multigrid { pattern, vertices, parents } => {
-                let quadratic = (!parents.is_empty()).then(|| {
-                    let domain = operator.domain();
-                    let product = product(Arc::new(Layout::new(domain)), domain.tets());
-                    QuadraticLevel::new(product, Arc::clone(parents))
-                });
+            Self::Multigrid { pattern, vertices, parents, device } => {
+                let domain = operator.domain();
                 let tangent = Tangent::new(Arc::clone(pattern));
-                Box::new(Iterative::new(operator, Arc::clone(vertices), tangent, quadratic))
+                let solver = |product: Option<Box<dyn Product>>| {
+                    let level = product.map(|p| QuadraticLevel::new(p, Arc::clone(parents)));
+                    Iterative::new(operator, Arc::clone(vertices), tangent, level)
+                };
+                let here = || {
+                    let layout = || Arc::new(Layout::new(domain));
+                    (!parents.is_empty()).then(|| product(layout(), domain.tets()))
+                };
+                let Some(device) = device else { return Box::new(solver(here())) };
+                let layout = Arc::new(Layout::new(domain));
+                match device_product(layout, domain.tets(), device) {
+                    Ok(product) => {
+                        let levels = OnDevice::new(device, vertices.len(), parents);
+                        Box::new(solver(Some(product)).on_device(levels))
+                    }
+                    Err(error) => Box::new(solver(here()).on_device(Err(error))),
+                }
             }
         }
     }

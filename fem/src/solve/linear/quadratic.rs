@@ -8,7 +8,7 @@ use super::vector::{Nodal, add_scaled, mask};
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, NodeBlock, Operator, Product, Tangent};
 
-const DEGREE: usize = 3;
+pub(super) const DEGREE: usize = 3;
 
 #[derive(Debug)]
 pub(super) struct QuadraticLevel {
@@ -75,6 +75,15 @@ impl QuadraticLevel {
         self.matrix.contact = increment.context.contact.to_vec();
         self.matrix.free = free.to_vec();
         self.matrix.product.linearise(operator, increment, coupling)
+    }
+
+    /// The product, and what contact adds to it.
+    pub(super) fn product(&mut self) -> &mut dyn Product {
+        self.matrix.product.as_mut()
+    }
+
+    pub(super) fn contact(&self) -> &[NodeBlock] {
+        &self.matrix.contact
     }
 
     pub(super) fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]) {

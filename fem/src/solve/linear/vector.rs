@@ -1,6 +1,74 @@
 //! Sums and updates of nodal vectors, whose results do not depend on the number of threads.
 
+use std::borrow::BorrowMut;
+
 use rayon::prelude::*;
+
+/// What Krylov methods ask of vectors, wherever they are.
+pub(super) trait Vectors {
+    /// A vector, in the hands of somebody.
+    type Vector: ?Sized;
+    /// One of our own.
+    type Owned: BorrowMut<Self::Vector>;
+
+    /// A vector of zeros, as long as the given one.
+    fn zero(&self, like: &Self::Vector) -> Self::Owned;
+
+    /// x ← 0.
+    fn clear(&self, x: &mut Self::Vector);
+
+    /// a x.
+    fn scaled(&self, x: &Self::Vector, a: f64) -> Self::Owned;
+
+    /// Σ a b.
+    fn dot(&self, a: &Self::Vector, b: &Self::Vector) -> f64;
+
+    /// Σ w a b, the inner product with a diagonal weight.
+    fn weighted_dot(&self, w: &Self::Vector, a: &Self::Vector, b: &Self::Vector) -> f64;
+
+    /// y ← y + a x.
+    fn add_scaled(&self, y: &mut Self::Vector, a: f64, x: &Self::Vector);
+
+    /// y ← x + a y.
+    fn scale_and_add(&self, y: &mut Self::Vector, a: f64, x: &Self::Vector);
+}
+
+/// Vectors in the memory of this process.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct InMemory;
+
+impl Vectors for InMemory {
+    type Vector = [Nodal];
+    type Owned = Vec<Nodal>;
+
+    fn zero(&self, like: &[Nodal]) -> Vec<Nodal> {
+        vec![[0.0; 4]; like.len()]
+    }
+
+    fn clear(&self, x: &mut [Nodal]) {
+        x.fill([0.0; 4]);
+    }
+
+    fn scaled(&self, x: &[Nodal], a: f64) -> Vec<Nodal> {
+        x.iter().map(|x| x.map(|v| a * v)).collect()
+    }
+
+    fn dot(&self, a: &[Nodal], b: &[Nodal]) -> f64 {
+        dot(a, b)
+    }
+
+    fn weighted_dot(&self, w: &[Nodal], a: &[Nodal], b: &[Nodal]) -> f64 {
+        weighted_dot(w, a, b)
+    }
+
+    fn add_scaled(&self, y: &mut [Nodal], a: f64, x: &[Nodal]) {
+        add_scaled(y, a, x);
+    }
+
+    fn scale_and_add(&self, y: &mut [Nodal], a: f64, x: &[Nodal]) {
+        scale_and_add(y, a, x);
+    }
+}
 
 /// u_x, u_y, u_z, φ of a node.
 pub(crate) type Nodal = [f64; 4];

@@ -1,0 +1,179 @@
+//! This machine as a device: the kernels by its C compiler, their items on threads.
+#![expect(unsafe_code, reason = "kernels are functions of a library that is loaded at run time")]
+
+use std::any::Any;
+use std::cell::UnsafeCell;
+use std::ffi::c_void;
+use std::process::Command;
+
+use libloading::Library;
+use rayon::prelude::*;
+
+use super::{Argument, Device, DeviceError, Kernel, Memory, Program};
+
+/// The C compiler of this machine.
+#[derive(Debug)]
+pub(super) struct Host {
+    compiler: String,
+}
+
+/// Items of a task.
+const ITEMS: usize = 4096;
+
+impl Host {
+    /// The compiler named by `CC`, or `cc`.
+    pub(super) fn new() -> Result<Self, DeviceError> {
+        let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".into());
+        match Command::new(&compiler).arg("--version").output() {
+            Ok(output) if output.status.success() => Ok(Self { compiler }),
+            Ok(output) => Err(DeviceError(format!(
+                "the C compiler {compiler} does not run ({}): name another one in the variable CC",
+                output.status
+            ))),
+            Err(error) => Err(DeviceError(format!(
+                "the C compiler {compiler} does not run ({error}): install one, or name it in the variable CC"
+            ))),
+        }
+    }
+
+    fn compile_library(&self, text: &str) -> Result<Library, DeviceError> {
+        let failed = |what: &str, error: &dyn std::fmt::Display| {
+            DeviceError(format!("kernels for the host: {what}: {error}"))
+        };
+        let folder = tempfile::tempdir().map_err(|e| failed("no temporary folder", &e))?;
+        let (code, library) = (folder.path().join("kernels.c"), folder.path().join("kernels.so"));
+        std::fs::write(&code, text).map_err(|e| failed("the source is not written", &e))?;
+        // no product is fused that is not written so: the bits are those of the processor's kernels
+        let common = ["-std=c11", "-O2", "-ffp-contract=off", "-fPIC", "-shared"];
+        let compile = |native: &[&str]| {
+            let mut command = Command::new(&self.compiler);
+            command.args(common).args(native).arg(&code).arg("-o").arg(&library).arg("-lm");
+            command.output().map_err(|e| failed(&self.compiler, &e))
+        };
+        let mut output = compile(&["-march=native"])?;
+        if !output.status.success() {
+            // a compiler that does not know this machine by that name
+            output = compile(&[])?;
+        }
+        if !output.status.success() {
+            let said = String::from_utf8_lossy(&output.stderr);
+            return Err(failed(
+                &self.compiler,
+                &said.lines().take(5).collect::<Vec<_>>().join(" "),
+            ));
+        }
+        // SAFETY: the library was made here from kernels alone: loading it runs nothing.
+        unsafe { Library::new(&library) }.map_err(|e| failed("the library is not loaded", &e))
+    }
+}
+
+impl Device for Host {
+    fn name(&self) -> String {
+        format!("this machine by {}", self.compiler)
+    }
+
+    fn compile(&self, text: &str, kernels: &[Kernel]) -> Result<Box<dyn Program>, DeviceError> {
+        let library = self.compile_library(text)?;
+        let entries: Result<Vec<Entry>, _> = kernels
+            .iter()
+            .map(|kernel| {
+                // SAFETY: the source has a function of this type for each kernel.
+                unsafe { library.get::<Entry>(kernel.name.as_bytes()) }
+                    .map(|symbol| *symbol)
+                    .map_err(|e| DeviceError(format!("kernel {}: {e}", kernel.name)))
+            })
+            .collect();
+        Ok(Box::new(Compiled { entries: entries?, _library: library }))
+    }
+
+    fn allocate(&self, bytes: usize) -> Result<Box<dyn Memory>, DeviceError> {
+        let mut words = Vec::new();
+        words
+            .try_reserve_exact(bytes.div_ceil(8))
+            .map_err(|_| DeviceError(format!("{} MB of memory are not to be had", bytes >> 20)))?;
+        words.resize(bytes.div_ceil(8), 0u64);
+        Ok(Box::new(Words(UnsafeCell::new(words.into_boxed_slice()))))
+    }
+}
+
+/// Memory that kernels write to while it is borrowed.
+#[derive(Debug)]
+struct Words(UnsafeCell<Box<[u64]>>);
+
+impl Words {
+    fn pointer(&self) -> *mut u64 {
+        // SAFETY: no reference to the words outlives a call of `write` or `read`.
+        unsafe { (*self.0.get()).as_mut_ptr() }
+    }
+}
+
+impl Memory for Words {
+    fn write(&mut self, at: usize, bytes: &[u8]) -> Result<(), DeviceError> {
+        let all: &mut [u8] = bytemuck::cast_slice_mut(self.0.get_mut());
+        all[at..at + bytes.len()].copy_from_slice(bytes);
+        Ok(())
+    }
+
+    fn read(&self, bytes: &mut [u8]) -> Result<(), DeviceError> {
+        // SAFETY: a launch returns when its items are done, so that nobody writes now: the memory is sent,
+        // but not shared, between threads.
+        let words: &[u64] = unsafe { &*self.0.get() };
+        bytes.copy_from_slice(&bytemuck::cast_slice(words)[..bytes.len()]);
+        Ok(())
+    }
+}
+
+/// A kernel for the items from `first` to `last`, with pointers to its arguments.
+type Entry = unsafe extern "C" fn(first: u64, last: u64, arguments: *const *const c_void);
+
+#[derive(Debug)]
+struct Compiled {
+    entries: Vec<Entry>,
+    /// The entries' code.
+    _library: Library,
+}
+
+/// Pointers that tasks share.
+struct Shared<'a>(&'a [*const c_void]);
+
+// SAFETY: they are read only; what they point to is written at places that differ from item to item.
+unsafe impl Sync for Shared<'_> {}
+
+impl Shared<'_> {
+    fn pointer(&self) -> *const *const c_void {
+        self.0.as_ptr()
+    }
+}
+
+impl Program for Compiled {
+    fn launch(
+        &self,
+        kernel: usize,
+        items: usize,
+        arguments: &[Argument],
+    ) -> Result<(), DeviceError> {
+        let pointers: Result<Vec<*const c_void>, DeviceError> = arguments
+            .iter()
+            .map(|argument| match argument {
+                Argument::Memory(memory) => {
+                    let memory: &dyn Any = *memory;
+                    let words = memory.downcast_ref::<Words>();
+                    words
+                        .map(|words| words.pointer().cast_const().cast())
+                        .ok_or_else(|| DeviceError("memory of another device".into()))
+                }
+                Argument::Index(number) => Ok(std::ptr::from_ref(number).cast()),
+                Argument::Real(number) => Ok(std::ptr::from_ref(number).cast()),
+            })
+            .collect();
+        let (entry, pointers) = (self.entries[kernel], pointers?);
+        let shared = Shared(&pointers);
+        (0..items.div_ceil(ITEMS)).into_par_iter().for_each(|task| {
+            let (first, last) = (task * ITEMS, items.min((task + 1) * ITEMS));
+            // SAFETY: whoever launches a kernel gives it the arguments that it declares, and arrays as
+            // long as it indexes for so many items.
+            unsafe { entry(first as u64, last as u64, shared.pointer()) };
+        });
+        Ok(())
+    }
+}

@@ -1,0 +1,69 @@
+//! The source of kernels, for the compilers of all devices.
+
+/// A kernel: what is done for one item of many.
+#[derive(Clone, Debug)]
+pub(crate) struct Kernel {
+    pub(crate) name: String,
+    /// C types and names: pointers, `index` and `double`.
+    pub(crate) parameters: Vec<(&'static str, String)>,
+    /// Statements of C, with the number of the item in `at`.
+    pub(crate) body: String,
+}
+
+impl Kernel {
+    pub(crate) fn new(
+        name: impl Into<String>,
+        parameters: &[(&'static str, &str)],
+        body: impl Into<String>,
+    ) -> Self {
+        let parameters = parameters.iter().map(|&(kind, name)| (kind, name.to_string())).collect();
+        Self { name: name.into(), parameters, body: body.into() }
+    }
+}
+
+/// What the compilers lack.
+const PRELUDE: &str = "\
+typedef unsigned long long index;
+#define restrict __restrict__
+#ifdef __CUDACC__
+#define ITEM static __device__ __forceinline__ void
+#else
+#include <math.h>
+#define ITEM static inline void
+#endif
+";
+
+/// The source of kernels. On a card each is an entry of its name, whose items are threads; on the host a
+/// function that runs the items from `first` to `last` with pointers to its arguments.
+pub(crate) fn source(kernels: &[Kernel]) -> String {
+    let mut out = String::from(PRELUDE);
+    for Kernel { name, parameters, body } in kernels {
+        let declared: String =
+            parameters.iter().map(|(kind, name)| format!(", {}", declare(kind, name))).collect();
+        let given: String = parameters.iter().map(|(_, name)| format!(", {name}")).collect();
+        let unpacked: String = parameters
+            .iter()
+            .enumerate()
+            .map(|(k, (kind, _))| match kind.ends_with('*') {
+                true => format!(", ({kind})of[{k}]"),
+                false => format!(", *(const {kind} *)of[{k}]"),
+            })
+            .collect();
+        out += &format!(
+            "\nITEM {name}_item(index at{declared}) {{\n{body}}}\n\
+             #ifdef __CUDACC__\n\
+             extern \"C\" __global__ void {name}(index items{declared}) {{\n    \
+             index at = blockIdx.x * (index)blockDim.x + threadIdx.x;\n    \
+             if (at < items) {name}_item(at{given});\n}}\n\
+             #else\n\
+             void {name}(index first, index last, const void *const *of) {{\n    \
+             for (index at = first; at < last; at++) {name}_item(at{unpacked});\n}}\n\
+             #endif\n"
+        );
+    }
+    out
+}
+
+fn declare(kind: &str, name: &str) -> String {
+    if kind.ends_with('*') { format!("{kind}restrict {name}") } else { format!("{kind} {name}") }
+}

@@ -1,0 +1,258 @@
+//! What the levels and the Krylov methods do on a device, in C.
+
+use std::sync::Arc;
+
+use crate::device::{Argument, ComputeDevice, DeviceError, Kernel, Program};
+
+/// Partial sums of a sum, and those that are left for the host.
+pub(super) const PARTS: usize = 1 << 16;
+pub(super) const LAST_PARTS: usize = 256;
+
+/// Block sizes of the matrices of the hierarchy.
+const BLOCKS: [[usize; 2]; 5] = [[3, 3], [3, 6], [6, 3], [6, 6], [1, 1]];
+
+type Parameters = &'static [(&'static str, &'static str)];
+
+/// Name, parameters and body.
+const VECTORS: [(&str, Parameters, &str); 19] = [
+    ("clear", &[("double *", "x")], "x[at] = 0.0;"),
+    ("clear_single", &[("float *", "x")], "x[at] = 0.0f;"),
+    ("copy_single", &[("const float *", "x"), ("float *", "y")], "y[at] = x[at];"),
+    (
+        "scaled",
+        &[("double", "a"), ("const double *", "x"), ("double *", "y")],
+        "y[at] = a * x[at];",
+    ),
+    (
+        "add_scaled",
+        &[("double", "a"), ("const double *", "x"), ("double *", "y")],
+        "y[at] += a * x[at];",
+    ),
+    (
+        "scale_and_add",
+        &[("double", "a"), ("const double *", "x"), ("double *", "y")],
+        "y[at] = x[at] + a * y[at];",
+    ),
+    (
+        "dot",
+        &[("index", "n"), ("const double *", "a"), ("const double *", "b"), ("double *", "parts")],
+        "double sum = 0.0;\n    \
+         for (index i = at; i < n; i += PARTS) sum += a[i] * b[i];\n    parts[at] = sum;",
+    ),
+    (
+        "weighted_dot",
+        &[
+            ("index", "n"),
+            ("const double *", "w"),
+            ("const double *", "a"),
+            ("const double *", "b"),
+            ("double *", "parts"),
+        ],
+        "double sum = 0.0;\n    \
+         for (index i = at; i < n; i += PARTS) sum += w[i] * a[i] * b[i];\n    parts[at] = sum;",
+    ),
+    (
+        "sum_of_parts",
+        &[("const double *", "parts"), ("double *", "last")],
+        "double sum = 0.0;\n    \
+         for (index i = at; i < PARTS; i += LAST_PARTS) sum += parts[i];\n    last[at] = sum;",
+    ),
+    (
+        "largest",
+        &[
+            ("index", "nodes"),
+            ("index", "first"),
+            ("index", "fields"),
+            ("const double *", "r"),
+            ("double *", "parts"),
+        ],
+        "double most = 0.0;\n    for (index n = at; n < nodes; n += PARTS)\n        \
+         for (index k = first; k < first + fields; k++) most = fmax(most, fabs(r[4 * n + k]));\n    \
+         parts[at] = most;",
+    ),
+    // one item: the scale of a vector, one for a vector of zeros
+    (
+        "scale_of_parts",
+        &[("const double *", "parts"), ("double *", "scale")],
+        "double most = 0.0;\n    \
+         for (index i = 0; i < PARTS; i++) most = fmax(most, parts[i]);\n    \
+         scale[at] = most > 0.0 ? most : 1.0;",
+    ),
+    (
+        "narrow",
+        &[
+            ("index", "first"),
+            ("index", "fields"),
+            ("const double *", "r"),
+            ("const double *", "scale"),
+            ("float *", "out"),
+        ],
+        "out[at] = (float)(r[4 * (at / fields) + first + at % fields] / scale[0]);",
+    ),
+    (
+        "widen",
+        &[
+            ("index", "first"),
+            ("index", "fields"),
+            ("const float *", "x"),
+            ("const double *", "scale"),
+            ("double *", "z"),
+        ],
+        "z[4 * (at / fields) + first + at % fields] = scale[0] * (double)x[at];",
+    ),
+    (
+        "mask",
+        &[("const unsigned char *", "free"), ("double *", "x")],
+        "if (!free[at]) x[at] = 0.0;",
+    ),
+    // a Chebyshev step with the diagonal
+    (
+        "smooth",
+        &[
+            ("double", "momentum"),
+            ("double", "share"),
+            ("const double *", "w"),
+            ("const double *", "r"),
+            ("double *", "step"),
+            ("double *", "x"),
+        ],
+        "step[at] = momentum * step[at] + share * (w[at] * r[at]);\n    x[at] += step[at];",
+    ),
+    (
+        "contact",
+        &[
+            ("const unsigned *", "node"),
+            ("const double *", "block"),
+            ("const double *", "x"),
+            ("double *", "y"),
+        ],
+        "index n = node[at];\n    for (int i = 0; i < 3; i++) {\n        double sum = 0.0;\n        \
+         for (int j = 0; j < 3; j++) sum += block[9 * at + 3 * i + j] * x[4 * n + j];\n        \
+         y[4 * n + i] += sum;\n    }",
+    ),
+    // residuals of midpoints go to the ends of their edges by halves
+    (
+        "restrict_to_vertices",
+        &[
+            ("const unsigned *", "start"),
+            ("const unsigned *", "midpoint"),
+            ("const unsigned char *", "free"),
+            ("const double *", "r"),
+            ("double *", "out"),
+        ],
+        "index vertex = at / 4, c = at % 4;\n    double sum = r[at];\n    \
+         for (index k = start[vertex]; k < start[vertex + 1]; k++) \
+         sum += 0.5 * r[4 * (index)midpoint[k] + c];\n    out[at] = free[at] ? sum : 0.0;",
+    ),
+    (
+        "add_from_vertices",
+        &[
+            ("index", "vertices"),
+            ("const unsigned *", "parents"),
+            ("const unsigned char *", "free"),
+            ("const double *", "correction"),
+            ("double *", "z"),
+        ],
+        "index node = at / 4, c = at % 4;\n    double value;\n    \
+         if (node < vertices) value = correction[at];\n    else {\n        \
+         const unsigned *ends = parents + 2 * (node - vertices);\n        \
+         value = 0.5 * (correction[4 * (index)ends[0] + c] + correction[4 * (index)ends[1] + c]);\n    \
+         }\n    if (free[at]) z[at] += value;",
+    ),
+    // the coarsest level: a dense inverse
+    (
+        "dense",
+        &[("index", "n"), ("const double *", "inverse"), ("const float *", "b"), ("float *", "x")],
+        "double sum = 0.0;\n    \
+         for (index j = 0; j < n; j++) sum += inverse[n * at + j] * (double)b[j];\n    \
+         x[at] = (float)sum;",
+    ),
+];
+
+/// The kernels of matrices of R × C blocks: y = A x, y += A x, y −= A x, and a Chebyshev step.
+fn matrices() -> Vec<Kernel> {
+    let mut kernels = Vec::new();
+    for [r, c] in BLOCKS {
+        for (name, into) in [("set", "="), ("add", "+="), ("subtract", "-=")] {
+            let body = format!(
+                "    index row = at / {r}, i = at % {r};\n    float sum = 0.0f;\n    \
+                 for (index k = start[row]; k < start[row + 1]; k++) {{\n        \
+                 const float *b = block + {size} * k + {c} * i, *v = x + {c} * (index)column[k];\n        \
+                 for (int j = 0; j < {c}; j++) sum += b[j] * v[j];\n    }}\n    y[at] {into} sum;\n",
+                size = r * c,
+            );
+            let parameters = [
+                ("const unsigned *", "start"),
+                ("const unsigned *", "column"),
+                ("const float *", "block"),
+                ("const float *", "x"),
+                ("float *", "y"),
+            ];
+            kernels.push(Kernel::new(format!("{name}_{r}_{c}"), &parameters, body));
+        }
+        if r == c {
+            let body = format!(
+                "    index row = at / {r}, i = at % {r};\n    float scaled = 0.0f;\n    \
+                 for (int j = 0; j < {r}; j++) \
+                 scaled += inverse[{size} * row + {r} * i + j] * r[{r} * row + j];\n    \
+                 step[at] = (float)momentum * step[at] + (float)share * scaled;\n    \
+                 x[at] += step[at];\n",
+                size = r * r,
+            );
+            let parameters = [
+                ("double", "momentum"),
+                ("double", "share"),
+                ("const float *", "inverse"),
+                ("const float *", "r"),
+                ("float *", "step"),
+                ("float *", "x"),
+            ];
+            kernels.push(Kernel::new(format!("smooth_{r}"), &parameters, body));
+        }
+    }
+    kernels
+}
+
+/// All of them; sums have a fixed number of parts, so that they round alike on every device.
+pub(super) fn kernels() -> Vec<Kernel> {
+    let numbers = |body: &str| {
+        let body = body.replace("LAST_PARTS", &LAST_PARTS.to_string());
+        format!("    {}\n", body.replace("PARTS", &PARTS.to_string()))
+    };
+    let vectors = VECTORS
+        .iter()
+        .map(|(name, parameters, body)| Kernel::new(*name, parameters, numbers(body)));
+    vectors.chain(matrices()).collect()
+}
+
+#[cfg(test)]
+#[test]
+fn they_compile_for_a_card() {
+    crate::device::tests::assert_compiles_for_a_card(&kernels());
+}
+
+/// The kernels of a device.
+#[derive(Debug)]
+pub(super) struct Kernels {
+    names: Vec<String>,
+    program: Arc<dyn Program>,
+}
+
+impl Kernels {
+    pub(super) fn new(device: &ComputeDevice) -> Result<Self, DeviceError> {
+        let kernels = kernels();
+        let program = device.compile(&kernels)?;
+        Ok(Self { names: kernels.into_iter().map(|kernel| kernel.name).collect(), program })
+    }
+
+    pub(super) fn launch(
+        &self,
+        name: &str,
+        items: usize,
+        arguments: &[Argument],
+    ) -> Result<(), DeviceError> {
+        let kernel = self.names.iter().position(|known| known == name);
+        let kernel = kernel.unwrap_or_else(|| unreachable!("no kernel is called {name}"));
+        self.program.launch(kernel, items, arguments)
+    }
+}

@@ -1,0 +1,169 @@
+//! One cycle through the levels on a device: that of [`QuadraticLevel`](super::QuadraticLevel) and the hierarchy
+//! below it, step by step.
+
+use super::FreeTangent;
+use super::hierarchy::DeviceSplit;
+use super::vectors::DeviceVectors;
+use crate::device::{Argument, Array};
+use crate::solve::linear::chebyshev::{MARGIN, POWER_STEPS, coefficients};
+use crate::solve::linear::field_split::FieldSplit;
+use crate::solve::linear::quadratic::DEGREE;
+use crate::solve::linear::vector::{Nodal, Vectors};
+
+/// The quadratic level, if the elements are quadratic, and those below.
+#[derive(Debug)]
+pub(super) struct Levels {
+    vertices: usize,
+    /// The ends of the edge of each midpoint; the midpoints of each vertex as (start, midpoint).
+    parents: Array<u32>,
+    start: Array<u32>,
+    midpoint: Array<u32>,
+    smoother: Smoother,
+    residual: Array<f64>,
+    /// Right-hand side and solution of the level of the linear functions.
+    right: Array<f64>,
+    correction: Array<f64>,
+    below: Option<DeviceSplit>,
+}
+
+/// The smoother of quadratic elements.
+#[derive(Debug)]
+struct Smoother {
+    weight: Array<f64>,
+    largest: f64,
+    step: Array<f64>,
+    product: Array<f64>,
+}
+
+impl Smoother {
+    /// step ← momentum step + share D⁻¹ r, x ← x + step.
+    fn step(
+        &self,
+        vectors: &DeviceVectors,
+        [momentum, share]: [f64; 2],
+        r: &Array<f64>,
+        x: &mut Array<f64>,
+    ) {
+        let numbers = [momentum, share].map(Argument::Real);
+        let [w, r, step] = [&self.weight, r, &self.step].map(Array::argument);
+        let arguments = [numbers[0], numbers[1], w, r, step, x.argument()];
+        vectors.launch("smooth", x.len(), &arguments);
+    }
+
+    fn smooth(&mut self, matrix: &FreeTangent, residual: &mut Array<f64>, x: &mut Array<f64>) {
+        for (k, (momentum, share)) in coefficients(self.largest, DEGREE).enumerate() {
+            if k > 0 {
+                matrix.multiply(&self.step, &mut self.product);
+                matrix.vectors.add_scaled(residual, -1.0, &self.product);
+            }
+            self.step(matrix.vectors, [momentum, share], residual, x);
+        }
+    }
+
+    /// The largest eigenvalue of D⁻¹ A by power iteration, as the processor finds it.
+    fn measure(&mut self, matrix: &FreeTangent) {
+        let vectors = matrix.vectors;
+        // any start that is not orthogonal to the rough vectors
+        let start: Vec<f64> = (0..self.step.len()).map(|i| (i as f64 * 1.7 + 0.3).sin()).collect();
+        let mut x = vectors.array(&start);
+        let mut before = vectors.dot(&x, &x).sqrt();
+        self.largest = 1.0;
+        for _ in 0..POWER_STEPS {
+            matrix.multiply(&x, &mut self.product);
+            vectors.clear(&mut x);
+            self.step(vectors, [0.0, 1.0], &self.product, &mut x);
+            let after = vectors.dot(&x, &x).sqrt();
+            if after == 0.0 || before == 0.0 || !after.is_finite() {
+                break;
+            }
+            self.largest = after / before;
+            x = vectors.scaled(&x, 1.0 / after);
+            before = 1.0;
+        }
+        self.largest *= MARGIN;
+    }
+}
+
+impl Levels {
+    pub(super) fn new(vectors: &DeviceVectors, vertices: usize, parents: &[[u32; 2]]) -> Self {
+        let mut of_vertex = vec![Vec::new(); vertices];
+        for (midpoint, ends) in (vertices as u32..).zip(parents) {
+            ends.iter().for_each(|&vertex| of_vertex[vertex as usize].push(midpoint));
+        }
+        let ends = of_vertex.iter().scan(0, |end, midpoints| {
+            *end += midpoints.len() as u32;
+            Some(*end)
+        });
+        let start: Vec<u32> = std::iter::once(0).chain(ends).collect();
+        // linear elements have no level above the vertices
+        let (above, below) = match parents.len() {
+            0 => (0, 0),
+            midpoints => (4 * (vertices + midpoints), 4 * vertices),
+        };
+        Self {
+            vertices,
+            parents: vectors.array(parents.as_flattened()),
+            start: vectors.array(&start),
+            midpoint: vectors.array(&of_vertex.concat()),
+            smoother: Smoother {
+                weight: vectors.zeros(above),
+                largest: 1.0,
+                step: vectors.zeros(above),
+                product: vectors.zeros(above),
+            },
+            residual: vectors.zeros(above),
+            right: vectors.zeros(below),
+            correction: vectors.zeros(below),
+            below: None,
+        }
+    }
+
+    pub(super) fn renew(&mut self, matrix: &FreeTangent, weight: &[Nodal], split: &FieldSplit) {
+        // the old one goes first
+        self.below = None;
+        self.below = Some(DeviceSplit::new(matrix.vectors, split));
+        if self.residual.len() > 0 {
+            matrix.vectors.attempt(|_| self.smoother.weight.write(0, weight.as_flattened()));
+            self.smoother.measure(matrix);
+        }
+    }
+
+    /// z ≈ A⁻¹ r.
+    pub(super) fn precondition(
+        &mut self,
+        matrix: &FreeTangent,
+        r: &Array<f64>,
+        z: &mut Array<f64>,
+    ) {
+        let vectors = matrix.vectors;
+        let Self { smoother, residual, right, correction, below, .. } = self;
+        let below = below.as_mut().expect("the hierarchy is made before it is used");
+        if residual.len() == 0 {
+            below.apply(vectors, r, z);
+            return matrix.mask(z);
+        }
+        let copy = |to: &mut Array<f64>| {
+            let arguments = [Argument::Real(1.0), r.argument(), to.argument()];
+            vectors.launch("scaled", r.len(), &arguments);
+        };
+        vectors.clear(z);
+        copy(residual);
+        smoother.smooth(matrix, residual, z);
+        copy(residual);
+        matrix.multiply(z, &mut smoother.product);
+        vectors.add_scaled(residual, -1.0, &smoother.product);
+        let free = matrix.constraints.free.argument();
+        let lists = [&self.start, &self.midpoint, &self.parents].map(Array::argument);
+        let arguments = [lists[0], lists[1], free, residual.argument(), right.argument()];
+        vectors.launch("restrict_to_vertices", right.len(), &arguments);
+        below.apply(vectors, right, correction);
+        let vertices = Argument::Index(self.vertices as u64);
+        let arguments = [vertices, lists[2], free, correction.argument(), z.argument()];
+        vectors.launch("add_from_vertices", z.len(), &arguments);
+        copy(residual);
+        matrix.multiply(z, &mut smoother.product);
+        vectors.add_scaled(residual, -1.0, &smoother.product);
+        smoother.smooth(matrix, residual, z);
+        matrix.mask(z);
+    }
+}

@@ -1,0 +1,125 @@
+//! Runs whose linear systems are solved on a device: here this machine in the place of a card.
+
+use crate::support::{grain, loading, matrix, peak, phase_field, prism};
+use fem::{
+    Checkpoint, CompressionTest, ComputeDevice, End, Fracture, Friction, LinearScheme, Material,
+    MaterialParameter, Order, Outcome, Platens, Problem, SolverOptions, Split, TetMesh,
+};
+
+fn host() -> Option<ComputeDevice> {
+    ComputeDevice::host().inspect_err(|error| println!("SKIPPED: {error}")).ok()
+}
+
+fn problem(
+    mesh: TetMesh,
+    order: Order,
+    loading: CompressionTest,
+    device: Option<ComputeDevice>,
+) -> Problem {
+    let options = SolverOptions { linear: LinearScheme::Multigrid, ..SolverOptions::default() };
+    loading
+        .builder(mesh)
+        .expect("a specimen")
+        .order(order)
+        .materials([matrix(), grain()])
+        .phase_field(phase_field(Split::None))
+        .options(options)
+        .device(device)
+        .build()
+        .expect("valid input")
+}
+
+fn assert_same(here: &Outcome, there: &Outcome) {
+    let (_, highest) = peak(here);
+    assert_eq!(here.curve.len(), there.curve.len());
+    for (a, b) in here.curve.iter().zip(&there.curve) {
+        assert!((a.force_n - b.force_n).abs() < 1e-7 * highest, "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn a_device_takes_the_steps_of_the_processor_past_the_peak() {
+    let Some(device) = host() else { return };
+    for (order, platens) in [
+        (Order::Linear, Platens::Sliding),
+        (Order::Quadratic, Platens::Sliding),
+        (Order::Quadratic, Platens::Unilateral(Friction::none())),
+    ] {
+        let loading = loading(0.3, 1.0, 30).platens(platens);
+        let run = |device: Option<ComputeDevice>| {
+            let problem = problem(prism(3, true), order, loading.clone(), device);
+            let mut run = problem.start();
+            while run.step().expect("it converges").is_some() {}
+            (run.machine(), run.effort(), run.finish())
+        };
+        let (_, here_effort, here) = run(None);
+        let (machine, there_effort, there) = run(Some(device.clone()));
+        assert_eq!(machine, device.name());
+        assert!(matches!(there.end, End::Displacement), "{order:?}: {:?}", there.end);
+        assert!(
+            there.curve.last().expect("a point").force_n < 0.8 * peak(&there).1,
+            "past the peak"
+        );
+        assert_same(&here, &there);
+        // one algorithm: only sums round differently
+        let counts = [here_effort, there_effort].map(|e| (e.iterations, e.factorisations));
+        assert_eq!(counts[0], counts[1], "{order:?}");
+        let [a, b] = [here_effort.linear, there_effort.linear].map(f64::from);
+        assert!((a - b).abs() <= 0.03 * a, "{order:?}: {a} and {b} linear iterations");
+    }
+}
+
+#[test]
+fn a_run_goes_on_elsewhere_from_its_checkpoint() {
+    let Some(device) = host() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let checkpoint = Checkpoint { path: folder.path().join("state"), every: 5 };
+    let loading = loading(0.2, 1.0, 20);
+    let there = problem(prism(2, true), Order::Quadratic, loading.clone(), Some(device));
+    let mut run = there.resume(&checkpoint).expect("nothing is there yet");
+    for _ in 0..10 {
+        run.step().expect("it converges");
+    }
+    drop(run);
+    let here = problem(prism(2, true), Order::Quadratic, loading, None);
+    let mut run = here.resume(&checkpoint).expect("a state of the same problem");
+    assert_eq!((run.curve().len(), run.machine().as_str()), (10, "the processor"));
+    while run.step().expect("it converges").is_some() {}
+    assert_same(&here.run(&mut ()), &run.finish());
+}
+
+#[test]
+fn derivatives_with_parameters_come_from_a_device_too() {
+    let Some(device) = host() else { return };
+    let rates = |device: Option<ComputeDevice>| {
+        let problem = problem(prism(2, true), Order::Quadratic, loading(0.2, 1.0, 12), device);
+        let fracture = matrix().fracture.expect("the matrix breaks");
+        let stiffer = |young| vec![Material::hencky(young, 0.25).with_fracture(fracture), grain()];
+        let slower = |viscosity_mpa_s| {
+            vec![matrix().with_fracture(Fracture { viscosity_mpa_s, ..fracture }), grain()]
+        };
+        let young = matrix().elasticity.young_mpa();
+        let parameters = vec![
+            MaterialParameter::new("young", young, stiffer),
+            MaterialParameter::new("viscosity", fracture.viscosity_mpa_s, slower),
+        ];
+        let problem = problem.with_sensitivities(parameters).expect("they are there");
+        problem.run(&mut ()).sensitivities.force_n
+    };
+    let (here, there) = (rates(None), rates(Some(device)));
+    for k in 0..2 {
+        let largest = here.iter().map(|r| r[k].abs()).fold(0.0, f64::max);
+        let error = here.iter().zip(&there).map(|(a, b)| (a[k] - b[k]).abs()).fold(0.0, f64::max);
+        assert!(largest > 0.0 && error < 1e-5 * largest, "parameter {k}: {error} of {largest}");
+    }
+}
+
+#[test]
+fn a_factor_is_not_asked_of_a_device() {
+    let Some(device) = host() else { return };
+    let options = SolverOptions { linear: LinearScheme::Direct, ..SolverOptions::default() };
+    let builder = loading(0.2, 1.0, 2).builder(prism(2, false)).expect("a specimen");
+    let refused = builder.materials([matrix()]).options(options).device(device).build();
+    let message = refused.expect_err("it cannot be").to_string();
+    assert!(message.contains("device") && message.contains("multigrid"), "{message}");
+}

@@ -1,0 +1,127 @@
+//! What devices promise, on this machine as a device.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::*;
+use crate::{
+    CompressionTest, CylinderLattice, Fracture, LinearScheme, Material, Order, PhaseField,
+    Schedule, SolverOptions,
+};
+
+/// Has NVRTC compile kernels for a card, where Python has it.
+pub(crate) fn assert_compiles_for_a_card(kernels: &[Kernel]) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("kernels.cu");
+    std::fs::write(&path, source(kernels)).expect("it is written");
+    let python = std::env::var("BRECCIA_PYTHON").unwrap_or_else(|_| "python3".into());
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/python/nvrtc.py");
+    match std::process::Command::new(&python).arg(script).arg(&path).output() {
+        Ok(output) if output.status.success() => {}
+        Ok(output) if output.status.code() == Some(1) => {
+            panic!("{}", String::from_utf8_lossy(&output.stderr));
+        }
+        _ => println!("SKIPPED: {python} has no NVRTC; set BRECCIA_PYTHON to one that has it"),
+    }
+}
+
+fn host() -> Option<ComputeDevice> {
+    ComputeDevice::host().inspect_err(|error| println!("SKIPPED: {error}")).ok()
+}
+
+#[test]
+fn a_kernel_is_run_for_each_item_once() {
+    let Some(device) = host() else { return };
+    let parameters =
+        [("double", "a"), ("index", "shift"), ("const double *", "x"), ("double *", "y")];
+    let kernel = Kernel::new("axpy", &parameters, "    y[at] += a * x[at + shift];\n");
+    let program = device.compile(&[kernel]).expect("it compiles");
+    let n = 100_003;
+    let x = Array::of(&device, &(0..n + 2).map(f64::from).collect::<Vec<_>>()).expect("memory");
+    let mut y = Array::of(&device, &vec![1.0; n as usize]).expect("memory");
+    let arguments = [Argument::Real(0.5), Argument::Index(2), x.argument(), y.argument()];
+    program.launch(0, n as usize, &arguments).expect("it runs");
+    let mut out = vec![0.0; n as usize];
+    y.read(&mut out).expect("it is read");
+    assert!((0..n).all(|i| out[i as usize] == 1.0 + 0.5 * f64::from(i + 2)));
+    y.write(7, &[3.0]).expect("it is written");
+    y.read(&mut out).expect("it is read");
+    assert_eq!(out[6..9], [5.0, 3.0, 6.0]);
+}
+
+#[test]
+fn a_kernel_that_is_not_c_is_refused_in_the_compilers_words() {
+    let Some(device) = host() else { return };
+    let kernel = Kernel::new("wrong", &[("double *", "y")], "    y[at] = nothing;\n");
+    let error = device.compile(&[kernel]).expect_err("it is not declared");
+    assert!(error.to_string().contains("nothing"), "{error}");
+}
+
+/// The host with so much memory.
+#[derive(Debug)]
+struct Small {
+    host: Host,
+    left: AtomicUsize,
+}
+
+impl Device for Small {
+    fn name(&self) -> String {
+        "a small device".into()
+    }
+
+    fn compile(&self, text: &str, kernels: &[Kernel]) -> Result<Box<dyn Program>, DeviceError> {
+        self.host.compile(text, kernels)
+    }
+
+    fn allocate(&self, bytes: usize) -> Result<Box<dyn Memory>, DeviceError> {
+        let taken = |left: usize| left.checked_sub(bytes);
+        match self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, taken) {
+            Ok(_) => self.host.allocate(bytes),
+            Err(_) => Err(DeviceError("no memory is left".into())),
+        }
+    }
+}
+
+#[test]
+fn the_processor_goes_on_where_a_device_fails() {
+    let Ok(host) = Host::new() else { return println!("SKIPPED: no C compiler") };
+    drop(host);
+    let run = |device: Option<ComputeDevice>| {
+        let lattice = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 };
+        let matrix = Material::hencky(275.0, 0.25).with_fracture(Fracture {
+            toughness_n_per_mm: 0.0025,
+            viscosity_mpa_s: 0.3,
+            residual_stiffness: 0.01,
+        });
+        let options = SolverOptions { linear: LinearScheme::Multigrid, ..SolverOptions::default() };
+        let problem = CompressionTest::new(0.05, Schedule::fixed(1.0, 4))
+            .builder(lattice.build().expect("a mesh"))
+            .expect("a specimen")
+            .order(Order::Quadratic)
+            .materials([matrix])
+            .phase_field(PhaseField::new(0.06))
+            .options(options)
+            .device(device)
+            .build()
+            .expect("valid input");
+        let mut run = problem.start();
+        while run.step().expect("it converges").is_some() {}
+        (run.machine(), run.finish().curve)
+    };
+    let (_, expected) = run(None);
+    let highest = expected.iter().map(|p| p.force_n).fold(0.0, f64::max);
+    // at once, with the vectors of the levels, with the hierarchy, in the midst of a solution; and enough
+    for megabytes in [0, 2, 4, 6, 8, 100] {
+        let left = AtomicUsize::new(megabytes << 20);
+        let small = Small { host: Host::new().expect("as before"), left };
+        let (machine, curve) = run(Some(ComputeDevice::with(small)));
+        let expected_machine = match megabytes {
+            100 => "a small device",
+            _ => "the processor, since the device failed: no memory is left",
+        };
+        assert_eq!(machine, expected_machine, "{megabytes} MB");
+        assert_eq!(curve.len(), expected.len());
+        for (a, b) in curve.iter().zip(&expected) {
+            assert!((a.force_n - b.force_n).abs() < 1e-7 * highest, "{a:?} {b:?}");
+        }
+    }
+}

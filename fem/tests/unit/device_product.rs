@@ -1,0 +1,68 @@
+//! The recorded product on the host as a device, against the processor's.
+
+use super::*;
+use crate::device::tests::assert_compiles_for_a_card;
+use crate::device::{Array, ComputeDevice};
+use crate::operator::backend::product_kernels;
+
+/// A state of a mesh, and its product on the processor and on the device.
+fn compare<const N: usize, T: Tetrahedron<N>>(
+    device: &ComputeDevice,
+    form: Form,
+    rule: DamageRule,
+    stiff_damages: bool,
+) {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
+    let mesh = form.shape(cube(3, &mut rng), &mut rng);
+    let assembly = Assembly::new(Space::new::<T>(&mesh, rule)).homogenised(form.rule());
+    let nodes = assembly.space.nodes.len();
+    let materials = materials(Material::hencky, PhaseField::new(0.3), stiff_damages);
+    let mut random = |size: f64| size * rng.random_range(-1.0..1.0);
+    let fields = Fields {
+        displacement: (0..nodes).map(|_| std::array::from_fn(|_| random(0.01))).collect(),
+        damage: (0..nodes).map(|_| 0.5 + random(0.4)).collect(),
+    };
+    let x: Vec<[f64; 4]> = (0..nodes).map(|_| std::array::from_fn(|_| random(1.0))).collect();
+    let context = StepContext::new(&fields.damage, 0.1);
+    let increment = Increment { materials: &materials, fields: &fields, context };
+    let layout = Arc::new(Layout::new(assembly.domain()));
+    let tets = assembly.space.tets.len();
+    let mut on_device = device_product(layout, tets, device).expect("the kernels compile");
+    on_device.linearise(&assembly, &increment, Coupling::Full).expect("no element is inverted");
+    let mut expected = vec![[0.0; 4]; nodes];
+    on_device.apply(&x, &mut expected);
+
+    let from = Array::of(device, x.as_flattened()).expect("memory");
+    let mut to = Array::zeros(device, 4 * nodes).expect("memory");
+    let mut y = vec![0.0; 4 * nodes];
+    let applied = on_device.on_device().expect("a device was given");
+    applied.apply(&from, &mut to).expect("it runs");
+    to.read(&mut y).expect("it is read");
+    let largest = y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
+    let error =
+        y.iter().zip(expected.as_flattened()).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
+    assert!(largest > 1e-3 && error <= 1e-14 * largest, "{N} nodes, {form:?}, {rule:?}: {error}");
+}
+
+#[test]
+fn a_device_applies_the_tangent_of_every_kind_of_element() {
+    let device = match ComputeDevice::host() {
+        Ok(host) => host,
+        Err(error) => return println!("SKIPPED: {error}"),
+    };
+    for form in Form::ALL {
+        compare::<4, Linear>(&device, form, DamageRule::Vertex, true);
+        compare::<10, Quadratic>(&device, form, DamageRule::Consistent, true);
+    }
+    compare::<10, Quadratic>(&device, Form::Plain, DamageRule::Vertex, true);
+    compare::<10, Quadratic>(&device, Form::Plain, DamageRule::Eleven, false);
+}
+
+#[test]
+fn the_product_compiles_for_a_card() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
+    let assembly =
+        Assembly::new(Space::new::<Quadratic>(&cube(2, &mut rng), DamageRule::Consistent));
+    let layout = Layout::new(assembly.domain());
+    assert_compiles_for_a_card(&product_kernels(&layout));
+}
