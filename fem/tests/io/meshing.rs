@@ -102,6 +102,36 @@ fn touching_grains_touch_and_parted_ones_do_not() {
     assert_eq!(shared(0.04), 0);
 }
 
+/// A film of matrix between a grain and an end is kept where it is thinner than the mesh; a grain that is
+/// cut by the end reaches it.
+#[test]
+fn grains_reach_the_ends_that_they_touch_alone() {
+    let reached = |from_axis_mm: f64, height_mm: f64| -> Vec<String> {
+        let grain = Grain::sphere([0.6 * from_axis_mm, 0.8 * from_axis_mm, height_mm], 0.4);
+        let field = GrainList::new(vec![grain], RADIUS, HEIGHT);
+        let mode = GrainMode::Conforming;
+        let meshed = mesh(Meshing { mode, ..Meshing::new(0.2) }, &field);
+        let grain = nodes_of(&meshed.mesh, 1);
+        assert!(!grain.is_empty());
+        let touches = |triangles: &[[u32; 3]]| {
+            triangles.as_flattened().iter().any(|node| grain.contains(node))
+        };
+        let ends = meshed.mesh.surfaces.iter().filter(|(name, _)| *name != "side");
+        ends.filter(|(_, at)| touches(at)).map(|(name, _)| name.clone()).collect()
+    };
+    for film_mm in [0.02, 0.05, 0.1] {
+        let (low, high) = (0.4 + film_mm, HEIGHT - 0.4 - film_mm);
+        for from_axis_mm in [0.0, 0.3, RADIUS - 0.45] {
+            assert!(reached(from_axis_mm, low).is_empty(), "{film_mm} {from_axis_mm}");
+            assert!(reached(from_axis_mm, high).is_empty(), "{film_mm} {from_axis_mm}");
+        }
+    }
+    for from_axis_mm in [0.0, 0.3, RADIUS - 0.45] {
+        assert_eq!(reached(from_axis_mm, 0.35), ["bottom"]);
+        assert_eq!(reached(from_axis_mm, HEIGHT - 0.35), ["top"]);
+    }
+}
+
 #[test]
 fn grains_finer_than_the_mesh_become_mixtures_of_their_volume() {
     let field = field(&packing(GrainForm::Polyhedron, 0.1, 0.08));

@@ -1,4 +1,4 @@
-//! Which grains that meet on the mesh touch, and which only come near.
+//! Which grains that meet on the mesh, or reach its ends, touch in truth, and which only come near.
 
 use std::collections::BTreeMap;
 
@@ -43,10 +43,10 @@ impl Gaps {
         // the narrowest place of each pair first
         pairs.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
         pairs.dedup_by_key(|&mut (pair, ..)| pair);
-        let touching = how.field.resolution_mm().max(1e-6 * how.spacing_mm);
+        let touching = touching_mm(how);
         let decide = |&(pair, _, node): &([u32; 2], f64, usize)| {
-            let least =
-                narrowest(how.field, pair, mesh.nodes[node], 0.5 * how.spacing_mm, touching);
+            let both = |x: Point| gap(how.field, pair, x);
+            let least = narrowest(both, |x| x, mesh.nodes[node], 0.5 * how.spacing_mm, touching);
             (pair, least > touching)
         };
         Gaps(pairs.par_iter().map(decide).collect::<Vec<_>>().into_iter().collect())
@@ -58,14 +58,63 @@ impl Gaps {
     }
 }
 
+/// Makes matrix of tetrahedra by which a grain would reach an end of the cylinder that matrix parts it from
+/// in truth: a film thinner than the mesh would be lost and prop the grain against a platen. The wall is
+/// not loaded; a grain that reaches it carries no more, and keeps its tetrahedra.
+pub(super) fn part_from_ends(
+    how: &Conforming,
+    mesh: &TetMesh,
+    around: &Adjacency,
+    labels: &mut [u32],
+) {
+    let touching = touching_mm(how);
+    for (_, triangles) in mesh.surfaces.iter().filter(|(name, _)| *name != "side") {
+        let mut nodes = triangles.as_flattened().to_vec();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let mut reached: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        for &node in &nodes {
+            for (grain, _) in around.claims(labels, node as usize) {
+                reached.entry(grain).or_default().push(node);
+            }
+        }
+        for (grain, nodes) in reached {
+            let distance = |x: Point| how.field.distance(grain, x);
+            let places = nodes.iter().map(|&node| mesh.nodes[node as usize]);
+            let nearest = places.min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
+            let Some(x) = nearest else { continue };
+            let on_end = |[a, b, _]: Point| [a, b, x[2]];
+            if narrowest(distance, on_end, x, 0.5 * how.spacing_mm, touching) <= touching {
+                continue;
+            }
+            for &tet in nodes.iter().flat_map(|&node| around.tets_of(node as usize)) {
+                let label = &mut labels[tet as usize];
+                *label = if *label == grain { 0 } else { *label };
+            }
+        }
+    }
+}
+
+/// Surfaces that are no farther apart than this (mm) touch.
+fn touching_mm(how: &Conforming) -> f64 {
+    how.field.resolution_mm().max(1e-6 * how.spacing_mm)
+}
+
 /// The distances to both surfaces together: the length of a way from one to the other.
 fn gap(field: &dyn GrainField, [a, b]: [u32; 2], x: Point) -> f64 {
     field.distance(a, x) + field.distance(b, x)
 }
 
-/// The least gap near a point, by a search along the axes; stops below `enough`.
-fn narrowest(field: &dyn GrainField, pair: [u32; 2], x: Point, step: f64, enough: f64) -> f64 {
-    let (mut x, mut least, mut step) = (x, gap(field, pair, x), step);
+/// The least value near a point, by a search along the axes among points that are held where they belong;
+/// stops below `enough`.
+fn narrowest(
+    value: impl Fn(Point) -> f64,
+    hold: impl Fn(Point) -> Point,
+    x: Point,
+    step: f64,
+    enough: f64,
+) -> f64 {
+    let (mut x, mut least, mut step) = (x, value(x), step);
     for _ in 0..HALVINGS {
         // a few steps of this length, as long as they help
         for _ in 0..4 {
@@ -74,9 +123,10 @@ fn narrowest(field: &dyn GrainField, pair: [u32; 2], x: Point, step: f64, enough
                 for sign in [-1.0, 1.0] {
                     let mut tried = x;
                     tried[axis] += sign * step;
-                    let gap = gap(field, pair, tried);
-                    if gap < best.0 {
-                        best = (gap, tried);
+                    let tried = hold(tried);
+                    let found = value(tried);
+                    if found < best.0 {
+                        best = (found, tried);
                     }
                 }
             }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::Conforming;
-use super::contact::Gaps;
+use super::contact::{Gaps, part_from_ends};
 use crate::mesh::TetMesh;
 use crate::specimen::adjacency::Adjacency;
 use crate::specimen::samples::{Sampled, majority};
@@ -12,7 +12,7 @@ use crate::specimen::samples::{Sampled, majority};
 const SMALLEST_COMPONENT: usize = 3;
 
 /// The grain that most samples of a tetrahedron lie in; small components dropped, grains that do not
-/// touch parted.
+/// touch parted from each other and from the ends.
 pub(super) fn labels(how: &Conforming, mesh: &TetMesh, around: &Adjacency) -> Vec<u32> {
     let mut labels: Vec<u32> = (0..mesh.tets.len())
         .into_par_iter()
@@ -26,6 +26,7 @@ pub(super) fn labels(how: &Conforming, mesh: &TetMesh, around: &Adjacency) -> Ve
     around.drop_spikes(&mut labels);
     let gaps = Gaps::new(how, mesh, around, &labels);
     around.separate_grains(&mut labels, |a, b| gaps.is_open(a, b));
+    part_from_ends(how, mesh, around, &mut labels);
     around.drop_small_components(&mut labels, SMALLEST_COMPONENT);
     around.drop_spikes(&mut labels);
     around.drop_small_components(&mut labels, SMALLEST_COMPONENT);
