@@ -65,7 +65,7 @@ fn a_device_takes_the_steps_of_the_processor_past_the_peak() {
         let counts = [here_effort, there_effort].map(|e| (e.iterations, e.factorisations));
         assert_eq!(counts[0], counts[1], "{order:?}");
         let [a, b] = [here_effort.linear, there_effort.linear].map(f64::from);
-        assert!((a - b).abs() <= 0.03 * a, "{order:?}: {a} and {b} linear iterations");
+        assert!((a - b).abs() <= 0.05 * a, "{order:?}: {a} and {b} linear iterations");
     }
 }
 

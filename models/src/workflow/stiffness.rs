@@ -37,7 +37,7 @@ fn stiffness(setup: &Setup<'_>, mesh: TetMesh, materials: &[&str]) -> Result<f64
         .order(setup.order)
         .homogenisation(setup.homogenisation)
         .materials(elastic(setup.material, materials)?)
-        .options(*setup.solver)
+        .options(setup.solver)
         .build()?;
     let outcome = problem.run(&mut ());
     match (outcome.curve.last(), outcome.end) {
