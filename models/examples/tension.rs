@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 
 use models::report::{Chart, Ink};
 use models::tension::{
-    HardeningLaw, Swift, TensionTest, Voce, calibrate, loo_by_specimen, read_tension_tests,
+    HardeningLaw, Swift, TensionTest, Unloading, Voce, calibrate, loo_by_specimen,
+    read_tension_tests,
 };
 use ppl::diagnostics::{Loo, loo_compare, quantile};
 use ppl::prelude::*;
@@ -23,9 +24,13 @@ type Error = Box<dyn std::error::Error>;
 fn main() -> Result<(), Error> {
     let mut arguments = std::env::args().skip(1).map(PathBuf::from);
     let shipped = || Path::new(env!("CARGO_MANIFEST_DIR")).join("data/matcal_304L_tension.csv");
-    let tests = read_tension_tests(&arguments.next().unwrap_or_else(shipped), YOUNG_MPA)?;
+    let file = arguments.next().unwrap_or_else(shipped);
+    let tests = read_tension_tests(&file, YOUNG_MPA, Unloading::default())?;
     let picture = arguments.next().unwrap_or_else(|| "tension.png".into());
-    println!("{} specimens, {} points each or so\n", tests.len(), tests[0].points.len());
+    for test in &tests {
+        let [kept, left] = [test.points.len(), test.unloading.len()];
+        println!("{}: {kept} points, {left} readings of unloading left out", test.specimen);
+    }
     let (voce, left) = look_at::<Voce>("Voce", &tests)?;
     let (swift, right) = look_at::<Swift>("Swift", &tests)?;
     println!("Log predictive density of whole specimens\n");
@@ -62,7 +67,7 @@ fn look_at<L: HardeningLaw>(name: &str, tests: &[TensionTest]) -> Result<(Loo, C
         .band("90 % of new specimens", Ink::Posterior, &strains, &curves, 0.9);
     for (k, test) in tests.iter().enumerate() {
         let points = test.points.iter().map(|p| (p.plastic_strain, p.true_stress_mpa));
-        chart = chart.points(if k == 0 { "eight specimens" } else { "" }, Ink::Measured, points);
+        chart = chart.thin(if k == 0 { "eight specimens" } else { "" }, Ink::Measured, points);
     }
     Ok((loo, chart))
 }

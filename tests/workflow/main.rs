@@ -8,6 +8,7 @@ mod further_tests;
 mod images;
 mod own_data;
 mod quadrature;
+mod quantities;
 mod sequential;
 mod sharing;
 mod stages;
@@ -287,7 +288,7 @@ fn from_an_empty_directory_to_every_documented_file() {
         assert_eq!([number(row, "slope_N_per_mm"), number(row, "peak_force_N")], qois[..2]);
     }
     for group in ["observed_data", "posterior_predictive", "prior_predictive"] {
-        assert!(!store.join(group).join("contrast").exists(), "{group}");
+        assert!(!store.join(group).join("data.contrast").exists(), "{group}");
     }
     assert!(text("observed_data/specimen/c/0").contains("V-02"));
     assert!(text("posterior/qoi/c/0").contains("slope_N_per_mm"));

@@ -145,8 +145,12 @@ fn status_tells_what_is_done_stale_stopped_and_under_way_and_changes_nothing() {
     let (code, _, err) = breccia(dir.path(), &["report", "--out", "out"]);
     assert_eq!(code, Some(0), "{err}");
     let page = || std::fs::read_to_string(results.join("report.html")).unwrap();
+    let ended = finished(&results.join("ensemble")).len();
+    let curves = format!("{ended} simulated tests over the prior box");
     for part in [
         "Not finished",
+        &curves,
+        "<svg viewBox=",
         "Missing: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, design.",
     ] {
         assert!(page().contains(part), "{part}");

@@ -41,7 +41,7 @@ pub use further::{CandidateCase, FurtherTestsCase};
 pub use geometry::SpecimenGeometry;
 pub use image::ImageCase;
 pub use material::MaterialCase;
-pub(crate) use overlay::{merge, nested, remove};
+pub(crate) use overlay::{merge, remove};
 pub use parameter::{ByParameter, MaterialParameter, PriorBounds, PriorCase, Property};
 pub use read::CaseFile;
 pub use simulation::{AdaptiveCase, ArcLengthCase, OutputCase, TestCase};

@@ -9,6 +9,7 @@ use ppl::Posterior;
 use ppl::prelude::*;
 use surrogate::{DynPce, Input};
 
+use super::likelihood::of_specimens;
 use super::{CalibrationError, Evidence, Specimens, relative_to_means, short_name};
 
 /// Specimens of one microstructure, tested at one temperature.
@@ -207,15 +208,7 @@ ppl::model! {
         for group in &groups.groups {
             let specimens = &group.specimens;
             let expected = specimens.expected(&group.forward, &at_level[group.level])?;
-            for (contrast, between) in specimens.known.contrasts.iter().zip(&expected.contrasts) {
-                contrast ~ MvNormalCholesky(between, &chol);
-            }
-            let of_unknown = specimens.factor_of_unknown(&expected, &chol)?;
-            for unknown in &specimens.unknown.contrasts {
-                unknown ~ MvNormalCholesky(specimens.no_contrast::<Real>(), &of_unknown);
-            }
-            let of_totals = specimens.factor_of_totals(&expected, &chol)?;
-            specimens.totals ~ MvNormalCholesky(specimens.mean_of_totals(&expected), &of_totals);
+            let data ~ of_specimens(specimens, &expected, &chol);
         }
     }
 }

@@ -1,26 +1,27 @@
 //! The paper's calibration: matrix parameters from the quantities of interest of specimens.
 
 mod contrasts;
+mod error;
 mod given_others;
 mod groups;
+mod likelihood;
 mod loo;
 mod population;
 mod specimens;
 #[cfg(test)]
 mod tests;
+mod units;
 
 use ppl::prelude::*;
-use ppl::{
-    Chains, Group, Map, Mode, Nuts, OptimizeError, Posterior, PosteriorError, Rejection, Role,
-    SampleError, Values, Variable,
-};
+use ppl::{Chains, Map, Mode, Nuts, Posterior, SampleError};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
-use surrogate::{CoefficientPosterior, DynPce, Input, SurrogateError};
+use surrogate::{CoefficientPosterior, DynPce};
 
-use crate::case::MaterialParameter;
 use crate::qoi::Quantity;
+pub use error::CalibrationError;
 pub use groups::{Groups, Pooling, TestGroup, Trend, calibrate_groups, calibration_over_groups};
+use likelihood::of_specimens;
 pub use population::Population;
 pub use specimens::Specimens;
 pub(crate) use specimens::column_means;
@@ -79,79 +80,9 @@ ppl::model! {
 
         let expected = specimens.expected(forward, &point)?;
         #[dims(qoi)] #[track] let mean = specimens.mean(&expected);
-        // differences between specimens show their scatter alone, their mean what they share too
-        for (contrast, between) in specimens.known.contrasts.iter().zip(&expected.contrasts) {
-            contrast ~ MvNormalCholesky(between, &chol);
-        }
-        let of_unknown = specimens.factor_of_unknown(&expected, &chol)?;
-        for unknown in &specimens.unknown.contrasts {
-            unknown ~ MvNormalCholesky(specimens.no_contrast::<Real>(), &of_unknown);
-        }
-        let of_totals = specimens.factor_of_totals(&expected, &chol)?;
-        specimens.totals ~ MvNormalCholesky(specimens.mean_of_totals(&expected), &of_totals);
+        let data ~ of_specimens(specimens, &expected, &chol);
         #[dims(qoi)] #[predict] let new_specimen ~ specimens.new_specimen(&expected, &chol)?;
     }
-}
-
-/// A calibration that could not be made.
-#[derive(Debug, thiserror::Error)]
-pub enum CalibrationError {
-    /// Covariances need at least two specimens.
-    #[error("{0} specimen: a calibration with scatter between specimens needs at least two")]
-    TooFew(usize),
-    /// Something is known of other specimens than there are, or not the same of each.
-    #[error(
-        "known inputs of the forward model are given for {found} specimens, of {expected}, or not as many of each"
-    )]
-    Known {
-        /// Number of specimens.
-        expected: usize,
-        /// Number of rows.
-        found: usize,
-    },
-    /// Too little is known of what inputs may be that are not known of a specimen.
-    #[error(
-        "some specimens' inputs of the forward model are not known, and {found} others are too few to say what \
-         they may be: it takes four"
-    )]
-    Population {
-        /// Others whose inputs are known.
-        found: usize,
-    },
-    /// Specimens with other quantities than the surrogate gives.
-    #[error("a specimen has {found} quantities of interest, the surrogate has {expected}")]
-    Quantities {
-        /// Outputs of the surrogate.
-        expected: usize,
-        /// Values of the specimen.
-        found: usize,
-    },
-    /// Groups of specimens that do not belong together.
-    #[error("{group} {problem}")]
-    Group {
-        /// The group, or the parameter.
-        group: String,
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// The surrogate is not one of the quantities of interest.
-    #[error(transparent)]
-    Surrogate(#[from] SurrogateError),
-    /// The sampler could not start.
-    #[error(transparent)]
-    Sample(#[from] SampleError),
-    /// The draws do not make a posterior.
-    #[error(transparent)]
-    Posterior(#[from] PosteriorError),
-    /// The mode could not be found.
-    #[error(transparent)]
-    Mode(#[from] OptimizeError),
-    /// Labels that are not those of the quantities of interest.
-    #[error(transparent)]
-    Label(#[from] ppl::LabelError),
-    /// The model rejects its own mode.
-    #[error("at the mode: {0}")]
-    Rejection(#[from] Rejection),
 }
 
 /// Posterior and mode of a calibration.
@@ -168,80 +99,6 @@ pub struct Calibration {
     specimens: Specimens,
     /// By this surrogate, relative likewise.
     forward: DynPce,
-}
-
-impl Calibration {
-    /// The posterior as people know it: `mean` and `new_specimen` in the units of the surrogate's outputs,
-    /// labelled by their names, and among the data the specimens `qois` by the names `ids`, in place of the
-    /// contrasts that the likelihood takes; `log_likelihood` stays by those, whose sum it is. `sd` stays
-    /// relative to the specimens' means.
-    ///
-    /// # Errors
-    /// Other outputs than the calibration's, or not a name for each specimen.
-    pub fn in_units(
-        &self,
-        outputs: &[String],
-        ids: &[&str],
-        qois: &[Vec<f64>],
-    ) -> Result<Posterior, ppl::LabelError> {
-        let means = &column_means(qois)[..];
-        let mut whole = self.posterior.clone();
-        let columns: Vec<&str> = outputs.iter().map(String::as_str).collect();
-        whole.label("mean", 0, &columns)?;
-        let replicated = |group: &mut Group| {
-            group.variables.retain(|values| whole.observed.get(&values.name).is_none());
-        };
-        replicated(&mut whole.predictive);
-        whole.prior_predictive.iter_mut().for_each(replicated);
-        let (name, shape) = ("qois".to_owned(), vec![qois.len(), columns.len()]);
-        whole.layout.variables.push(Variable {
-            name: name.clone(),
-            shape: shape.clone(),
-            dims: vec!["specimen".to_owned(), "qoi".to_owned()],
-            role: Role::Observed,
-        });
-        whole.observed.variables = vec![Values { name, shape, data: qois.concat() }];
-        whole.label("qois", 0, ids)?;
-        set_units(&mut whole, &self.forward, &columns)?;
-        let Posterior { posterior, predictive, prior, prior_predictive, .. } = &mut whole;
-        let groups = [Some(posterior), Some(predictive), prior.as_mut(), prior_predictive.as_mut()];
-        for values in groups.into_iter().flatten().flat_map(|group| &mut group.variables) {
-            if let "mean" | "new_specimen" = values.name.as_str() {
-                for row in values.data.chunks_mut(means.len()) {
-                    row.iter_mut().zip(means).for_each(|(value, mean)| *value *= mean);
-                }
-            }
-        }
-        Ok(whole)
-    }
-}
-
-/// Gives quantities the units that their names say; what has none, or is relative, has 1.
-fn set_units(
-    posterior: &mut Posterior,
-    forward: &DynPce,
-    columns: &[&str],
-) -> Result<(), ppl::LabelError> {
-    let quantity = |name: &&str| Quantity::of_column(name).map(Quantity::unit);
-    if let Some(units) = columns.iter().map(quantity).collect::<Option<Vec<&str>>>() {
-        for name in ["mean", "new_specimen", "qois"] {
-            posterior.set_units(name, &units)?;
-        }
-    }
-    let parameter = |input: &Input| {
-        let parameter: Option<MaterialParameter> = input.name.parse().ok();
-        parameter.map(|parameter| parameter.property.unit())
-    };
-    // what is known of each specimen is no parameter
-    let units: Vec<&str> = forward.inputs().iter().map_while(parameter).collect();
-    let theta = posterior.layout.variables.iter().find(|v| v.name == "theta");
-    if theta.is_some_and(|theta| theta.shape == [units.len()]) {
-        posterior.set_units("theta", &units)?;
-    }
-    for name in ["sd", "correlation", "corr"] {
-        posterior.set_units(name, &["1"])?;
-    }
-    Ok(())
 }
 
 /// What experiments say of the specimens.

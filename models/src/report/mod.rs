@@ -6,6 +6,7 @@ mod chart;
 mod damage_picture;
 mod data_uri;
 mod digits;
+mod document;
 mod figures;
 mod grain_picture;
 mod mesh_picture;

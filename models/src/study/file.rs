@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Table;
 
-use crate::case::{ByParameter, CaseFile, merge, nested, remove};
+use super::base::{Base, parsed};
+use crate::case::{ByParameter, CaseFile};
 use crate::error::InputError;
 
 /// A study: several calibrations that belong together.
@@ -138,7 +139,7 @@ impl StudyFile {
             return Err(InputError::new(path, "case", "", "is missing", help));
         }
         check_names(path, &written)?;
-        let base = base(path, &written.base)?;
+        let base = Base::read(path, &written.base)?;
         let common = set.iter().map(|entry| parsed(entry, path)).collect::<Result<Vec<_>, _>>()?;
         let setting =
             |folder: &str, title: &str, of_cases: &[&Table], of_laboratories: &[&Table]| {
@@ -201,11 +202,11 @@ const RUNS: &str = "runs";
 
 fn laboratory_of(
     path: &Path,
-    base: &Table,
+    base: &Base,
     part: &WrittenPart,
     common: &[Table],
 ) -> Result<StudyLaboratory, InputError> {
-    let file = part_of(path, base, part, common)?;
+    let file = base.with(path, &part.name, &part.without, [&part.set].into_iter().chain(common))?;
     let experiments = file.case.experiments.as_ref();
     if experiments.is_none_or(|e| e.virtual_specimens.is_none()) {
         let help = "Add experiments.virtual to its set: what is tested there.";
@@ -216,7 +217,7 @@ fn laboratory_of(
 
 fn case_of(
     path: &Path,
-    base: &Table,
+    base: &Base,
     part: &WrittenPart,
     common: &[Table],
     laboratories: &[StudyLaboratory],
@@ -229,7 +230,7 @@ fn case_of(
         let help = format!("Name one of: {}.", known.join(", "));
         return Err(InputError::new(path, &part.name, "", problem, help));
     }
-    let file = part_of(path, base, part, common)?;
+    let file = base.with(path, &part.name, &part.without, [&part.set].into_iter().chain(common))?;
     let WrittenPart { name, laboratory, reference, .. } = part.clone();
     Ok(StudyCase { name, file, laboratory, reference })
 }
@@ -251,72 +252,6 @@ fn check_names(path: &Path, written: &Written) -> Result<(), InputError> {
         names.push(name);
     }
     Ok(())
-}
-
-/// The base case, what it names being found from anywhere.
-fn base(study: &Path, base: &Path) -> Result<Table, InputError> {
-    let path = study.with_file_name("").join(base);
-    let file = CaseFile::read(&path)?;
-    let mut case = file.case.clone();
-    let absolute = |named: &mut PathBuf| {
-        *named = std::path::absolute(file.beside(named)).unwrap_or_else(|_| file.beside(named));
-    };
-    case.specimen.mesh.iter_mut().for_each(absolute);
-    let stack = case.specimen.image.as_mut().and_then(|image| image.stack.as_mut());
-    stack.into_iter().for_each(absolute);
-    case.experiments.as_mut().and_then(|e| e.table.as_mut()).into_iter().for_each(absolute);
-    let text = std::fs::read_to_string(&path)
-        .map_err(|e| InputError::unreadable(&path, &e, "Check its name and place."))?;
-    // what is written, not its defaults: they may depend on what is set
-    let mut written: Table = text.parse().map_err(|e: toml::de::Error| {
-        InputError::new(&path, "", "", e.message(), "See the base case.")
-    })?;
-    for (key, value) in [
-        ("specimen.mesh", case.specimen.mesh),
-        ("specimen.image.stack", case.specimen.image.and_then(|image| image.stack)),
-        ("experiments.table", case.experiments.and_then(|e| e.table)),
-    ] {
-        if let Some(value) = value {
-            merge(&mut written, &nested(key, value.to_string_lossy().into_owned().into()));
-        }
-    }
-    Ok(written)
-}
-
-/// A part as a case of its own.
-fn part_of(
-    path: &Path,
-    base: &Table,
-    part: &WrittenPart,
-    common: &[Table],
-) -> Result<CaseFile, InputError> {
-    let mut table = base.clone();
-    for key in &part.without {
-        if !remove(&mut table, key) {
-            let help = "Name keys of the base case by their paths.";
-            let place = format!("{}.without", part.name);
-            return Err(InputError::new(path, place, key, "is not in the base case", help));
-        }
-    }
-    merge(&mut table, &part.set);
-    common.iter().for_each(|set| merge(&mut table, set));
-    let text = table.to_string();
-    CaseFile::parse(&text, path).map_err(|error| {
-        // a line of the merged text is none of the file
-        let place = match error.place.strip_prefix("line ").and_then(|rest| rest.split_once(", ")) {
-            Some((_, key)) => key.to_owned(),
-            None => error.place,
-        };
-        InputError { place: format!("{}: {place}", part.name), ..error }
-    })
-}
-
-/// A key with its value, from the command line.
-fn parsed(entry: &str, path: &Path) -> Result<Table, InputError> {
-    entry.parse().map_err(|_| {
-        let help = "Write a key by its path and a value of TOML, as --set specimen.spacing_mm=0.3.";
-        InputError::new(path, "--set", entry, "is no key with a value", help)
-    })
 }
 
 /// Truths of the parameters that a laboratory tests, by their paths.

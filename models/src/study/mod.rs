@@ -1,5 +1,6 @@
 //! Beyond one process and one case: several calibrations and what they say together, jobs of a cluster.
 
+mod base;
 mod compare;
 mod conclude;
 mod file;

@@ -21,6 +21,22 @@ pub struct HardeningPoint {
     pub true_stress_mpa: f64,
 }
 
+/// What becomes of readings of a specimen that was unloaded for a while: they show no flow stress.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Unloading {
+    /// They are points of the curve as the others are.
+    Kept,
+    /// Left out are readings whose engineering stress is below the largest one before them by more than this
+    /// part of it: up to the largest load the stress of a specimen that flows does not fall but for noise.
+    LeftOut(f64),
+}
+
+impl Default for Unloading {
+    fn default() -> Self {
+        Self::LeftOut(0.01)
+    }
+}
+
 /// A test in tension, from 0.2 % of plastic strain to the largest load.
 ///
 /// There the specimen begins to neck (Considère: dσ/dε = σ), and a single strain no longer describes it.
@@ -32,35 +48,58 @@ pub struct TensionTest {
     pub uniform_strain: f64,
     /// The curve between.
     pub points: Vec<HardeningPoint>,
+    /// Points between that were left out, since the specimen was unloaded there.
+    pub unloading: Vec<HardeningPoint>,
 }
 
 impl TensionTest {
     /// From readings (engineering strain, engineering stress in MPa) and Young's modulus in MPa.
-    pub fn of_readings(specimen: &str, readings: &[(f64, f64)], young_mpa: f64) -> Self {
+    pub fn of_readings(
+        specimen: &str,
+        readings: &[(f64, f64)],
+        young_mpa: f64,
+        unloading: Unloading,
+    ) -> Self {
         let highest = |a: &usize, b: &usize| readings[*a].1.total_cmp(&readings[*b].1);
         let last = (0..readings.len()).max_by(highest);
         let before = &readings[..last.map_or(0, |last| last + 1)];
-        let of = |&(strain, stress_mpa): &(f64, f64)| {
-            let true_stress_mpa = stress_mpa * (1.0 + strain);
-            let plastic_strain = strain.ln_1p() - true_stress_mpa / young_mpa;
-            HardeningPoint { plastic_strain, true_stress_mpa }
-        };
-        let yielded = |point: &HardeningPoint| point.plastic_strain >= OFFSET_STRAIN;
-        Self {
+        let mut test = Self {
             specimen: specimen.to_owned(),
             uniform_strain: before.last().map_or(0.0, |reading| reading.0.ln_1p()),
-            points: before.iter().map(of).filter(yielded).collect(),
+            points: Vec::new(),
+            unloading: Vec::new(),
+        };
+        let mut largest = f64::NEG_INFINITY;
+        for &(strain, stress_mpa) in before {
+            largest = largest.max(stress_mpa);
+            let true_stress_mpa = stress_mpa * (1.0 + strain);
+            let plastic_strain = strain.ln_1p() - true_stress_mpa / young_mpa;
+            if plastic_strain < OFFSET_STRAIN {
+                continue;
+            }
+            let flows = match unloading {
+                Unloading::Kept => true,
+                Unloading::LeftOut(part) => stress_mpa >= (1.0 - part) * largest,
+            };
+            let points = if flows { &mut test.points } else { &mut test.unloading };
+            points.push(HardeningPoint { plastic_strain, true_stress_mpa });
         }
+        test
     }
 }
 
 /// Reads `specimen,engineering_strain,engineering_stress_ksi`, one line a reading, specimens in the order of
-/// their first line; `young_mpa` is Young's modulus.
+/// their first line; `young_mpa` is Young's modulus. How many readings of unloading were left out says
+/// [`TensionTest::unloading`].
 ///
 /// # Errors
 /// [`InputError`] with line, column and value; a specimen with too few points between yield and the
 /// largest load.
-pub fn read_tension_tests(file: &Path, young_mpa: f64) -> Result<Vec<TensionTest>, InputError> {
+pub fn read_tension_tests(
+    file: &Path,
+    young_mpa: f64,
+    unloading: Unloading,
+) -> Result<Vec<TensionTest>, InputError> {
     let (strain, stress) = ("engineering_strain", "engineering_stress_ksi");
     let table = CsvTable::read(file, &["specimen", strain, stress])?;
     let mut readings: Vec<(&str, Vec<(f64, f64)>)> = Vec::new();
@@ -76,8 +115,10 @@ pub fn read_tension_tests(file: &Path, young_mpa: f64) -> Result<Vec<TensionTest
             None => readings.push((name, vec![reading])),
         }
     }
-    let tests: Vec<TensionTest> =
-        readings.iter().map(|(name, all)| TensionTest::of_readings(name, all, young_mpa)).collect();
+    let of = |(name, all): &(&str, Vec<(f64, f64)>)| {
+        TensionTest::of_readings(name, all, young_mpa, unloading)
+    };
+    let tests: Vec<TensionTest> = readings.iter().map(of).collect();
     if let Some(test) = tests.iter().find(|test| test.points.len() < LEAST_POINTS) {
         let problem = format!(
             "has {} points between {OFFSET_STRAIN} of plastic strain and its largest load, of {LEAST_POINTS}",
@@ -109,9 +150,10 @@ mod tests {
         let stress = |strain: f64| strength * strain.ln_1p().powf(exponent) / (1.0 + strain);
         let readings: Vec<(f64, f64)> =
             (1..800).map(|i| 1e-3 * f64::from(i)).map(|e| (e, stress(e))).collect();
-        let test = TensionTest::of_readings("A", &readings, young);
+        let test = TensionTest::of_readings("A", &readings, young, Unloading::default());
         assert!((test.uniform_strain - exponent).abs() < 1e-3, "{}", test.uniform_strain);
-        assert!(test.points.len() > 300 && test.points[0].plastic_strain >= OFFSET_STRAIN);
+        assert!(test.points.len() > 300 && test.unloading.is_empty());
+        assert!(test.points[0].plastic_strain >= OFFSET_STRAIN);
         for point in &test.points {
             let total = point.plastic_strain + point.true_stress_mpa / young;
             let expected = strength * total.powf(exponent);
@@ -119,17 +161,41 @@ mod tests {
         }
     }
 
+    /// Down the elastic line by 150 MPa and up again: the curve without that is the one that never was unloaded.
+    #[test]
+    fn readings_of_unloading_are_left_out_or_kept() {
+        let young = 200_000.0;
+        let stress = |strain: f64| 900.0 * strain.ln_1p().powf(0.3) / (1.0 + strain);
+        let curve: Vec<(f64, f64)> =
+            (1..400).map(|i| 1e-3 * f64::from(i)).map(|e| (e, stress(e))).collect();
+        let (strain, at) = curve[149];
+        let part = |drop: f64| (strain - drop / young, at - drop);
+        let turn = [50.0, 150.0, 100.0, 40.0].map(part);
+        let readings = [&curve[..150], &turn, &curve[150..]].concat();
+        let of = |readings: &[(f64, f64)], unloading| {
+            TensionTest::of_readings("A", readings, young, unloading)
+        };
+        let (straight, kept) = (of(&curve, Unloading::Kept), of(&readings, Unloading::Kept));
+        assert_eq!(kept.points.len(), straight.points.len() + 4);
+        let left = of(&readings, Unloading::default());
+        assert_eq!(left.unloading.len(), 4);
+        assert_eq!(TensionTest { unloading: Vec::new(), ..left }, straight);
+    }
+
     /// The first specimen's largest load is 84.0228 ksi at 0.610127 (lines of the file).
     #[test]
     fn the_eight_specimens_are_read() {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/matcal_304L_tension.csv");
-        let tests = read_tension_tests(&file, 200_000.0).unwrap();
+        let tests = read_tension_tests(&file, 200_000.0, Unloading::default()).unwrap();
         let names: Vec<&str> = tests.iter().map(|test| test.specimen.as_str()).collect();
         assert_eq!((names.len(), names[0], names[7]), (8, "R1S1-Large", "R4S2-Large"));
         let last = tests[0].points.last().unwrap();
         // 84.0228 ksi = 579.317 MPa by hand
         approx::assert_relative_eq!(last.true_stress_mpa, 579.317 * 1.610127, max_relative = 1e-5);
         approx::assert_relative_eq!(tests[0].uniform_strain, 1.610127f64.ln(), max_relative = 1e-9);
+        // the first one was unloaded twice, the others never
+        let left_out: Vec<usize> = tests.iter().map(|test| test.unloading.len()).collect();
+        assert_eq!(left_out, [12, 0, 0, 0, 0, 0, 0, 0]);
         for test in &tests {
             let inside = |point: &HardeningPoint| {
                 (OFFSET_STRAIN..test.uniform_strain).contains(&point.plastic_strain)
@@ -144,7 +210,7 @@ mod tests {
         let file = folder.path().join("tension.csv");
         let message = |text: &str| {
             std::fs::write(&file, text).unwrap();
-            read_tension_tests(&file, 200_000.0).unwrap_err().to_string()
+            read_tension_tests(&file, 200_000.0, Unloading::default()).unwrap_err().to_string()
         };
         let header = "specimen,engineering_strain,engineering_stress_ksi\n";
         for (text, expected) in [

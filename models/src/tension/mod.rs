@@ -6,10 +6,10 @@
 //! leaving out specimens ([`loo_by_specimen`]) says which predicts the next better:
 //!
 //! ```no_run
-//! use models::tension::{Voce, calibrate, read_tension_tests};
+//! use models::tension::{Unloading, Voce, calibrate, read_tension_tests};
 //! use ppl::Nuts;
 //!
-//! let tests = read_tension_tests("tension.csv".as_ref(), 200_000.0)?;
+//! let tests = read_tension_tests("tension.csv".as_ref(), 200_000.0, Unloading::default())?;
 //! let posterior = calibrate::<Voce>(&tests, &Nuts::default().seed(1))?;
 //! println!("{}", posterior.summary());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -17,17 +17,18 @@
 //!
 //! Run `cargo run --release -p models --example tension` for eight specimens of 304L steel.
 
+mod error;
 mod experiment;
 mod law;
 mod loo;
 
 use std::marker::PhantomData;
 
-use ppl::diagnostics::LooError;
+use ppl::Posterior;
 use ppl::prelude::*;
-use ppl::{DomainError, LabelError, Posterior, SampleError};
 
-pub use experiment::{HardeningPoint, TensionTest, read_tension_tests};
+pub use error::TensionError;
+pub use experiment::{HardeningPoint, TensionTest, Unloading, read_tension_tests};
 pub use law::{HardeningLaw, REFERENCE_STRAIN, Swift, Voce};
 pub use loo::loo_by_specimen;
 
@@ -58,23 +59,6 @@ ppl::model! {
         }
         #[dims(parameter)] #[predict] let ln_new ~ MvNormalCholesky(mean, chol);
     }
-}
-
-/// A calibration or a cross-validation that could not be made.
-#[derive(Debug, thiserror::Error)]
-pub enum TensionError {
-    /// The sampler could not start.
-    #[error(transparent)]
-    Sample(#[from] SampleError),
-    /// Labels that do not fit.
-    #[error(transparent)]
-    Label(#[from] LabelError),
-    /// Too few draws, or a specimen without density.
-    #[error(transparent)]
-    Loo(#[from] LooError),
-    /// Draws that make no covariance.
-    #[error(transparent)]
-    Domain(#[from] DomainError),
 }
 
 /// Samples [`hardening`], and labels parameters and specimens.

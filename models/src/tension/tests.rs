@@ -36,7 +36,7 @@ fn specimen(name: usize, rng: &mut Xoshiro256PlusPlus) -> TensionTest {
         true_stress_mpa: Parabola::stress_mpa(&own, plastic_strain) + 5.0 * normal(),
     };
     let points = strains().map(point).collect();
-    TensionTest { specimen: format!("S{name}"), uniform_strain: 0.5, points }
+    TensionTest { specimen: format!("S{name}"), uniform_strain: 0.5, points, unloading: Vec::new() }
 }
 
 fn specimens() -> Vec<TensionTest> {
@@ -91,7 +91,8 @@ fn a_curve_of_voce_has_its_marginal_density() {
         HardeningPoint { plastic_strain: strain, true_stress_mpa: stress + off }
     };
     let points: Vec<HardeningPoint> = (0..60).map(point).collect();
-    let test = TensionTest { specimen: "V".into(), uniform_strain: 0.48, points };
+    let test =
+        TensionTest { specimen: "V".into(), uniform_strain: 0.48, points, unloading: Vec::new() };
     let posterior = calibrate::<Voce>(std::slice::from_ref(&test), &sampler()).unwrap();
     let fit = fit_of::<Voce>(&posterior, 0, &test).unwrap();
     let mut population = populations(&posterior).unwrap().remove(0);

@@ -330,16 +330,26 @@ pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>,
     Ok(found)
 }
 
-/// The runs on the first mesh that have ended until now, and on how many meshes there are some.
+/// The runs on the first mesh that have ended until now, those of batches with them, and on how many meshes
+/// there are some.
 ///
 /// # Errors
 /// As [`progress`].
 pub(super) fn so_far(inputs: &Inputs<'_>) -> Result<(LevelRuns, usize), WorkflowError> {
-    let plan = Plan::of(inputs, 1)?;
-    let (level, dir) = (&plan.levels[0], inputs.folder());
-    let runs = place(dir, Neighbours::of(dir).as_ref(), FOLDER, &level.manifest);
-    let records = EnsembleState::of(&runs)?.records;
-    Ok((LevelRuns::new(records, inputs.qoi(), level.setup.derivatives), plan.levels.len()))
+    // runs are named by what this stage reads, whatever else has been read
+    let inputs = inputs.afresh();
+    let dir = inputs.folder();
+    let plan = Plan::with_batches(&inputs, dir, 1)?;
+    let level = &plan.levels[0];
+    let ended = |folder: &Path| {
+        let records = EnsembleState::of(folder)?.records;
+        Ok::<_, WorkflowError>(LevelRuns::new(records, inputs.qoi(), level.setup.derivatives))
+    };
+    let mut runs = ended(&place(dir, Neighbours::of(dir).as_ref(), FOLDER, &level.manifest))?;
+    if let Some(batches) = &plan.batches {
+        runs.extend(ended(batches.known().1)?);
+    }
+    Ok((runs, plan.levels.len()))
 }
 
 /// `failed_runs.csv`: runs without quantities, with the reason.

@@ -10,6 +10,7 @@ use super::packings::has_packing_per_run;
 use super::specimen_stiffness::{KnownStiffness, knowing_stiffness, of_specimens};
 use crate::case::SurrogateCase;
 use crate::error::InputError;
+use crate::qoi::Quantity;
 use crate::table::{CsvTable, TableRow};
 
 /// The column of `runs.csv` with the number of the batch that was placed where the posterior lives; empty for
@@ -107,6 +108,11 @@ pub(super) fn read_experiments(
     let path = inputs.file("experiments.csv")?;
     let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
     let table = CsvTable::read(&path, &columns)?;
-    let row = |row: TableRow| columns.iter().map(|column| row.positive(column)).collect();
+    let cell = |row: &TableRow, column: &str| match Quantity::of_column(column) {
+        // it is below zero where the force falls
+        Some(Quantity::PostPeakSlope) => row.number(column),
+        _ => row.positive(column),
+    };
+    let row = |row: TableRow| columns.iter().map(|column| cell(&row, column)).collect();
     Ok(table.rows().map(row).collect::<Result<_, InputError>>()?)
 }

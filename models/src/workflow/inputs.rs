@@ -8,12 +8,11 @@ use std::path::{Path, PathBuf};
 
 use ::surrogate::Input;
 use fem::{Homogenisation, Order, PhaseField, SolverOptions};
-use serde::{Deserialize, Serialize};
 
 use super::WorkflowError;
-use super::content_hash::ContentHash;
 use super::files::SPECIMENS;
 use super::simulator::Setup;
+use super::sources::{Origin, Sources};
 use super::specimen::{Scanned, Source};
 use crate::case::{
     ByParameter, CalibrationCase, CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase,
@@ -23,23 +22,6 @@ use crate::case::{
 };
 use crate::experiment::SpecimenTable;
 
-/// What stands for a part of the case, or a file, that is not there.
-const ABSENT: &str = "absent";
-
-/// Keys of the case and names of files, each with the fingerprint of what was read there.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Sources {
-    case: BTreeMap<String, String>,
-    files: BTreeMap<String, String>,
-}
-
-impl Sources {
-    /// Names of the files.
-    pub(super) fn files(&self) -> impl Iterator<Item = &str> {
-        self.files.keys().map(String::as_str)
-    }
-}
-
 /// Refuses a file by its name.
 type Guard<'a> = &'a dyn Fn(&str) -> Result<(), WorkflowError>;
 
@@ -47,7 +29,7 @@ type Guard<'a> = &'a dyn Fn(&str) -> Result<(), WorkflowError>;
 pub(super) struct Inputs<'a> {
     file: &'a CaseFile,
     dir: &'a Path,
-    values: toml::Table,
+    origin: Origin<'a>,
     /// The name of the stage that writes a file.
     writer: fn(&str) -> Option<&'static str>,
     /// Refuses what was made from something else than is there now.
@@ -63,8 +45,8 @@ impl<'a> Inputs<'a> {
         dir: &'a Path,
         writer: fn(&str) -> Option<&'static str>,
     ) -> Self {
-        let values = toml::Table::try_from(&file.case).unwrap_or_default();
-        Self { file, dir, values, writer, guard: None, read: RefCell::default() }
+        let origin = Origin::of(&file.case, dir);
+        Self { file, dir, origin, writer, guard: None, read: RefCell::default() }
     }
 
     /// Another case in the same folder.
@@ -92,50 +74,25 @@ impl<'a> Inputs<'a> {
 
     /// What has been read so far, one entry a line.
     pub(super) fn manifest(&self) -> String {
-        let read = self.read.borrow();
-        read.case.iter().chain(&read.files).map(|(name, sum)| format!("{name} = {sum}\n")).collect()
+        self.read.borrow().manifest()
     }
 
     /// The first of these sources that is not as it was, in words.
     pub(super) fn change(&self, sources: &Sources) -> Option<String> {
-        let case = sources.case.iter().find(|(key, sum)| self.part(key) != **sum);
-        let file = || sources.files.iter().find(|(name, sum)| self.content(name) != **sum);
-        case.map(|(key, _)| match key.is_empty() {
-            true => "the case has changed".to_owned(),
-            false => format!("{key} has changed in the case"),
-        })
-        .or_else(|| file().map(|(name, _)| format!("{name} has changed")))
+        sources.change(&self.origin)
     }
 
     /// The fingerprint of what the case says of the specimen, to tell one from another.
     pub(super) fn specimen(&self) -> String {
-        self.part("specimen")
-    }
-
-    /// The fingerprint of the case at a key; of all of it at the empty one.
-    fn part(&self, key: &str) -> String {
-        if key.is_empty() {
-            return ContentHash::of(&self.values.to_string()).to_string();
-        }
-        let mut keys = key.split('.');
-        let first = keys.next().and_then(|key| self.values.get(key));
-        keys.fold(first, |value, key| value?.get(key)).map_or_else(
-            || ABSENT.to_owned(),
-            |value| ContentHash::of(&value.to_string()).to_string(),
-        )
-    }
-
-    fn content(&self, name: &str) -> String {
-        ContentHash::of_path(&self.dir.join(name))
-            .map_or_else(|_| ABSENT.to_owned(), |sum| sum.to_string())
+        self.origin.part("specimen")
     }
 
     fn reads(&self, key: &str) {
-        self.read.borrow_mut().case.insert(key.to_owned(), self.part(key));
+        self.read.borrow_mut().read_part(&self.origin, key);
     }
 
     fn reads_file(&self, name: &str) -> PathBuf {
-        self.read.borrow_mut().files.insert(name.to_owned(), self.content(name));
+        self.read.borrow_mut().read_file(&self.origin, name);
         self.dir.join(name)
     }
 }
@@ -210,9 +167,9 @@ impl Inputs<'_> {
 
     /// Remembers all that was read elsewhere, at the same keys and of the same files.
     pub(super) fn reads_with(&self, other: &Inputs<'_>) {
-        let Sources { case, files } = other.sources();
-        case.keys().for_each(|key| self.reads(key));
-        files.keys().for_each(|name| drop(self.reads_file(name)));
+        let sources = other.sources();
+        sources.parts().for_each(|key| self.reads(key));
+        sources.files().for_each(|name| drop(self.reads_file(name)));
     }
 
     /// What a simulation is set up from.

@@ -11,9 +11,10 @@ use super::WorkflowError;
 use super::content_hash::ContentHash;
 use super::cores::{Core, Cores};
 use super::files::write;
-use super::inputs::{Inputs, Sources};
+use super::inputs::Inputs;
 use super::links::part_from_other_names;
 use super::neighbours::Neighbours;
+use super::sources::Sources;
 use crate::table::to_csv;
 
 /// What a run of a stage has read and written.

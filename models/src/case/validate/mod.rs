@@ -1,6 +1,8 @@
 //! Ranges, units and agreement between the keys of a case.
 
 mod calibration;
+mod experiments;
+mod prior;
 mod simulation;
 
 use super::{CaseFile, SpecimenGeometry};

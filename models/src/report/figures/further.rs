@@ -18,12 +18,14 @@ pub(in crate::report) fn further(parameter: &FurtherParameter) -> String {
         (only, _) => (0.5 * only, 2.0 * only),
     };
     let mut plots: Vec<Plot> = Vec::new();
-    for (test, colour) in parameter.tests.iter().zip(SERIES.iter().cycle()) {
+    for (k, test) in parameter.tests.iter().enumerate() {
+        let (colour, dashes, mark) = look(k);
         let points = test.expected.iter().filter(|expected| expected.specimens > 0);
         let points: Vec<(f64, f64)> = points.map(|e| (e.specimens as f64, e.contraction)).collect();
-        let dots = ScatterPlot::new().with_data(points.clone()).with_color(*colour).with_size(3.5);
-        plots.push(line(points, colour, 1.8).with_legend(test.name.as_str()).into());
-        plots.push(dots.into());
+        let marks = ScatterPlot::new().with_data(points.clone()).with_color(colour);
+        let line = line(points, colour, 1.8).with_line_style(dashes);
+        plots.push(line.with_legend(test.name.as_str()).into());
+        plots.push(marks.with_size(3.5).with_marker(mark).into());
     }
     let now = [(range.0, parameter.now), (range.1, parameter.now)];
     plots.push(line(now, PRIOR, 1.4).with_dashed().with_legend("now").into());
@@ -33,6 +35,17 @@ pub(in crate::report) fn further(parameter: &FurtherParameter) -> String {
         .with_log_x()
         .with_legend_position(LegendPosition::OutsideRightTop);
     single(plots, layout, 640.0, 300.0)
+}
+
+/// Colour, dashes and mark of the `k`-th test: where the colours begin again the others are new.
+fn look(k: usize) -> (&'static str, LineStyle, MarkerShape) {
+    let (dashes, mark) = match k / SERIES.len() % 4 {
+        0 => (LineStyle::Solid, MarkerShape::Circle),
+        1 => (LineStyle::Dashed, MarkerShape::Square),
+        2 => (LineStyle::Dotted, MarkerShape::Triangle),
+        _ => (LineStyle::DashDot, MarkerShape::Diamond),
+    };
+    (SERIES[k % SERIES.len()], dashes, mark)
 }
 
 /// Zero, or a round number below what is drawn where nothing is near it.
@@ -64,6 +77,10 @@ mod tests {
             tests: vec![test("more specimens"), test("thirty times slower")],
         };
         let svg = further(&parameter);
+        // no two of two dozen look alike
+        let looks: std::collections::BTreeSet<String> =
+            (0..24).map(|k| format!("{:?}", look(k))).collect();
+        assert_eq!(looks.len(), 24);
         for part in ["Gc (N/mm)", "more specimens", "thirty times slower", "further specimens"] {
             assert!(svg.contains(part), "{part}");
         }

@@ -1,4 +1,4 @@
-//! The page: one self-contained HTML file that fits a screen, a phone, paper and the dark.
+//! The page of a case.
 
 mod answer;
 mod confirmation;
@@ -7,59 +7,42 @@ mod further;
 pub(super) mod parts;
 mod posterior;
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 use parts::{captioned, facts};
 
+use super::document::document;
 use super::results::Results;
-use super::style::named_clips;
-
-pub(super) const STYLE: &str = include_str!("../style.css");
 
 /// The report as HTML, figures inline.
 pub(crate) fn page(results: &Results) -> String {
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { (results.title) }
-                style { (PreEscaped(STYLE)) }
-            }
-            body {
-                main {
-                    h1 { (results.title) }
-                    (unfinished(results))
-                    @if !results.parameters.is_empty() {
-                        (answer::parameters(results))
-                        (answer::warnings(results))
-                        (answer::budget(results))
-                    }
-                    @if !results.pictures.is_empty() || !results.mesh_facts.is_empty() {
-                        (specimen(results))
-                    }
-                    @if !results.ensemble.is_empty() || !results.experiments.is_empty() {
-                        (data::curves(results))
-                    }
-                    @if !results.orders.is_empty() { (data::surrogate(results)) }
-                    @if !results.parameters.is_empty() {
-                        (posterior::posterior(results))
-                        (posterior::sampling(results))
-                        (posterior::predictions(results))
-                    }
-                    @if !results.map_curve.is_empty() {
-                        (confirmation::confirmation(results))
-                        (confirmation::damage(results))
-                        (further::further(results))
-                    }
-                    (details(results))
-                }
-            }
+    let content = html! {
+        (unfinished(results))
+        @if !results.parameters.is_empty() {
+            (answer::parameters(results))
+            (answer::warnings(results))
+            (answer::budget(results))
         }
+        @if !results.pictures.is_empty() || !results.mesh_facts.is_empty() {
+            (specimen(results))
+        }
+        @if !results.ensemble.is_empty() || !results.experiments.is_empty() {
+            (data::curves(results))
+        }
+        @if !results.orders.is_empty() { (data::surrogate(results)) }
+        @if !results.parameters.is_empty() {
+            (posterior::posterior(results))
+            (posterior::sampling(results))
+            (posterior::predictions(results))
+        }
+        @if !results.map_curve.is_empty() {
+            (confirmation::confirmation(results))
+            (confirmation::damage(results))
+            (further::further(results))
+        }
+        (details(results))
     };
-    named_clips(&page.into_string(), "figure")
+    document(&results.title, "figure", &content)
 }
 
 /// How far it is, where something is missing.

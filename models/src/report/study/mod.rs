@@ -3,63 +3,49 @@
 mod conclusions;
 mod results;
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 use ppl::diagnostics::Identification;
 
 use super::digits::{number, plain, within};
+use super::document::document;
 use super::figures::overlaid;
-use super::page::STYLE;
 use super::page::parts::table;
 use super::results::{CalibratedParameter, Verdict};
-use super::style::named_clips;
 use conclusions::{conclusions, settings};
 pub(crate) use results::{ComparedCase, Conclusion, Pair, REPRODUCED, StudyResults, Variant};
 
 /// The page as HTML, figures inline.
 pub(crate) fn study_page(results: &StudyResults) -> String {
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { (results.title) }
-                style { (PreEscaped(STYLE)) }
+    let content = html! {
+        p { "Each case has a report of its own: "
+            @for (k, case) in results.cases.iter().enumerate() {
+                @if k > 0 { ", " }
+                a href={ (case.name) "/report.html" } { (case.name) }
             }
-            body { main {
-                h1 { (results.title) }
-                p { "Each case has a report of its own: "
-                    @for (k, case) in results.cases.iter().enumerate() {
-                        @if k > 0 { ", " }
-                        a href={ (case.name) "/report.html" } { (case.name) }
-                    }
-                    "."
+            "."
+        }
+        @if !results.variants.is_empty() {
+            p { "Under other settings: "
+                @for (k, variant) in results.variants.iter().enumerate() {
+                    @if k > 0 { ", " }
+                    a href={ (variant.folder) "/report.html" } { (variant.title) }
                 }
-                @if !results.variants.is_empty() {
-                    p { "Under other settings: "
-                        @for (k, variant) in results.variants.iter().enumerate() {
-                            @if k > 0 { ", " }
-                            a href={ (variant.folder) "/report.html" } { (variant.title) }
-                        }
-                        "."
-                    }
-                }
-                (parameters(&results.cases))
-                (conclusions(results))
-                (settings(results))
-                (overlays(&results.cases))
-                (agreement(&results.pairs))
-                (confirmation(&results.cases))
-                (cautions(&results.cases))
-                section {
-                    h2 { "How it was made" }
-                    details { summary { "The file of the study" } pre { (results.text) } }
-                }
-            } }
+                "."
+            }
+        }
+        (parameters(&results.cases))
+        (conclusions(results))
+        (settings(results))
+        (overlays(&results.cases))
+        (agreement(&results.pairs))
+        (confirmation(&results.cases))
+        (cautions(&results.cases))
+        section {
+            h2 { "How it was made" }
+            details { summary { "The file of the study" } pre { (results.text) } }
         }
     };
-    named_clips(&page.into_string(), "study")
+    document(&results.title, "study", &content)
 }
 
 /// Which parameters are identified, and whether rightly.

@@ -84,9 +84,6 @@ pub(in crate::workflow) fn load_done(
         results.warnings = inputs.text("warnings.txt")?.lines().map(str::to_owned).collect();
         confirmed::predictive(inputs, quantities, &mut results.qois)?;
     }
-    if done("design") {
-        results.further = further::further(inputs, case)?;
-    }
     if done("confirm") {
         results.map_curve = measured::curve(inputs, "curves/map.csv")?;
         results.baseline_curve = Some(measured::curve(inputs, "curves/baseline.csv")?);

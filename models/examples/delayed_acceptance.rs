@@ -1,0 +1,148 @@
+//! The posterior by the simulation itself: a surrogate screens, the finite elements decide.
+//!
+//! `cargo run --release -p models --example delayed_acceptance -- DIRECTORY` keeps some 680 simulations of a coarse
+//! mesh by their parameters in `DIRECTORY/simulations.csv`: stopped at any moment, the same command goes on, since a
+//! seed leads to the same points. Prints both posteriors and how often the simulation agreed, and draws
+//! `DIRECTORY/posteriors.png`.
+
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use fem::{CompressionTest, CylinderLattice, Fracture, Material, Packing, PhaseField, Problem};
+use fem::{Schedule, label};
+use models::report::{Chart, Ink};
+use models::{Qois, TestCurve, calibration};
+use ppl::prelude::*;
+use ppl::{DomainError, Posterior};
+use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input, Pce};
+
+type Error = Box<dyn std::error::Error>;
+const NAMES: [&str; 3] = ["young_mpa", "toughness_n_per_mm", "viscosity_mpa_s"];
+const PRIOR: [[f64; 2]; 3] = [[250.0, 300.0], [1e-5, 5e-3], [0.05, 0.55]];
+
+/// Slope, peak force and displacement at peak, each point a simulation; relative to `units`.
+struct Simulation {
+    test: Problem,
+    units: [f64; 3],
+    known: Mutex<(BTreeMap<String, [f64; 3]>, File)>,
+}
+
+fn materials(&[young, toughness_n_per_mm, viscosity_mpa_s]: &[f64; 3]) -> [Material; 2] {
+    let fracture = Fracture { toughness_n_per_mm, viscosity_mpa_s, residual_stiffness: 0.01 };
+    [Material::hencky(young, 0.25).with_fracture(fracture), Material::hencky(22_000.0, 0.25)]
+}
+
+/// Numbers as they are kept: the shortest digits that say them exactly.
+fn key(x: &[f64]) -> String {
+    x.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
+}
+
+impl Simulation {
+    fn new(file: &Path) -> Result<Self, Error> {
+        let lattice = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.1 };
+        let mut mesh = lattice.build()?;
+        label(&mut mesh, &Packing::new(0.15, 1).fill(lattice.radius_mm, lattice.height_mm)?);
+        let test = CompressionTest::new(0.22, Schedule::fixed(1.0, 44).stop_below_peak(0.05))
+            .builder(mesh)?
+            .materials(materials(&[275.0, 2.5e-3, 0.3]))
+            .phase_field(PhaseField::new(0.06))
+            .build()?;
+        let line = |line: &str| {
+            // a line that was cut has no end
+            let cells = line.strip_suffix(";")?.split(',').map(str::parse);
+            let cells: Vec<f64> = cells.collect::<Result<_, _>>().ok()?;
+            Some((key(cells.get(..3)?), cells.get(3..)?.try_into().ok()?))
+        };
+        let known = std::fs::read_to_string(file).unwrap_or_default();
+        let known = known.lines().filter_map(line).collect();
+        let mut file = OpenOptions::new().create(true).append(true).open(file)?;
+        writeln!(file)?;
+        Ok(Self { test, units: [1.0; 3], known: Mutex::new((known, file)) })
+    }
+
+    fn run(&self, x: &[f64; 3]) -> Result<[f64; 3], Error> {
+        let lock = || self.known.lock().map_err(|_| "another chain has failed");
+        if let Some(found) = lock()?.0.get(&key(x)) {
+            return Ok(*found);
+        }
+        let run = self.test.with_materials(materials(x).to_vec())?.run(&mut ());
+        let points = run.curve.iter().map(|p| (p.displacement_mm, p.force_n));
+        let (displacement_mm, force_n) = [(0.0, 0.0)].into_iter().chain(points).unzip();
+        let q = Qois::of(&TestCurve { displacement_mm, force_n }, 0.3)?;
+        let found = [q.slope_n_per_mm, q.peak_force_n, q.displacement_at_peak_mm];
+        writeln!(lock()?.1, "{},{};", key(x), key(&found))?;
+        lock()?.0.insert(key(x), found);
+        Ok(found)
+    }
+}
+
+impl Differentiable<3, 3> for Simulation {
+    fn value_and_jacobian(&self, _: &[f64; 3]) -> Result<([f64; 3], [[f64; 3]; 3]), DomainError> {
+        Err(DomainError::new("a random walk asks for no derivatives"))
+    }
+
+    fn value(&self, x: &[f64; 3]) -> Result<[f64; 3], DomainError> {
+        let found = self.run(x).map_err(|error| DomainError::new(error.to_string()))?;
+        Ok([0, 1, 2].map(|m| found[m] / self.units[m]))
+    }
+}
+
+fn main() -> Result<(), Error> {
+    let usage = "usage: delayed_acceptance DIRECTORY";
+    let directory = PathBuf::from(std::env::args().nth(1).ok_or(usage)?);
+    std::fs::create_dir_all(&directory)?;
+    let mut simulation = Simulation::new(&directory.join("simulations.csv"))?;
+    // six specimens about 280 MPa and 0.3 MPa s, and a surrogate from thirty runs
+    let part = |k: i32, n: i32| f64::from(k % n - n / 2);
+    let of = |k: i32| [280.0 + 6.0 * part(k, 3), 2.5e-3, 0.3 + 0.01 * part(k, 5)];
+    let found = (0..6).map(|k| simulation.run(&of(k))).collect::<Result<Vec<_>, _>>()?;
+    let units = [0, 1, 2].map(|m| found.iter().map(|q| q[m]).sum::<f64>() / 6.0);
+    let qois: Vec<_> = found.iter().map(|q| [0, 1, 2].map(|m| q[m] / units[m])).collect();
+    simulation.units = units;
+    let inputs = NAMES.iter().zip(PRIOR).map(|(name, [low, high])| Input::new(*name, low, high));
+    let inputs = inputs.collect::<Result<Vec<_>, _>>()?;
+    let outputs = ["slope", "peak", "displacement"].map(str::to_owned).to_vec();
+    let mut runs = Dataset::new(inputs.clone(), outputs, "one packing")?;
+    for x in DesignMethod::LatinHypercube.sample(&inputs, 30, 1)? {
+        runs.push(&x, &simulation.value(&[x[0], x[1], x[2]])?)?;
+    }
+    let fit = DynPce::fit(&runs, &FitOptions::default())?;
+    let pce: Pce<3, 3> = fit.pce.try_into()?;
+    // one model with each of them
+    let cheap = calibration(&pce, &qois, &PRIOR);
+    let exact = calibration(&simulation, &qois, &PRIOR);
+    let screened = Nuts::default().draws(4000).target_accept(0.95).seed(1).sample(&cheap)?;
+    // each of four chains: on the surrogate alone, ten transitions to where the simulation leads, 150 kept
+    let sampler = DelayedAcceptance::default().screening_steps(300).screened_warmup(2000);
+    let chains = sampler.warmup(2010).draws(150).seed(2).run(&cheap, &exact)?;
+    let mean = |acceptance: Vec<f64>| acceptance.iter().sum::<f64>() / acceptance.len() as f64;
+    let late = chains.chains.iter().flat_map(|c| &c.warmup.stats[1000..2000]);
+    let first = mean(late.map(|s| s.acceptance).collect());
+    let second = mean(chains.chains.iter().flat_map(|c| &c.stats).map(|s| s.acceptance).collect());
+    println!("accepted: a step of the surrogate {first:.2}, what it proposes {second:.2}");
+    println!("{} simulations decided\n", chains.evaluations());
+    // the parameters are the same numbers in both; predictions for the prior would be simulated too
+    let decided = Posterior::from_chains(&cheap, chains, 2)?;
+    println!("parameter,by surrogate,sd,by simulation,sd,R-hat,difference in standard errors");
+    let (a, b) = (screened.summary(), decided.summary());
+    let mut panels = Vec::new();
+    for (name, (low, high)) in NAMES.iter().zip(PRIOR.map(|[low, high]| (low, high))) {
+        let (Some(s), Some(d)) = (a.row(name), b.row(name)) else { continue };
+        let numbers = [s.mean, s.sd, d.mean, d.sd].map(|x| format!("{x:.5}")).join(",");
+        let gap = (d.mean - s.mean) / d.mcse_mean.hypot(s.mcse_mean);
+        println!("{name},{numbers},{:.3},{gap:.1}", d.rhat);
+        let cumulative = |posterior: &Posterior| {
+            let mut draws = posterior.trace(name).unwrap_or_default().concat();
+            draws.sort_by(f64::total_cmp);
+            let n = draws.len() as f64;
+            draws.into_iter().enumerate().map(move |(k, x)| (x, (k as f64 + 0.5) / n))
+        };
+        let chart = Chart::new(name, "posterior probability below").over((low, high), (0.0, 1.0));
+        let chart = chart.line("surrogate", Ink::Other, cumulative(&screened)).legend_above_left();
+        panels.push(chart.line("simulation", Ink::Posterior, cumulative(&decided)));
+    }
+    Ok(Chart::write_png(&directory.join("posteriors.png"), panels)?)
+}

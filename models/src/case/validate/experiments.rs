@@ -1,0 +1,115 @@
+//! Specimens, measured or virtual.
+
+use super::super::{CaseFile, MaterialParameter, SpecimenGeometry, VirtualCase};
+use crate::error::InputError;
+
+impl CaseFile {
+    pub(super) fn check_experiments(&self, geometry: &SpecimenGeometry) -> Result<(), InputError> {
+        let Some(experiments) = &self.case.experiments else {
+            return Ok(());
+        };
+        match (&experiments.table, &experiments.virtual_specimens) {
+            (None, None) => Err(self.error(
+                "experiments",
+                "",
+                "neither table nor virtual is given",
+                "Write table = \"specimens.csv\" or virtual = { … }.",
+            )),
+            (Some(table), Some(_)) => Err(self.error(
+                "experiments.table",
+                table.display().to_string(),
+                "stands beside experiments.virtual",
+                "Specimens are either measured or virtual: remove one of the two.",
+            )),
+            // only the experiments stage needs the file: see `CaseFile::table`
+            (Some(_), None) => Ok(()),
+            (None, Some(specimens)) => self.check_virtual(specimens, geometry),
+        }
+    }
+
+    fn check_virtual(
+        &self,
+        v: &VirtualCase,
+        geometry: &SpecimenGeometry,
+    ) -> Result<(), InputError> {
+        let SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } = geometry else {
+            return Err(self.error(
+                "experiments.virtual",
+                "",
+                "virtual specimens need a cylinder to put their own grains in",
+                "Give specimen.radius_mm, height_mm and spacing_mm instead of a mesh or an image.",
+            ));
+        };
+        let Some(prior) = &self.case.prior else {
+            return Err(self.error(
+                "prior",
+                "",
+                "is missing",
+                "Virtual specimens vary the parameters that [prior] calibrates.",
+            ));
+        };
+        self.within(
+            "experiments.virtual.specimens",
+            v.specimens as f64,
+            2.0,
+            1000.0,
+            "specimens",
+            "The paper has 8 curves at 50 °C.",
+        )?;
+        if v.scans && !matches!(geometry, SpecimenGeometry::Cylinder { scan: Some(_), .. }) {
+            return Err(self.error(
+                "experiments.virtual.scans",
+                "true",
+                "there is no scanner",
+                "Add a table [specimen.scan], or leave out scans.",
+            ));
+        }
+        if let Some(spacing) = v.spacing_mm {
+            self.check_spacing("experiments.virtual.spacing_mm", spacing, *radius_mm, *height_mm)?;
+        }
+        if let Some(parameter) = prior.parameters().find(|p| v.truth.get(p).is_none()) {
+            return Err(self.error(
+                &format!("experiments.virtual.truth.{parameter}"),
+                "",
+                "is missing",
+                "Give the true value of every parameter that [prior] calibrates.",
+            ));
+        }
+        let given = |table: &str, parameter: &MaterialParameter| {
+            let key = format!("experiments.virtual.{table}.{parameter}");
+            match prior.get(parameter) {
+                Some(_) => Ok(key),
+                None => Err(self.error(
+                    &key,
+                    "",
+                    "is not calibrated",
+                    format!("[prior] has: {}.", prior.names().collect::<Vec<_>>().join(", ")),
+                )),
+            }
+        };
+        for (parameter, &value) in v.truth.iter() {
+            let key = given("truth", parameter)?;
+            self.check_value(&key, &value.to_string(), parameter, value)?;
+        }
+        for (parameter, &value) in v.scatter.iter() {
+            let key = given("scatter", parameter)?;
+            self.within(&key, value, 0.0, 1.0, "", "It is relative: 0.03 is 3 %.")?;
+        }
+        self.within(
+            "experiments.virtual.noise.force_n",
+            v.noise.force_n,
+            0.0,
+            1e6,
+            "N",
+            "It is the standard deviation of one reading.",
+        )?;
+        self.within(
+            "experiments.virtual.noise.displacement_mm",
+            v.noise.displacement_mm,
+            0.0,
+            1.0,
+            "mm",
+            "It is the standard deviation of one reading.",
+        )
+    }
+}

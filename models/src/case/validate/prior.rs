@@ -1,0 +1,125 @@
+//! What is calibrated, and what it is extended by.
+
+use fem::FemError;
+
+use super::super::{CaseFile, MaterialParameter, PriorBounds, PriorCase};
+use crate::error::InputError;
+
+impl CaseFile {
+    /// Each extension goes on where the box before it ends, in one parameter.
+    pub(super) fn check_extensions(&self) -> Result<(), InputError> {
+        let mut case = self.case.clone();
+        case.extend.clear();
+        for (k, extension) in self.case.extend.iter().enumerate() {
+            let key = format!("extend[{k}]");
+            let help = "As many as the first batch fill a box of the same width alike.";
+            self.within(&format!("{key}.runs"), extension.runs as f64, 1.0, 1e6, "runs", help)?;
+            self.check_prior(&format!("{key}.prior"), &extension.prior)?;
+            let refuse =
+                |key: &str, problem: &str, help: &str| Err(self.error(key, "", problem, help));
+            let mut all = extension.prior.iter();
+            let (Some((parameter, &PriorBounds([lower, upper]))), None) = (all.next(), all.next())
+            else {
+                let help = "Write a table [[extend]] for each parameter.";
+                return refuse(&format!("{key}.prior"), "extends several parameters at once", help);
+            };
+            let place = format!("{key}.prior.{parameter}");
+            let whole = case.whole_prior();
+            let before = whole.as_ref().and_then(|prior| prior.get(parameter));
+            let Some(&PriorBounds([low, high])) = before else {
+                return refuse(&place, "is not calibrated", "Extend a parameter of [prior].");
+            };
+            if lower > high || upper < low || (lower >= low && upper <= high) {
+                let help = format!("It is [{low:?}, {high:?}] until here: begin where that ends.");
+                let problem = "does not go on where the prior ends";
+                return Err(self.error(&place, format!("[{lower:?}, {upper:?}]"), problem, help));
+            }
+            case.extend.push(extension.clone());
+        }
+        Ok(())
+    }
+
+    pub(super) fn check_prior(&self, table: &str, prior: &PriorCase) -> Result<(), InputError> {
+        if prior.parameters().len() == 0 {
+            return Err(self.error(
+                table,
+                "",
+                "names no parameter",
+                "Name what is calibrated with its bounds: matrix.young_mpa = [250.0, 300.0].",
+            ));
+        }
+        for (parameter, &PriorBounds([lower, upper])) in prior.iter() {
+            let key = format!("{table}.{parameter}");
+            self.check_parameter(&key, parameter)?;
+            let value = format!("[{lower:?}, {upper:?}]");
+            for bound in [lower, upper] {
+                self.check_value(&key, &value, parameter, bound)?;
+            }
+            if lower >= upper {
+                return Err(self.error(
+                    &key,
+                    value,
+                    "the lower bound is not below the upper one",
+                    "Write [lower, upper].",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the material of a parameter's region can have this value of it.
+    pub(super) fn check_value(
+        &self,
+        key: &str,
+        shown: &str,
+        parameter: &MaterialParameter,
+        value: f64,
+    ) -> Result<(), InputError> {
+        let Some(mut material) = self.case.material.get(&parameter.region).cloned() else {
+            return Ok(());
+        };
+        parameter.property.set(&mut material, value);
+        match self.in_fem(&parameter.region, &material) {
+            Ok(_) => Ok(()),
+            Err(FemError::Parameter { requirement, .. }) => Err(self.error(
+                key,
+                shown,
+                format!("must be {requirement}"),
+                "Check the unit in the key's name.",
+            )),
+            Err(other) => Err(self.error(key, shown, other.to_string(), "Choose another value.")),
+        }
+    }
+
+    /// Whether a parameter is one of a region that has it.
+    fn check_parameter(&self, key: &str, parameter: &MaterialParameter) -> Result<(), InputError> {
+        let MaterialParameter { region, property } = parameter;
+        let Some(material) = self.case.material.get(region) else {
+            let known: Vec<&str> = self.case.material.keys().map(String::as_str).collect();
+            return Err(self.error(
+                key,
+                "",
+                format!("there is no material {region:?}"),
+                format!("Choose one of: {}.", known.join(", ")),
+            ));
+        };
+        let has_damage = self.case.phase_field.is_some() && material.toughness_n_per_mm.is_some();
+        if property.is_of_damage() && !has_damage {
+            return Err(self.error(
+                key,
+                "",
+                "there is no damage to calibrate",
+                format!("Add [phase_field] and material.{region}.toughness_n_per_mm."),
+            ));
+        }
+        if !property.is_of_damage() && material.law.has_constants() {
+            return Err(self.error(
+                key,
+                "",
+                "the region's law has no Young's modulus and no Poisson's ratio to calibrate",
+                "Give the region a law with young_mpa, such as law = \"hencky\".",
+            ));
+        }
+        Ok(())
+    }
+}

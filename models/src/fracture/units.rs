@@ -1,0 +1,83 @@
+//! Posteriors as people know them: quantities in their units, specimens by their names.
+
+use ppl::{Group, Posterior, Role, Values, Variable};
+use surrogate::{DynPce, Input};
+
+use super::Calibration;
+use super::specimens::column_means;
+use crate::case::MaterialParameter;
+use crate::qoi::Quantity;
+
+impl Calibration {
+    /// The posterior as people know it: `mean` and `new_specimen` in the units of the surrogate's outputs,
+    /// labelled by their names, and among the data the specimens `qois` by the names `ids`, in place of the
+    /// contrasts that the likelihood takes; `log_likelihood` stays by those, whose sum it is. `sd` stays
+    /// relative to the specimens' means.
+    ///
+    /// # Errors
+    /// Other outputs than the calibration's, or not a name for each specimen.
+    pub fn in_units(
+        &self,
+        outputs: &[String],
+        ids: &[&str],
+        qois: &[Vec<f64>],
+    ) -> Result<Posterior, ppl::LabelError> {
+        let means = &column_means(qois)[..];
+        let mut whole = self.posterior.clone();
+        let columns: Vec<&str> = outputs.iter().map(String::as_str).collect();
+        whole.label("mean", 0, &columns)?;
+        let replicated = |group: &mut Group| {
+            group.variables.retain(|values| whole.observed.get(&values.name).is_none());
+        };
+        replicated(&mut whole.predictive);
+        whole.prior_predictive.iter_mut().for_each(replicated);
+        let (name, shape) = ("qois".to_owned(), vec![qois.len(), columns.len()]);
+        whole.layout.variables.push(Variable {
+            name: name.clone(),
+            shape: shape.clone(),
+            dims: vec!["specimen".to_owned(), "qoi".to_owned()],
+            role: Role::Observed,
+        });
+        whole.observed.variables = vec![Values { name, shape, data: qois.concat() }];
+        whole.label("qois", 0, ids)?;
+        set_units(&mut whole, &self.forward, &columns)?;
+        let Posterior { posterior, predictive, prior, prior_predictive, .. } = &mut whole;
+        let groups = [Some(posterior), Some(predictive), prior.as_mut(), prior_predictive.as_mut()];
+        for values in groups.into_iter().flatten().flat_map(|group| &mut group.variables) {
+            if let "mean" | "new_specimen" = values.name.as_str() {
+                for row in values.data.chunks_mut(means.len()) {
+                    row.iter_mut().zip(means).for_each(|(value, mean)| *value *= mean);
+                }
+            }
+        }
+        Ok(whole)
+    }
+}
+
+/// Gives quantities the units that their names say; what has none, or is relative, has 1.
+fn set_units(
+    posterior: &mut Posterior,
+    forward: &DynPce,
+    columns: &[&str],
+) -> Result<(), ppl::LabelError> {
+    let quantity = |name: &&str| Quantity::of_column(name).map(Quantity::unit);
+    if let Some(units) = columns.iter().map(quantity).collect::<Option<Vec<&str>>>() {
+        for name in ["mean", "new_specimen", "qois"] {
+            posterior.set_units(name, &units)?;
+        }
+    }
+    let parameter = |input: &Input| {
+        let parameter: Option<MaterialParameter> = input.name.parse().ok();
+        parameter.map(|parameter| parameter.property.unit())
+    };
+    // what is known of each specimen is no parameter
+    let units: Vec<&str> = forward.inputs().iter().map_while(parameter).collect();
+    let theta = posterior.layout.variables.iter().find(|v| v.name == "theta");
+    if theta.is_some_and(|theta| theta.shape == [units.len()]) {
+        posterior.set_units("theta", &units)?;
+    }
+    for name in ["sd", "correlation", "corr"] {
+        posterior.set_units(name, &["1"])?;
+    }
+    Ok(())
+}

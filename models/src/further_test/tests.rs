@@ -1,0 +1,154 @@
+//! Closed forms of linear and Gaussian tests.
+
+use super::*;
+
+/// Draws of a uniform prior, those of several parameters independent of each other.
+fn prior_alone(prior: &[[f64; 2]]) -> Belief {
+    // an irrational lattice fills the box
+    let place = |k: usize, i: usize| {
+        let step = [0.754_877_666, 0.569_840_291, 0.445_041_868][i];
+        (0.5 + k as f64 * step).fract()
+    };
+    let draw = |k: usize| {
+        prior.iter().enumerate().map(|(i, [low, high])| low + (high - low) * place(k, i)).collect()
+    };
+    Belief::of_draws(prior, &(0..20_000).map(draw).collect::<Vec<_>>()).unwrap()
+}
+
+/// Normal equations written out: (P⁻¹ + n Jᵀ Σ⁻¹ J)⁻¹ with P the prior's variances.
+#[test]
+fn two_parameters_and_three_quantities_have_the_closed_form() {
+    let prior = [[250.0, 300.0], [1e-5, 5e-3]];
+    let belief = prior_alone(&prior);
+    let jacobian = vec![vec![0.0036, 3.0], vec![0.0024, 80.0], vec![-0.0012, 75.0]];
+    let scatter = vec![vec![9e-4, 4e-4, 0.0], vec![4e-4, 16e-4, -2e-4], vec![0.0, -2e-4, 4e-4]];
+    let draw = TestAtDraw { jacobian: jacobian.clone(), scatter: scatter.clone() };
+    let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0; 3]; 3], seen: 0 };
+    for n in [1, 5, 40] {
+        let j = matrix(&jacobian);
+        let inverse = matrix(&scatter).try_inverse().unwrap();
+        let mut precision = j.transpose() * inverse * j * n as f64;
+        for (i, [low, high]) in prior.iter().enumerate() {
+            precision[(i, i)] += 12.0 / (high - low).powi(2);
+        }
+        let exact = precision.try_inverse().unwrap();
+        for (i, found) in test.expected(&belief, n).unwrap().iter().enumerate() {
+            let width = prior[i][1] - prior[i][0];
+            let contraction = 1.0 - exact[(i, i)] / (width * width / 12.0);
+            // a lattice of 20 000 points has the box's moments to some 1e-4
+            assert!((found.contraction - contraction).abs() < 1e-3, "{n} {found:?}");
+            let interval = 2.0 * HALF_90 * exact[(i, i)].sqrt();
+            assert!((found.width90 - interval.min(0.9 * width)).abs() < 2e-3 * width);
+        }
+    }
+}
+
+/// Definitions 3.4: the peak of a slow test is σ_c = (3/16) √(3 E Gc/l0), so that ∂ ln σ/∂ ln E and
+/// ∂ ln σ/∂ ln Gc are ½; with E known, n peaks of relative scatter s carry n/(2 s Gc)² on Gc.
+#[test]
+fn a_rate_independent_peak_tells_the_toughness_and_a_viscous_one_does_not() {
+    let prior = [[250.0, 300.0], [0.001, 0.004]];
+    let (young, scatter, n) = (275.0, 0.1, 6);
+    // E known from elsewhere
+    let draws: Vec<Vec<f64>> = (0..4000)
+        .map(|k| vec![young + 1e-3 * f64::from(k % 7), 0.001 + 0.003 * f64::from(k) / 3999.0])
+        .collect();
+    let belief = Belief::of_draws(&prior, &draws).unwrap();
+    let peak = |x: &[f64]| 3.0 / 16.0 * (3.0 * x[0] * x[1] / 0.06).sqrt();
+    let at = |x: &[f64], slow: bool| {
+        let slope = |i: usize| {
+            let h = 1e-6 * x[i];
+            let mut moved = x.to_vec();
+            moved[i] += h;
+            (peak(&moved) / peak(x) - 1.0) / h
+        };
+        // definitions 3.3: of a fast test F ~ E^(2/3)
+        let fast = vec![2.0 / (3.0 * x[0]), 0.0];
+        let jacobian = if slow { vec![slope(0), slope(1)] } else { fast };
+        TestAtDraw { jacobian: vec![jacobian], scatter: vec![vec![scatter * scatter]] }
+    };
+    let test = |slow: bool| FurtherTest {
+        draws: draws.iter().step_by(10).map(|x| at(x, slow)).collect(),
+        shared: vec![vec![0.0]],
+        seen: 0,
+    };
+    let variance = 0.003f64.powi(2) / 12.0;
+    let gc = |k: usize| draws[k][1];
+    let exact = (0..4000).step_by(10).map(|k| {
+        let information = n as f64 / (2.0 * scatter * gc(k)).powi(2);
+        1.0 - 1.0 / (1.0 + variance * information)
+    });
+    let exact = exact.sum::<f64>() / 400.0;
+    let found = test(true).expected(&belief, n).unwrap()[1];
+    assert!((found.contraction - exact).abs() < 2e-3, "{found:?} {exact}");
+    assert!(found.contraction > 0.5 && found.range[0] < found.range[1]);
+
+    let none = test(false).specimens_for(&belief, 1, Goal::Contraction(0.1)).unwrap();
+    assert_eq!(none.specimens, None);
+    assert!(none.limit.abs() < 1e-3, "{none:?}");
+}
+
+#[test]
+fn more_specimens_teach_more_until_what_they_share_is_left() {
+    let belief = prior_alone(&[[0.0, 1.0], [2.0, 3.0]]);
+    let draw = |k: usize| TestAtDraw {
+        jacobian: vec![vec![1.0, 0.2 * k as f64], vec![0.3, 1.0]],
+        scatter: vec![vec![0.04, 0.01], vec![0.01, 0.09]],
+    };
+    let shared = vec![vec![4e-3, 1e-3], vec![1e-3, 2e-3]];
+    for seen in [0, 5] {
+        let draws = (0..7).map(draw).collect();
+        let test = FurtherTest { draws, shared: shared.clone(), seen };
+        let mut before = belief.now();
+        for n in [1, 2, 3, 10, 100, 10_000] {
+            let now = test.expected(&belief, n).unwrap();
+            for (now, before) in now.iter().zip(&before) {
+                assert!(now.contraction > before.contraction, "{seen} {n}");
+                assert!(now.width90 <= before.width90);
+            }
+            before = now;
+        }
+        // at a width in between it is the first number that reaches it, beyond the limit none
+        let at = |n: usize| test.expected(&belief, n).unwrap()[0].width90;
+        let needed = test.specimens_for(&belief, 0, Goal::Width90(at(9))).unwrap();
+        assert_eq!(needed.specimens, Some(9));
+        assert!((needed.limit - at(MANY)).abs() < 1e-12 && needed.limit < at(9));
+        let never = test.specimens_for(&belief, 0, Goal::Width90(0.9 * needed.limit)).unwrap();
+        assert_eq!((never.specimens, never.limit), (None, needed.limit));
+    }
+}
+
+/// What was seen and what comes share one error: 4 specimens after 4 are as 8 after none.
+#[test]
+fn specimens_seen_before_share_their_error_with_further_ones() {
+    let prior = [[0.0, 1.0]];
+    let draw = TestAtDraw { jacobian: vec![vec![1.0]], scatter: vec![vec![0.02]] };
+    let test = |seen| FurtherTest { draws: vec![draw.clone()], shared: vec![vec![0.003]], seen };
+    let whole = test(0).expected(&prior_alone(&prior), 8).unwrap()[0].contraction;
+    let half = test(0).expected(&prior_alone(&prior), 4).unwrap()[0].contraction;
+    // draws with the variance that four specimens leave
+    let half_width = (1.0 - half).sqrt() / 2.0;
+    let draws: Vec<Vec<f64>> =
+        (0..20_001).map(|k| vec![0.5 + half_width * (f64::from(k) / 1e4 - 1.0)]).collect();
+    let belief = Belief::of_draws(&prior, &draws).unwrap();
+    assert!((belief.now()[0].contraction - half).abs() < 1e-3);
+    let after = test(4).expected(&belief, 4).unwrap()[0].contraction;
+    assert!((after - whole).abs() < 1e-3, "{after} {whole}");
+    // taken for independent ones they would teach too much
+    assert!(test(0).expected(&belief, 4).unwrap()[0].contraction > whole + 0.005);
+}
+
+#[test]
+fn what_does_not_fit_together_is_said() {
+    let belief = prior_alone(&[[0.0, 1.0], [0.0, 1.0]]);
+    let draw = TestAtDraw { jacobian: vec![vec![1.0]], scatter: vec![vec![1.0]] };
+    let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0]], seen: 0 };
+    let error = test.expected(&belief, 1).unwrap_err().to_string();
+    assert_eq!(error, "the jacobian has 1 entries, expected 2");
+    let draws = vec![vec![0.3, 0.4]; 5];
+    let error = Belief::of_draws(&[[0.0, 1.0], [0.0, 1.0]], &draws).unwrap_err();
+    assert_eq!(error, FurtherTestError::Draws(5));
+    let draw = TestAtDraw { jacobian: vec![vec![1.0, 1.0]], scatter: vec![vec![-1.0]] };
+    let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0]], seen: 0 };
+    assert_eq!(test.expected(&belief, 1), Err(FurtherTestError::Covariance));
+}

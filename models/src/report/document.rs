@@ -1,0 +1,27 @@
+//! The frame of a page: what stands around its content, with the style sheet inside.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::style::named_clips;
+
+/// A self-contained HTML file that fits a screen, a phone, paper and the dark. Clip paths of its figures are
+/// named after `clips`.
+pub(super) fn document(title: &str, clips: &str, content: &Markup) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (title) }
+                style { (PreEscaped(include_str!("style.css"))) }
+            }
+            body { main {
+                h1 { (title) }
+                (content)
+            } }
+        }
+    };
+    named_clips(&page.into_string(), clips)
+}

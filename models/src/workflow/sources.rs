@@ -1,0 +1,87 @@
+//! Fingerprints of what a stage reads: parts of the case by their keys, and files by their names.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::content_hash::ContentHash;
+use crate::case::Case;
+
+/// What stands for a part of the case, or a file, that is not there.
+const ABSENT: &str = "absent";
+
+/// What can be read: a case, and the directory of its results.
+pub(super) struct Origin<'a> {
+    values: toml::Table,
+    dir: &'a Path,
+}
+
+impl<'a> Origin<'a> {
+    pub(super) fn of(case: &Case, dir: &'a Path) -> Self {
+        Self { values: toml::Table::try_from(case).unwrap_or_default(), dir }
+    }
+
+    /// The fingerprint of the case at a key; of all of it at the empty one.
+    pub(super) fn part(&self, key: &str) -> String {
+        if key.is_empty() {
+            return ContentHash::of(&self.values.to_string()).to_string();
+        }
+        let mut keys = key.split('.');
+        let first = keys.next().and_then(|key| self.values.get(key));
+        keys.fold(first, |value, key| value?.get(key)).map_or_else(
+            || ABSENT.to_owned(),
+            |value| ContentHash::of(&value.to_string()).to_string(),
+        )
+    }
+
+    fn content(&self, name: &str) -> String {
+        ContentHash::of_path(&self.dir.join(name))
+            .map_or_else(|_| ABSENT.to_owned(), |sum| sum.to_string())
+    }
+}
+
+/// Keys of the case and names of files, each with the fingerprint of what was read there.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Sources {
+    case: BTreeMap<String, String>,
+    files: BTreeMap<String, String>,
+}
+
+impl Sources {
+    /// Keys of the case.
+    pub(super) fn parts(&self) -> impl Iterator<Item = &str> {
+        self.case.keys().map(String::as_str)
+    }
+
+    /// Names of the files.
+    pub(super) fn files(&self) -> impl Iterator<Item = &str> {
+        self.files.keys().map(String::as_str)
+    }
+
+    /// Remembers the case at a key.
+    pub(super) fn read_part(&mut self, origin: &Origin<'_>, key: &str) {
+        self.case.insert(key.to_owned(), origin.part(key));
+    }
+
+    /// Remembers a file.
+    pub(super) fn read_file(&mut self, origin: &Origin<'_>, name: &str) {
+        self.files.insert(name.to_owned(), origin.content(name));
+    }
+
+    /// All of it, one entry a line.
+    pub(super) fn manifest(&self) -> String {
+        self.case.iter().chain(&self.files).map(|(name, sum)| format!("{name} = {sum}\n")).collect()
+    }
+
+    /// The first that is not as it was, in words.
+    pub(super) fn change(&self, origin: &Origin<'_>) -> Option<String> {
+        let case = self.case.iter().find(|(key, sum)| origin.part(key) != **sum);
+        let file = || self.files.iter().find(|(name, sum)| origin.content(name) != **sum);
+        case.map(|(key, _)| match key.is_empty() {
+            true => "the case has changed".to_owned(),
+            false => format!("{key} has changed in the case"),
+        })
+        .or_else(|| file().map(|(name, _)| format!("{name} has changed")))
+    }
+}
