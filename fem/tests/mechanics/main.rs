@@ -11,6 +11,7 @@ mod cook;
 mod curved;
 mod damage;
 mod homogeneous;
+mod iterations;
 mod manufactured;
 mod mixture;
 mod notched_plate;
