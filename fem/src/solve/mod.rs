@@ -3,6 +3,7 @@
 mod alternate;
 mod arc_length;
 mod augment;
+mod directions;
 mod external;
 mod linear;
 mod newton;

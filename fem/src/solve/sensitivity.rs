@@ -9,16 +9,16 @@
 //! by passes: with it fixed the tangent's penalty lets the gap open a little, and the pressure follows.
 //!
 //! The systems of one equilibrium have one matrix, and their solutions change little from step to
-//! step. They are solved together, by generalised conjugate residuals with the factor or the hierarchy at
-//! hand: each takes the combination of the rates at the equilibria before and of all corrections that
-//! leaves the least residual (Eisenstat, Elman & Schultz 1983, doi:10.1137/0720023).
+//! step. They are solved together, by corrections with the factor or the hierarchy at hand: each takes the
+//! combination of the rates at the equilibria before and of all corrections that leaves the least residual.
 //!
 //! What residuals ρ do to the measured force f = c·(K x + ∂R/∂θ) is known without solving further: y·ρ
 //! with K y = K c on the free values, the adjoint. That is one system more, but a rough y is enough, as
 //! what it misses is multiplied by ρ; and ρ need only be as small as the rates themselves ask for.
 
+use super::directions::{Directions, System};
 use super::external::External;
-use super::linear::{Nodal, add_scaled, mask, weighted_dot};
+use super::linear::{Nodal, add_scaled, mask};
 use super::newton::Solver;
 use crate::error::StepFailure;
 use crate::fields::Fields;
@@ -34,8 +34,6 @@ const ADJOINT: f64 = 1e-3;
 const ROUNDS: usize = 12;
 const CORRECTIONS: usize = 4;
 const PASSES: usize = 60;
-/// A direction that lies in those before it up to this is none of its own.
-const DEPENDENT: f64 = 1e-6;
 
 /// The rates with one parameter.
 #[derive(Clone, Debug)]
@@ -67,65 +65,6 @@ pub(crate) struct Known<'a> {
     pub(crate) earlier: &'a [Vec<Nodal>],
 }
 
-/// A system that is being solved.
-struct System {
-    x: Vec<Nodal>,
-    /// Right-hand side less the product with x, on all values.
-    residual: Vec<Nodal>,
-    /// Of the residual at first.
-    size: f64,
-    tolerance: f64,
-}
-
-/// Directions whose products with the tangent are orthonormal.
-struct Directions {
-    weight: Vec<Nodal>,
-    pairs: Vec<[Vec<Nodal>; 2]>,
-}
-
-impl Directions {
-    fn norm(&self, x: &[Nodal]) -> f64 {
-        weighted_dot(&self.weight, x, x).sqrt()
-    }
-
-    /// The residual of a system, relative to its size.
-    fn left(&self, system: &System) -> f64 {
-        if system.size > 0.0 { self.norm(&system.residual) / system.size } else { 0.0 }
-    }
-
-    /// Whether a system is solved; not by a number that is none.
-    fn solved(&self, system: &System) -> bool {
-        self.left(system) <= system.tolerance
-    }
-
-    /// Takes up a direction with its product, unless it is one of these.
-    fn add(&mut self, mut direction: Vec<Nodal>, mut product: Vec<Nodal>) {
-        let whole = self.norm(&product);
-        for [v, p] in &self.pairs {
-            let along = weighted_dot(&self.weight, p, &product);
-            add_scaled(&mut direction, -along, v);
-            add_scaled(&mut product, -along, p);
-        }
-        let own = self.norm(&product);
-        if own > DEPENDENT * whole && own.is_finite() {
-            let scale =
-                |x: &mut Vec<Nodal>| x.as_flattened_mut().iter_mut().for_each(|x| *x /= own);
-            scale(&mut direction);
-            scale(&mut product);
-            self.pairs.push([direction, product]);
-        }
-    }
-
-    /// Moves x along the directions from one on so that its residual is least.
-    fn reduce(&self, from: usize, system: &mut System) {
-        for [v, p] in &self.pairs[from..] {
-            let along = weighted_dot(&self.weight, p, &system.residual);
-            add_scaled(&mut system.x, along, v);
-            add_scaled(&mut system.residual, -along, p);
-        }
-    }
-}
-
 fn negate(x: &mut [Nodal]) {
     x.as_flattened_mut().iter_mut().for_each(|x| *x = -*x);
 }
@@ -148,8 +87,7 @@ impl<E: External> Solver<'_, E> {
         let mut residuals = vec![vec![[0.0; 4]; fields.damage.len()]; shifts.len()];
         let increment = Increment { materials: self.materials, fields, context };
         self.operator.rates(&increment, &shifts, &mut residuals)?;
-        let mut directions =
-            Directions { weight: self.linear.weight().to_vec(), pairs: Vec::new() };
+        let mut directions = Directions::new(self.linear.weight().to_vec());
         let tolerance = if measured.of_residual.is_some() { CORRECTED } else { TOLERANCE };
         let mut systems = Vec::with_capacity(known.len() + 1);
         for (shift, mut right) in shifts.iter().zip(residuals) {
@@ -164,11 +102,17 @@ impl<E: External> Solver<'_, E> {
             let none = vec![[0.0; 4]; right.len()];
             systems.push(self.system(none, right, ADJOINT, &directions));
         }
-        for known in known {
-            self.try_direction(known.shift.before, &mut directions);
-            known.earlier.iter().for_each(|earlier| self.try_direction(earlier, &mut directions));
-        }
-        self.try_direction(measured.adjoint, &mut directions);
+        let before = known.iter().flat_map(|known| {
+            std::iter::once(known.shift.before).chain(known.earlier.iter().map(Vec::as_slice))
+        });
+        let guesses = before.chain([measured.adjoint.as_slice()]);
+        // of these the constrained values do not count
+        let guesses = guesses.filter(|guess| guess.iter().any(|g| *g != [0.0; 4])).map(|guess| {
+            let mut direction = guess.to_vec();
+            mask(&self.free, &mut direction);
+            direction
+        });
+        self.take_up(guesses.collect(), &mut directions);
         let mut contacts = vec![Vec::new(); known.len()];
         for _ in 0..PASSES {
             self.correct(&mut systems, &mut directions)?;
@@ -196,27 +140,23 @@ impl<E: External> Solver<'_, E> {
             self.linear.multiply(&x, &mut product);
             add_scaled(&mut right, -1.0, &product);
         }
-        System { x, size: directions.norm(&right), residual: right, tolerance }
+        directions.system(x, right, tolerance)
     }
 
-    /// Takes up a guess, of which the constrained values do not count.
-    fn try_direction(&mut self, guess: &[Nodal], directions: &mut Directions) {
-        if guess.iter().any(|g| *g != [0.0; 4]) {
-            let mut direction = guess.to_vec();
-            mask(&self.free, &mut direction);
-            self.take_up(direction, directions);
-        }
-    }
-
-    fn take_up(&mut self, direction: Vec<Nodal>, directions: &mut Directions) {
-        let mut product = vec![[0.0; 4]; direction.len()];
-        self.linear.multiply(&direction, &mut product);
-        directions.add(direction, product);
+    /// Adds directions with their products.
+    fn take_up(&mut self, of: Vec<Vec<Nodal>>, directions: &mut Directions) {
+        let product = |direction: &Vec<Nodal>| {
+            let mut product = vec![[0.0; 4]; direction.len()];
+            self.linear.multiply(direction, &mut product);
+            product
+        };
+        let products = of.iter().map(product).collect();
+        directions.add(of, products);
     }
 
     /// Adds the rates of pressure that the rates in a system ask for.
     fn press(&self, fields: &Fields, system: &mut System, contact: &mut Vec<(u32, [f64; 3])>) {
-        if system.size == 0.0 {
+        if system.vanishes() {
             return;
         }
         let lacking = self.external.follow(fields, &system.x);
@@ -280,19 +220,18 @@ impl<E: External> Solver<'_, E> {
         systems: &mut [System],
         directions: &mut Directions,
     ) -> Result<(), StepFailure> {
-        systems.iter_mut().for_each(|system| directions.reduce(0, system));
+        directions.reduce(0, systems);
         for _ in 0..ROUNDS {
             let open = systems.iter().filter(|system| !directions.solved(system));
             let open: Vec<&[Nodal]> = open.map(|system| &system.residual[..]).collect();
             if open.is_empty() {
-                return Ok(());
+                break;
             }
-            let known = directions.pairs.len();
-            for correction in self.precondition(&open) {
-                self.take_up(correction, directions);
-            }
-            systems.iter_mut().for_each(|system| directions.reduce(known, system));
-            if directions.pairs.len() == known {
+            let known = directions.count();
+            let corrections = self.precondition(&open);
+            self.take_up(corrections, directions);
+            directions.reduce(known, systems);
+            if directions.count() == known {
                 break;
             }
         }
@@ -302,16 +241,17 @@ impl<E: External> Solver<'_, E> {
                 if directions.solved(&systems[k]) {
                     break;
                 }
-                let tolerance = systems[k].tolerance / directions.left(&systems[k]);
+                let tolerance = 1.0 / directions.excess(&systems[k]);
                 let correction = self.solve_nodal(&systems[k].residual, tolerance)?;
-                let known = directions.pairs.len();
-                self.take_up(correction, directions);
-                systems.iter_mut().for_each(|system| directions.reduce(known, system));
+                let known = directions.count();
+                self.take_up(vec![correction], directions);
+                directions.reduce(known, systems);
             }
             if !directions.solved(&systems[k]) {
                 return Err(StepFailure::Singular);
             }
         }
+        systems.iter_mut().for_each(|system| directions.form(system));
         Ok(())
     }
 

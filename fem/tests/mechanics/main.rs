@@ -12,6 +12,7 @@ mod curved;
 mod damage;
 mod device;
 mod homogeneous;
+mod iterations;
 mod manufactured;
 mod mixture;
 mod notched_plate;

@@ -7,7 +7,7 @@ use super::block_csr::BlockCsr;
 /// Coarse unknowns of an aggregate: one for each rigid-body mode.
 pub(super) const MODES: usize = 6;
 /// A coupling is strong when ‖A_ij‖² exceeds this squared times ‖A_ii‖ ‖A_jj‖.
-const STRONG: f64 = 0.04;
+const STRONG: f64 = 0.08;
 const NONE: u32 = u32::MAX;
 
 /// The aggregate of each node, and how many there are.

@@ -10,7 +10,7 @@ use super::block_csr::{BlockCsr, inverse};
 use super::vector::CHUNK;
 
 /// The smoother acts on eigenvalues above this share of the largest.
-const SHARE: f64 = 0.2;
+const SHARE: f64 = 0.1;
 pub(super) const POWER_STEPS: usize = 12;
 /// The power iteration stays below the largest eigenvalue.
 pub(super) const MARGIN: f64 = 1.1;

@@ -1,0 +1,41 @@
+//! What meshes ask of the solver, in iterations.
+
+use crate::support::{HEIGHT, RADIUS, loading, matrix};
+use fem::{
+    Effort, Grain, GrainList, GrainMode, LinearScheme, Material, Meshing, Order, PhaseField,
+    SolverOptions,
+};
+
+/// Quadratic elements on a mesh of five stiff spheres.
+fn effort(mode: GrainMode) -> Effort {
+    let centres =
+        [[0.9, 0.2, 1.0], [-1.0, 0.6, 1.3], [0.1, -1.1, 2.1], [1.1, 0.8, 3.1], [-0.9, -0.4, 3.3]];
+    let spheres = centres.iter().map(|&centre| Grain::sphere(centre, 0.75)).collect();
+    let grains = GrainList::new(spheres, RADIUS, HEIGHT);
+    let meshing = Meshing { mode, curved: true, ..Meshing::new(0.8) };
+    let mesh = meshing.build(RADIUS, HEIGHT, &grains).expect("a mesh").mesh;
+    let options = SolverOptions { linear: LinearScheme::Multigrid, ..SolverOptions::default() };
+    let problem = loading(0.06, 0.06 / 0.22, 6)
+        .builder(mesh)
+        .and_then(|builder| {
+            builder
+                .order(Order::Quadratic)
+                .materials([matrix(), Material::hencky(22_000.0, 0.25)])
+                .phase_field(PhaseField::new(0.06))
+                .options(options)
+                .build()
+        })
+        .expect("valid input");
+    let outcome = problem.run(&mut ());
+    assert_eq!(outcome.curve.len(), 6, "{:?}", outcome.end);
+    outcome.effort
+}
+
+#[test]
+fn elements_that_follow_grains_need_hardly_more_iterations_than_a_lattice() {
+    let lattice = effort(GrainMode::Whole);
+    let conforming = effort(GrainMode::Conforming);
+    assert!(conforming.iterations <= lattice.iterations + 2, "{conforming:?}, {lattice:?}");
+    let ratio = f64::from(conforming.linear) / f64::from(lattice.linear);
+    assert!(ratio < 1.15, "{conforming:?}, {lattice:?}");
+}
