@@ -1,6 +1,7 @@
 //! The `breccia` program as a person meets it: help, first case, mistakes, one simulation.
 
 mod conditions;
+mod devices;
 mod divergence;
 mod images;
 mod mesh_files;
