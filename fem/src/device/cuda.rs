@@ -13,7 +13,8 @@ use cudarc::driver::{
 };
 use cudarc::nvrtc::{CompileOptions, compile_ptx_with_opts};
 
-use super::{Argument, Device, DeviceError, Kernel, Memory, Program};
+use super::kernel::Kernel;
+use super::machine::{Argument, Device, DeviceError, Memory, Program};
 
 /// The first card.
 #[derive(Debug)]

@@ -9,7 +9,8 @@ use std::process::Command;
 use libloading::Library;
 use rayon::prelude::*;
 
-use super::{Argument, Device, DeviceError, Kernel, Memory, Program};
+use super::kernel::Kernel;
+use super::machine::{Argument, Device, DeviceError, Memory, Program};
 
 /// The C compiler of this machine.
 #[derive(Debug)]

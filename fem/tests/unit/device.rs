@@ -2,6 +2,9 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use super::host::Host;
+use super::kernel::source;
+use super::machine::{Device, Memory};
 use super::*;
 use crate::{
     CompressionTest, CylinderLattice, Fracture, LinearScheme, Material, Order, PhaseField,

@@ -1,7 +1,7 @@
 //! One cycle through the levels on a device: that of [`QuadraticLevel`](super::QuadraticLevel) and the hierarchy
 //! below it, step by step.
 
-use super::FreeTangent;
+use super::free_tangent::FreeTangent;
 use super::hierarchy::DeviceSplit;
 use super::vectors::DeviceVectors;
 use crate::device::{Argument, Array};
@@ -152,7 +152,7 @@ impl Levels {
         copy(residual);
         matrix.multiply(z, &mut smoother.product);
         vectors.add_scaled(residual, -1.0, &smoother.product);
-        let free = matrix.constraints.free.argument();
+        let free = matrix.constraints.free();
         let lists = [&self.start, &self.midpoint, &self.parents].map(Array::argument);
         let arguments = [lists[0], lists[1], free, residual.argument(), right.argument()];
         vectors.launch("restrict_to_vertices", right.len(), &arguments);

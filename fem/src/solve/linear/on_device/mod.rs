@@ -1,14 +1,15 @@
 //! Iterations on a device: the processor linearises and makes the hierarchy, a solution sends one right-hand
 //! side and gets one step.
 
+mod free_tangent;
 mod hierarchy;
 mod kernels;
 mod levels;
 mod vectors;
 
 use std::cell::RefCell;
-use std::collections::BTreeMap;
 
+use self::free_tangent::{Constraints, FreeTangent};
 use self::levels::Levels;
 use self::vectors::DeviceVectors;
 use super::field_split::FieldSplit;
@@ -27,44 +28,6 @@ pub(super) struct OnDevice {
     levels: Levels,
 }
 
-/// What changes from tangent to tangent.
-#[derive(Debug)]
-struct Constraints {
-    free: Array<u8>,
-    /// 1/|A_ii|, zero in constrained values.
-    weight: Array<f64>,
-    /// What contact adds: nodes, each once, and their blocks.
-    node: Array<u32>,
-    block: Array<f64>,
-}
-
-/// A matrix on the values that are not constrained, and where it is.
-struct FreeTangent<'a> {
-    vectors: &'a DeviceVectors,
-    constraints: &'a Constraints,
-    product: RefCell<&'a mut dyn AppliedOnDevice>,
-}
-
-impl FreeTangent<'_> {
-    fn multiply(&self, x: &Array<f64>, y: &mut Array<f64>) {
-        let Self { vectors, constraints, product } = self;
-        vectors.attempt(|_| product.borrow_mut().apply(x, y));
-        let [node, block] = [constraints.node.argument(), constraints.block.argument()];
-        vectors.launch(
-            "contact",
-            constraints.node.len(),
-            &[node, block, x.argument(), y.argument()],
-        );
-        self.mask(y);
-    }
-
-    /// Sets the constrained values to zero.
-    fn mask(&self, x: &mut Array<f64>) {
-        let free = self.constraints.free.argument();
-        self.vectors.launch("mask", x.len(), &[free, x.argument()]);
-    }
-}
-
 impl OnDevice {
     pub(super) fn new(
         device: &ComputeDevice,
@@ -73,12 +36,7 @@ impl OnDevice {
     ) -> Result<Self, DeviceError> {
         let vectors = DeviceVectors::new(device.clone())?;
         let values = 4 * (vertices + parents.len());
-        let constraints = Constraints {
-            free: vectors.zeros(values),
-            weight: vectors.zeros(values),
-            node: vectors.zeros(0),
-            block: vectors.zeros(0),
-        };
+        let constraints = Constraints::new(&vectors, values);
         let levels = Levels::new(&vectors, vertices, parents);
         match vectors.take_failure() {
             None => Ok(Self { name: device.name(), vectors, constraints, levels }),
@@ -97,19 +55,7 @@ impl OnDevice {
         weight: &[Nodal],
         contact: &[NodeBlock],
     ) {
-        let mut blocks = BTreeMap::<u32, [[f64; 3]; 3]>::new();
-        for (node, block) in contact {
-            let sum = blocks.entry(*node).or_default();
-            (0..9).for_each(|k| sum[k / 3][k % 3] += block[k / 3][k % 3]);
-        }
-        let nodes: Vec<u32> = blocks.keys().copied().collect();
-        let values: Vec<f64> = blocks.into_values().flatten().flatten().collect();
-        let free: Vec<u8> = free.as_flattened().iter().map(|&free| u8::from(free)).collect();
-        let Self { vectors, constraints, .. } = self;
-        vectors.attempt(|_| constraints.free.write(0, &free));
-        vectors.attempt(|_| constraints.weight.write(0, weight.as_flattened()));
-        constraints.node = vectors.array(&nodes);
-        constraints.block = vectors.array(&values);
+        self.constraints.take(&self.vectors, free, weight, contact);
     }
 
     /// Takes over a hierarchy, and measures the largest eigenvalue above it.
@@ -143,7 +89,7 @@ impl OnDevice {
         let mut apply = |x: &Array<f64>, y: &mut Array<f64>| matrix.multiply(x, y);
         let mut precondition =
             |r: &Array<f64>, z: &mut Array<f64>| levels.precondition(&matrix, r, z);
-        let weight = &constraints.weight;
+        let weight = constraints.weight();
         let mut system =
             System { vectors, apply: &mut apply, precondition: &mut precondition, weight };
         let ending = solve(&mut system, definite, &b, &mut x, tolerance, limit);

@@ -1,0 +1,81 @@
+//! Numbers in the memory of a device.
+
+use std::fmt;
+use std::marker::PhantomData;
+
+use bytemuck::{Pod, Zeroable};
+
+use super::compute_device::ComputeDevice;
+use super::machine::{Argument, DeviceError, Memory};
+
+/// Numbers in the memory of a device.
+pub(crate) struct Array<T> {
+    memory: Box<dyn Memory>,
+    len: usize,
+    numbers: PhantomData<T>,
+}
+
+impl<T> fmt::Debug for Array<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Array").field("len", &self.len).finish_non_exhaustive()
+    }
+}
+
+impl<T: Pod + Zeroable> Array<T> {
+    pub(crate) fn zeros(device: &ComputeDevice, len: usize) -> Result<Self, DeviceError> {
+        // no device gives out nothing
+        let memory = device.allocate(len.max(1) * size_of::<T>())?;
+        Ok(Self { memory, len, numbers: PhantomData })
+    }
+
+    /// An array that nobody can use.
+    pub(crate) fn lost(len: usize) -> Self {
+        Self { memory: Box::new(Lost), len, numbers: PhantomData }
+    }
+
+    pub(crate) fn of(device: &ComputeDevice, numbers: &[T]) -> Result<Self, DeviceError> {
+        let mut array = Self::zeros(device, numbers.len())?;
+        array.write(0, numbers)?;
+        Ok(array)
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Copies numbers to a place.
+    pub(crate) fn write(&mut self, at: usize, numbers: &[T]) -> Result<(), DeviceError> {
+        assert!(at + numbers.len() <= self.len, "the numbers fit into the array");
+        if numbers.is_empty() {
+            return Ok(());
+        }
+        self.memory.write(at * size_of::<T>(), bytemuck::cast_slice(numbers))
+    }
+
+    /// Copies the first numbers back.
+    pub(crate) fn read(&self, numbers: &mut [T]) -> Result<(), DeviceError> {
+        assert!(numbers.len() <= self.len, "as many numbers as the array has");
+        if numbers.is_empty() {
+            return Ok(());
+        }
+        self.memory.read(bytemuck::cast_slice_mut(numbers))
+    }
+
+    pub(crate) fn argument(&self) -> Argument<'_> {
+        Argument::Memory(self.memory.as_ref())
+    }
+}
+
+/// What stands for memory that was not to be had.
+#[derive(Debug)]
+struct Lost;
+
+impl Memory for Lost {
+    fn write(&mut self, _: usize, _: &[u8]) -> Result<(), DeviceError> {
+        Err(DeviceError("the memory was not to be had".into()))
+    }
+
+    fn read(&self, _: &mut [u8]) -> Result<(), DeviceError> {
+        Err(DeviceError("the memory was not to be had".into()))
+    }
+}
