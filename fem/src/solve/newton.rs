@@ -3,10 +3,11 @@
 //! A linearisation is kept, across increments too, as long as the residual falls to a tenth with it:
 //! to assemble another costs more than such a solve.
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::external::External;
-use super::linear::{LinearSolver, Nodal};
+use super::linear::{CHUNK, LinearSolver, Nodal};
 use super::norms::{Equations, Norms};
 use super::options::{Scheme, SolverOptions};
 use crate::error::StepFailure;
@@ -281,9 +282,11 @@ impl<'a, E: External> Solver<'a, E> {
     /// The step of the fields that the iteration acts on.
     fn solve_linear(&mut self, field: Equations) -> Result<(), StepFailure> {
         let mut right = self.residual.nodal.clone();
-        for value in &mut right {
-            for k in 0..4 {
-                value[k] = if field.holds(k) { value[k] } else { 0.0 };
+        if field != Equations::Both {
+            for value in &mut right {
+                for k in 0..4 {
+                    value[k] = if field.holds(k) { value[k] } else { 0.0 };
+                }
             }
         }
         self.step = self.solve_nodal(&right, LINEAR_TOLERANCE)?;
@@ -323,17 +326,16 @@ impl<'a, E: External> Solver<'a, E> {
 
     fn move_by(&self, field: Equations, from: &Fields, fraction: f64, to: &mut Fields) {
         to.copy_from(from);
-        for (node, unknown) in self.unknown.iter().enumerate() {
+        let Self { unknown, step, .. } = self;
+        let moves = unknown.par_iter().with_min_len(CHUNK).zip(step);
+        let values = to.displacement.par_iter_mut().zip(&mut to.damage);
+        values.zip(moves).for_each(|((u, phi), (unknown, step))| {
             for k in 0..4 {
                 if unknown[k] && field.holds(k) {
-                    let change = fraction * self.step[node][k];
-                    if k < 3 {
-                        to.displacement[node][k] -= change
-                    } else {
-                        to.damage[node] -= change
-                    }
+                    let value = if k < 3 { &mut u[k] } else { &mut *phi };
+                    *value -= fraction * step[k];
                 }
             }
-        }
+        });
     }
 }

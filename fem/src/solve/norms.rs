@@ -1,5 +1,8 @@
 //! How far an iterate is from equilibrium.
 
+use rayon::prelude::*;
+
+use super::linear::CHUNK;
 use crate::operator::Residual;
 
 /// Which equations an iteration acts on.
@@ -32,23 +35,34 @@ pub(crate) struct Norms {
 impl Norms {
     /// What a bound holds is a reaction: of the `unknown` values it leaves the `free` ones.
     pub(super) fn of(residual: &Residual, unknown: &[[bool; 4]], free: &[[bool; 4]]) -> Self {
-        let [mut force, mut damage] = [0.0; 2];
-        let [mut reaction, mut drive] = residual.external;
-        let values = residual.nodal.iter().zip(&residual.drive);
-        for ((nodal, d), (unknown, free)) in values.zip(unknown.iter().zip(free)) {
-            for k in 0..3 {
-                let square = nodal[k] * nodal[k];
-                if free[k] { force += square } else { reaction += square }
+        let part = |nodes: std::ops::Range<usize>| {
+            let [mut force, mut damage, mut reaction, mut drive] = [0.0; 4];
+            for n in nodes {
+                let (nodal, d, unknown, free) =
+                    (&residual.nodal[n], residual.drive[n], &unknown[n], &free[n]);
+                for k in 0..3 {
+                    let square = nodal[k] * nodal[k];
+                    if free[k] { force += square } else { reaction += square }
+                }
+                let square = nodal[3] * nodal[3];
+                if free[3] {
+                    damage += square
+                } else {
+                    drive += square
+                }
+                if unknown[3] {
+                    drive += d * d;
+                }
             }
-            if free[3] {
-                damage += nodal[3] * nodal[3]
-            } else {
-                drive += nodal[3] * nodal[3]
-            }
-            if unknown[3] {
-                drive += d * d;
-            }
-        }
+            [force, damage, reaction, drive]
+        };
+        let nodes = residual.nodal.len();
+        let firsts = (0..nodes.div_ceil(CHUNK)).into_par_iter().map(|chunk| CHUNK * chunk);
+        let parts: Vec<[f64; 4]> =
+            firsts.map(|first| part(first..nodes.min(first + CHUNK))).collect();
+        let sum = |k: usize| parts.iter().map(|part| part[k]).sum::<f64>();
+        let [force, damage] = [sum(0), sum(1)];
+        let [reaction, drive] = [residual.external[0] + sum(2), residual.external[1] + sum(3)];
         Self {
             force: force.sqrt(),
             reaction: reaction.sqrt(),

@@ -8,6 +8,16 @@ use crate::solve::linear::vector::{InMemory, Nodal};
 
 type Method = fn(&mut System<InMemory>, &[Nodal], &mut [Nodal], f64, u32) -> Ending;
 
+fn from_zero(
+    system: &mut System<InMemory>,
+    right: &[Nodal],
+    x: &mut [Nodal],
+    tolerance: f64,
+    limit: u32,
+) -> Ending {
+    gmres(system, right, x, Start::Zero, tolerance, limit)
+}
+
 /// A dense matrix with the given diagonal, a random symmetric rest and a random skew part.
 fn matrix(diagonal: &[f64], symmetric: f64, skew: f64) -> Vec<Vec<f64>> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
@@ -25,6 +35,10 @@ fn matrix(diagonal: &[f64], symmetric: f64, skew: f64) -> Vec<Vec<f64>> {
 }
 
 fn solve(method: Method, a: &[Vec<f64>], limit: u32) -> (Ending, f64) {
+    solve_to(method, a, 1e-11, limit)
+}
+
+fn solve_to(method: Method, a: &[Vec<f64>], tolerance: f64, limit: u32) -> (Ending, f64) {
     let n = a.len() / 4;
     let exact: Vec<f64> = (0..4 * n).map(|i| (0.3 * i as f64).cos()).collect();
     let product = |x: &[f64]| -> Vec<f64> {
@@ -47,9 +61,10 @@ fn solve(method: Method, a: &[Vec<f64>], limit: u32) -> (Ending, f64) {
         vectors: &InMemory,
         apply: &mut apply,
         precondition: &mut precondition,
+        flexible: None,
         weight: &weight,
     };
-    let ending = method(&mut system, &right, &mut x, 1e-11, limit);
+    let ending = method(&mut system, &right, &mut x, tolerance, limit);
     let error = x.as_flattened().iter().zip(&exact).map(|(x, e)| (x - e).abs());
     (ending, error.fold(0.0, f64::max))
 }
@@ -65,9 +80,9 @@ fn each_method_solves_the_matrices_it_is_for() {
     let unsymmetric = matrix(&mixed, 0.15, 0.3);
     let cases: [(&str, Method, &[Vec<f64>]); 4] = [
         ("CG", conjugate_gradients, &definite),
-        ("GMRES", gmres, &definite),
-        ("GMRES", gmres, &indefinite),
-        ("GMRES", gmres, &unsymmetric),
+        ("GMRES", from_zero, &definite),
+        ("GMRES", from_zero, &indefinite),
+        ("GMRES", from_zero, &unsymmetric),
     ];
     for (name, method, a) in cases {
         let (ending, error) = solve(method, a, 200);
@@ -83,7 +98,41 @@ fn as_many_steps_as_distinct_eigenvalues_suffice() {
     let diagonal: Vec<f64> = (0..40).map(|i| [1.0, 2.0, -3.0][i % 3]).collect();
     let a = matrix(&diagonal, 0.0, 0.0);
     // preconditioned by |A|, the matrix has the eigenvalues 1 and -1
-    let (ending, error) = solve(gmres, &a, 2);
+    let (ending, error) = solve(from_zero, &a, 2);
     assert_eq!((ending.stop, ending.iterations), (Stop::Converged, 2));
     assert!(error < 1e-12, "{error}");
+}
+
+#[test]
+fn single_precision_of_what_is_kept_costs_no_iteration() {
+    let diagonal: Vec<f64> =
+        (0..60).map(|i| if i % 5 == 0 { -1.0 } else { 1.0 } * (4.0 + f64::from(i))).collect();
+    let a = matrix(&diagonal, 0.15, 0.3);
+    // the least tolerance with it and the largest without
+    let (short, _) = solve_to(from_zero, &a, COARSE, 200);
+    let (whole, _) = solve_to(from_zero, &a, (1.0 - 1e-9) * COARSE, 200);
+    assert_eq!(short.stop, Stop::Converged, "{short:?}");
+    assert!(short.residual <= COARSE && short.iterations > 5, "{short:?}");
+    assert_eq!(short.iterations, whole.iterations);
+    // they differ by the digits that were left out, and by no more
+    let difference = (short.residual / whole.residual - 1.0).abs();
+    assert!(difference > 0.0 && difference < 1e-3, "{short:?} {whole:?}");
+}
+
+#[test]
+fn gmres_goes_on_where_conjugate_gradients_meet_negative_curvature() {
+    let diagonal: Vec<f64> =
+        (0..60).map(|i| if i == 7 { -4.0 } else { 4.0 + f64::from(i) }).collect();
+    let a = matrix(&diagonal, 0.15, 0.0);
+    let both: Method = |system, right, x, tolerance, limit| {
+        super::solve(system, &mut true, right, x, tolerance, limit)
+    };
+    let (ending, error) = solve(both, &a, 200);
+    assert_eq!(ending.stop, Stop::Converged, "{ending:?}");
+    assert!(error < 1e-9, "{error}");
+    // what the former reached is not thrown away
+    let (stopped, _) = solve(conjugate_gradients, &a, 200);
+    let (alone, _) = solve(from_zero, &a, 200);
+    assert_eq!(stopped.stop, Stop::Indefinite);
+    assert!(ending.iterations <= stopped.iterations + alone.iterations, "{ending:?} {alone:?}");
 }

@@ -68,6 +68,8 @@ pub struct ArcLengthCase {
 pub struct OutputCase {
     /// Load steps from one file of fields to the next; zero writes none.
     pub fields_every: u32,
+    /// Load steps from one picture of the damage to the next; zero makes none.
+    pub pictures_every: u32,
     /// Load steps from one saved state to the next; zero saves none.
     pub checkpoint_every: u32,
 }
@@ -110,7 +112,7 @@ impl TestCase {
 
 impl Default for OutputCase {
     fn default() -> Self {
-        Self { fields_every: 1, checkpoint_every: 10 }
+        Self { fields_every: 1, pictures_every: 0, checkpoint_every: 10 }
     }
 }
 

@@ -3,15 +3,14 @@
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use fem::{CurvePoint, Fields, Observer, Problem, vtu};
+use fem::{CurvePoint, Fields, Observer, vtu};
 
 use super::WorkflowError;
-use super::mesh::grain_parts;
+use super::damage_of::damage_of;
 use super::segment::write_picture;
 use super::simulator::Simulator;
 use super::task::Task;
 use crate::progress::Bar;
-use crate::report::{DamagedBody, damage_picture};
 
 /// The first state that is kept lies at this part of the displacement at the highest force.
 const EARLY: f64 = 0.5;
@@ -32,22 +31,13 @@ pub(super) fn write_fields(
     problem.run(&mut states);
     task.check_interrupt()?;
     let States { kept, .. } = states;
-    let tets = problem.linear_tets();
-    let grain = grain_of(&problem, tets.len());
     let (mut rows, mut steps) = (Vec::new(), Vec::new());
     for (name, point, fields) in &kept {
         let file = format!("map-{name}.vtu");
         problem.write_vtu(task.product(&format!("fields/{file}"))?, fields)?;
         steps.push((point.time_s, file));
         let picture = format!("fields/map-{name}.png");
-        let body = DamagedBody {
-            nodes: problem.nodes(),
-            tets: &tets,
-            grain: &grain,
-            displacement: &fields.displacement,
-            damage: &fields.damage,
-        };
-        write_picture(task, &picture, &damage_picture(&body))?;
+        write_picture(task, &picture, &damage_of(&problem, fields))?;
         let numbers = [point.time_s, point.displacement_mm, point.force_n].map(|x| x.to_string());
         rows.push(
             [name.to_string()].into_iter().chain(numbers).chain([picture]).collect::<Vec<_>>(),
@@ -74,13 +64,6 @@ fn moments(curve: &[CurvePoint]) -> Vec<(usize, &'static str)> {
         moments.push((last, "last"));
     }
     moments
-}
-
-/// How much of each linear tetrahedron of a problem is grain.
-fn grain_of(problem: &Problem, tets: usize) -> Vec<f64> {
-    let parts = grain_parts(problem.mesh());
-    let each = tets / parts.len().max(1);
-    parts.into_iter().flat_map(|part| std::iter::repeat_n(part, each)).collect()
 }
 
 /// Keeps the fields of some steps of a run, and ends it with the last of them.

@@ -11,6 +11,8 @@ use fem::{
 };
 
 use super::WorkflowError;
+use super::damage_of::damage_of;
+use super::effort_file::EffortFile;
 use super::files::write;
 use super::quadrature::quadrature_note;
 use super::resolution::resolution_note;
@@ -57,7 +59,8 @@ impl DeviceChoice {
 
 /// Runs the case's test and writes to `dir`, as the run goes on: `curve.csv`, the fields
 /// `fields/step-*.vtu` with their collection `fields.pvd` for ParaView, and `simulate.state`, from
-/// which the same command continues after an interruption, bit by bit; it is removed at the end.
+/// which the same command continues after an interruption, bit by bit; it is removed at the end. `effort.csv` says
+/// what each step took, `damage/step-*.png` shows the damage where the case asks for it.
 ///
 /// # Errors
 /// A mesh or a test that cannot be set up; a state of another case. A run that fails on its way is an
@@ -127,11 +130,12 @@ struct SimulationFiles<'a> {
     curve_path: PathBuf,
     /// Made with the first step, so that a run that is refused leaves the curve of the one before.
     curve: Option<CurveWriter>,
+    effort: EffortFile,
     steps: usize,
     /// Time (s) and file of each step whose fields are written.
     fields: Vec<(f64, String)>,
     /// The first file that could not be written; it ends the run.
-    failed: Option<FemError>,
+    failed: Option<WorkflowError>,
 }
 
 impl<'a> SimulationFiles<'a> {
@@ -147,8 +151,19 @@ impl<'a> SimulationFiles<'a> {
             std::fs::create_dir_all(&fields).map_err(|e| WorkflowError::results(&fields, e))?;
         }
         let bar = Bar::new("simulate");
-        let (curve, steps, fields, failed) = (None, 0, Vec::new(), None);
-        Ok(Self { file, simulator, dir, interrupt, bar, curve_path, curve, steps, fields, failed })
+        Ok(Self {
+            file,
+            simulator,
+            dir,
+            interrupt,
+            bar,
+            curve_path,
+            curve: None,
+            effort: EffortFile::new(dir),
+            steps: 0,
+            fields: Vec::new(),
+            failed: None,
+        })
     }
 
     fn curve(&mut self) -> Result<&mut CurveWriter, FemError> {
@@ -159,9 +174,15 @@ impl<'a> SimulationFiles<'a> {
         Ok(self.curve.insert(writer))
     }
 
-    fn add(&mut self, point: &CurvePoint, fields: Option<&Fields>) -> Result<(), FemError> {
+    fn add(&mut self, point: &CurvePoint, fields: Option<&Fields>) -> Result<(), WorkflowError> {
         self.steps += 1;
         self.curve()?.push(point)?;
+        let every = self.file.case.output.pictures_every as usize;
+        if let Some(fields) = fields.filter(|_| every > 0 && self.steps.is_multiple_of(every)) {
+            let path = self.dir.join(format!("damage/step-{:05}.png", self.steps));
+            let picture = damage_of(self.simulator.problem(), fields).to_png();
+            write(&path, &picture.map_err(|e| WorkflowError::io(&path, e))?)?;
+        }
         let every = self.file.case.output.fields_every as usize;
         if every > 0 && self.steps.is_multiple_of(every) {
             let name = format!("fields/step-{:05}.vtu", self.steps);
@@ -177,7 +198,7 @@ impl<'a> SimulationFiles<'a> {
         Ok(())
     }
 
-    fn list(&self) -> Result<(), FemError> {
+    fn list(&self) -> Result<(), WorkflowError> {
         if self.fields.is_empty() {
             return Ok(());
         }
@@ -185,7 +206,7 @@ impl<'a> SimulationFiles<'a> {
         Ok(vtu::write_pvd(self.dir.join("fields.pvd"), &steps)?)
     }
 
-    fn finish(mut self) -> Result<(), FemError> {
+    fn finish(mut self) -> Result<(), WorkflowError> {
         self.curve()?;
         self.failed.map_or(Ok(()), Err)
     }
@@ -194,6 +215,7 @@ impl<'a> SimulationFiles<'a> {
 impl Observer for SimulationFiles<'_> {
     fn step(&mut self, point: &CurvePoint, fields: &Fields) -> ControlFlow<()> {
         let written = self.add(point, Some(fields)).and_then(|()| self.list());
+        let written = written.and_then(|()| self.effort.push(self.steps, point));
         let state = format!(
             "step {}, {:.4} mm, {:.2} N, residual {:.1e}",
             self.steps, point.displacement_mm, point.force_n, point.residual
@@ -211,6 +233,7 @@ impl Observer for SimulationFiles<'_> {
 
     fn resumed(&mut self, curve: &[CurvePoint]) {
         self.bar.note(&format!("goes on after step {}", curve.len()));
+        self.effort.resumed(curve.len());
         let written = curve.iter().try_for_each(|point| self.add(point, None));
         self.failed = written.err();
     }

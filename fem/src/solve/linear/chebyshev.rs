@@ -17,20 +17,18 @@ pub(super) const MARGIN: f64 = 1.1;
 
 /// Improves x towards A x = b by a polynomial of the given degree.
 ///
-/// `residual` holds b − A x, and afterwards no longer does; `subtract(x, y)` is y ← y − A x and
-/// `scale(node, r)` the node's part of D⁻¹ r.
+/// `residual` holds b − A x, and afterwards no longer does; `step` is as long, whatever it holds;
+/// `subtract(x, y)` is y ← y − A x and `scale(node, r)` the node's part of D⁻¹ r.
 pub(super) fn smooth<T: RealField + Copy, const R: usize>(
     largest: f64,
     degree: usize,
     mut subtract: impl FnMut(&[[T; R]], &mut [[T; R]]),
     scale: impl Fn(usize, &[T; R]) -> [T; R] + Sync,
-    residual: &mut [[T; R]],
-    x: &mut [[T; R]],
+    [residual, step, x]: [&mut [[T; R]]; 3],
 ) {
-    let mut step = vec![[T::zero(); R]; x.len()];
     for (k, (momentum, weight)) in coefficients(largest, degree).enumerate() {
         if k > 0 {
-            subtract(&step, residual);
+            subtract(step, residual);
         }
         let (momentum, weight): (T, T) = (convert(momentum), convert(weight));
         let chunks = step.par_chunks_mut(CHUNK).zip(x.par_chunks_mut(CHUNK));
@@ -38,7 +36,8 @@ pub(super) fn smooth<T: RealField + Copy, const R: usize>(
             for (node, ((step, x), r)) in (CHUNK * chunk..).zip(step.iter_mut().zip(x).zip(r)) {
                 let scaled = scale(node, r);
                 for i in 0..R {
-                    step[i] = momentum * step[i] + weight * scaled[i];
+                    let before = if k == 0 { T::zero() } else { momentum * step[i] };
+                    step[i] = before + weight * scaled[i];
                     x[i] += step[i];
                 }
             }
@@ -66,25 +65,35 @@ pub(super) fn coefficients(largest: f64, degree: usize) -> impl Iterator<Item = 
 pub(super) fn largest_eigenvalue<T: RealField + Copy + Into<f64>, const R: usize>(
     nodes: usize,
     mut subtract: impl FnMut(&[[T; R]], &mut [[T; R]]),
-    scale: impl Fn(usize, &[T; R]) -> [T; R],
+    scale: impl Fn(usize, &[T; R]) -> [T; R] + Sync,
 ) -> f64 {
-    let norm = |v: &[[T; R]]| v.iter().flatten().map(|&v| v.into() * v.into()).sum::<f64>().sqrt();
+    let square = |v: &[[T; R]]| v.iter().flatten().map(|&v| v.into() * v.into()).sum::<f64>();
+    let norm = |v: &[[T; R]]| {
+        let parts: Vec<f64> = v.par_chunks(CHUNK).map(square).collect();
+        parts.iter().sum::<f64>().sqrt()
+    };
     // any start that is not orthogonal to the rough vectors; no random numbers needed
     let start = |node, k| convert((((node * R + k) as f64) * 1.7 + 0.3).sin());
-    let mut x: Vec<[T; R]> =
-        (0..nodes).map(|node| std::array::from_fn(|k| start(node, k))).collect();
-    let mut largest = 1.0;
+    let of_node = |node| std::array::from_fn(|k| start(node, k));
+    let mut x: Vec<[T; R]> = (0..nodes).into_par_iter().with_min_len(CHUNK).map(of_node).collect();
+    let mut y = vec![[T::zero(); R]; nodes];
+    let (mut largest, mut before) = (1.0, norm(&x));
     for _ in 0..POWER_STEPS {
-        let mut y = vec![[T::zero(); R]; nodes];
+        y.par_chunks_mut(CHUNK).for_each(|y| y.fill([T::zero(); R]));
         subtract(&x, &mut y);
-        y.iter_mut().enumerate().for_each(|(node, y)| *y = scale(node, y));
-        let (before, after) = (norm(&x), norm(&y));
+        y.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, y)| {
+            y.iter_mut().zip(CHUNK * chunk..).for_each(|(y, node)| *y = scale(node, y));
+        });
+        let after = norm(&y);
         if after == 0.0 || before == 0.0 {
             break;
         }
         largest = after / before;
         let normalise: T = convert(1.0 / after);
-        x = y.into_iter().map(|y| y.map(|v| normalise * v)).collect();
+        x.par_chunks_mut(CHUNK).zip(y.par_chunks(CHUNK)).for_each(|(x, y)| {
+            x.iter_mut().zip(y).for_each(|(x, y)| *x = y.map(|v| normalise * v));
+        });
+        before = norm(&x);
     }
     MARGIN * largest
 }
@@ -102,7 +111,8 @@ impl<const R: usize> Chebyshev<R> {
     pub(super) fn new(matrix: &BlockCsr<f64, R, R>) -> Self {
         let inverse = |row| matrix.diagonal(row).map_or([[0.0; R]; R], inverse);
         let narrow = |row| inverse(row).map(|r| r.map(|x| x as f32));
-        let inverse = (0..matrix.rows()).map(narrow).collect();
+        let rows = (0..matrix.rows()).into_par_iter().with_min_len(CHUNK);
+        let inverse = rows.map(narrow).collect();
         let mut this = Self { matrix: matrix.narrow(), inverse, largest: 1.0 };
         let subtract = |x: &[_], y: &mut [_]| this.subtract(x, y);
         this.largest = largest_eigenvalue(matrix.rows(), subtract, |row, r| this.scale(row, r));
@@ -122,6 +132,8 @@ impl<const R: usize> Chebyshev<R> {
     /// As [`smooth`] does.
     pub(super) fn smooth(&self, degree: usize, residual: &mut [[f32; R]], x: &mut [[f32; R]]) {
         let subtract = |x: &[_], y: &mut [_]| self.subtract(x, y);
-        smooth(self.largest, degree, subtract, |row, r| self.scale(row, r), residual, x);
+        let scale = |row, r: &[f32; R]| self.scale(row, r);
+        let mut step = vec![[0.0; R]; x.len()];
+        smooth(self.largest, degree, subtract, scale, [residual, &mut step, x]);
     }
 }

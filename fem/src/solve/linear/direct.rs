@@ -115,6 +115,7 @@ impl<'a> Direct<'a> {
             vectors: &InMemory,
             apply: &mut apply,
             precondition: &mut precondition,
+            flexible: None,
             weight,
         };
         solve(&mut system, definite, right, step, tolerance, limit)

@@ -1,10 +1,12 @@
 //! Block preconditioner of the four fields: multigrid for the displacement, Chebyshev steps for
 //! the damage, whose block is mostly mass. Positive definite where both blocks are.
 
+use rayon::prelude::*;
+
 use super::amg::Amg;
 use super::block_csr::BlockCsr;
 use super::chebyshev::Chebyshev;
-use super::vector::Nodal;
+use super::vector::{CHUNK, Nodal, by_node, largest};
 use crate::operator::Tangent;
 
 /// Degree of the polynomial in the damage block.
@@ -29,25 +31,27 @@ impl FieldSplit {
         let (scale, right) = narrow::<3>(r, 0);
         let mut x = vec![[0.0; 3]; r.len()];
         self.displacement.cycle(&right, &mut x);
-        for (z, x) in z.iter_mut().zip(&x) {
+        z.par_iter_mut().with_min_len(CHUNK).zip(&x).for_each(|(z, x)| {
             *z = [0, 1, 2, 0].map(|k| scale * f64::from(x[k]));
             z[3] = 0.0;
-        }
+        });
         if let Some(damage) = &self.damage {
             let (scale, mut residual) = narrow::<1>(r, 3);
             let mut x = vec![[0.0]; r.len()];
             damage.smooth(DEGREE, &mut residual, &mut x);
-            z.iter_mut().zip(&x).for_each(|(z, x)| z[3] = scale * f64::from(x[0]));
+            let z = z.par_iter_mut().with_min_len(CHUNK);
+            z.zip(&x).for_each(|(z, x)| z[3] = scale * f64::from(x[0]));
         }
     }
 }
 
 /// The fields from `first` on in single precision, and their scale.
 fn narrow<const R: usize>(r: &[Nodal], first: usize) -> (f64, Vec<[f32; R]>) {
-    let largest = r.iter().flat_map(|r| &r[first..first + R]).fold(0.0f64, |m, v| m.max(v.abs()));
-    let scale = if largest > 0.0 { largest } else { 1.0 };
+    let of_node = |r: &Nodal| r[first..first + R].iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let most = largest(r, of_node);
+    let scale = if most > 0.0 { most } else { 1.0 };
     let part = |r: &Nodal| std::array::from_fn(|k| (r[first + k] / scale) as f32);
-    (scale, r.iter().map(part).collect())
+    (scale, by_node(r, part))
 }
 
 /// The block of the fields from `first` on; constrained values get a unit row and column.
@@ -57,22 +61,32 @@ fn fields<const R: usize>(
     first: usize,
 ) -> BlockCsr<f64, R, R> {
     let graph = &tangent.pattern.graph;
-    let mut block = Vec::with_capacity(tangent.blocks.len());
-    for (row, of_row) in free.iter().enumerate() {
-        for (place, &column) in (graph.start[row] as usize..).zip(graph.of(row)) {
-            let of_column = &free[column as usize];
-            let entries = &tangent.blocks[place];
-            block.push(std::array::from_fn(|i| {
-                std::array::from_fn(|j| {
-                    if of_row[first + i] && of_column[first + j] {
-                        entries[first + i][first + j]
-                    } else {
-                        f64::from(row == column as usize && i == j)
-                    }
-                })
-            }));
-        }
+    let entry = |row: usize, column: u32, entries: &[[f64; 4]; 4]| -> [[f64; R]; R] {
+        let (of_row, of_column) = (&free[row], &free[column as usize]);
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                if of_row[first + i] && of_column[first + j] {
+                    entries[first + i][first + j]
+                } else {
+                    f64::from(row == column as usize && i == j)
+                }
+            })
+        })
+    };
+    let mut block = vec![[[0.0; R]; R]; tangent.blocks.len()];
+    let mut rows = Vec::with_capacity(free.len());
+    let mut rest = block.as_mut_slice();
+    for row in 0..free.len() {
+        let (of_row, next) = rest.split_at_mut(graph.of(row).len());
+        rows.push(of_row);
+        rest = next;
     }
+    rows.into_par_iter().with_min_len(CHUNK).enumerate().for_each(|(row, blocks)| {
+        let entries = &tangent.blocks[graph.start[row] as usize..];
+        for ((block, entries), &column) in blocks.iter_mut().zip(entries).zip(graph.of(row)) {
+            *block = entry(row, column, entries);
+        }
+    });
     BlockCsr {
         columns: graph.nodes(),
         start: graph.start.clone(),

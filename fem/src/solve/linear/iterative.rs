@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use super::field_split::FieldSplit;
-use super::krylov::{Ending, Stop, System, solve};
+use super::krylov::{Ending, Stop, System, few_steps, solve};
 use super::on_device::OnDevice;
 use super::quadratic::QuadraticLevel;
 use super::vector::{InMemory, Nodal, mask, weights};
@@ -18,6 +18,8 @@ use crate::operator::{Coupling, Increment, Operator, Tangent};
 const LIMIT: u32 = 300;
 /// A hierarchy is made again when a solution takes this many times the iterations of the first.
 const WORN: f64 = 1.6;
+/// Tangents behind one of negative curvature with which conjugate gradients are not tried: as a rule these have it too.
+const INDEFINITE: u32 = 8;
 /// Residual that a solution may have kept when the iterations are used up.
 const USELESS: f64 = 0.1;
 
@@ -39,9 +41,13 @@ pub(crate) struct Iterative<'a> {
     first: Option<u32>,
     free: Vec<[bool; 4]>,
     weight: Vec<Nodal>,
+    /// The same for the tangent of the linear functions.
+    linear_weight: Vec<Nodal>,
     coupling: Coupling,
     /// Whether conjugate gradients may be tried: no negative curvature of this tangent was met.
     definite: bool,
+    /// Further tangents that are taken to be indefinite.
+    indefinite: u32,
 }
 
 impl<'a> Iterative<'a> {
@@ -63,8 +69,10 @@ impl<'a> Iterative<'a> {
             first: None,
             free: Vec::new(),
             weight: Vec::new(),
+            linear_weight: Vec::new(),
             coupling: Coupling::Full,
             definite: true,
+            indefinite: 0,
         }
     }
 
@@ -103,6 +111,7 @@ impl<'a> Iterative<'a> {
         }
         let vertices = self.points.len();
         let split = FieldSplit::new(&self.tangent, &self.points, &self.free[..vertices]);
+        self.linear_weight = weights(&self.tangent.diagonal(), &self.free[..vertices]);
         let weight = std::mem::take(&mut self.weight);
         let sent = self.attempt(|device, level| device.renew(level, &weight, &split));
         self.weight = weight;
@@ -126,7 +135,8 @@ impl<'a> Iterative<'a> {
             let failed = Ending { stop: Stop::Broken, iterations: 0, residual: 1.0 };
             return ending.unwrap_or(failed);
         }
-        let Self { tangent, quadratic, split, free, weight, definite, .. } = self;
+        let Self { tangent, quadratic, split, free, weight, linear_weight, definite, .. } = self;
+        let (tangent, has_levels) = (&*tangent, quadratic.is_some());
         let split = split.as_ref().expect("the hierarchy is made before it is used");
         let quadratic = std::cell::RefCell::new(quadratic.as_mut());
         let mut apply = |x: &[Nodal], y: &mut [Nodal]| match quadratic.borrow_mut().as_mut() {
@@ -139,14 +149,42 @@ impl<'a> Iterative<'a> {
         let mut precondition = |r: &[Nodal], z: &mut [Nodal]| {
             cycle(quadratic.borrow_mut().as_deref_mut(), split, free, r, z);
         };
+        // the split knows nothing of what couples the fields, which is what makes a tangent indefinite
+        let linear_free = &free[..self.points.len()];
+        let mut flexible = |r: &[Nodal], z: &mut [Nodal]| {
+            let mut apply = |x: &[Nodal], y: &mut [Nodal]| {
+                tangent.multiply(x, y);
+                mask(linear_free, y);
+            };
+            let mut precondition = |r: &[Nodal], z: &mut [Nodal]| {
+                split.apply(r, z);
+                mask(linear_free, z);
+            };
+            let mut system = System {
+                vectors: &InMemory,
+                apply: &mut apply,
+                precondition: &mut precondition,
+                flexible: None,
+                weight: linear_weight,
+            };
+            if let Some(quadratic) = quadratic.borrow_mut().as_mut() {
+                quadratic.precondition(r, z, |r, z| few_steps(&mut system, r, z, coarse_steps()));
+                mask(free, z);
+            }
+        };
         let mut system = System {
             vectors: &InMemory,
             apply: &mut apply,
             precondition: &mut precondition,
+            flexible: (has_levels && coarse_steps() > 0).then_some(&mut flexible),
             weight,
         };
         solve(&mut system, definite, right, step, tolerance, LIMIT)
     }
+}
+
+fn coarse_steps() -> usize {
+    std::env::var("BI").ok().and_then(|x| x.parse().ok()).unwrap_or(4)
 }
 
 /// z ≈ A⁻¹ r by one cycle through the levels.
@@ -188,7 +226,8 @@ impl LinearSolver for Iterative<'_> {
         self.free = free.to_vec();
         self.weight = weights(&diagonal, free);
         self.fresh = false;
-        self.definite = symmetric;
+        self.definite = symmetric && self.indefinite == 0;
+        self.indefinite = self.indefinite.saturating_sub(1);
         let weight = std::mem::take(&mut self.weight);
         self.attempt(|device, level| {
             device.constrain(free, &weight, level.contact());
@@ -212,7 +251,11 @@ impl LinearSolver for Iterative<'_> {
                 self.renew();
                 effort.renewals += 1;
             }
+            let tried = self.definite;
             let ending = self.krylov(&masked, step, tolerance);
+            if tried && !self.definite {
+                self.indefinite = INDEFINITE;
+            }
             effort.iterations += ending.iterations;
             effort.residual = ending.residual;
             if ending.stop == Stop::Converged {

@@ -1,10 +1,10 @@
-//! Krylov methods on nodal vectors, wherever these are, each started from zero.
+//! Krylov methods on nodal vectors, wherever these are, started from zero.
 //!
 //! - conjugate gradients: symmetric positive definite (Hestenes & Stiefel 1952,
-//!   doi:10.6028/jres.049.044);
+//!   doi:10.6028/jres.049.044), flexible (Notay 2000, doi:10.1137/S1064827599362314);
 //! - flexible GMRES with restarts: anything (Saad 1993, doi:10.1137/0914028).
 
-use std::borrow::{Borrow, BorrowMut};
+use std::borrow::BorrowMut;
 
 use super::vector::Vectors;
 
@@ -16,6 +16,8 @@ pub(super) struct System<'a, V: Vectors> {
     pub(super) vectors: &'a V,
     pub(super) apply: &'a mut Map<'a, V>,
     pub(super) precondition: &'a mut Map<'a, V>,
+    /// A better preconditioner that need not be linear, if there is one.
+    pub(super) flexible: Option<&'a mut Map<'a, V>>,
     /// 1/|A_ii|, the weight of the norm in which residuals are measured, so that forces and damage
     /// count alike.
     pub(super) weight: &'a V::Vector,
@@ -25,6 +27,13 @@ impl<V: Vectors> System<'_, V> {
     /// The norm in which residuals are measured.
     fn norm(&self, r: &V::Vector) -> f64 {
         self.vectors.weighted_dot(self.weight, r, r).sqrt()
+    }
+
+    fn best_precondition(&mut self, r: &V::Vector, z: &mut V::Vector) {
+        match &mut self.flexible {
+            Some(flexible) => flexible(r, z),
+            None => (self.precondition)(r, z),
+        }
     }
 }
 
@@ -51,8 +60,12 @@ pub(super) struct Ending {
 
 /// Iterations between restarts of GMRES.
 const RESTART: usize = 40;
+/// Least tolerance with which GMRES keeps its vectors in single precision, two an iteration of a large system
+/// being more than all else.
+const COARSE: f64 = 1e-4;
 
-/// Conjugate gradients while the tangent is `definite`, and GMRES from where it turns out not to be.
+/// Conjugate gradients while the tangent is `definite`, and GMRES from where it turns out not to be: it goes on
+/// with what they have reached.
 pub(super) fn solve<V: Vectors>(
     system: &mut System<V>,
     definite: &mut bool,
@@ -70,8 +83,25 @@ pub(super) fn solve<V: Vectors>(
         *definite = false;
         spent = ending.iterations;
     }
-    let ending = gmres(system, right, x, tolerance, limit);
+    let start = if spent == 0 { Start::Zero } else { Start::Given };
+    let ending = gmres(system, right, x, start, tolerance, limit);
     Ending { iterations: spent + ending.iterations, ..ending }
+}
+
+/// x ≈ A⁻¹ b by a few steps of GMRES: a preconditioner that is not linear, for one that allows that.
+pub(super) fn few_steps<V: Vectors>(
+    system: &mut System<V>,
+    right: &V::Vector,
+    x: &mut V::Vector,
+    steps: usize,
+) {
+    /// Part of the right-hand side with which it is good enough.
+    const ENOUGH: f64 = 0.1;
+    system.vectors.clear(x);
+    let norm = system.norm(right);
+    if norm > 0.0 && arnoldi(system, right, norm, x, steps, ENOUGH * norm, true).is_err() {
+        (system.precondition)(right, x);
+    }
 }
 
 fn conjugate_gradients<V: Vectors>(
@@ -92,9 +122,9 @@ fn conjugate_gradients<V: Vectors>(
     if size == 0.0 {
         return ending(Stop::Converged, 0, 0.0);
     }
-    let (mut before, mut residual) = (0.0, 1.0);
+    let (mut before, mut step, mut residual) = (0.0, 0.0, 1.0);
     for iteration in 0..limit {
-        (system.precondition)(r, z);
+        system.best_precondition(r, z);
         let product = vectors.dot(r, z);
         if !product.is_finite() {
             return ending(Stop::Broken, iteration, residual);
@@ -102,13 +132,16 @@ fn conjugate_gradients<V: Vectors>(
         if product <= 0.0 {
             return ending(Stop::Indefinite, iteration, residual);
         }
-        vectors.scale_and_add(p, if iteration == 0 { 0.0 } else { product / before }, z);
+        // z · (r − the r before) in place of z · r: the same for a linear preconditioner, and what keeps
+        // directions conjugate for others
+        let share = if iteration == 0 { 0.0 } else { -step * vectors.dot(q, z) / before };
+        vectors.scale_and_add(p, share, z);
         (system.apply)(p, q);
         let curvature = vectors.dot(p, q);
         if curvature <= 0.0 {
             return ending(Stop::Indefinite, iteration, residual);
         }
-        let step = product / curvature;
+        step = product / curvature;
         vectors.add_scaled(x, step, p);
         vectors.add_scaled(r, -step, q);
         before = product;
@@ -123,68 +156,51 @@ fn conjugate_gradients<V: Vectors>(
     ending(Stop::Limit, limit, residual)
 }
 
+/// Where GMRES starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Start {
+    Zero,
+    /// At the x that is given, unless zero is nearer.
+    Given,
+}
+
 fn gmres<V: Vectors>(
     system: &mut System<V>,
     right: &V::Vector,
     x: &mut V::Vector,
+    start: Start,
     tolerance: f64,
     limit: u32,
 ) -> Ending {
     let vectors = system.vectors;
     let ending = |stop, iterations, residual| Ending { stop, iterations, residual };
-    vectors.clear(x);
-    let mut r = vectors.scaled(right, 1.0);
-    let r: &mut V::Vector = r.borrow_mut();
-    let size = system.norm(r);
+    let size = system.norm(right);
     if size == 0.0 {
+        vectors.clear(x);
         return ending(Stop::Converged, 0, 0.0);
     }
+    let mut r = vectors.zero(right);
+    let r: &mut V::Vector = r.borrow_mut();
+    let mut norm = f64::NAN;
+    if start == Start::Given {
+        (system.apply)(x, r);
+        vectors.scale_and_add(r, -1.0, right);
+        norm = system.norm(r);
+    }
+    if norm.is_nan() || norm >= size {
+        vectors.clear(x);
+        vectors.clear(r);
+        vectors.add_scaled(r, 1.0, right);
+        norm = size;
+    }
+    // the true residual decides at the end, so that what is kept in single precision costs no digits
+    let coarse = tolerance >= COARSE;
     let mut done = 0;
-    let mut norm = size;
     while done < limit {
         let rounds = RESTART.min((limit - done) as usize);
-        let mut basis = vec![vectors.scaled(r, 1.0 / norm)];
-        let mut directions: Vec<V::Owned> = Vec::new();
-        let mut hessenberg: Vec<Vec<f64>> = Vec::new();
-        let mut rotations: Vec<(f64, f64)> = Vec::new();
-        let mut g = vec![norm];
-        for j in 0..rounds {
-            let (mut z, mut w) = (vectors.zero(right), vectors.zero(right));
-            (system.precondition)(basis[j].borrow(), z.borrow_mut());
-            (system.apply)(z.borrow(), w.borrow_mut());
-            directions.push(z);
-            let mut column = Vec::with_capacity(j + 2);
-            for v in &basis {
-                let h = vectors.weighted_dot(system.weight, v.borrow(), w.borrow());
-                vectors.add_scaled(w.borrow_mut(), -h, v.borrow());
-                column.push(h);
-            }
-            let next = system.norm(w.borrow());
-            if !next.is_finite() {
-                return ending(Stop::Broken, done, norm / size);
-            }
-            for (i, &(c, s)) in rotations.iter().enumerate() {
-                let (a, b) = (column[i], column[i + 1]);
-                (column[i], column[i + 1]) = (c * a + s * b, c * b - s * a);
-            }
-            let rho = column[j].hypot(next);
-            if rho == 0.0 {
-                return ending(Stop::Broken, done, norm / size);
-            }
-            let (c, s) = (column[j] / rho, next / rho);
-            rotations.push((c, s));
-            column[j] = rho;
-            hessenberg.push(column);
-            g.push(-s * g[j]);
-            g[j] *= c;
-            done += 1;
-            if g[j + 1].abs() <= tolerance * size || next == 0.0 {
-                break;
-            }
-            basis.push(vectors.scaled(w.borrow(), 1.0 / next));
-        }
-        for (y, z) in back_substitution(&hessenberg, &g).into_iter().zip(&directions) {
-            vectors.add_scaled(x, y, z.borrow());
+        match arnoldi(system, r, norm, x, rounds, tolerance * size, coarse) {
+            Ok(iterations) => done += iterations,
+            Err(iterations) => return ending(Stop::Broken, done + iterations, norm / size),
         }
         (system.apply)(x, r);
         vectors.scale_and_add(r, -1.0, right);
@@ -201,6 +217,63 @@ fn gmres<V: Vectors>(
         norm = reached;
     }
     ending(Stop::Limit, done, norm / size)
+}
+
+/// Adds to x what at most `rounds` steps of GMRES make of a residual with this norm, fewer if that comes down to
+/// `target`; the number of steps, an error where something is not a number.
+fn arnoldi<V: Vectors>(
+    system: &mut System<V>,
+    residual: &V::Vector,
+    norm: f64,
+    x: &mut V::Vector,
+    rounds: usize,
+    target: f64,
+    coarse: bool,
+) -> Result<u32, u32> {
+    let vectors = system.vectors;
+    let [mut v, mut z, mut w] = [(); 3].map(|()| vectors.zero(residual));
+    let [v, z, w]: [&mut V::Vector; 3] = [&mut v, &mut z, &mut w].map(BorrowMut::borrow_mut);
+    let (mut basis, mut directions): (Vec<V::Kept>, Vec<V::Kept>) = (Vec::new(), Vec::new());
+    let mut hessenberg: Vec<Vec<f64>> = Vec::new();
+    let mut rotations: Vec<(f64, f64)> = Vec::new();
+    let mut g = vec![norm];
+    vectors.add_scaled(v, 1.0 / norm, residual);
+    for j in 0..rounds {
+        basis.push(vectors.keep(v, 1.0, coarse));
+        system.best_precondition(v, z);
+        (system.apply)(z, w);
+        directions.push(vectors.keep(z, 1.0, coarse));
+        let mut column = Vec::with_capacity(j + 2);
+        for v in &basis {
+            let h = vectors.weighted_dot_kept(system.weight, v, w);
+            vectors.add_kept(w, -h, v);
+            column.push(h);
+        }
+        let next = system.norm(w);
+        for (i, &(c, s)) in rotations.iter().enumerate() {
+            let (a, b) = (column[i], column[i + 1]);
+            (column[i], column[i + 1]) = (c * a + s * b, c * b - s * a);
+        }
+        let rho = column[j].hypot(next);
+        if !next.is_finite() || rho == 0.0 {
+            return Err(j as u32);
+        }
+        let (c, s) = (column[j] / rho, next / rho);
+        rotations.push((c, s));
+        column[j] = rho;
+        hessenberg.push(column);
+        g.push(-s * g[j]);
+        g[j] *= c;
+        if g[j + 1].abs() <= target || next == 0.0 {
+            break;
+        }
+        vectors.clear(v);
+        vectors.add_scaled(v, 1.0 / next, w);
+    }
+    for (y, z) in back_substitution(&hessenberg, &g).into_iter().zip(&directions) {
+        vectors.add_kept(x, y, z);
+    }
+    Ok(hessenberg.len() as u32)
 }
 
 /// y of R y = g, with the columns of R.

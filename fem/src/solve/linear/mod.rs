@@ -18,7 +18,7 @@ mod vector;
 
 pub(crate) use plan::LinearPlan;
 pub(crate) use vector::Nodal;
-pub(super) use vector::{add_scaled, mask, weighted_dot};
+pub(super) use vector::{CHUNK, add_scaled, mask, weighted_dot};
 
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment};

@@ -3,8 +3,10 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::chebyshev::{largest_eigenvalue, smooth};
-use super::vector::{Nodal, add_scaled, mask};
+use super::vector::{CHUNK, Nodal, mask};
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, NodeBlock, Operator, Product, Tangent};
 
@@ -15,10 +17,16 @@ pub(super) struct QuadraticLevel {
     matrix: FreeTangent,
     /// The vertices that each midpoint stands between; midpoints follow the vertices.
     parents: Arc<Vec<[u32; 2]>>,
+    /// The other way: where those of a vertex begin, and they themselves in increasing order.
+    first_child: Vec<u32>,
+    children: Vec<u32>,
     /// 1/|A_ii|, zero in constrained values.
     weight: Vec<Nodal>,
     /// Upper bound of the eigenvalues of the weighted tangent.
     largest: f64,
+    /// Vectors at work, kept since memory of their size is dear to get anew.
+    residual: Vec<Nodal>,
+    step: Vec<Nodal>,
 }
 
 /// The tangent on the values that are not constrained.
@@ -28,6 +36,8 @@ struct FreeTangent {
     /// What contact adds at nodes.
     contact: Vec<NodeBlock>,
     free: Vec<[bool; 4]>,
+    /// A x, while it is subtracted.
+    product_of_x: Vec<Nodal>,
 }
 
 impl FreeTangent {
@@ -49,9 +59,18 @@ impl FreeTangent {
 
     /// y ← y − A x.
     fn subtract(&mut self, x: &[Nodal], y: &mut [Nodal]) {
-        let mut product = vec![[0.0; 4]; x.len()];
-        self.multiply(x, &mut product);
-        add_scaled(y, -1.0, &product);
+        let mut product = std::mem::take(&mut self.product_of_x);
+        product.resize(x.len(), [0.0; 4]);
+        self.multiply_whole(x, &mut product);
+        let chunks = y.par_chunks_mut(CHUNK).zip(product.par_chunks(CHUNK));
+        chunks.zip(self.free.par_chunks(CHUNK)).for_each(|((y, product), free)| {
+            for ((y, product), free) in y.iter_mut().zip(product).zip(free) {
+                for k in 0..4 {
+                    y[k] -= if free[k] { product[k] } else { 0.0 };
+                }
+            }
+        });
+        self.product_of_x = product;
     }
 }
 
@@ -61,8 +80,19 @@ fn scaled(weight: &Nodal, r: &Nodal) -> Nodal {
 
 impl QuadraticLevel {
     pub(super) fn new(product: Box<dyn Product>, parents: Arc<Vec<[u32; 2]>>) -> Self {
-        let matrix = FreeTangent { product, contact: Vec::new(), free: Vec::new() };
-        Self { matrix, parents, weight: Vec::new(), largest: 1.0 }
+        let (contact, free, product_of_x) = (Vec::new(), Vec::new(), Vec::new());
+        let matrix = FreeTangent { product, contact, free, product_of_x };
+        let (first_child, children) = children(&parents);
+        Self {
+            matrix,
+            parents,
+            first_child,
+            children,
+            weight: Vec::new(),
+            largest: 1.0,
+            residual: Vec::new(),
+            step: Vec::new(),
+        }
     }
 
     pub(super) fn linearise(
@@ -151,36 +181,81 @@ impl QuadraticLevel {
         below: impl FnOnce(&[Nodal], &mut [Nodal]),
     ) {
         let vertices = r.len() - self.parents.len();
-        let mut residual = r.to_vec();
-        z.fill([0.0; 4]);
+        let mut residual = std::mem::take(&mut self.residual);
+        residual.resize(r.len(), [0.0; 4]);
+        copy(r, &mut residual);
+        z.par_chunks_mut(CHUNK).for_each(|z| z.fill([0.0; 4]));
         self.smooth(&mut residual, z);
-        residual.copy_from_slice(r);
+        copy(r, &mut residual);
         self.matrix.subtract(z, &mut residual);
-        let mut right = residual[..vertices].to_vec();
-        for (parents, r) in self.parents.iter().zip(&residual[vertices..]) {
-            for &p in parents {
-                (0..4).for_each(|k| right[p as usize][k] += 0.5 * r[k]);
-            }
-        }
-        mask(&self.matrix.free[..vertices], &mut right);
+        let right = self.restrict(&residual, vertices);
         let mut correction = vec![[0.0; 4]; vertices];
         below(&right, &mut correction);
-        let midpoint = |parents: &[u32; 2]| -> Nodal {
-            let [a, b] = parents.map(|p| &correction[p as usize]);
-            std::array::from_fn(|k| 0.5 * (a[k] + b[k]))
-        };
-        let midpoints: Vec<Nodal> = self.parents.iter().map(midpoint).collect();
-        correction.extend(midpoints);
-        mask(&self.matrix.free, &mut correction);
-        add_scaled(z, 1.0, &correction);
-        residual.copy_from_slice(r);
+        self.add_prolonged(&correction, z);
+        copy(r, &mut residual);
         self.matrix.subtract(z, &mut residual);
         self.smooth(&mut residual, z);
+        self.residual = residual;
+    }
+
+    /// Half of what belongs to a midpoint goes to each of its vertices.
+    fn restrict(&self, residual: &[Nodal], vertices: usize) -> Vec<Nodal> {
+        let (free, first, children) = (&self.matrix.free, &self.first_child, &self.children);
+        let of_vertex = |vertex: usize| {
+            let mut sum = residual[vertex];
+            for &midpoint in &children[first[vertex] as usize..first[vertex + 1] as usize] {
+                let r = &residual[vertices + midpoint as usize];
+                (0..4).for_each(|k| sum[k] += 0.5 * r[k]);
+            }
+            (0..4).for_each(|k| sum[k] = if free[vertex][k] { sum[k] } else { 0.0 });
+            sum
+        };
+        (0..vertices).into_par_iter().with_min_len(CHUNK).map(of_vertex).collect()
+    }
+
+    /// z ← z + P x; a midpoint has the mean of its vertices.
+    fn add_prolonged(&self, x: &[Nodal], z: &mut [Nodal]) {
+        let add = |z: &mut Nodal, free: &[bool; 4], x: Nodal| {
+            (0..4).for_each(|k| z[k] += if free[k] { x[k] } else { 0.0 });
+        };
+        let (on_vertices, on_midpoints) = z.split_at_mut(x.len());
+        let (of_vertices, of_midpoints) = self.matrix.free.split_at(x.len());
+        let vertices = on_vertices.par_iter_mut().with_min_len(CHUNK).zip(of_vertices);
+        vertices.zip(x).for_each(|((z, free), x)| add(z, free, *x));
+        let midpoints = on_midpoints.par_iter_mut().with_min_len(CHUNK).zip(of_midpoints);
+        midpoints.zip(&*self.parents).for_each(|((z, free), parents)| {
+            let [a, b] = parents.map(|p| &x[p as usize]);
+            add(z, free, std::array::from_fn(|k| 0.5 * (a[k] + b[k])));
+        });
     }
 
     fn smooth(&mut self, residual: &mut [Nodal], z: &mut [Nodal]) {
-        let Self { matrix, weight, largest, .. } = self;
+        let Self { matrix, weight, largest, step, .. } = self;
+        step.resize(z.len(), [0.0; 4]);
         let subtract = |x: &[Nodal], y: &mut [Nodal]| matrix.subtract(x, y);
-        smooth(*largest, DEGREE, subtract, |node, r| scaled(&weight[node], r), residual, z);
+        let scale = |node: usize, r: &Nodal| scaled(&weight[node], r);
+        smooth(*largest, DEGREE, subtract, scale, [residual, step, z]);
     }
+}
+
+fn copy(from: &[Nodal], to: &mut [Nodal]) {
+    let chunks = to.par_chunks_mut(CHUNK).zip(from.par_chunks(CHUNK));
+    chunks.for_each(|(to, from)| to.copy_from_slice(from));
+}
+
+/// The midpoints of each vertex, one after the other, and where those of each begin.
+fn children(parents: &[[u32; 2]]) -> (Vec<u32>, Vec<u32>) {
+    let vertices = parents.iter().flatten().max().map_or(0, |&v| v as usize + 1);
+    let mut first = vec![0u32; vertices + 1];
+    parents.iter().flatten().for_each(|&v| first[v as usize + 1] += 1);
+    (0..vertices).for_each(|v| first[v + 1] += first[v]);
+    let mut next = first.clone();
+    let mut children = vec![0u32; 2 * parents.len()];
+    for (midpoint, ends) in parents.iter().enumerate() {
+        for &v in ends {
+            children[next[v as usize] as usize] = midpoint as u32;
+            next[v as usize] += 1;
+        }
+    }
+    (first, children)
 }

@@ -31,26 +31,46 @@ pub(super) trait Vectors {
 
     /// y ← x + a y.
     fn scale_and_add(&self, y: &mut Self::Vector, a: f64, x: &Self::Vector);
+
+    /// A vector put aside for later sums; it may take less memory.
+    type Kept;
+
+    /// a x, put aside; `coarse`: seven digits of it are enough.
+    fn keep(&self, x: &Self::Vector, a: f64, coarse: bool) -> Self::Kept;
+
+    /// Σ w a b with a vector put aside.
+    fn weighted_dot_kept(&self, w: &Self::Vector, a: &Self::Kept, b: &Self::Vector) -> f64;
+
+    /// y ← y + a x with a vector put aside.
+    fn add_kept(&self, y: &mut Self::Vector, a: f64, x: &Self::Kept);
 }
 
 /// Vectors in the memory of this process.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct InMemory;
 
+/// A vector put aside, in double or in single precision.
+#[derive(Debug)]
+pub(super) enum Kept {
+    Whole(Vec<Nodal>),
+    Short(Vec<[f32; 4]>),
+}
+
 impl Vectors for InMemory {
     type Vector = [Nodal];
     type Owned = Vec<Nodal>;
+    type Kept = Kept;
 
     fn zero(&self, like: &[Nodal]) -> Vec<Nodal> {
         vec![[0.0; 4]; like.len()]
     }
 
     fn clear(&self, x: &mut [Nodal]) {
-        x.fill([0.0; 4]);
+        x.par_chunks_mut(CHUNK).for_each(|x| x.fill([0.0; 4]));
     }
 
     fn scaled(&self, x: &[Nodal], a: f64) -> Vec<Nodal> {
-        x.iter().map(|x| x.map(|v| a * v)).collect()
+        by_node(x, |x| x.map(|v| a * v))
     }
 
     fn dot(&self, a: &[Nodal], b: &[Nodal]) -> f64 {
@@ -68,21 +88,51 @@ impl Vectors for InMemory {
     fn scale_and_add(&self, y: &mut [Nodal], a: f64, x: &[Nodal]) {
         scale_and_add(y, a, x);
     }
+
+    fn keep(&self, x: &[Nodal], a: f64, coarse: bool) -> Kept {
+        match coarse {
+            true => Kept::Short(by_node(x, |x| x.map(|v| (a * v) as f32))),
+            false => Kept::Whole(self.scaled(x, a)),
+        }
+    }
+
+    fn weighted_dot_kept(&self, w: &[Nodal], a: &Kept, b: &[Nodal]) -> f64 {
+        match a {
+            Kept::Whole(a) => weighted_dot(w, a, b),
+            Kept::Short(a) => weighted_dot(w, a, b),
+        }
+    }
+
+    fn add_kept(&self, y: &mut [Nodal], a: f64, x: &Kept) {
+        match x {
+            Kept::Whole(x) => add_scaled(y, a, x),
+            Kept::Short(x) => add_scaled(y, a, x),
+        }
+    }
 }
 
 /// u_x, u_y, u_z, φ of a node.
 pub(crate) type Nodal = [f64; 4];
 
 /// Nodes a task works on: partial sums are taken over these, then added in order.
-pub(super) const CHUNK: usize = 4096;
+pub(in crate::solve) const CHUNK: usize = 4096;
+
+/// Something for every node.
+pub(super) fn by_node<A: Sync, B: Send>(x: &[A], of: impl Fn(&A) -> B + Sync + Send) -> Vec<B> {
+    x.par_iter().with_min_len(CHUNK).map(of).collect()
+}
 
 /// Σ w a b, the inner product with a diagonal weight.
-pub(in crate::solve) fn weighted_dot(w: &[Nodal], a: &[Nodal], b: &[Nodal]) -> f64 {
-    let part = |((w, a), b): ((&[Nodal], &[Nodal]), &[Nodal])| {
+pub(in crate::solve) fn weighted_dot<T: Copy + Into<f64> + Sync>(
+    w: &[Nodal],
+    a: &[[T; 4]],
+    b: &[Nodal],
+) -> f64 {
+    let part = |((w, a), b): ((&[Nodal], &[[T; 4]]), &[Nodal])| {
         let mut sum = [0.0; 4];
         for ((w, a), b) in w.iter().zip(a).zip(b) {
             for k in 0..4 {
-                sum[k] += w[k] * a[k] * b[k];
+                sum[k] += w[k] * a[k].into() * b[k];
             }
         }
         sum.iter().sum::<f64>()
@@ -108,11 +158,15 @@ pub(super) fn dot(a: &[Nodal], b: &[Nodal]) -> f64 {
 }
 
 /// y ← y + a x.
-pub(in crate::solve) fn add_scaled(y: &mut [Nodal], a: f64, x: &[Nodal]) {
+pub(in crate::solve) fn add_scaled<T: Copy + Into<f64> + Sync>(
+    y: &mut [Nodal],
+    a: f64,
+    x: &[[T; 4]],
+) {
     y.par_chunks_mut(CHUNK).zip(x.par_chunks(CHUNK)).for_each(|(y, x)| {
         for (y, x) in y.iter_mut().zip(x) {
             for k in 0..4 {
-                y[k] += a * x[k];
+                y[k] += a * x[k].into();
             }
         }
     });
@@ -131,25 +185,28 @@ pub(super) fn scale_and_add(y: &mut [Nodal], a: f64, x: &[Nodal]) {
 
 /// Sets the constrained values to zero.
 pub(in crate::solve) fn mask(free: &[[bool; 4]], x: &mut [Nodal]) {
-    for (x, free) in x.iter_mut().zip(free) {
-        for k in 0..4 {
-            x[k] = if free[k] { x[k] } else { 0.0 };
+    x.par_chunks_mut(CHUNK).zip(free.par_chunks(CHUNK)).for_each(|(x, free)| {
+        for (x, free) in x.iter_mut().zip(free) {
+            for k in 0..4 {
+                x[k] = if free[k] { x[k] } else { 0.0 };
+            }
         }
-    }
+    });
+}
+
+/// The largest of the numbers that `of` takes from every node, none below zero.
+pub(super) fn largest(x: &[Nodal], of: impl Fn(&Nodal) -> f64 + Sync) -> f64 {
+    let part = |x: &[Nodal]| x.iter().map(&of).fold(0.0, f64::max);
+    x.par_chunks(CHUNK).map(part).reduce(|| 0.0, f64::max)
 }
 
 /// 1/|A_ii| of the free values, zero in the others; vanishing pivots count as small ones.
 pub(super) fn weights(diagonal: &[Nodal], free: &[[bool; 4]]) -> Vec<Nodal> {
     const LEAST: f64 = 1e-8;
-    let mut most = [0.0f64; 4];
-    for d in diagonal {
-        for k in 0..4 {
-            most[k] = most[k].max(d[k].abs());
-        }
-    }
+    let most = [0, 1, 2, 3].map(|k| largest(diagonal, |d| d[k].abs()));
     let least = most.map(|m| if m > 0.0 { LEAST * m } else { 1.0 });
     let weight = |(d, free): (&Nodal, &[bool; 4])| {
         std::array::from_fn(|k| if free[k] { 1.0 / d[k].abs().max(least[k]) } else { 0.0 })
     };
-    diagonal.iter().zip(free).map(weight).collect()
+    diagonal.par_iter().zip(free).with_min_len(CHUNK).map(weight).collect()
 }

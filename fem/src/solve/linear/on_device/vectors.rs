@@ -89,6 +89,7 @@ impl DeviceVectors {
 impl Vectors for DeviceVectors {
     type Vector = Array<f64>;
     type Owned = Array<f64>;
+    type Kept = Array<f64>;
 
     fn zero(&self, like: &Array<f64>) -> Array<f64> {
         self.zeros(like.len())
@@ -123,5 +124,17 @@ impl Vectors for DeviceVectors {
 
     fn scale_and_add(&self, y: &mut Array<f64>, a: f64, x: &Array<f64>) {
         self.launch("scale_and_add", x.len(), &[Argument::Real(a), x.argument(), y.argument()]);
+    }
+
+    fn keep(&self, x: &Array<f64>, a: f64, _: bool) -> Array<f64> {
+        self.scaled(x, a)
+    }
+
+    fn weighted_dot_kept(&self, w: &Array<f64>, a: &Array<f64>, b: &Array<f64>) -> f64 {
+        self.weighted_dot(w, a, b)
+    }
+
+    fn add_kept(&self, y: &mut Array<f64>, a: f64, x: &Array<f64>) {
+        self.add_scaled(y, a, x);
     }
 }

@@ -1,0 +1,23 @@
+//! The picture of the damage in a simulated body.
+
+use fem::{Fields, Problem};
+
+use super::mesh::grain_parts;
+use crate::report::{DamagedBody, Raster, damage_picture};
+
+/// The specimen cut open, with the damage of these fields.
+pub(super) fn damage_of(problem: &Problem, fields: &Fields) -> Raster {
+    let tets = problem.linear_tets();
+    // an element of higher order is several linear tetrahedra
+    let parts = grain_parts(problem.mesh());
+    let each = tets.len() / parts.len().max(1);
+    let grain: Vec<f64> =
+        parts.into_iter().flat_map(|part| std::iter::repeat_n(part, each)).collect();
+    damage_picture(&DamagedBody {
+        nodes: problem.nodes(),
+        tets: &tets,
+        grain: &grain,
+        displacement: &fields.displacement,
+        damage: &fields.damage,
+    })
+}

@@ -1,0 +1,93 @@
+//! What the load steps of a simulation took, in a file that sittings write to one after another.
+
+use std::path::{Path, PathBuf};
+
+use fem::CurvePoint;
+
+use super::WorkflowError;
+use super::files::write;
+
+const HEADER: &str = "step,newton,linear,processor_s,memory_GB";
+
+/// `effort.csv`: a row for each load step with its Newton and linear iterations, the processor seconds since the
+/// step before it (or since the program was started, which the first step of each sitting has with the set-up), and
+/// the most memory that the program has held so far. The last two are of the machine, not of the result, and
+/// empty where the system does not tell them.
+pub(super) struct EffortFile {
+    path: PathBuf,
+    rows: Vec<String>,
+    before_s: f64,
+}
+
+impl EffortFile {
+    pub(super) fn new(dir: &Path) -> Self {
+        Self { path: dir.join("effort.csv"), rows: Vec::new(), before_s: 0.0 }
+    }
+
+    /// Takes over what earlier sittings wrote of the steps that are not taken again.
+    pub(super) fn resumed(&mut self, steps: usize) {
+        let text = std::fs::read_to_string(&self.path).unwrap_or_default();
+        self.rows = text.lines().skip(1).take(steps).map(str::to_owned).collect();
+    }
+
+    /// Adds a step and writes the file.
+    pub(super) fn push(&mut self, step: usize, point: &CurvePoint) -> Result<(), WorkflowError> {
+        let spent = processor_s();
+        let seconds = spent.map_or(String::new(), |s| format!("{:.2}", s - self.before_s));
+        let memory = peak_memory_gb().map_or(String::new(), |gb| format!("{gb:.3}"));
+        self.before_s = spent.unwrap_or(0.0);
+        let CurvePoint { newton, linear, .. } = point;
+        self.rows.push(format!("{step},{newton},{linear},{seconds},{memory}"));
+        let text = format!("{HEADER}\n{}\n", self.rows.join("\n"));
+        write(&self.path, text.as_bytes())
+    }
+}
+
+/// Processor seconds of all threads of this process, those that have ended too.
+fn processor_s() -> Option<f64> {
+    const TICKS_PER_S: f64 = 100.0;
+    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // behind the name, which may hold blanks
+    let mut fields = text.rsplit(')').next()?.split_whitespace().skip(11);
+    let [user, system] = [fields.next()?, fields.next()?].map(|x| x.parse::<f64>().ok());
+    Some((user? + system?) / TICKS_PER_S)
+}
+
+/// The most memory that this process has held.
+fn peak_memory_gb() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: f64 = line.split_whitespace().next()?.parse().ok()?;
+    Some(1024.0 * kilobytes / 1e9)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_later_sitting_goes_on_behind_the_steps_that_it_keeps() {
+        let dir = tempfile::tempdir().unwrap();
+        let point = |newton| CurvePoint { newton, linear: 2 * newton, ..CurvePoint::default() };
+        let mut first = EffortFile::new(dir.path());
+        (1..=3).for_each(|step| first.push(step, &point(step as u32)).unwrap());
+        let mut second = EffortFile::new(dir.path());
+        second.resumed(2);
+        second.push(3, &point(7)).unwrap();
+        let text = std::fs::read_to_string(dir.path().join("effort.csv")).unwrap();
+        let rows: Vec<Vec<&str>> = text.lines().map(|l| l.split(',').collect()).collect();
+        assert_eq!(rows[0].join(","), HEADER);
+        assert_eq!(
+            rows[1..].iter().map(|r| r[..3].join(",")).collect::<Vec<_>>(),
+            ["1,1,2", "2,2,4", "3,7,14"]
+        );
+        for row in &rows[1..] {
+            assert_eq!(row.len(), 5);
+            if cfg!(target_os = "linux") {
+                assert!(row[3].parse::<f64>().unwrap() >= 0.0, "{row:?}");
+                let memory: f64 = row[4].parse().unwrap();
+                assert!(memory > 0.001 && memory < 1000.0, "{row:?}");
+            }
+        }
+    }
+}
