@@ -13,7 +13,7 @@ const CASE: &str = r#"
 radius_mm = 2.5
 height_mm = 4.4
 spacing_mm = 1.1
-order = "quadratic"
+order = 2
 [material.matrix]
 young_mpa = 275.0
 poisson = 0.25

@@ -65,6 +65,13 @@ fn count(bytes: usize) -> i32 {
     i32::try_from(bytes).expect("messages of MPI stay below 2 GiB")
 }
 
+/// An empty message at an address of its own: that of an empty `Vec` is the one by which Open MPI knows
+/// MPI_IN_PLACE.
+fn placed(message: &[u8]) -> &[u8] {
+    static SOMEWHERE: [u8; 8] = [0; 8];
+    if message.is_empty() { &SOMEWHERE[4..4] } else { message }
+}
+
 impl Communicator for Mpi {
     fn rank(&self) -> usize {
         self.rank
@@ -78,10 +85,11 @@ impl Communicator for Mpi {
         let world = SimpleCommunicator::world();
         let process = |rank: usize| world.process_at_rank(rank as i32);
         mpi::request::scope(|scope| {
-            let send =
-                |(rank, message)| WaitGuard::from(process(rank).immediate_send(scope, message));
-            let sends: Vec<_> =
-                messages.iter().map(|(rank, message)| send((*rank, &message[..]))).collect();
+            let mut sends = Vec::with_capacity(messages.len());
+            for (rank, message) in &messages {
+                let send = process(*rank).immediate_send(scope, placed(message));
+                sends.push(WaitGuard::from(send));
+            }
             // messages between two processes come in the order in which they were sent
             let received =
                 messages.iter().map(|(rank, _)| process(*rank).receive_vec::<u8>().0).collect();
@@ -100,9 +108,12 @@ impl Communicator for Mpi {
             places.push(count(total));
             total += each as usize;
         }
+        if total == 0 {
+            return vec![Vec::new(); self.size];
+        }
         let mut all = vec![0u8; total];
         let mut partition = PartitionMut::new(&mut all[..], &counts[..], &places[..]);
-        world.all_gather_varcount_into(own, &mut partition);
+        world.all_gather_varcount_into(placed(own), &mut partition);
         let of = |(&place, &each): (&i32, &i32)| all[place as usize..][..each as usize].to_vec();
         places.iter().zip(&counts).map(of).collect()
     }

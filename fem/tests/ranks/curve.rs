@@ -76,7 +76,7 @@ fn any_number_of_ranks_takes_the_same_steps_past_the_peak() {
         let last = alone.curve.last().expect("a point").force_n;
         assert!(last < 0.8 * peak(&alone).1, "{order:?}: {last}");
         for &count in counts {
-            let all = on_ranks(count, &run);
+            let all = on_ranks(count, run);
             for shared in &all {
                 assert_same(&alone, shared);
                 // the same bits on every rank

@@ -13,7 +13,7 @@ use fem::{
 /// A history at the points of elements, or bounds at nodes: both are carried from step to step.
 fn with_memory(irreversibility: Irreversibility, platens: Platens, ranks: Ranks) -> Problem {
     let field = PhaseField { irreversibility, ..phase_field(Split::None) };
-    loading(0.3, 1.0, 8)
+    loading(0.2, 1.0, 8)
         .platens(platens)
         .builder(prism(2, true))
         .expect("a specimen")

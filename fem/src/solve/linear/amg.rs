@@ -148,10 +148,11 @@ fn coarsen<const R: usize>(
             }
         }
     }
-    let prolong = with_ghosts(&prolong, halo);
+    let prolong = with_ghosts(prolong, halo);
     let nodes = CoarseNodes::new(ranks, first, &prolong);
     let prolong = nodes.localise(prolong);
-    let mut coarse = prolong.transpose().multiply(&matrix.multiply(&prolong));
+    let transposed = prolong.transpose();
+    let mut coarse = transposed.multiply(&matrix.multiply(&prolong));
     let whole = diagonal_blocks(&coarse, &nodes.halo);
     for row in 0..count {
         let range = coarse.start[row] as usize..coarse.start[row + 1] as usize;
@@ -164,7 +165,11 @@ fn coarsen<const R: usize>(
             }
         }
     }
-    let restrict = prolong.first_rows(own).transpose().narrow();
+    // every node is restricted by the rank that it belongs to
+    let restrict = match ranks.is_alone() {
+        true => transposed.narrow(),
+        false => prolong.first_rows(own).transpose().narrow(),
+    };
     let below = Arc::clone(&nodes.halo);
     let level = Level { smoother, prolong: prolong.narrow(), restrict, below };
     (level, Coarser { matrix: coarse, modes: coarse_modes, nodes })
@@ -180,7 +185,7 @@ fn product<const R: usize>(
     if halo.ranks().is_alone() {
         return matrix.multiply(own);
     }
-    let all = with_ghosts(own, halo);
+    let all = with_ghosts(own.clone(), halo);
     let nodes = CoarseNodes::new(halo.ranks(), first.to_vec(), &all);
     let mut partial = matrix.multiply(&nodes.localise(all));
     let numbers = nodes.numbers();

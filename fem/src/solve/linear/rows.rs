@@ -49,27 +49,26 @@ fn exchange<'a, const R: usize, const C: usize>(
 
 /// The own rows with those of the ghosts behind them.
 pub(super) fn with_ghosts<const R: usize, const C: usize>(
-    own: &Rows<R, C>,
+    mut rows: Rows<R, C>,
     halo: &Halo,
 ) -> Rows<R, C> {
-    let received = exchange(halo, own, |n| &halo.neighbours()[n].lent);
+    let received = exchange(halo, &rows, |n| &halo.neighbours()[n].lent);
     // the message and the place in it of each ghost, and where the row begins there
     let mut ghosts: Vec<(u32, usize, usize, usize)> = Vec::new();
-    for (message, (neighbour, rows)) in halo.neighbours().iter().zip(&received).enumerate() {
+    for (message, (neighbour, their)) in halo.neighbours().iter().zip(&received).enumerate() {
         let mut begin = 0;
-        for (&ghost, &length) in neighbour.ghosts.iter().zip(&rows.lengths) {
+        for (&ghost, &length) in neighbour.ghosts.iter().zip(&their.lengths) {
             ghosts.push((ghost, message, begin, begin + length as usize));
             begin += length as usize;
         }
     }
     ghosts.sort_unstable();
-    let mut all = own.clone();
     for (_, message, begin, end) in ghosts {
-        all.column.extend_from_slice(&received[message].columns[begin..end]);
-        all.block.extend_from_slice(&received[message].blocks[begin..end]);
-        all.start.push(all.column.len() as u32);
+        rows.column.extend_from_slice(&received[message].columns[begin..end]);
+        rows.block.extend_from_slice(&received[message].blocks[begin..end]);
+        rows.start.push(rows.column.len() as u32);
     }
-    all
+    rows
 }
 
 /// The own rows of a sum to which the rows of every rank are a part, ghosts included.
