@@ -8,7 +8,7 @@ use crate::element::{DamageRule, Domain, Linear, Order, Quadratic, Space, Tetrah
 use crate::error::FemError;
 use crate::material::{CrackDensity, DamageQuadrature, MOST_GRAIN, PhaseField};
 use crate::mesh::TetMesh;
-use crate::operator::{Assembly, Operator, Unknowns};
+use crate::operator::{Assembly, DeviceAssembly, Operator, Unknowns};
 use crate::solve::LinearPlan;
 
 /// Space, boundary conditions, unknowns and what the linear solver needs, shared by runs.
@@ -58,14 +58,14 @@ impl Discretisation {
             parts.options.linear,
             parts.device.as_ref(),
         )?;
-        Ok(Self {
-            operator: Arc::new(Assembly::new(space).homogenised(parts.homogenisation)),
-            unknowns,
-            linear,
-            boundary,
-            carries_damage,
-            damaged,
-        })
+        let assembly = Assembly::new(space).homogenised(parts.homogenisation);
+        let operator: Arc<dyn Operator> = match &parts.device {
+            Some(device) if linear.is_on_device() => {
+                Arc::new(DeviceAssembly::new(assembly, device.clone()))
+            }
+            _ => Arc::new(assembly),
+        };
+        Ok(Self { operator, unknowns, linear, boundary, carries_damage, damaged })
     }
 
     /// The same space, with what the linear solver knows of it, under the parts' conditions.

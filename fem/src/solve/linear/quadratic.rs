@@ -104,7 +104,7 @@ impl QuadraticLevel {
     }
 
     /// The tangent of the level below.
-    pub(super) fn add_linear(&self, out: &mut Tangent) {
+    pub(super) fn add_linear(&mut self, out: &mut Tangent) {
         out.clear();
         self.matrix.product.add_linear(out);
         // a midpoint's values are the mean of its vertices'
