@@ -6,7 +6,7 @@ use super::cell_stress::CellStress;
 use super::layout::LANES;
 use super::pattern::Tangent;
 use super::residual::{Increment, Residual, Shift};
-use crate::device::{Array, DeviceError};
+use crate::device::{Argument, Array, DeviceError};
 use crate::element::Domain;
 use crate::material::Inverted;
 use crate::parallel::Part;
@@ -66,6 +66,21 @@ pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
 
     /// What this rank has of the mesh.
     fn part(&self) -> &Arc<Part>;
+
+    /// The same equations on a device, if they are on one.
+    fn on_device(&self) -> Option<&dyn EquationsOnDevice> {
+        None
+    }
+}
+
+/// Equations on the device that has the product with their tangent.
+pub(crate) trait EquationsOnDevice {
+    /// Writes the numbers of the tangent with both fields coupled into the product's, kind by kind of its
+    /// elements. `None`: not there, and the processor has to.
+    fn linearise(&self, increment: &Increment, data: &[Argument]) -> Option<Result<(), Inverted>>;
+
+    /// Why the device is no longer used, if it has failed.
+    fn lost(&self) -> Option<DeviceError>;
 }
 
 /// A product with vectors that are on a device.
@@ -92,7 +107,7 @@ pub(crate) trait Product: std::fmt::Debug + Send {
 
     /// Adds the tangent of the linear functions on the same elements, whose nodes are the first
     /// four of each element: the level below quadratic elements.
-    fn add_linear(&self, out: &mut Tangent);
+    fn add_linear(&mut self, out: &mut Tangent);
 
     /// The same product on a device, if it is on one.
     fn on_device(&mut self) -> Option<&mut dyn AppliedOnDevice> {

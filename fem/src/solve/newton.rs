@@ -79,7 +79,16 @@ const LINEAR_TOLERANCE: f64 = 1e-2;
 impl<'a, E: External> Solver<'a, E> {
     /// Where linear systems are solved, in words.
     pub(crate) fn machine(&self) -> String {
-        self.linear.machine()
+        let lost = self.operator.on_device().and_then(|equations| equations.lost());
+        let machine = self.linear.machine();
+        match lost {
+            Some(error) if self.linear.is_on_device() => {
+                format!(
+                    "{machine}, residuals by the processor since the device failed there: {error}"
+                )
+            }
+            _ => machine,
+        }
     }
 
     pub(crate) fn new(

@@ -280,6 +280,10 @@ impl LinearSolver for Iterative<'_> {
         &self.weight
     }
 
+    fn is_on_device(&self) -> bool {
+        self.device.is_some()
+    }
+
     fn machine(&self) -> String {
         match (&self.device, &self.lost) {
             (Some(device), _) => device.name().to_string(),

@@ -58,6 +58,11 @@ pub(crate) trait LinearSolver: Send {
     /// 1/|A_ii| of the values that are solved for, zero in the others: the weight of the norm.
     fn weight(&self) -> &[Nodal];
 
+    /// Whether the systems are solved on a device.
+    fn is_on_device(&self) -> bool {
+        false
+    }
+
     /// Where the systems are solved, in words.
     fn machine(&self) -> String {
         "the processor".into()

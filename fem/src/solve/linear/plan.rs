@@ -114,6 +114,11 @@ impl LinearPlan {
         Self::Multigrid { pattern, vertices, parents: Arc::new(parents), device: None }
     }
 
+    /// Whether systems are solved on a device.
+    pub(crate) fn is_on_device(&self) -> bool {
+        matches!(self, Self::Multigrid { device: Some(_), .. })
+    }
+
     /// Entries of the factor; zero for an iterative solver.
     pub(crate) fn fill(&self) -> usize {
         match self {

@@ -114,7 +114,7 @@ impl QuadraticLevel {
     }
 
     /// The tangent of the level below, or this rank's part of it.
-    pub(super) fn add_linear(&self, out: &mut Tangent) {
+    pub(super) fn add_linear(&mut self, out: &mut Tangent) {
         out.clear();
         self.matrix.product.add_linear(out);
         // a midpoint's values are the mean of its vertices'
