@@ -1,9 +1,12 @@
 //! How far an iterate is from equilibrium.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::linear::CHUNK;
 use crate::operator::Residual;
+use crate::parallel::Halo;
 
 /// Which equations an iteration acts on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,9 +37,14 @@ pub(crate) struct Norms {
 
 impl Norms {
     /// What a bound holds is a reaction: of the `unknown` values it leaves the `free` ones.
-    pub(super) fn of(residual: &Residual, unknown: &[[bool; 4]], free: &[[bool; 4]]) -> Self {
-        let part = |nodes: std::ops::Range<usize>| {
-            let [mut force, mut damage, mut reaction, mut drive] = [0.0; 4];
+    pub(super) fn of(
+        residual: &Residual,
+        unknown: &[[bool; 4]],
+        free: &[[bool; 4]],
+        halo: &Halo,
+    ) -> Self {
+        let part = |nodes: Range<usize>| {
+            let [mut force, mut reaction, mut damage, mut drive] = [0.0; 4];
             for n in nodes {
                 let (nodal, d, unknown, free) =
                     (&residual.nodal[n], residual.drive[n], &unknown[n], &free[n]);
@@ -54,15 +62,23 @@ impl Norms {
                     drive += d * d;
                 }
             }
-            [force, damage, reaction, drive]
+            [force, reaction, damage, drive]
         };
         let nodes = residual.nodal.len();
-        let firsts = (0..nodes.div_ceil(CHUNK)).into_par_iter().map(|chunk| CHUNK * chunk);
-        let parts: Vec<[f64; 4]> =
-            firsts.map(|first| part(first..nodes.min(first + CHUNK))).collect();
-        let sum = |k: usize| parts.iter().map(|part| part[k]).sum::<f64>();
-        let [force, damage] = [sum(0), sum(1)];
-        let [reaction, drive] = [residual.external[0] + sum(2), residual.external[1] + sum(3)];
+        let own = match halo.ranks().is_alone() {
+            true => vec![0..nodes],
+            false => halo.own(nodes).to_vec(),
+        };
+        let pieces = own.into_iter().flat_map(|own| {
+            own.clone().step_by(CHUNK).map(move |first| first..own.end.min(first + CHUNK))
+        });
+        let pieces: Vec<Range<usize>> = pieces.collect();
+        let parts: Vec<[f64; 4]> = pieces.into_par_iter().map(part).collect();
+        let [reaction, drive] = residual.external;
+        let mut squares = [0.0, reaction, 0.0, drive];
+        parts.iter().for_each(|part| (0..4).for_each(|k| squares[k] += part[k]));
+        halo.ranks().sum(&mut squares);
+        let [force, reaction, damage, drive] = squares;
         Self {
             force: force.sqrt(),
             reaction: reaction.sqrt(),

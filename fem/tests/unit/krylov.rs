@@ -58,7 +58,7 @@ fn solve_to(method: Method, a: &[Vec<f64>], tolerance: f64, limit: u32) -> (Endi
         }
     };
     let mut system = System {
-        vectors: &InMemory,
+        vectors: &InMemory::default(),
         apply: &mut apply,
         precondition: &mut precondition,
         flexible: None,

@@ -1,6 +1,8 @@
 //! Block preconditioner of the four fields: multigrid for the displacement, Chebyshev steps for
 //! the damage, whose block is mostly mass. Positive definite where both blocks are.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::amg::Amg;
@@ -8,6 +10,7 @@ use super::block_csr::BlockCsr;
 use super::chebyshev::Chebyshev;
 use super::vector::{CHUNK, Nodal, by_node, largest};
 use crate::operator::Tangent;
+use crate::parallel::{Halo, Ranks};
 
 /// Degree of the polynomial in the damage block.
 pub(super) const DEGREE: usize = 4;
@@ -16,19 +19,27 @@ pub(super) const DEGREE: usize = 4;
 pub(super) struct FieldSplit {
     pub(super) displacement: Amg,
     pub(super) damage: Option<Chebyshev<1>>,
+    halo: Arc<Halo>,
 }
 
 impl FieldSplit {
-    pub(super) fn new(tangent: &Tangent, points: &[[f64; 3]], free: &[[bool; 4]]) -> Self {
-        let displacement = Amg::new(&fields::<3>(tangent, free, 0), points, free);
-        let has_damage = free.iter().any(|f| f[3]);
-        let damage = has_damage.then(|| Chebyshev::new(&fields::<1>(tangent, free, 3)));
-        Self { displacement, damage }
+    /// Of this rank's part of the tangent, on its vertices.
+    pub(super) fn new(
+        tangent: &Tangent,
+        points: &[[f64; 3]],
+        free: &[[bool; 4]],
+        halo: &Arc<Halo>,
+    ) -> Self {
+        let displacement = Amg::new(&fields::<3>(tangent, free, 0, halo), points, free, halo);
+        let has_damage = halo.ranks().any(free.iter().any(|f| f[3]));
+        let damage = has_damage.then(|| Chebyshev::new(&fields::<1>(tangent, free, 3, halo), halo));
+        Self { displacement, damage, halo: Arc::clone(halo) }
     }
 
     /// z ≈ A⁻¹ r.
     pub(super) fn apply(&self, r: &[Nodal], z: &mut [Nodal]) {
-        let (scale, right) = narrow::<3>(r, 0);
+        let ranks = self.halo.ranks();
+        let (scale, right) = narrow::<3>(r, 0, ranks);
         let mut x = vec![[0.0; 3]; r.len()];
         self.displacement.cycle(&right, &mut x);
         z.par_iter_mut().with_min_len(CHUNK).zip(&x).for_each(|(z, x)| {
@@ -36,7 +47,7 @@ impl FieldSplit {
             z[3] = 0.0;
         });
         if let Some(damage) = &self.damage {
-            let (scale, mut residual) = narrow::<1>(r, 3);
+            let (scale, mut residual) = narrow::<1>(r, 3, ranks);
             let mut x = vec![[0.0]; r.len()];
             damage.smooth(DEGREE, &mut residual, &mut x);
             let z = z.par_iter_mut().with_min_len(CHUNK);
@@ -46,29 +57,33 @@ impl FieldSplit {
 }
 
 /// The fields from `first` on in single precision, and their scale.
-fn narrow<const R: usize>(r: &[Nodal], first: usize) -> (f64, Vec<[f32; R]>) {
+fn narrow<const R: usize>(r: &[Nodal], first: usize, ranks: &Ranks) -> (f64, Vec<[f32; R]>) {
     let of_node = |r: &Nodal| r[first..first + R].iter().fold(0.0f64, |m, v| m.max(v.abs()));
-    let most = largest(r, of_node);
-    let scale = if most > 0.0 { most } else { 1.0 };
+    let mut most = [largest(r, of_node)];
+    ranks.max(&mut most);
+    let scale = if most[0] > 0.0 { most[0] } else { 1.0 };
     let part = |r: &Nodal| std::array::from_fn(|k| (r[first + k] / scale) as f32);
     (scale, by_node(r, part))
 }
 
-/// The block of the fields from `first` on; constrained values get a unit row and column.
+/// The block of the fields from `first` on; constrained values get a unit row and column from the rank that
+/// they belong to.
 fn fields<const R: usize>(
     tangent: &Tangent,
     free: &[[bool; 4]],
     first: usize,
+    halo: &Halo,
 ) -> BlockCsr<f64, R, R> {
     let graph = &tangent.pattern.graph;
     let entry = |row: usize, column: u32, entries: &[[f64; 4]; 4]| -> [[f64; R]; R] {
         let (of_row, of_column) = (&free[row], &free[column as usize]);
+        let unit = row == column as usize && halo.owns(column);
         std::array::from_fn(|i| {
             std::array::from_fn(|j| {
                 if of_row[first + i] && of_column[first + j] {
                     entries[first + i][first + j]
                 } else {
-                    f64::from(row == column as usize && i == j)
+                    f64::from(unit && i == j)
                 }
             })
         })

@@ -14,6 +14,7 @@ use super::{LinearEffort, LinearSolver, Singular};
 use crate::device::DeviceError;
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, Operator, Tangent};
+use crate::parallel::Halo;
 
 const LIMIT: u32 = 300;
 /// A hierarchy is made again when a solution takes this many times the iterations of the first.
@@ -110,8 +111,12 @@ impl<'a> Iterative<'a> {
             quadratic.add_linear(&mut self.tangent);
         }
         let vertices = self.points.len();
-        let split = FieldSplit::new(&self.tangent, &self.points, &self.free[..vertices]);
-        self.linear_weight = weights(&self.tangent.diagonal(), &self.free[..vertices]);
+        let vertex_halo = &self.operator.part().vertices;
+        let free = &self.free[..vertices];
+        let split = FieldSplit::new(&self.tangent, &self.points, free, vertex_halo);
+        let mut diagonal = self.tangent.diagonal();
+        vertex_halo.complete(&mut diagonal);
+        self.linear_weight = weights(&diagonal, free, vertex_halo);
         let weight = std::mem::take(&mut self.weight);
         let sent = self.attempt(|device, level| device.renew(level, &weight, &split));
         self.weight = weight;
@@ -135,14 +140,17 @@ impl<'a> Iterative<'a> {
             let failed = Ending { stop: Stop::Broken, iterations: 0, residual: 1.0 };
             return ending.unwrap_or(failed);
         }
-        let Self { tangent, quadratic, split, free, weight, linear_weight, definite, .. } = self;
+        let Self {
+            operator, tangent, quadratic, split, free, weight, linear_weight, definite, ..
+        } = self;
+        let part = operator.part();
         let (tangent, has_levels) = (&*tangent, quadratic.is_some());
         let split = split.as_ref().expect("the hierarchy is made before it is used");
         let quadratic = std::cell::RefCell::new(quadratic.as_mut());
         let mut apply = |x: &[Nodal], y: &mut [Nodal]| match quadratic.borrow_mut().as_mut() {
             Some(quadratic) => quadratic.multiply(x, y),
             None => {
-                tangent.multiply(x, y);
+                multiply(tangent, &part.halo, x, y);
                 mask(free, y);
             }
         };
@@ -153,7 +161,7 @@ impl<'a> Iterative<'a> {
         let linear_free = &free[..self.points.len()];
         let mut flexible = |r: &[Nodal], z: &mut [Nodal]| {
             let mut apply = |x: &[Nodal], y: &mut [Nodal]| {
-                tangent.multiply(x, y);
+                multiply(tangent, &part.vertices, x, y);
                 mask(linear_free, y);
             };
             let mut precondition = |r: &[Nodal], z: &mut [Nodal]| {
@@ -161,7 +169,7 @@ impl<'a> Iterative<'a> {
                 mask(linear_free, z);
             };
             let mut system = System {
-                vectors: &InMemory,
+                vectors: &InMemory { halo: Arc::clone(&part.vertices) },
                 apply: &mut apply,
                 precondition: &mut precondition,
                 flexible: None,
@@ -173,7 +181,7 @@ impl<'a> Iterative<'a> {
             }
         };
         let mut system = System {
-            vectors: &InMemory,
+            vectors: &InMemory { halo: Arc::clone(&part.halo) },
             apply: &mut apply,
             precondition: &mut precondition,
             flexible: (has_levels && coarse_steps() > 0).then_some(&mut flexible),
@@ -185,6 +193,12 @@ impl<'a> Iterative<'a> {
 
 fn coarse_steps() -> usize {
     std::env::var("BI").ok().and_then(|x| x.parse().ok()).unwrap_or(4)
+}
+
+/// y = A x of an assembled tangent, of which every rank has a part.
+fn multiply(tangent: &Tangent, halo: &Halo, x: &[Nodal], y: &mut [Nodal]) {
+    tangent.multiply(x, y);
+    halo.complete(y);
 }
 
 /// z ≈ A⁻¹ r by one cycle through the levels.
@@ -216,17 +230,20 @@ impl LinearSolver for Iterative<'_> {
             }
             None => {
                 self.operator.tangent(increment, coupling, &mut self.tangent)?;
-                (self.tangent.diagonal(), self.tangent.symmetric)
+                let mut diagonal = self.tangent.diagonal();
+                self.operator.part().halo.complete(&mut diagonal);
+                (diagonal, self.tangent.symmetric)
             }
         };
-        if coupling != self.coupling || self.free != free {
+        let ranks = self.operator.part().ranks();
+        if coupling != self.coupling || ranks.any(self.free != free) {
             self.split = None;
         }
         self.coupling = coupling;
         self.free = free.to_vec();
-        self.weight = weights(&diagonal, free);
+        self.weight = weights(&diagonal, free, &self.operator.part().halo);
         self.fresh = false;
-        self.definite = symmetric && self.indefinite == 0;
+        self.definite = !ranks.any(!symmetric) && self.indefinite == 0;
         self.indefinite = self.indefinite.saturating_sub(1);
         let weight = std::mem::take(&mut self.weight);
         self.attempt(|device, level| {
@@ -299,12 +316,16 @@ impl LinearSolver for Iterative<'_> {
     fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]) {
         match &mut self.quadratic {
             Some(quadratic) => quadratic.multiply_whole(x, y),
-            None => self.tangent.multiply(x, y),
+            None => multiply(&self.tangent, &self.operator.part().halo, x, y),
         }
     }
 
     fn weight(&self) -> &[Nodal] {
         &self.weight
+    }
+
+    fn is_on_device(&self) -> bool {
+        self.device.is_some()
     }
 
     fn machine(&self) -> String {

@@ -1,8 +1,12 @@
 //! Sums and updates of nodal vectors, whose results do not depend on the number of threads.
 
 use std::borrow::BorrowMut;
+use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
+
+use crate::parallel::Halo;
 
 /// What Krylov methods ask of vectors, wherever they are.
 pub(super) trait Vectors {
@@ -45,9 +49,23 @@ pub(super) trait Vectors {
     fn add_kept(&self, y: &mut Self::Vector, a: f64, x: &Self::Kept);
 }
 
-/// Vectors in the memory of this process.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct InMemory;
+/// Vectors in the memory of this process, which may be one of several.
+#[derive(Clone, Debug, Default)]
+pub(super) struct InMemory {
+    pub(super) halo: Arc<Halo>,
+}
+
+impl InMemory {
+    /// A sum over nodes, of each of which one rank counts.
+    fn sum(&self, nodes: usize, part: impl Fn(Range<usize>) -> f64) -> f64 {
+        if self.halo.ranks().is_alone() {
+            return part(0..nodes);
+        }
+        let mut sum = [self.halo.own(nodes).into_iter().map(part).sum()];
+        self.halo.ranks().sum(&mut sum);
+        sum[0]
+    }
+}
 
 /// A vector put aside, in double or in single precision.
 #[derive(Debug)]
@@ -74,11 +92,11 @@ impl Vectors for InMemory {
     }
 
     fn dot(&self, a: &[Nodal], b: &[Nodal]) -> f64 {
-        dot(a, b)
+        self.sum(a.len(), |own| dot(&a[own.clone()], &b[own]))
     }
 
     fn weighted_dot(&self, w: &[Nodal], a: &[Nodal], b: &[Nodal]) -> f64 {
-        weighted_dot(w, a, b)
+        self.sum(a.len(), |own| weighted_dot(&w[own.clone()], &a[own.clone()], &b[own]))
     }
 
     fn add_scaled(&self, y: &mut [Nodal], a: f64, x: &[Nodal]) {
@@ -98,8 +116,10 @@ impl Vectors for InMemory {
 
     fn weighted_dot_kept(&self, w: &[Nodal], a: &Kept, b: &[Nodal]) -> f64 {
         match a {
-            Kept::Whole(a) => weighted_dot(w, a, b),
-            Kept::Short(a) => weighted_dot(w, a, b),
+            Kept::Whole(a) => self.weighted_dot(w, a, b),
+            Kept::Short(a) => {
+                self.sum(b.len(), |own| weighted_dot(&w[own.clone()], &a[own.clone()], &b[own]))
+            }
         }
     }
 
@@ -201,9 +221,10 @@ pub(super) fn largest(x: &[Nodal], of: impl Fn(&Nodal) -> f64 + Sync) -> f64 {
 }
 
 /// 1/|A_ii| of the free values, zero in the others; vanishing pivots count as small ones.
-pub(super) fn weights(diagonal: &[Nodal], free: &[[bool; 4]]) -> Vec<Nodal> {
+pub(super) fn weights(diagonal: &[Nodal], free: &[[bool; 4]], halo: &Halo) -> Vec<Nodal> {
     const LEAST: f64 = 1e-8;
-    let most = [0, 1, 2, 3].map(|k| largest(diagonal, |d| d[k].abs()));
+    let mut most = [0, 1, 2, 3].map(|k| largest(diagonal, |d| d[k].abs()));
+    halo.ranks().max(&mut most);
     let least = most.map(|m| if m > 0.0 { LEAST * m } else { 1.0 });
     let weight = |(d, free): (&Nodal, &[bool; 4])| {
         std::array::from_fn(|k| if free[k] { 1.0 / d[k].abs().max(least[k]) } else { 0.0 })
