@@ -162,7 +162,7 @@ fn threads_change_no_bit_of_a_solution() {
                 patched_cylinder(0.7, Order::Linear, LinearScheme::Direct),
                 patched_cylinder(0.7, Order::Linear, LinearScheme::Multigrid),
                 // more nodes than a thread takes at once
-                patched_cylinder(0.9, Order::Quadratic, LinearScheme::Multigrid),
+                patched_cylinder(0.7, Order::Quadratic, LinearScheme::Multigrid),
             ]
             .map(|outcome| (outcome.curve, outcome.fields))
         })

@@ -61,7 +61,6 @@ fn solve_to(method: Method, a: &[Vec<f64>], tolerance: f64, limit: u32) -> (Endi
         vectors: &InMemory::default(),
         apply: &mut apply,
         precondition: &mut precondition,
-        flexible: None,
         weight: &weight,
     };
     let ending = method(&mut system, &right, &mut x, tolerance, limit);

@@ -115,7 +115,6 @@ impl<'a> Direct<'a> {
             vectors: &InMemory { halo: Arc::clone(&operator.part().halo) },
             apply: &mut apply,
             precondition: &mut precondition,
-            flexible: None,
             weight,
         };
         solve(&mut system, definite, right, step, tolerance, limit)

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use super::field_split::FieldSplit;
-use super::krylov::{Ending, Stop, System, few_steps, solve};
+use super::krylov::{Ending, Stop, System, solve};
 use super::on_device::OnDevice;
 use super::quadratic::QuadraticLevel;
 use super::vector::{InMemory, Nodal, mask, weights};
@@ -19,8 +19,6 @@ use crate::parallel::Halo;
 const LIMIT: u32 = 300;
 /// A hierarchy is made again when a solution takes this many times the iterations of the first.
 const WORN: f64 = 1.6;
-/// Tangents behind one of negative curvature with which conjugate gradients are not tried: as a rule these have it too.
-const INDEFINITE: u32 = 8;
 /// Residual that a solution may have kept when the iterations are used up.
 const USELESS: f64 = 0.1;
 
@@ -42,13 +40,9 @@ pub(crate) struct Iterative<'a> {
     first: Option<u32>,
     free: Vec<[bool; 4]>,
     weight: Vec<Nodal>,
-    /// The same for the tangent of the linear functions.
-    linear_weight: Vec<Nodal>,
     coupling: Coupling,
     /// Whether conjugate gradients may be tried: no negative curvature of this tangent was met.
     definite: bool,
-    /// Further tangents that are taken to be indefinite.
-    indefinite: u32,
 }
 
 impl<'a> Iterative<'a> {
@@ -70,10 +64,8 @@ impl<'a> Iterative<'a> {
             first: None,
             free: Vec::new(),
             weight: Vec::new(),
-            linear_weight: Vec::new(),
             coupling: Coupling::Full,
             definite: true,
-            indefinite: 0,
         }
     }
 
@@ -114,9 +106,6 @@ impl<'a> Iterative<'a> {
         let vertex_halo = &self.operator.part().vertices;
         let free = &self.free[..vertices];
         let split = FieldSplit::new(&self.tangent, &self.points, free, vertex_halo);
-        let mut diagonal = self.tangent.diagonal();
-        vertex_halo.complete(&mut diagonal);
-        self.linear_weight = weights(&diagonal, free, vertex_halo);
         let weight = std::mem::take(&mut self.weight);
         let sent = self.attempt(|device, level| device.renew(level, &weight, &split));
         self.weight = weight;
@@ -140,11 +129,8 @@ impl<'a> Iterative<'a> {
             let failed = Ending { stop: Stop::Broken, iterations: 0, residual: 1.0 };
             return ending.unwrap_or(failed);
         }
-        let Self {
-            operator, tangent, quadratic, split, free, weight, linear_weight, definite, ..
-        } = self;
+        let Self { operator, tangent, quadratic, split, free, weight, definite, .. } = self;
         let part = operator.part();
-        let (tangent, has_levels) = (&*tangent, quadratic.is_some());
         let split = split.as_ref().expect("the hierarchy is made before it is used");
         let quadratic = std::cell::RefCell::new(quadratic.as_mut());
         let mut apply = |x: &[Nodal], y: &mut [Nodal]| match quadratic.borrow_mut().as_mut() {
@@ -157,42 +143,14 @@ impl<'a> Iterative<'a> {
         let mut precondition = |r: &[Nodal], z: &mut [Nodal]| {
             cycle(quadratic.borrow_mut().as_deref_mut(), split, free, r, z);
         };
-        // the split knows nothing of what couples the fields, which is what makes a tangent indefinite
-        let linear_free = &free[..self.points.len()];
-        let mut flexible = |r: &[Nodal], z: &mut [Nodal]| {
-            let mut apply = |x: &[Nodal], y: &mut [Nodal]| {
-                multiply(tangent, &part.vertices, x, y);
-                mask(linear_free, y);
-            };
-            let mut precondition = |r: &[Nodal], z: &mut [Nodal]| {
-                split.apply(r, z);
-                mask(linear_free, z);
-            };
-            let mut system = System {
-                vectors: &InMemory { halo: Arc::clone(&part.vertices) },
-                apply: &mut apply,
-                precondition: &mut precondition,
-                flexible: None,
-                weight: linear_weight,
-            };
-            if let Some(quadratic) = quadratic.borrow_mut().as_mut() {
-                quadratic.precondition(r, z, |r, z| few_steps(&mut system, r, z, coarse_steps()));
-                mask(free, z);
-            }
-        };
         let mut system = System {
             vectors: &InMemory { halo: Arc::clone(&part.halo) },
             apply: &mut apply,
             precondition: &mut precondition,
-            flexible: (has_levels && coarse_steps() > 0).then_some(&mut flexible),
             weight,
         };
         solve(&mut system, definite, right, step, tolerance, LIMIT)
     }
-}
-
-fn coarse_steps() -> usize {
-    std::env::var("BI").ok().and_then(|x| x.parse().ok()).unwrap_or(4)
 }
 
 /// y = A x of an assembled tangent, of which every rank has a part.
@@ -243,8 +201,7 @@ impl LinearSolver for Iterative<'_> {
         self.free = free.to_vec();
         self.weight = weights(&diagonal, free, &self.operator.part().halo);
         self.fresh = false;
-        self.definite = !ranks.any(!symmetric) && self.indefinite == 0;
-        self.indefinite = self.indefinite.saturating_sub(1);
+        self.definite = !ranks.any(!symmetric);
         let weight = std::mem::take(&mut self.weight);
         self.attempt(|device, level| {
             device.constrain(free, &weight, level.contact());
@@ -268,11 +225,7 @@ impl LinearSolver for Iterative<'_> {
                 self.renew();
                 effort.renewals += 1;
             }
-            let tried = self.definite;
             let ending = self.krylov(&masked, step, tolerance);
-            if tried && !self.definite {
-                self.indefinite = INDEFINITE;
-            }
             effort.iterations += ending.iterations;
             effort.residual = ending.residual;
             if ending.stop == Stop::Converged {

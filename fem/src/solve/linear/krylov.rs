@@ -16,8 +16,6 @@ pub(super) struct System<'a, V: Vectors> {
     pub(super) vectors: &'a V,
     pub(super) apply: &'a mut Map<'a, V>,
     pub(super) precondition: &'a mut Map<'a, V>,
-    /// A better preconditioner that need not be linear, if there is one.
-    pub(super) flexible: Option<&'a mut Map<'a, V>>,
     /// 1/|A_ii|, the weight of the norm in which residuals are measured, so that forces and damage
     /// count alike.
     pub(super) weight: &'a V::Vector,
@@ -27,13 +25,6 @@ impl<V: Vectors> System<'_, V> {
     /// The norm in which residuals are measured.
     fn norm(&self, r: &V::Vector) -> f64 {
         self.vectors.weighted_dot(self.weight, r, r).sqrt()
-    }
-
-    fn best_precondition(&mut self, r: &V::Vector, z: &mut V::Vector) {
-        match &mut self.flexible {
-            Some(flexible) => flexible(r, z),
-            None => (self.precondition)(r, z),
-        }
     }
 }
 
@@ -88,22 +79,6 @@ pub(super) fn solve<V: Vectors>(
     Ending { iterations: spent + ending.iterations, ..ending }
 }
 
-/// x ≈ A⁻¹ b by a few steps of GMRES: a preconditioner that is not linear, for one that allows that.
-pub(super) fn few_steps<V: Vectors>(
-    system: &mut System<V>,
-    right: &V::Vector,
-    x: &mut V::Vector,
-    steps: usize,
-) {
-    /// Part of the right-hand side with which it is good enough.
-    const ENOUGH: f64 = 0.1;
-    system.vectors.clear(x);
-    let norm = system.norm(right);
-    if norm > 0.0 && arnoldi(system, right, norm, x, steps, ENOUGH * norm, true).is_err() {
-        (system.precondition)(right, x);
-    }
-}
-
 fn conjugate_gradients<V: Vectors>(
     system: &mut System<V>,
     right: &V::Vector,
@@ -124,7 +99,7 @@ fn conjugate_gradients<V: Vectors>(
     }
     let (mut before, mut step, mut residual) = (0.0, 0.0, 1.0);
     for iteration in 0..limit {
-        system.best_precondition(r, z);
+        (system.precondition)(r, z);
         let product = vectors.dot(r, z);
         if !product.is_finite() {
             return ending(Stop::Broken, iteration, residual);
@@ -133,7 +108,7 @@ fn conjugate_gradients<V: Vectors>(
             return ending(Stop::Indefinite, iteration, residual);
         }
         // z · (r − the r before) in place of z · r: the same for a linear preconditioner, and what keeps
-        // directions conjugate for others
+        // directions conjugate for one that rounds to single precision
         let share = if iteration == 0 { 0.0 } else { -step * vectors.dot(q, z) / before };
         vectors.scale_and_add(p, share, z);
         (system.apply)(p, q);
@@ -240,7 +215,7 @@ fn arnoldi<V: Vectors>(
     vectors.add_scaled(v, 1.0 / norm, residual);
     for j in 0..rounds {
         basis.push(vectors.keep(v, 1.0, coarse));
-        system.best_precondition(v, z);
+        (system.precondition)(v, z);
         (system.apply)(z, w);
         directions.push(vectors.keep(z, 1.0, coarse));
         let mut column = Vec::with_capacity(j + 2);

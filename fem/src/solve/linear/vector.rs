@@ -148,7 +148,8 @@ pub(in crate::solve) fn weighted_dot<T: Copy + Into<f64> + Sync>(
     a: &[[T; 4]],
     b: &[Nodal],
 ) -> f64 {
-    let part = |((w, a), b): ((&[Nodal], &[[T; 4]]), &[Nodal])| {
+    type Nodes<'a, T> = &'a [[T; 4]];
+    let part = |((w, a), b): ((Nodes<f64>, Nodes<T>), Nodes<f64>)| {
         let mut sum = [0.0; 4];
         for ((w, a), b) in w.iter().zip(a).zip(b) {
             for k in 0..4 {

@@ -90,13 +90,8 @@ impl OnDevice {
         let mut precondition =
             |r: &Array<f64>, z: &mut Array<f64>| levels.precondition(&matrix, r, z);
         let weight = constraints.weight();
-        let mut system = System {
-            vectors,
-            apply: &mut apply,
-            precondition: &mut precondition,
-            flexible: None,
-            weight,
-        };
+        let mut system =
+            System { vectors, apply: &mut apply, precondition: &mut precondition, weight };
         let ending = solve(&mut system, definite, &b, &mut x, tolerance, limit);
         vectors.attempt(|_| x.read(step.as_flattened_mut()));
         vectors.take_failure().map_or(Ok(ending), Err)
