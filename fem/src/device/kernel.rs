@@ -8,6 +8,8 @@ pub(crate) struct Kernel {
     pub(crate) parameters: Vec<(&'static str, String)>,
     /// Statements of C, with the number of the item in `at`.
     pub(crate) body: String,
+    /// Functions of C that they call; those of several kernels that are the same stand once.
+    pub(crate) functions: Vec<String>,
 }
 
 impl Kernel {
@@ -17,7 +19,12 @@ impl Kernel {
         body: impl Into<String>,
     ) -> Self {
         let parameters = parameters.iter().map(|&(kind, name)| (kind, name.to_string())).collect();
-        Self { name: name.into(), parameters, body: body.into() }
+        Self { name: name.into(), parameters, body: body.into(), functions: Vec::new() }
+    }
+
+    /// The same with functions that it calls.
+    pub(crate) fn calling(self, functions: Vec<String>) -> Self {
+        Self { functions, ..self }
     }
 }
 
@@ -37,7 +44,11 @@ typedef unsigned long long index;
 /// function that runs the items from `first` to `last` with pointers to its arguments.
 pub(crate) fn source(kernels: &[Kernel]) -> String {
     let mut out = String::from(PRELUDE);
-    for Kernel { name, parameters, body } in kernels {
+    let mut functions: Vec<&String> = kernels.iter().flat_map(|k| &k.functions).collect();
+    functions.sort_unstable();
+    functions.dedup();
+    functions.into_iter().for_each(|function| out += &format!("\n{function}"));
+    for Kernel { name, parameters, body, .. } in kernels {
         let declared: String =
             parameters.iter().map(|(kind, name)| format!(", {}", declare(kind, name))).collect();
         let given: String = parameters.iter().map(|(_, name)| format!(", {name}")).collect();

@@ -48,11 +48,9 @@ pub use user_law::{HyperelasticLaw, UserLaw};
 
 pub(crate) use degradation::Degradation;
 pub(crate) use mixture::{MOST_GRAIN, MixedPhases};
-#[cfg(test)]
-pub(crate) use point::FormulaLaw;
-pub(crate) use point::{Degraded, Formula, LaneLaw, PointMaterial};
+pub(crate) use point::{Degraded, Formula, FormulaLaw, LaneLaw, PointMaterial};
 pub(crate) use principal::{Inverted, Principal};
 pub(crate) use response::{Law, Response, packed};
-pub(crate) use scalar::{Lanes, Number, POINTS, Scalar, dot};
+pub(crate) use scalar::{Lanes, Number, POINTS, Round, Scalar, dot};
 pub(crate) use simd::{REGISTERS, SimdF32, SimdF64};
 pub(crate) use tangent::PointTangent;

@@ -144,15 +144,64 @@ fn symmetric_eigen<T: Scalar>(mut m: [[T; 3]; 3]) -> ([T; 3], [[T; 3]; 3]) {
     // the least number makes the zero matrix one that is done
     let limit = (off_diagonal(&m) + off_diagonal(&m) + diagonal)
         .mul_add(zero.constant(1e-33), zero.constant(f64::MIN_POSITIVE));
+    if T::RECORDS {
+        let mut state = Jacobi { m, q, limit }.numbers();
+        T::record_loop("jacobi", SWEEPS, &mut state, |state| {
+            let mut at = Jacobi::of(state);
+            let settled = off_diagonal(&at.m).less_than(at.limit);
+            sweep(&mut at.m, &mut at.q);
+            state.copy_from_slice(&at.numbers());
+            settled
+        });
+        Jacobi { m, q, .. } = Jacobi::of(&state);
+        return ([m[0][0], m[1][1], m[2][2]], q);
+    }
     for _ in 0..SWEEPS {
         if T::settled(off_diagonal(&m).less_than(limit)) {
             break;
         }
-        rotate::<T, 0, 1, 2>(&mut m, &mut q);
-        rotate::<T, 0, 2, 1>(&mut m, &mut q);
-        rotate::<T, 1, 2, 0>(&mut m, &mut q);
+        sweep(&mut m, &mut q);
     }
     ([m[0][0], m[1][1], m[2][2]], q)
+}
+
+/// The three rotations of a sweep.
+#[inline(always)]
+fn sweep<T: Scalar>(m: &mut [[T; 3]; 3], q: &mut [[T; 3]; 3]) {
+    rotate::<T, 0, 1, 2>(m, q);
+    rotate::<T, 0, 2, 1>(m, q);
+    rotate::<T, 1, 2, 0>(m, q);
+}
+
+/// What a sweep works on, as the state of a loop that is recorded.
+struct Jacobi<T> {
+    m: [[T; 3]; 3],
+    q: [[T; 3]; 3],
+    limit: T,
+}
+
+impl<T: Scalar> Jacobi<T> {
+    /// The lower half of m, then q, then the limit.
+    const PLACES: [(usize, usize); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
+
+    fn numbers(&self) -> [T; 16] {
+        let mut numbers = [self.limit; 16];
+        for (number, (i, j)) in numbers.iter_mut().zip(Self::PLACES) {
+            *number = self.m[i][j];
+        }
+        numbers[6..15].copy_from_slice(self.q.as_flattened());
+        numbers
+    }
+
+    fn of(numbers: &[T]) -> Self {
+        let limit = numbers[15];
+        let (mut m, mut q) = ([[limit; 3]; 3], [[limit; 3]; 3]);
+        for (number, (i, j)) in numbers.iter().zip(Self::PLACES) {
+            (m[i][j], m[j][i]) = (*number, *number);
+        }
+        q.as_flattened_mut().copy_from_slice(&numbers[6..15]);
+        Self { m, q, limit }
+    }
 }
 
 #[inline(always)]

@@ -21,10 +21,20 @@ pub(crate) trait Number:
     fn mul_add(self, b: Self, c: Self) -> Self;
 }
 
+/// A round of a loop: whether it was the end, and what the state is after another round.
+pub(crate) type Round<T> = fn(&mut [T]) -> <T as Scalar>::Mask;
+
 /// A number that the equations at a point can be written in.
 pub(crate) trait Scalar: Number + Div<Output = Self> {
     /// Where a comparison holds.
     type Mask: Copy;
+
+    /// Whether it writes operations down instead of doing them.
+    const RECORDS: bool = false;
+
+    /// Writes down a loop of at most so many rounds over `state`, which ends where what `round` returns holds
+    /// before it changes the state; for numbers that record.
+    fn record_loop(_name: &'static str, _most: usize, _state: &mut [Self], _round: Round<Self>) {}
 
     fn sqrt(self) -> Self;
 

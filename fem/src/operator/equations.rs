@@ -1,12 +1,15 @@
 //! What solvers ask of the equations: the seam between methods and machines.
 
+use std::sync::Arc;
+
 use super::cell_stress::CellStress;
 use super::layout::LANES;
 use super::pattern::Tangent;
 use super::residual::{Increment, Residual, Shift};
-use crate::device::{Array, DeviceError};
+use crate::device::{Argument, Array, DeviceError};
 use crate::element::Domain;
 use crate::material::Inverted;
+use crate::parallel::Part;
 
 /// Whether the tangent keeps the terms between displacement and damage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +21,9 @@ pub(crate) enum Coupling {
 }
 
 /// The equations on a space, whatever the element.
+///
+/// Residuals are those of the whole body, the same on all ranks that have a node; tangents and products are
+/// what the elements of this rank give. All ranks fail where one does.
 pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
     /// Residual and energies; fails where an element is turned inside out.
     fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted>;
@@ -57,6 +63,24 @@ pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
 
     /// The geometry.
     fn domain(&self) -> &dyn Domain;
+
+    /// What this rank has of the mesh.
+    fn part(&self) -> &Arc<Part>;
+
+    /// The same equations on a device, if they are on one.
+    fn on_device(&self) -> Option<&dyn EquationsOnDevice> {
+        None
+    }
+}
+
+/// Equations on the device that has the product with their tangent.
+pub(crate) trait EquationsOnDevice {
+    /// Writes the numbers of the tangent with both fields coupled into the product's, kind by kind of its
+    /// elements. `None`: not there, and the processor has to.
+    fn linearise(&self, increment: &Increment, data: &[Argument]) -> Option<Result<(), Inverted>>;
+
+    /// Why the device is no longer used, if it has failed.
+    fn lost(&self) -> Option<DeviceError>;
 }
 
 /// A product with vectors that are on a device.
@@ -83,7 +107,7 @@ pub(crate) trait Product: std::fmt::Debug + Send {
 
     /// Adds the tangent of the linear functions on the same elements, whose nodes are the first
     /// four of each element: the level below quadratic elements.
-    fn add_linear(&self, out: &mut Tangent);
+    fn add_linear(&mut self, out: &mut Tangent);
 
     /// The same product on a device, if it is on one.
     fn on_device(&mut self) -> Option<&mut dyn AppliedOnDevice> {

@@ -24,11 +24,13 @@ mod residual;
 mod tests;
 mod unknowns;
 
-pub(crate) use backend::{Assembly, device_product, product};
+pub(crate) use backend::{Assembly, DeviceAssembly, device_product, product};
 #[cfg(test)]
 pub(crate) use backend::{MatrixFree, dispatch};
 pub(crate) use bounds::Bounds;
 pub(crate) use cell_stress::CellStress;
+#[cfg(test)]
+pub(crate) use equations::EquationsOnDevice;
 pub(crate) use equations::{AppliedOnDevice, Coupling, Operator, Product};
 pub(crate) use graph::Graph;
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Residual and tangent of a whole mesh.
 
+mod device_equations;
 mod device_product;
 mod element_kernel;
 

@@ -17,8 +17,12 @@ struct Shown {
     found: String,
 }
 
-/// Each conclusion of the first setting, with what every setting shows of it.
+/// Each conclusion of the first setting, with what every setting shows of it, from the cases that all have.
 pub(super) fn conclusions(settings: &[StudyResults]) -> Vec<Conclusion> {
+    let missing: Vec<&String> = settings.iter().flat_map(|setting| &setting.missing).collect();
+    let settings: Vec<StudyResults> =
+        settings.iter().map(|setting| without(setting, &missing)).collect();
+    let settings = settings.as_slice();
     let shown: Vec<Vec<Shown>> = settings.iter().map(|setting| shown(setting, settings)).collect();
     let Some(first) = shown.first() else { return Vec::new() };
     let conclusion = |(k, own): (usize, &Shown)| {
@@ -26,6 +30,14 @@ pub(super) fn conclusions(settings: &[StudyResults]) -> Vec<Conclusion> {
         Conclusion { claim: own.claim.clone(), found: shown.iter().map(of).collect() }
     };
     first.iter().enumerate().map(conclusion).collect()
+}
+
+/// A setting without some cases.
+fn without(setting: &StudyResults, names: &[&String]) -> StudyResults {
+    let mut kept = setting.clone();
+    kept.cases.retain(|case| !names.contains(&&case.name));
+    kept.pairs.retain(|pair| pair.cases.iter().all(|name| !names.contains(&name)));
+    kept
 }
 
 /// What one setting shows, the same questions in the same order as the others.
@@ -284,6 +296,15 @@ mod tests {
             ),
         ];
         assert_eq!(rows, expected);
+        // one that is missing under a setting is compared under none
+        let mut incomplete = setting(5.0, 0.99);
+        incomplete.cases.remove(0);
+        incomplete.pairs.retain(|pair| pair.cases[0] != "A");
+        incomplete.missing = vec!["A".into()];
+        let claims: Vec<Conclusion> = conclusions(&[setting(5.0, 0.99), incomplete]);
+        assert!(claims.iter().all(|c| c.found[0] == c.found[1]), "{claims:?}");
+        assert!(claims.iter().all(|c| !c.claim.contains("do not agree")), "{claims:?}");
+        assert_eq!(claims[0].found[0].0, "2 of 2");
         assert_eq!(found[2].found[0].0, "ratio 1.462 (1.412 … 1.512), of the truths 1.481");
         assert_eq!(found[4].found[0].0, "0 of 3");
         assert_eq!(found[4].found[2].0, "0 of 0");

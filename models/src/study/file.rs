@@ -91,6 +91,16 @@ struct WrittenVariant {
     set: Table,
     #[serde(default)]
     laboratory: WrittenChange,
+    /// Keys that some of the cases have otherwise besides.
+    #[serde(default)]
+    case: Vec<WrittenOwnChange>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenOwnChange {
+    name: String,
+    set: Table,
 }
 
 #[derive(Default, Deserialize)]
@@ -131,7 +141,7 @@ impl StudyFile {
             let line = e.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
             let help = "A study has the keys title, base, tables [[laboratory]] and [[case]] with name, \
                         laboratory, set, without, reference, and [[variant]] with name, title, set, \
-                        laboratory.set.";
+                        laboratory.set, and [[variant.case]] with name, set.";
             InputError::new(path, format!("line {line}"), "", e.message().replace('\n', "; "), help)
         })?;
         if written.case.is_empty() {
@@ -141,27 +151,33 @@ impl StudyFile {
         check_names(path, &written)?;
         let base = Base::read(path, &written.base)?;
         let common = set.iter().map(|entry| parsed(entry, path)).collect::<Result<Vec<_>, _>>()?;
-        let setting =
-            |folder: &str, title: &str, of_cases: &[&Table], of_laboratories: &[&Table]| {
-                let Written { laboratory, case, .. } = &written;
-                let both = |own: &[&Table]| -> Vec<Table> {
-                    own.iter().copied().chain(&common).cloned().collect()
-                };
-                let laboratories = laboratory
-                    .iter()
-                    .map(|part| laboratory_of(path, &base, part, &both(of_laboratories)))
-                    .collect::<Result<Vec<_>, _>>()?;
-                let cases = case
-                    .iter()
-                    .map(|part| case_of(path, &base, part, &both(of_cases), &laboratories))
-                    .collect::<Result<Vec<_>, _>>()?;
-                let (folder, title) = (folder.to_owned(), title.to_owned());
-                Ok::<_, InputError>(StudySetting { folder, title, laboratories, cases })
+        let setting = |variant: Option<&WrittenVariant>| {
+            let all = |own: Vec<&Table>| -> Vec<Table> {
+                own.into_iter().chain(&common).cloned().collect()
             };
-        let mut settings = vec![setting("", &written.title, &[], &[])?];
-        for WrittenVariant { name, title, set, laboratory } in &written.variant {
-            settings.push(setting(name, title, &[set], &[&laboratory.set]).map_err(|error| {
-                InputError { place: format!("{name}: {}", error.place), ..error }
+            let tested = all(variant.iter().map(|variant| &variant.laboratory.set).collect());
+            let laboratories = written
+                .laboratory
+                .iter()
+                .map(|part| laboratory_of(path, &base, part, &tested))
+                .collect::<Result<Vec<_>, _>>()?;
+            let case = |part: &WrittenPart| {
+                let own = variant.iter().flat_map(|variant| {
+                    let own = variant.case.iter().filter(|own| own.name == part.name);
+                    [&variant.set].into_iter().chain(own.map(|own| &own.set))
+                });
+                case_of(path, &base, part, &all(own.collect()), &laboratories)
+            };
+            let cases = written.case.iter().map(case).collect::<Result<Vec<_>, _>>()?;
+            let folder = variant.map(|variant| variant.name.clone()).unwrap_or_default();
+            let title = variant.map_or(&written.title, |variant| &variant.title).clone();
+            Ok::<_, InputError>(StudySetting { folder, title, laboratories, cases })
+        };
+        let mut settings = vec![setting(None)?];
+        for variant in &written.variant {
+            settings.push(setting(Some(variant)).map_err(|error| InputError {
+                place: format!("{}: {}", variant.name, error.place),
+                ..error
             })?);
         }
         Ok(Self { path: path.to_owned(), text, settings })
@@ -251,6 +267,15 @@ fn check_names(path: &Path, written: &Written) -> Result<(), InputError> {
         }
         names.push(name);
     }
+    for variant in &written.variant {
+        let known: Vec<&str> = written.case.iter().map(|case| case.name.as_str()).collect();
+        if let Some(own) = variant.case.iter().find(|own| !known.contains(&own.name.as_str())) {
+            let place = format!("{}.case.name", variant.name);
+            let help = format!("Name one of: {}.", known.join(", "));
+            let value = format!("{:?}", own.name);
+            return Err(InputError::new(path, place, value, "is no case of the study", help));
+        }
+    }
     Ok(())
 }
 
@@ -311,8 +336,9 @@ mod tests {
     #[test]
     fn a_variant_is_the_study_with_other_keys_in_all_cases_or_laboratories() {
         let variant = "[[variant]]\nname = \"v\"\ntitle = \"other\"\nset.design.microstructure = \"one\"\n\
-            laboratory.set.experiments.virtual.scans = false\n";
-        let study = study(&format!("{TWO}{variant}")).unwrap();
+            laboratory.set.experiments.virtual.scans = false\n\
+            [[variant.case]]\nname = \"a\"\nset.design.seed = 4\n";
+        let study = self::study(&format!("{TWO}{variant}")).unwrap();
         let [own, other] = &study.settings[..] else { panic!("{}", study.settings.len()) };
         assert_eq!(
             [&own.title, &other.title, &own.folder, &other.folder],
@@ -321,12 +347,17 @@ mod tests {
         for (own, other) in own.cases.iter().zip(&other.cases) {
             let one = crate::case::Microstructure::One;
             assert_eq!((&own.name, other.file.case.design.microstructure), (&other.name, one));
+            let seed = if own.name == "a" { 4 } else { own.file.case.design.seed };
+            assert_eq!(other.file.case.design.seed, seed, "what one case has otherwise");
             let changed = crate::case::Case {
                 design: own.file.case.design.clone(),
                 ..other.file.case.clone()
             };
             assert_eq!(changed.to_toml(), own.file.case.to_toml(), "all else is as before");
         }
+        let unknown = format!("{TWO}{}", variant.replace("name = \"a\"", "name = \"c\""));
+        let error = self::study(&unknown).unwrap_err().to_string();
+        assert!(error.contains("v.case.name") && error.contains("Name one of: b, a."), "{error}");
         let scans = |setting: &StudySetting| {
             let experiments = setting.laboratories[0].file.case.experiments.clone().unwrap();
             experiments.virtual_specimens.unwrap().scans

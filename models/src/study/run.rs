@@ -48,13 +48,14 @@ impl<'a> Study<'a> {
     /// Runs all that is not finished: specimens are tested, each case is calibrated, and `study.csv` and
     /// `report.html` say what they show together. Laboratories and cases go on side by side and share the
     /// cores: where these are scarce the one that stands first in the file is served first. One that fails
-    /// leaves the others going on.
+    /// leaves the others going on, and what these show is written without it.
     ///
     /// # Errors
     /// The first failure in the order of the file, after all others have been run.
     pub fn run(&self) -> Result<(), WorkflowError> {
         let all = Shift::new(&self.file, &self.dir, self.threads, self.interrupt).run()?;
-        self.conclude(all)
+        self.conclude(all.cases)?;
+        all.failure.map_or(Ok(()), Err)
     }
 
     /// Runs one laboratory or one case alone, of a case up to a stage if one is named.
@@ -97,12 +98,17 @@ impl<'a> Study<'a> {
     /// Writes what the cases say together, under each setting, and which of it all settings say.
     fn conclude(&self, all: Vec<Vec<ComparedCase>>) -> Result<(), WorkflowError> {
         let settings = &self.file.settings;
-        let of = |(setting, cases): (&StudySetting, Vec<ComparedCase>)| StudyResults {
-            title: setting.title.clone(),
-            pairs: pairs(&cases),
-            cases,
-            text: self.file.text.clone(),
-            ..StudyResults::default()
+        let of = |(setting, cases): (&StudySetting, Vec<ComparedCase>)| {
+            let is_there = |name: &String| cases.iter().any(|case| case.name == *name);
+            let names = setting.cases.iter().map(|case| case.name.clone());
+            StudyResults {
+                title: setting.title.clone(),
+                missing: names.filter(|name| !is_there(name)).collect(),
+                pairs: pairs(&cases),
+                cases,
+                text: self.file.text.clone(),
+                ..StudyResults::default()
+            }
         };
         let mut results: Vec<StudyResults> = settings.iter().zip(all).map(of).collect();
         if results.len() > 1 {
@@ -111,6 +117,7 @@ impl<'a> Study<'a> {
                 title: setting.title.clone(),
                 folder: setting.folder.clone(),
                 cases: results.cases.clone(),
+                missing: results.missing.clone(),
             };
             results[0].variants = settings.iter().zip(&results).skip(1).map(variant).collect();
         }

@@ -25,6 +25,14 @@ pub(super) struct Shift<'a> {
     failures: Mutex<Vec<(usize, WorkflowError)>>,
 }
 
+/// What has come of the parts of a study.
+pub(super) struct Finished {
+    /// Those cases that have ended well, setting by setting.
+    pub(super) cases: Vec<Vec<ComparedCase>>,
+    /// The first failure in the order of the file.
+    pub(super) failure: Option<WorkflowError>,
+}
+
 /// Says of a laboratory whether its specimens are there: cases wait for it, whatever becomes of it.
 struct Tested<'a>(&'a OnceLock<bool>);
 
@@ -48,8 +56,8 @@ impl<'a> Shift<'a> {
     /// Runs all that is not finished; what is compared of each case, setting by setting.
     ///
     /// # Errors
-    /// An interruption, or else the first failure in the order of the file, once all others have ended.
-    pub(super) fn run(self) -> Result<Vec<Vec<ComparedCase>>, WorkflowError> {
+    /// An interruption. Another failure leaves the others going on and is among what comes back.
+    pub(super) fn run(self) -> Result<Finished, WorkflowError> {
         let tested: Vec<Vec<OnceLock<bool>>> = self
             .file
             .settings
@@ -99,11 +107,14 @@ impl<'a> Shift<'a> {
             };
             begun.into_iter().map(|cases| cases.into_iter().filter_map(end).collect()).collect()
         });
-        let failures = self.failures.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let mut failures = self.failures.into_inner().unwrap_or_else(PoisonError::into_inner);
         let is_interruption = |error: &WorkflowError| matches!(error, WorkflowError::Interrupted);
-        let first =
-            failures.into_iter().min_by_key(|(rank, error)| (!is_interruption(error), *rank));
-        first.map_or(Ok(all), |(_, error)| Err(error))
+        failures.sort_by_key(|(rank, error)| (!is_interruption(error), *rank));
+        let failure = failures.into_iter().next().map(|(_, error)| error);
+        match failure {
+            Some(error) if is_interruption(&error) => Err(error),
+            failure => Ok(Finished { cases: all, failure }),
+        }
     }
 
     /// Works on one part alone, of a case up to a stage if one is named.

@@ -1,14 +1,17 @@
-//! The tangent applied on a device: the processor linearises, and the numbers are sent when they are needed.
+//! The tangent applied on a device. Where its equations are on the same device, they write the numbers there; or
+//! the processor linearises, and the numbers are sent when they are needed.
 
 use std::sync::Arc;
 
+use super::equations_source::diagonal_kernel;
 use super::lanes::Stored;
 use super::matrix_free::{MatrixFree, SINGLE_FROM};
 use super::product_source::product_kernel;
-use crate::device::{Argument, Array, ComputeDevice, DeviceError, Kernel, Program};
+use super::slots::{Kind, Slots, node_sum};
+use crate::device::{Argument, Array, ComputeDevice, DeviceError, Program};
 use crate::material::Inverted;
 use crate::operator::equations::{AppliedOnDevice, Coupling, Operator, Product};
-use crate::operator::layout::{Layout, VACANT};
+use crate::operator::layout::Layout;
 use crate::operator::pattern::Tangent;
 use crate::operator::point_data::PointData;
 use crate::operator::residual::Increment;
@@ -26,140 +29,141 @@ pub(crate) fn device_product(
     })
 }
 
+/// Where the numbers of the current tangent are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Numbers {
+    Here,
+    OnDevice,
+    Both,
+}
+
 /// A [`MatrixFree`] with a copy of its numbers on a device.
 #[derive(Debug)]
 pub(super) struct DeviceProduct<T: Stored> {
     host: MatrixFree<T>,
-    /// Whether the device has the numbers of the current tangent.
-    sent: bool,
+    numbers: Numbers,
     program: Arc<dyn Program>,
-    kinds: Vec<Kind<T>>,
-    /// Places of elements in all, those of the last batches that no element takes too.
-    slots: usize,
-    /// Node a of slot s, at a · slots + s.
-    nodes: Array<u32>,
-    /// The copies of each node, as (start, place).
-    start: Array<u32>,
-    place: Array<u32>,
+    slots: Slots,
+    /// By kind of slots.
+    data: Vec<Array<T>>,
+    /// Places in the data of a kind that no element takes, zero here.
+    vacant: Vec<Vec<usize>>,
     copies: Array<f64>,
-}
-
-/// Plain elements or the others: their chunks follow each other.
-#[derive(Debug)]
-struct Kind<T> {
-    chunks: std::ops::Range<usize>,
-    first: usize,
-    slots: usize,
-    data: Array<T>,
-}
-
-/// y_n = the sum of the copies of node n, in the order of the elements.
-fn node_sum() -> Kernel {
-    let parameters = [
-        ("const unsigned *", "start"),
-        ("const unsigned *", "place"),
-        ("const double *", "copies"),
-        ("double *", "y"),
-    ];
-    let body = "    index node = at / 4, c = at % 4;\n    double sum = 0.0;\n    \
-                for (index k = start[node]; k < start[node + 1]; k++) \
-                sum += copies[4 * (index)place[k] + c];\n    y[at] = sum;\n";
-    Kernel::new("node_sum", &parameters, body)
+    diagonal: Array<f64>,
 }
 
 impl<T: Stored> DeviceProduct<T> {
     pub(super) fn new(layout: Arc<Layout>, device: &ComputeDevice) -> Result<Self, DeviceError> {
-        let (batches, per_element) = (&layout.batches, layout.rule.nodes);
-        let mut kernels = Vec::new();
-        let (mut kinds, mut slots) = (Vec::new(), 0);
-        for part in batches.chunks.chunk_by(|a, b| a.plain == b.plain) {
-            let plain = part[0].plain;
-            let width = PointData::of(&layout.rule, plain).width();
-            let begin = kinds.last().map_or(0, |kind: &Kind<T>| kind.chunks.end);
-            let count: usize = part.iter().map(|chunk| chunk.tets.len()).sum();
-            let data = Array::zeros(device, count * width)?;
-            kernels.push(product_kernel::<T>(&layout, plain));
-            kinds.push(Kind {
-                chunks: begin..begin + part.len(),
-                first: slots,
-                slots: count,
-                data,
-            });
-            slots += count;
+        let slots = Slots::new::<T>(&layout, device)?;
+        let rule = &layout.rule;
+        let width = |plain: bool| PointData::of(rule, plain).width();
+        let data = slots.kinds.iter().map(|k| Array::zeros(device, k.count * width(k.plain)));
+        let data = data.collect::<Result<Vec<_>, _>>()?;
+        let vacant = |kind: &Kind| {
+            let (width, elements) = (width(kind.plain), Slots::elements::<T>(&layout, kind));
+            let slots = elements.iter().enumerate().filter(|(_, (_, is_one))| !is_one);
+            let places = |slot: usize| {
+                let first = slot / T::WIDTH * width * T::WIDTH + slot % T::WIDTH;
+                (0..width).map(move |k| first + k * T::WIDTH)
+            };
+            slots.flat_map(|(slot, _)| places(slot)).collect()
+        };
+        let vacant = slots.kinds.iter().map(vacant).collect();
+        let kinds = slots.kinds.iter().map(|kind| kind.plain);
+        let mut kernels: Vec<_> =
+            kinds.clone().map(|plain| product_kernel::<T>(&layout, plain)).collect();
+        kernels.extend(kinds.map(|plain| diagonal_kernel::<T>(rule, plain)));
+        kernels.push(node_sum(4));
+        Ok(Self {
+            numbers: Numbers::Here,
+            program: device.compile(&kernels)?,
+            copies: Array::zeros(device, 4 * rule.nodes * slots.count)?,
+            diagonal: Array::zeros(device, 4 * layout.batches.node_count())?,
+            slots,
+            data,
+            vacant,
+            host: MatrixFree::new(layout),
+        })
+    }
+
+    fn send(&mut self) -> Result<(), DeviceError> {
+        for (kind, data) in self.slots.kinds.iter().zip(&mut self.data) {
+            let mut at = 0;
+            for packs in &self.host.data()[kind.chunks.clone()] {
+                let numbers: Vec<T> = packs.iter().flat_map(AsRef::as_ref).copied().collect();
+                data.write(at, &numbers)?;
+                at += numbers.len();
+            }
         }
-        if u32::try_from(per_element * slots).is_err() {
-            return Err(DeviceError(format!("{slots} elements are too many for one device")));
+        self.numbers = Numbers::Both;
+        Ok(())
+    }
+
+    /// Brings the numbers back. If the device has failed meanwhile, those of an earlier tangent stay, with which
+    /// no iteration converges: Newton's method asks for another.
+    fn bring(&mut self) {
+        if self.numbers != Numbers::OnDevice {
+            return;
         }
-        kernels.push(node_sum());
-        let mut nodes = vec![0u32; per_element * slots];
-        let mut of_node = vec![Vec::new(); batches.node_count()];
-        let mut first = 0;
-        // the numbers of an element stand where its place in the pack is
-        let places = super::lanes::places::<T>();
-        for chunk in &batches.chunks {
-            let lanes = places.len();
-            for (batch, local) in chunk.local.chunks_exact(per_element).enumerate() {
-                for (lane, &place) in places.iter().enumerate() {
-                    let slot = first + batch * lanes + place;
-                    let vacant = chunk.tets[batch * lanes + lane] == VACANT;
-                    for a in 0..per_element {
-                        let node = chunk.global[usize::from(local[a][lane])];
-                        nodes[a * slots + slot] = node;
-                        if !vacant {
-                            of_node[node as usize].push((a * slots + slot) as u32);
-                        }
-                    }
+        for ((kind, data), vacant) in self.slots.kinds.iter().zip(&self.data).zip(&self.vacant) {
+            let mut numbers = vec![T::default(); data.len()];
+            if data.read(&mut numbers).is_err() {
+                return;
+            }
+            vacant.iter().for_each(|&place| numbers[place] = T::default());
+            let mut rest = numbers.as_slice();
+            for packs in &mut self.host.data_mut()[kind.chunks.clone()] {
+                for pack in packs {
+                    let (own, others) = rest.split_at(T::WIDTH);
+                    pack.as_mut().copy_from_slice(own);
+                    rest = others;
                 }
             }
-            first += chunk.tets.len();
         }
-        let ends = of_node.iter().scan(0, |end, copies| {
-            *end += copies.len() as u32;
-            Some(*end)
-        });
-        let start: Vec<u32> = std::iter::once(0).chain(ends).collect();
-        let place: Vec<u32> = of_node.concat();
-        Ok(Self {
-            sent: false,
-            program: device.compile(&kernels)?,
-            slots,
-            nodes: Array::of(device, &nodes)?,
-            start: Array::of(device, &start)?,
-            place: Array::of(device, &place)?,
-            copies: Array::zeros(device, 4 * per_element * slots)?,
-            host: MatrixFree::new(layout),
-            kinds,
-        })
+        self.numbers = Numbers::Both;
+    }
+
+    /// Sums the copies by node.
+    fn sum(&self, y: &Array<f64>) -> Result<(), DeviceError> {
+        let kernel = 2 * self.slots.kinds.len();
+        self.program.launch(kernel, y.len(), &self.slots.sum(&self.copies, y))
+    }
+
+    fn diagonal_on_device(&self) -> Result<Vec<[f64; 4]>, DeviceError> {
+        let kinds = self.slots.kinds.len();
+        for (k, (kind, data)) in self.slots.kinds.iter().zip(&self.data).enumerate() {
+            let arguments = [
+                Argument::Index(self.slots.count as u64),
+                Argument::Index(kind.first as u64),
+                data.argument(),
+                self.copies.argument(),
+            ];
+            self.program.launch(kinds + k, kind.count, &arguments)?;
+        }
+        self.sum(&self.diagonal)?;
+        let mut out = vec![[0.0; 4]; self.diagonal.len() / 4];
+        self.diagonal.read(out.as_flattened_mut())?;
+        Ok(out)
     }
 }
 
 impl<T: Stored> AppliedOnDevice for DeviceProduct<T> {
     fn apply(&mut self, x: &Array<f64>, y: &mut Array<f64>) -> Result<(), DeviceError> {
-        if !self.sent {
-            for kind in &mut self.kinds {
-                let mut at = 0;
-                for packs in &self.host.data()[kind.chunks.clone()] {
-                    let numbers: Vec<T> = packs.iter().flat_map(AsRef::as_ref).copied().collect();
-                    kind.data.write(at, &numbers)?;
-                    at += numbers.len();
-                }
-            }
-            self.sent = true;
+        if self.numbers == Numbers::Here {
+            self.send()?;
         }
-        for (kernel, kind) in self.kinds.iter().enumerate() {
+        for (kernel, (kind, data)) in self.slots.kinds.iter().zip(&self.data).enumerate() {
             let arguments = [
-                Argument::Index(self.slots as u64),
+                Argument::Index(self.slots.count as u64),
                 Argument::Index(kind.first as u64),
-                self.nodes.argument(),
-                kind.data.argument(),
+                self.slots.nodes.argument(),
+                data.argument(),
                 x.argument(),
                 self.copies.argument(),
             ];
-            self.program.launch(kernel, kind.slots, &arguments)?;
+            self.program.launch(kernel, kind.count, &arguments)?;
         }
-        let arguments =
-            [self.start.argument(), self.place.argument(), self.copies.argument(), y.argument()];
-        self.program.launch(self.kinds.len(), y.len(), &arguments)
+        self.sum(y)
     }
 }
 
@@ -170,19 +174,36 @@ impl<T: Stored> Product for DeviceProduct<T> {
         increment: &Increment,
         coupling: Coupling,
     ) -> Result<(), Inverted> {
-        self.sent = false;
+        let data: Vec<Argument> = self.data.iter().map(Array::argument).collect();
+        let there = operator.on_device().and_then(|equations| match coupling {
+            Coupling::Full => equations.linearise(increment, &data),
+            Coupling::Separate => None,
+        });
+        if let Some(result) = there {
+            self.numbers = Numbers::OnDevice;
+            return result;
+        }
+        self.numbers = Numbers::Here;
         self.host.linearise(operator, increment, coupling)
     }
 
     fn apply(&mut self, x: &[[f64; 4]], y: &mut [[f64; 4]]) {
+        self.bring();
         self.host.apply(x, y);
     }
 
     fn diagonal(&mut self) -> Vec<[f64; 4]> {
+        if self.numbers == Numbers::OnDevice
+            && let Ok(diagonal) = self.diagonal_on_device()
+        {
+            return diagonal;
+        }
+        self.bring();
         self.host.diagonal()
     }
 
-    fn add_linear(&self, out: &mut Tangent) {
+    fn add_linear(&mut self, out: &mut Tangent) {
+        self.bring();
         self.host.add_linear(out);
     }
 

@@ -59,6 +59,10 @@ impl<T: Stored> MatrixFree<T> {
     pub(super) fn data(&self) -> &[Vec<T::Pack>] {
         &self.data
     }
+
+    pub(super) fn data_mut(&mut self) -> &mut [Vec<T::Pack>] {
+        &mut self.data
+    }
 }
 
 impl<T: Stored> Product for MatrixFree<T> {
@@ -116,7 +120,7 @@ impl<T: Stored> Product for MatrixFree<T> {
         out
     }
 
-    fn add_linear(&self, out: &mut Tangent) {
+    fn add_linear(&mut self, out: &mut Tangent) {
         let rule = &self.layout.rule.linear();
         let of_chunk = |(chunk, data): (&Chunk, &Vec<T::Pack>)| {
             let mut elements: Vec<(u32, [[Block; 4]; 4])> = Vec::with_capacity(chunk.tets.len());

@@ -4,7 +4,9 @@
 mod apply;
 mod assembly;
 mod chunk;
+mod device_assembly;
 mod device_product;
+mod equations_source;
 mod gather;
 mod kinds;
 mod lanes;
@@ -13,10 +15,14 @@ mod product_source;
 mod recording;
 mod regions;
 mod shifts;
+mod slots;
 mod stresses;
 
 pub(crate) use assembly::Assembly;
+pub(crate) use device_assembly::DeviceAssembly;
 pub(crate) use device_product::device_product;
+#[cfg(test)]
+pub(crate) use equations_source::equations_kernels;
 #[cfg(test)]
 pub(crate) use gather::{Buffers, Gather};
 #[cfg(test)]

@@ -1,17 +1,18 @@
 //! A number that writes down what is done with it, so that a kernel tells its own source.
 //!
-//! Zeros and ones that are known are left out, and what was computed before is not computed again; nothing else is
+//! It records sums and products for the product with a tangent, and all that a point's equations take for residual
+//! and tangent. Zeros and ones that are known are left out, and what was computed before is not computed again; nothing else is
 //! changed, so that the source rounds as the kernel does.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::fmt::Write;
-use std::ops::{Add, AddAssign, Mul, Neg, Sub};
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 use faer::traits::pulp::Simd;
 
 use super::lanes::{Pack, Precision};
-use crate::material::Number;
+use crate::material::{Number, Round, Scalar};
 
 /// What a number is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -23,9 +24,26 @@ enum Node {
     Add(Term, Term),
     Subtract(Term, Term),
     Multiply(Term, Term),
+    Divide(Term, Term),
     Negate(Term),
     /// a b + c with one rounding.
     MultiplyAdd(Term, Term, Term),
+    /// A function of C's library.
+    Call(&'static str, Term),
+    Call2(&'static str, Term, Term),
+    /// Whether a comparison, by its sign, holds.
+    Compare(&'static str, Term, Term),
+    /// The second where the first holds, else the third.
+    Select(Term, Term, Term),
+    /// A number of the state that a loop leaves, by the loop's place.
+    Left(u32, u32),
+}
+
+/// A loop that is run on numbers.
+#[derive(Clone, Debug, PartialEq)]
+struct Loop {
+    name: &'static str,
+    state: Vec<Term>,
 }
 
 /// A number by its place in the record; the first is zero.
@@ -38,12 +56,16 @@ const ZERO: Term = Term(0);
 struct Record {
     nodes: Vec<Node>,
     known: HashMap<Node, Term>,
+    loops: Vec<Loop>,
+    /// The functions of C that loops are, by name.
+    functions: Vec<(&'static str, String)>,
 }
 
 impl Record {
     fn new() -> Self {
         let zero = Node::Constant(0);
-        Self { nodes: vec![zero], known: HashMap::from([(zero, ZERO)]) }
+        let known = HashMap::from([(zero, ZERO)]);
+        Self { nodes: vec![zero], known, loops: Vec::new(), functions: Vec::new() }
     }
 }
 
@@ -115,6 +137,18 @@ impl Mul for Term {
     }
 }
 
+impl Div for Term {
+    type Output = Self;
+
+    fn div(self, other: Self) -> Self {
+        match (self, other) {
+            (ZERO, _) => ZERO,
+            (x, one) if one.is_one() => x,
+            _ => put(Node::Divide(self, other)),
+        }
+    }
+}
+
 impl Neg for Term {
     type Output = Self;
 
@@ -143,6 +177,73 @@ impl Number for Term {
     }
 }
 
+impl Scalar for Term {
+    /// Its number is one or zero.
+    type Mask = Self;
+
+    const RECORDS: bool = true;
+
+    fn record_loop(name: &'static str, most: usize, state: &mut [Self], round: Round<Self>) {
+        let known = RECORD.with_borrow(|record| record.functions.iter().any(|f| f.0 == name));
+        if !known {
+            let function = function(name, most, state.len(), round);
+            RECORD.with_borrow_mut(|record| record.functions.push((name, function)));
+        }
+        let place = RECORD.with_borrow_mut(|record| {
+            let own = Loop { name, state: state.to_vec() };
+            let same = record.loops.iter().position(|other| *other == own);
+            same.unwrap_or_else(|| {
+                record.loops.push(own);
+                record.loops.len() - 1
+            })
+        });
+        for (k, number) in state.iter_mut().enumerate() {
+            *number = put(Node::Left(place as u32, k as u32));
+        }
+    }
+
+    fn sqrt(self) -> Self {
+        put(Node::Call("sqrt", self))
+    }
+
+    fn abs(self) -> Self {
+        put(Node::Call("fabs", self))
+    }
+
+    fn max(self, other: Self) -> Self {
+        put(Node::Call2("fmax", self, other))
+    }
+
+    fn min(self, other: Self) -> Self {
+        put(Node::Call2("fmin", self, other))
+    }
+
+    fn ln_1p(self) -> Self {
+        put(Node::Call("log1p", self))
+    }
+
+    fn exp_m1(self) -> Self {
+        put(Node::Call("expm1", self))
+    }
+
+    fn less_than(self, other: Self) -> Self {
+        put(Node::Compare("<", self, other))
+    }
+
+    fn equals(self, other: Self) -> Self {
+        put(Node::Compare("==", self, other))
+    }
+
+    fn select(mask: Self, yes: Self, no: Self) -> Self {
+        if yes == no { yes } else { put(Node::Select(mask, yes, no)) }
+    }
+
+    /// What is recorded holds for all values.
+    fn settled(_: Self) -> bool {
+        false
+    }
+}
+
 /// One element at a time, so that a register and a pack are a number.
 impl Precision for Term {
     type Pack = Pack<Self, 1>;
@@ -155,6 +256,30 @@ impl Precision for Term {
     fn load<S: Simd>(_: S, pack: &Self::Pack, _: usize) -> Self {
         pack.as_ref()[0]
     }
+}
+
+/// A loop as a function of C, which is given its state and leaves another.
+fn function(name: &str, most: usize, len: usize, round: Round<Term>) -> String {
+    let outer = RECORD.replace(Record::new());
+    let mut state: Vec<Term> = (0..len).map(Term::given).collect();
+    let settled = round(&mut state);
+    let (test, holds) = statements(&[settled], |k| format!("s[{k}]"));
+    let (lines, results) = statements(&state, |k| format!("s[{k}]"));
+    RECORD.replace(outer);
+    let mut out = format!(
+        "ITEM {name}(double *s) {{\n    for (int round = 0; round < {most}; round++) {{\n    {{\n{test}    \
+         if ({} != 0.0) break;\n    }}\n{lines}",
+        holds[0]
+    );
+    for (k, result) in results.iter().enumerate() {
+        writeln!(out, "    s[{k}] = {result};").expect("a string takes all");
+    }
+    out + "    }\n}\n"
+}
+
+/// The functions of C that the statements of this record call.
+pub(super) fn functions() -> Vec<String> {
+    RECORD.with_borrow(|record| record.functions.iter().map(|f| f.1.clone()).collect())
 }
 
 /// The statements of C that compute `results`, and the expression of each. `given` is the expression
@@ -170,17 +295,23 @@ pub(super) fn statements(
         for i in (0..nodes.len()).rev() {
             if needed[i] {
                 parts(nodes[i]).iter().flatten().for_each(|term| needed[term.0 as usize] = true);
+                if let Node::Left(place, _) = nodes[i] {
+                    let state = &record.loops[place as usize].state;
+                    state.iter().for_each(|term| needed[term.0 as usize] = true);
+                }
             }
         }
+        let mut run = vec![false; record.loops.len()];
         let name = |term: Term| match nodes[term.0 as usize] {
+            Node::Constant(bits) if f64::from_bits(bits) == f64::INFINITY => "(1.0 / 0.0)".into(),
             Node::Constant(bits) => format!("{:?}", f64::from_bits(bits)),
             _ => format!("t{}", term.0),
         };
-        let mut out = String::new();
+        let out = RefCell::new(String::new());
         let mut read = vec![false; nodes.len()];
-        let mut line = |i: usize, value: String| {
-            writeln!(out, "    double t{i} = {value};").expect("a string takes all");
-        };
+        let write =
+            |text: String| writeln!(out.borrow_mut(), "{text}").expect("a string takes all");
+        let mut line = |i: usize, value: String| write(format!("    double t{i} = {value};"));
         let mut read_given = |term: Term, line: &mut dyn FnMut(usize, String)| {
             if let Node::Given(place) = nodes[term.0 as usize]
                 && !std::mem::replace(&mut read[term.0 as usize], true)
@@ -192,26 +323,50 @@ pub(super) fn statements(
             parts(nodes[i]).iter().flatten().for_each(|&term| read_given(term, &mut line));
             match nodes[i] {
                 Node::Constant(_) | Node::Given(_) => {}
+                Node::Left(place, k) => {
+                    if !std::mem::replace(&mut run[place as usize], true) {
+                        let Loop { name: called, state } = &record.loops[place as usize];
+                        state.iter().for_each(|&term| read_given(term, &mut line));
+                        let given: Vec<String> = state.iter().map(|&term| name(term)).collect();
+                        let given = given.join(", ");
+                        write(format!(
+                            "    double l{place}[] = {{{given}}};\n    {called}(l{place});"
+                        ));
+                    }
+                    line(i, format!("l{place}[{k}]"));
+                }
                 Node::Add(a, b) => line(i, format!("{} + {}", name(a), name(b))),
                 Node::Subtract(a, b) => line(i, format!("{} - {}", name(a), name(b))),
                 Node::Multiply(a, b) => line(i, format!("{} * {}", name(a), name(b))),
+                Node::Divide(a, b) => line(i, format!("{} / {}", name(a), name(b))),
                 Node::Negate(a) => line(i, format!("-{}", name(a))),
+                Node::Call(f, a) => line(i, format!("{f}({})", name(a))),
+                Node::Call2(f, a, b) => line(i, format!("{f}({}, {})", name(a), name(b))),
+                Node::Compare(sign, a, b) => line(i, format!("{} {sign} {}", name(a), name(b))),
+                Node::Select(mask, yes, no) => {
+                    line(i, format!("{} != 0.0 ? {} : {}", name(mask), name(yes), name(no)));
+                }
                 Node::MultiplyAdd(a, b, c) => {
                     line(i, format!("fma({}, {}, {})", name(a), name(b), name(c)));
                 }
             }
         }
         results.iter().for_each(|&term| read_given(term, &mut line));
-        (out, results.iter().map(|&term| name(term)).collect())
+        (out.into_inner(), results.iter().map(|&term| name(term)).collect())
     })
 }
 
 fn parts(node: Node) -> [Option<Term>; 3] {
     match node {
-        Node::Constant(_) | Node::Given(_) => [None; 3],
-        Node::Negate(a) => [Some(a), None, None],
-        Node::Add(a, b) | Node::Subtract(a, b) | Node::Multiply(a, b) => [Some(a), Some(b), None],
-        Node::MultiplyAdd(a, b, c) => [Some(a), Some(b), Some(c)],
+        Node::Constant(_) | Node::Given(_) | Node::Left(..) => [None; 3],
+        Node::Negate(a) | Node::Call(_, a) => [Some(a), None, None],
+        Node::Add(a, b)
+        | Node::Subtract(a, b)
+        | Node::Multiply(a, b)
+        | Node::Divide(a, b)
+        | Node::Call2(_, a, b)
+        | Node::Compare(_, a, b) => [Some(a), Some(b), None],
+        Node::MultiplyAdd(a, b, c) | Node::Select(a, b, c) => [Some(a), Some(b), Some(c)],
     }
 }
 

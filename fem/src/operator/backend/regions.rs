@@ -19,10 +19,10 @@ pub(super) struct Regions<'a> {
 }
 
 /// Constants of a region.
-const CONSTANTS: usize = 6;
+pub(super) const CONSTANTS: usize = 6;
 
-/// Those of the lanes; behind them the fraction and the moduli of the grain.
-type Columns = [[f64; POINTS]; CONSTANTS + 3];
+/// Those of an element; behind them the fraction and the moduli of the grain.
+pub(super) type Row = [f64; CONSTANTS + 3];
 
 impl<'a> Regions<'a> {
     pub(super) fn new(materials: &'a [PointMaterial], rule: Homogenisation, duration: f64) -> Self {
@@ -45,6 +45,30 @@ impl<'a> Regions<'a> {
         }
     }
 
+    /// What the constants of an element are called in [`row`](Self::row), and the law that takes them.
+    pub(super) fn setting(&self) -> (Option<Formula>, Degraded, Homogenisation) {
+        (self.formula, self.degraded, self.rule)
+    }
+
+    /// The constants of an element: K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt, for a mixture those of its
+    /// matrix; the fraction and the K and μ of the grain.
+    pub(super) fn row(&self, region: usize, fraction: f64) -> Row {
+        let mut row = [0.0; CONSTANTS + 3];
+        row[..CONSTANTS].copy_from_slice(&self.constants[region]);
+        // one phase is a mixture of it with itself
+        let mut grain = region;
+        if fraction > 0.0 {
+            if fraction > MOST_GRAIN {
+                row[2..CONSTANTS].fill(0.0);
+            }
+            row[3..CONSTANTS].iter_mut().for_each(|constant| *constant *= 1.0 - fraction);
+            row[CONSTANTS] = fraction;
+            grain = 1;
+        }
+        row[CONSTANTS + 1..].copy_from_slice(&self.constants[grain][..2]);
+        row
+    }
+
     /// The constants of the elements of each lane, and whether one of them is a mixture.
     #[inline(always)]
     pub(super) fn of<T: Lanes, const N: usize>(
@@ -53,23 +77,17 @@ impl<'a> Regions<'a> {
         space: &Space<N>,
         tets: &[usize; POINTS],
     ) -> (Constants<T, LaneLaw<'_, T>>, bool) {
-        let mut columns: Columns = [[0.0; POINTS]; CONSTANTS + 3];
+        let mut columns = [[0.0; POINTS]; CONSTANTS + 3];
         let mut materials = [&self.materials[0]; POINTS];
         let mut mixed = false;
         for lane in 0..T::COUNT {
             let region = usize::from(space.region[tets[lane]]);
             materials[lane] = &self.materials[region];
-            let constants = &self.constants[region];
-            for k in 0..CONSTANTS {
-                columns[k][lane] = constants[k];
-            }
-            // one phase is a mixture of it with itself
-            columns[CONSTANTS + 1][lane] = constants[0];
-            columns[CONSTANTS + 2][lane] = constants[1];
             let fraction = space.fraction(tets[lane]);
-            if fraction > 0.0 {
-                mixed = true;
-                self.mix(lane, fraction, &mut columns);
+            mixed |= fraction > 0.0;
+            let row = self.row(region, fraction);
+            for k in 0..CONSTANTS + 3 {
+                columns[k][lane] = row[k];
             }
         }
         let mut numbers = [T::load(token, &columns[0]); CONSTANTS + 3];
@@ -86,17 +104,5 @@ impl<'a> Regions<'a> {
         let law = LaneLaw::new(self.formula, self.degraded, [bulk, shear], phases, materials);
         let degradation = Degradation { soft };
         (Constants { law, degradation, local, gradient, viscous }, mixed)
-    }
-
-    /// Makes the constants of a lane those of a mixture.
-    fn mix(&self, lane: usize, fraction: f64, columns: &mut Columns) {
-        if fraction > MOST_GRAIN {
-            columns[2..CONSTANTS].iter_mut().for_each(|column| column[lane] = 0.0);
-        }
-        columns[3..CONSTANTS].iter_mut().for_each(|column| column[lane] *= 1.0 - fraction);
-        let [bulk, shear, ..] = self.constants[1];
-        columns[CONSTANTS][lane] = fraction;
-        columns[CONSTANTS + 1][lane] = bulk;
-        columns[CONSTANTS + 2][lane] = shear;
     }
 }

@@ -4,6 +4,7 @@ mod aggregation;
 mod amg;
 mod block_csr;
 mod chebyshev;
+mod coarse_nodes;
 mod cover;
 mod direct;
 mod factor;
@@ -14,6 +15,7 @@ mod on_device;
 mod ordering;
 mod plan;
 mod quadratic;
+mod rows;
 mod vector;
 
 pub(crate) use plan::LinearPlan;
@@ -55,6 +57,11 @@ pub(crate) trait LinearSolver: Send {
 
     /// 1/|A_ii| of the values that are solved for, zero in the others: the weight of the norm.
     fn weight(&self) -> &[Nodal];
+
+    /// Whether the systems are solved on a device.
+    fn is_on_device(&self) -> bool {
+        false
+    }
 
     /// Where the systems are solved, in words.
     fn machine(&self) -> String {

@@ -114,6 +114,11 @@ impl LinearPlan {
         Self::Multigrid { pattern, vertices, parents: Arc::new(parents), device: None }
     }
 
+    /// Whether systems are solved on a device.
+    pub(crate) fn is_on_device(&self) -> bool {
+        matches!(self, Self::Multigrid { device: Some(_), .. })
+    }
+
     /// Entries of the factor; zero for an iterative solver.
     pub(crate) fn fill(&self) -> usize {
         match self {
@@ -132,7 +137,9 @@ impl LinearPlan {
                 let domain = operator.domain();
                 let tangent = Tangent::new(Arc::clone(pattern));
                 let solver = |product: Option<Box<dyn Product>>| {
-                    let level = product.map(|p| QuadraticLevel::new(p, Arc::clone(parents)));
+                    let level = product.map(|p| {
+                        QuadraticLevel::new(p, Arc::clone(parents), Arc::clone(operator.part()))
+                    });
                     Iterative::new(operator, Arc::clone(vertices), tangent, level)
                 };
                 let here = || {

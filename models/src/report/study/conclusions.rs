@@ -12,6 +12,15 @@ pub(super) fn conclusions(results: &StudyResults) -> Markup {
         return html! {};
     }
     let count = results.conclusions.len();
+    let mut missing: Vec<&str> = results
+        .variants
+        .iter()
+        .flat_map(|variant| &variant.missing)
+        .chain(&results.missing)
+        .map(String::as_str)
+        .collect();
+    missing.sort_unstable();
+    missing.dedup();
     let survive = |k: usize| results.conclusions.iter().filter(|c| holds(c, k)).count();
     html! {
         section {
@@ -45,6 +54,9 @@ pub(super) fn conclusions(results: &StudyResults) -> Markup {
                  the same. Cases of one laboratory agree on a parameter where the 90 % interval of the ratio \
                  of no two of them leaves out 1. Intervals hold the truth as often as they say where so few \
                  hits as were counted, or fewer, have a chance of at least 5 %."
+                @if !missing.is_empty() {
+                    " " (missing.join(", ")) " could not be calibrated under all settings, and is left out of all."
+                }
             }
         }
     }
@@ -73,14 +85,15 @@ pub(super) fn settings(results: &StudyResults) -> Markup {
                     th { "case" } th.text { "parameter" } th { "truth" }
                     @for (title, _) in all() { th { (title) } }
                 },
-                html! { @for (c, case) in results.cases.iter().enumerate() {
+                html! { @for case in &results.cases {
                     @for (k, p) in case.parameters.iter().enumerate() { tr {
                         td.name { @if k == 0 { (case.name) } }
                         td.name { (p.label) }
                         td data-is="truth" { @if let Some(truth) = p.truth { (plain(truth)) } }
                         @for (title, cases) in all() {
                             td data-is=(title) {
-                                @if let Some(p) = cases.get(c).and_then(|case| case.parameters.get(k)) {
+                                @let same = cases.iter().find(|other| other.name == case.name);
+                                @if let Some(p) = same.and_then(|case| case.parameters.get(k)) {
                                     (within(p.q05)) " … " (within(p.q95))
                                 }
                             }

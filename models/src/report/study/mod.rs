@@ -24,6 +24,9 @@ pub(crate) fn study_page(results: &StudyResults) -> String {
             }
             "."
         }
+        @if !results.missing.is_empty() {
+            p.bad { "Not in it, since it could not be calibrated: " (results.missing.join(", ")) "." }
+        }
         @if !results.variants.is_empty() {
             p { "Under other settings: "
                 @for (k, variant) in results.variants.iter().enumerate() {
@@ -247,7 +250,13 @@ mod tests {
             cases: cases.clone(),
             pairs: vec![pair],
             text: "x".into(),
-            variants: vec![Variant { title: "V".into(), folder: "v".into(), cases }],
+            variants: vec![Variant {
+                title: "V".into(),
+                folder: "v".into(),
+                cases,
+                missing: vec!["C".into()],
+            }],
+            missing: vec!["D".into()],
             conclusions: vec![
                 Conclusion {
                     claim: "E is identified in every case".into(),
@@ -268,6 +277,8 @@ mod tests {
             "<td data-is=\"truth\">285, outside</td>",
             "href=\"v/report.html\"",
             "Under V 1 of 2 conclusions survive.",
+            "since it could not be calibrated: D.",
+            "C, D could not be calibrated under all settings",
             "E is identified in every case",
             "<td>25 %</td><td>1.050</td><td>1.020 … 1.080</td><td>yes</td>",
             "<svg viewBox=",

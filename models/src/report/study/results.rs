@@ -9,6 +9,8 @@ pub(crate) struct StudyResults {
     pub(crate) title: String,
     /// The calibrations, in order.
     pub(crate) cases: Vec<ComparedCase>,
+    /// Those that could not be made.
+    pub(crate) missing: Vec<String>,
     /// The same under other settings.
     pub(crate) variants: Vec<Variant>,
     /// What the calibrations say, and whether it is said under the other settings too.
@@ -71,6 +73,8 @@ pub(crate) struct Variant {
     pub(crate) folder: String,
     /// The calibrations, in the order of the study.
     pub(crate) cases: Vec<ComparedCase>,
+    /// Those that could not be made.
+    pub(crate) missing: Vec<String>,
 }
 
 /// A sentence that a study says under its first setting.

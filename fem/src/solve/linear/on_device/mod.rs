@@ -1,4 +1,4 @@
-//! Iterations on a device: the processor linearises and makes the hierarchy, a solution sends one right-hand
+//! Iterations on a device: the processor makes the hierarchy, a solution sends one right-hand
 //! side and gets one step.
 
 mod free_tangent;

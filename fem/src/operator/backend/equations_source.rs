@@ -1,0 +1,260 @@
+//! Residual, tangent and its diagonal as kernels of C, recorded from those of the processor.
+
+use std::fmt::Write;
+
+use super::lanes::Stored;
+use super::recording::{Term, begin, functions, statements};
+use super::regions::Row;
+use crate::device::Kernel;
+use crate::element::{Geometry, Rule};
+use crate::material::{
+    CrackDensity, Degradation, Degraded, Formula, FormulaLaw, Homogenisation, MixedPhases,
+};
+use crate::operator::blocks::diagonal;
+use crate::operator::element::{Constants, ElementState};
+use crate::operator::point_data::PointData;
+
+/// What the equations of all elements have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Setting {
+    pub(super) formula: Formula,
+    pub(super) degraded: Degraded,
+    pub(super) density: CrackDensity,
+    /// That of mixtures; `None`: there are none.
+    pub(super) mixed: Option<Homogenisation>,
+}
+
+/// Numbers of an elastic point's geometry: ∇λ_k, and the volume.
+pub(super) const GEOMETRY: usize = 10;
+/// Numbers of an element's constants.
+pub(super) const ROW: usize = size_of::<Row>() / size_of::<f64>();
+
+/// Points of which an element has a geometry.
+pub(super) fn geometries(rule: &Rule, plain: bool) -> usize {
+    if plain { 1 } else { rule.points.len() }
+}
+
+/// Records something of an element. It is given its nodes' values u_x, u_y, u_z, φ, then φ_n, then its geometry,
+/// then its constants.
+fn record<const N: usize, R>(
+    rule: &Rule,
+    setting: &Setting,
+    plain: bool,
+    work: impl FnOnce(&ElementState<Term, FormulaLaw<Term>, N>) -> R,
+) -> R {
+    begin();
+    let mut places = 0..;
+    let mut given = || Term::given(places.next().expect("places do not end"));
+    let (mut displacement, mut damage) = ([[Term::default(); 3]; N], [Term::default(); N]);
+    for a in 0..N {
+        displacement[a] = std::array::from_fn(|_| given());
+        damage[a] = given();
+    }
+    let before = std::array::from_fn(|_| given());
+    let geometry: Vec<Geometry<Term>> = (0..geometries(rule, plain))
+        .map(|_| {
+            let barycentric = std::array::from_fn(|_| std::array::from_fn(|_| given()));
+            Geometry { barycentric, volume: given() }
+        })
+        .collect();
+    let row: [Term; ROW] = std::array::from_fn(|_| given());
+    let [mut bulk, mut shear, soft, local, gradient, viscous, fraction, grain @ ..] = row;
+    let phases = setting.mixed.filter(|_| !plain).map(|rule| MixedPhases {
+        rule,
+        matrix: [bulk, shear],
+        grain,
+        fraction,
+    });
+    if let Some(phases) = &phases {
+        [bulk, shear] = phases.whole();
+    }
+    let Setting { formula, degraded, density, .. } = *setting;
+    let law = FormulaLaw { formula, degraded, moduli: [bulk, shear], phases };
+    let degradation = Degradation { soft };
+    work(&ElementState {
+        rule,
+        constants: Constants { law, degradation, local, gradient, viscous },
+        density,
+        displacement,
+        damage,
+        before,
+        geometry: &geometry,
+        plain,
+        history: None,
+    })
+}
+
+/// How a kernel gets what an element is given.
+struct Inputs {
+    /// Statements that find them.
+    begin: String,
+    nodes: usize,
+    geometry: usize,
+}
+
+impl Inputs {
+    const PARAMETERS: [(&'static str, &'static str); 9] = [
+        ("index", "slots"),
+        ("index", "first"),
+        ("index", "count"),
+        ("const unsigned *", "nodes"),
+        ("const double *", "geometry"),
+        ("const unsigned *", "rows"),
+        ("const double *", "table"),
+        ("const double *", "fields"),
+        ("const double *", "before"),
+    ];
+
+    fn new(rule: &Rule, plain: bool) -> Self {
+        let mut begin = String::new();
+        for a in 0..rule.nodes {
+            writeln!(begin, "    index i{a} = nodes[{a} * slots + first + at];")
+                .expect("a string takes all");
+        }
+        writeln!(begin, "    const double *row = table + {ROW} * (index)rows[at];")
+            .expect("a string takes all");
+        Self { begin, nodes: rule.nodes, geometry: GEOMETRY * geometries(rule, plain) }
+    }
+
+    /// The expression of what is given at a place.
+    fn given(&self, place: usize) -> String {
+        let Self { nodes, geometry, .. } = *self;
+        if place < 4 * nodes {
+            return format!("fields[4 * i{} + {}]", place / 4, place % 4);
+        }
+        match place - 4 * nodes {
+            a if a < nodes => format!("before[i{a}]"),
+            k if k < nodes + geometry => format!("geometry[{} * count + at]", k - nodes),
+            k => format!("row[{}]", k - nodes - geometry),
+        }
+    }
+}
+
+/// What the residual's kernel writes beside the copies of nodes: four numbers of each slot, its energies and
+/// whether it is sound.
+pub(super) const SUMS: usize = 4;
+
+/// Residual and energies of an element, one a slot: what it adds to its node a at place a · slots + s of
+/// `copies` (four values) and `drive` (one).
+pub(super) fn residual_kernel<const N: usize>(
+    rule: &Rule,
+    setting: &Setting,
+    plain: bool,
+) -> Kernel {
+    let inputs = Inputs::new(rule, plain);
+    let residual = record::<N, _>(rule, setting, plain, |element| element.residual());
+    let mut results = residual.nodal.as_flattened().to_vec();
+    results.extend(residual.drive);
+    results.extend(residual.energies);
+    results.push(residual.sound);
+    let (lines, results) = statements(&results, |place| inputs.given(place));
+    let mut body = inputs.begin + &lines;
+    for (k, value) in results.iter().enumerate() {
+        let to = match k {
+            k if k < 4 * N => format!("copies[4 * ({} * slots + first + at) + {}]", k / 4, k % 4),
+            k if k < 5 * N => format!("drive[{} * slots + first + at]", k - 4 * N),
+            k => format!("sums[{SUMS} * (first + at) + {}]", k - 5 * N),
+        };
+        writeln!(body, "    {to} = {value};").expect("a string takes all");
+    }
+    let outputs = [("double *", "copies"), ("double *", "drive"), ("double *", "sums")];
+    let name = if plain { "plain_residual" } else { "residual" };
+    Kernel::new(name, &[&Inputs::PARAMETERS[..], &outputs].concat(), body).calling(functions())
+}
+
+/// The numbers of an element's tangent with both fields coupled, into the packs that the product reads.
+pub(super) fn tangent_kernel<const N: usize, T: Stored>(
+    rule: &Rule,
+    setting: &Setting,
+    plain: bool,
+) -> Kernel {
+    let inputs = Inputs::new(rule, plain);
+    let width = PointData::of(rule, plain).width();
+    let mut results = vec![Term::default(); width];
+    let sound = record::<N, _>(rule, setting, plain, |element| {
+        element.linearise::<false>(true, &mut results)
+    });
+    results.push(sound);
+    let (lines, results) = statements(&results, |place| inputs.given(place));
+    let (number, lanes) = (c_type::<T>(), T::WIDTH);
+    let mut body = inputs.begin + &lines;
+    body +=
+        &format!("    {number} *own = data + (at / {lanes} * {width} * {lanes} + at % {lanes});\n");
+    for (k, value) in results[..width].iter().enumerate() {
+        writeln!(body, "    own[{}] = ({number}){value};", lanes * k).expect("a string takes all");
+    }
+    writeln!(body, "    sums[{SUMS} * (first + at) + 3] = {};", results[width])
+        .expect("a string takes all");
+    let data = if number == "float" { ("float *", "data") } else { ("double *", "data") };
+    let outputs = [data, ("double *", "sums")];
+    let name = if plain { "plain_tangent" } else { "tangent" };
+    Kernel::new(name, &[&Inputs::PARAMETERS[..], &outputs].concat(), body).calling(functions())
+}
+
+/// The diagonal of an element's tangent from its numbers, as the product's kernel reads and writes.
+pub(super) fn diagonal_kernel<T: Stored>(rule: &Rule, plain: bool) -> Kernel {
+    begin();
+    let width = PointData::of(rule, plain).width();
+    let numbers: Vec<Term> = (0..width).map(Term::given).collect();
+    let of_nodes = match rule.nodes {
+        4 => diagonal::<Term, 4>(rule, plain, &numbers).to_vec(),
+        _ => diagonal::<Term, 10>(rule, plain, &numbers).to_vec(),
+    };
+    let (number, lanes) = (c_type::<T>(), T::WIDTH);
+    let (lines, results) =
+        statements(of_nodes.as_flattened(), |place| format!("own[{}]", lanes * place));
+    let mut body = format!(
+        "    const {number} *own = data + (at / {lanes} * {width} * {lanes} + at % {lanes});\n{lines}"
+    );
+    for (k, value) in results.iter().enumerate() {
+        writeln!(body, "    copies[4 * ({} * slots + first + at) + {}] = {value};", k / 4, k % 4)
+            .expect("a string takes all");
+    }
+    let data = if number == "float" { "const float *" } else { "const double *" };
+    let parameters =
+        [("index", "slots"), ("index", "first"), (data, "data"), ("double *", "copies")];
+    Kernel::new(if plain { "plain_diagonal" } else { "diagonal" }, &parameters, body)
+}
+
+/// Energies of blocks of so many slots, and how many elements of each are not sound.
+pub(super) fn block_sum(block: usize) -> Kernel {
+    let body = format!(
+        "    double sum[{SUMS}] = {{0.0}};\n    \
+         for (index s = {block} * at; s < {block} * (at + 1) && s < slots; s++) {{\n        \
+         if (!live[s]) continue;\n        \
+         for (int k = 0; k < 3; k++) sum[k] += sums[{SUMS} * s + k];\n        \
+         sum[3] += sums[{SUMS} * s + 3] == 1.0 ? 0.0 : 1.0;\n    }}\n    \
+         for (int k = 0; k < {SUMS}; k++) out[{SUMS} * at + k] = sum[k];\n"
+    );
+    let parameters = [
+        ("index", "slots"),
+        ("const unsigned char *", "live"),
+        ("const double *", "sums"),
+        ("double *", "out"),
+    ];
+    Kernel::new("block_sum", &parameters, body)
+}
+
+fn c_type<T: Stored>() -> &'static str {
+    if size_of::<T>() == 4 { "float" } else { "double" }
+}
+
+/// Those of a law with a split and mixtures on quadratic elements, for their test.
+#[cfg(test)]
+pub(crate) fn equations_kernels(rule: &Rule) -> Vec<Kernel> {
+    let split = crate::material::Split::Spectral;
+    let setting = Setting {
+        formula: Formula::Hencky,
+        degraded: Degraded { split, hybrid: false },
+        density: CrackDensity::At2,
+        mixed: Some(Homogenisation::GeometricMean),
+    };
+    let of = |plain| {
+        [
+            residual_kernel::<10>(rule, &setting, plain),
+            tangent_kernel::<10, f32>(rule, &setting, plain),
+            diagonal_kernel::<f32>(rule, plain),
+        ]
+    };
+    [true, false].into_iter().flat_map(of).chain([block_sum(256)]).collect()
+}

@@ -1,0 +1,126 @@
+//! Where the elements of a mesh stand on a device, and how what they add is summed by node.
+
+use std::ops::Range;
+
+use super::lanes::{Stored, places};
+use crate::device::{Argument, Array, ComputeDevice, DeviceError, Kernel};
+use crate::operator::layout::{Layout, VACANT};
+
+/// Places of elements in the order of the processor's batches, those that no element takes too.
+#[derive(Debug)]
+pub(super) struct Slots {
+    /// Plain elements and the others: their chunks follow each other.
+    pub(super) kinds: Vec<Kind>,
+    /// Places in all.
+    pub(super) count: usize,
+    /// Node a of slot s, at a · count + s.
+    pub(super) nodes: Array<u32>,
+    /// The copies of each node, as (start, place): places are a · count + s.
+    start: Array<u32>,
+    place: Array<u32>,
+}
+
+/// Slots of elements for which one kernel is compiled.
+#[derive(Clone, Debug)]
+pub(super) struct Kind {
+    pub(super) plain: bool,
+    pub(super) chunks: Range<usize>,
+    pub(super) first: usize,
+    pub(super) count: usize,
+}
+
+impl Slots {
+    /// The slots of elements whose numbers are stored in a precision.
+    pub(super) fn new<T: Stored>(
+        layout: &Layout,
+        device: &ComputeDevice,
+    ) -> Result<Self, DeviceError> {
+        let (batches, per_element) = (&layout.batches, layout.rule.nodes);
+        let (mut kinds, mut count) = (Vec::<Kind>::new(), 0);
+        for part in batches.chunks.chunk_by(|a, b| a.plain == b.plain) {
+            let begin = kinds.last().map_or(0, |kind| kind.chunks.end);
+            let own = part.iter().map(|chunk| chunk.tets.len()).sum();
+            let (plain, chunks) = (part[0].plain, begin..begin + part.len());
+            kinds.push(Kind { plain, chunks, first: count, count: own });
+            count += own;
+        }
+        if u32::try_from(per_element * count).is_err() {
+            return Err(DeviceError(format!("{count} elements are too many for one device")));
+        }
+        let mut nodes = vec![0u32; per_element * count];
+        let mut of_node = vec![Vec::new(); batches.node_count()];
+        let mut first = 0;
+        // the numbers of an element stand where its place in the pack is
+        let places = places::<T>();
+        for chunk in &batches.chunks {
+            let lanes = places.len();
+            for (batch, local) in chunk.local.chunks_exact(per_element).enumerate() {
+                for (lane, &place) in places.iter().enumerate() {
+                    let slot = first + batch * lanes + place;
+                    let vacant = chunk.tets[batch * lanes + lane] == VACANT;
+                    for a in 0..per_element {
+                        let node = chunk.global[usize::from(local[a][lane])];
+                        nodes[a * count + slot] = node;
+                        if !vacant {
+                            of_node[node as usize].push((a * count + slot) as u32);
+                        }
+                    }
+                }
+            }
+            first += chunk.tets.len();
+        }
+        let ends = of_node.iter().scan(0, |end, copies| {
+            *end += copies.len() as u32;
+            Some(*end)
+        });
+        let start: Vec<u32> = std::iter::once(0).chain(ends).collect();
+        Ok(Self {
+            kinds,
+            count,
+            nodes: Array::of(device, &nodes)?,
+            start: Array::of(device, &start)?,
+            place: Array::of(device, &of_node.concat())?,
+        })
+    }
+
+    /// The element of each slot of a kind, and whether it is one: a slot that no element takes has the first
+    /// of its batch.
+    pub(super) fn elements<T: Stored>(layout: &Layout, kind: &Kind) -> Vec<(usize, bool)> {
+        let places = places::<T>();
+        let mut elements = vec![(0, false); kind.count];
+        let batches = layout.batches.chunks[kind.chunks.clone()].iter();
+        let batches = batches.flat_map(|chunk| chunk.tets.chunks_exact(places.len()));
+        for (tets, slots) in batches.zip(elements.chunks_exact_mut(places.len())) {
+            for (&tet, &place) in tets.iter().zip(&places) {
+                let is_one = tet != VACANT;
+                slots[place] = (if is_one { tet } else { tets[0] } as usize, is_one);
+            }
+        }
+        elements
+    }
+
+    /// What [`node_sum`] is given.
+    pub(super) fn sum<'a>(
+        &'a self,
+        copies: &'a Array<f64>,
+        y: &'a Array<f64>,
+    ) -> [Argument<'a>; 4] {
+        [self.start.argument(), self.place.argument(), copies.argument(), y.argument()]
+    }
+}
+
+/// y_n = the sum of the copies of node n, in the order of the elements, for so many values a node.
+pub(super) fn node_sum(values: usize) -> Kernel {
+    let parameters = [
+        ("const unsigned *", "start"),
+        ("const unsigned *", "place"),
+        ("const double *", "copies"),
+        ("double *", "y"),
+    ];
+    let body = format!(
+        "    index node = at / {values}, c = at % {values};\n    double sum = 0.0;\n    \
+         for (index k = start[node]; k < start[node + 1]; k++) \
+         sum += copies[{values} * (index)place[k] + c];\n    y[at] = sum;\n"
+    );
+    Kernel::new(format!("node_sum_{values}"), &parameters, body)
+}

@@ -1,0 +1,141 @@
+//! Residual and tangent on the host as a device, against the processor's.
+
+use super::*;
+use crate::device::tests::assert_compiles_for_a_card;
+use crate::device::{Array, ComputeDevice};
+use crate::operator::backend::equations_kernels;
+
+fn host() -> Option<ComputeDevice> {
+    ComputeDevice::host().inspect_err(|error| println!("SKIPPED: {error}")).ok()
+}
+
+#[track_caller]
+fn assert_near(found: &[f64], expected: &[f64], bound: f64, what: &str) {
+    let largest = expected.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let error = found.iter().zip(expected).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
+    assert!(largest > 0.0 && error <= bound * largest, "{what}: {error} of {largest}");
+}
+
+/// Residual, energies, product, diagonal and linear tangent of a mesh by both.
+fn compare<const N: usize, T: Tetrahedron<N> + 'static>(
+    device: &ComputeDevice,
+    form: Form,
+    rule: DamageRule,
+    (law, field): (Law, PhaseField),
+) {
+    let what = format!("{N} nodes, {form:?}, {rule:?}, {:?} {:?}", field.split, field.model);
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
+    let mesh = form.shape(cube(3, &mut rng), &mut rng);
+    let assembly = || Assembly::new(Space::new::<T>(&mesh, rule)).homogenised(form.rule());
+    let (here, there) = (assembly(), DeviceAssembly::new(assembly(), device.clone()));
+    let nodes = here.space.nodes.len();
+    let materials = materials(law, field, true);
+    let mut random = |size: f64| size * rng.random_range(-1.0..1.0);
+    let fields = Fields {
+        displacement: (0..nodes).map(|_| std::array::from_fn(|_| random(0.01))).collect(),
+        damage: (0..nodes).map(|_| 0.5 + random(0.4)).collect(),
+    };
+    let before: Vec<f64> = fields.damage.iter().map(|phi| phi - 0.1).collect();
+    let context = StepContext::new(&before, 0.1);
+    let increment = Increment { materials: &materials, fields: &fields, context };
+
+    let [mut expected, mut found] = [Residual::new(nodes), Residual::new(nodes)];
+    here.residual(&increment, &mut expected).expect("no element is inverted");
+    there.residual(&increment, &mut found).expect("no element is inverted");
+    assert_eq!(there.lost().map(|e| e.to_string()), None, "{what}");
+    assert_near(found.nodal.as_flattened(), expected.nodal.as_flattened(), 1e-12, &what);
+    assert_near(&found.drive, &expected.drive, 1e-12, &what);
+    let energies = |r: &Residual| [r.elastic, r.fracture, r.viscous];
+    for (found, expected) in energies(&found).into_iter().zip(energies(&expected)) {
+        assert_near(&[found], &[expected], 1e-13, &what);
+    }
+
+    let product = |operator: &dyn Operator| {
+        let layout = Arc::new(Layout::new(here.domain()));
+        let mut product =
+            device_product(layout, here.space.tets.len(), device).expect("kernels compile");
+        product.linearise(operator, &increment, Coupling::Full).expect("as before");
+        product
+    };
+    let x: Vec<[f64; 4]> = (0..nodes).map(|_| std::array::from_fn(|_| random(1.0))).collect();
+    let vertices = mesh.nodes.len();
+    let pattern = Arc::new(Pattern::new(&mesh.tets, vertices));
+    let of = |operator: &dyn Operator| {
+        let mut product = product(operator);
+        let from = Array::of(device, x.as_flattened()).expect("memory");
+        let mut to = Array::zeros(device, 4 * nodes).expect("memory");
+        let diagonal = product.diagonal();
+        let mut y = vec![0.0; 4 * nodes];
+        product.on_device().expect("a device").apply(&from, &mut to).expect("it runs");
+        to.read(&mut y).expect("it is read");
+        let mut back = vec![[0.0; 4]; nodes];
+        product.apply(&x, &mut back);
+        let mut linear = Tangent::new(Arc::clone(&pattern));
+        linear.clear();
+        product.add_linear(&mut linear);
+        (y, back, diagonal, linear.blocks)
+    };
+    let (y, back, diagonal, linear) = of(&there);
+    let expected = of(&here);
+    assert_near(&y, &expected.0, 1e-12, &what);
+    assert_near(back.as_flattened(), &expected.0, 1e-12, &what);
+    assert_near(diagonal.as_flattened(), expected.2.as_flattened(), 1e-12, &what);
+    let flat = |blocks: &[_]| blocks.iter().flat_map(|b: &[[f64; 4]; 4]| *b).flatten().collect();
+    let [linear, expected]: [Vec<f64>; 2] = [flat(&linear), flat(&expected.3)];
+    assert_near(&linear, &expected, 1e-12, &what);
+
+    // an inverted element is found on the device
+    let mut folded = fields.clone();
+    folded.displacement[nodes / 2] = [3.0; 3];
+    let increment = Increment { fields: &folded, ..increment };
+    assert!(there.residual(&increment, &mut found).is_err(), "{what}");
+    assert_eq!(there.lost().map(|e| e.to_string()), None, "{what}");
+}
+
+#[test]
+fn a_device_computes_residual_and_tangent_of_every_kind_of_element() {
+    let Some(device) = host() else { return };
+    let at2 = PhaseField::new(0.3);
+    let spectral = PhaseField { split: Split::Spectral, model: CrackDensity::At1, ..at2 };
+    let volumetric = PhaseField { split: Split::VolumetricDeviatoric, ..at2 };
+    let hencky = Material::hencky as Law;
+    for form in Form::ALL {
+        compare::<4, Linear>(&device, form, DamageRule::Vertex, (hencky, at2));
+        compare::<10, Quadratic>(&device, form, DamageRule::Vertex, (hencky, spectral));
+    }
+    let form = Form::Plain;
+    let neo_hookean = Material::neo_hookean as Law;
+    compare::<4, Linear>(&device, form, DamageRule::Vertex, (neo_hookean, volumetric));
+    compare::<4, Linear>(&device, form, DamageRule::Vertex, (hencky, volumetric));
+    compare::<10, Quadratic>(&device, form, DamageRule::Consistent, (hencky, at2));
+}
+
+/// What a device cannot compute the processor does, without a word of failure.
+#[test]
+fn laws_of_the_user_and_histories_stay_on_the_processor() {
+    let Some(device) = host() else { return };
+    let mesh = cube(2, &mut Xoshiro256PlusPlus::seed_from_u64(7));
+    let assembly = || Assembly::new(Space::new::<Quadratic>(&mesh, DamageRule::Consistent));
+    let (here, there) = (assembly(), DeviceAssembly::new(assembly(), device));
+    let nodes = here.space.nodes.len();
+    let fields = Fields { damage: vec![0.2; nodes], ..Fields::zero(nodes) };
+    let history = vec![0.3; here.space.points()];
+    let before = vec![0.1; nodes];
+    for (law, history) in [(mixed as Law, &[][..]), (Material::hencky, &history)] {
+        let materials = materials(law, PhaseField::new(0.3), true);
+        let context = StepContext { history, ..StepContext::new(&before, 0.1) };
+        let increment = Increment { materials: &materials, fields: &fields, context };
+        let [mut expected, mut found] = [Residual::new(nodes), Residual::new(nodes)];
+        here.residual(&increment, &mut expected).expect("no element is inverted");
+        there.residual(&increment, &mut found).expect("no element is inverted");
+        assert_eq!(found.nodal, expected.nodal);
+        assert!(there.linearise(&increment, &[]).is_none() && there.lost().is_none());
+    }
+}
+
+#[test]
+fn the_equations_compile_for_a_card() {
+    let mesh = cube(2, &mut Xoshiro256PlusPlus::seed_from_u64(7));
+    let space = Space::new::<Quadratic>(&mesh, DamageRule::Vertex);
+    assert_compiles_for_a_card(&equations_kernels(&space.rule));
+}
