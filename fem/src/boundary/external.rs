@@ -70,6 +70,11 @@ impl External for ExternalForces {
 }
 
 impl ExternalForces {
+    /// Nothing acts, where steps have no external forces of their own.
+    pub(crate) fn none(boundary: &Boundary) -> Self {
+        Self { part: Arc::clone(boundary.part()), ..Self::default() }
+    }
+
     /// What acts at `time_s`, the end of an increment that began at `before`.
     ///
     /// `pressures` are the contact pressures at its start and `young_mpa` sets the penalty.

@@ -155,9 +155,13 @@ impl Problem {
 
     /// A solver that remembers nothing.
     pub(super) fn solver(&self) -> Solver<'_, ExternalForces> {
-        let Discretisation { operator, unknowns, linear, .. } = self.discretisation.as_ref();
-        let linear = linear.solver(operator.as_ref());
-        Solver::new(operator.as_ref(), unknowns, &self.points, self.parts.options, linear)
+        let Discretisation { operator, unknowns, linear, boundary, .. } =
+            self.discretisation.as_ref();
+        let (operator, options) = (operator.as_ref(), self.parts.options);
+        let mut solver =
+            Solver::new(operator, unknowns, &self.points, options, linear.solver(operator));
+        solver.external = ExternalForces::none(boundary);
+        solver
     }
 
     /// Puts the prescribed values where they belong at a fraction of the duration.

@@ -1,8 +1,10 @@
 //! Runs that several ranks share: here threads in the place of processes.
 
+use crate::support::column::column;
 use crate::support::{grain, loading, matrix, peak, phase_field, prism};
 use fem::{
-    CompressionTest, Friction, LinearScheme, Order, Outcome, Platens, Problem, Ranks,
+    ArcLength, Axis, CompressionTest, Conditions, CurvePoint, Fracture, Friction, Irreversibility,
+    LinearScheme, Material, Order, Outcome, PhaseField, Platens, Problem, Ranks, Schedule,
     SolverOptions, Split, TetMesh,
 };
 
@@ -88,6 +90,66 @@ fn any_number_of_ranks_takes_the_same_steps_past_the_peak() {
             // linear systems are solved to a hundredth: an iteration more or less follows from other digits
             assert!(a.iterations.abs_diff(b.iterations) <= a.iterations / 40, "{a:?} {b:?}");
             assert!(f64::from(b.linear) < 1.2 * f64::from(a.linear), "{a:?} {b:?}");
+        }
+    }
+}
+
+/// A snap-back is followed by a constraint that all ranks have to see alike.
+#[test]
+fn ranks_follow_a_snap_back_together() {
+    let run = |ranks: Ranks| {
+        let elastic = Material::hencky(100.0, 0.0);
+        let weak = elastic.clone().with_fracture(Fracture::new(0.1));
+        let steps = ArcLength { step: 0.02, release_n_mm: 2e-3 };
+        CompressionTest::new(1.0, Schedule::new(1.0, steps).stop_below_peak(0.8))
+            .builder(column())
+            .expect("a column")
+            .materials([weak, elastic])
+            .phase_field(PhaseField {
+                irreversibility: Irreversibility::ActiveSet,
+                ..PhaseField::new(1.0)
+            })
+            .options(multigrid())
+            .ranks(ranks)
+            .build()
+            .expect("valid input")
+            .run(&mut ())
+    };
+    let alone = run(Ranks::default());
+    let travel = |pair: &[CurvePoint]| pair[1].displacement_mm - pair[0].displacement_mm;
+    assert!(alone.curve.windows(2).any(|pair| travel(pair) < 0.0), "it snaps back");
+    on_ranks(3, run).iter().for_each(|shared| assert_same(&alone, shared));
+}
+
+/// Loads on faces and in volumes are those of the whole body, however it is cut.
+#[test]
+fn loads_do_not_depend_on_the_parts() {
+    let run = |ranks: Ranks| {
+        let conditions = Conditions::new()
+            .fix("bottom", Axis::ALL)
+            .traction("top", |x, time_s| [0.1 * time_s, 0.0, -2.0 * x[0] * time_s])
+            .body_force(|x, time_s| [0.0, 0.05 * x[2] * time_s, 0.0])
+            .measure("top", [0.0, 0.0, -1.0]);
+        let problem = Problem::builder(prism(3, false))
+            .order(Order::Quadratic)
+            .materials([Material::hencky(275.0, 0.25)])
+            .conditions(conditions)
+            .schedule(Schedule::fixed(1.0, 2))
+            .options(multigrid())
+            .ranks(ranks)
+            .build()
+            .expect("valid input");
+        problem.run(&mut ())
+    };
+    let alone = run(Ranks::default());
+    assert!(alone.curve[1].displacement_mm > 1e-2, "{:?}", alone.curve);
+    for shared in on_ranks(4, run) {
+        for (a, b) in alone.curve.iter().zip(&shared.curve) {
+            assert!((a.displacement_mm - b.displacement_mm).abs() < 1e-7 * a.displacement_mm);
+            assert!((a.work_n_mm - b.work_n_mm).abs() < 1e-7 * a.work_n_mm);
+        }
+        for (a, b) in alone.fields.displacement.iter().zip(&shared.fields.displacement) {
+            assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-6), "{a:?} {b:?}");
         }
     }
 }
