@@ -3,11 +3,50 @@
 
 use std::sync::Arc;
 
+use crate::element::{DamageRule, Quadratic, Space};
 use crate::error::StepFailure;
 use crate::fields::Fields;
+use crate::mesh::TetMesh;
 use crate::operator::{Coupling, Increment, Layout, NONE, Product, Residual, StepContext, product};
+use crate::parallel::{Part, Ranks, bisect};
 use crate::problem::Problem;
 use crate::solve::{LinearSolver, Nodal};
+
+/// What one of several ranks would have of a mesh of quadratic elements, and send.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PartSize {
+    /// Its elements.
+    pub elements: usize,
+    /// Nodes that belong to it, of all and of the vertices.
+    pub nodes: [usize; 2],
+    /// Nodes of others that it has too, of all and of the vertices.
+    pub ghosts: [usize; 2],
+    /// Ranks that it exchanges values with.
+    pub neighbours: usize,
+}
+
+/// The parts of a mesh for so many ranks.
+pub fn parts(mesh: &TetMesh, count: usize) -> Vec<PartSize> {
+    let space = Space::new::<Quadratic>(mesh, DamageRule::Absent);
+    let centre = |tet: &[u32; 4]| -> [f64; 3] {
+        std::array::from_fn(|k| tet.iter().map(|&n| 0.25 * mesh.nodes[n as usize][k]).sum())
+    };
+    let of = bisect(&mesh.tets.iter().map(centre).collect::<Vec<_>>(), count);
+    let size = |ranks: &Ranks| {
+        let nodes = [space.nodes.len(), mesh.nodes.len()];
+        let part = Part::new(ranks, &of, |tet| &space.tets[tet], nodes);
+        let ghosts = [&part.halo, &part.vertices]
+            .map(|halo| halo.neighbours().iter().map(|n| n.ghosts.len()).sum::<usize>());
+        let vertices = part.nodes.iter().filter(|n| (**n as usize) < mesh.nodes.len()).count();
+        PartSize {
+            elements: part.tets.len(),
+            nodes: [part.nodes.len() - ghosts[0], vertices - ghosts[1]],
+            ghosts,
+            neighbours: part.halo.neighbours().len(),
+        }
+    };
+    Ranks::threads(count).iter().map(size).collect()
+}
 
 /// A problem at a small compression, sheared from place to place so that no axis is a principal one.
 pub struct NewtonParts<'a> {

@@ -58,18 +58,19 @@
 //! 2. `file`: files that are written whole or not at all
 //! 3. `fields`: displacement and damage at the nodes
 //! 4. `device`: where kernels run: a graphics card, or this machine in its place
-//! 5. `image`: voxels from TIFF stacks, grains from voxels
-//! 6. `mesh`: tetrahedra with named regions and surfaces; Gmsh, ParaView and STL files
-//! 7. `specimen`: grains, packings and their labels
-//! 8. `element`: linear and quadratic tetrahedra, quadrature, the space on a mesh
-//! 9. `material`: laws, damage, and what they give at a point
-//! 10. `operator`: residual and tangent of a whole mesh, bounds of the unknowns
-//! 11. `solve`: Newton, alternate minimisation, arc length, contact passes, rates with parameters, linear
+//! 5. `parallel`: ranks that share one problem: messages, and who has which part of the mesh
+//! 6. `image`: voxels from TIFF stacks, grains from voxels
+//! 7. `mesh`: tetrahedra with named regions and surfaces; Gmsh, ParaView and STL files
+//! 8. `specimen`: grains, packings and their labels
+//! 9. `element`: linear and quadratic tetrahedra, quadrature, the space on a mesh
+//! 10. `material`: laws, damage, and what they give at a point
+//! 11. `operator`: residual and tangent of a whole mesh, bounds of the unknowns
+//! 12. `solve`: Newton, alternate minimisation, arc length, contact passes, rates with parameters, linear
 //!     solvers
-//! 12. `boundary`: conditions, loads, platens and contact
-//! 13. `problem`: a problem, its load steps, curves and checkpoints
-//! 14. `ensemble`: many runs in a directory
-//! 15. `bench`: what the bench of the engine calls (feature `bench-internals`)
+//! 13. `boundary`: conditions, loads, platens and contact
+//! 14. `problem`: a problem, its load steps, curves and checkpoints
+//! 15. `ensemble`: many runs in a directory
+//! 16. `bench`: what the bench of the engine calls (feature `bench-internals`)
 
 #[cfg(feature = "bench-internals")]
 pub mod bench;
@@ -84,6 +85,7 @@ mod image;
 mod material;
 mod mesh;
 mod operator;
+mod parallel;
 mod problem;
 mod solve;
 mod specimen;
@@ -112,6 +114,9 @@ pub use material::{
 };
 pub use mesh::{CylinderLattice, LatticeError, Mixture, Quality, TetMesh, gmsh, stl, vtu};
 pub use num_dual::DualNum;
+#[cfg(feature = "mpi")]
+pub use parallel::MpiError;
+pub use parallel::{Communicator, Ranks};
 pub use problem::{
     AdaptiveSteps, ArcLength, Checkpoint, CompressionTest, CurvePoint, CurveWriter, End,
     FixedSteps, Friction, LoadStepper, MaterialParameter, Observer, Outcome, Platens, Problem,

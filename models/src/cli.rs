@@ -2,6 +2,7 @@
 
 mod cluster;
 mod failure;
+mod ranks;
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -10,6 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
+use fem::Ranks;
 use models::{
     Case, CaseFile, InputError, PartStatus, STAGES, Stage, StageStatus, Study, StudyFile, Workflow,
     WorkflowError,
@@ -67,7 +69,9 @@ enum Command {
         own_data: Option<PathBuf>,
     },
     /// Run one compression test with the case's own parameters: curve.csv
-    #[command(after_help = "Example:\n  breccia simulate my.toml --out try")]
+    #[command(after_help = "Example:\n  breccia simulate my.toml --out try\n\
+                      Several processes, on one machine or more (built with --features mpi):\n  \
+                      mpirun -n 4 breccia simulate my.toml --out try")]
     Simulate {
         #[command(flatten)]
         target: CaseAndFolder,
@@ -164,16 +168,27 @@ pub(crate) fn main() -> ExitCode {
             std::process::exit(130);
         }
         // the terminal may be gone
-        let _ = writeln!(
-            std::io::stderr(),
-            "\nstopping after the current load steps; press Ctrl-C again to stop at once"
-        );
+        let _ = match ranks::farewell() {
+            Some(text) => writeln!(std::io::stderr(), "{text}"),
+            None => writeln!(
+                std::io::stderr(),
+                "\nstopping after the current load steps; press Ctrl-C again to stop at once"
+            ),
+        };
     });
     if let Err(error) = handler {
         eprintln!("note: Ctrl-C will not end cleanly ({error})");
     }
     let mut stderr = std::io::stderr();
-    match run(request, threads) {
+    let ranks = match ranks_of(&request) {
+        Ok(ranks) => ranks,
+        Err(error) => {
+            let _ = writeln!(stderr, "error: {error}");
+            return ExitCode::FAILURE;
+        }
+    };
+    match run(request, threads, &ranks) {
+        Err(_) if !ranks.is_first() => ExitCode::FAILURE,
         Ok(code) => code,
         Err(Failure::Workflow(WorkflowError::Interrupted)) => {
             let _ = writeln!(stderr, "{}", WorkflowError::Interrupted);
@@ -231,7 +246,20 @@ fn with_hint(error: clap::Error) -> clap::Error {
     }
 }
 
-fn run(request: Request, threads: usize) -> Result<ExitCode, Failure> {
+/// The processes that share what is asked for.
+fn ranks_of(request: &Request) -> Result<Ranks, Failure> {
+    let command = match request {
+        Request::Command(Command::Simulate { .. }) => return ranks::ranks(),
+        Request::Default | Request::Command(Command::Run(_)) => "run",
+        Request::Command(Command::Init { .. }) => "init",
+        Request::Command(Command::Study { .. }) => "study",
+        Request::Command(Command::Status { .. }) => "status",
+        Request::Stage(stage, ..) => stage.name,
+    };
+    ranks::refuse(command).map(|()| Ranks::default())
+}
+
+fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Failure> {
     match request {
         // no command, no surprises: the default case, not whatever lies in the folder
         Request::Default => {
@@ -247,9 +275,18 @@ fn run(request: Request, threads: usize) -> Result<ExitCode, Failure> {
         Request::Command(Command::Init { own_data: Some(folder), .. }) => init_own_data(&folder)?,
         Request::Command(Command::Init { file, own_data: None }) => init(&file)?,
         Request::Command(Command::Simulate { target, device }) => {
-            let file = target.case_file().map_err(WorkflowError::from)?;
-            let path = models::simulate(&file, &target.out, device, &INTERRUPT)?;
-            println!("{}", path.display());
+            let file = target.case_file();
+            let error = file.as_ref().err().map(ToString::to_string);
+            let of_all = ranks.first_text(error.as_deref());
+            let file = file.map_err(WorkflowError::from)?;
+            if let Some((rank, message)) = of_all {
+                return Err(WorkflowError::Rank { rank, message }.into());
+            }
+            ranks::remember(ranks, &target.out);
+            let path = models::simulate(&file, &target.out, device, ranks, &INTERRUPT)?;
+            if ranks.is_first() {
+                println!("{}", path.display());
+            }
         }
         Request::Command(Command::Study { file: path, out, set, only, until, jobs }) => {
             let file = StudyFile::read(&path, &set).map_err(WorkflowError::from)?;

@@ -1,6 +1,7 @@
 //! Conditions on a space: which degrees of freedom are constrained, and what pushes.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 
@@ -13,11 +14,12 @@ use crate::element::Domain;
 use crate::error::FemError;
 use crate::fields::Fields;
 use crate::mesh::TetMesh;
+use crate::parallel::Part;
 
 /// Triangles and the force per area on them, MPa.
 type Traction = (Vec<[u32; 3]>, Function<[f64; 3]>);
 
-/// What acts on a space.
+/// What acts on a space, or on what one rank has of it.
 #[derive(Debug)]
 pub(crate) struct Boundary {
     constrained: Vec<ConstrainedDof>,
@@ -30,6 +32,7 @@ pub(crate) struct Boundary {
     pub(crate) contacts: Vec<Contact>,
     probe: Option<Probe>,
     first_guess: Option<Function<[f64; 3]>>,
+    part: Arc<Part>,
 }
 
 impl Boundary {
@@ -107,7 +110,42 @@ impl Boundary {
                 ..probe
             }),
             first_guess: conditions.first_guess.clone(),
+            part: Arc::default(),
         })
+    }
+
+    /// What acts on a part of the space: constrained values and contact of all its nodes, surfaces of those
+    /// that belong to this rank, and tractions on its faces; `of` is the rank of each element of `domain`,
+    /// the whole space.
+    pub(crate) fn of_part(self, part: Arc<Part>, domain: &dyn Domain, of: &[u32]) -> Self {
+        let lowest = lowest_ranks(self.tractions.iter().flat_map(|t| &t.0), domain, of);
+        let rank = part.ranks().rank() as u32;
+        let local = part.local();
+        let constrained = self.constrained.into_iter();
+        let constrained =
+            constrained.filter_map(|dof| Some(ConstrainedDof { node: local(dof.node)?, ..dof }));
+        let own = |nodes: Vec<u32>| -> Vec<u32> {
+            nodes.into_iter().filter_map(&local).filter(|&n| part.halo.owns(n)).collect()
+        };
+        let here = |triangle: [u32; 3]| {
+            let [a, b, c] = triangle.map(&local);
+            (lowest[&sorted(triangle)] == rank).then_some([a?, b?, c?])
+        };
+        let traction =
+            |(triangles, f): Traction| (triangles.into_iter().filter_map(here).collect(), f);
+        Self {
+            constrained: constrained.collect(),
+            surfaces: self.surfaces.into_iter().map(|(name, nodes)| (name, own(nodes))).collect(),
+            tractions: self.tractions.into_iter().map(traction).collect(),
+            contacts: self.contacts.iter().map(|contact| contact.of_part(&part)).collect(),
+            part,
+            ..self
+        }
+    }
+
+    /// What this rank has of the mesh.
+    pub(crate) fn part(&self) -> &Arc<Part> {
+        &self.part
     }
 
     /// The constrained values (node, component).
@@ -156,6 +194,7 @@ impl Boundary {
             let acts = |region: usize| self.damaged[region];
             domain.volume_load(&acts, &|x| [0.0, 0.0, 0.0, f.at(x, time_s)], &mut out);
         }
+        self.part.halo.complete(&mut out);
         Some(out)
     }
 
@@ -173,7 +212,9 @@ impl Boundary {
             Travel::Mean => {
                 let nodes = &self.surfaces[&probe.surface];
                 let sum: f64 = nodes.iter().map(|&n| along(displacement[n as usize])).sum();
-                sum / nodes.len() as f64
+                let mut sums = [sum, nodes.len() as f64];
+                self.part.ranks().sum(&mut sums);
+                sums[0] / sums[1]
             }
         };
         [travel, along(reactions[&probe.surface])]
@@ -206,6 +247,31 @@ impl Boundary {
         let nodes = &self.surfaces[&probe.surface];
         nodes.iter().map(|&n| along(&residual[n as usize])).sum()
     }
+}
+
+/// The lowest rank that has an element with each of these faces, by its nodes in order.
+fn lowest_ranks<'a>(
+    triangles: impl Iterator<Item = &'a [u32; 3]>,
+    domain: &dyn Domain,
+    of: &[u32],
+) -> BTreeMap<[u32; 3], u32> {
+    let mut lowest: BTreeMap<_, _> = triangles.map(|&t| (sorted(t), u32::MAX)).collect();
+    if lowest.is_empty() {
+        return lowest;
+    }
+    for (tet, &rank) in of.iter().enumerate() {
+        let corners = &domain.nodes_of(tet)[..4];
+        for without in 0..4 {
+            let face = [0, 1, 2].map(|k| corners[k + usize::from(k >= without)]);
+            lowest.entry(sorted(face)).and_modify(|least| *least = rank.min(*least));
+        }
+    }
+    lowest
+}
+
+fn sorted(mut face: [u32; 3]) -> [u32; 3] {
+    face.sort_unstable();
+    face
 }
 
 /// The triangles of a surface.

@@ -1,12 +1,14 @@
 //! What acts on the body in one increment beside its own stress: loads and contact.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::compiled::Boundary;
-use super::contact::{ContactPoint, ContactStep};
+use super::contact::{Contact, ContactPoint, ContactStep};
 use crate::element::Domain;
 use crate::fields::Fields;
 use crate::operator::{NodeBlock, Residual, StepContext};
+use crate::parallel::Part;
 use crate::solve::External;
 
 /// Loads and contact at the end of an increment.
@@ -14,21 +16,25 @@ use crate::solve::External;
 pub(crate) struct ExternalForces {
     loads: Option<Vec<[f64; 4]>>,
     contacts: Vec<ContactStep>,
+    part: Arc<Part>,
 }
 
 impl External for ExternalForces {
     fn subtract(&self, fields: &Fields, residual: &mut Residual) {
         residual.external = [0.0; 2];
+        let halo = &self.part.halo;
         for (node, load) in self.loads.iter().flatten().enumerate() {
+            let counts = f64::from(halo.owns(node as u32));
             for k in 0..4 {
                 residual.nodal[node][k] -= load[k];
-                residual.external[k / 3] += load[k] * load[k];
+                residual.external[k / 3] += counts * load[k] * load[k];
             }
         }
         for (node, force) in self.contacts.iter().flat_map(|c| c.forces(fields)) {
+            let counts = f64::from(halo.owns(node));
             for k in 0..3 {
                 residual.nodal[node as usize][k] -= force[k];
-                residual.external[0] += force[k] * force[k];
+                residual.external[0] += counts * force[k] * force[k];
             }
         }
     }
@@ -46,10 +52,12 @@ impl External for ExternalForces {
     }
 
     fn augment(&mut self, fields: &Fields) -> [f64; 2] {
-        self.contacts.iter_mut().fold([0.0; 2], |[change, size], contact| {
+        let mut squares = self.contacts.iter_mut().fold([0.0; 2], |[change, size], contact| {
             let [c, s] = contact.update(fields);
             [change + c, size + s]
-        })
+        });
+        self.part.ranks().sum(&mut squares);
+        squares
     }
 
     fn follow(&self, fields: &Fields, rates: &[[f64; 4]]) -> Vec<(u32, [f64; 3])> {
@@ -62,6 +70,11 @@ impl External for ExternalForces {
 }
 
 impl ExternalForces {
+    /// Nothing acts, where steps have no external forces of their own.
+    pub(crate) fn none(boundary: &Boundary) -> Self {
+        Self { part: Arc::clone(boundary.part()), ..Self::default() }
+    }
+
     /// What acts at `time_s`, the end of an increment that began at `before`.
     ///
     /// `pressures` are the contact pressures at its start and `young_mpa` sets the penalty.
@@ -78,7 +91,8 @@ impl ExternalForces {
             let pressure = pressures.get(k).cloned();
             ContactStep::new(contact, time_s, before, context.duration, pressure, young_mpa)
         });
-        Self { loads: boundary.loads(domain, time_s), contacts: contacts.collect() }
+        let (contacts, part) = (contacts.collect(), Arc::clone(boundary.part()));
+        Self { loads: boundary.loads(domain, time_s), contacts, part }
     }
 
     /// The stress forces of all nodes, N: with equilibrium, all that acts on them from outside.
@@ -106,12 +120,12 @@ impl ExternalForces {
         let mut reactions: BTreeMap<_, _> =
             boundary.surfaces.iter().map(|(name, nodes)| (name.clone(), on(nodes))).collect();
         for contact in &self.contacts {
-            let mut force = [0.0; 3];
-            for (_, nodal) in contact.forces(fields) {
-                (0..3).for_each(|k| force[k] += nodal[k]);
-            }
-            reactions.insert(contact.surface.clone(), force);
+            reactions.insert(contact.surface.clone(), contact.force(fields));
         }
+        // by name: the same order on every rank
+        let mut forces: Vec<f64> = reactions.values().flatten().copied().collect();
+        self.part.ranks().sum(&mut forces);
+        reactions.values_mut().zip(forces.as_chunks().0).for_each(|(to, &force)| *to = force);
         reactions
     }
 
@@ -123,15 +137,49 @@ impl ExternalForces {
 
     /// Energy that friction and drag dissipate in the increment, N mm.
     pub(crate) fn dissipated(&self, fields: &Fields) -> f64 {
-        self.contacts.iter().map(|c| c.dissipated(fields)).sum()
+        let mut sum = [self.contacts.iter().map(|c| c.dissipated(fields)).sum()];
+        self.part.ranks().sum(&mut sum);
+        sum[0]
     }
+
     /// Contact pressures, platen by platen, MPa.
     pub(crate) fn pressures(&self) -> Vec<Vec<f64>> {
         self.contacts.iter().map(ContactStep::pressures).collect()
     }
 
-    /// The nodes of every surface that faces a platen.
-    pub(crate) fn contact_points(&self, fields: &Fields) -> BTreeMap<String, Vec<ContactPoint>> {
-        self.contacts.iter().map(|c| (c.surface.clone(), c.points(fields))).collect()
+    /// The nodes of every surface that faces a platen, those of all ranks.
+    pub(crate) fn contact_points(
+        &self,
+        boundary: &Boundary,
+        fields: &Fields,
+    ) -> BTreeMap<String, Vec<ContactPoint>> {
+        let of = |(step, contact): (&ContactStep, &Contact)| {
+            let points = step.points(fields);
+            let points = if self.part.is_whole() { points } else { self.gathered(contact, points) };
+            (step.surface.clone(), points)
+        };
+        self.contacts.iter().zip(&boundary.contacts).map(of).collect()
+    }
+
+    /// The points of all ranks, with the numbers of their nodes in the mesh.
+    fn gathered(&self, contact: &Contact, points: Vec<ContactPoint>) -> Vec<ContactPoint> {
+        let places: Vec<u32> = contact.own_places().collect();
+        let own: Vec<&ContactPoint> = contact.own_of(&points).collect();
+        let nodes: Vec<u32> = own.iter().map(|p| self.part.nodes[p.node as usize]).collect();
+        let numbers = own.iter().flat_map(|p| {
+            let [x, y, z] = p.force_n;
+            [p.area_mm2, p.pressure_mpa, p.gap_mm, x, y, z]
+        });
+        let numbers: Vec<f64> = numbers.collect();
+        let nodes = self.part.ordered(&places, 1, &nodes, contact.all);
+        let numbers = self.part.ordered(&places, 6, &numbers, contact.all);
+        let point = |(node, n): (u32, &[f64; 6])| ContactPoint {
+            node,
+            area_mm2: n[0],
+            pressure_mpa: n[1],
+            gap_mm: n[2],
+            force_n: [n[3], n[4], n[5]],
+        };
+        nodes.into_iter().zip(numbers.as_chunks().0).map(point).collect()
     }
 }

@@ -12,4 +12,5 @@ pub use conditions::{Axis, Conditions};
 pub use contact::{ContactPoint, Platen};
 
 pub(crate) use compiled::Boundary;
+pub(crate) use contact::Contact;
 pub(crate) use external::ExternalForces;

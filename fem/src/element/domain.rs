@@ -46,9 +46,9 @@ pub(crate) trait Domain {
         self.tets() * self.rule().points.len()
     }
 
-    /// Volume-weighted mean of a nodal field over the elements whose region is marked; of mixtures
+    /// ∫ of a nodal field over the elements whose region is marked, and their volume, mm³; of mixtures
     /// the matrix counts.
-    fn mean(&self, field: &[f64], regions: &[bool]) -> f64;
+    fn integral(&self, field: &[f64], regions: &[bool]) -> [f64; 2];
 
     /// Reference positions of all nodes, mm.
     fn nodes(&self) -> &[[f64; 3]];
@@ -151,7 +151,7 @@ impl<const N: usize> Domain for Space<N> {
         &self.rule
     }
 
-    fn mean(&self, field: &[f64], regions: &[bool]) -> f64 {
+    fn integral(&self, field: &[f64], regions: &[bool]) -> [f64; 2] {
         let (mut integral, mut volume) = (0.0, 0.0);
         for (tet, nodes) in self.tets.iter().enumerate() {
             if regions[usize::from(self.region[tet])] {
@@ -162,7 +162,7 @@ impl<const N: usize> Domain for Space<N> {
                 volume += matrix;
             }
         }
-        if volume > 0.0 { integral / volume } else { 0.0 }
+        [integral, volume]
     }
 
     fn nodes(&self) -> &[[f64; 3]] {

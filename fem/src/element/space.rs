@@ -6,6 +6,7 @@ use super::geometry::Geometry;
 use super::rule::{DamageRule, Rule, mean_values};
 use super::tetrahedron::Tetrahedron;
 use crate::mesh::TetMesh;
+use crate::parallel::Part;
 
 /// Equal-order Lagrange space for displacement and damage; `N` nodes an element.
 #[derive(Clone, Debug)]
@@ -82,6 +83,33 @@ impl<const N: usize> Space<N> {
             geometry,
             first,
             fraction: mixtures.map(of_matrix).collect(),
+        }
+    }
+
+    /// The elements of a part of the mesh on its nodes.
+    pub(crate) fn part(&self, part: &Part) -> Self {
+        let local = part.local();
+        let here =
+            |tet: &[u32; N]| tet.map(|n| local(n).expect("a part has the nodes of its elements"));
+        let (mut geometry, mut first) = (Vec::new(), vec![0]);
+        for &tet in &part.tets {
+            geometry.extend_from_slice(self.geometry(tet as usize));
+            first.push(geometry.len() as u32);
+        }
+        let midpoint = |(ends, &middle): (&[u32; 2], &u32)| {
+            let [i, j] = [local(ends[0])?, local(ends[1])?];
+            Some((edge_key(i, j), local(middle)?))
+        };
+        Self {
+            nodes: part.pick_nodes(&self.nodes),
+            tets: part.tets.iter().map(|&tet| here(&self.tets[tet as usize])).collect(),
+            region: part.pick_tets(&self.region, 1),
+            rule: self.rule.clone(),
+            midpoints: self.midpoints.iter().filter_map(midpoint).collect(),
+            geometry,
+            first,
+            fraction: part.pick_tets(&self.fraction, 1),
+            ..*self
         }
     }
 

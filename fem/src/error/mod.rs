@@ -111,6 +111,22 @@ pub enum FemError {
         /// What is wrong, and what helps.
         source: CheckpointError,
     },
+    /// Another rank failed alone, as by a file that it could not write; it stopped all.
+    #[error("rank {rank}: {message}")]
+    Rank {
+        /// Which.
+        rank: usize,
+        /// What it said.
+        message: String,
+    },
+    /// Another rank is gone.
+    #[error("rank {rank} is gone, and the run with it; {}", go_on(checkpoint.as_deref()))]
+    RankLost {
+        /// Which.
+        rank: usize,
+        /// Where the run goes on from, if its state was saved.
+        checkpoint: Option<PathBuf>,
+    },
     /// A file that is not a curve.
     #[error("{}: {source}", path.display())]
     CurveFile {
@@ -119,6 +135,13 @@ pub enum FemError {
         /// What is wrong.
         source: CurveFileError,
     },
+}
+
+fn go_on(checkpoint: Option<&Path>) -> String {
+    match checkpoint {
+        Some(path) => format!("the same run goes on from {}", path.display()),
+        None => "no state was saved from which it could go on".into(),
+    }
 }
 
 impl FemError {

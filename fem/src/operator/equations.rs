@@ -1,5 +1,7 @@
 //! What solvers ask of the equations: the seam between methods and machines.
 
+use std::sync::Arc;
+
 use super::cell_stress::CellStress;
 use super::layout::LANES;
 use super::pattern::Tangent;
@@ -7,6 +9,7 @@ use super::residual::{Increment, Residual, Shift};
 use crate::device::{Argument, Array, DeviceError};
 use crate::element::Domain;
 use crate::material::Inverted;
+use crate::parallel::Part;
 
 /// Whether the tangent keeps the terms between displacement and damage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +21,9 @@ pub(crate) enum Coupling {
 }
 
 /// The equations on a space, whatever the element.
+///
+/// Residuals are those of the whole body, the same on all ranks that have a node; tangents and products are
+/// what the elements of this rank give. All ranks fail where one does.
 pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
     /// Residual and energies; fails where an element is turned inside out.
     fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted>;
@@ -57,6 +63,9 @@ pub(crate) trait Operator: std::fmt::Debug + Send + Sync {
 
     /// The geometry.
     fn domain(&self) -> &dyn Domain;
+
+    /// What this rank has of the mesh.
+    fn part(&self) -> &Arc<Part>;
 
     /// The same equations on a device, if they are on one.
     fn on_device(&self) -> Option<&dyn EquationsOnDevice> {

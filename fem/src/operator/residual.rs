@@ -62,7 +62,8 @@ pub(crate) struct Residual {
     pub(crate) drive: Vec<f64>,
     /// ∫ g ψ⁺ + ψ⁻ dV, N mm.
     pub(crate) elastic: f64,
-    /// Squares of what acts from outside, loads and contact: of forces (N²) and of damage sources.
+    /// Squares of what acts from outside, loads and contact, at the nodes that belong to this rank: of forces
+    /// (N²) and of damage sources.
     pub(crate) external: [f64; 2],
     /// ∫ Gc/(c₀ ℓ₀) [α + ℓ₀² |∇φ|²] dV, N mm.
     pub(crate) fracture: f64,

@@ -11,6 +11,7 @@ use crate::element::Order;
 use crate::error::FemError;
 use crate::material::{Homogenisation, Material, PhaseField};
 use crate::mesh::TetMesh;
+use crate::parallel::Ranks;
 use crate::solve::{Scheme, SolverOptions};
 
 /// The parts of a [`Problem`] before they are checked.
@@ -36,6 +37,7 @@ impl Problem {
             schedule: Schedule::adaptive(1.0),
             options: SolverOptions::default(),
             device: None,
+            ranks: Ranks::default(),
             parameters: Arc::default(),
         };
         ProblemBuilder { parts, scheduled: false }
@@ -92,6 +94,15 @@ impl ProblemBuilder {
     /// [`LoadStepper::machine`](crate::LoadStepper::machine) says so.
     pub fn device(mut self, device: impl Into<Option<ComputeDevice>>) -> Self {
         self.parts.device = device.into();
+        self
+    }
+
+    /// Shares the work among ranks, each of which makes this problem and does the same with it. Curve and
+    /// fields are those of the whole body on each of them, the same to the solver's tolerance whatever their
+    /// number; checkpoints are written by the first, and any number goes on with them. Systems are
+    /// solved by multigrid; a sparse factor, devices and sensitivities are refused.
+    pub fn ranks(mut self, ranks: Ranks) -> Self {
+        self.parts.ranks = ranks;
         self
     }
 

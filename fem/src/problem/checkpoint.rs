@@ -11,6 +11,7 @@ use super::fingerprint::Fingerprint;
 use super::state::RunState;
 use crate::error::{CheckpointError, FemError};
 use crate::file::write_atomically;
+use crate::parallel::Ranks;
 
 /// Where a run keeps its state, and how often it saves.
 ///
@@ -48,15 +49,25 @@ impl Checkpoint {
             .map_err(|error| FemError::io("write", &self.path, error))
     }
 
-    /// Reads a state; `None` if there is no file.
-    pub(crate) fn load(&self, fingerprint: u64) -> Result<Option<RunState>, FemError> {
-        match std::fs::read(&self.path) {
-            Ok(bytes) => decode(&bytes, fingerprint)
-                .map(Some)
-                .map_err(|source| FemError::Checkpoint { path: self.path.clone(), source }),
-            Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(FemError::io("read", &self.path, error)),
-        }
+    /// Reads a state; `None` if there is no file. The first of several ranks reads it for all.
+    pub(crate) fn load(
+        &self,
+        fingerprint: u64,
+        ranks: &Ranks,
+    ) -> Result<Option<RunState>, FemError> {
+        let read = match ranks.is_first().then(|| std::fs::read(&self.path)) {
+            None => Ok(Vec::new()),
+            Some(Err(error)) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
+            // one byte more tells an empty file from none
+            Some(Ok(bytes)) => Ok([&bytes[..], b" "].concat()),
+            Some(Err(error)) => Err(FemError::io("read", &self.path, error)),
+        };
+        let read = ranks.agreed(read)?;
+        let first = ranks.gather(&read).swap_remove(0);
+        let Some((_, bytes)) = first.split_last() else { return Ok(None) };
+        decode(bytes, fingerprint)
+            .map(Some)
+            .map_err(|source| FemError::Checkpoint { path: self.path.clone(), source })
     }
 
     pub(crate) fn validate(&self) -> Result<(), FemError> {

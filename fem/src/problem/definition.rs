@@ -11,6 +11,7 @@ use crate::element::Order;
 use crate::error::FemError;
 use crate::material::{Elasticity, Homogenisation, Material, PhaseField, PointMaterial};
 use crate::mesh::TetMesh;
+use crate::parallel::Ranks;
 use crate::solve::{LinearScheme, SolverOptions};
 
 /// The parts as they were given, to be shared by problems that differ in some of them.
@@ -26,6 +27,8 @@ pub(super) struct Definition {
     pub(super) options: SolverOptions,
     /// Where linear systems are solved, if not here; no part of the fingerprint, so that a run may go on elsewhere.
     pub(super) device: Option<ComputeDevice>,
+    /// Who shares the work; no part of the fingerprint either.
+    pub(super) ranks: Ranks,
     /// Those that the force is differentiated by.
     pub(super) parameters: Arc<[MaterialParameter]>,
 }
@@ -56,9 +59,42 @@ impl Definition {
                 "take linear = \"multigrid\" or \"auto\", or no device",
             ));
         }
+        if self.ranks.size() > 1 {
+            self.validate_ranks()?;
+        }
         self.schedule.validate()?;
         check_crack_energy(&self.schedule, &self.materials, field, &self.conditions)?;
         if self.parameters.is_empty() { Ok(()) } else { self.validate_parameters() }
+    }
+
+    /// Refuses what one process alone can do.
+    fn validate_ranks(&self) -> Result<(), FemError> {
+        let ranks = self.ranks.size();
+        let refused = |message: &str, help: &str| {
+            Err(FemError::unsupported(format!("{ranks} ranks"), message, help))
+        };
+        if self.options.linear == LinearScheme::Direct {
+            return refused(
+                "a sparse factor is made by one process",
+                "take linear = \"multigrid\" or \"auto\", or one process",
+            );
+        }
+        if self.device.is_some() {
+            return refused(
+                "each would need a device of its own",
+                "take no device, or one process",
+            );
+        }
+        if !self.parameters.is_empty() {
+            return refused(
+                "derivatives of the force are those of one process",
+                "take one process",
+            );
+        }
+        if ranks > self.mesh.tets.len() {
+            return refused("the mesh has fewer elements", "take fewer processes");
+        }
+        Ok(())
     }
 
     /// Checks that the equations have the derivatives that are asked for.

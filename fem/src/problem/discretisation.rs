@@ -9,13 +9,17 @@ use crate::error::FemError;
 use crate::material::{CrackDensity, DamageQuadrature, MOST_GRAIN, PhaseField};
 use crate::mesh::TetMesh;
 use crate::operator::{Assembly, DeviceAssembly, Operator, Unknowns};
-use crate::solve::LinearPlan;
+use crate::parallel::{Part, bisect};
+use crate::solve::{LinearPlan, LinearScheme};
 
-/// Space, boundary conditions, unknowns and what the linear solver needs, shared by runs.
+/// Space, boundary conditions, unknowns and what the linear solver needs, shared by runs; of several ranks,
+/// each has those of its part.
 #[derive(Debug)]
 pub(crate) struct Discretisation {
     pub(crate) operator: Arc<dyn Operator>,
     pub(crate) unknowns: Unknowns,
+    /// Equations of all ranks.
+    pub(crate) equations: usize,
     pub(crate) linear: LinearPlan,
     pub(crate) boundary: Boundary,
     /// Nodes with damage.
@@ -34,14 +38,25 @@ impl Discretisation {
         }
     }
 
+    /// The operator of the whole mesh.
+    pub(super) fn whole(parts: &Definition) -> Result<Arc<dyn Operator>, FemError> {
+        Ok(match parts.order {
+            Order::Linear => {
+                let space = Space::new::<Linear>(&parts.mesh, rule_of(parts)?);
+                Arc::new(Assembly::new(space).homogenised(parts.homogenisation))
+            }
+            Order::Quadratic => {
+                let space = Space::new::<Quadratic>(&parts.mesh, rule_of(parts)?);
+                Arc::new(Assembly::new(space).homogenised(parts.homogenisation))
+            }
+        })
+    }
+
     fn with<const N: usize, T: Tetrahedron<N>>(parts: &Definition) -> Result<Self, FemError> {
         let damaged = parts.damaged();
-        let rule = match &parts.phase_field {
-            Some(field) if damaged.contains(&true) => damage_rule(field, parts.order, &parts.mesh)?,
-            _ => DamageRule::Absent,
-        };
-        let space = Space::new::<T>(&parts.mesh, rule);
-        let boundary = boundary(&space, parts, damaged.clone())?;
+        let rule = rule_of(parts)?;
+        let mut space = Space::new::<T>(&parts.mesh, rule);
+        let mut boundary = boundary(&space, parts, damaged.clone())?;
         let mut carries_damage = vec![false; space.nodes.len()];
         if rule != DamageRule::Absent {
             for (tet, nodes) in space.tets.iter().enumerate() {
@@ -50,31 +65,49 @@ impl Discretisation {
                 }
             }
         }
+        let order: Vec<u32> = (0..space.nodes.len() as u32).collect();
+        let equations = Unknowns::new(&order, &carries_damage, boundary.constrained()).count;
+        let mut part = Arc::default();
+        let mut linear = parts.options.linear;
+        if parts.ranks.size() > 1 {
+            let of = parts_of(&space, parts.ranks.size());
+            let nodes = [space.nodes.len(), parts.mesh.nodes.len()];
+            part = Arc::new(Part::new(&parts.ranks, &of, |tet| &space.tets[tet], nodes));
+            boundary = boundary.of_part(Arc::clone(&part), &space, &of);
+            space = space.part(&part);
+            carries_damage = part.pick_nodes(&carries_damage);
+            linear = LinearScheme::Multigrid;
+        }
         let (linear, unknowns) = LinearPlan::new(
             &space.tets,
             &space.nodes,
             &carries_damage,
             boundary.constrained(),
-            parts.options.linear,
+            linear,
             parts.device.as_ref(),
         )?;
-        let assembly = Assembly::new(space).homogenised(parts.homogenisation);
+        let assembly = Assembly::new(space).homogenised(parts.homogenisation).of_part(part);
         let operator: Arc<dyn Operator> = match &parts.device {
             Some(device) if linear.is_on_device() => {
                 Arc::new(DeviceAssembly::new(assembly, device.clone()))
             }
             _ => Arc::new(assembly),
         };
-        Ok(Self { operator, unknowns, linear, boundary, carries_damage, damaged })
+        Ok(Self { operator, unknowns, equations, linear, boundary, carries_damage, damaged })
     }
 
     /// The same space, with what the linear solver knows of it, under the parts' conditions.
     pub(super) fn with_conditions(&self, parts: &Definition) -> Result<Self, FemError> {
+        if parts.ranks.size() > 1 {
+            // the boundary of the whole mesh is needed, of which this rank has a part
+            return Self::new(parts);
+        }
         let boundary = boundary(self.operator.domain(), parts, self.damaged.clone())?;
         let (linear, unknowns) =
             self.linear.with_constrained(&self.carries_damage, boundary.constrained())?;
         Ok(Self {
             operator: Arc::clone(&self.operator),
+            equations: unknowns.count,
             unknowns,
             linear,
             boundary,
@@ -83,9 +116,28 @@ impl Discretisation {
         })
     }
 
-    /// Reference positions of the nodes, mm.
+    /// Reference positions of the nodes that this rank has, mm.
     pub(crate) fn nodes(&self) -> &[[f64; 3]] {
         self.operator.domain().nodes()
+    }
+}
+
+/// The rank of each element.
+fn parts_of<const N: usize>(space: &Space<N>, ranks: usize) -> Vec<u32> {
+    let centre = |tet: &[u32; N]| -> [f64; 3] {
+        let corners = || tet[..4].iter().map(|&n| space.nodes[n as usize]);
+        std::array::from_fn(|k| 0.25 * corners().map(|x| x[k]).sum::<f64>())
+    };
+    let centres: Vec<[f64; 3]> = space.tets.iter().map(centre).collect();
+    bisect(&centres, ranks)
+}
+
+fn rule_of(parts: &Definition) -> Result<DamageRule, FemError> {
+    match &parts.phase_field {
+        Some(field) if parts.damaged().contains(&true) => {
+            damage_rule(field, parts.order, &parts.mesh)
+        }
+        _ => Ok(DamageRule::Absent),
     }
 }
 

@@ -84,12 +84,20 @@ impl LoadStepper<'_> {
         subtract(&mut change, &state.fields);
         // what acts from outside balances the stress forces node by node; what friction takes from
         // the platens does not reach the body
-        let work: f64 = forces
-            .iter()
-            .zip(&state.forces)
-            .zip(&change.displacement)
-            .map(|((f, g), du)| (0..3).map(|k| 0.5 * (f[k] + g[k]) * du[k]).sum::<f64>())
+        let (part, ranks) = (domain.operator.part(), domain.operator.part().ranks());
+        let past = part.halo.own_of(&state.forces).zip(part.halo.own_of(&change.displacement));
+        let work: f64 = part
+            .halo
+            .own_of(&forces)
+            .zip(past)
+            .map(|(f, (g, du))| (0..3).map(|k| 0.5 * (f[k] + g[k]) * du[k]).sum::<f64>())
             .sum();
+        let [integral, volume] = domain.operator.domain().integral(&fields.damage, &domain.damaged);
+        let mut sums = [work, integral, volume];
+        ranks.sum(&mut sums);
+        let [work, integral, volume] = sums;
+        let mut phi_max = [fields.damage.iter().copied().fold(0.0, f64::max)];
+        ranks.max(&mut phi_max);
         let last = &state.point;
         state.point = CurvePoint {
             time_s,
@@ -100,8 +108,8 @@ impl LoadStepper<'_> {
             viscous_n_mm: last.viscous_n_mm + residual.viscous,
             friction_n_mm: last.friction_n_mm + friction,
             work_n_mm: last.work_n_mm + work + friction,
-            phi_mean: domain.operator.domain().mean(&fields.damage, &domain.damaged),
-            phi_max: fields.damage.iter().copied().fold(0.0, f64::max),
+            phi_mean: if volume > 0.0 { integral / volume } else { 0.0 },
+            phi_max: phi_max[0],
             newton: last.newton + solver.effort.iterations - before.iterations,
             linear: last.linear + solver.effort.linear - before.linear,
             residual: solver.relative,
@@ -132,7 +140,8 @@ impl LoadStepper<'_> {
             }
             None => {
                 let time_s = target * problem.parts.schedule.duration_s;
-                problem.discretisation.boundary.start(problem.nodes(), time_s, &mut fields);
+                let nodes = problem.discretisation.nodes();
+                problem.discretisation.boundary.start(nodes, time_s, &mut fields);
             }
         }
         problem.place(&mut fields, target);

@@ -6,6 +6,7 @@ use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::material::{CrackDensity, Irreversibility, PhaseField, PointMaterial};
 use crate::operator::{Bounds, Increment, Operator, StepContext};
+use crate::parallel::Part;
 
 /// The state of the irreversibility.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -37,6 +38,20 @@ impl Memory {
     ) -> StepContext<'a> {
         let (history, bounds) = (&self.history[..], self.bounds.as_ref());
         StepContext { history, bounds, ..StepContext::new(damage_before, duration) }
+    }
+
+    /// The memory of the whole mesh, from those of all ranks.
+    pub(crate) fn gathered(&self, part: &Part) -> Self {
+        let Saved { history, lower, ratchet } = self.clone().into();
+        let lower = lower.map(|lower| part.gather_nodes(&lower));
+        Saved { history: part.gather_tets(&history), lower, ratchet }.into()
+    }
+
+    /// What a part of the mesh has of it, with so many points an element.
+    pub(crate) fn of_part(self, part: &Part, points: usize) -> Self {
+        let Saved { history, lower, ratchet } = self.into();
+        let lower = lower.map(|lower| part.pick_nodes(&lower));
+        Saved { history: part.pick_tets(&history, points), lower, ratchet }.into()
     }
 
     /// Whether the lower bounds of an increment are the damage that it begins with.

@@ -1,7 +1,7 @@
 //! A boundary-value problem, ready to run.
 
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::definition::Definition;
 use super::discretisation::Discretisation;
@@ -13,7 +13,7 @@ use crate::error::{FemError, MeshError};
 use crate::fields::Fields;
 use crate::material::{Material, PointMaterial};
 use crate::mesh::{TetMesh, vtu};
-use crate::operator::{CellStress, Increment, StepContext};
+use crate::operator::{CellStress, Increment, Operator, StepContext};
 use crate::solve::Solver;
 
 /// A body with materials, conditions on its surfaces and loads, followed through time.
@@ -55,6 +55,8 @@ pub struct Problem {
     pub(crate) points: Arc<[PointMaterial]>,
     /// The same on either side of the value of each parameter.
     pub(super) shifts: Arc<[PointShift]>,
+    /// The operator of the whole mesh, where this rank has a part of it; made where it is asked for.
+    whole: OnceLock<Arc<dyn Operator>>,
 }
 
 /// The materials on either side of a parameter's value, as the points of a region see them.
@@ -80,7 +82,8 @@ impl Problem {
             width: parameter.width,
         };
         let shifts = parts.parameters.iter().map(shift).collect();
-        Self { points: parts.points(&parts.materials), shifts, parts, discretisation }
+        let points = parts.points(&parts.materials);
+        Self { points, shifts, parts, discretisation, whole: OnceLock::new() }
     }
 
     /// The same problem with other materials, without parameters to differentiate by; mesh, unknowns
@@ -152,21 +155,25 @@ impl Problem {
 
     /// A solver that remembers nothing.
     pub(super) fn solver(&self) -> Solver<'_, ExternalForces> {
-        let Discretisation { operator, unknowns, linear, .. } = self.discretisation.as_ref();
-        let linear = linear.solver(operator.as_ref());
-        Solver::new(operator.as_ref(), unknowns, &self.points, self.parts.options, linear)
+        let Discretisation { operator, unknowns, linear, boundary, .. } =
+            self.discretisation.as_ref();
+        let (operator, options) = (operator.as_ref(), self.parts.options);
+        let mut solver =
+            Solver::new(operator, unknowns, &self.points, options, linear.solver(operator));
+        solver.external = ExternalForces::none(boundary);
+        solver
     }
 
     /// Puts the prescribed values where they belong at a fraction of the duration.
     pub(super) fn place(&self, fields: &mut Fields, clock: f64) {
         let time_s = clock * self.parts.schedule.duration_s;
-        self.discretisation.boundary.impose(self.nodes(), time_s, fields);
+        self.discretisation.boundary.impose(self.discretisation.nodes(), time_s, fields);
     }
 
     /// ∫ f dV of a function of the fields at each point, by a rule of degree 5.
     pub fn integrate(&self, fields: &Fields, mut f: impl FnMut(&PointValues) -> f64) -> f64 {
         let mut sum = 0.0;
-        let domain = self.discretisation.operator.domain();
+        let domain = self.whole().domain();
         domain.visit(fields, &mut |point, volume| sum += volume * f(point));
         sum
     }
@@ -188,7 +195,17 @@ impl Problem {
 
     /// Reference positions of the nodes that [`Fields`] refer to, mm.
     pub fn nodes(&self) -> &[[f64; 3]] {
-        self.discretisation.nodes()
+        self.whole().domain().nodes()
+    }
+
+    /// The operator of the whole mesh.
+    fn whole(&self) -> &dyn Operator {
+        let own = &self.discretisation.operator;
+        if own.part().is_whole() {
+            return own.as_ref();
+        }
+        let make = || Discretisation::whole(&self.parts).expect("the parts were checked before");
+        self.whole.get_or_init(make).as_ref()
     }
 
     /// Writes the mesh for ParaView (`.vtu`), quadratic elements as such: at the nodes `displacement_mm` and
@@ -237,13 +254,13 @@ impl Problem {
         }
         let context = StepContext::new(&fields.damage, 1.0);
         let increment = Increment { materials: &self.points, fields, context };
-        let stresses = self.discretisation.operator.stresses(&increment);
+        let stresses = self.whole().stresses(&increment);
         stresses.map_err(|_| unfit("turn an element inside out; a state that was solved does not"))
     }
 
     fn quadratic_tets(&self) -> Vec<[u32; 10]> {
         let nodes_of = |tet| {
-            let nodes = self.discretisation.operator.domain().nodes_of(tet);
+            let nodes = self.whole().domain().nodes_of(tet);
             nodes.try_into().expect("a quadratic tetrahedron has ten nodes")
         };
         (0..self.mesh().tets.len()).map(nodes_of).collect()
@@ -273,9 +290,9 @@ impl Problem {
         }
     }
 
-    /// Number of equations.
+    /// Number of equations, of all ranks together.
     pub fn unknowns(&self) -> usize {
-        self.discretisation.unknowns.count
+        self.discretisation.equations
     }
 
     /// Entries of the sparse factor; zero where the linear solver is iterative.

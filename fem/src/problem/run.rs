@@ -76,7 +76,9 @@ fn follow(mut run: LoadStepper, observer: &mut dyn Observer) -> Outcome {
     }
     // an error is the end of the run and stands in its outcome
     while let Ok(Some(point)) = run.step() {
-        if observer.step(&point, run.fields()).is_break() {
+        // one rank that is told to stop stops all
+        let stop = observer.step(&point, run.fields()).is_break();
+        if run.stops(stop) {
             break;
         }
     }

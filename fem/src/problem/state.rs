@@ -8,8 +8,10 @@ use super::controller::Step;
 use super::curve::CurvePoint;
 use super::discretisation::Discretisation;
 use super::memory::Memory;
+use crate::boundary::Contact;
 use crate::fields::Fields;
 use crate::material::PhaseField;
+use crate::parallel::Part;
 use crate::solve::Effort;
 
 /// The last equilibrium, how the run came there, and what it does next. The clock is the fraction of
@@ -74,5 +76,55 @@ impl RunState {
             reactions: domain.boundary.surfaces.keys().map(|k| (k.clone(), vec![])).collect(),
             ..Self::default()
         }
+    }
+
+    /// The state of the whole body, from those of all ranks.
+    pub(crate) fn gathered(&self, domain: &Discretisation) -> Self {
+        let part = domain.operator.part();
+        let contacts = &domain.boundary.contacts;
+        let pressures = self.pressures.iter().zip(contacts).map(|(own, contact)| {
+            let places: Vec<u32> = contact.own_places().collect();
+            let own: Vec<f64> = contact.own_of(own).copied().collect();
+            part.ordered(&places, 1, &own, contact.all)
+        });
+        Self {
+            fields: gather_fields(part, &self.fields),
+            change: self.change.as_ref().map(|(fields, step)| (gather_fields(part, fields), *step)),
+            forces: part.gather_nodes(&self.forces),
+            memory: self.memory.gathered(part),
+            pressures: pressures.collect(),
+            ..self.clone()
+        }
+    }
+
+    /// What this rank has of the state of the whole body.
+    pub(crate) fn of_part(self, domain: &Discretisation) -> Self {
+        let part = domain.operator.part();
+        let fields = |fields: &Fields| Fields {
+            displacement: part.pick_nodes(&fields.displacement),
+            damage: part.pick_nodes(&fields.damage),
+        };
+        let pressures = self.pressures.iter().zip(&domain.boundary.contacts);
+        let pick = |(all, contact): (&Vec<f64>, &Contact)| {
+            contact.places.iter().map(|&place| all[place as usize]).collect()
+        };
+        let pressures = pressures.map(pick).collect();
+        let points = domain.operator.domain().rule().points.len();
+        Self {
+            fields: fields(&self.fields),
+            change: self.change.as_ref().map(|(change, step)| (fields(change), *step)),
+            forces: part.pick_nodes(&self.forces),
+            memory: self.memory.of_part(part, points),
+            pressures,
+            ..self
+        }
+    }
+}
+
+/// The fields of the whole body, from those of all ranks.
+pub(crate) fn gather_fields(part: &Part, fields: &Fields) -> Fields {
+    Fields {
+        displacement: part.gather_nodes(&fields.displacement),
+        damage: part.gather_nodes(&fields.damage),
     }
 }

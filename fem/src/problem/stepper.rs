@@ -1,15 +1,17 @@
 //! The loop over the load steps, for a user to drive.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use super::checkpoint::Checkpoint;
 use super::controller::{Progress, Step};
 use super::curve::{CurvePoint, End, Outcome, Sensitivities};
 use super::problem::Problem;
-use super::state::{Derivatives, RunState};
+use super::state::{Derivatives, RunState, gather_fields};
 use crate::boundary::ExternalForces;
 use crate::error::{FemError, StepFailure};
 use crate::fields::Fields;
+use crate::parallel::{RankLost, Ranks, guarded};
 use crate::solve::{Effort, Solver};
 
 /// Steps tried for one point of the curve, whatever the controller asks for.
@@ -40,7 +42,10 @@ const MOST_TRIES: u32 = 10_000;
 pub struct LoadStepper<'a> {
     pub(super) problem: &'a Problem,
     pub(super) solver: Solver<'a, ExternalForces>,
+    /// Of several ranks, each has that of its part.
     pub(super) state: RunState,
+    /// The fields of the whole body at the last point, where this rank has a part of it.
+    whole: Option<Fields>,
     /// Where the state is kept, with the fingerprint of the problem.
     checkpoint: Option<(Checkpoint, u64)>,
     end: Option<End>,
@@ -62,7 +67,9 @@ impl<'a> LoadStepper<'a> {
     pub(super) fn new(problem: &'a Problem) -> Self {
         let field = problem.parts.phase_field.as_ref();
         let state = RunState::new(&problem.discretisation, field, problem.shifts.len());
-        Self { problem, solver: problem.solver(), state, checkpoint: None, end: None }
+        let part = problem.discretisation.operator.part();
+        let whole = (!part.is_whole()).then(|| Fields::zero(part.all_nodes));
+        Self { problem, solver: problem.solver(), state, whole, checkpoint: None, end: None }
     }
 
     /// A run that keeps its state on disk, from what is there.
@@ -70,33 +77,62 @@ impl<'a> LoadStepper<'a> {
         checkpoint.validate()?;
         let fingerprint = problem.parts.fingerprint();
         let mut run = Self::new(problem);
-        if let Some(state) = checkpoint.load(fingerprint)? {
-            run.solver.effort = state.effort;
-            run.state = state;
-        }
         run.checkpoint = Some((checkpoint.clone(), fingerprint));
+        let loaded = guarded(|| checkpoint.load(fingerprint, run.ranks()));
+        if let Some(state) = loaded.map_err(|lost| run.lost(lost))?? {
+            run.solver.effort = state.effort;
+            if let Some(whole) = &mut run.whole {
+                *whole = state.fields.clone();
+            }
+            run.state = state.of_part(&problem.discretisation);
+        }
         Ok(run)
+    }
+
+    pub(super) fn ranks(&self) -> &'a Ranks {
+        &self.problem.parts.ranks
+    }
+
+    /// The error of a run one of whose ranks is gone.
+    fn lost(&self, RankLost(rank): RankLost) -> FemError {
+        let saved = self.checkpoint.as_ref().map(|(checkpoint, _)| &checkpoint.path);
+        FemError::RankLost { rank, checkpoint: saved.filter(|path| path.is_file()).cloned() }
+    }
+
+    /// Whether one of the ranks is to stop here.
+    pub(super) fn stops(&mut self, own: bool) -> bool {
+        match guarded(|| self.ranks().any(own)) {
+            Ok(stop) => stop,
+            Err(lost) => {
+                self.end = Some(End::Failed(self.lost(lost)));
+                true
+            }
+        }
     }
 
     /// Takes the next load step; `None` once the run has ended.
     ///
     /// # Errors
-    /// [`FemError::NotConverged`] if there is no equilibrium even after the least step, and
-    /// [`FemError::Io`] if the state cannot be saved. The run has then ended.
+    /// [`FemError::NotConverged`] if there is no equilibrium even after the least step,
+    /// [`FemError::Io`] if the state cannot be saved, and [`FemError::RankLost`] if another rank is gone. The
+    /// run has then ended.
     pub fn step(&mut self) -> Result<Option<CurvePoint>, FemError> {
         if self.end.is_some() {
             return Ok(None);
         }
-        let point = self.next_point();
+        let point = match guarded(|| self.next_point()) {
+            Ok(point) => point,
+            Err(lost) => Err(self.lost(lost)),
+        };
         if let Err(error) = &point {
             self.end = Some(End::Failed(error.clone()));
         }
         point.map(Some)
     }
 
-    /// The fields at the last point, at rest before the first.
+    /// The fields of the whole body at the last point, at rest before the first.
     pub fn fields(&self) -> &Fields {
-        &self.state.fields
+        self.whole.as_ref().unwrap_or(&self.state.fields)
     }
 
     /// The points so far, those before a continuation included.
@@ -123,10 +159,17 @@ impl<'a> LoadStepper<'a> {
 
     /// What the run has yielded; a run that had not ended yet is [`End::Interrupted`].
     pub fn finish(self) -> Outcome {
-        let contact = self.solver.external.contact_points(&self.state.fields);
+        let boundary = &self.problem.discretisation.boundary;
+        let points = || self.solver.external.contact_points(boundary, &self.state.fields);
+        // without one of the ranks there are none
+        let contact = match &self.end {
+            Some(End::Failed(FemError::RankLost { .. })) => BTreeMap::new(),
+            _ => guarded(points).unwrap_or_default(),
+        };
         let sensitivities = self.sensitivities();
         let machine = self.machine();
         let RunState { curve, fields, reactions, .. } = self.state;
+        let fields = self.whole.unwrap_or(fields);
         let end = self.end.unwrap_or(End::Interrupted);
         let effort = self.solver.effort;
         Outcome { curve, sensitivities, end, fields, reactions, contact, effort, machine }
@@ -168,6 +211,9 @@ impl<'a> LoadStepper<'a> {
 
     /// Puts the state on the curve, notes the end, if it is one, and saves.
     fn record(&mut self) -> Result<CurvePoint, FemError> {
+        if let Some(whole) = &mut self.whole {
+            *whole = gather_fields(self.problem.discretisation.operator.part(), &self.state.fields);
+        }
         let state = &mut self.state;
         let point = state.point;
         state.curve.push(point);
@@ -199,7 +245,15 @@ impl<'a> LoadStepper<'a> {
         let Some((checkpoint, fingerprint)) = &self.checkpoint else { return Ok(()) };
         if self.state.curve.len().is_multiple_of(checkpoint.every as usize) {
             self.state.effort = self.solver.effort;
-            checkpoint.save(&self.state, *fingerprint)?;
+            let saved = match self.whole {
+                None => checkpoint.save(&self.state, *fingerprint),
+                Some(_) => {
+                    let state = self.state.gathered(&self.problem.discretisation);
+                    let first = self.ranks().is_first();
+                    if first { checkpoint.save(&state, *fingerprint) } else { Ok(()) }
+                }
+            };
+            self.ranks().agreed(saved)?;
             self.solver = self.problem.solver();
             self.solver.effort = self.state.effort;
         }

@@ -84,6 +84,10 @@ impl<E: External> Solver<'_, E> {
     /// ∂E_frac/∂φ · x: without viscosity the residual of the damage less its drive.
     fn growth(&self, x: &[Nodal]) -> f64 {
         let slope = self.residual.nodal.iter().zip(&self.residual.drive).map(|(r, d)| r[3] - d);
-        slope.zip(x).map(|(s, x)| s * x[3]).sum()
+        let terms: Vec<f64> = slope.zip(x).map(|(s, x)| s * x[3]).collect();
+        let halo = &self.operator.part().halo;
+        let mut sum = [halo.own_of(&terms).sum()];
+        halo.ranks().sum(&mut sum);
+        sum[0]
     }
 }

@@ -166,7 +166,8 @@ impl<'a, E: External> Solver<'a, E> {
             self.free.copy_from_slice(&self.unknown);
             bounds.constrain(fields, &self.residual.nodal, &mut self.free);
         }
-        let norms = Norms::of(&self.residual, &self.unknown, &self.free);
+        let norms =
+            Norms::of(&self.residual, &self.unknown, &self.free, &self.operator.part().halo);
         self.relative = norms.largest();
         Ok(norms)
     }
@@ -194,7 +195,7 @@ impl<'a, E: External> Solver<'a, E> {
                 return Ok(norms);
             }
             // bounds let go of one layer of nodes at a time: progress, if not in the residual
-            let changed = self.linearised != self.free;
+            let changed = self.operator.part().ranks().any(self.linearised != self.free);
             if changed {
                 changes += 1
             } else {

@@ -1,6 +1,7 @@
 //! How far an iterate is from equilibrium.
 
 use crate::operator::Residual;
+use crate::parallel::Halo;
 
 /// Which equations an iteration acts on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,11 +32,17 @@ pub(crate) struct Norms {
 
 impl Norms {
     /// What a bound holds is a reaction: of the `unknown` values it leaves the `free` ones.
-    pub(super) fn of(residual: &Residual, unknown: &[[bool; 4]], free: &[[bool; 4]]) -> Self {
+    pub(super) fn of(
+        residual: &Residual,
+        unknown: &[[bool; 4]],
+        free: &[[bool; 4]],
+        halo: &Halo,
+    ) -> Self {
         let [mut force, mut damage] = [0.0; 2];
         let [mut reaction, mut drive] = residual.external;
-        let values = residual.nodal.iter().zip(&residual.drive);
-        for ((nodal, d), (unknown, free)) in values.zip(unknown.iter().zip(free)) {
+        let values = halo.own_of(&residual.nodal).zip(halo.own_of(&residual.drive));
+        let masks = halo.own_of(unknown).zip(halo.own_of(free));
+        for ((nodal, d), (unknown, free)) in values.zip(masks) {
             for k in 0..3 {
                 let square = nodal[k] * nodal[k];
                 if free[k] { force += square } else { reaction += square }
@@ -49,6 +56,9 @@ impl Norms {
                 drive += d * d;
             }
         }
+        let mut squares = [force, reaction, damage, drive];
+        halo.ranks().sum(&mut squares);
+        let [force, reaction, damage, drive] = squares;
         Self {
             force: force.sqrt(),
             reaction: reaction.sqrt(),

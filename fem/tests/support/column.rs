@@ -30,7 +30,7 @@ pub(crate) fn layers(levels: &[f64]) -> TetMesh {
 }
 
 /// A weak layer of height 0.5 under an elastic one of height 10.
-fn column() -> TetMesh {
+pub(crate) fn column() -> TetMesh {
     let mut mesh = layers(&[0.0, 0.5, 5.0, 10.5]);
     mesh.region_of.iter_mut().skip(6).for_each(|region| *region = 1);
     mesh.regions = vec!["weak".into(), "elastic".into()];

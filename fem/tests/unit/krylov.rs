@@ -44,7 +44,7 @@ fn solve(method: Method, a: &[Vec<f64>], limit: u32) -> (Ending, f64) {
         }
     };
     let mut system = System {
-        vectors: &InMemory,
+        vectors: &InMemory::default(),
         apply: &mut apply,
         precondition: &mut precondition,
         weight: &weight,

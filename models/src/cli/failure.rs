@@ -11,6 +11,20 @@ pub(super) enum Failure {
     Workflow(#[from] WorkflowError),
     #[error(transparent)]
     Slurm(#[from] SlurmError),
+    #[cfg(feature = "mpi")]
+    #[error(transparent)]
+    Mpi(#[from] fem::MpiError),
+    #[cfg(not(feature = "mpi"))]
+    #[error(
+        "{0} processes were started together, but this program was built without MPI, and each would do the \
+         same: build it with --features mpi, or start one"
+    )]
+    WithoutMpi(usize),
+    #[error(
+        "{count} processes were started together, and each would {command} the same: `simulate` alone is \
+         shared by them; start one, or see `breccia help ensemble` for jobs"
+    )]
+    NotShared { command: String, count: usize },
 }
 
 pub(super) fn file_error(path: &Path, source: std::io::Error) -> WorkflowError {

@@ -21,6 +21,14 @@ pub enum WorkflowError {
     /// The device that was asked for cannot be used.
     #[error("--device: {0}")]
     Device(#[from] DeviceError),
+    /// Another of the processes that share a simulation cannot take part.
+    #[error("rank {rank}: {message}")]
+    Rank {
+        /// Which.
+        rank: usize,
+        /// What it said.
+        message: String,
+    },
     /// A file cannot be read or written.
     #[error("{}: {source}", path.display())]
     Io {

@@ -185,6 +185,7 @@ impl Inputs<'_> {
             conditions: self.conditions().as_ref(),
             solver: *self.solver(),
             device: None,
+            ranks: None,
             derivatives: false,
         }
     }

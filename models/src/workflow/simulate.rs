@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use fem::{
-    Checkpoint, ComputeDevice, CurvePoint, CurveWriter, DeviceError, FemError, Fields,
-    LinearScheme, Observer, SolverOptions, vtu,
+    Checkpoint, ComputeDevice, CurvePoint, CurveWriter, DeviceError, End, FemError, Fields,
+    LinearScheme, Observer, Outcome, Ranks, SolverOptions, TetMesh, vtu,
 };
 
 use super::WorkflowError;
@@ -34,14 +34,16 @@ pub enum DeviceChoice {
 }
 
 impl DeviceChoice {
-    /// The device, and the settings of the solver with it.
+    /// The device of a process that is alone or one of several, and the settings of the solver with it.
     fn device(
         self,
         mut options: SolverOptions,
+        ranks: &Ranks,
     ) -> Result<(Option<ComputeDevice>, SolverOptions), DeviceError> {
         let device = match self {
             // a factor is asked for, which the processor makes
             Self::Auto if options.linear == LinearScheme::Direct => None,
+            Self::Auto if ranks.size() > 1 => None,
             Self::Auto => ComputeDevice::cuda().ok(),
             Self::Cpu => None,
             Self::Cuda => Some(ComputeDevice::cuda()?),
@@ -58,6 +60,7 @@ impl DeviceChoice {
 /// Runs the case's test and writes to `dir`, as the run goes on: `curve.csv`, the fields
 /// `fields/step-*.vtu` with their collection `fields.pvd` for ParaView, and `simulate.state`, from
 /// which the same command continues after an interruption, bit by bit; it is removed at the end.
+/// Of several ranks, all of which call this, the first writes, and any number goes on.
 ///
 /// # Errors
 /// A mesh or a test that cannot be set up; a state of another case. A run that fails on its way is an
@@ -67,26 +70,32 @@ pub fn simulate(
     file: &CaseFile,
     dir: &Path,
     device: DeviceChoice,
+    ranks: &Ranks,
     interrupt: &AtomicBool,
 ) -> Result<PathBuf, WorkflowError> {
-    std::fs::create_dir_all(dir).map_err(|e| WorkflowError::results(dir, e))?;
-    let (device, solver) = device.device(file.case.solver)?;
-    let setup = Setup { device: device.as_ref(), solver, ..Setup::from(file) };
-    let mesh = mesh_of(file)?;
-    resolution_note(&file.case, &mesh).iter().for_each(|note| say("note", note));
-    quadrature_note(&file.case, &mesh).iter().for_each(|note| say("note", note));
-    let simulator = Simulator::new(&setup, mesh, Vec::new())?;
-    let test = simulator.problem();
-    let state = dir.join("simulate.state");
+    // before anything that all ranks have to do together
+    let mesh = agreed(ranks, mesh_for(file, dir))?;
+    let (device, solver) = device.device(file.case.solver, ranks)?;
+    let setup = Setup { device: device.as_ref(), ranks: Some(ranks), solver, ..Setup::from(file) };
+    if ranks.is_first() {
+        resolution_note(&file.case, &mesh).iter().for_each(|note| say("note", note));
+        quadrature_note(&file.case, &mesh).iter().for_each(|note| say("note", note));
+    }
+    let simulator = agreed(ranks, Simulator::new(&setup, mesh, Vec::new()))?;
+    if !ranks.is_first() {
+        agreed(ranks, Ok(()))?;
+        let mut follower = |_: &CurvePoint, _: &Fields| match interrupt.load(Ordering::Relaxed) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        };
+        return match run(file, dir, &simulator, &mut follower)?.end {
+            End::Interrupted => Err(WorkflowError::Interrupted),
+            end => failure(&end).map_or(Ok(dir.join("curve.csv")), |error| Err(error.into())),
+        };
+    }
     let (last, reason) = (dir.join("fields/last.vtu"), dir.join("failure.txt"));
-    let mut record = SimulationFiles::new(file, &simulator, dir, interrupt)?;
-    let outcome = match file.case.output.checkpoint_every {
-        0 => test.run(&mut record),
-        every => {
-            let checkpoint = Checkpoint { path: state.clone(), every };
-            test.run_resumable(&checkpoint, &mut record)?
-        }
-    };
+    let mut record = agreed(ranks, SimulationFiles::new(file, &simulator, dir, interrupt))?;
+    let outcome = run(file, dir, &simulator, &mut record)?;
     say("device", &format!("linear systems were solved by {}", outcome.machine));
     let path = record.curve_path.clone();
     let written = record.finish();
@@ -95,18 +104,49 @@ pub fn simulate(
     remove(&reason)?;
     if let Some(error) = failure(&outcome.end) {
         std::fs::create_dir_all(dir.join("fields")).map_err(|e| WorkflowError::io(dir, e))?;
-        test.write_vtu(&last, &outcome.fields)?;
+        simulator.problem().write_vtu(&last, &outcome.fields)?;
         write(&reason, format!("{error}\n").as_bytes())?;
         let (last, reason) = (last.display(), reason.display());
         say("note", &format!("the last state is in {last}, the reason of the end in {reason}"));
         return Err(error.into());
     }
     written?;
-    if interrupt.load(Ordering::Relaxed) {
+    if matches!(outcome.end, End::Interrupted) {
         return Err(WorkflowError::Interrupted);
     }
-    remove(&state)?;
+    remove(&dir.join(STATE))?;
     Ok(path)
+}
+
+/// Where the state of a run is kept.
+const STATE: &str = "simulate.state";
+
+/// The mesh of a case whose results go to `dir`.
+fn mesh_for(file: &CaseFile, dir: &Path) -> Result<TetMesh, WorkflowError> {
+    std::fs::create_dir_all(dir).map_err(|e| WorkflowError::results(dir, e))?;
+    mesh_of(file)
+}
+
+fn run(
+    file: &CaseFile,
+    dir: &Path,
+    simulator: &Simulator,
+    observer: &mut dyn Observer,
+) -> Result<Outcome, FemError> {
+    let test = simulator.problem();
+    match file.case.output.checkpoint_every {
+        0 => Ok(test.run(observer)),
+        every => test.run_resumable(&Checkpoint { path: dir.join(STATE), every }, observer),
+    }
+}
+
+/// Success where all ranks have had it.
+fn agreed<T>(ranks: &Ranks, own: Result<T, WorkflowError>) -> Result<T, WorkflowError> {
+    let error = own.as_ref().err().map(ToString::to_string);
+    match ranks.first_text(error.as_deref()) {
+        None => own,
+        Some((rank, message)) => own.and(Err(WorkflowError::Rank { rank, message })),
+    }
 }
 
 /// Removes a file that may not be there.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use fem::{
     CompressionTest, ComputeDevice, CurvePoint, End, FemError, FixedSteps, Homogenisation, Order,
-    Outcome, PhaseField, Problem, RunRecord, RunStatus, SolverOptions, TetMesh,
+    Outcome, PhaseField, Problem, Ranks, RunRecord, RunStatus, SolverOptions, TetMesh,
 };
 
 use super::WorkflowError;
@@ -31,6 +31,8 @@ pub(super) struct Setup<'a> {
     pub(super) solver: SolverOptions,
     /// Where linear systems are solved, if not on the processor.
     pub(super) device: Option<&'a ComputeDevice>,
+    /// Who shares the work, if others do.
+    pub(super) ranks: Option<&'a Ranks>,
     /// Whether runs give the derivatives of the force by their parameters.
     pub(super) derivatives: bool,
 }
@@ -48,6 +50,7 @@ impl<'a> From<&'a CaseFile> for Setup<'a> {
             conditions: case.conditions.as_ref(),
             solver: case.solver,
             device: None,
+            ranks: None,
             derivatives: false,
         }
     }
@@ -196,6 +199,7 @@ fn problem(
         .phase_field(setup.phase_field.copied())
         .options(setup.solver)
         .device(setup.device.cloned())
+        .ranks(setup.ranks.cloned().unwrap_or_default())
         .build()
 }
 

@@ -20,6 +20,7 @@ use crate::element::Domain;
 use crate::error::FemError;
 use crate::fields::Fields;
 use crate::operator::NodeBlock;
+use crate::parallel::Part;
 
 /// A node nearer than this fraction of the size of a face touches, though nothing presses yet.
 const TOUCH: f64 = 1e-9;
@@ -51,6 +52,12 @@ pub(crate) struct Contact {
     platen: Platen,
     /// Node, area (mm²), reference position (mm).
     nodes: Vec<(u32, f64, Vector3<f64>)>,
+    /// The size of a face, mm.
+    size: f64,
+    /// The places of the nodes among those of all ranks, how many these are, and which belong to this one.
+    pub(crate) places: Vec<u32>,
+    pub(crate) all: usize,
+    own: Vec<bool>,
 }
 
 impl Contact {
@@ -70,12 +77,40 @@ impl Contact {
             ));
         }
         let position = |node: u32| Vector3::from(domain.nodes()[node as usize]);
-        let nodes = domain
+        let nodes: Vec<_> = domain
             .nodal_areas(triangles)
             .into_iter()
             .map(|(node, area)| (node, area, position(node)))
             .collect();
-        Ok(Self { surface: surface.into(), platen, nodes })
+        let (all, total) = (nodes.len(), nodes.iter().map(|n| n.1).sum::<f64>());
+        let size = (total / all.max(1) as f64).sqrt();
+        let (places, own) = ((0..all as u32).collect(), vec![true; all]);
+        Ok(Self { surface: surface.into(), platen, nodes, size, places, all, own })
+    }
+
+    /// Contact of the nodes that a part of the mesh has.
+    pub(crate) fn of_part(&self, part: &Part) -> Self {
+        let local = part.local();
+        let (mut nodes, mut places, mut own) = (Vec::new(), Vec::new(), Vec::new());
+        for (place, &(node, area, position)) in self.nodes.iter().enumerate() {
+            if let Some(node) = local(node) {
+                nodes.push((node, area, position));
+                places.push(place as u32);
+                own.push(part.halo.owns(node));
+            }
+        }
+        let (surface, platen) = (self.surface.clone(), self.platen.clone());
+        Self { surface, platen, nodes, places, own, ..*self }
+    }
+
+    /// Those of values at its nodes that belong to this rank.
+    pub(crate) fn own_of<'a, T>(&self, values: &'a [T]) -> impl Iterator<Item = &'a T> {
+        values.iter().zip(&self.own).filter(|(_, own)| **own).map(|(value, _)| value)
+    }
+
+    /// The places of its own nodes among those of all ranks.
+    pub(crate) fn own_places(&self) -> impl Iterator<Item = u32> {
+        self.own_of(&self.places).copied()
     }
 
     /// How many nodes can touch.
@@ -123,6 +158,8 @@ struct Node {
     carried: Vector3<f64>,
     /// p, MPa.
     pressure: f64,
+    /// Whether it belongs to this rank.
+    own: bool,
 }
 
 impl ContactStep {
@@ -139,18 +176,19 @@ impl ContactStep {
         let travel = contact.platen.travel(time_s);
         let since = travel - contact.platen.travel(time_s - duration);
         let pressures = pressures.unwrap_or_else(|| vec![0.0; contact.nodes.len()]);
-        let total: f64 = contact.nodes.iter().map(|n| n.1).sum();
-        let size = (total / contact.nodes.len().max(1) as f64).sqrt();
+        let size = contact.size;
         let nodes = contact
             .nodes
             .iter()
             .zip(pressures)
-            .map(|(&(node, area, position), pressure)| Node {
+            .zip(&contact.own)
+            .map(|((&(node, area, position), pressure), &own)| Node {
                 node,
                 area,
                 position,
                 carried: Vector3::from(before.displacement[node as usize]) + since,
                 pressure,
+                own,
             })
             .collect();
         Self {
@@ -218,6 +256,17 @@ impl ContactStep {
         self.nodes.iter().map(|n| (n.node, (self.traction(n, fields) * n.area).into()))
     }
 
+    /// Their sum over the nodes that belong to this rank.
+    pub(crate) fn force(&self, fields: &Fields) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for (_, force) in
+            self.forces(fields).zip(&self.nodes).filter(|(_, n)| n.own).map(|(f, _)| f)
+        {
+            (0..3).for_each(|k| sum[k] += force[k]);
+        }
+        sum
+    }
+
     /// −∂force/∂u of the nodes, N/mm.
     ///
     /// On a curved platen the turn of the tangent plane is left out of the friction terms.
@@ -265,7 +314,7 @@ impl ContactStep {
         })
     }
 
-    /// ∫ (μ p s_ε + F_v) |v_t|² dA Δt, N mm.
+    /// ∫ (μ p s_ε + F_v) |v_t|² dA Δt over the nodes that belong to this rank, N mm.
     pub(crate) fn dissipated(&self, fields: &Fields) -> f64 {
         let power = |node: &Node| {
             let slip = self.slip(node, &self.proximity(node, fields), fields);
@@ -274,7 +323,7 @@ impl ContactStep {
         if !self.platen.resists_sliding() {
             return 0.0;
         }
-        self.duration * self.nodes.iter().map(power).sum::<f64>()
+        self.duration * self.nodes.iter().filter(|n| n.own).map(power).sum::<f64>()
     }
 
     /// The pressures p.
@@ -282,14 +331,17 @@ impl ContactStep {
         self.nodes.iter().map(|n| n.pressure).collect()
     }
 
-    /// p ← p_γ; returns the squares of the change and of the new forces, N².
+    /// p ← p_γ; returns the squares of the change and of the new forces at the nodes that belong to this rank,
+    /// N².
     pub(crate) fn update(&mut self, fields: &Fields) -> [f64; 2] {
         let mut squares = [0.0; 2];
         for k in 0..self.nodes.len() {
             let node = self.nodes[k];
             let pressure = self.pressure(&node, &self.proximity(&node, fields));
-            squares[0] += (node.area * (pressure - node.pressure)).powi(2);
-            squares[1] += (node.area * pressure).powi(2);
+            if node.own {
+                squares[0] += (node.area * (pressure - node.pressure)).powi(2);
+                squares[1] += (node.area * pressure).powi(2);
+            }
             self.nodes[k].pressure = pressure;
         }
         squares

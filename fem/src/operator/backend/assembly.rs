@@ -1,5 +1,7 @@
 //! The equations of a whole mesh on the processor.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::gather::Gather;
@@ -14,6 +16,7 @@ use crate::operator::layout::LANES;
 use crate::operator::pattern::Tangent;
 use crate::operator::rates::{AT_ONCE, Rates};
 use crate::operator::residual::{Increment, Residual, Shift};
+use crate::parallel::Part;
 
 /// Batches that are worth a thread.
 const LEAST: usize = 512;
@@ -24,16 +27,28 @@ pub(crate) struct Assembly<const N: usize> {
     pub(crate) space: Space<N>,
     /// How the moduli of mixtures follow from those of their phases.
     pub(crate) rule: Homogenisation,
+    /// What this rank has of the mesh.
+    part: Arc<Part>,
 }
 
 impl<const N: usize> Assembly<N> {
     pub(crate) fn new(space: Space<N>) -> Self {
-        Self { space, rule: Homogenisation::default() }
+        Self { space, rule: Homogenisation::default(), part: Arc::default() }
     }
 
     /// The same with another rule for mixtures.
     pub(crate) fn homogenised(self, rule: Homogenisation) -> Self {
         Self { rule, ..self }
+    }
+
+    /// The same on a part of a mesh.
+    pub(crate) fn of_part(self, part: Arc<Part>) -> Self {
+        Self { part, ..self }
+    }
+
+    /// Success where all ranks have had it.
+    fn agreed(&self, result: Result<(), Inverted>) -> Result<(), Inverted> {
+        if self.part.ranks().any(result.is_err()) { Err(Inverted) } else { Ok(()) }
     }
 
     fn gather<'a>(&'a self, increment: &'a Increment<'a>) -> Gather<'a, N> {
@@ -67,7 +82,14 @@ impl<const N: usize> Operator for Assembly<N> {
             sound: 1.0,
         };
         let compute = |first: usize, to: &mut [_]| gather.residuals(first, to);
-        deterministic_reduce::<N, _>(self.space.tets.len(), blank, compute, add)
+        let sound = deterministic_reduce::<N, _>(self.space.tets.len(), blank, compute, add);
+        self.agreed(sound)?;
+        self.part.halo.complete(&mut out.nodal);
+        self.part.halo.complete(bytemuck::cast_slice_mut::<f64, [f64; 1]>(&mut out.drive));
+        let mut energies = [out.elastic, out.fracture, out.viscous];
+        self.part.ranks().sum(&mut energies);
+        [out.elastic, out.fracture, out.viscous] = energies;
+        Ok(())
     }
 
     fn tangent(
@@ -82,8 +104,11 @@ impl<const N: usize> Operator for Assembly<N> {
         let compute = |first: usize, to: &mut [_]| gather.tangents(first, coupled, to);
         let add = |first: usize, elements: &[_]| out.add_elements(first, elements);
         let blank = [[[[0.0; 4]; 4]; N]; N];
-        deterministic_reduce::<N, _>(self.space.tets.len(), blank, compute, add)?;
-        increment.context.contact.iter().for_each(|(node, block)| out.add_node(*node, block));
+        let sound = deterministic_reduce::<N, _>(self.space.tets.len(), blank, compute, add);
+        self.agreed(sound)?;
+        // what acts at a node is its owner's part of the tangent
+        let own = increment.context.contact.iter().filter(|(node, _)| self.part.halo.owns(*node));
+        own.for_each(|(node, block)| out.add_node(*node, block));
         Ok(())
     }
 
@@ -91,7 +116,9 @@ impl<const N: usize> Operator for Assembly<N> {
         let gather = self.gather(increment);
         let batch = LANES * self.space.rule.points.len();
         let batches = out.par_chunks_mut(batch).enumerate().with_min_len(LEAST);
-        batches.try_for_each(|(batch, out)| gather.driving_energies(batch * LANES, out))
+        let sound =
+            batches.try_for_each(|(batch, out)| gather.driving_energies(batch * LANES, out));
+        self.agreed(sound)
     }
 
     fn stresses(&self, increment: &Increment) -> Result<Vec<CellStress>, Inverted> {
@@ -141,5 +168,9 @@ impl<const N: usize> Operator for Assembly<N> {
 
     fn domain(&self) -> &dyn Domain {
         &self.space
+    }
+
+    fn part(&self) -> &Arc<Part> {
+        &self.part
     }
 }

@@ -22,6 +22,7 @@ use crate::operator::equations::{Coupling, EquationsOnDevice, Operator};
 use crate::operator::layout::{LANES, Layout};
 use crate::operator::pattern::Tangent;
 use crate::operator::residual::{Increment, Residual, Shift};
+use crate::parallel::Part;
 
 /// Slots whose energies are summed on the device.
 const BLOCK: usize = 256;
@@ -327,6 +328,10 @@ impl<const N: usize> Operator for DeviceAssembly<N> {
 
     fn domain(&self) -> &dyn Domain {
         self.host.domain()
+    }
+
+    fn part(&self) -> &Arc<Part> {
+        self.host.part()
     }
 
     fn on_device(&self) -> Option<&dyn EquationsOnDevice> {

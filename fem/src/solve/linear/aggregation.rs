@@ -10,15 +10,19 @@ pub(super) const MODES: usize = 6;
 const STRONG: f64 = 0.08;
 const NONE: u32 = u32::MAX;
 
-/// The aggregate of each node, and how many there are.
-pub(super) fn aggregates<const R: usize>(a: &BlockCsr<f64, R, R>) -> (Vec<u32>, usize) {
+/// The aggregate of each node, and how many there are; `diagonal` are the blocks of the nodes, beside which
+/// the matrix may have others, of other ranks.
+pub(super) fn aggregates<const R: usize>(
+    a: &BlockCsr<f64, R, R>,
+    diagonal: &[[[f64; R]; R]],
+) -> (Vec<u32>, usize) {
     let size = |b: &[[f64; R]; R]| b.iter().flatten().map(|x| x * x).sum::<f64>().sqrt();
-    let n = a.rows();
-    let own: Vec<f64> = (0..n).map(|i| a.diagonal(i).map_or(0.0, size)).collect();
+    let n = diagonal.len();
+    let own: Vec<f64> = diagonal.iter().map(size).collect();
     let mut start = vec![0u32];
     let mut strong: Vec<(u32, f64)> = Vec::new();
     for i in 0..n {
-        for (j, block) in a.row(i).filter(|(j, _)| *j != i) {
+        for (j, block) in a.row(i).filter(|(j, _)| *j != i && *j < n) {
             let coupling = size(block);
             if coupling * coupling > STRONG * STRONG * own[i] * own[j] {
                 strong.push((j as u32, coupling / own[j].sqrt()));

@@ -1,12 +1,22 @@
 //! Smoothed-aggregation multigrid for the displacement, one V-cycle in single precision.
 //!
+//! On several ranks each makes aggregates of its own nodes; all else is as on one: prolongations are
+//! smoothed across the ranks, and the matrices of all levels, of which each rank has a part, are those of
+//! the whole body. The coarsest one, which has at least the rigid-body modes of an aggregate of each rank,
+//! every rank has whole and factorises.
+//!
 //! Reference: Vaněk, Mandel & Brezina, Computing 56 (1996) 179, doi:10.1007/BF02238511.
+
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::aggregation::{MODES, Modes, aggregates, tentative};
 use super::block_csr::{BlockCsr, inverse};
-use super::chebyshev::Chebyshev;
+use super::chebyshev::{Chebyshev, diagonal_blocks};
+use super::coarse_nodes::{CoarseNodes, first_numbers};
+use super::rows::{completed, with_ghosts};
+use crate::parallel::Halo;
 
 /// Unknowns of the coarsest level, which is solved directly.
 const COARSEST: usize = 900;
@@ -20,6 +30,8 @@ pub(super) struct Level<const R: usize> {
     pub(super) smoother: Chebyshev<R>,
     pub(super) prolong: BlockCsr<f32, R, MODES>,
     pub(super) restrict: BlockCsr<f32, MODES, R>,
+    /// Of the nodes of the coarser level.
+    below: Arc<Halo>,
 }
 
 /// The hierarchy.
@@ -28,27 +40,36 @@ pub(super) struct Amg {
     pub(super) fine: Level<3>,
     pub(super) coarse: Vec<Level<MODES>>,
     pub(super) last: nalgebra::Cholesky<f64, Dyn>,
+    last_nodes: CoarseNodes,
+}
+
+/// A coarser level as the one above makes it.
+struct Coarser {
+    matrix: BlockCsr<f64, MODES, MODES>,
+    modes: Modes<MODES>,
+    nodes: CoarseNodes,
 }
 
 impl Amg {
     /// The hierarchy of a symmetric positive definite matrix on nodes at `points`; constrained values
-    /// have rows and columns of the unit matrix.
+    /// have rows and columns of the unit matrix. Every rank gives its part.
     pub(super) fn new(
         matrix: &BlockCsr<f64, 3, 3>,
         points: &[[f64; 3]],
         free: &[[bool; 4]],
+        halo: &Arc<Halo>,
     ) -> Self {
-        let (fine, mut next, mut modes) = coarsen(matrix, &rigid_body_modes(points, free));
+        let (fine, mut next) = coarsen(matrix, &rigid_body_modes(points, free, halo), halo);
         let mut coarse = Vec::new();
-        while MODES * next.rows() > COARSEST && coarse.len() < MOST_LEVELS {
-            let (level, below, below_modes) = coarsen(&next, &modes);
-            if 10 * below.rows() > 9 * next.rows() {
+        while MODES * next.nodes.all() > COARSEST && coarse.len() < MOST_LEVELS {
+            let (level, below) = coarsen(&next.matrix, &next.modes, &next.nodes.halo);
+            if 10 * below.nodes.all() > 9 * next.nodes.all() {
                 break;
             }
             coarse.push(level);
-            (next, modes) = (below, below_modes);
+            next = below;
         }
-        Self { fine, coarse, last: factorise(&next) }
+        Self { fine, coarse, last: factorise(&next), last_nodes: next.nodes }
     }
 
     /// x ≈ A⁻¹ b.
@@ -60,13 +81,13 @@ impl Amg {
         match self.coarse.get(level) {
             Some(this) => this.cycle(b, x, |b, x| self.below(level + 1, b, x)),
             None => {
-                let values = b.as_flattened().iter().map(|&v| f64::from(v));
-                let right = DVector::from_iterator(MODES * b.len(), values);
+                let own: Vec<f32> = self.last_nodes.halo.own_of(b).flatten().copied().collect();
+                let all = self.last_nodes.halo.ranks().gather(&own).into_iter().flatten();
+                let right = DVector::from_iterator(self.last.l_dirty().nrows(), all.map(f64::from));
                 let solution = self.last.solve(&right);
-                x.as_flattened_mut()
-                    .iter_mut()
-                    .zip(solution.iter())
-                    .for_each(|(x, &s)| *x = s as f32);
+                for (x, number) in x.iter_mut().zip(self.last_nodes.numbers()) {
+                    *x = std::array::from_fn(|k| solution[MODES * number as usize + k] as f32);
+                }
             }
         }
     }
@@ -79,7 +100,7 @@ impl<const R: usize> Level<R> {
         x: &mut [[f32; R]],
         below: impl FnOnce(&[[f32; MODES]], &mut [[f32; MODES]]),
     ) {
-        let coarse = self.restrict.rows();
+        let coarse = self.prolong.columns;
         x.fill([0.0; R]);
         let mut residual = b.to_vec();
         self.smoother.smooth(DEGREE, &mut residual, x);
@@ -87,6 +108,7 @@ impl<const R: usize> Level<R> {
         self.smoother.subtract(x, &mut residual);
         let (mut right, mut correction) = (vec![[0.0; MODES]; coarse], vec![[0.0; MODES]; coarse]);
         self.restrict.apply(&residual, &mut right, |y, a| *y = a);
+        self.below.complete(&mut right);
         below(&right, &mut correction);
         self.prolong.apply(&correction, x, |x, a| (0..R).for_each(|i| x[i] += a[i]));
         residual.copy_from_slice(b);
@@ -95,19 +117,25 @@ impl<const R: usize> Level<R> {
     }
 }
 
-/// One level, the matrix of the next and its near null space.
+/// One level, and the next; `modes` are those of the nodes that belong to this rank.
 fn coarsen<const R: usize>(
     matrix: &BlockCsr<f64, R, R>,
     modes: &Modes<R>,
-) -> (Level<R>, BlockCsr<f64, MODES, MODES>, Modes<MODES>) {
-    let (of, count) = aggregates(matrix);
-    let (plain, coarse_modes) = tentative(&of, count, modes);
-    let smoother = Chebyshev::new(matrix);
+    halo: &Arc<Halo>,
+) -> (Level<R>, Coarser) {
+    let (ranks, own) = (halo.ranks(), modes.len());
+    let diagonal = diagonal_blocks(matrix, halo);
+    let (mut of, count) = aggregates(matrix, &diagonal[..own]);
+    let (mut plain, coarse_modes) = tentative(&of, count, modes);
+    let first = first_numbers(ranks, count);
+    let offset = first[ranks.rank()] as u32;
+    of.iter_mut().chain(&mut plain.column).for_each(|aggregate| *aggregate += offset);
+    let smoother = Chebyshev::new(matrix, halo);
     // P = (I − ω D⁻¹ A) T
     let omega = 4.0 / (3.0 * smoother.largest);
-    let mut prolong = matrix.multiply(&plain);
-    for row in 0..matrix.rows() {
-        let scaling = matrix.diagonal(row).map_or([[0.0; R]; R], inverse);
+    let mut prolong = product(matrix, &plain, &first, halo);
+    for row in 0..own {
+        let scaling = inverse(&diagonal[row]);
         for place in prolong.start[row] as usize..prolong.start[row + 1] as usize {
             let block = prolong.block[place];
             let own = prolong.column[place] == of[row];
@@ -120,32 +148,60 @@ fn coarsen<const R: usize>(
             }
         }
     }
-    let restrict = prolong.transpose();
-    let mut coarse = restrict.multiply(&matrix.multiply(&prolong));
-    for row in 0..coarse.rows() {
+    let prolong = with_ghosts(prolong, halo);
+    let nodes = CoarseNodes::new(ranks, first, &prolong);
+    let prolong = nodes.localise(prolong);
+    let transposed = prolong.transpose();
+    let mut coarse = transposed.multiply(&matrix.multiply(&prolong));
+    let whole = diagonal_blocks(&coarse, &nodes.halo);
+    for row in 0..count {
         let range = coarse.start[row] as usize..coarse.start[row + 1] as usize;
         for place in range {
             if coarse.column[place] as usize == row {
                 // a mode that was left out
-                for k in 0..MODES {
-                    if coarse.block[place][k][k] == 0.0 {
-                        coarse.block[place][k][k] = 1.0;
-                    }
+                for k in (0..MODES).filter(|&k| whole[row][k][k] == 0.0) {
+                    coarse.block[place][k][k] = 1.0;
                 }
             }
         }
     }
-    let level = Level { smoother, prolong: prolong.narrow(), restrict: restrict.narrow() };
-    (level, coarse, coarse_modes)
+    // every node is restricted by the rank that it belongs to
+    let restrict = match ranks.is_alone() {
+        true => transposed.narrow(),
+        false => prolong.first_rows(own).transpose().narrow(),
+    };
+    let below = Arc::clone(&nodes.halo);
+    let level = Level { smoother, prolong: prolong.narrow(), restrict, below };
+    (level, Coarser { matrix: coarse, modes: coarse_modes, nodes })
 }
 
-/// Three translations and three rotations, zero in constrained values.
-fn rigid_body_modes(points: &[[f64; 3]], free: &[[bool; 4]]) -> Modes<3> {
-    let count = points.len().max(1) as f64;
-    let centre = [0, 1, 2].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / count);
-    points
-        .iter()
-        .zip(free)
+/// The rows of A T that belong to this rank, from those of T; columns have their numbers over all ranks.
+fn product<const R: usize>(
+    matrix: &BlockCsr<f64, R, R>,
+    own: &BlockCsr<f64, R, MODES>,
+    first: &[usize],
+    halo: &Halo,
+) -> BlockCsr<f64, R, MODES> {
+    if halo.ranks().is_alone() {
+        return matrix.multiply(own);
+    }
+    let all = with_ghosts(own.clone(), halo);
+    let nodes = CoarseNodes::new(halo.ranks(), first.to_vec(), &all);
+    let mut partial = matrix.multiply(&nodes.localise(all));
+    let numbers = nodes.numbers();
+    partial.column.iter_mut().for_each(|column| *column = numbers[*column as usize]);
+    completed(&partial, halo)
+}
+
+/// Three translations and three rotations of the nodes that belong to this rank, zero in constrained
+/// values.
+fn rigid_body_modes(points: &[[f64; 3]], free: &[[bool; 4]], halo: &Halo) -> Modes<3> {
+    let sum = |k: usize| halo.own_of(points).map(|p| p[k]).sum::<f64>();
+    let mut sums = [sum(0), sum(1), sum(2), halo.own_of(points).count() as f64];
+    halo.ranks().sum(&mut sums);
+    let centre = [0, 1, 2].map(|k| sums[k] / sums[3].max(1.0));
+    halo.own_of(points)
+        .zip(halo.own_of(free))
         .map(|(p, free)| {
             let [x, y, z] = [0, 1, 2].map(|k| p[k] - centre[k]);
             let mut rows = [
@@ -163,15 +219,27 @@ fn rigid_body_modes(points: &[[f64; 3]], free: &[[bool; 4]]) -> Modes<3> {
         .collect()
 }
 
-/// The dense factor of the coarsest matrix; shifted until it is positive definite.
-fn factorise(matrix: &BlockCsr<f64, MODES, MODES>) -> nalgebra::Cholesky<f64, Dyn> {
-    let n = MODES * matrix.rows();
-    let mut dense = DMatrix::zeros(n, n);
+/// The dense factor of the coarsest matrix, the parts of all ranks together; shifted until it is positive
+/// definite.
+fn factorise(coarsest: &Coarser) -> nalgebra::Cholesky<f64, Dyn> {
+    let Coarser { matrix, nodes, .. } = coarsest;
+    let n = MODES * nodes.all();
+    let numbers = nodes.numbers();
+    let (mut places, mut blocks) = (Vec::<u32>::new(), Vec::<f64>::new());
     for row in 0..matrix.rows() {
         for (column, block) in matrix.row(row) {
+            places.extend([numbers[row], numbers[column]]);
+            blocks.extend(block.as_flattened());
+        }
+    }
+    let mut dense = DMatrix::<f64>::zeros(n, n);
+    let ranks = nodes.halo.ranks();
+    for (places, blocks) in ranks.gather(&places).iter().zip(ranks.gather(&blocks)) {
+        for (place, block) in places.chunks_exact(2).zip(blocks.chunks_exact(MODES * MODES)) {
+            let [row, column] = [0, 1].map(|k| MODES * place[k] as usize);
             for i in 0..MODES {
                 for j in 0..MODES {
-                    dense[(MODES * row + i, MODES * column + j)] = block[i][j];
+                    dense[(row + i, column + j)] += block[MODES * i + j];
                 }
             }
         }

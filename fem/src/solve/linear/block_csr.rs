@@ -128,6 +128,17 @@ impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
         }
     }
 
+    /// The first rows alone.
+    pub(super) fn first_rows(&self, rows: usize) -> Self {
+        let end = self.start[rows] as usize;
+        Self {
+            columns: self.columns,
+            start: self.start[..=rows].to_vec(),
+            column: self.column[..end].to_vec(),
+            block: self.block[..end].to_vec(),
+        }
+    }
+
     /// The diagonal block of a row.
     pub(super) fn diagonal(&self, row: usize) -> Option<&[[f64; C]; R]> {
         self.row(row).find(|(c, _)| *c == row).map(|(_, b)| b)

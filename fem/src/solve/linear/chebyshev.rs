@@ -3,11 +3,15 @@
 //! Reference: Adams, Brezina, Hu & Tuminaro, J. Comput. Phys. 188 (2003) 593,
 //! doi:10.1016/S0021-9991(03)00194-3.
 
+use std::sync::Arc;
+
+use bytemuck::Pod;
 use nalgebra::{RealField, convert};
 use rayon::prelude::*;
 
 use super::block_csr::{BlockCsr, inverse};
 use super::vector::CHUNK;
+use crate::parallel::Halo;
 
 /// The smoother acts on eigenvalues above this share of the largest.
 const SHARE: f64 = 0.1;
@@ -63,16 +67,22 @@ pub(super) fn coefficients(largest: f64, degree: usize) -> impl Iterator<Item = 
 
 /// An upper bound of the eigenvalues of D⁻¹ A on so many nodes, by power iteration; the functions are
 /// those of [`smooth`].
-pub(super) fn largest_eigenvalue<T: RealField + Copy + Into<f64>, const R: usize>(
+pub(super) fn largest_eigenvalue<T: RealField + Pod + Into<f64>, const R: usize>(
+    halo: &Halo,
     nodes: usize,
     mut subtract: impl FnMut(&[[T; R]], &mut [[T; R]]),
     scale: impl Fn(usize, &[T; R]) -> [T; R],
 ) -> f64 {
-    let norm = |v: &[[T; R]]| v.iter().flatten().map(|&v| v.into() * v.into()).sum::<f64>().sqrt();
+    let norm = |v: &[[T; R]]| {
+        let mut sum = [halo.own_of(v).flatten().map(|&v| v.into() * v.into()).sum::<f64>()];
+        halo.ranks().sum(&mut sum);
+        sum[0].sqrt()
+    };
     // any start that is not orthogonal to the rough vectors; no random numbers needed
     let start = |node, k| convert((((node * R + k) as f64) * 1.7 + 0.3).sin());
     let mut x: Vec<[T; R]> =
         (0..nodes).map(|node| std::array::from_fn(|k| start(node, k))).collect();
+    halo.forward(&mut x);
     let mut largest = 1.0;
     for _ in 0..POWER_STEPS {
         let mut y = vec![[T::zero(); R]; nodes];
@@ -89,29 +99,48 @@ pub(super) fn largest_eigenvalue<T: RealField + Copy + Into<f64>, const R: usize
     MARGIN * largest
 }
 
-/// An assembled matrix in single precision with what its smoother needs.
+/// The diagonal blocks of a matrix of which every rank has a part.
+pub(super) fn diagonal_blocks<const R: usize>(
+    matrix: &BlockCsr<f64, R, R>,
+    halo: &Halo,
+) -> Vec<[[f64; R]; R]> {
+    let block = |row| matrix.diagonal(row).copied().unwrap_or([[0.0; R]; R]);
+    let mut blocks: Vec<_> = (0..matrix.rows()).map(block).collect();
+    halo.complete_blocks(&mut blocks);
+    blocks
+}
+
+/// An assembled matrix in single precision, or this rank's part of it, with what its smoother needs.
 #[derive(Debug)]
 pub(super) struct Chebyshev<const R: usize> {
     pub(super) matrix: BlockCsr<f32, R, R>,
     pub(super) inverse: Vec<[[f32; R]; R]>,
     /// Upper bound of the eigenvalues of D⁻¹ A, with its diagonal blocks D.
     pub(super) largest: f64,
+    halo: Arc<Halo>,
 }
 
 impl<const R: usize> Chebyshev<R> {
-    pub(super) fn new(matrix: &BlockCsr<f64, R, R>) -> Self {
-        let inverse = |row| matrix.diagonal(row).map_or([[0.0; R]; R], inverse);
-        let narrow = |row| inverse(row).map(|r| r.map(|x| x as f32));
-        let inverse = (0..matrix.rows()).map(narrow).collect();
-        let mut this = Self { matrix: matrix.narrow(), inverse, largest: 1.0 };
+    pub(super) fn new(matrix: &BlockCsr<f64, R, R>, halo: &Arc<Halo>) -> Self {
+        let narrow = |block: &_| inverse(block).map(|r| r.map(|x| x as f32));
+        let inverse = diagonal_blocks(matrix, halo).iter().map(narrow).collect();
+        let halo = Arc::clone(halo);
+        let mut this = Self { matrix: matrix.narrow(), inverse, largest: 1.0, halo };
         let subtract = |x: &[_], y: &mut [_]| this.subtract(x, y);
-        this.largest = largest_eigenvalue(matrix.rows(), subtract, |row, r| this.scale(row, r));
+        let scale = |row, r: &_| this.scale(row, r);
+        this.largest = largest_eigenvalue(&this.halo, matrix.rows(), subtract, scale);
         this
     }
 
     /// y ← y − A x.
     pub(super) fn subtract(&self, x: &[[f32; R]], y: &mut [[f32; R]]) {
-        self.matrix.apply(x, y, |y, ax| (0..R).for_each(|i| y[i] -= ax[i]));
+        if self.halo.ranks().is_alone() {
+            return self.matrix.apply(x, y, |y, ax| (0..R).for_each(|i| y[i] -= ax[i]));
+        }
+        let mut product = vec![[0.0; R]; y.len()];
+        self.matrix.apply(x, &mut product, |y, ax| *y = ax);
+        self.halo.complete(&mut product);
+        y.iter_mut().flatten().zip(product.iter().flatten()).for_each(|(y, ax)| *y -= ax);
     }
 
     fn scale(&self, row: usize, r: &[f32; R]) -> [f32; R] {

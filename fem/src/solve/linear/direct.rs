@@ -100,7 +100,7 @@ impl<'a> Direct<'a> {
         tolerance: f64,
         limit: u32,
     ) -> Ending {
-        let Self { symbolic, tangent, free, weight, factor, definite, .. } = self;
+        let Self { operator, symbolic, tangent, free, weight, factor, definite, .. } = self;
         let mut apply = |x: &[Nodal], y: &mut [Nodal]| {
             tangent.multiply(x, y);
             mask(free, y);
@@ -112,7 +112,7 @@ impl<'a> Direct<'a> {
             mask(free, y);
         };
         let mut system = System {
-            vectors: &InMemory,
+            vectors: &InMemory { halo: Arc::clone(&operator.part().halo) },
             apply: &mut apply,
             precondition: &mut precondition,
             weight,
@@ -132,7 +132,7 @@ impl LinearSolver for Direct<'_> {
         self.worn |= coupling != self.coupling;
         self.coupling = coupling;
         self.free.copy_from_slice(free);
-        self.weight = weights(&self.tangent.diagonal(), free);
+        self.weight = weights(&self.tangent.diagonal(), free, &self.operator.part().halo);
         self.fresh = false;
         self.pivots = false;
         self.definite = self.tangent.symmetric;

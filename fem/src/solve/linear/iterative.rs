@@ -14,6 +14,7 @@ use super::{LinearEffort, LinearSolver, Singular};
 use crate::device::DeviceError;
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, Operator, Tangent};
+use crate::parallel::Part;
 
 const LIMIT: u32 = 300;
 /// A hierarchy is made again when a solution takes this many times the iterations of the first.
@@ -102,7 +103,12 @@ impl<'a> Iterative<'a> {
             quadratic.add_linear(&mut self.tangent);
         }
         let vertices = self.points.len();
-        let split = FieldSplit::new(&self.tangent, &self.points, &self.free[..vertices]);
+        let split = FieldSplit::new(
+            &self.tangent,
+            &self.points,
+            &self.free[..vertices],
+            &self.operator.part().vertices,
+        );
         let weight = std::mem::take(&mut self.weight);
         let sent = self.attempt(|device, level| device.renew(level, &weight, &split));
         self.weight = weight;
@@ -126,13 +132,14 @@ impl<'a> Iterative<'a> {
             let failed = Ending { stop: Stop::Broken, iterations: 0, residual: 1.0 };
             return ending.unwrap_or(failed);
         }
-        let Self { tangent, quadratic, split, free, weight, definite, .. } = self;
+        let Self { operator, tangent, quadratic, split, free, weight, definite, .. } = self;
+        let part = operator.part();
         let split = split.as_ref().expect("the hierarchy is made before it is used");
         let quadratic = std::cell::RefCell::new(quadratic.as_mut());
         let mut apply = |x: &[Nodal], y: &mut [Nodal]| match quadratic.borrow_mut().as_mut() {
             Some(quadratic) => quadratic.multiply(x, y),
             None => {
-                tangent.multiply(x, y);
+                multiply(tangent, part, x, y);
                 mask(free, y);
             }
         };
@@ -140,13 +147,19 @@ impl<'a> Iterative<'a> {
             cycle(quadratic.borrow_mut().as_deref_mut(), split, free, r, z);
         };
         let mut system = System {
-            vectors: &InMemory,
+            vectors: &InMemory { halo: Arc::clone(&part.halo) },
             apply: &mut apply,
             precondition: &mut precondition,
             weight,
         };
         solve(&mut system, definite, right, step, tolerance, LIMIT)
     }
+}
+
+/// y = A x of an assembled tangent, of which every rank has a part.
+fn multiply(tangent: &Tangent, part: &Part, x: &[Nodal], y: &mut [Nodal]) {
+    tangent.multiply(x, y);
+    part.halo.complete(y);
 }
 
 /// z ≈ A⁻¹ r by one cycle through the levels.
@@ -178,17 +191,20 @@ impl LinearSolver for Iterative<'_> {
             }
             None => {
                 self.operator.tangent(increment, coupling, &mut self.tangent)?;
-                (self.tangent.diagonal(), self.tangent.symmetric)
+                let mut diagonal = self.tangent.diagonal();
+                self.operator.part().halo.complete(&mut diagonal);
+                (diagonal, self.tangent.symmetric)
             }
         };
-        if coupling != self.coupling || self.free != free {
+        let ranks = self.operator.part().ranks();
+        if coupling != self.coupling || ranks.any(self.free != free) {
             self.split = None;
         }
         self.coupling = coupling;
         self.free = free.to_vec();
-        self.weight = weights(&diagonal, free);
+        self.weight = weights(&diagonal, free, &self.operator.part().halo);
         self.fresh = false;
-        self.definite = symmetric;
+        self.definite = !ranks.any(!symmetric);
         let weight = std::mem::take(&mut self.weight);
         self.attempt(|device, level| {
             device.constrain(free, &weight, level.contact());
@@ -256,7 +272,7 @@ impl LinearSolver for Iterative<'_> {
     fn multiply(&mut self, x: &[Nodal], y: &mut [Nodal]) {
         match &mut self.quadratic {
             Some(quadratic) => quadratic.multiply_whole(x, y),
-            None => self.tangent.multiply(x, y),
+            None => multiply(&self.tangent, self.operator.part(), x, y),
         }
     }
 

@@ -4,6 +4,7 @@ mod aggregation;
 mod amg;
 mod block_csr;
 mod chebyshev;
+mod coarse_nodes;
 mod cover;
 mod direct;
 mod factor;
@@ -14,6 +15,7 @@ mod on_device;
 mod ordering;
 mod plan;
 mod quadratic;
+mod rows;
 mod vector;
 
 pub(crate) use plan::LinearPlan;

@@ -137,7 +137,9 @@ impl LinearPlan {
                 let domain = operator.domain();
                 let tangent = Tangent::new(Arc::clone(pattern));
                 let solver = |product: Option<Box<dyn Product>>| {
-                    let level = product.map(|p| QuadraticLevel::new(p, Arc::clone(parents)));
+                    let level = product.map(|p| {
+                        QuadraticLevel::new(p, Arc::clone(parents), Arc::clone(operator.part()))
+                    });
                     Iterative::new(operator, Arc::clone(vertices), tangent, level)
                 };
                 let here = || {

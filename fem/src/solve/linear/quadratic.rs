@@ -7,6 +7,7 @@ use super::chebyshev::{largest_eigenvalue, smooth};
 use super::vector::{Nodal, add_scaled, mask};
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, NodeBlock, Operator, Product, Tangent};
+use crate::parallel::Part;
 
 pub(super) const DEGREE: usize = 3;
 
@@ -28,12 +29,14 @@ struct FreeTangent {
     /// What contact adds at nodes.
     contact: Vec<NodeBlock>,
     free: Vec<[bool; 4]>,
+    part: Arc<Part>,
 }
 
 impl FreeTangent {
     /// y = A x on all values.
     fn multiply_whole(&mut self, x: &[Nodal], y: &mut [Nodal]) {
         self.product.apply(x, y);
+        self.part.halo.complete(y);
         for (node, block) in &self.contact {
             let (x, y) = (&x[*node as usize], &mut y[*node as usize]);
             for i in 0..3 {
@@ -60,8 +63,13 @@ fn scaled(weight: &Nodal, r: &Nodal) -> Nodal {
 }
 
 impl QuadraticLevel {
-    pub(super) fn new(product: Box<dyn Product>, parents: Arc<Vec<[u32; 2]>>) -> Self {
-        let matrix = FreeTangent { product, contact: Vec::new(), free: Vec::new() };
+    /// A tangent of which `product` is what the elements of a part of the mesh give.
+    pub(super) fn new(
+        product: Box<dyn Product>,
+        parents: Arc<Vec<[u32; 2]>>,
+        part: Arc<Part>,
+    ) -> Self {
+        let matrix = FreeTangent { product, contact: Vec::new(), free: Vec::new(), part };
         Self { matrix, parents, weight: Vec::new(), largest: 1.0 }
     }
 
@@ -74,7 +82,8 @@ impl QuadraticLevel {
     ) -> Result<(), Inverted> {
         self.matrix.contact = increment.context.contact.to_vec();
         self.matrix.free = free.to_vec();
-        self.matrix.product.linearise(operator, increment, coupling)
+        let sound = self.matrix.product.linearise(operator, increment, coupling);
+        if self.matrix.part.ranks().any(sound.is_err()) { Err(Inverted) } else { Ok(()) }
     }
 
     /// The product, and what contact adds to it.
@@ -97,19 +106,21 @@ impl QuadraticLevel {
 
     pub(super) fn diagonal(&mut self) -> Vec<Nodal> {
         let mut diagonal = self.matrix.product.diagonal();
+        self.matrix.part.halo.complete(&mut diagonal);
         for (node, block) in &self.matrix.contact {
             (0..3).for_each(|k| diagonal[*node as usize][k] += block[k][k]);
         }
         diagonal
     }
 
-    /// The tangent of the level below.
+    /// The tangent of the level below, or this rank's part of it.
     pub(super) fn add_linear(&mut self, out: &mut Tangent) {
         out.clear();
         self.matrix.product.add_linear(out);
         // a midpoint's values are the mean of its vertices'
         let vertices = out.pattern.graph.nodes();
-        for (node, block) in &self.matrix.contact {
+        let halo = &self.matrix.part.halo;
+        for (node, block) in self.matrix.contact.iter().filter(|(node, _)| halo.owns(*node)) {
             let ends = match (*node as usize).checked_sub(vertices) {
                 None => vec![(*node, 1.0)],
                 Some(midpoint) => self.parents[midpoint].map(|p| (p, 0.5)).to_vec(),
@@ -128,7 +139,7 @@ impl QuadraticLevel {
         out.symmetric = self.symmetric();
     }
 
-    /// Whether contact leaves the tangent symmetric.
+    /// Whether contact on this rank leaves the tangent symmetric.
     pub(super) fn symmetric(&self) -> bool {
         let even = |b: &[[f64; 3]; 3]| (0..3).all(|i| (0..i).all(|j| b[i][j] == b[j][i]));
         self.matrix.contact.iter().all(|(_, block)| even(block))
@@ -138,9 +149,10 @@ impl QuadraticLevel {
     pub(super) fn renew(&mut self, weight: &[Nodal]) {
         self.weight = weight.to_vec();
         let matrix = &mut self.matrix;
+        let halo = Arc::clone(&matrix.part.halo);
         let subtract = |x: &[Nodal], y: &mut [Nodal]| matrix.subtract(x, y);
         self.largest =
-            largest_eigenvalue(weight.len(), subtract, |node, r| scaled(&weight[node], r));
+            largest_eigenvalue(&halo, weight.len(), subtract, |node, r| scaled(&weight[node], r));
     }
 
     /// z ≈ A⁻¹ r: smoothing, the level below, smoothing.
@@ -156,12 +168,20 @@ impl QuadraticLevel {
         self.smooth(&mut residual, z);
         residual.copy_from_slice(r);
         self.matrix.subtract(z, &mut residual);
-        let mut right = residual[..vertices].to_vec();
-        for (parents, r) in self.parents.iter().zip(&residual[vertices..]) {
+        // every node adds to the right-hand side on the rank that it belongs to
+        let [own_vertices, own_midpoints] = match self.matrix.part.is_whole() {
+            true => [0..vertices, vertices..r.len()],
+            false => self.matrix.part.halo.own(r.len()),
+        };
+        let mut right = vec![[0.0; 4]; vertices];
+        right[own_vertices.clone()].copy_from_slice(&residual[own_vertices]);
+        let first = own_midpoints.start - vertices;
+        for (parents, r) in self.parents[first..].iter().zip(&residual[own_midpoints]) {
             for &p in parents {
                 (0..4).for_each(|k| right[p as usize][k] += 0.5 * r[k]);
             }
         }
+        self.matrix.part.vertices.complete(&mut right);
         mask(&self.matrix.free[..vertices], &mut right);
         let mut correction = vec![[0.0; 4]; vertices];
         below(&right, &mut correction);

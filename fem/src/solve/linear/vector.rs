@@ -1,8 +1,12 @@
 //! Sums and updates of nodal vectors, whose results do not depend on the number of threads.
 
 use std::borrow::BorrowMut;
+use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
+
+use crate::parallel::Halo;
 
 /// What Krylov methods ask of vectors, wherever they are.
 pub(super) trait Vectors {
@@ -33,9 +37,23 @@ pub(super) trait Vectors {
     fn scale_and_add(&self, y: &mut Self::Vector, a: f64, x: &Self::Vector);
 }
 
-/// Vectors in the memory of this process.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct InMemory;
+/// Vectors in the memory of this process, which may be one of several.
+#[derive(Clone, Debug, Default)]
+pub(super) struct InMemory {
+    pub(super) halo: Arc<Halo>,
+}
+
+impl InMemory {
+    /// A sum over nodes, of each of which one rank counts.
+    fn sum(&self, nodes: usize, part: impl Fn(Range<usize>) -> f64) -> f64 {
+        if self.halo.ranks().is_alone() {
+            return part(0..nodes);
+        }
+        let mut sum = [self.halo.own(nodes).into_iter().map(part).sum()];
+        self.halo.ranks().sum(&mut sum);
+        sum[0]
+    }
+}
 
 impl Vectors for InMemory {
     type Vector = [Nodal];
@@ -54,11 +72,11 @@ impl Vectors for InMemory {
     }
 
     fn dot(&self, a: &[Nodal], b: &[Nodal]) -> f64 {
-        dot(a, b)
+        self.sum(a.len(), |own| dot(&a[own.clone()], &b[own]))
     }
 
     fn weighted_dot(&self, w: &[Nodal], a: &[Nodal], b: &[Nodal]) -> f64 {
-        weighted_dot(w, a, b)
+        self.sum(a.len(), |own| weighted_dot(&w[own.clone()], &a[own.clone()], &b[own]))
     }
 
     fn add_scaled(&self, y: &mut [Nodal], a: f64, x: &[Nodal]) {
@@ -139,7 +157,7 @@ pub(in crate::solve) fn mask(free: &[[bool; 4]], x: &mut [Nodal]) {
 }
 
 /// 1/|A_ii| of the free values, zero in the others; vanishing pivots count as small ones.
-pub(super) fn weights(diagonal: &[Nodal], free: &[[bool; 4]]) -> Vec<Nodal> {
+pub(super) fn weights(diagonal: &[Nodal], free: &[[bool; 4]], halo: &Halo) -> Vec<Nodal> {
     const LEAST: f64 = 1e-8;
     let mut most = [0.0f64; 4];
     for d in diagonal {
@@ -147,6 +165,7 @@ pub(super) fn weights(diagonal: &[Nodal], free: &[[bool; 4]]) -> Vec<Nodal> {
             most[k] = most[k].max(d[k].abs());
         }
     }
+    halo.ranks().max(&mut most);
     let least = most.map(|m| if m > 0.0 { LEAST * m } else { 1.0 });
     let weight = |(d, free): (&Nodal, &[bool; 4])| {
         std::array::from_fn(|k| if free[k] { 1.0 / d[k].abs().max(least[k]) } else { 0.0 })

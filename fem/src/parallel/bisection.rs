@@ -1,0 +1,35 @@
+//! Recursive coordinate bisection.
+//!
+//! Reference: Berger & Bokhari, IEEE Trans. Comput. C-36 (1987) 570, doi:10.1109/TC.1987.1676942.
+
+/// The part of each point, of `parts` parts whose sizes differ by one at most; cuts are across the longest
+/// side of what is cut.
+pub(crate) fn bisect(points: &[[f64; 3]], parts: usize) -> Vec<u32> {
+    let mut of = vec![0; points.len()];
+    let mut all: Vec<u32> = (0..points.len() as u32).collect();
+    cut(&mut all, points, parts, 0, &mut of);
+    of
+}
+
+fn cut(ids: &mut [u32], points: &[[f64; 3]], parts: usize, first: usize, of: &mut [u32]) {
+    if parts <= 1 {
+        ids.iter().for_each(|&id| of[id as usize] = first as u32);
+        return;
+    }
+    let length = |k: usize| {
+        let values = || ids.iter().map(|&id| points[id as usize][k]);
+        values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min)
+    };
+    let lengths = [0, 1, 2].map(length);
+    let axis = (1..3).fold(0, |best, k| if lengths[k] > lengths[best] { k } else { best });
+    let left = parts / 2;
+    let place = ids.len() * left / parts;
+    if place < ids.len() {
+        // points at the same place along the axis in the order of their numbers
+        let along = |id: &u32| points[*id as usize][axis];
+        ids.select_nth_unstable_by(place, |a, b| along(a).total_cmp(&along(b)).then(a.cmp(b)));
+    }
+    let (low, high) = ids.split_at_mut(place);
+    cut(low, points, left, first, of);
+    cut(high, points, parts - left, first + left, of);
+}

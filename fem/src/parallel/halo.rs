@@ -1,0 +1,153 @@
+//! Nodes that several ranks have: their values are added to those of the owner, and come back.
+
+use std::ops::{AddAssign, Range};
+
+use bytemuck::Pod;
+
+use super::ranks::{Ranks, numbers};
+
+/// A rank that has nodes of this one, or the other way round.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Neighbour {
+    pub(crate) rank: usize,
+    /// Own nodes that it has too.
+    pub(crate) lent: Vec<u32>,
+    /// Nodes of it that this rank has too.
+    pub(crate) ghosts: Vec<u32>,
+}
+
+/// The nodes of a rank that others have, too; of one that is alone there are none.
+///
+/// Each node belongs to one rank; the others have it as a ghost.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Halo {
+    ranks: Ranks,
+    /// Own nodes, where there are others.
+    own: [Range<usize>; 2],
+    /// In increasing order of their ranks.
+    neighbours: Vec<Neighbour>,
+}
+
+impl Halo {
+    pub(crate) fn new(ranks: Ranks, own: [Range<usize>; 2], neighbours: Vec<Neighbour>) -> Self {
+        Self { ranks, own, neighbours }
+    }
+
+    /// The halo of numbered things of which this rank has its own ones first and then `ghosts`, named by
+    /// their numbers over all ranks in increasing order; those of rank r begin at `first[r]`.
+    pub(crate) fn of_ghosts(ranks: &Ranks, first: &[usize], ghosts: &[u32]) -> Self {
+        let rank = ranks.rank();
+        let own = first[rank + 1] - first[rank];
+        let mut neighbours: Vec<Neighbour> = Vec::new();
+        for (place, &ghost) in ghosts.iter().enumerate() {
+            let owner = first.partition_point(|&f| f <= ghost as usize) - 1;
+            if neighbours.last().is_none_or(|n| n.rank != owner) {
+                neighbours.push(Neighbour { rank: owner, ..Neighbour::default() });
+            }
+            let neighbour = neighbours.last_mut().expect("there is one now");
+            neighbour.ghosts.push((own + place) as u32);
+        }
+        // who asks whom, everybody has to know
+        let asked: Vec<u32> = neighbours.iter().map(|n| n.rank as u32).collect();
+        for (other, asked) in ranks.gather(&asked).into_iter().enumerate() {
+            if asked.contains(&(rank as u32)) && !neighbours.iter().any(|n| n.rank == other) {
+                neighbours.push(Neighbour { rank: other, ..Neighbour::default() });
+            }
+        }
+        neighbours.sort_by_key(|n| n.rank);
+        let mut halo = Self::new(ranks.clone(), [0..own, own..own], neighbours);
+        let wanted = halo.neighbours.iter().map(|n| {
+            let numbers = n.ghosts.iter().map(|&g| ghosts[g as usize - own]);
+            numbers.collect::<Vec<u32>>()
+        });
+        let lent = halo.exchange(wanted.collect());
+        for (neighbour, lent) in halo.neighbours.iter_mut().zip(lent) {
+            neighbour.lent = lent.iter().map(|&g| g - first[rank] as u32).collect();
+        }
+        halo
+    }
+
+    pub(crate) fn ranks(&self) -> &Ranks {
+        &self.ranks
+    }
+
+    pub(crate) fn neighbours(&self) -> &[Neighbour] {
+        &self.neighbours
+    }
+
+    /// Where the own ones of so many nodes are.
+    pub(crate) fn own(&self, nodes: usize) -> [Range<usize>; 2] {
+        if self.ranks.is_alone() { [0..nodes, nodes..nodes] } else { self.own.clone() }
+    }
+
+    /// Whether a node belongs to this rank.
+    pub(crate) fn owns(&self, node: u32) -> bool {
+        let node = node as usize;
+        self.ranks.is_alone() || self.own.iter().any(|own| own.contains(&node))
+    }
+
+    /// The values of nodes that belong to this rank.
+    pub(crate) fn own_of<'a, T>(
+        &self,
+        values: &'a [T],
+    ) -> impl Iterator<Item = &'a T> + use<'a, T> {
+        let [a, b] = self.own(values.len());
+        values[a].iter().chain(&values[b])
+    }
+
+    /// Sends a list to each neighbour; theirs come back.
+    pub(crate) fn exchange<T: Pod>(&self, lists: Vec<Vec<T>>) -> Vec<Vec<T>> {
+        let Some(others) = self.ranks.others() else { return Vec::new() };
+        let messages = self.neighbours.iter().zip(lists);
+        let messages = messages.map(|(n, list)| (n.rank, bytemuck::cast_slice(&list).to_vec()));
+        let received = others.exchange(messages.collect());
+        received.iter().map(|bytes| numbers(bytes)).collect()
+    }
+
+    /// Gives the ghosts the values of their owners.
+    pub(crate) fn forward<T: Pod, const R: usize>(&self, values: &mut [[T; R]]) {
+        if self.ranks.is_alone() {
+            return;
+        }
+        let values = values.as_flattened_mut();
+        let lists = self.neighbours.iter().map(|n| pick(values, &n.lent, R)).collect();
+        for (neighbour, list) in self.neighbours.iter().zip(self.exchange(lists)) {
+            for (&ghost, value) in neighbour.ghosts.iter().zip(list.chunks_exact(R)) {
+                values[ghost as usize * R..][..R].copy_from_slice(value);
+            }
+        }
+    }
+
+    /// Makes of what each rank's elements give at its nodes the sum, the same on all that have the node.
+    pub(crate) fn complete<T: Pod + AddAssign, const R: usize>(&self, values: &mut [[T; R]]) {
+        if self.ranks.is_alone() {
+            return;
+        }
+        let flat = values.as_flattened_mut();
+        let lists = self.neighbours.iter().map(|n| pick(flat, &n.ghosts, R)).collect();
+        for (neighbour, list) in self.neighbours.iter().zip(self.exchange(lists)) {
+            for (&node, value) in neighbour.lent.iter().zip(list.chunks_exact(R)) {
+                let sums = &mut flat[node as usize * R..][..R];
+                sums.iter_mut().zip(value).for_each(|(sum, &v)| *sum += v);
+            }
+        }
+        self.forward(values);
+    }
+}
+
+impl Halo {
+    /// The same of square blocks.
+    pub(crate) fn complete_blocks<const R: usize>(&self, blocks: &mut [[[f64; R]; R]]) {
+        for row in 0..R {
+            let mut rows: Vec<[f64; R]> = blocks.iter().map(|block| block[row]).collect();
+            self.complete(&mut rows);
+            blocks.iter_mut().zip(rows).for_each(|(block, values)| block[row] = values);
+        }
+    }
+}
+
+/// The values of these nodes, `width` each.
+fn pick<T: Pod>(values: &[T], nodes: &[u32], width: usize) -> Vec<T> {
+    let of = |&node: &u32| &values[node as usize * width..][..width];
+    nodes.iter().flat_map(of).copied().collect()
+}

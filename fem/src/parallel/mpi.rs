@@ -1,0 +1,135 @@
+//! Ranks that are processes, on one machine or on several, by MPI.
+
+use std::fmt;
+
+use mpi::Threading;
+use mpi::datatype::PartitionMut;
+use mpi::environment::Universe;
+use mpi::request::WaitGuard;
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::{Communicator as _, CommunicatorCollectives as _, Destination as _, Source as _};
+
+use super::communicator::Communicator;
+use super::ranks::Ranks;
+
+/// Why processes cannot speak by MPI.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MpiError {
+    /// It can be started once in a process.
+    #[error("MPI was started before in this process: start it once, and clone its ranks")]
+    StartedBefore,
+    /// The library cannot be called from a thread other than the first.
+    #[error(
+        "this MPI library can be used by single-threaded programs alone: take one that is built with \
+         support of threads (MPI_THREAD_SERIALIZED)"
+    )]
+    NoThreads,
+}
+
+/// The processes that `mpirun` or another launcher has started together.
+struct Mpi {
+    /// Ends MPI when it is dropped.
+    _universe: Universe,
+    rank: usize,
+    size: usize,
+}
+
+impl fmt::Debug for Mpi {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Mpi").field("rank", &self.rank).field("size", &self.size).finish()
+    }
+}
+
+impl Ranks {
+    /// The processes of this run of `mpirun`; a process that was started otherwise is alone. MPI ends with
+    /// the last clone; a process that panics ends all of them.
+    ///
+    /// # Errors
+    /// [`MpiError`] for a second start, or a library without threads.
+    pub fn mpi() -> Result<Self, MpiError> {
+        // only one thread at a time calls it, but not always the first
+        let (universe, threading) =
+            mpi::initialize_with_threading(Threading::Serialized).ok_or(MpiError::StartedBefore)?;
+        if threading < Threading::Serialized {
+            return Err(MpiError::NoThreads);
+        }
+        let world = SimpleCommunicator::world();
+        let (rank, size) = (world.rank() as usize, world.size() as usize);
+        Ok(Self::new(Mpi { _universe: universe, rank, size }))
+    }
+}
+
+/// The bytes of a message as MPI counts them.
+fn count(bytes: usize) -> i32 {
+    i32::try_from(bytes).expect("messages of MPI stay below 2 GiB")
+}
+
+/// An empty message at an address of its own: that of an empty `Vec` is the one by which Open MPI knows
+/// MPI_IN_PLACE.
+fn placed(message: &[u8]) -> &[u8] {
+    static SOMEWHERE: [u8; 8] = [0; 8];
+    if message.is_empty() { &SOMEWHERE[4..4] } else { message }
+}
+
+impl Communicator for Mpi {
+    fn rank(&self) -> usize {
+        self.rank
+    }
+
+    fn size(&self) -> usize {
+        self.size
+    }
+
+    fn exchange(&self, messages: Vec<(usize, Vec<u8>)>) -> Vec<Vec<u8>> {
+        let world = SimpleCommunicator::world();
+        let process = |rank: usize| world.process_at_rank(rank as i32);
+        mpi::request::scope(|scope| {
+            let mut sends = Vec::with_capacity(messages.len());
+            for (rank, message) in &messages {
+                let send = process(*rank).immediate_send(scope, placed(message));
+                sends.push(WaitGuard::from(send));
+            }
+            // messages between two processes come in the order in which they were sent
+            let received =
+                messages.iter().map(|(rank, _)| process(*rank).receive_vec::<u8>().0).collect();
+            drop(sends);
+            received
+        })
+    }
+
+    fn gather(&self, own: &[u8]) -> Vec<Vec<u8>> {
+        let world = SimpleCommunicator::world();
+        let mut counts = vec![0i32; self.size];
+        world.all_gather_into(&count(own.len()), &mut counts[..]);
+        let mut places = Vec::with_capacity(self.size);
+        let mut total = 0;
+        for &each in &counts {
+            places.push(count(total));
+            total += each as usize;
+        }
+        if total == 0 {
+            return vec![Vec::new(); self.size];
+        }
+        let mut all = vec![0u8; total];
+        let mut partition = PartitionMut::new(&mut all[..], &counts[..], &places[..]);
+        world.all_gather_varcount_into(placed(own), &mut partition);
+        let of = |(&place, &each): (&i32, &i32)| all[place as usize..][..each as usize].to_vec();
+        places.iter().zip(&counts).map(of).collect()
+    }
+
+    fn gather_even(&self, own: &[u8]) -> Vec<u8> {
+        let mut all = vec![0u8; own.len() * self.size];
+        SimpleCommunicator::world().all_gather_into(own, &mut all[..]);
+        all
+    }
+}
+
+impl Drop for Mpi {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            // the others would wait for this process for ever
+            SimpleCommunicator::world().abort(1);
+        }
+    }
+}

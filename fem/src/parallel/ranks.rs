@@ -1,0 +1,148 @@
+//! The ranks of a run as the rest of the crate sees them: sums and decisions that all share.
+
+use std::sync::Arc;
+
+use bytemuck::Pod;
+
+use super::communicator::Communicator;
+use super::threads::threads;
+use crate::error::FemError;
+
+/// The processes, or threads in their place, that share one problem; alone by default.
+///
+/// Each of them makes the same [`Problem`](crate::Problem) from the same parts, works on its own elements,
+/// and gets the same curve and the fields of the whole body. All have to do the same: a run that one of
+/// them does not step waits.
+///
+/// # Example
+/// Two threads, each with half of a cylinder:
+/// ```
+/// use fem::{CompressionTest, CylinderLattice, LinearScheme, Material, Ranks, Schedule, SolverOptions};
+///
+/// let force = |ranks: Ranks| {
+///     let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.0 }.build()?;
+///     let problem = CompressionTest::new(0.22, Schedule::fixed(1.0, 1))
+///         .builder(mesh)?
+///         .materials([Material::hencky(275.0, 0.25)])
+///         .options(SolverOptions { linear: LinearScheme::Multigrid, ..SolverOptions::default() })
+///         .ranks(ranks)
+///         .build()?;
+///     let outcome = problem.run(&mut ());
+///     Ok::<f64, fem::FemError>(outcome.curve[0].force_n)
+/// };
+/// let alone = force(Ranks::default())?;
+/// let threads: Vec<_> =
+///     Ranks::threads(2).into_iter().map(|rank| std::thread::spawn(move || force(rank))).collect();
+/// for thread in threads {
+///     let shared = thread.join().expect("no panic")?;
+///     assert!((shared - alone).abs() < 1e-6 * alone);
+/// }
+/// # Ok::<(), fem::FemError>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Ranks {
+    /// None: alone.
+    others: Option<Arc<dyn Communicator>>,
+}
+
+impl Ranks {
+    /// Ranks that speak by a communicator.
+    pub fn new(communicator: impl Communicator + 'static) -> Self {
+        let shared = communicator.size() > 1;
+        Self { others: shared.then(|| Arc::new(communicator) as Arc<dyn Communicator>) }
+    }
+
+    /// So many ranks within this process, to be given to a thread each.
+    ///
+    /// One process works faster alone, with rayon's threads: this is to try what several would do.
+    pub fn threads(count: usize) -> Vec<Self> {
+        threads(count).into_iter().map(Self::new).collect()
+    }
+
+    /// The number of this rank, from zero.
+    pub fn rank(&self) -> usize {
+        self.others.as_ref().map_or(0, |c| c.rank())
+    }
+
+    /// How many there are.
+    pub fn size(&self) -> usize {
+        self.others.as_ref().map_or(1, |c| c.size())
+    }
+
+    /// Whether this is the rank that writes files.
+    pub fn is_first(&self) -> bool {
+        self.rank() == 0
+    }
+
+    /// Whether one of the ranks says so.
+    pub fn any(&self, own: bool) -> bool {
+        self.gather_even(&[u8::from(own)]).is_some_and(|all| all.contains(&1)) || own
+    }
+
+    /// The text of the first rank that has one.
+    pub fn first_text(&self, own: Option<&str>) -> Option<(usize, String)> {
+        let Some(others) = &self.others else { return own.map(|text| (0, text.into())) };
+        // a byte before it tells an empty text from none
+        let message = own.map_or_else(Vec::new, |text| [b" ", text.as_bytes()].concat());
+        let all = others.gather(&message);
+        let (rank, text) = all.iter().enumerate().find(|(_, text)| !text.is_empty())?;
+        Some((rank, String::from_utf8_lossy(&text[1..]).into_owned()))
+    }
+
+    /// Success where all ranks have had it.
+    pub(crate) fn agreed<T>(&self, result: Result<T, FemError>) -> Result<T, FemError> {
+        let own = result.as_ref().err().map(ToString::to_string);
+        match self.first_text(own.as_deref()) {
+            None => result,
+            Some((rank, message)) => result.and(Err(FemError::Rank { rank, message })),
+        }
+    }
+
+    pub(crate) fn is_alone(&self) -> bool {
+        self.others.is_none()
+    }
+
+    pub(super) fn others(&self) -> Option<&dyn Communicator> {
+        self.others.as_deref()
+    }
+
+    fn gather_even(&self, own: &[u8]) -> Option<Vec<u8>> {
+        self.others.as_ref().map(|c| c.gather_even(own))
+    }
+
+    /// Adds up each of the numbers, in the order of the ranks: the same bits on every one.
+    pub(crate) fn sum(&self, values: &mut [f64]) {
+        self.reduce(values, |a, b| a + b);
+    }
+
+    /// The largest of each of the numbers.
+    pub(crate) fn max(&self, values: &mut [f64]) {
+        self.reduce(values, f64::max);
+    }
+
+    fn reduce(&self, values: &mut [f64], join: impl Fn(f64, f64) -> f64) {
+        let Some(all) = self.gather_even(bytemuck::cast_slice(values)) else { return };
+        let all: Vec<f64> = numbers(&all);
+        let count = values.len();
+        values.copy_from_slice(&all[..count]);
+        for other in all[count..].chunks_exact(count.max(1)) {
+            values.iter_mut().zip(other).for_each(|(v, &o)| *v = join(*v, o));
+        }
+    }
+
+    /// What every rank has, in the order of the ranks.
+    pub(crate) fn gather<T: Pod>(&self, own: &[T]) -> Vec<Vec<T>> {
+        match &self.others {
+            None => vec![own.to_vec()],
+            Some(others) => {
+                let all = others.gather(bytemuck::cast_slice(own));
+                all.iter().map(|message| numbers(message)).collect()
+            }
+        }
+    }
+}
+
+/// The numbers of a message, wherever it lies in memory.
+pub(super) fn numbers<T: Pod>(message: &[u8]) -> Vec<T> {
+    message.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()
+}

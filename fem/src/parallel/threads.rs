@@ -1,0 +1,91 @@
+//! Ranks that are threads of one process: what takes messages elsewhere is MPI.
+
+use std::collections::{HashMap, VecDeque};
+use std::panic::resume_unwind;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+
+use super::communicator::{Communicator, RankLost};
+
+/// Messages that are under way between two ranks, the first one in front.
+type Mail = HashMap<(usize, usize), VecDeque<Vec<u8>>>;
+
+#[derive(Debug, Default)]
+struct Post {
+    mail: Mutex<(Mail, Vec<bool>)>,
+    changed: Condvar,
+}
+
+/// One of them; the others learn when it is dropped.
+#[derive(Debug)]
+pub(super) struct ThreadRank {
+    rank: usize,
+    size: usize,
+    post: Arc<Post>,
+}
+
+/// So many ranks that speak to each other.
+pub(super) fn threads(count: usize) -> Vec<ThreadRank> {
+    let mail = Mutex::new((Mail::new(), vec![false; count]));
+    let post = Arc::new(Post { mail, changed: Condvar::new() });
+    let rank = |rank| ThreadRank { rank, size: count, post: Arc::clone(&post) };
+    (0..count).map(rank).collect()
+}
+
+impl Post {
+    /// Messages, and which ranks are gone.
+    fn open(&self) -> MutexGuard<'_, (Mail, Vec<bool>)> {
+        self.mail.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl ThreadRank {
+    fn send(&self, to: usize, message: Vec<u8>) {
+        self.post.open().0.entry((self.rank, to)).or_default().push_back(message);
+        self.post.changed.notify_all();
+    }
+
+    fn receive(&self, from: usize) -> Vec<u8> {
+        let mut open = self.post.open();
+        loop {
+            if let Some(message) = open.0.get_mut(&(from, self.rank)).and_then(VecDeque::pop_front)
+            {
+                return message;
+            }
+            if open.1[from] {
+                drop(open);
+                resume_unwind(Box::new(RankLost(from)));
+            }
+            open = self.post.changed.wait(open).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+impl Communicator for ThreadRank {
+    fn rank(&self) -> usize {
+        self.rank
+    }
+
+    fn size(&self) -> usize {
+        self.size
+    }
+
+    fn exchange(&self, messages: Vec<(usize, Vec<u8>)>) -> Vec<Vec<u8>> {
+        let ranks: Vec<usize> = messages.iter().map(|(rank, _)| *rank).collect();
+        messages.into_iter().for_each(|(rank, message)| self.send(rank, message));
+        ranks.into_iter().map(|rank| self.receive(rank)).collect()
+    }
+
+    fn gather(&self, own: &[u8]) -> Vec<Vec<u8>> {
+        let others = (0..self.size).filter(|&rank| rank != self.rank);
+        others.for_each(|rank| self.send(rank, own.to_vec()));
+        let of = |rank| if rank == self.rank { own.to_vec() } else { self.receive(rank) };
+        (0..self.size).map(of).collect()
+    }
+}
+
+impl Drop for ThreadRank {
+    fn drop(&mut self) {
+        self.post.open().1[self.rank] = true;
+        self.post.changed.notify_all();
+    }
+}

@@ -1,0 +1,110 @@
+//! Sparse rows that several ranks need: what crosses between them when a hierarchy is made.
+//!
+//! Columns carry numbers over all ranks here; a rank has its own rows first, then those of its ghosts.
+
+use super::block_csr::BlockCsr;
+use crate::parallel::Halo;
+
+type Rows<const R: usize, const C: usize> = BlockCsr<f64, R, C>;
+
+/// Numbers of some rows with their lengths, columns and blocks, as three lists of messages.
+struct Message<const R: usize, const C: usize> {
+    lengths: Vec<u32>,
+    columns: Vec<u32>,
+    blocks: Vec<[[f64; C]; R]>,
+}
+
+/// Sends some rows to each neighbour; theirs come back.
+fn exchange<'a, const R: usize, const C: usize>(
+    halo: &'a Halo,
+    rows: &Rows<R, C>,
+    of: impl Fn(usize) -> &'a [u32],
+) -> Vec<Message<R, C>> {
+    let (mut lengths, mut columns, mut blocks) = (Vec::new(), Vec::new(), Vec::new());
+    for neighbour in 0..halo.neighbours().len() {
+        let (mut length, mut column, mut block) = (Vec::new(), Vec::new(), Vec::<f64>::new());
+        for &row in of(neighbour) {
+            let (start, end) = (rows.start[row as usize], rows.start[row as usize + 1]);
+            let range = start as usize..end as usize;
+            length.push(end - start);
+            column.extend_from_slice(&rows.column[range.clone()]);
+            block.extend(rows.block[range].as_flattened().as_flattened());
+        }
+        lengths.push(length);
+        columns.push(column);
+        blocks.push(block);
+    }
+    let lists = halo.exchange(lengths).into_iter().zip(halo.exchange(columns));
+    lists
+        .zip(halo.exchange(blocks))
+        .map(|((lengths, columns), blocks)| {
+            let block = |numbers: &[f64]| {
+                std::array::from_fn(|i| std::array::from_fn(|j| numbers[i * C + j]))
+            };
+            let blocks = blocks.chunks_exact(R * C).map(block).collect();
+            Message { lengths, columns, blocks }
+        })
+        .collect()
+}
+
+/// The own rows with those of the ghosts behind them.
+pub(super) fn with_ghosts<const R: usize, const C: usize>(
+    mut rows: Rows<R, C>,
+    halo: &Halo,
+) -> Rows<R, C> {
+    let received = exchange(halo, &rows, |n| &halo.neighbours()[n].lent);
+    // the message and the place in it of each ghost, and where the row begins there
+    let mut ghosts: Vec<(u32, usize, usize, usize)> = Vec::new();
+    for (message, (neighbour, their)) in halo.neighbours().iter().zip(&received).enumerate() {
+        let mut begin = 0;
+        for (&ghost, &length) in neighbour.ghosts.iter().zip(&their.lengths) {
+            ghosts.push((ghost, message, begin, begin + length as usize));
+            begin += length as usize;
+        }
+    }
+    ghosts.sort_unstable();
+    for (_, message, begin, end) in ghosts {
+        rows.column.extend_from_slice(&received[message].columns[begin..end]);
+        rows.block.extend_from_slice(&received[message].blocks[begin..end]);
+        rows.start.push(rows.column.len() as u32);
+    }
+    rows
+}
+
+/// The own rows of a sum to which the rows of every rank are a part, ghosts included.
+pub(super) fn completed<const R: usize, const C: usize>(
+    partial: &Rows<R, C>,
+    halo: &Halo,
+) -> Rows<R, C> {
+    let own = halo.own(partial.rows())[0].end;
+    let received = exchange(halo, partial, |n| &halo.neighbours()[n].ghosts);
+    let mut more: Vec<Vec<(u32, [[f64; C]; R])>> = vec![Vec::new(); own];
+    for (neighbour, rows) in halo.neighbours().iter().zip(received) {
+        let mut entries = rows.columns.into_iter().zip(rows.blocks);
+        for (&row, &length) in neighbour.lent.iter().zip(&rows.lengths) {
+            more[row as usize].extend(entries.by_ref().take(length as usize));
+        }
+    }
+    let mut sum =
+        Rows { columns: partial.columns, start: vec![0], column: Vec::new(), block: Vec::new() };
+    for (row, more) in more.into_iter().enumerate() {
+        let begin = sum.column.len();
+        let range = partial.start[row] as usize..partial.start[row + 1] as usize;
+        sum.column.extend_from_slice(&partial.column[range.clone()]);
+        sum.block.extend_from_slice(&partial.block[range]);
+        for (column, block) in more {
+            match sum.column[begin..].iter().position(|&c| c == column) {
+                None => {
+                    sum.column.push(column);
+                    sum.block.push(block);
+                }
+                Some(place) => {
+                    let to = sum.block[begin + place].as_flattened_mut();
+                    to.iter_mut().zip(block.as_flattened()).for_each(|(to, &v)| *to += v);
+                }
+            }
+        }
+        sum.start.push(sum.column.len() as u32);
+    }
+    sum
+}

@@ -1,0 +1,155 @@
+//! Runs that several ranks share: here threads in the place of processes.
+
+use crate::support::column::column;
+use crate::support::{grain, loading, matrix, peak, phase_field, prism};
+use fem::{
+    ArcLength, Axis, CompressionTest, Conditions, CurvePoint, Fracture, Friction, Irreversibility,
+    LinearScheme, Material, Order, Outcome, PhaseField, Platens, Problem, Ranks, Schedule,
+    SolverOptions, Split, TetMesh,
+};
+
+pub(crate) fn multigrid() -> SolverOptions {
+    SolverOptions { linear: LinearScheme::Multigrid, ..SolverOptions::default() }
+}
+
+pub(crate) fn problem(
+    mesh: TetMesh,
+    order: Order,
+    loading: &CompressionTest,
+    ranks: Ranks,
+) -> Problem {
+    loading
+        .builder(mesh)
+        .expect("a specimen")
+        .order(order)
+        .materials([matrix(), grain()])
+        .phase_field(phase_field(Split::None))
+        .options(multigrid())
+        .ranks(ranks)
+        .build()
+        .expect("valid input")
+}
+
+/// Does the same on every rank.
+pub(crate) fn on_ranks<T: Send>(count: usize, work: impl Fn(Ranks) -> T + Sync) -> Vec<T> {
+    std::thread::scope(|scope| {
+        let work = &work;
+        let threads: Vec<_> = Ranks::threads(count)
+            .into_iter()
+            .map(|ranks| scope.spawn(move || work(ranks)))
+            .collect();
+        threads.into_iter().map(|thread| thread.join().expect("no panic")).collect()
+    })
+}
+
+pub(crate) fn assert_same(alone: &Outcome, shared: &Outcome) {
+    let (_, highest) = peak(alone);
+    assert_eq!(alone.curve.len(), shared.curve.len(), "{:?}", shared.end);
+    let energy = alone.curve.iter().map(|p| p.work_n_mm).fold(0.0, f64::max);
+    for (a, b) in alone.curve.iter().zip(&shared.curve) {
+        assert!((a.force_n - b.force_n).abs() < 1e-6 * highest, "{a:?} {b:?}");
+        for (a, b) in [
+            (a.elastic_n_mm, b.elastic_n_mm),
+            (a.fracture_n_mm, b.fracture_n_mm),
+            (a.viscous_n_mm, b.viscous_n_mm),
+            (a.work_n_mm, b.work_n_mm),
+        ] {
+            assert!((a - b).abs() < 1e-6 * energy, "{a} {b}");
+        }
+        assert!((a.phi_mean - b.phi_mean).abs() < 1e-6 && (a.phi_max - b.phi_max).abs() < 1e-5);
+    }
+    assert_eq!(alone.fields.damage.len(), shared.fields.damage.len());
+    for (a, b) in alone.fields.displacement.iter().zip(&shared.fields.displacement) {
+        assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-5), "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn any_number_of_ranks_takes_the_same_steps_past_the_peak() {
+    let sliding = Platens::Sliding;
+    for (order, platens, counts) in [
+        (Order::Quadratic, sliding, &[2, 3, 4][..]),
+        (Order::Quadratic, Platens::Unilateral(Friction::none()), &[3]),
+        (Order::Linear, sliding, &[4]),
+    ] {
+        let loading = loading(0.3, 1.0, 20).platens(platens);
+        let run = |ranks: Ranks| problem(prism(3, true), order, &loading, ranks).run(&mut ());
+        let alone = run(Ranks::default());
+        let last = alone.curve.last().expect("a point").force_n;
+        assert!(last < 0.8 * peak(&alone).1, "{order:?}: {last}");
+        for &count in counts {
+            let all = on_ranks(count, run);
+            for shared in &all {
+                assert_same(&alone, shared);
+                // the same bits on every rank
+                assert_eq!(shared.curve, all[0].curve);
+                assert_eq!(shared.fields.damage, all[0].fields.damage);
+            }
+            let (a, b) = (alone.effort, all[0].effort);
+            println!("{order:?}, {count} ranks: {b:?} after {a:?}");
+            // linear systems are solved to a hundredth: an iteration more or less follows from other digits
+            assert!(a.iterations.abs_diff(b.iterations) <= a.iterations / 40, "{a:?} {b:?}");
+            assert!(f64::from(b.linear) < 1.2 * f64::from(a.linear), "{a:?} {b:?}");
+        }
+    }
+}
+
+/// A snap-back is followed by a constraint that all ranks have to see alike.
+#[test]
+fn ranks_follow_a_snap_back_together() {
+    let run = |ranks: Ranks| {
+        let elastic = Material::hencky(100.0, 0.0);
+        let weak = elastic.clone().with_fracture(Fracture::new(0.1));
+        let steps = ArcLength { step: 0.02, release_n_mm: 2e-3 };
+        CompressionTest::new(1.0, Schedule::new(1.0, steps).stop_below_peak(0.8))
+            .builder(column())
+            .expect("a column")
+            .materials([weak, elastic])
+            .phase_field(PhaseField {
+                irreversibility: Irreversibility::ActiveSet,
+                ..PhaseField::new(1.0)
+            })
+            .options(multigrid())
+            .ranks(ranks)
+            .build()
+            .expect("valid input")
+            .run(&mut ())
+    };
+    let alone = run(Ranks::default());
+    let travel = |pair: &[CurvePoint]| pair[1].displacement_mm - pair[0].displacement_mm;
+    assert!(alone.curve.windows(2).any(|pair| travel(pair) < 0.0), "it snaps back");
+    on_ranks(3, run).iter().for_each(|shared| assert_same(&alone, shared));
+}
+
+/// Loads on faces and in volumes are those of the whole body, however it is cut.
+#[test]
+fn loads_do_not_depend_on_the_parts() {
+    let run = |ranks: Ranks| {
+        let conditions = Conditions::new()
+            .fix("bottom", Axis::ALL)
+            .traction("top", |x, time_s| [0.1 * time_s, 0.0, -2.0 * x[0] * time_s])
+            .body_force(|x, time_s| [0.0, 0.05 * x[2] * time_s, 0.0])
+            .measure("top", [0.0, 0.0, -1.0]);
+        let problem = Problem::builder(prism(3, false))
+            .order(Order::Quadratic)
+            .materials([Material::hencky(275.0, 0.25)])
+            .conditions(conditions)
+            .schedule(Schedule::fixed(1.0, 2))
+            .options(multigrid())
+            .ranks(ranks)
+            .build()
+            .expect("valid input");
+        problem.run(&mut ())
+    };
+    let alone = run(Ranks::default());
+    assert!(alone.curve[1].displacement_mm > 1e-2, "{:?}", alone.curve);
+    for shared in on_ranks(4, run) {
+        for (a, b) in alone.curve.iter().zip(&shared.curve) {
+            assert!((a.displacement_mm - b.displacement_mm).abs() < 1e-7 * a.displacement_mm);
+            assert!((a.work_n_mm - b.work_n_mm).abs() < 1e-7 * a.work_n_mm);
+        }
+        for (a, b) in alone.fields.displacement.iter().zip(&shared.fields.displacement) {
+            assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-6), "{a:?} {b:?}");
+        }
+    }
+}

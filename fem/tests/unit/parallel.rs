@@ -1,0 +1,141 @@
+//! Parts of a mesh, and what crosses between them.
+
+use std::collections::BTreeSet;
+
+use super::{Part, Ranks, bisect};
+use crate::element::{DamageRule, Quadratic, Space};
+use crate::mesh::CylinderLattice;
+
+fn cylinder(spacing_mm: f64) -> (Space<10>, usize) {
+    let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm }.build().unwrap();
+    (Space::new::<Quadratic>(&mesh, DamageRule::Absent), mesh.nodes.len())
+}
+
+fn parts_of(space: &Space<10>, parts: usize) -> Vec<u32> {
+    let centre = |tet: &[u32; 10]| {
+        [0, 1, 2].map(|k| tet[..4].iter().map(|&n| space.nodes[n as usize][k]).sum::<f64>() / 4.0)
+    };
+    bisect(&space.tets.iter().map(centre).collect::<Vec<_>>(), parts)
+}
+
+/// Does the same on every rank, each on a thread.
+fn on_ranks<T: Send>(count: usize, work: impl Fn(Ranks) -> T + Sync) -> Vec<T> {
+    std::thread::scope(|scope| {
+        let threads: Vec<_> =
+            Ranks::threads(count).into_iter().map(|ranks| scope.spawn(|| work(ranks))).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    })
+}
+
+#[test]
+fn parts_are_of_one_size_and_have_few_ghosts() {
+    let (space, vertices) = cylinder(0.35);
+    for count in [2, 8] {
+        let of = parts_of(&space, count);
+        let sizes: Vec<usize> =
+            (0..count as u32).map(|part| of.iter().filter(|&&p| p == part).count()).collect();
+        let (least, most) = (sizes.iter().min().unwrap(), sizes.iter().max().unwrap());
+        assert!(most - least <= 1, "{sizes:?}");
+        let nodes = [space.nodes.len(), vertices];
+        let parts = on_ranks(count, |ranks| Part::new(&ranks, &of, |tet| &space.tets[tet], nodes));
+        let own: usize = parts.iter().map(|part| part.halo.own_of(&part.nodes).count()).sum();
+        let local: usize = parts.iter().map(|part| part.nodes.len()).sum();
+        assert_eq!(own, space.nodes.len(), "each node belongs to one part");
+        let ghosts = (local - own) as f64 / own as f64;
+        // cuts across a cylinder of seven cells a radius
+        let most_ghosts = if count == 2 { 0.06 } else { 0.17 };
+        println!("{count} parts: {own} nodes, {:.2} % ghosts", 100.0 * ghosts);
+        assert!(ghosts < most_ghosts, "{count} parts: {ghosts}");
+    }
+}
+
+#[test]
+fn points_at_one_place_are_shared_out_too() {
+    let of = bisect(&[[1.0, 2.0, 3.0]; 11], 4);
+    let sizes: Vec<usize> = (0..4).map(|part| of.iter().filter(|&&p| p == part).count()).collect();
+    assert_eq!((sizes.iter().min(), sizes.iter().max()), (Some(&2), Some(&3)));
+    assert_eq!(bisect(&[], 3), Vec::<u32>::new());
+}
+
+/// What elements add at nodes is complete on every rank that has the node, and nodes that others have
+/// follow their owners.
+#[test]
+fn sums_over_elements_and_nodes_do_not_depend_on_the_parts() {
+    let (space, vertices) = cylinder(0.8);
+    let nodes = space.nodes.len();
+    // whole numbers: sums in any order are exact
+    let of_tet = |tet: usize, a: usize| ((7 * tet + 3 * a) % 101) as f64;
+    let mut whole = vec![0.0; nodes];
+    for (tet, list) in space.tets.iter().enumerate() {
+        (0..10).for_each(|a| whole[list[a] as usize] += of_tet(tet, a));
+    }
+    for count in 1..=5 {
+        let of = parts_of(&space, count);
+        let results = on_ranks(count, |ranks| {
+            let part = Part::new(&ranks, &of, |tet| &space.tets[tet], [nodes, vertices]);
+            if count == 1 {
+                return whole.clone();
+            }
+            let local = space.part(&part);
+            let mut values = vec![[0.0]; part.nodes.len()];
+            for (&tet, list) in part.tets.iter().zip(&local.tets) {
+                (0..10).for_each(|a| values[list[a] as usize][0] += of_tet(tet as usize, a));
+            }
+            part.halo.complete(&mut values);
+            for (value, &node) in values.iter().zip(&part.nodes) {
+                assert_eq!(value[0], whole[node as usize], "node {node}");
+            }
+            // the vertices come first, and a forward changes nothing that is whole
+            let vertex = |&n: &u32| (n as usize) < vertices;
+            assert!(part.nodes.iter().map(vertex).is_sorted_by(|a, b| a >= b));
+            let before = values.clone();
+            part.halo.forward(&mut values);
+            assert_eq!(values, before);
+            let mut sum = [part.halo.own_of(&values).map(|v| v[0]).sum()];
+            ranks.sum(&mut sum);
+            assert_eq!(sum[0], whole.iter().sum::<f64>());
+            let picked = part.pick_tets(&space.region, 1);
+            assert_eq!(part.gather_tets(&picked), space.region);
+            part.gather_nodes(&values).into_iter().flatten().collect()
+        });
+        assert!(results.iter().all(|result| *result == whole), "{count} ranks");
+    }
+}
+
+#[test]
+fn decisions_and_texts_are_those_of_all_ranks() {
+    let said = on_ranks(3, |ranks| {
+        let own = ranks.rank();
+        let mut largest = [own as f64, -(own as f64)];
+        ranks.max(&mut largest);
+        assert_eq!(largest, [2.0, 0.0]);
+        assert!(ranks.any(own == 1) && !ranks.any(false));
+        assert_eq!(ranks.gather(&vec![own as u32; own]), [vec![], vec![1], vec![2, 2]]);
+        assert_eq!(ranks.first_text(None), None);
+        ranks.first_text((own == 2).then_some("no file"))
+    });
+    assert_eq!(said, vec![Some((2, "no file".to_owned())); 3]);
+    assert_eq!(on_ranks(1, |ranks| ranks.size()), [1]);
+}
+
+#[test]
+fn every_local_node_has_one_owner_among_the_ranks_that_have_it() {
+    let (space, vertices) = cylinder(1.0);
+    let of = parts_of(&space, 6);
+    let nodes = [space.nodes.len(), vertices];
+    let parts = on_ranks(6, |ranks| Part::new(&ranks, &of, |tet| &space.tets[tet], nodes));
+    for (rank, part) in parts.iter().enumerate() {
+        for neighbour in part.halo.neighbours() {
+            let other = &parts[neighbour.rank];
+            let back = other.halo.neighbours().iter().find(|n| n.rank == rank).unwrap();
+            let in_mesh = |part: &Part, places: &[u32]| -> Vec<u32> {
+                places.iter().map(|&p| part.nodes[p as usize]).collect()
+            };
+            assert_eq!(in_mesh(part, &neighbour.lent), in_mesh(other, &back.ghosts));
+        }
+        let ghosts = part.halo.neighbours().iter().flat_map(|n| n.ghosts.iter().copied());
+        let ghosts: BTreeSet<u32> = ghosts.collect();
+        let own = (0..part.nodes.len() as u32).filter(|&n| part.halo.owns(n));
+        assert_eq!(own.count() + ghosts.len(), part.nodes.len());
+    }
+}
