@@ -4,17 +4,24 @@
 //! least residual of A x = b is b − Q c with c = Qᵀ b, and x = V R⁻¹ c is formed once it is asked for
 //! (generalised conjugate residuals: Eisenstat, Elman & Schultz 1983, doi:10.1137/0720023).
 //!
+//! Residuals of systems that are alike lie nearly in a line or a plane, and a direction for each would be
+//! found several times over. Directions are asked for their principal parts alone (block methods with
+//! inexact breakdowns: Robbé & Sadkane, Linear Algebra Appl. 419 (2006) 265).
+//!
 //! Products are made orthogonal several at a time and row by row, so that those at hand are read once
 //! for all of them: classical Gram–Schmidt, a second time where digits were lost.
 
+use nalgebra::{DMatrix, SymmetricEigen};
 use rayon::prelude::*;
 
-use super::linear::{Nodal, weighted_dot};
+use super::linear::{Nodal, add_scaled, weighted_dot};
 
 /// A product of which this little is left by those before it is made orthogonal to them once more.
 const LOSS: f64 = 0.1;
 /// A direction that lies in those before it up to this is none of its own.
 const DEPENDENT: f64 = 1e-6;
+/// A part of the residuals below this multiple of what may be left of one needs no direction.
+const SMALL: f64 = 0.5;
 /// Nodes that a task works on, in parts that stay in the innermost cache.
 const CHUNK: usize = 4096;
 const PART: usize = 32;
@@ -26,6 +33,8 @@ pub(super) struct System {
     pub(super) residual: Vec<Nodal>,
     /// Of the residual at first.
     size: f64,
+    /// The same if all values were as stiff as the stiffest of their field.
+    stiffest: f64,
     tolerance: f64,
     /// What the solution is beside x: multiples of the orthonormal products.
     along: Vec<f64>,
@@ -41,6 +50,8 @@ impl System {
 /// Directions whose products with the matrix are orthonormal combinations.
 pub(super) struct Directions {
     weight: Vec<Nodal>,
+    /// The least weight of the values of each field that has some.
+    least: Nodal,
     directions: Vec<Vec<Nodal>>,
     products: Vec<Vec<Nodal>>,
     /// The columns of R.
@@ -50,7 +61,15 @@ pub(super) struct Directions {
 impl Directions {
     /// None yet; `weight` is that of the norm of residuals.
     pub(super) fn new(weight: Vec<Nodal>) -> Self {
-        Self { weight, directions: Vec::new(), products: Vec::new(), triangle: Vec::new() }
+        let mut least = [f64::INFINITY; 4];
+        for weight in &weight {
+            for k in 0..4 {
+                least[k] = if weight[k] > 0.0 { least[k].min(weight[k]) } else { least[k] };
+            }
+        }
+        let least = least.map(|w| if w.is_finite() { w } else { 0.0 });
+        let [directions, products] = [const { Vec::new() }; 2];
+        Self { weight, least, directions, products, triangle: Vec::new() }
     }
 
     pub(super) fn count(&self) -> usize {
@@ -59,7 +78,25 @@ impl Directions {
 
     /// A system of which `residual` is the right-hand side less the product with x.
     pub(super) fn system(&self, x: Vec<Nodal>, residual: Vec<Nodal>, tolerance: f64) -> System {
-        System { x, size: self.norm(&residual), residual, tolerance, along: Vec::new() }
+        let (size, along) = (self.norm(&residual), Vec::new());
+        // values that are not solved for have no weight
+        let seen = |(w, r): (&Nodal, &Nodal)| {
+            let of = |k: usize| if w[k] > 0.0 { self.least[k] * r[k] * r[k] } else { 0.0 };
+            (0..4).map(of).sum::<f64>()
+        };
+        let stiffest = self.weight.iter().zip(&residual).map(seen).sum::<f64>().sqrt();
+        System { x, size, stiffest, residual, tolerance, along }
+    }
+
+    /// How much larger the solution of a system is, once it is formed, than it would be if all values were
+    /// as stiff as the stiffest of their field.
+    pub(super) fn growth(&self, system: &System) -> f64 {
+        let square = |x: &Nodal| {
+            let of = |k: usize| if self.least[k] > 0.0 { x[k] * x[k] / self.least[k] } else { 0.0 };
+            (0..4).map(of).sum::<f64>()
+        };
+        let size = system.x.iter().map(square).sum::<f64>().sqrt();
+        if system.stiffest > 0.0 { size / system.stiffest } else { 0.0 }
     }
 
     fn norm(&self, x: &[Nodal]) -> f64 {
@@ -78,6 +115,35 @@ impl Directions {
     /// Whether a system is solved; not by a number that is none.
     pub(super) fn solved(&self, system: &System) -> bool {
         self.excess(system) <= 1.0
+    }
+
+    /// What is left of the systems that are not solved, in parts that are orthogonal to each other: combinations
+    /// of the residuals, each of which counts in multiples of what may be left of it. The largest comes first
+    /// and its size with them; those that are small, or less than `share` times it, are left out.
+    pub(super) fn principal(&self, systems: &[System], share: f64) -> (f64, Vec<Vec<Nodal>>) {
+        let open: Vec<&System> = systems.iter().filter(|system| !self.solved(system)).collect();
+        let units: Vec<f64> = open.iter().map(|s| 1.0 / (s.tolerance * s.size)).collect();
+        let products = DMatrix::from_fn(open.len(), open.len(), |i, j| {
+            let [a, b] = [i.min(j), i.max(j)].map(|k| &open[k].residual);
+            units[i] * units[j] * weighted_dot(&self.weight, a, b)
+        });
+        if open.is_empty() || products.iter().any(|product| !product.is_finite()) {
+            return (0.0, Vec::new());
+        }
+        let SymmetricEigen { eigenvalues, eigenvectors } = products.symmetric_eigen();
+        let mut parts: Vec<(f64, usize)> =
+            eigenvalues.iter().map(|square| square.max(0.0).sqrt()).zip(0..).collect();
+        parts.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        let largest = parts.first().map_or(0.0, |(size, _)| *size);
+        let combination = |axis: usize| {
+            let mut sum = vec![[0.0; 4]; self.weight.len()];
+            for (i, system) in open.iter().enumerate() {
+                add_scaled(&mut sum, units[i] * eigenvectors[(i, axis)], &system.residual);
+            }
+            sum
+        };
+        let large = parts.iter().filter(|(size, _)| *size > SMALL.max(share * largest));
+        (largest, large.map(|(_, axis)| combination(*axis)).collect())
     }
 
     /// Takes up directions with their products, but those that lie in the others.

@@ -333,10 +333,11 @@ fn contact_is_differentiated_with_its_pressures() {
     assert_contact(&ball, "top", &[0, 5].map(|k| all().swap_remove(k)), "ball");
 }
 
-/// Stiff where its volume grows and without any stiffness where it shrinks, but for what presses back
-/// once it has shrunk by a thousandth.
+/// Stiff where its volume grows and next to without any stiffness where it shrinks, but for what presses
+/// back once it has shrunk by a thousandth.
 #[derive(Debug)]
 struct Foam {
+    flat_mpa: f64,
     crushed_mpa: f64,
 }
 
@@ -344,24 +345,26 @@ impl HyperelasticLaw for Foam {
     fn energy<T: DualNum<f64> + Copy>(&self, strain: &PrincipalStrain<T>) -> T {
         let trace = strain.log_volume();
         let crushed = trace + 1e-3;
+        let squares = strain.log().map(|e| e * e);
+        let sum = squares[0] + squares[1] + squares[2];
         if trace.re() >= 0.0 {
-            let squares = strain.log().map(|e| e * e);
-            trace * trace * 50.0 + (squares[0] + squares[1] + squares[2]) * 100.0
+            trace * trace * 50.0 + sum * 100.0
         } else if crushed.re() < 0.0 {
-            crushed * crushed * self.crushed_mpa
+            crushed * crushed * self.crushed_mpa + sum * self.flat_mpa
         } else {
-            trace * 0.0
+            sum * self.flat_mpa
         }
     }
 }
 
-/// A body whose hull swells and then shrinks about the one node within: that node has no stiffness
-/// any more, but a force on it for every crushed modulus other than zero.
+/// Two bodies whose hulls swell and then shrink about the one node within each. In the first, of foams,
+/// that node then has no stiffness any more, or one that is rounding beside the second's, but a
+/// force on it for every crushed modulus other than zero.
 #[test]
 fn derivatives_end_where_the_tangent_is_singular_and_the_run_goes_on() {
     let mut mesh = prism(2, false);
     let centre = mesh.nodes[13];
-    mesh.regions.push("upper".into());
+    mesh.regions.extend(["upper".into(), "solid".into()]);
     for (tet, region) in mesh.tets.iter().zip(&mut mesh.region_of) {
         *region = u16::from(tet.iter().any(|&n| mesh.nodes[n as usize][2] == HEIGHT));
     }
@@ -380,6 +383,20 @@ fn derivatives_end_where_the_tangent_is_singular_and_the_run_goes_on() {
     };
     let sides = hull.iter().filter(|face| !twice(face) && !level(face)).copied().collect();
     mesh.surfaces.insert("sides".into(), sides);
+    // the solid one is a copy that has the last corner in common
+    let (nodes, tets) = (mesh.nodes.len() as u32 - 1, mesh.tets.len());
+    let (first, last) = (mesh.nodes[0], mesh.nodes[nodes as usize]);
+    let copied = mesh.nodes[1..].iter().map(|x| [0, 1, 2].map(|k| x[k] + last[k] - first[k]));
+    let copied: Vec<_> = copied.collect();
+    mesh.nodes.extend(copied);
+    mesh.tets.extend_from_within(..);
+    mesh.tets[tets..].iter_mut().flatten().for_each(|n| *n += nodes);
+    mesh.region_of.extend(vec![2; tets]);
+    for faces in mesh.surfaces.values_mut() {
+        let count = faces.len();
+        faces.extend_from_within(..);
+        faces[count..].iter_mut().flatten().for_each(|n| *n += nodes);
+    }
     let moved = move |x: [f64; 3], time_s: f64| {
         [0, 1, 2].map(|k| 0.04 * (0.55 - time_s) * (x[k] - centre[k]))
     };
@@ -388,25 +405,33 @@ fn derivatives_end_where_the_tangent_is_singular_and_the_run_goes_on() {
         .prescribe("bottom", Axis::ALL, moved)
         .prescribe("top", Axis::ALL, moved)
         .measure("top", [0.0, 0.0, -1.0]);
-    let foams = |crushed_mpa: f64| {
-        let foam = |crushed_mpa| Material::hyperelastic(Foam { crushed_mpa }).expect("a law");
-        vec![foam(0.0), foam(crushed_mpa)]
+    let foams = |flat_mpa: f64, crushed_mpa: f64| {
+        let foam = |crushed_mpa| Material::hyperelastic(Foam { flat_mpa, crushed_mpa });
+        let [lower, upper] = [0.0, crushed_mpa].map(|x| foam(x).expect("a law"));
+        vec![lower, upper, Material::hencky(275.0, 0.25)]
     };
-    for linear in [LinearScheme::Direct, LinearScheme::Multigrid] {
+    for (linear, flat_mpa) in [
+        (LinearScheme::Direct, 0.0),
+        (LinearScheme::Multigrid, 0.0),
+        (LinearScheme::Direct, 1e-14),
+        (LinearScheme::Multigrid, 1e-14),
+    ] {
+        let by_crushed = move |x| foams(flat_mpa, x);
         let problem = Problem::builder(mesh.clone())
-            .materials(foams(0.0))
+            .materials(foams(flat_mpa, 0.0))
             .conditions(conditions.clone())
             .schedule(Schedule::fixed(1.0, 10))
             .options(SolverOptions { linear, ..SolverOptions::default() })
             .build()
             .and_then(|problem| {
-                problem.with_sensitivities(vec![MaterialParameter::new("crushed", 0.0, foams)])
+                problem.with_sensitivities(vec![MaterialParameter::new("crushed", 0.0, by_crushed)])
             });
         let outcome = problem.expect("valid input").run(&mut ());
         assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
         assert_eq!(outcome.curve.len(), 10);
-        assert_eq!(outcome.sensitivities.force_n, [[0.0]; 5], "{linear:?}");
-        assert_eq!(outcome.sensitivities.lost.as_deref(), Some("the tangent is singular"));
+        assert_eq!(outcome.sensitivities.force_n, [[0.0]; 5], "{linear:?}, {flat_mpa}");
+        let lost = outcome.sensitivities.lost.as_deref();
+        assert_eq!(lost, Some("the tangent is singular"), "{linear:?}, {flat_mpa}");
     }
 }
 

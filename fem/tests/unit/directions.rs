@@ -94,6 +94,52 @@ fn a_right_hand_side_in_the_space_is_solved() {
     }
 }
 
+/// Residuals a + b, a − b and 2 a of two that are orthogonal, in the weight of their norm.
+#[test]
+fn principal_parts_span_what_is_left_from_the_largest_on() {
+    let (weight, of, _) = problem();
+    let directions = Directions::new(weight.clone());
+    let (a, mut b) = (of[0].clone(), of[1].clone());
+    let along = weighted_dot(&weight, &a, &b) / weighted_dot(&weight, &a, &a);
+    b = add(&b, -along, &a);
+    let scale = 1e-3 * directions.norm(&a) / directions.norm(&b);
+    b = add(&[[0.0; 4]; NODES], scale, &b);
+    let none = vec![[0.0; 4]; NODES];
+    let of = [add(&a, 1.0, &b), add(&a, -1.0, &b), add(&a, 1.0, &a)];
+    let system = |right: &Vec<Nodal>| directions.system(none.clone(), right.clone(), 1e-5);
+    let mut systems: Vec<System> = of.iter().map(system).collect();
+    systems.push(directions.system(none.clone(), none.clone(), 1e-5));
+    // each counts 10⁵ of its own size
+    let (largest, parts) = directions.principal(&systems, 1e-4);
+    assert!((largest / (1e5 * f64::sqrt(3.0)) - 1.0).abs() < 1e-5, "{largest:e}");
+    assert_eq!(parts.len(), 2);
+    let size = |x: &[Nodal]| directions.norm(x);
+    let cosine = |x: &[Nodal], y: &[Nodal]| weighted_dot(&weight, x, y) / (size(x) * size(y));
+    assert!((size(&parts[0]) / largest - 1.0).abs() < 1e-9);
+    assert!((cosine(&parts[0], &a).abs() - 1.0).abs() < 1e-6);
+    assert!((cosine(&parts[1], &b).abs() - 1.0).abs() < 1e-6);
+    let expected = 1e5 * 1e-3 * f64::sqrt(2.0);
+    assert!((size(&parts[1]) / expected - 1.0).abs() < 1e-5, "{:e}", size(&parts[1]));
+    assert_eq!(directions.principal(&systems, 0.1).1.len(), 1);
+    assert_eq!(directions.principal(&systems[3..], 0.1), (0.0, Vec::new()));
+    systems[0].residual[3][1] = f64::NAN;
+    assert!(directions.principal(&systems, 0.1).1.is_empty());
+}
+
+#[test]
+fn growth_is_that_over_the_solution_of_the_stiffest() {
+    // stiffnesses 4 and 1e-12 of the first field, 25 of the last; the others are not solved for
+    let mut weight = vec![[0.25, 0.0, 0.0, 0.04]; NODES];
+    weight[7][0] = 1e12;
+    let directions = Directions::new(weight);
+    let right = vec![[4.0, 5.0, 6.0, 50.0]; NODES];
+    let mut system = directions.system(vec![[1.0, 0.0, 0.0, 2.0]; NODES], right, 1e-3);
+    assert!((directions.growth(&system) - 1.0).abs() < 1e-12);
+    system.x[7][0] = 4e12;
+    let expected = 2.0 * 4e12 / (104.0 * NODES as f64).sqrt();
+    assert!((directions.growth(&system) / expected - 1.0).abs() < 1e-9);
+}
+
 #[test]
 fn threads_do_not_change_a_bit() {
     let with = |threads| {

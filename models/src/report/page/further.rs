@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::parts::{figure, table};
 use crate::further_test::FurtherTest;
-use crate::report::digits::number;
+use crate::report::digits::{plain, within};
 use crate::report::figures;
 use crate::report::results::{FurtherNeeded, FurtherParameter, Results};
 
@@ -64,7 +64,7 @@ fn of(parameter: &FurtherParameter) -> Markup {
 /// What a column of numbers is of.
 fn wanted(goal: &FurtherNeeded) -> String {
     match goal.is_width {
-        true => format!("until the interval is {}", number(goal.value)),
+        true => format!("until the interval is {}", plain(goal.value)),
         false => "until identified".to_owned(),
     }
 }
@@ -74,7 +74,9 @@ fn answer(needed: &FurtherNeeded) -> String {
     let FurtherNeeded { is_width, value, specimens, limit } = *needed;
     match specimens {
         Some(n) => n.to_string(),
-        None if is_width && limit > value => format!("never: {} at best", number(limit)),
+        None if is_width && limit > value => {
+            format!("never: {} at best", within((limit, 0.05 * limit)))
+        }
         None if !is_width && limit < value => format!("never: {limit:.2} at best"),
         None => format!("more than {}", FurtherTest::MOST),
     }
@@ -107,9 +109,9 @@ mod tests {
         for part in [
             "<td>7</td>",
             "never: 0.04 at best",
-            "never: 0.002100 at best",
+            "never: 0.0021 at best",
             "until identified",
-            "until the interval is 0.002000",
+            "until the interval is 0.002",
             "<td>0.52</td>",
         ] {
             assert!(page.contains(part), "{part}: {page}");
