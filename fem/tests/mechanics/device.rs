@@ -2,8 +2,8 @@
 
 use crate::support::{grain, loading, matrix, peak, phase_field, prism};
 use fem::{
-    Checkpoint, CompressionTest, ComputeDevice, End, Fracture, Friction, LinearScheme, Material,
-    MaterialParameter, Order, Outcome, Platens, Problem, SolverOptions, Split, TetMesh,
+    Checkpoint, CompressionTest, ComputeDevice, Effort, End, Fracture, Friction, LinearScheme,
+    Material, MaterialParameter, Order, Outcome, Platens, Problem, SolverOptions, Split, TetMesh,
 };
 
 fn host() -> Option<ComputeDevice> {
@@ -61,11 +61,12 @@ fn a_device_takes_the_steps_of_the_processor_past_the_peak() {
             "past the peak"
         );
         assert_same(&here, &there);
-        // one algorithm: only sums round differently
-        let counts = [here_effort, there_effort].map(|e| (e.iterations, e.factorisations));
-        assert_eq!(counts[0], counts[1], "{order:?}");
-        let [a, b] = [here_effort.linear, there_effort.linear].map(f64::from);
-        assert!((a - b).abs() <= 0.05 * a, "{order:?}: {a} and {b} linear iterations");
+        // one algorithm: only sums round differently, and vectors that GMRES keeps are short ones here
+        assert_eq!(here_effort.iterations, there_effort.iterations, "{order:?}");
+        for of in [|e: Effort| e.linear, |e: Effort| e.factorisations] {
+            let [a, b] = [here_effort, there_effort].map(|e| f64::from(of(e)));
+            assert!((a - b).abs() <= 0.05 * a, "{order:?}: {here_effort:?} and {there_effort:?}");
+        }
     }
 }
 
