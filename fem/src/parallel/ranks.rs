@@ -19,6 +19,7 @@ use crate::error::FemError;
 /// ```
 /// use fem::{CompressionTest, CylinderLattice, LinearScheme, Material, Ranks, Schedule, SolverOptions};
 ///
+/// type Error = Box<dyn std::error::Error + Send + Sync>;
 /// let force = |ranks: Ranks| {
 ///     let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.0 }.build()?;
 ///     let problem = CompressionTest::new(0.22, Schedule::fixed(1.0, 1))
@@ -28,7 +29,7 @@ use crate::error::FemError;
 ///         .ranks(ranks)
 ///         .build()?;
 ///     let outcome = problem.run(&mut ());
-///     Ok::<f64, fem::FemError>(outcome.curve[0].force_n)
+///     Ok::<f64, Error>(outcome.curve[0].force_n)
 /// };
 /// let alone = force(Ranks::default())?;
 /// let threads: Vec<_> =
@@ -37,7 +38,7 @@ use crate::error::FemError;
 ///     let shared = thread.join().expect("no panic")?;
 ///     assert!((shared - alone).abs() < 1e-6 * alone);
 /// }
-/// # Ok::<(), fem::FemError>(())
+/// # Ok::<(), Error>(())
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Ranks {
