@@ -132,6 +132,11 @@ impl<const N: usize> Space<N> {
         self.fraction.get(tet).copied().unwrap_or(0.0)
     }
 
+    /// Whether an element is a mixture of matrix and grain.
+    pub(crate) fn has_mixtures(&self) -> bool {
+        self.fraction.iter().any(|&fraction| fraction > 0.0)
+    }
+
     /// Volume as the elastic points integrate it, mm³.
     pub(crate) fn volume(&self, tet: usize) -> f64 {
         match self.geometry(tet) {

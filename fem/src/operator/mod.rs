@@ -24,7 +24,7 @@ mod residual;
 mod tests;
 mod unknowns;
 
-pub(crate) use backend::{Assembly, DeviceAssembly, device_product, product};
+pub(crate) use backend::{Assembly, device_product, product};
 #[cfg(test)]
 pub(crate) use backend::{MatrixFree, dispatch};
 pub(crate) use bounds::Bounds;

@@ -133,9 +133,7 @@ impl Halo {
         }
         self.forward(values);
     }
-}
 
-impl Halo {
     /// The same of square blocks.
     pub(crate) fn complete_blocks<const R: usize>(&self, blocks: &mut [[[f64; R]; R]]) {
         for row in 0..R {

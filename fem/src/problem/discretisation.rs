@@ -8,7 +8,7 @@ use crate::element::{DamageRule, Domain, Linear, Order, Quadratic, Space, Tetrah
 use crate::error::FemError;
 use crate::material::{CrackDensity, DamageQuadrature, MOST_GRAIN, PhaseField};
 use crate::mesh::TetMesh;
-use crate::operator::{Assembly, DeviceAssembly, Operator, Unknowns};
+use crate::operator::{Assembly, Operator, Unknowns};
 use crate::parallel::{Part, bisect};
 use crate::solve::{LinearPlan, LinearScheme};
 
@@ -86,13 +86,9 @@ impl Discretisation {
             linear,
             parts.device.as_ref(),
         )?;
-        let assembly = Assembly::new(space).homogenised(parts.homogenisation).of_part(part);
-        let operator: Arc<dyn Operator> = match &parts.device {
-            Some(device) if linear.is_on_device() => {
-                Arc::new(DeviceAssembly::new(assembly, device.clone()))
-            }
-            _ => Arc::new(assembly),
-        };
+        let device = parts.device.clone().filter(|_| linear.is_on_device());
+        let assembly = Assembly::new(space).homogenised(parts.homogenisation);
+        let operator = Arc::new(assembly.of_part(part).on_device(device));
         Ok(Self { operator, unknowns, equations, linear, boundary, carries_damage, damaged })
     }
 

@@ -27,7 +27,7 @@ fn compare<const N: usize, T: Tetrahedron<N> + 'static>(
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
     let mesh = form.shape(cube(3, &mut rng), &mut rng);
     let assembly = || Assembly::new(Space::new::<T>(&mesh, rule)).homogenised(form.rule());
-    let (here, there) = (assembly(), DeviceAssembly::new(assembly(), device.clone()));
+    let (here, there) = (assembly(), assembly().on_device(Some(device.clone())));
     let nodes = here.space.nodes.len();
     let materials = materials(law, field, true);
     let mut random = |size: f64| size * rng.random_range(-1.0..1.0);
@@ -116,7 +116,7 @@ fn laws_of_the_user_and_histories_stay_on_the_processor() {
     let Some(device) = host() else { return };
     let mesh = cube(2, &mut Xoshiro256PlusPlus::seed_from_u64(7));
     let assembly = || Assembly::new(Space::new::<Quadratic>(&mesh, DamageRule::Consistent));
-    let (here, there) = (assembly(), DeviceAssembly::new(assembly(), device));
+    let (here, there) = (assembly(), assembly().on_device(Some(device)));
     let nodes = here.space.nodes.len();
     let fields = Fields { damage: vec![0.2; nodes], ..Fields::zero(nodes) };
     let history = vec![0.3; here.space.points()];

@@ -1,17 +1,19 @@
-//! The equations of a whole mesh on the processor.
+//! The equations of a whole mesh on the processor, and on a device what that can compute.
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::device_equations::DeviceEquations;
 use super::gather::Gather;
 use super::shifts::Shifts;
+use crate::device::{Argument, ComputeDevice, DeviceError};
 use crate::element::{Domain, Space};
 use crate::material::{Homogenisation, Inverted};
 use crate::operator::cell_stress::CellStress;
 use crate::operator::deterministic_reduce::deterministic_reduce;
 use crate::operator::element::ElementResidual;
-use crate::operator::equations::{Coupling, Operator};
+use crate::operator::equations::{Coupling, EquationsOnDevice, Operator};
 use crate::operator::layout::LANES;
 use crate::operator::pattern::Tangent;
 use crate::operator::rates::{AT_ONCE, Rates};
@@ -29,11 +31,13 @@ pub(crate) struct Assembly<const N: usize> {
     pub(crate) rule: Homogenisation,
     /// What this rank has of the mesh.
     part: Arc<Part>,
+    /// The same equations on a device, where that has its linear systems.
+    device: Option<DeviceEquations>,
 }
 
 impl<const N: usize> Assembly<N> {
     pub(crate) fn new(space: Space<N>) -> Self {
-        Self { space, rule: Homogenisation::default(), part: Arc::default() }
+        Self { space, rule: Homogenisation::default(), part: Arc::default(), device: None }
     }
 
     /// The same with another rule for mixtures.
@@ -44,6 +48,11 @@ impl<const N: usize> Assembly<N> {
     /// The same on a part of a mesh.
     pub(crate) fn of_part(self, part: Arc<Part>) -> Self {
         Self { part, ..self }
+    }
+
+    /// The same with what a device can compute done there.
+    pub(crate) fn on_device(self, device: Option<ComputeDevice>) -> Self {
+        Self { device: device.map(DeviceEquations::new), ..self }
     }
 
     /// Success where all ranks have had it.
@@ -58,6 +67,10 @@ impl<const N: usize> Assembly<N> {
 
 impl<const N: usize> Operator for Assembly<N> {
     fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted> {
+        let there = self.device.as_ref();
+        if let Some(done) = there.and_then(|d| d.residual(&self.space, self.rule, increment, out)) {
+            return done;
+        }
         out.clear();
         let gather = self.gather(increment);
         let add = |first: usize, elements: &[ElementResidual<f64, N>]| {
@@ -172,5 +185,19 @@ impl<const N: usize> Operator for Assembly<N> {
 
     fn part(&self) -> &Arc<Part> {
         &self.part
+    }
+
+    fn on_device(&self) -> Option<&dyn EquationsOnDevice> {
+        self.device.as_ref().map(|_| self as &dyn EquationsOnDevice)
+    }
+}
+
+impl<const N: usize> EquationsOnDevice for Assembly<N> {
+    fn linearise(&self, increment: &Increment, data: &[Argument]) -> Option<Result<(), Inverted>> {
+        self.device.as_ref()?.linearise(&self.space, self.rule, increment, data)
+    }
+
+    fn lost(&self) -> Option<DeviceError> {
+        self.device.as_ref()?.lost()
     }
 }

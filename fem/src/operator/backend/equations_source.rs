@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::lanes::Stored;
+use super::product_source::{own, pointers};
 use super::recording::{Term, begin, functions, statements};
 use super::regions::Row;
 use crate::device::Kernel;
@@ -176,17 +177,14 @@ pub(super) fn tangent_kernel<const N: usize, T: Stored>(
     });
     results.push(sound);
     let (lines, results) = statements(&results, |place| inputs.given(place));
-    let (number, lanes) = (c_type::<T>(), T::WIDTH);
-    let mut body = inputs.begin + &lines;
-    body +=
-        &format!("    {number} *own = data + (at / {lanes} * {width} * {lanes} + at % {lanes});\n");
+    let [_, written] = pointers::<T>();
+    let mut body = inputs.begin + &lines + &own::<T>(written, width);
     for (k, value) in results[..width].iter().enumerate() {
-        writeln!(body, "    own[{}] = ({number}){value};", lanes * k).expect("a string takes all");
+        writeln!(body, "    own[{}] = {value};", T::WIDTH * k).expect("a string takes all");
     }
     writeln!(body, "    sums[{SUMS} * (first + at) + 3] = {};", results[width])
         .expect("a string takes all");
-    let data = if number == "float" { ("float *", "data") } else { ("double *", "data") };
-    let outputs = [data, ("double *", "sums")];
+    let outputs = [(written, "data"), ("double *", "sums")];
     let name = if plain { "plain_tangent" } else { "tangent" };
     Kernel::new(name, &[&Inputs::PARAMETERS[..], &outputs].concat(), body).calling(functions())
 }
@@ -200,19 +198,16 @@ pub(super) fn diagonal_kernel<T: Stored>(rule: &Rule, plain: bool) -> Kernel {
         4 => diagonal::<Term, 4>(rule, plain, &numbers).to_vec(),
         _ => diagonal::<Term, 10>(rule, plain, &numbers).to_vec(),
     };
-    let (number, lanes) = (c_type::<T>(), T::WIDTH);
+    let [read, _] = pointers::<T>();
     let (lines, results) =
-        statements(of_nodes.as_flattened(), |place| format!("own[{}]", lanes * place));
-    let mut body = format!(
-        "    const {number} *own = data + (at / {lanes} * {width} * {lanes} + at % {lanes});\n{lines}"
-    );
+        statements(of_nodes.as_flattened(), |place| format!("own[{}]", T::WIDTH * place));
+    let mut body = own::<T>(read, width) + &lines;
     for (k, value) in results.iter().enumerate() {
         writeln!(body, "    copies[4 * ({} * slots + first + at) + {}] = {value};", k / 4, k % 4)
             .expect("a string takes all");
     }
-    let data = if number == "float" { "const float *" } else { "const double *" };
     let parameters =
-        [("index", "slots"), ("index", "first"), (data, "data"), ("double *", "copies")];
+        [("index", "slots"), ("index", "first"), (read, "data"), ("double *", "copies")];
     Kernel::new(if plain { "plain_diagonal" } else { "diagonal" }, &parameters, body)
 }
 
@@ -233,10 +228,6 @@ pub(super) fn block_sum(block: usize) -> Kernel {
         ("double *", "out"),
     ];
     Kernel::new("block_sum", &parameters, body)
-}
-
-fn c_type<T: Stored>() -> &'static str {
-    if size_of::<T>() == 4 { "float" } else { "double" }
 }
 
 /// Those of a law with a split and mixtures on quadratic elements, for their test.

@@ -4,7 +4,7 @@
 mod apply;
 mod assembly;
 mod chunk;
-mod device_assembly;
+mod device_equations;
 mod device_product;
 mod equations_source;
 mod gather;
@@ -19,7 +19,6 @@ mod slots;
 mod stresses;
 
 pub(crate) use assembly::Assembly;
-pub(crate) use device_assembly::DeviceAssembly;
 pub(crate) use device_product::device_product;
 #[cfg(test)]
 pub(crate) use equations_source::equations_kernels;

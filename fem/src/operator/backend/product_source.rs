@@ -64,17 +64,14 @@ impl<T: Stored> OfKind for Source<'_, T> {
             data: &data,
         };
         let r = if N == 4 { product.linear(&u) } else { product.quadratic(&u) };
-        let number = if size_of::<T>() == 4 { "const float *" } else { "const double *" };
+        let [read, _] = pointers::<T>();
         let lanes = T::WIDTH;
         let (lines, results) =
             statements(r.as_flattened(), |place| match place.checked_sub(4 * N) {
                 None => format!("n{}[{}]", place / 4, place % 4),
                 Some(k) => format!("own[{}]", lanes * k),
             });
-        let mut body = format!(
-            "    const {} *own = data + (at / {lanes} * {width} * {lanes} + at % {lanes});\n",
-            if size_of::<T>() == 4 { "float" } else { "double" }
-        );
+        let mut body = own::<T>(read, width);
         for a in 0..N {
             let node =
                 format!("    const double *n{a} = x + 4 * (index)nodes[{a} * slots + first + at];");
@@ -93,10 +90,21 @@ impl<T: Stored> OfKind for Source<'_, T> {
             ("index", "slots"),
             ("index", "first"),
             ("const unsigned *", "nodes"),
-            (number, "data"),
+            (read, "data"),
             ("const double *", "x"),
             ("double *", "copies"),
         ];
         Kernel::new(name, &parameters, body)
     }
+}
+
+/// Pointers of C to numbers as they are stored, to read them and to write them.
+pub(super) fn pointers<T: Stored>() -> [&'static str; 2] {
+    if size_of::<T>() == 4 { ["const float *", "float *"] } else { ["const double *", "double *"] }
+}
+
+/// The statement of C that finds the numbers of a kernel's element in their packs, as `own`.
+pub(super) fn own<T: Stored>(pointer: &str, width: usize) -> String {
+    let lanes = T::WIDTH;
+    format!("    {pointer}own = data + (at / {lanes} * {width} * {lanes} + at % {lanes});\n")
 }

@@ -45,9 +45,9 @@ impl<'a> Regions<'a> {
         }
     }
 
-    /// What the constants of an element are called in [`row`](Self::row), and the law that takes them.
-    pub(super) fn setting(&self) -> (Option<Formula>, Degraded, Homogenisation) {
-        (self.formula, self.degraded, self.rule)
+    /// The formula that all regions have, if they have one, and what damage degrades of it.
+    pub(super) fn law(&self) -> (Option<Formula>, Degraded) {
+        (self.formula, self.degraded)
     }
 
     /// The constants of an element: K, μ, 1 − η, Gc/(c₀ ℓ₀), Gc ℓ₀/c₀ and ξ/Δt, for a mixture those of its

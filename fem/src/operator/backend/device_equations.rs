@@ -6,7 +6,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
 
-use super::assembly::Assembly;
 use super::equations_source::{
     GEOMETRY, ROW, SUMS, Setting, block_sum, geometries, residual_kernel, tangent_kernel,
 };
@@ -15,25 +14,18 @@ use super::matrix_free::SINGLE_FROM;
 use super::regions::Regions;
 use super::slots::{Kind, Slots, node_sum};
 use crate::device::{Argument, Array, ComputeDevice, DeviceError, Program};
-use crate::element::{Domain, Geometry, Space};
-use crate::material::{CrackDensity, Inverted};
-use crate::operator::cell_stress::CellStress;
-use crate::operator::equations::{Coupling, EquationsOnDevice, Operator};
-use crate::operator::layout::{LANES, Layout};
-use crate::operator::pattern::Tangent;
-use crate::operator::residual::{Increment, Residual, Shift};
-use crate::parallel::Part;
+use crate::element::{Geometry, Space};
+use crate::material::{CrackDensity, Homogenisation, Inverted};
+use crate::operator::layout::Layout;
+use crate::operator::residual::{Increment, Residual};
 
 /// Slots whose energies are summed on the device.
 const BLOCK: usize = 256;
 
-/// An [`Assembly`] whose residuals and tangents a device computes, as long as it can: laws with a formula, without
-/// a history. All else, and all after a failure, the processor does.
+/// Residual and tangent of a mesh on a device, as long as it can compute them: for laws with a formula, without
+/// a history, and until it fails. `None` says that the processor has to.
 #[derive(Debug)]
-pub(crate) struct DeviceAssembly<const N: usize> {
-    host: Assembly<N>,
-    /// Whether there are mixtures.
-    mixed: bool,
+pub(super) struct DeviceEquations {
     device: ComputeDevice,
     /// Made when they are asked for first; or why they no longer are.
     elements: Mutex<Result<Option<Box<Elements>>, DeviceError>>,
@@ -71,11 +63,36 @@ struct OfKind {
     sent: Vec<f64>,
 }
 
-impl<const N: usize> DeviceAssembly<N> {
-    pub(crate) fn new(host: Assembly<N>, device: ComputeDevice) -> Self {
-        let space = &host.space;
-        let mixed = (0..space.tets.len()).any(|tet| space.fraction(tet) > 0.0);
-        Self { host, mixed, device, elements: Mutex::new(Ok(None)) }
+impl DeviceEquations {
+    pub(super) fn new(device: ComputeDevice) -> Self {
+        Self { device, elements: Mutex::new(Ok(None)) }
+    }
+
+    /// Residual and energies; of mixtures by a rule.
+    pub(super) fn residual<const N: usize>(
+        &self,
+        space: &Space<N>,
+        rule: Homogenisation,
+        increment: &Increment,
+        out: &mut Residual,
+    ) -> Option<Result<(), Inverted>> {
+        self.attempt(space, rule, increment, |elements| elements.residual(out))
+    }
+
+    /// The numbers of the tangent into those of a product, kind by kind of its elements.
+    pub(super) fn linearise<const N: usize>(
+        &self,
+        space: &Space<N>,
+        rule: Homogenisation,
+        increment: &Increment,
+        data: &[Argument],
+    ) -> Option<Result<(), Inverted>> {
+        self.attempt(space, rule, increment, |elements| elements.linearise(data))
+    }
+
+    /// Why the device is no longer used, if it has failed.
+    pub(super) fn lost(&self) -> Option<DeviceError> {
+        self.state().as_ref().err().cloned()
     }
 
     fn state(&self) -> MutexGuard<'_, Result<Option<Box<Elements>>, DeviceError>> {
@@ -83,30 +100,32 @@ impl<const N: usize> DeviceAssembly<N> {
     }
 
     /// Does something with the elements on the device, if they can be there.
-    fn attempt<R>(
+    fn attempt<const N: usize, R>(
         &self,
+        space: &Space<N>,
+        rule: Homogenisation,
         increment: &Increment,
         work: impl FnOnce(&mut Elements) -> Result<R, DeviceError>,
     ) -> Option<R> {
-        let Self { host, mixed, device, .. } = self;
         let Increment { materials, context, .. } = increment;
         let mut state = self.state();
         let kept = state.as_mut().ok()?;
-        let regions = Regions::new(materials, host.rule, context.duration);
-        let (formula, degraded, rule) = regions.setting();
+        let regions = Regions::new(materials, rule, context.duration);
+        let (formula, degraded) = regions.law();
         let damage = materials.iter().find_map(|m| m.damage.as_ref());
         let setting = Setting {
             formula: formula.filter(|_| context.history.is_empty())?,
             degraded,
             density: damage.map_or(CrackDensity::At2, |d| d.density),
-            mixed: mixed.then_some(rule),
+            mixed: space.has_mixtures().then_some(rule),
         };
+        let device = &self.device;
         let made = match kept.take() {
             Some(elements) if elements.setting == setting => Ok(elements),
-            _ if host.space.tets.len() < SINGLE_FROM => {
-                Elements::new::<N, f64>(&host.space, setting, device).map(Box::new)
+            _ if space.tets.len() < SINGLE_FROM => {
+                Elements::new::<N, f64>(space, setting, device).map(Box::new)
             }
-            _ => Elements::new::<N, f32>(&host.space, setting, device).map(Box::new),
+            _ => Elements::new::<N, f32>(space, setting, device).map(Box::new),
         };
         let done = made.and_then(|mut elements| {
             elements.send(increment, &regions)?;
@@ -279,72 +298,5 @@ impl OfKind {
             self.sent = table;
         }
         Ok(())
-    }
-}
-
-impl<const N: usize> Operator for DeviceAssembly<N> {
-    fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted> {
-        match self.attempt(increment, |elements| elements.residual(out)) {
-            Some(result) => result,
-            None => self.host.residual(increment, out),
-        }
-    }
-
-    fn tangent(
-        &self,
-        increment: &Increment,
-        coupling: Coupling,
-        out: &mut Tangent,
-    ) -> Result<(), Inverted> {
-        self.host.tangent(increment, coupling, out)
-    }
-
-    fn driving_energies(&self, increment: &Increment, out: &mut [f64]) -> Result<(), Inverted> {
-        self.host.driving_energies(increment, out)
-    }
-
-    fn stresses(&self, increment: &Increment) -> Result<Vec<CellStress>, Inverted> {
-        self.host.stresses(increment)
-    }
-
-    fn point_data(
-        &self,
-        increment: &Increment,
-        coupling: Coupling,
-        tets: &[u32],
-        write: &mut dyn FnMut(usize, &[[f64; LANES]]),
-    ) -> Result<(), Inverted> {
-        self.host.point_data(increment, coupling, tets, write)
-    }
-
-    fn rates(
-        &self,
-        increment: &Increment,
-        shifts: &[Shift],
-        out: &mut [Vec<[f64; 4]>],
-    ) -> Result<(), Inverted> {
-        self.host.rates(increment, shifts, out)
-    }
-
-    fn domain(&self) -> &dyn Domain {
-        self.host.domain()
-    }
-
-    fn part(&self) -> &Arc<Part> {
-        self.host.part()
-    }
-
-    fn on_device(&self) -> Option<&dyn EquationsOnDevice> {
-        Some(self)
-    }
-}
-
-impl<const N: usize> EquationsOnDevice for DeviceAssembly<N> {
-    fn linearise(&self, increment: &Increment, data: &[Argument]) -> Option<Result<(), Inverted>> {
-        self.attempt(increment, |elements| elements.linearise(data))
-    }
-
-    fn lost(&self) -> Option<DeviceError> {
-        self.state().as_ref().err().cloned()
     }
 }
