@@ -3,10 +3,11 @@
 //! Reference: Adams, Brezina, Hu & Tuminaro, J. Comput. Phys. 188 (2003) 593,
 //! doi:10.1016/S0021-9991(03)00194-3.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use bytemuck::Pod;
-use nalgebra::{RealField, convert};
+use nalgebra::{DMatrix, RealField, convert};
 use rayon::prelude::*;
 
 use super::block_csr::{BlockCsr, inverse};
@@ -15,9 +16,9 @@ use crate::parallel::Halo;
 
 /// The smoother acts on eigenvalues above this share of the largest.
 const SHARE: f64 = 0.1;
-pub(super) const POWER_STEPS: usize = 12;
-/// The power iteration stays below the largest eigenvalue.
-pub(super) const MARGIN: f64 = 1.1;
+const LANCZOS_STEPS: usize = 12;
+/// Lanczos' iteration stays below the largest eigenvalue.
+const MARGIN: f64 = 1.1;
 
 /// Improves x towards A x = b by a polynomial of the given degree.
 ///
@@ -64,49 +65,105 @@ pub(super) fn coefficients(largest: f64, degree: usize) -> impl Iterator<Item = 
     std::iter::once((0.0, 1.0 / centre)).chain(later)
 }
 
-/// An upper bound of the eigenvalues of D⁻¹ A on so many nodes, by power iteration; the functions are
-/// those of [`smooth`].
+/// An upper bound of the eigenvalues of D⁻¹ A on so many nodes, by Lanczos' iteration in the inner product of D;
+/// the functions are those of [`smooth`].
+///
+/// A few large eigenvalues apart from the others, as damage makes them, are found in these few steps; a power
+/// iteration would need as many more as the mesh has nodes, and what is missed a Chebyshev polynomial blows up.
 pub(super) fn largest_eigenvalue<T: RealField + Pod + Into<f64>, const R: usize>(
     halo: &Halo,
     nodes: usize,
     mut subtract: impl FnMut(&[[T; R]], &mut [[T; R]]),
     scale: impl Fn(usize, &[T; R]) -> [T; R] + Sync,
 ) -> f64 {
-    let square = |v: &[[T; R]]| v.iter().flatten().map(|&v| v.into() * v.into()).sum::<f64>();
-    let norm = |v: &[[T; R]]| {
-        let parts: Vec<f64> = match halo.ranks().is_alone() {
-            true => v.par_chunks(CHUNK).map(square).collect(),
-            false => halo.own(v.len()).into_iter().map(|own| square(&v[own])).collect(),
+    let dot = |a: &[[T; R]], b: &[[T; R]]| {
+        let part = |nodes: Range<usize>| -> f64 {
+            let pairs = a[nodes.clone()].iter().flatten().zip(b[nodes].iter().flatten());
+            pairs.map(|(&a, &b)| a.into() * b.into()).sum()
         };
-        let mut sum = [parts.iter().sum::<f64>()];
+        let mut sum = [match halo.ranks().is_alone() {
+            true => {
+                let firsts: Vec<usize> = (0..nodes).step_by(CHUNK).collect();
+                let parts = firsts.par_iter().map(|&n| part(n..nodes.min(n + CHUNK)));
+                parts.collect::<Vec<f64>>().iter().sum::<f64>()
+            }
+            false => halo.own(nodes).into_iter().map(part).sum(),
+        }];
         halo.ranks().sum(&mut sum);
-        sum[0].sqrt()
+        sum[0]
     };
     // any start that is not orthogonal to the rough vectors; no random numbers needed
     let start = |node, k| convert((((node * R + k) as f64) * 1.7 + 0.3).sin());
     let of_node = |node| std::array::from_fn(|k| start(node, k));
-    let mut x: Vec<[T; R]> = (0..nodes).into_par_iter().with_min_len(CHUNK).map(of_node).collect();
-    halo.forward(&mut x);
-    let mut y = vec![[T::zero(); R]; nodes];
-    let (mut largest, mut before) = (1.0, norm(&x));
-    for _ in 0..POWER_STEPS {
-        y.par_chunks_mut(CHUNK).for_each(|y| y.fill([T::zero(); R]));
-        subtract(&x, &mut y);
-        y.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, y)| {
-            y.iter_mut().zip(CHUNK * chunk..).for_each(|(y, node)| *y = scale(node, y));
+    let mut d: Vec<[T; R]> = (0..nodes).into_par_iter().with_min_len(CHUNK).map(of_node).collect();
+    halo.forward(&mut d);
+    let [mut before, mut v, mut w] = [(); 3].map(|()| vec![[T::zero(); R]; nodes]);
+    let mut lanczos = Lanczos::default();
+    loop {
+        v.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(|(node, v)| {
+            *v = scale(node, &d[node]);
         });
-        let after = norm(&y);
-        if after == 0.0 || before == 0.0 {
-            break;
+        let size = dot(&d, &v).sqrt();
+        if lanczos.is_done(size) {
+            return lanczos.bound();
         }
-        largest = after / before;
-        let normalise: T = convert(1.0 / after);
-        x.par_chunks_mut(CHUNK).zip(y.par_chunks(CHUNK)).for_each(|(x, y)| {
-            x.iter_mut().zip(y).for_each(|(x, y)| *x = y.map(|v| normalise * v));
+        let normalise: T = convert(1.0 / size);
+        for x in [&mut d, &mut v] {
+            let values = x.par_iter_mut().with_min_len(CHUNK);
+            values.for_each(|x| *x = x.map(|x| normalise * x));
+        }
+        w.par_iter_mut().with_min_len(CHUNK).for_each(|w| *w = [T::zero(); R]);
+        subtract(&v, &mut w);
+        let product = -dot(&w, &v);
+        let (of_d, of_before): (T, T) = (convert(product), convert(lanczos.push(size, product)));
+        let next = before.par_iter_mut().with_min_len(CHUNK).zip(&w).zip(&d);
+        next.for_each(|((before, w), d)| {
+            (0..R).for_each(|k| before[k] = -w[k] - of_d * d[k] - of_before * before[k]);
         });
-        before = norm(&x);
+        std::mem::swap(&mut before, &mut d);
     }
-    MARGIN * largest
+}
+
+/// The tridiagonal matrix that Lanczos' iteration makes, whose largest eigenvalue nears that of D⁻¹ A.
+#[derive(Debug, Default)]
+pub(super) struct Lanczos {
+    diagonal: Vec<f64>,
+    beside: Vec<f64>,
+}
+
+impl Lanczos {
+    /// Whether the next vector, of this size, brings nothing more.
+    pub(super) fn is_done(&self, size: f64) -> bool {
+        size.is_nan() || size == 0.0 || self.diagonal.len() == LANCZOS_STEPS
+    }
+
+    /// Takes in a vector of size `size` before it was made one of size one, and its product with A by itself. Gives
+    /// the share of the vector before in the next one.
+    pub(super) fn push(&mut self, size: f64, product: f64) -> f64 {
+        let first = self.diagonal.is_empty();
+        self.diagonal.push(product);
+        if first {
+            return 0.0;
+        }
+        self.beside.push(size);
+        size
+    }
+
+    /// The bound of the eigenvalues.
+    pub(super) fn bound(&self) -> f64 {
+        if self.diagonal.is_empty() {
+            return MARGIN;
+        }
+        let matrix = DMatrix::from_fn(self.diagonal.len(), self.diagonal.len(), |i, j| {
+            match i.abs_diff(j) {
+                0 => self.diagonal[i],
+                1 => self.beside[i.min(j)],
+                _ => 0.0,
+            }
+        });
+        let largest = matrix.symmetric_eigenvalues().iter().fold(0.0f64, |m, &v| m.max(v));
+        MARGIN * if largest > 0.0 { largest } else { 1.0 }
+    }
 }
 
 /// The diagonal blocks of a matrix of which every rank has a part.
@@ -166,3 +223,7 @@ impl<const R: usize> Chebyshev<R> {
         smooth(self.largest, degree, subtract, scale, [residual, &mut step, x]);
     }
 }
+
+#[cfg(test)]
+#[path = "../../../tests/unit/chebyshev.rs"]
+mod tests;

@@ -5,7 +5,7 @@ use super::free_tangent::FreeTangent;
 use super::hierarchy::DeviceSplit;
 use super::vectors::DeviceVectors;
 use crate::device::{Argument, Array};
-use crate::solve::linear::chebyshev::{MARGIN, POWER_STEPS, coefficients};
+use crate::solve::linear::chebyshev::{Lanczos, coefficients};
 use crate::solve::linear::field_split::FieldSplit;
 use crate::solve::linear::quadratic::DEGREE;
 use crate::solve::linear::vector::{Nodal, Vectors};
@@ -60,27 +60,30 @@ impl Smoother {
         }
     }
 
-    /// The largest eigenvalue of D⁻¹ A by power iteration, as the processor finds it.
+    /// The bound of the eigenvalues of D⁻¹ A by Lanczos' iteration, as the processor finds it.
     fn measure(&mut self, matrix: &FreeTangent) {
         let vectors = matrix.vectors;
         // any start that is not orthogonal to the rough vectors
         let start: Vec<f64> = (0..self.step.len()).map(|i| (i as f64 * 1.7 + 0.3).sin()).collect();
-        let mut x = vectors.array(&start);
-        let mut before = vectors.dot(&x, &x).sqrt();
-        self.largest = 1.0;
-        for _ in 0..POWER_STEPS {
-            matrix.multiply(&x, &mut self.product);
-            vectors.clear(&mut x);
-            self.step(vectors, [0.0, 1.0], &self.product, &mut x);
-            let after = vectors.dot(&x, &x).sqrt();
-            if after == 0.0 || before == 0.0 || !after.is_finite() {
+        let mut d = vectors.array(&start);
+        let [mut before, mut v] = [(); 2].map(|()| vectors.zero(&d));
+        let mut lanczos = Lanczos::default();
+        loop {
+            vectors.clear(&mut v);
+            self.step(vectors, [0.0, 1.0], &d, &mut v);
+            let size = vectors.dot(&d, &v).sqrt();
+            if lanczos.is_done(size) {
                 break;
             }
-            self.largest = after / before;
-            x = vectors.scaled(&x, 1.0 / after);
-            before = 1.0;
+            [d, v] = [d, v].map(|x| vectors.scaled(&x, 1.0 / size));
+            matrix.multiply(&v, &mut self.product);
+            let product = vectors.dot(&self.product, &v);
+            let of_before = lanczos.push(size, product);
+            vectors.scale_and_add(&mut before, -of_before, &self.product);
+            vectors.add_scaled(&mut before, -product, &d);
+            std::mem::swap(&mut before, &mut d);
         }
-        self.largest *= MARGIN;
+        self.largest = lanczos.bound();
     }
 }
 
